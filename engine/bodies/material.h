@@ -1,0 +1,16 @@
+#pragma once
+
+namespace limber::bodies {
+
+/// Isotropic linear elastic material.
+struct Material {
+  double youngs_modulus = 1e6;  // E [Pa], > 0, finite
+  double poissons_ratio = 0.45; // nu, in (-1, 0.5)
+  double density = 1000;        // rho [kg/m^3], > 0, finite
+
+  /// @throws Error{kInvalidArgument} naming `field` + the member and the violated inequality.
+  void validate(const char* field) const;
+  bool operator==(const Material&) const = default;
+};
+
+}  // namespace limber::bodies

@@ -1,0 +1,39 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <span>
+
+namespace limber::reduced {
+
+/// A place whose displacement can be asked for: a node, or the mean of a group of nodes. Issued by the model.
+using SiteId = int;
+
+/// "The displacement of `site` in the pose given by column `column` of z."
+struct SiteQuery {
+  SiteId site;
+  int column;
+};
+
+/// All that the space-time solver may know of a body: displacements of sites and their Jacobians, as functions of
+/// modal coordinates. Tets, bases and cubature are behind it. Implementations are immutable and thread-safe.
+class Kinematics {
+ public:
+  virtual ~Kinematics() = default;
+
+  /// R, the number of modal coordinates of W-hat (rigid unknowns of a free body included, first).
+  [[nodiscard]] virtual int coordinate_count() const = 0;
+
+  /// The length that makes displacements unitless: the body's length() [m].
+  [[nodiscard]] virtual double length() const = 0;
+
+  /// @param frames   per column of z its frame (selects the base motion, where there is one)
+  /// @param z        R x columns, modal RS coordinates (unitless)
+  /// @param queries  q of them; columns may be shared by many queries
+  /// @param u        out, 3 x q: displacement from rest [m], base motion included
+  /// @param jacobian out, (3 q) x R, rows 3i..3i+2 are d u_i / d z at its column [m]; nullptr: not wanted
+  virtual void evaluate(std::span<const int> frames, const Eigen::Ref<const Eigen::MatrixXd>& z,
+                        std::span<const SiteQuery> queries, Eigen::Matrix3Xd& u,
+                        Eigen::MatrixXd* jacobian) const = 0;
+};
+
+}  // namespace limber::reduced

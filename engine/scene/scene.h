@@ -1,0 +1,77 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "engine/bodies/tet_mesh.h"
+
+namespace limber::scene {
+
+enum class End { kFree, kPinnedPosition, kPinnedPositionVelocity };
+enum class Cubature { kFittedMaps, kWeights };
+enum class TargetKind {
+  kDisplacement,  // relative to the rest position
+  kPosition,      // a point in the mesh's space
+};
+
+/// How fast the body moves: unit of time is the frame.
+struct Dynamics {
+  double frames_per_second = 30;       // > 0
+  double period_frames = 40;           // frames of one swing of the lowest elastic mode; 0: from materials and fps
+  double damping_ratio = 0;            // of critical, for every mode, in [0, 1)
+};
+
+/// Sizes of 0 are chosen so that the mean relative error on held-out poses is below the tolerance.
+struct ModelRequest {
+  int mode_count = 30;
+  double tolerance = 0.01;
+  int basis_size = 0;
+  int cubature_size = 0;
+  Cubature cubature = Cubature::kFittedMaps;
+};
+
+/// "In this frame, the (mean) position of these nodes is there."
+struct Constraint {
+  std::uint64_t id = 0;                // 0: to be numbered by the session
+  int frame = 0;
+  std::vector<int> nodes;              // source node ids, one or more; a group is held by its mean
+  unsigned axes = 7;                   // bit 0: x, 1: y, 2: z
+  TargetKind kind = TargetKind::kDisplacement;
+  Eigen::Vector3d target = {0, 0, 0};  // [scene length unit]
+  double weight = 100;                 // gamma, > 0; infinity holds exactly
+};
+
+/// What a session edits: plain values, lengths in `length_unit_in_metres`.
+struct Scene {
+  std::string name;
+  bodies::TetMesh mesh;                // coordinates in scene units
+  double length_unit_in_metres = 1;    // 0.001 for a mesh in millimetres
+  bodies::Material material;           // where the mesh brings none; SI
+  std::optional<double> merge_tolerance;  // [scene length unit]
+  std::vector<int> fixed_nodes;        // source node ids; empty: a free body
+  int frame_count = 0;
+  End first_end = End::kPinnedPositionVelocity;
+  End last_end = End::kPinnedPositionVelocity;
+  Dynamics dynamics;
+  ModelRequest model;
+  std::vector<Constraint> constraints;
+  /// Base motion that is edited: displacements from rest, 3n x frame_count [scene units]; empty: the rest shape.
+  Eigen::MatrixXd base_motion;
+};
+
+/// One thing that is wrong, and where: `field` is a path such as "constraints[3].frame".
+struct Issue {
+  enum class Severity { kWarning, kError };
+  Severity severity = Severity::kError;
+  std::string field;
+  std::string message;
+};
+
+/// Everything that is wrong with a scene (not just the first thing): meshes, materials, fixed nodes, frames, modes,
+/// constraints. Empty: a session can be opened.
+[[nodiscard]] std::vector<Issue> validate(const Scene& scene);
+
+}  // namespace limber::scene

@@ -1,0 +1,44 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <variant>
+#include <vector>
+
+#include "engine/scene/scene.h"
+
+namespace limber::session {
+
+using Revision = std::uint64_t;  // 0: the scene as opened; every accepted request of edits adds 1
+
+struct AddConstraint {
+  scene::Constraint constraint;  // id 0: numbered by the session
+};
+struct MoveConstraint {
+  std::uint64_t id = 0;
+  Eigen::Vector3d target = {0, 0, 0};  // [scene length unit], in the constraint's own target kind
+};
+struct ReplaceConstraint {
+  scene::Constraint constraint;  // id names the one to replace
+};
+struct RemoveConstraint {
+  std::uint64_t id = 0;
+};
+struct SetEnds {
+  scene::End first, last;
+};
+struct SetDynamics {
+  scene::Dynamics dynamics;
+};
+struct Undo {};
+struct Redo {};
+
+using Edit = std::variant<AddConstraint, MoveConstraint, ReplaceConstraint, RemoveConstraint, SetEnds, SetDynamics,
+                          Undo, Redo>;
+
+struct EditReceipt {
+  Revision revision = 0;
+  std::vector<std::uint64_t> constraint_ids;  // per edit: the constraint it touched, 0 if none
+};
+
+}  // namespace limber::session

@@ -1,0 +1,111 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <chrono>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "engine/base/error.h"
+#include "engine/reduced/reduced_model.h"
+#include "engine/scene/scene.h"
+#include "engine/session/edit.h"
+#include "engine/session/model_cache.h"
+#include "engine/spacetime/solver.h"
+
+namespace limber::session {
+
+enum class State { kBuilding, kReady, kFailed, kClosed };
+
+/// One published iterate: immutable, shared between threads.
+struct Result {
+  Revision revision = 0;        // every edit up to and including this one is in it
+  std::uint64_t sequence = 0;   // counts published results of the session from 1, no gaps
+  bool converged = false;       // final for this revision
+  spacetime::SolveReport report;
+  Eigen::MatrixXd modal;        // z, r x N
+  Eigen::MatrixXf coordinates;  // q, h x N (float32: what is streamed); displacement [m] = B q
+  double since_edit_ms = 0;     // from the newest edit contained to publication
+};
+
+struct Progress {
+  std::string stage;
+  double fraction = 0;
+};
+
+/// What the owner of a session is told. Called from worker threads, one call at a time per session; must not block.
+class Listener {
+ public:
+  virtual ~Listener() = default;
+  virtual void on_progress(const Progress& progress) = 0;  // while building
+  virtual void on_state(State state, const std::string& message) = 0;
+  virtual void on_result(const std::shared_ptr<const Result>& result) = 0;
+};
+
+/// The mesh as the client sent it and how to make its frames from streamed coordinates.
+struct Geometry {
+  bodies::NodePositions rest;                   // 3 x source nodes, scene units
+  bodies::TetNodes tets;                        // source node ids
+  Eigen::Matrix<int, 3, Eigen::Dynamic> surface;  // boundary triangles, source node ids, outward
+  Eigen::MatrixXf basis;                        // 3 source nodes x h, scene units: position = rest + basis q
+  std::string basis_hash;                       // content hash, hex: same hash, same basis
+  std::vector<std::string> repairs, warnings;   // of the mesh
+};
+
+/// Runs a task later on some thread. A session posts at most one task at a time.
+using Executor = std::function<void(std::function<void()>)>;
+
+struct SessionOptions {
+  spacetime::SolverOptions solver;
+  int undo_depth = 1000;  // >= 0
+};
+
+/// A scene, its model, its edits in order, and its newest result; re-optimises whenever an edit arrives.
+///
+/// Thread-safe. Edits are validated and numbered synchronously, solved asynchronously: those that arrive while a solve
+/// runs are coalesced, the newest revision wins, none is skipped in the final state. A refused edit leaves everything
+/// as it was.
+class Session {
+ public:
+  /// Validates the scene (throws Error for the first error) and starts building the model on the executor.
+  Session(std::string id, scene::Scene scene, SessionOptions options, std::shared_ptr<ModelCache> cache,
+          Executor executor, std::shared_ptr<Listener> listener);
+  ~Session();  // cancels and waits for the running task
+
+  [[nodiscard]] const std::string& id() const;
+  [[nodiscard]] State state() const;
+  [[nodiscard]] std::string state_message() const;
+  [[nodiscard]] Progress progress() const;
+  [[nodiscard]] Revision revision() const;             // newest accepted
+  [[nodiscard]] scene::Scene scene() const;            // as edited up to revision(); the mesh included
+  [[nodiscard]] std::vector<scene::Constraint> constraints() const;
+
+  /// All or nothing: applies the edits in order as one revision. Allowed while the model is still being built.
+  /// @param expected  if given, refuse with kFailedPrecondition unless it equals revision() (optimistic locking)
+  /// @throws Error with field "edits[i]...."
+  EditReceipt edit(const std::vector<Edit>& edits, std::optional<Revision> expected = {});
+
+  /// Forgets the warm start and solves the current problem from z = 0.
+  void solve_cold();
+  /// Stops a running build or solve; the session keeps its newest result.
+  void cancel();
+  /// Refuses everything from now on, cancels, and tells the listener kClosed. Returns when no task runs any more.
+  void close();
+
+  [[nodiscard]] std::shared_ptr<const Result> newest_result() const;     // null before the first
+  [[nodiscard]] std::shared_ptr<const Result> converged_result() const;  // newest converged one
+  [[nodiscard]] std::shared_ptr<const Geometry> geometry() const;        // null while building
+  [[nodiscard]] std::shared_ptr<const reduced::ReducedModel> model() const;  // null while building
+  [[nodiscard]] double build_seconds() const;
+
+  /// Positions [scene units], 3 source nodes x frames, of a result: rest + basis q, computed in double.
+  [[nodiscard]] Eigen::MatrixXd positions(const Result& result, int first_frame, int frame_count) const;
+
+ private:
+  class Impl;
+  std::shared_ptr<Impl> impl_;
+};
+
+}  // namespace limber::session
