@@ -1,0 +1,102 @@
+#include <fmt/core.h>
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <thread>
+
+#include "bench/suite.h"
+
+namespace {
+
+using limber::bench::Case;
+
+std::string machine_name() {
+  std::ifstream cpuinfo("/proc/cpuinfo");
+  std::string line;
+  while (std::getline(cpuinfo, line)) {
+    if (line.rfind("model name", 0) == 0) return line.substr(line.find(':') + 2);
+  }
+  return "unknown";
+}
+
+std::string cell(const Case& value) {
+  if (value.is_string()) return value.get<std::string>();
+  if (value.is_number_float()) return fmt::format("{:.4g}", value.get<double>());
+  return value.dump();
+}
+
+class TablePrinter final : public limber::bench::Recorder {
+ public:
+  void add(const Case& result) override {
+    for (const auto& [key, value] : result.items()) {
+      fmt::print("{}{}={}", key == result.begin().key() ? "" : "  ", key, cell(value));
+    }
+    fmt::print("\n");
+    std::fflush(stdout);
+    cases_.push_back(result);
+  }
+  void note(const std::string& text) override { fmt::print(stderr, "{}\n", text); }
+  [[nodiscard]] const std::vector<Case>& cases() const { return cases_; }
+
+ private:
+  std::vector<Case> cases_;
+};
+
+void write_json(const std::string& path, const std::string& suite, bool quick,
+                const std::vector<Case>& cases) {
+  Case document;
+  document["suite"] = suite;
+  document["quick"] = quick;
+  document["machine"] = {{"cpu", machine_name()}, {"threads", std::thread::hardware_concurrency()}};
+  document["cases"] = cases;
+  std::ofstream file(path);
+  file << document.dump(2) << "\n";
+  if (!file) throw std::runtime_error("cannot write " + path);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  const std::map<std::string, limber::bench::Suite> suites = {
+#ifdef LIMBER_BENCH_SUITES
+      LIMBER_BENCH_SUITES
+#endif
+  };
+  CLI::App app{
+      "Measures limber: prints a row per case; --json writes them for machines.\n"
+      "Times are medians of repeated calls within one run; machines differ, so compare ratios."};
+  std::string suite;
+  std::string json;
+  limber::bench::SuiteOptions options;
+  if (const char* shared = std::getenv("LIMBER_SHARED")) options.shared_folder = shared;
+  options.limberd = (std::filesystem::path(argv[0]).parent_path() / "limberd").string();
+  std::string names;
+  for (const auto& [name, unused] : suites) names += (names.empty() ? "" : ", ") + name;
+  app.add_option("suite", suite, "One of: " + names)->required();
+  app.add_option("--json", json, "Also write {\"machine\": ..., \"cases\": [...]} to this file");
+  app.add_flag("--quick", options.quick, "Finish within 40 s");
+  app.add_option("--repeats", options.repeats, "Runs of each timed piece of work")
+      ->check(CLI::Range(1, 1000));
+  app.add_option("--shared", options.shared_folder,
+                 "Folder with the public data (default: $LIMBER_SHARED or ../shared)");
+  app.add_option("--limberd", options.limberd, "Server binary for the suite `service`");
+  CLI11_PARSE(app, argc, argv);
+  if (options.shared_folder.empty() && std::filesystem::exists("../shared/data"))
+    options.shared_folder = "../shared";
+  const auto found = suites.find(suite);
+  if (found == suites.end()) {
+    fmt::print(stderr, "limber-bench: no suite \"{}\"; there are: {}\n", suite, names);
+    return 2;
+  }
+  try {
+    TablePrinter recorder;
+    found->second(options, recorder);
+    if (!json.empty()) write_json(json, suite, options.quick, recorder.cases());
+  } catch (const std::exception& error) {
+    fmt::print(stderr, "limber-bench: {}\n", error.what());
+    return 1;
+  }
+  return 0;
+}

@@ -1,0 +1,77 @@
+#pragma once
+
+#include <algorithm>
+#include <chrono>
+#include <functional>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "engine/bodies/elastic_body.h"
+#include "engine/scene/scene.h"
+
+namespace limber::bench {
+
+using Case =
+    nlohmann::ordered_json;  // one flat object per case: keys as the documentation names them
+
+struct SuiteOptions {
+  bool quick =
+      false;  // finish within 40 s: smaller or fewer cases, fewer repeats; says so in each case
+  std::string
+      shared_folder;    // public data; empty: cases that need it are left out and named on stderr
+  std::string limberd;  // path of the server binary (suite `service`)
+  int repeats = 5;
+};
+
+class Recorder {
+ public:
+  virtual ~Recorder() = default;
+  virtual void add(const Case& result) = 0;        // prints a row, keeps it for --json
+  virtual void note(const std::string& text) = 0;  // progress and remarks, on stderr
+};
+
+using Suite = void (*)(const SuiteOptions& options, Recorder& recorder);
+
+void spacetime_suite(const SuiteOptions& options, Recorder& recorder);
+void reconstruct_suite(const SuiteOptions& options, Recorder& recorder);
+void service_suite(const SuiteOptions& options, Recorder& recorder);
+void build_suite(const SuiteOptions& options, Recorder& recorder);
+
+/// A named body of the sample scenes or of the public data ("beam", "flower", "dino",
+/// "tyrannosaurus", "bunny", "Armadillo13K"); empty if its file is not there. Public bodies come
+/// with their fixed nodes and materials; where the data has none (bunny, Armadillo13K) the nodes of
+/// the lowest 5 % of the height are fixed.
+struct NamedBody {
+  std::string name;
+  bodies::ElasticBody body;
+  std::vector<int> compact_of_source;
+};
+[[nodiscard]] std::optional<NamedBody> load_body(const std::string& name,
+                                                 const SuiteOptions& options);
+
+/// The elastic body of a scene, in SI.
+[[nodiscard]] NamedBody body_of_scene(const scene::Scene& scene);
+
+/// Milliseconds of one call.
+template <typename Work>
+[[nodiscard]] double milliseconds(Work&& work) {
+  const auto start = std::chrono::steady_clock::now();
+  work();
+  return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start)
+      .count();
+}
+
+[[nodiscard]] inline double quantile(std::vector<double> values, double q) {
+  if (values.empty()) return 0;
+  const auto rank = static_cast<std::size_t>(q * static_cast<double>(values.size() - 1) + 0.5);
+  std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(rank),
+                   values.end());
+  return values[rank];
+}
+[[nodiscard]] inline double median(std::vector<double> values) {
+  return quantile(std::move(values), 0.5);
+}
+
+}  // namespace limber::bench

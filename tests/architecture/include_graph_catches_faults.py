@@ -1,0 +1,37 @@
+#!/usr/bin/env python3
+"""The include-graph check must be able to fail: a small tree with one fault of each kind."""
+
+import pathlib
+import sys
+import tempfile
+
+import include_graph
+
+FAULTS = {
+    "engine/bodies/a.h": ('#include "engine/reduced/b.h"\n', "bodies must not include"),
+    "engine/spacetime/c.h": ('#include "engine/reduced/b.h"\n', "spacetime must not include"),
+    "engine/scene/d.cpp": ("#include <zmq.hpp>\n", "must not include <zmq.hpp>"),
+    "engine/bodies/e.h": ("#include <cholmod.h>\n", "private to"),
+    "clients/cli/f.cpp": ('#include "engine/base/error.h"\n', "clients must not include"),
+    "engine/base/g.h": ('#include "engine/base/h.h"\n', "include cycle"),
+    "engine/base/h.h": ('#include "engine/base/g.h"\n', "include cycle"),
+}
+ALLOWED = {"engine/spacetime/ok.h": '#include "engine/reduced/kinematics.h"\n#include "engine/base/error.h"\n',
+           "engine/session/ok.h": '#include "engine/scene/scene.h"\n'}
+
+with tempfile.TemporaryDirectory() as folder:
+    root = pathlib.Path(folder)
+    for top in ("server", "engine", "clients"):
+        (root / top).mkdir()
+    for path, text in ALLOWED.items():
+        (root / path).parent.mkdir(parents=True, exist_ok=True)
+        (root / path).write_text(text)
+    assert include_graph.check(root) == [], include_graph.check(root)
+    for path, (text, _) in FAULTS.items():
+        (root / path).parent.mkdir(parents=True, exist_ok=True)
+        (root / path).write_text(text)
+    found = "\n".join(include_graph.check(root))
+    for path, (_, expected) in FAULTS.items():
+        if expected not in found:
+            sys.exit(f"not caught: {path}: {expected}\n{found}")
+print("every fault is caught")
