@@ -1,0 +1,37 @@
+#pragma once
+
+#include <cstdint>
+#include <type_traits>
+
+namespace limber {
+
+/// Threads that parallel_for may use, the caller included: $LIMBER_THREADS, else the hardware's.
+[[nodiscard]] int thread_count() noexcept;
+
+/// Overrides thread_count() from now on; >= 1.
+void set_thread_count(int threads);
+
+namespace detail {
+using ChunkFunction = void (*)(const void* context, std::int64_t begin, std::int64_t end);
+void parallel_for_erased(std::int64_t count, std::int64_t grain, ChunkFunction function,
+                         const void* context);
+}  // namespace detail
+
+/// Calls fn(begin, end) for the chunks [0, grain), [grain, 2 grain), ... of [0, count), on several
+/// threads.
+///
+/// Chunks do not depend on the number of threads: what a chunk writes is the same with 1 or 100 of
+/// them, and sums are reproducible if each chunk keeps its own and they are added in order. Calls
+/// inside fn run inline. The first exception (of the lowest chunk that threw) is rethrown here once
+/// no chunk runs any more; chunks that have not started by then are skipped. May be called from
+/// several threads at once.
+template <class Function>
+void parallel_for(std::int64_t count, std::int64_t grain, Function&& fn) {
+  using Plain = std::remove_reference_t<Function>;
+  const auto call = [](const void* context, std::int64_t begin, std::int64_t end) {
+    (*const_cast<Plain*>(static_cast<const Plain*>(context)))(begin, end);
+  };
+  detail::parallel_for_erased(count, grain, call, &fn);
+}
+
+}  // namespace limber
