@@ -33,8 +33,8 @@ struct SetDynamics {
 struct Undo {};
 struct Redo {};
 
-using Edit = std::variant<AddConstraint, MoveConstraint, ReplaceConstraint, RemoveConstraint, SetEnds, SetDynamics,
-                          Undo, Redo>;
+using Edit = std::variant<AddConstraint, MoveConstraint, ReplaceConstraint, RemoveConstraint,
+                          SetEnds, SetDynamics, Undo, Redo>;
 
 struct EditReceipt {
   Revision revision = 0;

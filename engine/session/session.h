@@ -21,9 +21,9 @@ enum class State { kBuilding, kReady, kFailed, kClosed };
 
 /// One published iterate: immutable, shared between threads.
 struct Result {
-  Revision revision = 0;        // every edit up to and including this one is in it
-  std::uint64_t sequence = 0;   // counts published results of the session from 1, no gaps
-  bool converged = false;       // final for this revision
+  Revision revision = 0;       // every edit up to and including this one is in it
+  std::uint64_t sequence = 0;  // counts published results of the session from 1, no gaps
+  bool converged = false;      // final for this revision
   spacetime::SolveReport report;
   Eigen::MatrixXd modal;        // z, r x N
   Eigen::MatrixXf coordinates;  // q, h x N (float32: what is streamed); displacement [m] = B q
@@ -35,7 +35,8 @@ struct Progress {
   double fraction = 0;
 };
 
-/// What the owner of a session is told. Called from worker threads, one call at a time per session; must not block.
+/// What the owner of a session is told. Called from worker threads, one call at a time per session;
+/// must not block.
 class Listener {
  public:
   virtual ~Listener() = default;
@@ -46,12 +47,12 @@ class Listener {
 
 /// The mesh as the client sent it and how to make its frames from streamed coordinates.
 struct Geometry {
-  bodies::NodePositions rest;                   // 3 x source nodes, scene units
-  bodies::TetNodes tets;                        // source node ids
+  bodies::NodePositions rest;                     // 3 x source nodes, scene units
+  bodies::TetNodes tets;                          // source node ids
   Eigen::Matrix<int, 3, Eigen::Dynamic> surface;  // boundary triangles, source node ids, outward
-  Eigen::MatrixXf basis;                        // 3 source nodes x h, scene units: position = rest + basis q
-  std::string basis_hash;                       // content hash, hex: same hash, same basis
-  std::vector<std::string> repairs, warnings;   // of the mesh
+  Eigen::MatrixXf basis;   // 3 source nodes x h, scene units: position = rest + basis q
+  std::string basis_hash;  // content hash, hex: same hash, same basis
+  std::vector<std::string> repairs, warnings;  // of the mesh
 };
 
 /// Runs a task later on some thread. A session posts at most one task at a time.
@@ -59,31 +60,36 @@ using Executor = std::function<void(std::function<void()>)>;
 
 struct SessionOptions {
   spacetime::SolverOptions solver;
-  int undo_depth = 1000;  // >= 0
+  int undo_depth = 1000;       // requests that can be undone, >= 0
+  int max_constraints = 4096;  // >= 0
 };
 
-/// A scene, its model, its edits in order, and its newest result; re-optimises whenever an edit arrives.
+/// A scene, its model, its edits in order, and its newest result; re-optimises whenever an edit
+/// arrives.
 ///
-/// Thread-safe. Edits are validated and numbered synchronously, solved asynchronously: those that arrive while a solve
-/// runs are coalesced, the newest revision wins, none is skipped in the final state. A refused edit leaves everything
-/// as it was.
+/// Thread-safe. Edits are validated and numbered synchronously, solved asynchronously: those that
+/// arrive while a solve runs are coalesced, the newest revision wins, none is skipped in the final
+/// state. A refused edit leaves everything as it was.
 class Session {
  public:
-  /// Validates the scene (throws Error for the first error) and starts building the model on the executor.
-  Session(std::string id, scene::Scene scene, SessionOptions options, std::shared_ptr<ModelCache> cache,
-          Executor executor, std::shared_ptr<Listener> listener);
+  /// Validates the scene (throws Error for the first error) and starts building the model on the
+  /// executor.
+  Session(std::string id, scene::Scene scene, SessionOptions options,
+          std::shared_ptr<ModelCache> cache, Executor executor, std::shared_ptr<Listener> listener);
   ~Session();  // cancels and waits for the running task
 
   [[nodiscard]] const std::string& id() const;
   [[nodiscard]] State state() const;
   [[nodiscard]] std::string state_message() const;
   [[nodiscard]] Progress progress() const;
-  [[nodiscard]] Revision revision() const;             // newest accepted
-  [[nodiscard]] scene::Scene scene() const;            // as edited up to revision(); the mesh included
+  [[nodiscard]] Revision revision() const;   // newest accepted
+  [[nodiscard]] scene::Scene scene() const;  // as edited up to revision(); the mesh included
   [[nodiscard]] std::vector<scene::Constraint> constraints() const;
 
-  /// All or nothing: applies the edits in order as one revision. Allowed while the model is still being built.
-  /// @param expected  if given, refuse with kFailedPrecondition unless it equals revision() (optimistic locking)
+  /// All or nothing: applies the edits in order as one revision. Allowed while the model is still
+  /// being built.
+  /// @param expected  if given, refuse with kFailedPrecondition unless it equals revision()
+  /// (optimistic locking)
   /// @throws Error with field "edits[i]...."
   EditReceipt edit(const std::vector<Edit>& edits, std::optional<Revision> expected = {});
 
@@ -91,7 +97,8 @@ class Session {
   void solve_cold();
   /// Stops a running build or solve; the session keeps its newest result.
   void cancel();
-  /// Refuses everything from now on, cancels, and tells the listener kClosed. Returns when no task runs any more.
+  /// Refuses everything from now on, cancels, and tells the listener kClosed. Returns when no task
+  /// runs any more.
   void close();
 
   [[nodiscard]] std::shared_ptr<const Result> newest_result() const;     // null before the first
@@ -100,8 +107,10 @@ class Session {
   [[nodiscard]] std::shared_ptr<const reduced::ReducedModel> model() const;  // null while building
   [[nodiscard]] double build_seconds() const;
 
-  /// Positions [scene units], 3 source nodes x frames, of a result: rest + basis q, computed in double.
-  [[nodiscard]] Eigen::MatrixXd positions(const Result& result, int first_frame, int frame_count) const;
+  /// Positions [scene units], 3 source nodes x frames, of a result: rest + basis q, computed in
+  /// double.
+  [[nodiscard]] Eigen::MatrixXd positions(const Result& result, int first_frame,
+                                          int frame_count) const;
 
  private:
   class Impl;

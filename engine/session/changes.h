@@ -1,0 +1,47 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <variant>
+#include <vector>
+
+#include "engine/scene/scene.h"
+
+namespace limber::session {
+
+/// The primitive changes a document is made of. Applying one yields its inverse: undo keeps these,
+/// never scenes.
+struct ConstraintChange {
+  std::uint64_t id = 0;
+  std::optional<scene::Constraint> value;  // what holds from now on; none: the constraint is gone
+};
+struct TargetChange {
+  std::uint64_t id = 0;
+  Eigen::Vector3d target = {0, 0, 0};
+};
+struct EndsChange {
+  scene::End first = scene::End::kFree, last = scene::End::kFree;
+};
+struct DynamicsChange {
+  scene::Dynamics dynamics;
+};
+
+using Change = std::variant<ConstraintChange, TargetChange, EndsChange, DynamicsChange>;
+using ChangeGroup = std::vector<Change>;  // in the order they are to be applied
+
+/// What differs from the state the solver last saw. Grows with the number of touched things, not of
+/// edits: this is how a storm of edits is coalesced.
+struct Touched {
+  enum class How { kTargetOnly, kAnything };
+
+  std::map<std::uint64_t, How> constraints;
+  bool ends = false;
+  bool dynamics = false;
+
+  void note(const Change& change);
+  [[nodiscard]] bool empty() const { return constraints.empty() && !ends && !dynamics; }
+};
+
+}  // namespace limber::session

@@ -1,0 +1,32 @@
+#pragma once
+
+#include <vector>
+
+#include "engine/scene/scene.h"
+
+namespace limber::session {
+
+/// What an edit may set in a given scene. Every check throws an Error whose field is relative to
+/// the value checked
+/// ("frame", "nodes[2]"); the caller puts its own path before it.
+class ConstraintRules {
+ public:
+  static constexpr double kFarthestTarget = 1e6;  // [body lengths]
+  static constexpr double kLeastWeight = 1e-30, kGreatestWeight = 1e30;
+
+  explicit ConstraintRules(const scene::Scene& scene);
+
+  void check(const scene::Constraint& constraint) const;
+  void check_target(const Eigen::Vector3d& target) const;
+  void check_ends(scene::End first, scene::End last) const;
+  static void check_dynamics(const scene::Dynamics& dynamics);
+
+ private:
+  void check_nodes(const std::vector<int>& nodes) const;
+
+  int frame_count_;
+  double reach_;            // bound of |target_axis| [scene length unit]
+  std::vector<char> used_;  // per source node
+};
+
+}  // namespace limber::session

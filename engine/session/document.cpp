@@ -1,0 +1,294 @@
+#include "engine/session/document.h"
+
+#include <fmt/format.h>
+
+#include <type_traits>
+#include <utility>
+
+#include "engine/base/error.h"
+
+namespace limber::session {
+namespace {
+
+const char* name_of(const Edit& edit) {
+  static constexpr const char* kNames[] = {"add.",      "move.",         "replace.", "remove.",
+                                           "set_ends.", "set_dynamics.", "undo.",    "redo."};
+  static_assert(std::variant_size_v<Edit> == std::size(kNames));
+  return kNames[edit.index()];
+}
+
+std::string joined(std::string path, const std::string& field) {
+  path += field;
+  if (!path.empty() && path.back() == '.') path.pop_back();
+  return path;
+}
+
+std::uint64_t constraint_of(const Change& change) {
+  if (const auto* constraint = std::get_if<ConstraintChange>(&change)) return constraint->id;
+  if (const auto* moved = std::get_if<TargetChange>(&change)) return moved->id;
+  return 0;
+}
+
+template <class Check>
+void under(const char* prefix, const Check& check) {
+  try {
+    check();
+  } catch (const Error& error) {
+    throw Error(error.code(), joined(prefix, error.field()), error.what());
+  }
+}
+
+}  // namespace
+
+void Touched::note(const Change& change) {
+  if (const auto* constraint = std::get_if<ConstraintChange>(&change)) {
+    constraints[constraint->id] = How::kAnything;
+  } else if (const auto* moved = std::get_if<TargetChange>(&change)) {
+    constraints.try_emplace(moved->id, How::kTargetOnly);
+  } else if (std::holds_alternative<EndsChange>(change)) {
+    ends = true;
+  } else {
+    dynamics = true;
+  }
+}
+
+void DocumentLimits::validate() const {
+  const auto demand = [](int value, const char* field) {
+    if (value < 0)
+      throw Error(ErrorCode::kInvalidArgument, field,
+                  fmt::format("{} is {}, it must be >= 0", field, value));
+  };
+  demand(undo_depth, "undo_depth");
+  demand(max_constraints, "max_constraints");
+}
+
+/// One call of apply(): how to take back what it did so far.
+struct Document::Request {
+  Touched& touched;                 // may name more than what changes in the end: harmless
+  ChangeGroup back;                 // inverses, oldest first, of everything done
+  std::size_t step_begin = 0;       // back[step_begin ...] belongs to the step under way
+  std::optional<Steps> undo, redo;  // the stacks as they were, once they have been changed
+
+  void keep_stacks(const Document& document) {
+    if (undo) return;
+    redo = document.redo_;
+    undo = document.undo_;
+  }
+};
+
+Document::Document(scene::Scene scene, DocumentLimits limits)
+    : limits_(limits),
+      rules_(scene),
+      first_end_(scene.first_end),
+      last_end_(scene.last_end),
+      dynamics_(scene.dynamics) {
+  limits_.validate();
+  rules_.check_ends(first_end_, last_end_);
+  under("dynamics.", [&] { ConstraintRules::check_dynamics(dynamics_); });
+  if (scene.constraints.size() > static_cast<std::size_t>(limits_.max_constraints)) {
+    throw Error(ErrorCode::kLimitExceeded, "constraints",
+                fmt::format("{} constraints, the limit is {}", scene.constraints.size(),
+                            limits_.max_constraints));
+  }
+  for (std::size_t i = 0; i < scene.constraints.size(); ++i) {
+    const scene::Constraint& constraint = scene.constraints[i];
+    under(fmt::format("constraints[{}].", i).c_str(), [&] { rules_.check(constraint); });
+    if (constraint.id != 0 && !constraints_.emplace(constraint.id, constraint).second) {
+      throw Error(ErrorCode::kAlreadyExists, fmt::format("constraints[{}].id", i),
+                  fmt::format("id {} is taken by an earlier constraint", constraint.id));
+    }
+  }
+  for (const auto& [id, constraint] : constraints_) next_id_ = id + 1;
+  for (scene::Constraint& constraint : scene.constraints) {
+    if (constraint.id != 0) continue;
+    number(constraint);
+    constraints_.emplace(constraint.id, constraint);
+  }
+  scene.constraints.clear();
+  unedited_ = std::make_shared<const scene::Scene>(std::move(scene));
+}
+
+std::vector<scene::Constraint> Document::constraint_list() const {
+  std::vector<scene::Constraint> list;
+  list.reserve(constraints_.size());
+  for (const auto& [id, constraint] : constraints_) list.push_back(constraint);
+  return list;
+}
+
+EditReceipt Document::apply(const std::vector<Edit>& edits, std::optional<Revision> expected,
+                            Touched& touched) {
+  if (expected && *expected != revision_) {
+    throw Error(
+        ErrorCode::kFailedPrecondition, "expected_revision",
+        fmt::format("revision {} was expected, the session is at {}", *expected, revision_));
+  }
+  if (edits.empty())
+    throw Error(ErrorCode::kInvalidArgument, "edits", "a request needs at least one edit");
+
+  const std::uint64_t next_id = next_id_;
+  EditReceipt receipt;
+  receipt.constraint_ids.reserve(edits.size());
+  Request request{touched, {}, 0, {}, {}};
+  std::size_t i = 0;
+  const auto take_back = [&] {
+    for (auto change = request.back.rbegin(); change != request.back.rend(); ++change)
+      exchange(std::move(*change));
+    if (request.undo) undo_ = std::move(*request.undo);
+    if (request.redo) redo_ = std::move(*request.redo);
+    next_id_ = next_id;
+  };
+  try {
+    for (; i < edits.size(); ++i) receipt.constraint_ids.push_back(apply_edit(edits[i], request));
+    close_step(request);
+  } catch (const Error& error) {
+    take_back();
+    throw Error(error.code(),
+                joined(fmt::format("edits[{}].{}", i, name_of(edits[i])), error.field()),
+                error.what());
+  } catch (...) {
+    take_back();
+    throw;
+  }
+  receipt.revision = ++revision_;
+  return receipt;
+}
+
+std::uint64_t Document::apply_edit(const Edit& edit, Request& request) {
+  return std::visit(
+      [&](const auto& e) -> std::uint64_t {
+        using T = std::decay_t<decltype(e)>;
+        if constexpr (std::is_same_v<T, AddConstraint>) {
+          return add(e.constraint, request);
+        } else if constexpr (std::is_same_v<T, MoveConstraint>) {
+          demand_known(e.id, "id");
+          rules_.check_target(e.target);
+          make(TargetChange{e.id, e.target}, request);
+          return e.id;
+        } else if constexpr (std::is_same_v<T, ReplaceConstraint>) {
+          demand_known(e.constraint.id, "constraint.id");
+          under("constraint.", [&] { rules_.check(e.constraint); });
+          make(ConstraintChange{e.constraint.id, e.constraint}, request);
+          return e.constraint.id;
+        } else if constexpr (std::is_same_v<T, RemoveConstraint>) {
+          demand_known(e.id, "id");
+          make(ConstraintChange{e.id, std::nullopt}, request);
+          return e.id;
+        } else if constexpr (std::is_same_v<T, SetEnds>) {
+          rules_.check_ends(e.first, e.last);
+          make(EndsChange{e.first, e.last}, request);
+          return 0;
+        } else if constexpr (std::is_same_v<T, SetDynamics>) {
+          ConstraintRules::check_dynamics(e.dynamics);
+          make(DynamicsChange{e.dynamics}, request);
+          return 0;
+        } else if constexpr (std::is_same_v<T, Undo>) {
+          request.keep_stacks(*this);
+          close_step(request);
+          if (undo_.empty())
+            throw Error(ErrorCode::kFailedPrecondition, "", "there is nothing to undo");
+          return step(undo_, redo_, request);
+        } else {
+          request.keep_stacks(*this);
+          close_step(request);
+          if (redo_.empty())
+            throw Error(ErrorCode::kFailedPrecondition, "", "there is nothing to redo");
+          return step(redo_, undo_, request);
+        }
+      },
+      edit);
+}
+
+std::uint64_t Document::add(const scene::Constraint& wanted, Request& request) {
+  under("constraint.", [&] { rules_.check(wanted); });
+  if (constraints_.size() >= static_cast<std::size_t>(limits_.max_constraints)) {
+    throw Error(ErrorCode::kLimitExceeded, "constraint",
+                fmt::format("the scene has {} constraints, the limit is {}", constraints_.size(),
+                            limits_.max_constraints));
+  }
+  scene::Constraint constraint = wanted;
+  if (constraint.id == 0) {
+    number(constraint);
+  } else if (constraints_.contains(constraint.id)) {
+    throw Error(ErrorCode::kAlreadyExists, "constraint.id",
+                fmt::format("id {} is taken; 0 lets the session choose one", constraint.id));
+  } else if (constraint.id >= next_id_) {
+    next_id_ = constraint.id + 1;
+  }
+  const std::uint64_t id = constraint.id;
+  make(ConstraintChange{id, std::move(constraint)}, request);
+  return id;
+}
+
+/// Takes the newest group of `from`, applies it backwards in time and leaves its inverse on `to`.
+std::uint64_t Document::step(Steps& from, Steps& to, Request& request) {
+  const std::shared_ptr<const ChangeGroup> group = from.back();
+  std::uint64_t id = 0;
+  bool single = true;
+  for (auto change = group->rbegin(); change != group->rend(); ++change) {
+    const std::uint64_t here = constraint_of(*change);
+    single = single && here != 0 && (id == 0 || id == here);
+    id = here;
+    make(*change, request);
+  }
+  const auto begin = request.back.begin() + static_cast<std::ptrdiff_t>(request.step_begin);
+  to.push_back(std::make_shared<const ChangeGroup>(begin, request.back.end()));
+  from.pop_back();
+  request.step_begin = request.back.size();
+  return single ? id : 0;
+}
+
+void Document::make(Change change, Request& request) {
+  request.touched.note(change);
+  // A change that does nothing holds the place, so that nothing can fail between the change and its
+  // inverse.
+  request.back.emplace_back(EndsChange{first_end_, last_end_});
+  request.back.back() = exchange(std::move(change));
+}
+
+void Document::close_step(Request& request) {
+  if (request.step_begin == request.back.size()) return;
+  const auto begin = request.back.begin() + static_cast<std::ptrdiff_t>(request.step_begin);
+  undo_.push_back(std::make_shared<const ChangeGroup>(begin, request.back.end()));
+  while (undo_.size() > static_cast<std::size_t>(limits_.undo_depth)) undo_.pop_front();
+  redo_.clear();
+  request.step_begin = request.back.size();
+}
+
+Change Document::exchange(Change change) {
+  if (auto* constraint = std::get_if<ConstraintChange>(&change)) {
+    const auto held = constraints_.find(constraint->id);
+    if (held == constraints_.end()) {
+      LIMBER_DEMAND(constraint->value.has_value());
+      constraints_.emplace(constraint->id, std::move(*constraint->value));
+      constraint->value.reset();  // the inverse: gone again
+    } else if (constraint->value) {
+      std::swap(*constraint->value, held->second);
+    } else {
+      constraint->value = std::move(held->second);
+      constraints_.erase(held);
+    }
+  } else if (auto* moved = std::get_if<TargetChange>(&change)) {
+    const auto held = constraints_.find(moved->id);
+    LIMBER_DEMAND(held != constraints_.end());
+    std::swap(moved->target, held->second.target);
+  } else if (auto* ends = std::get_if<EndsChange>(&change)) {
+    std::swap(ends->first, first_end_);
+    std::swap(ends->last, last_end_);
+  } else if (auto* dynamics = std::get_if<DynamicsChange>(&change)) {
+    std::swap(dynamics->dynamics, dynamics_);
+  }
+  return change;
+}
+
+void Document::number(scene::Constraint& constraint) {
+  while (next_id_ == 0 || constraints_.contains(next_id_)) ++next_id_;
+  constraint.id = next_id_++;
+}
+
+void Document::demand_known(std::uint64_t id, const char* field) const {
+  if (!constraints_.contains(id)) {
+    throw Error(ErrorCode::kNotFound, field, fmt::format("there is no constraint {}", id));
+  }
+}
+
+}  // namespace limber::session

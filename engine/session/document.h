@@ -1,0 +1,82 @@
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <map>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "engine/scene/scene.h"
+#include "engine/session/changes.h"
+#include "engine/session/constraint_rules.h"
+#include "engine/session/edit.h"
+
+namespace limber::session {
+
+struct DocumentLimits {
+  int undo_depth = 1000;       // requests that can be undone, >= 0
+  int max_constraints = 4096;  // >= 0
+
+  void validate() const;
+};
+
+/// A scene under edits: what the session's answers are made of. Not thread-safe, solves nothing,
+/// copies no mesh.
+///
+/// A request of edits is applied whole or not at all and is one revision and one step of undo. Undo
+/// and redo are edits too: they make new revisions. Inside a request, an Undo or Redo ends the step
+/// begun by the edits before it.
+class Document {
+ public:
+  /// @throws Error with a field of the scene ("constraints[3].frame") for constraints, ends or
+  /// dynamics that an edit
+  ///   could not have made either
+  explicit Document(scene::Scene scene, DocumentLimits limits = {});
+
+  /// @param touched  what may have changed is added to it
+  /// @throws Error{...} with field "edits[i]....", Error{kFailedPrecondition, "expected_revision"};
+  /// nothing has changed
+  EditReceipt apply(const std::vector<Edit>& edits, std::optional<Revision> expected,
+                    Touched& touched);
+
+  [[nodiscard]] Revision revision() const { return revision_; }
+  [[nodiscard]] scene::End first_end() const { return first_end_; }
+  [[nodiscard]] scene::End last_end() const { return last_end_; }
+  [[nodiscard]] const scene::Dynamics& dynamics() const { return dynamics_; }
+  [[nodiscard]] const std::map<std::uint64_t, scene::Constraint>& constraints() const {
+    return constraints_;
+  }
+  [[nodiscard]] std::vector<scene::Constraint> constraint_list() const;  // by id
+  [[nodiscard]] std::size_t undo_count() const { return undo_.size(); }
+  [[nodiscard]] std::size_t redo_count() const { return redo_.size(); }
+
+  /// What edits never change: mesh, materials, fixed nodes, frames, model. Its constraints are
+  /// empty, its ends and dynamics are those at opening.
+  [[nodiscard]] const std::shared_ptr<const scene::Scene>& unedited() const { return unedited_; }
+
+ private:
+  using Steps = std::deque<std::shared_ptr<const ChangeGroup>>;
+  struct Request;
+
+  std::uint64_t apply_edit(const Edit& edit, Request& request);
+  std::uint64_t add(const scene::Constraint& wanted, Request& request);
+  std::uint64_t step(Steps& from, Steps& to, Request& request);
+  void make(Change change, Request& request);
+  void close_step(Request& request);
+  Change exchange(Change change);
+  void number(scene::Constraint& constraint);
+  void demand_known(std::uint64_t id, const char* field) const;
+
+  DocumentLimits limits_;
+  ConstraintRules rules_;
+  std::shared_ptr<const scene::Scene> unedited_;
+  scene::End first_end_, last_end_;
+  scene::Dynamics dynamics_;
+  std::map<std::uint64_t, scene::Constraint> constraints_;
+  std::uint64_t next_id_ = 1;  // never goes back, so that an id is not given twice
+  Revision revision_ = 0;
+  Steps undo_, redo_;  // newest last; each group takes the document one step back (or forth)
+};
+
+}  // namespace limber::session

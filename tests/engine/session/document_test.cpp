@@ -1,0 +1,491 @@
+#include "engine/session/document.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <functional>
+#include <limits>
+#include <set>
+
+#include "engine/base/error.h"
+#include "tests/engine/session/scenes.h"
+
+namespace limber::session {
+namespace {
+
+using scene::End;
+using test::held;
+using test::two_tets;
+
+std::vector<std::uint64_t> ids(const Document& document) {
+  std::vector<std::uint64_t> list;
+  for (const auto& [id, constraint] : document.constraints()) list.push_back(id);
+  return list;
+}
+
+Document with_two() {
+  scene::Scene scene = two_tets();
+  scene.constraints = {held(3, 2, {0.1, 0, 0}), held(4, 1, {0, 0.2, 0})};
+  return Document(scene);
+}
+
+EditReceipt edit_all(Document& document, const std::vector<Edit>& edits) {
+  Touched touched;
+  return document.apply(edits, {}, touched);
+}
+
+/// Everything a client can see of a document, for comparison.
+struct Seen {
+  std::vector<scene::Constraint> constraints;
+  End first, last;
+  scene::Dynamics dynamics;
+  bool operator==(const Seen& other) const {
+    if (constraints.size() != other.constraints.size()) return false;
+    for (std::size_t i = 0; i < constraints.size(); ++i) {
+      if (!test::same(constraints[i], other.constraints[i])) return false;
+    }
+    return first == other.first && last == other.last &&
+           dynamics.frames_per_second == other.dynamics.frames_per_second &&
+           dynamics.period_frames == other.dynamics.period_frames &&
+           dynamics.damping_ratio == other.dynamics.damping_ratio;
+  }
+};
+
+Seen see(const Document& document) {
+  return {document.constraint_list(), document.first_end(), document.last_end(),
+          document.dynamics()};
+}
+
+TEST(Document, KeepsGivenIdsAndNumbersTheRest) {
+  scene::Scene scene = two_tets();
+  scene.constraints = {held(1, 0), held(2, 0), held(3, 0)};
+  scene.constraints[1].id = 7;
+  Document document(scene);
+  EXPECT_THAT(ids(document), testing::ElementsAre(7, 8, 9));
+  EXPECT_EQ(document.constraints().at(7).frame, 2);
+  EXPECT_EQ(document.revision(), 0u);
+}
+
+TEST(Document, RefusesASceneThatNoEditCouldHaveMade) {
+  scene::Scene scene = two_tets();
+  scene.constraints = {held(3, 1), held(99, 1)};
+  try {
+    Document document(scene);
+    FAIL();
+  } catch (const Error& error) {
+    EXPECT_EQ(error.code(), ErrorCode::kOutOfRange);
+    EXPECT_EQ(error.field(), "constraints[1].frame");
+  }
+  scene.constraints = {held(3, 1), held(4, 1)};
+  scene.constraints[0].id = scene.constraints[1].id = 5;
+  try {
+    Document document(scene);
+    FAIL();
+  } catch (const Error& error) {
+    EXPECT_EQ(error.code(), ErrorCode::kAlreadyExists);
+    EXPECT_EQ(error.field(), "constraints[1].id");
+  }
+  scene.constraints.resize(1);
+  EXPECT_THROW(Document(scene, {.undo_depth = 1, .max_constraints = 0}), Error);
+  EXPECT_THROW(Document(scene, {.undo_depth = -1}), Error);
+}
+
+TEST(Document, AddMoveReplaceRemove) {
+  Document document = with_two();
+  EditReceipt receipt = edit_all(document, {AddConstraint{held(5, 0)}});
+  EXPECT_EQ(receipt.revision, 1u);
+  EXPECT_THAT(receipt.constraint_ids, testing::ElementsAre(3));
+
+  receipt = edit_all(document, {MoveConstraint{3, {1, 2, 3}}, RemoveConstraint{1},
+                                SetEnds{End::kFree, End::kFree}});
+  EXPECT_EQ(receipt.revision, 2u);
+  EXPECT_THAT(receipt.constraint_ids, testing::ElementsAre(3, 1, 0));
+  EXPECT_EQ(document.constraints().at(3).target, Eigen::Vector3d(1, 2, 3));
+  EXPECT_THAT(ids(document), testing::ElementsAre(2, 3));
+
+  scene::Constraint other = held(6, 2);
+  other.id = 2;
+  other.weight = std::numeric_limits<double>::infinity();
+  edit_all(document, {ReplaceConstraint{other}});
+  EXPECT_TRUE(test::same(document.constraints().at(2), other));
+  // Ids are never given twice, even when the newest was removed.
+  edit_all(document, {RemoveConstraint{3}});
+  EXPECT_THAT(edit_all(document, {AddConstraint{held(5, 0)}}).constraint_ids,
+              testing::ElementsAre(4));
+}
+
+TEST(Document, NumbersPastTheLargestId) {
+  Document document(two_tets());
+  scene::Constraint last = held(3, 0);
+  last.id = std::numeric_limits<std::uint64_t>::max();
+  edit_all(document, {AddConstraint{last}});
+  EXPECT_THAT(
+      edit_all(document, {AddConstraint{held(3, 0)}, AddConstraint{held(4, 0)}}).constraint_ids,
+      testing::ElementsAre(1, 2));
+}
+
+struct BadEdit {
+  const char* name;
+  std::function<Edit()> edit;
+  ErrorCode code;
+  const char* field;
+};
+
+Edit spoiled(const std::function<void(scene::Constraint&)>& spoil) {
+  scene::Constraint constraint = held(5, 1);
+  spoil(constraint);
+  return AddConstraint{constraint};
+}
+
+Edit dynamics(double fps, double period, double damping) {
+  return SetDynamics{{fps, period, damping}};
+}
+
+const double kNan = std::numeric_limits<double>::quiet_NaN();
+const double kInfinity = std::numeric_limits<double>::infinity();
+
+const std::vector<BadEdit>& bad_edits() {
+  using C = scene::Constraint;
+  using E = ErrorCode;
+  static const std::vector<BadEdit> kBad = {
+      {"FrameBelow", [] { return spoiled([](C& c) { c.frame = -1; }); }, E::kOutOfRange,
+       "edits[1].add.constraint.frame"},
+      {"FrameAbove", [] { return spoiled([](C& c) { c.frame = 10; }); }, E::kOutOfRange,
+       "edits[1].add.constraint.frame"},
+      {"NoNode", [] { return spoiled([](C& c) { c.nodes = {}; }); }, E::kInvalidArgument,
+       "edits[1].add.constraint.nodes"},
+      {"NodeBelow", [] { return spoiled([](C& c) {
+                           c.nodes = {1, -1};
+                         }); }, E::kOutOfRange,
+       "edits[1].add.constraint.nodes[1]"},
+      {"NodeAbove", [] { return spoiled([](C& c) { c.nodes = {6}; }); }, E::kOutOfRange,
+       "edits[1].add.constraint.nodes[0]"},
+      {"NodeUnused", [] { return spoiled([](C& c) {
+                            c.nodes = {2, 5};
+                          }); }, E::kInvalidArgument,
+       "edits[1].add.constraint.nodes[1]"},
+      {"NodeTwice", [] { return spoiled([](C& c) {
+                           c.nodes = {2, 1, 0, 1};
+                         }); },
+       E::kInvalidArgument, "edits[1].add.constraint.nodes[3]"},
+      {"NoAxis", [] { return spoiled([](C& c) { c.axes = 0; }); }, E::kInvalidArgument,
+       "edits[1].add.constraint.axes"},
+      {"AxisUnknown", [] { return spoiled([](C& c) { c.axes = 8; }); }, E::kInvalidArgument,
+       "edits[1].add.constraint.axes"},
+      {"Kind", [] { return spoiled([](C& c) { c.kind = static_cast<scene::TargetKind>(9); }); },
+       E::kInvalidArgument, "edits[1].add.constraint.kind"},
+      {"TargetNaN", [] { return spoiled([](C& c) { c.target.y() = kNan; }); }, E::kInvalidArgument,
+       "edits[1].add.constraint.target"},
+      {"TargetInfinite", [] { return spoiled([](C& c) { c.target.z() = -kInfinity; }); },
+       E::kInvalidArgument, "edits[1].add.constraint.target"},
+      {"TargetFar", [] { return spoiled([](C& c) { c.target.z() = 1e30; }); }, E::kOutOfRange,
+       "edits[1].add.constraint.target"},
+      {"WeightZero", [] { return spoiled([](C& c) { c.weight = 0; }); }, E::kInvalidArgument,
+       "edits[1].add.constraint.weight"},
+      {"WeightNegative", [] { return spoiled([](C& c) { c.weight = -kInfinity; }); },
+       E::kInvalidArgument, "edits[1].add.constraint.weight"},
+      {"WeightNaN", [] { return spoiled([](C& c) { c.weight = kNan; }); }, E::kInvalidArgument,
+       "edits[1].add.constraint.weight"},
+      {"WeightTiny", [] { return spoiled([](C& c) { c.weight = 1e-300; }); }, E::kOutOfRange,
+       "edits[1].add.constraint.weight"},
+      {"IdTaken", [] { return spoiled([](C& c) { c.id = 2; }); }, E::kAlreadyExists,
+       "edits[1].add.constraint.id"},
+      {"MoveUnknown",
+       [] {
+         return Edit(MoveConstraint{9, {0, 0, 0}});
+       },
+       E::kNotFound, "edits[1].move.id"},
+      {"MoveNaN",
+       [] {
+         return Edit(MoveConstraint{1, {kNan, 0, 0}});
+       },
+       E::kInvalidArgument, "edits[1].move.target"},
+      {"ReplaceUnknown", [] { return Edit(ReplaceConstraint{held(1, 1)}); }, E::kNotFound,
+       "edits[1].replace.constraint.id"},
+      {"ReplaceFrame",
+       [] {
+         auto c = held(99, 1);
+         c.id = 1;
+         return Edit(ReplaceConstraint{c});
+       },
+       E::kOutOfRange, "edits[1].replace.constraint.frame"},
+      {"RemoveUnknown", [] { return Edit(RemoveConstraint{0}); }, E::kNotFound,
+       "edits[1].remove.id"},
+      {"EndUnknown",
+       [] {
+         return Edit(SetEnds{static_cast<End>(7), End::kFree});
+       },
+       E::kInvalidArgument, "edits[1].set_ends.first_end"},
+      {"LastEndUnknown",
+       [] {
+         return Edit(SetEnds{End::kFree, static_cast<End>(-1)});
+       },
+       E::kInvalidArgument, "edits[1].set_ends.last_end"},
+      {"FpsZero", [] { return dynamics(0, 40, 0); }, E::kInvalidArgument,
+       "edits[1].set_dynamics.frames_per_second"},
+      {"FpsNaN", [] { return dynamics(kNan, 40, 0); }, E::kInvalidArgument,
+       "edits[1].set_dynamics.frames_per_second"},
+      {"PeriodNegative", [] { return dynamics(30, -1, 0); }, E::kInvalidArgument,
+       "edits[1].set_dynamics.period_frames"},
+      {"PeriodTiny", [] { return dynamics(30, 1e-200, 0); }, E::kInvalidArgument,
+       "edits[1].set_dynamics.period_frames"},
+      {"DampingOne", [] { return dynamics(30, 40, 1); }, E::kInvalidArgument,
+       "edits[1].set_dynamics.damping_ratio"},
+      {"DampingNaN", [] { return dynamics(30, 40, kNan); }, E::kInvalidArgument,
+       "edits[1].set_dynamics.damping_ratio"},
+      // The step that edits[0] began is closed by the first Undo and taken back by it; there is no
+      // other.
+      {"UndoTooOften", [] { return Edit(Redo{}); }, E::kFailedPrecondition, "edits[1].redo"},
+  };
+  return kBad;
+}
+
+class DocumentBadEdit : public testing::TestWithParam<BadEdit> {};
+
+TEST_P(DocumentBadEdit, IsNamedAndLeavesEverythingAsItWas) {
+  Document document = with_two();
+  edit_all(document, {MoveConstraint{1, {5, 5, 5}}});
+  edit_all(document, {RemoveConstraint{2}, AddConstraint{held(6, 3)}});
+  edit_all(document, {Undo{}});
+  const Seen before = see(document);
+  try {
+    edit_all(document, {MoveConstraint{1, {9, 9, 9}}, GetParam().edit()});
+    FAIL() << "accepted";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.code(), GetParam().code);
+    EXPECT_EQ(error.field(), GetParam().field);
+    EXPECT_STRNE(error.what(), "");
+  }
+  EXPECT_TRUE(see(document) == before);
+  EXPECT_EQ(document.revision(), 3u);
+  EXPECT_EQ(document.undo_count(), 1u);
+  EXPECT_EQ(document.redo_count(), 1u);
+  // The refused request did not eat the redo step.
+  EXPECT_EQ(edit_all(document, {Redo{}}).revision, 4u);
+  EXPECT_THAT(ids(document), testing::ElementsAre(1, 3));
+}
+
+INSTANTIATE_TEST_SUITE_P(, DocumentBadEdit, testing::ValuesIn(bad_edits()),
+                         [](const auto& test) { return std::string(test.param.name); });
+
+TEST(Document, RefusedUndoInsideARequestTakesEverythingBack) {
+  Document document = with_two();
+  const Seen opened = see(document);
+  edit_all(document, {MoveConstraint{1, {5, 5, 5}}});
+  const Seen moved = see(document);
+  try {
+    edit_all(document, {RemoveConstraint{2}, Undo{}, Undo{}, Undo{}});
+    FAIL();
+  } catch (const Error& error) {
+    EXPECT_EQ(error.code(), ErrorCode::kFailedPrecondition);
+    EXPECT_EQ(error.field(), "edits[3].undo");
+  }
+  EXPECT_TRUE(see(document) == moved);
+  EXPECT_EQ(document.undo_count(), 1u);
+  EXPECT_EQ(document.redo_count(), 0u);
+  edit_all(document, {Undo{}});
+  EXPECT_TRUE(see(document) == opened);
+}
+
+TEST(Document, NothingToUndoOrRedo) {
+  Document document = with_two();
+  for (const auto& [edit, field] : std::vector<std::pair<Edit, std::string>>{
+           {Undo{}, "edits[0].undo"}, {Redo{}, "edits[0].redo"}}) {
+    try {
+      edit_all(document, {edit});
+      FAIL();
+    } catch (const Error& error) {
+      EXPECT_EQ(error.code(), ErrorCode::kFailedPrecondition);
+      EXPECT_EQ(error.field(), field);
+    }
+  }
+  EXPECT_EQ(document.revision(), 0u);
+}
+
+TEST(Document, EmptyRequestAndWrongRevision) {
+  Document document = with_two();
+  Touched touched;
+  EXPECT_THROW(document.apply({}, {}, touched), Error);
+  EXPECT_EQ(document.apply({MoveConstraint{1, {1, 0, 0}}}, 0, touched).revision, 1u);
+  try {
+    document.apply({MoveConstraint{1, {2, 0, 0}}}, 0, touched);
+    FAIL();
+  } catch (const Error& error) {
+    EXPECT_EQ(error.code(), ErrorCode::kFailedPrecondition);
+    EXPECT_EQ(error.field(), "expected_revision");
+  }
+  EXPECT_EQ(document.constraints().at(1).target.x(), 1);
+}
+
+TEST(Document, LimitOnConstraints) {
+  Document document(two_tets(), {.undo_depth = 10, .max_constraints = 2});
+  edit_all(document, {AddConstraint{held(3, 0)}, AddConstraint{held(4, 0)}});
+  try {
+    edit_all(document, {RemoveConstraint{1}, AddConstraint{held(3, 0)}, AddConstraint{held(4, 0)}});
+    FAIL();
+  } catch (const Error& error) {
+    EXPECT_EQ(error.code(), ErrorCode::kLimitExceeded);
+    EXPECT_EQ(error.field(), "edits[2].add.constraint");
+  }
+  EXPECT_THAT(ids(document), testing::ElementsAre(1, 2));
+}
+
+TEST(Document, EndsMustLeaveAFrame) {
+  scene::Scene scene = two_tets();
+  scene.frame_count = 3;
+  scene.first_end = scene.last_end = End::kPinnedPosition;
+  Document document(scene);
+  EXPECT_THROW(edit_all(document, {SetEnds{End::kPinnedPositionVelocity, End::kPinnedPosition}}),
+               Error);
+  edit_all(document, {SetEnds{End::kPinnedPositionVelocity, End::kFree}});
+  scene.last_end = End::kPinnedPositionVelocity;
+  EXPECT_THROW(Document{scene}, Error);
+}
+
+TEST(Document, UndoIsBounded) {
+  scene::Scene scene = two_tets();
+  scene.constraints = {held(3, 1)};
+  Document document(scene, {.undo_depth = 3});
+  for (int i = 1; i <= 10; ++i) edit_all(document, {MoveConstraint{1, {double(i), 0, 0}}});
+  for (int i = 0; i < 3; ++i) edit_all(document, {Undo{}});
+  EXPECT_EQ(document.constraints().at(1).target.x(), 7);
+  EXPECT_THROW(edit_all(document, {Undo{}}), Error);
+  EXPECT_EQ(document.revision(), 13u);
+
+  Document none(scene, {.undo_depth = 0});
+  edit_all(none, {MoveConstraint{1, {1, 0, 0}}});
+  EXPECT_THROW(edit_all(none, {Undo{}}), Error);
+}
+
+TEST(Document, UndoNamesTheOneConstraintItTouched) {
+  Document document = with_two();
+  edit_all(document, {MoveConstraint{2, {1, 0, 0}}});
+  edit_all(document, {MoveConstraint{1, {1, 0, 0}}, MoveConstraint{2, {2, 0, 0}}});
+  EXPECT_THAT(edit_all(document, {Undo{}, Undo{}}).constraint_ids, testing::ElementsAre(0, 2));
+}
+
+TEST(Document, TouchedIsCoalesced) {
+  Document document = with_two();
+  Touched touched;
+  for (int i = 0; i < 1000; ++i)
+    document.apply({MoveConstraint{1, {double(i), 0, 0}}}, {}, touched);
+  ASSERT_EQ(touched.constraints.size(), 1u);
+  EXPECT_EQ(touched.constraints.at(1), Touched::How::kTargetOnly);
+  document.apply({RemoveConstraint{1}}, {}, touched);
+  EXPECT_EQ(touched.constraints.at(1), Touched::How::kAnything);
+  document.apply({Undo{}, MoveConstraint{1, {0, 0, 0}}}, {}, touched);
+  EXPECT_EQ(touched.constraints.at(1), Touched::How::kAnything);
+  EXPECT_FALSE(touched.ends || touched.dynamics);
+  document.apply({SetEnds{End::kFree, End::kFree}, SetDynamics{}}, {}, touched);
+  EXPECT_TRUE(touched.ends && touched.dynamics);
+}
+
+/// The same rules by brute force: whole copies of the state.
+class NaiveModel {
+ public:
+  explicit NaiveModel(Seen state) : state_(std::move(state)) {}
+  bool apply(const std::vector<Edit>& edits, const std::vector<std::uint64_t>& given) {
+    const NaiveModel before = *this;
+    bool open = false;
+    for (std::size_t i = 0; i < edits.size(); ++i) {
+      if (!one(edits[i], given.empty() ? 0 : given[i], open)) {
+        *this = before;
+        return false;
+      }
+    }
+    return true;
+  }
+  [[nodiscard]] const Seen& state() const { return state_; }
+
+ private:
+  bool one(const Edit& edit, std::uint64_t given, bool& open) {
+    if (std::holds_alternative<Undo>(edit) || std::holds_alternative<Redo>(edit)) {
+      auto& from = std::holds_alternative<Undo>(edit) ? past_ : future_;
+      auto& to = std::holds_alternative<Undo>(edit) ? future_ : past_;
+      open = false;
+      if (from.empty()) return false;
+      to.push_back(state_);
+      state_ = from.back();
+      from.pop_back();
+      return true;
+    }
+    const Seen before = state_;
+    if (!change(edit, given)) return false;
+    if (!open) past_.push_back(before);
+    open = true;
+    future_.clear();
+    return true;
+  }
+  bool change(const Edit& edit, std::uint64_t given) {
+    auto& list = state_.constraints;
+    const auto find = [&](std::uint64_t id) {
+      return std::find_if(list.begin(), list.end(), [&](const auto& c) { return c.id == id; });
+    };
+    if (const auto* add = std::get_if<AddConstraint>(&edit)) {
+      scene::Constraint constraint = add->constraint;
+      if (constraint.id == 0) constraint.id = given;
+      if (find(constraint.id) != list.end()) return false;
+      list.push_back(constraint);
+      std::sort(list.begin(), list.end(), [](const auto& a, const auto& b) { return a.id < b.id; });
+    } else if (const auto* move = std::get_if<MoveConstraint>(&edit)) {
+      if (find(move->id) == list.end()) return false;
+      find(move->id)->target = move->target;
+    } else if (const auto* replace = std::get_if<ReplaceConstraint>(&edit)) {
+      if (find(replace->constraint.id) == list.end()) return false;
+      *find(replace->constraint.id) = replace->constraint;
+    } else if (const auto* remove = std::get_if<RemoveConstraint>(&edit)) {
+      if (find(remove->id) == list.end()) return false;
+      list.erase(find(remove->id));
+    } else if (const auto* ends = std::get_if<SetEnds>(&edit)) {
+      state_.first = ends->first;
+      state_.last = ends->last;
+    } else if (const auto* dynamics = std::get_if<SetDynamics>(&edit)) {
+      state_.dynamics = dynamics->dynamics;
+    }
+    return true;
+  }
+  Seen state_;
+  std::vector<Seen> past_, future_;
+};
+
+TEST(Document, RandomEditsAgreeWithWholeCopies) {
+  Random random(20);
+  int accepted = 0, refused = 0;
+  for (int run = 0; run < 40; ++run) {
+    Document document = with_two();
+    NaiveModel naive(see(document));
+    Revision revision = 0;
+    for (int request = 0; request < 250; ++request) {
+      std::vector<Edit> edits;
+      for (int count = 1 + test::below(random, 4) * test::below(random, 2); count > 0; --count)
+        edits.push_back(test::random_edit(random));
+      EditReceipt receipt;
+      bool ok = true;
+      try {
+        receipt = edit_all(document, edits);
+      } catch (const Error&) {
+        ok = false;
+      }
+      // A refused request is refused by the copies too, whatever ids they would give.
+      const std::vector<std::uint64_t> unlikely(edits.size(), 0);
+      if (!ok) {
+        for (Edit& edit : edits) {
+          if (auto* add = std::get_if<AddConstraint>(&edit); add && add->constraint.id == 0)
+            add->constraint.id = 1000000 + test::below(random, 1 << 30);
+        }
+      }
+      ASSERT_EQ(naive.apply(edits, ok ? receipt.constraint_ids : unlikely), ok)
+          << run << " " << request;
+      ASSERT_TRUE(see(document) == naive.state()) << run << " " << request;
+      revision += ok;
+      ASSERT_EQ(document.revision(), revision);
+      (ok ? accepted : refused) += 1;
+    }
+  }
+  EXPECT_GT(accepted, 3000);
+  EXPECT_GT(refused, 500);
+}
+
+}  // namespace
+}  // namespace limber::session
