@@ -1,0 +1,105 @@
+#include "engine/reduced/model_file.h"
+
+#include <gtest/gtest.h>
+
+#include "engine/base/error.h"
+#include "engine/base/hash.h"
+#include "engine/base/random.h"
+
+namespace limber::reduced {
+namespace {
+
+Eigen::MatrixXd random_matrix(int rows, int cols, Random& random) {
+  Eigen::MatrixXd result(rows, cols);
+  for (Eigen::Index i = 0; i < result.size(); ++i) result.data()[i] = random.normal();
+  return result;
+}
+
+ReducedModel some_model() {
+  Random random(5);
+  ReducedModel model;
+  model.node_count = 11;
+  model.length = 2.5;
+  model.rigid_count = 6;
+  model.eigenvalues = random_matrix(9, 1, random).cwiseAbs();
+  model.modes = random_matrix(33, 9, random);
+  model.basis = random_matrix(33, 7, random);
+  model.tets = {4, 0, 17};
+  model.rs_modes = random_matrix(27, 9, random);
+  model.map = random_matrix(7, 27, random);
+  model.direct = random_matrix(7, 9, random);
+  model.report.error_mean = 0.0123;
+  model.report.met_tolerance = false;
+  model.report.message = "0.0123 > 0.01";
+  return model;
+}
+
+TEST(ModelFile, ComesBackBitForBit) {
+  const ReducedModel model = some_model();
+  const std::string bytes = encode_model(model);
+  const ReducedModel back = decode_model(bytes);
+  EXPECT_EQ(bytes, encode_model(back));
+  EXPECT_EQ(model.node_count, back.node_count);
+  EXPECT_EQ(model.rigid_count, back.rigid_count);
+  EXPECT_EQ(model.modes, back.modes);
+  EXPECT_EQ(model.basis, back.basis);
+  EXPECT_EQ(model.tets, back.tets);
+  EXPECT_EQ(model.rs_modes, back.rs_modes);
+  EXPECT_EQ(model.map, back.map);
+  EXPECT_EQ(model.direct, back.direct);
+  EXPECT_EQ(model.eigenvalues, back.eigenvalues);
+  EXPECT_EQ(model.report.message, back.report.message);
+  EXPECT_FALSE(back.report.met_tolerance);
+}
+
+ErrorCode code_of(std::string_view bytes) {
+  try {
+    (void)decode_model(bytes);
+  } catch (const Error& error) {
+    EXPECT_EQ("model_file", error.field());
+    return error.code();
+  }
+  ADD_FAILURE() << "damaged bytes were accepted";
+  return ErrorCode::kInternal;
+}
+
+TEST(ModelFile, EveryCutIsRefused) {
+  const std::string bytes = encode_model(some_model());
+  for (std::size_t size = 0; size < bytes.size(); size += size < 200 ? 1 : 37) {
+    EXPECT_EQ(ErrorCode::kInvalidArgument, code_of(std::string_view(bytes).substr(0, size)));
+  }
+  EXPECT_EQ(ErrorCode::kInvalidArgument, code_of(bytes + "x"));
+}
+
+TEST(ModelFile, EveryChangedByteIsRefused) {
+  const std::string bytes = encode_model(some_model());
+  for (std::size_t i = 0; i < bytes.size(); i += i < 100 ? 1 : 13) {
+    std::string damaged = bytes;
+    damaged[i] = static_cast<char>(damaged[i] ^ 0x10);
+    const bool in_version = i >= 8 && i < 12;
+    EXPECT_EQ(in_version ? ErrorCode::kUnsupported : ErrorCode::kInvalidArgument, code_of(damaged))
+        << i;
+  }
+}
+
+// A hash proves no good will: sizes are checked as well.
+TEST(ModelFile, HostileSizesWithARightHashAreRefused) {
+  const std::string good = encode_model(some_model());
+  for (std::size_t at = 20; at + 16 + 8 < good.size(); at += 4) {
+    for (std::uint64_t value :
+         {~std::uint64_t{0}, std::uint64_t{1} << 61, std::uint64_t{1} << 33, std::uint64_t{12}}) {
+      std::string bytes = good.substr(0, good.size() - 16);
+      bytes.replace(at, 8, reinterpret_cast<const char*>(&value), 8);
+      const auto hash = ContentHash().add(std::string_view(bytes)).digest();
+      bytes.append(reinterpret_cast<const char*>(hash.data()), hash.size());
+      try {
+        (void)decode_model(bytes);  // a changed coefficient is a model again, but nothing may crash
+      } catch (const Error& error) {
+        EXPECT_EQ(ErrorCode::kInvalidArgument, error.code());
+      }
+    }
+  }
+}
+
+}  // namespace
+}  // namespace limber::reduced
