@@ -1,0 +1,35 @@
+#include "engine/bodies/stiffness.h"
+
+#include "engine/bodies/node_graph.h"
+
+namespace limber::bodies {
+
+Eigen::Matrix<double, 12, 12> tet_stiffness(
+    const Eigen::Ref<const Eigen::Matrix<double, 3, 4>>& shape_gradients, double volume,
+    const Material& material) {
+  const double lambda = volume * material.lame_lambda();
+  const double mu = volume * material.lame_mu();
+  Eigen::Matrix<double, 12, 12> result;
+  for (int b = 0; b < 4; ++b) {
+    for (int a = 0; a < 4; ++a) {
+      const Eigen::Vector3d ga = shape_gradients.col(a);
+      const Eigen::Vector3d gb = shape_gradients.col(b);
+      result.block<3, 3>(3 * a, 3 * b) = lambda * ga * gb.transpose() + mu * gb * ga.transpose();
+      result.block<3, 3>(3 * a, 3 * b).diagonal().array() += mu * ga.dot(gb);
+    }
+  }
+  return result;
+}
+
+Eigen::SparseMatrix<double> stiffness_matrix(const TetMesh& mesh,
+                                             const GradientOperator& gradient) {
+  return NodeGraph(mesh.tets, mesh.node_count()).assemble_vector([&](int e) {
+    return tet_stiffness(gradient.shape_gradients(e), gradient.volumes()[e], mesh.material_of(e));
+  });
+}
+
+Eigen::SparseMatrix<double> stiffness_matrix(const TetMesh& mesh) {
+  return stiffness_matrix(mesh, GradientOperator(mesh));
+}
+
+}  // namespace limber::bodies
