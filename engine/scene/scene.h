@@ -19,9 +19,10 @@ enum class TargetKind {
 
 /// How fast the body moves: unit of time is the frame.
 struct Dynamics {
-  double frames_per_second = 30;       // > 0
-  double period_frames = 40;           // frames of one swing of the lowest elastic mode; 0: from materials and fps
-  double damping_ratio = 0;            // of critical, for every mode, in [0, 1)
+  double frames_per_second = 30;  // > 0
+  double period_frames =
+      40;  // frames of one swing of the lowest elastic mode; 0: from materials and fps
+  double damping_ratio = 0;  // of critical, for every mode, in [0, 1)
 };
 
 /// Sizes of 0 are chosen so that the mean relative error on held-out poses is below the tolerance.
@@ -35,10 +36,10 @@ struct ModelRequest {
 
 /// "In this frame, the (mean) position of these nodes is there."
 struct Constraint {
-  std::uint64_t id = 0;                // 0: to be numbered by the session
+  std::uint64_t id = 0;  // 0: to be numbered by the session
   int frame = 0;
-  std::vector<int> nodes;              // source node ids, one or more; a group is held by its mean
-  unsigned axes = 7;                   // bit 0: x, 1: y, 2: z
+  std::vector<int> nodes;  // source node ids, one or more; a group is held by its mean
+  unsigned axes = 7;       // bit 0: x, 1: y, 2: z
   TargetKind kind = TargetKind::kDisplacement;
   Eigen::Vector3d target = {0, 0, 0};  // [scene length unit]
   double weight = 100;                 // gamma, > 0; infinity holds exactly
@@ -47,18 +48,19 @@ struct Constraint {
 /// What a session edits: plain values, lengths in `length_unit_in_metres`.
 struct Scene {
   std::string name;
-  bodies::TetMesh mesh;                // coordinates in scene units
-  double length_unit_in_metres = 1;    // 0.001 for a mesh in millimetres
-  bodies::Material material;           // where the mesh brings none; SI
+  bodies::TetMesh mesh;                   // coordinates in scene units
+  double length_unit_in_metres = 1;       // 0.001 for a mesh in millimetres
+  bodies::Material material;              // where the mesh brings none; SI
   std::optional<double> merge_tolerance;  // [scene length unit]
-  std::vector<int> fixed_nodes;        // source node ids; empty: a free body
+  std::vector<int> fixed_nodes;           // source node ids; empty: a free body
   int frame_count = 0;
   End first_end = End::kPinnedPositionVelocity;
   End last_end = End::kPinnedPositionVelocity;
   Dynamics dynamics;
   ModelRequest model;
   std::vector<Constraint> constraints;
-  /// Base motion that is edited: displacements from rest, 3n x frame_count [scene units]; empty: the rest shape.
+  /// Base motion that is edited: displacements from rest, 3n x frame_count [scene units]; empty:
+  /// the rest shape.
   Eigen::MatrixXd base_motion;
 };
 
@@ -70,8 +72,8 @@ struct Issue {
   std::string message;
 };
 
-/// Everything that is wrong with a scene (not just the first thing): meshes, materials, fixed nodes, frames, modes,
-/// constraints. Empty: a session can be opened.
+/// Everything that is wrong with a scene (not just the first thing): meshes, materials, fixed
+/// nodes, frames, modes, constraints. Empty: a session can be opened.
 [[nodiscard]] std::vector<Issue> validate(const Scene& scene);
 
 }  // namespace limber::scene

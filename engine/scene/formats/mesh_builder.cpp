@@ -1,0 +1,96 @@
+#include "engine/scene/formats/mesh_builder.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace limber::scene::formats {
+
+std::int64_t LabelMap::seal() {
+  consecutive_ = true;
+  for (std::size_t i = 1; i < labels_.size() && consecutive_; ++i) {
+    consecutive_ = labels_[i - 1] < INT64_MAX && labels_[i] == labels_[i - 1] + 1;
+  }
+  if (consecutive_) return -1;
+  by_label_.reserve(labels_.size());
+  for (std::size_t i = 0; i < labels_.size(); ++i) {
+    by_label_.emplace_back(labels_[i], static_cast<int>(i));
+  }
+  std::sort(by_label_.begin(), by_label_.end());
+  for (std::size_t i = 1; i < by_label_.size(); ++i) {
+    if (by_label_[i].first == by_label_[i - 1].first) return by_label_[i].second;
+  }
+  return -1;
+}
+
+int LabelMap::find(std::int64_t label) const {
+  if (labels_.empty()) return -1;
+  if (consecutive_) {
+    if (label < labels_.front() || label > labels_.back()) return -1;
+    return static_cast<int>(label - labels_.front());
+  }
+  const auto found = std::lower_bound(by_label_.begin(), by_label_.end(), std::pair(label, -1));
+  return found != by_label_.end() && found->first == label ? found->second : -1;
+}
+
+void MeshBuilder::reserve_nodes(std::int64_t count) {
+  nodes_.reserve(nodes_.size() + static_cast<std::size_t>(count));
+  labels_.reserve(nodes_.size() + static_cast<std::size_t>(count));
+}
+
+void MeshBuilder::add_node(std::int64_t label, double x, double y, double z) {
+  if (!std::isfinite(x) || !std::isfinite(y) || !std::isfinite(z)) {
+    file_.fail("a coordinate of node " + std::to_string(label) + " is not finite");
+  }
+  labels_.add(label);
+  nodes_.push_back({x, y, z});
+}
+
+void MeshBuilder::add_tet(std::int64_t label, const std::array<std::int64_t, 4>& node_labels,
+                          std::int64_t line) {
+  tets_.push_back({label, node_labels, line});
+}
+
+MeshReading MeshBuilder::finish() {
+  if (nodes_.empty()) file_.fail("the file has no nodes");
+  if (tets_.empty()) {
+    std::string others;
+    for (const auto& [kind, count] : ignored_) {
+      others += (others.empty() ? " (but " : ", ") + std::to_string(count) + " " + kind;
+    }
+    file_.fail("the file has no tetrahedra" + others + (others.empty() ? "" : ")"));
+  }
+  if (const std::int64_t twice = labels_.seal(); twice >= 0) {
+    file_.fail("node id " + std::to_string(labels_.label(static_cast<std::size_t>(twice))) +
+               " is given twice");
+  }
+  MeshReading result;
+  result.mesh.nodes.resize(3, static_cast<Eigen::Index>(nodes_.size()));
+  for (std::size_t i = 0; i < nodes_.size(); ++i) {
+    result.mesh.nodes.col(static_cast<Eigen::Index>(i)) << nodes_[i][0], nodes_[i][1], nodes_[i][2];
+  }
+  result.mesh.tets.resize(4, static_cast<Eigen::Index>(tets_.size()));
+  for (std::size_t t = 0; t < tets_.size(); ++t) {
+    for (int corner = 0; corner < 4; ++corner) {
+      const std::int64_t label = tets_[t].nodes[static_cast<std::size_t>(corner)];
+      const int node = labels_.find(label);
+      if (node < 0) {
+        file_.fail_at(tets_[t].line, "tetrahedron " + std::to_string(t) +
+                                         " (from 0) uses node id " + std::to_string(label) +
+                                         ", which the file does not define");
+      }
+      result.mesh.tets(corner, static_cast<Eigen::Index>(t)) = node;
+    }
+  }
+  for (const auto& [kind, count] : ignored_) {
+    warnings_.push_back(std::to_string(count) + " cells that are no tetrahedra are ignored (" +
+                        kind + ")");
+  }
+  if (curved_tets_ > 0) {
+    warnings_.push_back(std::to_string(curved_tets_) +
+                        " tetrahedra of higher order are read by their corners");
+  }
+  result.warnings = std::move(warnings_);
+  return result;
+}
+
+}  // namespace limber::scene::formats

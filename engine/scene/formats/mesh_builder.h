@@ -1,0 +1,73 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "engine/scene/formats/text_cursor.h"
+#include "engine/scene/mesh_formats.h"
+
+namespace limber::scene::formats {
+
+/// Turns the labels of a file (any integers) into columns counted from 0 in the order of the file.
+class LabelMap {
+ public:
+  void reserve(std::size_t count) { labels_.reserve(count); }
+  void add(std::int64_t label) { labels_.push_back(label); }
+  [[nodiscard]] std::size_t size() const { return labels_.size(); }
+  /// To be called once all labels are known. @returns the position of a label that is given twice,
+  /// or -1.
+  std::int64_t seal();
+  /// @returns the position of the label, or -1.
+  [[nodiscard]] int find(std::int64_t label) const;
+  [[nodiscard]] std::int64_t label(std::size_t position) const { return labels_[position]; }
+
+ private:
+  std::vector<std::int64_t> labels_;
+  bool consecutive_ = false;  // label = first + position: no search needed
+  std::vector<std::pair<std::int64_t, int>> by_label_;  // sorted, where they are not
+};
+
+/// Collects what a reader finds and makes the mesh: ids resolved, cells that are no tets counted,
+/// nothing guessed.
+class MeshBuilder {
+ public:
+  explicit MeshBuilder(const TextCursor& file) : file_(file) {}
+
+  void reserve_nodes(std::int64_t count);
+  void reserve_tets(std::int64_t count) { tets_.reserve(static_cast<std::size_t>(count)); }
+  void add_node(std::int64_t label, double x, double y, double z);
+  /// @param label  of the element, for material sets; -1 where the format has none
+  void add_tet(std::int64_t label, const std::array<std::int64_t, 4>& node_labels,
+               std::int64_t line);
+  /// A tet of higher order, of which the corners were taken.
+  void count_curved_tet() { ++curved_tets_; }
+  /// A cell that is no tet, e.g. "triangle".
+  void ignore_cell(const std::string& kind, std::int64_t count = 1) { ignored_[kind] += count; }
+  void warn(std::string message) { warnings_.push_back(std::move(message)); }
+
+  [[nodiscard]] std::size_t node_count() const { return nodes_.size(); }
+  [[nodiscard]] std::size_t tet_count() const { return tets_.size(); }
+  [[nodiscard]] std::int64_t tet_label(std::size_t tet) const { return tets_[tet].label; }
+
+  /// @throws Error for no nodes, no tets, a node label given twice or an id that no node has.
+  [[nodiscard]] MeshReading finish();
+
+ private:
+  struct LabelledTet {
+    std::int64_t label;
+    std::array<std::int64_t, 4> nodes;
+    std::int64_t line;
+  };
+  const TextCursor& file_;
+  std::vector<std::array<double, 3>> nodes_;
+  LabelMap labels_;
+  std::vector<LabelledTet> tets_;
+  std::map<std::string, std::int64_t> ignored_;
+  std::int64_t curved_tets_ = 0;
+  std::vector<std::string> warnings_;
+};
+
+}  // namespace limber::scene::formats

@@ -1,0 +1,28 @@
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "engine/scene/formats/text_cursor.h"
+#include "engine/scene/mesh_formats.h"
+
+/// One reader per format. Each takes the whole file; errors are as promised by read_mesh.
+namespace limber::scene::formats {
+
+using Companions = std::map<std::string, std::string>;
+
+[[nodiscard]] MeshReading read_abaqus(TextCursor& file);
+[[nodiscard]] MeshReading read_gmsh_1(TextCursor& file);
+/// MSH 2.x and 4.1, ASCII and binary: reads the header and hands on.
+[[nodiscard]] MeshReading read_gmsh(TextCursor& file);
+[[nodiscard]] MeshReading read_medit(TextCursor& file);
+[[nodiscard]] MeshReading read_tetgen(TextCursor& nodes, TextCursor& elements);
+[[nodiscard]] MeshReading read_vega(TextCursor& file, const Companions& companions);
+/// Names of the files that *INCLUDE lines ask for, without folders: companions lie beside the file,
+/// nowhere else.
+[[nodiscard]] std::vector<std::string> vega_includes(std::string_view content);
+[[nodiscard]] MeshReading read_vtk_legacy(TextCursor& file);
+[[nodiscard]] MeshReading read_vtu(const std::string& name, std::string_view content);
+
+}  // namespace limber::scene::formats

@@ -1,0 +1,101 @@
+// VTK XML unstructured grid (.vtu).
+#include <algorithm>
+#include <pugixml.hpp>
+
+#include "engine/scene/formats/readers.h"
+#include "engine/scene/formats/vtk_cells.h"
+#include "engine/scene/formats/vtu_arrays.h"
+
+namespace limber::scene::formats {
+namespace {
+
+/// Cuts raw appended data out of the text: it is no XML.
+std::string xml_without_appended(std::string_view content, const TextCursor& file,
+                                 VtuEncoding& encoding) {
+  const std::size_t tag = content.find("<AppendedData");
+  if (tag == std::string_view::npos) return std::string(content);
+  const std::size_t end_of_tag = content.find('>', tag);
+  if (end_of_tag == std::string_view::npos) file.fail("the tag <AppendedData> does not end");
+  const std::string_view attributes = content.substr(tag, end_of_tag - tag);
+  encoding.appended_base64 = attributes.find("base64") != std::string_view::npos;
+  const std::size_t underscore = content.find('_', end_of_tag);
+  if (underscore == std::string_view::npos) file.fail("the appended data do not begin with '_'");
+  encoding.appended = content.substr(underscore + 1);
+  return std::string(content.substr(0, tag)) + "</VTKFile>";
+}
+
+pugi::xml_node array_named(const pugi::xml_node& cells, const char* name, const TextCursor& file) {
+  const pugi::xml_node array = cells.find_child_by_attribute("DataArray", "Name", name);
+  if (!array) file.fail(std::string("a <Piece> has no data array '") + name + "'");
+  return array;
+}
+
+void read_piece(const pugi::xml_node& piece, const VtuEncoding& encoding, const TextCursor& file,
+                MeshBuilder& builder) {
+  const pugi::xml_node points = piece.child("Points").child("DataArray");
+  if (!points) file.fail("a <Piece> has no points");
+  const std::vector<double> coordinates = read_real_array(points, encoding, file);
+  const std::size_t point_count = coordinates.size() / 3;
+  if (coordinates.size() % 3 != 0 ||
+      point_count != piece.attribute("NumberOfPoints").as_ullong(point_count)) {
+    file.fail("the points are " + std::to_string(coordinates.size()) +
+              " numbers, not 3 times NumberOfPoints");
+  }
+  const std::int64_t first_node = static_cast<std::int64_t>(builder.node_count());
+  builder.reserve_nodes(static_cast<std::int64_t>(point_count));
+  for (std::size_t i = 0; i < point_count; ++i) {
+    builder.add_node(first_node + static_cast<std::int64_t>(i), coordinates[3 * i],
+                     coordinates[3 * i + 1], coordinates[3 * i + 2]);
+  }
+  const pugi::xml_node xml_cells = piece.child("Cells");
+  VtkCells cells;
+  cells.connectivity =
+      read_integer_array(array_named(xml_cells, "connectivity", file), encoding, file);
+  cells.ends = read_integer_array(array_named(xml_cells, "offsets", file), encoding, file);
+  cells.types = read_integer_array(array_named(xml_cells, "types", file), encoding, file);
+  if (cells.types.size() != cells.ends.size() ||
+      cells.types.size() != piece.attribute("NumberOfCells").as_ullong(cells.types.size())) {
+    file.fail("the numbers of cell types (" + std::to_string(cells.types.size()) +
+              ") and offsets (" + std::to_string(cells.ends.size()) + ") are not NumberOfCells");
+  }
+  add_vtk_cells(cells, first_node, static_cast<std::int64_t>(point_count), file, builder);
+}
+
+}  // namespace
+
+MeshReading read_vtu(const std::string& name, std::string_view content) {
+  const TextCursor file(name, content);
+  VtuEncoding encoding;
+  const std::string xml = xml_without_appended(content, file, encoding);
+  pugi::xml_document document;
+  const pugi::xml_parse_result parsed = document.load_buffer(xml.data(), xml.size());
+  if (!parsed) {
+    const auto offset =
+        std::clamp<std::ptrdiff_t>(parsed.offset, 0, static_cast<std::ptrdiff_t>(xml.size()));
+    file.fail_at(1 + std::count(xml.begin(), xml.begin() + offset, '\n'),
+                 std::string("not valid XML: ") + parsed.description());
+  }
+  const pugi::xml_node root = document.child("VTKFile");
+  const std::string type = root.attribute("type").as_string();
+  if (type != "UnstructuredGrid") {
+    file.fail_at(1, "a VTK file of type " + in_quotes(type) + "; 'UnstructuredGrid' is read",
+                 ErrorCode::kUnsupported);
+  }
+  if (std::string_view(root.attribute("byte_order").as_string()) == "BigEndian")
+    encoding.order = ByteOrder::kBig;
+  if (std::string_view(root.attribute("header_type").as_string()) == "UInt64")
+    encoding.header_bytes = 8;
+  const std::string compressor = root.attribute("compressor").as_string();
+  encoding.zlib = compressor == "vtkZLibDataCompressor";
+  if (!compressor.empty() && !encoding.zlib) {
+    file.fail_at(1, "the compressor " + in_quotes(compressor) + " is not supported (zlib is)",
+                 ErrorCode::kUnsupported);
+  }
+  MeshBuilder builder(file);
+  for (const pugi::xml_node piece : root.child("UnstructuredGrid").children("Piece")) {
+    read_piece(piece, encoding, file, builder);
+  }
+  return builder.finish();
+}
+
+}  // namespace limber::scene::formats

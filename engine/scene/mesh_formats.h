@@ -1,0 +1,55 @@
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "engine/bodies/tet_mesh.h"
+
+namespace limber::scene {
+
+/// A mesh file as uploaded: its name (the ending hints at the format), its bytes, and the files it
+/// refers to, by name.
+struct MeshFileSet {
+  std::string name;
+  std::string content;
+  std::map<std::string, std::string>
+      companions;  // TetGen's other half, VegaFEM includes, one .elastic of materials
+};
+
+struct MeshReading {
+  bodies::TetMesh
+      mesh;  // in the file's own unit of length; not yet validated beyond what parsing needs
+  std::vector<std::string> warnings;  // what was skipped or is missing, in words with counts
+};
+
+/// Reads a tetrahedral mesh: Gmsh 1, 2.x and 4.1 (.msh), Medit (.mesh), TetGen (.node + .ele),
+/// legacy VTK (.vtk), VTU
+/// (.vtu), Abaqus (.inp, .abq), VegaFEM (.veg). The content decides where it can be recognised,
+/// else the ending.
+///
+/// Nodes keep the order of the file and are counted from 0. Cells that are no tets are ignored,
+/// with a warning that counts them; of higher-order tets the corners are taken. A VegaFEM file
+/// whose *INCLUDE lists are not among the companions is read without what they would say: tets that
+/// then have no region get the default Material{}; where no tet has one, the mesh brings no
+/// materials at all. Both are warnings.
+/// @throws Error{kInvalidArgument} with the file's name as field and "name:line: ..." as message
+/// for truncated,
+///   inconsistent or non-numeric content and for a file without tets; {kUnsupported} for a format,
+///   version or encoding that is not read; {kNotFound} for a companion without which there is no
+///   mesh.
+[[nodiscard]] MeshReading read_mesh(const MeshFileSet& files);
+
+/// The same from disk. Companions are found beside the file: the other half of a TetGen pair
+/// (either may be given), the includes of a VegaFEM file, and materials in a file of the same stem
+/// ending in .elastic; taking the latter is said in a warning.
+/// @throws Error{kIo} if the file cannot be read, {kLimitExceeded} if it has more than `max_bytes`.
+[[nodiscard]] MeshReading read_mesh_file(const std::filesystem::path& path,
+                                         std::size_t max_bytes = std::size_t{1} << 30);
+
+/// @throws Error{kIo} or {kLimitExceeded}
+[[nodiscard]] std::string read_bytes(const std::filesystem::path& path,
+                                     std::size_t max_bytes = std::size_t{1} << 30);
+
+}  // namespace limber::scene

@@ -1,0 +1,355 @@
+#include <cmath>
+#include <cstdio>
+#include <set>
+#include <unordered_set>
+
+#include "engine/base/error.h"
+#include "engine/bodies/mesh_validation.h"
+#include "engine/scene/scene.h"
+
+namespace limber::scene {
+namespace {
+
+using Severity = Issue::Severity;
+
+/// Enough to see what is wrong; a mesh of a million NaNs needs no million complaints.
+constexpr int kMaxIssuesPerKind = 20;
+
+std::string number(double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%g", value);
+  return text;
+}
+
+class SceneValidator {
+ public:
+  explicit SceneValidator(const Scene& scene) : scene_(scene) {}
+
+  std::vector<Issue> run() {
+    check_plain_values();
+    check_model();
+    check_mesh();
+    check_constraints();
+    check_base_motion();
+    return std::move(issues_);
+  }
+
+ private:
+  void error(std::string field, std::string message) {
+    issues_.push_back({Severity::kError, std::move(field), std::move(message)});
+  }
+  void warning(std::string field, std::string message) {
+    issues_.push_back({Severity::kWarning, std::move(field), std::move(message)});
+  }
+  static std::string indexed(const char* name, std::size_t index) {
+    return std::string(name) + "[" + std::to_string(index) + "]";
+  }
+
+  /// Calls `check(i)` for i in [0, count) until it has returned true kMaxIssuesPerKind times, then
+  /// says it stopped.
+  template <typename Check>
+  bool check_each(const char* field, std::size_t count, const Check& check) {
+    int found = 0;
+    for (std::size_t i = 0; i < count; ++i) {
+      if (!check(i)) continue;
+      if (++found == kMaxIssuesPerKind) {
+        error(field,
+              "there may be more such values; the first " + std::to_string(found) + " are listed");
+        break;
+      }
+    }
+    return found == 0;
+  }
+
+  // Conditions are written so that NaN fails them.
+  void check_plain_values() {
+    if (!(scene_.length_unit_in_metres > 0) || !std::isfinite(scene_.length_unit_in_metres)) {
+      error("length_unit_in_metres",
+            "must be > 0 and finite, is " + number(scene_.length_unit_in_metres));
+      unit_ok_ = false;
+    }
+    check_material("material", scene_.material);
+    if (scene_.merge_tolerance &&
+        (!(*scene_.merge_tolerance >= 0) || !std::isfinite(*scene_.merge_tolerance))) {
+      error("merge_tolerance", "must be >= 0 and finite, is " + number(*scene_.merge_tolerance));
+      unit_ok_ = false;
+    }
+    const int pinned = pinned_frames(scene_.first_end) + pinned_frames(scene_.last_end);
+    if (scene_.frame_count < 3) {
+      error("frames", "must be at least 3, is " + std::to_string(scene_.frame_count));
+    } else if (scene_.frame_count <= pinned) {
+      error("frames", "must be more than the " + std::to_string(pinned) +
+                          " frames that the ends hold, is " + std::to_string(scene_.frame_count));
+    }
+    const Dynamics& dynamics = scene_.dynamics;
+    if (!(dynamics.frames_per_second > 0) || !std::isfinite(dynamics.frames_per_second)) {
+      error("dynamics.frames_per_second",
+            "must be > 0 and finite, is " + number(dynamics.frames_per_second));
+    }
+    if (!(dynamics.period_frames >= 0) || !std::isfinite(dynamics.period_frames)) {
+      error("dynamics.period_frames",
+            "must be >= 0 and finite, is " + number(dynamics.period_frames));
+    } else if (dynamics.period_frames > 0 && dynamics.period_frames < 4) {
+      warning("dynamics.period_frames", "fewer than 4 frames per swing (" +
+                                            number(dynamics.period_frames) +
+                                            ") cannot show the swing");
+    }
+    if (!(dynamics.damping_ratio >= 0 && dynamics.damping_ratio < 1)) {
+      error("dynamics.damping_ratio", "must be in [0, 1), is " + number(dynamics.damping_ratio));
+    }
+  }
+
+  bool check_material(const std::string& field, const bodies::Material& material) {
+    const std::size_t before = issues_.size();
+    if (!(material.youngs_modulus > 0) || !std::isfinite(material.youngs_modulus)) {
+      error(field + ".youngs_modulus",
+            "must be > 0 and finite, is " + number(material.youngs_modulus));
+    }
+    if (!(material.poissons_ratio > -1 && material.poissons_ratio < 0.5)) {
+      error(field + ".poissons_ratio",
+            "must be in (-1, 0.5), is " + number(material.poissons_ratio));
+    }
+    if (!(material.density > 0) || !std::isfinite(material.density)) {
+      error(field + ".density", "must be > 0 and finite, is " + number(material.density));
+    }
+    return issues_.size() == before;
+  }
+
+  void check_model() {
+    const ModelRequest& model = scene_.model;
+    if (model.mode_count <= 0)
+      error("model.modes", "must be > 0, is " + std::to_string(model.mode_count));
+    if (!(model.tolerance > 0 && model.tolerance < 1)) {
+      error("model.tolerance", "must be in (0, 1), is " + number(model.tolerance));
+    }
+    if (model.basis_size < 0) {
+      error("model.basis_size", "must be >= 0, is " + std::to_string(model.basis_size));
+    }
+    if (model.cubature_size < 0) {
+      error("model.cubature_size", "must be >= 0, is " + std::to_string(model.cubature_size));
+    } else if (scene_.mesh.tet_count() > 0 && model.cubature_size > scene_.mesh.tet_count()) {
+      error("model.cubature_size", "is " + std::to_string(model.cubature_size) +
+                                       ", more than the mesh's " +
+                                       std::to_string(scene_.mesh.tet_count()) + " tets");
+    }
+  }
+
+  void check_mesh() {
+    const bodies::TetMesh& mesh = scene_.mesh;
+    if (mesh.node_count() == 0) error("mesh.nodes", "the mesh has no nodes");
+    if (mesh.tet_count() == 0) error("mesh.tets", "the mesh has no tets");
+    bool good = mesh.node_count() > 0 && mesh.tet_count() > 0;
+    good &=
+        check_each("mesh.nodes", static_cast<std::size_t>(mesh.node_count()), [&](std::size_t i) {
+          const bool bad = !mesh.nodes.col(static_cast<Eigen::Index>(i)).allFinite();
+          if (bad) error(indexed("mesh.nodes", i), "has a coordinate that is not finite");
+          return bad;
+        });
+    used_.assign(static_cast<std::size_t>(mesh.node_count()), false);
+    good &= check_each("mesh.tets", static_cast<std::size_t>(mesh.tet_count()),
+                       [&](std::size_t i) { return bad_tet(i); });
+    good &= check_materials();
+    good &= check_fixed_nodes();
+    if (good && unit_ok_) check_prepared();
+  }
+
+  bool bad_tet(std::size_t tet) {
+    const Eigen::Vector4i nodes = scene_.mesh.tets.col(static_cast<Eigen::Index>(tet));
+    for (int a = 0; a < 4; ++a) {
+      if (nodes[a] < 0 || nodes[a] >= scene_.mesh.node_count()) {
+        error(indexed("mesh.tets", tet), "node id " + std::to_string(nodes[a]) +
+                                             " is out of range: the mesh has " +
+                                             std::to_string(scene_.mesh.node_count()) + " nodes");
+        return true;
+      }
+      used_[static_cast<std::size_t>(nodes[a])] = true;
+      for (int b = 0; b < a; ++b) {
+        if (nodes[a] == nodes[b]) {
+          error(indexed("mesh.tets", tet), "uses node " + std::to_string(nodes[a]) + " twice");
+          return true;
+        }
+      }
+    }
+    return false;
+  }
+
+  bool check_materials() {
+    const bodies::TetMesh& mesh = scene_.mesh;
+    bool good = check_each("mesh.materials", mesh.materials.size(), [&](std::size_t i) {
+      return !check_material(indexed("mesh.materials", i), mesh.materials[i]);
+    });
+    const std::size_t expected =
+        mesh.materials.empty() ? 0 : static_cast<std::size_t>(mesh.tet_count());
+    if (mesh.tet_material.size() != expected) {
+      error("mesh.tet_material", "must have " + std::to_string(expected) + " entries, has " +
+                                     std::to_string(mesh.tet_material.size()));
+      return false;
+    }
+    good &= check_each("mesh.tet_material", mesh.tet_material.size(), [&](std::size_t i) {
+      const int material = mesh.tet_material[i];
+      const bool bad = material < 0 || material >= static_cast<int>(mesh.materials.size());
+      if (bad) {
+        error(indexed("mesh.tet_material", i), "material " + std::to_string(material) +
+                                                   " is out of range: there are " +
+                                                   std::to_string(mesh.materials.size()));
+      }
+      return bad;
+    });
+    return good;
+  }
+
+  bool check_fixed_nodes() {
+    const bool in_range = check_each("fixed_nodes", scene_.fixed_nodes.size(), [&](std::size_t i) {
+      return !check_node(indexed("fixed_nodes", i), scene_.fixed_nodes[i]);
+    });
+    std::size_t repeated = 0;
+    for (const int node : scene_.fixed_nodes) repeated += fixed_.insert(node).second ? 0 : 1;
+    if (repeated > 0) {
+      warning("fixed_nodes", std::to_string(repeated) + " node ids are given more than once");
+    }
+    return in_range;
+  }
+
+  bool check_node(const std::string& field, int node) {
+    if (node < 0 || node >= scene_.mesh.node_count()) {
+      error(field, "node id " + std::to_string(node) + " is out of range: the mesh has " +
+                       std::to_string(scene_.mesh.node_count()) + " nodes");
+      return false;
+    }
+    if (!used_[static_cast<std::size_t>(node)]) {
+      error(field, "node " + std::to_string(node) + " belongs to no tet");
+      return false;
+    }
+    return true;
+  }
+
+  /// What only shows once the mesh is put together: volumes, pieces.
+  void check_prepared() {
+    bodies::TetMesh in_metres = scene_.mesh;
+    in_metres.nodes *= scene_.length_unit_in_metres;
+    bodies::MeshValidationOptions options;
+    if (scene_.merge_tolerance)
+      options.merge_tolerance = *scene_.merge_tolerance * scene_.length_unit_in_metres;
+    try {
+      const bodies::PreparedMesh prepared =
+          bodies::prepare_mesh(in_metres, scene_.fixed_nodes, options);
+      for (const std::string& repair : prepared.repairs) warning("mesh", repair);
+      for (const std::string& text : prepared.warnings) warning("mesh", text);
+      std::unordered_set<int> fixed;
+      for (const int node : scene_.fixed_nodes)
+        fixed.insert(prepared.compact_of_source[static_cast<std::size_t>(node)]);
+      check_mode_count(3 * (prepared.mesh.node_count() - static_cast<int>(fixed.size())) -
+                       (fixed.empty() ? 6 : 0));
+    } catch (const Error& problem) {
+      error(problem.field().empty() ? "mesh" : problem.field(), problem.what());
+    }
+  }
+
+  void check_mode_count(int elastic_degrees) {
+    if (elastic_degrees <= 0) {
+      error("fixed_nodes", "every node is fixed: nothing can move");
+    } else if (scene_.model.mode_count >= elastic_degrees) {
+      error("model.modes", "must be below the " + std::to_string(elastic_degrees) +
+                               " elastic degrees of freedom, is " +
+                               std::to_string(scene_.model.mode_count));
+    }
+  }
+
+  void check_constraints() {
+    std::set<std::uint64_t> ids;
+    for (std::size_t i = 0; i < scene_.constraints.size(); ++i) {
+      const Constraint& constraint = scene_.constraints[i];
+      const std::string field = indexed("constraints", i);
+      if (constraint.id != 0 && !ids.insert(constraint.id).second) {
+        error(field + ".id", "the id " + std::to_string(constraint.id) + " is taken");
+      }
+      check_constraint_frame(field, constraint);
+      check_constraint_nodes(field, constraint);
+      if (constraint.axes == 0 || constraint.axes > 7) {
+        error(field + ".axes", "must name at least one of x, y and z (1 to 7), is " +
+                                   std::to_string(constraint.axes));
+      }
+      if (!constraint.target.allFinite())
+        error(field + ".target", "has a coordinate that is not finite");
+      if (!(constraint.weight > 0)) {
+        error(field + ".weight",
+              "must be > 0 (infinity holds exactly), is " + number(constraint.weight));
+      }
+    }
+  }
+
+  void check_constraint_frame(const std::string& field, const Constraint& constraint) {
+    const int frames = scene_.frame_count;
+    if (constraint.frame < 0 || constraint.frame >= frames) {
+      error(field + ".frame", "frame " + std::to_string(constraint.frame) +
+                                  " is out of range: there are " + std::to_string(frames) +
+                                  " frames");
+    } else if (constraint.frame < pinned_frames(scene_.first_end) ||
+               constraint.frame >= frames - pinned_frames(scene_.last_end)) {
+      warning(field + ".frame",
+              "frame " + std::to_string(constraint.frame) +
+                  " is held by the end condition: the constraint cannot change it");
+    }
+  }
+
+  void check_constraint_nodes(const std::string& field, const Constraint& constraint) {
+    if (constraint.nodes.empty()) error(field + ".nodes", "must name at least one node");
+    bool movable = constraint.nodes.empty();
+    std::unordered_set<int> seen;
+    int wrong = 0;
+    for (std::size_t n = 0; n < constraint.nodes.size(); ++n) {
+      const std::string node_field = field + "." + indexed("nodes", n);
+      const int node = constraint.nodes[n];
+      if (!check_node(node_field, node)) {
+        movable = true;  // complained about already
+        if (++wrong == kMaxIssuesPerKind) return;
+        continue;
+      }
+      if (!seen.insert(node).second) {
+        error(node_field, "node " + std::to_string(node) + " is given twice");
+        if (++wrong == kMaxIssuesPerKind) return;
+      }
+      movable = movable || fixed_.count(node) == 0;
+    }
+    if (!movable)
+      warning(field + ".nodes", "all of them are fixed: the constraint cannot move them");
+  }
+
+  void check_base_motion() {
+    const Eigen::MatrixXd& motion = scene_.base_motion;
+    if (motion.size() == 0) return;
+    const Eigen::Index rows = 3 * static_cast<Eigen::Index>(scene_.mesh.node_count());
+    if (motion.rows() != rows || motion.cols() != scene_.frame_count) {
+      error("base_motion", "must be 3 x nodes by frames, " + std::to_string(rows) + " x " +
+                               std::to_string(scene_.frame_count) + ", is " +
+                               std::to_string(motion.rows()) + " x " +
+                               std::to_string(motion.cols()));
+    } else if (!motion.allFinite()) {
+      error("base_motion", "has a value that is not finite");
+    }
+  }
+
+  static int pinned_frames(End end) {
+    switch (end) {
+      case End::kFree:
+        return 0;
+      case End::kPinnedPosition:
+        return 1;
+      case End::kPinnedPositionVelocity:
+        return 2;
+    }
+    return 0;
+  }
+
+  const Scene& scene_;
+  std::vector<Issue> issues_;
+  std::vector<bool> used_;
+  std::unordered_set<int> fixed_;
+  bool unit_ok_ = true;
+};
+
+}  // namespace
+
+std::vector<Issue> validate(const Scene& scene) { return SceneValidator(scene).run(); }
+
+}  // namespace limber::scene
