@@ -1,0 +1,30 @@
+"""limber: elastic motion, edited live.
+
+A thin client of `limberd`: it uploads scenes, sends edits of space-time constraints, waits for results and turns
+streamed coordinates into numpy arrays. Lengths are in the scene's length unit, frames and nodes count from 0.
+
+    import limber
+    with limber.launch() as server:                # or limber.connect() to a running limberd
+        session = server.open(sample="flower")
+        tip = session.add(node=12, frame=40, displacement=(0, 0, 0.2))
+        print(session.wait().energy)
+        positions = session.frames()               # (frames, nodes, 3)
+"""
+
+from .edits import Axes, add, dynamics, ends, move, redo, remove, replace, undo
+from .errors import LimberError, ServerUnreachable
+from .launching import LaunchedServer, launch
+from .results import Export, Geometry, Result
+from .scenes import load_scene, mesh_file, scene_from_arrays, scene_from_mesh
+from .server import DEFAULT_ENDPOINT, Server, connect
+from .session import Constraint, Receipt, Session
+from .stream import FrameStream, StreamedFrames
+
+__version__ = "0.1.0"
+
+__all__ = [
+    "Axes", "Constraint", "DEFAULT_ENDPOINT", "Export", "FrameStream", "Geometry", "LaunchedServer", "LimberError",
+    "Receipt", "Result", "Server", "ServerUnreachable", "Session", "StreamedFrames", "add", "connect", "dynamics",
+    "ends", "launch", "load_scene", "mesh_file", "move", "redo", "remove", "replace", "scene_from_arrays",
+    "scene_from_mesh", "undo",
+]

@@ -1,0 +1,191 @@
+"""One DEALER socket, owned by one thread; requests of any thread, many in flight.
+
+Lazy Pirate (zguide, chapter 4): a request has a deadline; one that passes it is abandoned, and if the server was silent
+meanwhile the socket is closed and opened again, so that nothing queued for a dead server is delivered to the next one.
+Requests that change nothing are sent once more.
+"""
+
+from __future__ import annotations
+
+import itertools
+import threading
+import time
+from concurrent import futures
+from dataclasses import dataclass
+
+import zmq
+from google.protobuf.message import DecodeError
+
+from .errors import LimberError, ServerUnreachable, from_message
+from .messages import service
+
+VERSION = 1
+_SEND, _REOPEN, _STOP = b"s", b"r", b"x"
+
+# Requests that may be repeated without harm.
+REPEATABLE = frozenset({"get_server_info", "list_sessions", "get_session", "wait", "get_geometry", "get_frames",
+                        "export", "validate_scene", "get_sample", "get_job", "list_jobs", "cancel"})
+
+
+@dataclass(frozen=True)
+class CurveKeys:
+    """CURVE keys, Z85 text of 40 characters each: the server's public key and this client's pair."""
+
+    server: str
+    public: str
+    secret: str
+
+
+def configure(socket: zmq.Socket, keys: CurveKeys | None) -> None:
+    """What every socket of a client has in common: it never blocks its closing, and notices a dead peer."""
+    socket.linger = 0
+    socket.setsockopt(zmq.HEARTBEAT_IVL, 2000)
+    socket.setsockopt(zmq.HEARTBEAT_TIMEOUT, 10000)
+    socket.setsockopt(zmq.RECONNECT_IVL, 50)
+    socket.setsockopt(zmq.RECONNECT_IVL_MAX, 2000)
+    if keys:
+        socket.setsockopt(zmq.CURVE_SERVERKEY, keys.server.encode())
+        socket.setsockopt(zmq.CURVE_PUBLICKEY, keys.public.encode())
+        socket.setsockopt(zmq.CURVE_SECRETKEY, keys.secret.encode())
+
+
+class Connection:
+    """Requests to one limberd. Thread-safe."""
+
+    def __init__(self, endpoint: str, keys: CurveKeys | None = None, timeout: float = 10.0):
+        """timeout: how long an answer may take [s] where the request itself does not wait for something."""
+        if timeout <= 0:
+            raise LimberError("INVALID_ARGUMENT", f"timeout must be > 0, is {timeout}", "timeout")
+        self.endpoint = endpoint
+        self.keys = keys
+        self.timeout = timeout
+        self.context = zmq.Context()
+        self._ids = itertools.count(1)
+        self._pending: dict[int, futures.Future] = {}
+        self._lock = threading.Lock()
+        self._closed = False
+        self._last_heard = 0.0
+        inside = f"inproc://limber-{id(self)}"
+        self._control = self.context.socket(zmq.PAIR)
+        self._control.linger = 0
+        self._control.bind(inside)
+        try:
+            self._open_socket().close()  # a malformed endpoint is refused here, not in the thread
+        except zmq.ZMQError as error:
+            self._control.close()
+            self.context.term()
+            raise LimberError("INVALID_ARGUMENT", f"cannot connect to {endpoint!r}: {error}", "endpoint") from error
+        self._thread = threading.Thread(target=self._run, args=(inside,), name="limber-io", daemon=True)
+        self._thread.start()
+
+    def call(self, kind: str, message, timeout: float | None = None):
+        """Sends one request and returns its response message; raises LimberError.
+
+        kind: the member of limber.v1.Request's body, e.g. "get_frames"; timeout [s], default that of the connection.
+        """
+        timeout = self.timeout if timeout is None else timeout
+        attempts = 2 if kind in REPEATABLE else 1
+        for attempt in range(attempts):
+            sent = time.monotonic()
+            identifier, future = self._submit(kind, message)
+            try:
+                reply = future.result(timeout)
+            except futures.TimeoutError:
+                self._abandon(identifier, reopen=self._last_heard < sent)
+                if attempt + 1 < attempts and self._last_heard < sent:
+                    continue
+                raise ServerUnreachable(f"no answer from {self.endpoint} to {kind} within {timeout:g} s") from None
+            except BaseException:
+                self._abandon(identifier, reopen=False)
+                raise
+            body = reply.WhichOneof("body")
+            if body == "error":
+                raise from_message(reply.error)
+            if body != kind:
+                raise LimberError("MALFORMED", f"the answer to {kind} is {body}")
+            return getattr(reply, body)
+        raise AssertionError("unreachable")
+
+    def close(self) -> None:
+        """Ends the thread and the sockets; requests in flight raise CANCELLED."""
+        with self._lock:
+            if self._closed:
+                return
+            self._closed = True
+            self._control.send(_STOP)
+        self._thread.join()
+        self._control.close()
+        self.context.destroy(linger=0)
+
+    def _submit(self, kind: str, message) -> tuple[int, futures.Future]:
+        request = service.Request(version=VERSION, id=next(self._ids), **{kind: message})
+        data = request.SerializeToString()
+        future: futures.Future = futures.Future()
+        with self._lock:
+            if self._closed:
+                raise LimberError("CANCELLED", "this connection is closed")
+            self._pending[request.id] = future
+            self._control.send_multipart([_SEND, data])
+        return request.id, future
+
+    def _abandon(self, identifier: int, reopen: bool) -> None:
+        with self._lock:
+            self._pending.pop(identifier, None)
+            if reopen and not self._closed:
+                self._control.send(_REOPEN)
+
+    def _open_socket(self) -> zmq.Socket:
+        socket = self.context.socket(zmq.DEALER)
+        try:
+            configure(socket, self.keys)
+            socket.connect(self.endpoint)
+        except BaseException:
+            socket.close()
+            raise
+        return socket
+
+    def _run(self, inside: str) -> None:
+        control = self.context.socket(zmq.PAIR)
+        control.linger = 0
+        control.connect(inside)
+        socket = self._open_socket()
+        running = True
+        while running:
+            # No poller object: the sockets change, and two of them are cheap to poll.
+            poller = zmq.Poller()
+            poller.register(control, zmq.POLLIN)
+            poller.register(socket, zmq.POLLIN)
+            ready = dict(poller.poll())
+            if control in ready:
+                parts = control.recv_multipart()
+                if parts[0] == _SEND:
+                    try:
+                        socket.send(parts[1], zmq.NOBLOCK)
+                    except zmq.Again:
+                        pass  # the queue to a silent server is full: the request's deadline says so
+                elif parts[0] == _REOPEN:
+                    socket.close()
+                    socket = self._open_socket()
+                    continue
+                else:
+                    running = False
+            if socket in ready:
+                self._receive(socket)
+        socket.close()
+        control.close()
+        with self._lock:
+            left, self._pending = list(self._pending.values()), {}
+        for future in left:
+            future.set_exception(LimberError("CANCELLED", "this connection was closed"))
+
+    def _receive(self, socket: zmq.Socket) -> None:
+        parts = socket.recv_multipart()
+        try:
+            reply = service.Reply.FromString(parts[-1])
+        except DecodeError:
+            return  # no message of ours; whoever waits for one meets the deadline
+        self._last_heard = time.monotonic()
+        with self._lock:
+            future = self._pending.pop(reply.id, None)
+        if future is not None:
+            future.set_result(reply)

@@ -1,0 +1,47 @@
+"""What a client raises."""
+
+from __future__ import annotations
+
+from typing import Mapping
+
+from .messages import common
+
+
+class LimberError(Exception):
+    """A refused request.
+
+    `code` is the short name of limber.v1.ErrorCode ("OUT_OF_RANGE", "NOT_FOUND", ...), `field` the path of the
+    offending field in the request ("edits[0].add.constraint.frame"; empty if none applies), `details` further facts.
+    """
+
+    def __init__(self, code: str, message: str, field: str = "", details: Mapping[str, str] | None = None):
+        super().__init__(code, message, field)
+        self.code = code
+        self.message = message
+        self.field = field
+        self.details = dict(details or {})
+
+    def __str__(self) -> str:
+        where = f" (field {self.field})" if self.field else ""
+        return f"{self.message}{where} [{self.code}]"
+
+
+class ServerUnreachable(LimberError):
+    """Nothing answers at the endpoint, or an answer did not come in time. Code "TIMEOUT"."""
+
+    def __init__(self, message: str):
+        super().__init__("TIMEOUT", message)
+
+
+def from_message(error: "common.Error") -> LimberError:
+    """The exception for a limber.v1.Error."""
+    try:
+        name = common.ErrorCode.Name(error.code)
+    except ValueError:
+        name = str(error.code)
+    return LimberError(name.removeprefix("ERROR_CODE_"), error.message, error.field, error.details)
+
+
+def invalid(field: str, message: str) -> LimberError:
+    """For arguments that are refused before anything is sent."""
+    return LimberError("INVALID_ARGUMENT", message, field)

@@ -1,0 +1,109 @@
+"""A private limberd that lives as long as the script."""
+
+from __future__ import annotations
+
+import atexit
+import os
+import shutil
+import signal
+import subprocess
+import tempfile
+import time
+from pathlib import Path
+from typing import Sequence
+
+from .connection import Connection
+from .errors import LimberError
+from .server import Server
+
+
+def find_binary(name: str = "limberd") -> Path:
+    """$LIMBER_BIN (a folder, or the file itself), then PATH, then build/release/bin of the sources around here."""
+    given = os.environ.get("LIMBER_BIN")
+    if given:
+        path = Path(given)
+        path = path / name if path.is_dir() else path.with_name(name)
+        if path.is_file():
+            return path
+        raise LimberError("NOT_FOUND", f"LIMBER_BIN is {given}, but there is no {path}", "LIMBER_BIN")
+    on_path = shutil.which(name)
+    if on_path:
+        return Path(on_path)
+    for folder in Path(__file__).resolve().parents:
+        built = folder / "build" / "release" / "bin" / name
+        if built.is_file():
+            return built
+    raise LimberError("NOT_FOUND", f"no {name} in $LIMBER_BIN, on PATH or in build/release/bin; run scripts/build")
+
+
+class LaunchedServer(Server):
+    """A server of our own: leaving the context (or the interpreter) stops it."""
+
+    def __init__(self, connection: Connection, process: subprocess.Popen, folder: Path):
+        self.process = process
+        self.folder = folder
+        super().__init__(connection)
+        atexit.register(self.close)
+
+    @property
+    def log(self) -> str:
+        """What limberd printed so far."""
+        return (self.folder / "limberd.log").read_text(errors="replace")
+
+    def close(self) -> None:
+        super().close()
+        atexit.unregister(self.close)
+        stop(self.process)
+        shutil.rmtree(self.folder, ignore_errors=True)
+
+
+def stop(process: subprocess.Popen, patience: float = 10.0) -> int:
+    """SIGTERM, then SIGKILL if that is not heard; the exit code."""
+    if process.poll() is None:
+        process.send_signal(signal.SIGTERM)
+        try:
+            process.wait(patience)
+        except subprocess.TimeoutExpired:
+            process.kill()
+    return process.wait()
+
+
+def launch(binary: "str | os.PathLike[str] | None" = None, *, arguments: Sequence[str] = (),
+           cache_dir: "str | os.PathLike[str] | None" = None, timeout: float = 30.0) -> LaunchedServer:
+    """Starts a limberd on ipc sockets in a folder of its own and connects to it.
+
+    binary: default see find_binary(); arguments: more options of limberd; cache_dir: for built models (default:
+    limberd's own, so that a scene that was opened before is ready at once). Raises LimberError with what limberd printed
+    if it does not start.
+    """
+    binary = Path(binary) if binary else find_binary()
+    folder = Path(tempfile.mkdtemp(prefix="limber-"))
+    if len(str(folder)) > 80:  # a socket's path has at most 107 bytes
+        folder.rmdir()
+        folder = Path(tempfile.mkdtemp(prefix="limber-", dir="/tmp"))
+    ready = folder / "ready"
+    command = [str(binary), "--bind", f"ipc://{folder}/requests", "--stream", f"ipc://{folder}/stream",
+               "--ready-file", str(ready), *arguments]
+    if cache_dir:
+        command += ["--cache-dir", str(cache_dir)]
+    process = connection = None
+    try:
+        with open(folder / "limberd.log", "wb") as log:
+            process = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=log, stderr=log)
+        deadline = time.monotonic() + timeout
+        while not ready.exists():
+            if process.poll() is not None or time.monotonic() > deadline:
+                printed = (folder / "limberd.log").read_text(errors="replace").strip()
+                raise LimberError("FAILED_PRECONDITION", f"{binary} did not start: {printed or 'it printed nothing'}")
+            time.sleep(0.01)
+        connection = Connection(f"ipc://{folder}/requests")
+        return LaunchedServer(connection, process, folder)
+    except BaseException as error:
+        if connection:
+            connection.close()
+        if process:
+            stop(process)
+        shutil.rmtree(folder, ignore_errors=True)
+        if isinstance(error, OSError):
+            raise LimberError("NOT_FOUND", f"cannot run {binary}: {error}") from error
+        raise

@@ -1,0 +1,119 @@
+"""Values a session returns: results, geometry, frames."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from . import arrays
+from .errors import LimberError
+from .messages import service
+
+ENCODINGS = {
+    "coordinates": service.ENCODING_COORDINATES,
+    "positions": service.ENCODING_POSITIONS,
+    "quantised": service.ENCODING_POSITIONS_QUANTISED,
+}
+
+
+@dataclass(frozen=True)
+class Result:
+    """One published solution of a session. Energies are unitless (body lengths, frames)."""
+
+    revision: int        # every edit up to this one is in it
+    sequence: int        # counts the session's results from 1
+    converged: bool      # final for its revision
+    status: str          # "CONVERGED", "IMPROVED", "ITERATION_LIMIT", "STALLED", "CANCELLED"
+    iterations: int
+    force_energy: float
+    constraint_energy: float
+    energy: float        # sum of the two
+    gradient: float      # scale-free norm
+    max_error: float     # of a constraint [length unit]
+    rms_error: float     # over the constraints [length unit]
+    rank_deficient: bool  # exact constraints contradict or repeat each other: a least-squares answer
+    message: str
+    since_edit_ms: float  # on the server, from the newest edit contained to publication
+
+    @staticmethod
+    def from_message(info: "service.ResultInfo") -> "Result":
+        status = service.SolveStatus.Name(info.status).removeprefix("SOLVE_STATUS_") \
+            if info.status in service.SolveStatus.values() else str(info.status)
+        return Result(info.revision, info.sequence, info.converged, status, info.iterations, info.force_energy,
+                      info.constraint_energy, info.total_energy, info.gradient, info.max_constraint_error,
+                      info.rms_constraint_error, info.rank_deficient, info.message, info.since_edit_ms)
+
+
+@dataclass(frozen=True)
+class Geometry:
+    """The mesh as it was sent and the basis of its motion: positions = rest + basis . coordinates."""
+
+    rest: np.ndarray      # nodes x 3, float32 [length unit]
+    tets: np.ndarray      # tets x 4, int32
+    surface: np.ndarray   # triangles x 3, int32, outward
+    basis: np.ndarray     # nodes x 3 x h, float32 [length unit]
+    basis_hash: str
+    issues: tuple[str, ...] = field(default=())
+
+    @staticmethod
+    def from_message(message: "service.GetGeometryResponse", known: "Geometry | None" = None) -> "Geometry":
+        """known: where the basis is taken from if the message leaves it out."""
+        rest = arrays.to_numpy(message.rest, "rest")
+        if message.HasField("basis"):
+            basis = arrays.to_numpy(message.basis, "basis")
+        elif known is not None and known.basis_hash == message.basis_hash:
+            basis = known.basis
+        else:
+            raise LimberError("INTERNAL", "the server left out a basis that this client does not hold", "basis")
+        if rest.ndim != 2 or rest.shape[1] != 3 or basis.ndim != 3 or basis.shape[:2] != rest.shape:
+            raise LimberError("MALFORMED", f"rest {rest.shape} and basis {basis.shape} do not fit each other")
+        return Geometry(rest, arrays.to_numpy(message.tets, "tets"), arrays.to_numpy(message.surface, "surface"),
+                        basis, message.basis_hash, tuple(issue_text(issue) for issue in message.issues))
+
+    def positions(self, coordinates: np.ndarray) -> np.ndarray:
+        """frames x nodes x 3 float32 [length unit] from frames x h coordinates."""
+        nodes, _, size = self.basis.shape
+        if coordinates.ndim != 2 or coordinates.shape[1] != size:
+            raise LimberError("MALFORMED", f"coordinates {coordinates.shape} do not fit a basis of {size} columns")
+        moved = coordinates.astype(np.float32) @ self.basis.reshape(3 * nodes, size).T
+        moved += self.rest.reshape(1, 3 * nodes)
+        return moved.reshape(-1, nodes, 3)
+
+
+@dataclass(frozen=True)
+class Export:
+    """Files an export wrote."""
+
+    files: tuple[Path, ...]
+
+    def __iter__(self):
+        return iter(self.files)
+
+    def __len__(self) -> int:
+        return len(self.files)
+
+
+def decode(frames: "service.Frames", geometry: Geometry | None) -> np.ndarray:
+    """frames x nodes x 3 float32 [length unit]; geometry is needed for coordinates only."""
+    data = arrays.to_numpy(frames.data, "frames")
+    if frames.encoding == service.ENCODING_COORDINATES:
+        if geometry is None or geometry.basis_hash != frames.basis_hash:
+            raise LimberError("FAILED_PRECONDITION", "these coordinates belong to another basis", "basis_hash")
+        return geometry.positions(data)
+    if data.ndim != 3 or data.shape[2] != 3:
+        raise LimberError("MALFORMED", f"positions have the shape {data.shape}")
+    if frames.encoding == service.ENCODING_POSITIONS:
+        return np.array(data, dtype=np.float32)
+    if frames.encoding == service.ENCODING_POSITIONS_QUANTISED:
+        origin = np.array([frames.origin.x, frames.origin.y, frames.origin.z])
+        extent = np.array([frames.extent.x, frames.extent.y, frames.extent.z])
+        return (origin + data * (extent / 65535.0)).astype(np.float32)
+    raise LimberError("UNSUPPORTED", f"frames in the unknown encoding {frames.encoding}")
+
+
+def issue_text(issue) -> str:
+    """`warning: mesh.tets[7]: ...`"""
+    kind = "error" if issue.severity == issue.SEVERITY_ERROR else "warning"
+    return f"{kind}: {issue.field}: {issue.message}" if issue.field else f"{kind}: {issue.message}"

@@ -1,0 +1,136 @@
+"""Scenes from files, meshio meshes, arrays and mappings."""
+
+from __future__ import annotations
+
+import json
+import os
+from pathlib import Path
+from typing import Any, Iterable, Mapping, Union
+
+import numpy as np
+from google.protobuf import json_format
+
+from . import arrays, edits
+from .errors import LimberError, invalid
+from .messages import scene as messages
+
+SceneLike = Union["messages.Scene", Mapping[str, Any], str, "os.PathLike[str]"]
+
+# What else is read with a mesh file, by its ending.
+_COMPANIONS = {".ele": (".node",), ".node": (".ele",)}
+
+
+def mesh_file(path: "str | os.PathLike[str]", companions: Iterable["str | os.PathLike[str]"] = ()) -> "messages.MeshFile":
+    """A mesh file's bytes for upload, with what belongs to it: TetGen's .node and .ele, an .elastic beside an .abq.
+
+    companions: further files to send along, under their own names.
+    """
+    path = Path(path)
+    message = messages.MeshFile(name=path.name, content=_read(path, "mesh.path"))
+    beside = [path.with_suffix(suffix) for suffix in _COMPANIONS.get(path.suffix.lower(), ())]
+    if path.suffix.lower() in (".abq", ".inp") and path.with_suffix(".elastic").exists():
+        beside.append(path.with_suffix(".elastic"))
+    for companion in [*beside, *map(Path, companions)]:
+        message.companions[companion.name] = _read(companion, "mesh.companions")
+    return message
+
+
+def load_scene(path: "str | os.PathLike[str]") -> "messages.Scene":
+    """Reads a scene file (JSON form of limber.v1.Scene) and puts the bytes of the mesh it names in place of the path."""
+    path = Path(path)
+    try:
+        text = _read(path, "scene").decode("utf-8")
+        scene = _parse(json.loads(text), str(path))
+    except ValueError as error:
+        raise invalid("scene", f"{path} is not JSON: {error}") from error
+    return with_mesh_bytes(scene, path.parent)
+
+
+def with_mesh_bytes(scene: "messages.Scene", folder: "str | os.PathLike[str]" = ".") -> "messages.Scene":
+    """The scene with mesh.path, taken from `folder`, replaced by the file's bytes; other meshes are left alone."""
+    if scene.mesh.WhichOneof("source") == "path":
+        scene.mesh.file.CopyFrom(mesh_file(Path(folder) / scene.mesh.path))
+    return scene
+
+
+def to_message(scene: SceneLike) -> "messages.Scene":
+    """A scene from a message, a mapping (its JSON form; paths are taken from the current folder) or a scene file."""
+    if isinstance(scene, messages.Scene):
+        return with_mesh_bytes(scene)
+    if isinstance(scene, Mapping):
+        return with_mesh_bytes(_parse(scene, "scene"))
+    if isinstance(scene, (str, os.PathLike)):
+        return load_scene(scene)
+    raise invalid("scene", f"a scene is a file name, a mapping or a message, not {type(scene).__name__}")
+
+
+def scene_from_mesh(mesh: Any, **options: Any) -> "messages.Scene":
+    """A scene from a meshio.Mesh (its tetrahedra; other cells are left out) or the path of a mesh file.
+
+    The options are those of scene_from_arrays. A path is sent as it is and read by the server.
+    """
+    if isinstance(mesh, (str, os.PathLike)):
+        scene = _scene(**options)
+        scene.mesh.file.CopyFrom(mesh_file(mesh))
+        scene.name = scene.name or Path(mesh).stem
+        return scene
+    tets = [np.asarray(block.data) for block in mesh.cells if block.type == "tetra"]
+    if not tets:
+        kinds = ", ".join(sorted({block.type for block in mesh.cells})) or "nothing"
+        raise invalid("mesh", f"this mesh has no tetrahedra (cells of type tetra); it has {kinds}")
+    return scene_from_arrays(mesh.points, np.concatenate(tets), **options)
+
+
+def scene_from_arrays(nodes: Any, tets: Any, **options: Any) -> "messages.Scene":
+    """A scene from nodes (n x 3, length unit) and tets (m x 4, node ids from 0).
+
+    Options (keyword only): name, frames (N >= 3, default 120), fixed_nodes (ids), youngs_modulus [Pa],
+    poissons_ratio, density [kg/m^3], length_unit_in_metres, merge_tolerance, modes, tolerance, basis_size,
+    cubature_size, first_end, last_end ("free", "position", "position_velocity"), frames_per_second, period_frames,
+    damping_ratio, base_motion (frames x nodes x 3 positions, or the path of a .pc2 file).
+    """
+    nodes = np.asarray(nodes, dtype=np.float64)
+    tets = np.asarray(tets)
+    if nodes.ndim != 2 or nodes.shape[1] != 3:
+        raise invalid("mesh.arrays.nodes", f"nodes have the shape {nodes.shape}, not (n, 3)")
+    if tets.ndim != 2 or tets.shape[1] != 4 or not np.issubdtype(tets.dtype, np.integer):
+        raise invalid("mesh.arrays.tets", f"tets are {tets.dtype} of shape {tets.shape}, not integers of shape (m, 4)")
+    if tets.size and (tets.min() < 0 or tets.max() >= len(nodes)):
+        raise LimberError("OUT_OF_RANGE", f"a tet names node {tets.max()} of {len(nodes)}", "mesh.arrays.tets")
+    scene = _scene(**options)
+    scene.mesh.arrays.nodes.CopyFrom(arrays.to_message(nodes, np.float64))
+    scene.mesh.arrays.tets.CopyFrom(arrays.to_message(tets, np.int32))
+    return scene
+
+
+def _scene(*, name: str = "", frames: int = 120, fixed_nodes: Iterable[int] = (), first_end: str = "position_velocity",
+           last_end: str = "position_velocity", base_motion: Any = None, **values: float) -> "messages.Scene":
+    scene = messages.Scene(name=name, frames=frames, fixed_nodes=[int(node) for node in fixed_nodes])
+    ends = edits.ends(first_end, last_end).set_ends
+    scene.first_end, scene.last_end = ends.first_end, ends.last_end
+    for key, value in values.items():
+        for part in (scene, scene.material, scene.dynamics, scene.model):
+            if key in part.DESCRIPTOR.fields_by_name and part.DESCRIPTOR.fields_by_name[key].message_type is None:
+                setattr(part, key, value)
+                break
+        else:
+            raise TypeError(f"a scene has no option {key!r}")
+    if isinstance(base_motion, (str, os.PathLike)):
+        scene.base_motion.pc2 = _read(Path(base_motion), "base_motion.pc2")
+    elif base_motion is not None:
+        scene.base_motion.positions.CopyFrom(arrays.to_message(base_motion, np.float64))
+    return scene
+
+
+def _parse(value: Any, what: str) -> "messages.Scene":
+    try:
+        return json_format.ParseDict(value, messages.Scene())
+    except (json_format.ParseError, TypeError, AttributeError) as error:
+        raise invalid("scene", f"{what} is no scene: {error}") from error
+
+
+def _read(path: Path, field: str) -> bytes:
+    try:
+        return path.read_bytes()
+    except OSError as error:
+        raise LimberError("IO", f"cannot read {path}: {error.strerror}", field) from error

@@ -1,0 +1,183 @@
+"""A limberd somewhere: sessions, samples, jobs."""
+
+from __future__ import annotations
+
+import os
+import time
+from collections import OrderedDict
+from typing import Any
+from urllib.parse import urlsplit
+
+import numpy as np
+
+from . import arrays, scenes
+from .connection import VERSION, Connection, CurveKeys
+from .errors import LimberError, from_message, invalid
+from .messages import scene as scene_messages
+from .messages import service
+from .progress import ProgressOption, Reporter
+from .results import Geometry, issue_text
+from .session import Session, job_error
+
+DEFAULT_ENDPOINT = "tcp://127.0.0.1:7801"
+
+
+class Server:
+    """A connection to a limberd. A context manager; leaving it keeps the sessions alive. Thread-safe."""
+
+    def __init__(self, connection: Connection):
+        self.connection = connection
+        # By basis hash: (session that used it last, geometry). Small: a basis takes 12 nodes h bytes.
+        self.geometry_cache: "OrderedDict[str, tuple[str, Geometry]]" = _Bounded(8)
+        info = self.info()
+        if VERSION not in info.protocol_versions:
+            spoken = ", ".join(map(str, info.protocol_versions))
+            raise LimberError("UNSUPPORTED", f"limberd {info.server_version} speaks protocol {spoken}, this client "
+                                             f"{VERSION}", "version")
+        self.stream_endpoint = reachable(info.stream_endpoint, connection.endpoint)
+
+    def __enter__(self) -> "Server":
+        return self
+
+    def __exit__(self, *exc) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Closes the connection. Sessions go on."""
+        self.connection.close()
+
+    def info(self) -> "service.GetServerInfoResponse":
+        """Version, limits, counters."""
+        return self.connection.call("get_server_info", service.GetServerInfoRequest())
+
+    # ---- scenes and sessions ----
+
+    def samples(self) -> list[str]:
+        """Names of the sample scenes."""
+        return list(self.connection.call("get_sample", service.GetSampleRequest()).names)
+
+    def sample(self, name: str) -> "scene_messages.Scene":
+        """A sample scene, to change and open."""
+        if not name:
+            raise invalid("name", "a sample has a name")
+        return self.connection.call("get_sample", service.GetSampleRequest(name=name), timeout=60.0).scene
+
+    def validate(self, scene: scenes.SceneLike) -> list[str]:
+        """Everything that is wrong with a scene, errors and warnings, each with its field; empty: nothing."""
+        request = service.ValidateSceneRequest(scene=scenes.to_message(scene))
+        return [issue_text(issue) for issue in self.connection.call("validate_scene", request, timeout=60.0).issues]
+
+    def open(self, scene: "scenes.SceneLike | None" = None, *, sample: str | None = None, session: str = "",
+             wait: bool = True, progress: ProgressOption = None, timeout: float = 600.0) -> Session:
+        """Opens a scene (file name, mapping, message) or a sample as a session.
+
+        session: a name for it (default: the server chooses); wait: until the model is built and the scene solved.
+        progress: a callback (stage, fraction), True / False, or None for a bar on terminals. Ctrl-C while waiting
+        closes the session.
+        """
+        if (scene is None) == (sample is None):
+            raise invalid("scene", "give either a scene or sample=")
+        message = self.sample(sample) if sample is not None else scenes.to_message(scene)
+        request = service.OpenSessionRequest(scene=message, session=session)
+        response = self.connection.call("open_session", request, timeout=max(60.0, self.connection.timeout))
+        opened = Session(self, response.session, response.job, [issue_text(issue) for issue in response.issues])
+        if wait:
+            try:
+                opened.wait_ready(progress, timeout)
+            except KeyboardInterrupt:
+                opened.close()
+                raise
+        return opened
+
+    def session(self, id: str) -> Session:
+        """Attaches to a session of any client."""
+        attached = Session(self, id)
+        attached.revision = attached.status().revision
+        return attached
+
+    def sessions(self) -> "list[service.SessionStatus]":
+        """Every session of the server."""
+        return list(self.connection.call("list_sessions", service.ListSessionsRequest()).sessions)
+
+    # ---- jobs ----
+
+    def jobs(self) -> "list[service.JobStatus]":
+        return list(self.connection.call("list_jobs", service.ListJobsRequest()).jobs)
+
+    def wait_job(self, job: int, progress: ProgressOption = None, timeout: float = 600.0) -> "service.GetJobResponse":
+        """Waits for a job's end; raises the error it failed with."""
+        deadline = time.monotonic() + timeout
+        with Reporter(progress) as report:
+            while True:
+                request = service.GetJobRequest(job=job, wait_s=0.2)
+                response = self.connection.call("get_job", request)
+                status = response.status
+                if status.state == service.JOB_STATE_DONE:
+                    report(status.progress.stage or status.kind, 1.0)
+                    return response
+                if status.state in (service.JOB_STATE_FAILED, service.JOB_STATE_CANCELLED):
+                    raise from_message(job_error(status))
+                report(status.progress.stage or status.kind, status.progress.fraction)
+                if time.monotonic() > deadline:
+                    raise LimberError("TIMEOUT", f"job {job} ({status.kind}) still runs after {timeout:g} s")
+
+    def cancel_job(self, job: int) -> None:
+        self.connection.call("cancel", service.CancelRequest(job=job))
+
+    def tetrahedralize(self, surface: "str | os.PathLike[str]", tets: int = 5000, progress: ProgressOption = None,
+                       timeout: float = 600.0) -> tuple[np.ndarray, np.ndarray]:
+        """Nodes (n x 3) and tets (m x 4) that fill a closed triangle surface (.obj, .ply, .stl)."""
+        request = service.TetrahedralizeRequest(surface=scenes.mesh_file(surface), target_tets=tets)
+        job = self.connection.call("tetrahedralize", request, timeout=60.0).job
+        try:
+            mesh = self.wait_job(job, progress, timeout).mesh
+        except KeyboardInterrupt:
+            self.cancel_job(job)
+            raise
+        return arrays.to_numpy(mesh.nodes, "nodes"), arrays.to_numpy(mesh.tets, "tets")
+
+    def shutdown(self) -> None:
+        """Asks limberd to end."""
+        self.connection.call("shutdown", service.ShutdownRequest())
+
+
+class _Bounded(OrderedDict):
+    """A mapping that forgets what was stored first."""
+
+    def __init__(self, size: int):
+        super().__init__()
+        self._size = size
+
+    def __setitem__(self, key: Any, value: Any) -> None:
+        super().__setitem__(key, value)
+        self.move_to_end(key)
+        while len(self) > self._size:
+            self.popitem(last=False)
+
+
+def reachable(stream: str, requests: str) -> str:
+    """The stream's endpoint as this client reaches it: a wildcard host is the host of the request endpoint."""
+    bound, used = urlsplit(stream), urlsplit(requests)
+    if bound.scheme == "tcp" and bound.hostname in ("0.0.0.0", "*", "::") and used.scheme == "tcp":
+        return f"tcp://{used.netloc.rpartition(':')[0]}:{bound.netloc.rpartition(':')[2]}"
+    return stream
+
+
+def connect(endpoint: str | None = None, *, timeout: float = 10.0, server_key: str | None = None,
+            public_key: str | None = None, secret_key: str | None = None) -> Server:
+    """Connects to a running limberd: endpoint, else $LIMBER_ENDPOINT, else tcp://127.0.0.1:7801.
+
+    timeout [s] for answers; the keys (CURVE, Z85 text) are needed beyond loopback, all three of them. Raises
+    ServerUnreachable if nothing answers, LimberError UNSUPPORTED if the server speaks another protocol.
+    """
+    keys = None
+    if server_key or public_key or secret_key:
+        if not (server_key and public_key and secret_key):
+            raise invalid("server_key", "CURVE needs server_key, public_key and secret_key")
+        keys = CurveKeys(server_key, public_key, secret_key)
+    connection = Connection(endpoint or os.environ.get("LIMBER_ENDPOINT") or DEFAULT_ENDPOINT, keys, timeout)
+    try:
+        return Server(connection)
+    except BaseException:
+        connection.close()
+        raise

@@ -1,0 +1,296 @@
+"""One session of a server: its constraints, edits, results and frames."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from pathlib import Path, PurePosixPath
+from typing import TYPE_CHECKING, Any, Iterable, Sequence
+
+import numpy as np
+
+from . import edits
+from .errors import LimberError, invalid
+from .messages import common, scene as scenes, service
+from .progress import ProgressOption, Reporter
+from .results import ENCODINGS, Export, Geometry, Result, decode
+from .stream import FrameStream
+
+if TYPE_CHECKING:
+    from .server import Server
+
+_FORMATS = {"pvd": service.EXPORT_FORMAT_PVD, "pc2": service.EXPORT_FORMAT_PC2, "scene": service.EXPORT_FORMAT_SCENE}
+_UNTIL = {"first": service.WaitRequest.UNTIL_FIRST, "final": service.WaitRequest.UNTIL_FINAL}
+
+
+@dataclass(frozen=True)
+class Receipt:
+    """What the server says to accepted edits."""
+
+    revision: int
+    constraint_ids: tuple[int, ...]  # per edit the constraint it touched, 0 if none
+
+
+class Constraint:
+    """A constraint of a session, as this client last knew it."""
+
+    def __init__(self, session: "Session", message: "scenes.Constraint"):
+        self.session = session
+        self.message = message
+
+    @property
+    def id(self) -> int:
+        return self.message.id
+
+    @property
+    def frame(self) -> int:
+        return self.message.frame
+
+    @property
+    def nodes(self) -> tuple[int, ...]:
+        return tuple(self.message.nodes)
+
+    @property
+    def kind(self) -> str:
+        """"position" or "displacement": what the target means."""
+        return self.message.WhichOneof("target") or "displacement"
+
+    @property
+    def target(self) -> tuple[float, float, float]:
+        value = getattr(self.message, self.kind)
+        return (value.x, value.y, value.z)
+
+    def move(self, target: Sequence[float] | None = None, *, position: Sequence[float] | None = None,
+             displacement: Sequence[float] | None = None) -> Receipt:
+        """Another target: of the kind the constraint has, or of the kind named."""
+        if sum(value is not None for value in (target, position, displacement)) != 1:
+            raise invalid("target", "give exactly one of target, position and displacement")
+        named = "position" if position is not None else "displacement" if displacement is not None else self.kind
+        values = target if target is not None else position if position is not None else displacement
+        point = edits.vector(values, named)
+        changed = scenes.Constraint()
+        changed.CopyFrom(self.message)
+        getattr(changed, named).CopyFrom(point)
+        if named == self.kind:
+            edit = service.Edit(move=service.MoveConstraint(id=self.id, target=point))
+        else:
+            edit = service.Edit(replace=service.ReplaceConstraint(constraint=changed))
+        receipt = self.session.edit([edit])
+        self.message = changed
+        return receipt
+
+    def replace(self, **what: Any) -> Receipt:
+        """Everything anew (arguments as in Session.add), under the same id."""
+        changed = edits.constraint(id=self.id, **what)
+        receipt = self.session.edit([service.Edit(replace=service.ReplaceConstraint(constraint=changed))])
+        self.message = changed
+        return receipt
+
+    def remove(self) -> Receipt:
+        return self.session.edit([edits.remove(self)])
+
+    def __repr__(self) -> str:
+        nodes = self.nodes if len(self.nodes) <= 4 else f"{len(self.nodes)} nodes"
+        return f"Constraint(id={self.id}, frame={self.frame}, nodes={nodes}, {self.kind}={self.target})"
+
+
+class Session:
+    """A session on a server. Made by Server.open() or Server.session(); several may name the same session."""
+
+    def __init__(self, server: "Server", id: str, job: int = 0, issues: Iterable[str] = ()):
+        self.server = server
+        self.id = id
+        self.job = job                    # that builds the model
+        self.issues = tuple(issues)       # repairs and warnings of the mesh
+        self.revision = 0                 # newest this client made or saw
+
+    @property
+    def connection(self):
+        return self.server.connection
+
+    # ---- state ----
+
+    def status(self) -> "service.SessionStatus":
+        """State, sizes, model and newest result."""
+        return self.connection.call("get_session", service.GetSessionRequest(session=self.id)).status
+
+    def scene(self) -> "scenes.Scene":
+        """The scene as edited, without the mesh's bytes."""
+        request = service.GetSessionRequest(session=self.id, with_scene=True)
+        return self.connection.call("get_session", request).scene
+
+    def constraints(self) -> list[Constraint]:
+        """Those of every client, as of now."""
+        return [Constraint(self, message) for message in self.scene().constraints]
+
+    # ---- edits ----
+
+    def edit(self, changes: Iterable[edits.EditLike], expected_revision: int | None = None) -> Receipt:
+        """All or nothing, in order, as one revision.
+
+        expected_revision: refuse (FAILED_PRECONDITION) unless this is the newest one.
+        """
+        request = service.EditRequest(session=self.id, edits=[
+            edits.to_message(change, f"edits[{i}]") for i, change in enumerate(changes)])
+        if expected_revision is not None:
+            request.expected_revision = expected_revision
+        response = self.connection.call("edit", request)
+        self.revision = max(self.revision, response.revision)
+        return Receipt(response.revision, tuple(response.constraint_ids))
+
+    def add(self, *, frame: int, node: int | None = None, nodes: Iterable[int] | None = None,
+            position: Sequence[float] | None = None, displacement: Sequence[float] | None = None,
+            axes: edits.Axes = None, weight: float | None = None, exact: bool = False) -> Constraint:
+        """"In this frame, the (mean) position of the node(s) is there."
+
+        position: a point of the mesh's space, or displacement: from rest [length unit]; axes: which count, e.g. "xz";
+        weight: gamma > 0 of a soft constraint (default 100), or exact=True.
+        """
+        message = edits.constraint(frame=frame, node=node, nodes=nodes, position=position, displacement=displacement,
+                                   axes=axes, weight=weight, exact=exact)
+        receipt = self.edit([service.Edit(add=service.AddConstraint(constraint=message))])
+        message.id = receipt.constraint_ids[0]
+        return Constraint(self, message)
+
+    def move(self, constraint: "Constraint | int", target: Sequence[float]) -> Receipt:
+        return self.edit([edits.move(constraint, target)])
+
+    def remove(self, constraint: "Constraint | int") -> Receipt:
+        return self.edit([edits.remove(constraint)])
+
+    def ends(self, first: str, last: str) -> Receipt:
+        """"free", "position" or "position_velocity" at the first and the last frame."""
+        return self.edit([edits.ends(first, last)])
+
+    def undo(self) -> Receipt:
+        return self.edit([edits.undo()])
+
+    def redo(self) -> Receipt:
+        return self.edit([edits.redo()])
+
+    # ---- results ----
+
+    def wait(self, revision: int | None = None, until: str = "final", timeout: float = 60.0) -> Result:
+        """Waits for a result that contains a revision (default: the newest this client made or saw).
+
+        until: "first" for the first such result, "final" for its converged one. Raises LimberError TIMEOUT.
+        """
+        if until not in _UNTIL:
+            raise invalid("until", f'until is "first" or "final", not {until!r}')
+        request = service.WaitRequest(session=self.id, revision=self.revision if revision is None else revision,
+                                      until=_UNTIL[until], timeout_s=timeout)
+        response = self.connection.call("wait", request, timeout=timeout + self.connection.timeout)
+        return Result.from_message(response.result)
+
+    def geometry(self) -> Geometry:
+        """Rest shape, surface and basis; the basis is fetched once for its content hash."""
+        cache = self.server.geometry_cache
+        known = next((geometry for owner, geometry in reversed(cache.values()) if owner == self.id), None)
+        request = service.GetGeometryRequest(session=self.id, known_basis_hash=known.basis_hash if known else "")
+        message = self.connection.call("get_geometry", request, timeout=max(60.0, self.connection.timeout))
+        geometry = Geometry.from_message(message, known)
+        cache[geometry.basis_hash] = (self.id, geometry)
+        return geometry
+
+    def geometry_for(self, frames: "service.Frames") -> Geometry | None:
+        """What decode() needs for these frames."""
+        if frames.encoding != service.ENCODING_COORDINATES:
+            return None
+        cached = self.server.geometry_cache.get(frames.basis_hash)
+        return cached[1] if cached else self.geometry()
+
+    def raw_frames(self, first: int = 0, count: int = 0, encoding: str = "coordinates",
+                   final: bool = False) -> "service.Frames":
+        """Frames as the server sends them."""
+        if encoding not in ENCODINGS:
+            raise invalid("encoding", f"an encoding is one of {', '.join(ENCODINGS)}, not {encoding!r}")
+        request = service.GetFramesRequest(session=self.id, first_frame=first, frame_count=count,
+                                           encoding=ENCODINGS[encoding], final_only=final)
+        return self.connection.call("get_frames", request, timeout=max(60.0, self.connection.timeout)).frames
+
+    def frames(self, first: int = 0, count: int = 0, encoding: str = "coordinates", final: bool = False) -> np.ndarray:
+        """Positions, frames x nodes x 3 float32 [length unit], of the newest result.
+
+        count 0: to the last frame; encoding: what travels ("coordinates", the smallest, "positions" or "quantised");
+        final: of the newest converged result.
+        """
+        frames = self.raw_frames(first, count, encoding, final)
+        return decode(frames, self.geometry_for(frames))
+
+    def stream(self, encoding: str = "coordinates", timeout: float | None = None, snapshot: bool = True) -> FrameStream:
+        """Iterator over results as they are published, the newest first result at once (unless snapshot=False)."""
+        return FrameStream(self, encoding, timeout, snapshot)
+
+    # ---- files ----
+
+    def export(self, folder: "str | os.PathLike[str]", formats: Sequence[str] = ("pvd", "pc2"), stem: str = "motion",
+               progress: ProgressOption = None, timeout: float = 120.0) -> Export:
+        """Writes "pvd" (a .vtu per frame, one .pvd), "pc2" (beside an .obj) or "scene" files into a folder."""
+        if isinstance(formats, str):
+            formats = (formats,)
+        unknown = [name for name in formats if name not in _FORMATS]
+        if unknown:
+            raise invalid("formats", f"a format is one of {', '.join(_FORMATS)}, not {unknown[0]!r}")
+        written: dict[Path, None] = {}
+        with Reporter(progress) as report:
+            for name in formats:
+                part = count = 0
+                while part == 0 or part < count:
+                    request = service.ExportRequest(session=self.id, format=_FORMATS[name], stem=stem, part=part)
+                    response = self.connection.call("export", request, timeout=timeout)
+                    count = response.part_count
+                    for file in response.files:
+                        written[write_exported(Path(folder), file)] = None
+                    part += 1
+                    report(f"exporting {name}", part / max(count, 1))
+        return Export(tuple(written))
+
+    # ---- control ----
+
+    def cancel(self) -> None:
+        """Stops a running build or solve; the session keeps its newest result."""
+        self.connection.call("cancel", service.CancelRequest(session=self.id))
+
+    def solve_cold(self) -> int:
+        """Solves the current problem again from the base motion; the job's number."""
+        return self.connection.call("solve_cold", service.SolveColdRequest(session=self.id)).job
+
+    def wait_ready(self, progress: ProgressOption = None, timeout: float = 600.0) -> "service.SessionStatus":
+        """Waits until the model is built and the scene as opened is solved. Raises what the build failed with."""
+        if self.job:
+            self.server.wait_job(self.job, progress, timeout)
+        status = self.status()
+        if status.state == service.SESSION_STATE_FAILED:
+            raise LimberError("FAILED_PRECONDITION", f"session {self.id} failed: {status.message}")
+        self.revision = max(self.revision, status.revision)
+        return status
+
+    def close(self) -> None:
+        """Ends the session on the server, for every client."""
+        self.connection.call("close_session", service.CloseSessionRequest(session=self.id), timeout=60.0)
+
+    def __repr__(self) -> str:
+        return f"Session({self.id!r} at {self.connection.endpoint})"
+
+
+def write_exported(folder: Path, file: "service.ExportedFile") -> Path:
+    """Writes one exported file below the folder, whatever its name claims."""
+    relative = PurePosixPath(file.name)
+    if not relative.parts or relative.is_absolute() or ".." in relative.parts:
+        raise LimberError("MALFORMED", f"the server names a file outside the folder: {file.name!r}")
+    path = folder / relative
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with open(path, "ab" if file.append else "wb") as out:
+            out.write(file.content)
+    except OSError as error:
+        raise LimberError("IO", f"cannot write {path}: {error.strerror}", "folder") from error
+    return path
+
+
+def job_error(status: "service.JobStatus") -> "common.Error":
+    """Why a job ended without success."""
+    if status.HasField("error"):
+        return status.error
+    code = common.ERROR_CODE_CANCELLED if status.state == service.JOB_STATE_CANCELLED else common.ERROR_CODE_INTERNAL
+    return common.Error(code=code, message=f"job {status.job} ({status.kind}) was cancelled or failed")

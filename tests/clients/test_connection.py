@@ -1,0 +1,121 @@
+"""Requests and replies against a fake limberd."""
+
+import concurrent.futures
+import time
+
+import limber
+import pytest
+from limber.connection import Connection
+from limber.v1 import common_pb2 as common
+from limber.v1 import service_pb2 as service
+
+pytestmark = pytest.mark.timeout(30)
+
+
+def test_connect_reads_the_stream_endpoint(fake):
+    with limber.connect(fake.requests) as server:
+        assert server.stream_endpoint == fake.stream
+
+
+def test_nobody_there(tmp_path):
+    start = time.monotonic()
+    with pytest.raises(limber.ServerUnreachable) as caught:
+        limber.connect(f"ipc://{tmp_path}/nobody", timeout=0.2)
+    assert caught.value.code == "TIMEOUT"
+    assert time.monotonic() - start < 5
+
+
+def test_malformed_endpoint():
+    with pytest.raises(limber.LimberError) as caught:
+        limber.connect("no endpoint")
+    assert caught.value.code == "INVALID_ARGUMENT" and caught.value.field == "endpoint"
+
+
+def test_other_protocol_version_is_named(fake):
+    fake.versions = [2, 3]
+    with pytest.raises(limber.LimberError, match="speaks protocol 2, 3") as caught:
+        limber.connect(fake.requests)
+    assert caught.value.code == "UNSUPPORTED"
+
+
+def test_refusal_becomes_an_exception_with_code_and_field(fake):
+    fake.handlers["edit"] = lambda request: service.Reply(version=1, id=request.id, error=common.Error(
+        code=common.ERROR_CODE_OUT_OF_RANGE, message="frame 900 of 120", field="edits[0].add.constraint.frame",
+        details={"limit": "120"}))
+    fake.handlers["get_session"] = lambda request: service.GetSessionResponse()
+    with limber.connect(fake.requests) as server:
+        with pytest.raises(limber.LimberError) as caught:
+            server.session("a").add(node=1, frame=900, position=(0, 0, 0))
+    assert caught.value.code == "OUT_OF_RANGE"
+    assert caught.value.field == "edits[0].add.constraint.frame"
+    assert caught.value.details == {"limit": "120"}
+    assert str(caught.value) == "frame 900 of 120 (field edits[0].add.constraint.frame) [OUT_OF_RANGE]"
+
+
+def test_an_unknown_error_code_is_still_an_error(fake):
+    fake.handlers["list_jobs"] = lambda request: service.Reply(id=request.id, error=common.Error(code=99, message="new"))
+    with limber.connect(fake.requests) as server, pytest.raises(limber.LimberError) as caught:
+        server.jobs()
+    assert caught.value.code == "99"
+
+
+def test_a_repeatable_request_is_sent_twice_an_edit_once(fake):
+    fake.handlers["list_sessions"] = lambda request: None if fake.seen.count("list_sessions") == 1 \
+        else service.ListSessionsResponse()
+    connection = Connection(fake.requests, timeout=0.3)
+    assert connection.call("list_sessions", service.ListSessionsRequest()) is not None
+    assert fake.seen.count("list_sessions") == 2
+    with pytest.raises(limber.ServerUnreachable):
+        connection.call("edit", service.EditRequest())
+    time.sleep(0.2)
+    assert fake.seen.count("edit") == 1
+    connection.close()
+
+
+def test_garbage_and_replies_to_nobody_are_skipped(fake):
+    fake.handlers["list_jobs"] = lambda request: [
+        b"\xff\xff garbage", service.Reply(id=request.id + 1000, list_jobs=service.ListJobsResponse()),
+        service.ListJobsResponse(jobs=[service.JobStatus(job=7)])]
+    with limber.connect(fake.requests) as server:
+        assert [job.job for job in server.jobs()] == [7]
+
+
+def test_an_answer_of_the_wrong_kind_is_refused(fake):
+    fake.handlers["list_jobs"] = lambda request: service.Reply(id=request.id, shutdown=service.ShutdownResponse())
+    with limber.connect(fake.requests) as server, pytest.raises(limber.LimberError) as caught:
+        server.jobs()
+    assert caught.value.code == "MALFORMED"
+
+
+def test_answers_out_of_order_reach_their_threads(fake):
+    held = []
+
+    def hold(request):
+        held.append(request)
+        if len(held) < 5:
+            return None
+        return [service.Reply(id=r.id, get_session=service.GetSessionResponse(
+            status=service.SessionStatus(session=r.get_session.session))) for r in reversed(held)]
+
+    fake.handlers["get_session"] = hold
+    connection = Connection(fake.requests, timeout=10)
+    names = [f"s{i}" for i in range(5)]
+    with concurrent.futures.ThreadPoolExecutor(5) as pool:
+        answers = list(pool.map(lambda name: connection.call(
+            "get_session", service.GetSessionRequest(session=name)).status.session, names))
+    assert answers == names
+    connection.close()
+
+
+def test_closing_ends_requests_in_flight(fake):
+    connection = Connection(fake.requests, timeout=20)
+    with concurrent.futures.ThreadPoolExecutor(1) as pool:
+        call = pool.submit(connection.call, "edit", service.EditRequest())
+        while "edit" not in fake.seen:
+            time.sleep(0.01)
+        connection.close()
+        with pytest.raises(limber.LimberError) as caught:
+            call.result(5)
+    assert caught.value.code == "CANCELLED"
+    with pytest.raises(limber.LimberError, match="closed"):
+        connection.call("edit", service.EditRequest())

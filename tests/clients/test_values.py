@@ -1,0 +1,135 @@
+"""Edits, scenes, arrays and files, without a server."""
+
+import json
+
+import limber
+import meshio
+import numpy as np
+import pytest
+from limber import arrays, edits, scenes, server
+from limber.launching import find_binary
+from limber.session import write_exported
+from limber.v1 import common_pb2 as common
+from limber.v1 import scene_pb2 as scene_messages
+from limber.v1 import service_pb2 as service
+
+TET = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], dtype=float)
+
+
+def refused(field, call, *args, **kwargs):
+    with pytest.raises(limber.LimberError) as caught:
+        call(*args, **kwargs)
+    assert caught.value.field == field
+    return caught.value
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64, np.int32, np.uint16])
+def test_arrays_survive_the_round_trip(dtype):
+    values = np.arange(24).reshape(2, 3, 4).astype(dtype)
+    message = common.Array.FromString(arrays.to_message(values, dtype).SerializeToString())
+    np.testing.assert_array_equal(arrays.to_numpy(message), values)
+
+
+def test_array_whose_length_lies_is_refused():
+    message = arrays.to_message(np.zeros((2, 3)), np.float32)
+    message.shape[0] = 2 ** 40
+    with pytest.raises(limber.LimberError, match="bytes"):
+        arrays.to_numpy(message)
+
+
+def test_constraint_arguments():
+    made = edits.constraint(frame=4, nodes=[3, 1], displacement=(1, 2, 3), axes="zx", exact=True)
+    assert (made.frame, list(made.nodes), list(made.axes), made.exact) == (
+        4, [3, 1], [scene_messages.AXIS_Z, scene_messages.AXIS_X], True)
+    assert made.WhichOneof("target") == "displacement"
+    assert edits.constraint(frame=0, node=0, position=(0, 0, 0)).WhichOneof("enforcement") is None
+    refused("nodes", edits.constraint, frame=1, position=(0, 0, 0))
+    refused("nodes", edits.constraint, frame=1, node=-1, position=(0, 0, 0))
+    refused("target", edits.constraint, frame=1, node=1)
+    refused("target", edits.constraint, frame=1, node=1, position=(0, 0, 0), displacement=(0, 0, 0))
+    refused("position", edits.constraint, frame=1, node=1, position=(0, 0))
+    refused("axes", edits.constraint, frame=1, node=1, position=(0, 0, 0), axes="xx")
+    refused("frame", edits.constraint, frame=-1, node=1, position=(0, 0, 0))
+    refused("weight", edits.constraint, frame=1, node=1, position=(0, 0, 0), weight=1, exact=True)
+
+
+def test_edits_from_json():
+    edit = edits.to_message({"add": {"constraint": {"frame": 3, "nodes": [1], "position": {"x": 1}}}})
+    assert edit == service.Edit(add=service.AddConstraint(constraint=edits.constraint(frame=3, node=1,
+                                                                                      position=(1, 0, 0))))
+    refused("edits[2]", edits.to_message, {"nonsense": {}}, "edits[2]")
+    refused("edit", edits.to_message, 7)
+    refused("first", limber.ends, "loose", "free")
+
+
+def test_meshio_mesh_becomes_a_scene():
+    mesh = meshio.Mesh(TET, [("triangle", [[0, 1, 2]]), ("tetra", [[0, 1, 2, 3]]), ("tetra", [[1, 0, 2, 3]])])
+    scene = limber.scene_from_mesh(mesh, name="t", frames=9, fixed_nodes=[0], youngs_modulus=2e5, modes=4,
+                                   first_end="free", length_unit_in_metres=0.001, period_frames=20)
+    np.testing.assert_array_equal(arrays.to_numpy(scene.mesh.arrays.tets), [[0, 1, 2, 3], [1, 0, 2, 3]])
+    np.testing.assert_array_equal(arrays.to_numpy(scene.mesh.arrays.nodes), TET)
+    assert (scene.name, scene.frames, list(scene.fixed_nodes), scene.material.youngs_modulus, scene.model.modes,
+            scene.length_unit_in_metres, scene.dynamics.period_frames) == ("t", 9, [0], 2e5, 4, 0.001, 20)
+    assert scene.first_end == scene_messages.END_CONDITION_FREE
+    assert scene.last_end == scene_messages.END_CONDITION_PINNED_POSITION_VELOCITY
+    refused("mesh", limber.scene_from_mesh, meshio.Mesh(TET, [("triangle", [[0, 1, 2]])]))
+    with pytest.raises(TypeError, match="youngs"):
+        limber.scene_from_mesh(mesh, youngs=3)
+
+
+def test_arrays_of_the_wrong_shape_are_refused():
+    refused("mesh.arrays.nodes", limber.scene_from_arrays, TET[:, :2], [[0, 1, 2, 3]])
+    refused("mesh.arrays.tets", limber.scene_from_arrays, TET, [[0, 1, 2]])
+    refused("mesh.arrays.tets", limber.scene_from_arrays, TET, [[0.0, 1, 2, 3]])
+    assert refused("mesh.arrays.tets", limber.scene_from_arrays, TET, [[0, 1, 2, 4]]).code == "OUT_OF_RANGE"
+
+
+def test_scene_file_uploads_the_mesh_beside_it(tmp_path):
+    (tmp_path / "body.ele").write_bytes(b"elements")
+    (tmp_path / "body.node").write_bytes(b"nodes")
+    (tmp_path / "scene.json").write_text(json.dumps({"name": "n", "frames": 7, "mesh": {"path": "body.ele"}}))
+    scene = limber.load_scene(tmp_path / "scene.json")
+    assert (scene.mesh.file.name, scene.mesh.file.content) == ("body.ele", b"elements")
+    assert dict(scene.mesh.file.companions) == {"body.node": b"nodes"}
+    assert scenes.to_message(str(tmp_path / "scene.json")) == scene
+
+
+def test_bad_scene_files(tmp_path):
+    path = tmp_path / "scene.json"
+    assert refused("scene", limber.load_scene, path).code == "IO"
+    path.write_text("{")
+    refused("scene", limber.load_scene, path)
+    path.write_text('{"framez": 3}')
+    assert "framez" in str(refused("scene", limber.load_scene, path))
+    path.write_text('[1]')
+    refused("scene", limber.load_scene, path)
+    path.write_text('{"mesh": {"path": "missing.msh"}}')
+    refused("mesh.path", limber.load_scene, path)
+
+
+def test_exported_names_stay_below_the_folder(tmp_path):
+    write_exported(tmp_path, service.ExportedFile(name="a/b.vtu", content=b"1"))
+    write_exported(tmp_path, service.ExportedFile(name="a/b.vtu", content=b"2", append=True))
+    assert (tmp_path / "a/b.vtu").read_bytes() == b"12"
+    for name in ("../x", "/etc/x", "", "a/../../x"):
+        with pytest.raises(limber.LimberError, match="outside"):
+            write_exported(tmp_path, service.ExportedFile(name=name))
+
+
+@pytest.mark.parametrize("bound, used, expected", [
+    ("tcp://127.0.0.1:7802", "tcp://127.0.0.1:7801", "tcp://127.0.0.1:7802"),
+    ("tcp://0.0.0.0:7802", "tcp://lab.example:7801", "tcp://lab.example:7802"),
+    ("ipc:///run/x", "ipc:///run/y", "ipc:///run/x"),
+])
+def test_wildcard_stream_endpoint(bound, used, expected):
+    assert server.reachable(bound, used) == expected
+
+
+def test_binary_that_is_not_there(monkeypatch, tmp_path):
+    monkeypatch.setenv("LIMBER_BIN", str(tmp_path))
+    refused("LIMBER_BIN", find_binary)
+    (tmp_path / "limberd").write_text("#!/bin/sh\necho cannot bind >&2\nexit 3\n")
+    (tmp_path / "limberd").chmod(0o755)
+    assert find_binary() == tmp_path / "limberd"
+    with pytest.raises(limber.LimberError, match="did not start: cannot bind"):
+        limber.launch()
