@@ -1,0 +1,30 @@
+#include "engine/session/edit_batch.h"
+
+namespace limber::session {
+
+EditBatch batch_of(const Document& document, const Touched& touched) {
+  EditBatch batch;
+  for (const auto& [id, how] : touched.constraints) {
+    const auto held = document.constraints().find(id);
+    if (held == document.constraints().end()) {
+      batch.removed.push_back(id);
+    } else if (how == Touched::How::kTargetOnly) {
+      batch.moved.push_back({id, held->second.target});
+    } else {
+      batch.set.push_back(held->second);
+    }
+  }
+  if (touched.ends) batch.ends = EndsChange{document.first_end(), document.last_end()};
+  if (touched.dynamics) batch.dynamics = document.dynamics();
+  return batch;
+}
+
+EditBatch whole_batch(const Document& document) {
+  EditBatch batch;
+  batch.set = document.constraint_list();
+  batch.ends = EndsChange{document.first_end(), document.last_end()};
+  batch.dynamics = document.dynamics();
+  return batch;
+}
+
+}  // namespace limber::session

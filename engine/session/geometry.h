@@ -1,0 +1,23 @@
+#pragma once
+
+#include <Eigen/Core>
+
+#include "engine/reduced/reduced_model.h"
+#include "engine/scene/scene.h"
+#include "engine/session/problem_mapping.h"
+#include "engine/session/session.h"
+
+namespace limber::session {
+
+/// The view of a model on the mesh as the client sent it. Unused nodes stay at rest (zero rows of
+/// the basis), merged duplicates move together (equal rows).
+[[nodiscard]] Geometry make_geometry(const scene::Scene& scene, const MappedBody& mapped,
+                                     const reduced::ReducedModel& model);
+
+/// Positions [scene units], 3 source nodes x columns of q: rest + basis q, computed in double.
+[[nodiscard]] Eigen::MatrixXd positions_of(const Geometry& geometry, const LengthUnit& unit,
+                                           const std::vector<int>& compact_of_source,
+                                           const reduced::ReducedModel& model,
+                                           const Eigen::Ref<const Eigen::MatrixXf>& coordinates);
+
+}  // namespace limber::session

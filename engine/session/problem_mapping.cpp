@@ -1,0 +1,127 @@
+#include "engine/session/problem_mapping.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "engine/base/error.h"
+
+namespace limber::session {
+
+MappedBody map_body(const scene::Scene& scene) {
+  const LengthUnit unit(scene.length_unit_in_metres);
+  bodies::TetMesh mesh = scene.mesh;
+  mesh.nodes = unit.to_si(scene.mesh.nodes.array()).matrix();
+  if (mesh.materials.empty()) {
+    mesh.materials = {scene.material};
+    mesh.tet_material.assign(static_cast<std::size_t>(mesh.tet_count()), 0);
+  }
+  bodies::MeshValidationOptions options;
+  if (scene.merge_tolerance) options.merge_tolerance = unit.to_si(*scene.merge_tolerance);
+  bodies::PreparedMesh prepared = bodies::prepare_mesh(mesh, scene.fixed_nodes, options);
+
+  MappedBody mapped;
+  for (const int node : scene.fixed_nodes) {
+    mapped.body.fixed_nodes.push_back(
+        prepared.compact_of_source.at(static_cast<std::size_t>(node)));
+  }
+  std::sort(mapped.body.fixed_nodes.begin(), mapped.body.fixed_nodes.end());
+  const auto last = std::unique(mapped.body.fixed_nodes.begin(), mapped.body.fixed_nodes.end());
+  mapped.body.fixed_nodes.erase(last, mapped.body.fixed_nodes.end());
+  mapped.body.mesh = std::move(prepared.mesh);
+  mapped.compact_of_source = std::move(prepared.compact_of_source);
+  mapped.source_of_compact = std::move(prepared.source_of_compact);
+  mapped.repairs = std::move(prepared.repairs);
+  mapped.warnings = std::move(prepared.warnings);
+  return mapped;
+}
+
+reduced::ModelOptions map_model(const scene::ModelRequest& request) {
+  reduced::ModelOptions options;
+  options.mode_count = request.mode_count;
+  options.tolerance = request.tolerance;
+  options.basis_size = request.basis_size;
+  options.cubature_size = request.cubature_size;
+  options.cubature = request.cubature == scene::Cubature::kWeights
+                         ? reduced::CubatureKind::kWeights
+                         : reduced::CubatureKind::kFittedMaps;
+  return options;
+}
+
+spacetime::ModeDynamics map_dynamics(const scene::Dynamics& dynamics,
+                                     const Eigen::VectorXd& eigenvalues, int rigid_count) {
+  const Eigen::Index count = eigenvalues.size();
+  LIMBER_DEMAND(rigid_count >= 0 && rigid_count < count);
+  const Eigen::Index elastic = count - rigid_count;
+  spacetime::ModeDynamics mapped{Eigen::VectorXd::Zero(count), Eigen::VectorXd::Zero(count)};
+  if (dynamics.period_frames > 0) {
+    const double turn = 2 * std::numbers::pi / dynamics.period_frames;  // [1/frame]
+    mapped.stiffness.tail(elastic) =
+        eigenvalues.tail(elastic) / eigenvalues[rigid_count] * (turn * turn);
+  } else {
+    const double fps = dynamics.frames_per_second;
+    mapped.stiffness.tail(elastic) = eigenvalues.tail(elastic) / (fps * fps);
+  }
+  mapped.damping = 2 * dynamics.damping_ratio * mapped.stiffness.cwiseSqrt();
+  return mapped;
+}
+
+spacetime::EndCondition map_end(scene::End end) {
+  switch (end) {
+    case scene::End::kFree:
+      return spacetime::EndCondition::kFree;
+    case scene::End::kPinnedPosition:
+      return spacetime::EndCondition::kPinnedPosition;
+    case scene::End::kPinnedPositionVelocity:
+      return spacetime::EndCondition::kPinnedPositionVelocity;
+  }
+  LIMBER_DEMAND(false);
+  return spacetime::EndCondition::kFree;
+}
+
+Eigen::MatrixXd map_base_motion(const scene::Scene& scene,
+                                const std::vector<int>& source_of_compact) {
+  const LengthUnit unit(scene.length_unit_in_metres);
+  const Eigen::Index count = static_cast<Eigen::Index>(source_of_compact.size());
+  Eigen::MatrixXd motion(3 * count, scene.base_motion.cols());
+  for (Eigen::Index node = 0; node < count; ++node) {
+    const Eigen::Index source = source_of_compact[static_cast<std::size_t>(node)];
+    motion.middleRows(3 * node, 3) =
+        unit.to_si(scene.base_motion.middleRows(3 * source, 3).array()).matrix();
+  }
+  return motion;
+}
+
+TargetFrame::TargetFrame(const scene::Scene& scene, const MappedBody& mapped)
+    : rest_(scene.mesh.nodes),
+      compact_of_source_(mapped.compact_of_source),
+      source_of_compact_(mapped.source_of_compact),
+      unit_(scene.length_unit_in_metres) {}
+
+std::vector<int> TargetFrame::compact_nodes(const std::vector<int>& source_nodes) const {
+  std::vector<int> compact;
+  compact.reserve(source_nodes.size());
+  for (const int node : source_nodes)
+    compact.push_back(compact_of_source_.at(static_cast<std::size_t>(node)));
+  if (compact.size() < 2) return compact;
+  std::sort(compact.begin(), compact.end());
+  compact.erase(std::unique(compact.begin(), compact.end()), compact.end());
+  return compact;
+}
+
+Eigen::Vector3d TargetFrame::origin(scene::TargetKind kind,
+                                    const std::vector<int>& compact_nodes) const {
+  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+  if (kind == scene::TargetKind::kDisplacement) return mean;
+  for (const int node : compact_nodes)
+    mean += rest_.col(source_of_compact_[static_cast<std::size_t>(node)]);
+  return mean / static_cast<double>(compact_nodes.size());
+}
+
+Eigen::Vector3d TargetFrame::displacement(const Eigen::Vector3d& target,
+                                          const Eigen::Vector3d& origin) const {
+  const Eigen::Vector3d relative = target - origin;
+  return unit_.to_si(relative.array()).matrix();
+}
+
+}  // namespace limber::session

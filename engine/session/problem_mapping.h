@@ -1,0 +1,68 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "engine/bodies/elastic_body.h"
+#include "engine/bodies/mesh_validation.h"
+#include "engine/reduced/reduced_model.h"
+#include "engine/scene/scene.h"
+#include "engine/session/length_unit.h"
+#include "engine/spacetime/problem.h"
+#include "engine/spacetime/solver.h"
+
+namespace limber::session {
+
+/// A scene in the engine's terms: SI, compact nodes.
+struct MappedBody {
+  bodies::ElasticBody body;
+  std::vector<int> compact_of_source;  // -1 where a source node is unused
+  std::vector<int> source_of_compact;
+  std::vector<std::string> repairs, warnings;
+};
+
+/// @throws Error with a field of the scene ("mesh.tets[17]", "fixed_nodes[2]")
+[[nodiscard]] MappedBody map_body(const scene::Scene& scene);
+
+[[nodiscard]] reduced::ModelOptions map_model(const scene::ModelRequest& request);
+
+/// Lambda and D with the frame as the unit of time. With a period of L frames,
+/// lambda_k = (eigenvalue_k / eigenvalue_1) (2 pi / L)^2 (space-time editing, sec. 5.2),
+/// eigenvalue_1 the lowest elastic one; with L = 0, lambda_k = eigenvalue_k / fps^2. Damping d_k =
+/// 2 zeta sqrt(lambda_k). Rigid unknowns: 0 and 0.
+/// @param eigenvalues  [1/s^2], the `rigid_count` zeros first
+[[nodiscard]] spacetime::ModeDynamics map_dynamics(const scene::Dynamics& dynamics,
+                                                   const Eigen::VectorXd& eigenvalues,
+                                                   int rigid_count);
+
+[[nodiscard]] spacetime::EndCondition map_end(scene::End end);
+
+/// Displacements [scene units] of source nodes to [m] of compact nodes, 3n x frames.
+[[nodiscard]] Eigen::MatrixXd map_base_motion(const scene::Scene& scene,
+                                              const std::vector<int>& source_of_compact);
+
+/// Where targets of a scene's constraints are measured from. Merged duplicates count once in the
+/// mean of a group.
+class TargetFrame {
+ public:
+  /// @param scene  outlives this
+  TargetFrame(const scene::Scene& scene, const MappedBody& mapped);
+
+  /// Compact ids of the group, sorted, each once: the same group is the same site however it was
+  /// written.
+  [[nodiscard]] std::vector<int> compact_nodes(const std::vector<int>& source_nodes) const;
+  /// What to take off a target of this kind to get a displacement [scene units]: the group's mean
+  /// rest position, or 0.
+  [[nodiscard]] Eigen::Vector3d origin(scene::TargetKind kind,
+                                       const std::vector<int>& compact_nodes) const;
+  /// [m] from rest.
+  [[nodiscard]] Eigen::Vector3d displacement(const Eigen::Vector3d& target,
+                                             const Eigen::Vector3d& origin) const;
+
+ private:
+  const bodies::NodePositions& rest_;
+  std::vector<int> compact_of_source_, source_of_compact_;
+  LengthUnit unit_;
+};
+
+}  // namespace limber::session

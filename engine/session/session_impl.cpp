@@ -1,0 +1,193 @@
+#include "engine/session/session_impl.h"
+
+#include <fmt/format.h>
+
+#include <utility>
+
+#include "engine/session/geometry.h"
+
+namespace limber::session {
+namespace {
+
+scene::Scene validated(scene::Scene scene) {
+  for (const scene::Issue& issue : scene::validate(scene)) {
+    if (issue.severity == scene::Issue::Severity::kError) {
+      throw Error(ErrorCode::kInvalidArgument, issue.field, issue.message);
+    }
+  }
+  return scene;
+}
+
+}  // namespace
+
+/// What an executor holds. If it goes away without having run, the session must know: it may be
+/// asked to post again.
+class Session::Impl::Ticket {
+ public:
+  explicit Ticket(std::shared_ptr<Impl> impl) : impl_(std::move(impl)) {}
+  Ticket(const Ticket&) = delete;
+  Ticket& operator=(const Ticket&) = delete;
+  ~Ticket() {
+    if (impl_) impl_->task_dropped();
+  }
+  void run() {
+    if (const std::shared_ptr<Impl> impl = std::exchange(impl_, nullptr)) impl->run();
+  }
+
+ private:
+  std::shared_ptr<Impl> impl_;
+};
+
+Session::Impl::Impl(std::string id, scene::Scene scene, SessionOptions options,
+                    std::shared_ptr<ModelCache> cache, Executor executor,
+                    std::shared_ptr<Listener> listener)
+    : id_(std::move(id)),
+      options_(options),
+      cache_(std::move(cache)),
+      executor_(std::move(executor)),
+      listener_(std::move(listener)),
+      document_(validated(std::move(scene)), {options.undo_depth, options.max_constraints}),
+      edited_at_(Clock::now()) {
+  options_.solver.validate();
+  if (!executor_)
+    throw Error(ErrorCode::kInvalidArgument, "executor", "a session needs an executor");
+}
+
+void Session::Impl::open() {
+  std::unique_lock lock(mutex_);
+  work_ = true;
+  post(std::move(lock));
+  lock = std::unique_lock(mutex_);
+  if (state_ == State::kBuilding && !posted_ && !running_ && !message_.empty()) {
+    throw Error(ErrorCode::kInternal, "", message_);
+  }
+}
+
+/// Sees to it that a task runs. Called with the lock, leaves without it.
+void Session::Impl::post(std::unique_lock<std::mutex> lock) {
+  interrupt_.store(true, std::memory_order_relaxed);
+  if (posted_ || running_ || closed_) return;
+  posted_ = true;
+  lock.unlock();
+  std::string reason;
+  try {
+    const auto ticket = std::make_shared<Ticket>(shared_from_this());
+    executor_([ticket] { ticket->run(); });
+    return;
+  } catch (const std::exception& error) {
+    reason = error.what();
+  } catch (...) {
+    reason = "unknown exception";
+  }
+  // What was accepted stays accepted; the next call tries again.
+  lock.lock();
+  posted_ = false;
+  message_ = fmt::format("the executor took no task: {}", reason);
+}
+
+void Session::Impl::task_dropped() {
+  const std::lock_guard lock(mutex_);
+  posted_ = false;
+}
+
+void Session::Impl::demand_usable() const {
+  if (closed_) throw Error(ErrorCode::kFailedPrecondition, "", "the session is closed");
+}
+
+EditReceipt Session::Impl::edit(const std::vector<Edit>& edits, std::optional<Revision> expected) {
+  std::unique_lock lock(mutex_);
+  demand_usable();
+  if (state_ == State::kFailed) {
+    throw Error(ErrorCode::kFailedPrecondition, "",
+                fmt::format("the session has no model: {}", message_));
+  }
+  EditReceipt receipt = document_.apply(edits, expected, touched_);
+  edited_at_ = Clock::now();
+  work_ = true;
+  skip_solve_ = false;
+  post(std::move(lock));
+  return receipt;
+}
+
+void Session::Impl::solve_cold() {
+  std::unique_lock lock(mutex_);
+  demand_usable();
+  if (state_ == State::kFailed) {  // a second try at the model
+    state_ = State::kBuilding;
+    message_.clear();
+    progress_ = {};
+    cancellation_ = {};
+  }
+  work_ = cold_ = true;
+  skip_solve_ = false;
+  post(std::move(lock));
+}
+
+void Session::Impl::cancel() {
+  const std::lock_guard lock(mutex_);
+  if (!posted_ && !running_) return;
+  cancellation_.request();
+  skip_solve_ = true;
+  cold_ = false;
+}
+
+void Session::Impl::shut(Farewell farewell) {
+  std::unique_lock lock(mutex_);
+  closed_ = true;
+  state_ = State::kClosed;
+  cancellation_.request();
+  interrupt_.store(true, std::memory_order_relaxed);
+  if (farewell == Farewell::kTellListener) say_closed_ = true;
+  // Called from a listener, by the task itself: it ends, and says so, once the listener has
+  // returned.
+  if (running_ && worker_ == std::this_thread::get_id()) return;
+  idle_.wait(lock, [&] { return !running_; });
+  if (!say_closed_ || std::exchange(closed_said_, true)) return;
+  lock.unlock();
+  tell([](Listener& listener) { listener.on_state(State::kClosed, ""); });
+}
+
+scene::Scene Session::Impl::scene() const {
+  std::shared_ptr<const scene::Scene> unedited;
+  std::vector<scene::Constraint> constraints;
+  scene::End first_end, last_end;
+  scene::Dynamics dynamics;
+  {
+    const std::lock_guard lock(mutex_);
+    unedited = document_.unedited();
+    constraints = document_.constraint_list();
+    first_end = document_.first_end();
+    last_end = document_.last_end();
+    dynamics = document_.dynamics();
+  }
+  scene::Scene scene = *unedited;
+  scene.constraints = std::move(constraints);
+  scene.first_end = first_end;
+  scene.last_end = last_end;
+  scene.dynamics = dynamics;
+  return scene;
+}
+
+Eigen::MatrixXd Session::Impl::positions(const Result& result, int first_frame,
+                                         int frame_count) const {
+  const auto built = read([](const Impl& impl) { return impl.built_; });
+  if (!built) throw Error(ErrorCode::kFailedPrecondition, "", "the model is not built yet");
+  const Eigen::MatrixXf& q = result.coordinates;
+  if (q.rows() != built->model->basis_size()) {
+    throw Error(ErrorCode::kInvalidArgument, "result", "the result belongs to another model");
+  }
+  if (first_frame < 0 || first_frame >= q.cols()) {
+    throw Error(ErrorCode::kOutOfRange, "first_frame",
+                fmt::format("frame {} is outside 0 .. {}", first_frame, q.cols() - 1));
+  }
+  if (frame_count < 0 || frame_count > q.cols() - first_frame) {
+    throw Error(ErrorCode::kOutOfRange, "frame_count",
+                fmt::format("{} frames from frame {} on, there are {}", frame_count, first_frame,
+                            q.cols() - first_frame));
+  }
+  const LengthUnit unit(document_.unedited()->length_unit_in_metres);
+  return positions_of(built->geometry, unit, built->compact_of_source, *built->model,
+                      q.middleCols(first_frame, frame_count));
+}
+
+}  // namespace limber::session

@@ -1,0 +1,132 @@
+#pragma once
+
+#include <atomic>
+#include <chrono>
+#include <condition_variable>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "engine/base/job.h"
+#include "engine/session/document.h"
+#include "engine/session/live_problem.h"
+#include "engine/session/session.h"
+
+namespace limber::session {
+
+/// Two halves: what any thread may touch, under mutex_, never for longer than it takes to copy a
+/// few values; and what only the task touches (problem_), without a lock, since at most one task
+/// exists at a time.
+class Session::Impl : public std::enable_shared_from_this<Session::Impl> {
+ public:
+  Impl(std::string id, scene::Scene scene, SessionOptions options,
+       std::shared_ptr<ModelCache> cache, Executor executor, std::shared_ptr<Listener> listener);
+
+  void open();
+  EditReceipt edit(const std::vector<Edit>& edits, std::optional<Revision> expected);
+  void solve_cold();
+  void cancel();
+  enum class Farewell { kSilent, kTellListener };
+  void shut(Farewell farewell);
+
+  [[nodiscard]] scene::Scene scene() const;
+  [[nodiscard]] Eigen::MatrixXd positions(const Result& result, int first_frame,
+                                          int frame_count) const;
+  template <class Read>
+  [[nodiscard]] auto read(const Read& get) const {
+    const std::lock_guard lock(mutex_);
+    return get(*this);
+  }
+
+ private:
+  friend class Session;
+  using Clock = std::chrono::steady_clock;
+  class Ticket;
+
+  /// What the build leaves behind for readers.
+  struct Built {
+    std::shared_ptr<const reduced::ReducedModel> model;
+    Geometry geometry;
+    std::vector<int> compact_of_source;
+    double seconds = 0;
+    bool from_cache = false;
+  };
+
+  /// What the task takes out of the shared half for one round of work.
+  struct Round {
+    enum class Start { kWarm, kCold };
+    enum class Depth { kSolve, kCorrectOnly };
+    Revision revision = 0;
+    Clock::time_point edited_at;
+    EditBatch batch;
+    bool is_whole = false;
+    Start start = Start::kWarm;
+    Depth depth = Depth::kSolve;
+    Cancellation cancellation;
+  };
+
+  // session_impl.cpp: the shared half.
+  void post(std::unique_lock<std::mutex> lock);
+  void task_dropped();
+  void demand_usable() const;
+
+  // session_task.cpp: the task.
+  void run();
+  void finish(std::unique_lock<std::mutex> lock);
+  bool build();
+  Built build_model(const JobContext& job);
+  void build_failed(const Error& error);
+  std::optional<Round> next_round();
+  void work(const Round& round);
+  void bring_up_to_date(const Round& round);
+  void solve(const Round& round);
+  void publish(const Round& round, const spacetime::SolveReport& report, bool final);
+  void publish_failure(const Round& round, const std::string& reason);
+  void hand_out(std::shared_ptr<Result> result, const Round& round);
+  void tell_progress(const std::string& stage, double fraction);
+
+  /// Never with the lock held: a listener may call any getter. One that throws does not take the
+  /// session with it.
+  template <class Call>
+  void tell(const Call& call) noexcept {
+    if (!listener_) return;
+    try {
+      call(*listener_);
+    } catch (...) {
+    }
+  }
+
+  const std::string id_;
+  const SessionOptions options_;
+  const std::shared_ptr<ModelCache> cache_;
+  const Executor executor_;
+  const std::shared_ptr<Listener> listener_;
+
+  mutable std::mutex mutex_;
+  std::condition_variable idle_;  // running_ has become false
+  Document document_;
+  Touched touched_;              // since the task last looked
+  Clock::time_point edited_at_;  // when the newest revision was accepted
+  bool work_ = false;            // something to solve
+  bool whole_ = true;            // the solver must be made anew from the whole document
+  bool cold_ = false;            // solve_cold() was called
+  bool skip_solve_ = false;      // cancel() was called: bring up to date, but do not solve
+  bool posted_ = false, running_ = false;
+  bool closed_ = false, say_closed_ = false, closed_said_ = false;
+  std::thread::id worker_;
+  State state_ = State::kBuilding;
+  std::string message_;
+  Progress progress_;
+  Cancellation cancellation_;  // of the build or round under way
+  std::uint64_t sequence_ = 0;
+  std::shared_ptr<const Result> newest_, converged_;
+  std::shared_ptr<const Built> built_;
+  std::atomic<bool> interrupt_{false};  // the running solve is out of date
+
+  std::unique_ptr<LiveProblem> problem_;  // the task's
+  Clock::time_point progress_told_;       // the task's
+};
+
+}  // namespace limber::session

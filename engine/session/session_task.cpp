@@ -1,0 +1,272 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "engine/session/geometry.h"
+#include "engine/session/session_impl.h"
+
+namespace limber::session {
+namespace {
+
+using Milliseconds = std::chrono::duration<double, std::milli>;
+using Seconds = std::chrono::duration<double>;
+
+constexpr Milliseconds kPublishInterval(8);    // between improved iterates of one solve
+constexpr Milliseconds kProgressInterval(20);  // between reports of the same stage
+
+void demand_finite(const spacetime::SolveReport& report, const Eigen::MatrixXd& motion) {
+  if (!std::isfinite(report.total_energy) || !motion.allFinite()) {
+    throw Error(ErrorCode::kNumerical, "", "the solve left the finite numbers");
+  }
+}
+
+}  // namespace
+
+void Session::Impl::run() {
+  {
+    std::unique_lock lock(mutex_);
+    posted_ = false;
+    if (closed_ || running_) return;
+    running_ = true;
+    worker_ = std::this_thread::get_id();
+  }
+  try {
+    if (!problem_ && !build()) return;
+    while (const std::optional<Round> round = next_round()) work(*round);
+  } catch (...) {  // out of memory between rounds: what was accepted waits for the next call
+    std::unique_lock lock(mutex_);
+    whole_ = true;
+    finish(std::move(lock));
+  }
+}
+
+/// The task's last deed under the lock, in the same breath as finding nothing to do.
+void Session::Impl::finish(std::unique_lock<std::mutex> lock) {
+  if (closed_ && say_closed_ && !closed_said_) {
+    closed_said_ = true;
+    lock.unlock();
+    tell([](Listener& listener) { listener.on_state(State::kClosed, ""); });
+    lock.lock();
+  }
+  running_ = false;
+  worker_ = {};
+  idle_.notify_all();
+}
+
+bool Session::Impl::build() {
+  const auto begin = Clock::now();
+  JobContext job{
+      read([](const Impl& impl) { return impl.cancellation_; }),
+      [this](const std::string& stage, double fraction) { tell_progress(stage, fraction); }};
+  try {
+    auto built = std::make_shared<Built>(build_model(job));
+    built->seconds = Seconds(Clock::now() - begin).count();
+    const reduced::ModelReport& report = built->model->report;
+    const std::string message = report.met_tolerance ? "" : report.message;
+    bool open = false;
+    {
+      const std::lock_guard lock(mutex_);
+      built_ = std::move(built);
+      whole_ = work_ = true;
+      progress_ = {"ready", 1};
+      open = !closed_;
+      if (open) {
+        state_ = State::kReady;
+        message_ = message;
+      }
+    }
+    if (open) tell([&](Listener& listener) { listener.on_state(State::kReady, message); });
+    return true;
+  } catch (const Error& error) {
+    build_failed(error);
+  } catch (const std::exception& error) {
+    build_failed(Error(ErrorCode::kInternal, "", error.what()));
+  } catch (...) {
+    build_failed(Error(ErrorCode::kInternal, "", "unknown exception"));
+  }
+  return false;
+}
+
+Session::Impl::Built Session::Impl::build_model(const JobContext& job) {
+  const scene::Scene& scene = *document_.unedited();
+  job.report("mesh", 0);
+  const MappedBody mapped = map_body(scene);
+  const reduced::ModelOptions options = map_model(scene.model);
+
+  Built built;
+  const std::string key = cache_ ? ModelCache::key(mapped.body, options) : std::string();
+  if (cache_) built.model = cache_->load(key);
+  if (built.model && built.model->node_count != mapped.body.mesh.node_count()) built.model.reset();
+  built.from_cache = built.model != nullptr;
+  if (!built.model) {
+    built.model = std::make_shared<const reduced::ReducedModel>(
+        reduced::build_model(mapped.body, options, job.part(0.02, 0.95)));
+    if (cache_) cache_->store(key, *built.model);
+  }
+  std::shared_ptr<const reduced::BaseMotion> base;
+  if (scene.base_motion.size() > 0) {
+    job.report("base motion", 0.95);
+    base = std::make_shared<const reduced::BaseMotion>(reduced::base_motion(
+        mapped.body, *built.model, map_base_motion(scene, mapped.source_of_compact)));
+  }
+  job.report("geometry", 0.98);
+  built.geometry = make_geometry(scene, mapped, *built.model);
+  built.compact_of_source = mapped.compact_of_source;
+  problem_ = std::make_unique<LiveProblem>(built.model, base, TargetFrame(scene, mapped),
+                                           scene.frame_count, options_.solver);
+  return built;
+}
+
+void Session::Impl::build_failed(const Error& error) {
+  problem_.reset();
+  std::string message = error.what();
+  if (!error.field().empty()) message = fmt::format("{}: {}", error.field(), message);
+  std::unique_lock lock(mutex_);
+  if (!closed_) {
+    state_ = State::kFailed;
+    message_ = message;
+    lock.unlock();
+    tell([&](Listener& listener) { listener.on_state(State::kFailed, message); });
+    lock.lock();
+  }
+  const bool again = state_ == State::kBuilding && !closed_;  // the listener asked for another try
+  finish(std::move(lock));
+  if (again) post(std::unique_lock(mutex_));
+}
+
+std::optional<Session::Impl::Round> Session::Impl::next_round() {
+  std::unique_lock lock(mutex_);
+  if (closed_ || !work_) {
+    skip_solve_ = false;
+    finish(std::move(lock));
+    return std::nullopt;
+  }
+  Round round;
+  round.revision = document_.revision();
+  round.edited_at = edited_at_;
+  round.is_whole = whole_;
+  round.batch = whole_ ? whole_batch(document_) : batch_of(document_, touched_);
+  round.start = cold_ ? Round::Start::kCold : Round::Start::kWarm;
+  round.depth = skip_solve_ ? Round::Depth::kCorrectOnly : Round::Depth::kSolve;
+  cancellation_ = round.cancellation;
+  touched_ = {};
+  work_ = whole_ = cold_ = skip_solve_ = false;
+  interrupt_.store(false, std::memory_order_relaxed);
+  return round;
+}
+
+void Session::Impl::work(const Round& round) {
+  std::string reason;
+  try {
+    bring_up_to_date(round);
+    solve(round);
+    return;
+  } catch (const std::exception& error) {
+    reason = error.what();
+  } catch (...) {
+    reason = "unknown exception";
+  }
+  // The solver's inside can no longer be trusted: the next round makes a new one.
+  {
+    const std::lock_guard lock(mutex_);
+    whole_ = true;
+  }
+  try {
+    publish_failure(round, reason);
+  } catch (...) {
+    // Out of memory; the next edit tries again.
+  }
+}
+
+void Session::Impl::bring_up_to_date(const Round& round) {
+  if (round.is_whole) {
+    problem_->start(round.batch);
+  } else {
+    problem_->apply(round.batch);
+  }
+  if (round.start == Round::Start::kCold) problem_->solver().cold_start();
+}
+
+void Session::Impl::solve(const Round& round) {
+  spacetime::Solver& solver = problem_->solver();
+  spacetime::SolveReport report = solver.correct();
+  demand_finite(report, solver.motion());
+  if (round.depth == Round::Depth::kCorrectOnly) {
+    report.status = spacetime::SolveStatus::kCancelled;
+    report.message = "cancelled before it was solved";
+    publish(round, report, true);
+    return;
+  }
+  publish(round, report, false);
+
+  Clock::time_point published = Clock::now();
+  bool out_of_date = false;
+  report = solver.solve({round.cancellation, {}}, [&](const spacetime::SolveReport& improved) {
+    out_of_date = interrupt_.load(std::memory_order_relaxed);
+    if (out_of_date) return false;
+    if (Clock::now() - published >= kPublishInterval) {
+      publish(round, improved, false);
+      published = Clock::now();
+    }
+    return true;
+  });
+  demand_finite(report, solver.motion());
+  if (out_of_date && report.status == spacetime::SolveStatus::kImproved) return;
+  publish(round, report, true);
+}
+
+void Session::Impl::publish(const Round& round, const spacetime::SolveReport& report, bool final) {
+  auto result = std::make_shared<Result>();
+  result->converged = final;
+  result->report = report;
+  result->modal = problem_->solver().motion();
+  problem_->coordinates(result->modal, result->coordinates);
+  hand_out(std::move(result), round);
+}
+
+/// The newest motion again (or rest, if there is none), with the reason why there is no better one.
+void Session::Impl::publish_failure(const Round& round, const std::string& reason) {
+  auto result = std::make_shared<Result>();
+  if (const auto newest = read([](const Impl& impl) { return impl.newest_; })) {
+    *result = *newest;
+  } else {
+    const auto model = read([](const Impl& impl) { return impl.built_->model; });
+    const int frames = document_.unedited()->frame_count;
+    result->modal.setZero(model->coordinate_count(), frames);
+    result->coordinates.setZero(model->basis_size(), frames);
+  }
+  result->converged = true;
+  result->report.status = spacetime::SolveStatus::kStalled;
+  result->report.message = fmt::format("the solve failed: {}", reason);
+  hand_out(std::move(result), round);
+}
+
+void Session::Impl::hand_out(std::shared_ptr<Result> result, const Round& round) {
+  result->revision = round.revision;
+  {
+    const std::lock_guard lock(mutex_);
+    if (closed_) return;
+    result->sequence = ++sequence_;
+    result->since_edit_ms = Milliseconds(Clock::now() - round.edited_at).count();
+    newest_ = result;
+    if (result->converged) converged_ = result;
+  }
+  tell([&](Listener& listener) { listener.on_result(result); });
+}
+
+void Session::Impl::tell_progress(const std::string& stage, double fraction) {
+  const Clock::time_point now = Clock::now();
+  const Progress progress{stage, std::clamp(fraction, 0.0, 1.0)};
+  {
+    const std::lock_guard lock(mutex_);
+    const bool same_stage = progress_.stage == stage;
+    progress_ = progress;
+    if (same_stage && now - progress_told_ < kProgressInterval) return;
+  }
+  progress_told_ = now;
+  tell([&](Listener& listener) { listener.on_progress(progress); });
+}
+
+}  // namespace limber::session
