@@ -1,6 +1,6 @@
 #include "engine/bodies/gradient_operator.h"
 
-#include <Eigen/LU>
+#include <Eigen/Geometry>
 #include <vector>
 
 #include "engine/base/error.h"

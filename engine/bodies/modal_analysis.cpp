@@ -1,0 +1,163 @@
+#include "engine/bodies/modal_analysis.h"
+
+#include <fmt/format.h>
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "engine/base/error.h"
+#include "engine/base/random.h"
+#include "engine/bodies/dof_map.h"
+#include "engine/bodies/lanczos.h"
+#include "engine/bodies/mass.h"
+#include "engine/bodies/rigid_modes.h"
+#include "engine/bodies/shift_invert.h"
+#include "engine/bodies/stiffness.h"
+
+namespace limber::bodies {
+namespace {
+
+// Below this size all eigenpairs by a dense solver are cheaper than a factor and Lanczos.
+constexpr Eigen::Index kDenseSize = 300;
+// Random columns beside the wanted ones: they show modes that Lanczos skipped (copies of multiple
+// eigenvalues).
+constexpr int kGuards = 8;
+constexpr int kLeastSteps = 2;
+constexpr int kMostSteps = 12;
+
+/// All modes by LAPACK-like dense reduction. Rigid modes are moved to the far end by M R tau R^T M.
+Eigen::MatrixXd dense_modes(const ShiftInvert& op, const Eigen::MatrixXd& rigid, int count) {
+  Eigen::MatrixXd stiffness = op.stiffness();
+  const Eigen::MatrixXd mass = op.mass();
+  if (rigid.cols() > 0) {
+    const Eigen::MatrixXd mass_rigid = mass * rigid * std::sqrt(op.mass_unit());
+    const double beyond = 10 * (stiffness.diagonal().array() / mass.diagonal().array()).sum();
+    stiffness += beyond * mass_rigid * mass_rigid.transpose();
+  }
+  const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> solver(stiffness, mass);
+  if (solver.info() != Eigen::Success) {
+    throw Error(ErrorCode::kNumerical, "modes", "the dense eigenproblem could not be solved");
+  }
+  return solver.eigenvectors().leftCols(count);
+}
+
+Eigen::MatrixXd with_guards(const ShiftInvert& op, const Eigen::MatrixXd& modes, int guards) {
+  Eigen::MatrixXd block(modes.rows(), modes.cols() + guards);
+  block.leftCols(modes.cols()) = modes;
+  Random random(3);
+  auto extra = block.rightCols(guards);
+  for (Eigen::Index k = 0; k < guards; ++k) {
+    for (Eigen::Index i = 0; i < modes.rows(); ++i) extra(i, k) = random.uniform(-1, 1);
+  }
+  const Eigen::MatrixXd overlap = op.multiply_mass(modes).transpose() * extra;
+  extra -= modes * overlap;
+  op.project(extra);
+  return block;
+}
+
+double worst_residual(const ShiftInvert& op, const RitzBlock& ritz, int count) {
+  double worst = 0;
+  for (int k = 0; k < count; ++k) {
+    const double lambda = ritz.eigenvalues[k];
+    const Eigen::VectorXd force = op.stiffness() * ritz.vectors.col(k);
+    const double scale = std::max(lambda, op.shift()) * ritz.mass_vectors.col(k).norm();
+    worst = std::max(worst, (force - lambda * ritz.mass_vectors.col(k)).norm() / scale);
+  }
+  return worst;
+}
+
+/// Subspace steps until the residual tolerance is met or rounding allows no better.
+std::pair<RitzBlock, double> polish(const ShiftInvert& op, Eigen::MatrixXd block, int count,
+                                    double tolerance, const JobContext& job) {
+  RitzBlock ritz;
+  ritz.mass_vectors = op.multiply_mass(block);
+  block.resize(0, 0);
+  double residual = 0;
+  for (int step = 1; step <= kMostSteps; ++step) {
+    job.throw_if_cancelled();
+    ritz = subspace_step(op, ritz.mass_vectors);
+    if (step < kLeastSteps) continue;
+    const double before = residual;
+    residual = worst_residual(op, ritz, count);
+    if (residual <= tolerance || (step > kLeastSteps && residual > 0.7 * before)) break;
+  }
+  return {std::move(ritz), residual};
+}
+
+/// The largest entry becomes positive; of entries equal up to rounding the first decides, so that a
+/// change of units or of compiler does not flip symmetric modes.
+void fix_sign(Eigen::Ref<Eigen::VectorXd> mode) {
+  const double largest = mode.cwiseAbs().maxCoeff();
+  for (const double entry : mode) {
+    if (std::abs(entry) < (1 - 1e-6) * largest) continue;
+    if (entry < 0) mode = -mode;
+    return;
+  }
+}
+
+void check_mode_count(int wanted, int available) {
+  if (wanted <= available) return;
+  throw Error(ErrorCode::kInvalidArgument, "mode_count",
+              fmt::format("{} modes wanted, the body has {} elastic degrees of freedom", wanted,
+                          std::max(0, available)));
+}
+
+}  // namespace
+
+void ModalOptions::validate() const {
+  if (mode_count <= 0) {
+    throw Error(ErrorCode::kInvalidArgument, "mode_count",
+                fmt::format("mode_count must be > 0, not {}", mode_count));
+  }
+  if (!(tolerance > 0 && tolerance <= 1e-2)) {
+    throw Error(ErrorCode::kInvalidArgument, "tolerance",
+                fmt::format("tolerance must be in (0, 1e-2], not {}", tolerance));
+  }
+  if (max_restarts <= 0) {
+    throw Error(ErrorCode::kInvalidArgument, "max_restarts",
+                fmt::format("max_restarts must be > 0, not {}", max_restarts));
+  }
+}
+
+ModalBasis modal_analysis(const ElasticBody& body, const ModalOptions& options,
+                          const JobContext& job) {
+  options.validate();
+  job.report("modes", 0);
+  const DofMap dofs = DofMap::of_vectors(body.mesh.node_count(), body.fixed_nodes);
+  Eigen::MatrixXd rigid(dofs.full_count(), 0);
+  if (body.is_free()) rigid = rigid_modes(body.mesh).modes;
+  const int rigid_count = static_cast<int>(rigid.cols());
+  const int elastic_count = dofs.free_count() - rigid_count;
+  check_mode_count(options.mode_count, elastic_count);
+
+  const ShiftInvert op(dofs.restrict_matrix(stiffness_matrix(body.mesh)),
+                       dofs.restrict_matrix(mass_matrix(body.mesh)), dofs.restrict_rows(rigid),
+                       job);
+  job.report("modes", 0.1);
+
+  const int count = options.mode_count;
+  const bool dense = op.size() <= kDenseSize || count > elastic_count / 4;
+  const Eigen::MatrixXd start =
+      dense ? dense_modes(op, rigid, count)
+            : lanczos_modes(op, count, elastic_count, options.tolerance / 10, options.max_restarts,
+                            job.part(0.1, 0.9));
+  const int guards = std::min(kGuards, elastic_count - count);
+  const auto [ritz, residual] =
+      polish(op, with_guards(op, start, guards), count, options.tolerance, job);
+
+  ModalBasis basis;
+  basis.rigid_count = rigid_count;
+  basis.max_residual = residual;
+  basis.eigenvalues.setZero(rigid_count + count);
+  basis.eigenvalues.tail(count) = ritz.eigenvalues.head(count);
+  basis.modes.resize(dofs.full_count(), rigid_count + count);
+  basis.modes.leftCols(rigid_count) = rigid;
+  basis.modes.rightCols(count) =
+      dofs.expand_rows(ritz.vectors.leftCols(count)) / std::sqrt(op.mass_unit());
+  for (int k = rigid_count; k < basis.modes.cols(); ++k) fix_sign(basis.modes.col(k));
+  job.report("modes", 1);
+  return basis;
+}
+
+}  // namespace limber::bodies

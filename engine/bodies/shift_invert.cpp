@@ -1,0 +1,136 @@
+#include "engine/bodies/shift_invert.h"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "engine/base/error.h"
+#include "engine/base/parallel.h"
+#include "engine/base/random.h"
+
+namespace limber::bodies {
+namespace {
+
+// First guess of the shift, relative to the smallest K_ii / M_ii (about the largest eigenvalue of
+// the softest region).
+constexpr double kFirstShift = 1e-6;
+// The shift is kept if it is at most this share of the first eigenvalue: then convergence is as
+// good as without.
+constexpr double kLargestShare = 0.5;
+// Else it becomes this share.
+constexpr double kWantedShare = 0.05;
+constexpr int kAttempts = 6;
+
+constexpr int kEstimateColumns = 4;
+constexpr int kEstimateSteps = 5;
+
+}  // namespace
+
+ShiftInvert::ShiftInvert(Eigen::SparseMatrix<double> stiffness, Eigen::SparseMatrix<double> mass,
+                         Eigen::MatrixXd rigid, const JobContext& job)
+    : stiffness_(std::move(stiffness)), mass_(std::move(mass)), rigid_(std::move(rigid)) {
+  LIMBER_DEMAND(stiffness_.rows() == mass_.rows() && stiffness_.rows() > 0);
+  LIMBER_DEMAND(rigid_.cols() == 0 || rigid_.rows() == mass_.rows());
+  mass_unit_ = mass_.diagonal().mean();
+  mass_ /= mass_unit_;
+  stiffness_ /= mass_unit_;
+  rigid_ *= std::sqrt(mass_unit_);
+  mass_rigid_ = mass_ * rigid_;
+
+  const double softest = (stiffness_.diagonal().array() / mass_.diagonal().array()).minCoeff();
+  double shift = kFirstShift * softest;
+  for (int attempt = 1;; ++attempt) {
+    job.throw_if_cancelled();
+    try {
+      factor(shift);
+    } catch (const Error& error) {
+      if (error.code() != ErrorCode::kNumerical || attempt >= kAttempts) throw;
+      shift *= 100;
+      continue;
+    }
+    first_eigenvalue_ = estimate_first_eigenvalue(job);
+    if (shift <= kLargestShare * first_eigenvalue_ || attempt >= kAttempts) return;
+    // A mechanism has lambda_1 = 0: approach it in bounded steps, and not below what rounding
+    // resolves.
+    const double smaller = std::max(kWantedShare * first_eigenvalue_, 1e-3 * shift);
+    if (smaller < 1e-12 * softest) return;
+    shift = smaller;
+  }
+}
+
+void ShiftInvert::factor(double shift) {
+  shift_ = shift;
+  const Eigen::SparseMatrix<double> shifted = stiffness_ + shift * mass_;
+  if (cholesky_.size() == 0) {
+    cholesky_.factor(shifted);
+  } else {
+    cholesky_.refactor(shifted);
+  }
+}
+
+double ShiftInvert::estimate_first_eigenvalue(const JobContext& job) const {
+  Random random(1);
+  const Eigen::Index columns = std::min<Eigen::Index>(kEstimateColumns, size() - rigid_.cols());
+  LIMBER_DEMAND(columns > 0);
+  Eigen::MatrixXd x(size(), columns);
+  for (double& entry : x.reshaped()) entry = random.uniform(-1, 1);
+  project(x);
+  RitzBlock ritz;
+  ritz.mass_vectors = multiply_mass(x);
+  for (int step = 0; step < kEstimateSteps; ++step) {
+    job.throw_if_cancelled();
+    ritz = subspace_step(*this, ritz.mass_vectors);
+  }
+  return std::max(0.0, ritz.eigenvalues[0]);
+}
+
+Eigen::MatrixXd ShiftInvert::multiply_mass(const Eigen::MatrixXd& x) const {
+  Eigen::MatrixXd result(x.rows(), x.cols());
+  parallel_for(x.cols(), 8, [&](std::int64_t begin, std::int64_t end) {
+    result.middleCols(begin, end - begin).noalias() = mass_ * x.middleCols(begin, end - begin);
+  });
+  return result;
+}
+
+Eigen::MatrixXd ShiftInvert::solve(Eigen::MatrixXd b) const {
+  cholesky_.solve_in_place(b);
+  project(b);
+  return b;
+}
+
+void ShiftInvert::solve_in_place(Eigen::Ref<Eigen::VectorXd> b,
+                                 SparseCholesky::Workspace& workspace) const {
+  cholesky_.solve_in_place(b, workspace);
+  project(b);
+}
+
+void ShiftInvert::project(Eigen::Ref<Eigen::MatrixXd> x) const {
+  if (rigid_.cols() == 0) return;
+  const Eigen::MatrixXd coefficients = mass_rigid_.transpose() * x;
+  x.noalias() -= rigid_ * coefficients;
+}
+
+RitzBlock subspace_step(const ShiftInvert& op, const Eigen::MatrixXd& mass_x) {
+  const Eigen::MatrixXd y = op.solve(mass_x);
+  const Eigen::MatrixXd mass_y = op.multiply_mass(y);
+  // Y^T (K + s M) Y = Y^T M X: the stiffness is never multiplied.
+  Eigen::MatrixXd projected_stiffness = y.transpose() * mass_x;
+  Eigen::MatrixXd projected_mass = y.transpose() * mass_y;
+  const Eigen::VectorXd scale = projected_mass.diagonal().cwiseSqrt().cwiseInverse();
+  projected_stiffness = scale.asDiagonal() * projected_stiffness * scale.asDiagonal();
+  projected_mass = scale.asDiagonal() * projected_mass * scale.asDiagonal();
+  const Eigen::MatrixXd symmetric = (projected_stiffness + projected_stiffness.transpose()) / 2;
+  const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> solver(symmetric, projected_mass);
+  if (solver.info() != Eigen::Success) {
+    throw Error(ErrorCode::kNumerical, "modes", "the projected eigenproblem could not be solved");
+  }
+  const Eigen::MatrixXd combination = scale.asDiagonal() * solver.eigenvectors();
+  RitzBlock result;
+  result.eigenvalues = solver.eigenvalues().array() - op.shift();
+  result.vectors.noalias() = y * combination;
+  result.mass_vectors.noalias() = mass_y * combination;
+  return result;
+}
+
+}  // namespace limber::bodies
