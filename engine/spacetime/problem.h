@@ -16,8 +16,9 @@ enum class EndCondition {
   kPinnedPositionVelocity,  // z = 0 in the end frame and the one beside it
 };
 
-/// Linear modal dynamics with the frame as the unit of time (paper: space-time editing, eqs. 3 and 17a).
-/// The residual of mode k at frame i is z_(i-1) + (-2 - d_k + lambda_k) z_i + (1 + d_k) z_(i+1).
+/// Linear modal dynamics with the frame as the unit of time (paper: space-time editing, eqs. 3 and
+/// 17a). The residual of mode k at frame i is z_(i-1) + (-2 - d_k + lambda_k) z_i + (1 + d_k)
+/// z_(i+1).
 struct ModeDynamics {
   Eigen::VectorXd stiffness;  // lambda, r, [1/frame^2], >= 0
   Eigen::VectorXd damping;    // d, r, [1/frame], >= 0
@@ -36,11 +37,11 @@ struct PositionConstraint {
   static constexpr double kExact = std::numeric_limits<double>::infinity();
 
   ConstraintId id = 0;
-  int frame = 0;                   // in [0, N)
+  int frame = 0;  // in [0, N)
   reduced::SiteId site = 0;
-  unsigned axes = 7;               // bit 0: x, bit 1: y, bit 2: z; at least one
+  unsigned axes = 7;                   // bit 0: x, bit 1: y, bit 2: z; at least one
   Eigen::Vector3d target = {0, 0, 0};  // displacement from rest [m]
-  double weight = 100;             // gamma > 0, on (|u - target| / body length)^2 / 2; kExact: hold exactly
+  double weight = 100;  // gamma > 0, on (|u - target| / body length)^2 / 2; kExact: hold exactly
 };
 
 }  // namespace limber::spacetime

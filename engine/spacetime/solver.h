@@ -13,68 +13,78 @@
 namespace limber::spacetime {
 
 enum class SolveStatus {
-  kConverged,      // scaled gradient below tolerance, exact constraints met (or rank-deficient: least squares)
-  kImproved,       // stopped early (one step asked for): better than before, not converged
+  kConverged,  // scaled gradient below tolerance, exact constraints met (or rank-deficient: least
+               // squares)
+  kImproved,   // stopped early (one step asked for): better than before, not converged
   kIterationLimit,
-  kStalled,        // no step lowers the energy further although the gradient is above tolerance
+  kStalled,  // no step lowers the energy further although the gradient is above tolerance
   kCancelled,
 };
 
 struct SolverOptions {
-  double gradient_tolerance = 1e-8;    // stop when |gradient| <= this * its scale (see SolveReport::gradient), in (0, 1)
+  double gradient_tolerance =
+      1e-8;  // stop when |gradient| <= this * its scale (see SolveReport::gradient), in (0, 1)
   double constraint_tolerance = 1e-8;  // exact constraints: |u - target| / body length, in (0, 1)
   int max_iterations = 200;            // > 0
-  double rank_tolerance = 1e-12;       // exact constraints: pivots below this * the largest count as dependent, in (0, 1e-3]
+  double rank_tolerance =
+      1e-12;  // exact constraints: pivots below this * the largest count as dependent, in (0, 1e-3]
 
   void validate() const;
 };
 
-/// What a solve did and how good the current motion is. Energies are unitless (body lengths, frames).
+/// What a solve did and how good the current motion is. Energies are unitless (body lengths,
+/// frames).
 struct SolveReport {
   SolveStatus status = SolveStatus::kImproved;
   int iterations = 0;
-  double force_energy = 0;         // E_f, eq. 17a
-  double constraint_energy = 0;    // gamma-weighted E_c over soft constraints, eq. 17b
+  double force_energy = 0;       // E_f, eq. 17a
+  double constraint_energy = 0;  // gamma-weighted E_c over soft constraints, eq. 17b
   double total_energy = 0;
-  double gradient = 0;             // scale-free norm of the gradient (definition in docs of the implementation)
-  double max_constraint_error = 0; // over all constraints and their axes, |u - target| [m]
-  double rms_constraint_error = 0; // [m]
-  double max_exact_error = 0;      // over exact constraints only [m]
-  bool rank_deficient = false;     // exact constraints depend on or contradict each other: least-squares answer
+  double gradient =
+      0;  // scale-free norm of the gradient (definition in docs of the implementation)
+  double max_constraint_error = 0;  // over all constraints and their axes, |u - target| [m]
+  double rms_constraint_error = 0;  // [m]
+  double max_exact_error = 0;       // over exact constraints only [m]
+  bool rank_deficient =
+      false;  // exact constraints depend on or contradict each other: least-squares answer
   int dependent_rows = 0;
-  std::string message;             // one sentence for a person when status is not kConverged or rank_deficient
+  std::string message;  // one sentence for a person when status is not kConverged or rank_deficient
 };
 
-/// Keeps the optimum of E_f + sum gamma E_c over z warm while constraints change (z only: Lambda, D, S given).
+/// Keeps the optimum of E_f + sum gamma E_c over z warm while constraints change (z only: Lambda,
+/// D, S given).
 ///
-/// Not thread-safe; one owner drives it. All state needed to go on warm is inside. `cold_start()` forgets it.
+/// Not thread-safe; one owner drives it. All state needed to go on warm is inside. `cold_start()`
+/// forgets it.
 class Solver {
  public:
   /// @param mixing  S, R x r; empty: the first r coordinates, S = (I, 0)^T
-  /// @throws Error{kInvalidArgument} naming the member for sizes, signs, non-finite values, too few frames.
-  Solver(std::shared_ptr<const reduced::Kinematics> kinematics, ModeDynamics dynamics, Timeline timeline,
-         SolverOptions options = {}, Eigen::MatrixXd mixing = {});
+  /// @throws Error{kInvalidArgument} naming the member for sizes, signs, non-finite values, too few
+  /// frames.
+  Solver(std::shared_ptr<const reduced::Kinematics> kinematics, ModeDynamics dynamics,
+         Timeline timeline, SolverOptions options = {}, Eigen::MatrixXd mixing = {});
   ~Solver();
   Solver(Solver&&) noexcept;
   Solver& operator=(Solver&&) noexcept;
 
-  void add(const PositionConstraint& constraint);                        // kAlreadyExists, kOutOfRange, kInvalidArgument
-  void move(ConstraintId id, const Eigen::Vector3d& target);             // kNotFound, kInvalidArgument
-  void replace(const PositionConstraint& constraint);                    // same id, anything else may change
-  void remove(ConstraintId id);                                          // kNotFound
+  void add(const PositionConstraint& constraint);  // kAlreadyExists, kOutOfRange, kInvalidArgument
+  void move(ConstraintId id, const Eigen::Vector3d& target);  // kNotFound, kInvalidArgument
+  void replace(const PositionConstraint& constraint);         // same id, anything else may change
+  void remove(ConstraintId id);                               // kNotFound
   void set_timeline(EndCondition first, EndCondition last);
   void set_dynamics(ModeDynamics dynamics);
-  [[nodiscard]] std::vector<PositionConstraint> constraints() const;     // ordered by id
+  [[nodiscard]] std::vector<PositionConstraint> constraints() const;  // ordered by id
 
   void cold_start();
 
-  /// The first corrected motion: where only targets changed, one back substitution at the kept Jacobians; never solves
-  /// to convergence. Cheap enough to publish at once.
+  /// The first corrected motion: where only targets changed, one back substitution at the kept
+  /// Jacobians; never solves to convergence. Cheap enough to publish at once.
   SolveReport correct();
 
-  /// Iterates to convergence. `on_improved` is called after each accepted iteration (motion() is valid inside);
-  /// return false from it to stop with kImproved.
-  SolveReport solve(const JobContext& job = {}, const std::function<bool(const SolveReport&)>& on_improved = {});
+  /// Iterates to convergence. `on_improved` is called after each accepted iteration (motion() is
+  /// valid inside); return false from it to stop with kImproved.
+  SolveReport solve(const JobContext& job = {},
+                    const std::function<bool(const SolveReport&)>& on_improved = {});
 
   /// z, r x N: modal coordinates of every frame at the current iterate.
   [[nodiscard]] const Eigen::MatrixXd& motion() const;

@@ -1,0 +1,40 @@
+#pragma once
+
+#include <vector>
+
+#include "engine/spacetime/lanes.h"
+
+namespace limber::spacetime {
+
+/// Rows of a least-squares operator over the kept frames, at most four neighbours wide, one matrix
+/// per lane, all lanes with the same pattern. Sorted by start.
+struct BandedRow {
+  int start = 0;
+  Lanes values;  // lanes x 4; entries past the last column are zero
+};
+
+/// y = sum over rows: L z, and L^T L z.
+void apply_normal(const std::vector<BandedRow>& rows, const Lanes& z, Lanes& product);
+/// 1/2 |L z|^2 over all lanes.
+[[nodiscard]] double half_square(const std::vector<BandedRow>& rows, const Lanes& z);
+
+/// R of the QR of [L; sqrt(shift) I], three superdiagonals, by inserting rows with Givens
+/// rotations.
+class BandedFactor {
+ public:
+  void factor(const std::vector<BandedRow>& rows, int columns, int lanes, double shift);
+  /// x <- (L^T L + shift I)^-1 x, lanes x columns.
+  void solve(Lanes& x) const;
+  /// Column `column` of the inverse, every lane: x is lanes x columns.
+  void inverse_column(int column, Lanes& x) const;
+
+ private:
+  void insert(int start, double* row);
+  void back_substitute(Lanes& x, int from) const;
+
+  int columns_ = 0, lanes_ = 0;
+  std::vector<double> r_;       // [column][1/diagonal, three superdiagonals][lane]
+  std::vector<char> occupied_;  // columns whose row of R is not empty
+};
+
+}  // namespace limber::spacetime

@@ -1,0 +1,101 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <map>
+#include <memory>
+#include <vector>
+
+#include "engine/reduced/kinematics.h"
+#include "engine/spacetime/lanes.h"
+#include "engine/spacetime/problem.h"
+
+namespace limber::spacetime {
+
+/// u and, if asked for, J of every row at some z. Unitless (body lengths).
+struct RowState {
+  Eigen::VectorXd residual;  // target - u, one per row
+  Lanes jacobian;            // lanes x rows: column i is d u_i / d z at the row's knot
+};
+
+/// The axes of all constraints in free frames as rows, ordered by (frame, id, axis), grouped by
+/// knot.
+///
+/// A soft row costs weight/2 residual^2. An exact row is a soft row with a large weight and a shift
+/// of its target: weight/2 (residual + multiplier/weight)^2, the method of multipliers, which needs
+/// neither feasible nor independent constraints to be well defined and tends to the least-squares
+/// answer where they contradict each other.
+class ConstraintRows {
+ public:
+  /// @param mixing  S, R x r; empty: (I, 0)^T
+  ConstraintRows(std::shared_ptr<const reduced::Kinematics> kinematics, Eigen::MatrixXd mixing,
+                 int modes);
+
+  /// Knots: the distinct free frames of the constraints, sorted. Multipliers of surviving exact
+  /// rows are kept.
+  void rebuild(const std::map<ConstraintId, PositionConstraint>& constraints, int first_free,
+               int last_free);
+  /// Only the target of one constraint changed.
+  void set_target(const PositionConstraint& constraint);
+  void forget_multipliers();
+
+  [[nodiscard]] const std::vector<int>& knots() const { return knots_; }
+  [[nodiscard]] int count() const { return static_cast<int>(target_.size()); }
+  [[nodiscard]] int first_row(int knot) const { return first_row_[static_cast<std::size_t>(knot)]; }
+  [[nodiscard]] int knot_of(int row) const { return knot_of_[static_cast<std::size_t>(row)]; }
+  [[nodiscard]] bool exact(int row) const { return exact_[static_cast<std::size_t>(row)] != 0; }
+  [[nodiscard]] int exact_count() const { return exact_count_; }
+
+  [[nodiscard]] const Eigen::VectorXd& weight() const { return weight_; }
+  [[nodiscard]] const Eigen::VectorXd& multiplier() const { return multiplier_; }
+  void set_exact_weight(double weight);
+  [[nodiscard]] double exact_weight() const { return exact_weight_; }
+  /// Multipliers of exact rows <- m.
+  void set_multipliers(const Eigen::VectorXd& m);
+
+  enum class Jacobian { kNo, kYes };
+  /// @param z  lanes x knots
+  void evaluate(const Lanes& z, Jacobian wanted, RowState& state) const;
+
+  /// residual + multiplier / weight (the residual itself in soft rows).
+  void shifted(const Eigen::VectorXd& residual, Eigen::VectorXd& out) const;
+  /// Sum of weight/2 residual^2 over soft rows.
+  [[nodiscard]] double soft_energy(const Eigen::VectorXd& residual) const;
+  /// merit at z = 0, exact rows counted with weight 1: the scale that small energies are compared
+  /// with.
+  [[nodiscard]] double rest_energy() const;
+  /// What is minimised: soft energy and the exact rows' weight/2 (residual + multiplier/weight)^2.
+  [[nodiscard]] double merit(const Eigen::VectorXd& residual) const;
+
+  /// Constraints in pinned frames: residuals that nothing can change (unitless), with their
+  /// weights.
+  struct Fixed {
+    Eigen::VectorXd residual, weight;  // infinite weight: exact
+  };
+  [[nodiscard]] const Fixed& fixed() const { return fixed_; }
+
+ private:
+  struct Member {
+    ConstraintId id;
+    int knot, row;  // first row
+    unsigned axes;
+  };
+  void rebuild_fixed();
+
+  std::shared_ptr<const reduced::Kinematics> kinematics_;
+  Eigen::MatrixXd mixing_;
+  int modes_, lanes_;
+  double length_;
+  double exact_weight_ = 1e4;
+  std::vector<int> knots_, first_row_, knot_of_;
+  std::vector<char> exact_;
+  std::vector<Member> members_;
+  std::vector<reduced::SiteQuery> queries_;
+  Eigen::VectorXd target_, weight_, multiplier_, rest_;  // rest_: u at z = 0
+  int exact_count_ = 0;
+  Fixed fixed_;
+  std::vector<PositionConstraint> pinned_;
+  mutable Eigen::MatrixXd coordinates_, jacobian_;  // R x knots, 3q x R
+  mutable Eigen::Matrix3Xd u_;
+};
+
+}  // namespace limber::spacetime

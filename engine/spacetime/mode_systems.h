@@ -1,0 +1,71 @@
+#pragma once
+
+#include <map>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "engine/spacetime/banded_factor.h"
+#include "engine/spacetime/run_elimination.h"
+
+namespace limber::spacetime {
+
+/// E_f (paper: space-time editing, eq. 17a) as a function of the few frames that matter: each
+/// constrained frame (a "knot") and the frame beside it are kept, all others are eliminated
+/// exactly. E_f = 1/2 sum_k |L_k z_k|^2 over the kept frames; cost of everything below set_knots()
+/// and interpolate() does not depend on N.
+class ModeSystems {
+ public:
+  ModeSystems(const ModeDynamics& dynamics, const Timeline& timeline);
+
+  /// @param knots  free frames, sorted, distinct. Runs between the same frames as before are not
+  /// redone.
+  void set_knots(std::vector<int> knots);
+
+  [[nodiscard]] const FreeFrames& frames() const { return frames_; }
+  [[nodiscard]] int modes() const { return modes_; }
+  [[nodiscard]] int lanes() const { return lanes_; }
+  [[nodiscard]] int kept_count() const { return static_cast<int>(kept_.size()); }
+  [[nodiscard]] const std::vector<int>& kept() const { return kept_; }
+  [[nodiscard]] const std::vector<int>& knots() const { return knots_; }
+  /// Index among the kept frames of a knot.
+  [[nodiscard]] int kept_of_knot(int knot) const {
+    return kept_of_knot_[static_cast<std::size_t>(knot)];
+  }
+
+  [[nodiscard]] const std::vector<int>& knots_kept() const { return kept_of_knot_; }
+
+  /// K z with K = L^T L, z lanes x kept.
+  void apply(const Lanes& z, Lanes& product) const { apply_normal(rows_, z, product); }
+  [[nodiscard]] double energy(const Lanes& z) const { return half_square(rows_, z); }
+  /// x <- (K + proximal I)^-1 x.
+  void solve(Lanes& x) const { factor_.solve(x); }
+  /// Diagonal in the modes: block of (K + proximal I)^-1 between two knots, one number per lane.
+  [[nodiscard]] const double* green(int knot, int other) const;
+
+  /// Kept frames -> every frame; z is modes x N. Pinned frames are zero.
+  void interpolate(const Lanes& kept, Eigen::MatrixXd& z) const;
+  /// Every frame -> kept frames.
+  void gather(const Eigen::MatrixXd& z, Lanes& kept) const;
+
+  /// Weight of |dz|^2 / 2 (proximal: about the current iterate, so it never shows in a converged
+  /// answer) that makes the factor exist for free ends and at resonance. The residual it leaves is
+  /// taken out by conjugate gradients.
+  static constexpr double kProximal = 1e-8;
+
+ private:
+  void append_raw_row(int centre);
+
+  int modes_, lanes_;
+  ModeCoefficients coefficients_;
+  FreeFrames frames_;
+  RunElimination elimination_;
+  std::vector<int> knots_, kept_, kept_of_knot_;
+  std::vector<Run> runs_;
+  std::map<std::pair<int, int>, RunCost> costs_;  // of the present runs, by (first, last)
+  std::vector<BandedRow> rows_;
+  BandedFactor factor_;
+  std::vector<double> green_;  // [knot][other <= knot][lane]
+};
+
+}  // namespace limber::spacetime

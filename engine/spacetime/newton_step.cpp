@@ -1,0 +1,173 @@
+#include "engine/spacetime/newton_step.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+
+#include "engine/base/error.h"
+
+namespace limber::spacetime {
+namespace {
+
+double inner(const Lanes& a, const Lanes& b) {
+  return lane_dot(a.data(), b.data(), static_cast<int>(a.size()));
+}
+
+constexpr int kMaxInner = 60;
+
+}  // namespace
+
+void ConstraintSpace::factor(const ModeSystems& systems, const ConstraintRows& rows,
+                             const Lanes& jacobian) {
+  const int n = rows.count();
+  const int lanes = systems.lanes();
+  const int knots = static_cast<int>(rows.knots().size());
+  jacobian_ = jacobian;
+  system_.resize(n, n);
+  scaled_.resize(lanes, n);
+  for (int knot = 0; knot < knots; ++knot) {
+    const int first = rows.first_row(knot), last = rows.first_row(knot + 1);
+    for (int other = 0; other <= knot; ++other) {
+      const double* __restrict green = systems.green(knot, other);
+      for (int column = rows.first_row(other); column < rows.first_row(other + 1); ++column) {
+        const double* j = jacobian_.col(column).data();
+        double* __restrict out = scaled_.col(column).data();
+        for (int k = 0; k < lanes; ++k) out[k] = green[k] * j[k];
+      }
+    }
+    system_.block(first, 0, last - first, last).noalias() =
+        jacobian_.middleCols(first, last - first).transpose() * scaled_.leftCols(last);
+  }
+  for (int i = 0; i < n; ++i) system_(i, i) += 1 / rows.weight()[i];
+  const Eigen::VectorXd diagonal = system_.diagonal();
+  // Exact rows that depend on each other leave C singular to rounding: lift it by as little as
+  // makes it factor. The error is one of the step only, and gone with the next.
+  double lift = 0;
+  for (int attempt = 0; attempt < 12; ++attempt) {
+    work_ = system_;
+    work_.diagonal() =
+        diagonal + lift * Eigen::VectorXd::Constant(n, n > 0 ? diagonal.maxCoeff() : 0.0);
+    Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>> llt(work_);
+    if (llt.info() == Eigen::Success) {
+      system_.swap(work_);
+      ready_ = true;
+      return;
+    }
+    lift = lift == 0 ? 1e-15 : lift * 10;
+  }
+  throw Error(ErrorCode::kNumerical, "",
+              "the constraints' system cannot be factored: displacements or their Jacobians are "
+              "not finite");
+}
+
+void ConstraintSpace::add_transposed(const ModeSystems& systems, const ConstraintRows& rows,
+                                     const Lanes& jacobian, const Eigen::VectorXd& m,
+                                     Lanes& out) const {
+  for (int row = 0; row < rows.count(); ++row) {
+    lane_axpy(m[row], jacobian.col(row).data(),
+              out.col(systems.kept_of_knot(rows.knot_of(row))).data(), systems.lanes());
+  }
+}
+
+void ConstraintSpace::saddle(const ModeSystems& systems, const ConstraintRows& rows, Lanes& r,
+                             const Eigen::VectorXd& c, Lanes& d, Eigen::VectorXd& m) {
+  d = r;
+  systems.solve(d);
+  m = c;
+  for (int row = 0; row < rows.count(); ++row) {
+    m[row] -= lane_dot(jacobian_.col(row).data(),
+                       d.col(systems.kept_of_knot(rows.knot_of(row))).data(), systems.lanes());
+  }
+  system_.triangularView<Eigen::Lower>().solveInPlace(m);
+  system_.transpose().triangularView<Eigen::Upper>().solveInPlace(m);
+  add_transposed(systems, rows, jacobian_, m, r);
+  d = r;
+  systems.solve(d);
+}
+
+double ConstraintSpace::model_decrement2(const ModeSystems& systems, const ConstraintRows& rows,
+                                         const Lanes& d) {
+  double sum = 2 * systems.energy(d);
+  for (int row = 0; row < rows.count(); ++row) {
+    const double along =
+        lane_dot(jacobian_.col(row).data(), d.col(systems.kept_of_knot(rows.knot_of(row))).data(),
+                 systems.lanes());
+    sum += rows.weight()[row] * along * along;
+  }
+  return sum;
+}
+
+void ConstraintSpace::quick_step(const ModeSystems& systems, const ConstraintRows& rows,
+                                 const Lanes& force, const Eigen::VectorXd& residual, Step& step) {
+  LIMBER_DEMAND(ready_);
+  residual_ = -force;
+  saddle(systems, rows, residual_, residual, step.d, step.m);
+  step.decrement2 = model_decrement2(systems, rows, step.d);
+}
+
+void ConstraintSpace::step(const ModeSystems& systems, const ConstraintRows& rows,
+                           const Lanes& force, const Eigen::VectorXd& residual, double tolerance,
+                           const Curvature& curvature, Step& step) {
+  quick_step(systems, rows, force, residual, step);
+  refine(systems, rows, force, tolerance, curvature, step);
+}
+
+void ConstraintSpace::refine(const ModeSystems& systems, const ConstraintRows& rows,
+                             const Lanes& force, double tolerance, const Curvature& curvature,
+                             Step& step) {
+  zero_.setZero(rows.count());
+  // r = J^T m - K (z + d), in which only the proximal term (and the curvature) is left.
+  systems.apply(step.d, product_);
+  residual_ = -force - product_;
+  add_transposed(systems, rows, jacobian_, step.m, residual_);
+  if (curvature) curvature(step.d, residual_);
+  double before = 0;
+  const double target = tolerance * tolerance * step.decrement2;
+  for (int iteration = 0; iteration < kMaxInner; ++iteration) {
+    work_ = residual_;
+    saddle(systems, rows, work_, zero_, x_, mu_);
+    const double square = inner(residual_, x_);
+    if (!(square > target) || (iteration > 0 && square > 1e6 * before)) break;
+    if (iteration == 0) {
+      direction_ = x_;
+      mu_direction_ = mu_;
+    } else {
+      const double beta = square / before;
+      direction_ = x_ + beta * direction_;
+      mu_direction_ = mu_ + beta * mu_direction_;
+    }
+    before = square;
+    systems.apply(direction_, product_);
+    double bend = inner(direction_, product_);
+    for (int row = 0; row < rows.count(); ++row)
+      bend += mu_direction_[row] * mu_direction_[row] / rows.weight()[row];
+    mu_ = -mu_direction_;
+    add_transposed(systems, rows, jacobian_, mu_, product_);
+    if (curvature) {
+      work_.setZero(product_.rows(), product_.cols());
+      curvature(direction_, work_);
+      bend -= inner(direction_, work_);
+      product_ -= work_;
+    }
+    if (!(bend > 1e-14 * square))
+      break;  // nothing holds this direction, or the model bends down along it
+    const double alpha = square / bend;
+    step.d += alpha * direction_;
+    step.m += alpha * mu_direction_;
+    residual_ -= alpha * product_;
+  }
+  step.decrement2 = model_decrement2(systems, rows, step.d);
+}
+
+double ConstraintSpace::decrement2(const ModeSystems& systems, const ConstraintRows& rows,
+                                   const Lanes& force, const Lanes& jacobian_now,
+                                   const Eigen::VectorXd& multiplier) {
+  residual_ = -force;
+  add_transposed(systems, rows, jacobian_now, multiplier, residual_);
+  zero_.setZero(rows.count());
+  work_ = residual_;
+  saddle(systems, rows, work_, zero_, x_, mu_);
+  return std::max(0.0, inner(residual_, x_));
+}
+
+}  // namespace limber::spacetime

@@ -1,0 +1,73 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <functional>
+
+#include "engine/spacetime/constraint_rows.h"
+#include "engine/spacetime/mode_systems.h"
+
+namespace limber::spacetime {
+
+/// A step in z at the kept frames and the multipliers that go with it.
+struct Step {
+  Lanes d;
+  Eigen::VectorXd m;      // m = W (residual' - J d)
+  double decrement2 = 0;  // d^T (K + J^T W J) d: twice the decrease the quadratic model promises
+};
+
+/// out += sum_a m_a (second derivative of u_a) d, over the kept frames.
+using Curvature = std::function<void(const Lanes& d, Lanes& out)>;
+
+/// Gauss-Newton steps through the constraints' rows (see NOTATION.md): with P = K + proximal I,
+///   | P  -J^T  | | d |   | r |
+///   | J   W^-1 | | m | = | c |    by   C = W^-1 + J P^-1 J^T,  P^-1 diagonal in the modes, a few
+///   kept frames long.
+/// One dense factor of the size of the rows; the same factor serves any right-hand side until J, W
+/// or the knots change.
+class ConstraintSpace {
+ public:
+  /// Builds and factors C at these Jacobians.
+  void factor(const ModeSystems& systems, const ConstraintRows& rows, const Lanes& jacobian);
+  [[nodiscard]] bool ready() const { return ready_; }
+  void invalidate() { ready_ = false; }
+
+  /// Solves the system above. r is overwritten.
+  void saddle(const ModeSystems& systems, const ConstraintRows& rows, Lanes& r,
+              const Eigen::VectorXd& c, Lanes& d, Eigen::VectorXd& m);
+
+  /// The step that makes the gradient force - J^T m vanish to first order. `force` is K z,
+  /// `residual` already shifted. The proximal term is taken out by conjugate gradients on the true
+  /// operator; with `curvature` the operator is the full Hessian and the step is Newton's
+  /// (truncated at negative curvature).
+  /// @param tolerance  of the inner iteration, relative to the decrement
+  void step(const ModeSystems& systems, const ConstraintRows& rows, const Lanes& force,
+            const Eigen::VectorXd& residual, double tolerance, const Curvature& curvature,
+            Step& step);
+
+  /// One back substitution: as step(), but with the Jacobians of the factor and nothing taken out
+  /// afterwards.
+  void quick_step(const ModeSystems& systems, const ConstraintRows& rows, const Lanes& force,
+                  const Eigen::VectorXd& residual, Step& step);
+
+  /// (force - J_now^T multiplier)^T (K + J^T W J)^-1 (the same), J of the factor: the decrement
+  /// without a new factor.
+  [[nodiscard]] double decrement2(const ModeSystems& systems, const ConstraintRows& rows,
+                                  const Lanes& force, const Lanes& jacobian_now,
+                                  const Eigen::VectorXd& multiplier);
+
+ private:
+  void refine(const ModeSystems& systems, const ConstraintRows& rows, const Lanes& force,
+              double tolerance, const Curvature& curvature, Step& step);
+  void add_transposed(const ModeSystems& systems, const ConstraintRows& rows, const Lanes& jacobian,
+                      const Eigen::VectorXd& m, Lanes& out) const;
+  [[nodiscard]] double model_decrement2(const ModeSystems& systems, const ConstraintRows& rows,
+                                        const Lanes& d);
+
+  bool ready_ = false;
+  Lanes jacobian_;          // lanes x rows, of the factor
+  Eigen::MatrixXd system_;  // C, then its Cholesky factor (lower)
+  Lanes scaled_, work_, product_, residual_, x_, direction_;
+  Eigen::VectorXd along_, mu_, mu_direction_, zero_;
+};
+
+}  // namespace limber::spacetime

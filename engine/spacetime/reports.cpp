@@ -1,0 +1,153 @@
+#include <Eigen/QR>
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+
+#include "engine/spacetime/optimizer.h"
+
+namespace limber::spacetime {
+namespace {
+
+/// The exact rows of one knot.
+std::vector<int> exact_rows(const ConstraintRows& rows, int knot) {
+  std::vector<int> found;
+  for (int row = rows.first_row(knot); row < rows.first_row(knot + 1); ++row) {
+    if (rows.exact(row)) found.push_back(row);
+  }
+  return found;
+}
+
+/// Two frames never depend on each other (no z is excluded, only costly), so dependence is a matter
+/// of one frame's Jacobian: pivots of J J^T, as squares of those of a pivoted QR of J^T.
+struct FrameRank {
+  Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr;
+  Eigen::Index rank = 0;
+};
+
+FrameRank frame_rank(const Lanes& jacobian, const std::vector<int>& rows, double tolerance) {
+  Eigen::MatrixXd transposed(jacobian.rows(), static_cast<Eigen::Index>(rows.size()));
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    transposed.col(static_cast<Eigen::Index>(i)) = jacobian.col(rows[i]);
+  }
+  FrameRank result{Eigen::ColPivHouseholderQR<Eigen::MatrixXd>(transposed), 0};
+  const auto pivots = result.qr.matrixR().diagonal();
+  for (Eigen::Index i = 0; i < pivots.size(); ++i) {
+    if (pivots[i] != 0 && pivots[i] * pivots[i] > tolerance * pivots[0] * pivots[0]) ++result.rank;
+  }
+  return result;
+}
+
+}  // namespace
+
+bool Optimizer::only_contradiction_left() const {
+  if (state_.jacobian.cols() != rows_.count()) return false;
+  bool deficient = false;
+  for (int knot = 0; knot < static_cast<int>(rows_.knots().size()); ++knot) {
+    const std::vector<int> rows = exact_rows(rows_, knot);
+    if (rows.empty()) continue;
+    Eigen::VectorXd residual(static_cast<Eigen::Index>(rows.size()));
+    for (std::size_t i = 0; i < rows.size(); ++i)
+      residual[static_cast<Eigen::Index>(i)] = state_.residual[rows[i]];
+    if (residual.cwiseAbs().maxCoeff() <= options_.constraint_tolerance) continue;
+    const FrameRank frame = frame_rank(state_.jacobian, rows, options_.rank_tolerance);
+    if (frame.rank == static_cast<Eigen::Index>(rows.size())) return false;
+    deficient = true;
+    // The part of the residual that some change of z would lower: its projection on the range of J.
+    const Eigen::VectorXd permuted = frame.qr.colsPermutation().transpose() * residual;
+    const Eigen::MatrixXd range = frame.qr.matrixR()
+                                      .topRows(frame.rank)
+                                      .template triangularView<Eigen::Upper>()
+                                      .toDenseMatrix();
+    const Eigen::HouseholderQR<Eigen::MatrixXd> basis(range.transpose());
+    Eigen::VectorXd rotated = basis.householderQ().transpose() * permuted;
+    if (rotated.head(frame.rank).cwiseAbs().maxCoeff() > options_.constraint_tolerance)
+      return false;
+  }
+  return deficient;
+}
+
+void Optimizer::say_rank(SolveReport& report) const {
+  const auto& fixed = rows_.fixed();
+  int unmovable = 0;
+  for (Eigen::Index i = 0; i < fixed.residual.size(); ++i) {
+    if (std::isinf(fixed.weight[i])) ++unmovable;
+  }
+  report.dependent_rows = unmovable;
+  if (rows_.exact_count() > 0 && state_.jacobian.cols() == rows_.count()) {
+    for (int knot = 0; knot < static_cast<int>(rows_.knots().size()); ++knot) {
+      const std::vector<int> rows = exact_rows(rows_, knot);
+      if (rows.empty()) continue;
+      report.dependent_rows +=
+          static_cast<int>(static_cast<Eigen::Index>(rows.size()) -
+                           frame_rank(state_.jacobian, rows, options_.rank_tolerance).rank);
+    }
+  }
+  report.rank_deficient = report.dependent_rows > 0;
+  if (!report.rank_deficient) return;
+  std::ostringstream text;
+  text << report.dependent_rows
+       << " exact constraint axes depend on others or lie in pinned frames";
+  if (report.max_exact_error <= options_.constraint_tolerance * length_) {
+    text << "; all agree with each other.";
+  } else {
+    text << " and contradict them: least-squares answer, largest error " << report.max_exact_error
+         << " m.";
+  }
+  report.message = text.str();
+}
+
+SolveReport Optimizer::report(SolveStatus status, int iterations, double gradient) const {
+  SolveReport report;
+  report.status = status;
+  report.iterations = iterations;
+  report.gradient = gradient;
+  report.force_energy = systems_.energy(z_);
+  if (rows_.count() > 0) report.constraint_energy = rows_.soft_energy(state_.residual);
+  double squares = 0;
+  Eigen::Index count = 0;
+  auto add = [&](const Eigen::VectorXd& residual) {
+    if (residual.size() == 0) return;
+    squares += residual.squaredNorm();
+    count += residual.size();
+    report.max_constraint_error =
+        std::max(report.max_constraint_error, length_ * residual.cwiseAbs().maxCoeff());
+  };
+  if (rows_.count() > 0) {
+    add(state_.residual);
+    report.max_exact_error = length_ * max_exact(state_.residual);
+  }
+  const auto& fixed = rows_.fixed();
+  add(fixed.residual);
+  for (Eigen::Index i = 0; i < fixed.residual.size(); ++i) {
+    if (std::isinf(fixed.weight[i])) {
+      report.max_exact_error =
+          std::max(report.max_exact_error, length_ * std::abs(fixed.residual[i]));
+    } else {
+      report.constraint_energy += 0.5 * fixed.weight[i] * fixed.residual[i] * fixed.residual[i];
+    }
+  }
+  if (count > 0)
+    report.rms_constraint_error = length_ * std::sqrt(squares / static_cast<double>(count));
+  report.total_energy = report.force_energy + report.constraint_energy;
+  switch (status) {
+    case SolveStatus::kConverged:
+      break;
+    case SolveStatus::kImproved:
+      report.message = "Stopped before convergence as asked.";
+      break;
+    case SolveStatus::kIterationLimit:
+      report.message = "Stopped at the iteration limit before convergence.";
+      break;
+    case SolveStatus::kStalled:
+      report.message =
+          "No step lowers the energy further although the gradient is above tolerance.";
+      break;
+    case SolveStatus::kCancelled:
+      report.message = "Cancelled; the motion is the last improved one.";
+      break;
+  }
+  if (status != SolveStatus::kImproved) say_rank(report);
+  return report;
+}
+
+}  // namespace limber::spacetime

@@ -1,0 +1,244 @@
+#include "engine/spacetime/solver.h"
+
+#include <cmath>
+#include <map>
+#include <string>
+
+#include "engine/spacetime/optimizer.h"
+
+namespace limber::spacetime {
+namespace {
+
+[[noreturn]] void refuse(const std::string& field, const std::string& message) {
+  throw Error(ErrorCode::kInvalidArgument, field, message);
+}
+
+int pinned_frames(EndCondition end, const std::string& field) {
+  switch (end) {
+    case EndCondition::kFree:
+      return 0;
+    case EndCondition::kPinnedPosition:
+      return 1;
+    case EndCondition::kPinnedPositionVelocity:
+      return 2;
+  }
+  refuse(field, field + " is not an end condition");
+}
+
+void validate(const Timeline& timeline) {
+  const int pinned = pinned_frames(timeline.first, "timeline.first") +
+                     pinned_frames(timeline.last, "timeline.last");
+  if (timeline.frame_count < 3) {
+    refuse("timeline.frame_count",
+           "timeline.frame_count = " + std::to_string(timeline.frame_count) + " must be >= 3");
+  }
+  if (timeline.frame_count <= pinned) {
+    refuse("timeline.frame_count",
+           "timeline.frame_count = " + std::to_string(timeline.frame_count) + " must be > " +
+               std::to_string(pinned) + ", the frames that the end conditions pin");
+  }
+}
+
+void validate_column(const Eigen::VectorXd& values, const std::string& name) {
+  for (Eigen::Index k = 0; k < values.size(); ++k) {
+    if (!(values[k] >= 0) || !(values[k] <= 1e12)) {
+      refuse(name, name + "[" + std::to_string(k) + "] = " + std::to_string(values[k]) +
+                       " must be in [0, 1e12]");
+    }
+  }
+}
+
+void validate(const ModeDynamics& dynamics) {
+  if (dynamics.stiffness.size() == 0)
+    refuse("dynamics.stiffness", "dynamics.stiffness must name at least one mode");
+  if (dynamics.damping.size() != dynamics.stiffness.size()) {
+    refuse("dynamics.damping", "dynamics.damping has " + std::to_string(dynamics.damping.size()) +
+                                   " modes, stiffness " +
+                                   std::to_string(dynamics.stiffness.size()));
+  }
+  validate_column(dynamics.stiffness, "dynamics.stiffness");
+  validate_column(dynamics.damping, "dynamics.damping");
+}
+
+void validate_target(const Eigen::Vector3d& target) {
+  if (!target.allFinite()) refuse("constraint.target", "constraint.target must be finite");
+}
+
+void validate(const PositionConstraint& constraint, int frame_count) {
+  if (constraint.frame < 0 || constraint.frame >= frame_count) {
+    throw Error(ErrorCode::kOutOfRange, "constraint.frame",
+                "constraint.frame = " + std::to_string(constraint.frame) + " must be in [0, " +
+                    std::to_string(frame_count) + ")");
+  }
+  if (constraint.site < 0) {
+    throw Error(ErrorCode::kOutOfRange, "constraint.site",
+                "constraint.site = " + std::to_string(constraint.site) + " must be >= 0");
+  }
+  if (constraint.axes == 0 || constraint.axes > 7) {
+    refuse("constraint.axes",
+           "constraint.axes = " + std::to_string(constraint.axes) + " must be in [1, 7]");
+  }
+  if (!(constraint.weight > 0)) refuse("constraint.weight", "constraint.weight must be > 0");
+  if (std::isfinite(constraint.weight) && constraint.weight > 1e12) {
+    refuse("constraint.weight", "constraint.weight must be <= 1e12, or infinite to hold exactly");
+  }
+  validate_target(constraint.target);
+}
+
+Error not_found(ConstraintId id) {
+  return {ErrorCode::kNotFound, "constraint.id", "there is no constraint " + std::to_string(id)};
+}
+
+}  // namespace
+
+void SolverOptions::validate() const {
+  auto inside = [](double value, double upper, const char* name, const char* rule) {
+    if (!(value > 0) || !(value < upper)) {
+      refuse(name, std::string(name) + " = " + std::to_string(value) + " must be in " + rule);
+    }
+  };
+  inside(gradient_tolerance, 1, "options.gradient_tolerance", "(0, 1)");
+  inside(constraint_tolerance, 1, "options.constraint_tolerance", "(0, 1)");
+  inside(rank_tolerance, std::nextafter(1e-3, 1.0), "options.rank_tolerance", "(0, 1e-3]");
+  if (max_iterations <= 0) {
+    refuse("options.max_iterations",
+           "options.max_iterations = " + std::to_string(max_iterations) + " must be > 0");
+  }
+}
+
+/// Edits are cheap notes here; the optimiser hears of them when the next answer is asked for.
+class Solver::Impl {
+ public:
+  Impl(std::shared_ptr<const reduced::Kinematics> kinematics, ModeDynamics dynamics,
+       Timeline timeline, const SolverOptions& options, Eigen::MatrixXd mixing)
+      : dynamics_(std::move(dynamics)),
+        timeline_(timeline),
+        optimizer_(std::move(kinematics), dynamics_, timeline_, options, std::move(mixing)) {}
+
+  void bring_up_to_date() {
+    if (!stale_) return;
+    optimizer_.set_structure(constraints_);
+    stale_ = false;
+  }
+
+  ModeDynamics dynamics_;
+  Timeline timeline_;
+  std::map<ConstraintId, PositionConstraint> constraints_;
+  bool stale_ = false;  // constraints_ differ from the optimiser's in more than targets
+  Optimizer optimizer_;
+};
+
+Solver::Solver(std::shared_ptr<const reduced::Kinematics> kinematics, ModeDynamics dynamics,
+               Timeline timeline, SolverOptions options, Eigen::MatrixXd mixing) {
+  if (!kinematics) refuse("kinematics", "kinematics must not be null");
+  options.validate();
+  validate(timeline);
+  validate(dynamics);
+  const Eigen::Index modes = dynamics.stiffness.size();
+  const int coordinates = kinematics->coordinate_count();
+  if (mixing.size() == 0 && modes > coordinates) {
+    refuse("dynamics.stiffness", "dynamics.stiffness has " + std::to_string(modes) +
+                                     " modes, the kinematics only " + std::to_string(coordinates) +
+                                     " coordinates");
+  }
+  if (mixing.size() != 0 && (mixing.rows() != coordinates || mixing.cols() != modes)) {
+    refuse("mixing", "mixing is " + std::to_string(mixing.rows()) + " x " +
+                         std::to_string(mixing.cols()) + ", it must be " +
+                         std::to_string(coordinates) + " x " + std::to_string(modes));
+  }
+  if (!mixing.allFinite()) refuse("mixing", "mixing must be finite");
+  if (!(kinematics->length() > 0) || !std::isfinite(kinematics->length())) {
+    refuse("kinematics.length", "kinematics.length must be positive and finite");
+  }
+  impl_ = std::make_unique<Impl>(std::move(kinematics), std::move(dynamics), timeline, options,
+                                 std::move(mixing));
+}
+
+Solver::~Solver() = default;
+Solver::Solver(Solver&&) noexcept = default;
+Solver& Solver::operator=(Solver&&) noexcept = default;
+
+void Solver::add(const PositionConstraint& constraint) {
+  validate(constraint, impl_->timeline_.frame_count);
+  if (!impl_->constraints_.emplace(constraint.id, constraint).second) {
+    throw Error(ErrorCode::kAlreadyExists, "constraint.id",
+                "there already is a constraint " + std::to_string(constraint.id));
+  }
+  impl_->stale_ = true;
+}
+
+void Solver::move(ConstraintId id, const Eigen::Vector3d& target) {
+  validate_target(target);
+  const auto found = impl_->constraints_.find(id);
+  if (found == impl_->constraints_.end()) throw not_found(id);
+  found->second.target = target;
+  if (!impl_->stale_) impl_->optimizer_.target_moved(found->second);
+}
+
+void Solver::replace(const PositionConstraint& constraint) {
+  validate(constraint, impl_->timeline_.frame_count);
+  const auto found = impl_->constraints_.find(constraint.id);
+  if (found == impl_->constraints_.end()) throw not_found(constraint.id);
+  PositionConstraint moved = found->second;
+  moved.target = constraint.target;
+  const bool only_target = moved.frame == constraint.frame && moved.site == constraint.site &&
+                           moved.axes == constraint.axes && moved.weight == constraint.weight;
+  if (only_target) return move(constraint.id, constraint.target);
+  found->second = constraint;
+  impl_->stale_ = true;
+}
+
+void Solver::remove(ConstraintId id) {
+  if (impl_->constraints_.erase(id) == 0) throw not_found(id);
+  impl_->stale_ = true;
+}
+
+void Solver::set_timeline(EndCondition first, EndCondition last) {
+  const Timeline timeline{impl_->timeline_.frame_count, first, last};
+  validate(timeline);
+  if (first == impl_->timeline_.first && last == impl_->timeline_.last) return;
+  impl_->timeline_ = timeline;
+  impl_->optimizer_.set_systems(impl_->dynamics_, timeline, impl_->constraints_);
+  impl_->stale_ = false;
+}
+
+void Solver::set_dynamics(ModeDynamics dynamics) {
+  validate(dynamics);
+  if (dynamics.stiffness.size() != impl_->dynamics_.stiffness.size()) {
+    refuse("dynamics.stiffness",
+           "dynamics.stiffness has " + std::to_string(dynamics.stiffness.size()) +
+               " modes, it must keep its " + std::to_string(impl_->dynamics_.stiffness.size()));
+  }
+  impl_->dynamics_ = std::move(dynamics);
+  impl_->optimizer_.set_systems(impl_->dynamics_, impl_->timeline_, impl_->constraints_);
+  impl_->stale_ = false;
+}
+
+std::vector<PositionConstraint> Solver::constraints() const {
+  std::vector<PositionConstraint> all;
+  all.reserve(impl_->constraints_.size());
+  for (const auto& [id, constraint] : impl_->constraints_) all.push_back(constraint);
+  return all;
+}
+
+void Solver::cold_start() {
+  impl_->bring_up_to_date();
+  impl_->optimizer_.cold_start();
+}
+
+SolveReport Solver::correct() {
+  impl_->bring_up_to_date();
+  return impl_->optimizer_.correct();
+}
+
+SolveReport Solver::solve(const JobContext& job,
+                          const std::function<bool(const SolveReport&)>& on_improved) {
+  impl_->bring_up_to_date();
+  return impl_->optimizer_.solve(job, on_improved);
+}
+
+const Eigen::MatrixXd& Solver::motion() const { return impl_->optimizer_.motion(); }
+const Timeline& Solver::timeline() const { return impl_->timeline_; }
+const ModeDynamics& Solver::dynamics() const { return impl_->dynamics_; }
+
+}  // namespace limber::spacetime

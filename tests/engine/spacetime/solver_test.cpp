@@ -1,0 +1,58 @@
+#include "engine/spacetime/solver.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/engine/spacetime/scenes.h"
+#include "tests/support/literal_spacetime.h"
+
+namespace limber::spacetime {
+namespace {
+
+using testing::ChainKinematics;
+using testing::LiteralSpacetime;
+
+struct EndsCase {
+  EndCondition first, last;
+};
+
+class EveryEnd : public ::testing::TestWithParam<EndsCase> {};
+
+TEST_P(EveryEnd, AgreesWithTheLiteralMethod) {
+  const auto kinematics = std::make_shared<ChainKinematics>(9, 8, 1.0, 2.0, 3);
+  // Damping and stiffness below 4: a free end does not explode, the optimum is within double
+  // precision.
+  ModeDynamics dynamics = test_dynamics(9, 40, 0.01);
+  const Timeline timeline{60, GetParam().first, GetParam().last};
+  const auto constraints = test_constraints(*kinematics, 6, timeline, 0.5, 100, 5);
+  Solver solver(kinematics, dynamics, timeline);
+  for (const auto& constraint : constraints) solver.add(constraint);
+  const SolveReport report = solver.solve();
+  EXPECT_EQ(report.status, SolveStatus::kConverged) << report.message << " " << report.gradient;
+
+  LiteralSpacetime literal(kinematics, dynamics, timeline, constraints);
+  const auto reference = literal.solve_cold();
+  EXPECT_NEAR(report.total_energy, reference.total_energy, 1e-9 * reference.total_energy);
+  // The energies of the report are those of the motion that is handed out.
+  EXPECT_NEAR(report.force_energy, literal.force_energy(solver.motion()),
+              1e-9 * reference.total_energy);
+  EXPECT_NEAR(report.constraint_energy, literal.constraint_energy(solver.motion()),
+              1e-9 * reference.total_energy);
+  std::printf("iterations %d (literal %d) E %g gradient %g\n", report.iterations,
+              reference.iterations, report.total_energy, report.gradient);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    All, EveryEnd,
+    ::testing::Values(
+        EndsCase{EndCondition::kFree, EndCondition::kFree},
+        EndsCase{EndCondition::kFree, EndCondition::kPinnedPosition},
+        EndsCase{EndCondition::kFree, EndCondition::kPinnedPositionVelocity},
+        EndsCase{EndCondition::kPinnedPosition, EndCondition::kFree},
+        EndsCase{EndCondition::kPinnedPosition, EndCondition::kPinnedPosition},
+        EndsCase{EndCondition::kPinnedPosition, EndCondition::kPinnedPositionVelocity},
+        EndsCase{EndCondition::kPinnedPositionVelocity, EndCondition::kFree},
+        EndsCase{EndCondition::kPinnedPositionVelocity, EndCondition::kPinnedPosition},
+        EndsCase{EndCondition::kPinnedPositionVelocity, EndCondition::kPinnedPositionVelocity}));
+
+}  // namespace
+}  // namespace limber::spacetime

@@ -1,0 +1,43 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <memory>
+#include <vector>
+
+#include "engine/spacetime/problem.h"
+#include "engine/spacetime/solver.h"
+
+namespace limber::testing {
+
+/// The paper's own way to optimise z (space-time editing, section 5.3), written plainly: all z
+/// stacked in one vector, H_z = H_f + gamma J^T J assembled as one sparse matrix (21), CHOLMOD for
+/// the steps (symbolic analysis once, numeric factor every iteration), Gauss-Newton with step
+/// halving. Baseline of the benchmark, reference of the tests. Soft constraints only.
+struct LiteralResult {
+  Eigen::MatrixXd z;  // r x N
+  int iterations = 0;
+  double force_energy = 0, constraint_energy = 0, total_energy = 0;
+  double gradient = 0;  // as SolveReport::gradient
+  bool converged = false;
+};
+
+class LiteralSpacetime {
+ public:
+  LiteralSpacetime(std::shared_ptr<const reduced::Kinematics> kinematics,
+                   spacetime::ModeDynamics dynamics, spacetime::Timeline timeline,
+                   std::vector<spacetime::PositionConstraint> constraints,
+                   spacetime::SolverOptions options = {});
+  ~LiteralSpacetime();
+
+  /// From z = 0 to convergence.
+  LiteralResult solve_cold();
+  /// E_f and sum gamma E_c of any motion, straight from eqs. 17a and 17b.
+  [[nodiscard]] double force_energy(const Eigen::MatrixXd& z) const;
+  [[nodiscard]] double constraint_energy(const Eigen::MatrixXd& z) const;
+
+ private:
+  class Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace limber::testing
