@@ -1,0 +1,80 @@
+#include <cmath>
+#include <numbers>
+
+#include "engine/scene/samples/sample_parts.h"
+#include "engine/scene/samples/shapes.h"
+#include "engine/scene/tetrahedralize.h"
+
+namespace limber::scene::samples {
+namespace {
+
+constexpr double kTop = 0.78;  // where the head sits on the stem
+constexpr int kPetals = 6;
+
+ImplicitSolid flower_solid() {
+  // The stem is slightly bent: no two bending modes have the same frequency, as in anything grown.
+  const Tube stem =
+      smooth_tube({{0, -0.03, 0}, {0.012, 0.2, 0}, {0.03, 0.45, 0}, {0.012, 0.68, 0}, {0, kTop, 0}},
+                  {0.036, 0.027, 0.024, 0.024, 0.03}, 4);
+  std::vector<Blade> petals;
+  for (int p = 0; p < kPetals; ++p) {
+    const double angle = 2 * std::numbers::pi * (p + 0.25) / kPetals;
+    const Vector3d outward(std::cos(angle), 0, std::sin(angle));
+    const double rise = 0.75;  // of the petal's root above the horizontal [rad]
+    Blade petal;
+    petal.along = std::cos(rise) * outward + std::sin(rise) * Vector3d::UnitY();
+    petal.up = -std::sin(rise) * outward + std::cos(rise) * Vector3d::UnitY();
+    petal.root = Vector3d(0, kTop + 0.005, 0) + 0.05 * outward;
+    petal.length = 0.21;
+    petal.root_radius = 0.03;
+    petal.tip_radius = 0.072;
+    petal.half_thickness = 0.017;
+    petal.curl = -1.15;
+    petal.cup = 1.5;
+    petals.push_back(petal);
+  }
+  ImplicitSolid solid;
+  solid.distance = [stem, petals](const Vector3d& x) {
+    double head = ellipsoid(x, {0, kTop + 0.03, 0}, {0.062, 0.045, 0.062});
+    double leaves = petals[0].distance(x);
+    for (std::size_t p = 1; p < petals.size(); ++p)
+      leaves = std::min(leaves, petals[p].distance(x));
+    const double all = blend(blend(head, stem.distance(x), 0.03), leaves, 0.025);
+    return std::max(all, -x[1]);  // a flat foot
+  };
+  solid.bounds = Eigen::AlignedBox3d(Vector3d(-0.36, -0.01, -0.36), Vector3d(0.36, 1.02, 0.36));
+  solid.lipschitz = 1.5;
+  return solid;
+}
+
+}  // namespace
+
+Scene make_flower() {
+  Scene scene;
+  scene.name = "flower";
+  TetrahedralizeOptions options;
+  options.target_tets = 5000;
+  options.count_tolerance = 0.04;
+  scene.mesh = tetrahedralize(flower_solid(), options).mesh;
+  scene.material = {3e5, 0.45, 300};
+  fix_where(scene, [](const Vector3d& x) { return x[1] < 0.03; });
+  scene.frame_count = 380;
+  scene.dynamics.period_frames = 60;
+  scene.model.mode_count = 30;
+  // The paper's figure 5, bottom row: 20 constraints in frames 30 to 125 lead the top of the flower
+  // around a circle. The circle lies on the cap that the top of a bent stem can reach.
+  const int top = node_near(scene.mesh, {0, kTop + 0.075, 0});
+  const double height = scene.mesh.nodes(1, top);
+  constexpr int kCount = 20;
+  const double bend = 1.0;  // of the stem, foot to top [rad]
+  const double sideways = height * (1 - std::cos(bend)) / bend;
+  const double down = height * (1 - std::sin(bend) / bend);
+  for (int i = 0; i < kCount; ++i) {
+    const int frame = 30 + 95 * i / (kCount - 1);
+    const double turn = 2 * std::numbers::pi * i / (kCount - 1);
+    add_target(scene, frame, top, {sideways * std::cos(turn), -down, sideways * std::sin(turn)});
+  }
+  return scene;
+}
+
+}  // namespace limber::scene::samples
