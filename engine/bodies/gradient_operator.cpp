@@ -6,6 +6,7 @@
 #include "engine/base/error.h"
 #include "engine/base/parallel.h"
 #include "engine/bodies/node_graph.h"
+#include "engine/bodies/tet_geometry.h"
 
 namespace limber::bodies {
 namespace {
@@ -18,18 +19,16 @@ GradientOperator::GradientOperator(const TetMesh& mesh)
       volumes_(mesh.tet_count()),
       shape_gradients_(12, mesh.tet_count()) {
   for (int e = 0; e < tet_count(); ++e) {
-    const Eigen::Vector3d origin = mesh.nodes.col(tets_(0, e));
-    Eigen::Matrix3d edges;
-    for (int a = 0; a < 3; ++a) edges.col(a) = mesh.nodes.col(tets_(a + 1, e)) - origin;
+    const Eigen::Matrix3d edges = edge_matrix(mesh.nodes, tets_.col(e));
     // Rows of edges^-1 are the gradients of N_1..N_3; by cross products they keep their relative
     // accuracy in slivers.
-    const double six_volumes = edges.col(0).cross(edges.col(1)).dot(edges.col(2));
-    LIMBER_DEMAND(six_volumes > 0);
-    volumes_[e] = six_volumes / 6;
+    const double determinant = six_volumes(edges);
+    LIMBER_DEMAND(determinant > 0);
+    volumes_[e] = determinant / 6;
     Eigen::Map<Eigen::Matrix<double, 3, 4>> gradients(shape_gradients_.col(e).data());
-    gradients.col(1) = edges.col(1).cross(edges.col(2)) / six_volumes;
-    gradients.col(2) = edges.col(2).cross(edges.col(0)) / six_volumes;
-    gradients.col(3) = edges.col(0).cross(edges.col(1)) / six_volumes;
+    gradients.col(1) = edges.col(1).cross(edges.col(2)) / determinant;
+    gradients.col(2) = edges.col(2).cross(edges.col(0)) / determinant;
+    gradients.col(3) = edges.col(0).cross(edges.col(1)) / determinant;
     gradients.col(0) = -(gradients.col(1) + gradients.col(2) + gradients.col(3));
   }
 }
