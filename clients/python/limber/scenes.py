@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 from pathlib import Path
 from typing import Any, Iterable, Mapping, Union
 
@@ -21,14 +22,18 @@ _COMPANIONS = {".ele": (".node",), ".node": (".ele",)}
 
 
 def mesh_file(path: "str | os.PathLike[str]", companions: Iterable["str | os.PathLike[str]"] = ()) -> "messages.MeshFile":
-    """A mesh file's bytes for upload, with what belongs to it: TetGen's .node and .ele, an .elastic beside an .abq.
+    """A mesh file's bytes for upload, with what belongs to it: TetGen's other half, VegaFEM's includes, and materials
+    in a file of the same stem ending in .elastic.
 
     companions: further files to send along, under their own names.
     """
     path = Path(path)
     message = messages.MeshFile(name=path.name, content=_read(path, "mesh.path"))
     beside = [path.with_suffix(suffix) for suffix in _COMPANIONS.get(path.suffix.lower(), ())]
-    if path.suffix.lower() in (".abq", ".inp") and path.with_suffix(".elastic").exists():
+    if path.suffix.lower() == ".veg":
+        names = re.findall(rb"(?mi)^\*INCLUDE[ \t]+([^\r\n]+?)[ \t]*$", message.content)
+        beside += [path.with_name(os.fsdecode(name)) for name in names]
+    if path.with_suffix(".elastic") != path and path.with_suffix(".elastic").is_file():
         beside.append(path.with_suffix(".elastic"))
     for companion in [*beside, *map(Path, companions)]:
         message.companions[companion.name] = _read(companion, "mesh.companions")

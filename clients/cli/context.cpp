@@ -1,0 +1,103 @@
+#include "clients/cli/context.h"
+
+#include <fmt/format.h>
+#include <google/protobuf/util/json_util.h>
+#include <unistd.h>
+
+#include <cmath>
+#include <csignal>
+#include <cstdlib>
+#include <filesystem>
+#include <sstream>
+
+namespace limber::cli {
+namespace {
+
+namespace fs = std::filesystem;
+volatile std::sig_atomic_t interrupt_flag = 0;
+
+bool is_program(const fs::path& path) {
+  std::error_code ignored;
+  return fs::is_regular_file(path, ignored) && access(path.c_str(), X_OK) == 0;
+}
+
+}  // namespace
+
+client::ClientOptions Context::client_options() const {
+  client::ClientOptions options;
+  options.timeout = milliseconds(timeout_s);
+  options.interrupted = [] { return interrupted(); };
+  if (!server_key.empty() || !public_key.empty() || !secret_key.empty())
+    options.keys = client::CurveKeys{server_key, public_key, secret_key};
+  return options;
+}
+
+client::Client& Context::client() {
+  if (!client_) {
+    auto made = std::make_unique<client::Client>(endpoint, client_options());
+    try {
+      (void)client::greet(*made);
+    } catch (const client::Unreachable&) {
+      throw client::Unreachable(
+          fmt::format("no limberd answers at {}; `limber start` starts one", endpoint));
+    }
+    client_ = std::move(made);
+  }
+  return *client_;
+}
+
+std::string to_json(const google::protobuf::Message& message) {
+  google::protobuf::util::JsonPrintOptions options;
+  options.preserve_proto_field_names = true;
+  options.always_print_primitive_fields = true;
+  std::string text;
+  const auto status = google::protobuf::util::MessageToJsonString(message, &text, options);
+  if (!status.ok())
+    throw client::ClientError(v1::ERROR_CODE_INTERNAL, "", std::string(status.message()));
+  return text;
+}
+
+void print_json(const google::protobuf::Message& message) { fmt::print("{}\n", to_json(message)); }
+
+void catch_interrupts() {
+  struct sigaction action = {};
+  action.sa_handler = [](int) { interrupt_flag = 1; };
+  sigaction(SIGINT, &action, nullptr);
+  sigaction(SIGTERM, &action, nullptr);
+  signal(SIGPIPE, SIG_DFL);
+}
+
+bool interrupted() { return interrupt_flag != 0; }
+
+std::string own_folder() {
+  std::error_code failed;
+  const fs::path self = fs::read_symlink("/proc/self/exe", failed);
+  return failed ? std::string(".") : self.parent_path().string();
+}
+
+std::string find_limberd() {
+  const fs::path beside = fs::path(own_folder()) / "limberd";
+  if (is_program(beside)) return beside.string();
+  const char* path = std::getenv("PATH");
+  std::istringstream folders(path != nullptr ? path : "");
+  for (std::string folder; std::getline(folders, folder, ':');) {
+    const fs::path candidate = fs::path(folder.empty() ? "." : folder) / "limberd";
+    if (is_program(candidate)) return candidate.string();
+  }
+  throw client::ClientError(
+      v1::ERROR_CODE_NOT_FOUND, "limberd",
+      fmt::format("no limberd beside this program ({}) or on PATH", own_folder()));
+}
+
+client::Milliseconds milliseconds(double seconds) {
+  return client::Milliseconds{static_cast<std::int64_t>(std::ceil(seconds * 1000))};
+}
+
+CLI::App* subcommand(CLI::App& app, const std::string& name, const std::string& description,
+                     const std::string& example) {
+  CLI::App* command = app.add_subcommand(name, description);
+  command->footer("\nExample:\n  " + example);
+  return command;
+}
+
+}  // namespace limber::cli

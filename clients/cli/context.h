@@ -1,0 +1,66 @@
+#pragma once
+
+#include <google/protobuf/message.h>
+
+#include <CLI/CLI.hpp>
+#include <memory>
+#include <string>
+
+#include "clients/cpp/client.h"
+
+namespace limber::cli {
+
+/// Exit codes, documented in `limber --help` and docs/guide.md.
+enum ExitCode {
+  kDone = 0,
+  kRefused = 1,        // an error with code and field on stderr; a scene that is not valid
+  kUsage = 2,          // the command line
+  kUnreachable = 3,    // no server answers
+  kTimeOut = 4,        // a wait ran out of time
+  kInterrupted = 130,  // Ctrl-C
+};
+
+/// What every subcommand shares: where the server is, how to print.
+class Context {
+ public:
+  std::string endpoint;
+  bool json = false;
+  double timeout_s = 10;
+  std::string server_key, public_key, secret_key;
+  int exit_code = kDone;
+
+  /// The client, made when first asked for.
+  [[nodiscard]] client::Client& client();
+  [[nodiscard]] client::ClientOptions client_options() const;
+
+ private:
+  std::unique_ptr<client::Client> client_;
+};
+
+/// A message as one line of JSON, field names as in the .proto, absent numbers as 0.
+[[nodiscard]] std::string to_json(const google::protobuf::Message& message);
+void print_json(const google::protobuf::Message& message);
+
+/// Ctrl-C from now on sets a flag instead of ending the process.
+void catch_interrupts();
+[[nodiscard]] bool interrupted();
+
+/// The folder this program lies in.
+[[nodiscard]] std::string own_folder();
+/// limberd beside this program, else on PATH. @throws ClientError NOT_FOUND
+[[nodiscard]] std::string find_limberd();
+
+/// Seconds as the client library wants them.
+[[nodiscard]] client::Milliseconds milliseconds(double seconds);
+
+void add_server_commands(CLI::App& app, Context& context);
+void add_scene_commands(CLI::App& app, Context& context);
+void add_session_commands(CLI::App& app, Context& context);
+void add_edit_commands(CLI::App& app, Context& context);
+void add_result_commands(CLI::App& app, Context& context);
+
+/// A subcommand with an example below its help.
+CLI::App* subcommand(CLI::App& app, const std::string& name, const std::string& description,
+                     const std::string& example);
+
+}  // namespace limber::cli

@@ -1,0 +1,297 @@
+// add, move, replace, remove, ends, undo, redo, edit-script: edits, each a revision.
+
+#include <fmt/format.h>
+#include <google/protobuf/util/json_util.h>
+
+#include <fstream>
+#include <iostream>
+
+#include "clients/cli/context.h"
+#include "clients/cli/print.h"
+
+namespace limber::cli {
+namespace {
+
+using client::ClientError;
+
+v1::EditResponse send(Context& context, const std::string& session,
+                      const std::vector<v1::Edit>& edits) {
+  v1::EditRequest request;
+  request.set_session(session);
+  for (const auto& edit : edits) *request.add_edits() = edit;
+  return context.client().call(request);
+}
+
+void print_receipt(const Context& context, const v1::EditResponse& response) {
+  if (context.json) return print_json(response);
+  std::string touched;
+  for (const auto id : response.constraint_ids())
+    if (id != 0) touched += fmt::format("{}{}", touched.empty() ? ", constraint " : ", ", id);
+  fmt::print("revision {}{}\n", response.revision(), touched);
+}
+
+struct ConstraintOptions {
+  std::string session, axes;
+  std::uint64_t id = 0;
+  unsigned frame = 0;
+  std::vector<unsigned> nodes;
+  std::vector<double> position, displacement;
+  double weight = 100;
+  bool exact = false;
+};
+
+v1::Vector3 vector(const std::vector<double>& values) {
+  v1::Vector3 message;
+  message.set_x(values.at(0));
+  message.set_y(values.at(1));
+  message.set_z(values.at(2));
+  return message;
+}
+
+v1::Constraint constraint(const ConstraintOptions& options, bool weighted) {
+  v1::Constraint message;
+  message.set_id(options.id);
+  message.set_frame(options.frame);
+  for (const unsigned node : options.nodes) message.add_nodes(node);
+  for (const char axis : options.axes)
+    message.add_axes(axis == 'x' ? v1::AXIS_X : axis == 'y' ? v1::AXIS_Y : v1::AXIS_Z);
+  if (!options.position.empty())
+    *message.mutable_position() = vector(options.position);
+  else
+    *message.mutable_displacement() = vector(options.displacement);
+  if (options.exact) message.set_exact(true);
+  if (weighted) message.set_weight(options.weight);
+  return message;
+}
+
+std::string check_axes(const std::string& axes) {
+  for (std::size_t i = 0; i < axes.size(); ++i)
+    if (std::string("xyz").find(axes[i]) == std::string::npos ||
+        axes.find(axes[i], i + 1) != std::string::npos)
+      return "axes are one to three of xyz, e.g. xz";
+  return {};
+}
+
+/// The options that describe a constraint; returns --weight.
+CLI::Option* add_constraint_options(CLI::App& command, ConstraintOptions& options) {
+  command
+      .add_option("--node,--nodes", options.nodes,
+                  "Node ids, from 0; several are held by their mean")
+      ->required();
+  command.add_option("--frame", options.frame, "Frame, from 0")->required();
+  auto* target = command.add_option_group("target", "Where the node (or mean) shall be");
+  target->add_option("--position", options.position, "A point x y z of the mesh's space")
+      ->expected(3);
+  target->add_option("--displacement", options.displacement, "From the rest position: x y z")
+      ->expected(3);
+  target->require_option(1);
+  command.add_option("--axes", options.axes, "Which axes count, e.g. xz (default: all)")
+      ->check(CLI::Validator(check_axes, "AXES"));
+  auto* weight = command.add_option("--weight", options.weight, "gamma > 0 of a soft constraint")
+                     ->capture_default_str();
+  command.add_flag("--exact", options.exact, "Hold exactly")->excludes(weight);
+  return weight;
+}
+
+void add_constraint_command(CLI::App& app, Context& context) {
+  auto options = std::make_shared<ConstraintOptions>();
+  auto* command = subcommand(
+      app, "add", "Add a constraint: in this frame, this node is there",
+      "limber add flower --node 12 --frame 40 --displacement 0 0 0.2\n"
+      "  limber add flower --node 3 4 5 --frame 60 --position 1 0.5 0 --axes xy --exact");
+  command->add_option("session", options->session, "Session")->required();
+  auto* weight = add_constraint_options(*command, *options);
+  command->callback([&context, options, weight] {
+    v1::Edit edit;
+    *edit.mutable_add()->mutable_constraint() = constraint(*options, weight->count() > 0);
+    print_receipt(context, send(context, options->session, {edit}));
+  });
+}
+
+void replace_constraint_command(CLI::App& app, Context& context) {
+  auto options = std::make_shared<ConstraintOptions>();
+  auto* command = subcommand(app, "replace", "Put another constraint in the place of one",
+                             "limber replace flower 2 --node 12 --frame 50 --displacement 0 0 0.3");
+  command->add_option("session", options->session, "Session")->required();
+  command->add_option("id", options->id, "Constraint")->required();
+  auto* weight = add_constraint_options(*command, *options);
+  command->callback([&context, options, weight] {
+    v1::Edit edit;
+    *edit.mutable_replace()->mutable_constraint() = constraint(*options, weight->count() > 0);
+    print_receipt(context, send(context, options->session, {edit}));
+  });
+}
+
+void move_constraint_command(CLI::App& app, Context& context) {
+  struct Options {
+    std::string session;
+    std::uint64_t id = 0;
+    std::vector<double> target;
+  };
+  auto options = std::make_shared<Options>();
+  auto* command = subcommand(app, "move", "Give a constraint another target, of the kind it has",
+                             "limber move flower 2 0.1 0 0.25");
+  command->add_option("session", options->session, "Session")->required();
+  command->add_option("id", options->id, "Constraint")->required();
+  command
+      ->add_option("target", options->target,
+                   "x y z: a position or a displacement, as it was added")
+      ->required()
+      ->expected(3);
+  command->callback([&context, options] {
+    v1::Edit edit;
+    edit.mutable_move()->set_id(options->id);
+    *edit.mutable_move()->mutable_target() = vector(options->target);
+    print_receipt(context, send(context, options->session, {edit}));
+  });
+}
+
+void remove_constraint_command(CLI::App& app, Context& context) {
+  struct Options {
+    std::string session;
+    std::vector<std::uint64_t> ids;
+  };
+  auto options = std::make_shared<Options>();
+  auto* command =
+      subcommand(app, "remove", "Remove constraints, as one revision", "limber remove flower 2 3");
+  command->add_option("session", options->session, "Session")->required();
+  command->add_option("ids", options->ids, "Constraints")->required();
+  command->callback([&context, options] {
+    std::vector<v1::Edit> edits(options->ids.size());
+    for (std::size_t i = 0; i < edits.size(); ++i)
+      edits[i].mutable_remove()->set_id(options->ids[i]);
+    print_receipt(context, send(context, options->session, edits));
+  });
+}
+
+void ends_command(CLI::App& app, Context& context) {
+  struct Options {
+    std::string session;
+    v1::EndCondition first = v1::END_CONDITION_UNSPECIFIED, last = v1::END_CONDITION_UNSPECIFIED;
+  };
+  auto options = std::make_shared<Options>();
+  const std::map<std::string, v1::EndCondition> names = {
+      {"free", v1::END_CONDITION_FREE},
+      {"position", v1::END_CONDITION_PINNED_POSITION},
+      {"position_velocity", v1::END_CONDITION_PINNED_POSITION_VELOCITY}};
+  auto* command = subcommand(app, "ends", "What holds the motion at its first and last frame",
+                             "limber ends flower --first position_velocity --last free");
+  const std::string kinds = ": free, position or position_velocity";
+  command->add_option("session", options->session, "Session")->required();
+  command->add_option("--first", options->first, "First frame" + kinds)
+      ->required()
+      ->transform(CLI::CheckedTransformer(names).description(""));
+  command->add_option("--last", options->last, "Last frame" + kinds)
+      ->required()
+      ->transform(CLI::CheckedTransformer(names).description(""));
+  command->callback([&context, options] {
+    v1::Edit edit;
+    edit.mutable_set_ends()->set_first_end(options->first);
+    edit.mutable_set_ends()->set_last_end(options->last);
+    print_receipt(context, send(context, options->session, {edit}));
+  });
+}
+
+void undo_redo_commands(CLI::App& app, Context& context) {
+  for (const bool undo : {true, false}) {
+    const std::string name = undo ? "undo" : "redo";
+    auto session = std::make_shared<std::string>();
+    auto* command =
+        subcommand(app, name, undo ? "Take the newest revision back" : "Bring back what undo took",
+                   "limber " + name + " flower");
+    command->add_option("session", *session, "Session")->required();
+    command->callback([&context, session, undo] {
+      v1::Edit edit;
+      if (undo)
+        edit.mutable_undo();
+      else
+        edit.mutable_redo();
+      print_receipt(context, send(context, *session, {edit}));
+    });
+  }
+}
+
+/// One line of an edit script: an edit, or `{"edits": [...]}` for several that are one revision.
+v1::EditRequest parse_line(const std::string& line, int number) {
+  v1::Edit edit;
+  v1::EditRequest request;
+  if (google::protobuf::util::JsonStringToMessage(line, &edit).ok()) {
+    *request.add_edits() = edit;
+    return request;
+  }
+  const auto status = google::protobuf::util::JsonStringToMessage(line, &request);
+  if (status.ok()) return request;
+  throw ClientError(
+      v1::ERROR_CODE_INVALID_ARGUMENT, fmt::format("line {}", number),
+      fmt::format("neither an edit nor {{\"edits\": [...]}}: {}", std::string(status.message())));
+}
+
+struct ScriptOptions {
+  std::string session, file, wait = "final";
+};
+
+void run_script(Context& context, const ScriptOptions& options) {
+  std::ifstream file;
+  if (options.file != "-") {
+    file.open(options.file);
+    if (!file) throw ClientError(v1::ERROR_CODE_IO, "file", "cannot read " + options.file);
+  }
+  std::istream& in = options.file == "-" ? std::cin : file;
+  int number = 0;
+  for (std::string line; std::getline(in, line);) {
+    ++number;
+    const auto start = line.find_first_not_of(" \t\r");
+    if (start == std::string::npos || line[start] == '#') continue;
+    auto request = parse_line(line, number);
+    request.set_session(options.session);
+    const auto response = context.client().call(request);
+    print_receipt(context, response);
+    if (options.wait == "none") continue;
+    v1::WaitRequest wait;
+    wait.set_session(options.session);
+    wait.set_revision(response.revision());
+    wait.set_until(options.wait == "first" ? v1::WaitRequest::UNTIL_FIRST
+                                           : v1::WaitRequest::UNTIL_FINAL);
+    const auto result = context.client().call(wait, client::Milliseconds{70000}).result();
+    if (context.json)
+      print_json(result);
+    else
+      fmt::print("  {}, energy {:.6g}, constraint error {:.3g}, {:.2f} ms\n",
+                 status_words(result.status()), result.total_energy(),
+                 result.max_constraint_error(), result.since_edit_ms());
+  }
+}
+
+void script_command(CLI::App& app, Context& context) {
+  auto options = std::make_shared<ScriptOptions>();
+  auto* command = subcommand(
+      app, "edit-script", "Send the edits of a file, one line after the other",
+      "limber edit-script flower edits.jsonl\n"
+      "where a line is an edit as JSON, or {\"edits\": [...]} for several that are one revision:\n"
+      R"(  {"add": {"constraint": {"frame": 40, "nodes": [12], "displacement": {"z": 0.2}}}})"
+      "\n"
+      R"(  {"edits": [{"move": {"id": "1", "target": {"z": 0.1}}}, {"set_ends": {"last_end": "END_CONDITION_FREE"}}]})"
+      "\n  {\"undo\": {}}\nEmpty lines and lines that begin with # are skipped.");
+  command->add_option("session", options->session, "Session")->required();
+  command->add_option("file", options->file, "JSON lines; - for standard input")->required();
+  command
+      ->add_option("--wait", options->wait,
+                   "After each line, wait for its result: none, first or final")
+      ->check(CLI::IsMember({"none", "first", "final"}))
+      ->capture_default_str();
+  command->callback([&context, options] { run_script(context, *options); });
+}
+
+}  // namespace
+
+void add_edit_commands(CLI::App& app, Context& context) {
+  add_constraint_command(app, context);
+  move_constraint_command(app, context);
+  replace_constraint_command(app, context);
+  remove_constraint_command(app, context);
+  ends_command(app, context);
+  undo_redo_commands(app, context);
+  script_command(app, context);
+}
+
+}  // namespace limber::cli

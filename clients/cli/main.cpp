@@ -1,0 +1,86 @@
+// limber: drives limberd from a terminal or a shell script.
+
+#include <fmt/format.h>
+
+#include <cstdio>
+
+#include "clients/cli/context.h"
+
+namespace {
+
+using limber::cli::Context;
+
+int report(const Context& context, const limber::client::ClientError& error) {
+  namespace cli = limber::cli;
+  if (context.json) {
+    limber::v1::Error message;
+    message.set_code(error.code());
+    message.set_message(error.what());
+    message.set_field(error.field());
+    message.mutable_details()->insert(error.details().begin(), error.details().end());
+    fmt::print(stderr, "{}\n", cli::to_json(message));
+  } else {
+    const std::string where =
+        error.field().empty() ? "" : fmt::format(" (field {})", error.field());
+    fmt::print(stderr, "limber: {}{} [{}]\n", error.what(), where, error.code_name());
+  }
+  if (cli::interrupted()) return cli::kInterrupted;
+  if (dynamic_cast<const limber::client::Unreachable*>(&error) != nullptr) return cli::kUnreachable;
+  return error.code() == limber::v1::ERROR_CODE_TIMEOUT ? cli::kTimeOut : cli::kRefused;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  namespace cli = limber::cli;
+  Context context;
+  CLI::App app{
+      "limber drives limberd: it opens scenes of elastic bodies, edits their motion by constraints "
+      "in space\n"
+      "and time, and fetches the frames. `limber COMMAND --help` explains each command."};
+  app.name("limber");
+  app.set_version_flag("--version", std::string("limber ") + LIMBER_VERSION);
+  app.require_subcommand(1);
+  app.fallthrough();
+  app.footer(
+      "\nTo begin:\n"
+      "  limber start                                     a server in the background\n"
+      "  limber open --sample flower --session f\n"
+      "  limber add f --node 12 --frame 40 --displacement 0 0 0.2\n"
+      "  limber wait f && limber export f --format pvd --out motion\n"
+      "\nExit codes: 0 done, 1 refused (code and field on stderr), 2 wrong command line, 3 no "
+      "server answers,\n"
+      "4 a wait ran out of time, 130 interrupted by Ctrl-C.");
+  context.endpoint = limber::client::kDefaultEndpoint;
+  app.add_option("--endpoint", context.endpoint, "Where limberd answers requests")
+      ->envname("LIMBER_ENDPOINT")
+      ->capture_default_str();
+  app.add_option("--timeout", context.timeout_s, "Seconds to wait for an answer")
+      ->check(CLI::Range(0.001, 1e6))
+      ->capture_default_str();
+  app.add_flag("--json", context.json,
+               "Print JSON, one object a line (64-bit numbers as strings), for scripts");
+  app.add_option("--server-key", context.server_key, "CURVE public key of the server (Z85)")
+      ->envname("LIMBER_SERVER_KEY");
+  app.add_option("--public-key", context.public_key, "CURVE public key of this client (Z85)")
+      ->envname("LIMBER_PUBLIC_KEY");
+  app.add_option("--secret-key", context.secret_key, "CURVE secret key of this client (Z85)")
+      ->envname("LIMBER_SECRET_KEY");
+  cli::add_server_commands(app, context);
+  cli::add_scene_commands(app, context);
+  cli::add_session_commands(app, context);
+  cli::add_edit_commands(app, context);
+  cli::add_result_commands(app, context);
+  try {
+    cli::catch_interrupts();
+    app.parse(argc, argv);
+    return context.exit_code;
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? cli::kDone : cli::kUsage;
+  } catch (const limber::client::ClientError& error) {
+    return report(context, error);
+  } catch (const std::exception& error) {
+    fmt::print(stderr, "limber: {}\n", error.what());
+    return cli::kRefused;
+  }
+}

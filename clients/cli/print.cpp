@@ -1,0 +1,140 @@
+#include "clients/cli/print.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+
+namespace limber::cli {
+namespace {
+
+bool looks_like_a_number(const std::string& cell) {
+  return cell.empty() || cell == "-" || std::isdigit(static_cast<unsigned char>(cell[0])) != 0 ||
+         (cell.size() > 1 && cell[0] == '-' &&
+          std::isdigit(static_cast<unsigned char>(cell[1])) != 0);
+}
+
+std::string node_list(const v1::Constraint& constraint) {
+  std::string text;
+  for (int i = 0; i < constraint.nodes_size() && i < 4; ++i)
+    text += fmt::format("{}{}", i > 0 ? "," : "", constraint.nodes(i));
+  if (constraint.nodes_size() > 4) text += fmt::format(",... ({})", constraint.nodes_size());
+  return text;
+}
+
+}  // namespace
+
+std::string Table::text() const {
+  const std::size_t columns = rows_.front().size();
+  std::string text;
+  std::vector<std::size_t> width(columns, 0);
+  std::vector<bool> right(columns, rows_.size() > 1);
+  for (std::size_t r = 0; r < rows_.size(); ++r) {
+    for (std::size_t c = 0; c < columns; ++c) {
+      width[c] = std::max(width[c], rows_[r][c].size());
+      if (r > 0 && !looks_like_a_number(rows_[r][c])) right[c] = false;
+    }
+  }
+  for (const auto& cells : rows_) {
+    std::string line;
+    for (std::size_t c = 0; c < columns; ++c) {
+      line += right[c] ? fmt::format("{:>{}}", cells[c], width[c])
+                       : fmt::format("{:<{}}", cells[c], width[c]);
+      line += "  ";
+    }
+    text += line.substr(0, line.find_last_not_of(' ') + 1) + "\n";
+  }
+  return text;
+}
+
+ProgressBar::ProgressBar() : terminal_(isatty(STDERR_FILENO) == 1) {}
+
+ProgressBar::~ProgressBar() {
+  if (length_ > 0) fmt::print(stderr, "\n");
+}
+
+void ProgressBar::show(const std::string& stage, double fraction) {
+  fraction = std::isfinite(fraction) ? std::clamp(fraction, 0.0, 1.0) : 0.0;
+  if (!terminal_) {
+    const std::string line = fmt::format("{}: {} %", stage, 10 * static_cast<int>(fraction * 10));
+    if (line != shown_) fmt::print(stderr, "{}\n", line);
+    shown_ = line;
+    return;
+  }
+  constexpr int kWidth = 30;
+  const int filled = static_cast<int>(std::lround(kWidth * fraction));
+  const std::string line = fmt::format("{:<28.28} [{:#<{}}{:.<{}}] {:3.0f} %", stage, "", filled,
+                                       "", kWidth - filled, 100 * fraction);
+  fmt::print(stderr, "\r{:<{}}", line, length_);
+  std::fflush(stderr);
+  length_ = line.size();
+}
+
+std::string words(const std::string& enumerator, const std::string& prefix) {
+  std::string text = enumerator.starts_with(prefix) ? enumerator.substr(prefix.size()) : enumerator;
+  std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) {
+    return c == '_' ? ' ' : static_cast<char>(std::tolower(c));
+  });
+  return text;
+}
+
+std::string state_words(v1::SessionState state) {
+  return words(v1::SessionState_Name(state), "SESSION_STATE_");
+}
+
+std::string status_words(v1::SolveStatus status) {
+  return words(v1::SolveStatus_Name(status), "SOLVE_STATUS_");
+}
+
+std::string describe(const v1::ResultInfo& result) {
+  std::string text = fmt::format(
+      "revision          {}\n"
+      "status            {}{}\n"
+      "iterations        {}\n"
+      "energy            {:.6g}  (forces {:.6g} + constraints {:.6g})\n"
+      "gradient          {:.3g}\n"
+      "constraint error  {:.3g} at most, {:.3g} rms\n"
+      "since the edit    {:.2f} ms\n",
+      result.revision(), status_words(result.status()), result.converged() ? ", final" : "",
+      result.iterations(), result.total_energy(), result.force_energy(), result.constraint_energy(),
+      result.gradient(), result.max_constraint_error(), result.rms_constraint_error(),
+      result.since_edit_ms());
+  if (result.rank_deficient())
+    text += "exact constraints contradict or repeat each other: a least-squares answer\n";
+  if (!result.message().empty()) text += result.message() + "\n";
+  return text;
+}
+
+std::string describe(const v1::Issue& issue) {
+  const char* kind = issue.severity() == v1::Issue::SEVERITY_ERROR ? "error" : "warning";
+  if (issue.field().empty()) return fmt::format("{}: {}", kind, issue.message());
+  return fmt::format("{}: {}: {}", kind, issue.field(), issue.message());
+}
+
+std::vector<std::string> constraint_heading() {
+  return {"id", "frame", "nodes", "axes", "kind", "target", "weight"};
+}
+
+std::vector<std::string> row(const v1::Constraint& constraint) {
+  std::string axes;
+  for (const auto axis : constraint.axes())
+    axes += axis == v1::AXIS_X ? "x" : axis == v1::AXIS_Y ? "y" : axis == v1::AXIS_Z ? "z" : "?";
+  const bool position = constraint.has_position();
+  const auto& target = position ? constraint.position() : constraint.displacement();
+  std::string weight = "100";
+  if (constraint.enforcement_case() == v1::Constraint::kExact && constraint.exact())
+    weight = "exact";
+  if (constraint.enforcement_case() == v1::Constraint::kWeight)
+    weight = fmt::format("{:g}", constraint.weight());
+  return {std::to_string(constraint.id()),
+          std::to_string(constraint.frame()),
+          node_list(constraint),
+          axes.empty() ? "xyz" : axes,
+          position ? "position" : "displacement",
+          fmt::format("({:.5g}, {:.5g}, {:.5g})", target.x(), target.y(), target.z()),
+          weight};
+}
+
+}  // namespace limber::cli

@@ -1,0 +1,51 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "limber/v1/service.pb.h"
+
+namespace limber::cli {
+
+/// Rows of text in aligned columns; the first row is the heading. Columns whose cells are numbers
+/// are right-aligned.
+class Table {
+ public:
+  explicit Table(std::vector<std::string> heading) : rows_{std::move(heading)} {}
+  void add(std::vector<std::string> row) { rows_.push_back(std::move(row)); }
+  [[nodiscard]] std::string text() const;
+
+ private:
+  std::vector<std::vector<std::string>> rows_;
+};
+
+/// Long work on stderr: a bar where that is a terminal, else a plain line whenever the stage or the
+/// tenth changes.
+class ProgressBar {
+ public:
+  ProgressBar();
+  ~ProgressBar();
+  ProgressBar(const ProgressBar&) = delete;
+  ProgressBar& operator=(const ProgressBar&) = delete;
+  void show(const std::string& stage, double fraction);
+
+ private:
+  bool terminal_;
+  std::size_t length_ = 0;
+  std::string shown_;
+};
+
+/// A state or status in lower case: "ready" for SESSION_STATE_READY.
+[[nodiscard]] std::string words(const std::string& enumerator, const std::string& prefix);
+[[nodiscard]] std::string state_words(v1::SessionState state);
+[[nodiscard]] std::string status_words(v1::SolveStatus status);
+
+/// One result as lines "name  value".
+[[nodiscard]] std::string describe(const v1::ResultInfo& result);
+/// "warning: mesh.tets[7]: ..."
+[[nodiscard]] std::string describe(const v1::Issue& issue);
+/// One constraint as a row; heading in constraint_heading().
+[[nodiscard]] std::vector<std::string> row(const v1::Constraint& constraint);
+[[nodiscard]] std::vector<std::string> constraint_heading();
+
+}  // namespace limber::cli

@@ -1,0 +1,226 @@
+// frames, export, watch: what comes out.
+
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <set>
+
+#include "clients/cli/context.h"
+#include "clients/cli/print.h"
+#include "clients/cpp/frames.h"
+#include "clients/cpp/scene_files.h"
+#include "clients/cpp/stream.h"
+
+namespace limber::cli {
+namespace {
+
+using client::ClientError;
+using client::Milliseconds;
+
+const std::map<std::string, v1::Encoding> kEncodings = {
+    {"coordinates", v1::ENCODING_COORDINATES},
+    {"positions", v1::ENCODING_POSITIONS},
+    {"quantised", v1::ENCODING_POSITIONS_QUANTISED}};
+constexpr Milliseconds kLarge{120000};  // for answers that bring megabytes
+
+struct FramesOptions {
+  std::string session, out, encoding = "coordinates";
+  unsigned first = 0, count = 0;
+  bool final_only = false;
+};
+
+std::string csv(const client::Positions& positions, unsigned first_frame) {
+  fmt::memory_buffer text;
+  fmt::format_to(std::back_inserter(text), "frame,node,x,y,z\n");
+  const float* p = positions.values.data();
+  for (std::size_t frame = 0; frame < positions.frames; ++frame)
+    for (std::size_t node = 0; node < positions.nodes; ++node, p += 3)
+      fmt::format_to(std::back_inserter(text), "{},{},{},{},{}\n", first_frame + frame, node, p[0],
+                     p[1], p[2]);
+  return fmt::to_string(text);
+}
+
+void frames(Context& context, const FramesOptions& options) {
+  v1::GetFramesRequest request;
+  request.set_session(options.session);
+  request.set_first_frame(options.first);
+  request.set_frame_count(options.count);
+  request.set_encoding(kEncodings.at(options.encoding));
+  request.set_final_only(options.final_only);
+  const auto frames = context.client().call(request, kLarge).frames();
+  v1::GetGeometryResponse geometry;
+  if (frames.encoding() == v1::ENCODING_COORDINATES) {
+    v1::GetGeometryRequest wanted;
+    wanted.set_session(options.session);
+    geometry = context.client().call(wanted, kLarge);
+  }
+  const auto positions = client::decode(frames, &geometry);
+  const bool numpy = options.out.ends_with(".npy");
+  client::write_bytes(options.out,
+                      numpy ? client::npy(positions) : csv(positions, frames.first_frame()));
+  if (context.json) return print_json(frames.result());
+  fmt::print("{}: {} frames x {} nodes x 3, revision {}{}\n", options.out, positions.frames,
+             positions.nodes, frames.result().revision(),
+             frames.result().converged() ? "" : " (not final)");
+}
+
+struct ExportOptions {
+  std::string session, out = ".", stem = "motion";
+  std::vector<std::string> formats;
+};
+
+void export_files(Context& context, const ExportOptions& options) {
+  const std::map<std::string, v1::ExportFormat> formats = {{"pvd", v1::EXPORT_FORMAT_PVD},
+                                                           {"pc2", v1::EXPORT_FORMAT_PC2},
+                                                           {"scene", v1::EXPORT_FORMAT_SCENE}};
+  std::set<std::string> written;
+  {
+    ProgressBar bar;
+    for (const auto& format : options.formats) {
+      std::uint32_t part = 0;
+      std::uint32_t count = 1;
+      for (; part < count; ++part) {
+        v1::ExportRequest request;
+        request.set_session(options.session);
+        request.set_format(formats.at(format));
+        request.set_stem(options.stem);
+        request.set_part(part);
+        const auto response = context.client().call(request, kLarge);
+        count = response.part_count();
+        for (const auto& file : response.files())
+          written.insert(client::write_exported(options.out, file).string());
+        bar.show("exporting " + format, count > 0 ? (part + 1.0) / count : 1.0);
+      }
+    }
+  }
+  if (context.json) {
+    for (const auto& file : written) {
+      v1::ExportedFile message;  // quotes the name as JSON wants it
+      message.set_name(file);
+      print_json(message);
+    }
+    return;
+  }
+  fmt::print("{} files in {}\n", written.size(), options.out);
+  for (const auto& file : written)
+    if (!file.ends_with(".vtu") || written.size() < 8) fmt::print("  {}\n", file);
+}
+
+struct WatchOptions {
+  std::string session;
+  std::uint64_t count = 0;
+  double silence_s = 0;
+};
+
+void print_result(const Context& context, const v1::ResultInfo& result, std::uint64_t missed) {
+  if (context.json) {
+    print_json(result);
+  } else {
+    fmt::print("{:>8}  {:>8}  {:<15}  {:>12.6g}  {:>10.3g}  {:>9.2f}{}\n", result.revision(),
+               result.sequence(), status_words(result.status()), result.total_energy(),
+               result.max_constraint_error(), result.since_edit_ms(),
+               missed > 0 ? fmt::format("  ({} missed)", missed) : "");
+  }
+  std::fflush(stdout);
+}
+
+void watch(Context& context, const WatchOptions& options) {
+  const auto info = context.client().call(v1::GetServerInfoRequest{});
+  client::Subscription stream(context.client(), info.stream_endpoint());
+  const std::string frames = client::frames_topic(options.session, v1::ENCODING_COORDINATES);
+  const std::string status = client::status_topic(options.session);
+  stream.subscribe(frames);
+  stream.subscribe(status);
+  v1::GetSessionRequest request;
+  request.set_session(options.session);
+  const auto snapshot = context.client().call(request).status();
+  if (!context.json)
+    fmt::print("{:>8}  {:>8}  {:<15}  {:>12}  {:>10}  {:>9}\n", "revision", "result", "status",
+               "energy", "error", "ms");
+  std::uint64_t shown = 0;
+  std::uint64_t newest = 0;
+  if (snapshot.has_result()) {
+    newest = snapshot.result().sequence();
+    print_result(context, snapshot.result(), 0);
+    ++shown;
+  }
+  auto heard = std::chrono::steady_clock::now();
+  while (options.count == 0 || shown < options.count) {
+    const auto event = stream.next(Milliseconds{200});
+    if (!event) {
+      if (options.silence_s > 0 &&
+          std::chrono::steady_clock::now() - heard > milliseconds(options.silence_s))
+        throw ClientError(v1::ERROR_CODE_TIMEOUT, "",
+                          fmt::format("no result for {} s", options.silence_s));
+      continue;
+    }
+    if (event->topic == status && event->message.status().state() == v1::SESSION_STATE_CLOSED) {
+      if (!context.json) fmt::print("session {} is closed\n", options.session);
+      return;
+    }
+    if (event->topic != frames || event->message.frames().result().sequence() <= newest) continue;
+    heard = std::chrono::steady_clock::now();
+    newest = event->message.frames().result().sequence();
+    print_result(context, event->message.frames().result(), event->missed);
+    ++shown;
+  }
+}
+
+}  // namespace
+
+void add_result_commands(CLI::App& app, Context& context) {
+  auto frame_options = std::make_shared<FramesOptions>();
+  auto* command = subcommand(
+      app, "frames", "Write positions of the newest result: .npy (frames x nodes x 3) or .csv",
+      "limber frames flower --out motion.npy\n"
+      "  limber frames flower --out part.csv --first 40 --count 10 --encoding quantised");
+  command->add_option("session", frame_options->session, "Session")->required();
+  command->add_option("-o,--out", frame_options->out, "File to write, .npy or .csv")
+      ->required()
+      ->check(CLI::Validator(
+          [](const std::string& name) {
+            return name.ends_with(".npy") || name.ends_with(".csv")
+                       ? std::string()
+                       : "a file ending in .npy or .csv";
+          },
+          "FILE"));
+  command
+      ->add_option("--encoding", frame_options->encoding,
+                   "What travels: coordinates, positions or quantised (16 bit)")
+      ->check(CLI::IsMember(kEncodings))
+      ->capture_default_str();
+  command->add_option("--first", frame_options->first, "First frame")->capture_default_str();
+  command->add_option("--count", frame_options->count, "Number of frames; 0: to the last")
+      ->capture_default_str();
+  command->add_flag("--final", frame_options->final_only, "Of the newest final result");
+  command->callback([&context, frame_options] { frames(context, *frame_options); });
+
+  auto export_options = std::make_shared<ExportOptions>();
+  command =
+      subcommand(app, "export",
+                 "Write files for ParaView (pvd), Blender (pc2), or the scene as edited (scene)",
+                 "limber export flower --format pvd pc2 --out motion");
+  command->add_option("session", export_options->session, "Session")->required();
+  command->add_option("--format", export_options->formats, "pvd, pc2, scene; several are possible")
+      ->required()
+      ->check(CLI::IsMember({"pvd", "pc2", "scene"}));
+  command->add_option("-o,--out", export_options->out, "Folder")->capture_default_str();
+  command->add_option("--stem", export_options->stem, "File name without its ending")
+      ->capture_default_str();
+  command->callback([&context, export_options] { export_files(context, *export_options); });
+
+  auto watch_options = std::make_shared<WatchOptions>();
+  command = subcommand(app, "watch",
+                       "Print results as they are published, until Ctrl-C or the session's end",
+                       "limber watch flower");
+  command->add_option("session", watch_options->session, "Session")->required();
+  command->add_option("--count", watch_options->count, "End after so many results; 0: never")
+      ->capture_default_str();
+  command
+      ->add_option("--silence", watch_options->silence_s,
+                   "End with exit code 4 after so many seconds without one; 0: never")
+      ->capture_default_str();
+  command->callback([&context, watch_options] { watch(context, *watch_options); });
+}
+
+}  // namespace limber::cli

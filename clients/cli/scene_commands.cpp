@@ -1,0 +1,186 @@
+// sample, validate, tetrahedralize, open: scenes before they are sessions.
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include "clients/cli/context.h"
+#include "clients/cli/print.h"
+#include "clients/cpp/scene_files.h"
+
+namespace limber::cli {
+namespace {
+
+using client::ClientError;
+using client::Milliseconds;
+
+/// Becomes limberd with these arguments: validation and tetrahedralisation need the engine, which
+/// clients do not link.
+void become_limberd(std::vector<std::string> arguments) {
+  arguments.insert(arguments.begin(), find_limberd());
+  std::vector<char*> argv;
+  for (auto& argument : arguments) argv.push_back(argument.data());
+  argv.push_back(nullptr);
+  std::fflush(nullptr);
+  execv(argv[0], argv.data());
+  throw ClientError(v1::ERROR_CODE_NOT_FOUND, "limberd",
+                    fmt::format("cannot run {}", arguments[0]));
+}
+
+void sample(Context& context, const std::string& name, const std::string& out) {
+  v1::GetSampleRequest request;
+  request.set_name(name);
+  const auto response = context.client().call(request, Milliseconds{60000});
+  if (name.empty()) {
+    if (context.json) return print_json(response);
+    for (const auto& known : response.names()) fmt::print("{}\n", known);
+    return;
+  }
+  if (out.empty()) return print_json(response.scene());
+  const auto path = client::save_scene(response.scene(), name, out);
+  fmt::print("{}\n",
+             context.json ? fmt::format(R"({{"file": "{}"}})", path.string()) : path.string());
+}
+
+struct OpenOptions {
+  std::string scene, sample, session;
+  bool no_wait = false;
+  double wait_s = 600;
+};
+
+/// Waits for a job and shows how far it is. @throws ClientError what the job failed with
+void follow(Context& context, std::uint64_t job, double wait_s) {
+  ProgressBar bar;
+  const auto deadline = std::chrono::steady_clock::now() + milliseconds(wait_s);
+  while (true) {
+    v1::GetJobRequest request;
+    request.set_job(job);
+    request.set_wait_s(0.2);
+    const auto status = context.client().call(request).status();
+    const std::string stage =
+        status.progress().stage().empty() ? status.kind() : status.progress().stage();
+    if (status.state() == v1::JOB_STATE_DONE) return bar.show(stage, 1);
+    if (status.state() == v1::JOB_STATE_FAILED || status.state() == v1::JOB_STATE_CANCELLED) {
+      if (status.has_error()) throw ClientError(status.error());
+      throw ClientError(v1::ERROR_CODE_CANCELLED, "",
+                        fmt::format("job {} ended without a result", job));
+    }
+    bar.show(stage, status.progress().fraction());
+    if (std::chrono::steady_clock::now() > deadline)
+      throw ClientError(v1::ERROR_CODE_TIMEOUT, "",
+                        fmt::format("job {} still runs after {} s", job, wait_s));
+  }
+}
+
+/// After Ctrl-C: the session that was being opened is closed, over a connection that ignores the
+/// interrupt.
+void close_quietly(const Context& context, const std::string& session) {
+  auto options = context.client_options();
+  options.interrupted = nullptr;
+  options.timeout = Milliseconds{5000};
+  try {
+    client::Client client(context.endpoint, options);
+    v1::CloseSessionRequest request;
+    request.set_session(session);
+    (void)client.call(request);
+    fmt::print(stderr, "limber: cancelled, session {} is closed\n", session);
+  } catch (const ClientError& error) {
+    fmt::print(stderr, "limber: session {} could not be closed: {}\n", session, error.what());
+  }
+}
+
+void open(Context& context, const OpenOptions& options) {
+  v1::OpenSessionRequest request;
+  request.set_session(options.session);
+  if (options.sample.empty()) {
+    *request.mutable_scene() = client::load_scene(options.scene);
+  } else {
+    v1::GetSampleRequest wanted;
+    wanted.set_name(options.sample);
+    *request.mutable_scene() = context.client().call(wanted, Milliseconds{60000}).scene();
+  }
+  const auto opened = context.client().call(request, Milliseconds{60000});
+  for (const auto& issue : opened.issues()) fmt::print(stderr, "{}\n", describe(issue));
+  if (!options.no_wait) {
+    try {
+      follow(context, opened.job(), options.wait_s);
+    } catch (const ClientError&) {
+      if (interrupted()) close_quietly(context, opened.session());
+      throw;
+    }
+  }
+  v1::GetSessionRequest status_request;
+  status_request.set_session(opened.session());
+  const auto status = context.client().call(status_request).status();
+  if (context.json) return print_json(status);
+  fmt::print("session {} ({}): {} tets, {} nodes, {} frames, {}\n", status.session(), status.name(),
+             status.tets(), status.nodes(), status.frames(), state_words(status.state()));
+  if (status.has_model())
+    fmt::print(
+        "model: {} modes, {} basis columns, {} cubature tets, error {:.2g} mean {:.2g} max, {:.2f} "
+        "s{}\n",
+        status.model().modes(), status.model().basis_size(), status.model().cubature_size(),
+        status.model().error_mean(), status.model().error_max(), status.model().build_s(),
+        status.model().from_cache() ? ", from the cache" : "");
+}
+
+}  // namespace
+
+void add_scene_commands(CLI::App& app, Context& context) {
+  auto name = std::make_shared<std::string>();
+  auto out = std::make_shared<std::string>();
+  auto* command =
+      subcommand(app, "sample", "Write a sample scene as a file; without a name, list the samples",
+                 "limber sample flower --out scenes");
+  command->add_option("name", *name, "beam, flower, bird or dino");
+  command->add_option("-o,--out", *out, "Folder for NAME.json (default: print it)");
+  command->callback([&context, name, out] { sample(context, *name, *out); });
+
+  auto scene = std::make_shared<std::string>();
+  command = subcommand(app, "validate",
+                       "Say what is wrong with a scene file, and where (needs no server)",
+                       "limber validate scene.json");
+  command->add_option("scene", *scene, "Scene file")->required()->check(CLI::ExistingFile);
+  command->callback([&context, scene] {
+    std::vector<std::string> arguments = {"validate", *scene};
+    if (context.json) arguments.emplace_back("--json");
+    become_limberd(arguments);
+  });
+
+  auto surface = std::make_shared<std::string>();
+  auto mesh = std::make_shared<std::string>("out.msh");
+  auto tets = std::make_shared<unsigned>(5000);
+  command = subcommand(app, "tetrahedralize",
+                       "Fill a closed triangle surface with tets (needs no server)",
+                       "limber tetrahedralize bunny.obj -o bunny.msh --tets 8000");
+  command->add_option("surface", *surface, ".obj, .ply or .stl")
+      ->required()
+      ->check(CLI::ExistingFile);
+  command->add_option("-o,--out", *mesh, "Mesh file to write")->capture_default_str();
+  command->add_option("--tets", *tets, "About how many tets")
+      ->check(CLI::Range(1U, 10000000U))
+      ->capture_default_str();
+  command->callback([surface, mesh, tets] {
+    become_limberd({"tetrahedralize", *surface, "-o", *mesh, "--tets", std::to_string(*tets)});
+  });
+
+  auto options = std::make_shared<OpenOptions>();
+  command =
+      subcommand(app, "open", "Open a scene as a session: upload it, build its model, solve it",
+                 "limber open scene.json --session robot\n  limber open --sample flower");
+  auto* file =
+      command->add_option("scene", options->scene, "Scene file (JSON); its mesh file is uploaded");
+  auto* known =
+      command->add_option("--sample", options->sample, "A sample scene instead")->excludes(file);
+  command->add_option("--session", options->session,
+                      "Name for the session (default: the server chooses)");
+  command->add_flag("--no-wait", options->no_wait, "Return while the model is still being built");
+  command->add_option("--wait", options->wait_s, "Seconds to wait for it")
+      ->check(CLI::Range(0.1, 1e6))
+      ->capture_default_str();
+  command->callback([&context, options, file, known] {
+    if (file->count() + known->count() != 1) throw CLI::RequiredError("a scene file or --sample");
+    open(context, *options);
+  });
+}
+
+}  // namespace limber::cli

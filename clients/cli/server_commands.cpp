@@ -1,0 +1,211 @@
+// start, stop, info, jobs: the server itself.
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <thread>
+
+#include "clients/cli/context.h"
+#include "clients/cli/print.h"
+
+namespace limber::cli {
+namespace {
+
+namespace fs = std::filesystem;
+using client::ClientError;
+using client::Milliseconds;
+
+struct StartOptions {
+  std::string stream, log;
+  double wait_s = 20;
+  std::vector<std::string> more;
+};
+
+/// The stream beside the requests: the next port, or the path with .stream behind it.
+std::string stream_beside(const std::string& endpoint) {
+  const auto colon = endpoint.rfind(':');
+  if (endpoint.starts_with("tcp://") && colon > 5) {
+    const std::string port = endpoint.substr(colon + 1);
+    if (!port.empty() && port.find_first_not_of("0123456789") == std::string::npos &&
+        port.size() <= 5)
+      return endpoint.substr(0, colon + 1) + std::to_string(std::stoi(port) + 1);
+  }
+  if (endpoint.starts_with("ipc://")) return endpoint + ".stream";
+  throw ClientError(
+      v1::ERROR_CODE_INVALID_ARGUMENT, "endpoint",
+      "to start a server, the endpoint is tcp://HOST:PORT or ipc://PATH, not '" + endpoint + "'");
+}
+
+std::string default_log() {
+  const char* state = std::getenv("XDG_STATE_HOME");
+  const char* home = std::getenv("HOME");
+  fs::path folder = state != nullptr && *state != 0 ? fs::path(state)
+                    : home != nullptr && *home != 0 ? fs::path(home) / ".local" / "state"
+                                                    : fs::temp_directory_path();
+  folder /= "limber";
+  std::error_code ignored;
+  fs::create_directories(folder, ignored);
+  return (folder / "limberd.log").string();
+}
+
+/// Starts a program in a session of its own, its output appended to a file.
+pid_t spawn(const std::vector<std::string>& arguments, const std::string& log) {
+  const int out = open(log.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0644);
+  if (out < 0) throw ClientError(v1::ERROR_CODE_IO, "log", "cannot write " + log);
+  std::vector<char*> argv;
+  for (const auto& argument : arguments) argv.push_back(const_cast<char*>(argument.c_str()));
+  argv.push_back(nullptr);
+  const pid_t child = fork();
+  if (child == 0) {
+    setsid();
+    const int nothing = open("/dev/null", O_RDONLY);
+    dup2(nothing, STDIN_FILENO);
+    dup2(out, STDOUT_FILENO);
+    dup2(out, STDERR_FILENO);
+    execv(argv[0], argv.data());
+    _exit(127);
+  }
+  close(out);
+  if (child < 0) throw ClientError(v1::ERROR_CODE_IO, "limberd", "cannot start another process");
+  return child;
+}
+
+bool answers(const Context& context, Milliseconds patience, v1::GetServerInfoResponse& info) {
+  auto options = context.client_options();
+  options.timeout = patience;
+  client::Client client(context.endpoint, options);
+  try {
+    info = client::greet(client);
+    return true;
+  } catch (const client::Unreachable&) {
+    return false;
+  }
+}
+
+void print_started(const Context& context, const v1::GetServerInfoResponse& info, const char* how) {
+  if (context.json)
+    print_json(info);
+  else
+    fmt::print("limberd {} {} at {}, stream at {}\n", info.server_version(), how, context.endpoint,
+               info.stream_endpoint());
+}
+
+void start(Context& context, const StartOptions& options) {
+  v1::GetServerInfoResponse info;
+  if (answers(context, Milliseconds{300}, info))
+    return print_started(context, info, "already runs");
+  const std::string log = options.log.empty() ? default_log() : options.log;
+  std::vector<std::string> arguments = {
+      find_limberd(), "--bind", context.endpoint, "--stream",
+      options.stream.empty() ? stream_beside(context.endpoint) : options.stream};
+  arguments.insert(arguments.end(), options.more.begin(), options.more.end());
+  const pid_t child = spawn(arguments, log);
+  const auto deadline = std::chrono::steady_clock::now() + milliseconds(options.wait_s);
+  while (!answers(context, Milliseconds{200}, info)) {
+    int status = 0;
+    if (waitpid(child, &status, WNOHANG) == child)
+      throw ClientError(v1::ERROR_CODE_FAILED_PRECONDITION, "limberd",
+                        "limberd did not start; see " + log);
+    if (std::chrono::steady_clock::now() > deadline)
+      throw client::Unreachable(
+          fmt::format("limberd (process {}) does not answer; see {}", child, log));
+  }
+  print_started(context, info, "started");
+}
+
+void stop(Context& context, double wait_s) {
+  (void)context.client().call(v1::ShutdownRequest{});
+  v1::GetServerInfoResponse info;
+  const auto deadline = std::chrono::steady_clock::now() + milliseconds(wait_s);
+  while (true) {
+    try {
+      if (!answers(context, Milliseconds{200}, info)) break;
+    } catch (const ClientError& error) {
+      if (error.code() != v1::ERROR_CODE_SHUTTING_DOWN) throw;
+      std::this_thread::sleep_for(Milliseconds{50});
+    }
+    if (std::chrono::steady_clock::now() > deadline)
+      throw ClientError(v1::ERROR_CODE_TIMEOUT, "", "limberd still answers");
+  }
+  if (context.json)
+    print_json(v1::ShutdownResponse{});
+  else
+    fmt::print("limberd at {} has stopped\n", context.endpoint);
+}
+
+void info(Context& context) {
+  const auto info = context.client().call(v1::GetServerInfoRequest{});
+  if (context.json) return print_json(info);
+  std::string versions;
+  for (const auto version : info.protocol_versions()) versions += fmt::format(" {}", version);
+  fmt::print("limberd {}, protocol{}, up {:.0f} s\nrequests  {}\nstream    {}\n",
+             info.server_version(), versions, info.uptime_s(), context.endpoint,
+             info.stream_endpoint());
+  const auto& limits = info.limits();
+  Table table({"limit", "value"});
+  table.add({"bytes of a message", std::to_string(limits.message_bytes())});
+  table.add({"sessions", std::to_string(limits.sessions())});
+  table.add({"tets of a mesh", std::to_string(limits.mesh_tets())});
+  table.add({"frames", std::to_string(limits.frames())});
+  table.add({"constraints", std::to_string(limits.constraints())});
+  table.add({"jobs", std::to_string(limits.jobs())});
+  table.add({"bytes of a session", std::to_string(limits.session_bytes())});
+  fmt::print("\n{}", table.text());
+  if (info.counters().empty()) return;
+  Table counters({"counter", "value"});
+  for (const auto& [name, value] :
+       std::map<std::string, std::uint64_t>(info.counters().begin(), info.counters().end()))
+    counters.add({name, std::to_string(value)});
+  fmt::print("\n{}", counters.text());
+}
+
+void jobs(Context& context) {
+  const auto response = context.client().call(v1::ListJobsRequest{});
+  if (context.json) return print_json(response);
+  Table table({"job", "kind", "session", "state", "stage", "done", "seconds"});
+  for (const auto& job : response.jobs())
+    table.add({std::to_string(job.job()), job.kind(), job.session(),
+               words(v1::JobState_Name(job.state()), "JOB_STATE_"), job.progress().stage(),
+               fmt::format("{:.0f} %", 100 * job.progress().fraction()),
+               fmt::format("{:.1f}", job.elapsed_s())});
+  fmt::print("{}", table.text());
+}
+
+}  // namespace
+
+void add_server_commands(CLI::App& app, Context& context) {
+  auto start_options = std::make_shared<StartOptions>();
+  auto* command = subcommand(
+      app, "start", "Start limberd in the background unless one answers; wait until it is ready",
+      "limber start --log /var/log/limberd.log -- --log-level debug");
+  command->add_option("--stream", start_options->stream,
+                      "Endpoint of the stream (default: beside the requests)");
+  command->add_option("--log", start_options->log,
+                      "File for what limberd prints (default: in ~/.local/state/limber)");
+  command->add_option("--wait", start_options->wait_s, "Seconds to wait until it is ready")
+      ->check(CLI::Range(0.1, 3600.0))
+      ->capture_default_str();
+  command->add_option("limberd_options", start_options->more,
+                      "After --: options handed to limberd");
+  command->callback([&context, start_options] { start(context, *start_options); });
+
+  auto wait_s = std::make_shared<double>(20);
+  command = subcommand(app, "stop", "Ask limberd to end, and wait until it has", "limber stop");
+  command->add_option("--wait", *wait_s, "Seconds to wait for its end")
+      ->check(CLI::Range(0.1, 3600.0))
+      ->capture_default_str();
+  command->callback([&context, wait_s] { stop(context, *wait_s); });
+
+  command = subcommand(app, "info", "Version, limits and counters of the server",
+                       "limber info --json | jq .counters");
+  command->callback([&context] { info(context); });
+
+  command = subcommand(app, "jobs", "Builds and solves, running and recent", "limber jobs");
+  command->callback([&context] { jobs(context); });
+}
+
+}  // namespace limber::cli

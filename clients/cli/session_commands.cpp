@@ -1,0 +1,148 @@
+// list, show, wait, close, cancel, cold: sessions.
+
+#include <fmt/format.h>
+
+#include "clients/cli/context.h"
+#include "clients/cli/print.h"
+
+namespace limber::cli {
+namespace {
+
+using client::Milliseconds;
+
+std::string model_words(const v1::ModelInfo& model) {
+  return fmt::format("{} modes, {} basis columns, {} cubature tets, error {:.2g} mean {:.2g} max{}",
+                     model.modes(), model.basis_size(), model.cubature_size(), model.error_mean(),
+                     model.error_max(), model.met_tolerance() ? "" : ", tolerance NOT met");
+}
+
+void list(Context& context) {
+  const auto response = context.client().call(v1::ListSessionsRequest{});
+  if (context.json) return print_json(response);
+  Table table({"session", "name", "state", "tets", "frames", "constraints", "revision", "solved",
+               "energy"});
+  for (const auto& s : response.sessions()) {
+    const std::string solved = s.has_result() ? fmt::format("{}{}", s.result().revision(),
+                                                            s.result().converged() ? "" : "+")
+                                              : "-";
+    const std::string energy =
+        s.has_result() ? fmt::format("{:.4g}", s.result().total_energy()) : "-";
+    table.add({s.session(), s.name(), state_words(s.state()), std::to_string(s.tets()),
+               std::to_string(s.frames()), std::to_string(s.constraints()),
+               std::to_string(s.revision()), solved, energy});
+  }
+  fmt::print("{}", table.text());
+}
+
+void show(Context& context, const std::string& session) {
+  v1::GetSessionRequest request;
+  request.set_session(session);
+  request.set_with_scene(true);
+  const auto response = context.client().call(request);
+  if (context.json) return print_json(response);
+  const auto& status = response.status();
+  fmt::print("session {} ({}), {}{}{}\n{} nodes, {} tets, {} frames, {} constraints, revision {}\n",
+             status.session(), status.name(), state_words(status.state()),
+             status.message().empty() ? "" : ": ", status.message(), status.nodes(), status.tets(),
+             status.frames(), status.constraints(), status.revision());
+  if (status.state() == v1::SESSION_STATE_BUILDING)
+    fmt::print("{}: {:.0f} %\n", status.progress().stage(), 100 * status.progress().fraction());
+  if (status.has_model()) fmt::print("model: {}\n", model_words(status.model()));
+  fmt::print("ends: {} / {}\n",
+             words(v1::EndCondition_Name(response.scene().first_end()), "END_CONDITION_"),
+             words(v1::EndCondition_Name(response.scene().last_end()), "END_CONDITION_"));
+  if (status.has_result()) fmt::print("\n{}", describe(status.result()));
+  if (response.scene().constraints().empty()) return;
+  Table table(constraint_heading());
+  for (const auto& constraint : response.scene().constraints()) table.add(row(constraint));
+  fmt::print("\n{}", table.text());
+}
+
+struct WaitOptions {
+  std::string session;
+  std::string until = "final";
+  std::optional<std::uint64_t> revision;
+  double wait_s = 60;
+};
+
+void wait(Context& context, const WaitOptions& options) {
+  v1::WaitRequest request;
+  request.set_session(options.session);
+  if (options.revision) {
+    request.set_revision(*options.revision);
+  } else {
+    v1::GetSessionRequest newest;
+    newest.set_session(options.session);
+    request.set_revision(context.client().call(newest).status().revision());
+  }
+  request.set_until(options.until == "first" ? v1::WaitRequest::UNTIL_FIRST
+                                             : v1::WaitRequest::UNTIL_FINAL);
+  request.set_timeout_s(options.wait_s);
+  const auto patience = milliseconds(options.wait_s) + context.client().options().timeout;
+  const auto response = context.client().call(request, patience);
+  if (context.json) return print_json(response.result());
+  fmt::print("{}", describe(response.result()));
+}
+
+/// A subcommand that takes a session and does one thing to it.
+template <class Act>
+void add_act(CLI::App& app, const std::string& name, const std::string& description,
+             const Act& act) {
+  auto session = std::make_shared<std::string>();
+  auto* command = subcommand(app, name, description, "limber " + name + " flower");
+  command->add_option("session", *session, "Session")->required();
+  command->callback([session, act] { act(*session); });
+}
+
+}  // namespace
+
+void add_session_commands(CLI::App& app, Context& context) {
+  auto* command = subcommand(app, "list", "Sessions of the server", "limber list");
+  command->callback([&context] { list(context); });
+
+  add_act(app, "show", "A session: state, model, newest result, constraints",
+          [&context](const std::string& session) { show(context, session); });
+
+  auto options = std::make_shared<WaitOptions>();
+  command = subcommand(app, "wait", "Wait for a result that contains a revision, and print it",
+                       "limber wait flower --revision 3 --until first");
+  command->add_option("session", options->session, "Session")->required();
+  command->add_option("--revision", options->revision, "Revision (default: the newest)");
+  command
+      ->add_option("--until", options->until,
+                   "first: any result that contains it; final: the converged one")
+      ->check(CLI::IsMember({"first", "final"}))
+      ->capture_default_str();
+  command->add_option("--wait", options->wait_s, "Seconds to wait; exit code 4 after that")
+      ->check(CLI::Range(0.001, 1e6))
+      ->capture_default_str();
+  command->callback([&context, options] { wait(context, *options); });
+
+  add_act(app, "close", "End a session, for every client", [&context](const std::string& session) {
+    v1::CloseSessionRequest request;
+    request.set_session(session);
+    const auto response = context.client().call(request, Milliseconds{60000});
+    if (context.json) return print_json(response);
+    fmt::print("session {} is closed\n", session);
+  });
+
+  add_act(app, "cancel", "Stop a running build or solve; the newest result stays",
+          [&context](const std::string& session) {
+            v1::CancelRequest request;
+            request.set_session(session);
+            const auto response = context.client().call(request);
+            if (context.json) return print_json(response);
+            fmt::print("cancelled\n");
+          });
+
+  add_act(app, "cold", "Solve the session's problem again from its base motion",
+          [&context](const std::string& session) {
+            v1::SolveColdRequest request;
+            request.set_session(session);
+            const auto response = context.client().call(request);
+            if (context.json) return print_json(response);
+            fmt::print("job {}\n", response.job());
+          });
+}
+
+}  // namespace limber::cli

@@ -1,0 +1,160 @@
+#include "clients/cpp/client.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace limber::client {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+constexpr Milliseconds kSlice{100};
+
+ClientError invalid(const std::string& field, const std::string& message) {
+  return {v1::ERROR_CODE_INVALID_ARGUMENT, field, message};
+}
+
+Milliseconds left_until(Clock::time_point deadline) {
+  return std::max(Milliseconds{0}, std::chrono::ceil<Milliseconds>(deadline - Clock::now()));
+}
+
+}  // namespace
+
+void ClientOptions::validate() const {
+  if (timeout <= Milliseconds{0})
+    throw invalid("timeout", "timeout must be > 0 ms, is " + std::to_string(timeout.count()));
+  if (!keys) return;
+  for (const auto& [name, key] :
+       {std::pair{"server", &keys->server}, std::pair{"public_key", &keys->public_key},
+        std::pair{"secret_key", &keys->secret_key}}) {
+    if (key->size() != 40)
+      throw invalid(
+          std::string("keys.") + name,
+          "a CURVE key is Z85 text of 40 characters, this one has " + std::to_string(key->size()));
+  }
+}
+
+Client::Client(std::string endpoint, ClientOptions options)
+    : endpoint_(std::move(endpoint)), options_(std::move(options)) {
+  options_.validate();
+  open_socket();
+}
+
+void Client::configure(zmq::socket_t& socket) const {
+  socket.set(zmq::sockopt::linger, 0);
+  socket.set(zmq::sockopt::heartbeat_ivl, 2000);
+  socket.set(zmq::sockopt::heartbeat_timeout, 10000);
+  socket.set(zmq::sockopt::reconnect_ivl, 50);
+  socket.set(zmq::sockopt::reconnect_ivl_max, 2000);
+  if (options_.keys) {
+    socket.set(zmq::sockopt::curve_serverkey, options_.keys->server);
+    socket.set(zmq::sockopt::curve_publickey, options_.keys->public_key);
+    socket.set(zmq::sockopt::curve_secretkey, options_.keys->secret_key);
+  }
+}
+
+void Client::open_socket() {
+  try {
+    zmq::socket_t socket(context_, ZMQ_DEALER);
+    configure(socket);
+    socket.connect(endpoint_);
+    socket_ = std::move(socket);
+  } catch (const zmq::error_t& error) {
+    throw invalid("endpoint", "cannot connect to '" + endpoint_ + "': " + error.what());
+  }
+}
+
+std::uint64_t Client::send(v1::Request& request) {
+  request.set_version(kProtocolVersion);
+  request.set_id(++last_id_);
+  std::string bytes;
+  if (!request.SerializeToString(&bytes))
+    throw ClientError(v1::ERROR_CODE_LIMIT_EXCEEDED, "",
+                      "a request of 2 GiB or more cannot be sent");
+  // A full queue means a silent server: then the deadline of the request says so.
+  (void)socket_.send(zmq::buffer(bytes), zmq::send_flags::dontwait);
+  pending_.emplace(request.id(), std::nullopt);
+  return request.id();
+}
+
+void Client::abandon(std::uint64_t id) { pending_.erase(id); }
+
+void Client::refuse_kind(const char* what) {
+  throw ClientError(v1::ERROR_CODE_MALFORMED, "",
+                    std::string("the answer to ") + what + " is of another kind");
+}
+
+bool Client::wait_readable(zmq::socket_t& socket, Milliseconds timeout) const {
+  const auto deadline = Clock::now() + timeout;
+  zmq::pollitem_t item{socket.handle(), 0, ZMQ_POLLIN, 0};
+  while (true) {
+    if (options_.interrupted && options_.interrupted())
+      throw ClientError(v1::ERROR_CODE_CANCELLED, "", "interrupted");
+    const auto left = left_until(deadline);
+    try {
+      if (zmq::poll(&item, 1, std::min(left, kSlice)) > 0) return true;
+    } catch (const zmq::error_t& error) {
+      if (error.num() != EINTR) throw;
+    }
+    if (left <= Milliseconds{0}) return false;
+  }
+}
+
+v1::Reply Client::receive(std::uint64_t id, Milliseconds timeout, const char* what) {
+  const auto known = pending_.find(id);
+  if (known == pending_.end())
+    throw ClientError(v1::ERROR_CODE_NOT_FOUND, "id",
+                      "no request " + std::to_string(id) + " is in flight");
+  const auto deadline = Clock::now() + timeout;
+  const std::uint64_t heard_before = heard_;
+  reopened_ = false;
+  while (!known->second) {
+    bool readable = false;
+    try {
+      readable = wait_readable(socket_, left_until(deadline));
+    } catch (...) {
+      abandon(id);
+      throw;
+    }
+    if (!readable) {
+      abandon(id);
+      // Requests still in flight would be lost with the socket.
+      if (heard_ == heard_before && pending_.empty()) {
+        open_socket();
+        reopened_ = true;
+      }
+      throw Unreachable("no answer from " + endpoint_ + " to " + what + " within " +
+                        std::to_string(timeout.count()) + " ms");
+    }
+    zmq::message_t message;
+    bool more = true;
+    while (more) {  // the envelope may bring an empty delimiter: the last part counts
+      if (!socket_.recv(message, zmq::recv_flags::dontwait)) break;
+      more = message.more();
+    }
+    v1::Reply reply;
+    if (more || !reply.ParseFromArray(message.data(), static_cast<int>(message.size()))) continue;
+    ++heard_;
+    const auto waiting = pending_.find(reply.id());
+    if (waiting != pending_.end()) waiting->second = std::move(reply);
+  }
+  v1::Reply reply = std::move(*known->second);
+  pending_.erase(known);
+  if (reply.has_error()) throw ClientError(reply.error());
+  return reply;
+}
+
+v1::GetServerInfoResponse greet(Client& client, std::optional<Milliseconds> timeout) {
+  auto info = client.call(v1::GetServerInfoRequest{}, timeout);
+  const auto& spoken = info.protocol_versions();
+  if (std::find(spoken.begin(), spoken.end(), kProtocolVersion) == spoken.end()) {
+    std::string list;
+    for (const auto version : spoken) list += (list.empty() ? "" : ", ") + std::to_string(version);
+    throw ClientError(v1::ERROR_CODE_UNSUPPORTED, "version",
+                      "limberd " + info.server_version() + " speaks protocol " + list +
+                          ", this client " + std::to_string(kProtocolVersion));
+  }
+  return info;
+}
+
+}  // namespace limber::client

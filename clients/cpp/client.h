@@ -1,0 +1,118 @@
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <optional>
+#include <string>
+#include <zmq.hpp>
+
+#include "clients/cpp/error.h"
+#include "clients/cpp/rpc.h"
+
+namespace limber::client {
+
+using Milliseconds = std::chrono::milliseconds;
+
+/// CURVE, as Z85 text of 40 characters each: the server's public key and this client's pair.
+struct CurveKeys {
+  std::string server;
+  std::string public_key;
+  std::string secret_key;
+};
+
+struct ClientOptions {
+  Milliseconds timeout{10000};  // > 0: for answers to requests that wait for nothing themselves
+  std::optional<CurveKeys> keys;
+  /// Asked about ten times a second while waiting; true ends the wait with CANCELLED.
+  std::function<bool()> interrupted;
+
+  void validate() const;
+};
+
+inline constexpr std::uint32_t kProtocolVersion = 1;
+inline constexpr const char* kDefaultEndpoint = "tcp://127.0.0.1:7801";
+
+/// Requests to one limberd over a DEALER socket. Any number may be in flight; replies are matched
+/// by id, in any order. For one thread at a time.
+///
+/// Lazy Pirate (zguide, chapter 4): a request has a deadline. If it passes and the server was
+/// silent meanwhile, the socket is closed and opened again, so that nothing queued for a dead
+/// server reaches the next one, and a request that may be repeated is sent once more.
+class Client {
+ public:
+  /// Connects; nothing is sent. @throws ClientError INVALID_ARGUMENT for a malformed endpoint,
+  /// options or keys
+  explicit Client(std::string endpoint = kDefaultEndpoint, ClientOptions options = {});
+  Client(const Client&) = delete;
+  Client& operator=(const Client&) = delete;
+
+  /// One request, one response. @throws ClientError what the server says; Unreachable if it says
+  /// nothing
+  template <class RequestBody>
+  typename Rpc<RequestBody>::Response call(const RequestBody& body,
+                                           std::optional<Milliseconds> timeout = {}) {
+    for (bool again = Rpc<RequestBody>::kRepeatable;; again = false) {
+      const std::uint64_t id = submit(body);
+      try {
+        return collect<RequestBody>(id, timeout);
+      } catch (const Unreachable&) {
+        if (!again || !reopened_) throw;
+      }
+    }
+  }
+
+  /// Sends a request and returns its id at once; collect() its answer later, in any order.
+  template <class RequestBody>
+  std::uint64_t submit(const RequestBody& body) {
+    v1::Request request;
+    Rpc<RequestBody>::put(request, body);
+    return send(request);
+  }
+
+  /// The answer to a submitted request. @throws as call(); the request is forgotten then
+  template <class RequestBody>
+  typename Rpc<RequestBody>::Response collect(std::uint64_t id,
+                                              std::optional<Milliseconds> timeout = {}) {
+    v1::Reply reply = receive(id, timeout.value_or(options_.timeout), Rpc<RequestBody>::kName);
+    if (!Rpc<RequestBody>::is(reply)) refuse_kind(Rpc<RequestBody>::kName);
+    return Rpc<RequestBody>::take(reply);
+  }
+
+  /// Forgets a submitted request; its answer will be dropped.
+  void abandon(std::uint64_t id);
+
+  [[nodiscard]] const std::string& endpoint() const { return endpoint_; }
+  [[nodiscard]] const ClientOptions& options() const { return options_; }
+  [[nodiscard]] zmq::context_t& context() { return context_; }
+
+  /// Waits until the socket can be read, in slices that notice an interruption. False once the time
+  /// is over.
+  /// @throws ClientError CANCELLED if interrupted
+  bool wait_readable(zmq::socket_t& socket, Milliseconds timeout) const;
+  /// What every socket of a client has in common.
+  void configure(zmq::socket_t& socket) const;
+
+ private:
+  std::uint64_t send(v1::Request& request);
+  v1::Reply receive(std::uint64_t id, Milliseconds timeout, const char* what);
+  [[noreturn]] static void refuse_kind(const char* what);
+  void open_socket();
+
+  std::string endpoint_;
+  ClientOptions options_;
+  zmq::context_t context_;
+  zmq::socket_t socket_;
+  std::uint64_t last_id_ = 0;
+  std::map<std::uint64_t, std::optional<v1::Reply>> pending_;  // submitted and not collected yet
+  std::uint64_t heard_ = 0;                                    // messages received so far
+  bool reopened_ = false;                                      // by the newest deadline that passed
+};
+
+/// Starts with GetServerInfo: who is there, and does it speak our protocol?
+/// @throws Unreachable; ClientError UNSUPPORTED for another protocol
+[[nodiscard]] v1::GetServerInfoResponse greet(Client& client,
+                                              std::optional<Milliseconds> timeout = {});
+
+}  // namespace limber::client

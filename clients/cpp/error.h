@@ -1,0 +1,38 @@
+#pragma once
+
+#include <map>
+#include <stdexcept>
+#include <string>
+
+#include "limber/v1/common.pb.h"
+
+namespace limber::client {
+
+/// A refused request, or one that this client refuses to send.
+class ClientError : public std::runtime_error {
+ public:
+  ClientError(v1::ErrorCode code, std::string field, const std::string& message,
+              std::map<std::string, std::string> details = {});
+  explicit ClientError(const v1::Error& error);
+
+  [[nodiscard]] v1::ErrorCode code() const { return code_; }
+  /// "OUT_OF_RANGE" for ERROR_CODE_OUT_OF_RANGE.
+  [[nodiscard]] std::string code_name() const;
+  /// Path of the offending field in the request, e.g. "edits[0].add.constraint.frame"; empty if
+  /// none applies.
+  [[nodiscard]] const std::string& field() const { return field_; }
+  [[nodiscard]] const std::map<std::string, std::string>& details() const { return details_; }
+
+ private:
+  v1::ErrorCode code_;
+  std::string field_;
+  std::map<std::string, std::string> details_;
+};
+
+/// Nothing answers at the endpoint, or the answer did not come in time. Code TIMEOUT.
+class Unreachable : public ClientError {
+ public:
+  explicit Unreachable(const std::string& message);
+};
+
+}  // namespace limber::client

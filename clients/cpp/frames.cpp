@@ -1,0 +1,106 @@
+#include "clients/cpp/frames.h"
+
+#include <bit>
+#include <cstdint>
+#include <cstring>
+
+#include "clients/cpp/error.h"
+
+namespace limber::client {
+namespace {
+
+static_assert(std::endian::native == std::endian::little,
+              "the wire's numbers are used as they are");
+
+ClientError malformed(const std::string& message) {
+  return {v1::ERROR_CODE_MALFORMED, "", message};
+}
+
+/// The numbers of an array, checked against its shape.
+template <class Number>
+std::vector<Number> numbers(const v1::Array& array, v1::DataType type, int dimensions,
+                            const std::string& what) {
+  if (array.type() != type || array.shape_size() != dimensions)
+    throw malformed(what + " are not of the type and dimension expected");
+  std::size_t count = 1;
+  for (const auto extent : array.shape()) {
+    // Lengths come from bytes received, so no count beyond their number makes sense.
+    if (extent > array.data().size()) throw malformed(what + " are shorter than their shape says");
+    count *= extent;
+    if (count > array.data().size()) throw malformed(what + " are shorter than their shape says");
+  }
+  if (count * sizeof(Number) != array.data().size())
+    throw malformed(what + " do not have the length of their shape");
+  std::vector<Number> values(count);
+  if (count > 0) std::memcpy(values.data(), array.data().data(), array.data().size());
+  return values;
+}
+
+Positions from_coordinates(const v1::Frames& frames, const v1::GetGeometryResponse* geometry) {
+  if (geometry == nullptr || geometry->basis_hash() != frames.basis_hash())
+    throw ClientError(v1::ERROR_CODE_FAILED_PRECONDITION, "basis_hash",
+                      "these coordinates belong to another basis");
+  const auto rest = numbers<float>(geometry->rest(), v1::DATA_TYPE_FLOAT32, 2, "rest positions");
+  const auto basis = numbers<float>(geometry->basis(), v1::DATA_TYPE_FLOAT32, 3, "basis columns");
+  const auto coordinates = numbers<float>(frames.data(), v1::DATA_TYPE_FLOAT32, 2, "coordinates");
+  const auto frame_count = static_cast<std::size_t>(frames.data().shape(0));
+  const auto size = static_cast<std::size_t>(frames.data().shape(1));
+  const std::size_t dofs = rest.size();
+  if (geometry->rest().shape(1) != 3 || basis.size() != dofs * size)
+    throw malformed("coordinates, basis and rest shape do not fit each other");
+  Positions positions{frame_count, dofs / 3, std::vector<float>(frame_count * dofs)};
+  for (std::size_t frame = 0; frame < frame_count; ++frame) {
+    const float* q = coordinates.data() + frame * size;
+    for (std::size_t dof = 0; dof < dofs; ++dof) {
+      const float* row = basis.data() + dof * size;
+      double sum = rest[dof];
+      for (std::size_t k = 0; k < size; ++k) sum += static_cast<double>(row[k]) * q[k];
+      positions.values[frame * dofs + dof] = static_cast<float>(sum);
+    }
+  }
+  return positions;
+}
+
+Positions from_quantised(const v1::Frames& frames) {
+  const auto data =
+      numbers<std::uint16_t>(frames.data(), v1::DATA_TYPE_UINT16, 3, "quantised positions");
+  const double origin[3] = {frames.origin().x(), frames.origin().y(), frames.origin().z()};
+  const double extent[3] = {frames.extent().x(), frames.extent().y(), frames.extent().z()};
+  Positions positions{frames.data().shape(0), frames.data().shape(1),
+                      std::vector<float>(data.size())};
+  for (std::size_t i = 0; i < data.size(); ++i)
+    positions.values[i] = static_cast<float>(origin[i % 3] + data[i] * (extent[i % 3] / 65535.0));
+  return positions;
+}
+
+}  // namespace
+
+Positions decode(const v1::Frames& frames, const v1::GetGeometryResponse* geometry) {
+  if (frames.encoding() == v1::ENCODING_COORDINATES) return from_coordinates(frames, geometry);
+  const auto& shape = frames.data().shape();
+  if (shape.size() != 3 || shape[2] != 3) throw malformed("positions are not frames x nodes x 3");
+  if (frames.encoding() == v1::ENCODING_POSITIONS_QUANTISED) return from_quantised(frames);
+  if (frames.encoding() != v1::ENCODING_POSITIONS)
+    throw ClientError(v1::ERROR_CODE_UNSUPPORTED, "encoding",
+                      "frames in the unknown encoding " + std::to_string(frames.encoding()));
+  return {shape[0], shape[1], numbers<float>(frames.data(), v1::DATA_TYPE_FLOAT32, 3, "positions")};
+}
+
+std::string npy(const Positions& positions) {
+  std::string header = "{'descr': '<f4', 'fortran_order': False, 'shape': (" +
+                       std::to_string(positions.frames) + ", " + std::to_string(positions.nodes) +
+                       ", 3), }";
+  // The numbers start at a multiple of 64 bytes: 10 bytes of magic, version and length, the header,
+  // a line feed.
+  header.append(64 - (10 + header.size() + 1) % 64, ' ');
+  header += '\n';
+  std::string bytes = "\x93NUMPY";
+  bytes += {'\x01', '\x00', static_cast<char>(header.size() & 0xff),
+            static_cast<char>(header.size() >> 8)};
+  bytes += header;
+  bytes.append(reinterpret_cast<const char*>(positions.values.data()),
+               positions.values.size() * sizeof(float));
+  return bytes;
+}
+
+}  // namespace limber::client

@@ -1,0 +1,27 @@
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include "limber/v1/service.pb.h"
+
+namespace limber::client {
+
+/// Positions, frames x nodes x 3, row by row [length unit].
+struct Positions {
+  std::size_t frames = 0;
+  std::size_t nodes = 0;
+  std::vector<float> values;
+};
+
+/// Frames of any encoding as positions. `geometry` is needed for coordinates: rest + basis .
+/// coordinates.
+/// @throws ClientError MALFORMED for shapes and lengths that do not fit, FAILED_PRECONDITION for
+/// another basis
+[[nodiscard]] Positions decode(const v1::Frames& frames, const v1::GetGeometryResponse* geometry);
+
+/// Bytes of a NumPy .npy file, version 1.0: float32, C order, frames x nodes x 3.
+[[nodiscard]] std::string npy(const Positions& positions);
+
+}  // namespace limber::client
