@@ -71,4 +71,22 @@ template <int kAxis, class V>
   }
 }
 
+/// out[9] = g(y) - g'(0) y, the part of second and higher order, without cancellation: (sine - 1) W
+/// + cosine W^2 + (R - I) s.
+template <class V>
+[[gnu::always_inline]] inline void rs_remainder_entries(const V* y, V* out) {
+  using T = rotations::detail::Scalar<V>;
+  auto k = rotations::exponential_coefficients<V>(y[0] * y[0] + y[1] * y[1] + y[2] * y[2]);
+  V rotation[9];
+  rotations::exponential_entries<V>(k, y, rotation);
+  k.sine -= T(1);
+  rotations::exponential_entries<V>(k, y, out);
+  for (int j = 0; j < 3; ++j) {
+    const V &s0 = y[kStrainEntry[0][j]], &s1 = y[kStrainEntry[1][j]], &s2 = y[kStrainEntry[2][j]];
+    for (int i = 0; i < 3; ++i) {
+      out[3 * j + i] += rotation[i] * s0 + rotation[3 + i] * s1 + rotation[6 + i] * s2;
+    }
+  }
+}
+
 }  // namespace limber::reduced

@@ -1,0 +1,170 @@
+#include "engine/reduced/fitted_cubature.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <Eigen/QR>
+#include <algorithm>
+
+#include "engine/base/parallel.h"
+#include "engine/reduced/rs_coordinates.h"
+#include "engine/reduced/rs_kernel.h"
+
+namespace limber::reduced {
+namespace {
+
+constexpr int kPoolGrain = 16;
+
+/// Derivative of g at zero, 9 x 9: y -> the gradient whose parts are y.
+Eigen::Matrix<double, 9, 9> linear_part() {
+  Eigen::Matrix<double, 9, 9> result;
+  for (int c = 0; c < kRsSize; ++c) {
+    Eigen::Map<Eigen::Matrix3d>(result.col(c).data()) = linear_gradient(RsVector::Unit(c));
+  }
+  return result;
+}
+
+}  // namespace
+
+Eigen::MatrixXd remainder_features(const Eigen::MatrixXd& rs_modes, const Eigen::MatrixXd& z) {
+  const Eigen::MatrixXd y = z.transpose() * rs_modes.transpose();  // S x 9
+  Eigen::MatrixXd features(y.rows(), kRsSize);
+  for (Eigen::Index s = 0; s < y.rows(); ++s) {
+    const RsVector y_s = y.row(s);
+    double r[kRsSize];
+    rs_remainder_entries(y_s.data(), r);
+    for (int c = 0; c < kRsSize; ++c) features(s, c) = r[c];
+  }
+  return features;
+}
+
+FittedCubature::FittedCubature(const bodies::GradientOperator& gradient,
+                               const Eigen::MatrixXd& modes, Eigen::MatrixXd linear,
+                               const PoseData& train, const PoseData& validation,
+                               std::vector<int> pool)
+    : gradient_(gradient),
+      modes_(modes),
+      linear_(std::move(linear)),
+      train_(train),
+      validation_(validation),
+      pool_(std::move(pool)),
+      rs_modes_(0, modes.cols()),
+      pool_features_(train.count(), kRsSize * static_cast<Eigen::Index>(pool_.size())),
+      features_(train.count(), 0),
+      validation_features_(validation.count(), 0) {
+  const Eigen::VectorXd weight = train.norm.cwiseInverse();
+  target_ = weight.asDiagonal() * (train.q - linear_ * train.z).transpose();
+  residual_ = target_;
+  parallel_for(static_cast<std::int64_t>(pool_.size()), kPoolGrain,
+               [&](std::int64_t begin, std::int64_t end) {
+                 for (std::int64_t c = begin; c < end; ++c) {
+                   const Eigen::MatrixXd y = linear_coordinates(gradient_, {pool_[c]}, modes_);
+                   pool_features_.middleCols<kRsSize>(kRsSize * c) =
+                       weight.asDiagonal() * remainder_features(y, train_.z);
+                 }
+               });
+  noise_floor_ = 1e-5 * pool_features_.squaredNorm() /
+                 static_cast<double>(std::max<Eigen::Index>(1, pool_features_.cols()));
+}
+
+bool FittedCubature::add_best_tet(const JobContext& job) {
+  const auto count = static_cast<std::int64_t>(pool_.size());
+  std::vector<double> score(pool_.size(), 0);
+  parallel_for(count, kPoolGrain, [&](std::int64_t begin, std::int64_t end) {
+    job.throw_if_cancelled();
+    for (std::int64_t c = begin; c < end; ++c) {
+      const auto phi = pool_features_.middleCols<kRsSize>(kRsSize * c);
+      Eigen::Matrix<double, 9, 9> gram = phi.transpose() * phi;
+      gram.diagonal().array() += noise_floor_;
+      // What a regression on these nine features alone would take off: |L^-1 phi^T residual|^2.
+      Eigen::MatrixXd projection = phi.transpose() * residual_;
+      gram.llt().matrixL().solveInPlace(projection);
+      score[c] = projection.squaredNorm();
+    }
+  });
+  const auto best = std::max_element(score.begin(), score.end());
+  if (best == score.end() || !(*best > 0)) return false;
+  const auto chosen = best - score.begin();
+  append_features(pool_[chosen]);
+
+  // Directions of the chosen tet with more than noise in them, orthonormal.
+  const Eigen::MatrixXd phi = pool_features_.middleCols<kRsSize>(kRsSize * chosen);
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(phi.transpose() * phi);
+  Eigen::Index kept = 0;
+  while (kept < kRsSize && solver.eigenvalues()[kRsSize - 1 - kept] > noise_floor_) ++kept;
+  const Eigen::MatrixXd direction =
+      phi * (solver.eigenvectors().rightCols(kept) *
+             solver.eigenvalues().tail(kept).cwiseSqrt().cwiseInverse().asDiagonal());
+  residual_ -= direction * (direction.transpose() * residual_).eval();
+  parallel_for(count, kPoolGrain, [&](std::int64_t begin, std::int64_t end) {
+    auto block = pool_features_.middleCols(kRsSize * begin, kRsSize * (end - begin));
+    const Eigen::MatrixXd along = direction.transpose() * block;
+    block.noalias() -= direction * along;
+  });
+  return true;
+}
+
+void FittedCubature::append_features(int tet) {
+  const Eigen::Index old = features_.cols();
+  tets_.push_back(tet);
+  const Eigen::MatrixXd y = linear_coordinates(gradient_, {tet}, modes_);
+  rs_modes_.conservativeResize(old + kRsSize, Eigen::NoChange);
+  rs_modes_.bottomRows<kRsSize>() = y;
+  features_.conservativeResize(Eigen::NoChange, old + kRsSize);
+  features_.rightCols<kRsSize>() =
+      train_.norm.cwiseInverse().asDiagonal() * remainder_features(y, train_.z);
+  validation_features_.conservativeResize(Eigen::NoChange, old + kRsSize);
+  validation_features_.rightCols<kRsSize>() = remainder_features(y, validation_.z);
+}
+
+FittedCubature::Fit FittedCubature::fit() const {
+  const Eigen::MatrixXd gram = features_.transpose() * features_;
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(gram);
+  const Eigen::VectorXd values = solver.eigenvalues().cwiseMax(0.0);
+  const double largest = values.maxCoeff();
+  const Eigen::MatrixXd& vectors = solver.eigenvectors();
+  const Eigen::MatrixXd right = vectors.transpose() * (features_.transpose() * target_);  // 9T x h
+  const Eigen::MatrixXd probe = validation_features_ * vectors;                           // S' x 9T
+  const Eigen::MatrixXd base = linear_ * validation_.z;
+
+  Fit best;
+  double best_error = 0;
+  for (int exponent = -22; exponent <= -4; ++exponent) {
+    const double ridge = std::pow(10.0, 0.5 * exponent);
+    const Eigen::VectorXd inverse = (values.array() + ridge * largest).inverse();
+    const Eigen::MatrixXd scaled = inverse.asDiagonal() * right;
+    const Eigen::MatrixXd q_hat = base + (probe * scaled).transpose();
+    const Eigen::VectorXd errors = mean_error_by_size(validation_, q_hat);
+    const double error = errors[errors.size() - 1];
+    if (best.map.size() == 0 || error < best_error) {
+      best_error = error;
+      best.map = (vectors * scaled).transpose();
+      best.ridge = ridge;
+      best.validation_mean = errors;
+    }
+  }
+  return best;
+}
+
+Eigen::MatrixXd FittedCubature::predict(const Eigen::MatrixXd& map,
+                                        const Eigen::MatrixXd& z) const {
+  Eigen::MatrixXd q = linear_.topRows(map.rows()) * z;
+  for (std::size_t t = 0; t < tets_.size(); ++t) {
+    const auto first = static_cast<Eigen::Index>(kRsSize * t);
+    const Eigen::MatrixXd r = remainder_features(rs_modes_.middleRows<kRsSize>(first), z);
+    q.noalias() += map.middleCols<kRsSize>(first) * r.transpose();
+  }
+  return q;
+}
+
+Eigen::MatrixXd FittedCubature::direct(const Eigen::MatrixXd& map) const {
+  Eigen::MatrixXd result = linear_.topRows(map.rows());
+  static const Eigen::Matrix<double, 9, 9> kLinear = linear_part();
+  for (std::size_t t = 0; t < tets_.size(); ++t) {
+    const auto first = static_cast<Eigen::Index>(kRsSize * t);
+    result.noalias() -=
+        map.middleCols<kRsSize>(first) * (kLinear * rs_modes_.middleRows<kRsSize>(first));
+  }
+  return result;
+}
+
+}  // namespace limber::reduced

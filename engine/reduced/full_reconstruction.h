@@ -1,0 +1,47 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <memory>
+
+#include "engine/base/job.h"
+#include "engine/bodies/elastic_body.h"
+#include "engine/bodies/gradient_operator.h"
+
+namespace limber::reduced {
+
+/// The map from RS coordinates back to displacements without any reduction (paper: space-time
+/// editing, eq. 6, 7):
+///   A u = G^T V g(y),  A = G^T V G,
+/// with fixed nodes at zero. A is one scalar Laplacian on each axis, factored once. A free body's
+/// displacement is known up to a translation: it gets the mass-weighted mean displacement of the
+/// linear field it came from (zero where only y or g is given), so that its centre of mass moves as
+/// the linear one does.
+class FullReconstruction {
+ public:
+  explicit FullReconstruction(const bodies::ElasticBody& body);
+  ~FullReconstruction();
+  FullReconstruction(FullReconstruction&&) noexcept;
+  FullReconstruction& operator=(FullReconstruction&&) noexcept;
+
+  [[nodiscard]] const bodies::GradientOperator& gradient() const;
+
+  /// u (3n) whose gradient is nearest to g (9m, column-major per tet) in the volume-weighted norm.
+  [[nodiscard]] Eigen::VectorXd from_gradients(const Eigen::Ref<const Eigen::VectorXd>& g) const;
+
+  /// u of RS coordinates y (9m x k), pose by pose.
+  [[nodiscard]] Eigen::MatrixXd from_coordinates(const Eigen::Ref<const Eigen::MatrixXd>& y) const;
+
+  /// u of y = Q v for linear displacements v (3n x k), as W z: many poses at once, on all threads.
+  [[nodiscard]] Eigen::MatrixXd from_linear(const Eigen::Ref<const Eigen::MatrixXd>& v,
+                                            const JobContext& job = {}) const;
+
+  /// One pose on the calling thread; `v` and `u` have 3n entries. For latency measurements and
+  /// single frames.
+  void from_linear(const Eigen::Ref<const Eigen::VectorXd>& v, Eigen::VectorXd& u) const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace limber::reduced

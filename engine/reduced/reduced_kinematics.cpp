@@ -1,0 +1,154 @@
+#include <fmt/format.h>
+
+#include <deque>
+#include <map>
+
+#include "engine/base/error.h"
+#include "engine/base/parallel.h"
+#include "engine/reduced/kinematics_kernels.h"
+#include "engine/reduced/reduced_model.h"
+
+namespace limber::reduced {
+
+class ReducedKinematics::Impl {
+ public:
+  Impl(std::shared_ptr<const ReducedModel> model, std::shared_ptr<const BaseMotion> base)
+      : model_(std::move(model)), base_(std::move(base)) {
+    LIMBER_DEMAND(model_ != nullptr);
+    if (base_ != nullptr) {
+      const Eigen::Index t9 = kRsSize * Eigen::Index{model_->cubature_size()};
+      if (base_->rs.rows() != t9 || base_->direct.rows() != model_->basis_size() ||
+          base_->rs.cols() != base_->direct.cols()) {
+        throw Error(
+            ErrorCode::kInvalidArgument, "base_motion",
+            fmt::format(
+                "base motion is {} x {} and {} x {}, expected {} and {} rows and as many columns",
+                base_->rs.rows(), base_->rs.cols(), base_->direct.rows(), base_->direct.cols(), t9,
+                model_->basis_size()));
+      }
+    }
+    tangent_ = TangentTables(*model_, base_.get());
+    stream_ = StreamTables(*model_, base_.get());
+  }
+
+  SiteId add_site(std::vector<int> nodes) {
+    if (nodes.empty())
+      throw Error(ErrorCode::kInvalidArgument, "nodes", "a site needs at least one node");
+    std::sort(nodes.begin(), nodes.end());
+    for (int node : nodes) {
+      if (node < 0 || node >= model_->node_count) {
+        throw Error(ErrorCode::kOutOfRange, "nodes",
+                    fmt::format("node {} is not in [0, {})", node, model_->node_count));
+      }
+    }
+    const auto found = site_ids_.find(nodes);
+    if (found != site_ids_.end()) return found->second;
+    Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(3, model_->basis_size());
+    for (int node : nodes) rows += model_->basis.middleRows<3>(3 * Eigen::Index{node});
+    sites_.emplace_back(*model_, tangent_, rows / static_cast<double>(nodes.size()));
+    const auto id = static_cast<SiteId>(sites_.size()) - 1;
+    site_ids_.emplace(std::move(nodes), id);
+    return id;
+  }
+
+  void evaluate(std::span<const int> frames, const Eigen::Ref<const Eigen::MatrixXd>& z,
+                std::span<const SiteQuery> queries, Eigen::Matrix3Xd& u,
+                Eigen::MatrixXd* jacobian) const {
+    LIMBER_DEMAND(z.rows() == model_->coordinate_count());
+    LIMBER_DEMAND(base_ == nullptr || static_cast<Eigen::Index>(frames.size()) == z.cols());
+    thread_local TangentWorkspace work;
+    work.begin(tangent_, z, queries);
+    if (base_ != nullptr) {
+      for (int column : work.columns) check_frame(frames[column]);
+    }
+    work.evaluate(tangent_, frames, z, jacobian != nullptr);
+
+    const auto count = static_cast<Eigen::Index>(queries.size());
+    u.resize(3, count);
+    for (Eigen::Index i = 0; i < count; ++i) {
+      const SiteQuery& query = queries[i];
+      const SiteTables& site = sites_[query.site];
+      u.col(i) =
+          site.map * work.gradient(work.slot[query.column]) + site.direct * z.col(query.column);
+      if (base_ != nullptr) u.col(i) += site.basis * base_->direct.col(frames[query.column]);
+    }
+    if (jacobian == nullptr) return;
+    jacobian->resize(3 * count, model_->coordinate_count());
+    work.chain.resize(3 * count, tangent_.rows());
+    for (Eigen::Index i = 0; i < count; ++i) {
+      const SiteQuery& query = queries[i];
+      const SiteTables& site = sites_[query.site];
+      jacobian->middleRows<3>(3 * i) = site.direct;
+      work.chain_rows(tangent_, site, work.slot[query.column], 3 * i);
+    }
+    jacobian->noalias() += work.chain * tangent_.rs_modes;
+  }
+
+  void coordinates(int first, const Eigen::Ref<const Eigen::MatrixXd>& z,
+                   Eigen::MatrixXf& q) const {
+    LIMBER_DEMAND(z.rows() == model_->coordinate_count());
+    if (base_ != nullptr && z.cols() > 0) {
+      check_frame(first);
+      check_frame(first + static_cast<int>(z.cols()) - 1);
+    }
+    q.resize(model_->basis_size(), z.cols());
+    const std::int64_t blocks = (z.cols() + StreamTables::kBlock - 1) / StreamTables::kBlock;
+    // Short motions are done before a second thread would have woken up.
+    constexpr std::int64_t kSerialBlocks = 16;
+    parallel_for(blocks, std::max<std::int64_t>(kSerialBlocks, 1),
+                 [&](std::int64_t begin, std::int64_t end) {
+                   thread_local StreamWorkspace work;
+                   for (std::int64_t b = begin; b < end; ++b) {
+                     const Eigen::Index from = b * StreamTables::kBlock;
+                     const Eigen::Index n =
+                         std::min<Eigen::Index>(StreamTables::kBlock, z.cols() - from);
+                     work.evaluate(stream_, first + static_cast<int>(from), z.middleCols(from, n),
+                                   q.middleCols(from, n));
+                   }
+                 });
+  }
+
+  [[nodiscard]] const ReducedModel& model() const { return *model_; }
+
+ private:
+  void check_frame(int frame) const {
+    if (frame < 0 || frame >= base_->rs.cols()) {
+      throw Error(
+          ErrorCode::kOutOfRange, "frames",
+          fmt::format("frame {} is not in the base motion's [0, {})", frame, base_->rs.cols()));
+    }
+  }
+
+  std::shared_ptr<const ReducedModel> model_;
+  std::shared_ptr<const BaseMotion> base_;
+  TangentTables tangent_;
+  StreamTables stream_;
+  std::deque<SiteTables> sites_;
+  std::map<std::vector<int>, SiteId> site_ids_;
+};
+
+ReducedKinematics::ReducedKinematics(std::shared_ptr<const ReducedModel> model,
+                                     std::shared_ptr<const BaseMotion> base)
+    : impl_(std::make_unique<Impl>(std::move(model), std::move(base))) {}
+
+ReducedKinematics::~ReducedKinematics() = default;
+
+SiteId ReducedKinematics::add_site(const std::vector<int>& nodes) { return impl_->add_site(nodes); }
+
+int ReducedKinematics::coordinate_count() const { return impl_->model().coordinate_count(); }
+
+double ReducedKinematics::length() const { return impl_->model().length; }
+
+void ReducedKinematics::evaluate(std::span<const int> frames,
+                                 const Eigen::Ref<const Eigen::MatrixXd>& z,
+                                 std::span<const SiteQuery> queries, Eigen::Matrix3Xd& u,
+                                 Eigen::MatrixXd* jacobian) const {
+  impl_->evaluate(frames, z, queries, u, jacobian);
+}
+
+void ReducedKinematics::coordinates(int first, const Eigen::Ref<const Eigen::MatrixXd>& z,
+                                    Eigen::MatrixXf& q) const {
+  impl_->coordinates(first, z, q);
+}
+
+}  // namespace limber::reduced

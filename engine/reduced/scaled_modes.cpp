@@ -1,0 +1,49 @@
+#include "engine/reduced/scaled_modes.h"
+
+#include <Eigen/Geometry>
+#include <cmath>
+
+#include "engine/base/error.h"
+#include "engine/bodies/mass.h"
+
+namespace limber::reduced {
+
+Eigen::VectorXd largest_node_displacement(const Eigen::Ref<const Eigen::MatrixXd>& u) {
+  Eigen::VectorXd result(u.cols());
+  for (Eigen::Index k = 0; k < u.cols(); ++k) {
+    const Eigen::Map<const Eigen::Matrix3Xd> nodes(u.col(k).data(), 3, u.rows() / 3);
+    result[k] = std::sqrt(nodes.colwise().squaredNorm().maxCoeff());
+  }
+  return result;
+}
+
+ScaledModes scale_modes(const bodies::ElasticBody& body, const bodies::ModalBasis& basis) {
+  ScaledModes result{basis.eigenvalues, basis.modes, basis.rigid_count};
+  const int rigid = basis.rigid_count;
+  LIMBER_DEMAND(rigid == (body.is_free() ? 6 : 0) && result.count() > rigid);
+  const double length = body.length();
+
+  if (rigid > 0) {
+    const Eigen::Matrix3Xd& x = body.mesh.nodes;
+    const Eigen::VectorXd mass = bodies::lumped_node_mass(body.mesh);
+    const Eigen::Vector3d centre = x * mass / mass.sum();
+    for (int k = 0; k < 3; ++k) {
+      const Eigen::Vector3d axis = Eigen::Vector3d::Unit(k);
+      Eigen::Map<Eigen::Matrix3Xd> shift(result.modes.col(k).data(), 3, x.cols());
+      Eigen::Map<Eigen::Matrix3Xd> turn(result.modes.col(3 + k).data(), 3, x.cols());
+      shift = (length * axis).replicate(1, x.cols());
+      for (Eigen::Index i = 0; i < x.cols(); ++i) turn.col(i) = axis.cross(x.col(i) - centre);
+    }
+    result.eigenvalues.head(rigid).setZero();
+  }
+
+  const double lowest = result.eigenvalues[rigid];
+  LIMBER_DEMAND(lowest > 0);
+  const double unit = length / largest_node_displacement(result.modes.col(rigid))[0];
+  for (int k = rigid; k < result.count(); ++k) {
+    result.modes.col(k) *= unit / std::sqrt(result.eigenvalues[k] / lowest);
+  }
+  return result;
+}
+
+}  // namespace limber::reduced

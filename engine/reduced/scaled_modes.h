@@ -1,0 +1,29 @@
+#pragma once
+
+#include <Eigen/Core>
+
+#include "engine/bodies/elastic_body.h"
+#include "engine/bodies/modal_analysis.h"
+
+namespace limber::reduced {
+
+/// W-hat and its eigenvalues, scaled as ReducedModel documents.
+struct ScaledModes {
+  Eigen::VectorXd eigenvalues;  // R [1/s^2]
+  Eigen::MatrixXd modes;        // 3n x R [m]
+  int rigid_count = 0;          // 0 or 6
+
+  [[nodiscard]] int count() const { return static_cast<int>(eigenvalues.size()); }
+  [[nodiscard]] int elastic_count() const { return count() - rigid_count; }
+};
+
+/// Elastic columns: the mode times c / sqrt(lambda_k / lambda_1), c such that the first one moves
+/// its farthest node by one body length. Rigid columns: x, y, z by one body length each, then e_k x
+/// (X - centre of mass) per radian.
+[[nodiscard]] ScaledModes scale_modes(const bodies::ElasticBody& body,
+                                      const bodies::ModalBasis& basis);
+
+/// Largest displacement of a node in each column of u (3n x k) [m].
+[[nodiscard]] Eigen::VectorXd largest_node_displacement(const Eigen::Ref<const Eigen::MatrixXd>& u);
+
+}  // namespace limber::reduced

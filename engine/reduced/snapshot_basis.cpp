@@ -1,0 +1,94 @@
+#include "engine/reduced/snapshot_basis.h"
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/QR>
+#include <algorithm>
+
+#include "engine/base/error.h"
+#include "engine/base/parallel.h"
+
+namespace limber::reduced {
+namespace {
+
+/// X^T X by blocks of rows: poses are many rows long and few.
+Eigen::MatrixXd gram_matrix(const Eigen::Ref<const Eigen::MatrixXd>& x) {
+  constexpr Eigen::Index kRows = 2048;
+  const Eigen::Index blocks = (x.rows() + kRows - 1) / kRows;
+  // A fixed number of partial sums: the result does not depend on the threads.
+  constexpr int kParts = 8;
+  std::vector<Eigen::MatrixXd> parts(kParts, Eigen::MatrixXd::Zero(x.cols(), x.cols()));
+  parallel_for(kParts, 1, [&](std::int64_t begin, std::int64_t end) {
+    for (std::int64_t part = begin; part < end; ++part) {
+      for (Eigen::Index b = part; b < blocks; b += kParts) {
+        const auto rows = x.middleRows(b * kRows, std::min(kRows, x.rows() - b * kRows));
+        parts[part].selfadjointView<Eigen::Lower>().rankUpdate(rows.transpose());
+      }
+    }
+  });
+  for (int part = 1; part < kParts; ++part) parts[0] += parts[part];
+  return parts[0].selfadjointView<Eigen::Lower>();
+}
+
+void orthonormalise(Eigen::MatrixXd& b) {
+  Eigen::HouseholderQR<Eigen::Ref<Eigen::MatrixXd>> qr(b);
+  // Signs of R made positive: columns keep the direction of what they came from.
+  const Eigen::VectorXd diagonal = qr.matrixQR().diagonal();
+  Eigen::MatrixXd q = qr.householderQ() * Eigen::MatrixXd::Identity(b.rows(), b.cols());
+  for (Eigen::Index k = 0; k < q.cols(); ++k) {
+    if (diagonal[k] < 0) q.col(k) = -q.col(k);
+  }
+  b = std::move(q);
+}
+
+}  // namespace
+
+Eigen::MatrixXd snapshot_basis(const Eigen::Ref<const Eigen::MatrixXd>& u,
+                               const Eigen::VectorXd& node_mass,
+                               const Eigen::Ref<const Eigen::MatrixXd>& exact, int size) {
+  constexpr double kSmallest = 1e-7;
+  const Eigen::Index rows = u.rows();
+  LIMBER_DEMAND(rows == 3 * node_mass.size() && size > exact.cols());
+  Eigen::VectorXd root(rows);
+  for (Eigen::Index i = 0; i < node_mass.size(); ++i)
+    root.segment<3>(3 * i).setConstant(std::sqrt(node_mass[i]));
+
+  Eigen::MatrixXd fixed = root.asDiagonal() * exact;
+  if (fixed.cols() > 0) orthonormalise(fixed);
+  Eigen::MatrixXd x(rows, u.cols());
+  parallel_for(u.cols(), 16, [&](std::int64_t begin, std::int64_t end) {
+    for (std::int64_t s = begin; s < end; ++s) {
+      x.col(s) = root.cwiseProduct(u.col(s));
+      if (fixed.cols() > 0) x.col(s) -= fixed * (fixed.transpose() * x.col(s)).eval();
+      const double norm = x.col(s).norm();
+      if (norm > 0) x.col(s) /= norm;
+    }
+  });
+
+  // Eigenvectors of the Gram matrix give the left singular vectors down to sqrt(eps), ample for a
+  // basis.
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(gram_matrix(x));
+  const Eigen::VectorXd& values = solver.eigenvalues();  // ascending
+  const double largest = values[values.size() - 1];
+  Eigen::Index count = 0;
+  const Eigen::Index room = std::min<Eigen::Index>(size - exact.cols(), values.size());
+  while (count < room && values[values.size() - 1 - count] > kSmallest * kSmallest * largest)
+    ++count;
+
+  Eigen::MatrixXd basis(rows, exact.cols() + count);
+  basis.leftCols(exact.cols()) = exact;
+  const Eigen::MatrixXd weights = solver.eigenvectors().rightCols(count).rowwise().reverse();
+  constexpr Eigen::Index kRows = 1024;
+  parallel_for((rows + kRows - 1) / kRows, 1, [&](std::int64_t begin, std::int64_t end) {
+    for (std::int64_t block = begin; block < end; ++block) {
+      const Eigen::Index first = block * kRows, n = std::min(kRows, rows - block * kRows);
+      basis.block(first, exact.cols(), n, count).noalias() =
+          root.segment(first, n).cwiseInverse().asDiagonal() *
+          (x.middleRows(first, n) * weights).eval();
+    }
+  });
+  for (Eigen::Index k = 0; k < basis.cols(); ++k) basis.col(k).normalize();
+  orthonormalise(basis);
+  return basis;
+}
+
+}  // namespace limber::reduced

@@ -1,0 +1,35 @@
+#pragma once
+
+#include <Eigen/Core>
+
+#include "engine/base/job.h"
+#include "engine/reduced/full_reconstruction.h"
+#include "engine/reduced/pose_data.h"
+#include "engine/reduced/reduced_model.h"
+#include "engine/reduced/scaled_modes.h"
+
+namespace limber::reduced {
+
+/// Poses and their full RS reconstructions.
+struct Snapshots {
+  Eigen::MatrixXd z;  // R x S
+  Eigen::MatrixXd u;  // 3n x S [m]
+
+  /// Seen through the first `size` columns of a basis.
+  [[nodiscard]] PoseData project(const Eigen::MatrixXd& basis) const;
+};
+
+/// The four sets of a build, drawn from independent random streams of the seed.
+struct TrainingSet {
+  Snapshots train;       // basis and maps
+  Snapshots validation;  // sizes and ridge
+  Snapshots test;        // reported errors only
+  Snapshots small;       // reported error of the linear regime only
+};
+
+[[nodiscard]] TrainingSet make_training_set(const bodies::ElasticBody& body,
+                                            const ScaledModes& modes,
+                                            const FullReconstruction& full,
+                                            const ModelOptions& options, const JobContext& job);
+
+}  // namespace limber::reduced
