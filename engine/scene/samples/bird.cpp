@@ -58,7 +58,7 @@ Scene make_bird() {
   TetrahedralizeOptions options;
   options.target_tets = 3100;
   options.count_tolerance = 0.04;
-  scene.mesh = tetrahedralize(bird_solid(), options).mesh;
+  scene.mesh = mesh_of(bird_solid(), options);
   scene.material = {5e5, 0.45, 400};
   fix_where(scene, [](const Vector3d& x) {
     return (x - Vector3d(0.03, -0.01, 0)).cwiseQuotient(Vector3d(0.075, 0.05, 0.05)).norm() < 1;

@@ -45,7 +45,7 @@ Scene make_dino() {
   TetrahedralizeOptions options;
   options.target_tets = 5200;
   options.count_tolerance = 0.04;
-  scene.mesh = tetrahedralize(dino_solid(), options).mesh;
+  scene.mesh = mesh_of(dino_solid(), options);
   scene.material = {1e6, 0.45, 1000};
   fix_where(scene, [](const Vector3d& x) { return x[1] < 0.035; });
   scene.frame_count = 620;

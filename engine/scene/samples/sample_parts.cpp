@@ -4,6 +4,13 @@
 
 namespace limber::scene::samples {
 
+bodies::TetMesh mesh_of(const ImplicitSolid& solid, const TetrahedralizeOptions& options) {
+  Tetrahedralization result = tetrahedralize(solid, options);
+  if (!result.notes.empty())
+    throw Error(ErrorCode::kInternal, "sample", "a sample's mesh: " + result.notes[0]);
+  return std::move(result.mesh);
+}
+
 void fix_where(Scene& scene, const std::function<bool(const Eigen::Vector3d&)>& inside) {
   for (int node = 0; node < scene.mesh.node_count(); ++node) {
     if (inside(scene.mesh.nodes.col(node))) scene.fixed_nodes.push_back(node);

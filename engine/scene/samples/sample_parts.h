@@ -3,6 +3,7 @@
 #include <functional>
 
 #include "engine/scene/scene.h"
+#include "engine/scene/tetrahedralize.h"
 
 namespace limber::scene::samples {
 
@@ -11,6 +12,9 @@ namespace limber::scene::samples {
 [[nodiscard]] Scene make_bird();
 [[nodiscard]] Scene make_dino();
 
+/// The mesh of a sample's body; nothing of it may be lost.
+[[nodiscard]] bodies::TetMesh mesh_of(const ImplicitSolid& solid,
+                                      const TetrahedralizeOptions& options);
 /// Fixes every node at whose rest position `inside` holds. There must be some.
 void fix_where(Scene& scene, const std::function<bool(const Eigen::Vector3d&)>& inside);
 /// The node nearest to a point; the smaller id if two are equally near.

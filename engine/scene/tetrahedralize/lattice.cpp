@@ -75,6 +75,7 @@ class Lattice {
         for (int x = 0; x <= 2 * cells_[0]; x += kBlock) sample_block(Vector3i(x, y, z), kBlock);
       }
     }
+    check_outermost();
   }
 
   [[nodiscard]] Vector3d position(int point, const Vector3i& d) const {
@@ -114,6 +115,22 @@ class Lattice {
   }
 
  private:
+  /// A body that reaches beyond its box would be left open there.
+  void check_outermost() const {
+    const Vector3i end = 2 * cells_;
+    for (int z = 0; z <= end[2]; z += 2) {
+      for (int y = 0; y <= end[1]; y += 2) {
+        const bool rim = z == 0 || y == 0 || z == end[2] || y == end[1];
+        for (int x = 0; x <= end[0]; x += rim ? 2 : end[0]) {
+          if (value(index(Vector3i(x, y, z))) <= 0) {
+            throw Error(ErrorCode::kInvalidArgument, "",
+                        "the solid reaches beyond its bounding box");
+          }
+        }
+      }
+    }
+  }
+
   void sample_block(const Vector3i& begin, int size) {
     const Vector3i end = (begin.array() + size).min(2 * cells_.array() + 1);
     const Vector3d middle =
