@@ -1,0 +1,161 @@
+#include "clients/cpp/client.h"
+
+#include <gmock/gmock.h>
+
+#include "tests/clients/fake_router.h"
+
+namespace limber::client {
+namespace {
+
+using testing::HasSubstr;
+
+std::string bytes(v1::Reply reply, const v1::Request& request) {
+  reply.set_version(1);
+  reply.set_id(request.id());
+  return reply.SerializeAsString();
+}
+
+v1::Reply session_reply(const std::string& name) {
+  v1::Reply reply;
+  reply.mutable_get_session()->mutable_status()->set_session(name);
+  return reply;
+}
+
+ClientOptions impatient(int ms = 250) {
+  ClientOptions options;
+  options.timeout = Milliseconds{ms};
+  return options;
+}
+
+template <class Call>
+ClientError refusal(const Call& call) {
+  try {
+    call();
+  } catch (const ClientError& error) {
+    return error;
+  }
+  throw std::logic_error("nothing was refused");
+}
+
+TEST(Client, AnswersInAnyOrderReachTheirRequests) {
+  std::vector<v1::Request> held;
+  FakeRouter router([&](const v1::Request& request) {
+    held.push_back(request);
+    std::vector<std::string> replies;
+    if (held.size() == 3)
+      for (auto it = held.rbegin(); it != held.rend(); ++it)
+        replies.push_back(bytes(session_reply(it->get_session().session()), *it));
+    return replies;
+  });
+  Client client(router.requests());
+  std::vector<std::uint64_t> ids;
+  for (const char* name : {"a", "b", "c"}) {
+    v1::GetSessionRequest request;
+    request.set_session(name);
+    ids.push_back(client.submit(request));
+  }
+  EXPECT_EQ(client.collect<v1::GetSessionRequest>(ids[1]).status().session(), "b");
+  EXPECT_EQ(client.collect<v1::GetSessionRequest>(ids[0]).status().session(), "a");
+  EXPECT_EQ(client.collect<v1::GetSessionRequest>(ids[2]).status().session(), "c");
+  EXPECT_EQ(refusal([&] { client.collect<v1::GetSessionRequest>(ids[2]); }).code(),
+            v1::ERROR_CODE_NOT_FOUND);
+}
+
+TEST(Client, ARefusalCarriesCodeFieldMessageAndDetails) {
+  FakeRouter router([](const v1::Request& request) {
+    v1::Reply reply;
+    reply.mutable_error()->set_code(v1::ERROR_CODE_OUT_OF_RANGE);
+    reply.mutable_error()->set_field("edits[0].add.constraint.frame");
+    reply.mutable_error()->set_message("frame 900 of 120");
+    (*reply.mutable_error()->mutable_details())["limit"] = "120";
+    return std::vector{bytes(reply, request)};
+  });
+  Client client(router.requests());
+  const auto error = refusal([&] { client.call(v1::EditRequest{}); });
+  EXPECT_EQ(error.code(), v1::ERROR_CODE_OUT_OF_RANGE);
+  EXPECT_EQ(error.code_name(), "OUT_OF_RANGE");
+  EXPECT_EQ(error.field(), "edits[0].add.constraint.frame");
+  EXPECT_STREQ(error.what(), "frame 900 of 120");
+  EXPECT_EQ(error.details().at("limit"), "120");
+}
+
+TEST(Client, ASilentServerIsAskedTwiceForWhatMayBeRepeatedAndOnceForAnEdit) {
+  FakeRouter router([](const v1::Request&) { return std::vector<std::string>{}; });
+  Client client(router.requests(), impatient());
+  EXPECT_THROW(client.call(v1::ListJobsRequest{}), Unreachable);
+  EXPECT_EQ(router.seen(), 2);
+  EXPECT_THROW(client.call(v1::EditRequest{}), Unreachable);
+  EXPECT_EQ(router.seen(), 3);
+}
+
+TEST(Client, ARepeatedRequestThatIsAnsweredSucceeds) {
+  int count = 0;
+  FakeRouter router([&](const v1::Request& request) {
+    std::vector<std::string> replies;
+    if (++count == 2) {
+      v1::Reply reply;
+      reply.mutable_list_jobs()->add_jobs()->set_job(7);
+      replies.push_back(bytes(reply, request));
+    }
+    return replies;
+  });
+  Client client(router.requests(), impatient());
+  EXPECT_EQ(client.call(v1::ListJobsRequest{}).jobs(0).job(), 7U);
+}
+
+TEST(Client, NobodyThereIsATimeoutNotAHang) {
+  Client client("ipc:///nonexistent/limber-nobody", impatient(50));
+  EXPECT_EQ(refusal([&] { client.call(v1::EditRequest{}); }).code(), v1::ERROR_CODE_TIMEOUT);
+}
+
+TEST(Client, GarbageAndAnswersToNobodyAreSkipped) {
+  FakeRouter router([](const v1::Request& request) {
+    v1::Request other = request;
+    other.set_id(request.id() + 1000);
+    return std::vector<std::string>{"\xff\xff\xff", "", bytes(session_reply("x"), other),
+                                    bytes(session_reply("a"), request)};
+  });
+  Client client(router.requests());
+  EXPECT_EQ(client.call(v1::GetSessionRequest{}).status().session(), "a");
+}
+
+TEST(Client, AnAnswerOfAnotherKindIsRefused) {
+  FakeRouter router(
+      [](const v1::Request& request) { return std::vector{bytes(session_reply("a"), request)}; });
+  Client client(router.requests());
+  EXPECT_EQ(refusal([&] { client.call(v1::ListJobsRequest{}); }).code(), v1::ERROR_CODE_MALFORMED);
+}
+
+TEST(Client, GreetingNamesAnotherProtocol) {
+  FakeRouter router([](const v1::Request& request) {
+    v1::Reply reply;
+    reply.mutable_get_server_info()->set_server_version("9.9");
+    reply.mutable_get_server_info()->add_protocol_versions(2);
+    return std::vector{bytes(reply, request)};
+  });
+  Client client(router.requests());
+  const auto error = refusal([&] { (void)greet(client); });
+  EXPECT_EQ(error.code(), v1::ERROR_CODE_UNSUPPORTED);
+  EXPECT_THAT(error.what(), HasSubstr("limberd 9.9 speaks protocol 2"));
+}
+
+TEST(Client, AnInterruptionEndsTheWaitWithoutTheDeadline) {
+  FakeRouter router([](const v1::Request&) { return std::vector<std::string>{}; });
+  ClientOptions options;
+  options.timeout = Milliseconds{60000};
+  int asked = 0;
+  options.interrupted = [&] { return ++asked > 3; };
+  Client client(router.requests(), options);
+  EXPECT_EQ(refusal([&] { client.call(v1::EditRequest{}); }).code(), v1::ERROR_CODE_CANCELLED);
+}
+
+TEST(Client, OptionsAreValidated) {
+  EXPECT_EQ(refusal([] { Client client("no endpoint"); }).field(), "endpoint");
+  EXPECT_EQ(refusal([] { Client client("ipc:///tmp/x", impatient(0)); }).field(), "timeout");
+  ClientOptions options;
+  options.keys = CurveKeys{std::string(40, 'a'), "short", std::string(40, 'a')};
+  EXPECT_EQ(refusal([&] { Client client("ipc:///tmp/x", options); }).field(), "keys.public_key");
+}
+
+}  // namespace
+}  // namespace limber::client

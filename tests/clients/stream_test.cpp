@@ -1,0 +1,67 @@
+#include "clients/cpp/stream.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/clients/fake_router.h"
+
+namespace limber::client {
+namespace {
+
+std::string message(std::uint64_t sequence) {
+  v1::StreamMessage message;
+  message.set_version(1);
+  message.set_sequence(sequence);
+  return message.SerializeAsString();
+}
+
+std::vector<std::string> silent(const v1::Request&) { return {}; }
+
+void await_subscriptions(const FakeRouter& router, int count) {
+  for (int i = 0; i < 500 && router.subscriptions() < count; ++i)
+    std::this_thread::sleep_for(Milliseconds{10});
+  ASSERT_GE(router.subscriptions(), count);
+}
+
+TEST(Subscription, CountsGapsPerTopic) {
+  FakeRouter router(silent);
+  Client client(router.requests());
+  Subscription stream(client, router.stream());
+  stream.subscribe("a");
+  stream.subscribe("b");
+  await_subscriptions(router, 2);
+  router.publish("a", message(5));
+  router.publish("b", message(9));
+  router.publish("a", message(6));
+  router.publish("a", "\xff\xff garbage");
+  router.publish("a", message(10));
+  router.publish("b", message(10));
+  std::vector<std::uint64_t> missed;
+  for (int i = 0; i < 5; ++i) {
+    const auto event = stream.next(Milliseconds{5000});
+    ASSERT_TRUE(event.has_value());
+    missed.push_back(event->missed);
+  }
+  EXPECT_EQ(missed, (std::vector<std::uint64_t>{0, 0, 0, 3, 0}));
+  EXPECT_EQ(stream.missed(), 3U);
+  EXPECT_FALSE(stream.next(Milliseconds{20}).has_value());
+}
+
+TEST(Subscription, NoStreamIsUnreachable) {
+  FakeRouter router(silent);
+  ClientOptions options;
+  options.timeout = Milliseconds{100};
+  Client client(router.requests(), options);
+  EXPECT_THROW(Subscription(client, "ipc:///nonexistent/limber-stream"), Unreachable);
+}
+
+TEST(Subscription, TopicsAndWildcardHosts) {
+  EXPECT_EQ(frames_topic("s", v1::ENCODING_UNSPECIFIED), "session/s/body/0/coordinates");
+  EXPECT_EQ(frames_topic("s", v1::ENCODING_POSITIONS_QUANTISED), "session/s/body/0/quantised");
+  EXPECT_EQ(status_topic("s"), "session/s/status");
+  EXPECT_EQ(reachable("tcp://0.0.0.0:7802", "tcp://lab.example:7801"), "tcp://lab.example:7802");
+  EXPECT_EQ(reachable("tcp://127.0.0.1:7802", "tcp://lab.example:7801"), "tcp://127.0.0.1:7802");
+  EXPECT_EQ(reachable("ipc:///a", "tcp://lab.example:7801"), "ipc:///a");
+}
+
+}  // namespace
+}  // namespace limber::client

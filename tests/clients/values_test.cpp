@@ -1,0 +1,181 @@
+// Frames, scene files and exported files, without a server.
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <cstring>
+
+#include "clients/cpp/error.h"
+#include "clients/cpp/frames.h"
+#include "clients/cpp/scene_files.h"
+
+namespace limber::client {
+namespace {
+
+template <class Number>
+v1::Array array(v1::DataType type, const std::vector<std::uint64_t>& shape,
+                const std::vector<Number>& values) {
+  v1::Array message;
+  message.set_type(type);
+  for (const auto extent : shape) message.add_shape(extent);
+  message.mutable_data()->assign(reinterpret_cast<const char*>(values.data()),
+                                 values.size() * sizeof(Number));
+  return message;
+}
+
+v1::GetGeometryResponse geometry() {
+  v1::GetGeometryResponse message;
+  *message.mutable_rest() = array<float>(v1::DATA_TYPE_FLOAT32, {2, 3}, {0, 0, 0, 1, 0, 0});
+  *message.mutable_basis() =
+      array<float>(v1::DATA_TYPE_FLOAT32, {2, 3, 2}, {1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12});
+  message.set_basis_hash("b");
+  return message;
+}
+
+v1::Frames coordinate_frames() {
+  v1::Frames frames;
+  frames.set_encoding(v1::ENCODING_COORDINATES);
+  *frames.mutable_data() = array<float>(v1::DATA_TYPE_FLOAT32, {2, 2}, {1, 0, 0.5, -1});
+  frames.set_basis_hash("b");
+  return frames;
+}
+
+template <class Call>
+ClientError refusal(const Call& call) {
+  try {
+    call();
+  } catch (const ClientError& error) {
+    return error;
+  }
+  throw std::logic_error("nothing was refused");
+}
+
+class Folder {
+ public:
+  Folder() {
+    std::string pattern = (std::filesystem::temp_directory_path() / "limber-test-XXXXXX").string();
+    path = mkdtemp(pattern.data());
+  }
+  ~Folder() {
+    std::error_code ignored;
+    std::filesystem::remove_all(path, ignored);
+  }
+  std::filesystem::path path;
+};
+
+TEST(Frames, CoordinatesAreRestPlusBasisTimesCoordinates) {
+  const auto geo = geometry();
+  const auto positions = decode(coordinate_frames(), &geo);
+  EXPECT_EQ(positions.frames, 2U);
+  EXPECT_EQ(positions.nodes, 2U);
+  EXPECT_EQ(positions.values,
+            (std::vector<float>{1, 3, 5, 8, 9, 11, -1.5, -2.5, -3.5, -3.5, -5.5, -6.5}));
+}
+
+TEST(Frames, ShapesThatLieAreRefused) {
+  auto geo = geometry();
+  auto frames = coordinate_frames();
+  frames.mutable_data()->set_shape(0, std::uint64_t{1} << 62);
+  EXPECT_EQ(refusal([&] { (void)decode(frames, &geo); }).code(), v1::ERROR_CODE_MALFORMED);
+  frames = coordinate_frames();
+  frames.mutable_data()->mutable_data()->pop_back();
+  EXPECT_EQ(refusal([&] { (void)decode(frames, &geo); }).code(), v1::ERROR_CODE_MALFORMED);
+  frames = coordinate_frames();
+  *frames.mutable_data() = array<float>(v1::DATA_TYPE_FLOAT32, {1, 3}, {1, 2, 3});
+  EXPECT_EQ(refusal([&] { (void)decode(frames, &geo); }).code(), v1::ERROR_CODE_MALFORMED);
+  geo.set_basis_hash("other");
+  EXPECT_EQ(refusal([&] { (void)decode(coordinate_frames(), &geo); }).code(),
+            v1::ERROR_CODE_FAILED_PRECONDITION);
+}
+
+TEST(Frames, QuantisedPositionsLieInTheirBox) {
+  v1::Frames frames;
+  frames.set_encoding(v1::ENCODING_POSITIONS_QUANTISED);
+  *frames.mutable_data() = array<std::uint16_t>(v1::DATA_TYPE_UINT16, {1, 1, 3}, {0, 65535, 13107});
+  frames.mutable_origin()->set_x(-1);
+  frames.mutable_extent()->set_x(2);
+  frames.mutable_origin()->set_y(-1);
+  frames.mutable_extent()->set_y(3);
+  frames.mutable_extent()->set_z(1);
+  EXPECT_EQ(decode(frames, nullptr).values, (std::vector<float>{-1, 2, 0.2F}));
+}
+
+TEST(Frames, NpyHeaderIsAligned) {
+  const std::string file = npy({2, 1, {1, 2, 3, 4, 5, 6}});
+  ASSERT_EQ(file.substr(0, 6), "\x93NUMPY");
+  const std::size_t header =
+      static_cast<unsigned char>(file[8]) + 256 * static_cast<unsigned char>(file[9]);
+  EXPECT_EQ((10 + header) % 64, 0U);
+  EXPECT_EQ(file.size(), 10 + header + 24);
+  EXPECT_NE(file.find("'shape': (2, 1, 3)"), std::string::npos);
+  EXPECT_EQ(file[10 + header - 1], '\n');
+}
+
+TEST(SceneFiles, TheMeshAndItsCompanionsAreUploaded) {
+  const Folder folder;
+  write_bytes(folder.path / "body.ele", "elements");
+  write_bytes(folder.path / "body.node", "nodes");
+  write_bytes(folder.path / "body.elastic", "materials");
+  write_bytes(folder.path / "scene.json",
+              R"({"name": "n", "frames": 7, "mesh": {"path": "body.ele"}})");
+  const auto scene = load_scene(folder.path / "scene.json");
+  EXPECT_EQ(scene.frames(), 7U);
+  EXPECT_EQ(scene.mesh().file().name(), "body.ele");
+  EXPECT_EQ(scene.mesh().file().content(), "elements");
+  ASSERT_EQ(scene.mesh().file().companions_size(), 2);
+  EXPECT_EQ(scene.mesh().file().companions().at("body.node"), "nodes");
+  EXPECT_EQ(scene.mesh().file().companions().at("body.elastic"), "materials");
+}
+
+TEST(SceneFiles, VegaIncludesAreFound) {
+  const Folder folder;
+  write_bytes(folder.path / "a.veg", "*VERTICES\n*INCLUDE a.node \r\n*include a.ele\n");
+  write_bytes(folder.path / "a.node", "n");
+  write_bytes(folder.path / "a.ele", "e");
+  EXPECT_EQ(mesh_file(folder.path / "a.veg").companions_size(), 2);
+}
+
+TEST(SceneFiles, WhatCannotBeReadIsSaid) {
+  const Folder folder;
+  EXPECT_EQ(refusal([&] { (void)load_scene(folder.path / "none.json"); }).code(),
+            v1::ERROR_CODE_IO);
+  EXPECT_EQ(refusal([&] { (void)load_scene(folder.path); }).code(), v1::ERROR_CODE_IO);
+  write_bytes(folder.path / "s.json", R"({"framez": 3})");
+  EXPECT_EQ(refusal([&] { (void)load_scene(folder.path / "s.json"); }).field(), "scene");
+  write_bytes(folder.path / "s.json", R"({"mesh": {"path": "missing.msh"}})");
+  EXPECT_EQ(refusal([&] { (void)load_scene(folder.path / "s.json"); }).field(), "mesh.path");
+}
+
+TEST(SceneFiles, ArraysAreSavedAsMshBesideTheScene) {
+  const Folder folder;
+  v1::Scene scene;
+  scene.set_frames(9);
+  *scene.mutable_mesh()->mutable_arrays()->mutable_nodes() =
+      array<double>(v1::DATA_TYPE_FLOAT64, {4, 3}, {0, 0, 0, 0.1, 0, 0, 0, 1, 0, 0, 0, 1});
+  *scene.mutable_mesh()->mutable_arrays()->mutable_tets() =
+      array<std::int32_t>(v1::DATA_TYPE_INT32, {1, 4}, {0, 1, 2, 3});
+  EXPECT_EQ(save_scene(scene, "tet", folder.path), folder.path / "tet.json");
+  const std::string mesh = read_bytes(folder.path / "tet.msh", "");
+  EXPECT_NE(mesh.find("2 0.1 0 0\n"), std::string::npos);
+  EXPECT_NE(mesh.find("1 4 0 1 2 3 4\n"), std::string::npos);
+  EXPECT_EQ(load_scene(folder.path / "tet.json").mesh().file().content(), mesh);
+}
+
+TEST(ExportedFiles, StayBelowTheFolder) {
+  const Folder folder;
+  v1::ExportedFile file;
+  file.set_name("a/b.vtu");
+  file.set_content("1");
+  write_exported(folder.path, file);
+  file.set_append(true);
+  write_exported(folder.path, file);
+  EXPECT_EQ(read_bytes(folder.path / "a/b.vtu", ""), "11");
+  for (const char* name : {"../x", "/etc/x", "", "a/../../x", "a/"}) {
+    file.set_name(name);
+    EXPECT_EQ(refusal([&] { write_exported(folder.path, file); }).code(), v1::ERROR_CODE_MALFORMED)
+        << name;
+  }
+}
+
+}  // namespace
+}  // namespace limber::client
