@@ -1,0 +1,155 @@
+#include "tests/engine/session/harness.h"
+
+#include <gtest/gtest.h>
+#include <stdlib.h>
+
+namespace limber::session::test {
+
+using namespace std::chrono_literals;
+
+Pool::Pool(int threads) {
+  for (int i = 0; i < threads; ++i) threads_.emplace_back([this] { loop(); });
+}
+
+Pool::~Pool() {
+  {
+    const std::lock_guard lock(mutex_);
+    stop_ = true;
+  }
+  wake_.notify_all();
+  for (std::thread& thread : threads_) thread.join();
+}
+
+Executor Pool::executor() {
+  return [this](std::function<void()> task) {
+    {
+      const std::lock_guard lock(mutex_);
+      tasks_.push_back(std::move(task));
+    }
+    wake_.notify_one();
+  };
+}
+
+void Pool::loop() {
+  for (;;) {
+    std::function<void()> task;
+    {
+      std::unique_lock lock(mutex_);
+      wake_.wait(lock, [&] { return stop_ || !tasks_.empty(); });
+      if (tasks_.empty()) return;
+      task = std::move(tasks_.front());
+      tasks_.pop_front();
+    }
+    task();
+  }
+}
+
+/// Marks one call of the listener; two at once are a fault of the session.
+struct Recorder::Turn {
+  explicit Turn(Recorder& r) : recorder(r) {
+    const std::lock_guard lock(recorder.mutex_);
+    if (recorder.inside_) recorder.fault_ += "two calls at once; ";
+    recorder.inside_ = true;
+  }
+  ~Turn() {
+    {
+      const std::lock_guard lock(recorder.mutex_);
+      recorder.inside_ = false;
+    }
+    recorder.changed_.notify_all();
+  }
+  Recorder& recorder;
+};
+
+void Recorder::on_progress(const Progress& progress) {
+  const Turn turn(*this);
+  if (progress_hook) progress_hook(progress);
+  const std::lock_guard lock(mutex_);
+  progress_.push_back(progress);
+}
+
+void Recorder::on_state(State state, const std::string&) {
+  const Turn turn(*this);
+  if (state_hook) state_hook(state);
+  const std::lock_guard lock(mutex_);
+  states_.push_back(state);
+}
+
+void Recorder::on_result(const std::shared_ptr<const Result>& result) {
+  const Turn turn(*this);
+  if (hook) hook(*result);
+  const std::lock_guard lock(mutex_);
+  if (result->sequence != results_.size() + 1) fault_ += "gap in the sequence; ";
+  if (!results_.empty() && result->revision < results_.back()->revision)
+    fault_ += "revision goes back; ";
+  if (!result->modal.allFinite() || !result->coordinates.allFinite()) fault_ += "not finite; ";
+  results_.push_back(result);
+}
+
+std::shared_ptr<const Result> Recorder::wait_final(Revision revision,
+                                                   std::uint64_t after_sequence) {
+  std::unique_lock lock(mutex_);
+  std::shared_ptr<const Result> found;
+  changed_.wait_for(lock, 120s, [&] {
+    for (auto result = results_.rbegin(); result != results_.rend(); ++result) {
+      if ((*result)->sequence <= after_sequence) break;
+      if ((*result)->converged && (*result)->revision >= revision) found = *result;
+      if (found) return true;
+    }
+    return false;
+  });
+  return found;
+}
+
+bool Recorder::wait_state(State state) {
+  std::unique_lock lock(mutex_);
+  return changed_.wait_for(lock, 120s, [&] { return !states_.empty() && states_.back() == state; });
+}
+
+std::vector<std::shared_ptr<const Result>> Recorder::results() const {
+  const std::lock_guard lock(mutex_);
+  return results_;
+}
+
+std::vector<State> Recorder::states() const {
+  const std::lock_guard lock(mutex_);
+  return states_;
+}
+
+std::vector<Progress> Recorder::progress() const {
+  const std::lock_guard lock(mutex_);
+  return progress_;
+}
+
+std::string Recorder::fault() const {
+  const std::lock_guard lock(mutex_);
+  return fault_;
+}
+
+TemporaryFolder::TemporaryFolder() {
+  std::string name =
+      (std::filesystem::temp_directory_path() / "limber-session-test-XXXXXX").string();
+  if (::mkdtemp(name.data()) == nullptr) throw Error(ErrorCode::kIo, "", "no temporary folder");
+  path_ = name;
+}
+
+TemporaryFolder::~TemporaryFolder() {
+  std::error_code ignored;
+  std::filesystem::remove_all(path_, ignored);
+}
+
+std::shared_ptr<const Result> solve_fresh(const scene::Scene& scene,
+                                          const std::shared_ptr<ModelCache>& cache,
+                                          const SessionOptions& options) {
+  const auto inline_executor = [](const std::function<void()>& task) { task(); };
+  const Session session("fresh", scene, options, cache, inline_executor, nullptr);
+  return session.converged_result();
+}
+
+std::shared_ptr<ModelCache> shared_cache() {
+  static const TemporaryFolder folder;
+  static const auto cache = std::make_shared<ModelCache>(folder.path());
+  return cache;
+}
+
+}  // namespace limber::session::test

@@ -1,0 +1,339 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <future>
+#include <thread>
+
+#include "engine/session/session.h"
+#include "tests/engine/session/harness.h"
+#include "tests/engine/session/scenes.h"
+
+namespace limber::session {
+namespace {
+
+using spacetime::SolveStatus;
+using test::bar_node;
+using test::held;
+using test::Pool;
+using test::Recorder;
+
+constexpr int kCells = 4;
+const int kTip = bar_node(kCells, kCells, 1, 2);
+
+scene::Scene small_bar(int frames = 24) {
+  scene::Scene scene = test::bar(kCells, frames);
+  scene.model.mode_count = 6;
+  scene.model.basis_size = 12;
+  scene.model.cubature_size = 6;
+  scene.constraints = {held(8, kTip, {0, 0.05, 0.02}), held(16, kTip, {0, -0.05, 0})};
+  return scene;
+}
+
+/// A recorder whose hooks can reach the session, which does not exist yet when the first call may
+/// come.
+struct Hooked {
+  std::shared_ptr<Recorder> recorder = std::make_shared<Recorder>();
+  std::promise<Session*> promise;
+  std::shared_future<Session*> session = promise.get_future().share();
+};
+
+TEST(SessionConcurrency, AStormOfEditsIsCoalescedAndNoneIsLost) {
+  Pool pool(2);
+  const auto recorder = std::make_shared<Recorder>();
+  Session session("storm", small_bar(), {}, test::shared_cache(), pool.executor(), recorder);
+  std::atomic<int> accepted = 0;
+  std::vector<std::thread> editors;
+  for (int t = 0; t < 3; ++t) {
+    editors.emplace_back([&, t] {
+      Random random(static_cast<std::uint64_t>(100 + t));
+      std::uint64_t own = 0;
+      for (int i = 0; i < 300; ++i) {
+        const Eigen::Vector3d target(0, random.uniform(-0.06, 0.06), random.uniform(-0.06, 0.06));
+        try {
+          switch (test::below(random, 12)) {
+            case 0:
+              if (own == 0)
+                own = session.edit({AddConstraint{held(4 + 5 * t, kTip - 1, target)}})
+                          .constraint_ids[0];
+              else
+                session.edit({RemoveConstraint{std::exchange(own, 0)}});
+              break;
+            case 1:
+              session.edit({Undo{}});
+              break;
+            case 2:
+              session.edit({SetDynamics{{30, random.uniform(15, 30), 0.01}}});
+              break;
+            default:
+              session.edit(
+                  {MoveConstraint{1u + static_cast<unsigned>(test::below(random, 2)), target}});
+          }
+          ++accepted;
+        } catch (const Error& error) {
+          // Undo of another thread took the constraint away, or there was nothing to undo.
+          ASSERT_TRUE(error.code() == ErrorCode::kNotFound ||
+                      error.code() == ErrorCode::kFailedPrecondition);
+        }
+        if (i % 16 == 0) std::this_thread::yield();
+      }
+    });
+  }
+  std::thread reader([&] {
+    for (int i = 0; i < 200; ++i) {
+      (void)session.scene();
+      (void)session.state_message();
+      (void)session.progress();
+      if (const auto result = session.newest_result()) (void)session.positions(*result, 0, 2);
+      std::this_thread::yield();
+    }
+  });
+  for (std::thread& editor : editors) editor.join();
+  reader.join();
+  EXPECT_EQ(session.revision(), static_cast<Revision>(accepted));
+  const auto final = recorder->wait_final(session.revision());
+  ASSERT_TRUE(final);
+  EXPECT_EQ(recorder->fault(), "");
+  EXPECT_EQ(final->revision, session.revision());
+  EXPECT_EQ(final->report.status, SolveStatus::kConverged) << final->report.message;
+  const auto fresh = test::solve_fresh(session.scene(), test::shared_cache());
+  EXPECT_NEAR(final->report.total_energy, fresh->report.total_energy,
+              1e-6 * fresh->report.total_energy + 1e-12);
+}
+
+TEST(SessionConcurrency, CancelDuringTheBuildThenTryAgain) {
+  Hooked hooked;
+  std::atomic<bool> once = true;
+  hooked.recorder->progress_hook = [&](const Progress&) {
+    if (once.exchange(false)) hooked.session.get()->cancel();
+  };
+  Pool pool(1);
+  Session session("cancelled", small_bar(), {}, nullptr, pool.executor(), hooked.recorder);
+  hooked.promise.set_value(&session);
+  ASSERT_TRUE(hooked.recorder->wait_state(State::kFailed));
+  EXPECT_EQ(session.state(), State::kFailed);
+  EXPECT_THAT(session.state_message(), testing::HasSubstr("cancelled"));
+  EXPECT_FALSE(session.newest_result());
+  EXPECT_FALSE(session.model());
+  EXPECT_THROW(session.edit({RemoveConstraint{1}}), Error);
+  EXPECT_EQ(session.revision(), 0u);
+  session.solve_cold();
+  EXPECT_TRUE(hooked.recorder->wait_final(0));
+  EXPECT_EQ(session.state(), State::kReady);
+  EXPECT_EQ(session.state_message(),
+            session.model()->report.met_tolerance ? "" : session.model()->report.message);
+}
+
+TEST(SessionConcurrency, CancelDuringTheSolveKeepsTheNewestResult) {
+  Hooked hooked;
+  std::atomic<bool> once = true;
+  hooked.recorder->hook = [&](const Result& result) {
+    if (result.revision == 1 && !result.converged && once.exchange(false))
+      hooked.session.get()->cancel();
+  };
+  Pool pool(1);
+  Session session("cancelled", small_bar(), {}, test::shared_cache(), pool.executor(),
+                  hooked.recorder);
+  hooked.promise.set_value(&session);
+  ASSERT_TRUE(hooked.recorder->wait_final(0));
+  // Far enough away that the first corrected motion is not the optimum.
+  session.edit({MoveConstraint{1, {-0.1, 0.3, 0.1}}});
+  const auto cancelled = hooked.recorder->wait_final(1);
+  ASSERT_TRUE(cancelled);
+  EXPECT_EQ(cancelled->report.status, SolveStatus::kCancelled);
+  EXPECT_EQ(session.state(), State::kReady);
+  EXPECT_EQ(session.newest_result(), cancelled);
+  session.cancel();  // nothing runs: nothing happens to what comes later
+  session.edit({MoveConstraint{2, {0, 0.01, 0}}});
+  EXPECT_EQ(hooked.recorder->wait_final(2)->report.status, SolveStatus::kConverged);
+}
+
+TEST(SessionConcurrency, CancelledEditsAreStillInTheState) {
+  const auto recorder = std::make_shared<Recorder>();
+  std::vector<std::function<void()>> tasks;
+  Session session(
+      "queued", small_bar(), {}, test::shared_cache(),
+      [&](std::function<void()> task) { tasks.push_back(std::move(task)); }, recorder);
+  const auto run = [&] {
+    ASSERT_EQ(tasks.size(), 1u);
+    std::exchange(tasks, {})[0]();
+  };
+  run();
+  const double opened = session.newest_result()->report.total_energy;
+  session.edit({MoveConstraint{1, {0, 0.08, 0}}});
+  session.cancel();
+  run();
+  const auto skipped = session.newest_result();
+  EXPECT_EQ(skipped->revision, 1u);
+  EXPECT_TRUE(skipped->converged);
+  EXPECT_EQ(skipped->report.status, SolveStatus::kCancelled);
+  EXPECT_NE(skipped->report.total_energy, opened);
+  session.solve_cold();
+  run();
+  EXPECT_EQ(session.newest_result()->report.status, SolveStatus::kConverged);
+  EXPECT_LE(session.newest_result()->report.total_energy,
+            skipped->report.total_energy * (1 + 1e-9));
+}
+
+TEST(SessionConcurrency, CloseWhileRunning) {
+  for (int round = 0; round < 10; ++round) {
+    Pool pool(1);
+    const auto recorder = std::make_shared<Recorder>();
+    Session session("closing", small_bar(), {}, round < 5 ? nullptr : test::shared_cache(),
+                    pool.executor(), recorder);
+    std::this_thread::sleep_for(std::chrono::milliseconds(3 * round));
+    session.close();
+    const std::size_t heard = recorder->results().size();
+    EXPECT_EQ(session.state(), State::kClosed);
+    EXPECT_EQ(recorder->states().back(), State::kClosed);
+    EXPECT_THROW(session.edit({RemoveConstraint{1}}), Error);
+    EXPECT_THROW(session.solve_cold(), Error);
+    session.cancel();
+    session.close();
+    EXPECT_EQ(recorder->results().size(), heard);
+    EXPECT_THAT(recorder->states(), testing::SizeIs(testing::Le(2u)));
+    EXPECT_EQ(session.scene().constraints.size(), 2u);
+    EXPECT_EQ(recorder->fault(), "");
+  }
+}
+
+TEST(SessionConcurrency, CloseFromItsOwnListener) {
+  Hooked hooked;
+  hooked.recorder->hook = [&](const Result&) { hooked.session.get()->close(); };
+  Pool pool(1);
+  Session session("closing", small_bar(), {}, test::shared_cache(), pool.executor(),
+                  hooked.recorder);
+  hooked.promise.set_value(&session);
+  ASSERT_TRUE(hooked.recorder->wait_state(State::kClosed));
+  EXPECT_THAT(hooked.recorder->results(), testing::SizeIs(1));
+  EXPECT_EQ(hooked.recorder->fault(), "");
+  session.close();
+  EXPECT_THAT(hooked.recorder->states(), testing::ElementsAre(State::kReady, State::kClosed));
+}
+
+TEST(SessionConcurrency, DestroyedByItsOwnListener) {
+  Pool pool(1);
+  const auto recorder = std::make_shared<Recorder>();
+  std::promise<std::unique_ptr<Session>> promise;
+  auto future = promise.get_future();
+  recorder->hook = [&](const Result&) {
+    if (future.valid()) future.get().reset();
+  };
+  promise.set_value(std::make_unique<Session>("gone", small_bar(), SessionOptions{},
+                                              test::shared_cache(), pool.executor(), recorder));
+  std::promise<void> after;
+  while (recorder->results().empty()) std::this_thread::yield();
+  pool.executor()([&] { after.set_value(); });  // the thread came back from the session
+  after.get_future().wait();
+  EXPECT_THAT(recorder->results(), testing::SizeIs(1));
+}
+
+TEST(SessionConcurrency, ListenersMayCallEverything) {
+  Hooked hooked;
+  std::atomic<int> calls = 0;
+  hooked.recorder->hook = [&](const Result& result) {
+    Session& session = *hooked.session.get();
+    (void)session.scene();
+    (void)session.positions(result, 0, 1);
+    (void)session.constraints();
+    EXPECT_EQ(session.state(), State::kReady);
+    EXPECT_GE(session.revision(), result.revision);
+    if (++calls < 5) session.edit({MoveConstraint{1, {0, 0.01 * calls, 0}}});
+  };
+  Pool pool(1);
+  Session session("calls", small_bar(), {}, test::shared_cache(), pool.executor(), hooked.recorder);
+  hooked.promise.set_value(&session);
+  EXPECT_TRUE(hooked.recorder->wait_final(4));
+}
+
+TEST(SessionConcurrency, AListenerThatThrows) {
+  const auto recorder = std::make_shared<Recorder>();
+  recorder->hook = [](const Result&) { throw std::runtime_error("no"); };
+  recorder->progress_hook = [](const Progress&) { throw 7; };
+  recorder->state_hook = [](State) { throw std::bad_alloc(); };
+  const auto inline_executor = [](const std::function<void()>& task) { task(); };
+  Session session("thrown at", small_bar(), {}, nullptr, inline_executor, recorder);
+  EXPECT_EQ(session.state(), State::kReady);
+  session.edit({MoveConstraint{1, {0, 0.01, 0}}});
+  ASSERT_TRUE(session.converged_result());
+  EXPECT_EQ(session.converged_result()->revision, 1u);
+}
+
+TEST(SessionConcurrency, AnExecutorThatRefusesOrDropsTasks) {
+  enum class Mood { kRun, kThrow, kDrop } mood = Mood::kThrow;
+  const Executor executor = [&](const std::function<void()>& task) {
+    if (mood == Mood::kThrow) throw std::runtime_error("full");
+    if (mood == Mood::kRun) task();
+  };
+  EXPECT_THROW(Session("refused", small_bar(), {}, test::shared_cache(), executor, nullptr), Error);
+  mood = Mood::kDrop;
+  Session session("dropped", small_bar(), {}, test::shared_cache(), executor, nullptr);
+  EXPECT_EQ(session.state(), State::kBuilding);
+  mood = Mood::kRun;
+  session.edit({MoveConstraint{1, {0, 0.01, 0}}});
+  ASSERT_EQ(session.state(), State::kReady);
+  mood = Mood::kThrow;
+  EXPECT_EQ(session.edit({MoveConstraint{1, {0, 0.02, 0}}}).revision,
+            2u);  // accepted, not yet solved
+  EXPECT_THAT(session.state_message(), testing::HasSubstr("full"));
+  EXPECT_EQ(session.converged_result()->revision, 1u);
+  mood = Mood::kRun;
+  session.edit({MoveConstraint{2, {0, 0.02, 0}}});
+  EXPECT_EQ(session.converged_result()->revision, 3u);
+  EXPECT_EQ(session.constraints()[0].target.y(), 0.02);
+}
+
+TEST(SessionConcurrency, ClosingDoesNotWaitForATaskThatNeverStarts) {
+  std::vector<std::function<void()>> tasks;
+  const auto recorder = std::make_shared<Recorder>();
+  {
+    Session session(
+        "asleep", small_bar(), {}, test::shared_cache(),
+        [&](std::function<void()> task) { tasks.push_back(std::move(task)); }, recorder);
+    session.close();
+  }
+  ASSERT_EQ(tasks.size(), 1u);
+  tasks[0]();  // wakes up after its session has gone
+  EXPECT_THAT(recorder->states(), testing::ElementsAre(State::kClosed));
+  EXPECT_THAT(recorder->results(), testing::IsEmpty());
+}
+
+TEST(SessionConcurrency, ManySessionsShareAPool) {
+  Pool pool(2);
+  const scene::Scene scenes[2] = {small_bar(24), small_bar(31)};
+  std::shared_ptr<const Result> expected[2];
+  for (int s = 0; s < 2; ++s) expected[s] = test::solve_fresh(scenes[s], test::shared_cache());
+  std::vector<std::shared_ptr<Recorder>> recorders;
+  std::vector<std::unique_ptr<Session>> sessions;
+  for (int i = 0; i < 6; ++i) {
+    recorders.push_back(std::make_shared<Recorder>());
+    sessions.push_back(std::make_unique<Session>(std::to_string(i), scenes[i % 2], SessionOptions{},
+                                                 test::shared_cache(), pool.executor(),
+                                                 recorders.back()));
+  }
+  for (int i = 0; i < 6; ++i) {
+    sessions[i]->edit({MoveConstraint{1, {0, 0.09, 0}}});
+    sessions[i]->edit({Undo{}});
+  }
+  for (int i = 0; i < 6; ++i) {
+    const auto final = recorders[i]->wait_final(2);
+    ASSERT_TRUE(final);
+    const double energy = expected[i % 2]->report.total_energy;
+    EXPECT_NEAR(final->report.total_energy, energy, 1e-6 * energy);
+    EXPECT_EQ(recorders[i]->fault(), "");
+    EXPECT_EQ(sessions[i]->id(), std::to_string(i));
+  }
+}
+
+TEST(SessionConcurrency, TheSameEditsOneAtATimeGiveTheSameBits) {
+  const auto run = [] {
+    const auto inline_executor = [](const std::function<void()>& task) { task(); };
+    Session session("again", small_bar(), {}, test::shared_cache(), inline_executor, nullptr);
+    for (int i = 0; i < 5; ++i) session.edit({MoveConstraint{1, {0, 0.01 * i, 0.05}}});
+    return session.converged_result();
+  };
+  EXPECT_EQ(run()->modal, run()->modal);
+}
+
+}  // namespace
+}  // namespace limber::session

@@ -1,0 +1,49 @@
+// The scene of the paper's figure 5 under the load of an interactive user.
+
+#include <gtest/gtest.h>
+
+#include "engine/base/random.h"
+#include "engine/scene/samples.h"
+#include "engine/session/session.h"
+#include "tests/engine/session/harness.h"
+#include "tests/engine/session/scenes.h"
+
+namespace limber::session {
+namespace {
+
+using spacetime::SolveStatus;
+
+TEST(SessionFlower, TwoThousandMovesEndAtAColdSolve) {
+  const scene::Scene scene = scene::make_sample("flower");
+  test::Pool pool(1);
+  const auto recorder = std::make_shared<test::Recorder>();
+  Session session("flower", scene, {}, test::shared_cache(), pool.executor(), recorder);
+  ASSERT_TRUE(recorder->wait_final(0));
+  const std::vector<scene::Constraint> opened = session.constraints();
+  ASSERT_FALSE(opened.empty());
+  const double reach =
+      0.05 *
+      (scene.mesh.nodes.rowwise().maxCoeff() - scene.mesh.nodes.rowwise().minCoeff()).maxCoeff();
+  Random random(2000);
+  for (int i = 0; i < 2000; ++i) {
+    const auto& constraint = opened[random.index(opened.size())];
+    const Eigen::Vector3d nudge(random.uniform(-reach, reach), random.uniform(-reach, reach),
+                                random.uniform(-reach, reach));
+    session.edit({MoveConstraint{constraint.id, constraint.target + nudge}});
+    if (i % 10 == 0)
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));  // some solves end, most do not
+  }
+  const auto final = recorder->wait_final(2000);
+  ASSERT_TRUE(final);
+  EXPECT_EQ(final->report.status, SolveStatus::kConverged) << final->report.message;
+  EXPECT_EQ(recorder->fault(), "");
+  EXPECT_GT(recorder->results().size(), 100u);
+  const auto fresh = test::solve_fresh(session.scene(), test::shared_cache());
+  ASSERT_TRUE(fresh);
+  EXPECT_EQ(fresh->report.status, SolveStatus::kConverged) << fresh->report.message;
+  EXPECT_NEAR(final->report.total_energy, fresh->report.total_energy,
+              1e-6 * fresh->report.total_energy);
+}
+
+}  // namespace
+}  // namespace limber::session
