@@ -145,22 +145,10 @@ FittedCubature::Fit FittedCubature::fit() const {
   return best;
 }
 
-Eigen::MatrixXd FittedCubature::predict(const Eigen::MatrixXd& map,
-                                        const Eigen::MatrixXd& z) const {
-  Eigen::MatrixXd q = linear_.topRows(map.rows()) * z;
-  for (std::size_t t = 0; t < tets_.size(); ++t) {
-    const auto first = static_cast<Eigen::Index>(kRsSize * t);
-    const Eigen::MatrixXd r = remainder_features(rs_modes_.middleRows<kRsSize>(first), z);
-    q.noalias() += map.middleCols<kRsSize>(first) * r.transpose();
-  }
-  return q;
-}
-
 Eigen::MatrixXd FittedCubature::direct(const Eigen::MatrixXd& map) const {
   Eigen::MatrixXd result = linear_.topRows(map.rows());
   static const Eigen::Matrix<double, 9, 9> kLinear = linear_part();
-  for (std::size_t t = 0; t < tets_.size(); ++t) {
-    const auto first = static_cast<Eigen::Index>(kRsSize * t);
+  for (Eigen::Index first = 0; first < map.cols(); first += kRsSize) {
     result.noalias() -=
         map.middleCols<kRsSize>(first) * (kLinear * rs_modes_.middleRows<kRsSize>(first));
   }

@@ -40,9 +40,6 @@ class FittedCubature {
   /// validation poses.
   [[nodiscard]] Fit fit() const;
 
-  /// B^T W z + H r for any poses: h x S.
-  [[nodiscard]] Eigen::MatrixXd predict(const Eigen::MatrixXd& map, const Eigen::MatrixXd& z) const;
-
   /// The model's members for a map: (QW)^c, and D such that q = H g(Y z) + D z.
   [[nodiscard]] const Eigen::MatrixXd& rs_modes() const { return rs_modes_; }
   [[nodiscard]] Eigen::MatrixXd direct(const Eigen::MatrixXd& map) const;

@@ -1,0 +1,163 @@
+#include "engine/reduced/cubature.h"
+
+#include <algorithm>
+#include <optional>
+
+#include "engine/base/parallel.h"
+#include "engine/bodies/mass.h"
+#include "engine/reduced/fitted_cubature.h"
+#include "engine/reduced/rs_coordinates.h"
+#include "engine/reduced/weighted_cubature.h"
+
+namespace limber::reduced {
+namespace {
+
+constexpr int kLargestFitted = 100;
+constexpr int kLargestWeighted = 300;
+constexpr int kPoolSize = 1000;
+/// The validation poses are a sample: asked for a little more, so that the test poses agree.
+constexpr double kMargin = 0.96;
+
+/// Tets that may be selected: a random subset, so that large meshes cost no more than small ones.
+std::vector<int> random_pool(int tet_count, int size, Random& random) {
+  std::vector<int> all(tet_count);
+  for (int e = 0; e < tet_count; ++e) all[e] = e;
+  const int count = std::min(size, tet_count);
+  for (int k = 0; k < count; ++k)
+    std::swap(all[k], all[k + static_cast<int>(random.index(tet_count - k))]);
+  all.resize(count);
+  std::sort(all.begin(), all.end());
+  return all;
+}
+
+/// Multiplications of one frame: Y z, H g and D z.
+double frame_cost(int basis, int tets, Eigen::Index coordinates) {
+  return 9.0 * tets * static_cast<double>(basis + coordinates) +
+         static_cast<double>(basis * coordinates);
+}
+
+struct FittedSizes {
+  int basis = 0;
+  int tets = 0;
+  FittedCubature::Fit fit;
+};
+
+FittedSizes choose_sizes(FittedCubature& cubature, const CubatureInput& input,
+                         const JobContext& job) {
+  const ModelOptions& options = input.options;
+  const double limit = kMargin * options.tolerance;
+  const int largest = static_cast<int>(input.basis.cols());
+  const bool any_basis = options.basis_size == 0, any_tets = options.cubature_size == 0;
+  const int fewest_columns =
+      any_basis ? smallest_size(mean_error_by_size(input.validation, input.validation.q), limit)
+                : largest;
+  const int tet_limit = any_tets ? kLargestFitted : options.cubature_size;
+  std::optional<FittedSizes> best;
+  FittedSizes last;
+  const auto cost = [&](const FittedSizes& sizes) {
+    return frame_cost(sizes.basis, sizes.tets, input.modes.count());
+  };
+  for (int t = 1; t <= tet_limit; ++t) {
+    if (any_tets && best && frame_cost(fewest_columns, t, input.modes.count()) >= cost(*best))
+      break;
+    job.report("cubature", static_cast<double>(t) / tet_limit);
+    const bool added = cubature.add_best_tet(job);
+    if (added && !any_tets && t < tet_limit) continue;
+    last = {largest, static_cast<int>(cubature.tets().size()), cubature.fit()};
+    FittedSizes candidate = last;
+    if (any_basis) {
+      candidate.basis = smallest_size(last.fit.validation_mean, limit);
+    } else if (last.fit.validation_mean[largest - 1] > limit) {
+      candidate.basis = 0;
+    }
+    if (candidate.basis > 0 && (!best || cost(candidate) < cost(*best)))
+      best = std::move(candidate);
+    if (!added) break;
+  }
+  return best ? std::move(*best) : last;
+}
+
+}  // namespace
+
+int smallest_size(const Eigen::VectorXd& error_by_size, double limit) {
+  for (Eigen::Index h = 1; h <= error_by_size.size(); ++h) {
+    if (error_by_size[h - 1] <= limit) return static_cast<int>(h);
+  }
+  return 0;
+}
+
+Eigen::MatrixXd reduced_coordinates(const Eigen::MatrixXd& rs_modes, const Eigen::MatrixXd& map,
+                                    const Eigen::MatrixXd& direct, const Eigen::MatrixXd& z) {
+  Eigen::MatrixXd g = rs_modes * z;
+  for (Eigen::Index s = 0; s < g.cols(); ++s) {
+    for (Eigen::Index row = 0; row < g.rows(); row += kRsSize) {
+      const RsVector y = g.col(s).segment<kRsSize>(row);
+      Eigen::Map<Eigen::Matrix3d>(g.col(s).data() + row) = displacement_gradient(y);
+    }
+  }
+  return map * g + direct * z;
+}
+
+Cubature fit_cubature(const CubatureInput& input, const JobContext& job) {
+  Random random(input.options.seed);
+  FittedCubature fitted(input.gradient, input.modes.modes,
+                        input.basis.transpose() * input.modes.modes, input.train, input.validation,
+                        random_pool(input.gradient.tet_count(), kPoolSize, random));
+  const FittedSizes sizes = choose_sizes(fitted, input, job);
+  Cubature result;
+  result.basis_size = sizes.basis;
+  result.tets.assign(fitted.tets().begin(), fitted.tets().begin() + sizes.tets);
+  result.rs_modes = fitted.rs_modes().topRows(kRsSize * Eigen::Index{sizes.tets});
+  result.map = sizes.fit.map.topRows(sizes.basis);
+  result.direct = fitted.direct(result.map);
+  return result;
+}
+
+Cubature weigh_cubature(const CubatureInput& input, const JobContext& job) {
+  const ModelOptions& options = input.options;
+  const double limit = kMargin * options.tolerance;
+  const int rigid = input.modes.rigid_count;
+  int h = options.basis_size;
+  if (h == 0) {
+    h = smallest_size(mean_error_by_size(input.validation, input.validation.q), 0.45 * limit);
+    if (h == 0) h = static_cast<int>(input.basis.cols());
+  }
+  const Eigen::MatrixXd basis = input.basis.leftCols(h);
+  PoseData train = input.train, validation = input.validation;
+  train.q.conservativeResize(h, Eigen::NoChange);
+  validation.q.conservativeResize(h, Eigen::NoChange);
+  Eigen::VectorXd share;
+  if (rigid > 0) {
+    share = bodies::lumped_node_mass(input.body.mesh);
+    share /= share.sum();
+  }
+
+  Cubature result;
+  result.basis_size = h;
+  result.direct = Eigen::MatrixXd::Zero(h, input.modes.count());
+  result.direct.leftCols(rigid / 2) = basis.transpose() * input.modes.modes.leftCols(rigid / 2);
+  const auto update = [&](const WeightedCubature& cubature) {
+    result.tets = cubature.tets();
+    result.map = cubature.map();
+    result.rs_modes = linear_coordinates(input.gradient, result.tets, input.modes.modes);
+  };
+
+  WeightedCubature cubature(input.gradient, input.modes.modes, basis, share, train, options.seed);
+  const bool any_tets = options.cubature_size == 0;
+  const int tet_limit = any_tets ? kLargestWeighted : options.cubature_size;
+  // Weights that fall to zero leave their place to others: more steps than tets.
+  for (int step = 0; step < 3 * tet_limit; ++step) {
+    const int count = static_cast<int>(cubature.tets().size());
+    job.report("cubature", static_cast<double>(count) / tet_limit);
+    if (count >= tet_limit || !cubature.add_tet(job)) break;
+    if (!any_tets || step % 5 != 4) continue;
+    update(cubature);
+    const Eigen::MatrixXd q =
+        reduced_coordinates(result.rs_modes, result.map, result.direct, validation.z);
+    if (relative_errors(validation, q).mean() <= limit) return result;
+  }
+  update(cubature);
+  return result;
+}
+
+}  // namespace limber::reduced
