@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 
+#include "engine/base/random.h"
 #include "engine/bodies/elastic_body.h"
 
 namespace limber::bodies::testing {
@@ -46,6 +47,22 @@ inline TetMesh box_mesh(std::array<int, 3> cells, Eigen::Vector3d size, Material
   }
   mesh.materials = {material};
   mesh.tet_material.assign(static_cast<std::size_t>(mesh.tet_count()), 0);
+  return mesh;
+}
+
+/// Moves inner nodes by up to `amount` per axis; the sides stay flat.
+inline TetMesh jitter(TetMesh mesh, double amount, std::uint64_t seed = 11) {
+  Random random(seed);
+  const Eigen::Vector3d low = mesh.nodes.rowwise().minCoeff();
+  const Eigen::Vector3d high = mesh.nodes.rowwise().maxCoeff();
+  for (int a = 0; a < mesh.node_count(); ++a) {
+    auto node = mesh.nodes.col(a);
+    const bool inside = (node.array() > low.array()).all() && (node.array() < high.array()).all();
+    for (int axis = 0; axis < 3; ++axis) {
+      const double move = random.uniform(-amount, amount);
+      if (inside) node[axis] += move;
+    }
+  }
   return mesh;
 }
 
