@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import atexit
+import json
 import os
 import shutil
 import signal
@@ -13,7 +14,7 @@ from pathlib import Path
 from typing import Sequence
 
 from .connection import Connection
-from .errors import LimberError
+from .errors import LimberError, invalid
 from .server import Server
 
 
@@ -68,35 +69,32 @@ def stop(process: subprocess.Popen, patience: float = 10.0) -> int:
     return process.wait()
 
 
-def launch(binary: "str | os.PathLike[str] | None" = None, *, arguments: Sequence[str] = (),
+def launch(binary: "str | os.PathLike[str] | None" = None, *, transport: str = "ipc", arguments: Sequence[str] = (),
            cache_dir: "str | os.PathLike[str] | None" = None, timeout: float = 30.0) -> LaunchedServer:
-    """Starts a limberd on ipc sockets in a folder of its own and connects to it.
+    """Starts a limberd of our own and connects to it.
 
-    binary: default see find_binary(); arguments: more options of limberd; cache_dir: for built models (default:
+    binary: default see find_binary(); transport: "ipc" (sockets in a folder that goes with the server) or "tcp" (free
+    ports on loopback, for other clients too); arguments: more options of limberd; cache_dir: for built models (default:
     limberd's own, so that a scene that was opened before is ready at once). Raises LimberError with what limberd printed
     if it does not start.
     """
+    if transport not in ("ipc", "tcp"):
+        raise invalid("transport", f'transport is "ipc" or "tcp", not {transport!r}')
     binary = Path(binary) if binary else find_binary()
     folder = Path(tempfile.mkdtemp(prefix="limber-"))
     if len(str(folder)) > 80:  # a socket's path has at most 107 bytes
         folder.rmdir()
         folder = Path(tempfile.mkdtemp(prefix="limber-", dir="/tmp"))
-    ready = folder / "ready"
-    command = [str(binary), "--bind", f"ipc://{folder}/requests", "--stream", f"ipc://{folder}/stream",
-               "--ready-file", str(ready), *arguments]
+    bind, stream = (f"ipc://{folder}/requests", f"ipc://{folder}/stream") if transport == "ipc" \
+        else ("tcp://127.0.0.1:0", "tcp://127.0.0.1:0")
+    command = [str(binary), "--bind", bind, "--stream", stream, "--ready-file", str(folder / "ready"), *arguments]
     if cache_dir:
         command += ["--cache-dir", str(cache_dir)]
     process = connection = None
     try:
         with open(folder / "limberd.log", "wb") as log:
             process = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=log, stderr=log)
-        deadline = time.monotonic() + timeout
-        while not ready.exists():
-            if process.poll() is not None or time.monotonic() > deadline:
-                printed = (folder / "limberd.log").read_text(errors="replace").strip()
-                raise LimberError("FAILED_PRECONDITION", f"{binary} did not start: {printed or 'it printed nothing'}")
-            time.sleep(0.01)
-        connection = Connection(f"ipc://{folder}/requests")
+        connection = Connection(_await_ready(process, folder, timeout))
         return LaunchedServer(connection, process, folder)
     except BaseException as error:
         if connection:
@@ -107,3 +105,15 @@ def launch(binary: "str | os.PathLike[str] | None" = None, *, arguments: Sequenc
         if isinstance(error, OSError):
             raise LimberError("NOT_FOUND", f"cannot run {binary}: {error}") from error
         raise
+
+
+def _await_ready(process: subprocess.Popen, folder: Path, timeout: float) -> str:
+    """The endpoint for requests, once limberd says that it is ready."""
+    deadline = time.monotonic() + timeout
+    while not (folder / "ready").exists():
+        if process.poll() is not None or time.monotonic() > deadline:
+            printed = (folder / "limberd.log").read_text(errors="replace").strip()
+            raise LimberError("FAILED_PRECONDITION",
+                              f"{process.args[0]} did not start: {printed or 'it printed nothing'}")
+        time.sleep(0.01)
+    return json.loads((folder / "ready").read_text())["requests"]

@@ -54,7 +54,7 @@ class FrameStream:
         self._session = session
         self._timeout = timeout
         self._sequence: dict[bytes, int] = {}
-        self._snapshot = 0  # result sequence number of the snapshot; older ones on the stream are discarded
+        self._newest = (0, -1)  # (result sequence, first frame) handed out last: the server may send frames again
         self._queue: deque[StreamedFrames] = deque()
         connection = session.connection
         self._frames_topic = f"session/{session.id}/body/0/{encoding}".encode()
@@ -127,10 +127,10 @@ class FrameStream:
             if error.code not in ("FAILED_PRECONDITION", "NOT_FOUND"):
                 raise
             return  # nothing solved so far
-        self._snapshot = frames.result.sequence
         self._hand_out(frames, 0)
 
     def _hand_out(self, frames: "service.Frames", missed: int) -> None:
+        self._newest = (frames.result.sequence, frames.first_frame)
         self._queue.append(StreamedFrames(Result.from_message(frames.result), frames.first_frame, missed,
                                           time.monotonic(), frames, self._session))
 
@@ -153,7 +153,7 @@ class FrameStream:
                 raise LimberError("FAILED_PRECONDITION", f"session {message.session} failed: {message.status.message}")
         elif kind == "frames" and topic == self._frames_topic:
             self.missed += missed
-            if message.frames.result.sequence > self._snapshot:
+            if (message.frames.result.sequence, message.frames.first_frame) > self._newest:
                 self._hand_out(message.frames, missed)
                 return self._queue.popleft()
         return None

@@ -1,0 +1,110 @@
+#!/usr/bin/env python3
+"""Opens the sample flower, drags its top through space and time, and prints how fast the motion follows.
+
+Starts a limberd of its own on free ports of 127.0.0.1 and stops it at the end, whatever happens.
+"""
+
+import argparse
+import pathlib
+import signal
+import sys
+import time
+
+import limber
+
+PATIENCE = 60.0  # for one edit to converge [s]
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--out", default="out/demo", help="folder for the frames (default: %(default)s)")
+    parser.add_argument("--sample", default="flower", help="scene to edit (default: %(default)s)")
+    arguments = parser.parse_args()
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))  # so that the server is stopped then, too
+    with limber.launch(transport="tcp") as server:
+        print(f"limberd {server.info().server_version} answers at {server.connection.endpoint}")
+        run(server, arguments.sample, pathlib.Path(arguments.out))
+    return 0
+
+
+def run(server: limber.Server, sample: str, out: pathlib.Path) -> None:
+    scene = server.sample(sample)
+    node = scene.constraints[0].nodes[0]  # the point that the sample's own constraints lead
+    del scene.constraints[:]
+    session = server.open(scene)
+    status = session.status()
+    model = status.model
+    print(f"{sample}: {status.tets} tets, {status.nodes} nodes, {status.frames} frames; model: {model.modes} modes, "
+          f"{model.basis_size} basis columns, {model.cubature_size} cubature tets, "
+          f"{100 * model.error_mean:.2f} % mean error,\nready after {model.build_s:.2f} s"
+          f"{' (from the cache)' if model.from_cache else ''}. Node {node} is dragged.\n")
+    rest = session.geometry().rest
+    size = float((rest.max(axis=0) - rest.min(axis=0)).max())
+    with session.stream() as stream:
+        print(f"{'edit':<34}{'ack':>8}{'first':>9}{'final':>9}{'error':>10}{'E forces':>11}{'E constr.':>11}"
+              f"{'E total':>11}\n{'':<34}{'[ms]':>8}{'[ms]':>9}{'[ms]':>9}{'[length]':>10}")
+        for text, edit in edits(session, node, status.frames, size):
+            measure(session, stream, text, edit)
+        print(f"\n{stream.missed} stream messages missed\n")
+    files = session.export(out, formats=("pvd", "pc2"))
+    pvd, pc2, obj = (next(file for file in files if file.suffix == ending) for ending in (".pvd", ".pc2", ".obj"))
+    print(f"{len(files)} files in {out}:\n"
+          f"  {pvd}  ParaView: open it, press Apply, play\n"
+          f"  {obj}  Blender: import it with Forward = Y, Up = Z, vertex order kept (Split off); then add a Mesh Cache\n"
+          f"  {pc2}  modifier with this file, format PC2, Forward = Y, Up = Z")
+
+
+def edits(session: limber.Session, node: int, frames: int, size: float):
+    """A few gestures at the top of the body: what each is, and the function that sends it."""
+    def at(share):
+        return round(share * (frames - 1))
+
+    held = {}
+
+    def add(name, share, **what):
+        def send():
+            held[name] = session.add(node=node, frame=at(share), **what)
+        return send
+
+    def target(x, y, z):
+        return (x * size, y * size, z * size)
+
+    yield f"add: frame {at(0.2)}, to the right", add("a", 0.2, displacement=target(0.2, -0.03, 0))
+    yield f"add: frame {at(0.4)}, to the left", add("b", 0.4, displacement=target(-0.2, -0.03, 0))
+    yield f"add: frame {at(0.6)}, forward", add("c", 0.6, displacement=target(0, -0.03, 0.2))
+    for step in range(1, 5):
+        yield (f"drag frame {at(0.2)} further ({step} of 4)",
+               lambda step=step: held["a"].move(target(0.2 + 0.04 * step, -0.03 - 0.02 * step, 0.05 * step)))
+    yield f"add: frame {at(0.75)}, only z, exactly", add("d", 0.75, displacement=target(0, 0, -0.15), axes="z",
+                                                         exact=True)
+    yield "let the last frame go", lambda: session.ends("position_velocity", "free")
+    yield "undo that", session.undo
+    yield f"remove frame {at(0.4)}", lambda: held["b"].remove()
+
+
+def measure(session: limber.Session, stream: limber.FrameStream, text: str, edit) -> None:
+    """Sends one edit and times, as a client sees them, its acknowledgement, the first frames that contain it and the
+    final ones."""
+    start = time.monotonic()
+    edit()
+    acknowledged = time.monotonic()
+    first = None
+    while True:
+        frames = stream.next(PATIENCE)
+        if frames.result.revision < session.revision:
+            continue
+        first = first or frames.received
+        if frames.result.converged:
+            break
+    result = frames.result
+    print(f"{text:<34}{1e3 * (acknowledged - start):8.2f}{1e3 * (first - start):9.2f}"
+          f"{1e3 * (frames.received - start):9.2f}{result.max_error:10.2e}{result.force_energy:11.3e}"
+          f"{result.constraint_energy:11.3e}{result.energy:11.3e}{'' if result.status == 'CONVERGED' else '  ' + result.status}",
+          flush=True)
+
+
+if __name__ == "__main__":
+    try:
+        sys.exit(main())
+    except limber.LimberError as error:
+        sys.exit(f"demo: {error}")
