@@ -6,6 +6,7 @@
 #include "engine/scene/tetrahedralize/lattice.h"
 #include "engine/scene/tetrahedralize/repair.h"
 #include "engine/scene/tetrahedralize/smoothing.h"
+#include "engine/scene/tetrahedralize/triangle_tree.h"
 
 namespace limber::scene {
 namespace {
@@ -30,6 +31,17 @@ void check(const ImplicitSolid& solid) {
   }
 }
 
+Candidate stuff_with(double cell, const ImplicitSolid& solid, const TetrahedralizeOptions& options,
+                     const JobContext& job) {
+  Candidate candidate;
+  candidate.cell = cell;
+  candidate.stuffing = lattice::stuff(solid, cell, options.max_lattice_points, job);
+  candidate.repair = lattice::make_one_piece(candidate.stuffing);
+  const auto count = static_cast<double>(candidate.stuffing.tets.size());
+  if (count > 0) candidate.misfit = std::abs(std::log(count / options.target_tets));
+  return candidate;
+}
+
 /// Searches the cell size: the number of tets falls about with the cube of it, but not smoothly, so
 /// the best seen wins.
 Candidate search(const ImplicitSolid& solid, const TetrahedralizeOptions& options,
@@ -44,13 +56,9 @@ Candidate search(const ImplicitSolid& solid, const TetrahedralizeOptions& option
   Candidate best;
   for (int round = 0; round < kMaxRounds; ++round) {
     job.report("searching the cell size", static_cast<double>(round) / kMaxRounds);
-    Candidate candidate;
-    candidate.cell = cell;
-    candidate.stuffing = lattice::stuff(solid, cell, options.max_lattice_points, job);
-    candidate.repair = lattice::make_one_piece(candidate.stuffing);
+    Candidate candidate = stuff_with(cell, solid, options, job);
     const double count = static_cast<double>(candidate.stuffing.tets.size());
     const double log_ratio = count > 0 ? std::log(count / options.target_tets) : -std::log(8.0);
-    if (count > 0) candidate.misfit = std::abs(log_ratio);
     (log_ratio < 0 ? too_coarse : too_fine) = cell;
     if (candidate.misfit < best.misfit) best = std::move(candidate);
     if (best.misfit <= close_enough) break;
@@ -79,6 +87,7 @@ void TetrahedralizeOptions::validate() const {
   if (target_tets < 50 || target_tets > 20'000'000) {
     refuse("target_tets", "in [50, 20000000], is " + std::to_string(target_tets));
   }
+  if (!(cell_size >= 0) || !std::isfinite(cell_size)) refuse("cell_size", ">= 0 and finite");
   if (!(count_tolerance > 0 && count_tolerance < 1)) refuse("count_tolerance", "in (0, 1)");
   if (smoothing_passes < 0)
     refuse("smoothing_passes", ">= 0, is " + std::to_string(smoothing_passes));
@@ -90,7 +99,9 @@ Tetrahedralization tetrahedralize(const ImplicitSolid& solid, const Tetrahedrali
                                   const JobContext& job) {
   options.validate();
   check(solid);
-  Candidate best = search(solid, options, job.part(0, 0.7));
+  const bool given = options.cell_size > 0;
+  Candidate best = given ? stuff_with(options.cell_size, solid, options, job)
+                         : search(solid, options, job.part(0, 0.7));
   if (!std::isfinite(best.misfit)) {
     throw Error(ErrorCode::kNumerical, "",
                 "no cell size gives a single tet: the body is empty or far too thin");
@@ -122,11 +133,28 @@ Tetrahedralization tetrahedralize(const ImplicitSolid& solid, const Tetrahedrali
     result.notes.push_back(std::to_string(best.repair.tets_dropped) +
                            " tets of smaller pieces or touching edges are left out");
   }
-  if (best.misfit > std::log1p(options.count_tolerance)) {
+  if (!given && best.misfit > std::log1p(options.count_tolerance)) {
     result.notes.push_back("the nearest number of tets found is " +
                            std::to_string(result.mesh.tet_count()) + ", not " +
                            std::to_string(options.target_tets));
   }
+  return result;
+}
+
+Tetrahedralization tetrahedralize(const TriangleSurface& surface,
+                                  const TetrahedralizeOptions& options, const JobContext& job) {
+  options.validate();
+  job.report("indexing the surface", 0);
+  const TriangleSurface closed = closed_outward(surface);
+  const lattice::TriangleTree tree(closed);
+  ImplicitSolid solid;
+  solid.distance = [&tree](const Eigen::Vector3d& x) { return tree.signed_distance(x); };
+  solid.bounds = tree.bounds();
+  // A flat side of the box must not coincide with lattice points.
+  const Eigen::Vector3d margin = Eigen::Vector3d::Constant(1e-3 * solid.bounds.diagonal().norm());
+  solid.bounds = Eigen::AlignedBox3d(solid.bounds.min() - margin, solid.bounds.max() + margin);
+  Tetrahedralization result = tetrahedralize(solid, options, job.part(0.05, 1));
+  result.notes.insert(result.notes.begin(), closed.warnings.begin(), closed.warnings.end());
   return result;
 }
 

@@ -21,6 +21,7 @@ struct ImplicitSolid {
 
 struct TetrahedralizeOptions {
   int target_tets = 5000;               // >= 50, <= 20,000,000
+  double cell_size = 0;                 // > 0: use this one and search none; target_tets is ignored
   double count_tolerance = 0.1;         // relative; the search stops inside of it, in (0, 1)
   int smoothing_passes = 4;             // >= 0
   int max_lattice_points = 60'000'000;  // > 0; refused beyond: a thin body in a huge box
@@ -49,7 +50,7 @@ struct Tetrahedralization {
 
 /// The same for the inside of a closed triangle surface (winding number above 1/2: overlapping
 /// parts are united).
-/// @throws Error also as check_closed of triangle_surface.h does
+/// @throws Error also as closed_outward of triangle_surface.h throws
 [[nodiscard]] Tetrahedralization tetrahedralize(const TriangleSurface& surface,
                                                 const TetrahedralizeOptions& options = {},
                                                 const JobContext& job = {});

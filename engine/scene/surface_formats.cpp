@@ -1,0 +1,82 @@
+#include "engine/scene/surface_formats.h"
+
+#include <charconv>
+
+#include "engine/base/error.h"
+#include "engine/scene/formats/surface_readers.h"
+#include "engine/scene/mesh_formats.h"
+
+namespace limber::scene {
+namespace formats {
+
+bool SurfaceBuilder::add_polygon(const std::vector<std::int64_t>& corners, std::int64_t line) {
+  if (corners.size() < 3) return false;
+  if (corners.size() > 3) ++polygons_;
+  for (std::size_t i = 2; i < corners.size(); ++i) {
+    triangles_.push_back({{corners[0], corners[i - 1], corners[i]}, line});
+  }
+  return true;
+}
+
+TriangleSurface SurfaceBuilder::finish(const TextCursor& file) {
+  if (triangles_.empty()) file.fail("the file has no triangles");
+  TriangleSurface surface;
+  surface.vertices.resize(3, static_cast<Eigen::Index>(vertices_.size()));
+  for (std::size_t i = 0; i < vertices_.size(); ++i)
+    surface.vertices.col(static_cast<Eigen::Index>(i)) = vertices_[i];
+  surface.triangles.resize(3, static_cast<Eigen::Index>(triangles_.size()));
+  for (std::size_t t = 0; t < triangles_.size(); ++t) {
+    for (int corner = 0; corner < 3; ++corner) {
+      const std::int64_t index = triangles_[t].corners[corner];
+      if (index < 0 || index >= vertex_count()) {
+        file.fail_at(triangles_[t].line, "a face uses vertex " + std::to_string(index) +
+                                             " (from 0) of " + std::to_string(vertex_count()));
+      }
+      surface.triangles(corner, static_cast<Eigen::Index>(t)) = static_cast<int>(index);
+    }
+  }
+  if (polygons_ > 0)
+    surface.warnings.push_back(std::to_string(polygons_) + " polygons are cut into triangles");
+  return surface;
+}
+
+}  // namespace formats
+
+TriangleSurface read_surface(const std::string& name, std::string_view content) {
+  const std::string ending = formats::to_lower(std::filesystem::path(name).extension().string());
+  formats::TextCursor file(name, content);
+  if (ending == ".obj") return formats::read_obj(file);
+  if (ending == ".ply" || content.substr(0, 4) == "ply\n" || content.substr(0, 5) == "ply\r\n")
+    return formats::read_ply(file);
+  if (ending == ".stl") return formats::read_stl(file, content);
+  throw Error(ErrorCode::kUnsupported, name,
+              name + ": the format is not recognised; read are .obj, .ply and .stl");
+}
+
+TriangleSurface read_surface_file(const std::filesystem::path& path) {
+  return read_surface(path.filename().string(), read_bytes(path));
+}
+
+std::string write_obj(const Eigen::Matrix3Xd& vertices,
+                      const Eigen::Matrix<int, 3, Eigen::Dynamic>& triangles) {
+  std::string text = "# " + std::to_string(vertices.cols()) + " vertices, " +
+                     std::to_string(triangles.cols()) + " triangles\n";
+  char number[32];
+  const auto append = [&](auto value) {
+    text += ' ';
+    text.append(number, std::to_chars(number, number + sizeof number, value).ptr);
+  };
+  for (Eigen::Index i = 0; i < vertices.cols(); ++i) {
+    text += 'v';
+    for (int axis = 0; axis < 3; ++axis) append(vertices(axis, i));
+    text += '\n';
+  }
+  for (Eigen::Index t = 0; t < triangles.cols(); ++t) {
+    text += 'f';
+    for (int corner = 0; corner < 3; ++corner) append(triangles(corner, t) + 1);
+    text += '\n';
+  }
+  return text;
+}
+
+}  // namespace limber::scene
