@@ -14,7 +14,10 @@ namespace {
 using spacetime::SolveStatus;
 
 TEST(SessionFlower, TwoThousandMovesEndAtAColdSolve) {
-  const scene::Scene scene = scene::make_sample("flower");
+  scene::Scene scene = scene::make_sample("flower");
+  // Sideways only: a stem asked to be shorter than its length buckles, one way or the other, and
+  // then a warm and a cold solve may rightly end in different minima.
+  for (scene::Constraint& constraint : scene.constraints) constraint.axes = 5;
   test::Pool pool(1);
   const auto recorder = std::make_shared<test::Recorder>();
   Session session("flower", scene, {}, test::shared_cache(), pool.executor(), recorder);
