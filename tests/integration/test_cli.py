@@ -1,0 +1,280 @@
+"""`limber` as a person or a shell script uses it."""
+
+import json
+import os
+import pty
+import re
+import select
+import signal
+import subprocess
+import time
+
+import limber
+import meshio
+import numpy as np
+import pytest
+from conftest import bar, tip_of
+from limber.launching import find_binary
+
+COMMANDS = ["start", "stop", "info", "jobs", "sample", "validate", "tetrahedralize", "open", "list", "show", "wait",
+            "close", "cancel", "cold", "add", "move", "replace", "remove", "ends", "undo", "redo", "edit-script",
+            "frames", "export", "watch"]
+
+
+@pytest.fixture
+def scene_file(tmp_path):
+    """A scene file with its mesh beside it."""
+    nodes, tets = bar()
+    meshio.write(tmp_path / "bar.vtk", meshio.Mesh(nodes, [("tetra", tets)]))
+    (tmp_path / "scene.json").write_text(json.dumps({
+        "name": "bar", "mesh": {"path": "bar.vtk"}, "frames": 60, "fixed_nodes": list(range(9)),
+        "material": {"youngs_modulus": 1e5}, "dynamics": {"period_frames": 25}, "model": {"modes": 8, "tolerance": 0.02}}))
+    return tmp_path / "scene.json"
+
+
+def done(process):
+    assert process.returncode == 0, process.stderr + process.stdout
+    return process.stdout
+
+
+def failed(process, code):
+    assert process.returncode == code, (process.returncode, process.stderr, process.stdout)
+    assert "terminate" not in process.stderr
+    return process.stderr
+
+
+def test_help_lists_every_command(cli):
+    text = done(cli("--help"))
+    listed = re.findall(r"^  ([a-z-]+) {2,}\S", text, re.MULTILINE)
+    assert sorted(set(listed) & set(COMMANDS)) == sorted(COMMANDS)
+    assert "Exit codes" in text
+    assert done(cli("--version")).startswith("limber ")
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_each_command_explains_itself(cli, command):
+    text = done(cli(command, "--help"))
+    assert "Example" in text and f"limber {command}" in text
+
+
+@pytest.mark.parametrize("arguments", [(), ("unknown",), ("open",), ("open", "a.json", "--sample", "beam"), ("add", "s"),
+                                       ("add", "s", "--node", "1", "--frame", "2"),
+                                       ("add", "s", "--node", "1", "--frame", "2", "--position", "1", "2"),
+                                       ("add", "s", "--node", "1", "--frame", "-2", "--position", "1", "2", "3"),
+                                       ("add", "s", "--node", "1", "--frame", "2", "--position", "1", "2", "3", "--axes", "w"),
+                                       ("frames", "s", "--out", "x.txt"), ("wait", "s", "--until", "never")])
+def test_wrong_command_lines_are_exit_code_2(cli, arguments):
+    assert failed(cli(*arguments), 2) != ""
+
+
+def test_nobody_there_is_exit_code_3(cli, tmp_path):
+    message = failed(cli("info", "--timeout", "0.3", endpoint=f"ipc://{tmp_path}/nobody"), 3)
+    assert "limber start" in message
+
+
+def test_the_whole_flow(cli, scene_file, tmp_path):
+    opened = done(cli("open", scene_file, "--session", "flow"))
+    assert "144 tets, 63 nodes, 60 frames, ready" in opened
+    tip = 62
+    assert "revision 1, constraint" in done(cli("add", "flow", "--node", tip, "--frame", 30, "--displacement", 0, 0, -0.4))
+    result = json.loads(done(cli("wait", "flow", "--json")))
+    assert result["converged"] and result["revision"] == "1" and result["total_energy"] > 0
+    shown = done(cli("show", "flow"))
+    assert "(0, 0, -0.4)" in shown and "energy" in shown
+    number = json.loads(done(cli("show", "flow", "--json")))["scene"]["constraints"][0]["id"]
+    done(cli("move", "flow", number, 0, 0, -0.2))
+    done(cli("replace", "flow", number, "--nodes", tip, tip - 1, "--frame", 31, "--position", 3, 1, 0.8, "--axes", "xz",
+             "--exact"))
+    done(cli("ends", "flow", "--first", "position_velocity", "--last", "free"))
+    done(cli("undo", "flow"))
+    done(cli("redo", "flow"))
+    assert "revision 7" in done(cli("remove", "flow", number))
+    done(cli("undo", "flow"))
+    assert "final" in done(cli("wait", "flow", "--until", "final"))
+    assert "job" in done(cli("cold", "flow"))
+    done(cli("wait", "flow"))
+
+    arrays = {}
+    for encoding in ("coordinates", "positions", "quantised"):
+        done(cli("frames", "flow", "--out", tmp_path / "m.npy", "--encoding", encoding))
+        arrays[encoding] = np.load(tmp_path / "m.npy")
+        assert arrays[encoding].shape == (60, 63, 3)
+        np.testing.assert_allclose(arrays[encoding], arrays["coordinates"], atol=1e-3)
+    done(cli("frames", "flow", "--out", tmp_path / "m.csv", "--first", 31, "--count", 1))
+    table = np.genfromtxt(tmp_path / "m.csv", delimiter=",", names=True)
+    assert set(table["frame"]) == {31}
+    np.testing.assert_allclose(np.column_stack([table["x"], table["y"], table["z"]]), arrays["coordinates"][31], atol=1e-5)
+    mean = arrays["positions"][31, [tip, tip - 1]].mean(axis=0)
+    assert mean[0] == pytest.approx(3, abs=1e-4) and mean[2] == pytest.approx(0.8, abs=1e-4)
+
+    done(cli("export", "flow", "--format", "pvd", "pc2", "scene", "--out", tmp_path / "out"))
+    assert (tmp_path / "out/motion.pvd").exists() and (tmp_path / "out/motion.pc2").exists()
+    assert "flow" in done(cli("list")) and "flow" in done(cli("jobs"))
+    assert "closed" in done(cli("close", "flow"))
+    assert "[NOT_FOUND]" in failed(cli("show", "flow"), 1)
+
+
+def test_refusals_are_exit_code_1_with_code_and_field(cli, session, tmp_path):
+    add = ("add", session.id, "--node", 1, "--frame", 600, "--displacement", 0, 0, 1)
+    message = failed(cli(*add), 1)
+    assert "edits[0].add.constraint.frame" in message and "[OUT_OF_RANGE]" in message
+    error = json.loads(failed(cli(*add, "--json"), 1))
+    assert error["code"] == "ERROR_CODE_OUT_OF_RANGE" and error["field"] == "edits[0].add.constraint.frame"
+    assert "mesh.path" in failed(cli("open", write(tmp_path / "s.json", '{"mesh": {"path": "none.msh"}}')), 1)
+    assert "[IO]" in failed(cli("open", tmp_path / "none.json"), 1)
+    assert "[NOT_FOUND]" in failed(cli("undo", "nobody"), 1)
+
+
+def write(path, text):
+    path.write_text(text)
+    return path
+
+
+def test_a_wait_that_runs_out_is_exit_code_4(cli, session):
+    assert "[TIMEOUT]" in failed(cli("wait", session.id, "--revision", 99, "--wait", 0.2), 4)
+
+
+def test_edit_script(cli, session, tmp_path):
+    script = write(tmp_path / "edits.jsonl", "\n".join([
+        "# drag the tip",
+        '{"add": {"constraint": {"frame": 30, "nodes": [62], "displacement": {"z": 0.2}}}}',
+        "",
+        '{"edits": [{"add": {"constraint": {"frame": 40, "nodes": [62], "displacement": {"y": 0.2}, "exact": true}}},'
+        ' {"set_ends": {"first_end": "END_CONDITION_FREE", "last_end": "END_CONDITION_FREE"}}]}',
+        '{"undo": {}}']))
+    lines = [json.loads(line) for line in done(cli("edit-script", session.id, script, "--json")).splitlines()]
+    assert [line["revision"] for line in lines] == ["1", "1", "2", "2", "3", "3"]
+    assert len(session.constraints()) == 1
+    assert "revision 4" in done(cli("edit-script", session.id, "-", "--wait", "none", input='{"redo": {}}\n'))
+    message = failed(cli("edit-script", session.id, "-", input='{"undo": {}}\n{"nonsense": 1}\n'), 1)
+    assert "line 2" in message
+    assert session.status().revision == 5
+
+
+def test_watch(cli, server, session):
+    process = subprocess.Popen([str(find_binary("limber")), "--endpoint", server.connection.endpoint, "--json", "watch",
+                                session.id, "--silence", "20"], stdout=subprocess.PIPE, text=True)
+    try:
+        assert json.loads(process.stdout.readline())["revision"] == "0"
+        session.add(node=tip_of(session), frame=30, displacement=(0, 0, 0.2))
+        for line in process.stdout:
+            result = json.loads(line)
+            if result["revision"] == "1" and result["converged"]:
+                break
+        process.send_signal(signal.SIGINT)
+        assert process.wait(10) == 130
+    finally:
+        process.kill()
+        process.wait()
+    assert failed(cli("watch", session.id, "--count", 5, "--silence", 0.3), 4)
+
+
+def test_validate(cli, scene_file):
+    assert "can be opened" in done(cli("validate", scene_file))
+    scene = json.loads(scene_file.read_text())
+    scene["frames"] = 1
+    scene["fixed_nodes"] = [5000]
+    process = cli("validate", write(scene_file, json.dumps(scene)))
+    assert process.returncode == 1
+    assert "frames" in process.stdout and "fixed_nodes" in process.stdout, "everything that is wrong, not the first thing"
+
+
+def test_tetrahedralize(cli, tmp_path):
+    angle = np.linspace(0, 2 * np.pi, 24, endpoint=False)
+    rings = [(r * np.cos(angle), r * np.sin(angle), np.full(24, z)) for z, r in zip(np.linspace(-0.9, 0.9, 9),
+                                                                                   np.sqrt(1 - np.linspace(-0.9, 0.9, 9) ** 2))]
+    points = np.concatenate([np.column_stack(ring) for ring in rings] + [[[0, 0, -1], [0, 0, 1]]])
+    faces = []
+    for ring in range(8):
+        for i in range(24):
+            a, b = 24 * ring + i, 24 * ring + (i + 1) % 24
+            faces += [[a, b, b + 24], [a, b + 24, a + 24]]
+    faces += [[216, (i + 1) % 24, i] for i in range(24)] + [[217, 192 + i, 192 + (i + 1) % 24] for i in range(24)]
+    with open(tmp_path / "ball.obj", "w") as out:
+        out.writelines(f"v {x} {y} {z}\n" for x, y, z in points)
+        out.writelines("f {} {} {}\n".format(*(np.array(face) + 1)) for face in faces)
+    done(cli("tetrahedralize", tmp_path / "ball.obj", "-o", tmp_path / "ball.msh", "--tets", 1500))
+    mesh = meshio.read(tmp_path / "ball.msh")
+    tets = mesh.cells_dict["tetra"]
+    edges = mesh.points[tets[:, 1:]] - mesh.points[tets[:, :1]]
+    volumes = np.linalg.det(edges) / 6
+    assert 500 < len(tets) < 4500 and (volumes > 0).all()
+    assert volumes.sum() == pytest.approx(4.0, rel=0.1)  # of this polyhedron
+
+
+def test_sample_files_can_be_opened(cli, tmp_path):
+    assert set(done(cli("sample")).split()) >= {"beam", "flower", "bird", "dino"}
+    path = done(cli("sample", "beam", "--out", tmp_path)).strip()
+    assert "can be opened" in done(cli("validate", path))
+    assert "unicorn" in failed(cli("sample", "unicorn"), 1)
+
+
+def test_start_and_stop(cli, limberd, tmp_path):
+    endpoint = f"ipc://{tmp_path}/r"
+    environment = {"endpoint": endpoint}
+    started = done(cli("start", "--log", tmp_path / "log", "--", "--no-cache", **environment))
+    try:
+        assert "started" in started
+        assert "already runs" in done(cli("start", **environment))
+        info = json.loads(done(cli("info", "--json", **environment)))
+        assert info["protocol_versions"] == [1] and info["limits"]["frames"] > 0
+        assert "protocol 1" in done(cli("info", **environment))
+    finally:
+        assert "stopped" in done(cli("stop", **environment))
+    assert failed(cli("info", "--timeout", 0.2, **environment), 3)
+    message = failed(cli("start", "--log", tmp_path / "log", "--", "--no-such-option", **environment), 1)
+    assert "did not start" in message and "no-such-option" in (tmp_path / "log").read_text()
+
+
+def test_progress_bar_on_a_terminal_and_lines_elsewhere(cli, launch):
+    server = launch("--no-cache")
+    endpoint = server.connection.endpoint
+    plain = cli("open", "--sample", "beam", "--session", "lines", endpoint=endpoint)
+    done(plain)
+    assert "%" in plain.stderr and "\r" not in plain.stderr
+    main, follower = pty.openpty()
+    process = subprocess.Popen([str(find_binary("limber")), "--endpoint", endpoint, "open", "--sample", "beam"],
+                               stderr=follower, stdout=subprocess.DEVNULL)
+    os.close(follower)
+    seen = read_terminal(main, lambda text: False)
+    assert process.wait(10) == 0
+    assert "\r" in seen and "###" in seen and "100 %" in seen
+
+
+def read_terminal(descriptor, enough, timeout=50):
+    """What a process writes to a pseudo terminal, until it ends or enough has come."""
+    seen, end = "", time.monotonic() + timeout
+    while time.monotonic() < end and not enough(seen):
+        if not select.select([descriptor], [], [], 0.2)[0]:
+            continue
+        try:
+            data = os.read(descriptor, 4096)
+        except OSError:
+            break
+        if not data:
+            break
+        seen += data.decode()
+    return seen
+
+
+def test_ctrl_c_while_opening_closes_the_session(launch):
+    server = launch("--no-cache")
+    process = subprocess.Popen([str(find_binary("limber")), "--endpoint", server.connection.endpoint, "open", "--sample",
+                                "flower", "--session", "gone"], stderr=subprocess.PIPE, text=True)
+    deadline = time.monotonic() + 20
+    while not any(s.session == "gone" for s in server.sessions()) and time.monotonic() < deadline:
+        time.sleep(0.02)
+    process.send_signal(signal.SIGINT)
+    _, message = process.communicate(timeout=30)
+    assert process.returncode == 130 and "session gone is closed" in message
+    assert server.sessions() == []
+
+
+def test_cancel(cli, launch):
+    server = launch("--no-cache")
+    endpoint = server.connection.endpoint
+    done(cli("open", "--sample", "flower", "--session", "c", "--no-wait", endpoint=endpoint))
+    done(cli("cancel", "c", endpoint=endpoint))
+    with pytest.raises(limber.LimberError) as caught:
+        server.session("c").wait(timeout=30)
+    assert caught.value.code in ("CANCELLED", "FAILED_PRECONDITION")

@@ -1,0 +1,61 @@
+"""What the README and the demo promise, run as it is written."""
+
+import os
+import pathlib
+import re
+import subprocess
+import sys
+
+import pytest
+from conftest import ROOT
+
+
+def python_blocks(path):
+    return re.findall(r"^```python\n(.*?)^```", path.read_text(encoding="utf-8"), re.MULTILINE | re.DOTALL)
+
+
+def run(arguments, folder, cache_dir, timeout):
+    environment = dict(os.environ, XDG_CACHE_HOME=str(cache_dir))
+    return subprocess.run([sys.executable, *arguments], cwd=folder, env=environment, capture_output=True, text=True,
+                          timeout=timeout)
+
+
+@pytest.mark.timeout(150)
+def test_readme_example_runs_as_written(limberd, cache_dir, tmp_path):
+    example, = python_blocks(ROOT / "README.md")
+    assert len(example.rstrip().splitlines()) <= 20
+    (tmp_path / "example.py").write_text(example)
+    process = run(["example.py"], tmp_path, cache_dir, 140)
+    assert process.returncode == 0, process.stderr
+    assert "energy" in process.stdout
+    assert list(tmp_path.rglob("*.pvd")) and list(tmp_path.rglob("*.pc2"))
+
+
+@pytest.mark.timeout(150)
+def test_demo_prints_its_table_and_leaves_frames(limberd, cache_dir, tmp_path):
+    process = run([str(ROOT / "examples" / "demo.py"), "--out", str(tmp_path / "out")], tmp_path, cache_dir, 140)
+    assert process.returncode == 0, process.stderr + process.stdout
+    rows = re.findall(r"^(.{34})((?: +[\d.e+-]+){7})", process.stdout, re.MULTILINE)
+    assert len(rows) >= 10, process.stdout
+    for _, numbers in rows:
+        acknowledged, first, final, error, forces, constraints, total = map(float, numbers.split())
+        assert 0 < acknowledged <= final and 0 < first <= final and error >= 0
+        assert total == pytest.approx(forces + constraints, rel=2e-3)
+    assert (tmp_path / "out/motion.pvd").is_file() and (tmp_path / "out/motion.pc2").is_file()
+    assert not any(pathlib.Path("/proc").glob("[0-9]*/cwd") and line for line in left_behind(tmp_path))
+
+
+def left_behind(folder):
+    """Processes that still work in the folder."""
+    for entry in pathlib.Path("/proc").glob("[0-9]*"):
+        try:
+            if pathlib.Path(os.readlink(entry / "cwd")) == folder:
+                yield entry.name
+        except OSError:
+            continue
+
+
+def test_guide_names_every_command():
+    from test_cli import COMMANDS
+    guide = (ROOT / "docs" / "guide.md").read_text(encoding="utf-8")
+    assert [command for command in COMMANDS if f"`limber {command}" not in guide] == []

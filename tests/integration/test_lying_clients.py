@@ -1,0 +1,227 @@
+"""Bytes that are no messages, messages that lie: an answer or silence, never harm."""
+
+import random
+import struct
+
+import limber
+import numpy as np
+import pytest
+import zmq
+from conftest import small_scene, tip_of
+from limber import arrays
+from limber.v1 import common_pb2 as common
+from limber.v1 import scene_pb2 as scene_messages
+from limber.v1 import service_pb2 as service
+
+
+class Raw:
+    """A DEALER without manners."""
+
+    def __init__(self, endpoint):
+        self._context = zmq.Context()
+        self._socket = self._context.socket(zmq.DEALER)
+        self._socket.linger = 0
+        self._socket.connect(endpoint)
+
+    def send(self, *parts):
+        self._socket.send_multipart(list(parts))
+
+    def ask(self, *parts, timeout=5.0):
+        self.send(*parts)
+        return self.reply(timeout)
+
+    def reply(self, timeout=5.0):
+        assert self._socket.poll(int(1000 * timeout)), "no reply"
+        return service.Reply.FromString(self._socket.recv_multipart()[-1])
+
+    def close(self):
+        self._context.destroy(linger=0)
+
+
+@pytest.fixture
+def raw(server):
+    client = Raw(server.connection.endpoint)
+    yield client
+    client.close()
+    assert server.info().protocol_versions == [1], "the server still answers"
+
+
+def request(body=None, **fields):
+    message = service.Request(version=1, id=7)
+    for name, value in fields.items():
+        setattr(message, name, value)
+    if body is not None:
+        getattr(message, type(body).__name__.removesuffix("Request")).CopyFrom(body)
+    return message
+
+
+@pytest.mark.parametrize("data", [b"", b"\x00", b"\xff" * 100, b"GET / HTTP/1.1\r\n\r\n", b"\x08", b"\x0a\xff\xff\xff\x7f"],
+                         ids=["empty", "zero", "ff", "http", "cut", "huge-length"])
+def test_garbage_is_answered_as_malformed(raw, data):
+    assert raw.ask(data).error.code in (common.ERROR_CODE_MALFORMED, common.ERROR_CODE_UNSUPPORTED)
+
+
+@pytest.mark.parametrize("version", [0, 2, 2 ** 32 - 1])
+def test_another_version_is_named(raw, version):
+    message = service.Request(version=version, id=31)
+    message.get_server_info.SetInParent()
+    reply = raw.ask(message.SerializeToString())
+    assert reply.id == 31
+    assert reply.error.code == common.ERROR_CODE_UNSUPPORTED and "version" in reply.error.field + reply.error.message
+
+
+def test_a_body_of_the_future_is_refused(raw):
+    # Field 900, length-delimited, empty: a request this server cannot know.
+    future = service.Request(version=1, id=32).SerializeToString() + b"\xa2\x38\x00"
+    reply = raw.ask(future)
+    assert reply.id == 32
+    assert reply.error.code in (common.ERROR_CODE_MALFORMED, common.ERROR_CODE_UNSUPPORTED)
+
+
+def test_truncated_messages(raw, server):
+    full = service.Request(version=1, id=9)
+    full.open_session.scene.CopyFrom(small_scene())
+    data = full.SerializeToString()
+    generator = random.Random(7)
+    cuts = sorted({generator.randrange(1, len(data)) for _ in range(50)})
+    before = len(server.sessions())
+    for cut in cuts:
+        assert raw.ask(data[:cut], timeout=20).WhichOneof("body") == "error"
+    assert len(server.sessions()) == before
+
+
+def test_flipped_bytes_never_hurt(raw, server, session):
+    """Any outcome is fine as long as each message is answered and this session and the server are well."""
+    message = service.Request(version=1, id=9)
+    message.edit.session = session.id
+    for edit in (limber.add(node=1, frame=3, position=(1, 2, 3)), limber.move(1, (0, 0, 0)), limber.ends("free", "free")):
+        message.edit.edits.append(edit)
+    data = message.SerializeToString()
+    generator = random.Random(11)
+    for _ in range(300):
+        spoilt = bytearray(data)
+        for _ in range(generator.randrange(1, 4)):
+            spoilt[generator.randrange(len(spoilt))] = generator.randrange(256)
+        raw.send(bytes(spoilt))
+    for _ in range(300):
+        assert raw.reply(20).WhichOneof("body")
+    status = session.status()
+    assert status.state == service.SESSION_STATE_READY
+    assert np.isfinite(session.frames()).all()
+
+
+def test_envelopes_with_too_many_parts(raw):
+    raw.send(b"", b"", b"", b"x")
+    raw.send(*[b"y"] * 50)
+    message = service.Request(version=1, id=77)
+    message.get_server_info.SetInParent()
+    raw.send(b"", message.SerializeToString())  # as a REQ socket frames it
+    for _ in range(100):
+        reply = raw.reply()
+        if reply.id == 77:
+            break
+    assert reply.WhichOneof("body") == "get_server_info"
+
+
+def test_an_oversized_message_is_refused_and_the_rest_goes_on(launch):
+    server = launch("--max-message-bytes", "1000000")
+    raw = Raw(server.connection.endpoint)
+    raw.send(b"\x00" * 5_000_000)
+    raw.close()
+    assert server.info().limits.message_bytes == 1_000_000
+
+
+def bad_constraints():
+    yield "nan", {"node": 1, "frame": 3, "position": (float("nan"), 0, 0)}, "INVALID_ARGUMENT"
+    yield "infinite", {"node": 1, "frame": 3, "displacement": (0, float("inf"), 0)}, "INVALID_ARGUMENT"
+    yield "node", {"node": 10 ** 6, "frame": 3, "position": (0, 0, 0)}, "OUT_OF_RANGE"
+    yield "frame", {"node": 1, "frame": 60, "position": (0, 0, 0)}, "OUT_OF_RANGE"
+    yield "no nodes", {"nodes": [], "frame": 3, "position": (0, 0, 0)}, "INVALID_ARGUMENT"
+    yield "weight", {"node": 1, "frame": 3, "position": (0, 0, 0), "weight": -1.0}, "INVALID_ARGUMENT"
+    yield "nan weight", {"node": 1, "frame": 3, "position": (0, 0, 0), "weight": float("nan")}, "INVALID_ARGUMENT"
+
+
+@pytest.mark.parametrize("what, code", [pytest.param(w, c, id=name) for name, w, c in bad_constraints()])
+def test_bad_constraints_leave_the_session_as_it_was(session, what, code):
+    session.add(node=tip_of(session), frame=30, displacement=(0, 0, 0.1))
+    before = session.wait()
+    with pytest.raises(limber.LimberError) as caught:
+        session.edit([limber.undo(), limber.add(**what)])
+    assert caught.value.code in (code, "INVALID_ARGUMENT", "OUT_OF_RANGE")
+    assert caught.value.field.startswith("edits[1].add.constraint")
+    assert session.status().revision == 1
+    assert session.wait().energy == before.energy
+
+
+def bad_scenes():
+    def case(name, field, change):
+        return pytest.param(field, change, id=name)
+
+    yield case("no frames", "frames", lambda s: setattr(s, "frames", 0))
+    yield case("two frames", "frames", lambda s: setattr(s, "frames", 2))
+    yield case("more frames than allowed", "frames", lambda s: setattr(s, "frames", 2 ** 31))
+    yield case("no modes", "model.modes", lambda s: setattr(s.model, "modes", 0))
+    yield case("no mesh", "mesh", lambda s: s.ClearField("mesh"))
+    yield case("no tets", "mesh", lambda s: s.mesh.arrays.tets.CopyFrom(arrays.to_message(np.zeros((0, 4)), np.int32)))
+    yield case("nan node", "mesh", lambda s: spoil_node(s, float("nan")))
+    yield case("flat tet", "mesh", lambda s: s.mesh.arrays.tets.CopyFrom(arrays.to_message([[0, 1, 2, 2]], np.int32)))
+    yield case("shape that lies", "mesh", lambda s: s.mesh.arrays.nodes.shape.__setitem__(0, 2 ** 40))
+    yield case("a file the client may not name", "mesh", lambda s: setattr(s.mesh, "path", "/etc/passwd"))
+    yield case("no such sample", "mesh", lambda s: setattr(s.mesh, "sample", "unicorn"))
+    yield case("no mesh file", "mesh", lambda s: s.mesh.file.CopyFrom(scene_messages.MeshFile(name="a.msh", content=b"x")))
+    yield case("incompressible", "material", lambda s: setattr(s.material, "poissons_ratio", 0.5))
+    yield case("softer than nothing", "material", lambda s: setattr(s.material, "youngs_modulus", -1.0))
+    yield case("unit of length", "length_unit", lambda s: setattr(s, "length_unit_in_metres", 0.0))
+    yield case("fps", "dynamics", lambda s: setattr(s.dynamics, "frames_per_second", float("nan")))
+    yield case("damping", "dynamics", lambda s: setattr(s.dynamics, "damping_ratio", 1.5))
+
+
+def spoil_node(scene, value):
+    data = bytearray(scene.mesh.arrays.nodes.data)
+    data[:8] = struct.pack("<d", value)
+    scene.mesh.arrays.nodes.data = bytes(data)
+
+
+@pytest.mark.parametrize("field, change", bad_scenes())
+def test_bad_scenes_are_refused_with_their_field(server, field, change):
+    scene = small_scene()
+    change(scene)
+    before = {status.session for status in server.sessions()}
+    with pytest.raises(limber.LimberError) as caught:
+        server.connection.call("open_session", service.OpenSessionRequest(scene=scene))
+    assert caught.value.code not in ("INTERNAL", "TIMEOUT"), caught.value
+    assert field in caught.value.field, caught.value
+    assert {status.session for status in server.sessions()} == before
+    assert any(issue.startswith("error") for issue in map(str, validate(server, scene)))
+
+
+def validate(server, scene):
+    from limber.results import issue_text
+    response = server.connection.call("validate_scene", service.ValidateSceneRequest(scene=scene))
+    return [issue_text(issue) for issue in response.issues]
+
+
+@pytest.mark.parametrize("name", ["../x", "a b", "x" * 65, "ä", "a/b"])
+def test_session_names(server, name):
+    with pytest.raises(limber.LimberError) as caught:
+        server.connection.call("open_session", service.OpenSessionRequest(scene=small_scene(), session=name))
+    assert caught.value.field == "session"
+
+
+@pytest.mark.parametrize("call, field", [
+    (lambda s: s.frames(first=60), "first_frame"),
+    (lambda s: s.frames(first=50, count=11), "frame_count"),
+    (lambda s: s.frames(first=2 ** 32 - 1, count=2 ** 32 - 1), "first_frame"),
+    (lambda s: s.wait(timeout=float("nan")), "timeout_s"),
+    (lambda s: s.wait(timeout=-1.0), "timeout_s"),
+    (lambda s: s.export("nowhere", formats=("pvd",), stem="../evil"), "stem"),
+], ids=["first", "count", "overflow", "nan wait", "negative wait", "stem"])
+def test_bad_requests_name_their_field(session, call, field):
+    session.connection.timeout, usual = 20, session.connection.timeout
+    try:
+        with pytest.raises((limber.LimberError, ValueError)) as caught:
+            call(session)
+        if isinstance(caught.value, limber.LimberError):
+            assert caught.value.field == field, caught.value
+    finally:
+        session.connection.timeout = usual

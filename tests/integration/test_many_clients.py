@@ -1,0 +1,242 @@
+"""Several clients, several sessions, clients that die, stall or leave."""
+
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+
+import limber
+import numpy as np
+import pytest
+import zmq
+from conftest import small_scene, tip_of
+
+
+def test_two_clients_see_the_same_session(server, session):
+    tip = tip_of(session)
+    with limber.connect(server.connection.endpoint) as other:
+        same = other.session(session.id)
+        session.add(node=tip, frame=20, displacement=(0, 0, 0.2))
+        added = same.add(node=tip, frame=40, displacement=(0, 0.2, 0))
+        assert (session.revision, same.revision) == (1, 2)
+        result = session.wait(revision=2)
+        assert result.revision >= 2
+        assert [c.frame for c in session.constraints()] == [20, 40] == [c.frame for c in same.constraints()]
+        session.remove(added.id)
+        same.wait(revision=3)
+        np.testing.assert_array_equal(session.frames(final=True), same.frames(final=True))
+
+
+def test_concurrent_editors_never_lose_an_edit(server, session):
+    tip = tip_of(session)
+    revisions, failures = [], []
+
+    def edit(offset):
+        try:
+            with limber.connect(server.connection.endpoint) as mine:
+                same = mine.session(session.id)
+                for i in range(20):
+                    held = same.add(node=tip, frame=2 + offset, displacement=(0, 0.01 * i, 0.1))
+                    revisions.append(same.revision)
+                    if i < 19:
+                        revisions.append(held.remove().revision)
+        except Exception as error:  # noqa: BLE001 (told by the main thread)
+            failures.append(error)
+
+    threads = [threading.Thread(target=edit, args=(10 * n,)) for n in range(4)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join(50)
+    assert not failures
+    # Every accepted request is its own revision: each number once, no number left out.
+    assert sorted(revisions) == list(range(1, 4 * 39 + 1))
+    assert session.wait(revision=4 * 39).converged
+    assert sorted(c.frame for c in session.constraints()) == [2, 12, 22, 32]
+
+
+def test_several_sessions_do_not_disturb_each_other(server):
+    sessions = [server.open(small_scene(frames=30 + 10 * n), session=f"several.{n}", progress=False) for n in range(3)]
+    assert {"several.0", "several.1", "several.2"} <= {status.session for status in server.sessions()}
+    for n, session in enumerate(sessions):
+        session.add(node=tip_of(session), frame=15, displacement=(0, 0, 0.1 * (n + 1)))
+    energies = [session.wait().energy for session in sessions]
+    assert energies[0] < energies[1] < energies[2]
+    assert [len(session.frames()) for session in sessions] == [30, 40, 50]
+    with pytest.raises(limber.LimberError) as caught:
+        server.open(small_scene(), session="several.1")
+    assert caught.value.code == "ALREADY_EXISTS"
+    for session in sessions:
+        session.close()
+    with pytest.raises(limber.LimberError) as caught:
+        sessions[0].status()
+    assert caught.value.code == "NOT_FOUND"
+
+
+EDITOR = """
+import sys, limber
+with limber.connect(sys.argv[1]) as server:
+    session = server.session(sys.argv[2])
+    tip, i = int(sys.argv[3]), 0
+    held = session.add(node=tip, frame=30, displacement=(0, 0, 0.1))
+    while True:
+        i += 1
+        print(held.move((0, 0, 0.1 + 0.001 * (i % 100))).revision, flush=True)
+"""
+
+
+def test_a_client_is_killed_mid_edit_and_another_takes_over(server, session):
+    tip = tip_of(session)
+    editor = subprocess.Popen([sys.executable, "-c", EDITOR, server.connection.endpoint, session.id, str(tip)],
+                              stdout=subprocess.PIPE, text=True)
+    try:
+        acknowledged = [int(editor.stdout.readline()) for _ in range(50)][-1]
+        editor.send_signal(signal.SIGKILL)
+        acknowledged = max([acknowledged, *(int(line) for line in editor.stdout if line.endswith("\n"))])
+    finally:
+        editor.kill()
+        editor.wait()
+    with limber.connect(server.connection.endpoint) as heir_server:
+        heir = heir_server.session(session.id)
+        # Everything acknowledged is there; at most the one edit that was on its way came after it.
+        assert acknowledged <= heir.revision <= acknowledged + 1
+        held, = heir.constraints()
+        assert held.nodes == (tip,) and held.target[2] == pytest.approx(
+            0.1 + 0.001 * ((heir.revision - 1) % 100), abs=1e-12)
+        before = heir.wait()
+        held.move((0, 0, 0.35))
+        after = heir.wait()
+        assert after.revision == heir.revision and after.energy > before.energy
+        heir.undo()
+        assert heir.wait().energy == pytest.approx(before.energy, rel=1e-6)
+
+
+def test_a_subscriber_that_does_not_read_costs_nobody_else_anything(server, session):
+    tip = tip_of(session)
+    stalled = zmq.Context()
+    socket = stalled.socket(zmq.SUB)
+    socket.linger = 0
+    socket.rcvhwm = 1
+    socket.rcvbuf = 4096
+    socket.subscribe(f"session/{session.id}/body/0/positions")
+    socket.connect(server.stream_endpoint)
+    try:
+        held = session.add(node=tip, frame=30, displacement=(0, 0, 0.1))
+        session.wait()
+        slowest = 0.0
+        for i in range(200):
+            start = time.monotonic()
+            held.move((0, 0, 0.1 + 0.001 * i))
+            slowest = max(slowest, time.monotonic() - start)
+        assert session.wait().converged
+        assert slowest < 2
+        assert server.process.poll() is None
+        # It reads again: the newest frames come, and the gap shows in the sequence numbers.
+        received = []
+        while socket.poll(500):
+            topic, body = socket.recv_multipart()
+            received.append(limber.stream.stream.StreamMessage.FromString(body))
+        assert received and received[-1].frames.result.revision <= session.revision
+        assert [m.sequence for m in received] == sorted({m.sequence for m in received})
+    finally:
+        stalled.destroy(linger=0)
+
+
+def test_a_client_that_does_not_read_its_replies_costs_nobody_else_anything(server, session):
+    context = zmq.Context()
+    socket = context.socket(zmq.DEALER)
+    socket.linger = 0
+    socket.rcvhwm = 1
+    socket.connect(server.connection.endpoint)
+    try:
+        for i in range(2000):
+            request = limber.connection.service.Request(version=1, id=i + 1)
+            request.get_frames.session = session.id
+            request.get_frames.encoding = limber.connection.service.ENCODING_POSITIONS
+            socket.send(request.SerializeToString())
+        start = time.monotonic()
+        session.add(node=tip_of(session), frame=30, displacement=(0, 0, 0.1))
+        session.wait()
+        assert time.monotonic() - start < 10
+    finally:
+        context.destroy(linger=0)
+    assert server.info().server_version
+
+
+def test_waiting_clients_are_answered_in_any_order(server, session):
+    with limber.connect(server.connection.endpoint) as other:
+        late = threading.Thread(target=lambda: other.session(session.id).wait(revision=1, timeout=30))
+        late.start()
+        time.sleep(0.1)
+        assert late.is_alive()
+        assert session.status().revision == 0  # answered while the wait is pending
+        session.add(node=tip_of(session), frame=30, displacement=(0, 0, 0.1))
+        late.join(30)
+        assert not late.is_alive()
+    with pytest.raises(limber.LimberError) as caught:
+        session.wait(revision=99, timeout=0.2)
+    assert caught.value.code == "TIMEOUT"
+
+
+def test_sigterm_while_edits_are_in_flight(launch):
+    server = launch()
+    session = server.open(small_scene(), progress=False)
+    tip = tip_of(session)
+    outcome = []
+
+    def edit():
+        try:
+            held = session.add(node=tip, frame=30, displacement=(0, 0, 0.1))
+            while True:
+                held.move((0, 0, 0.1))
+                outcome.append("ok")
+        except limber.LimberError as error:
+            outcome.append(error.code)
+
+    def wait():
+        try:
+            session.wait(revision=10 ** 9, timeout=50)
+        except limber.LimberError as error:
+            outcome.append("wait " + error.code)
+
+    threads = [threading.Thread(target=edit), threading.Thread(target=wait)]
+    server.connection.timeout = 3
+    for thread in threads:
+        thread.start()
+    while outcome.count("ok") < 20:
+        time.sleep(0.01)
+    start = time.monotonic()
+    os.kill(server.process.pid, signal.SIGTERM)
+    assert server.process.wait(10) == 0, server.log
+    assert time.monotonic() - start < 8
+    server.connection.close()
+    for thread in threads:
+        thread.join(10)
+        assert not thread.is_alive()
+    assert outcome[-1] != "ok" or "wait SHUTTING_DOWN" in outcome
+    assert any(word in outcome for word in ("wait SHUTTING_DOWN", "wait CANCELLED", "wait TIMEOUT"))
+
+
+def test_sigterm_during_a_build(launch, tmp_path):
+    server = launch("--no-cache")
+    server.open(sample="flower", wait=False)
+    time.sleep(0.3)
+    os.kill(server.process.pid, signal.SIGTERM)
+    assert server.process.wait(20) == 0, server.log
+
+
+def test_shutdown_request(launch):
+    server = launch()
+    server.shutdown()
+    assert server.process.wait(10) == 0, server.log
+
+
+def test_tcp_on_loopback(launch):
+    server = launch(transport="tcp")
+    assert server.connection.endpoint.startswith("tcp://127.0.0.1:")
+    session = server.open(small_scene(), progress=False)
+    with session.stream(timeout=20) as stream:
+        session.add(node=tip_of(session), frame=30, displacement=(0, 0, 0.1))
+        assert any(frames.result.revision == 1 for frames in stream)

@@ -1,0 +1,212 @@
+"""One session from opening to closing, through the Python package and a real limberd."""
+
+import limber
+import meshio
+import numpy as np
+import pytest
+from conftest import bar, small_scene, tip_of
+
+
+def test_open_edit_wait_frames(session):
+    status = session.status()
+    assert (status.nodes, status.tets, status.frames, status.constraints) == (63, 144, 60, 0)
+    assert status.model.met_tolerance and 0 < status.model.error_mean <= 0.02
+    tip = tip_of(session)
+    rest = session.geometry().rest
+    held = session.add(node=tip, frame=30, displacement=(0, 0, 0.4))
+    result = session.wait()
+    assert result.converged and result.status == "CONVERGED"
+    assert result.revision == session.revision == 1
+    assert result.energy == pytest.approx(result.force_energy + result.constraint_energy, rel=1e-12)
+    motion = session.frames()
+    assert motion.shape == (60, 63, 3) and np.isfinite(motion).all()
+    error = np.linalg.norm(motion[30, tip] - rest[tip] - (0, 0, 0.4))
+    assert error == pytest.approx(result.max_error, abs=1e-4)
+    assert error < 0.1, "the soft constraint pulls the tip most of the way"
+    np.testing.assert_allclose(motion[0], rest, atol=1e-4)   # both ends are pinned in position and velocity
+    np.testing.assert_allclose(motion[1], rest, atol=1e-4)
+    np.testing.assert_allclose(motion[-1], rest, atol=1e-4)
+    held.remove()
+    assert session.wait().energy == pytest.approx(0, abs=1e-12)
+    np.testing.assert_allclose(session.frames(), np.broadcast_to(rest, motion.shape), atol=1e-4)
+
+
+def test_exact_constraint_is_met(session):
+    tip = tip_of(session)
+    rest = session.geometry().rest[tip]
+    session.add(node=tip, frame=25, position=rest + (0, 0.3, 0), exact=True)
+    result = session.wait()
+    assert result.max_error < 1e-6
+    np.testing.assert_allclose(session.frames(25, 1)[0, tip], rest + (0, 0.3, 0), atol=1e-5)
+
+
+def test_partial_axes_leave_the_others_free(session):
+    tip = tip_of(session)
+    session.add(node=tip, frame=25, displacement=(9, 9, 0.3), axes="z", exact=True)
+    result = session.wait()
+    assert result.max_error < 1e-6
+    moved = session.frames(25, 1)[0, tip] - session.geometry().rest[tip]
+    assert moved[2] == pytest.approx(0.3, abs=1e-5) and abs(moved[0]) < 1 and abs(moved[1]) < 1
+
+
+def test_encodings_agree(session):
+    session.add(node=tip_of(session), frame=30, displacement=(0, 0, 0.4))
+    session.wait()
+    by_coordinates = session.frames(final=True)
+    by_positions = session.frames(final=True, encoding="positions")
+    np.testing.assert_allclose(by_coordinates, by_positions, atol=1e-4)
+    raw = session.raw_frames(final=True, encoding="quantised")
+    assert 0 < raw.quantisation_error < 1e-3
+    assert np.abs(session.frames(final=True, encoding="quantised") - by_positions).max() <= 1.01 * raw.quantisation_error
+    np.testing.assert_array_equal(session.frames(10, 5, encoding="positions"), by_positions[10:15])
+
+
+def test_batch_is_one_revision_and_all_or_nothing(session):
+    tip = tip_of(session)
+    receipt = session.edit([limber.add(node=tip, frame=20, displacement=(0, 0, 0.2)),
+                            limber.add(node=tip, frame=40, displacement=(0, 0, -0.2))])
+    assert receipt.revision == 1 and len(set(receipt.constraint_ids)) == 2 and 0 not in receipt.constraint_ids
+    with pytest.raises(limber.LimberError) as caught:
+        session.edit([limber.move(receipt.constraint_ids[0], (0, 0, 1)), limber.remove(987654)])
+    assert caught.value.code == "NOT_FOUND" and caught.value.field.startswith("edits[1]")
+    assert [c.target for c in session.constraints()] == [(0, 0, 0.2), (0, 0, -0.2)]
+    assert session.status().revision == 1
+
+
+def test_undo_redo_restore_the_solution(session):
+    tip = tip_of(session)
+    session.add(node=tip, frame=20, displacement=(0, 0.2, 0))
+    before = session.wait()
+    session.add(node=tip, frame=40, displacement=(0, 0, 0.3))
+    after = session.wait()
+    session.undo()
+    assert session.wait().energy == pytest.approx(before.energy, rel=1e-6)
+    session.redo()
+    assert session.wait().energy == pytest.approx(after.energy, rel=1e-6)
+    assert session.revision == 4 and len(session.constraints()) == 2
+    with pytest.raises(limber.LimberError) as caught:
+        session.redo()
+    assert caught.value.code == "FAILED_PRECONDITION"
+
+
+def test_ends_and_optimistic_locking(session):
+    tip = tip_of(session)
+    session.add(node=tip, frame=59, displacement=(0, 0, 0.3))
+    pinned = session.wait().energy
+    session.ends("position_velocity", "free")
+    assert session.wait().energy < 0.5 * pinned
+    with pytest.raises(limber.LimberError) as caught:
+        session.edit([limber.undo()], expected_revision=1)
+    assert caught.value.code == "FAILED_PRECONDITION"
+    assert session.edit([limber.undo()], expected_revision=2).revision == 3
+
+
+def test_move_changes_kind_on_request(session):
+    tip = tip_of(session)
+    rest = session.geometry().rest[tip]
+    held = session.add(node=tip, frame=30, displacement=(0, 0, 0.2), weight=50)
+    by_displacement = session.wait().energy
+    held.move(position=rest + (0, 0, 0.2))
+    assert held.kind == "position" and session.constraints()[0].message == held.message
+    assert session.wait().energy == pytest.approx(by_displacement, rel=1e-4)
+    assert session.constraints()[0].message.weight == 50
+
+
+def test_cold_solve_agrees_with_the_warm_one(server, session):
+    tip = tip_of(session)
+    for frame in (15, 30, 45):
+        session.add(node=tip, frame=frame, displacement=(0, 0.1, 0.2))
+    warm = session.wait()
+    server.wait_job(session.solve_cold(), progress=False)
+    assert session.wait().energy == pytest.approx(warm.energy, rel=1e-6)
+
+
+def test_stream_shows_every_edit_and_ends_with_the_session(server):
+    session = server.open(small_scene(), progress=False)
+    tip = tip_of(session)
+    with session.stream(timeout=20) as stream:
+        revisions = []
+        for step in range(3):
+            session.add(node=tip, frame=20 + step, displacement=(0, 0, 0.1))
+            while True:
+                frames = stream.next(20)
+                if frames.result.revision == session.revision and frames.result.converged:
+                    break
+            revisions.append(frames.result.revision)
+        np.testing.assert_allclose(frames.positions, session.frames(), atol=1e-6)
+        assert revisions == [1, 2, 3]
+        session.close()
+        for frames in stream:
+            assert frames.result.revision == 3  # what was still on its way
+
+
+def test_exports(session, tmp_path):
+    tip = tip_of(session)
+    session.add(node=tip, frame=30, displacement=(0, 0, 0.4))
+    session.wait()
+    motion, geometry = session.frames(), session.geometry()
+    calls = []
+    files = session.export(tmp_path, formats=("pvd", "pc2", "scene"), stem="bar",
+                           progress=lambda stage, fraction: calls.append((stage, fraction)))
+    assert {stage for stage, _ in calls} == {"exporting pvd", "exporting pc2", "exporting scene"}
+    assert all(0 < fraction <= 1 for _, fraction in calls) and all(file.is_file() for file in files)
+    frames = sorted(file for file in files if file.suffix == ".vtu" and file.parent != tmp_path) \
+        or sorted(tmp_path.glob("bar*.vtu"))
+    frames = [file for file in frames if "mesh" not in file.name]
+    collection = (tmp_path / "bar.pvd").read_text()
+    assert len(frames) >= 60 and collection.count("<DataSet") == 60
+    named = [part.split('"')[0] for part in collection.split('file="')[1:]]
+    mesh = meshio.read(tmp_path / named[30])
+    points = mesh.points.copy()
+    displaced = next((np.asarray(d) for n, d in mesh.point_data.items() if "displacement" in n.lower()), None)
+    if displaced is not None and np.allclose(points, geometry.rest, atol=1e-6):
+        points += displaced
+    np.testing.assert_allclose(points, motion[30], atol=1e-4)
+    np.testing.assert_array_equal(np.sort(mesh.cells_dict["tetra"]), np.sort(geometry.tets))
+
+    cache = (tmp_path / "bar.pc2").read_bytes()
+    assert cache[:12] == b"POINTCACHE2\0"
+    version, points = np.frombuffer(cache, "<i4", 2, 12)
+    first, rate = np.frombuffer(cache, "<f4", 2, 20)
+    samples = np.frombuffer(cache, "<i4", 1, 28)[0]
+    surface = meshio.read(tmp_path / "bar.obj")
+    assert (version, points, samples) == (1, len(surface.points), 60) and rate > 0
+    values = np.frombuffer(cache, "<f4", -1, 32).reshape(samples, points, 3)
+    assert len(cache) == 32 + values.nbytes
+    # The surface's vertices are nodes of the mesh: at rest (frame 0) and in every frame they are where those are.
+    nearest = np.linalg.norm(surface.points[:, None] - geometry.rest[None], axis=2).argmin(axis=1)
+    np.testing.assert_allclose(values[30], motion[30][nearest], atol=1e-4)
+
+    scene = limber.load_scene(next(file for file in files if file.suffix == ".json"))
+    reopened = session.server.open(scene, progress=False)
+    assert reopened.wait().energy == pytest.approx(session.wait().energy, rel=1e-5)
+    reopened.close()
+
+
+def test_mesh_of_meshio_and_of_a_file(server, tmp_path):
+    nodes, tets = bar()
+    mesh = meshio.Mesh(nodes, [("tetra", tets)])
+    meshio.write(tmp_path / "bar.vtk", mesh)
+    held = list(range(9))
+    options = {"frames": 40, "fixed_nodes": held, "modes": 6, "tolerance": 0.03}
+    sizes = []
+    for scene in (limber.scene_from_mesh(mesh, **options), limber.scene_from_mesh(tmp_path / "bar.vtk", **options)):
+        session = server.open(scene, progress=False)
+        sizes.append((session.status().nodes, session.status().tets))
+        np.testing.assert_allclose(session.geometry().rest, nodes, atol=1e-6)
+        session.close()
+    assert sizes == [(63, 144)] * 2
+
+
+def test_progress_is_reported_and_bad_scenes_are_refused(server, tmp_path):
+    calls = []
+    scene = small_scene(modes=9)
+    session = server.open(scene, progress=lambda stage, fraction: calls.append(fraction))
+    assert calls and calls[-1] == 1.0 and all(0 <= fraction <= 1 for fraction in calls)
+    session.close()
+    scene.fixed_nodes.append(10 ** 6)
+    issues = server.validate(scene)
+    assert any(issue.startswith("error") and "fixed_nodes" in issue for issue in issues)
+    with pytest.raises(limber.LimberError) as caught:
+        server.open(scene)
+    assert caught.value.code in ("OUT_OF_RANGE", "INVALID_ARGUMENT") and "fixed_nodes" in caught.value.field
