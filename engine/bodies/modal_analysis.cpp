@@ -4,9 +4,12 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
+#include <vector>
 
 #include "engine/base/error.h"
+#include "engine/base/parallel.h"
 #include "engine/base/random.h"
 #include "engine/bodies/dof_map.h"
 #include "engine/bodies/lanczos.h"
@@ -25,6 +28,8 @@ constexpr Eigen::Index kDenseSize = 300;
 constexpr int kGuards = 8;
 constexpr int kLeastSteps = 2;
 constexpr int kMostSteps = 12;
+// Eigenvalue given to mechanisms, relative to the first stiff one.
+constexpr double kMechanismShare = 1e-4;
 
 /// All modes by LAPACK-like dense reduction. Rigid modes are moved to the far end by M R tau R^T M.
 Eigen::MatrixXd dense_modes(const ShiftInvert& op, const Eigen::MatrixXd& rigid, int count) {
@@ -57,14 +62,17 @@ Eigen::MatrixXd with_guards(const ShiftInvert& op, const Eigen::MatrixXd& modes,
 }
 
 double worst_residual(const ShiftInvert& op, const RitzBlock& ritz, int count) {
-  double worst = 0;
-  for (int k = 0; k < count; ++k) {
-    const double lambda = ritz.eigenvalues[k];
-    const Eigen::VectorXd force = op.stiffness() * ritz.vectors.col(k);
-    const double scale = std::max(lambda, op.shift()) * ritz.mass_vectors.col(k).norm();
-    worst = std::max(worst, (force - lambda * ritz.mass_vectors.col(k)).norm() / scale);
-  }
-  return worst;
+  const Eigen::VectorXd flexibility = op.stiffness().diagonal().cwiseInverse();
+  std::vector<double> squares(static_cast<std::size_t>(count));
+  parallel_for(count, 4, [&](std::int64_t begin, std::int64_t end) {
+    for (auto k = static_cast<int>(begin); k < static_cast<int>(end); ++k) {
+      const double lambda = ritz.eigenvalues[k];
+      const Eigen::VectorXd residual =
+          op.stiffness() * ritz.vectors.col(k) - lambda * ritz.mass_vectors.col(k);
+      squares[k] = residual.cwiseAbs2().dot(flexibility) / std::max(lambda, op.shift());
+    }
+  });
+  return std::sqrt(*std::max_element(squares.begin(), squares.end()));
 }
 
 /// Subspace steps until the residual tolerance is met or rounding allows no better.
@@ -83,6 +91,28 @@ std::pair<RitzBlock, double> polish(const ShiftInvert& op, Eigen::MatrixXd block
     if (residual <= tolerance || (step > kLeastSteps && residual > 0.7 * before)) break;
   }
   return {std::move(ritz), residual};
+}
+
+/// What rounding alone can make of phi^T K phi: eps |phi|^T |K| |phi|, with room for the length of
+/// the sums.
+double energy_noise(const Eigen::SparseMatrix<double>& absolute_stiffness,
+                    const Eigen::Ref<const Eigen::VectorXd>& mode) {
+  const Eigen::VectorXd size = mode.cwiseAbs();
+  return 10 * std::numeric_limits<double>::epsilon() * size.dot(absolute_stiffness * size);
+}
+
+/// Counts mechanisms and gives them their share of the first eigenvalue that is more than noise.
+int lift_mechanisms(const ShiftInvert& op, RitzBlock& ritz, int count) {
+  const Eigen::SparseMatrix<double> absolute = op.stiffness().cwiseAbs();
+  int first_stiff = 0;
+  while (first_stiff < ritz.eigenvalues.size() &&
+         ritz.eigenvalues[first_stiff] <= energy_noise(absolute, ritz.vectors.col(first_stiff))) {
+    ++first_stiff;
+  }
+  const double unit =
+      first_stiff < ritz.eigenvalues.size() ? ritz.eigenvalues[first_stiff] : op.shift();
+  ritz.eigenvalues.head(first_stiff).setConstant(kMechanismShare * unit);
+  return std::min(first_stiff, count);
 }
 
 /// The largest entry becomes positive; of entries equal up to rounding the first decides, so that a
@@ -143,12 +173,12 @@ ModalBasis modal_analysis(const ElasticBody& body, const ModalOptions& options,
             : lanczos_modes(op, count, elastic_count, options.tolerance / 10, options.max_restarts,
                             job.part(0.1, 0.9));
   const int guards = std::min(kGuards, elastic_count - count);
-  const auto [ritz, residual] =
-      polish(op, with_guards(op, start, guards), count, options.tolerance, job);
+  auto [ritz, residual] = polish(op, with_guards(op, start, guards), count, options.tolerance, job);
 
   ModalBasis basis;
   basis.rigid_count = rigid_count;
   basis.max_residual = residual;
+  basis.mechanism_count = lift_mechanisms(op, ritz, count);
   basis.eigenvalues.setZero(rigid_count + count);
   basis.eigenvalues.tail(count) = ritz.eigenvalues.head(count);
   basis.modes.resize(dofs.full_count(), rigid_count + count);

@@ -8,22 +8,29 @@
 namespace limber::bodies {
 
 struct ModalOptions {
-  int mode_count = 30;      // elastic modes wanted, > 0 and below the free degrees of freedom
-  double tolerance = 1e-8;  // relative residual |K phi - lambda M phi| / (lambda |M phi|) asked of
-                            // Lanczos, in (0, 1e-2]
-  int max_restarts = 300;   // > 0
+  int mode_count = 30;      // elastic modes wanted, > 0, at most the elastic degrees of freedom
+  double tolerance = 1e-8;  // on ModalBasis::max_residual, in (0, 1e-2]; rounding may not allow it
+  int max_restarts = 300;   // of Lanczos, > 0
 
   void validate() const;
 };
 
-/// Smallest eigenpairs of K phi = lambda M phi (paper: space-time editing, eq. 2).
-/// Degrees of freedom are ordered 3 * node + axis; fixed nodes have zero rows.
+/// Smallest eigenpairs of K phi = lambda M phi (paper: space-time editing, eq. 2), M the consistent
+/// mass. Degrees of freedom are ordered 3 * node + axis; fixed nodes have zero rows.
 struct ModalBasis {
-  Eigen::VectorXd eigenvalues;  // [1/s^2], ascending; exactly 0 for the rigid modes
+  Eigen::VectorXd eigenvalues;  // [1/s^2], ascending; exactly 0 for the rigid modes, else > 0
   Eigen::MatrixXd modes;        // 3n x (rigid_count + mode_count), phi^T M phi = I [1/sqrt(kg)]
-  int rigid_count =
-      0;  // 0, or 6 for a free body: three translations (x, y, z), three rotations, then elastic
-  double max_residual = 0;  // worst relative residual of the elastic pairs
+  /// 0, or 6 for a free body: three translations (x, y, z), three rotations (RigidModes), then
+  /// elastic.
+  int rigid_count = 0;
+  /// Of the elastic modes the first ones whose energy is rounding noise: parts that fold about an
+  /// edge or node, or a body held along a line only. Nothing holds them; so that ratios of
+  /// eigenvalues stay finite, theirs is set to 1e-4 of the first other one.
+  int mechanism_count = 0;
+  /// Worst residual r = K phi - lambda M phi of the elastic pairs, relative, in the norm of energy:
+  /// sqrt(sum_i r_i^2 / K_ii) / sqrt(lambda). Unlike |r| it does not drown in the rounding of parts
+  /// much stiffer than the mode.
+  double max_residual = 0;
 };
 
 /// Shift-invert Lanczos (Spectra) on a CHOLMOD factor. Signs are fixed (largest entry positive), so
