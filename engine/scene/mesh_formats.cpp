@@ -104,13 +104,13 @@ std::string read_bytes(const fs::path& path, std::size_t max_bytes) {
   constexpr std::size_t kChunk = std::size_t{1} << 20;
   while (stream) {
     const std::size_t size = bytes.size();
-    if (size > max_bytes) {
-      throw Error(ErrorCode::kLimitExceeded, path.string(),
-                  path.string() + ": has more than " + std::to_string(max_bytes) + " bytes");
-    }
     bytes.resize(size + kChunk);
     stream.read(bytes.data() + size, static_cast<std::streamsize>(kChunk));
     bytes.resize(size + static_cast<std::size_t>(stream.gcount()));
+    if (bytes.size() > max_bytes) {
+      throw Error(ErrorCode::kLimitExceeded, path.string(),
+                  path.string() + ": has more than " + std::to_string(max_bytes) + " bytes");
+    }
   }
   if (stream.bad()) throw Error(ErrorCode::kIo, path.string(), path.string() + ": cannot be read");
   return bytes;

@@ -13,4 +13,10 @@ inline std::filesystem::path shared_body(const std::string& file) {
   return shared / "data" / "bodies" / file;
 }
 
+/// A small file of the tests' own, written by meshio: two cells cut into twelve tets, see
+/// data/README.md.
+inline std::filesystem::path fixture(const std::string& file) {
+  return std::filesystem::path(LIMBER_SOURCE_DIR "/tests/engine/scene/data") / file;
+}
+
 }  // namespace limber::scene::testing
