@@ -15,6 +15,7 @@ namespace {
 
 namespace fs = std::filesystem;
 volatile std::sig_atomic_t interrupt_flag = 0;
+bool deferred = false;
 
 bool is_program(const fs::path& path) {
   std::error_code ignored;
@@ -61,13 +62,20 @@ void print_json(const google::protobuf::Message& message) { fmt::print("{}\n", t
 
 void catch_interrupts() {
   struct sigaction action = {};
-  action.sa_handler = [](int) { interrupt_flag = 1; };
+  action.sa_handler = [](int) {
+    if (interrupt_flag != 0) _exit(kInterrupted);
+    interrupt_flag = 1;
+  };
   sigaction(SIGINT, &action, nullptr);
   sigaction(SIGTERM, &action, nullptr);
   signal(SIGPIPE, SIG_DFL);
 }
 
-bool interrupted() { return interrupt_flag != 0; }
+bool interrupted() { return interrupt_flag != 0 && !deferred; }
+
+DeferInterrupts::DeferInterrupts() { deferred = true; }
+
+DeferInterrupts::~DeferInterrupts() { deferred = false; }
 
 std::string own_folder() {
   std::error_code failed;

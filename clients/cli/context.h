@@ -41,9 +41,18 @@ class Context {
 [[nodiscard]] std::string to_json(const google::protobuf::Message& message);
 void print_json(const google::protobuf::Message& message);
 
-/// Ctrl-C from now on sets a flag instead of ending the process.
+/// Ctrl-C from now on sets a flag instead of ending the process; the second one ends it.
 void catch_interrupts();
 [[nodiscard]] bool interrupted();
+
+/// While one exists, Ctrl-C is remembered but ends no wait; a second one ends the process.
+class DeferInterrupts {
+ public:
+  DeferInterrupts();
+  ~DeferInterrupts();
+  DeferInterrupts(const DeferInterrupts&) = delete;
+  DeferInterrupts& operator=(const DeferInterrupts&) = delete;
+};
 
 /// The folder this program lies in.
 [[nodiscard]] std::string own_folder();

@@ -79,14 +79,17 @@ void export_files(Context& context, const ExportOptions& options) {
     for (const auto& format : options.formats) {
       std::uint32_t part = 0;
       std::uint32_t count = 1;
+      std::uint64_t result_sequence = 0;  // all parts of one result, though edits may go on
       for (; part < count; ++part) {
         v1::ExportRequest request;
         request.set_session(options.session);
         request.set_format(formats.at(format));
         request.set_stem(options.stem);
         request.set_part(part);
+        if (part > 0) request.set_result_sequence(result_sequence);
         const auto response = context.client().call(request, kLarge);
         count = response.part_count();
+        result_sequence = response.result().sequence();
         for (const auto& file : response.files())
           written.insert(client::write_exported(options.out, file).string());
         bar.show("exporting " + format, count > 0 ? (part + 1.0) / count : 1.0);

@@ -98,7 +98,11 @@ void open(Context& context, const OpenOptions& options) {
     wanted.set_name(options.sample);
     *request.mutable_scene() = context.client().call(wanted, Milliseconds{60000}).scene();
   }
-  const auto opened = context.client().call(request, Milliseconds{60000});
+  v1::OpenSessionResponse opened;
+  {
+    const DeferInterrupts defer;  // what has been opened must be known, to be closed again
+    opened = context.client().call(request, Milliseconds{60000});
+  }
   for (const auto& issue : opened.issues()) fmt::print(stderr, "{}\n", describe(issue));
   if (!options.no_wait) {
     try {

@@ -84,9 +84,10 @@ class Geometry:
 
 @dataclass(frozen=True)
 class Export:
-    """Files an export wrote."""
+    """Files an export wrote; iterates over them."""
 
     files: tuple[Path, ...]
+    result: Result | None  # what was exported; of the last format if there are several
 
     def __iter__(self):
         return iter(self.files)

@@ -177,6 +177,8 @@ class Session:
         """
         if until not in _UNTIL:
             raise invalid("until", f'until is "first" or "final", not {until!r}')
+        if not 0 < timeout < float("inf"):
+            raise invalid("timeout_s", f"timeout must be > 0 s and finite, is {timeout}")
         request = service.WaitRequest(session=self.id, revision=self.revision if revision is None else revision,
                                       until=_UNTIL[until], timeout_s=timeout)
         response = self.connection.call("wait", request, timeout=timeout + self.connection.timeout)
@@ -232,18 +234,21 @@ class Session:
         if unknown:
             raise invalid("formats", f"a format is one of {', '.join(_FORMATS)}, not {unknown[0]!r}")
         written: dict[Path, None] = {}
+        result: Result | None = None
         with Reporter(progress) as report:
             for name in formats:
                 part = count = 0
                 while part == 0 or part < count:
-                    request = service.ExportRequest(session=self.id, format=_FORMATS[name], stem=stem, part=part)
+                    request = service.ExportRequest(session=self.id, format=_FORMATS[name], stem=stem, part=part,
+                                                    result_sequence=result.sequence if part and result else 0)
                     response = self.connection.call("export", request, timeout=timeout)
+                    result = Result.from_message(response.result)
                     count = response.part_count
                     for file in response.files:
                         written[write_exported(Path(folder), file)] = None
                     part += 1
                     report(f"exporting {name}", part / max(count, 1))
-        return Export(tuple(written))
+        return Export(tuple(written), result)
 
     # ---- control ----
 
