@@ -10,6 +10,8 @@
 #include <filesystem>
 #include <sstream>
 
+#include "clients/cpp/curve_keys.h"
+
 namespace limber::cli {
 namespace {
 
@@ -28,8 +30,12 @@ client::ClientOptions Context::client_options() const {
   client::ClientOptions options;
   options.timeout = milliseconds(timeout_s);
   options.interrupted = [] { return interrupted(); };
-  if (!server_key.empty() || !public_key.empty() || !secret_key.empty())
-    options.keys = client::CurveKeys{server_key, public_key, secret_key};
+  if (!server_key.empty() || !key_file.empty()) {
+    if (server_key.empty() || key_file.empty())
+      throw client::ClientError(v1::ERROR_CODE_INVALID_ARGUMENT, "key",
+                                "--server-key and --key go together");
+    options.keys = client::read_curve_keys(server_key, key_file);
+  }
   return options;
 }
 

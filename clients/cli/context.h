@@ -26,7 +26,7 @@ class Context {
   std::string endpoint;
   bool json = false;
   double timeout_s = 10;
-  std::string server_key, public_key, secret_key;
+  std::string server_key, key_file;  // CURVE; both or none
   int exit_code = kDone;
 
   /// The client, made when first asked for.

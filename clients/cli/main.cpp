@@ -60,12 +60,12 @@ int main(int argc, char** argv) {
       ->capture_default_str();
   app.add_flag("--json", context.json,
                "Print JSON, one object a line (64-bit numbers as strings), for scripts");
-  app.add_option("--server-key", context.server_key, "CURVE public key of the server (Z85)")
+  app.add_option("--server-key", context.server_key,
+                 "CURVE: public key of the server, or the file that holds it")
       ->envname("LIMBER_SERVER_KEY");
-  app.add_option("--public-key", context.public_key, "CURVE public key of this client (Z85)")
-      ->envname("LIMBER_PUBLIC_KEY");
-  app.add_option("--secret-key", context.secret_key, "CURVE secret key of this client (Z85)")
-      ->envname("LIMBER_SECRET_KEY");
+  app.add_option("--key", context.key_file,
+                 "CURVE: file of this client's secret key, with FILE.pub beside it")
+      ->envname("LIMBER_KEY");
   cli::add_server_commands(app, context);
   cli::add_scene_commands(app, context);
   cli::add_session_commands(app, context);

@@ -8,10 +8,11 @@ Requests that change nothing are sent once more.
 from __future__ import annotations
 
 import itertools
+import os
 import threading
 import time
 from concurrent import futures
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import zmq
 from google.protobuf.message import DecodeError
@@ -33,7 +34,26 @@ class CurveKeys:
 
     server: str
     public: str
-    secret: str
+    secret: str = field(repr=False)
+
+    @staticmethod
+    def read(server: "str | os.PathLike[str]", key_file: "str | os.PathLike[str]") -> "CurveKeys":
+        """Keys as `limberd keygen` writes them: the server's public key (or its file), this client's secret key file
+        with the public key in a file of the same name and ".pub"."""
+        is_key = len(str(server)) == 40 and not os.path.exists(server)
+        return CurveKeys(str(server) if is_key else _read_key(server, "server_key"),
+                         _read_key(f"{os.fspath(key_file)}.pub", "key"), _read_key(key_file, "key"))
+
+
+def _read_key(path: "str | os.PathLike[str]", name: str) -> str:
+    try:
+        with open(path, encoding="ascii", errors="replace") as file:
+            key = file.read(4096).strip()
+    except OSError as error:
+        raise LimberError("IO", f"cannot read {path}: {error.strerror}", name) from error
+    if len(key) != 40 or len(key.split()) != 1:
+        raise LimberError("INVALID_ARGUMENT", f"{path} does not hold a CURVE key (40 characters of Z85)", name)
+    return key
 
 
 def configure(socket: zmq.Socket, keys: CurveKeys | None) -> None:

@@ -163,18 +163,17 @@ def reachable(stream: str, requests: str) -> str:
     return stream
 
 
-def connect(endpoint: str | None = None, *, timeout: float = 10.0, server_key: str | None = None,
-            public_key: str | None = None, secret_key: str | None = None) -> Server:
+def connect(endpoint: str | None = None, *, timeout: float = 10.0, server_key: "str | os.PathLike[str] | None" = None,
+            key: "str | os.PathLike[str] | None" = None) -> Server:
     """Connects to a running limberd: endpoint, else $LIMBER_ENDPOINT, else tcp://127.0.0.1:7801.
 
-    timeout [s] for answers; the keys (CURVE, Z85 text) are needed beyond loopback, all three of them. Raises
-    ServerUnreachable if nothing answers, LimberError UNSUPPORTED if the server speaks another protocol.
+    timeout [s] for answers. Beyond loopback, CURVE keys as `limberd keygen` writes them: server_key is the server's public
+    key or its file, key the file of this client's secret key, with its .pub beside it. Raises ServerUnreachable if
+    nothing answers (or the keys are not accepted), LimberError UNSUPPORTED if the server speaks another protocol.
     """
-    keys = None
-    if server_key or public_key or secret_key:
-        if not (server_key and public_key and secret_key):
-            raise invalid("server_key", "CURVE needs server_key, public_key and secret_key")
-        keys = CurveKeys(server_key, public_key, secret_key)
+    if (server_key is None) != (key is None):
+        raise invalid("key", "server_key and key go together")
+    keys = CurveKeys.read(server_key, key) if server_key is not None and key is not None else None
     connection = Connection(endpoint or os.environ.get("LIMBER_ENDPOINT") or DEFAULT_ENDPOINT, keys, timeout)
     try:
         return Server(connection)

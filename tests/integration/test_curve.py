@@ -1,0 +1,66 @@
+"""Beyond loopback: keys, and who is let in."""
+
+import json
+import subprocess
+
+import limber
+import pytest
+from conftest import small_scene, tip_of
+
+
+@pytest.fixture
+def keys(limberd, tmp_path):
+    for name in ("server", "friend", "stranger"):
+        subprocess.run([str(limberd), "keygen", tmp_path / f"{name}.key"], check=True, capture_output=True, timeout=20)
+    (tmp_path / "allowed").write_text((tmp_path / "friend.key.pub").read_text())
+    return tmp_path
+
+
+@pytest.fixture
+def endpoint(limberd, keys, cache_dir):
+    """A server that encrypts. The package's launch() is for servers without keys."""
+    ready = keys / "ready"
+    process = subprocess.Popen([str(limberd), "--bind", "tcp://127.0.0.1:0", "--stream", "tcp://127.0.0.1:0",
+                                "--ready-file", ready, "--cache-dir", cache_dir, "--curve-secret-file", keys / "server.key",
+                                "--curve-allow", keys / "allowed"], stderr=subprocess.DEVNULL)
+    try:
+        for _ in range(500):
+            if ready.exists():
+                break
+            with pytest.raises(subprocess.TimeoutExpired):
+                process.wait(0.02)
+        yield json.loads(ready.read_text())["requests"]
+    finally:
+        process.terminate()
+        assert process.wait(10) == 0
+
+
+def test_who_is_let_in(endpoint, keys, cli):
+    with limber.connect(endpoint, server_key=keys / "server.key.pub", key=keys / "friend.key") as server:
+        session = server.open(small_scene(), progress=False)
+        with session.stream(timeout=20) as stream:
+            session.add(node=tip_of(session), frame=30, displacement=(0, 0, 0.1))
+            assert any(frames.result.revision == 1 for frames in stream)
+    for arguments in ({}, {"server_key": keys / "server.key.pub", "key": keys / "stranger.key"},
+                      {"server_key": keys / "friend.key.pub", "key": keys / "friend.key"}):
+        with pytest.raises(limber.ServerUnreachable):
+            limber.connect(endpoint, timeout=0.4, **arguments)
+    public = (keys / "server.key.pub").read_text().strip()
+    assert "protocol 1" in cli("--server-key", public, "--key", keys / "friend.key", "info", endpoint=endpoint).stdout
+    refused = cli("--server-key", keys / "server.key.pub", "--key", keys / "stranger.key", "--timeout", 0.4, "info",
+                  endpoint=endpoint)
+    assert refused.returncode == 3
+    assert cli("--key", keys / "friend.key", "info", endpoint=endpoint).returncode == 1
+
+
+def test_bad_key_files(keys):
+    (keys / "bad").write_text("x" * 39)
+    (keys / "bad.pub").write_text("x" * 40)
+    for arguments, field in (({"server_key": keys / "bad", "key": keys / "friend.key"}, "server_key"),
+                             ({"server_key": keys / "server.key.pub", "key": keys / "bad"}, "key"),
+                             ({"server_key": keys / "server.key.pub", "key": keys / "none"}, "key"),
+                             ({"server_key": keys / "server.key.pub"}, "key")):
+        with pytest.raises(limber.LimberError) as caught:
+            limber.connect("tcp://127.0.0.1:1", **arguments)
+        assert caught.value.field == field
+        assert "x" * 39 not in str(caught.value), "keys are not shown"
