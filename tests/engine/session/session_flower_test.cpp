@@ -33,14 +33,16 @@ TEST(SessionFlower, TwoThousandMovesEndAtAColdSolve) {
     const Eigen::Vector3d nudge(random.uniform(-reach, reach), random.uniform(-reach, reach),
                                 random.uniform(-reach, reach));
     session.edit({MoveConstraint{constraint.id, constraint.target + nudge}});
-    if (i % 10 == 0)
-      std::this_thread::sleep_for(std::chrono::milliseconds(1));  // some solves end, most do not
+    // A few solves end, most are overtaken.
+    if (i % 50 == 0) {
+      ASSERT_TRUE(recorder->wait_final(static_cast<Revision>(i + 1)));
+    }
   }
   const auto final = recorder->wait_final(2000);
   ASSERT_TRUE(final);
   EXPECT_EQ(final->report.status, SolveStatus::kConverged) << final->report.message;
   EXPECT_EQ(recorder->fault(), "");
-  EXPECT_GT(recorder->results().size(), 100u);
+  EXPECT_GE(recorder->results().size(), 80u);
   const auto fresh = test::solve_fresh(session.scene(), test::shared_cache());
   ASSERT_TRUE(fresh);
   EXPECT_EQ(fresh->report.status, SolveStatus::kConverged) << fresh->report.message;

@@ -3,11 +3,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
-#include "tests/engine/session/harness.h"
-#include "tests/engine/session/scenes.h"
+#include "tests/engine/session/session_support.h"
 
 namespace limber::session {
 namespace {
@@ -16,37 +16,14 @@ using scene::End;
 using scene::TargetKind;
 using spacetime::SolveStatus;
 using test::bar_node;
+using test::bent_bar;
 using test::held;
+using test::kCells;
+using test::kInfinity;
+using test::kTip;
+using test::Live;
 using test::Recorder;
-
-constexpr int kCells = 6;
-const int kTip = bar_node(kCells, kCells, 1, 2);
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-
-/// The bar of the tests with its tip held aside in two frames.
-scene::Scene bent_bar() {
-  scene::Scene scene = test::bar(kCells, 30);
-  scene.constraints = {held(10, kTip, {0, 0.1, 0.05}), held(20, kTip, {0, -0.1, 0.02})};
-  return scene;
-}
-
-/// A session on threads of its own, with everything it says.
-struct Live {
-  explicit Live(scene::Scene scene, SessionOptions options = {})
-      : session("live", std::move(scene), options, test::shared_cache(), pool.executor(),
-                recorder) {}
-  std::shared_ptr<Recorder> recorder = std::make_shared<Recorder>();
-  test::Pool pool{1};
-  Session session;
-
-  std::shared_ptr<const Result> edit(const std::vector<Edit>& edits) {
-    return recorder->wait_final(session.edit(edits).revision);
-  }
-};
-
-Eigen::Vector3d tip_at(const Session& session, const Result& result, int frame) {
-  return session.positions(result, frame, 1).col(0).segment<3>(3 * kTip);
-}
+using test::tip_at;
 
 TEST(Session, FirstResultThenFinalForTheSceneAsOpened) {
   Live live(bent_bar());
@@ -240,32 +217,6 @@ TEST(Session, SolveColdForgetsTheWarmStart) {
               1e-6 * warm->report.total_energy);
 }
 
-TEST(Session, MillimetresAndMetresMoveAlike) {
-  scene::Scene metres = bent_bar();
-  metres.constraints.push_back(held(15, kTip, {0.6, 0.12, 0.25}));
-  metres.constraints.back().kind = TargetKind::kPosition;
-  metres.constraints.push_back(held(5, bar_node(kCells, 3, 0, 1), {0, 0.01, 0}));
-  metres.constraints.back().weight = kInfinity;
-  metres.dynamics.period_frames = 0;  // from materials: the unit must not slip in here either
-  metres.dynamics.frames_per_second = 2000;
-  scene::Scene millimetres = metres;
-  millimetres.length_unit_in_metres = 0.001;
-  millimetres.mesh.nodes *= 1000;
-  for (scene::Constraint& constraint : millimetres.constraints) constraint.target *= 1000;
-  Live a(metres), b(millimetres);
-  const auto in_metres = a.recorder->wait_final(0), in_millimetres = b.recorder->wait_final(0);
-  ASSERT_TRUE(in_metres && in_millimetres);
-  EXPECT_NEAR(in_metres->report.total_energy, in_millimetres->report.total_energy,
-              1e-6 * in_metres->report.total_energy);
-  EXPECT_NEAR(in_metres->report.max_constraint_error, in_millimetres->report.max_constraint_error,
-              1e-8);
-  const Eigen::MatrixXd from_metres = 1000 * a.session.positions(*in_metres, 0, 30);
-  const Eigen::MatrixXd from_millimetres = b.session.positions(*in_millimetres, 0, 30);
-  EXPECT_LT((from_metres - from_millimetres).cwiseAbs().maxCoeff(),
-            1e-3);  // a micrometre on 600 mm
-  EXPECT_GT((from_metres.col(10) - from_metres.col(0)).norm(), 10);
-}
-
 TEST(Session, PositionAndDisplacementTargetsAgree) {
   scene::Scene scene = bent_bar();
   scene.constraints.resize(1);
@@ -277,44 +228,6 @@ TEST(Session, PositionAndDisplacementTargetsAgree) {
   const auto positioned = test::solve_fresh(scene, test::shared_cache());
   EXPECT_NEAR(displaced->report.total_energy, positioned->report.total_energy,
               1e-9 * displaced->report.total_energy);
-}
-
-TEST(Session, ThreeFramesOneFree) {
-  scene::Scene scene = test::bar(kCells, 3);
-  scene.first_end = scene.last_end = End::kPinnedPosition;
-  scene.constraints = {held(1, kTip, {0, 0.05, 0})};
-  Live live(scene);
-  const auto final = live.recorder->wait_final(0);
-  ASSERT_TRUE(final);
-  EXPECT_EQ(final->report.status, SolveStatus::kConverged) << final->report.message;
-  EXPECT_GT(tip_at(live.session, *final, 1).y(), 0.1 + 0.01);
-  EXPECT_TRUE(live.edit({SetEnds{End::kFree, End::kFree}, MoveConstraint{1, {0, 0.1, 0}}}));
-  EXPECT_LT(live.session.converged_result()->report.total_energy, final->report.total_energy);
-}
-
-TEST(Session, AFreeBodyFollowsItsConstraintsAcrossSpace) {
-  scene::Scene scene = test::bar(kCells, 20);
-  scene.fixed_nodes.clear();
-  scene.first_end = scene.last_end = End::kFree;
-  std::vector<int> middle;
-  for (int j = 0; j <= 1; ++j) {
-    for (int k = 0; k <= 2; ++k) middle.push_back(bar_node(kCells, 3, j, k));
-  }
-  scene.constraints = {held(0, 0), held(19, 0)};
-  for (scene::Constraint& constraint : scene.constraints) constraint.nodes = middle;
-  scene.constraints[1].target = {3, 1, -2};
-  Live live(scene);
-  const auto final = live.recorder->wait_final(0);
-  ASSERT_TRUE(final);
-  EXPECT_EQ(live.session.model()->rigid_count, 6);
-  EXPECT_EQ(final->report.status, SolveStatus::kConverged) << final->report.message;
-  // Moving freely at constant speed costs nothing.
-  EXPECT_LT(final->report.total_energy, 1e-6);
-  Eigen::Vector3d moved = Eigen::Vector3d::Zero();
-  const Eigen::VectorXd last = live.session.positions(*final, 19, 1);
-  for (const int node : middle)
-    moved += last.segment<3>(3 * node) - live.session.geometry()->rest.col(node);
-  EXPECT_LT((moved / static_cast<double>(middle.size()) - Eigen::Vector3d(3, 1, -2)).norm(), 0.01);
 }
 
 TEST(Session, ABaseMotionIsKeptWhereNothingIsAsked) {
@@ -337,23 +250,6 @@ TEST(Session, ABaseMotionIsKeptWhereNothingIsAsked) {
   EXPECT_LT((live.session.positions(*final, 0, 30) - positions).cwiseAbs().maxCoeff(), 0.02);
 }
 
-TEST(Session, ContradictingExactConstraintsGetALeastSquaresAnswer) {
-  scene::Scene scene = bent_bar();
-  scene.constraints.resize(1);
-  scene.constraints.push_back(scene.constraints[0]);
-  scene.constraints[1].target = {0, 0.2, 0.05};
-  for (scene::Constraint& constraint : scene.constraints) constraint.weight = kInfinity;
-  Live live(scene);
-  const auto final = live.recorder->wait_final(0);
-  ASSERT_TRUE(final);
-  EXPECT_TRUE(final->report.rank_deficient);
-  EXPECT_FALSE(final->report.message.empty());
-  EXPECT_NEAR(final->report.max_exact_error, 0.05, 0.005);
-  const auto mended = live.edit({RemoveConstraint{2}});
-  EXPECT_FALSE(mended->report.rank_deficient);
-  EXPECT_LT(mended->report.max_exact_error, 1e-6);
-}
-
 TEST(Session, PositionsOfPartsAndBadRanges) {
   Live live(bent_bar());
   const auto final = live.recorder->wait_final(0);
@@ -365,22 +261,6 @@ TEST(Session, PositionsOfPartsAndBadRanges) {
   EXPECT_THROW((void)live.session.positions(*final, 29, 2), Error);
   EXPECT_THROW((void)live.session.positions(*final, 0, std::numeric_limits<int>::max()), Error);
   EXPECT_THROW((void)live.session.positions({}, 0, 1), Error);
-}
-
-TEST(Session, AddingAndRemovingTenThousandTimesLeavesTheStateWhereItWas) {
-  Live live(bent_bar());
-  const double energy = live.recorder->wait_final(0)->report.total_energy;
-  std::uint64_t id = 0;
-  for (int i = 0; i < 10000; ++i) {
-    id = live.session.edit({AddConstraint{held(5 + i % 20, kTip - i % 3, {0, 0.01, 0})}})
-             .constraint_ids[0];
-    live.session.edit({RemoveConstraint{id}});
-  }
-  EXPECT_EQ(id, 10002u);
-  const auto final = live.recorder->wait_final(20000);
-  ASSERT_TRUE(final);
-  EXPECT_NEAR(final->report.total_energy, energy, 1e-7 * energy);
-  EXPECT_EQ(live.recorder->fault(), "");
 }
 
 }  // namespace

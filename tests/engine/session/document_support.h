@@ -1,0 +1,49 @@
+#pragma once
+
+#include <vector>
+
+#include "engine/session/document.h"
+#include "tests/engine/session/scenes.h"
+
+namespace limber::session::test {
+
+inline std::vector<std::uint64_t> ids(const Document& document) {
+  std::vector<std::uint64_t> list;
+  for (const auto& [id, constraint] : document.constraints()) list.push_back(id);
+  return list;
+}
+
+inline Document with_two() {
+  scene::Scene scene = two_tets();
+  scene.constraints = {held(3, 2, {0.1, 0, 0}), held(4, 1, {0, 0.2, 0})};
+  return Document(scene);
+}
+
+inline EditReceipt edit_all(Document& document, const std::vector<Edit>& edits) {
+  Touched touched;
+  return document.apply(edits, {}, touched);
+}
+
+/// Everything a client can see of a document, for comparison.
+struct Seen {
+  std::vector<scene::Constraint> constraints;
+  scene::End first, last;
+  scene::Dynamics dynamics;
+  bool operator==(const Seen& other) const {
+    if (constraints.size() != other.constraints.size()) return false;
+    for (std::size_t i = 0; i < constraints.size(); ++i) {
+      if (!same(constraints[i], other.constraints[i])) return false;
+    }
+    return first == other.first && last == other.last &&
+           dynamics.frames_per_second == other.dynamics.frames_per_second &&
+           dynamics.period_frames == other.dynamics.period_frames &&
+           dynamics.damping_ratio == other.dynamics.damping_ratio;
+  }
+};
+
+inline Seen see(const Document& document) {
+  return {document.constraint_list(), document.first_end(), document.last_end(),
+          document.dynamics()};
+}
+
+}  // namespace limber::session::test
