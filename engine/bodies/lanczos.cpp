@@ -58,7 +58,7 @@ class MassOperator {
 Eigen::MatrixXd lanczos_modes(const ShiftInvert& op, int count, int largest_subspace,
                               double tolerance, int max_restarts, const JobContext& job) {
   const double unit = op.first_eigenvalue() + op.shift();
-  const int subspace = std::min(largest_subspace, 2 * count + 20);
+  const int subspace = std::min(largest_subspace, 3 * count / 2 + 20);
   LIMBER_DEMAND(count > 0 && count < subspace);
   SolveOperator solve(op, unit, 3 * subspace / 2, job);
   MassOperator mass(op);

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <utility>
 #include <vector>
 
@@ -12,6 +13,7 @@
 #include "engine/base/parallel.h"
 #include "engine/base/random.h"
 #include "engine/bodies/dof_map.h"
+#include "engine/bodies/gradient_operator.h"
 #include "engine/bodies/lanczos.h"
 #include "engine/bodies/mass.h"
 #include "engine/bodies/rigid_modes.h"
@@ -30,6 +32,12 @@ constexpr int kLeastSteps = 2;
 constexpr int kMostSteps = 12;
 // Eigenvalue given to mechanisms, relative to the first stiff one.
 constexpr double kMechanismShare = 1e-4;
+// A mode is a mechanism if its strain energy, which is free of cancellation, is below this share of
+// the rounding of phi^T K phi.
+constexpr double kMechanismNoise = 1e-6;
+// Where many of all modes are wanted Lanczos has no advantage, up to the size that a dense solver
+// can do.
+constexpr Eigen::Index kLargestDenseSize = 3000;
 
 /// All modes by LAPACK-like dense reduction. Rigid modes are moved to the far end by M R tau R^T M.
 Eigen::MatrixXd dense_modes(const ShiftInvert& op, const Eigen::MatrixXd& rigid, int count) {
@@ -101,18 +109,47 @@ double energy_noise(const Eigen::SparseMatrix<double>& absolute_stiffness,
   return 10 * std::numeric_limits<double>::epsilon() * size.dot(absolute_stiffness * size);
 }
 
-/// Counts mechanisms and gives them their share of the first eigenvalue that is more than noise.
-int lift_mechanisms(const ShiftInvert& op, RitzBlock& ritz, int count) {
+/// The elastic pairs over all degrees of freedom, guards included.
+struct FullPairs {
+  Eigen::VectorXd eigenvalues;
+  Eigen::MatrixXd modes;
+  int mechanism_count = 0;
+};
+
+/// Eigenvalues as Rayleigh quotients of strain energies: those of the projected problem carry the
+/// rounding of the stiffest part, these only the square of the error of the mode.
+FullPairs refine_eigenvalues(const ElasticBody& body, const DofMap& dofs, const ShiftInvert& op,
+                             const RitzBlock& ritz) {
+  FullPairs pairs;
+  pairs.modes = dofs.expand_rows(ritz.vectors) / std::sqrt(op.mass_unit());
+  const GradientOperator gradient(body.mesh);
   const Eigen::SparseMatrix<double> absolute = op.stiffness().cwiseAbs();
-  int first_stiff = 0;
-  while (first_stiff < ritz.eigenvalues.size() &&
-         ritz.eigenvalues[first_stiff] <= energy_noise(absolute, ritz.vectors.col(first_stiff))) {
-    ++first_stiff;
+  const Eigen::Index count = ritz.vectors.cols();
+  pairs.eigenvalues.resize(count);
+  Eigen::VectorXd noise(count);
+  parallel_for(count, 1, [&](std::int64_t k, std::int64_t) {
+    pairs.eigenvalues[k] = 2 * strain_energy(body.mesh, gradient, pairs.modes.col(k));
+    noise[k] = energy_noise(absolute, ritz.vectors.col(k));
+  });
+  while (pairs.mechanism_count < count && pairs.eigenvalues[pairs.mechanism_count] <=
+                                              kMechanismNoise * noise[pairs.mechanism_count]) {
+    ++pairs.mechanism_count;
   }
-  const double unit =
-      first_stiff < ritz.eigenvalues.size() ? ritz.eigenvalues[first_stiff] : op.shift();
-  ritz.eigenvalues.head(first_stiff).setConstant(kMechanismShare * unit);
-  return std::min(first_stiff, count);
+  return pairs;
+}
+
+/// Ascending order after refinement; mechanisms stay first and get their share of the first other
+/// eigenvalue.
+void order_pairs(FullPairs& pairs, double smallest_unit) {
+  const auto first = pairs.mechanism_count;
+  std::vector<int> order(static_cast<std::size_t>(pairs.eigenvalues.size()));
+  std::iota(order.begin(), order.end(), 0);
+  std::stable_sort(order.begin() + first, order.end(),
+                   [&](int a, int b) { return pairs.eigenvalues[a] < pairs.eigenvalues[b]; });
+  pairs.eigenvalues = Eigen::VectorXd(pairs.eigenvalues(order));
+  pairs.modes = Eigen::MatrixXd(pairs.modes(Eigen::all, order));
+  const double unit = first < pairs.eigenvalues.size() ? pairs.eigenvalues[first] : smallest_unit;
+  pairs.eigenvalues.head(first).setConstant(kMechanismShare * unit);
 }
 
 /// The largest entry becomes positive; of entries equal up to rounding the first decides, so that a
@@ -167,24 +204,28 @@ ModalBasis modal_analysis(const ElasticBody& body, const ModalOptions& options,
   job.report("modes", 0.1);
 
   const int count = options.mode_count;
-  const bool dense = op.size() <= kDenseSize || count > elastic_count / 4;
+  const bool dense =
+      op.size() <= kDenseSize || (op.size() <= kLargestDenseSize && count > elastic_count / 4);
   const Eigen::MatrixXd start =
       dense ? dense_modes(op, rigid, count)
             : lanczos_modes(op, count, elastic_count, options.tolerance / 10, options.max_restarts,
                             job.part(0.1, 0.9));
   const int guards = std::min(kGuards, elastic_count - count);
-  auto [ritz, residual] = polish(op, with_guards(op, start, guards), count, options.tolerance, job);
+  const auto [ritz, residual] =
+      polish(op, with_guards(op, start, guards), count, options.tolerance, job);
+
+  FullPairs pairs = refine_eigenvalues(body, dofs, op, ritz);
+  order_pairs(pairs, op.shift());
 
   ModalBasis basis;
   basis.rigid_count = rigid_count;
   basis.max_residual = residual;
-  basis.mechanism_count = lift_mechanisms(op, ritz, count);
+  basis.mechanism_count = std::min(pairs.mechanism_count, count);
   basis.eigenvalues.setZero(rigid_count + count);
-  basis.eigenvalues.tail(count) = ritz.eigenvalues.head(count);
+  basis.eigenvalues.tail(count) = pairs.eigenvalues.head(count);
   basis.modes.resize(dofs.full_count(), rigid_count + count);
   basis.modes.leftCols(rigid_count) = rigid;
-  basis.modes.rightCols(count) =
-      dofs.expand_rows(ritz.vectors.leftCols(count)) / std::sqrt(op.mass_unit());
+  basis.modes.rightCols(count) = pairs.modes.leftCols(count);
   for (int k = rigid_count; k < basis.modes.cols(); ++k) fix_sign(basis.modes.col(k));
   job.report("modes", 1);
   return basis;

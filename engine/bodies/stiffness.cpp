@@ -32,4 +32,18 @@ Eigen::SparseMatrix<double> stiffness_matrix(const TetMesh& mesh) {
   return stiffness_matrix(mesh, GradientOperator(mesh));
 }
 
+double strain_energy(const TetMesh& mesh, const GradientOperator& gradient,
+                     const Eigen::Ref<const Eigen::VectorXd>& u) {
+  double energy = 0;
+  for (int e = 0; e < mesh.tet_count(); ++e) {
+    const Eigen::Matrix3d h = gradient.apply(u, e);
+    const Eigen::Matrix3d strain = (h + h.transpose()) / 2;
+    const Material& material = mesh.material_of(e);
+    const double trace = strain.trace();
+    energy += gradient.volumes()[e] * (material.lame_lambda() / 2 * trace * trace +
+                                       material.lame_mu() * strain.squaredNorm());
+  }
+  return energy;
+}
+
 }  // namespace limber::bodies

@@ -24,4 +24,10 @@ namespace limber::bodies {
                                                            const GradientOperator& gradient);
 [[nodiscard]] Eigen::SparseMatrix<double> stiffness_matrix(const TetMesh& mesh);
 
+/// u^T K u / 2 [J], summed tet by tet from differences of displacements: where stiff parts move
+/// almost rigidly this keeps digits that K u loses to cancellation.
+/// @param u  3n [m]
+[[nodiscard]] double strain_energy(const TetMesh& mesh, const GradientOperator& gradient,
+                                   const Eigen::Ref<const Eigen::VectorXd>& u);
+
 }  // namespace limber::bodies
