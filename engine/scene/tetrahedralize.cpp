@@ -31,11 +31,11 @@ void check(const ImplicitSolid& solid) {
   }
 }
 
-Candidate stuff_with(double cell, const ImplicitSolid& solid, const TetrahedralizeOptions& options,
-                     const JobContext& job) {
+Candidate stuff_with(double cell, const Eigen::Vector3d& phase, const ImplicitSolid& solid,
+                     const TetrahedralizeOptions& options, const JobContext& job) {
   Candidate candidate;
   candidate.cell = cell;
-  candidate.stuffing = lattice::stuff(solid, cell, options.max_lattice_points, job);
+  candidate.stuffing = lattice::stuff(solid, cell, phase, options.max_lattice_points, job);
   candidate.repair = lattice::make_one_piece(candidate.stuffing);
   const auto count = static_cast<double>(candidate.stuffing.tets.size());
   if (count > 0) candidate.misfit = std::abs(std::log(count / options.target_tets));
@@ -46,28 +46,38 @@ Candidate stuff_with(double cell, const ImplicitSolid& solid, const Tetrahedrali
 /// the best seen wins.
 Candidate search(const ImplicitSolid& solid, const TetrahedralizeOptions& options,
                  const JobContext& job) {
-  constexpr int kMaxRounds = 14;
+  constexpr int kMaxRounds = 18;
+  constexpr int kCentredRounds = 8;
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
   const double close_enough = std::log1p(options.count_tolerance) * 0.7;
   // First guess: the body fills a fifth of its box, a cell has twelve tets.
   double cell = std::cbrt(0.2 * 12 * solid.bounds.volume() / options.target_tets);
-  double too_coarse =
-      std::numeric_limits<double>::infinity();  // smallest cell known to give too few tets
-  double too_fine = 0;                          // largest cell known to give too many
+  double too_coarse = kInfinity;  // smallest cell known to give too few tets
+  double too_fine = 0;            // largest cell known to give too many
+  Eigen::Vector3d phase = Eigen::Vector3d::Zero();
   Candidate best;
   for (int round = 0; round < kMaxRounds; ++round) {
     job.report("searching the cell size", static_cast<double>(round) / kMaxRounds);
-    Candidate candidate = stuff_with(cell, solid, options, job);
+    Candidate candidate = stuff_with(cell, phase, solid, options, job);
     const double count = static_cast<double>(candidate.stuffing.tets.size());
     const double log_ratio = count > 0 ? std::log(count / options.target_tets) : -std::log(8.0);
     (log_ratio < 0 ? too_coarse : too_fine) = cell;
     if (candidate.misfit < best.misfit) best = std::move(candidate);
     if (best.misfit <= close_enough) break;
+    if (count == 0 && lattice::lattice_points(solid, cell) > 2e6)
+      break;  // there seems to be nothing
+    if (round + 1 == kCentredRounds) {
+      // Flat sides along the axes make the count jump: all of them pass lattice points at the same
+      // cell sizes. A shifted lattice takes them one by one.
+      phase = {0.31, 0.17, 0.43};
+      too_coarse = kInfinity;
+      too_fine = 0;
+    }
     double next = cell * std::exp(log_ratio / 3);
     // Stay inside of the bracket; the count is not quite monotonic, so an inverted bracket is
     // forgotten.
     if (too_fine >= too_coarse) {
-      (log_ratio < 0 ? too_fine : too_coarse) =
-          log_ratio < 0 ? 0 : std::numeric_limits<double>::infinity();
+      (log_ratio < 0 ? too_fine : too_coarse) = log_ratio < 0 ? 0 : kInfinity;
     }
     if (std::isfinite(too_coarse) && too_fine > 0 && (next <= too_fine || next >= too_coarse)) {
       next = std::sqrt(too_fine * too_coarse);
@@ -84,8 +94,8 @@ void TetrahedralizeOptions::validate() const {
   const auto refuse = [](const char* field, const std::string& rule) {
     throw Error(ErrorCode::kInvalidArgument, field, std::string(field) + " must be " + rule);
   };
-  if (target_tets < 50 || target_tets > 20'000'000) {
-    refuse("target_tets", "in [50, 20000000], is " + std::to_string(target_tets));
+  if (target_tets < 50 || target_tets > 5'000'000) {
+    refuse("target_tets", "in [50, 5000000], is " + std::to_string(target_tets));
   }
   if (!(cell_size >= 0) || !std::isfinite(cell_size)) refuse("cell_size", ">= 0 and finite");
   if (!(count_tolerance > 0 && count_tolerance < 1)) refuse("count_tolerance", "in (0, 1)");
@@ -100,8 +110,9 @@ Tetrahedralization tetrahedralize(const ImplicitSolid& solid, const Tetrahedrali
   options.validate();
   check(solid);
   const bool given = options.cell_size > 0;
-  Candidate best = given ? stuff_with(options.cell_size, solid, options, job)
-                         : search(solid, options, job.part(0, 0.7));
+  Candidate best = given
+                       ? stuff_with(options.cell_size, Eigen::Vector3d::Zero(), solid, options, job)
+                       : search(solid, options, job.part(0, 0.7));
   if (!std::isfinite(best.misfit)) {
     throw Error(ErrorCode::kNumerical, "",
                 "no cell size gives a single tet: the body is empty or far too thin");

@@ -20,11 +20,11 @@ struct ImplicitSolid {
 };
 
 struct TetrahedralizeOptions {
-  int target_tets = 5000;               // >= 50, <= 20,000,000
+  int target_tets = 5000;               // >= 50, <= 5,000,000
   double cell_size = 0;                 // > 0: use this one and search none; target_tets is ignored
   double count_tolerance = 0.1;         // relative; the search stops inside of it, in (0, 1)
   int smoothing_passes = 4;             // >= 0
-  int max_lattice_points = 60'000'000;  // > 0; refused beyond: a thin body in a huge box
+  int max_lattice_points = 20'000'000;  // > 0; refused beyond: a thin body in a huge box
 
   void validate() const;
 };

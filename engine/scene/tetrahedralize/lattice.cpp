@@ -19,22 +19,26 @@ using Eigen::Vector3i;
 constexpr double kSnapLong = 0.24999;
 constexpr double kSnapShort = 0.41189;
 
+/// Cells along each axis: a margin of more than a cell on each side keeps the outermost points
+/// outside.
+Vector3d cells_across(const ImplicitSolid& solid, double cell) {
+  return (solid.bounds.sizes() / cell).array().ceil() + 4;
+}
+
 /// Body-centred cubic lattice: corners (i, j, k) of cells and their centres, in doubled integer
 /// coordinates: corners are all even, centres all odd.
 class Lattice {
  public:
-  Lattice(const ImplicitSolid& solid, double cell, int max_points)
+  Lattice(const ImplicitSolid& solid, double cell, const Vector3d& phase, int max_points)
       : solid_(solid), half_(cell / 2) {
-    // A margin of more than a cell keeps the outermost points outside.
-    const Vector3d cells = (solid.bounds.sizes() / cell).array().ceil() + 3;
-    if (!(8 * (cells[0] + 1) * (cells[1] + 1) * (cells[2] + 1) / 4 < max_points)) {
+    if (!(lattice_points(solid, cell) < max_points)) {
       throw Error(ErrorCode::kLimitExceeded, "",
                   "the lattice would have more than " + std::to_string(max_points) +
                       " points: the body is too thin for its bounding box and the number of tets "
                       "asked for");
     }
-    cells_ = cells.cast<int>();
-    origin_ = solid.bounds.center() - half_ * cells_.cast<double>();
+    cells_ = cells_across(solid, cell).cast<int>();
+    origin_ = solid.bounds.center() + cell * phase - half_ * cells_.cast<double>();
     points_per_row_ = cells_ + Vector3i::Ones();
     corner_count_ = points_per_row_.prod();
     const int count = corner_count_ + cells_.prod();
@@ -70,8 +74,8 @@ class Lattice {
   void sample(const JobContext& job) {
     constexpr int kBlock = 8;  // in doubled coordinates: 4 cells
     for (int z = 0; z <= 2 * cells_[2]; z += kBlock) {
-      job.throw_if_cancelled();
       for (int y = 0; y <= 2 * cells_[1]; y += kBlock) {
+        job.throw_if_cancelled();
         for (int x = 0; x <= 2 * cells_[0]; x += kBlock) sample_block(Vector3i(x, y, z), kBlock);
       }
     }
@@ -329,9 +333,14 @@ class Stencils {
 
 }  // namespace
 
-Stuffing stuff(const ImplicitSolid& solid, double cell, int max_lattice_points,
-               const JobContext& job) {
-  Lattice lattice(solid, cell, max_lattice_points);
+double lattice_points(const ImplicitSolid& solid, double cell) {
+  const Vector3d cells = cells_across(solid, cell);
+  return (cells.array() + 1).prod() + cells.prod();
+}
+
+Stuffing stuff(const ImplicitSolid& solid, double cell, const Vector3d& phase,
+               int max_lattice_points, const JobContext& job) {
+  Lattice lattice(solid, cell, phase, max_lattice_points);
   lattice.sample(job);
   snap_points(lattice, job);
   Stencils stencils(lattice);

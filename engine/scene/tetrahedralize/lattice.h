@@ -11,9 +11,14 @@ struct Stuffing {
   std::vector<Eigen::Vector4i> tets;  // positively oriented
 };
 
-/// One pass of isosurface stuffing with lattice cells of side `cell`. Deterministic; the lattice is
-/// centred on the box, so that bodies symmetric to its middle planes give nearly symmetric meshes.
-[[nodiscard]] Stuffing stuff(const ImplicitSolid& solid, double cell, int max_lattice_points,
-                             const JobContext& job);
+/// One pass of isosurface stuffing with lattice cells of side `cell`. Deterministic.
+/// @param phase  where the lattice lies: its middle is shifted from the middle of the box by this
+/// many cells. Zero gives
+///   bodies that are symmetric to the middle planes of their box nearly symmetric meshes.
+[[nodiscard]] Stuffing stuff(const ImplicitSolid& solid, double cell, const Eigen::Vector3d& phase,
+                             int max_lattice_points, const JobContext& job);
+
+/// Lattice points that stuff() will look at.
+[[nodiscard]] double lattice_points(const ImplicitSolid& solid, double cell);
 
 }  // namespace limber::scene::lattice

@@ -108,7 +108,7 @@ TEST(Materials, OfThePapersBodiesAreRead) {
     read_materials(c.file, read_bytes(folder / c.file), reading);
     EXPECT_EQ(reading.mesh.materials.size(), c.groups);
     EXPECT_EQ(static_cast<int>(reading.mesh.tet_material.size()), reading.mesh.tet_count());
-    // mtl_two lists 768 of 6144 tets: the others get the default and a warning.
+    // mtl_two lists only some of 6144 tets: the others get the default and a warning.
     EXPECT_EQ(reading.warnings.size(), std::string(c.file) == "mtl_two.elastic" ? 1 : 0);
     for (const bodies::Material& material : reading.mesh.materials)
       EXPECT_EQ(material.poissons_ratio, 0.45);

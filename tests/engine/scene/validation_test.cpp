@@ -1,0 +1,176 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+#include <limits>
+
+#include "engine/scene/samples.h"
+#include "engine/scene/scene.h"
+
+namespace limber::scene {
+namespace {
+
+using ::testing::HasSubstr;
+
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+Scene good_scene() { return make_sample("beam"); }
+
+int errors(const std::vector<Issue>& issues) {
+  return static_cast<int>(std::count_if(issues.begin(), issues.end(), [](const Issue& issue) {
+    return issue.severity == Issue::Severity::kError;
+  }));
+}
+
+struct Fault {
+  const char* field;
+  std::function<void(Scene&)> make;
+  Issue::Severity severity = Issue::Severity::kError;
+};
+
+TEST(Validation, AGoodSceneHasNoIssues) { EXPECT_TRUE(validate(good_scene()).empty()); }
+
+TEST(Validation, EachFaultIsNamedAloneWithItsField) {
+  const Fault faults[] = {
+      {"length_unit_in_metres", [](Scene& s) { s.length_unit_in_metres = 0; }},
+      {"length_unit_in_metres", [](Scene& s) { s.length_unit_in_metres = kNan; }},
+      {"material.youngs_modulus", [](Scene& s) { s.material.youngs_modulus = -1; }},
+      {"material.poissons_ratio", [](Scene& s) { s.material.poissons_ratio = 0.5; }},
+      {"material.density", [](Scene& s) { s.material.density = kInfinity; }},
+      {"merge_tolerance", [](Scene& s) { s.merge_tolerance = -1e-9; }},
+      {"frames",
+       [](Scene& s) {
+         s.frame_count = 2;
+         s.constraints.clear();
+       }},
+      {"frames",
+       [](Scene& s) {
+         s.frame_count = 4;
+         s.constraints.clear();
+       }},
+      {"dynamics.frames_per_second", [](Scene& s) { s.dynamics.frames_per_second = 0; }},
+      {"dynamics.period_frames", [](Scene& s) { s.dynamics.period_frames = -1; }},
+      {"dynamics.period_frames", [](Scene& s) { s.dynamics.period_frames = 2; },
+       Issue::Severity::kWarning},
+      {"dynamics.damping_ratio", [](Scene& s) { s.dynamics.damping_ratio = 1; }},
+      {"model.modes", [](Scene& s) { s.model.mode_count = 0; }},
+      {"model.modes", [](Scene& s) { s.model.mode_count = 3 * (1377 - 162); }},
+      {"model.tolerance", [](Scene& s) { s.model.tolerance = kNan; }},
+      {"model.basis_size", [](Scene& s) { s.model.basis_size = -1; }},
+      {"model.cubature_size", [](Scene& s) { s.model.cubature_size = 7000; }},
+      {"mesh.nodes[17]", [](Scene& s) { s.mesh.nodes(1, 17) = kNan; }},
+      {"mesh.tets[9]", [](Scene& s) { s.mesh.tets(2, 9) = 1377; }},
+      {"mesh.tets[9]", [](Scene& s) { s.mesh.tets(2, 9) = s.mesh.tets(0, 9); }},
+      {"mesh.tet_material", [](Scene& s) { s.mesh.materials = {s.material}; }},
+      {"mesh.tet_material[5]",
+       [](Scene& s) {
+         s.mesh.materials = {s.material};
+         s.mesh.tet_material.assign(6144, 0);
+         s.mesh.tet_material[5] = 1;
+       }},
+      {"mesh.materials[0].density",
+       [](Scene& s) {
+         s.mesh.materials = {{1e6, 0.3, 0}};
+         s.mesh.tet_material.assign(6144, 0);
+       }},
+      {"fixed_nodes[3]", [](Scene& s) { s.fixed_nodes[3] = -1; }},
+      {"fixed_nodes", [](Scene& s) { s.fixed_nodes.push_back(s.fixed_nodes[0]); },
+       Issue::Severity::kWarning},
+      {"constraints[1].frame", [](Scene& s) { s.constraints[1].frame = 150; }},
+      {"constraints[1].frame", [](Scene& s) { s.constraints[1].frame = 148; },
+       Issue::Severity::kWarning},
+      {"constraints[1].nodes", [](Scene& s) { s.constraints[1].nodes.clear(); }},
+      {"constraints[1].nodes[0]", [](Scene& s) { s.constraints[1].nodes = {5000}; }},
+      {"constraints[1].nodes[1]",
+       [](Scene& s) {
+         s.constraints[1].nodes = {1000, 1000};
+       }},
+      {"constraints[1].nodes", [](Scene& s) { s.constraints[1].nodes = {s.fixed_nodes[0]}; },
+       Issue::Severity::kWarning},
+      {"constraints[2].axes", [](Scene& s) { s.constraints[2].axes = 0; }},
+      {"constraints[2].axes", [](Scene& s) { s.constraints[2].axes = 8; }},
+      {"constraints[0].target", [](Scene& s) { s.constraints[0].target[2] = kNan; }},
+      {"constraints[0].weight", [](Scene& s) { s.constraints[0].weight = 0; }},
+      {"constraints[3].id", [](Scene& s) { s.constraints[0].id = s.constraints[3].id = 12; }},
+      {"base_motion", [](Scene& s) { s.base_motion = Eigen::MatrixXd::Zero(5, 150); }},
+      {"base_motion",
+       [](Scene& s) { s.base_motion = Eigen::MatrixXd::Constant(3 * 1377, 150, kNan); }},
+  };
+  for (const Fault& fault : faults) {
+    Scene scene = good_scene();
+    fault.make(scene);
+    const std::vector<Issue> issues = validate(scene);
+    ASSERT_EQ(issues.size(), 1) << fault.field << ": "
+                                << (issues.empty() ? "nothing" : issues[0].field);
+    EXPECT_EQ(issues[0].field, fault.field);
+    EXPECT_EQ(issues[0].severity, fault.severity);
+    EXPECT_FALSE(issues[0].message.empty());
+  }
+}
+
+TEST(Validation, AllFaultsAreReportedAtOnce) {
+  Scene scene = good_scene();
+  scene.length_unit_in_metres = -1;
+  scene.model.mode_count = 0;
+  scene.mesh.nodes(0, 0) = kNan;
+  scene.fixed_nodes = {99999};
+  scene.constraints[0].frame = -1;
+  scene.constraints[1].weight = kNan;
+  EXPECT_EQ(errors(validate(scene)), 6);
+}
+
+TEST(Validation, AMillionFaultsMakeAShortList) {
+  Scene scene = good_scene();
+  scene.mesh.nodes.setConstant(kNan);
+  scene.mesh.tets.setConstant(-7);
+  scene.fixed_nodes.assign(10000, -3);
+  EXPECT_LT(validate(scene).size(), 150);
+}
+
+TEST(Validation, AnEmptySceneIsSurvived) {
+  const std::vector<Issue> issues = validate(Scene{});
+  EXPECT_GE(errors(issues), 3);  // nodes, tets, frames
+}
+
+TEST(Validation, WhatOnlyThePreparedMeshShowsIsReported) {
+  Scene flat = good_scene();
+  flat.mesh.nodes.row(1).setZero();
+  ASSERT_EQ(errors(validate(flat)), 1);
+
+  // A second bar far away with nothing fixed.
+  Scene two = good_scene();
+  const int n = two.mesh.node_count(), m = two.mesh.tet_count();
+  two.mesh.nodes.conservativeResize(3, 2 * n);
+  two.mesh.nodes.rightCols(n) = two.mesh.nodes.leftCols(n).colwise() + Eigen::Vector3d(5, 0, 0);
+  two.mesh.tets.conservativeResize(4, 2 * m);
+  two.mesh.tets.rightCols(m) = two.mesh.tets.leftCols(m).array() + n;
+  EXPECT_EQ(errors(validate(two)), 1);
+
+  Scene turned = good_scene();
+  turned.mesh.tets.row(2).swap(turned.mesh.tets.row(3));
+  const std::vector<Issue> issues = validate(turned);
+  ASSERT_EQ(issues.size(), 1);
+  EXPECT_EQ(issues[0].severity, Issue::Severity::kWarning);
+
+  Scene unused = good_scene();
+  unused.mesh.nodes.conservativeResize(3, n + 1);
+  unused.mesh.nodes.col(n).setZero();
+  unused.constraints[0].nodes = {n};
+  const std::vector<Issue> with_unused = validate(unused);
+  EXPECT_EQ(errors(with_unused), 1);
+  EXPECT_THAT(with_unused, ::testing::Contains(
+                               ::testing::Field(&Issue::message, HasSubstr("belongs to no tet"))));
+}
+
+TEST(Validation, UnitsDoNotChangeTheVerdict) {
+  Scene scene = good_scene();
+  scene.mesh.nodes *= 1e6;
+  scene.length_unit_in_metres = 1e-6;
+  scene.merge_tolerance = 1.0;
+  EXPECT_TRUE(validate(scene).empty());
+}
+
+}  // namespace
+}  // namespace limber::scene
