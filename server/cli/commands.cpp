@@ -1,0 +1,150 @@
+#include "server/cli/commands.h"
+
+#include <fmt/format.h>
+#include <google/protobuf/stubs/logging.h>
+
+#include <CLI/CLI.hpp>
+#include <cstdlib>
+#include <map>
+
+#include "server/cli/serve.h"
+#include "server/cli/tools.h"
+#include "server/codec/errors.h"
+#include "server/log/log.h"
+
+namespace limber::server {
+namespace {
+
+namespace fs = std::filesystem;
+
+fs::path default_cache() {
+  if (const char* cache = std::getenv("XDG_CACHE_HOME"); cache != nullptr && *cache == '/')
+    return fs::path(cache) / "limber";
+  if (const char* home = std::getenv("HOME"); home != nullptr && *home == '/')
+    return fs::path(home) / ".cache" / "limber";
+  return {};
+}
+
+struct CommandLine {
+  ServeOptions serve;
+  log::Level level = log::Level::kInfo;
+  fs::path cache = default_cache();
+  bool no_cache = false;
+  fs::path curve_secret, curve_allow;
+};
+
+void add_sockets(CLI::App& app, CommandLine& line) {
+  auto& transport = line.serve.server.transport;
+  app.add_option("--bind", transport.bind,
+                 "Endpoint for requests (ROUTER): tcp://HOST:PORT, PORT 0 for any, or ipc://PATH")
+      ->capture_default_str()
+      ->group("Sockets");
+  app.add_option("--stream", transport.stream, "Endpoint for streams (XPUB)")
+      ->capture_default_str()
+      ->group("Sockets");
+  app.add_option("--ready-file", line.serve.ready_file,
+                 "Write the bound endpoints and the pid here, as JSON, once ready")
+      ->group("Sockets");
+  app.add_option("--stream-queue", transport.stream_queue,
+                 "Messages a slow subscriber may have waiting")
+      ->capture_default_str()
+      ->group("Sockets");
+  app.add_option("--curve-secret-file", line.curve_secret,
+                 "Secret key (Z85): encrypt, and allow binding beyond loopback")
+      ->group("Security");
+  app.add_option("--curve-allow", line.curve_allow,
+                 "Public keys of the clients that may connect, one a line")
+      ->group("Security");
+  app.add_option("--mesh-root", line.serve.server.mesh_roots,
+                 "Clients may name mesh files below this folder (repeatable)")
+      ->group("Security");
+}
+
+void add_limits(CLI::App& app, CommandLine& line) {
+  auto& limits = line.serve.server.limits;
+  const auto option = [&](const char* name, auto& value, const char* text) {
+    app.add_option(name, value, text)->capture_default_str()->group("Limits");
+  };
+  option("--max-message-bytes", line.serve.server.transport.message_bytes, "Largest message");
+  option("--max-unread-bytes", line.serve.server.transport.unread_bytes,
+         "Replies one client may leave unread");
+  option("--max-sessions", limits.sessions, "Open sessions");
+  option("--max-tets", limits.mesh_tets, "Tets of a mesh");
+  option("--max-frames", limits.frames, "Frames of a scene");
+  option("--max-constraints", limits.constraints, "Constraints of a session");
+  option("--max-jobs", limits.jobs, "Jobs running at once");
+  option("--max-session-bytes", limits.session_bytes, "Estimated memory of one session");
+}
+
+void add_server_options(CLI::App& app, CommandLine& line) {
+  add_sockets(app, line);
+  add_limits(app, line);
+  app.add_option("--threads", line.serve.server.session_threads,
+                 "Threads for builds and solves; 0: twice the cores, at least 4")
+      ->capture_default_str();
+  app.add_option("--request-threads", line.serve.server.request_threads,
+                 "Threads for reading meshes and encoding frames")
+      ->capture_default_str();
+  app.add_option("--cache-dir", line.cache, "Folder of built models")->capture_default_str();
+  app.add_flag("--no-cache", line.no_cache, "Build every model anew");
+  const std::map<std::string, log::Level> levels{{"error", log::Level::kError},
+                                                 {"warn", log::Level::kWarn},
+                                                 {"info", log::Level::kInfo},
+                                                 {"debug", log::Level::kDebug},
+                                                 {"off", log::Level::kOff}};
+  app.add_option("--log-level", line.level,
+                 "error, warn, info, debug or off; one line per event on stderr")
+      ->transform(CLI::CheckedTransformer(levels, CLI::ignore_case).description(""))
+      ->default_str("info");
+}
+
+int serve_command(CommandLine& line) {
+  auto& server = line.serve.server;
+  if (!line.no_cache) server.cache_folder = line.cache;
+  if (line.curve_secret.empty() != line.curve_allow.empty()) {
+    throw invalid("--curve-secret-file", "--curve-secret-file and --curve-allow go together");
+  }
+  if (!line.curve_secret.empty())
+    server.transport.curve = read_curve_setup(line.curve_secret, line.curve_allow);
+  return serve(line.serve);
+}
+
+int report(const std::exception& fault) {
+  const proto::Error error = error_to_proto(fault);
+  fmt::print(stderr, "limberd: {}{}{}\n", error.field(), error.field().empty() ? "" : ": ",
+             error.message());
+  return 1;
+}
+
+}  // namespace
+
+int run(int argc, char** argv) {
+  google::protobuf::SetLogHandler(
+      nullptr);  // what is wrong with a message is told to whom it concerns
+  CLI::App app{
+      "limberd holds scenes of elastic bodies and re-optimises their motion while clients edit "
+      "them.\n"
+      "Without a command it serves; the protocol is described in docs/protocol.md.",
+      "limberd"};
+  app.set_version_flag("--version", std::string("limberd ") + LIMBER_VERSION);
+  app.get_formatter()->column_width(34);
+  app.require_subcommand(0, 1);
+  CommandLine line;
+  add_server_options(app, line);
+  ToolCommands tools;
+  tools.add_to(app);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& fault) {
+    return app.exit(fault) == 0 ? 0 : 2;
+  }
+  log::set_level(line.level);
+  try {
+    if (const auto code = tools.run()) return *code;
+    return serve_command(line);
+  } catch (const std::exception& fault) {
+    return report(fault);
+  }
+}
+
+}  // namespace limber::server

@@ -1,0 +1,84 @@
+#include "server/cli/serve.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <boost/asio/signal_set.hpp>
+#include <csignal>
+#include <cstdlib>
+#include <fstream>
+#include <functional>
+
+#include "engine/base/error.h"
+#include "server/log/log.h"
+#include "server/service/server.h"
+
+namespace limber::server {
+namespace {
+
+std::string json_string(const std::string& text) {
+  std::string out = "\"";
+  for (const char c : text) {
+    if (c == '"' || c == '\\') out.push_back('\\');
+    out.push_back(c);
+  }
+  return out + "\"";
+}
+
+/// Written aside and renamed: who sees the file can read all of it.
+void write_ready_file(const std::filesystem::path& path, const Server& server) {
+  if (path.empty()) return;
+  const std::filesystem::path aside = fmt::format("{}.{}", path.string(), ::getpid());
+  {
+    std::ofstream out(aside);
+    out << fmt::format("{{\"requests\": {}, \"stream\": {}, \"pid\": {}}}\n",
+                       json_string(server.request_endpoint()),
+                       json_string(server.stream_endpoint()), ::getpid());
+    if (!out.flush())
+      throw Error(ErrorCode::kIo, "--ready-file", path.string() + " cannot be written");
+  }
+  std::filesystem::rename(aside, path);
+}
+
+class Signals {
+ public:
+  explicit Signals(Server& server) : server_(server), set_(server.control(), SIGINT, SIGTERM) {
+    listen();
+  }
+
+ private:
+  void listen() {
+    set_.async_wait([this](const boost::system::error_code& fault, int signal) {
+      if (fault) return;
+      if (++count_ > 1) {
+        log::warn("signal {} again: leaving at once", signal);
+        std::_Exit(128 + signal);
+      }
+      log::info("signal {}", signal);
+      server_.request_stop();
+      listen();
+    });
+  }
+  Server& server_;
+  boost::asio::signal_set set_;
+  int count_ = 0;
+};
+
+}  // namespace
+
+int serve(const ServeOptions& options) {
+  std::signal(SIGPIPE, SIG_IGN);
+  Server server(options.server);
+  const Signals signals(server);
+  write_ready_file(options.ready_file, server);
+  log::info("limberd {} ready: requests {}, stream {}", LIMBER_VERSION, server.request_endpoint(),
+            server.stream_endpoint());
+  const Server::Ending ending = server.run();
+  std::error_code ignored;
+  if (!options.ready_file.empty()) std::filesystem::remove(options.ready_file, ignored);
+  if (ending == Server::Ending::kLate)
+    std::_Exit(0);  // a task that does not stop must not hold up the exit
+  return 0;
+}
+
+}  // namespace limber::server

@@ -1,0 +1,25 @@
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <string>
+
+namespace limber::server {
+
+/// The commands of limberd that need no server: validate, sample, tetrahedralize, keygen.
+class ToolCommands {
+ public:
+  void add_to(CLI::App& app);
+  /// The exit code of the command that was given; nothing if none was.
+  std::optional<int> run() const;
+
+ private:
+  std::filesystem::path input_, output_;
+  std::string name_;
+  int tets_ = 5000;
+  std::function<int()> chosen_;
+};
+
+}  // namespace limber::server

@@ -1,0 +1,36 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <string>
+
+#include "engine/bodies/tet_mesh.h"
+#include "server/codec/errors.h"
+
+namespace limber::server {
+
+/// Checks type, shape and byte length against each other.
+/// @param field  path of the array, for errors
+/// @throws Refusal INVALID_ARGUMENT naming field + ".type", ".shape" or ".data"
+void check_array(const proto::Array& array, const std::string& field, int dimensions);
+
+/// rows x 3, float32 or float64, to 3 x rows. @throws Refusal; NaN and infinity are refused with
+/// their row.
+[[nodiscard]] Eigen::Matrix3Xd decode_points(const proto::Array& array, const std::string& field);
+
+/// rows x 4, int32, to 4 x rows. Values are not compared with the number of nodes here.
+[[nodiscard]] bodies::TetNodes decode_tets(const proto::Array& array, const std::string& field);
+
+/// frames x nodes x 3, float32 or float64, to 3 nodes x frames.
+/// @throws Refusal where `nodes` or `frames` differ from the shape
+[[nodiscard]] Eigen::MatrixXd decode_motion(const proto::Array& array, const std::string& field,
+                                            int nodes, int frames);
+
+/// 3 x rows to rows x 3, float32.
+[[nodiscard]] proto::Array encode_points(const Eigen::Ref<const Eigen::Matrix3Xd>& points);
+/// k x rows to rows x k, int32.
+[[nodiscard]] proto::Array encode_indices(const Eigen::Ref<const Eigen::MatrixXi>& indices);
+/// 3 x rows to rows x 3, float64.
+[[nodiscard]] proto::Array encode_points_float64(const Eigen::Ref<const Eigen::Matrix3Xd>& points);
+
+}  // namespace limber::server

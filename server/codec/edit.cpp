@@ -1,0 +1,64 @@
+#include "server/codec/edit.h"
+
+#include <fmt/format.h>
+
+#include "server/codec/scene.h"
+
+namespace limber::server {
+namespace {
+
+session::Edit decode_move(const proto::MoveConstraint& message, const std::string& field) {
+  if (!message.has_target()) throw invalid(field + ".target", "where to move it is missing");
+  return session::MoveConstraint{
+      message.id(), {message.target().x(), message.target().y(), message.target().z()}};
+}
+
+session::Edit decode_edit(const proto::Edit& message, const std::string& field) {
+  switch (message.edit_case()) {
+    case proto::Edit::kAdd:
+      if (!message.add().has_constraint()) throw invalid(field + ".add.constraint", "missing");
+      return session::AddConstraint{
+          decode_constraint(message.add().constraint(), field + ".add.constraint")};
+    case proto::Edit::kMove:
+      return decode_move(message.move(), field + ".move");
+    case proto::Edit::kReplace:
+      if (!message.replace().has_constraint())
+        throw invalid(field + ".replace.constraint", "missing");
+      return session::ReplaceConstraint{
+          decode_constraint(message.replace().constraint(), field + ".replace.constraint")};
+    case proto::Edit::kRemove:
+      return session::RemoveConstraint{message.remove().id()};
+    case proto::Edit::kSetEnds:
+      return session::SetEnds{decode_end(message.set_ends().first_end()),
+                              decode_end(message.set_ends().last_end())};
+    case proto::Edit::kSetDynamics:
+      return session::SetDynamics{decode_dynamics(message.set_dynamics())};
+    case proto::Edit::kUndo:
+      return session::Undo{};
+    case proto::Edit::kRedo:
+      return session::Redo{};
+    case proto::Edit::EDIT_NOT_SET:
+      break;
+  }
+  throw invalid(field, "an edit without content");
+}
+
+}  // namespace
+
+std::vector<session::Edit> decode_edits(const proto::EditRequest& request) {
+  if (request.edits_size() == 0) throw invalid("edits", "a request needs at least one edit");
+  std::vector<session::Edit> edits;
+  edits.reserve(static_cast<std::size_t>(request.edits_size()));
+  for (int i = 0; i < request.edits_size(); ++i)
+    edits.push_back(decode_edit(request.edits(i), fmt::format("edits[{}]", i)));
+  return edits;
+}
+
+proto::EditResponse encode_receipt(const session::EditReceipt& receipt) {
+  proto::EditResponse response;
+  response.set_revision(receipt.revision);
+  for (const auto id : receipt.constraint_ids) response.add_constraint_ids(id);
+  return response;
+}
+
+}  // namespace limber::server

@@ -1,0 +1,34 @@
+#pragma once
+
+#include "engine/session/session.h"
+#include "limber/v1/service.pb.h"
+#include "server/codec/errors.h"
+
+namespace limber::server {
+
+struct FrameRange {
+  int first = 0;
+  int count = 0;
+};
+
+/// A request's range against a result. @throws Refusal OUT_OF_RANGE naming first_frame or
+/// frame_count
+[[nodiscard]] FrameRange frame_range(std::uint32_t first, std::uint32_t count,
+                                     const session::Result& result);
+
+/// Bytes of `count` frames in an encoding, without the envelope.
+[[nodiscard]] std::uint64_t frames_bytes(proto::Encoding encoding, int count,
+                                         const session::Result& result,
+                                         const session::Geometry& geometry);
+
+/// Frames of a result. ENCODING_UNSPECIFIED is COORDINATES.
+///
+/// COORDINATES copies q. POSITIONS is rest + B q in single precision: [nodes x 3] per frame [length
+/// unit]. POSITIONS_QUANTISED rounds those to 65536 levels of the box around the range's own
+/// frames.
+[[nodiscard]] proto::Frames encode_frames(const session::Result& result,
+                                          const session::Geometry& geometry,
+                                          proto::Encoding encoding, FrameRange range,
+                                          double length_unit);
+
+}  // namespace limber::server

@@ -1,0 +1,86 @@
+#include "server/codec/result.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace limber::server {
+namespace {
+
+proto::SolveStatus encode_status(spacetime::SolveStatus status) {
+  switch (status) {
+    case spacetime::SolveStatus::kConverged:
+      return proto::SOLVE_STATUS_CONVERGED;
+    case spacetime::SolveStatus::kImproved:
+      return proto::SOLVE_STATUS_IMPROVED;
+    case spacetime::SolveStatus::kIterationLimit:
+      return proto::SOLVE_STATUS_ITERATION_LIMIT;
+    case spacetime::SolveStatus::kStalled:
+      return proto::SOLVE_STATUS_STALLED;
+    case spacetime::SolveStatus::kCancelled:
+      return proto::SOLVE_STATUS_CANCELLED;
+  }
+  return proto::SOLVE_STATUS_UNSPECIFIED;
+}
+
+}  // namespace
+
+proto::ResultInfo encode_result(const session::Result& result, double length_unit) {
+  proto::ResultInfo info;
+  const auto& report = result.report;
+  info.set_revision(result.revision);
+  info.set_sequence(result.sequence);
+  info.set_converged(result.converged);
+  info.set_status(encode_status(report.status));
+  info.set_iterations(static_cast<std::uint32_t>(report.iterations));
+  info.set_force_energy(report.force_energy);
+  info.set_constraint_energy(report.constraint_energy);
+  info.set_total_energy(report.total_energy);
+  info.set_gradient(report.gradient);
+  info.set_max_constraint_error(report.max_constraint_error / length_unit);
+  info.set_rms_constraint_error(report.rms_constraint_error / length_unit);
+  info.set_rank_deficient(report.rank_deficient);
+  info.set_message(report.message);
+  info.set_since_edit_ms(result.since_edit_ms);
+  return info;
+}
+
+proto::SessionState encode_state(session::State state) {
+  switch (state) {
+    case session::State::kBuilding:
+      return proto::SESSION_STATE_BUILDING;
+    case session::State::kReady:
+      return proto::SESSION_STATE_READY;
+    case session::State::kFailed:
+      return proto::SESSION_STATE_FAILED;
+    case session::State::kClosed:
+      return proto::SESSION_STATE_CLOSED;
+  }
+  return proto::SESSION_STATE_UNSPECIFIED;
+}
+
+proto::Progress encode_progress(const session::Progress& progress) {
+  proto::Progress message;
+  message.set_stage(progress.stage);
+  message.set_fraction(
+      std::isfinite(progress.fraction) ? std::min(1.0, std::max(0.0, progress.fraction)) : 0.0);
+  return message;
+}
+
+proto::ModelInfo encode_model(const session::Session& session) {
+  proto::ModelInfo info;
+  const auto built = session.model();
+  if (!built) return info;
+  const reduced::ReducedModel& model = *built;
+  info.set_modes(static_cast<std::uint32_t>(model.coordinate_count()));
+  info.set_basis_size(static_cast<std::uint32_t>(model.basis_size()));
+  info.set_cubature_size(static_cast<std::uint32_t>(model.cubature_size()));
+  info.set_error_mean(model.report.error_mean);
+  info.set_error_max(model.report.error_max);
+  info.set_met_tolerance(model.report.met_tolerance);
+  info.set_message(model.report.message);
+  info.set_build_s(session.build_seconds());
+  info.set_from_cache(session.model_from_cache());
+  return info;
+}
+
+}  // namespace limber::server

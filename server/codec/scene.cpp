@@ -1,0 +1,266 @@
+#include "server/codec/scene.h"
+
+#include <fmt/format.h>
+
+#include <limits>
+
+#include "server/codec/arrays.h"
+
+namespace limber::server {
+namespace {
+
+int decode_count(std::uint32_t value, const std::string& field) {
+  if (value > static_cast<std::uint32_t>(std::numeric_limits<int>::max())) {
+    throw Refusal(proto::ERROR_CODE_OUT_OF_RANGE, field, fmt::format("{} is out of range", value));
+  }
+  return static_cast<int>(value);
+}
+
+bodies::Material decode_material(const proto::Material& message) {
+  bodies::Material material;
+  if (message.has_youngs_modulus()) material.youngs_modulus = message.youngs_modulus();
+  if (message.has_poissons_ratio()) material.poissons_ratio = message.poissons_ratio();
+  if (message.has_density()) material.density = message.density();
+  return material;
+}
+
+proto::Material encode_material(const bodies::Material& material) {
+  proto::Material message;
+  message.set_youngs_modulus(material.youngs_modulus);
+  message.set_poissons_ratio(material.poissons_ratio);
+  message.set_density(material.density);
+  return message;
+}
+
+scene::ModelRequest decode_model(const proto::ModelRequest& message, const std::string& field) {
+  scene::ModelRequest model;
+  if (message.has_modes()) model.mode_count = decode_count(message.modes(), field + ".modes");
+  if (message.has_tolerance()) model.tolerance = message.tolerance();
+  model.basis_size = decode_count(message.basis_size(), field + ".basis_size");
+  model.cubature_size = decode_count(message.cubature_size(), field + ".cubature_size");
+  if (message.cubature() == proto::CUBATURE_WEIGHTS) model.cubature = scene::Cubature::kWeights;
+  return model;
+}
+
+/// Groups override what the mesh brings: tets of no group keep the mesh's material, or the scene's.
+void apply_groups(const proto::Scene& message, const std::string& prefix,
+                  const bodies::Material& fallback, bodies::TetMesh& mesh) {
+  if (message.material_groups_size() == 0) return;
+  const auto tets = static_cast<std::size_t>(mesh.tet_count());
+  if (mesh.materials.empty()) {
+    mesh.materials = {fallback};
+    mesh.tet_material.assign(tets, 0);
+  }
+  std::vector<int> group_of(tets, -1);
+  for (int g = 0; g < message.material_groups_size(); ++g) {
+    const auto& group = message.material_groups(g);
+    mesh.materials.push_back(decode_material(group.material()));
+    for (int i = 0; i < group.tets_size(); ++i) {
+      const auto field = [&] {
+        return fmt::format("{}material_groups[{}].tets[{}]", prefix, g, i);
+      };
+      const std::size_t tet = group.tets(i);
+      if (tet >= tets) {
+        throw Refusal(proto::ERROR_CODE_OUT_OF_RANGE, field(),
+                      fmt::format("tet {} of {}", tet, tets));
+      }
+      if (group_of[tet] >= 0 && group_of[tet] != g) {
+        throw invalid(field(), fmt::format("tet {} is in group {} too", tet, group_of[tet]));
+      }
+      group_of[tet] = g;
+      mesh.tet_material[tet] = static_cast<int>(mesh.materials.size()) - 1;
+    }
+  }
+}
+
+void check_limits(const proto::Scene& message, const std::string& prefix,
+                  const SceneLimits& limits) {
+  if (limits.frames > 0 && message.frames() > limits.frames) {
+    throw limit_exceeded(prefix + "frames", "frames", limits.frames, message.frames());
+  }
+  const auto constraints = static_cast<std::uint64_t>(message.constraints_size());
+  if (limits.constraints > 0 && constraints > limits.constraints) {
+    throw limit_exceeded(prefix + "constraints", "constraints", limits.constraints, constraints);
+  }
+}
+
+LoadedMesh load(const proto::MeshSource& source, const std::string& field,
+                const MeshLoader& load_mesh) {
+  switch (source.source_case()) {
+    case proto::MeshSource::kArrays:
+      return {decode_mesh(source.arrays(), field + ".arrays"), {}};
+    case proto::MeshSource::SOURCE_NOT_SET:
+      throw invalid(field, "a scene needs a mesh: path, file, arrays or sample");
+    default:
+      return load_mesh(source, field);
+  }
+}
+
+Eigen::MatrixXd decode_base_motion(const proto::BaseMotion& message, const std::string& field,
+                                   const scene::Scene& scene, const Pc2Reader& read_pc2) {
+  const int nodes = scene.mesh.node_count();
+  Eigen::MatrixXd positions;
+  switch (message.source_case()) {
+    case proto::BaseMotion::kPositions:
+      positions =
+          decode_motion(message.positions(), field + ".positions", nodes, scene.frame_count);
+      break;
+    case proto::BaseMotion::kPc2:
+      positions = read_pc2(message.pc2(), field + ".pc2");
+      break;
+    case proto::BaseMotion::SOURCE_NOT_SET:
+      return {};
+  }
+  if (positions.rows() != 3 * static_cast<Eigen::Index>(nodes) ||
+      positions.cols() != scene.frame_count) {
+    throw invalid(
+        field, fmt::format("{} nodes and {} frames, the scene has {} and {}", positions.rows() / 3,
+                           positions.cols(), nodes, scene.frame_count));
+  }
+  positions.colwise() -=
+      Eigen::Map<const Eigen::VectorXd>(scene.mesh.nodes.data(), scene.mesh.nodes.size());
+  return positions;
+}
+
+}  // namespace
+
+bodies::TetMesh decode_mesh(const proto::MeshArrays& message, const std::string& field) {
+  bodies::TetMesh mesh;
+  mesh.nodes = decode_points(message.nodes(), field + ".nodes");
+  mesh.tets = decode_tets(message.tets(), field + ".tets");
+  return mesh;
+}
+
+proto::MeshArrays encode_mesh(const bodies::TetMesh& mesh) {
+  proto::MeshArrays message;
+  *message.mutable_nodes() = encode_points_float64(mesh.nodes);
+  *message.mutable_tets() = encode_indices(mesh.tets);
+  return message;
+}
+
+scene::End decode_end(proto::EndCondition end) {
+  switch (end) {
+    case proto::END_CONDITION_FREE:
+      return scene::End::kFree;
+    case proto::END_CONDITION_PINNED_POSITION:
+      return scene::End::kPinnedPosition;
+    default:
+      return scene::End::kPinnedPositionVelocity;
+  }
+}
+
+proto::EndCondition encode_end(scene::End end) {
+  switch (end) {
+    case scene::End::kFree:
+      return proto::END_CONDITION_FREE;
+    case scene::End::kPinnedPosition:
+      return proto::END_CONDITION_PINNED_POSITION;
+    case scene::End::kPinnedPositionVelocity:
+      break;
+  }
+  return proto::END_CONDITION_PINNED_POSITION_VELOCITY;
+}
+
+scene::Dynamics decode_dynamics(const proto::Dynamics& message) {
+  scene::Dynamics dynamics;
+  if (message.has_frames_per_second()) dynamics.frames_per_second = message.frames_per_second();
+  if (message.has_period_frames()) dynamics.period_frames = message.period_frames();
+  if (message.has_damping_ratio()) dynamics.damping_ratio = message.damping_ratio();
+  return dynamics;
+}
+
+proto::Dynamics encode_dynamics(const scene::Dynamics& dynamics) {
+  proto::Dynamics message;
+  message.set_frames_per_second(dynamics.frames_per_second);
+  message.set_period_frames(dynamics.period_frames);
+  message.set_damping_ratio(dynamics.damping_ratio);
+  return message;
+}
+
+DecodedScene decode_scene(const proto::Scene& message, const std::string& prefix,
+                          const SceneLimits& limits, const MeshLoader& load_mesh,
+                          const Pc2Reader& read_pc2) {
+  check_limits(message, prefix, limits);
+  scene::Scene scene;
+  scene.name = message.name();
+  if (message.has_length_unit_in_metres())
+    scene.length_unit_in_metres = message.length_unit_in_metres();
+  scene.material = decode_material(message.material());
+  if (message.has_merge_tolerance()) scene.merge_tolerance = message.merge_tolerance();
+  scene.frame_count = decode_count(message.frames(), prefix + "frames");
+  scene.first_end = decode_end(message.first_end());
+  scene.last_end = decode_end(message.last_end());
+  scene.dynamics = decode_dynamics(message.dynamics());
+  scene.model = decode_model(message.model(), prefix + "model");
+  for (int i = 0; i < message.fixed_nodes_size(); ++i) {
+    scene.fixed_nodes.push_back(
+        decode_count(message.fixed_nodes(i), fmt::format("{}fixed_nodes[{}]", prefix, i)));
+  }
+  for (int i = 0; i < message.constraints_size(); ++i) {
+    scene.constraints.push_back(
+        decode_constraint(message.constraints(i), fmt::format("{}constraints[{}]", prefix, i)));
+  }
+  LoadedMesh loaded = load(message.mesh(), prefix + "mesh", load_mesh);
+  scene.mesh = std::move(loaded.mesh);
+  const auto tets = static_cast<std::uint64_t>(scene.mesh.tet_count());
+  if (limits.mesh_tets > 0 && tets > limits.mesh_tets) {
+    throw limit_exceeded(prefix + "mesh", "tets", limits.mesh_tets, tets);
+  }
+  apply_groups(message, prefix, scene.material, scene.mesh);
+  scene.base_motion =
+      decode_base_motion(message.base_motion(), prefix + "base_motion", scene, read_pc2);
+  return {std::move(scene), std::move(loaded.warnings)};
+}
+
+proto::Scene encode_scene(const scene::Scene& scene) {
+  proto::Scene message;
+  message.set_name(scene.name);
+  message.set_length_unit_in_metres(scene.length_unit_in_metres);
+  *message.mutable_material() = encode_material(scene.material);
+  for (std::size_t g = 0; g < scene.mesh.materials.size(); ++g) {
+    auto* group = message.add_material_groups();
+    *group->mutable_material() = encode_material(scene.mesh.materials[g]);
+    for (std::size_t tet = 0; tet < scene.mesh.tet_material.size(); ++tet) {
+      if (scene.mesh.tet_material[tet] == static_cast<int>(g))
+        group->add_tets(static_cast<std::uint32_t>(tet));
+    }
+  }
+  if (scene.merge_tolerance) message.set_merge_tolerance(*scene.merge_tolerance);
+  for (const int node : scene.fixed_nodes)
+    message.add_fixed_nodes(static_cast<std::uint32_t>(node));
+  message.set_frames(static_cast<std::uint32_t>(scene.frame_count));
+  message.set_first_end(encode_end(scene.first_end));
+  message.set_last_end(encode_end(scene.last_end));
+  *message.mutable_dynamics() = encode_dynamics(scene.dynamics);
+  auto* model = message.mutable_model();
+  model->set_modes(static_cast<std::uint32_t>(scene.model.mode_count));
+  model->set_tolerance(scene.model.tolerance);
+  model->set_basis_size(static_cast<std::uint32_t>(scene.model.basis_size));
+  model->set_cubature_size(static_cast<std::uint32_t>(scene.model.cubature_size));
+  model->set_cubature(scene.model.cubature == scene::Cubature::kWeights
+                          ? proto::CUBATURE_WEIGHTS
+                          : proto::CUBATURE_FITTED_MAPS);
+  for (const auto& constraint : scene.constraints)
+    *message.add_constraints() = encode_constraint(constraint);
+  return message;
+}
+
+proto::Issue encode_issue(const scene::Issue& issue, const std::string& prefix) {
+  proto::Issue message;
+  message.set_severity(issue.severity == scene::Issue::Severity::kError
+                           ? proto::Issue::SEVERITY_ERROR
+                           : proto::Issue::SEVERITY_WARNING);
+  message.set_field(issue.field.empty() ? issue.field : prefix + issue.field);
+  message.set_message(issue.message);
+  return message;
+}
+
+proto::Issue encode_warning(const std::string& field, const std::string& text) {
+  proto::Issue message;
+  message.set_severity(proto::Issue::SEVERITY_WARNING);
+  message.set_field(field);
+  message.set_message(text);
+  return message;
+}
+
+}  // namespace limber::server

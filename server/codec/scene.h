@@ -1,0 +1,65 @@
+#pragma once
+
+#include <functional>
+#include <string>
+
+#include "engine/scene/scene.h"
+#include "limber/v1/scene.pb.h"
+#include "server/codec/errors.h"
+
+namespace limber::server {
+
+/// What a scene may at most hold; 0: no limit.
+struct SceneLimits {
+  std::uint64_t mesh_tets = 0;
+  std::uint32_t frames = 0;
+  std::uint32_t constraints = 0;
+};
+
+/// A mesh and what its reader skipped or supposed.
+struct LoadedMesh {
+  bodies::TetMesh mesh;
+  std::vector<std::string> warnings;
+};
+
+/// Resolves every source but arrays: files, samples. `field` is the path of the source for errors.
+using MeshLoader =
+    std::function<LoadedMesh(const proto::MeshSource& source, const std::string& field)>;
+/// Reads the bytes of a .pc2 file: positions, 3 nodes x frames.
+using Pc2Reader =
+    std::function<Eigen::MatrixXd(const std::string& bytes, const std::string& field)>;
+
+struct DecodedScene {
+  scene::Scene scene;
+  std::vector<std::string> mesh_warnings;
+};
+
+/// The message as a scene value; enums left unspecified and absent fields get the defaults the
+/// .proto states. Numbers are only checked as far as the wire goes (shape, range of types, limits);
+/// scene::validate does the rest.
+/// @param prefix  path of the message, "scene." or empty
+/// @throws Refusal or Error with a path below `prefix`
+[[nodiscard]] DecodedScene decode_scene(const proto::Scene& message, const std::string& prefix,
+                                        const SceneLimits& limits, const MeshLoader& load_mesh,
+                                        const Pc2Reader& read_pc2);
+
+/// Where a mesh comes as arrays. @throws Refusal
+[[nodiscard]] bodies::TetMesh decode_mesh(const proto::MeshArrays& message,
+                                          const std::string& field);
+[[nodiscard]] proto::MeshArrays encode_mesh(const bodies::TetMesh& mesh);
+
+/// Everything except the mesh and the base motion, which would be megabytes: the caller sets `mesh`
+/// where it knows a short source.
+[[nodiscard]] proto::Scene encode_scene(const scene::Scene& scene);
+
+[[nodiscard]] scene::Constraint decode_constraint(const proto::Constraint& message,
+                                                  const std::string& field);
+[[nodiscard]] proto::Constraint encode_constraint(const scene::Constraint& constraint);
+[[nodiscard]] scene::End decode_end(proto::EndCondition end);
+[[nodiscard]] proto::EndCondition encode_end(scene::End end);
+[[nodiscard]] scene::Dynamics decode_dynamics(const proto::Dynamics& message);
+[[nodiscard]] proto::Dynamics encode_dynamics(const scene::Dynamics& dynamics);
+[[nodiscard]] proto::Issue encode_issue(const scene::Issue& issue, const std::string& prefix = "");
+[[nodiscard]] proto::Issue encode_warning(const std::string& field, const std::string& message);
+
+}  // namespace limber::server

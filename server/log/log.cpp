@@ -1,0 +1,67 @@
+#include "server/log/log.h"
+
+#include <unistd.h>
+
+#include <atomic>
+#include <chrono>
+#include <ctime>
+#include <string>
+
+namespace limber::server::log {
+namespace {
+
+std::atomic<Level> threshold{Level::kInfo};
+
+const char* name(Level level) noexcept {
+  switch (level) {
+    case Level::kError:
+      return "error";
+    case Level::kWarn:
+      return "warn ";
+    case Level::kInfo:
+      return "info ";
+    case Level::kDebug:
+      return "debug";
+    case Level::kOff:
+      return "off  ";
+  }
+  return "?    ";
+}
+
+std::string timestamp() {
+  const auto now = std::chrono::system_clock::now();
+  const auto seconds = std::chrono::system_clock::to_time_t(now);
+  const auto since = now.time_since_epoch();
+  const auto ms = std::chrono::duration_cast<std::chrono::milliseconds>(since).count() % 1000;
+  std::tm utc{};
+  gmtime_r(&seconds, &utc);
+  return fmt::format("{:04}-{:02}-{:02}T{:02}:{:02}:{:02}.{:03}Z", utc.tm_year + 1900,
+                     utc.tm_mon + 1, utc.tm_mday, utc.tm_hour, utc.tm_min, utc.tm_sec, ms);
+}
+
+}  // namespace
+
+void set_level(Level level) noexcept { threshold.store(level, std::memory_order_relaxed); }
+
+bool enabled(Level level) noexcept {
+  const Level now = threshold.load(std::memory_order_relaxed);
+  return now != Level::kOff && static_cast<int>(level) <= static_cast<int>(now);
+}
+
+void write(Level level, std::string_view text) noexcept try {
+  std::string line = fmt::format("{} {} ", timestamp(), name(level));
+  for (const char c : text) {  // text may quote what a client sent
+    if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) {
+      fmt::format_to(std::back_inserter(line), "\\x{:02x}", static_cast<unsigned char>(c));
+    } else {
+      line.push_back(c);
+    }
+  }
+  line.push_back('\n');
+  // One write per line: lines of several threads do not mix, and nothing is buffered when the
+  // process dies.
+  [[maybe_unused]] const auto written = ::write(STDERR_FILENO, line.data(), line.size());
+} catch (...) {  // logging must never take the server down
+}
+
+}  // namespace limber::server::log

@@ -1,0 +1,129 @@
+#include "server/service/export.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cstring>
+
+#include "engine/scene/mesh_writers.h"
+#include "engine/scene/point_cache.h"
+#include "engine/scene/surface_formats.h"
+#include "server/codec/errors.h"
+#include "server/codec/scene.h"
+#include "server/codec/scene_json.h"
+
+namespace limber::server {
+namespace {
+
+constexpr std::uint64_t kPartBytes = 16ull << 20;
+constexpr std::size_t kPc2Header = 32,
+                      kPc2SampleCount = 28;  // bytes; offset of the number of samples
+
+void add_file(proto::ExportResponse& response, std::string name, std::string content,
+              bool append = false) {
+  auto* file = response.add_files();
+  file->set_name(std::move(name));
+  file->set_content(std::move(content));
+  file->set_append(append);
+}
+
+}  // namespace
+
+std::string checked_stem(const std::string& stem) {
+  if (stem.empty()) return "motion";
+  const bool good = stem.size() <= 128 && stem.front() != '.' &&
+                    std::all_of(stem.begin(), stem.end(), [](unsigned char c) {
+                      return (c < 0x80 && std::isalnum(c) != 0) || c == '.' || c == '_' || c == '-';
+                    });
+  if (!good)
+    throw invalid("stem", "a file name of [A-Za-z0-9._-] that starts with no dot is expected");
+  return stem;
+}
+
+int MotionExport::frames_per_part(proto::ExportFormat format) const {
+  const auto nodes = static_cast<std::uint64_t>(geometry->rest.cols());
+  const auto tets = static_cast<std::uint64_t>(geometry->tets.cols());
+  const std::uint64_t per_frame =
+      format == proto::EXPORT_FORMAT_PC2 ? 12 * nodes : 24 * nodes + 40 * tets + 2000;
+  return static_cast<int>(
+      std::clamp<std::uint64_t>(kPartBytes / std::max<std::uint64_t>(1, per_frame), 1, 1u << 20));
+}
+
+std::uint32_t MotionExport::part_count(proto::ExportFormat format) const {
+  const int step = frames_per_part(format);
+  return static_cast<std::uint32_t>((result->coordinates.cols() + step - 1) / step);
+}
+
+proto::ExportResponse MotionExport::part(proto::ExportFormat format, std::uint32_t part) const {
+  const std::uint32_t parts = part_count(format);
+  if (part >= parts) {
+    throw Refusal(proto::ERROR_CODE_OUT_OF_RANGE, "part",
+                  fmt::format("part {} of {}", part, parts));
+  }
+  const int step = frames_per_part(format), first = static_cast<int>(part) * step;
+  const int count = std::min(step, static_cast<int>(result->coordinates.cols()) - first);
+  proto::ExportResponse response;
+  response.set_part(part);
+  response.set_part_count(parts);
+  if (format == proto::EXPORT_FORMAT_PC2) {
+    add_pc2(first, count, response);
+  } else {
+    add_pvd(first, count, response);
+  }
+  return response;
+}
+
+void MotionExport::add_pvd(int first, int count, proto::ExportResponse& response) const {
+  const auto name = [&](int frame) { return fmt::format("{}_{:05}.vtu", stem, frame); };
+  if (first == 0) {
+    std::vector<std::string> files;
+    std::vector<double> times;
+    for (int frame = 0; frame < result->coordinates.cols(); ++frame) {
+      files.push_back(name(frame));
+      times.push_back(frame / frames_per_second);
+    }
+    add_file(response, stem + ".pvd", scene::write_pvd(files, times));
+  }
+  bodies::TetMesh mesh;
+  mesh.nodes = geometry->rest;
+  mesh.tets = geometry->tets;
+  const Eigen::Map<const Eigen::VectorXd> rest(geometry->rest.data(), geometry->rest.size());
+  const Eigen::MatrixXd positions = session->positions(*result, first, count);
+  for (int i = 0; i < count; ++i) {
+    add_file(response, name(first + i), scene::write_vtu_frame(mesh, positions.col(i) - rest));
+  }
+}
+
+/// The header says how many samples there are in all; parts after the first are bytes to append.
+void MotionExport::add_pc2(int first, int count, proto::ExportResponse& response) const {
+  scene::PointCache cache;
+  cache.positions = session->positions(*result, first, count).cast<float>();
+  std::string bytes = scene::write_pc2(cache);
+  if (first == 0) {
+    const auto samples = static_cast<std::int32_t>(result->coordinates.cols());
+    std::memcpy(bytes.data() + kPc2SampleCount, &samples, sizeof samples);
+    add_file(response, stem + ".obj", scene::write_obj(geometry->rest, geometry->surface));
+    add_file(response, stem + ".pc2", std::move(bytes));
+  } else {
+    add_file(response, stem + ".pc2", bytes.substr(kPc2Header), true);
+  }
+}
+
+proto::ExportResponse export_scene(const scene::Scene& scene, const std::string& stem) {
+  proto::Scene message = encode_scene(scene);
+  message.mutable_mesh()->set_path(stem + ".vtu");
+  if (scene.base_motion.size() > 0) {
+    scene::PointCache cache;
+    const Eigen::Map<const Eigen::VectorXd> rest(scene.mesh.nodes.data(), scene.mesh.nodes.size());
+    cache.positions = (scene.base_motion.colwise() + rest).cast<float>();
+    message.mutable_base_motion()->set_pc2(scene::write_pc2(cache));
+  }
+  proto::ExportResponse response;
+  response.set_part_count(1);
+  add_file(response, stem + ".json", scene_to_json(message));
+  add_file(response, stem + ".vtu", scene::write_vtu(scene.mesh));
+  return response;
+}
+
+}  // namespace limber::server

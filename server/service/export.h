@@ -1,0 +1,40 @@
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "engine/session/session.h"
+#include "limber/v1/service.pb.h"
+
+namespace limber::server {
+
+namespace proto = limber::v1;
+
+/// A motion as files, cut into parts of about 16 MB so that none is larger than a message may be.
+struct MotionExport {
+  std::shared_ptr<session::Session> session;
+  std::shared_ptr<const session::Geometry> geometry;
+  std::shared_ptr<const session::Result> result;
+  std::string stem;
+  double frames_per_second = 30;
+
+  [[nodiscard]] std::uint32_t part_count(proto::ExportFormat format) const;
+  /// @throws Refusal OUT_OF_RANGE naming `part`
+  [[nodiscard]] proto::ExportResponse part(proto::ExportFormat format, std::uint32_t part) const;
+
+ private:
+  [[nodiscard]] int frames_per_part(proto::ExportFormat format) const;
+  void add_pvd(int first, int count, proto::ExportResponse& response) const;
+  void add_pc2(int first, int count, proto::ExportResponse& response) const;
+};
+
+/// A scene as .json with the mesh as .vtu beside it: what `limber validate` and OpenSession read
+/// again.
+[[nodiscard]] proto::ExportResponse export_scene(const scene::Scene& scene,
+                                                 const std::string& stem);
+
+/// @param stem  empty: "motion". @throws Refusal unless it is made of [A-Za-z0-9._-] and starts
+/// with no dot
+[[nodiscard]] std::string checked_stem(const std::string& stem);
+
+}  // namespace limber::server

@@ -1,0 +1,69 @@
+#include <fmt/format.h>
+
+#include "server/codec/errors.h"
+#include "server/codec/frames.h"
+#include "server/codec/geometry.h"
+#include "server/codec/result.h"
+#include "server/service/export.h"
+#include "server/service/service.h"
+
+namespace limber::server {
+namespace {
+
+std::shared_ptr<const session::Geometry> geometry_of(const session::Session& session) {
+  auto geometry = session.geometry();
+  if (!geometry)
+    throw Error(ErrorCode::kFailedPrecondition, "session", "the model is not built yet");
+  return geometry;
+}
+
+}  // namespace
+
+proto::GetGeometryResponse Service::get_geometry(const proto::GetGeometryRequest& request) const {
+  const auto session = sessions_.find(request.session())->session();
+  return encode_geometry(*geometry_of(*session), request.known_basis_hash());
+}
+
+proto::GetFramesResponse Service::get_frames(const proto::GetFramesRequest& request) const {
+  const auto record = sessions_.find(request.session());
+  const auto session = record->session();
+  const auto geometry = geometry_of(*session);
+  const auto result = request.final_only() ? session->converged_result() : session->newest_result();
+  if (!result) throw Error(ErrorCode::kFailedPrecondition, "session", "there is no result yet");
+  const FrameRange range = frame_range(request.first_frame(), request.frame_count(), *result);
+  const std::uint64_t bytes = frames_bytes(request.encoding(), range.count, *result, *geometry);
+  if (bytes > hub_.options.transport.message_bytes) {
+    throw limit_exceeded("frame_count", "bytes of the frames (ask for fewer at a time)",
+                         hub_.options.transport.message_bytes, bytes);
+  }
+  proto::GetFramesResponse response;
+  *response.mutable_frames() =
+      encode_frames(*result, *geometry, request.encoding(), range, record->opened().length_unit);
+  return response;
+}
+
+proto::ExportResponse Service::export_part(const proto::ExportRequest& request) const {
+  const auto record = sessions_.find(request.session());
+  const auto session = record->session();
+  const std::string stem = checked_stem(request.stem());
+  if (request.format() == proto::EXPORT_FORMAT_UNSPECIFIED) throw invalid("format", "unspecified");
+  if (request.format() == proto::EXPORT_FORMAT_SCENE) {
+    if (request.part() > 0)
+      throw Refusal(proto::ERROR_CODE_OUT_OF_RANGE, "part", "a scene has one part");
+    return export_scene(session->scene(), stem);
+  }
+  const auto geometry = geometry_of(*session);
+  if (request.part() == 0) {
+    auto newest = session->newest_result();
+    if (!newest) throw Error(ErrorCode::kFailedPrecondition, "session", "there is no result yet");
+    record->begin_export(std::move(newest));
+  }
+  const auto result = record->exported(request.part() == 0 ? 0 : request.result_sequence());
+  const double fps = session->scene().dynamics.frames_per_second;
+  auto response =
+      MotionExport{session, geometry, result, stem, fps}.part(request.format(), request.part());
+  *response.mutable_result() = encode_result(*result, record->opened().length_unit);
+  return response;
+}
+
+}  // namespace limber::server

@@ -1,0 +1,58 @@
+#include <fmt/format.h>
+
+#include "server/codec/errors.h"
+#include "server/service/service.h"
+
+namespace limber::server {
+
+proto::GetServerInfoResponse Service::server_info() const {
+  proto::GetServerInfoResponse info;
+  info.set_server_version(LIMBER_VERSION);
+  info.add_protocol_versions(1);
+  info.set_stream_endpoint(hub_.transport.stream_endpoint());
+  const auto& given = hub_.options.limits;
+  auto* limits = info.mutable_limits();
+  limits->set_message_bytes(hub_.options.transport.message_bytes);
+  limits->set_sessions(given.sessions);
+  limits->set_mesh_tets(given.mesh_tets);
+  limits->set_frames(given.frames);
+  limits->set_constraints(given.constraints);
+  limits->set_jobs(given.jobs);
+  limits->set_session_bytes(given.session_bytes);
+  info.set_uptime_s(
+      std::chrono::duration<double>(std::chrono::steady_clock::now() - hub_.started).count());
+  const auto& counters = hub_.counters;
+  auto& out = *info.mutable_counters();
+  out["requests"] = counters.requests.load();
+  out["replies"] = counters.replies.load();
+  out["errors"] = counters.errors.load();
+  out["malformed"] = counters.malformed.load();
+  out["dropped_requests"] = counters.dropped_requests.load();
+  out["dropped_replies"] = counters.dropped_replies.load();
+  out["published"] = counters.published.load();
+  out["replaced"] = counters.replaced.load();
+  out["forced"] = counters.forced.load();
+  out["refused_handshakes"] = counters.refused_handshakes.load();
+  out["open_requests"] =
+      static_cast<std::uint64_t>(std::max<std::int64_t>(0, hub_.open_tickets.load()));
+  return info;
+}
+
+double Service::checked_seconds(double seconds, const char* field) {
+  constexpr double kDay = 86400;
+  if (!(seconds >= 0) || seconds > kDay)
+    throw invalid(field, fmt::format("{} is not within a day", seconds));
+  return seconds;
+}
+
+void Service::get_job(const proto::GetJobRequest& request, const SharedTicket& ticket) {
+  hub_.jobs.get(request.job(), checked_seconds(request.wait_s(), "wait_s"), ticket);
+}
+
+proto::ListJobsResponse Service::list_jobs() const {
+  proto::ListJobsResponse response;
+  for (const auto& job : hub_.jobs.list()) *response.add_jobs() = job;
+  return response;
+}
+
+}  // namespace limber::server

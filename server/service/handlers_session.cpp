@@ -1,0 +1,216 @@
+#include <fmt/format.h>
+
+#include <boost/asio/post.hpp>
+
+#include "server/codec/edit.h"
+#include "server/codec/errors.h"
+#include "server/log/log.h"
+#include "server/service/memory_estimate.h"
+#include "server/service/service.h"
+
+namespace limber::server {
+namespace {
+
+SessionRecord::Opened describe(const std::string& id, const proto::Scene& message,
+                               const scene::Scene& scene) {
+  SessionRecord::Opened opened;
+  opened.id = id;
+  opened.name = scene.name;
+  if (message.mesh().has_path() || message.mesh().has_sample()) opened.mesh_source = message.mesh();
+  opened.nodes = scene.mesh.node_count();
+  opened.tets = scene.mesh.tet_count();
+  opened.frames = scene.frame_count;
+  opened.length_unit = scene.length_unit_in_metres;
+  return opened;
+}
+
+/// Ends a job that its session never took over.
+class JobGuard {
+ public:
+  JobGuard(JobRegistry& jobs, JobId job) : jobs_(jobs), job_(job) {}
+  ~JobGuard() {
+    if (job_ != 0) jobs_.cancelled(job_);
+  }
+  JobGuard(const JobGuard&) = delete;
+  JobGuard& operator=(const JobGuard&) = delete;
+  void fail(const std::exception& fault) {
+    jobs_.failed(std::exchange(job_, 0), error_to_proto(fault, "scene."));
+  }
+  void release() { job_ = 0; }
+
+ private:
+  JobRegistry& jobs_;
+  JobId job_;
+};
+
+/// Constraints after the edits, or nothing where only the session can tell.
+std::optional<std::size_t> count_after(std::size_t before,
+                                       const std::vector<session::Edit>& edits) {
+  for (const auto& edit : edits) {
+    if (std::holds_alternative<session::Undo>(edit) || std::holds_alternative<session::Redo>(edit))
+      return std::nullopt;
+    if (std::holds_alternative<session::AddConstraint>(edit)) ++before;
+    if (std::holds_alternative<session::RemoveConstraint>(edit)) before -= before > 0 ? 1 : 0;
+  }
+  return before;
+}
+
+}  // namespace
+
+proto::OpenSessionResponse Service::open(const proto::OpenSessionRequest& request) {
+  const auto name = sessions_.reserve(request.session());
+  DecodedScene decoded = decode(request.scene());
+  const std::uint64_t bytes = estimate_session_bytes(decoded.scene);
+  if (bytes > hub_.options.limits.session_bytes) {
+    throw limit_exceeded("scene", "estimated bytes of the session",
+                         hub_.options.limits.session_bytes, bytes);
+  }
+  proto::OpenSessionResponse response;
+  for (const auto& text : decoded.mesh_warnings)
+    *response.add_issues() = encode_warning("scene.mesh", text);
+  for (const auto& issue : scene::validate(decoded.scene)) {
+    if (issue.severity == scene::Issue::Severity::kError) {
+      throw Error(ErrorCode::kInvalidArgument, "scene." + issue.field, issue.message);
+    }
+    *response.add_issues() = encode_issue(issue, "scene.");
+  }
+  const std::string id = name->name();
+  const JobId job = hub_.jobs.start("open_session", id, [this, id] {
+    try {
+      sessions_.find(id)->cancel();
+    } catch (const std::exception& fault) {
+      log::debug("cancelling {}: {}", id, fault.what());
+    }
+  });
+  JobGuard guard(hub_.jobs, job);
+  const auto record =
+      std::make_shared<SessionRecord>(hub_, describe(id, request.scene(), decoded.scene), job);
+  session::SessionOptions options;
+  options.max_constraints = static_cast<int>(hub_.options.limits.constraints);
+  sessions_.put(record);
+  try {
+    record->attach(std::make_shared<session::Session>(
+        id, std::move(decoded.scene), options, hub_.cache,
+        [this](std::function<void()> task) {
+          boost::asio::post(hub_.session_pool, std::move(task));
+        },
+        record));
+  } catch (const std::exception& fault) {
+    sessions_.remove(id);
+    guard.fail(fault);
+    if (const auto* error = dynamic_cast<const Error*>(&fault);
+        error != nullptr && !error->field().empty()) {
+      throw Error(error->code(), "scene." + error->field(), error->what());
+    }
+    throw;
+  }
+  guard.release();
+  log::info("session {} opened: {} nodes, {} tets, {} frames", id, record->opened().nodes,
+            record->opened().tets, record->opened().frames);
+  response.set_session(id);
+  response.set_job(job);
+  return response;
+}
+
+proto::EditResponse Service::edit(const proto::EditRequest& request) {
+  const auto record = sessions_.find(request.session());
+  const auto session = record->session();
+  const auto edits = decode_edits(request);
+  std::optional<session::Revision> expected;
+  if (request.has_expected_revision()) expected = request.expected_revision();
+  const std::size_t before = record->constraint_count();
+  try {
+    const auto receipt = session->edit(edits, expected);
+    const auto after = count_after(before, edits);
+    record->constraints_changed(after ? *after : session->constraints().size());
+    return encode_receipt(receipt);
+  } catch (const Error& error) {
+    if (error.code() != ErrorCode::kLimitExceeded) throw;
+    const auto limit = hub_.options.limits.constraints;
+    throw Refusal(proto::ERROR_CODE_LIMIT_EXCEEDED, error.field(), error.what(),
+                  {{"limit", std::to_string(limit)}, {"value", std::to_string(before + 1)}});
+  }
+}
+
+void Service::wait(const proto::WaitRequest& request, const SharedTicket& ticket) {
+  const auto record = sessions_.find(request.session());
+  const double timeout = request.has_timeout_s() ? request.timeout_s() : 60.0;
+  if (!(timeout > 0)) throw invalid("timeout_s", fmt::format("{} must be > 0", timeout));
+  const auto until = request.until() == proto::WaitRequest::UNTIL_FIRST
+                         ? ResultWaiters::Until::kFirst
+                         : ResultWaiters::Until::kFinal;
+  if (hub_.open_tickets.load() > static_cast<std::int64_t>(hub_.options.limits.waits)) {
+    throw limit_exceeded("", "requests that wait", hub_.options.limits.waits,
+                         static_cast<std::uint64_t>(hub_.open_tickets.load()));
+  }
+  record->waiters().wait(request.revision(), until, checked_seconds(timeout, "timeout_s"), ticket);
+}
+
+proto::ListSessionsResponse Service::list_sessions() const {
+  proto::ListSessionsResponse response;
+  for (const auto& record : sessions_.all()) *response.add_sessions() = record->status();
+  return response;
+}
+
+proto::GetSessionResponse Service::get_session(const proto::GetSessionRequest& request) const {
+  const auto record = sessions_.find(request.session());
+  proto::GetSessionResponse response;
+  *response.mutable_status() = record->status();
+  if (request.with_scene()) {
+    *response.mutable_scene() = encode_scene(record->session()->scene());
+    if (record->opened().mesh_source.source_case() != proto::MeshSource::SOURCE_NOT_SET) {
+      *response.mutable_scene()->mutable_mesh() = record->opened().mesh_source;
+    }
+  }
+  return response;
+}
+
+proto::CloseSessionResponse Service::close(const proto::CloseSessionRequest& request) {
+  const auto record = sessions_.find(request.session());
+  const auto session = record->session();
+  session->close();  // no task runs any more; the name is free only now
+  record->end(Error(ErrorCode::kFailedPrecondition, "session",
+                    fmt::format("session '{}' was closed", request.session())));
+  if (record->detach()) sessions_.remove(request.session());
+  return {};
+}
+
+proto::CancelResponse Service::cancel(const proto::CancelRequest& request) {
+  switch (request.target_case()) {
+    case proto::CancelRequest::kSession:
+      sessions_.find(request.session())->cancel();
+      break;
+    case proto::CancelRequest::kJob:
+      hub_.jobs.cancel(request.job());
+      break;
+    case proto::CancelRequest::TARGET_NOT_SET:
+      throw invalid("target", "a session or a job is expected");
+  }
+  return {};
+}
+
+proto::SolveColdResponse Service::solve_cold(const proto::SolveColdRequest& request) {
+  const auto record = sessions_.find(request.session());
+  const auto session = record->session();
+  const JobId job = hub_.jobs.start("solve_cold", request.session(), [record] {
+    try {
+      record->cancel();
+    } catch (const std::exception& fault) {
+      log::debug("cancelling a cold solve: {}", fault.what());
+    }
+  });
+  JobGuard guard(hub_.jobs, job);
+  record->expect_cold(job);
+  guard.release();
+  try {
+    session->solve_cold();
+  } catch (const std::exception& fault) {
+    hub_.jobs.failed(job, error_to_proto(fault));
+    throw;
+  }
+  proto::SolveColdResponse response;
+  response.set_job(job);
+  return response;
+}
+
+}  // namespace limber::server

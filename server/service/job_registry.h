@@ -1,0 +1,87 @@
+#pragma once
+
+#include <boost/asio/io_context.hpp>
+#include <chrono>
+#include <deque>
+#include <functional>
+#include <map>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include "engine/session/session.h"
+#include "server/service/ticket.h"
+#include "server/service/timers.h"
+
+namespace limber::server {
+
+using JobId = std::uint64_t;
+
+/// What a job leaves behind besides its state.
+struct JobProduct {
+  proto::MeshArrays mesh;
+  std::vector<proto::Issue> issues;
+};
+
+/// Long work: what it is, how far it is, how it ended. The newest finished ones are kept; the
+/// meshes of fewer. Thread-safe. Every change is told to the listener of the registry (the stream).
+class JobRegistry {
+ public:
+  using Told = std::function<void(const proto::JobStatus&)>;
+  using Cancel = std::function<void()>;
+
+  JobRegistry(boost::asio::io_context& control, std::uint32_t limit, Told told)
+      : control_(control), limit_(limit), told_(std::move(told)) {}
+
+  /// @param cancel  what to do when somebody asks the job to stop; called without locks
+  /// @throws Refusal LIMIT_EXCEEDED when as many are running as may
+  JobId start(const std::string& kind, const std::string& session, Cancel cancel);
+  void progress(JobId job, const session::Progress& progress);
+  /// The first end counts; of a job that was asked to stop, failure means cancelled.
+  void done(JobId job, JobProduct product = {});
+  void failed(JobId job, const proto::Error& error);
+  void cancelled(JobId job);
+  /// @throws Refusal NOT_FOUND; a job that has ended is left as it is
+  void cancel(JobId job);
+
+  [[nodiscard]] proto::JobStatus status(JobId job) const;  // throws Refusal NOT_FOUND
+  [[nodiscard]] std::vector<proto::JobStatus> list() const;
+  /// Answers at once, or when the job has ended, or after `seconds` with the state then.
+  void get(JobId job, double seconds, const SharedTicket& ticket);
+  /// Asks every running job to stop and answers everybody who waits.
+  void shut_down();
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  struct Waiter {
+    SharedTicket ticket;
+    Deadline deadline;
+  };
+  struct Job {
+    proto::JobStatus status;
+    Clock::time_point started, told;
+    Cancel cancel;
+    bool asked_to_stop = false;
+    JobProduct product;
+    std::vector<Waiter> waiters;
+    [[nodiscard]] bool running() const { return status.state() == proto::JOB_STATE_RUNNING; }
+  };
+
+  void end(JobId job, proto::JobState state, const proto::Error* error, JobProduct product);
+  void late(JobId job, const SharedTicket& ticket);
+  [[nodiscard]] const Job& find(JobId job) const;
+  [[nodiscard]] static proto::JobStatus status_of(const Job& job);
+  [[nodiscard]] static proto::Reply reply_of(const Job& job);
+  void forget_oldest();
+
+  boost::asio::io_context& control_;
+  std::uint32_t limit_;
+  Told told_;
+  mutable std::mutex mutex_;
+  std::map<JobId, Job> jobs_;
+  std::deque<JobId> finished_;  // oldest first
+  JobId last_ = 0;
+  std::uint32_t running_ = 0;
+};
+
+}  // namespace limber::server

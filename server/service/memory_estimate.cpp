@@ -1,0 +1,22 @@
+#include "server/service/memory_estimate.h"
+
+#include <cmath>
+
+namespace limber::server {
+
+std::uint64_t estimate_session_bytes(const scene::Scene& scene) {
+  const double n = scene.mesh.node_count(), m = scene.mesh.tet_count(), frames = scene.frame_count;
+  const double r = scene.model.mode_count + 6.0;
+  const double h = scene.model.basis_size > 0 ? scene.model.basis_size : 8 * r;
+  const double poses = 500 + 20 * r;   // training, test and mode-aligned poses, with room
+  double numbers = 3 * n * poses;      // snapshots of u
+  numbers += 3 * n * (2 * r + 2 * h);  // modes, Lanczos vectors, basis and its candidates
+  numbers += 3 * n * 60 *
+             std::cbrt(std::max(1.0, n));  // Cholesky factor of a 3D body under nested dissection
+  numbers += m * (9 * 12 + 9 * r + 64);    // gradient operator, RS modes, elements
+  numbers += 3 * n * frames * (scene.base_motion.size() > 0 ? 2 : 0);
+  numbers += 4 * frames * (r + h);  // newest, newest final, the solver's own
+  return static_cast<std::uint64_t>(numbers * sizeof(double));
+}
+
+}  // namespace limber::server

@@ -1,0 +1,37 @@
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <filesystem>
+#include <vector>
+
+#include "server/transport/transport.h"
+
+namespace limber::server {
+
+/// Enforced, and named in the errors that enforce them.
+struct ServiceLimits {
+  std::uint32_t sessions = 16;
+  std::uint64_t mesh_tets = 500'000;
+  std::uint32_t frames = 100'000;
+  std::uint32_t constraints = 4096;                 // per session
+  std::uint32_t jobs = 8;                           // running at once
+  std::uint64_t session_bytes = 8ull << 30;         // estimated before a session is built
+  std::uint32_t waits = 10'000;                     // requests that wait for a result or a job
+  std::uint64_t queued_request_bytes = 1ull << 30;  // of heavy requests that wait for a thread
+};
+
+struct ServerOptions {
+  TransportOptions transport;
+  ServiceLimits limits;
+  std::vector<std::filesystem::path> mesh_roots;  // MeshSource.path may name files below these
+  std::filesystem::path cache_folder;             // of built models; empty: none
+  int session_threads = 0;                // builds and solves; 0: twice the cores, at least 4
+  int request_threads = 2;                // heavy requests: parsing of meshes, encoding of frames
+  std::chrono::milliseconds grace{2000};  // from the wish to stop to the end
+
+  /// @throws Refusal naming the option
+  void validate() const;
+};
+
+}  // namespace limber::server

@@ -1,0 +1,73 @@
+#include "server/service/result_waiters.h"
+
+#include <fmt/format.h>
+
+#include "server/codec/errors.h"
+#include "server/codec/result.h"
+
+namespace limber::server {
+
+bool ResultWaiters::answers(const session::Result& result, std::uint64_t revision,
+                            Until until) const {
+  return result.revision >= revision && (until == Until::kFirst || result.converged);
+}
+
+void ResultWaiters::answer(Ticket& ticket, const session::Result& result) const {
+  proto::Reply reply;
+  *reply.mutable_wait()->mutable_result() = encode_result(result, length_unit_);
+  ticket.answer(std::move(reply));
+}
+
+void ResultWaiters::wait(std::uint64_t revision, Until until, double timeout_s,
+                         const SharedTicket& ticket) {
+  const std::lock_guard lock(mutex_);
+  for (const auto& result : {newest_, converged_}) {
+    if (result && answers(*result, revision, until)) return answer(*ticket, *result);
+  }
+  if (refusal_.code() != proto::ERROR_CODE_UNSPECIFIED) {
+    proto::Reply reply;
+    *reply.mutable_error() = refusal_;
+    ticket->answer(std::move(reply));
+    return;
+  }
+  waiters_.push_back(
+      {revision, until, ticket,
+       call_after(control_, timeout_s, [this, ticket, timeout_s] { late(ticket, timeout_s); })});
+}
+
+void ResultWaiters::note(const std::shared_ptr<const session::Result>& result) {
+  const std::lock_guard lock(mutex_);
+  newest_ = result;
+  if (result->converged) converged_ = result;
+  std::erase_if(waiters_, [&](const Waiter& waiter) {
+    if (!answers(*result, waiter.revision, waiter.until)) return false;
+    answer(*waiter.ticket, *result);
+    return true;
+  });
+}
+
+void ResultWaiters::late(const SharedTicket& ticket, double timeout_s) {
+  const std::lock_guard lock(mutex_);
+  ticket->refuse(Refusal(proto::ERROR_CODE_TIMEOUT, "timeout_s",
+                         fmt::format("no such result within {} s", timeout_s)));
+  std::erase_if(waiters_, [&](const Waiter& waiter) { return waiter.ticket == ticket; });
+}
+
+void ResultWaiters::refuse_all(const std::exception& fault, Later later) {
+  const std::lock_guard lock(mutex_);
+  for (auto& waiter : waiters_) waiter.ticket->refuse(fault);
+  waiters_.clear();
+  if (later == Later::kRefuse) refusal_ = error_to_proto(fault);
+}
+
+void ResultWaiters::accept() {
+  const std::lock_guard lock(mutex_);
+  refusal_.Clear();
+}
+
+std::size_t ResultWaiters::size() const {
+  const std::lock_guard lock(mutex_);
+  return waiters_.size();
+}
+
+}  // namespace limber::server

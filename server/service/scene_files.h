@@ -1,0 +1,26 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <string>
+
+#include "limber/v1/scene.pb.h"
+#include "server/codec/scene.h"
+
+namespace limber::server {
+
+/// One of limber's own scenes as a message; its mesh is named, not sent.
+[[nodiscard]] proto::Scene sample_scene(const std::string& name);
+
+/// Positions of a .pc2 point cache, 3 points x samples. @throws Error naming `field`
+[[nodiscard]] Eigen::MatrixXd read_pc2_positions(const std::string& bytes,
+                                                 const std::string& field);
+
+/// Everything that can be said of a scene before it is opened: what cannot be read, or all that
+/// validation finds.
+/// @param prefix  of fields, "scene." or empty
+[[nodiscard]] std::vector<proto::Issue> scene_issues(const proto::Scene& scene,
+                                                     const std::string& prefix,
+                                                     const SceneLimits& limits,
+                                                     const MeshLoader& load_mesh);
+
+}  // namespace limber::server

@@ -1,0 +1,110 @@
+#include "server/service/server.h"
+
+#include <fmt/format.h>
+
+#include <future>
+
+#include "server/codec/errors.h"
+#include "server/log/log.h"
+
+namespace limber::server {
+
+Server::Server(ServerOptions options)
+    : hub_(std::move(options)),
+      service_(hub_, [this] { request_stop(); }),
+      control_work_(boost::asio::make_work_guard(hub_.control)) {
+  control_thread_ = std::thread([this] { hub_.control.run(); });
+  hub_.transport.start(
+      {[this](Address address, zmq::message_t payload) {
+         service_.handle(std::move(address), std::move(payload));
+       },
+       [this](const std::string& prefix) { service_.subscribed(prefix); },
+       [this](const Address& address) { return service_.overflow_reply(address); }});
+}
+
+Server::~Server() {
+  if (!ended_) {
+    request_stop();
+    run();
+  }
+}
+
+void Server::request_stop() {
+  {
+    const std::lock_guard lock(mutex_);
+    stop_ = true;
+  }
+  stop_requested_.notify_all();
+}
+
+Server::Ending Server::run() {
+  {
+    std::unique_lock lock(mutex_);
+    stop_requested_.wait(lock, [this] { return stop_; });
+  }
+  const Ending ending = shut_down();
+  ended_ = true;
+  return ending;
+}
+
+/// Sessions stop where their tasks look at the cancellation; those that do not until the deadline
+/// are left behind.
+bool Server::close_sessions(std::chrono::steady_clock::time_point deadline) {
+  auto records = service_.sessions().all();
+  auto closed = std::make_shared<std::promise<void>>();
+  auto done = closed->get_future();
+  std::thread closer([records = std::move(records), closed] {
+    for (const auto& record : records) {
+      try {
+        record->session()->close();
+        record->detach();
+      } catch (const std::exception& fault) {
+        log::debug("closing {}: {}", record->opened().id, fault.what());
+      }
+    }
+    closed->set_value();
+  });
+  if (done.wait_until(deadline) == std::future_status::ready) {
+    closer.join();
+    return true;
+  }
+  closer.detach();
+  return false;
+}
+
+Server::Ending Server::shut_down() {
+  const auto begin = std::chrono::steady_clock::now();
+  const auto deadline = begin + hub_.options.grace;
+  log::info("shutting down");
+  hub_.stopping.store(true);
+  hub_.jobs.shut_down();
+  for (const auto& record : service_.sessions().all()) {
+    try {
+      record->session()->cancel();
+    } catch (const std::exception&) {  // closed meanwhile
+    }
+    record->end(shutting_down());
+  }
+  bool clean = close_sessions(deadline);
+  while (hub_.open_tickets.load() > 0 && std::chrono::steady_clock::now() < deadline) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  clean = clean && hub_.open_tickets.load() == 0;
+  hub_.transport.stop();
+  control_work_.reset();
+  hub_.control.stop();
+  control_thread_.join();
+  if (clean) {
+    hub_.session_pool.join();
+    hub_.request_pool.join();
+  }
+  const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;
+  if (clean) {
+    log::info("stopped after {:.3f} s", took.count());
+  } else {
+    log::warn("stopped after {:.3f} s with work still running", took.count());
+  }
+  return clean ? Ending::kClean : Ending::kLate;
+}
+
+}  // namespace limber::server

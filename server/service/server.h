@@ -1,0 +1,57 @@
+#pragma once
+
+#include <condition_variable>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <thread>
+
+#include "server/service/hub.h"
+#include "server/service/service.h"
+
+namespace limber::server {
+
+/// A running limberd, without a process around it. Made: bound and answering.
+class Server {
+ public:
+  /// @throws Refusal or Error naming the option
+  explicit Server(ServerOptions options);
+  /// Stops and waits, if run() has not.
+  ~Server();
+  Server(const Server&) = delete;
+  Server& operator=(const Server&) = delete;
+
+  [[nodiscard]] const std::string& request_endpoint() const {
+    return hub_.transport.request_endpoint();
+  }
+  [[nodiscard]] const std::string& stream_endpoint() const {
+    return hub_.transport.stream_endpoint();
+  }
+  /// Timers and signals run here.
+  [[nodiscard]] boost::asio::io_context& control() { return hub_.control; }
+  [[nodiscard]] const Counters& counters() const { return hub_.counters; }
+
+  /// Any thread, also from signals' handlers of control().
+  void request_stop();
+
+  enum class Ending {
+    kClean,  // everything in flight was answered, every task has ended
+    kLate,  // the grace was over first: some task still runs, leave the process without destructors
+  };
+  /// Blocks until a stop is requested, then shuts down within the grace.
+  Ending run();
+
+ private:
+  Ending shut_down();
+  [[nodiscard]] bool close_sessions(std::chrono::steady_clock::time_point deadline);
+
+  Hub hub_;
+  Service service_;
+  boost::asio::executor_work_guard<boost::asio::io_context::executor_type> control_work_;
+  std::thread control_thread_;
+  std::mutex mutex_;
+  std::condition_variable stop_requested_;
+  bool stop_ = false, ended_ = false;
+};
+
+}  // namespace limber::server

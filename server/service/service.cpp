@@ -1,0 +1,205 @@
+#include "server/service/service.h"
+
+#include <fmt/format.h>
+
+#include <boost/asio/post.hpp>
+
+#include "limber/v1/stream.pb.h"
+#include "server/codec/errors.h"
+#include "server/codec/wire_check.h"
+#include "server/log/log.h"
+
+namespace limber::server {
+namespace {
+
+constexpr std::uint32_t kVersion = 1;
+
+/// Requests whose work would hold up the others on the transport's thread.
+bool is_heavy(int body) {
+  switch (body) {
+    case proto::Request::kOpenSession:
+    case proto::Request::kCloseSession:
+    case proto::Request::kGetSession:
+    case proto::Request::kGetGeometry:
+    case proto::Request::kGetFrames:
+    case proto::Request::kExport:
+    case proto::Request::kValidateScene:
+    case proto::Request::kGetSample:
+    case proto::Request::kTetrahedralize:
+      return true;
+    default:
+      return false;
+  }
+}
+
+proto::Request parse(const zmq::message_t& payload) {
+  check_wire(payload.to_string_view(), *proto::Request::descriptor());
+  proto::Request request;
+  if (!request.ParseFromArray(payload.data(), static_cast<int>(payload.size()))) {
+    throw malformed("the bytes are not a limber.v1.Request (a string that is not UTF-8?)");
+  }
+  return request;
+}
+
+void check_envelope(const Address& address, const RequestPeek& peek) {
+  // All but the routing id must end with an empty frame: otherwise the payload was cut into
+  // several.
+  if (address.envelope.size() > 1 && !address.envelope.back().empty()) {
+    throw malformed(
+        "several frames where one is expected: an empty frame must come before the message");
+  }
+  if (!peek.fault.empty()) throw malformed(peek.fault);
+  if (peek.version != kVersion) {
+    throw Refusal(
+        proto::ERROR_CODE_UNSUPPORTED, "version",
+        fmt::format("protocol version {}, this server speaks {}", peek.version, kVersion),
+        {{"version", std::to_string(peek.version)}, {"supported", std::to_string(kVersion)}});
+  }
+}
+
+}  // namespace
+
+Service::Service(Hub& hub, std::function<void()> request_stop)
+    : hub_(hub),
+      request_stop_(std::move(request_stop)),
+      meshes_(hub.options.mesh_roots),
+      sessions_(hub.options.limits.sessions) {}
+
+void Service::handle(Address address, zmq::message_t payload) noexcept try {
+  const RequestPeek peek = peek_request(payload.to_string_view());
+  const Address original = address;
+  const auto ticket = std::make_shared<Ticket>(hub_.transport, hub_.counters, hub_.open_tickets,
+                                               std::move(address), peek.id);
+  try {
+    check_envelope(original, peek);
+    if (payload.size() > hub_.options.transport.message_bytes) {
+      throw limit_exceeded("", "bytes of a request", hub_.options.transport.message_bytes,
+                           payload.size());
+    }
+    if (hub_.stopping.load()) throw shutting_down();
+    dispatch(ticket, peek.body, std::move(payload));
+  } catch (const Refusal& refusal) {
+    if (refusal.code() == proto::ERROR_CODE_MALFORMED)
+      hub_.counters.malformed.fetch_add(1, std::memory_order_relaxed);
+    ticket->refuse(refusal);
+  } catch (const std::exception& fault) {
+    ticket->refuse(fault);
+  }
+} catch (const std::exception& fault) {  // no memory even for the refusal
+  hub_.counters.dropped_requests.fetch_add(1, std::memory_order_relaxed);
+  log::error("request dropped: {}", fault.what());
+}
+
+void Service::dispatch(const SharedTicket& ticket, int body, zmq::message_t payload) {
+  if (!is_heavy(body)) return answer(ticket, parse(payload));
+  const auto bytes = static_cast<std::int64_t>(payload.size());
+  const auto queued = hub_.queued_bytes.fetch_add(bytes) + bytes;
+  const std::shared_ptr<void> release(nullptr,
+                                      [this, bytes](void*) { hub_.queued_bytes.fetch_sub(bytes); });
+  const auto limit = static_cast<std::int64_t>(hub_.options.limits.queued_request_bytes);
+  if (queued > limit && queued > bytes) {
+    throw limit_exceeded("", "bytes of requests that wait for a thread",
+                         static_cast<std::uint64_t>(limit), static_cast<std::uint64_t>(queued));
+  }
+  boost::asio::post(hub_.request_pool,
+                    [this, ticket, release, message = std::move(payload)]() mutable {
+                      dispatch_heavy(ticket, std::move(message));
+                    });
+}
+
+void Service::dispatch_heavy(const SharedTicket& ticket, zmq::message_t payload) {
+  try {
+    if (hub_.stopping.load()) throw shutting_down();
+    const Request request = parse(payload);
+    payload.rebuild();  // its bytes live on in the request
+    answer(ticket, request);
+  } catch (const Refusal& refusal) {
+    if (refusal.code() == proto::ERROR_CODE_MALFORMED)
+      hub_.counters.malformed.fetch_add(1, std::memory_order_relaxed);
+    ticket->refuse(refusal);
+  } catch (const std::exception& fault) {
+    ticket->refuse(fault);
+  }
+}
+
+void Service::answer(const SharedTicket& ticket, const Request& request) {
+  proto::Reply reply;
+  switch (request.body_case()) {
+    case Request::kGetServerInfo:
+      *reply.mutable_get_server_info() = server_info();
+      break;
+    case Request::kOpenSession:
+      *reply.mutable_open_session() = open(request.open_session());
+      break;
+    case Request::kListSessions:
+      *reply.mutable_list_sessions() = list_sessions();
+      break;
+    case Request::kGetSession:
+      *reply.mutable_get_session() = get_session(request.get_session());
+      break;
+    case Request::kCloseSession:
+      *reply.mutable_close_session() = close(request.close_session());
+      break;
+    case Request::kEdit:
+      *reply.mutable_edit() = edit(request.edit());
+      break;
+    case Request::kWait:
+      return wait(request.wait(), ticket);
+    case Request::kGetGeometry:
+      *reply.mutable_get_geometry() = get_geometry(request.get_geometry());
+      break;
+    case Request::kGetFrames:
+      *reply.mutable_get_frames() = get_frames(request.get_frames());
+      break;
+    case Request::kExport:
+      *reply.mutable_export_() = export_part(request.export_());
+      break;
+    case Request::kCancel:
+      *reply.mutable_cancel() = cancel(request.cancel());
+      break;
+    case Request::kSolveCold:
+      *reply.mutable_solve_cold() = solve_cold(request.solve_cold());
+      break;
+    case Request::kValidateScene:
+      *reply.mutable_validate_scene() = validate_scene(request.validate_scene());
+      break;
+    case Request::kGetSample:
+      *reply.mutable_get_sample() = get_sample(request.get_sample());
+      break;
+    case Request::kTetrahedralize:
+      *reply.mutable_tetrahedralize() = tetrahedralize(request.tetrahedralize());
+      break;
+    case Request::kGetJob:
+      return get_job(request.get_job(), ticket);
+    case Request::kListJobs:
+      *reply.mutable_list_jobs() = list_jobs();
+      break;
+    case Request::kShutdown:
+      reply.mutable_shutdown();
+      ticket->answer(std::move(reply));
+      return request_stop_();
+    case Request::BODY_NOT_SET:
+      throw invalid("body", "a request without content");
+  }
+  ticket->answer(std::move(reply));
+}
+
+void Service::subscribed(const std::string& prefix) {
+  for (const auto& record : sessions_.all()) record->welcome(prefix);
+  if (std::string(kJobsTopic).compare(0, prefix.size(), prefix) != 0) return;
+  for (const auto& job : hub_.jobs.list()) {
+    if (job.state() == proto::JOB_STATE_RUNNING) hub_.publish_job(job);
+  }
+}
+
+std::string Service::overflow_reply(const Address& address) const {
+  proto::Reply reply;
+  reply.set_version(kVersion);
+  reply.set_id(address.request_id);
+  *reply.mutable_error() = error_to_proto(Refusal(
+      proto::ERROR_CODE_LIMIT_EXCEEDED, "", "this client leaves too many bytes of replies unread",
+      {{"limit", std::to_string(hub_.options.transport.unread_bytes)}}));
+  return reply.SerializeAsString();
+}
+
+}  // namespace limber::server

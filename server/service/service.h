@@ -1,0 +1,77 @@
+#pragma once
+
+#include <functional>
+#include <memory>
+
+#include "engine/scene/tetrahedralize.h"
+#include "limber/v1/service.pb.h"
+#include "server/codec/scene.h"
+#include "server/service/hub.h"
+#include "server/service/mesh_sources.h"
+#include "server/service/session_registry.h"
+#include "server/service/ticket.h"
+
+namespace limber::server {
+
+/// Requests to answers. Light ones (edits, waits, status) are handled where they arrive, on the
+/// transport's thread, in the order of arrival; heavy ones (meshes, frames, exports) on a pool, in
+/// any order.
+class Service {
+ public:
+  /// @param request_stop  called when a client asks for shutdown
+  Service(Hub& hub, std::function<void()> request_stop);
+
+  /// On the transport's thread. Never throws.
+  void handle(Address address, zmq::message_t payload) noexcept;
+  void subscribed(const std::string& prefix);
+  [[nodiscard]] std::string overflow_reply(const Address& address) const;
+
+  [[nodiscard]] SessionRegistry& sessions() { return sessions_; }
+
+ private:
+  using Request = proto::Request;
+
+  void dispatch(const SharedTicket& ticket, int body, zmq::message_t payload);
+  void dispatch_heavy(const SharedTicket& ticket, zmq::message_t payload);
+  void answer(const SharedTicket& ticket, const Request& request);
+
+  // handlers_session.cpp
+  proto::OpenSessionResponse open(const proto::OpenSessionRequest& request);
+  proto::EditResponse edit(const proto::EditRequest& request);
+  void wait(const proto::WaitRequest& request, const SharedTicket& ticket);
+  proto::ListSessionsResponse list_sessions() const;
+  proto::GetSessionResponse get_session(const proto::GetSessionRequest& request) const;
+  proto::CloseSessionResponse close(const proto::CloseSessionRequest& request);
+  proto::CancelResponse cancel(const proto::CancelRequest& request);
+  proto::SolveColdResponse solve_cold(const proto::SolveColdRequest& request);
+
+  // handlers_frames.cpp
+  proto::GetGeometryResponse get_geometry(const proto::GetGeometryRequest& request) const;
+  proto::GetFramesResponse get_frames(const proto::GetFramesRequest& request) const;
+  proto::ExportResponse export_part(const proto::ExportRequest& request) const;
+
+  // handlers_scene.cpp
+  proto::ValidateSceneResponse validate_scene(const proto::ValidateSceneRequest& request) const;
+  proto::GetSampleResponse get_sample(const proto::GetSampleRequest& request) const;
+  proto::TetrahedralizeResponse tetrahedralize(const proto::TetrahedralizeRequest& request);
+  void run_tetrahedralize(JobId job, const JobContext& context,
+                          const scene::TriangleSurface& surface,
+                          const scene::TetrahedralizeOptions& options);
+  [[nodiscard]] DecodedScene decode(const proto::Scene& message) const;
+  [[nodiscard]] SceneLimits scene_limits() const;
+  [[nodiscard]] MeshLoader mesh_loader() const;
+
+  // handlers_server.cpp
+  proto::GetServerInfoResponse server_info() const;
+  void get_job(const proto::GetJobRequest& request, const SharedTicket& ticket);
+  proto::ListJobsResponse list_jobs() const;
+  /// @throws Refusal for a time outside (0 or `least`, a day]
+  static double checked_seconds(double seconds, const char* field);
+
+  Hub& hub_;
+  std::function<void()> request_stop_;
+  MeshSources meshes_;
+  SessionRegistry sessions_;
+};
+
+}  // namespace limber::server

@@ -1,0 +1,218 @@
+#include "server/service/session_record.h"
+
+#include <fmt/format.h>
+
+#include <utility>
+
+#include "limber/v1/stream.pb.h"
+#include "server/codec/errors.h"
+#include "server/codec/result.h"
+#include "server/log/log.h"
+
+namespace limber::server {
+
+SessionRecord::SessionRecord(Hub& hub, Opened opened, JobId open_job)
+    : hub_(hub),
+      opened_(std::move(opened)),
+      status_topic_(fmt::format("session/{}/status", opened_.id)),
+      waiters_(hub.control, opened_.length_unit),
+      streams_(std::make_shared<FrameStreams>(hub, opened_.id, opened_.length_unit)),
+      open_job_(open_job) {}
+
+void SessionRecord::attach(std::shared_ptr<session::Session> session) {
+  const std::size_t constraints = session->constraints().size();
+  bool ready = false;
+  {
+    const std::lock_guard lock(mutex_);
+    session_ = session;
+    constraints_ = constraints;
+    ready = state_ == session::State::kReady;
+  }
+  if (ready)
+    adopt_model(*session);  // it was quicker than this call: on_state() found no session to ask
+}
+
+void SessionRecord::adopt_model(const session::Session& session) {
+  auto info = encode_model(session);
+  std::shared_ptr<const session::Result> newest;
+  {
+    const std::lock_guard lock(mutex_);
+    model_ = std::move(info);
+    newest = newest_;
+  }
+  streams_->geometry(session.geometry());
+  if (newest) streams_->note(newest);
+}
+
+std::shared_ptr<session::Session> SessionRecord::session() const {
+  const std::lock_guard lock(mutex_);
+  if (!session_)
+    throw Error(ErrorCode::kNotFound, "session", fmt::format("session '{}' is closed", opened_.id));
+  return session_;
+}
+
+std::shared_ptr<session::Session> SessionRecord::detach() {
+  const std::lock_guard lock(mutex_);
+  return std::exchange(session_, nullptr);
+}
+
+proto::SessionStatus SessionRecord::status() const {
+  proto::SessionStatus status;
+  status.set_session(opened_.id);
+  status.set_name(opened_.name);
+  status.set_nodes(static_cast<std::uint32_t>(opened_.nodes));
+  status.set_tets(static_cast<std::uint32_t>(opened_.tets));
+  status.set_frames(static_cast<std::uint32_t>(opened_.frames));
+  std::shared_ptr<session::Session> session;
+  {
+    const std::lock_guard lock(mutex_);
+    session = session_;
+    status.set_state(encode_state(state_));
+    status.set_message(message_);
+    status.set_constraints(static_cast<std::uint32_t>(constraints_));
+    if (newest_) *status.mutable_result() = encode_result(*newest_, opened_.length_unit);
+    if (model_) *status.mutable_model() = *model_;
+    if (state_ == session::State::kBuilding)
+      *status.mutable_progress() = encode_progress(progress_);
+  }
+  if (session) status.set_revision(session->revision());
+  return status;
+}
+
+void SessionRecord::constraints_changed(std::size_t count) {
+  const std::lock_guard lock(mutex_);
+  constraints_ = count;
+}
+
+std::size_t SessionRecord::constraint_count() const {
+  const std::lock_guard lock(mutex_);
+  return constraints_;
+}
+
+std::optional<JobId> SessionRecord::take_job(std::optional<JobId>& job) {
+  const std::lock_guard lock(mutex_);
+  return std::exchange(job, std::nullopt);
+}
+
+void SessionRecord::expect_cold(JobId job) {
+  std::optional<JobId> earlier;
+  {
+    const std::lock_guard lock(mutex_);
+    earlier = std::exchange(cold_job_, job);
+    if (state_ == session::State::kFailed) {  // a second try at the model
+      state_ = session::State::kBuilding;
+      message_.clear();
+    }
+  }
+  waiters_.accept();
+  if (earlier) hub_.jobs.cancelled(*earlier);  // started over
+}
+
+void SessionRecord::cancel() {
+  const auto session = this->session();
+  waiters_.refuse_all(Error(ErrorCode::kCancelled, "", "the session's work was cancelled"),
+                      ResultWaiters::Later::kAccept);
+  if (const auto job = take_job(cold_job_)) hub_.jobs.cancelled(*job);
+  bool building = false;
+  {
+    const std::lock_guard lock(mutex_);
+    building = build_cancelled_ = state_ == session::State::kBuilding;
+  }
+  if (!building) {  // a build says itself how it ended
+    if (const auto job = take_job(open_job_)) hub_.jobs.cancelled(*job);
+  }
+  session->cancel();
+}
+
+void SessionRecord::welcome(const std::string& prefix) {
+  streams_->welcome(prefix);
+  if (status_topic_.compare(0, prefix.size(), prefix) == 0) publish_status();
+}
+
+void SessionRecord::begin_export(std::shared_ptr<const session::Result> result) {
+  constexpr std::size_t kExportsAtOnce = 4;
+  const std::lock_guard lock(mutex_);
+  std::erase(exports_, result);
+  exports_.push_back(std::move(result));
+  if (exports_.size() > kExportsAtOnce) exports_.pop_front();
+}
+
+std::shared_ptr<const session::Result> SessionRecord::exported(std::uint64_t sequence) const {
+  const std::lock_guard lock(mutex_);
+  for (auto it = exports_.rbegin(); it != exports_.rend(); ++it) {
+    if (sequence == 0 || (*it)->sequence == sequence) return *it;
+  }
+  throw Error(ErrorCode::kFailedPrecondition, "result_sequence", "begin the export with part 0");
+}
+
+void SessionRecord::end(const std::exception& fault) {
+  streams_->close();
+  waiters_.refuse_all(fault, ResultWaiters::Later::kRefuse);
+  for (auto* job : {&open_job_, &cold_job_}) {
+    if (const auto id = take_job(*job)) hub_.jobs.cancelled(*id);
+  }
+}
+
+void SessionRecord::on_progress(const session::Progress& progress) {
+  std::optional<JobId> job;
+  {
+    const std::lock_guard lock(mutex_);
+    progress_ = progress;
+    job = open_job_ ? open_job_ : cold_job_;
+  }
+  if (job) hub_.jobs.progress(*job, progress);
+  publish_status();
+}
+
+void SessionRecord::on_state(session::State state, const std::string& message) {
+  std::shared_ptr<session::Session> session;
+  bool cancelled = false;
+  {
+    const std::lock_guard lock(mutex_);
+    state_ = state;
+    message_ = message;
+    session = session_;
+    cancelled = std::exchange(build_cancelled_, false);
+  }
+  log::info("session {} {}{}{}", opened_.id, proto::SessionState_Name(encode_state(state)),
+            message.empty() ? "" : ": ", message);
+  if (state == session::State::kFailed) {
+    const Error fault(ErrorCode::kFailedPrecondition, "",
+                      fmt::format("the session has no model: {}", message));
+    waiters_.refuse_all(fault, ResultWaiters::Later::kRefuse);
+    proto::Error error = error_to_proto(Error(ErrorCode::kNumerical, "", message));
+    for (auto* job : {&open_job_, &cold_job_}) {
+      if (const auto id = take_job(*job)) {
+        cancelled ? hub_.jobs.cancelled(*id) : hub_.jobs.failed(*id, error);
+      }
+    }
+  }
+  if (state == session::State::kReady && session) adopt_model(*session);
+  publish_status();
+}
+
+void SessionRecord::on_result(const std::shared_ptr<const session::Result>& result) {
+  {
+    const std::lock_guard lock(mutex_);
+    newest_ = result;
+  }
+  streams_->note(result);
+  waiters_.note(result);
+  if (result->converged) {
+    for (auto* job : {&open_job_, &cold_job_}) {
+      if (const auto id = take_job(*job)) hub_.jobs.done(*id);
+    }
+  }
+  publish_status();
+}
+
+void SessionRecord::publish_status() {
+  if (!hub_.transport.wanted(status_topic_)) return;
+  proto::StreamMessage message;
+  message.set_version(1);
+  message.set_session(opened_.id);
+  *message.mutable_status() = status();
+  hub_.transport.publish(status_topic_, {message.SerializeAsString()});
+}
+
+}  // namespace limber::server

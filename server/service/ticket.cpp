@@ -1,0 +1,43 @@
+#include "server/service/ticket.h"
+
+#include "server/codec/errors.h"
+#include "server/log/log.h"
+
+namespace limber::server {
+
+Ticket::Ticket(Transport& transport, Counters& counters, std::atomic<std::int64_t>& open,
+               Address address, std::uint64_t id)
+    : transport_(transport),
+      counters_(counters),
+      open_(open),
+      address_(std::move(address)),
+      id_(id) {
+  address_.request_id = id;
+  open_.fetch_add(1);
+}
+
+Ticket::~Ticket() {
+  if (!answered()) refuse(shutting_down());
+}
+
+bool Ticket::answer(proto::Reply reply) {
+  if (answered_.exchange(true)) return false;
+  reply.set_version(1);
+  reply.set_id(id_);
+  if (reply.has_error()) {
+    counters_.errors.fetch_add(1, std::memory_order_relaxed);
+    if (reply.error().code() == proto::ERROR_CODE_INTERNAL)
+      log::error("internal fault: {}", reply.error().message());
+  }
+  transport_.send(std::move(address_), reply.SerializeAsString());
+  open_.fetch_sub(1);
+  return true;
+}
+
+bool Ticket::refuse(const std::exception& fault, const std::string& prefix) {
+  proto::Reply reply;
+  *reply.mutable_error() = error_to_proto(fault, prefix);
+  return answer(std::move(reply));
+}
+
+}  // namespace limber::server

@@ -1,0 +1,18 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace limber::server {
+
+/// Where a reply goes: the frames before the request's payload, sent back as they came. The first
+/// is the client's routing id; a REQ client adds an empty one, a DEALER need not; proxies add their
+/// own.
+struct Address {
+  std::vector<std::string> envelope;
+  std::uint64_t request_id =
+      0;  // of the message, for replies that are made when the real one cannot be sent
+};
+
+}  // namespace limber::server

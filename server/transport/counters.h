@@ -1,0 +1,24 @@
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+
+namespace limber::server {
+
+/// What has happened since the start; shown by GetServerInfo. Any thread may add.
+struct Counters {
+  std::atomic<std::uint64_t> requests{0};   // messages on the request socket, readable or not
+  std::atomic<std::uint64_t> replies{0};    // handed to the socket
+  std::atomic<std::uint64_t> errors{0};     // replies that are errors
+  std::atomic<std::uint64_t> malformed{0};  // of them: unreadable bytes
+  std::atomic<std::uint64_t> dropped_requests{0};  // no way to answer: envelope without end
+  std::atomic<std::uint64_t> dropped_replies{0};   // the client is gone, or reads nothing
+  std::atomic<std::uint64_t> published{0};         // stream messages handed to the socket
+  std::atomic<std::uint64_t> replaced{
+      0};  // stream messages given up for a newer one of their topic
+  std::atomic<std::uint64_t> forced{
+      0};  // sent past a subscriber that did not keep up: it missed them
+  std::atomic<std::uint64_t> refused_handshakes{0};  // CURVE keys not on the list
+};
+
+}  // namespace limber::server

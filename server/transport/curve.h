@@ -1,0 +1,33 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <set>
+#include <string>
+
+namespace limber::server {
+
+/// A CurveZMQ key pair, each half 40 characters of Z85.
+struct CurveKeys {
+  std::string public_key, secret_key;
+};
+
+/// What makes a socket safe beyond loopback: the server's secret and the clients that may connect.
+struct CurveSetup {
+  CurveKeys server;
+  std::set<std::string> allowed;  // clients' public keys, Z85
+};
+
+[[nodiscard]] CurveKeys make_curve_keys();
+
+/// Writes `path` (the secret, readable by its owner only) and `path`.pub; neither may exist.
+/// @throws Error{kIo, kAlreadyExists}
+void write_curve_keys(const std::filesystem::path& path, const CurveKeys& keys);
+
+/// @param secret_file  one Z85 key; refused if others than the owner may read it
+/// @param allow_file   one Z85 public key per line; empty lines and lines from # on are comments
+/// @throws Error{kIo, kInvalidArgument} naming the file and line
+[[nodiscard]] CurveSetup read_curve_setup(const std::filesystem::path& secret_file,
+                                          const std::filesystem::path& allow_file);
+
+}  // namespace limber::server

@@ -1,0 +1,34 @@
+#include "server/transport/topic_slots.h"
+
+#include <iterator>
+#include <utility>
+
+namespace limber::server {
+
+std::size_t TopicSlots::put(const std::string& topic, std::vector<StreamBytes> messages,
+                            Clock::time_point now) {
+  if (messages.empty()) return 0;
+  auto [slot, fresh] = slots_.try_emplace(topic);
+  const std::size_t given_up = slot->second.messages.size();
+  // The waiting time goes on: a stuck subscriber must not be waited for again with every new
+  // message.
+  if (fresh) slot->second.waiting_since = now;
+  slot->second.messages.assign(std::make_move_iterator(messages.begin()),
+                               std::make_move_iterator(messages.end()));
+  return given_up;
+}
+
+void TopicSlots::flush(const Send& send, Clock::time_point now) {
+  for (auto slot = slots_.begin(); slot != slots_.end();) {
+    auto& [topic, content] = *slot;
+    while (!content.messages.empty()) {
+      const Force force = now - content.waiting_since >= patience_ ? Force::kYes : Force::kNo;
+      if (send(topic, content.messages.front(), force) == Sent::kFull) break;
+      content.messages.pop_front();
+      content.waiting_since = now;
+    }
+    slot = content.messages.empty() ? slots_.erase(slot) : std::next(slot);
+  }
+}
+
+}  // namespace limber::server

@@ -1,0 +1,49 @@
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <deque>
+#include <functional>
+#include <map>
+#include <string>
+#include <vector>
+
+namespace limber::server {
+
+/// One stream message, complete but for its topic.
+using StreamBytes = std::string;
+
+/// What waits to be sent, newest wins: one slot per topic. A publication replaces what is left of
+/// the one before it, so a subscriber that does not keep up gets newer frames, never an ever longer
+/// queue. Not thread-safe.
+class TopicSlots {
+ public:
+  using Clock = std::chrono::steady_clock;
+  enum class Sent { kYes, kFull };
+  /// Sends one message, or says that a subscriber's queue is full; with `force` always sends, past
+  /// full queues.
+  enum class Force { kNo, kYes };
+  using Send = std::function<Sent(const std::string& topic, const StreamBytes& bytes, Force force)>;
+
+  explicit TopicSlots(std::chrono::milliseconds patience) : patience_(patience) {}
+
+  /// @returns messages of the topic that were given up
+  std::size_t put(const std::string& topic, std::vector<StreamBytes> messages,
+                  Clock::time_point now);
+
+  /// Sends what can be sent. A topic whose subscriber stays full for longer than the patience is
+  /// forced: the others get it, the full one misses it.
+  void flush(const Send& send, Clock::time_point now);
+
+  [[nodiscard]] bool empty() const { return slots_.empty(); }
+
+ private:
+  struct Slot {
+    std::deque<StreamBytes> messages;
+    Clock::time_point waiting_since;
+  };
+  std::chrono::milliseconds patience_;
+  std::map<std::string, Slot> slots_;
+};
+
+}  // namespace limber::server

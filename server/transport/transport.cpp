@@ -1,0 +1,324 @@
+#include "server/transport/transport.h"
+
+#include <fmt/format.h>
+#include <sys/eventfd.h>
+#include <unistd.h>
+
+#include <array>
+#include <utility>
+
+#include "server/codec/errors.h"
+#include "server/log/log.h"
+#include "server/transport/endpoint.h"
+#include "server/transport/zap.h"
+
+namespace limber::server {
+namespace {
+
+constexpr int kLingerMs = 500;
+constexpr int kRequestsPerRound = 256;  // then replies and streams get their turn
+constexpr std::size_t kMostClients = 4096;
+constexpr int kSubscriptionBytes = 4096;
+
+void add(std::atomic<std::uint64_t>& counter, std::uint64_t amount = 1) {
+  counter.fetch_add(amount, std::memory_order_relaxed);
+}
+
+void bind_socket(zmq::socket_t& socket, const std::string& endpoint, const char* option) {
+  if (endpoint.find('[') != std::string::npos) socket.set(zmq::sockopt::ipv6, true);
+  try {
+    socket.bind(for_bind(endpoint));
+  } catch (const zmq::error_t& fault) {
+    throw Error(ErrorCode::kIo, option, fmt::format("cannot bind {}: {}", endpoint, fault.what()));
+  }
+}
+
+void secure(zmq::socket_t& socket, const std::optional<CurveSetup>& curve) {
+  if (!curve) return;
+  socket.set(zmq::sockopt::curve_server, true);
+  socket.set(zmq::sockopt::curve_secretkey, curve->server.secret_key);
+  socket.set(zmq::sockopt::zap_domain, "limber");
+}
+
+void tune(zmq::socket_t& socket) {
+  socket.set(zmq::sockopt::linger, kLingerMs);
+  socket.set(zmq::sockopt::handshake_ivl, 5000);
+  socket.set(zmq::sockopt::heartbeat_ivl, 5000);
+  socket.set(zmq::sockopt::heartbeat_timeout, 15000);
+  socket.set(zmq::sockopt::tcp_keepalive, 1);
+}
+
+void append_sequence(StreamBytes& bytes, std::uint64_t sequence) {
+  bytes.push_back(0x10);  // StreamMessage.sequence = 2, varint: fields may come in any order
+  for (; sequence >= 0x80; sequence >>= 7)
+    bytes.push_back(static_cast<char>((sequence & 0x7f) | 0x80));
+  bytes.push_back(static_cast<char>(sequence));
+}
+
+}  // namespace
+
+void TransportOptions::validate() const {
+  for (const auto& [endpoint, option] :
+       {std::pair{bind, "--bind"}, std::pair{stream, "--stream"}}) {
+    if (reach_of(endpoint, option) == Reach::kBeyond && !curve) {
+      throw invalid(
+          option,
+          fmt::format(
+              "{} reaches beyond this machine: that needs --curve-secret-file and --curve-allow",
+              endpoint));
+    }
+  }
+  if (request_queue <= 0) throw invalid("request_queue", "must be > 0");
+  if (stream_queue <= 0) throw invalid("--stream-queue", "must be > 0");
+  if (message_bytes < 1024) throw invalid("--max-message-bytes", "must be >= 1024");
+  if (message_bytes > (1ull << 30)) throw invalid("--max-message-bytes", "must be <= 1 GiB");
+}
+
+Transport::Transport(TransportOptions options, Counters& counters)
+    : options_(std::move(options)), counters_(counters), context_(1), slots_(options_.patience) {
+  options_.validate();
+  if (options_.curve)
+    zap_ = std::make_unique<ZapHandler>(context_, options_.curve->allowed, counters_);
+  router_ = zmq::socket_t(context_, ZMQ_ROUTER);
+  xpub_ = zmq::socket_t(context_, ZMQ_XPUB);
+  for (auto* socket : {&router_, &xpub_}) {
+    tune(*socket);
+    secure(*socket, options_.curve);
+  }
+  router_.set(zmq::sockopt::router_mandatory, 1);
+  router_.set(zmq::sockopt::sndhwm, options_.request_queue);
+  router_.set(zmq::sockopt::rcvhwm, options_.request_queue);
+  // Beyond the limit there is room for an answer that says so; only far beyond it the peer is cut
+  // off.
+  router_.set(zmq::sockopt::maxmsgsize,
+              static_cast<std::int64_t>(2 * options_.message_bytes + (1 << 20)));
+  xpub_.set(zmq::sockopt::sndhwm, options_.stream_queue);
+  xpub_.set(zmq::sockopt::maxmsgsize, std::int64_t{kSubscriptionBytes});
+  xpub_.set(zmq::sockopt::xpub_verbose,
+            true);  // every subscriber is heard, not only the first of a topic
+  xpub_.set(zmq::sockopt::xpub_nodrop, true);
+  bind_socket(router_, options_.bind, "--bind");
+  bind_socket(xpub_, options_.stream, "--stream");
+  request_endpoint_ = router_.get(zmq::sockopt::last_endpoint);
+  stream_endpoint_ = xpub_.get(zmq::sockopt::last_endpoint);
+  wake_fd_ = ::eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC);
+  if (wake_fd_ < 0) throw Error(ErrorCode::kInternal, "", "no eventfd");
+}
+
+Transport::~Transport() {
+  stop();
+  zap_.reset();
+  if (wake_fd_ >= 0) ::close(wake_fd_);
+}
+
+void Transport::start(TransportHandlers handlers) {
+  handlers_ = std::move(handlers);
+  thread_ = std::thread([this] { loop(); });
+}
+
+void Transport::stop() {
+  stopping_.store(true);
+  wake();
+  if (thread_.joinable()) {
+    thread_.join();
+  } else {
+    router_.close();
+    xpub_.close();
+  }
+}
+
+void Transport::send(Address address, std::string bytes) {
+  enqueue(Outgoing{std::move(address), std::move(bytes)});
+}
+
+void Transport::publish(const std::string& topic, std::vector<StreamBytes> messages) {
+  {
+    const std::lock_guard lock(mutex_);
+    std::uint64_t& sequence = sequences_[topic];
+    for (auto& bytes : messages) append_sequence(bytes, ++sequence);
+    queue_.emplace_back(Publication{topic, std::move(messages)});
+  }
+  wake();
+}
+
+void Transport::enqueue(Item item) {
+  {
+    const std::lock_guard lock(mutex_);
+    queue_.push_back(std::move(item));
+  }
+  wake();
+}
+
+void Transport::wake() const {
+  if (std::this_thread::get_id() == thread_id_.load(std::memory_order_relaxed))
+    return;  // it looks by itself
+  const std::uint64_t one = 1;
+  [[maybe_unused]] const auto written = ::write(wake_fd_, &one, sizeof one);
+}
+
+void Transport::loop() {
+  thread_id_.store(std::this_thread::get_id());
+  std::array<zmq::pollitem_t, 3> items{{{router_.handle(), 0, ZMQ_POLLIN, 0},
+                                        {xpub_.handle(), 0, ZMQ_POLLIN, 0},
+                                        {nullptr, wake_fd_, ZMQ_POLLIN, 0}}};
+  using namespace std::chrono_literals;
+  while (!stopping_.load()) {
+    try {
+      zmq::poll(items.data(), items.size(), slots_.empty() ? 1000ms : 1ms);
+      std::uint64_t count = 0;
+      if ((items[2].revents & ZMQ_POLLIN) != 0) {
+        [[maybe_unused]] const auto got = ::read(wake_fd_, &count, sizeof count);
+      }
+      if ((items[1].revents & ZMQ_POLLIN) != 0) receive_subscriptions();
+      if ((items[0].revents & ZMQ_POLLIN) != 0) receive_requests();
+      drain();
+    } catch (const zmq::error_t& fault) {
+      if (fault.num() == ETERM) break;
+      if (fault.num() != EINTR) log::error("transport: {}", fault.what());
+    } catch (const std::exception&
+                 fault) {  // out of memory: what was under way is lost, the loop is not
+      log::error("transport: {}", fault.what());
+    }
+  }
+  try {
+    drain();
+    slots_.flush([this](const auto& topic, const auto& bytes,
+                        auto) { return publish_now(topic, bytes, TopicSlots::Force::kYes); },
+                 TopicSlots::Clock::now());
+  } catch (const std::exception& fault) {
+    log::error("transport: {}", fault.what());
+  }
+  router_.close();
+  xpub_.close();
+}
+
+void Transport::drain() {
+  std::vector<Item> items;
+  {
+    const std::lock_guard lock(mutex_);
+    items.swap(queue_);
+  }
+  const auto now = TopicSlots::Clock::now();
+  const auto send = [this](const std::string& topic, const StreamBytes& bytes,
+                           TopicSlots::Force force) { return publish_now(topic, bytes, force); };
+  for (auto& item : items) {
+    if (auto* outgoing = std::get_if<Outgoing>(&item)) {
+      send_now(*outgoing);
+    } else {
+      auto& publication = std::get<Publication>(item);
+      add(counters_.replaced, slots_.put(publication.topic, std::move(publication.messages), now));
+      slots_.flush(send, now);  // in the order of publication as long as nobody is full
+    }
+  }
+  if (!slots_.empty()) slots_.flush(send, now);
+  if (unread_.size() > kMostClients) forget_idle_clients();
+}
+
+TopicSlots::Sent Transport::publish_now(const std::string& topic, const StreamBytes& bytes,
+                                        TopicSlots::Force force) {
+  auto sent = xpub_.send(zmq::buffer(topic), zmq::send_flags::sndmore | zmq::send_flags::dontwait);
+  if (!sent && force == TopicSlots::Force::kYes) {
+    add(counters_.forced);
+    xpub_.set(zmq::sockopt::xpub_nodrop, false);
+    sent = xpub_.send(zmq::buffer(topic), zmq::send_flags::sndmore | zmq::send_flags::dontwait);
+    xpub_.send(zmq::buffer(bytes), zmq::send_flags::dontwait);
+    xpub_.set(zmq::sockopt::xpub_nodrop, true);
+  } else if (!sent) {
+    return TopicSlots::Sent::kFull;
+  } else {
+    xpub_.send(zmq::buffer(bytes), zmq::send_flags::dontwait);
+  }
+  add(counters_.published);
+  return TopicSlots::Sent::kYes;
+}
+
+void Transport::receive_requests() {
+  for (int i = 0; i < kRequestsPerRound && receive_request(); ++i) drain();
+}
+
+bool Transport::receive_request() {
+  constexpr std::size_t kMostFrames = 16;
+  std::vector<std::string> frames;
+  zmq::message_t frame;
+  bool too_many = false;
+  while (true) {
+    if (!router_.recv(frame, zmq::recv_flags::dontwait)) return false;
+    if (!frame.more()) break;
+    if (frames.size() < kMostFrames) {
+      frames.push_back(frame.to_string());
+    } else {
+      too_many = true;
+    }
+  }
+  add(counters_.requests);
+  // [routing id] payload, or [routing id] ... [empty] payload. What lies between is sent back as it
+  // came.
+  if (too_many || frames.empty()) {
+    add(counters_.dropped_requests);
+    return true;
+  }
+  handlers_.on_request(Address{std::move(frames), 0}, std::move(frame));
+  return true;
+}
+
+void Transport::receive_subscriptions() {
+  zmq::message_t message;
+  while (xpub_.recv(message, zmq::recv_flags::dontwait)) {
+    if (const auto prefix = subscriptions_.note(message.to_string_view()))
+      handlers_.on_subscription(*prefix);
+  }
+}
+
+std::shared_ptr<std::atomic<std::int64_t>> Transport::unread_of(const std::string& client) {
+  auto& unread = unread_[client];
+  if (!unread) unread = std::make_shared<std::atomic<std::int64_t>>(0);
+  return unread;
+}
+
+void Transport::forget_idle_clients() {
+  for (auto it = unread_.begin(); it != unread_.end();) {
+    it = it->second->load(std::memory_order_relaxed) == 0 ? unread_.erase(it) : std::next(it);
+  }
+}
+
+void Transport::send_now(Outgoing& outgoing) {
+  struct Held {  // lives until libzmq has written the bytes: so it is known what a client leaves
+                 // unread
+    std::string bytes;
+    std::shared_ptr<std::atomic<std::int64_t>> unread;
+  };
+  const auto& envelope = outgoing.address.envelope;
+  auto unread = unread_of(envelope.front());
+  const auto pending = static_cast<std::uint64_t>(unread->load(std::memory_order_relaxed));
+  if (pending > 0 && pending + outgoing.bytes.size() > options_.unread_bytes) {
+    outgoing.bytes = handlers_.overflow_reply(outgoing.address);
+  }
+  try {
+    for (std::size_t i = 0; i < envelope.size(); ++i) {
+      const auto flags = zmq::send_flags::sndmore | zmq::send_flags::dontwait;
+      if (!router_.send(zmq::buffer(envelope[i]), flags)) {
+        add(counters_.dropped_replies);  // its queue is full: it reads nothing
+        return;
+      }
+    }
+    const auto size = static_cast<std::int64_t>(outgoing.bytes.size());
+    auto* held = new Held{std::move(outgoing.bytes), std::move(unread)};
+    held->unread->fetch_add(size, std::memory_order_relaxed);
+    zmq::message_t message(
+        held->bytes.data(), held->bytes.size(),
+        [](void*, void* hint) {
+          auto* done = static_cast<Held*>(hint);
+          done->unread->fetch_sub(static_cast<std::int64_t>(done->bytes.size()),
+                                  std::memory_order_relaxed);
+          delete done;
+        },
+        held);
+    router_.send(std::move(message), zmq::send_flags::dontwait);
+    add(counters_.replies);
+  } catch (const zmq::error_t& fault) {
+    if (fault.num() != EHOSTUNREACH) throw;
+    add(counters_.dropped_replies);  // the client is gone
+  }
+}
+
+}  // namespace limber::server

@@ -1,0 +1,118 @@
+#pragma once
+
+#include <chrono>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <thread>
+#include <unordered_map>
+#include <variant>
+#include <vector>
+#include <zmq.hpp>
+
+#include "server/transport/address.h"
+#include "server/transport/counters.h"
+#include "server/transport/curve.h"
+#include "server/transport/subscriptions.h"
+#include "server/transport/topic_slots.h"
+
+namespace limber::server {
+
+class ZapHandler;
+
+struct TransportOptions {
+  std::string bind = "tcp://127.0.0.1:7801";    // requests (ROUTER)
+  std::string stream = "tcp://127.0.0.1:7802";  // streams (XPUB)
+  std::uint64_t message_bytes =
+      256ull << 20;  // larger requests are refused; from twice this on the peer is cut off
+  std::uint64_t unread_bytes = 512ull << 20;  // replies one client may leave unread
+  int request_queue = 1000;                   // messages per client and direction, > 0
+  int stream_queue = 4;                       // messages per subscriber, > 0
+  std::chrono::milliseconds patience{20};     // how long one full subscriber may hold up a topic
+  std::optional<CurveSetup> curve;
+
+  /// @throws Refusal naming the option: bad endpoints, beyond loopback without CURVE
+  void validate() const;
+};
+
+/// Called on the transport's own thread: must be quick, may call send() and publish().
+struct TransportHandlers {
+  std::function<void(Address address, zmq::message_t payload)> on_request;
+  std::function<void(const std::string& prefix)> on_subscription;
+  /// A short reply in place of one that passes unread_bytes.
+  std::function<std::string(const Address& address)> overflow_reply;
+};
+
+/// The two sockets and the one thread that owns them. Others hand over through a queue and wake it
+/// by an eventfd.
+class Transport {
+ public:
+  /// Binds. @throws Refusal or Error{kIo} naming the option.
+  Transport(TransportOptions options, Counters& counters);
+  ~Transport();
+  Transport(const Transport&) = delete;
+  Transport& operator=(const Transport&) = delete;
+
+  void start(TransportHandlers handlers);
+  /// Sends what is queued, then closes the sockets (they linger for at most half a second).
+  /// Idempotent.
+  void stop();
+
+  [[nodiscard]] const std::string& request_endpoint() const { return request_endpoint_; }
+  [[nodiscard]] const std::string& stream_endpoint() const { return stream_endpoint_; }
+
+  // Any thread:
+  void send(Address address, std::string bytes);
+  /// @param messages  serialised StreamMessages without `sequence`, which is appended here, in the
+  /// order of calls
+  void publish(const std::string& topic, std::vector<StreamBytes> messages);
+  [[nodiscard]] bool wanted(std::string_view topic) const { return subscriptions_.wanted(topic); }
+
+ private:
+  struct Outgoing {
+    Address address;
+    std::string bytes;
+  };
+  struct Publication {
+    std::string topic;
+    std::vector<StreamBytes> messages;
+  };
+  using Item = std::variant<Outgoing, Publication>;
+
+  void enqueue(Item item);
+  void wake() const;
+  void loop();
+  void drain();
+  void send_now(Outgoing& outgoing);
+  void receive_requests();
+  bool receive_request();
+  void receive_subscriptions();
+  TopicSlots::Sent publish_now(const std::string& topic, const StreamBytes& bytes,
+                               TopicSlots::Force force);
+  std::shared_ptr<std::atomic<std::int64_t>> unread_of(const std::string& client);
+  void forget_idle_clients();
+
+  TransportOptions options_;
+  Counters& counters_;
+  TransportHandlers handlers_;
+  zmq::context_t context_;
+  std::unique_ptr<ZapHandler> zap_;
+  zmq::socket_t router_, xpub_;
+  std::string request_endpoint_, stream_endpoint_;
+  int wake_fd_ = -1;
+  Subscriptions subscriptions_;
+  TopicSlots slots_;  // the thread's
+  std::unordered_map<std::string, std::shared_ptr<std::atomic<std::int64_t>>>
+      unread_;  // the thread's
+  std::thread thread_;
+  std::atomic<std::thread::id> thread_id_{};
+  std::atomic<bool> stopping_{false};
+
+  std::mutex mutex_;  // of what follows
+  std::vector<Item> queue_;
+  std::unordered_map<std::string, std::uint64_t> sequences_;
+};
+
+}  // namespace limber::server
