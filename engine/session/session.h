@@ -87,18 +87,24 @@ class Session {
   [[nodiscard]] std::vector<scene::Constraint> constraints() const;
 
   /// All or nothing: applies the edits in order as one revision. Allowed while the model is still
-  /// being built.
+  /// being built; takes microseconds, whatever runs.
   /// @param expected  if given, refuse with kFailedPrecondition unless it equals revision()
   /// (optimistic locking)
-  /// @throws Error with field "edits[i]...."
+  /// @throws Error with field "edits[i]....": kNotFound, kAlreadyExists, kOutOfRange,
+  /// kInvalidArgument, kLimitExceeded,
+  ///   kFailedPrecondition (nothing to undo or redo; the session is closed or has no model)
   EditReceipt edit(const std::vector<Edit>& edits, std::optional<Revision> expected = {});
 
-  /// Forgets the warm start and solves the current problem from z = 0.
+  /// Forgets the warm start and solves the current problem from z = 0. In state kFailed: tries to
+  /// build again.
   void solve_cold();
-  /// Stops a running build or solve; the session keeps its newest result.
+  /// Stops a running build (state kFailed, until solve_cold()) or solve (a final result with status
+  /// kCancelled, which contains every edit accepted so far). The session keeps its newest result.
+  /// Nothing running: no effect.
   void cancel();
   /// Refuses everything from now on, cancels, and tells the listener kClosed. Returns when no task
-  /// runs any more.
+  /// runs any more; called by the listener itself, returns at once, and kClosed follows. Results
+  /// stay readable.
   void close();
 
   [[nodiscard]] std::shared_ptr<const Result> newest_result() const;     // null before the first

@@ -245,13 +245,14 @@ void Session::Impl::publish_failure(const Round& round, const std::string& reaso
 
 void Session::Impl::hand_out(std::shared_ptr<Result> result, const Round& round) {
   result->revision = round.revision;
+  std::shared_ptr<const Result> older, older_final;  // freed without the lock: they may be large
   {
     const std::lock_guard lock(mutex_);
     if (closed_) return;
     result->sequence = ++sequence_;
     result->since_edit_ms = Milliseconds(Clock::now() - round.edited_at).count();
-    newest_ = result;
-    if (result->converged) converged_ = result;
+    older = std::exchange(newest_, result);
+    if (result->converged) older_final = std::exchange(converged_, result);
   }
   tell([&](Listener& listener) { listener.on_result(result); });
 }
