@@ -107,7 +107,10 @@ class VegaReader {
           (section_ == Section::kSet ? "; the set " + in_quotes(name_) + " lacks it" : ""));
       return;
     }
-    if (++depth_ > 8) text.fail_at(line, "*INCLUDE is nested too deeply");
+    // Files that include each other, even a few levels deep, could be read for ever.
+    if (++depth_ > 8 || ++includes_ > 1000) {
+      text.fail_at(line, "*INCLUDE is nested too deeply or used too often");
+    }
     TextCursor inner(name, companion->second);
     prepare(inner);
     read_sections(inner);
@@ -218,6 +221,7 @@ class VegaReader {
   bool header_read_ = false;
   bool is_tet_ = false;
   int depth_ = 0;
+  int includes_ = 0;
   std::string element_kind_;
   std::string name_;
   std::map<std::string, std::vector<std::int64_t>> sets_;

@@ -156,5 +156,27 @@ TEST(MeshFormats, MissingFilesFoldersAndLargeFilesAreNamed) {
   EXPECT_EQ(code_of(testing::fixture("medit.mesh"), 10), ErrorCode::kLimitExceeded);
 }
 
+/// 50^7 inclusions without any cycle, and one cycle.
+TEST(MeshFormats, IncludesThatMultiplyOrNeverEndAreRefused) {
+  const auto includes = [](const std::string& name) {
+    std::string text;
+    for (int i = 0; i < 50; ++i) text += "*INCLUDE " + name + "\n";
+    return text;
+  };
+  MeshFileSet files{"a.veg", includes("0"), {}};
+  for (int level = 0; level < 6; ++level)
+    files.companions[std::to_string(level)] = includes(std::to_string(level + 1));
+  files.companions["6"] = "# nothing";
+  const MeshFileSet cycle{"a.veg", includes("self"), {{"self", includes("self")}}};
+  for (const MeshFileSet& set : {files, cycle}) {
+    try {
+      static_cast<void>(read_mesh(set));
+      FAIL() << "was read";
+    } catch (const Error& error) {
+      EXPECT_THAT(error.what(), HasSubstr("nested too deeply or used too often"));
+    }
+  }
+}
+
 }  // namespace
 }  // namespace limber::scene
