@@ -141,14 +141,10 @@ void add_scene_commands(CLI::App& app, Context& context) {
 
   auto scene = std::make_shared<std::string>();
   command = subcommand(app, "validate",
-                       "Say what is wrong with a scene file, and where (needs no server)",
+                       "Say what is wrong with a scene file, and where, as text (needs no server)",
                        "limber validate scene.json");
   command->add_option("scene", *scene, "Scene file")->required()->check(CLI::ExistingFile);
-  command->callback([&context, scene] {
-    std::vector<std::string> arguments = {"validate", *scene};
-    if (context.json) arguments.emplace_back("--json");
-    become_limberd(arguments);
-  });
+  command->callback([scene] { become_limberd({"validate", *scene}); });
 
   auto surface = std::make_shared<std::string>();
   auto mesh = std::make_shared<std::string>("out.msh");
@@ -164,7 +160,7 @@ void add_scene_commands(CLI::App& app, Context& context) {
       ->check(CLI::Range(1U, 10000000U))
       ->capture_default_str();
   command->callback([surface, mesh, tets] {
-    become_limberd({"tetrahedralize", *surface, "-o", *mesh, "--tets", std::to_string(*tets)});
+    become_limberd({"tetrahedralize", *surface, *mesh, "--tets", std::to_string(*tets)});
   });
 
   auto options = std::make_shared<OpenOptions>();

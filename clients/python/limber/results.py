@@ -31,8 +31,8 @@ class Result:
     constraint_energy: float
     energy: float        # sum of the two
     gradient: float      # scale-free norm
-    max_error: float     # of a constraint [length unit]
-    rms_error: float     # over the constraints [length unit]
+    max_error: float     # largest of all constraints and their axes [length unit]
+    rms_error: float     # over all constraints and their axes [length unit]
     rank_deficient: bool  # exact constraints contradict or repeat each other: a least-squares answer
     message: str
     since_edit_ms: float  # on the server, from the newest edit contained to publication
