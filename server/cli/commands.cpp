@@ -57,6 +57,7 @@ void add_sockets(CLI::App& app, CommandLine& line) {
       ->group("Security");
   app.add_option("--mesh-root", line.serve.server.mesh_roots,
                  "Clients may name mesh files below this folder (repeatable)")
+      ->allow_extra_args(false)
       ->group("Security");
 }
 

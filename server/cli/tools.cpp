@@ -1,13 +1,20 @@
 #include "server/cli/tools.h"
 
 #include <fmt/format.h>
+#include <unistd.h>
 
+#include <algorithm>
+#include <cstdio>
 #include <fstream>
 
 #include "engine/scene/mesh_formats.h"
+#include "engine/scene/mesh_writers.h"
 #include "engine/scene/samples.h"
+#include "engine/scene/surface_formats.h"
+#include "engine/scene/tetrahedralize.h"
 #include "server/codec/errors.h"
 #include "server/codec/scene_json.h"
+#include "server/service/export.h"
 #include "server/service/mesh_sources.h"
 #include "server/service/scene_files.h"
 #include "server/transport/curve.h"
@@ -46,6 +53,81 @@ int validate_file(const fs::path& file) {
   return usable ? 0 : 1;
 }
 
+void write_file(const fs::path& path, const std::string& content) {
+  std::ofstream out(path, std::ios::binary);
+  out.write(content.data(), static_cast<std::streamsize>(content.size()));
+  if (!out.flush()) throw Error(ErrorCode::kIo, path.string(), "cannot be written");
+}
+
+int write_sample(const std::string& name, const fs::path& folder) {
+  const scene::Scene sample = scene::make_sample(name);
+  const proto::ExportResponse files = export_scene(sample, name);
+  fs::create_directories(folder);
+  for (const auto& file : files.files()) {
+    write_file(folder / file.name(), file.content());
+    fmt::print("{}\n", (folder / file.name()).string());
+  }
+  return 0;
+}
+
+/// A bar on a terminal, one line per stage elsewhere.
+class ProgressBar {
+ public:
+  ~ProgressBar() {
+    if (terminal_ && drawn_) fmt::print(stderr, "\n");
+  }
+  void show(const std::string& stage, double fraction) {
+    constexpr int kWidth = 40;
+    if (!terminal_) {
+      if (stage != stage_) fmt::print(stderr, "{}\n", stage);
+      stage_ = stage;
+      return;
+    }
+    const int filled = static_cast<int>(std::clamp(fraction, 0.0, 1.0) * kWidth);
+    fmt::print(stderr, "\r[{:<{}}] {:3.0f} %  {:<32.32}",
+               std::string(static_cast<std::size_t>(filled), '#'), kWidth, 100 * fraction, stage);
+    std::fflush(stderr);
+    drawn_ = true;
+  }
+
+ private:
+  const bool terminal_ = ::isatty(STDERR_FILENO) != 0;
+  bool drawn_ = false;
+  std::string stage_;
+};
+
+void check_mesh_name(const fs::path& path) {
+  if (path.extension() != ".msh" && path.extension() != ".vtu") {
+    throw invalid("output", "a file name ending in .msh or .vtu is expected");
+  }
+}
+
+std::string mesh_bytes(const fs::path& path, const bodies::TetMesh& mesh) {
+  return path.extension() == ".msh" ? scene::write_msh(mesh) : scene::write_vtu(mesh);
+}
+
+int tetrahedralize_file(const fs::path& input, const fs::path& output, int tets) {
+  check_mesh_name(output);
+  scene::TetrahedralizeOptions options;
+  options.target_tets = tets;
+  options.validate();
+  const scene::TriangleSurface surface = scene::read_surface_file(input);
+  scene::Tetrahedralization result;
+  {
+    ProgressBar bar;
+    JobContext job;
+    job.progress = [&](const std::string& stage, double fraction) { bar.show(stage, fraction); };
+    result = scene::tetrahedralize(surface, options, job);
+  }
+  for (const auto& texts : {surface.warnings, result.notes}) {
+    for (const auto& text : texts) fmt::print(stderr, "warning: {}\n", text);
+  }
+  write_file(output, mesh_bytes(output, result.mesh));
+  fmt::print("{}: {} nodes, {} tets\n", output.string(), result.mesh.node_count(),
+             result.mesh.tet_count());
+  return 0;
+}
+
 int make_keys(const fs::path& file) {
   const CurveKeys keys = make_curve_keys();
   write_curve_keys(file, keys);
@@ -62,6 +144,23 @@ void ToolCommands::add_to(CLI::App& app) {
   validate->add_option("scene", input_, "Scene file (.json); a mesh path in it is relative to it")
       ->required();
   validate->callback([this] { chosen_ = [this] { return validate_file(input_); }; });
+
+  auto* sample =
+      app.add_subcommand("sample", "Write one of limber's own scenes: DIR/NAME.json and its mesh");
+  sample->add_option("name", name_, "Which one")
+      ->required()
+      ->check(CLI::IsMember(scene::sample_names()));
+  sample->add_option("dir", output_, "Folder, made if missing")->required();
+  sample->callback([this] { chosen_ = [this] { return write_sample(name_, output_); }; });
+
+  auto* tets = app.add_subcommand(
+      "tetrahedralize", "A closed triangle surface (.obj, .ply, .stl) to a tet mesh (.msh, .vtu)");
+  tets->add_option("surface", input_, "Surface file")->required();
+  tets->add_option("-o,--output,output", output_, "Mesh file to write (.msh, .vtu)")->required();
+  tets->add_option("--tets", tets_, "Wanted number of tets, met within a tenth")
+      ->capture_default_str();
+  tets->callback(
+      [this] { chosen_ = [this] { return tetrahedralize_file(input_, output_, tets_); }; });
 
   auto* keygen = app.add_subcommand("keygen", "Make a CURVE key pair: FILE (secret) and FILE.pub");
   keygen->add_option("file", output_, "File of the secret key; must not exist")->required();

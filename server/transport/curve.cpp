@@ -21,18 +21,16 @@ bool is_key(std::string text) {
   return text.size() == kKeyLength && zmq_z85_decode(raw.data(), text.c_str()) != nullptr;
 }
 
-std::string trimmed(const std::string& line) {
-  const auto comment = line.find_first_of("#");
-  // '#' is a Z85 digit: it starts a comment only where no key can be, at the start or after white
-  // space.
-  std::string text = line;
-  if (comment == 0 || (comment != std::string::npos &&
-                       std::isspace(static_cast<unsigned char>(line[comment - 1])))) {
-    text = line.substr(0, comment);
-  }
-  const auto first = text.find_first_not_of(" \t\r");
+/// The first word of a line, or nothing for an empty line and a comment. '#' is a Z85 digit too: a
+/// word that is a key is one, whatever it starts with.
+std::string first_word(const std::string& line) {
+  constexpr const char* kBlanks = " \t\r";
+  const auto first = line.find_first_not_of(kBlanks);
   if (first == std::string::npos) return {};
-  return text.substr(first, text.find_last_not_of(" \t\r") - first + 1);
+  const auto end = line.find_first_of(kBlanks, first);
+  std::string word = line.substr(first, end == std::string::npos ? end : end - first);
+  if (is_key(word)) return word;
+  return line[first] == '#' ? std::string() : line;
 }
 
 void write_new_file(const std::filesystem::path& path, const std::string& content, mode_t mode) {
@@ -60,7 +58,7 @@ std::string read_secret(const std::filesystem::path& path) {
   std::ifstream in(path);
   std::string line;
   std::getline(in, line);
-  line = trimmed(line);
+  line = first_word(line);
   if (!is_key(line))
     throw Error(ErrorCode::kInvalidArgument, path.string(), "is not a Z85 key of 40 characters");
   return line;
@@ -94,7 +92,7 @@ CurveSetup read_curve_setup(const std::filesystem::path& secret_file,
   if (!in) throw Error(ErrorCode::kIo, allow_file.string(), "cannot be read");
   std::string line;
   for (int number = 1; std::getline(in, line); ++number) {
-    line = trimmed(line);
+    line = first_word(line);
     if (line.empty()) continue;
     if (!is_key(line)) {
       throw Error(ErrorCode::kInvalidArgument, fmt::format("{}:{}", allow_file.string(), number),
