@@ -197,9 +197,10 @@ TEST(SessionHardCase, TargetsTenBodyLengthsAway) {
   EXPECT_EQ(live.recorder->fault(), "");
   // And back, as if nothing had happened.
   const double opened = test::solve_fresh(bent_bar(), test::shared_cache())->report.total_energy;
-  live.edit({Undo{}});
+  const auto warm = live.edit({Undo{}});
   live.session.solve_cold();
-  const auto back = live.recorder->wait_final(2, live.session.newest_result()->sequence);
+  const auto back = live.recorder->wait_final(2, warm->sequence);
+  ASSERT_TRUE(back);
   EXPECT_NEAR(back->report.total_energy, opened, 1e-6 * opened);
 }
 
