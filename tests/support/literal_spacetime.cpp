@@ -2,7 +2,10 @@
 
 #include <Eigen/CholmodSupport>
 #include <Eigen/Sparse>
+#include <algorithm>
+#include <chrono>
 #include <cmath>
+#include <functional>
 #include <map>
 
 namespace limber::testing {
@@ -32,8 +35,9 @@ class LiteralSpacetime::Impl {
   std::vector<reduced::SiteQuery> queries;
   VectorXd weight, target;  // 3 per constraint; weight 0 on unwanted axes; unitless
   Sparse force_hessian;     // H_f of the free unknowns, lower triangle
-  std::vector<Triplet> force_triplets, triplets;
-  Sparse hessian;
+  Sparse hessian;           // H_z, the pattern of H_f and of the constrained frames' blocks
+  VectorXd force_values;    // values of H_f in that pattern
+  bool analysed = false;
   Eigen::CholmodSupernodalLLT<Sparse, Eigen::Lower> cholmod;
   MatrixXd columns_z, jacobian;
   Eigen::Matrix3Xd u;
@@ -69,6 +73,7 @@ class LiteralSpacetime::Impl {
   }
 
   void assemble_force() {
+    std::vector<Triplet> triplets;
     for (int k = 0; k < modes; ++k) {
       const double row[3] = {1, -2 - dynamics.damping[k] + dynamics.stiffness[k],
                              1 + dynamics.damping[k]};
@@ -76,16 +81,31 @@ class LiteralSpacetime::Impl {
         for (int a = 0; a < 3; ++a) {
           for (int b = 0; b <= a; ++b) {
             if (!is_free(i - 1 + a) || !is_free(i - 1 + b)) continue;
-            force_triplets.emplace_back(unknown(i - 1 + a, k), unknown(i - 1 + b, k),
-                                        row[a] * row[b]);
+            triplets.emplace_back(unknown(i - 1 + a, k), unknown(i - 1 + b, k), row[a] * row[b]);
           }
         }
       }
     }
     const Index size = static_cast<Index>(last - first + 1) * modes;
     force_hessian.resize(size, size);
-    force_hessian.setFromTriplets(force_triplets.begin(), force_triplets.end());
+    force_hessian.setFromTriplets(triplets.begin(), triplets.end());
+    for (const int frame : columns) {
+      if (!is_free(frame)) continue;
+      for (int k = 0; k < modes; ++k) {
+        for (int l = 0; l <= k; ++l) triplets.emplace_back(unknown(frame, k), unknown(frame, l), 0);
+      }
+    }
+    for (Index i = 0; i < size; ++i) triplets.emplace_back(i, i, 0);
     hessian.resize(size, size);
+    hessian.setFromTriplets(triplets.begin(), triplets.end());
+    force_values = Eigen::Map<const VectorXd>(hessian.valuePtr(), hessian.nonZeros());
+  }
+
+  /// Where (row, column) of the lower triangle is kept in `hessian`.
+  [[nodiscard]] Index slot(Index row, Index column) const {
+    const auto* begin = hessian.innerIndexPtr() + hessian.outerIndexPtr()[column];
+    const auto* end = hessian.innerIndexPtr() + hessian.outerIndexPtr()[column + 1];
+    return std::lower_bound(begin, end, row) - hessian.innerIndexPtr();
   }
 
   void evaluate(const MatrixXd& z, bool with_jacobian, VectorXd& residual) {
@@ -132,22 +152,103 @@ class LiteralSpacetime::Impl {
   }
 
   void assemble() {
-    triplets = force_triplets;
+    Eigen::Map<VectorXd>(hessian.valuePtr(), hessian.nonZeros()) = force_values;
     for (std::size_t i = 0; i < constraints.size(); ++i) {
       const int frame = constraints[i].frame;
       if (!is_free(frame)) continue;
-      for (int k = 0; k < modes; ++k) {
-        for (int l = 0; l <= k; ++l) {
-          double sum = 0;
-          for (int axis = 0; axis < 3; ++axis) {
-            const Index row = 3 * static_cast<Index>(i) + axis;
-            sum += weight[row] * jacobian(row, k) * jacobian(row, l);
-          }
-          triplets.emplace_back(unknown(frame, k), unknown(frame, l), sum);
-        }
+      const auto rows = jacobian.middleRows(3 * static_cast<Index>(i), 3).leftCols(modes);
+      const MatrixXd block =
+          rows.transpose() * weight.segment(3 * static_cast<Index>(i), 3).asDiagonal() * rows;
+      for (int l = 0; l < modes; ++l) {
+        const Index first_slot = slot(unknown(frame, l), unknown(frame, l));
+        // The block's rows are consecutive in the column: unknowns of one frame are neighbours.
+        for (int k = l; k < modes; ++k) hessian.valuePtr()[first_slot + k - l] += block(k, l);
       }
     }
-    hessian.setFromTriplets(triplets.begin(), triplets.end());
+  }
+
+  struct State {
+    MatrixXd z;
+    VectorXd residual;
+    double energy = 0;
+  };
+
+  [[nodiscard]] double rest_energy() {
+    VectorXd residual;
+    evaluate(MatrixXd::Zero(modes, frames), false, residual);
+    return 0.5 * residual.cwiseAbs2().dot(weight);
+  }
+
+  /// Gauss-Newton at the present weights from `state`, whose residual and `jacobian` are those of
+  /// its z. True: the gradient is below tolerance.
+  bool iterate(State& state, int limit, double tolerance, LiteralResult& result,
+               const std::function<void(double)>& accepted) {
+    const double rest = rest_energy();
+    VectorXd free_z = free_columns(state.z).reshaped();
+    VectorXd trial_residual;
+    MatrixXd trial = state.z;
+    evaluate(state.z, true, state.residual);
+    state.energy = energy(state.z, state.residual);
+    for (int i = 0; i < limit; ++i, ++result.iterations) {
+      const VectorXd g = gradient(free_z, state.residual);
+      assemble();
+      if (!analysed) cholmod.analyzePattern(hessian);
+      analysed = true;
+      cholmod.factorize(hessian);
+      if (cholmod.info() != Eigen::Success) return false;
+      const VectorXd step = -cholmod.solve(g);
+      const double decrement2 = -g.dot(step);
+      result.gradient = std::sqrt(std::max(0.0, decrement2) / (2 * (state.energy + 1e-6 * rest)));
+      if (result.gradient <= tolerance) return true;
+      double taken = 1;
+      bool lower = false;
+      for (int halving = 0; halving < 40 && !lower; ++halving, taken *= 0.5) {
+        free_columns(trial).reshaped() = free_z + taken * step;
+        evaluate(trial, halving == 0, trial_residual);
+        const double value = energy(trial, trial_residual);
+        lower = value < state.energy ||
+                (decrement2 < 1e-12 * state.energy && value <= state.energy * (1 + 1e-14));
+        if (!lower) continue;
+        if (halving > 0) evaluate(trial, true, trial_residual);
+        state.energy = value;
+        free_z += taken * step;
+        state.z = trial;
+        state.residual = trial_residual;
+      }
+      if (!lower) return false;
+      accepted(state.energy);
+    }
+    return false;
+  }
+
+  [[nodiscard]] Eigen::Block<MatrixXd, Eigen::Dynamic, Eigen::Dynamic, true> free_columns(
+      MatrixXd& z) const {
+    return z.middleCols(first, last - first + 1);
+  }
+
+  LiteralResult solve(const MatrixXd& start, double first_scale) {
+    const auto begin = std::chrono::steady_clock::now();
+    LiteralResult result;
+    State state{MatrixXd::Zero(modes, frames), {}, 0};
+    free_columns(state.z) = start.middleCols(first, last - first + 1);
+    const VectorXd full = weight;
+    for (double scale = first_scale; scale < 0.99; scale *= 10) {
+      weight = scale * full;
+      iterate(state, 3, options.gradient_tolerance, result, [](double) {});
+    }
+    weight = full;
+    result.converged = iterate(state, options.max_iterations, options.gradient_tolerance, result,
+                               [&](double value) {
+                                 const std::chrono::duration<double, std::milli> since =
+                                     std::chrono::steady_clock::now() - begin;
+                                 result.energies.push_back(value);
+                                 result.milliseconds.push_back(since.count());
+                               });
+    result.z = state.z;
+    result.force_energy = force(state.z);
+    result.constraint_energy = 0.5 * state.residual.cwiseAbs2().dot(weight);
+    result.total_energy = result.force_energy + result.constraint_energy;
+    return result;
   }
 };
 
@@ -175,49 +276,13 @@ double LiteralSpacetime::constraint_energy(const MatrixXd& z) const {
 }
 
 LiteralResult LiteralSpacetime::solve_cold() {
-  Impl& s = *impl_;
-  LiteralResult result;
-  MatrixXd z = MatrixXd::Zero(s.modes, s.frames), trial = z;
-  VectorXd free_z = VectorXd::Zero(s.hessian.rows()), residual, trial_residual;
-  s.evaluate(z, true, residual);
-  const double rest = 0.5 * residual.cwiseAbs2().dot(s.weight);
-  double energy = rest;
-  bool analysed = false;
-  for (; result.iterations < s.options.max_iterations; ++result.iterations) {
-    const VectorXd g = s.gradient(free_z, residual);
-    s.assemble();
-    if (!analysed) s.cholmod.analyzePattern(s.hessian);
-    analysed = true;
-    s.cholmod.factorize(s.hessian);
-    if (s.cholmod.info() != Eigen::Success) break;
-    const VectorXd step = -s.cholmod.solve(g);
-    const double decrement2 = -g.dot(step);
-    result.gradient = std::sqrt(std::max(0.0, decrement2) / (2 * (energy + 1e-6 * rest)));
-    if (result.gradient <= s.options.gradient_tolerance) {
-      result.converged = true;
-      break;
-    }
-    double taken = 1;
-    bool lower = false;
-    for (int halving = 0; halving < 40 && !lower; ++halving, taken *= 0.5) {
-      trial.middleCols(s.first, s.last - s.first + 1).reshaped() = free_z + taken * step;
-      s.evaluate(trial, false, trial_residual);
-      const double value = s.energy(trial, trial_residual);
-      lower = value < energy || (decrement2 < 1e-12 * energy && value <= energy * (1 + 1e-14));
-      if (lower) {
-        energy = value;
-        free_z += taken * step;
-        z = trial;
-      }
-    }
-    if (!lower) break;
-    s.evaluate(z, true, residual);
-  }
-  result.z = z;
-  result.force_energy = s.force(z);
-  result.constraint_energy = 0.5 * residual.cwiseAbs2().dot(s.weight);
-  result.total_energy = result.force_energy + result.constraint_energy;
-  return result;
+  return impl_->solve(MatrixXd::Zero(impl_->modes, impl_->frames), 1);
 }
+
+LiteralResult LiteralSpacetime::solve_continued() {
+  return impl_->solve(MatrixXd::Zero(impl_->modes, impl_->frames), 1e-5);
+}
+
+LiteralResult LiteralSpacetime::solve_from(const MatrixXd& start) { return impl_->solve(start, 1); }
 
 }  // namespace limber::testing
