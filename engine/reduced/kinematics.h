@@ -5,7 +5,8 @@
 
 namespace limber::reduced {
 
-/// A place whose displacement can be asked for: a node, or the mean of a group of nodes. Issued by the model.
+/// A place whose displacement can be asked for: a node, or the mean of a group of nodes. Issued by
+/// the model.
 using SiteId = int;
 
 /// "The displacement of `site` in the pose given by column `column` of z."
@@ -14,8 +15,9 @@ struct SiteQuery {
   int column;
 };
 
-/// All that the space-time solver may know of a body: displacements of sites and their Jacobians, as functions of
-/// modal coordinates. Tets, bases and cubature are behind it. Implementations are immutable and thread-safe.
+/// All that the space-time solver may know of a body: displacements of sites and their Jacobians,
+/// as functions of modal coordinates. Tets, bases and cubature are behind it. Implementations are
+/// immutable and thread-safe.
 class Kinematics {
  public:
   virtual ~Kinematics() = default;
@@ -30,10 +32,22 @@ class Kinematics {
   /// @param z        R x columns, modal RS coordinates (unitless)
   /// @param queries  q of them; columns may be shared by many queries
   /// @param u        out, 3 x q: displacement from rest [m], base motion included
-  /// @param jacobian out, (3 q) x R, rows 3i..3i+2 are d u_i / d z at its column [m]; nullptr: not wanted
+  /// @param jacobian out, (3 q) x R, rows 3i..3i+2 are d u_i / d z at its column [m]; nullptr: not
+  /// wanted
   virtual void evaluate(std::span<const int> frames, const Eigen::Ref<const Eigen::MatrixXd>& z,
                         std::span<const SiteQuery> queries, Eigen::Matrix3Xd& u,
                         Eigen::MatrixXd* jacobian) const = 0;
+
+  /// Second derivatives of a weighted sum of displacements, for Newton's method.
+  /// @param multipliers  3 x q [1/m]
+  /// @param out          R x (R columns): block c is sum_i multipliers_i . d2 u_i / dz2 over the
+  /// queries of column c,
+  ///                     symmetric. The default differences Jacobians (relative accuracy about
+  ///                     1e-9).
+  virtual void curvature(std::span<const int> frames, const Eigen::Ref<const Eigen::MatrixXd>& z,
+                         std::span<const SiteQuery> queries,
+                         const Eigen::Ref<const Eigen::Matrix3Xd>& multipliers,
+                         Eigen::MatrixXd& out) const;
 };
 
 }  // namespace limber::reduced

@@ -55,6 +55,16 @@ struct TangentWorkspace {
   void chain_rows(const TangentTables& tables, const SiteTables& site, int s, Eigen::Index first);
 };
 
+/// Second derivatives at one pose: Y^T K Y with K the second derivatives of p . g(y), tet by tet.
+struct CurvatureWorkspace {
+  Eigen::VectorXd force;    // p, 9 padded: sum over queries of map^T m
+  Eigen::VectorXd second;   // 27 padded: d2 (p . g) / d theta_a d y_c at (9 a + c) padded + t
+  Eigen::MatrixXd product;  // K Y
+
+  void add_tets(const TangentTables& tables, const double* y, const double* p);
+  void multiply(const TangentTables& tables);
+};
+
 /// A model laid out for streaming coordinates in single precision, in the form
 ///   q = H r(y) + D' z + q',   r = g - g'(0) y,   D' = D + H g'(0) Y,
 /// which keeps the digits of small poses.

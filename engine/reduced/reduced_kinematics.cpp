@@ -84,6 +84,30 @@ class ReducedKinematics::Impl {
     jacobian->noalias() += work.chain * tangent_.rs_modes;
   }
 
+  void curvature(std::span<const int> frames, const Eigen::Ref<const Eigen::MatrixXd>& z,
+                 std::span<const SiteQuery> queries,
+                 const Eigen::Ref<const Eigen::Matrix3Xd>& multipliers,
+                 Eigen::MatrixXd& out) const {
+    thread_local TangentWorkspace work;
+    thread_local CurvatureWorkspace second;
+    work.begin(tangent_, z, queries);
+    work.evaluate(tangent_, frames, z, false);
+    const Eigen::Index size = model_->coordinate_count();
+    out.setZero(size, size * z.cols());
+    for (const int column : work.columns) {
+      second.force.setZero(tangent_.rows());
+      for (std::size_t i = 0; i < queries.size(); ++i) {
+        if (queries[i].column != column) continue;
+        second.force.noalias() +=
+            sites_[queries[i].site].map.transpose() * multipliers.col(static_cast<Eigen::Index>(i));
+      }
+      second.add_tets(tangent_, work.y.col(work.slot[column]).data(), second.force.data());
+      second.multiply(tangent_);
+      out.middleCols(size * column, size).noalias() =
+          tangent_.rs_modes.transpose() * second.product;
+    }
+  }
+
   void coordinates(int first, const Eigen::Ref<const Eigen::MatrixXd>& z,
                    Eigen::MatrixXf& q) const {
     LIMBER_DEMAND(z.rows() == model_->coordinate_count());
@@ -144,6 +168,14 @@ void ReducedKinematics::evaluate(std::span<const int> frames,
                                  std::span<const SiteQuery> queries, Eigen::Matrix3Xd& u,
                                  Eigen::MatrixXd* jacobian) const {
   impl_->evaluate(frames, z, queries, u, jacobian);
+}
+
+void ReducedKinematics::curvature(std::span<const int> frames,
+                                  const Eigen::Ref<const Eigen::MatrixXd>& z,
+                                  std::span<const SiteQuery> queries,
+                                  const Eigen::Ref<const Eigen::Matrix3Xd>& multipliers,
+                                  Eigen::MatrixXd& out) const {
+  impl_->curvature(frames, z, queries, multipliers, out);
 }
 
 void ReducedKinematics::coordinates(int first, const Eigen::Ref<const Eigen::MatrixXd>& z,

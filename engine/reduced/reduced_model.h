@@ -12,51 +12,56 @@
 namespace limber::reduced {
 
 enum class CubatureKind {
-  kFittedMaps,  // q = sum_e H_e g_e, H_e a full h x 9 block per tet (default: a quarter of the tets)
+  kFittedMaps,  // q = sum_e H_e g_e, H_e a full h x 9 block per tet (default: a quarter of the
+                // tets)
   kWeights,     // q = sum_e w_e P_e g_e, w_e >= 0 (paper: space-time editing, eq. 12)
 };
 
-/// How a model is to be built: to a tolerance (the smallest h and the fewest tets that meet it) or to given sizes.
+/// How a model is to be built: to a tolerance (the smallest h and the fewest tets that meet it) or
+/// to given sizes.
 struct ModelOptions {
-  int mode_count = 30;           // elastic modes in W-hat (R without the rigid unknowns of a free body), > 0
-  double tolerance = 0.01;       // mean relative error of u on held-out poses, in (1e-6, 1); used where a size is 0
-  int basis_size = 0;            // h; 0: chosen to meet the tolerance
-  int cubature_size = 0;         // T; 0: chosen to meet the tolerance
+  int mode_count = 30;  // elastic modes in W-hat (R without the rigid unknowns of a free body), > 0
+  double tolerance =
+      0.01;  // mean relative error of u on held-out poses, in (1e-6, 1); used where a size is 0
+  int basis_size = 0;     // h; 0: chosen to meet the tolerance
+  int cubature_size = 0;  // T; 0: chosen to meet the tolerance
   CubatureKind cubature = CubatureKind::kFittedMaps;
-  int training_poses = 400;      // >= 10
-  int test_poses = 100;          // >= 10, never shared with training
-  double amplitude = 0.5;        // typical largest displacement of a training pose, in body lengths, in (0, 10]
+  int training_poses = 400;  // >= 10
+  int test_poses = 100;      // >= 10, never shared with training
+  double amplitude =
+      0.5;  // typical largest displacement of a training pose, in body lengths, in (0, 10]
   std::uint64_t seed = 1;
 
   void validate() const;
 };
 
 struct ModelReport {
-  double basis_error_mean = 0;   // projection on B alone, test poses, relative
-  double error_mean = 0;         // whole reduced reconstruction against full RS, test poses, relative
+  double basis_error_mean = 0;  // projection on B alone, test poses, relative
+  double error_mean = 0;  // whole reduced reconstruction against full RS, test poses, relative
   double error_max = 0;
-  double small_error_mean = 0;   // same at a hundredth of the amplitude (the linear regime)
+  double small_error_mean = 0;  // same at a hundredth of the amplitude (the linear regime)
   bool met_tolerance = true;
   double modes_s = 0, poses_s = 0, basis_s = 0, cubature_s = 0;
-  std::string message;           // says so, with numbers, where the tolerance was not met
+  std::string message;  // says so, with numbers, where the tolerance was not met
 };
 
-/// The reduced RS model of a body (paper: space-time editing, section 3), a plain value that is cached on disk.
+/// The reduced RS model of a body (paper: space-time editing, section 3), a plain value that is
+/// cached on disk.
 ///   u = B q,  q = H g(Y z) + D z
-/// z is unitless; column k of W-hat is the mass-orthonormal mode times c / sqrt(lambda_k / lambda_1), c such that
-/// z_1 = 1 moves the farthest node by one body length. A free body has six unknowns first: translations in body
-/// lengths (through D only) and rotations in radians.
+/// z is unitless; column k of W-hat is the mass-orthonormal mode times c / sqrt(lambda_k /
+/// lambda_1), c such that z_1 = 1 moves the farthest node by one body length. A free body has six
+/// unknowns first: translations in body lengths (through D only) and rotations in radians.
 struct ReducedModel {
-  int node_count = 0;              // n, compact nodes
-  double length = 0;               // [m]
-  int rigid_count = 0;             // 0 or 6
-  Eigen::VectorXd eigenvalues;     // R [1/s^2], zero for rigid unknowns
-  Eigen::MatrixXd modes;           // W-hat, 3n x R [m]
-  Eigen::MatrixXd basis;           // B, 3n x h, orthonormal columns
-  std::vector<int> tets;           // T compact tet ids
-  Eigen::MatrixXd rs_modes;        // Y = (Q W-hat)^c, 9T x R
-  Eigen::MatrixXd map;             // H, h x 9T
-  Eigen::MatrixXd direct;          // D, h x R
+  int node_count = 0;           // n, compact nodes
+  double length = 0;            // [m]
+  int rigid_count = 0;          // 0 or 6
+  Eigen::VectorXd eigenvalues;  // R [1/s^2], zero for rigid unknowns
+  Eigen::MatrixXd modes;        // W-hat, 3n x R [m]
+  Eigen::MatrixXd basis;        // B, 3n x h, orthonormal columns
+  std::vector<int> tets;        // T compact tet ids
+  Eigen::MatrixXd rs_modes;     // Y = (Q W-hat)^c, 9T x R
+  Eigen::MatrixXd map;          // H, h x 9T
+  Eigen::MatrixXd direct;       // D, h x R
   ModelReport report;
 
   [[nodiscard]] int coordinate_count() const { return static_cast<int>(eigenvalues.size()); }
@@ -69,13 +74,15 @@ struct ReducedModel {
 [[nodiscard]] ReducedModel build_model(const bodies::ElasticBody& body, const ModelOptions& options,
                                        const JobContext& job = {});
 
-/// A base motion in RS coordinates (paper, section 6.1): y = y_base + Y z. Built from an input animation.
+/// A base motion in RS coordinates (paper, section 6.1): y = y_base + Y z. Built from an input
+/// animation.
 struct BaseMotion {
   Eigen::MatrixXd rs;      // 9T x N, RS coordinates of the cubature tets
   Eigen::MatrixXd direct;  // h x N, added to q (rigid translation of the frames of a free body)
 };
 
-/// @param displacements  3n x N from rest [m], frame by frame; branches of rotations are continuous in time
+/// @param displacements  3n x N from rest [m], frame by frame; branches of rotations are continuous
+/// in time
 [[nodiscard]] BaseMotion base_motion(const bodies::ElasticBody& body, const ReducedModel& model,
                                      const Eigen::Ref<const Eigen::MatrixXd>& displacements);
 
@@ -86,15 +93,22 @@ class ReducedKinematics final : public Kinematics {
                              std::shared_ptr<const BaseMotion> base = nullptr);
   ~ReducedKinematics() override;
 
-  /// Registers (or finds) the site "mean displacement of these compact nodes": call before solving, not during.
+  /// Registers (or finds) the site "mean displacement of these compact nodes": call before solving,
+  /// not during.
   SiteId add_site(const std::vector<int>& nodes);
 
   [[nodiscard]] int coordinate_count() const override;
   [[nodiscard]] double length() const override;
   void evaluate(std::span<const int> frames, const Eigen::Ref<const Eigen::MatrixXd>& z,
-                std::span<const SiteQuery> queries, Eigen::Matrix3Xd& u, Eigen::MatrixXd* jacobian) const override;
+                std::span<const SiteQuery> queries, Eigen::Matrix3Xd& u,
+                Eigen::MatrixXd* jacobian) const override;
+  void curvature(std::span<const int> frames, const Eigen::Ref<const Eigen::MatrixXd>& z,
+                 std::span<const SiteQuery> queries,
+                 const Eigen::Ref<const Eigen::Matrix3Xd>& multipliers,
+                 Eigen::MatrixXd& out) const override;
 
-  /// Reduced coordinates of frames first .. first + z.cols() - 1, float32, ready to stream: q is h x z.cols().
+  /// Reduced coordinates of frames first .. first + z.cols() - 1, float32, ready to stream: q is h
+  /// x z.cols().
   void coordinates(int first, const Eigen::Ref<const Eigen::MatrixXd>& z, Eigen::MatrixXf& q) const;
 
  private:

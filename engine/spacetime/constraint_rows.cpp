@@ -62,14 +62,15 @@ void ConstraintRows::rebuild(const std::map<ConstraintId, PositionConstraint>& c
       exact_.push_back(is_exact ? 1 : 0);
       exact_count_ += is_exact ? 1 : 0;
       targets.push_back(constraint->target[axis] / length_);
-      weights.push_back(is_exact ? exact_weight_ : constraint->weight);
+      weights.push_back(constraint->weight);
       multipliers.push_back(is_exact && known != kept_multipliers.end() ? known->second : 0.0);
     }
   }
   first_row_.push_back(static_cast<int>(targets.size()));
   const auto rows = static_cast<Eigen::Index>(targets.size());
   target_ = Eigen::Map<const Eigen::VectorXd>(targets.data(), rows);
-  weight_ = Eigen::Map<const Eigen::VectorXd>(weights.data(), rows);
+  gamma_ = Eigen::Map<const Eigen::VectorXd>(weights.data(), rows);
+  refresh_weights();
   multiplier_ = Eigen::Map<const Eigen::VectorXd>(multipliers.data(), rows);
   coordinates_.setZero(kinematics_->coordinate_count(), static_cast<Eigen::Index>(knots_.size()));
   RowState rest;
@@ -122,11 +123,21 @@ void ConstraintRows::set_target(const PositionConstraint& constraint) {
 
 void ConstraintRows::forget_multipliers() { multiplier_.setZero(); }
 
+void ConstraintRows::refresh_weights() {
+  weight_ = scale_ * gamma_;
+  for (int row = 0; row < count(); ++row) {
+    if (exact(row)) weight_[row] = scale_ * exact_weight_;
+  }
+}
+
 void ConstraintRows::set_exact_weight(double weight) {
   exact_weight_ = weight;
-  for (int row = 0; row < count(); ++row) {
-    if (exact(row)) weight_[row] = weight;
-  }
+  refresh_weights();
+}
+
+void ConstraintRows::set_scale(double scale) {
+  scale_ = scale;
+  refresh_weights();
 }
 
 void ConstraintRows::set_multipliers(const Eigen::VectorXd& m) {
@@ -171,6 +182,35 @@ void ConstraintRows::evaluate(const Lanes& z, Jacobian wanted, RowState& state) 
   }
 }
 
+void ConstraintRows::curvature(const Lanes& z, const Eigen::VectorXd& m,
+                               std::vector<Eigen::MatrixXd>& blocks) const {
+  const bool mixed = mixing_.size() != 0;
+  if (mixed) {
+    coordinates_.noalias() = mixing_ * z.topRows(modes_);
+  } else {
+    coordinates_.topRows(modes_) = z.topRows(modes_);
+  }
+  pull_.setZero(3, static_cast<Eigen::Index>(members_.size()));
+  for (std::size_t i = 0; i < members_.size(); ++i) {
+    const Member& member = members_[i];
+    for (int axis = 0, row = member.row; axis < 3; ++axis) {
+      if ((member.axes >> axis & 1U) == 0) continue;
+      pull_(axis, static_cast<Eigen::Index>(i)) = m[row++] / length_;
+    }
+  }
+  kinematics_->curvature(knots_, coordinates_, queries_, pull_, jacobian_);
+  const Eigen::Index size = coordinates_.rows();
+  blocks.resize(knots_.size());
+  for (std::size_t knot = 0; knot < knots_.size(); ++knot) {
+    const auto block = jacobian_.middleCols(size * static_cast<Eigen::Index>(knot), size);
+    if (mixed) {
+      blocks[knot].noalias() = mixing_.transpose() * (block * mixing_);
+    } else {
+      blocks[knot] = block.topLeftCorner(modes_, modes_);
+    }
+  }
+}
+
 void ConstraintRows::shifted(const Eigen::VectorXd& residual, Eigen::VectorXd& out) const {
   out = residual + multiplier_.cwiseQuotient(weight_);
 }
@@ -178,7 +218,7 @@ void ConstraintRows::shifted(const Eigen::VectorXd& residual, Eigen::VectorXd& o
 double ConstraintRows::soft_energy(const Eigen::VectorXd& residual) const {
   double sum = 0;
   for (int row = 0; row < count(); ++row) {
-    if (!exact(row)) sum += weight_[row] * residual[row] * residual[row];
+    if (!exact(row)) sum += gamma_[row] * residual[row] * residual[row];
   }
   return 0.5 * sum;
 }
@@ -187,7 +227,7 @@ double ConstraintRows::rest_energy() const {
   double sum = 0;
   for (int row = 0; row < count(); ++row) {
     const double residual = target_[row] - rest_[row];
-    sum += (exact(row) ? 1.0 : weight_[row]) * residual * residual;
+    sum += (exact(row) ? 1.0 : gamma_[row]) * residual * residual;
   }
   return 0.5 * sum;
 }

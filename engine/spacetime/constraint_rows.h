@@ -45,7 +45,11 @@ class ConstraintRows {
   [[nodiscard]] bool exact(int row) const { return exact_[static_cast<std::size_t>(row)] != 0; }
   [[nodiscard]] int exact_count() const { return exact_count_; }
 
+  /// Weights as the iteration sees them: scale() times gamma, or times the exact rows' penalty.
   [[nodiscard]] const Eigen::VectorXd& weight() const { return weight_; }
+  /// Continuation: every weight times this, in (0, 1].
+  void set_scale(double scale);
+  [[nodiscard]] double scale() const { return scale_; }
   [[nodiscard]] const Eigen::VectorXd& multiplier() const { return multiplier_; }
   void set_exact_weight(double weight);
   [[nodiscard]] double exact_weight() const { return exact_weight_; }
@@ -55,6 +59,9 @@ class ConstraintRows {
   enum class Jacobian { kNo, kYes };
   /// @param z  lanes x knots
   void evaluate(const Lanes& z, Jacobian wanted, RowState& state) const;
+  /// One symmetric modes x modes block per knot: sum over its rows of m_i d2 u_i / dz2.
+  void curvature(const Lanes& z, const Eigen::VectorXd& m,
+                 std::vector<Eigen::MatrixXd>& blocks) const;
 
   /// residual + multiplier / weight (the residual itself in soft rows).
   void shifted(const Eigen::VectorXd& residual, Eigen::VectorXd& out) const;
@@ -80,22 +87,24 @@ class ConstraintRows {
     unsigned axes;
   };
   void rebuild_fixed();
+  void refresh_weights();
 
   std::shared_ptr<const reduced::Kinematics> kinematics_;
   Eigen::MatrixXd mixing_;
   int modes_, lanes_;
   double length_;
   double exact_weight_ = 1e4;
+  double scale_ = 1;
   std::vector<int> knots_, first_row_, knot_of_;
   std::vector<char> exact_;
   std::vector<Member> members_;
   std::vector<reduced::SiteQuery> queries_;
-  Eigen::VectorXd target_, weight_, multiplier_, rest_;  // rest_: u at z = 0
+  Eigen::VectorXd target_, gamma_, weight_, multiplier_, rest_;  // rest_: u at z = 0
   int exact_count_ = 0;
   Fixed fixed_;
   std::vector<PositionConstraint> pinned_;
   mutable Eigen::MatrixXd coordinates_, jacobian_;  // R x knots, 3q x R
-  mutable Eigen::Matrix3Xd u_;
+  mutable Eigen::Matrix3Xd u_, pull_;
 };
 
 }  // namespace limber::spacetime

@@ -35,6 +35,8 @@ class ModeSystems {
 
   [[nodiscard]] const std::vector<int>& knots_kept() const { return kept_of_knot_; }
 
+  /// L: rows over the kept frames, sorted by start.
+  [[nodiscard]] const std::vector<BandedRow>& rows() const { return rows_; }
   /// K z with K = L^T L, z lanes x kept.
   void apply(const Lanes& z, Lanes& product) const { apply_normal(rows_, z, product); }
   [[nodiscard]] double energy(const Lanes& z) const { return half_square(rows_, z); }

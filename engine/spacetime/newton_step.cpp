@@ -107,20 +107,18 @@ void ConstraintSpace::quick_step(const ModeSystems& systems, const ConstraintRow
 
 void ConstraintSpace::step(const ModeSystems& systems, const ConstraintRows& rows,
                            const Lanes& force, const Eigen::VectorXd& residual, double tolerance,
-                           const Curvature& curvature, Step& step) {
+                           Step& step) {
   quick_step(systems, rows, force, residual, step);
-  refine(systems, rows, force, tolerance, curvature, step);
+  refine(systems, rows, force, tolerance, step);
 }
 
 void ConstraintSpace::refine(const ModeSystems& systems, const ConstraintRows& rows,
-                             const Lanes& force, double tolerance, const Curvature& curvature,
-                             Step& step) {
+                             const Lanes& force, double tolerance, Step& step) {
   zero_.setZero(rows.count());
-  // r = J^T m - K (z + d), in which only the proximal term (and the curvature) is left.
+  // r = J^T m - K (z + d), in which only the proximal term is left.
   systems.apply(step.d, product_);
   residual_ = -force - product_;
   add_transposed(systems, rows, jacobian_, step.m, residual_);
-  if (curvature) curvature(step.d, residual_);
   double before = 0;
   const double target = tolerance * tolerance * step.decrement2;
   for (int iteration = 0; iteration < kMaxInner; ++iteration) {
@@ -143,31 +141,13 @@ void ConstraintSpace::refine(const ModeSystems& systems, const ConstraintRows& r
       bend += mu_direction_[row] * mu_direction_[row] / rows.weight()[row];
     mu_ = -mu_direction_;
     add_transposed(systems, rows, jacobian_, mu_, product_);
-    if (curvature) {
-      work_.setZero(product_.rows(), product_.cols());
-      curvature(direction_, work_);
-      bend -= inner(direction_, work_);
-      product_ -= work_;
-    }
-    if (!(bend > 1e-14 * square))
-      break;  // nothing holds this direction, or the model bends down along it
+    if (!(bend > 1e-14 * square)) break;  // nothing holds this direction
     const double alpha = square / bend;
     step.d += alpha * direction_;
     step.m += alpha * mu_direction_;
     residual_ -= alpha * product_;
   }
   step.decrement2 = model_decrement2(systems, rows, step.d);
-}
-
-double ConstraintSpace::decrement2(const ModeSystems& systems, const ConstraintRows& rows,
-                                   const Lanes& force, const Lanes& jacobian_now,
-                                   const Eigen::VectorXd& multiplier) {
-  residual_ = -force;
-  add_transposed(systems, rows, jacobian_now, multiplier, residual_);
-  zero_.setZero(rows.count());
-  work_ = residual_;
-  saddle(systems, rows, work_, zero_, x_, mu_);
-  return std::max(0.0, inner(residual_, x_));
 }
 
 }  // namespace limber::spacetime

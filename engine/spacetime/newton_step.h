@@ -1,7 +1,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <functional>
 
 #include "engine/spacetime/constraint_rows.h"
 #include "engine/spacetime/mode_systems.h"
@@ -15,9 +14,6 @@ struct Step {
   double decrement2 = 0;  // d^T (K + J^T W J) d: twice the decrease the quadratic model promises
 };
 
-/// out += sum_a m_a (second derivative of u_a) d, over the kept frames.
-using Curvature = std::function<void(const Lanes& d, Lanes& out)>;
-
 /// Gauss-Newton steps through the constraints' rows (see NOTATION.md): with P = K + proximal I,
 ///   | P  -J^T  | | d |   | r |
 ///   | J   W^-1 | | m | = | c |    by   C = W^-1 + J P^-1 J^T,  P^-1 diagonal in the modes, a few
@@ -30,6 +26,8 @@ class ConstraintSpace {
   void factor(const ModeSystems& systems, const ConstraintRows& rows, const Lanes& jacobian);
   [[nodiscard]] bool ready() const { return ready_; }
   void invalidate() { ready_ = false; }
+  /// Of the factor.
+  [[nodiscard]] const Lanes& jacobian() const { return jacobian_; }
 
   /// Solves the system above. r is overwritten.
   void saddle(const ModeSystems& systems, const ConstraintRows& rows, Lanes& r,
@@ -37,27 +35,19 @@ class ConstraintSpace {
 
   /// The step that makes the gradient force - J^T m vanish to first order. `force` is K z,
   /// `residual` already shifted. The proximal term is taken out by conjugate gradients on the true
-  /// operator; with `curvature` the operator is the full Hessian and the step is Newton's
-  /// (truncated at negative curvature).
+  /// operator.
   /// @param tolerance  of the inner iteration, relative to the decrement
   void step(const ModeSystems& systems, const ConstraintRows& rows, const Lanes& force,
-            const Eigen::VectorXd& residual, double tolerance, const Curvature& curvature,
-            Step& step);
+            const Eigen::VectorXd& residual, double tolerance, Step& step);
 
   /// One back substitution: as step(), but with the Jacobians of the factor and nothing taken out
   /// afterwards.
   void quick_step(const ModeSystems& systems, const ConstraintRows& rows, const Lanes& force,
                   const Eigen::VectorXd& residual, Step& step);
 
-  /// (force - J_now^T multiplier)^T (K + J^T W J)^-1 (the same), J of the factor: the decrement
-  /// without a new factor.
-  [[nodiscard]] double decrement2(const ModeSystems& systems, const ConstraintRows& rows,
-                                  const Lanes& force, const Lanes& jacobian_now,
-                                  const Eigen::VectorXd& multiplier);
-
  private:
   void refine(const ModeSystems& systems, const ConstraintRows& rows, const Lanes& force,
-              double tolerance, const Curvature& curvature, Step& step);
+              double tolerance, Step& step);
   void add_transposed(const ModeSystems& systems, const ConstraintRows& rows, const Lanes& jacobian,
                       const Eigen::VectorXd& m, Lanes& out) const;
   [[nodiscard]] double model_decrement2(const ModeSystems& systems, const ConstraintRows& rows,

@@ -14,8 +14,16 @@ constexpr double kExactWeightGrowth = 30;
 constexpr double kExactWeightCap = 1e7;
 /// A decrease that is smaller than this part of the merit cannot be seen in the merit.
 constexpr double kRounding = 1e-12;
-/// Gauss-Newton steps whose decrement falls by less than this factor are followed by Newton steps.
-constexpr double kSlow = 0.2;
+
+/// Continuation: at the first scale the constraints win about this much against the forces ...
+constexpr double kRampPull = 0.1;
+constexpr double kSmallestScale = 1e-10;
+/// ... a stage ends when a step promises less than this part of the merit, or after so many steps.
+constexpr double kStageDone = 0.1;
+constexpr int kStageSteps = 6;
+
+/// Cost of a Newton step in Gauss-Newton steps, with a few of them to go from here to the end.
+constexpr double kNewtonCost = 12;
 
 }  // namespace
 
@@ -41,6 +49,7 @@ void Optimizer::set_structure(const std::map<ConstraintId, PositionConstraint>& 
   }
   residual_valid_ = jacobian_valid_ = motion_valid_ = false;
   space_.invalidate();
+  if (rows_.count() > 0 && z_.isZero(0)) begin_ramp();
 }
 
 void Optimizer::target_moved(const PositionConstraint& constraint) {
@@ -64,10 +73,8 @@ void Optimizer::set_systems(const ModeDynamics& dynamics, const Timeline& timeli
 
 void Optimizer::cold_start() {
   z_.setZero();
-  rows_.forget_multipliers();
-  rows_.set_exact_weight(kExactWeightStart);
   residual_valid_ = jacobian_valid_ = motion_valid_ = false;
-  space_.invalidate();
+  if (rows_.count() > 0) begin_ramp();
 }
 
 const Eigen::MatrixXd& Optimizer::motion() const {
@@ -85,6 +92,15 @@ void Optimizer::evaluate(const Lanes& z, ConstraintRows::Jacobian wanted, RowSta
     knots_z_.col(knot) = z.col(systems_.kept_of_knot(static_cast<int>(knot)));
   }
   rows_.evaluate(knots_z_, wanted, state);
+}
+
+void Optimizer::linearise() {
+  if (!jacobian_valid_ || !residual_valid_) {
+    evaluate(z_, ConstraintRows::Jacobian::kYes, state_);
+    jacobian_valid_ = residual_valid_ = true;
+  }
+  systems_.apply(z_, force_);
+  rows_.shifted(state_.residual, shifted_);
 }
 
 double Optimizer::merit(const Lanes& z, const RowState& state) const {
@@ -105,20 +121,33 @@ double Optimizer::max_exact(const Eigen::VectorXd& residual) const {
   return largest;
 }
 
+bool Optimizer::exact_done() const {
+  return max_exact(state_.residual) <= options_.constraint_tolerance || only_contradiction_left();
+}
+
 Optimizer::Progress Optimizer::search(const Step& step, ConstraintRows::Jacobian wanted,
                                       double& taken) {
   const double start = merit(z_, state_);
-  // d merit / dt at 0: force . d - sum w residual' (J d), through the multipliers so that nothing
-  // large cancels.
+  const auto sufficient = [&](double value) {
+    return value <= start - 1e-4 * taken * step.decrement2;
+  };
+  const auto with_jacobian = [&] {
+    if (wanted == ConstraintRows::Jacobian::kYes) evaluate(trial_, wanted, trial_state_);
+    return Progress::kAccepted;
+  };
   taken = 1;
   for (int attempt = 0; attempt < 30; ++attempt) {
     trial_ = z_ + taken * step.d;
     evaluate(trial_, attempt == 0 ? wanted : ConstraintRows::Jacobian::kNo, trial_state_);
     const double value = merit(trial_, trial_state_);
-    if (value <= start - 1e-4 * taken * step.decrement2) {
-      if (attempt > 0 && wanted == ConstraintRows::Jacobian::kYes)
-        evaluate(trial_, wanted, trial_state_);
-      return Progress::kAccepted;
+    if (attempt == 0) {
+      if (value <= start - 0.25 * step.decrement2) return Progress::kAccepted;
+      // Where heavy constraints bend, a straight step leaves their valley and the merit forbids it:
+      // what the rows did that J d did not foresee is taken back (second-order correction, Nocedal
+      // and Wright 2006, sec. 18.3).
+      if (sufficient(correct_for_curvature(step, value))) return with_jacobian();
+    } else if (sufficient(value)) {
+      return with_jacobian();
     }
     // The parabola through value and slope at 0 and the value here.
     double next = 0.25 * taken;
@@ -131,27 +160,198 @@ Optimizer::Progress Optimizer::search(const Step& step, ConstraintRows::Jacobian
   return Progress::kNoDecrease;
 }
 
+double Optimizer::correct_for_curvature(const Step& step, double value) {
+  const auto foreseen = [&](int row) {
+    const auto& jacobian = step_kind_ == StepKind::kNewton ? state_.jacobian : space_.jacobian();
+    return state_.residual[row] -
+           lane_dot(jacobian.col(row).data(),
+                    step.d.col(systems_.kept_of_knot(rows_.knot_of(row))).data(), systems_.lanes());
+  };
+  promised_.resize(rows_.count());
+  for (int row = 0; row < rows_.count(); ++row) promised_[row] = foreseen(row);
+  double lowest = value;
+  for (int round = 0; round < 3 && trial_state_.residual.allFinite(); ++round) {
+    surprise_ = trial_state_.residual - promised_;
+    if (step_kind_ == StepKind::kNewton) {
+      multiplier_ = rows_.weight().cwiseProduct(surprise_);
+      correction_.setZero(z_.rows(), z_.cols());
+      add_rows(multiplier_, correction_);
+      newton_.solve(correction_);
+    } else {
+      correction_.setZero(z_.rows(), z_.cols());
+      product_ = correction_;
+      space_.saddle(systems_, rows_, product_, surprise_, correction_, multiplier_);
+    }
+    candidate_ = trial_ + correction_;
+    evaluate(candidate_, ConstraintRows::Jacobian::kNo, candidate_state_);
+    const double now = merit(candidate_, candidate_state_);
+    if (!(now < lowest)) break;
+    lowest = now;
+    trial_.swap(candidate_);
+    trial_state_.residual.swap(candidate_state_.residual);
+  }
+  return lowest;
+}
+
+void Optimizer::add_rows(const Eigen::VectorXd& m, Lanes& out) const {
+  for (int row = 0; row < rows_.count(); ++row) {
+    lane_axpy(m[row], state_.jacobian.col(row).data(),
+              out.col(systems_.kept_of_knot(rows_.knot_of(row))).data(), systems_.lanes());
+  }
+}
+
 void Optimizer::accept(const Step& step, double taken) {
   z_.swap(trial_);
   std::swap(state_, trial_state_);
-  if (rows_.exact_count() > 0) {
-    rows_.set_multipliers(rows_.multiplier() + taken * (step.m - rows_.multiplier()));
-  }
+  // On the ramp the exact rows are soft: multipliers would hold them at once.
+  if (!ramping()) rows_.set_multipliers(rows_.multiplier() + taken * (step.m - rows_.multiplier()));
   motion_valid_ = false;
 }
 
-void Optimizer::add_curvature(const Eigen::VectorXd& m, const Lanes& d, Lanes& out) {
-  double largest = 0;
-  for (const int kept : systems_.knots_kept())
-    largest = std::max(largest, d.col(kept).cwiseAbs().maxCoeff());
-  if (!(largest > 0)) return;
-  const double h = 1e-5 / largest;
-  probe_z_ = z_ + h * d;
-  evaluate(probe_z_, ConstraintRows::Jacobian::kYes, probe_state_);
+void Optimizer::set_scale(double scale) {
+  rows_.set_scale(scale);
+  space_.invalidate();
+  stage_steps_ = 0;
+  lost_ = 0;
+}
+
+void Optimizer::begin_ramp() {
+  rows_.forget_multipliers();
+  rows_.set_exact_weight(kExactWeightStart);
+  set_scale(1);
+  linearise();
+  // Compliance of a row times its weight: how much the constraint wins against the forces.
+  std::vector<double> pulls;
   for (int row = 0; row < rows_.count(); ++row) {
-    const int kept = systems_.kept_of_knot(rows_.knot_of(row));
-    out.col(kept) += m[row] / h * (probe_state_.jacobian.col(row) - state_.jacobian.col(row));
+    const int knot = rows_.knot_of(row);
+    const double* green = systems_.green(knot, knot);
+    double compliance = 0;
+    for (int k = 0; k < systems_.lanes(); ++k) {
+      const double j = state_.jacobian(k, row);
+      compliance += green[k] * j * j;
+    }
+    pulls.push_back(compliance * rows_.weight()[row]);
   }
+  const auto middle = pulls.begin() + static_cast<std::ptrdiff_t>(pulls.size() / 2);
+  std::nth_element(pulls.begin(), middle, pulls.end());
+  stage_newton_ = false;
+  if (*middle > kRampPull) set_scale(std::max(kSmallestScale, kRampPull / *middle));
+}
+
+void Optimizer::ramp_step() {
+  if (stage_newton_) {
+    newton_step();
+  } else {
+    step_kind_ = StepKind::kGaussNewton;
+    space_.factor(systems_, rows_, state_.jacobian);
+    space_.quick_step(systems_, rows_, force_, shifted_, step_);
+  }
+  const double before = merit(z_, state_);
+  double taken = 0;
+  const bool moved = search(step_, ConstraintRows::Jacobian::kYes, taken) == Progress::kAccepted;
+  double gain = 0;
+  if (moved) {
+    gain = (before - merit(trial_, trial_state_)) / (0.5 * step_.decrement2);
+    accept(step_, taken);
+  }
+  space_.invalidate();
+  stage_newton_ = stage_newton_ || gain < 0.5;  // the quadratic model is poor here: the full one
+  ++stage_steps_;
+  const double promised = std::sqrt(step_.decrement2 / (2 * before));
+  if (moved && promised > kStageDone && stage_steps_ < kStageSteps && gain < 0.9) return;
+  set_scale(std::min(1.0, rows_.scale() * (gain > 0.5 || promised < kStageDone ? 10 : 4)));
+}
+
+void Optimizer::gauss_newton_step() {
+  step_kind_ = StepKind::kGaussNewton;
+  space_.factor(systems_, rows_, state_.jacobian);
+  space_.step(systems_, rows_, force_, shifted_, 1e-2, step_);
+}
+
+void Optimizer::newton_step() {
+  step_kind_ = StepKind::kNewton;
+  const int knots = static_cast<int>(rows_.knots().size());
+  multiplier_ = rows_.weight().cwiseProduct(shifted_);
+  for (int knot = 0; knot < knots; ++knot) knots_z_.col(knot) = z_.col(systems_.kept_of_knot(knot));
+  // Curvature with the multipliers that a Gauss-Newton step predicts: off the valley of heavy
+  // constraints the residuals' own (weight times residual) are far too large.
+  space_.factor(systems_, rows_, state_.jacobian);
+  space_.quick_step(systems_, rows_, force_, shifted_, step_);
+  rows_.curvature(knots_z_, step_.m, curvature_);
+  newton_part_ = std::clamp(2 * newton_part_, 0.25, 1.0);
+  while (!newton_.factor(systems_, rows_, state_.jacobian, curvature_, newton_part_)) {
+    newton_part_ = newton_part_ > 0.1 ? 0.5 * newton_part_ : 0;
+  }
+  auto along = [&](const Lanes& d, int row) {
+    return lane_dot(state_.jacobian.col(row).data(),
+                    d.col(systems_.kept_of_knot(rows_.knot_of(row))).data(), systems_.lanes());
+  };
+  auto apply = [&](const Lanes& d, Lanes& out) {
+    systems_.apply(d, out);
+    Eigen::VectorXd pull(rows_.count());
+    for (int row = 0; row < rows_.count(); ++row) pull[row] = rows_.weight()[row] * along(d, row);
+    add_rows(pull, out);
+    const int modes = systems_.modes();
+    for (int knot = 0; knot < knots && newton_part_ > 0; ++knot) {
+      const int kept = systems_.kept_of_knot(knot);
+      out.col(kept).head(modes).noalias() -=
+          newton_part_ * (curvature_[static_cast<std::size_t>(knot)] * d.col(kept).head(modes));
+    }
+  };
+  auto inner = [](const Lanes& a, const Lanes& b) {
+    return lane_dot(a.data(), b.data(), static_cast<int>(a.size()));
+  };
+  descent_ = -force_;
+  add_rows(multiplier_, descent_);
+  // Conjugate gradients take the proximal term out: one or two rounds, more only for free ends.
+  Lanes left = descent_;
+  step_.d.setZero(left.rows(), left.cols());
+  double before = 0, first = 0;
+  for (int round = 0; round < 30; ++round) {
+    preconditioned_ = left;
+    newton_.solve(preconditioned_);
+    const double square = inner(left, preconditioned_);
+    if (round == 0) first = square;
+    if (!(square > 1e-12 * first)) break;
+    if (round == 0) {
+      direction_ = preconditioned_;
+    } else {
+      direction_ = preconditioned_ + square / before * direction_;
+    }
+    before = square;
+    apply(direction_, product_);
+    const double bend = inner(direction_, product_);
+    if (!(bend > 1e-14 * square)) break;
+    step_.d += square / bend * direction_;
+    left -= square / bend * product_;
+  }
+  step_.decrement2 = std::max(0.0, inner(descent_, step_.d));
+  step_.m.resize(rows_.count());
+  for (int row = 0; row < rows_.count(); ++row) {
+    step_.m[row] = multiplier_[row] - rows_.weight()[row] * along(step_.d, row);
+  }
+}
+
+bool Optimizer::take(double& taken) {
+  taken = 1;
+  if (step_.decrement2 <= kRounding * merit(z_, state_)) {
+    // The merit cannot tell any more; the decrement can.
+    if (lost_ > 0 && step_.decrement2 > 0.25 * lost_) return false;
+    lost_ = step_.decrement2;
+    trial_ = z_ + step_.d;
+    evaluate(trial_, ConstraintRows::Jacobian::kYes, trial_state_);
+  } else if (search(step_, ConstraintRows::Jacobian::kYes, taken) == Progress::kNoDecrease) {
+    return false;
+  }
+  accept(step_, taken);
+  return true;
+}
+
+bool Optimizer::newton_pays(double ratio, double gradient) const {
+  if (!(ratio > 0)) return false;
+  if (ratio >= 1) return true;
+  const double wanted = options_.gradient_tolerance / std::max(gradient, 1e-300);
+  return std::log(wanted) / std::log(ratio) > kNewtonCost;
 }
 
 SolveReport Optimizer::correct() {
@@ -161,96 +361,84 @@ SolveReport Optimizer::correct() {
     residual_valid_ = false;
     return report(SolveStatus::kConverged, 0, 0);
   }
-  if (!space_.ready()) {
-    evaluate(z_, Jacobian::kYes, state_);
-    residual_valid_ = jacobian_valid_ = true;
-    space_.factor(systems_, rows_, state_.jacobian);
-  } else if (!residual_valid_) {
-    const bool keep = jacobian_valid_;
-    evaluate(z_, Jacobian::kNo, state_);
-    residual_valid_ = true;
-    jacobian_valid_ = keep;
+  if (!ramping()) {
+    if (!space_.ready()) {
+      linearise();
+      space_.factor(systems_, rows_, state_.jacobian);
+    } else if (!residual_valid_) {
+      const bool keep = jacobian_valid_;
+      evaluate(z_, Jacobian::kNo, state_);
+      residual_valid_ = true;
+      jacobian_valid_ = keep;
+    }
+    systems_.apply(z_, force_);
+    rows_.shifted(state_.residual, shifted_);
+    step_kind_ = StepKind::kGaussNewton;
+    space_.quick_step(systems_, rows_, force_, shifted_, step_);
+    double taken = 0;
+    if (search(step_, Jacobian::kNo, taken) == Progress::kAccepted) {
+      accept(step_, taken);
+      // The Jacobians in state_ now belong to another z; those of the factor live on in space_.
+      jacobian_valid_ = false;
+    }
+    return report(SolveStatus::kImproved, 1, scaled(step_.decrement2));
   }
-  systems_.apply(z_, force_);
-  rows_.shifted(state_.residual, shifted_);
-  space_.quick_step(systems_, rows_, force_, shifted_, step_);
-  double taken = 0;
-  if (search(step_, Jacobian::kNo, taken) == Progress::kAccepted) {
-    accept(step_, taken);
-    // The Jacobians in state_ now belong to another z; those of the factor live on in space_.
-    jacobian_valid_ = false;
-  }
+  linearise();
+  ramp_step();
   return report(SolveStatus::kImproved, 1, scaled(step_.decrement2));
 }
 
 SolveReport Optimizer::solve(const JobContext& job,
                              const std::function<bool(const SolveReport&)>& on_improved) {
-  using Jacobian = ConstraintRows::Jacobian;
   if (rows_.count() == 0) return correct();
   double previous = 0, gradient = 0;
-  bool newton = false;
-  double lost = 0;  // decrement of the last step that was too small to be judged by the merit
+  bool newton = false, ramped = ramping();
+  int short_steps = 0;
+  lost_ = 0;
   for (int iteration = 0;; ++iteration) {
     if (job.cancellation.requested()) {
-      if (!residual_valid_) evaluate(z_, Jacobian::kNo, state_);
-      residual_valid_ = true;
+      linearise();
       return report(SolveStatus::kCancelled, iteration, gradient);
     }
-    if (!jacobian_valid_ || !residual_valid_) {
-      evaluate(z_, Jacobian::kYes, state_);
-      jacobian_valid_ = residual_valid_ = true;
-    }
-    systems_.apply(z_, force_);
-    rows_.shifted(state_.residual, shifted_);
-    const auto exact_done = [&] {
-      return max_exact(state_.residual) <= options_.constraint_tolerance ||
-             only_contradiction_left();
-    };
-    if (space_.ready()) {
-      multiplier_ = rows_.weight().cwiseProduct(shifted_);
-      gradient = scaled(space_.decrement2(systems_, rows_, force_, state_.jacobian, multiplier_));
-      if (gradient <= options_.gradient_tolerance && exact_done()) {
-        return report(SolveStatus::kConverged, iteration, gradient);
-      }
-    }
+    linearise();
     if (iteration == options_.max_iterations)
       return report(SolveStatus::kIterationLimit, iteration, gradient);
-
-    space_.factor(systems_, rows_, state_.jacobian);
-    Curvature curvature;
-    if (newton) {
-      space_.quick_step(systems_, rows_, force_, shifted_, step_);
-      curvature = [this, m = step_.m](const Lanes& d, Lanes& out) { add_curvature(m, d, out); };
-    }
-    space_.step(systems_, rows_, force_, shifted_, newton ? 0.1 : 1e-2, curvature, step_);
-    gradient = scaled(step_.decrement2);
-    if (gradient <= options_.gradient_tolerance && exact_done()) {
-      return report(SolveStatus::kConverged, iteration, gradient);
-    }
-    const double value = merit(z_, state_);
-    double taken = 1;
-    if (step_.decrement2 <= kRounding * value) {
-      // The merit cannot tell any more; the decrement can.
-      if (lost > 0 && step_.decrement2 > 0.5 * lost) {
-        return report(SolveStatus::kStalled, iteration, gradient);
-      }
-      lost = step_.decrement2;
-      trial_ = z_ + step_.d;
-      evaluate(trial_, Jacobian::kYes, trial_state_);
-    } else if (search(step_, Jacobian::kYes, taken) == Progress::kNoDecrease) {
-      if (!newton) return report(SolveStatus::kStalled, iteration, gradient);
-      newton = false;  // once more, the safe way
+    if (ramping()) {
+      ramp_step();
+      gradient = scaled(step_.decrement2);
       previous = 0;
-      continue;
-    }
-    accept(step_, taken);
-    const double decrement = std::sqrt(step_.decrement2);
-    newton =
-        taken == 1 && previous > 0 && decrement > kSlow * previous ? true : newton && taken == 1;
-    previous = decrement;
-    if (rows_.exact_count() > 0 && taken == 1 && rows_.exact_weight() < kExactWeightCap) {
-      rows_.set_exact_weight(std::min(kExactWeightCap, kExactWeightGrowth * rows_.exact_weight()));
-      space_.invalidate();
+      newton = stage_newton_;
+    } else {
+      if (newton) {
+        newton_step();
+      } else {
+        gauss_newton_step();
+      }
+      gradient = scaled(step_.decrement2);
+      if (gradient <= options_.gradient_tolerance && exact_done())
+        return report(SolveStatus::kConverged, iteration, gradient);
+      const bool rounding = step_.decrement2 <= kRounding * merit(z_, state_);
+      double taken = 1;
+      if (!take(taken)) {
+        if (rounding && exact_done()) return report(SolveStatus::kConverged, iteration, gradient);
+        if (newton) return report(SolveStatus::kStalled, iteration, gradient);
+        newton = true;
+        continue;
+      }
+      if (taken < 0.1 && gradient > 0.1 && ++short_steps >= 3 && !ramped) {
+        begin_ramp();
+        ramped = true;
+        continue;
+      }
+      const double decrement = std::sqrt(step_.decrement2);
+      if (!newton && previous > 0)
+        newton = taken < 1 || newton_pays(decrement / previous, gradient);
+      previous = decrement;
+      if (rows_.exact_count() > 0 && taken == 1 && rows_.exact_weight() < kExactWeightCap) {
+        rows_.set_exact_weight(
+            std::min(kExactWeightCap, kExactWeightGrowth * rows_.exact_weight()));
+        space_.invalidate();
+      }
     }
     if (on_improved && !on_improved(report(SolveStatus::kImproved, iteration + 1, gradient))) {
       return report(SolveStatus::kImproved, iteration + 1, gradient);

@@ -7,6 +7,7 @@
 #include "engine/spacetime/constraint_rows.h"
 #include "engine/spacetime/mode_systems.h"
 #include "engine/spacetime/newton_step.h"
+#include "engine/spacetime/newton_system.h"
 #include "engine/spacetime/solver.h"
 
 namespace limber::spacetime {
@@ -36,12 +37,32 @@ class Optimizer {
   enum class Progress { kAccepted, kNoDecrease };
 
   void evaluate(const Lanes& z, ConstraintRows::Jacobian wanted, RowState& state) const;
+  /// Residuals, Jacobians, force and shifted residuals at z_.
+  void linearise();
   [[nodiscard]] double merit(const Lanes& z, const RowState& state) const;
   [[nodiscard]] double scaled(double decrement2) const;
   [[nodiscard]] double max_exact(const Eigen::VectorXd& residual) const;
+  [[nodiscard]] bool exact_done() const;
   [[nodiscard]] Progress search(const Step& step, ConstraintRows::Jacobian wanted, double& taken);
+  /// Betters trial_ (z_ + step.d, of merit `value`) and its residuals; @returns the merit reached.
+  double correct_for_curvature(const Step& step, double value);
   void accept(const Step& step, double taken);
-  void add_curvature(const Eigen::VectorXd& m, const Lanes& d, Lanes& out);
+  /// out += J^T m at the knots.
+  void add_rows(const Eigen::VectorXd& m, Lanes& out) const;
+
+  /// Continuation in the weights (see NOTATION.md): goes back to weights that hardly pull.
+  void begin_ramp();
+  [[nodiscard]] bool ramping() const { return rows_.scale() < 1; }
+  void set_scale(double scale);
+  /// One Gauss-Newton step at the present scale, then a larger scale when this one has little left.
+  void ramp_step();
+
+  void gauss_newton_step();
+  void newton_step();
+  /// Takes step_. @returns false where no step lowers the merit.
+  [[nodiscard]] bool take(double& taken);
+  [[nodiscard]] bool newton_pays(double ratio, double gradient) const;
+
   [[nodiscard]] SolveReport report(SolveStatus status, int iterations, double gradient) const;
   void say_rank(SolveReport& report) const;
   /// Whether no step can lower the exact rows' errors further to first order: all that is left is
@@ -57,10 +78,18 @@ class Optimizer {
   RowState state_;  // at z_
   bool residual_valid_ = false, jacobian_valid_ = false;
   Step step_;
-  Lanes trial_, force_, probe_z_;
+  enum class StepKind { kGaussNewton, kNewton };
+  StepKind step_kind_ = StepKind::kGaussNewton;  // whose factor made step_
+  Lanes trial_, force_, descent_, product_, direction_, preconditioned_, correction_, candidate_;
   mutable Lanes knots_z_;
-  RowState trial_state_, probe_state_;
-  Eigen::VectorXd shifted_, multiplier_;
+  RowState trial_state_, candidate_state_;
+  Eigen::VectorXd shifted_, multiplier_, promised_, surprise_;
+  NewtonSystem newton_;
+  std::vector<Eigen::MatrixXd> curvature_;
+  double newton_part_ = 1;  // of the curvature that the last Newton system could take
+  double lost_ = 0;         // decrement of the last step too small to be judged by the merit
+  int stage_steps_ = 0;     // taken at the present scale
+  bool stage_newton_ = false;
   mutable Eigen::MatrixXd motion_;
   mutable bool motion_valid_ = false;
 };
