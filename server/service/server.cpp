@@ -77,6 +77,10 @@ Server::Ending Server::shut_down() {
   const auto deadline = begin + hub_.options.grace;
   log::info("shutting down");
   hub_.stopping.store(true);
+  // Who waits is told the true reason before the cancellations would give another.
+  for (const auto& record : service_.sessions().all()) {
+    record->waiters().refuse_all(shutting_down(), ResultWaiters::Later::kRefuse);
+  }
   hub_.jobs.shut_down();
   for (const auto& record : service_.sessions().all()) {
     try {

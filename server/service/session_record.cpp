@@ -89,6 +89,17 @@ std::size_t SessionRecord::constraint_count() const {
   return constraints_;
 }
 
+/// Both jobs, in the same breath as noting what ends them: one that begins right after, when a
+/// client has the answer, is not ended by it. Called with the lock.
+std::vector<JobId> SessionRecord::take_jobs() {
+  std::vector<JobId> jobs;
+  for (auto* job : {&open_job_, &cold_job_}) {
+    if (*job) jobs.push_back(**job);
+    job->reset();
+  }
+  return jobs;
+}
+
 std::optional<JobId> SessionRecord::take_job(std::optional<JobId>& job) {
   const std::lock_guard lock(mutex_);
   return std::exchange(job, std::nullopt);
@@ -148,9 +159,12 @@ std::shared_ptr<const session::Result> SessionRecord::exported(std::uint64_t seq
 void SessionRecord::end(const std::exception& fault) {
   streams_->close();
   waiters_.refuse_all(fault, ResultWaiters::Later::kRefuse);
-  for (auto* job : {&open_job_, &cold_job_}) {
-    if (const auto id = take_job(*job)) hub_.jobs.cancelled(*id);
+  std::vector<JobId> ended;
+  {
+    const std::lock_guard lock(mutex_);
+    ended = take_jobs();
   }
+  for (const JobId job : ended) hub_.jobs.cancelled(job);
 }
 
 void SessionRecord::on_progress(const session::Progress& progress) {
@@ -166,9 +180,11 @@ void SessionRecord::on_progress(const session::Progress& progress) {
 
 void SessionRecord::on_state(session::State state, const std::string& message) {
   std::shared_ptr<session::Session> session;
+  std::vector<JobId> ended;
   bool cancelled = false;
   {
     const std::lock_guard lock(mutex_);
+    if (state == session::State::kFailed) ended = take_jobs();
     state_ = state;
     message_ = message;
     session = session_;
@@ -181,10 +197,8 @@ void SessionRecord::on_state(session::State state, const std::string& message) {
                       fmt::format("the session has no model: {}", message));
     waiters_.refuse_all(fault, ResultWaiters::Later::kRefuse);
     proto::Error error = error_to_proto(Error(ErrorCode::kNumerical, "", message));
-    for (auto* job : {&open_job_, &cold_job_}) {
-      if (const auto id = take_job(*job)) {
-        cancelled ? hub_.jobs.cancelled(*id) : hub_.jobs.failed(*id, error);
-      }
+    for (const JobId job : ended) {
+      cancelled ? hub_.jobs.cancelled(job) : hub_.jobs.failed(job, error);
     }
   }
   if (state == session::State::kReady && session) adopt_model(*session);
@@ -192,17 +206,15 @@ void SessionRecord::on_state(session::State state, const std::string& message) {
 }
 
 void SessionRecord::on_result(const std::shared_ptr<const session::Result>& result) {
+  std::vector<JobId> ended;
   {
     const std::lock_guard lock(mutex_);
     newest_ = result;
+    if (result->converged) ended = take_jobs();
   }
   streams_->note(result);
   waiters_.note(result);
-  if (result->converged) {
-    for (auto* job : {&open_job_, &cold_job_}) {
-      if (const auto id = take_job(*job)) hub_.jobs.done(*id);
-    }
-  }
+  for (const JobId job : ended) hub_.jobs.done(job);
   publish_status();
 }
 

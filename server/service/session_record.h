@@ -6,6 +6,7 @@
 #include <mutex>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "engine/session/session.h"
 #include "server/service/frame_streams.h"
@@ -64,6 +65,7 @@ class SessionRecord final : public session::Listener,
  private:
   void publish_status();
   void adopt_model(const session::Session& session);
+  [[nodiscard]] std::vector<JobId> take_jobs();
   [[nodiscard]] std::optional<JobId> take_job(std::optional<JobId>& job);
 
   Hub& hub_;

@@ -19,7 +19,8 @@ using std::chrono::milliseconds;
 /// A DEALER client that sends bare payloads.
 class Client {
  public:
-  explicit Client(const std::string& endpoint) : socket_(context_, ZMQ_DEALER) {
+  explicit Client(const std::string& endpoint, int queue = 1000) : socket_(context_, ZMQ_DEALER) {
+    socket_.set(zmq::sockopt::rcvhwm, queue);
     socket_.set(zmq::sockopt::linger, 0);
     socket_.connect(endpoint);
   }

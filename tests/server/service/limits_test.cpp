@@ -1,0 +1,177 @@
+#include <gtest/gtest.h>
+
+#include "server/service/memory_estimate.h"
+#include "tests/server/support/running_server.h"
+
+namespace limber::server {
+namespace {
+
+using namespace limber::server::testing;
+
+ServerOptions options_with(const std::function<void(ServerOptions&)>& change) {
+  ServerOptions options = test_options();
+  change(options);
+  return options;
+}
+
+void expect_limit(const proto::Reply& reply, const std::string& limit, const std::string& value) {
+  ASSERT_TRUE(reply.has_error());
+  EXPECT_EQ(reply.error().code(), proto::ERROR_CODE_LIMIT_EXCEEDED) << reply.error().message();
+  EXPECT_EQ(reply.error().details().at("limit"), limit);
+  EXPECT_EQ(reply.error().details().at("value"), value);
+}
+
+TEST(ServerLimits, BytesOfAMessage) {
+  RunningServer server(options_with([](auto& options) { options.transport.message_bytes = 4096; }));
+  Client client(server->request_endpoint());
+  proto::Request request = wait_request(std::string(5000, 'x'), 1);
+  request.set_version(1);
+  const auto size = request.ByteSizeLong();
+  client.send_bytes(request.SerializeAsString());
+  expect_limit(*client.receive(), "4096", std::to_string(size));
+  EXPECT_EQ(client.call(info_request()).get_server_info().limits().message_bytes(), 4096u);
+}
+
+TEST(ServerLimits, FarBeyondThePeerIsCutOffAndComesBack) {
+  RunningServer server(
+      options_with([](auto& options) { options.transport.message_bytes = 1 << 20; }));
+  Client client(server->request_endpoint());
+  client.send_bytes(std::string(8 << 20, 'x'));
+  EXPECT_FALSE(client.receive(milliseconds(300)).has_value());
+  EXPECT_TRUE(
+      client.call(info_request()).has_get_server_info());  // libzmq has reconnected by itself
+}
+
+TEST(ServerLimits, Sessions) {
+  RunningServer server(options_with([](auto& options) { options.limits.sessions = 2; }));
+  Client client(server->request_endpoint());
+  ASSERT_TRUE(client.call(open_request(small_scene(), "a")).has_open_session());
+  ASSERT_TRUE(client.call(open_request(small_scene(), "b")).has_open_session());
+  expect_limit(client.call(open_request(small_scene(), "c")), "2", "3");
+  EXPECT_EQ(client.call(open_request(small_scene(), "a")).error().code(),
+            proto::ERROR_CODE_ALREADY_EXISTS);
+  proto::Request request;
+  request.mutable_close_session()->set_session("a");
+  ASSERT_TRUE(client.call(request).has_close_session());
+  EXPECT_TRUE(client.call(open_request(small_scene(), "c")).has_open_session());
+}
+
+TEST(ServerLimits, TetsFramesConstraints) {
+  RunningServer server(options_with([](auto& options) {
+    options.limits.mesh_tets = 36;
+    options.limits.frames = 20;
+    options.limits.constraints = 2;
+  }));
+  Client client(server->request_endpoint());
+  expect_limit(client.call(open_request(small_scene(7))), "36", "42");
+  expect_limit(client.call(open_request(small_scene(6, 21))), "20", "21");
+  proto::Scene scene = small_scene();
+  for (std::uint64_t id = 2; id < 4; ++id) {
+    *scene.add_constraints() = scene.constraints(0);
+    scene.mutable_constraints(static_cast<int>(id) - 1)->set_id(id);
+  }
+  expect_limit(client.call(open_request(scene)), "2", "3");
+  open_and_solve(client, "s");
+  proto::Request request;
+  request.mutable_edit()->set_session("s");
+  for (int i = 0; i < 2; ++i) {
+    auto* added = request.mutable_edit()->add_edits()->mutable_add()->mutable_constraint();
+    added->set_frame(3 + static_cast<std::uint32_t>(i));
+    added->add_nodes(20);
+    added->mutable_displacement();
+  }
+  const auto reply = client.call(request);
+  EXPECT_EQ(reply.error().code(), proto::ERROR_CODE_LIMIT_EXCEEDED);
+  EXPECT_EQ(reply.error().details().at("limit"), "2");
+}
+
+TEST(ServerLimits, MemoryOfASessionIsEstimatedBeforeItIsBuilt) {
+  RunningServer server(options_with([](auto& options) { options.limits.session_bytes = 10'000; }));
+  Client client(server->request_endpoint());
+  const auto reply = client.call(open_request(small_scene()));
+  EXPECT_EQ(reply.error().code(), proto::ERROR_CODE_LIMIT_EXCEEDED);
+  EXPECT_EQ(reply.error().details().at("limit"), "10000");
+  EXPECT_GT(std::stoull(reply.error().details().at("value")), 10'000u);
+}
+
+TEST(ServerLimits, RunningJobs) {
+  RunningServer server(options_with([](auto& options) {
+    options.limits.jobs = 1;
+    options.session_threads = 1;
+  }));
+  Client client(server->request_endpoint());
+  const auto first = client.call(open_request(small_scene(300, 300), "a"));
+  ASSERT_TRUE(first.has_open_session());
+  expect_limit(client.call(open_request(small_scene(), "b")), "1", "2");
+  proto::Request request;
+  request.mutable_cancel()->set_job(first.open_session().job());
+  EXPECT_TRUE(client.call(request).has_cancel());
+  request.mutable_get_job()->set_job(first.open_session().job());
+  request.mutable_get_job()->set_wait_s(30);
+  const auto state = client.call(request).get_job().status().state();
+  EXPECT_TRUE(state == proto::JOB_STATE_CANCELLED || state == proto::JOB_STATE_DONE);
+  EXPECT_TRUE(client.call(open_request(small_scene(), "b")).has_open_session());
+}
+
+TEST(ServerLimits, RequestsThatWait) {
+  RunningServer server(options_with([](auto& options) { options.limits.waits = 10; }));
+  Client client(server->request_endpoint());
+  open_and_solve(client, "s");
+  for (int i = 0; i < 30; ++i) client.send(wait_request("s", 1, 0.5));
+  int refused = 0, late = 0;
+  for (int i = 0; i < 30; ++i) {
+    const auto reply = client.receive();
+    ASSERT_TRUE(reply.has_value());
+    refused += reply->error().code() == proto::ERROR_CODE_LIMIT_EXCEEDED ? 1 : 0;
+    late += reply->error().code() == proto::ERROR_CODE_TIMEOUT ? 1 : 0;
+  }
+  EXPECT_EQ(refused + late, 30);
+  EXPECT_GE(refused, 19);
+  EXPECT_GE(late, 9);
+}
+
+TEST(ServerLimits, UnreadRepliesOfAClientWhoDoesNotRead) {
+  RunningServer server(
+      options_with([](auto& options) { options.transport.unread_bytes = 4 << 20; }));
+  Client client(server->request_endpoint());
+  open_and_solve(client, "s", small_scene(150, 400));
+  Client deaf(server->request_endpoint(), 1);
+  proto::Request request;
+  request.mutable_get_frames()->set_session("s");
+  request.mutable_get_frames()->set_encoding(proto::ENCODING_POSITIONS);  // 2.9 MB
+  const std::uint64_t before = server->counters().requests.load();
+  for (int i = 0; i < 100; ++i) deaf.send(request);
+  // Wait until all are dealt with, then see what the client finds: answers, and refusals that say
+  // why.
+  const auto open = [&] {
+    return client.call(info_request()).get_server_info().counters().at("open_requests");
+  };
+  for (std::uint64_t calls = 0; calls < 3000; ++calls) {
+    if (open() == 1 && server->counters().requests.load() > before + 100 + calls) break;
+    std::this_thread::sleep_for(milliseconds(10));
+  }
+  int answers = 0, refusals = 0;
+  while (const auto reply = deaf.receive(milliseconds(1000))) {
+    answers += reply->has_get_frames() ? 1 : 0;
+    refusals += reply->error().code() == proto::ERROR_CODE_LIMIT_EXCEEDED ? 1 : 0;
+  }
+  EXPECT_EQ(answers + refusals, 100);
+  EXPECT_GE(answers, 1);
+  EXPECT_GE(refusals, 50);
+}
+
+TEST(MemoryEstimate, GrowsWithEverySize) {
+  scene::Scene scene;
+  scene.mesh.nodes.resize(3, 1000);
+  scene.mesh.tets.resize(4, 4000);
+  scene.frame_count = 100;
+  const auto base = estimate_session_bytes(scene);
+  scene.mesh.nodes.resize(3, 10000);
+  EXPECT_GT(estimate_session_bytes(scene), 9 * base);
+  scene.mesh.nodes.resize(3, 1000);
+  scene.frame_count = 100'000;
+  EXPECT_GT(estimate_session_bytes(scene), base);
+}
+
+}  // namespace
+}  // namespace limber::server
