@@ -22,6 +22,12 @@ constexpr double kSmallestScale = 1e-10;
 constexpr double kStageDone = 0.1;
 constexpr int kStageSteps = 6;
 
+double inner(const Lanes& a, const Lanes& b) {
+  return lane_dot(a.data(), b.data(), static_cast<int>(a.size()));
+}
+
+/// A Newton factor serves again while steps shrink by at least this.
+constexpr double kChordRate = 0.1;
 /// Cost of a Newton step in Gauss-Newton steps, with a few of them to go from here to the end.
 constexpr double kNewtonCost = 12;
 
@@ -268,11 +274,9 @@ void Optimizer::gauss_newton_step() {
   space_.step(systems_, rows_, force_, shifted_, 1e-2, step_);
 }
 
-void Optimizer::newton_step() {
-  step_kind_ = StepKind::kNewton;
-  const int knots = static_cast<int>(rows_.knots().size());
-  multiplier_ = rows_.weight().cwiseProduct(shifted_);
-  for (int knot = 0; knot < knots; ++knot) knots_z_.col(knot) = z_.col(systems_.kept_of_knot(knot));
+bool Optimizer::factor_newton() {
+  for (int knot = 0; knot < static_cast<int>(rows_.knots().size()); ++knot)
+    knots_z_.col(knot) = z_.col(systems_.kept_of_knot(knot));
   // Curvature with the multipliers that a Gauss-Newton step predicts: off the valley of heavy
   // constraints the residuals' own (weight times residual) are far too large.
   space_.factor(systems_, rows_, state_.jacobian);
@@ -280,55 +284,70 @@ void Optimizer::newton_step() {
   rows_.curvature(knots_z_, step_.m, curvature_);
   newton_part_ = std::clamp(2 * newton_part_, 0.25, 1.0);
   while (!newton_.factor(systems_, rows_, state_.jacobian, curvature_, newton_part_)) {
+    if (newton_part_ == 0) return false;  // weights too far apart for a squared system
     newton_part_ = newton_part_ > 0.1 ? 0.5 * newton_part_ : 0;
   }
-  auto along = [&](const Lanes& d, int row) {
-    return lane_dot(state_.jacobian.col(row).data(),
-                    d.col(systems_.kept_of_knot(rows_.knot_of(row))).data(), systems_.lanes());
-  };
-  auto apply = [&](const Lanes& d, Lanes& out) {
-    systems_.apply(d, out);
-    Eigen::VectorXd pull(rows_.count());
-    for (int row = 0; row < rows_.count(); ++row) pull[row] = rows_.weight()[row] * along(d, row);
-    add_rows(pull, out);
-    const int modes = systems_.modes();
-    for (int knot = 0; knot < knots && newton_part_ > 0; ++knot) {
-      const int kept = systems_.kept_of_knot(knot);
-      out.col(kept).head(modes).noalias() -=
-          newton_part_ * (curvature_[static_cast<std::size_t>(knot)] * d.col(kept).head(modes));
-    }
-  };
-  auto inner = [](const Lanes& a, const Lanes& b) {
-    return lane_dot(a.data(), b.data(), static_cast<int>(a.size()));
-  };
+  return true;
+}
+
+double Optimizer::along(const Lanes& d, int row) const {
+  return lane_dot(state_.jacobian.col(row).data(),
+                  d.col(systems_.kept_of_knot(rows_.knot_of(row))).data(), systems_.lanes());
+}
+
+void Optimizer::apply_newton(const Lanes& d, Lanes& out) {
+  systems_.apply(d, out);
+  for (int row = 0; row < rows_.count(); ++row) {
+    const int kept = systems_.kept_of_knot(rows_.knot_of(row));
+    lane_axpy(rows_.weight()[row] * along(d, row), state_.jacobian.col(row).data(),
+              out.col(kept).data(), systems_.lanes());
+  }
+  if (newton_part_ == 0) return;
+  for (int knot = 0; knot < static_cast<int>(rows_.knots().size()); ++knot) {
+    const int kept = systems_.kept_of_knot(knot);
+    out.col(kept).head(systems_.modes()).noalias() -=
+        newton_part_ *
+        (curvature_[static_cast<std::size_t>(knot)] * d.col(kept).head(systems_.modes()));
+  }
+}
+
+void Optimizer::newton_step() {
+  const bool chord = chord_;  // the last factor still serves: a step for the price of a solve
+  if (!chord && !factor_newton()) return gauss_newton_step();
+  step_kind_ = StepKind::kNewton;
+  multiplier_ = rows_.weight().cwiseProduct(shifted_);
   descent_ = -force_;
   add_rows(multiplier_, descent_);
-  // Conjugate gradients take the proximal term out: one or two rounds, more only for free ends.
-  Lanes left = descent_;
-  step_.d.setZero(left.rows(), left.cols());
-  double before = 0, first = 0;
-  for (int round = 0; round < 30; ++round) {
-    preconditioned_ = left;
-    newton_.solve(preconditioned_);
-    const double square = inner(left, preconditioned_);
-    if (round == 0) first = square;
-    if (!(square > 1e-12 * first)) break;
-    if (round == 0) {
-      direction_ = preconditioned_;
-    } else {
-      direction_ = preconditioned_ + square / before * direction_;
-    }
-    before = square;
-    apply(direction_, product_);
-    const double bend = inner(direction_, product_);
-    if (!(bend > 1e-14 * square)) break;
-    step_.d += square / bend * direction_;
-    left -= square / bend * product_;
-  }
+  step_.d = descent_;
+  newton_.solve(step_.d);
+  if (!chord) refine_newton_step();
   step_.decrement2 = std::max(0.0, inner(descent_, step_.d));
   step_.m.resize(rows_.count());
   for (int row = 0; row < rows_.count(); ++row) {
     step_.m[row] = multiplier_[row] - rows_.weight()[row] * along(step_.d, row);
+  }
+}
+
+void Optimizer::refine_newton_step() {
+  // Conjugate gradients take the proximal term out. It shows for free ends and at resonance only.
+  double before = inner(descent_, step_.d);
+  const double enough = 1e-8 * before;
+  direction_ = step_.d;
+  step_.d.setZero();
+  left_ = descent_;
+  for (int round = 0; round < 30; ++round) {
+    apply_newton(direction_, product_);
+    const double bend = inner(direction_, product_);
+    if (!(bend > 1e-14 * before)) break;
+    step_.d += before / bend * direction_;
+    left_ -= before / bend * product_;
+    if (!(left_.squaredNorm() > 1e-10 * descent_.squaredNorm())) break;
+    preconditioned_ = left_;
+    newton_.solve(preconditioned_);
+    const double square = inner(left_, preconditioned_);
+    if (!(square > enough)) break;
+    direction_ = preconditioned_ + square / before * direction_;
+    before = square;
   }
 }
 
@@ -392,7 +411,8 @@ SolveReport Optimizer::solve(const JobContext& job,
                              const std::function<bool(const SolveReport&)>& on_improved) {
   if (rows_.count() == 0) return correct();
   double previous = 0, gradient = 0;
-  bool newton = false, ramped = ramping();
+  bool newton = newton_last_, ramped = ramping();
+  chord_ = false;
   int short_steps = 0;
   lost_ = 0;
   for (int iteration = 0;; ++iteration) {
@@ -408,6 +428,7 @@ SolveReport Optimizer::solve(const JobContext& job,
       gradient = scaled(step_.decrement2);
       previous = 0;
       newton = stage_newton_;
+      chord_ = false;
     } else {
       if (newton) {
         newton_step();
@@ -420,6 +441,10 @@ SolveReport Optimizer::solve(const JobContext& job,
       const bool rounding = step_.decrement2 <= kRounding * merit(z_, state_);
       double taken = 1;
       if (!take(taken)) {
+        if (chord_) {
+          chord_ = false;
+          continue;
+        }
         if (rounding && exact_done()) return report(SolveStatus::kConverged, iteration, gradient);
         if (newton) return report(SolveStatus::kStalled, iteration, gradient);
         newton = true;
@@ -431,6 +456,8 @@ SolveReport Optimizer::solve(const JobContext& job,
         continue;
       }
       const double decrement = std::sqrt(step_.decrement2);
+      chord_ = step_kind_ == StepKind::kNewton && taken == 1 && gradient < 0.1 && previous > 0 &&
+               decrement < kChordRate * previous;
       if (!newton && previous > 0)
         newton = taken < 1 || newton_pays(decrement / previous, gradient);
       previous = decrement;
@@ -438,7 +465,9 @@ SolveReport Optimizer::solve(const JobContext& job,
         rows_.set_exact_weight(
             std::min(kExactWeightCap, kExactWeightGrowth * rows_.exact_weight()));
         space_.invalidate();
+        chord_ = false;
       }
+      newton_last_ = newton;
     }
     if (on_improved && !on_improved(report(SolveStatus::kImproved, iteration + 1, gradient))) {
       return report(SolveStatus::kImproved, iteration + 1, gradient);

@@ -59,6 +59,12 @@ class Optimizer {
 
   void gauss_newton_step();
   void newton_step();
+  /// @returns false where the squared system cannot be factored in double precision.
+  [[nodiscard]] bool factor_newton();
+  void refine_newton_step();
+  void apply_newton(const Lanes& d, Lanes& out);
+  /// J d of a row.
+  [[nodiscard]] double along(const Lanes& d, int row) const;
   /// Takes step_. @returns false where no step lowers the merit.
   [[nodiscard]] bool take(double& taken);
   [[nodiscard]] bool newton_pays(double ratio, double gradient) const;
@@ -80,15 +86,18 @@ class Optimizer {
   Step step_;
   enum class StepKind { kGaussNewton, kNewton };
   StepKind step_kind_ = StepKind::kGaussNewton;  // whose factor made step_
-  Lanes trial_, force_, descent_, product_, direction_, preconditioned_, correction_, candidate_;
+  Lanes trial_, force_, descent_, left_, product_, direction_, preconditioned_, correction_,
+      candidate_;
   mutable Lanes knots_z_;
   RowState trial_state_, candidate_state_;
   Eigen::VectorXd shifted_, multiplier_, promised_, surprise_;
   NewtonSystem newton_;
   std::vector<Eigen::MatrixXd> curvature_;
-  double newton_part_ = 1;  // of the curvature that the last Newton system could take
-  double lost_ = 0;         // decrement of the last step too small to be judged by the merit
-  int stage_steps_ = 0;     // taken at the present scale
+  double newton_part_ = 1;    // of the curvature that the last Newton system could take
+  bool chord_ = false;        // the next Newton step reuses the factor
+  bool newton_last_ = false;  // the last solve ended with Newton steps: so the next begins
+  double lost_ = 0;           // decrement of the last step too small to be judged by the merit
+  int stage_steps_ = 0;       // taken at the present scale
   bool stage_newton_ = false;
   mutable Eigen::MatrixXd motion_;
   mutable bool motion_valid_ = false;
