@@ -30,6 +30,10 @@ struct ServerOptions {
   int request_threads = 2;                // heavy requests: parsing of meshes, encoding of frames
   std::chrono::milliseconds grace{2000};  // from the wish to stop to the end
 
+  /// How often the status of every session is told again to its subscribers: whoever missed the
+  /// last frames of a motion learns from it that there are newer ones.
+  std::chrono::milliseconds status_interval{2000};
+
   /// @throws Refusal naming the option
   void validate() const;
 };

@@ -13,6 +13,7 @@ Server::Server(ServerOptions options)
     : hub_(std::move(options)),
       service_(hub_, [this] { request_stop(); }),
       control_work_(boost::asio::make_work_guard(hub_.control)) {
+  tell_status_again();
   control_thread_ = std::thread([this] { hub_.control.run(); });
   hub_.transport.start(
       {[this](Address address, zmq::message_t payload) {
@@ -27,6 +28,14 @@ Server::~Server() {
     request_stop();
     run();
   }
+}
+
+void Server::tell_status_again() {
+  const std::chrono::duration<double> interval = hub_.options.status_interval;
+  status_again_ = call_after(hub_.control, interval.count(), [this] {
+    for (const auto& record : service_.sessions().all()) record->publish_status();
+    tell_status_again();
+  });
 }
 
 void Server::request_stop() {

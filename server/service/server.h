@@ -42,12 +42,14 @@ class Server {
   Ending run();
 
  private:
+  void tell_status_again();
   Ending shut_down();
   [[nodiscard]] bool close_sessions(std::chrono::steady_clock::time_point deadline);
 
   Hub hub_;
   Service service_;
   boost::asio::executor_work_guard<boost::asio::io_context::executor_type> control_work_;
+  Deadline status_again_;
   std::thread control_thread_;
   std::mutex mutex_;
   std::condition_variable stop_requested_;

@@ -50,6 +50,8 @@ class SessionRecord final : public session::Listener,
   /// Of CancelRequest: stops the session's work; who waits is told.
   void cancel();
   void welcome(const std::string& prefix);
+  /// To the subscribers of the status topic, if there are any.
+  void publish_status();
   /// The result that an export is made of, kept so that all its parts agree.
   /// @param sequence  of an export begun before, 0 for the newest of those; @throws
   /// Error{kFailedPrecondition}
@@ -63,7 +65,6 @@ class SessionRecord final : public session::Listener,
   void on_result(const std::shared_ptr<const session::Result>& result) override;
 
  private:
-  void publish_status();
   void adopt_model(const session::Session& session);
   [[nodiscard]] std::vector<JobId> take_jobs();
   [[nodiscard]] std::optional<JobId> take_job(std::optional<JobId>& job);

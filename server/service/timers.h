@@ -16,7 +16,11 @@ class Deadline {
   explicit Deadline(std::shared_ptr<boost::asio::steady_timer> timer) : timer_(std::move(timer)) {}
   Deadline() = default;
   Deadline(Deadline&&) noexcept = default;
-  Deadline& operator=(Deadline&&) noexcept = default;
+  Deadline& operator=(Deadline&& other) noexcept {
+    call_off();
+    timer_ = std::move(other.timer_);
+    return *this;
+  }
   ~Deadline() { call_off(); }
   /// The timer belongs to the control thread: it is cancelled there.
   void call_off() {

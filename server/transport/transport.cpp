@@ -18,6 +18,7 @@ namespace {
 constexpr int kLingerMs = 500;
 constexpr int kRequestsPerRound = 256;  // then replies and streams get their turn
 constexpr std::size_t kMostClients = 4096;
+constexpr std::size_t kMostTopics = 100'000;
 constexpr int kSubscriptionBytes = 4096;
 
 void add(std::atomic<std::uint64_t>& counter, std::uint64_t amount = 1) {
@@ -134,6 +135,9 @@ void Transport::send(Address address, std::string bytes) {
 void Transport::publish(const std::string& topic, std::vector<StreamBytes> messages) {
   {
     const std::lock_guard lock(mutex_);
+    // A long life sees many sessions; forgetting their counts only means that they begin at 1
+    // again.
+    if (sequences_.size() >= kMostTopics) sequences_.clear();
     std::uint64_t& sequence = sequences_[topic];
     for (auto& bytes : messages) append_sequence(bytes, ++sequence);
     queue_.emplace_back(Publication{topic, std::move(messages)});

@@ -85,6 +85,22 @@ TEST_F(ServerStreams, StatusAndJobs) {
   EXPECT_TRUE(running);
 }
 
+TEST(ServerStatus, IsToldAgainWithoutAnyChange) {
+  ServerOptions options = test_options();
+  options.status_interval = milliseconds(50);
+  RunningServer server(options);
+  Client client(server->request_endpoint());
+  open_and_solve(client, "s");
+  Subscriber subscriber(server->stream_endpoint());
+  subscriber.subscribe("session/s/status");
+  std::optional<Subscriber::Message> message;
+  for (int i = 0; i < 5; ++i) {
+    message = subscriber.receive(milliseconds(2000));
+    ASSERT_TRUE(message.has_value());
+  }
+  EXPECT_TRUE(message->content.status().result().converged());
+}
+
 TEST_F(ServerStreams, ClosingIsTold) {
   open_and_solve(client, "s");
   subscriber.subscribe("session/s/status");
