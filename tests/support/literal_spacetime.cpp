@@ -275,6 +275,16 @@ double LiteralSpacetime::constraint_energy(const MatrixXd& z) const {
   return 0.5 * residual.cwiseAbs2().dot(impl_->weight);
 }
 
+MatrixXd LiteralSpacetime::gradient(const MatrixXd& z) const {
+  MatrixXd result = MatrixXd::Zero(z.rows(), z.cols());
+  MatrixXd free = z;
+  VectorXd residual;
+  impl_->evaluate(z, true, residual);
+  impl_->free_columns(result).reshaped() =
+      impl_->gradient(impl_->free_columns(free).reshaped(), residual);
+  return result;
+}
+
 LiteralResult LiteralSpacetime::solve_cold() {
   return impl_->solve(MatrixXd::Zero(impl_->modes, impl_->frames), 1);
 }

@@ -45,6 +45,8 @@ class LiteralSpacetime {
   /// E_f and sum gamma E_c of any motion, straight from eqs. 17a and 17b.
   [[nodiscard]] double force_energy(const Eigen::MatrixXd& z) const;
   [[nodiscard]] double constraint_energy(const Eigen::MatrixXd& z) const;
+  /// d (E_f + sum gamma E_c) / d z, r x N; zero in pinned frames.
+  [[nodiscard]] Eigen::MatrixXd gradient(const Eigen::MatrixXd& z) const;
 
  private:
   class Impl;

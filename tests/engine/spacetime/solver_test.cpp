@@ -19,8 +19,7 @@ class EveryEnd : public ::testing::TestWithParam<EndsCase> {};
 
 TEST_P(EveryEnd, AgreesWithTheLiteralMethod) {
   const auto kinematics = std::make_shared<ChainKinematics>(9, 8, 1.0, 2.0, 3);
-  // Damping and stiffness below 4: a free end does not explode, the optimum is within double
-  // precision.
+  // Stiffness below 4: a free end does not explode, the optimum is within double precision.
   ModeDynamics dynamics = test_dynamics(9, 40, 0.01);
   const Timeline timeline{60, GetParam().first, GetParam().last};
   const auto constraints = test_constraints(*kinematics, 6, timeline, 0.5, 100, 5);
@@ -30,15 +29,18 @@ TEST_P(EveryEnd, AgreesWithTheLiteralMethod) {
   EXPECT_EQ(report.status, SolveStatus::kConverged) << report.message << " " << report.gradient;
 
   LiteralSpacetime literal(kinematics, dynamics, timeline, constraints);
-  const auto reference = literal.solve_cold();
-  EXPECT_NEAR(report.total_energy, reference.total_energy, 1e-9 * reference.total_energy);
+  // From there the literal method, which iterates all frames at once, finds nothing lower ...
+  const auto further = literal.solve_from(solver.motion());
+  EXPECT_NEAR(report.total_energy, further.total_energy, 1e-9 * further.total_energy);
+  // ... and led the same way from z = 0 it ends nowhere better. (With free ends its Gauss-Newton
+  // converges too slowly to be held to more.)
+  const auto reference = literal.solve_continued();
+  EXPECT_LE(report.total_energy, (1 + 1e-6) * reference.total_energy);
   // The energies of the report are those of the motion that is handed out.
   EXPECT_NEAR(report.force_energy, literal.force_energy(solver.motion()),
-              1e-9 * reference.total_energy);
+              1e-9 * report.total_energy);
   EXPECT_NEAR(report.constraint_energy, literal.constraint_energy(solver.motion()),
-              1e-9 * reference.total_energy);
-  std::printf("iterations %d (literal %d) E %g gradient %g\n", report.iterations,
-              reference.iterations, report.total_energy, report.gradient);
+              1e-9 * report.total_energy);
 }
 
 INSTANTIATE_TEST_SUITE_P(

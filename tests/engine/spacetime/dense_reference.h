@@ -1,0 +1,123 @@
+#pragma once
+
+#include <Eigen/Dense>
+#include <cmath>
+#include <vector>
+
+#include "engine/spacetime/problem.h"
+#include "tests/support/chain_kinematics.h"
+
+namespace limber::spacetime {
+
+using Real = long double;
+using DenseMatrix = Eigen::Matrix<Real, Eigen::Dynamic, Eigen::Dynamic>;
+using DenseVector = Eigen::Matrix<Real, Eigen::Dynamic, 1>;
+
+struct DenseAnswer {
+  Eigen::MatrixXd z;  // r x N
+  double energy = 0;  // E_f + sum gamma E_c over soft constraints
+};
+
+/// The optimum for linear kinematics from the optimality conditions of all z at once, in long
+/// double: QR of [A; W^1/2 J] if all rows are soft (accurate to about cond(A) 1e-19), else one
+/// dense system [H E^T; E 0] with H = A^T A + J^T W J of the soft rows and E the exact ones, which
+/// must be independent (cond(A)^2 1e-19).
+inline DenseAnswer dense_optimum(const testing::LinearKinematics& kinematics,
+                                 const ModeDynamics& dynamics, const Timeline& timeline,
+                                 const std::vector<PositionConstraint>& constraints) {
+  const Eigen::Index modes = dynamics.stiffness.size(), frames = timeline.frame_count;
+  const Eigen::Index first = static_cast<int>(timeline.first);
+  const Eigen::Index last = frames - 1 - static_cast<int>(timeline.last);
+  const Eigen::Index size = (last - first + 1) * modes;
+  DenseMatrix force = DenseMatrix::Zero((frames - 2) * modes, size);
+  for (Eigen::Index k = 0; k < modes; ++k) {
+    const Real d = dynamics.damping[k], lambda = dynamics.stiffness[k];
+    const Real row[3] = {1, -2 - d + lambda, 1 + d};
+    for (Eigen::Index i = 1; i + 1 < frames; ++i) {
+      for (Eigen::Index a = 0; a < 3; ++a) {
+        const Eigen::Index frame = i - 1 + a;
+        if (frame >= first && frame <= last)
+          force((i - 1) * modes + k, (frame - first) * modes + k) = row[a];
+      }
+    }
+  }
+  std::vector<DenseVector> soft, exact;
+  std::vector<Real> soft_target, exact_target, weights;
+  for (const PositionConstraint& constraint : constraints) {
+    for (int axis = 0; axis < 3; ++axis) {
+      if ((constraint.axes >> axis & 1U) == 0) continue;
+      DenseVector row = DenseVector::Zero(size);
+      if (constraint.frame >= first && constraint.frame <= last) {
+        row.segment((constraint.frame - first) * modes, modes) =
+            kinematics.maps().row(3 * constraint.site + axis).head(modes).cast<Real>() /
+            static_cast<Real>(kinematics.length());
+      }
+      const Real target = constraint.target[axis] / static_cast<Real>(kinematics.length());
+      const bool hold = std::isinf(constraint.weight);
+      (hold ? exact : soft).push_back(row);
+      (hold ? exact_target : soft_target).push_back(target);
+      if (!hold) weights.push_back(constraint.weight);
+    }
+  }
+  const auto held = static_cast<Eigen::Index>(exact.size());
+  DenseMatrix system = DenseMatrix::Zero(size + held, size + held);
+  DenseVector right = DenseVector::Zero(size + held);
+  system.topLeftCorner(size, size) = force.transpose() * force;
+  for (std::size_t i = 0; i < soft.size(); ++i) {
+    system.topLeftCorner(size, size) += weights[i] * soft[i] * soft[i].transpose();
+    right.head(size) += weights[i] * soft_target[i] * soft[i];
+  }
+  for (Eigen::Index i = 0; i < held; ++i) {
+    const DenseVector& row = exact[static_cast<std::size_t>(i)];
+    system.block(size + i, 0, 1, size) = row.transpose();
+    system.block(0, size + i, size, 1) = row;
+    right[size + i] = exact_target[static_cast<std::size_t>(i)];
+  }
+  DenseVector solution;
+  if (held > 0) {
+    solution = Eigen::FullPivLU<DenseMatrix>(system).solve(right);
+  } else {
+    const auto rows = static_cast<Eigen::Index>(soft.size());
+    DenseMatrix stacked(force.rows() + rows, size);
+    DenseVector wanted = DenseVector::Zero(stacked.rows());
+    stacked.topRows(force.rows()) = force;
+    for (Eigen::Index i = 0; i < rows; ++i) {
+      const auto at = static_cast<std::size_t>(i);
+      stacked.row(force.rows() + i) = std::sqrt(weights[at]) * soft[at].transpose();
+      wanted[force.rows() + i] = std::sqrt(weights[at]) * soft_target[at];
+    }
+    solution = Eigen::HouseholderQR<DenseMatrix>(stacked).solve(wanted);
+  }
+  const DenseVector free = solution.head(size);
+  DenseAnswer answer{Eigen::MatrixXd::Zero(modes, frames), 0};
+  answer.z.middleCols(first, last - first + 1).reshaped() = free.cast<double>();
+  Real energy = (force * free).squaredNorm() / 2;
+  for (std::size_t i = 0; i < soft.size(); ++i) {
+    const Real residual = soft_target[i] - soft[i].dot(free);
+    energy += weights[i] * residual * residual / 2;
+  }
+  answer.energy = static_cast<double>(energy);
+  return answer;
+}
+
+/// Constraints on all sites in turn, evenly over the frames between the ends, targets at random.
+inline std::vector<PositionConstraint> linear_constraints(
+    const testing::LinearKinematics& kinematics, int count, int frame_count, double weight,
+    unsigned seed) {
+  std::mt19937_64 generator(seed);
+  std::vector<PositionConstraint> constraints;
+  const int sites = static_cast<int>(kinematics.maps().rows() / 3);
+  for (int i = 0; i < count; ++i) {
+    PositionConstraint constraint;
+    constraint.id = static_cast<ConstraintId>(i + 1);
+    constraint.frame = 2 + (frame_count - 5) * (i + 1) / (count + 1);
+    constraint.site = i % sites;
+    constraint.weight = weight;
+    for (auto& value : constraint.target)
+      value = 0.5 * kinematics.length() * testing::uniform(generator);
+    constraints.push_back(constraint);
+  }
+  return constraints;
+}
+
+}  // namespace limber::spacetime

@@ -1,0 +1,197 @@
+// Long histories of edits: the state must not drift away from what the present problem says.
+#include <gtest/gtest.h>
+
+#include "engine/spacetime/solver.h"
+#include "tests/engine/spacetime/dense_reference.h"
+#include "tests/engine/spacetime/scenes.h"
+#include "tests/support/literal_spacetime.h"
+
+namespace limber::spacetime {
+namespace {
+
+using testing::ChainKinematics;
+using testing::LinearKinematics;
+using testing::LiteralSpacetime;
+
+TEST(SolverEdits, AddingAndRemovingTenThousandTimesLeavesTheStateWhereItWas) {
+  const auto kinematics = std::make_shared<ChainKinematics>(6, 6, 1.0, 2.0, 3);
+  const Timeline timeline{50};
+  Solver solver(kinematics, test_dynamics(6, 30, 0.01), timeline);
+  const auto constraints = test_constraints(*kinematics, 5, timeline, 0.3, 100, 71);
+  for (const auto& constraint : constraints) solver.add(constraint);
+  const SolveReport before = solver.solve();
+  ASSERT_EQ(before.status, SolveStatus::kConverged);
+  const Eigen::MatrixXd motion = solver.motion();
+  PositionConstraint guest = constraints[1];
+  guest.id = 99;
+  for (int i = 0; i < 10000; ++i) {
+    guest.frame = 3 + i % 44;  // old knots and new ones
+    solver.add(guest);
+    if (i % 3 == 0) solver.correct();
+    if (i % 50 == 0) solver.solve();
+    solver.remove(guest.id);
+    if (i % 7 == 0) solver.correct();
+  }
+  const SolveReport after = solver.solve();
+  EXPECT_EQ(after.status, SolveStatus::kConverged) << after.message;
+  EXPECT_EQ(solver.constraints().size(), constraints.size());
+  EXPECT_NEAR(after.total_energy, before.total_energy, 1e-12 * before.total_energy);
+  EXPECT_LE((solver.motion() - motion).cwiseAbs().maxCoeff(), 1e-7);
+}
+
+TEST(SolverEdits, AddingAndRemovingWithoutAnAnswerBetweenChangesNoBit) {
+  const auto kinematics = std::make_shared<ChainKinematics>(6, 6, 1.0, 2.0, 3);
+  const Timeline timeline{50};
+  Solver solver(kinematics, test_dynamics(6, 30, 0.01), timeline);
+  const auto constraints = test_constraints(*kinematics, 5, timeline, 0.3, 100, 71);
+  for (const auto& constraint : constraints) solver.add(constraint);
+  solver.solve();
+  const Eigen::MatrixXd motion = solver.motion();
+  PositionConstraint guest = constraints[1];
+  guest.id = 99;
+  for (int i = 0; i < 10000; ++i) {
+    solver.add(guest);
+    solver.remove(guest.id);
+  }
+  EXPECT_EQ(solver.motion(), motion);
+}
+
+/// Draws edits of every kind; at most `kMost` constraints at a time.
+template <class Kinematics>
+class RandomEditor {
+ public:
+  RandomEditor(const Kinematics& kinematics, int sites, int frames, double exact_share)
+      : kinematics_(kinematics), sites_(sites), frames_(frames), exact_share_(exact_share) {}
+
+  void edit(Solver& solver) {
+    const double kind = chance();
+    if (ids_.empty() || (kind < 0.1 && ids_.size() < kMost)) {
+      ids_.push_back(next_id_++);
+      solver.add(constraint(ids_.back()));
+    } else if (kind < 0.2 && ids_.size() > 2) {
+      const std::size_t which = pick();
+      solver.remove(ids_[which]);
+      ids_.erase(ids_.begin() + static_cast<std::ptrdiff_t>(which));
+    } else if (kind < 0.3) {
+      solver.replace(constraint(ids_[pick()]));
+    } else {
+      solver.move(ids_[pick()], target(sites_ - 1));
+    }
+  }
+
+ private:
+  static constexpr std::size_t kMost = 6;
+
+  double chance() { return 0.5 + 0.5 * testing::uniform(generator_); }
+  std::size_t pick() { return generator_() % ids_.size(); }
+
+  /// Within reach: where a random z of the body takes the site.
+  Eigen::Vector3d target(int site) {
+    Eigen::MatrixXd z(kinematics_.coordinate_count(), 1);
+    for (auto& value : z.reshaped()) value = 0.2 * testing::uniform(generator_);
+    Eigen::Matrix3Xd u;
+    const int frame = 0;
+    const reduced::SiteQuery query{site, 0};
+    kinematics_.evaluate({&frame, 1}, z, {&query, 1}, u, nullptr);
+    return u.col(0);
+  }
+
+  PositionConstraint constraint(ConstraintId id) {
+    PositionConstraint made;
+    made.id = id;
+    // One frame for each id while it lives: two exact rows never meet in one frame.
+    made.frame = 2 + static_cast<int>(id * 5 % static_cast<ConstraintId>(frames_ - 4));
+    made.site = static_cast<int>(generator_() % static_cast<std::uint64_t>(sites_));
+    made.axes = 1 + static_cast<unsigned>(generator_() % 7);
+    made.weight = chance() < exact_share_ ? PositionConstraint::kExact : 20 + 80 * chance();
+    made.target = target(made.site);
+    return made;
+  }
+
+  const Kinematics& kinematics_;
+  int sites_, frames_;
+  double exact_share_;
+  std::mt19937_64 generator_{72};
+  std::vector<ConstraintId> ids_;
+  ConstraintId next_id_ = 1;
+};
+
+/// Convex: soft rows and linear kinematics have one optimum, so that any history must end there.
+TEST(SolverEdits, HundredThousandRandomEditsEndAtTheColdSolve) {
+  const LinearKinematics kinematics(5, 4, 2.0, 73);
+  const auto shared = std::make_shared<LinearKinematics>(kinematics);
+  const Timeline timeline{30};
+  Solver solver(shared, test_dynamics(5, 20, 0.01), timeline);
+  RandomEditor editor(kinematics, 4, timeline.frame_count, 0);
+  for (int i = 1; i <= 100000; ++i) {
+    editor.edit(solver);
+    if (i % 10 == 0) solver.correct();
+    if (i % 200 == 0) solver.solve();
+    if (i % 20000 == 0) solver.set_timeline(EndCondition::kFree, EndCondition::kPinnedPosition);
+    if (i % 20000 == 10000)
+      solver.set_timeline(EndCondition::kPinnedPosition, EndCondition::kPinnedPositionVelocity);
+    if (i % 5000 == 0) solver.set_dynamics(test_dynamics(5, 15 + i / 10000, 0.01));
+    if (i % 10000 != 0) continue;
+    const SolveReport warm = solver.solve();
+    ASSERT_EQ(warm.status, SolveStatus::kConverged) << i << warm.message;
+    Solver fresh(shared, solver.dynamics(), solver.timeline());
+    for (const auto& constraint : solver.constraints()) fresh.add(constraint);
+    const SolveReport cold = fresh.solve();
+    ASSERT_NEAR(warm.total_energy, cold.total_energy, 1e-9 * cold.total_energy) << i;
+    ASSERT_LE((solver.motion() - fresh.motion()).cwiseAbs().maxCoeff(),
+              1e-5 * fresh.motion().cwiseAbs().maxCoeff())
+        << i;
+    const DenseAnswer dense =
+        dense_optimum(kinematics, solver.dynamics(), solver.timeline(), solver.constraints());
+    ASSERT_NEAR(warm.total_energy, dense.energy, 1e-9 * dense.energy) << i;
+  }
+}
+
+/// A bending chain, soft and exact rows: at least a minimum of the present problem, and as good as
+/// a cold one. (Minima differ for large motions; these are moderate.)
+TEST(SolverEdits, HundredThousandRandomEditsOfANonlinearBody) {
+  const ChainKinematics kinematics(4, 4, 0.5, 2.0, 3);
+  const auto shared = std::make_shared<ChainKinematics>(kinematics);
+  const Timeline timeline{30};
+  Solver solver(shared, test_dynamics(4, 25, 0.01), timeline);
+  RandomEditor editor(kinematics, 4, timeline.frame_count, 0);
+  for (int i = 1; i <= 100000; ++i) {
+    editor.edit(solver);
+    if (i % 10 == 0) solver.correct();
+    if (i % 500 == 0) solver.solve();
+    if (i % 10000 != 0) continue;
+    const SolveReport warm = solver.solve();
+    ASSERT_EQ(warm.status, SolveStatus::kConverged) << i << warm.message;
+    Solver fresh(shared, solver.dynamics(), solver.timeline());
+    for (const auto& constraint : solver.constraints()) fresh.add(constraint);
+    const SolveReport cold = fresh.solve();
+    EXPECT_NEAR(warm.total_energy, cold.total_energy, 1e-6 * cold.total_energy) << i;
+    LiteralSpacetime literal(shared, solver.dynamics(), timeline, solver.constraints());
+    ASSERT_NEAR(warm.total_energy,
+                literal.force_energy(solver.motion()) + literal.constraint_energy(solver.motion()),
+                1e-9 * warm.total_energy)
+        << i;
+  }
+}
+
+TEST(SolverEdits, RandomEditsWithExactRowsEndAtTheColdSolve) {
+  const LinearKinematics kinematics(6, 4, 2.0, 74);
+  const auto shared = std::make_shared<LinearKinematics>(kinematics);
+  const Timeline timeline{64};
+  Solver solver(shared, test_dynamics(6, 25, 0.01), timeline);
+  RandomEditor editor(kinematics, 4, timeline.frame_count, 0.5);
+  for (int i = 1; i <= 5000; ++i) {
+    editor.edit(solver);
+    if (i % 10 == 0) solver.correct();
+    if (i % 500 != 0) continue;
+    const SolveReport warm = solver.solve();
+    ASSERT_EQ(warm.status, SolveStatus::kConverged) << i << warm.message;
+    EXPECT_LE(warm.max_exact_error, 1e-8 * kinematics.length());
+    const DenseAnswer dense =
+        dense_optimum(kinematics, solver.dynamics(), solver.timeline(), solver.constraints());
+    ASSERT_NEAR(warm.total_energy, dense.energy, 1e-6 * dense.energy) << i;
+  }
+}
+
+}  // namespace
+}  // namespace limber::spacetime
