@@ -1,5 +1,6 @@
+#include <fmt/format.h>
+
 #include <cmath>
-#include <cstdio>
 #include <set>
 #include <unordered_set>
 
@@ -15,11 +16,7 @@ using Severity = Issue::Severity;
 /// Enough to see what is wrong; a mesh of a million NaNs needs no million complaints.
 constexpr int kMaxIssuesPerKind = 20;
 
-std::string number(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%g", value);
-  return text;
-}
+std::string number(double value) { return fmt::format("{:g}", value); }
 
 class SceneValidator {
  public:

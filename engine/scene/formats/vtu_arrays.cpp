@@ -1,5 +1,7 @@
 #include "engine/scene/formats/vtu_arrays.h"
 
+#include <pugixml.hpp>
+
 #include <zlib.h>
 
 #include <cmath>

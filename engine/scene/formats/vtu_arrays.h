@@ -1,13 +1,16 @@
 #pragma once
 
 #include <cstdint>
-#include <pugixml.hpp>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "engine/scene/formats/byte_reader.h"
 #include "engine/scene/formats/text_cursor.h"
+
+namespace pugi {
+class xml_node;
+}
 
 namespace limber::scene::formats {
 
