@@ -4,11 +4,13 @@
 // does not, the two ended in different minima and the ratio of times means nothing).
 //
 // What is timed. cold_ms: tables of the constrained sites, solver, constraints, solve to
-// convergence, motion of all frames; of the model nothing. literal_cold_ms: the same with the
-// literal method. Gauss-Newton from z = 0 at full weight may end in a worse minimum; then energies
-// cannot be compared, so literal_cold_ms, energy_literal and literal_iterations are of the literal
-// method led by the same kind of continuation as limber's cold start (LiteralSpacetime::
-// solve_continued), and literal_zero_* are of the literal method as printed.
+// convergence, motion of all frames; nothing that depends on the model alone. literal_cold_ms: the
+// same with the literal method. From z = 0 at full weight Gauss-Newton may end in a worse minimum,
+// or crawl; then energies cannot be compared. So literal_cold_ms, energy_literal and
+// literal_iterations are of whichever is faster of those that reach limber's energy: the literal
+// method as printed (literal_start = "zero") or led by the same kind of continuation as limber's
+// cold start ("continued", LiteralSpacetime::solve_continued). Both are reported: literal_zero_*,
+// literal_continued_*.
 //
 // Gauss-Newton converges linearly where targets cannot be met; the last digits cost it many steps.
 // So that this does not flatter the ratio, *_to_1e-6_ms say when each was within 1e-6 (relative) of
@@ -66,8 +68,12 @@ struct Prepared {
   std::vector<PositionConstraint> constraints;
 };
 
-Prepared prepare(const Problem& problem) {
-  Prepared prepared{std::make_shared<ReducedKinematics>(problem.model), {}};
+std::shared_ptr<ReducedKinematics> without_sites(const Problem& problem) {
+  return std::make_shared<ReducedKinematics>(problem.model);
+}
+
+Prepared prepare(const Problem& problem, std::shared_ptr<ReducedKinematics> kinematics) {
+  Prepared prepared{std::move(kinematics), {}};
   for (const NodeConstraint& item : problem.constraints) {
     prepared.constraints.push_back(item.constraint);
     prepared.constraints.back().site = prepared.kinematics->add_site(item.nodes);
@@ -208,16 +214,18 @@ Cold run_cold(const Problem& problem, double tolerance, int repeats) {
   options.gradient_tolerance = tolerance;
   Cold cold;
   for (int i = 0; i < repeats; ++i) {
+    auto kinematics = without_sites(problem);
     cold.times.push_back(milliseconds([&] {
-      const Prepared prepared = prepare(problem);
+      const Prepared prepared = prepare(problem, kinematics);
       const auto solver = make_solver(problem, prepared, options);
       cold.report = solver->solve();
       static_cast<void>(solver->motion());
     }));
     // Once more with a clock in the callback, so that the clock is not in the time above.
+    kinematics = without_sites(problem);
     std::vector<double> energies, when;
     const auto start = std::chrono::steady_clock::now();
-    const Prepared prepared = prepare(problem);
+    const Prepared prepared = prepare(problem, kinematics);
     const auto solver = make_solver(problem, prepared, options);
     solver->solve({}, [&](const spacetime::SolveReport& report) {
       const std::chrono::duration<double, std::milli> since =
@@ -250,10 +258,11 @@ Literal run_literal(const Problem& problem, LiteralStart start, int repeats) {
   Literal literal;
   for (int i = 0; i < repeats; ++i) {
     double before = 0;
+    const auto kinematics = without_sites(problem);
     const double all = milliseconds([&] {
       std::unique_ptr<testing::LiteralSpacetime> method;
       before = milliseconds([&] {
-        const Prepared prepared = prepare(problem);
+        const Prepared prepared = prepare(problem, kinematics);
         method = std::make_unique<testing::LiteralSpacetime>(
             prepared.kinematics, problem.dynamics, problem.timeline, prepared.constraints, options);
       });
@@ -280,7 +289,7 @@ struct Warm {
 
 /// Moves the constraints in turn to 2 % of the body's length beside their first targets.
 Warm run_warm(const Problem& problem, int moves) {
-  const Prepared prepared = prepare(problem);
+  const Prepared prepared = prepare(problem, without_sites(problem));
   const auto solver = make_solver(problem, prepared, {});
   solver->solve();
   Warm warm;
@@ -331,10 +340,17 @@ void run(const Problem& problem, const SuiteOptions& options, Recorder& recorder
   const Warm warm = run_warm(problem, options.quick ? 15 : 60);
   recorder.note("spacetime: " + problem.scene + ", literal");
   const int literal_repeats = options.quick ? 1 : std::min(3, options.repeats);
-  const Literal zero = run_literal(problem, LiteralStart::kZero, 1);
-  const Literal literal = run_literal(problem, LiteralStart::kContinued, literal_repeats);
+  const Literal zero = run_literal(problem, LiteralStart::kZero, literal_repeats);
+  const Literal continued = run_literal(problem, LiteralStart::kContinued, literal_repeats);
 
   const double energy = cold.report.total_energy;
+  const auto difference = [&](const Literal& literal) {
+    return std::abs(energy - literal.result.total_energy) / literal.result.total_energy;
+  };
+  const bool zero_counts =
+      difference(zero) <= 1e-6 &&
+      (difference(continued) > 1e-6 || median(zero.times) <= median(continued.times));
+  const Literal& literal = zero_counts ? zero : continued;
   Case result;
   result["scene"] = problem.scene;
   result["tets"] = problem.tets;
@@ -354,17 +370,20 @@ void run(const Problem& problem, const SuiteOptions& options, Recorder& recorder
   result["warm_converged_p99_ms"] = quantile(warm.converged, 0.99);
   result["energy_literal"] = literal.result.total_energy;
   result["energy_ours"] = energy;
-  result["energy_relative_difference"] =
-      std::abs(energy - literal.result.total_energy) / literal.result.total_energy;
+  result["energy_relative_difference"] = difference(literal);
   result["speedup_cold"] = median(literal.times) / median(cold.times);
   result["speedup_warm_first"] = median(literal.times) / median(warm.first);
   result["literal_to_1e-6_ms"] = median(literal.to_1e6);
   result["cold_to_1e-6_ms"] = median(cold.to_1e6);
   result["literal_iterations"] = literal.result.iterations;
   result["literal_converged"] = literal.result.converged;
+  result["literal_start"] = zero_counts ? "zero" : "continued";
   result["literal_zero_ms"] = median(zero.times);
   result["literal_zero_energy"] = zero.result.total_energy;
   result["literal_zero_iterations"] = zero.result.iterations;
+  result["literal_continued_ms"] = median(continued.times);
+  result["literal_continued_energy"] = continued.result.total_energy;
+  result["literal_continued_iterations"] = continued.result.iterations;
   result["cold_iterations"] = cold.report.iterations;
   result["cold_converged"] = cold.report.status == spacetime::SolveStatus::kConverged;
   result["warm_iterations"] = median(warm.iterations);
