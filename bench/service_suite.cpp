@@ -38,7 +38,7 @@ class ServerProcess {
     const std::string ready = (folder_ / "ready").string();
     const std::vector<std::string> arguments = {
         binary, "--bind",      requests(),        "--stream",    stream(), "--ready-file",
-        ready,  "--cache-dir", folder_ / "cache", "--log-level", "warning"};
+        ready,  "--cache-dir", folder_ / "cache", "--log-level", "warn"};
     pid_ = fork();
     if (pid_ == 0) {
       std::vector<char*> argv;
