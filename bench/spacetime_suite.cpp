@@ -25,21 +25,17 @@
 #include <cmath>
 #include <memory>
 #include <numbers>
-#include <random>
 
+#include "bench/spacetime_problems.h"
 #include "bench/suite.h"
 #include "engine/reduced/reduced_model.h"
-#include "engine/scene/samples.h"
-#include "engine/session/problem_mapping.h"
 #include "engine/spacetime/solver.h"
-#include "tests/support/chain_kinematics.h"
 #include "tests/support/literal_spacetime.h"
 
 namespace limber::bench {
 namespace {
 
 using reduced::ReducedKinematics;
-using reduced::ReducedModel;
 using spacetime::PositionConstraint;
 using spacetime::Solver;
 
@@ -47,32 +43,17 @@ using spacetime::Solver;
 /// there at all; a tighter tolerance would only count those.
 constexpr double kTolerance = 1e-4;
 
-/// A constraint before sites are known to any kinematics.
-struct NodeConstraint {
-  std::vector<int> nodes;  // compact
-  PositionConstraint constraint;
-};
-
-struct Problem {
-  std::string scene;
-  int tets = 0;
-  std::shared_ptr<const ReducedModel> model;
-  spacetime::ModeDynamics dynamics;
-  spacetime::Timeline timeline;
-  std::vector<NodeConstraint> constraints;
-};
-
 /// What the constraints add to a model: site tables, and the constraints in their terms.
 struct Prepared {
   std::shared_ptr<ReducedKinematics> kinematics;
   std::vector<PositionConstraint> constraints;
 };
 
-std::shared_ptr<ReducedKinematics> without_sites(const Problem& problem) {
+std::shared_ptr<ReducedKinematics> without_sites(const SpacetimeProblem& problem) {
   return std::make_shared<ReducedKinematics>(problem.model);
 }
 
-Prepared prepare(const Problem& problem, std::shared_ptr<ReducedKinematics> kinematics) {
+Prepared prepare(const SpacetimeProblem& problem, std::shared_ptr<ReducedKinematics> kinematics) {
   Prepared prepared{std::move(kinematics), {}};
   for (const NodeConstraint& item : problem.constraints) {
     prepared.constraints.push_back(item.constraint);
@@ -81,122 +62,7 @@ Prepared prepare(const Problem& problem, std::shared_ptr<ReducedKinematics> kine
   return prepared;
 }
 
-std::shared_ptr<const ReducedModel> build(const bodies::ElasticBody& body, int modes, int basis,
-                                          int cubature) {
-  reduced::ModelOptions options;
-  options.mode_count = modes;
-  options.basis_size = basis;
-  options.cubature_size = cubature;
-  return std::make_shared<const ReducedModel>(reduced::build_model(body, options));
-}
-
-Problem flower(Recorder& recorder) {
-  const scene::Scene scene = scene::make_sample("flower");
-  const session::MappedBody mapped = session::map_body(scene);
-  recorder.note("spacetime: building the flower's model");
-  Problem problem;
-  problem.scene = "flower";
-  problem.tets = mapped.body.mesh.tet_count();
-  problem.model = build(mapped.body, 30, 80, 32);
-  problem.dynamics =
-      session::map_dynamics(scene.dynamics, problem.model->eigenvalues, problem.model->rigid_count);
-  problem.timeline = {scene.frame_count, session::map_end(scene.first_end),
-                      session::map_end(scene.last_end)};
-  const session::TargetFrame frame(scene, mapped);
-  for (const scene::Constraint& item : scene.constraints) {
-    NodeConstraint result{frame.compact_nodes(item.nodes), {}};
-    result.constraint.id = problem.constraints.size() + 1;
-    result.constraint.frame = item.frame;
-    result.constraint.axes = item.axes;
-    result.constraint.weight = item.weight;
-    result.constraint.target =
-        frame.displacement(item.target, frame.origin(item.kind, result.nodes));
-    problem.constraints.push_back(result);
-  }
-  return problem;
-}
-
-/// Nodes that swing far and lie apart (head, hands, tail), by farthest-point sampling of what the
-/// first modes move.
-std::vector<int> outer_nodes(const bodies::ElasticBody& body, const ReducedModel& model,
-                             int count) {
-  const auto nodes = static_cast<Eigen::Index>(model.node_count);
-  Eigen::VectorXd swing = Eigen::VectorXd::Zero(nodes);
-  for (Eigen::Index k = 0; k < std::min<Eigen::Index>(6, model.modes.cols()); ++k) {
-    for (Eigen::Index i = 0; i < nodes; ++i)
-      swing[i] += model.modes.col(k).segment<3>(3 * i).squaredNorm();
-  }
-  std::vector<int> chosen;
-  Eigen::VectorXd distance = Eigen::VectorXd::Ones(nodes);
-  for (int i = 0; i < count; ++i) {
-    Eigen::Index best = 0;
-    swing.cwiseProduct(distance).maxCoeff(&best);
-    const Eigen::RowVectorXd apart =
-        (body.mesh.nodes.colwise() - Eigen::Vector3d(body.mesh.nodes.col(best)))
-            .colwise()
-            .squaredNorm();
-    distance =
-        i == 0 ? Eigen::VectorXd(apart) : Eigen::VectorXd(distance.cwiseMin(apart.transpose()));
-    chosen.push_back(static_cast<int>(best));
-  }
-  return chosen;
-}
-
-/// 27 constraints on three nodes in turn, on the path of a random smooth motion of the model's own
-/// modes (largest displacement near a quarter of the body), each off it by up to 0.3 % of the body.
-std::optional<Problem> tyrannosaurus(const SuiteOptions& options, Recorder& recorder) {
-  constexpr int kFrames = 350, kModes = 30, kConstraints = 27, kMoved = 8;
-  const std::optional<NamedBody> named = load_body("tyrannosaurus", options);
-  if (!named) return std::nullopt;
-  recorder.note("spacetime: building the tyrannosaurus' model");
-  Problem problem;
-  problem.scene = "tyrannosaurus";
-  problem.tets = named->body.mesh.tet_count();
-  problem.model = build(named->body, kModes, 80, 32);
-  scene::Dynamics dynamics;
-  dynamics.period_frames = 60;
-  problem.dynamics = session::map_dynamics(dynamics, problem.model->eigenvalues, 0);
-  problem.timeline.frame_count = kFrames;
-  const std::vector<int> nodes = outer_nodes(named->body, *problem.model, 3);
-
-  std::mt19937_64 generator(2014);
-  Eigen::MatrixXd amplitude(kMoved, 4);
-  for (auto& value : amplitude.reshaped()) value = testing::uniform(generator);
-  std::vector<int> frames;
-  Eigen::MatrixXd z = Eigen::MatrixXd::Zero(kModes, kConstraints);
-  for (int i = 0; i < kConstraints; ++i) {
-    frames.push_back(25 + 300 * i / (kConstraints - 1));
-    const double time = static_cast<double>(frames.back()) / (kFrames - 1);
-    for (int k = 0; k < kMoved; ++k) {
-      for (int wave = 0; wave < amplitude.cols(); ++wave) {
-        z(k, i) += amplitude(k, wave) / (1 + 0.5 * k) / (wave + 1) *
-                   std::sin(std::numbers::pi * (wave + 1) * time);
-      }
-    }
-  }
-  ReducedKinematics kinematics(problem.model);
-  std::vector<reduced::SiteQuery> queries;
-  for (int i = 0; i < kConstraints; ++i)
-    queries.push_back({kinematics.add_site({nodes[static_cast<std::size_t>(i % 3)]}), i});
-  Eigen::Matrix3Xd u;
-  kinematics.evaluate(frames, z, queries, u, nullptr);
-  const double scale =
-      0.25 * problem.model->length / u.colwise().norm().maxCoeff();  // about: u is nearly linear
-  z *= scale;
-  kinematics.evaluate(frames, z, queries, u, nullptr);
-  for (int i = 0; i < kConstraints; ++i) {
-    NodeConstraint item{{nodes[static_cast<std::size_t>(i % 3)]}, {}};
-    item.constraint.id = static_cast<spacetime::ConstraintId>(i + 1);
-    item.constraint.frame = frames[static_cast<std::size_t>(i)];
-    const Eigen::Vector3d off(testing::uniform(generator), testing::uniform(generator),
-                              testing::uniform(generator));
-    item.constraint.target = u.col(i) + 0.003 * problem.model->length * off;
-    problem.constraints.push_back(item);
-  }
-  return problem;
-}
-
-std::unique_ptr<Solver> make_solver(const Problem& problem, const Prepared& prepared,
+std::unique_ptr<Solver> make_solver(const SpacetimeProblem& problem, const Prepared& prepared,
                                     const spacetime::SolverOptions& options) {
   auto solver =
       std::make_unique<Solver>(prepared.kinematics, problem.dynamics, problem.timeline, options);
@@ -209,7 +75,7 @@ struct Cold {
   spacetime::SolveReport report;
 };
 
-Cold run_cold(const Problem& problem, double tolerance, int repeats) {
+Cold run_cold(const SpacetimeProblem& problem, double tolerance, int repeats) {
   spacetime::SolverOptions options;
   options.gradient_tolerance = tolerance;
   Cold cold;
@@ -251,7 +117,7 @@ struct Literal {
   testing::LiteralResult result;
 };
 
-Literal run_literal(const Problem& problem, LiteralStart start, int repeats) {
+Literal run_literal(const SpacetimeProblem& problem, LiteralStart start, int repeats) {
   spacetime::SolverOptions options;
   options.gradient_tolerance = kTolerance;
   options.max_iterations = 1000;
@@ -288,7 +154,7 @@ struct Warm {
 };
 
 /// Moves the constraints in turn to 2 % of the body's length beside their first targets.
-Warm run_warm(const Problem& problem, int moves) {
+Warm run_warm(const SpacetimeProblem& problem, int moves) {
   const Prepared prepared = prepare(problem, without_sites(problem));
   const auto solver = make_solver(problem, prepared, {});
   solver->solve();
@@ -330,7 +196,35 @@ Warm run_warm(const Problem& problem, int moves) {
   return warm;
 }
 
-void run(const Problem& problem, const SuiteOptions& options, Recorder& recorder) {
+Case describe(const SpacetimeProblem& problem) {
+  Case result;
+  result["scene"] = problem.scene;
+  result["tets"] = problem.tets;
+  result["modes"] = problem.dynamics.stiffness.size();
+  result["frames"] = problem.timeline.frame_count;
+  result["constraints"] = problem.constraints.size();
+  result["weight"] = problem.constraints.front().constraint.weight;
+  result["basis"] = problem.model->basis_size();
+  result["cubature_tets"] = problem.model->cubature_size();
+  result["model_error"] = problem.model->report.error_mean;
+  return result;
+}
+
+void add_literal(Case& result, const std::string& prefix, const Literal& literal) {
+  result[prefix + "_ms"] = median(literal.times);
+  result[prefix + "_energy"] = literal.result.total_energy;
+  result[prefix + "_iterations"] = literal.result.iterations;
+}
+
+/// How the warm solves went, beside their times.
+void add_warm(Case& result, const Warm& warm) {
+  result["warm_iterations"] = median(warm.iterations);
+  result["warm_moves"] = warm.first.size();
+  result["warm_not_converged"] = warm.not_converged;
+  result["warm_energy_against_cold"] = warm.cold_energy_difference;
+}
+
+void run(const SpacetimeProblem& problem, const SuiteOptions& options, Recorder& recorder) {
   recorder.note("spacetime: " + problem.scene + ", cold");
   const int repeats = options.quick ? 3 : options.repeats;
   const Cold cold = run_cold(problem, kTolerance, repeats);
@@ -351,16 +245,7 @@ void run(const Problem& problem, const SuiteOptions& options, Recorder& recorder
       difference(zero) <= 1e-6 &&
       (difference(continued) > 1e-6 || median(zero.times) <= median(continued.times));
   const Literal& literal = zero_counts ? zero : continued;
-  Case result;
-  result["scene"] = problem.scene;
-  result["tets"] = problem.tets;
-  result["modes"] = problem.dynamics.stiffness.size();
-  result["frames"] = problem.timeline.frame_count;
-  result["constraints"] = problem.constraints.size();
-  result["weight"] = problem.constraints.front().constraint.weight;
-  result["basis"] = problem.model->basis_size();
-  result["cubature_tets"] = problem.model->cubature_size();
-  result["model_error"] = problem.model->report.error_mean;
+  Case result = describe(problem);
   result["literal_cold_ms"] = median(literal.times);
   result["cold_ms"] = median(cold.times);
   result["warm_first_ms"] = median(warm.first);
@@ -378,18 +263,11 @@ void run(const Problem& problem, const SuiteOptions& options, Recorder& recorder
   result["literal_iterations"] = literal.result.iterations;
   result["literal_converged"] = literal.result.converged;
   result["literal_start"] = zero_counts ? "zero" : "continued";
-  result["literal_zero_ms"] = median(zero.times);
-  result["literal_zero_energy"] = zero.result.total_energy;
-  result["literal_zero_iterations"] = zero.result.iterations;
-  result["literal_continued_ms"] = median(continued.times);
-  result["literal_continued_energy"] = continued.result.total_energy;
-  result["literal_continued_iterations"] = continued.result.iterations;
+  add_literal(result, "literal_zero", zero);
+  add_literal(result, "literal_continued", continued);
   result["cold_iterations"] = cold.report.iterations;
   result["cold_converged"] = cold.report.status == spacetime::SolveStatus::kConverged;
-  result["warm_iterations"] = median(warm.iterations);
-  result["warm_moves"] = warm.first.size();
-  result["warm_not_converged"] = warm.not_converged;
-  result["warm_energy_against_cold"] = warm.cold_energy_difference;
+  add_warm(result, warm);
   result["max_constraint_error"] = cold.report.max_constraint_error;
   result["gradient_tolerance"] = kTolerance;
   result["cold_default_ms"] = median(cold_default.times);
@@ -403,8 +281,8 @@ void run(const Problem& problem, const SuiteOptions& options, Recorder& recorder
 }  // namespace
 
 void spacetime_suite(const SuiteOptions& options, Recorder& recorder) {
-  run(flower(recorder), options, recorder);
-  if (const auto problem = tyrannosaurus(options, recorder)) {
+  run(flower_problem(recorder), options, recorder);
+  if (const auto problem = tyrannosaurus_problem(options, recorder)) {
     run(*problem, options, recorder);
   } else {
     recorder.note("spacetime: tyrannosaurus left out, the public data is not there");

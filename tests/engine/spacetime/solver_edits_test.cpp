@@ -147,8 +147,8 @@ TEST(SolverEdits, HundredThousandRandomEditsEndAtTheColdSolve) {
   }
 }
 
-/// A bending chain, soft and exact rows: at least a minimum of the present problem, and as good as
-/// a cold one. (Minima differ for large motions; these are moderate.)
+/// A bending chain, soft rows: the energies reported are those of the motion, and as good as those
+/// of a cold solve. (Minima differ for large motions; these are moderate.)
 TEST(SolverEdits, HundredThousandRandomEditsOfANonlinearBody) {
   const ChainKinematics kinematics(4, 4, 0.5, 2.0, 3);
   const auto shared = std::make_shared<ChainKinematics>(kinematics);

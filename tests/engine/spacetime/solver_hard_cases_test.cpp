@@ -181,6 +181,30 @@ TEST(TargetsTenBodyLengthsAway, OfAnArmThatCannotStretch) {
   }
 }
 
+TEST(TargetsTenBodyLengthsAway, ExactConstraintsAreMetByStretching) {
+  const auto kinematics = std::make_shared<ChainKinematics>(6, 6, 1.0, 2.0, 3);
+  const Timeline timeline{60};
+  auto constraints = test_constraints(*kinematics, 2, timeline, 0.3, kExact, 48);
+  for (auto& constraint : constraints) constraint.target = {20, 0, 0};
+  SolverOptions options;
+  options.max_iterations = 2000;  // a long way for a method that trusts its linear model
+  Solver solver(kinematics, test_dynamics(6, 40, 0.01), timeline, options);
+  const SolveReport report = solve_all(solver, constraints);
+  // The links of the chain stretch without limit, at a cost.
+  EXPECT_EQ(report.status, SolveStatus::kConverged) << report.message;
+  EXPECT_TRUE(solver.motion().allFinite());
+  EXPECT_LE(report.max_exact_error, 1e-8 * kinematics->length());
+  EXPECT_GT(report.force_energy, 1);
+  // Targets that can be reached again are reached again.
+  for (auto& constraint : test_constraints(*kinematics, 2, timeline, 0.3, kExact, 48)) {
+    solver.replace(constraint);
+  }
+  solver.cold_start();
+  const SolveReport back = solver.solve();
+  EXPECT_EQ(back.status, SolveStatus::kConverged) << back.message;
+  EXPECT_LE(back.max_exact_error, 1e-7);
+}
+
 class ShortTimelines : public ::testing::TestWithParam<int> {};
 
 TEST_P(ShortTimelines, AllEndsThatLeaveAFreeFrame) {

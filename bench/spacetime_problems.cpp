@@ -1,0 +1,138 @@
+#include "bench/spacetime_problems.h"
+
+#include <cmath>
+#include <numbers>
+#include <random>
+
+#include "engine/scene/samples.h"
+#include "engine/session/problem_mapping.h"
+#include "tests/support/chain_kinematics.h"
+
+namespace limber::bench {
+
+using reduced::ReducedKinematics;
+using reduced::ReducedModel;
+
+namespace {
+
+std::shared_ptr<const ReducedModel> build(const bodies::ElasticBody& body, int modes, int basis,
+                                          int cubature) {
+  reduced::ModelOptions options;
+  options.mode_count = modes;
+  options.basis_size = basis;
+  options.cubature_size = cubature;
+  return std::make_shared<const ReducedModel>(reduced::build_model(body, options));
+}
+
+}  // namespace
+
+SpacetimeProblem flower_problem(Recorder& recorder) {
+  const scene::Scene scene = scene::make_sample("flower");
+  const session::MappedBody mapped = session::map_body(scene);
+  recorder.note("spacetime: building the flower's model");
+  SpacetimeProblem problem;
+  problem.scene = "flower";
+  problem.tets = mapped.body.mesh.tet_count();
+  problem.model = build(mapped.body, 30, 80, 32);
+  problem.dynamics =
+      session::map_dynamics(scene.dynamics, problem.model->eigenvalues, problem.model->rigid_count);
+  problem.timeline = {scene.frame_count, session::map_end(scene.first_end),
+                      session::map_end(scene.last_end)};
+  const session::TargetFrame frame(scene, mapped);
+  for (const scene::Constraint& item : scene.constraints) {
+    NodeConstraint result{frame.compact_nodes(item.nodes), {}};
+    result.constraint.id = problem.constraints.size() + 1;
+    result.constraint.frame = item.frame;
+    result.constraint.axes = item.axes;
+    result.constraint.weight = item.weight;
+    result.constraint.target =
+        frame.displacement(item.target, frame.origin(item.kind, result.nodes));
+    problem.constraints.push_back(result);
+  }
+  return problem;
+}
+
+namespace {
+
+/// Nodes that swing far and lie apart (head, hands, tail), by farthest-point sampling of what the
+/// first modes move.
+std::vector<int> outer_nodes(const bodies::ElasticBody& body, const ReducedModel& model,
+                             int count) {
+  const auto nodes = static_cast<Eigen::Index>(model.node_count);
+  Eigen::VectorXd swing = Eigen::VectorXd::Zero(nodes);
+  for (Eigen::Index k = 0; k < std::min<Eigen::Index>(6, model.modes.cols()); ++k) {
+    for (Eigen::Index i = 0; i < nodes; ++i)
+      swing[i] += model.modes.col(k).segment<3>(3 * i).squaredNorm();
+  }
+  std::vector<int> chosen;
+  Eigen::VectorXd distance = Eigen::VectorXd::Ones(nodes);
+  for (int i = 0; i < count; ++i) {
+    Eigen::Index best = 0;
+    swing.cwiseProduct(distance).maxCoeff(&best);
+    const Eigen::RowVectorXd apart =
+        (body.mesh.nodes.colwise() - Eigen::Vector3d(body.mesh.nodes.col(best)))
+            .colwise()
+            .squaredNorm();
+    distance =
+        i == 0 ? Eigen::VectorXd(apart) : Eigen::VectorXd(distance.cwiseMin(apart.transpose()));
+    chosen.push_back(static_cast<int>(best));
+  }
+  return chosen;
+}
+
+}  // namespace
+
+std::optional<SpacetimeProblem> tyrannosaurus_problem(const SuiteOptions& options,
+                                                      Recorder& recorder) {
+  constexpr int kFrames = 350, kModes = 30, kConstraints = 27, kMoved = 8;
+  const std::optional<NamedBody> named = load_body("tyrannosaurus", options);
+  if (!named) return std::nullopt;
+  recorder.note("spacetime: building the tyrannosaurus' model");
+  SpacetimeProblem problem;
+  problem.scene = "tyrannosaurus";
+  problem.tets = named->body.mesh.tet_count();
+  problem.model = build(named->body, kModes, 80, 32);
+  scene::Dynamics dynamics;
+  dynamics.period_frames = 60;
+  problem.dynamics = session::map_dynamics(dynamics, problem.model->eigenvalues, 0);
+  problem.timeline.frame_count = kFrames;
+  const std::vector<int> nodes = outer_nodes(named->body, *problem.model, 3);
+
+  std::mt19937_64 generator(2014);
+  Eigen::MatrixXd amplitude(kMoved, 4);
+  for (auto& value : amplitude.reshaped()) value = testing::uniform(generator);
+  std::vector<int> frames;
+  Eigen::MatrixXd z = Eigen::MatrixXd::Zero(kModes, kConstraints);
+  for (int i = 0; i < kConstraints; ++i) {
+    frames.push_back(25 + 300 * i / (kConstraints - 1));
+    const double time = static_cast<double>(frames.back()) / (kFrames - 1);
+    for (int k = 0; k < kMoved; ++k) {
+      for (int wave = 0; wave < amplitude.cols(); ++wave) {
+        z(k, i) += amplitude(k, wave) / (1 + 0.5 * k) / (wave + 1) *
+                   std::sin(std::numbers::pi * (wave + 1) * time);
+      }
+    }
+  }
+  ReducedKinematics kinematics(problem.model);
+  std::vector<reduced::SiteQuery> queries;
+  for (int i = 0; i < kConstraints; ++i)
+    queries.push_back({kinematics.add_site({nodes[static_cast<std::size_t>(i % 3)]}), i});
+  Eigen::Matrix3Xd u;
+  kinematics.evaluate(frames, z, queries, u, nullptr);
+  const double scale =
+      0.25 * problem.model->length / u.colwise().norm().maxCoeff();  // about: u is nearly linear
+  z *= scale;
+  kinematics.evaluate(frames, z, queries, u, nullptr);
+  for (int i = 0; i < kConstraints; ++i) {
+    NodeConstraint item{{nodes[static_cast<std::size_t>(i % 3)]}, {}};
+    item.constraint.id = static_cast<spacetime::ConstraintId>(i + 1);
+    item.constraint.frame = frames[static_cast<std::size_t>(i)];
+    const Eigen::Vector3d off(testing::uniform(generator), testing::uniform(generator),
+                              testing::uniform(generator));
+    item.constraint.target = u.col(i) + 0.003 * problem.model->length * off;
+    problem.constraints.push_back(item);
+  }
+  return problem;
+}
+
+}  // namespace limber::bench
