@@ -81,7 +81,7 @@ void add_server_options(CLI::App& app, CommandLine& line) {
   add_sockets(app, line);
   add_limits(app, line);
   app.add_option("--threads", line.serve.server.session_threads,
-                 "Threads for builds and solves; 0: twice the cores, at least 4")
+                 "Threads for builds and solves; 0: as many as jobs and cores together")
       ->capture_default_str();
   app.add_option("--request-threads", line.serve.server.request_threads,
                  "Threads for reading meshes and encoding frames")

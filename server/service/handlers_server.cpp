@@ -46,6 +46,7 @@ double Service::checked_seconds(double seconds, const char* field) {
 }
 
 void Service::get_job(const proto::GetJobRequest& request, const SharedTicket& ticket) {
+  if (request.wait_s() > 0) demand_room_to_wait();
   hub_.jobs.get(request.job(), checked_seconds(request.wait_s(), "wait_s"), ticket);
 }
 

@@ -11,6 +11,8 @@
 namespace limber::server {
 namespace {
 
+constexpr std::uint64_t kEditsAtOnce = 65536;
+
 SessionRecord::Opened describe(const std::string& id, const proto::Scene& message,
                                const scene::Scene& scene) {
   SessionRecord::Opened opened;
@@ -115,6 +117,10 @@ proto::OpenSessionResponse Service::open(const proto::OpenSessionRequest& reques
 proto::EditResponse Service::edit(const proto::EditRequest& request) {
   const auto record = sessions_.find(request.session());
   const auto session = record->session();
+  if (static_cast<std::uint64_t>(request.edits_size()) > kEditsAtOnce) {
+    throw limit_exceeded("edits", "edits in one request", kEditsAtOnce,
+                         static_cast<std::uint64_t>(request.edits_size()));
+  }
   const auto edits = decode_edits(request);
   std::optional<session::Revision> expected;
   if (request.has_expected_revision()) expected = request.expected_revision();
@@ -139,10 +145,7 @@ void Service::wait(const proto::WaitRequest& request, const SharedTicket& ticket
   const auto until = request.until() == proto::WaitRequest::UNTIL_FIRST
                          ? ResultWaiters::Until::kFirst
                          : ResultWaiters::Until::kFinal;
-  if (hub_.open_tickets.load() > static_cast<std::int64_t>(hub_.options.limits.waits)) {
-    throw limit_exceeded("", "requests that wait", hub_.options.limits.waits,
-                         static_cast<std::uint64_t>(hub_.open_tickets.load()));
-  }
+  demand_room_to_wait();
   record->waiters().wait(request.revision(), until, checked_seconds(timeout, "timeout_s"), ticket);
 }
 

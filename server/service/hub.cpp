@@ -13,9 +13,10 @@ ServerOptions validated(ServerOptions options) {
   return options;
 }
 
-std::size_t session_threads(int wanted) {
-  if (wanted > 0) return static_cast<std::size_t>(wanted);
-  return std::max<std::size_t>(4, 2 * std::thread::hardware_concurrency());
+/// As many as may build at once, and some that solve meanwhile: an edit must not wait for a build.
+std::size_t session_threads(const ServerOptions& options) {
+  if (options.session_threads > 0) return static_cast<std::size_t>(options.session_threads);
+  return options.limits.jobs + std::max<std::size_t>(2, std::thread::hardware_concurrency());
 }
 
 }  // namespace
@@ -26,7 +27,7 @@ Hub::Hub(ServerOptions given)
       jobs(control, options.limits.jobs,
            [this](const proto::JobStatus& status) { publish_job(status); }),
       cache(std::make_shared<session::ModelCache>(options.cache_folder)),
-      session_pool(session_threads(options.session_threads)),
+      session_pool(session_threads(options)),
       request_pool(static_cast<std::size_t>(options.request_threads)) {}
 
 void Hub::publish_job(const proto::JobStatus& status) {

@@ -56,9 +56,25 @@ Server::Ending Server::run() {
   return ending;
 }
 
+/// Who waits is told the true reason before the cancellations would give another.
+void Server::refuse_and_cancel() {
+  const auto records = service_.sessions().all();
+  for (const auto& record : records) {
+    record->waiters().refuse_all(shutting_down(), ResultWaiters::Later::kRefuse);
+  }
+  hub_.jobs.shut_down();
+  for (const auto& record : records) {
+    try {
+      record->session()->cancel();
+    } catch (const std::exception&) {  // closed meanwhile, or not yet there
+    }
+    record->end(shutting_down());
+  }
+}
+
 /// Sessions stop where their tasks look at the cancellation; those that do not until the deadline
 /// are left behind.
-bool Server::close_sessions(std::chrono::steady_clock::time_point deadline) {
+bool Server::close_sessions(Clock::time_point deadline) {
   auto records = service_.sessions().all();
   auto closed = std::make_shared<std::promise<void>>();
   auto done = closed->get_future();
@@ -81,28 +97,24 @@ bool Server::close_sessions(std::chrono::steady_clock::time_point deadline) {
   return false;
 }
 
+bool Server::answer_everybody(Clock::time_point deadline) {
+  while (hub_.open_tickets.load() > 0 && Clock::now() < deadline) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  return hub_.open_tickets.load() == 0;
+}
+
 Server::Ending Server::shut_down() {
-  const auto begin = std::chrono::steady_clock::now();
+  const auto begin = Clock::now();
   const auto deadline = begin + hub_.options.grace;
   log::info("shutting down");
   hub_.stopping.store(true);
-  // Who waits is told the true reason before the cancellations would give another.
-  for (const auto& record : service_.sessions().all()) {
-    record->waiters().refuse_all(shutting_down(), ResultWaiters::Later::kRefuse);
+  bool clean = true;
+  // Twice: a session that was being opened appears only with the answer to its request.
+  for (int pass = 0; pass < 2; ++pass) {
+    refuse_and_cancel();
+    clean = close_sessions(deadline) && answer_everybody(deadline) && clean;
   }
-  hub_.jobs.shut_down();
-  for (const auto& record : service_.sessions().all()) {
-    try {
-      record->session()->cancel();
-    } catch (const std::exception&) {  // closed meanwhile
-    }
-    record->end(shutting_down());
-  }
-  bool clean = close_sessions(deadline);
-  while (hub_.open_tickets.load() > 0 && std::chrono::steady_clock::now() < deadline) {
-    std::this_thread::sleep_for(std::chrono::milliseconds(1));
-  }
-  clean = clean && hub_.open_tickets.load() == 0;
   hub_.transport.stop();
   control_work_.reset();
   hub_.control.stop();
@@ -111,7 +123,7 @@ Server::Ending Server::shut_down() {
     hub_.session_pool.join();
     hub_.request_pool.join();
   }
-  const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;
+  const std::chrono::duration<double> took = Clock::now() - begin;
   if (clean) {
     log::info("stopped after {:.3f} s", took.count());
   } else {

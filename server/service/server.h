@@ -42,9 +42,12 @@ class Server {
   Ending run();
 
  private:
+  using Clock = std::chrono::steady_clock;
   void tell_status_again();
   Ending shut_down();
-  [[nodiscard]] bool close_sessions(std::chrono::steady_clock::time_point deadline);
+  void refuse_and_cancel();
+  [[nodiscard]] bool close_sessions(Clock::time_point deadline);
+  [[nodiscard]] bool answer_everybody(Clock::time_point deadline);
 
   Hub hub_;
   Service service_;

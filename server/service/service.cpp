@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <boost/asio/post.hpp>
 
 #include "limber/v1/stream.pb.h"
@@ -13,6 +14,7 @@ namespace limber::server {
 namespace {
 
 constexpr std::uint32_t kVersion = 1;
+constexpr std::uint64_t kLightBytes = 4 << 20;  // of what is handled on the transport's thread
 
 /// Requests whose work would hold up the others on the transport's thread.
 bool is_heavy(int body) {
@@ -91,7 +93,12 @@ void Service::handle(Address address, zmq::message_t payload) noexcept try {
 }
 
 void Service::dispatch(const SharedTicket& ticket, int body, zmq::message_t payload) {
-  if (!is_heavy(body)) return answer(ticket, parse(payload));
+  if (!is_heavy(body)) {
+    if (payload.size() > kLightBytes) {
+      throw limit_exceeded("", "bytes of a request of this kind", kLightBytes, payload.size());
+    }
+    return answer(ticket, parse(payload));
+  }
   const auto bytes = static_cast<std::int64_t>(payload.size());
   const auto queued = hub_.queued_bytes.fetch_add(bytes) + bytes;
   const std::shared_ptr<void> release(nullptr,
@@ -190,6 +197,13 @@ void Service::subscribed(const std::string& prefix) {
   for (const auto& job : hub_.jobs.list()) {
     if (job.state() == proto::JOB_STATE_RUNNING) hub_.publish_job(job);
   }
+}
+
+void Service::demand_room_to_wait() const {
+  const auto waiting =
+      static_cast<std::uint64_t>(std::max<std::int64_t>(0, hub_.open_tickets.load()));
+  const std::uint64_t limit = hub_.options.limits.waits;
+  if (waiting > limit) throw limit_exceeded("", "requests that wait", limit, waiting);
 }
 
 std::string Service::overflow_reply(const Address& address) const {

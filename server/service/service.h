@@ -65,7 +65,8 @@ class Service {
   proto::GetServerInfoResponse server_info() const;
   void get_job(const proto::GetJobRequest& request, const SharedTicket& ticket);
   proto::ListJobsResponse list_jobs() const;
-  /// @throws Refusal for a time outside (0 or `least`, a day]
+  void demand_room_to_wait() const;  // throws Refusal LIMIT_EXCEEDED
+  /// @throws Refusal INVALID_ARGUMENT for a time that is negative or longer than a day
   static double checked_seconds(double seconds, const char* field);
 
   Hub& hub_;

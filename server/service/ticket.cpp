@@ -37,6 +37,8 @@ bool Ticket::answer(proto::Reply reply) {
 bool Ticket::refuse(const std::exception& fault, const std::string& prefix) {
   proto::Reply reply;
   *reply.mutable_error() = error_to_proto(fault, prefix);
+  log::debug("request {} refused: {} {}: {}", id_, proto::ErrorCode_Name(reply.error().code()),
+             reply.error().field(), reply.error().message());
   return answer(std::move(reply));
 }
 

@@ -57,6 +57,20 @@ TEST_F(ServerShutdown, ABuildUnderWayIsCancelled) {
   EXPECT_EQ(daemon.process().wait(milliseconds(5000)), 0);
 }
 
+TEST_F(ServerShutdown, SessionsThatAreJustBeingOpened) {
+  Daemon daemon(folder.path());
+  Client client(daemon.requests);
+  proto::Scene scene = small_scene(1500, 300);
+  scene.mutable_model()->set_modes(30);
+  for (int i = 0; i < 6; ++i) client.send(open_request(scene, std::to_string(i)));
+  client.send(info_request());  // handled at once: the others have arrived, but are not open
+  ASSERT_TRUE(client.receive().has_value());
+  daemon.process().signal(SIGTERM);
+  EXPECT_EQ(daemon.process().wait(milliseconds(6000)), 0);
+  EXPECT_THAT(daemon.process().err(), HasSubstr("stopped after"));
+  EXPECT_THAT(daemon.process().err(), ::testing::Not(HasSubstr("work still running")));
+}
+
 TEST_F(ServerShutdown, ByRequest) {
   Daemon daemon(folder.path());
   Client client(daemon.requests);

@@ -42,6 +42,20 @@ TEST(ServerLimits, FarBeyondThePeerIsCutOffAndComesBack) {
       client.call(info_request()).has_get_server_info());  // libzmq has reconnected by itself
 }
 
+TEST(ServerLimits, WhatIsHandledAtOnceIsSmall) {
+  RunningServer server;
+  Client client(server->request_endpoint());
+  open_and_solve(client, "s");
+  proto::Request request;
+  request.mutable_edit()->set_session("s");
+  for (int i = 0; i < 65537; ++i) request.mutable_edit()->add_edits()->mutable_undo();
+  expect_limit(client.call(request), "65536", "65537");
+  request = move_request("s", 1, 0, 0, 0);
+  auto* constraint = request.mutable_edit()->add_edits()->mutable_add()->mutable_constraint();
+  constraint->mutable_nodes()->Resize(5 << 20, 1);
+  EXPECT_EQ(client.call(request).error().code(), proto::ERROR_CODE_LIMIT_EXCEEDED);
+}
+
 TEST(ServerLimits, Sessions) {
   RunningServer server(options_with([](auto& options) { options.limits.sessions = 2; }));
   Client client(server->request_endpoint());
