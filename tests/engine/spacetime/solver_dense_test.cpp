@@ -174,17 +174,16 @@ std::string ends_name(const ::testing::TestParamInfo<Ends>& info) {
 
 INSTANTIATE_TEST_SUITE_P(All, SolverDenseEnds, ::testing::ValuesIn(all_ends()), ends_name);
 
-/// One free end is enough for a stiff mode to explode: 998^5 over the frames behind the last knot.
 TEST(SolverDense, StiffnessOfSevenDecades) {
   const LinearKinematics kinematics(3, 3, 1.0, 29);
   ModeDynamics dynamics = test_dynamics(3, 15, 0.0);
   dynamics.stiffness << 1e-4, 1.0, 1e3;
   for (const EndCondition first :
        {EndCondition::kPinnedPosition, EndCondition::kPinnedPositionVelocity}) {
-    for (const EndCondition last : kEnds) {
+    for (const EndCondition last :
+         {EndCondition::kPinnedPosition, EndCondition::kPinnedPositionVelocity}) {
       expect_dense_answer(kinematics, dynamics, {18, first, last},
-                          linear_constraints(kinematics, 5, 18, 100, 30),
-                          Compared::kBetweenConstraints);
+                          linear_constraints(kinematics, 5, 18, 100, 30));
     }
   }
 }
