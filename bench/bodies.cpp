@@ -65,7 +65,11 @@ std::optional<NamedBody> load_body(const std::string& name, const SuiteOptions& 
   const std::filesystem::path folder =
       std::filesystem::path(options.shared_folder) / "data" / "bodies";
   if (std::filesystem::exists(folder / name / "mesh.abq")) {
-    return prepare(name, scene::read_mesh_file(folder / name / "mesh.abq").mesh, bodies::Material{},
+    bodies::TetMesh mesh = scene::read_mesh_file(folder / name / "mesh.abq").mesh;
+    // Bases are built from uniform material, as in the paper (section 3.1).
+    mesh.materials.clear();
+    mesh.tet_material.clear();
+    return prepare(name, std::move(mesh), bodies::Material{},
                    read_fixed_nodes(folder / name / "con_nodes.bou"));
   }
   if (std::filesystem::exists(folder / (name + ".msh"))) {

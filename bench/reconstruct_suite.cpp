@@ -1,0 +1,133 @@
+// Full rotation-strain reconstruction of a frame against the reduced one, speed against error on
+// held-out poses.
+#include <fmt/core.h>
+
+#include "bench/suite.h"
+#include "engine/base/random.h"
+#include "engine/reduced/full_reconstruction.h"
+#include "engine/reduced/reduced_model.h"
+
+namespace limber::bench {
+namespace {
+
+/// Poses of the kind the model is tested on, but of another seed than any the builder draws:
+/// elastic coordinates of equal energy, largest linear displacement 0.2 to 1 times half a body
+/// length.
+Eigen::MatrixXd fresh_poses(const reduced::ReducedModel& model, int count) {
+  Random random(20241);
+  Eigen::MatrixXd z(model.coordinate_count(), count);
+  for (int s = 0; s < count; ++s) {
+    for (Eigen::Index k = 0; k < z.rows(); ++k)
+      z(k, s) = k < model.rigid_count ? 0.0 : random.normal();
+    const Eigen::VectorXd u = model.modes * z.col(s);
+    const double largest =
+        Eigen::Map<const Eigen::Matrix3Xd>(u.data(), 3, u.size() / 3).colwise().norm().maxCoeff();
+    z.col(s) *= random.uniform(0.1, 0.5) * model.length / largest;
+  }
+  return z;
+}
+
+struct Reference {
+  Eigen::MatrixXd z;
+  Eigen::MatrixXd u;  // full reconstruction, 3n x poses
+  double full_us =
+      0;  // per frame: the faster of one frame at a time and many at once on one thread
+};
+
+Reference reference(const bodies::ElasticBody& body, const reduced::ReducedModel& model, int poses,
+                    int repeats) {
+  const reduced::FullReconstruction full(body);
+  Reference result{fresh_poses(model, poses), {}, 0};
+  const Eigen::MatrixXd linear = model.modes * result.z;
+  result.u = full.from_linear(linear);
+  std::vector<double> one_by_one;
+  Eigen::VectorXd v, u;
+  for (int i = 0; i < std::max(5, repeats); ++i) {
+    v = linear.col(i % poses);
+    one_by_one.push_back(1e3 * milliseconds([&] { full.from_linear(v, u); }));
+  }
+  result.full_us = median(one_by_one);
+  return result;
+}
+
+Case measure(const std::string& name, const bodies::ElasticBody& body,
+             const reduced::ReducedModel& built, const Reference& truth, const char* kind,
+             const SuiteOptions& options) {
+  const auto model = std::make_shared<const reduced::ReducedModel>(built);
+  const reduced::ReducedKinematics kinematics(model);
+  Eigen::MatrixXf q;
+  kinematics.coordinates(0, truth.z, q);
+  const Eigen::MatrixXd u = model->basis * q.cast<double>();
+  const Eigen::VectorXd errors =
+      ((u - truth.u).colwise().norm().array() / truth.u.colwise().norm().array()).transpose();
+
+  Eigen::MatrixXd many(truth.z.rows(), 1024);
+  for (Eigen::Index i = 0; i < many.cols(); ++i) many.col(i) = truth.z.col(i % truth.z.cols());
+  std::vector<double> batch, single;
+  Eigen::MatrixXf scratch;
+  for (int i = 0; i < 4 * options.repeats; ++i) {
+    batch.push_back(1e3 * milliseconds([&] { kinematics.coordinates(0, many, scratch); }) / 1024);
+    const Eigen::MatrixXd one = truth.z.col(i % truth.z.cols());
+    single.push_back(1e3 * milliseconds([&] {
+                       for (int repeat = 0; repeat < 50; ++repeat)
+                         kinematics.coordinates(0, one, scratch);
+                     }) /
+                     50);
+  }
+  Case result;
+  result["scene"] = name;
+  result["tets"] = body.mesh.tet_count();
+  result["cubature"] = kind;
+  result["basis"] = model->basis_size();
+  result["cubature_tets"] = model->cubature_size();
+  result["full_us"] = truth.full_us;
+  result["reduced_us"] = median(single);
+  result["batch_us_per_frame"] = median(batch);
+  result["error_mean"] = errors.mean();
+  result["error_max"] = errors.maxCoeff();
+  result["speedup"] = truth.full_us / median(batch);
+  return result;
+}
+
+}  // namespace
+
+void reconstruct_suite(const SuiteOptions& options, Recorder& recorder) {
+  for (const std::string name : {"beam", "dino", "bunny", "Armadillo13K"}) {
+    const auto named = load_body(name, options);
+    if (!named) {
+      recorder.note(fmt::format("reconstruct: no {} (public data not found)", name));
+      continue;
+    }
+    const bool large = named->body.mesh.tet_count() > 10000;
+    if (options.quick && large && name != "Armadillo13K") continue;
+    Reference truth;
+    auto add = [&](const reduced::ModelOptions& wanted, const char* kind) {
+      recorder.note(fmt::format("reconstruct: {}, {}, h = {}, T = {}", name, kind,
+                                wanted.basis_size, wanted.cubature_size));
+      const reduced::ReducedModel model = reduced::build_model(named->body, wanted);
+      if (truth.z.size() == 0)
+        truth = reference(named->body, model, options.quick ? 40 : 100, options.repeats);
+      recorder.add(measure(name, named->body, model, truth, kind, options));
+    };
+    reduced::ModelOptions wanted;
+    add(wanted, "fitted maps, 1 % asked");
+    if (options.quick) continue;
+    const std::vector<int> bases = large ? std::vector<int>{80} : std::vector<int>{40, 80, 120};
+    for (const int basis : bases) {
+      for (const int tets : {10, 20, 40}) {
+        wanted.basis_size = basis;
+        wanted.cubature_size = tets;
+        wanted.cubature = reduced::CubatureKind::kFittedMaps;
+        add(wanted, "fitted maps");
+      }
+    }
+    wanted.cubature = reduced::CubatureKind::kWeights;
+    for (const int tets : {40, 80}) {
+      wanted.basis_size = 80;
+      wanted.cubature_size = tets;
+      add(wanted, "weights");
+    }
+  }
+}
+
+}  // namespace limber::bench
