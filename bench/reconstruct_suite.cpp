@@ -5,26 +5,19 @@
 #include "bench/suite.h"
 #include "engine/base/random.h"
 #include "engine/reduced/full_reconstruction.h"
+#include "engine/reduced/pose_sampling.h"
 #include "engine/reduced/reduced_model.h"
 
 namespace limber::bench {
 namespace {
 
-/// Poses of the kind the model is tested on, but of another seed than any the builder draws:
-/// elastic coordinates of equal energy, largest linear displacement 0.2 to 1 times half a body
-/// length.
+/// Poses of the builder's own distribution (see reduced/pose_sampling.h: largest displacement of a
+/// typical pose 0.1 to 0.5 body lengths) from a seed that it does not use.
 Eigen::MatrixXd fresh_poses(const reduced::ReducedModel& model, int count) {
   Random random(20241);
-  Eigen::MatrixXd z(model.coordinate_count(), count);
-  for (int s = 0; s < count; ++s) {
-    for (Eigen::Index k = 0; k < z.rows(); ++k)
-      z(k, s) = k < model.rigid_count ? 0.0 : random.normal();
-    const Eigen::VectorXd u = model.modes * z.col(s);
-    const double largest =
-        Eigen::Map<const Eigen::Matrix3Xd>(u.data(), 3, u.size() / 3).colwise().norm().maxCoeff();
-    z.col(s) *= random.uniform(0.1, 0.5) * model.length / largest;
-  }
-  return z;
+  const reduced::ScaledModes modes{model.eigenvalues, model.modes, model.rigid_count};
+  return reduced::sample_poses(modes, model.length, reduced::ModelOptions{}.amplitude,
+                               reduced::PoseLevels::kTest, count, random);
 }
 
 struct Reference {
