@@ -1,6 +1,7 @@
 #include "engine/reduced/rs_inverse.h"
 
 #include <algorithm>
+#include <cmath>
 #include <queue>
 #include <tuple>
 
@@ -54,6 +55,54 @@ struct Step {
 constexpr int kFromRest = -1;
 constexpr int kFromPrevious = -2;
 
+constexpr double kTurn = 2 * 3.14159265358979323846;
+
+/// Beyond most of a first turn [rad] ...
+constexpr double kFirstTurn = 4.0;
+/// ... a tet hands on its own theta only if it is this far from a full turn and this near to what
+/// was expected.
+constexpr double kClearOfFullTurn = 1.0;
+constexpr double kNearBranch = 1.0;
+
+/// The logarithm for a tet expected to have `expected`. Past the first turn the number of turns is
+/// kept even where the axis is far from the expected one, where the nearest branch would be the
+/// one with no turn at all.
+Eigen::Vector3d branch_for(const Eigen::Vector3d& principal, const Eigen::Vector3d& expected) {
+  const double angle = principal.norm(), wanted = expected.norm();
+  if (wanted < kFirstTurn || angle < 1e-13) return rotations::nearest_branch(principal, expected);
+  const double along = principal.dot(expected) >= 0 ? angle : -angle;
+  const double turns = std::max(0.0, std::round((wanted - along) / kTurn));
+  return principal * ((along + turns * kTurn) / along);
+}
+
+/// A theta of the frame before that is no guide as long as a neighbour is one.
+bool next_to_full_turn(const Eigen::Vector3d& theta) {
+  const double angle = theta.norm();
+  return angle > kFirstTurn && std::abs(std::remainder(angle, kTurn)) < kClearOfFullTurn;
+}
+constexpr double kLast = 100;  // added to a step, makes it one of the last resort
+
+/// `from` turned on by the part about its own axis of the rotation between two neighbours.
+Eigen::Vector3d count_on(const Eigen::Vector3d& from, const Eigen::Quaterniond& here,
+                         const Eigen::Quaterniond& there) {
+  const double angle = from.norm();
+  if (angle < kFirstTurn) return from;
+  const Eigen::Vector3d axis = from / angle;
+  const Eigen::Vector3d between = rotations::logarithm((there * here.conjugate()).normalized());
+  return from + between.dot(axis) * axis;
+}
+
+std::vector<int> least_turned_first(const Eigen::VectorXd& y) {
+  std::vector<int> result(static_cast<std::size_t>(y.size() / kRsSize));
+  for (std::size_t e = 0; e < result.size(); ++e) result[e] = static_cast<int>(e);
+  std::sort(result.begin(), result.end(), [&](int a, int b) {
+    const double angle_a = y.segment<3>(kRsSize * a).norm();
+    const double angle_b = y.segment<3>(kRsSize * b).norm();
+    return angle_a < angle_b || (angle_a == angle_b && a < b);
+  });
+  return result;
+}
+
 }  // namespace
 
 RsInverse::RsInverse(const bodies::ElasticBody& body, const bodies::GradientOperator& gradient)
@@ -81,29 +130,33 @@ Eigen::VectorXd RsInverse::settle(const Eigen::Ref<const Eigen::VectorXd>& u,
                                   const Eigen::VectorXd* previous) const {
   const int count = gradient_.tet_count();
   Eigen::VectorXd y(kRsSize * count);
+  std::vector<Eigen::Quaterniond> rotation(static_cast<std::size_t>(count));
   // Principal logarithms and strains first: independent of each other.
   parallel_for(count, kTetsPerChunk, [&](std::int64_t begin, std::int64_t end) {
     for (auto e = static_cast<int>(begin); e < static_cast<int>(end); ++e) {
       const rotations::Polar polar =
           rotations::polar_decomposition(gradient_.apply(u, e) + Eigen::Matrix3d::Identity());
-      const Eigen::Matrix3d strain = polar.stretch - Eigen::Matrix3d::Identity();
       auto y_e = y.segment<kRsSize>(kRsSize * e);
-      y_e = rs_of_gradient(strain);
+      y_e = rs_of_gradient(polar.stretch - Eigen::Matrix3d::Identity());
       y_e.head<3>() = rotations::logarithm(polar.rotation);
+      rotation[e] = polar.rotation;
     }
   });
 
   const auto theta = [&](int e) { return y.segment<3>(kRsSize * e); };
+  Eigen::Matrix3Xd counted(3, count);  // what a settled tet hands on
   const auto reference = [&](int e, int source) -> Eigen::Vector3d {
     if (source == kFromRest) return Eigen::Vector3d::Zero();
     if (source == kFromPrevious) return previous->segment<3>(kRsSize * e);
-    return theta(source);
+    return count_on(counted.col(source), rotation[source], rotation[e]);
   };
   std::priority_queue<Step, std::vector<Step>, std::greater<>> steps;
   const auto offer = [&](int e, int source) {
     const Eigen::Vector3d from = reference(e, source);
     const Eigen::Vector3d principal = theta(e);
-    steps.push({(rotations::nearest_branch(principal, from) - from).norm(), e, source});
+    double size = (branch_for(principal, from) - from).norm();
+    if (source == kFromPrevious && next_to_full_turn(from)) size += kLast;
+    steps.push({size, e, source});
   };
   for (int e = 0; e < count; ++e) {
     if (previous != nullptr) offer(e, kFromPrevious);
@@ -115,15 +168,7 @@ Eigen::VectorXd RsInverse::settle(const Eigen::Ref<const Eigen::VectorXd>& u,
   std::size_t next_seed = 0;
   for (int left = count; left > 0;) {
     if (steps.empty()) {
-      if (by_angle.empty()) {
-        for (int e = 0; e < count; ++e) {
-          if (!settled[e]) by_angle.push_back(e);
-        }
-        std::sort(by_angle.begin(), by_angle.end(), [&](int a, int b) {
-          return std::make_tuple(theta(a).squaredNorm(), a) <
-                 std::make_tuple(theta(b).squaredNorm(), b);
-        });
-      }
+      if (by_angle.empty()) by_angle = least_turned_first(y);
       while (settled[by_angle[next_seed]]) ++next_seed;
       offer(by_angle[next_seed], kFromRest);
     }
@@ -131,7 +176,12 @@ Eigen::VectorXd RsInverse::settle(const Eigen::Ref<const Eigen::VectorXd>& u,
     steps.pop();
     if (settled[step.tet]) continue;
     const Eigen::Vector3d principal = theta(step.tet);
-    theta(step.tet) = rotations::nearest_branch(principal, reference(step.tet, step.source));
+    const Eigen::Vector3d expected = reference(step.tet, step.source);
+    theta(step.tet) = branch_for(principal, expected);
+    const bool near =
+        expected.norm() < kFirstTurn ||
+        ((theta(step.tet) - expected).norm() < kNearBranch && principal.norm() > kClearOfFullTurn);
+    counted.col(step.tet) = near ? Eigen::Vector3d(theta(step.tet)) : expected;
     settled[step.tet] = 1;
     --left;
     for (int neighbour : neighbours_[step.tet]) {

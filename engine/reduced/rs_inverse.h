@@ -15,8 +15,12 @@ namespace limber::reduced {
 /// A rotation has many logarithms, full turns about its axis apart. Branches are chosen so that
 /// neighbours (over a face) and successive frames are near each other: tets are settled one after
 /// the other, always the one that needs the smallest step from a settled neighbour or from its own
-/// previous frame. So a beam twisted by two turns has |theta| up to 4 pi at its end. Tets with a
-/// nearly full turn, whose axis is ill-defined, come last and lead nowhere.
+/// previous frame. So a beam twisted by two turns has |theta| up to 4 pi at its end.
+///
+/// Next to a full turn the axis of what is left of it may point anywhere (a twisted bar's sections
+/// also tilt), and no choice of branch is near its neighbours. Such tets take the nearest branch
+/// there is but hand on, instead of their own theta, the angle counted on from tet to tet about
+/// the axis so far; beyond them the turn is found again.
 class RsInverse {
  public:
   /// @param gradient  of body.mesh; kept by reference
