@@ -10,7 +10,7 @@ namespace limber::spacetime {
 namespace {
 
 constexpr double kExactWeightStart = 1e4;
-constexpr double kExactWeightGrowth = 30;
+constexpr double kExactWeightGrowth = 10;
 constexpr double kExactWeightCap = 1e7;
 /// A decrease that is smaller than this part of the merit cannot be seen in the merit.
 constexpr double kRounding = 1e-12;
@@ -265,7 +265,9 @@ void Optimizer::ramp_step() {
   ++stage_steps_;
   const double promised = std::sqrt(step_.decrement2 / (2 * before));
   if (moved && promised > kStageDone && stage_steps_ < kStageSteps && gain < 0.9) return;
-  set_scale(std::min(1.0, rows_.scale() * (gain > 0.5 || promised < kStageDone ? 10 : 4)));
+  const bool easy = gain > 0.9 && taken == 1 && stage_steps_ == 1;
+  const double growth = easy ? 100 : gain > 0.5 || promised < kStageDone ? 10 : 4;
+  set_scale(std::min(1.0, rows_.scale() * growth));
 }
 
 void Optimizer::gauss_newton_step() {
@@ -414,6 +416,7 @@ SolveReport Optimizer::solve(const JobContext& job,
   bool newton = newton_last_, ramped = ramping();
   chord_ = false;
   int short_steps = 0;
+  double exact_before = 0;
   lost_ = 0;
   for (int iteration = 0;; ++iteration) {
     if (job.cancellation.requested()) {
@@ -436,8 +439,15 @@ SolveReport Optimizer::solve(const JobContext& job,
         gauss_newton_step();
       }
       gradient = scaled(step_.decrement2);
-      if (gradient <= options_.gradient_tolerance && exact_done())
+      if (gradient <= options_.gradient_tolerance && exact_done()) {
+        // The step is there: directions that hardly cost anything gain digits by it.
+        if (gradient > 0.01 * options_.gradient_tolerance) {
+          trial_ = z_ + step_.d;
+          evaluate(trial_, ConstraintRows::Jacobian::kYes, trial_state_);
+          accept(step_, 1);
+        }
         return report(SolveStatus::kConverged, iteration, gradient);
+      }
       const bool rounding = step_.decrement2 <= kRounding * merit(z_, state_);
       double taken = 1;
       if (!take(taken)) {
@@ -461,11 +471,17 @@ SolveReport Optimizer::solve(const JobContext& job,
       if (!newton && previous > 0)
         newton = taken < 1 || newton_pays(decrement / previous, gradient);
       previous = decrement;
-      if (rows_.exact_count() > 0 && taken == 1 && rows_.exact_weight() < kExactWeightCap) {
-        rows_.set_exact_weight(
-            std::min(kExactWeightCap, kExactWeightGrowth * rows_.exact_weight()));
-        space_.invalidate();
-        chord_ = false;
+      if (rows_.exact_count() > 0 && taken == 1) {
+        // Multipliers do the work; a heavier weight bends the valley. Only where they are slow.
+        const double error = max_exact(state_.residual);
+        if (exact_before > 0 && error > 0.25 * exact_before &&
+            error > options_.constraint_tolerance && rows_.exact_weight() < kExactWeightCap) {
+          rows_.set_exact_weight(
+              std::min(kExactWeightCap, kExactWeightGrowth * rows_.exact_weight()));
+          space_.invalidate();
+          chord_ = false;
+        }
+        exact_before = error;
       }
       newton_last_ = newton;
     }

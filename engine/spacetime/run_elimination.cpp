@@ -116,13 +116,16 @@ RunCost RunElimination::eliminate(Run run) {
       out[lanes + k] = -id * s2 * n2;
       out[2 * lanes + k] = -id * c2 * ul1;
       out[3 * lanes + k] = -id * c2 * ul2;
-      xl1[k] = vl1;
-      xl2[k] = vl2;
-      x0[k] = v1;
-      yl1[k] = -s2 * ul1;
-      yl2[k] = -s2 * ul2;
-      y0[k] = c2 * n1 - s2 * u1;
-      y1[k] = c2 * n2;
+      // A frame held at zero at the last end leaves nothing to eliminate and brings no row: what
+      // the two carried rows say of l1 and l2 stays a cost.
+      const bool stays = d == 0 && exists == 0;
+      xl1[k] = stays ? xl1[k] : vl1;
+      xl2[k] = stays ? xl2[k] : vl2;
+      x0[k] = stays ? 0.0 : v1;
+      yl1[k] = stays ? yl1[k] : -s2 * ul1;
+      yl2[k] = stays ? yl2[k] : -s2 * ul2;
+      y0[k] = stays ? 0.0 : c2 * n1 - s2 * u1;
+      y1[k] = stays ? 0.0 : c2 * n2;
     }
     p0 = p1;
     p1 = p2;

@@ -43,7 +43,8 @@ Trimmed trim(const Timeline& timeline, const std::vector<PositionConstraint>& co
 void expect_dense_answer(const LinearKinematics& kinematics, const ModeDynamics& dynamics,
                          const Timeline& timeline,
                          const std::vector<PositionConstraint>& constraints,
-                         Compared compared = Compared::kAllFrames) {
+                         Compared compared = Compared::kAllFrames,
+                         double motion_accuracy = kMotionAccuracy) {
   Trimmed problem{timeline, constraints, 0};
   if (compared == Compared::kBetweenConstraints) problem = trim(timeline, constraints);
   const DenseAnswer dense =
@@ -61,7 +62,7 @@ void expect_dense_answer(const LinearKinematics& kinematics, const ModeDynamics&
   }
   const Eigen::MatrixXd expected = dense.z.middleCols(from - problem.from, count);
   EXPECT_LE((solver.motion().middleCols(from, count) - expected).cwiseAbs().maxCoeff(),
-            kMotionAccuracy * expected.cwiseAbs().maxCoeff());
+            motion_accuracy * expected.cwiseAbs().maxCoeff());
   EXPECT_TRUE(solver.motion().allFinite());
   EXPECT_GT(expected.cwiseAbs().maxCoeff(), 0.01) << "nothing moves, nothing is tested";
 }
@@ -151,8 +152,10 @@ TEST_P(SolverDenseEnds, HyperbolicModes) {
   dynamics.stiffness << 0.1, 5.0, 40.0;
   dynamics.damping << 0.0, 0.05, 0.2;
   expect_dense_answer(kinematics, dynamics, timeline,
-                      linear_constraints(kinematics, 5, 22, 100, 28),
-                      Compared::kBetweenConstraints);
+                      linear_constraints(kinematics, 5, 22, 100, 28), Compared::kBetweenConstraints,
+                      1e-5);
+  // 1e-5: a mode that would grow by more than 1e8 at a free end is held there (NOTATION.md); the
+  // dense answer lets it go. Measured difference 1.2e-6.
 }
 
 constexpr EndCondition kEnds[] = {EndCondition::kFree, EndCondition::kPinnedPosition,
