@@ -82,6 +82,24 @@ TEST(ModelFile, EveryChangedByteIsRefused) {
   }
 }
 
+TEST(ModelFile, TwoThousandRandomFlipsAreRefused) {
+  const std::string bytes = encode_model(some_model());
+  Random random(2000);
+  for (int trial = 0; trial < 2000; ++trial) {
+    std::string damaged = bytes;
+    const auto flips = 1 + random.index(4);
+    for (std::uint64_t k = 0; k < flips; ++k) {
+      auto& byte = damaged[random.index(damaged.size())];
+      byte = static_cast<char>(byte ^ static_cast<char>(1 + random.index(255)));
+    }
+    try {
+      EXPECT_EQ(bytes, encode_model(decode_model(damaged))) << trial;  // flips may cancel
+    } catch (const Error& error) {
+      EXPECT_EQ("model_file", error.field()) << trial;
+    }
+  }
+}
+
 // A hash proves no good will: sizes are checked as well.
 TEST(ModelFile, HostileSizesWithARightHashAreRefused) {
   const std::string good = encode_model(some_model());
