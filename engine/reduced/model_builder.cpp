@@ -2,6 +2,7 @@
 
 #include <chrono>
 
+#include "engine/base/error.h"
 #include "engine/bodies/mass.h"
 #include "engine/bodies/modal_analysis.h"
 #include "engine/reduced/cubature.h"
@@ -56,11 +57,28 @@ void report_errors(const TrainingSet& set, double tolerance, ReducedModel& model
       model.cubature_size());
 }
 
+/// Snapshots of both kinds (paper: space-time editing, section 3.1: enrichment by an input
+/// sequence).
+Eigen::MatrixXd with_animation(const Eigen::MatrixXd& poses, const Eigen::MatrixXd& animation) {
+  constexpr Eigen::Index kMost = 200;
+  const Eigen::Index taken = std::min(animation.cols(), kMost);
+  Eigen::MatrixXd all(poses.rows(), poses.cols() + taken);
+  all.leftCols(poses.cols()) = poses;
+  for (Eigen::Index i = 0; i < taken; ++i)
+    all.col(poses.cols() + i) = animation.col(i * animation.cols() / taken);
+  return all;
+}
+
 }  // namespace
 
 ReducedModel build_model(const bodies::ElasticBody& body, const ModelOptions& options,
-                         const JobContext& job) {
+                         const JobContext& job, const Eigen::MatrixXd& animation) {
   options.validate();
+  if (animation.size() > 0 &&
+      (animation.rows() != 3 * body.mesh.node_count() || !animation.allFinite())) {
+    throw Error(ErrorCode::kInvalidArgument, "animation",
+                "animation must have three finite rows per node");
+  }
   Stopwatch watch;
   ReducedModel model;
 
@@ -72,13 +90,14 @@ ReducedModel build_model(const bodies::ElasticBody& body, const ModelOptions& op
   model.report.modes_s = watch.lap();
 
   const FullReconstruction full(body);
-  const TrainingSet set = make_training_set(body, modes, full, options, job.part(0.25, 0.6));
+  const TrainingSet set = make_training_set(body, modes, full, options, job.part(0.25, 0.55));
   model.report.poses_s = watch.lap();
 
-  job.report("basis", 0.6);
+  job.report("basis", 0.55);
   const int largest = options.basis_size > 0 ? options.basis_size : kLargestBasis;
-  Eigen::MatrixXd basis = snapshot_basis(set.train.u, bodies::lumped_node_mass(body.mesh),
-                                         modes.modes.leftCols(modes.rigid_count / 2), largest);
+  Eigen::MatrixXd basis =
+      snapshot_basis(with_animation(set.train.u, animation), bodies::lumped_node_mass(body.mesh),
+                     modes.modes.leftCols(modes.rigid_count / 2), largest);
   PoseData validation = set.validation.project(basis);
   if (options.basis_size == 0) {
     // More columns than this would hardly let the cubature be smaller.
@@ -89,11 +108,12 @@ ReducedModel build_model(const bodies::ElasticBody& body, const ModelOptions& op
       validation.q = validation.q.topRows(enough).eval();
     }
   }
-  const PoseData train = set.train.project(basis);
   model.report.basis_s = watch.lap();
+  const PoseData train = project_training(set, modes, full, basis, job.part(0.6, 0.7));
+  model.report.poses_s += watch.lap();
 
   const CubatureInput input{body, full.gradient(), modes, basis, train, validation, options};
-  const JobContext cubature_job = job.part(0.65, 0.98);
+  const JobContext cubature_job = job.part(0.7, 0.98);
   Cubature cubature = options.cubature == CubatureKind::kWeights
                           ? weigh_cubature(input, cubature_job)
                           : fit_cubature(input, cubature_job);

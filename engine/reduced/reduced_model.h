@@ -26,7 +26,7 @@ struct ModelOptions {
   int basis_size = 0;     // h; 0: chosen to meet the tolerance
   int cubature_size = 0;  // T; 0: chosen to meet the tolerance
   CubatureKind cubature = CubatureKind::kFittedMaps;
-  int training_poses = 400;  // >= 10
+  int training_poses = 2400;  // maps are fitted to all, the basis to the first 800; >= 10
   int test_poses = 100;      // >= 10, never shared with training
   double amplitude =
       0.5;  // typical largest displacement of a training pose, in body lengths, in (0, 10]
@@ -69,10 +69,13 @@ struct ReducedModel {
   [[nodiscard]] int cubature_size() const { return static_cast<int>(tets.size()); }
 };
 
-/// Builds a model. Deterministic for given inputs, whatever the number of threads.
+/// Builds a model. `animation` (3n x frames [m], may be empty) is an input motion that the basis
+/// must span too: up to 200 of its frames join the snapshots. Deterministic for given inputs,
+/// whatever the number of threads.
 /// @throws Error for bad options, cancelled jobs, failed eigensolves.
 [[nodiscard]] ReducedModel build_model(const bodies::ElasticBody& body, const ModelOptions& options,
-                                       const JobContext& job = {});
+                                       const JobContext& job = {},
+                                       const Eigen::MatrixXd& animation = {});
 
 /// A base motion in RS coordinates (paper, section 6.1): y = y_base + Y z. Built from an input
 /// animation.

@@ -19,34 +19,73 @@ PoseData Snapshots::project(const Eigen::MatrixXd& basis) const {
   return poses;
 }
 
+namespace {
+
+// Poses that are reconstructed at once: bounds memory, and how long a cancellation is not heard.
+constexpr int kBlock = 128;
+// More poses than this hardly improve a basis, but cost its eigenproblem the third power.
+constexpr int kBasisPoses = 800;
+
+Snapshots reconstruct(const ScaledModes& modes, const FullReconstruction& full, Eigen::MatrixXd z,
+                      const JobContext& job) {
+  Snapshots set{std::move(z), {}};
+  set.u.resize(modes.modes.rows(), set.z.cols());
+  for (Eigen::Index first = 0; first < set.z.cols(); first += kBlock) {
+    job.report("poses", static_cast<double>(first) / static_cast<double>(set.z.cols()));
+    const Eigen::Index n = std::min<Eigen::Index>(kBlock, set.z.cols() - first);
+    set.u.middleCols(first, n) = full.from_linear(modes.modes * set.z.middleCols(first, n), job);
+  }
+  return set;
+}
+
+}  // namespace
+
 TrainingSet make_training_set(const bodies::ElasticBody& body, const ScaledModes& modes,
                               const FullReconstruction& full, const ModelOptions& options,
                               const JobContext& job) {
   const double length = body.length();
-  const auto make = [&](PoseLevels levels, int count, std::uint64_t stream, double from,
-                        double to) {
-    job.report("poses", from);
+  const auto sample = [&](PoseLevels levels, int count, std::uint64_t stream) {
     Random random(options.seed * 1000003 + stream);
-    Snapshots set;
-    set.z = sample_poses(modes, length, options.amplitude, levels, count, random);
-    set.u.resize(modes.modes.rows(), count);
-    // By blocks, so that the linear poses never need memory of their own size, and to hear of a
-    // cancellation.
-    constexpr int kBlock = 128;
-    for (int first = 0; first < count; first += kBlock) {
-      const int n = std::min(kBlock, count - first);
-      set.u.middleCols(first, n) = full.from_linear(modes.modes * set.z.middleCols(first, n), job);
-      job.report("poses", from + (to - from) * (first + n) / count);
-    }
-    return set;
+    return sample_poses(modes, length, options.amplitude, levels, count, random);
   };
+  const Eigen::MatrixXd all = sample(PoseLevels::kTraining, options.training_poses, 1);
+  const Eigen::Index held = std::min<Eigen::Index>(all.cols(), kBasisPoses);
   const int small = std::clamp(options.test_poses / 4, 10, 50);
+
   TrainingSet result;
-  result.train = make(PoseLevels::kTraining, options.training_poses, 1, 0.0, 0.6);
-  result.validation = make(PoseLevels::kTest, options.test_poses, 2, 0.6, 0.75);
-  result.test = make(PoseLevels::kTest, options.test_poses, 3, 0.75, 0.9);
-  result.small = make(PoseLevels::kSmall, small, 4, 0.9, 1.0);
+  result.more = all.rightCols(all.cols() - held);
+  result.train = reconstruct(modes, full, all.leftCols(held), job.part(0.0, 0.6));
+  // Sizes and the ridge are chosen by these: more of them than of test poses, so that the choice
+  // holds for the latter.
+  result.validation = reconstruct(modes, full, sample(PoseLevels::kTest, 2 * options.test_poses, 2),
+                                  job.part(0.6, 0.8));
+  result.test = reconstruct(modes, full, sample(PoseLevels::kTest, options.test_poses, 3),
+                            job.part(0.8, 0.95));
+  result.small =
+      reconstruct(modes, full, sample(PoseLevels::kSmall, small, 4), job.part(0.95, 1.0));
   return result;
+}
+
+PoseData project_training(const TrainingSet& set, const ScaledModes& modes,
+                          const FullReconstruction& full, const Eigen::MatrixXd& basis,
+                          const JobContext& job) {
+  const PoseData held = set.train.project(basis);
+  const Eigen::Index first_count = held.z.cols(), count = first_count + set.more.cols();
+  PoseData all{Eigen::MatrixXd(held.z.rows(), count), Eigen::MatrixXd(basis.cols(), count),
+               Eigen::VectorXd(count)};
+  all.z << held.z, set.more;
+  all.q.leftCols(first_count) = held.q;
+  all.norm.head(first_count) = held.norm;
+  for (Eigen::Index first = 0; first < set.more.cols(); first += kBlock) {
+    const Eigen::Index n = std::min<Eigen::Index>(kBlock, set.more.cols() - first);
+    job.report("poses", static_cast<double>(first) / static_cast<double>(set.more.cols()));
+    const PoseData block =
+        reconstruct(modes, full, set.more.middleCols(first, n), {job.cancellation, {}})
+            .project(basis);
+    all.q.middleCols(first_count + first, n) = block.q;
+    all.norm.segment(first_count + first, n) = block.norm;
+  }
+  return all;
 }
 
 }  // namespace limber::reduced

@@ -22,6 +22,7 @@ struct Snapshots {
 /// The four sets of a build, drawn from independent random streams of the seed.
 struct TrainingSet {
   Snapshots train;       // basis and maps
+  Eigen::MatrixXd more;  // R x S', further poses for maps only: never held in full
   Snapshots validation;  // sizes and ridge
   Snapshots test;        // reported errors only
   Snapshots small;       // reported error of the linear regime only
@@ -31,5 +32,11 @@ struct TrainingSet {
                                             const ScaledModes& modes,
                                             const FullReconstruction& full,
                                             const ModelOptions& options, const JobContext& job);
+
+/// The training poses of `set` through `basis`: those it was made of, then those it was not. The
+/// latter are reconstructed here, block by block.
+[[nodiscard]] PoseData project_training(const TrainingSet& set, const ScaledModes& modes,
+                                        const FullReconstruction& full,
+                                        const Eigen::MatrixXd& basis, const JobContext& job);
 
 }  // namespace limber::reduced
