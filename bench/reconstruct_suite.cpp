@@ -22,9 +22,8 @@ Eigen::MatrixXd fresh_poses(const reduced::ReducedModel& model, int count) {
 
 struct Reference {
   Eigen::MatrixXd z;
-  Eigen::MatrixXd u;  // full reconstruction, 3n x poses
-  double full_us =
-      0;  // per frame: the faster of one frame at a time and many at once on one thread
+  Eigen::MatrixXd u;   // full reconstruction, 3n x poses
+  double full_us = 0;  // per frame, one at a time on one thread
 };
 
 Reference reference(const bodies::ElasticBody& body, const reduced::ReducedModel& model, int poses,

@@ -116,8 +116,8 @@ class SceneValidator {
     const ModelRequest& model = scene_.model;
     if (model.mode_count <= 0)
       error("model.modes", "must be > 0, is " + std::to_string(model.mode_count));
-    if (!(model.tolerance > 0 && model.tolerance < 1)) {
-      error("model.tolerance", "must be in (0, 1), is " + number(model.tolerance));
+    if (!(model.tolerance > 1e-6 && model.tolerance < 1)) {
+      error("model.tolerance", "must be in (1e-6, 1), is " + number(model.tolerance));
     }
     if (model.basis_size < 0) {
       error("model.basis_size", "must be >= 0, is " + std::to_string(model.basis_size));
@@ -268,7 +268,10 @@ class SceneValidator {
       }
       if (!constraint.target.allFinite())
         error(field + ".target", "has a coordinate that is not finite");
-      if (!(constraint.weight > 0)) {
+      if (std::isfinite(constraint.weight) && constraint.weight > 1e12) {
+        error(field + ".weight",
+              "must be <= 1e12, or infinite to hold exactly, is " + number(constraint.weight));
+      } else if (!(constraint.weight > 0)) {
         error(field + ".weight",
               "must be > 0 (infinity holds exactly), is " + number(constraint.weight));
       }

@@ -84,7 +84,8 @@ ModelCache::ModelCache(fs::path folder, std::uint64_t limit_bytes)
   }
 }
 
-std::string ModelCache::key(const bodies::ElasticBody& body, const reduced::ModelOptions& options) {
+std::string ModelCache::key(const bodies::ElasticBody& body, const reduced::ModelOptions& options,
+                            const Eigen::MatrixXd& animation) {
   ContentHash hash;
   hash.add("limber model").add(reduced::kModelFormatVersion);
   hash.add(body.mesh.nodes).add(body.mesh.tets);
@@ -100,6 +101,7 @@ std::string ModelCache::key(const bodies::ElasticBody& body, const reduced::Mode
       .add(options.cubature_size);
   hash.add(options.cubature).add(options.training_poses).add(options.test_poses);
   hash.add(options.amplitude).add(options.seed);
+  hash.add(animation);
   return hash.hex();
 }
 

@@ -17,7 +17,8 @@ class ModelCache {
   explicit ModelCache(std::filesystem::path folder, std::uint64_t limit_bytes = 4ull << 30);
 
   [[nodiscard]] static std::string key(const bodies::ElasticBody& body,
-                                       const reduced::ModelOptions& options);
+                                       const reduced::ModelOptions& options,
+                                       const Eigen::MatrixXd& animation = {});
   [[nodiscard]] std::shared_ptr<const reduced::ReducedModel> load(const std::string& key) const;
   /// Failure to write is not an error of the session: returns false.
   bool store(const std::string& key, const reduced::ReducedModel& model) const;

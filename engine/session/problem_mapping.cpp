@@ -62,6 +62,9 @@ spacetime::ModeDynamics map_dynamics(const scene::Dynamics& dynamics,
     const double fps = dynamics.frames_per_second;
     mapped.stiffness.tail(elastic) = eigenvalues.tail(elastic) / (fps * fps);
   }
+  // A mode this stiff does not move in double precision: the solver's bound.
+  constexpr double kStiffest = 1e12;
+  mapped.stiffness = mapped.stiffness.cwiseMin(kStiffest);
   mapped.damping = 2 * dynamics.damping_ratio * mapped.stiffness.cwiseSqrt();
   return mapped;
 }

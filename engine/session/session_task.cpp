@@ -96,20 +96,22 @@ Session::Impl::Built Session::Impl::build_model(const JobContext& job) {
   const reduced::ModelOptions options = map_model(scene.model);
 
   Built built;
-  const std::string key = cache_ ? ModelCache::key(mapped.body, options) : std::string();
+  Eigen::MatrixXd animation;
+  if (scene.base_motion.size() > 0) animation = map_base_motion(scene, mapped.source_of_compact);
+  const std::string key = cache_ ? ModelCache::key(mapped.body, options, animation) : std::string();
   if (cache_) built.model = cache_->load(key);
   if (built.model && built.model->node_count != mapped.body.mesh.node_count()) built.model.reset();
   built.from_cache = built.model != nullptr;
   if (!built.model) {
     built.model = std::make_shared<const reduced::ReducedModel>(
-        reduced::build_model(mapped.body, options, job.part(0.02, 0.95)));
+        reduced::build_model(mapped.body, options, job.part(0.02, 0.95), animation));
     if (cache_) cache_->store(key, *built.model);
   }
   std::shared_ptr<const reduced::BaseMotion> base;
   if (scene.base_motion.size() > 0) {
     job.report("base motion", 0.95);
-    base = std::make_shared<const reduced::BaseMotion>(reduced::base_motion(
-        mapped.body, *built.model, map_base_motion(scene, mapped.source_of_compact)));
+    base = std::make_shared<const reduced::BaseMotion>(
+        reduced::base_motion(mapped.body, *built.model, animation));
   }
   job.report("geometry", 0.98);
   built.geometry = make_geometry(scene, mapped, *built.model);

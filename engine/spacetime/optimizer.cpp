@@ -75,6 +75,7 @@ void Optimizer::set_systems(const ModeDynamics& dynamics, const Timeline& timeli
   systems_.gather(motion_, z_);
   residual_valid_ = jacobian_valid_ = motion_valid_ = false;
   space_.invalidate();
+  if (rows_.count() > 0 && z_.isZero(0)) begin_ramp();
 }
 
 void Optimizer::cold_start() {

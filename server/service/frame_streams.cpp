@@ -36,6 +36,8 @@ void FrameStreams::note(const std::shared_ptr<const session::Result>& result) {
   std::shared_ptr<const session::Geometry> geometry;
   {
     const std::lock_guard lock(mutex_);
+    // Two threads tell of results while a session opens: the older one never replaces the newer.
+    if (newest_ && newest_->sequence > result->sequence) return;
     newest_ = result;
     geometry = geometry_;
   }

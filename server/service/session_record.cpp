@@ -34,13 +34,13 @@ void SessionRecord::attach(std::shared_ptr<session::Session> session) {
 
 void SessionRecord::adopt_model(const session::Session& session) {
   auto info = encode_model(session);
+  streams_->geometry(session.geometry());  // first: results that come from now on find it
   std::shared_ptr<const session::Result> newest;
   {
     const std::lock_guard lock(mutex_);
     model_ = std::move(info);
     newest = newest_;
   }
-  streams_->geometry(session.geometry());
   if (newest) streams_->note(newest);
 }
 

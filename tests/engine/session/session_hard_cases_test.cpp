@@ -206,7 +206,7 @@ TEST(SessionHardCase, TargetsTenBodyLengthsAway) {
 
 TEST(SessionHardCase, WeightsFromFeatherToLead) {
   Live live(bent_bar());
-  for (const double weight : {1e-30, 1e-6, 1e12, 1e30}) {
+  for (const double weight : {1e-30, 1e-6, 1e9, 1e12}) {
     scene::Constraint constraint = live.session.constraints()[0];
     constraint.weight = weight;
     const auto final = live.edit({ReplaceConstraint{constraint}});
