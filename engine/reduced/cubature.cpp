@@ -104,9 +104,17 @@ Eigen::MatrixXd reduced_coordinates(const Eigen::MatrixXd& rs_modes, const Eigen
 
 Cubature fit_cubature(const CubatureInput& input, const JobContext& job) {
   Random random(input.options.seed);
+  Eigen::MatrixXd affine;
+  if (input.body.is_free()) {
+    const Eigen::MatrixXd fields = affine_fields(input.body);
+    if (input.basis.cols() > fields.cols()) {
+      affine = input.basis.transpose() * fields.rightCols(kRsSize);
+    }
+  }
   FittedCubature fitted(input.gradient, input.modes.modes,
                         input.basis.transpose() * input.modes.modes, input.train, input.validation,
-                        random_pool(input.gradient.tet_count(), kPoolSize, random));
+                        random_pool(input.gradient.tet_count(), kPoolSize, random),
+                        std::move(affine));
   const FittedSizes sizes = choose_sizes(fitted, input, job);
   Cubature result;
   result.basis_size = sizes.basis;

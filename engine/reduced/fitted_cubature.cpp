@@ -4,6 +4,7 @@
 #include <Eigen/Eigenvalues>
 #include <Eigen/QR>
 #include <algorithm>
+#include <cmath>
 
 #include "engine/base/parallel.h"
 #include "engine/reduced/rs_coordinates.h"
@@ -19,6 +20,19 @@ Eigen::Matrix<double, 9, 9> linear_part() {
   Eigen::Matrix<double, 9, 9> result;
   for (int c = 0; c < kRsSize; ++c) {
     Eigen::Map<Eigen::Matrix3d>(result.col(c).data()) = linear_gradient(RsVector::Unit(c));
+  }
+  return result;
+}
+
+/// 9T x 9 (T - 1), orthonormal: blocks of nine whose sum over the T tets vanishes (Helmert).
+Eigen::MatrixXd zero_sum_columns(Eigen::Index tets) {
+  Eigen::MatrixXd result = Eigen::MatrixXd::Zero(kRsSize * tets, kRsSize * (tets - 1));
+  for (Eigen::Index k = 1; k < tets; ++k) {
+    const double share = 1 / std::sqrt(static_cast<double>(k * (k + 1)));
+    for (Eigen::Index t = 0; t <= k; ++t) {
+      const double weight = t < k ? share : -static_cast<double>(k) * share;
+      for (int c = 0; c < kRsSize; ++c) result(kRsSize * t + c, kRsSize * (k - 1) + c) = weight;
+    }
   }
   return result;
 }
@@ -40,10 +54,11 @@ Eigen::MatrixXd remainder_features(const Eigen::MatrixXd& rs_modes, const Eigen:
 FittedCubature::FittedCubature(const bodies::GradientOperator& gradient,
                                const Eigen::MatrixXd& modes, Eigen::MatrixXd linear,
                                const PoseData& train, const PoseData& validation,
-                               std::vector<int> pool)
+                               std::vector<int> pool, Eigen::MatrixXd affine)
     : gradient_(gradient),
       modes_(modes),
       linear_(std::move(linear)),
+      affine_(std::move(affine)),
       train_(train),
       validation_(validation),
       pool_(std::move(pool)),
@@ -117,17 +132,38 @@ void FittedCubature::append_features(int tet) {
 }
 
 FittedCubature::Fit FittedCubature::fit() const {
-  const Eigen::MatrixXd gram = features_.transpose() * features_;
+  const auto tets = static_cast<Eigen::Index>(tets_.size());
+  Eigen::MatrixXd gram = features_.transpose() * features_;
+  Eigen::MatrixXd cross = features_.transpose() * target_;  // 9T x h
+  Eigen::MatrixXd probe = validation_features_;             // S' x 9T
+  Eigen::MatrixXd base = linear_ * validation_.z;
+  Eigen::MatrixXd constant = Eigen::MatrixXd::Zero(target_.cols(), kRsSize * tets);
+  Eigen::MatrixXd differences;
+  if (affine_.size() > 0) {
+    // H_e = A / T + what sums to zero; only the latter is free.
+    constant = affine_.replicate(1, tets) / static_cast<double>(tets);
+    differences = zero_sum_columns(tets);
+    cross -= gram * constant.transpose();
+    base += constant * probe.transpose();
+    gram = (differences.transpose() * gram * differences).eval();
+    cross = (differences.transpose() * cross).eval();
+    probe = (probe * differences).eval();
+  }
+  Fit best;
+  if (gram.size() == 0) {
+    best.map = constant;
+    best.validation_mean = mean_error_by_size(validation_, base);
+    return best;
+  }
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(gram);
   const Eigen::VectorXd values = solver.eigenvalues().cwiseMax(0.0);
   const double largest = values.maxCoeff();
   const Eigen::MatrixXd& vectors = solver.eigenvectors();
-  const Eigen::MatrixXd right = vectors.transpose() * (features_.transpose() * target_);  // 9T x h
-  const Eigen::MatrixXd probe = validation_features_ * vectors;                           // S' x 9T
-  const Eigen::MatrixXd base = linear_ * validation_.z;
+  const Eigen::MatrixXd right = vectors.transpose() * cross;
+  probe = (probe * vectors).eval();
 
-  Fit best;
   double best_error = 0;
+  Eigen::MatrixXd free;
   for (int exponent = -22; exponent <= -4; ++exponent) {
     const double ridge = std::pow(10.0, 0.5 * exponent);
     const Eigen::VectorXd inverse = (values.array() + ridge * largest).inverse();
@@ -135,13 +171,16 @@ FittedCubature::Fit FittedCubature::fit() const {
     const Eigen::MatrixXd q_hat = base + (probe * scaled).transpose();
     const Eigen::VectorXd errors = mean_error_by_size(validation_, q_hat);
     const double error = errors[errors.size() - 1];
-    if (best.map.size() == 0 || error < best_error) {
+    if (free.size() == 0 || error < best_error) {
       best_error = error;
-      best.map = (vectors * scaled).transpose();
+      free = scaled;
       best.ridge = ridge;
       best.validation_mean = errors;
     }
   }
+  free = (vectors * free).eval();
+  if (differences.size() > 0) free = (differences * free).eval();
+  best.map = constant + free.transpose();
   return best;
 }
 

@@ -13,6 +13,8 @@ namespace limber::reduced {
 /// Cubature with a full map per tet, exact to first order at z = 0:
 ///   q = B^T W z + sum over tets of H_e r(y_e),   r(y) = g(y) - g'(0) y,  y = (Q W)^c z.
 /// Only the part of g beyond its linearisation is fitted, so small poses are right whatever H is.
+/// For a free body sum_e H_e is held at the map A from a matrix X to the field X (x - centre): with
+/// the same rotation in every tet, q is that of the rigid body, turned by any angle.
 class FittedCubature {
  public:
   /// @param modes       W-hat, 3n x R
@@ -20,9 +22,10 @@ class FittedCubature {
   /// @param train       poses that H is fitted to; greedy selection uses them too
   /// @param validation  poses that choose the ridge
   /// @param pool        tets that may be selected
+  /// @param affine      A, h x 9, of a free body whose basis spans these fields; else empty
   FittedCubature(const bodies::GradientOperator& gradient, const Eigen::MatrixXd& modes,
                  Eigen::MatrixXd linear, const PoseData& train, const PoseData& validation,
-                 std::vector<int> pool);
+                 std::vector<int> pool, Eigen::MatrixXd affine);
 
   /// Adds the tet of the pool whose nine features, made orthogonal to those already there, take
   /// most off the residual. False if the pool has nothing left to give.
@@ -50,6 +53,7 @@ class FittedCubature {
   const bodies::GradientOperator& gradient_;
   const Eigen::MatrixXd& modes_;
   Eigen::MatrixXd linear_;
+  Eigen::MatrixXd affine_;
   const PoseData& train_;
   const PoseData& validation_;
   std::vector<int> pool_;

@@ -69,11 +69,30 @@ Eigen::MatrixXd with_animation(const Eigen::MatrixXd& poses, const Eigen::Matrix
   return all;
 }
 
+/// What the basis of a free body spans exactly: its rigid motions, or where that is too much for
+/// the basis asked for, its translations.
+Eigen::MatrixXd exact_fields(const bodies::ElasticBody& body, const ModelOptions& options) {
+  if (!body.is_free()) return Eigen::MatrixXd(3 * body.mesh.node_count(), 0);
+  constexpr int kTranslations = 3;
+  const Eigen::MatrixXd fields = affine_fields(body);
+  const bool all = options.basis_size == 0 || options.basis_size > fields.cols();
+  return fields.leftCols(all ? fields.cols() : kTranslations);
+}
+
+void check_basis_size(const bodies::ElasticBody& body, const ModelOptions& options) {
+  if (!body.is_free() || options.basis_size == 0 || options.basis_size > 3) return;
+  throw Error(ErrorCode::kInvalidArgument, "basis_size",
+              fmt::format("ModelOptions::basis_size = {}, must be > 3 for a free body, whose "
+                          "translations take the first three columns",
+                          options.basis_size));
+}
+
 }  // namespace
 
 ReducedModel build_model(const bodies::ElasticBody& body, const ModelOptions& options,
                          const JobContext& job, const Eigen::MatrixXd& animation) {
   options.validate();
+  check_basis_size(body, options);
   if (animation.size() > 0 &&
       (animation.rows() != 3 * body.mesh.node_count() || !animation.allFinite())) {
     throw Error(ErrorCode::kInvalidArgument, "animation",
@@ -97,7 +116,7 @@ ReducedModel build_model(const bodies::ElasticBody& body, const ModelOptions& op
   const int largest = options.basis_size > 0 ? options.basis_size : kLargestBasis;
   Eigen::MatrixXd basis =
       snapshot_basis(with_animation(set.train.u, animation), bodies::lumped_node_mass(body.mesh),
-                     modes.modes.leftCols(modes.rigid_count / 2), largest);
+                     exact_fields(body, options), largest);
   PoseData validation = set.validation.project(basis);
   if (options.basis_size == 0) {
     // More columns than this would hardly let the cubature be smaller.

@@ -17,6 +17,30 @@ Eigen::VectorXd largest_node_displacement(const Eigen::Ref<const Eigen::MatrixXd
   return result;
 }
 
+namespace {
+
+Eigen::Vector3d centre_of_mass(const bodies::ElasticBody& body) {
+  const Eigen::VectorXd mass = bodies::lumped_node_mass(body.mesh);
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (Eigen::Index i = 0; i < mass.size(); ++i) sum += mass[i] * body.mesh.nodes.col(i);
+  return sum / mass.sum();
+}
+
+}  // namespace
+
+Eigen::MatrixXd affine_fields(const bodies::ElasticBody& body) {
+  const Eigen::Matrix3Xd& x = body.mesh.nodes;
+  const Eigen::Vector3d centre = centre_of_mass(body);
+  Eigen::MatrixXd result = Eigen::MatrixXd::Zero(3 * x.cols(), 12);
+  for (Eigen::Index node = 0; node < x.cols(); ++node) {
+    for (int i = 0; i < 3; ++i) {
+      result(3 * node + i, i) = 1;
+      for (int j = 0; j < 3; ++j) result(3 * node + i, 3 + 3 * j + i) = x(j, node) - centre[j];
+    }
+  }
+  return result;
+}
+
 ScaledModes scale_modes(const bodies::ElasticBody& body, const bodies::ModalBasis& basis) {
   ScaledModes result{basis.eigenvalues, basis.modes, basis.rigid_count};
   const int rigid = basis.rigid_count;
@@ -25,8 +49,7 @@ ScaledModes scale_modes(const bodies::ElasticBody& body, const bodies::ModalBasi
 
   if (rigid > 0) {
     const Eigen::Matrix3Xd& x = body.mesh.nodes;
-    const Eigen::VectorXd mass = bodies::lumped_node_mass(body.mesh);
-    const Eigen::Vector3d centre = x * mass / mass.sum();
+    const Eigen::Vector3d centre = centre_of_mass(body);
     for (int k = 0; k < 3; ++k) {
       const Eigen::Vector3d axis = Eigen::Vector3d::Unit(k);
       Eigen::Map<Eigen::Matrix3Xd> shift(result.modes.col(k).data(), 3, x.cols());

@@ -23,6 +23,10 @@ struct ScaledModes {
 [[nodiscard]] ScaledModes scale_modes(const bodies::ElasticBody& body,
                                       const bodies::ModalBasis& basis);
 
+/// Fields that a rigid motion of a free body is made of, 3n x 12: x, y, z by one metre, then
+/// X (x - centre of mass) for X = e_i e_j^T, column 3 + 3 j + i [m].
+[[nodiscard]] Eigen::MatrixXd affine_fields(const bodies::ElasticBody& body);
+
 /// Largest displacement of a node in each column of u (3n x k) [m].
 [[nodiscard]] Eigen::VectorXd largest_node_displacement(const Eigen::Ref<const Eigen::MatrixXd>& u);
 

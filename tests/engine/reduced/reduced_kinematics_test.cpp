@@ -161,6 +161,21 @@ TEST(ReducedKinematics, TranslationOfAFreeBodyIsExact) {
   EXPECT_LT((u.col(0) - model->length * z.head<3>()).norm(), 1e-12);
 }
 
+// Far beyond the turns of the training poses: three turns about a skew axis.
+TEST(ReducedKinematics, RigidRotationOfAFreeBodyIsExact) {
+  const auto model = free_model();
+  const FullReconstruction full(testing::block(6, 3, 2, 0.1, false));
+  for (const double angle : {0.5, 3.0, 6.3, 20.0}) {
+    Eigen::VectorXd z = Eigen::VectorXd::Zero(model->coordinate_count());
+    z.segment<3>(3) = angle * Eigen::Vector3d(1, 2, -2) / 3;
+    const Eigen::MatrixXd linear = model->modes * z;
+    const Eigen::VectorXd expected = full.from_linear(linear).col(0);
+    EXPECT_LT((plain_displacements(*model, nullptr, 0, z) - expected).norm(),
+              1e-10 * expected.norm())
+        << angle;
+  }
+}
+
 TEST(ReducedKinematics, WrongSitesAndFramesAreRefused) {
   const auto model = beam_model();
   ReducedKinematics kinematics(model, std::make_shared<const BaseMotion>(some_base(*model, 3)));
