@@ -7,7 +7,7 @@ namespace limber::spacetime {
 
 void NewtonSystem::assemble(const ModeSystems& systems, const ConstraintRows& rows,
                             const Lanes& jacobian, const std::vector<Eigen::MatrixXd>& curvature,
-                            double part) {
+                            const NewtonGuard& guard) {
   count_ = systems.kept_count();
   modes_ = systems.modes();
   const auto size = static_cast<std::size_t>(count_) * (kBand + 1);
@@ -38,14 +38,15 @@ void NewtonSystem::assemble(const ModeSystems& systems, const ConstraintRows& ro
     weighted_ = columns * rows.weight().segment(first, many).asDiagonal();
     auto& target = block(systems.kept_of_knot(knot), systems.kept_of_knot(knot));
     target.noalias() += weighted_ * columns.transpose();
-    if (part > 0) target -= part * curvature[static_cast<std::size_t>(knot)];
+    if (guard.part() > 0) target -= guard.part() * curvature[static_cast<std::size_t>(knot)];
+    target.diagonal().array() += guard.shift();
   }
 }
 
 bool NewtonSystem::factor(const ModeSystems& systems, const ConstraintRows& rows,
                           const Lanes& jacobian, const std::vector<Eigen::MatrixXd>& curvature,
-                          double part) {
-  assemble(systems, rows, jacobian, curvature, part);
+                          const NewtonGuard& guard) {
+  assemble(systems, rows, jacobian, curvature, guard);
   for (int i = 0; i < count_; ++i) {
     for (int j = std::max(0, i - kBand); j <= i; ++j) {
       auto& target = block(i, j);

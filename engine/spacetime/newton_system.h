@@ -5,11 +5,13 @@
 
 #include "engine/spacetime/constraint_rows.h"
 #include "engine/spacetime/mode_systems.h"
+#include "engine/spacetime/newton_guard.h"
 
 namespace limber::spacetime {
 
 /// The full second-order model at the kept frames,
-///   H = K + proximal I + blocks at the knots of (J^T W J - theta sum_a m_a d2 u_a / dz2),
+///   H = K + proximal I + blocks at the knots of (J^T W J - theta sum_a m_a d2 u_a / dz2 + shift
+///   I),
 /// K diagonal in the modes and at most three kept frames wide, the knots' blocks dense in the
 /// modes:
 ///
@@ -23,11 +25,11 @@ namespace limber::spacetime {
 class NewtonSystem {
  public:
   /// @param curvature  per knot sum_a m_a d2 u_a / dz2, r x r
-  /// @param part       theta, in [0, 1]; 0 is Gauss-Newton and always positive definite
+  /// @param guard      theta and the shift
   /// @returns false if H is not positive definite
   [[nodiscard]] bool factor(const ModeSystems& systems, const ConstraintRows& rows,
                             const Lanes& jacobian, const std::vector<Eigen::MatrixXd>& curvature,
-                            double part);
+                            const NewtonGuard& guard);
   /// x <- H^-1 x, lanes x kept.
   void solve(Lanes& x) const;
 
@@ -46,7 +48,7 @@ class NewtonSystem {
     return filled_[static_cast<std::size_t>(row * (kBand + 1) + (row - column))];
   }
   void assemble(const ModeSystems& systems, const ConstraintRows& rows, const Lanes& jacobian,
-                const std::vector<Eigen::MatrixXd>& curvature, double part);
+                const std::vector<Eigen::MatrixXd>& curvature, const NewtonGuard& guard);
 
   int count_ = 0, modes_ = 0;
   std::vector<Eigen::MatrixXd> blocks_;  // [row][row - column]: H, then its Cholesky factor

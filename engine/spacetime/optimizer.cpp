@@ -1,38 +1,11 @@
 #include "engine/spacetime/optimizer.h"
 
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 
 #include "engine/base/error.h"
 
 namespace limber::spacetime {
-namespace {
-
-constexpr double kExactWeightStart = 1e4;
-constexpr double kExactWeightGrowth = 10;
-constexpr double kExactWeightCap = 1e7;
-/// A decrease that is smaller than this part of the merit cannot be seen in the merit.
-constexpr double kRounding = 1e-12;
-
-/// Continuation: at the first scale the constraints win about this much against the forces ...
-constexpr double kRampPull = 0.1;
-constexpr double kSmallestScale = 1e-10;
-/// ... a stage ends when a step promises less than this part of the merit, or after so many steps.
-constexpr double kStageDone = 0.1;
-constexpr int kStageSteps = 6;
-
-double inner(const Lanes& a, const Lanes& b) {
-  return lane_dot(a.data(), b.data(), static_cast<int>(a.size()));
-}
-
-/// A Newton factor serves again while steps shrink by at least this.
-constexpr double kChordRate = 0.1;
-/// Cost of a Newton step in Gauss-Newton steps, with a few of them to go from here to the end.
-constexpr double kNewtonCost = 12;
-
-}  // namespace
-
 Optimizer::Optimizer(std::shared_ptr<const reduced::Kinematics> kinematics,
                      const ModeDynamics& dynamics, const Timeline& timeline,
                      const SolverOptions& options, Eigen::MatrixXd mixing)
@@ -55,11 +28,14 @@ void Optimizer::set_structure(const std::map<ConstraintId, PositionConstraint>& 
   }
   residual_valid_ = jacobian_valid_ = motion_valid_ = false;
   space_.invalidate();
+  doubted_ = true;
+  challenger_.reset();
   if (rows_.count() > 0 && z_.isZero(0)) begin_ramp();
 }
 
 void Optimizer::target_moved(const PositionConstraint& constraint) {
   rows_.set_target(constraint);
+  challenger_.reset();
   residual_valid_ = false;
 }
 
@@ -75,10 +51,13 @@ void Optimizer::set_systems(const ModeDynamics& dynamics, const Timeline& timeli
   systems_.gather(motion_, z_);
   residual_valid_ = jacobian_valid_ = motion_valid_ = false;
   space_.invalidate();
+  doubted_ = true;
+  challenger_.reset();
   if (rows_.count() > 0 && z_.isZero(0)) begin_ramp();
 }
 
 void Optimizer::cold_start() {
+  challenger_.reset();
   z_.setZero();
   residual_valid_ = jacobian_valid_ = motion_valid_ = false;
   if (rows_.count() > 0) begin_ramp();
@@ -143,7 +122,8 @@ Optimizer::Progress Optimizer::search(const Step& step, ConstraintRows::Jacobian
     return Progress::kAccepted;
   };
   taken = 1;
-  for (int attempt = 0; attempt < 30; ++attempt) {
+  const int attempts = step_kind_ == StepKind::kNewton ? guard_.attempts() : 30;
+  for (int attempt = 0; attempt < attempts; ++attempt) {
     trial_ = z_ + taken * step.d;
     evaluate(trial_, attempt == 0 ? wanted : ConstraintRows::Jacobian::kNo, trial_state_);
     const double value = merit(trial_, trial_state_);
@@ -212,168 +192,13 @@ void Optimizer::accept(const Step& step, double taken) {
   std::swap(state_, trial_state_);
   // On the ramp the exact rows are soft: multipliers would hold them at once.
   if (!ramping()) rows_.set_multipliers(rows_.multiplier() + taken * (step.m - rows_.multiplier()));
-  motion_valid_ = false;
-}
-
-void Optimizer::set_scale(double scale) {
-  rows_.set_scale(scale);
-  space_.invalidate();
-  stage_steps_ = 0;
-  lost_ = 0;
-}
-
-void Optimizer::begin_ramp() {
-  rows_.forget_multipliers();
-  rows_.set_exact_weight(kExactWeightStart);
-  set_scale(1);
-  linearise();
-  // Compliance of a row times its weight: how much the constraint wins against the forces.
-  std::vector<double> pulls;
-  for (int row = 0; row < rows_.count(); ++row) {
-    const int knot = rows_.knot_of(row);
-    const double* green = systems_.green(knot, knot);
-    double compliance = 0;
-    for (int k = 0; k < systems_.lanes(); ++k) {
-      const double j = state_.jacobian(k, row);
-      compliance += green[k] * j * j;
-    }
-    pulls.push_back(compliance * rows_.weight()[row]);
-  }
-  const auto middle = pulls.begin() + static_cast<std::ptrdiff_t>(pulls.size() / 2);
-  std::nth_element(pulls.begin(), middle, pulls.end());
-  stage_newton_ = false;
-  if (*middle > kRampPull) set_scale(std::max(kSmallestScale, kRampPull / *middle));
-}
-
-void Optimizer::ramp_step() {
-  if (stage_newton_) {
-    newton_step();
-  } else {
-    step_kind_ = StepKind::kGaussNewton;
-    space_.factor(systems_, rows_, state_.jacobian);
-    space_.quick_step(systems_, rows_, force_, shifted_, step_);
-  }
-  const double before = merit(z_, state_);
-  double taken = 0;
-  const bool moved = search(step_, ConstraintRows::Jacobian::kYes, taken) == Progress::kAccepted;
-  double gain = 0;
-  if (moved) {
-    gain = (before - merit(trial_, trial_state_)) / (0.5 * step_.decrement2);
-    accept(step_, taken);
-  }
-  space_.invalidate();
-  stage_newton_ = stage_newton_ || gain < 0.5;  // the quadratic model is poor here: the full one
-  ++stage_steps_;
-  const double promised = std::sqrt(step_.decrement2 / (2 * before));
-  if (moved && promised > kStageDone && stage_steps_ < kStageSteps && gain < 0.9) return;
-  const bool easy = gain > 0.9 && taken == 1 && stage_steps_ == 1;
-  const double growth = easy ? 100 : gain > 0.5 || promised < kStageDone ? 10 : 4;
-  set_scale(std::min(1.0, rows_.scale() * growth));
+  motion_valid_ = curvature_valid_ = false;
 }
 
 void Optimizer::gauss_newton_step() {
   step_kind_ = StepKind::kGaussNewton;
   space_.factor(systems_, rows_, state_.jacobian);
   space_.step(systems_, rows_, force_, shifted_, 1e-2, step_);
-}
-
-bool Optimizer::factor_newton() {
-  for (int knot = 0; knot < static_cast<int>(rows_.knots().size()); ++knot)
-    knots_z_.col(knot) = z_.col(systems_.kept_of_knot(knot));
-  // Curvature with the multipliers that a Gauss-Newton step predicts: off the valley of heavy
-  // constraints the residuals' own (weight times residual) are far too large.
-  space_.factor(systems_, rows_, state_.jacobian);
-  space_.quick_step(systems_, rows_, force_, shifted_, step_);
-  rows_.curvature(knots_z_, step_.m, curvature_);
-  newton_part_ = std::clamp(2 * newton_part_, 0.25, 1.0);
-  while (!newton_.factor(systems_, rows_, state_.jacobian, curvature_, newton_part_)) {
-    if (newton_part_ == 0) return false;  // weights too far apart for a squared system
-    newton_part_ = newton_part_ > 0.1 ? 0.5 * newton_part_ : 0;
-  }
-  return true;
-}
-
-double Optimizer::along(const Lanes& d, int row) const {
-  return lane_dot(state_.jacobian.col(row).data(),
-                  d.col(systems_.kept_of_knot(rows_.knot_of(row))).data(), systems_.lanes());
-}
-
-void Optimizer::apply_newton(const Lanes& d, Lanes& out) {
-  systems_.apply(d, out);
-  for (int row = 0; row < rows_.count(); ++row) {
-    const int kept = systems_.kept_of_knot(rows_.knot_of(row));
-    lane_axpy(rows_.weight()[row] * along(d, row), state_.jacobian.col(row).data(),
-              out.col(kept).data(), systems_.lanes());
-  }
-  if (newton_part_ == 0) return;
-  for (int knot = 0; knot < static_cast<int>(rows_.knots().size()); ++knot) {
-    const int kept = systems_.kept_of_knot(knot);
-    out.col(kept).head(systems_.modes()).noalias() -=
-        newton_part_ *
-        (curvature_[static_cast<std::size_t>(knot)] * d.col(kept).head(systems_.modes()));
-  }
-}
-
-void Optimizer::newton_step() {
-  const bool chord = chord_;  // the last factor still serves: a step for the price of a solve
-  if (!chord && !factor_newton()) return gauss_newton_step();
-  step_kind_ = StepKind::kNewton;
-  multiplier_ = rows_.weight().cwiseProduct(shifted_);
-  descent_ = -force_;
-  add_rows(multiplier_, descent_);
-  step_.d = descent_;
-  newton_.solve(step_.d);
-  if (!chord) refine_newton_step();
-  step_.decrement2 = std::max(0.0, inner(descent_, step_.d));
-  step_.m.resize(rows_.count());
-  for (int row = 0; row < rows_.count(); ++row) {
-    step_.m[row] = multiplier_[row] - rows_.weight()[row] * along(step_.d, row);
-  }
-}
-
-void Optimizer::refine_newton_step() {
-  // Conjugate gradients take the proximal term out. It shows for free ends and at resonance only.
-  double before = inner(descent_, step_.d);
-  const double enough = 1e-8 * before;
-  direction_ = step_.d;
-  step_.d.setZero();
-  left_ = descent_;
-  for (int round = 0; round < 30; ++round) {
-    apply_newton(direction_, product_);
-    const double bend = inner(direction_, product_);
-    if (!(bend > 1e-14 * before)) break;
-    step_.d += before / bend * direction_;
-    left_ -= before / bend * product_;
-    if (!(left_.squaredNorm() > 1e-10 * descent_.squaredNorm())) break;
-    preconditioned_ = left_;
-    newton_.solve(preconditioned_);
-    const double square = inner(left_, preconditioned_);
-    if (!(square > enough)) break;
-    direction_ = preconditioned_ + square / before * direction_;
-    before = square;
-  }
-}
-
-bool Optimizer::take(double& taken) {
-  taken = 1;
-  if (step_.decrement2 <= kRounding * merit(z_, state_)) {
-    // The merit cannot tell any more; the decrement can.
-    if (lost_ > 0 && step_.decrement2 > 0.25 * lost_) return false;
-    lost_ = step_.decrement2;
-    trial_ = z_ + step_.d;
-    evaluate(trial_, ConstraintRows::Jacobian::kYes, trial_state_);
-  } else if (search(step_, ConstraintRows::Jacobian::kYes, taken) == Progress::kNoDecrease) {
-    return false;
-  }
-  accept(step_, taken);
-  return true;
-}
-
-bool Optimizer::newton_pays(double ratio, double gradient) const {
-  if (!(ratio > 0)) return false;
-  if (ratio >= 1) return true;
-  const double wanted = options_.gradient_tolerance / std::max(gradient, 1e-300);
-  return std::log(wanted) / std::log(ratio) > kNewtonCost;
 }
 
 SolveReport Optimizer::correct() {
@@ -408,88 +233,6 @@ SolveReport Optimizer::correct() {
   linearise();
   ramp_step();
   return report(SolveStatus::kImproved, 1, scaled(step_.decrement2));
-}
-
-SolveReport Optimizer::solve(const JobContext& job,
-                             const std::function<bool(const SolveReport&)>& on_improved) {
-  if (rows_.count() == 0) return correct();
-  double previous = 0, gradient = 0;
-  bool newton = newton_last_, ramped = ramping();
-  chord_ = false;
-  int short_steps = 0;
-  double exact_before = 0;
-  lost_ = 0;
-  for (int iteration = 0;; ++iteration) {
-    if (job.cancellation.requested()) {
-      linearise();
-      return report(SolveStatus::kCancelled, iteration, gradient);
-    }
-    linearise();
-    if (iteration == options_.max_iterations)
-      return report(SolveStatus::kIterationLimit, iteration, gradient);
-    if (ramping()) {
-      ramp_step();
-      gradient = scaled(step_.decrement2);
-      previous = 0;
-      newton = stage_newton_;
-      chord_ = false;
-    } else {
-      if (newton) {
-        newton_step();
-      } else {
-        gauss_newton_step();
-      }
-      gradient = scaled(step_.decrement2);
-      if (gradient <= options_.gradient_tolerance && exact_done()) {
-        // The step is there: directions that hardly cost anything gain digits by it.
-        if (gradient > 0.01 * options_.gradient_tolerance) {
-          trial_ = z_ + step_.d;
-          evaluate(trial_, ConstraintRows::Jacobian::kYes, trial_state_);
-          accept(step_, 1);
-        }
-        return report(SolveStatus::kConverged, iteration, gradient);
-      }
-      const bool rounding = step_.decrement2 <= kRounding * merit(z_, state_);
-      double taken = 1;
-      if (!take(taken)) {
-        if (chord_) {
-          chord_ = false;
-          continue;
-        }
-        if (rounding && exact_done()) return report(SolveStatus::kConverged, iteration, gradient);
-        if (newton) return report(SolveStatus::kStalled, iteration, gradient);
-        newton = true;
-        continue;
-      }
-      if (taken < 0.1 && gradient > 0.1 && ++short_steps >= 3 && !ramped) {
-        begin_ramp();
-        ramped = true;
-        continue;
-      }
-      const double decrement = std::sqrt(step_.decrement2);
-      chord_ = step_kind_ == StepKind::kNewton && taken == 1 && gradient < 0.1 && previous > 0 &&
-               decrement < kChordRate * previous;
-      if (!newton && previous > 0)
-        newton = taken < 1 || newton_pays(decrement / previous, gradient);
-      previous = decrement;
-      if (rows_.exact_count() > 0 && taken == 1) {
-        // Multipliers do the work; a heavier weight bends the valley. Only where they are slow.
-        const double error = max_exact(state_.residual);
-        if (exact_before > 0 && error > 0.25 * exact_before &&
-            error > options_.constraint_tolerance && rows_.exact_weight() < kExactWeightCap) {
-          rows_.set_exact_weight(
-              std::min(kExactWeightCap, kExactWeightGrowth * rows_.exact_weight()));
-          space_.invalidate();
-          chord_ = false;
-        }
-        exact_before = error;
-      }
-      newton_last_ = newton;
-    }
-    if (on_improved && !on_improved(report(SolveStatus::kImproved, iteration + 1, gradient))) {
-      return report(SolveStatus::kImproved, iteration + 1, gradient);
-    }
-  }
 }
 
 }  // namespace limber::spacetime

@@ -35,6 +35,14 @@ class Optimizer {
 
  private:
   enum class Progress { kAccepted, kNoDecrease };
+  enum class Outcome { kMoved, kAgain, kConverged, kStalled };
+  /// What one run of the iteration remembers from step to step.
+  struct Course {
+    double gradient = 0, previous = 0;  // scaled decrement now; decrement of the step before
+    double exact_before = 0;            // largest error of an exact row before the last full step
+    int short_steps = 0;
+    bool newton = false, ramped = false;
+  };
 
   void evaluate(const Lanes& z, ConstraintRows::Jacobian wanted, RowState& state) const;
   /// Residuals, Jacobians, force and shifted residuals at z_.
@@ -69,11 +77,26 @@ class Optimizer {
   [[nodiscard]] bool take(double& taken);
   [[nodiscard]] bool newton_pays(double ratio, double gradient) const;
 
+  SolveReport iterate(const JobContext& job,
+                      const std::function<bool(const SolveReport&)>& on_improved);
+  /// A step behind the ramp, from where linearise() left off.
+  [[nodiscard]] Outcome advance(Course& course);
+  [[nodiscard]] Outcome after_no_decrease(Course& course);
+  void weigh_exact_rows(Course& course);
+  /// A cold start beside the present answer; the better of the two stays (see NOTATION.md).
+  /// `on_improved` hears of the present answer meanwhile and may stop it.
+  SolveReport challenge(const JobContext& job,
+                        const std::function<bool(const SolveReport&)>& on_improved,
+                        SolveReport answer);
+  [[nodiscard]] bool beats(const SolveReport& other, const SolveReport& answer) const;
+
   [[nodiscard]] SolveReport report(SolveStatus status, int iterations, double gradient) const;
   void say_rank(SolveReport& report) const;
   /// Whether no step can lower the exact rows' errors further to first order: all that is left is
   /// contradiction.
   [[nodiscard]] bool only_contradiction_left() const;
+
+  static constexpr double kExactWeightStart = 1e4;
 
   SolverOptions options_;
   double length_;
@@ -93,7 +116,11 @@ class Optimizer {
   Eigen::VectorXd shifted_, multiplier_, promised_, surprise_;
   NewtonSystem newton_;
   std::vector<Eigen::MatrixXd> curvature_;
-  double newton_part_ = 1;    // of the curvature that the last Newton system could take
+  bool doubted_ = false;                   // the set of constraints changed since the last answer
+  double settled_energy_ = 0;              // of the last answer
+  std::shared_ptr<Optimizer> challenger_;  // where the last challenge was stopped; null after edits
+  NewtonGuard guard_;
+  bool curvature_valid_ = false;
   bool chord_ = false;        // the next Newton step reuses the factor
   bool newton_last_ = false;  // the last solve ended with Newton steps: so the next begins
   double lost_ = 0;           // decrement of the last step too small to be judged by the merit

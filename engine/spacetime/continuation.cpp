@@ -1,0 +1,77 @@
+#include "engine/spacetime/optimizer.h"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+namespace limber::spacetime {
+namespace {
+
+/// At the first scale the constraints win about this much against the forces ...
+constexpr double kRampPull = 0.1;
+constexpr double kSmallestScale = 1e-10;
+/// ... a stage ends when a step promises less than this part of the merit, or after so many steps.
+constexpr double kStageDone = 0.1;
+constexpr int kStageSteps = 6;
+
+}  // namespace
+
+void Optimizer::set_scale(double scale) {
+  rows_.set_scale(scale);
+  space_.invalidate();
+  stage_steps_ = 0;
+  lost_ = 0;
+}
+
+void Optimizer::begin_ramp() {
+  rows_.forget_multipliers();
+  rows_.set_exact_weight(kExactWeightStart);
+  set_scale(1);
+  linearise();
+  // Compliance of a row times its weight: how much the constraint wins against the forces.
+  std::vector<double> pulls;
+  for (int row = 0; row < rows_.count(); ++row) {
+    const int knot = rows_.knot_of(row);
+    const double* green = systems_.green(knot, knot);
+    double compliance = 0;
+    for (int k = 0; k < systems_.lanes(); ++k) {
+      const double j = state_.jacobian(k, row);
+      compliance += green[k] * j * j;
+    }
+    pulls.push_back(compliance * rows_.weight()[row]);
+  }
+  const auto middle = pulls.begin() + static_cast<std::ptrdiff_t>(pulls.size() / 2);
+  std::nth_element(pulls.begin(), middle, pulls.end());
+  stage_newton_ = false;
+  guard_.reset();
+  if (*middle > kRampPull) set_scale(std::max(kSmallestScale, kRampPull / *middle));
+}
+
+void Optimizer::ramp_step() {
+  if (stage_newton_) {
+    newton_step();
+  } else {
+    step_kind_ = StepKind::kGaussNewton;
+    space_.factor(systems_, rows_, state_.jacobian);
+    space_.quick_step(systems_, rows_, force_, shifted_, step_);
+  }
+  const double before = merit(z_, state_);
+  double taken = 0;
+  const bool moved = search(step_, ConstraintRows::Jacobian::kYes, taken) == Progress::kAccepted;
+  double gain = 0;
+  if (moved) {
+    gain = (before - merit(trial_, trial_state_)) / (0.5 * step_.decrement2);
+    accept(step_, taken);
+  }
+  if (step_kind_ == StepKind::kNewton) guard_.judge(gain, moved ? taken : 0);
+  space_.invalidate();
+  stage_newton_ = stage_newton_ || gain < 0.5;  // the quadratic model is poor here: the full one
+  ++stage_steps_;
+  const double promised = std::sqrt(step_.decrement2 / (2 * before));
+  if (moved && promised > kStageDone && stage_steps_ < kStageSteps && gain < 0.9) return;
+  const bool easy = gain > 0.9 && taken == 1 && stage_steps_ == 1;
+  const double growth = easy ? 100 : gain > 0.5 || promised < kStageDone ? 10 : 4;
+  set_scale(std::min(1.0, rows_.scale() * growth));
+}
+
+}  // namespace limber::spacetime

@@ -1,0 +1,218 @@
+#include "engine/spacetime/optimizer.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace limber::spacetime {
+namespace {
+
+constexpr double kExactWeightGrowth = 10;
+constexpr double kExactWeightCap = 1e7;
+/// A decrease that is smaller than this part of the merit cannot be seen in the merit.
+constexpr double kRounding = 1e-12;
+/// A Newton factor serves again while steps shrink by at least this.
+constexpr double kChordRate = 0.1;
+/// Cost of a Newton step in Gauss-Newton steps, with a few of them to go from here to the end.
+constexpr double kNewtonCost = 12;
+/// A target that moves may end in a worse minimum; this growth of the energy asks for a challenge.
+constexpr double kSuspectGrowth = 2;
+/// Energies this close (relative) belong to one minimum ...
+constexpr double kSameEnergy = 1e-6;
+/// ... and what has not converged may be that much away from its end.
+constexpr double kClearlyBetter = 0.9;
+
+}  // namespace
+
+bool Optimizer::take(double& taken) {
+  taken = 1;
+  if (step_.decrement2 <= kRounding * merit(z_, state_)) {
+    // The merit cannot tell any more; the decrement can.
+    if (lost_ > 0 && step_.decrement2 > 0.25 * lost_) return false;
+    lost_ = step_.decrement2;
+    trial_ = z_ + step_.d;
+    evaluate(trial_, ConstraintRows::Jacobian::kYes, trial_state_);
+  } else {
+    const double before = merit(z_, state_);
+    const bool moved = search(step_, ConstraintRows::Jacobian::kYes, taken) == Progress::kAccepted;
+    if (step_kind_ == StepKind::kNewton && !chord_) {
+      const double gain =
+          moved ? (before - merit(trial_, trial_state_)) / (0.5 * step_.decrement2) : 0;
+      guard_.judge(gain, moved ? taken : 0);
+    }
+    if (!moved) return false;
+  }
+  accept(step_, taken);
+  return true;
+}
+
+bool Optimizer::newton_pays(double ratio, double gradient) const {
+  if (!(ratio > 0)) return false;
+  if (ratio >= 1) return true;
+  const double wanted = options_.gradient_tolerance / std::max(gradient, 1e-300);
+  return std::log(wanted) / std::log(ratio) > kNewtonCost;
+}
+
+Optimizer::Outcome Optimizer::advance(Course& course) {
+  if (course.newton) {
+    newton_step();
+  } else {
+    gauss_newton_step();
+  }
+  course.gradient = scaled(step_.decrement2);
+  if (course.gradient <= options_.gradient_tolerance && exact_done() && guard_.shift() > 0) {
+    // A shift shortens steps: what is left to gain is known without it.
+    gauss_newton_step();
+    course.gradient = scaled(step_.decrement2);
+  }
+  if (course.gradient <= options_.gradient_tolerance && exact_done()) {
+    // The step is there: directions that hardly cost anything gain digits by it.
+    if (course.gradient > 0.01 * options_.gradient_tolerance) {
+      trial_ = z_ + step_.d;
+      evaluate(trial_, ConstraintRows::Jacobian::kYes, trial_state_);
+      accept(step_, 1);
+    }
+    return Outcome::kConverged;
+  }
+  double taken = 1;
+  if (!take(taken)) return after_no_decrease(course);
+  const bool newton_kind = step_kind_ == StepKind::kNewton;
+  if (taken < 0.1 && course.gradient > 0.1 && ++course.short_steps >= 3 && !course.ramped) {
+    begin_ramp();
+    course.ramped = true;
+    return Outcome::kAgain;
+  }
+  const double decrement = std::sqrt(step_.decrement2);
+  chord_ = newton_kind && guard_.shift() == 0 && taken == 1 && course.gradient < 0.1 &&
+           course.previous > 0 && decrement < kChordRate * course.previous;
+  if (!course.newton && course.previous > 0) {
+    course.newton = taken < 1 || newton_pays(decrement / course.previous, course.gradient);
+  }
+  course.previous = decrement;
+  if (rows_.exact_count() > 0 && taken == 1 && guard_.shift() == 0) weigh_exact_rows(course);
+  newton_last_ = course.newton;
+  return Outcome::kMoved;
+}
+
+Optimizer::Outcome Optimizer::after_no_decrease(Course& course) {
+  if (chord_) {
+    chord_ = false;
+    return Outcome::kAgain;
+  }
+  const bool rounding = step_.decrement2 <= kRounding * merit(z_, state_);
+  if (course.newton && step_kind_ == StepKind::kNewton && !rounding && guard_.may_retry()) {
+    return Outcome::kAgain;  // with the larger shift
+  }
+  if (rounding && exact_done()) return Outcome::kConverged;
+  if (course.newton) return Outcome::kStalled;
+  course.newton = true;
+  return Outcome::kAgain;
+}
+
+void Optimizer::weigh_exact_rows(Course& course) {
+  // Multipliers do the work; a heavier weight bends the valley. Only where they are slow.
+  const double error = max_exact(state_.residual);
+  if (course.exact_before > 0 && error > 0.25 * course.exact_before &&
+      error > options_.constraint_tolerance && rows_.exact_weight() < kExactWeightCap) {
+    rows_.set_exact_weight(std::min(kExactWeightCap, kExactWeightGrowth * rows_.exact_weight()));
+    space_.invalidate();
+    chord_ = false;
+  }
+  course.exact_before = error;
+}
+
+SolveReport Optimizer::iterate(const JobContext& job,
+                               const std::function<bool(const SolveReport&)>& on_improved) {
+  Course course;
+  course.newton = newton_last_;
+  course.ramped = ramping();
+  curvature_valid_ = chord_ = false;
+  lost_ = 0;
+  for (int iteration = 0;; ++iteration) {
+    linearise();
+    const auto ended = [&](SolveStatus status) {
+      return report(status, iteration, course.gradient);
+    };
+    if (job.cancellation.requested()) return ended(SolveStatus::kCancelled);
+    if (iteration == options_.max_iterations) return ended(SolveStatus::kIterationLimit);
+    if (ramping()) {
+      ramp_step();
+      course.gradient = scaled(step_.decrement2);
+      course.previous = 0;
+      course.newton = stage_newton_;
+      chord_ = false;
+    } else {
+      const Outcome outcome = advance(course);
+      if (outcome == Outcome::kConverged) return ended(SolveStatus::kConverged);
+      if (outcome == Outcome::kStalled) return ended(SolveStatus::kStalled);
+      if (outcome == Outcome::kAgain) continue;
+    }
+    if (on_improved &&
+        !on_improved(report(SolveStatus::kImproved, iteration + 1, course.gradient))) {
+      return report(SolveStatus::kImproved, iteration + 1, course.gradient);
+    }
+  }
+}
+
+SolveReport Optimizer::solve(const JobContext& job,
+                             const std::function<bool(const SolveReport&)>& on_improved) {
+  if (rows_.count() == 0) return correct();
+  const bool cold = ramping();
+  SolveReport answer = iterate(job, on_improved);
+  const bool ended =
+      answer.status != SolveStatus::kCancelled && answer.status != SolveStatus::kImproved;
+  if (!ended) return answer;
+  if (!cold && (doubted_ || answer.total_energy > kSuspectGrowth * settled_energy_)) {
+    answer = challenge(job, on_improved, answer);
+    if (answer.status == SolveStatus::kCancelled || answer.status == SolveStatus::kImproved) {
+      doubted_ = true;
+      return answer;
+    }
+  }
+  doubted_ = false;
+  settled_energy_ = answer.total_energy;
+  return answer;
+}
+
+SolveReport Optimizer::challenge(const JobContext& job,
+                                 const std::function<bool(const SolveReport&)>& on_improved,
+                                 SolveReport answer) {
+  if (!challenger_) {
+    challenger_ = std::make_shared<Optimizer>(*this);
+    challenger_->cold_start();
+  }
+  bool stopped = false;
+  const SolveReport other = challenger_->iterate(job, [&](const SolveReport&) {
+    SolveReport known = answer;
+    known.status = SolveStatus::kImproved;
+    stopped = on_improved && !on_improved(known);
+    return !stopped;
+  });
+  const int iterations = answer.iterations + other.iterations;
+  if (stopped || other.status == SolveStatus::kCancelled) {
+    answer.status = stopped ? SolveStatus::kImproved : SolveStatus::kCancelled;
+  } else {
+    if (beats(other, answer)) {
+      const std::shared_ptr<Optimizer> better = std::move(challenger_);
+      *this = std::move(*better);
+      answer = other;
+    }
+    challenger_.reset();
+  }
+  answer.iterations = iterations;
+  return answer;
+}
+
+bool Optimizer::beats(const SolveReport& other, const SolveReport& answer) const {
+  const double tolerance = options_.constraint_tolerance * length_;
+  if (other.max_exact_error > std::max(10 * tolerance, 1.1 * answer.max_exact_error)) return false;
+  if (answer.max_exact_error > std::max(10 * tolerance, 10 * other.max_exact_error)) return true;
+  const bool converged = answer.status == SolveStatus::kConverged;
+  const bool other_converged = other.status == SolveStatus::kConverged;
+  if (converged && !other_converged)
+    return other.total_energy < kClearlyBetter * answer.total_energy;
+  if (!converged && other_converged)
+    return other.total_energy < answer.total_energy / kClearlyBetter;
+  return other.total_energy < (1 - kSameEnergy) * answer.total_energy;
+}
+
+}  // namespace limber::spacetime

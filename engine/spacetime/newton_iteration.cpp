@@ -1,0 +1,100 @@
+#include "engine/spacetime/optimizer.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace limber::spacetime {
+namespace {
+
+double inner(const Lanes& a, const Lanes& b) {
+  return lane_dot(a.data(), b.data(), static_cast<int>(a.size()));
+}
+
+}  // namespace
+
+bool Optimizer::factor_newton() {
+  if (!curvature_valid_) {
+    for (int knot = 0; knot < static_cast<int>(rows_.knots().size()); ++knot)
+      knots_z_.col(knot) = z_.col(systems_.kept_of_knot(knot));
+    // Curvature with the multipliers that a Gauss-Newton step predicts: off the valley of heavy
+    // constraints the residuals' own (weight times residual) are far too large.
+    space_.factor(systems_, rows_, state_.jacobian);
+    space_.quick_step(systems_, rows_, force_, shifted_, step_);
+    rows_.curvature(knots_z_, step_.m, curvature_);
+    double largest = 0;
+    for (const auto& block : curvature_) largest = std::max(largest, block.norm());
+    guard_.set_curvature(largest);
+    curvature_valid_ = true;
+  }
+  while (!newton_.factor(systems_, rows_, state_.jacobian, curvature_, guard_)) {
+    if (!guard_.strengthen()) return false;
+  }
+  return true;
+}
+
+double Optimizer::along(const Lanes& d, int row) const {
+  return lane_dot(state_.jacobian.col(row).data(),
+                  d.col(systems_.kept_of_knot(rows_.knot_of(row))).data(), systems_.lanes());
+}
+
+void Optimizer::apply_newton(const Lanes& d, Lanes& out) {
+  systems_.apply(d, out);
+  for (int row = 0; row < rows_.count(); ++row) {
+    const int kept = systems_.kept_of_knot(rows_.knot_of(row));
+    lane_axpy(rows_.weight()[row] * along(d, row), state_.jacobian.col(row).data(),
+              out.col(kept).data(), systems_.lanes());
+  }
+  for (int knot = 0; knot < static_cast<int>(rows_.knots().size()); ++knot) {
+    const int kept = systems_.kept_of_knot(knot);
+    out.col(kept).head(systems_.modes()).noalias() -=
+        guard_.part() *
+        (curvature_[static_cast<std::size_t>(knot)] * d.col(kept).head(systems_.modes()));
+    out.col(kept) += guard_.shift() * d.col(kept);
+  }
+}
+
+void Optimizer::newton_step() {
+  const bool chord = chord_;  // the last factor still serves: a step for the price of a solve
+  if (!chord && !factor_newton()) return gauss_newton_step();
+  step_kind_ = StepKind::kNewton;
+  multiplier_ = rows_.weight().cwiseProduct(shifted_);
+  descent_ = -force_;
+  add_rows(multiplier_, descent_);
+  step_.d = descent_;
+  newton_.solve(step_.d);
+  if (!chord) refine_newton_step();
+  step_.decrement2 = std::max(0.0, inner(descent_, step_.d));
+  if (guard_.shift() > 0) {
+    step_.m = rows_.multiplier();  // what a shortened step leaves undone is no multiplier
+    return;
+  }
+  step_.m.resize(rows_.count());
+  for (int row = 0; row < rows_.count(); ++row) {
+    step_.m[row] = multiplier_[row] - rows_.weight()[row] * along(step_.d, row);
+  }
+}
+
+void Optimizer::refine_newton_step() {
+  // Conjugate gradients take the proximal term out. It shows for free ends and at resonance only.
+  double before = inner(descent_, step_.d);
+  const double enough = 1e-8 * before;
+  direction_ = step_.d;
+  step_.d.setZero();
+  left_ = descent_;
+  for (int round = 0; round < 30; ++round) {
+    apply_newton(direction_, product_);
+    const double bend = inner(direction_, product_);
+    if (!(bend > 1e-14 * before)) break;
+    step_.d += before / bend * direction_;
+    left_ -= before / bend * product_;
+    if (!(left_.squaredNorm() > 1e-10 * descent_.squaredNorm())) break;
+    preconditioned_ = left_;
+    newton_.solve(preconditioned_);
+    const double square = inner(left_, preconditioned_);
+    if (!(square > enough)) break;
+    direction_ = preconditioned_ + square / before * direction_;
+    before = square;
+  }
+}
+
+}  // namespace limber::spacetime
