@@ -109,7 +109,7 @@ EditReceipt Session::Impl::edit(const std::vector<Edit>& edits, std::optional<Re
   return receipt;
 }
 
-void Session::Impl::solve_cold() {
+void Session::Impl::solve_cold(std::uint64_t request) {
   std::unique_lock lock(mutex_);
   demand_usable();
   if (state_ == State::kFailed) {  // a second try at the model
@@ -119,6 +119,7 @@ void Session::Impl::solve_cold() {
     cancellation_ = {};
   }
   work_ = cold_ = true;
+  cold_asked_ = request;
   skip_solve_ = false;
   post(std::move(lock));
 }

@@ -206,7 +206,7 @@ proto::SolveColdResponse Service::solve_cold(const proto::SolveColdRequest& requ
   record->expect_cold(job);
   guard.release();
   try {
-    session->solve_cold();
+    session->solve_cold(job);
   } catch (const std::exception& fault) {
     hub_.jobs.failed(job, error_to_proto(fault));
     throw;

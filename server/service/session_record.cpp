@@ -89,7 +89,7 @@ std::size_t SessionRecord::constraint_count() const {
   return constraints_;
 }
 
-/// Both jobs, in the same breath as noting what ends them: one that begins right after, when a
+/// The jobs, in the same breath as noting what ends them: one that begins right after, when a
 /// client has the answer, is not ended by it. Called with the lock.
 std::vector<JobId> SessionRecord::take_jobs() {
   std::vector<JobId> jobs;
@@ -97,6 +97,17 @@ std::vector<JobId> SessionRecord::take_jobs() {
     if (*job) jobs.push_back(**job);
     job->reset();
   }
+  return jobs;
+}
+
+/// Any final result ends the opening. A cold job waits for one that has its own solve in it: a warm
+/// one may become final between the wish and its beginning. Called with the lock.
+std::vector<JobId> SessionRecord::take_jobs_ended_by(const session::Result& result) {
+  std::vector<JobId> jobs;
+  if (!result.converged) return jobs;
+  if (open_job_) jobs.push_back(*std::exchange(open_job_, std::nullopt));
+  if (cold_job_ && result.cold_request >= *cold_job_)
+    jobs.push_back(*std::exchange(cold_job_, std::nullopt));
   return jobs;
 }
 
@@ -210,7 +221,7 @@ void SessionRecord::on_result(const std::shared_ptr<const session::Result>& resu
   {
     const std::lock_guard lock(mutex_);
     newest_ = result;
-    if (result->converged) ended = take_jobs();
+    ended = take_jobs_ended_by(*result);
   }
   streams_->note(result);
   waiters_.note(result);

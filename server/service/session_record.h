@@ -45,7 +45,7 @@ class SessionRecord final : public session::Listener,
   void constraints_changed(std::size_t count);
   [[nodiscard]] std::size_t constraint_count() const;
 
-  /// The next final result ends this job.
+  /// The final result that contains `solve_cold(job)` ends this job.
   void expect_cold(JobId job);
   /// Of CancelRequest: stops the session's work; who waits is told.
   void cancel();
@@ -67,6 +67,7 @@ class SessionRecord final : public session::Listener,
  private:
   void adopt_model(const session::Session& session);
   [[nodiscard]] std::vector<JobId> take_jobs();
+  [[nodiscard]] std::vector<JobId> take_jobs_ended_by(const session::Result& result);
   [[nodiscard]] std::optional<JobId> take_job(std::optional<JobId>& job);
 
   Hub& hub_;
