@@ -68,8 +68,19 @@ def test_wrong_command_lines_are_exit_code_2(cli, arguments):
 
 
 def test_nobody_there_is_exit_code_3(cli, tmp_path):
-    message = failed(cli("info", "--timeout", "0.3", endpoint=f"ipc://{tmp_path}/nobody"), 3)
-    assert "limber start" in message
+    endpoint = f"ipc://{tmp_path}/nobody"
+    message = failed(cli("info", "--timeout", "0.3", endpoint=endpoint), 3)
+    assert "limber start" in message and endpoint in message
+
+
+@pytest.mark.parametrize("arguments", [("list",), ("wait", "s"), ("export", "s", "--format", "pvd"), ("stop",)])
+def test_that_nobody_is_there_is_known_soon(cli, arguments):
+    begin = time.monotonic()
+    failed(cli(*arguments, endpoint="tcp://127.0.0.1:9"), 3)
+    assert time.monotonic() - begin < 4, "two seconds and what the process takes to start"
+    begin = time.monotonic()
+    failed(cli("--connect-timeout", "0.2", *arguments, endpoint="tcp://127.0.0.1:9"), 3)
+    assert time.monotonic() - begin < 2
 
 
 def test_the_whole_flow(cli, scene_file, tmp_path):
@@ -223,7 +234,20 @@ def test_start_and_stop(cli, limberd, tmp_path):
         assert "stopped" in done(cli("stop", **environment))
     assert failed(cli("info", "--timeout", 0.2, **environment), 3)
     message = failed(cli("start", "--log", tmp_path / "log", "--", "--no-such-option", **environment), 1)
-    assert "did not start" in message and "no-such-option" in (tmp_path / "log").read_text()
+    assert "did not start" in message and "no-such-option" in message
+
+
+def test_start_hands_over_where_the_stream_is(cli, limberd, tmp_path):
+    environment = {"endpoint": f"ipc://{tmp_path}/r"}
+    log = ("--log", tmp_path / "log")
+    done(cli("start", *log, "--", f"--stream=ipc://{tmp_path}/elsewhere", "--no-cache", **environment))
+    try:
+        assert f"ipc://{tmp_path}/elsewhere" in done(cli("info", **environment))
+    finally:
+        done(cli("stop", **environment))
+    for twice in (("--stream", f"ipc://{tmp_path}/a", *log, "--", "--stream", f"ipc://{tmp_path}/b"),
+                  (*log, "--", "--bind", f"ipc://{tmp_path}/c")):
+        assert "--stream" in (message := failed(cli("start", *twice, **environment), 1)) or "--endpoint" in message
 
 
 def test_progress_bar_on_a_terminal_and_lines_elsewhere(cli, launch):
