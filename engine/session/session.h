@@ -62,8 +62,10 @@ using Executor = std::function<void(std::function<void()>)>;
 
 struct SessionOptions {
   spacetime::SolverOptions solver;
-  int undo_depth = 1000;       // requests that can be undone, >= 0
-  int max_constraints = 4096;  // >= 0
+  int undo_depth = 1000;                            // requests that can be undone, >= 0
+  int max_constraints = 4096;                       // >= 0
+  std::size_t undo_bytes = std::size_t{256} << 20;  // kept for undo; the newest request always is
+  std::size_t max_constraint_nodes = 4'000'000;     // named by all constraints together
 };
 
 /// A scene, its model, its edits in order, and its newest result; re-optimises whenever an edit

@@ -46,7 +46,8 @@ Session::Impl::Impl(std::string id, scene::Scene scene, SessionOptions options,
       cache_(std::move(cache)),
       executor_(std::move(executor)),
       listener_(std::move(listener)),
-      document_(validated(std::move(scene)), {options.undo_depth, options.max_constraints}),
+      document_(validated(std::move(scene)), {options.undo_depth, options.max_constraints,
+                                              options.undo_bytes, options.max_constraint_nodes}),
       edited_at_(Clock::now()) {
   options_.solver.validate();
   if (!executor_)
