@@ -8,6 +8,7 @@
 #include "server/codec/errors.h"
 #include "server/codec/result.h"
 #include "server/log/log.h"
+#include "server/service/memory_estimate.h"
 
 namespace limber::server {
 
@@ -82,6 +83,16 @@ proto::SessionStatus SessionRecord::status() const {
 void SessionRecord::constraints_changed(std::size_t count) {
   const std::lock_guard lock(mutex_);
   constraints_ = count;
+}
+
+void SessionRecord::demand_memory(std::size_t constraints) const {
+  const std::uint64_t limit = hub_.options.limits.session_bytes;
+  const std::uint64_t bytes = opened_.bytes + estimate_constraint_bytes(constraints, opened_.lanes);
+  if (bytes > limit) {
+    throw limit_exceeded(
+        "edits", fmt::format("estimated bytes of the session with {} constraints", constraints),
+        limit, bytes);
+  }
 }
 
 std::size_t SessionRecord::constraint_count() const {
