@@ -2,7 +2,11 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cctype>
 #include <cstdio>
+#include <string>
+#include <vector>
 
 #include "clients/cli/context.h"
 
@@ -27,6 +31,26 @@ int report(const Context& context, const limber::client::ClientError& error) {
   if (cli::interrupted()) return cli::kInterrupted;
   if (dynamic_cast<const limber::client::Unreachable*>(&error) != nullptr) return cli::kUnreachable;
   return error.code() == limber::v1::ERROR_CODE_TIMEOUT ? cli::kTimeOut : cli::kRefused;
+}
+
+/// "-.5" would be read as an option.
+std::vector<std::string> with_leading_zeros(int argc, char** argv) {
+  std::vector<std::string> arguments(argv + 1, argv + argc);
+  for (auto& argument : arguments) {
+    if (argument.size() > 2 && argument.starts_with("-.") && std::isdigit(argument[2]) != 0)
+      argument.insert(1, "0");
+  }
+  return arguments;
+}
+
+int usage(const CLI::App& app, const CLI::ParseError& error) {
+  const auto unknown = app.remaining();
+  if (app.get_subcommands().empty() && !unknown.empty()) {
+    fmt::print(stderr, "limber: there is no command '{}'; `limber --help` lists them\n",
+               unknown.front());
+    return limber::cli::kUsage;
+  }
+  return app.exit(error) == 0 ? limber::cli::kDone : limber::cli::kUsage;
 }
 
 }  // namespace
@@ -77,10 +101,12 @@ int main(int argc, char** argv) {
   cli::add_result_commands(app, context);
   try {
     cli::catch_interrupts();
-    app.parse(argc, argv);
+    auto arguments = with_leading_zeros(argc, argv);
+    std::reverse(arguments.begin(), arguments.end());  // as CLI11 wants them
+    app.parse(std::move(arguments));
     return context.exit_code;
   } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? cli::kDone : cli::kUsage;
+    return usage(app, error);
   } catch (const limber::client::ClientError& error) {
     return report(context, error);
   } catch (const std::exception& error) {

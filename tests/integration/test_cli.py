@@ -160,6 +160,22 @@ def test_edit_script(cli, session, tmp_path):
     message = failed(cli("edit-script", session.id, "-", input='{"undo": {}}\n{"nonsense": 1}\n'), 1)
     assert "line 2" in message
     assert session.status().revision == 5
+    message = failed(cli("edit-script", session.id, "-", input='{"undo": {}}\n{"remove": {"id": 77}}\n'), 1)
+    assert "line 2: edits[0].remove.id" in message
+    message = failed(cli("edit-script", session.id, "-", input='{"move": {"id": 1, "target": {"x": "a"}}}\n'), 1)
+    assert "Cannot find field" not in message and "line 1" in message
+
+
+def test_numbers_without_a_leading_zero(cli, session):
+    done(cli("add", session.id, "--node", 62, "--frame", 30, "--displacement", 0, "-.1", ".2"))
+    target = session.constraints()[0].message.displacement
+    assert (target.x, target.y, target.z) == (0, -0.1, 0.2)
+
+
+def test_what_the_command_line_does_not_know_is_named(cli):
+    assert "no command 'frobnicate'" in failed(cli("frobnicate"), 2)
+    message = failed(cli("ends", "s", "--first", "loose", "--last", "free"), 2)
+    assert "loose not in {free,position,position_velocity}" in message
 
 
 def test_watch(cli, server, session):
