@@ -119,10 +119,9 @@ int tetrahedralize_file(const fs::path& input, const fs::path& output, int tets)
     JobContext job;
     job.progress = [&](const std::string& stage, double fraction) { bar.show(stage, fraction); };
     result = scene::tetrahedralize(surface, options, job);
+    bar.show("done", 1);
   }
-  for (const auto& texts : {surface.warnings, result.notes}) {
-    for (const auto& text : texts) fmt::print(stderr, "warning: {}\n", text);
-  }
+  for (const auto& text : result.notes) fmt::print(stderr, "warning: {}\n", text);
   write_file(output, mesh_bytes(output, result.mesh));
   fmt::print("{}: {} nodes, {} tets\n", output.string(), result.mesh.node_count(),
              result.mesh.tet_count());

@@ -94,9 +94,7 @@ void Service::run_tetrahedralize(JobId job, const JobContext& context,
     const auto result = scene::tetrahedralize(surface, options, context);
     JobProduct product;
     product.mesh = encode_mesh(result.mesh);
-    for (const auto& texts : {surface.warnings, result.notes}) {
-      for (const auto& text : texts) product.issues.push_back(encode_warning("surface", text));
-    }
+    for (const auto& text : result.notes) product.issues.push_back(encode_warning("surface", text));
     hub_.jobs.done(job, std::move(product));
   } catch (const std::exception& fault) {
     const auto* error = dynamic_cast<const Error*>(&fault);

@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <boost/asio/post.hpp>
 
 #include "server/codec/edit.h"
@@ -134,7 +135,11 @@ proto::EditResponse Service::edit(const proto::EditRequest& request) {
   if (request.has_expected_revision()) expected = request.expected_revision();
   const std::size_t before = record->constraint_count();
   const auto after = count_after(before, edits);
-  if (after && *after > before) record->demand_memory(*after);
+  const auto added = static_cast<std::size_t>(
+      std::count_if(edits.begin(), edits.end(), [](const session::Edit& edit) {
+        return std::holds_alternative<session::AddConstraint>(edit);
+      }));
+  if (added > 0) record->demand_memory(after.value_or(before + added));
   try {
     const auto receipt = session->edit(edits, expected);
     record->constraints_changed(after ? *after : session->constraints().size());

@@ -281,6 +281,21 @@ def test_progress_bar_on_a_terminal_and_lines_elsewhere(cli, launch):
     assert "\r" in seen and "###" in seen and "100 %" in seen
 
 
+def test_tetrahedralize_shows_a_bar_and_warns_once(cli, tmp_path):
+    write(tmp_path / "box.obj", "".join(f"v {x} {y} {z}\n" for z in (0, 1) for x, y in ((0, 0), (1, 0), (1, 1), (0, 1)))
+          + "f 4 3 2 1\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n")
+    arguments = ["tetrahedralize", str(tmp_path / "box.obj"), "-o", str(tmp_path / "box.msh"), "--tets", "600"]
+    main, follower = pty.openpty()
+    process = subprocess.Popen([str(find_binary("limber")), *arguments], stderr=follower, stdout=subprocess.DEVNULL)
+    os.close(follower)
+    seen = read_terminal(main, lambda text: False)
+    assert process.wait(10) == 0
+    assert "\r" in seen and "###" in seen and "100 %" in seen
+    plain = cli(*arguments)
+    done(plain)
+    assert "\r" not in plain.stderr and plain.stderr.count("polygons are cut") == 1
+
+
 def read_terminal(descriptor, enough, timeout=50):
     """What a process writes to a pseudo terminal, until it ends or enough has come."""
     seen, end = "", time.monotonic() + timeout

@@ -134,6 +134,16 @@ TEST(ServerLimits, ConstraintsCountAsMemory) {
   EXPECT_EQ(refused.error().field(), "edits");
   EXPECT_EQ(refused.error().details().at("limit"), std::to_string(options.limits.session_bytes));
   EXPECT_TRUE(add(5).has_edit());
+  // An undo in the same request does not hide how many there would be.
+  proto::Request request;
+  request.mutable_edit()->set_session("s");
+  request.mutable_edit()->add_edits()->mutable_undo();
+  for (int i = 0; i < 12; ++i) {
+    auto* constraint = request.mutable_edit()->add_edits()->mutable_add()->mutable_constraint();
+    *constraint = scene.constraints(0);
+    constraint->set_id(0);
+  }
+  EXPECT_EQ(client.call(request).error().code(), proto::ERROR_CODE_LIMIT_EXCEEDED);
 }
 
 TEST(ServerLimits, RunningJobs) {
