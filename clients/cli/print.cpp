@@ -93,6 +93,11 @@ std::string status_words(v1::SolveStatus status) {
   return words(v1::SolveStatus_Name(status), "SOLVE_STATUS_");
 }
 
+std::string title(const v1::SessionStatus& status) {
+  if (status.name().empty()) return status.session();
+  return fmt::format("{} ({})", status.session(), status.name());
+}
+
 std::string describe(const v1::ResultInfo& result) {
   std::string text = fmt::format(
       "revision          {}\n"

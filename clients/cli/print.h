@@ -44,6 +44,9 @@ class ProgressBar {
 [[nodiscard]] std::string state_words(v1::SessionState state);
 [[nodiscard]] std::string status_words(v1::SolveStatus status);
 
+/// "robot (robot arm)", or the session alone where the scene has no name.
+[[nodiscard]] std::string title(const v1::SessionStatus& status);
+
 /// One result as lines "name  value".
 [[nodiscard]] std::string describe(const v1::ResultInfo& result);
 /// Sizes and errors of a model, on one line.

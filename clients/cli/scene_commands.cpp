@@ -116,8 +116,8 @@ void open(Context& context, const OpenOptions& options) {
   status_request.set_session(opened.session());
   const auto status = context.client().call(status_request).status();
   if (context.json) return print_json(status);
-  fmt::print("session {} ({}): {} tets, {} nodes, {} frames, {}\n", status.session(), status.name(),
-             status.tets(), status.nodes(), status.frames(), state_words(status.state()));
+  fmt::print("session {}: {} tets, {} nodes, {} frames, {}\n", title(status), status.tets(),
+             status.nodes(), status.frames(), state_words(status.state()));
   if (status.has_model())
     fmt::print("model: {}, {:.2f} s{}\n", describe(status.model()), status.model().build_s(),
                status.model().from_cache() ? ", from the cache" : "");

@@ -37,10 +37,10 @@ void show(Context& context, const std::string& session) {
   const auto response = context.client().call(request);
   if (context.json) return print_json(response);
   const auto& status = response.status();
-  fmt::print("session {} ({}), {}{}{}\n{} nodes, {} tets, {} frames, {} constraints, revision {}\n",
-             status.session(), status.name(), state_words(status.state()),
-             status.message().empty() ? "" : ": ", status.message(), status.nodes(), status.tets(),
-             status.frames(), status.constraints(), status.revision());
+  fmt::print("session {}, {}{}{}\n{} nodes, {} tets, {} frames, {} constraints, revision {}\n",
+             title(status), state_words(status.state()), status.message().empty() ? "" : ": ",
+             status.message(), status.nodes(), status.tets(), status.frames(), status.constraints(),
+             status.revision());
   if (status.state() == v1::SESSION_STATE_BUILDING)
     fmt::print("{}: {:.0f} %\n", status.progress().stage(), 100 * status.progress().fraction());
   if (status.has_model()) fmt::print("model: {}\n", describe(status.model()));

@@ -83,6 +83,14 @@ def test_that_nobody_is_there_is_known_soon(cli, arguments):
     assert time.monotonic() - begin < 2
 
 
+def test_a_scene_without_a_name(cli, scene_file):
+    scene = json.loads(scene_file.read_text())
+    del scene["name"]
+    assert done(cli("open", write(scene_file, json.dumps(scene)), "--session", "n")).startswith("session n: 144 tets")
+    assert done(cli("show", "n")).startswith("session n, ready")
+    done(cli("close", "n"))
+
+
 def test_the_whole_flow(cli, scene_file, tmp_path):
     opened = done(cli("open", scene_file, "--session", "flow"))
     assert "144 tets, 63 nodes, 60 frames, ready" in opened
