@@ -4,6 +4,7 @@
 #include <google/protobuf/util/json_util.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cmath>
 #include <csignal>
 #include <cstdlib>
@@ -42,11 +43,14 @@ client::ClientOptions Context::client_options() const {
 client::Client& Context::client() {
   if (!client_) {
     auto made = std::make_unique<client::Client>(endpoint, client_options());
+    const double patience = std::min(connect_timeout_s, timeout_s);
     try {
-      (void)client::greet(*made);
+      (void)client::greet(*made, milliseconds(patience));
     } catch (const client::Unreachable&) {
       throw client::Unreachable(
-          fmt::format("no limberd answers at {}; `limber start` starts one", endpoint));
+          fmt::format("no limberd answers at {} (asked for {:g} s). `limber start` starts one; "
+                      "--endpoint or LIMBER_ENDPOINT names another; --connect-timeout waits longer",
+                      endpoint, patience));
     }
     client_ = std::move(made);
   }

@@ -26,6 +26,7 @@ class Context {
   std::string endpoint;
   bool json = false;
   double timeout_s = 10;
+  double connect_timeout_s = 2;      // to find out whether a server is there
   std::string server_key, key_file;  // CURVE; both or none
   int exit_code = kDone;
 

@@ -36,7 +36,7 @@ struct ConstraintOptions {
   unsigned frame = 0;
   std::vector<unsigned> nodes;
   std::vector<double> position, displacement;
-  double weight = 100;
+  std::optional<double> weight;
   bool exact = false;
 };
 
@@ -48,7 +48,7 @@ v1::Vector3 vector(const std::vector<double>& values) {
   return message;
 }
 
-v1::Constraint constraint(const ConstraintOptions& options, bool weighted) {
+v1::Constraint constraint(const ConstraintOptions& options) {
   v1::Constraint message;
   message.set_id(options.id);
   message.set_frame(options.frame);
@@ -60,7 +60,7 @@ v1::Constraint constraint(const ConstraintOptions& options, bool weighted) {
   else
     *message.mutable_displacement() = vector(options.displacement);
   if (options.exact) message.set_exact(true);
-  if (weighted) message.set_weight(options.weight);
+  if (options.weight) message.set_weight(*options.weight);
   return message;
 }
 
@@ -72,8 +72,7 @@ std::string check_axes(const std::string& axes) {
   return {};
 }
 
-/// The options that describe a constraint; returns --weight.
-CLI::Option* add_constraint_options(CLI::App& command, ConstraintOptions& options) {
+void add_constraint_options(CLI::App& command, ConstraintOptions& options) {
   command
       .add_option("--node,--nodes", options.nodes,
                   "Node ids, from 0; several are held by their mean")
@@ -87,10 +86,9 @@ CLI::Option* add_constraint_options(CLI::App& command, ConstraintOptions& option
   target->require_option(1);
   command.add_option("--axes", options.axes, "Which axes count, e.g. xz (default: all)")
       ->check(CLI::Validator(check_axes, "AXES"));
-  auto* weight = command.add_option("--weight", options.weight, "gamma > 0 of a soft constraint")
-                     ->capture_default_str();
+  auto* weight = command.add_option("--weight", options.weight,
+                                    "gamma > 0 of a soft constraint (default: 100)");
   command.add_flag("--exact", options.exact, "Hold exactly")->excludes(weight);
-  return weight;
 }
 
 void add_constraint_command(CLI::App& app, Context& context) {
@@ -100,10 +98,10 @@ void add_constraint_command(CLI::App& app, Context& context) {
       "limber add flower --node 12 --frame 40 --displacement 0 0 0.2\n"
       "  limber add flower --node 3 4 5 --frame 60 --position 1 0.5 0 --axes xy --exact");
   command->add_option("session", options->session, "Session")->required();
-  auto* weight = add_constraint_options(*command, *options);
-  command->callback([&context, options, weight] {
+  add_constraint_options(*command, *options);
+  command->callback([&context, options] {
     v1::Edit edit;
-    *edit.mutable_add()->mutable_constraint() = constraint(*options, weight->count() > 0);
+    *edit.mutable_add()->mutable_constraint() = constraint(*options);
     print_receipt(context, send(context, options->session, {edit}));
   });
 }
@@ -114,10 +112,10 @@ void replace_constraint_command(CLI::App& app, Context& context) {
                              "limber replace flower 2 --node 12 --frame 50 --displacement 0 0 0.3");
   command->add_option("session", options->session, "Session")->required();
   command->add_option("id", options->id, "Constraint")->required();
-  auto* weight = add_constraint_options(*command, *options);
-  command->callback([&context, options, weight] {
+  add_constraint_options(*command, *options);
+  command->callback([&context, options] {
     v1::Edit edit;
-    *edit.mutable_replace()->mutable_constraint() = constraint(*options, weight->count() > 0);
+    *edit.mutable_replace()->mutable_constraint() = constraint(*options);
     print_receipt(context, send(context, options->session, {edit}));
   });
 }
@@ -166,28 +164,26 @@ void remove_constraint_command(CLI::App& app, Context& context) {
 
 void ends_command(CLI::App& app, Context& context) {
   struct Options {
-    std::string session;
-    v1::EndCondition first = v1::END_CONDITION_UNSPECIFIED, last = v1::END_CONDITION_UNSPECIFIED;
+    std::string session, first, last;
   };
-  auto options = std::make_shared<Options>();
-  const std::map<std::string, v1::EndCondition> names = {
+  static const std::map<std::string, v1::EndCondition> kEnds = {
       {"free", v1::END_CONDITION_FREE},
       {"position", v1::END_CONDITION_PINNED_POSITION},
       {"position_velocity", v1::END_CONDITION_PINNED_POSITION_VELOCITY}};
+  auto options = std::make_shared<Options>();
   auto* command = subcommand(app, "ends", "What holds the motion at its first and last frame",
                              "limber ends flower --first position_velocity --last free");
-  const std::string kinds = ": free, position or position_velocity";
   command->add_option("session", options->session, "Session")->required();
-  command->add_option("--first", options->first, "First frame" + kinds)
+  command->add_option("--first", options->first, "First frame")
       ->required()
-      ->transform(CLI::CheckedTransformer(names).description(""));
-  command->add_option("--last", options->last, "Last frame" + kinds)
+      ->check(CLI::IsMember({"free", "position", "position_velocity"}));
+  command->add_option("--last", options->last, "Last frame")
       ->required()
-      ->transform(CLI::CheckedTransformer(names).description(""));
+      ->check(CLI::IsMember({"free", "position", "position_velocity"}));
   command->callback([&context, options] {
     v1::Edit edit;
-    edit.mutable_set_ends()->set_first_end(options->first);
-    edit.mutable_set_ends()->set_last_end(options->last);
+    edit.mutable_set_ends()->set_first_end(kEnds.at(options->first));
+    edit.mutable_set_ends()->set_last_end(kEnds.at(options->last));
     print_receipt(context, send(context, options->session, {edit}));
   });
 }
@@ -213,17 +209,27 @@ void undo_redo_commands(CLI::App& app, Context& context) {
 
 /// One line of an edit script: an edit, or `{"edits": [...]}` for several that are one revision.
 v1::EditRequest parse_line(const std::string& line, int number) {
-  v1::Edit edit;
   v1::EditRequest request;
-  if (google::protobuf::util::JsonStringToMessage(line, &edit).ok()) {
-    *request.add_edits() = edit;
-    return request;
-  }
-  const auto status = google::protobuf::util::JsonStringToMessage(line, &request);
+  const bool several = line.find("\"edits\"") != std::string::npos;
+  const auto status = several
+                          ? google::protobuf::util::JsonStringToMessage(line, &request)
+                          : google::protobuf::util::JsonStringToMessage(line, request.add_edits());
   if (status.ok()) return request;
-  throw ClientError(
-      v1::ERROR_CODE_INVALID_ARGUMENT, fmt::format("line {}", number),
-      fmt::format("neither an edit nor {{\"edits\": [...]}}: {}", std::string(status.message())));
+  throw ClientError(v1::ERROR_CODE_INVALID_ARGUMENT, fmt::format("line {}", number),
+                    fmt::format("is no {}: {}", several ? "list of edits" : "edit",
+                                std::string(status.message())));
+}
+
+/// The server knows edits, not lines.
+v1::EditResponse send_line(Context& context, const v1::EditRequest& request, int number) {
+  try {
+    return context.client().call(request);
+  } catch (const client::Unreachable&) {
+    throw;
+  } catch (const ClientError& error) {
+    throw ClientError(error.code(), fmt::format("line {}: {}", number, error.field()), error.what(),
+                      error.details());
+  }
 }
 
 struct ScriptOptions {
@@ -244,7 +250,7 @@ void run_script(Context& context, const ScriptOptions& options) {
     if (start == std::string::npos || line[start] == '#') continue;
     auto request = parse_line(line, number);
     request.set_session(options.session);
-    const auto response = context.client().call(request);
+    const auto response = send_line(context, request, number);
     print_receipt(context, response);
     if (options.wait == "none") continue;
     v1::WaitRequest wait;
@@ -270,7 +276,7 @@ void script_command(CLI::App& app, Context& context) {
       "where a line is an edit as JSON, or {\"edits\": [...]} for several that are one revision:\n"
       R"(  {"add": {"constraint": {"frame": 40, "nodes": [12], "displacement": {"z": 0.2}}}})"
       "\n"
-      R"(  {"edits": [{"move": {"id": "1", "target": {"z": 0.1}}}, {"set_ends": {"last_end": "END_CONDITION_FREE"}}]})"
+      R"(  {"edits": [{"move": {"id": "1", "target": {"z": 0.1}}}, {"remove": {"id": "2"}}]})"
       "\n  {\"undo\": {}}\nEmpty lines and lines that begin with # are skipped.");
   command->add_option("session", options->session, "Session")->required();
   command->add_option("file", options->file, "JSON lines; - for standard input")->required();

@@ -2,7 +2,11 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cctype>
 #include <cstdio>
+#include <string>
+#include <vector>
 
 #include "clients/cli/context.h"
 
@@ -27,6 +31,26 @@ int report(const Context& context, const limber::client::ClientError& error) {
   if (cli::interrupted()) return cli::kInterrupted;
   if (dynamic_cast<const limber::client::Unreachable*>(&error) != nullptr) return cli::kUnreachable;
   return error.code() == limber::v1::ERROR_CODE_TIMEOUT ? cli::kTimeOut : cli::kRefused;
+}
+
+/// "-.5" would be read as an option.
+std::vector<std::string> with_leading_zeros(int argc, char** argv) {
+  std::vector<std::string> arguments(argv + 1, argv + argc);
+  for (auto& argument : arguments) {
+    if (argument.size() > 2 && argument.starts_with("-.") && std::isdigit(argument[2]) != 0)
+      argument.insert(1, "0");
+  }
+  return arguments;
+}
+
+int usage(const CLI::App& app, const CLI::ParseError& error) {
+  const auto unknown = app.remaining();
+  if (app.get_subcommands().empty() && !unknown.empty()) {
+    fmt::print(stderr, "limber: there is no command '{}'; `limber --help` lists them\n",
+               unknown.front());
+    return limber::cli::kUsage;
+  }
+  return app.exit(error) == 0 ? limber::cli::kDone : limber::cli::kUsage;
 }
 
 }  // namespace
@@ -58,6 +82,10 @@ int main(int argc, char** argv) {
   app.add_option("--timeout", context.timeout_s, "Seconds to wait for an answer")
       ->check(CLI::Range(0.001, 1e6))
       ->capture_default_str();
+  app.add_option("--connect-timeout", context.connect_timeout_s,
+                 "Seconds to find out whether a server is there")
+      ->check(CLI::Range(0.001, 1e6))
+      ->capture_default_str();
   app.add_flag("--json", context.json,
                "Print JSON, one object a line (64-bit numbers as strings), for scripts");
   app.add_option("--server-key", context.server_key,
@@ -73,10 +101,12 @@ int main(int argc, char** argv) {
   cli::add_result_commands(app, context);
   try {
     cli::catch_interrupts();
-    app.parse(argc, argv);
+    auto arguments = with_leading_zeros(argc, argv);
+    std::reverse(arguments.begin(), arguments.end());  // as CLI11 wants them
+    app.parse(std::move(arguments));
     return context.exit_code;
   } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? cli::kDone : cli::kUsage;
+    return usage(app, error);
   } catch (const limber::client::ClientError& error) {
     return report(context, error);
   } catch (const std::exception& error) {

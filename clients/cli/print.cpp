@@ -57,19 +57,24 @@ ProgressBar::~ProgressBar() {
 
 void ProgressBar::show(const std::string& stage, double fraction) {
   fraction = std::isfinite(fraction) ? std::clamp(fraction, 0.0, 1.0) : 0.0;
-  if (!terminal_) {
-    const std::string line = fmt::format("{}: {} %", stage, 10 * static_cast<int>(fraction * 10));
-    if (line != shown_) fmt::print(stderr, "{}\n", line);
-    shown_ = line;
-    return;
-  }
+  if (!terminal_) return draw(fmt::format("{}: {} %", stage, 10 * static_cast<int>(fraction * 10)));
   constexpr int kWidth = 30;
   const int filled = static_cast<int>(std::lround(kWidth * fraction));
-  const std::string line = fmt::format("{:<28.28} [{:#<{}}{:.<{}}] {:3.0f} %", stage, "", filled,
-                                       "", kWidth - filled, 100 * fraction);
-  fmt::print(stderr, "\r{:<{}}", line, length_);
-  std::fflush(stderr);
-  length_ = line.size();
+  draw(fmt::format("{:<28.28} [{:#<{}}{:.<{}}] {:3.0f} %", stage, "", filled, "", kWidth - filled,
+                   100 * fraction));
+}
+
+void ProgressBar::show(const std::string& stage) { draw(stage); }
+
+void ProgressBar::draw(const std::string& line) {
+  if (terminal_) {
+    fmt::print(stderr, "\r{:<{}}", line, length_);
+    std::fflush(stderr);
+    length_ = line.size();
+  } else if (line != shown_) {
+    fmt::print(stderr, "{}\n", line);
+  }
+  shown_ = line;
 }
 
 std::string words(const std::string& enumerator, const std::string& prefix) {
@@ -88,6 +93,11 @@ std::string status_words(v1::SolveStatus status) {
   return words(v1::SolveStatus_Name(status), "SOLVE_STATUS_");
 }
 
+std::string title(const v1::SessionStatus& status) {
+  if (status.name().empty()) return status.session();
+  return fmt::format("{} ({})", status.session(), status.name());
+}
+
 std::string describe(const v1::ResultInfo& result) {
   std::string text = fmt::format(
       "revision          {}\n"
@@ -101,10 +111,16 @@ std::string describe(const v1::ResultInfo& result) {
       result.iterations(), result.total_energy(), result.force_energy(), result.constraint_energy(),
       result.gradient(), result.max_constraint_error(), result.rms_constraint_error(),
       result.since_edit_ms());
-  if (result.rank_deficient())
+  if (result.rank_deficient() && result.message().empty())
     text += "exact constraints contradict or repeat each other: a least-squares answer\n";
   if (!result.message().empty()) text += result.message() + "\n";
   return text;
+}
+
+std::string describe(const v1::ModelInfo& model) {
+  return fmt::format("{} modes, {} basis columns, {} cubature tets, error {:.2g} mean {:.2g} max{}",
+                     model.modes(), model.basis_size(), model.cubature_size(), model.error_mean(),
+                     model.error_max(), model.met_tolerance() ? "" : ", tolerance NOT met");
 }
 
 std::string describe(const v1::Issue& issue) {

@@ -28,8 +28,12 @@ class ProgressBar {
   ProgressBar(const ProgressBar&) = delete;
   ProgressBar& operator=(const ProgressBar&) = delete;
   void show(const std::string& stage, double fraction);
+  /// Of work that does not say how far it is.
+  void show(const std::string& stage);
 
  private:
+  void draw(const std::string& line);
+
   bool terminal_;
   std::size_t length_ = 0;
   std::string shown_;
@@ -40,8 +44,13 @@ class ProgressBar {
 [[nodiscard]] std::string state_words(v1::SessionState state);
 [[nodiscard]] std::string status_words(v1::SolveStatus status);
 
+/// "robot (robot arm)", or the session alone where the scene has no name.
+[[nodiscard]] std::string title(const v1::SessionStatus& status);
+
 /// One result as lines "name  value".
 [[nodiscard]] std::string describe(const v1::ResultInfo& result);
+/// Sizes and errors of a model, on one line.
+[[nodiscard]] std::string describe(const v1::ModelInfo& model);
 /// "warning: mesh.tets[7]: ..."
 [[nodiscard]] std::string describe(const v1::Issue& issue);
 /// One constraint as a row; heading in constraint_heading().

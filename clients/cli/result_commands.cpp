@@ -204,7 +204,11 @@ void add_result_commands(CLI::App& app, Context& context) {
                  "Write files for ParaView (pvd), Blender (pc2), or the scene as edited (scene)",
                  "limber export flower --format pvd pc2 --out motion");
   command->add_option("session", export_options->session, "Session")->required();
-  command->add_option("--format", export_options->formats, "pvd, pc2, scene; several are possible")
+  command
+      ->add_option("--format", export_options->formats,
+                   "pvd: a .vtu per frame and a .pvd; pc2: a .pc2 beside an .obj; scene: the scene "
+                   "as edited; "
+                   "several are possible")
       ->required()
       ->check(CLI::IsMember({"pvd", "pc2", "scene"}));
   command->add_option("-o,--out", export_options->out, "Folder")->capture_default_str();

@@ -116,15 +116,11 @@ void open(Context& context, const OpenOptions& options) {
   status_request.set_session(opened.session());
   const auto status = context.client().call(status_request).status();
   if (context.json) return print_json(status);
-  fmt::print("session {} ({}): {} tets, {} nodes, {} frames, {}\n", status.session(), status.name(),
-             status.tets(), status.nodes(), status.frames(), state_words(status.state()));
+  fmt::print("session {}: {} tets, {} nodes, {} frames, {}\n", title(status), status.tets(),
+             status.nodes(), status.frames(), state_words(status.state()));
   if (status.has_model())
-    fmt::print(
-        "model: {} modes, {} basis columns, {} cubature tets, error {:.2g} mean {:.2g} max, {:.2f} "
-        "s{}\n",
-        status.model().modes(), status.model().basis_size(), status.model().cubature_size(),
-        status.model().error_mean(), status.model().error_max(), status.model().build_s(),
-        status.model().from_cache() ? ", from the cache" : "");
+    fmt::print("model: {}, {:.2f} s{}\n", describe(status.model()), status.model().build_s(),
+               status.model().from_cache() ? ", from the cache" : "");
 }
 
 }  // namespace

@@ -5,8 +5,10 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <filesystem>
+#include <fstream>
 #include <thread>
 
 #include "clients/cli/context.h"
@@ -94,22 +96,65 @@ void print_started(const Context& context, const v1::GetServerInfoResponse& info
                info.stream_endpoint());
 }
 
+/// Whether one of limberd's options is among those after `--`, as `--name X` or `--name=X`.
+bool hands_over(const StartOptions& options, const std::string& name) {
+  return std::any_of(options.more.begin(), options.more.end(), [&](const std::string& word) {
+    return word == name || word.starts_with(name + "=");
+  });
+}
+
+std::vector<std::string> limberd_command(const Context& context, const StartOptions& options) {
+  if (hands_over(options, "--bind"))
+    throw ClientError(v1::ERROR_CODE_INVALID_ARGUMENT, "--bind",
+                      "`limber start` binds limberd to its own endpoint: "
+                      "`limber --endpoint ENDPOINT start`");
+  const bool stream_handed_over = hands_over(options, "--stream");
+  if (stream_handed_over && !options.stream.empty())
+    throw ClientError(v1::ERROR_CODE_INVALID_ARGUMENT, "--stream",
+                      "--stream is given both before and after --");
+  std::vector<std::string> arguments = {find_limberd(), "--bind", context.endpoint};
+  if (!stream_handed_over) {
+    arguments.emplace_back("--stream");
+    arguments.push_back(options.stream.empty() ? stream_beside(context.endpoint) : options.stream);
+  }
+  arguments.insert(arguments.end(), options.more.begin(), options.more.end());
+  return arguments;
+}
+
+/// The last lines of what was written to a file since it had `begin` bytes.
+std::string newest_lines(const std::string& file, std::uintmax_t begin) {
+  constexpr std::size_t kLines = 3;
+  std::ifstream in(file);
+  in.seekg(static_cast<std::streamoff>(begin));
+  std::vector<std::string> lines;
+  for (std::string line; std::getline(in, line);)
+    if (!line.empty()) lines.push_back(line);
+  std::string text;
+  for (std::size_t i = lines.size() - std::min(lines.size(), kLines); i < lines.size(); ++i)
+    text += "\n  " + lines[i];
+  return text;
+}
+
+std::uintmax_t size_of(const std::string& file) {
+  std::error_code missing;
+  const auto size = fs::file_size(file, missing);
+  return missing ? 0 : size;
+}
+
 void start(Context& context, const StartOptions& options) {
   v1::GetServerInfoResponse info;
   if (answers(context, Milliseconds{300}, info))
     return print_started(context, info, "already runs");
   const std::string log = options.log.empty() ? default_log() : options.log;
-  std::vector<std::string> arguments = {
-      find_limberd(), "--bind", context.endpoint, "--stream",
-      options.stream.empty() ? stream_beside(context.endpoint) : options.stream};
-  arguments.insert(arguments.end(), options.more.begin(), options.more.end());
-  const pid_t child = spawn(arguments, log);
+  const std::uintmax_t logged = size_of(log);
+  const pid_t child = spawn(limberd_command(context, options), log);
   const auto deadline = std::chrono::steady_clock::now() + milliseconds(options.wait_s);
   while (!answers(context, Milliseconds{200}, info)) {
     int status = 0;
     if (waitpid(child, &status, WNOHANG) == child)
-      throw ClientError(v1::ERROR_CODE_FAILED_PRECONDITION, "limberd",
-                        "limberd did not start; see " + log);
+      throw ClientError(
+          v1::ERROR_CODE_FAILED_PRECONDITION, "limberd",
+          fmt::format("limberd did not start; {} says:{}", log, newest_lines(log, logged)));
     if (std::chrono::steady_clock::now() > deadline)
       throw client::Unreachable(
           fmt::format("limberd (process {}) does not answer; see {}", child, log));
@@ -190,7 +235,7 @@ void add_server_commands(CLI::App& app, Context& context) {
       ->check(CLI::Range(0.1, 3600.0))
       ->capture_default_str();
   command->add_option("limberd_options", start_options->more,
-                      "After --: options handed to limberd");
+                      "After --: options handed to limberd (`limberd --help`)");
   command->callback([&context, start_options] { start(context, *start_options); });
 
   auto wait_s = std::make_shared<double>(20);

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "clients/cli/context.h"
 #include "clients/cli/print.h"
 
@@ -9,12 +11,6 @@ namespace limber::cli {
 namespace {
 
 using client::Milliseconds;
-
-std::string model_words(const v1::ModelInfo& model) {
-  return fmt::format("{} modes, {} basis columns, {} cubature tets, error {:.2g} mean {:.2g} max{}",
-                     model.modes(), model.basis_size(), model.cubature_size(), model.error_mean(),
-                     model.error_max(), model.met_tolerance() ? "" : ", tolerance NOT met");
-}
 
 void list(Context& context) {
   const auto response = context.client().call(v1::ListSessionsRequest{});
@@ -41,13 +37,13 @@ void show(Context& context, const std::string& session) {
   const auto response = context.client().call(request);
   if (context.json) return print_json(response);
   const auto& status = response.status();
-  fmt::print("session {} ({}), {}{}{}\n{} nodes, {} tets, {} frames, {} constraints, revision {}\n",
-             status.session(), status.name(), state_words(status.state()),
-             status.message().empty() ? "" : ": ", status.message(), status.nodes(), status.tets(),
-             status.frames(), status.constraints(), status.revision());
+  fmt::print("session {}, {}{}{}\n{} nodes, {} tets, {} frames, {} constraints, revision {}\n",
+             title(status), state_words(status.state()), status.message().empty() ? "" : ": ",
+             status.message(), status.nodes(), status.tets(), status.frames(), status.constraints(),
+             status.revision());
   if (status.state() == v1::SESSION_STATE_BUILDING)
     fmt::print("{}: {:.0f} %\n", status.progress().stage(), 100 * status.progress().fraction());
-  if (status.has_model()) fmt::print("model: {}\n", model_words(status.model()));
+  if (status.has_model()) fmt::print("model: {}\n", describe(status.model()));
   fmt::print("ends: {} / {}\n",
              words(v1::EndCondition_Name(response.scene().first_end()), "END_CONDITION_"),
              words(v1::EndCondition_Name(response.scene().last_end()), "END_CONDITION_"));
@@ -65,6 +61,42 @@ struct WaitOptions {
   double wait_s = 60;
 };
 
+void show_progress(Context& context, const std::string& session, ProgressBar& bar) {
+  v1::GetSessionRequest request;
+  request.set_session(session);
+  const auto status = context.client().call(request).status();
+  if (status.state() == v1::SESSION_STATE_BUILDING)
+    bar.show(status.progress().stage(), status.progress().fraction());
+  else
+    bar.show(fmt::format("solving, revision {}", status.revision()));
+}
+
+/// Waits in short stretches and looks at the session in between; what takes less than one shows
+/// nothing.
+v1::ResultInfo wait_with_progress(Context& context, v1::WaitRequest request, double wait_s) {
+  constexpr double kStretch = 0.4;  // [s]
+  ProgressBar bar;
+  const auto deadline = std::chrono::steady_clock::now() + milliseconds(wait_s);
+  while (true) {
+    const std::chrono::duration<double> left = deadline - std::chrono::steady_clock::now();
+    if (left.count() <= 0)
+      throw client::ClientError(v1::ERROR_CODE_TIMEOUT, "",
+                                fmt::format("no such result within {:g} s", wait_s));
+    const double stretch = std::min(kStretch, left.count());
+    request.set_timeout_s(stretch);
+    try {
+      return context.client()
+          .call(request, milliseconds(stretch) + context.client().options().timeout)
+          .result();
+    } catch (const client::Unreachable&) {
+      throw;
+    } catch (const client::ClientError& error) {
+      if (error.code() != v1::ERROR_CODE_TIMEOUT) throw;
+    }
+    show_progress(context, request.session(), bar);
+  }
+}
+
 void wait(Context& context, const WaitOptions& options) {
   v1::WaitRequest request;
   request.set_session(options.session);
@@ -77,11 +109,9 @@ void wait(Context& context, const WaitOptions& options) {
   }
   request.set_until(options.until == "first" ? v1::WaitRequest::UNTIL_FIRST
                                              : v1::WaitRequest::UNTIL_FINAL);
-  request.set_timeout_s(options.wait_s);
-  const auto patience = milliseconds(options.wait_s) + context.client().options().timeout;
-  const auto response = context.client().call(request, patience);
-  if (context.json) return print_json(response.result());
-  fmt::print("{}", describe(response.result()));
+  const auto result = wait_with_progress(context, request, options.wait_s);
+  if (context.json) return print_json(result);
+  fmt::print("{}", describe(result));
 }
 
 /// A subcommand that takes a session and does one thing to it.

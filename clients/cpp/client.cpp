@@ -145,7 +145,9 @@ v1::Reply Client::receive(std::uint64_t id, Milliseconds timeout, const char* wh
 }
 
 v1::GetServerInfoResponse greet(Client& client, std::optional<Milliseconds> timeout) {
-  auto info = client.call(v1::GetServerInfoRequest{}, timeout);
+  // Sent once: who greets wants to know soon that nobody is there.
+  auto info =
+      client.collect<v1::GetServerInfoRequest>(client.submit(v1::GetServerInfoRequest{}), timeout);
   const auto& spoken = info.protocol_versions();
   if (std::find(spoken.begin(), spoken.end(), kProtocolVersion) == spoken.end()) {
     std::string list;

@@ -110,7 +110,7 @@ class Client {
   bool reopened_ = false;                                      // by the newest deadline that passed
 };
 
-/// Starts with GetServerInfo: who is there, and does it speak our protocol?
+/// Starts with GetServerInfo, asked once: who is there, and does it speak our protocol?
 /// @throws Unreachable; ClientError UNSUPPORTED for another protocol
 [[nodiscard]] v1::GetServerInfoResponse greet(Client& client,
                                               std::optional<Milliseconds> timeout = {});

@@ -29,6 +29,24 @@ std::uint64_t constraint_of(const Change& change) {
   return 0;
 }
 
+std::size_t bytes_of(const ChangeGroup& group) {
+  std::size_t bytes = group.size() * sizeof(Change);
+  for (const Change& change : group) {
+    const auto* constraint = std::get_if<ConstraintChange>(&change);
+    if (constraint != nullptr && constraint->value)
+      bytes += constraint->value->nodes.size() * sizeof(int);
+  }
+  return bytes;
+}
+
+/// The first three basis columns of a free body are its translations.
+void check_model(const scene::Scene& scene) {
+  const int columns = scene.model.basis_size;
+  if (!scene.fixed_nodes.empty() || columns <= 0 || columns > 3) return;
+  throw Error(ErrorCode::kInvalidArgument, "model.basis_size",
+              fmt::format("is {}, a free body takes more than 3, or 0 to choose", columns));
+}
+
 template <class Check>
 void under(const char* prefix, const Check& check) {
   try {
@@ -62,6 +80,44 @@ void DocumentLimits::validate() const {
   demand(max_constraints, "max_constraints");
 }
 
+std::vector<scene::Issue> document_issues(const scene::Scene& scene) {
+  constexpr std::size_t kMostIssues = 20;
+  std::vector<scene::Issue> issues;
+  const auto note = [&](const std::string& prefix, const auto& check) {
+    try {
+      check();
+    } catch (const Error& error) {
+      issues.push_back(
+          {scene::Issue::Severity::kError, joined(prefix, error.field()), error.what()});
+    }
+  };
+  const ConstraintRules rules(scene);
+  note("", [&] { rules.check_ends(scene.first_end, scene.last_end); });
+  note("dynamics.", [&] { ConstraintRules::check_dynamics(scene.dynamics); });
+  note("", [&] { check_model(scene); });
+  for (std::size_t i = 0; i < scene.constraints.size() && issues.size() < kMostIssues; ++i)
+    note(fmt::format("constraints[{}].", i), [&] { rules.check(scene.constraints[i]); });
+  return issues;
+}
+
+void Document::Steps::push(std::shared_ptr<const ChangeGroup> group) {
+  const std::size_t bytes = bytes_of(*group);
+  steps_.push_back({std::move(group), bytes});
+  bytes_ += bytes;
+}
+
+std::shared_ptr<const ChangeGroup> Document::Steps::pop_newest() {
+  Step step = std::move(steps_.back());
+  steps_.pop_back();
+  bytes_ -= step.bytes;
+  return std::move(step.group);
+}
+
+void Document::Steps::drop_oldest() {
+  bytes_ -= steps_.front().bytes;
+  steps_.pop_front();
+}
+
 /// One call of apply(): how to take back what it did so far.
 struct Document::Request {
   Touched& touched;                 // may name more than what changes in the end: harmless
@@ -85,6 +141,7 @@ Document::Document(scene::Scene scene, DocumentLimits limits)
   limits_.validate();
   rules_.check_ends(first_end_, last_end_);
   under("dynamics.", [&] { ConstraintRules::check_dynamics(dynamics_); });
+  check_model(scene);
   if (scene.constraints.size() > static_cast<std::size_t>(limits_.max_constraints)) {
     throw Error(ErrorCode::kLimitExceeded, "constraints",
                 fmt::format("{} constraints, the limit is {}", scene.constraints.size(),
@@ -92,7 +149,11 @@ Document::Document(scene::Scene scene, DocumentLimits limits)
   }
   for (std::size_t i = 0; i < scene.constraints.size(); ++i) {
     const scene::Constraint& constraint = scene.constraints[i];
-    under(fmt::format("constraints[{}].", i).c_str(), [&] { rules_.check(constraint); });
+    under(fmt::format("constraints[{}].", i).c_str(), [&] {
+      rules_.check(constraint);
+      demand_room(constraint.nodes.size());
+    });
+    nodes_ += constraint.nodes.size();
     if (constraint.id != 0 && !constraints_.emplace(constraint.id, constraint).second) {
       throw Error(ErrorCode::kAlreadyExists, fmt::format("constraints[{}].id", i),
                   fmt::format("id {} is taken by an earlier constraint", constraint.id));
@@ -166,7 +227,11 @@ std::uint64_t Document::apply_edit(const Edit& edit, Request& request) {
           return e.id;
         } else if constexpr (std::is_same_v<T, ReplaceConstraint>) {
           demand_known(e.constraint.id, "constraint.id");
-          under("constraint.", [&] { rules_.check(e.constraint); });
+          under("constraint.", [&] {
+            rules_.check(e.constraint);
+            const std::size_t held = constraints_.at(e.constraint.id).nodes.size();
+            if (e.constraint.nodes.size() > held) demand_room(e.constraint.nodes.size() - held);
+          });
           make(ConstraintChange{e.constraint.id, e.constraint}, request);
           return e.constraint.id;
         } else if constexpr (std::is_same_v<T, RemoveConstraint>) {
@@ -205,6 +270,7 @@ std::uint64_t Document::add(const scene::Constraint& wanted, Request& request) {
                 fmt::format("the scene has {} constraints, the limit is {}", constraints_.size(),
                             limits_.max_constraints));
   }
+  under("constraint.", [&] { demand_room(wanted.nodes.size()); });
   scene::Constraint constraint = wanted;
   if (constraint.id == 0) {
     number(constraint);
@@ -221,7 +287,7 @@ std::uint64_t Document::add(const scene::Constraint& wanted, Request& request) {
 
 /// Takes the newest group of `from`, applies it backwards in time and leaves its inverse on `to`.
 std::uint64_t Document::step(Steps& from, Steps& to, Request& request) {
-  const std::shared_ptr<const ChangeGroup> group = from.back();
+  const std::shared_ptr<const ChangeGroup> group = from.pop_newest();
   std::uint64_t id = 0;
   bool single = true;
   for (auto change = group->rbegin(); change != group->rend(); ++change) {
@@ -231,8 +297,7 @@ std::uint64_t Document::step(Steps& from, Steps& to, Request& request) {
     make(*change, request);
   }
   const auto begin = request.back.begin() + static_cast<std::ptrdiff_t>(request.step_begin);
-  to.push_back(std::make_shared<const ChangeGroup>(begin, request.back.end()));
-  from.pop_back();
+  to.push(std::make_shared<const ChangeGroup>(begin, request.back.end()));
   request.step_begin = request.back.size();
   return single ? id : 0;
 }
@@ -248,8 +313,10 @@ void Document::make(Change change, Request& request) {
 void Document::close_step(Request& request) {
   if (request.step_begin == request.back.size()) return;
   const auto begin = request.back.begin() + static_cast<std::ptrdiff_t>(request.step_begin);
-  undo_.push_back(std::make_shared<const ChangeGroup>(begin, request.back.end()));
-  while (undo_.size() > static_cast<std::size_t>(limits_.undo_depth)) undo_.pop_front();
+  undo_.push(std::make_shared<const ChangeGroup>(begin, request.back.end()));
+  while (undo_.size() > static_cast<std::size_t>(limits_.undo_depth) ||
+         (undo_.bytes() > limits_.undo_bytes && undo_.size() > 1))
+    undo_.drop_oldest();
   redo_.clear();
   request.step_begin = request.back.size();
 }
@@ -259,11 +326,14 @@ Change Document::exchange(Change change) {
     const auto held = constraints_.find(constraint->id);
     if (held == constraints_.end()) {
       LIMBER_DEMAND(constraint->value.has_value());
+      nodes_ += constraint->value->nodes.size();
       constraints_.emplace(constraint->id, std::move(*constraint->value));
       constraint->value.reset();  // the inverse: gone again
     } else if (constraint->value) {
+      nodes_ += constraint->value->nodes.size() - held->second.nodes.size();
       std::swap(*constraint->value, held->second);
     } else {
+      nodes_ -= held->second.nodes.size();
       constraint->value = std::move(held->second);
       constraints_.erase(held);
     }
@@ -283,6 +353,14 @@ Change Document::exchange(Change change) {
 void Document::number(scene::Constraint& constraint) {
   while (next_id_ == 0 || constraints_.contains(next_id_)) ++next_id_;
   constraint.id = next_id_++;
+}
+
+void Document::demand_room(std::size_t nodes) const {
+  if (nodes_ + nodes > limits_.max_nodes) {
+    throw Error(ErrorCode::kLimitExceeded, "nodes",
+                fmt::format("the constraints would name {} nodes together, the limit is {}",
+                            nodes_ + nodes, limits_.max_nodes));
+  }
 }
 
 void Document::demand_known(std::uint64_t id, const char* field) const {

@@ -15,11 +15,17 @@
 namespace limber::session {
 
 struct DocumentLimits {
-  int undo_depth = 1000;       // requests that can be undone, >= 0
-  int max_constraints = 4096;  // >= 0
+  int undo_depth = 1000;                            // requests that can be undone, >= 0
+  int max_constraints = 4096;                       // >= 0
+  std::size_t undo_bytes = std::size_t{256} << 20;  // kept for undo; the newest step always is
+  std::size_t max_nodes = 4'000'000;                // named by all constraints together
 
   void validate() const;
 };
+
+/// What a document refuses in a scene besides what scene::validate() says of it: constraints, ends,
+/// dynamics and model sizes that no edit or build takes. The first error of each constraint.
+[[nodiscard]] std::vector<scene::Issue> document_issues(const scene::Scene& scene);
 
 /// A scene under edits: what the session's answers are made of. Not thread-safe, solves nothing,
 /// copies no mesh.
@@ -56,7 +62,25 @@ class Document {
   [[nodiscard]] const std::shared_ptr<const scene::Scene>& unedited() const { return unedited_; }
 
  private:
-  using Steps = std::deque<std::shared_ptr<const ChangeGroup>>;
+  /// Groups that each take the document one step back (or forth), newest last, and their size.
+  class Steps {
+   public:
+    void push(std::shared_ptr<const ChangeGroup> group);
+    std::shared_ptr<const ChangeGroup> pop_newest();
+    void drop_oldest();
+    void clear() { *this = {}; }
+    [[nodiscard]] bool empty() const { return steps_.empty(); }
+    [[nodiscard]] std::size_t size() const { return steps_.size(); }
+    [[nodiscard]] std::size_t bytes() const { return bytes_; }
+
+   private:
+    struct Step {
+      std::shared_ptr<const ChangeGroup> group;
+      std::size_t bytes = 0;
+    };
+    std::deque<Step> steps_;
+    std::size_t bytes_ = 0;
+  };
   struct Request;
 
   std::uint64_t apply_edit(const Edit& edit, Request& request);
@@ -66,6 +90,7 @@ class Document {
   void close_step(Request& request);
   Change exchange(Change change);
   void number(scene::Constraint& constraint);
+  void demand_room(std::size_t nodes) const;
   void demand_known(std::uint64_t id, const char* field) const;
 
   DocumentLimits limits_;
@@ -76,7 +101,8 @@ class Document {
   std::map<std::uint64_t, scene::Constraint> constraints_;
   std::uint64_t next_id_ = 1;  // never goes back, so that an id is not given twice
   Revision revision_ = 0;
-  Steps undo_, redo_;  // newest last; each group takes the document one step back (or forth)
+  std::size_t nodes_ = 0;  // named by constraints_
+  Steps undo_, redo_;
 };
 
 }  // namespace limber::session

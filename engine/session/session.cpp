@@ -42,7 +42,7 @@ EditReceipt Session::edit(const std::vector<Edit>& edits, std::optional<Revision
   return impl_->edit(edits, expected);
 }
 
-void Session::solve_cold() { impl_->solve_cold(); }
+void Session::solve_cold(std::uint64_t request) { impl_->solve_cold(request); }
 
 void Session::cancel() { impl_->cancel(); }
 

@@ -28,6 +28,8 @@ struct Result {
   Eigen::MatrixXd modal;        // z, r x N
   Eigen::MatrixXf coordinates;  // q, h x N (float32: what is streamed); displacement [m] = B q
   double since_edit_ms = 0;     // from the newest edit contained to publication
+  std::uint64_t cold_request =
+      0;  // the newest that was given to solve_cold() and is in it; 0: none
 };
 
 struct Progress {
@@ -60,8 +62,10 @@ using Executor = std::function<void(std::function<void()>)>;
 
 struct SessionOptions {
   spacetime::SolverOptions solver;
-  int undo_depth = 1000;       // requests that can be undone, >= 0
-  int max_constraints = 4096;  // >= 0
+  int undo_depth = 1000;                            // requests that can be undone, >= 0
+  int max_constraints = 4096;                       // >= 0
+  std::size_t undo_bytes = std::size_t{256} << 20;  // kept for undo; the newest request always is
+  std::size_t max_constraint_nodes = 4'000'000;     // named by all constraints together
 };
 
 /// A scene, its model, its edits in order, and its newest result; re-optimises whenever an edit
@@ -97,7 +101,9 @@ class Session {
 
   /// Forgets the warm start and solves the current problem from z = 0. In state kFailed: tries to
   /// build again.
-  void solve_cold();
+  /// @param request  a number of the caller's, told again by the results that contain this solve:
+  /// a warm one may become final just when this is called
+  void solve_cold(std::uint64_t request = 0);
   /// Stops a running build (state kFailed, until solve_cold()) or solve (a final result with status
   /// kCancelled, which contains every edit accepted so far). The session keeps its newest result.
   /// Nothing running: no effect.

@@ -46,7 +46,8 @@ Session::Impl::Impl(std::string id, scene::Scene scene, SessionOptions options,
       cache_(std::move(cache)),
       executor_(std::move(executor)),
       listener_(std::move(listener)),
-      document_(validated(std::move(scene)), {options.undo_depth, options.max_constraints}),
+      document_(validated(std::move(scene)), {options.undo_depth, options.max_constraints,
+                                              options.undo_bytes, options.max_constraint_nodes}),
       edited_at_(Clock::now()) {
   options_.solver.validate();
   if (!executor_)
@@ -109,7 +110,7 @@ EditReceipt Session::Impl::edit(const std::vector<Edit>& edits, std::optional<Re
   return receipt;
 }
 
-void Session::Impl::solve_cold() {
+void Session::Impl::solve_cold(std::uint64_t request) {
   std::unique_lock lock(mutex_);
   demand_usable();
   if (state_ == State::kFailed) {  // a second try at the model
@@ -119,6 +120,7 @@ void Session::Impl::solve_cold() {
     cancellation_ = {};
   }
   work_ = cold_ = true;
+  cold_asked_ = request;
   skip_solve_ = false;
   post(std::move(lock));
 }

@@ -26,7 +26,7 @@ class Session::Impl : public std::enable_shared_from_this<Session::Impl> {
 
   void open();
   EditReceipt edit(const std::vector<Edit>& edits, std::optional<Revision> expected);
-  void solve_cold();
+  void solve_cold(std::uint64_t request);
   void cancel();
   enum class Farewell { kSilent, kTellListener };
   void shut(Farewell farewell);
@@ -63,6 +63,7 @@ class Session::Impl : public std::enable_shared_from_this<Session::Impl> {
     EditBatch batch;
     bool is_whole = false;
     Start start = Start::kWarm;
+    std::uint64_t cold_request = 0;  // the newest contained, of this round or an earlier one
     Depth depth = Depth::kSolve;
     Cancellation cancellation;
   };
@@ -112,7 +113,8 @@ class Session::Impl : public std::enable_shared_from_this<Session::Impl> {
   bool work_ = false;            // something to solve
   bool whole_ = true;            // the solver must be made anew from the whole document
   bool cold_ = false;            // solve_cold() was called
-  bool skip_solve_ = false;      // cancel() was called: bring up to date, but do not solve
+  std::uint64_t cold_asked_ = 0, cold_taken_ = 0;  // requests of solve_cold(): given, begun
+  bool skip_solve_ = false;  // cancel() was called: bring up to date, but do not solve
   bool posted_ = false, running_ = false;
   bool closed_ = false, say_closed_ = false, closed_said_ = false;
   std::thread::id worker_;

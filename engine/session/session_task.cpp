@@ -151,6 +151,8 @@ std::optional<Session::Impl::Round> Session::Impl::next_round() {
   round.is_whole = whole_;
   round.batch = whole_ ? whole_batch(document_) : batch_of(document_, touched_);
   round.start = cold_ ? Round::Start::kCold : Round::Start::kWarm;
+  if (cold_) cold_taken_ = cold_asked_;
+  round.cold_request = cold_taken_;
   round.depth = skip_solve_ ? Round::Depth::kCorrectOnly : Round::Depth::kSolve;
   cancellation_ = round.cancellation;
   touched_ = {};
@@ -247,6 +249,7 @@ void Session::Impl::publish_failure(const Round& round, const std::string& reaso
 
 void Session::Impl::hand_out(std::shared_ptr<Result> result, const Round& round) {
   result->revision = round.revision;
+  result->cold_request = round.cold_request;
   std::shared_ptr<const Result> older, older_final;  // freed without the lock: they may be large
   {
     const std::lock_guard lock(mutex_);

@@ -112,7 +112,8 @@ int serve_command(CommandLine& line) {
 
 int report(const std::exception& fault) {
   const proto::Error error = error_to_proto(fault);
-  fmt::print(stderr, "limberd: {}{}{}\n", error.field(), error.field().empty() ? "" : ": ",
+  const bool said = error.message().starts_with(error.field());  // readers begin with their file
+  fmt::print(stderr, "limberd: {}{}{}\n", said ? "" : error.field(), said ? "" : ": ",
              error.message());
   return 1;
 }

@@ -16,6 +16,7 @@
 #include "server/codec/scene_json.h"
 #include "server/service/export.h"
 #include "server/service/mesh_sources.h"
+#include "server/service/options.h"
 #include "server/service/scene_files.h"
 #include "server/transport/curve.h"
 
@@ -29,15 +30,15 @@ MeshLoader local_loader(const fs::path& scene_file) {
   return [folder = scene_file.parent_path()](const proto::MeshSource& source,
                                              const std::string& field) {
     if (!source.has_path()) return MeshSources({}).load(source, field);
-    auto reading = scene::read_mesh_file(folder / source.path());
-    return LoadedMesh{std::move(reading.mesh), std::move(reading.warnings)};
+    return load_mesh_file(folder / source.path(), field + ".path");
   };
 }
 
 int validate_file(const fs::path& file) {
   std::vector<proto::Issue> issues;
   try {
-    issues = scene_issues(scene_from_json(scene::read_bytes(file)), "", {}, local_loader(file));
+    issues = scene_issues(scene_from_json(scene::read_bytes(file)), "",
+                          scene_limits(ServiceLimits{}), local_loader(file));
   } catch (const Refusal& fault) {
     fmt::print("error: {}{}{}\n", fault.field(), fault.field().empty() ? "" : ": ", fault.what());
     return 1;
@@ -118,10 +119,9 @@ int tetrahedralize_file(const fs::path& input, const fs::path& output, int tets)
     JobContext job;
     job.progress = [&](const std::string& stage, double fraction) { bar.show(stage, fraction); };
     result = scene::tetrahedralize(surface, options, job);
+    bar.show("done", 1);
   }
-  for (const auto& texts : {surface.warnings, result.notes}) {
-    for (const auto& text : texts) fmt::print(stderr, "warning: {}\n", text);
-  }
+  for (const auto& text : result.notes) fmt::print(stderr, "warning: {}\n", text);
   write_file(output, mesh_bytes(output, result.mesh));
   fmt::print("{}: {} nodes, {} tets\n", output.string(), result.mesh.node_count(),
              result.mesh.tet_count());

@@ -13,6 +13,19 @@ session::Edit decode_move(const proto::MoveConstraint& message, const std::strin
       message.id(), {message.target().x(), message.target().y(), message.target().z()}};
 }
 
+/// In a scene an end that is not given has a default. An edit is a wish: what it leaves out would
+/// be changed to that default unasked.
+scene::End decode_given_end(proto::EndCondition end, const std::string& field) {
+  if (end == proto::END_CONDITION_UNSPECIFIED)
+    throw invalid(field, "missing: an edit of the ends names both");
+  return decode_end(end);
+}
+
+session::Edit decode_set_ends(const proto::SetEnds& message, const std::string& field) {
+  return session::SetEnds{decode_given_end(message.first_end(), field + ".first_end"),
+                          decode_given_end(message.last_end(), field + ".last_end")};
+}
+
 session::Edit decode_edit(const proto::Edit& message, const std::string& field) {
   switch (message.edit_case()) {
     case proto::Edit::kAdd:
@@ -29,8 +42,7 @@ session::Edit decode_edit(const proto::Edit& message, const std::string& field) 
     case proto::Edit::kRemove:
       return session::RemoveConstraint{message.remove().id()};
     case proto::Edit::kSetEnds:
-      return session::SetEnds{decode_end(message.set_ends().first_end()),
-                              decode_end(message.set_ends().last_end())};
+      return decode_set_ends(message.set_ends(), field + ".set_ends");
     case proto::Edit::kSetDynamics:
       return session::SetDynamics{decode_dynamics(message.set_dynamics())};
     case proto::Edit::kUndo:

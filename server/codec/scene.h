@@ -14,6 +14,7 @@ struct SceneLimits {
   std::uint64_t mesh_tets = 0;
   std::uint32_t frames = 0;
   std::uint32_t constraints = 0;
+  std::uint64_t session_bytes = 0;  // estimated
 };
 
 /// A mesh and what its reader skipped or supposed.

@@ -9,6 +9,8 @@
 #include <cmath>
 #include <vector>
 
+#include "limber/v1/service.pb.h"
+
 namespace limber::server {
 namespace {
 
@@ -19,6 +21,8 @@ using Wire = google::protobuf::internal::WireFormatLite;
 
 constexpr int kMaxDepth = 64;
 constexpr int kMaxFields = 64;
+constexpr int kPeekedFields =
+    8;  // more than a request has: what is longer is not walked on arrival
 
 /// The way down to a field; built on the stack, turned into text only when something is wrong.
 struct Step {
@@ -27,9 +31,13 @@ struct Step {
   int index;
 };
 
+/// Fields of a request are named from its body on, as the engine's errors are: "edits[1].move".
 std::string path_of(const Step* step) {
   std::string path;
   for (; step != nullptr && step->field != nullptr; step = step->parent) {
+    const bool is_body = step->field->containing_type() == proto::Request::descriptor() &&
+                         step->field->real_containing_oneof() != nullptr;
+    if (is_body && !path.empty()) break;
     std::string here = step->field->name();
     if (step->field->is_repeated()) here += fmt::format("[{}]", step->index);
     path = path.empty() ? here : here + "." + path;
@@ -181,7 +189,10 @@ RequestPeek peek_request(std::string_view bytes) {
     return peek;
   }
   CodedInputStream in = stream_of(bytes);
-  while (const std::uint32_t tag = in.ReadTag()) {
+  for (int field = 0; const std::uint32_t tag = in.ReadTag(); ++field) {
+    // A group is as long as its sender likes, and none is known: check_wire refuses both.
+    if (field == kPeekedFields || Wire::GetTagWireType(tag) == Wire::WIRETYPE_START_GROUP)
+      return peek;
     const int number = Wire::GetTagFieldNumber(tag);
     const bool varint = Wire::GetTagWireType(tag) == Wire::WIRETYPE_VARINT;
     std::uint64_t value = 0;

@@ -18,7 +18,8 @@ struct RequestPeek {
   std::string fault;  // why the bytes are no protobuf message; empty: they may be one
 };
 
-/// Reads only the outermost fields; never throws, whatever the bytes are.
+/// Reads only the first few outermost fields, in a time that does not depend on their length; never
+/// throws, whatever the bytes are.
 [[nodiscard]] RequestPeek peek_request(std::string_view bytes);
 
 struct WireLimits {

@@ -10,11 +10,25 @@
 #include "server/service/service.h"
 
 namespace limber::server {
+namespace {
 
-SceneLimits Service::scene_limits() const {
-  const auto& limits = hub_.options.limits;
-  return {limits.mesh_tets, limits.frames, limits.constraints};
+scene::TriangleSurface read_surface(const proto::MeshFile& file) {
+  try {
+    return scene::closed_outward(scene::read_surface(file.name(), file.content()));
+  } catch (const Error& error) {
+    throw Error(error.code(), "surface", error.what());
+  }
 }
+
+proto::Scene named_sample(const std::string& name) {
+  try {
+    return sample_scene(name);
+  } catch (const Error& error) {
+    throw Error(error.code(), "name", error.what());
+  }
+}
+
+}  // namespace
 
 MeshLoader Service::mesh_loader() const {
   return [this](const proto::MeshSource& source, const std::string& field) {
@@ -23,13 +37,15 @@ MeshLoader Service::mesh_loader() const {
 }
 
 DecodedScene Service::decode(const proto::Scene& message) const {
-  return decode_scene(message, "scene.", scene_limits(), mesh_loader(), read_pc2_positions);
+  return decode_scene(message, "scene.", scene_limits(hub_.options.limits), mesh_loader(),
+                      read_pc2_positions);
 }
 
 proto::ValidateSceneResponse Service::validate_scene(
     const proto::ValidateSceneRequest& request) const {
   proto::ValidateSceneResponse response;
-  for (auto& issue : scene_issues(request.scene(), "scene.", scene_limits(), mesh_loader())) {
+  for (auto& issue :
+       scene_issues(request.scene(), "scene.", scene_limits(hub_.options.limits), mesh_loader())) {
     *response.add_issues() = std::move(issue);
   }
   return response;
@@ -39,7 +55,7 @@ proto::GetSampleResponse Service::get_sample(const proto::GetSampleRequest& requ
   proto::GetSampleResponse response;
   for (const auto& name : scene::sample_names()) response.add_names(name);
   if (request.name().empty()) return response;
-  *response.mutable_scene() = sample_scene(request.name());
+  *response.mutable_scene() = named_sample(request.name());
   return response;
 }
 
@@ -53,8 +69,7 @@ proto::TetrahedralizeResponse Service::tetrahedralize(const proto::Tetrahedraliz
     options.target_tets = static_cast<int>(request.target_tets());
   }
   options.validate();
-  auto surface = scene::closed_outward(
-      scene::read_surface(request.surface().name(), request.surface().content()));
+  auto surface = read_surface(request.surface());
   const Cancellation cancellation;
   const JobId job =
       hub_.jobs.start("tetrahedralize", "", [cancellation] { cancellation.request(); });
@@ -79,14 +94,12 @@ void Service::run_tetrahedralize(JobId job, const JobContext& context,
     const auto result = scene::tetrahedralize(surface, options, context);
     JobProduct product;
     product.mesh = encode_mesh(result.mesh);
-    for (const auto& texts : {surface.warnings, result.notes}) {
-      for (const auto& text : texts) product.issues.push_back(encode_warning("surface", text));
-    }
+    for (const auto& text : result.notes) product.issues.push_back(encode_warning("surface", text));
     hub_.jobs.done(job, std::move(product));
   } catch (const std::exception& fault) {
     const auto* error = dynamic_cast<const Error*>(&fault);
     if (error != nullptr && error->code() == ErrorCode::kCancelled) return hub_.jobs.cancelled(job);
-    hub_.jobs.failed(job, error_to_proto(fault, "surface."));
+    hub_.jobs.failed(job, error_to_proto(fault));
   }
 }
 

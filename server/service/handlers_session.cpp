@@ -1,11 +1,14 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <boost/asio/post.hpp>
 
 #include "server/codec/edit.h"
 #include "server/codec/errors.h"
+#include "server/codec/field_paths.h"
 #include "server/log/log.h"
 #include "server/service/memory_estimate.h"
+#include "server/service/scene_files.h"
 #include "server/service/service.h"
 
 namespace limber::server {
@@ -23,6 +26,9 @@ SessionRecord::Opened describe(const std::string& id, const proto::Scene& messag
   opened.tets = scene.mesh.tet_count();
   opened.frames = scene.frame_count;
   opened.length_unit = scene.length_unit_in_metres;
+  opened.lanes = scene.model.mode_count;
+  opened.bytes = estimate_session_bytes(scene) -
+                 estimate_constraint_bytes(scene.constraints.size(), scene.model.mode_count);
   return opened;
 }
 
@@ -57,25 +63,28 @@ std::optional<std::size_t> count_after(std::size_t before,
   return before;
 }
 
-}  // namespace
-
-proto::OpenSessionResponse Service::open(const proto::OpenSessionRequest& request) {
-  const auto name = sessions_.reserve(request.session());
-  DecodedScene decoded = decode(request.scene());
-  const std::uint64_t bytes = estimate_session_bytes(decoded.scene);
-  if (bytes > hub_.options.limits.session_bytes) {
-    throw limit_exceeded("scene", "estimated bytes of the session",
-                         hub_.options.limits.session_bytes, bytes);
-  }
+/// Warnings of a scene that can be opened. @throws Error the first thing that is wrong with it
+proto::OpenSessionResponse remarks(const proto::Scene& message, const DecodedScene& decoded) {
   proto::OpenSessionResponse response;
   for (const auto& text : decoded.mesh_warnings)
     *response.add_issues() = encode_warning("scene.mesh", text);
-  for (const auto& issue : scene::validate(decoded.scene)) {
+  for (auto issue : all_issues(decoded.scene)) {
+    issue.field = field_in(message, decoded.scene, issue.field);
     if (issue.severity == scene::Issue::Severity::kError) {
       throw Error(ErrorCode::kInvalidArgument, "scene." + issue.field, issue.message);
     }
     *response.add_issues() = encode_issue(issue, "scene.");
   }
+  return response;
+}
+
+}  // namespace
+
+proto::OpenSessionResponse Service::open(const proto::OpenSessionRequest& request) {
+  const auto name = sessions_.reserve(request.session());
+  DecodedScene decoded = decode(request.scene());
+  proto::OpenSessionResponse response = remarks(request.scene(), decoded);
+  demand_memory(decoded.scene, "scene.", scene_limits(hub_.options.limits));
   const std::string id = name->name();
   const JobId job = hub_.jobs.start("open_session", id, [this, id] {
     try {
@@ -125,15 +134,22 @@ proto::EditResponse Service::edit(const proto::EditRequest& request) {
   std::optional<session::Revision> expected;
   if (request.has_expected_revision()) expected = request.expected_revision();
   const std::size_t before = record->constraint_count();
+  const auto after = count_after(before, edits);
+  const auto added = static_cast<std::size_t>(
+      std::count_if(edits.begin(), edits.end(), [](const session::Edit& edit) {
+        return std::holds_alternative<session::AddConstraint>(edit);
+      }));
+  if (added > 0) record->demand_memory(after.value_or(before + added));
   try {
     const auto receipt = session->edit(edits, expected);
-    const auto after = count_after(before, edits);
     record->constraints_changed(after ? *after : session->constraints().size());
     return encode_receipt(receipt);
   } catch (const Error& error) {
-    if (error.code() != ErrorCode::kLimitExceeded) throw;
+    const std::string field = field_in(request, error.field());
+    if (error.code() != ErrorCode::kLimitExceeded || field.ends_with(".nodes"))
+      throw Error(error.code(), field, error.what());
     const auto limit = hub_.options.limits.constraints;
-    throw Refusal(proto::ERROR_CODE_LIMIT_EXCEEDED, error.field(), error.what(),
+    throw Refusal(proto::ERROR_CODE_LIMIT_EXCEEDED, field, error.what(),
                   {{"limit", std::to_string(limit)}, {"value", std::to_string(before + 1)}});
   }
 }
@@ -206,7 +222,7 @@ proto::SolveColdResponse Service::solve_cold(const proto::SolveColdRequest& requ
   record->expect_cold(job);
   guard.release();
   try {
-    session->solve_cold();
+    session->solve_cold(job);
   } catch (const std::exception& fault) {
     hub_.jobs.failed(job, error_to_proto(fault));
     throw;

@@ -1,5 +1,6 @@
 #include "server/service/memory_estimate.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace limber::server {
@@ -16,6 +17,16 @@ std::uint64_t estimate_session_bytes(const scene::Scene& scene) {
   numbers += m * (9 * 12 + 9 * r + 64);    // gradient operator, RS modes, elements
   numbers += 3 * n * frames * (scene.base_motion.size() > 0 ? 2 : 0);
   numbers += 4 * frames * (r + h);  // newest, newest final, the solver's own
+  return static_cast<std::uint64_t>(numbers * sizeof(double)) +
+         estimate_constraint_bytes(scene.constraints.size(), scene.model.mode_count);
+}
+
+std::uint64_t estimate_constraint_bytes(std::size_t constraints, int modes) {
+  const double c = static_cast<double>(constraints), r = modes + 6.0;
+  double numbers = 2 * (3 * c) * (3 * c);  // the system of three rows each, and its factor
+  numbers += c * c / 2 * r;                // responses between constrained frames
+  numbers += 3 * c * 6 * r;                // Jacobians, sites
+  numbers += 3 * c * 4 * r * r;            // the second-order model at three kept frames each
   return static_cast<std::uint64_t>(numbers * sizeof(double));
 }
 

@@ -8,7 +8,12 @@ namespace limber::server {
 
 /// Peak memory of building and keeping a session [bytes], from its sizes alone and rather too high:
 /// poses of the training (hundreds of columns of 3n), modes, basis, stiffness and its factor,
-/// per-tet operators, base motion, kept results.
+/// per-tet operators, base motion, kept results, constraints. What undo keeps is bounded apart from
+/// it (session::SessionOptions).
 [[nodiscard]] std::uint64_t estimate_session_bytes(const scene::Scene& scene);
+
+/// The part of it that so many constraints need [bytes]: the solver keeps their system and the
+/// response of every constrained frame to every other, both dense.
+[[nodiscard]] std::uint64_t estimate_constraint_bytes(std::size_t constraints, int modes);
 
 }  // namespace limber::server

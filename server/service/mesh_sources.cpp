@@ -37,7 +37,21 @@ LoadedMesh loaded(scene::MeshReading reading) {
   return {std::move(reading.mesh), std::move(reading.warnings)};
 }
 
+/// Readers name files and lines in their messages; the field is where the client gave the mesh.
+template <class Load>
+LoadedMesh load_at(const std::string& field, const Load& load) {
+  try {
+    return load();
+  } catch (const Error& error) {
+    throw Error(error.code(), field, error.what());
+  }
+}
+
 }  // namespace
+
+LoadedMesh load_mesh_file(const fs::path& file, const std::string& field) {
+  return load_at(field, [&] { return loaded(scene::read_mesh_file(file)); });
+}
 
 fs::path MeshSources::resolve(const std::string& path, const std::string& field) const {
   for (const auto& root : roots_) {
@@ -53,11 +67,14 @@ fs::path MeshSources::resolve(const std::string& path, const std::string& field)
 LoadedMesh MeshSources::load(const proto::MeshSource& source, const std::string& field) const {
   switch (source.source_case()) {
     case proto::MeshSource::kPath:
-      return loaded(scene::read_mesh_file(resolve(source.path(), field + ".path")));
+      return load_mesh_file(resolve(source.path(), field + ".path"), field + ".path");
     case proto::MeshSource::kFile:
-      return loaded(scene::read_mesh(file_set(source.file())));
+      return load_at(field + ".file",
+                     [&] { return loaded(scene::read_mesh(file_set(source.file()))); });
     case proto::MeshSource::kSample:
-      return {scene::make_sample(source.sample()).mesh, {}};
+      return load_at(field + ".sample", [&] {
+        return LoadedMesh{scene::make_sample(source.sample()).mesh, {}};
+      });
     default:
       break;
   }

@@ -28,6 +28,10 @@ class MeshSources {
   std::vector<std::filesystem::path> roots_;
 };
 
+/// A file of this machine, with what lies beside it. @throws Error naming `field`
+[[nodiscard]] LoadedMesh load_mesh_file(const std::filesystem::path& file,
+                                        const std::string& field);
+
 /// An uploaded file with its companions.
 [[nodiscard]] scene::MeshFileSet file_set(const proto::MeshFile& file);
 

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <vector>
 
+#include "server/codec/scene.h"
 #include "server/transport/transport.h"
 
 namespace limber::server {
@@ -20,6 +21,11 @@ struct ServiceLimits {
   std::uint32_t waits = 10'000;                     // requests that wait for a result or a job
   std::uint64_t queued_request_bytes = 1ull << 30;  // of heavy requests that wait for a thread
 };
+
+/// Those that a scene can exceed.
+[[nodiscard]] inline SceneLimits scene_limits(const ServiceLimits& limits) {
+  return {limits.mesh_tets, limits.frames, limits.constraints, limits.session_bytes};
+}
 
 struct ServerOptions {
   TransportOptions transport;

@@ -1,7 +1,12 @@
 #include "server/service/scene_files.h"
 
+#include <set>
+
 #include "engine/scene/point_cache.h"
 #include "engine/scene/samples.h"
+#include "engine/session/document.h"
+#include "server/codec/field_paths.h"
+#include "server/service/memory_estimate.h"
 
 namespace limber::server {
 namespace {
@@ -14,7 +19,36 @@ proto::Issue error_issue(const std::string& field, const std::string& message) {
   return issue;
 }
 
+/// "constraints[3]" of "constraints[3].nodes[1]": what one complaint about is enough.
+std::string head_of(const std::string& field) { return field.substr(0, field.find('.')); }
+
+bool is_error(const scene::Issue& issue) {
+  return issue.severity == scene::Issue::Severity::kError;
+}
+
 }  // namespace
+
+std::vector<scene::Issue> all_issues(const scene::Scene& scene) {
+  auto issues = scene::validate(scene);
+  std::set<std::string> complained;
+  for (const auto& issue : issues) {
+    if (is_error(issue)) complained.insert(head_of(issue.field));
+  }
+  // Too few frames for the ends: said of the frames already.
+  if (complained.contains("frames")) complained.insert("last_end");
+  for (auto& issue : session::document_issues(scene)) {
+    if (!complained.contains(head_of(issue.field))) issues.push_back(std::move(issue));
+  }
+  return issues;
+}
+
+void demand_memory(const scene::Scene& scene, const std::string& prefix,
+                   const SceneLimits& limits) {
+  const std::uint64_t bytes = estimate_session_bytes(scene);
+  if (limits.session_bytes == 0 || bytes <= limits.session_bytes) return;
+  const std::string field = prefix.empty() ? "" : prefix.substr(0, prefix.size() - 1);
+  throw limit_exceeded(field, "estimated bytes of the session", limits.session_bytes, bytes);
+}
 
 proto::Scene sample_scene(const std::string& name) {
   proto::Scene message = encode_scene(scene::make_sample(name));
@@ -33,8 +67,11 @@ std::vector<proto::Issue> scene_issues(const proto::Scene& scene, const std::str
     const DecodedScene decoded = decode_scene(scene, prefix, limits, load_mesh, read_pc2_positions);
     for (const auto& text : decoded.mesh_warnings)
       issues.push_back(encode_warning(prefix + "mesh", text));
-    for (const auto& issue : scene::validate(decoded.scene))
+    for (auto issue : all_issues(decoded.scene)) {
+      issue.field = field_in(scene, decoded.scene, issue.field);
       issues.push_back(encode_issue(issue, prefix));
+    }
+    demand_memory(decoded.scene, prefix, limits);
   } catch (const Refusal& fault) {  // what cannot even be read is an issue too
     issues.push_back(error_issue(fault.field(), fault.what()));
   } catch (const Error& fault) {

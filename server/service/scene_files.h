@@ -15,6 +15,11 @@ namespace limber::server {
 [[nodiscard]] Eigen::MatrixXd read_pc2_positions(const std::string& bytes,
                                                  const std::string& field);
 
+/// What scene::validate() finds, and what only a session would refuse. Fields are the engine's.
+[[nodiscard]] std::vector<scene::Issue> all_issues(const scene::Scene& scene);
+/// @throws Refusal LIMIT_EXCEEDED for a scene whose session would take more memory than it may
+void demand_memory(const scene::Scene& scene, const std::string& prefix, const SceneLimits& limits);
+
 /// Everything that can be said of a scene before it is opened: what cannot be read, or all that
 /// validation finds.
 /// @param prefix  of fields, "scene." or empty

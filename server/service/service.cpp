@@ -73,11 +73,11 @@ void Service::handle(Address address, zmq::message_t payload) noexcept try {
   const auto ticket = std::make_shared<Ticket>(hub_.transport, hub_.counters, hub_.open_tickets,
                                                std::move(address), peek.id);
   try {
-    check_envelope(original, peek);
     if (payload.size() > hub_.options.transport.message_bytes) {
       throw limit_exceeded("", "bytes of a request", hub_.options.transport.message_bytes,
                            payload.size());
     }
+    check_envelope(original, peek);
     if (hub_.stopping.load()) throw shutting_down();
     dispatch(ticket, peek.body, std::move(payload));
   } catch (const Refusal& refusal) {

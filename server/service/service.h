@@ -58,7 +58,6 @@ class Service {
                           const scene::TriangleSurface& surface,
                           const scene::TetrahedralizeOptions& options);
   [[nodiscard]] DecodedScene decode(const proto::Scene& message) const;
-  [[nodiscard]] SceneLimits scene_limits() const;
   [[nodiscard]] MeshLoader mesh_loader() const;
 
   // handlers_server.cpp

@@ -8,6 +8,7 @@
 #include "server/codec/errors.h"
 #include "server/codec/result.h"
 #include "server/log/log.h"
+#include "server/service/memory_estimate.h"
 
 namespace limber::server {
 
@@ -84,12 +85,22 @@ void SessionRecord::constraints_changed(std::size_t count) {
   constraints_ = count;
 }
 
+void SessionRecord::demand_memory(std::size_t constraints) const {
+  const std::uint64_t limit = hub_.options.limits.session_bytes;
+  const std::uint64_t bytes = opened_.bytes + estimate_constraint_bytes(constraints, opened_.lanes);
+  if (bytes > limit) {
+    throw limit_exceeded(
+        "edits", fmt::format("estimated bytes of the session with {} constraints", constraints),
+        limit, bytes);
+  }
+}
+
 std::size_t SessionRecord::constraint_count() const {
   const std::lock_guard lock(mutex_);
   return constraints_;
 }
 
-/// Both jobs, in the same breath as noting what ends them: one that begins right after, when a
+/// The jobs, in the same breath as noting what ends them: one that begins right after, when a
 /// client has the answer, is not ended by it. Called with the lock.
 std::vector<JobId> SessionRecord::take_jobs() {
   std::vector<JobId> jobs;
@@ -97,6 +108,17 @@ std::vector<JobId> SessionRecord::take_jobs() {
     if (*job) jobs.push_back(**job);
     job->reset();
   }
+  return jobs;
+}
+
+/// Any final result ends the opening. A cold job waits for one that has its own solve in it: a warm
+/// one may become final between the wish and its beginning. Called with the lock.
+std::vector<JobId> SessionRecord::take_jobs_ended_by(const session::Result& result) {
+  std::vector<JobId> jobs;
+  if (!result.converged) return jobs;
+  if (open_job_) jobs.push_back(*std::exchange(open_job_, std::nullopt));
+  if (cold_job_ && result.cold_request >= *cold_job_)
+    jobs.push_back(*std::exchange(cold_job_, std::nullopt));
   return jobs;
 }
 
@@ -210,7 +232,7 @@ void SessionRecord::on_result(const std::shared_ptr<const session::Result>& resu
   {
     const std::lock_guard lock(mutex_);
     newest_ = result;
-    if (result->converged) ended = take_jobs();
+    ended = take_jobs_ended_by(*result);
   }
   streams_->note(result);
   waiters_.note(result);

@@ -28,6 +28,8 @@ class SessionRecord final : public session::Listener,
     proto::MeshSource mesh_source;  // where it is short enough to be told again (path, sample)
     int nodes = 0, tets = 0, frames = 0;
     double length_unit = 1;
+    int lanes = 0;            // modes the scene asks for
+    std::uint64_t bytes = 0;  // estimated memory without constraints
   };
   /// The job of the building is told how it goes; the record is the session's listener.
   SessionRecord(Hub& hub, Opened opened, JobId open_job);
@@ -44,8 +46,10 @@ class SessionRecord final : public session::Listener,
   /// An edit went through: how many constraints there are now.
   void constraints_changed(std::size_t count);
   [[nodiscard]] std::size_t constraint_count() const;
+  /// @throws Refusal LIMIT_EXCEEDED if so many constraints would take the session beyond its memory
+  void demand_memory(std::size_t constraints) const;
 
-  /// The next final result ends this job.
+  /// The final result that contains `solve_cold(job)` ends this job.
   void expect_cold(JobId job);
   /// Of CancelRequest: stops the session's work; who waits is told.
   void cancel();
@@ -67,6 +71,7 @@ class SessionRecord final : public session::Listener,
  private:
   void adopt_model(const session::Session& session);
   [[nodiscard]] std::vector<JobId> take_jobs();
+  [[nodiscard]] std::vector<JobId> take_jobs_ended_by(const session::Result& result);
   [[nodiscard]] std::optional<JobId> take_job(std::optional<JobId>& job);
 
   Hub& hub_;

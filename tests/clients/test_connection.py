@@ -21,8 +21,12 @@ def test_nobody_there(tmp_path):
     start = time.monotonic()
     with pytest.raises(limber.ServerUnreachable) as caught:
         limber.connect(f"ipc://{tmp_path}/nobody", timeout=0.2)
-    assert caught.value.code == "TIMEOUT"
-    assert time.monotonic() - start < 5
+    assert caught.value.code == "TIMEOUT" and "limber start" in str(caught.value)
+    assert time.monotonic() - start < 2
+    start = time.monotonic()
+    with pytest.raises(limber.ServerUnreachable):
+        limber.connect(f"ipc://{tmp_path}/nobody")
+    assert time.monotonic() - start < 4, "long answers may take their time, the first one not"
 
 
 def test_malformed_endpoint():

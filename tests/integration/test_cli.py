@@ -68,8 +68,27 @@ def test_wrong_command_lines_are_exit_code_2(cli, arguments):
 
 
 def test_nobody_there_is_exit_code_3(cli, tmp_path):
-    message = failed(cli("info", "--timeout", "0.3", endpoint=f"ipc://{tmp_path}/nobody"), 3)
-    assert "limber start" in message
+    endpoint = f"ipc://{tmp_path}/nobody"
+    message = failed(cli("info", "--timeout", "0.3", endpoint=endpoint), 3)
+    assert "limber start" in message and endpoint in message
+
+
+@pytest.mark.parametrize("arguments", [("list",), ("wait", "s"), ("export", "s", "--format", "pvd"), ("stop",)])
+def test_that_nobody_is_there_is_known_soon(cli, arguments):
+    begin = time.monotonic()
+    failed(cli(*arguments, endpoint="tcp://127.0.0.1:9"), 3)
+    assert time.monotonic() - begin < 4, "two seconds and what the process takes to start"
+    begin = time.monotonic()
+    failed(cli("--connect-timeout", "0.2", *arguments, endpoint="tcp://127.0.0.1:9"), 3)
+    assert time.monotonic() - begin < 2
+
+
+def test_a_scene_without_a_name(cli, scene_file):
+    scene = json.loads(scene_file.read_text())
+    del scene["name"]
+    assert done(cli("open", write(scene_file, json.dumps(scene)), "--session", "n")).startswith("session n: 144 tets")
+    assert done(cli("show", "n")).startswith("session n, ready")
+    done(cli("close", "n"))
 
 
 def test_the_whole_flow(cli, scene_file, tmp_path):
@@ -149,6 +168,22 @@ def test_edit_script(cli, session, tmp_path):
     message = failed(cli("edit-script", session.id, "-", input='{"undo": {}}\n{"nonsense": 1}\n'), 1)
     assert "line 2" in message
     assert session.status().revision == 5
+    message = failed(cli("edit-script", session.id, "-", input='{"undo": {}}\n{"remove": {"id": 77}}\n'), 1)
+    assert "line 2: edits[0].remove.id" in message
+    message = failed(cli("edit-script", session.id, "-", input='{"move": {"id": 1, "target": {"x": "a"}}}\n'), 1)
+    assert "Cannot find field" not in message and "line 1" in message
+
+
+def test_numbers_without_a_leading_zero(cli, session):
+    done(cli("add", session.id, "--node", 62, "--frame", 30, "--displacement", 0, "-.1", ".2"))
+    target = session.constraints()[0].message.displacement
+    assert (target.x, target.y, target.z) == (0, -0.1, 0.2)
+
+
+def test_what_the_command_line_does_not_know_is_named(cli):
+    assert "no command 'frobnicate'" in failed(cli("frobnicate"), 2)
+    message = failed(cli("ends", "s", "--first", "loose", "--last", "free"), 2)
+    assert "loose not in {free,position,position_velocity}" in message
 
 
 def test_watch(cli, server, session):
@@ -223,7 +258,20 @@ def test_start_and_stop(cli, limberd, tmp_path):
         assert "stopped" in done(cli("stop", **environment))
     assert failed(cli("info", "--timeout", 0.2, **environment), 3)
     message = failed(cli("start", "--log", tmp_path / "log", "--", "--no-such-option", **environment), 1)
-    assert "did not start" in message and "no-such-option" in (tmp_path / "log").read_text()
+    assert "did not start" in message and "no-such-option" in message
+
+
+def test_start_hands_over_where_the_stream_is(cli, limberd, tmp_path):
+    environment = {"endpoint": f"ipc://{tmp_path}/r"}
+    log = ("--log", tmp_path / "log")
+    done(cli("start", *log, "--", f"--stream=ipc://{tmp_path}/elsewhere", "--no-cache", **environment))
+    try:
+        assert f"ipc://{tmp_path}/elsewhere" in done(cli("info", **environment))
+    finally:
+        done(cli("stop", **environment))
+    for twice in (("--stream", f"ipc://{tmp_path}/a", *log, "--", "--stream", f"ipc://{tmp_path}/b"),
+                  (*log, "--", "--bind", f"ipc://{tmp_path}/c")):
+        assert "--stream" in (message := failed(cli("start", *twice, **environment), 1)) or "--endpoint" in message
 
 
 def test_progress_bar_on_a_terminal_and_lines_elsewhere(cli, launch):
@@ -239,6 +287,21 @@ def test_progress_bar_on_a_terminal_and_lines_elsewhere(cli, launch):
     seen = read_terminal(main, lambda text: False)
     assert process.wait(10) == 0
     assert "\r" in seen and "###" in seen and "100 %" in seen
+
+
+def test_tetrahedralize_shows_a_bar_and_warns_once(cli, tmp_path):
+    write(tmp_path / "box.obj", "".join(f"v {x} {y} {z}\n" for z in (0, 1) for x, y in ((0, 0), (1, 0), (1, 1), (0, 1)))
+          + "f 4 3 2 1\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n")
+    arguments = ["tetrahedralize", str(tmp_path / "box.obj"), "-o", str(tmp_path / "box.msh"), "--tets", "600"]
+    main, follower = pty.openpty()
+    process = subprocess.Popen([str(find_binary("limber")), *arguments], stderr=follower, stdout=subprocess.DEVNULL)
+    os.close(follower)
+    seen = read_terminal(main, lambda text: False)
+    assert process.wait(10) == 0
+    assert "\r" in seen and "###" in seen and "100 %" in seen
+    plain = cli(*arguments)
+    done(plain)
+    assert "\r" not in plain.stderr and plain.stderr.count("polygons are cut") == 1
 
 
 def read_terminal(descriptor, enough, timeout=50):

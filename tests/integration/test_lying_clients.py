@@ -141,8 +141,7 @@ def test_bad_constraints_leave_the_session_as_it_was(session, what, code):
     with pytest.raises(limber.LimberError) as caught:
         session.edit([limber.undo(), limber.add(**what)])
     assert caught.value.code in (code, "INVALID_ARGUMENT", "OUT_OF_RANGE")
-    # What is wrong on the wire already is found by the whole message's path, "edit.edits[1]...".
-    assert caught.value.field.removeprefix("edit.").startswith("edits[1].add.constraint")
+    assert caught.value.field.startswith("edits[1].add.constraint")
     assert session.status().revision == 1
     assert session.wait().energy == before.energy
 
@@ -162,7 +161,7 @@ def bad_scenes():
     yield case("shape that lies", "mesh", lambda s: s.mesh.arrays.nodes.shape.__setitem__(0, 2 ** 40))
     yield case("a file the client may not name", "mesh", lambda s: setattr(s.mesh, "path", "/etc/passwd"))
     yield case("no such sample", "sample", lambda s: setattr(s.mesh, "sample", "unicorn"))
-    yield case("no mesh file", "a.msh", lambda s: s.mesh.file.CopyFrom(scene_messages.MeshFile(name="a.msh", content=b"x")))
+    yield case("no mesh file", "scene.mesh.file", lambda s: s.mesh.file.CopyFrom(scene_messages.MeshFile(name="a.msh", content=b"x")))
     yield case("incompressible", "material", lambda s: setattr(s.material, "poissons_ratio", 0.5))
     yield case("softer than nothing", "material", lambda s: setattr(s.material, "youngs_modulus", -1.0))
     yield case("unit of length", "length_unit", lambda s: setattr(s, "length_unit_in_metres", 0.0))

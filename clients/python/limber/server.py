@@ -12,7 +12,7 @@ import numpy as np
 
 from . import arrays, scenes
 from .connection import VERSION, Connection, CurveKeys
-from .errors import LimberError, from_message, invalid
+from .errors import LimberError, ServerUnreachable, from_message, invalid
 from .messages import scene as scene_messages
 from .messages import service
 from .progress import ProgressOption, Reporter
@@ -25,11 +25,12 @@ DEFAULT_ENDPOINT = "tcp://127.0.0.1:7801"
 class Server:
     """A connection to a limberd. A context manager; leaving it keeps the sessions alive. Thread-safe."""
 
-    def __init__(self, connection: Connection):
+    def __init__(self, connection: Connection, greeting_timeout: float | None = None):
+        """greeting_timeout: how long the server may take for its first answer [s]; default that of the connection."""
         self.connection = connection
         # By basis hash: (session that used it last, geometry). Small: a basis takes 12 nodes h bytes.
         self.geometry_cache: "OrderedDict[str, tuple[str, Geometry]]" = _Bounded(8)
-        info = self.info()
+        info = connection.call("get_server_info", service.GetServerInfoRequest(), timeout=greeting_timeout)
         if VERSION not in info.protocol_versions:
             spoken = ", ".join(map(str, info.protocol_versions))
             raise LimberError("UNSUPPORTED", f"limberd {info.server_version} speaks protocol {spoken}, this client "
@@ -163,20 +164,25 @@ def reachable(stream: str, requests: str) -> str:
     return stream
 
 
-def connect(endpoint: str | None = None, *, timeout: float = 10.0, server_key: "str | os.PathLike[str] | None" = None,
-            key: "str | os.PathLike[str] | None" = None) -> Server:
+def connect(endpoint: str | None = None, *, timeout: float = 10.0, connect_timeout: float = 2.0,
+            server_key: "str | os.PathLike[str] | None" = None, key: "str | os.PathLike[str] | None" = None) -> Server:
     """Connects to a running limberd: endpoint, else $LIMBER_ENDPOINT, else tcp://127.0.0.1:7801.
 
-    timeout [s] for answers. Beyond loopback, CURVE keys as `limberd keygen` writes them: server_key is the server's public
-    key or its file, key the file of this client's secret key, with its .pub beside it. Raises ServerUnreachable if
-    nothing answers (or the keys are not accepted), LimberError UNSUPPORTED if the server speaks another protocol.
+    timeout [s] for answers, connect_timeout [s] to find out whether a server is there. Beyond loopback, CURVE keys as
+    `limberd keygen` writes them: server_key is the server's public key or its file, key the file of this client's
+    secret key, with its .pub beside it. Raises ServerUnreachable if nothing answers (or the keys are not accepted),
+    LimberError UNSUPPORTED if the server speaks another protocol.
     """
     if (server_key is None) != (key is None):
         raise invalid("key", "server_key and key go together")
     keys = CurveKeys.read(server_key, key) if server_key is not None and key is not None else None
     connection = Connection(endpoint or os.environ.get("LIMBER_ENDPOINT") or DEFAULT_ENDPOINT, keys, timeout)
     try:
-        return Server(connection)
+        return Server(connection, min(timeout, connect_timeout) / 2)  # the greeting is repeated once
+    except ServerUnreachable:
+        connection.close()
+        raise ServerUnreachable(f"no limberd answers at {connection.endpoint}; `limber start` or limber.launch() "
+                                "starts one") from None
     except BaseException:
         connection.close()
         raise

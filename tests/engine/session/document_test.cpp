@@ -180,6 +180,57 @@ TEST(Document, UndoIsBounded) {
   EXPECT_THROW(edit_all(none, {Undo{}}), Error);
 }
 
+TEST(Document, UndoIsBoundedInBytesToo) {
+  const auto undone = [](std::size_t bytes) {
+    DocumentLimits limits;
+    limits.undo_bytes = bytes;
+    Document document(test::two_tets(), limits);
+    scene::Constraint group = held(3, 0);
+    group.nodes = {0, 1, 2, 3, 4};
+    group.id = edit_all(document, {AddConstraint{group}}).constraint_ids[0];
+    for (int i = 0; i < 9; ++i) edit_all(document, {ReplaceConstraint{group}});
+    std::size_t steps = 0;
+    for (; document.undo_count() > 0; ++steps) edit_all(document, {Undo{}});
+    EXPECT_EQ(document.redo_count(), steps);
+    return steps;
+  };
+  const std::size_t step = sizeof(Change) + 5 * sizeof(int);
+  EXPECT_EQ(undone(1 << 20), 10u);
+  EXPECT_EQ(undone(4 * step), 4u);
+  EXPECT_EQ(undone(0), 1u) << "the newest step can always be taken back";
+}
+
+TEST(Document, NodesOfAllConstraintsAreBounded) {
+  DocumentLimits limits;
+  limits.max_nodes = 5;
+  Document document(test::two_tets(), limits);
+  scene::Constraint pair = held(3, 0);
+  pair.nodes = {0, 1};
+  pair.id = edit_all(document, {AddConstraint{pair}, AddConstraint{pair}}).constraint_ids[0];
+  scene::Constraint three = pair;
+  three.nodes = {0, 1, 2};
+  edit_all(document, {ReplaceConstraint{three}});
+  scene::Constraint four = pair;
+  four.nodes = {0, 1, 2, 3};
+  for (const Edit& edit : {Edit(ReplaceConstraint{four}), Edit(AddConstraint{held(4, 1)})}) {
+    try {
+      edit_all(document, {edit});
+      FAIL();
+    } catch (const Error& error) {
+      EXPECT_EQ(error.code(), ErrorCode::kLimitExceeded);
+      EXPECT_TRUE(error.field().ends_with(".constraint.nodes")) << error.field();
+    }
+  }
+  edit_all(document, {RemoveConstraint{pair.id}});
+  edit_all(document, {AddConstraint{held(4, 1)}});
+  edit_all(document, {Undo{}, Undo{}});
+  EXPECT_THROW(edit_all(document, {AddConstraint{held(4, 1)}}), Error);
+  scene::Scene scene = test::two_tets();
+  scene.constraints = {three, four};
+  scene.constraints[1].id = 9;
+  EXPECT_THROW(Document(scene, limits), Error);
+}
+
 TEST(Document, UndoNamesTheOneConstraintItTouched) {
   Document document = with_two();
   edit_all(document, {MoveConstraint{2, {1, 0, 0}}});

@@ -124,6 +124,25 @@ TEST(SessionConcurrency, CancelDuringTheBuildThenTryAgain) {
             session.model()->report.met_tolerance ? "" : session.model()->report.message);
 }
 
+TEST(SessionConcurrency, AResultSaysWhichColdRequestItContains) {
+  Hooked hooked;
+  std::atomic<bool> once = true;
+  hooked.recorder->hook = [&](const Result& result) {
+    if (result.converged && once.exchange(false)) hooked.session.get()->solve_cold(7);
+  };
+  Pool pool(1);
+  Session session("cold", small_bar(), {}, test::shared_cache(), pool.executor(), hooked.recorder);
+  hooked.promise.set_value(&session);
+  ASSERT_TRUE(hooked.recorder->wait_final(0));
+  const auto edited = session.edit({RemoveConstraint{1}}).revision;
+  ASSERT_TRUE(hooked.recorder->wait_final(edited));
+  bool asked = false;
+  for (const auto& result : hooked.recorder->results()) {
+    EXPECT_EQ(result->cold_request, asked ? 7u : 0u) << result->sequence;
+    asked = asked || result->converged;  // final when the request came; whatever follows has it
+  }
+}
+
 TEST(SessionConcurrency, CancelDuringTheSolveKeepsTheNewestResult) {
   Hooked hooked;
   std::atomic<bool> once = true;

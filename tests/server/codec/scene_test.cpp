@@ -189,7 +189,9 @@ TEST(EditCodec, EveryKindOfEdit) {
   move->mutable_target()->set_z(2);
   request.add_edits()->mutable_replace()->mutable_constraint()->mutable_displacement();
   request.add_edits()->mutable_remove()->set_id(4);
-  request.add_edits()->mutable_set_ends()->set_first_end(proto::END_CONDITION_FREE);
+  auto* ends = request.add_edits()->mutable_set_ends();
+  ends->set_first_end(proto::END_CONDITION_FREE);
+  ends->set_last_end(proto::END_CONDITION_PINNED_POSITION_VELOCITY);
   request.add_edits()->mutable_set_dynamics()->set_damping_ratio(0.5);
   request.add_edits()->mutable_undo();
   request.add_edits()->mutable_redo();
@@ -220,6 +222,11 @@ TEST(EditCodec, WhatIsMissingIsNamed) {
   EXPECT_EQ(field(request), "edits[0].move.target");
   request.mutable_edits(0)->mutable_replace()->mutable_constraint();
   EXPECT_EQ(field(request), "edits[0].replace.constraint.target");
+  request.mutable_edits(0)->mutable_set_ends()->set_last_end(proto::END_CONDITION_FREE);
+  EXPECT_EQ(field(request), "edits[0].set_ends.first_end");
+  request.mutable_edits(0)->mutable_set_ends()->set_first_end(proto::END_CONDITION_FREE);
+  request.mutable_edits(0)->mutable_set_ends()->clear_last_end();
+  EXPECT_EQ(field(request), "edits[0].set_ends.last_end");
 }
 
 TEST(SceneJson, ComesBackAsItWas) {

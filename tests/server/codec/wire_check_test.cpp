@@ -48,7 +48,7 @@ TEST(WireCheck, UnknownFieldsAreNamedByTheMessageTheyAreIn) {
   constraint->GetReflection()->MutableUnknownFields(constraint)->AddVarint(77, 1);
   const Refusal refusal = refusal_of(request.SerializeAsString());
   EXPECT_EQ(refusal.code(), proto::ERROR_CODE_INVALID_ARGUMENT);
-  EXPECT_EQ(refusal.field(), "edit.edits[1].add.constraint");
+  EXPECT_EQ(refusal.field(), "edits[1].add.constraint");
   EXPECT_THAT(refusal.what(), HasSubstr("unknown field number 77 in Constraint"));
 }
 
@@ -64,7 +64,7 @@ TEST(WireCheck, NumbersThatAreNotFinite) {
                            -std::numeric_limits<double>::infinity()}) {
     const Refusal refusal = refusal_of(move_request("a", 1, 0, bad, 0).SerializeAsString());
     EXPECT_EQ(refusal.code(), proto::ERROR_CODE_INVALID_ARGUMENT);
-    EXPECT_EQ(refusal.field(), "edit.edits[0].move.target.y");
+    EXPECT_EQ(refusal.field(), "edits[0].move.target.y");
   }
 }
 
@@ -73,12 +73,12 @@ TEST(WireCheck, EnumValuesNobodyDefined) {
   request.mutable_edit()->mutable_edits(1)->mutable_add()->mutable_constraint()->set_axes(
       1, static_cast<proto::Axis>(9));
   Refusal refusal = refusal_of(request.SerializeAsString());
-  EXPECT_EQ(refusal.field(), "edit.edits[1].add.constraint.axes[1]");
+  EXPECT_EQ(refusal.field(), "edits[1].add.constraint.axes[1]");
   EXPECT_THAT(refusal.what(), HasSubstr("9 is no value of Axis"));
   request = wait_request("a", 1);
   request.mutable_wait()->set_until(static_cast<proto::WaitRequest::Until>(-3));
   refusal = refusal_of(request.SerializeAsString());
-  EXPECT_EQ(refusal.field(), "wait.until");
+  EXPECT_EQ(refusal.field(), "until");
 }
 
 TEST(WireCheck, SingularFieldsGivenTwice) {
@@ -156,6 +156,20 @@ TEST(PeekRequest, KeepsTheIdOfWhatIsDamagedLater) {
   EXPECT_FALSE(peek.fault.empty());
   EXPECT_FALSE(peek_request("").fault.empty());
   EXPECT_FALSE(peek_request("GET / HTTP/1.1\r\n\r\n").fault.empty());
+}
+
+TEST(PeekRequest, DoesNotWalkWhatIsLongerThanARequest) {
+  std::string bytes = info_request().SerializeAsString();
+  for (int i = 0; i < 20; ++i) bytes += std::string("\x18\x01", 2);  // field 3, of which is none
+  bytes += "\x07";                                                   // no wire type at all
+  const RequestPeek peek = peek_request(bytes);
+  EXPECT_TRUE(peek.fault.empty()) << "read to the end: " << peek.fault;
+  EXPECT_EQ(peek.body, proto::Request::kGetServerInfo);
+  // A group that never ends, behind the envelope.
+  const std::string group = std::string("\x08\x01\x10\x05", 4) + std::string(1000, '\x2b');
+  EXPECT_EQ(peek_request(group).id, 5u);
+  EXPECT_TRUE(peek_request(group).fault.empty());
+  EXPECT_THAT(refusal_of(group).what(), HasSubstr("unknown field number 5"));
 }
 
 }  // namespace

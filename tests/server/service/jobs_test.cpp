@@ -79,6 +79,10 @@ TEST_F(ServerJobs, TetrahedralizeReturnsAMeshThatCanBeOpened) {
   const auto job = client.call(job_request(started.tetrahedralize().job(), 60)).get_job();
   ASSERT_EQ(job.status().state(), proto::JOB_STATE_DONE) << job.status().ShortDebugString();
   EXPECT_NEAR(static_cast<double>(job.mesh().tets().shape(0)), 500, 100);
+  int cut = 0;
+  for (const auto& issue : job.issues())
+    cut += issue.message() == "6 polygons are cut into triangles" ? 1 : 0;
+  EXPECT_EQ(cut, 1);
   proto::Scene scene = small_scene();
   *scene.mutable_mesh()->mutable_arrays() = job.mesh();
   scene.clear_constraints();

@@ -108,6 +108,44 @@ TEST(ServerLimits, MemoryOfASessionIsEstimatedBeforeItIsBuilt) {
   EXPECT_GT(std::stoull(reply.error().details().at("value")), 10'000u);
 }
 
+TEST(ServerLimits, ConstraintsCountAsMemory) {
+  ServerOptions options = test_options();
+  proto::Scene scene = small_scene();
+  options.limits.session_bytes = 1;
+  RunningServer tiny(options);
+  Client asking(tiny->request_endpoint());
+  const auto needed = std::stoull(asking.call(open_request(scene)).error().details().at("value"));
+  options.limits.session_bytes = needed + estimate_constraint_bytes(9, 4);
+  RunningServer server(options);
+  Client client(server->request_endpoint());
+  open_and_solve(client, "s", scene);
+  const auto add = [&](int many) {
+    proto::Request request;
+    request.mutable_edit()->set_session("s");
+    for (int i = 0; i < many; ++i) {
+      *request.mutable_edit()->add_edits()->mutable_add()->mutable_constraint() =
+          scene.constraints(0);
+      request.mutable_edit()->mutable_edits(i)->mutable_add()->mutable_constraint()->set_id(0);
+    }
+    return client.call(request);
+  };
+  const auto refused = add(12);
+  EXPECT_EQ(refused.error().code(), proto::ERROR_CODE_LIMIT_EXCEEDED);
+  EXPECT_EQ(refused.error().field(), "edits");
+  EXPECT_EQ(refused.error().details().at("limit"), std::to_string(options.limits.session_bytes));
+  EXPECT_TRUE(add(5).has_edit());
+  // An undo in the same request does not hide how many there would be.
+  proto::Request request;
+  request.mutable_edit()->set_session("s");
+  request.mutable_edit()->add_edits()->mutable_undo();
+  for (int i = 0; i < 12; ++i) {
+    auto* constraint = request.mutable_edit()->add_edits()->mutable_add()->mutable_constraint();
+    *constraint = scene.constraints(0);
+    constraint->set_id(0);
+  }
+  EXPECT_EQ(client.call(request).error().code(), proto::ERROR_CODE_LIMIT_EXCEEDED);
+}
+
 TEST(ServerLimits, RunningJobs) {
   RunningServer server(options_with([](auto& options) {
     options.limits.jobs = 1;
