@@ -8,8 +8,6 @@ namespace {
 
 constexpr double kExactWeightGrowth = 10;
 constexpr double kExactWeightCap = 1e7;
-/// A decrease that is smaller than this part of the merit cannot be seen in the merit.
-constexpr double kRounding = 1e-12;
 /// A Newton factor serves again while steps shrink by at least this.
 constexpr double kChordRate = 0.1;
 /// Cost of a Newton step in Gauss-Newton steps, with a few of them to go from here to the end.

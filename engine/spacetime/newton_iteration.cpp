@@ -84,7 +84,11 @@ void Optimizer::refine_newton_step() {
   for (int round = 0; round < 30; ++round) {
     apply_newton(direction_, product_);
     const double bend = inner(direction_, product_);
-    if (!(bend > 1e-14 * before)) break;
+    if (!(bend > 1e-14 * before)) {
+      // No minimum of the true model along here: the proximal step itself still descends.
+      if (round == 0) step_.d = direction_;
+      break;
+    }
     step_.d += before / bend * direction_;
     left_ -= before / bend * product_;
     if (!(left_.squaredNorm() > 1e-10 * descent_.squaredNorm())) break;

@@ -97,6 +97,8 @@ class Optimizer {
   [[nodiscard]] bool only_contradiction_left() const;
 
   static constexpr double kExactWeightStart = 1e4;
+  /// A decrease that is smaller than this part of the merit cannot be seen in the merit.
+  static constexpr double kRounding = 1e-12;
 
   SolverOptions options_;
   double length_;

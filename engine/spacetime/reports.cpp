@@ -42,13 +42,17 @@ FrameRank frame_rank(const Lanes& jacobian, const std::vector<int>& rows, double
 bool Optimizer::only_contradiction_left() const {
   if (state_.jacobian.cols() != rows_.count()) return false;
   bool deficient = false;
+  // Contradiction times a heavy weight is what the merit then consists of: smaller errors than this
+  // no longer show in it.
+  const double seen = std::sqrt(kRounding * merit(z_, state_) / rows_.exact_weight());
+  const double tolerance = std::max(options_.constraint_tolerance, seen);
   for (int knot = 0; knot < static_cast<int>(rows_.knots().size()); ++knot) {
     const std::vector<int> rows = exact_rows(rows_, knot);
     if (rows.empty()) continue;
     Eigen::VectorXd residual(static_cast<Eigen::Index>(rows.size()));
     for (std::size_t i = 0; i < rows.size(); ++i)
       residual[static_cast<Eigen::Index>(i)] = state_.residual[rows[i]];
-    if (residual.cwiseAbs().maxCoeff() <= options_.constraint_tolerance) continue;
+    if (residual.cwiseAbs().maxCoeff() <= tolerance) continue;
     const FrameRank frame = frame_rank(state_.jacobian, rows, options_.rank_tolerance);
     if (frame.rank == static_cast<Eigen::Index>(rows.size())) return false;
     deficient = true;
@@ -60,8 +64,7 @@ bool Optimizer::only_contradiction_left() const {
                                       .toDenseMatrix();
     const Eigen::HouseholderQR<Eigen::MatrixXd> basis(range.transpose());
     Eigen::VectorXd rotated = basis.householderQ().transpose() * permuted;
-    if (rotated.head(frame.rank).cwiseAbs().maxCoeff() > options_.constraint_tolerance)
-      return false;
+    if (rotated.head(frame.rank).cwiseAbs().maxCoeff() > tolerance) return false;
   }
   return deficient;
 }

@@ -39,6 +39,47 @@ TEST(SolverEdits, AddingAndRemovingTenThousandTimesLeavesTheStateWhereItWas) {
   EXPECT_LE((solver.motion() - motion).cwiseAbs().maxCoeff(), 1e-7);
 }
 
+// Gauss-Newton from the present motion lets stiff modes pay for what is new and may stay there.
+TEST(SolverEdits, ConstraintsAddedOneByOneEndAsLowAsAColdStart) {
+  const auto kinematics = std::make_shared<ChainKinematics>(8, 8, 1.0, 2.0, 3);
+  const Timeline timeline{120};
+  for (const unsigned seed : {1U, 2U, 3U, 4U}) {
+    Solver solver(kinematics, test_dynamics(8, 40, 0.0), timeline);
+    Solver cold(kinematics, test_dynamics(8, 40, 0.0), timeline);
+    for (const auto& constraint : test_constraints(*kinematics, 20, timeline, 1, 100, seed)) {
+      solver.add(constraint);
+      const SolveReport warm_report = solver.solve();
+      cold.add(constraint);
+      cold.cold_start();
+      const SolveReport cold_report = cold.solve();
+      EXPECT_LE(warm_report.total_energy, (1 + 1e-5) * cold_report.total_energy)
+          << "seed " << seed << ", constraint " << constraint.id << ": " << warm_report.message
+          << cold_report.message;
+    }
+  }
+}
+
+// A challenge that is stopped goes on where it was: every call gets further.
+TEST(SolverEdits, AnAnswerIsFoundInSingleSteps) {
+  const auto kinematics = std::make_shared<ChainKinematics>(6, 6, 1.0, 2.0, 3);
+  const Timeline timeline{60};
+  Solver solver(kinematics, test_dynamics(6, 40, 0.0), timeline);
+  Solver other(kinematics, test_dynamics(6, 40, 0.0), timeline);
+  for (const auto& constraint : test_constraints(*kinematics, 6, timeline, 0.5, 100, 5)) {
+    solver.add(constraint);
+    other.add(constraint);
+    SolveReport report;
+    int calls = 0;
+    do {
+      report = solver.solve({}, [](const SolveReport&) { return false; });
+      ASSERT_LT(++calls, 300);
+    } while (report.status == SolveStatus::kImproved);
+    EXPECT_EQ(report.status, SolveStatus::kConverged) << report.message;
+    const SolveReport at_once = other.solve();
+    EXPECT_NEAR(report.total_energy, at_once.total_energy, 1e-6 * at_once.total_energy);
+  }
+}
+
 TEST(SolverEdits, AddingAndRemovingWithoutAnAnswerBetweenChangesNoBit) {
   const auto kinematics = std::make_shared<ChainKinematics>(6, 6, 1.0, 2.0, 3);
   const Timeline timeline{50};

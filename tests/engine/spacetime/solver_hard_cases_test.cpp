@@ -90,6 +90,25 @@ TEST(ExactConstraints, ContradictoryOnesEndAtTheLeastSquaresAnswer) {
   EXPECT_LE((wished.motion() - held.motion()).cwiseAbs().maxCoeff(), 1e-4);
 }
 
+TEST(ExactConstraints, MoreAxesThanModesInOneFrame) {
+  // Two modes, three sites held in one frame: nine equations for two unknowns.
+  const auto kinematics = std::make_shared<LinearKinematics>(2, 3, 1.0, 44);
+  std::vector<PositionConstraint> constraints = linear_constraints(*kinematics, 3, 40, kExact, 45);
+  Eigen::VectorXd wanted(9);
+  for (std::size_t i = 0; i < 3; ++i) {
+    constraints[i].frame = 17;
+    wanted.segment<3>(3 * static_cast<Eigen::Index>(i)) = constraints[i].target;
+  }
+  const Eigen::VectorXd best = kinematics->maps().colPivHouseholderQr().solve(wanted);
+  Solver solver(kinematics, test_dynamics(2, 20, 0.01), {40});
+  const SolveReport report = solve_all(solver, constraints);
+  EXPECT_EQ(report.status, SolveStatus::kConverged) << report.message;
+  EXPECT_TRUE(report.rank_deficient);
+  EXPECT_EQ(report.dependent_rows, 7);
+  // What is left of the contradiction, times the heavy weight, hides smaller errors.
+  EXPECT_LE((solver.motion().col(17) - best).norm(), 1e-5 * best.norm());
+}
+
 TEST(ExactConstraints, InAPinnedFrameAreSaidToBeOutOfReach) {
   const auto kinematics = std::make_shared<LinearKinematics>(3, 1, 1.0, 46);
   Solver solver(kinematics, test_dynamics(3, 20, 0.01), {40});
