@@ -19,6 +19,11 @@ struct Snapshots {
   [[nodiscard]] PoseData project(const Eigen::MatrixXd& basis) const;
 };
 
+/// Training poses where the options leave them open. The more poses, the fewer tets and columns
+/// meet a tolerance, down to 2400; beyond 60,000 tets their reconstruction would be most of the
+/// build.
+[[nodiscard]] int automatic_training_poses(int tet_count);
+
 /// The four sets of a build, drawn from independent random streams of the seed.
 struct TrainingSet {
   Snapshots train;       // basis and maps

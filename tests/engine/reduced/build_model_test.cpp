@@ -238,6 +238,7 @@ TEST(BuildModel, BadOptionsAreNamed) {
   expect_refused("basis_size", [](ModelOptions& o) { o.basis_size = -1; });
   expect_refused("cubature_size", [](ModelOptions& o) { o.cubature_size = -1; });
   expect_refused("training_poses", [](ModelOptions& o) { o.training_poses = 9; });
+  expect_refused("training_poses", [](ModelOptions& o) { o.training_poses = -1; });
   expect_refused("test_poses", [](ModelOptions& o) { o.test_poses = 9; });
   expect_refused("amplitude", [](ModelOptions& o) { o.amplitude = 0; });
   expect_refused("amplitude", [&](ModelOptions& o) { o.amplitude = nan; });
