@@ -57,6 +57,17 @@ void report_errors(const TrainingSet& set, double tolerance, ReducedModel& model
       model.cubature_size());
 }
 
+void report_mechanisms(ReducedModel& model) {
+  if (model.mechanism_count == 0) return;
+  std::string& message = model.report.message;
+  if (!message.empty()) message += "; ";
+  message += fmt::format(
+      "{} of {} modes without stiffness: mechanisms (parts that fold about an edge or a node, a "
+      "body "
+      "held along a line or at a node), which only constraints hold",
+      model.mechanism_count, model.coordinate_count() - model.rigid_count);
+}
+
 /// Snapshots of both kinds (paper: space-time editing, section 3.1: enrichment by an input
 /// sequence).
 Eigen::MatrixXd with_animation(const Eigen::MatrixXd& poses, const Eigen::MatrixXd& animation) {
@@ -139,6 +150,7 @@ ReducedModel build_model(const bodies::ElasticBody& body, const ModelOptions& op
   model.node_count = body.mesh.node_count();
   model.length = body.length();
   model.rigid_count = modes.rigid_count;
+  model.mechanism_count = modes.mechanism_count;
   model.eigenvalues = modes.eigenvalues;
   model.modes = modes.modes;
   model.basis = basis.leftCols(cubature.basis_size);
@@ -147,6 +159,7 @@ ReducedModel build_model(const bodies::ElasticBody& body, const ModelOptions& op
   model.map = std::move(cubature.map);
   model.direct = std::move(cubature.direct);
   report_errors(set, options.tolerance, model);
+  report_mechanisms(model);
   model.report.cubature_s = watch.lap();
   job.report("done", 1);
   return model;

@@ -44,19 +44,23 @@ struct ModelReport {
   double small_error_mean = 0;  // same at a hundredth of the amplitude (the linear regime)
   bool met_tolerance = true;
   double modes_s = 0, poses_s = 0, basis_s = 0, cubature_s = 0;
-  std::string message;  // says so, with numbers, where the tolerance was not met
+  // Says so, with numbers, where the tolerance was not met and where the body has mechanisms.
+  std::string message;
 };
 
 /// The reduced RS model of a body (paper: space-time editing, section 3), a plain value that is
 /// cached on disk.
 ///   u = B q,  q = H g(Y z) + D z
 /// z is unitless; column k of W-hat is the mass-orthonormal mode times c / sqrt(lambda_k /
-/// lambda_1), c such that z_1 = 1 moves the farthest node by one body length. A free body has six
-/// unknowns first: translations in body lengths (through D only) and rotations in radians.
+/// lambda_1), c such that z_1 = 1 moves the farthest node by one body length. lambda_1 is the first
+/// eigenvalue that is neither rigid nor of a mechanism; a mechanism's column is the mode times c. A
+/// free body has six unknowns first: translations in body lengths (through D only) and rotations in
+/// radians.
 struct ReducedModel {
   int node_count = 0;           // n, compact nodes
   double length = 0;            // [m]
   int rigid_count = 0;          // 0 or 6
+  int mechanism_count = 0;      // after the rigid ones: nothing holds them (bodies::ModalBasis)
   Eigen::VectorXd eigenvalues;  // R [1/s^2], zero for rigid unknowns
   Eigen::MatrixXd modes;        // W-hat, 3n x R [m]
   Eigen::MatrixXd basis;        // B, 3n x h, orthonormal columns

@@ -63,8 +63,7 @@ bool Session::Impl::build() {
   try {
     auto built = std::make_shared<Built>(build_model(job));
     built->seconds = Seconds(Clock::now() - begin).count();
-    const reduced::ModelReport& report = built->model->report;
-    const std::string message = report.met_tolerance ? "" : report.message;
+    const std::string message = built->model->report.message;
     bool open = false;
     {
       const std::lock_guard lock(mutex_);
