@@ -92,8 +92,11 @@ struct BaseMotion {
 
 /// @param displacements  3n x N from rest [m], frame by frame; branches of rotations are continuous
 /// in time
+/// @throws Error{kInvalidArgument} for other sizes or numbers that are not finite,
+/// Error{kCancelled}
 [[nodiscard]] BaseMotion base_motion(const bodies::ElasticBody& body, const ReducedModel& model,
-                                     const Eigen::Ref<const Eigen::MatrixXd>& displacements);
+                                     const Eigen::Ref<const Eigen::MatrixXd>& displacements,
+                                     const JobContext& job = {});
 
 /// Kinematics of a reduced model, with batch evaluation of whole motions.
 class ReducedKinematics final : public Kinematics {

@@ -108,9 +108,8 @@ Session::Impl::Built Session::Impl::build_model(const JobContext& job) {
   }
   std::shared_ptr<const reduced::BaseMotion> base;
   if (scene.base_motion.size() > 0) {
-    job.report("base motion", 0.95);
     base = std::make_shared<const reduced::BaseMotion>(
-        reduced::base_motion(mapped.body, *built.model, animation));
+        reduced::base_motion(mapped.body, *built.model, animation, job.part(0.95, 0.98)));
   }
   job.report("geometry", 0.98);
   built.geometry = make_geometry(scene, mapped, *built.model);
