@@ -74,6 +74,16 @@ TrainingSet make_training_set(const bodies::ElasticBody& body, const ScaledModes
   return result;
 }
 
+Snapshots further_test_poses(const bodies::ElasticBody& body, const ScaledModes& modes,
+                             const FullReconstruction& full, const ModelOptions& options,
+                             int attempt, const JobContext& job) {
+  Random random(options.seed * 1000003 + 4 + static_cast<std::uint64_t>(attempt));
+  return reconstruct(modes, full,
+                     sample_poses(modes, body.length(), options.amplitude, PoseLevels::kTest,
+                                  options.test_poses, random),
+                     {job.cancellation, {}});
+}
+
 PoseData project_training(const TrainingSet& set, const ScaledModes& modes,
                           const FullReconstruction& full, const Eigen::MatrixXd& basis,
                           const JobContext& job) {

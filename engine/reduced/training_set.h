@@ -38,6 +38,13 @@ struct TrainingSet {
                                             const FullReconstruction& full,
                                             const ModelOptions& options, const JobContext& job);
 
+/// Test poses that no build of this seed has drawn for an earlier attempt. attempt >= 1; the first
+/// ones are those of the set.
+[[nodiscard]] Snapshots further_test_poses(const bodies::ElasticBody& body,
+                                           const ScaledModes& modes, const FullReconstruction& full,
+                                           const ModelOptions& options, int attempt,
+                                           const JobContext& job);
+
 /// The training poses of `set` through `basis`: those it was made of, then those it was not. The
 /// latter are reconstructed here, block by block.
 [[nodiscard]] PoseData project_training(const TrainingSet& set, const ScaledModes& modes,
