@@ -15,7 +15,8 @@ namespace {
 /// typical pose 0.1 to 0.5 body lengths) from a seed that it does not use.
 Eigen::MatrixXd fresh_poses(const reduced::ReducedModel& model, int count) {
   Random random(20241);
-  const reduced::ScaledModes modes{model.eigenvalues, model.modes, model.rigid_count};
+  const reduced::ScaledModes modes{model.eigenvalues, model.modes, model.rigid_count,
+                                   model.mechanism_count};
   return reduced::sample_poses(modes, model.length, reduced::ModelOptions{}.amplitude,
                                reduced::PoseLevels::kTest, count, random);
 }

@@ -35,7 +35,8 @@ SpacetimeProblem flower_problem(Recorder& recorder) {
   problem.tets = mapped.body.mesh.tet_count();
   problem.model = build(mapped.body, 30, 80, 32);
   problem.dynamics =
-      session::map_dynamics(scene.dynamics, problem.model->eigenvalues, problem.model->rigid_count);
+      session::map_dynamics(scene.dynamics, problem.model->eigenvalues, problem.model->rigid_count,
+                            problem.model->mechanism_count);
   problem.timeline = {scene.frame_count, session::map_end(scene.first_end),
                       session::map_end(scene.last_end)};
   const session::TargetFrame frame(scene, mapped);

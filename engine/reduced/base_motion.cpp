@@ -1,5 +1,7 @@
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "engine/base/error.h"
 #include "engine/reduced/reduced_model.h"
 #include "engine/reduced/rs_coordinates.h"
@@ -7,8 +9,42 @@
 
 namespace limber::reduced {
 
+namespace {
+
+// Frames that are projected at once: bounds how long a cancellation is not heard.
+constexpr Eigen::Index kFrames = 64;
+
+// Share of the work that is finding RS coordinates.
+constexpr double kInverseShare = 0.9;
+
+/// The RS coordinates of the cubature tets, 9T x N.
+Eigen::MatrixXd cubature_coordinates(const bodies::ElasticBody& body, const ReducedModel& model,
+                                     const Eigen::Ref<const Eigen::MatrixXd>& displacements,
+                                     const JobContext& job) {
+  const bodies::GradientOperator gradient(body.mesh);
+  const RsInverse inverse(body, gradient);
+  Eigen::MatrixXd rs(kRsSize * Eigen::Index{model.cubature_size()}, displacements.cols());
+  // The whole mesh is needed: branches of the rotations are found from neighbour to neighbour and
+  // frame to frame.
+  Eigen::VectorXd y;
+  for (Eigen::Index frame = 0; frame < displacements.cols(); ++frame) {
+    job.report("base motion",
+               static_cast<double>(frame) / static_cast<double>(displacements.cols()));
+    y = frame == 0 ? inverse.coordinates(displacements.col(0))
+                   : inverse.coordinates(displacements.col(frame), y);
+    for (int t = 0; t < model.cubature_size(); ++t) {
+      rs.col(frame).segment<kRsSize>(kRsSize * t) =
+          y.segment<kRsSize>(kRsSize * Eigen::Index{model.tets[t]});
+    }
+  }
+  return rs;
+}
+
+}  // namespace
+
 BaseMotion base_motion(const bodies::ElasticBody& body, const ReducedModel& model,
-                       const Eigen::Ref<const Eigen::MatrixXd>& displacements) {
+                       const Eigen::Ref<const Eigen::MatrixXd>& displacements,
+                       const JobContext& job) {
   const Eigen::Index rows = 3 * Eigen::Index{model.node_count};
   if (displacements.rows() != rows || body.mesh.node_count() != model.node_count) {
     throw Error(ErrorCode::kInvalidArgument, "base_motion",
@@ -23,33 +59,29 @@ BaseMotion base_motion(const bodies::ElasticBody& body, const ReducedModel& mode
     }
   }
 
-  const bodies::GradientOperator gradient(body.mesh);
-  const RsInverse inverse(body, gradient);
   BaseMotion result;
-  result.rs.resize(kRsSize * Eigen::Index{model.cubature_size()}, displacements.cols());
-  // The whole mesh is needed: branches of the rotations are found from neighbour to neighbour and
-  // frame to frame.
-  Eigen::VectorXd y;
-  for (Eigen::Index frame = 0; frame < displacements.cols(); ++frame) {
-    y = frame == 0 ? inverse.coordinates(displacements.col(0))
-                   : inverse.coordinates(displacements.col(frame), y);
-    for (int t = 0; t < model.cubature_size(); ++t) {
-      result.rs.col(frame).segment<kRsSize>(kRsSize * t) =
-          y.segment<kRsSize>(kRsSize * Eigen::Index{model.tets[t]});
-    }
-  }
+  result.rs = cubature_coordinates(body, model, displacements, job.part(0, kInverseShare));
 
   // What H g(y_base) misses of the base motion as B sees it, translation of a free body included:
   // with z = 0 the model gives back the base motion's own projection.
-  result.direct.noalias() = model.basis.transpose() * displacements;
+  const Eigen::Index count = displacements.cols();
+  result.direct.resize(model.basis_size(), count);
   Eigen::VectorXd g(result.rs.rows());
-  for (Eigen::Index frame = 0; frame < displacements.cols(); ++frame) {
-    for (int t = 0; t < model.cubature_size(); ++t) {
-      const RsVector y_t = result.rs.col(frame).segment<kRsSize>(kRsSize * t);
-      Eigen::Map<Eigen::Matrix3d>(g.data() + kRsSize * t) = displacement_gradient(y_t);
+  for (Eigen::Index first = 0; first < count; first += kFrames) {
+    job.report("base motion", kInverseShare + (1 - kInverseShare) * static_cast<double>(first) /
+                                                  static_cast<double>(count));
+    const Eigen::Index frames = std::min(kFrames, count - first);
+    result.direct.middleCols(first, frames).noalias() =
+        model.basis.transpose() * displacements.middleCols(first, frames);
+    for (Eigen::Index frame = first; frame < first + frames; ++frame) {
+      for (int t = 0; t < model.cubature_size(); ++t) {
+        const RsVector y_t = result.rs.col(frame).segment<kRsSize>(kRsSize * t);
+        Eigen::Map<Eigen::Matrix3d>(g.data() + kRsSize * t) = displacement_gradient(y_t);
+      }
+      result.direct.col(frame) -= model.map * g;
     }
-    result.direct.col(frame) -= model.map * g;
   }
+  job.report("base motion", 1);
   return result;
 }
 

@@ -17,8 +17,6 @@ constexpr int kLargestWeighted = 300;
 // Which tets are there to choose from matters little (measured: 300 are as good as 3000).
 constexpr int kPoolSize = 400;
 constexpr Eigen::Index kWeightPoses = 400;
-/// The validation poses are a sample: asked for a little more, so that the test poses agree.
-constexpr double kMargin = 0.9;
 
 /// Tets that may be selected: a random subset, so that large meshes cost no more than small ones.
 std::vector<int> random_pool(int tet_count, int size, Random& random) {
@@ -42,12 +40,13 @@ struct FittedSizes {
   int basis = 0;
   int tets = 0;
   FittedCubature::Fit fit;
+  bool met_limit = false;
 };
 
 FittedSizes choose_sizes(FittedCubature& cubature, const CubatureInput& input,
                          const JobContext& job) {
   const ModelOptions& options = input.options;
-  const double limit = kMargin * options.tolerance;
+  const double limit = input.limit;
   const int largest = static_cast<int>(input.basis.cols());
   const bool any_basis = options.basis_size == 0, any_tets = options.cubature_size == 0;
   const int fewest_columns =
@@ -78,7 +77,9 @@ FittedSizes choose_sizes(FittedCubature& cubature, const CubatureInput& input,
       best = std::move(candidate);
     if (!added) break;
   }
-  return best ? std::move(*best) : last;
+  if (!best) return last;
+  best->met_limit = true;
+  return std::move(*best);
 }
 
 }  // namespace
@@ -118,6 +119,7 @@ Cubature fit_cubature(const CubatureInput& input, const JobContext& job) {
   const FittedSizes sizes = choose_sizes(fitted, input, job);
   Cubature result;
   result.basis_size = sizes.basis;
+  result.met_limit = sizes.met_limit;
   result.tets.assign(fitted.tets().begin(), fitted.tets().begin() + sizes.tets);
   result.rs_modes = fitted.rs_modes().topRows(kRsSize * Eigen::Index{sizes.tets});
   result.map = sizes.fit.map.topRows(sizes.basis);
@@ -127,7 +129,7 @@ Cubature fit_cubature(const CubatureInput& input, const JobContext& job) {
 
 Cubature weigh_cubature(const CubatureInput& input, const JobContext& job) {
   const ModelOptions& options = input.options;
-  const double limit = kMargin * options.tolerance;
+  const double limit = input.limit;
   const int rigid = input.modes.rigid_count;
   int h = options.basis_size;
   if (h == 0) {
@@ -170,7 +172,8 @@ Cubature weigh_cubature(const CubatureInput& input, const JobContext& job) {
     update(cubature);
     const Eigen::MatrixXd q =
         reduced_coordinates(result.rs_modes, result.map, result.direct, validation.z);
-    if (relative_errors(validation, q).mean() <= limit) return result;
+    result.met_limit = relative_errors(validation, q).mean() <= limit;
+    if (result.met_limit) return result;
   }
   update(cubature);
   return result;

@@ -21,6 +21,7 @@ struct CubatureInput {
   const PoseData& train;         // seen through all its columns, as are:
   const PoseData& validation;
   const ModelOptions& options;
+  double limit;  // mean error on the validation poses that chosen sizes are to meet
 };
 
 /// q = map g(rs_modes z) + direct z on the first basis_size columns of B.
@@ -30,9 +31,10 @@ struct Cubature {
   Eigen::MatrixXd rs_modes;  // 9T x R
   Eigen::MatrixXd map;       // h x 9T
   Eigen::MatrixXd direct;    // h x R
+  bool met_limit = false;
 };
 
-/// Sizes that are 0 in the options are chosen: among all (h, T) that meet the tolerance on the
+/// Sizes that are 0 in the options are chosen: among all (h, T) that meet the limit on the
 /// validation poses the cheapest per frame, or the best found if none does.
 [[nodiscard]] Cubature fit_cubature(const CubatureInput& input, const JobContext& job);
 /// Weights hang on the basis: h is the smallest that leaves room for the cubature, then T the

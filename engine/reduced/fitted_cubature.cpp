@@ -14,6 +14,9 @@ namespace limber::reduced {
 namespace {
 
 constexpr int kPoolGrain = 16;
+// Tets are ranked by the first so many training poses; maps are fitted to all. More poses make
+// better maps, hardly better choices, as long as they outnumber the features.
+constexpr int kRankingPoses = 1200;
 
 /// Derivative of g at zero, 9 x 9: y -> the gradient whose parts are y.
 Eigen::Matrix<double, 9, 9> linear_part() {
@@ -63,18 +66,22 @@ FittedCubature::FittedCubature(const bodies::GradientOperator& gradient,
       validation_(validation),
       pool_(std::move(pool)),
       rs_modes_(0, modes.cols()),
-      pool_features_(train.count(), kRsSize * static_cast<Eigen::Index>(pool_.size())),
       features_(train.count(), 0),
+      gram_(0, 0),
+      cross_(0, linear_.rows()),
       validation_features_(validation.count(), 0) {
   const Eigen::VectorXd weight = train.norm.cwiseInverse();
   target_ = weight.asDiagonal() * (train.q - linear_ * train.z).transpose();
-  residual_ = target_;
+  const int ranking = std::min(train.count(), kRankingPoses);
+  const Eigen::MatrixXd z = train.z.leftCols(ranking);
+  residual_ = target_.topRows(ranking);
+  pool_features_.resize(ranking, kRsSize * static_cast<Eigen::Index>(pool_.size()));
   parallel_for(static_cast<std::int64_t>(pool_.size()), kPoolGrain,
                [&](std::int64_t begin, std::int64_t end) {
                  for (std::int64_t c = begin; c < end; ++c) {
                    const Eigen::MatrixXd y = linear_coordinates(gradient_, {pool_[c]}, modes_);
                    pool_features_.middleCols<kRsSize>(kRsSize * c) =
-                       weight.asDiagonal() * remainder_features(y, train_.z);
+                       weight.head(ranking).asDiagonal() * remainder_features(y, z);
                  }
                });
   noise_floor_ = 1e-5 * pool_features_.squaredNorm() /
@@ -86,12 +93,15 @@ bool FittedCubature::add_best_tet(const JobContext& job) {
   std::vector<double> score(pool_.size(), 0);
   parallel_for(count, kPoolGrain, [&](std::int64_t begin, std::int64_t end) {
     job.throw_if_cancelled();
+    // One product for the chunk: nine rows at a time would mostly pack the residual.
+    const Eigen::MatrixXd along =
+        pool_features_.middleCols(kRsSize * begin, kRsSize * (end - begin)).transpose() * residual_;
     for (std::int64_t c = begin; c < end; ++c) {
       const auto phi = pool_features_.middleCols<kRsSize>(kRsSize * c);
       Eigen::Matrix<double, 9, 9> gram = phi.transpose() * phi;
       gram.diagonal().array() += noise_floor_;
       // What a regression on these nine features alone would take off: |L^-1 phi^T residual|^2.
-      Eigen::MatrixXd projection = phi.transpose() * residual_;
+      Eigen::MatrixXd projection = along.middleRows<kRsSize>(kRsSize * (c - begin));
       gram.llt().matrixL().solveInPlace(projection);
       score[c] = projection.squaredNorm();
     }
@@ -127,15 +137,20 @@ void FittedCubature::append_features(int tet) {
   features_.conservativeResize(Eigen::NoChange, old + kRsSize);
   features_.rightCols<kRsSize>() =
       train_.norm.cwiseInverse().asDiagonal() * remainder_features(y, train_.z);
+  const auto added = features_.rightCols<kRsSize>();
+  gram_.conservativeResize(old + kRsSize, old + kRsSize);
+  gram_.rightCols<kRsSize>().noalias() = features_.transpose() * added;
+  gram_.bottomLeftCorner(kRsSize, old) = gram_.topRightCorner(old, kRsSize).transpose();
+  cross_.conservativeResize(old + kRsSize, Eigen::NoChange);
+  cross_.bottomRows<kRsSize>().noalias() = added.transpose() * target_;
   validation_features_.conservativeResize(Eigen::NoChange, old + kRsSize);
   validation_features_.rightCols<kRsSize>() = remainder_features(y, validation_.z);
 }
 
 FittedCubature::Fit FittedCubature::fit() const {
   const auto tets = static_cast<Eigen::Index>(tets_.size());
-  Eigen::MatrixXd gram = features_.transpose() * features_;
-  Eigen::MatrixXd cross = features_.transpose() * target_;  // 9T x h
-  Eigen::MatrixXd probe = validation_features_;             // S' x 9T
+  Eigen::MatrixXd gram = gram_, cross = cross_;
+  Eigen::MatrixXd probe = validation_features_;  // S' x 9T
   Eigen::MatrixXd base = linear_ * validation_.z;
   Eigen::MatrixXd constant = Eigen::MatrixXd::Zero(target_.cols(), kRsSize * tets);
   Eigen::MatrixXd differences;

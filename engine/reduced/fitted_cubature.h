@@ -19,7 +19,7 @@ class FittedCubature {
  public:
   /// @param modes       W-hat, 3n x R
   /// @param linear      B^T W-hat, h x R
-  /// @param train       poses that H is fitted to; greedy selection uses them too
+  /// @param train       S poses that H is fitted to; the first S" of them rank the tets
   /// @param validation  poses that choose the ridge
   /// @param pool        tets that may be selected
   /// @param affine      A, h x 9, of a free body whose basis spans these fields; else empty
@@ -59,10 +59,12 @@ class FittedCubature {
   std::vector<int> pool_;
   std::vector<int> tets_;
   Eigen::MatrixXd rs_modes_;             // 9T x R
-  Eigen::MatrixXd pool_features_;        // S x 9C, weighted rows, deflated as tets are added
-  Eigen::MatrixXd residual_;             // S x h, weighted, deflated likewise
+  Eigen::MatrixXd pool_features_;        // S" x 9C, weighted rows, deflated as tets are added
+  Eigen::MatrixXd residual_;             // S" x h, weighted, deflated likewise
   Eigen::MatrixXd target_;               // S x h, weighted: q - B^T W z
   Eigen::MatrixXd features_;             // S x 9T, weighted
+  Eigen::MatrixXd gram_;                 // 9T x 9T, features^T features
+  Eigen::MatrixXd cross_;                // 9T x h, features^T target
   Eigen::MatrixXd validation_features_;  // S' x 9T, not weighted
   double noise_floor_ = 0;               // Gram diagonal below which a direction is noise
 };

@@ -30,7 +30,9 @@ class Kinematics {
 
   /// @param frames   per column of z its frame (selects the base motion, where there is one)
   /// @param z        R x columns, modal RS coordinates (unitless)
-  /// @param queries  q of them; columns may be shared by many queries
+  /// @param queries  q of them; columns may be shared by many queries. Unknown sites and columns
+  /// are refused:
+  ///                 Error{kOutOfRange}
   /// @param u        out, 3 x q: displacement from rest [m], base motion included
   /// @param jacobian out, (3 q) x R, rows 3i..3i+2 are d u_i / d z at its column [m]; nullptr: not
   /// wanted

@@ -126,7 +126,7 @@ void check_shapes(const ReducedModel& m) {
     }
   };
   if (m.node_count <= 0 || !(m.length > 0) || (m.rigid_count != 0 && m.rigid_count != 6) ||
-      r < m.rigid_count) {
+      r < m.rigid_count || m.mechanism_count < 0 || m.mechanism_count > r - m.rigid_count) {
     refuse("sizes are impossible");
   }
   expect("modes", m.modes, 3 * Eigen::Index{m.node_count}, r);
@@ -146,6 +146,7 @@ std::string encode_model(const ReducedModel& model) {
   body.number<std::int32_t>(model.node_count);
   body.number(model.length);
   body.number<std::int32_t>(model.rigid_count);
+  body.number<std::int32_t>(model.mechanism_count);
   body.matrix(model.eigenvalues);
   body.matrix(model.modes);
   body.matrix(model.basis);
@@ -191,6 +192,7 @@ ReducedModel decode_model(std::string_view bytes) {
   model.node_count = in.number<std::int32_t>("node_count");
   model.length = in.number<double>("length");
   model.rigid_count = in.number<std::int32_t>("rigid_count");
+  model.mechanism_count = in.number<std::int32_t>("mechanism_count");
   const Eigen::MatrixXd eigenvalues = in.matrix("eigenvalues");
   if (eigenvalues.cols() != 1) refuse("eigenvalues is not a vector");
   model.eigenvalues = eigenvalues;

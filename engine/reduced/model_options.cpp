@@ -24,7 +24,8 @@ void ModelOptions::validate() const {
   require(basis_size >= 0, "basis_size", basis_size, ">= 0 (0: chosen to meet the tolerance)");
   require(cubature_size >= 0, "cubature_size", cubature_size,
           ">= 0 (0: chosen to meet the tolerance)");
-  require(training_poses >= 10, "training_poses", training_poses, ">= 10");
+  require(training_poses == 0 || training_poses >= 10, "training_poses", training_poses,
+          ">= 10, or 0 (automatic)");
   require(test_poses >= 10, "test_poses", test_poses, ">= 10");
   require(amplitude > 0 && amplitude <= 10, "amplitude", amplitude, "in (0, 10]");
 }

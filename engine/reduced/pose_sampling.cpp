@@ -32,8 +32,10 @@ Eigen::MatrixXd sample_poses(const ScaledModes& modes, double body_length, doubl
                              PoseLevels levels, int count, Random& random) {
   constexpr double kLargestTurn = 1.5;
   const int rigid = modes.rigid_count;
+  const double lowest =
+      modes.eigenvalues[reference_mode(modes.count(), rigid, modes.mechanism_count)];
   const Eigen::VectorXd relative =
-      modes.eigenvalues.tail(modes.elastic_count()) / modes.eigenvalues[rigid];
+      (modes.eigenvalues.tail(modes.elastic_count()) / lowest).cwiseMax(1.0);
   Eigen::MatrixXd z = Eigen::MatrixXd::Zero(modes.count(), count);
   Eigen::VectorXd level(count);
   for (int s = 0; s < count; ++s) {

@@ -54,13 +54,8 @@ class ReducedKinematics::Impl {
   void evaluate(std::span<const int> frames, const Eigen::Ref<const Eigen::MatrixXd>& z,
                 std::span<const SiteQuery> queries, Eigen::Matrix3Xd& u,
                 Eigen::MatrixXd* jacobian) const {
-    LIMBER_DEMAND(z.rows() == model_->coordinate_count());
-    LIMBER_DEMAND(base_ == nullptr || static_cast<Eigen::Index>(frames.size()) == z.cols());
     thread_local TangentWorkspace work;
-    work.begin(tangent_, z, queries);
-    if (base_ != nullptr) {
-      for (int column : work.columns) check_frame(frames[column]);
-    }
+    begin(work, frames, z, queries);
     work.evaluate(tangent_, frames, z, jacobian != nullptr);
 
     const auto count = static_cast<Eigen::Index>(queries.size());
@@ -90,7 +85,7 @@ class ReducedKinematics::Impl {
                  Eigen::MatrixXd& out) const {
     thread_local TangentWorkspace work;
     thread_local CurvatureWorkspace second;
-    work.begin(tangent_, z, queries);
+    begin(work, frames, z, queries);
     work.evaluate(tangent_, frames, z, false);
     const Eigen::Index size = model_->coordinate_count();
     out.setZero(size, size * z.cols());
@@ -135,6 +130,26 @@ class ReducedKinematics::Impl {
   [[nodiscard]] const ReducedModel& model() const { return *model_; }
 
  private:
+  /// Refuses what would be read out of range.
+  void begin(TangentWorkspace& work, std::span<const int> frames,
+             const Eigen::Ref<const Eigen::MatrixXd>& z, std::span<const SiteQuery> queries) const {
+    LIMBER_DEMAND(z.rows() == model_->coordinate_count());
+    LIMBER_DEMAND(base_ == nullptr || static_cast<Eigen::Index>(frames.size()) == z.cols());
+    for (const SiteQuery& query : queries) {
+      if (query.site < 0 || query.site >= static_cast<SiteId>(sites_.size())) {
+        throw Error(ErrorCode::kOutOfRange, "queries",
+                    fmt::format("site {} is not in [0, {})", query.site, sites_.size()));
+      }
+      if (query.column < 0 || query.column >= z.cols()) {
+        throw Error(ErrorCode::kOutOfRange, "queries",
+                    fmt::format("column {} is not in [0, {})", query.column, z.cols()));
+      }
+    }
+    work.begin(tangent_, z, queries);
+    if (base_ == nullptr) return;
+    for (int column : work.columns) check_frame(frames[column]);
+  }
+
   void check_frame(int frame) const {
     if (frame < 0 || frame >= base_->rs.cols()) {
       throw Error(

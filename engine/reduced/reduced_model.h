@@ -26,8 +26,10 @@ struct ModelOptions {
   int basis_size = 0;     // h; 0: chosen to meet the tolerance
   int cubature_size = 0;  // T; 0: chosen to meet the tolerance
   CubatureKind cubature = CubatureKind::kFittedMaps;
-  int training_poses = 600;  // maps are fitted to all, the basis to the first 800; >= 10
-  int test_poses = 100;      // >= 10, never shared with training
+  // Maps are fitted to all, the basis to the first 800; >= 10. 0: 2400, where the body has more
+  // than 60,000 tets fewer in proportion, at least 600.
+  int training_poses = 0;
+  int test_poses = 100;  // >= 10, never shared with training
   double amplitude =
       0.5;  // typical largest displacement of a training pose, in body lengths, in (0, 10]
   std::uint64_t seed = 1;
@@ -42,19 +44,23 @@ struct ModelReport {
   double small_error_mean = 0;  // same at a hundredth of the amplitude (the linear regime)
   bool met_tolerance = true;
   double modes_s = 0, poses_s = 0, basis_s = 0, cubature_s = 0;
-  std::string message;  // says so, with numbers, where the tolerance was not met
+  // Says so, with numbers, where the tolerance was not met and where the body has mechanisms.
+  std::string message;
 };
 
 /// The reduced RS model of a body (paper: space-time editing, section 3), a plain value that is
 /// cached on disk.
 ///   u = B q,  q = H g(Y z) + D z
 /// z is unitless; column k of W-hat is the mass-orthonormal mode times c / sqrt(lambda_k /
-/// lambda_1), c such that z_1 = 1 moves the farthest node by one body length. A free body has six
-/// unknowns first: translations in body lengths (through D only) and rotations in radians.
+/// lambda_1), c such that z_1 = 1 moves the farthest node by one body length. lambda_1 is the first
+/// eigenvalue that is neither rigid nor of a mechanism; a mechanism's column is the mode times c. A
+/// free body has six unknowns first: translations in body lengths (through D only) and rotations in
+/// radians.
 struct ReducedModel {
   int node_count = 0;           // n, compact nodes
   double length = 0;            // [m]
   int rigid_count = 0;          // 0 or 6
+  int mechanism_count = 0;      // after the rigid ones: nothing holds them (bodies::ModalBasis)
   Eigen::VectorXd eigenvalues;  // R [1/s^2], zero for rigid unknowns
   Eigen::MatrixXd modes;        // W-hat, 3n x R [m]
   Eigen::MatrixXd basis;        // B, 3n x h, orthonormal columns
@@ -86,8 +92,11 @@ struct BaseMotion {
 
 /// @param displacements  3n x N from rest [m], frame by frame; branches of rotations are continuous
 /// in time
+/// @throws Error{kInvalidArgument} for other sizes or numbers that are not finite,
+/// Error{kCancelled}
 [[nodiscard]] BaseMotion base_motion(const bodies::ElasticBody& body, const ReducedModel& model,
-                                     const Eigen::Ref<const Eigen::MatrixXd>& displacements);
+                                     const Eigen::Ref<const Eigen::MatrixXd>& displacements,
+                                     const JobContext& job = {});
 
 /// Kinematics of a reduced model, with batch evaluation of whole motions.
 class ReducedKinematics final : public Kinematics {

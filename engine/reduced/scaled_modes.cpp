@@ -1,6 +1,7 @@
 #include "engine/reduced/scaled_modes.h"
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 
 #include "engine/base/error.h"
@@ -42,7 +43,7 @@ Eigen::MatrixXd affine_fields(const bodies::ElasticBody& body) {
 }
 
 ScaledModes scale_modes(const bodies::ElasticBody& body, const bodies::ModalBasis& basis) {
-  ScaledModes result{basis.eigenvalues, basis.modes, basis.rigid_count};
+  ScaledModes result{basis.eigenvalues, basis.modes, basis.rigid_count, basis.mechanism_count};
   const int rigid = basis.rigid_count;
   LIMBER_DEMAND(rigid == (body.is_free() ? 6 : 0) && result.count() > rigid);
   const double length = body.length();
@@ -60,11 +61,12 @@ ScaledModes scale_modes(const bodies::ElasticBody& body, const bodies::ModalBasi
     result.eigenvalues.head(rigid).setZero();
   }
 
-  const double lowest = result.eigenvalues[rigid];
+  const int reference = reference_mode(result.count(), rigid, result.mechanism_count);
+  const double lowest = result.eigenvalues[reference];
   LIMBER_DEMAND(lowest > 0);
-  const double unit = length / largest_node_displacement(result.modes.col(rigid))[0];
+  const double unit = length / largest_node_displacement(result.modes.col(reference))[0];
   for (int k = rigid; k < result.count(); ++k) {
-    result.modes.col(k) *= unit / std::sqrt(result.eigenvalues[k] / lowest);
+    result.modes.col(k) *= unit / std::sqrt(std::max(1.0, result.eigenvalues[k] / lowest));
   }
   return result;
 }

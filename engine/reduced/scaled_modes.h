@@ -12,14 +12,24 @@ struct ScaledModes {
   Eigen::VectorXd eigenvalues;  // R [1/s^2]
   Eigen::MatrixXd modes;        // 3n x R [m]
   int rigid_count = 0;          // 0 or 6
+  int mechanism_count = 0;      // of the elastic modes the first ones (bodies::ModalBasis)
 
   [[nodiscard]] int count() const { return static_cast<int>(eigenvalues.size()); }
   [[nodiscard]] int elastic_count() const { return count() - rigid_count; }
 };
 
-/// Elastic columns: the mode times c / sqrt(lambda_k / lambda_1), c such that the first one moves
-/// its farthest node by one body length. Rigid columns: x, y, z by one body length each, then e_k x
-/// (X - centre of mass) per radian.
+/// Place of lambda_1, the eigenvalue that scales and periods refer to: the first one that is
+/// neither rigid nor of a mechanism, whose eigenvalue is made up. Bodies with nothing but
+/// mechanisms: the first mechanism.
+/// @param count  rigid, mechanism and other modes together, > rigid_count
+[[nodiscard]] constexpr int reference_mode(int count, int rigid_count, int mechanism_count) {
+  const int first = rigid_count + mechanism_count;
+  return first < count ? first : rigid_count;
+}
+
+/// Elastic columns: the mode times c / sqrt(lambda_k / lambda_1), c such that the column of
+/// lambda_1 moves its farthest node by one body length. Mechanisms: the mode times c. Rigid
+/// columns: x, y, z by one body length each, then e_k x (X - centre of mass) per radian.
 [[nodiscard]] ScaledModes scale_modes(const bodies::ElasticBody& body,
                                       const bodies::ModalBasis& basis);
 

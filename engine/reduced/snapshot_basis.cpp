@@ -45,9 +45,9 @@ void orthonormalise(Eigen::MatrixXd& b) {
 Eigen::MatrixXd snapshot_basis(const Eigen::Ref<const Eigen::MatrixXd>& u,
                                const Eigen::VectorXd& node_mass,
                                const Eigen::Ref<const Eigen::MatrixXd>& exact, int size) {
-  constexpr double kSmallest = 1e-7;
+  constexpr double kSmallest = 1e-7, kRounding = 1e-12;
   const Eigen::Index rows = u.rows();
-  LIMBER_DEMAND(rows == 3 * node_mass.size() && size > exact.cols());
+  LIMBER_DEMAND(rows == 3 * node_mass.size() && size > exact.cols() && rows >= exact.cols());
   Eigen::VectorXd root(rows);
   for (Eigen::Index i = 0; i < node_mass.size(); ++i)
     root.segment<3>(3 * i).setConstant(std::sqrt(node_mass[i]));
@@ -58,9 +58,11 @@ Eigen::MatrixXd snapshot_basis(const Eigen::Ref<const Eigen::MatrixXd>& u,
   parallel_for(u.cols(), 16, [&](std::int64_t begin, std::int64_t end) {
     for (std::int64_t s = begin; s < end; ++s) {
       x.col(s) = root.cwiseProduct(u.col(s));
+      const double whole = x.col(s).norm();
       if (fixed.cols() > 0) x.col(s) -= fixed * (fixed.transpose() * x.col(s)).eval();
       const double norm = x.col(s).norm();
-      if (norm > 0) x.col(s) /= norm;
+      // What the exact fields leave of a pose that they span is rounding, not a direction.
+      x.col(s) *= norm > kRounding * whole ? 1 / norm : 0;
     }
   });
 
@@ -70,7 +72,7 @@ Eigen::MatrixXd snapshot_basis(const Eigen::Ref<const Eigen::MatrixXd>& u,
   const Eigen::VectorXd& values = solver.eigenvalues();  // ascending
   const double largest = values[values.size() - 1];
   Eigen::Index count = 0;
-  const Eigen::Index room = std::min<Eigen::Index>(size - exact.cols(), values.size());
+  const Eigen::Index room = std::min({size - exact.cols(), values.size(), rows - exact.cols()});
   while (count < room && values[values.size() - 1 - count] > kSmallest * kSmallest * largest)
     ++count;
 

@@ -40,6 +40,12 @@ Snapshots reconstruct(const ScaledModes& modes, const FullReconstruction& full, 
 
 }  // namespace
 
+int automatic_training_poses(int tet_count) {
+  constexpr double kMost = 2400, kFewest = 600;
+  constexpr double kTetsAtMost = 60000;
+  return static_cast<int>(std::clamp(kMost * kTetsAtMost / tet_count, kFewest, kMost));
+}
+
 TrainingSet make_training_set(const bodies::ElasticBody& body, const ScaledModes& modes,
                               const FullReconstruction& full, const ModelOptions& options,
                               const JobContext& job) {
@@ -48,7 +54,9 @@ TrainingSet make_training_set(const bodies::ElasticBody& body, const ScaledModes
     Random random(options.seed * 1000003 + stream);
     return sample_poses(modes, length, options.amplitude, levels, count, random);
   };
-  const Eigen::MatrixXd all = sample(PoseLevels::kTraining, options.training_poses, 1);
+  const int training = options.training_poses > 0 ? options.training_poses
+                                                  : automatic_training_poses(body.mesh.tet_count());
+  const Eigen::MatrixXd all = sample(PoseLevels::kTraining, training, 1);
   const Eigen::Index held = std::min<Eigen::Index>(all.cols(), kBasisPoses);
   const int small = std::clamp(options.test_poses / 4, 10, 50);
 
@@ -64,6 +72,16 @@ TrainingSet make_training_set(const bodies::ElasticBody& body, const ScaledModes
   result.small =
       reconstruct(modes, full, sample(PoseLevels::kSmall, small, 4), job.part(0.95, 1.0));
   return result;
+}
+
+Snapshots further_test_poses(const bodies::ElasticBody& body, const ScaledModes& modes,
+                             const FullReconstruction& full, const ModelOptions& options,
+                             int attempt, const JobContext& job) {
+  Random random(options.seed * 1000003 + 4 + static_cast<std::uint64_t>(attempt));
+  return reconstruct(modes, full,
+                     sample_poses(modes, body.length(), options.amplitude, PoseLevels::kTest,
+                                  options.test_poses, random),
+                     {job.cancellation, {}});
 }
 
 PoseData project_training(const TrainingSet& set, const ScaledModes& modes,

@@ -19,6 +19,11 @@ struct Snapshots {
   [[nodiscard]] PoseData project(const Eigen::MatrixXd& basis) const;
 };
 
+/// Training poses where the options leave them open. The more poses, the fewer tets and columns
+/// meet a tolerance, down to 2400; beyond 60,000 tets their reconstruction would be most of the
+/// build.
+[[nodiscard]] int automatic_training_poses(int tet_count);
+
 /// The four sets of a build, drawn from independent random streams of the seed.
 struct TrainingSet {
   Snapshots train;       // basis and maps
@@ -32,6 +37,13 @@ struct TrainingSet {
                                             const ScaledModes& modes,
                                             const FullReconstruction& full,
                                             const ModelOptions& options, const JobContext& job);
+
+/// Test poses that no build of this seed has drawn for an earlier attempt. attempt >= 1; the first
+/// ones are those of the set.
+[[nodiscard]] Snapshots further_test_poses(const bodies::ElasticBody& body,
+                                           const ScaledModes& modes, const FullReconstruction& full,
+                                           const ModelOptions& options, int attempt,
+                                           const JobContext& job);
 
 /// The training poses of `set` through `basis`: those it was made of, then those it was not. The
 /// latter are reconstructed here, block by block.

@@ -19,7 +19,8 @@ void LiveProblem::start(const EditBatch& whole) {
   LIMBER_DEMAND(whole.ends && whole.dynamics && whole.moved.empty() && whole.removed.empty());
   solver_.reset();
   held_.clear();
-  make_solver(map_dynamics(*whole.dynamics, model_->eigenvalues, model_->rigid_count),
+  make_solver(map_dynamics(*whole.dynamics, model_->eigenvalues, model_->rigid_count,
+                           model_->mechanism_count),
               {frame_count_, map_end(whole.ends->first), map_end(whole.ends->last)});
   for (const scene::Constraint& constraint : whole.set) set(constraint);
 }
@@ -34,7 +35,8 @@ void LiveProblem::apply(const EditBatch& batch) {
   }
   if (batch.ends) solver_->set_timeline(map_end(batch.ends->first), map_end(batch.ends->last));
   if (batch.dynamics)
-    solver_->set_dynamics(map_dynamics(*batch.dynamics, model_->eigenvalues, model_->rigid_count));
+    solver_->set_dynamics(map_dynamics(*batch.dynamics, model_->eigenvalues, model_->rigid_count,
+                                       model_->mechanism_count));
   if (mostly_unused_sites()) shed_sites();
 }
 

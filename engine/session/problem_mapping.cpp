@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "engine/base/error.h"
+#include "engine/reduced/scaled_modes.h"
 
 namespace limber::session {
 
@@ -49,15 +50,17 @@ reduced::ModelOptions map_model(const scene::ModelRequest& request) {
 }
 
 spacetime::ModeDynamics map_dynamics(const scene::Dynamics& dynamics,
-                                     const Eigen::VectorXd& eigenvalues, int rigid_count) {
+                                     const Eigen::VectorXd& eigenvalues, int rigid_count,
+                                     int mechanism_count) {
   const Eigen::Index count = eigenvalues.size();
   LIMBER_DEMAND(rigid_count >= 0 && rigid_count < count);
   const Eigen::Index elastic = count - rigid_count;
   spacetime::ModeDynamics mapped{Eigen::VectorXd::Zero(count), Eigen::VectorXd::Zero(count)};
   if (dynamics.period_frames > 0) {
     const double turn = 2 * std::numbers::pi / dynamics.period_frames;  // [1/frame]
-    mapped.stiffness.tail(elastic) =
-        eigenvalues.tail(elastic) / eigenvalues[rigid_count] * (turn * turn);
+    const double lowest =
+        eigenvalues[reduced::reference_mode(static_cast<int>(count), rigid_count, mechanism_count)];
+    mapped.stiffness.tail(elastic) = eigenvalues.tail(elastic) / lowest * (turn * turn);
   } else {
     const double fps = dynamics.frames_per_second;
     mapped.stiffness.tail(elastic) = eigenvalues.tail(elastic) / (fps * fps);

@@ -28,12 +28,13 @@ struct MappedBody {
 
 /// Lambda and D with the frame as the unit of time. With a period of L frames,
 /// lambda_k = (eigenvalue_k / eigenvalue_1) (2 pi / L)^2 (space-time editing, sec. 5.2),
-/// eigenvalue_1 the lowest elastic one; with L = 0, lambda_k = eigenvalue_k / fps^2. Damping d_k =
-/// 2 zeta sqrt(lambda_k). Rigid unknowns: 0 and 0.
-/// @param eigenvalues  [1/s^2], the `rigid_count` zeros first
+/// eigenvalue_1 the lowest elastic one that is not a mechanism's; with L = 0, lambda_k =
+/// eigenvalue_k / fps^2. Damping d_k = 2 zeta sqrt(lambda_k). Rigid unknowns: 0 and 0.
+/// @param eigenvalues  [1/s^2], the `rigid_count` zeros first, then those of `mechanism_count`
+///   mechanisms
 [[nodiscard]] spacetime::ModeDynamics map_dynamics(const scene::Dynamics& dynamics,
                                                    const Eigen::VectorXd& eigenvalues,
-                                                   int rigid_count);
+                                                   int rigid_count, int mechanism_count = 0);
 
 [[nodiscard]] spacetime::EndCondition map_end(scene::End end);
 

@@ -63,8 +63,7 @@ bool Session::Impl::build() {
   try {
     auto built = std::make_shared<Built>(build_model(job));
     built->seconds = Seconds(Clock::now() - begin).count();
-    const reduced::ModelReport& report = built->model->report;
-    const std::string message = report.met_tolerance ? "" : report.message;
+    const std::string message = built->model->report.message;
     bool open = false;
     {
       const std::lock_guard lock(mutex_);
@@ -109,9 +108,8 @@ Session::Impl::Built Session::Impl::build_model(const JobContext& job) {
   }
   std::shared_ptr<const reduced::BaseMotion> base;
   if (scene.base_motion.size() > 0) {
-    job.report("base motion", 0.95);
     base = std::make_shared<const reduced::BaseMotion>(
-        reduced::base_motion(mapped.body, *built.model, animation));
+        reduced::base_motion(mapped.body, *built.model, animation, job.part(0.95, 0.98)));
   }
   job.report("geometry", 0.98);
   built.geometry = make_geometry(scene, mapped, *built.model);

@@ -60,7 +60,8 @@ def test_encodings_agree(session):
     raw = session.raw_frames(final=True, encoding="quantised")
     assert 0 < raw.quantisation_error < 1e-3
     assert np.abs(session.frames(final=True, encoding="quantised") - by_positions).max() <= 1.01 * raw.quantisation_error
-    np.testing.assert_array_equal(session.frames(10, 5, encoding="positions"), by_positions[10:15])
+    # A product of other width may add in another order: the last bit of a float is free.
+    np.testing.assert_allclose(session.frames(10, 5, encoding="positions"), by_positions[10:15], rtol=2e-7, atol=1e-9)
 
 
 def test_batch_is_one_revision_and_all_or_nothing(session):

@@ -1,9 +1,11 @@
 #include <gtest/gtest.h>
 
 #include "engine/base/error.h"
+#include "engine/bodies/mass.h"
 #include "engine/reduced/full_reconstruction.h"
 #include "engine/reduced/reduced_model.h"
 #include "engine/reduced/rs_coordinates.h"
+#include "engine/reduced/rs_inverse.h"
 #include "tests/engine/reduced/sample_bodies.h"
 #include "tests/engine/reduced/test_poses.h"
 
@@ -46,6 +48,87 @@ TEST(BaseMotion, RestOfTheEditIsTheBaseMotion) {
           << held << " " << f;
     }
   }
+}
+
+Eigen::VectorXd small_pose(const ReducedModel& model, double size, std::uint64_t seed) {
+  Random random(seed);
+  Eigen::VectorXd z(model.coordinate_count());
+  for (Eigen::Index k = 0; k < z.size(); ++k) z[k] = size * random.normal();
+  return z;
+}
+
+// The edit adds to the RS coordinates of the base motion (section 6.1): y = y_base + Q W-hat z,
+// reconstructed in full.
+TEST(BaseMotion, EditsAddToItsRsCoordinates) {
+  for (const bool held : {true, false}) {
+    const bodies::ElasticBody body = testing::block(6, 3, 2, 0.1, held);
+    const auto model = std::make_shared<const ReducedModel>(build_model(body, small_options()));
+    const FullReconstruction full(body);
+    const RsInverse inverse(body, full.gradient());
+    constexpr int kFrames = 6;
+    const Eigen::VectorXd to = small_pose(*model, 0.12, 4), edit = small_pose(*model, 0.12, 5);
+    Eigen::MatrixXd z(to.size(), kFrames), edits(to.size(), kFrames);
+    for (int f = 0; f < kFrames; ++f) {
+      z.col(f) = to * (f + 1.0) / kFrames;
+      edits.col(f) = edit * (f + 1.0) / kFrames;
+    }
+    const Eigen::MatrixXd u = full.from_linear(model->modes * z);
+    const ReducedKinematics kinematics(
+        model, std::make_shared<const BaseMotion>(base_motion(body, *model, u)));
+    Eigen::MatrixXf q;
+    kinematics.coordinates(0, edits, q);
+    Eigen::VectorXd y;
+    for (int f = 0; f < kFrames; ++f) {
+      y = f == 0 ? inverse.coordinates(u.col(f)) : inverse.coordinates(u.col(f), y);
+      const Eigen::VectorXd linear = model->modes * edits.col(f);
+      Eigen::VectorXd expected =
+          full.from_coordinates(y + linear_coordinates(full.gradient(), linear));
+      if (!held) {
+        // RS coordinates do not see translations: those of base and edit add up.
+        const Eigen::VectorXd mass = bodies::lumped_node_mass(body.mesh);
+        const Eigen::Vector3d shift =
+            testing::by_node(Eigen::VectorXd(u.col(f) + linear)) * mass / mass.sum() -
+            testing::by_node(expected) * mass / mass.sum();
+        for (Eigen::Index i = 0; i < expected.size(); ++i) expected[i] += shift[i % 3];
+      }
+      const Eigen::VectorXd got = model->basis * q.col(f).cast<double>();
+      const double size = (expected - u.col(f)).norm();
+      EXPECT_LT((got - expected).norm(), 4 * model->report.error_mean * expected.norm())
+          << held << " " << f << ": edit " << size << " of " << expected.norm() << ", error "
+          << (got - expected).norm();
+      EXPECT_GT(size, 0.3 * expected.norm());
+    }
+  }
+}
+
+TEST(BaseMotion, SaysHowFarItIsAndStops) {
+  const bodies::ElasticBody body = testing::block(4, 2, 2, 0.1, true);
+  const ReducedModel model = build_model(body, small_options());
+  const Eigen::MatrixXd u = Eigen::MatrixXd::Zero(3 * body.mesh.node_count(), 100);
+  JobContext job;
+  int reports = 0;
+  double last = 0;
+  job.progress = [&](const std::string& stage, double fraction) {
+    EXPECT_EQ("base motion", stage);
+    EXPECT_GE(fraction, last);
+    last = fraction;
+    ++reports;
+  };
+  (void)base_motion(body, model, u, job);
+  EXPECT_EQ(1, last);
+  EXPECT_GT(reports, 100);
+  const int before = reports;
+  last = 0;
+  job.progress = [&](const std::string&, double) {
+    if (++reports == before + 10) job.cancellation.request();
+  };
+  try {
+    (void)base_motion(body, model, u, job);
+    FAIL() << "not cancelled";
+  } catch (const Error& error) {
+    EXPECT_EQ(ErrorCode::kCancelled, error.code());
+  }
+  EXPECT_EQ(before + 10, reports);
 }
 
 TEST(BaseMotion, BadDisplacementsAreRefused) {

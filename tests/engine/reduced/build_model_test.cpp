@@ -128,8 +128,8 @@ TEST(BuildModel, MeetsATolerance) {
   options.training_poses = 400;
   options.test_poses = 200;
   const ReducedModel model = build_model(body, options);
-  // Sizes are chosen on other poses than those reported: either met, or near it and said so.
-  EXPECT_LT(model.report.error_mean, 1.2 * options.tolerance) << model.report.message;
+  EXPECT_LE(model.report.error_mean, options.tolerance) << model.report.message;
+  EXPECT_TRUE(model.report.met_tolerance);
   expect_sound(body, model, options);
 }
 
@@ -238,13 +238,14 @@ TEST(BuildModel, BadOptionsAreNamed) {
   expect_refused("basis_size", [](ModelOptions& o) { o.basis_size = -1; });
   expect_refused("cubature_size", [](ModelOptions& o) { o.cubature_size = -1; });
   expect_refused("training_poses", [](ModelOptions& o) { o.training_poses = 9; });
+  expect_refused("training_poses", [](ModelOptions& o) { o.training_poses = -1; });
   expect_refused("test_poses", [](ModelOptions& o) { o.test_poses = 9; });
   expect_refused("amplitude", [](ModelOptions& o) { o.amplitude = 0; });
   expect_refused("amplitude", [&](ModelOptions& o) { o.amplitude = nan; });
 }
 
-// z turns a free body: full reconstructions exactly, the model within its error where it was
-// trained (up to 1.9 rad), and without running away beyond.
+// z turns a free body: full reconstructions and the model exactly, also beyond the turns of the
+// training poses (1.9 rad).
 TEST(BuildModel, FreeBodyTurnedByThreeRadians) {
   const bodies::ElasticBody body = testing::block(6, 3, 2, 0.1, false);
   ModelOptions options = small_options();
@@ -255,7 +256,7 @@ TEST(BuildModel, FreeBodyTurnedByThreeRadians) {
   const Eigen::VectorXd mass = bodies::lumped_node_mass(body.mesh);
   const Eigen::Vector3d centre = body.mesh.nodes * mass / mass.sum();
   for (int axis = 0; axis < 3; ++axis) {
-    for (const double angle : {1.0, 3.0}) {
+    for (const double angle : {1.0, 3.0, 13.0}) {
       Eigen::VectorXd z = Eigen::VectorXd::Zero(model.coordinate_count());
       z[3 + axis] = angle;
       const Eigen::AngleAxisd turn(angle, Eigen::Vector3d::Unit(axis));
@@ -265,11 +266,46 @@ TEST(BuildModel, FreeBodyTurnedByThreeRadians) {
       Eigen::VectorXd u;
       full.from_linear(model.modes * z, u);
       EXPECT_LT((u - expected).norm(), 1e-12 * expected.norm()) << axis << " " << angle;
-      EXPECT_LT((reduced_pose(model, z) - expected).norm(),
-                angle * angle * model.report.error_mean * expected.norm())
+      EXPECT_LT((reduced_pose(model, z) - expected).norm(), 1e-11 * expected.norm())
           << axis << " " << angle;
     }
   }
+}
+
+// A deformation on top of a turn is what is left to err. Next to full turns a tet's rotation hardly
+// follows theta across the axis, of which training poses (up to 1.9 rad) know nothing.
+TEST(BuildModel, DeformedFreeBodyTurnedTwice) {
+  const bodies::ElasticBody body = testing::block(6, 3, 2, 0.1, false);
+  ModelOptions options = small_options();
+  options.basis_size = 100;
+  options.cubature_size = 30;
+  options.training_poses = 0;
+  const ReducedModel model = build_model(body, options);
+  const FullReconstruction full(body);
+  const Eigen::Index elastic = model.coordinate_count() - 6;
+  const auto mean_error = [&](double angle) {
+    constexpr int kPoses = 20;
+    Random random(5);
+    double sum = 0;
+    for (int s = 0; s < kPoses; ++s) {
+      Eigen::VectorXd z = Eigen::VectorXd::Zero(model.coordinate_count());
+      Eigen::Vector3d axis;
+      for (int k = 0; k < 3; ++k) axis[k] = random.normal();
+      z.segment<3>(3) = angle * axis.normalized();
+      const Eigen::MatrixXd turned = full.from_linear(model.modes * Eigen::MatrixXd(z));
+      for (Eigen::Index k = 0; k < elastic; ++k) z[6 + k] = random.normal();
+      const double largest =
+          largest_node_displacement(model.modes.rightCols(elastic) * z.tail(elastic))[0];
+      z.tail(elastic) *= 0.1 * model.length / largest;
+      const Eigen::MatrixXd u = full.from_linear(model.modes * Eigen::MatrixXd(z));
+      sum += (reduced_pose(model, z) - u).norm() / (u - turned).norm();
+    }
+    return sum / kPoses;
+  };
+  // Relative to the deformation alone; measured 0.003, 0.016, 0.10.
+  EXPECT_LT(mean_error(0), 0.006);
+  EXPECT_LT(mean_error(1), 0.03);
+  EXPECT_LT(mean_error(4 * testing::kPi), 0.15);
 }
 
 }  // namespace

@@ -21,6 +21,7 @@ ReducedModel some_model() {
   model.node_count = 11;
   model.length = 2.5;
   model.rigid_count = 6;
+  model.mechanism_count = 1;
   model.eigenvalues = random_matrix(9, 1, random).cwiseAbs();
   model.modes = random_matrix(33, 9, random);
   model.basis = random_matrix(33, 7, random);
@@ -41,6 +42,7 @@ TEST(ModelFile, ComesBackBitForBit) {
   EXPECT_EQ(bytes, encode_model(back));
   EXPECT_EQ(model.node_count, back.node_count);
   EXPECT_EQ(model.rigid_count, back.rigid_count);
+  EXPECT_EQ(model.mechanism_count, back.mechanism_count);
   EXPECT_EQ(model.modes, back.modes);
   EXPECT_EQ(model.basis, back.basis);
   EXPECT_EQ(model.tets, back.tets);

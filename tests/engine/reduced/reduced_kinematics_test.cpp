@@ -190,6 +190,30 @@ TEST(ReducedKinematics, WrongSitesAndFramesAreRefused) {
   const std::vector<SiteQuery> inside = {{site, 2}}, outside = {{site, 3}};
   EXPECT_NO_THROW(kinematics.evaluate(frames, z, inside, u, nullptr));
   EXPECT_THROW(kinematics.evaluate(frames, z, outside, u, nullptr), Error);
+  const Eigen::Matrix3Xd multipliers = Eigen::Matrix3Xd::Ones(3, 1);
+  Eigen::MatrixXd second;
+  const auto expect_refused = [&](const SiteQuery& query) {
+    const std::vector<SiteQuery> queries = {query};
+    const auto code_of = [](const auto& call) {
+      try {
+        call();
+      } catch (const Error& error) {
+        return error.code();
+      }
+      return ErrorCode::kInternal;
+    };
+    EXPECT_EQ(ErrorCode::kOutOfRange,
+              code_of([&] { kinematics.evaluate(frames, z, queries, u, nullptr); }))
+        << query.site << " " << query.column;
+    EXPECT_EQ(ErrorCode::kOutOfRange,
+              code_of([&] { kinematics.curvature(frames, z, queries, multipliers, second); }))
+        << query.site << " " << query.column;
+  };
+  EXPECT_NO_THROW(kinematics.curvature(frames, z, inside, multipliers, second));
+  for (const SiteQuery& query :
+       {SiteQuery{-1, 0}, {site + 1, 0}, {1000000, 1}, {site, 3}, {site, 4}, {site, -1}}) {
+    expect_refused(query);
+  }
   EXPECT_THROW(kinematics.coordinates(0, z, q), Error);
   EXPECT_THROW(kinematics.coordinates(-1, z.leftCols(2), q), Error);
   BaseMotion wrong = some_base(*model, 3);

@@ -72,6 +72,20 @@ TEST(ProblemMapping, DynamicsFromThePeriod) {
   EXPECT_NEAR(mapped.damping[3], 2 * 0.1 * 5 * std::sqrt(lowest), 1e-14);
 }
 
+// The period is that of the first mode that something holds.
+TEST(ProblemMapping, DynamicsFromThePeriodOfABodyThatFolds) {
+  Eigen::VectorXd eigenvalues(4);
+  eigenvalues << 0, 0.01, 100, 400;
+  const auto mapped = map_dynamics({30, 40, 0.1}, eigenvalues, 1, 1);
+  const double lowest = std::pow(2 * std::numbers::pi / 40, 2);
+  EXPECT_EQ(mapped.stiffness[0], 0);
+  EXPECT_NEAR(mapped.stiffness[1], 1e-4 * lowest, 1e-18);
+  EXPECT_NEAR(mapped.stiffness[2], lowest, 1e-15);
+  EXPECT_NEAR(mapped.stiffness[3], 4 * lowest, 1e-14);
+  const auto nothing_else = map_dynamics({30, 40, 0.1}, Eigen::Vector2d(0.01, 0.01), 0, 2);
+  EXPECT_NEAR(nothing_else.stiffness[0], lowest, 1e-15);
+}
+
 TEST(ProblemMapping, DynamicsFromTheMaterials) {
   const Eigen::Vector2d eigenvalues(90, 360);
   const auto mapped = map_dynamics({30, 0, 0.5}, eigenvalues, 0);

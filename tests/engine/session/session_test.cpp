@@ -250,6 +250,21 @@ TEST(Session, ABaseMotionIsKeptWhereNothingIsAsked) {
   EXPECT_LT((live.session.positions(*final, 0, 30) - positions).cwiseAbs().maxCoeff(), 0.02);
 }
 
+TEST(Session, SaysThatPartsFold) {
+  scene::Scene scene = test::bar(2, 10);
+  const Eigen::Index n = scene.mesh.nodes.cols(), m = scene.mesh.tets.cols();
+  scene.mesh.nodes.conservativeResize(3, 2 * n);
+  scene.mesh.nodes.rightCols(n) =
+      scene.mesh.nodes.leftCols(n).colwise() + Eigen::Vector3d(0.2, 0.1, 0);
+  scene.mesh.tets.conservativeResize(4, 2 * m);
+  scene.mesh.tets.rightCols(m) = scene.mesh.tets.leftCols(m).array() + static_cast<int>(n);
+  scene.merge_tolerance = 1e-6;
+  Live live(scene);
+  ASSERT_TRUE(live.recorder->wait_final(0));
+  EXPECT_NE(live.session.state_message().find("mechanisms"), std::string::npos)
+      << live.session.state_message();
+}
+
 TEST(Session, PositionsOfPartsAndBadRanges) {
   Live live(bent_bar());
   const auto final = live.recorder->wait_final(0);
