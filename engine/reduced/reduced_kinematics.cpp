@@ -98,8 +98,10 @@ class ReducedKinematics::Impl {
       }
       second.add_tets(tangent_, work.y.col(work.slot[column]).data(), second.force.data());
       second.multiply(tangent_);
-      out.middleCols(size * column, size).noalias() =
+      auto block = out.middleCols(size * column, size);
+      block.template triangularView<Eigen::Lower>() =
           tangent_.rs_modes.transpose() * second.product;
+      block.template triangularView<Eigen::StrictlyUpper>() = block.transpose();
     }
   }
 

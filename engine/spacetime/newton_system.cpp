@@ -5,29 +5,60 @@
 
 namespace limber::spacetime {
 
+Eigen::Index NewtonSystem::place(int frame) const {
+  const int group = group_of_[static_cast<std::size_t>(frame)];
+  return Eigen::Index{modes_} * (frame - first_[static_cast<std::size_t>(group)]);
+}
+
+void NewtonSystem::group_frames(const ModeSystems& systems) {
+  const int count = systems.kept_count();
+  // The last frame that each one, or one before it, couples to.
+  std::vector<int> reach(static_cast<std::size_t>(count));
+  for (int frame = 0; frame < count; ++frame) reach[static_cast<std::size_t>(frame)] = frame;
+  for (const BandedRow& row : systems.rows()) {
+    const int last = std::min(count, row.start + static_cast<int>(row.values.cols())) - 1;
+    auto& known = reach[static_cast<std::size_t>(row.start)];
+    known = std::max(known, last);
+  }
+  for (std::size_t frame = 1; frame < reach.size(); ++frame) {
+    reach[frame] = std::max(reach[frame], reach[frame - 1]);
+  }
+  first_.assign(1, 0);
+  group_of_.clear();
+  while (first_.back() < count) {
+    const int begin = first_.back();
+    const int needed = begin > 0 ? reach[static_cast<std::size_t>(begin) - 1] + 1 : 0;
+    first_.push_back(std::min(count, std::max(begin + 2, needed)));
+    group_of_.resize(static_cast<std::size_t>(first_.back()), group_count() - 1);
+  }
+}
+
 void NewtonSystem::assemble(const ModeSystems& systems, const ConstraintRows& rows,
                             const Lanes& jacobian, const std::vector<Eigen::MatrixXd>& curvature,
                             const NewtonGuard& guard) {
-  count_ = systems.kept_count();
+  const int count = systems.kept_count();
   modes_ = systems.modes();
-  const auto size = static_cast<std::size_t>(count_) * (kBand + 1);
-  blocks_.resize(size);
-  filled_.assign(size, 0);
-  for (int frame = 0; frame < count_; ++frame) {
-    block(frame, frame).setZero(modes_, modes_);
-    block(frame, frame).diagonal().setConstant(ModeSystems::kProximal);
-    filled(frame, frame) = 1;
+  group_frames(systems);
+  const auto groups = static_cast<std::size_t>(group_count());
+  diagonal_.resize(groups);
+  below_.resize(groups);
+  const auto size = [&](std::size_t group) {
+    return group < groups ? Eigen::Index{modes_} * (first_[group + 1] - first_[group]) : 0;
+  };
+  for (std::size_t group = 0; group < groups; ++group) {
+    diagonal_[group].setZero(size(group), size(group));
+    diagonal_[group].diagonal().setConstant(ModeSystems::kProximal);
+    below_[group].setZero(size(group + 1), size(group));
   }
   for (const BandedRow& row : systems.rows()) {
-    const int width = std::min(kBand + 1, count_ - row.start);
+    const int width = std::min(static_cast<int>(row.values.cols()), count - row.start);
     for (int i = 0; i < width; ++i) {
       for (int j = 0; j <= i; ++j) {
-        auto& target = block(row.start + i, row.start + j);
-        if (filled(row.start + i, row.start + j) == 0) {
-          target.setZero(modes_, modes_);
-          filled(row.start + i, row.start + j) = 1;
-        }
-        target.diagonal() +=
+        const int frame = row.start + i, other = row.start + j;
+        const auto group = static_cast<std::size_t>(group_of_[static_cast<std::size_t>(other)]);
+        const bool inside = group_of_[static_cast<std::size_t>(frame)] == static_cast<int>(group);
+        auto& target = inside ? diagonal_[group] : below_[group];
+        target.block(place(frame), place(other), modes_, modes_).diagonal() +=
             row.values.col(i).head(modes_).cwiseProduct(row.values.col(j).head(modes_));
       }
     }
@@ -36,7 +67,10 @@ void NewtonSystem::assemble(const ModeSystems& systems, const ConstraintRows& ro
     const int first = rows.first_row(knot), many = rows.first_row(knot + 1) - first;
     const auto columns = jacobian.topRows(modes_).middleCols(first, many);
     weighted_ = columns * rows.weight().segment(first, many).asDiagonal();
-    auto& target = block(systems.kept_of_knot(knot), systems.kept_of_knot(knot));
+    const int frame = systems.kept_of_knot(knot);
+    auto target =
+        diagonal_[static_cast<std::size_t>(group_of_[static_cast<std::size_t>(frame)])].block(
+            place(frame), place(frame), modes_, modes_);
     target.noalias() += weighted_ * columns.transpose();
     if (guard.part() > 0) target -= guard.part() * curvature[static_cast<std::size_t>(knot)];
     target.diagonal().array() += guard.shift();
@@ -47,51 +81,38 @@ bool NewtonSystem::factor(const ModeSystems& systems, const ConstraintRows& rows
                           const Lanes& jacobian, const std::vector<Eigen::MatrixXd>& curvature,
                           const NewtonGuard& guard) {
   assemble(systems, rows, jacobian, curvature, guard);
-  for (int i = 0; i < count_; ++i) {
-    for (int j = std::max(0, i - kBand); j <= i; ++j) {
-      auto& target = block(i, j);
-      for (int k = std::max(0, i - kBand); k < j; ++k) {
-        if (j - k > kBand || filled(i, k) == 0 || filled(j, k) == 0) continue;
-        if (filled(i, j) == 0) {
-          target.setZero(modes_, modes_);
-          filled(i, j) = 1;
-        }
-        if (i == j) {
-          target.selfadjointView<Eigen::Lower>().rankUpdate(block(i, k), -1.0);
-        } else {
-          target.noalias() -= block(i, k) * block(j, k).transpose();
-        }
-      }
-      if (filled(i, j) == 0) continue;
-      if (i == j) {
-        const Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>> llt(target);
-        if (llt.info() != Eigen::Success) return false;
-      } else {
-        block(j, j).triangularView<Eigen::Lower>().transpose().solveInPlace<Eigen::OnTheRight>(
-            target);
-      }
-    }
+  const auto groups = static_cast<std::size_t>(group_count());
+  for (std::size_t group = 0; group < groups; ++group) {
+    auto& own = diagonal_[group];
+    if (group > 0) own.selfadjointView<Eigen::Lower>().rankUpdate(below_[group - 1], -1.0);
+    const Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>> llt(own);
+    if (llt.info() != Eigen::Success) return false;
+    if (group + 1 == groups) continue;
+    own.triangularView<Eigen::Lower>().transpose().solveInPlace<Eigen::OnTheRight>(below_[group]);
   }
   return true;
 }
 
 void NewtonSystem::solve(Lanes& x) const {
-  auto frame = [&](int i) { return x.col(i).head(modes_); };
-  for (int i = 0; i < count_; ++i) {
-    for (int j = std::max(0, i - kBand); j < i; ++j) {
-      if (filled(i, j) != 0) frame(i).noalias() -= block(i, j) * frame(j);
-    }
-    auto own = frame(i);
-    block(i, i).triangularView<Eigen::Lower>().solveInPlace(own);
+  const auto groups = static_cast<std::size_t>(group_count());
+  const Eigen::Index count = first_.back();
+  x_ = x.topRows(modes_).leftCols(count).reshaped();
+  const auto part = [&](std::size_t group) {
+    return x_.segment(Eigen::Index{modes_} * first_[group],
+                      Eigen::Index{modes_} * (first_[group + 1] - first_[group]));
+  };
+  for (std::size_t group = 0; group < groups; ++group) {
+    auto own = part(group);
+    if (group > 0) own.noalias() -= below_[group - 1] * part(group - 1);
+    diagonal_[group].triangularView<Eigen::Lower>().solveInPlace(own);
   }
-  for (int i = count_ - 1; i >= 0; --i) {
-    for (int j = i + 1; j <= std::min(count_ - 1, i + kBand); ++j) {
-      if (filled(j, i) != 0) frame(i).noalias() -= block(j, i).transpose() * frame(j);
-    }
-    auto own = frame(i);
-    block(i, i).triangularView<Eigen::Lower>().transpose().solveInPlace(own);
+  for (std::size_t group = groups; group-- > 0;) {
+    auto own = part(group);
+    if (group + 1 < groups) own.noalias() -= below_[group].transpose() * part(group + 1);
+    diagonal_[group].triangularView<Eigen::Lower>().transpose().solveInPlace(own);
   }
-  x.bottomRows(x.rows() - modes_).setZero();
+  x.setZero();
+  x.topRows(modes_).leftCols(count) = x_.reshaped(modes_, count);
 }
 
 }  // namespace limber::spacetime

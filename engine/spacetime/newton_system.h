@@ -13,15 +13,17 @@ namespace limber::spacetime {
 ///   H = K + proximal I + blocks at the knots of (J^T W J - theta sum_a m_a d2 u_a / dz2 + shift
 ///   I),
 /// K diagonal in the modes and at most three kept frames wide, the knots' blocks dense in the
-/// modes:
+/// modes. Kept frames are taken together in groups, mostly a knot and the frame behind it, such
+/// that none couples to more than the next group:
 ///
-///        f0  f1  f2  f3          f: kept frames, each r x r
-///   f0 [ B   d   d   d     ]     B: dense (a knot), d: diagonal
-///   f1 [ d   d   d   d     ]
-///   f2 [ d   d   B   d   d ]
-///   f3 [ d   d   d   d   d ]
+///        f0  f1 | f2  f3        f: kept frames, each r x r
+///   f0 [ B   d  | d   d  ]      B: dense (a knot), d: diagonal
+///   f1 [ d   d  | d   d  ]
+///      ------------------
+///   f2 [ d   d  | B   d  ]
+///   f3 [ d   d  | d   d  ]
 ///
-/// factored by block Cholesky inside this envelope: time linear in the number of knots, cubic in r.
+/// and factored by block tridiagonal Cholesky: time linear in the number of knots, cubic in r.
 class NewtonSystem {
  public:
   /// @param curvature  per knot sum_a m_a d2 u_a / dz2, r x r
@@ -34,26 +36,20 @@ class NewtonSystem {
   void solve(Lanes& x) const;
 
  private:
-  static constexpr int kBand = 3;
-  [[nodiscard]] Eigen::MatrixXd& block(int row, int column) {
-    return blocks_[static_cast<std::size_t>(row * (kBand + 1) + (row - column))];
-  }
-  [[nodiscard]] const Eigen::MatrixXd& block(int row, int column) const {
-    return blocks_[static_cast<std::size_t>(row * (kBand + 1) + (row - column))];
-  }
-  [[nodiscard]] char& filled(int row, int column) {
-    return filled_[static_cast<std::size_t>(row * (kBand + 1) + (row - column))];
-  }
-  [[nodiscard]] char filled(int row, int column) const {
-    return filled_[static_cast<std::size_t>(row * (kBand + 1) + (row - column))];
-  }
+  void group_frames(const ModeSystems& systems);
   void assemble(const ModeSystems& systems, const ConstraintRows& rows, const Lanes& jacobian,
                 const std::vector<Eigen::MatrixXd>& curvature, const NewtonGuard& guard);
+  [[nodiscard]] int group_count() const { return static_cast<int>(first_.size()) - 1; }
+  /// Where a frame's modes begin in its group.
+  [[nodiscard]] Eigen::Index place(int frame) const;
 
-  int count_ = 0, modes_ = 0;
-  std::vector<Eigen::MatrixXd> blocks_;  // [row][row - column]: H, then its Cholesky factor
-  std::vector<char> filled_;
+  int modes_ = 0;
+  std::vector<int> first_;     // kept frame that each group begins with; last: their number
+  std::vector<int> group_of_;  // per kept frame
+  std::vector<Eigen::MatrixXd> diagonal_;  // per group: H, then its Cholesky factor (lower)
+  std::vector<Eigen::MatrixXd> below_;     // per group: rows of the next group, the same
   Eigen::MatrixXd weighted_;
+  mutable Eigen::VectorXd x_;
 };
 
 }  // namespace limber::spacetime
