@@ -73,11 +73,15 @@ void CurvatureWorkspace::multiply(const TangentTables& tables) {
     double* out = product.col(k).data();
     for (int t = 0; t < padded; t += kWidth) {
       Vec m[9], sum[9];
+#pragma GCC unroll 9
       for (int c = 0; c < 9; ++c) {
         m[c].copy_from(modes + c * padded + t, stdx::element_aligned);
         sum[c] = Vec(0.0);
       }
+      // Unrolled, sums stay in registers.
+#pragma GCC unroll 3
       for (int axis = 0; axis < 3; ++axis) {
+#pragma GCC unroll 9
         for (int c = 0; c < 9; ++c) {
           Vec entry;
           entry.copy_from(second.data() + (9 * axis + c) * padded + t, stdx::element_aligned);
@@ -89,6 +93,7 @@ void CurvatureWorkspace::multiply(const TangentTables& tables) {
           }
         }
       }
+#pragma GCC unroll 9
       for (int c = 0; c < 9; ++c) sum[c].copy_to(out + c * padded + t, stdx::element_aligned);
     }
   }
