@@ -28,6 +28,9 @@ class Kinematics {
   /// The length that makes displacements unitless: the body's length() [m].
   [[nodiscard]] virtual double length() const = 0;
 
+  /// False for a site that no z moves, since all its nodes are fixed: only the base motion does.
+  [[nodiscard]] virtual bool moves(SiteId /*site*/) const { return true; }
+
   /// @param frames   per column of z its frame (selects the base motion, where there is one)
   /// @param z        R x columns, modal RS coordinates (unitless)
   /// @param queries  q of them; columns may be shared by many queries. Unknown sites and columns

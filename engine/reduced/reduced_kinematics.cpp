@@ -45,10 +45,18 @@ class ReducedKinematics::Impl {
     if (found != site_ids_.end()) return found->second;
     Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(3, model_->basis_size());
     for (int node : nodes) rows += model_->basis.middleRows<3>(3 * Eigen::Index{node});
+    // Rows of fixed nodes are zero but for rounding, which would pass for a way to move them.
+    constexpr double kRounding = 1e-12;
+    if (rows.norm() <= kRounding * model_->basis.cwiseAbs().maxCoeff()) rows.setZero();
     sites_.emplace_back(*model_, tangent_, rows / static_cast<double>(nodes.size()));
     const auto id = static_cast<SiteId>(sites_.size()) - 1;
     site_ids_.emplace(std::move(nodes), id);
     return id;
+  }
+
+  [[nodiscard]] bool moves(SiteId site) const {
+    check_site(site);
+    return !sites_[site].basis.isZero(0);
   }
 
   void evaluate(std::span<const int> frames, const Eigen::Ref<const Eigen::MatrixXd>& z,
@@ -138,10 +146,7 @@ class ReducedKinematics::Impl {
     LIMBER_DEMAND(z.rows() == model_->coordinate_count());
     LIMBER_DEMAND(base_ == nullptr || static_cast<Eigen::Index>(frames.size()) == z.cols());
     for (const SiteQuery& query : queries) {
-      if (query.site < 0 || query.site >= static_cast<SiteId>(sites_.size())) {
-        throw Error(ErrorCode::kOutOfRange, "queries",
-                    fmt::format("site {} is not in [0, {})", query.site, sites_.size()));
-      }
+      check_site(query.site);
       if (query.column < 0 || query.column >= z.cols()) {
         throw Error(ErrorCode::kOutOfRange, "queries",
                     fmt::format("column {} is not in [0, {})", query.column, z.cols()));
@@ -150,6 +155,13 @@ class ReducedKinematics::Impl {
     work.begin(tangent_, z, queries);
     if (base_ == nullptr) return;
     for (int column : work.columns) check_frame(frames[column]);
+  }
+
+  void check_site(SiteId site) const {
+    if (site < 0 || site >= static_cast<SiteId>(sites_.size())) {
+      throw Error(ErrorCode::kOutOfRange, "queries",
+                  fmt::format("site {} is not in [0, {})", site, sites_.size()));
+    }
   }
 
   void check_frame(int frame) const {
@@ -177,6 +189,8 @@ ReducedKinematics::~ReducedKinematics() = default;
 SiteId ReducedKinematics::add_site(const std::vector<int>& nodes) { return impl_->add_site(nodes); }
 
 int ReducedKinematics::coordinate_count() const { return impl_->model().coordinate_count(); }
+
+bool ReducedKinematics::moves(SiteId site) const { return impl_->moves(site); }
 
 double ReducedKinematics::length() const { return impl_->model().length; }
 

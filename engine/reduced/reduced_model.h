@@ -110,6 +110,7 @@ class ReducedKinematics final : public Kinematics {
   SiteId add_site(const std::vector<int>& nodes);
 
   [[nodiscard]] int coordinate_count() const override;
+  [[nodiscard]] bool moves(SiteId site) const override;
   [[nodiscard]] double length() const override;
   void evaluate(std::span<const int> frames, const Eigen::Ref<const Eigen::MatrixXd>& z,
                 std::span<const SiteQuery> queries, Eigen::Matrix3Xd& u,

@@ -29,7 +29,8 @@ void ConstraintRows::rebuild(const std::map<ConstraintId, PositionConstraint>& c
   std::vector<const PositionConstraint*> ordered;
   pinned_.clear();
   for (const auto& [id, constraint] : constraints) {
-    if (constraint.frame < first_free || constraint.frame > last_free) {
+    const bool free = constraint.frame >= first_free && constraint.frame <= last_free;
+    if (!free || !kinematics_->moves(constraint.site)) {
       pinned_.push_back(constraint);
     } else {
       ordered.push_back(&constraint);

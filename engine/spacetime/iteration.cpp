@@ -159,13 +159,16 @@ SolveReport Optimizer::solve(const JobContext& job,
   const bool ended =
       answer.status != SolveStatus::kCancelled && answer.status != SolveStatus::kImproved;
   if (!ended) return answer;
-  if (!cold && (doubted_ || answer.total_energy > kSuspectGrowth * settled_energy_)) {
+  const bool challenged =
+      !cold && (doubted_ || answer.total_energy > kSuspectGrowth * settled_energy_);
+  if (challenged) {
     answer = challenge(job, on_improved, answer);
     if (answer.status == SolveStatus::kCancelled || answer.status == SolveStatus::kImproved) {
       doubted_ = true;
       return answer;
     }
   }
+  if (cold || challenged) judged_targets_ = targets_;
   doubted_ = false;
   settled_energy_ = answer.total_energy;
   return answer;

@@ -21,6 +21,7 @@ Optimizer::Optimizer(std::shared_ptr<const reduced::Kinematics> kinematics,
 
 void Optimizer::set_structure(const std::map<ConstraintId, PositionConstraint>& constraints) {
   static_cast<void>(motion());
+  note_targets(constraints);
   rows_.rebuild(constraints, systems_.frames().first(), systems_.frames().last());
   if (rows_.knots() != systems_.knots()) {
     systems_.set_knots(rows_.knots());
@@ -33,8 +34,19 @@ void Optimizer::set_structure(const std::map<ConstraintId, PositionConstraint>& 
   if (rows_.count() > 0 && z_.isZero(0)) begin_ramp();
 }
 
+void Optimizer::note_targets(const std::map<ConstraintId, PositionConstraint>& constraints) {
+  targets_.clear();
+  for (const auto& [id, constraint] : constraints) targets_[id] = constraint.target;
+}
+
 void Optimizer::target_moved(const PositionConstraint& constraint) {
   rows_.set_target(constraint);
+  targets_[constraint.id] = constraint.target;
+  const auto judged = judged_targets_.find(constraint.id);
+  if (judged != judged_targets_.end() &&
+      (constraint.target - judged->second).norm() > kFarTravel * length_) {
+    doubted_ = true;
+  }
   challenger_.reset();
   residual_valid_ = false;
 }
@@ -43,6 +55,7 @@ void Optimizer::set_systems(const ModeDynamics& dynamics, const Timeline& timeli
                             const std::map<ConstraintId, PositionConstraint>& constraints) {
   static_cast<void>(motion());
   systems_ = ModeSystems(dynamics, timeline);
+  note_targets(constraints);
   for (int frame = 0; frame < timeline.frame_count; ++frame) {
     if (!systems_.frames().contains(frame)) motion_.col(frame).setZero();
   }

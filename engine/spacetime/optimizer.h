@@ -44,6 +44,7 @@ class Optimizer {
     bool newton = false, ramped = false;
   };
 
+  void note_targets(const std::map<ConstraintId, PositionConstraint>& constraints);
   void evaluate(const Lanes& z, ConstraintRows::Jacobian wanted, RowState& state) const;
   /// Residuals, Jacobians, force and shifted residuals at z_.
   void linearise();
@@ -97,6 +98,9 @@ class Optimizer {
   [[nodiscard]] bool only_contradiction_left() const;
 
   static constexpr double kExactWeightStart = 1e4;
+  /// A target this far (body lengths) from where it was when the answer was last challenged may
+  /// have led the motion into the valley of a worse minimum.
+  static constexpr double kFarTravel = 0.1;
   /// A decrease that is smaller than this part of the merit cannot be seen in the merit.
   static constexpr double kRounding = 1e-12;
 
@@ -118,8 +122,9 @@ class Optimizer {
   Eigen::VectorXd shifted_, multiplier_, promised_, surprise_;
   NewtonSystem newton_;
   std::vector<Eigen::MatrixXd> curvature_;
-  bool doubted_ = false;                   // the set of constraints changed since the last answer
-  double settled_energy_ = 0;              // of the last answer
+  bool doubted_ = false;  // the set of constraints changed since the last answer
+  std::map<ConstraintId, Eigen::Vector3d> targets_, judged_targets_;  // now; at the last challenge
+  double settled_energy_ = 0;                                         // of the last answer
   std::shared_ptr<Optimizer> challenger_;  // where the last challenge was stopped; null after edits
   NewtonGuard guard_;
   bool curvature_valid_ = false;

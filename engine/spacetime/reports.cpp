@@ -89,7 +89,7 @@ void Optimizer::say_rank(SolveReport& report) const {
   if (!report.rank_deficient) return;
   std::ostringstream text;
   text << report.dependent_rows
-       << " exact constraint axes depend on others or lie in pinned frames";
+       << " exact constraint axes depend on others or cannot move (pinned frames, fixed nodes)";
   if (report.max_exact_error <= options_.constraint_tolerance * length_) {
     text << "; all agree with each other.";
   } else {

@@ -9,9 +9,10 @@ namespace limber::spacetime {
 namespace {
 
 /// A free end lets a mode run on without force; where that multiplies the motion by more than
-/// e^kExplosive over the run (lambda > 4, or damping read backwards) the optimum is beyond double
-/// precision and of no use: the run's last frames are held at zero for that mode.
-constexpr double kExplosive = 18.420680743952367;  // log 1e8
+/// e^kExplosive over the run (lambda > 4, where the time step is too long for the mode, or damping
+/// read backwards) the optimum of (17a) is a motion that nobody meant, in the end one beyond double
+/// precision: the run's last frames are held at zero for that mode.
+constexpr double kExplosive = 1.3862943611198906;  // log 4
 
 int pinned(EndCondition end) {
   switch (end) {

@@ -123,6 +123,27 @@ TEST(ReducedKinematics, ValuesAndDerivativesOverABaseMotion) {
                       std::make_shared<const BaseMotion>(some_base(*beam_model(), 7)));
 }
 
+TEST(ReducedKinematics, SitesOfFixedNodesDoNotMove) {
+  ReducedKinematics kinematics(beam_model());
+  const bodies::ElasticBody body = testing::block(8, 3, 3, 0.1, true);
+  const int fixed = body.fixed_nodes.front();
+  int free = 0;
+  while (std::count(body.fixed_nodes.begin(), body.fixed_nodes.end(), free) > 0) ++free;
+  const SiteId stuck = kinematics.add_site({fixed});
+  EXPECT_FALSE(kinematics.moves(stuck));
+  EXPECT_TRUE(kinematics.moves(kinematics.add_site({free})));
+  EXPECT_TRUE(kinematics.moves(kinematics.add_site({fixed, free})));
+  EXPECT_THROW(static_cast<void>(kinematics.moves(99)), Error);
+  const int frame = 0;
+  const SiteQuery query{stuck, 0};
+  const Eigen::MatrixXd z = Eigen::MatrixXd::Constant(kinematics.coordinate_count(), 1, 0.1);
+  Eigen::Matrix3Xd u;
+  Eigen::MatrixXd jacobian;
+  kinematics.evaluate({&frame, 1}, z, {&query, 1}, u, &jacobian);
+  EXPECT_TRUE(u.isZero(0));
+  EXPECT_TRUE(jacobian.isZero(0));
+}
+
 // Odd counts around the size of a block, sizes from tiny to large, with and without base.
 TEST(ReducedKinematics, StreamedCoordinatesAgreeWithDoublePrecision) {
   const auto model = beam_model();

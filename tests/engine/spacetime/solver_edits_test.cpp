@@ -59,6 +59,27 @@ TEST(SolverEdits, ConstraintsAddedOneByOneEndAsLowAsAColdStart) {
   }
 }
 
+// From far away, where stiff modes pay for what cannot be reached, back in one move and in small
+// ones: each answer is judged against a cold start again after every tenth of a body length.
+TEST(SolverEdits, FarDragAndBackEndsAsLowAsAColdSolve) {
+  const auto kinematics = std::make_shared<ChainKinematics>(8, 8, 1.0, 2.0, 3);
+  const Timeline timeline{80};
+  for (const int steps : {1, 7, 30}) {
+    Solver solver(kinematics, test_dynamics(8, 40, 0.0), timeline);
+    const auto constraints = test_constraints(*kinematics, 3, timeline, 0.3, 100, 9);
+    for (const auto& constraint : constraints) solver.add(constraint);
+    const double opened = solver.solve().total_energy;
+    const Eigen::Vector3d far(3, -4, 5);
+    for (int step = 1; step <= 2 * steps; ++step) {
+      const double share = 1 - std::abs(1 - static_cast<double>(step) / steps);
+      solver.move(constraints[1].id, constraints[1].target + share * far);
+      const SolveReport report = solver.solve();
+      EXPECT_EQ(report.status, SolveStatus::kConverged) << steps << " " << step << report.message;
+    }
+    EXPECT_LE(solver.solve().total_energy, (1 + 1e-5) * opened) << steps;
+  }
+}
+
 // A challenge that is stopped goes on where it was: every call gets further.
 TEST(SolverEdits, AnAnswerIsFoundInSingleSteps) {
   const auto kinematics = std::make_shared<ChainKinematics>(6, 6, 1.0, 2.0, 3);
