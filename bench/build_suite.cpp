@@ -70,7 +70,11 @@ Built build_aside(const std::string& name, const SuiteOptions& options) {
 }  // namespace
 
 void build_suite(const SuiteOptions& options, Recorder& recorder) {
-  for (const char* name : {"beam", "dino", "bunny", "Armadillo13K"}) {
+  for (const std::string name : {"beam", "dino", "bunny", "Armadillo13K"}) {
+    if (options.quick && name != "beam" && name != "dino") {
+      recorder.note(fmt::format("build: {} left out by --quick", name));
+      continue;
+    }
     if (!load_body(name, options)) {
       recorder.note(fmt::format("build: no {} (public data not found)", name));
       continue;

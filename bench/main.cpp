@@ -7,6 +7,7 @@
 #include <thread>
 
 #include "bench/suite.h"
+#include "bench/table.h"
 
 namespace {
 
@@ -21,22 +22,11 @@ std::string machine_name() {
   return "unknown";
 }
 
-std::string cell(const Case& value) {
-  if (value.is_string()) return value.get<std::string>();
-  if (value.is_number_float()) return fmt::format("{:.4g}", value.get<double>());
-  return value.dump();
-}
-
-class TablePrinter final : public limber::bench::Recorder {
+/// Columns are as wide as their widest cell: the table comes at the end, what goes on until then is
+/// told on stderr.
+class Collector final : public limber::bench::Recorder {
  public:
-  void add(const Case& result) override {
-    for (const auto& [key, value] : result.items()) {
-      fmt::print("{}{}={}", key == result.begin().key() ? "" : "  ", key, cell(value));
-    }
-    fmt::print("\n");
-    std::fflush(stdout);
-    cases_.push_back(result);
-  }
+  void add(const Case& result) override { cases_.push_back(result); }
   void note(const std::string& text) override { fmt::print(stderr, "{}\n", text); }
   [[nodiscard]] const std::vector<Case>& cases() const { return cases_; }
 
@@ -65,7 +55,7 @@ int main(int argc, char** argv) {
 #endif
   };
   CLI::App app{
-      "Measures limber: prints a row per case; --json writes them for machines.\n"
+      "Measures limber: prints a table of its cases; --json writes them for machines.\n"
       "Times are medians of repeated calls within one run; machines differ, so compare ratios."};
   std::string suite;
   std::string json;
@@ -76,7 +66,8 @@ int main(int argc, char** argv) {
   for (const auto& [name, unused] : suites) names += (names.empty() ? "" : ", ") + name;
   app.add_option("suite", suite, "One of: " + names)->required();
   app.add_option("--json", json, "Also write {\"machine\": ..., \"cases\": [...]} to this file");
-  app.add_flag("--quick", options.quick, "Finish within 40 s");
+  app.add_flag("--quick", options.quick,
+               "Finish within 40 s: fewer or smaller cases (which are left out is said on stderr)");
   app.add_option("--repeats", options.repeats, "Runs of each timed piece of work")
       ->check(CLI::Range(1, 1000));
   app.add_option("--shared", options.shared_folder,
@@ -90,10 +81,19 @@ int main(int argc, char** argv) {
     fmt::print(stderr, "limber-bench: no suite \"{}\"; there are: {}\n", suite, names);
     return 2;
   }
+  Collector recorder;
+  int status = 0;
   try {
-    TablePrinter recorder;
     found->second(options, recorder);
-    if (!json.empty()) write_json(json, suite, options.quick, recorder.cases());
+  } catch (const std::exception& error) {
+    fmt::print(stderr, "limber-bench: {}\n", error.what());
+    status = 1;
+  }
+  // What was measured before a failure is shown, but no file is left that looks whole.
+  fmt::print("{}", limber::bench::table_of(recorder.cases()));
+  if (status != 0 || json.empty()) return status;
+  try {
+    write_json(json, suite, options.quick, recorder.cases());
   } catch (const std::exception& error) {
     fmt::print(stderr, "limber-bench: {}\n", error.what());
     return 1;

@@ -92,7 +92,10 @@ void reconstruct_suite(const SuiteOptions& options, Recorder& recorder) {
       continue;
     }
     const bool large = named->body.mesh.tet_count() > 10000;
-    if (options.quick && large && name != "Armadillo13K") continue;
+    if (options.quick && large && name != "Armadillo13K") {
+      recorder.note(fmt::format("reconstruct: {} left out by --quick", name));
+      continue;
+    }
     Reference truth;
     auto add = [&](const reduced::ModelOptions& wanted, const char* kind) {
       recorder.note(fmt::format("reconstruct: {}, {}, h = {}, T = {}", name, kind,

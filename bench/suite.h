@@ -28,7 +28,7 @@ struct SuiteOptions {
 class Recorder {
  public:
   virtual ~Recorder() = default;
-  virtual void add(const Case& result) = 0;        // prints a row, keeps it for --json
+  virtual void add(const Case& result) = 0;        // a row of the table and of --json
   virtual void note(const std::string& text) = 0;  // progress and remarks, on stderr
 };
 

@@ -29,7 +29,13 @@ message(STATUS "limber: instruction set ${limber_march}")
 # -ffp-contract is left at GCC's default; -ffast-math is not used anywhere: NaN checks must work.
 set(CMAKE_CXX_FLAGS_RELEASE "-O3 -DNDEBUG")
 if(LIMBER_SANITIZE)
-  target_compile_options(limber_flags INTERFACE -fsanitize=${LIMBER_SANITIZE} -fno-omit-frame-pointer -g1)
+  # -O1 and line tables only: building costs more than running here, and reports are easier to read.
+  set(CMAKE_CXX_FLAGS_RELWITHDEBINFO "-O1 -g1 -DNDEBUG")
+  target_compile_options(limber_flags INTERFACE -fsanitize=${LIMBER_SANITIZE} -fno-omit-frame-pointer)
+  if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+    # g++ 12 takes the checks that it inserts itself for reads of unset variables (in Eigen and the standard library).
+    target_compile_options(limber_flags INTERFACE -Wno-maybe-uninitialized)
+  endif()
   target_link_options(limber_flags INTERFACE -fsanitize=${LIMBER_SANITIZE})
   if(LIMBER_SANITIZE MATCHES "undefined")
     target_compile_options(limber_flags INTERFACE -fno-sanitize-recover=undefined)

@@ -38,6 +38,11 @@ constexpr double kMechanismNoise = 1e-6;
 // Where many of all modes are wanted Lanczos has no advantage, up to the size that a dense solver
 // can do.
 constexpr Eigen::Index kLargestDenseSize = 3000;
+// Progress when the matrices are there, the factor, and the modes of Lanczos: about the times of
+// 200,000 tets.
+constexpr double kAssembled = 0.05;
+constexpr double kFactored = 0.5;
+constexpr double kIterated = 0.85;
 
 /// All modes by LAPACK-like dense reduction. Rigid modes are moved to the far end by M R tau R^T M.
 Eigen::MatrixXd dense_modes(const ShiftInvert& op, const Eigen::MatrixXd& rigid, int count) {
@@ -91,7 +96,7 @@ std::pair<RitzBlock, double> polish(const ShiftInvert& op, Eigen::MatrixXd block
   block.resize(0, 0);
   double residual = 0;
   for (int step = 1; step <= kMostSteps; ++step) {
-    job.throw_if_cancelled();
+    job.report("modes", static_cast<double>(step - 1) / kMostSteps);
     ritz = subspace_step(op, ritz.mass_vectors);
     if (step < kLeastSteps) continue;
     const double before = residual;
@@ -198,10 +203,10 @@ ModalBasis modal_analysis(const ElasticBody& body, const ModalOptions& options,
   const int elastic_count = dofs.free_count() - rigid_count;
   check_mode_count(options.mode_count, elastic_count);
 
+  job.report("modes", kAssembled / 2);
   const ShiftInvert op(dofs.restrict_matrix(stiffness_matrix(body.mesh)),
                        dofs.restrict_matrix(mass_matrix(body.mesh)), dofs.restrict_rows(rigid),
-                       job);
-  job.report("modes", 0.1);
+                       job.part(kAssembled, kFactored));
 
   const int count = options.mode_count;
   const bool dense =
@@ -209,11 +214,12 @@ ModalBasis modal_analysis(const ElasticBody& body, const ModalOptions& options,
   const Eigen::MatrixXd start =
       dense ? dense_modes(op, rigid, count)
             : lanczos_modes(op, count, elastic_count, options.tolerance / 10, options.max_restarts,
-                            job.part(0.1, 0.9));
+                            job.part(kFactored, kIterated));
   const int guards = std::min(kGuards, elastic_count - count);
-  const auto [ritz, residual] =
-      polish(op, with_guards(op, start, guards), count, options.tolerance, job);
+  const auto [ritz, residual] = polish(op, with_guards(op, start, guards), count, options.tolerance,
+                                       job.part(kIterated, 0.95));
 
+  job.report("modes", 0.95);
   FullPairs pairs = refine_eigenvalues(body, dofs, op, ritz);
   order_pairs(pairs, op.shift());
 

@@ -21,6 +21,7 @@ class ShiftInvert {
   /// @param stiffness  K over the free degrees of freedom (full, symmetric, positive semidefinite)
   /// @param mass       M over the same (full, symmetric, positive definite)
   /// @param rigid      R, orthonormal under `mass`; no columns for a held body
+  /// @param job        reports stage "modes"
   /// @throws Error{kNumerical} if no shift makes the matrix numerically positive definite
   ShiftInvert(Eigen::SparseMatrix<double> stiffness, Eigen::SparseMatrix<double> mass,
               Eigen::MatrixXd rigid, const JobContext& job);
@@ -48,7 +49,7 @@ class ShiftInvert {
   void project(Eigen::Ref<Eigen::MatrixXd> x) const;
 
  private:
-  void factor(double shift);
+  void factor(double shift, const JobContext& job);
   [[nodiscard]] double estimate_first_eigenvalue(const JobContext& job) const;
 
   Eigen::SparseMatrix<double> stiffness_, mass_;

@@ -263,6 +263,7 @@ void SparseCholesky::factor(const Matrix& a) {
   impl_->analyse(a);
   impl_->factor_values(a);
 }
+void SparseCholesky::analyse(const Matrix& a) { impl_->analyse(a); }
 void SparseCholesky::refactor(const Matrix& a) { impl_->refactor(a); }
 bool SparseCholesky::factored() const noexcept { return impl_->factored(); }
 int SparseCholesky::size() const noexcept { return impl_->size(); }

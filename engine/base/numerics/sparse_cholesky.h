@@ -10,8 +10,8 @@ namespace limber {
 /// P A P^T = L L^T of a symmetric positive definite sparse matrix: supernodal CHOLMOD, with BLAS
 /// pinned to one thread so that results do not depend on the number of cores.
 ///
-/// `factor` and `refactor` need exclusive access; solves are const and may run concurrently from
-/// several threads.
+/// `factor`, `analyse` and `refactor` need exclusive access; solves are const and may run
+/// concurrently from several threads.
 class SparseCholesky {
  public:
   using Matrix = Eigen::SparseMatrix<double>;
@@ -45,8 +45,13 @@ class SparseCholesky {
   ///   (names the row of the failing pivot); Error{kLimitExceeded} if the factor does not fit
   void factor(const Matrix& a);
 
-  /// New values on the pattern of the last factor(): the ordering and the symbolic analysis are
-  /// kept.
+  /// Orders and analyses only, without values: the first half of factor(), for callers that want to
+  /// stop or report in between. refactor() is the second half.
+  /// @throws Error{kInvalidArgument}, Error{kLimitExceeded} as factor
+  void analyse(const Matrix& a);
+
+  /// New values on the pattern of the last factor() or analyse(): the ordering and the symbolic
+  /// analysis are kept.
   /// @throws as factor, and Error{kInvalidArgument} for another pattern
   void refactor(const Matrix& a);
 

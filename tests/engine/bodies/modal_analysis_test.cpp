@@ -194,6 +194,38 @@ TEST(ModalAnalysis, CancellationAndProgress) {
   EXPECT_LT(fractions.back(), 0.5);
 }
 
+/// Every call of progress is a place to stop at; between two of them there is one uninterruptible
+/// piece at most: an analysis, a factor, a solve.
+TEST(ModalAnalysis, StopsAtTheNextReport) {
+  const ElasticBody body = box_body({8, 4, 4}, {2, 1, 1}, Hold::kLeftFace);
+  std::vector<double> all;
+  const auto stopped_after = [&](int calls) {
+    JobContext job;
+    std::vector<double> fractions;
+    job.progress = [&](const std::string&, double fraction) {
+      fractions.push_back(fraction);
+      if (static_cast<int>(fractions.size()) == calls) job.cancellation.request();
+    };
+    try {
+      (void)modal_analysis(body, {}, job);
+      all = fractions;
+      return -1;
+    } catch (const Error& error) {
+      EXPECT_EQ(error.code(), ErrorCode::kCancelled);
+      return static_cast<int>(fractions.size());
+    }
+  };
+  ASSERT_EQ(stopped_after(0), -1);
+  EXPECT_TRUE(std::is_sorted(all.begin(), all.end()));
+  EXPECT_EQ(all.front(), 0);
+  EXPECT_EQ(all.back(), 1);
+  // The factor and what surrounds it take the longest on large bodies.
+  const auto early = [](double fraction) { return fraction > 0 && fraction < 0.5; };
+  EXPECT_GE(std::count_if(all.begin(), all.end(), early), 6);
+  for (const int calls : {1, 2, 3, 4, 5, 8, 20, static_cast<int>(all.size()) - 1})
+    EXPECT_EQ(stopped_after(calls), calls);
+}
+
 TEST(ModalAnalysis, RefusesBadOptions) {
   const auto field_of = [](const ModalOptions& options) {
     try {

@@ -18,6 +18,7 @@ struct BadFile {
   const char* message;  // part of it
   ErrorCode code = ErrorCode::kInvalidArgument;
 };
+std::ostream& operator<<(std::ostream& out, const BadFile& bad) { return out << bad.label; }
 
 class BadMeshes : public ::testing::TestWithParam<BadFile> {};
 

@@ -75,7 +75,8 @@ TEST(Tetrahedralize, ABallOfAnySizeHasItsVolumeAndTheTetsAskedFor) {
 
 TEST(Tetrahedralize, SurfaceNodesLieOnTheSurface) {
   const Tetrahedralization result = tetrahedralize(ball(1));
-  for (const int node : bodies::boundary_surface(result.mesh.tets).reshaped()) {
+  const auto triangles = bodies::boundary_surface(result.mesh.tets);
+  for (const int node : triangles.reshaped()) {
     EXPECT_NEAR(result.mesh.nodes.col(node).norm(), 1, 2e-3 * result.cell_size + 1e-9);
   }
 }

@@ -26,6 +26,7 @@ struct BadEdit {
   ErrorCode code;
   const char* field;
 };
+std::ostream& operator<<(std::ostream& out, const BadEdit& bad) { return out << bad.name; }
 
 Edit spoiled(const std::function<void(scene::Constraint&)>& spoil) {
   scene::Constraint constraint = held(5, 1);

@@ -5,6 +5,7 @@
 
 #include "engine/spacetime/solver.h"
 #include "tests/engine/spacetime/dense_reference.h"
+#include "tests/engine/spacetime/ends.h"
 #include "tests/engine/spacetime/scenes.h"
 
 namespace limber::spacetime {
@@ -99,10 +100,6 @@ TEST(SolverDense, NeighbouringFrames) {
   expect_dense_answer(kinematics, test_dynamics(3, 20, 0.02), {24}, constraints);
 }
 
-struct Ends {
-  EndCondition first, last;
-};
-
 class SolverDenseEnds : public ::testing::TestWithParam<Ends> {};
 
 TEST_P(SolverDenseEnds, Soft) {
@@ -155,24 +152,8 @@ TEST_P(SolverDenseEnds, HyperbolicModes) {
             4 * solver.motion().middleCols(from, count).cwiseAbs().maxCoeff());
 }
 
-constexpr EndCondition kEnds[] = {EndCondition::kFree, EndCondition::kPinnedPosition,
-                                  EndCondition::kPinnedPositionVelocity};
-
-std::vector<Ends> all_ends() {
-  std::vector<Ends> all;
-  for (const EndCondition first : kEnds) {
-    for (const EndCondition last : kEnds) all.push_back({first, last});
-  }
-  return all;
-}
-
-std::string ends_name(const ::testing::TestParamInfo<Ends>& info) {
-  const char* names[] = {"Free", "Position", "PositionVelocity"};
-  return std::string(names[static_cast<int>(info.param.first)]) + "To" +
-         names[static_cast<int>(info.param.last)];
-}
-
-INSTANTIATE_TEST_SUITE_P(All, SolverDenseEnds, ::testing::ValuesIn(all_ends()), ends_name);
+INSTANTIATE_TEST_SUITE_P(All, SolverDenseEnds, ::testing::ValuesIn(all_ends()),
+                         ::testing::PrintToStringParamName());
 
 TEST(SolverDense, StiffnessOfSevenDecades) {
   const LinearKinematics kinematics(3, 3, 1.0, 29);

@@ -84,6 +84,7 @@ struct Case {
   EndCondition first, last;
   double weight;
 };
+std::ostream& operator<<(std::ostream& out, const Case& tested) { return out << tested.name; }
 
 class FreeBodyTwentyThousandFrames : public ::testing::TestWithParam<Case> {};
 

@@ -259,7 +259,8 @@ TEST_P(ShortTimelines, AllEndsThatLeaveAFreeFrame) {
   EXPECT_EQ(solved, frames == 3 ? 6 : 8);
 }
 
-INSTANTIATE_TEST_SUITE_P(Frames, ShortTimelines, ::testing::Values(3, 4));
+INSTANTIATE_TEST_SUITE_P(Frames, ShortTimelines, ::testing::Values(3, 4),
+                         ::testing::PrintToStringParamName());
 
 TEST(LongTimelines, TenThousandFramesAgreeWithTheLiteralMethod) {
   const auto kinematics = std::make_shared<ChainKinematics>(6, 6, 1.0, 2.0, 3);

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/engine/spacetime/ends.h"
 #include "tests/engine/spacetime/scenes.h"
 #include "tests/support/literal_spacetime.h"
 
@@ -11,11 +12,7 @@ namespace {
 using testing::ChainKinematics;
 using testing::LiteralSpacetime;
 
-struct EndsCase {
-  EndCondition first, last;
-};
-
-class EveryEnd : public ::testing::TestWithParam<EndsCase> {};
+class EveryEnd : public ::testing::TestWithParam<Ends> {};
 
 TEST_P(EveryEnd, AgreesWithTheLiteralMethod) {
   const auto kinematics = std::make_shared<ChainKinematics>(9, 8, 1.0, 2.0, 3);
@@ -43,18 +40,8 @@ TEST_P(EveryEnd, AgreesWithTheLiteralMethod) {
               1e-9 * report.total_energy);
 }
 
-INSTANTIATE_TEST_SUITE_P(
-    All, EveryEnd,
-    ::testing::Values(
-        EndsCase{EndCondition::kFree, EndCondition::kFree},
-        EndsCase{EndCondition::kFree, EndCondition::kPinnedPosition},
-        EndsCase{EndCondition::kFree, EndCondition::kPinnedPositionVelocity},
-        EndsCase{EndCondition::kPinnedPosition, EndCondition::kFree},
-        EndsCase{EndCondition::kPinnedPosition, EndCondition::kPinnedPosition},
-        EndsCase{EndCondition::kPinnedPosition, EndCondition::kPinnedPositionVelocity},
-        EndsCase{EndCondition::kPinnedPositionVelocity, EndCondition::kFree},
-        EndsCase{EndCondition::kPinnedPositionVelocity, EndCondition::kPinnedPosition},
-        EndsCase{EndCondition::kPinnedPositionVelocity, EndCondition::kPinnedPositionVelocity}));
+INSTANTIATE_TEST_SUITE_P(All, EveryEnd, ::testing::ValuesIn(all_ends()),
+                         ::testing::PrintToStringParamName());
 
 }  // namespace
 }  // namespace limber::spacetime

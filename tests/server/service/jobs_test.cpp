@@ -89,7 +89,8 @@ TEST_F(ServerJobs, TetrahedralizeReturnsAMeshThatCanBeOpened) {
   scene.clear_fixed_nodes();
   request.mutable_validate_scene();
   *request.mutable_validate_scene()->mutable_scene() = scene;
-  for (const auto& issue : client.call(request).validate_scene().issues()) {
+  const auto reply = client.call(request);
+  for (const auto& issue : reply.validate_scene().issues()) {
     EXPECT_NE(issue.severity(), proto::Issue::SEVERITY_ERROR) << issue.ShortDebugString();
   }
 }
@@ -114,7 +115,8 @@ TEST_F(ServerJobs, SamplesAreNamedAndComplete) {
   proto::Scene scene = client.call(request).get_sample().scene();
   EXPECT_EQ(scene.mesh().sample(), "beam");
   *request.mutable_validate_scene()->mutable_scene() = scene;
-  for (const auto& issue : client.call(request).validate_scene().issues()) {
+  const auto reply = client.call(request);
+  for (const auto& issue : reply.validate_scene().issues()) {
     EXPECT_NE(issue.severity(), proto::Issue::SEVERITY_ERROR) << issue.ShortDebugString();
   }
 }

@@ -89,6 +89,18 @@ TEST(SparseCholesky, RefactorKeepsThePatternOnly) {
   EXPECT_LT((a * cholesky.solve(b) - b).norm(), 1e-12 * b.norm());
 }
 
+TEST(SparseCholesky, FactorInTwoHalvesGivesTheSameBits) {
+  const Matrix a = grid_matrix(7, 0.3);
+  const Eigen::MatrixXd b = random_block(a.rows(), 2, 4);
+  SparseCholesky cholesky;
+  cholesky.analyse(a);
+  EXPECT_EQ(cholesky.size(), a.rows());
+  EXPECT_FALSE(cholesky.factored());
+  cholesky.refactor(a);
+  EXPECT_TRUE(cholesky.factored());
+  EXPECT_EQ(cholesky.solve(b), SparseCholesky(a).solve(b));
+}
+
 TEST(SparseCholesky, SolvesInTheCallersMemory) {
   const Matrix a = grid_matrix(6, 0.3);
   const SparseCholesky cholesky(a);

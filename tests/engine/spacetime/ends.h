@@ -1,0 +1,31 @@
+#pragma once
+
+#include <ostream>
+#include <vector>
+
+#include "engine/spacetime/problem.h"
+
+namespace limber::spacetime {
+
+constexpr EndCondition kEnds[] = {EndCondition::kFree, EndCondition::kPinnedPosition,
+                                  EndCondition::kPinnedPositionVelocity};
+
+/// A parameter of tests that all pairs of ends have to pass; prints as what a test can be called.
+struct Ends {
+  EndCondition first, last;
+};
+
+inline std::ostream& operator<<(std::ostream& out, const Ends& ends) {
+  const char* names[] = {"Free", "Position", "PositionVelocity"};
+  return out << names[static_cast<int>(ends.first)] << "To" << names[static_cast<int>(ends.last)];
+}
+
+inline std::vector<Ends> all_ends() {
+  std::vector<Ends> all;
+  for (const EndCondition first : kEnds) {
+    for (const EndCondition last : kEnds) all.push_back({first, last});
+  }
+  return all;
+}
+
+}  // namespace limber::spacetime
