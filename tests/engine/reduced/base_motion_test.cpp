@@ -77,9 +77,9 @@ TEST(BaseMotion, EditsAddToItsRsCoordinates) {
         model, std::make_shared<const BaseMotion>(base_motion(body, *model, u)));
     Eigen::MatrixXf q;
     kinematics.coordinates(0, edits, q);
-    Eigen::VectorXd y;
+    RsTrack track;
     for (int f = 0; f < kFrames; ++f) {
-      y = f == 0 ? inverse.coordinates(u.col(f)) : inverse.coordinates(u.col(f), y);
+      const Eigen::VectorXd y = inverse.coordinates(u.col(f), track);
       const Eigen::VectorXd linear = model->modes * edits.col(f);
       Eigen::VectorXd expected =
           full.from_coordinates(y + linear_coordinates(full.gradient(), linear));
