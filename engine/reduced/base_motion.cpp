@@ -26,12 +26,11 @@ Eigen::MatrixXd cubature_coordinates(const bodies::ElasticBody& body, const Redu
   Eigen::MatrixXd rs(kRsSize * Eigen::Index{model.cubature_size()}, displacements.cols());
   // The whole mesh is needed: branches of the rotations are found from neighbour to neighbour and
   // frame to frame.
-  Eigen::VectorXd y;
+  RsTrack track;
   for (Eigen::Index frame = 0; frame < displacements.cols(); ++frame) {
     job.report("base motion",
                static_cast<double>(frame) / static_cast<double>(displacements.cols()));
-    y = frame == 0 ? inverse.coordinates(displacements.col(0))
-                   : inverse.coordinates(displacements.col(frame), y);
+    const Eigen::VectorXd y = inverse.coordinates(displacements.col(frame), track);
     for (int t = 0; t < model.cubature_size(); ++t) {
       rs.col(frame).segment<kRsSize>(kRsSize * t) =
           y.segment<kRsSize>(kRsSize * Eigen::Index{model.tets[t]});

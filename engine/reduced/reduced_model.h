@@ -90,8 +90,13 @@ struct BaseMotion {
   Eigen::MatrixXd direct;  // h x N, added to q (rigid translation of the frames of a free body)
 };
 
-/// @param displacements  3n x N from rest [m], frame by frame; branches of rotations are continuous
-/// in time
+/// No tet loses a full turn in time, for steps of less than half a turn. z adds to theta, and next
+/// to a full turn the derivative of exp has rank one: the rotations of z across theta do next to
+/// nothing there. A body that spins and wobbles passes a full turn while its theta swings from the
+/// spin's axis through directions across it, in wobble / step frames (both rad); what z adds swings
+/// with it, and jumps by about wobble / (pi k) of itself where the k-th turn is found again. With
+/// steps longer than the wobble all that happens between two frames. z = 0 has none of it.
+/// @param displacements  3n x N from rest [m], frame by frame
 /// @throws Error{kInvalidArgument} for other sizes or numbers that are not finite,
 /// Error{kCancelled}
 [[nodiscard]] BaseMotion base_motion(const bodies::ElasticBody& body, const ReducedModel& model,

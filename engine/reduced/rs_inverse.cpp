@@ -4,6 +4,7 @@
 #include <cmath>
 #include <queue>
 #include <tuple>
+#include <utility>
 
 #include "engine/base/error.h"
 #include "engine/base/parallel.h"
@@ -53,7 +54,7 @@ struct Step {
   }
 };
 constexpr int kFromRest = -1;
-constexpr int kFromPrevious = -2;
+constexpr int kFromBefore = -2;  // the tet itself in the frame before
 
 constexpr double kTurn = 2 * 3.14159265358979323846;
 
@@ -75,21 +76,23 @@ Eigen::Vector3d branch_for(const Eigen::Vector3d& principal, const Eigen::Vector
   return principal * ((along + turns * kTurn) / along);
 }
 
-/// A theta of the frame before that is no guide as long as a neighbour is one.
+/// An expected theta of the frame before is no guide here as long as a neighbour is one.
 bool next_to_full_turn(const Eigen::Vector3d& theta) {
   const double angle = theta.norm();
   return angle > kFirstTurn && std::abs(std::remainder(angle, kTurn)) < kClearOfFullTurn;
 }
 constexpr double kLast = 100;  // added to a step, makes it one of the last resort
 
-/// `from` turned on by the part about its own axis of the rotation between two neighbours.
-Eigen::Vector3d count_on(const Eigen::Vector3d& from, const Eigen::Quaterniond& here,
-                         const Eigen::Quaterniond& there) {
+/// `from` (at least `counts_from` long) turned on about its own axis to the angle that `rotation`
+/// has about it (its twist), the nearest full turn of it. Not a sum of the steps on the way: those
+/// of a wobble that goes round, about other axes, add up to an angle although it comes back.
+Eigen::Vector3d count_on(const Eigen::Vector3d& from, const Eigen::Quaterniond& rotation,
+                         double counts_from) {
   const double angle = from.norm();
-  if (angle < kFirstTurn) return from;
+  if (angle < counts_from) return from;
   const Eigen::Vector3d axis = from / angle;
-  const Eigen::Vector3d between = rotations::logarithm((there * here.conjugate()).normalized());
-  return from + between.dot(axis) * axis;
+  const double twist = 2 * std::atan2(rotation.vec().dot(axis), rotation.w());
+  return (angle + std::remainder(twist - angle, kTurn)) * axis;
 }
 
 std::vector<int> least_turned_first(const Eigen::VectorXd& y) {
@@ -102,6 +105,102 @@ std::vector<int> least_turned_first(const Eigen::VectorXd& y) {
   });
   return result;
 }
+
+/// Principal logarithms and strains (into y), and the tets' rotations.
+std::vector<Eigen::Quaterniond> principal_coordinates(const bodies::GradientOperator& gradient,
+                                                      const Eigen::Ref<const Eigen::VectorXd>& u,
+                                                      Eigen::VectorXd& y) {
+  const int count = gradient.tet_count();
+  y.resize(kRsSize * Eigen::Index{count});
+  std::vector<Eigen::Quaterniond> rotation(static_cast<std::size_t>(count));
+  parallel_for(count, kTetsPerChunk, [&](std::int64_t begin, std::int64_t end) {
+    for (auto e = static_cast<int>(begin); e < static_cast<int>(end); ++e) {
+      const rotations::Polar polar =
+          rotations::polar_decomposition(gradient.apply(u, e) + Eigen::Matrix3d::Identity());
+      auto y_e = y.segment<kRsSize>(kRsSize * e);
+      y_e = rs_of_gradient(polar.stretch - Eigen::Matrix3d::Identity());
+      y_e.head<3>() = rotations::logarithm(polar.rotation);
+      rotation[e] = polar.rotation;
+    }
+  });
+  return rotation;
+}
+
+/// One frame's choice of branches, from settled tet to tet.
+class Branches {
+ public:
+  /// @param y  principal logarithms, replaced by the branches chosen
+  Branches(const std::vector<std::array<int, 4>>& neighbours,
+           const std::vector<Eigen::Quaterniond>& rotation, const RsTrack& before,
+           Eigen::VectorXd& y)
+      : neighbours_(neighbours),
+        rotation_(rotation),
+        before_(before),
+        y_(y),
+        counted_(3, static_cast<Eigen::Index>(rotation.size())) {}
+
+  void offer(int e, int source) {
+    const Eigen::Vector3d from = expected(e, source);
+    const Eigen::Vector3d principal = theta(e);
+    double size = (branch_for(principal, from) - from).norm();
+    if (source == kFromBefore && next_to_full_turn(from)) size += kLast;
+    steps_.push({size, e, source});
+  }
+
+  /// What the tets hand on.
+  Eigen::Matrix3Xd settle() {
+    std::vector<char> settled(rotation_.size(), 0);
+    std::vector<int> by_angle;  // seeds of pieces that no fixed node reaches, least turned first
+    std::size_t next_seed = 0;
+    for (std::size_t left = rotation_.size(); left > 0;) {
+      if (steps_.empty()) {
+        if (by_angle.empty()) by_angle = least_turned_first(y_);
+        while (settled[by_angle[next_seed]]) ++next_seed;
+        offer(by_angle[next_seed], kFromRest);
+      }
+      const Step step = steps_.top();
+      steps_.pop();
+      if (settled[step.tet]) continue;
+      choose(step.tet, expected(step.tet, step.source));
+      settled[step.tet] = 1;
+      --left;
+      for (int neighbour : neighbours_[step.tet]) {
+        if (neighbour >= 0 && !settled[neighbour]) offer(neighbour, step.tet);
+      }
+    }
+    return std::move(counted_);
+  }
+
+ private:
+  Eigen::VectorXd::FixedSegmentReturnType<3>::Type theta(int e) {
+    return y_.segment<3>(kRsSize * Eigen::Index{e});
+  }
+
+  Eigen::Vector3d expected(int e, int source) const {
+    if (source == kFromRest) return Eigen::Vector3d::Zero();
+    if (source == kFromBefore) {
+      // Steps in time may be long: counted as soon as there is an axis.
+      return count_on(before_.counted.col(e), rotation_[e], kClearOfFullTurn);
+    }
+    return count_on(counted_.col(source), rotation_[e], kFirstTurn);
+  }
+
+  void choose(int e, const Eigen::Vector3d& expected) {
+    const Eigen::Vector3d principal = theta(e);
+    const Eigen::Vector3d branch = branch_for(principal, expected);
+    const bool near = expected.norm() < kFirstTurn || ((branch - expected).norm() < kNearBranch &&
+                                                       principal.norm() > kClearOfFullTurn);
+    theta(e) = branch;
+    counted_.col(e) = near ? branch : expected;
+  }
+
+  const std::vector<std::array<int, 4>>& neighbours_;
+  const std::vector<Eigen::Quaterniond>& rotation_;
+  const RsTrack& before_;
+  Eigen::VectorXd& y_;
+  Eigen::Matrix3Xd counted_;
+  std::priority_queue<Step, std::vector<Step>, std::greater<>> steps_;
+};
 
 }  // namespace
 
@@ -117,77 +216,23 @@ RsInverse::RsInverse(const bodies::ElasticBody& body, const bodies::GradientOper
 }
 
 Eigen::VectorXd RsInverse::coordinates(const Eigen::Ref<const Eigen::VectorXd>& u) const {
-  return settle(u, nullptr);
+  RsTrack track;
+  return coordinates(u, track);
 }
 
 Eigen::VectorXd RsInverse::coordinates(const Eigen::Ref<const Eigen::VectorXd>& u,
-                                       const Eigen::VectorXd& previous) const {
-  LIMBER_DEMAND(previous.size() == kRsSize * gradient_.tet_count());
-  return settle(u, &previous);
-}
-
-Eigen::VectorXd RsInverse::settle(const Eigen::Ref<const Eigen::VectorXd>& u,
-                                  const Eigen::VectorXd* previous) const {
+                                       RsTrack& track) const {
   const int count = gradient_.tet_count();
-  Eigen::VectorXd y(kRsSize * count);
-  std::vector<Eigen::Quaterniond> rotation(static_cast<std::size_t>(count));
-  // Principal logarithms and strains first: independent of each other.
-  parallel_for(count, kTetsPerChunk, [&](std::int64_t begin, std::int64_t end) {
-    for (auto e = static_cast<int>(begin); e < static_cast<int>(end); ++e) {
-      const rotations::Polar polar =
-          rotations::polar_decomposition(gradient_.apply(u, e) + Eigen::Matrix3d::Identity());
-      auto y_e = y.segment<kRsSize>(kRsSize * e);
-      y_e = rs_of_gradient(polar.stretch - Eigen::Matrix3d::Identity());
-      y_e.head<3>() = rotations::logarithm(polar.rotation);
-      rotation[e] = polar.rotation;
-    }
-  });
-
-  const auto theta = [&](int e) { return y.segment<3>(kRsSize * e); };
-  Eigen::Matrix3Xd counted(3, count);  // what a settled tet hands on
-  const auto reference = [&](int e, int source) -> Eigen::Vector3d {
-    if (source == kFromRest) return Eigen::Vector3d::Zero();
-    if (source == kFromPrevious) return previous->segment<3>(kRsSize * e);
-    return count_on(counted.col(source), rotation[source], rotation[e]);
-  };
-  std::priority_queue<Step, std::vector<Step>, std::greater<>> steps;
-  const auto offer = [&](int e, int source) {
-    const Eigen::Vector3d from = reference(e, source);
-    const Eigen::Vector3d principal = theta(e);
-    double size = (branch_for(principal, from) - from).norm();
-    if (source == kFromPrevious && next_to_full_turn(from)) size += kLast;
-    steps.push({size, e, source});
-  };
+  const bool first = track.counted.cols() == 0;
+  LIMBER_DEMAND(first || track.counted.cols() == count);
+  Eigen::VectorXd y;
+  const std::vector<Eigen::Quaterniond> rotation = principal_coordinates(gradient_, u, y);
+  Branches branches(neighbours_, rotation, track, y);
   for (int e = 0; e < count; ++e) {
-    if (previous != nullptr) offer(e, kFromPrevious);
-    if (previous == nullptr && at_fixed_node_[e]) offer(e, kFromRest);
+    if (!first) branches.offer(e, kFromBefore);
+    if (first && at_fixed_node_[e]) branches.offer(e, kFromRest);
   }
-
-  std::vector<char> settled(static_cast<std::size_t>(count), 0);
-  std::vector<int> by_angle;  // seeds of pieces that no fixed node reaches, least turned first
-  std::size_t next_seed = 0;
-  for (int left = count; left > 0;) {
-    if (steps.empty()) {
-      if (by_angle.empty()) by_angle = least_turned_first(y);
-      while (settled[by_angle[next_seed]]) ++next_seed;
-      offer(by_angle[next_seed], kFromRest);
-    }
-    const Step step = steps.top();
-    steps.pop();
-    if (settled[step.tet]) continue;
-    const Eigen::Vector3d principal = theta(step.tet);
-    const Eigen::Vector3d expected = reference(step.tet, step.source);
-    theta(step.tet) = branch_for(principal, expected);
-    const bool near =
-        expected.norm() < kFirstTurn ||
-        ((theta(step.tet) - expected).norm() < kNearBranch && principal.norm() > kClearOfFullTurn);
-    counted.col(step.tet) = near ? Eigen::Vector3d(theta(step.tet)) : expected;
-    settled[step.tet] = 1;
-    --left;
-    for (int neighbour : neighbours_[step.tet]) {
-      if (neighbour >= 0 && !settled[neighbour]) offer(neighbour, step.tet);
-    }
-  }
+  track.counted = branches.settle();
   return y;
 }
 

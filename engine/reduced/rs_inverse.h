@@ -9,6 +9,13 @@
 
 namespace limber::reduced {
 
+/// What the tets hand on from one frame to the next.
+struct RsTrack {
+  // 3 x m [rad]: theta, or next to a full turn the axis so far times the angle about it, turns
+  // counted. Empty before the first frame.
+  Eigen::Matrix3Xd counted;
+};
+
 /// RS coordinates y of displacements u, such that g(y) = G u exactly: per tet a polar decomposition
 /// and a logarithm.
 ///
@@ -19,8 +26,9 @@ namespace limber::reduced {
 ///
 /// Next to a full turn the axis of what is left of it may point anywhere (a twisted bar's sections
 /// also tilt), and no choice of branch is near its neighbours. Such tets take the nearest branch
-/// there is but hand on, instead of their own theta, the angle counted on from tet to tet about
-/// the axis so far; beyond them the turn is found again.
+/// there is but hand on, instead of their own theta, the axis so far and the angle of their
+/// rotation about it (turns counted); beyond them the turn is found again. The same in time: a free
+/// body that spins and wobbles passes full turns as a whole.
 class RsInverse {
  public:
   /// @param gradient  of body.mesh; kept by reference
@@ -30,14 +38,13 @@ class RsInverse {
   /// least turned tet).
   [[nodiscard]] Eigen::VectorXd coordinates(const Eigen::Ref<const Eigen::VectorXd>& u) const;
 
-  /// The same for the frame after the one with coordinates `previous` (9m): continuous in time.
+  /// The same for the next frame of a motion, which may turn each tet by less than half a turn.
+  /// @param track  of the frame before (of this body); is moved on to this frame. Empty: first
+  /// frame
   [[nodiscard]] Eigen::VectorXd coordinates(const Eigen::Ref<const Eigen::VectorXd>& u,
-                                            const Eigen::VectorXd& previous) const;
+                                            RsTrack& track) const;
 
  private:
-  Eigen::VectorXd settle(const Eigen::Ref<const Eigen::VectorXd>& u,
-                         const Eigen::VectorXd* previous) const;
-
   const bodies::GradientOperator& gradient_;
   std::vector<std::array<int, 4>> neighbours_;  // over face f, -1 at the surface
   std::vector<char> at_fixed_node_;

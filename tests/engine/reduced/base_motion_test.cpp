@@ -1,5 +1,9 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
+#include <cmath>
+
 #include "engine/base/error.h"
 #include "engine/bodies/mass.h"
 #include "engine/reduced/full_reconstruction.h"
@@ -77,9 +81,9 @@ TEST(BaseMotion, EditsAddToItsRsCoordinates) {
         model, std::make_shared<const BaseMotion>(base_motion(body, *model, u)));
     Eigen::MatrixXf q;
     kinematics.coordinates(0, edits, q);
-    Eigen::VectorXd y;
+    RsTrack track;
     for (int f = 0; f < kFrames; ++f) {
-      y = f == 0 ? inverse.coordinates(u.col(f)) : inverse.coordinates(u.col(f), y);
+      const Eigen::VectorXd y = inverse.coordinates(u.col(f), track);
       const Eigen::VectorXd linear = model->modes * edits.col(f);
       Eigen::VectorXd expected =
           full.from_coordinates(y + linear_coordinates(full.gradient(), linear));
@@ -97,6 +101,76 @@ TEST(BaseMotion, EditsAddToItsRsCoordinates) {
           << held << " " << f << ": edit " << size << " of " << expected.norm() << ", error "
           << (got - expected).norm();
       EXPECT_GT(size, 0.3 * expected.norm());
+    }
+  }
+}
+
+/// What is seen of a spinning bar's two far corners, 6 x frames.
+struct Spin {
+  Eigen::MatrixXd base;     // at z = 0 [m]
+  Eigen::MatrixXd offsets;  // added by a small z that stays
+};
+
+Spin spin(const bodies::ElasticBody& body, const std::shared_ptr<const ReducedModel>& model,
+          const std::shared_ptr<const BaseMotion>& base) {
+  ReducedKinematics kinematics(model, base);
+  const SiteId sites[] = {kinematics.add_site({0}),
+                          kinematics.add_site({body.mesh.node_count() - 1})};
+  std::vector<SiteQuery> queries;
+  std::vector<int> frames;
+  for (int f = 0; f < base->rs.cols(); ++f) {
+    frames.push_back(f);
+    for (const SiteId site : sites) queries.push_back({site, f});
+  }
+  const Eigen::MatrixXd edit = small_pose(*model, 0.01, 6).replicate(1, base->rs.cols());
+  Eigen::Matrix3Xd before, after;
+  kinematics.evaluate(frames, 0 * edit, queries, before, nullptr);
+  kinematics.evaluate(frames, edit, queries, after, nullptr);
+  const Eigen::Matrix3Xd added = after - before;
+  return {Eigen::Map<const Eigen::MatrixXd>(before.data(), 6, edit.cols()),
+          Eigen::Map<const Eigen::MatrixXd>(added.data(), 6, edit.cols())};
+}
+
+/// Largest second difference in time of offsets, over the largest offset: within 1 rad of a full
+/// turn, and elsewhere.
+std::array<double, 2> roughness(const Eigen::MatrixXd& offsets, double step) {
+  std::array<double, 2> result = {0, 0};
+  for (Eigen::Index f = 1; f + 1 < offsets.cols(); ++f) {
+    const double angle = step * static_cast<double>(f);
+    const bool at_full_turn = angle > 4 && std::abs(std::remainder(angle, 2 * testing::kPi)) < 1;
+    double& worst = result[at_full_turn ? 0 : 1];
+    worst = std::max(worst, (offsets.col(f + 1) - 2 * offsets.col(f) + offsets.col(f - 1)).norm());
+  }
+  const double most = offsets.colwise().norm().maxCoeff();
+  return {result[0] / most, result[1] / most};
+}
+
+// What an offset's rotation across theta adds vanishes at a full turn. There theta swings through
+// all directions across the spin within wobble / step frames, and at the worst between two of them;
+// the branch that keeps the turns jumps by wobble / pi of the offset. Without a wobble the axis
+// stays.
+TEST(BaseMotion, OffsetsOfASpinningFreeBodyAreSmoothThroughFullTurns) {
+  const bodies::ElasticBody body = testing::block(6, 2, 2, 0.1, false);
+  const auto model = std::make_shared<const ReducedModel>(build_model(body, small_options()));
+  for (const double wobble : {0.0, 0.01, 0.05, 0.2}) {
+    for (const double step : {0.1, 0.02, 0.01}) {
+      const int frames = static_cast<int>(std::lround(14 / step));  // through 2 pi and 4 pi
+      Eigen::MatrixXd u(3 * body.mesh.node_count(), frames);
+      for (int f = 0; f < frames; ++f) u.col(f) = testing::spun(body, step * f, wobble);
+      const auto base = std::make_shared<const BaseMotion>(base_motion(body, *model, u));
+      for (int t = 0; t < model->cubature_size(); ++t) {
+        EXPECT_NEAR(step * (frames - 1), base->rs(9 * t + 2, frames - 1), 2 * wobble + 1e-9);
+      }
+      const Spin seen = spin(body, model, base);
+      const Eigen::MatrixXd projection = model->basis * (model->basis.transpose() * u);
+      EXPECT_LT((seen.base.topRows(3) - projection.topRows(3)).cwiseAbs().maxCoeff(), 1e-9);
+      EXPECT_LT((seen.base.bottomRows(3) - projection.bottomRows(3)).cwiseAbs().maxCoeff(), 1e-9);
+      const auto [at_full_turns, elsewhere] = roughness(seen.offsets, step);
+      const double swing = step / wobble;  // measured: 2 swing^2, and 0.7 step^2 elsewhere
+      const double wobbled =
+          wobble > 0 ? std::min(2.0, wobble / testing::kPi + 3 * swing * swing) : 0;
+      EXPECT_LT(at_full_turns, step * step + wobbled) << "wobble " << wobble << " step " << step;
+      EXPECT_LT(elsewhere, step * step) << "wobble " << wobble << " step " << step;
     }
   }
 }

@@ -88,12 +88,13 @@ TEST(RsBranches, TwistThatGrowsThroughTwoTurns) {
   const auto body = block(32, 3, 3, 0.1, true);
   const FullReconstruction full(body);
   const RsInverse inverse(body, full.gradient());
-  Eigen::VectorXd y = inverse.coordinates(Eigen::VectorXd::Zero(3 * body.mesh.node_count()));
+  RsTrack track;
+  Eigen::VectorXd y = inverse.coordinates(Eigen::VectorXd::Zero(3 * body.mesh.node_count()), track);
   EXPECT_EQ(0, y.norm());
   for (int frame = 1; frame <= 50; ++frame) {
     const double angle = 0.3 * frame;
     const Eigen::VectorXd u = twisted(body, angle);
-    y = inverse.coordinates(u, y);
+    y = inverse.coordinates(u, track);
     expect_angles_of_twist(body, y, angle);
     if (frame % 10 == 0) expect_round_trip(full, u, y, 1e-11);
   }
@@ -104,14 +105,14 @@ TEST(RsBranches, TumblingFreeBodyCountsItsTurns) {
   const bodies::GradientOperator gradient(body.mesh);
   const RsInverse inverse(body, gradient);
   const Eigen::Vector3d axis = Eigen::Vector3d(1, -2, 2) / 3;
-  Eigen::VectorXd y;
+  RsTrack track;
   for (int frame = 0; frame <= 40; ++frame) {
     const Eigen::Vector3d theta = 0.5 * frame * axis;  // to 20 rad, more than three turns
     const Eigen::Matrix3Xd moved =
         (rotations::exponential_minus_identity(theta) * body.mesh.nodes).colwise() +
         Eigen::Vector3d(0.1 * frame, 0, 0);
     const Eigen::VectorXd u = Eigen::Map<const Eigen::VectorXd>(moved.data(), moved.size());
-    y = frame == 0 ? inverse.coordinates(u) : inverse.coordinates(u, y);
+    const Eigen::VectorXd y = inverse.coordinates(u, track);
     for (int e = 0; e < gradient.tet_count(); ++e) {
       ASSERT_LT((y.segment<3>(9 * e) - theta).norm(), 1e-11) << "frame " << frame;
       ASSERT_LT(y.segment<6>(9 * e + 3).norm(), 1e-12);

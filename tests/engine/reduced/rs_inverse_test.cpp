@@ -62,12 +62,13 @@ TEST(RsInverse, TwistGrowingToTwoTurnsLosesNoTurnInTime) {
   const FullReconstruction full(body);
   const RsInverse inverse(body, full.gradient());
   constexpr int kFrames = 48;
-  Eigen::VectorXd y = inverse.coordinates(Eigen::VectorXd::Zero(3 * body.mesh.node_count()));
+  RsTrack track;
+  Eigen::VectorXd y = inverse.coordinates(Eigen::VectorXd::Zero(3 * body.mesh.node_count()), track);
   EXPECT_LT(y.norm(), 1e-12);
   for (int frame = 1; frame <= kFrames; ++frame) {
     const double angle = 4 * kPi * frame / kFrames;
     const Eigen::VectorXd u = testing::twist(body, angle);
-    y = inverse.coordinates(u, y);
+    y = inverse.coordinates(u, track);
     ASSERT_LT((full.from_coordinates(y) - u).norm(), 1e-9 * u.norm()) << frame;
     ASSERT_LT(largest_miss_of_angle(body, y, angle, 0.7), 1.0) << frame;
   }
@@ -82,13 +83,14 @@ TEST(RsInverse, FreeBodySpinningTwiceIsContinuousInTime) {
   const Eigen::Vector3d axis = Eigen::Vector3d(1, 2, -0.5).normalized();
   constexpr int kFrames = 40;
   const Eigen::VectorXd rest = Eigen::VectorXd::Zero(3 * body.mesh.node_count());
-  Eigen::VectorXd y = inverse.coordinates(rest);
+  RsTrack track;
+  Eigen::VectorXd y = inverse.coordinates(rest, track);
   for (int frame = 1; frame <= kFrames; ++frame) {
     const double angle = 4 * kPi * frame / kFrames;
     const Eigen::VectorXd u =
         testing::moved(body, rest, Eigen::AngleAxisd(angle, axis).toRotationMatrix(),
                        Eigen::Vector3d(3, -2, 0.01 * frame));
-    y = inverse.coordinates(u, y);
+    y = inverse.coordinates(u, track);
     EXPECT_LT(gradient_miss(gradient, y, u), 1e-9);
     for (int e = 0; e < body.mesh.tet_count(); ++e) {
       ASSERT_LT((y.segment<3>(9 * e) - angle * axis).norm(), 1e-6)
@@ -96,6 +98,59 @@ TEST(RsInverse, FreeBodySpinningTwiceIsContinuousInTime) {
       ASSERT_LT(y.segment<6>(9 * e + 3).norm(), 1e-11);
     }
   }
+}
+
+// The frames next to a full turn have stray axes, all tets at once: the turn must be found again
+// beyond, forth and back.
+TEST(RsInverse, SpinningAndWobblingFreeBodyLosesNoTurnInTime) {
+  const bodies::ElasticBody body = testing::block(6, 2, 2, 0.1, false);
+  const bodies::GradientOperator gradient(body.mesh);
+  const RsInverse inverse(body, gradient);
+  for (const double wobble : {0.0, 0.01, 0.05, 0.2}) {
+    for (const double step : {0.05, 0.1, 0.31, 1.0, 2.0}) {
+      RsTrack track;
+      const int frames = static_cast<int>(std::lround(20 / step));
+      int judged = 0;
+      double worst = 0;
+      for (int frame = 0; frame <= 2 * frames + 3 / step; ++frame) {
+        const double angle = step * (frames - std::abs(frame - frames));  // to 20, to -3
+        const Eigen::VectorXd u = testing::spun(body, angle, wobble);
+        const Eigen::VectorXd y = inverse.coordinates(u, track);
+        EXPECT_LT(gradient_miss(gradient, y, u), 1e-12);
+        if (std::abs(angle) > kPi && std::abs(std::remainder(angle, 2 * kPi)) < 1.5) continue;
+        ++judged;
+        for (int e = 0; e < body.mesh.tet_count(); ++e) {
+          const double turned = std::copysign(y.segment<3>(9 * e).norm(), y[9 * e + 2]);
+          worst = std::max(worst, std::abs(turned - angle));
+        }
+      }
+      EXPECT_GT(judged, frames / 2);
+      EXPECT_LT(worst, 1.5 * wobble + 1e-9) << "wobble " << wobble << " step " << step;
+    }
+  }
+}
+
+// The wobble goes round 400 times at a full turn: steps between frames would add up to its cone's
+// solid angle, more than a turn.
+TEST(RsInverse, WobbleThatStaysNextToAFullTurnIsNotCounted) {
+  const bodies::ElasticBody body = testing::block(2, 1, 1, 0.1, false);
+  const bodies::GradientOperator gradient(body.mesh);
+  const RsInverse inverse(body, gradient);
+  RsTrack track;
+  Eigen::VectorXd y;
+  for (double angle = 0; angle < 2 * kPi; angle += 0.25) {
+    y = inverse.coordinates(testing::spun(body, angle, 0), track);
+  }
+  const Eigen::VectorXd rest = Eigen::VectorXd::Zero(3 * body.mesh.node_count());
+  for (int frame = 0; frame < 400 * 16; ++frame) {
+    const Eigen::Vector3d side(std::cos(frame * kPi / 8), std::sin(frame * kPi / 8), 0);
+    const Eigen::Matrix3d tilt = Eigen::AngleAxisd(0.2, side).toRotationMatrix();
+    const Eigen::VectorXd u = testing::moved(body, rest, tilt, Eigen::Vector3d::Zero());
+    y = inverse.coordinates(u, track);
+    ASSERT_LT(gradient_miss(gradient, y, u), 1e-12);
+  }
+  y = inverse.coordinates(testing::spun(body, 7.5, 0), track);
+  for (int e = 0; e < body.mesh.tet_count(); ++e) EXPECT_NEAR(7.5, y[9 * e + 2], 1e-9);
 }
 
 TEST(RsInverse, SmallDisplacementsHaveTheirLinearCoordinates) {
@@ -161,14 +216,18 @@ TEST(RsInverse, DoesNotDependOnTheThreads) {
   const bodies::ElasticBody body = testing::block(16, 4, 4, 0.1, true);
   const bodies::GradientOperator gradient(body.mesh);
   const RsInverse inverse(body, gradient);
-  const Eigen::VectorXd u = testing::twist(body, 5);
   const int before = thread_count();
-  set_thread_count(1);
-  const Eigen::VectorXd one = inverse.coordinates(u);
-  set_thread_count(3);
-  const Eigen::VectorXd three = inverse.coordinates(u);
-  set_thread_count(before);
-  EXPECT_EQ(one, three);
+  RsTrack track_of_one, track_of_three;
+  for (double angle = 5; angle < 9; angle += 0.5) {
+    const Eigen::VectorXd u = testing::twist(body, angle);
+    set_thread_count(1);
+    const Eigen::VectorXd one = inverse.coordinates(u, track_of_one);
+    set_thread_count(3);
+    const Eigen::VectorXd three = inverse.coordinates(u, track_of_three);
+    set_thread_count(before);
+    EXPECT_EQ(one, three);
+    EXPECT_EQ(track_of_one.counted, track_of_three.counted);
+  }
 }
 
 }  // namespace

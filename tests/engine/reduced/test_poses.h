@@ -64,4 +64,17 @@ inline Eigen::VectorXd moved(const bodies::ElasticBody& body, const Eigen::Vecto
   return displacements(body, (turn * (body.mesh.nodes + by_node(u))).colwise() + shift);
 }
 
+/// A bar along x spun by `angle` [rad] about z, tilted by `wobble` [rad] to a side that goes round
+/// on its own, swinging between bent and straight by as much, and drifting off.
+inline Eigen::VectorXd spun(const bodies::ElasticBody& body, double angle, double wobble) {
+  const double phase = 0.37 * angle, length = body.mesh.nodes.row(0).maxCoeff();
+  Eigen::Matrix3Xd bent = body.mesh.nodes;
+  bent.row(2).array() +=
+      0.5 * wobble * std::sin(1.3 * angle) * bent.row(0).array().square() / length;
+  const Eigen::AngleAxisd tilt(wobble, Eigen::Vector3d(std::cos(phase), std::sin(phase), 0));
+  const Eigen::AngleAxisd spin(angle, Eigen::Vector3d::UnitZ());
+  return moved(body, displacements(body, bent), (tilt * spin).toRotationMatrix(),
+               Eigen::Vector3d(0.1 * angle, 0, 0));
+}
+
 }  // namespace limber::reduced::testing
