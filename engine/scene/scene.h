@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "engine/base/error.h"
 #include "engine/bodies/tet_mesh.h"
 
 namespace limber::scene {
@@ -70,6 +71,7 @@ struct Issue {
   Severity severity = Severity::kError;
   std::string field;
   std::string message;
+  ErrorCode code = ErrorCode::kInvalidArgument;  // of errors: what opening the scene is refused with
 };
 
 /// Everything that is wrong with a scene (not just the first thing): meshes, materials, fixed

@@ -32,8 +32,9 @@ class SceneValidator {
   }
 
  private:
-  void error(std::string field, std::string message) {
-    issues_.push_back({Severity::kError, std::move(field), std::move(message)});
+  void error(std::string field, std::string message,
+             ErrorCode code = ErrorCode::kInvalidArgument) {
+    issues_.push_back({Severity::kError, std::move(field), std::move(message), code});
   }
   void warning(std::string field, std::string message) {
     issues_.push_back({Severity::kWarning, std::move(field), std::move(message)});
@@ -156,7 +157,8 @@ class SceneValidator {
       if (nodes[a] < 0 || nodes[a] >= scene_.mesh.node_count()) {
         error(indexed("mesh.tets", tet), "node id " + std::to_string(nodes[a]) +
                                              " is out of range: the mesh has " +
-                                             std::to_string(scene_.mesh.node_count()) + " nodes");
+                                             std::to_string(scene_.mesh.node_count()) + " nodes",
+              ErrorCode::kOutOfRange);
         return true;
       }
       used_[static_cast<std::size_t>(nodes[a])] = true;
@@ -188,7 +190,8 @@ class SceneValidator {
       if (bad) {
         error(indexed("mesh.tet_material", i), "material " + std::to_string(material) +
                                                    " is out of range: there are " +
-                                                   std::to_string(mesh.materials.size()));
+                                                   std::to_string(mesh.materials.size()),
+              ErrorCode::kOutOfRange);
       }
       return bad;
     });
@@ -209,8 +212,10 @@ class SceneValidator {
 
   bool check_node(const std::string& field, int node) {
     if (node < 0 || node >= scene_.mesh.node_count()) {
-      error(field, "node id " + std::to_string(node) + " is out of range: the mesh has " +
-                       std::to_string(scene_.mesh.node_count()) + " nodes");
+      error(field,
+            "node id " + std::to_string(node) + " is out of range: the mesh has " +
+                std::to_string(scene_.mesh.node_count()) + " nodes",
+            ErrorCode::kOutOfRange);
       return false;
     }
     if (!used_[static_cast<std::size_t>(node)]) {
@@ -238,7 +243,7 @@ class SceneValidator {
       check_mode_count(3 * (prepared.mesh.node_count() - static_cast<int>(fixed.size())) -
                        (fixed.empty() ? 6 : 0));
     } catch (const Error& problem) {
-      error(problem.field().empty() ? "mesh" : problem.field(), problem.what());
+      error(problem.field().empty() ? "mesh" : problem.field(), problem.what(), problem.code());
     }
   }
 
@@ -258,7 +263,8 @@ class SceneValidator {
       const Constraint& constraint = scene_.constraints[i];
       const std::string field = indexed("constraints", i);
       if (constraint.id != 0 && !ids.insert(constraint.id).second) {
-        error(field + ".id", "the id " + std::to_string(constraint.id) + " is taken");
+        error(field + ".id", "the id " + std::to_string(constraint.id) + " is taken",
+              ErrorCode::kAlreadyExists);
       }
       check_constraint_frame(field, constraint);
       check_constraint_nodes(field, constraint);
@@ -270,7 +276,8 @@ class SceneValidator {
         error(field + ".target", "has a coordinate that is not finite");
       if (std::isfinite(constraint.weight) && constraint.weight > 1e12) {
         error(field + ".weight",
-              "must be <= 1e12, or infinite to hold exactly, is " + number(constraint.weight));
+              "must be <= 1e12, or infinite to hold exactly, is " + number(constraint.weight),
+              ErrorCode::kOutOfRange);
       } else if (!(constraint.weight > 0)) {
         error(field + ".weight",
               "must be > 0 (infinity holds exactly), is " + number(constraint.weight));
@@ -281,9 +288,10 @@ class SceneValidator {
   void check_constraint_frame(const std::string& field, const Constraint& constraint) {
     const int frames = scene_.frame_count;
     if (constraint.frame < 0 || constraint.frame >= frames) {
-      error(field + ".frame", "frame " + std::to_string(constraint.frame) +
-                                  " is out of range: there are " + std::to_string(frames) +
-                                  " frames");
+      error(field + ".frame",
+            "frame " + std::to_string(constraint.frame) + " is out of range: there are " +
+                std::to_string(frames) + " frames",
+            ErrorCode::kOutOfRange);
     } else if (constraint.frame < pinned_frames(scene_.first_end) ||
                constraint.frame >= frames - pinned_frames(scene_.last_end)) {
       warning(field + ".frame",

@@ -88,7 +88,8 @@ std::vector<scene::Issue> document_issues(const scene::Scene& scene) {
       check();
     } catch (const Error& error) {
       issues.push_back(
-          {scene::Issue::Severity::kError, joined(prefix, error.field()), error.what()});
+          {scene::Issue::Severity::kError, joined(prefix, error.field()), error.what(),
+           error.code()});
     }
   };
   const ConstraintRules rules(scene);

@@ -252,6 +252,7 @@ proto::Issue encode_issue(const scene::Issue& issue, const std::string& prefix) 
                            : proto::Issue::SEVERITY_WARNING);
   message.set_field(issue.field.empty() ? issue.field : prefix + issue.field);
   message.set_message(issue.message);
+  if (issue.severity == scene::Issue::Severity::kError) message.set_code(to_proto(issue.code));
   return message;
 }
 

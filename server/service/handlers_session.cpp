@@ -71,7 +71,7 @@ proto::OpenSessionResponse remarks(const proto::Scene& message, const DecodedSce
   for (auto issue : all_issues(decoded.scene)) {
     issue.field = field_in(message, decoded.scene, issue.field);
     if (issue.severity == scene::Issue::Severity::kError) {
-      throw Error(ErrorCode::kInvalidArgument, "scene." + issue.field, issue.message);
+      throw Error(issue.code, "scene." + issue.field, issue.message);
     }
     *response.add_issues() = encode_issue(issue, "scene.");
   }

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from . import arrays
-from .errors import LimberError
+from .errors import LimberError, code_name
 from .messages import service
 
 ENCODINGS = {
@@ -115,6 +115,7 @@ def decode(frames: "service.Frames", geometry: Geometry | None) -> np.ndarray:
 
 
 def issue_text(issue) -> str:
-    """`warning: mesh.tets[7]: ...`"""
+    """`warning: mesh.tets[7]: ...`, an error with its code in brackets."""
     kind = "error" if issue.severity == issue.SEVERITY_ERROR else "warning"
-    return f"{kind}: {issue.field}: {issue.message}" if issue.field else f"{kind}: {issue.message}"
+    code = f" [{code_name(issue.code)}]" if issue.code else ""
+    return f"{kind}: {issue.field}: {issue.message}{code}" if issue.field else f"{kind}: {issue.message}{code}"
