@@ -24,7 +24,7 @@ class Result:
 
     revision: int        # every edit up to this one is in it
     sequence: int        # counts the session's results from 1
-    converged: bool      # final for its revision
+    converged: bool      # final for its revision; whether the solve converged is what status says
     status: str          # "CONVERGED", "IMPROVED", "ITERATION_LIMIT", "STALLED", "CANCELLED"
     iterations: int
     force_energy: float
@@ -36,6 +36,8 @@ class Result:
     rank_deficient: bool  # exact constraints contradict or repeat each other: a least-squares answer
     message: str
     since_edit_ms: float  # on the server, from the newest edit contained to publication
+    max_exact_error: float = 0.0  # of the exact constraints alone [length unit]
+    solve_failed: bool = False    # message says why; the motion is an earlier one, energies and errors are 0: unknown
 
     @staticmethod
     def from_message(info: "service.ResultInfo") -> "Result":
@@ -43,7 +45,8 @@ class Result:
             if info.status in service.SolveStatus.values() else str(info.status)
         return Result(info.revision, info.sequence, info.converged, status, info.iterations, info.force_energy,
                       info.constraint_energy, info.total_energy, info.gradient, info.max_constraint_error,
-                      info.rms_constraint_error, info.rank_deficient, info.message, info.since_edit_ms)
+                      info.rms_constraint_error, info.rank_deficient, info.message, info.since_edit_ms,
+                      info.max_exact_error, info.solve_failed)
 
 
 @dataclass(frozen=True)
