@@ -23,6 +23,7 @@ v1::EditResponse send(Context& context, const std::string& session,
 }
 
 void print_receipt(const Context& context, const v1::EditResponse& response) {
+  for (const auto& issue : response.issues()) fmt::print(stderr, "{}\n", describe(issue));
   if (context.json) return print_json(response);
   std::string touched;
   for (const auto id : response.constraint_ids())
@@ -262,9 +263,8 @@ void run_script(Context& context, const ScriptOptions& options) {
     if (context.json)
       print_json(result);
     else
-      fmt::print("  {}, energy {:.6g}, constraint error {:.3g}, {:.2f} ms\n",
-                 status_words(result.status()), result.total_energy(),
-                 result.max_constraint_error(), result.since_edit_ms());
+      fmt::print("  {}, energy {:.6g}, constraint error {:.3g}, {:.2f} ms\n", status_words(result),
+                 result.total_energy(), result.max_constraint_error(), result.since_edit_ms());
   }
 }
 

@@ -69,12 +69,12 @@ int main(int argc, char** argv) {
   app.footer(
       "\nTo begin:\n"
       "  limber start                                     a server in the background\n"
-      "  limber open --sample flower --session f\n"
-      "  limber add f --node 12 --frame 40 --displacement 0 0 0.2\n"
-      "  limber wait f && limber export f --format pvd --out motion\n"
-      "\nExit codes: 0 done, 1 refused (code and field on stderr), 2 wrong command line, 3 no "
-      "server answers,\n"
-      "4 a wait ran out of time, 130 interrupted by Ctrl-C.");
+      "  limber open --sample beam --session b\n"
+      "  limber add b --node 1336 --frame 75 --displacement 0 0.1 0\n"
+      "  limber wait b && limber export b --format pvd --out motion\n"
+      "\nExit codes: 0 done, 1 refused, not valid or not readable (code and field on stderr),\n"
+      "2 wrong command line, 3 no server answers, 4 a wait ran out of time, 130 interrupted by "
+      "Ctrl-C.");
   context.endpoint = limber::client::kDefaultEndpoint;
   app.add_option("--endpoint", context.endpoint, "Where limberd answers requests")
       ->envname("LIMBER_ENDPOINT")

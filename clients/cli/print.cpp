@@ -89,8 +89,9 @@ std::string state_words(v1::SessionState state) {
   return words(v1::SessionState_Name(state), "SESSION_STATE_");
 }
 
-std::string status_words(v1::SolveStatus status) {
-  return words(v1::SolveStatus_Name(status), "SOLVE_STATUS_");
+std::string status_words(const v1::ResultInfo& result) {
+  if (result.solve_failed()) return "failed";
+  return words(v1::SolveStatus_Name(result.status()), "SOLVE_STATUS_");
 }
 
 std::string title(const v1::SessionStatus& status) {
@@ -99,18 +100,21 @@ std::string title(const v1::SessionStatus& status) {
 }
 
 std::string describe(const v1::ResultInfo& result) {
+  if (result.solve_failed())
+    return fmt::format("revision          {}\nstatus            failed, final\n{}\n",
+                       result.revision(), result.message());
   std::string text = fmt::format(
       "revision          {}\n"
       "status            {}{}\n"
       "iterations        {}\n"
       "energy            {:.6g}  (forces {:.6g} + constraints {:.6g})\n"
       "gradient          {:.3g}\n"
-      "constraint error  {:.3g} at most, {:.3g} rms\n"
+      "constraint error  {:.3g} at most, {:.3g} rms; of exact ones {:.3g} at most\n"
       "since the edit    {:.2f} ms\n",
-      result.revision(), status_words(result.status()), result.converged() ? ", final" : "",
+      result.revision(), status_words(result), result.converged() ? ", final" : "",
       result.iterations(), result.total_energy(), result.force_energy(), result.constraint_energy(),
       result.gradient(), result.max_constraint_error(), result.rms_constraint_error(),
-      result.since_edit_ms());
+      result.max_exact_error(), result.since_edit_ms());
   if (result.rank_deficient() && result.message().empty())
     text += "exact constraints contradict or repeat each other: a least-squares answer\n";
   if (!result.message().empty()) text += result.message() + "\n";

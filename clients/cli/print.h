@@ -42,7 +42,8 @@ class ProgressBar {
 /// A state or status in lower case: "ready" for SESSION_STATE_READY.
 [[nodiscard]] std::string words(const std::string& enumerator, const std::string& prefix);
 [[nodiscard]] std::string state_words(v1::SessionState state);
-[[nodiscard]] std::string status_words(v1::SolveStatus status);
+/// How a solve ended: "converged", "stalled", "failed" where there is no solution at all.
+[[nodiscard]] std::string status_words(const v1::ResultInfo& result);
 
 /// "robot (robot arm)", or the session alone where the scene has no name.
 [[nodiscard]] std::string title(const v1::SessionStatus& status);

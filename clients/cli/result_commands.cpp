@@ -120,7 +120,7 @@ void print_result(const Context& context, const v1::ResultInfo& result, std::uin
     print_json(result);
   } else {
     fmt::print("{:>8}  {:>8}  {:<15}  {:>12.6g}  {:>10.3g}  {:>9.2f}{}\n", result.revision(),
-               result.sequence(), status_words(result.status()), result.total_energy(),
+               result.sequence(), status_words(result), result.total_energy(),
                result.max_constraint_error(), result.since_edit_ms(),
                missed > 0 ? fmt::format("  ({} missed)", missed) : "");
   }

@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <filesystem>
+
 #include "clients/cli/context.h"
 #include "clients/cli/print.h"
 #include "clients/cpp/scene_files.h"
@@ -24,6 +26,13 @@ void become_limberd(std::vector<std::string> arguments) {
   execv(argv[0], argv.data());
   throw ClientError(v1::ERROR_CODE_NOT_FOUND, "limberd",
                     fmt::format("cannot run {}", arguments[0]));
+}
+
+/// The command line is well formed: a file that is not there is refused as `open` refuses it.
+void demand_readable(const std::string& path, const char* field) {
+  std::error_code ignored;
+  if (!std::filesystem::is_regular_file(path, ignored) || access(path.c_str(), R_OK) != 0)
+    throw ClientError(v1::ERROR_CODE_IO, field, "cannot read " + path);
 }
 
 void sample(Context& context, const std::string& name, const std::string& out) {
@@ -139,8 +148,11 @@ void add_scene_commands(CLI::App& app, Context& context) {
   command = subcommand(app, "validate",
                        "Say what is wrong with a scene file, and where, as text (needs no server)",
                        "limber validate scene.json");
-  command->add_option("scene", *scene, "Scene file")->required()->check(CLI::ExistingFile);
-  command->callback([scene] { become_limberd({"validate", *scene}); });
+  command->add_option("scene", *scene, "Scene file")->required();
+  command->callback([scene] {
+    demand_readable(*scene, "scene");
+    become_limberd({"validate", *scene});
+  });
 
   auto surface = std::make_shared<std::string>();
   auto mesh = std::make_shared<std::string>("out.msh");
@@ -148,14 +160,13 @@ void add_scene_commands(CLI::App& app, Context& context) {
   command = subcommand(app, "tetrahedralize",
                        "Fill a closed triangle surface with tets (needs no server)",
                        "limber tetrahedralize bunny.obj -o bunny.msh --tets 8000");
-  command->add_option("surface", *surface, ".obj, .ply or .stl")
-      ->required()
-      ->check(CLI::ExistingFile);
+  command->add_option("surface", *surface, ".obj, .ply or .stl")->required();
   command->add_option("-o,--out", *mesh, "Mesh file to write")->capture_default_str();
   command->add_option("--tets", *tets, "About how many tets")
       ->check(CLI::Range(1U, 10000000U))
       ->capture_default_str();
   command->callback([surface, mesh, tets] {
+    demand_readable(*surface, "surface");
     become_limberd({"tetrahedralize", *surface, *mesh, "--tets", std::to_string(*tets)});
   });
 

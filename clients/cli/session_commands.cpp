@@ -140,7 +140,7 @@ void add_session_commands(CLI::App& app, Context& context) {
   command->add_option("--revision", options->revision, "Revision (default: the newest)");
   command
       ->add_option("--until", options->until,
-                   "first: any result that contains it; final: the converged one")
+                   "first: any result that contains it; final: the last one of it")
       ->check(CLI::IsMember({"first", "final"}))
       ->capture_default_str();
   command->add_option("--wait", options->wait_s, "Seconds to wait; exit code 4 after that")

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "engine/base/error.h"
 #include "engine/bodies/tet_mesh.h"
 
 namespace limber::scene {
@@ -70,7 +71,16 @@ struct Issue {
   Severity severity = Severity::kError;
   std::string field;
   std::string message;
+  ErrorCode code =
+      ErrorCode::kInvalidArgument;  // of errors: what opening the scene is refused with
 };
+
+/// What is to be said of a constraint in a frame that an end condition holds; nothing of others.
+[[nodiscard]] std::optional<std::string> idle_frame_warning(int frame, int frame_count,
+                                                            End first_end, End last_end);
+/// What is to be said of a constraint all of whose nodes are fixed.
+inline constexpr const char* kIdleNodesWarning =
+    "all of them are fixed: the constraint cannot move them";
 
 /// Everything that is wrong with a scene (not just the first thing): meshes, materials, fixed
 /// nodes, frames, modes, constraints. Empty: a session can be opened.

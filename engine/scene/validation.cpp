@@ -18,6 +18,18 @@ constexpr int kMaxIssuesPerKind = 20;
 
 std::string number(double value) { return fmt::format("{:g}", value); }
 
+int pinned_frames(End end) {
+  switch (end) {
+    case End::kFree:
+      return 0;
+    case End::kPinnedPosition:
+      return 1;
+    case End::kPinnedPositionVelocity:
+      return 2;
+  }
+  return 0;
+}
+
 class SceneValidator {
  public:
   explicit SceneValidator(const Scene& scene) : scene_(scene) {}
@@ -32,8 +44,8 @@ class SceneValidator {
   }
 
  private:
-  void error(std::string field, std::string message) {
-    issues_.push_back({Severity::kError, std::move(field), std::move(message)});
+  void error(std::string field, std::string message, ErrorCode code = ErrorCode::kInvalidArgument) {
+    issues_.push_back({Severity::kError, std::move(field), std::move(message), code});
   }
   void warning(std::string field, std::string message) {
     issues_.push_back({Severity::kWarning, std::move(field), std::move(message)});
@@ -154,9 +166,10 @@ class SceneValidator {
     const Eigen::Vector4i nodes = scene_.mesh.tets.col(static_cast<Eigen::Index>(tet));
     for (int a = 0; a < 4; ++a) {
       if (nodes[a] < 0 || nodes[a] >= scene_.mesh.node_count()) {
-        error(indexed("mesh.tets", tet), "node id " + std::to_string(nodes[a]) +
-                                             " is out of range: the mesh has " +
-                                             std::to_string(scene_.mesh.node_count()) + " nodes");
+        error(indexed("mesh.tets", tet),
+              "node id " + std::to_string(nodes[a]) + " is out of range: the mesh has " +
+                  std::to_string(scene_.mesh.node_count()) + " nodes",
+              ErrorCode::kOutOfRange);
         return true;
       }
       used_[static_cast<std::size_t>(nodes[a])] = true;
@@ -186,9 +199,10 @@ class SceneValidator {
       const int material = mesh.tet_material[i];
       const bool bad = material < 0 || material >= static_cast<int>(mesh.materials.size());
       if (bad) {
-        error(indexed("mesh.tet_material", i), "material " + std::to_string(material) +
-                                                   " is out of range: there are " +
-                                                   std::to_string(mesh.materials.size()));
+        error(indexed("mesh.tet_material", i),
+              "material " + std::to_string(material) + " is out of range: there are " +
+                  std::to_string(mesh.materials.size()),
+              ErrorCode::kOutOfRange);
       }
       return bad;
     });
@@ -209,8 +223,10 @@ class SceneValidator {
 
   bool check_node(const std::string& field, int node) {
     if (node < 0 || node >= scene_.mesh.node_count()) {
-      error(field, "node id " + std::to_string(node) + " is out of range: the mesh has " +
-                       std::to_string(scene_.mesh.node_count()) + " nodes");
+      error(field,
+            "node id " + std::to_string(node) + " is out of range: the mesh has " +
+                std::to_string(scene_.mesh.node_count()) + " nodes",
+            ErrorCode::kOutOfRange);
       return false;
     }
     if (!used_[static_cast<std::size_t>(node)]) {
@@ -238,7 +254,7 @@ class SceneValidator {
       check_mode_count(3 * (prepared.mesh.node_count() - static_cast<int>(fixed.size())) -
                        (fixed.empty() ? 6 : 0));
     } catch (const Error& problem) {
-      error(problem.field().empty() ? "mesh" : problem.field(), problem.what());
+      error(problem.field().empty() ? "mesh" : problem.field(), problem.what(), problem.code());
     }
   }
 
@@ -258,7 +274,8 @@ class SceneValidator {
       const Constraint& constraint = scene_.constraints[i];
       const std::string field = indexed("constraints", i);
       if (constraint.id != 0 && !ids.insert(constraint.id).second) {
-        error(field + ".id", "the id " + std::to_string(constraint.id) + " is taken");
+        error(field + ".id", "the id " + std::to_string(constraint.id) + " is taken",
+              ErrorCode::kAlreadyExists);
       }
       check_constraint_frame(field, constraint);
       check_constraint_nodes(field, constraint);
@@ -270,7 +287,8 @@ class SceneValidator {
         error(field + ".target", "has a coordinate that is not finite");
       if (std::isfinite(constraint.weight) && constraint.weight > 1e12) {
         error(field + ".weight",
-              "must be <= 1e12, or infinite to hold exactly, is " + number(constraint.weight));
+              "must be <= 1e12, or infinite to hold exactly, is " + number(constraint.weight),
+              ErrorCode::kOutOfRange);
       } else if (!(constraint.weight > 0)) {
         error(field + ".weight",
               "must be > 0 (infinity holds exactly), is " + number(constraint.weight));
@@ -281,14 +299,13 @@ class SceneValidator {
   void check_constraint_frame(const std::string& field, const Constraint& constraint) {
     const int frames = scene_.frame_count;
     if (constraint.frame < 0 || constraint.frame >= frames) {
-      error(field + ".frame", "frame " + std::to_string(constraint.frame) +
-                                  " is out of range: there are " + std::to_string(frames) +
-                                  " frames");
-    } else if (constraint.frame < pinned_frames(scene_.first_end) ||
-               constraint.frame >= frames - pinned_frames(scene_.last_end)) {
-      warning(field + ".frame",
-              "frame " + std::to_string(constraint.frame) +
-                  " is held by the end condition: the constraint cannot change it");
+      error(field + ".frame",
+            "frame " + std::to_string(constraint.frame) + " is out of range: there are " +
+                std::to_string(frames) + " frames",
+            ErrorCode::kOutOfRange);
+    } else if (const auto text = idle_frame_warning(constraint.frame, frames, scene_.first_end,
+                                                    scene_.last_end)) {
+      warning(field + ".frame", *text);
     }
   }
 
@@ -311,8 +328,7 @@ class SceneValidator {
       }
       movable = movable || fixed_.count(node) == 0;
     }
-    if (!movable)
-      warning(field + ".nodes", "all of them are fixed: the constraint cannot move them");
+    if (!movable) warning(field + ".nodes", kIdleNodesWarning);
   }
 
   void check_base_motion() {
@@ -329,18 +345,6 @@ class SceneValidator {
     }
   }
 
-  static int pinned_frames(End end) {
-    switch (end) {
-      case End::kFree:
-        return 0;
-      case End::kPinnedPosition:
-        return 1;
-      case End::kPinnedPositionVelocity:
-        return 2;
-    }
-    return 0;
-  }
-
   const Scene& scene_;
   std::vector<Issue> issues_;
   std::vector<bool> used_;
@@ -349,6 +353,14 @@ class SceneValidator {
 };
 
 }  // namespace
+
+std::optional<std::string> idle_frame_warning(int frame, int frame_count, End first_end,
+                                              End last_end) {
+  if (frame >= pinned_frames(first_end) && frame < frame_count - pinned_frames(last_end))
+    return std::nullopt;
+  return fmt::format("frame {} is held by the end condition: the constraint cannot change it",
+                     frame);
+}
 
 std::vector<Issue> validate(const Scene& scene) { return SceneValidator(scene).run(); }
 

@@ -35,7 +35,12 @@ void demand_range(const char* field, double value, double low, double high, cons
 }  // namespace
 
 ConstraintRules::ConstraintRules(const scene::Scene& scene)
-    : frame_count_(scene.frame_count), reach_(0), used_(scene.mesh.nodes.cols(), 0) {
+    : frame_count_(scene.frame_count),
+      reach_(0),
+      used_(scene.mesh.nodes.cols(), 0),
+      fixed_(scene.mesh.nodes.cols(), 0) {
+  for (const int node : scene.fixed_nodes)
+    if (node >= 0 && node < static_cast<int>(fixed_.size())) fixed_[node] = 1;
   for (Eigen::Index e = 0; e < scene.mesh.tets.cols(); ++e) {
     for (int c = 0; c < 4; ++c) {
       const int node = scene.mesh.tets(c, e);
@@ -86,6 +91,18 @@ void ConstraintRules::check(const scene::Constraint& constraint) const {
         fmt::format("weight is {}, a soft constraint takes {} .. {}; infinity holds exactly",
                     weight, kLeastWeight, kGreatestWeight));
   }
+}
+
+std::vector<scene::Issue> ConstraintRules::warnings(const scene::Constraint& constraint, End first,
+                                                    End last) const {
+  constexpr auto kWarning = scene::Issue::Severity::kWarning;
+  std::vector<scene::Issue> found;
+  if (const auto text = scene::idle_frame_warning(constraint.frame, frame_count_, first, last))
+    found.push_back({kWarning, "frame", *text});
+  const auto& nodes = constraint.nodes;
+  if (std::all_of(nodes.begin(), nodes.end(), [&](int node) { return fixed_[node] != 0; }))
+    found.push_back({kWarning, "nodes", scene::kIdleNodesWarning});
+  return found;
 }
 
 void ConstraintRules::check_nodes(const std::vector<int>& nodes) const {

@@ -21,12 +21,18 @@ class ConstraintRules {
   void check_ends(scene::End first, scene::End last) const;
   static void check_dynamics(const scene::Dynamics& dynamics);
 
+  /// Why a constraint that check() accepts moves nothing: its frame is held by an end, all its
+  /// nodes are fixed. Fields as in check().
+  [[nodiscard]] std::vector<scene::Issue> warnings(const scene::Constraint& constraint,
+                                                   scene::End first, scene::End last) const;
+
  private:
   void check_nodes(const std::vector<int>& nodes) const;
 
   int frame_count_;
-  double reach_;            // bound of |target_axis| [scene length unit]
-  std::vector<char> used_;  // per source node
+  double reach_;             // bound of |target_axis| [scene length unit]
+  std::vector<char> used_;   // per source node
+  std::vector<char> fixed_;  // per source node
 };
 
 }  // namespace limber::session

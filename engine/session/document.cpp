@@ -87,8 +87,8 @@ std::vector<scene::Issue> document_issues(const scene::Scene& scene) {
     try {
       check();
     } catch (const Error& error) {
-      issues.push_back(
-          {scene::Issue::Severity::kError, joined(prefix, error.field()), error.what()});
+      issues.push_back({scene::Issue::Severity::kError, joined(prefix, error.field()), error.what(),
+                        error.code()});
     }
   };
   const ConstraintRules rules(scene);
@@ -201,6 +201,7 @@ EditReceipt Document::apply(const std::vector<Edit>& edits, std::optional<Revisi
   try {
     for (; i < edits.size(); ++i) receipt.constraint_ids.push_back(apply_edit(edits[i], request));
     close_step(request);
+    receipt.issues = warnings(edits, receipt.constraint_ids);
   } catch (const Error& error) {
     take_back();
     throw Error(error.code(),
@@ -212,6 +213,53 @@ EditReceipt Document::apply(const std::vector<Edit>& edits, std::optional<Revisi
   }
   receipt.revision = ++revision_;
   return receipt;
+}
+
+/// Of what the edits set, as far as later ones of the request left it there.
+std::vector<scene::Issue> Document::warnings(
+    const std::vector<Edit>& edits, const std::vector<std::uint64_t>& constraint_ids) const {
+  constexpr std::size_t kMostWarnings = 20;
+  std::vector<scene::Issue> found;
+  const auto add = [&](std::size_t i, const char* part, std::vector<scene::Issue> issues) {
+    for (scene::Issue& issue : issues) {
+      issue.field = fmt::format("edits[{}].{}{}{}", i, name_of(edits[i]), part, issue.field);
+      found.push_back(std::move(issue));
+    }
+  };
+  for (std::size_t i = 0; i < edits.size() && found.size() < kMostWarnings; ++i) {
+    if (std::holds_alternative<SetEnds>(edits[i])) {
+      add(i, "", warnings_of_ends());
+    } else if (std::holds_alternative<AddConstraint>(edits[i]) ||
+               std::holds_alternative<ReplaceConstraint>(edits[i])) {
+      const auto held = constraints_.find(constraint_ids[i]);
+      if (held != constraints_.end())
+        add(i, "constraint.", rules_.warnings(held->second, first_end_, last_end_));
+    }
+  }
+  return found;
+}
+
+/// New ends may hold frames in which there are constraints: said once for each end.
+std::vector<scene::Issue> Document::warnings_of_ends() const {
+  int first = 0, last = 0;
+  const int frames = unedited_->frame_count;
+  for (const auto& [id, constraint] : constraints_) {
+    const auto idle = [&](scene::End at_first, scene::End at_last) {
+      return scene::idle_frame_warning(constraint.frame, frames, at_first, at_last) ? 1 : 0;
+    };
+    first += idle(first_end_, scene::End::kFree);
+    last += idle(scene::End::kFree, last_end_);
+  }
+  std::vector<scene::Issue> found;
+  const auto add = [&](const char* field, int count) {
+    if (count == 0) return;
+    found.push_back(
+        {scene::Issue::Severity::kWarning, field,
+         fmt::format("constraints in the frames it holds: {}; they have no effect", count)});
+  };
+  add("first_end", first);
+  add("last_end", last);
+  return found;
 }
 
 std::uint64_t Document::apply_edit(const Edit& edit, Request& request) {

@@ -84,6 +84,9 @@ class Document {
   struct Request;
 
   std::uint64_t apply_edit(const Edit& edit, Request& request);
+  [[nodiscard]] std::vector<scene::Issue> warnings(
+      const std::vector<Edit>& edits, const std::vector<std::uint64_t>& constraint_ids) const;
+  [[nodiscard]] std::vector<scene::Issue> warnings_of_ends() const;
   std::uint64_t add(const scene::Constraint& wanted, Request& request);
   std::uint64_t step(Steps& from, Steps& to, Request& request);
   void make(Change change, Request& request);

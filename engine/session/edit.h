@@ -39,6 +39,9 @@ using Edit = std::variant<AddConstraint, MoveConstraint, ReplaceConstraint, Remo
 struct EditReceipt {
   Revision revision = 0;
   std::vector<std::uint64_t> constraint_ids;  // per edit: the constraint it touched, 0 if none
+  /// Warnings: what was accepted but has no effect as things are after the last edit. Fields are
+  /// "edits[i]....".
+  std::vector<scene::Issue> issues;
 };
 
 }  // namespace limber::session

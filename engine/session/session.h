@@ -23,7 +23,10 @@ enum class State { kBuilding, kReady, kFailed, kClosed };
 struct Result {
   Revision revision = 0;       // every edit up to and including this one is in it
   std::uint64_t sequence = 0;  // counts published results of the session from 1, no gaps
-  bool converged = false;      // final for this revision
+  bool converged = false;      // final for this revision, whatever report.status says
+  /// The solver threw: the motion is an earlier result's, or rest; the report is empty but for its
+  /// message.
+  bool solve_failed = false;
   spacetime::SolveReport report;
   Eigen::MatrixXd modal;        // z, r x N
   Eigen::MatrixXf coordinates;  // q, h x N (float32: what is streamed); displacement [m] = B q
@@ -31,6 +34,11 @@ struct Result {
   std::uint64_t cold_request =
       0;  // the newest that was given to solve_cold() and is in it; 0: none
 };
+
+/// What is published where a solve threw, for lack of anything better: the motion of `newest`, or
+/// rest where there is none.
+[[nodiscard]] Result failed_result(const Result* newest, const reduced::ReducedModel& model,
+                                   int frame_count, const std::string& reason);
 
 struct Progress {
   std::string stage;

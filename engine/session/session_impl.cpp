@@ -12,7 +12,7 @@ namespace {
 scene::Scene validated(scene::Scene scene) {
   for (const scene::Issue& issue : scene::validate(scene)) {
     if (issue.severity == scene::Issue::Severity::kError) {
-      throw Error(ErrorCode::kInvalidArgument, issue.field, issue.message);
+      throw Error(issue.code, issue.field, issue.message);
     }
   }
   return scene;

@@ -228,21 +228,12 @@ void Session::Impl::publish(const Round& round, const spacetime::SolveReport& re
   hand_out(std::move(result), round);
 }
 
-/// The newest motion again (or rest, if there is none), with the reason why there is no better one.
 void Session::Impl::publish_failure(const Round& round, const std::string& reason) {
-  auto result = std::make_shared<Result>();
-  if (const auto newest = read([](const Impl& impl) { return impl.newest_; })) {
-    *result = *newest;
-  } else {
-    const auto model = read([](const Impl& impl) { return impl.built_->model; });
-    const int frames = document_.unedited()->frame_count;
-    result->modal.setZero(model->coordinate_count(), frames);
-    result->coordinates.setZero(model->basis_size(), frames);
-  }
-  result->converged = true;
-  result->report.status = spacetime::SolveStatus::kStalled;
-  result->report.message = fmt::format("the solve failed: {}", reason);
-  hand_out(std::move(result), round);
+  const auto newest = read([](const Impl& impl) { return impl.newest_; });
+  const auto model = read([](const Impl& impl) { return impl.built_->model; });
+  hand_out(std::make_shared<Result>(
+               failed_result(newest.get(), *model, document_.unedited()->frame_count, reason)),
+           round);
 }
 
 void Session::Impl::hand_out(std::shared_ptr<Result> result, const Round& round) {
@@ -271,6 +262,24 @@ void Session::Impl::tell_progress(const std::string& stage, double fraction) {
   }
   progress_told_ = now;
   tell([&](Listener& listener) { listener.on_progress(progress); });
+}
+
+/// The report is not copied: its energies and errors are of another problem.
+Result failed_result(const Result* newest, const reduced::ReducedModel& model, int frame_count,
+                     const std::string& reason) {
+  Result result;
+  if (newest != nullptr) {
+    result.modal = newest->modal;
+    result.coordinates = newest->coordinates;
+  } else {
+    result.modal.setZero(model.coordinate_count(), frame_count);
+    result.coordinates.setZero(model.basis_size(), frame_count);
+  }
+  result.converged = true;
+  result.solve_failed = true;
+  result.report.status = spacetime::SolveStatus::kStalled;
+  result.report.message = fmt::format("the solve failed: {}", reason);
+  return result;
 }
 
 }  // namespace limber::session

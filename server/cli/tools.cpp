@@ -34,21 +34,34 @@ MeshLoader local_loader(const fs::path& scene_file) {
   };
 }
 
+/// "OUT_OF_RANGE", as clients print it.
+std::string short_name(proto::ErrorCode code) {
+  constexpr std::size_t kPrefix = std::string_view("ERROR_CODE_").size();
+  return proto::ErrorCode_Name(code).substr(kPrefix);
+}
+
+void print_error(proto::ErrorCode code, const std::string& field, const std::string& message) {
+  fmt::print("error: {}{}{} [{}]\n", field, field.empty() ? "" : ": ", message, short_name(code));
+}
+
 int validate_file(const fs::path& file) {
   std::vector<proto::Issue> issues;
   try {
     issues = scene_issues(scene_from_json(scene::read_bytes(file)), "",
                           scene_limits(ServiceLimits{}), local_loader(file));
   } catch (const Refusal& fault) {
-    fmt::print("error: {}{}{}\n", fault.field(), fault.field().empty() ? "" : ": ", fault.what());
+    print_error(fault.code(), fault.field(), fault.what());
     return 1;
   }
   bool usable = true;
   for (const auto& issue : issues) {
-    const bool error = issue.severity() == proto::Issue::SEVERITY_ERROR;
-    usable = usable && !error;
-    fmt::print("{}: {}{}{}\n", error ? "error" : "warning", issue.field(),
-               issue.field().empty() ? "" : ": ", issue.message());
+    if (issue.severity() == proto::Issue::SEVERITY_ERROR) {
+      usable = false;
+      print_error(issue.code(), issue.field(), issue.message());
+    } else {
+      fmt::print("warning: {}{}{}\n", issue.field(), issue.field().empty() ? "" : ": ",
+                 issue.message());
+    }
   }
   if (usable) fmt::print("{}: can be opened\n", file.string());
   return usable ? 0 : 1;

@@ -116,6 +116,16 @@ Eigen::MatrixXd decode_motion(const proto::Array& array, const std::string& fiel
   return motion;
 }
 
+proto::Array encode_motion(const Eigen::MatrixXd& motion) {
+  proto::Array array;
+  array.set_type(proto::DATA_TYPE_FLOAT64);
+  array.add_shape(static_cast<std::uint64_t>(motion.cols()));
+  array.add_shape(static_cast<std::uint64_t>(motion.rows() / 3));
+  array.add_shape(3);
+  array.set_data(motion.data(), static_cast<std::size_t>(motion.size()) * sizeof(double));
+  return array;
+}
+
 proto::Array encode_points(const Eigen::Ref<const Eigen::Matrix3Xd>& points) {
   const Eigen::Matrix3Xf narrow = points.cast<float>();
   proto::Array array;

@@ -26,6 +26,8 @@ void check_array(const proto::Array& array, const std::string& field, int dimens
 [[nodiscard]] Eigen::MatrixXd decode_motion(const proto::Array& array, const std::string& field,
                                             int nodes, int frames);
 
+/// 3 nodes x frames to frames x nodes x 3, float64.
+[[nodiscard]] proto::Array encode_motion(const Eigen::MatrixXd& motion);
 /// 3 x rows to rows x 3, float32.
 [[nodiscard]] proto::Array encode_points(const Eigen::Ref<const Eigen::Matrix3Xd>& points);
 /// k x rows to rows x k, int32.

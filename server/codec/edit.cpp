@@ -70,6 +70,7 @@ proto::EditResponse encode_receipt(const session::EditReceipt& receipt) {
   proto::EditResponse response;
   response.set_revision(receipt.revision);
   for (const auto id : receipt.constraint_ids) response.add_constraint_ids(id);
+  for (const auto& issue : receipt.issues) *response.add_issues() = encode_issue(issue);
   return response;
 }
 

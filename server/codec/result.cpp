@@ -41,6 +41,8 @@ proto::ResultInfo encode_result(const session::Result& result, double length_uni
   info.set_rank_deficient(report.rank_deficient);
   info.set_message(report.message);
   info.set_since_edit_ms(result.since_edit_ms);
+  info.set_max_exact_error(report.max_exact_error / length_unit);
+  info.set_solve_failed(result.solve_failed);
   return info;
 }
 

@@ -217,13 +217,11 @@ proto::Scene encode_scene(const scene::Scene& scene) {
   message.set_name(scene.name);
   message.set_length_unit_in_metres(scene.length_unit_in_metres);
   *message.mutable_material() = encode_material(scene.material);
-  for (std::size_t g = 0; g < scene.mesh.materials.size(); ++g) {
-    auto* group = message.add_material_groups();
-    *group->mutable_material() = encode_material(scene.mesh.materials[g]);
-    for (std::size_t tet = 0; tet < scene.mesh.tet_material.size(); ++tet) {
-      if (scene.mesh.tet_material[tet] == static_cast<int>(g))
-        group->add_tets(static_cast<std::uint32_t>(tet));
-    }
+  for (const auto& material : scene.mesh.materials)
+    *message.add_material_groups()->mutable_material() = encode_material(material);
+  for (std::size_t tet = 0; tet < scene.mesh.tet_material.size(); ++tet) {
+    message.mutable_material_groups(scene.mesh.tet_material[tet])
+        ->add_tets(static_cast<std::uint32_t>(tet));
   }
   if (scene.merge_tolerance) message.set_merge_tolerance(*scene.merge_tolerance);
   for (const int node : scene.fixed_nodes)
@@ -245,6 +243,14 @@ proto::Scene encode_scene(const scene::Scene& scene) {
   return message;
 }
 
+proto::BaseMotion encode_base_motion(const scene::Scene& scene) {
+  const Eigen::Map<const Eigen::VectorXd> rest(scene.mesh.nodes.data(), scene.mesh.nodes.size());
+  const Eigen::MatrixXd positions = scene.base_motion.colwise() + rest;
+  proto::BaseMotion message;
+  *message.mutable_positions() = encode_motion(positions);
+  return message;
+}
+
 proto::Issue encode_issue(const scene::Issue& issue, const std::string& prefix) {
   proto::Issue message;
   message.set_severity(issue.severity == scene::Issue::Severity::kError
@@ -252,6 +258,7 @@ proto::Issue encode_issue(const scene::Issue& issue, const std::string& prefix) 
                            : proto::Issue::SEVERITY_WARNING);
   message.set_field(issue.field.empty() ? issue.field : prefix + issue.field);
   message.set_message(issue.message);
+  if (issue.severity == scene::Issue::Severity::kError) message.set_code(to_proto(issue.code));
   return message;
 }
 

@@ -52,6 +52,8 @@ struct DecodedScene {
 /// Everything except the mesh and the base motion, which would be megabytes: the caller sets `mesh`
 /// where it knows a short source.
 [[nodiscard]] proto::Scene encode_scene(const scene::Scene& scene);
+/// The base motion of a scene that has one, as positions.
+[[nodiscard]] proto::BaseMotion encode_base_motion(const scene::Scene& scene);
 
 [[nodiscard]] scene::Constraint decode_constraint(const proto::Constraint& message,
                                                   const std::string& field);

@@ -71,7 +71,7 @@ proto::OpenSessionResponse remarks(const proto::Scene& message, const DecodedSce
   for (auto issue : all_issues(decoded.scene)) {
     issue.field = field_in(message, decoded.scene, issue.field);
     if (issue.severity == scene::Issue::Severity::kError) {
-      throw Error(ErrorCode::kInvalidArgument, "scene." + issue.field, issue.message);
+      throw Error(issue.code, "scene." + issue.field, issue.message);
     }
     *response.add_issues() = encode_issue(issue, "scene.");
   }
@@ -175,12 +175,21 @@ proto::GetSessionResponse Service::get_session(const proto::GetSessionRequest& r
   const auto record = sessions_.find(request.session());
   proto::GetSessionResponse response;
   *response.mutable_status() = record->status();
-  if (request.with_scene()) {
-    *response.mutable_scene() = encode_scene(record->session()->scene());
-    if (record->opened().mesh_source.source_case() != proto::MeshSource::SOURCE_NOT_SET) {
-      *response.mutable_scene()->mutable_mesh() = record->opened().mesh_source;
-    }
+  if (!request.with_scene() && !request.with_base_motion()) return response;
+  const scene::Scene scene = record->session()->scene();
+  auto& message = *response.mutable_scene();
+  message = encode_scene(scene);
+  if (record->opened().mesh_source.source_case() != proto::MeshSource::SOURCE_NOT_SET)
+    *message.mutable_mesh() = record->opened().mesh_source;
+  if (scene.base_motion.size() == 0) return response;
+  if (!request.with_base_motion()) {
+    response.set_base_motion_left_out(true);
+    return response;
   }
+  const std::uint64_t bytes = static_cast<std::uint64_t>(scene.base_motion.size()) * sizeof(double);
+  const std::uint64_t limit = hub_.options.transport.message_bytes;
+  if (bytes > limit) throw limit_exceeded("with_base_motion", "bytes of the motion", limit, bytes);
+  *message.mutable_base_motion() = encode_base_motion(scene);
   return response;
 }
 

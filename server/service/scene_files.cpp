@@ -11,11 +11,13 @@
 namespace limber::server {
 namespace {
 
-proto::Issue error_issue(const std::string& field, const std::string& message) {
+proto::Issue error_issue(proto::ErrorCode code, const std::string& field,
+                         const std::string& message) {
   proto::Issue issue;
   issue.set_severity(proto::Issue::SEVERITY_ERROR);
   issue.set_field(field);
   issue.set_message(message);
+  issue.set_code(code);
   return issue;
 }
 
@@ -73,9 +75,9 @@ std::vector<proto::Issue> scene_issues(const proto::Scene& scene, const std::str
     }
     demand_memory(decoded.scene, prefix, limits);
   } catch (const Refusal& fault) {  // what cannot even be read is an issue too
-    issues.push_back(error_issue(fault.field(), fault.what()));
+    issues.push_back(error_issue(fault.code(), fault.field(), fault.what()));
   } catch (const Error& fault) {
-    issues.push_back(error_issue(fault.field(), fault.what()));
+    issues.push_back(error_issue(to_proto(fault.code()), fault.field(), fault.what()));
   }
   return issues;
 }

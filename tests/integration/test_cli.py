@@ -140,8 +140,18 @@ def test_refusals_are_exit_code_1_with_code_and_field(cli, session, tmp_path):
     error = json.loads(failed(cli(*add, "--json"), 1))
     assert error["code"] == "ERROR_CODE_OUT_OF_RANGE" and error["field"] == "edits[0].add.constraint.frame"
     assert "mesh.path" in failed(cli("open", write(tmp_path / "s.json", '{"mesh": {"path": "none.msh"}}')), 1)
-    assert "[IO]" in failed(cli("open", tmp_path / "none.json"), 1)
+    for command in ("open", "validate", "tetrahedralize"):
+        assert "[IO]" in failed(cli(command, tmp_path / "none.obj"), 1), "a file that is not there is refused alike"
+    assert "[IO]" in failed(cli("edit-script", session.id, tmp_path / "none.jsonl"), 1)
     assert "[NOT_FOUND]" in failed(cli("undo", "nobody"), 1)
+
+
+def test_what_has_no_effect_is_said_on_stderr(cli, session):
+    process = cli("add", session.id, "--node", 0, "--frame", 59, "--displacement", 0, 0, 0.1)
+    assert "revision 1" in done(process)
+    assert re.findall(r"^warning: (\S+):", process.stderr, re.MULTILINE) == ["edits[0].add.constraint.frame",
+                                                                             "edits[0].add.constraint.nodes"]
+    assert re.search(r"^constraint error .*; of exact ones 0 at most$", done(cli("wait", session.id)), re.MULTILINE)
 
 
 def write(path, text):
@@ -212,6 +222,8 @@ def test_validate(cli, scene_file):
     process = cli("validate", write(scene_file, json.dumps(scene)))
     assert process.returncode == 1
     assert "frames" in process.stdout and "fixed_nodes" in process.stdout, "everything that is wrong, not the first thing"
+    assert re.search(r"^error: fixed_nodes\[0\]: .*\[OUT_OF_RANGE\]$", process.stdout, re.MULTILINE)
+    assert re.search(r"^error: frames: .*\[INVALID_ARGUMENT\]$", process.stdout, re.MULTILINE)
 
 
 def test_tetrahedralize(cli, tmp_path):

@@ -42,6 +42,26 @@ def test_exact_constraint_is_met(session):
     np.testing.assert_allclose(session.frames(25, 1)[0, tip], rest + (0, 0.3, 0), atol=1e-5)
 
 
+def test_the_error_of_exact_constraints_is_told_apart(session):
+    tip = tip_of(session)
+    session.add(node=tip, frame=25, displacement=(0, 0.3, 0), exact=True)
+    session.add(node=tip, frame=28, displacement=(0, -0.3, 0), weight=1)
+    result = session.wait()
+    assert result.max_exact_error < 1e-6 < 1e-3 < result.max_error
+    assert not result.solve_failed
+
+
+def test_what_has_no_effect_is_said(session):
+    fixed = int(session.scene().fixed_nodes[0])
+    assert session.add(node=tip_of(session), frame=30, displacement=(0, 0, 0.1)).issues == ()
+    on_fixed = session.add(node=fixed, frame=30, displacement=(0, 0, 0.1))
+    assert len(on_fixed.issues) == 1
+    assert on_fixed.issues[0].startswith("warning: edits[0].add.constraint.nodes: ")
+    receipt = session.edit([limber.add(node=tip_of(session), frame=59, displacement=(0, 0, 0.1))])
+    assert [issue.split(": ")[1] for issue in receipt.issues] == ["edits[0].add.constraint.frame"]
+    assert on_fixed.replace(node=tip_of(session), frame=20, displacement=(0, 0, 0.1)).issues == () == on_fixed.issues
+
+
 def test_partial_axes_leave_the_others_free(session):
     tip = tip_of(session)
     session.add(node=tip, frame=25, displacement=(9, 9, 0.3), axes="z", exact=True)

@@ -40,7 +40,7 @@ def test_meaning_of_path_con():
 def test_bodies_edited_live(server, name):
     session = edit_shared_bodies.edit(server, name)
     result = session.wait()
-    assert result.converged and result.status in ("CONVERGED", "STALLED", "ITERATION_LIMIT")
+    assert result.converged and result.status == "CONVERGED", result
     motion = session.frames()
     assert np.isfinite(motion).all()
     rest = session.geometry().rest

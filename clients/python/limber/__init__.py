@@ -5,8 +5,8 @@ streamed coordinates into numpy arrays. Lengths are in the scene's length unit, 
 
     import limber
     with limber.launch() as server:                # or limber.connect() to a running limberd
-        session = server.open(sample="flower")
-        tip = session.add(node=12, frame=40, displacement=(0, 0, 0.2))
+        session = server.open(sample="beam")
+        tip = session.add(node=1336, frame=75, displacement=(0, 0.1, 0))
         print(session.wait().energy)
         positions = session.frames()               # (frames, nodes, 3)
 """

@@ -33,13 +33,17 @@ class ServerUnreachable(LimberError):
         super().__init__("TIMEOUT", message)
 
 
+def code_name(code: int) -> str:
+    """"OUT_OF_RANGE"; the number of a code that this client does not know."""
+    try:
+        return common.ErrorCode.Name(code).removeprefix("ERROR_CODE_")
+    except ValueError:
+        return str(code)
+
+
 def from_message(error: "common.Error") -> LimberError:
     """The exception for a limber.v1.Error."""
-    try:
-        name = common.ErrorCode.Name(error.code)
-    except ValueError:
-        name = str(error.code)
-    return LimberError(name.removeprefix("ERROR_CODE_"), error.message, error.field, error.details)
+    return LimberError(code_name(error.code), error.message, error.field, error.details)
 
 
 def invalid(field: str, message: str) -> LimberError:

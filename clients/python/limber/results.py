@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from . import arrays
-from .errors import LimberError
+from .errors import LimberError, code_name
 from .messages import service
 
 ENCODINGS = {
@@ -24,7 +24,7 @@ class Result:
 
     revision: int        # every edit up to this one is in it
     sequence: int        # counts the session's results from 1
-    converged: bool      # final for its revision
+    converged: bool      # final for its revision; whether the solve converged is what status says
     status: str          # "CONVERGED", "IMPROVED", "ITERATION_LIMIT", "STALLED", "CANCELLED"
     iterations: int
     force_energy: float
@@ -36,6 +36,8 @@ class Result:
     rank_deficient: bool  # exact constraints contradict or repeat each other: a least-squares answer
     message: str
     since_edit_ms: float  # on the server, from the newest edit contained to publication
+    max_exact_error: float = 0.0  # of the exact constraints alone [length unit]
+    solve_failed: bool = False    # message says why; the motion is an earlier one, energies and errors are 0: unknown
 
     @staticmethod
     def from_message(info: "service.ResultInfo") -> "Result":
@@ -43,7 +45,8 @@ class Result:
             if info.status in service.SolveStatus.values() else str(info.status)
         return Result(info.revision, info.sequence, info.converged, status, info.iterations, info.force_energy,
                       info.constraint_energy, info.total_energy, info.gradient, info.max_constraint_error,
-                      info.rms_constraint_error, info.rank_deficient, info.message, info.since_edit_ms)
+                      info.rms_constraint_error, info.rank_deficient, info.message, info.since_edit_ms,
+                      info.max_exact_error, info.solve_failed)
 
 
 @dataclass(frozen=True)
@@ -115,6 +118,7 @@ def decode(frames: "service.Frames", geometry: Geometry | None) -> np.ndarray:
 
 
 def issue_text(issue) -> str:
-    """`warning: mesh.tets[7]: ...`"""
+    """`warning: mesh.tets[7]: ...`, an error with its code in brackets."""
     kind = "error" if issue.severity == issue.SEVERITY_ERROR else "warning"
-    return f"{kind}: {issue.field}: {issue.message}" if issue.field else f"{kind}: {issue.message}"
+    code = f" [{code_name(issue.code)}]" if issue.code else ""
+    return f"{kind}: {issue.field}: {issue.message}{code}" if issue.field else f"{kind}: {issue.message}{code}"

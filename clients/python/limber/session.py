@@ -13,7 +13,7 @@ from . import edits
 from .errors import LimberError, invalid
 from .messages import common, scene as scenes, service
 from .progress import ProgressOption, Reporter
-from .results import ENCODINGS, Export, Geometry, Result, decode
+from .results import ENCODINGS, Export, Geometry, Result, decode, issue_text
 from .stream import FrameStream
 
 if TYPE_CHECKING:
@@ -29,14 +29,16 @@ class Receipt:
 
     revision: int
     constraint_ids: tuple[int, ...]  # per edit the constraint it touched, 0 if none
+    issues: tuple[str, ...] = ()     # warnings: what was accepted but has no effect
 
 
 class Constraint:
     """A constraint of a session, as this client last knew it."""
 
-    def __init__(self, session: "Session", message: "scenes.Constraint"):
+    def __init__(self, session: "Session", message: "scenes.Constraint", issues: Iterable[str] = ()):
         self.session = session
         self.message = message
+        self.issues = tuple(issues)  # warnings of the edit that added or replaced it, e.g. that its nodes are fixed
 
     @property
     def id(self) -> int:
@@ -84,6 +86,7 @@ class Constraint:
         changed = edits.constraint(id=self.id, **what)
         receipt = self.session.edit([service.Edit(replace=service.ReplaceConstraint(constraint=changed))])
         self.message = changed
+        self.issues = receipt.issues
         return receipt
 
     def remove(self) -> Receipt:
@@ -115,13 +118,15 @@ class Session:
         return self.connection.call("get_session", service.GetSessionRequest(session=self.id)).status
 
     def scene(self) -> "scenes.Scene":
-        """The scene as edited, without the mesh's bytes."""
-        request = service.GetSessionRequest(session=self.id, with_scene=True)
-        return self.connection.call("get_session", request).scene
+        """The scene as edited, with its base motion, without the mesh's bytes."""
+        request = service.GetSessionRequest(session=self.id, with_base_motion=True)
+        return self.connection.call("get_session", request, timeout=max(60.0, self.connection.timeout)).scene
 
     def constraints(self) -> list[Constraint]:
         """Those of every client, as of now."""
-        return [Constraint(self, message) for message in self.scene().constraints]
+        request = service.GetSessionRequest(session=self.id, with_scene=True)
+        scene = self.connection.call("get_session", request).scene
+        return [Constraint(self, message) for message in scene.constraints]
 
     # ---- edits ----
 
@@ -136,7 +141,8 @@ class Session:
             request.expected_revision = expected_revision
         response = self.connection.call("edit", request)
         self.revision = max(self.revision, response.revision)
-        return Receipt(response.revision, tuple(response.constraint_ids))
+        return Receipt(response.revision, tuple(response.constraint_ids),
+                       tuple(issue_text(issue) for issue in response.issues))
 
     def add(self, *, frame: int, node: int | None = None, nodes: Iterable[int] | None = None,
             position: Sequence[float] | None = None, displacement: Sequence[float] | None = None,
@@ -150,7 +156,7 @@ class Session:
                                    axes=axes, weight=weight, exact=exact)
         receipt = self.edit([service.Edit(add=service.AddConstraint(constraint=message))])
         message.id = receipt.constraint_ids[0]
-        return Constraint(self, message)
+        return Constraint(self, message, receipt.issues)
 
     def move(self, constraint: "Constraint | int", target: Sequence[float]) -> Receipt:
         return self.edit([edits.move(constraint, target)])
@@ -173,7 +179,7 @@ class Session:
     def wait(self, revision: int | None = None, until: str = "final", timeout: float = 60.0) -> Result:
         """Waits for a result that contains a revision (default: the newest this client made or saw).
 
-        until: "first" for the first such result, "final" for its converged one. Raises LimberError TIMEOUT.
+        until: "first" for the first such result, "final" for its final one (result.status says whether it converged). Raises LimberError TIMEOUT.
         """
         if until not in _UNTIL:
             raise invalid("until", f'until is "first" or "final", not {until!r}')
@@ -214,7 +220,7 @@ class Session:
         """Positions, frames x nodes x 3 float32 [length unit], of the newest result.
 
         count 0: to the last frame; encoding: what travels ("coordinates", the smallest, "positions" or "quantised");
-        final: of the newest converged result.
+        final: of the newest final result.
         """
         frames = self.raw_frames(first, count, encoding, final)
         return decode(frames, self.geometry_for(frames))

@@ -28,7 +28,10 @@ struct Fault {
   const char* field;
   std::function<void(Scene&)> make;
   Issue::Severity severity = Issue::Severity::kError;
+  ErrorCode code = ErrorCode::kInvalidArgument;
 };
+
+constexpr auto kError = Issue::Severity::kError;
 
 TEST(Validation, AGoodSceneHasNoIssues) { EXPECT_TRUE(validate(good_scene()).empty()); }
 
@@ -61,7 +64,7 @@ TEST(Validation, EachFaultIsNamedAloneWithItsField) {
       {"model.basis_size", [](Scene& s) { s.model.basis_size = -1; }},
       {"model.cubature_size", [](Scene& s) { s.model.cubature_size = 7000; }},
       {"mesh.nodes[17]", [](Scene& s) { s.mesh.nodes(1, 17) = kNan; }},
-      {"mesh.tets[9]", [](Scene& s) { s.mesh.tets(2, 9) = 1377; }},
+      {"mesh.tets[9]", [](Scene& s) { s.mesh.tets(2, 9) = 1377; }, kError, ErrorCode::kOutOfRange},
       {"mesh.tets[9]", [](Scene& s) { s.mesh.tets(2, 9) = s.mesh.tets(0, 9); }},
       {"mesh.tet_material", [](Scene& s) { s.mesh.materials = {s.material}; }},
       {"mesh.tet_material[5]",
@@ -69,20 +72,23 @@ TEST(Validation, EachFaultIsNamedAloneWithItsField) {
          s.mesh.materials = {s.material};
          s.mesh.tet_material.assign(6144, 0);
          s.mesh.tet_material[5] = 1;
-       }},
+       },
+       kError, ErrorCode::kOutOfRange},
       {"mesh.materials[0].density",
        [](Scene& s) {
          s.mesh.materials = {{1e6, 0.3, 0}};
          s.mesh.tet_material.assign(6144, 0);
        }},
-      {"fixed_nodes[3]", [](Scene& s) { s.fixed_nodes[3] = -1; }},
+      {"fixed_nodes[3]", [](Scene& s) { s.fixed_nodes[3] = -1; }, kError, ErrorCode::kOutOfRange},
       {"fixed_nodes", [](Scene& s) { s.fixed_nodes.push_back(s.fixed_nodes[0]); },
        Issue::Severity::kWarning},
-      {"constraints[1].frame", [](Scene& s) { s.constraints[1].frame = 150; }},
+      {"constraints[1].frame", [](Scene& s) { s.constraints[1].frame = 150; }, kError,
+       ErrorCode::kOutOfRange},
       {"constraints[1].frame", [](Scene& s) { s.constraints[1].frame = 148; },
        Issue::Severity::kWarning},
       {"constraints[1].nodes", [](Scene& s) { s.constraints[1].nodes.clear(); }},
-      {"constraints[1].nodes[0]", [](Scene& s) { s.constraints[1].nodes = {5000}; }},
+      {"constraints[1].nodes[0]", [](Scene& s) { s.constraints[1].nodes = {5000}; }, kError,
+       ErrorCode::kOutOfRange},
       {"constraints[1].nodes[1]",
        [](Scene& s) {
          s.constraints[1].nodes = {1000, 1000};
@@ -93,7 +99,10 @@ TEST(Validation, EachFaultIsNamedAloneWithItsField) {
       {"constraints[2].axes", [](Scene& s) { s.constraints[2].axes = 8; }},
       {"constraints[0].target", [](Scene& s) { s.constraints[0].target[2] = kNan; }},
       {"constraints[0].weight", [](Scene& s) { s.constraints[0].weight = 0; }},
-      {"constraints[3].id", [](Scene& s) { s.constraints[0].id = s.constraints[3].id = 12; }},
+      {"constraints[0].weight", [](Scene& s) { s.constraints[0].weight = 1e13; }, kError,
+       ErrorCode::kOutOfRange},
+      {"constraints[3].id", [](Scene& s) { s.constraints[0].id = s.constraints[3].id = 12; },
+       kError, ErrorCode::kAlreadyExists},
       {"base_motion", [](Scene& s) { s.base_motion = Eigen::MatrixXd::Zero(5, 150); }},
       {"base_motion",
        [](Scene& s) { s.base_motion = Eigen::MatrixXd::Constant(3 * 1377, 150, kNan); }},
@@ -106,6 +115,7 @@ TEST(Validation, EachFaultIsNamedAloneWithItsField) {
                                 << (issues.empty() ? "nothing" : issues[0].field);
     EXPECT_EQ(issues[0].field, fault.field);
     EXPECT_EQ(issues[0].severity, fault.severity);
+    EXPECT_EQ(issues[0].code, fault.code) << fault.field;
     EXPECT_FALSE(issues[0].message.empty());
   }
 }

@@ -51,6 +51,32 @@ TEST(SessionHardCase, MillimetresAndMetresMoveAlike) {
   EXPECT_GT((from_metres.col(10) - from_metres.col(0)).norm(), 10);
 }
 
+TEST(SessionHardCase, AFailedSolveShowsTheOldMotionWithoutItsNumbers) {
+  Live live(bent_bar());
+  const auto solved = live.recorder->wait_final(0);
+  ASSERT_TRUE(solved);
+  ASSERT_GT(solved->report.total_energy, 0);
+  const auto model = live.session.model();
+  const Result failed = failed_result(solved.get(), *model, 30, "because");
+  EXPECT_EQ(failed.coordinates, solved->coordinates);
+  EXPECT_EQ(failed.modal, solved->modal);
+  EXPECT_TRUE(failed.converged);
+  EXPECT_TRUE(failed.solve_failed);
+  EXPECT_FALSE(solved->solve_failed);
+  EXPECT_EQ(failed.report.status, SolveStatus::kStalled);
+  EXPECT_EQ(failed.report.message, "the solve failed: because");
+  for (const double number :
+       {failed.report.force_energy, failed.report.constraint_energy, failed.report.total_energy,
+        failed.report.gradient, failed.report.max_constraint_error,
+        failed.report.rms_constraint_error, failed.report.max_exact_error})
+    EXPECT_EQ(number, 0);
+  EXPECT_EQ(failed.report.iterations, 0);
+  EXPECT_FALSE(failed.report.rank_deficient);
+  const Result first = failed_result(nullptr, *model, 30, "because");
+  EXPECT_EQ(first.coordinates, Eigen::MatrixXf::Zero(model->basis_size(), 30));
+  EXPECT_EQ(first.modal, Eigen::MatrixXd::Zero(model->coordinate_count(), 30));
+}
+
 TEST(SessionHardCase, ThreeFramesOneFree) {
   scene::Scene scene = test::bar(kCells, 3);
   scene.first_end = scene.last_end = End::kPinnedPosition;

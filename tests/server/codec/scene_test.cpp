@@ -146,6 +146,36 @@ TEST(SceneCodec, MaterialGroupsOverrideTheRest) {
   EXPECT_EQ(refusal_of([&] { (void)decode(message); }).code(), proto::ERROR_CODE_OUT_OF_RANGE);
 }
 
+TEST(SceneCodec, MaterialGroupsComeBack) {
+  proto::Scene message = small_scene();
+  for (const std::uint32_t first : {0u, 1u}) {
+    auto* group = message.add_material_groups();
+    group->mutable_material()->set_youngs_modulus(5 + first);
+    for (std::uint32_t tet = first; tet < 30; tet += 2) group->add_tets(tet);
+  }
+  const auto mesh = decode(message).scene.mesh;
+  proto::Scene encoded = encode_scene(decode(message).scene);
+  ASSERT_EQ(encoded.material_groups_size(), 3);  // and the tets of no group
+  *encoded.mutable_mesh() = message.mesh();
+  const auto again = decode(encoded).scene.mesh;
+  for (std::size_t tet = 0; tet < mesh.tet_material.size(); ++tet) {
+    const auto of = [&](const bodies::TetMesh& m) {
+      return m.materials.at(static_cast<std::size_t>(m.tet_material[tet])).youngs_modulus;
+    };
+    EXPECT_EQ(of(again), of(mesh)) << tet;
+  }
+}
+
+TEST(SceneCodec, BaseMotionComesBack) {
+  proto::Scene message = small_scene(2, 3);
+  auto decoded = decode(message).scene;
+  decoded.base_motion = Eigen::MatrixXd::Random(3 * decoded.mesh.node_count(), 3);
+  *message.mutable_base_motion() = encode_base_motion(decoded);
+  const Eigen::MatrixXd again = decode(message).scene.base_motion;
+  ASSERT_EQ(again.cols(), 3);
+  EXPECT_LT((again - decoded.base_motion).cwiseAbs().maxCoeff(), 1e-15);
+}
+
 TEST(SceneCodec, LimitsAreNamedWithTheirValues) {
   const proto::Scene scene = full_scene();
   EXPECT_NO_THROW((void)decode(scene, {36, 20, 2}));

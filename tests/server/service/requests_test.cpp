@@ -1,5 +1,6 @@
 #include <gmock/gmock.h>
 
+#include <algorithm>
 #include <random>
 
 #include "tests/server/support/running_server.h"
@@ -82,26 +83,55 @@ TEST_F(ServerRequests, ThingsThatDoNotExist) {
 }
 
 TEST_F(ServerRequests, BadScenesAreRefusedWithTheirPlace) {
+  proto::ErrorCode code{};
   const auto field = [&](const proto::Scene& scene) {
     const auto reply = client.call(open_request(scene, "bad"));
     EXPECT_TRUE(reply.has_error());
+    code = reply.error().code();
+    proto::Request validate;
+    *validate.mutable_validate_scene()->mutable_scene() = scene;
+    const auto issues = client.call(validate).validate_scene().issues();
+    EXPECT_TRUE(std::any_of(issues.begin(), issues.end(),
+                            [&](const proto::Issue& issue) {
+                              return issue.field() == reply.error().field() && issue.code() == code;
+                            }))
+        << "validate_scene and open_session differ on " << reply.error().field();
     return reply.error().field();
   };
   proto::Scene scene = small_scene();
   scene.set_frames(0);
   EXPECT_EQ(field(scene), "scene.frames");
+  EXPECT_EQ(code, proto::ERROR_CODE_INVALID_ARGUMENT);
   scene = small_scene();
   scene.mutable_model()->set_modes(0);
   EXPECT_THAT(field(scene), HasSubstr("scene.model"));
+  EXPECT_EQ(code, proto::ERROR_CODE_INVALID_ARGUMENT);
   scene = small_scene();
   scene.mutable_constraints(0)->set_frame(20);
   EXPECT_EQ(field(scene), "scene.constraints[0].frame");
+  EXPECT_EQ(code, proto::ERROR_CODE_OUT_OF_RANGE);
   scene = small_scene();
   scene.mutable_constraints(0)->set_nodes(0, 1000);
-  EXPECT_THAT(field(scene), HasSubstr("scene.constraints[0].nodes"));
+  EXPECT_EQ(field(scene), "scene.constraints[0].nodes[0]");
+  EXPECT_EQ(code, proto::ERROR_CODE_OUT_OF_RANGE);
+  scene = small_scene();
+  *scene.add_constraints() = scene.constraints(0);
+  EXPECT_EQ(field(scene), "scene.constraints[1].id");
+  EXPECT_EQ(code, proto::ERROR_CODE_ALREADY_EXISTS);
+  scene = small_scene();
+  scene.mutable_constraints(0)->set_weight(-1);
+  EXPECT_EQ(field(scene), "scene.constraints[0].weight");
+  EXPECT_EQ(code, proto::ERROR_CODE_INVALID_ARGUMENT);
+  scene.mutable_constraints(0)->set_weight(1e13);
+  EXPECT_EQ(field(scene), "scene.constraints[0].weight");
+  EXPECT_EQ(code, proto::ERROR_CODE_OUT_OF_RANGE);
+  scene.mutable_constraints(0)->set_weight(1e-40);
+  EXPECT_EQ(field(scene), "scene.constraints[0].weight");
+  EXPECT_EQ(code, proto::ERROR_CODE_OUT_OF_RANGE);
   scene = small_scene();
   scene.add_fixed_nodes(1000);
   EXPECT_THAT(field(scene), HasSubstr("scene.fixed_nodes"));
+  EXPECT_EQ(code, proto::ERROR_CODE_OUT_OF_RANGE);
   scene = small_scene();
   scene.mutable_mesh()->mutable_file()->set_name("x.msh");
   scene.mutable_mesh()->mutable_file()->set_content("$MeshFormat\n2.2 0 8\n");

@@ -1,5 +1,6 @@
 #include <gmock/gmock.h>
 
+#include <cstring>
 #include <thread>
 
 #include "tests/server/support/running_server.h"
@@ -13,6 +14,100 @@ struct ServerSessions : ::testing::Test {
   RunningServer server;
   Client client{server->request_endpoint()};
 };
+
+/// The rest shape in every frame but one, where everything is lifted by 0.05.
+proto::Array lifted_motion(const Bar& bar, std::size_t frames) {
+  std::vector<double> positions;
+  for (std::size_t frame = 0; frame < frames; ++frame) {
+    for (std::size_t i = 0; i < bar.nodes.size(); ++i)
+      positions.push_back(bar.nodes[i] + (frame == 10 && i % 3 == 1 ? 0.05 : 0.0));
+  }
+  proto::Array array;
+  array.set_type(proto::DATA_TYPE_FLOAT64);
+  array.add_shape(frames);
+  array.add_shape(static_cast<std::uint64_t>(bar.node_count));
+  array.add_shape(3);
+  array.set_data(bytes_of(positions));
+  return array;
+}
+
+TEST_F(ServerSessions, TheBaseMotionIsReturnedOrSaidToBeLeftOut) {
+  proto::Scene scene = small_scene();
+  const proto::Array motion = lifted_motion(make_bar(6), 20);
+  *scene.mutable_base_motion()->mutable_positions() = motion;
+  for (const bool has_motion : {true, false}) {
+    if (!has_motion) scene.clear_base_motion();
+    const std::string id = client.call(open_request(scene)).open_session().session();
+    proto::Request request;
+    request.mutable_get_session()->set_session(id);
+    EXPECT_FALSE(client.call(request).get_session().has_scene());
+    request.mutable_get_session()->set_with_scene(true);
+    const auto without = client.call(request).get_session();
+    EXPECT_TRUE(without.has_scene());
+    EXPECT_FALSE(without.scene().has_base_motion());
+    EXPECT_EQ(without.base_motion_left_out(), has_motion);
+    request.mutable_get_session()->set_with_base_motion(true);
+    const auto with = client.call(request).get_session();
+    EXPECT_FALSE(with.base_motion_left_out());
+    EXPECT_EQ(with.scene().has_base_motion(), has_motion);
+    if (!has_motion) continue;
+    const auto& returned = with.scene().base_motion().positions();
+    EXPECT_THAT(returned.shape(), ::testing::ElementsAre(20u, 28u, 3u));
+    ASSERT_EQ(returned.data().size(), motion.data().size());
+    for (std::size_t at = 0; at < motion.data().size(); at += sizeof(double)) {
+      double wanted = 0, got = 0;
+      std::memcpy(&wanted, motion.data().data() + at, sizeof wanted);
+      std::memcpy(&got, returned.data().data() + at, sizeof got);
+      ASSERT_NEAR(got, wanted, 1e-14);
+    }
+  }
+}
+
+TEST(ServerSessionsOfALimit, ABaseMotionBeyondTheMessageLimitIsRefused) {
+  ServerOptions options = test_options();
+  options.transport.message_bytes = 12000;
+  RunningServer server(options);
+  Client client(server->request_endpoint());
+  proto::Scene scene = small_scene();
+  proto::Array narrow = lifted_motion(make_bar(6), 20);  // 13440 bytes; fits as float32
+  std::vector<float> values;
+  for (std::size_t at = 0; at < narrow.data().size(); at += sizeof(double)) {
+    double value = 0;
+    std::memcpy(&value, narrow.data().data() + at, sizeof value);
+    values.push_back(static_cast<float>(value));
+  }
+  narrow.set_type(proto::DATA_TYPE_FLOAT32);
+  narrow.set_data(bytes_of(values));
+  *scene.mutable_base_motion()->mutable_positions() = narrow;
+  const std::string id = client.call(open_request(scene)).open_session().session();
+  proto::Request request;
+  request.mutable_get_session()->set_session(id);
+  request.mutable_get_session()->set_with_base_motion(true);
+  const auto error = client.call(request).error();
+  EXPECT_EQ(error.code(), proto::ERROR_CODE_LIMIT_EXCEEDED);
+  EXPECT_EQ(error.field(), "with_base_motion");
+  EXPECT_EQ(error.details().at("limit"), "12000");
+}
+
+TEST_F(ServerSessions, AnEditWithoutEffectIsAnsweredWithAWarning) {
+  const std::string id = client.call(open_request(small_scene())).open_session().session();
+  proto::Request request;
+  request.mutable_edit()->set_session(id);
+  auto* constraint = request.mutable_edit()->add_edits()->mutable_add()->mutable_constraint();
+  constraint->set_frame(19);
+  constraint->add_nodes(0);
+  constraint->mutable_displacement()->set_y(0.1);
+  const auto edited = client.call(request).edit();
+  EXPECT_EQ(edited.revision(), 1u);
+  ASSERT_EQ(edited.issues_size(), 2);
+  EXPECT_EQ(edited.issues(0).field(), "edits[0].add.constraint.frame");
+  EXPECT_EQ(edited.issues(1).field(), "edits[0].add.constraint.nodes");
+  for (const auto& issue : edited.issues()) {
+    EXPECT_EQ(issue.severity(), proto::Issue::SEVERITY_WARNING);
+    EXPECT_EQ(issue.code(), proto::ERROR_CODE_UNSPECIFIED);
+  }
+  EXPECT_EQ(client.call(move_request(id, 1, 0, 0.2, 0)).edit().issues_size(), 0);
+}
 
 TEST_F(ServerSessions, OpenEditWaitFramesClose) {
   const auto opened = client.call(open_request(small_scene()));
