@@ -6,7 +6,8 @@
 
 namespace limber {
 
-/// The closed list of reasons a caller's input or request can be refused. Outcomes of solvers are reports, not errors.
+/// The closed list of reasons a caller's input or request can be refused. Outcomes of solvers are
+/// reports, not errors.
 enum class ErrorCode {
   kInvalidArgument,     // a value is malformed: NaN, wrong size, negative where positive is needed
   kOutOfRange,          // an index or id outside its range
@@ -26,7 +27,8 @@ enum class ErrorCode {
 /// Bad input, said so that the caller can mend it: which field, which value, which rule.
 class Error : public std::runtime_error {
  public:
-  /// @param field  path of the offending value in the caller's terms, e.g. "mesh.tets[17]"; empty if none applies
+  /// @param field  path of the offending value in the caller's terms, e.g. "mesh.tets[17]"; empty
+  /// if none applies
   Error(ErrorCode code, std::string field, const std::string& message)
       : std::runtime_error(message), code_(code), field_(std::move(field)) {}
   [[nodiscard]] ErrorCode code() const noexcept { return code_; }
@@ -44,5 +46,6 @@ namespace detail {
 }  // namespace limber
 
 /// An invariant of ours; its failure is a bug here, never the caller's. Active in every build type.
-#define LIMBER_DEMAND(condition) \
-  ((condition) ? static_cast<void>(0) : ::limber::detail::demand_failed(#condition, __FILE__, __LINE__))
+#define LIMBER_DEMAND(condition)      \
+  ((condition) ? static_cast<void>(0) \
+               : ::limber::detail::demand_failed(#condition, __FILE__, __LINE__))

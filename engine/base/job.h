@@ -25,7 +25,8 @@ struct JobContext {
   /// Called from the working thread; fraction in [0, 1] over the whole job. May be empty.
   std::function<void(const std::string& stage, double fraction)> progress;
 
-  /// Reports and throws Error{kCancelled} if the caller asked to stop. Call at least every 50 ms of work.
+  /// Reports and throws Error{kCancelled} if the caller asked to stop. Call at least every 50 ms of
+  /// work.
   void report(const std::string& stage, double fraction) const {
     throw_if_cancelled();
     if (progress) progress(stage, fraction);

@@ -9,7 +9,7 @@ namespace {
 constexpr double kExactWeightGrowth = 10;
 constexpr double kExactWeightCap = 1e7;
 /// A Newton factor serves again while steps shrink by at least this.
-constexpr double kChordRate = 0.1;
+constexpr double kChordRate = 0.3;
 /// Cost of a Newton step in Gauss-Newton steps, with a few of them to go from here to the end.
 constexpr double kNewtonCost = 12;
 /// A target that moves may end in a worse minimum; this growth of the energy asks for a challenge.
