@@ -26,6 +26,17 @@ constexpr int kBlock = 128;
 // More poses than this hardly improve a basis, but cost its eigenproblem the third power.
 constexpr int kBasisPoses = 800;
 
+// Independent sequences of random numbers that one training set takes.
+constexpr std::uint64_t kStreams = 4;
+
+/// @param stream  from 1
+Eigen::MatrixXd draw(const bodies::ElasticBody& body, const ScaledModes& modes,
+                     const ModelOptions& options, PoseLevels levels, int count,
+                     std::uint64_t stream) {
+  Random random(options.seed * 1000003 + stream);
+  return sample_poses(modes, body.length(), options.amplitude, levels, count, random);
+}
+
 Snapshots reconstruct(const ScaledModes& modes, const FullReconstruction& full, Eigen::MatrixXd z,
                       const JobContext& job) {
   Snapshots set{std::move(z), {}};
@@ -49,10 +60,8 @@ int automatic_training_poses(int tet_count) {
 TrainingSet make_training_set(const bodies::ElasticBody& body, const ScaledModes& modes,
                               const FullReconstruction& full, const ModelOptions& options,
                               const JobContext& job) {
-  const double length = body.length();
   const auto sample = [&](PoseLevels levels, int count, std::uint64_t stream) {
-    Random random(options.seed * 1000003 + stream);
-    return sample_poses(modes, length, options.amplitude, levels, count, random);
+    return draw(body, modes, options, levels, count, stream);
   };
   const int training = options.training_poses > 0 ? options.training_poses
                                                   : automatic_training_poses(body.mesh.tet_count());
@@ -77,10 +86,9 @@ TrainingSet make_training_set(const bodies::ElasticBody& body, const ScaledModes
 Snapshots further_test_poses(const bodies::ElasticBody& body, const ScaledModes& modes,
                              const FullReconstruction& full, const ModelOptions& options,
                              int attempt, const JobContext& job) {
-  Random random(options.seed * 1000003 + 4 + static_cast<std::uint64_t>(attempt));
+  const auto stream = kStreams + static_cast<std::uint64_t>(attempt);
   return reconstruct(modes, full,
-                     sample_poses(modes, body.length(), options.amplitude, PoseLevels::kTest,
-                                  options.test_poses, random),
+                     draw(body, modes, options, PoseLevels::kTest, options.test_poses, stream),
                      {job.cancellation, {}});
 }
 

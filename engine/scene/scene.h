@@ -75,6 +75,11 @@ struct Issue {
       ErrorCode::kInvalidArgument;  // of errors: what opening the scene is refused with
 };
 
+/// Of a soft constraint.
+inline constexpr double kGreatestWeight = 1e12;
+
+/// How many frames an end condition holds; nothing for a number that is none.
+[[nodiscard]] std::optional<int> pinned_frames(End end);
 /// What is to be said of a constraint in a frame that an end condition holds; nothing of others.
 [[nodiscard]] std::optional<std::string> idle_frame_warning(int frame, int frame_count,
                                                             End first_end, End last_end);

@@ -18,18 +18,6 @@ constexpr int kMaxIssuesPerKind = 20;
 
 std::string number(double value) { return fmt::format("{:g}", value); }
 
-int pinned_frames(End end) {
-  switch (end) {
-    case End::kFree:
-      return 0;
-    case End::kPinnedPosition:
-      return 1;
-    case End::kPinnedPositionVelocity:
-      return 2;
-  }
-  return 0;
-}
-
 class SceneValidator {
  public:
   explicit SceneValidator(const Scene& scene) : scene_(scene) {}
@@ -83,7 +71,8 @@ class SceneValidator {
       error("merge_tolerance", "must be >= 0 and finite, is " + number(*scene_.merge_tolerance));
       unit_ok_ = false;
     }
-    const int pinned = pinned_frames(scene_.first_end) + pinned_frames(scene_.last_end);
+    const int pinned =
+        pinned_frames(scene_.first_end).value_or(0) + pinned_frames(scene_.last_end).value_or(0);
     if (scene_.frame_count < 3) {
       error("frames", "must be at least 3, is " + std::to_string(scene_.frame_count));
     } else if (scene_.frame_count <= pinned) {
@@ -285,9 +274,10 @@ class SceneValidator {
       }
       if (!constraint.target.allFinite())
         error(field + ".target", "has a coordinate that is not finite");
-      if (std::isfinite(constraint.weight) && constraint.weight > 1e12) {
+      if (std::isfinite(constraint.weight) && constraint.weight > kGreatestWeight) {
         error(field + ".weight",
-              "must be <= 1e12, or infinite to hold exactly, is " + number(constraint.weight),
+              "must be <= " + number(kGreatestWeight) + ", or infinite to hold exactly, is " +
+                  number(constraint.weight),
               ErrorCode::kOutOfRange);
       } else if (!(constraint.weight > 0)) {
         error(field + ".weight",
@@ -354,9 +344,22 @@ class SceneValidator {
 
 }  // namespace
 
+std::optional<int> pinned_frames(End end) {
+  switch (end) {
+    case End::kFree:
+      return 0;
+    case End::kPinnedPosition:
+      return 1;
+    case End::kPinnedPositionVelocity:
+      return 2;
+  }
+  return std::nullopt;
+}
+
 std::optional<std::string> idle_frame_warning(int frame, int frame_count, End first_end,
                                               End last_end) {
-  if (frame >= pinned_frames(first_end) && frame < frame_count - pinned_frames(last_end))
+  if (frame >= pinned_frames(first_end).value_or(0) &&
+      frame < frame_count - pinned_frames(last_end).value_or(0))
     return std::nullopt;
   return fmt::format("frame {} is held by the end condition: the constraint cannot change it",
                      frame);

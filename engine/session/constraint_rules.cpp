@@ -12,18 +12,6 @@ namespace {
 
 using scene::End;
 
-int held_frames(End end) {
-  switch (end) {
-    case End::kFree:
-      return 0;
-    case End::kPinnedPosition:
-      return 1;
-    case End::kPinnedPositionVelocity:
-      return 2;
-  }
-  return -1;
-}
-
 void demand_range(const char* field, double value, double low, double high, const char* rule) {
   // Written so that NaN fails.
   if (!(value >= low && value <= high)) {
@@ -85,11 +73,11 @@ void ConstraintRules::check(const scene::Constraint& constraint) const {
     throw Error(ErrorCode::kInvalidArgument, "weight",
                 fmt::format("weight is {}, it must be > 0 (infinity holds exactly)", weight));
   }
-  if (std::isfinite(weight) && (weight < kLeastWeight || weight > kGreatestWeight)) {
+  if (std::isfinite(weight) && (weight < kLeastWeight || weight > scene::kGreatestWeight)) {
     throw Error(
         ErrorCode::kOutOfRange, "weight",
         fmt::format("weight is {}, a soft constraint takes {} .. {}; infinity holds exactly",
-                    weight, kLeastWeight, kGreatestWeight));
+                    weight, kLeastWeight, scene::kGreatestWeight));
   }
 }
 
@@ -146,11 +134,11 @@ void ConstraintRules::check_target(const Eigen::Vector3d& target) const {
 }
 
 void ConstraintRules::check_ends(End first, End last) const {
-  if (held_frames(first) < 0)
-    throw Error(ErrorCode::kInvalidArgument, "first_end", "no such end condition");
-  if (held_frames(last) < 0)
-    throw Error(ErrorCode::kInvalidArgument, "last_end", "no such end condition");
-  const int held = held_frames(first) + held_frames(last);
+  const std::optional<int> at_first = scene::pinned_frames(first);
+  const std::optional<int> at_last = scene::pinned_frames(last);
+  if (!at_first) throw Error(ErrorCode::kInvalidArgument, "first_end", "no such end condition");
+  if (!at_last) throw Error(ErrorCode::kInvalidArgument, "last_end", "no such end condition");
+  const int held = *at_first + *at_last;
   if (held >= frame_count_) {
     throw Error(ErrorCode::kInvalidArgument, "last_end",
                 fmt::format("the ends hold {} frames, the scene has {}: no frame is left to move",

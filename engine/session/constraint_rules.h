@@ -12,7 +12,7 @@ namespace limber::session {
 class ConstraintRules {
  public:
   static constexpr double kFarthestTarget = 1e6;  // [body lengths]
-  static constexpr double kLeastWeight = 1e-30, kGreatestWeight = 1e12;
+  static constexpr double kLeastWeight = 1e-30;
 
   explicit ConstraintRules(const scene::Scene& scene);
 

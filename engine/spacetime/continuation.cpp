@@ -55,20 +55,14 @@ void Optimizer::ramp_step() {
     space_.factor(systems_, rows_, state_.jacobian);
     space_.quick_step(systems_, rows_, force_, shifted_, step_);
   }
-  const double before = merit(z_, state_);
-  double taken = 0;
-  const bool moved = search(step_, ConstraintRows::Jacobian::kYes, taken) == Progress::kAccepted;
-  double gain = 0;
-  if (moved) {
-    gain = (before - merit(trial_, trial_state_)) / (0.5 * step_.decrement2);
-    accept(step_, taken);
-  }
-  if (step_kind_ == StepKind::kNewton) guard_.judge(gain, moved ? taken : 0);
+  const auto [taken, before, gain] = search(step_, ConstraintRows::Jacobian::kYes);
+  if (taken > 0) accept(step_, taken);
+  if (step_kind_ == StepKind::kNewton) guard_.judge(gain, taken);
   space_.invalidate();
   stage_newton_ = stage_newton_ || gain < 0.5;  // the quadratic model is poor here: the full one
   ++stage_steps_;
   const double promised = std::sqrt(step_.decrement2 / (2 * before));
-  if (moved && promised > kStageDone && stage_steps_ < kStageSteps && gain < 0.9) return;
+  if (taken > 0 && promised > kStageDone && stage_steps_ < kStageSteps && gain < 0.9) return;
   const bool easy = gain > 0.9 && taken == 1 && stage_steps_ == 1;
   const double growth = easy ? 100 : gain > 0.5 || promised < kStageDone ? 10 : 4;
   set_scale(std::min(1.0, rows_.scale() * growth));

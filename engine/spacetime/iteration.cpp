@@ -21,26 +21,22 @@ constexpr double kClearlyBetter = 0.9;
 
 }  // namespace
 
-bool Optimizer::take(double& taken) {
-  taken = 1;
+double Optimizer::take() {
+  double taken = 1;
   if (step_.decrement2 <= kRounding * merit(z_, state_)) {
     // The merit cannot tell any more; the decrement can.
-    if (lost_ > 0 && step_.decrement2 > 0.25 * lost_) return false;
+    if (lost_ > 0 && step_.decrement2 > 0.25 * lost_) return 0;
     lost_ = step_.decrement2;
     trial_ = z_ + step_.d;
     evaluate(trial_, ConstraintRows::Jacobian::kYes, trial_state_);
   } else {
-    const double before = merit(z_, state_);
-    const bool moved = search(step_, ConstraintRows::Jacobian::kYes, taken) == Progress::kAccepted;
-    if (step_kind_ == StepKind::kNewton && !chord_) {
-      const double gain =
-          moved ? (before - merit(trial_, trial_state_)) / (0.5 * step_.decrement2) : 0;
-      guard_.judge(gain, moved ? taken : 0);
-    }
-    if (!moved) return false;
+    const Search found = search(step_, ConstraintRows::Jacobian::kYes);
+    if (step_kind_ == StepKind::kNewton && !chord_) guard_.judge(found.gain, found.taken);
+    if (found.taken == 0) return 0;
+    taken = found.taken;
   }
   accept(step_, taken);
-  return true;
+  return taken;
 }
 
 bool Optimizer::newton_pays(double ratio, double gradient) const {
@@ -71,8 +67,8 @@ Optimizer::Outcome Optimizer::advance(Course& course) {
     }
     return Outcome::kConverged;
   }
-  double taken = 1;
-  if (!take(taken)) return after_no_decrease(course);
+  const double taken = take();
+  if (taken == 0) return after_no_decrease(course);
   const bool newton_kind = step_kind_ == StepKind::kNewton;
   if (taken < 0.1 && course.gradient > 0.1 && ++course.short_steps >= 3 && !course.ramped) {
     begin_ramp();
@@ -168,7 +164,7 @@ SolveReport Optimizer::solve(const JobContext& job,
       return answer;
     }
   }
-  if (cold || challenged) judged_targets_ = targets_;
+  if (cold || challenged) origins_.clear();
   doubted_ = false;
   settled_energy_ = answer.total_energy;
   return answer;

@@ -21,7 +21,6 @@ Optimizer::Optimizer(std::shared_ptr<const reduced::Kinematics> kinematics,
 
 void Optimizer::set_structure(const std::map<ConstraintId, PositionConstraint>& constraints) {
   static_cast<void>(motion());
-  note_targets(constraints);
   rows_.rebuild(constraints, systems_.frames().first(), systems_.frames().last());
   if (rows_.knots() != systems_.knots()) {
     systems_.set_knots(rows_.knots());
@@ -34,19 +33,10 @@ void Optimizer::set_structure(const std::map<ConstraintId, PositionConstraint>& 
   if (rows_.count() > 0 && z_.isZero(0)) begin_ramp();
 }
 
-void Optimizer::note_targets(const std::map<ConstraintId, PositionConstraint>& constraints) {
-  targets_.clear();
-  for (const auto& [id, constraint] : constraints) targets_[id] = constraint.target;
-}
-
-void Optimizer::target_moved(const PositionConstraint& constraint) {
+void Optimizer::target_moved(const PositionConstraint& constraint, const Eigen::Vector3d& from) {
   rows_.set_target(constraint);
-  targets_[constraint.id] = constraint.target;
-  const auto judged = judged_targets_.find(constraint.id);
-  if (judged != judged_targets_.end() &&
-      (constraint.target - judged->second).norm() > kFarTravel * length_) {
-    doubted_ = true;
-  }
+  const Eigen::Vector3d& origin = origins_.try_emplace(constraint.id, from).first->second;
+  doubted_ = doubted_ || (constraint.target - origin).norm() > kFarTravel * length_;
   challenger_.reset();
   residual_valid_ = false;
 }
@@ -55,7 +45,6 @@ void Optimizer::set_systems(const ModeDynamics& dynamics, const Timeline& timeli
                             const std::map<ConstraintId, PositionConstraint>& constraints) {
   static_cast<void>(motion());
   systems_ = ModeSystems(dynamics, timeline);
-  note_targets(constraints);
   for (int frame = 0; frame < timeline.frame_count; ++frame) {
     if (!systems_.frames().contains(frame)) motion_.col(frame).setZero();
   }
@@ -124,30 +113,33 @@ bool Optimizer::exact_done() const {
   return max_exact(state_.residual) <= options_.constraint_tolerance || only_contradiction_left();
 }
 
-Optimizer::Progress Optimizer::search(const Step& step, ConstraintRows::Jacobian wanted,
-                                      double& taken) {
+Optimizer::Search Optimizer::search(const Step& step, ConstraintRows::Jacobian wanted) {
   const double start = merit(z_, state_);
+  double taken = 1;
   const auto sufficient = [&](double value) {
     return value <= start - 1e-4 * taken * step.decrement2;
   };
-  const auto with_jacobian = [&] {
-    if (wanted == ConstraintRows::Jacobian::kYes) evaluate(trial_, wanted, trial_state_);
-    return Progress::kAccepted;
+  const auto accepted = [&](double value) {
+    return Search{taken, start, (start - value) / (0.5 * step.decrement2)};
   };
-  taken = 1;
+  const auto with_jacobian = [&](double value) {
+    if (wanted == ConstraintRows::Jacobian::kYes) evaluate(trial_, wanted, trial_state_);
+    return accepted(value);
+  };
   const int attempts = step_kind_ == StepKind::kNewton ? guard_.attempts() : 30;
   for (int attempt = 0; attempt < attempts; ++attempt) {
     trial_ = z_ + taken * step.d;
     evaluate(trial_, attempt == 0 ? wanted : ConstraintRows::Jacobian::kNo, trial_state_);
     const double value = merit(trial_, trial_state_);
     if (attempt == 0) {
-      if (value <= start - 0.25 * step.decrement2) return Progress::kAccepted;
+      if (value <= start - 0.25 * step.decrement2) return accepted(value);
       // Where heavy constraints bend, a straight step leaves their valley and the merit forbids it:
       // what the rows did that J d did not foresee is taken back (second-order correction, Nocedal
       // and Wright 2006, sec. 18.3).
-      if (sufficient(correct_for_curvature(step, value))) return with_jacobian();
+      const double corrected = correct_for_curvature(step, value);
+      if (sufficient(corrected)) return with_jacobian(corrected);
     } else if (sufficient(value)) {
-      return with_jacobian();
+      return with_jacobian(value);
     }
     // The parabola through value and slope at 0 and the value here.
     double next = 0.25 * taken;
@@ -157,7 +149,7 @@ Optimizer::Progress Optimizer::search(const Step& step, ConstraintRows::Jacobian
     }
     taken = next;
   }
-  return Progress::kNoDecrease;
+  return {0, start, 0};
 }
 
 double Optimizer::correct_for_curvature(const Step& step, double value) {
@@ -235,9 +227,8 @@ SolveReport Optimizer::correct() {
     rows_.shifted(state_.residual, shifted_);
     step_kind_ = StepKind::kGaussNewton;
     space_.quick_step(systems_, rows_, force_, shifted_, step_);
-    double taken = 0;
-    if (search(step_, Jacobian::kNo, taken) == Progress::kAccepted) {
-      accept(step_, taken);
+    if (const Search found = search(step_, Jacobian::kNo); found.taken > 0) {
+      accept(step_, found.taken);
       // The Jacobians in state_ now belong to another z; those of the factor live on in space_.
       jacobian_valid_ = false;
     }

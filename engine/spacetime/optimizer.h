@@ -21,7 +21,8 @@ class Optimizer {
 
   /// The set of constraints changed in more than a target: frames, sites, axes or weights.
   void set_structure(const std::map<ConstraintId, PositionConstraint>& constraints);
-  void target_moved(const PositionConstraint& constraint);
+  /// @param from  its target before
+  void target_moved(const PositionConstraint& constraint, const Eigen::Vector3d& from);
   /// Other dynamics or ends: the present motion is kept where they allow it.
   void set_systems(const ModeDynamics& dynamics, const Timeline& timeline,
                    const std::map<ConstraintId, PositionConstraint>& constraints);
@@ -34,7 +35,12 @@ class Optimizer {
   [[nodiscard]] const Eigen::MatrixXd& motion() const;
 
  private:
-  enum class Progress { kAccepted, kNoDecrease };
+  /// What became of a step.
+  struct Search {
+    double taken = 0;   // part of it that trial_ takes; 0: no part lowers the merit
+    double before = 0;  // merit where it began
+    double gain = 0;    // decrease over what the quadratic model promised
+  };
   enum class Outcome { kMoved, kAgain, kConverged, kStalled };
   /// What one run of the iteration remembers from step to step.
   struct Course {
@@ -44,7 +50,6 @@ class Optimizer {
     bool newton = false, ramped = false;
   };
 
-  void note_targets(const std::map<ConstraintId, PositionConstraint>& constraints);
   void evaluate(const Lanes& z, ConstraintRows::Jacobian wanted, RowState& state) const;
   /// Residuals, Jacobians, force and shifted residuals at z_.
   void linearise();
@@ -52,7 +57,7 @@ class Optimizer {
   [[nodiscard]] double scaled(double decrement2) const;
   [[nodiscard]] double max_exact(const Eigen::VectorXd& residual) const;
   [[nodiscard]] bool exact_done() const;
-  [[nodiscard]] Progress search(const Step& step, ConstraintRows::Jacobian wanted, double& taken);
+  [[nodiscard]] Search search(const Step& step, ConstraintRows::Jacobian wanted);
   /// Betters trial_ (z_ + step.d, of merit `value`) and its residuals; @returns the merit reached.
   double correct_for_curvature(const Step& step, double value);
   void accept(const Step& step, double taken);
@@ -74,8 +79,8 @@ class Optimizer {
   void apply_newton(const Lanes& d, Lanes& out);
   /// J d of a row.
   [[nodiscard]] double along(const Lanes& d, int row) const;
-  /// Takes step_. @returns false where no step lowers the merit.
-  [[nodiscard]] bool take(double& taken);
+  /// Takes step_. @returns the part taken, 0 where none lowers the merit.
+  [[nodiscard]] double take();
   [[nodiscard]] bool newton_pays(double ratio, double gradient) const;
 
   SolveReport iterate(const JobContext& job,
@@ -123,8 +128,8 @@ class Optimizer {
   NewtonSystem newton_;
   std::vector<Eigen::MatrixXd> curvature_;
   bool doubted_ = false;  // the set of constraints changed since the last answer
-  std::map<ConstraintId, Eigen::Vector3d> targets_, judged_targets_;  // now; at the last challenge
-  double settled_energy_ = 0;                                         // of the last answer
+  std::map<ConstraintId, Eigen::Vector3d> origins_;  // of targets moved since the last challenge
+  double settled_energy_ = 0;                        // of the last answer
   std::shared_ptr<Optimizer> challenger_;  // where the last challenge was stopped; null after edits
   NewtonGuard guard_;
   bool curvature_valid_ = false;

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <map>
 #include <string>
+#include <utility>
 
 #include "engine/spacetime/optimizer.h"
 
@@ -171,8 +172,8 @@ void Solver::move(ConstraintId id, const Eigen::Vector3d& target) {
   validate_target(target);
   const auto found = impl_->constraints_.find(id);
   if (found == impl_->constraints_.end()) throw not_found(id);
-  found->second.target = target;
-  if (!impl_->stale_) impl_->optimizer_.target_moved(found->second);
+  const Eigen::Vector3d from = std::exchange(found->second.target, target);
+  if (!impl_->stale_) impl_->optimizer_.target_moved(found->second, from);
 }
 
 void Solver::replace(const PositionConstraint& constraint) {

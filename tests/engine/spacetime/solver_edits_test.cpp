@@ -178,6 +178,14 @@ class RandomEditor {
   ConstraintId next_id_ = 1;
 };
 
+/// A solver that never heard of the edits, only of what they left.
+Solver without_history(std::shared_ptr<const reduced::Kinematics> kinematics,
+                       const Solver& solver) {
+  Solver fresh(std::move(kinematics), solver.dynamics(), solver.timeline());
+  for (const auto& constraint : solver.constraints()) fresh.add(constraint);
+  return fresh;
+}
+
 /// Convex: soft rows and linear kinematics have one optimum, so that any history must end there.
 TEST(SolverEdits, HundredThousandRandomEditsEndAtTheColdSolve) {
   const LinearKinematics kinematics(5, 4, 2.0, 73);
@@ -196,8 +204,7 @@ TEST(SolverEdits, HundredThousandRandomEditsEndAtTheColdSolve) {
     if (i % 10000 != 0) continue;
     const SolveReport warm = solver.solve();
     ASSERT_EQ(warm.status, SolveStatus::kConverged) << i << warm.message;
-    Solver fresh(shared, solver.dynamics(), solver.timeline());
-    for (const auto& constraint : solver.constraints()) fresh.add(constraint);
+    Solver fresh = without_history(shared, solver);
     const SolveReport cold = fresh.solve();
     ASSERT_NEAR(warm.total_energy, cold.total_energy, 1e-9 * cold.total_energy) << i;
     ASSERT_LE((solver.motion() - fresh.motion()).cwiseAbs().maxCoeff(),
@@ -224,8 +231,7 @@ TEST(SolverEdits, HundredThousandRandomEditsOfANonlinearBody) {
     if (i % 10000 != 0) continue;
     const SolveReport warm = solver.solve();
     ASSERT_EQ(warm.status, SolveStatus::kConverged) << i << warm.message;
-    Solver fresh(shared, solver.dynamics(), solver.timeline());
-    for (const auto& constraint : solver.constraints()) fresh.add(constraint);
+    Solver fresh = without_history(shared, solver);
     const SolveReport cold = fresh.solve();
     EXPECT_NEAR(warm.total_energy, cold.total_energy, 1e-6 * cold.total_energy) << i;
     LiteralSpacetime literal(shared, solver.dynamics(), timeline, solver.constraints());
