@@ -57,7 +57,7 @@ void Optimizer::ramp_step() {
   }
   const auto [taken, before, gain] = search(step_, ConstraintRows::Jacobian::kYes);
   if (taken > 0) accept(step_, taken);
-  if (step_kind_ == StepKind::kNewton) guard_.judge(gain, taken);
+  if (full_model()) guard_.judge(gain, taken);
   space_.invalidate();
   stage_newton_ = stage_newton_ || gain < 0.5;  // the quadratic model is poor here: the full one
   ++stage_steps_;

@@ -31,7 +31,7 @@ double Optimizer::take() {
     evaluate(trial_, ConstraintRows::Jacobian::kYes, trial_state_);
   } else {
     const Search found = search(step_, ConstraintRows::Jacobian::kYes);
-    if (step_kind_ == StepKind::kNewton && !chord_) guard_.judge(found.gain, found.taken);
+    if (full_model() && !chord_) guard_.judge(found.gain, found.taken);
     if (found.taken == 0) return 0;
     taken = found.taken;
   }
@@ -69,7 +69,7 @@ Optimizer::Outcome Optimizer::advance(Course& course) {
   }
   const double taken = take();
   if (taken == 0) return after_no_decrease(course);
-  const bool newton_kind = step_kind_ == StepKind::kNewton;
+  const bool newton_kind = full_model();
   if (taken < 0.1 && course.gradient > 0.1 && ++course.short_steps >= 3 && !course.ramped) {
     begin_ramp();
     course.ramped = true;
@@ -81,6 +81,8 @@ Optimizer::Outcome Optimizer::advance(Course& course) {
   if (!course.newton && course.previous > 0) {
     course.newton = taken < 1 || newton_pays(decrement / course.previous, course.gradient);
   }
+  if (step_kind_ == StepKind::kTruncated && course.previous > 0)
+    slow_truncated_ = decrement < 0.5 * course.previous ? 0 : slow_truncated_ + 1;
   course.previous = decrement;
   if (rows_.exact_count() > 0 && taken == 1 && guard_.shift() == 0) weigh_exact_rows(course);
   newton_last_ = course.newton;
@@ -93,7 +95,7 @@ Optimizer::Outcome Optimizer::after_no_decrease(Course& course) {
     return Outcome::kAgain;
   }
   const bool rounding = step_.decrement2 <= kRounding * merit(z_, state_);
-  if (course.newton && step_kind_ == StepKind::kNewton && !rounding && guard_.may_retry()) {
+  if (course.newton && full_model() && !rounding && guard_.may_retry()) {
     return Outcome::kAgain;  // with the larger shift
   }
   if (rounding && exact_done()) return Outcome::kConverged;
@@ -121,6 +123,7 @@ SolveReport Optimizer::iterate(const JobContext& job,
   course.ramped = ramping();
   curvature_valid_ = chord_ = false;
   lost_ = 0;
+  slow_truncated_ = 0;
   for (int iteration = 0;; ++iteration) {
     linearise();
     const auto ended = [&](SolveStatus status) {

@@ -19,6 +19,8 @@ class NewtonGuard {
 
   [[nodiscard]] double part() const { return part_; }    // [0, 1]
   [[nodiscard]] double shift() const { return shift_; }  // >= 0
+  /// Whether H is the full model as it is.
+  [[nodiscard]] bool idle() const { return part_ == 1 && shift_ == 0; }
   /// H was not positive definite. @returns false when there is nothing left to try.
   [[nodiscard]] bool strengthen();
   /// After a step with this H.

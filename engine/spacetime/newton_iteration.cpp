@@ -6,26 +6,38 @@
 namespace limber::spacetime {
 namespace {
 
+/// A truncated step ends with this part of its first residual ...
+constexpr double kTruncatedLeft = 1e-2;
+/// ... or is left to the factored system after this many rounds.
+constexpr int kTruncatedRounds = 40;
+/// Conjugate gradients do not see a saddle that they stand on, a factor does: they serve where the
+/// scaled gradient is below this, and until so many of their steps in a row hardly shrink.
+constexpr double kNear = 0.3;
+constexpr int kSlowTruncated = 3;
+
 double inner(const Lanes& a, const Lanes& b) {
   return lane_dot(a.data(), b.data(), static_cast<int>(a.size()));
 }
 
 }  // namespace
 
+void Optimizer::update_curvature() {
+  if (curvature_valid_) return;
+  for (int knot = 0; knot < static_cast<int>(rows_.knots().size()); ++knot)
+    knots_z_.col(knot) = z_.col(systems_.kept_of_knot(knot));
+  // Curvature with the multipliers that a Gauss-Newton step predicts: off the valley of heavy
+  // constraints the residuals' own (weight times residual) are far too large.
+  space_.factor(systems_, rows_, state_.jacobian);
+  space_.quick_step(systems_, rows_, force_, shifted_, step_);
+  rows_.curvature(knots_z_, step_.m, curvature_);
+  double largest = 0;
+  for (const auto& block : curvature_) largest = std::max(largest, block.norm());
+  guard_.set_curvature(largest);
+  curvature_valid_ = true;
+}
+
 bool Optimizer::factor_newton() {
-  if (!curvature_valid_) {
-    for (int knot = 0; knot < static_cast<int>(rows_.knots().size()); ++knot)
-      knots_z_.col(knot) = z_.col(systems_.kept_of_knot(knot));
-    // Curvature with the multipliers that a Gauss-Newton step predicts: off the valley of heavy
-    // constraints the residuals' own (weight times residual) are far too large.
-    space_.factor(systems_, rows_, state_.jacobian);
-    space_.quick_step(systems_, rows_, force_, shifted_, step_);
-    rows_.curvature(knots_z_, step_.m, curvature_);
-    double largest = 0;
-    for (const auto& block : curvature_) largest = std::max(largest, block.norm());
-    guard_.set_curvature(largest);
-    curvature_valid_ = true;
-  }
+  update_curvature();
   while (!newton_.factor(systems_, rows_, state_.jacobian, curvature_, guard_)) {
     if (!guard_.strengthen()) return false;
   }
@@ -54,15 +66,28 @@ void Optimizer::apply_newton(const Lanes& d, Lanes& out) {
 }
 
 void Optimizer::newton_step() {
-  const bool chord = chord_;  // the last factor still serves: a step for the price of a solve
+  // A factor serves again, or the curvature of a truncated step.
+  const bool chord = chord_ && step_kind_ == StepKind::kNewton;
+  if (!chord && guard_.idle() && slow_truncated_ < kSlowTruncated) {
+    if (truncated_newton_step(chord_)) return;
+    chord_ = false;
+  }
   if (!chord && !factor_newton()) return gauss_newton_step();
   step_kind_ = StepKind::kNewton;
-  multiplier_ = rows_.weight().cwiseProduct(shifted_);
-  descent_ = -force_;
-  add_rows(multiplier_, descent_);
+  descend();
   step_.d = descent_;
   newton_.solve(step_.d);
   if (!chord) refine_newton_step();
+  finish_newton_step();
+}
+
+void Optimizer::descend() {
+  multiplier_ = rows_.weight().cwiseProduct(shifted_);
+  descent_ = -force_;
+  add_rows(multiplier_, descent_);
+}
+
+void Optimizer::finish_newton_step() {
   step_.decrement2 = std::max(0.0, inner(descent_, step_.d));
   if (guard_.shift() > 0) {
     step_.m = rows_.multiplier();  // what a shortened step leaves undone is no multiplier
@@ -72,6 +97,44 @@ void Optimizer::newton_step() {
   for (int row = 0; row < rows_.count(); ++row) {
     step_.m[row] = multiplier_[row] - rows_.weight()[row] * along(step_.d, row);
   }
+}
+
+bool Optimizer::truncated_newton_step(bool lent_curvature) {
+  if (lent_curvature) {
+    space_.factor(systems_, rows_, state_.jacobian);
+  } else {
+    update_curvature();
+    if (scaled(step_.decrement2) > kNear) return false;
+  }
+  descend();
+  step_.d.setZero(z_.rows(), z_.cols());
+  left_ = descent_;
+  no_rows_.setZero(rows_.count());
+  double before = 0, first = 0;
+  for (int round = 0; round < kTruncatedRounds; ++round) {
+    product_ = left_;
+    space_.saddle(systems_, rows_, product_, no_rows_, preconditioned_, multiplier_left_);
+    const double square = inner(left_, preconditioned_);
+    if (round == 0) {
+      first = square;
+      direction_ = preconditioned_;
+    } else {
+      if (square <= kTruncatedLeft * kTruncatedLeft * first) {
+        step_kind_ = StepKind::kTruncated;
+        finish_newton_step();
+        return true;
+      }
+      direction_ = preconditioned_ + square / before * direction_;
+    }
+    if (!(square > 0)) return false;
+    before = square;
+    apply_newton(direction_, product_);
+    const double bend = inner(direction_, product_);
+    if (!(bend > 1e-14 * square)) return false;
+    step_.d += square / bend * direction_;
+    left_ -= square / bend * product_;
+  }
+  return false;
 }
 
 void Optimizer::refine_newton_step() {

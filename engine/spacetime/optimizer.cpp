@@ -126,7 +126,7 @@ Optimizer::Search Optimizer::search(const Step& step, ConstraintRows::Jacobian w
     if (wanted == ConstraintRows::Jacobian::kYes) evaluate(trial_, wanted, trial_state_);
     return accepted(value);
   };
-  const int attempts = step_kind_ == StepKind::kNewton ? guard_.attempts() : 30;
+  const int attempts = full_model() ? guard_.attempts() : 30;
   for (int attempt = 0; attempt < attempts; ++attempt) {
     trial_ = z_ + taken * step.d;
     evaluate(trial_, attempt == 0 ? wanted : ConstraintRows::Jacobian::kNo, trial_state_);

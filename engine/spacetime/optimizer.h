@@ -41,6 +41,7 @@ class Optimizer {
     double before = 0;  // merit where it began
     double gain = 0;    // decrease over what the quadratic model promised
   };
+  enum class StepKind { kGaussNewton, kNewton, kTruncated };
   enum class Outcome { kMoved, kAgain, kConverged, kStalled };
   /// What one run of the iteration remembers from step to step.
   struct Course {
@@ -73,6 +74,15 @@ class Optimizer {
 
   void gauss_newton_step();
   void newton_step();
+  /// Whether step_ is one of the full second-order model.
+  [[nodiscard]] bool full_model() const { return step_kind_ != StepKind::kGaussNewton; }
+  /// Conjugate gradients on the full model, preconditioned by the Gauss-Newton factor.
+  /// @returns false where they meet a direction without a minimum, or take too many rounds
+  [[nodiscard]] bool truncated_newton_step(bool lent_curvature);
+  void update_curvature();
+  /// descent_ <- minus the gradient, multiplier_ <- of the rows as they are.
+  void descend();
+  void finish_newton_step();
   /// @returns false where the squared system cannot be factored in double precision.
   [[nodiscard]] bool factor_newton();
   void refine_newton_step();
@@ -118,13 +128,12 @@ class Optimizer {
   RowState state_;  // at z_
   bool residual_valid_ = false, jacobian_valid_ = false;
   Step step_;
-  enum class StepKind { kGaussNewton, kNewton };
   StepKind step_kind_ = StepKind::kGaussNewton;  // whose factor made step_
   Lanes trial_, force_, descent_, left_, product_, direction_, preconditioned_, correction_,
       candidate_;
   mutable Lanes knots_z_;
   RowState trial_state_, candidate_state_;
-  Eigen::VectorXd shifted_, multiplier_, promised_, surprise_;
+  Eigen::VectorXd shifted_, multiplier_, promised_, surprise_, no_rows_, multiplier_left_;
   NewtonSystem newton_;
   std::vector<Eigen::MatrixXd> curvature_;
   bool doubted_ = false;  // the set of constraints changed since the last answer
@@ -135,6 +144,7 @@ class Optimizer {
   bool curvature_valid_ = false;
   bool chord_ = false;        // the next Newton step reuses the factor
   bool newton_last_ = false;  // the last solve ended with Newton steps: so the next begins
+  int slow_truncated_ = 0;    // truncated steps in a row that hardly shrank
   double lost_ = 0;           // decrement of the last step too small to be judged by the merit
   int stage_steps_ = 0;       // taken at the present scale
   bool stage_newton_ = false;
