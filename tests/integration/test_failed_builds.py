@@ -23,6 +23,30 @@ def names(server):
     return {status.session for status in server.sessions()}
 
 
+@pytest.mark.parametrize("material", [{"youngs_modulus": e, "density": rho} for e in (1e-30, 1e30) for rho in (1e-30, 1e30)])
+def test_what_validation_lets_pass_is_built(server, material):
+    """At every corner of the bounds, the same motion: it does not depend on units."""
+    energies = []
+    for options in ({}, material | {"length_unit_in_metres": 1e-29}, material | {"length_unit_in_metres": 1e29}):
+        scene = small_scene(**options)
+        assert server.validate(scene) == []
+        session = server.open(scene, progress=False)
+        session.add(node=62, frame=30, displacement=(0, 0, 0.4))
+        energies.append(session.wait().energy)
+        session.close()
+    assert energies == pytest.approx([energies[0]] * 3, rel=1e-6)
+
+
+@pytest.mark.parametrize("field, value", [("material.youngs_modulus", 1e308), ("material.youngs_modulus", 1e-300),
+                                          ("material.density", 1e300), ("length_unit_in_metres", 1e-100)])
+def test_values_beyond_double_are_refused_with_their_field(server, field, value):
+    scene = small_scene(**{field.split(".")[-1]: value})
+    assert [issue.split(": ")[1] for issue in server.validate(scene)] == [f"scene.{field}"]
+    with pytest.raises(limber.LimberError) as caught:
+        server.open(scene)
+    assert caught.value.field == f"scene.{field}" and "1e-30" in caught.value.message
+
+
 def test_a_failed_build_takes_no_place(launch):
     server = launch("--max-sessions", "2")
     solved = server.open(small_scene(), session="solved", progress=False)
