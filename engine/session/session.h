@@ -113,7 +113,8 @@ class Session {
   /// a warm one may become final just when this is called
   void solve_cold(std::uint64_t request = 0);
   /// Stops a running build (state kFailed, until solve_cold()) or solve (a final result with status
-  /// kCancelled, which contains every edit accepted so far). The session keeps its newest result.
+  /// kCancelled, which contains every edit accepted so far). The session keeps its newest result;
+  /// of a cold solve, the final one from before, which is published again if others came between.
   /// Nothing running: no effect.
   void cancel();
   /// Refuses everything from now on, cancels, and tells the listener kClosed. Returns when no task

@@ -198,7 +198,7 @@ void Session::Impl::solve(const Round& round) {
   if (round.depth == Round::Depth::kCorrectOnly) {
     report.status = spacetime::SolveStatus::kCancelled;
     report.message = "cancelled before it was solved";
-    publish(round, report, true);
+    if (!stay_with_answer(round, report)) publish(round, report, true);
     return;
   }
   publish(round, report, false);
@@ -216,7 +216,27 @@ void Session::Impl::solve(const Round& round) {
   });
   demand_finite(report, solver.motion());
   if (out_of_date && report.status == spacetime::SolveStatus::kImproved) return;
+  const bool cancelled = report.status == spacetime::SolveStatus::kCancelled;
+  if (cancelled && stay_with_answer(round, report)) return;
   publish(round, report, true);
+}
+
+/// Of a cancelled solve that no edit had asked for, a cold one: the answer that the revision has
+/// already stays the newest, and the solver goes on from it.
+bool Session::Impl::stay_with_answer(const Round& round, const spacetime::SolveReport& cancelled) {
+  std::shared_ptr<const Result> answer, newest;
+  {
+    const std::lock_guard lock(mutex_);
+    answer = converged_;
+    newest = newest_;
+  }
+  if (!answer || answer->revision != round.revision || answer->solve_failed) return false;
+  if (answer->report.status == spacetime::SolveStatus::kCancelled &&
+      answer->report.total_energy > cancelled.total_energy)
+    return false;
+  problem_->solver().warm_start(answer->modal);
+  if (answer != newest) hand_out(std::make_shared<Result>(*answer), round);
+  return true;
 }
 
 void Session::Impl::publish(const Round& round, const spacetime::SolveReport& report, bool final) {
