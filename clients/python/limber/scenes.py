@@ -11,7 +11,7 @@ from typing import Any, Iterable, Mapping, Union
 import numpy as np
 from google.protobuf import json_format
 
-from . import arrays, edits
+from . import arrays, checks, edits
 from .errors import LimberError, invalid
 from .messages import scene as messages
 
@@ -94,8 +94,8 @@ def scene_from_arrays(nodes: Any, tets: Any, **options: Any) -> "messages.Scene"
     cubature_size, first_end, last_end ("free", "position", "position_velocity"), frames_per_second, period_frames,
     damping_ratio, base_motion (frames x nodes x 3 positions, or the path of a .pc2 file).
     """
-    nodes = np.asarray(nodes, dtype=np.float64)
-    tets = np.asarray(tets)
+    nodes = checks.numeric(nodes, "mesh.arrays.nodes")
+    tets = checks.numeric(tets, "mesh.arrays.tets")
     if nodes.ndim != 2 or nodes.shape[1] != 3:
         raise invalid("mesh.arrays.nodes", f"nodes have the shape {nodes.shape}, not (n, 3)")
     if tets.ndim != 2 or tets.shape[1] != 4 or not np.issubdtype(tets.dtype, np.integer):
@@ -110,20 +110,23 @@ def scene_from_arrays(nodes: Any, tets: Any, **options: Any) -> "messages.Scene"
 
 def _scene(*, name: str = "", frames: int = 120, fixed_nodes: Iterable[int] = (), first_end: str = "position_velocity",
            last_end: str = "position_velocity", base_motion: Any = None, **values: float) -> "messages.Scene":
-    scene = messages.Scene(name=name, frames=frames, fixed_nodes=[int(node) for node in fixed_nodes])
+    scene = messages.Scene(name=checks.text(name, "name"), frames=checks.whole(frames, "frames"),
+                           fixed_nodes=checks.wholes(fixed_nodes, "fixed_nodes"))
     ends = edits.ends(first_end, last_end).set_ends
     scene.first_end, scene.last_end = ends.first_end, ends.last_end
     for key, value in values.items():
         for part in (scene, scene.material, scene.dynamics, scene.model):
-            if key in part.DESCRIPTOR.fields_by_name and part.DESCRIPTOR.fields_by_name[key].message_type is None:
-                setattr(part, key, value)
+            field = part.DESCRIPTOR.fields_by_name.get(key)
+            if field is not None and field.message_type is None:
+                is_real = field.cpp_type in (field.CPPTYPE_DOUBLE, field.CPPTYPE_FLOAT)
+                setattr(part, key, checks.real(value, key) if is_real else checks.whole(value, key))
                 break
         else:
             raise TypeError(f"a scene has no option {key!r}")
     if isinstance(base_motion, (str, os.PathLike)):
         scene.base_motion.pc2 = _read(Path(base_motion), "base_motion.pc2")
     elif base_motion is not None:
-        scene.base_motion.positions.CopyFrom(arrays.to_message(base_motion, np.float64))
+        scene.base_motion.positions.CopyFrom(arrays.to_message(checks.numeric(base_motion, "base_motion"), np.float64))
     return scene
 
 
