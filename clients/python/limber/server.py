@@ -16,6 +16,7 @@ from .errors import LimberError, ServerUnreachable, from_message, invalid
 from .messages import scene as scene_messages
 from .messages import service
 from .progress import ProgressOption, Reporter
+from .reach import advice
 from .results import Geometry, issue_text
 from .session import Session, job_error
 
@@ -182,9 +183,9 @@ def connect(endpoint: str | None = None, *, timeout: float = 10.0, connect_timeo
     try:
         return Server(connection, min(timeout, connect_timeout) / 2)  # the greeting is repeated once
     except ServerUnreachable:
+        why = advice(connection)
         connection.close()
-        raise ServerUnreachable(f"no limberd answers at {connection.endpoint}; `limber start` or limber.launch() "
-                                "starts one") from None
+        raise ServerUnreachable(f"no limberd answers at {connection.endpoint}: {why}") from None
     except BaseException:
         connection.close()
         raise
