@@ -282,6 +282,12 @@ class SceneValidator {
                                " elastic degrees of freedom, is " +
                                std::to_string(scene_.model.mode_count));
     }
+    const int degrees = elastic_degrees + (scene_.fixed_nodes.empty() ? 6 : 0);
+    if (elastic_degrees > 0 && scene_.model.basis_size > degrees) {
+      warning("model.basis_size", fmt::format("is {}, more than the {} degrees of freedom: at most "
+                                              "so many are used",
+                                              scene_.model.basis_size, degrees));
+    }
   }
 
   void check_constraints() {

@@ -126,8 +126,11 @@ class Session {
   [[nodiscard]] std::shared_ptr<const Result> converged_result() const;  // newest converged one
   [[nodiscard]] std::shared_ptr<const Geometry> geometry() const;        // null while building
   [[nodiscard]] std::shared_ptr<const reduced::ReducedModel> model() const;  // null while building
-  [[nodiscard]] double build_seconds() const;                                // 0 while building
-  [[nodiscard]] bool model_from_cache() const;                               // false while building
+  /// What a person should know of the model: tolerance missed, mechanisms, sizes other than asked
+  /// for. Empty while building, or if there is nothing to say.
+  [[nodiscard]] std::string model_message() const;
+  [[nodiscard]] double build_seconds() const;   // 0 while building
+  [[nodiscard]] bool model_from_cache() const;  // false while building
 
   /// Positions [scene units], 3 source nodes x frames, of a result: rest + basis q, computed in
   /// double.

@@ -50,6 +50,7 @@ class Session::Impl : public std::enable_shared_from_this<Session::Impl> {
     std::shared_ptr<const reduced::ReducedModel> model;
     Geometry geometry;
     std::vector<int> compact_of_source;
+    std::string message;  // of the model's report, and what it has otherwise than asked for
     double seconds = 0;
     bool from_cache = false;
   };

@@ -63,7 +63,7 @@ bool Session::Impl::build() {
   try {
     auto built = std::make_shared<Built>(build_model(job));
     built->seconds = Seconds(Clock::now() - begin).count();
-    const std::string message = built->model->report.message;
+    const std::string message = built->message;
     bool open = false;
     {
       const std::lock_guard lock(mutex_);
@@ -114,6 +114,10 @@ Session::Impl::Built Session::Impl::build_model(const JobContext& job) {
   job.report("geometry", 0.98);
   built.geometry = make_geometry(scene, mapped, *built.model);
   built.compact_of_source = mapped.compact_of_source;
+  built.message = built.model->report.message;
+  const std::string notes = model_notes(scene.model, *built.model);
+  if (!built.message.empty() && !notes.empty()) built.message += "; ";
+  built.message += notes;
   problem_ = std::make_unique<LiveProblem>(built.model, base, TargetFrame(scene, mapped),
                                            scene.frame_count, options_.solver);
   return built;

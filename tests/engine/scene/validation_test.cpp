@@ -68,6 +68,7 @@ TEST(Validation, EachFaultIsNamedAloneWithItsField) {
       {"model.modes", [](Scene& s) { s.model.mode_count = 3 * (1377 - 162); }},
       {"model.tolerance", [](Scene& s) { s.model.tolerance = kNan; }},
       {"model.basis_size", [](Scene& s) { s.model.basis_size = -1; }},
+      {"model.basis_size", [](Scene& s) { s.model.basis_size = 5000; }, Issue::Severity::kWarning},
       {"model.cubature_size", [](Scene& s) { s.model.cubature_size = 7000; }},
       {"mesh.nodes", [](Scene& s) { s.mesh.nodes *= 1e-100; }},
       {"mesh.nodes",
