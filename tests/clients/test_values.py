@@ -151,6 +151,14 @@ def test_bad_scene_files(tmp_path):
     refused("mesh.path", limber.load_scene, path)
 
 
+@pytest.mark.parametrize("text, field", [
+    ('{"frames": 3, "frames": 4}', "scene.frames"), ('{"fixed_nodes": [1], "fixedNodes": [2]}', "scene.fixedNodes"),
+    ('{"constraints": [{}, {"frame": 1, "frame": 1}]}', "scene.constraints[1].frame"), ("[]", "scene"), ("3", "scene")])
+def test_scene_files_say_each_thing_once(tmp_path, text, field):
+    (tmp_path / "scene.json").write_text(text)
+    refused(field, scenes.load_scene, tmp_path / "scene.json")
+
+
 def test_exported_names_stay_below_the_folder(tmp_path):
     write_exported(tmp_path, service.ExportedFile(name="a/b.vtu", content=b"1"))
     write_exported(tmp_path, service.ExportedFile(name="a/b.vtu", content=b"2", append=True))

@@ -45,7 +45,7 @@ def load_scene(path: "str | os.PathLike[str]") -> "messages.Scene":
     path = Path(path)
     try:
         text = _read(path, "scene").decode("utf-8")
-        scene = _parse(json.loads(text), str(path))
+        scene = _parse(_each_key_once(json.loads(text, object_pairs_hook=_Pairs), "scene", str(path)), str(path))
     except ValueError as error:
         raise invalid("scene", f"{path} is not JSON: {error}") from error
     return with_mesh_bytes(scene, path.parent)
@@ -130,7 +130,34 @@ def _scene(*, name: str = "", frames: int = 120, fixed_nodes: Iterable[int] = ()
     return scene
 
 
+class _Pairs(list):
+    """A JSON object as it was written: its keys may repeat."""
+
+
+def _spelling(key: str) -> str:
+    """fixed_nodes as fixedNodes; keys that can be no field (file names) as they are."""
+    return re.sub(r"_([a-z])", lambda found: found[1].upper(), key) if key.isidentifier() else key
+
+
+def _each_key_once(value: Any, field: str, what: str) -> Any:
+    """json's objects as dicts; of a key that is given twice, json would take the last."""
+    if isinstance(value, _Pairs):
+        made: dict[str, Any] = {}
+        spellings = set()
+        for key, inner in value:
+            if _spelling(key) in spellings:
+                raise invalid(f"{field}.{key}", f"{what} is no scene: {key} is given twice")
+            spellings.add(_spelling(key))
+            made[key] = _each_key_once(inner, f"{field}.{key}", what)
+        return made
+    if isinstance(value, list):
+        return [_each_key_once(inner, f"{field}[{i}]", what) for i, inner in enumerate(value)]
+    return value
+
+
 def _parse(value: Any, what: str) -> "messages.Scene":
+    if not isinstance(value, Mapping):
+        raise invalid("scene", f"{what} is no scene: a JSON object is expected")
     try:
         return json_format.ParseDict(value, messages.Scene())
     except (json_format.ParseError, TypeError, AttributeError) as error:
