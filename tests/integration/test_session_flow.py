@@ -240,6 +240,7 @@ def test_an_unread_stream_holds_few_messages(server):
         for step in range(60):
             held.move((0, 0, 0.1 + 0.001 * step))
             session.wait()
+            time.sleep(0.02)  # until it is encoded: what comes meanwhile would be skipped
         time.sleep(0.5)
         unread = []
         while len(unread) < 100:
