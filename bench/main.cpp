@@ -61,7 +61,6 @@ int main(int argc, char** argv) {
   std::string json;
   limber::bench::SuiteOptions options;
   if (const char* shared = std::getenv("LIMBER_SHARED")) options.shared_folder = shared;
-  options.limberd = (std::filesystem::path(argv[0]).parent_path() / "limberd").string();
   std::string names;
   for (const auto& [name, unused] : suites) names += (names.empty() ? "" : ", ") + name;
   app.add_option("suite", suite, "One of: " + names)->required();
@@ -72,7 +71,9 @@ int main(int argc, char** argv) {
       ->check(CLI::Range(1, 1000));
   app.add_option("--shared", options.shared_folder,
                  "Folder with the public data (default: $LIMBER_SHARED or ../shared)");
-  app.add_option("--limberd", options.limberd, "Server binary for the suite `service`");
+  app.add_option(
+      "--limberd", options.limberd,
+      "Server binary for the suite `service` (default: beside this program, else on PATH)");
   CLI11_PARSE(app, argc, argv);
   if (options.shared_folder.empty() && std::filesystem::exists("../shared/data"))
     options.shared_folder = "../shared";

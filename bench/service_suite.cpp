@@ -13,6 +13,7 @@
 #include <thread>
 #include <zmq.hpp>
 
+#include "bench/find_program.h"
 #include "bench/suite.h"
 #include "limber/v1/service.pb.h"
 #include "limber/v1/stream.pb.h"
@@ -179,7 +180,7 @@ Latencies edit_one_by_one(Client& client, const std::string& session, const pb::
 }  // namespace
 
 void service_suite(const SuiteOptions& options, Recorder& recorder) {
-  const ServerProcess server(options.limberd);
+  const ServerProcess server(find_program("limberd", options.limberd));
   Client client(server);
   pb::Request get_sample;
   get_sample.mutable_get_sample()->set_name("flower");

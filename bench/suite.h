@@ -21,7 +21,7 @@ struct SuiteOptions {
       false;  // finish within 40 s: smaller or fewer cases, fewer repeats; says so in each case
   std::string
       shared_folder;    // public data; empty: cases that need it are left out and named on stderr
-  std::string limberd;  // path of the server binary (suite `service`)
+  std::string limberd;  // server binary for the suite `service`; empty: looked for
   int repeats = 5;
 };
 

@@ -12,6 +12,7 @@
 #include <sstream>
 
 #include "clients/cpp/curve_keys.h"
+#include "clients/cpp/reach.h"
 
 namespace limber::cli {
 namespace {
@@ -47,10 +48,12 @@ client::Client& Context::client() {
     try {
       (void)client::greet(*made, milliseconds(patience));
     } catch (const client::Unreachable&) {
+      const auto reach = client::probe(*made);
       throw client::Unreachable(
-          fmt::format("no limberd answers at {} (asked for {:g} s). `limber start` starts one; "
-                      "--endpoint or LIMBER_ENDPOINT names another; --connect-timeout waits longer",
-                      endpoint, patience));
+          fmt::format("no limberd answers at {} (asked for {:g} s): {}. {}--endpoint or "
+                      "LIMBER_ENDPOINT names another; --connect-timeout waits longer",
+                      endpoint, patience, client::advice(reach, *made),
+                      reach == client::Reach::kNobody ? "`limber start` starts one; " : ""));
     }
     client_ = std::move(made);
   }

@@ -1,13 +1,15 @@
-// add, move, replace, remove, ends, undo, redo, edit-script: edits, each a revision.
+// add, move, replace, remove, ends, dynamics, undo, redo, edit-script: edits, each a revision.
 
 #include <fmt/format.h>
-#include <google/protobuf/util/json_util.h>
 
+#include <algorithm>
+#include <chrono>
 #include <fstream>
 #include <iostream>
 
 #include "clients/cli/context.h"
 #include "clients/cli/print.h"
+#include "proto/json_text.h"
 
 namespace limber::cli {
 namespace {
@@ -189,6 +191,54 @@ void ends_command(CLI::App& app, Context& context) {
   });
 }
 
+struct DynamicsOptions {
+  std::string session;
+  std::optional<double> frames_per_second, period_frames, damping_ratio;
+};
+
+/// The wire knows the whole only: what is not named is read first, and sent again unless somebody
+/// has edited meanwhile.
+v1::EditResponse change_dynamics(Context& context, const DynamicsOptions& options) {
+  const auto deadline =
+      std::chrono::steady_clock::now() + milliseconds(std::min(context.timeout_s, 10.0));
+  while (true) {
+    v1::GetSessionRequest get;
+    get.set_session(options.session);
+    get.set_with_scene(true);
+    const auto known = context.client().call(get);
+    v1::EditRequest request;
+    request.set_session(options.session);
+    request.set_expected_revision(known.status().revision());
+    auto& dynamics = *request.add_edits()->mutable_set_dynamics();
+    dynamics = known.scene().dynamics();
+    if (options.frames_per_second) dynamics.set_frames_per_second(*options.frames_per_second);
+    if (options.period_frames) dynamics.set_period_frames(*options.period_frames);
+    if (options.damping_ratio) dynamics.set_damping_ratio(*options.damping_ratio);
+    try {
+      return context.client().call(request);
+    } catch (const ClientError& error) {
+      if (error.field() != "expected_revision" || std::chrono::steady_clock::now() > deadline)
+        throw;
+    }
+  }
+}
+
+void dynamics_command(CLI::App& app, Context& context) {
+  auto options = std::make_shared<DynamicsOptions>();
+  auto* command =
+      subcommand(app, "dynamics", "How fast the body moves; what is not named stays as it is",
+                 "limber dynamics flower --period-frames 30 --damping-ratio 0.05");
+  command->add_option("session", options->session, "Session")->required();
+  auto* values = command->add_option_group("values", "At least one of");
+  values->add_option("--frames-per-second", options->frames_per_second, "Frames per second, > 0");
+  values->add_option("--period-frames", options->period_frames,
+                     "Frames of one swing of the lowest elastic mode; 0: as the materials say");
+  values->add_option("--damping-ratio", options->damping_ratio, "Of critical, in [0, 1)");
+  values->require_option(1, 3);
+  command->callback(
+      [&context, options] { print_receipt(context, change_dynamics(context, *options)); });
+}
+
 void undo_redo_commands(CLI::App& app, Context& context) {
   for (const bool undo : {true, false}) {
     const std::string name = undo ? "undo" : "redo";
@@ -212,13 +262,13 @@ void undo_redo_commands(CLI::App& app, Context& context) {
 v1::EditRequest parse_line(const std::string& line, int number) {
   v1::EditRequest request;
   const bool several = line.find("\"edits\"") != std::string::npos;
-  const auto status = several
-                          ? google::protobuf::util::JsonStringToMessage(line, &request)
-                          : google::protobuf::util::JsonStringToMessage(line, request.add_edits());
-  if (status.ok()) return request;
-  throw ClientError(v1::ERROR_CODE_INVALID_ARGUMENT, fmt::format("line {}", number),
-                    fmt::format("is no {}: {}", several ? "list of edits" : "edit",
-                                std::string(status.message())));
+  const auto fault =
+      several ? json::read_message(line, request) : json::read_message(line, *request.add_edits());
+  if (!fault) return request;
+  throw ClientError(
+      v1::ERROR_CODE_INVALID_ARGUMENT,
+      fmt::format("line {}{}{}", number, fault->field.empty() ? "" : ": ", fault->field),
+      fmt::format("is no {}: {}", several ? "list of edits" : "edit", fault->message));
 }
 
 /// The server knows edits, not lines.
@@ -296,6 +346,7 @@ void add_edit_commands(CLI::App& app, Context& context) {
   replace_constraint_command(app, context);
   remove_constraint_command(app, context);
   ends_command(app, context);
+  dynamics_command(app, context);
   undo_redo_commands(app, context);
   script_command(app, context);
 }

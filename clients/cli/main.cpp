@@ -3,11 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cctype>
 #include <cstdio>
 #include <string>
 #include <vector>
 
+#include "clients/cli/arguments.h"
 #include "clients/cli/context.h"
 
 namespace {
@@ -31,16 +31,6 @@ int report(const Context& context, const limber::client::ClientError& error) {
   if (cli::interrupted()) return cli::kInterrupted;
   if (dynamic_cast<const limber::client::Unreachable*>(&error) != nullptr) return cli::kUnreachable;
   return error.code() == limber::v1::ERROR_CODE_TIMEOUT ? cli::kTimeOut : cli::kRefused;
-}
-
-/// "-.5" would be read as an option.
-std::vector<std::string> with_leading_zeros(int argc, char** argv) {
-  std::vector<std::string> arguments(argv + 1, argv + argc);
-  for (auto& argument : arguments) {
-    if (argument.size() > 2 && argument.starts_with("-.") && std::isdigit(argument[2]) != 0)
-      argument.insert(1, "0");
-  }
-  return arguments;
 }
 
 int usage(const CLI::App& app, const CLI::ParseError& error) {
@@ -101,7 +91,7 @@ int main(int argc, char** argv) {
   cli::add_result_commands(app, context);
   try {
     cli::catch_interrupts();
-    auto arguments = with_leading_zeros(argc, argv);
+    auto arguments = cli::as_meant({argv + 1, argv + argc});
     std::reverse(arguments.begin(), arguments.end());  // as CLI11 wants them
     app.parse(std::move(arguments));
     return context.exit_code;

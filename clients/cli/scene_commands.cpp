@@ -15,17 +15,17 @@ namespace {
 using client::ClientError;
 using client::Milliseconds;
 
-/// Becomes limberd with these arguments: validation and tetrahedralisation need the engine, which
-/// clients do not link.
+/// Becomes limberd with these arguments, under the name of limber: validation and
+/// tetrahedralisation need the engine, which clients do not link.
 void become_limberd(std::vector<std::string> arguments) {
-  arguments.insert(arguments.begin(), find_limberd());
+  const std::string limberd = find_limberd();
+  arguments.insert(arguments.begin(), "limber");
   std::vector<char*> argv;
   for (auto& argument : arguments) argv.push_back(argument.data());
   argv.push_back(nullptr);
   std::fflush(nullptr);
-  execv(argv[0], argv.data());
-  throw ClientError(v1::ERROR_CODE_NOT_FOUND, "limberd",
-                    fmt::format("cannot run {}", arguments[0]));
+  execv(limberd.c_str(), argv.data());
+  throw ClientError(v1::ERROR_CODE_NOT_FOUND, "limberd", fmt::format("cannot run {}", limberd));
 }
 
 /// The command line is well formed: a file that is not there is refused as `open` refuses it.
@@ -127,9 +127,10 @@ void open(Context& context, const OpenOptions& options) {
   if (context.json) return print_json(status);
   fmt::print("session {}: {} tets, {} nodes, {} frames, {}\n", title(status), status.tets(),
              status.nodes(), status.frames(), state_words(status.state()));
-  if (status.has_model())
-    fmt::print("model: {}, {:.2f} s{}\n", describe(status.model()), status.model().build_s(),
-               status.model().from_cache() ? ", from the cache" : "");
+  if (!status.has_model()) return;
+  fmt::print("model: {}, {:.2f} s{}\n", describe(status.model()), status.model().build_s(),
+             status.model().from_cache() ? ", from the cache" : "");
+  if (!status.model().message().empty()) fmt::print("note: {}\n", status.model().message());
 }
 
 }  // namespace

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "clients/cpp/error.h"
+#include "proto/json_text.h"
 
 namespace limber::client {
 namespace {
@@ -130,11 +131,10 @@ v1::MeshFile mesh_file(const fs::path& path) {
 
 v1::Scene load_scene(const fs::path& path) {
   v1::Scene scene;
-  const auto status =
-      google::protobuf::util::JsonStringToMessage(read_bytes(path, "scene"), &scene);
-  if (!status.ok())
-    throw ClientError(v1::ERROR_CODE_INVALID_ARGUMENT, "scene",
-                      path.string() + " is no scene: " + std::string(status.message()));
+  if (const auto fault = json::read_message(read_bytes(path, "scene"), scene))
+    throw ClientError(v1::ERROR_CODE_INVALID_ARGUMENT,
+                      fault->field.empty() ? "scene" : "scene." + fault->field,
+                      path.string() + " is no scene: " + fault->message);
   if (scene.mesh().has_path()) {
     const fs::path mesh = path.parent_path() / scene.mesh().path();
     *scene.mutable_mesh()->mutable_file() = mesh_file(mesh);

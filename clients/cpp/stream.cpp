@@ -7,6 +7,9 @@
 namespace limber::client {
 namespace {
 
+/// Messages that wait in this process for a reader that is slow; a motion may have megabytes.
+constexpr int kQueue = 8;
+
 /// Waits until the handshake of a socket's connection has succeeded; a subscription is sent right
 /// after it.
 class Handshake {
@@ -37,7 +40,7 @@ class Handshake {
 Subscription::Subscription(Client& client, const std::string& endpoint)
     : client_(client), socket_(client.context(), ZMQ_SUB) {
   client.configure(socket_);
-  socket_.set(zmq::sockopt::rcvhwm, 256);
+  socket_.set(zmq::sockopt::rcvhwm, kQueue);
   Handshake handshake(client.context(), socket_);
   const std::string address = reachable(endpoint, client.endpoint());
   try {

@@ -16,6 +16,10 @@ using Severity = Issue::Severity;
 /// Enough to see what is wrong; a mesh of a million NaNs needs no million complaints.
 constexpr int kMaxIssuesPerKind = 20;
 
+/// Of E [Pa], rho [kg/m^3] and the body's length [m]: a model is built at every corner of these
+/// bounds, whereas the products of far larger or smaller values leave the range of double.
+constexpr double kLeast = 1e-30, kMost = 1e30;
+
 std::string number(double value) { return fmt::format("{:g}", value); }
 
 class SceneValidator {
@@ -60,11 +64,7 @@ class SceneValidator {
 
   // Conditions are written so that NaN fails them.
   void check_plain_values() {
-    if (!(scene_.length_unit_in_metres > 0) || !std::isfinite(scene_.length_unit_in_metres)) {
-      error("length_unit_in_metres",
-            "must be > 0 and finite, is " + number(scene_.length_unit_in_metres));
-      unit_ok_ = false;
-    }
+    unit_ok_ = check_magnitude("length_unit_in_metres", scene_.length_unit_in_metres, "m");
     check_material("material", scene_.material);
     if (scene_.merge_tolerance &&
         (!(*scene_.merge_tolerance >= 0) || !std::isfinite(*scene_.merge_tolerance))) {
@@ -97,19 +97,23 @@ class SceneValidator {
     }
   }
 
+  bool check_magnitude(const std::string& field, double value, const char* unit) {
+    if (value >= kLeast && value <= kMost) return true;
+    const std::string rule = value > 0 && std::isfinite(value)
+                                 ? fmt::format("in [{:g}, {:g}] {}", kLeast, kMost, unit)
+                                 : "> 0 and finite";
+    error(field, "must be " + rule + ", is " + number(value));
+    return false;
+  }
+
   bool check_material(const std::string& field, const bodies::Material& material) {
     const std::size_t before = issues_.size();
-    if (!(material.youngs_modulus > 0) || !std::isfinite(material.youngs_modulus)) {
-      error(field + ".youngs_modulus",
-            "must be > 0 and finite, is " + number(material.youngs_modulus));
-    }
+    check_magnitude(field + ".youngs_modulus", material.youngs_modulus, "Pa");
     if (!(material.poissons_ratio > -1 && material.poissons_ratio < 0.5)) {
       error(field + ".poissons_ratio",
             "must be in (-1, 0.5), is " + number(material.poissons_ratio));
     }
-    if (!(material.density > 0) || !std::isfinite(material.density)) {
-      error(field + ".density", "must be > 0 and finite, is " + number(material.density));
-    }
+    check_magnitude(field + ".density", material.density, "kg/m^3");
     return issues_.size() == before;
   }
 
@@ -148,7 +152,19 @@ class SceneValidator {
                        [&](std::size_t i) { return bad_tet(i); });
     good &= check_materials();
     good &= check_fixed_nodes();
-    if (good && unit_ok_) check_prepared();
+    if (good && unit_ok_ && check_length()) check_prepared();
+  }
+
+  /// The unit and the coordinates may each be fine.
+  bool check_length() {
+    const auto& nodes = scene_.mesh.nodes;
+    const double length = scene_.length_unit_in_metres *
+                          (nodes.rowwise().maxCoeff() - nodes.rowwise().minCoeff()).stableNorm();
+    if (length == 0) return true;  // its tets have no volume: said below, of each
+    if (length >= kLeast && length <= kMost) return true;
+    error("mesh.nodes",
+          fmt::format("the body must be {:g} to {:g} m long, is {:g}", kLeast, kMost, length));
+    return false;
   }
 
   bool bad_tet(std::size_t tet) {
@@ -254,6 +270,12 @@ class SceneValidator {
       error("model.modes", "must be below the " + std::to_string(elastic_degrees) +
                                " elastic degrees of freedom, is " +
                                std::to_string(scene_.model.mode_count));
+    }
+    const int degrees = elastic_degrees + (scene_.fixed_nodes.empty() ? 6 : 0);
+    if (elastic_degrees > 0 && scene_.model.basis_size > degrees) {
+      warning("model.basis_size", fmt::format("is {}, more than the {} degrees of freedom: at most "
+                                              "so many are used",
+                                              scene_.model.basis_size, degrees));
     }
   }
 

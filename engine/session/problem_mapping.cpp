@@ -1,5 +1,7 @@
 #include "engine/session/problem_mapping.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -8,6 +10,28 @@
 #include "engine/reduced/scaled_modes.h"
 
 namespace limber::session {
+
+std::string model_notes(const scene::ModelRequest& request, const reduced::ReducedModel& model) {
+  std::string notes;
+  const auto note = [&](const std::string& text) {
+    if (!notes.empty()) notes += "; ";
+    notes += text;
+  };
+  if (model.rigid_count > 0) {
+    note(fmt::format("model.modes: {} used, the {} asked for and {} rigid motions of the free body",
+                     model.coordinate_count(), request.mode_count, model.rigid_count));
+  }
+  if (request.basis_size > model.basis_size()) {
+    note(fmt::format(
+        "model.basis_size: {} used, {} asked for: the training poses span no more directions",
+        model.basis_size(), request.basis_size));
+  }
+  if (request.cubature_size > model.cubature_size()) {
+    note(fmt::format("model.cubature_size: {} used, {} asked for: more tets do not lower the error",
+                     model.cubature_size(), request.cubature_size));
+  }
+  return notes;
+}
 
 MappedBody map_body(const scene::Scene& scene) {
   const LengthUnit unit(scene.length_unit_in_metres);

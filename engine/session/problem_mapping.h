@@ -38,6 +38,11 @@ struct MappedBody {
 
 [[nodiscard]] spacetime::EndCondition map_end(scene::End end);
 
+/// What a model has otherwise than it was asked for, each with its field and what is used; empty:
+/// it has what was asked for. Sizes that were left to the builder are not remarked on.
+[[nodiscard]] std::string model_notes(const scene::ModelRequest& request,
+                                      const reduced::ReducedModel& model);
+
 /// Displacements [scene units] of source nodes to [m] of compact nodes, 3n x frames.
 [[nodiscard]] Eigen::MatrixXd map_base_motion(const scene::Scene& scene,
                                               const std::vector<int>& source_of_compact);

@@ -66,6 +66,11 @@ std::shared_ptr<const reduced::ReducedModel> Session::model() const {
   return built ? built->model : nullptr;
 }
 
+std::string Session::model_message() const {
+  const auto built = impl_->read([](const Impl& impl) { return impl.built_; });
+  return built ? built->message : std::string();
+}
+
 double Session::build_seconds() const {
   const auto built = impl_->read([](const Impl& impl) { return impl.built_; });
   return built ? built->seconds : 0;

@@ -113,7 +113,8 @@ class Session {
   /// a warm one may become final just when this is called
   void solve_cold(std::uint64_t request = 0);
   /// Stops a running build (state kFailed, until solve_cold()) or solve (a final result with status
-  /// kCancelled, which contains every edit accepted so far). The session keeps its newest result.
+  /// kCancelled, which contains every edit accepted so far). The session keeps its newest result;
+  /// of a cold solve, the final one from before, which is published again if others came between.
   /// Nothing running: no effect.
   void cancel();
   /// Refuses everything from now on, cancels, and tells the listener kClosed. Returns when no task
@@ -125,8 +126,11 @@ class Session {
   [[nodiscard]] std::shared_ptr<const Result> converged_result() const;  // newest converged one
   [[nodiscard]] std::shared_ptr<const Geometry> geometry() const;        // null while building
   [[nodiscard]] std::shared_ptr<const reduced::ReducedModel> model() const;  // null while building
-  [[nodiscard]] double build_seconds() const;                                // 0 while building
-  [[nodiscard]] bool model_from_cache() const;                               // false while building
+  /// What a person should know of the model: tolerance missed, mechanisms, sizes other than asked
+  /// for. Empty while building, or if there is nothing to say.
+  [[nodiscard]] std::string model_message() const;
+  [[nodiscard]] double build_seconds() const;   // 0 while building
+  [[nodiscard]] bool model_from_cache() const;  // false while building
 
   /// Positions [scene units], 3 source nodes x frames, of a result: rest + basis q, computed in
   /// double.

@@ -50,6 +50,7 @@ class Session::Impl : public std::enable_shared_from_this<Session::Impl> {
     std::shared_ptr<const reduced::ReducedModel> model;
     Geometry geometry;
     std::vector<int> compact_of_source;
+    std::string message;  // of the model's report, and what it has otherwise than asked for
     double seconds = 0;
     bool from_cache = false;
   };
@@ -83,6 +84,7 @@ class Session::Impl : public std::enable_shared_from_this<Session::Impl> {
   void work(const Round& round);
   void bring_up_to_date(const Round& round);
   void solve(const Round& round);
+  [[nodiscard]] bool stay_with_answer(const Round& round, const spacetime::SolveReport& cancelled);
   void publish(const Round& round, const spacetime::SolveReport& report, bool final);
   void publish_failure(const Round& round, const std::string& reason);
   void hand_out(std::shared_ptr<Result> result, const Round& round);

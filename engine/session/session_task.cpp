@@ -63,7 +63,7 @@ bool Session::Impl::build() {
   try {
     auto built = std::make_shared<Built>(build_model(job));
     built->seconds = Seconds(Clock::now() - begin).count();
-    const std::string message = built->model->report.message;
+    const std::string message = built->message;
     bool open = false;
     {
       const std::lock_guard lock(mutex_);
@@ -114,6 +114,10 @@ Session::Impl::Built Session::Impl::build_model(const JobContext& job) {
   job.report("geometry", 0.98);
   built.geometry = make_geometry(scene, mapped, *built.model);
   built.compact_of_source = mapped.compact_of_source;
+  built.message = built.model->report.message;
+  const std::string notes = model_notes(scene.model, *built.model);
+  if (!built.message.empty() && !notes.empty()) built.message += "; ";
+  built.message += notes;
   problem_ = std::make_unique<LiveProblem>(built.model, base, TargetFrame(scene, mapped),
                                            scene.frame_count, options_.solver);
   return built;
@@ -198,7 +202,7 @@ void Session::Impl::solve(const Round& round) {
   if (round.depth == Round::Depth::kCorrectOnly) {
     report.status = spacetime::SolveStatus::kCancelled;
     report.message = "cancelled before it was solved";
-    publish(round, report, true);
+    if (!stay_with_answer(round, report)) publish(round, report, true);
     return;
   }
   publish(round, report, false);
@@ -216,7 +220,27 @@ void Session::Impl::solve(const Round& round) {
   });
   demand_finite(report, solver.motion());
   if (out_of_date && report.status == spacetime::SolveStatus::kImproved) return;
+  const bool cancelled = report.status == spacetime::SolveStatus::kCancelled;
+  if (cancelled && stay_with_answer(round, report)) return;
   publish(round, report, true);
+}
+
+/// Of a cancelled solve that no edit had asked for, a cold one: the answer that the revision has
+/// already stays the newest, and the solver goes on from it.
+bool Session::Impl::stay_with_answer(const Round& round, const spacetime::SolveReport& cancelled) {
+  std::shared_ptr<const Result> answer, newest;
+  {
+    const std::lock_guard lock(mutex_);
+    answer = converged_;
+    newest = newest_;
+  }
+  if (!answer || answer->revision != round.revision || answer->solve_failed) return false;
+  if (answer->report.status == spacetime::SolveStatus::kCancelled &&
+      answer->report.total_energy > cancelled.total_energy)
+    return false;
+  problem_->solver().warm_start(answer->modal);
+  if (answer != newest) hand_out(std::make_shared<Result>(*answer), round);
+  return true;
 }
 
 void Session::Impl::publish(const Round& round, const spacetime::SolveReport& report, bool final) {

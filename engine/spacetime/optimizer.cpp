@@ -65,6 +65,15 @@ void Optimizer::cold_start() {
   if (rows_.count() > 0) begin_ramp();
 }
 
+/// Left on the ramp, it would be led away again by weights that hardly pull.
+void Optimizer::warm_start(const Eigen::MatrixXd& motion) {
+  challenger_.reset();
+  systems_.gather(motion, z_);
+  residual_valid_ = jacobian_valid_ = motion_valid_ = curvature_valid_ = false;
+  rows_.forget_multipliers();
+  set_scale(1);
+}
+
 const Eigen::MatrixXd& Optimizer::motion() const {
   if (!motion_valid_) {
     systems_.interpolate(z_, motion_);

@@ -27,6 +27,7 @@ class Optimizer {
   void set_systems(const ModeDynamics& dynamics, const Timeline& timeline,
                    const std::map<ConstraintId, PositionConstraint>& constraints);
   void cold_start();
+  void warm_start(const Eigen::MatrixXd& motion);
 
   SolveReport correct();
   SolveReport solve(const JobContext& job,

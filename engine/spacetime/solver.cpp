@@ -227,6 +227,16 @@ void Solver::cold_start() {
   impl_->optimizer_.cold_start();
 }
 
+void Solver::warm_start(const Eigen::MatrixXd& motion) {
+  const Eigen::MatrixXd& now = impl_->optimizer_.motion();
+  if (motion.rows() != now.rows() || motion.cols() != now.cols() || !motion.allFinite()) {
+    refuse("motion", "motion must be " + std::to_string(now.rows()) + " x " +
+                         std::to_string(now.cols()) + " finite values");
+  }
+  impl_->bring_up_to_date();
+  impl_->optimizer_.warm_start(motion);
+}
+
 SolveReport Solver::correct() {
   impl_->bring_up_to_date();
   return impl_->optimizer_.correct();

@@ -76,6 +76,9 @@ class Solver {
   [[nodiscard]] std::vector<PositionConstraint> constraints() const;  // ordered by id
 
   void cold_start();
+  /// Takes up another motion, r x N: what motion() was, to return to it. Zero where an end
+  /// condition holds it. @throws Error{kInvalidArgument} for another shape or non-finite values
+  void warm_start(const Eigen::MatrixXd& motion);
 
   /// The first corrected motion: where only targets changed, one back substitution at the kept
   /// Jacobians; never solves to convergence. Cheap enough to publish at once.

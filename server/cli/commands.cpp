@@ -110,10 +110,15 @@ int serve_command(CommandLine& line) {
   return serve(line.serve);
 }
 
-int report(const std::exception& fault) {
+/// `limber validate` becomes limberd under its own name: it is limber that the user called.
+std::string program_name(const char* called_as) {
+  return fs::path(called_as).filename() == "limber" ? "limber" : "limberd";
+}
+
+int report(const std::string& program, const std::exception& fault) {
   const proto::Error error = error_to_proto(fault);
   const bool said = error.message().starts_with(error.field());  // readers begin with their file
-  fmt::print(stderr, "limberd: {}{}{}\n", said ? "" : error.field(), said ? "" : ": ",
+  fmt::print(stderr, "{}: {}{}{}\n", program, said ? "" : error.field(), said ? "" : ": ",
              error.message());
   return 1;
 }
@@ -127,7 +132,7 @@ int run(int argc, char** argv) {
       "limberd holds scenes of elastic bodies and re-optimises their motion while clients edit "
       "them.\n"
       "Without a command it serves; the protocol is described in docs/protocol.md.",
-      "limberd"};
+      program_name(argv[0])};
   app.set_version_flag("--version", std::string("limberd ") + LIMBER_VERSION);
   app.get_formatter()->column_width(34);
   app.require_subcommand(0, 1);
@@ -145,7 +150,7 @@ int run(int argc, char** argv) {
     if (const auto code = tools.run()) return *code;
     return serve_command(line);
   } catch (const std::exception& fault) {
-    return report(fault);
+    return report(app.get_name(), fault);
   }
 }
 

@@ -21,7 +21,12 @@ unsigned decode_axes(const proto::Constraint& message, const std::string& field)
   for (int i = 0; i < message.axes_size(); ++i) {
     if (message.axes(i) == proto::AXIS_UNSPECIFIED)
       throw invalid(fmt::format("{}.axes[{}]", field, i), "unspecified axis");
-    axes |= 1u << (static_cast<unsigned>(message.axes(i)) - 1u);
+    const unsigned axis = 1u << (static_cast<unsigned>(message.axes(i)) - 1u);
+    if ((axes & axis) != 0) {
+      throw invalid(fmt::format("{}.axes[{}]", field, i),
+                    fmt::format("{} is given twice", proto::Axis_Name(message.axes(i))));
+    }
+    axes |= axis;
   }
   return axes;
 }

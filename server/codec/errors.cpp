@@ -20,7 +20,7 @@ Refusal limit_exceeded(const std::string& field, const std::string& what, std::u
                        std::uint64_t value) {
   return {proto::ERROR_CODE_LIMIT_EXCEEDED,
           field,
-          fmt::format("{}: {} is more than the limit of {}", what, value, limit),
+          fmt::format("{} {}: more than the limit of {}", value, what, limit),
           {{"limit", std::to_string(limit)}, {"value", std::to_string(value)}}};
 }
 

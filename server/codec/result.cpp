@@ -79,7 +79,7 @@ proto::ModelInfo encode_model(const session::Session& session) {
   info.set_error_mean(model.report.error_mean);
   info.set_error_max(model.report.error_max);
   info.set_met_tolerance(model.report.met_tolerance);
-  info.set_message(model.report.message);
+  info.set_message(session.model_message());
   info.set_build_s(session.build_seconds());
   info.set_from_cache(session.model_from_cache());
   return info;

@@ -2,15 +2,15 @@
 
 #include <google/protobuf/util/json_util.h>
 
+#include "proto/json_text.h"
 #include "server/codec/wire_check.h"
 
 namespace limber::server {
 
 proto::Scene scene_from_json(std::string_view text) {
   proto::Scene scene;
-  const auto status =
-      google::protobuf::util::JsonStringToMessage({text.data(), text.size()}, &scene);
-  if (!status.ok()) throw invalid("", std::string(status.message()));
+  if (const auto fault = json::read_message(text, scene))
+    throw invalid(fault->field, fault->message);
   // JSON writes NaN as a string; what the wire refuses, a file may not bring in.
   check_wire(scene.SerializeAsString(), *proto::Scene::descriptor());
   return scene;

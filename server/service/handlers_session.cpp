@@ -78,6 +78,16 @@ proto::OpenSessionResponse remarks(const proto::Scene& message, const DecodedSce
   return response;
 }
 
+/// A session that had to go for another.
+void close_quietly(SessionRecord& record) {
+  try {
+    record.close();
+    log::info("session {} gave its place to another", record.opened().id);
+  } catch (const std::exception& fault) {  // a client was quicker
+    log::debug("closing {}: {}", record.opened().id, fault.what());
+  }
+}
+
 }  // namespace
 
 proto::OpenSessionResponse Service::open(const proto::OpenSessionRequest& request) {
@@ -98,7 +108,7 @@ proto::OpenSessionResponse Service::open(const proto::OpenSessionRequest& reques
       std::make_shared<SessionRecord>(hub_, describe(id, request.scene(), decoded.scene), job);
   session::SessionOptions options;
   options.max_constraints = static_cast<int>(hub_.options.limits.constraints);
-  sessions_.put(record);
+  for (const auto& failed : sessions_.put(record)) close_quietly(*failed);
   try {
     record->attach(std::make_shared<session::Session>(
         id, std::move(decoded.scene), options, hub_.cache,
@@ -107,7 +117,7 @@ proto::OpenSessionResponse Service::open(const proto::OpenSessionRequest& reques
         },
         record));
   } catch (const std::exception& fault) {
-    sessions_.remove(id);
+    sessions_.remove(*record);
     guard.fail(fault);
     if (const auto* error = dynamic_cast<const Error*>(&fault);
         error != nullptr && !error->field().empty()) {
@@ -195,11 +205,8 @@ proto::GetSessionResponse Service::get_session(const proto::GetSessionRequest& r
 
 proto::CloseSessionResponse Service::close(const proto::CloseSessionRequest& request) {
   const auto record = sessions_.find(request.session());
-  const auto session = record->session();
-  session->close();  // no task runs any more; the name is free only now
-  record->end(Error(ErrorCode::kFailedPrecondition, "session",
-                    fmt::format("session '{}' was closed", request.session())));
-  if (record->detach()) sessions_.remove(request.session());
+  record->close();
+  sessions_.remove(*record);  // the name is free only now
   return {};
 }
 

@@ -57,6 +57,18 @@ std::shared_ptr<session::Session> SessionRecord::detach() {
   return std::exchange(session_, nullptr);
 }
 
+bool SessionRecord::failed() const {
+  const std::lock_guard lock(mutex_);
+  return session_ && state_ == session::State::kFailed;
+}
+
+void SessionRecord::close() {
+  session()->close();
+  end(Error(ErrorCode::kFailedPrecondition, "session",
+            fmt::format("session '{}' was closed", opened_.id)));
+  detach();
+}
+
 proto::SessionStatus SessionRecord::status() const {
   proto::SessionStatus status;
   status.set_session(opened_.id);

@@ -39,6 +39,10 @@ class SessionRecord final : public session::Listener,
   /// The session, for calls. @throws Error{kNotFound} once it is detached
   [[nodiscard]] std::shared_ptr<session::Session> session() const;
   std::shared_ptr<session::Session> detach();
+  /// The build failed or was cancelled, and nobody has asked for another.
+  [[nodiscard]] bool failed() const;
+  /// Ends the session; no task of it runs any more. @throws Error{kNotFound} once it is detached
+  void close();
 
   [[nodiscard]] const Opened& opened() const { return opened_; }
   [[nodiscard]] proto::SessionStatus status() const;

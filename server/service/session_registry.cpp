@@ -23,22 +23,24 @@ Refusal not_found(const std::string& name) {
   return {proto::ERROR_CODE_NOT_FOUND, "session", fmt::format("there is no session '{}'", name)};
 }
 
+Refusal exists(const std::string& name) {
+  return {proto::ERROR_CODE_ALREADY_EXISTS, "session", fmt::format("session '{}' exists", name)};
+}
+
 }  // namespace
 
 std::unique_ptr<SessionRegistry::Reservation> SessionRegistry::reserve(const std::string& wanted) {
   check_name(wanted);
   const std::lock_guard lock(mutex_);
-  const auto taken = [&](const std::string& name) {
-    return sessions_.count(name) > 0 || reserved_.count(name) > 0;
-  };
-  if (taken(wanted)) {
-    throw Refusal(proto::ERROR_CODE_ALREADY_EXISTS, "session",
-                  fmt::format("session '{}' exists", wanted));
-  }
-  const std::uint64_t open = sessions_.size() + reserved_.size();
+  const auto known = sessions_.find(wanted);
+  if (reserved_.count(wanted) > 0 || (known != sessions_.end() && !known->second.record->failed()))
+    throw exists(wanted);
+  std::uint64_t open = reserved_.size();
+  for (const auto& [name, entry] : sessions_) open += entry.record->failed() ? 0 : 1;
   if (open >= limit_) throw limit_exceeded("", "open sessions", limit_, open + 1);
   std::string name = wanted;
-  while (name.empty() || taken(name)) name = fmt::format("session-{}", ++last_);
+  while (name.empty() || (name != wanted && (sessions_.count(name) + reserved_.count(name)) > 0))
+    name = fmt::format("session-{}", ++last_);
   reserved_.insert(name);
   return std::make_unique<Reservation>(*this, name);
 }
@@ -48,33 +50,59 @@ void SessionRegistry::release(const std::string& name) {
   reserved_.erase(name);
 }
 
-void SessionRegistry::put(std::shared_ptr<SessionRecord> record) {
+SessionRegistry::Sessions::iterator SessionRegistry::oldest_failed() {
+  auto oldest = sessions_.end();
+  for (auto it = sessions_.begin(); it != sessions_.end(); ++it) {
+    if (it->second.record->failed() &&
+        (oldest == sessions_.end() || it->second.number < oldest->second.number))
+      oldest = it;
+  }
+  return oldest;
+}
+
+std::vector<std::shared_ptr<SessionRecord>> SessionRegistry::put(
+    const std::shared_ptr<SessionRecord>& record) {
   const std::lock_guard lock(mutex_);
   const std::string name = record->opened().id;
+  std::vector<std::shared_ptr<SessionRecord>> gone;
+  const auto go = [&](Sessions::iterator it) {
+    gone.push_back(std::move(it->second.record));
+    sessions_.erase(it);
+  };
+  if (const auto same = sessions_.find(name); same != sessions_.end()) {
+    if (!same->second.record->failed()) throw exists(name);
+    go(same);
+  }
+  // All are counted here, so that no more than the limit are ever there, whichever of the failed
+  // ones is taken up again.
+  while (sessions_.size() >= limit_) {
+    const auto oldest = oldest_failed();
+    if (oldest == sessions_.end())
+      throw limit_exceeded("", "open sessions", limit_, sessions_.size() + 1);
+    go(oldest);
+  }
   reserved_.erase(name);
-  sessions_[name] = std::move(record);
+  sessions_.emplace(name, Entry{record, ++put_});
+  return gone;
 }
 
 std::shared_ptr<SessionRecord> SessionRegistry::find(const std::string& name) const {
   const std::lock_guard lock(mutex_);
   const auto it = sessions_.find(name);
   if (it == sessions_.end()) throw not_found(name);
-  return it->second;
+  return it->second.record;
 }
 
-std::shared_ptr<SessionRecord> SessionRegistry::remove(const std::string& name) {
+void SessionRegistry::remove(const SessionRecord& record) {
   const std::lock_guard lock(mutex_);
-  const auto it = sessions_.find(name);
-  if (it == sessions_.end()) throw not_found(name);
-  auto record = it->second;
-  sessions_.erase(it);
-  return record;
+  const auto it = sessions_.find(record.opened().id);
+  if (it != sessions_.end() && it->second.record.get() == &record) sessions_.erase(it);
 }
 
 std::vector<std::shared_ptr<SessionRecord>> SessionRegistry::all() const {
   const std::lock_guard lock(mutex_);
   std::vector<std::shared_ptr<SessionRecord>> all;
-  for (const auto& [name, record] : sessions_) all.push_back(record);
+  for (const auto& [name, entry] : sessions_) all.push_back(entry.record);
   return all;
 }
 

@@ -12,6 +12,10 @@
 namespace limber::server {
 
 /// The sessions by name. Thread-safe.
+///
+/// A session whose build failed or was cancelled is there for whoever asks why, and for another
+/// try, but takes no place: it goes when a session of its name is opened, or, the oldest first,
+/// when its place is needed.
 class SessionRegistry {
  public:
   explicit SessionRegistry(std::uint32_t limit) : limit_(limit) {}
@@ -32,22 +36,35 @@ class SessionRegistry {
   };
 
   /// @param wanted  1 to 64 of [A-Za-z0-9._-]; empty: chosen here
+  /// Changes nothing that others see: the scene may still be refused.
   /// @throws Refusal INVALID_ARGUMENT, ALREADY_EXISTS, LIMIT_EXCEEDED
   [[nodiscard]] std::unique_ptr<Reservation> reserve(const std::string& wanted);
-  void put(std::shared_ptr<SessionRecord> record);
+  /// Under the name that was reserved for it.
+  /// @returns failed ones that had to go, for the caller to close
+  /// @throws Refusal as reserve() does, where a failed session was taken up again meanwhile
+  [[nodiscard]] std::vector<std::shared_ptr<SessionRecord>> put(
+      const std::shared_ptr<SessionRecord>& record);
   /// @throws Refusal NOT_FOUND
   [[nodiscard]] std::shared_ptr<SessionRecord> find(const std::string& name) const;
-  std::shared_ptr<SessionRecord> remove(const std::string& name);  // throws as find() does
+  /// Unless its name is another's by now.
+  void remove(const SessionRecord& record);
   [[nodiscard]] std::vector<std::shared_ptr<SessionRecord>> all() const;
 
  private:
+  struct Entry {
+    std::shared_ptr<SessionRecord> record;
+    std::uint64_t number;  // in the order in which they were put here
+  };
+  using Sessions = std::map<std::string, Entry>;
+
   void release(const std::string& name);
+  [[nodiscard]] Sessions::iterator oldest_failed();
 
   const std::uint32_t limit_;
   mutable std::mutex mutex_;
-  std::map<std::string, std::shared_ptr<SessionRecord>> sessions_;
+  Sessions sessions_;
   std::set<std::string> reserved_;
-  std::uint64_t last_ = 0;
+  std::uint64_t last_ = 0, put_ = 0;
 };
 
 }  // namespace limber::server

@@ -44,13 +44,57 @@ def test_constraint_arguments():
     assert made.WhichOneof("target") == "displacement"
     assert edits.constraint(frame=0, node=0, position=(0, 0, 0)).WhichOneof("enforcement") is None
     refused("nodes", edits.constraint, frame=1, position=(0, 0, 0))
-    refused("nodes", edits.constraint, frame=1, node=-1, position=(0, 0, 0))
+    refused("node", edits.constraint, frame=1, node=-1, position=(0, 0, 0))
     refused("target", edits.constraint, frame=1, node=1)
     refused("target", edits.constraint, frame=1, node=1, position=(0, 0, 0), displacement=(0, 0, 0))
     refused("position", edits.constraint, frame=1, node=1, position=(0, 0))
     refused("axes", edits.constraint, frame=1, node=1, position=(0, 0, 0), axes="xx")
     refused("frame", edits.constraint, frame=-1, node=1, position=(0, 0, 0))
     refused("weight", edits.constraint, frame=1, node=1, position=(0, 0, 0), weight=1, exact=True)
+
+
+@pytest.mark.parametrize("field, change", [
+    ("frame", {"frame": 1.5}), ("frame", {"frame": "1"}), ("frame", {"frame": True}), ("frame", {"frame": None}),
+    ("frame", {"frame": 2 ** 40}), ("node", {"node": 1.5}), ("node", {"node": np.float64(1)}), ("node", {"node": "1"}),
+    ("nodes", {"node": None, "nodes": 3}), ("nodes", {"node": None, "nodes": "12"}),
+    ("nodes[1]", {"node": None, "nodes": [1, 1.5]}), ("nodes[0]", {"node": None, "nodes": np.array([1.0, 2.0])}),
+    ("position", {"position": 1}), ("position", {"position": "123"}), ("position.y", {"position": (0, "1", 0)}),
+    ("position.x", {"position": ([0], 0, 0)}), ("weight", {"weight": "100"}), ("weight", {"weight": [1]}),
+    ("exact", {"exact": "no"}), ("axes", {"axes": 5}), ("axes", {"axes": ["x"]}), ("id", {"id": 1.5})])
+def test_arguments_of_the_wrong_type_are_named(field, change):
+    arguments = {"frame": 1, "node": 1, "position": (0, 0, 0)} | change
+    assert refused(field, edits.constraint, **arguments).code == "INVALID_ARGUMENT"
+
+
+def test_numbers_of_numpy_are_numbers():
+    made = edits.constraint(frame=np.int64(4), nodes=np.array([1, 2], dtype=np.uint8), position=np.zeros(3, np.float32),
+                            weight=np.float32(5), exact=False)
+    assert (made.frame, list(made.nodes), made.weight) == (4, [1, 2], 5)
+
+
+@pytest.mark.parametrize("field, call", [
+    ("id", lambda: limber.remove("1")), ("id", lambda: limber.move(1.5, (0, 0, 0))), ("id", lambda: limber.remove(-1)),
+    ("target", lambda: limber.move(1, None)), ("first", lambda: limber.ends(["free"], "free")),
+    ("last", lambda: limber.ends("free", None)), ("period_frames", lambda: limber.dynamics(period_frames="25")),
+    ("dynamics", limber.dynamics), ("frames", lambda: limber.scene_from_arrays(TET, [[0, 1, 2, 3]], frames=9.5)),
+    ("modes", lambda: limber.scene_from_arrays(TET, [[0, 1, 2, 3]], modes=8.0)),
+    ("fixed_nodes[1]", lambda: limber.scene_from_arrays(TET, [[0, 1, 2, 3]], fixed_nodes=[0, 1.5])),
+    ("name", lambda: limber.scene_from_arrays(TET, [[0, 1, 2, 3]], name=3)),
+    ("youngs_modulus", lambda: limber.scene_from_arrays(TET, [[0, 1, 2, 3]], youngs_modulus="1e5")),
+    ("mesh.arrays.nodes", lambda: limber.scene_from_arrays([["a", "b", "c"]], [[0, 1, 2, 3]])),
+    ("mesh.arrays.tets", lambda: limber.scene_from_arrays(TET, [[0, 1], [2]])),
+    ("base_motion", lambda: limber.scene_from_arrays(TET, [[0, 1, 2, 3]], base_motion=[[1], [2, 3]])),
+    ("timeout", lambda: limber.connect(timeout="5")), ("connect_timeout", lambda: limber.connect(connect_timeout=None)),
+    ("endpoint", lambda: limber.connect(7801))])
+def test_every_function_names_the_argument(field, call):
+    assert refused(field, call).code == "INVALID_ARGUMENT"
+
+
+def test_a_change_of_dynamics_keeps_what_it_does_not_name():
+    before = scene_messages.Dynamics(frames_per_second=24, period_frames=25, damping_ratio=0.1)
+    first, second = edits.to_messages([limber.dynamics(damping_ratio=0.2), limber.dynamics(period_frames=50)], before)
+    assert first.set_dynamics == scene_messages.Dynamics(frames_per_second=24, period_frames=25, damping_ratio=0.2)
+    assert second.set_dynamics == scene_messages.Dynamics(frames_per_second=24, period_frames=50, damping_ratio=0.2)
 
 
 def test_edits_from_json():
@@ -105,6 +149,14 @@ def test_bad_scene_files(tmp_path):
     refused("scene", limber.load_scene, path)
     path.write_text('{"mesh": {"path": "missing.msh"}}')
     refused("mesh.path", limber.load_scene, path)
+
+
+@pytest.mark.parametrize("text, field", [
+    ('{"frames": 3, "frames": 4}', "scene.frames"), ('{"fixed_nodes": [1], "fixedNodes": [2]}', "scene.fixedNodes"),
+    ('{"constraints": [{}, {"frame": 1, "frame": 1}]}', "scene.constraints[1].frame"), ("[]", "scene"), ("3", "scene")])
+def test_scene_files_say_each_thing_once(tmp_path, text, field):
+    (tmp_path / "scene.json").write_text(text)
+    refused(field, scenes.load_scene, tmp_path / "scene.json")
 
 
 def test_exported_names_stay_below_the_folder(tmp_path):

@@ -141,7 +141,7 @@ TEST(SceneFiles, WhatCannotBeReadIsSaid) {
             v1::ERROR_CODE_IO);
   EXPECT_EQ(refusal([&] { (void)load_scene(folder.path); }).code(), v1::ERROR_CODE_IO);
   write_bytes(folder.path / "s.json", R"({"framez": 3})");
-  EXPECT_EQ(refusal([&] { (void)load_scene(folder.path / "s.json"); }).field(), "scene");
+  EXPECT_EQ(refusal([&] { (void)load_scene(folder.path / "s.json"); }).field(), "scene.framez");
   write_bytes(folder.path / "s.json", R"({"mesh": {"path": "missing.msh"}})");
   EXPECT_EQ(refusal([&] { (void)load_scene(folder.path / "s.json"); }).field(), "mesh.path");
 }

@@ -17,7 +17,7 @@ from conftest import bar, tip_of
 from limber.launching import find_binary
 
 COMMANDS = ["start", "stop", "info", "jobs", "sample", "validate", "tetrahedralize", "open", "list", "show", "wait",
-            "close", "cancel", "cold", "add", "move", "replace", "remove", "ends", "undo", "redo", "edit-script",
+            "close", "cancel", "cold", "add", "move", "replace", "remove", "ends", "dynamics", "undo", "redo", "edit-script",
             "frames", "export", "watch"]
 
 
@@ -182,6 +182,80 @@ def test_edit_script(cli, session, tmp_path):
     assert "line 2: edits[0].remove.id" in message
     message = failed(cli("edit-script", session.id, "-", input='{"move": {"id": 1, "target": {"x": "a"}}}\n'), 1)
     assert "Cannot find field" not in message and "line 1" in message
+    for line, field in (('{"move": {"id": 1, "id": 2, "target": {"x": 1}}}', "move.id"),
+                        ('{"edits": [{"undo": {}}, {"remove": {"id": 1, "id": 1}}]}', "edits[1].remove.id")):
+        message = failed(cli("edit-script", session.id, "-", input=line + "\n"), 1)
+        assert "given twice" in message and f"line 1: {field})" in message
+    twice = '{"add": {"constraint": {"frame": 3, "nodes": [62], "axes": ["AXIS_X", "AXIS_X"], "position": {"x": 1}}}}'
+    message = failed(cli("edit-script", session.id, "-", input=twice + "\n"), 1)
+    assert "AXIS_X is given twice" in message and "edits[0].add.constraint.axes[1]" in message
+    assert session.status().revision == 6
+
+
+@pytest.mark.parametrize("text, field, words", [
+    ("[]", "", "a JSON object is expected"), ('{"frames": 1.5}', "frames", "whole number"),
+    ('{"frames": 30, "frames": 40}', "frames", "given twice"), ('{"fram": 3}', "fram", "no such field"),
+    ('{"constraints": [{"frame": 1, "frame": 2}]}', "constraints[0].frame", "given twice")])
+def test_scene_files_that_are_none(cli, server, tmp_path, text, field, words):
+    """Both commands and Python name the field once, in one sentence."""
+    file = write(tmp_path / "s.json", text)
+    reported = failed(cli("validate", file), 1)
+    assert cli("validate", file).stdout.startswith(f"error: {field}: " if field else "error: a JSON")
+    message = failed(cli("open", file), 1)
+    assert words in message and "::" not in message.replace(": :", "::") and "\n" not in message.strip()
+    assert f"(field {'scene.' + field if field else 'scene'})" in message, reported
+    with pytest.raises(limber.LimberError) as caught:
+        server.open(file)
+    assert caught.value.field.startswith("scene")
+    if words == "given twice":
+        assert caught.value.field == f"scene.{field}" and words in caught.value.message
+
+
+def test_limits_are_named_once(cli, tmp_path):
+    file = write(tmp_path / "s.json", '{"mesh": {"sample": "beam"}, "frames": 200000}')
+    assert cli("validate", file).stdout.startswith("error: frames: 200000 frames: more than the limit of 100000 [")
+
+
+@pytest.mark.parametrize("arguments", [("--node", 3, 4, "SESSION", "--frame", 20, "--displacement", 0, 0, 0.1),
+                                       ("--frame", 20, "--nodes", 3, 4, "SESSION", "--displacement", 0, 0, 0.1),
+                                       ("--displacement", 0, 0, 0.1, "SESSION", "--frame", 20, "--node", 3, 4),
+                                       ("--displacement", 0, 0, 0.1, "--frame", 20, "--node", 3, 4, "SESSION"),
+                                       ("--node=3", "--node=4", "SESSION", "--frame=20", "--displacement", 0, 0, -0.1)])
+def test_the_session_may_stand_behind_options_of_several_values(cli, session, arguments):
+    done(cli("add", *(session.id if word == "SESSION" else word for word in arguments)))
+    [held] = session.constraints()
+    assert (held.nodes, held.frame, abs(held.target[2])) == ((3, 4), 20, 0.1)
+    done(cli("replace", "--node", 5, session.id, held.id, "--frame", 21, "--displacement", 0, 0, 0.1))
+    [held] = session.constraints()
+    assert (held.nodes, held.frame) == ((5,), 21)
+
+
+def test_formats_before_the_session(cli, session, tmp_path):
+    done(cli("export", "--format", "scene", "pc2", session.id, "--out", tmp_path))
+    assert {file.suffix for file in tmp_path.iterdir()} >= {".json", ".pc2"}
+
+
+def test_dynamics_keep_what_is_not_named(cli, session):
+    assert "revision 1" in done(cli("dynamics", session.id, "--period-frames", 33))
+    assert "revision 2" in done(cli("dynamics", session.id, "--damping-ratio", 0.125, "--frames-per-second", 24))
+    now = session.scene().dynamics
+    assert (now.frames_per_second, now.period_frames, now.damping_ratio) == (24, 33, 0.125)
+    failed(cli("dynamics", session.id), 2)
+    assert "damping_ratio" in failed(cli("dynamics", session.id, "--damping-ratio", 2), 1)
+
+
+def test_what_a_model_has_otherwise_than_asked_for_is_said(cli, scene_file):
+    scene = json.loads(scene_file.read_text())
+    del scene["fixed_nodes"]
+    scene["model"]["basis_size"] = 5000
+    scene_file.write_text(json.dumps(scene))
+    assert re.search(r"^warning: model.basis_size: is 5000, more than the 189 degrees", done(cli("validate", scene_file)),
+                     re.MULTILINE)
+    text = done(cli("open", scene_file, "--session", "free"))
+    assert "model.modes: 14 used, the 8 asked for and 6 rigid motions" in text
+    assert re.search(r"model.basis_size: \d+ used, 5000 asked for", text)
+    assert "model.modes: 14 used" in done(cli("show", "free"))
+    done(cli("close", "free"))
 
 
 def test_numbers_without_a_leading_zero(cli, session):
@@ -247,6 +321,9 @@ def test_tetrahedralize(cli, tmp_path):
     volumes = np.linalg.det(edges) / 6
     assert 500 < len(tets) < 4500 and (volumes > 0).all()
     assert volumes.sum() == pytest.approx(4.0, rel=0.1)  # of this polyhedron
+    for surface, out in (("garbage", "x.msh"), ("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "x.msh"), ("", "x.foo")):
+        text = failed(cli("tetrahedralize", write(tmp_path / "bad.obj", surface), "-o", tmp_path / out), 1)
+        assert "limberd" not in text and re.search("^limber: ", text, re.MULTILINE), "the program that was called"
 
 
 def test_sample_files_can_be_opened(cli, tmp_path):

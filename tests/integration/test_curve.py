@@ -1,6 +1,7 @@
 """Beyond loopback: keys, and who is let in."""
 
 import json
+import signal
 import subprocess
 
 import limber
@@ -43,14 +44,42 @@ def test_who_is_let_in(endpoint, keys, cli):
             assert any(frames.result.revision == 1 for frames in stream)
     for arguments in ({}, {"server_key": keys / "server.key.pub", "key": keys / "stranger.key"},
                       {"server_key": keys / "friend.key.pub", "key": keys / "friend.key"}):
-        with pytest.raises(limber.ServerUnreachable):
+        with pytest.raises(limber.ServerUnreachable) as caught:
             limber.connect(endpoint, timeout=0.4, **arguments)
+        expected = "does not take these keys: a wrong server_key" if arguments else "a client without keys"
+        assert expected in str(caught.value)
     public = (keys / "server.key.pub").read_text().strip()
     assert "protocol 1" in cli("--server-key", public, "--key", keys / "friend.key", "info", endpoint=endpoint).stdout
     refused = cli("--server-key", keys / "server.key.pub", "--key", keys / "stranger.key", "--timeout", 0.4, "info",
                   endpoint=endpoint)
     assert refused.returncode == 3
+    assert "does not take these keys: a wrong server key" in refused.stderr and "limber start" not in refused.stderr
+    assert "a client without keys" in cli("--timeout", 0.4, "info", endpoint=endpoint).stderr
     assert cli("--key", keys / "friend.key", "info", endpoint=endpoint).returncode == 1
+
+
+def test_keys_where_there_are_none(server, keys, cli, tmp_path):
+    """The other way round: a limberd without keys, nobody, and a limberd that hangs."""
+    key = {"server_key": keys / "server.key.pub", "key": keys / "friend.key"}
+    options = ("--server-key", key["server_key"], "--key", key["key"], "--timeout", 0.4, "info")
+    with pytest.raises(limber.ServerUnreachable, match="or a limberd without keys"):
+        limber.connect(server.connection.endpoint, timeout=0.4, **key)
+    assert "or a limberd without keys" in cli(*options, endpoint=server.connection.endpoint).stderr
+    for nobody in (f"ipc://{tmp_path}/nobody", "tcp://127.0.0.1:9"):
+        with pytest.raises(limber.ServerUnreachable, match="nothing listens there"):
+            limber.connect(nobody, timeout=0.4, **key)
+        assert "nothing listens there" in cli(*options, endpoint=nobody).stderr
+
+
+def test_a_limberd_that_hangs_is_told_from_wrong_keys(launch, cli):
+    server = launch()
+    server.process.send_signal(signal.SIGSTOP)
+    try:
+        with pytest.raises(limber.ServerUnreachable) as caught:
+            limber.connect(server.connection.endpoint, timeout=0.4)
+        assert "no limberd answers" in str(caught.value) and "nothing listens" not in str(caught.value)
+    finally:
+        server.process.send_signal(signal.SIGCONT)
 
 
 def test_bad_key_files(keys):

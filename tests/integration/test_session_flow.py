@@ -1,5 +1,8 @@
 """One session from opening to closing, through the Python package and a real limberd."""
 
+import threading
+import time
+
 import limber
 import meshio
 import numpy as np
@@ -124,6 +127,47 @@ def test_ends_and_optimistic_locking(session):
     assert session.edit([limber.undo()], expected_revision=2).revision == 3
 
 
+def test_dynamics_keep_what_is_not_given(server, session):
+    assert session.dynamics(period_frames=33).revision == 1
+    session.dynamics(damping_ratio=0.125)
+    receipt = session.edit([limber.dynamics(frames_per_second=24), limber.ends("free", "free")])
+    assert receipt.revision == 3
+    now = session.scene().dynamics
+    assert (now.frames_per_second, now.period_frames, now.damping_ratio) == (24, 33, 0.125)
+    with pytest.raises(limber.LimberError) as caught:
+        session.edit([limber.dynamics(period_frames=40)], expected_revision=1)
+    assert caught.value.code == "FAILED_PRECONDITION"
+    with limber.connect(server.connection.endpoint) as other:  # two clients, each of which changes one number
+        mine, its = session, other.session(session.id)
+        threads = [threading.Thread(target=lambda: [mine.dynamics(period_frames=30 + i) for i in range(20)]),
+                   threading.Thread(target=lambda: [its.dynamics(damping_ratio=i / 100) for i in range(20)])]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join(30)
+    now = session.scene().dynamics
+    assert (now.frames_per_second, now.period_frames, now.damping_ratio) == (24, 49, 0.19)
+
+
+def test_arguments_of_the_wrong_type_are_refused_by_name(server, session):
+    for field, call in (("edits", lambda: session.edit(3)), ("edits", lambda: session.edit("undo")),
+                        ("expected_revision", lambda: session.edit([limber.undo()], expected_revision="1")),
+                        ("revision", lambda: session.wait(revision=1.5)), ("until", lambda: session.wait(until=["final"])),
+                        ("timeout_s", lambda: session.wait(timeout="5")), ("first_frame", lambda: session.frames(-1)),
+                        ("first_frame", lambda: session.frames(1.5)), ("frame_count", lambda: session.frames(0, "2")),
+                        ("encoding", lambda: session.frames(encoding=3)), ("final", lambda: session.frames(final="yes")),
+                        ("formats", lambda: session.export("out", formats=[3])),
+                        ("stem", lambda: session.export("out", stem=3)), ("encoding", lambda: session.stream(encoding=None)),
+                        ("timeout", lambda: session.stream(timeout="1")), ("session", lambda: server.session(3)),
+                        ("session", lambda: server.open(small_scene(), session=3)), ("name", lambda: server.sample(3)),
+                        ("job", lambda: server.wait_job("1")), ("job", lambda: server.cancel_job(1.5)),
+                        ("scene", lambda: server.open(3)), ("scene", lambda: server.validate(None))):
+        with pytest.raises(limber.LimberError) as caught:
+            call()
+        assert (caught.value.code, caught.value.field) == ("INVALID_ARGUMENT", field)
+    assert session.status().revision == 0, "nothing was sent"
+
+
 def test_move_changes_kind_on_request(session):
     tip = tip_of(session)
     rest = session.geometry().rest[tip]
@@ -144,6 +188,29 @@ def test_cold_solve_agrees_with_the_warm_one(server, session):
     assert session.wait().energy == pytest.approx(warm.energy, rel=1e-6)
 
 
+def test_a_cancelled_cold_solve_replaces_nothing(server):
+    session = server.open(sample="flower", progress=False)
+    solved, motion = session.wait(), session.frames()
+    cancelled = 0
+    for _ in range(10):
+        job = session.solve_cold()
+        session.cancel()
+        try:
+            server.wait_job(job, progress=False)   # it may have been quicker
+        except limber.LimberError as error:
+            assert error.code == "CANCELLED"
+            cancelled += 1
+        deadline = time.monotonic() + 20
+        while not session.status().result.converged and time.monotonic() < deadline:
+            time.sleep(0.01)
+        newest = limber.Result.from_message(session.status().result)
+        assert newest.converged and newest.status == "CONVERGED"
+        assert newest.energy == pytest.approx(solved.energy, rel=1e-6)
+    assert cancelled > 0
+    np.testing.assert_allclose(session.frames(), motion, atol=1e-4)
+    session.close()
+
+
 def test_stream_shows_every_edit_and_ends_with_the_session(server):
     session = server.open(small_scene(), progress=False)
     tip = tip_of(session)
@@ -161,6 +228,36 @@ def test_stream_shows_every_edit_and_ends_with_the_session(server):
         session.close()
         for frames in stream:
             assert frames.result.revision == 3  # what was still on its way
+
+
+@pytest.mark.timeout(120)
+def test_an_unread_stream_holds_few_messages(server):
+    """Motions of megabytes: what waits here is this process's memory."""
+    session = server.open(sample="flower", progress=False)
+    tip = tip_of(session)
+    held = session.add(node=tip, frame=100, displacement=(0, 0, 0.1))
+    with session.stream(encoding="positions", snapshot=False) as stream:
+        for step in range(60):
+            held.move((0, 0, 0.1 + 0.001 * step))
+            session.wait()
+            time.sleep(0.02)  # until it is encoded: what comes meanwhile would be skipped
+        time.sleep(0.5)
+        unread = []
+        while len(unread) < 100:
+            try:
+                unread.append(stream.next(1.0))
+            except limber.LimberError as error:
+                assert error.code == "TIMEOUT"
+                break
+        assert len(unread[0].raw.data.data) > 1 << 20, "larger than what the kernel keeps"
+        # 8 here, 4 in the server, and one or two on their way.
+        assert 1 <= len(unread) <= 16
+        held.move((0, 0, 0.3))
+        session.wait()
+        while (frames := stream.next(20)).result.revision < session.revision:
+            pass
+        assert stream.missed > 0
+    session.close()
 
 
 def test_exports(session, tmp_path):

@@ -17,6 +17,7 @@ from dataclasses import dataclass, field
 import zmq
 from google.protobuf.message import DecodeError
 
+from . import checks
 from .errors import LimberError, ServerUnreachable, from_message
 from .messages import service
 
@@ -74,7 +75,8 @@ class Connection:
 
     def __init__(self, endpoint: str, keys: CurveKeys | None = None, timeout: float = 10.0):
         """timeout: how long an answer may take [s] where the request itself does not wait for something."""
-        if timeout <= 0:
+        checks.text(endpoint, "endpoint")
+        if checks.real(timeout, "timeout") <= 0:
             raise LimberError("INVALID_ARGUMENT", f"timeout must be > 0, is {timeout}", "timeout")
         self.endpoint = endpoint
         self.keys = keys

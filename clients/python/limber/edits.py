@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any, Iterable, Mapping, Sequence, Union
 
 from google.protobuf import json_format
 
+from . import checks
 from .errors import invalid
 from .messages import common, scene, service
 
 Axes = Union[str, None]  # "x", "yz", ...; None: all three
 Vector = Sequence[float]
-EditLike = Union["service.Edit", Mapping[str, Any]]
+EditLike = Union["service.Edit", "DynamicsChange", Mapping[str, Any]]
 
 _AXES = {"x": scene.AXIS_X, "y": scene.AXIS_Y, "z": scene.AXIS_Z}
 ENDS = {
@@ -23,10 +25,10 @@ ENDS = {
 
 def vector(values: Vector, field: str) -> "common.Vector3":
     """Three numbers as a message."""
-    try:
-        x, y, z = (float(value) for value in values)
-    except (TypeError, ValueError) as error:
-        raise invalid(field, f"{field} takes three numbers, not {values!r}") from error
+    numbers = list(checks.several(values, field))
+    if len(numbers) != 3:
+        raise invalid(field, f"{field} takes three numbers, not {values!r}")
+    x, y, z = (checks.real(number, f"{field}.{axis}") for number, axis in zip(numbers, "xyz"))
     return common.Vector3(x=x, y=y, z=z)
 
 
@@ -42,17 +44,10 @@ def constraint(*, frame: int, node: int | None = None, nodes: Iterable[int] | No
         raise invalid("nodes", "give either node or nodes")
     if (position is None) == (displacement is None):
         raise invalid("target", "give either position or displacement")
-    if exact and weight is not None:
+    if checks.flag(exact, "exact") and weight is not None:
         raise invalid("weight", "an exact constraint has no weight")
-    message = scene.Constraint(id=id)
-    try:
-        message.frame = frame
-    except (TypeError, ValueError) as error:
-        raise invalid("frame", f"frame must be a whole number >= 0, is {frame!r}") from error
-    try:
-        message.nodes.extend([int(node)] if nodes is None else [int(value) for value in nodes])
-    except (TypeError, ValueError) as error:
-        raise invalid("nodes", f"node ids are whole numbers >= 0: {error}") from error
+    message = scene.Constraint(id=_id(id), frame=checks.whole(frame, "frame"))
+    message.nodes.extend([checks.whole(node, "node")] if nodes is None else checks.wholes(nodes, "nodes"))
     if axes is not None:
         message.axes.extend(_axes(axes))
     if position is not None:
@@ -62,12 +57,12 @@ def constraint(*, frame: int, node: int | None = None, nodes: Iterable[int] | No
     if exact:
         message.exact = True
     elif weight is not None:
-        message.weight = weight
+        message.weight = checks.real(weight, "weight")
     return message
 
 
 def _axes(axes: str) -> list[int]:
-    if not axes or len(set(axes)) != len(axes) or any(axis not in _AXES for axis in axes):
+    if not isinstance(axes, str) or not axes or len(set(axes)) != len(axes) or any(axis not in _AXES for axis in axes):
         raise invalid("axes", f'axes are one to three of "xyz", e.g. "xz", not {axes!r}')
     return [_AXES[axis] for axis in axes]
 
@@ -95,16 +90,33 @@ def remove(constraint: Any) -> "service.Edit":
 def ends(first: str, last: str) -> "service.Edit":
     """What holds the motion at its ends: "free", "position" or "position_velocity"."""
     for name, value in (("first", first), ("last", last)):
-        if value not in ENDS:
-            raise invalid(name, f"an end is one of {', '.join(ENDS)}, not {value!r}")
+        checks.one_of(value, ENDS, name)
     return service.Edit(set_ends=service.SetEnds(first_end=ENDS[first], last_end=ENDS[last]))
 
 
+@dataclass(frozen=True)
+class DynamicsChange:
+    """Some of the dynamics; the session that takes it keeps the others."""
+
+    values: Mapping[str, float]
+
+    def of(self, before: "scene.Dynamics") -> "scene.Dynamics":
+        """The whole, as the wire wants it."""
+        whole = scene.Dynamics()
+        whole.CopyFrom(before)
+        for name, value in self.values.items():
+            setattr(whole, name, value)
+        return whole
+
+
 def dynamics(*, frames_per_second: float | None = None, period_frames: float | None = None,
-             damping_ratio: float | None = None) -> "service.Edit":
-    """How fast the body moves; what is not given gets the default of limber.v1.Dynamics."""
+             damping_ratio: float | None = None) -> DynamicsChange:
+    """How fast the body moves; what is not given stays as it is."""
     values = {"frames_per_second": frames_per_second, "period_frames": period_frames, "damping_ratio": damping_ratio}
-    return service.Edit(set_dynamics=scene.Dynamics(**{k: v for k, v in values.items() if v is not None}))
+    given = {name: checks.real(value, name) for name, value in values.items() if value is not None}
+    if not given:
+        raise invalid("dynamics", f"give at least one of {', '.join(values)}")
+    return DynamicsChange(given)
 
 
 def undo() -> "service.Edit":
@@ -115,6 +127,18 @@ def undo() -> "service.Edit":
 def redo() -> "service.Edit":
     """Brings back what undo took."""
     return service.Edit(redo=service.Redo())
+
+
+def to_messages(edits: Iterable[EditLike], dynamics_now: "scene.Dynamics | None" = None) -> "list[service.Edit]":
+    """Edits of one request. dynamics_now: what a DynamicsChange among them keeps."""
+    messages = []
+    for i, edit in enumerate(edits):
+        if isinstance(edit, DynamicsChange):
+            edit = service.Edit(set_dynamics=edit.of(dynamics_now or scene.Dynamics()))
+        messages.append(to_message(edit, f"edits[{i}]"))
+        if messages[-1].HasField("set_dynamics"):
+            dynamics_now = messages[-1].set_dynamics
+    return messages
 
 
 def to_message(edit: EditLike, field: str = "edit") -> "service.Edit":
@@ -130,4 +154,4 @@ def to_message(edit: EditLike, field: str = "edit") -> "service.Edit":
 
 
 def _id(constraint: Any) -> int:
-    return int(getattr(constraint, "id", constraint))
+    return checks.whole(getattr(constraint, "id", constraint), "id", most=2 ** 64 - 1)

@@ -11,7 +11,7 @@ from typing import Any, Iterable, Mapping, Union
 import numpy as np
 from google.protobuf import json_format
 
-from . import arrays, edits
+from . import arrays, checks, edits
 from .errors import LimberError, invalid
 from .messages import scene as messages
 
@@ -45,7 +45,7 @@ def load_scene(path: "str | os.PathLike[str]") -> "messages.Scene":
     path = Path(path)
     try:
         text = _read(path, "scene").decode("utf-8")
-        scene = _parse(json.loads(text), str(path))
+        scene = _parse(_each_key_once(json.loads(text, object_pairs_hook=_Pairs), "scene", str(path)), str(path))
     except ValueError as error:
         raise invalid("scene", f"{path} is not JSON: {error}") from error
     return with_mesh_bytes(scene, path.parent)
@@ -94,8 +94,8 @@ def scene_from_arrays(nodes: Any, tets: Any, **options: Any) -> "messages.Scene"
     cubature_size, first_end, last_end ("free", "position", "position_velocity"), frames_per_second, period_frames,
     damping_ratio, base_motion (frames x nodes x 3 positions, or the path of a .pc2 file).
     """
-    nodes = np.asarray(nodes, dtype=np.float64)
-    tets = np.asarray(tets)
+    nodes = checks.numeric(nodes, "mesh.arrays.nodes")
+    tets = checks.numeric(tets, "mesh.arrays.tets")
     if nodes.ndim != 2 or nodes.shape[1] != 3:
         raise invalid("mesh.arrays.nodes", f"nodes have the shape {nodes.shape}, not (n, 3)")
     if tets.ndim != 2 or tets.shape[1] != 4 or not np.issubdtype(tets.dtype, np.integer):
@@ -110,24 +110,54 @@ def scene_from_arrays(nodes: Any, tets: Any, **options: Any) -> "messages.Scene"
 
 def _scene(*, name: str = "", frames: int = 120, fixed_nodes: Iterable[int] = (), first_end: str = "position_velocity",
            last_end: str = "position_velocity", base_motion: Any = None, **values: float) -> "messages.Scene":
-    scene = messages.Scene(name=name, frames=frames, fixed_nodes=[int(node) for node in fixed_nodes])
+    scene = messages.Scene(name=checks.text(name, "name"), frames=checks.whole(frames, "frames"),
+                           fixed_nodes=checks.wholes(fixed_nodes, "fixed_nodes"))
     ends = edits.ends(first_end, last_end).set_ends
     scene.first_end, scene.last_end = ends.first_end, ends.last_end
     for key, value in values.items():
         for part in (scene, scene.material, scene.dynamics, scene.model):
-            if key in part.DESCRIPTOR.fields_by_name and part.DESCRIPTOR.fields_by_name[key].message_type is None:
-                setattr(part, key, value)
+            field = part.DESCRIPTOR.fields_by_name.get(key)
+            if field is not None and field.message_type is None:
+                is_real = field.cpp_type in (field.CPPTYPE_DOUBLE, field.CPPTYPE_FLOAT)
+                setattr(part, key, checks.real(value, key) if is_real else checks.whole(value, key))
                 break
         else:
             raise TypeError(f"a scene has no option {key!r}")
     if isinstance(base_motion, (str, os.PathLike)):
         scene.base_motion.pc2 = _read(Path(base_motion), "base_motion.pc2")
     elif base_motion is not None:
-        scene.base_motion.positions.CopyFrom(arrays.to_message(base_motion, np.float64))
+        scene.base_motion.positions.CopyFrom(arrays.to_message(checks.numeric(base_motion, "base_motion"), np.float64))
     return scene
 
 
+class _Pairs(list):
+    """A JSON object as it was written: its keys may repeat."""
+
+
+def _spelling(key: str) -> str:
+    """fixed_nodes as fixedNodes; keys that can be no field (file names) as they are."""
+    return re.sub(r"_([a-z])", lambda found: found[1].upper(), key) if key.isidentifier() else key
+
+
+def _each_key_once(value: Any, field: str, what: str) -> Any:
+    """json's objects as dicts; of a key that is given twice, json would take the last."""
+    if isinstance(value, _Pairs):
+        made: dict[str, Any] = {}
+        spellings = set()
+        for key, inner in value:
+            if _spelling(key) in spellings:
+                raise invalid(f"{field}.{key}", f"{what} is no scene: {key} is given twice")
+            spellings.add(_spelling(key))
+            made[key] = _each_key_once(inner, f"{field}.{key}", what)
+        return made
+    if isinstance(value, list):
+        return [_each_key_once(inner, f"{field}[{i}]", what) for i, inner in enumerate(value)]
+    return value
+
+
 def _parse(value: Any, what: str) -> "messages.Scene":
+    if not isinstance(value, Mapping):
+        raise invalid("scene", f"{what} is no scene: a JSON object is expected")
     try:
         return json_format.ParseDict(value, messages.Scene())
     except (json_format.ParseError, TypeError, AttributeError) as error:

@@ -10,12 +10,13 @@ from urllib.parse import urlsplit
 
 import numpy as np
 
-from . import arrays, scenes
+from . import arrays, checks, scenes
 from .connection import VERSION, Connection, CurveKeys
 from .errors import LimberError, ServerUnreachable, from_message, invalid
 from .messages import scene as scene_messages
 from .messages import service
 from .progress import ProgressOption, Reporter
+from .reach import advice
 from .results import Geometry, issue_text
 from .session import Session, job_error
 
@@ -59,7 +60,7 @@ class Server:
 
     def sample(self, name: str) -> "scene_messages.Scene":
         """A sample scene, to change and open."""
-        if not name:
+        if not checks.text(name, "name"):
             raise invalid("name", "a sample has a name")
         return self.connection.call("get_sample", service.GetSampleRequest(name=name), timeout=60.0).scene
 
@@ -79,7 +80,7 @@ class Server:
         if (scene is None) == (sample is None):
             raise invalid("scene", "give either a scene or sample=")
         message = self.sample(sample) if sample is not None else scenes.to_message(scene)
-        request = service.OpenSessionRequest(scene=message, session=session)
+        request = service.OpenSessionRequest(scene=message, session=checks.text(session, "session"))
         response = self.connection.call("open_session", request, timeout=max(60.0, self.connection.timeout))
         opened = Session(self, response.session, response.job, [issue_text(issue) for issue in response.issues])
         if wait:
@@ -92,7 +93,7 @@ class Server:
 
     def session(self, id: str) -> Session:
         """Attaches to a session of any client."""
-        attached = Session(self, id)
+        attached = Session(self, checks.text(id, "session"))
         attached.revision = attached.status().revision
         return attached
 
@@ -107,7 +108,8 @@ class Server:
 
     def wait_job(self, job: int, progress: ProgressOption = None, timeout: float = 600.0) -> "service.GetJobResponse":
         """Waits for a job's end; raises the error it failed with."""
-        deadline = time.monotonic() + timeout
+        checks.whole(job, "job", most=2 ** 64 - 1)
+        deadline = time.monotonic() + checks.real(timeout, "timeout")
         with Reporter(progress) as report:
             while True:
                 request = service.GetJobRequest(job=job, wait_s=0.2)
@@ -123,12 +125,12 @@ class Server:
                     raise LimberError("TIMEOUT", f"job {job} ({status.kind}) still runs after {timeout:g} s")
 
     def cancel_job(self, job: int) -> None:
-        self.connection.call("cancel", service.CancelRequest(job=job))
+        self.connection.call("cancel", service.CancelRequest(job=checks.whole(job, "job", most=2 ** 64 - 1)))
 
     def tetrahedralize(self, surface: "str | os.PathLike[str]", tets: int = 5000, progress: ProgressOption = None,
                        timeout: float = 600.0) -> tuple[np.ndarray, np.ndarray]:
         """Nodes (n x 3) and tets (m x 4) that fill a closed triangle surface (.obj, .ply, .stl)."""
-        request = service.TetrahedralizeRequest(surface=scenes.mesh_file(surface), target_tets=tets)
+        request = service.TetrahedralizeRequest(surface=scenes.mesh_file(surface), target_tets=checks.whole(tets, "tets"))
         job = self.connection.call("tetrahedralize", request, timeout=60.0).job
         try:
             mesh = self.wait_job(job, progress, timeout).mesh
@@ -176,13 +178,14 @@ def connect(endpoint: str | None = None, *, timeout: float = 10.0, connect_timeo
     if (server_key is None) != (key is None):
         raise invalid("key", "server_key and key go together")
     keys = CurveKeys.read(server_key, key) if server_key is not None and key is not None else None
+    checks.real(connect_timeout, "connect_timeout")
     connection = Connection(endpoint or os.environ.get("LIMBER_ENDPOINT") or DEFAULT_ENDPOINT, keys, timeout)
     try:
         return Server(connection, min(timeout, connect_timeout) / 2)  # the greeting is repeated once
     except ServerUnreachable:
+        why = advice(connection)
         connection.close()
-        raise ServerUnreachable(f"no limberd answers at {connection.endpoint}; `limber start` or limber.launch() "
-                                "starts one") from None
+        raise ServerUnreachable(f"no limberd answers at {connection.endpoint}: {why}") from None
     except BaseException:
         connection.close()
         raise

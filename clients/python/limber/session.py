@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import os
+import random
+import time
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING, Any, Iterable, Sequence
 
 import numpy as np
 
-from . import edits
+from . import checks, edits
 from .errors import LimberError, invalid
 from .messages import common, scene as scenes, service
 from .progress import ProgressOption, Reporter
@@ -135,10 +137,26 @@ class Session:
 
         expected_revision: refuse (FAILED_PRECONDITION) unless this is the newest one.
         """
-        request = service.EditRequest(session=self.id, edits=[
-            edits.to_message(change, f"edits[{i}]") for i, change in enumerate(changes)])
         if expected_revision is not None:
-            request.expected_revision = expected_revision
+            checks.whole(expected_revision, "expected_revision", most=2 ** 64 - 1)
+        changes = list(checks.several(changes, "edits"))
+        if not any(isinstance(change, edits.DynamicsChange) for change in changes):
+            return self._send(edits.to_messages(changes), expected_revision)
+        # What stays is read first, and whoever edits in between is not undone by it.
+        deadline = time.monotonic() + self.connection.timeout
+        while True:
+            known = self.connection.call("get_session", service.GetSessionRequest(session=self.id, with_scene=True))
+            messages = edits.to_messages(changes, known.scene.dynamics)
+            try:
+                return self._send(messages, known.status.revision if expected_revision is None else expected_revision)
+            except LimberError as error:
+                is_late = error.field == "expected_revision" and expected_revision is None
+                if not is_late or time.monotonic() > deadline:
+                    raise
+            time.sleep(random.uniform(0, 0.01))  # two that do the same must not meet again and again
+
+    def _send(self, messages: "list[service.Edit]", expected_revision: int | None) -> Receipt:
+        request = service.EditRequest(session=self.id, edits=messages, expected_revision=expected_revision)
         response = self.connection.call("edit", request)
         self.revision = max(self.revision, response.revision)
         return Receipt(response.revision, tuple(response.constraint_ids),
@@ -168,6 +186,12 @@ class Session:
         """"free", "position" or "position_velocity" at the first and the last frame."""
         return self.edit([edits.ends(first, last)])
 
+    def dynamics(self, *, frames_per_second: float | None = None, period_frames: float | None = None,
+                 damping_ratio: float | None = None) -> Receipt:
+        """How fast the body moves; what is not given stays as it is."""
+        return self.edit([edits.dynamics(frames_per_second=frames_per_second, period_frames=period_frames,
+                                         damping_ratio=damping_ratio)])
+
     def undo(self) -> Receipt:
         return self.edit([edits.undo()])
 
@@ -181,12 +205,11 @@ class Session:
 
         until: "first" for the first such result, "final" for its final one (result.status says whether it converged). Raises LimberError TIMEOUT.
         """
-        if until not in _UNTIL:
-            raise invalid("until", f'until is "first" or "final", not {until!r}')
-        if not 0 < timeout < float("inf"):
+        checks.one_of(until, _UNTIL, "until")
+        if not 0 < checks.real(timeout, "timeout_s") < float("inf"):
             raise invalid("timeout_s", f"timeout must be > 0 s and finite, is {timeout}")
-        request = service.WaitRequest(session=self.id, revision=self.revision if revision is None else revision,
-                                      until=_UNTIL[until], timeout_s=timeout)
+        wanted = self.revision if revision is None else checks.whole(revision, "revision", most=2 ** 64 - 1)
+        request = service.WaitRequest(session=self.id, revision=wanted, until=_UNTIL[until], timeout_s=timeout)
         response = self.connection.call("wait", request, timeout=timeout + self.connection.timeout)
         return Result.from_message(response.result)
 
@@ -210,10 +233,10 @@ class Session:
     def raw_frames(self, first: int = 0, count: int = 0, encoding: str = "coordinates",
                    final: bool = False) -> "service.Frames":
         """Frames as the server sends them."""
-        if encoding not in ENCODINGS:
-            raise invalid("encoding", f"an encoding is one of {', '.join(ENCODINGS)}, not {encoding!r}")
-        request = service.GetFramesRequest(session=self.id, first_frame=first, frame_count=count,
-                                           encoding=ENCODINGS[encoding], final_only=final)
+        request = service.GetFramesRequest(
+            session=self.id, first_frame=checks.whole(first, "first_frame"),
+            frame_count=checks.whole(count, "frame_count"), final_only=checks.flag(final, "final"),
+            encoding=ENCODINGS[checks.one_of(encoding, ENCODINGS, "encoding")])
         return self.connection.call("get_frames", request, timeout=max(60.0, self.connection.timeout)).frames
 
     def frames(self, first: int = 0, count: int = 0, encoding: str = "coordinates", final: bool = False) -> np.ndarray:
@@ -236,9 +259,8 @@ class Session:
         """Writes "pvd" (a .vtu per frame, one .pvd), "pc2" (beside an .obj) or "scene" files into a folder."""
         if isinstance(formats, str):
             formats = (formats,)
-        unknown = [name for name in formats if name not in _FORMATS]
-        if unknown:
-            raise invalid("formats", f"a format is one of {', '.join(_FORMATS)}, not {unknown[0]!r}")
+        formats = [checks.one_of(name, _FORMATS, "formats") for name in checks.several(formats, "formats")]
+        checks.text(stem, "stem")
         written: dict[Path, None] = {}
         result: Result | None = None
         with Reporter(progress) as report:

@@ -12,13 +12,18 @@ import zmq
 import zmq.utils.monitor
 from google.protobuf.message import DecodeError
 
+from . import checks
 from .connection import configure
-from .errors import LimberError, ServerUnreachable, invalid
+from .errors import LimberError, ServerUnreachable
 from .messages import service, stream
 from .results import ENCODINGS, Result, decode
 
 if TYPE_CHECKING:
     from .session import Session
+
+# Messages that wait in this process for a reader that is slow. A motion may have megabytes: what does not fit is left
+# out by the server, which tells so by the sequence numbers.
+QUEUE = 8
 
 
 @dataclass(frozen=True)
@@ -48,8 +53,9 @@ class FrameStream:
     def __init__(self, session: "Session", encoding: str = "coordinates", timeout: float | None = None,
                  snapshot: bool = True):
         """timeout: longest silence in seconds before LimberError TIMEOUT; None: wait as long as the server lives."""
-        if encoding not in ENCODINGS:
-            raise invalid("encoding", f"an encoding is one of {', '.join(ENCODINGS)}, not {encoding!r}")
+        checks.one_of(encoding, ENCODINGS, "encoding")
+        if timeout is not None:
+            checks.real(timeout, "timeout")
         self.missed = 0
         self._session = session
         self._timeout = timeout
@@ -62,7 +68,7 @@ class FrameStream:
         self._socket = connection.context.socket(zmq.SUB)
         try:
             configure(self._socket, connection.keys)
-            self._socket.rcvhwm = 256
+            self._socket.rcvhwm = QUEUE
             self._socket.subscribe(self._frames_topic)
             self._socket.subscribe(self._status_topic)
             self._connect(session.server.stream_endpoint)

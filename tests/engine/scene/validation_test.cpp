@@ -39,9 +39,15 @@ TEST(Validation, EachFaultIsNamedAloneWithItsField) {
   const Fault faults[] = {
       {"length_unit_in_metres", [](Scene& s) { s.length_unit_in_metres = 0; }},
       {"length_unit_in_metres", [](Scene& s) { s.length_unit_in_metres = kNan; }},
+      {"length_unit_in_metres", [](Scene& s) { s.length_unit_in_metres = 1e-31; }},
+      {"length_unit_in_metres", [](Scene& s) { s.length_unit_in_metres = 1e100; }},
       {"material.youngs_modulus", [](Scene& s) { s.material.youngs_modulus = -1; }},
+      {"material.youngs_modulus", [](Scene& s) { s.material.youngs_modulus = 1e308; }},
+      {"material.youngs_modulus", [](Scene& s) { s.material.youngs_modulus = 1e-300; }},
       {"material.poissons_ratio", [](Scene& s) { s.material.poissons_ratio = 0.5; }},
       {"material.density", [](Scene& s) { s.material.density = kInfinity; }},
+      {"material.density", [](Scene& s) { s.material.density = 1e300; }},
+      {"material.density", [](Scene& s) { s.material.density = 1e-300; }},
       {"merge_tolerance", [](Scene& s) { s.merge_tolerance = -1e-9; }},
       {"frames",
        [](Scene& s) {
@@ -62,7 +68,14 @@ TEST(Validation, EachFaultIsNamedAloneWithItsField) {
       {"model.modes", [](Scene& s) { s.model.mode_count = 3 * (1377 - 162); }},
       {"model.tolerance", [](Scene& s) { s.model.tolerance = kNan; }},
       {"model.basis_size", [](Scene& s) { s.model.basis_size = -1; }},
+      {"model.basis_size", [](Scene& s) { s.model.basis_size = 5000; }, Issue::Severity::kWarning},
       {"model.cubature_size", [](Scene& s) { s.model.cubature_size = 7000; }},
+      {"mesh.nodes", [](Scene& s) { s.mesh.nodes *= 1e-100; }},
+      {"mesh.nodes",
+       [](Scene& s) {
+         s.mesh.nodes *= 1e20;
+         s.length_unit_in_metres = 1e20;
+       }},
       {"mesh.nodes[17]", [](Scene& s) { s.mesh.nodes(1, 17) = kNan; }},
       {"mesh.tets[9]", [](Scene& s) { s.mesh.tets(2, 9) = 1377; }, kError, ErrorCode::kOutOfRange},
       {"mesh.tets[9]", [](Scene& s) { s.mesh.tets(2, 9) = s.mesh.tets(0, 9); }},

@@ -40,6 +40,27 @@ TEST(ProblemMapping, BodyIsCompactAndInMetres) {
   EXPECT_EQ(mapped.body.mesh.materials.at(0), scene.material);
 }
 
+TEST(ProblemMapping, WhatAModelHasOtherwiseThanAskedForIsNoted) {
+  reduced::ReducedModel model;
+  model.eigenvalues.setZero(36);
+  model.basis.setZero(12, 511);
+  model.tets.assign(40, 0);
+  scene::ModelRequest request;
+  request.mode_count = 36;
+  EXPECT_EQ(model_notes(request, model), "") << "sizes that were left to the builder";
+  request.basis_size = 511;
+  request.cubature_size = 40;
+  EXPECT_EQ(model_notes(request, model), "");
+  request.mode_count = 30;
+  model.rigid_count = 6;
+  request.basis_size = 5000;
+  request.cubature_size = 41;
+  const std::string notes = model_notes(request, model);
+  EXPECT_THAT(notes, testing::HasSubstr("model.modes: 36 used, the 30 asked for and 6 rigid"));
+  EXPECT_THAT(notes, testing::HasSubstr("; model.basis_size: 511 used, 5000 asked for"));
+  EXPECT_THAT(notes, testing::HasSubstr("; model.cubature_size: 40 used, 41 asked for"));
+}
+
 TEST(ProblemMapping, TheMeshsOwnMaterialsWin) {
   scene::Scene scene = test::two_tets();
   scene.mesh.materials = {{1e5, 0.3, 900}, {2e5, 0.2, 800}};

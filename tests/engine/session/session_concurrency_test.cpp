@@ -167,6 +167,60 @@ TEST(SessionConcurrency, CancelDuringTheSolveKeepsTheNewestResult) {
   EXPECT_EQ(hooked.recorder->wait_final(2)->report.status, SolveStatus::kConverged);
 }
 
+TEST(SessionConcurrency, ACancelledColdSolveLeavesTheAnswerThatWasThere) {
+  Hooked hooked;
+  std::atomic<bool> armed = false;
+  hooked.recorder->hook = [&](const Result& result) {
+    if (!result.converged && armed.exchange(false)) hooked.session.get()->cancel();
+  };
+  Pool pool(1);
+  Session session("cold", small_bar(), {}, test::shared_cache(), pool.executor(), hooked.recorder);
+  hooked.promise.set_value(&session);
+  session.edit({MoveConstraint{1, {-0.1, 0.3, 0.1}}});
+  const auto solved = hooked.recorder->wait_final(1);
+  ASSERT_TRUE(solved);
+  ASSERT_EQ(solved->report.status, SolveStatus::kConverged);
+  armed = true;
+  session.solve_cold(7);
+  const auto kept = hooked.recorder->wait_final(1, solved->sequence);
+  ASSERT_TRUE(kept);
+  const auto between = hooked.recorder->results().at(solved->sequence);
+  EXPECT_GT(between->report.total_energy, 1.01 * solved->report.total_energy) << "the cold motion";
+  EXPECT_EQ(kept, session.newest_result());
+  EXPECT_EQ(kept->report.status, SolveStatus::kConverged);
+  EXPECT_EQ(kept->report.total_energy, solved->report.total_energy);
+  EXPECT_EQ(kept->coordinates, solved->coordinates);
+  EXPECT_EQ(kept->cold_request, 7u);
+  // The solver goes on from there, not from where the cold solve was.
+  session.edit({MoveConstraint{1, {-0.1, 0.3, 0.1001}}});
+  const auto next = hooked.recorder->wait_final(2);
+  ASSERT_TRUE(next);
+  EXPECT_EQ(next->report.status, SolveStatus::kConverged);
+  const auto corrected = hooked.recorder->results().at(kept->sequence);
+  EXPECT_LT((corrected->coordinates - solved->coordinates).norm(),
+            0.01F * solved->coordinates.norm());
+  EXPECT_EQ(hooked.recorder->fault(), "");
+}
+
+TEST(SessionConcurrency, AColdSolveCancelledBeforeItBeginsPublishesNothing) {
+  const auto recorder = std::make_shared<Recorder>();
+  std::vector<std::function<void()>> tasks;
+  Session session(
+      "queued", small_bar(), {}, test::shared_cache(),
+      [&](std::function<void()> task) { tasks.push_back(std::move(task)); }, recorder);
+  const auto run = [&] {
+    ASSERT_EQ(tasks.size(), 1u);
+    std::exchange(tasks, {})[0]();
+  };
+  run();
+  const auto solved = session.newest_result();
+  ASSERT_EQ(solved->report.status, SolveStatus::kConverged);
+  session.solve_cold();
+  session.cancel();
+  run();
+  EXPECT_EQ(session.newest_result(), solved);
+}
+
 TEST(SessionConcurrency, CancelledEditsAreStillInTheState) {
   const auto recorder = std::make_shared<Recorder>();
   std::vector<std::function<void()>> tasks;

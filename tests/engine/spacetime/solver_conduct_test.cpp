@@ -215,6 +215,34 @@ TEST(SolverDeterminism, ColdStartForgetsTheHistory) {
   EXPECT_EQ(used.motion(), fresh.motion());
 }
 
+TEST(SolverWarmStart, ReturnsToAMotionFromAColdSolveHalfway) {
+  for (const double weight : {100.0, PositionConstraint::kExact}) {
+    Bench bench = bending_chain();
+    for (auto& constraint : bench.constraints) constraint.weight = weight;
+    Solver solver = bench.solver();
+    const SolveReport solved = solver.solve();
+    ASSERT_EQ(solved.status, SolveStatus::kConverged);
+    const Eigen::MatrixXd answer = solver.motion();
+    solver.cold_start();
+    solver.correct();
+    EXPECT_GT((solver.motion() - answer).norm(), 0.01 * answer.norm());
+    solver.warm_start(answer);
+    EXPECT_NEAR((solver.motion() - answer).norm(), 0, 1e-9 * answer.norm());
+    const SolveReport again = solver.solve();
+    EXPECT_EQ(again.status, SolveStatus::kConverged);
+    EXPECT_NEAR(again.total_energy, solved.total_energy, 1e-8 * solved.total_energy);
+    EXPECT_NEAR((solver.motion() - answer).norm(), 0, 1e-4 * answer.norm());
+  }
+}
+
+TEST(SolverWarmStart, RefusesAMotionOfAnotherShape) {
+  Solver solver = bending_chain().solver();
+  Eigen::MatrixXd motion = solver.motion();
+  EXPECT_THROW(solver.warm_start(motion.leftCols(motion.cols() - 1)), Error);
+  motion(0, 0) = std::nan("");
+  EXPECT_THROW(solver.warm_start(motion), Error);
+}
+
 TEST(SolverDeterminism, OrderOfAddingDoesNotMatter) {
   const Bench bench = bending_chain();
   Bench reversed = bench;

@@ -1,0 +1,81 @@
+"""Arguments of the public functions: what is of the wrong type is refused by its name, before anything is sent."""
+
+from __future__ import annotations
+
+import numbers
+import operator
+from typing import Any, Iterable
+
+import numpy as np
+
+from .errors import invalid
+
+
+def whole(value: Any, field: str, most: int = 2 ** 32 - 1) -> int:
+    """A whole number from 0 on, of Python or numpy. 1.5 is none, and neither is True."""
+    try:
+        if isinstance(value, (bool, np.bool_)):
+            raise TypeError
+        number = operator.index(value)
+    except TypeError:
+        raise invalid(field, f"{field} must be a whole number >= 0, is {value!r}") from None
+    if not 0 <= number <= most:
+        raise invalid(field, f"{field} must be a whole number in [0, {most}], is {number}")
+    return number
+
+
+def wholes(values: Any, field: str) -> list[int]:
+    """Whole numbers; the one that is none is named by its index."""
+    return [whole(value, f"{field}[{i}]") for i, value in enumerate(several(values, field))]
+
+
+def several(values: Any, field: str) -> Iterable[Any]:
+    """What can be walked through and is no text."""
+    if isinstance(values, (str, bytes)):
+        raise invalid(field, f"{field} takes a list, not {values!r}")
+    try:
+        return iter(values)
+    except TypeError:
+        raise invalid(field, f"{field} takes a list, not {values!r}") from None
+
+
+def real(value: Any, field: str) -> float:
+    """A number. Text that looks like one is none; what NaN and infinity are worth is the server's to say."""
+    if isinstance(value, np.ndarray) and value.ndim == 0:
+        value = value[()]
+    if not isinstance(value, numbers.Real) or isinstance(value, (bool, np.bool_)):
+        raise invalid(field, f"{field} must be a number, is {value!r}")
+    return float(value)
+
+
+def flag(value: Any, field: str) -> bool:
+    """True or False."""
+    if not isinstance(value, (bool, np.bool_)):
+        raise invalid(field, f"{field} must be True or False, is {value!r}")
+    return bool(value)
+
+
+def text(value: Any, field: str) -> str:
+    """A string."""
+    if not isinstance(value, str):
+        raise invalid(field, f"{field} must be text, is {value!r}")
+    return value
+
+
+def one_of(value: Any, names: Iterable[str], field: str) -> str:
+    """One of a few words."""
+    names = tuple(names)
+    if not isinstance(value, str) or value not in names:
+        raise invalid(field, f"{field} must be one of {', '.join(names)}, is {value!r}")
+    return value
+
+
+def numeric(values: Any, field: str) -> np.ndarray:
+    """An array of numbers, of whatever shape."""
+    try:
+        array = np.asarray(values)
+    except (TypeError, ValueError) as error:
+        raise invalid(field, f"{field} must be an array of numbers: {error}") from error
+    if not (np.issubdtype(array.dtype, np.integer) or np.issubdtype(array.dtype, np.floating)):
+        raise invalid(field, f"{field} must be an array of numbers, not of {array.dtype}")
+    return array

@@ -1,0 +1,49 @@
+"""How far a connection gets where no answer came: what to tell a person."""
+
+from __future__ import annotations
+
+import time
+
+import zmq
+import zmq.utils.monitor
+
+from .connection import Connection, configure
+
+# A refused client is let go without a word, as often as it comes: what it sees is a connection without a handshake.
+# HANDSHAKE_FAILED_... is said for some of the reasons only.
+_EVENTS = (zmq.EVENT_CONNECTED | zmq.EVENT_CONNECT_RETRIED | zmq.EVENT_HANDSHAKE_SUCCEEDED
+           | zmq.EVENT_HANDSHAKE_FAILED_NO_DETAIL | zmq.EVENT_HANDSHAKE_FAILED_PROTOCOL
+           | zmq.EVENT_HANDSHAKE_FAILED_AUTH | zmq.EVENT_DISCONNECTED)
+
+
+def advice(connection: Connection, patience: float = 0.5) -> str:
+    """Tries a connection of its own, for at most `patience` seconds."""
+    event = _last_event(connection, patience)
+    if event in (None, zmq.EVENT_CONNECT_RETRIED):
+        return "nothing listens there; `limber start` or limber.launch() starts one"
+    if event == zmq.EVENT_HANDSHAKE_SUCCEEDED:
+        return "something lets this client in, but is busy or hangs"
+    if connection.keys is None:
+        return ("something listens there, but does not let in a client without keys: a limberd with CURVE keys looks "
+                "like this, and so does what is no limberd")
+    return ("something listens there, but does not take these keys: a wrong server_key, a client's key that is not in "
+            "its --curve-allow file, or a limberd without keys look like this")
+
+
+def _last_event(connection: Connection, patience: float) -> int | None:
+    """Of a new connection: the first that says more than that something listens, else that, else none."""
+    deadline = time.monotonic() + patience
+    seen = None
+    with connection.context.socket(zmq.DEALER) as socket:
+        configure(socket, connection.keys)
+        monitor = socket.get_monitor_socket(_EVENTS)
+        try:
+            socket.connect(connection.endpoint)
+            while monitor.poll(max(0, int(1000 * (deadline - time.monotonic())))):
+                seen = zmq.utils.monitor.recv_monitor_message(monitor)["event"]
+                if seen != zmq.EVENT_CONNECTED:
+                    break
+        finally:
+            socket.disable_monitor()
+            monitor.close()
+    return seen

@@ -1,0 +1,159 @@
+#include "proto/json_text.h"
+
+#include <google/protobuf/util/json_util.h>
+
+#include <algorithm>
+#include <cctype>
+#include <set>
+
+namespace limber::json {
+namespace {
+
+bool is_space(char c) { return std::isspace(static_cast<unsigned char>(c)) != 0; }
+
+/// `fixed_nodes` as `fixedNodes`. Only what can be a field: keys of maps are file names.
+std::string one_spelling(std::string_view key) {
+  const bool is_field = std::all_of(key.begin(), key.end(), [](char c) {
+    return c == '_' || std::isalnum(static_cast<unsigned char>(c)) != 0;
+  });
+  if (!is_field) return std::string(key);
+  std::string spelling;
+  bool after_underscore = false;
+  for (const char c : key) {
+    if (c != '_')
+      spelling +=
+          after_underscore ? static_cast<char>(std::toupper(static_cast<unsigned char>(c))) : c;
+    after_underscore = c == '_';
+  }
+  return spelling;
+}
+
+/// Walks a text as protobuf sees it: quotes may be single and keys bare. What is not well formed
+/// ends the walk somewhere: protobuf says why.
+class KeyWalk {
+ public:
+  explicit KeyWalk(std::string_view text) : text_(text) {}
+
+  /// @returns the path of the first key that is given twice, or nothing
+  std::optional<std::string> repeated() {
+    value("", 0);
+    return found_;
+  }
+
+ private:
+  [[nodiscard]] char peek() {
+    while (at_ < text_.size() && is_space(text_[at_])) ++at_;
+    return at_ < text_.size() ? text_[at_] : '\0';
+  }
+  bool take(char wanted) {
+    if (peek() != wanted) return false;
+    ++at_;
+    return true;
+  }
+
+  std::string_view quoted(char quote) {
+    const std::size_t begin = ++at_;
+    while (at_ < text_.size() && text_[at_] != quote) at_ += text_[at_] == '\\' ? 2 : 1;
+    at_ = std::min(at_, text_.size());
+    const std::string_view inside = text_.substr(begin, at_ - begin);
+    if (at_ < text_.size()) ++at_;
+    return inside;
+  }
+  std::string_view bare() {
+    const std::size_t begin = at_;
+    while (at_ < text_.size() && !is_space(text_[at_]) &&
+           std::string_view(",:[]{}").find(text_[at_]) == std::string_view::npos)
+      ++at_;
+    return text_.substr(begin, at_ - begin);
+  }
+  std::string_view word() {
+    const char first = peek();
+    return first == '"' || first == '\'' ? quoted(first) : bare();
+  }
+
+  void value(const std::string& path, int depth) {
+    constexpr int kMostDepth = 128;  // protobuf reads no more than 100
+    if (depth > kMostDepth) {
+      at_ = text_.size();
+    } else if (take('{')) {
+      object(path, depth);
+    } else if (take('[')) {
+      for (int index = 0; !found_ && !take(']') && at_ < text_.size(); ++index) {
+        value(path + "[" + std::to_string(index) + "]", depth + 1);
+        take(',');
+      }
+    } else {
+      (void)peek();
+      const std::size_t before = at_;
+      (void)word();
+      if (at_ == before) at_ = text_.size();  // not even an empty string
+    }
+  }
+
+  void object(const std::string& path, int depth) {
+    std::set<std::string> keys;
+    while (!found_ && !take('}') && at_ < text_.size()) {
+      const std::string_view key = word();
+      const std::string inside = path.empty() ? std::string(key) : path + "." + std::string(key);
+      if (!keys.insert(one_spelling(key)).second) found_ = inside;
+      take(':');
+      if (!found_) value(inside, depth + 1);
+      take(',');
+    }
+  }
+
+  std::string_view text_;
+  std::size_t at_ = 0;
+  std::optional<std::string> found_;
+};
+
+bool remove_suffix(std::string& text, std::string_view suffix) {
+  if (!text.ends_with(suffix)) return false;
+  text.resize(text.size() - suffix.size());
+  return true;
+}
+
+/// Protobuf's sentences: "(frames): invalid value 1.5 for type TYPE_UINT32", "fram: Cannot find
+/// field.", ": Root element must be a message.", or a parse error with the place on lines of its
+/// own.
+Fault fault_of(std::string text) {
+  std::replace(text.begin(), text.end(), '\n', ' ');
+  text.erase(
+      std::unique(text.begin(), text.end(), [](char a, char b) { return a == ' ' && b == ' '; }),
+      text.end());
+  while (!text.empty() && (text.back() == ' ' || text.back() == '^')) text.pop_back();
+  Fault fault;
+  if (const auto colon = text.find(": "); colon != std::string::npos) {
+    std::string field = text.substr(0, colon);
+    if (field.starts_with('(') && field.ends_with(')')) field = field.substr(1, field.size() - 2);
+    if (field.find(' ') == std::string::npos) {
+      fault.field = field;
+      text.erase(0, colon + 2);
+    }
+  }
+  if (text == "Root element must be a message.") text = "a JSON object is expected: {...}";
+  if (remove_suffix(text, "Cannot find field.")) text = "there is no such field";
+  if (const auto type = text.find(" for type "); type != std::string::npos) {
+    const std::string name = text.substr(type + 10);
+    text.resize(type);
+    if (name.starts_with("TYPE_UINT")) text += ", a whole number >= 0 is expected";
+    if (name.starts_with("TYPE_DOUBLE")) text += ", a number is expected";
+    if (const auto dot = name.rfind('.'); dot != std::string::npos)
+      text += ", which is no " + name.substr(dot + 1);
+  }
+  fault.message = text;
+  return fault;
+}
+
+}  // namespace
+
+std::optional<Fault> read_message(std::string_view text, google::protobuf::Message& message) {
+  const auto status =
+      google::protobuf::util::JsonStringToMessage({text.data(), text.size()}, &message);
+  // Asked first: of some fields protobuf refuses the second value, in words of its own.
+  if (const auto field = KeyWalk(text).repeated()) return Fault{*field, "given twice"};
+  if (!status.ok()) return fault_of(std::string(status.message()));
+  return std::nullopt;
+}
+
+}  // namespace limber::json

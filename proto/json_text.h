@@ -1,0 +1,23 @@
+#pragma once
+
+#include <google/protobuf/message.h>
+
+#include <optional>
+#include <string>
+#include <string_view>
+
+namespace limber::json {
+
+/// What is wrong with a JSON text: where in the message, and what.
+struct Fault {
+  std::string field;  // "constraints[3].frame"; empty: the text as a whole
+  std::string message;
+};
+
+/// Reads the JSON form of a message. Stricter than protobuf's reader in one thing: a key that is
+/// given twice in an object is refused, where protobuf takes the last one (or joins the lists), in
+/// whichever of the two spellings (`fixed_nodes`, `fixedNodes`).
+[[nodiscard]] std::optional<Fault> read_message(std::string_view text,
+                                                google::protobuf::Message& message);
+
+}  // namespace limber::json

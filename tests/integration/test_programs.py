@@ -1,0 +1,79 @@
+"""limber-bench and scripts/build: what they say before they do anything."""
+
+import os
+import shutil
+import subprocess
+
+import pytest
+from conftest import ROOT
+from limber.launching import find_binary
+
+
+def run(command, folder, **environment):
+    return subprocess.run([str(word) for word in command], env={**os.environ, **environment}, cwd=folder,
+                          capture_output=True, text=True, timeout=60)
+
+
+def program(path, text):
+    path.parent.mkdir(exist_ok=True)
+    path.write_text(f"#!/bin/sh\n{text}\n")
+    path.chmod(0o755)
+    return path
+
+
+@pytest.fixture
+def bench(limberd, tmp_path):
+    """A limber-bench with no limberd beside it."""
+    (tmp_path / "alone").mkdir()
+    return shutil.copy(find_binary("limber-bench"), tmp_path / "alone")
+
+
+def test_bench_says_where_it_looked_for_limberd(bench, tmp_path):
+    process = run([bench, "service", "--quick"], tmp_path, PATH="/nonexistent")
+    assert process.returncode == 1
+    assert f"no limberd beside this program ({tmp_path}/alone) or on PATH" in process.stderr
+    process = run([bench, "service", "--limberd", tmp_path / "none"], tmp_path)
+    assert process.returncode == 1 and f"{tmp_path}/none is no program" in process.stderr
+
+
+def test_bench_takes_limberd_from_path_and_from_beside_itself(bench, tmp_path):
+    on_path = program(tmp_path / "path" / "limberd", "exit 3")
+    search = f"/nonexistent:{on_path.parent}:/usr/bin:/bin"
+    assert f"did not start: {on_path}" in run([bench, "service"], tmp_path, PATH=search).stderr
+    beside = program(tmp_path / "alone" / "limberd", "exit 3")
+    assert f"did not start: {beside}" in run([bench, "service"], tmp_path, PATH=search).stderr
+    found = run(["limber-bench", "service"], tmp_path, PATH=f"{tmp_path}/alone:{search}")
+    assert f"did not start: {beside}" in found.stderr, "found by the shell: there is no folder in its argv[0]"
+
+
+@pytest.fixture
+def build(tmp_path):
+    """scripts/build in a folder of its own, with a cmake that tells how it was called."""
+    (tmp_path / "scripts").mkdir()
+    shutil.copy(ROOT / "scripts" / "build", tmp_path / "scripts")
+    program(tmp_path / "bin" / "cmake", f'echo "$*" >> {tmp_path}/calls')
+
+    def call(*arguments):
+        (tmp_path / "calls").write_text("")
+        process = run([tmp_path / "scripts" / "build", *arguments], tmp_path, PATH=f"{tmp_path}/bin:/usr/bin:/bin")
+        return process, (tmp_path / "calls").read_text().splitlines()
+
+    return call
+
+
+@pytest.mark.parametrize("arguments, configured, built", [
+    ((), "release", ""), (("tsan",), "tsan", ""), (("release", "-j2"), "release", " -j2"),
+    (("-j2",), "release", " -j2"), (("release", "-j", "2", "-v", "limberd", "limber"), "release",
+                                    " -j2 -v --target limberd limber")])
+def test_build_passes_options_and_targets_on(build, arguments, configured, built):
+    process, calls = build(*arguments)
+    assert process.returncode == 0, process.stderr
+    assert calls == [f"--preset {configured}", f"--build --preset {configured}{built}"]
+
+
+@pytest.mark.parametrize("arguments, words", [(("release", "--fast"), "no option --fast"), (("fast",), "no preset fast"),
+                                              (("release", "-j", "x"), "-j takes a number"), (("-j2x",), "-j2x")])
+def test_build_refuses_what_it_does_not_know(build, arguments, words):
+    process, calls = build(*arguments)
+    assert process.returncode == 2 and words in process.stderr and "usage: scripts/build" in process.stderr
+    assert calls == []
