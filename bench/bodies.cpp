@@ -5,8 +5,8 @@
 #include "bench/suite.h"
 #include "engine/base/error.h"
 #include "engine/bodies/mesh_validation.h"
-#include "engine/scene/mesh_formats.h"
-#include "engine/scene/samples.h"
+#include "engine/scene/formats/mesh_formats.h"
+#include "engine/scene/samples/samples.h"
 
 namespace limber::bench {
 namespace {

@@ -4,7 +4,7 @@
 #include <numbers>
 #include <random>
 
-#include "engine/scene/samples.h"
+#include "engine/scene/samples/samples.h"
 #include "engine/session/problem_mapping.h"
 #include "tests/support/chain_kinematics.h"
 

@@ -14,7 +14,9 @@ namespace {
 /// precision: the run's last frames are held at zero for that mode.
 constexpr double kExplosive = 1.3862943611198906;  // log 4
 
-int pinned(EndCondition end) {
+}  // namespace
+
+std::optional<int> pinned_frames(EndCondition end) {
   switch (end) {
     case EndCondition::kFree:
       return 0;
@@ -23,15 +25,13 @@ int pinned(EndCondition end) {
     case EndCondition::kPinnedPositionVelocity:
       return 2;
   }
-  return 0;
+  return std::nullopt;
 }
-
-}  // namespace
 
 FreeFrames::FreeFrames(const Timeline& timeline)
     : frame_count_(timeline.frame_count),
-      first_(pinned(timeline.first)),
-      last_(timeline.frame_count - 1 - pinned(timeline.last)) {}
+      first_(pinned_frames(timeline.first).value_or(0)),
+      last_(timeline.frame_count - 1 - pinned_frames(timeline.last).value_or(0)) {}
 
 RunElimination::RunElimination(const ModeCoefficients& coefficients, const FreeFrames& frames)
     : coefficients_(coefficients), frames_(frames) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 #include <vector>
 
 #include "engine/spacetime/lanes.h"
@@ -13,6 +14,9 @@ struct ModeCoefficients {
   Eigen::VectorXd centre;  // -2 - d + lambda, one per lane
   Eigen::VectorXd next;    // 1 + d
 };
+
+/// How many frames an end condition holds; nothing for a number that is none.
+[[nodiscard]] std::optional<int> pinned_frames(EndCondition end);
 
 /// Which frames are unknowns: those the end conditions leave, first() .. last().
 class FreeFrames {

@@ -14,21 +14,15 @@ namespace {
   throw Error(ErrorCode::kInvalidArgument, field, message);
 }
 
-int pinned_frames(EndCondition end, const std::string& field) {
-  switch (end) {
-    case EndCondition::kFree:
-      return 0;
-    case EndCondition::kPinnedPosition:
-      return 1;
-    case EndCondition::kPinnedPositionVelocity:
-      return 2;
-  }
-  refuse(field, field + " is not an end condition");
+int checked_pinned_frames(EndCondition end, const std::string& field) {
+  const std::optional<int> frames = pinned_frames(end);
+  if (!frames) refuse(field, field + " is not an end condition");
+  return *frames;
 }
 
 void validate(const Timeline& timeline) {
-  const int pinned = pinned_frames(timeline.first, "timeline.first") +
-                     pinned_frames(timeline.last, "timeline.last");
+  const int pinned = checked_pinned_frames(timeline.first, "timeline.first") +
+                     checked_pinned_frames(timeline.last, "timeline.last");
   if (timeline.frame_count < 3) {
     refuse("timeline.frame_count",
            "timeline.frame_count = " + std::to_string(timeline.frame_count) + " must be >= 3");

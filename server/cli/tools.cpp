@@ -7,11 +7,11 @@
 #include <cstdio>
 #include <fstream>
 
-#include "engine/scene/mesh_formats.h"
-#include "engine/scene/mesh_writers.h"
-#include "engine/scene/samples.h"
-#include "engine/scene/surface_formats.h"
-#include "engine/scene/tetrahedralize.h"
+#include "engine/scene/formats/mesh_formats.h"
+#include "engine/scene/formats/mesh_writers.h"
+#include "engine/scene/formats/surface_formats.h"
+#include "engine/scene/samples/samples.h"
+#include "engine/scene/tetrahedralize/tetrahedralize.h"
 #include "server/codec/errors.h"
 #include "server/codec/scene_json.h"
 #include "server/service/export.h"

@@ -6,9 +6,9 @@
 #include <cctype>
 #include <cstring>
 
-#include "engine/scene/mesh_writers.h"
-#include "engine/scene/point_cache.h"
-#include "engine/scene/surface_formats.h"
+#include "engine/scene/formats/mesh_writers.h"
+#include "engine/scene/formats/point_cache.h"
+#include "engine/scene/formats/surface_formats.h"
 #include "server/codec/errors.h"
 #include "server/codec/scene.h"
 #include "server/codec/scene_json.h"

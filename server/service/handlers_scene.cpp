@@ -2,9 +2,9 @@
 
 #include <boost/asio/post.hpp>
 
-#include "engine/scene/samples.h"
-#include "engine/scene/surface_formats.h"
-#include "engine/scene/tetrahedralize.h"
+#include "engine/scene/formats/surface_formats.h"
+#include "engine/scene/samples/samples.h"
+#include "engine/scene/tetrahedralize/tetrahedralize.h"
 #include "server/codec/errors.h"
 #include "server/service/scene_files.h"
 #include "server/service/service.h"

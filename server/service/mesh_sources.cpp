@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <optional>
 
-#include "engine/scene/samples.h"
+#include "engine/scene/samples/samples.h"
 
 namespace limber::server {
 namespace {

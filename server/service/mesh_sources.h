@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "engine/scene/mesh_formats.h"
+#include "engine/scene/formats/mesh_formats.h"
 #include "server/codec/scene.h"
 
 namespace limber::server {

@@ -2,8 +2,8 @@
 
 #include <set>
 
-#include "engine/scene/point_cache.h"
-#include "engine/scene/samples.h"
+#include "engine/scene/formats/point_cache.h"
+#include "engine/scene/samples/samples.h"
 #include "engine/session/document.h"
 #include "server/codec/field_paths.h"
 #include "server/service/memory_estimate.h"

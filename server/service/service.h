@@ -3,7 +3,7 @@
 #include <functional>
 #include <memory>
 
-#include "engine/scene/tetrahedralize.h"
+#include "engine/scene/tetrahedralize/tetrahedralize.h"
 #include "limber/v1/service.pb.h"
 #include "server/codec/scene.h"
 #include "server/service/hub.h"

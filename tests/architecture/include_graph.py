@@ -79,6 +79,28 @@ def cycles(files: dict[str, str]) -> list[str]:
     return found
 
 
+def room_of(path: str) -> str:
+    return path.rsplit("/", 1)[0]
+
+
+def room_cycles(files: dict[str, str]) -> list[str]:
+    """Folders of engine/ that include each other, directly or round about."""
+    rooms: dict[str, set[str]] = {}
+    for path, text in files.items():
+        others = {room_of(i) for i in INCLUDE.findall(text) if i.startswith("engine/")} - {room_of(path)}
+        rooms.setdefault(room_of(path), set()).update(others)
+    faults = []
+    for start in sorted(rooms):
+        reached, waiting = set(), [start]
+        while waiting:
+            fresh = rooms.get(waiting.pop(), set()) - reached
+            reached |= fresh
+            waiting += fresh
+        if start in reached:
+            faults.append(f"room cycle through {start}")
+    return faults
+
+
 def check(root: pathlib.Path) -> list[str]:
     files = {}
     for top in ("engine", "server", "clients"):
@@ -86,7 +108,8 @@ def check(root: pathlib.Path) -> list[str]:
             if path.suffix in (".h", ".cpp") and "node_modules" not in path.parts:
                 files[path.relative_to(root).as_posix()] = path.read_text(encoding="utf-8")
     faults = [fault for path, text in files.items() for fault in faults_of_file(path, text)]
-    return faults + cycles({p: t for p, t in files.items() if p.startswith("engine/") and p.endswith(".h")})
+    engine = {path: text for path, text in files.items() if path.startswith("engine/")}
+    return faults + room_cycles(engine) + cycles({p: t for p, t in engine.items() if p.endswith(".h")})
 
 
 if __name__ == "__main__":

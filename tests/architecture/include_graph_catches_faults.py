@@ -15,6 +15,8 @@ FAULTS = {
     "clients/cli/f.cpp": ('#include "engine/base/error.h"\n', "clients must not include"),
     "engine/base/g.h": ('#include "engine/base/h.h"\n', "include cycle"),
     "engine/base/h.h": ('#include "engine/base/g.h"\n', "include cycle"),
+    "engine/scene/one/i.cpp": ('#include "engine/scene/two/j.h"\n', "room cycle through engine/scene/one"),
+    "engine/scene/two/k.h": ('#include "engine/scene/one/l.h"\n', "room cycle through engine/scene/two"),
 }
 ALLOWED = {"engine/spacetime/ok.h": '#include "engine/reduced/kinematics.h"\n#include "engine/base/error.h"\n',
            "engine/session/ok.h": '#include "engine/scene/scene.h"\n'}

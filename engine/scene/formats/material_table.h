@@ -3,7 +3,7 @@
 #include <cstddef>
 #include <vector>
 
-#include "engine/scene/mesh_formats.h"
+#include "engine/scene/formats/mesh_formats.h"
 
 namespace limber::scene::formats {
 

@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "engine/scene/formats/mesh_formats.h"
 #include "engine/scene/formats/text_cursor.h"
-#include "engine/scene/mesh_formats.h"
 
 namespace limber::scene::formats {
 

@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
+#include "engine/scene/formats/mesh_formats.h"
 #include "engine/scene/formats/text_cursor.h"
-#include "engine/scene/mesh_formats.h"
 
 /// One reader per format. Each takes the whole file; errors are as promised by read_mesh.
 namespace limber::scene::formats {

@@ -4,7 +4,7 @@
 
 #include "engine/scene/samples/sample_parts.h"
 #include "engine/scene/samples/shapes.h"
-#include "engine/scene/tetrahedralize.h"
+#include "engine/scene/tetrahedralize/tetrahedralize.h"
 
 namespace limber::scene::samples {
 namespace {

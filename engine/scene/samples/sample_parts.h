@@ -3,7 +3,7 @@
 #include <functional>
 
 #include "engine/scene/scene.h"
-#include "engine/scene/tetrahedralize.h"
+#include "engine/scene/tetrahedralize/tetrahedralize.h"
 
 namespace limber::scene::samples {
 

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "engine/scene/tetrahedralize.h"
+#include "engine/scene/tetrahedralize/tetrahedralize.h"
 
 namespace limber::scene::lattice {
 

@@ -6,7 +6,7 @@
 #include "engine/bodies/mesh_validation.h"
 #include "engine/reduced/full_reconstruction.h"
 #include "engine/reduced/rs_inverse.h"
-#include "engine/scene/mesh_formats.h"
+#include "engine/scene/formats/mesh_formats.h"
 #include "tests/engine/reduced/test_poses.h"
 
 namespace limber::reduced {

@@ -12,7 +12,7 @@
 #include "engine/reduced/full_reconstruction.h"
 #include "engine/reduced/rs_coordinates.h"
 #include "engine/reduced/rs_inverse.h"
-#include "engine/scene/mesh_formats.h"
+#include "engine/scene/formats/mesh_formats.h"
 #include "tests/engine/reduced/sample_bodies.h"
 
 namespace limber::reduced {

@@ -5,11 +5,11 @@
 #include <random>
 
 #include "engine/base/error.h"
-#include "engine/scene/material_files.h"
-#include "engine/scene/mesh_formats.h"
-#include "engine/scene/mesh_writers.h"
-#include "engine/scene/point_cache.h"
-#include "engine/scene/surface_formats.h"
+#include "engine/scene/formats/material_files.h"
+#include "engine/scene/formats/mesh_formats.h"
+#include "engine/scene/formats/mesh_writers.h"
+#include "engine/scene/formats/point_cache.h"
+#include "engine/scene/formats/surface_formats.h"
 #include "tests/engine/scene/shared_data.h"
 
 namespace limber::scene {

@@ -1,4 +1,4 @@
-#include "engine/scene/mesh_formats.h"
+#include "engine/scene/formats/mesh_formats.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-#include "engine/scene/mesh_quality.h"
+#include "engine/scene/tetrahedralize/mesh_quality.h"
 
 #include <gtest/gtest.h>
 

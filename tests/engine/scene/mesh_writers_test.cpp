@@ -1,4 +1,4 @@
-#include "engine/scene/mesh_writers.h"
+#include "engine/scene/formats/mesh_writers.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -10,9 +10,9 @@
 
 #include "engine/base/error.h"
 #include "engine/scene/formats/base64.h"
-#include "engine/scene/mesh_formats.h"
-#include "engine/scene/samples.h"
-#include "engine/scene/surface_formats.h"
+#include "engine/scene/formats/mesh_formats.h"
+#include "engine/scene/formats/surface_formats.h"
+#include "engine/scene/samples/samples.h"
 
 namespace limber::scene {
 namespace {

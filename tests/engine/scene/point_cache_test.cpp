@@ -1,4 +1,4 @@
-#include "engine/scene/point_cache.h"
+#include "engine/scene/formats/point_cache.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

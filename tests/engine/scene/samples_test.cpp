@@ -1,11 +1,11 @@
-#include "engine/scene/samples.h"
+#include "engine/scene/samples/samples.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "engine/base/error.h"
 #include "engine/bodies/mesh_validation.h"
-#include "engine/scene/mesh_quality.h"
+#include "engine/scene/tetrahedralize/mesh_quality.h"
 
 namespace limber::scene {
 namespace {

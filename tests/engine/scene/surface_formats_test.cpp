@@ -1,4 +1,4 @@
-#include "engine/scene/surface_formats.h"
+#include "engine/scene/formats/surface_formats.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -7,7 +7,7 @@
 
 #include "engine/base/error.h"
 #include "engine/bodies/boundary_surface.h"
-#include "engine/scene/samples.h"
+#include "engine/scene/samples/samples.h"
 #include "tests/engine/scene/shared_data.h"
 
 namespace limber::scene {

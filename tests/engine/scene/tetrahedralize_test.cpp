@@ -1,4 +1,4 @@
-#include "engine/scene/tetrahedralize.h"
+#include "engine/scene/tetrahedralize/tetrahedralize.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -9,8 +9,8 @@
 #include "engine/base/error.h"
 #include "engine/bodies/boundary_surface.h"
 #include "engine/bodies/mesh_validation.h"
-#include "engine/scene/mesh_formats.h"
-#include "engine/scene/surface_formats.h"
+#include "engine/scene/formats/mesh_formats.h"
+#include "engine/scene/formats/surface_formats.h"
 #include "tests/engine/scene/shared_data.h"
 
 namespace limber::scene {

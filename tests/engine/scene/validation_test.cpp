@@ -5,7 +5,7 @@
 #include <functional>
 #include <limits>
 
-#include "engine/scene/samples.h"
+#include "engine/scene/samples/samples.h"
 #include "engine/scene/scene.h"
 
 namespace limber::scene {

@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "engine/base/random.h"
-#include "engine/scene/samples.h"
+#include "engine/scene/samples/samples.h"
 #include "engine/session/session.h"
 #include "tests/engine/session/harness.h"
 #include "tests/engine/session/scenes.h"

@@ -2,8 +2,8 @@
 
 #include <gtest/gtest.h>
 
-#include "engine/scene/mesh_formats.h"
-#include "engine/scene/point_cache.h"
+#include "engine/scene/formats/mesh_formats.h"
+#include "engine/scene/formats/point_cache.h"
 #include "server/codec/scene_json.h"
 #include "tests/server/support/running_server.h"
 

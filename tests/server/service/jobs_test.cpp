@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "engine/scene/mesh_formats.h"
+#include "engine/scene/formats/mesh_formats.h"
 #include "server/codec/scene_json.h"
 #include "server/service/job_registry.h"
 #include "tests/server/support/running_server.h"

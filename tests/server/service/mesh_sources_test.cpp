@@ -4,7 +4,7 @@
 
 #include <fstream>
 
-#include "engine/scene/mesh_writers.h"
+#include "engine/scene/formats/mesh_writers.h"
 #include "server/codec/scene.h"
 #include "tests/server/support/running_server.h"
 

@@ -269,8 +269,10 @@ TEST_F(ServerSessions, AWaitIsAnsweredByAnothersEdit) {
 TEST_F(ServerSessions, ClosingAnswersWhoWaits) {
   open_and_solve(client, "s");
   client.send(wait_request("s", 1));
-  Client other(server->request_endpoint());
   proto::Request request;
+  request.mutable_list_sessions();
+  ASSERT_TRUE(client.call(request).has_list_sessions());  // behind the wait: it has arrived
+  Client other(server->request_endpoint());
   request.mutable_close_session()->set_session("s");
   EXPECT_TRUE(other.call(request).has_close_session());
   const auto reply = client.receive(milliseconds(5000));

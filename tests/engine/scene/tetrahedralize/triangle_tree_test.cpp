@@ -5,7 +5,7 @@
 #include <numbers>
 #include <random>
 
-#include "engine/scene/surface_formats.h"
+#include "engine/scene/formats/surface_formats.h"
 
 namespace limber::scene::lattice {
 namespace {

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "engine/base/job.h"
-#include "engine/scene/mesh_quality.h"
+#include "engine/scene/tetrahedralize/mesh_quality.h"
 #include "engine/scene/triangle_surface.h"
 
 namespace limber::scene {

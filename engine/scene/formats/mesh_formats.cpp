@@ -1,9 +1,9 @@
-#include "engine/scene/mesh_formats.h"
+#include "engine/scene/formats/mesh_formats.h"
 
 #include <fstream>
 
+#include "engine/scene/formats/material_files.h"
 #include "engine/scene/formats/readers.h"
-#include "engine/scene/material_files.h"
 
 namespace limber::scene {
 namespace {

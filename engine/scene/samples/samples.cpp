@@ -1,4 +1,4 @@
-#include "engine/scene/samples.h"
+#include "engine/scene/samples/samples.h"
 
 #include "engine/base/error.h"
 #include "engine/scene/samples/sample_parts.h"

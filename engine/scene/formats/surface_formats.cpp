@@ -1,10 +1,10 @@
-#include "engine/scene/surface_formats.h"
+#include "engine/scene/formats/surface_formats.h"
 
 #include <charconv>
 
 #include "engine/base/error.h"
+#include "engine/scene/formats/mesh_formats.h"
 #include "engine/scene/formats/surface_readers.h"
-#include "engine/scene/mesh_formats.h"
 
 namespace limber::scene {
 namespace formats {

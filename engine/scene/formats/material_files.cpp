@@ -1,4 +1,4 @@
-#include "engine/scene/material_files.h"
+#include "engine/scene/formats/material_files.h"
 
 #include <algorithm>
 #include <map>

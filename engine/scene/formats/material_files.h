@@ -4,7 +4,7 @@
 #include <string_view>
 #include <vector>
 
-#include "engine/scene/mesh_formats.h"
+#include "engine/scene/formats/mesh_formats.h"
 
 namespace limber::scene {
 

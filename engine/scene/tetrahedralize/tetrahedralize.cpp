@@ -1,4 +1,4 @@
-#include "engine/scene/tetrahedralize.h"
+#include "engine/scene/tetrahedralize/tetrahedralize.h"
 
 #include <cmath>
 #include <limits>

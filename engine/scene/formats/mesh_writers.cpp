@@ -1,4 +1,4 @@
-#include "engine/scene/mesh_writers.h"
+#include "engine/scene/formats/mesh_writers.h"
 
 #include <charconv>
 #include <cstring>
