@@ -18,7 +18,7 @@ using Case =
 
 struct SuiteOptions {
   bool quick =
-      false;  // finish within 40 s: smaller or fewer cases, fewer repeats; says so in each case
+      false;  // finish within 40 s: smaller or fewer cases, fewer repeats; the JSON says so
   std::string
       shared_folder;    // public data; empty: cases that need it are left out and named on stderr
   std::string limberd;  // server binary for the suite `service`; empty: looked for

@@ -1,8 +1,9 @@
 #include "clients/cpp/stream.h"
 
 #include <algorithm>
-#include <atomic>
 #include <chrono>
+
+#include "clients/cpp/socket_monitor.h"
 
 namespace limber::client {
 namespace {
@@ -10,38 +11,14 @@ namespace {
 /// Messages that wait in this process for a reader that is slow; a motion may have megabytes.
 constexpr int kQueue = 8;
 
-/// Waits until the handshake of a socket's connection has succeeded; a subscription is sent right
-/// after it.
-class Handshake {
- public:
-  Handshake(zmq::context_t& context, zmq::socket_t& socket)
-      : socket_(socket), events_(context, ZMQ_PAIR) {
-    static std::atomic<unsigned> count{0};
-    const std::string address = "inproc://limber-monitor-" + std::to_string(++count);
-    zmq_socket_monitor(socket.handle(), address.c_str(), ZMQ_EVENT_HANDSHAKE_SUCCEEDED);
-    events_.set(zmq::sockopt::linger, 0);
-    events_.connect(address);
-  }
-  ~Handshake() { zmq_socket_monitor(socket_.handle(), nullptr, 0); }
-  Handshake(const Handshake&) = delete;
-  Handshake& operator=(const Handshake&) = delete;
-
-  bool wait(const Client& client, Milliseconds timeout) {
-    return client.wait_readable(events_, timeout);
-  }
-
- private:
-  zmq::socket_t& socket_;
-  zmq::socket_t events_;
-};
-
 }  // namespace
 
 Subscription::Subscription(Client& client, const std::string& endpoint)
     : client_(client), socket_(client.context(), ZMQ_SUB) {
   client.configure(socket_);
   socket_.set(zmq::sockopt::rcvhwm, kQueue);
-  Handshake handshake(client.context(), socket_);
+  // A subscription is sent right after the handshake.
+  SocketMonitor handshake(client.context(), socket_, ZMQ_EVENT_HANDSHAKE_SUCCEEDED);
   const std::string address = reachable(endpoint, client.endpoint());
   try {
     socket_.connect(address);
@@ -49,7 +26,7 @@ Subscription::Subscription(Client& client, const std::string& endpoint)
     throw ClientError(v1::ERROR_CODE_INVALID_ARGUMENT, "stream_endpoint",
                       "cannot connect to '" + address + "': " + error.what());
   }
-  if (!handshake.wait(client, client.options().timeout))
+  if (!client.wait_readable(handshake.events(), client.options().timeout))
     throw Unreachable("no stream at " + address);
 }
 

@@ -65,6 +65,9 @@ class Session::Impl : public std::enable_shared_from_this<Session::Impl> {
     bool is_whole = false;
     Start start = Start::kWarm;
     std::uint64_t cold_request = 0;  // the newest contained, of this round or an earlier one
+    [[nodiscard]] double since_edit_ms() const {
+      return std::chrono::duration<double, std::milli>(Clock::now() - edited_at).count();
+    }
     Depth depth = Depth::kSolve;
     Cancellation cancellation;
   };

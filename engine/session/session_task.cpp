@@ -235,8 +235,10 @@ bool Session::Impl::stay_with_answer(const Round& round, const spacetime::SolveR
     newest = newest_;
   }
   if (!answer || answer->revision != round.revision || answer->solve_failed) return false;
+  // Neither has converged: an early cold iterate has little energy, since it misses exact rows.
   if (answer->report.status == spacetime::SolveStatus::kCancelled &&
-      answer->report.total_energy > cancelled.total_energy)
+      answer->report.total_energy > cancelled.total_energy &&
+      answer->report.max_exact_error >= cancelled.max_exact_error)
     return false;
   problem_->solver().warm_start(answer->modal);
   if (answer != newest) hand_out(std::make_shared<Result>(*answer), round);
@@ -246,6 +248,7 @@ bool Session::Impl::stay_with_answer(const Round& round, const spacetime::SolveR
 void Session::Impl::publish(const Round& round, const spacetime::SolveReport& report, bool final) {
   auto result = std::make_shared<Result>();
   result->converged = final;
+  result->since_edit_ms = round.since_edit_ms();
   result->report = report;
   result->modal = problem_->solver().motion();
   problem_->coordinates(result->modal, result->coordinates);
@@ -255,9 +258,10 @@ void Session::Impl::publish(const Round& round, const spacetime::SolveReport& re
 void Session::Impl::publish_failure(const Round& round, const std::string& reason) {
   const auto newest = read([](const Impl& impl) { return impl.newest_; });
   const auto model = read([](const Impl& impl) { return impl.built_->model; });
-  hand_out(std::make_shared<Result>(
-               failed_result(newest.get(), *model, document_.unedited()->frame_count, reason)),
-           round);
+  auto result = std::make_shared<Result>(
+      failed_result(newest.get(), *model, document_.unedited()->frame_count, reason));
+  result->since_edit_ms = round.since_edit_ms();
+  hand_out(std::move(result), round);
 }
 
 void Session::Impl::hand_out(std::shared_ptr<Result> result, const Round& round) {
@@ -268,7 +272,6 @@ void Session::Impl::hand_out(std::shared_ptr<Result> result, const Round& round)
     const std::lock_guard lock(mutex_);
     if (closed_) return;
     result->sequence = ++sequence_;
-    result->since_edit_ms = Milliseconds(Clock::now() - round.edited_at).count();
     older = std::exchange(newest_, result);
     if (result->converged) older_final = std::exchange(converged_, result);
   }

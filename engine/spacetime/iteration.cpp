@@ -8,7 +8,8 @@ namespace {
 
 constexpr double kExactWeightGrowth = 10;
 constexpr double kExactWeightCap = 1e7;
-/// A Newton factor serves again while steps shrink by at least this.
+/// A Newton step's factor, or its curvature if it was truncated, serves again while steps shrink by
+/// at least this.
 constexpr double kChordRate = 0.3;
 /// Cost of a Newton step in Gauss-Newton steps, with a few of them to go from here to the end.
 constexpr double kNewtonCost = 12;
@@ -72,6 +73,7 @@ Optimizer::Outcome Optimizer::advance(Course& course) {
   const bool newton_kind = full_model();
   if (taken < 0.1 && course.gradient > 0.1 && ++course.short_steps >= 3 && !course.ramped) {
     begin_ramp();
+    from_rest_ = false;
     course.ramped = true;
     return Outcome::kAgain;
   }
@@ -153,7 +155,7 @@ SolveReport Optimizer::iterate(const JobContext& job,
 SolveReport Optimizer::solve(const JobContext& job,
                              const std::function<bool(const SolveReport&)>& on_improved) {
   if (rows_.count() == 0) return correct();
-  const bool cold = ramping();
+  const bool cold = ramping() && from_rest_;
   SolveReport answer = iterate(job, on_improved);
   const bool ended =
       answer.status != SolveStatus::kCancelled && answer.status != SolveStatus::kImproved;
@@ -168,7 +170,7 @@ SolveReport Optimizer::solve(const JobContext& job,
     }
   }
   if (cold || challenged) origins_.clear();
-  doubted_ = false;
+  doubted_ = from_rest_ = false;
   settled_energy_ = answer.total_energy;
   return answer;
 }

@@ -10,9 +10,11 @@ namespace {
 constexpr double kTruncatedLeft = 1e-2;
 /// ... or is left to the factored system after this many rounds.
 constexpr int kTruncatedRounds = 40;
-/// Conjugate gradients do not see a saddle that they stand on, a factor does: they serve where the
-/// scaled gradient is below this, and until so many of their steps in a row hardly shrink.
+/// Far out most of their work is spent on directions that a factor finds to have no minimum: they
+/// serve where the scaled gradient is below this.
 constexpr double kNear = 0.3;
+/// They do not see a saddle that they stand on, a factor does: it looks after so many steps in a
+/// row that hardly shrink.
 constexpr int kSlowTruncated = 3;
 
 double inner(const Lanes& a, const Lanes& b) {
@@ -69,7 +71,7 @@ void Optimizer::newton_step() {
   // A factor serves again, or the curvature of a truncated step.
   const bool chord = chord_ && step_kind_ == StepKind::kNewton;
   if (!chord && guard_.idle() && slow_truncated_ < kSlowTruncated) {
-    if (truncated_newton_step(chord_)) return;
+    if (truncated_newton_step(chord_ ? Curvature::kLent : Curvature::kOwn)) return;
     chord_ = false;
   }
   if (!chord && !factor_newton()) return gauss_newton_step();
@@ -99,8 +101,8 @@ void Optimizer::finish_newton_step() {
   }
 }
 
-bool Optimizer::truncated_newton_step(bool lent_curvature) {
-  if (lent_curvature) {
+bool Optimizer::truncated_newton_step(Curvature curvature) {
+  if (curvature == Curvature::kLent) {
     space_.factor(systems_, rows_, state_.jacobian);
   } else {
     update_curvature();

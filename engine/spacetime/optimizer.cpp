@@ -30,7 +30,7 @@ void Optimizer::set_structure(const std::map<ConstraintId, PositionConstraint>& 
   space_.invalidate();
   doubted_ = true;
   challenger_.reset();
-  if (rows_.count() > 0 && z_.isZero(0)) begin_ramp();
+  start_from_rest_if_there();
 }
 
 void Optimizer::target_moved(const PositionConstraint& constraint, const Eigen::Vector3d& from) {
@@ -55,14 +55,20 @@ void Optimizer::set_systems(const ModeDynamics& dynamics, const Timeline& timeli
   space_.invalidate();
   doubted_ = true;
   challenger_.reset();
-  if (rows_.count() > 0 && z_.isZero(0)) begin_ramp();
+  start_from_rest_if_there();
 }
 
 void Optimizer::cold_start() {
   challenger_.reset();
   z_.setZero();
   residual_valid_ = jacobian_valid_ = motion_valid_ = false;
-  if (rows_.count() > 0) begin_ramp();
+  start_from_rest_if_there();
+}
+
+void Optimizer::start_from_rest_if_there() {
+  // A ramp that another set of constraints began is as good as any warm start, not a cold one.
+  from_rest_ = rows_.count() > 0 && z_.isZero(0);
+  if (from_rest_) begin_ramp();
 }
 
 /// Left on the ramp, it would be led away again by weights that hardly pull.

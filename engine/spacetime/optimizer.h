@@ -13,7 +13,7 @@
 namespace limber::spacetime {
 
 /// The iteration over z at the kept frames. Everything it keeps is valid between calls; edits come
-/// in through set_structure() and target_moved().
+/// in through set_structure(), target_moved(), set_systems(), cold_start() and warm_start().
 class Optimizer {
  public:
   Optimizer(std::shared_ptr<const reduced::Kinematics> kinematics, const ModeDynamics& dynamics,
@@ -42,6 +42,7 @@ class Optimizer {
     double before = 0;  // merit where it began
     double gain = 0;    // decrease over what the quadratic model promised
   };
+  enum class Curvature { kOwn, kLent };  // of this iterate, or still of an earlier one
   enum class StepKind { kGaussNewton, kNewton, kTruncated };
   enum class Outcome { kMoved, kAgain, kConverged, kStalled };
   /// What one run of the iteration remembers from step to step.
@@ -66,6 +67,7 @@ class Optimizer {
   /// out += J^T m at the knots.
   void add_rows(const Eigen::VectorXd& m, Lanes& out) const;
 
+  void start_from_rest_if_there();
   /// Continuation in the weights (see NOTATION.md): goes back to weights that hardly pull.
   void begin_ramp();
   [[nodiscard]] bool ramping() const { return rows_.scale() < 1; }
@@ -79,7 +81,7 @@ class Optimizer {
   [[nodiscard]] bool full_model() const { return step_kind_ != StepKind::kGaussNewton; }
   /// Conjugate gradients on the full model, preconditioned by the Gauss-Newton factor.
   /// @returns false where they meet a direction without a minimum, or take too many rounds
-  [[nodiscard]] bool truncated_newton_step(bool lent_curvature);
+  [[nodiscard]] bool truncated_newton_step(Curvature curvature);
   void update_curvature();
   /// descent_ <- minus the gradient, multiplier_ <- of the rows as they are.
   void descend();
@@ -137,13 +139,16 @@ class Optimizer {
   Eigen::VectorXd shifted_, multiplier_, promised_, surprise_, no_rows_, multiplier_left_;
   NewtonSystem newton_;
   std::vector<Eigen::MatrixXd> curvature_;
-  bool doubted_ = false;  // the set of constraints changed since the last answer
+  /// The answer may lie in the valley of a worse minimum: the set of constraints, ends or dynamics
+  /// changed, a target has come far, or a challenge was stopped.
+  bool doubted_ = false;
+  bool from_rest_ = false;  // the ramp began at z = 0 with the constraints that are there now
   std::map<ConstraintId, Eigen::Vector3d> origins_;  // of targets moved since the last challenge
   double settled_energy_ = 0;                        // of the last answer
   std::shared_ptr<Optimizer> challenger_;  // where the last challenge was stopped; null after edits
   NewtonGuard guard_;
   bool curvature_valid_ = false;
-  bool chord_ = false;        // the next Newton step reuses the factor
+  bool chord_ = false;  // the next Newton step reuses the factor, or the curvature if truncated
   bool newton_last_ = false;  // the last solve ended with Newton steps: so the next begins
   int slow_truncated_ = 0;    // truncated steps in a row that hardly shrank
   double lost_ = 0;           // decrement of the last step too small to be judged by the merit

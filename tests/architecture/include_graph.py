@@ -18,7 +18,7 @@ OUTSIDE = {
     "server": {"session", "scene", "bodies", "reduced", "spacetime", "base", "proto"},
     "clients": {"proto"},
 }
-FORBIDDEN_IN_ENGINE = re.compile(r"zmq|boost/|google/protobuf|sqlite|CLI/|iostream|cstdio|spdlog|\.pb\.h")
+FORBIDDEN_IN_ENGINE = re.compile(r"zmq|boost/|google/protobuf|^proto/|sqlite|CLI/|iostream|cstdio|spdlog|\.pb\.h")
 # Heavy dependencies and the only engine files that may see them.
 PRIVATE = {"cholmod.h": "engine/base/numerics/", "Spectra/": "engine/bodies/", "pugixml.hpp": "engine/scene/",
            "zlib.h": "engine/scene/", "xxhash.h": "engine/base/"}

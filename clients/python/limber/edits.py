@@ -134,6 +134,9 @@ def to_messages(edits: Iterable[EditLike], dynamics_now: "scene.Dynamics | None"
     messages = []
     for i, edit in enumerate(edits):
         if isinstance(edit, DynamicsChange):
+            if any(m.WhichOneof("edit") in ("undo", "redo") for m in messages):
+                raise invalid(f"edits[{i}]", "dynamics() behind undo() or redo() keeps values that are not known "
+                                             "yet: send it in an edit of its own")
             edit = service.Edit(set_dynamics=edit.of(dynamics_now or scene.Dynamics()))
         messages.append(to_message(edit, f"edits[{i}]"))
         if messages[-1].HasField("set_dynamics"):
