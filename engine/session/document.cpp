@@ -100,17 +100,17 @@ std::vector<scene::Issue> document_issues(const scene::Scene& scene) {
   return issues;
 }
 
-void Document::Steps::push(std::shared_ptr<const ChangeGroup> group) {
+void Document::Steps::push(std::shared_ptr<const ChangeGroup> group, std::uint64_t content) {
   const std::size_t bytes = bytes_of(*group);
-  steps_.push_back({std::move(group), bytes});
+  steps_.push_back({std::move(group), content, bytes});
   bytes_ += bytes;
 }
 
-std::shared_ptr<const ChangeGroup> Document::Steps::pop_newest() {
+Document::Steps::Step Document::Steps::pop_newest() {
   Step step = std::move(steps_.back());
   steps_.pop_back();
   bytes_ -= step.bytes;
-  return std::move(step.group);
+  return step;
 }
 
 void Document::Steps::drop_oldest() {
@@ -186,7 +186,7 @@ EditReceipt Document::apply(const std::vector<Edit>& edits, std::optional<Revisi
   if (edits.empty())
     throw Error(ErrorCode::kInvalidArgument, "edits", "a request needs at least one edit");
 
-  const std::uint64_t next_id = next_id_;
+  const std::uint64_t next_id = next_id_, content = content_;
   EditReceipt receipt;
   receipt.constraint_ids.reserve(edits.size());
   Request request{touched, {}, 0, {}, {}};
@@ -197,6 +197,7 @@ EditReceipt Document::apply(const std::vector<Edit>& edits, std::optional<Revisi
     if (request.undo) undo_ = std::move(*request.undo);
     if (request.redo) redo_ = std::move(*request.redo);
     next_id_ = next_id;
+    content_ = content;
   };
   try {
     for (; i < edits.size(); ++i) receipt.constraint_ids.push_back(apply_edit(edits[i], request));
@@ -335,7 +336,7 @@ std::uint64_t Document::add(const scene::Constraint& wanted, Request& request) {
 
 /// Takes the newest group of `from`, applies it backwards in time and leaves its inverse on `to`.
 std::uint64_t Document::step(Steps& from, Steps& to, Request& request) {
-  const std::shared_ptr<const ChangeGroup> group = from.pop_newest();
+  const auto [group, content, bytes] = from.pop_newest();
   std::uint64_t id = 0;
   bool single = true;
   for (auto change = group->rbegin(); change != group->rend(); ++change) {
@@ -345,7 +346,8 @@ std::uint64_t Document::step(Steps& from, Steps& to, Request& request) {
     make(*change, request);
   }
   const auto begin = request.back.begin() + static_cast<std::ptrdiff_t>(request.step_begin);
-  to.push(std::make_shared<const ChangeGroup>(begin, request.back.end()));
+  to.push(std::make_shared<const ChangeGroup>(begin, request.back.end()), content_);
+  content_ = content;
   request.step_begin = request.back.size();
   return single ? id : 0;
 }
@@ -361,7 +363,8 @@ void Document::make(Change change, Request& request) {
 void Document::close_step(Request& request) {
   if (request.step_begin == request.back.size()) return;
   const auto begin = request.back.begin() + static_cast<std::ptrdiff_t>(request.step_begin);
-  undo_.push(std::make_shared<const ChangeGroup>(begin, request.back.end()));
+  undo_.push(std::make_shared<const ChangeGroup>(begin, request.back.end()), content_);
+  content_ = ++contents_;
   while (undo_.size() > static_cast<std::size_t>(limits_.undo_depth) ||
          (undo_.bytes() > limits_.undo_bytes && undo_.size() > 1))
     undo_.drop_oldest();

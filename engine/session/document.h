@@ -54,6 +54,9 @@ class Document {
     return constraints_;
   }
   [[nodiscard]] std::vector<scene::Constraint> constraint_list() const;  // by id
+  /// Names what the edits have made of the scene: undo and redo come back to earlier names, any
+  /// other request makes a new one.
+  [[nodiscard]] std::uint64_t content() const { return content_; }
   [[nodiscard]] std::size_t undo_count() const { return undo_.size(); }
   [[nodiscard]] std::size_t redo_count() const { return redo_.size(); }
 
@@ -65,8 +68,13 @@ class Document {
   /// Groups that each take the document one step back (or forth), newest last, and their size.
   class Steps {
    public:
-    void push(std::shared_ptr<const ChangeGroup> group);
-    std::shared_ptr<const ChangeGroup> pop_newest();
+    struct Step {
+      std::shared_ptr<const ChangeGroup> group;
+      std::uint64_t content = 0;  // of the document once it is applied
+      std::size_t bytes = 0;
+    };
+    void push(std::shared_ptr<const ChangeGroup> group, std::uint64_t content);
+    Step pop_newest();
     void drop_oldest();
     void clear() { *this = {}; }
     [[nodiscard]] bool empty() const { return steps_.empty(); }
@@ -74,10 +82,6 @@ class Document {
     [[nodiscard]] std::size_t bytes() const { return bytes_; }
 
    private:
-    struct Step {
-      std::shared_ptr<const ChangeGroup> group;
-      std::size_t bytes = 0;
-    };
     std::deque<Step> steps_;
     std::size_t bytes_ = 0;
   };
@@ -104,7 +108,8 @@ class Document {
   std::map<std::uint64_t, scene::Constraint> constraints_;
   std::uint64_t next_id_ = 1;  // never goes back, so that an id is not given twice
   Revision revision_ = 0;
-  std::size_t nodes_ = 0;  // named by constraints_
+  std::uint64_t content_ = 0, contents_ = 0;  // now; newest given
+  std::size_t nodes_ = 0;                     // named by constraints_
   Steps undo_, redo_;
 };
 

@@ -107,8 +107,8 @@ class Session {
   ///   kFailedPrecondition (nothing to undo or redo; the session is closed or has no model)
   EditReceipt edit(const std::vector<Edit>& edits, std::optional<Revision> expected = {});
 
-  /// Forgets the warm start and solves the current problem from z = 0. In state kFailed: tries to
-  /// build again.
+  /// Solves the current problem from z = 0. The final result that is there already stays (published
+  /// again, with a message) unless this one is better. In state kFailed: tries to build again.
   /// @param request  a number of the caller's, told again by the results that contain this solve:
   /// a warm one may become final just when this is called
   void solve_cold(std::uint64_t request = 0);

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "engine/base/job.h"
+#include "engine/session/answer_book.h"
 #include "engine/session/document.h"
 #include "engine/session/live_problem.h"
 #include "engine/session/session.h"
@@ -60,6 +61,7 @@ class Session::Impl : public std::enable_shared_from_this<Session::Impl> {
     enum class Start { kWarm, kCold };
     enum class Depth { kSolve, kCorrectOnly };
     Revision revision = 0;
+    std::uint64_t content = 0;  // Document::content()
     Clock::time_point edited_at;
     EditBatch batch;
     bool is_whole = false;
@@ -87,8 +89,9 @@ class Session::Impl : public std::enable_shared_from_this<Session::Impl> {
   void work(const Round& round);
   void bring_up_to_date(const Round& round);
   void solve(const Round& round);
-  [[nodiscard]] bool stay_with_answer(const Round& round, const spacetime::SolveReport& cancelled);
-  void publish(const Round& round, const spacetime::SolveReport& report, bool final);
+  [[nodiscard]] bool stay_with_answer(const Round& round, const spacetime::SolveReport& ended);
+  std::shared_ptr<const Result> publish(const Round& round, const spacetime::SolveReport& report,
+                                        bool final);
   void publish_failure(const Round& round, const std::string& reason);
   void hand_out(std::shared_ptr<Result> result, const Round& round);
   void tell_progress(const std::string& stage, double fraction);
@@ -133,6 +136,7 @@ class Session::Impl : public std::enable_shared_from_this<Session::Impl> {
   std::atomic<bool> interrupt_{false};  // the running solve is out of date
 
   std::unique_ptr<LiveProblem> problem_;  // the task's
+  AnswerBook answers_;                    // the task's
   Clock::time_point progress_told_;       // the task's
 };
 

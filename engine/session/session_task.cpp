@@ -149,6 +149,7 @@ std::optional<Session::Impl::Round> Session::Impl::next_round() {
   }
   Round round;
   round.revision = document_.revision();
+  round.content = document_.content();
   round.edited_at = edited_at_;
   round.is_whole = whole_;
   round.batch = whole_ ? whole_batch(document_) : batch_of(document_, touched_);
@@ -192,7 +193,9 @@ void Session::Impl::bring_up_to_date(const Round& round) {
   } else {
     problem_->apply(round.batch);
   }
-  if (round.start == Round::Start::kCold) problem_->solver().cold_start();
+  if (round.start == Round::Start::kCold) return problem_->solver().cold_start();
+  if (const auto known = answers_.find(round.content))
+    problem_->solver().warm_start(known->modal, spacetime::Known::kAnswer);
 }
 
 void Session::Impl::solve(const Round& round) {
@@ -220,14 +223,16 @@ void Session::Impl::solve(const Round& round) {
   });
   demand_finite(report, solver.motion());
   if (out_of_date && report.status == spacetime::SolveStatus::kImproved) return;
-  const bool cancelled = report.status == spacetime::SolveStatus::kCancelled;
-  if (cancelled && stay_with_answer(round, report)) return;
-  publish(round, report, true);
+  if (stay_with_answer(round, report)) return;
+  const auto result = publish(round, report, true);
+  if (report.status == spacetime::SolveStatus::kConverged) answers_.keep(round.content, result);
 }
 
-/// Of a cancelled solve that no edit had asked for, a cold one: the answer that the revision has
-/// already stays the newest, and the solver goes on from it.
-bool Session::Impl::stay_with_answer(const Round& round, const spacetime::SolveReport& cancelled) {
+/// Of a solve that no edit had asked for, a cold one: where it was cancelled or has found nothing
+/// better, the answer that the revision has already stays the newest, and the solver goes on from
+/// it.
+bool Session::Impl::stay_with_answer(const Round& round, const spacetime::SolveReport& ended) {
+  using spacetime::SolveStatus;
   std::shared_ptr<const Result> answer, newest;
   {
     const std::lock_guard lock(mutex_);
@@ -235,24 +240,35 @@ bool Session::Impl::stay_with_answer(const Round& round, const spacetime::SolveR
     newest = newest_;
   }
   if (!answer || answer->revision != round.revision || answer->solve_failed) return false;
-  // Neither has converged: an early cold iterate has little energy, since it misses exact rows.
-  if (answer->report.status == spacetime::SolveStatus::kCancelled &&
-      answer->report.total_energy > cancelled.total_energy &&
-      answer->report.max_exact_error >= cancelled.max_exact_error)
+  const bool cancelled = ended.status == SolveStatus::kCancelled;
+  const bool complete = answer->report.status != SolveStatus::kCancelled;
+  spacetime::Solver& solver = problem_->solver();
+  if (cancelled ? !complete && solver.prefers(ended, answer->report)
+                : !solver.prefers(answer->report, ended))
     return false;
-  problem_->solver().warm_start(answer->modal);
-  if (answer != newest) hand_out(std::make_shared<Result>(*answer), round);
+  solver.warm_start(answer->modal, complete ? spacetime::Known::kAnswer : spacetime::Known::kGuess);
+  if (answer == newest) return true;
+  auto again = std::make_shared<Result>(*answer);
+  if (!cancelled) {
+    again->report.message +=
+        fmt::format("{}A cold solve ended at the total energy {:.6g}: this answer is kept.",
+                    again->report.message.empty() ? "" : " ", ended.total_energy);
+  }
+  hand_out(std::move(again), round);
   return true;
 }
 
-void Session::Impl::publish(const Round& round, const spacetime::SolveReport& report, bool final) {
+std::shared_ptr<const Result> Session::Impl::publish(const Round& round,
+                                                     const spacetime::SolveReport& report,
+                                                     bool final) {
   auto result = std::make_shared<Result>();
   result->converged = final;
   result->since_edit_ms = round.since_edit_ms();
   result->report = report;
   result->modal = problem_->solver().motion();
   problem_->coordinates(result->modal, result->coordinates);
-  hand_out(std::move(result), round);
+  hand_out(result, round);
+  return result;
 }
 
 void Session::Impl::publish_failure(const Round& round, const std::string& reason) {

@@ -1,6 +1,7 @@
 #include "engine/spacetime/constraint_rows.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <tuple>
 
@@ -88,6 +89,7 @@ void ConstraintRows::rebuild_fixed() {
     frames.push_back(constraint.frame);
   }
   std::vector<double> residual, weight;
+  fixed_.owner.clear();
   if (!frames.empty()) {
     const Eigen::MatrixXd rest = Eigen::MatrixXd::Zero(kinematics_->coordinate_count(),
                                                        static_cast<Eigen::Index>(frames.size()));
@@ -99,12 +101,30 @@ void ConstraintRows::rebuild_fixed() {
         residual.push_back((pinned_[i].target[axis] - u(axis, static_cast<Eigen::Index>(i))) /
                            length_);
         weight.push_back(pinned_[i].weight);
+        fixed_.owner.push_back(static_cast<int>(i));
       }
     }
   }
   const auto rows = static_cast<Eigen::Index>(residual.size());
   fixed_.residual = Eigen::Map<const Eigen::VectorXd>(residual.data(), rows);
   fixed_.weight = Eigen::Map<const Eigen::VectorXd>(weight.data(), rows);
+}
+
+std::vector<ConstraintRows::Miss> ConstraintRows::misses(const Eigen::VectorXd& residual) const {
+  std::vector<Miss> misses;
+  for (const Member& member : members_) {
+    const int rows = std::popcount(member.axes & 7U);
+    misses.push_back({residual.segment(member.row, rows).norm(), exact(member.row)});
+  }
+  int owner = -1;
+  for (Eigen::Index row = 0; row < fixed_.residual.size(); ++row) {
+    if (fixed_.owner[static_cast<std::size_t>(row)] != owner) misses.emplace_back();
+    owner = fixed_.owner[static_cast<std::size_t>(row)];
+    Miss& miss = misses.back();
+    miss.distance = std::hypot(miss.distance, fixed_.residual[row]);
+    miss.exact = std::isinf(fixed_.weight[row]);
+  }
+  return misses;
 }
 
 void ConstraintRows::set_target(const PositionConstraint& constraint) {

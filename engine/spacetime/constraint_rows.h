@@ -73,10 +73,18 @@ class ConstraintRows {
   /// What is minimised: soft energy and the exact rows' weight/2 (residual + multiplier/weight)^2.
   [[nodiscard]] double merit(const Eigen::VectorXd& residual) const;
 
+  /// How far each constraint is missed: the distance over its axes (unitless).
+  struct Miss {
+    double distance = 0;
+    bool exact = false;
+  };
+  [[nodiscard]] std::vector<Miss> misses(const Eigen::VectorXd& residual) const;
+
   /// Constraints in pinned frames: residuals that nothing can change (unitless), with their
   /// weights.
   struct Fixed {
     Eigen::VectorXd residual, weight;  // infinite weight: exact
+    std::vector<int> owner;            // per row which constraint's it is, counted from 0
   };
   [[nodiscard]] const Fixed& fixed() const { return fixed_; }
 

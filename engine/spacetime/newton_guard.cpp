@@ -31,6 +31,7 @@ bool NewtonGuard::strengthen() {
 }
 
 void NewtonGuard::judge(double gain, double taken) {
+  changed_ = false;
   if (way_ == Way::kPart) {
     if (gain > 0 && taken >= kCutShort) return;
     ++cut_;
@@ -47,14 +48,17 @@ void NewtonGuard::judge(double gain, double taken) {
   if (shortened_ > kShortenedAllowed) begin(Way::kPart);
 }
 
-int NewtonGuard::attempts() const { return way_ == Way::kShift && may_retry() ? 3 : 30; }
+int NewtonGuard::attempts() const { return shift_may_grow() ? 3 : 30; }
 
-bool NewtonGuard::may_retry() const {
+bool NewtonGuard::may_retry() const { return changed_ || shift_may_grow(); }
+
+bool NewtonGuard::shift_may_grow() const {
   return way_ == Way::kShift && shift_ < kLargestShift * curvature_;
 }
 
 void NewtonGuard::begin(Way way) {
   way_ = way;
+  changed_ = true;
   part_ = 1;
   shift_ = 0;
   cut_ = shortened_ = 0;

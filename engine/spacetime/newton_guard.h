@@ -36,11 +36,13 @@ class NewtonGuard {
   enum class Way { kPart, kShift };
   void begin(Way way);
   void raise_shift(double factor);
+  [[nodiscard]] bool shift_may_grow() const;
 
   Way way_ = Way::kShift;
   double part_ = 1, shift_ = 0, curvature_ = 0;
-  int cut_ = 0;        // kPart: steps cut short since it began
-  int shortened_ = 0;  // kShift: steps in a row with a shift
+  bool changed_ = false;  // the last judgement began another way
+  int cut_ = 0;           // kPart: steps cut short since it began
+  int shortened_ = 0;     // kShift: steps in a row with a shift
 };
 
 }  // namespace limber::spacetime

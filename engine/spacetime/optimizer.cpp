@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "engine/base/error.h"
 
@@ -72,12 +73,17 @@ void Optimizer::start_from_rest_if_there() {
 }
 
 /// Left on the ramp, it would be led away again by weights that hardly pull.
-void Optimizer::warm_start(const Eigen::MatrixXd& motion) {
+void Optimizer::warm_start(const Eigen::MatrixXd& motion, Known known) {
   challenger_.reset();
   systems_.gather(motion, z_);
   residual_valid_ = jacobian_valid_ = motion_valid_ = curvature_valid_ = false;
   rows_.forget_multipliers();
   set_scale(1);
+  from_rest_ = false;
+  if (known == Known::kGuess) return;
+  doubted_ = false;
+  origins_.clear();
+  settled_energy_ = std::numeric_limits<double>::infinity();  // told by the next solve
 }
 
 const Eigen::MatrixXd& Optimizer::motion() const {

@@ -27,13 +27,14 @@ class Optimizer {
   void set_systems(const ModeDynamics& dynamics, const Timeline& timeline,
                    const std::map<ConstraintId, PositionConstraint>& constraints);
   void cold_start();
-  void warm_start(const Eigen::MatrixXd& motion);
+  void warm_start(const Eigen::MatrixXd& motion, Known known);
 
   SolveReport correct();
   SolveReport solve(const JobContext& job,
                     const std::function<bool(const SolveReport&)>& on_improved);
 
   [[nodiscard]] const Eigen::MatrixXd& motion() const;
+  [[nodiscard]] bool beats(const SolveReport& other, const SolveReport& answer) const;
 
  private:
   /// What became of a step.
@@ -107,7 +108,6 @@ class Optimizer {
   SolveReport challenge(const JobContext& job,
                         const std::function<bool(const SolveReport&)>& on_improved,
                         SolveReport answer);
-  [[nodiscard]] bool beats(const SolveReport& other, const SolveReport& answer) const;
 
   [[nodiscard]] SolveReport report(SolveStatus status, int iterations, double gradient) const;
   void say_rank(SolveReport& report) const;

@@ -221,14 +221,18 @@ void Solver::cold_start() {
   impl_->optimizer_.cold_start();
 }
 
-void Solver::warm_start(const Eigen::MatrixXd& motion) {
+void Solver::warm_start(const Eigen::MatrixXd& motion, Known known) {
   const Eigen::MatrixXd& now = impl_->optimizer_.motion();
   if (motion.rows() != now.rows() || motion.cols() != now.cols() || !motion.allFinite()) {
     refuse("motion", "motion must be " + std::to_string(now.rows()) + " x " +
                          std::to_string(now.cols()) + " finite values");
   }
   impl_->bring_up_to_date();
-  impl_->optimizer_.warm_start(motion);
+  impl_->optimizer_.warm_start(motion, known);
+}
+
+bool Solver::prefers(const SolveReport& report, const SolveReport& other) const {
+  return impl_->optimizer_.beats(report, other);
 }
 
 SolveReport Solver::correct() {

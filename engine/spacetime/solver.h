@@ -42,14 +42,18 @@ struct SolveReport {
   double total_energy = 0;
   double gradient =
       0;  // scale-free norm of the gradient (definition in docs of the implementation)
-  double max_constraint_error = 0;  // over all constraints and their axes, |u - target| [m]
-  double rms_constraint_error = 0;  // [m]
+  double max_constraint_error = 0;  // over all constraints, distance over their axes [m]
+  double rms_constraint_error = 0;  // over the constraints [m]
   double max_exact_error = 0;       // over exact constraints only [m]
   bool rank_deficient =
       false;  // exact constraints depend on or contradict each other: least-squares answer
   int dependent_rows = 0;
   std::string message;  // one sentence for a person when status is not kConverged or rank_deficient
 };
+
+/// What a motion is that a solver takes up: an answer to this very problem, which needs no
+/// challenge by a cold start, or just somewhere to begin.
+enum class Known { kAnswer, kGuess };
 
 /// Keeps the optimum of E_f + sum gamma E_c over z warm while constraints change (z only: Lambda,
 /// D, S given).
@@ -78,7 +82,10 @@ class Solver {
   void cold_start();
   /// Takes up another motion, r x N: what motion() was, to return to it. Zero where an end
   /// condition holds it. @throws Error{kInvalidArgument} for another shape or non-finite values
-  void warm_start(const Eigen::MatrixXd& motion);
+  void warm_start(const Eigen::MatrixXd& motion, Known known);
+  /// Whether the end of a solve of this problem is better than the end of another: exact
+  /// constraints first, then energy; what has not converged must be clearly lower.
+  [[nodiscard]] bool prefers(const SolveReport& report, const SolveReport& other) const;
 
   /// The first corrected motion: where only targets changed, one back substitution at the kept
   /// Jacobians; never solves to convergence. Cheap enough to publish at once.

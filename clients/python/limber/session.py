@@ -285,7 +285,8 @@ class Session:
         self.connection.call("cancel", service.CancelRequest(session=self.id))
 
     def solve_cold(self) -> int:
-        """Solves the current problem again from the base motion; the job's number."""
+        """Solves the current problem again from the base motion, the better of the two motions stays;
+        the job's number."""
         return self.connection.call("solve_cold", service.SolveColdRequest(session=self.id)).job
 
     def wait_ready(self, progress: ProgressOption = None, timeout: float = 600.0) -> "service.SessionStatus":

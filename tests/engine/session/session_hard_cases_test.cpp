@@ -115,6 +115,28 @@ TEST(SessionHardCase, AFreeBodyFollowsItsConstraintsAcrossSpace) {
   EXPECT_LT((moved / static_cast<double>(middle.size()) - Eigen::Vector3d(3, 1, -2)).norm(), 0.01);
 }
 
+TEST(SessionHardCase, AFreeBodyOfTwentyThousandFrames) {
+  // Turns and swings besides translations: energies of 1e-9 and stiffness from 1e-12 to 1e4.
+  scene::Scene scene = test::bar(kCells, 20000);
+  scene.fixed_nodes.clear();
+  scene.model.mode_count = 6;
+  scene.model.tolerance = 0.05;
+  Random random(17);
+  for (int i = 1; i <= 8; ++i) {
+    scene.constraints.push_back(
+        held(2400 * i, test::below(random, 20),
+             {random.uniform(-0.2, 0.2), random.uniform(-0.2, 0.2), random.uniform(-0.2, 0.2)}));
+    if (i % 2 == 0) scene.constraints.back().weight = kInfinity;
+  }
+  Live live(scene);
+  const auto result = live.recorder->wait_final(0);
+  ASSERT_TRUE(result);
+  EXPECT_EQ(result->report.status, SolveStatus::kConverged) << result->report.message;
+  EXPECT_LT(result->report.max_constraint_error, 1e-6);
+  EXPECT_LT(result->report.total_energy, 1e-6);
+  EXPECT_TRUE(result->coordinates.allFinite());
+}
+
 TEST(SessionHardCase, ContradictingExactConstraintsGetALeastSquaresAnswer) {
   scene::Scene scene = bent_bar();
   scene.constraints.resize(1);

@@ -51,6 +51,8 @@ TEST(NewtonGuard, ALongWayInShortStepsChangesToPartsOfTheCurvatureAndACutStepBac
   EXPECT_TRUE(guard.strengthen());
   EXPECT_EQ(guard.shift(), 0);
   EXPECT_LT(guard.part(), 1);
+  EXPECT_TRUE(guard.may_retry());  // the step that brought the change may have been refused
+  guard.judge(0.5, 1);
   EXPECT_FALSE(guard.may_retry());
   guard.judge(0, 0);  // refused
   EXPECT_TRUE(guard.may_retry());

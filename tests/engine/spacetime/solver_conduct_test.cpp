@@ -226,7 +226,7 @@ TEST(SolverWarmStart, ReturnsToAMotionFromAColdSolveHalfway) {
     solver.cold_start();
     solver.correct();
     EXPECT_GT((solver.motion() - answer).norm(), 0.01 * answer.norm());
-    solver.warm_start(answer);
+    solver.warm_start(answer, Known::kAnswer);
     EXPECT_NEAR((solver.motion() - answer).norm(), 0, 1e-9 * answer.norm());
     const SolveReport again = solver.solve();
     EXPECT_EQ(again.status, SolveStatus::kConverged);
@@ -238,9 +238,9 @@ TEST(SolverWarmStart, ReturnsToAMotionFromAColdSolveHalfway) {
 TEST(SolverWarmStart, RefusesAMotionOfAnotherShape) {
   Solver solver = bending_chain().solver();
   Eigen::MatrixXd motion = solver.motion();
-  EXPECT_THROW(solver.warm_start(motion.leftCols(motion.cols() - 1)), Error);
+  EXPECT_THROW(solver.warm_start(motion.leftCols(motion.cols() - 1), Known::kGuess), Error);
   motion(0, 0) = std::nan("");
-  EXPECT_THROW(solver.warm_start(motion), Error);
+  EXPECT_THROW(solver.warm_start(motion, Known::kGuess), Error);
 }
 
 TEST(SolverDeterminism, OrderOfAddingDoesNotMatter) {

@@ -1,0 +1,34 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <deque>
+#include <memory>
+
+#include "engine/session/session.h"
+
+namespace limber::session {
+
+/// Converged answers by Document::content(), so that undo and redo bring back the motion that was
+/// there, not another minimum. The newest so many, within so many bytes; the very newest always.
+class AnswerBook {
+ public:
+  explicit AnswerBook(std::size_t most = 256, std::size_t bytes = std::size_t{64} << 20)
+      : most_(most), most_bytes_(bytes) {}
+
+  void keep(std::uint64_t content, std::shared_ptr<const Result> answer);
+  /// Null if there is none any more.
+  [[nodiscard]] std::shared_ptr<const Result> find(std::uint64_t content) const;
+  [[nodiscard]] std::size_t size() const { return entries_.size(); }
+
+ private:
+  struct Entry {
+    std::uint64_t content;
+    std::shared_ptr<const Result> answer;
+  };
+  std::size_t most_, most_bytes_;
+  std::size_t bytes_ = 0;
+  std::deque<Entry> entries_;  // newest last
+};
+
+}  // namespace limber::session
