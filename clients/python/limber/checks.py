@@ -10,6 +10,8 @@ import numpy as np
 
 from .errors import invalid
 
+MOST_SECONDS = 1e6  # what threads can wait in one go is not much more
+
 
 def whole(value: Any, field: str, most: int = 2 ** 32 - 1) -> int:
     """A whole number from 0 on, of Python or numpy. 1.5 is none, and neither is True."""
@@ -45,6 +47,13 @@ def real(value: Any, field: str) -> float:
         value = value[()]
     if not isinstance(value, numbers.Real) or isinstance(value, (bool, np.bool_)):
         raise invalid(field, f"{field} must be a number, is {value!r}")
+    return float(value)
+
+
+def seconds(value: Any, field: str) -> float:
+    """How long to wait: a number >= 0 and finite."""
+    if not 0 <= real(value, field) <= MOST_SECONDS:
+        raise invalid(field, f"{field} must be in [0, {MOST_SECONDS:g}] s, is {value}")
     return float(value)
 
 

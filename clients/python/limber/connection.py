@@ -11,8 +11,10 @@ import itertools
 import os
 import threading
 import time
+import weakref
 from concurrent import futures
 from dataclasses import dataclass, field
+from typing import Any
 
 import zmq
 from google.protobuf.message import DecodeError
@@ -60,6 +62,7 @@ def _read_key(path: "str | os.PathLike[str]", name: str) -> str:
 def configure(socket: zmq.Socket, keys: CurveKeys | None) -> None:
     """What every socket of a client has in common: it never blocks its closing, and notices a dead peer."""
     socket.linger = 0
+    socket.rcvhwm = 0  # never a full queue, see reception.py; a thread empties every socket of a client
     socket.setsockopt(zmq.HEARTBEAT_IVL, 2000)
     socket.setsockopt(zmq.HEARTBEAT_TIMEOUT, 10000)
     socket.setsockopt(zmq.RECONNECT_IVL, 50)
@@ -87,6 +90,7 @@ class Connection:
         self._lock = threading.Lock()
         self._closed = False
         self._last_heard = 0.0
+        self._closed_first: "weakref.WeakSet" = weakref.WeakSet()
         inside = f"inproc://limber-{id(self)}"
         self._control = self.context.socket(zmq.PAIR)
         self._control.linger = 0
@@ -128,13 +132,21 @@ class Connection:
             return getattr(reply, body)
         raise AssertionError("unreachable")
 
+    def before_closing(self, other: Any) -> None:
+        """Something with sockets of this connection's context: its close() is called first."""
+        with self._lock:
+            self._closed_first.add(other)
+
     def close(self) -> None:
-        """Ends the thread and the sockets; requests in flight raise CANCELLED."""
+        """Ends the thread, the streams and the sockets; requests in flight raise CANCELLED."""
         with self._lock:
             if self._closed:
                 return
             self._closed = True
             self._control.send(_STOP)
+            streams = list(self._closed_first)
+        for stream in streams:
+            stream.close()
         self._thread.join()
         self._control.close()
         self.context.destroy(linger=0)
