@@ -42,6 +42,7 @@ Client::Client(std::string endpoint, ClientOptions options)
 
 void Client::configure(zmq::socket_t& socket) const {
   socket.set(zmq::sockopt::linger, 0);
+  socket.set(zmq::sockopt::rcvhwm, 0);  // never a full queue, see Subscription
   socket.set(zmq::sockopt::heartbeat_ivl, 2000);
   socket.set(zmq::sockopt::heartbeat_timeout, 10000);
   socket.set(zmq::sockopt::reconnect_ivl, 50);
