@@ -51,9 +51,16 @@ def real(value: Any, field: str) -> float:
 
 
 def seconds(value: Any, field: str) -> float:
-    """How long to wait: a number >= 0 and finite."""
+    """How long to wait: a number in [0, MOST_SECONDS]."""
     if not 0 <= real(value, field) <= MOST_SECONDS:
         raise invalid(field, f"{field} must be in [0, {MOST_SECONDS:g}] s, is {value}")
+    return float(value)
+
+
+def duration(value: Any, field: str) -> float:
+    """How long an answer may take: as seconds(), but not 0."""
+    if seconds(value, field) == 0:
+        raise invalid(field, f"{field} must be > 0 s")
     return float(value)
 
 

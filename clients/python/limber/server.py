@@ -178,10 +178,10 @@ def connect(endpoint: str | None = None, *, timeout: float = 10.0, connect_timeo
     if (server_key is None) != (key is None):
         raise invalid("key", "server_key and key go together")
     keys = CurveKeys.read(server_key, key) if server_key is not None and key is not None else None
-    checks.real(connect_timeout, "connect_timeout")
+    checks.duration(connect_timeout, "connect_timeout")
     connection = Connection(endpoint or os.environ.get("LIMBER_ENDPOINT") or DEFAULT_ENDPOINT, keys, timeout)
     try:
-        return Server(connection, min(timeout, connect_timeout) / 2)  # the greeting is repeated once
+        return Server(connection, min(timeout, connect_timeout))
     except ServerUnreachable:
         why = advice(connection)
         connection.close()
