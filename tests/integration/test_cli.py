@@ -13,7 +13,7 @@ import limber
 import meshio
 import numpy as np
 import pytest
-from conftest import bar, tip_of
+from conftest import bar, small_scene, tip_of
 from limber.launching import find_binary
 
 COMMANDS = ["start", "stop", "info", "jobs", "sample", "validate", "tetrahedralize", "open", "list", "show", "wait",
@@ -286,6 +286,21 @@ def test_watch(cli, server, session):
         process.kill()
         process.wait()
     assert failed(cli("watch", session.id, "--count", 5, "--silence", 0.3), 4)
+
+
+def test_watch_tells_that_the_server_is_gone(launch):
+    server = launch(transport="tcp")
+    session = server.open(small_scene(), progress=False)
+    process = subprocess.Popen([str(find_binary("limber")), "--endpoint", server.connection.endpoint, "--json", "watch",
+                                session.id], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    try:
+        assert json.loads(process.stdout.readline())["revision"] == "0"
+        server.process.kill()
+        _, message = process.communicate(timeout=15)
+        assert process.returncode == 3 and server.connection.endpoint in message
+    finally:
+        process.kill()
+        process.wait()
 
 
 def test_validate(cli, scene_file):
