@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import numbers
 import operator
-from typing import Any, Iterable
+import os
+import re
+from pathlib import Path
+from typing import Any, Iterable, Mapping
 
 import numpy as np
 
@@ -78,12 +81,41 @@ def text(value: Any, field: str) -> str:
     return value
 
 
+def path(value: Any, field: str) -> Path:
+    """A file or folder, as text or as an object that is a path."""
+    if not isinstance(value, (str, os.PathLike)) or isinstance(os.fspath(value), bytes):
+        raise invalid(field, f"{field} must be a path, is {value!r}")
+    return Path(value)
+
+
 def one_of(value: Any, names: Iterable[str], field: str) -> str:
     """One of a few words."""
     names = tuple(names)
     if not isinstance(value, str) or value not in names:
         raise invalid(field, f"{field} must be one of {', '.join(names)}, is {value!r}")
     return value
+
+
+def plain(value: Any) -> Any:
+    """The JSON form of something with numpy's arrays and numbers in it: what json_format understands."""
+    if isinstance(value, Mapping):
+        return {key: plain(inner) for key, inner in value.items()}
+    if isinstance(value, (list, tuple, range)):
+        return [plain(inner) for inner in value]
+    if isinstance(value, (np.ndarray, np.generic)):
+        return value.tolist()
+    return value
+
+
+def json_fault(error: Exception) -> tuple[str, str]:
+    """Where and why json_format refused something: "Failed to parse a field: Failed to parse b field: why" is
+    (".a.b", "why")."""
+    why, path = str(error), ""
+    while found := re.match(r"Failed to parse (\w+) field: ", why):
+        path, why = f"{path}.{found[1]}", why[found.end():]
+    if found := re.match(r"repeated field (\w+) must be in \[\] which is (.*?)( at \S+)?$", why, re.DOTALL):
+        why = f"a list is expected, not {found[2]}"
+    return path, f"{path[1:]}: {why}" if path else why
 
 
 def numeric(values: Any, field: str) -> np.ndarray:

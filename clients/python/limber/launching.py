@@ -13,6 +13,7 @@ import time
 from pathlib import Path
 from typing import Sequence
 
+from . import checks
 from .connection import Connection
 from .errors import LimberError, invalid
 from .server import Server
@@ -116,7 +117,9 @@ def launch(binary: "str | os.PathLike[str] | None" = None, *, transport: str = "
     """
     if transport not in ("ipc", "tcp"):
         raise invalid("transport", f'transport is "ipc" or "tcp", not {transport!r}')
-    binary = Path(binary) if binary else find_binary()
+    checks.duration(timeout, "timeout")
+    arguments = list(map(str, checks.several(arguments, "arguments")))
+    binary = checks.path(binary, "binary") if binary else find_binary()
     folder = Path(tempfile.mkdtemp(prefix="limber-"))
     if len(str(folder)) > 80:  # a socket's path has at most 107 bytes
         folder.rmdir()
