@@ -47,6 +47,9 @@ void frames(Context& context, const FramesOptions& options) {
   request.set_frame_count(options.count);
   request.set_encoding(kEncodings.at(options.encoding));
   request.set_final_only(options.final_only);
+  const auto folder = std::filesystem::path(options.out).parent_path();
+  if (!folder.empty() && !std::filesystem::is_directory(folder))
+    throw ClientError(v1::ERROR_CODE_IO, "out", "there is no folder " + folder.string());
   const auto frames = context.client().call(request, kLarge).frames();
   v1::GetGeometryResponse geometry;
   if (frames.encoding() == v1::ENCODING_COORDINATES) {
@@ -249,6 +252,7 @@ void add_result_commands(CLI::App& app, Context& context) {
   command
       ->add_option("--silence", watch_options->silence_s,
                    "End with exit code 4 after so many seconds without one; 0: never")
+      ->check(seconds_in(0, 1e6))
       ->capture_default_str();
   command->callback([&context, watch_options] { watch(context, *watch_options); });
 }

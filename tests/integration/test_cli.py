@@ -54,7 +54,7 @@ def test_help_lists_every_command(cli):
 @pytest.mark.parametrize("command", COMMANDS)
 def test_each_command_explains_itself(cli, command):
     text = done(cli(command, "--help"))
-    assert "Example" in text and f"limber {command}" in text
+    assert "Example" in text and f"limber {command}" in text and "--endpoint" in text and "--json" in text
 
 
 @pytest.mark.parametrize("arguments", [(), ("unknown",), ("open",), ("open", "a.json", "--sample", "beam"), ("add", "s"),
@@ -268,6 +268,35 @@ def test_what_the_command_line_does_not_know_is_named(cli):
     assert "no command 'frobnicate'" in failed(cli("frobnicate"), 2)
     message = failed(cli("ends", "s", "--first", "loose", "--last", "free"), 2)
     assert "loose not in {free,position,position_velocity}" in message
+
+
+@pytest.mark.parametrize("arguments", [("info", "--timeout", "nan"), ("info", "--connect-timeout", "inf"),
+                                       ("watch", "s", "--silence", "nan"), ("wait", "s", "--wait", "-1")])
+def test_times_that_are_none_are_wrong_usage(cli, arguments):
+    assert "seconds" in failed(cli(*arguments), 2)
+
+
+def test_infinity_is_a_number_that_the_server_refuses(cli, session):
+    for number in ("-inf", "inf", "-nan"):
+        assert "not a finite number" in failed(cli("move", session.id, 1, number, 0, 0), 1)
+
+
+def test_a_revision_that_is_not_there_yet(cli, session):
+    message = failed(cli("wait", session.id, "--revision", 999, "--wait", 1), 4)
+    assert "no revision 999 yet, the newest is 0" in message and "solving" not in message
+
+
+def test_no_folder_is_made_for_frames(cli, session, tmp_path):
+    assert "there is no folder" in failed(cli("frames", session.id, "--out", tmp_path / "none" / "f.npy"), 1)
+    assert not list(tmp_path.iterdir())
+
+
+def test_what_is_no_place_is_not_said_to_be_empty(cli):
+    for endpoint in ("tcp://127.0.0.1:99999", "tcp://nobody.invalid:7801"):
+        message = failed(cli("--connect-timeout", 0.2, "info", endpoint=endpoint), 3)
+        assert "name of its host" in message and "nothing listens" not in message
+        with pytest.raises(limber.ServerUnreachable, match="name of its host"):
+            limber.connect(endpoint, connect_timeout=0.2)
 
 
 def test_watch(cli, server, session):
