@@ -291,6 +291,16 @@ def test_no_folder_is_made_for_frames(cli, session, tmp_path):
     assert not list(tmp_path.iterdir())
 
 
+def test_a_comma_that_nothing_follows_is_no_json_to_anybody(cli, tmp_path):
+    scene = tmp_path / "scene.json"
+    scene.write_text('{"mesh": {"path": "a.msh"}, "frames": 100,}')
+    for arguments in (("validate", scene), ("open", scene)):
+        process = cli(*arguments)
+        assert process.returncode == 1 and "not JSON: nothing follows the comma" in process.stdout + process.stderr
+    with pytest.raises(limber.LimberError, match="not JSON"):
+        limber.scenes.load_scene(scene)
+
+
 def test_what_is_no_place_is_not_said_to_be_empty(cli):
     for endpoint in ("tcp://127.0.0.1:99999", "tcp://nobody.invalid:7801"):
         message = failed(cli("--connect-timeout", 0.2, "info", endpoint=endpoint), 3)
