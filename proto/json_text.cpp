@@ -34,11 +34,12 @@ class KeyWalk {
  public:
   explicit KeyWalk(std::string_view text) : text_(text) {}
 
-  /// @returns the path of the first key that is given twice, or nothing
-  std::optional<std::string> repeated() {
-    value("", 0);
-    return found_;
-  }
+  void walk() { value("", 0); }
+
+  /// The path of the first key that is given twice, or nothing.
+  [[nodiscard]] const std::optional<std::string>& repeated() const { return found_; }
+  /// Where the first comma is that nothing follows, or nothing.
+  [[nodiscard]] std::optional<std::size_t> dangling() const { return dangling_; }
 
  private:
   [[nodiscard]] char peek() {
@@ -49,6 +50,13 @@ class KeyWalk {
     if (peek() != wanted) return false;
     ++at_;
     return true;
+  }
+
+  void take_comma() {
+    if (!take(',')) return;
+    const std::size_t comma = at_ - 1;
+    const char next = peek();
+    if (!dangling_ && (next == '}' || next == ']')) dangling_ = comma;
   }
 
   std::string_view quoted(char quote) {
@@ -80,7 +88,7 @@ class KeyWalk {
     } else if (take('[')) {
       for (int index = 0; !found_ && !take(']') && at_ < text_.size(); ++index) {
         value(path + "[" + std::to_string(index) + "]", depth + 1);
-        take(',');
+        take_comma();
       }
     } else {
       (void)peek();
@@ -98,14 +106,23 @@ class KeyWalk {
       if (!keys.insert(one_spelling(key)).second) found_ = inside;
       take(':');
       if (!found_) value(inside, depth + 1);
-      take(',');
+      take_comma();
     }
   }
 
   std::string_view text_;
   std::size_t at_ = 0;
   std::optional<std::string> found_;
+  std::optional<std::size_t> dangling_;
 };
+
+/// "line 3 column 7", both from 1.
+std::string place(std::string_view text, std::size_t at) {
+  const std::string_view before = text.substr(0, at);
+  const auto line = std::count(before.begin(), before.end(), '\n') + 1;
+  const std::size_t begin = before.rfind('\n') + 1;  // npos + 1 is 0
+  return "line " + std::to_string(line) + " column " + std::to_string(at - begin + 1);
+}
 
 bool remove_suffix(std::string& text, std::string_view suffix) {
   if (!text.ends_with(suffix)) return false;
@@ -151,8 +168,12 @@ std::optional<Fault> read_message(std::string_view text, google::protobuf::Messa
   const auto status =
       google::protobuf::util::JsonStringToMessage({text.data(), text.size()}, &message);
   // Asked first: of some fields protobuf refuses the second value, in words of its own.
-  if (const auto field = KeyWalk(text).repeated()) return Fault{*field, "given twice"};
+  KeyWalk walk(text);
+  walk.walk();
+  if (const auto& field = walk.repeated()) return Fault{*field, "given twice"};
   if (!status.ok()) return fault_of(std::string(status.message()));
+  if (const auto comma = walk.dangling())
+    return Fault{"", "not JSON: nothing follows the comma at " + place(text, *comma)};
   return std::nullopt;
 }
 

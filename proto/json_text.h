@@ -14,9 +14,10 @@ struct Fault {
   std::string message;
 };
 
-/// Reads the JSON form of a message. Stricter than protobuf's reader in one thing: a key that is
+/// Reads the JSON form of a message. Stricter than protobuf's reader in two things. A key that is
 /// given twice in an object is refused, where protobuf takes the last one (or joins the lists), in
-/// whichever of the two spellings (`fixed_nodes`, `fixedNodes`).
+/// whichever of the two spellings (`fixed_nodes`, `fixedNodes`). And so is a comma before a closing
+/// bracket, which other readers of JSON, limber's Python client among them, do not take.
 [[nodiscard]] std::optional<Fault> read_message(std::string_view text,
                                                 google::protobuf::Message& message);
 

@@ -68,6 +68,9 @@ std::vector<std::string> as_meant(std::vector<std::string> arguments) {
   for (auto& argument : arguments) {
     if (argument.size() > 2 && argument.starts_with("-.") && is_digit(argument[2]))
       argument.insert(argument.begin() + 1, '0');
+    // To CLI11 these are options -i, -n, -f; limberd says that they are not finite.
+    if (argument == "-inf" || argument == "-infinity") argument = "-1e9999";
+    if (argument == "-nan") argument = "nan";
   }
   const auto command =
       std::find_if(arguments.begin(), arguments.end(),

@@ -110,6 +110,17 @@ std::string find_limberd() {
       fmt::format("no limberd beside this program ({}) or on PATH", own_folder()));
 }
 
+CLI::Validator seconds_in(double least, double most) {
+  return {[least, most](const std::string& text) {
+            double seconds = 0;
+            const bool is_number = CLI::detail::lexical_cast(text, seconds);
+            return is_number && seconds >= least && seconds <= most
+                       ? std::string()
+                       : fmt::format("{} is not within {:g} to {:g} seconds", text, least, most);
+          },
+          fmt::format("SECONDS in [{:g}, {:g}]", least, most)};
+}
+
 client::Milliseconds milliseconds(double seconds) {
   return client::Milliseconds{static_cast<std::int64_t>(std::ceil(seconds * 1000))};
 }
@@ -117,7 +128,10 @@ client::Milliseconds milliseconds(double seconds) {
 CLI::App* subcommand(CLI::App& app, const std::string& name, const std::string& description,
                      const std::string& example) {
   CLI::App* command = app.add_subcommand(name, description);
-  command->footer("\nExample:\n  " + example);
+  command->footer(
+      "\nExample:\n  " + example +
+      "\n\nBefore or behind the name of every command: --endpoint, --timeout, "
+      "--connect-timeout, --json,\n--server-key, --key; `limber --help` explains them.");
   return command;
 }
 

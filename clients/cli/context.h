@@ -60,6 +60,8 @@ class DeferInterrupts {
 /// limberd beside this program, else on PATH. @throws ClientError NOT_FOUND
 [[nodiscard]] std::string find_limberd();
 
+/// Refuses what is no time within [least, most] seconds. CLI::Range lets NaN through.
+[[nodiscard]] CLI::Validator seconds_in(double least, double most);
 /// Seconds as the client library wants them.
 [[nodiscard]] client::Milliseconds milliseconds(double seconds);
 

@@ -70,11 +70,11 @@ int main(int argc, char** argv) {
       ->envname("LIMBER_ENDPOINT")
       ->capture_default_str();
   app.add_option("--timeout", context.timeout_s, "Seconds to wait for an answer")
-      ->check(CLI::Range(0.001, 1e6))
+      ->check(cli::seconds_in(0.001, 1e6))
       ->capture_default_str();
   app.add_option("--connect-timeout", context.connect_timeout_s,
                  "Seconds to find out whether a server is there")
-      ->check(CLI::Range(0.001, 1e6))
+      ->check(cli::seconds_in(0.001, 1e6))
       ->capture_default_str();
   app.add_flag("--json", context.json,
                "Print JSON, one object a line (64-bit numbers as strings), for scripts");

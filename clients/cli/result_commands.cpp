@@ -47,6 +47,9 @@ void frames(Context& context, const FramesOptions& options) {
   request.set_frame_count(options.count);
   request.set_encoding(kEncodings.at(options.encoding));
   request.set_final_only(options.final_only);
+  const auto folder = std::filesystem::path(options.out).parent_path();
+  if (!folder.empty() && !std::filesystem::is_directory(folder))
+    throw ClientError(v1::ERROR_CODE_IO, "out", "there is no folder " + folder.string());
   const auto frames = context.client().call(request, kLarge).frames();
   v1::GetGeometryResponse geometry;
   if (frames.encoding() == v1::ENCODING_COORDINATES) {
@@ -127,6 +130,22 @@ void print_result(const Context& context, const v1::ResultInfo& result, std::uin
   std::fflush(stdout);
 }
 
+/// limberd sends the status of a session every two seconds. Asked when nothing came for longer:
+/// is it there, and has it this session?
+void check_there(Context& context, const std::string& session) {
+  constexpr Milliseconds kPatience{1500};
+  try {
+    (void)client::greet(context.client(), kPatience);
+  } catch (const client::Unreachable&) {
+    throw client::Unreachable(fmt::format(
+        "limberd at {} has ended or hangs: its stream is silent, and it does not answer",
+        context.endpoint));
+  }
+  v1::GetSessionRequest request;
+  request.set_session(session);
+  (void)context.client().call(request);
+}
+
 void watch(Context& context, const WatchOptions& options) {
   const auto info = context.client().call(v1::GetServerInfoRequest{});
   client::Subscription stream(context.client(), info.stream_endpoint());
@@ -147,22 +166,29 @@ void watch(Context& context, const WatchOptions& options) {
     print_result(context, snapshot.result(), 0);
     ++shown;
   }
-  auto heard = std::chrono::steady_clock::now();
+  using Clock = std::chrono::steady_clock;
+  constexpr Milliseconds kSilence{3500};
+  auto result_at = Clock::now();
+  auto heard_at = result_at;
   while (options.count == 0 || shown < options.count) {
     const auto event = stream.next(Milliseconds{200});
     if (!event) {
-      if (options.silence_s > 0 &&
-          std::chrono::steady_clock::now() - heard > milliseconds(options.silence_s))
+      if (options.silence_s > 0 && Clock::now() - result_at > milliseconds(options.silence_s))
         throw ClientError(v1::ERROR_CODE_TIMEOUT, "",
                           fmt::format("no result for {} s", options.silence_s));
+      if (Clock::now() - heard_at > kSilence) {
+        check_there(context, options.session);
+        heard_at = Clock::now();
+      }
       continue;
     }
+    heard_at = Clock::now();
     if (event->topic == status && event->message.status().state() == v1::SESSION_STATE_CLOSED) {
       if (!context.json) fmt::print("session {} is closed\n", options.session);
       return;
     }
     if (event->topic != frames || event->message.frames().result().sequence() <= newest) continue;
-    heard = std::chrono::steady_clock::now();
+    result_at = Clock::now();
     newest = event->message.frames().result().sequence();
     print_result(context, event->message.frames().result(), event->missed);
     ++shown;
@@ -226,6 +252,7 @@ void add_result_commands(CLI::App& app, Context& context) {
   command
       ->add_option("--silence", watch_options->silence_s,
                    "End with exit code 4 after so many seconds without one; 0: never")
+      ->check(seconds_in(0, 1e6))
       ->capture_default_str();
   command->callback([&context, watch_options] { watch(context, *watch_options); });
 }

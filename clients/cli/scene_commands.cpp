@@ -164,7 +164,7 @@ void add_scene_commands(CLI::App& app, Context& context) {
   command->add_option("surface", *surface, ".obj, .ply or .stl")->required();
   command->add_option("-o,--out", *mesh, "Mesh file to write")->capture_default_str();
   command->add_option("--tets", *tets, "About how many tets")
-      ->check(CLI::Range(1U, 10000000U))
+      ->check(CLI::Range(50U, 5000000U))
       ->capture_default_str();
   command->callback([surface, mesh, tets] {
     demand_readable(*surface, "surface");
@@ -183,7 +183,7 @@ void add_scene_commands(CLI::App& app, Context& context) {
                       "Name for the session (default: the server chooses)");
   command->add_flag("--no-wait", options->no_wait, "Return while the model is still being built");
   command->add_option("--wait", options->wait_s, "Seconds to wait for it")
-      ->check(CLI::Range(0.1, 1e6))
+      ->check(seconds_in(0.1, 1e6))
       ->capture_default_str();
   command->callback([&context, options, file, known] {
     if (file->count() + known->count() != 1) throw CLI::RequiredError("a scene file or --sample");

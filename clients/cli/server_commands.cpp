@@ -42,7 +42,20 @@ std::string stream_beside(const std::string& endpoint) {
       "to start a server, the endpoint is tcp://HOST:PORT or ipc://PATH, not '" + endpoint + "'");
 }
 
-std::string default_log() {
+/// One for each endpoint, so that servers do not write into each other's: limberd-PORT.log,
+/// limberd-NAME-HASH.log of an ipc path.
+std::string log_name(const std::string& endpoint) {
+  const auto colon = endpoint.rfind(':');
+  const std::string port = endpoint.substr(colon == std::string::npos ? 0 : colon + 1);
+  if (endpoint.starts_with("tcp://") && !port.empty() &&
+      port.find_first_not_of("0123456789") == std::string::npos)
+    return "limberd-" + port + ".log";
+  std::uint32_t hash = 2166136261U;  // FNV-1a
+  for (const char c : endpoint) hash = (hash ^ static_cast<unsigned char>(c)) * 16777619U;
+  return fmt::format("limberd-{}-{:08x}.log", fs::path(endpoint).filename().string(), hash);
+}
+
+std::string default_log(const std::string& endpoint) {
   const char* state = std::getenv("XDG_STATE_HOME");
   const char* home = std::getenv("HOME");
   fs::path folder = state != nullptr && *state != 0 ? fs::path(state)
@@ -51,7 +64,7 @@ std::string default_log() {
   folder /= "limber";
   std::error_code ignored;
   fs::create_directories(folder, ignored);
-  return (folder / "limberd.log").string();
+  return (folder / log_name(endpoint)).string();
 }
 
 /// Starts a program in a session of its own, its output appended to a file.
@@ -145,7 +158,7 @@ void start(Context& context, const StartOptions& options) {
   v1::GetServerInfoResponse info;
   if (answers(context, Milliseconds{300}, info))
     return print_started(context, info, "already runs");
-  const std::string log = options.log.empty() ? default_log() : options.log;
+  const std::string log = options.log.empty() ? default_log(context.endpoint) : options.log;
   const std::uintmax_t logged = size_of(log);
   const pid_t child = spawn(limberd_command(context, options), log);
   const auto deadline = std::chrono::steady_clock::now() + milliseconds(options.wait_s);
@@ -232,7 +245,7 @@ void add_server_commands(CLI::App& app, Context& context) {
   command->add_option("--log", start_options->log,
                       "File for what limberd prints (default: in ~/.local/state/limber)");
   command->add_option("--wait", start_options->wait_s, "Seconds to wait until it is ready")
-      ->check(CLI::Range(0.1, 3600.0))
+      ->check(seconds_in(0.1, 3600))
       ->capture_default_str();
   command->add_option("limberd_options", start_options->more,
                       "After --: options handed to limberd (`limberd --help`)");
@@ -241,7 +254,7 @@ void add_server_commands(CLI::App& app, Context& context) {
   auto wait_s = std::make_shared<double>(20);
   command = subcommand(app, "stop", "Ask limberd to end, and wait until it has", "limber stop");
   command->add_option("--wait", *wait_s, "Seconds to wait for its end")
-      ->check(CLI::Range(0.1, 3600.0))
+      ->check(seconds_in(0.1, 3600))
       ->capture_default_str();
   command->callback([&context, wait_s] { stop(context, *wait_s); });
 

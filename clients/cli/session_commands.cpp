@@ -61,14 +61,19 @@ struct WaitOptions {
   double wait_s = 60;
 };
 
-void show_progress(Context& context, const std::string& session, ProgressBar& bar) {
+/// Returns the newest revision.
+std::uint64_t show_progress(Context& context, const v1::WaitRequest& wait, ProgressBar& bar) {
   v1::GetSessionRequest request;
-  request.set_session(session);
+  request.set_session(wait.session());
   const auto status = context.client().call(request).status();
   if (status.state() == v1::SESSION_STATE_BUILDING)
     bar.show(status.progress().stage(), status.progress().fraction());
+  else if (status.revision() < wait.revision())
+    bar.show(
+        fmt::format("no revision {} yet, the newest is {}", wait.revision(), status.revision()));
   else
     bar.show(fmt::format("solving, revision {}", status.revision()));
+  return status.revision();
 }
 
 /// Waits in short stretches and looks at the session in between; what takes less than one shows
@@ -77,11 +82,16 @@ v1::ResultInfo wait_with_progress(Context& context, v1::WaitRequest request, dou
   constexpr double kStretch = 0.4;  // [s]
   ProgressBar bar;
   const auto deadline = std::chrono::steady_clock::now() + milliseconds(wait_s);
+  std::uint64_t newest = request.revision();
   while (true) {
     const std::chrono::duration<double> left = deadline - std::chrono::steady_clock::now();
     if (left.count() <= 0)
-      throw client::ClientError(v1::ERROR_CODE_TIMEOUT, "",
-                                fmt::format("no such result within {:g} s", wait_s));
+      throw client::ClientError(
+          v1::ERROR_CODE_TIMEOUT, "",
+          newest < request.revision()
+              ? fmt::format("there is no revision {} yet, the newest is {}; waited {:g} s for it",
+                            request.revision(), newest, wait_s)
+              : fmt::format("no such result within {:g} s", wait_s));
     const double stretch = std::min(kStretch, left.count());
     request.set_timeout_s(stretch);
     try {
@@ -93,7 +103,7 @@ v1::ResultInfo wait_with_progress(Context& context, v1::WaitRequest request, dou
     } catch (const client::ClientError& error) {
       if (error.code() != v1::ERROR_CODE_TIMEOUT) throw;
     }
-    show_progress(context, request.session(), bar);
+    newest = show_progress(context, request, bar);
   }
 }
 
@@ -144,7 +154,7 @@ void add_session_commands(CLI::App& app, Context& context) {
       ->check(CLI::IsMember({"first", "final"}))
       ->capture_default_str();
   command->add_option("--wait", options->wait_s, "Seconds to wait; exit code 4 after that")
-      ->check(CLI::Range(0.001, 1e6))
+      ->check(seconds_in(0.001, 1e6))
       ->capture_default_str();
   command->callback([&context, options] { wait(context, *options); });
 

@@ -42,6 +42,7 @@ Client::Client(std::string endpoint, ClientOptions options)
 
 void Client::configure(zmq::socket_t& socket) const {
   socket.set(zmq::sockopt::linger, 0);
+  socket.set(zmq::sockopt::rcvhwm, 0);  // never a full queue, see Subscription
   socket.set(zmq::sockopt::heartbeat_ivl, 2000);
   socket.set(zmq::sockopt::heartbeat_timeout, 10000);
   socket.set(zmq::sockopt::reconnect_ivl, 50);
@@ -64,17 +65,20 @@ void Client::open_socket() {
   }
 }
 
-std::uint64_t Client::send(v1::Request& request) {
+std::string Client::stamped(v1::Request& request) {
   request.set_version(kProtocolVersion);
   request.set_id(++last_id_);
   std::string bytes;
   if (!request.SerializeToString(&bytes))
     throw ClientError(v1::ERROR_CODE_LIMIT_EXCEEDED, "",
                       "a request of 2 GiB or more cannot be sent");
+  pending_.emplace(request.id(), std::nullopt);
+  return bytes;
+}
+
+void Client::send(const std::string& bytes) {
   // A full queue means a silent server: then the deadline of the request says so.
   (void)socket_.send(zmq::buffer(bytes), zmq::send_flags::dontwait);
-  pending_.emplace(request.id(), std::nullopt);
-  return request.id();
 }
 
 void Client::abandon(std::uint64_t id) { pending_.erase(id); }
@@ -100,29 +104,32 @@ bool Client::wait_readable(zmq::socket_t& socket, Milliseconds timeout) const {
   }
 }
 
-v1::Reply Client::receive(std::uint64_t id, Milliseconds timeout, const char* what) {
+v1::Reply Client::receive(std::uint64_t id, Milliseconds timeout, const char* what,
+                          const std::string* again) {
   const auto known = pending_.find(id);
   if (known == pending_.end())
     throw ClientError(v1::ERROR_CODE_NOT_FOUND, "id",
                       "no request " + std::to_string(id) + " is in flight");
   const auto deadline = Clock::now() + timeout;
+  const auto half_time = deadline - timeout / 2;
   const std::uint64_t heard_before = heard_;
-  reopened_ = false;
   while (!known->second) {
     bool readable = false;
     try {
-      readable = wait_readable(socket_, left_until(deadline));
+      readable = wait_readable(socket_, left_until(again != nullptr ? half_time : deadline));
     } catch (...) {
       abandon(id);
       throw;
     }
+    if (!readable && again != nullptr) {
+      if (heard_ == heard_before) send(*again);
+      again = nullptr;
+      continue;
+    }
     if (!readable) {
       abandon(id);
       // Requests still in flight would be lost with the socket.
-      if (heard_ == heard_before && pending_.empty()) {
-        open_socket();
-        reopened_ = true;
-      }
+      if (heard_ == heard_before && pending_.empty()) open_socket();
       throw Unreachable("no answer from " + endpoint_ + " to " + what + " within " +
                         std::to_string(timeout.count()) + " ms");
     }

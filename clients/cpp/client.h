@@ -39,7 +39,8 @@ inline constexpr const char* kDefaultEndpoint = "tcp://127.0.0.1:7801";
 ///
 /// Lazy Pirate (zguide, chapter 4): a request has a deadline. If it passes and the server was
 /// silent meanwhile, the socket is closed and opened again, so that nothing queued for a dead
-/// server reaches the next one, and a request that may be repeated is sent once more.
+/// server reaches the next one. A request that may be repeated is sent once more after half of its
+/// time, under the same id: the first answer counts.
 class Client {
  public:
   /// Connects; nothing is sent. @throws ClientError INVALID_ARGUMENT for a malformed endpoint,
@@ -53,14 +54,12 @@ class Client {
   template <class RequestBody>
   typename Rpc<RequestBody>::Response call(const RequestBody& body,
                                            std::optional<Milliseconds> timeout = {}) {
-    for (bool again = Rpc<RequestBody>::kRepeatable;; again = false) {
-      const std::uint64_t id = submit(body);
-      try {
-        return collect<RequestBody>(id, timeout);
-      } catch (const Unreachable&) {
-        if (!again || !reopened_) throw;
-      }
-    }
+    v1::Request request;
+    Rpc<RequestBody>::put(request, body);
+    const std::string bytes = stamped(request);
+    send(bytes);
+    return collect<RequestBody>(last_id_, timeout,
+                                Rpc<RequestBody>::kRepeatable ? &bytes : nullptr);
   }
 
   /// Sends a request and returns its id at once; collect() its answer later, in any order.
@@ -68,16 +67,15 @@ class Client {
   std::uint64_t submit(const RequestBody& body) {
     v1::Request request;
     Rpc<RequestBody>::put(request, body);
-    return send(request);
+    send(stamped(request));
+    return last_id_;
   }
 
   /// The answer to a submitted request. @throws as call(); the request is forgotten then
   template <class RequestBody>
   typename Rpc<RequestBody>::Response collect(std::uint64_t id,
                                               std::optional<Milliseconds> timeout = {}) {
-    v1::Reply reply = receive(id, timeout.value_or(options_.timeout), Rpc<RequestBody>::kName);
-    if (!Rpc<RequestBody>::is(reply)) refuse_kind(Rpc<RequestBody>::kName);
-    return Rpc<RequestBody>::take(reply);
+    return collect<RequestBody>(id, timeout, nullptr);
   }
 
   /// Forgets a submitted request; its answer will be dropped.
@@ -95,8 +93,21 @@ class Client {
   void configure(zmq::socket_t& socket) const;
 
  private:
-  std::uint64_t send(v1::Request& request);
-  v1::Reply receive(std::uint64_t id, Milliseconds timeout, const char* what);
+  /// @param again  what is sent once more after half of the time; null: nothing
+  template <class RequestBody>
+  typename Rpc<RequestBody>::Response collect(std::uint64_t id, std::optional<Milliseconds> timeout,
+                                              const std::string* again) {
+    v1::Reply reply =
+        receive(id, timeout.value_or(options_.timeout), Rpc<RequestBody>::kName, again);
+    if (!Rpc<RequestBody>::is(reply)) refuse_kind(Rpc<RequestBody>::kName);
+    return Rpc<RequestBody>::take(reply);
+  }
+
+  /// The bytes of a request with the next id, which is in flight from now on.
+  std::string stamped(v1::Request& request);
+  void send(const std::string& bytes);
+  v1::Reply receive(std::uint64_t id, Milliseconds timeout, const char* what,
+                    const std::string* again);
   [[noreturn]] static void refuse_kind(const char* what);
   void open_socket();
 
@@ -107,7 +118,6 @@ class Client {
   std::uint64_t last_id_ = 0;
   std::map<std::uint64_t, std::optional<v1::Reply>> pending_;  // submitted and not collected yet
   std::uint64_t heard_ = 0;                                    // messages received so far
-  bool reopened_ = false;                                      // by the newest deadline that passed
 };
 
 /// Starts with GetServerInfo, asked once: who is there, and does it speak our protocol?

@@ -1,5 +1,7 @@
 #include "clients/cpp/reach.h"
 
+#include <netdb.h>
+
 #include <algorithm>
 #include <cstdint>
 
@@ -15,9 +17,28 @@ constexpr int kEvents = ZMQ_EVENT_CONNECTED | ZMQ_EVENT_CONNECT_RETRIED |
                         ZMQ_EVENT_HANDSHAKE_FAILED_PROTOCOL | ZMQ_EVENT_HANDSHAKE_FAILED_AUTH |
                         ZMQ_EVENT_DISCONNECTED;
 
+/// libzmq tries for ever to reach a host that has no address and a port beyond 65535.
+bool is_place(const std::string& endpoint) {
+  const std::string tcp = "tcp://";
+  const auto colon = endpoint.rfind(':');
+  if (!endpoint.starts_with(tcp) || colon < tcp.size()) return true;
+  const std::string port = endpoint.substr(colon + 1);
+  const bool is_number = !port.empty() && port.size() <= 5 &&
+                         port.find_first_not_of("0123456789") == std::string::npos;
+  if (!is_number || std::stoi(port) < 1 || std::stoi(port) > 65535) return false;
+  std::string host = endpoint.substr(tcp.size(), colon - tcp.size());
+  host.erase(0, host.rfind(';') + 1);  // behind the address to come from
+  if (host.starts_with('[') && host.ends_with(']')) host = host.substr(1, host.size() - 2);
+  addrinfo* found = nullptr;
+  const int failed = getaddrinfo(host.c_str(), nullptr, nullptr, &found);
+  if (found != nullptr) freeaddrinfo(found);
+  return failed == 0;
+}
+
 }  // namespace
 
 Reach probe(Client& client, Milliseconds patience) {
+  if (!is_place(client.endpoint())) return Reach::kNoSuchPlace;
   zmq::socket_t socket(client.context(), ZMQ_DEALER);
   client.configure(socket);
   SocketMonitor monitor(client.context(), socket, kEvents);
@@ -42,6 +63,8 @@ std::string advice(Reach reach, const Client& client) {
   switch (reach) {
     case Reach::kNobody:
       return "nothing listens there";
+    case Reach::kNoSuchPlace:
+      return "the name of its host is not known, or its port is not within 1 to 65535";
     case Reach::kHandshake:
       return "something lets this client in, but is busy or hangs";
     case Reach::kNoHandshake:

@@ -11,6 +11,7 @@ enum class Reach {
   kNobody,       // nothing accepts connections there
   kNoHandshake,  // something does, but not this client: keys do not fit, or it is no limberd
   kHandshake,    // a socket of ours is let in; limberd is busy or hangs
+  kNoSuchPlace,  // the name of the host is not known, or the port is none
 };
 
 /// Tries a connection of its own. Takes up to `patience` where something listens that says nothing.

@@ -1,22 +1,31 @@
 #include "clients/cpp/stream.h"
 
 #include <algorithm>
+#include <atomic>
+#include <cerrno>
 #include <chrono>
+#include <utility>
 
 #include "clients/cpp/socket_monitor.h"
 
 namespace limber::client {
 namespace {
 
-/// Messages that wait in this process for a reader that is slow; a motion may have megabytes.
-constexpr int kQueue = 8;
+/// Messages of one topic that wait for a reader that is slow; a motion may have megabytes.
+constexpr std::size_t kQueue = 8;
+constexpr Milliseconds kSlice{100};
+/// What the thread is told, a letter before the topic.
+constexpr char kSubscribe = '+', kUnsubscribe = '-', kEnd = '.';
 
 }  // namespace
 
 Subscription::Subscription(Client& client, const std::string& endpoint)
-    : client_(client), socket_(client.context(), ZMQ_SUB) {
+    : client_(client),
+      socket_(client.context(), ZMQ_SUB),
+      orders_(client.context(), ZMQ_PAIR),
+      obeyed_(client.context(), ZMQ_PAIR),
+      queue_(kQueue) {
   client.configure(socket_);
-  socket_.set(zmq::sockopt::rcvhwm, kQueue);
   // A subscription is sent right after the handshake.
   SocketMonitor handshake(client.context(), socket_, ZMQ_EVENT_HANDSHAKE_SUCCEEDED);
   const std::string address = reachable(endpoint, client.endpoint());
@@ -28,39 +37,99 @@ Subscription::Subscription(Client& client, const std::string& endpoint)
   }
   if (!client.wait_readable(handshake.events(), client.options().timeout))
     throw Unreachable("no stream at " + address);
+  static std::atomic<unsigned> count{0};
+  const std::string inside = "inproc://limber-subscription-" + std::to_string(++count);
+  orders_.set(zmq::sockopt::linger, 0);
+  obeyed_.set(zmq::sockopt::linger, 0);
+  obeyed_.bind(inside);
+  orders_.connect(inside);
+  thread_ = std::thread([this] { run(); });
 }
 
-void Subscription::subscribe(const std::string& topic) {
-  socket_.set(zmq::sockopt::subscribe, topic);
+Subscription::~Subscription() {
+  order(kEnd, "");
+  thread_.join();
 }
 
-void Subscription::unsubscribe(const std::string& topic) {
-  socket_.set(zmq::sockopt::unsubscribe, topic);
+void Subscription::subscribe(const std::string& topic) { order(kSubscribe, topic); }
+
+void Subscription::unsubscribe(const std::string& topic) { order(kUnsubscribe, topic); }
+
+/// Returns when the thread has done it: what is requested afterwards comes later than the
+/// subscription.
+void Subscription::order(char what, const std::string& topic) {
+  const std::string text = what + topic;
+  const auto patiently = [](const auto& attempt) {
+    while (true) {
+      try {
+        if (attempt()) return;
+      } catch (const zmq::error_t& error) {
+        if (error.num() != EINTR) throw;
+      }
+    }
+  };
+  zmq::message_t done;
+  patiently([&] { return orders_.send(zmq::buffer(text), zmq::send_flags::none).has_value(); });
+  patiently([&] { return orders_.recv(done).has_value(); });
+}
+
+void Subscription::run() {
+  zmq::pollitem_t items[] = {{socket_.handle(), 0, ZMQ_POLLIN, 0},
+                             {obeyed_.handle(), 0, ZMQ_POLLIN, 0}};
+  while (true) {
+    try {
+      zmq::poll(items, 2, Milliseconds{-1});
+      if (items[1].revents != 0 && !obey()) return;
+      if (items[0].revents != 0) receive();
+    } catch (const zmq::error_t& error) {
+      if (error.num() != EINTR) throw;
+    }
+  }
+}
+
+bool Subscription::obey() {
+  zmq::message_t message;
+  if (!obeyed_.recv(message, zmq::recv_flags::dontwait)) return true;
+  const std::string text = message.to_string();
+  if (text[0] == kSubscribe) socket_.set(zmq::sockopt::subscribe, text.substr(1));
+  if (text[0] == kUnsubscribe) socket_.set(zmq::sockopt::unsubscribe, text.substr(1));
+  obeyed_.send(zmq::message_t(), zmq::send_flags::none);
+  return text[0] != kEnd;
+}
+
+void Subscription::receive() {
+  zmq::message_t topic;
+  zmq::message_t body;
+  if (!socket_.recv(topic, zmq::recv_flags::dontwait)) return;
+  StreamEvent event{topic.to_string(), {}, 0};
+  bool more = topic.more();
+  int parts = 1;
+  while (more && socket_.recv(body, zmq::recv_flags::dontwait)) {
+    more = body.more();
+    ++parts;
+  }
+  if (parts != 2 || !event.message.ParseFromArray(body.data(), static_cast<int>(body.size())))
+    return;
+  auto& newest = sequence_[event.topic];
+  if (newest != 0 && event.message.sequence() > newest + 1)
+    event.missed = event.message.sequence() - newest - 1;
+  newest = event.message.sequence();
+  queue_.push(std::move(event));
 }
 
 std::optional<StreamEvent> Subscription::next(Milliseconds timeout) {
   const auto deadline = std::chrono::steady_clock::now() + timeout;
   while (true) {
-    const auto left = std::chrono::ceil<Milliseconds>(deadline - std::chrono::steady_clock::now());
-    if (!client_.wait_readable(socket_, std::max(left, Milliseconds{0}))) return std::nullopt;
-    zmq::message_t topic;
-    zmq::message_t body;
-    if (!socket_.recv(topic, zmq::recv_flags::dontwait)) continue;
-    StreamEvent event{topic.to_string(), {}, 0};
-    bool more = topic.more();
-    int parts = 1;
-    while (more && socket_.recv(body, zmq::recv_flags::dontwait)) {
-      more = body.more();
-      ++parts;
+    if (client_.options().interrupted && client_.options().interrupted())
+      throw ClientError(v1::ERROR_CODE_CANCELLED, "", "interrupted");
+    const auto left =
+        std::max(Milliseconds{0},
+                 std::chrono::ceil<Milliseconds>(deadline - std::chrono::steady_clock::now()));
+    if (auto event = queue_.pop(std::min(left, kSlice))) {
+      missed_ += event->missed;
+      return event;
     }
-    if (parts != 2 || !event.message.ParseFromArray(body.data(), static_cast<int>(body.size())))
-      continue;
-    auto& newest = sequence_[event.topic];
-    if (newest != 0 && event.message.sequence() > newest + 1)
-      event.missed = event.message.sequence() - newest - 1;
-    newest = event.message.sequence();
-    missed_ += event.missed;
-    return event;
+    if (left == Milliseconds{0}) return std::nullopt;
   }
 }
 

@@ -3,22 +3,20 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <thread>
 #include <zmq.hpp>
 
 #include "clients/cpp/client.h"
+#include "clients/cpp/event_queue.h"
 #include "limber/v1/stream.pb.h"
 
 namespace limber::client {
 
-/// A message of the stream.
-struct StreamEvent {
-  std::string topic;
-  v1::StreamMessage message;
-  /// Messages of this topic lost just before this one, by the gap in their sequence numbers.
-  std::uint64_t missed = 0;
-};
-
-/// A SUB socket on the server's stream. For one thread at a time; must not outlive its client.
+/// What a server publishes under the topics asked for. A thread empties the SUB socket whether
+/// anybody reads or not: libzmq 4.3.4 aborts the process (`_input_stopped`, `!_io_error`) when a
+/// socket whose queue is full meets a missing heartbeat or the end of the server. So the bound is
+/// on the queue behind it: of each topic the newest 8 messages. For one thread at a time; must not
+/// outlive its client.
 class Subscription {
  public:
   /// Connects and waits for the handshake. Subscribe, then request a snapshot, then read: nothing
@@ -26,22 +24,34 @@ class Subscription {
   /// @param endpoint  as GetServerInfo says; a wildcard host is replaced by the client's
   /// @throws Unreachable if there is no stream
   Subscription(Client& client, const std::string& endpoint);
+  Subscription(const Subscription&) = delete;
+  Subscription& operator=(const Subscription&) = delete;
+  ~Subscription();
 
   void subscribe(const std::string& topic);
   void unsubscribe(const std::string& topic);
 
   /// The next message of a subscribed topic, or nothing after the timeout. Bytes that are no
   /// message are skipped.
+  /// @throws ClientError CANCELLED if interrupted
   [[nodiscard]] std::optional<StreamEvent> next(Milliseconds timeout);
 
-  /// Messages lost so far, all topics.
+  /// Messages lost so far, all topics, up to the one that was read last.
   [[nodiscard]] std::uint64_t missed() const { return missed_; }
 
  private:
+  void order(char what, const std::string& topic);
+  void run();
+  [[nodiscard]] bool obey();
+  void receive();
+
   Client& client_;
-  zmq::socket_t socket_;
-  std::map<std::string, std::uint64_t> sequence_;  // newest by topic
+  zmq::socket_t socket_;                           // the thread's, once it runs
+  zmq::socket_t orders_, obeyed_;                  // two ends: ours, the thread's
+  std::map<std::string, std::uint64_t> sequence_;  // newest by topic; the thread's
+  EventQueue queue_;
   std::uint64_t missed_ = 0;
+  std::thread thread_;
 };
 
 /// Topic of a session's frames in an encoding (UNSPECIFIED: coordinates).

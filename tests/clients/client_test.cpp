@@ -103,6 +103,26 @@ TEST(Client, ARepeatedRequestThatIsAnsweredSucceeds) {
   EXPECT_EQ(client.call(v1::ListJobsRequest{}).jobs(0).job(), 7U);
 }
 
+TEST(Client, ATimeoutIsTheWholeTimeOfARequest) {
+  FakeRouter router([](const v1::Request&) { return std::vector<std::string>{}; });
+  Client client(router.requests(), impatient(1000));
+  const auto start = std::chrono::steady_clock::now();
+  EXPECT_THROW(client.call(v1::ListJobsRequest{}), Unreachable);
+  EXPECT_LT(std::chrono::steady_clock::now() - start, Milliseconds{1700});
+  EXPECT_EQ(router.seen(), 2);
+}
+
+TEST(Client, ASlowAnswerCountsThoughTheRequestWasRepeated) {
+  FakeRouter router([](const v1::Request& request) {
+    std::this_thread::sleep_for(Milliseconds{700});
+    v1::Reply reply;
+    reply.mutable_list_jobs();
+    return std::vector{bytes(reply, request)};
+  });
+  Client client(router.requests(), impatient(1000));
+  EXPECT_NO_THROW(client.call(v1::ListJobsRequest{}));
+}
+
 TEST(Client, NobodyThereIsATimeoutNotAHang) {
   Client client("ipc:///nonexistent/limber-nobody", impatient(50));
   EXPECT_EQ(refusal([&] { client.call(v1::EditRequest{}); }).code(), v1::ERROR_CODE_TIMEOUT);

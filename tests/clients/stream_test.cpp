@@ -46,6 +46,47 @@ TEST(Subscription, CountsGapsPerTopic) {
   EXPECT_FALSE(stream.next(Milliseconds{20}).has_value());
 }
 
+TEST(Subscription, WhoPausesFindsTheNewest) {
+  FakeRouter router(silent);
+  Client client(router.requests());
+  Subscription stream(client, router.stream());
+  stream.subscribe("a");
+  await_subscriptions(router, 1);
+  for (std::uint64_t i = 1; i <= 100; ++i) router.publish("a", message(i));
+  std::this_thread::sleep_for(Milliseconds{500});
+  std::vector<std::uint64_t> read;
+  while (const auto event = stream.next(Milliseconds{20}))
+    read.push_back(event->message.sequence());
+  EXPECT_EQ(read, (std::vector<std::uint64_t>{93, 94, 95, 96, 97, 98, 99, 100}));
+  EXPECT_EQ(stream.missed(), 92U);
+}
+
+TEST(Subscription, WhatIsUnsubscribedComesNoMore) {
+  FakeRouter router(silent);
+  Client client(router.requests());
+  Subscription stream(client, router.stream());
+  stream.subscribe("a");
+  stream.subscribe("b");
+  stream.unsubscribe("a");
+  await_subscriptions(router, 3);
+  router.publish("a", message(1));
+  router.publish("b", message(2));
+  const auto event = stream.next(Milliseconds{5000});
+  ASSERT_TRUE(event.has_value());
+  EXPECT_EQ(event->topic, "b");
+}
+
+TEST(Subscription, AnInterruptionEndsTheWait) {
+  FakeRouter router(silent);
+  ClientOptions options;
+  bool interrupted = false;
+  options.interrupted = [&] { return interrupted; };
+  Client client(router.requests(), options);
+  Subscription stream(client, router.stream());
+  interrupted = true;
+  EXPECT_THROW((void)stream.next(Milliseconds{60000}), ClientError);
+}
+
 TEST(Subscription, NoStreamIsUnreachable) {
   FakeRouter router(silent);
   ClientOptions options;

@@ -76,6 +76,23 @@ def test_a_repeatable_request_is_sent_twice_an_edit_once(fake):
     connection.close()
 
 
+def test_a_timeout_is_the_whole_time_of_a_request(fake):
+    connection = Connection(fake.requests, timeout=1.0)
+    start = time.monotonic()
+    with pytest.raises(limber.ServerUnreachable, match="within 1 s"):
+        connection.call("list_sessions", service.ListSessionsRequest())
+    assert 0.95 < time.monotonic() - start < 1.7
+    assert fake.seen.count("list_sessions") == 2
+    connection.close()
+
+
+def test_a_slow_answer_counts_though_the_request_was_repeated(fake):
+    fake.handlers["list_jobs"] = lambda request: time.sleep(0.7) or service.ListJobsResponse(
+        jobs=[service.JobStatus(job=fake.seen.count("list_jobs"))])
+    with limber.connect(fake.requests, timeout=1.0) as server:
+        assert [job.job for job in server.jobs()] == [1]
+
+
 def test_garbage_and_replies_to_nobody_are_skipped(fake):
     fake.handlers["list_jobs"] = lambda request: [
         b"\xff\xff garbage", service.Reply(id=request.id + 1000, list_jobs=service.ListJobsResponse()),

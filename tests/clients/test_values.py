@@ -1,6 +1,7 @@
 """Edits, scenes, arrays and files, without a server."""
 
 import json
+import math
 
 import limber
 import meshio
@@ -85,6 +86,13 @@ def test_numbers_of_numpy_are_numbers():
     ("mesh.arrays.tets", lambda: limber.scene_from_arrays(TET, [[0, 1], [2]])),
     ("base_motion", lambda: limber.scene_from_arrays(TET, [[0, 1, 2, 3]], base_motion=[[1], [2, 3]])),
     ("timeout", lambda: limber.connect(timeout="5")), ("connect_timeout", lambda: limber.connect(connect_timeout=None)),
+    ("connect_timeout", lambda: limber.connect(connect_timeout=math.nan)),
+    ("timeout", lambda: limber.connect(timeout=math.inf)), ("timeout", lambda: limber.launch(timeout=math.nan)),
+    ("binary", lambda: limber.launch(5)), ("arguments", lambda: limber.launch(arguments="--mesh-root")),
+    ("server_key", lambda: limber.connect(server_key=5, key="k")), ("mesh", lambda: limber.scene_from_mesh(5)),
+    ("scene.fixed_nodes", lambda: scenes.to_message({"fixed_nodes": 5})),
+    ("scene.fixed_nodes", lambda: scenes.to_message({"fixed_nodes": np.array([0.5])})),
+    ("edit", lambda: edits.to_message({"add": {"constraint": {"nodes": "12"}}})),
     ("endpoint", lambda: limber.connect(7801))])
 def test_every_function_names_the_argument(field, call):
     assert refused(field, call).code == "INVALID_ARGUMENT"
@@ -95,6 +103,15 @@ def test_a_change_of_dynamics_keeps_what_it_does_not_name():
     first, second = edits.to_messages([limber.dynamics(damping_ratio=0.2), limber.dynamics(period_frames=50)], before)
     assert first.set_dynamics == scene_messages.Dynamics(frames_per_second=24, period_frames=25, damping_ratio=0.2)
     assert second.set_dynamics == scene_messages.Dynamics(frames_per_second=24, period_frames=50, damping_ratio=0.2)
+
+
+def test_mappings_take_numpy_where_json_takes_lists_and_numbers():
+    scene = scenes.to_message({"frames": np.int64(30), "fixed_nodes": np.arange(3), "model": {"tolerance": np.float32(0.5)},
+                               "constraints": [{"nodes": np.array([4, 5], np.uint8), "position": {"x": np.float64(1)}}]})
+    assert (scene.frames, list(scene.fixed_nodes), scene.model.tolerance) == (30, [0, 1, 2], 0.5)
+    assert list(scene.constraints[0].nodes) == [4, 5] and scene.constraints[0].position.x == 1
+    edit = edits.to_message({"add": {"constraint": {"frame": np.int32(3), "nodes": range(1, 3)}}})
+    assert list(edit.add.constraint.nodes) == [1, 2]
 
 
 def test_edits_from_json():
@@ -125,7 +142,9 @@ def test_arrays_of_the_wrong_shape_are_refused():
     refused("mesh.arrays.nodes", limber.scene_from_arrays, TET[:, :2], [[0, 1, 2, 3]])
     refused("mesh.arrays.tets", limber.scene_from_arrays, TET, [[0, 1, 2]])
     refused("mesh.arrays.tets", limber.scene_from_arrays, TET, [[0.0, 1, 2, 3]])
-    assert refused("mesh.arrays.tets", limber.scene_from_arrays, TET, [[0, 1, 2, 4]]).code == "OUT_OF_RANGE"
+    outside = refused("mesh.tets[1]", limber.scene_from_arrays, TET, [[0, 1, 2, 3], [0, 1, 2, -3]])
+    assert outside.code == "OUT_OF_RANGE" and "node -3" in outside.message
+    assert "node 4" in refused("mesh.tets[0]", limber.scene_from_arrays, TET, [[0, 1, 2, 4]]).message
 
 
 def test_scene_file_uploads_the_mesh_beside_it(tmp_path):

@@ -13,7 +13,7 @@ import limber
 import meshio
 import numpy as np
 import pytest
-from conftest import bar, tip_of
+from conftest import bar, small_scene, tip_of
 from limber.launching import find_binary
 
 COMMANDS = ["start", "stop", "info", "jobs", "sample", "validate", "tetrahedralize", "open", "list", "show", "wait",
@@ -54,7 +54,7 @@ def test_help_lists_every_command(cli):
 @pytest.mark.parametrize("command", COMMANDS)
 def test_each_command_explains_itself(cli, command):
     text = done(cli(command, "--help"))
-    assert "Example" in text and f"limber {command}" in text
+    assert "Example" in text and f"limber {command}" in text and "--endpoint" in text and "--json" in text
 
 
 @pytest.mark.parametrize("arguments", [(), ("unknown",), ("open",), ("open", "a.json", "--sample", "beam"), ("add", "s"),
@@ -270,6 +270,45 @@ def test_what_the_command_line_does_not_know_is_named(cli):
     assert "loose not in {free,position,position_velocity}" in message
 
 
+@pytest.mark.parametrize("arguments", [("info", "--timeout", "nan"), ("info", "--connect-timeout", "inf"),
+                                       ("watch", "s", "--silence", "nan"), ("wait", "s", "--wait", "-1")])
+def test_times_that_are_none_are_wrong_usage(cli, arguments):
+    assert "seconds" in failed(cli(*arguments), 2)
+
+
+def test_infinity_is_a_number_that_the_server_refuses(cli, session):
+    for number in ("-inf", "inf", "-nan"):
+        assert "not a finite number" in failed(cli("move", session.id, 1, number, 0, 0), 1)
+
+
+def test_a_revision_that_is_not_there_yet(cli, session):
+    message = failed(cli("wait", session.id, "--revision", 999, "--wait", 1), 4)
+    assert "no revision 999 yet, the newest is 0" in message and "solving" not in message
+
+
+def test_no_folder_is_made_for_frames(cli, session, tmp_path):
+    assert "there is no folder" in failed(cli("frames", session.id, "--out", tmp_path / "none" / "f.npy"), 1)
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_comma_that_nothing_follows_is_no_json_to_anybody(cli, tmp_path):
+    scene = tmp_path / "scene.json"
+    scene.write_text('{"mesh": {"path": "a.msh"}, "frames": 100,}')
+    for arguments in (("validate", scene), ("open", scene)):
+        process = cli(*arguments)
+        assert process.returncode == 1 and "not JSON: nothing follows the comma" in process.stdout + process.stderr
+    with pytest.raises(limber.LimberError, match="not JSON"):
+        limber.scenes.load_scene(scene)
+
+
+def test_what_is_no_place_is_not_said_to_be_empty(cli):
+    for endpoint in ("tcp://127.0.0.1:99999", "tcp://nobody.invalid:7801"):
+        message = failed(cli("--connect-timeout", 0.2, "info", endpoint=endpoint), 3)
+        assert "name of its host" in message and "nothing listens" not in message
+        with pytest.raises(limber.ServerUnreachable, match="name of its host"):
+            limber.connect(endpoint, connect_timeout=0.2)
+
+
 def test_watch(cli, server, session):
     process = subprocess.Popen([str(find_binary("limber")), "--endpoint", server.connection.endpoint, "--json", "watch",
                                 session.id, "--silence", "20"], stdout=subprocess.PIPE, text=True)
@@ -286,6 +325,21 @@ def test_watch(cli, server, session):
         process.kill()
         process.wait()
     assert failed(cli("watch", session.id, "--count", 5, "--silence", 0.3), 4)
+
+
+def test_watch_tells_that_the_server_is_gone(launch):
+    server = launch(transport="tcp")
+    session = server.open(small_scene(), progress=False)
+    process = subprocess.Popen([str(find_binary("limber")), "--endpoint", server.connection.endpoint, "--json", "watch",
+                                session.id], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    try:
+        assert json.loads(process.stdout.readline())["revision"] == "0"
+        server.process.kill()
+        _, message = process.communicate(timeout=15)
+        assert process.returncode == 3 and server.connection.endpoint in message
+    finally:
+        process.kill()
+        process.wait()
 
 
 def test_validate(cli, scene_file):

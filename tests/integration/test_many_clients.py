@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 import zmq
 from conftest import small_scene, tip_of
+from limber.v1.stream_pb2 import StreamMessage
 
 
 def test_two_clients_see_the_same_session(server, session):
@@ -137,7 +138,7 @@ def test_a_subscriber_that_does_not_read_costs_nobody_else_anything(server, sess
         received = []
         while socket.poll(500):
             topic, body = socket.recv_multipart()
-            received.append(limber.stream.stream.StreamMessage.FromString(body))
+            received.append(StreamMessage.FromString(body))
         assert received and received[-1].frames.result.revision <= session.revision
         assert [m.sequence for m in received] == sorted({m.sequence for m in received})
     finally:

@@ -4,11 +4,16 @@ from __future__ import annotations
 
 import numbers
 import operator
-from typing import Any, Iterable
+import os
+import re
+from pathlib import Path
+from typing import Any, Iterable, Mapping
 
 import numpy as np
 
 from .errors import invalid
+
+MOST_SECONDS = 1e6  # what threads can wait in one go is not much more
 
 
 def whole(value: Any, field: str, most: int = 2 ** 32 - 1) -> int:
@@ -48,6 +53,20 @@ def real(value: Any, field: str) -> float:
     return float(value)
 
 
+def seconds(value: Any, field: str) -> float:
+    """How long to wait: a number in [0, MOST_SECONDS]."""
+    if not 0 <= real(value, field) <= MOST_SECONDS:
+        raise invalid(field, f"{field} must be in [0, {MOST_SECONDS:g}] s, is {value}")
+    return float(value)
+
+
+def duration(value: Any, field: str) -> float:
+    """How long an answer may take: as seconds(), but not 0."""
+    if seconds(value, field) == 0:
+        raise invalid(field, f"{field} must be > 0 s")
+    return float(value)
+
+
 def flag(value: Any, field: str) -> bool:
     """True or False."""
     if not isinstance(value, (bool, np.bool_)):
@@ -62,12 +81,41 @@ def text(value: Any, field: str) -> str:
     return value
 
 
+def path(value: Any, field: str) -> Path:
+    """A file or folder, as text or as an object that is a path."""
+    if not isinstance(value, (str, os.PathLike)) or isinstance(os.fspath(value), bytes):
+        raise invalid(field, f"{field} must be a path, is {value!r}")
+    return Path(value)
+
+
 def one_of(value: Any, names: Iterable[str], field: str) -> str:
     """One of a few words."""
     names = tuple(names)
     if not isinstance(value, str) or value not in names:
         raise invalid(field, f"{field} must be one of {', '.join(names)}, is {value!r}")
     return value
+
+
+def plain(value: Any) -> Any:
+    """The JSON form of something with numpy's arrays and numbers in it: what json_format understands."""
+    if isinstance(value, Mapping):
+        return {key: plain(inner) for key, inner in value.items()}
+    if isinstance(value, (list, tuple, range)):
+        return [plain(inner) for inner in value]
+    if isinstance(value, (np.ndarray, np.generic)):
+        return value.tolist()
+    return value
+
+
+def json_fault(error: Exception) -> tuple[str, str]:
+    """Where and why json_format refused something: "Failed to parse a field: Failed to parse b field: why" is
+    (".a.b", "why")."""
+    why, path = str(error), ""
+    while found := re.match(r"Failed to parse (\w+) field: ", why):
+        path, why = f"{path}.{found[1]}", why[found.end():]
+    if found := re.match(r"repeated field (\w+) must be in \[\] which is (.*?)( at \S+)?$", why, re.DOTALL):
+        why = f"a list is expected, not {found[2]}"
+    return path, f"{path[1:]}: {why}" if path else why
 
 
 def numeric(values: Any, field: str) -> np.ndarray:

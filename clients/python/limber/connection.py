@@ -2,7 +2,7 @@
 
 Lazy Pirate (zguide, chapter 4): a request has a deadline; one that passes it is abandoned, and if the server was silent
 meanwhile the socket is closed and opened again, so that nothing queued for a dead server is delivered to the next one.
-Requests that change nothing are sent once more.
+Requests that change nothing are sent once more after half of their time, under the same id: the first answer counts.
 """
 
 from __future__ import annotations
@@ -11,8 +11,10 @@ import itertools
 import os
 import threading
 import time
+import weakref
 from concurrent import futures
 from dataclasses import dataclass, field
+from typing import Any
 
 import zmq
 from google.protobuf.message import DecodeError
@@ -60,6 +62,7 @@ def _read_key(path: "str | os.PathLike[str]", name: str) -> str:
 def configure(socket: zmq.Socket, keys: CurveKeys | None) -> None:
     """What every socket of a client has in common: it never blocks its closing, and notices a dead peer."""
     socket.linger = 0
+    socket.rcvhwm = 0  # never a full queue, see reception.py; a thread empties every socket of a client
     socket.setsockopt(zmq.HEARTBEAT_IVL, 2000)
     socket.setsockopt(zmq.HEARTBEAT_TIMEOUT, 10000)
     socket.setsockopt(zmq.RECONNECT_IVL, 50)
@@ -76,8 +79,7 @@ class Connection:
     def __init__(self, endpoint: str, keys: CurveKeys | None = None, timeout: float = 10.0):
         """timeout: how long an answer may take [s] where the request itself does not wait for something."""
         checks.text(endpoint, "endpoint")
-        if checks.real(timeout, "timeout") <= 0:
-            raise LimberError("INVALID_ARGUMENT", f"timeout must be > 0, is {timeout}", "timeout")
+        checks.duration(timeout, "timeout")
         self.endpoint = endpoint
         self.keys = keys
         self.timeout = timeout
@@ -87,6 +89,7 @@ class Connection:
         self._lock = threading.Lock()
         self._closed = False
         self._last_heard = 0.0
+        self._closed_first: "weakref.WeakSet" = weakref.WeakSet()
         inside = f"inproc://limber-{id(self)}"
         self._control = self.context.socket(zmq.PAIR)
         self._control.linger = 0
@@ -106,40 +109,55 @@ class Connection:
         kind: the member of limber.v1.Request's body, e.g. "get_frames"; timeout [s], default that of the connection.
         """
         timeout = self.timeout if timeout is None else timeout
-        attempts = 2 if kind in REPEATABLE else 1
-        for attempt in range(attempts):
-            sent = time.monotonic()
-            identifier, future = self._submit(kind, message)
-            try:
-                reply = future.result(timeout)
-            except futures.TimeoutError:
-                self._abandon(identifier, reopen=self._last_heard < sent)
-                if attempt + 1 < attempts and self._last_heard < sent:
-                    continue
-                raise ServerUnreachable(f"no answer from {self.endpoint} to {kind} within {timeout:g} s") from None
-            except BaseException:
-                self._abandon(identifier, reopen=False)
-                raise
-            body = reply.WhichOneof("body")
-            if body == "error":
-                raise from_message(reply.error)
-            if body != kind:
-                raise LimberError("MALFORMED", f"the answer to {kind} is {body}")
-            return getattr(reply, body)
-        raise AssertionError("unreachable")
+        sent = time.monotonic()
+        identifier, data, future = self._submit(kind, message)
+        try:
+            reply = self._await(future, timeout, data if kind in REPEATABLE else None)
+        except futures.TimeoutError:
+            self._abandon(identifier, reopen=self._last_heard < sent)
+            raise ServerUnreachable(f"no answer from {self.endpoint} to {kind} within {timeout:g} s") from None
+        except BaseException:
+            self._abandon(identifier, reopen=False)
+            raise
+        body = reply.WhichOneof("body")
+        if body == "error":
+            raise from_message(reply.error)
+        if body != kind:
+            raise LimberError("MALFORMED", f"the answer to {kind} is {body}")
+        return getattr(reply, body)
+
+    def _await(self, future: futures.Future, timeout: float, again: bytes | None) -> "service.Reply":
+        """again: what is sent once more after half of the time if the server is silent."""
+        if again is None:
+            return future.result(timeout)
+        begin = time.monotonic()
+        try:
+            return future.result(timeout / 2)
+        except futures.TimeoutError:
+            if self._last_heard < begin:
+                self._send(again)
+        return future.result(max(0.0, begin + timeout - time.monotonic()))
+
+    def before_closing(self, other: Any) -> None:
+        """Something with sockets of this connection's context: its close() is called first."""
+        with self._lock:
+            self._closed_first.add(other)
 
     def close(self) -> None:
-        """Ends the thread and the sockets; requests in flight raise CANCELLED."""
+        """Ends the thread, the streams and the sockets; requests in flight raise CANCELLED."""
         with self._lock:
             if self._closed:
                 return
             self._closed = True
             self._control.send(_STOP)
+            streams = list(self._closed_first)
+        for stream in streams:
+            stream.close()
         self._thread.join()
         self._control.close()
         self.context.destroy(linger=0)
 
-    def _submit(self, kind: str, message) -> tuple[int, futures.Future]:
+    def _submit(self, kind: str, message) -> tuple[int, bytes, futures.Future]:
         request = service.Request(version=VERSION, id=next(self._ids), **{kind: message})
         data = request.SerializeToString()
         future: futures.Future = futures.Future()
@@ -148,7 +166,12 @@ class Connection:
                 raise LimberError("CANCELLED", "this connection is closed")
             self._pending[request.id] = future
             self._control.send_multipart([_SEND, data])
-        return request.id, future
+        return request.id, data, future
+
+    def _send(self, data: bytes) -> None:
+        with self._lock:
+            if not self._closed:
+                self._control.send_multipart([_SEND, data])
 
     def _abandon(self, identifier: int, reopen: bool) -> None:
         with self._lock:

@@ -13,6 +13,7 @@ import time
 from pathlib import Path
 from typing import Sequence
 
+from . import checks
 from .connection import Connection
 from .errors import LimberError, invalid
 from .server import Server
@@ -37,11 +38,46 @@ def find_binary(name: str = "limberd") -> Path:
     raise LimberError("NOT_FOUND", f"no {name} in $LIMBER_BIN, on PATH or in build/release/bin; run scripts/build")
 
 
-class LaunchedServer(Server):
-    """A server of our own: leaving the context (or the interpreter) stops it."""
+class Guard:
+    """A small process that outlives this one: if this one dies without a word (SIGKILL, abort), it ends limberd and
+    removes the folder. It knows by the end of a pipe. A death signal of the kernel would follow the thread that
+    launched, not the process, and would leave the folder."""
 
-    def __init__(self, connection: Connection, process: subprocess.Popen, folder: Path):
+    # "$2", a folder of its own, stands in the command line of limberd, so no other process of that number is hit.
+    SCRIPT = """
+        read -r word && exit 0
+        i=0
+        while grep -qsF -- "$2/ready" "/proc/$1/cmdline" && [ $i -lt 50 ]; do
+            [ $i = 0 ] && kill -TERM "$1"
+            i=$((i + 1))
+            sleep 0.1
+        done
+        grep -qsF -- "$2/ready" "/proc/$1/cmdline" && kill -KILL "$1"
+        rm -rf -- "$2"
+    """
+
+    def __init__(self, pid: int, folder: Path):
+        # A session of its own: Ctrl-C in a terminal is not for it.
+        self._process = subprocess.Popen(["/bin/sh", "-c", self.SCRIPT, "limber-guard", str(pid), str(folder)],
+                                         stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+                                         start_new_session=True)
+
+    def dismiss(self) -> None:
+        """There is nothing to guard any more. May be called again."""
+        if self._process.stdin and not self._process.stdin.closed:
+            try:
+                self._process.communicate(b"done\n")
+            except BrokenPipeError:
+                pass  # somebody ended it
+        self._process.wait()
+
+
+class LaunchedServer(Server):
+    """A server of our own: leaving the context (or the interpreter) stops it, and so does the interpreter's death."""
+
+    def __init__(self, connection: Connection, process: subprocess.Popen, folder: Path, guard: Guard):
         self.process = process
+        self.guard = guard
         self.folder = folder
         super().__init__(connection)
         atexit.register(self.close)
@@ -55,6 +91,7 @@ class LaunchedServer(Server):
         super().close()
         atexit.unregister(self.close)
         stop(self.process)
+        self.guard.dismiss()
         shutil.rmtree(self.folder, ignore_errors=True)
 
 
@@ -71,7 +108,7 @@ def stop(process: subprocess.Popen, patience: float = 10.0) -> int:
 
 def launch(binary: "str | os.PathLike[str] | None" = None, *, transport: str = "ipc", arguments: Sequence[str] = (),
            cache_dir: "str | os.PathLike[str] | None" = None, timeout: float = 30.0) -> LaunchedServer:
-    """Starts a limberd of our own and connects to it.
+    """Starts a limberd of our own and connects to it. It ends with the server object, or with this process.
 
     binary: default see find_binary(); transport: "ipc" (sockets in a folder that goes with the server) or "tcp" (free
     ports on loopback, for other clients too); arguments: more options of limberd; cache_dir: for built models (default:
@@ -80,7 +117,9 @@ def launch(binary: "str | os.PathLike[str] | None" = None, *, transport: str = "
     """
     if transport not in ("ipc", "tcp"):
         raise invalid("transport", f'transport is "ipc" or "tcp", not {transport!r}')
-    binary = Path(binary) if binary else find_binary()
+    checks.duration(timeout, "timeout")
+    arguments = list(map(str, checks.several(arguments, "arguments")))
+    binary = checks.path(binary, "binary") if binary else find_binary()
     folder = Path(tempfile.mkdtemp(prefix="limber-"))
     if len(str(folder)) > 80:  # a socket's path has at most 107 bytes
         folder.rmdir()
@@ -90,17 +129,20 @@ def launch(binary: "str | os.PathLike[str] | None" = None, *, transport: str = "
     command = [str(binary), "--bind", bind, "--stream", stream, "--ready-file", str(folder / "ready"), *arguments]
     if cache_dir:
         command += ["--cache-dir", str(cache_dir)]
-    process = connection = None
+    process = connection = guard = None
     try:
         with open(folder / "limberd.log", "wb") as log:
             process = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=log, stderr=log)
+        guard = Guard(process.pid, folder)
         connection = Connection(_await_ready(process, folder, timeout))
-        return LaunchedServer(connection, process, folder)
+        return LaunchedServer(connection, process, folder, guard)
     except BaseException as error:
         if connection:
             connection.close()
         if process:
             stop(process)
+        if guard:
+            guard.dismiss()
         shutil.rmtree(folder, ignore_errors=True)
         if isinstance(error, OSError):
             raise LimberError("NOT_FOUND", f"cannot run {binary}: {error}") from error

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import socket
 import time
 
 import zmq
@@ -18,6 +19,8 @@ _EVENTS = (zmq.EVENT_CONNECTED | zmq.EVENT_CONNECT_RETRIED | zmq.EVENT_HANDSHAKE
 
 def advice(connection: Connection, patience: float = 0.5) -> str:
     """Tries a connection of its own, for at most `patience` seconds."""
+    if not _is_place(connection.endpoint):
+        return "the name of its host is not known, or its port is not within 1 to 65535"
     event = _last_event(connection, patience)
     if event in (None, zmq.EVENT_CONNECT_RETRIED):
         return "nothing listens there; `limber start` or limber.launch() starts one"
@@ -30,20 +33,33 @@ def advice(connection: Connection, patience: float = 0.5) -> str:
             "its --curve-allow file, or a limberd without keys look like this")
 
 
+def _is_place(endpoint: str) -> bool:
+    """libzmq tries for ever to reach a host that has no address and a port beyond 65535."""
+    host, _, port = endpoint.removeprefix("tcp://").rpartition(":")
+    if not endpoint.startswith("tcp://") or not host:
+        return True
+    if not (port.isascii() and port.isdigit() and 1 <= int(port) <= 65535):
+        return False
+    try:
+        return bool(socket.getaddrinfo(host.rpartition(";")[2].strip("[]"), None))
+    except (OSError, UnicodeError):
+        return False
+
+
 def _last_event(connection: Connection, patience: float) -> int | None:
     """Of a new connection: the first that says more than that something listens, else that, else none."""
     deadline = time.monotonic() + patience
     seen = None
-    with connection.context.socket(zmq.DEALER) as socket:
-        configure(socket, connection.keys)
-        monitor = socket.get_monitor_socket(_EVENTS)
+    with connection.context.socket(zmq.DEALER) as probe:
+        configure(probe, connection.keys)
+        monitor = probe.get_monitor_socket(_EVENTS)
         try:
-            socket.connect(connection.endpoint)
+            probe.connect(connection.endpoint)
             while monitor.poll(max(0, int(1000 * (deadline - time.monotonic())))):
                 seen = zmq.utils.monitor.recv_monitor_message(monitor)["event"]
                 if seen != zmq.EVENT_CONNECTED:
                     break
         finally:
-            socket.disable_monitor()
+            probe.disable_monitor()
             monitor.close()
     return seen

@@ -27,7 +27,7 @@ def mesh_file(path: "str | os.PathLike[str]", companions: Iterable["str | os.Pat
 
     companions: further files to send along, under their own names.
     """
-    path = Path(path)
+    path = checks.path(path, "mesh.path")
     message = messages.MeshFile(name=path.name, content=_read(path, "mesh.path"))
     beside = [path.with_suffix(suffix) for suffix in _COMPANIONS.get(path.suffix.lower(), ())]
     if path.suffix.lower() == ".veg":
@@ -42,7 +42,7 @@ def mesh_file(path: "str | os.PathLike[str]", companions: Iterable["str | os.Pat
 
 def load_scene(path: "str | os.PathLike[str]") -> "messages.Scene":
     """Reads a scene file (JSON form of limber.v1.Scene) and puts the bytes of the mesh it names in place of the path."""
-    path = Path(path)
+    path = checks.path(path, "scene")
     try:
         text = _read(path, "scene").decode("utf-8")
         scene = _parse(_each_key_once(json.loads(text, object_pairs_hook=_Pairs), "scene", str(path)), str(path))
@@ -79,6 +79,8 @@ def scene_from_mesh(mesh: Any, **options: Any) -> "messages.Scene":
         scene.mesh.file.CopyFrom(mesh_file(mesh))
         scene.name = scene.name or Path(mesh).stem
         return scene
+    if not hasattr(mesh, "cells") or not hasattr(mesh, "points"):
+        raise invalid("mesh", f"a mesh is a meshio.Mesh or the path of a mesh file, not {mesh!r}")
     tets = [np.asarray(block.data) for block in mesh.cells if block.type == "tetra"]
     if not tets:
         kinds = ", ".join(sorted({block.type for block in mesh.cells})) or "nothing"
@@ -100,8 +102,11 @@ def scene_from_arrays(nodes: Any, tets: Any, **options: Any) -> "messages.Scene"
         raise invalid("mesh.arrays.nodes", f"nodes have the shape {nodes.shape}, not (n, 3)")
     if tets.ndim != 2 or tets.shape[1] != 4 or not np.issubdtype(tets.dtype, np.integer):
         raise invalid("mesh.arrays.tets", f"tets are {tets.dtype} of shape {tets.shape}, not integers of shape (m, 4)")
-    if tets.size and (tets.min() < 0 or tets.max() >= len(nodes)):
-        raise LimberError("OUT_OF_RANGE", f"a tet names node {tets.max()} of {len(nodes)}", "mesh.arrays.tets")
+    outside = np.argwhere((tets < 0) | (tets >= len(nodes)))
+    if len(outside):
+        tet, corner = outside[0]
+        raise LimberError("OUT_OF_RANGE", f"tet {tet} names node {tets[tet, corner]}; the mesh has "
+                                          f"{len(nodes)} nodes, from 0", f"mesh.tets[{tet}]")
     scene = _scene(**options)
     scene.mesh.arrays.nodes.CopyFrom(arrays.to_message(nodes, np.float64))
     scene.mesh.arrays.tets.CopyFrom(arrays.to_message(tets, np.int32))
@@ -159,9 +164,10 @@ def _parse(value: Any, what: str) -> "messages.Scene":
     if not isinstance(value, Mapping):
         raise invalid("scene", f"{what} is no scene: a JSON object is expected")
     try:
-        return json_format.ParseDict(value, messages.Scene())
+        return json_format.ParseDict(checks.plain(value), messages.Scene())
     except (json_format.ParseError, TypeError, AttributeError) as error:
-        raise invalid("scene", f"{what} is no scene: {error}") from error
+        field, why = checks.json_fault(error)
+        raise invalid(f"scene{field}", f"{what} is no scene: {why}") from error
 
 
 def _read(path: Path, field: str) -> bytes:

@@ -79,6 +79,8 @@ class Server:
         """
         if (scene is None) == (sample is None):
             raise invalid("scene", "give either a scene or sample=")
+        checks.flag(wait, "wait")
+        checks.seconds(timeout, "timeout")
         message = self.sample(sample) if sample is not None else scenes.to_message(scene)
         request = service.OpenSessionRequest(scene=message, session=checks.text(session, "session"))
         response = self.connection.call("open_session", request, timeout=max(60.0, self.connection.timeout))
@@ -109,7 +111,7 @@ class Server:
     def wait_job(self, job: int, progress: ProgressOption = None, timeout: float = 600.0) -> "service.GetJobResponse":
         """Waits for a job's end; raises the error it failed with."""
         checks.whole(job, "job", most=2 ** 64 - 1)
-        deadline = time.monotonic() + checks.real(timeout, "timeout")
+        deadline = time.monotonic() + checks.seconds(timeout, "timeout")
         with Reporter(progress) as report:
             while True:
                 request = service.GetJobRequest(job=job, wait_s=0.2)
@@ -130,7 +132,9 @@ class Server:
     def tetrahedralize(self, surface: "str | os.PathLike[str]", tets: int = 5000, progress: ProgressOption = None,
                        timeout: float = 600.0) -> tuple[np.ndarray, np.ndarray]:
         """Nodes (n x 3) and tets (m x 4) that fill a closed triangle surface (.obj, .ply, .stl)."""
-        request = service.TetrahedralizeRequest(surface=scenes.mesh_file(surface), target_tets=checks.whole(tets, "tets"))
+        checks.seconds(timeout, "timeout")
+        request = service.TetrahedralizeRequest(surface=scenes.mesh_file(checks.path(surface, "surface")),
+                                                target_tets=checks.whole(tets, "tets"))
         job = self.connection.call("tetrahedralize", request, timeout=60.0).job
         try:
             mesh = self.wait_job(job, progress, timeout).mesh
@@ -177,11 +181,14 @@ def connect(endpoint: str | None = None, *, timeout: float = 10.0, connect_timeo
     """
     if (server_key is None) != (key is None):
         raise invalid("key", "server_key and key go together")
+    for name, value in (("server_key", server_key), ("key", key)):
+        if value is not None:
+            checks.path(value, name)
     keys = CurveKeys.read(server_key, key) if server_key is not None and key is not None else None
-    checks.real(connect_timeout, "connect_timeout")
+    checks.duration(connect_timeout, "connect_timeout")
     connection = Connection(endpoint or os.environ.get("LIMBER_ENDPOINT") or DEFAULT_ENDPOINT, keys, timeout)
     try:
-        return Server(connection, min(timeout, connect_timeout) / 2)  # the greeting is repeated once
+        return Server(connection, min(timeout, connect_timeout))
     except ServerUnreachable:
         why = advice(connection)
         connection.close()

@@ -206,8 +206,7 @@ class Session:
         until: "first" for the first such result, "final" for its final one (result.status says whether it converged). Raises LimberError TIMEOUT.
         """
         checks.one_of(until, _UNTIL, "until")
-        if not 0 < checks.real(timeout, "timeout_s") < float("inf"):
-            raise invalid("timeout_s", f"timeout must be > 0 s and finite, is {timeout}")
+        checks.duration(timeout, "timeout")
         wanted = self.revision if revision is None else checks.whole(revision, "revision", most=2 ** 64 - 1)
         request = service.WaitRequest(session=self.id, revision=wanted, until=_UNTIL[until], timeout_s=timeout)
         response = self.connection.call("wait", request, timeout=timeout + self.connection.timeout)
@@ -261,6 +260,8 @@ class Session:
             formats = (formats,)
         formats = [checks.one_of(name, _FORMATS, "formats") for name in checks.several(formats, "formats")]
         checks.text(stem, "stem")
+        target = checks.path(folder, "folder")
+        checks.duration(timeout, "timeout")
         written: dict[Path, None] = {}
         result: Result | None = None
         with Reporter(progress) as report:
@@ -273,7 +274,7 @@ class Session:
                     result = Result.from_message(response.result)
                     count = response.part_count
                     for file in response.files:
-                        written[write_exported(Path(folder), file)] = None
+                        written[write_exported(target, file)] = None
                     part += 1
                     report(f"exporting {name}", part / max(count, 1))
         return Export(tuple(written), result)
@@ -291,6 +292,7 @@ class Session:
 
     def wait_ready(self, progress: ProgressOption = None, timeout: float = 600.0) -> "service.SessionStatus":
         """Waits until the model is built and the scene as opened is solved. Raises what the build failed with."""
+        checks.seconds(timeout, "timeout")
         if self.job:
             self.server.wait_job(self.job, progress, timeout)
         status = self.status()

@@ -80,6 +80,19 @@ TEST(JsonText, BrokenTextIsOneSentenceOnOneLine) {
   }
 }
 
+TEST(JsonText, ACommaThatNothingFollowsIsRefusedAtItsPlace) {
+  const std::pair<const char*, const char*> cases[] = {
+      {R"({"frames": 100,})", "line 1 column 15"},
+      {"{\"fixed_nodes\": [1,\n 2 , ], \"frames\": 3}", "line 2 column 4"},
+      {"{\"name\": \",}\",\n}", "line 1 column 14"}};
+  for (const auto& [text, place] : cases) {
+    const auto fault = fault_of(text);
+    ASSERT_TRUE(fault) << text;
+    EXPECT_EQ(fault->message, std::string("not JSON: nothing follows the comma at ") + place);
+  }
+  EXPECT_FALSE(fault_of(R"({"name": ",}", "fixed_nodes": [1, 2]})"));
+}
+
 TEST(JsonText, NestingWithoutEndIsRefused) {
   for (const char* opening : {"[", "{\"a\":"}) {
     std::string text;

@@ -1,0 +1,74 @@
+"""A thread that empties a stream socket, whether anybody reads or not.
+
+libzmq 4.3.4 aborts the process (`_input_stopped`, `!_io_error`) when a socket whose queue is full, so that it stopped
+to read from the network, meets a missing heartbeat or the end of the server. So the queue of the socket has no end, and
+is always empty; what is bounded is the queue behind it.
+"""
+
+from __future__ import annotations
+
+import itertools
+import threading
+
+import zmq
+from google.protobuf.message import DecodeError
+
+from .messages import stream
+from .newest import Newest
+
+_numbers = itertools.count(1)
+
+
+class Reception:
+    """Puts what arrives on a connected SUB socket into a Newest. Owns the socket from now on."""
+
+    def __init__(self, context: zmq.Context, socket: zmq.Socket, frames_topic: bytes, status_topic: bytes):
+        self.newest = Newest()
+        self._topics = (frames_topic, status_topic)
+        self._lock = threading.RLock()  # the garbage collector may close what is being closed
+        address = f"inproc://limber-reception-{next(_numbers)}"
+        self._control = context.socket(zmq.PAIR)
+        self._control.linger = 0
+        self._control.bind(address)
+        stopped = context.socket(zmq.PAIR)
+        stopped.linger = 0
+        stopped.connect(address)
+        self._thread = threading.Thread(target=self._run, args=(socket, stopped), name="limber-stream", daemon=True)
+        self._thread.start()
+
+    def close(self) -> None:
+        """Ends the thread and the socket; who waits for frames is woken. May be called again, and by any thread."""
+        self.newest.close()
+        with self._lock:
+            if self._control.closed:
+                return
+            self._control.send(b"")
+            if threading.current_thread() is not self._thread:
+                self._thread.join()
+            self._control.close()
+
+    def _run(self, socket: zmq.Socket, stopped: zmq.Socket) -> None:
+        with socket, stopped:
+            poller = zmq.Poller()
+            poller.register(socket, zmq.POLLIN)
+            poller.register(stopped, zmq.POLLIN)
+            while True:
+                ready = dict(poller.poll())
+                if stopped in ready:
+                    return
+                if socket in ready:
+                    self._put(socket.recv_multipart())
+
+    def _put(self, parts: list[bytes]) -> None:
+        frames_topic, status_topic = self._topics
+        if parts[0] not in self._topics:
+            return  # subscriptions are prefixes
+        try:
+            message = stream.StreamMessage.FromString(parts[-1])
+        except DecodeError:
+            return
+        kind = message.WhichOneof("payload")
+        if kind == "frames" and parts[0] == frames_topic:
+            self.newest.put_frames(message.sequence, message.frames)
+        elif kind == "status" and parts[0] == status_topic:
+            self.newest.put_status(message.status)
