@@ -34,8 +34,8 @@ with limber.connect(sys.argv[1]) as server:
 def test_the_end_of_the_server_is_an_exception(launch, transport):
     server = launch(transport=transport)
     start = time.monotonic()
+    path = os.pathsep.join([os.path.dirname(__file__), *sys.path])
     ran = subprocess.run([sys.executable, "-c", UNREAD, server.connection.endpoint, str(server.process.pid)],
-                         env=dict(os.environ, PYTHONPATH=os.pathsep.join([os.path.dirname(__file__), *sys.path])), capture_output=True, text=True,
-                         timeout=50)
+                         env=dict(os.environ, PYTHONPATH=path), capture_output=True, text=True, timeout=50)
     assert (ran.returncode, ran.stdout.split()) == (0, ["8", "True", "True"]), ran.stderr
     assert time.monotonic() - start < 30
