@@ -171,7 +171,7 @@ void Service::wait(const proto::WaitRequest& request, const SharedTicket& ticket
   const auto until = request.until() == proto::WaitRequest::UNTIL_FIRST
                          ? ResultWaiters::Until::kFirst
                          : ResultWaiters::Until::kFinal;
-  demand_room_to_wait();
+  demand_room_to_wait(*ticket);
   record->waiters().wait(request.revision(), until, checked_seconds(timeout, "timeout_s"), ticket);
 }
 
