@@ -94,7 +94,7 @@ proto::OpenSessionResponse Service::open(const proto::OpenSessionRequest& reques
   const auto name = sessions_.reserve(request.session());
   DecodedScene decoded = decode(request.scene());
   proto::OpenSessionResponse response = remarks(request.scene(), decoded);
-  demand_memory(decoded.scene, "scene.", scene_limits(hub_.options.limits));
+  demand_memory(decoded.scene, scene_limits(hub_.options.limits));
   const std::string id = name->name();
   const JobId job = hub_.jobs.start("open_session", id, [this, id] {
     try {
