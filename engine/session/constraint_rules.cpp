@@ -50,25 +50,34 @@ ConstraintRules::ConstraintRules(const scene::Scene& scene)
 }
 
 void ConstraintRules::check(const scene::Constraint& constraint) const {
-  if (constraint.frame < 0 || constraint.frame >= frame_count_) {
-    throw Error(ErrorCode::kOutOfRange, "frame",
-                fmt::format("frame {} is outside 0 .. {}", constraint.frame, frame_count_ - 1));
-  }
+  check_frame(constraint.frame);
   check_nodes(constraint.nodes);
-  if (constraint.axes == 0 || constraint.axes > 7) {
-    throw Error(
-        ErrorCode::kInvalidArgument, "axes",
-        fmt::format(
-            "axes mask is {}, it must name at least one of x (1), y (2), z (4) and nothing else",
-            constraint.axes));
-  }
+  check_axes(constraint.axes);
   if (constraint.kind != scene::TargetKind::kDisplacement &&
       constraint.kind != scene::TargetKind::kPosition) {
     throw Error(ErrorCode::kInvalidArgument, "kind",
                 "the kind of target is neither displacement nor position");
   }
   check_target(constraint.target);
-  const double weight = constraint.weight;
+  check_weight(constraint.weight);
+}
+
+void ConstraintRules::check_frame(int frame) const {
+  if (frame >= 0 && frame < frame_count_) return;
+  throw Error(ErrorCode::kOutOfRange, "frame",
+              fmt::format("frame {} is outside 0 .. {}", frame, frame_count_ - 1));
+}
+
+void ConstraintRules::check_axes(unsigned axes) {
+  if (axes > 0 && axes <= 7) return;
+  throw Error(
+      ErrorCode::kInvalidArgument, "axes",
+      fmt::format(
+          "axes mask is {}, it must name at least one of x (1), y (2), z (4) and nothing else",
+          axes));
+}
+
+void ConstraintRules::check_weight(double weight) {
   if (!(weight > 0)) {
     throw Error(ErrorCode::kInvalidArgument, "weight",
                 fmt::format("weight is {}, it must be > 0 (infinity holds exactly)", weight));
@@ -147,11 +156,22 @@ void ConstraintRules::check_ends(End first, End last) const {
 }
 
 void ConstraintRules::check_dynamics(const scene::Dynamics& dynamics) {
+  check_frames_per_second(dynamics);
+  check_period(dynamics);
+  check_damping(dynamics);
+}
+
+void ConstraintRules::check_frames_per_second(const scene::Dynamics& dynamics) {
   demand_range("frames_per_second", dynamics.frames_per_second, 1e-6, 1e9, "in [1e-6, 1e9]");
-  if (dynamics.period_frames != 0) {
-    demand_range("period_frames", dynamics.period_frames, 1e-3, 1e9,
-                 "in [1e-3, 1e9], or 0 for the period that follows from the materials");
-  }
+}
+
+void ConstraintRules::check_period(const scene::Dynamics& dynamics) {
+  if (dynamics.period_frames == 0) return;
+  demand_range("period_frames", dynamics.period_frames, 1e-3, 1e9,
+               "in [1e-3, 1e9], or 0 for the period that follows from the materials");
+}
+
+void ConstraintRules::check_damping(const scene::Dynamics& dynamics) {
   demand_range("damping_ratio", dynamics.damping_ratio, 0, std::nextafter(1.0, 0.0), "in [0, 1)");
 }
 

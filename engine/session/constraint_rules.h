@@ -21,14 +21,21 @@ class ConstraintRules {
   void check_ends(scene::End first, scene::End last) const;
   static void check_dynamics(const scene::Dynamics& dynamics);
 
+  // The parts of check() and check_dynamics(), for whoever wants all that is wrong.
+  void check_frame(int frame) const;
+  void check_nodes(const std::vector<int>& nodes) const;
+  static void check_axes(unsigned axes);
+  static void check_weight(double weight);
+  static void check_frames_per_second(const scene::Dynamics& dynamics);
+  static void check_period(const scene::Dynamics& dynamics);
+  static void check_damping(const scene::Dynamics& dynamics);
+
   /// Why a constraint that check() accepts moves nothing: its frame is held by an end, all its
   /// nodes are fixed. Fields as in check().
   [[nodiscard]] std::vector<scene::Issue> warnings(const scene::Constraint& constraint,
                                                    scene::End first, scene::End last) const;
 
  private:
-  void check_nodes(const std::vector<int>& nodes) const;
-
   int frame_count_;
   double reach_;             // bound of |target_axis| [scene length unit]
   std::vector<char> used_;   // per source node

@@ -81,7 +81,6 @@ void DocumentLimits::validate() const {
 }
 
 std::vector<scene::Issue> document_issues(const scene::Scene& scene) {
-  constexpr std::size_t kMostIssues = 20;
   std::vector<scene::Issue> issues;
   const auto note = [&](const std::string& prefix, const auto& check) {
     try {
@@ -93,10 +92,21 @@ std::vector<scene::Issue> document_issues(const scene::Scene& scene) {
   };
   const ConstraintRules rules(scene);
   note("", [&] { rules.check_ends(scene.first_end, scene.last_end); });
-  note("dynamics.", [&] { ConstraintRules::check_dynamics(scene.dynamics); });
+  note("dynamics.", [&] { ConstraintRules::check_frames_per_second(scene.dynamics); });
+  note("dynamics.", [&] { ConstraintRules::check_period(scene.dynamics); });
+  note("dynamics.", [&] { ConstraintRules::check_damping(scene.dynamics); });
   note("", [&] { check_model(scene); });
-  for (std::size_t i = 0; i < scene.constraints.size() && issues.size() < kMostIssues; ++i)
-    note(fmt::format("constraints[{}].", i), [&] { rules.check(scene.constraints[i]); });
+  const bool body = scene.mesh.node_count() > 0;
+  for (std::size_t i = 0; i < scene.constraints.size(); ++i) {
+    const scene::Constraint& constraint = scene.constraints[i];
+    const std::string prefix = fmt::format("constraints[{}].", i);
+    note(prefix, [&] { rules.check_frame(constraint.frame); });
+    note(prefix, [&] { ConstraintRules::check_axes(constraint.axes); });
+    note(prefix, [&] { ConstraintRules::check_weight(constraint.weight); });
+    if (!body) continue;  // no node is in range, no target in reach
+    note(prefix, [&] { rules.check_nodes(constraint.nodes); });
+    note(prefix, [&] { rules.check_target(constraint.target); });
+  }
   return issues;
 }
 

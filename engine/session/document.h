@@ -24,7 +24,7 @@ struct DocumentLimits {
 };
 
 /// What a document refuses in a scene besides what scene::validate() says of it: constraints, ends,
-/// dynamics and model sizes that no edit or build takes. The first error of each constraint.
+/// dynamics and model sizes that no edit or build takes. The first error of each member.
 [[nodiscard]] std::vector<scene::Issue> document_issues(const scene::Scene& scene);
 
 /// A scene under edits: what the session's answers are made of. Not thread-safe, solves nothing,

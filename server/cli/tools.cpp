@@ -50,7 +50,8 @@ int validate_file(const fs::path& file) {
     issues = scene_issues(scene_from_json(scene::read_bytes(file)), "",
                           scene_limits(ServiceLimits{}), local_loader(file));
   } catch (const Refusal& fault) {
-    print_error(fault.code(), fault.field(), fault.what());
+    // No field where it is no JSON at all: the file is what is wrong.
+    print_error(fault.code(), fault.field().empty() ? file.string() : fault.field(), fault.what());
     return 1;
   }
   bool usable = true;

@@ -15,6 +15,9 @@ int decode_index(std::uint32_t value, const std::string& field) {
   return static_cast<int>(value);
 }
 
+/// Stands in for an index that is too large: as far out of range, so that it passes for no other.
+constexpr int kNoIndex = std::numeric_limits<int>::max();
+
 unsigned decode_axes(const proto::Constraint& message, const std::string& field) {
   if (message.axes_size() == 0) return 7;
   unsigned axes = 0;
@@ -52,16 +55,23 @@ void decode_target(const proto::Constraint& message, const std::string& field,
 }  // namespace
 
 scene::Constraint decode_constraint(const proto::Constraint& message, const std::string& field) {
+  Faults faults(Faults::Mode::kThrow);
+  return decode_constraint(message, field, faults);
+}
+
+scene::Constraint decode_constraint(const proto::Constraint& message, const std::string& field,
+                                    Faults& faults) {
   scene::Constraint constraint;
   constraint.id = message.id();
-  constraint.frame = decode_index(message.frame(), field + ".frame");
-  constraint.nodes.reserve(static_cast<std::size_t>(message.nodes_size()));
-  for (int i = 0; i < message.nodes_size(); ++i) {
-    constraint.nodes.push_back(
-        decode_index(message.nodes(i), fmt::format("{}.nodes[{}]", field, i)));
-  }
-  constraint.axes = decode_axes(message, field);
-  decode_target(message, field, constraint);
+  constraint.frame = kNoIndex;
+  faults.try_to([&] { constraint.frame = decode_index(message.frame(), field + ".frame"); });
+  constraint.nodes.assign(static_cast<std::size_t>(message.nodes_size()), kNoIndex);
+  faults.try_each(field + ".nodes", message.nodes_size(), [&](int i) {
+    constraint.nodes[static_cast<std::size_t>(i)] =
+        decode_index(message.nodes(i), fmt::format("{}.nodes[{}]", field, i));
+  });
+  faults.try_to([&] { constraint.axes = decode_axes(message, field); });
+  faults.try_to([&] { decode_target(message, field, constraint); });
   if (message.enforcement_case() == proto::Constraint::kWeight) {
     constraint.weight = message.weight();
   } else if (message.enforcement_case() == proto::Constraint::kExact && message.exact()) {

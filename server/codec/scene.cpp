@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <limits>
+#include <unordered_map>
 
 #include "server/codec/arrays.h"
 
@@ -32,52 +33,59 @@ proto::Material encode_material(const bodies::Material& material) {
   return message;
 }
 
-scene::ModelRequest decode_model(const proto::ModelRequest& message, const std::string& field) {
+scene::ModelRequest decode_model(const proto::ModelRequest& message, const std::string& field,
+                                 Faults& faults) {
   scene::ModelRequest model;
-  if (message.has_modes()) model.mode_count = decode_count(message.modes(), field + ".modes");
+  const auto read = [&](std::uint32_t value, const char* name, int& into) {
+    faults.try_to([&] { into = decode_count(value, field + name); });
+  };
+  if (message.has_modes()) read(message.modes(), ".modes", model.mode_count);
   if (message.has_tolerance()) model.tolerance = message.tolerance();
-  model.basis_size = decode_count(message.basis_size(), field + ".basis_size");
-  model.cubature_size = decode_count(message.cubature_size(), field + ".cubature_size");
+  read(message.basis_size(), ".basis_size", model.basis_size);
+  read(message.cubature_size(), ".cubature_size", model.cubature_size);
   if (message.cubature() == proto::CUBATURE_WEIGHTS) model.cubature = scene::Cubature::kWeights;
   return model;
 }
 
 /// Groups override what the mesh brings: tets of no group keep the mesh's material, or the scene's.
 void apply_groups(const proto::Scene& message, const std::string& prefix,
-                  const bodies::Material& fallback, bodies::TetMesh& mesh) {
+                  const bodies::Material& fallback, bodies::TetMesh& mesh, Faults& faults) {
   if (message.material_groups_size() == 0) return;
   const auto tets = static_cast<std::size_t>(mesh.tet_count());
   if (mesh.materials.empty()) {
     mesh.materials = {fallback};
     mesh.tet_material.assign(tets, 0);
   }
-  std::vector<int> group_of(tets, -1);
+  std::unordered_map<std::size_t, int> group_of;  // without a mesh, too, no tet is in two groups
   for (int g = 0; g < message.material_groups_size(); ++g) {
     const auto& group = message.material_groups(g);
+    const std::string list = fmt::format("{}material_groups[{}].tets", prefix, g);
     mesh.materials.push_back(decode_material(group.material()));
-    for (int i = 0; i < group.tets_size(); ++i) {
-      const auto field = [&] {
-        return fmt::format("{}material_groups[{}].tets[{}]", prefix, g, i);
-      };
+    faults.try_each(list, group.tets_size(), [&](int i) {
       const std::size_t tet = group.tets(i);
-      if (tet >= tets) {
-        throw Refusal(proto::ERROR_CODE_OUT_OF_RANGE, field(),
+      if (tets > 0 && tet >= tets) {
+        throw Refusal(proto::ERROR_CODE_OUT_OF_RANGE, fmt::format("{}[{}]", list, i),
                       fmt::format("tet {} of {}", tet, tets));
       }
-      if (group_of[tet] >= 0 && group_of[tet] != g) {
-        throw invalid(field(), fmt::format("tet {} is in group {} too", tet, group_of[tet]));
+      const int owner = group_of.try_emplace(tet, g).first->second;
+      if (owner != g) {
+        throw invalid(fmt::format("{}[{}]", list, i),
+                      fmt::format("tet {} is in group {} too", tet, owner));
       }
-      group_of[tet] = g;
-      mesh.tet_material[tet] = static_cast<int>(mesh.materials.size()) - 1;
-    }
+      if (tets > 0) mesh.tet_material[tet] = static_cast<int>(mesh.materials.size()) - 1;
+    });
   }
 }
 
-void check_limits(const proto::Scene& message, const std::string& prefix,
+void check_frames(const proto::Scene& message, const std::string& prefix,
                   const SceneLimits& limits) {
   if (limits.frames > 0 && message.frames() > limits.frames) {
     throw limit_exceeded(prefix + "frames", "frames", limits.frames, message.frames());
   }
+}
+
+void check_constraints(const proto::Scene& message, const std::string& prefix,
+                       const SceneLimits& limits) {
   const auto constraints = static_cast<std::uint64_t>(message.constraints_size());
   if (limits.constraints > 0 && constraints > limits.constraints) {
     throw limit_exceeded(prefix + "constraints", "constraints", limits.constraints, constraints);
@@ -96,12 +104,24 @@ LoadedMesh load(const proto::MeshSource& source, const std::string& field,
   }
 }
 
+LoadedMesh load_within(const proto::MeshSource& source, const std::string& field,
+                       const SceneLimits& limits, const MeshLoader& load_mesh) {
+  LoadedMesh loaded = load(source, field, load_mesh);
+  const auto tets = static_cast<std::uint64_t>(loaded.mesh.tet_count());
+  if (limits.mesh_tets > 0 && tets > limits.mesh_tets)
+    throw limit_exceeded(field, "tets", limits.mesh_tets, tets);
+  return loaded;
+}
+
 Eigen::MatrixXd decode_base_motion(const proto::BaseMotion& message, const std::string& field,
                                    const scene::Scene& scene, const Pc2Reader& read_pc2) {
   const int nodes = scene.mesh.node_count();
   Eigen::MatrixXd positions;
+  const bool comparable = nodes > 0;
   switch (message.source_case()) {
     case proto::BaseMotion::kPositions:
+      check_array(message.positions(), field + ".positions", 3);
+      if (!comparable) return {};
       positions =
           decode_motion(message.positions(), field + ".positions", nodes, scene.frame_count);
       break;
@@ -111,6 +131,7 @@ Eigen::MatrixXd decode_base_motion(const proto::BaseMotion& message, const std::
     case proto::BaseMotion::SOURCE_NOT_SET:
       return {};
   }
+  if (!comparable) return {};
   if (positions.rows() != 3 * static_cast<Eigen::Index>(nodes) ||
       positions.cols() != scene.frame_count) {
     throw invalid(
@@ -180,36 +201,49 @@ proto::Dynamics encode_dynamics(const scene::Dynamics& dynamics) {
 DecodedScene decode_scene(const proto::Scene& message, const std::string& prefix,
                           const SceneLimits& limits, const MeshLoader& load_mesh,
                           const Pc2Reader& read_pc2) {
-  check_limits(message, prefix, limits);
-  scene::Scene scene;
+  Faults faults(Faults::Mode::kThrow);
+  return decode_scene(message, prefix, limits, load_mesh, read_pc2, faults);
+}
+
+DecodedScene decode_scene(const proto::Scene& message, const std::string& prefix,
+                          const SceneLimits& limits, const MeshLoader& load_mesh,
+                          const Pc2Reader& read_pc2, Faults& faults) {
+  DecodedScene decoded;
+  scene::Scene& scene = decoded.scene;
+  faults.try_to([&] { check_frames(message, prefix, limits); });
+  const bool few = faults.try_to([&] { check_constraints(message, prefix, limits); });
   scene.name = message.name();
   if (message.has_length_unit_in_metres())
     scene.length_unit_in_metres = message.length_unit_in_metres();
   scene.material = decode_material(message.material());
   if (message.has_merge_tolerance()) scene.merge_tolerance = message.merge_tolerance();
-  scene.frame_count = decode_count(message.frames(), prefix + "frames");
+  scene.frame_count = std::numeric_limits<int>::max();
+  faults.try_to([&] { scene.frame_count = decode_count(message.frames(), prefix + "frames"); });
   scene.first_end = decode_end(message.first_end());
   scene.last_end = decode_end(message.last_end());
   scene.dynamics = decode_dynamics(message.dynamics());
-  scene.model = decode_model(message.model(), prefix + "model");
-  for (int i = 0; i < message.fixed_nodes_size(); ++i) {
-    scene.fixed_nodes.push_back(
-        decode_count(message.fixed_nodes(i), fmt::format("{}fixed_nodes[{}]", prefix, i)));
+  scene.model = decode_model(message.model(), prefix + "model", faults);
+  scene.fixed_nodes.assign(static_cast<std::size_t>(message.fixed_nodes_size()),
+                           std::numeric_limits<int>::max());
+  faults.try_each(prefix + "fixed_nodes", message.fixed_nodes_size(), [&](int i) {
+    scene.fixed_nodes[static_cast<std::size_t>(i)] =
+        decode_count(message.fixed_nodes(i), fmt::format("{}fixed_nodes[{}]", prefix, i));
+  });
+  for (int i = 0; few && i < message.constraints_size(); ++i) {
+    scene.constraints.push_back(decode_constraint(
+        message.constraints(i), fmt::format("{}constraints[{}]", prefix, i), faults));
   }
-  for (int i = 0; i < message.constraints_size(); ++i) {
-    scene.constraints.push_back(
-        decode_constraint(message.constraints(i), fmt::format("{}constraints[{}]", prefix, i)));
-  }
-  LoadedMesh loaded = load(message.mesh(), prefix + "mesh", load_mesh);
-  scene.mesh = std::move(loaded.mesh);
-  const auto tets = static_cast<std::uint64_t>(scene.mesh.tet_count());
-  if (limits.mesh_tets > 0 && tets > limits.mesh_tets) {
-    throw limit_exceeded(prefix + "mesh", "tets", limits.mesh_tets, tets);
-  }
-  apply_groups(message, prefix, scene.material, scene.mesh);
-  scene.base_motion =
-      decode_base_motion(message.base_motion(), prefix + "base_motion", scene, read_pc2);
-  return {std::move(scene), std::move(loaded.warnings)};
+  faults.try_to([&] {
+    LoadedMesh loaded = load_within(message.mesh(), prefix + "mesh", limits, load_mesh);
+    scene.mesh = std::move(loaded.mesh);
+    decoded.mesh_warnings = std::move(loaded.warnings);
+  });
+  apply_groups(message, prefix, scene.material, scene.mesh, faults);
+  faults.try_to([&] {
+    scene.base_motion =
+        decode_base_motion(message.base_motion(), prefix + "base_motion", scene, read_pc2);
+  });
+  return decoded;
 }
 
 proto::Scene encode_scene(const scene::Scene& scene) {

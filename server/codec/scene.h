@@ -6,6 +6,7 @@
 #include "engine/scene/scene.h"
 #include "limber/v1/scene.pb.h"
 #include "server/codec/errors.h"
+#include "server/codec/faults.h"
 
 namespace limber::server {
 
@@ -43,6 +44,11 @@ struct DecodedScene {
 [[nodiscard]] DecodedScene decode_scene(const proto::Scene& message, const std::string& prefix,
                                         const SceneLimits& limits, const MeshLoader& load_mesh,
                                         const Pc2Reader& read_pc2);
+/// The same; where `faults` collects, what could not be read has a default in its place. A mesh
+/// that could not be read has no nodes, and what depends on it is not compared with it.
+[[nodiscard]] DecodedScene decode_scene(const proto::Scene& message, const std::string& prefix,
+                                        const SceneLimits& limits, const MeshLoader& load_mesh,
+                                        const Pc2Reader& read_pc2, Faults& faults);
 
 /// Where a mesh comes as arrays. @throws Refusal
 [[nodiscard]] bodies::TetMesh decode_mesh(const proto::MeshArrays& message,
@@ -57,6 +63,8 @@ struct DecodedScene {
 
 [[nodiscard]] scene::Constraint decode_constraint(const proto::Constraint& message,
                                                   const std::string& field);
+[[nodiscard]] scene::Constraint decode_constraint(const proto::Constraint& message,
+                                                  const std::string& field, Faults& faults);
 [[nodiscard]] proto::Constraint encode_constraint(const scene::Constraint& constraint);
 [[nodiscard]] scene::End decode_end(proto::EndCondition end);
 [[nodiscard]] proto::EndCondition encode_end(scene::End end);

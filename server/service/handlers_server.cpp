@@ -33,8 +33,7 @@ proto::GetServerInfoResponse Service::server_info() const {
   out["replaced"] = counters.replaced.load();
   out["forced"] = counters.forced.load();
   out["refused_handshakes"] = counters.refused_handshakes.load();
-  out["open_requests"] =
-      static_cast<std::uint64_t>(std::max<std::int64_t>(0, hub_.open_tickets.load()));
+  out["open_requests"] = hub_.open_requests.total();
   return info;
 }
 
@@ -46,7 +45,7 @@ double Service::checked_seconds(double seconds, const char* field) {
 }
 
 void Service::get_job(const proto::GetJobRequest& request, const SharedTicket& ticket) {
-  if (request.wait_s() > 0) demand_room_to_wait();
+  if (request.wait_s() > 0) demand_room_to_wait(*ticket);
   hub_.jobs.get(request.job(), checked_seconds(request.wait_s(), "wait_s"), ticket);
 }
 

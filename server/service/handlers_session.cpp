@@ -94,7 +94,7 @@ proto::OpenSessionResponse Service::open(const proto::OpenSessionRequest& reques
   const auto name = sessions_.reserve(request.session());
   DecodedScene decoded = decode(request.scene());
   proto::OpenSessionResponse response = remarks(request.scene(), decoded);
-  demand_memory(decoded.scene, "scene.", scene_limits(hub_.options.limits));
+  demand_memory(decoded.scene, scene_limits(hub_.options.limits));
   const std::string id = name->name();
   const JobId job = hub_.jobs.start("open_session", id, [this, id] {
     try {
@@ -171,7 +171,7 @@ void Service::wait(const proto::WaitRequest& request, const SharedTicket& ticket
   const auto until = request.until() == proto::WaitRequest::UNTIL_FIRST
                          ? ResultWaiters::Until::kFirst
                          : ResultWaiters::Until::kFinal;
-  demand_room_to_wait();
+  demand_room_to_wait(*ticket);
   record->waiters().wait(request.revision(), until, checked_seconds(timeout, "timeout_s"), ticket);
 }
 

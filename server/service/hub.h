@@ -6,6 +6,7 @@
 
 #include "engine/session/model_cache.h"
 #include "server/service/job_registry.h"
+#include "server/service/open_requests.h"
 #include "server/service/options.h"
 #include "server/transport/transport.h"
 
@@ -22,8 +23,7 @@ struct Hub {
   Transport transport;
   JobRegistry jobs;
   std::shared_ptr<session::ModelCache> cache;
-  std::atomic<std::int64_t> open_tickets{0};
-  std::atomic<std::int64_t> queued_bytes{0};  // of heavy requests
+  OpenRequests open_requests;
   std::atomic<bool> stopping{false};
   const std::chrono::steady_clock::time_point started = std::chrono::steady_clock::now();
   // Last, so that their threads end before anything they use does.

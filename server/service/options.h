@@ -19,6 +19,7 @@ struct ServiceLimits {
   std::uint32_t jobs = 8;                           // running at once
   std::uint64_t session_bytes = 8ull << 30;         // estimated before a session is built
   std::uint32_t waits = 10'000;                     // requests that wait for a result or a job
+  std::uint32_t client_requests = 1000;             // of one client that wait or run
   std::uint64_t queued_request_bytes = 1ull << 30;  // of heavy requests that wait for a thread
 };
 

@@ -1,6 +1,8 @@
 #include "server/service/scene_files.h"
 
+#include <algorithm>
 #include <set>
+#include <utility>
 
 #include "engine/scene/formats/point_cache.h"
 #include "engine/scene/samples/samples.h"
@@ -21,8 +23,9 @@ proto::Issue error_issue(proto::ErrorCode code, const std::string& field,
   return issue;
 }
 
-/// "constraints[3]" of "constraints[3].nodes[1]": what one complaint about is enough.
-std::string head_of(const std::string& field) { return field.substr(0, field.find('.')); }
+bool is_of_mesh(const std::string& prefix, const std::string& field) {
+  return field == prefix + "mesh" || field.starts_with(prefix + "mesh.");
+}
 
 bool is_error(const scene::Issue& issue) {
   return issue.severity == scene::Issue::Severity::kError;
@@ -34,22 +37,20 @@ std::vector<scene::Issue> all_issues(const scene::Scene& scene) {
   auto issues = scene::validate(scene);
   std::set<std::string> complained;
   for (const auto& issue : issues) {
-    if (is_error(issue)) complained.insert(head_of(issue.field));
+    if (is_error(issue)) complained.insert(issue.field);
   }
   // Too few frames for the ends: said of the frames already.
   if (complained.contains("frames")) complained.insert("last_end");
   for (auto& issue : session::document_issues(scene)) {
-    if (!complained.contains(head_of(issue.field))) issues.push_back(std::move(issue));
+    if (!complained.contains(issue.field)) issues.push_back(std::move(issue));
   }
   return issues;
 }
 
-void demand_memory(const scene::Scene& scene, const std::string& prefix,
-                   const SceneLimits& limits) {
+void demand_memory(const scene::Scene& scene, const SceneLimits& limits) {
   const std::uint64_t bytes = estimate_session_bytes(scene);
   if (limits.session_bytes == 0 || bytes <= limits.session_bytes) return;
-  const std::string field = prefix.empty() ? "" : prefix.substr(0, prefix.size() - 1);
-  throw limit_exceeded(field, "estimated bytes of the session", limits.session_bytes, bytes);
+  throw limit_exceeded("scene", "estimated bytes of the session", limits.session_bytes, bytes);
 }
 
 proto::Scene sample_scene(const std::string& name) {
@@ -64,21 +65,34 @@ Eigen::MatrixXd read_pc2_positions(const std::string& bytes, const std::string& 
 
 std::vector<proto::Issue> scene_issues(const proto::Scene& scene, const std::string& prefix,
                                        const SceneLimits& limits, const MeshLoader& load_mesh) {
+  Faults faults(Faults::Mode::kCollect);
+  const DecodedScene decoded =
+      decode_scene(scene, prefix, limits, load_mesh, read_pc2_positions, faults);
   std::vector<proto::Issue> issues;
-  try {
-    const DecodedScene decoded = decode_scene(scene, prefix, limits, load_mesh, read_pc2_positions);
-    for (const auto& text : decoded.mesh_warnings)
-      issues.push_back(encode_warning(prefix + "mesh", text));
-    for (auto issue : all_issues(decoded.scene)) {
-      issue.field = field_in(scene, decoded.scene, issue.field);
-      issues.push_back(encode_issue(issue, prefix));
-    }
-    demand_memory(decoded.scene, prefix, limits);
-  } catch (const Refusal& fault) {  // what cannot even be read is an issue too
-    issues.push_back(error_issue(fault.code(), fault.field(), fault.what()));
-  } catch (const Error& fault) {
-    issues.push_back(error_issue(to_proto(fault.code()), fault.field(), fault.what()));
+  std::set<std::string> complained;  // one complaint about a field is enough
+  for (const auto& fault : faults.found()) {
+    if (complained.insert(fault.field).second)
+      issues.push_back(error_issue(fault.code, fault.field, fault.message));
   }
+  const bool no_mesh =
+      std::any_of(complained.begin(), complained.end(),
+                  [&](const std::string& field) { return is_of_mesh(prefix, field); });
+  for (const auto& text : decoded.mesh_warnings)
+    issues.push_back(encode_warning(prefix + "mesh", text));
+  std::set<std::pair<std::string, std::string>> said;
+  for (auto issue : all_issues(decoded.scene)) {
+    issue.field = field_in(scene, decoded.scene, issue.field);
+    proto::Issue message = encode_issue(issue, prefix);
+    if (complained.contains(message.field()) || (no_mesh && is_of_mesh(prefix, message.field())))
+      continue;
+    if (said.emplace(message.field(), message.message()).second)
+      issues.push_back(std::move(message));
+  }
+  if (!faults.found().empty()) return issues;  // what was not read has no size
+  Faults memory(Faults::Mode::kCollect);
+  memory.try_to([&] { demand_memory(decoded.scene, limits); });
+  for (const auto& fault : memory.found())
+    issues.push_back(error_issue(fault.code, fault.field, fault.message));
   return issues;
 }
 

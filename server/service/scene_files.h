@@ -18,10 +18,10 @@ namespace limber::server {
 /// What scene::validate() finds, and what only a session would refuse. Fields are the engine's.
 [[nodiscard]] std::vector<scene::Issue> all_issues(const scene::Scene& scene);
 /// @throws Refusal LIMIT_EXCEEDED for a scene whose session would take more memory than it may
-void demand_memory(const scene::Scene& scene, const std::string& prefix, const SceneLimits& limits);
+void demand_memory(const scene::Scene& scene, const SceneLimits& limits);
 
-/// Everything that can be said of a scene before it is opened: what cannot be read, or all that
-/// validation finds.
+/// Everything that can be said of a scene before it is opened: what cannot be read, and all that
+/// validation finds in the rest. The first error is the one that opening is refused with.
 /// @param prefix  of fields, "scene." or empty
 [[nodiscard]] std::vector<proto::Issue> scene_issues(const proto::Scene& scene,
                                                      const std::string& prefix,

@@ -15,12 +15,12 @@ Server::Server(ServerOptions options)
       control_work_(boost::asio::make_work_guard(hub_.control)) {
   tell_status_again();
   control_thread_ = std::thread([this] { hub_.control.run(); });
-  hub_.transport.start(
-      {[this](Address address, zmq::message_t payload) {
-         service_.handle(std::move(address), std::move(payload));
-       },
-       [this](const std::string& prefix) { service_.subscribed(prefix); },
-       [this](const Address& address) { return service_.overflow_reply(address); }});
+  hub_.transport.start({[this](Address address, zmq::message_t payload) {
+                          service_.handle(std::move(address), std::move(payload));
+                        },
+                        [this](const std::string& prefix) { service_.subscribed(prefix); },
+                        [this](const Address& address) { return service_.overflow_reply(address); },
+                        [this](const std::string& client) { service_.gone(client); }});
 }
 
 Server::~Server() {
@@ -58,6 +58,7 @@ Server::Ending Server::run() {
 
 /// Who waits is told the true reason before the cancellations would give another.
 void Server::refuse_and_cancel() {
+  service_.refuse_waiting(shutting_down());
   const auto records = service_.sessions().all();
   for (const auto& record : records) {
     record->waiters().refuse_all(shutting_down(), ResultWaiters::Later::kRefuse);
@@ -98,10 +99,10 @@ bool Server::close_sessions(Clock::time_point deadline) {
 }
 
 bool Server::answer_everybody(Clock::time_point deadline) {
-  while (hub_.open_tickets.load() > 0 && Clock::now() < deadline) {
+  while (hub_.open_requests.total() > 0 && Clock::now() < deadline) {
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
   }
-  return hub_.open_tickets.load() == 0;
+  return hub_.open_requests.total() == 0;
 }
 
 Server::Ending Server::shut_down() {

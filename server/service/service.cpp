@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <boost/asio/post.hpp>
 
 #include "limber/v1/stream.pb.h"
@@ -65,12 +64,14 @@ Service::Service(Hub& hub, std::function<void()> request_stop)
     : hub_(hub),
       request_stop_(std::move(request_stop)),
       meshes_(hub.options.mesh_roots),
-      sessions_(hub.options.limits.sessions) {}
+      sessions_(hub.options.limits.sessions),
+      heavy_(hub.request_pool, hub.options.request_threads, hub.options.limits.queued_request_bytes,
+             [this](HeavyRequests::Request request) { work_on(std::move(request)); }) {}
 
 void Service::handle(Address address, zmq::message_t payload) noexcept try {
   const RequestPeek peek = peek_request(payload.to_string_view());
   const Address original = address;
-  const auto ticket = std::make_shared<Ticket>(hub_.transport, hub_.counters, hub_.open_tickets,
+  const auto ticket = std::make_shared<Ticket>(hub_.transport, hub_.counters, hub_.open_requests,
                                                std::move(address), peek.id);
   try {
     if (payload.size() > hub_.options.transport.message_bytes) {
@@ -99,26 +100,16 @@ void Service::dispatch(const SharedTicket& ticket, int body, zmq::message_t payl
     }
     return answer(ticket, parse(payload));
   }
-  const auto bytes = static_cast<std::int64_t>(payload.size());
-  const auto queued = hub_.queued_bytes.fetch_add(bytes) + bytes;
-  const std::shared_ptr<void> release(nullptr,
-                                      [this, bytes](void*) { hub_.queued_bytes.fetch_sub(bytes); });
-  const auto limit = static_cast<std::int64_t>(hub_.options.limits.queued_request_bytes);
-  if (queued > limit && queued > bytes) {
-    throw limit_exceeded("", "bytes of requests that wait for a thread",
-                         static_cast<std::uint64_t>(limit), static_cast<std::uint64_t>(queued));
-  }
-  boost::asio::post(hub_.request_pool,
-                    [this, ticket, release, message = std::move(payload)]() mutable {
-                      dispatch_heavy(ticket, std::move(message));
-                    });
+  demand_room_of_client(*ticket);
+  heavy_.add({ticket, std::move(payload)});
 }
 
-void Service::dispatch_heavy(const SharedTicket& ticket, zmq::message_t payload) {
+void Service::work_on(HeavyRequests::Request heavy) {
+  const auto& ticket = heavy.ticket;
   try {
     if (hub_.stopping.load()) throw shutting_down();
-    const Request request = parse(payload);
-    payload.rebuild();  // its bytes live on in the request
+    const Request request = parse(heavy.payload);
+    heavy.payload.rebuild();  // its bytes live on in the request
     answer(ticket, request);
   } catch (const Refusal& refusal) {
     if (refusal.code() == proto::ERROR_CODE_MALFORMED)
@@ -199,11 +190,26 @@ void Service::subscribed(const std::string& prefix) {
   }
 }
 
-void Service::demand_room_to_wait() const {
-  const auto waiting =
-      static_cast<std::uint64_t>(std::max<std::int64_t>(0, hub_.open_tickets.load()));
+void Service::gone(const std::string& client) {
+  for (auto& request : heavy_.take(client)) request.ticket->abandon();
+}
+
+void Service::refuse_waiting(const Refusal& refusal) {
+  for (auto& request : heavy_.take_all()) request.ticket->refuse(refusal);
+}
+
+void Service::demand_room_of_client(const Ticket& ticket) const {
+  const std::uint64_t open = hub_.open_requests.of(ticket.client());
+  const std::uint64_t limit = hub_.options.limits.client_requests;
+  if (open > limit)
+    throw limit_exceeded("body", "requests of this client that wait or run", limit, open);
+}
+
+void Service::demand_room_to_wait(const Ticket& ticket) const {
+  demand_room_of_client(ticket);
+  const std::uint64_t waiting = hub_.open_requests.total();
   const std::uint64_t limit = hub_.options.limits.waits;
-  if (waiting > limit) throw limit_exceeded("", "requests that wait", limit, waiting);
+  if (waiting > limit) throw limit_exceeded("body", "requests that wait", limit, waiting);
 }
 
 std::string Service::overflow_reply(const Address& address) const {

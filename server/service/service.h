@@ -6,6 +6,7 @@
 #include "engine/scene/tetrahedralize/tetrahedralize.h"
 #include "limber/v1/service.pb.h"
 #include "server/codec/scene.h"
+#include "server/service/heavy_requests.h"
 #include "server/service/hub.h"
 #include "server/service/mesh_sources.h"
 #include "server/service/session_registry.h"
@@ -25,6 +26,11 @@ class Service {
   void handle(Address address, zmq::message_t payload) noexcept;
   void subscribed(const std::string& prefix);
   [[nodiscard]] std::string overflow_reply(const Address& address) const;
+  /// A reply did not reach this client: what it has waiting for a thread is dropped.
+  void gone(const std::string& client);
+
+  /// Any thread: those that wait for a thread.
+  void refuse_waiting(const Refusal& refusal);
 
   [[nodiscard]] SessionRegistry& sessions() { return sessions_; }
 
@@ -32,7 +38,7 @@ class Service {
   using Request = proto::Request;
 
   void dispatch(const SharedTicket& ticket, int body, zmq::message_t payload);
-  void dispatch_heavy(const SharedTicket& ticket, zmq::message_t payload);
+  void work_on(HeavyRequests::Request request);
   void answer(const SharedTicket& ticket, const Request& request);
 
   // handlers_session.cpp
@@ -64,7 +70,9 @@ class Service {
   proto::GetServerInfoResponse server_info() const;
   void get_job(const proto::GetJobRequest& request, const SharedTicket& ticket);
   proto::ListJobsResponse list_jobs() const;
-  void demand_room_to_wait() const;  // throws Refusal LIMIT_EXCEEDED
+  // @throws Refusal LIMIT_EXCEEDED: one more that is not answered at once, of this client, of all
+  void demand_room_of_client(const Ticket& ticket) const;
+  void demand_room_to_wait(const Ticket& ticket) const;
   /// @throws Refusal INVALID_ARGUMENT for a time that is negative or longer than a day
   static double checked_seconds(double seconds, const char* field);
 
@@ -72,6 +80,7 @@ class Service {
   std::function<void()> request_stop_;
   MeshSources meshes_;
   SessionRegistry sessions_;
+  HeavyRequests heavy_;
 };
 
 }  // namespace limber::server

@@ -5,15 +5,16 @@
 
 namespace limber::server {
 
-Ticket::Ticket(Transport& transport, Counters& counters, std::atomic<std::int64_t>& open,
-               Address address, std::uint64_t id)
+Ticket::Ticket(Transport& transport, Counters& counters, OpenRequests& open, Address address,
+               std::uint64_t id)
     : transport_(transport),
       counters_(counters),
       open_(open),
+      client_(address.envelope.front()),
       address_(std::move(address)),
       id_(id) {
   address_.request_id = id;
-  open_.fetch_add(1);
+  open_.begin(client_);
 }
 
 Ticket::~Ticket() {
@@ -29,9 +30,17 @@ bool Ticket::answer(proto::Reply reply) {
     if (reply.error().code() == proto::ERROR_CODE_INTERNAL)
       log::error("internal fault: {}", reply.error().message());
   }
+  open_.answered(client_);
   transport_.send(std::move(address_), reply.SerializeAsString());
-  open_.fetch_sub(1);
+  open_.end();
   return true;
+}
+
+void Ticket::abandon() {
+  if (answered_.exchange(true)) return;
+  counters_.dropped_replies.fetch_add(1, std::memory_order_relaxed);
+  open_.answered(client_);
+  open_.end();
 }
 
 bool Ticket::refuse(const std::exception& fault, const std::string& prefix) {

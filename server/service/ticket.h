@@ -3,8 +3,10 @@
 #include <atomic>
 #include <exception>
 #include <memory>
+#include <string>
 
 #include "limber/v1/service.pb.h"
+#include "server/service/open_requests.h"
 #include "server/transport/transport.h"
 
 namespace limber::server {
@@ -16,7 +18,7 @@ namespace proto = limber::v1;
 /// nobody waits forever.
 class Ticket {
  public:
-  Ticket(Transport& transport, Counters& counters, std::atomic<std::int64_t>& open, Address address,
+  Ticket(Transport& transport, Counters& counters, OpenRequests& open, Address address,
          std::uint64_t id);
   ~Ticket();
   Ticket(const Ticket&) = delete;
@@ -26,12 +28,16 @@ class Ticket {
   bool answer(proto::Reply reply);
   /// @param prefix  for fields the engine named, e.g. "scene."
   bool refuse(const std::exception& fault, const std::string& prefix = "");
+  /// For a client that is gone: nothing is sent.
+  void abandon();
+  [[nodiscard]] const std::string& client() const { return client_; }
   [[nodiscard]] bool answered() const { return answered_.load(); }
 
  private:
   Transport& transport_;
   Counters& counters_;
-  std::atomic<std::int64_t>& open_;
+  OpenRequests& open_;
+  const std::string client_;  // its routing id
   Address address_;
   std::uint64_t id_;
   std::atomic<bool> answered_{false};

@@ -321,7 +321,8 @@ void Transport::send_now(Outgoing& outgoing) {
     add(counters_.replies);
   } catch (const zmq::error_t& fault) {
     if (fault.num() != EHOSTUNREACH) throw;
-    add(counters_.dropped_replies);  // the client is gone
+    add(counters_.dropped_replies);
+    handlers_.on_gone(envelope.front());
   }
 }
 

@@ -43,6 +43,8 @@ struct TransportHandlers {
   std::function<void(const std::string& prefix)> on_subscription;
   /// A short reply in place of one that passes unread_bytes.
   std::function<std::string(const Address& address)> overflow_reply;
+  /// A reply found its client gone. What that client sent before may still come.
+  std::function<void(const std::string& client)> on_gone = [](const std::string&) {};
 };
 
 /// The two sockets and the one thread that owns them. Others hand over through a queue and wake it

@@ -200,7 +200,7 @@ def test_scene_files_that_are_none(cli, server, tmp_path, text, field, words):
     """Both commands and Python name the field once, in one sentence."""
     file = write(tmp_path / "s.json", text)
     reported = failed(cli("validate", file), 1)
-    assert cli("validate", file).stdout.startswith(f"error: {field}: " if field else "error: a JSON")
+    assert cli("validate", file).stdout.startswith(f"error: {field or file}: ")
     message = failed(cli("open", file), 1)
     assert words in message and "::" not in message.replace(": :", "::") and "\n" not in message.strip()
     assert f"(field {'scene.' + field if field else 'scene'})" in message, reported
@@ -352,6 +352,28 @@ def test_validate(cli, scene_file):
     assert "frames" in process.stdout and "fixed_nodes" in process.stdout, "everything that is wrong, not the first thing"
     assert re.search(r"^error: fixed_nodes\[0\]: .*\[OUT_OF_RANGE\]$", process.stdout, re.MULTILINE)
     assert re.search(r"^error: frames: .*\[INVALID_ARGUMENT\]$", process.stdout, re.MULTILINE)
+
+
+@pytest.mark.parametrize("scene, fields", [
+    ({"mesh": {"sample": "beam"}, "frames": 20, "constraints": [
+        {"frame": 10, "nodes": [77777], "displacement": {"x": 1}}, {"frame": 10, "nodes": []},
+        {"frame": 500, "nodes": [9], "displacement": {"x": 1}}]},
+     ["constraints[0].nodes[0]", "constraints[1].nodes", "constraints[1].target", "constraints[2].frame"]),
+    ({"mesh": {"path": "nope.msh"}, "frames": 2, "material": {"density": -1}},
+     ["frames", "material.density", "mesh.path"]),
+    ({"mesh": {"sample": "beam"}, "frames": 20,
+      "material_groups": [{"tets": [0, 99999]}, {"tets": [0], "material": {"youngs_modulus": -1}}]},
+     ["material_groups[0].tets[1]", "material_groups[1].material.youngs_modulus", "material_groups[1].tets[0]"]),
+    ({"mesh": {"sample": "beam"}, "frames": 20, "dynamics": {"period_frames": 1e300, "frames_per_second": 1e-300}},
+     ["dynamics.frames_per_second", "dynamics.period_frames"]),
+    ({"mesh": {"sample": "beam"}, "frames": 100000, "model": {"modes": 500, "basis_size": 100000}}, ["scene"])],
+    ids=["constraints", "no mesh", "groups", "dynamics", "memory"])
+def test_validate_lists_everything(cli, server, tmp_path, scene, fields):
+    file = write(tmp_path / "s.json", json.dumps(scene))
+    process = cli("validate", file)
+    assert process.returncode == 1
+    complaints = [line for line in process.stdout.splitlines() if not line.startswith("warning: ")]
+    assert sorted(re.match(r"error: ([^ ]*): ", line).group(1) for line in complaints) == fields, process.stdout
 
 
 def test_tetrahedralize(cli, tmp_path):

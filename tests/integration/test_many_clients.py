@@ -1,5 +1,7 @@
 """Several clients, several sessions, clients that die, stall or leave."""
 
+import collections
+import contextlib
 import os
 import signal
 import subprocess
@@ -164,6 +166,83 @@ def test_a_client_that_does_not_read_its_replies_costs_nobody_else_anything(serv
     finally:
         context.destroy(linger=0)
     assert server.info().server_version
+
+
+def flood(endpoint, session, stop):
+    """Another process that asks for geometry as fast as it can and reads nothing."""
+    program = ("import sys, zmq\n"
+               "from limber.messages import service\n"
+               "socket = zmq.Context().socket(zmq.DEALER)\n"
+               "socket.rcvhwm = 2\n"
+               "socket.connect(sys.argv[1])\n"
+               "request = service.Request(version=1, id=1)\n"
+               "request.get_geometry.session = sys.argv[2]\n"
+               "data = request.SerializeToString()\n"
+               "print('ready', flush=True)\n"
+               "while True:\n"
+               "    socket.send(data)\n")
+    process = subprocess.Popen([sys.executable, "-c", program, endpoint, session], stdout=subprocess.PIPE, text=True)
+    stop.callback(process.stdout.close)
+    stop.callback(process.wait)
+    stop.callback(process.kill)
+    assert process.stdout.readline() == "ready\n"
+    return process
+
+
+def open_requests(server):
+    return server.info().counters["open_requests"]
+
+
+def test_clients_that_flood_hold_up_nobody_else(launch):
+    server = launch()
+    session = server.open(sample="flower", progress=False)
+    with contextlib.ExitStack() as stop:
+        floods = [flood(server.connection.endpoint, session.id, stop) for _ in range(2)]
+        deadline = time.monotonic() + 20
+        while open_requests(server) < 1000:  # the backlog is there
+            assert time.monotonic() < deadline
+        for _ in range(20):
+            start = time.monotonic()
+            session.geometry()
+            session.status()
+            assert time.monotonic() - start < 3
+            assert open_requests(server) <= 2 * 1001 + 1
+        for process in floods:
+            process.kill()
+            process.wait()
+        # The dead are not served: two thousand bodies would take much longer than this.
+        deadline = time.monotonic() + 5
+        while open_requests(server) > 1:
+            assert time.monotonic() < deadline
+        flood(server.connection.endpoint, session.id, stop)
+        time.sleep(1)
+        start = time.monotonic()
+        os.kill(server.process.pid, signal.SIGTERM)
+        assert server.process.wait(10) == 0, server.log
+        assert time.monotonic() - start < 4  # two, and a busy machine
+
+
+def test_requests_beyond_the_limit_of_a_client_are_refused_by_name(server, session):
+    context = zmq.Context()
+    socket = context.socket(zmq.DEALER)
+    socket.linger, socket.rcvhwm, socket.sndhwm = 0, 0, 0
+    socket.connect(server.connection.endpoint)
+    try:
+        for i in range(1200):
+            request = limber.connection.service.Request(version=1, id=i + 1)
+            request.wait.session, request.wait.revision, request.wait.timeout_s = session.id, 10 ** 6, 2.0
+            socket.send(request.SerializeToString())
+        codes = collections.Counter()
+        for _ in range(1200):
+            assert socket.poll(20000), "no reply"
+            error = limber.connection.service.Reply.FromString(socket.recv_multipart()[-1]).error
+            code = limber.errors.code_name(error.code)
+            codes[code] += 1
+            if code == "LIMIT_EXCEEDED":
+                assert (error.field, error.details["limit"]) == ("body", "1000")
+        assert codes == {"TIMEOUT": 1000, "LIMIT_EXCEEDED": 200}
+    finally:
+        context.destroy(linger=0)
 
 
 def test_waiting_clients_are_answered_in_any_order(server, session):

@@ -1,5 +1,7 @@
 #include <gmock/gmock.h>
 
+#include <sstream>
+
 #include "tests/server/process/child_process.h"
 #include "tests/server/support/running_server.h"
 
@@ -7,6 +9,7 @@ namespace limber::server {
 namespace {
 
 using ::testing::HasSubstr;
+using ::testing::UnorderedElementsAre;
 using namespace limber::server::testing;
 
 struct ServerCommandLine : ::testing::Test {
@@ -58,6 +61,35 @@ TEST_F(ServerCommandLine, SamplesValidate) {
   EXPECT_EQ(run({"validate", path("missing.json")}), 1);
   std::ofstream(folder.path() / "no.json") << "{]";
   EXPECT_EQ(run({"validate", path("no.json")}), 1);
+  EXPECT_THAT(text, HasSubstr("error: " + path("no.json")));
+}
+
+TEST_F(ServerCommandLine, ValidateListsAllThatIsWrong) {
+  const auto complaints = [&](const std::string& json) {
+    std::ofstream(folder.path() / "bad.json") << json;
+    EXPECT_EQ(run({"validate", path("bad.json")}), 1);
+    std::vector<std::string> fields;
+    std::istringstream lines(text);
+    for (std::string line; std::getline(lines, line);) {
+      const std::string begin = "error: ";
+      if (line.starts_with(begin))
+        fields.push_back(line.substr(begin.size(), line.find(": ", begin.size()) - begin.size()));
+    }
+    return fields;
+  };
+  EXPECT_THAT(complaints(R"({"mesh":{"sample":"beam"},"frames":20,"constraints":[
+      {"frame":10,"nodes":[77777],"displacement":{"x":1}},{"frame":10,"nodes":[]},
+      {"frame":500,"nodes":[9],"displacement":{"x":1}}]})"),
+              UnorderedElementsAre("constraints[0].nodes[0]", "constraints[1].target",
+                                   "constraints[1].nodes", "constraints[2].frame"));
+  EXPECT_THAT(complaints(R"({"mesh":{"path":"nope.msh"},"frames":2,"material":{"density":-1}})"),
+              UnorderedElementsAre("mesh.path", "frames", "material.density"));
+  EXPECT_THAT(complaints(R"({"mesh":{"sample":"beam"},"frames":20,
+      "dynamics":{"period_frames":1e300,"frames_per_second":1e-300}})"),
+              UnorderedElementsAre("dynamics.period_frames", "dynamics.frames_per_second"));
+  EXPECT_THAT(complaints(R"({"mesh":{"sample":"flower"},"frames":100000,
+      "model":{"modes":4000,"basis_size":4000}})"),
+              UnorderedElementsAre("scene"));
 }
 
 TEST_F(ServerCommandLine, TetrahedralizeWritesAMesh) {

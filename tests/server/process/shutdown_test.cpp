@@ -1,5 +1,8 @@
 #include <gmock/gmock.h>
 
+#include <atomic>
+#include <thread>
+
 #include "tests/server/process/child_process.h"
 #include "tests/server/support/running_server.h"
 
@@ -94,6 +97,37 @@ TEST_F(ServerShutdown, WithFrozenSubscribersAndDeafClients) {
   for (int i = 1; i <= 30; ++i) client.call(move_request("s", 1, 0, 0.01 * i, 0));
   daemon.process().signal(SIGTERM);
   EXPECT_EQ(daemon.process().wait(milliseconds(6000)), 0) << daemon.process().err();
+}
+
+TEST_F(ServerShutdown, WithABacklogOfHeavyRequestsThatGrows) {
+  Daemon daemon(folder.path());
+  Client client(daemon.requests);
+  open_and_solve(client, "s", small_scene(1500, 300));
+  std::atomic<bool> flooding{true};
+  std::vector<std::thread> floods;
+  for (int i = 0; i < 3; ++i) {
+    floods.emplace_back([&] {
+      Client deaf(daemon.requests, 1);
+      proto::Request request;
+      request.mutable_get_frames()->set_session("s");
+      request.mutable_get_frames()->set_encoding(proto::ENCODING_POSITIONS);
+      deaf.socket().set(zmq::sockopt::sndtimeo, 100);
+      while (flooding) {
+        try {
+          deaf.send(request);
+        } catch (const zmq::error_t&) {  // full: it is tried again
+        }
+      }
+    });
+  }
+  std::this_thread::sleep_for(milliseconds(500));
+  const auto begin = Clock::now();
+  daemon.process().signal(SIGTERM);
+  EXPECT_EQ(daemon.process().wait(milliseconds(6000)), 0) << daemon.process().err();
+  EXPECT_LT(Clock::now() - begin, std::chrono::seconds(4));  // 2, and a busy machine
+  EXPECT_THAT(daemon.process().err(), ::testing::Not(HasSubstr("work still running")));
+  flooding = false;
+  for (auto& flood : floods) flood.join();
 }
 
 TEST_F(ServerShutdown, RequestsDuringTheShutdownAreAnswered) {

@@ -182,6 +182,91 @@ TEST(ServerLimits, RequestsThatWait) {
   EXPECT_GE(late, 9);
 }
 
+TEST(ServerLimits, RequestsOfOneClient) {
+  RunningServer server(options_with([](auto& options) { options.limits.client_requests = 10; }));
+  Client greedy(server->request_endpoint()), other(server->request_endpoint());
+  open_and_solve(other, "s");
+  for (int i = 0; i < 30; ++i) greedy.send(wait_request("s", 1, 1.0));
+  for (int i = 0; i < 20; ++i) {
+    const auto reply = greedy.receive();
+    ASSERT_TRUE(reply.has_value());
+    expect_limit(*reply, "10", "11");
+    EXPECT_EQ(reply->error().field(), "body");
+  }
+  // Neither heavy requests nor waits are taken beyond; what is answered at once is, and nobody else
+  // is touched.
+  proto::Request geometry;
+  geometry.mutable_get_geometry()->set_session("s");
+  expect_limit(greedy.call(geometry), "10", "11");
+  EXPECT_TRUE(greedy.call(info_request()).has_get_server_info());
+  EXPECT_TRUE(other.call(geometry).has_get_geometry());
+  for (int i = 0; i < 10; ++i) {
+    const auto reply = greedy.receive();
+    ASSERT_TRUE(reply.has_value());
+    EXPECT_EQ(reply->error().code(), proto::ERROR_CODE_TIMEOUT);
+  }
+  EXPECT_TRUE(greedy.call(geometry).has_get_geometry());
+}
+
+TEST(ServerLimits, AStreamOfEditsHasNone) {
+  RunningServer server(options_with([](auto& options) { options.limits.client_requests = 10; }));
+  Client client(server->request_endpoint());
+  open_and_solve(client, "s");
+  constexpr int kEdits = 3000;
+  for (int i = 0; i < kEdits; ++i) client.send(move_request("s", 1, 0, 1e-5 * i, 0));
+  for (int i = 0; i < kEdits; ++i) {
+    const auto reply = client.receive();
+    ASSERT_TRUE(reply.has_value());
+    ASSERT_TRUE(reply->has_edit()) << reply->ShortDebugString();
+  }
+}
+
+TEST(ServerLimits, WhatAClientThatIsGoneHadWaitingIsDropped) {
+  RunningServer server(options_with([](auto& options) { options.request_threads = 1; }));
+  Client client(server->request_endpoint());
+  open_and_solve(client, "s", small_scene(1500, 400));
+  proto::Request request;
+  request.mutable_get_frames()->set_session("s");
+  request.mutable_get_frames()->set_encoding(proto::ENCODING_POSITIONS);  // 29 MB: takes its time
+  const auto open = [&] {
+    return client.call(info_request()).get_server_info().counters().at("open_requests");
+  };
+  {
+    Client gone(server->request_endpoint(), 1);
+    for (int i = 0; i < 900; ++i) gone.send(request);
+    for (int i = 0; i < 1000 && open() < 500; ++i) std::this_thread::sleep_for(milliseconds(1));
+  }
+  const std::uint64_t replies = server->counters().replies.load();
+  std::uint64_t calls = 0;
+  while (open() > 1 && ++calls < 3000) std::this_thread::sleep_for(milliseconds(1));
+  EXPECT_EQ(open(), 1u);
+  EXPECT_GT(server->counters().dropped_replies.load(), 400u);
+  EXPECT_LT(server->counters().replies.load() - replies, calls + 100);  // the rest was not made
+  EXPECT_TRUE(client.call(request).has_get_frames());
+}
+
+TEST(ServerLimits, BytesOfOneClientThatWait) {
+  ServerOptions options = test_options();
+  options.limits.queued_request_bytes = 4 << 20;
+  options.request_threads = 1;
+  RunningServer server(options);
+  Client client(server->request_endpoint());
+  proto::Request request;
+  request.mutable_validate_scene()->mutable_scene()->set_name(std::string(900'000, 'x'));
+  for (int i = 0; i < 50; ++i) client.send(request);
+  int refused = 0;
+  for (int i = 0; i < 50; ++i) {
+    const auto reply = client.receive();
+    ASSERT_TRUE(reply.has_value());
+    refused += reply->has_error() ? 1 : 0;
+    if (reply->has_error()) {
+      EXPECT_EQ(reply->error().details().at("limit"), std::to_string(2 << 20));
+      EXPECT_EQ(reply->error().code(), proto::ERROR_CODE_LIMIT_EXCEEDED);
+    }
+  }
+  EXPECT_LT(refused, 49);
+}
+
 TEST(ServerLimits, UnreadRepliesOfAClientWhoDoesNotRead) {
   RunningServer server(
       options_with([](auto& options) { options.transport.unread_bytes = 4 << 20; }));

@@ -1,6 +1,6 @@
 #include "server/service/scene_files.h"
 
-#include <gtest/gtest.h>
+#include <gmock/gmock.h>
 
 #include <functional>
 
@@ -71,6 +71,114 @@ TEST(ServerSceneFiles, ValidationFindsWhatOpeningRefusesAndCallsItTheSame) {
     }
     EXPECT_EQ(found, 1) << field;
   }
+}
+
+struct ScenesOfManyFaults {
+  const char* name;
+  std::function<void(proto::Scene&)> spoil;
+  std::vector<std::string> fields;
+};
+
+const std::vector<ScenesOfManyFaults>& scenes_of_many_faults() {
+  static const std::vector<ScenesOfManyFaults> kScenes = {
+      {"constraints, each with more than one",
+       [](auto& s) {
+         s.mutable_constraints(0)->set_nodes(0, 77777);
+         s.mutable_constraints(0)->set_frame(500);
+         s.mutable_constraints(0)->set_weight(1e-40);
+         auto* empty = s.add_constraints();
+         empty->set_frame(10);
+         empty->add_axes(proto::AXIS_X);
+         empty->add_axes(proto::AXIS_X);
+         auto* far = s.add_constraints();
+         far->set_frame(4'000'000'000);
+         far->add_nodes(3'000'000'000);
+         far->add_nodes(1);
+         far->add_nodes(1);
+         far->mutable_displacement()->set_x(1e9);
+       },
+       {"constraints[1].axes[1]", "constraints[1].target", "constraints[2].frame",
+        "constraints[2].nodes[0]", "constraints[0].frame", "constraints[0].nodes[0]",
+        "constraints[1].nodes", "constraints[2].nodes[2]", "constraints[0].weight",
+        "constraints[2].displacement"}},
+      {"no mesh, and what has nothing to do with it",
+       [](auto& s) {
+         s.mutable_mesh()->set_path("nope.msh");
+         s.set_frames(2);
+         s.mutable_material()->set_density(-1);
+         s.mutable_constraints(0)->set_frame(1);
+         s.mutable_constraints(0)->set_weight(-1);
+         s.mutable_base_motion()->set_pc2("nonsense");
+         s.add_material_groups()->add_tets(5);
+         s.add_material_groups()->add_tets(5);
+         s.mutable_material_groups(1)->mutable_material()->set_youngs_modulus(-1);
+       },
+       {"mesh.path", "material_groups[1].tets[0]", "base_motion.pc2", "material.density", "frames",
+        "material_groups[1].material.youngs_modulus", "constraints[0].weight"}},
+      {"groups",
+       [](auto& s) {
+         auto* first = s.add_material_groups();
+         auto* second = s.add_material_groups();
+         for (const int tet : {0, 1, 99999}) first->add_tets(static_cast<unsigned>(tet));
+         for (const int tet : {1, 2, 88888}) second->add_tets(static_cast<unsigned>(tet));
+         second->mutable_material()->set_youngs_modulus(-1);
+       },
+       {"material_groups[0].tets[2]", "material_groups[1].tets[0]", "material_groups[1].tets[2]",
+        "material_groups[1].material.youngs_modulus"}},
+      {"dynamics and model",
+       [](auto& s) {
+         s.mutable_dynamics()->set_period_frames(1e300);
+         s.mutable_dynamics()->set_frames_per_second(1e-300);
+         s.mutable_dynamics()->set_damping_ratio(1);
+         s.mutable_model()->set_modes(4'000'000'000);
+         s.mutable_model()->set_basis_size(4'000'000'000);
+       },
+       {"model.modes", "model.basis_size", "dynamics.damping_ratio", "dynamics.frames_per_second",
+        "dynamics.period_frames"}},
+      {"limits",
+       [](auto& s) {
+         s.set_frames(200'000);
+         s.add_fixed_nodes(3'000'000'000);
+         s.mutable_mesh()->clear_source();
+       },
+       {"frames", "fixed_nodes[4]", "mesh"}},
+  };
+  return kScenes;
+}
+
+TEST(ServerSceneFiles, EverythingThatIsWrongIsListedOnce) {
+  RunningServer server;
+  Client client(server->request_endpoint());
+  for (const auto& [name, spoil, fields] : scenes_of_many_faults()) {
+    proto::Scene scene = small_scene();
+    spoil(scene);
+    proto::Request request;
+    *request.mutable_validate_scene()->mutable_scene() = scene;
+    std::vector<std::string> found;
+    const auto issues = client.call(request).validate_scene().issues();
+    for (const auto& issue : issues) {
+      if (issue.severity() == proto::Issue::SEVERITY_ERROR) found.push_back(issue.field());
+      EXPECT_NE(issue.field(), "") << name << ": " << issue.message();
+    }
+    std::vector<std::string> expected;
+    for (const auto& field : fields) expected.push_back("scene." + field);
+    EXPECT_THAT(found, ::testing::UnorderedElementsAreArray(expected)) << name;
+    ASSERT_FALSE(found.empty());
+    EXPECT_EQ(client.call(open_request(scene)).error().field(), found.front()) << name;
+  }
+}
+
+TEST(ServerSceneFiles, ListsOfFaultsEnd) {
+  proto::Scene scene = small_scene();
+  for (int i = 0; i < 100'000; ++i) scene.mutable_constraints(0)->add_nodes(3'000'000'000);
+  for (int i = 0; i < 100'000; ++i) scene.add_fixed_nodes(3'000'000'000);
+  RunningServer server;
+  Client client(server->request_endpoint());
+  proto::Request request;
+  *request.mutable_validate_scene()->mutable_scene() = scene;
+  const auto reply = client.call(request);
+  EXPECT_GE(reply.validate_scene().issues_size(), 40);
+  EXPECT_LE(reply.validate_scene().issues_size(), 100);
 }
 
 TEST(ServerSceneFiles, ASampleIsAskedForByName) {

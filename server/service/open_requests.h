@@ -1,0 +1,30 @@
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <mutex>
+#include <string>
+#include <unordered_map>
+
+namespace limber::server {
+
+/// Requests that have come and have no answer yet, in all and by client. Any thread.
+class OpenRequests {
+ public:
+  /// @param client  its routing id
+  void begin(const std::string& client);
+  /// Before the reply is on its way: whoever has it may send the next request at once.
+  void answered(const std::string& client);
+  /// After the reply is on its way: with a total of 0 every reply is.
+  void end() { total_.fetch_sub(1); }
+
+  [[nodiscard]] std::uint64_t total() const;
+  [[nodiscard]] std::uint64_t of(const std::string& client) const;
+
+ private:
+  std::atomic<std::int64_t> total_{0};
+  mutable std::mutex mutex_;
+  std::unordered_map<std::string, std::uint64_t> by_client_;  // only those that have some
+};
+
+}  // namespace limber::server
