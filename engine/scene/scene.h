@@ -77,6 +77,9 @@ struct Issue {
 
 /// Of a soft constraint.
 inline constexpr double kGreatestWeight = 1e12;
+/// No message, file or option can carry the infinite weight itself.
+inline constexpr const char* kHowToHoldExactly =
+    "to hold exactly, give `exact: true` (--exact) in its place";
 
 /// How many frames an end condition holds; nothing for a number that is none.
 [[nodiscard]] std::optional<int> pinned_frames(End end);

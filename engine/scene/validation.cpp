@@ -299,12 +299,12 @@ class SceneValidator {
         error(field + ".target", "has a coordinate that is not finite");
       if (std::isfinite(constraint.weight) && constraint.weight > kGreatestWeight) {
         error(field + ".weight",
-              "must be <= " + number(kGreatestWeight) + ", or infinite to hold exactly, is " +
-                  number(constraint.weight),
+              fmt::format("must be <= {:g}, is {:g} ({})", kGreatestWeight, constraint.weight,
+                          kHowToHoldExactly),
               ErrorCode::kOutOfRange);
       } else if (!(constraint.weight > 0)) {
         error(field + ".weight",
-              "must be > 0 (infinity holds exactly), is " + number(constraint.weight));
+              fmt::format("must be > 0, is {:g} ({})", constraint.weight, kHowToHoldExactly));
       }
     }
   }

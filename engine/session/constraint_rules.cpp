@@ -15,8 +15,7 @@ using scene::End;
 void demand_range(const char* field, double value, double low, double high, const char* rule) {
   // Written so that NaN fails.
   if (!(value >= low && value <= high)) {
-    throw Error(ErrorCode::kInvalidArgument, field,
-                fmt::format("{} is {}, it must be {}", field, value, rule));
+    throw Error(ErrorCode::kInvalidArgument, field, fmt::format("must be {}, is {}", rule, value));
   }
 }
 
@@ -72,21 +71,18 @@ void ConstraintRules::check_axes(unsigned axes) {
   if (axes > 0 && axes <= 7) return;
   throw Error(
       ErrorCode::kInvalidArgument, "axes",
-      fmt::format(
-          "axes mask is {}, it must name at least one of x (1), y (2), z (4) and nothing else",
-          axes));
+      fmt::format("must name at least one of x (1), y (2), z (4) and nothing else, is {}", axes));
 }
 
 void ConstraintRules::check_weight(double weight) {
   if (!(weight > 0)) {
     throw Error(ErrorCode::kInvalidArgument, "weight",
-                fmt::format("weight is {}, it must be > 0 (infinity holds exactly)", weight));
+                fmt::format("must be > 0, is {} ({})", weight, scene::kHowToHoldExactly));
   }
   if (std::isfinite(weight) && (weight < kLeastWeight || weight > scene::kGreatestWeight)) {
-    throw Error(
-        ErrorCode::kOutOfRange, "weight",
-        fmt::format("weight is {}, a soft constraint takes {} .. {}; infinity holds exactly",
-                    weight, kLeastWeight, scene::kGreatestWeight));
+    throw Error(ErrorCode::kOutOfRange, "weight",
+                fmt::format("must be in [{}, {}], is {} ({})", kLeastWeight, scene::kGreatestWeight,
+                            weight, scene::kHowToHoldExactly));
   }
 }
 

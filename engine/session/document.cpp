@@ -73,8 +73,7 @@ void Touched::note(const Change& change) {
 void DocumentLimits::validate() const {
   const auto demand = [](int value, const char* field) {
     if (value < 0)
-      throw Error(ErrorCode::kInvalidArgument, field,
-                  fmt::format("{} is {}, it must be >= 0", field, value));
+      throw Error(ErrorCode::kInvalidArgument, field, fmt::format("must be >= 0, is {}", value));
   };
   demand(undo_depth, "undo_depth");
   demand(max_constraints, "max_constraints");

@@ -17,7 +17,7 @@ constexpr auto kOrder = formats::ByteOrder::kLittle;
 
 [[noreturn]] void refuse(const std::string& name, const std::string& message,
                          ErrorCode code = ErrorCode::kInvalidArgument) {
-  throw Error(code, name, name + ": " + message);
+  throw Error(code, name, message);
 }
 
 template <typename Number>

@@ -4,6 +4,7 @@
 
 #include <functional>
 
+#include "server/service/mesh_sources.h"
 #include "tests/server/support/running_server.h"
 
 namespace limber::server {
@@ -165,6 +166,41 @@ TEST(ServerSceneFiles, EverythingThatIsWrongIsListedOnce) {
     EXPECT_THAT(found, ::testing::UnorderedElementsAreArray(expected)) << name;
     ASSERT_FALSE(found.empty());
     EXPECT_EQ(client.call(open_request(scene)).error().field(), found.front()) << name;
+  }
+}
+
+TEST(ServerSceneFiles, MessagesDoNotRepeatTheirField) {
+  RunningServer server;
+  Client client(server->request_endpoint());
+  std::vector<std::function<void(proto::Scene&)>> spoils;
+  for (const auto& bad : bad_scenes()) spoils.push_back(bad.spoil);
+  for (const auto& bad : scenes_of_many_faults()) spoils.push_back(bad.spoil);
+  spoils.emplace_back([](auto& s) { s.mutable_base_motion()->set_pc2("nonsense"); });
+  for (const auto& spoil : spoils) {
+    proto::Scene scene = small_scene();
+    spoil(scene);
+    proto::Request request;
+    *request.mutable_validate_scene()->mutable_scene() = scene;
+    const auto issues = client.call(request).validate_scene().issues();
+    EXPECT_GT(issues.size(), 0);
+    for (const auto& issue : issues) {
+      const std::string member = issue.field().substr(issue.field().rfind('.') + 1);
+      EXPECT_FALSE(issue.message().starts_with(member + " is ") ||
+                   issue.message().find(issue.field()) != std::string::npos)
+          << issue.field() << ": " << issue.message();
+    }
+  }
+}
+
+TEST(ServerSceneFiles, WeightsSayHowToHoldExactly) {
+  for (const double weight : {-1.0, 1e-40, 1e13}) {
+    proto::Scene scene = small_scene();
+    scene.mutable_constraints(0)->set_weight(weight);
+    const auto issues = scene_issues(scene, "", {}, [](const auto& source, const auto& field) {
+      return MeshSources({}).load(source, field);
+    });
+    ASSERT_EQ(issues.size(), 1u) << weight;
+    EXPECT_THAT(issues[0].message(), ::testing::HasSubstr("`exact: true` (--exact)")) << weight;
   }
 }
 
