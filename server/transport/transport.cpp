@@ -70,6 +70,7 @@ void TransportOptions::validate() const {
     }
   }
   if (request_queue <= 0) throw invalid("request_queue", "must be > 0");
+  if (reply_queue <= 0) throw invalid("reply_queue", "must be > 0");
   if (stream_queue <= 0) throw invalid("--stream-queue", "must be > 0");
   if (message_bytes < 1024) throw invalid("--max-message-bytes", "must be >= 1024");
   if (message_bytes > (1ull << 30)) throw invalid("--max-message-bytes", "must be <= 1 GiB");
@@ -87,7 +88,7 @@ Transport::Transport(TransportOptions options, Counters& counters)
     secure(*socket, options_.curve);
   }
   router_.set(zmq::sockopt::router_mandatory, 1);
-  router_.set(zmq::sockopt::sndhwm, options_.request_queue);
+  router_.set(zmq::sockopt::sndhwm, options_.reply_queue);
   router_.set(zmq::sockopt::rcvhwm, options_.request_queue);
   // Beyond the limit there is room for an answer that says so; only far beyond it the peer is cut
   // off.

@@ -28,9 +28,13 @@ struct TransportOptions {
   std::uint64_t message_bytes =
       256ull << 20;  // larger requests are refused; from twice this on the peer is cut off
   std::uint64_t unread_bytes = 512ull << 20;  // replies one client may leave unread
-  int request_queue = 1000;                   // messages per client and direction, > 0
-  int stream_queue = 4;                       // messages per subscriber, > 0
-  std::chrono::milliseconds patience{20};     // how long one full subscriber may hold up a topic
+  int request_queue = 1000;                   // requests per client that wait to be read, > 0
+  // Replies per client, > 0; those past it are lost. More than a client has unanswered: a thousand
+  // waits may end at once, and small edits are not counted. Their bytes are bounded by
+  // unread_bytes.
+  int reply_queue = 100'000;
+  int stream_queue = 4;                    // messages per subscriber, > 0
+  std::chrono::milliseconds patience{20};  // how long one full subscriber may hold up a topic
   std::optional<CurveSetup> curve;
 
   /// @throws Refusal naming the option: bad endpoints, beyond loopback without CURVE
