@@ -169,18 +169,26 @@ def test_frames_that_are_sent_again_are_not_missed():
     assert newest.take(0) is None
 
 
+def eventually(holds, within: float = 5) -> bool:
+    deadline = time.monotonic() + within
+    while not holds() and time.monotonic() < deadline:
+        time.sleep(0.01)
+    return holds()
+
+
 def test_a_stream_that_is_closed_wakes_its_reader_and_leaves_no_thread(session):
     frames = session.stream(snapshot=False)
     threading.Timer(0.2, frames.close).start()
     with pytest.raises(StopIteration):
         frames.next(20)
     frames.close()
+    assert eventually(lambda: stream_threads() == 0)
     dropped, second = session.stream(snapshot=False), session.stream(snapshot=False)
-    assert stream_threads() == 2
+    assert eventually(lambda: stream_threads() == 2)
     del dropped
-    assert stream_threads() == 1
+    assert eventually(lambda: stream_threads() == 1)
     session.connection.close()
-    assert stream_threads() == 0
+    assert eventually(lambda: stream_threads() == 0)
     with pytest.raises(StopIteration):
         second.next(5)
 
