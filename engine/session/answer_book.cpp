@@ -14,13 +14,11 @@ std::size_t bytes_of(const Result& result) {
 }  // namespace
 
 void AnswerBook::keep(std::uint64_t content, std::shared_ptr<const Result> answer) {
-  const auto forget = [&](std::deque<Entry>::iterator entry) {
+  const auto forget = [&](std::deque<Entry>::const_iterator entry) {
     bytes_ -= bytes_of(*entry->answer);
     entries_.erase(entry);
   };
-  const auto known = std::find_if(entries_.begin(), entries_.end(),
-                                  [&](const Entry& entry) { return entry.content == content; });
-  if (known != entries_.end()) forget(known);
+  if (const auto known = entry_of(content); known != entries_.end()) forget(known);
   bytes_ += bytes_of(*answer);
   entries_.push_back({content, std::move(answer)});
   while (entries_.size() > 1 && (entries_.size() > most_ || bytes_ > most_bytes_))
@@ -28,10 +26,13 @@ void AnswerBook::keep(std::uint64_t content, std::shared_ptr<const Result> answe
 }
 
 std::shared_ptr<const Result> AnswerBook::find(std::uint64_t content) const {
-  for (auto entry = entries_.rbegin(); entry != entries_.rend(); ++entry) {
-    if (entry->content == content) return entry->answer;
-  }
-  return nullptr;
+  const auto known = entry_of(content);
+  return known != entries_.end() ? known->answer : nullptr;
+}
+
+std::deque<AnswerBook::Entry>::const_iterator AnswerBook::entry_of(std::uint64_t content) const {
+  return std::find_if(entries_.begin(), entries_.end(),
+                      [&](const Entry& entry) { return entry.content == content; });
 }
 
 }  // namespace limber::session

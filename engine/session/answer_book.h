@@ -19,13 +19,14 @@ class AnswerBook {
   void keep(std::uint64_t content, std::shared_ptr<const Result> answer);
   /// Null if there is none any more.
   [[nodiscard]] std::shared_ptr<const Result> find(std::uint64_t content) const;
-  [[nodiscard]] std::size_t size() const { return entries_.size(); }
 
  private:
   struct Entry {
     std::uint64_t content;
     std::shared_ptr<const Result> answer;
   };
+  [[nodiscard]] std::deque<Entry>::const_iterator entry_of(std::uint64_t content) const;
+
   std::size_t most_, most_bytes_;
   std::size_t bytes_ = 0;
   std::deque<Entry> entries_;  // newest last

@@ -202,16 +202,26 @@ TEST(SessionConcurrency, ACancelledColdSolveLeavesTheAnswerThatWasThere) {
   EXPECT_EQ(hooked.recorder->fault(), "");
 }
 
-TEST(SessionConcurrency, AColdSolveCancelledBeforeItBeginsPublishesNothing) {
-  const auto recorder = std::make_shared<Recorder>();
+/// A session whose tasks run when the test says so.
+struct Queued {
   std::vector<std::function<void()>> tasks;
-  Session session(
-      "queued", small_bar(), {}, test::shared_cache(),
-      [&](std::function<void()> task) { tasks.push_back(std::move(task)); }, recorder);
-  const auto run = [&] {
+  Session session{"queued",
+                  small_bar(),
+                  {},
+                  test::shared_cache(),
+                  [this](std::function<void()> task) { tasks.push_back(std::move(task)); },
+                  std::make_shared<Recorder>()};
+
+  void run() {
     ASSERT_EQ(tasks.size(), 1u);
     std::exchange(tasks, {})[0]();
-  };
+  }
+};
+
+TEST(SessionConcurrency, AColdSolveCancelledBeforeItBeginsPublishesNothing) {
+  Queued queued;
+  Session& session = queued.session;
+  const auto run = [&] { queued.run(); };
   run();
   const auto solved = session.newest_result();
   ASSERT_EQ(solved->report.status, SolveStatus::kConverged);
@@ -222,15 +232,9 @@ TEST(SessionConcurrency, AColdSolveCancelledBeforeItBeginsPublishesNothing) {
 }
 
 TEST(SessionConcurrency, CancelledEditsAreStillInTheState) {
-  const auto recorder = std::make_shared<Recorder>();
-  std::vector<std::function<void()>> tasks;
-  Session session(
-      "queued", small_bar(), {}, test::shared_cache(),
-      [&](std::function<void()> task) { tasks.push_back(std::move(task)); }, recorder);
-  const auto run = [&] {
-    ASSERT_EQ(tasks.size(), 1u);
-    std::exchange(tasks, {})[0]();
-  };
+  Queued queued;
+  Session& session = queued.session;
+  const auto run = [&] { queued.run(); };
   run();
   const double opened = session.newest_result()->report.total_energy;
   session.edit({MoveConstraint{1, {0, 0.08, 0}}});
