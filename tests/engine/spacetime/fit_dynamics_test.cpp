@@ -1,0 +1,149 @@
+#include "engine/spacetime/fit_dynamics.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "engine/base/error.h"
+#include "engine/base/random.h"
+
+namespace limber::spacetime {
+namespace {
+
+double cost(const Eigen::RowVectorXd& z, double stiffness, double damping) {
+  double sum = 0;
+  for (Eigen::Index i = 1; i + 1 < z.size(); ++i) {
+    const double residual =
+        z[i + 1] - 2 * z[i] + z[i - 1] + damping * (z[i + 1] - z[i]) + stiffness * z[i];
+    sum += residual * residual;
+  }
+  return sum;
+}
+
+/// Grid over [0, size]^2, refined about its best point.
+double brute_force(const Eigen::RowVectorXd& z, double size) {
+  double stiffness = size / 2, damping = size / 2, best = cost(z, 0, 0);
+  for (double width = size / 2; width > 1e-9; width *= 0.6) {
+    const double from_stiffness = stiffness, from_damping = damping;
+    for (int i = -10; i <= 10; ++i) {
+      for (int j = -10; j <= 10; ++j) {
+        const double s = std::max(0.0, from_stiffness + width * i / 10);
+        const double d = std::max(0.0, from_damping + width * j / 10);
+        if (cost(z, s, d) < best) {
+          best = cost(z, s, d);
+          stiffness = s;
+          damping = d;
+        }
+      }
+    }
+  }
+  return best;
+}
+
+Eigen::RowVectorXd free_motion(double stiffness, double damping, int frames) {
+  Eigen::RowVectorXd z(frames);
+  z[0] = 1;
+  z[1] = 0.9;
+  for (int i = 1; i + 1 < frames; ++i)
+    z[i + 1] = ((2 + damping - stiffness) * z[i] - z[i - 1]) / (1 + damping);
+  return z;
+}
+
+TEST(FitDynamics, GivesBackTheDynamicsOfAFreeMotion) {
+  for (const double stiffness : {1e-4, 0.02, 0.7, 3.5}) {
+    for (const double damping : {0.0, 1e-3, 0.2, 1.5}) {
+      const ModeFit fit = fit_mode(free_motion(stiffness, damping, 60));
+      EXPECT_NEAR(fit.stiffness, stiffness, 1e-9) << stiffness << " " << damping;
+      EXPECT_NEAR(fit.damping, damping, 1e-9) << stiffness << " " << damping;
+    }
+  }
+}
+
+TEST(FitDynamics, NoGridPointNeedsLessForce) {
+  Random random(5);
+  int stiffness_bound = 0, damping_bound = 0, inside = 0;
+  for (int trial = 0; trial < 24; ++trial) {
+    Eigen::RowVectorXd z(12);
+    for (int i = 0; i < z.size(); ++i) {
+      z[i] = random.normal() + 0.5 * i * (trial % 3) +
+             3 * std::cos(0.3 * i) * std::exp(0.05 * (trial % 4) * i);
+    }
+    const ModeFit fit = fit_mode(z);
+    EXPECT_GE(fit.stiffness, 0);
+    EXPECT_GE(fit.damping, 0);
+    const double best = brute_force(z, 8);
+    const double found = cost(z, fit.stiffness, fit.damping);
+    EXPECT_LE(found, best * (1 + 1e-12)) << trial;
+    EXPECT_GE(found, best * (1 - 1e-4) - 1e-12) << trial;
+    stiffness_bound += fit.stiffness == 0;
+    damping_bound += fit.damping == 0;
+    inside += fit.stiffness > 0 && fit.damping > 0;
+  }
+  EXPECT_GT(damping_bound, 0);
+  EXPECT_GT(inside, 0);
+  EXPECT_GT(stiffness_bound, 0);
+}
+
+TEST(FitDynamics, ALambdaDrivenToItsBound) {
+  // Growing, z'' > 0 with z > 0: stiffness would be negative.
+  Eigen::RowVectorXd z(20);
+  for (int i = 0; i < 20; ++i) z[i] = std::cosh(0.2 * i);
+  const ModeFit fit = fit_mode(z);
+  EXPECT_EQ(fit.stiffness, 0);
+  EXPECT_EQ(fit.damping, 0);
+  // Slowing down towards where it goes: damping alone.
+  for (int i = 0; i < 20; ++i) z[i] = 3 - std::pow(1 / 1.25, i);
+  const ModeFit slowing = fit_mode(z);
+  EXPECT_NEAR(slowing.damping, 0.25, 1e-12);
+  EXPECT_NEAR(slowing.stiffness, 0, 1e-12);
+}
+
+TEST(FitDynamics, AMotionThatIsZeroOrConstantOrShort) {
+  for (const Eigen::RowVectorXd& z :
+       {Eigen::RowVectorXd(Eigen::RowVectorXd::Zero(30)),
+        Eigen::RowVectorXd(Eigen::RowVectorXd::Constant(30, 0.3)),
+        Eigen::RowVectorXd(Eigen::RowVectorXd::LinSpaced(2, 0, 1)), Eigen::RowVectorXd()}) {
+    const ModeFit fit = fit_mode(z);
+    EXPECT_EQ(fit.stiffness, 0);
+    EXPECT_EQ(fit.damping, 0);
+  }
+}
+
+TEST(FitDynamics, AGeometricMotionIsDampedOnly) {
+  for (const double ratio : {0.3, 0.9, 0.999}) {
+    Eigen::RowVectorXd z(40);
+    for (int i = 0; i < 40; ++i) z[i] = std::pow(ratio, i);
+    const ModeFit fit = fit_mode(z);
+    EXPECT_EQ(fit.stiffness, 0) << ratio;
+    EXPECT_NEAR(fit.damping, (1 - ratio) / ratio, 1e-10) << ratio;
+  }
+  // Changing sign each frame: either could do it, so no damping.
+  Eigen::RowVectorXd z(10);
+  for (int i = 0; i < 10; ++i) z[i] = i % 2 == 0 ? 1 : -1;
+  EXPECT_EQ(fit_mode(z).damping, 0);
+  EXPECT_NEAR(fit_mode(z).stiffness, 4, 1e-12);
+}
+
+TEST(FitDynamics, DoesNotDependOnScale) {
+  const Eigen::RowVectorXd z = free_motion(0.05, 0.01, 40);
+  for (const double scale : {1e-250, 1e-6, 1e250}) {
+    EXPECT_NEAR(fit_mode(scale * z).stiffness, 0.05, 1e-12);
+    EXPECT_NEAR(fit_mode(scale * z).damping, 0.01, 1e-12);
+  }
+}
+
+TEST(FitDynamics, RefusesWhatIsNotFinite) {
+  Eigen::RowVectorXd z = Eigen::RowVectorXd::Zero(9);
+  z[4] = std::numeric_limits<double>::quiet_NaN();
+  try {
+    (void)fit_mode(z);
+    FAIL();
+  } catch (const Error& error) {
+    EXPECT_EQ(error.code(), ErrorCode::kInvalidArgument);
+    EXPECT_EQ(error.field(), "z");
+  }
+}
+
+}  // namespace
+}  // namespace limber::spacetime
