@@ -24,19 +24,28 @@ std::shared_ptr<const ReducedModel> build(const bodies::ElasticBody& body, int m
   return std::make_shared<const ReducedModel>(reduced::build_model(body, options));
 }
 
+/// r of all problems.
+constexpr int kModes = 30;
+
+void keep_first_modes(int modes, spacetime::ModeDynamics& dynamics) {
+  dynamics.stiffness.conservativeResize(modes);
+  dynamics.damping.conservativeResize(modes);
+}
+
 }  // namespace
 
-SpacetimeProblem flower_problem(Recorder& recorder) {
-  const scene::Scene scene = scene::make_sample("flower");
+SpacetimeProblem sample_problem(const std::string& name, int coordinates, Recorder& recorder) {
+  const scene::Scene scene = scene::make_sample(name);
   const session::MappedBody mapped = session::map_body(scene);
-  recorder.note("spacetime: building the flower's model");
+  recorder.note("building the model of " + name);
   SpacetimeProblem problem;
-  problem.scene = "flower";
+  problem.scene = name;
   problem.tets = mapped.body.mesh.tet_count();
-  problem.model = build(mapped.body, 30, 80, 32);
+  problem.model = build(mapped.body, coordinates, 80, 32);
   problem.dynamics =
       session::map_dynamics(scene.dynamics, problem.model->eigenvalues, problem.model->rigid_count,
                             problem.model->mechanism_count);
+  keep_first_modes(kModes, problem.dynamics);
   problem.timeline = {scene.frame_count, session::map_end(scene.first_end),
                       session::map_end(scene.last_end)};
   const session::TargetFrame frame(scene, mapped);
@@ -83,19 +92,20 @@ std::vector<int> outer_nodes(const bodies::ElasticBody& body, const ReducedModel
 
 }  // namespace
 
-std::optional<SpacetimeProblem> tyrannosaurus_problem(const SuiteOptions& options,
+std::optional<SpacetimeProblem> tyrannosaurus_problem(int coordinates, const SuiteOptions& options,
                                                       Recorder& recorder) {
-  constexpr int kFrames = 350, kModes = 30, kConstraints = 27, kMoved = 8;
+  constexpr int kFrames = 350, kConstraints = 27, kMoved = 8;
   const std::optional<NamedBody> named = load_body("tyrannosaurus", options);
   if (!named) return std::nullopt;
-  recorder.note("spacetime: building the tyrannosaurus' model");
+  recorder.note("building the model of tyrannosaurus");
   SpacetimeProblem problem;
   problem.scene = "tyrannosaurus";
   problem.tets = named->body.mesh.tet_count();
-  problem.model = build(named->body, kModes, 80, 32);
+  problem.model = build(named->body, coordinates, 80, 32);
   scene::Dynamics dynamics;
   dynamics.period_frames = 60;
   problem.dynamics = session::map_dynamics(dynamics, problem.model->eigenvalues, 0);
+  keep_first_modes(kModes, problem.dynamics);
   problem.timeline.frame_count = kFrames;
   const std::vector<int> nodes = outer_nodes(named->body, *problem.model, 3);
 
@@ -103,7 +113,7 @@ std::optional<SpacetimeProblem> tyrannosaurus_problem(const SuiteOptions& option
   Eigen::MatrixXd amplitude(kMoved, 4);
   for (auto& value : amplitude.reshaped()) value = testing::uniform(generator);
   std::vector<int> frames;
-  Eigen::MatrixXd z = Eigen::MatrixXd::Zero(kModes, kConstraints);
+  Eigen::MatrixXd z = Eigen::MatrixXd::Zero(coordinates, kConstraints);
   for (int i = 0; i < kConstraints; ++i) {
     frames.push_back(25 + 300 * i / (kConstraints - 1));
     const double time = static_cast<double>(frames.back()) / (kFrames - 1);

@@ -26,13 +26,17 @@ struct SpacetimeProblem {
   std::vector<NodeConstraint> constraints;
 };
 
-/// The sample scene: N = 380, r = 30, h = 80, its 20 constraints.
-[[nodiscard]] SpacetimeProblem flower_problem(Recorder& recorder);
+/// A sample scene with its own constraints and time line, r = 30, h = 80 (flower: N = 380, 20
+/// constraints).
+/// @param coordinates  R >= 30, columns of W-hat
+[[nodiscard]] SpacetimeProblem sample_problem(const std::string& name, int coordinates,
+                                              Recorder& recorder);
 
 /// 27 constraints on three nodes in turn, on the path of a random smooth motion of the model's own
 /// modes (largest displacement near a quarter of the body), each off it by up to 0.3 % of the body.
-/// Empty without the public data.
-[[nodiscard]] std::optional<SpacetimeProblem> tyrannosaurus_problem(const SuiteOptions& options,
+/// N = 350, r = 30, h = 80. Empty without the public data.
+[[nodiscard]] std::optional<SpacetimeProblem> tyrannosaurus_problem(int coordinates,
+                                                                    const SuiteOptions& options,
                                                                     Recorder& recorder);
 
 }  // namespace limber::bench

@@ -281,8 +281,8 @@ void run(const SpacetimeProblem& problem, const SuiteOptions& options, Recorder&
 }  // namespace
 
 void spacetime_suite(const SuiteOptions& options, Recorder& recorder) {
-  run(flower_problem(recorder), options, recorder);
-  if (const auto problem = tyrannosaurus_problem(options, recorder)) {
+  run(sample_problem("flower", 30, recorder), options, recorder);
+  if (const auto problem = tyrannosaurus_problem(30, options, recorder)) {
     run(*problem, options, recorder);
   } else {
     recorder.note("spacetime: tyrannosaurus left out, the public data is not there");

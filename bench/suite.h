@@ -35,6 +35,7 @@ class Recorder {
 using Suite = void (*)(const SuiteOptions& options, Recorder& recorder);
 
 void spacetime_suite(const SuiteOptions& options, Recorder& recorder);
+void material_suite(const SuiteOptions& options, Recorder& recorder);
 void reconstruct_suite(const SuiteOptions& options, Recorder& recorder);
 void service_suite(const SuiteOptions& options, Recorder& recorder);
 void build_suite(const SuiteOptions& options, Recorder& recorder);

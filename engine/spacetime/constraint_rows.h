@@ -30,6 +30,9 @@ class ConstraintRows {
   ConstraintRows(std::shared_ptr<const reduced::Kinematics> kinematics, Eigen::MatrixXd mixing,
                  int modes);
 
+  /// Other modes of the same number; rebuild() must follow.
+  void set_mixing(Eigen::MatrixXd mixing) { mixing_ = std::move(mixing); }
+
   /// Knots: the distinct free frames of the constraints, sorted. Multipliers of surviving exact
   /// rows are kept.
   void rebuild(const std::map<ConstraintId, PositionConstraint>& constraints, int first_free,

@@ -59,6 +59,13 @@ void Optimizer::set_systems(const ModeDynamics& dynamics, const Timeline& timeli
   start_from_rest_if_there();
 }
 
+void Optimizer::set_material(const ModeDynamics& dynamics, Eigen::MatrixXd mixing,
+                             const Timeline& timeline,
+                             const std::map<ConstraintId, PositionConstraint>& constraints) {
+  rows_.set_mixing(std::move(mixing));
+  set_systems(dynamics, timeline, constraints);
+}
+
 void Optimizer::cold_start() {
   challenger_.reset();
   z_.setZero();

@@ -13,7 +13,8 @@
 namespace limber::spacetime {
 
 /// The iteration over z at the kept frames. Everything it keeps is valid between calls; edits come
-/// in through set_structure(), target_moved(), set_systems(), cold_start() and warm_start().
+/// in through set_structure(), target_moved(), set_systems(), set_material(), cold_start() and
+/// warm_start().
 class Optimizer {
  public:
   Optimizer(std::shared_ptr<const reduced::Kinematics> kinematics, const ModeDynamics& dynamics,
@@ -26,6 +27,9 @@ class Optimizer {
   /// Other dynamics or ends: the present motion is kept where they allow it.
   void set_systems(const ModeDynamics& dynamics, const Timeline& timeline,
                    const std::map<ConstraintId, PositionConstraint>& constraints);
+  /// As set_systems(), with other modes: S, R x r; empty: (I, 0)^T.
+  void set_material(const ModeDynamics& dynamics, Eigen::MatrixXd mixing, const Timeline& timeline,
+                    const std::map<ConstraintId, PositionConstraint>& constraints);
   void cold_start();
   void warm_start(const Eigen::MatrixXd& motion, Known known);
 

@@ -80,6 +80,20 @@ void validate(const PositionConstraint& constraint, int frame_count) {
   validate_target(constraint.target);
 }
 
+void validate_mixing(const Eigen::MatrixXd& mixing, Eigen::Index modes, int coordinates) {
+  if (mixing.size() == 0 && modes > coordinates) {
+    refuse("dynamics.stiffness", "dynamics.stiffness has " + std::to_string(modes) +
+                                     " modes, the kinematics only " + std::to_string(coordinates) +
+                                     " coordinates");
+  }
+  if (mixing.size() != 0 && (mixing.rows() != coordinates || mixing.cols() != modes)) {
+    refuse("mixing", "mixing is " + std::to_string(mixing.rows()) + " x " +
+                         std::to_string(mixing.cols()) + ", it must be " +
+                         std::to_string(coordinates) + " x " + std::to_string(modes));
+  }
+  if (!mixing.allFinite()) refuse("mixing", "mixing must be finite");
+}
+
 Error not_found(ConstraintId id) {
   return {ErrorCode::kNotFound, "constraint.id", "there is no constraint " + std::to_string(id)};
 }
@@ -108,6 +122,7 @@ class Solver::Impl {
        Timeline timeline, const SolverOptions& options, Eigen::MatrixXd mixing)
       : dynamics_(std::move(dynamics)),
         timeline_(timeline),
+        coordinates_(kinematics->coordinate_count()),
         optimizer_(std::move(kinematics), dynamics_, timeline_, options, std::move(mixing)) {}
 
   void bring_up_to_date() {
@@ -118,6 +133,7 @@ class Solver::Impl {
 
   ModeDynamics dynamics_;
   Timeline timeline_;
+  int coordinates_;
   std::map<ConstraintId, PositionConstraint> constraints_;
   bool stale_ = false;  // constraints_ differ from the optimiser's in more than targets
   Optimizer optimizer_;
@@ -131,17 +147,7 @@ Solver::Solver(std::shared_ptr<const reduced::Kinematics> kinematics, ModeDynami
   validate(dynamics);
   const Eigen::Index modes = dynamics.stiffness.size();
   const int coordinates = kinematics->coordinate_count();
-  if (mixing.size() == 0 && modes > coordinates) {
-    refuse("dynamics.stiffness", "dynamics.stiffness has " + std::to_string(modes) +
-                                     " modes, the kinematics only " + std::to_string(coordinates) +
-                                     " coordinates");
-  }
-  if (mixing.size() != 0 && (mixing.rows() != coordinates || mixing.cols() != modes)) {
-    refuse("mixing", "mixing is " + std::to_string(mixing.rows()) + " x " +
-                         std::to_string(mixing.cols()) + ", it must be " +
-                         std::to_string(coordinates) + " x " + std::to_string(modes));
-  }
-  if (!mixing.allFinite()) refuse("mixing", "mixing must be finite");
+  validate_mixing(mixing, modes, coordinates);
   if (!(kinematics->length() > 0) || !std::isfinite(kinematics->length())) {
     refuse("kinematics.length", "kinematics.length must be positive and finite");
   }
@@ -206,6 +212,21 @@ void Solver::set_dynamics(ModeDynamics dynamics) {
   }
   impl_->dynamics_ = std::move(dynamics);
   impl_->optimizer_.set_systems(impl_->dynamics_, impl_->timeline_, impl_->constraints_);
+  impl_->stale_ = false;
+}
+
+void Solver::set_material(Material material) {
+  validate(material.dynamics);
+  const Eigen::Index modes = material.dynamics.stiffness.size();
+  if (modes != impl_->dynamics_.stiffness.size()) {
+    refuse("dynamics.stiffness", "dynamics.stiffness has " + std::to_string(modes) +
+                                     " modes, it must keep its " +
+                                     std::to_string(impl_->dynamics_.stiffness.size()));
+  }
+  validate_mixing(material.mixing, modes, impl_->coordinates_);
+  impl_->dynamics_ = std::move(material.dynamics);
+  impl_->optimizer_.set_material(impl_->dynamics_, std::move(material.mixing), impl_->timeline_,
+                                 impl_->constraints_);
   impl_->stale_ = false;
 }
 

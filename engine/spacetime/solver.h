@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "engine/base/job.h"
+#include "engine/spacetime/material.h"
 #include "engine/spacetime/problem.h"
 
 namespace limber::spacetime {
@@ -77,6 +78,9 @@ class Solver {
   void remove(ConstraintId id);                               // kNotFound
   void set_timeline(EndCondition first, EndCondition last);
   void set_dynamics(ModeDynamics dynamics);
+  /// Other dynamics and other modes at once, of the same number: the present z is kept, whatever
+  /// it means in them. mixing empty: the first r coordinates. Errors as the constructor's.
+  void set_material(Material material);
   [[nodiscard]] std::vector<PositionConstraint> constraints() const;  // ordered by id
 
   void cold_start();

@@ -1,0 +1,51 @@
+#pragma once
+
+#include <Eigen/Core>
+
+#include "engine/spacetime/problem.h"
+
+namespace limber::spacetime {
+
+/// What a body swings with: its dynamics, and the modes they act on as mixtures of the columns of
+/// W-hat (paper: space-time editing, eq. 18).
+struct Material {
+  ModeDynamics dynamics;   // r
+  Eigen::MatrixXd mixing;  // S, R x r
+
+  [[nodiscard]] int modes() const { return static_cast<int>(mixing.cols()); }
+  [[nodiscard]] int coordinates() const { return static_cast<int>(mixing.rows()); }
+};
+
+/// S = (I, 0)^T, R x r.
+[[nodiscard]] Eigen::MatrixXd first_coordinates(int coordinates, int modes);
+
+/// E_s = sum_k (|s_k|^2 - 1)^2 (eq. 20), without mu.
+[[nodiscard]] double column_energy(const Eigen::Ref<const Eigen::MatrixXd>& mixing);
+
+/// E_f of a whole motion z, r x N (eq. 17a).
+[[nodiscard]] double force_energy(const ModeDynamics& dynamics,
+                                  const Eigen::Ref<const Eigen::MatrixXd>& motion);
+
+/// E_f as if every column of S had unit norm, row k of z scaled to match: u, frequencies and
+/// damping are the same, and energies of different S can be compared.
+[[nodiscard]] double unit_force_energy(const Material& material,
+                                       const Eigen::Ref<const Eigen::MatrixXd>& motion);
+
+/// How a mode swings when nothing holds it, in the frames that are shown: from the roots of
+/// (1 + d) x^2 - (2 + d - lambda) x + 1 = 0, what E_f = 0 makes of two frames (eq. 17a).
+struct ModeResponse {
+  double frequency_hz = 0;   // of the undamped mode; at most half the frames per second
+  double damping_ratio = 0;  // of critical; above 1 the mode creeps back without a swing
+  double decay_per_s = 0;    // of the amplitude, of its slower part above critical damping [1/s]
+};
+[[nodiscard]] ModeResponse mode_response(double stiffness, double damping,
+                                         double frames_per_second);
+
+/// Which unknowns a material optimisation moves.
+enum class MaterialVariables {
+  kMotion,             // z: forces only, the material as given
+  kMotionAndDynamics,  // z, Lambda, D
+  kAll,                // z, Lambda, D, S
+};
+
+}  // namespace limber::spacetime

@@ -1,0 +1,327 @@
+#include "engine/spacetime/material_solver.h"
+
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <utility>
+
+#include "engine/base/error.h"
+#include "engine/spacetime/fit_dynamics.h"
+#include "engine/spacetime/material_step.h"
+
+namespace limber::spacetime {
+namespace {
+
+constexpr double kFirstDamping = 1;  // Levenberg's nu
+constexpr double kLeastDamping = 1e-9, kStiffDamping = 1e6, kGreatestDamping = 1e12;
+constexpr double kLeastPart = 1e-6;   // of a step, before it counts as none
+constexpr double kSufficient = 1e-4;  // part of the promised decrease that makes a step good enough
+constexpr int kWindow = 10;           // steps that the tolerance looks back
+/// A mode that moves less than this part of the largest one tells nothing of its dynamics.
+constexpr double kAtRest = 1e-9;
+
+[[noreturn]] void refuse(const char* field, const std::string& message) {
+  throw Error(ErrorCode::kInvalidArgument, field, message);
+}
+
+void validate(const reduced::Kinematics& kinematics, const Timeline& timeline,
+              const Material& material, const Eigen::MatrixXd& motion,
+              const MaterialOptions& options) {
+  options.validate();
+  const int modes = material.modes();
+  if (material.coordinates() != kinematics.coordinate_count()) {
+    refuse("material.mixing",
+           fmt::format("material.mixing has {} rows, the kinematics {} coordinates",
+                       material.coordinates(), kinematics.coordinate_count()));
+  }
+  if (modes > material.coordinates()) {
+    refuse("material.mixing", fmt::format("material.mixing mixes {} coordinates into {} modes: "
+                                          "there cannot be more modes than coordinates",
+                                          material.coordinates(), modes));
+  }
+  const ModeDynamics& dynamics = material.dynamics;
+  if (dynamics.stiffness.size() != modes || dynamics.damping.size() != modes) {
+    refuse("material.dynamics",
+           fmt::format("material.dynamics has {} stiffnesses and {} dampings, there are {} modes",
+                       dynamics.stiffness.size(), dynamics.damping.size(), modes));
+  }
+  const auto bad = [](const Eigen::VectorXd& values) {
+    return !values.allFinite() || (values.array() < 0).any();
+  };
+  if (bad(dynamics.stiffness) || bad(dynamics.damping))
+    refuse("material.dynamics", "material.dynamics must be finite and >= 0");
+  if (!material.mixing.allFinite()) refuse("material.mixing", "material.mixing must be finite");
+  if (motion.rows() != modes || motion.cols() != timeline.frame_count || !motion.allFinite()) {
+    refuse("motion", fmt::format("motion must be {} x {} finite values, is {} x {}", modes,
+                                 timeline.frame_count, motion.rows(), motion.cols()));
+  }
+  if (options.held > modes)
+    refuse("options.held",
+           fmt::format("options.held = {} must be <= {} modes", options.held, modes));
+}
+
+}  // namespace
+
+void MaterialOptions::validate() const {
+  if (!(column_weight >= 0) || !std::isfinite(column_weight))
+    refuse("options.column_weight",
+           fmt::format("options.column_weight = {} must be >= 0", column_weight));
+  if (!(tolerance > 0) || !(tolerance < 1))
+    refuse("options.tolerance", fmt::format("options.tolerance = {} must be in (0, 1)", tolerance));
+  if (max_iterations <= 0)
+    refuse("options.max_iterations",
+           fmt::format("options.max_iterations = {} must be > 0", max_iterations));
+  if (held < 0) refuse("options.held", fmt::format("options.held = {} must be >= 0", held));
+}
+
+class MaterialSolver::Impl {
+ public:
+  Impl(std::shared_ptr<const reduced::Kinematics> kinematics, const Timeline& timeline,
+       const std::vector<PositionConstraint>& constraints, Material material,
+       const Eigen::MatrixXd& motion, MaterialOptions options)
+      : options_(options),
+        length_(kinematics->length()),
+        timeline_(timeline),
+        material_(std::move(material)),
+        systems_(material_.dynamics, timeline_),
+        rows_(std::move(kinematics), {}, material_.coordinates()) {
+    std::map<ConstraintId, PositionConstraint> by_id;
+    for (const PositionConstraint& constraint : constraints) by_id[constraint.id] = constraint;
+    rows_.rebuild(by_id, systems_.frames().first(), systems_.frames().last());
+    if (rows_.count() > kMostRows) {
+      throw Error(ErrorCode::kLimitExceeded, "constraints",
+                  fmt::format("material optimisation takes constraints of at most {} axes together,"
+                              " these have {}",
+                              kMostRows, rows_.count()));
+    }
+    systems_.set_knots(rows_.knots());
+    systems_.gather(motion, point_.z);
+    point_.mixing = material_.mixing;
+    evaluate(point_);
+    energy_ = merit(point_, systems_);
+  }
+
+  MaterialReport solve(const JobContext& job,
+                       const std::function<bool(const MaterialReport&)>& on_improved);
+  const Eigen::MatrixXd& motion() {
+    systems_.interpolate(point_.z, motion_);
+    return motion_;
+  }
+
+  [[nodiscard]] const Material& material() const { return material_; }
+
+ private:
+  void evaluate(MaterialPoint& point) {
+    const auto knots = static_cast<Eigen::Index>(rows_.knots().size());
+    hat_.setZero(padded_lanes(material_.coordinates()), knots);
+    knots_z_.resize(systems_.modes(), knots);
+    for (Eigen::Index knot = 0; knot < knots; ++knot) {
+      knots_z_.col(knot) =
+          point.z.col(systems_.kept_of_knot(static_cast<int>(knot))).head(systems_.modes());
+    }
+    hat_.topRows(material_.coordinates()).noalias() = point.mixing * knots_z_;
+    rows_.evaluate(hat_, ConstraintRows::Jacobian::kYes, point.rows);
+    ++evaluations_;
+  }
+  [[nodiscard]] double merit(const MaterialPoint& point, const ModeSystems& systems) const {
+    return systems.energy(point.z) + rows_.merit(point.rows.residual) +
+           options_.column_weight * column_energy(point.mixing);
+  }
+  void fit_dynamics();
+  [[nodiscard]] bool step();
+  /// trial_ <- this part of step_, bettered by what the rows did that the step did not foresee
+  /// (second-order correction, NOTATION.md). @returns its merit
+  double try_step(double part);
+  void accept(double part);
+  [[nodiscard]] MaterialReport report(SolveStatus status, int iterations);
+
+  /// Where a solve starts, to come back to.
+  struct Start {
+    Material material;
+    ModeSystems systems;
+    MaterialPoint point;
+    double nu, energy;
+  };
+
+  MaterialOptions options_;
+  double length_;
+  Timeline timeline_;
+  Material material_;
+  ModeSystems systems_;
+  ConstraintRows rows_;  // in z-hat = S z
+  MaterialSpace space_;
+  MaterialStep step_, correction_;
+  MaterialPoint point_, trial_, candidate_;
+  Lanes hat_;
+  Eigen::MatrixXd knots_z_, motion_;
+  double nu_ = kFirstDamping, energy_ = 0;
+  int evaluations_ = 0;
+};
+
+void MaterialSolver::Impl::fit_dynamics() {
+  systems_.interpolate(point_.z, motion_);
+  const double still = kAtRest * motion_.cwiseAbs().maxCoeff();
+  ModeDynamics fitted = material_.dynamics;
+  for (Eigen::Index k = options_.held; k < motion_.rows(); ++k) {
+    if (!(motion_.row(k).cwiseAbs().maxCoeff() > still)) continue;
+    const ModeFit fit = fit_mode(motion_.row(k));
+    fitted.stiffness[k] = fit.stiffness;
+    fitted.damping[k] = fit.damping;
+  }
+  ModeSystems systems(fitted, timeline_);
+  systems.set_knots(rows_.knots());
+  // Frames between knots follow the new dynamics: the energy falls. It may not where a free end's
+  // last frames are held (NOTATION.md).
+  const double energy = merit(point_, systems);
+  if (!(energy <= energy_)) return;
+  systems_ = std::move(systems);
+  material_.dynamics = std::move(fitted);
+  energy_ = energy;
+}
+
+bool MaterialSolver::Impl::step() {
+  const bool with_mixing = options_.variables == MaterialVariables::kAll;
+  for (double part = 1; nu_ <= kGreatestDamping && part > kLeastPart;) {
+    const double nu = with_mixing ? nu_ : std::numeric_limits<double>::infinity();
+    if (part == 1)
+      space_.step(systems_, rows_, point_, {nu, options_.column_weight, options_.held}, step_);
+    if (!(step_.promise > 0)) return false;
+    const double energy = try_step(part);
+    const double gain = (energy_ - energy) / step_.promise;
+    if (gain > kSufficient * part) {
+      if (gain > 0.5) nu_ = std::max(kLeastDamping, nu_ / 3);
+      if (gain < 0.1) nu_ *= 2;
+      energy_ = energy;
+      accept(part);
+      return true;
+    }
+    // Nothing but its length keeps a step in z alone within the reach of the linear model.
+    if (with_mixing && nu_ < kStiffDamping) {
+      nu_ *= 4;
+    } else {
+      part *= 0.25;
+    }
+  }
+  return false;
+}
+
+double MaterialSolver::Impl::try_step(double part) {
+  trial_.z = point_.z + part * step_.z;
+  trial_.mixing = point_.mixing + part * step_.mixing;
+  evaluate(trial_);
+  double energy = merit(trial_, systems_);
+  const Eigen::VectorXd foreseen =
+      (1 - part) * point_.rows.residual +
+      part * (step_.m - rows_.multiplier()).cwiseQuotient(rows_.weight());
+  for (int round = 0; round < 3 && energy_ - energy < 0.25 * part * step_.promise; ++round) {
+    if (!trial_.rows.residual.allFinite()) break;
+    space_.correct(systems_, rows_, trial_.rows.residual - foreseen, correction_);
+    candidate_.z = trial_.z + correction_.z;
+    candidate_.mixing = trial_.mixing + correction_.mixing;
+    evaluate(candidate_);
+    const double now = merit(candidate_, systems_);
+    if (!(now < energy)) break;
+    energy = now;
+    std::swap(trial_, candidate_);
+  }
+  return energy;
+}
+
+void MaterialSolver::Impl::accept(double part) {
+  std::swap(point_, trial_);
+  material_.mixing = point_.mixing;
+  if (rows_.exact_count() == 0) return;
+  rows_.set_multipliers(rows_.multiplier() + part * (step_.m - rows_.multiplier()));
+  energy_ = merit(point_, systems_);
+}
+
+MaterialReport MaterialSolver::Impl::solve(
+    const JobContext& job, const std::function<bool(const MaterialReport&)>& on_improved) {
+  if (rows_.count() == 0) return report(SolveStatus::kConverged, 0);
+  Start start{material_, systems_, point_, nu_, energy_};
+  std::vector<double> energies{energy_};
+  for (int iteration = 0; iteration < options_.max_iterations;) {
+    if (job.cancellation.requested()) return report(SolveStatus::kCancelled, iteration);
+    if (options_.variables != MaterialVariables::kMotion) fit_dynamics();
+    if (!step()) {
+      // Nothing is left to gain but what rounding hides.
+      const bool done = !(step_.promise > options_.tolerance * energy_);
+      return report(done ? SolveStatus::kConverged : SolveStatus::kStalled, iteration);
+    }
+    ++iteration;
+    energies.push_back(energy_);
+    if (iteration >= kWindow &&
+        energies[energies.size() - 1 - kWindow] - energy_ <= options_.tolerance * energy_) {
+      if (iteration == kWindow) {
+        material_ = std::move(start.material);
+        systems_ = std::move(start.systems);
+        point_ = std::move(start.point);
+        nu_ = start.nu;
+        energy_ = start.energy;
+      }
+      return report(SolveStatus::kConverged, iteration);
+    }
+    if (!on_improved) continue;
+    const MaterialReport now = report(SolveStatus::kImproved, iteration);
+    if (!on_improved(now)) return now;
+  }
+  return report(SolveStatus::kIterationLimit, options_.max_iterations);
+}
+
+MaterialReport MaterialSolver::Impl::report(SolveStatus status, int iterations) {
+  MaterialReport result;
+  result.status = status;
+  result.iterations = iterations;
+  result.evaluations = evaluations_;
+  result.force_energy = systems_.energy(point_.z);
+  result.constraint_energy = rows_.soft_energy(point_.rows.residual);
+  result.column_energy = options_.column_weight * column_energy(point_.mixing);
+  result.total_energy = result.force_energy + result.constraint_energy + result.column_energy;
+  double square = 0;
+  const auto misses = rows_.misses(point_.rows.residual);
+  for (const auto& miss : misses) {
+    result.max_constraint_error = std::max(result.max_constraint_error, length_ * miss.distance);
+    square += miss.distance * miss.distance;
+  }
+  if (!misses.empty())
+    result.rms_constraint_error = length_ * std::sqrt(square / static_cast<double>(misses.size()));
+  result.unit_force_energy =
+      status == SolveStatus::kImproved ? 0 : unit_force_energy(material_, motion());
+  if (status == SolveStatus::kIterationLimit) {
+    result.message = fmt::format(
+        "the material is still improving after {} iterations; more would lower the energy further",
+        iterations);
+  } else if (status == SolveStatus::kStalled) {
+    result.message = "no step of the material lowers the energy further";
+  } else if (status == SolveStatus::kCancelled) {
+    result.message = "the material's optimisation was cancelled";
+  }
+  return result;
+}
+
+MaterialSolver::MaterialSolver(std::shared_ptr<const reduced::Kinematics> kinematics,
+                               Timeline timeline,
+                               const std::vector<PositionConstraint>& constraints,
+                               Material material, const Eigen::MatrixXd& motion,
+                               MaterialOptions options) {
+  if (!kinematics) refuse("kinematics", "kinematics must not be null");
+  validate(*kinematics, timeline, material, motion, options);
+  impl_ = std::make_unique<Impl>(std::move(kinematics), timeline, constraints, std::move(material),
+                                 motion, options);
+}
+
+MaterialSolver::~MaterialSolver() = default;
+MaterialSolver::MaterialSolver(MaterialSolver&&) noexcept = default;
+MaterialSolver& MaterialSolver::operator=(MaterialSolver&&) noexcept = default;
+
+MaterialReport MaterialSolver::solve(
+    const JobContext& job, const std::function<bool(const MaterialReport&)>& on_improved) {
+  return impl_->solve(job, on_improved);
+}
+const Eigen::MatrixXd& MaterialSolver::motion() const { return impl_->motion(); }
+const Material& MaterialSolver::material() const { return impl_->material(); }
+
+}  // namespace limber::spacetime
