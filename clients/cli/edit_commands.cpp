@@ -1,4 +1,5 @@
-// add, move, replace, remove, ends, dynamics, undo, redo, edit-script: edits, each a revision.
+// add, move, replace, remove, ends, dynamics, material, undo, redo, edit-script: edits, each a
+// revision.
 
 #include <fmt/format.h>
 
@@ -239,6 +240,70 @@ void dynamics_command(CLI::App& app, Context& context) {
       [&context, options] { print_receipt(context, change_dynamics(context, *options)); });
 }
 
+const std::map<std::string, v1::MaterialVariables> kVariables = {
+    {"motion", v1::MATERIAL_VARIABLES_MOTION},
+    {"dynamics", v1::MATERIAL_VARIABLES_DYNAMICS},
+    {"all", v1::MATERIAL_VARIABLES_ALL}};
+
+struct MaterialOptions {
+  std::string session, optimise;
+  bool freeze = false, reset = false;
+};
+
+void print_material(Context& context, const std::string& session) {
+  v1::GetMaterialRequest request;
+  request.set_session(session);
+  const auto material = context.client().call(request);
+  if (context.json) return print_json(material);
+  Table table(
+      {"mode", "frequency [Hz]", "damping ratio", "decay [1/s]", "scene [Hz]", "scene damping"});
+  for (int k = 0; k < material.modes_size(); ++k) {
+    const auto& mode = material.modes(k);
+    const auto& initial = material.initial(k);
+    table.add({std::to_string(k + 1), fmt::format("{:.4g}", mode.frequency_hz()),
+               fmt::format("{:.3g}", mode.damping_ratio()),
+               fmt::format("{:.3g}", mode.decay_per_s()),
+               fmt::format("{:.4g}", initial.frequency_hz()),
+               fmt::format("{:.3g}", initial.damping_ratio())});
+  }
+  fmt::print("{}", table.text());
+  fmt::print("optimised: {}; control forces {:.4g} (comparable between materials), revision {}{}\n",
+             words(v1::MaterialVariables_Name(material.variables()), "MATERIAL_VARIABLES_"),
+             material.result().unit_force_energy(), material.result().revision(),
+             material.result().converged() ? "" : " (not final)");
+}
+
+void change_material(Context& context, const MaterialOptions& options) {
+  std::vector<v1::Edit> edits;
+  if (options.reset) edits.emplace_back().mutable_reset_material();
+  if (options.freeze || !options.optimise.empty()) {
+    edits.emplace_back().mutable_set_material()->set_variables(
+        options.freeze ? v1::MATERIAL_VARIABLES_MOTION : kVariables.at(options.optimise));
+  }
+  if (edits.empty()) return print_material(context, options.session);
+  print_receipt(context, send(context, options.session, edits));
+}
+
+void material_command(CLI::App& app, Context& context) {
+  auto options = std::make_shared<MaterialOptions>();
+  auto* command = subcommand(
+      app, "material",
+      "The material of the newest result in SI units; or what of it is optimised from now on",
+      "limber material flower --optimise all");
+  command->add_option("session", options->session, "Session")->required();
+  auto* optimise =
+      command
+          ->add_option("--optimise", options->optimise,
+                       "motion: control forces only; dynamics: and frequencies and damping; all: "
+                       "and the modes (open the scene with \"material_optimisation\": "
+                       "{\"variables\": \"MATERIAL_VARIABLES_ALL\"} for more modes to mix)")
+          ->check(CLI::IsMember({"motion", "dynamics", "all"}));
+  command->add_flag("--freeze", options->freeze, "Keep what was fitted and optimise forces only")
+      ->excludes(optimise);
+  command->add_flag("--reset", options->reset, "Forget what was fitted: the scene's own material");
+  command->callback([&context, options] { change_material(context, *options); });
+}
+
 void undo_redo_commands(CLI::App& app, Context& context) {
   for (const bool undo : {true, false}) {
     const std::string name = undo ? "undo" : "redo";
@@ -347,6 +412,7 @@ void add_edit_commands(CLI::App& app, Context& context) {
   remove_constraint_command(app, context);
   ends_command(app, context);
   dynamics_command(app, context);
+  material_command(app, context);
   undo_redo_commands(app, context);
   script_command(app, context);
 }

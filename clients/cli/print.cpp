@@ -115,6 +115,10 @@ std::string describe(const v1::ResultInfo& result) {
       result.iterations(), result.total_energy(), result.force_energy(), result.constraint_energy(),
       result.gradient(), result.max_constraint_error(), result.rms_constraint_error(),
       result.max_exact_error(), result.since_edit_ms());
+  if (result.material_iterations() > 0)
+    text +=
+        fmt::format("material          {} steps, control forces {:.6g} with modes of unit size\n",
+                    result.material_iterations(), result.unit_force_energy());
   if (result.rank_deficient() && result.message().empty())
     text += "exact constraints contradict or repeat each other: a least-squares answer\n";
   if (!result.message().empty()) text += result.message() + "\n";

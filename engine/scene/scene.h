@@ -33,6 +33,23 @@ struct ModelRequest {
   int basis_size = 0;
   int cubature_size = 0;
   Cubature cubature = Cubature::kFittedMaps;
+  /// R, modes that material optimisation may mix, >= mode_count; 0: kDefaultCandidates where a
+  /// scene is opened with MaterialVariables::kAll (or as many as the mesh has), else mode_count.
+  int candidate_modes = 0;
+
+  static constexpr int kDefaultCandidates = 80;  // as in the paper's table 1
+};
+
+/// What is optimised beside the control forces (paper: space-time editing, section 4).
+enum class MaterialVariables {
+  kMotion,    // nothing: the material stays as it is
+  kDynamics,  // frequencies and damping of the modes
+  kAll,       // and the modes themselves, as mixtures of more of them
+};
+
+struct MaterialOptimisation {
+  MaterialVariables variables = MaterialVariables::kMotion;
+  double column_weight = 1;  // mu >= 0: keeps mixed modes near unit size
 };
 
 /// "In this frame, the (mean) position of these nodes is there."
@@ -59,6 +76,7 @@ struct Scene {
   End last_end = End::kPinnedPositionVelocity;
   Dynamics dynamics;
   ModelRequest model;
+  MaterialOptimisation material_optimisation;
   std::vector<Constraint> constraints;
   /// Base motion that is edited: displacements from rest, 3n x frame_count [scene units]; empty:
   /// the rest shape.
@@ -80,6 +98,10 @@ inline constexpr double kGreatestWeight = 1e12;
 /// No message, file or option can carry the infinite weight itself.
 inline constexpr const char* kHowToHoldExactly =
     "to hold exactly, give `exact: true` (--exact) in its place";
+
+/// R that a scene asks for, rigid motions of a free body not counted. A small mesh has fewer than
+/// the default.
+[[nodiscard]] int wanted_candidate_modes(const Scene& scene);
 
 /// How many frames an end condition holds; nothing for a number that is none.
 [[nodiscard]] std::optional<int> pinned_frames(End end);

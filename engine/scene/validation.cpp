@@ -121,6 +121,16 @@ class SceneValidator {
     const ModelRequest& model = scene_.model;
     if (model.mode_count <= 0)
       error("model.modes", "must be > 0, is " + std::to_string(model.mode_count));
+    if (model.candidate_modes != 0 && model.candidate_modes < model.mode_count) {
+      error("model.candidate_modes",
+            fmt::format("must be >= model.modes = {}, or 0 to choose, is {}", model.mode_count,
+                        model.candidate_modes));
+    }
+    const double column_weight = scene_.material_optimisation.column_weight;
+    if (!(column_weight >= 0 && column_weight <= kGreatestWeight)) {
+      error("material_optimisation.column_weight",
+            fmt::format("must be in [0, {:g}], is {}", kGreatestWeight, number(column_weight)));
+    }
     if (!(model.tolerance > 1e-6 && model.tolerance < 1)) {
       error("model.tolerance", "must be in (1e-6, 1), is " + number(model.tolerance));
     }
@@ -272,6 +282,11 @@ class SceneValidator {
                                " elastic degrees of freedom, is " +
                                std::to_string(scene_.model.mode_count));
     }
+    if (elastic_degrees > 0 && scene_.model.candidate_modes >= elastic_degrees) {
+      error("model.candidate_modes", "must be below the " + std::to_string(elastic_degrees) +
+                                         " elastic degrees of freedom, is " +
+                                         std::to_string(scene_.model.candidate_modes));
+    }
     const int degrees = elastic_degrees + (scene_.fixed_nodes.empty() ? 6 : 0);
     if (elastic_degrees > 0 && scene_.model.basis_size > degrees) {
       warning("model.basis_size", fmt::format("is {}, more than the {} degrees of freedom: at most "
@@ -366,6 +381,13 @@ class SceneValidator {
 };
 
 }  // namespace
+
+int wanted_candidate_modes(const Scene& scene) {
+  const ModelRequest& model = scene.model;
+  if (model.candidate_modes > 0) return model.candidate_modes;
+  if (scene.material_optimisation.variables != MaterialVariables::kAll) return model.mode_count;
+  return std::max(model.mode_count, ModelRequest::kDefaultCandidates);
+}
 
 std::optional<int> pinned_frames(End end) {
   switch (end) {

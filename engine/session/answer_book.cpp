@@ -7,7 +7,8 @@ namespace limber::session {
 namespace {
 
 std::size_t bytes_of(const Result& result) {
-  return static_cast<std::size_t>(result.modal.size()) * sizeof(double) +
+  const Eigen::Index mixing = result.material ? result.material->mixing.size() : 0;
+  return static_cast<std::size_t>(result.modal.size() + mixing) * sizeof(double) +
          static_cast<std::size_t>(result.coordinates.size()) * sizeof(float);
 }
 

@@ -28,7 +28,14 @@ struct DynamicsChange {
   scene::Dynamics dynamics;
 };
 
-using Change = std::variant<ConstraintChange, TargetChange, EndsChange, DynamicsChange>;
+/// What is optimised, and since which reset: a fitted material belongs to one epoch.
+struct MaterialChange {
+  scene::MaterialVariables variables = scene::MaterialVariables::kMotion;
+  std::uint64_t epoch = 0;
+};
+
+using Change =
+    std::variant<ConstraintChange, TargetChange, EndsChange, DynamicsChange, MaterialChange>;
 using ChangeGroup = std::vector<Change>;  // in the order they are to be applied
 
 /// What differs from the state the solver last saw. Grows with the number of touched things, not of
@@ -39,6 +46,7 @@ struct Touched {
   std::map<std::uint64_t, How> constraints;
   bool ends = false;
   bool dynamics = false;
+  bool material = false;
 
   void note(const Change& change);
   [[nodiscard]] bool empty() const { return constraints.empty() && !ends && !dynamics; }

@@ -11,8 +11,9 @@ namespace limber::session {
 namespace {
 
 const char* name_of(const Edit& edit) {
-  static constexpr const char* kNames[] = {"add.",      "move.",         "replace.", "remove.",
-                                           "set_ends.", "set_dynamics.", "undo.",    "redo."};
+  static constexpr const char* kNames[] = {
+      "add.",          "move.",         "replace.",        "remove.", "set_ends.",
+      "set_dynamics.", "set_material.", "reset_material.", "undo.",   "redo."};
   static_assert(std::variant_size_v<Edit> == std::size(kNames));
   return kNames[edit.index()];
 }
@@ -65,8 +66,10 @@ void Touched::note(const Change& change) {
     constraints.try_emplace(moved->id, How::kTargetOnly);
   } else if (std::holds_alternative<EndsChange>(change)) {
     ends = true;
-  } else {
+  } else if (std::holds_alternative<DynamicsChange>(change)) {
     dynamics = true;
+  } else {
+    material = true;
   }
 }
 
@@ -146,7 +149,8 @@ Document::Document(scene::Scene scene, DocumentLimits limits)
       rules_(scene),
       first_end_(scene.first_end),
       last_end_(scene.last_end),
-      dynamics_(scene.dynamics) {
+      dynamics_(scene.dynamics),
+      material_{scene.material_optimisation.variables, 0} {
   limits_.validate();
   rules_.check_ends(first_end_, last_end_);
   under("dynamics.", [&] { ConstraintRules::check_dynamics(dynamics_); });
@@ -304,6 +308,12 @@ std::uint64_t Document::apply_edit(const Edit& edit, Request& request) {
           ConstraintRules::check_dynamics(e.dynamics);
           make(DynamicsChange{e.dynamics}, request);
           return 0;
+        } else if constexpr (std::is_same_v<T, SetMaterialVariables>) {
+          make(MaterialChange{e.variables, material_.epoch}, request);
+          return 0;
+        } else if constexpr (std::is_same_v<T, ResetMaterial>) {
+          make(MaterialChange{material_.variables, ++epochs_}, request);
+          return 0;
         } else if constexpr (std::is_same_v<T, Undo>) {
           request.keep_stacks(*this);
           close_step(request);
@@ -406,6 +416,8 @@ Change Document::exchange(Change change) {
     std::swap(ends->last, last_end_);
   } else if (auto* dynamics = std::get_if<DynamicsChange>(&change)) {
     std::swap(dynamics->dynamics, dynamics_);
+  } else if (auto* material = std::get_if<MaterialChange>(&change)) {
+    std::swap(*material, material_);
   }
   return change;
 }

@@ -50,6 +50,7 @@ class Document {
   [[nodiscard]] scene::End first_end() const { return first_end_; }
   [[nodiscard]] scene::End last_end() const { return last_end_; }
   [[nodiscard]] const scene::Dynamics& dynamics() const { return dynamics_; }
+  [[nodiscard]] const MaterialChange& material() const { return material_; }
   [[nodiscard]] const std::map<std::uint64_t, scene::Constraint>& constraints() const {
     return constraints_;
   }
@@ -105,6 +106,8 @@ class Document {
   std::shared_ptr<const scene::Scene> unedited_;
   scene::End first_end_, last_end_;
   scene::Dynamics dynamics_;
+  MaterialChange material_;
+  std::uint64_t epochs_ = 0;  // newest given
   std::map<std::uint64_t, scene::Constraint> constraints_;
   std::uint64_t next_id_ = 1;  // never goes back, so that an id is not given twice
   Revision revision_ = 0;

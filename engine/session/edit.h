@@ -30,11 +30,17 @@ struct SetEnds {
 struct SetDynamics {
   scene::Dynamics dynamics;
 };
+/// From now on this is optimised. What was fitted stays: kMotion freezes it.
+struct SetMaterialVariables {
+  scene::MaterialVariables variables = scene::MaterialVariables::kMotion;
+};
+/// Forgets what was fitted: the material of the scene, from which optimisation starts anew.
+struct ResetMaterial {};
 struct Undo {};
 struct Redo {};
 
 using Edit = std::variant<AddConstraint, MoveConstraint, ReplaceConstraint, RemoveConstraint,
-                          SetEnds, SetDynamics, Undo, Redo>;
+                          SetEnds, SetDynamics, SetMaterialVariables, ResetMaterial, Undo, Redo>;
 
 struct EditReceipt {
   Revision revision = 0;

@@ -16,6 +16,7 @@ EditBatch batch_of(const Document& document, const Touched& touched) {
   }
   if (touched.ends) batch.ends = EndsChange{document.first_end(), document.last_end()};
   if (touched.dynamics) batch.dynamics = document.dynamics();
+  if (touched.material) batch.material = document.material();
   return batch;
 }
 
@@ -24,6 +25,7 @@ EditBatch whole_batch(const Document& document) {
   batch.set = document.constraint_list();
   batch.ends = EndsChange{document.first_end(), document.last_end()};
   batch.dynamics = document.dynamics();
+  batch.material = document.material();
   return batch;
 }
 

@@ -18,6 +18,7 @@ struct EditBatch {
   std::vector<TargetChange> moved;
   std::optional<EndsChange> ends;
   std::optional<scene::Dynamics> dynamics;
+  std::optional<MaterialChange> material;
 };
 
 /// The newest state of what was touched.

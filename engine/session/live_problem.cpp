@@ -7,21 +7,24 @@ namespace limber::session {
 
 LiveProblem::LiveProblem(std::shared_ptr<const reduced::ReducedModel> model,
                          std::shared_ptr<const reduced::BaseMotion> base, TargetFrame targets,
-                         int frame_count, spacetime::SolverOptions options, SiteLimits limits)
+                         ProblemTerms terms, spacetime::SolverOptions options, SiteLimits limits)
     : model_(std::move(model)),
       base_(std::move(base)),
       targets_(std::move(targets)),
-      frame_count_(frame_count),
+      terms_(terms),
       options_(options),
       limits_(limits) {}
 
 void LiveProblem::start(const EditBatch& whole) {
-  LIMBER_DEMAND(whole.ends && whole.dynamics && whole.moved.empty() && whole.removed.empty());
+  LIMBER_DEMAND(whole.ends && whole.dynamics && whole.material && whole.moved.empty() &&
+                whole.removed.empty());
   solver_.reset();
   held_.clear();
-  make_solver(map_dynamics(*whole.dynamics, model_->eigenvalues, model_->rigid_count,
-                           model_->mechanism_count),
-              {frame_count_, map_end(whole.ends->first), map_end(whole.ends->last)});
+  variables_ = whole.material->variables;
+  epoch_ = whole.material->epoch;
+  initial_ = material_ = std::make_shared<const spacetime::Material>(
+      map_material(*whole.dynamics, terms_.mode_count, *model_));
+  make_solver({terms_.frame_count, map_end(whole.ends->first), map_end(whole.ends->last)});
   for (const scene::Constraint& constraint : whole.set) set(constraint);
 }
 
@@ -34,14 +37,43 @@ void LiveProblem::apply(const EditBatch& batch) {
     solver_->move(move.id, targets_.displacement(move.target, held_.at(move.id).origin));
   }
   if (batch.ends) solver_->set_timeline(map_end(batch.ends->first), map_end(batch.ends->last));
-  if (batch.dynamics)
-    solver_->set_dynamics(map_dynamics(*batch.dynamics, model_->eigenvalues, model_->rigid_count,
-                                       model_->mechanism_count));
+  if (batch.dynamics) set_dynamics(*batch.dynamics);
+  if (batch.material) {
+    variables_ = batch.material->variables;
+    if (std::exchange(epoch_, batch.material->epoch) != batch.material->epoch) reset_material();
+  }
   if (mostly_unused_sites()) shed_sites();
 }
 
-void LiveProblem::coordinates(const Eigen::MatrixXd& motion, Eigen::MatrixXf& q) const {
-  kinematics_->coordinates(0, motion, q);
+/// What was fitted to other dynamics starts anew from these.
+void LiveProblem::set_dynamics(const scene::Dynamics& dynamics) {
+  initial_ = std::make_shared<const spacetime::Material>(
+      map_material(dynamics, terms_.mode_count, *model_));
+  reset_material();
+}
+
+void LiveProblem::set_material(std::shared_ptr<const spacetime::Material> material) {
+  if (material == material_) return;
+  material_ = std::move(material);
+  solver_->set_material(*material_);
+}
+
+double LiveProblem::column_energy() const {
+  return terms_.column_weight * spacetime::column_energy(material_->mixing);
+}
+
+spacetime::MaterialSolver LiveProblem::material_solver() const {
+  spacetime::MaterialOptions options;
+  options.variables = map_variables(variables_);
+  options.column_weight = terms_.column_weight;
+  options.held = model_->rigid_count;
+  return {kinematics_, solver_->timeline(), solver_->constraints(),
+          *material_,  solver_->motion(),   options};
+}
+
+void LiveProblem::coordinates(const spacetime::Material& material, const Eigen::MatrixXd& motion,
+                              Eigen::MatrixXf& q) const {
+  kinematics_->coordinates(0, material.mixing * motion, q);
 }
 
 void LiveProblem::set(const scene::Constraint& constraint) {
@@ -64,12 +96,11 @@ void LiveProblem::set(const scene::Constraint& constraint) {
   held_[constraint.id] = std::move(held);
 }
 
-void LiveProblem::make_solver(const spacetime::ModeDynamics& dynamics,
-                              const spacetime::Timeline& timeline) {
+void LiveProblem::make_solver(const spacetime::Timeline& timeline) {
   kinematics_ = std::make_shared<reduced::ReducedKinematics>(model_, base_);
   site_count_ = 0;
   site_nodes_ = 0;
-  solver_.emplace(kinematics_, dynamics, timeline, options_);
+  solver_.emplace(kinematics_, material_->dynamics, timeline, options_, material_->mixing);
 }
 
 void LiveProblem::note_site(int site, std::size_t nodes) {
@@ -87,8 +118,7 @@ bool LiveProblem::mostly_unused_sites() const {
 
 void LiveProblem::shed_sites() {
   std::vector<spacetime::PositionConstraint> constraints = solver_->constraints();
-  make_solver(spacetime::ModeDynamics(solver_->dynamics()),
-              spacetime::Timeline(solver_->timeline()));
+  make_solver(spacetime::Timeline(solver_->timeline()));
   for (spacetime::PositionConstraint& constraint : constraints) {
     const std::vector<int>& nodes = held_.at(constraint.id).nodes;
     constraint.site = kinematics_->add_site(nodes);

@@ -9,6 +9,7 @@
 #include "engine/reduced/reduced_model.h"
 #include "engine/session/edit_batch.h"
 #include "engine/session/problem_mapping.h"
+#include "engine/spacetime/material_solver.h"
 #include "engine/spacetime/solver.h"
 
 namespace limber::session {
@@ -20,12 +21,20 @@ struct SiteLimits {
   std::size_t nodes = 16'000'000;  // that their groups name together
 };
 
-/// The warm solver of a session and the sites its constraints need. Driven by one thread.
+/// What a scene says once and for all of its problem.
+struct ProblemTerms {
+  int frame_count = 0;
+  int mode_count = 0;  // elastic modes that swing, r without rigid unknowns
+  double column_weight = 1;
+};
+
+/// The warm solver of a session, the material it has fitted so far and the sites its constraints
+/// need. Driven by one thread.
 class LiveProblem {
  public:
   LiveProblem(std::shared_ptr<const reduced::ReducedModel> model,
-              std::shared_ptr<const reduced::BaseMotion> base, TargetFrame targets, int frame_count,
-              spacetime::SolverOptions options, SiteLimits limits = {});
+              std::shared_ptr<const reduced::BaseMotion> base, TargetFrame targets,
+              ProblemTerms terms, spacetime::SolverOptions options, SiteLimits limits = {});
 
   /// A new, cold solver of what `whole` says.
   void start(const EditBatch& whole);
@@ -37,8 +46,26 @@ class LiveProblem {
   [[nodiscard]] spacetime::Solver& solver() { return *solver_; }
   [[nodiscard]] int site_count() const { return site_count_; }
 
-  /// q of all frames at the solver's motion, h x N.
-  void coordinates(const Eigen::MatrixXd& motion, Eigen::MatrixXf& q) const;
+  /// The material the solver has now; shared, never changed.
+  [[nodiscard]] const std::shared_ptr<const spacetime::Material>& material() const {
+    return material_;
+  }
+  /// That of the scene, where optimisation starts.
+  [[nodiscard]] const std::shared_ptr<const spacetime::Material>& initial_material() const {
+    return initial_;
+  }
+  /// Another fitted material; the solver keeps its z.
+  void set_material(std::shared_ptr<const spacetime::Material> material);
+  void reset_material() { set_material(initial_); }
+  /// mu E_s of material().
+  [[nodiscard]] double column_energy() const;
+  [[nodiscard]] scene::MaterialVariables variables() const { return variables_; }
+  /// A material optimisation of the present problem from the solver's motion and material().
+  [[nodiscard]] spacetime::MaterialSolver material_solver() const;
+
+  /// q of all frames of a motion (z, r x N) with a material, h x N.
+  void coordinates(const spacetime::Material& material, const Eigen::MatrixXd& motion,
+                   Eigen::MatrixXf& q) const;
 
  private:
   struct Held {
@@ -49,13 +76,17 @@ class LiveProblem {
   void set(const scene::Constraint& constraint);
   void note_site(int site, std::size_t nodes);
   [[nodiscard]] bool mostly_unused_sites() const;
-  void make_solver(const spacetime::ModeDynamics& dynamics, const spacetime::Timeline& timeline);
+  void make_solver(const spacetime::Timeline& timeline);
+  void set_dynamics(const scene::Dynamics& dynamics);
   void shed_sites();
 
   std::shared_ptr<const reduced::ReducedModel> model_;
   std::shared_ptr<const reduced::BaseMotion> base_;
   TargetFrame targets_;
-  int frame_count_;
+  ProblemTerms terms_;
+  std::shared_ptr<const spacetime::Material> initial_, material_;
+  scene::MaterialVariables variables_ = scene::MaterialVariables::kMotion;
+  std::uint64_t epoch_ = 0;
   spacetime::SolverOptions options_;
   std::shared_ptr<reduced::ReducedKinematics> kinematics_;
   SiteLimits limits_;

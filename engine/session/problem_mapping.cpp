@@ -19,7 +19,8 @@ std::string model_notes(const scene::ModelRequest& request, const reduced::Reduc
   };
   if (model.rigid_count > 0) {
     note(fmt::format("model.modes: {} used, the {} asked for and {} rigid motions of the free body",
-                     model.coordinate_count(), request.mode_count, model.rigid_count));
+                     request.mode_count + model.rigid_count, request.mode_count,
+                     model.rigid_count));
   }
   if (request.basis_size > model.basis_size()) {
     note(fmt::format(
@@ -61,9 +62,13 @@ MappedBody map_body(const scene::Scene& scene) {
   return mapped;
 }
 
-reduced::ModelOptions map_model(const scene::ModelRequest& request) {
+reduced::ModelOptions map_model(const scene::Scene& scene, const bodies::ElasticBody& body) {
+  const scene::ModelRequest& request = scene.model;
+  const int free_nodes = body.mesh.node_count() - static_cast<int>(body.fixed_nodes.size());
+  const int elastic = 3 * free_nodes - (body.fixed_nodes.empty() ? 6 : 0);
   reduced::ModelOptions options;
-  options.mode_count = request.mode_count;
+  options.mode_count =
+      std::max(request.mode_count, std::min(scene::wanted_candidate_modes(scene), elastic - 1));
   options.tolerance = request.tolerance;
   options.basis_size = request.basis_size;
   options.cubature_size = request.cubature_size;
@@ -71,6 +76,31 @@ reduced::ModelOptions map_model(const scene::ModelRequest& request) {
                          ? reduced::CubatureKind::kWeights
                          : reduced::CubatureKind::kFittedMaps;
   return options;
+}
+
+spacetime::Material map_material(const scene::Dynamics& dynamics, int mode_count,
+                                 const reduced::ReducedModel& model) {
+  spacetime::Material material;
+  material.dynamics =
+      map_dynamics(dynamics, model.eigenvalues, model.rigid_count, model.mechanism_count);
+  const int modes = std::min(model.coordinate_count(), model.rigid_count + mode_count);
+  material.dynamics.stiffness.conservativeResize(modes);
+  material.dynamics.damping.conservativeResize(modes);
+  material.mixing = spacetime::first_coordinates(model.coordinate_count(), modes);
+  return material;
+}
+
+spacetime::MaterialVariables map_variables(scene::MaterialVariables variables) {
+  switch (variables) {
+    case scene::MaterialVariables::kMotion:
+      return spacetime::MaterialVariables::kMotion;
+    case scene::MaterialVariables::kDynamics:
+      return spacetime::MaterialVariables::kMotionAndDynamics;
+    case scene::MaterialVariables::kAll:
+      return spacetime::MaterialVariables::kAll;
+  }
+  LIMBER_DEMAND(false);
+  return spacetime::MaterialVariables::kMotion;
 }
 
 spacetime::ModeDynamics map_dynamics(const scene::Dynamics& dynamics,

@@ -8,6 +8,7 @@
 #include "engine/reduced/reduced_model.h"
 #include "engine/scene/scene.h"
 #include "engine/session/length_unit.h"
+#include "engine/spacetime/material.h"
 #include "engine/spacetime/problem.h"
 #include "engine/spacetime/solver.h"
 
@@ -24,7 +25,9 @@ struct MappedBody {
 /// @throws Error with a field of the scene ("mesh.tets[17]", "fixed_nodes[2]")
 [[nodiscard]] MappedBody map_body(const scene::Scene& scene);
 
-[[nodiscard]] reduced::ModelOptions map_model(const scene::ModelRequest& request);
+/// Its modes are R: at most one less than the body's elastic degrees of freedom.
+[[nodiscard]] reduced::ModelOptions map_model(const scene::Scene& scene,
+                                              const bodies::ElasticBody& body);
 
 /// Lambda and D with the frame as the unit of time. With a period of L frames,
 /// lambda_k = (eigenvalue_k / eigenvalue_1) (2 pi / L)^2 (space-time editing, sec. 5.2),
@@ -42,6 +45,13 @@ struct MappedBody {
 /// it has what was asked for. Sizes that were left to the builder are not remarked on.
 [[nodiscard]] std::string model_notes(const scene::ModelRequest& request,
                                       const reduced::ReducedModel& model);
+
+/// The material a session starts with: the first r coordinates of the model (the rigid unknowns and
+/// `mode_count` elastic modes) with the dynamics of the scene.
+[[nodiscard]] spacetime::Material map_material(const scene::Dynamics& dynamics, int mode_count,
+                                               const reduced::ReducedModel& model);
+
+[[nodiscard]] spacetime::MaterialVariables map_variables(scene::MaterialVariables variables);
 
 /// Displacements [scene units] of source nodes to [m] of compact nodes, 3n x frames.
 [[nodiscard]] Eigen::MatrixXd map_base_motion(const scene::Scene& scene,

@@ -34,6 +34,14 @@ Revision Session::revision() const {
 
 scene::Scene Session::scene() const { return impl_->scene(); }
 
+scene::Dynamics Session::dynamics() const {
+  return impl_->read([](const Impl& impl) { return impl.document_.dynamics(); });
+}
+
+scene::MaterialVariables Session::material_variables() const {
+  return impl_->read([](const Impl& impl) { return impl.document_.material().variables; });
+}
+
 std::vector<scene::Constraint> Session::constraints() const {
   return impl_->read([](const Impl& impl) { return impl.document_.constraint_list(); });
 }

@@ -28,9 +28,15 @@ struct Result {
   /// message.
   bool solve_failed = false;
   spacetime::SolveReport report;
-  Eigen::MatrixXd modal;        // z, r x N
-  Eigen::MatrixXf coordinates;  // q, h x N (float32: what is streamed); displacement [m] = B q
-  double since_edit_ms = 0;     // from the newest edit contained to publication
+  Eigen::MatrixXd modal;  // z, r x N, in the modes of `material`
+  /// What the motion swings with, and what the scene itself says: the same where nothing was
+  /// optimised. Null in a failed result that nothing came before.
+  std::shared_ptr<const spacetime::Material> material, initial_material;
+  int material_iterations = 0;   // of the material's optimisation for this revision
+  double column_energy = 0;      // mu E_s, part of report.total_energy
+  double unit_force_energy = 0;  // control forces, comparable between materials
+  Eigen::MatrixXf coordinates;   // q, h x N (float32: what is streamed); displacement [m] = B q
+  double since_edit_ms = 0;      // from the newest edit contained to publication
   std::uint64_t cold_request =
       0;  // the newest that was given to solve_cold() and is in it; 0: none
 };
@@ -97,6 +103,8 @@ class Session {
   [[nodiscard]] Revision revision() const;   // newest accepted
   [[nodiscard]] scene::Scene scene() const;  // as edited up to revision(); the mesh included
   [[nodiscard]] std::vector<scene::Constraint> constraints() const;
+  [[nodiscard]] scene::Dynamics dynamics() const;                     // as edited
+  [[nodiscard]] scene::MaterialVariables material_variables() const;  // as edited
 
   /// All or nothing: applies the edits in order as one revision. Allowed while the model is still
   /// being built; takes microseconds, whatever runs.

@@ -154,6 +154,7 @@ scene::Scene Session::Impl::scene() const {
   std::vector<scene::Constraint> constraints;
   scene::End first_end, last_end;
   scene::Dynamics dynamics;
+  scene::MaterialVariables variables;
   {
     const std::lock_guard lock(mutex_);
     unedited = document_.unedited();
@@ -161,12 +162,14 @@ scene::Scene Session::Impl::scene() const {
     first_end = document_.first_end();
     last_end = document_.last_end();
     dynamics = document_.dynamics();
+    variables = document_.material().variables;
   }
   scene::Scene scene = *unedited;
   scene.constraints = std::move(constraints);
   scene.first_end = first_end;
   scene.last_end = last_end;
   scene.dynamics = dynamics;
+  scene.material_optimisation.variables = variables;
   return scene;
 }
 

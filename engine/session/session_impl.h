@@ -89,7 +89,19 @@ class Session::Impl : public std::enable_shared_from_this<Session::Impl> {
   void work(const Round& round);
   void bring_up_to_date(const Round& round);
   void solve(const Round& round);
+  /// solver().solve(), published on the way. @returns nothing where an edit made it out of date
+  std::optional<spacetime::SolveReport> solve_motion(const Round& round);
   [[nodiscard]] bool stay_with_answer(const Round& round, const spacetime::SolveReport& ended);
+
+  // session_material.cpp: the task's part of it that fits materials.
+  /// On from the answer of the solver, which gets the material and the motion that were found.
+  /// @returns nothing where an edit made it out of date
+  std::optional<spacetime::MaterialReport> optimise_material(const Round& round);
+  void publish_material(const Round& round, const spacetime::MaterialReport& report,
+                        const spacetime::MaterialSolver& solver);
+  /// Coordinates and energies of result.modal and result.report with this material.
+  void fill_material(const spacetime::Material& material, Result& result) const;
+
   std::shared_ptr<const Result> publish(const Round& round, const spacetime::SolveReport& report,
                                         bool final);
   void publish_failure(const Round& round, const std::string& reason);
@@ -137,6 +149,7 @@ class Session::Impl : public std::enable_shared_from_this<Session::Impl> {
 
   std::unique_ptr<LiveProblem> problem_;  // the task's
   AnswerBook answers_;                    // the task's
+  int material_iterations_ = 0;           // the task's: in what is published next
   Clock::time_point progress_told_;       // the task's
 };
 

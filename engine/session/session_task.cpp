@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "engine/session/geometry.h"
+#include "engine/session/material_outcome.h"
 #include "engine/session/session_impl.h"
 
 namespace limber::session {
@@ -92,7 +93,7 @@ Session::Impl::Built Session::Impl::build_model(const JobContext& job) {
   const scene::Scene& scene = *document_.unedited();
   job.report("mesh", 0);
   const MappedBody mapped = map_body(scene);
-  const reduced::ModelOptions options = map_model(scene.model);
+  const reduced::ModelOptions options = map_model(scene, mapped.body);
 
   Built built;
   Eigen::MatrixXd animation;
@@ -119,7 +120,9 @@ Session::Impl::Built Session::Impl::build_model(const JobContext& job) {
   if (!built.message.empty() && !notes.empty()) built.message += "; ";
   built.message += notes;
   problem_ = std::make_unique<LiveProblem>(built.model, base, TargetFrame(scene, mapped),
-                                           scene.frame_count, options_.solver);
+                                           ProblemTerms{scene.frame_count, scene.model.mode_count,
+                                                        scene.material_optimisation.column_weight},
+                                           options_.solver);
   return built;
 }
 
@@ -193,13 +196,19 @@ void Session::Impl::bring_up_to_date(const Round& round) {
   } else {
     problem_->apply(round.batch);
   }
-  if (round.start == Round::Start::kCold) return problem_->solver().cold_start();
-  if (const auto known = answers_.find(round.content))
-    problem_->solver().warm_start(known->modal, spacetime::Known::kAnswer);
+  if (round.start == Round::Start::kCold) {
+    problem_->reset_material();
+    return problem_->solver().cold_start();
+  }
+  const auto known = answers_.find(round.content);
+  if (!known) return;
+  problem_->set_material(known->material);
+  problem_->solver().warm_start(known->modal, spacetime::Known::kAnswer);
 }
 
 void Session::Impl::solve(const Round& round) {
   spacetime::Solver& solver = problem_->solver();
+  material_iterations_ = 0;
   spacetime::SolveReport report = solver.correct();
   demand_finite(report, solver.motion());
   if (round.depth == Round::Depth::kCorrectOnly) {
@@ -210,22 +219,41 @@ void Session::Impl::solve(const Round& round) {
   }
   publish(round, report, false);
 
+  std::optional<spacetime::SolveReport> ended = solve_motion(round);
+  if (!ended) return;
+  bool solved = ended->status == spacetime::SolveStatus::kConverged;
+  if (problem_->variables() != scene::MaterialVariables::kMotion &&
+      ended->status != spacetime::SolveStatus::kCancelled) {
+    publish(round, *ended, false);
+    const std::optional<spacetime::MaterialReport> material = optimise_material(round);
+    if (!material) return;
+    ended = solve_motion(round);
+    if (!ended) return;
+    solved = ended->status == spacetime::SolveStatus::kConverged;
+    tell_outcome(*material, *ended);
+  }
+  if (stay_with_answer(round, *ended)) return;
+  const auto result = publish(round, *ended, true);
+  if (solved) answers_.keep(round.content, result);
+}
+
+std::optional<spacetime::SolveReport> Session::Impl::solve_motion(const Round& round) {
+  spacetime::Solver& solver = problem_->solver();
   Clock::time_point published = Clock::now();
   bool out_of_date = false;
-  report = solver.solve({round.cancellation, {}}, [&](const spacetime::SolveReport& improved) {
-    out_of_date = interrupt_.load(std::memory_order_relaxed);
-    if (out_of_date) return false;
-    if (Clock::now() - published >= kPublishInterval) {
-      publish(round, improved, false);
-      published = Clock::now();
-    }
-    return true;
-  });
+  const spacetime::SolveReport report =
+      solver.solve({round.cancellation, {}}, [&](const spacetime::SolveReport& improved) {
+        out_of_date = interrupt_.load(std::memory_order_relaxed);
+        if (out_of_date) return false;
+        if (Clock::now() - published >= kPublishInterval) {
+          publish(round, improved, false);
+          published = Clock::now();
+        }
+        return true;
+      });
   demand_finite(report, solver.motion());
-  if (out_of_date && report.status == spacetime::SolveStatus::kImproved) return;
-  if (stay_with_answer(round, report)) return;
-  const auto result = publish(round, report, true);
-  if (report.status == spacetime::SolveStatus::kConverged) answers_.keep(round.content, result);
+  if (out_of_date && report.status == spacetime::SolveStatus::kImproved) return std::nullopt;
+  return report;
 }
 
 /// Of a solve that no edit had asked for, a cold one: where it was cancelled or has found nothing
@@ -243,16 +271,19 @@ bool Session::Impl::stay_with_answer(const Round& round, const spacetime::SolveR
   const bool cancelled = ended.status == SolveStatus::kCancelled;
   const bool complete = answer->report.status != SolveStatus::kCancelled;
   spacetime::Solver& solver = problem_->solver();
-  if (cancelled ? !complete && solver.prefers(ended, answer->report)
-                : !solver.prefers(answer->report, ended))
+  spacetime::SolveReport whole = ended;
+  whole.total_energy += problem_->column_energy();
+  if (cancelled ? !complete && solver.prefers(whole, answer->report)
+                : !solver.prefers(answer->report, whole))
     return false;
+  problem_->set_material(answer->material);
   solver.warm_start(answer->modal, complete ? spacetime::Known::kAnswer : spacetime::Known::kGuess);
   if (answer == newest) return true;
   auto again = std::make_shared<Result>(*answer);
   if (!cancelled) {
     again->report.message +=
         fmt::format("{}A cold solve ended at the total energy {:.6g}: this answer is kept.",
-                    again->report.message.empty() ? "" : " ", ended.total_energy);
+                    again->report.message.empty() ? "" : " ", whole.total_energy);
   }
   hand_out(std::move(again), round);
   return true;
@@ -266,7 +297,8 @@ std::shared_ptr<const Result> Session::Impl::publish(const Round& round,
   result->since_edit_ms = round.since_edit_ms();
   result->report = report;
   result->modal = problem_->solver().motion();
-  problem_->coordinates(result->modal, result->coordinates);
+  fill_material(*problem_->material(), *result);
+  result->material = problem_->material();
   hand_out(result, round);
   return result;
 }
@@ -314,6 +346,8 @@ Result failed_result(const Result* newest, const reduced::ReducedModel& model, i
   if (newest != nullptr) {
     result.modal = newest->modal;
     result.coordinates = newest->coordinates;
+    result.material = newest->material;
+    result.initial_material = newest->initial_material;
   } else {
     result.modal.setZero(model.coordinate_count(), frame_count);
     result.coordinates.setZero(model.basis_size(), frame_count);

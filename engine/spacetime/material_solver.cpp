@@ -284,6 +284,8 @@ MaterialReport MaterialSolver::Impl::report(SolveStatus status, int iterations) 
   const auto misses = rows_.misses(point_.rows.residual);
   for (const auto& miss : misses) {
     result.max_constraint_error = std::max(result.max_constraint_error, length_ * miss.distance);
+    if (miss.exact)
+      result.max_exact_error = std::max(result.max_exact_error, length_ * miss.distance);
     square += miss.distance * miss.distance;
   }
   if (!misses.empty())

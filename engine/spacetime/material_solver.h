@@ -19,8 +19,8 @@ struct MaterialOptions {
   double column_weight = 1;
   // Ends when ten steps lower the energy by less than this part of it, in (0, 1). Material moves
   // in long flat valleys: the energy goes on falling slowly for hundreds of steps.
-  double tolerance = 1e-2;
-  int max_iterations = 200;  // > 0
+  double tolerance = 1e-3;
+  int max_iterations = 300;  // > 0
   int held = 0;  // first modes whose dynamics and columns stay: rigid unknowns of a free body
 
   void validate() const;
@@ -38,6 +38,7 @@ struct MaterialReport {
   double column_energy = 0;      // mu E_s
   double total_energy = 0;       // their sum
   double max_constraint_error = 0, rms_constraint_error = 0;  // as SolveReport [m]
+  double max_exact_error = 0;                                 // as SolveReport [m]
   std::string message;  // one sentence for a person when status is not kConverged
 };
 

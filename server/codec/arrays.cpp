@@ -136,6 +136,16 @@ proto::Array encode_points(const Eigen::Ref<const Eigen::Matrix3Xd>& points) {
   return array;
 }
 
+proto::Array encode_matrix(const Eigen::Ref<const Eigen::MatrixXd>& matrix) {
+  const Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> rows = matrix;
+  proto::Array array;
+  array.set_type(proto::DATA_TYPE_FLOAT64);
+  array.add_shape(static_cast<std::uint64_t>(rows.rows()));
+  array.add_shape(static_cast<std::uint64_t>(rows.cols()));
+  array.set_data(rows.data(), static_cast<std::size_t>(rows.size()) * sizeof(double));
+  return array;
+}
+
 proto::Array encode_points_float64(const Eigen::Ref<const Eigen::Matrix3Xd>& points) {
   const Eigen::Matrix3Xd dense = points;
   proto::Array array;

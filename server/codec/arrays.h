@@ -32,6 +32,8 @@ void check_array(const proto::Array& array, const std::string& field, int dimens
 [[nodiscard]] proto::Array encode_points(const Eigen::Ref<const Eigen::Matrix3Xd>& points);
 /// k x rows to rows x k, int32.
 [[nodiscard]] proto::Array encode_indices(const Eigen::Ref<const Eigen::MatrixXi>& indices);
+/// rows x columns, float64, row by row.
+[[nodiscard]] proto::Array encode_matrix(const Eigen::Ref<const Eigen::MatrixXd>& matrix);
 /// 3 x rows to rows x 3, float64.
 [[nodiscard]] proto::Array encode_points_float64(const Eigen::Ref<const Eigen::Matrix3Xd>& points);
 

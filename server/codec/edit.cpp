@@ -45,6 +45,12 @@ session::Edit decode_edit(const proto::Edit& message, const std::string& field) 
       return decode_set_ends(message.set_ends(), field + ".set_ends");
     case proto::Edit::kSetDynamics:
       return session::SetDynamics{decode_dynamics(message.set_dynamics())};
+    case proto::Edit::kSetMaterial:
+      if (message.set_material().variables() == proto::MATERIAL_VARIABLES_UNSPECIFIED)
+        throw invalid(field + ".set_material.variables", "what to optimise is missing");
+      return session::SetMaterialVariables{decode_variables(message.set_material().variables())};
+    case proto::Edit::kResetMaterial:
+      return session::ResetMaterial{};
     case proto::Edit::kUndo:
       return session::Undo{};
     case proto::Edit::kRedo:

@@ -43,6 +43,9 @@ proto::ResultInfo encode_result(const session::Result& result, double length_uni
   info.set_since_edit_ms(result.since_edit_ms);
   info.set_max_exact_error(report.max_exact_error / length_unit);
   info.set_solve_failed(result.solve_failed);
+  info.set_material_iterations(static_cast<std::uint32_t>(result.material_iterations));
+  info.set_column_energy(result.column_energy);
+  info.set_unit_force_energy(result.unit_force_energy);
   return info;
 }
 

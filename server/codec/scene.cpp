@@ -43,6 +43,7 @@ scene::ModelRequest decode_model(const proto::ModelRequest& message, const std::
   if (message.has_tolerance()) model.tolerance = message.tolerance();
   read(message.basis_size(), ".basis_size", model.basis_size);
   read(message.cubature_size(), ".cubature_size", model.cubature_size);
+  read(message.candidate_modes(), ".candidate_modes", model.candidate_modes);
   if (message.cubature() == proto::CUBATURE_WEIGHTS) model.cubature = scene::Cubature::kWeights;
   return model;
 }
@@ -182,6 +183,29 @@ proto::EndCondition encode_end(scene::End end) {
   return proto::END_CONDITION_PINNED_POSITION_VELOCITY;
 }
 
+scene::MaterialVariables decode_variables(proto::MaterialVariables variables) {
+  switch (variables) {
+    case proto::MATERIAL_VARIABLES_DYNAMICS:
+      return scene::MaterialVariables::kDynamics;
+    case proto::MATERIAL_VARIABLES_ALL:
+      return scene::MaterialVariables::kAll;
+    default:
+      return scene::MaterialVariables::kMotion;
+  }
+}
+
+proto::MaterialVariables encode_variables(scene::MaterialVariables variables) {
+  switch (variables) {
+    case scene::MaterialVariables::kMotion:
+      break;
+    case scene::MaterialVariables::kDynamics:
+      return proto::MATERIAL_VARIABLES_DYNAMICS;
+    case scene::MaterialVariables::kAll:
+      return proto::MATERIAL_VARIABLES_ALL;
+  }
+  return proto::MATERIAL_VARIABLES_MOTION;
+}
+
 scene::Dynamics decode_dynamics(const proto::Dynamics& message) {
   scene::Dynamics dynamics;
   if (message.has_frames_per_second()) dynamics.frames_per_second = message.frames_per_second();
@@ -223,6 +247,10 @@ DecodedScene decode_scene(const proto::Scene& message, const std::string& prefix
   scene.last_end = decode_end(message.last_end());
   scene.dynamics = decode_dynamics(message.dynamics());
   scene.model = decode_model(message.model(), prefix + "model", faults);
+  scene.material_optimisation.variables =
+      decode_variables(message.material_optimisation().variables());
+  if (message.material_optimisation().has_column_weight())
+    scene.material_optimisation.column_weight = message.material_optimisation().column_weight();
   scene.fixed_nodes.assign(static_cast<std::size_t>(message.fixed_nodes_size()),
                            std::numeric_limits<int>::max());
   faults.try_each(prefix + "fixed_nodes", message.fixed_nodes_size(), [&](int i) {
@@ -272,6 +300,10 @@ proto::Scene encode_scene(const scene::Scene& scene) {
   model->set_cubature(scene.model.cubature == scene::Cubature::kWeights
                           ? proto::CUBATURE_WEIGHTS
                           : proto::CUBATURE_FITTED_MAPS);
+  model->set_candidate_modes(static_cast<std::uint32_t>(scene.model.candidate_modes));
+  auto* optimisation = message.mutable_material_optimisation();
+  optimisation->set_variables(encode_variables(scene.material_optimisation.variables));
+  optimisation->set_column_weight(scene.material_optimisation.column_weight);
   for (const auto& constraint : scene.constraints)
     *message.add_constraints() = encode_constraint(constraint);
   return message;

@@ -68,6 +68,8 @@ struct DecodedScene {
 [[nodiscard]] proto::Constraint encode_constraint(const scene::Constraint& constraint);
 [[nodiscard]] scene::End decode_end(proto::EndCondition end);
 [[nodiscard]] proto::EndCondition encode_end(scene::End end);
+[[nodiscard]] scene::MaterialVariables decode_variables(proto::MaterialVariables variables);
+[[nodiscard]] proto::MaterialVariables encode_variables(scene::MaterialVariables variables);
 [[nodiscard]] scene::Dynamics decode_dynamics(const proto::Dynamics& message);
 [[nodiscard]] proto::Dynamics encode_dynamics(const scene::Dynamics& dynamics);
 [[nodiscard]] proto::Issue encode_issue(const scene::Issue& issue, const std::string& prefix = "");

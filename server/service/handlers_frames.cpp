@@ -3,7 +3,9 @@
 #include "server/codec/errors.h"
 #include "server/codec/frames.h"
 #include "server/codec/geometry.h"
+#include "server/codec/material.h"
 #include "server/codec/result.h"
+#include "server/codec/scene.h"
 #include "server/service/export.h"
 #include "server/service/service.h"
 
@@ -22,6 +24,18 @@ std::shared_ptr<const session::Geometry> geometry_of(const session::Session& ses
 proto::GetGeometryResponse Service::get_geometry(const proto::GetGeometryRequest& request) const {
   const auto session = sessions_.find(request.session())->session();
   return encode_geometry(*geometry_of(*session), request.known_basis_hash());
+}
+
+proto::GetMaterialResponse Service::get_material(const proto::GetMaterialRequest& request) const {
+  const auto record = sessions_.find(request.session());
+  const auto session = record->session();
+  const auto result = session->newest_result();
+  if (!result) throw Error(ErrorCode::kFailedPrecondition, "session", "there is no result yet");
+  proto::GetMaterialResponse response =
+      encode_fitted_material(*result, session->dynamics().frames_per_second);
+  response.set_variables(encode_variables(session->material_variables()));
+  *response.mutable_result() = encode_result(*result, record->opened().length_unit);
+  return response;
 }
 
 proto::GetFramesResponse Service::get_frames(const proto::GetFramesRequest& request) const {

@@ -7,7 +7,7 @@ namespace limber::server {
 
 std::uint64_t estimate_session_bytes(const scene::Scene& scene) {
   const double n = scene.mesh.node_count(), m = scene.mesh.tet_count(), frames = scene.frame_count;
-  const double r = scene.model.mode_count + 6.0;
+  const double r = scene::wanted_candidate_modes(scene) + 6.0;
   const double h = scene.model.basis_size > 0 ? scene.model.basis_size : 8 * r;
   const double poses = 500 + 20 * r;   // training, test and mode-aligned poses, with room
   double numbers = 3 * n * poses;      // snapshots of u

@@ -23,6 +23,7 @@ bool is_heavy(int body) {
     case proto::Request::kGetSession:
     case proto::Request::kGetGeometry:
     case proto::Request::kGetFrames:
+    case proto::Request::kGetMaterial:
     case proto::Request::kExport:
     case proto::Request::kValidateScene:
     case proto::Request::kGetSample:
@@ -143,6 +144,9 @@ void Service::answer(const SharedTicket& ticket, const Request& request) {
       break;
     case Request::kWait:
       return wait(request.wait(), ticket);
+    case Request::kGetMaterial:
+      *reply.mutable_get_material() = get_material(request.get_material());
+      break;
     case Request::kGetGeometry:
       *reply.mutable_get_geometry() = get_geometry(request.get_geometry());
       break;

@@ -52,6 +52,7 @@ class Service {
   proto::SolveColdResponse solve_cold(const proto::SolveColdRequest& request);
 
   // handlers_frames.cpp
+  proto::GetMaterialResponse get_material(const proto::GetMaterialRequest& request) const;
   proto::GetGeometryResponse get_geometry(const proto::GetGeometryRequest& request) const;
   proto::GetFramesResponse get_frames(const proto::GetFramesRequest& request) const;
   proto::ExportResponse export_part(const proto::ExportRequest& request) const;

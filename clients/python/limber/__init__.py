@@ -11,10 +11,10 @@ streamed coordinates into numpy arrays. Lengths are in the scene's length unit, 
         positions = session.frames()               # (frames, nodes, 3)
 """
 
-from .edits import Axes, add, dynamics, ends, move, redo, remove, replace, undo
+from .edits import Axes, add, dynamics, ends, move, optimise, redo, remove, replace, reset_material, undo
 from .errors import LimberError, ServerUnreachable
 from .launching import LaunchedServer, launch
-from .results import Export, Geometry, Result
+from .results import Export, Geometry, Material, Mode, Result
 from .scenes import load_scene, mesh_file, scene_from_arrays, scene_from_mesh
 from .server import DEFAULT_ENDPOINT, Server, connect
 from .session import Constraint, Receipt, Session
@@ -24,7 +24,7 @@ __version__ = "0.1.0"
 
 __all__ = [
     "Axes", "Constraint", "DEFAULT_ENDPOINT", "Export", "FrameStream", "Geometry", "LaunchedServer", "LimberError",
-    "Receipt", "Result", "Server", "ServerUnreachable", "Session", "StreamedFrames", "add", "connect", "dynamics",
-    "ends", "launch", "load_scene", "mesh_file", "move", "redo", "remove", "replace", "scene_from_arrays",
-    "scene_from_mesh", "undo",
+    "Material", "Mode", "Receipt", "Result", "Server", "ServerUnreachable", "Session", "StreamedFrames", "add", "connect", "dynamics",
+    "ends", "launch", "load_scene", "mesh_file", "move", "optimise", "redo", "remove", "replace", "reset_material",
+    "scene_from_arrays", "scene_from_mesh", "undo",
 ]

@@ -119,6 +119,25 @@ def dynamics(*, frames_per_second: float | None = None, period_frames: float | N
     return DynamicsChange(given)
 
 
+VARIABLES = {
+    "motion": scene.MATERIAL_VARIABLES_MOTION,
+    "dynamics": scene.MATERIAL_VARIABLES_DYNAMICS,
+    "all": scene.MATERIAL_VARIABLES_ALL,
+}
+
+
+def optimise(variables: str) -> "service.Edit":
+    """What is optimised from now on: "motion" (control forces, the fitted material frozen), "dynamics" (and frequencies
+    and damping) or "all" (and the modes)."""
+    return service.Edit(set_material=service.SetMaterial(
+        variables=VARIABLES[checks.one_of(variables, VARIABLES, "variables")]))
+
+
+def reset_material() -> "service.Edit":
+    """Forgets what was fitted: the scene's own material."""
+    return service.Edit(reset_material=service.ResetMaterial())
+
+
 def undo() -> "service.Edit":
     """Takes the newest revision back that has not been taken back."""
     return service.Edit(undo=service.Undo())

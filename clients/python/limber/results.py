@@ -29,7 +29,7 @@ class Result:
     iterations: int
     force_energy: float
     constraint_energy: float
-    energy: float        # sum of the two
+    energy: float        # sum of all
     gradient: float      # scale-free norm
     max_error: float     # largest of all constraints and their axes [length unit]
     rms_error: float     # over all constraints and their axes [length unit]
@@ -38,6 +38,9 @@ class Result:
     since_edit_ms: float  # on the server, from the newest edit contained to publication
     max_exact_error: float = 0.0  # of the exact constraints alone [length unit]
     solve_failed: bool = False    # message says why; the motion is an earlier one, energies and errors are 0: unknown
+    material_iterations: int = 0    # steps of the material's optimisation for this revision
+    column_energy: float = 0.0      # keeps mixed modes near unit size; part of energy
+    unit_force_energy: float = 0.0  # control forces, comparable between materials
 
     @staticmethod
     def from_message(info: "service.ResultInfo") -> "Result":
@@ -46,7 +49,38 @@ class Result:
         return Result(info.revision, info.sequence, info.converged, status, info.iterations, info.force_energy,
                       info.constraint_energy, info.total_energy, info.gradient, info.max_constraint_error,
                       info.rms_constraint_error, info.rank_deficient, info.message, info.since_edit_ms,
-                      info.max_exact_error, info.solve_failed)
+                      info.max_exact_error, info.solve_failed, info.material_iterations, info.column_energy,
+                      info.unit_force_energy)
+
+
+@dataclass(frozen=True)
+class Mode:
+    """How one mode swings when nothing holds it."""
+
+    frequency: float      # of the undamped mode [Hz]; at most half the frames per second
+    damping_ratio: float  # of critical; above 1 it creeps back without a swing
+    decay: float          # of the amplitude [1/s]
+    stiffness: float      # lambda [1/frame^2]
+    damping: float        # d [1/frame]
+
+    @staticmethod
+    def from_message(mode: "service.ModeDynamics") -> "Mode":
+        return Mode(mode.frequency_hz, mode.damping_ratio, mode.decay_per_s, mode.stiffness, mode.damping)
+
+
+@dataclass(frozen=True)
+class Material:
+    """What a session's motion swings with."""
+
+    modes: tuple[Mode, ...]    # of the newest result; the rigid motions of a free body (six) first
+    initial: tuple[Mode, ...]  # what the scene itself says
+    mixing: np.ndarray         # candidate modes x modes: column k is the mixture that mode k is
+    result: Result             # the one they belong to
+
+    @staticmethod
+    def from_message(message: "service.GetMaterialResponse") -> "Material":
+        return Material(tuple(map(Mode.from_message, message.modes)), tuple(map(Mode.from_message, message.initial)),
+                        arrays.to_numpy(message.mixing, "mixing"), Result.from_message(message.result))
 
 
 @dataclass(frozen=True)

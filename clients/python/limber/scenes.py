@@ -94,7 +94,7 @@ def scene_from_arrays(nodes: Any, tets: Any, **options: Any) -> "messages.Scene"
     Options (keyword only): name, frames (N >= 3, default 120), fixed_nodes (ids), youngs_modulus [Pa],
     poissons_ratio, density [kg/m^3], length_unit_in_metres, merge_tolerance, modes, tolerance, basis_size,
     cubature_size, first_end, last_end ("free", "position", "position_velocity"), frames_per_second, period_frames,
-    damping_ratio, base_motion (frames x nodes x 3 positions, or the path of a .pc2 file).
+    damping_ratio, optimise ("motion", "dynamics", "all"), candidate_modes, column_weight, base_motion (frames x nodes x 3 positions, or the path of a .pc2 file).
     """
     nodes = checks.numeric(nodes, "mesh.arrays.nodes")
     tets = checks.numeric(tets, "mesh.arrays.tets")
@@ -114,13 +114,15 @@ def scene_from_arrays(nodes: Any, tets: Any, **options: Any) -> "messages.Scene"
 
 
 def _scene(*, name: str = "", frames: int = 120, fixed_nodes: Iterable[int] = (), first_end: str = "position_velocity",
-           last_end: str = "position_velocity", base_motion: Any = None, **values: float) -> "messages.Scene":
+           last_end: str = "position_velocity", base_motion: Any = None, optimise: str = "motion",
+           **values: float) -> "messages.Scene":
     scene = messages.Scene(name=checks.text(name, "name"), frames=checks.whole(frames, "frames"),
                            fixed_nodes=checks.wholes(fixed_nodes, "fixed_nodes"))
     ends = edits.ends(first_end, last_end).set_ends
     scene.first_end, scene.last_end = ends.first_end, ends.last_end
+    scene.material_optimisation.variables = edits.optimise(optimise).set_material.variables
     for key, value in values.items():
-        for part in (scene, scene.material, scene.dynamics, scene.model):
+        for part in (scene, scene.material, scene.dynamics, scene.model, scene.material_optimisation):
             field = part.DESCRIPTOR.fields_by_name.get(key)
             if field is not None and field.message_type is None:
                 is_real = field.cpp_type in (field.CPPTYPE_DOUBLE, field.CPPTYPE_FLOAT)

@@ -10,7 +10,7 @@ from urllib.parse import urlsplit
 
 import numpy as np
 
-from . import arrays, checks, scenes
+from . import arrays, checks, edits, scenes
 from .connection import VERSION, Connection, CurveKeys
 from .errors import LimberError, ServerUnreachable, from_message, invalid
 from .messages import scene as scene_messages
@@ -70,10 +70,11 @@ class Server:
         return [issue_text(issue) for issue in self.connection.call("validate_scene", request, timeout=60.0).issues]
 
     def open(self, scene: "scenes.SceneLike | None" = None, *, sample: str | None = None, session: str = "",
-             wait: bool = True, progress: ProgressOption = None, timeout: float = 600.0) -> Session:
+             optimise: str | None = None, wait: bool = True, progress: ProgressOption = None, timeout: float = 600.0) -> Session:
         """Opens a scene (file name, mapping, message) or a sample as a session.
 
-        session: a name for it (default: the server chooses); wait: until the model is built and the scene solved.
+        session: a name for it (default: the server chooses); optimise: "motion", "dynamics" or "all" in place of what
+        the scene says (see Session.optimise; modes are mixed of as many as the model gets now); wait: until the model is built and the scene solved.
         progress: a callback (stage, fraction), True / False, or None for a bar on terminals. Ctrl-C while waiting
         closes the session.
         """
@@ -82,6 +83,10 @@ class Server:
         checks.flag(wait, "wait")
         checks.seconds(timeout, "timeout")
         message = self.sample(sample) if sample is not None else scenes.to_message(scene)
+        if optimise is not None:
+            asked, message = message, scene_messages.Scene()
+            message.CopyFrom(asked)
+            message.material_optimisation.variables = edits.optimise(optimise).set_material.variables
         request = service.OpenSessionRequest(scene=message, session=checks.text(session, "session"))
         response = self.connection.call("open_session", request, timeout=max(60.0, self.connection.timeout))
         opened = Session(self, response.session, response.job, [issue_text(issue) for issue in response.issues])

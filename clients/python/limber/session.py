@@ -15,7 +15,7 @@ from . import checks, edits
 from .errors import LimberError, invalid
 from .messages import common, scene as scenes, service
 from .progress import ProgressOption, Reporter
-from .results import ENCODINGS, Export, Geometry, Result, decode, issue_text
+from .results import ENCODINGS, Export, Geometry, Material, Result, decode, issue_text
 from .stream import FrameStream
 
 if TYPE_CHECKING:
@@ -192,6 +192,19 @@ class Session:
         return self.edit([edits.dynamics(frames_per_second=frames_per_second, period_frames=period_frames,
                                          damping_ratio=damping_ratio)])
 
+    def optimise(self, variables: str) -> Receipt:
+        """What is optimised from now on: "motion" (control forces), "dynamics" (and frequencies and damping) or "all"
+        (and the modes). What was fitted stays: "motion" freezes it."""
+        return self.edit([edits.optimise(variables)])
+
+    def freeze_material(self) -> Receipt:
+        """Keeps the material as fitted so far and optimises control forces only."""
+        return self.optimise("motion")
+
+    def reset_material(self) -> Receipt:
+        """Forgets what was fitted: the scene's own material, from which optimisation starts anew."""
+        return self.edit([edits.reset_material()])
+
     def undo(self) -> Receipt:
         return self.edit([edits.undo()])
 
@@ -211,6 +224,10 @@ class Session:
         request = service.WaitRequest(session=self.id, revision=wanted, until=_UNTIL[until], timeout_s=timeout)
         response = self.connection.call("wait", request, timeout=timeout + self.connection.timeout)
         return Result.from_message(response.result)
+
+    def material(self) -> Material:
+        """The material of the newest result: frequencies and damping of its modes in SI units, and what they mix."""
+        return Material.from_message(self.connection.call("get_material", service.GetMaterialRequest(session=self.id)))
 
     def geometry(self) -> Geometry:
         """Rest shape, surface and basis; the basis is fetched once for its content hash."""

@@ -17,8 +17,8 @@ int most_sites(SiteLimits limits) {
   Live live(scene);
   EXPECT_TRUE(live.recorder->wait_final(0));
   const MappedBody mapped = map_body(scene);
-  LiveProblem problem(live.session.model(), nullptr, TargetFrame(scene, mapped), scene.frame_count,
-                      {}, limits);
+  LiveProblem problem(live.session.model(), nullptr, TargetFrame(scene, mapped),
+                      ProblemTerms{scene.frame_count, scene.model.mode_count, 1}, {}, limits);
   Document document(scene);
   problem.start(whole_batch(document));
   int most = 0;

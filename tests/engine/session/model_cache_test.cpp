@@ -39,7 +39,8 @@ std::vector<fs::path> files(const fs::path& folder) {
 }
 
 std::string inline_key(const scene::Scene& scene) {
-  return ModelCache::key(map_body(scene).body, map_model(scene.model));
+  const MappedBody mapped = map_body(scene);
+  return ModelCache::key(mapped.body, map_model(scene, mapped.body));
 }
 
 TEST(ModelCache, WhatWasStoredIsLoaded) {

@@ -116,18 +116,42 @@ TEST(ProblemMapping, DynamicsFromTheMaterials) {
 }
 
 TEST(ProblemMapping, ModelRequest) {
-  scene::ModelRequest request;
+  scene::Scene scene;
+  scene::ModelRequest& request = scene.model;
   request.mode_count = 7;
   request.tolerance = 0.03;
   request.basis_size = 40;
   request.cubature_size = 11;
   request.cubature = scene::Cubature::kWeights;
-  const reduced::ModelOptions options = map_model(request);
+  bodies::ElasticBody body;
+  body.mesh.nodes.setZero(3, 100);
+  body.fixed_nodes = {0, 1, 2};
+  const reduced::ModelOptions options = map_model(scene, body);
   EXPECT_EQ(options.mode_count, 7);
   EXPECT_EQ(options.tolerance, 0.03);
   EXPECT_EQ(options.basis_size, 40);
   EXPECT_EQ(options.cubature_size, 11);
   EXPECT_EQ(options.cubature, reduced::CubatureKind::kWeights);
+}
+
+TEST(ProblemMapping, CandidatesForMixedModesAreAsManyAsTheMeshHas) {
+  scene::Scene scene;
+  scene.model.mode_count = 7;
+  bodies::ElasticBody body;
+  body.mesh.nodes.setZero(3, 100);
+  body.fixed_nodes = {0, 1, 2};
+  scene.material_optimisation.variables = scene::MaterialVariables::kAll;
+  EXPECT_EQ(map_model(scene, body).mode_count, 80);
+  scene.model.candidate_modes = 12;
+  EXPECT_EQ(map_model(scene, body).mode_count, 12);
+  scene.model.candidate_modes = 0;
+  scene.model.mode_count = 100;
+  EXPECT_EQ(map_model(scene, body).mode_count, 100);
+  scene.model.mode_count = 7;
+  body.mesh.nodes.setZero(3, 10);
+  EXPECT_EQ(map_model(scene, body).mode_count, 20);
+  scene.material_optimisation.variables = scene::MaterialVariables::kDynamics;
+  EXPECT_EQ(map_model(scene, body).mode_count, 7);
 }
 
 TEST(ProblemMapping, TargetsOfGroups) {

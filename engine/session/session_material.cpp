@@ -1,0 +1,86 @@
+#include <utility>
+
+#include "engine/session/material_outcome.h"
+#include "engine/session/session_impl.h"
+
+namespace limber::session {
+namespace {
+
+using spacetime::MaterialReport;
+using spacetime::SolveStatus;
+
+constexpr std::chrono::duration<double, std::milli> kPublishInterval(8);
+
+}  // namespace
+
+void tell_outcome(const MaterialReport& material, spacetime::SolveReport& report) {
+  report.iterations += material.iterations;
+  if (material.message.empty()) return;
+  if (!report.message.empty()) report.message += "; ";
+  report.message += material.message;
+  if (report.status == SolveStatus::kConverged || material.status == SolveStatus::kCancelled)
+    report.status = material.status;
+}
+
+std::optional<MaterialReport> Session::Impl::optimise_material(const Round& round) {
+  std::optional<spacetime::MaterialSolver> solver;
+  try {
+    solver.emplace(problem_->material_solver());
+  } catch (const Error& error) {
+    if (error.code() != ErrorCode::kLimitExceeded) throw;
+    MaterialReport refused;
+    refused.status = SolveStatus::kStalled;
+    refused.message = error.what();
+    return refused;
+  }
+  Clock::time_point published;  // long ago: the first step is published at once
+  bool out_of_date = false;
+  const MaterialReport report =
+      solver->solve({round.cancellation, {}}, [&](const MaterialReport& improved) {
+        out_of_date = interrupt_.load(std::memory_order_relaxed);
+        if (out_of_date) return false;
+        if (Clock::now() - published >= kPublishInterval) {
+          publish_material(round, improved, *solver);
+          published = Clock::now();
+        }
+        return true;
+      });
+  material_iterations_ = report.iterations;
+  // What was found so far is where the next edit's optimisation goes on.
+  problem_->set_material(std::make_shared<const spacetime::Material>(solver->material()));
+  problem_->solver().warm_start(solver->motion(), spacetime::Known::kAnswer);
+  if (out_of_date) return std::nullopt;
+  return report;
+}
+
+void Session::Impl::publish_material(const Round& round, const MaterialReport& report,
+                                     const spacetime::MaterialSolver& solver) {
+  auto result = std::make_shared<Result>();
+  result->since_edit_ms = round.since_edit_ms();
+  result->report.status = SolveStatus::kImproved;
+  result->report.iterations = report.iterations;
+  result->report.force_energy = report.force_energy;
+  result->report.constraint_energy = report.constraint_energy;
+  result->report.total_energy = report.force_energy + report.constraint_energy;
+  result->report.gradient = 1;  // not determined on the way
+  result->report.max_constraint_error = report.max_constraint_error;
+  result->report.rms_constraint_error = report.rms_constraint_error;
+  result->report.max_exact_error = report.max_exact_error;
+  result->modal = solver.motion();
+  result->material = std::make_shared<const spacetime::Material>(solver.material());
+  material_iterations_ = report.iterations;
+  fill_material(*result->material, *result);
+  hand_out(std::move(result), round);
+}
+
+void Session::Impl::fill_material(const spacetime::Material& material, Result& result) const {
+  result.initial_material = problem_->initial_material();
+  result.material_iterations = material_iterations_;
+  result.column_energy = document_.unedited()->material_optimisation.column_weight *
+                         spacetime::column_energy(material.mixing);
+  result.report.total_energy += result.column_energy;
+  result.unit_force_energy = spacetime::unit_force_energy(material, result.modal);
+  problem_->coordinates(material, result.modal, result.coordinates);
+}
+
+}  // namespace limber::session
