@@ -63,7 +63,7 @@ TEST(FitDynamics, GivesBackTheDynamicsOfAFreeMotion) {
 TEST(FitDynamics, NoOtherDynamicsNeedLessForce) {
   Random random(5);
   int stiffness_bound = 0, damping_bound = 0, inside = 0;
-  for (int trial = 0; trial < 24; ++trial) {
+  for (int trial = 1; trial <= 24; ++trial) {
     // From mostly free motion to mostly noise, with a drift or without.
     Eigen::RowVectorXd z = free_motion(0.1, 0.1, 12);
     for (int i = 0; i < z.size(); ++i)
