@@ -150,7 +150,7 @@ Continuation continue_freely(const RecoveredMotion& motion, int frames) {
     const double d = motion.dynamics.damping[k];
     double lambda = motion.dynamics.stiffness[k];
     if (lambda > 4 + 2 * d) {
-      lambda = 4 + 2 * d;
+      lambda = 3 + 1.5 * d;
       ++result.bounded_modes;
     }
     double before = motion.z(k, motion.z.cols() - 2), now = motion.z(k, motion.z.cols() - 1);

@@ -89,7 +89,8 @@ struct Recovery {
 
 struct Continuation {
   Eigen::MatrixXd z;  // r x frames
-  /// Modes whose recurrence would explode (lambda > 4 + 2 d): their lambda was lowered to that.
+  /// Modes whose recurrence would explode (lambda > 4 + 2 d): three quarters of that was taken for
+  /// their lambda, where the swing of two frames does not grow.
   int bounded_modes = 0;
 };
 
