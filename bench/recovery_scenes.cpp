@@ -4,7 +4,6 @@
 #include <filesystem>
 
 #include "engine/base/error.h"
-#include "engine/bodies/full_dynamics.h"
 #include "engine/bodies/mass.h"
 #include "engine/bodies/mesh_validation.h"
 #include "engine/bodies/modal_analysis.h"
@@ -58,19 +57,20 @@ bodies::DynamicState held_aside(const bodies::ElasticBody& body, const bodies::M
   const Eigen::SparseMatrix<double> mass = bodies::mass_matrix(body.mesh);
   Eigen::VectorXd field = Eigen::VectorXd::Zero(mass.rows());
   for (Eigen::Index i = axis; i < field.size(); i += 3) field[i] = 1;
-  Eigen::VectorXd force = mass * field;
+  const Eigen::VectorXd force = mass * field;
   const Eigen::VectorXd linear =
       modes.modes * (modes.modes.transpose() * force).cwiseQuotient(modes.eigenvalues);
-  force *= kStaticSway * body.length() / reduced::largest_node_displacement(linear).maxCoeff();
-  bodies::DynamicsOptions damped;
-  damped.scheme = bodies::TimeStepping::kImplicitEuler;
-  damped.time_step = 1000 / std::sqrt(modes.eigenvalues[0]);
-  bodies::FullDynamics dynamics(body, damped);
-  for (int part = 1; part <= 8; ++part) {
-    const auto report = dynamics.step(force * std::min(1.0, part / 4.0));
-    LIMBER_DEMAND(report.status == bodies::StepReport::Status::kConverged);
-  }
-  return {dynamics.state().displacement, Eigen::VectorXd::Zero(field.size())};
+  const double acceleration =
+      kStaticSway * body.length() / reduced::largest_node_displacement(linear).maxCoeff();
+  // Backward Euler with steps far longer than a swing comes to rest.
+  bodies::SimulationOptions settling;
+  settling.frame_count = 24;
+  settling.steps_per_frame = 1;
+  settling.frames_per_second = std::sqrt(modes.eigenvalues[0]) / 3;
+  settling.dynamics.scheme = bodies::TimeStepping::kImplicitEuler;
+  const bodies::Loads loads{acceleration * Eigen::Vector3d::Unit(axis), {}};
+  return {bodies::simulate(body, loads, {}, settling).displacements.rightCols<1>(),
+          Eigen::VectorXd::Zero(force.size())};
 }
 
 }  // namespace

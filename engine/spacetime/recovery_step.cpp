@@ -28,6 +28,14 @@ void revive_columns(const RecoveryEnergy& energy, RecoveredMotion& at) {
   }
 }
 
+/// Orthonormal columns that span those of S.
+Eigen::MatrixXd range_of(const Eigen::MatrixXd& mixing) {
+  Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(mixing.rows(), mixing.cols());
+  qr.setThreshold(kDependent);
+  qr.compute(mixing);
+  return qr.householderQ() * Eigen::MatrixXd::Identity(mixing.rows(), qr.rank());
+}
+
 }  // namespace
 
 /// The Gauss-Newton model at a point. S moves by S C + P, P orthogonal to the columns of S: to
@@ -71,14 +79,7 @@ struct RecoveryStep::Model {
     const BandedCholesky::Columns by_coupling = at.mixing.transpose() * by_mixing;  // l * r + k
     descent = reduced.col(r * r) - by_coupling.reshaped<Eigen::RowMajor>();
 
-    const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr = [&] {
-      Eigen::ColPivHouseholderQR<Eigen::MatrixXd> result(at.mixing.rows(), at.mixing.cols());
-      result.setThreshold(kDependent);
-      result.compute(at.mixing);
-      return result;
-    }();
-    const Eigen::MatrixXd range =
-        qr.householderQ() * Eigen::MatrixXd::Identity(at.mixing.rows(), qr.rank());
+    const Eigen::MatrixXd range = range_of(at.mixing);
     outside = by_mixing - range * (range.transpose() * by_mixing);
   }
 
