@@ -39,6 +39,7 @@ void material_suite(const SuiteOptions& options, Recorder& recorder);
 void reconstruct_suite(const SuiteOptions& options, Recorder& recorder);
 void service_suite(const SuiteOptions& options, Recorder& recorder);
 void build_suite(const SuiteOptions& options, Recorder& recorder);
+void recovery_suite(const SuiteOptions& options, Recorder& recorder);
 
 /// A named body of the sample scenes or of the public data ("beam", "flower", "dino",
 /// "tyrannosaurus", "bunny", "Armadillo13K"); empty if its file is not there. Public bodies come

@@ -1,0 +1,146 @@
+// Recovery of material from the first half of a motion, and its second half by free motion of the
+// recovered modes (space-time editing, section 6.3, figures 10 to 13).
+#include <fmt/core.h>
+
+#include <Eigen/Eigenvalues>
+
+#include "bench/recovery_scenes.h"
+#include "bench/suite.h"
+#include "engine/reduced/modal_projection.h"
+#include "engine/reduced/reduced_model.h"
+#include "engine/spacetime/recovery.h"
+
+namespace limber::bench {
+namespace {
+
+using spacetime::RecoveryStart;
+using spacetime::RecoveryVariables;
+
+struct Truth {
+  RecoveryScene scene;
+  std::shared_ptr<const reduced::ReducedModel> model;
+  Eigen::MatrixXd z;  // z-bar of all frames
+  int known = 0;      // frames that are recovered from
+};
+
+Truth prepare(RecoveryScene scene, int coordinates) {
+  reduced::ModelOptions wanted;
+  wanted.mode_count = coordinates;
+  auto model =
+      std::make_shared<const reduced::ReducedModel>(reduced::build_model(scene.generic, wanted));
+  const reduced::ModalProjector projector(scene.generic, *model);
+  Eigen::MatrixXd z = projector.motion(scene.displacements).z;
+  const auto known = static_cast<int>(z.cols() / 2);
+  return {std::move(scene), std::move(model), std::move(z), known};
+}
+
+/// Displacements of frames as the reduced model makes them of z.
+Eigen::MatrixXd displacements(const Truth& truth, const Eigen::MatrixXd& z) {
+  const reduced::ReducedKinematics kinematics(truth.model);
+  Eigen::MatrixXf q;
+  kinematics.coordinates(0, z, q);
+  return truth.model->basis * q.cast<double>();
+}
+
+double relative(const Eigen::MatrixXd& got, const Eigen::MatrixXd& wanted) {
+  return (got - wanted).norm() / wanted.norm();
+}
+
+/// The least E_c^RS that any S and z of so many modes have: what principal components leave.
+double least_constraint(const Eigen::MatrixXd& z, int modes) {
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(z * z.transpose(),
+                                                             Eigen::EigenvaluesOnly);
+  return 0.5 * eigen.eigenvalues().head(z.rows() - modes).cwiseMax(0).sum();
+}
+
+/// Whether forces in the frames in which the scene's loads act count.
+enum class Loads { kKnown, kCharged };
+
+struct Variant {
+  const char* suffix;  // of the scene's name
+  double weight;
+  Loads loads;
+};
+
+void recover(const Truth& truth, const Variant& variant, int modes, RecoveryVariables variables,
+             RecoveryStart start, Recorder& recorder) {
+  spacetime::RecoveryOptions options;
+  options.modes = modes;
+  options.variables = variables;
+  options.start = start;
+  options.weight = variant.weight;
+  options.driven_frames = variant.loads == Loads::kKnown ? truth.scene.driven_frames : 0;
+  spacetime::Recovery recovery;
+  const double ms = milliseconds([&] {
+    recovery = spacetime::recover(truth.z.leftCols(truth.known), truth.model->eigenvalues, options);
+  });
+  const auto ahead = static_cast<int>(truth.z.cols()) - truth.known;
+  const auto continued = spacetime::continue_freely(recovery.motion, ahead);
+  const Eigen::MatrixXd got = displacements(truth, recovery.motion.mixing * continued.z);
+  const Eigen::MatrixXd wanted = truth.scene.displacements.rightCols(ahead);
+  const char* const names[] = {"z", "z_lambda_d", "all"};
+  Case row;
+  row["scene"] = truth.scene.name + variant.suffix;
+  row["modes"] = modes;
+  row["variables"] = names[static_cast<int>(variables)];
+  row["e_force"] = recovery.report.energies.force;
+  row["e_constraint"] = recovery.report.energies.constraint;
+  row["final_frame_error"] = relative(got.rightCols<1>(), wanted.rightCols<1>());
+  row["second_half_error"] = relative(got, wanted);
+  row["least_constraint"] = least_constraint(truth.z.leftCols(truth.known), modes);
+  row["start"] = variables != RecoveryVariables::kAll || start == RecoveryStart::kSpectrum
+                     ? "spectrum"
+                     : "principal";
+  row["gamma"] = variant.weight;
+  row["iterations"] = recovery.report.steps;
+  row["converged"] = recovery.report.status == spacetime::RecoveryStatus::kConverged;
+  row["ms"] = ms;
+  recorder.add(row);
+}
+
+void recover_all(const Truth& truth, const Variant& variant, Recorder& recorder) {
+  for (const int modes : {2, 10}) {
+    for (const auto variables : {RecoveryVariables::kMotion, RecoveryVariables::kMotionAndDynamics,
+                                 RecoveryVariables::kAll}) {
+      recover(truth, variant, modes, variables, RecoveryStart::kPrincipalComponents, recorder);
+    }
+  }
+}
+
+}  // namespace
+
+void recovery_suite(const SuiteOptions& options, Recorder& recorder) {
+  const int frames = options.quick ? 120 : 300, coordinates = 80;
+  for (const std::string name : {"beam", "dino"}) {
+    if (options.quick && name != "beam") {
+      recorder.note(fmt::format("recovery: {} left out by --quick", name));
+      continue;
+    }
+    recorder.note(fmt::format("recovery: {}, simulating {} frames", name, frames));
+    auto scene = recovery_scene(name, frames, options);
+    if (!scene) {
+      recorder.note(fmt::format("recovery: no {} (public data not found)", name));
+      continue;
+    }
+    recorder.note(fmt::format(
+        "recovery: {}, {:.3g} frames a second, simulated in {:.1f} s, largest displacement {:.2f} "
+        "body lengths",
+        name, scene->frames_per_second, scene->simulation_ms / 1000, scene->largest));
+    const Truth truth = prepare(std::move(*scene), coordinates);
+    recorder.note(
+        fmt::format("recovery: {}, projected motion off by {:.2g} in the second half", name,
+                    relative(displacements(truth, truth.z).rightCols(frames - truth.known),
+                             truth.scene.displacements.rightCols(frames - truth.known))));
+    recover_all(truth, {"", 1, Loads::kKnown}, recorder);
+    for (const int modes : {2, 10}) {
+      recover(truth, {" (paper's start)", 1, Loads::kKnown}, modes, RecoveryVariables::kAll,
+              RecoveryStart::kSpectrum, recorder);
+      recover(truth, {" (gamma 0.01)", 0.01, Loads::kKnown}, modes, RecoveryVariables::kAll,
+              RecoveryStart::kPrincipalComponents, recorder);
+    }
+    if (truth.scene.driven_frames > 0)
+      recover_all(truth, {" (loads charged)", 1, Loads::kCharged}, recorder);
+  }
+}
+
+}  // namespace limber::bench

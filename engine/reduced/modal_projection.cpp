@@ -1,0 +1,334 @@
+#include "engine/reduced/modal_projection.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/SVD>
+#include <optional>
+
+#include "engine/base/error.h"
+#include "engine/bodies/gradient_operator.h"
+#include "engine/bodies/mass.h"
+#include "engine/reduced/full_reconstruction.h"
+#include "engine/reduced/rs_coordinates.h"
+#include "engine/reduced/rs_inverse.h"
+
+namespace limber::reduced {
+
+namespace {
+
+/// Unknowns of a free body that no RS coordinate sees: x, y, z, first.
+int translations(const ReducedModel& model) { return model.rigid_count > 0 ? 3 : 0; }
+
+/// Least squares over all tets by volume or over some tets: y to z without translations.
+class Fit {
+ public:
+  Fit(const bodies::GradientOperator& gradient, const ReducedModel& model,
+      const ProjectionOptions& options)
+      : gradient_(gradient), model_(model), tets_(options.tets) {
+    const int unknowns = model.coordinate_count() - translations(model);
+    modes_ = model.modes.rightCols(unknowns);
+    if (tets_ == ProjectionTets::kCubature) {
+      rs_modes_ = model.rs_modes.rightCols(unknowns);
+      const Eigen::BDCSVD<Eigen::MatrixXd> svd(rs_modes_,
+                                               Eigen::ComputeThinU | Eigen::ComputeThinV);
+      count_rank(svd.singularValues(), options.rank_tolerance);
+      inverse_ = svd.matrixV().leftCols(rank_) *
+                 svd.singularValues().head(rank_).cwiseInverse().asDiagonal() *
+                 svd.matrixU().leftCols(rank_).transpose();
+    } else {
+      Eigen::MatrixXd gram(unknowns, unknowns);
+      for (int k = 0; k < unknowns; ++k)
+        gram.col(k) = transposed(linear_coordinates(gradient, modes_.col(k)));
+      // Largest first. The square root is why a tolerance below 1e-7 would mean nothing here.
+      const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(-0.5 * (gram + gram.transpose()));
+      const Eigen::VectorXd values = (-eigen.eigenvalues()).cwiseMax(0);
+      count_rank(values.cwiseSqrt(), options.rank_tolerance);
+      const auto vectors = eigen.eigenvectors().leftCols(rank_);
+      inverse_ = vectors * values.head(rank_).cwiseInverse().asDiagonal() * vectors.transpose();
+    }
+  }
+
+  [[nodiscard]] int rank() const { return rank_; }
+  [[nodiscard]] double condition() const { return condition_; }
+
+  /// @param y  9m
+  [[nodiscard]] Eigen::VectorXd solve(const Eigen::VectorXd& y) const {
+    return inverse_ * (tets_ == ProjectionTets::kCubature ? seen(y) : transposed(y));
+  }
+  /// Of y (9m), as the fit measures it.
+  [[nodiscard]] double norm(const Eigen::VectorXd& y) const {
+    if (tets_ == ProjectionTets::kCubature) return seen(y).norm();
+    double square = 0;
+    for (int e = 0; e < gradient_.tet_count(); ++e)
+      square +=
+          gradient_.volumes()[e] * y.segment<kRsSize>(kRsSize * Eigen::Index{e}).squaredNorm();
+    return std::sqrt(square);
+  }
+  /// Of y - Q W-hat z.
+  [[nodiscard]] double left(const Eigen::VectorXd& y, const Eigen::VectorXd& z) const {
+    if (tets_ == ProjectionTets::kCubature) return (seen(y) - rs_modes_ * z).norm();
+    return norm(y - linear_coordinates(gradient_, modes_ * z));
+  }
+
+ private:
+  void count_rank(const Eigen::VectorXd& singular, double tolerance) {
+    while (rank_ < singular.size() && singular[rank_] > tolerance * singular[0]) ++rank_;
+    condition_ = rank_ > 0 ? singular[0] / singular[rank_ - 1] : 0;
+  }
+  [[nodiscard]] Eigen::VectorXd seen(const Eigen::VectorXd& y) const {
+    Eigen::VectorXd result(kRsSize * Eigen::Index{model_.cubature_size()});
+    for (int t = 0; t < model_.cubature_size(); ++t) {
+      result.segment<kRsSize>(kRsSize * Eigen::Index{t}) =
+          y.segment<kRsSize>(kRsSize * Eigen::Index{model_.tets[t]});
+    }
+    return result;
+  }
+  /// (Q W-hat)^T V y.
+  [[nodiscard]] Eigen::VectorXd transposed(const Eigen::VectorXd& y) const {
+    Eigen::VectorXd g(y.size()), f;
+    for (Eigen::Index e = 0; e < gradient_.tet_count(); ++e) {
+      // Rotations and shears take half of each of two entries.
+      RsVector part = y.segment<kRsSize>(kRsSize * e);
+      part.head<3>() *= 0.5;
+      part.tail<3>() *= 0.5;
+      Eigen::Map<Eigen::Matrix3d>(g.data() + kRsSize * e) = linear_gradient(part);
+    }
+    gradient_.apply_transposed_weighted(g, f);
+    return modes_.transpose() * f;
+  }
+
+  const bodies::GradientOperator& gradient_;
+  const ReducedModel& model_;
+  ProjectionTets tets_;
+  Eigen::MatrixXd modes_, rs_modes_;  // without translations
+  Eigen::MatrixXd inverse_;
+  int rank_ = 0;
+  double condition_ = 0;
+};
+
+void require_size(Eigen::Index rows, const ReducedModel& model, const char* field) {
+  if (rows != 3 * Eigen::Index{model.node_count}) {
+    throw Error(ErrorCode::kInvalidArgument, field,
+                fmt::format("{} have {} rows, the model's {} nodes need {}", field, rows,
+                            model.node_count, 3 * model.node_count));
+  }
+}
+
+void require_finite(const Eigen::Ref<const Eigen::MatrixXd>& poses, const char* field) {
+  for (Eigen::Index k = 0; k < poses.cols(); ++k) {
+    if (!poses.col(k).allFinite()) {
+      throw Error(ErrorCode::kInvalidArgument, fmt::format("{}[{}]", field, k),
+                  fmt::format("{}[{}] has a displacement that is not finite", field, k));
+    }
+  }
+}
+
+enum class Tracking { kInTime, kPoseAlone };
+
+/// What the base motion contributes to a pose.
+struct BasePose {
+  Eigen::VectorXd y;  // 9m
+  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+};
+
+}  // namespace
+
+void ProjectionOptions::validate() const {
+  if (!(rank_tolerance > 0 && rank_tolerance < 1)) {
+    throw Error(
+        ErrorCode::kInvalidArgument, "rank_tolerance",
+        fmt::format("ProjectionOptions::rank_tolerance = {}, must be in (0, 1)", rank_tolerance));
+  }
+  if (corrections < 0) {
+    throw Error(ErrorCode::kInvalidArgument, "corrections",
+                fmt::format("ProjectionOptions::corrections = {}, must be >= 0", corrections));
+  }
+}
+
+class ModalProjector::Impl {
+ public:
+  Impl(const bodies::ElasticBody& body, const ReducedModel& model, const ProjectionOptions& options)
+      : model_(model),
+        options_(checked(body, model, options)),
+        gradient_(body.mesh),
+        inverse_(body, gradient_),
+        fit_(gradient_, model, options) {
+    if (translations(model) > 0) {
+      mass_share_ = bodies::lumped_node_mass(body.mesh);
+      mass_share_ /= mass_share_.sum();
+    }
+    if (options.corrections > 0) full_.emplace(body);
+  }
+
+  [[nodiscard]] ModalProjection project(const Eigen::Ref<const Eigen::MatrixXd>& poses,
+                                        Tracking tracking, const JobContext& job) const {
+    check_poses(poses);
+    ModalProjection result = empty(poses.cols());
+    RsTrack track;
+    const BasePose rest{Eigen::VectorXd::Zero(kRsSize * Eigen::Index{gradient_.tet_count()})};
+    for (Eigen::Index k = 0; k < poses.cols(); ++k) {
+      job.report("projecting poses", static_cast<double>(k) / static_cast<double>(poses.cols()));
+      if (tracking == Tracking::kPoseAlone) track = {};
+      const Eigen::VectorXd y = smooth_coordinates(poses.col(k), track);
+      fit(k, poses.col(k), y, rest, track, result);
+    }
+    return result;
+  }
+
+  [[nodiscard]] ModalProjection project(const Eigen::Ref<const Eigen::MatrixXd>& poses,
+                                        const KeyframesOnBase& on_base,
+                                        const JobContext& job) const {
+    check_poses(poses);
+    check(on_base, poses.cols());
+    ModalProjection result = empty(poses.cols());
+    RsTrack base_track;
+    Eigen::Matrix3Xd offset = Eigen::Matrix3Xd::Zero(3, gradient_.tet_count());
+    BasePose base;
+    int next = 0;
+    for (Eigen::Index k = 0; k < poses.cols(); ++k) {
+      const int frame = on_base.frames[static_cast<std::size_t>(k)];
+      for (; next <= frame; ++next) {
+        job.report("projecting keyframes",
+                   static_cast<double>(next) / (on_base.frames.back() + 1.0));
+        base.y = smooth_coordinates(on_base.base_motion.col(next), base_track);
+      }
+      base.mean = mean(on_base.base_motion.col(frame));
+      // A free body's turns go on from the base's, as the keyframe before had them.
+      RsTrack track;
+      if (keyframe_tracking() == Tracking::kInTime) track.counted = base_track.counted + offset;
+      const Eigen::VectorXd y = smooth_coordinates(poses.col(k), track);
+      offset = track.counted - base_track.counted;
+      fit(k, poses.col(k), y, base, track, result);
+    }
+    return result;
+  }
+
+  /// A held body's fixed nodes tell more than a keyframe long before.
+  [[nodiscard]] Tracking keyframe_tracking() const {
+    return translations(model_) > 0 ? Tracking::kInTime : Tracking::kPoseAlone;
+  }
+
+ private:
+  static ProjectionOptions checked(const bodies::ElasticBody& body, const ReducedModel& model,
+                                   const ProjectionOptions& options) {
+    options.validate();
+    if (body.mesh.node_count() != model.node_count) {
+      throw Error(ErrorCode::kInvalidArgument, "body",
+                  fmt::format("the body has {} nodes, the model {}", body.mesh.node_count(),
+                              model.node_count));
+    }
+    return options;
+  }
+
+  void check_poses(const Eigen::Ref<const Eigen::MatrixXd>& poses) const {
+    require_size(poses.rows(), model_, "poses");
+    require_finite(poses, "poses");
+  }
+
+  void check(const KeyframesOnBase& on_base, Eigen::Index poses) const {
+    require_size(on_base.base_motion.rows(), model_, "base_motion");
+    require_finite(on_base.base_motion, "base_motion");
+    if (static_cast<Eigen::Index>(on_base.frames.size()) != poses) {
+      throw Error(ErrorCode::kInvalidArgument, "frames",
+                  fmt::format("{} frames for {} poses", on_base.frames.size(), poses));
+    }
+    for (std::size_t k = 0; k < on_base.frames.size(); ++k) {
+      const int frame = on_base.frames[k];
+      const std::string field = fmt::format("frames[{}]", k);
+      if (frame < 0 || frame >= on_base.base_motion.cols()) {
+        throw Error(ErrorCode::kOutOfRange, field,
+                    fmt::format("{} = {}, the base motion has frames 0 to {}", field, frame,
+                                on_base.base_motion.cols() - 1));
+      }
+      if (k > 0 && frame <= on_base.frames[k - 1]) {
+        throw Error(ErrorCode::kInvalidArgument, field,
+                    fmt::format("{} = {} does not ascend", field, frame));
+      }
+    }
+  }
+
+  /// y (9m) with the turns that the tets hand on: where a rotation is next to a full turn, its own
+  /// logarithm has an axis that may point anywhere, which no sum of modes fits.
+  [[nodiscard]] Eigen::VectorXd smooth_coordinates(const Eigen::Ref<const Eigen::VectorXd>& u,
+                                                   RsTrack& track) const {
+    Eigen::VectorXd y = inverse_.coordinates(u, track);
+    y.reshaped(kRsSize, y.size() / kRsSize).topRows<3>() = track.counted;
+    return y;
+  }
+
+  [[nodiscard]] ModalProjection empty(Eigen::Index poses) const {
+    return {Eigen::MatrixXd::Zero(model_.coordinate_count(), poses), Eigen::VectorXd::Zero(poses),
+            fit_.rank(), fit_.condition()};
+  }
+
+  [[nodiscard]] Eigen::Vector3d mean(const Eigen::Ref<const Eigen::VectorXd>& u) const {
+    if (mass_share_.size() == 0) return Eigen::Vector3d::Zero();
+    return Eigen::Map<const Eigen::Matrix3Xd>(u.data(), 3, mass_share_.size()) * mass_share_;
+  }
+
+  /// Column k of the result from the pose's RS coordinates y.
+  void fit(Eigen::Index k, const Eigen::Ref<const Eigen::VectorXd>& pose, const Eigen::VectorXd& y,
+           const BasePose& base, const RsTrack& track, ModalProjection& result) const {
+    const int fixed = translations(model_);
+    const Eigen::VectorXd wanted = y - base.y;
+    Eigen::VectorXd z = fit_.solve(wanted);
+    const double size = fit_.norm(wanted);
+    result.error[k] = size > 0 ? fit_.left(wanted, z) / size : 0;
+    if (options_.corrections > 0) correct(y, base, track, z);
+    result.z.col(k).tail(z.size()) = z;
+    if (fixed == 0) return;
+    const Eigen::VectorXd linear = model_.modes.rightCols(z.size()) * z;
+    result.z.col(k).head<3>() = (mean(pose) - base.mean - mean(linear)) / model_.length;
+  }
+
+  void correct(const Eigen::VectorXd& y, const BasePose& base, const RsTrack& track,
+               Eigen::VectorXd& z) const {
+    const auto missing = [&](const Eigen::VectorXd& at) -> Eigen::VectorXd {
+      const Eigen::VectorXd linear =
+          base.y + linear_coordinates(gradient_, model_.modes.rightCols(at.size()) * at);
+      RsTrack near = track;
+      return y - smooth_coordinates(full_->from_coordinates(linear).col(0), near);
+    };
+    Eigen::VectorXd miss = missing(z), step = fit_.solve(miss);
+    for (int round = 0; round < options_.corrections; ++round) {
+      const Eigen::VectorXd candidate = z + step;
+      const Eigen::VectorXd left = missing(candidate), next = fit_.solve(left);
+      // The part that modes can make is what a correction is about: the rest of the miss stays.
+      if (!(next.norm() < step.norm())) return;
+      z = candidate;
+      step = next;
+    }
+  }
+
+  const ReducedModel& model_;
+  ProjectionOptions options_;
+  bodies::GradientOperator gradient_;
+  RsInverse inverse_;
+  Fit fit_;
+  Eigen::VectorXd mass_share_;  // n, sums to one; empty for a held body
+  std::optional<FullReconstruction> full_;
+};
+
+ModalProjector::ModalProjector(const bodies::ElasticBody& body, const ReducedModel& model,
+                               const ProjectionOptions& options)
+    : impl_(std::make_unique<const Impl>(body, model, options)) {}
+ModalProjector::~ModalProjector() = default;
+
+ModalProjection ModalProjector::motion(const Eigen::Ref<const Eigen::MatrixXd>& displacements,
+                                       const JobContext& job) const {
+  return impl_->project(displacements, Tracking::kInTime, job);
+}
+
+ModalProjection ModalProjector::keyframes(const Eigen::Ref<const Eigen::MatrixXd>& poses,
+                                          const JobContext& job) const {
+  return impl_->project(poses, impl_->keyframe_tracking(), job);
+}
+
+ModalProjection ModalProjector::keyframes(const Eigen::Ref<const Eigen::MatrixXd>& poses,
+                                          const KeyframesOnBase& base,
+                                          const JobContext& job) const {
+  return impl_->project(poses, base, job);
+}
+
+}  // namespace limber::reduced

@@ -1,0 +1,88 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <memory>
+#include <vector>
+
+#include "engine/base/job.h"
+#include "engine/bodies/elastic_body.h"
+#include "engine/reduced/reduced_model.h"
+
+namespace limber::reduced {
+
+/// Whose RS coordinates are fitted.
+enum class ProjectionTets {
+  kCubature,  // of the model's cubature tets, all alike (paper)
+  kAll,       // of all tets, by volume
+};
+
+struct ProjectionOptions {
+  ProjectionTets tets = ProjectionTets::kCubature;
+  /// Singular values below this share of the largest count as zero, in (0, 1).
+  double rank_tolerance = 1e-6;
+  /// A sum of modes is no gradient field, so the pose that the fit reconstructs to has other RS
+  /// coordinates again. Each correction reconstructs the pose in full and fits what it misses; one
+  /// that misses more is not taken. >= 0; 0 is the pseudo-inverse of the paper.
+  int corrections = 0;
+
+  /// @throws Error{kInvalidArgument} naming the member, its value and the inequality
+  void validate() const;
+};
+
+struct ModalProjection {
+  Eigen::MatrixXd z;  // z-bar, R x K, as ReducedModel documents
+  /// K: what the fit leaves of the RS coordinates (less the base motion's), relative; 0 at rest.
+  Eigen::VectorXd error;
+  int rank = 0;          // of the fit, translations of a free body not counted
+  double condition = 0;  // largest over smallest singular value that counts
+};
+
+/// Where the keyframes of an edit are, and the motion that is edited.
+struct KeyframesOnBase {
+  std::vector<int> frames;      // K, ascending, in [0, N)
+  Eigen::MatrixXd base_motion;  // 3n x N displacements from rest [m]; as given to base_motion()
+};
+
+/// Poses as modal RS coordinates (paper: space-time editing, sections 6.2 and 6.3):
+///   z-bar = (Q W-hat)^+ (y - y_base).
+/// Translations of a free body, which no RS coordinate sees, follow from the centre of mass. Over a
+/// base motion, z-bar is what has to be added to it: the paper's own code fits y.
+///
+/// Rotations have many logarithms, full turns apart. In a motion, branches are tracked in space and
+/// time: each tet may turn by less than half a turn from frame to frame. Keyframes may be far
+/// apart: a held body's turns are counted from its fixed nodes in each of them alone, by any angle;
+/// a free body may turn by less than half a turn from one to the next (over a base motion: more
+/// than that does).
+///
+/// Immutable and thread-safe. Errors name `poses` (or `poses[k]`), `frames` and `base_motion`.
+class ModalProjector {
+ public:
+  /// @param body, model  kept by reference and must outlive this
+  /// @throws Error{kInvalidArgument} for options, and for a body that the model is not of
+  ModalProjector(const bodies::ElasticBody& body, const ReducedModel& model,
+                 const ProjectionOptions& options = {});
+  ~ModalProjector();
+
+  /// @param displacements  3n x N from rest [m], frame by frame
+  /// @throws Error{kInvalidArgument} for other sizes or numbers that are not finite,
+  /// Error{kCancelled}
+  [[nodiscard]] ModalProjection motion(const Eigen::Ref<const Eigen::MatrixXd>& displacements,
+                                       const JobContext& job = {}) const;
+
+  /// @param poses  3n x K displacements from rest [m], in the order of time
+  /// @throws as motion()
+  [[nodiscard]] ModalProjection keyframes(const Eigen::Ref<const Eigen::MatrixXd>& poses,
+                                          const JobContext& job = {}) const;
+
+  /// The same over a base motion.
+  /// @throws as above; Error{kOutOfRange} for frames that the base motion does not have
+  [[nodiscard]] ModalProjection keyframes(const Eigen::Ref<const Eigen::MatrixXd>& poses,
+                                          const KeyframesOnBase& base,
+                                          const JobContext& job = {}) const;
+
+ private:
+  class Impl;
+  std::unique_ptr<const Impl> impl_;
+};
+
+}  // namespace limber::reduced

@@ -1,0 +1,102 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <string>
+
+#include "engine/base/job.h"
+#include "engine/spacetime/problem.h"
+
+namespace limber::spacetime {
+
+/// What a recovery may change.
+enum class RecoveryVariables {
+  kMotion,             // z
+  kMotionAndDynamics,  // z, Lambda, D
+  kAll,                // z, Lambda, D, S
+};
+
+/// Where a recovery of all variables begins; the others have S = (I; 0) and begin as the paper's.
+enum class RecoveryStart {
+  /// S: principal components of the motion (left singular vectors), Lambda and D those that need
+  /// least force for them.
+  kPrincipalComponents,
+  /// The paper's (section 6.3): S = (I; 0), D = 0, Lambda the eigenvalues, scaled so that the mode
+  /// with most energy in its spectrum swings with the frequency that is strongest there. As
+  /// printed, the maximum is over all frequencies, the mean of the motion included, which would
+  /// make Lambda = 0 for a body that swings about a bent pose: here the mean does not count.
+  kSpectrum,
+};
+
+struct RecoveryOptions {
+  int modes = 10;  // r, > 0, at most R
+  RecoveryVariables variables = RecoveryVariables::kAll;
+  RecoveryStart start = RecoveryStart::kPrincipalComponents;
+  double weight = 1;            // gamma of E_c^RS, > 0
+  double column_weight = 1e-8;  // mu of E_s, > 0
+  /// Of the first frames, >= 0: forces are known to act in them (someone pushes), so that forces
+  /// there do not count. 0 is the paper's E_f.
+  int driven_frames = 0;
+  double tolerance = 1e-6;  // a step that gains less of the energy is the last, in (0, 1)
+  int max_steps = 300;      // > 0
+
+  /// @throws Error{kInvalidArgument} naming the member, its value and the inequality
+  void validate() const;
+};
+
+/// A motion z^ = S z of R modes and the material that explains it.
+struct RecoveredMotion {
+  Eigen::MatrixXd z;       // r x N
+  Eigen::MatrixXd mixing;  // S, R x r
+  ModeDynamics dynamics;   // Lambda, D
+};
+
+struct RecoveryEnergies {
+  double force = 0;       // E_f (17a), over the frames that are not driven
+  double constraint = 0;  // E_c^RS (23)
+  double columns = 0;     // E_s (20)
+  double total = 0;       // E_f + gamma E_c^RS + mu E_s
+};
+
+enum class RecoveryStatus { kConverged, kStepLimit };
+
+struct RecoveryReport {
+  RecoveryStatus status = RecoveryStatus::kStepLimit;
+  int steps = 0;
+  RecoveryEnergies start, energies;
+  std::string message;  // what the user should know; empty if nothing
+};
+
+struct Recovery {
+  RecoveredMotion motion;
+  RecoveryReport report;
+};
+
+/// Material of a motion (paper: space-time editing, section 6.3): minimises
+///   E_f(z, Lambda, D) + gamma E_c^RS(S, z) + mu E_s(S),   lambda, d >= 0,
+/// over what the options say. The energy never rises from step to step (see NOTATION.md). A motion
+/// that is zero is its own answer: z, Lambda and D are zero, S = (I; 0).
+///
+/// Cost of a step: r^4 N, memory r^3 N numbers; without S, r^3 N.
+/// @param target       z-bar, R x N: modal RS coordinates of the motion (reduced::ModalProjector)
+/// @param eigenvalues  R, of the modes, ascending, >= 0 (only their ratios matter)
+/// @param warm         where to begin instead of options.start; S is taken from it whatever varies
+/// @throws Error{kInvalidArgument} naming the option, `target` (fewer than 8 frames that are not
+/// driven, numbers that are not finite), `modes` (R < r), `eigenvalues` or `warm`;
+/// Error{kCancelled}
+[[nodiscard]] Recovery recover(const Eigen::Ref<const Eigen::MatrixXd>& target,
+                               const Eigen::VectorXd& eigenvalues, const RecoveryOptions& options,
+                               const JobContext& job = {}, const RecoveredMotion* warm = nullptr);
+
+struct Continuation {
+  Eigen::MatrixXd z;  // r x frames
+  /// Modes whose recurrence would explode (lambda > 4 + 2 d): three quarters of that was taken for
+  /// their lambda, where the swing of two frames does not grow.
+  int bounded_modes = 0;
+};
+
+/// How the motion goes on without force after its last two frames:
+///   z_(i+1) = ((2 + d - lambda) z_i - z_(i-1)) / (1 + d).
+/// @throws Error{kInvalidArgument} naming `frames` (>= 0) or `motion` (fewer than 2 frames)
+[[nodiscard]] Continuation continue_freely(const RecoveredMotion& motion, int frames);
+
+}  // namespace limber::spacetime
