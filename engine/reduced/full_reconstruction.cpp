@@ -20,6 +20,19 @@ constexpr int kPack = static_cast<int>(Pack<double>::size());
 constexpr int kGroup = 2 * kPack;
 constexpr int kSolveColumns = 3 * kGroup;
 
+/// Pairs of modes that one pass over the tets takes along.
+constexpr std::int64_t kPairs = 32;
+
+/// Of a linear displacement in one tet: rotation W, and half of it with the strain.
+struct LinearParts {
+  Eigen::Matrix3d rotation, rest;
+};
+
+LinearParts linear_parts(const Eigen::Matrix3d& h) {
+  const Eigen::Matrix3d rotation = (h - h.transpose()) / 2;
+  return {rotation, h - rotation / 2};
+}
+
 bodies::DofMap free_nodes(const bodies::ElasticBody& body) {
   // A free body's Laplacian has the constants in its kernel: hold one node, shift afterwards.
   return bodies::DofMap::of_scalars(body.mesh.node_count(),
@@ -96,6 +109,31 @@ struct FullReconstruction::Impl {
     }
   }
 
+  /// f (3n x count) of g'' along each of `count` pairs: with g = exp(W) (I + s) - I that is
+  ///   (W_i W_j + W_j W_i) / 2 + W_i s_j + W_j s_i.
+  void second_forces(const Eigen::Ref<const Eigen::MatrixXd>& modes, const bodies::ModePair* pairs,
+                     std::int64_t count, Eigen::MatrixXd& f) const {
+    std::vector<char> used(static_cast<std::size_t>(modes.cols()), 0);
+    for (std::int64_t i = 0; i < count; ++i) used[pairs[i].first] = used[pairs[i].second] = 1;
+    std::vector<LinearParts> parts(used.size());
+    f.setZero(modes.rows(), count);
+    for (int e = 0; e < gradient.tet_count(); ++e) {
+      for (std::size_t k = 0; k < used.size(); ++k) {
+        if (used[k] != 0)
+          parts[k] = linear_parts(gradient.apply(modes.col(static_cast<Eigen::Index>(k)), e));
+      }
+      const Eigen::Matrix<double, 3, 4> weighted =
+          gradient.volumes()[e] * gradient.shape_gradients(e);
+      for (std::int64_t i = 0; i < count; ++i) {
+        const LinearParts &a = parts[pairs[i].first], &b = parts[pairs[i].second];
+        const Eigen::Matrix<double, 3, 4> force =
+            (a.rotation * b.rest + b.rotation * a.rest) * weighted;
+        for (int corner = 0; corner < 4; ++corner)
+          f.col(i).segment<3>(3 * gradient.tets()(corner, e)) += force.col(corner);
+      }
+    }
+  }
+
   /// Columns 3 pose + axis of the right-hand side over free nodes.
   void gather(const double* f, int lanes, Eigen::Ref<Eigen::MatrixXd> rhs) const {
     const std::vector<int>& nodes = dofs.full_of_free();
@@ -134,6 +172,26 @@ FullReconstruction::FullReconstruction(FullReconstruction&&) noexcept = default;
 FullReconstruction& FullReconstruction::operator=(FullReconstruction&&) noexcept = default;
 
 const bodies::GradientOperator& FullReconstruction::gradient() const { return impl_->gradient; }
+
+const Eigen::VectorXd& FullReconstruction::mass_share() const { return impl_->mass_share; }
+
+Eigen::Matrix3Xd FullReconstruction::row_of(const std::vector<int>& nodes) const {
+  const bodies::GradientOperator& gradient = impl_->gradient;
+  Eigen::VectorXd weight = Eigen::VectorXd::Zero(gradient.node_count());
+  for (const int node : nodes) weight[node] += 1.0 / static_cast<double>(nodes.size());
+  if (impl_->mass_share.size() > 0) weight -= impl_->mass_share;
+  Eigen::MatrixXd x = impl_->dofs.restrict_rows(weight);
+  impl_->laplacian.solve_in_place(x);
+  const Eigen::VectorXd all = impl_->dofs.expand_rows(x);
+  Eigen::Matrix3Xd row(3, gradient.tet_count());
+  for (int e = 0; e < gradient.tet_count(); ++e) {
+    row.col(e).setZero();
+    for (int a = 0; a < 4; ++a)
+      row.col(e) += gradient.shape_gradients(e).col(a) * all[gradient.tets()(a, e)];
+    row.col(e) *= gradient.volumes()[e];
+  }
+  return row;
+}
 
 Eigen::VectorXd FullReconstruction::from_gradients(
     const Eigen::Ref<const Eigen::VectorXd>& g) const {
@@ -191,6 +249,31 @@ Eigen::MatrixXd FullReconstruction::from_linear(const Eigen::Ref<const Eigen::Ma
       for (Eigen::Index p = 0; p < count; ++p) {
         impl_->scatter(rhs.middleCols<3>(3 * p), v.col(first + p).data(), u.col(first + p));
       }
+    }
+  });
+  return u;
+}
+
+Eigen::MatrixXd FullReconstruction::second_derivatives(
+    const Eigen::Ref<const Eigen::MatrixXd>& modes, const std::vector<bodies::ModePair>& pairs,
+    const JobContext& job) const {
+  const Eigen::Index rows = 3 * Eigen::Index{impl_->gradient.node_count()};
+  LIMBER_DEMAND(modes.rows() == rows);
+  const auto all = static_cast<std::int64_t>(pairs.size());
+  Eigen::MatrixXd u(rows, all);
+  parallel_for((all + kPairs - 1) / kPairs, 1, [&](std::int64_t begin, std::int64_t end) {
+    Eigen::MatrixXd f, rhs;
+    SparseCholesky::Workspace workspace;
+    for (std::int64_t block = begin; block < end; ++block) {
+      job.throw_if_cancelled();
+      const std::int64_t first = block * kPairs, count = std::min(kPairs, all - first);
+      impl_->second_forces(modes, pairs.data() + first, count, f);
+      rhs.resize(impl_->dofs.free_count(), 3 * count);
+      for (std::int64_t i = 0; i < count; ++i)
+        impl_->gather(f.col(i).data(), 1, rhs.middleCols<3>(3 * i));
+      impl_->laplacian.solve_in_place(rhs, workspace);
+      for (std::int64_t i = 0; i < count; ++i)
+        impl_->scatter(rhs.middleCols<3>(3 * i), nullptr, u.col(first + i));
     }
   });
   return u;

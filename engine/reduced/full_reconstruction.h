@@ -2,10 +2,12 @@
 
 #include <Eigen/Core>
 #include <memory>
+#include <vector>
 
 #include "engine/base/job.h"
 #include "engine/bodies/elastic_body.h"
 #include "engine/bodies/gradient_operator.h"
+#include "engine/bodies/modal_derivatives.h"
 
 namespace limber::reduced {
 
@@ -34,6 +36,21 @@ class FullReconstruction {
   /// u of y = Q v for linear displacements v (3n x k), as W z: many poses at once, on all threads.
   [[nodiscard]] Eigen::MatrixXd from_linear(const Eigen::Ref<const Eigen::MatrixXd>& v,
                                             const JobContext& job = {}) const;
+
+  /// Second derivatives at v = 0 of from_linear along pairs of columns of `modes` (3n x R):
+  ///   A u_ij = G^T V d2g(0)[Q w_i, Q w_j],
+  /// one column per pair, symmetric in i and j. The quadratic part of every reconstruction is a sum
+  /// of them.
+  [[nodiscard]] Eigen::MatrixXd second_derivatives(const Eigen::Ref<const Eigen::MatrixXd>& modes,
+                                                   const std::vector<bodies::ModePair>& pairs,
+                                                   const JobContext& job = {}) const;
+
+  /// The mean displacement of `nodes` as a row on displacement gradients: sum over tets of g_e p_e
+  /// (g_e 3 x 3), p of 3 x m; of a free body relative to the centre of mass. One scalar solve,
+  /// since A is symmetric and the same on each axis.
+  [[nodiscard]] Eigen::Matrix3Xd row_of(const std::vector<int>& nodes) const;
+  /// n, shares of the mass that sum to one for a free body; else empty.
+  [[nodiscard]] const Eigen::VectorXd& mass_share() const;
 
   /// One pose on the calling thread; `v` and `u` have 3n entries. For latency measurements and
   /// single frames.

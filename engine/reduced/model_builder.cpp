@@ -3,18 +3,16 @@
 #include <chrono>
 
 #include "engine/base/error.h"
-#include "engine/bodies/mass.h"
 #include "engine/bodies/modal_analysis.h"
+#include "engine/reduced/basis_choice.h"
 #include "engine/reduced/cubature.h"
 #include "engine/reduced/full_reconstruction.h"
 #include "engine/reduced/reduced_model.h"
-#include "engine/reduced/snapshot_basis.h"
 #include "engine/reduced/training_set.h"
 
 namespace limber::reduced {
 namespace {
 
-constexpr int kLargestBasis = 200;
 // The validation poses are a sample: asked for a little more, so that the test poses agree.
 constexpr double kMargin = 0.9;
 constexpr int kMostAttempts = 3;
@@ -71,28 +69,6 @@ void report_mechanisms(ReducedModel& model) {
       model.mechanism_count, model.coordinate_count() - model.rigid_count);
 }
 
-/// Snapshots of both kinds (paper: space-time editing, section 3.1: enrichment by an input
-/// sequence).
-Eigen::MatrixXd with_animation(const Eigen::MatrixXd& poses, const Eigen::MatrixXd& animation) {
-  constexpr Eigen::Index kMost = 200;
-  const Eigen::Index taken = std::min(animation.cols(), kMost);
-  Eigen::MatrixXd all(poses.rows(), poses.cols() + taken);
-  all.leftCols(poses.cols()) = poses;
-  for (Eigen::Index i = 0; i < taken; ++i)
-    all.col(poses.cols() + i) = animation.col(i * animation.cols() / taken);
-  return all;
-}
-
-/// What the basis of a free body spans exactly: its rigid motions, or where that is too much for
-/// the basis asked for, its translations.
-Eigen::MatrixXd exact_fields(const bodies::ElasticBody& body, const ModelOptions& options) {
-  if (!body.is_free()) return Eigen::MatrixXd(3 * body.mesh.node_count(), 0);
-  constexpr int kTranslations = 3;
-  const Eigen::MatrixXd fields = affine_fields(body);
-  const bool all = options.basis_size == 0 || options.basis_size > fields.cols();
-  return fields.leftCols(all ? fields.cols() : kTranslations);
-}
-
 void check_basis_size(const bodies::ElasticBody& body, const ModelOptions& options) {
   if (!body.is_free() || options.basis_size == 0 || options.basis_size > 3) return;
   throw Error(ErrorCode::kInvalidArgument, "basis_size",
@@ -118,8 +94,8 @@ ReducedModel build_model(const bodies::ElasticBody& body, const ModelOptions& op
   job.report("modes", 0);
   bodies::ModalOptions modal;
   modal.mode_count = options.mode_count;
-  const ScaledModes modes =
-      scale_modes(body, bodies::modal_analysis(body, modal, job.part(0, 0.25)));
+  const bodies::ModalBasis eigen = bodies::modal_analysis(body, modal, job.part(0, 0.25));
+  const ScaledModes modes = scale_modes(body, eigen);
   model.report.modes_s = watch.lap();
 
   const FullReconstruction full(body);
@@ -127,20 +103,8 @@ ReducedModel build_model(const bodies::ElasticBody& body, const ModelOptions& op
   model.report.poses_s = watch.lap();
 
   job.report("basis", 0.55);
-  const int largest = options.basis_size > 0 ? options.basis_size : kLargestBasis;
-  Eigen::MatrixXd basis =
-      snapshot_basis(with_animation(set.train.u, animation), bodies::lumped_node_mass(body.mesh),
-                     exact_fields(body, options), largest);
-  PoseData validation = set.validation.project(basis);
-  if (options.basis_size == 0) {
-    // More columns than this would hardly let the cubature be smaller.
-    const int enough =
-        smallest_size(mean_error_by_size(validation, validation.q), 0.4 * options.tolerance);
-    if (enough > 0) {
-      basis = basis.leftCols(enough).eval();
-      validation.q = validation.q.topRows(enough).eval();
-    }
-  }
+  const auto [basis, validation] = choose_basis({body, eigen, modes, full, set, animation, options},
+                                                model.report, job.part(0.55, 0.6));
   model.report.basis_s = watch.lap();
   const PoseData train = project_training(set, modes, full, basis, job.part(0.6, 0.7));
   model.report.poses_s += watch.lap();

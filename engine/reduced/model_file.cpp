@@ -100,6 +100,12 @@ void write_report(const ModelReport& report, Writer& out) {
     out.number(value);
   }
   out.number<std::uint8_t>(report.met_tolerance ? 1 : 0);
+  out.number<std::int32_t>(static_cast<std::int32_t>(report.basis));
+  out.number<std::int32_t>(report.compared_size);
+  for (const auto& error : {report.snapshot_basis_error, report.derivative_basis_error}) {
+    out.number<std::uint8_t>(error ? 1 : 0);
+    out.number(error.value_or(0));
+  }
   out.text(report.message);
 }
 
@@ -111,6 +117,16 @@ ModelReport read_report(Reader& in) {
     *value = in.number<double>("report");
   }
   report.met_tolerance = in.number<std::uint8_t>("report") != 0;
+  const auto basis = in.number<std::int32_t>("report");
+  if (basis < 0 || basis > static_cast<std::int32_t>(BasisKind::kMapDerivatives))
+    refuse("report has no such kind of basis");
+  report.basis = static_cast<BasisKind>(basis);
+  report.compared_size = in.number<std::int32_t>("report");
+  for (auto* error : {&report.snapshot_basis_error, &report.derivative_basis_error}) {
+    const bool there = in.number<std::uint8_t>("report") != 0;
+    const auto value = in.number<double>("report");
+    if (there) *error = value;
+  }
   report.message = in.text("report.message");
   return report;
 }

@@ -1,20 +1,19 @@
 #include <fmt/format.h>
 
 #include <deque>
-#include <map>
 
 #include "engine/base/error.h"
 #include "engine/base/parallel.h"
 #include "engine/reduced/kinematics_kernels.h"
 #include "engine/reduced/reduced_model.h"
+#include "engine/reduced/site_list.h"
 
 namespace limber::reduced {
 
 class ReducedKinematics::Impl {
  public:
   Impl(std::shared_ptr<const ReducedModel> model, std::shared_ptr<const BaseMotion> base)
-      : model_(std::move(model)), base_(std::move(base)) {
-    LIMBER_DEMAND(model_ != nullptr);
+      : model_(std::move(model)), base_(std::move(base)), list_(model_->node_count) {
     if (base_ != nullptr) {
       const Eigen::Index t9 = kRsSize * Eigen::Index{model_->cubature_size()};
       if (base_->rs.rows() != t9 || base_->direct.rows() != model_->basis_size() ||
@@ -32,30 +31,20 @@ class ReducedKinematics::Impl {
   }
 
   SiteId add_site(std::vector<int> nodes) {
-    if (nodes.empty())
-      throw Error(ErrorCode::kInvalidArgument, "nodes", "a site needs at least one node");
-    std::sort(nodes.begin(), nodes.end());
-    for (int node : nodes) {
-      if (node < 0 || node >= model_->node_count) {
-        throw Error(ErrorCode::kOutOfRange, "nodes",
-                    fmt::format("node {} is not in [0, {})", node, model_->node_count));
-      }
-    }
-    const auto found = site_ids_.find(nodes);
-    if (found != site_ids_.end()) return found->second;
+    const SiteList::Added added = list_.add(std::move(nodes));
+    if (!added.is_new) return added.id;
+    const std::vector<int>& members = list_.nodes(added.id);
     Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(3, model_->basis_size());
-    for (int node : nodes) rows += model_->basis.middleRows<3>(3 * Eigen::Index{node});
+    for (int node : members) rows += model_->basis.middleRows<3>(3 * Eigen::Index{node});
     // Rows of fixed nodes are zero but for rounding, which would pass for a way to move them.
     constexpr double kRounding = 1e-12;
     if (rows.norm() <= kRounding * model_->basis.cwiseAbs().maxCoeff()) rows.setZero();
-    sites_.emplace_back(*model_, tangent_, rows / static_cast<double>(nodes.size()));
-    const auto id = static_cast<SiteId>(sites_.size()) - 1;
-    site_ids_.emplace(std::move(nodes), id);
-    return id;
+    sites_.emplace_back(*model_, tangent_, rows / static_cast<double>(members.size()));
+    return added.id;
   }
 
   [[nodiscard]] bool moves(SiteId site) const {
-    check_site(site);
+    list_.check(site);
     return !sites_[site].basis.isZero(0);
   }
 
@@ -145,23 +134,10 @@ class ReducedKinematics::Impl {
              const Eigen::Ref<const Eigen::MatrixXd>& z, std::span<const SiteQuery> queries) const {
     LIMBER_DEMAND(z.rows() == model_->coordinate_count());
     LIMBER_DEMAND(base_ == nullptr || static_cast<Eigen::Index>(frames.size()) == z.cols());
-    for (const SiteQuery& query : queries) {
-      check_site(query.site);
-      if (query.column < 0 || query.column >= z.cols()) {
-        throw Error(ErrorCode::kOutOfRange, "queries",
-                    fmt::format("column {} is not in [0, {})", query.column, z.cols()));
-      }
-    }
+    list_.check(queries, z.cols());
     work.begin(tangent_, z, queries);
     if (base_ == nullptr) return;
     for (int column : work.columns) check_frame(frames[column]);
-  }
-
-  void check_site(SiteId site) const {
-    if (site < 0 || site >= static_cast<SiteId>(sites_.size())) {
-      throw Error(ErrorCode::kOutOfRange, "queries",
-                  fmt::format("site {} is not in [0, {})", site, sites_.size()));
-    }
   }
 
   void check_frame(int frame) const {
@@ -176,8 +152,8 @@ class ReducedKinematics::Impl {
   std::shared_ptr<const BaseMotion> base_;
   TangentTables tangent_;
   StreamTables stream_;
+  SiteList list_;
   std::deque<SiteTables> sites_;
-  std::map<std::vector<int>, SiteId> site_ids_;
 };
 
 ReducedKinematics::ReducedKinematics(std::shared_ptr<const ReducedModel> model,

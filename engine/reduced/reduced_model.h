@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -17,6 +18,19 @@ enum class CubatureKind {
   kWeights,     // q = sum_e w_e P_e g_e, w_e >= 0 (paper: space-time editing, eq. 12)
 };
 
+/// What the basis B is made from. Fields and frames of an input animation are joined by principal
+/// component analysis in every case.
+enum class BasisKind {
+  kBest,       // kSnapshots and kMapDerivatives are built, and what is better for the size is taken
+  kSnapshots,  // full reconstructions of training poses
+  // Modes and their derivatives under StVK, lambda_1 / lambda_i and lambda_1^2 / (lambda_i
+  // lambda_j) as weights (paper: space-time editing, section 3.1; Barbic and James 2005, 4.3).
+  kModalDerivatives,
+  // Modes and the second derivatives of the RS reconstruction along pairs of them, weighted as the
+  // training poses have them.
+  kMapDerivatives,
+};
+
 /// How a model is to be built: to a tolerance (the smallest h and the fewest tets that meet it) or
 /// to given sizes.
 struct ModelOptions {
@@ -26,6 +40,7 @@ struct ModelOptions {
   int basis_size = 0;     // h; 0: chosen to meet the tolerance
   int cubature_size = 0;  // T; 0: chosen to meet the tolerance
   CubatureKind cubature = CubatureKind::kFittedMaps;
+  BasisKind basis = BasisKind::kBest;
   // Maps are fitted to all, the basis to the first 800; >= 10. 0: 2400, where the body has more
   // than 60,000 tets fewer in proportion, at least 600.
   int training_poses = 0;
@@ -43,6 +58,12 @@ struct ModelReport {
   double error_max = 0;
   double small_error_mean = 0;  // same at a hundredth of the amplitude (the linear regime)
   bool met_tolerance = true;
+  BasisKind basis = BasisKind::kSnapshots;  // what B was made from, never kBest
+  // Mean relative errors of the two ways alone with `compared_size` columns, on poses that had no
+  // part in either (other ones than above); empty: not built.
+  int compared_size = 0;
+  std::optional<double> snapshot_basis_error;
+  std::optional<double> derivative_basis_error;
   double modes_s = 0, poses_s = 0, basis_s = 0, cubature_s = 0;
   // Says so, with numbers, where the tolerance was not met and where the body has mechanisms.
   std::string message;

@@ -44,7 +44,8 @@ void orthonormalise(Eigen::MatrixXd& b) {
 
 Eigen::MatrixXd snapshot_basis(const Eigen::Ref<const Eigen::MatrixXd>& u,
                                const Eigen::VectorXd& node_mass,
-                               const Eigen::Ref<const Eigen::MatrixXd>& exact, int size) {
+                               const Eigen::Ref<const Eigen::MatrixXd>& exact, int size,
+                               FieldScaling scaling) {
   constexpr double kSmallest = 1e-7, kRounding = 1e-12;
   const Eigen::Index rows = u.rows();
   LIMBER_DEMAND(rows == 3 * node_mass.size() && size > exact.cols() && rows >= exact.cols());
@@ -62,7 +63,8 @@ Eigen::MatrixXd snapshot_basis(const Eigen::Ref<const Eigen::MatrixXd>& u,
       if (fixed.cols() > 0) x.col(s) -= fixed * (fixed.transpose() * x.col(s)).eval();
       const double norm = x.col(s).norm();
       // What the exact fields leave of a pose that they span is rounding, not a direction.
-      x.col(s) *= norm > kRounding * whole ? 1 / norm : 0;
+      const double length = scaling == FieldScaling::kUnit ? norm : 1;
+      x.col(s) *= norm > kRounding * whole ? 1 / length : 0;
     }
   });
 

@@ -4,16 +4,22 @@
 
 namespace limber::reduced {
 
+/// What the length of a field says.
+enum class FieldScaling {
+  kUnit,     // nothing: each counts the same
+  kAsGiven,  // how much it counts
+};
+
 /// Basis of the poses `u` (3n x S) by mass-weighted proper orthogonal decomposition, each pose at
-/// unit norm so that relative errors count: at most `size` columns, orthonormal in the plain inner
-/// product and nested (the first h columns are the basis of size h). Fewer where the poses span
-/// less (directions below 1e-7 of the largest), never more than rows.
+/// unit norm so that relative errors count (or as given): at most `size` columns, orthonormal in
+/// the plain inner product and nested (the first h columns are the basis of size h). Fewer where
+/// the poses span less (directions below 1e-7 of the largest), never more than rows.
 /// @param node_mass  n, positive weights of the nodes
 /// @param exact      3n x k, k may be 0: fields that the first k columns span exactly (translations
 /// of a free body)
 [[nodiscard]] Eigen::MatrixXd snapshot_basis(const Eigen::Ref<const Eigen::MatrixXd>& u,
                                              const Eigen::VectorXd& node_mass,
                                              const Eigen::Ref<const Eigen::MatrixXd>& exact,
-                                             int size);
+                                             int size, FieldScaling scaling = FieldScaling::kUnit);
 
 }  // namespace limber::reduced

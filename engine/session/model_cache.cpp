@@ -99,7 +99,7 @@ std::string ModelCache::key(const bodies::ElasticBody& body, const reduced::Mode
       .add(options.tolerance)
       .add(options.basis_size)
       .add(options.cubature_size);
-  hash.add(options.cubature).add(options.training_poses).add(options.test_poses);
+  hash.add(options.cubature).add(options.basis).add(options.training_poses).add(options.test_poses);
   hash.add(options.amplitude).add(options.seed);
   hash.add(animation);
   return hash.hex();

@@ -32,6 +32,9 @@ ReducedModel some_model() {
   model.report.error_mean = 0.0123;
   model.report.met_tolerance = false;
   model.report.message = "0.0123 > 0.01";
+  model.report.basis = BasisKind::kMapDerivatives;
+  model.report.compared_size = 7;
+  model.report.derivative_basis_error = 0.004;
   return model;
 }
 
@@ -52,6 +55,10 @@ TEST(ModelFile, ComesBackBitForBit) {
   EXPECT_EQ(model.eigenvalues, back.eigenvalues);
   EXPECT_EQ(model.report.message, back.report.message);
   EXPECT_FALSE(back.report.met_tolerance);
+  EXPECT_EQ(model.report.basis, back.report.basis);
+  EXPECT_EQ(7, back.report.compared_size);
+  EXPECT_EQ(model.report.derivative_basis_error, back.report.derivative_basis_error);
+  EXPECT_FALSE(back.report.snapshot_basis_error.has_value());
 }
 
 ErrorCode code_of(std::string_view bytes) {
