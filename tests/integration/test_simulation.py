@@ -1,6 +1,7 @@
 """Full simulation and base motions, as users reach them."""
 
 import json
+import os
 import re
 import subprocess
 import sys
@@ -53,7 +54,6 @@ def test_energy_of_a_pushed_bar_is_the_work_of_the_push(pushed):
 
 def test_a_simulated_motion_is_edited(server, pushed):
     scene, motion = pushed
-    scene = limber.load_scene(scene) if isinstance(scene, str) else type(scene).FromString(scene.SerializeToString())
     scene.base_motion.CopyFrom(limber.base_motion(motion.positions))
     session = server.open(scene, progress=False)
     tip, frame = motion.positions.shape[1] - 1, 15
@@ -116,7 +116,7 @@ def test_base_motions_that_do_not_fit_name_the_field(server, pushed, tmp_path):
     assert re.match(r"frame 5 \(.*n_5.vtu\) has 54 points, the mesh has 63 nodes", message)
     assert error(str(tmp_path / "none.pvd")) == ("base_motion.path", f"cannot read {tmp_path}/none.pvd: "
                                                                      "No such file or directory")
-    assert error(names[:5])[0] == "scene.base_motion.vtu_series.files"
+    assert error(names[:5]) == ("scene.base_motion.vtu_series", f"has 5 frames, the scene has {FRAMES}")
 
 
 def test_what_cannot_be_simulated_is_refused_by_its_field(server):
@@ -147,7 +147,7 @@ def scene_file(folder, **more):
     meshio.write(folder / "bar.vtk", meshio.Mesh(nodes, [("tetra", tets)]))
     (folder / "scene.json").write_text(json.dumps({
         "mesh": {"path": "bar.vtk"}, "frames": FRAMES, "fixed_nodes": list(range(9)),
-        "material": {"youngs_modulus": 1e5}, "model": {"modes": 8, "tolerance": 0.05},
+        "material": {"youngs_modulus": 1e6}, "model": {"modes": 8, "tolerance": 0.05},
         "simulation": {"gravity": {"z": -9.81}, "steps_per_frame": 2,
                        "forces": [{"nodes": [62], "force": {"y": 20}, "until_frame": 5}]}} | more))
     return folder / "scene.json"
@@ -194,9 +194,9 @@ def test_limber_simulate_says_what_is_wrong(cli, tmp_path):
     assert "--scene-out" in cli("simulate", "--help").stdout
 
 
-def test_the_example_prints_a_table_of_errors(limberd, cache_dir, tmp_path):
-    process = subprocess.run([sys.executable, str(ROOT / "examples" / "edit_simulation.py"), "40"], capture_output=True,
-                             text=True, timeout=60, env=dict(__import__("os").environ, XDG_CACHE_HOME=str(tmp_path)))
+def test_the_example_prints_a_table_of_errors(limberd, tmp_path):
+    process = subprocess.run([sys.executable, str(ROOT / "examples" / "edit_simulation.py"), "24"], capture_output=True,
+                             text=True, timeout=60, env=dict(os.environ, XDG_CACHE_HOME=str(tmp_path)))
     assert process.returncode == 0, process.stderr
     rows = [list(map(float, line.split())) for line in process.stdout.splitlines()[2:]]
     assert [row[0] for row in rows] == [0, 0.05, 0.1, 0.2]
