@@ -12,6 +12,7 @@ import meshio
 import numpy as np
 import pytest
 from conftest import ROOT, bar, small_scene
+from limber import simulations
 
 FRAMES = 24
 
@@ -65,6 +66,24 @@ def test_a_simulated_motion_is_edited(server, pushed):
     assert np.abs(edited[frame, tip] - target).max() < 0.01
     assert np.abs(edited[0] - motion.positions[0]).max() < 0.01, "the ends are those of the base motion"
     session.close()
+
+
+def test_large_motions_come_in_several_answers(server, pushed, monkeypatch):
+    scene, motion = pushed
+    monkeypatch.setattr(simulations, "PART_BYTES", 5 * 12 * 63)
+    asked = []
+    call = server.connection.call
+    monkeypatch.setattr(server.connection, "call", lambda name, *rest, **more: asked.append(name) or call(name, *rest, **more))
+    again = server.simulate(scene, progress=False)
+    assert asked.count("get_frames") == 5 and (again.positions == motion.positions).all()
+
+
+def test_a_simulation_that_takes_too_long_is_cancelled(server):
+    heavy = limber.simulation(gravity=(0, 0, -1), steps_per_frame=1000)
+    assert refusal(lambda: server.simulate(small_scene(50_000), heavy, progress=False, timeout=0.1)).code == "TIMEOUT"
+    job = server.jobs()[-1]
+    assert job.kind == "simulate"
+    assert refusal(lambda: server.wait_job(job.job, progress=False, timeout=30)).code == "CANCELLED"
 
 
 def test_base_motions_of_every_kind_are_the_same(server, pushed, tmp_path):
@@ -133,7 +152,6 @@ def test_what_cannot_be_simulated_is_refused_by_its_field(server):
 
 
 def test_a_long_simulation_can_be_cancelled(server):
-    from limber import simulations
     scene = small_scene(50_000)
     job = server.connection.call("simulate", simulations.request(scene, limber.simulation(
         gravity=(0, 0, -1), steps_per_frame=1000))).job

@@ -149,17 +149,18 @@ class Server:
         nodes x 3) and a report.
 
         simulation: what limber.simulation() makes; default that of the scene. The motion has the scene's frames; its
-        base motion is not looked at. Ctrl-C while waiting cancels the job.
+        base motion is not looked at. Ctrl-C while waiting, and the end of `timeout` [s], cancel the job.
         """
         checks.seconds(timeout, "timeout")
         request = simulations.request(scene, simulation)
         response = self.connection.call("simulate", request, timeout=max(60.0, self.connection.timeout))
         try:
             done = self.wait_job(response.job, progress, timeout)
-        except KeyboardInterrupt:
-            self.cancel_job(response.job)
+        except (KeyboardInterrupt, LimberError):
+            self.cancel_job(response.job)  # nobody could ask for its motion; a job that has ended is left as it is
             raise
-        return simulations.fetch(done, tuple(issue_text(issue) for issue in response.issues),
+        part_bytes = min(simulations.PART_BYTES, self.info().limits.message_bytes)
+        return simulations.fetch(done, tuple(issue_text(issue) for issue in response.issues), part_bytes,
                                  lambda wanted: self.connection.call("get_frames", wanted, timeout=120.0))
 
     def shutdown(self) -> None:

@@ -16,8 +16,7 @@ from .messages import service
 _PROFILES = {"constant": messages.FORCE_PROFILE_CONSTANT, "ramp": messages.FORCE_PROFILE_RAMP,
              "sine": messages.FORCE_PROFILE_SINE}
 _SCHEMES = {"midpoint": messages.TIME_STEPPING_IMPLICIT_MIDPOINT, "euler": messages.TIME_STEPPING_IMPLICIT_EULER}
-# Of one answer: frames of a large motion are fetched in several.
-_PART_BYTES = 64 << 20
+PART_BYTES = 64 << 20  # of one answer: frames of a large motion are fetched in several
 
 
 @dataclass(frozen=True)
@@ -95,12 +94,12 @@ def request(scene: scenes.SceneLike, of: "messages.Simulation | None") -> "servi
     return made
 
 
-def fetch(job: "service.GetJobResponse", warnings: tuple[str, ...],
+def fetch(job: "service.GetJobResponse", warnings: tuple[str, ...], part_bytes: int,
           call: Callable[["service.GetFramesRequest"], "service.GetFramesResponse"]) -> Simulation:
-    """The motion of a job that is done."""
+    """The motion of a job that is done, in answers of at most so many bytes (but of a frame at least)."""
     report, number = job.simulation, job.status.job
     positions = np.empty((report.frames, report.nodes, 3), np.float32)
-    step = max(1, _PART_BYTES // max(1, 12 * report.nodes))
+    step = max(1, part_bytes // max(1, 12 * report.nodes))
     for first in range(0, report.frames, step):
         count = min(step, report.frames - first)
         frames = call(service.GetFramesRequest(job=number, first_frame=first, frame_count=count)).frames

@@ -3,15 +3,18 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <fstream>
 #include <map>
 
 #include "engine/scene/formats/mesh_writers.h"
 #include "engine/scene/formats/point_cache.h"
 #include "server/codec/errors.h"
+#include "tests/server/support/running_server.h"
 
 namespace limber::server {
 namespace {
 
+using namespace limber::server::testing;
 using ::testing::HasSubstr;
 
 /// Four nodes, three frames.
@@ -105,6 +108,35 @@ TEST(BaseMotions, RefusalsNameFieldFrameAndFile) {
   series.clear_paths();
   (*series.mutable_files(0)->mutable_companions())["a"] = "b";
   EXPECT_THAT(files.refused(motion), HasSubstr("files[0].companions"));
+}
+
+TEST(BaseMotions, PathsAreReadBelowTheMeshFoldersOnly) {
+  const TemporaryFolder home, elsewhere;
+  const Files files;
+  for (const auto* folder : {&home, &elsewhere}) {
+    std::ofstream out(folder->path() / "m.pc2", std::ios::binary);
+    out << files.bytes.at("m.pc2");
+  }
+  ServerOptions options = test_options();
+  options.mesh_roots = {home.path()};
+  RunningServer server(options);
+  Client client(server->request_endpoint());
+  const auto issues = [&](const std::string& path) {
+    proto::Request request;
+    auto* scene = request.mutable_validate_scene()->mutable_scene();
+    *scene = small_scene(6, 5);
+    scene->clear_constraints();
+    scene->mutable_base_motion()->set_path(path);
+    const auto reply = client.call(request).validate_scene();
+    return reply.issues_size() == 1 ? reply.issues(0) : proto::Issue();
+  };
+  const auto found = issues("m.pc2");  // four nodes, whereas the mesh has more
+  EXPECT_EQ(found.field(), "scene.base_motion.path");
+  EXPECT_THAT(found.message(), HasSubstr("has 4 nodes, the mesh has 28"));
+  for (const std::string& path : {(elsewhere.path() / "m.pc2").string(), std::string("../m.pc2")}) {
+    EXPECT_EQ(issues(path).code(), proto::ERROR_CODE_NOT_FOUND);
+    EXPECT_EQ(issues(path).field(), "scene.base_motion.path");
+  }
 }
 
 }  // namespace
