@@ -185,8 +185,8 @@ void add_scene_commands(CLI::App& app, Context& context) {
       "FILE.pc2 (with the surface as FILE.obj), or FILE.pvd or FILE.vtu (a .vtu for "
       "every frame and a .pvd)");
   command->add_option("--scene-out", *edited,
-                      "FILE.json: the scene with the motion as its base motion, to edit; its mesh "
-                      "goes beside it");
+                      "FILE.json: the scene with the motion as its base motion, to edit; mesh and "
+                      "motion go beside it");
   command->callback([scene, motion, edited] {
     if (motion->empty() && edited->empty()) throw CLI::RequiredError("--out or --scene-out");
     demand_readable(*scene, "scene");

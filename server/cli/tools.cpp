@@ -141,7 +141,7 @@ void ToolCommands::add_to(CLI::App& app) {
       "-o,--output", output_,
       "FILE.pc2 (with the surface as FILE.obj), or FILE.pvd (with a .vtu per frame)");
   simulate->add_option("--scene-out", scene_output_,
-                       "FILE.json: the scene with this motion as its base motion, mesh beside it");
+                       "FILE.json: the scene with this motion as its base motion; both beside it");
   simulate->callback(
       [this] { chosen_ = [this] { return simulate_file(input_, output_, scene_output_); }; });
 

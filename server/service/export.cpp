@@ -113,16 +113,20 @@ void MotionExport::add_pc2(int first, int count, proto::ExportResponse& response
 proto::ExportResponse export_scene(const scene::Scene& scene, const std::string& stem) {
   proto::Scene message = encode_scene(scene);
   message.mutable_mesh()->set_path(stem + ".vtu");
-  if (scene.base_motion.size() > 0) {
-    scene::PointCache cache;
-    const Eigen::Map<const Eigen::VectorXd> rest(scene.mesh.nodes.data(), scene.mesh.nodes.size());
-    cache.positions = (scene.base_motion.colwise() + rest).cast<float>();
-    message.mutable_base_motion()->set_pc2(scene::write_pc2(cache));
-  }
+  // No name that the export of a motion under the same stem has.
+  const std::string base = stem + "_base.pc2";
+  const bool has_base = scene.base_motion.size() > 0;
+  if (has_base) message.mutable_base_motion()->set_path(base);
   proto::ExportResponse response;
   response.set_part_count(1);
   add_file(response, stem + ".json", scene_to_json(message));
   add_file(response, stem + ".vtu", scene::write_vtu(scene.mesh));
+  if (has_base) {
+    scene::PointCache cache;
+    const Eigen::Map<const Eigen::VectorXd> rest(scene.mesh.nodes.data(), scene.mesh.nodes.size());
+    cache.positions = (scene.base_motion.colwise() + rest).cast<float>();
+    add_file(response, base, scene::write_pc2(cache));
+  }
   return response;
 }
 

@@ -31,8 +31,8 @@ struct MotionExport {
   void add_pc2(int first, int count, proto::ExportResponse& response) const;
 };
 
-/// A scene as .json with the mesh as .vtu beside it: what `limber validate` and OpenSession read
-/// again.
+/// A scene as .json with the mesh as .vtu and the base motion, if there is one, as .pc2 beside it:
+/// what `limber validate` and OpenSession read again.
 [[nodiscard]] proto::ExportResponse export_scene(const scene::Scene& scene,
                                                  const std::string& stem);
 

@@ -53,7 +53,7 @@ def test_energy_of_a_pushed_bar_is_the_work_of_the_push(pushed):
     assert (motion.positions[:, held] == motion.positions[0, held]).all()
 
 
-def test_a_simulated_motion_is_edited(server, pushed):
+def test_a_simulated_motion_is_edited(server, pushed, tmp_path):
     scene, motion = pushed
     scene.base_motion.CopyFrom(limber.base_motion(motion.positions))
     session = server.open(scene, progress=False)
@@ -65,7 +65,11 @@ def test_a_simulated_motion_is_edited(server, pushed):
     edited = session.frames()
     assert np.abs(edited[frame, tip] - target).max() < 0.01
     assert np.abs(edited[0] - motion.positions[0]).max() < 0.01, "the ends are those of the base motion"
+    session.export(tmp_path, formats=("pc2", "scene"))  # under one stem; the scene brings its base motion along
     session.close()
+    again = server.open(str(tmp_path / "motion.json"), progress=False)
+    assert again.wait().max_error < 1e-4 and np.abs(again.frames() - edited).max() < 1e-2
+    again.close()
 
 
 def test_large_motions_come_in_several_answers(server, pushed, monkeypatch):
@@ -179,7 +183,8 @@ def test_limber_simulate_writes_what_limber_open_edits(cli, server, tmp_path):
     assert "simulating" in process.stderr and re.search(r"^24 frames, 63 nodes; 46 steps", process.stdout, re.MULTILINE)
     motion = server.simulate(str(scene), progress=False)
     assert np.abs(read_pc2(out) - motion.positions).max() < 1e-6
-    for file in (tmp_path / "edited.json", scene):  # the motion in the scene; beside it
+    assert json.loads((tmp_path / "edited.json").read_text())["base_motion"] == {"path": "edited_base.pc2"}
+    for file in (tmp_path / "edited.json", scene):
         assert cli("validate", file).returncode == 0
         session = re.match(r"session (\S+?):", cli("open", file).stdout)[1]
         frames = server.session(session).frames()

@@ -115,9 +115,10 @@ TEST_F(ServerSimulations, FilesHoldTheMotionAndTheSceneEditsIt) {
   const auto series = exported(job, proto::EXPORT_FORMAT_PVD).export_();
   EXPECT_EQ(series.files_size(), 21);
   const auto edited = exported(job, proto::EXPORT_FORMAT_SCENE).export_();
-  ASSERT_EQ(edited.files_size(), 2);
+  ASSERT_EQ(edited.files_size(), 3);
   const proto::Scene scene = scene_from_json(edited.files(0).content());
-  EXPECT_EQ(scene::read_pc2("", scene.base_motion().pc2()).positions, positions);
+  EXPECT_EQ(scene.base_motion().path(), edited.files(2).name());
+  EXPECT_EQ(scene::read_pc2("", edited.files(2).content()).positions, positions);
   EXPECT_TRUE(scene.has_simulation());
 }
 
