@@ -1,4 +1,4 @@
-// sample, validate, tetrahedralize, open: scenes before they are sessions.
+// sample, validate, tetrahedralize, simulate, open: scenes before they are sessions.
 
 #include <fmt/format.h>
 #include <unistd.h>
@@ -15,8 +15,8 @@ namespace {
 using client::ClientError;
 using client::Milliseconds;
 
-/// Becomes limberd with these arguments, under the name of limber: validation and
-/// tetrahedralisation need the engine, which clients do not link.
+/// Becomes limberd with these arguments, under the name of limber: validation, tetrahedralisation
+/// and simulation need the engine, which clients do not link.
 void become_limberd(std::vector<std::string> arguments) {
   const std::string limberd = find_limberd();
   arguments.insert(arguments.begin(), "limber");
@@ -169,6 +169,31 @@ void add_scene_commands(CLI::App& app, Context& context) {
   command->callback([surface, mesh, tets] {
     demand_readable(*surface, "surface");
     become_limberd({"tetrahedralize", *surface, *mesh, "--tets", std::to_string(*tets)});
+  });
+
+  auto motion = std::make_shared<std::string>();
+  auto edited = std::make_shared<std::string>();
+  command = subcommand(
+      app, "simulate",
+      "Compute the motion that a scene's `simulation` describes: loads, initial state (needs no "
+      "server)",
+      "limber simulate scene.json -o motion.pc2 --scene-out edited.json && limber open "
+      "edited.json");
+  command->add_option("scene", *scene, "Scene file")->required();
+  command->add_option(
+      "-o,--out", *motion,
+      "FILE.pc2 (with the surface as FILE.obj), or FILE.pvd or FILE.vtu (a .vtu for "
+      "every frame and a .pvd)");
+  command->add_option("--scene-out", *edited,
+                      "FILE.json: the scene with the motion as its base motion, to edit; mesh and "
+                      "motion go beside it");
+  command->callback([scene, motion, edited] {
+    if (motion->empty() && edited->empty()) throw CLI::RequiredError("--out or --scene-out");
+    demand_readable(*scene, "scene");
+    std::vector<std::string> arguments = {"simulate", *scene};
+    if (!motion->empty()) arguments.insert(arguments.end(), {"--output", *motion});
+    if (!edited->empty()) arguments.insert(arguments.end(), {"--scene-out", *edited});
+    become_limberd(arguments);
   });
 
   auto options = std::make_shared<OpenOptions>();

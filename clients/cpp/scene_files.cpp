@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "clients/cpp/error.h"
+#include "clients/cpp/motion_files.h"
 #include "proto/json_text.h"
 
 namespace limber::client {
@@ -139,6 +140,7 @@ v1::Scene load_scene(const fs::path& path) {
     const fs::path mesh = path.parent_path() / scene.mesh().path();
     *scene.mutable_mesh()->mutable_file() = mesh_file(mesh);
   }
+  if (scene.has_base_motion()) put_motion_bytes(*scene.mutable_base_motion(), path.parent_path());
   return scene;
 }
 

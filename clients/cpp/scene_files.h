@@ -12,8 +12,9 @@ namespace limber::client {
 /// includes, and materials in a file of the same stem ending in .elastic. @throws ClientError IO
 [[nodiscard]] v1::MeshFile mesh_file(const std::filesystem::path& path);
 
-/// Reads a scene file (the JSON form of v1::Scene) and puts the mesh's bytes in place of its path,
-/// which is relative to the scene file. @throws ClientError IO, INVALID_ARGUMENT
+/// Reads a scene file (the JSON form of v1::Scene) and puts the bytes of the mesh and of the base
+/// motion in place of their paths, which are relative to the scene file. @throws ClientError IO,
+/// INVALID_ARGUMENT
 [[nodiscard]] v1::Scene load_scene(const std::filesystem::path& path);
 
 /// The scene as a file in a folder: FOLDER/NAME.json, and beside it the mesh where the message

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <numbers>
 
 #include "engine/base/error.h"
 
@@ -34,7 +35,29 @@ void check(const Loads& loads, int node_count) {
       refuse(ErrorCode::kInvalidArgument, field + ".until",
              fmt::format("= {:g} must be > from = {:g}", load.until, load.from));
     }
+    if (load.profile == ForceProfile::kRamp && !std::isfinite(load.until))
+      refuse(ErrorCode::kInvalidArgument, field + ".until", "must be finite for a ramp");
+    if (load.profile == ForceProfile::kSine &&
+        (!(load.period > 0) || !std::isfinite(load.period))) {
+      refuse(ErrorCode::kInvalidArgument, field + ".period",
+             fmt::format("= {:g} must be > 0 and finite", load.period));
+    }
   }
+}
+
+/// Integral of a force's profile over its first `t` seconds [s].
+double impulse_factor(const PointForce& load, double t) {
+  switch (load.profile) {
+    case ForceProfile::kConstant:
+      break;
+    case ForceProfile::kRamp:
+      return t * t / (2 * (load.until - load.from));
+    case ForceProfile::kSine: {
+      const double turn = 2 * std::numbers::pi / load.period;
+      return (1 - std::cos(turn * t)) / turn;
+    }
+  }
+  return t;
 }
 
 /// Forces as functions of time.
@@ -48,8 +71,10 @@ class LoadHistory {
   [[nodiscard]] const Eigen::VectorXd& mean(double begin, double length) {
     mean_ = weight_;
     for (const PointForce& load : loads_.forces) {
-      const double acts = std::min(begin + length, load.until) - std::max(begin, load.from);
-      if (acts <= 0) continue;
+      const double first = std::max(begin, load.from), last = std::min(begin + length, load.until);
+      if (last <= first) continue;
+      const double acts =
+          impulse_factor(load, last - load.from) - impulse_factor(load, first - load.from);
       const Eigen::Vector3d share =
           acts / length / static_cast<double>(load.nodes.size()) * load.force;
       for (const int node : load.nodes) mean_.segment<3>(3 * node) += share;
@@ -69,10 +94,13 @@ class Run {
 
   void advance(double begin, double length, int halvings = 0) {
     job_.throw_if_cancelled();
-    const StepReport report = dynamics_.step(loads_.mean(begin, length), length);
+    const Eigen::VectorXd& force = loads_.mean(begin, length);
+    const Eigen::VectorXd before = dynamics_.state().displacement;
+    const StepReport report = dynamics_.step(force, length);
     result_.newton_steps += report.newton_steps;
     if (report.status == StepReport::Status::kConverged) {
       ++result_.steps;
+      work_ += force.dot(dynamics_.state().displacement - before);
       return;
     }
     if (halvings == kMostHalvings) {
@@ -86,25 +114,28 @@ class Run {
     advance(begin + length / 2, length / 2, halvings + 1);
   }
 
+  /// The state as this frame of the result.
+  void record(int frame) {
+    const Eigen::VectorXd& u = dynamics_.state().displacement;
+    result_.displacements.col(frame) = u;
+    result_.kinetic[frame] = dynamics_.kinetic_energy();
+    result_.elastic[frame] = dynamics_.elastic_energy();
+    result_.work[frame] = work_;
+    const auto worst = dynamics_.elasticity().worst_inversion(u);
+    if (worst.smallest < result_.smallest_volume_ratio) {
+      result_.smallest_volume_ratio = worst.smallest;
+      result_.smallest_frame = frame;
+      result_.smallest_tet = worst.tet;
+    }
+  }
+
  private:
   FullDynamics& dynamics_;
   LoadHistory& loads_;
   Simulation& result_;
   const JobContext& job_;
+  double work_ = 0;  // of the loads [J]
 };
-
-void record(const FullDynamics& dynamics, int frame, Simulation& result) {
-  const Eigen::VectorXd& u = dynamics.state().displacement;
-  result.displacements.col(frame) = u;
-  result.kinetic[frame] = dynamics.kinetic_energy();
-  result.elastic[frame] = dynamics.elastic_energy();
-  const auto worst = dynamics.elasticity().worst_inversion(u);
-  if (worst.smallest < result.smallest_volume_ratio) {
-    result.smallest_volume_ratio = worst.smallest;
-    result.smallest_frame = frame;
-    result.smallest_tet = worst.tet;
-  }
-}
 
 }  // namespace
 
@@ -138,15 +169,16 @@ Simulation simulate(const ElasticBody& body, const Loads& loads, const DynamicSt
   result.displacements.resize(zero.size(), options.frame_count);
   result.kinetic.resize(options.frame_count);
   result.elastic.resize(options.frame_count);
+  result.work.resize(options.frame_count);
   LoadHistory history(dynamics, loads);
   Run run(dynamics, history, result, job);
-  record(dynamics, 0, result);
+  run.record(0);
   for (int frame = 1; frame < options.frame_count; ++frame) {
     job.report("simulating", static_cast<double>(frame) / options.frame_count);
     const double begin = (frame - 1) / options.frames_per_second;
     for (int part = 0; part < options.steps_per_frame; ++part)
       run.advance(begin + part * stepping.time_step, stepping.time_step);
-    record(dynamics, frame, result);
+    run.record(frame);
   }
   if (result.smallest_volume_ratio <= 0) {
     result.message = fmt::format(

@@ -11,12 +11,21 @@
 
 namespace limber::bodies {
 
+/// What a force is multiplied by while it acts, t seconds after it began.
+enum class ForceProfile {
+  kConstant,  // 1
+  kRamp,      // t / (until - from): from nothing to all of it
+  kSine,      // sin(2 pi t / period)
+};
+
 /// A force that acts for a while, shared equally by its nodes.
 struct PointForce {
   std::vector<int> nodes;                                  // compact ids, one or more
   Eigen::Vector3d force = {0, 0, 0};                       // in all [N]
   double from = 0;                                         // [s]
-  double until = std::numeric_limits<double>::infinity();  // [s], > from
+  double until = std::numeric_limits<double>::infinity();  // [s], > from; finite for a ramp
+  ForceProfile profile = ForceProfile::kConstant;
+  double period = 1;  // [s], > 0; of kSine
 };
 
 struct Loads {
@@ -37,6 +46,7 @@ struct SimulationOptions {
 struct Simulation {
   Eigen::MatrixXd displacements;     // 3n x frame_count, ordered 3 * node + axis [m]
   Eigen::VectorXd kinetic, elastic;  // energy at each frame [J]
+  Eigen::VectorXd work;              // done by the loads from frame 0 on, at each frame [J]
   int steps = 0, newton_steps = 0;   // taken
   int shortened_steps = 0;           // of the steps: taken in parts, since Newton failed
   double smallest_volume_ratio = 1;  // det F over all frames and tets

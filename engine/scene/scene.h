@@ -8,6 +8,7 @@
 
 #include "engine/base/error.h"
 #include "engine/bodies/tet_mesh.h"
+#include "engine/scene/simulation.h"
 
 namespace limber::scene {
 
@@ -81,6 +82,7 @@ struct Scene {
   /// Base motion that is edited: displacements from rest, 3n x frame_count [scene units]; empty:
   /// the rest shape.
   Eigen::MatrixXd base_motion;
+  std::optional<Simulation> simulation;  // nothing that editing depends on
 };
 
 /// One thing that is wrong, and where: `field` is a path such as "constraints[3].frame".

@@ -7,6 +7,7 @@
 #include "engine/base/error.h"
 #include "engine/bodies/mesh_validation.h"
 #include "engine/scene/scene.h"
+#include "engine/scene/simulation_validation.h"
 
 namespace limber::scene {
 namespace {
@@ -32,6 +33,7 @@ class SceneValidator {
     check_mesh();
     check_constraints();
     check_base_motion();
+    for (Issue& issue : simulation_issues(scene_)) issues_.push_back(std::move(issue));
     return std::move(issues_);
   }
 
@@ -363,11 +365,12 @@ class SceneValidator {
     const Eigen::MatrixXd& motion = scene_.base_motion;
     if (motion.size() == 0) return;
     const Eigen::Index rows = 3 * static_cast<Eigen::Index>(scene_.mesh.node_count());
-    if (motion.rows() != rows || motion.cols() != scene_.frame_count) {
-      error("base_motion", "must be 3 x nodes by frames, " + std::to_string(rows) + " x " +
-                               std::to_string(scene_.frame_count) + ", is " +
-                               std::to_string(motion.rows()) + " x " +
-                               std::to_string(motion.cols()));
+    if (motion.rows() != rows) {
+      error("base_motion", fmt::format("has {} nodes, the mesh has {}", motion.rows() / 3,
+                                       scene_.mesh.node_count()));
+    } else if (motion.cols() != scene_.frame_count) {
+      error("base_motion",
+            fmt::format("has {} frames, the scene has {}", motion.cols(), scene_.frame_count));
     } else if (!motion.allFinite()) {
       error("base_motion", "has a value that is not finite");
     }

@@ -5,9 +5,7 @@
 
 namespace limber::session {
 
-Geometry make_geometry(const scene::Scene& scene, const MappedBody& mapped,
-                       const reduced::ReducedModel& model) {
-  const LengthUnit unit(scene.length_unit_in_metres);
+Geometry rest_geometry(const scene::Scene& scene, const MappedBody& mapped) {
   Geometry geometry;
   geometry.rest = scene.mesh.nodes;
   geometry.tets = scene.mesh.tets;
@@ -19,6 +17,15 @@ Geometry make_geometry(const scene::Scene& scene, const MappedBody& mapped,
       node = mapped.source_of_compact[static_cast<std::size_t>(node)];
     }
   }
+  geometry.repairs = mapped.repairs;
+  geometry.warnings = mapped.warnings;
+  return geometry;
+}
+
+Geometry make_geometry(const scene::Scene& scene, const MappedBody& mapped,
+                       const reduced::ReducedModel& model) {
+  const LengthUnit unit(scene.length_unit_in_metres);
+  Geometry geometry = rest_geometry(scene, mapped);
   const Eigen::Index sources = scene.mesh.node_count();
   geometry.basis.setZero(3 * sources, model.basis_size());
   for (Eigen::Index node = 0; node < sources; ++node) {
@@ -28,8 +35,6 @@ Geometry make_geometry(const scene::Scene& scene, const MappedBody& mapped,
         unit.to_scene(model.basis.middleRows(3 * compact, 3).array()).matrix().cast<float>();
   }
   geometry.basis_hash = ContentHash().add("limber basis 1").add(geometry.basis).hex();
-  geometry.repairs = mapped.repairs;
-  geometry.warnings = mapped.warnings;
   return geometry;
 }
 

@@ -9,6 +9,9 @@
 
 namespace limber::session {
 
+/// The mesh as the client sent it, with the surface of the prepared one and without a basis.
+[[nodiscard]] Geometry rest_geometry(const scene::Scene& scene, const MappedBody& mapped);
+
 /// The view of a model on the mesh as the client sent it. Unused nodes stay at rest (zero rows of
 /// the basis), merged duplicates move together (equal rows).
 [[nodiscard]] Geometry make_geometry(const scene::Scene& scene, const MappedBody& mapped,

@@ -1,17 +1,15 @@
 #include "server/cli/tools.h"
 
 #include <fmt/format.h>
-#include <unistd.h>
-
-#include <algorithm>
-#include <cstdio>
-#include <fstream>
 
 #include "engine/scene/formats/mesh_formats.h"
 #include "engine/scene/formats/mesh_writers.h"
 #include "engine/scene/formats/surface_formats.h"
 #include "engine/scene/samples/samples.h"
 #include "engine/scene/tetrahedralize/tetrahedralize.h"
+#include "server/cli/local_files.h"
+#include "server/cli/progress_bar.h"
+#include "server/cli/simulate.h"
 #include "server/codec/errors.h"
 #include "server/codec/scene_json.h"
 #include "server/service/export.h"
@@ -24,15 +22,6 @@ namespace limber::server {
 namespace {
 
 namespace fs = std::filesystem;
-
-/// Of a scene file: paths are relative to it, and the user may name any file of theirs.
-MeshLoader local_loader(const fs::path& scene_file) {
-  return [folder = scene_file.parent_path()](const proto::MeshSource& source,
-                                             const std::string& field) {
-    if (!source.has_path()) return MeshSources({}).load(source, field);
-    return load_mesh_file(folder / source.path(), field + ".path");
-  };
-}
 
 /// "OUT_OF_RANGE", as clients print it.
 std::string short_name(proto::ErrorCode code) {
@@ -47,8 +36,9 @@ void print_error(proto::ErrorCode code, const std::string& field, const std::str
 int validate_file(const fs::path& file) {
   std::vector<proto::Issue> issues;
   try {
-    issues = scene_issues(scene_from_json(scene::read_bytes(file)), "",
-                          scene_limits(ServiceLimits{}), local_loader(file));
+    issues =
+        scene_issues(scene_from_json(scene::read_bytes(file)), "", scene_limits(ServiceLimits{}),
+                     local_loader(file), local_motion_reader(file));
   } catch (const Refusal& fault) {
     // No field where it is no JSON at all: the file is what is wrong.
     print_error(fault.code(), fault.field().empty() ? file.string() : fault.field(), fault.what());
@@ -68,12 +58,6 @@ int validate_file(const fs::path& file) {
   return usable ? 0 : 1;
 }
 
-void write_file(const fs::path& path, const std::string& content) {
-  std::ofstream out(path, std::ios::binary);
-  out.write(content.data(), static_cast<std::streamsize>(content.size()));
-  if (!out.flush()) throw Error(ErrorCode::kIo, path.string(), "cannot be written");
-}
-
 int write_sample(const std::string& name, const fs::path& folder) {
   const scene::Scene sample = scene::make_sample(name);
   const proto::ExportResponse files = export_scene(sample, name);
@@ -84,32 +68,6 @@ int write_sample(const std::string& name, const fs::path& folder) {
   }
   return 0;
 }
-
-/// A bar on a terminal, one line per stage elsewhere.
-class ProgressBar {
- public:
-  ~ProgressBar() {
-    if (terminal_ && drawn_) fmt::print(stderr, "\n");
-  }
-  void show(const std::string& stage, double fraction) {
-    constexpr int kWidth = 40;
-    if (!terminal_) {
-      if (stage != stage_) fmt::print(stderr, "{}\n", stage);
-      stage_ = stage;
-      return;
-    }
-    const int filled = static_cast<int>(std::clamp(fraction, 0.0, 1.0) * kWidth);
-    fmt::print(stderr, "\r[{:<{}}] {:3.0f} %  {:<32.32}",
-               std::string(static_cast<std::size_t>(filled), '#'), kWidth, 100 * fraction, stage);
-    std::fflush(stderr);
-    drawn_ = true;
-  }
-
- private:
-  const bool terminal_ = ::isatty(STDERR_FILENO) != 0;
-  bool drawn_ = false;
-  std::string stage_;
-};
 
 void check_mesh_name(const fs::path& path) {
   if (path.extension() != ".msh" && path.extension() != ".vtu") {
@@ -175,6 +133,17 @@ void ToolCommands::add_to(CLI::App& app) {
       ->capture_default_str();
   tets->callback(
       [this] { chosen_ = [this] { return tetrahedralize_file(input_, output_, tets_); }; });
+
+  auto* simulate = app.add_subcommand(
+      "simulate", "The motion that a scene's `simulation` describes, as files (.pc2, .pvd)");
+  simulate->add_option("scene", input_, "Scene file (.json)")->required();
+  simulate->add_option(
+      "-o,--output", output_,
+      "FILE.pc2 (with the surface as FILE.obj), or FILE.pvd (with a .vtu per frame)");
+  simulate->add_option("--scene-out", scene_output_,
+                       "FILE.json: the scene with this motion as its base motion; both beside it");
+  simulate->callback(
+      [this] { chosen_ = [this] { return simulate_file(input_, output_, scene_output_); }; });
 
   auto* keygen = app.add_subcommand("keygen", "Make a CURVE key pair: FILE (secret) and FILE.pub");
   keygen->add_option("file", output_, "File of the secret key; must not exist")->required();

@@ -8,7 +8,8 @@
 
 namespace limber::server {
 
-/// The commands of limberd that need no server: validate, sample, tetrahedralize, keygen.
+/// The commands of limberd that need no server: validate, sample, tetrahedralize, simulate,
+/// keygen.
 class ToolCommands {
  public:
   void add_to(CLI::App& app);
@@ -16,7 +17,7 @@ class ToolCommands {
   std::optional<int> run() const;
 
  private:
-  std::filesystem::path input_, output_;
+  std::filesystem::path input_, output_, scene_output_;
   std::string name_;
   int tets_ = 5000;
   std::function<int()> chosen_;

@@ -62,7 +62,11 @@ void quantise(const Eigen::MatrixXf& positions, proto::Frames& frames) {
 }  // namespace
 
 FrameRange frame_range(std::uint32_t first, std::uint32_t count, const session::Result& result) {
-  const auto frames = static_cast<std::uint64_t>(result.coordinates.cols());
+  return frame_range(first, count, static_cast<int>(result.coordinates.cols()));
+}
+
+FrameRange frame_range(std::uint32_t first, std::uint32_t count, int frame_count) {
+  const auto frames = static_cast<std::uint64_t>(frame_count);
   if (first >= frames) {
     throw Refusal(proto::ERROR_CODE_OUT_OF_RANGE, "first_frame",
                   fmt::format("frame {} of {}", first, frames));

@@ -15,6 +15,8 @@ struct FrameRange {
 /// frame_count
 [[nodiscard]] FrameRange frame_range(std::uint32_t first, std::uint32_t count,
                                      const session::Result& result);
+/// The same of a motion of so many frames.
+[[nodiscard]] FrameRange frame_range(std::uint32_t first, std::uint32_t count, int frame_count);
 
 /// Bytes of `count` frames in an encoding, without the envelope.
 [[nodiscard]] std::uint64_t frames_bytes(proto::Encoding encoding, int count,

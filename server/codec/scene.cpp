@@ -6,6 +6,7 @@
 #include <unordered_map>
 
 #include "server/codec/arrays.h"
+#include "server/codec/simulation.h"
 
 namespace limber::server {
 namespace {
@@ -114,30 +115,45 @@ LoadedMesh load_within(const proto::MeshSource& source, const std::string& field
   return loaded;
 }
 
-Eigen::MatrixXd decode_base_motion(const proto::BaseMotion& message, const std::string& field,
-                                   const scene::Scene& scene, const Pc2Reader& read_pc2) {
-  const int nodes = scene.mesh.node_count();
-  Eigen::MatrixXd positions;
-  const bool comparable = nodes > 0;
+/// The name of the source that the message gives, below `field`.
+std::string source_field(const proto::BaseMotion& message, const std::string& field) {
   switch (message.source_case()) {
     case proto::BaseMotion::kPositions:
-      check_array(message.positions(), field + ".positions", 3);
-      if (!comparable) return {};
-      positions =
-          decode_motion(message.positions(), field + ".positions", nodes, scene.frame_count);
-      break;
+      return field + ".positions";
     case proto::BaseMotion::kPc2:
-      positions = read_pc2(message.pc2(), field + ".pc2");
-      break;
+      return field + ".pc2";
+    case proto::BaseMotion::kVtuSeries:
+      return field + ".vtu_series";
+    case proto::BaseMotion::kPath:
+      return field + ".path";
     case proto::BaseMotion::SOURCE_NOT_SET:
-      return {};
+      break;
   }
-  if (!comparable) return {};
-  if (positions.rows() != 3 * static_cast<Eigen::Index>(nodes) ||
-      positions.cols() != scene.frame_count) {
-    throw invalid(
-        field, fmt::format("{} nodes and {} frames, the scene has {} and {}", positions.rows() / 3,
-                           positions.cols(), nodes, scene.frame_count));
+  return field;
+}
+
+Eigen::MatrixXd decode_base_motion(const proto::BaseMotion& message, const std::string& field,
+                                   const scene::Scene& scene, const MotionReader& read_motion) {
+  if (message.source_case() == proto::BaseMotion::SOURCE_NOT_SET) return {};
+  const int nodes = scene.mesh.node_count();
+  const bool comparable = nodes > 0;
+  const std::string source = source_field(message, field);
+  Eigen::MatrixXd positions;
+  if (message.has_positions()) {
+    check_array(message.positions(), source, 3);
+    if (!comparable) return {};
+    positions = decode_motion(message.positions(), source, nodes, scene.frame_count);
+  } else {
+    positions = read_motion(message, field, nodes);
+    if (!comparable) return {};
+  }
+  if (positions.rows() != 3 * static_cast<Eigen::Index>(nodes)) {
+    throw invalid(source,
+                  fmt::format("has {} nodes, the mesh has {}", positions.rows() / 3, nodes));
+  }
+  if (positions.cols() != scene.frame_count) {
+    throw invalid(source, fmt::format("has {} frames, the scene has {}", positions.cols(),
+                                      scene.frame_count));
   }
   positions.colwise() -=
       Eigen::Map<const Eigen::VectorXd>(scene.mesh.nodes.data(), scene.mesh.nodes.size());
@@ -224,14 +240,14 @@ proto::Dynamics encode_dynamics(const scene::Dynamics& dynamics) {
 
 DecodedScene decode_scene(const proto::Scene& message, const std::string& prefix,
                           const SceneLimits& limits, const MeshLoader& load_mesh,
-                          const Pc2Reader& read_pc2) {
+                          const MotionReader& read_motion) {
   Faults faults(Faults::Mode::kThrow);
-  return decode_scene(message, prefix, limits, load_mesh, read_pc2, faults);
+  return decode_scene(message, prefix, limits, load_mesh, read_motion, faults);
 }
 
 DecodedScene decode_scene(const proto::Scene& message, const std::string& prefix,
                           const SceneLimits& limits, const MeshLoader& load_mesh,
-                          const Pc2Reader& read_pc2, Faults& faults) {
+                          const MotionReader& read_motion, Faults& faults) {
   DecodedScene decoded;
   scene::Scene& scene = decoded.scene;
   faults.try_to([&] { check_frames(message, prefix, limits); });
@@ -269,8 +285,12 @@ DecodedScene decode_scene(const proto::Scene& message, const std::string& prefix
   apply_groups(message, prefix, scene.material, scene.mesh, faults);
   faults.try_to([&] {
     scene.base_motion =
-        decode_base_motion(message.base_motion(), prefix + "base_motion", scene, read_pc2);
+        decode_base_motion(message.base_motion(), prefix + "base_motion", scene, read_motion);
   });
+  if (message.has_simulation()) {
+    scene.simulation = decode_simulation(message.simulation(), prefix + "simulation",
+                                         scene.mesh.node_count(), faults);
+  }
   return decoded;
 }
 
@@ -306,6 +326,7 @@ proto::Scene encode_scene(const scene::Scene& scene) {
   optimisation->set_column_weight(scene.material_optimisation.column_weight);
   for (const auto& constraint : scene.constraints)
     *message.add_constraints() = encode_constraint(constraint);
+  if (scene.simulation) *message.mutable_simulation() = encode_simulation(*scene.simulation);
   return message;
 }
 

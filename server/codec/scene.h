@@ -27,9 +27,10 @@ struct LoadedMesh {
 /// Resolves every source but arrays: files, samples. `field` is the path of the source for errors.
 using MeshLoader =
     std::function<LoadedMesh(const proto::MeshSource& source, const std::string& field)>;
-/// Reads the bytes of a .pc2 file: positions, 3 nodes x frames.
-using Pc2Reader =
-    std::function<Eigen::MatrixXd(const std::string& bytes, const std::string& field)>;
+/// Resolves every base motion but arrays: positions, 3 nodes x frames. `field` is the path of the
+/// motion for errors; `nodes` are those of the mesh.
+using MotionReader = std::function<Eigen::MatrixXd(const proto::BaseMotion& motion,
+                                                   const std::string& field, int nodes)>;
 
 struct DecodedScene {
   scene::Scene scene;
@@ -43,12 +44,12 @@ struct DecodedScene {
 /// @throws Refusal or Error with a path below `prefix`
 [[nodiscard]] DecodedScene decode_scene(const proto::Scene& message, const std::string& prefix,
                                         const SceneLimits& limits, const MeshLoader& load_mesh,
-                                        const Pc2Reader& read_pc2);
+                                        const MotionReader& read_motion);
 /// The same; where `faults` collects, what could not be read has a default in its place. A mesh
 /// that could not be read has no nodes, and what depends on it is not compared with it.
 [[nodiscard]] DecodedScene decode_scene(const proto::Scene& message, const std::string& prefix,
                                         const SceneLimits& limits, const MeshLoader& load_mesh,
-                                        const Pc2Reader& read_pc2, Faults& faults);
+                                        const MotionReader& read_motion, Faults& faults);
 
 /// Where a mesh comes as arrays. @throws Refusal
 [[nodiscard]] bodies::TetMesh decode_mesh(const proto::MeshArrays& message,

@@ -52,7 +52,7 @@ int MotionExport::frames_per_part(proto::ExportFormat format) const {
 
 std::uint32_t MotionExport::part_count(proto::ExportFormat format) const {
   const int step = frames_per_part(format);
-  return static_cast<std::uint32_t>((result->coordinates.cols() + step - 1) / step);
+  return static_cast<std::uint32_t>((frame_count + step - 1) / step);
 }
 
 proto::ExportResponse MotionExport::part(proto::ExportFormat format, std::uint32_t part) const {
@@ -62,7 +62,7 @@ proto::ExportResponse MotionExport::part(proto::ExportFormat format, std::uint32
                   fmt::format("part {} of {}", part, parts));
   }
   const int step = frames_per_part(format), first = static_cast<int>(part) * step;
-  const int count = std::min(step, static_cast<int>(result->coordinates.cols()) - first);
+  const int count = std::min(step, frame_count - first);
   proto::ExportResponse response;
   response.set_part(part);
   response.set_part_count(parts);
@@ -79,7 +79,7 @@ void MotionExport::add_pvd(int first, int count, proto::ExportResponse& response
   if (first == 0) {
     std::vector<std::string> files;
     std::vector<double> times;
-    for (int frame = 0; frame < result->coordinates.cols(); ++frame) {
+    for (int frame = 0; frame < frame_count; ++frame) {
       files.push_back(name(frame));
       times.push_back(frame / frames_per_second);
     }
@@ -89,19 +89,19 @@ void MotionExport::add_pvd(int first, int count, proto::ExportResponse& response
   mesh.nodes = geometry->rest;
   mesh.tets = geometry->tets;
   const Eigen::Map<const Eigen::VectorXd> rest(geometry->rest.data(), geometry->rest.size());
-  const Eigen::MatrixXd positions = session->positions(*result, first, count);
+  const Eigen::MatrixXd moved = positions(first, count);
   for (int i = 0; i < count; ++i) {
-    add_file(response, name(first + i), scene::write_vtu_frame(mesh, positions.col(i) - rest));
+    add_file(response, name(first + i), scene::write_vtu_frame(mesh, moved.col(i) - rest));
   }
 }
 
 /// The header says how many samples there are in all; parts after the first are bytes to append.
 void MotionExport::add_pc2(int first, int count, proto::ExportResponse& response) const {
   scene::PointCache cache;
-  cache.positions = session->positions(*result, first, count).cast<float>();
+  cache.positions = positions(first, count).cast<float>();
   std::string bytes = scene::write_pc2(cache);
   if (first == 0) {
-    const auto samples = static_cast<std::int32_t>(result->coordinates.cols());
+    const auto samples = static_cast<std::int32_t>(frame_count);
     std::memcpy(bytes.data() + kPc2SampleCount, &samples, sizeof samples);
     add_file(response, stem + ".obj", scene::write_obj(geometry->rest, geometry->surface));
     add_file(response, stem + ".pc2", std::move(bytes));
@@ -113,17 +113,40 @@ void MotionExport::add_pc2(int first, int count, proto::ExportResponse& response
 proto::ExportResponse export_scene(const scene::Scene& scene, const std::string& stem) {
   proto::Scene message = encode_scene(scene);
   message.mutable_mesh()->set_path(stem + ".vtu");
-  if (scene.base_motion.size() > 0) {
-    scene::PointCache cache;
-    const Eigen::Map<const Eigen::VectorXd> rest(scene.mesh.nodes.data(), scene.mesh.nodes.size());
-    cache.positions = (scene.base_motion.colwise() + rest).cast<float>();
-    message.mutable_base_motion()->set_pc2(scene::write_pc2(cache));
-  }
+  // No name that the export of a motion under the same stem has.
+  const std::string base = stem + "_base.pc2";
+  const bool has_base = scene.base_motion.size() > 0;
+  if (has_base) message.mutable_base_motion()->set_path(base);
   proto::ExportResponse response;
   response.set_part_count(1);
   add_file(response, stem + ".json", scene_to_json(message));
   add_file(response, stem + ".vtu", scene::write_vtu(scene.mesh));
+  if (has_base) {
+    scene::PointCache cache;
+    const Eigen::Map<const Eigen::VectorXd> rest(scene.mesh.nodes.data(), scene.mesh.nodes.size());
+    cache.positions = (scene.base_motion.colwise() + rest).cast<float>();
+    add_file(response, base, scene::write_pc2(cache));
+  }
   return response;
+}
+
+proto::ExportResponse export_simulation(const std::shared_ptr<const SimulatedScene>& simulated,
+                                        proto::ExportFormat format, const std::string& stem,
+                                        std::uint32_t part) {
+  const session::SimulatedMotion& motion = simulated->motion;
+  if (format == proto::EXPORT_FORMAT_SCENE) {
+    if (part > 0) throw Refusal(proto::ERROR_CODE_OUT_OF_RANGE, "part", "a scene has one part");
+    return export_scene(session::with_base_motion(simulated->scene, motion), stem);
+  }
+  MotionExport files;
+  files.geometry = {simulated, &motion.geometry};
+  files.frame_count = static_cast<int>(motion.positions.cols());
+  files.positions = [&](int first, int count) -> Eigen::MatrixXd {
+    return motion.positions.middleCols(first, count).cast<double>();
+  };
+  files.stem = stem;
+  files.frames_per_second = motion.report.frames_per_second;
+  return files.part(format, part);
 }
 
 }  // namespace limber::server

@@ -1,10 +1,12 @@
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <string>
 
 #include "engine/session/session.h"
 #include "limber/v1/service.pb.h"
+#include "server/service/job_registry.h"
 
 namespace limber::server {
 
@@ -12,9 +14,10 @@ namespace proto = limber::v1;
 
 /// A motion as files, cut into parts of about 16 MB so that none is larger than a message may be.
 struct MotionExport {
-  std::shared_ptr<session::Session> session;
   std::shared_ptr<const session::Geometry> geometry;
-  std::shared_ptr<const session::Result> result;
+  int frame_count = 0;
+  /// Of `count` frames from `first` on, 3 source nodes x count [scene units].
+  std::function<Eigen::MatrixXd(int first, int count)> positions;
   std::string stem;
   double frames_per_second = 30;
 
@@ -28,10 +31,17 @@ struct MotionExport {
   void add_pc2(int first, int count, proto::ExportResponse& response) const;
 };
 
-/// A scene as .json with the mesh as .vtu beside it: what `limber validate` and OpenSession read
-/// again.
+/// A scene as .json with the mesh as .vtu and the base motion, if there is one, as .pc2 beside it:
+/// what `limber validate` and OpenSession read again.
 [[nodiscard]] proto::ExportResponse export_scene(const scene::Scene& scene,
                                                  const std::string& stem);
+
+/// A part of a simulated motion's files; as a scene, the scene with the motion as its base motion,
+/// in one part.
+/// @throws Refusal OUT_OF_RANGE naming `part`
+[[nodiscard]] proto::ExportResponse export_simulation(
+    const std::shared_ptr<const SimulatedScene>& simulated, proto::ExportFormat format,
+    const std::string& stem, std::uint32_t part);
 
 /// @param stem  empty: "motion". @throws Refusal unless it is made of [A-Za-z0-9._-] and starts
 /// with no dot

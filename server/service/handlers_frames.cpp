@@ -39,6 +39,7 @@ proto::GetMaterialResponse Service::get_material(const proto::GetMaterialRequest
 }
 
 proto::GetFramesResponse Service::get_frames(const proto::GetFramesRequest& request) const {
+  if (request.job() != 0) return get_simulated_frames(request);
   const auto record = sessions_.find(request.session());
   const auto session = record->session();
   const auto geometry = geometry_of(*session);
@@ -57,6 +58,7 @@ proto::GetFramesResponse Service::get_frames(const proto::GetFramesRequest& requ
 }
 
 proto::ExportResponse Service::export_part(const proto::ExportRequest& request) const {
+  if (request.job() != 0) return export_simulated(request);
   const auto record = sessions_.find(request.session());
   const auto session = record->session();
   const std::string stem = checked_stem(request.stem());
@@ -74,8 +76,12 @@ proto::ExportResponse Service::export_part(const proto::ExportRequest& request) 
   }
   const auto result = record->exported(request.part() == 0 ? 0 : request.result_sequence());
   const double fps = session->scene().dynamics.frames_per_second;
+  const auto positions = [&](int first, int count) {
+    return session->positions(*result, first, count);
+  };
+  const int frames = static_cast<int>(result->coordinates.cols());
   auto response =
-      MotionExport{session, geometry, result, stem, fps}.part(request.format(), request.part());
+      MotionExport{geometry, frames, positions, stem, fps}.part(request.format(), request.part());
   *response.mutable_result() = encode_result(*result, record->opened().length_unit);
   return response;
 }

@@ -6,6 +6,7 @@
 #include "engine/scene/samples/samples.h"
 #include "engine/scene/tetrahedralize/tetrahedralize.h"
 #include "server/codec/errors.h"
+#include "server/service/base_motions.h"
 #include "server/service/scene_files.h"
 #include "server/service/service.h"
 
@@ -38,14 +39,20 @@ MeshLoader Service::mesh_loader() const {
 
 DecodedScene Service::decode(const proto::Scene& message) const {
   return decode_scene(message, "scene.", scene_limits(hub_.options.limits), mesh_loader(),
-                      read_pc2_positions);
+                      base_motion_reader());
+}
+
+MotionReader Service::base_motion_reader() const {
+  return motion_reader([this](const std::string& path, const std::string& field) {
+    return read_file_at(meshes_.resolve(path, field), field);
+  });
 }
 
 proto::ValidateSceneResponse Service::validate_scene(
     const proto::ValidateSceneRequest& request) const {
   proto::ValidateSceneResponse response;
-  for (auto& issue :
-       scene_issues(request.scene(), "scene.", scene_limits(hub_.options.limits), mesh_loader())) {
+  for (auto& issue : scene_issues(request.scene(), "scene.", scene_limits(hub_.options.limits),
+                                  mesh_loader(), base_motion_reader())) {
     *response.add_issues() = std::move(issue);
   }
   return response;

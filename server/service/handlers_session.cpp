@@ -63,21 +63,6 @@ std::optional<std::size_t> count_after(std::size_t before,
   return before;
 }
 
-/// Warnings of a scene that can be opened. @throws Error the first thing that is wrong with it
-proto::OpenSessionResponse remarks(const proto::Scene& message, const DecodedScene& decoded) {
-  proto::OpenSessionResponse response;
-  for (const auto& text : decoded.mesh_warnings)
-    *response.add_issues() = encode_warning("scene.mesh", text);
-  for (auto issue : all_issues(decoded.scene)) {
-    issue.field = field_in(message, decoded.scene, issue.field);
-    if (issue.severity == scene::Issue::Severity::kError) {
-      throw Error(issue.code, "scene." + issue.field, issue.message);
-    }
-    *response.add_issues() = encode_issue(issue, "scene.");
-  }
-  return response;
-}
-
 /// A session that had to go for another.
 void close_quietly(SessionRecord& record) {
   try {
@@ -93,7 +78,9 @@ void close_quietly(SessionRecord& record) {
 proto::OpenSessionResponse Service::open(const proto::OpenSessionRequest& request) {
   const auto name = sessions_.reserve(request.session());
   DecodedScene decoded = decode(request.scene());
-  proto::OpenSessionResponse response = remarks(request.scene(), decoded);
+  proto::OpenSessionResponse response;
+  for (auto& issue : remarks(request.scene(), decoded, "scene."))
+    *response.add_issues() = std::move(issue);
   demand_memory(decoded.scene, scene_limits(hub_.options.limits));
   const std::string id = name->name();
   const JobId job = hub_.jobs.start("open_session", id, [this, id] {

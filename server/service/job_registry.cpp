@@ -6,12 +6,13 @@
 
 #include "server/codec/errors.h"
 #include "server/codec/result.h"
+#include "server/codec/simulation.h"
 #include "server/log/log.h"
 
 namespace limber::server {
 namespace {
 
-constexpr std::size_t kKeptJobs = 256, kKeptProducts = 16;
+constexpr std::size_t kKeptJobs = 256, kKeptProducts = 16, kKeptMotions = 4;
 constexpr std::chrono::milliseconds kProgressInterval(50);
 
 }  // namespace
@@ -86,6 +87,7 @@ void JobRegistry::end(JobId id, proto::JobState state, const proto::Error* error
     status = job.status;
     --running_;
     finished_.push_back(id);
+    if (job.product.simulation) motions_.push_back(id);
     forget_oldest();
   }
   log::info("job {} {} after {:.3f} s{}{}", id, proto::JobState_Name(status.state()),
@@ -95,6 +97,11 @@ void JobRegistry::end(JobId id, proto::JobState state, const proto::Error* error
 }
 
 void JobRegistry::forget_oldest() {
+  if (motions_.size() > kKeptMotions) {
+    const auto oldest = jobs_.find(motions_.front());
+    if (oldest != jobs_.end()) oldest->second.product.simulation.reset();
+    motions_.pop_front();
+  }
   if (finished_.size() > kKeptProducts)
     jobs_[finished_[finished_.size() - kKeptProducts - 1]].product = {};
   while (finished_.size() > kKeptJobs) {
@@ -136,12 +143,26 @@ proto::Reply JobRegistry::reply_of(const Job& job) {
   *response->mutable_status() = status_of(job);
   if (job.product.mesh.has_nodes()) *response->mutable_mesh() = job.product.mesh;
   for (const auto& issue : job.product.issues) *response->add_issues() = issue;
+  if (job.product.simulation)
+    *response->mutable_simulation() = encode_report(job.product.simulation->motion);
   return reply;
 }
 
 proto::JobStatus JobRegistry::status(JobId job) const {
   const std::lock_guard lock(mutex_);
   return status_of(find(job));
+}
+
+std::shared_ptr<const SimulatedScene> JobRegistry::simulation(JobId id) const {
+  const std::lock_guard lock(mutex_);
+  const Job& job = find(id);
+  if (job.product.simulation) return job.product.simulation;
+  const char* why = job.running()                     ? "still runs"
+                    : job.status.kind() != "simulate" ? "made no motion"
+                    : job.status.state() == proto::JOB_STATE_DONE
+                        ? "is too old: its motion is no longer kept"
+                        : "ended without a motion";
+  throw Refusal(proto::ERROR_CODE_FAILED_PRECONDITION, "job", fmt::format("job {} {}", id, why));
 }
 
 std::vector<proto::JobStatus> JobRegistry::list() const {

@@ -5,11 +5,13 @@
 #include <deque>
 #include <functional>
 #include <map>
+#include <memory>
 #include <mutex>
 #include <string>
 #include <vector>
 
 #include "engine/session/session.h"
+#include "engine/session/simulation.h"
 #include "server/service/ticket.h"
 #include "server/service/timers.h"
 
@@ -17,14 +19,22 @@ namespace limber::server {
 
 using JobId = std::uint64_t;
 
+/// A simulation that is done, with the scene that it is of.
+struct SimulatedScene {
+  scene::Scene scene;
+  session::SimulatedMotion motion;
+};
+
 /// What a job leaves behind besides its state.
 struct JobProduct {
   proto::MeshArrays mesh;
+  std::shared_ptr<const SimulatedScene> simulation;
   std::vector<proto::Issue> issues;
 };
 
 /// Long work: what it is, how far it is, how it ended. The newest finished ones are kept; the
-/// meshes of fewer. Thread-safe. Every change is told to the listener of the registry (the stream).
+/// meshes and motions of fewer. Thread-safe. Every change is told to the listener of the registry
+/// (the stream).
 class JobRegistry {
  public:
   using Told = std::function<void(const proto::JobStatus&)>;
@@ -46,6 +56,8 @@ class JobRegistry {
 
   [[nodiscard]] proto::JobStatus status(JobId job) const;  // throws Refusal NOT_FOUND
   [[nodiscard]] std::vector<proto::JobStatus> list() const;
+  /// @throws Refusal NOT_FOUND; FAILED_PRECONDITION where it runs, made no motion, or is too old
+  [[nodiscard]] std::shared_ptr<const SimulatedScene> simulation(JobId job) const;
   /// Answers at once, or when the job has ended, or after `seconds` with the state then.
   void get(JobId job, double seconds, const SharedTicket& ticket);
   /// Asks every running job to stop and answers everybody who waits.
@@ -80,6 +92,7 @@ class JobRegistry {
   mutable std::mutex mutex_;
   std::map<JobId, Job> jobs_;
   std::deque<JobId> finished_;  // oldest first
+  std::deque<JobId> motions_;   // of these, those whose simulation is kept
   JobId last_ = 0;
   std::uint32_t running_ = 0;
 };

@@ -21,6 +21,17 @@ std::uint64_t estimate_session_bytes(const scene::Scene& scene) {
          estimate_constraint_bytes(scene.constraints.size(), scene.model.mode_count);
 }
 
+std::uint64_t estimate_simulation_bytes(const scene::Scene& scene) {
+  const double n = scene.mesh.node_count(), m = scene.mesh.tet_count(), frames = scene.frame_count;
+  double numbers = 3 * n * 60 * std::cbrt(std::max(1.0, n));  // Cholesky factor of a step
+  numbers += 3 * n * 3 * 45;      // mass, second derivative, its free part
+  numbers += m * (9 * 12 + 64);   // gradient operator, elements
+  numbers += 3 * n * frames * 2;  // displacements; positions, float32, and a part to be sent
+  if (scene.simulation)           // modes of the initial state and Lanczos vectors
+    numbers += 3 * n * 4 * static_cast<double>(scene.simulation->initial.modes.size());
+  return static_cast<std::uint64_t>(numbers * sizeof(double));
+}
+
 std::uint64_t estimate_constraint_bytes(std::size_t constraints, int modes) {
   const double c = static_cast<double>(constraints), r = modes + 6.0;
   double numbers = 2 * (3 * c) * (3 * c);  // the system of three rows each, and its factor

@@ -12,6 +12,9 @@ namespace limber::server {
 /// it (session::SessionOptions).
 [[nodiscard]] std::uint64_t estimate_session_bytes(const scene::Scene& scene);
 
+/// The same of a simulation: the factor of its steps and the motion, as it is computed and kept.
+[[nodiscard]] std::uint64_t estimate_simulation_bytes(const scene::Scene& scene);
+
 /// The part of it that so many constraints need [bytes]: the solver keeps their system and the
 /// response of every constrained frame to every other, both dense.
 [[nodiscard]] std::uint64_t estimate_constraint_bytes(std::size_t constraints, int modes);

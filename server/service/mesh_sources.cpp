@@ -39,7 +39,7 @@ LoadedMesh loaded(scene::MeshReading reading) {
 
 /// Readers name files and lines in their messages; the field is where the client gave the mesh.
 template <class Load>
-LoadedMesh load_at(const std::string& field, const Load& load) {
+auto load_at(const std::string& field, const Load& load) {
   try {
     return load();
   } catch (const Error& error) {
@@ -51,6 +51,10 @@ LoadedMesh load_at(const std::string& field, const Load& load) {
 
 LoadedMesh load_mesh_file(const fs::path& file, const std::string& field) {
   return load_at(field, [&] { return loaded(scene::read_mesh_file(file)); });
+}
+
+std::string read_file_at(const fs::path& file, const std::string& field) {
+  return load_at(field, [&] { return scene::read_bytes(file); });
 }
 
 fs::path MeshSources::resolve(const std::string& path, const std::string& field) const {

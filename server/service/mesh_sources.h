@@ -32,6 +32,9 @@ class MeshSources {
 [[nodiscard]] LoadedMesh load_mesh_file(const std::filesystem::path& file,
                                         const std::string& field);
 
+/// The bytes of a file of this machine. @throws Error naming `field`
+[[nodiscard]] std::string read_file_at(const std::filesystem::path& file, const std::string& field);
+
 /// An uploaded file with its companions.
 [[nodiscard]] scene::MeshFileSet file_set(const proto::MeshFile& file);
 

@@ -4,7 +4,6 @@
 #include <set>
 #include <utility>
 
-#include "engine/scene/formats/point_cache.h"
 #include "engine/scene/samples/samples.h"
 #include "engine/session/document.h"
 #include "server/codec/field_paths.h"
@@ -59,15 +58,24 @@ proto::Scene sample_scene(const std::string& name) {
   return message;
 }
 
-Eigen::MatrixXd read_pc2_positions(const std::string& bytes, const std::string& field) {
-  return scene::read_pc2(field, bytes).positions.cast<double>();
+std::vector<proto::Issue> remarks(const proto::Scene& message, const DecodedScene& decoded,
+                                  const std::string& prefix) {
+  std::vector<proto::Issue> warnings;
+  for (const auto& text : decoded.mesh_warnings)
+    warnings.push_back(encode_warning(prefix + "mesh", text));
+  for (auto issue : all_issues(decoded.scene)) {
+    issue.field = field_in(message, decoded.scene, issue.field);
+    if (is_error(issue)) throw Error(issue.code, prefix + issue.field, issue.message);
+    warnings.push_back(encode_issue(issue, prefix));
+  }
+  return warnings;
 }
 
 std::vector<proto::Issue> scene_issues(const proto::Scene& scene, const std::string& prefix,
-                                       const SceneLimits& limits, const MeshLoader& load_mesh) {
+                                       const SceneLimits& limits, const MeshLoader& load_mesh,
+                                       const MotionReader& read_motion) {
   Faults faults(Faults::Mode::kCollect);
-  const DecodedScene decoded =
-      decode_scene(scene, prefix, limits, load_mesh, read_pc2_positions, faults);
+  const DecodedScene decoded = decode_scene(scene, prefix, limits, load_mesh, read_motion, faults);
   std::vector<proto::Issue> issues;
   std::set<std::string> complained;  // one complaint about a field is enough
   for (const auto& fault : faults.found()) {

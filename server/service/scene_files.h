@@ -1,7 +1,7 @@
 #pragma once
 
-#include <Eigen/Core>
 #include <string>
+#include <vector>
 
 #include "limber/v1/scene.pb.h"
 #include "server/codec/scene.h"
@@ -10,10 +10,6 @@ namespace limber::server {
 
 /// One of limber's own scenes as a message; its mesh is named, not sent.
 [[nodiscard]] proto::Scene sample_scene(const std::string& name);
-
-/// Positions of a .pc2 point cache, 3 points x samples. @throws Error naming `field`
-[[nodiscard]] Eigen::MatrixXd read_pc2_positions(const std::string& bytes,
-                                                 const std::string& field);
 
 /// What scene::validate() finds, and what only a session would refuse. Fields are the engine's.
 [[nodiscard]] std::vector<scene::Issue> all_issues(const scene::Scene& scene);
@@ -26,6 +22,12 @@ void demand_memory(const scene::Scene& scene, const SceneLimits& limits);
 [[nodiscard]] std::vector<proto::Issue> scene_issues(const proto::Scene& scene,
                                                      const std::string& prefix,
                                                      const SceneLimits& limits,
-                                                     const MeshLoader& load_mesh);
+                                                     const MeshLoader& load_mesh,
+                                                     const MotionReader& read_motion);
+/// Warnings of a scene that can be opened, fields below `prefix`.
+/// @throws Error the first thing that is wrong with it
+[[nodiscard]] std::vector<proto::Issue> remarks(const proto::Scene& message,
+                                                const DecodedScene& decoded,
+                                                const std::string& prefix);
 
 }  // namespace limber::server

@@ -28,6 +28,7 @@ bool is_heavy(int body) {
     case proto::Request::kValidateScene:
     case proto::Request::kGetSample:
     case proto::Request::kTetrahedralize:
+    case proto::Request::kSimulate:
       return true;
     default:
       return false;
@@ -170,6 +171,9 @@ void Service::answer(const SharedTicket& ticket, const Request& request) {
       break;
     case Request::kTetrahedralize:
       *reply.mutable_tetrahedralize() = tetrahedralize(request.tetrahedralize());
+      break;
+    case Request::kSimulate:
+      *reply.mutable_simulate() = simulate(request.simulate());
       break;
     case Request::kGetJob:
       return get_job(request.get_job(), ticket);

@@ -66,6 +66,13 @@ class Service {
                           const scene::TetrahedralizeOptions& options);
   [[nodiscard]] DecodedScene decode(const proto::Scene& message) const;
   [[nodiscard]] MeshLoader mesh_loader() const;
+  [[nodiscard]] MotionReader base_motion_reader() const;
+
+  // handlers_simulation.cpp
+  proto::SimulateResponse simulate(const proto::SimulateRequest& request);
+  void run_simulation(JobId job, const JobContext& context, scene::Scene scene);
+  proto::GetFramesResponse get_simulated_frames(const proto::GetFramesRequest& request) const;
+  proto::ExportResponse export_simulated(const proto::ExportRequest& request) const;
 
   // handlers_server.cpp
   proto::GetServerInfoResponse server_info() const;

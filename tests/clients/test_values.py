@@ -157,6 +157,31 @@ def test_scene_file_uploads_the_mesh_beside_it(tmp_path):
     assert scenes.to_message(str(tmp_path / "scene.json")) == scene
 
 
+def test_scene_file_uploads_the_base_motion_it_names(tmp_path):
+    def loaded(motion):
+        (tmp_path / "s.json").write_text(json.dumps({"base_motion": motion}))
+        return limber.load_scene(tmp_path / "s.json").base_motion
+
+    (tmp_path / "f").mkdir()
+    for name, content in (("m.pc2", "cache"), ("f/a&b.vtu", "first"), ("f/c.vtu", "second"), ("bad.pvd", "nonsense")):
+        (tmp_path / name).write_text(content)
+    pvd = '<VTKFile><DataSet timestep="1" file="a&amp;b.vtu"/><DataSet file="c.vtu"/><DataSet file="c.vtu"/></VTKFile>'
+    (tmp_path / "f" / "m.pvd").write_text(pvd)
+    assert loaded({"path": "m.pc2"}).pc2 == b"cache"
+    series = loaded({"path": "f/m.pvd"}).vtu_series
+    assert series.pvd == pvd and [(file.name, file.content) for file in series.files] == [
+        ("a&b.vtu", b"first"), ("c.vtu", b"second")]
+    series = loaded({"vtu_series": {"paths": ["f/c.vtu", "f/a&b.vtu"]}}).vtu_series
+    assert [file.content for file in series.files] == [b"second", b"first"] and not series.paths
+    assert limber.base_motion(str(tmp_path / "m.pc2")).pc2 == b"cache"
+    assert limber.base_motion([tmp_path / "f" / "c.vtu"]).vtu_series.files[0].content == b"second"
+    for field, motion in (("base_motion.path", {"path": "m.vtu"}), ("base_motion.path", {"path": "none.pc2"}),
+                          ("base_motion.path", {"path": "bad.pvd"}),
+                          ("base_motion.vtu_series.paths[0]", {"vtu_series": {"paths": ["x"]}})):
+        refused(field, loaded, motion)
+    refused("base_motion", limber.base_motion, object())
+
+
 def test_bad_scene_files(tmp_path):
     path = tmp_path / "scene.json"
     assert refused("scene", limber.load_scene, path).code == "IO"

@@ -135,6 +135,39 @@ TEST(SceneFiles, VegaIncludesAreFound) {
   EXPECT_EQ(mesh_file(folder.path / "a.veg").companions_size(), 2);
 }
 
+TEST(SceneFiles, BaseMotionsAreUploaded) {
+  const Folder folder;
+  write_bytes(folder.path / "m.pc2", "cache");
+  write_bytes(folder.path / "f" / "a&b.vtu", "first");
+  write_bytes(folder.path / "f" / "c.vtu", "second");
+  const std::string pvd =
+      "<VTKFile><DataSet timestep=\"1\" part='0' file=\"a&amp;b.vtu\"/>\n"
+      "<DataSet file='c.vtu' timestep=\"0\"/><DataSet file='c.vtu'/></VTKFile>";
+  write_bytes(folder.path / "f" / "m.pvd", pvd);
+  const auto loaded = [&](const std::string& motion) {
+    write_bytes(folder.path / "s.json", R"({"base_motion": )" + motion + "}");
+    return load_scene(folder.path / "s.json").base_motion();
+  };
+  EXPECT_EQ(loaded(R"({"path": "m.pc2"})").pc2(), "cache");
+  const auto listed = loaded(R"({"path": "f/m.pvd"})").vtu_series();
+  EXPECT_EQ(listed.pvd(), pvd);
+  ASSERT_EQ(listed.files_size(), 2);  // each once, by the name that the list gives it
+  EXPECT_EQ(listed.files(0).name(), "a&b.vtu");
+  EXPECT_EQ(listed.files(0).content(), "first");
+  EXPECT_EQ(listed.files(1).content(), "second");
+  const auto named = loaded(R"({"vtu_series": {"paths": ["f/c.vtu", "f/a&b.vtu"]}})").vtu_series();
+  ASSERT_EQ(named.files_size(), 2);
+  EXPECT_EQ(named.files(1).content(), "first");
+  EXPECT_EQ(named.paths_size(), 0);
+  const auto refused = [&](const std::string& motion) {
+    return refusal([&] { (void)loaded(motion); });
+  };
+  EXPECT_EQ(refused(R"({"path": "m.vtu"})").field(), "base_motion.path");
+  EXPECT_EQ(refused(R"({"path": "none.pc2"})").code(), v1::ERROR_CODE_IO);
+  EXPECT_EQ(refused(R"({"vtu_series": {"paths": ["f/c.vtu", "x"]}})").field(),
+            "base_motion.vtu_series.paths[1]");
+}
+
 TEST(SceneFiles, WhatCannotBeReadIsSaid) {
   const Folder folder;
   EXPECT_EQ(refusal([&] { (void)load_scene(folder.path / "none.json"); }).code(),

@@ -11,7 +11,7 @@ from typing import Any, Iterable, Mapping, Union
 import numpy as np
 from google.protobuf import json_format
 
-from . import arrays, checks, edits
+from . import arrays, checks, edits, motions
 from .errors import LimberError, invalid
 from .messages import scene as messages
 
@@ -28,7 +28,7 @@ def mesh_file(path: "str | os.PathLike[str]", companions: Iterable["str | os.Pat
     companions: further files to send along, under their own names.
     """
     path = checks.path(path, "mesh.path")
-    message = messages.MeshFile(name=path.name, content=_read(path, "mesh.path"))
+    message = messages.MeshFile(name=path.name, content=motions.read(path, "mesh.path"))
     beside = [path.with_suffix(suffix) for suffix in _COMPANIONS.get(path.suffix.lower(), ())]
     if path.suffix.lower() == ".veg":
         names = re.findall(rb"(?mi)^\*INCLUDE[ \t]+([^\r\n]+?)[ \t]*$", message.content)
@@ -36,19 +36,25 @@ def mesh_file(path: "str | os.PathLike[str]", companions: Iterable["str | os.Pat
     if path.with_suffix(".elastic") != path and path.with_suffix(".elastic").is_file():
         beside.append(path.with_suffix(".elastic"))
     for companion in [*beside, *map(Path, companions)]:
-        message.companions[companion.name] = _read(companion, "mesh.companions")
+        message.companions[companion.name] = motions.read(companion, "mesh.companions")
     return message
 
 
 def load_scene(path: "str | os.PathLike[str]") -> "messages.Scene":
-    """Reads a scene file (JSON form of limber.v1.Scene) and puts the bytes of the mesh it names in place of the path."""
+    """Reads a scene file (JSON form of limber.v1.Scene) and puts the bytes of the mesh and of the base motion that it
+    names in place of their paths."""
+    return _with_bytes(*_read_scene(path))
+
+
+def _read_scene(path: "str | os.PathLike[str]") -> "tuple[messages.Scene, Path]":
+    """A scene as its file says, and the folder that its paths are relative to."""
     path = checks.path(path, "scene")
     try:
-        text = _read(path, "scene").decode("utf-8")
+        text = motions.read(path, "scene").decode("utf-8")
         scene = _parse(_each_key_once(json.loads(text, object_pairs_hook=_Pairs), "scene", str(path)), str(path))
     except ValueError as error:
         raise invalid("scene", f"{path} is not JSON: {error}") from error
-    return with_mesh_bytes(scene, path.parent)
+    return scene, path.parent
 
 
 def with_mesh_bytes(scene: "messages.Scene", folder: "str | os.PathLike[str]" = ".") -> "messages.Scene":
@@ -58,14 +64,31 @@ def with_mesh_bytes(scene: "messages.Scene", folder: "str | os.PathLike[str]" = 
     return scene
 
 
-def to_message(scene: SceneLike) -> "messages.Scene":
-    """A scene from a message, a mapping (its JSON form; paths are taken from the current folder) or a scene file."""
+def _with_bytes(scene: "messages.Scene", folder: "str | os.PathLike[str]" = ".") -> "messages.Scene":
+    if scene.HasField("base_motion"):
+        scene.base_motion.CopyFrom(motions.with_bytes(scene.base_motion, folder))
+    return with_mesh_bytes(scene, folder)
+
+
+def to_message(scene: SceneLike, *, base_motion: bool = True) -> "messages.Scene":
+    """A scene from a message, a mapping (its JSON form; paths are taken from the current folder) or a scene file.
+
+    base_motion: False leaves it out, unread.
+    """
+    made, folder = _as_given(scene)
+    if not base_motion:
+        made = messages.Scene.FromString(made.SerializeToString())  # the caller's keeps its own
+        made.ClearField("base_motion")
+    return _with_bytes(made, folder)
+
+
+def _as_given(scene: SceneLike) -> "tuple[messages.Scene, Path]":
     if isinstance(scene, messages.Scene):
-        return with_mesh_bytes(scene)
+        return scene, Path(".")
     if isinstance(scene, Mapping):
-        return with_mesh_bytes(_parse(scene, "scene"))
+        return _parse(scene, "scene"), Path(".")
     if isinstance(scene, (str, os.PathLike)):
-        return load_scene(scene)
+        return _read_scene(scene)
     raise invalid("scene", f"a scene is a file name, a mapping or a message, not {type(scene).__name__}")
 
 
@@ -94,7 +117,9 @@ def scene_from_arrays(nodes: Any, tets: Any, **options: Any) -> "messages.Scene"
     Options (keyword only): name, frames (N >= 3, default 120), fixed_nodes (ids), youngs_modulus [Pa],
     poissons_ratio, density [kg/m^3], length_unit_in_metres, merge_tolerance, modes, tolerance, basis_size,
     cubature_size, first_end, last_end ("free", "position", "position_velocity"), frames_per_second, period_frames,
-    damping_ratio, optimise ("motion", "dynamics", "all"), candidate_modes, column_weight, base_motion (frames x nodes x 3 positions, or the path of a .pc2 file).
+    damping_ratio, optimise ("motion", "dynamics", "all"; see Session.optimise), candidate_modes, column_weight,
+    base_motion (frames x nodes x 3 positions, the path of a .pc2 or .pvd file, or a list of .vtu files, one per frame),
+    simulation (of limber.simulation()).
     """
     nodes = checks.numeric(nodes, "mesh.arrays.nodes")
     tets = checks.numeric(tets, "mesh.arrays.tets")
@@ -115,7 +140,7 @@ def scene_from_arrays(nodes: Any, tets: Any, **options: Any) -> "messages.Scene"
 
 def _scene(*, name: str = "", frames: int = 120, fixed_nodes: Iterable[int] = (), first_end: str = "position_velocity",
            last_end: str = "position_velocity", base_motion: Any = None, optimise: str = "motion",
-           **values: float) -> "messages.Scene":
+           simulation: "messages.Simulation | None" = None, **values: float) -> "messages.Scene":
     scene = messages.Scene(name=checks.text(name, "name"), frames=checks.whole(frames, "frames"),
                            fixed_nodes=checks.wholes(fixed_nodes, "fixed_nodes"))
     ends = edits.ends(first_end, last_end).set_ends
@@ -130,10 +155,10 @@ def _scene(*, name: str = "", frames: int = 120, fixed_nodes: Iterable[int] = ()
                 break
         else:
             raise TypeError(f"a scene has no option {key!r}")
-    if isinstance(base_motion, (str, os.PathLike)):
-        scene.base_motion.pc2 = _read(Path(base_motion), "base_motion.pc2")
-    elif base_motion is not None:
-        scene.base_motion.positions.CopyFrom(arrays.to_message(checks.numeric(base_motion, "base_motion"), np.float64))
+    if base_motion is not None:
+        scene.base_motion.CopyFrom(motions.base_motion(base_motion))
+    if simulation is not None:
+        scene.simulation.CopyFrom(simulation)
     return scene
 
 
@@ -170,10 +195,3 @@ def _parse(value: Any, what: str) -> "messages.Scene":
     except (json_format.ParseError, TypeError, AttributeError) as error:
         field, why = checks.json_fault(error)
         raise invalid(f"scene{field}", f"{what} is no scene: {why}") from error
-
-
-def _read(path: Path, field: str) -> bytes:
-    try:
-        return path.read_bytes()
-    except OSError as error:
-        raise LimberError("IO", f"cannot read {path}: {error.strerror}", field) from error

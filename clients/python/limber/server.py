@@ -10,7 +10,7 @@ from urllib.parse import urlsplit
 
 import numpy as np
 
-from . import arrays, checks, edits, scenes
+from . import arrays, checks, edits, scenes, simulations
 from .connection import VERSION, Connection, CurveKeys
 from .errors import LimberError, ServerUnreachable, from_message, invalid
 from .messages import scene as scene_messages
@@ -147,6 +147,26 @@ class Server:
             self.cancel_job(job)
             raise
         return arrays.to_numpy(mesh.nodes, "nodes"), arrays.to_numpy(mesh.tets, "tets")
+
+    def simulate(self, scene: scenes.SceneLike, simulation: "scene_messages.Simulation | None" = None,
+                 progress: ProgressOption = None, timeout: float = 3600.0) -> simulations.Simulation:
+        """The motion of the body without reduction (St. Venant-Kirchhoff material) under loads: positions (frames x
+        nodes x 3) and a report.
+
+        simulation: what limber.simulation() makes; default that of the scene. The motion has the scene's frames; its
+        base motion is not looked at. Ctrl-C while waiting, and the end of `timeout` [s], cancel the job.
+        """
+        checks.seconds(timeout, "timeout")
+        request = simulations.request(scene, simulation)
+        response = self.connection.call("simulate", request, timeout=max(60.0, self.connection.timeout))
+        try:
+            done = self.wait_job(response.job, progress, timeout)
+        except (KeyboardInterrupt, LimberError):
+            self.cancel_job(response.job)  # nobody could ask for its motion; a job that has ended is left as it is
+            raise
+        part_bytes = min(simulations.PART_BYTES, self.info().limits.message_bytes)
+        return simulations.fetch(done, tuple(issue_text(issue) for issue in response.issues), part_bytes,
+                                 lambda wanted: self.connection.call("get_frames", wanted, timeout=120.0))
 
     def shutdown(self) -> None:
         """Asks limberd to end."""

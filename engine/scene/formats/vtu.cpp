@@ -30,17 +30,25 @@ pugi::xml_node array_named(const pugi::xml_node& cells, const char* name, const 
   return array;
 }
 
-void read_piece(const pugi::xml_node& piece, const VtuEncoding& encoding, const TextCursor& file,
-                MeshBuilder& builder) {
+/// x y z of every point.
+std::vector<double> read_points(const pugi::xml_node& piece, const VtuEncoding& encoding,
+                                const TextCursor& file) {
   const pugi::xml_node points = piece.child("Points").child("DataArray");
   if (!points) file.fail("a <Piece> has no points");
-  const std::vector<double> coordinates = read_real_array(points, encoding, file);
+  std::vector<double> coordinates = read_real_array(points, encoding, file);
   const std::size_t point_count = coordinates.size() / 3;
   if (coordinates.size() % 3 != 0 ||
       point_count != piece.attribute("NumberOfPoints").as_ullong(point_count)) {
     file.fail("the points are " + std::to_string(coordinates.size()) +
               " numbers, not 3 times NumberOfPoints");
   }
+  return coordinates;
+}
+
+void read_piece(const pugi::xml_node& piece, const VtuEncoding& encoding, const TextCursor& file,
+                MeshBuilder& builder) {
+  const std::vector<double> coordinates = read_points(piece, encoding, file);
+  const std::size_t point_count = coordinates.size() / 3;
   const std::int64_t first_node = static_cast<std::int64_t>(builder.node_count());
   builder.reserve_nodes(static_cast<std::int64_t>(point_count));
   for (std::size_t i = 0; i < point_count; ++i) {
@@ -61,13 +69,11 @@ void read_piece(const pugi::xml_node& piece, const VtuEncoding& encoding, const 
   add_vtk_cells(cells, first_node, static_cast<std::int64_t>(point_count), file, builder);
 }
 
-}  // namespace
-
-MeshReading read_vtu(const std::string& name, std::string_view content) {
-  const TextCursor file(name, content);
+/// Parses the XML into `document` and says how its arrays are encoded.
+VtuEncoding parse_vtu(std::string_view content, const TextCursor& file,
+                      pugi::xml_document& document) {
   VtuEncoding encoding;
   const std::string xml = xml_without_appended(content, file, encoding);
-  pugi::xml_document document;
   const pugi::xml_parse_result parsed = document.load_buffer(xml.data(), xml.size());
   if (!parsed) {
     const auto offset =
@@ -91,11 +97,35 @@ MeshReading read_vtu(const std::string& name, std::string_view content) {
     file.fail_at(1, "the compressor " + in_quotes(compressor) + " is not supported (zlib is)",
                  ErrorCode::kUnsupported);
   }
+  return encoding;
+}
+
+}  // namespace
+
+MeshReading read_vtu(const std::string& name, std::string_view content) {
+  const TextCursor file(name, content);
+  pugi::xml_document document;
+  const VtuEncoding encoding = parse_vtu(content, file, document);
   MeshBuilder builder(file);
-  for (const pugi::xml_node piece : root.child("UnstructuredGrid").children("Piece")) {
+  for (const pugi::xml_node piece :
+       document.child("VTKFile").child("UnstructuredGrid").children("Piece")) {
     read_piece(piece, encoding, file, builder);
   }
   return builder.finish();
+}
+
+Eigen::Matrix3Xd read_vtu_points(const std::string& name, std::string_view content) {
+  const TextCursor file(name, content);
+  pugi::xml_document document;
+  const VtuEncoding encoding = parse_vtu(content, file, document);
+  std::vector<double> all;
+  for (const pugi::xml_node piece :
+       document.child("VTKFile").child("UnstructuredGrid").children("Piece")) {
+    const std::vector<double> points = read_points(piece, encoding, file);
+    all.insert(all.end(), points.begin(), points.end());
+  }
+  return Eigen::Map<const Eigen::Matrix3Xd>(all.data(), 3,
+                                            static_cast<Eigen::Index>(all.size() / 3));
 }
 
 }  // namespace limber::scene::formats

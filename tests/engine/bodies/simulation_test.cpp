@@ -79,6 +79,46 @@ TEST(Simulation, AForceActsWhileItActsHoweverShort) {
   EXPECT_NEAR(along, 2 * 0.0041, 1e-7);
 }
 
+/// Momentum along z of a free beam after 0.2 s of this force [kg m/s].
+double momentum_after(const PointForce& force) {
+  const ElasticBody body = beam(Hold::kFree);
+  Loads loads;
+  loads.forces = {force};
+  const Simulation result = simulate(body, loads, {}, seconds(0.2));
+  const Eigen::Index last = result.displacements.cols() - 1;
+  const Eigen::VectorXd momentum =
+      FullDynamics(body, {}).mass() *
+      (result.displacements.col(last) - result.displacements.col(last - 1)) * 50;
+  double along = 0;
+  for (int a = 0; a < body.mesh.node_count(); ++a) along += momentum[3 * a + 2];
+  return along;
+}
+
+TEST(Simulation, ProfilesGiveTheImpulseOfTheirIntegral) {
+  // None of the times is one of a step.
+  const std::vector<int> nodes = tip(beam(Hold::kFree));
+  const PointForce ramp{nodes, {0, 0, 2}, 0.0103, 0.1507, ForceProfile::kRamp};
+  EXPECT_NEAR(momentum_after(ramp), 2 * 0.5 * (0.1507 - 0.0103), 1e-7);
+  const double period = 0.0877;
+  const PointForce sine{nodes, {0, 0, 2}, 0.0103, 0.1507, ForceProfile::kSine, period};
+  const double turn = 2 * EIGEN_PI / period;
+  EXPECT_NEAR(momentum_after(sine), 2 * (1 - std::cos(turn * (0.1507 - 0.0103))) / turn, 1e-7);
+}
+
+TEST(Simulation, WorkOfTheLoadsIsTheEnergyOfTheBody) {
+  const ElasticBody body = beam(Hold::kLeftFace);
+  Loads loads;
+  loads.gravity = {0, 0, -9.81};
+  loads.forces = {{tip(body), {0, 1, 0}, 0.03, 0.25, ForceProfile::kSine, 0.1}};
+  SimulationOptions options = seconds(0.4);
+  options.steps_per_frame = 20;
+  const Simulation result = simulate(body, loads, {}, options);
+  const Eigen::VectorXd energy = result.kinetic + result.elastic;
+  EXPECT_GT(energy.maxCoeff(), 0.02);
+  EXPECT_LT((energy - result.work).cwiseAbs().maxCoeff(), 2e-3 * energy.maxCoeff());
+  EXPECT_EQ(result.work[0], 0);
+}
+
 TEST(Simulation, ACrushingBlowIsTakenInShorterStepsAndSaidSo) {
   const ElasticBody body = beam(Hold::kLeftFace);
   Loads loads;
@@ -128,6 +168,10 @@ TEST(Simulation, RefusesBadInputByField) {
   EXPECT_EQ(field_of(body, loads, options), "forces[1].nodes");
   loads.forces = {{{0}, {1, 0, 0}, 1, 1}};
   EXPECT_EQ(field_of(body, loads, options), "forces[0].until");
+  loads.forces = {{{0}, {1, 0, 0}, 0, INFINITY, ForceProfile::kRamp}};
+  EXPECT_EQ(field_of(body, loads, options), "forces[0].until");
+  loads.forces = {{{0}, {1, 0, 0}, 0, 1, ForceProfile::kSine, 0}};
+  EXPECT_EQ(field_of(body, loads, options), "forces[0].period");
   loads.forces = {{{}, {1, 0, 0}, 0, 1}};
   EXPECT_EQ(field_of(body, loads, options), "forces[0].nodes");
 }

@@ -10,6 +10,7 @@
 #include "engine/scene/formats/mesh_writers.h"
 #include "engine/scene/formats/point_cache.h"
 #include "engine/scene/formats/surface_formats.h"
+#include "engine/scene/formats/vtu_series.h"
 #include "tests/engine/scene/shared_data.h"
 
 namespace limber::scene {
@@ -156,6 +157,23 @@ TEST(DamagedFiles, PointCache) {
   cache.positions = Eigen::MatrixXf::Constant(12, 7, 0.5f);
   torment([](const std::string& content) { static_cast<void>(read_pc2("a.pc2", content)); },
           write_pc2(cache));
+}
+
+TEST(DamagedFiles, VtuSeries) {
+  const std::string good = read_bytes(testing::fixture("vtu_binary.vtu"));
+  torment(
+      [&](const std::string& content) {
+        const auto frame = [&](std::size_t i) {
+          return VtuFrame{"a.vtu", i == 0 ? good : content};
+        };
+        static_cast<void>(read_vtu_series("a.vtu", 2, frame, 12));
+      },
+      good);
+}
+
+TEST(DamagedFiles, Pvd) {
+  torment([](const std::string& content) { static_cast<void>(pvd_files("a.pvd", content)); },
+          write_pvd({"a.vtu", "b.vtu"}, {0, 0.5}));
 }
 
 const std::string kTetrahedronObj =

@@ -23,7 +23,7 @@ DecodedScene decode(const proto::Scene& scene, const SceneLimits& limits = {}) {
       [](const auto&, const std::string& field) -> LoadedMesh {
         throw invalid(field, "no loader");
       },
-      [](const std::string&, const std::string& field) -> Eigen::MatrixXd {
+      [](const auto&, const std::string& field, int) -> Eigen::MatrixXd {
         throw invalid(field, "no reader");
       });
 }
@@ -36,6 +36,50 @@ Refusal refusal_of(const std::function<void()>& decode_it) {
   }
   ADD_FAILURE() << "was accepted";
   return invalid("", "");
+}
+
+proto::Vector3 vector(double x, double y, double z) {
+  proto::Vector3 made;
+  made.set_x(x);
+  made.set_y(y);
+  made.set_z(z);
+  return made;
+}
+
+/// Of small_scene(): 28 nodes.
+proto::Simulation full_simulation() {
+  proto::Simulation simulation;
+  *simulation.mutable_gravity() = vector(0, -9.81, 0);
+  auto* push = simulation.add_forces();
+  push->add_nodes(27);
+  push->add_nodes(26);
+  *push->mutable_force() = vector(1, 2, 3);
+  push->set_from_frame(1.5);
+  push->set_until_frame(7);
+  push->set_profile(proto::FORCE_PROFILE_SINE);
+  push->set_period_frames(11);
+  auto* pull = simulation.add_forces();
+  pull->add_nodes(20);
+  *pull->mutable_force() = vector(0, 0, -1);
+  pull->set_profile(proto::FORCE_PROFILE_RAMP);
+  auto* initial = simulation.mutable_initial();
+  for (auto* field : {initial->mutable_displacements(), initial->mutable_velocities()}) {
+    field->set_type(proto::DATA_TYPE_FLOAT64);
+    field->add_shape(28);
+    field->add_shape(3);
+    std::vector<double> numbers(84, 0.0);
+    numbers.back() = field == &initial->displacements() ? 0.25 : -4;
+    field->set_data(bytes_of(numbers));
+  }
+  initial->add_modes(0.1);
+  initial->add_modes(-0.2);
+  *initial->mutable_velocity() = vector(0, 1, 0);
+  simulation.set_frames_per_second(60);
+  simulation.set_steps_per_frame(3);
+  simulation.set_scheme(proto::TIME_STEPPING_IMPLICIT_EULER);
+  simulation.set_mass_damping(0.5);
+  simulation.set_relaxation_time(0.01);
+  return simulation;
 }
 
 proto::Scene full_scene() {
@@ -52,6 +96,9 @@ proto::Scene full_scene() {
   scene.mutable_dynamics()->set_damping_ratio(0.1);
   scene.mutable_model()->set_tolerance(0.02);
   scene.mutable_model()->set_cubature(proto::CUBATURE_WEIGHTS);
+  scene.mutable_model()->set_candidate_modes(40);
+  scene.mutable_material_optimisation()->set_variables(proto::MATERIAL_VARIABLES_ALL);
+  scene.mutable_material_optimisation()->set_column_weight(0.5);
   auto* second = scene.add_constraints();
   second->set_id(7);
   second->set_frame(3);
@@ -62,6 +109,7 @@ proto::Scene full_scene() {
   second->mutable_position()->set_z(-2);
   second->set_exact(true);
   scene.mutable_constraints(0)->set_weight(40);
+  *scene.mutable_simulation() = full_simulation();
   return scene;
 }
 

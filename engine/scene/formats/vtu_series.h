@@ -1,0 +1,35 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <functional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace limber::scene {
+
+/// A .vtu file of a motion.
+struct VtuFrame {
+  std::string name;
+  std::string content;
+};
+
+/// The .vtu files that a ParaView .pvd lists, in the order of their times; names as it writes them,
+/// relative to it.
+/// @throws Error{kInvalidArgument} with `name` as field for what is no .pvd, lists no file, or two
+/// for the same time (parts of one body in several files)
+[[nodiscard]] std::vector<std::string> pvd_files(const std::string& name, std::string_view content);
+
+/// A motion from one .vtu per frame: the points of each are the positions of the nodes in its
+/// frame. Cells are not looked at.
+/// @param count       frames
+/// @param frame       file of frame i; asked once, in order, so that only one need be in memory
+/// @param node_count  points that each must have, or 0: as many as the first
+/// @returns 3 nodes x frames, 3 * node + axis
+/// @throws Error naming frame and file in its message, `name` as field: as readers of meshes do;
+/// {kInvalidArgument} for another number of points or a coordinate that is not finite
+[[nodiscard]] Eigen::MatrixXd read_vtu_series(const std::string& name, std::size_t count,
+                                              const std::function<VtuFrame(std::size_t)>& frame,
+                                              Eigen::Index node_count);
+
+}  // namespace limber::scene

@@ -1,0 +1,35 @@
+#include "server/cli/local_files.h"
+
+#include <fstream>
+
+#include "engine/base/error.h"
+#include "server/service/base_motions.h"
+#include "server/service/mesh_sources.h"
+
+namespace limber::server {
+
+namespace fs = std::filesystem;
+
+MeshLoader local_loader(const fs::path& scene_file) {
+  return [folder = scene_file.parent_path()](const proto::MeshSource& source,
+                                             const std::string& field) {
+    if (!source.has_path()) return MeshSources({}).load(source, field);
+    return load_mesh_file(folder / source.path(), field + ".path");
+  };
+}
+
+MotionReader local_motion_reader(const fs::path& scene_file) {
+  return motion_reader(
+      [folder = scene_file.parent_path()](const std::string& path, const std::string& field) {
+        return read_file_at(folder / path, field);
+      });
+}
+
+void write_file(const fs::path& path, const std::string& content, WriteMode mode) {
+  std::ofstream out(
+      path, std::ios::binary | (mode == WriteMode::kAppend ? std::ios::app : std::ios::trunc));
+  out.write(content.data(), static_cast<std::streamsize>(content.size()));
+  if (!out.flush()) throw Error(ErrorCode::kIo, path.string(), "cannot be written");
+}
+
+}  // namespace limber::server

@@ -1,0 +1,19 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "server/codec/scene.h"
+
+namespace limber::server {
+
+/// Of a scene file: paths are relative to it, and the user may name any file of theirs.
+[[nodiscard]] MeshLoader local_loader(const std::filesystem::path& scene_file);
+[[nodiscard]] MotionReader local_motion_reader(const std::filesystem::path& scene_file);
+
+enum class WriteMode { kReplace, kAppend };
+/// @throws Error{kIo} naming the path
+void write_file(const std::filesystem::path& path, const std::string& content,
+                WriteMode mode = WriteMode::kReplace);
+
+}  // namespace limber::server
