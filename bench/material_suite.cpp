@@ -87,7 +87,7 @@ Ours run_ours(const SpacetimeProblem& problem, const Prepared& prepared,
     };
     Solver solver = z_solver(problem, prepared, prepared.material);
     if (solver.solve().total_energy <= target) reached = since();
-    MaterialSolver material(prepared.kinematics, problem.timeline, prepared.constraints,
+    MaterialSolver material(prepared.kinematics, problem.timeline, solver.constraint_set(),
                             prepared.material, solver.motion(), options);
     ours.report = material.solve({}, [&](const MaterialReport& report) {
       if (reached < 0 && report.total_energy <= target) reached = since();
@@ -121,7 +121,7 @@ AtEqualError at_equal_error(const SpacetimeProblem& problem, Prepared prepared,
       MaterialOptions options;
       options.variables = variables;
       options.column_weight = 0.01 * prepared.constraints.front().weight;
-      MaterialSolver material(prepared.kinematics, problem.timeline, prepared.constraints,
+      MaterialSolver material(prepared.kinematics, problem.timeline, solver.constraint_set(),
                               prepared.material, solver.motion(), options);
       const MaterialReport report = material.solve();
       found.force_energy = report.unit_force_energy;
@@ -160,7 +160,7 @@ Live run_live(const SpacetimeProblem& problem, const Prepared& prepared, int mov
     prepared.kinematics->coordinates(0, material.mixing * solver.motion(), coordinates);
     const double first = since();
     solver.solve();
-    MaterialSolver joint(prepared.kinematics, problem.timeline, solver.constraints(), material,
+    MaterialSolver joint(prepared.kinematics, problem.timeline, solver.constraint_set(), material,
                          solver.motion(), {});
     double material_first = -1;
     joint.solve({}, [&](const MaterialReport&) {

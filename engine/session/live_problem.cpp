@@ -67,7 +67,7 @@ spacetime::MaterialSolver LiveProblem::material_solver() const {
   options.variables = map_variables(variables_);
   options.column_weight = terms_.column_weight;
   options.held = model_->rigid_count;
-  return {kinematics_, solver_->timeline(), solver_->constraints(),
+  return {kinematics_, solver_->timeline(), solver_->constraint_set(),
           *material_,  solver_->motion(),   options};
 }
 
@@ -117,14 +117,15 @@ bool LiveProblem::mostly_unused_sites() const {
 }
 
 void LiveProblem::shed_sites() {
-  std::vector<spacetime::PositionConstraint> constraints = solver_->constraints();
+  const spacetime::ConstraintSet constraints = solver_->constraint_set();
   make_solver(spacetime::Timeline(solver_->timeline()));
-  for (spacetime::PositionConstraint& constraint : constraints) {
-    const std::vector<int>& nodes = held_.at(constraint.id).nodes;
+  for (auto [id, constraint] : constraints.positions) {
+    const std::vector<int>& nodes = held_.at(id).nodes;
     constraint.site = kinematics_->add_site(nodes);
     note_site(constraint.site, nodes.size());
     solver_->add(constraint);
   }
+  for (const auto& [id, keyframe] : constraints.keyframes) solver_->add_keyframe(keyframe);
 }
 
 }  // namespace limber::session

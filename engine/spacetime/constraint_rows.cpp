@@ -17,68 +17,125 @@ ConstraintRows::ConstraintRows(std::shared_ptr<const reduced::Kinematics> kinema
       lanes_(padded_lanes(modes)),
       length_(kinematics_->length()) {}
 
-void ConstraintRows::rebuild(const std::map<ConstraintId, PositionConstraint>& constraints,
-                             int first_free, int last_free) {
-  std::map<std::pair<ConstraintId, int>, double> kept_multipliers;
+/// Rows under way; multipliers are found again by what they belong to.
+struct ConstraintRows::Gathered {
+  enum class Kind { kPosition, kKeyframe };
+  using Key = std::tuple<Kind, ConstraintId, int>;  // kind, id, axis or coordinate
+
+  std::map<Key, double> known;  // multipliers of the exact rows before
+  std::vector<double> targets, weights, multipliers;
+
+  void add(const Key& key, double target, double weight) {
+    const auto found = known.find(key);
+    targets.push_back(target);
+    weights.push_back(weight);
+    multipliers.push_back(std::isinf(weight) && found != known.end() ? found->second : 0.0);
+  }
+};
+
+void ConstraintRows::rebuild(const ConstraintSet& constraints, int first_free, int last_free) {
+  Gathered rows;
   for (const Member& member : members_) {
     for (int axis = 0, row = member.row; axis < 3; ++axis) {
       if ((member.axes >> axis & 1U) == 0) continue;
-      if (exact(row)) kept_multipliers[{member.id, axis}] = multiplier_[row];
+      if (exact(row)) rows.known[{Gathered::Kind::kPosition, member.id, axis}] = multiplier_[row];
       ++row;
     }
   }
-  std::vector<const PositionConstraint*> ordered;
+  for (const Keyframe& keyframe : keyframes_) {
+    int row = keyframe.row;
+    for (const int coordinate : keyframe.coordinates) {
+      if (exact(row))
+        rows.known[{Gathered::Kind::kKeyframe, keyframe.id, coordinate}] = multiplier_[row];
+      ++row;
+    }
+  }
+  const auto is_free = [&](int frame) { return frame >= first_free && frame <= last_free; };
+  std::map<int, std::vector<const PositionConstraint*>> positions;  // by frame, there by id
+  std::map<int, std::vector<const KeyframeConstraint*>> keyframes;
   pinned_.clear();
-  for (const auto& [id, constraint] : constraints) {
-    const bool free = constraint.frame >= first_free && constraint.frame <= last_free;
-    if (!free || !kinematics_->moves(constraint.site)) {
+  knots_.clear();
+  for (const auto& [id, constraint] : constraints.positions) {
+    if (!is_free(constraint.frame) || !kinematics_->moves(constraint.site)) {
       pinned_.push_back(constraint);
     } else {
-      ordered.push_back(&constraint);
+      positions[constraint.frame].push_back(&constraint);
+      knots_.push_back(constraint.frame);
     }
   }
-  std::sort(ordered.begin(), ordered.end(), [](const auto* a, const auto* b) {
-    return std::tie(a->frame, a->id) < std::tie(b->frame, b->id);
-  });
-  knots_.clear();
+  for (const auto& [id, keyframe] : constraints.keyframes) {
+    if (!is_free(keyframe.frame)) continue;
+    keyframes[keyframe.frame].push_back(&keyframe);
+    knots_.push_back(keyframe.frame);
+  }
+  std::sort(knots_.begin(), knots_.end());
+  knots_.erase(std::unique(knots_.begin(), knots_.end()), knots_.end());
   first_row_.clear();
   knot_of_.clear();
-  exact_.clear();
   members_.clear();
+  keyframes_.clear();
   queries_.clear();
-  exact_count_ = 0;
-  std::vector<double> targets, weights, multipliers;
-  for (const PositionConstraint* constraint : ordered) {
-    if (knots_.empty() || knots_.back() != constraint->frame) {
-      knots_.push_back(constraint->frame);
-      first_row_.push_back(static_cast<int>(targets.size()));
-    }
-    const int knot = static_cast<int>(knots_.size()) - 1;
-    members_.push_back({constraint->id, knot, static_cast<int>(targets.size()), constraint->axes});
-    queries_.push_back({constraint->site, knot});
-    for (int axis = 0; axis < 3; ++axis) {
-      if ((constraint->axes >> axis & 1U) == 0) continue;
-      const bool is_exact = std::isinf(constraint->weight);
-      const auto known = kept_multipliers.find({constraint->id, axis});
-      knot_of_.push_back(knot);
-      exact_.push_back(is_exact ? 1 : 0);
-      exact_count_ += is_exact ? 1 : 0;
-      targets.push_back(constraint->target[axis] / length_);
-      weights.push_back(constraint->weight);
-      multipliers.push_back(is_exact && known != kept_multipliers.end() ? known->second : 0.0);
-    }
+  idle_energy_ = 0;
+  for (const int frame : knots_) {
+    first_row_.push_back(static_cast<int>(rows.targets.size()));
+    add_positions(positions[frame], rows);
+    add_keyframes(keyframes[frame], rows);
+    knot_of_.resize(rows.targets.size(), static_cast<int>(first_row_.size()) - 1);
   }
-  first_row_.push_back(static_cast<int>(targets.size()));
-  const auto rows = static_cast<Eigen::Index>(targets.size());
-  target_ = Eigen::Map<const Eigen::VectorXd>(targets.data(), rows);
-  gamma_ = Eigen::Map<const Eigen::VectorXd>(weights.data(), rows);
+  first_row_.push_back(static_cast<int>(rows.targets.size()));
+  const auto count = static_cast<Eigen::Index>(rows.targets.size());
+  target_ = Eigen::Map<const Eigen::VectorXd>(rows.targets.data(), count);
+  gamma_ = Eigen::Map<const Eigen::VectorXd>(rows.weights.data(), count);
+  multiplier_ = Eigen::Map<const Eigen::VectorXd>(rows.multipliers.data(), count);
+  exact_.clear();
+  for (const double weight : rows.weights) exact_.push_back(std::isinf(weight) ? 1 : 0);
+  exact_count_ = static_cast<int>(std::count(exact_.begin(), exact_.end(), 1));
   refresh_weights();
-  multiplier_ = Eigen::Map<const Eigen::VectorXd>(multipliers.data(), rows);
   coordinates_.setZero(kinematics_->coordinate_count(), static_cast<Eigen::Index>(knots_.size()));
   RowState rest;
   evaluate(Lanes::Zero(lanes_, static_cast<Eigen::Index>(knots_.size())), Jacobian::kNo, rest);
   rest_ = target_ - rest.residual;
   rebuild_fixed();
+}
+
+void ConstraintRows::add_positions(const std::vector<const PositionConstraint*>& positions,
+                                   Gathered& rows) {
+  const int knot = static_cast<int>(first_row_.size()) - 1;
+  for (const PositionConstraint* constraint : positions) {
+    members_.push_back(
+        {constraint->id, knot, static_cast<int>(rows.targets.size()), constraint->axes});
+    queries_.push_back({constraint->site, knot});
+    for (int axis = 0; axis < 3; ++axis) {
+      if ((constraint->axes >> axis & 1U) == 0) continue;
+      rows.add({Gathered::Kind::kPosition, constraint->id, axis},
+               constraint->target[axis] / length_, constraint->weight);
+    }
+  }
+}
+
+void ConstraintRows::add_keyframes(const std::vector<const KeyframeConstraint*>& keyframes,
+                                   Gathered& rows) {
+  const int knot = static_cast<int>(first_row_.size()) - 1;
+  const bool mixed = mixing_.size() != 0;
+  for (const KeyframeConstraint* constraint : keyframes) {
+    Keyframe keyframe{constraint->id,
+                      knot,
+                      static_cast<int>(rows.targets.size()),
+                      {},
+                      0,
+                      std::isinf(constraint->weight)};
+    for (int c = 0; c < static_cast<int>(constraint->coordinates.size()); ++c) {
+      const double target = constraint->coordinates[c];
+      if (mixed ? mixing_.row(c).isZero(0) : c >= modes_) {
+        keyframe.idle += target * target;
+        continue;
+      }
+      keyframe.coordinates.push_back(c);
+      rows.add({Gathered::Kind::kKeyframe, constraint->id, c}, target, constraint->weight);
+    }
+    if (!keyframe.exact) idle_energy_ += 0.5 * constraint->weight * keyframe.idle;
+    keyframes_.push_back(std::move(keyframe));
+  }
 }
 
 void ConstraintRows::rebuild_fixed() {
@@ -127,6 +184,17 @@ std::vector<ConstraintRows::Miss> ConstraintRows::misses(const Eigen::VectorXd& 
   return misses;
 }
 
+std::vector<ConstraintRows::Miss> ConstraintRows::keyframe_misses(
+    const Eigen::VectorXd& residual) const {
+  std::vector<Miss> misses;
+  for (const Keyframe& keyframe : keyframes_) {
+    const auto rows = static_cast<Eigen::Index>(keyframe.coordinates.size());
+    const double moved = residual.segment(keyframe.row, rows).squaredNorm();
+    misses.push_back({std::sqrt(moved + keyframe.idle), keyframe.exact});
+  }
+  return misses;
+}
+
 void ConstraintRows::set_target(const PositionConstraint& constraint) {
   for (PositionConstraint& pinned : pinned_) {
     if (pinned.id != constraint.id) continue;
@@ -167,14 +235,18 @@ void ConstraintRows::set_multipliers(const Eigen::VectorXd& m) {
   }
 }
 
-void ConstraintRows::evaluate(const Lanes& z, Jacobian wanted, RowState& state) const {
-  const bool with_jacobian = wanted == Jacobian::kYes;
-  const bool mixed = mixing_.size() != 0;
-  if (mixed) {
+void ConstraintRows::set_coordinates(const Lanes& z) const {
+  if (mixing_.size() != 0) {
     coordinates_.noalias() = mixing_ * z.topRows(modes_);
   } else {
     coordinates_.topRows(modes_) = z.topRows(modes_);
   }
+}
+
+void ConstraintRows::evaluate(const Lanes& z, Jacobian wanted, RowState& state) const {
+  const bool with_jacobian = wanted == Jacobian::kYes;
+  const bool mixed = mixing_.size() != 0;
+  set_coordinates(z);
   kinematics_->evaluate(knots_, coordinates_, queries_, u_, with_jacobian ? &jacobian_ : nullptr);
   state.residual.resize(count());
   if (with_jacobian) {
@@ -201,16 +273,28 @@ void ConstraintRows::evaluate(const Lanes& z, Jacobian wanted, RowState& state) 
       ++row;
     }
   }
+  for (const Keyframe& keyframe : keyframes_) {
+    int row = keyframe.row;
+    for (const int c : keyframe.coordinates) {
+      state.residual[row] = target_[row] - coordinates_(c, keyframe.knot);
+      if (with_jacobian) {
+        auto column = state.jacobian.col(row);
+        column.setZero();
+        if (mixed) {
+          column.head(modes_) = mixing_.row(c).transpose();
+        } else {
+          column[c] = 1;
+        }
+      }
+      ++row;
+    }
+  }
 }
 
 void ConstraintRows::curvature(const Lanes& z, const Eigen::VectorXd& m,
                                std::vector<Eigen::MatrixXd>& blocks) const {
   const bool mixed = mixing_.size() != 0;
-  if (mixed) {
-    coordinates_.noalias() = mixing_ * z.topRows(modes_);
-  } else {
-    coordinates_.topRows(modes_) = z.topRows(modes_);
-  }
+  set_coordinates(z);
   pull_.setZero(3, static_cast<Eigen::Index>(members_.size()));
   for (std::size_t i = 0; i < members_.size(); ++i) {
     const Member& member = members_[i];
@@ -241,7 +325,7 @@ double ConstraintRows::soft_energy(const Eigen::VectorXd& residual) const {
   for (int row = 0; row < count(); ++row) {
     if (!exact(row)) sum += gamma_[row] * residual[row] * residual[row];
   }
-  return 0.5 * sum;
+  return 0.5 * sum + idle_energy_;
 }
 
 double ConstraintRows::rest_energy() const {
@@ -250,7 +334,7 @@ double ConstraintRows::rest_energy() const {
     const double residual = target_[row] - rest_[row];
     sum += (exact(row) ? 1.0 : gamma_[row]) * residual * residual;
   }
-  return 0.5 * sum;
+  return 0.5 * sum + idle_energy_;
 }
 
 double ConstraintRows::merit(const Eigen::VectorXd& residual) const {
@@ -259,7 +343,7 @@ double ConstraintRows::merit(const Eigen::VectorXd& residual) const {
     const double value = residual[row] + multiplier_[row] / weight_[row];
     sum += weight_[row] * value * value;
   }
-  return 0.5 * sum;
+  return 0.5 * sum + scale_ * idle_energy_;
 }
 
 }  // namespace limber::spacetime

@@ -17,8 +17,9 @@ struct RowState {
   Lanes jacobian;            // lanes x rows: column i is d u_i / d z at the row's knot
 };
 
-/// The axes of all constraints in free frames as rows, ordered by (frame, id, axis), grouped by
-/// knot.
+/// The axes of all position constraints and the coordinates of all keyframes in free frames as
+/// rows: by frame, there positions by (id, axis), then keyframes by (id, coordinate), grouped by
+/// knot. A coordinate that no mode moves (a row of zeros in S) is no row but a miss for good.
 ///
 /// A soft row costs weight/2 residual^2. An exact row is a soft row with a large weight and a shift
 /// of its target: weight/2 (residual + multiplier/weight)^2, the method of multipliers, which needs
@@ -35,8 +36,7 @@ class ConstraintRows {
 
   /// Knots: the distinct free frames of the constraints, sorted. Multipliers of surviving exact
   /// rows are kept.
-  void rebuild(const std::map<ConstraintId, PositionConstraint>& constraints, int first_free,
-               int last_free);
+  void rebuild(const ConstraintSet& constraints, int first_free, int last_free);
   /// Only the target of one constraint changed.
   void set_target(const PositionConstraint& constraint);
   void forget_multipliers();
@@ -82,6 +82,10 @@ class ConstraintRows {
     bool exact = false;
   };
   [[nodiscard]] std::vector<Miss> misses(const Eigen::VectorXd& residual) const;
+  /// How far each keyframe is missed: |S z - z-bar| (unitless).
+  [[nodiscard]] std::vector<Miss> keyframe_misses(const Eigen::VectorXd& residual) const;
+  /// Energy of what no mode moves, part of soft_energy().
+  [[nodiscard]] double idle_energy() const { return idle_energy_; }
 
   /// Constraints in pinned frames: residuals that nothing can change (unitless), with their
   /// weights.
@@ -97,6 +101,19 @@ class ConstraintRows {
     int knot, row;  // first row
     unsigned axes;
   };
+  /// A keyframe's rows.
+  struct Keyframe {
+    ConstraintId id;
+    int knot, row;                 // first row
+    std::vector<int> coordinates;  // of z-hat, one a row
+    double idle = 0;               // |z-bar|^2 of the coordinates that no mode moves
+    bool exact = false;
+  };
+  /// What rebuild() gathers before it becomes vectors.
+  struct Gathered;
+  void add_positions(const std::vector<const PositionConstraint*>& positions, Gathered& rows);
+  void add_keyframes(const std::vector<const KeyframeConstraint*>& keyframes, Gathered& rows);
+  void set_coordinates(const Lanes& z) const;
   void rebuild_fixed();
   void refresh_weights();
 
@@ -109,6 +126,8 @@ class ConstraintRows {
   std::vector<int> knots_, first_row_, knot_of_;
   std::vector<char> exact_;
   std::vector<Member> members_;
+  std::vector<Keyframe> keyframes_;
+  double idle_energy_ = 0;
   std::vector<reduced::SiteQuery> queries_;
   Eigen::VectorXd target_, gamma_, weight_, multiplier_, rest_;  // rest_: u at z = 0
   int exact_count_ = 0;

@@ -80,17 +80,15 @@ void MaterialOptions::validate() const {
 class MaterialSolver::Impl {
  public:
   Impl(std::shared_ptr<const reduced::Kinematics> kinematics, const Timeline& timeline,
-       const std::vector<PositionConstraint>& constraints, Material material,
-       const Eigen::MatrixXd& motion, MaterialOptions options)
+       const ConstraintSet& constraints, Material material, const Eigen::MatrixXd& motion,
+       MaterialOptions options)
       : options_(options),
         length_(kinematics->length()),
         timeline_(timeline),
         material_(std::move(material)),
         systems_(material_.dynamics, timeline_),
         rows_(std::move(kinematics), {}, material_.coordinates()) {
-    std::map<ConstraintId, PositionConstraint> by_id;
-    for (const PositionConstraint& constraint : constraints) by_id[constraint.id] = constraint;
-    rows_.rebuild(by_id, systems_.frames().first(), systems_.frames().last());
+    rows_.rebuild(constraints, systems_.frames().first(), systems_.frames().last());
     if (rows_.count() > kMostRows) {
       throw Error(ErrorCode::kLimitExceeded, "constraints",
                   fmt::format("material optimisation takes constraints of at most {} axes together,"
@@ -290,6 +288,8 @@ MaterialReport MaterialSolver::Impl::report(SolveStatus status, int iterations) 
   }
   if (!misses.empty())
     result.rms_constraint_error = length_ * std::sqrt(square / static_cast<double>(misses.size()));
+  for (const auto& miss : rows_.keyframe_misses(point_.rows.residual))
+    result.max_keyframe_error = std::max(result.max_keyframe_error, miss.distance);
   result.unit_force_energy =
       status == SolveStatus::kImproved ? 0 : unit_force_energy(material_, motion());
   if (status == SolveStatus::kIterationLimit) {
@@ -305,8 +305,7 @@ MaterialReport MaterialSolver::Impl::report(SolveStatus status, int iterations) 
 }
 
 MaterialSolver::MaterialSolver(std::shared_ptr<const reduced::Kinematics> kinematics,
-                               Timeline timeline,
-                               const std::vector<PositionConstraint>& constraints,
+                               Timeline timeline, const ConstraintSet& constraints,
                                Material material, const Eigen::MatrixXd& motion,
                                MaterialOptions options) {
   if (!kinematics) refuse("kinematics", "kinematics must not be null");

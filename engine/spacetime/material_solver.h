@@ -39,6 +39,7 @@ struct MaterialReport {
   double total_energy = 0;       // their sum
   double max_constraint_error = 0, rms_constraint_error = 0;  // as SolveReport [m]
   double max_exact_error = 0;                                 // as SolveReport [m]
+  double max_keyframe_error = 0;                              // as SolveReport
   std::string message;  // one sentence for a person when status is not kConverged
 };
 
@@ -57,8 +58,8 @@ class MaterialSolver {
   /// @throws Error{kInvalidArgument} naming the member for sizes, signs and non-finite values,
   /// Error{kLimitExceeded} for more than kMostRows rows of constraints
   MaterialSolver(std::shared_ptr<const reduced::Kinematics> kinematics, Timeline timeline,
-                 const std::vector<PositionConstraint>& constraints, Material material,
-                 const Eigen::MatrixXd& motion, MaterialOptions options = {});
+                 const ConstraintSet& constraints, Material material, const Eigen::MatrixXd& motion,
+                 MaterialOptions options = {});
   ~MaterialSolver();
   MaterialSolver(MaterialSolver&&) noexcept;
   MaterialSolver& operator=(MaterialSolver&&) noexcept;

@@ -20,7 +20,7 @@ Optimizer::Optimizer(std::shared_ptr<const reduced::Kinematics> kinematics,
   set_structure({});
 }
 
-void Optimizer::set_structure(const std::map<ConstraintId, PositionConstraint>& constraints) {
+void Optimizer::set_structure(const ConstraintSet& constraints) {
   static_cast<void>(motion());
   rows_.rebuild(constraints, systems_.frames().first(), systems_.frames().last());
   if (rows_.knots() != systems_.knots()) {
@@ -43,7 +43,7 @@ void Optimizer::target_moved(const PositionConstraint& constraint, const Eigen::
 }
 
 void Optimizer::set_systems(const ModeDynamics& dynamics, const Timeline& timeline,
-                            const std::map<ConstraintId, PositionConstraint>& constraints) {
+                            const ConstraintSet& constraints) {
   static_cast<void>(motion());
   systems_ = ModeSystems(dynamics, timeline);
   for (int frame = 0; frame < timeline.frame_count; ++frame) {
@@ -60,8 +60,7 @@ void Optimizer::set_systems(const ModeDynamics& dynamics, const Timeline& timeli
 }
 
 void Optimizer::set_material(const ModeDynamics& dynamics, Eigen::MatrixXd mixing,
-                             const Timeline& timeline,
-                             const std::map<ConstraintId, PositionConstraint>& constraints) {
+                             const Timeline& timeline, const ConstraintSet& constraints) {
   rows_.set_mixing(std::move(mixing));
   set_systems(dynamics, timeline, constraints);
 }

@@ -21,15 +21,15 @@ class Optimizer {
             const Timeline& timeline, const SolverOptions& options, Eigen::MatrixXd mixing);
 
   /// The set of constraints changed in more than a target: frames, sites, axes or weights.
-  void set_structure(const std::map<ConstraintId, PositionConstraint>& constraints);
+  void set_structure(const ConstraintSet& constraints);
   /// @param from  its target before
   void target_moved(const PositionConstraint& constraint, const Eigen::Vector3d& from);
   /// Other dynamics or ends: the present motion is kept where they allow it.
   void set_systems(const ModeDynamics& dynamics, const Timeline& timeline,
-                   const std::map<ConstraintId, PositionConstraint>& constraints);
+                   const ConstraintSet& constraints);
   /// As set_systems(), with other modes: S, R x r; empty: (I, 0)^T.
   void set_material(const ModeDynamics& dynamics, Eigen::MatrixXd mixing, const Timeline& timeline,
-                    const std::map<ConstraintId, PositionConstraint>& constraints);
+                    const ConstraintSet& constraints);
   void cold_start();
   void warm_start(const Eigen::MatrixXd& motion, Known known);
 

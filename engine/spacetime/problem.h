@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <limits>
+#include <map>
 #include <vector>
 
 #include "engine/reduced/kinematics.h"
@@ -42,6 +43,20 @@ struct PositionConstraint {
   unsigned axes = 7;                   // bit 0: x, bit 1: y, bit 2: z; at least one
   Eigen::Vector3d target = {0, 0, 0};  // displacement from rest [m]
   double weight = 100;  // gamma > 0, on (|u - target| / body length)^2 / 2; kExact: hold exactly
+};
+
+/// "At this frame, the body has this pose" (E_c^RS, paper: eq. 23): S z = z-bar, all of it.
+struct KeyframeConstraint {
+  ConstraintId id = 0;          // a number of its own: keyframes and positions may share one
+  int frame = 0;                // in [0, N)
+  Eigen::VectorXd coordinates;  // z-bar, R modal coordinates (reduced::ModalProjector)
+  double weight = 100;          // gamma > 0, on |S z - z-bar|^2 / 2; kExact as for positions
+};
+
+/// All that a motion is asked to meet.
+struct ConstraintSet {
+  std::map<ConstraintId, PositionConstraint> positions;
+  std::map<ConstraintId, KeyframeConstraint> keyframes;
 };
 
 }  // namespace limber::spacetime

@@ -122,6 +122,8 @@ SolveReport Optimizer::report(SolveStatus status, int iterations, double gradien
   if (!misses.empty()) {
     report.rms_constraint_error = length_ * std::sqrt(squares / static_cast<double>(misses.size()));
   }
+  for (const auto& miss : rows_.keyframe_misses(state_.residual))
+    report.max_keyframe_error = std::max(report.max_keyframe_error, miss.distance);
   const auto& fixed = rows_.fixed();
   for (Eigen::Index i = 0; i < fixed.residual.size(); ++i) {
     if (!std::isinf(fixed.weight[i]))

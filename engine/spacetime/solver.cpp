@@ -94,6 +94,22 @@ void validate_mixing(const Eigen::MatrixXd& mixing, Eigen::Index modes, int coor
   if (!mixing.allFinite()) refuse("mixing", "mixing must be finite");
 }
 
+void validate(const KeyframeConstraint& keyframe, int frame_count, int coordinates) {
+  if (keyframe.frame < 0 || keyframe.frame >= frame_count) {
+    throw Error(ErrorCode::kOutOfRange, "keyframe.frame",
+                "keyframe.frame = " + std::to_string(keyframe.frame) + " must be in [0, " +
+                    std::to_string(frame_count) + ")");
+  }
+  if (keyframe.coordinates.size() != coordinates || !keyframe.coordinates.allFinite()) {
+    refuse("keyframe.coordinates", "keyframe.coordinates must be " + std::to_string(coordinates) +
+                                       " finite values, it has " +
+                                       std::to_string(keyframe.coordinates.size()));
+  }
+  if (!(keyframe.weight > 0)) refuse("keyframe.weight", "keyframe.weight must be > 0");
+  if (std::isfinite(keyframe.weight) && keyframe.weight > 1e12)
+    refuse("keyframe.weight", "keyframe.weight must be <= 1e12, or infinite to hold exactly");
+}
+
 Error not_found(ConstraintId id) {
   return {ErrorCode::kNotFound, "constraint.id", "there is no constraint " + std::to_string(id)};
 }
@@ -134,7 +150,7 @@ class Solver::Impl {
   ModeDynamics dynamics_;
   Timeline timeline_;
   int coordinates_;
-  std::map<ConstraintId, PositionConstraint> constraints_;
+  ConstraintSet constraints_;
   bool stale_ = false;  // constraints_ differ from the optimiser's in more than targets
   Optimizer optimizer_;
 };
@@ -161,7 +177,7 @@ Solver& Solver::operator=(Solver&&) noexcept = default;
 
 void Solver::add(const PositionConstraint& constraint) {
   validate(constraint, impl_->timeline_.frame_count);
-  if (!impl_->constraints_.emplace(constraint.id, constraint).second) {
+  if (!impl_->constraints_.positions.emplace(constraint.id, constraint).second) {
     throw Error(ErrorCode::kAlreadyExists, "constraint.id",
                 "there already is a constraint " + std::to_string(constraint.id));
   }
@@ -170,16 +186,16 @@ void Solver::add(const PositionConstraint& constraint) {
 
 void Solver::move(ConstraintId id, const Eigen::Vector3d& target) {
   validate_target(target);
-  const auto found = impl_->constraints_.find(id);
-  if (found == impl_->constraints_.end()) throw not_found(id);
+  const auto found = impl_->constraints_.positions.find(id);
+  if (found == impl_->constraints_.positions.end()) throw not_found(id);
   const Eigen::Vector3d from = std::exchange(found->second.target, target);
   if (!impl_->stale_) impl_->optimizer_.target_moved(found->second, from);
 }
 
 void Solver::replace(const PositionConstraint& constraint) {
   validate(constraint, impl_->timeline_.frame_count);
-  const auto found = impl_->constraints_.find(constraint.id);
-  if (found == impl_->constraints_.end()) throw not_found(constraint.id);
+  const auto found = impl_->constraints_.positions.find(constraint.id);
+  if (found == impl_->constraints_.positions.end()) throw not_found(constraint.id);
   PositionConstraint moved = found->second;
   moved.target = constraint.target;
   const bool only_target = moved.frame == constraint.frame && moved.site == constraint.site &&
@@ -190,9 +206,27 @@ void Solver::replace(const PositionConstraint& constraint) {
 }
 
 void Solver::remove(ConstraintId id) {
-  if (impl_->constraints_.erase(id) == 0) throw not_found(id);
+  if (impl_->constraints_.positions.erase(id) == 0) throw not_found(id);
   impl_->stale_ = true;
 }
+
+void Solver::add_keyframe(const KeyframeConstraint& keyframe) {
+  validate(keyframe, impl_->timeline_.frame_count, impl_->coordinates_);
+  if (!impl_->constraints_.keyframes.emplace(keyframe.id, keyframe).second) {
+    throw Error(ErrorCode::kAlreadyExists, "keyframe.id",
+                "there already is a keyframe " + std::to_string(keyframe.id));
+  }
+  impl_->stale_ = true;
+}
+
+void Solver::remove_keyframe(ConstraintId id) {
+  if (impl_->constraints_.keyframes.erase(id) == 0) {
+    throw Error(ErrorCode::kNotFound, "keyframe.id", "there is no keyframe " + std::to_string(id));
+  }
+  impl_->stale_ = true;
+}
+
+const ConstraintSet& Solver::constraint_set() const { return impl_->constraints_; }
 
 void Solver::set_timeline(EndCondition first, EndCondition last) {
   const Timeline timeline{impl_->timeline_.frame_count, first, last};
@@ -232,8 +266,8 @@ void Solver::set_material(Material material) {
 
 std::vector<PositionConstraint> Solver::constraints() const {
   std::vector<PositionConstraint> all;
-  all.reserve(impl_->constraints_.size());
-  for (const auto& [id, constraint] : impl_->constraints_) all.push_back(constraint);
+  all.reserve(impl_->constraints_.positions.size());
+  for (const auto& [id, constraint] : impl_->constraints_.positions) all.push_back(constraint);
   return all;
 }
 

@@ -46,6 +46,7 @@ struct SolveReport {
   double max_constraint_error = 0;  // over all constraints, distance over their axes [m]
   double rms_constraint_error = 0;  // over the constraints [m]
   double max_exact_error = 0;       // over exact constraints only [m]
+  double max_keyframe_error = 0;    // over keyframes, |S z - z-bar| (unitless)
   bool rank_deficient =
       false;  // exact constraints depend on or contradict each other: least-squares answer
   int dependent_rows = 0;
@@ -76,12 +77,16 @@ class Solver {
   void move(ConstraintId id, const Eigen::Vector3d& target);  // kNotFound, kInvalidArgument
   void replace(const PositionConstraint& constraint);         // same id, anything else may change
   void remove(ConstraintId id);                               // kNotFound
+  void add_keyframe(const KeyframeConstraint& keyframe);      // kAlreadyExists, kOutOfRange,
+                                                              // kInvalidArgument
+  void remove_keyframe(ConstraintId id);                      // kNotFound
   void set_timeline(EndCondition first, EndCondition last);
   void set_dynamics(ModeDynamics dynamics);
   /// Other dynamics and other modes at once, of the same number: the present z is kept, whatever
   /// it means in them. mixing empty: the first r coordinates. Errors as the constructor's.
   void set_material(Material material);
   [[nodiscard]] std::vector<PositionConstraint> constraints() const;  // ordered by id
+  [[nodiscard]] const ConstraintSet& constraint_set() const;
 
   void cold_start();
   /// Takes up another motion, r x N: what motion() was, to return to it. Zero where an end

@@ -99,9 +99,7 @@ TEST(MaterialStep, IsThatOfTheAssembledSystem) {
   const Scene scene = chain_scene();
   ConstraintRows rows(scene.kinematics, {}, kCoordinates);
   ModeSystems systems(scene.material.dynamics, scene.timeline);
-  std::map<ConstraintId, PositionConstraint> by_id;
-  for (const auto& constraint : scene.constraints) by_id[constraint.id] = constraint;
-  rows.rebuild(by_id, systems.frames().first(), systems.frames().last());
+  rows.rebuild(set_of(scene), systems.frames().first(), systems.frames().last());
   systems.set_knots(rows.knots());
   MaterialPoint point;
   point.mixing = scene.material.mixing;
