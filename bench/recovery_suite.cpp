@@ -94,6 +94,7 @@ void recover(const Truth& truth, const Variant& variant, int modes, RecoveryVari
   row["gamma"] = variant.weight;
   row["iterations"] = recovery.report.steps;
   row["converged"] = recovery.report.status == spacetime::RecoveryStatus::kConverged;
+  row["bounded_modes"] = continued.bounded_modes;
   row["ms"] = ms;
   recorder.add(row);
 }
