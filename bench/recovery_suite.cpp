@@ -94,6 +94,7 @@ void recover(const Truth& truth, const Variant& variant, int modes, RecoveryVari
   row["gamma"] = variant.weight;
   row["iterations"] = recovery.report.steps;
   row["converged"] = recovery.report.status == spacetime::RecoveryStatus::kConverged;
+  row["bounded_modes"] = continued.bounded_modes;
   row["ms"] = ms;
   recorder.add(row);
 }
@@ -135,8 +136,10 @@ void recovery_suite(const SuiteOptions& options, Recorder& recorder) {
     for (const int modes : {2, 10}) {
       recover(truth, {" (paper's start)", 1, Loads::kKnown}, modes, RecoveryVariables::kAll,
               RecoveryStart::kSpectrum, recorder);
-      recover(truth, {" (gamma 0.01)", 0.01, Loads::kKnown}, modes, RecoveryVariables::kAll,
-              RecoveryStart::kPrincipalComponents, recorder);
+      for (const auto& [suffix, weight] :
+           {std::pair{" (gamma 1e-2)", 1e-2}, {" (gamma 1e-4)", 1e-4}})
+        recover(truth, {suffix, weight, Loads::kKnown}, modes, RecoveryVariables::kAll,
+                RecoveryStart::kPrincipalComponents, recorder);
     }
     if (truth.scene.driven_frames > 0)
       recover_all(truth, {" (loads charged)", 1, Loads::kCharged}, recorder);

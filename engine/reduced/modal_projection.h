@@ -46,13 +46,13 @@ struct KeyframesOnBase {
 /// Poses as modal RS coordinates (paper: space-time editing, sections 6.2 and 6.3):
 ///   z-bar = (Q W-hat)^+ (y - y_base).
 /// Translations of a free body, which no RS coordinate sees, follow from the centre of mass. Over a
-/// base motion, z-bar is what has to be added to it: the paper's own code fits y.
+/// base motion, z-bar is what has to be added to it.
 ///
 /// Rotations have many logarithms, full turns apart. In a motion, branches are tracked in space and
 /// time: each tet may turn by less than half a turn from frame to frame. Keyframes may be far
 /// apart: a held body's turns are counted from its fixed nodes in each of them alone, by any angle;
-/// a free body may turn by less than half a turn from one to the next (over a base motion: more
-/// than that does).
+/// a free body may turn by less than half a turn from one to the next, over a base motion by that
+/// much more or less than the base motion does.
 ///
 /// Immutable and thread-safe. Errors name `poses` (or `poses[k]`), `frames` and `base_motion`.
 class ModalProjector {

@@ -25,7 +25,7 @@ double cost(const Eigen::RowVectorXd& z, double stiffness, double damping) {
 template <typename Function>
 double minimum(Function&& function, double size) {
   double low = 0, high = size;
-  for (int round = 0; round < 150; ++round) {
+  for (int round = 0; round < 80; ++round) {
     const double left = low + (high - low) / 3, right = high - (high - low) / 3;
     (function(left) < function(right) ? high : low) =
         function(left) < function(right) ? right : left;
