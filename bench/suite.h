@@ -38,6 +38,9 @@ void spacetime_suite(const SuiteOptions& options, Recorder& recorder);
 void reconstruct_suite(const SuiteOptions& options, Recorder& recorder);
 void service_suite(const SuiteOptions& options, Recorder& recorder);
 void build_suite(const SuiteOptions& options, Recorder& recorder);
+void editors_suite(const SuiteOptions& options, Recorder& recorder);
+void table1_suite(const SuiteOptions& options, Recorder& recorder);
+void cubature_suite(const SuiteOptions& options, Recorder& recorder);
 
 /// A named body of the sample scenes or of the public data ("beam", "flower", "dino",
 /// "tyrannosaurus", "bunny", "Armadillo13K"); empty if its file is not there. Public bodies come
