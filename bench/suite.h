@@ -40,6 +40,10 @@ void reconstruct_suite(const SuiteOptions& options, Recorder& recorder);
 void service_suite(const SuiteOptions& options, Recorder& recorder);
 void build_suite(const SuiteOptions& options, Recorder& recorder);
 void recovery_suite(const SuiteOptions& options, Recorder& recorder);
+void editors_suite(const SuiteOptions& options, Recorder& recorder);
+void table1_suite(const SuiteOptions& options, Recorder& recorder);
+void cubature_suite(const SuiteOptions& options, Recorder& recorder);
+void basis_suite(const SuiteOptions& options, Recorder& recorder);
 
 /// A named body of the sample scenes or of the public data ("beam", "flower", "dino",
 /// "tyrannosaurus", "bunny", "Armadillo13K"); empty if its file is not there. Public bodies come

@@ -1,5 +1,6 @@
 #include "engine/reduced/full_reconstruction.h"
 
+#include <Eigen/Geometry>
 #include <vector>
 
 #include "engine/base/numerics/sparse_cholesky.h"
@@ -21,16 +22,17 @@ constexpr int kGroup = 2 * kPack;
 constexpr int kSolveColumns = 3 * kGroup;
 
 /// Pairs of modes that one pass over the tets takes along.
-constexpr std::int64_t kPairs = 32;
+constexpr int kPairs = 64;
 
-/// Of a linear displacement in one tet: rotation W, and half of it with the strain.
+/// Of a linear displacement in one tet: rotation vector, and half the rotation W with the strain.
 struct LinearParts {
-  Eigen::Matrix3d rotation, rest;
+  Eigen::Vector3d rotation;
+  Eigen::Matrix3d rest;
 };
 
 LinearParts linear_parts(const Eigen::Matrix3d& h) {
-  const Eigen::Matrix3d rotation = (h - h.transpose()) / 2;
-  return {rotation, h - rotation / 2};
+  const Eigen::Matrix3d w = (h - h.transpose()) / 2;
+  return {{w(2, 1), w(0, 2), w(1, 0)}, h - w / 2};
 }
 
 bodies::DofMap free_nodes(const bodies::ElasticBody& body) {
@@ -109,27 +111,37 @@ struct FullReconstruction::Impl {
     }
   }
 
-  /// f (3n x count) of g'' along each of `count` pairs: with g = exp(W) (I + s) - I that is
-  ///   (W_i W_j + W_j W_i) / 2 + W_i s_j + W_j s_i.
+  /// f of g'' along each of `count` pairs, side by side as above with kPairs lanes: with
+  /// g = exp(W) (I + s) - I that is (W_i W_j + W_j W_i) / 2 + W_i s_j + W_j s_i.
   void second_forces(const Eigen::Ref<const Eigen::MatrixXd>& modes, const bodies::ModePair* pairs,
-                     std::int64_t count, Eigen::MatrixXd& f) const {
+                     int count, std::vector<double>& f) const {
     std::vector<char> used(static_cast<std::size_t>(modes.cols()), 0);
-    for (std::int64_t i = 0; i < count; ++i) used[pairs[i].first] = used[pairs[i].second] = 1;
+    for (int i = 0; i < count; ++i) used[pairs[i].first] = used[pairs[i].second] = 1;
     std::vector<LinearParts> parts(used.size());
-    f.setZero(modes.rows(), count);
+    Eigen::Matrix<double, kPairs, 9> second = Eigen::Matrix<double, kPairs, 9>::Zero();
+    f.assign(static_cast<std::size_t>(modes.rows()) * kPairs, 0.0);
+    using Lane = Eigen::Map<Eigen::Matrix<double, kPairs, 1>>;
     for (int e = 0; e < gradient.tet_count(); ++e) {
       for (std::size_t k = 0; k < used.size(); ++k) {
         if (used[k] != 0)
           parts[k] = linear_parts(gradient.apply(modes.col(static_cast<Eigen::Index>(k)), e));
       }
-      const Eigen::Matrix<double, 3, 4> weighted =
-          gradient.volumes()[e] * gradient.shape_gradients(e);
-      for (std::int64_t i = 0; i < count; ++i) {
+      for (int i = 0; i < count; ++i) {
         const LinearParts &a = parts[pairs[i].first], &b = parts[pairs[i].second];
-        const Eigen::Matrix<double, 3, 4> force =
-            (a.rotation * b.rest + b.rotation * a.rest) * weighted;
-        for (int corner = 0; corner < 4; ++corner)
-          f.col(i).segment<3>(3 * gradient.tets()(corner, e)) += force.col(corner);
+        for (int j = 0; j < 3; ++j) {
+          second.row(i).segment<3>(3 * j) =
+              a.rotation.cross(b.rest.col(j)) + b.rotation.cross(a.rest.col(j));
+        }
+      }
+      const auto shape = gradient.shape_gradients(e);
+      for (int corner = 0; corner < 4; ++corner) {
+        const Eigen::Vector3d weight = gradient.volumes()[e] * shape.col(corner);
+        double* to = f.data() + std::ptrdiff_t{3} * gradient.tets()(corner, e) * kPairs;
+        for (int axis = 0; axis < 3; ++axis) {
+          Lane(to + axis * kPairs) += second.col(axis) * weight[0] +
+                                      second.col(3 + axis) * weight[1] +
+                                      second.col(6 + axis) * weight[2];
+        }
       }
     }
   }
@@ -259,20 +271,19 @@ Eigen::MatrixXd FullReconstruction::second_derivatives(
     const JobContext& job) const {
   const Eigen::Index rows = 3 * Eigen::Index{impl_->gradient.node_count()};
   LIMBER_DEMAND(modes.rows() == rows);
-  const auto all = static_cast<std::int64_t>(pairs.size());
+  const auto all = static_cast<int>(pairs.size());
   Eigen::MatrixXd u(rows, all);
   parallel_for((all + kPairs - 1) / kPairs, 1, [&](std::int64_t begin, std::int64_t end) {
-    Eigen::MatrixXd f, rhs;
+    std::vector<double> f;
+    Eigen::MatrixXd rhs(impl_->dofs.free_count(), 3 * kPairs);
     SparseCholesky::Workspace workspace;
-    for (std::int64_t block = begin; block < end; ++block) {
+    for (auto block = static_cast<int>(begin); block < end; ++block) {
       job.throw_if_cancelled();
-      const std::int64_t first = block * kPairs, count = std::min(kPairs, all - first);
+      const int first = block * kPairs, count = std::min(kPairs, all - first);
       impl_->second_forces(modes, pairs.data() + first, count, f);
-      rhs.resize(impl_->dofs.free_count(), 3 * count);
-      for (std::int64_t i = 0; i < count; ++i)
-        impl_->gather(f.col(i).data(), 1, rhs.middleCols<3>(3 * i));
+      impl_->gather(f.data(), kPairs, rhs);
       impl_->laplacian.solve_in_place(rhs, workspace);
-      for (std::int64_t i = 0; i < count; ++i)
+      for (int i = 0; i < count; ++i)
         impl_->scatter(rhs.middleCols<3>(3 * i), nullptr, u.col(first + i));
     }
   });

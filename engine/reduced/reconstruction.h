@@ -24,6 +24,10 @@ enum class ReconstructionKind {
 /// comparisons whole shapes. All kinds of a body take the same z, in the scales of ScaledModes.
 /// Over a base motion: linear modes and modal warping add their offset to its displacements, the RS
 /// ways add y = Q W z to its RS coordinates (section 6.1).
+///
+/// The editor of Barbic, Sin and Grinspun 2012 is two of them: z solved for in the linear one, and
+/// `displacements` of that z in the full one (its warp of linear offsets, over the same base
+/// motion). Nodes then leave the targets they met.
 class Reconstruction : public Kinematics {
  public:
   /// Registers (or finds) the site "mean displacement of these compact nodes": call before solving,

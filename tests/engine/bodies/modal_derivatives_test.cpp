@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
+#include <cmath>
 
 #include "engine/base/error.h"
 #include "engine/base/random.h"
@@ -112,6 +113,29 @@ TEST(ModalDerivatives, FreeBodyIsInBalanceButForInertia) {
     load -= mass * (rigid * (rigid.transpose() * load).eval());
     EXPECT_LT(imbalance(body, value.col(i), load).norm(), 1e-6 * load.norm()) << i;
     EXPECT_LT((rigid.transpose() * (mass * value.col(i))).norm(),
+              1e-10 * std::sqrt(value.col(i).dot(mass * value.col(i))));
+  }
+}
+
+// Hard case: held along a line, about which nothing holds it.
+TEST(ModalDerivatives, BodyWithAMechanism) {
+  ElasticBody body = some_body(Hold::kFree);
+  for (int i = 0; i < body.mesh.node_count(); ++i) {
+    if (body.mesh.nodes(0, i) == 0 && body.mesh.nodes(1, i) == 0) body.fixed_nodes.push_back(i);
+  }
+  const ModalBasis basis = modes_of(body);
+  ASSERT_EQ(1, basis.mechanism_count);
+  const std::vector<ModePair> pairs = {{0, 0}, {0, 2}, {1, 1}};
+  const Eigen::MatrixXd value = modal_derivatives(body, basis, pairs);
+  const Eigen::SparseMatrix<double> mass = mass_matrix(body.mesh);
+  const Eigen::VectorXd fold = basis.modes.col(0);
+  for (int i = 0; i < 3; ++i) {
+    Eigen::VectorXd load = second_force_derivative(body, basis.modes.col(pairs[i].first),
+                                                   basis.modes.col(pairs[i].second));
+    for (const int node : body.fixed_nodes) load.segment<3>(3 * node).setZero();
+    load -= fold.dot(load) * (mass * fold);
+    EXPECT_LT(imbalance(body, value.col(i), load).norm(), 1e-6 * load.norm()) << i;
+    EXPECT_LT(std::abs(fold.dot(mass * value.col(i))),
               1e-10 * std::sqrt(value.col(i).dot(mass * value.col(i))));
   }
 }
