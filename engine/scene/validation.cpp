@@ -372,7 +372,11 @@ class SceneValidator {
       error("base_motion",
             fmt::format("has {} frames, the scene has {}", motion.cols(), scene_.frame_count));
     } else if (!motion.allFinite()) {
-      error("base_motion", "has a value that is not finite");
+      Eigen::Index frame = 0, row = 0;
+      while (motion.col(frame).allFinite()) ++frame;
+      while (std::isfinite(motion(row, frame))) ++row;
+      error("base_motion",
+            fmt::format("has a value that is not finite: node {} in frame {}", row / 3, frame));
     }
   }
 

@@ -86,6 +86,7 @@ proto::GetFramesResponse Service::get_simulated_frames(
     throw Refusal(proto::ERROR_CODE_UNSUPPORTED, "encoding",
                   "frames of a simulation come as ENCODING_POSITIONS");
   }
+  if (request.final_only()) throw invalid("final_only", "a simulation has one motion");
   const auto simulated = hub_.jobs.simulation(request.job());
   const FrameRange range = frame_range(request.first_frame(), request.frame_count(),
                                        static_cast<int>(simulated->motion.positions.cols()));

@@ -128,7 +128,7 @@ def test_base_motions_that_do_not_fit_name_the_field(server, pushed, tmp_path):
     write_pc2(tmp_path / "short.pc2", given[:-1])
     assert error(tmp_path / "short.pc2") == ("scene.base_motion.pc2", f"has {FRAMES - 1} frames, the scene has {FRAMES}")
     write_pc2(tmp_path / "nan.pc2", broken)
-    assert error(tmp_path / "nan.pc2")[0] == "scene.base_motion.pc2"
+    assert error(tmp_path / "nan.pc2") == ("scene.base_motion.pc2", "the position of point 7 in sample 3 is not finite")
     names = []
     for frame in range(FRAMES):
         names.append(str(tmp_path / f"n_{frame}.vtu"))
@@ -206,7 +206,9 @@ def test_limber_simulate_says_what_is_wrong(cli, tmp_path):
                                   ((tmp_path / "none.json", "-o", tmp_path / "x.pc2"), 1, "[IO]")):
         process = cli("simulate", *arguments)
         assert process.returncode == code and text in process.stderr, process.stderr
-    scene_file(tmp_path, simulation={"forces": [{"nodes": [63]}]})
+    scene_file(tmp_path, simulation={"forces": [{"nodes": [63]}], "steps_per_frame": 0, "mass_damping": -1})
+    assert re.findall(r"^error: (\S+):", cli("validate", scene).stdout, re.MULTILINE) == [
+        "simulation.forces[0].nodes[0]", "simulation.steps_per_frame", "simulation.mass_damping"]
     process = cli("simulate", scene, "-o", tmp_path / "x.pc2")
     assert process.returncode == 1 and "simulation.forces[0].nodes[0]" in process.stderr
     assert not (tmp_path / "x.pc2").exists()

@@ -1,5 +1,6 @@
 #include "engine/scene/formats/point_cache.h"
 
+#include <cmath>
 #include <cstring>
 #include <limits>
 
@@ -51,7 +52,13 @@ PointCache read_pc2(const std::string& name, std::string_view content) {
   cache.frames_per_sample = formats::decode<float>(content.data() + 24, kOrder);
   cache.positions.resize(static_cast<Eigen::Index>(3 * points), static_cast<Eigen::Index>(samples));
   if (expected > 0) std::memcpy(cache.positions.data(), content.data() + kHeader, 12 * expected);
-  if (!cache.positions.allFinite()) refuse(name, "holds a position that is not finite");
+  for (Eigen::Index sample = 0; sample < cache.positions.cols(); ++sample) {
+    if (cache.positions.col(sample).allFinite()) continue;
+    Eigen::Index at = 0;
+    while (std::isfinite(cache.positions(at, sample))) ++at;
+    refuse(name, "the position of point " + std::to_string(at / 3) + " in sample " +
+                     std::to_string(sample) + " is not finite");
+  }
   return cache;
 }
 

@@ -80,7 +80,10 @@ Eigen::MatrixXd read_vtu_series(const std::string& name, std::size_t count,
                                node_count > 0 ? "the mesh" : "the first frame", wanted));
     }
     if (points.cols() == 0) refuse(name, where + " has no points");
-    if (!points.allFinite()) refuse(name, where + " has a point that is not finite");
+    for (Eigen::Index point = 0; point < points.cols(); ++point) {
+      if (!points.col(point).allFinite())
+        refuse(name, fmt::format("{}: point {} is not finite", where, point));
+    }
     positions.insert(positions.end(), points.data(), points.data() + points.size());
   }
   const auto frames = static_cast<Eigen::Index>(count);

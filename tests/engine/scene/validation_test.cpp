@@ -35,6 +35,18 @@ constexpr auto kError = Issue::Severity::kError;
 
 TEST(Validation, AGoodSceneHasNoIssues) { EXPECT_TRUE(validate(good_scene()).empty()); }
 
+TEST(Validation, BaseMotionsSayWhatDiffers) {
+  Scene scene = good_scene();
+  const auto said = [&] { return validate(scene).at(0).message; };
+  scene.base_motion = Eigen::MatrixXd::Zero(3 * 1377, 149);
+  EXPECT_EQ(said(), "has 149 frames, the scene has 150");
+  scene.base_motion = Eigen::MatrixXd::Zero(3 * 1376, 150);
+  EXPECT_EQ(said(), "has 1376 nodes, the mesh has 1377");
+  scene.base_motion = Eigen::MatrixXd::Zero(3 * 1377, 150);
+  scene.base_motion(3 * 8 + 2, 17) = kNan;
+  EXPECT_EQ(said(), "has a value that is not finite: node 8 in frame 17");
+}
+
 TEST(Validation, EachFaultIsNamedAloneWithItsField) {
   const Fault faults[] = {
       {"length_unit_in_metres", [](Scene& s) { s.length_unit_in_metres = 0; }},
@@ -117,6 +129,8 @@ TEST(Validation, EachFaultIsNamedAloneWithItsField) {
       {"constraints[3].id", [](Scene& s) { s.constraints[0].id = s.constraints[3].id = 12; },
        kError, ErrorCode::kAlreadyExists},
       {"base_motion", [](Scene& s) { s.base_motion = Eigen::MatrixXd::Zero(5, 150); }},
+      {"base_motion", [](Scene& s) { s.base_motion = Eigen::MatrixXd::Zero(3 * 1377, 149); }},
+      {"base_motion", [](Scene& s) { s.base_motion = Eigen::MatrixXd::Zero(3 * 1377, 151); }},
       {"base_motion",
        [](Scene& s) { s.base_motion = Eigen::MatrixXd::Constant(3 * 1377, 150, kNan); }},
   };

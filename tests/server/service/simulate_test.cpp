@@ -104,6 +104,11 @@ TEST_F(ServerSimulations, FramesComeInPartsAndAreBounded) {
   request.mutable_get_frames()->set_job(job);
   request.mutable_get_frames()->set_encoding(proto::ENCODING_COORDINATES);
   EXPECT_EQ(client.call(request).error().field(), "encoding");
+  request.mutable_get_frames()->clear_encoding();
+  request.mutable_get_frames()->set_final_only(true);
+  EXPECT_EQ(client.call(request).error().field(), "final_only");
+  request.mutable_get_frames()->set_session("s");
+  EXPECT_EQ(client.call(request).error().field(), "job");
 }
 
 TEST_F(ServerSimulations, FilesHoldTheMotionAndTheSceneEditsIt) {
