@@ -14,6 +14,8 @@ namespace limber::scene {
 
 enum class End { kFree, kPinnedPosition, kPinnedPositionVelocity };
 enum class Cubature { kFittedMaps, kWeights };
+/// Where the columns that span the body's shapes come from.
+enum class Basis { kBest, kSnapshots, kModalDerivatives, kMapDerivatives };
 enum class TargetKind {
   kDisplacement,  // relative to the rest position
   kPosition,      // a point in the mesh's space
@@ -34,6 +36,7 @@ struct ModelRequest {
   int basis_size = 0;
   int cubature_size = 0;
   Cubature cubature = Cubature::kFittedMaps;
+  Basis basis = Basis::kBest;
   /// R, modes that material optimisation may mix, >= mode_count; 0: kDefaultCandidates where a
   /// scene is opened with MaterialVariables::kAll (or as many as the mesh has), else mode_count.
   int candidate_modes = 0;

@@ -34,6 +34,25 @@ std::string model_notes(const scene::ModelRequest& request, const reduced::Reduc
   return notes;
 }
 
+namespace {
+
+reduced::BasisKind map_basis(scene::Basis basis) {
+  switch (basis) {
+    case scene::Basis::kBest:
+      return reduced::BasisKind::kBest;
+    case scene::Basis::kSnapshots:
+      return reduced::BasisKind::kSnapshots;
+    case scene::Basis::kModalDerivatives:
+      return reduced::BasisKind::kModalDerivatives;
+    case scene::Basis::kMapDerivatives:
+      return reduced::BasisKind::kMapDerivatives;
+  }
+  LIMBER_DEMAND(false);
+  return reduced::BasisKind::kBest;
+}
+
+}  // namespace
+
 MappedBody map_body(const scene::Scene& scene) {
   const LengthUnit unit(scene.length_unit_in_metres);
   bodies::TetMesh mesh = scene.mesh;
@@ -75,6 +94,7 @@ reduced::ModelOptions map_model(const scene::Scene& scene, const bodies::Elastic
   options.cubature = request.cubature == scene::Cubature::kWeights
                          ? reduced::CubatureKind::kWeights
                          : reduced::CubatureKind::kFittedMaps;
+  options.basis = map_basis(request.basis);
   return options;
 }
 

@@ -22,6 +22,20 @@ proto::SolveStatus encode_status(spacetime::SolveStatus status) {
   return proto::SOLVE_STATUS_UNSPECIFIED;
 }
 
+proto::Basis encode_basis_kind(reduced::BasisKind kind) {
+  switch (kind) {
+    case reduced::BasisKind::kBest:
+      break;
+    case reduced::BasisKind::kSnapshots:
+      return proto::BASIS_SNAPSHOTS;
+    case reduced::BasisKind::kModalDerivatives:
+      return proto::BASIS_MODAL_DERIVATIVES;
+    case reduced::BasisKind::kMapDerivatives:
+      return proto::BASIS_MAP_DERIVATIVES;
+  }
+  return proto::BASIS_UNSPECIFIED;
+}
+
 }  // namespace
 
 proto::ResultInfo encode_result(const session::Result& result, double length_unit) {
@@ -85,6 +99,12 @@ proto::ModelInfo encode_model(const session::Session& session) {
   info.set_message(session.model_message());
   info.set_build_s(session.build_seconds());
   info.set_from_cache(session.model_from_cache());
+  info.set_basis(encode_basis_kind(model.report.basis));
+  info.set_compared_size(static_cast<std::uint32_t>(model.report.compared_size));
+  if (model.report.snapshot_basis_error)
+    info.set_snapshot_basis_error(*model.report.snapshot_basis_error);
+  if (model.report.derivative_basis_error)
+    info.set_derivative_basis_error(*model.report.derivative_basis_error);
   return info;
 }
 

@@ -34,6 +34,33 @@ proto::Material encode_material(const bodies::Material& material) {
   return message;
 }
 
+scene::Basis decode_basis(proto::Basis basis) {
+  switch (basis) {
+    case proto::BASIS_SNAPSHOTS:
+      return scene::Basis::kSnapshots;
+    case proto::BASIS_MODAL_DERIVATIVES:
+      return scene::Basis::kModalDerivatives;
+    case proto::BASIS_MAP_DERIVATIVES:
+      return scene::Basis::kMapDerivatives;
+    default:
+      return scene::Basis::kBest;
+  }
+}
+
+proto::Basis encode_basis(scene::Basis basis) {
+  switch (basis) {
+    case scene::Basis::kBest:
+      break;
+    case scene::Basis::kSnapshots:
+      return proto::BASIS_SNAPSHOTS;
+    case scene::Basis::kModalDerivatives:
+      return proto::BASIS_MODAL_DERIVATIVES;
+    case scene::Basis::kMapDerivatives:
+      return proto::BASIS_MAP_DERIVATIVES;
+  }
+  return proto::BASIS_BEST;
+}
+
 scene::ModelRequest decode_model(const proto::ModelRequest& message, const std::string& field,
                                  Faults& faults) {
   scene::ModelRequest model;
@@ -45,6 +72,7 @@ scene::ModelRequest decode_model(const proto::ModelRequest& message, const std::
   read(message.basis_size(), ".basis_size", model.basis_size);
   read(message.cubature_size(), ".cubature_size", model.cubature_size);
   read(message.candidate_modes(), ".candidate_modes", model.candidate_modes);
+  model.basis = decode_basis(message.basis());
   if (message.cubature() == proto::CUBATURE_WEIGHTS) model.cubature = scene::Cubature::kWeights;
   return model;
 }
@@ -320,6 +348,7 @@ proto::Scene encode_scene(const scene::Scene& scene) {
   model->set_cubature(scene.model.cubature == scene::Cubature::kWeights
                           ? proto::CUBATURE_WEIGHTS
                           : proto::CUBATURE_FITTED_MAPS);
+  model->set_basis(encode_basis(scene.model.basis));
   model->set_candidate_modes(static_cast<std::uint32_t>(scene.model.candidate_modes));
   auto* optimisation = message.mutable_material_optimisation();
   optimisation->set_variables(encode_variables(scene.material_optimisation.variables));

@@ -97,6 +97,7 @@ proto::Scene full_scene() {
   scene.mutable_model()->set_tolerance(0.02);
   scene.mutable_model()->set_cubature(proto::CUBATURE_WEIGHTS);
   scene.mutable_model()->set_candidate_modes(40);
+  scene.mutable_model()->set_basis(proto::BASIS_SNAPSHOTS);
   scene.mutable_material_optimisation()->set_variables(proto::MATERIAL_VARIABLES_ALL);
   scene.mutable_material_optimisation()->set_column_weight(0.5);
   auto* second = scene.add_constraints();
