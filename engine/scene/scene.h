@@ -81,6 +81,7 @@ struct Scene {
   Dynamics dynamics;
   ModelRequest model;
   MaterialOptimisation material_optimisation;
+  std::optional<double> constraint_tolerance;  // of soft constraints [scene length unit], > 0
   std::vector<Constraint> constraints;
   /// Base motion that is edited: displacements from rest, 3n x frame_count [scene units]; empty:
   /// the rest shape.

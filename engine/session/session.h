@@ -35,6 +35,7 @@ struct Result {
   int material_iterations = 0;   // of the material's optimisation for this revision
   double column_energy = 0;      // mu E_s, part of report.total_energy
   double unit_force_energy = 0;  // control forces, comparable between materials
+  double weight_scale = 1;       // of soft constraints, to meet Scene::constraint_tolerance
   Eigen::MatrixXf coordinates;   // q, h x N (float32: what is streamed); displacement [m] = B q
   double since_edit_ms = 0;      // from the newest edit contained to publication
   std::uint64_t cold_request =

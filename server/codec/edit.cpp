@@ -55,6 +55,10 @@ session::Edit decode_edit(const proto::Edit& message, const std::string& field) 
       return session::Undo{};
     case proto::Edit::kRedo:
       return session::Redo{};
+    case proto::Edit::kAddKeyframe:
+    case proto::Edit::kMoveKeyframe:
+    case proto::Edit::kRemoveKeyframe:
+      throw Refusal(proto::ERROR_CODE_UNSUPPORTED, field, "this server takes no keyframes yet");
     case proto::Edit::EDIT_NOT_SET:
       break;
   }

@@ -175,6 +175,8 @@ void Service::answer(const SharedTicket& ticket, const Request& request) {
     case Request::kSimulate:
       *reply.mutable_simulate() = simulate(request.simulate());
       break;
+    case Request::kRecover:
+      throw Refusal(proto::ERROR_CODE_UNSUPPORTED, "recover", "this server recovers nothing yet");
     case Request::kGetJob:
       return get_job(request.get_job(), ticket);
     case Request::kListJobs:
