@@ -1,4 +1,4 @@
-// sample, validate, tetrahedralize, simulate, open: scenes before they are sessions.
+// sample, validate, tetrahedralize, simulate, recover, open: scenes before they are sessions.
 
 #include <fmt/format.h>
 #include <unistd.h>
@@ -16,8 +16,8 @@ namespace {
 using client::ClientError;
 using client::Milliseconds;
 
-/// Becomes limberd with these arguments, under the name of limber: validation, tetrahedralisation
-/// and simulation need the engine, which clients do not link.
+/// Becomes limberd with these arguments, under the name of limber: validation, tetrahedralisation,
+/// simulation and recovery need the engine, which clients do not link.
 void become_limberd(std::vector<std::string> arguments) {
   const std::string limberd = find_limberd();
   arguments.insert(arguments.begin(), "limber");
@@ -138,6 +138,56 @@ void open(Context& context, const OpenOptions& options) {
   if (!status.model().message().empty()) fmt::print("note: {}\n", status.model().message());
 }
 
+struct RecoverArguments {
+  std::string scene, output;
+  std::vector<std::string> given;  // other options and their values, as limberd takes them
+};
+
+void recover_command(CLI::App& app, Context& context) {
+  auto line = std::make_shared<RecoverArguments>();
+  auto* command = subcommand(
+      app, "recover",
+      "Recover the material of a scene's base motion: frequencies, damping, modes; and continue "
+      "the motion with it (needs no server)",
+      "limber recover scene.json --frames 150 --driven 30 --modes 10 -o continued.pc2");
+  const auto pass = [&](const char* name, const char* text) {
+    return command->add_option_function<std::string>(
+        name,
+        [line, name](const std::string& value) {
+          line->given.insert(line->given.end(), {name, value});
+        },
+        text);
+  };
+  const auto whole = CLI::TypeValidator<std::uint32_t>("UINT");
+  command->add_option("scene", line->scene, "Scene file with a base_motion")->required();
+  pass("--frames", "Recover from the first so many frames (default: the first half)")->check(whole);
+  pass("--driven", "In the first so many of them forces are known to act: they do not count there")
+      ->check(whole);
+  pass("--modes", "Modes that the material gets (default: the scene's)")->check(whole);
+  pass("--candidate-modes", "Modes that they are mixed of (default: the scene's, else 80)")
+      ->check(whole);
+  pass("--variables",
+       "motion: forces only; dynamics: frequencies and damping; all: and the modes (default)")
+      ->check(CLI::IsMember({"motion", "dynamics", "all"}));
+  pass("--start", "principal: principal components of the motion (default); spectrum: its FFT")
+      ->check(CLI::IsMember({"principal", "spectrum"}));
+  pass("--weight", "gamma: how closely poses are followed (default 1)")->check(CLI::Number);
+  pass("--column-weight", "mu: how near mixed modes stay to unit size (default 1e-8)")
+      ->check(CLI::Number);
+  pass("--total", "Frames of the continued motion (default: those of the base motion)")
+      ->check(whole);
+  command->add_option("-o,--out", line->output,
+                      "FILE.pc2 (with the surface as FILE.obj), or FILE.pvd or FILE.vtu");
+  command->callback([line, &context] {
+    demand_readable(line->scene, "scene");
+    std::vector<std::string> arguments = {"recover", line->scene};
+    if (!line->output.empty()) arguments.insert(arguments.end(), {"--output", line->output});
+    arguments.insert(arguments.end(), line->given.begin(), line->given.end());
+    if (context.json) arguments.emplace_back("--json");
+    become_limberd(arguments);
+  });
+}
+
 }  // namespace
 
 void add_scene_commands(CLI::App& app, Context& context) {
@@ -200,6 +250,8 @@ void add_scene_commands(CLI::App& app, Context& context) {
     if (!edited->empty()) arguments.insert(arguments.end(), {"--scene-out", *edited});
     become_limberd(arguments);
   });
+
+  recover_command(app, context);
 
   auto options = std::make_shared<OpenOptions>();
   command =

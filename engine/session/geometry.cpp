@@ -54,4 +54,32 @@ Eigen::MatrixXd positions_of(const Geometry& geometry, const LengthUnit& unit,
   return positions;
 }
 
+Eigen::MatrixXf source_positions(const scene::Scene& scene, const MappedBody& mapped,
+                                 const Eigen::Ref<const Eigen::MatrixXd>& displacements) {
+  const LengthUnit unit(scene.length_unit_in_metres);
+  const auto& rest = scene.mesh.nodes;
+  Eigen::MatrixXf positions(rest.size(), displacements.cols());
+  for (Eigen::Index frame = 0; frame < displacements.cols(); ++frame) {
+    for (Eigen::Index node = 0; node < rest.cols(); ++node) {
+      const int compact = mapped.compact_of_source[static_cast<std::size_t>(node)];
+      Eigen::Vector3d at = rest.col(node);
+      if (compact >= 0) {
+        at += unit.to_scene(displacements.col(frame).segment<3>(3 * compact).array()).matrix();
+      }
+      positions.col(frame).segment<3>(3 * node) = at.cast<float>();
+    }
+  }
+  return positions;
+}
+
+scene::Scene with_base_motion(scene::Scene scene, const Eigen::MatrixXf& positions) {
+  const Eigen::Map<const Eigen::VectorXd> rest(scene.mesh.nodes.data(), scene.mesh.nodes.size());
+  scene.base_motion = positions.cast<double>().colwise() - rest;
+  scene.frame_count = static_cast<int>(positions.cols());
+  std::erase_if(scene.constraints, [&](const scene::Constraint& constraint) {
+    return constraint.frame >= scene.frame_count;
+  });
+  return scene;
+}
+
 }  // namespace limber::session

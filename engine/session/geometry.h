@@ -23,4 +23,14 @@ namespace limber::session {
                                            const reduced::ReducedModel& model,
                                            const Eigen::Ref<const Eigen::MatrixXf>& coordinates);
 
+/// Positions [scene units] of displacements (3n x frames [m] of compact nodes), 3 source nodes x
+/// frames. Nodes of no tet stay where they are.
+[[nodiscard]] Eigen::MatrixXf source_positions(
+    const scene::Scene& scene, const MappedBody& mapped,
+    const Eigen::Ref<const Eigen::MatrixXd>& displacements);
+
+/// The scene with a motion (3 source nodes x frames [scene units]) as its base motion; it has the
+/// motion's frames, and no constraints in others.
+[[nodiscard]] scene::Scene with_base_motion(scene::Scene scene, const Eigen::MatrixXf& positions);
+
 }  // namespace limber::session

@@ -97,23 +97,6 @@ SimulationReport make_report(bodies::Simulation& result, double frames_per_secon
   return report;
 }
 
-Eigen::MatrixXf source_positions(const Eigen::MatrixXd& displacements, const scene::Scene& scene,
-                                 const MappedBody& mapped, const LengthUnit& unit) {
-  const auto& rest = scene.mesh.nodes;
-  Eigen::MatrixXf positions(rest.size(), displacements.cols());
-  for (Eigen::Index frame = 0; frame < displacements.cols(); ++frame) {
-    for (Eigen::Index node = 0; node < rest.cols(); ++node) {
-      const int compact = mapped.compact_of_source[static_cast<std::size_t>(node)];
-      Eigen::Vector3d at = rest.col(node);
-      if (compact >= 0) {
-        at += unit.to_scene(displacements.col(frame).segment<3>(3 * compact).array()).matrix();
-      }
-      positions.col(frame).segment<3>(3 * node) = at.cast<float>();
-    }
-  }
-  return positions;
-}
-
 }  // namespace
 
 SimulatedMotion simulate(const scene::Scene& scene, const JobContext& job) {
@@ -143,7 +126,7 @@ SimulatedMotion simulate(const scene::Scene& scene, const JobContext& job) {
         start, options, job.part(modal_part, 1));
     SimulatedMotion motion;
     motion.geometry = rest_geometry(scene, mapped);
-    motion.positions = source_positions(result.displacements, scene, mapped, unit);
+    motion.positions = source_positions(scene, mapped, result.displacements);
     motion.report = make_report(result, options.frames_per_second);
     return motion;
   } catch (const Error& error) {
@@ -151,12 +134,6 @@ SimulatedMotion simulate(const scene::Scene& scene, const JobContext& job) {
     const std::string at = error.field().empty() ? "" : "." + error.field();
     throw Error(error.code(), "simulation" + at, error.what());
   }
-}
-
-scene::Scene with_base_motion(scene::Scene scene, const SimulatedMotion& motion) {
-  const Eigen::Map<const Eigen::VectorXd> rest(scene.mesh.nodes.data(), scene.mesh.nodes.size());
-  scene.base_motion = motion.positions.cast<double>().colwise() - rest;
-  return scene;
 }
 
 }  // namespace limber::session

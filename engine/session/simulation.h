@@ -38,7 +38,4 @@ struct SimulatedMotion {
 /// or the modes of the initial state are refused for; {kNumerical} where a step fails; {kCancelled}
 [[nodiscard]] SimulatedMotion simulate(const scene::Scene& scene, const JobContext& job = {});
 
-/// The scene with the motion as its base motion.
-[[nodiscard]] scene::Scene with_base_motion(scene::Scene scene, const SimulatedMotion& motion);
-
 }  // namespace limber::session

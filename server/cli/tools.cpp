@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <map>
+
 #include "engine/scene/formats/mesh_formats.h"
 #include "engine/scene/formats/mesh_writers.h"
 #include "engine/scene/formats/surface_formats.h"
@@ -108,6 +110,11 @@ int make_keys(const fs::path& file) {
   return 0;
 }
 
+const std::map<std::string, proto::MaterialVariables> kVariables = {
+    {"motion", proto::MATERIAL_VARIABLES_MOTION},
+    {"dynamics", proto::MATERIAL_VARIABLES_DYNAMICS},
+    {"all", proto::MATERIAL_VARIABLES_ALL}};
+
 }  // namespace
 
 void ToolCommands::add_to(CLI::App& app) {
@@ -145,9 +152,60 @@ void ToolCommands::add_to(CLI::App& app) {
   simulate->callback(
       [this] { chosen_ = [this] { return simulate_file(input_, output_, scene_output_); }; });
 
+  add_recover(app);
+
   auto* keygen = app.add_subcommand("keygen", "Make a CURVE key pair: FILE (secret) and FILE.pub");
   keygen->add_option("file", output_, "File of the secret key; must not exist")->required();
   keygen->callback([this] { chosen_ = [this] { return make_keys(output_); }; });
+}
+
+void ToolCommands::add_recover(CLI::App& app) {
+  auto* recover = app.add_subcommand(
+      "recover", "The material of a scene's base motion, and how the motion goes on with it");
+  auto& request = recovery_.request;
+  const auto number = [&](const char* name, auto set, const char* text) {
+    recover->add_option_function<std::uint32_t>(
+        name, [set](const std::uint32_t& value) { set(value); }, text);
+  };
+  const auto real = [&](const char* name, auto set, const char* text) {
+    recover->add_option_function<double>(
+        name, [set](const double& value) { set(value); }, text);
+  };
+  recover->add_option("scene", recovery_.scene, "Scene file (.json)")->required();
+  recover->add_option(
+      "-o,--output", recovery_.output,
+      "FILE.pc2 (with the surface as FILE.obj), or FILE.pvd (with a .vtu per frame)");
+  number(
+      "--frames", [&](auto n) { request.set_recovered_frames(n); }, "Frames to recover from");
+  number(
+      "--driven", [&](auto n) { request.set_driven_frames(n); },
+      "The first frames, in which forces are known to act");
+  number(
+      "--total", [&](auto n) { request.set_total_frames(n); }, "Frames of the continued motion");
+  real(
+      "--weight", [&](double gamma) { request.set_weight(gamma); }, "gamma of the poses");
+  real(
+      "--column-weight", [&](double mu) { request.set_column_weight(mu); }, "mu of mixed modes");
+  recover->add_option("--modes", recovery_.modes, "In place of model.modes");
+  recover->add_option("--candidate-modes", recovery_.candidate_modes,
+                      "In place of model.candidate_modes");
+  recover
+      ->add_option_function<std::string>(
+          "--variables",
+          [&](const std::string& name) { request.set_variables(kVariables.at(name)); },
+          "What is recovered")
+      ->check(CLI::IsMember({"motion", "dynamics", "all"}));
+  recover
+      ->add_option_function<std::string>(
+          "--start",
+          [&](const std::string& name) {
+            request.set_start(name == "spectrum" ? proto::RECOVERY_START_SPECTRUM
+                                                 : proto::RECOVERY_START_PRINCIPAL_COMPONENTS);
+          },
+          "Where it begins")
+      ->check(CLI::IsMember({"principal", "spectrum"}));
+  recover->add_flag("--json", recovery_.json, "The report as JSON");
+  recover->callback([this] { chosen_ = [this] { return recover_file(recovery_); }; });
 }
 
 std::optional<int> ToolCommands::run() const {

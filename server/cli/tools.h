@@ -6,10 +6,12 @@
 #include <optional>
 #include <string>
 
+#include "server/cli/recover.h"
+
 namespace limber::server {
 
 /// The commands of limberd that need no server: validate, sample, tetrahedralize, simulate,
-/// keygen.
+/// recover, keygen.
 class ToolCommands {
  public:
   void add_to(CLI::App& app);
@@ -17,9 +19,12 @@ class ToolCommands {
   std::optional<int> run() const;
 
  private:
+  void add_recover(CLI::App& app);
+
   std::filesystem::path input_, output_, scene_output_;
   std::string name_;
   int tets_ = 5000;
+  RecoverOptions recovery_;
   std::function<int()> chosen_;
 };
 

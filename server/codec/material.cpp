@@ -3,7 +3,6 @@
 #include "server/codec/arrays.h"
 
 namespace limber::server {
-namespace {
 
 void encode_modes(const spacetime::ModeDynamics& dynamics, double frames_per_second,
                   google::protobuf::RepeatedPtrField<proto::ModeDynamics>& modes) {
@@ -18,8 +17,6 @@ void encode_modes(const spacetime::ModeDynamics& dynamics, double frames_per_sec
     mode.set_damping(damping);
   }
 }
-
-}  // namespace
 
 proto::GetMaterialResponse encode_fitted_material(const session::Result& result,
                                                   double frames_per_second) {

@@ -9,6 +9,7 @@
 #include "engine/scene/formats/mesh_writers.h"
 #include "engine/scene/formats/point_cache.h"
 #include "engine/scene/formats/surface_formats.h"
+#include "engine/session/geometry.h"
 #include "server/codec/errors.h"
 #include "server/codec/scene.h"
 #include "server/codec/scene_json.h"
@@ -130,22 +131,21 @@ proto::ExportResponse export_scene(const scene::Scene& scene, const std::string&
   return response;
 }
 
-proto::ExportResponse export_simulation(const std::shared_ptr<const SimulatedScene>& simulated,
-                                        proto::ExportFormat format, const std::string& stem,
-                                        std::uint32_t part) {
-  const session::SimulatedMotion& motion = simulated->motion;
+proto::ExportResponse export_computed(const std::shared_ptr<const ComputedMotion>& motion,
+                                      proto::ExportFormat format, const std::string& stem,
+                                      std::uint32_t part) {
   if (format == proto::EXPORT_FORMAT_SCENE) {
     if (part > 0) throw Refusal(proto::ERROR_CODE_OUT_OF_RANGE, "part", "a scene has one part");
-    return export_scene(session::with_base_motion(simulated->scene, motion), stem);
+    return export_scene(session::with_base_motion(motion->scene, motion->positions), stem);
   }
   MotionExport files;
-  files.geometry = {simulated, &motion.geometry};
-  files.frame_count = static_cast<int>(motion.positions.cols());
+  files.geometry = {motion, &motion->geometry};
+  files.frame_count = static_cast<int>(motion->positions.cols());
   files.positions = [&](int first, int count) -> Eigen::MatrixXd {
-    return motion.positions.middleCols(first, count).cast<double>();
+    return motion->positions.middleCols(first, count).cast<double>();
   };
   files.stem = stem;
-  files.frames_per_second = motion.report.frames_per_second;
+  files.frames_per_second = motion->frames_per_second;
   return files.part(format, part);
 }
 

@@ -36,11 +36,11 @@ struct MotionExport {
 [[nodiscard]] proto::ExportResponse export_scene(const scene::Scene& scene,
                                                  const std::string& stem);
 
-/// A part of a simulated motion's files; as a scene, the scene with the motion as its base motion,
+/// A part of the files of a job's motion; as a scene, the scene with the motion as its base motion,
 /// in one part.
 /// @throws Refusal OUT_OF_RANGE naming `part`
-[[nodiscard]] proto::ExportResponse export_simulation(
-    const std::shared_ptr<const SimulatedScene>& simulated, proto::ExportFormat format,
+[[nodiscard]] proto::ExportResponse export_computed(
+    const std::shared_ptr<const ComputedMotion>& motion, proto::ExportFormat format,
     const std::string& stem, std::uint32_t part);
 
 /// @param stem  empty: "motion". @throws Refusal unless it is made of [A-Za-z0-9._-] and starts

@@ -39,7 +39,7 @@ proto::GetMaterialResponse Service::get_material(const proto::GetMaterialRequest
 }
 
 proto::GetFramesResponse Service::get_frames(const proto::GetFramesRequest& request) const {
-  if (request.job() != 0) return get_simulated_frames(request);
+  if (request.job() != 0) return get_computed_frames(request);
   const auto record = sessions_.find(request.session());
   const auto session = record->session();
   const auto geometry = geometry_of(*session);
@@ -58,7 +58,7 @@ proto::GetFramesResponse Service::get_frames(const proto::GetFramesRequest& requ
 }
 
 proto::ExportResponse Service::export_part(const proto::ExportRequest& request) const {
-  if (request.job() != 0) return export_simulated(request);
+  if (request.job() != 0) return export_computed_part(request);
   const auto record = sessions_.find(request.session());
   const auto session = record->session();
   const std::string stem = checked_stem(request.stem());

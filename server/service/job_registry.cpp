@@ -6,7 +6,6 @@
 
 #include "server/codec/errors.h"
 #include "server/codec/result.h"
-#include "server/codec/simulation.h"
 #include "server/log/log.h"
 
 namespace limber::server {
@@ -87,7 +86,7 @@ void JobRegistry::end(JobId id, proto::JobState state, const proto::Error* error
     status = job.status;
     --running_;
     finished_.push_back(id);
-    if (job.product.simulation) motions_.push_back(id);
+    if (job.product.motion) motions_.push_back(id);
     forget_oldest();
   }
   log::info("job {} {} after {:.3f} s{}{}", id, proto::JobState_Name(status.state()),
@@ -99,7 +98,7 @@ void JobRegistry::end(JobId id, proto::JobState state, const proto::Error* error
 void JobRegistry::forget_oldest() {
   if (motions_.size() > kKeptMotions) {
     const auto oldest = jobs_.find(motions_.front());
-    if (oldest != jobs_.end()) oldest->second.product.simulation.reset();
+    if (oldest != jobs_.end()) oldest->second.product.motion.reset();
     motions_.pop_front();
   }
   if (finished_.size() > kKeptProducts)
@@ -143,8 +142,8 @@ proto::Reply JobRegistry::reply_of(const Job& job) {
   *response->mutable_status() = status_of(job);
   if (job.product.mesh.has_nodes()) *response->mutable_mesh() = job.product.mesh;
   for (const auto& issue : job.product.issues) *response->add_issues() = issue;
-  if (job.product.simulation)
-    *response->mutable_simulation() = encode_report(job.product.simulation->motion);
+  if (job.product.simulation) *response->mutable_simulation() = *job.product.simulation;
+  if (job.product.recovery) *response->mutable_recovery() = *job.product.recovery;
   return reply;
 }
 
@@ -153,12 +152,13 @@ proto::JobStatus JobRegistry::status(JobId job) const {
   return status_of(find(job));
 }
 
-std::shared_ptr<const SimulatedScene> JobRegistry::simulation(JobId id) const {
+std::shared_ptr<const ComputedMotion> JobRegistry::motion(JobId id) const {
   const std::lock_guard lock(mutex_);
   const Job& job = find(id);
-  if (job.product.simulation) return job.product.simulation;
-  const char* why = job.running()                     ? "still runs"
-                    : job.status.kind() != "simulate" ? "made no motion"
+  if (job.product.motion) return job.product.motion;
+  const bool makes_one = job.status.kind() == "simulate" || job.status.kind() == "recover";
+  const char* why = job.running() ? "still runs"
+                    : !makes_one  ? "made no motion"
                     : job.status.state() == proto::JOB_STATE_DONE
                         ? "is too old: its motion is no longer kept"
                         : "ended without a motion";

@@ -7,11 +7,11 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "engine/session/session.h"
-#include "engine/session/simulation.h"
 #include "server/service/ticket.h"
 #include "server/service/timers.h"
 
@@ -19,16 +19,20 @@ namespace limber::server {
 
 using JobId = std::uint64_t;
 
-/// A simulation that is done, with the scene that it is of.
-struct SimulatedScene {
+/// A motion that a job made, with the scene that it is of.
+struct ComputedMotion {
   scene::Scene scene;
-  session::SimulatedMotion motion;
+  session::Geometry geometry;  // without a basis
+  Eigen::MatrixXf positions;   // 3 source nodes x frames [scene units]
+  double frames_per_second = 30;
 };
 
 /// What a job leaves behind besides its state.
 struct JobProduct {
   proto::MeshArrays mesh;
-  std::shared_ptr<const SimulatedScene> simulation;
+  std::shared_ptr<const ComputedMotion> motion;
+  std::optional<proto::SimulationReport> simulation;
+  std::optional<proto::RecoveryReport> recovery;
   std::vector<proto::Issue> issues;
 };
 
@@ -57,7 +61,7 @@ class JobRegistry {
   [[nodiscard]] proto::JobStatus status(JobId job) const;  // throws Refusal NOT_FOUND
   [[nodiscard]] std::vector<proto::JobStatus> list() const;
   /// @throws Refusal NOT_FOUND; FAILED_PRECONDITION where it runs, made no motion, or is too old
-  [[nodiscard]] std::shared_ptr<const SimulatedScene> simulation(JobId job) const;
+  [[nodiscard]] std::shared_ptr<const ComputedMotion> motion(JobId job) const;
   /// Answers at once, or when the job has ended, or after `seconds` with the state then.
   void get(JobId job, double seconds, const SharedTicket& ticket);
   /// Asks every running job to stop and answers everybody who waits.
@@ -92,7 +96,7 @@ class JobRegistry {
   mutable std::mutex mutex_;
   std::map<JobId, Job> jobs_;
   std::deque<JobId> finished_;  // oldest first
-  std::deque<JobId> motions_;   // of these, those whose simulation is kept
+  std::deque<JobId> motions_;   // of these, those whose motion is kept
   JobId last_ = 0;
   std::uint32_t running_ = 0;
 };

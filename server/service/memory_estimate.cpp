@@ -32,6 +32,20 @@ std::uint64_t estimate_simulation_bytes(const scene::Scene& scene) {
   return static_cast<std::uint64_t>(numbers * sizeof(double));
 }
 
+std::uint64_t estimate_recovery_bytes(const scene::Scene& scene, int total_frames) {
+  const double n = scene.mesh.node_count(), m = scene.mesh.tet_count(), frames = scene.frame_count;
+  const double total = total_frames, r = scene.model.mode_count;
+  const double wanted = scene.model.candidate_modes > 0 ? scene.model.candidate_modes
+                                                        : scene::ModelRequest::kDefaultCandidates;
+  const double candidates = std::max(r, wanted) + 6;
+  double numbers = 3 * n * 60 * std::cbrt(std::max(1.0, n));  // Cholesky factor of the stiffness
+  numbers += 3 * n * candidates * 6;                          // modes, scaled ones, Lanczos vectors
+  numbers += m * (9 * 12 + 64) + 2 * 9 * m;                   // gradient operator, elements, a pose
+  numbers += 3 * n * (2 * frames + total + 3 * 64);  // base motion twice, positions, shapes
+  numbers += candidates * 4 * (frames + total) + 2 * r * r * r * frames;
+  return static_cast<std::uint64_t>(numbers * sizeof(double));
+}
+
 std::uint64_t estimate_constraint_bytes(std::size_t constraints, int modes) {
   const double c = static_cast<double>(constraints), r = modes + 6.0;
   double numbers = 2 * (3 * c) * (3 * c);  // the system of three rows each, and its factor

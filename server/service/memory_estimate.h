@@ -15,6 +15,10 @@ namespace limber::server {
 /// The same of a simulation: the factor of its steps and the motion, as it is computed and kept.
 [[nodiscard]] std::uint64_t estimate_simulation_bytes(const scene::Scene& scene);
 
+/// The same of a recovery that makes so many frames: modes, the projection and the reconstruction,
+/// the steps of the recovery (r^3 numbers a frame), and the motion.
+[[nodiscard]] std::uint64_t estimate_recovery_bytes(const scene::Scene& scene, int total_frames);
+
 /// The part of it that so many constraints need [bytes]: the solver keeps their system and the
 /// response of every constrained frame to every other, both dense.
 [[nodiscard]] std::uint64_t estimate_constraint_bytes(std::size_t constraints, int modes);

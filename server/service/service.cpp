@@ -29,6 +29,7 @@ bool is_heavy(int body) {
     case proto::Request::kGetSample:
     case proto::Request::kTetrahedralize:
     case proto::Request::kSimulate:
+    case proto::Request::kRecover:
       return true;
     default:
       return false;
@@ -176,7 +177,8 @@ void Service::answer(const SharedTicket& ticket, const Request& request) {
       *reply.mutable_simulate() = simulate(request.simulate());
       break;
     case Request::kRecover:
-      throw Refusal(proto::ERROR_CODE_UNSUPPORTED, "recover", "this server recovers nothing yet");
+      *reply.mutable_recover() = recover(request.recover());
+      break;
     case Request::kGetJob:
       return get_job(request.get_job(), ticket);
     case Request::kListJobs:

@@ -4,6 +4,7 @@
 #include <memory>
 
 #include "engine/scene/tetrahedralize/tetrahedralize.h"
+#include "engine/session/recovery.h"
 #include "limber/v1/service.pb.h"
 #include "server/codec/scene.h"
 #include "server/service/heavy_requests.h"
@@ -71,8 +72,15 @@ class Service {
   // handlers_simulation.cpp
   proto::SimulateResponse simulate(const proto::SimulateRequest& request);
   void run_simulation(JobId job, const JobContext& context, scene::Scene scene);
-  proto::GetFramesResponse get_simulated_frames(const proto::GetFramesRequest& request) const;
-  proto::ExportResponse export_simulated(const proto::ExportRequest& request) const;
+
+  // handlers_recovery.cpp
+  proto::RecoverResponse recover(const proto::RecoverRequest& request);
+  void run_recovery(JobId job, const JobContext& context, scene::Scene scene,
+                    const session::RecoveryRequest& wanted);
+
+  // computed_motions.cpp
+  proto::GetFramesResponse get_computed_frames(const proto::GetFramesRequest& request) const;
+  proto::ExportResponse export_computed_part(const proto::ExportRequest& request) const;
 
   // handlers_server.cpp
   proto::GetServerInfoResponse server_info() const;

@@ -15,6 +15,7 @@ from .edits import Axes, add, dynamics, ends, move, optimise, redo, remove, repl
 from .errors import LimberError, ServerUnreachable
 from .launching import LaunchedServer, launch
 from .motions import base_motion
+from .recoveries import Recovery
 from .results import Export, Geometry, Material, Mode, Result
 from .scenes import load_scene, mesh_file, scene_from_arrays, scene_from_mesh
 from .server import DEFAULT_ENDPOINT, Server, connect
@@ -26,8 +27,8 @@ __version__ = "0.1.0"
 
 __all__ = [
     "Axes", "Constraint", "DEFAULT_ENDPOINT", "Export", "FrameStream", "Geometry", "LaunchedServer", "LimberError",
-    "Material", "Mode", "Receipt", "Result", "Server", "ServerUnreachable", "Session", "Simulation", "StreamedFrames",
-    "add", "base_motion", "connect", "dynamics", "ends", "force", "launch", "load_scene", "mesh_file", "move",
-    "optimise", "redo", "remove", "replace", "reset_material", "scene_from_arrays", "scene_from_mesh", "simulation",
-    "undo",
+    "Material", "Mode", "Receipt", "Recovery", "Result", "Server", "ServerUnreachable", "Session", "Simulation",
+    "StreamedFrames", "add", "base_motion", "connect", "dynamics", "ends", "force", "launch", "load_scene", "mesh_file",
+    "move", "optimise", "redo", "remove", "replace", "reset_material", "scene_from_arrays", "scene_from_mesh",
+    "simulation", "undo",
 ]

@@ -10,7 +10,7 @@ from urllib.parse import urlsplit
 
 import numpy as np
 
-from . import arrays, checks, edits, scenes, simulations
+from . import arrays, checks, edits, recoveries, scenes, simulations
 from .connection import VERSION, Connection, CurveKeys
 from .errors import LimberError, ServerUnreachable, from_message, invalid
 from .messages import scene as scene_messages
@@ -167,6 +167,35 @@ class Server:
         part_bytes = min(simulations.PART_BYTES, self.info().limits.message_bytes)
         return simulations.fetch(done, tuple(issue_text(issue) for issue in response.issues), part_bytes,
                                  lambda wanted: self.connection.call("get_frames", wanted, timeout=120.0))
+
+    def recover(self, scene: scenes.SceneLike, *, variables: str = "all", modes: int | None = None,
+                candidate_modes: int | None = None, recovered_frames: int = 0, driven_frames: int = 0,
+                total_frames: int = 0, weight: float = 1.0, column_weight: float = 1e-8, start: str = "principal",
+                progress: ProgressOption = None, timeout: float = 3600.0) -> recoveries.Recovery:
+        """The material of the scene's base motion (frequencies, damping, mixed modes) from its first recovered_frames
+        (default: the first half), and how the motion goes on with it where no force acts, up to total_frames (default:
+        those of the base motion).
+
+        variables: "motion" (forces alone), "dynamics" (and frequencies and damping) or "all" (and the modes, as
+        mixtures of candidate_modes); modes, candidate_modes: in place of the scene's; driven_frames: in so many of the
+        first, forces are known to act; weight: gamma, how closely poses are followed; column_weight: mu; start:
+        "principal" (principal components of the motion) or "spectrum". Constraints are not looked at. Ctrl-C while
+        waiting, and the end of `timeout` [s], cancel the job.
+        """
+        checks.seconds(timeout, "timeout")
+        request = recoveries.request(scene, variables=variables, modes=modes, candidate_modes=candidate_modes,
+                                     recovered_frames=recovered_frames, driven_frames=driven_frames,
+                                     total_frames=total_frames, weight=weight, column_weight=column_weight, start=start)
+        response = self.connection.call("recover", request, timeout=max(60.0, self.connection.timeout))
+        try:
+            done = self.wait_job(response.job, progress, timeout)
+        except (KeyboardInterrupt, LimberError):
+            self.cancel_job(response.job)
+            raise
+        part_bytes = min(simulations.PART_BYTES, self.info().limits.message_bytes)
+        positions = simulations.fetch_positions(response.job, done.recovery.frames, part_bytes,
+                                                lambda wanted: self.connection.call("get_frames", wanted, timeout=120.0))
+        return recoveries.made_of(done, positions, tuple(issue_text(issue) for issue in response.issues))
 
     def shutdown(self) -> None:
         """Asks limberd to end."""

@@ -94,16 +94,31 @@ def request(scene: scenes.SceneLike, of: "messages.Simulation | None") -> "servi
     return made
 
 
+def fetch_positions(job: int, frames: int, part_bytes: int,
+                    call: Callable[["service.GetFramesRequest"], "service.GetFramesResponse"],
+                    nodes: int | None = None) -> np.ndarray:
+    """All frames of a job's motion, in answers of at most so many bytes (but of a frame at least)."""
+    def part(first: int, count: int) -> np.ndarray:
+        asked = service.GetFramesRequest(job=job, first_frame=first, frame_count=count)
+        return arrays.to_numpy(call(asked).frames.data, "positions")
+
+    step = 1 if nodes is None else max(1, part_bytes // max(1, 12 * nodes))
+    begin = part(0, min(step, frames))
+    if nodes is None:
+        step = max(1, part_bytes // max(1, 12 * begin.shape[1]))
+    positions = np.empty((frames, *begin.shape[1:]), np.float32)
+    positions[:len(begin)] = begin
+    for first in range(len(begin), frames, step):
+        count = min(step, frames - first)
+        positions[first:first + count] = part(first, count)
+    return positions
+
+
 def fetch(job: "service.GetJobResponse", warnings: tuple[str, ...], part_bytes: int,
           call: Callable[["service.GetFramesRequest"], "service.GetFramesResponse"]) -> Simulation:
-    """The motion of a job that is done, in answers of at most so many bytes (but of a frame at least)."""
+    """The motion of a job that is done."""
     report, number = job.simulation, job.status.job
-    positions = np.empty((report.frames, report.nodes, 3), np.float32)
-    step = max(1, part_bytes // max(1, 12 * report.nodes))
-    for first in range(0, report.frames, step):
-        count = min(step, report.frames - first)
-        frames = call(service.GetFramesRequest(job=number, first_frame=first, frame_count=count)).frames
-        positions[first:first + count] = arrays.to_numpy(frames.data, "positions")
+    positions = fetch_positions(number, report.frames, part_bytes, call, report.nodes)
     return Simulation(positions, np.array(report.kinetic_energy), np.array(report.elastic_energy),
                       np.array(report.work), report.energy_drift, report.steps, report.shortened_steps,
                       report.smallest_volume_ratio, report.frames_per_second, report.message, warnings, number)

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "engine/base/error.h"
+#include "engine/session/geometry.h"
 #include "tests/engine/session/scenes.h"
 
 namespace limber::session {
@@ -20,7 +21,7 @@ scene::Scene pushed_bar() {
 }
 
 Eigen::MatrixXd moved(const scene::Scene& scene, const SimulatedMotion& motion) {
-  return with_base_motion(scene, motion).base_motion;
+  return with_base_motion(scene, motion.positions).base_motion;
 }
 
 TEST(SceneSimulation, TheUnitOfLengthDoesNotMatter) {

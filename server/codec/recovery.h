@@ -1,0 +1,16 @@
+#pragma once
+
+#include "engine/session/recovery.h"
+#include "limber/v1/service.pb.h"
+
+namespace limber::server {
+
+namespace proto = limber::v1;
+
+/// What is wanted beside the scene; absent fields get the defaults that the .proto states.
+/// @throws Refusal OUT_OF_RANGE naming a number of frames that is no int
+[[nodiscard]] session::RecoveryRequest decode_recovery(const proto::RecoverRequest& message);
+
+[[nodiscard]] proto::RecoveryReport encode_report(const session::MaterialRecovery& recovery);
+
+}  // namespace limber::server

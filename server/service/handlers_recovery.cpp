@@ -1,0 +1,60 @@
+#include <boost/asio/post.hpp>
+
+#include "engine/session/recovery.h"
+#include "server/codec/errors.h"
+#include "server/codec/recovery.h"
+#include "server/service/memory_estimate.h"
+#include "server/service/scene_files.h"
+#include "server/service/service.h"
+
+namespace limber::server {
+
+proto::RecoverResponse Service::recover(const proto::RecoverRequest& request) {
+  if (request.scene().base_motion().source_case() == proto::BaseMotion::SOURCE_NOT_SET) {
+    throw invalid("scene.base_motion", "the scene has no base motion to recover a material from");
+  }
+  proto::Scene message = request.scene();
+  message.clear_constraints();
+  message.clear_keyframes();
+  DecodedScene decoded = decode(message);
+  proto::RecoverResponse response;
+  for (auto& issue : remarks(message, decoded, "scene.")) *response.add_issues() = std::move(issue);
+  const session::RecoveryRequest wanted =
+      decode_recovery(request).resolved(decoded.scene.frame_count);
+  const ServiceLimits& limits = hub_.options.limits;
+  if (limits.frames > 0 && request.total_frames() > limits.frames)
+    throw limit_exceeded("total_frames", "frames", limits.frames, request.total_frames());
+  const std::uint64_t bytes = estimate_recovery_bytes(decoded.scene, wanted.total_frames);
+  if (limits.session_bytes > 0 && bytes > limits.session_bytes)
+    throw limit_exceeded("scene", "estimated bytes of the recovery", limits.session_bytes, bytes);
+  const Cancellation cancellation;
+  const JobId job = hub_.jobs.start("recover", "", [cancellation] { cancellation.request(); });
+  JobContext context{cancellation, [this, job](const std::string& stage, double fraction) {
+                       hub_.jobs.progress(job, {stage, fraction});
+                     }};
+  boost::asio::post(hub_.session_pool, [this, job, context = std::move(context), wanted,
+                                        scene = std::move(decoded.scene)]() mutable {
+    run_recovery(job, context, std::move(scene), wanted);
+  });
+  response.set_job(job);
+  return response;
+}
+
+void Service::run_recovery(JobId job, const JobContext& context, scene::Scene scene,
+                           const session::RecoveryRequest& wanted) {
+  try {
+    JobProduct product;
+    session::MaterialRecovery recovery = session::recover(scene, wanted, context);
+    product.recovery = encode_report(recovery);
+    product.motion = std::make_shared<const ComputedMotion>(
+        ComputedMotion{std::move(scene), std::move(recovery.geometry),
+                       std::move(recovery.positions), recovery.report.frames_per_second});
+    hub_.jobs.done(job, std::move(product));
+  } catch (const std::exception& fault) {
+    const auto* error = dynamic_cast<const Error*>(&fault);
+    if (error != nullptr && error->code() == ErrorCode::kCancelled) return hub_.jobs.cancelled(job);
+    hub_.jobs.failed(job, error_to_proto(fault, "scene."));
+  }
+}
+
+}  // namespace limber::server
