@@ -23,5 +23,6 @@ function(limber_test name)
   target_link_libraries(${name}_test PRIVATE limber_test_printing)
   include(GoogleTest)
   # NO_PRETTY_VALUES: ctest's names are GoogleTest's; printed parameters behind them are noise.
-  gtest_discover_tests(${name}_test NO_PRETTY_VALUES DISCOVERY_TIMEOUT 60 PROPERTIES LABELS "${name};${ARG_LABELS}" TIMEOUT 600)
+  # TIMEOUT: tests take seconds, with sanitizers on a loaded machine tens of them; a hang must not eat a run of CI.
+  gtest_discover_tests(${name}_test NO_PRETTY_VALUES DISCOVERY_TIMEOUT 60 PROPERTIES LABELS "${name};${ARG_LABELS}" TIMEOUT 120)
 endfunction()

@@ -17,11 +17,11 @@ constexpr std::chrono::milliseconds kProgressInterval(50);
 }  // namespace
 
 JobId JobRegistry::start(const std::string& kind, const std::string& session, Cancel cancel) {
-  proto::JobStatus status;
+  JobId id = 0;
   {
     const std::lock_guard lock(mutex_);
     if (running_ >= limit_) throw limit_exceeded("", "running jobs", limit_, running_ + 1);
-    const JobId id = ++last_;
+    id = ++last_;
     Job& job = jobs_[id];
     job.status.set_job(id);
     job.status.set_kind(kind);
@@ -30,28 +30,23 @@ JobId JobRegistry::start(const std::string& kind, const std::string& session, Ca
     job.started = Clock::now();
     job.cancel = std::move(cancel);
     ++running_;
-    status = status_of(job);
+    told_(status_of(job));
   }
-  log::info("job {} started: {} {}", status.job(), kind, session);
-  told_(status);
-  return status.job();
+  log::info("job {} started: {} {}", id, kind, session);
+  return id;
 }
 
 void JobRegistry::progress(JobId id, const session::Progress& progress) {
-  proto::JobStatus status;
-  {
-    const std::lock_guard lock(mutex_);
-    const auto it = jobs_.find(id);
-    if (it == jobs_.end() || !it->second.running()) return;
-    Job& job = it->second;
-    const bool new_stage = job.status.progress().stage() != progress.stage;
-    *job.status.mutable_progress() = encode_progress(progress);
-    const auto now = Clock::now();
-    if (!new_stage && now - job.told < kProgressInterval) return;
-    job.told = now;
-    status = status_of(job);
-  }
-  told_(status);
+  const std::lock_guard lock(mutex_);
+  const auto it = jobs_.find(id);
+  if (it == jobs_.end() || !it->second.running()) return;
+  Job& job = it->second;
+  const bool new_stage = job.status.progress().stage() != progress.stage;
+  *job.status.mutable_progress() = encode_progress(progress);
+  const auto now = Clock::now();
+  if (!new_stage && now - job.told < kProgressInterval) return;
+  job.told = now;
+  told_(status_of(job));
 }
 
 void JobRegistry::done(JobId job, JobProduct product) {
@@ -88,10 +83,10 @@ void JobRegistry::end(JobId id, proto::JobState state, const proto::Error* error
     finished_.push_back(id);
     if (job.product.motion) motions_.push_back(id);
     forget_oldest();
+    told_(status);
   }
   log::info("job {} {} after {:.3f} s{}{}", id, proto::JobState_Name(status.state()),
             status.elapsed_s(), status.has_error() ? ": " : "", status.error().message());
-  told_(status);
   for (auto& waiter : waiters) waiter.ticket->answer(reply);
 }
 
@@ -163,6 +158,13 @@ std::shared_ptr<const ComputedMotion> JobRegistry::motion(JobId id) const {
                         ? "is too old: its motion is no longer kept"
                         : "ended without a motion";
   throw Refusal(proto::ERROR_CODE_FAILED_PRECONDITION, "job", fmt::format("job {} {}", id, why));
+}
+
+void JobRegistry::tell_running() const {
+  const std::lock_guard lock(mutex_);
+  for (const auto& [id, job] : jobs_) {
+    if (job.running()) told_(status_of(job));
+  }
 }
 
 std::vector<proto::JobStatus> JobRegistry::list() const {

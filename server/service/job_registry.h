@@ -38,9 +38,10 @@ struct JobProduct {
 
 /// Long work: what it is, how far it is, how it ended. The newest finished ones are kept; the
 /// meshes and motions of fewer. Thread-safe. Every change is told to the listener of the registry
-/// (the stream).
+/// (the stream), in order: after the end of a job nobody is told that it runs.
 class JobRegistry {
  public:
+  /// Called with the registry's lock, which is what keeps the order: it must not call back.
   using Told = std::function<void(const proto::JobStatus&)>;
   using Cancel = std::function<void()>;
 
@@ -60,6 +61,8 @@ class JobRegistry {
 
   [[nodiscard]] proto::JobStatus status(JobId job) const;  // throws Refusal NOT_FOUND
   [[nodiscard]] std::vector<proto::JobStatus> list() const;
+  /// Tells of every running job once more, for a listener that has just come.
+  void tell_running() const;
   /// @throws Refusal NOT_FOUND; FAILED_PRECONDITION where it runs, made no motion, or is too old
   [[nodiscard]] std::shared_ptr<const ComputedMotion> motion(JobId job) const;
   /// Answers at once, or when the job has ended, or after `seconds` with the state then.

@@ -197,9 +197,7 @@ void Service::answer(const SharedTicket& ticket, const Request& request) {
 void Service::subscribed(const std::string& prefix) {
   for (const auto& record : sessions_.all()) record->welcome(prefix);
   if (std::string(kJobsTopic).compare(0, prefix.size(), prefix) != 0) return;
-  for (const auto& job : hub_.jobs.list()) {
-    if (job.state() == proto::JOB_STATE_RUNNING) hub_.publish_job(job);
-  }
+  hub_.jobs.tell_running();
 }
 
 void Service::gone(const std::string& client) {

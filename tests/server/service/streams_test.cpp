@@ -64,15 +64,22 @@ TEST_F(ServerStreams, NothingIsMadeForNobody) {
 }
 
 TEST_F(ServerStreams, StatusAndJobs) {
+  ASSERT_NO_FATAL_FAILURE(open_and_solve(client, "known"));
   subscriber.subscribe("session/s/status");
   subscriber.subscribe("jobs");
-  std::this_thread::sleep_for(
-      milliseconds(200));  // there is no answer to a subscription to nothing yet
-  open_and_solve(client, "s");
+  // There is no answer to a subscription to nothing yet, and the end of a job is told only once:
+  // what is there already answers, and the server hears subscriptions in their order.
+  subscriber.subscribe("session/known/status");
+  ASSERT_TRUE(subscriber.receive().has_value());
+  ASSERT_NO_FATAL_FAILURE(open_and_solve(client, "s"));
   bool running = false, done = false, ready = false, final = false;
+  const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(30);
   while (!(done && ready && final)) {
     const auto message = subscriber.receive();
     ASSERT_TRUE(message.has_value()) << running << done << ready << final;
+    // Statuses are told again for ever: a message that does not come is not seen by silence.
+    ASSERT_LT(std::chrono::steady_clock::now(), deadline) << running << done << ready << final;
+    if (message->content.session() != "s") continue;
     if (message->topic == "jobs") {
       running = running || message->content.job().state() == proto::JOB_STATE_RUNNING;
       done = done || message->content.job().state() == proto::JOB_STATE_DONE;
