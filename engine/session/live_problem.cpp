@@ -7,17 +7,19 @@ namespace limber::session {
 
 LiveProblem::LiveProblem(std::shared_ptr<const reduced::ReducedModel> model,
                          std::shared_ptr<const reduced::BaseMotion> base, TargetFrame targets,
-                         ProblemTerms terms, spacetime::SolverOptions options, SiteLimits limits)
+                         std::unique_ptr<KeyframeTargets> keyframe_targets, ProblemTerms terms,
+                         spacetime::SolverOptions options, SiteLimits limits)
     : model_(std::move(model)),
       base_(std::move(base)),
       targets_(std::move(targets)),
+      keyframe_targets_(std::move(keyframe_targets)),
       terms_(terms),
       options_(options),
       limits_(limits) {}
 
 void LiveProblem::start(const EditBatch& whole) {
-  LIMBER_DEMAND(whole.ends && whole.dynamics && whole.material && whole.moved.empty() &&
-                whole.removed.empty());
+  LIMBER_DEMAND(whole.ends && whole.dynamics && whole.material && whole.keyframes &&
+                whole.moved.empty() && whole.removed.empty());
   solver_.reset();
   held_.clear();
   variables_ = whole.material->variables;
@@ -26,6 +28,7 @@ void LiveProblem::start(const EditBatch& whole) {
       map_material(*whole.dynamics, terms_.mode_count, *model_));
   make_solver({terms_.frame_count, map_end(whole.ends->first), map_end(whole.ends->last)});
   for (const scene::Constraint& constraint : whole.set) set(constraint);
+  set_keyframes(whole.keyframes.value());
 }
 
 void LiveProblem::apply(const EditBatch& batch) {
@@ -42,6 +45,7 @@ void LiveProblem::apply(const EditBatch& batch) {
     variables_ = batch.material->variables;
     if (std::exchange(epoch_, batch.material->epoch) != batch.material->epoch) reset_material();
   }
+  if (batch.keyframes) set_keyframes(*batch.keyframes);
   if (mostly_unused_sites()) shed_sites();
 }
 
@@ -94,6 +98,28 @@ void LiveProblem::set(const scene::Constraint& constraint) {
     solver_->add(mapped);
   }
   held_[constraint.id] = std::move(held);
+}
+
+/// A keyframe may change the turns of those after it: all are projected again. Those that come out
+/// the same stay in the solver as they are.
+void LiveProblem::set_keyframes(std::vector<scene::Keyframe> keyframes) {
+  const auto same = [](const spacetime::KeyframeConstraint& a,
+                       const spacetime::KeyframeConstraint& b) {
+    return a.frame == b.frame && a.weight == b.weight && a.coordinates == b.coordinates;
+  };
+  std::map<std::uint64_t, spacetime::KeyframeConstraint> wanted;
+  for (auto& target : keyframe_targets_->project(keyframes)) wanted[target.id] = std::move(target);
+  const auto held = solver_->constraint_set().keyframes;
+  for (const auto& [id, target] : held) {
+    const auto found = wanted.find(id);
+    if (found != wanted.end() && same(found->second, target)) {
+      wanted.erase(found);
+    } else {
+      solver_->remove_keyframe(id);
+    }
+  }
+  for (const auto& [id, target] : wanted) solver_->add_keyframe(target);
+  keyframes_ = std::move(keyframes);
 }
 
 void LiveProblem::make_solver(const spacetime::Timeline& timeline) {

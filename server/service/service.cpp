@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include <boost/asio/post.hpp>
 
 #include "limber/v1/stream.pb.h"
@@ -33,6 +35,15 @@ bool is_heavy(int body) {
     default:
       return false;
   }
+}
+
+/// An edit may bring poses as files.
+bool reads_files(const proto::Request& request) {
+  const auto& edits = request.edit().edits();
+  return std::any_of(edits.begin(), edits.end(), [](const proto::Edit& edit) {
+    const auto& keyframe = edit.add_keyframe().keyframe();
+    return keyframe.has_file() || keyframe.has_path();
+  });
 }
 
 proto::Request parse(const zmq::message_t& payload) {
@@ -96,11 +107,12 @@ void Service::handle(Address address, zmq::message_t payload) noexcept try {
 }
 
 void Service::dispatch(const SharedTicket& ticket, int body, zmq::message_t payload) {
-  if (!is_heavy(body)) {
-    if (payload.size() > kLightBytes) {
+  const bool large = payload.size() > kLightBytes;
+  if (!is_heavy(body) && !(large && body == proto::Request::kEdit)) {
+    if (large)
       throw limit_exceeded("", "bytes of a request of this kind", kLightBytes, payload.size());
-    }
-    return answer(ticket, parse(payload));
+    const Request request = parse(payload);
+    if (!reads_files(request)) return answer(ticket, request);
   }
   demand_room_of_client(*ticket);
   heavy_.add({ticket, std::move(payload)});
@@ -175,6 +187,8 @@ void Service::answer(const SharedTicket& ticket, const Request& request) {
     case Request::kSimulate:
       *reply.mutable_simulate() = simulate(request.simulate());
       break;
+    case Request::kRecover:
+      throw Refusal(proto::ERROR_CODE_UNSUPPORTED, "recover", "this server recovers nothing yet");
     case Request::kGetJob:
       return get_job(request.get_job(), ticket);
     case Request::kListJobs:
