@@ -140,7 +140,7 @@ def test_the_command_line(cli, session, motion, tmp_path):
         {"mesh": {"path": "bar.vtk"}, "frames": 60, "fixed_nodes": list(range(9)), "model": {"modes": 8},
          "keyframes": [{"frame": 61, "path": "up.vtk"}, {"frame": 3, "path": "few.vtk"}, {"frame": 4}]}))
     assert re.findall(r"^error: (\S+):", cli("validate", tmp_path / "scene.json").stdout, re.MULTILINE) == [
-        "keyframes[1].file", "keyframes[2].positions", "keyframes[0].frame"]
+        "keyframes[1].path", "keyframes[2].positions", "keyframes[0].frame"]
 
 
 def test_the_example_interpolates_three_poses(limberd, tmp_path):
