@@ -10,6 +10,7 @@
 
 #include "clients/cli/context.h"
 #include "clients/cli/edits.h"
+#include "clients/cli/material_variables.h"
 #include "clients/cli/print.h"
 #include "proto/json_text.h"
 
@@ -244,11 +245,6 @@ void dynamics_command(CLI::App& app, Context& context) {
       [&context, options] { print_receipt(context, change_dynamics(context, *options)); });
 }
 
-const std::map<std::string, v1::MaterialVariables> kVariables = {
-    {"motion", v1::MATERIAL_VARIABLES_MOTION},
-    {"dynamics", v1::MATERIAL_VARIABLES_DYNAMICS},
-    {"all", v1::MATERIAL_VARIABLES_ALL}};
-
 struct MaterialOptions {
   std::string session, optimise;
   bool freeze = false, reset = false;
@@ -282,7 +278,7 @@ void change_material(Context& context, const MaterialOptions& options) {
   if (options.reset) edits.emplace_back().mutable_reset_material();
   if (options.freeze || !options.optimise.empty()) {
     edits.emplace_back().mutable_set_material()->set_variables(
-        options.freeze ? v1::MATERIAL_VARIABLES_MOTION : kVariables.at(options.optimise));
+        options.freeze ? v1::MATERIAL_VARIABLES_MOTION : kMaterialVariables.at(options.optimise));
   }
   if (edits.empty()) return print_material(context, options.session);
   print_receipt(context, send(context, options.session, edits));

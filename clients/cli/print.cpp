@@ -128,9 +128,11 @@ std::string describe(const v1::ResultInfo& result) {
 }
 
 std::string describe(const v1::ModelInfo& model) {
-  return fmt::format("{} modes, {} basis columns, {} cubature tets, error {:.2g} mean {:.2g} max{}",
-                     model.modes(), model.basis_size(), model.cubature_size(), model.error_mean(),
-                     model.error_max(), model.met_tolerance() ? "" : ", tolerance NOT met");
+  return fmt::format(
+      "{} modes, {} basis columns ({}), {} cubature tets, error {:.2g} mean {:.2g} max{}",
+      model.modes(), model.basis_size(), words(v1::Basis_Name(model.basis()), "BASIS_"),
+      model.cubature_size(), model.error_mean(), model.error_max(),
+      model.met_tolerance() ? "" : ", tolerance NOT met");
 }
 
 std::string describe(const v1::Issue& issue) {

@@ -6,6 +6,7 @@
 #include <filesystem>
 
 #include "clients/cli/context.h"
+#include "clients/cli/material_variables.h"
 #include "clients/cli/print.h"
 #include "clients/cpp/scene_files.h"
 
@@ -51,7 +52,7 @@ void sample(Context& context, const std::string& name, const std::string& out) {
 }
 
 struct OpenOptions {
-  std::string scene, sample, session;
+  std::string scene, sample, session, optimise;
   bool no_wait = false;
   double wait_s = 600;
 };
@@ -106,6 +107,10 @@ void open(Context& context, const OpenOptions& options) {
     v1::GetSampleRequest wanted;
     wanted.set_name(options.sample);
     *request.mutable_scene() = context.client().call(wanted, Milliseconds{60000}).scene();
+  }
+  if (!options.optimise.empty()) {
+    request.mutable_scene()->mutable_material_optimisation()->set_variables(
+        kMaterialVariables.at(options.optimise));
   }
   v1::OpenSessionResponse opened;
   {
@@ -199,13 +204,19 @@ void add_scene_commands(CLI::App& app, Context& context) {
   auto options = std::make_shared<OpenOptions>();
   command =
       subcommand(app, "open", "Open a scene as a session: upload it, build its model, solve it",
-                 "limber open scene.json --session robot\n  limber open --sample flower");
+                 "limber open scene.json --session robot\n  limber open --sample flower --optimise "
+                 "all");
   auto* file =
       command->add_option("scene", options->scene, "Scene file (JSON); its mesh file is uploaded");
   auto* known =
       command->add_option("--sample", options->sample, "A sample scene instead")->excludes(file);
   command->add_option("--session", options->session,
                       "Name for the session (default: the server chooses)");
+  command
+      ->add_option("--optimise", options->optimise,
+                   "In place of what the scene says: motion (control forces), dynamics (and "
+                   "frequencies and damping), all (and the modes, mixed from 80)")
+      ->check(CLI::IsMember({"motion", "dynamics", "all"}));
   command->add_flag("--no-wait", options->no_wait, "Return while the model is still being built");
   command->add_option("--wait", options->wait_s, "Seconds to wait for it")
       ->check(seconds_in(0.1, 1e6))

@@ -92,6 +92,7 @@ struct Scene {
   Dynamics dynamics;
   ModelRequest model;
   MaterialOptimisation material_optimisation;
+  std::optional<double> constraint_tolerance;  // of soft constraints [scene length unit], > 0
   std::vector<Constraint> constraints;
   std::vector<Keyframe> keyframes;
   /// Base motion that is edited: displacements from rest, 3n x frame_count [scene units]; empty:

@@ -135,6 +135,9 @@ class SceneValidator {
       error("material_optimisation.column_weight",
             fmt::format("must be in [0, {:g}], is {}", kGreatestWeight, number(column_weight)));
     }
+    const auto& within = scene_.constraint_tolerance;
+    if (within && !(*within > 0 && std::isfinite(*within)))
+      error("constraint_tolerance", "must be > 0, is " + number(*within));
     if (!(model.tolerance > 1e-6 && model.tolerance < 1)) {
       error("model.tolerance", "must be in (1e-6, 1), is " + number(model.tolerance));
     }

@@ -22,6 +22,7 @@ void LiveProblem::start(const EditBatch& whole) {
                 whole.moved.empty() && whole.removed.empty());
   solver_.reset();
   held_.clear();
+  projected_.clear();
   variables_ = whole.material->variables;
   epoch_ = whole.material->epoch;
   initial_ = material_ = std::make_shared<const spacetime::Material>(
@@ -109,16 +110,14 @@ void LiveProblem::set_keyframes(std::vector<scene::Keyframe> keyframes) {
   };
   std::map<std::uint64_t, spacetime::KeyframeConstraint> wanted;
   for (auto& target : keyframe_targets_->project(keyframes)) wanted[target.id] = std::move(target);
-  const auto held = solver_->constraint_set().keyframes;
-  for (const auto& [id, target] : held) {
-    const auto found = wanted.find(id);
-    if (found != wanted.end() && same(found->second, target)) {
-      wanted.erase(found);
-    } else {
-      solver_->remove_keyframe(id);
-    }
-  }
-  for (const auto& [id, target] : wanted) solver_->add_keyframe(target);
+  const auto stays = [&](std::uint64_t id) {
+    return wanted.contains(id) && projected_.contains(id) && same(wanted[id], projected_[id]);
+  };
+  for (const auto& [id, target] : projected_)
+    if (!stays(id)) solver_->remove_keyframe(id);
+  for (const auto& [id, target] : wanted)
+    if (!stays(id)) solver_->add_keyframe(target);
+  projected_ = std::move(wanted);
   keyframes_ = std::move(keyframes);
 }
 
@@ -143,15 +142,17 @@ bool LiveProblem::mostly_unused_sites() const {
 }
 
 void LiveProblem::shed_sites() {
-  const spacetime::ConstraintSet constraints = solver_->constraint_set();
+  const std::vector<spacetime::PositionConstraint> constraints = solver_->constraints();
+  const double scale = solver_->weight_scale();
   make_solver(spacetime::Timeline(solver_->timeline()));
-  for (auto [id, constraint] : constraints.positions) {
-    const std::vector<int>& nodes = held_.at(id).nodes;
+  for (auto constraint : constraints) {
+    const std::vector<int>& nodes = held_.at(constraint.id).nodes;
     constraint.site = kinematics_->add_site(nodes);
     note_site(constraint.site, nodes.size());
     solver_->add(constraint);
   }
-  for (const auto& [id, keyframe] : constraints.keyframes) solver_->add_keyframe(keyframe);
+  for (const auto& [id, keyframe] : projected_) solver_->add_keyframe(keyframe);
+  solver_->set_weight_scale(scale);
 }
 
 }  // namespace limber::session

@@ -91,7 +91,8 @@ class LiveProblem {
   std::shared_ptr<const reduced::BaseMotion> base_;
   TargetFrame targets_;
   std::unique_ptr<KeyframeTargets> keyframe_targets_;
-  std::vector<scene::Keyframe> keyframes_;  // that the solver has
+  std::vector<scene::Keyframe> keyframes_;                            // that the solver has
+  std::map<std::uint64_t, spacetime::KeyframeConstraint> projected_;  // the same, as it has them
   ProblemTerms terms_;
   std::shared_ptr<const spacetime::Material> initial_, material_;
   scene::MaterialVariables variables_ = scene::MaterialVariables::kMotion;

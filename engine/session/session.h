@@ -37,6 +37,7 @@ struct Result {
   double unit_force_energy = 0;  // control forces, comparable between materials
   /// Of a final result: the largest distance of a node from its place in a keyframe [m].
   double max_keyframe_error = 0;
+  double weight_scale = 1;      // of soft constraints, to meet Scene::constraint_tolerance
   Eigen::MatrixXf coordinates;  // q, h x N (float32: what is streamed); displacement [m] = B q
   double since_edit_ms = 0;     // from the newest edit contained to publication
   std::uint64_t cold_request =

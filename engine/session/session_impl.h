@@ -89,6 +89,9 @@ class Session::Impl : public std::enable_shared_from_this<Session::Impl> {
   void work(const Round& round);
   void bring_up_to_date(const Round& round);
   void solve(const Round& round);
+  /// What `round` asks for, to the end, its material included. @returns nothing where an edit made
+  /// it out of date
+  std::optional<spacetime::SolveReport> solve_whole(const Round& round);
   /// solver().solve(), published on the way. @returns nothing where an edit made it out of date
   std::optional<spacetime::SolveReport> solve_motion(const Round& round);
   [[nodiscard]] bool stay_with_answer(const Round& round, const spacetime::SolveReport& ended);
@@ -149,8 +152,9 @@ class Session::Impl : public std::enable_shared_from_this<Session::Impl> {
 
   std::unique_ptr<LiveProblem> problem_;  // the task's
   AnswerBook answers_;                    // the task's
-  int material_iterations_ = 0;           // the task's: in what is published next
-  Clock::time_point progress_told_;       // the task's
+  bool solved_ = false;              // the task's: the motion has converged for the material it has
+  int material_iterations_ = 0;      // the task's: in what is published next
+  Clock::time_point progress_told_;  // the task's
 };
 
 }  // namespace limber::session

@@ -75,6 +75,7 @@ void Session::Impl::publish_material(const Round& round, const MaterialReport& r
 
 void Session::Impl::fill_material(const spacetime::Material& material, Result& result) const {
   result.initial_material = problem_->initial_material();
+  result.weight_scale = problem_->solver().weight_scale();
   result.material_iterations = material_iterations_;
   result.column_energy = document_.unedited()->material_optimisation.column_weight *
                          spacetime::column_energy(material.mixing);

@@ -7,6 +7,7 @@
 #include "engine/session/geometry.h"
 #include "engine/session/material_outcome.h"
 #include "engine/session/session_impl.h"
+#include "engine/session/weight_scale.h"
 
 namespace limber::session {
 namespace {
@@ -198,12 +199,14 @@ void Session::Impl::bring_up_to_date(const Round& round) {
     problem_->apply(round.batch);
   }
   if (round.start == Round::Start::kCold) {
+    problem_->solver().set_weight_scale(1);
     problem_->reset_material();
     return problem_->solver().cold_start();
   }
   const auto known = answers_.find(round.content);
   if (!known) return;
   problem_->set_material(known->material);
+  problem_->solver().set_weight_scale(known->weight_scale);
   problem_->solver().warm_start(known->modal, spacetime::Known::kAnswer);
 }
 
@@ -220,22 +223,40 @@ void Session::Impl::solve(const Round& round) {
   }
   publish(round, report, false);
 
-  std::optional<spacetime::SolveReport> ended = solve_motion(round);
-  if (!ended) return;
-  bool solved = ended->status == spacetime::SolveStatus::kConverged;
-  if (problem_->variables() != scene::MaterialVariables::kMotion &&
-      ended->status != spacetime::SolveStatus::kCancelled) {
+  std::optional<spacetime::SolveReport> ended = solve_whole(round);
+  const scene::Scene& scene = *document_.unedited();
+  for (bool raised = false; ended && scene.constraint_tolerance &&
+                            ended->status != spacetime::SolveStatus::kCancelled;) {
+    const double scale = next_weight_scale(
+        solver.weight_scale(), ended->max_constraint_error / scene.length_unit_in_metres,
+        *scene.constraint_tolerance, raised);
+    if (scale == solver.weight_scale()) break;
     publish(round, *ended, false);
-    const std::optional<spacetime::MaterialReport> material = optimise_material(round);
-    if (!material) return;
-    ended = solve_motion(round);
-    if (!ended) return;
-    solved = ended->status == spacetime::SolveStatus::kConverged;
-    tell_outcome(*material, *ended);
+    solver.set_weight_scale(scale);
+    ended = solve_whole(round);
   }
+  if (!ended) return;
+  tell_tolerance(scene, solver.weight_scale(), *ended);
   if (stay_with_answer(round, *ended)) return;
   const auto result = publish(round, *ended, true);
-  if (solved) answers_.keep(round.content, result);
+  if (solved_) answers_.keep(round.content, result);
+}
+
+std::optional<spacetime::SolveReport> Session::Impl::solve_whole(const Round& round) {
+  std::optional<spacetime::SolveReport> ended = solve_motion(round);
+  if (!ended) return ended;
+  solved_ = ended->status == spacetime::SolveStatus::kConverged;
+  if (problem_->variables() == scene::MaterialVariables::kMotion ||
+      ended->status == spacetime::SolveStatus::kCancelled)
+    return ended;
+  publish(round, *ended, false);
+  const std::optional<spacetime::MaterialReport> material = optimise_material(round);
+  if (!material) return std::nullopt;
+  ended = solve_motion(round);
+  if (!ended) return ended;
+  solved_ = ended->status == spacetime::SolveStatus::kConverged;
+  tell_outcome(*material, *ended);
+  return ended;
 }
 
 std::optional<spacetime::SolveReport> Session::Impl::solve_motion(const Round& round) {
@@ -274,10 +295,13 @@ bool Session::Impl::stay_with_answer(const Round& round, const spacetime::SolveR
   spacetime::Solver& solver = problem_->solver();
   spacetime::SolveReport whole = ended;
   whole.total_energy += problem_->column_energy();
-  if (cancelled ? !complete && solver.prefers(whole, answer->report)
-                : !solver.prefers(answer->report, whole))
-    return false;
+  // Energies at other weights of the constraints are no comparison; the forces they take are.
+  const bool comparable = answer->weight_scale == solver.weight_scale();
+  const bool answer_wins = comparable ? solver.prefers(answer->report, whole)
+                                      : answer->report.force_energy <= ended.force_energy;
+  if (cancelled ? !complete && solver.prefers(whole, answer->report) : !answer_wins) return false;
   problem_->set_material(answer->material);
+  solver.set_weight_scale(answer->weight_scale);
   solver.warm_start(answer->modal, complete ? spacetime::Known::kAnswer : spacetime::Known::kGuess);
   if (answer == newest) return true;
   auto again = std::make_shared<Result>(*answer);

@@ -143,14 +143,22 @@ class Solver::Impl {
 
   void bring_up_to_date() {
     if (!stale_) return;
-    optimizer_.set_structure(constraints_);
+    optimizer_.set_structure(weighed());
     stale_ = false;
+  }
+
+  [[nodiscard]] ConstraintSet weighed() const {
+    ConstraintSet set = constraints_;
+    for (auto& [id, constraint] : set.positions) constraint.weight *= weight_scale_;
+    for (auto& [id, keyframe] : set.keyframes) keyframe.weight *= weight_scale_;
+    return set;
   }
 
   ModeDynamics dynamics_;
   Timeline timeline_;
   int coordinates_;
   ConstraintSet constraints_;
+  double weight_scale_ = 1;
   bool stale_ = false;  // constraints_ differ from the optimiser's in more than targets
   Optimizer optimizer_;
 };
@@ -226,14 +234,22 @@ void Solver::remove_keyframe(ConstraintId id) {
   impl_->stale_ = true;
 }
 
-const ConstraintSet& Solver::constraint_set() const { return impl_->constraints_; }
+ConstraintSet Solver::constraint_set() const { return impl_->weighed(); }
+
+void Solver::set_weight_scale(double scale) {
+  if (!(scale >= 1e-12 && scale <= 1e12))
+    refuse("weight_scale", "weight_scale must be in [1e-12, 1e12]");
+  if (std::exchange(impl_->weight_scale_, scale) != scale) impl_->stale_ = true;
+}
+
+double Solver::weight_scale() const { return impl_->weight_scale_; }
 
 void Solver::set_timeline(EndCondition first, EndCondition last) {
   const Timeline timeline{impl_->timeline_.frame_count, first, last};
   validate(timeline);
   if (first == impl_->timeline_.first && last == impl_->timeline_.last) return;
   impl_->timeline_ = timeline;
-  impl_->optimizer_.set_systems(impl_->dynamics_, timeline, impl_->constraints_);
+  impl_->optimizer_.set_systems(impl_->dynamics_, timeline, impl_->weighed());
   impl_->stale_ = false;
 }
 
@@ -245,7 +261,7 @@ void Solver::set_dynamics(ModeDynamics dynamics) {
                " modes, it must keep its " + std::to_string(impl_->dynamics_.stiffness.size()));
   }
   impl_->dynamics_ = std::move(dynamics);
-  impl_->optimizer_.set_systems(impl_->dynamics_, impl_->timeline_, impl_->constraints_);
+  impl_->optimizer_.set_systems(impl_->dynamics_, impl_->timeline_, impl_->weighed());
   impl_->stale_ = false;
 }
 
@@ -260,7 +276,7 @@ void Solver::set_material(Material material) {
   validate_mixing(material.mixing, modes, impl_->coordinates_);
   impl_->dynamics_ = std::move(material.dynamics);
   impl_->optimizer_.set_material(impl_->dynamics_, std::move(material.mixing), impl_->timeline_,
-                                 impl_->constraints_);
+                                 impl_->weighed());
   impl_->stale_ = false;
 }
 

@@ -86,7 +86,12 @@ class Solver {
   /// it means in them. mixing empty: the first r coordinates. Errors as the constructor's.
   void set_material(Material material);
   [[nodiscard]] std::vector<PositionConstraint> constraints() const;  // ordered by id
-  [[nodiscard]] const ConstraintSet& constraint_set() const;
+  /// All of them with the weights that are solved for.
+  [[nodiscard]] ConstraintSet constraint_set() const;
+  /// Every soft weight counts this many times, in [1e-12, 1e12]; 1 at first. add() and the like
+  /// take and constraints() returns weights without it.
+  void set_weight_scale(double scale);
+  [[nodiscard]] double weight_scale() const;
 
   void cold_start();
   /// Takes up another motion, r x N: what motion() was, to return to it. Zero where an end

@@ -297,6 +297,8 @@ DecodedScene decode_scene(const proto::Scene& message, const std::string& prefix
       decode_variables(message.material_optimisation().variables());
   if (message.material_optimisation().has_column_weight())
     scene.material_optimisation.column_weight = message.material_optimisation().column_weight();
+  if (message.has_constraint_tolerance())
+    scene.constraint_tolerance = message.constraint_tolerance();
   scene.fixed_nodes.assign(static_cast<std::size_t>(message.fixed_nodes_size()),
                            std::numeric_limits<int>::max());
   faults.try_each(prefix + "fixed_nodes", message.fixed_nodes_size(), [&](int i) {
@@ -360,6 +362,7 @@ proto::Scene encode_scene(const scene::Scene& scene) {
   model->set_candidate_modes(static_cast<std::uint32_t>(scene.model.candidate_modes));
   auto* optimisation = message.mutable_material_optimisation();
   optimisation->set_variables(encode_variables(scene.material_optimisation.variables));
+  if (scene.constraint_tolerance) message.set_constraint_tolerance(*scene.constraint_tolerance);
   optimisation->set_column_weight(scene.material_optimisation.column_weight);
   for (const auto& constraint : scene.constraints)
     *message.add_constraints() = encode_constraint(constraint);

@@ -50,9 +50,14 @@ Scene chain_scene(int frames = 60, int constraints = 6, int modes = kModes,
   return scene;
 }
 
+ConstraintSet set_of(const Scene& scene) {
+  ConstraintSet set;
+  for (const auto& constraint : scene.constraints) set.positions[constraint.id] = constraint;
+  return set;
+}
+
 MaterialSolver solver_of(const Scene& scene, const MaterialOptions& options = {}) {
-  return {scene.kinematics, scene.timeline, scene.constraints,
-          scene.material,   scene.motion,   options};
+  return {scene.kinematics, scene.timeline, set_of(scene), scene.material, scene.motion, options};
 }
 
 /// Of eqs. 17a, 17b and 20, straight from the motion and the material.
