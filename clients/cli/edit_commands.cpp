@@ -9,14 +9,12 @@
 #include <iostream>
 
 #include "clients/cli/context.h"
+#include "clients/cli/edits.h"
 #include "clients/cli/material_variables.h"
 #include "clients/cli/print.h"
 #include "proto/json_text.h"
 
 namespace limber::cli {
-namespace {
-
-using client::ClientError;
 
 v1::EditResponse send(Context& context, const std::string& session,
                       const std::vector<v1::Edit>& edits) {
@@ -32,8 +30,14 @@ void print_receipt(const Context& context, const v1::EditResponse& response) {
   std::string touched;
   for (const auto id : response.constraint_ids())
     if (id != 0) touched += fmt::format("{}{}", touched.empty() ? ", constraint " : ", ", id);
+  for (const auto id : response.keyframe_ids())
+    if (id != 0) touched += fmt::format(", keyframe {}", id);
   fmt::print("revision {}{}\n", response.revision(), touched);
 }
+
+namespace {
+
+using client::ClientError;
 
 struct ConstraintOptions {
   std::string session, axes;

@@ -119,6 +119,8 @@ std::string describe(const v1::ResultInfo& result) {
     text +=
         fmt::format("material          {} steps, control forces {:.6g} with modes of unit size\n",
                     result.material_iterations(), result.unit_force_energy());
+  if (result.max_keyframe_error() > 0)
+    text += fmt::format("keyframe error    {:.3g} at most\n", result.max_keyframe_error());
   if (result.rank_deficient() && result.message().empty())
     text += "exact constraints contradict or repeat each other: a least-squares answer\n";
   if (!result.message().empty()) text += result.message() + "\n";

@@ -107,10 +107,10 @@ void write_bytes(const fs::path& path, const std::string& bytes, WriteMode mode)
   if (!out) throw ClientError(v1::ERROR_CODE_IO, "out", "cannot write " + path.string());
 }
 
-v1::MeshFile mesh_file(const fs::path& path) {
+v1::MeshFile mesh_file(const fs::path& path, const std::string& field) {
   v1::MeshFile file;
   file.set_name(path.filename().string());
-  file.set_content(read_bytes(path, "mesh.path"));
+  file.set_content(read_bytes(path, field));
   std::vector<fs::path> beside;
   const std::string ending = lower(path.extension().string());
   const auto with_ending = [&](const char* other) {
@@ -126,7 +126,7 @@ v1::MeshFile mesh_file(const fs::path& path) {
     beside.push_back(with_ending(".elastic"));
   for (const auto& companion : beside)
     (*file.mutable_companions())[companion.filename().string()] =
-        read_bytes(companion, "mesh.companions");
+        read_bytes(companion, field == "mesh.path" ? "mesh.companions" : field);
   return file;
 }
 
@@ -139,6 +139,12 @@ v1::Scene load_scene(const fs::path& path) {
   if (scene.mesh().has_path()) {
     const fs::path mesh = path.parent_path() / scene.mesh().path();
     *scene.mutable_mesh()->mutable_file() = mesh_file(mesh);
+  }
+  for (int i = 0; i < scene.keyframes_size(); ++i) {
+    auto& keyframe = *scene.mutable_keyframes(i);
+    if (!keyframe.has_path()) continue;
+    const fs::path pose = path.parent_path() / keyframe.path();
+    *keyframe.mutable_file() = mesh_file(pose, "keyframes[" + std::to_string(i) + "].path");
   }
   if (scene.has_base_motion()) put_motion_bytes(*scene.mutable_base_motion(), path.parent_path());
   return scene;

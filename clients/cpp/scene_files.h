@@ -9,12 +9,14 @@
 namespace limber::client {
 
 /// A mesh file's bytes for upload, with what belongs to it: TetGen's other half, VegaFEM's
-/// includes, and materials in a file of the same stem ending in .elastic. @throws ClientError IO
-[[nodiscard]] v1::MeshFile mesh_file(const std::filesystem::path& path);
+/// includes, and materials in a file of the same stem ending in .elastic.
+/// @throws ClientError IO naming `field`
+[[nodiscard]] v1::MeshFile mesh_file(const std::filesystem::path& path,
+                                     const std::string& field = "mesh.path");
 
-/// Reads a scene file (the JSON form of v1::Scene) and puts the bytes of the mesh and of the base
-/// motion in place of their paths, which are relative to the scene file. @throws ClientError IO,
-/// INVALID_ARGUMENT
+/// Reads a scene file (the JSON form of v1::Scene) and puts the bytes of the mesh, of the base
+/// motion and of keyframes' poses in place of their paths, which are relative to the scene file.
+/// @throws ClientError IO, INVALID_ARGUMENT
 [[nodiscard]] v1::Scene load_scene(const std::filesystem::path& path);
 
 /// The scene as a file in a folder: FOLDER/NAME.json, and beside it the mesh where the message

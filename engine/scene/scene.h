@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -67,6 +68,16 @@ struct Constraint {
   double weight = 100;                 // gamma, > 0; infinity holds exactly
 };
 
+/// "In this frame, the body has this pose", as far as its modes can (paper: space-time editing,
+/// section 6.2).
+struct Keyframe {
+  std::uint64_t id = 0;  // 0: to be numbered by the session; numbered apart from constraints
+  int frame = 0;         // one keyframe in a frame at most
+  double weight = 100;   // gamma, > 0, of the distance in modal coordinates; infinity holds exactly
+  /// Displacements of the source nodes from rest, 3n [scene length unit]; shared, never changed.
+  std::shared_ptr<const Eigen::VectorXd> pose;
+};
+
 /// What a session edits: plain values, lengths in `length_unit_in_metres`.
 struct Scene {
   std::string name;
@@ -83,6 +94,7 @@ struct Scene {
   MaterialOptimisation material_optimisation;
   std::optional<double> constraint_tolerance;  // of soft constraints [scene length unit], > 0
   std::vector<Constraint> constraints;
+  std::vector<Keyframe> keyframes;
   /// Base motion that is edited: displacements from rest, 3n x frame_count [scene units]; empty:
   /// the rest shape.
   Eigen::MatrixXd base_motion;

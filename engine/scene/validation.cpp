@@ -6,6 +6,7 @@
 
 #include "engine/base/error.h"
 #include "engine/bodies/mesh_validation.h"
+#include "engine/scene/keyframe_rules.h"
 #include "engine/scene/scene.h"
 #include "engine/scene/simulation_validation.h"
 
@@ -33,6 +34,7 @@ class SceneValidator {
     check_mesh();
     check_constraints();
     check_base_motion();
+    for (Issue& issue : keyframe_issues(scene_)) issues_.push_back(std::move(issue));
     for (Issue& issue : simulation_issues(scene_)) issues_.push_back(std::move(issue));
     return std::move(issues_);
   }

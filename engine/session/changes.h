@@ -28,14 +28,25 @@ struct DynamicsChange {
   scene::Dynamics dynamics;
 };
 
+/// A keyframe comes or goes.
+struct KeyframeChange {
+  std::uint64_t id = 0;
+  std::optional<scene::Keyframe> value;  // what holds from now on; none: the keyframe is gone
+};
+struct KeyframeShift {
+  std::uint64_t id = 0;
+  int frame = 0;
+  double weight = 0;
+};
+
 /// What is optimised, and since which reset: a fitted material belongs to one epoch.
 struct MaterialChange {
   scene::MaterialVariables variables = scene::MaterialVariables::kMotion;
   std::uint64_t epoch = 0;
 };
 
-using Change =
-    std::variant<ConstraintChange, TargetChange, EndsChange, DynamicsChange, MaterialChange>;
+using Change = std::variant<ConstraintChange, TargetChange, EndsChange, DynamicsChange,
+                            MaterialChange, KeyframeChange, KeyframeShift>;
 using ChangeGroup = std::vector<Change>;  // in the order they are to be applied
 
 /// What differs from the state the solver last saw. Grows with the number of touched things, not of
@@ -47,9 +58,12 @@ struct Touched {
   bool ends = false;
   bool dynamics = false;
   bool material = false;
+  bool keyframes = false;
 
   void note(const Change& change);
-  [[nodiscard]] bool empty() const { return constraints.empty() && !ends && !dynamics; }
+  [[nodiscard]] bool empty() const {
+    return constraints.empty() && !ends && !dynamics && !keyframes;
+  }
 };
 
 }  // namespace limber::session

@@ -12,8 +12,10 @@ namespace {
 
 const char* name_of(const Edit& edit) {
   static constexpr const char* kNames[] = {
-      "add.",          "move.",         "replace.",        "remove.", "set_ends.",
-      "set_dynamics.", "set_material.", "reset_material.", "undo.",   "redo."};
+      "add.",          "move.",          "replace.",         "remove.",
+      "set_ends.",     "set_dynamics.",  "set_material.",    "reset_material.",
+      "add_keyframe.", "move_keyframe.", "remove_keyframe.", "undo.",
+      "redo."};
   static_assert(std::variant_size_v<Edit> == std::size(kNames));
   return kNames[edit.index()];
 }
@@ -24,18 +26,15 @@ std::string joined(std::string path, const std::string& field) {
   return path;
 }
 
-std::uint64_t constraint_of(const Change& change) {
-  if (const auto* constraint = std::get_if<ConstraintChange>(&change)) return constraint->id;
-  if (const auto* moved = std::get_if<TargetChange>(&change)) return moved->id;
-  return 0;
-}
-
 std::size_t bytes_of(const ChangeGroup& group) {
   std::size_t bytes = group.size() * sizeof(Change);
   for (const Change& change : group) {
     const auto* constraint = std::get_if<ConstraintChange>(&change);
     if (constraint != nullptr && constraint->value)
       bytes += constraint->value->nodes.size() * sizeof(int);
+    const auto* keyframe = std::get_if<KeyframeChange>(&change);
+    if (keyframe != nullptr && keyframe->value)
+      bytes += static_cast<std::size_t>(keyframe->value->pose->size()) * sizeof(double);
   }
   return bytes;
 }
@@ -68,8 +67,10 @@ void Touched::note(const Change& change) {
     ends = true;
   } else if (std::holds_alternative<DynamicsChange>(change)) {
     dynamics = true;
-  } else {
+  } else if (std::holds_alternative<MaterialChange>(change)) {
     material = true;
+  } else {
+    keyframes = true;
   }
 }
 
@@ -150,7 +151,8 @@ Document::Document(scene::Scene scene, DocumentLimits limits)
       first_end_(scene.first_end),
       last_end_(scene.last_end),
       dynamics_(scene.dynamics),
-      material_{scene.material_optimisation.variables, 0} {
+      material_{scene.material_optimisation.variables, 0},
+      keyframes_(scene) {
   limits_.validate();
   rules_.check_ends(first_end_, last_end_);
   under("dynamics.", [&] { ConstraintRules::check_dynamics(dynamics_); });
@@ -179,6 +181,7 @@ Document::Document(scene::Scene scene, DocumentLimits limits)
     constraints_.emplace(constraint.id, constraint);
   }
   scene.constraints.clear();
+  scene.keyframes.clear();
   unedited_ = std::make_shared<const scene::Scene>(std::move(scene));
 }
 
@@ -200,8 +203,10 @@ EditReceipt Document::apply(const std::vector<Edit>& edits, std::optional<Revisi
     throw Error(ErrorCode::kInvalidArgument, "edits", "a request needs at least one edit");
 
   const std::uint64_t next_id = next_id_, content = content_;
+  const std::uint64_t next_keyframe_id = keyframes_.next_id();
   EditReceipt receipt;
   receipt.constraint_ids.reserve(edits.size());
+  receipt.keyframe_ids.reserve(edits.size());
   Request request{touched, {}, 0, {}, {}};
   std::size_t i = 0;
   const auto take_back = [&] {
@@ -210,12 +215,17 @@ EditReceipt Document::apply(const std::vector<Edit>& edits, std::optional<Revisi
     if (request.undo) undo_ = std::move(*request.undo);
     if (request.redo) redo_ = std::move(*request.redo);
     next_id_ = next_id;
+    keyframes_.set_next_id(next_keyframe_id);
     content_ = content;
   };
   try {
-    for (; i < edits.size(); ++i) receipt.constraint_ids.push_back(apply_edit(edits[i], request));
+    for (; i < edits.size(); ++i) {
+      const TouchedIds ids = apply_edit(edits[i], request);
+      receipt.constraint_ids.push_back(ids.constraint);
+      receipt.keyframe_ids.push_back(ids.keyframe);
+    }
     close_step(request);
-    receipt.issues = warnings(edits, receipt.constraint_ids);
+    receipt.issues = warnings(edits, receipt);
   } catch (const Error& error) {
     take_back();
     throw Error(error.code(),
@@ -230,8 +240,8 @@ EditReceipt Document::apply(const std::vector<Edit>& edits, std::optional<Revisi
 }
 
 /// Of what the edits set, as far as later ones of the request left it there.
-std::vector<scene::Issue> Document::warnings(
-    const std::vector<Edit>& edits, const std::vector<std::uint64_t>& constraint_ids) const {
+std::vector<scene::Issue> Document::warnings(const std::vector<Edit>& edits,
+                                             const EditReceipt& receipt) const {
   constexpr std::size_t kMostWarnings = 20;
   std::vector<scene::Issue> found;
   const auto add = [&](std::size_t i, const char* part, std::vector<scene::Issue> issues) {
@@ -245,9 +255,15 @@ std::vector<scene::Issue> Document::warnings(
       add(i, "", warnings_of_ends());
     } else if (std::holds_alternative<AddConstraint>(edits[i]) ||
                std::holds_alternative<ReplaceConstraint>(edits[i])) {
-      const auto held = constraints_.find(constraint_ids[i]);
+      const auto held = constraints_.find(receipt.constraint_ids[i]);
       if (held != constraints_.end())
         add(i, "constraint.", rules_.warnings(held->second, first_end_, last_end_));
+    } else if (const bool added = std::holds_alternative<AddKeyframe>(edits[i]);
+               added || std::holds_alternative<MoveKeyframe>(edits[i])) {
+      const auto held = keyframes_.all().find(receipt.keyframe_ids[i]);
+      if (held == keyframes_.all().end()) continue;
+      const auto idle = keyframes_.rules().idle_frame(held->second.frame, first_end_, last_end_);
+      if (idle) add(i, added ? "keyframe." : "", {*idle});
     }
   }
   return found;
@@ -256,37 +272,39 @@ std::vector<scene::Issue> Document::warnings(
 /// New ends may hold frames in which there are constraints: said once for each end.
 std::vector<scene::Issue> Document::warnings_of_ends() const {
   int first = 0, last = 0;
-  const int frames = unedited_->frame_count;
-  for (const auto& [id, constraint] : constraints_) {
+  const auto look_at = [&](int frame) {
     const auto idle = [&](scene::End at_first, scene::End at_last) {
-      return scene::idle_frame_warning(constraint.frame, frames, at_first, at_last) ? 1 : 0;
+      return scene::idle_frame_warning(frame, unedited_->frame_count, at_first, at_last) ? 1 : 0;
     };
     first += idle(first_end_, scene::End::kFree);
     last += idle(scene::End::kFree, last_end_);
-  }
+  };
+  for (const auto& [id, constraint] : constraints_) look_at(constraint.frame);
+  for (const auto& [id, keyframe] : keyframes_.all()) look_at(keyframe.frame);
+  const char* const what = keyframes_.all().empty() ? "constraints" : "constraints and keyframes";
   std::vector<scene::Issue> found;
   const auto add = [&](const char* field, int count) {
     if (count == 0) return;
     found.push_back(
         {scene::Issue::Severity::kWarning, field,
-         fmt::format("constraints in the frames it holds: {}; they have no effect", count)});
+         fmt::format("{} in the frames it holds: {}; they have no effect", what, count)});
   };
   add("first_end", first);
   add("last_end", last);
   return found;
 }
 
-std::uint64_t Document::apply_edit(const Edit& edit, Request& request) {
+Document::TouchedIds Document::apply_edit(const Edit& edit, Request& request) {
   return std::visit(
-      [&](const auto& e) -> std::uint64_t {
+      [&](const auto& e) -> TouchedIds {
         using T = std::decay_t<decltype(e)>;
         if constexpr (std::is_same_v<T, AddConstraint>) {
-          return add(e.constraint, request);
+          return {add(e.constraint, request), 0};
         } else if constexpr (std::is_same_v<T, MoveConstraint>) {
           demand_known(e.id, "id");
           rules_.check_target(e.target);
           make(TargetChange{e.id, e.target}, request);
-          return e.id;
+          return {e.id, 0};
         } else if constexpr (std::is_same_v<T, ReplaceConstraint>) {
           demand_known(e.constraint.id, "constraint.id");
           under("constraint.", [&] {
@@ -295,25 +313,33 @@ std::uint64_t Document::apply_edit(const Edit& edit, Request& request) {
             if (e.constraint.nodes.size() > held) demand_room(e.constraint.nodes.size() - held);
           });
           make(ConstraintChange{e.constraint.id, e.constraint}, request);
-          return e.constraint.id;
+          return {e.constraint.id, 0};
         } else if constexpr (std::is_same_v<T, RemoveConstraint>) {
           demand_known(e.id, "id");
           make(ConstraintChange{e.id, std::nullopt}, request);
-          return e.id;
+          return {e.id, 0};
         } else if constexpr (std::is_same_v<T, SetEnds>) {
           rules_.check_ends(e.first, e.last);
           make(EndsChange{e.first, e.last}, request);
-          return 0;
+          return {};
         } else if constexpr (std::is_same_v<T, SetDynamics>) {
           ConstraintRules::check_dynamics(e.dynamics);
           make(DynamicsChange{e.dynamics}, request);
-          return 0;
+          return {};
         } else if constexpr (std::is_same_v<T, SetMaterialVariables>) {
           make(MaterialChange{e.variables, material_.epoch}, request);
-          return 0;
+          return {};
         } else if constexpr (std::is_same_v<T, ResetMaterial>) {
           make(MaterialChange{material_.variables, ++epochs_}, request);
-          return 0;
+          return {};
+        } else if constexpr (std::is_same_v<T, AddKeyframe>) {
+          return {0, add(e.keyframe, request)};
+        } else if constexpr (std::is_same_v<T, MoveKeyframe>) {
+          make(keyframes_.moved(e), request);
+          return {0, e.id};
+        } else if constexpr (std::is_same_v<T, RemoveKeyframe>) {
+          make(keyframes_.removed(e.id), request);
+          return {0, e.id};
         } else if constexpr (std::is_same_v<T, Undo>) {
           request.keep_stacks(*this);
           close_step(request);
@@ -353,22 +379,35 @@ std::uint64_t Document::add(const scene::Constraint& wanted, Request& request) {
   return id;
 }
 
+std::uint64_t Document::add(const scene::Keyframe& wanted, Request& request) {
+  KeyframeChange change = keyframes_.added(wanted);
+  const std::uint64_t id = change.id;
+  make(std::move(change), request);
+  return id;
+}
+
+Document::TouchedIds Document::touched_by(const Change& change) {
+  if (const auto* constraint = std::get_if<ConstraintChange>(&change)) return {constraint->id, 0};
+  if (const auto* moved = std::get_if<TargetChange>(&change)) return {moved->id, 0};
+  if (const auto* keyframe = std::get_if<KeyframeChange>(&change)) return {0, keyframe->id};
+  if (const auto* shifted = std::get_if<KeyframeShift>(&change)) return {0, shifted->id};
+  return {};
+}
+
 /// Takes the newest group of `from`, applies it backwards in time and leaves its inverse on `to`.
-std::uint64_t Document::step(Steps& from, Steps& to, Request& request) {
+Document::TouchedIds Document::step(Steps& from, Steps& to, Request& request) {
   const auto [group, content, bytes] = from.pop_newest();
-  std::uint64_t id = 0;
+  const TouchedIds ids = touched_by(group->front());
   bool single = true;
   for (auto change = group->rbegin(); change != group->rend(); ++change) {
-    const std::uint64_t here = constraint_of(*change);
-    single = single && here != 0 && (id == 0 || id == here);
-    id = here;
+    single = single && touched_by(*change) == ids;
     make(*change, request);
   }
   const auto begin = request.back.begin() + static_cast<std::ptrdiff_t>(request.step_begin);
   to.push(std::make_shared<const ChangeGroup>(begin, request.back.end()), content_);
   content_ = content;
   request.step_begin = request.back.size();
-  return single ? id : 0;
+  return single ? ids : TouchedIds{};
 }
 
 void Document::make(Change change, Request& request) {
@@ -418,6 +457,10 @@ Change Document::exchange(Change change) {
     std::swap(dynamics->dynamics, dynamics_);
   } else if (auto* material = std::get_if<MaterialChange>(&change)) {
     std::swap(*material, material_);
+  } else if (auto* keyframe = std::get_if<KeyframeChange>(&change)) {
+    keyframes_.exchange(*keyframe);
+  } else if (auto* shifted = std::get_if<KeyframeShift>(&change)) {
+    keyframes_.exchange(*shifted);
   }
   return change;
 }

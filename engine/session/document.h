@@ -11,6 +11,7 @@
 #include "engine/session/changes.h"
 #include "engine/session/constraint_rules.h"
 #include "engine/session/edit.h"
+#include "engine/session/keyframe_set.h"
 
 namespace limber::session {
 
@@ -55,14 +56,15 @@ class Document {
     return constraints_;
   }
   [[nodiscard]] std::vector<scene::Constraint> constraint_list() const;  // by id
+  [[nodiscard]] std::vector<scene::Keyframe> keyframe_list() const { return keyframes_.list(); }
   /// Names what the edits have made of the scene: undo and redo come back to earlier names, any
   /// other request makes a new one.
   [[nodiscard]] std::uint64_t content() const { return content_; }
   [[nodiscard]] std::size_t undo_count() const { return undo_.size(); }
   [[nodiscard]] std::size_t redo_count() const { return redo_.size(); }
 
-  /// What edits never change: mesh, materials, fixed nodes, frames, model. Its constraints are
-  /// empty, its ends and dynamics are those at opening.
+  /// What edits never change: mesh, materials, fixed nodes, frames, model. Its constraints and
+  /// keyframes are empty, its ends and dynamics are those at opening.
   [[nodiscard]] const std::shared_ptr<const scene::Scene>& unedited() const { return unedited_; }
 
  private:
@@ -87,13 +89,20 @@ class Document {
     std::size_t bytes_ = 0;
   };
   struct Request;
+  /// What an edit touched; 0: none of its kind, or several.
+  struct TouchedIds {
+    std::uint64_t constraint = 0, keyframe = 0;
+    bool operator==(const TouchedIds&) const = default;
+  };
 
-  std::uint64_t apply_edit(const Edit& edit, Request& request);
-  [[nodiscard]] std::vector<scene::Issue> warnings(
-      const std::vector<Edit>& edits, const std::vector<std::uint64_t>& constraint_ids) const;
+  TouchedIds apply_edit(const Edit& edit, Request& request);
+  [[nodiscard]] static TouchedIds touched_by(const Change& change);
+  [[nodiscard]] std::vector<scene::Issue> warnings(const std::vector<Edit>& edits,
+                                                   const EditReceipt& receipt) const;
   [[nodiscard]] std::vector<scene::Issue> warnings_of_ends() const;
   std::uint64_t add(const scene::Constraint& wanted, Request& request);
-  std::uint64_t step(Steps& from, Steps& to, Request& request);
+  std::uint64_t add(const scene::Keyframe& wanted, Request& request);
+  TouchedIds step(Steps& from, Steps& to, Request& request);
   void make(Change change, Request& request);
   void close_step(Request& request);
   Change exchange(Change change);
@@ -109,6 +118,7 @@ class Document {
   MaterialChange material_;
   std::uint64_t epochs_ = 0;  // newest given
   std::map<std::uint64_t, scene::Constraint> constraints_;
+  KeyframeSet keyframes_;
   std::uint64_t next_id_ = 1;  // never goes back, so that an id is not given twice
   Revision revision_ = 0;
   std::uint64_t content_ = 0, contents_ = 0;  // now; newest given

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <optional>
 #include <variant>
 #include <vector>
 
@@ -36,15 +37,29 @@ struct SetMaterialVariables {
 };
 /// Forgets what was fitted: the material of the scene, from which optimisation starts anew.
 struct ResetMaterial {};
+struct AddKeyframe {
+  scene::Keyframe keyframe;  // id 0: numbered by the session
+};
+/// To another frame, or with another weight; the pose stays.
+struct MoveKeyframe {
+  std::uint64_t id = 0;
+  std::optional<int> frame;
+  std::optional<double> weight;
+};
+struct RemoveKeyframe {
+  std::uint64_t id = 0;
+};
 struct Undo {};
 struct Redo {};
 
 using Edit = std::variant<AddConstraint, MoveConstraint, ReplaceConstraint, RemoveConstraint,
-                          SetEnds, SetDynamics, SetMaterialVariables, ResetMaterial, Undo, Redo>;
+                          SetEnds, SetDynamics, SetMaterialVariables, ResetMaterial, AddKeyframe,
+                          MoveKeyframe, RemoveKeyframe, Undo, Redo>;
 
 struct EditReceipt {
   Revision revision = 0;
   std::vector<std::uint64_t> constraint_ids;  // per edit: the constraint it touched, 0 if none
+  std::vector<std::uint64_t> keyframe_ids;    // the same of keyframes
   /// Warnings: what was accepted but has no effect as things are after the last edit. Fields are
   /// "edits[i]....".
   std::vector<scene::Issue> issues;

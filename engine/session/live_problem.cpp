@@ -7,25 +7,29 @@ namespace limber::session {
 
 LiveProblem::LiveProblem(std::shared_ptr<const reduced::ReducedModel> model,
                          std::shared_ptr<const reduced::BaseMotion> base, TargetFrame targets,
-                         ProblemTerms terms, spacetime::SolverOptions options, SiteLimits limits)
+                         std::unique_ptr<KeyframeTargets> keyframe_targets, ProblemTerms terms,
+                         spacetime::SolverOptions options, SiteLimits limits)
     : model_(std::move(model)),
       base_(std::move(base)),
       targets_(std::move(targets)),
+      keyframe_targets_(std::move(keyframe_targets)),
       terms_(terms),
       options_(options),
       limits_(limits) {}
 
 void LiveProblem::start(const EditBatch& whole) {
-  LIMBER_DEMAND(whole.ends && whole.dynamics && whole.material && whole.moved.empty() &&
-                whole.removed.empty());
+  LIMBER_DEMAND(whole.ends && whole.dynamics && whole.material && whole.keyframes &&
+                whole.moved.empty() && whole.removed.empty());
   solver_.reset();
   held_.clear();
+  projected_.clear();
   variables_ = whole.material->variables;
   epoch_ = whole.material->epoch;
   initial_ = material_ = std::make_shared<const spacetime::Material>(
       map_material(*whole.dynamics, terms_.mode_count, *model_));
   make_solver({terms_.frame_count, map_end(whole.ends->first), map_end(whole.ends->last)});
   for (const scene::Constraint& constraint : whole.set) set(constraint);
+  set_keyframes(whole.keyframes.value());
 }
 
 void LiveProblem::apply(const EditBatch& batch) {
@@ -42,6 +46,7 @@ void LiveProblem::apply(const EditBatch& batch) {
     variables_ = batch.material->variables;
     if (std::exchange(epoch_, batch.material->epoch) != batch.material->epoch) reset_material();
   }
+  if (batch.keyframes) set_keyframes(*batch.keyframes);
   if (mostly_unused_sites()) shed_sites();
 }
 
@@ -96,6 +101,26 @@ void LiveProblem::set(const scene::Constraint& constraint) {
   held_[constraint.id] = std::move(held);
 }
 
+/// A keyframe may change the turns of those after it: all are projected again. Those that come out
+/// the same stay in the solver as they are.
+void LiveProblem::set_keyframes(std::vector<scene::Keyframe> keyframes) {
+  const auto same = [](const spacetime::KeyframeConstraint& a,
+                       const spacetime::KeyframeConstraint& b) {
+    return a.frame == b.frame && a.weight == b.weight && a.coordinates == b.coordinates;
+  };
+  std::map<std::uint64_t, spacetime::KeyframeConstraint> wanted;
+  for (auto& target : keyframe_targets_->project(keyframes)) wanted[target.id] = std::move(target);
+  const auto stays = [&](std::uint64_t id) {
+    return wanted.contains(id) && projected_.contains(id) && same(wanted[id], projected_[id]);
+  };
+  for (const auto& [id, target] : projected_)
+    if (!stays(id)) solver_->remove_keyframe(id);
+  for (const auto& [id, target] : wanted)
+    if (!stays(id)) solver_->add_keyframe(target);
+  projected_ = std::move(wanted);
+  keyframes_ = std::move(keyframes);
+}
+
 void LiveProblem::make_solver(const spacetime::Timeline& timeline) {
   kinematics_ = std::make_shared<reduced::ReducedKinematics>(model_, base_);
   site_count_ = 0;
@@ -117,15 +142,17 @@ bool LiveProblem::mostly_unused_sites() const {
 }
 
 void LiveProblem::shed_sites() {
-  const spacetime::ConstraintSet constraints = solver_->constraint_set();
+  const std::vector<spacetime::PositionConstraint> constraints = solver_->constraints();
+  const double scale = solver_->weight_scale();
   make_solver(spacetime::Timeline(solver_->timeline()));
-  for (auto [id, constraint] : constraints.positions) {
-    const std::vector<int>& nodes = held_.at(id).nodes;
+  for (auto constraint : constraints) {
+    const std::vector<int>& nodes = held_.at(constraint.id).nodes;
     constraint.site = kinematics_->add_site(nodes);
     note_site(constraint.site, nodes.size());
     solver_->add(constraint);
   }
-  for (const auto& [id, keyframe] : constraints.keyframes) solver_->add_keyframe(keyframe);
+  for (const auto& [id, keyframe] : projected_) solver_->add_keyframe(keyframe);
+  solver_->set_weight_scale(scale);
 }
 
 }  // namespace limber::session

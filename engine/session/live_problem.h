@@ -8,6 +8,7 @@
 
 #include "engine/reduced/reduced_model.h"
 #include "engine/session/edit_batch.h"
+#include "engine/session/keyframe_targets.h"
 #include "engine/session/problem_mapping.h"
 #include "engine/spacetime/material_solver.h"
 #include "engine/spacetime/solver.h"
@@ -34,7 +35,8 @@ class LiveProblem {
  public:
   LiveProblem(std::shared_ptr<const reduced::ReducedModel> model,
               std::shared_ptr<const reduced::BaseMotion> base, TargetFrame targets,
-              ProblemTerms terms, spacetime::SolverOptions options, SiteLimits limits = {});
+              std::unique_ptr<KeyframeTargets> keyframe_targets, ProblemTerms terms,
+              spacetime::SolverOptions options, SiteLimits limits = {});
 
   /// A new, cold solver of what `whole` says.
   void start(const EditBatch& whole);
@@ -66,6 +68,10 @@ class LiveProblem {
   /// q of all frames of a motion (z, r x N) with a material, h x N.
   void coordinates(const spacetime::Material& material, const Eigen::MatrixXd& motion,
                    Eigen::MatrixXf& q) const;
+  /// How far a motion (q, h x N) misses the keyframes: the largest distance of a node [m].
+  [[nodiscard]] double max_keyframe_error(const Eigen::MatrixXf& q) const {
+    return keyframe_targets_->max_error(keyframes_, q);
+  }
 
  private:
   struct Held {
@@ -74,6 +80,7 @@ class LiveProblem {
   };
 
   void set(const scene::Constraint& constraint);
+  void set_keyframes(std::vector<scene::Keyframe> keyframes);
   void note_site(int site, std::size_t nodes);
   [[nodiscard]] bool mostly_unused_sites() const;
   void make_solver(const spacetime::Timeline& timeline);
@@ -83,6 +90,9 @@ class LiveProblem {
   std::shared_ptr<const reduced::ReducedModel> model_;
   std::shared_ptr<const reduced::BaseMotion> base_;
   TargetFrame targets_;
+  std::unique_ptr<KeyframeTargets> keyframe_targets_;
+  std::vector<scene::Keyframe> keyframes_;                            // that the solver has
+  std::map<std::uint64_t, spacetime::KeyframeConstraint> projected_;  // the same, as it has them
   ProblemTerms terms_;
   std::shared_ptr<const spacetime::Material> initial_, material_;
   scene::MaterialVariables variables_ = scene::MaterialVariables::kMotion;

@@ -161,15 +161,21 @@ spacetime::EndCondition map_end(scene::End end) {
 
 Eigen::MatrixXd map_base_motion(const scene::Scene& scene,
                                 const std::vector<int>& source_of_compact) {
+  return map_displacements(scene, scene.base_motion, source_of_compact);
+}
+
+Eigen::MatrixXd map_displacements(const scene::Scene& scene,
+                                  const Eigen::Ref<const Eigen::MatrixXd>& displacements,
+                                  const std::vector<int>& source_of_compact) {
   const LengthUnit unit(scene.length_unit_in_metres);
   const Eigen::Index count = static_cast<Eigen::Index>(source_of_compact.size());
-  Eigen::MatrixXd motion(3 * count, scene.base_motion.cols());
+  Eigen::MatrixXd mapped(3 * count, displacements.cols());
   for (Eigen::Index node = 0; node < count; ++node) {
     const Eigen::Index source = source_of_compact[static_cast<std::size_t>(node)];
-    motion.middleRows(3 * node, 3) =
-        unit.to_si(scene.base_motion.middleRows(3 * source, 3).array()).matrix();
+    mapped.middleRows(3 * node, 3) =
+        unit.to_si(displacements.middleRows(3 * source, 3).array()).matrix();
   }
-  return motion;
+  return mapped;
 }
 
 TargetFrame::TargetFrame(const scene::Scene& scene, const MappedBody& mapped)

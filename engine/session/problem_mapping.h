@@ -53,7 +53,12 @@ struct MappedBody {
 
 [[nodiscard]] spacetime::MaterialVariables map_variables(scene::MaterialVariables variables);
 
-/// Displacements [scene units] of source nodes to [m] of compact nodes, 3n x frames.
+/// Displacements [scene units] of source nodes, a pose a column, to [m] of compact nodes.
+[[nodiscard]] Eigen::MatrixXd map_displacements(
+    const scene::Scene& scene, const Eigen::Ref<const Eigen::MatrixXd>& displacements,
+    const std::vector<int>& source_of_compact);
+
+/// The same of the base motion, 3n x frames.
 [[nodiscard]] Eigen::MatrixXd map_base_motion(const scene::Scene& scene,
                                               const std::vector<int>& source_of_compact);
 

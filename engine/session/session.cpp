@@ -46,6 +46,14 @@ std::vector<scene::Constraint> Session::constraints() const {
   return impl_->read([](const Impl& impl) { return impl.document_.constraint_list(); });
 }
 
+std::vector<scene::Keyframe> Session::keyframes() const {
+  return impl_->read([](const Impl& impl) { return impl.document_.keyframe_list(); });
+}
+
+std::shared_ptr<const scene::Scene> Session::unedited() const {
+  return impl_->read([](const Impl& impl) { return impl.document_.unedited(); });
+}
+
 EditReceipt Session::edit(const std::vector<Edit>& edits, std::optional<Revision> expected) {
   return impl_->edit(edits, expected);
 }

@@ -35,9 +35,11 @@ struct Result {
   int material_iterations = 0;   // of the material's optimisation for this revision
   double column_energy = 0;      // mu E_s, part of report.total_energy
   double unit_force_energy = 0;  // control forces, comparable between materials
-  double weight_scale = 1;       // of soft constraints, to meet Scene::constraint_tolerance
-  Eigen::MatrixXf coordinates;   // q, h x N (float32: what is streamed); displacement [m] = B q
-  double since_edit_ms = 0;      // from the newest edit contained to publication
+  /// Of a final result: the largest distance of a node from its place in a keyframe [m].
+  double max_keyframe_error = 0;
+  double weight_scale = 1;      // of soft constraints, to meet Scene::constraint_tolerance
+  Eigen::MatrixXf coordinates;  // q, h x N (float32: what is streamed); displacement [m] = B q
+  double since_edit_ms = 0;     // from the newest edit contained to publication
   std::uint64_t cold_request =
       0;  // the newest that was given to solve_cold() and is in it; 0: none
 };
@@ -104,6 +106,9 @@ class Session {
   [[nodiscard]] Revision revision() const;   // newest accepted
   [[nodiscard]] scene::Scene scene() const;  // as edited up to revision(); the mesh included
   [[nodiscard]] std::vector<scene::Constraint> constraints() const;
+  [[nodiscard]] std::vector<scene::Keyframe> keyframes() const;
+  /// Mesh, unit and all else that edits never change; without constraints and keyframes.
+  [[nodiscard]] std::shared_ptr<const scene::Scene> unedited() const;
   [[nodiscard]] scene::Dynamics dynamics() const;                     // as edited
   [[nodiscard]] scene::MaterialVariables material_variables() const;  // as edited
 

@@ -152,6 +152,7 @@ void Session::Impl::shut(Farewell farewell) {
 scene::Scene Session::Impl::scene() const {
   std::shared_ptr<const scene::Scene> unedited;
   std::vector<scene::Constraint> constraints;
+  std::vector<scene::Keyframe> keyframes;
   scene::End first_end, last_end;
   scene::Dynamics dynamics;
   scene::MaterialVariables variables;
@@ -159,6 +160,7 @@ scene::Scene Session::Impl::scene() const {
     const std::lock_guard lock(mutex_);
     unedited = document_.unedited();
     constraints = document_.constraint_list();
+    keyframes = document_.keyframe_list();
     first_end = document_.first_end();
     last_end = document_.last_end();
     dynamics = document_.dynamics();
@@ -166,6 +168,7 @@ scene::Scene Session::Impl::scene() const {
   }
   scene::Scene scene = *unedited;
   scene.constraints = std::move(constraints);
+  scene.keyframes = std::move(keyframes);
   scene.first_end = first_end;
   scene.last_end = last_end;
   scene.dynamics = dynamics;

@@ -121,6 +121,7 @@ Session::Impl::Built Session::Impl::build_model(const JobContext& job) {
   if (!built.message.empty() && !notes.empty()) built.message += "; ";
   built.message += notes;
   problem_ = std::make_unique<LiveProblem>(built.model, base, TargetFrame(scene, mapped),
+                                           std::make_unique<KeyframeTargets>(scene, built.model),
                                            ProblemTerms{scene.frame_count, scene.model.mode_count,
                                                         scene.material_optimisation.column_weight},
                                            options_.solver);
@@ -323,6 +324,7 @@ std::shared_ptr<const Result> Session::Impl::publish(const Round& round,
   result->modal = problem_->solver().motion();
   fill_material(*problem_->material(), *result);
   result->material = problem_->material();
+  if (final) result->max_keyframe_error = problem_->max_keyframe_error(result->coordinates);
   hand_out(result, round);
   return result;
 }

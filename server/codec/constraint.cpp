@@ -6,7 +6,6 @@
 #include "server/codec/scene.h"
 
 namespace limber::server {
-namespace {
 
 int decode_index(std::uint32_t value, const std::string& field) {
   if (value > static_cast<std::uint32_t>(std::numeric_limits<int>::max())) {
@@ -14,6 +13,8 @@ int decode_index(std::uint32_t value, const std::string& field) {
   }
   return static_cast<int>(value);
 }
+
+namespace {
 
 /// Stands in for an index that is too large: as far out of range, so that it passes for no other.
 constexpr int kNoIndex = std::numeric_limits<int>::max();

@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include "server/codec/scene.h"
+#include "server/codec/keyframe.h"
 
 namespace limber::server {
 namespace {
@@ -26,7 +26,21 @@ session::Edit decode_set_ends(const proto::SetEnds& message, const std::string& 
                           decode_given_end(message.last_end(), field + ".last_end")};
 }
 
-session::Edit decode_edit(const proto::Edit& message, const std::string& field) {
+struct Poses {
+  const bodies::NodePositions& rest;
+  const MeshLoader& load_mesh;
+};
+
+session::Edit decode_add_keyframe(const proto::AddKeyframe& message, const std::string& field,
+                                  const Poses& poses) {
+  if (!message.has_keyframe()) throw invalid(field + ".keyframe", "missing");
+  Faults faults(Faults::Mode::kThrow);
+  return session::AddKeyframe{decode_keyframe(message.keyframe(), field + ".keyframe", poses.rest,
+                                              poses.load_mesh, faults)};
+}
+
+session::Edit decode_edit(const proto::Edit& message, const std::string& field,
+                          const Poses& poses) {
   switch (message.edit_case()) {
     case proto::Edit::kAdd:
       if (!message.add().has_constraint()) throw invalid(field + ".add.constraint", "missing");
@@ -51,14 +65,16 @@ session::Edit decode_edit(const proto::Edit& message, const std::string& field) 
       return session::SetMaterialVariables{decode_variables(message.set_material().variables())};
     case proto::Edit::kResetMaterial:
       return session::ResetMaterial{};
+    case proto::Edit::kAddKeyframe:
+      return decode_add_keyframe(message.add_keyframe(), field + ".add_keyframe", poses);
+    case proto::Edit::kMoveKeyframe:
+      return decode_move_keyframe(message.move_keyframe(), field + ".move_keyframe");
+    case proto::Edit::kRemoveKeyframe:
+      return session::RemoveKeyframe{message.remove_keyframe().id()};
     case proto::Edit::kUndo:
       return session::Undo{};
     case proto::Edit::kRedo:
       return session::Redo{};
-    case proto::Edit::kAddKeyframe:
-    case proto::Edit::kMoveKeyframe:
-    case proto::Edit::kRemoveKeyframe:
-      throw Refusal(proto::ERROR_CODE_UNSUPPORTED, field, "this server takes no keyframes yet");
     case proto::Edit::EDIT_NOT_SET:
       break;
   }
@@ -67,12 +83,14 @@ session::Edit decode_edit(const proto::Edit& message, const std::string& field) 
 
 }  // namespace
 
-std::vector<session::Edit> decode_edits(const proto::EditRequest& request) {
+std::vector<session::Edit> decode_edits(const proto::EditRequest& request,
+                                        const bodies::NodePositions& rest,
+                                        const MeshLoader& load_mesh) {
   if (request.edits_size() == 0) throw invalid("edits", "a request needs at least one edit");
   std::vector<session::Edit> edits;
   edits.reserve(static_cast<std::size_t>(request.edits_size()));
   for (int i = 0; i < request.edits_size(); ++i)
-    edits.push_back(decode_edit(request.edits(i), fmt::format("edits[{}]", i)));
+    edits.push_back(decode_edit(request.edits(i), fmt::format("edits[{}]", i), {rest, load_mesh}));
   return edits;
 }
 
@@ -80,6 +98,7 @@ proto::EditResponse encode_receipt(const session::EditReceipt& receipt) {
   proto::EditResponse response;
   response.set_revision(receipt.revision);
   for (const auto id : receipt.constraint_ids) response.add_constraint_ids(id);
+  for (const auto id : receipt.keyframe_ids) response.add_keyframe_ids(id);
   for (const auto& issue : receipt.issues) *response.add_issues() = encode_issue(issue);
   return response;
 }

@@ -5,6 +5,8 @@
 #include <charconv>
 #include <optional>
 
+#include "server/codec/keyframe.h"
+
 namespace limber::server {
 namespace {
 
@@ -38,6 +40,10 @@ std::string field_in(const proto::Scene& message, const scene::Scene& scene,
     return fmt::format("constraints[{}].{}", at->index,
                        target_name(message.constraints(at->index)));
   }
+  if (const auto at = indexed(field, "keyframes");
+      at && at->rest == ".pose" && at->index < message.keyframes_size()) {
+    return fmt::format("keyframes[{}].{}", at->index, pose_name(message.keyframes(at->index)));
+  }
   if (const auto at = indexed(field, "mesh.materials")) {
     const int groups = message.material_groups_size();
     const int group = at->index - (static_cast<int>(scene.mesh.materials.size()) - groups);
@@ -56,6 +62,10 @@ std::string field_in(const proto::EditRequest& message, const std::string& field
     return fmt::format("edits[{}].{}.constraint.{}", at->index, kind, target_name(constraint));
   };
   if (at->rest == ".add.constraint.target") return in("add", edit.add().constraint());
+  if (at->rest == ".add_keyframe.keyframe.pose") {
+    return fmt::format("edits[{}].add_keyframe.keyframe.{}", at->index,
+                       pose_name(edit.add_keyframe().keyframe()));
+  }
   if (at->rest == ".replace.constraint.target") return in("replace", edit.replace().constraint());
   return field;
 }

@@ -60,6 +60,7 @@ proto::ResultInfo encode_result(const session::Result& result, double length_uni
   info.set_material_iterations(static_cast<std::uint32_t>(result.material_iterations));
   info.set_column_energy(result.column_energy);
   info.set_unit_force_energy(result.unit_force_energy);
+  info.set_max_keyframe_error(result.max_keyframe_error / length_unit);
   info.set_weight_scale(result.weight_scale);
   return info;
 }

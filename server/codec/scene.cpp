@@ -5,18 +5,13 @@
 #include <limits>
 #include <unordered_map>
 
+#include "engine/scene/keyframe_rules.h"
 #include "server/codec/arrays.h"
+#include "server/codec/keyframe.h"
 #include "server/codec/simulation.h"
 
 namespace limber::server {
 namespace {
-
-int decode_count(std::uint32_t value, const std::string& field) {
-  if (value > static_cast<std::uint32_t>(std::numeric_limits<int>::max())) {
-    throw Refusal(proto::ERROR_CODE_OUT_OF_RANGE, field, fmt::format("{} is out of range", value));
-  }
-  return static_cast<int>(value);
-}
 
 bodies::Material decode_material(const proto::Material& message) {
   bodies::Material material;
@@ -65,7 +60,7 @@ scene::ModelRequest decode_model(const proto::ModelRequest& message, const std::
                                  Faults& faults) {
   scene::ModelRequest model;
   const auto read = [&](std::uint32_t value, const char* name, int& into) {
-    faults.try_to([&] { into = decode_count(value, field + name); });
+    faults.try_to([&] { into = decode_index(value, field + name); });
   };
   if (message.has_modes()) read(message.modes(), ".modes", model.mode_count);
   if (message.has_tolerance()) model.tolerance = message.tolerance();
@@ -119,6 +114,13 @@ void check_constraints(const proto::Scene& message, const std::string& prefix,
   const auto constraints = static_cast<std::uint64_t>(message.constraints_size());
   if (limits.constraints > 0 && constraints > limits.constraints) {
     throw limit_exceeded(prefix + "constraints", "constraints", limits.constraints, constraints);
+  }
+}
+
+void check_keyframes(const proto::Scene& message, const std::string& prefix) {
+  if (message.keyframes_size() > scene::kMostKeyframes) {
+    throw limit_exceeded(prefix + "keyframes", "keyframes", scene::kMostKeyframes,
+                         static_cast<std::uint64_t>(message.keyframes_size()));
   }
 }
 
@@ -286,7 +288,7 @@ DecodedScene decode_scene(const proto::Scene& message, const std::string& prefix
   scene.material = decode_material(message.material());
   if (message.has_merge_tolerance()) scene.merge_tolerance = message.merge_tolerance();
   scene.frame_count = std::numeric_limits<int>::max();
-  faults.try_to([&] { scene.frame_count = decode_count(message.frames(), prefix + "frames"); });
+  faults.try_to([&] { scene.frame_count = decode_index(message.frames(), prefix + "frames"); });
   scene.first_end = decode_end(message.first_end());
   scene.last_end = decode_end(message.last_end());
   scene.dynamics = decode_dynamics(message.dynamics());
@@ -301,7 +303,7 @@ DecodedScene decode_scene(const proto::Scene& message, const std::string& prefix
                            std::numeric_limits<int>::max());
   faults.try_each(prefix + "fixed_nodes", message.fixed_nodes_size(), [&](int i) {
     scene.fixed_nodes[static_cast<std::size_t>(i)] =
-        decode_count(message.fixed_nodes(i), fmt::format("{}fixed_nodes[{}]", prefix, i));
+        decode_index(message.fixed_nodes(i), fmt::format("{}fixed_nodes[{}]", prefix, i));
   });
   for (int i = 0; few && i < message.constraints_size(); ++i) {
     scene.constraints.push_back(decode_constraint(
@@ -317,6 +319,12 @@ DecodedScene decode_scene(const proto::Scene& message, const std::string& prefix
     scene.base_motion =
         decode_base_motion(message.base_motion(), prefix + "base_motion", scene, read_motion);
   });
+  const bool few_poses = faults.try_to([&] { check_keyframes(message, prefix); });
+  for (int i = 0; few_poses && i < message.keyframes_size(); ++i) {
+    scene.keyframes.push_back(decode_keyframe(message.keyframes(i),
+                                              fmt::format("{}keyframes[{}]", prefix, i),
+                                              scene.mesh.nodes, load_mesh, faults));
+  }
   if (message.has_simulation()) {
     scene.simulation = decode_simulation(message.simulation(), prefix + "simulation",
                                          scene.mesh.node_count(), faults);
@@ -358,6 +366,7 @@ proto::Scene encode_scene(const scene::Scene& scene) {
   optimisation->set_column_weight(scene.material_optimisation.column_weight);
   for (const auto& constraint : scene.constraints)
     *message.add_constraints() = encode_constraint(constraint);
+  for (const auto& keyframe : scene.keyframes) *message.add_keyframes() = encode_keyframe(keyframe);
   if (scene.simulation) *message.mutable_simulation() = encode_simulation(*scene.simulation);
   return message;
 }

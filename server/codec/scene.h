@@ -56,12 +56,14 @@ struct DecodedScene {
                                           const std::string& field);
 [[nodiscard]] proto::MeshArrays encode_mesh(const bodies::TetMesh& mesh);
 
-/// Everything except the mesh and the base motion, which would be megabytes: the caller sets `mesh`
-/// where it knows a short source.
+/// Everything except the mesh, the base motion and poses of keyframes, which would be megabytes:
+/// the caller sets `mesh` where it knows a short source.
 [[nodiscard]] proto::Scene encode_scene(const scene::Scene& scene);
 /// The base motion of a scene that has one, as positions.
 [[nodiscard]] proto::BaseMotion encode_base_motion(const scene::Scene& scene);
 
+/// A count, frame or node. @throws Refusal OUT_OF_RANGE naming `field`
+[[nodiscard]] int decode_index(std::uint32_t value, const std::string& field);
 [[nodiscard]] scene::Constraint decode_constraint(const proto::Constraint& message,
                                                   const std::string& field);
 [[nodiscard]] scene::Constraint decode_constraint(const proto::Constraint& message,

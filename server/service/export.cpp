@@ -11,6 +11,7 @@
 #include "engine/scene/formats/surface_formats.h"
 #include "engine/session/geometry.h"
 #include "server/codec/errors.h"
+#include "server/codec/keyframe.h"
 #include "server/codec/scene.h"
 #include "server/codec/scene_json.h"
 
@@ -113,6 +114,7 @@ void MotionExport::add_pc2(int first, int count, proto::ExportResponse& response
 
 proto::ExportResponse export_scene(const scene::Scene& scene, const std::string& stem) {
   proto::Scene message = encode_scene(scene);
+  encode_poses(scene, message);
   message.mutable_mesh()->set_path(stem + ".vtu");
   // No name that the export of a motion under the same stem has.
   const std::string base = stem + "_base.pc2";

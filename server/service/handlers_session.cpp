@@ -3,9 +3,11 @@
 #include <algorithm>
 #include <boost/asio/post.hpp>
 
+#include "engine/scene/keyframe_rules.h"
 #include "server/codec/edit.h"
 #include "server/codec/errors.h"
 #include "server/codec/field_paths.h"
+#include "server/codec/keyframe.h"
 #include "server/log/log.h"
 #include "server/service/memory_estimate.h"
 #include "server/service/scene_files.h"
@@ -27,8 +29,12 @@ SessionRecord::Opened describe(const std::string& id, const proto::Scene& messag
   opened.frames = scene.frame_count;
   opened.length_unit = scene.length_unit_in_metres;
   opened.lanes = scene.model.mode_count;
+  opened.keyframe_rows = keyframe_rows(scene);
   opened.bytes = estimate_session_bytes(scene) -
-                 estimate_constraint_bytes(scene.constraints.size(), scene.model.mode_count);
+                 estimate_constraint_bytes(
+                     scene.constraints.size(), scene.model.mode_count,
+                     scene.keyframes.size() * static_cast<std::size_t>(opened.keyframe_rows)) -
+                 estimate_pose_bytes(scene.keyframes.size(), opened.nodes);
   return opened;
 }
 
@@ -61,6 +67,13 @@ std::optional<std::size_t> count_after(std::size_t before,
     if (std::holds_alternative<session::RemoveConstraint>(edit)) before -= before > 0 ? 1 : 0;
   }
   return before;
+}
+
+template <class Kind>
+std::size_t count_of(const std::vector<session::Edit>& edits) {
+  return static_cast<std::size_t>(
+      std::count_if(edits.begin(), edits.end(),
+                    [](const session::Edit& edit) { return std::holds_alternative<Kind>(edit); }));
 }
 
 /// A session that had to go for another.
@@ -127,24 +140,28 @@ proto::EditResponse Service::edit(const proto::EditRequest& request) {
     throw limit_exceeded("edits", "edits in one request", kEditsAtOnce,
                          static_cast<std::uint64_t>(request.edits_size()));
   }
-  const auto edits = decode_edits(request);
+  const auto edits = decode_edits(request, session->unedited()->mesh.nodes, mesh_loader());
   std::optional<session::Revision> expected;
   if (request.has_expected_revision()) expected = request.expected_revision();
   const std::size_t before = record->constraint_count();
   const auto after = count_after(before, edits);
-  const auto added = static_cast<std::size_t>(
-      std::count_if(edits.begin(), edits.end(), [](const session::Edit& edit) {
-        return std::holds_alternative<session::AddConstraint>(edit);
-      }));
-  if (added > 0) record->demand_memory(after.value_or(before + added));
+  const std::size_t added = count_of<session::AddConstraint>(edits);
+  const std::size_t poses = count_of<session::AddKeyframe>(edits);
+  if (added + poses > 0) {
+    record->demand_memory(after.value_or(before + added), session->keyframes().size() + poses);
+  }
   try {
     const auto receipt = session->edit(edits, expected);
-    record->constraints_changed(after ? *after : session->constraints().size());
+    // Edits with poses may be worked on beside others.
+    const bool known = after && poses == 0;
+    record->constraints_changed(known ? *after : session->constraints().size());
     return encode_receipt(receipt);
   } catch (const Error& error) {
     const std::string field = field_in(request, error.field());
     if (error.code() != ErrorCode::kLimitExceeded || field.ends_with(".nodes"))
       throw Error(error.code(), field, error.what());
+    if (field.ends_with(".keyframe"))
+      throw limit_exceeded(field, "keyframes", scene::kMostKeyframes, scene::kMostKeyframes + 1);
     const auto limit = hub_.options.limits.constraints;
     throw Refusal(proto::ERROR_CODE_LIMIT_EXCEEDED, field, error.what(),
                   {{"limit", std::to_string(limit)}, {"value", std::to_string(before + 1)}});
@@ -178,15 +195,19 @@ proto::GetSessionResponse Service::get_session(const proto::GetSessionRequest& r
   message = encode_scene(scene);
   if (record->opened().mesh_source.source_case() != proto::MeshSource::SOURCE_NOT_SET)
     *message.mutable_mesh() = record->opened().mesh_source;
-  if (scene.base_motion.size() == 0) return response;
   if (!request.with_base_motion()) {
-    response.set_base_motion_left_out(true);
+    response.set_base_motion_left_out(scene.base_motion.size() > 0);
     return response;
   }
-  const std::uint64_t bytes = static_cast<std::uint64_t>(scene.base_motion.size()) * sizeof(double);
+  const std::uint64_t bytes =
+      (static_cast<std::uint64_t>(scene.base_motion.size()) +
+       scene.keyframes.size() * static_cast<std::uint64_t>(scene.mesh.nodes.size())) *
+      sizeof(double);
   const std::uint64_t limit = hub_.options.transport.message_bytes;
-  if (bytes > limit) throw limit_exceeded("with_base_motion", "bytes of the motion", limit, bytes);
-  *message.mutable_base_motion() = encode_base_motion(scene);
+  if (bytes > limit)
+    throw limit_exceeded("with_base_motion", "bytes of the motion and poses", limit, bytes);
+  encode_poses(scene, message);
+  if (scene.base_motion.size() > 0) *message.mutable_base_motion() = encode_base_motion(scene);
   return response;
 }
 

@@ -18,7 +18,10 @@ std::uint64_t estimate_session_bytes(const scene::Scene& scene) {
   numbers += 3 * n * frames * (scene.base_motion.size() > 0 ? 2 : 0);
   numbers += 4 * frames * (r + h);  // newest, newest final, the solver's own
   return static_cast<std::uint64_t>(numbers * sizeof(double)) +
-         estimate_constraint_bytes(scene.constraints.size(), scene.model.mode_count);
+         estimate_constraint_bytes(
+             scene.constraints.size(), scene.model.mode_count,
+             scene.keyframes.size() * static_cast<std::size_t>(keyframe_rows(scene))) +
+         estimate_pose_bytes(scene.keyframes.size(), scene.mesh.node_count());
 }
 
 std::uint64_t estimate_simulation_bytes(const scene::Scene& scene) {
@@ -46,8 +49,16 @@ std::uint64_t estimate_recovery_bytes(const scene::Scene& scene, int total_frame
   return static_cast<std::uint64_t>(numbers * sizeof(double));
 }
 
-std::uint64_t estimate_constraint_bytes(std::size_t constraints, int modes) {
-  const double c = static_cast<double>(constraints), r = modes + 6.0;
+int keyframe_rows(const scene::Scene& scene) { return scene::wanted_candidate_modes(scene) + 6; }
+
+std::uint64_t estimate_pose_bytes(std::size_t keyframes, int nodes) {
+  return 2 * 3 * sizeof(double) * keyframes * static_cast<std::uint64_t>(nodes);
+}
+
+std::uint64_t estimate_constraint_bytes(std::size_t constraints, int modes,
+                                        std::size_t keyframe_rows) {
+  const double c = static_cast<double>(constraints) + static_cast<double>(keyframe_rows) / 3;
+  const double r = modes + 6.0;
   double numbers = 2 * (3 * c) * (3 * c);  // the system of three rows each, and its factor
   numbers += c * c / 2 * r;                // responses between constrained frames
   numbers += 3 * c * 6 * r;                // Jacobians, sites

@@ -21,6 +21,13 @@ namespace limber::server {
 
 /// The part of it that so many constraints need [bytes]: the solver keeps their system and the
 /// response of every constrained frame to every other, both dense.
-[[nodiscard]] std::uint64_t estimate_constraint_bytes(std::size_t constraints, int modes);
+/// @param keyframe_rows  that keyframes add: one for each of their modal coordinates
+[[nodiscard]] std::uint64_t estimate_constraint_bytes(std::size_t constraints, int modes,
+                                                      std::size_t keyframe_rows = 0);
+
+/// Rows that a keyframe adds to a session of this scene, at most.
+[[nodiscard]] int keyframe_rows(const scene::Scene& scene);
+/// Poses of so many keyframes, as displacements and as an edit has them [bytes].
+[[nodiscard]] std::uint64_t estimate_pose_bytes(std::size_t keyframes, int nodes);
 
 }  // namespace limber::server

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include <boost/asio/post.hpp>
 
 #include "limber/v1/stream.pb.h"
@@ -34,6 +36,15 @@ bool is_heavy(int body) {
     default:
       return false;
   }
+}
+
+/// An edit may bring poses as files.
+bool reads_files(const proto::Request& request) {
+  const auto& edits = request.edit().edits();
+  return std::any_of(edits.begin(), edits.end(), [](const proto::Edit& edit) {
+    const auto& keyframe = edit.add_keyframe().keyframe();
+    return keyframe.has_file() || keyframe.has_path();
+  });
 }
 
 proto::Request parse(const zmq::message_t& payload) {
@@ -97,11 +108,12 @@ void Service::handle(Address address, zmq::message_t payload) noexcept try {
 }
 
 void Service::dispatch(const SharedTicket& ticket, int body, zmq::message_t payload) {
-  if (!is_heavy(body)) {
-    if (payload.size() > kLightBytes) {
+  const bool large = payload.size() > kLightBytes;
+  if (!is_heavy(body) && !(large && body == proto::Request::kEdit)) {
+    if (large)
       throw limit_exceeded("", "bytes of a request of this kind", kLightBytes, payload.size());
-    }
-    return answer(ticket, parse(payload));
+    const Request request = parse(payload);
+    if (!reads_files(request)) return answer(ticket, request);
   }
   demand_room_of_client(*ticket);
   heavy_.add({ticket, std::move(payload)});

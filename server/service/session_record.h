@@ -29,7 +29,8 @@ class SessionRecord final : public session::Listener,
     int nodes = 0, tets = 0, frames = 0;
     double length_unit = 1;
     int lanes = 0;            // modes the scene asks for
-    std::uint64_t bytes = 0;  // estimated memory without constraints
+    int keyframe_rows = 0;    // of the solver, at most
+    std::uint64_t bytes = 0;  // estimated memory without constraints and keyframes
   };
   /// The job of the building is told how it goes; the record is the session's listener.
   SessionRecord(Hub& hub, Opened opened, JobId open_job);
@@ -50,8 +51,9 @@ class SessionRecord final : public session::Listener,
   /// An edit went through: how many constraints there are now.
   void constraints_changed(std::size_t count);
   [[nodiscard]] std::size_t constraint_count() const;
-  /// @throws Refusal LIMIT_EXCEEDED if so many constraints would take the session beyond its memory
-  void demand_memory(std::size_t constraints) const;
+  /// @throws Refusal LIMIT_EXCEEDED if so many constraints and keyframes would take the session
+  /// beyond its memory
+  void demand_memory(std::size_t constraints, std::size_t keyframes) const;
 
   /// The final result that contains `solve_cold(job)` ends this job.
   void expect_cold(JobId job);

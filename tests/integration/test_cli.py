@@ -16,9 +16,9 @@ import pytest
 from conftest import bar, small_scene, tip_of
 from limber.launching import find_binary
 
-COMMANDS = ["start", "stop", "info", "jobs", "sample", "validate", "tetrahedralize", "simulate", "open", "list", "show", "wait",
-            "close", "cancel", "cold", "add", "move", "replace", "remove", "ends", "dynamics", "undo", "redo", "edit-script",
-            "frames", "export", "watch"]
+COMMANDS = ["start", "stop", "info", "jobs", "sample", "validate", "tetrahedralize", "simulate", "open", "list", "show",
+            "wait", "close", "cancel", "cold", "add", "move", "replace", "remove", "ends", "dynamics", "keyframe",
+            "keyframes", "undo", "redo", "edit-script", "frames", "export", "watch"]
 
 
 @pytest.fixture

@@ -41,6 +41,7 @@ class Result:
     material_iterations: int = 0    # steps of the material's optimisation for this revision
     column_energy: float = 0.0      # keeps mixed modes near unit size; part of energy
     unit_force_energy: float = 0.0  # control forces, comparable between materials
+    max_keyframe_error: float = 0.0  # largest distance of a node in a keyframe [length unit]; of final results
     weight_scale: float = 1.0       # soft constraints weigh so many times more, to meet constraint_tolerance
 
     @staticmethod
@@ -51,7 +52,7 @@ class Result:
                       info.constraint_energy, info.total_energy, info.gradient, info.max_constraint_error,
                       info.rms_constraint_error, info.rank_deficient, info.message, info.since_edit_ms,
                       info.max_exact_error, info.solve_failed, info.material_iterations, info.column_energy,
-                      info.unit_force_energy, info.weight_scale)
+                      info.unit_force_energy, info.max_keyframe_error, info.weight_scale)
 
 
 @dataclass(frozen=True)

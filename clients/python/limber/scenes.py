@@ -11,38 +11,16 @@ from typing import Any, Iterable, Mapping, Union
 import numpy as np
 from google.protobuf import json_format
 
-from . import arrays, checks, edits, motions
+from . import arrays, checks, edits, keyframes, motions
 from .errors import LimberError, invalid
+from .mesh_files import mesh_file
 from .messages import scene as messages
 
 SceneLike = Union["messages.Scene", Mapping[str, Any], str, "os.PathLike[str]"]
 
-# What else is read with a mesh file, by its ending.
-_COMPANIONS = {".ele": (".node",), ".node": (".ele",)}
-
-
-def mesh_file(path: "str | os.PathLike[str]", companions: Iterable["str | os.PathLike[str]"] = ()) -> "messages.MeshFile":
-    """A mesh file's bytes for upload, with what belongs to it: TetGen's other half, VegaFEM's includes, and materials
-    in a file of the same stem ending in .elastic.
-
-    companions: further files to send along, under their own names.
-    """
-    path = checks.path(path, "mesh.path")
-    message = messages.MeshFile(name=path.name, content=motions.read(path, "mesh.path"))
-    beside = [path.with_suffix(suffix) for suffix in _COMPANIONS.get(path.suffix.lower(), ())]
-    if path.suffix.lower() == ".veg":
-        names = re.findall(rb"(?mi)^\*INCLUDE[ \t]+([^\r\n]+?)[ \t]*$", message.content)
-        beside += [path.with_name(os.fsdecode(name)) for name in names]
-    if path.with_suffix(".elastic") != path and path.with_suffix(".elastic").is_file():
-        beside.append(path.with_suffix(".elastic"))
-    for companion in [*beside, *map(Path, companions)]:
-        message.companions[companion.name] = motions.read(companion, "mesh.companions")
-    return message
-
-
 def load_scene(path: "str | os.PathLike[str]") -> "messages.Scene":
-    """Reads a scene file (JSON form of limber.v1.Scene) and puts the bytes of the mesh and of the base motion that it
-    names in place of their paths."""
+    """Reads a scene file (JSON form of limber.v1.Scene) and puts the bytes of the files that it names (mesh, base
+    motion, poses of keyframes) in place of their paths."""
     return _with_bytes(*_read_scene(path))
 
 
@@ -65,6 +43,9 @@ def with_mesh_bytes(scene: "messages.Scene", folder: "str | os.PathLike[str]" = 
 
 
 def _with_bytes(scene: "messages.Scene", folder: "str | os.PathLike[str]" = ".") -> "messages.Scene":
+    for i, keyframe in enumerate(scene.keyframes):
+        if keyframe.WhichOneof("pose") == "path":
+            keyframe.file.CopyFrom(mesh_file(Path(folder) / keyframe.path, field=f"keyframes[{i}].path"))
     if scene.HasField("base_motion"):
         scene.base_motion.CopyFrom(motions.with_bytes(scene.base_motion, folder))
     return with_mesh_bytes(scene, folder)
@@ -118,8 +99,8 @@ def scene_from_arrays(nodes: Any, tets: Any, **options: Any) -> "messages.Scene"
     poissons_ratio, density [kg/m^3], length_unit_in_metres, merge_tolerance, modes, tolerance, basis_size,
     cubature_size, first_end, last_end ("free", "position", "position_velocity"), frames_per_second, period_frames,
     damping_ratio, constraint_tolerance, optimise ("motion", "dynamics", "all"; see Session.optimise),
-    candidate_modes, column_weight, base_motion (frames x nodes x 3 positions, the path of a .pc2 or .pvd file, or a list of .vtu files, one per frame),
-    simulation (of limber.simulation()).
+    candidate_modes, column_weight, base_motion (frames x nodes x 3 positions, the path of a .pc2 or .pvd file, or a
+    list of .vtu files, one per frame), keyframes (a list of limber.keyframe()), simulation (of limber.simulation()).
     """
     nodes = checks.numeric(nodes, "mesh.arrays.nodes")
     tets = checks.numeric(tets, "mesh.arrays.tets")
@@ -140,7 +121,8 @@ def scene_from_arrays(nodes: Any, tets: Any, **options: Any) -> "messages.Scene"
 
 def _scene(*, name: str = "", frames: int = 120, fixed_nodes: Iterable[int] = (), first_end: str = "position_velocity",
            last_end: str = "position_velocity", base_motion: Any = None, optimise: str = "motion",
-           simulation: "messages.Simulation | None" = None, **values: float) -> "messages.Scene":
+           simulation: "messages.Simulation | None" = None, keyframes: "Iterable[messages.Keyframe]" = (),
+           **values: float) -> "messages.Scene":
     scene = messages.Scene(name=checks.text(name, "name"), frames=checks.whole(frames, "frames"),
                            fixed_nodes=checks.wholes(fixed_nodes, "fixed_nodes"))
     ends = edits.ends(first_end, last_end).set_ends
@@ -157,6 +139,7 @@ def _scene(*, name: str = "", frames: int = 120, fixed_nodes: Iterable[int] = ()
             raise TypeError(f"a scene has no option {key!r}")
     if base_motion is not None:
         scene.base_motion.CopyFrom(motions.base_motion(base_motion))
+    scene.keyframes.extend(checks.several(keyframes, "keyframes"))
     if simulation is not None:
         scene.simulation.CopyFrom(simulation)
     return scene

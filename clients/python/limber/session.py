@@ -13,6 +13,7 @@ import numpy as np
 
 from . import checks, edits
 from .errors import LimberError, invalid
+from .keyframes import Keyframe, keyframe
 from .messages import common, scene as scenes, service
 from .progress import ProgressOption, Reporter
 from .results import ENCODINGS, Export, Geometry, Material, Result, decode, issue_text
@@ -32,6 +33,7 @@ class Receipt:
     revision: int
     constraint_ids: tuple[int, ...]  # per edit the constraint it touched, 0 if none
     issues: tuple[str, ...] = ()     # warnings: what was accepted but has no effect
+    keyframe_ids: tuple[int, ...] = ()  # per edit the keyframe it touched, 0 if none
 
 
 class Constraint:
@@ -120,7 +122,7 @@ class Session:
         return self.connection.call("get_session", service.GetSessionRequest(session=self.id)).status
 
     def scene(self) -> "scenes.Scene":
-        """The scene as edited, with its base motion, without the mesh's bytes."""
+        """The scene as edited, with its base motion and poses, without the mesh's bytes."""
         request = service.GetSessionRequest(session=self.id, with_base_motion=True)
         return self.connection.call("get_session", request, timeout=max(60.0, self.connection.timeout)).scene
 
@@ -129,6 +131,12 @@ class Session:
         request = service.GetSessionRequest(session=self.id, with_scene=True)
         scene = self.connection.call("get_session", request).scene
         return [Constraint(self, message) for message in scene.constraints]
+
+    def keyframes(self) -> list[Keyframe]:
+        """Those of every client, as of now, without their poses."""
+        request = service.GetSessionRequest(session=self.id, with_scene=True)
+        scene = self.connection.call("get_session", request).scene
+        return [Keyframe(self, message) for message in scene.keyframes]
 
     # ---- edits ----
 
@@ -160,7 +168,7 @@ class Session:
         response = self.connection.call("edit", request)
         self.revision = max(self.revision, response.revision)
         return Receipt(response.revision, tuple(response.constraint_ids),
-                       tuple(issue_text(issue) for issue in response.issues))
+                       tuple(issue_text(issue) for issue in response.issues), tuple(response.keyframe_ids))
 
     def add(self, *, frame: int, node: int | None = None, nodes: Iterable[int] | None = None,
             position: Sequence[float] | None = None, displacement: Sequence[float] | None = None,
@@ -191,6 +199,18 @@ class Session:
         """How fast the body moves; what is not given stays as it is."""
         return self.edit([edits.dynamics(frames_per_second=frames_per_second, period_frames=period_frames,
                                          damping_ratio=damping_ratio)])
+
+    def add_keyframe(self, *, frame: int, positions: Any, weight: float | None = None, exact: bool = False) -> Keyframe:
+        """"In this frame, the body has this pose", as far as its modes can.
+
+        positions: of all nodes, n x 3 [length unit], or the path of a mesh file whose nodes are the scene's, moved;
+        weight: gamma > 0 of the distance in modal coordinates (default 100), or exact=True.
+        """
+        message = keyframe(frame=frame, positions=positions, weight=weight, exact=exact)
+        receipt = self.edit([service.Edit(add_keyframe=service.AddKeyframe(keyframe=message))])
+        message.ClearField("pose")
+        message.id = receipt.keyframe_ids[0]
+        return Keyframe(self, message, receipt.issues)
 
     def optimise(self, variables: str) -> Receipt:
         """What is optimised from now on: "motion" (control forces), "dynamics" (and frequencies and damping) or "all"

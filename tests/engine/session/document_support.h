@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <vector>
 
 #include "engine/session/document.h"
@@ -27,6 +28,7 @@ inline EditReceipt edit_all(Document& document, const std::vector<Edit>& edits) 
 /// Everything a client can see of a document, for comparison.
 struct Seen {
   std::vector<scene::Constraint> constraints;
+  std::vector<scene::Keyframe> keyframes;
   scene::End first, last;
   scene::Dynamics dynamics;
   bool operator==(const Seen& other) const {
@@ -34,6 +36,12 @@ struct Seen {
     for (std::size_t i = 0; i < constraints.size(); ++i) {
       if (!same(constraints[i], other.constraints[i])) return false;
     }
+    const auto alike = [](const scene::Keyframe& a, const scene::Keyframe& b) {
+      return a.id == b.id && a.frame == b.frame && a.weight == b.weight && a.pose == b.pose;
+    };
+    if (!std::equal(keyframes.begin(), keyframes.end(), other.keyframes.begin(),
+                    other.keyframes.end(), alike))
+      return false;
     return first == other.first && last == other.last &&
            dynamics.frames_per_second == other.dynamics.frames_per_second &&
            dynamics.period_frames == other.dynamics.period_frames &&
@@ -42,8 +50,8 @@ struct Seen {
 };
 
 inline Seen see(const Document& document) {
-  return {document.constraint_list(), document.first_end(), document.last_end(),
-          document.dynamics()};
+  return {document.constraint_list(), document.keyframe_list(), document.first_end(),
+          document.last_end(), document.dynamics()};
 }
 
 }  // namespace limber::session::test

@@ -352,12 +352,36 @@ class NaiveModel {
       state_.last = ends->last;
     } else if (const auto* dynamics = std::get_if<SetDynamics>(&edit)) {
       state_.dynamics = dynamics->dynamics;
+    } else {
+      return change_keyframe(edit);
+    }
+    return true;
+  }
+  bool change_keyframe(const Edit& edit) {
+    auto& list = state_.keyframes;
+    const auto taken = [&](int frame, std::uint64_t self) {
+      return std::any_of(list.begin(), list.end(),
+                         [&](const auto& k) { return k.frame == frame && k.id != self; });
+    };
+    const auto find = [&](std::uint64_t id) {
+      return std::find_if(list.begin(), list.end(), [&](const auto& k) { return k.id == id; });
+    };
+    if (const auto* add = std::get_if<AddKeyframe>(&edit)) {
+      if (taken(add->keyframe.frame, 0)) return false;
+      list.push_back(add->keyframe);
+      list.back().id = next_keyframe_++;
+    } else if (const auto* move = std::get_if<MoveKeyframe>(&edit)) {
+      if (find(move->id) == list.end() || taken(*move->frame, move->id)) return false;
+      find(move->id)->frame = *move->frame;
+    } else if (const auto* remove = std::get_if<RemoveKeyframe>(&edit)) {
+      if (find(remove->id) == list.end()) return false;
+      list.erase(find(remove->id));
     }
     return true;
   }
   Seen state_;
   std::vector<Seen> past_, future_;
-  std::uint64_t next_ = 1;
+  std::uint64_t next_ = 1, next_keyframe_ = 1;
 };
 
 TEST(Document, RandomEditsAgreeWithWholeCopies) {

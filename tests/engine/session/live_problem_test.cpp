@@ -18,6 +18,7 @@ int most_sites(SiteLimits limits) {
   EXPECT_TRUE(live.recorder->wait_final(0));
   const MappedBody mapped = map_body(scene);
   LiveProblem problem(live.session.model(), nullptr, TargetFrame(scene, mapped),
+                      std::make_unique<KeyframeTargets>(scene, live.session.model()),
                       ProblemTerms{scene.frame_count, scene.model.mode_count, 1}, {}, limits);
   Document document(scene);
   problem.start(whole_batch(document));

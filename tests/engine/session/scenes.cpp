@@ -28,6 +28,13 @@ scene::Constraint held(int frame, int node, const Eigen::Vector3d& target) {
   return constraint;
 }
 
+scene::Keyframe keyed(int frame, double value) {
+  scene::Keyframe keyframe;
+  keyframe.frame = frame;
+  keyframe.pose = std::make_shared<const Eigen::VectorXd>(Eigen::VectorXd::Constant(18, value));
+  return keyframe;
+}
+
 bool same(const scene::Constraint& a, const scene::Constraint& b) {
   return a.id == b.id && a.frame == b.frame && a.nodes == b.nodes && a.axes == b.axes &&
          a.kind == b.kind && a.target == b.target && a.weight == b.weight;
@@ -45,7 +52,7 @@ Edit random_edit(Random& random) {
   };
   const auto id = [&] { return static_cast<std::uint64_t>(1 + below(random, 12)); };
   const auto end = [&] { return static_cast<scene::End>(below(random, 3)); };
-  switch (below(random, 14)) {
+  switch (below(random, 18)) {
     case 0:
     case 1:
     case 2:
@@ -73,6 +80,13 @@ Edit random_edit(Random& random) {
     case 11:
     case 12:
       return Undo{};
+    case 13:
+    case 14:
+      return AddKeyframe{keyed(below(random, 10), random.uniform(-1, 1))};
+    case 15:
+      return MoveKeyframe{static_cast<std::uint64_t>(1 + below(random, 4)), below(random, 10), {}};
+    case 16:
+      return RemoveKeyframe{static_cast<std::uint64_t>(1 + below(random, 4))};
     default:
       return Redo{};
   }

@@ -15,6 +15,9 @@ scene::Scene two_tets();
 /// Node held at a displacement in a frame, with id 0.
 scene::Constraint held(int frame, int node, const Eigen::Vector3d& target = {0, 0, 0});
 
+/// A pose of two_tets() that is `value` everywhere, in a frame, with id 0.
+scene::Keyframe keyed(int frame, double value = 0);
+
 bool same(const scene::Constraint& a, const scene::Constraint& b);
 
 /// Any kind of edit of two_tets(), sometimes of an unknown constraint.

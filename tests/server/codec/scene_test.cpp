@@ -17,15 +17,15 @@ namespace {
 using ::testing::HasSubstr;
 using namespace limber::server::testing;
 
+LoadedMesh no_loader(const proto::MeshSource& /*source*/, const std::string& field) {
+  throw invalid(field, "no loader");
+}
+
 DecodedScene decode(const proto::Scene& scene, const SceneLimits& limits = {}) {
-  return decode_scene(
-      scene, "scene.", limits,
-      [](const auto&, const std::string& field) -> LoadedMesh {
-        throw invalid(field, "no loader");
-      },
-      [](const auto&, const std::string& field, int) -> Eigen::MatrixXd {
-        throw invalid(field, "no reader");
-      });
+  return decode_scene(scene, "scene.", limits, no_loader,
+                      [](const auto&, const std::string& field, int) -> Eigen::MatrixXd {
+                        throw invalid(field, "no reader");
+                      });
 }
 
 Refusal refusal_of(const std::function<void()>& decode_it) {
@@ -279,7 +279,7 @@ TEST(EditCodec, EveryKindOfEdit) {
   request.add_edits()->mutable_set_dynamics()->set_damping_ratio(0.5);
   request.add_edits()->mutable_undo();
   request.add_edits()->mutable_redo();
-  const auto edits = decode_edits(request);
+  const auto edits = decode_edits(request, {}, no_loader);
   ASSERT_EQ(edits.size(), 8u);
   EXPECT_EQ(std::get<session::AddConstraint>(edits[0]).constraint.kind,
             scene::TargetKind::kPosition);
@@ -294,7 +294,7 @@ TEST(EditCodec, EveryKindOfEdit) {
 
 TEST(EditCodec, WhatIsMissingIsNamed) {
   const auto field = [](const proto::EditRequest& request) {
-    return refusal_of([&] { (void)decode_edits(request); }).field();
+    return refusal_of([&] { (void)decode_edits(request, {}, no_loader); }).field();
   };
   proto::EditRequest request;
   EXPECT_EQ(field(request), "edits");

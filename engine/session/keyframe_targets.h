@@ -1,0 +1,41 @@
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "engine/reduced/reduced_model.h"
+#include "engine/scene/scene.h"
+#include "engine/spacetime/problem.h"
+
+namespace limber::session {
+
+/// Keyframes of a scene as what its solver is asked to meet: z-bar (reduced::ModalProjector), over
+/// the base motion where there is one. What it takes to project is only made for the first
+/// keyframe. Driven by one thread.
+class KeyframeTargets {
+ public:
+  /// @param scene  mesh, unit, fixed nodes, base motion; kept by reference and must outlive this
+  KeyframeTargets(const scene::Scene& scene, std::shared_ptr<const reduced::ReducedModel> model);
+  ~KeyframeTargets();
+
+  /// All of them together: how a free body's pose is wound follows from the pose before.
+  /// @returns in the order of frames
+  /// @throws Error naming the keyframe whose pose has no modal coordinates
+  [[nodiscard]] std::vector<spacetime::KeyframeConstraint> project(
+      const std::vector<scene::Keyframe>& keyframes);
+
+  /// The largest distance of a node from its place in a keyframe [m]; 0 without keyframes.
+  /// @param coordinates  q of all frames, h x N
+  [[nodiscard]] double max_error(const std::vector<scene::Keyframe>& keyframes,
+                                 const Eigen::MatrixXf& coordinates);
+
+ private:
+  struct Tools;
+  Tools& tools();
+
+  const scene::Scene& scene_;
+  std::shared_ptr<const reduced::ReducedModel> model_;
+  std::unique_ptr<Tools> tools_;
+};
+
+}  // namespace limber::session
