@@ -5,6 +5,14 @@
 
 namespace limber::session {
 
+namespace {
+
+bool same_dynamics(const spacetime::Material& a, const spacetime::Material& b) {
+  return a.dynamics.stiffness == b.dynamics.stiffness && a.dynamics.damping == b.dynamics.damping;
+}
+
+}  // namespace
+
 LiveProblem::LiveProblem(std::shared_ptr<const reduced::ReducedModel> model,
                          std::shared_ptr<const reduced::BaseMotion> base, TargetFrame targets,
                          std::unique_ptr<KeyframeTargets> keyframe_targets, ProblemTerms terms,
@@ -24,9 +32,14 @@ void LiveProblem::start(const EditBatch& whole) {
   held_.clear();
   projected_.clear();
   variables_ = whole.material->variables;
-  epoch_ = whole.material->epoch;
-  initial_ = material_ = std::make_shared<const spacetime::Material>(
+  auto initial = std::make_shared<const spacetime::Material>(
       map_material(*whole.dynamics, terms_.mode_count, *model_));
+  // Made anew after a failure: what was fitted is as good as it was.
+  const bool again =
+      material_ && epoch_ == whole.material->epoch && same_dynamics(*initial, *initial_);
+  epoch_ = whole.material->epoch;
+  initial_ = std::move(initial);
+  if (!again) material_ = initial_;
   make_solver({terms_.frame_count, map_end(whole.ends->first), map_end(whole.ends->last)});
   for (const scene::Constraint& constraint : whole.set) set(constraint);
   set_keyframes(whole.keyframes.value());
@@ -44,16 +57,28 @@ void LiveProblem::apply(const EditBatch& batch) {
   if (batch.dynamics) set_dynamics(*batch.dynamics);
   if (batch.material) {
     variables_ = batch.material->variables;
-    if (std::exchange(epoch_, batch.material->epoch) != batch.material->epoch) reset_material();
+    enter_epoch(batch.material->epoch);
   }
   if (batch.keyframes) set_keyframes(*batch.keyframes);
   if (mostly_unused_sites()) shed_sites();
 }
 
+/// A reset can be undone: what was fitted before it is still there then.
+void LiveProblem::enter_epoch(std::uint64_t epoch) {
+  if (epoch == epoch_) return;
+  fitted_.insert_or_assign(std::exchange(epoch_, epoch), material_);
+  if (fitted_.size() > kMostEpochs) fitted_.erase(fitted_.begin());
+  const auto known = fitted_.find(epoch);
+  set_material(known == fitted_.end() ? initial_ : known->second);
+}
+
 /// What was fitted to other dynamics starts anew from these.
 void LiveProblem::set_dynamics(const scene::Dynamics& dynamics) {
-  initial_ = std::make_shared<const spacetime::Material>(
+  auto mapped = std::make_shared<const spacetime::Material>(
       map_material(dynamics, terms_.mode_count, *model_));
+  if (same_dynamics(*mapped, *initial_)) return;
+  initial_ = std::move(mapped);
+  fitted_.clear();
   reset_material();
 }
 

@@ -85,6 +85,7 @@ class LiveProblem {
   [[nodiscard]] bool mostly_unused_sites() const;
   void make_solver(const spacetime::Timeline& timeline);
   void set_dynamics(const scene::Dynamics& dynamics);
+  void enter_epoch(std::uint64_t epoch);
   void shed_sites();
 
   std::shared_ptr<const reduced::ReducedModel> model_;
@@ -97,6 +98,8 @@ class LiveProblem {
   std::shared_ptr<const spacetime::Material> initial_, material_;
   scene::MaterialVariables variables_ = scene::MaterialVariables::kMotion;
   std::uint64_t epoch_ = 0;
+  static constexpr std::size_t kMostEpochs = 64;
+  std::map<std::uint64_t, std::shared_ptr<const spacetime::Material>> fitted_;  // of epochs left
   spacetime::SolverOptions options_;
   std::shared_ptr<reduced::ReducedKinematics> kinematics_;
   SiteLimits limits_;

@@ -200,7 +200,8 @@ void Session::Impl::bring_up_to_date(const Round& round) {
   }
   if (round.start == Round::Start::kCold) {
     problem_->solver().set_weight_scale(1);
-    problem_->reset_material();
+    // A frozen material is not looked for again.
+    if (problem_->variables() != scene::MaterialVariables::kMotion) problem_->reset_material();
     return problem_->solver().cold_start();
   }
   const auto known = answers_.find(round.content);

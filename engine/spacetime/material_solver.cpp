@@ -20,6 +20,8 @@ constexpr double kLeastDamping = 1e-9, kStiffDamping = 1e6, kGreatestDamping = 1
 constexpr double kLeastPart = 1e-6;   // of a step, before it counts as none
 constexpr double kSufficient = 1e-4;  // part of the promised decrease that makes a step good enough
 constexpr int kWindow = 10;           // steps that the tolerance looks back
+/// An energy of this part of that at rest is none.
+constexpr double kNoEnergy = 1e-12;
 /// A mode that moves less than this part of the largest one tells nothing of its dynamics.
 constexpr double kAtRest = 1e-9;
 
@@ -246,13 +248,15 @@ MaterialReport MaterialSolver::Impl::solve(
     if (options_.variables != MaterialVariables::kMotion) fit_dynamics();
     if (!step()) {
       // Nothing is left to gain but what rounding hides.
-      const bool done = !(step_.promise > options_.tolerance * energy_);
+      const double worth = energy_ + kNoEnergy * rows_.rest_energy();
+      const bool done = !(step_.promise > options_.tolerance * worth);
       return report(done ? SolveStatus::kConverged : SolveStatus::kStalled, iteration);
     }
     ++iteration;
     energies.push_back(energy_);
     if (iteration >= kWindow &&
-        energies[energies.size() - 1 - kWindow] - energy_ <= options_.tolerance * energy_) {
+        energies[energies.size() - 1 - kWindow] - energy_ <=
+            options_.tolerance * (energy_ + kNoEnergy * rows_.rest_energy())) {
       if (iteration == kWindow) {
         material_ = std::move(start.material);
         systems_ = std::move(start.systems);

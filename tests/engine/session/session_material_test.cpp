@@ -108,6 +108,43 @@ TEST(SessionMaterial, OtherDynamicsStartTheMaterialAnew) {
               std::pow(2 * 3.14159265358979 / dynamics.period_frames, 2), 1e-9);
 }
 
+TEST(SessionMaterial, AnotherFrameRateLeavesTheMaterialAlone) {
+  Live live(swinging_bar(MaterialVariables::kAll));
+  const auto fitted = live.recorder->wait_final(0);
+  ASSERT_TRUE(fitted);
+  live.edit({SetMaterialVariables{MaterialVariables::kMotion}});
+  scene::Dynamics dynamics = live.session.dynamics();
+  dynamics.frames_per_second *= 2;  // the period is in frames
+  const auto result = live.edit({SetDynamics{dynamics}});
+  ASSERT_TRUE(result);
+  EXPECT_TRUE(same(*result->material, *fitted->material));
+}
+
+TEST(SessionMaterial, AColdSolveLeavesAFrozenMaterialAlone) {
+  Live live(swinging_bar(MaterialVariables::kAll));
+  const auto fitted = live.recorder->wait_final(0);
+  ASSERT_TRUE(fitted);
+  live.edit({SetMaterialVariables{MaterialVariables::kMotion}});
+  const auto moved = live.edit({MoveConstraint{1, {0, -0.05, 0.1}}});
+  ASSERT_TRUE(moved);
+  live.session.solve_cold(3);
+  const auto cold = live.recorder->wait_final(2, moved->sequence);
+  ASSERT_TRUE(cold);
+  EXPECT_TRUE(same(*cold->material, *fitted->material));
+}
+
+TEST(SessionMaterial, UndoingAResetBringsTheMaterialBackAlsoWhereNoAnswerWasKept) {
+  Live live(swinging_bar(MaterialVariables::kAll));
+  const auto fitted = live.recorder->wait_final(0);
+  ASSERT_TRUE(fitted);
+  live.edit({SetMaterialVariables{MaterialVariables::kMotion}});
+  live.session.edit({MoveConstraint{1, {0, -0.05, 0.1}}});  // perhaps never solved
+  live.edit({ResetMaterial{}});
+  const auto undone = live.edit({Undo{}});
+  ASSERT_TRUE(undone);
+  EXPECT_TRUE(same(*undone->material, *fitted->material));
+}
+
 TEST(SessionMaterial, EditsWhileItIsFittedWinAndGoOnFromWhatIsThere) {
   Live live(swinging_bar(MaterialVariables::kAll));
   ASSERT_TRUE(live.recorder->wait_final(0));

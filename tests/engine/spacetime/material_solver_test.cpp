@@ -416,6 +416,20 @@ TEST(MaterialHardCases, AMotionThatIsZero) {
   EXPECT_EQ(solver.material().dynamics.stiffness, scene.material.dynamics.stiffness);
 }
 
+TEST(MaterialHardCases, OneConstraintThatAFreeSwingMeetsIsConverged) {
+  Scene scene = chain_scene();
+  scene.timeline = {60, EndCondition::kFree, EndCondition::kFree};
+  scene.constraints.resize(1);
+  Solver solver(scene.kinematics, scene.material.dynamics, scene.timeline, {},
+                scene.material.mixing);
+  solver.add(scene.constraints[0]);
+  solver.solve();
+  scene.motion = solver.motion();
+  MaterialSolver material = solver_of(scene);
+  const MaterialReport report = material.solve();
+  EXPECT_EQ(report.status, SolveStatus::kConverged) << report.total_energy;
+}
+
 TEST(MaterialHardCases, ALambdaDrivenToItsBound) {
   // A target that is reached by moving evenly: any stiffness is in the way.
   Scene scene;
