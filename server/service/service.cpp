@@ -47,6 +47,12 @@ bool reads_files(const proto::Request& request) {
   });
 }
 
+bool has_poses(const proto::Request& request) {
+  const auto& edits = request.edit().edits();
+  return std::any_of(edits.begin(), edits.end(),
+                     [](const proto::Edit& edit) { return edit.has_add_keyframe(); });
+}
+
 proto::Request parse(const zmq::message_t& payload) {
   check_wire(payload.to_string_view(), *proto::Request::descriptor());
   proto::Request request;
@@ -124,6 +130,10 @@ void Service::work_on(HeavyRequests::Request heavy) {
   try {
     if (hub_.stopping.load()) throw shutting_down();
     const Request request = parse(heavy.payload);
+    if (request.has_edit() && heavy.payload.size() > kLightBytes && !has_poses(request)) {
+      throw limit_exceeded("", "bytes of a request of this kind", kLightBytes,
+                           heavy.payload.size());
+    }
     heavy.payload.rebuild();  // its bytes live on in the request
     answer(ticket, request);
   } catch (const Refusal& refusal) {
