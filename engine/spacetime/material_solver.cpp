@@ -16,7 +16,9 @@ namespace limber::spacetime {
 namespace {
 
 constexpr double kFirstDamping = 1;  // Levenberg's nu
-constexpr double kLeastDamping = 1e-9, kStiffDamping = 1e6, kGreatestDamping = 1e12;
+constexpr double kLeastDamping = 1e-9, kStiffDamping = 1e4;
+/// A motion that gains less than this part of the energy is as good as it was.
+constexpr double kSettled = 1e-6;
 constexpr double kLeastPart = 1e-6;   // of a step, before it counts as none
 constexpr double kSufficient = 1e-4;  // part of the promised decrease that makes a step good enough
 constexpr int kWindow = 10;           // steps that the tolerance looks back
@@ -85,11 +87,13 @@ class MaterialSolver::Impl {
        const ConstraintSet& constraints, Material material, const Eigen::MatrixXd& motion,
        MaterialOptions options)
       : options_(options),
-        length_(kinematics->length()),
+        kinematics_(std::move(kinematics)),
+        constraints_(constraints),
+        length_(kinematics_->length()),
         timeline_(timeline),
         material_(std::move(material)),
         systems_(material_.dynamics, timeline_),
-        rows_(std::move(kinematics), {}, material_.coordinates()) {
+        rows_(kinematics_, {}, material_.coordinates()) {
     rows_.rebuild(constraints, systems_.frames().first(), systems_.frames().last());
     if (rows_.count() > kMostRows) {
       throw Error(ErrorCode::kLimitExceeded, "constraints",
@@ -136,6 +140,8 @@ class MaterialSolver::Impl {
   /// (second-order correction, NOTATION.md). @returns its merit
   double try_step(double part);
   void accept(double part);
+  /// z alone to its optimum for the present material. @returns whether it was worth it
+  [[nodiscard]] bool settle_motion();
   [[nodiscard]] MaterialReport report(SolveStatus status, int iterations);
 
   /// Where a solve starts, to come back to.
@@ -147,6 +153,8 @@ class MaterialSolver::Impl {
   };
 
   MaterialOptions options_;
+  std::shared_ptr<const reduced::Kinematics> kinematics_;
+  ConstraintSet constraints_;
   double length_;
   Timeline timeline_;
   Material material_;
@@ -184,28 +192,52 @@ void MaterialSolver::Impl::fit_dynamics() {
 
 bool MaterialSolver::Impl::step() {
   const bool with_mixing = options_.variables == MaterialVariables::kAll;
-  for (double part = 1; nu_ <= kGreatestDamping && part > kLeastPart;) {
+  bool settled = false;
+  for (double part = 1; part > kLeastPart;) {
     const double nu = with_mixing ? nu_ : std::numeric_limits<double>::infinity();
     if (part == 1)
       space_.step(systems_, rows_, point_, {nu, options_.column_weight, options_.held}, step_);
-    if (!(step_.promise > 0)) return false;
+    if (!(step_.promise > 0)) return settled;
     const double energy = try_step(part);
     const double gain = (energy_ - energy) / step_.promise;
     if (gain > kSufficient * part) {
       if (gain > 0.5) nu_ = std::max(kLeastDamping, nu_ / 3);
-      if (gain < 0.1) nu_ *= 2;
+      if (gain < 0.1 && part == 1) nu_ *= 2;
       energy_ = energy;
       accept(part);
       return true;
     }
-    // Nothing but its length keeps a step in z alone within the reach of the linear model.
     if (with_mixing && nu_ < kStiffDamping) {
       nu_ *= 4;
-    } else {
-      part *= 0.25;
+      continue;
     }
+    // nu holds S only: where the linear model does not reach as far as z wants to go, z goes alone,
+    // by the means of its own solver.
+    if (part == 1 && !settled && settle_motion()) {
+      settled = true;
+      nu_ = kFirstDamping;
+      continue;
+    }
+    if (settled) return true;
+    part *= 0.25;
   }
-  return false;
+  return settled;
+}
+
+bool MaterialSolver::Impl::settle_motion() {
+  Solver solver(kinematics_, material_.dynamics, timeline_, {}, point_.mixing);
+  for (const auto& [id, constraint] : constraints_.positions) solver.add(constraint);
+  for (const auto& [id, keyframe] : constraints_.keyframes) solver.add_keyframe(keyframe);
+  solver.warm_start(motion(), Known::kAnswer);
+  solver.solve();
+  systems_.gather(solver.motion(), trial_.z);
+  trial_.mixing = point_.mixing;
+  evaluate(trial_);
+  const double energy = merit(trial_, systems_);
+  if (!(energy < energy_ - kSettled * energy_)) return false;
+  std::swap(point_, trial_);
+  energy_ = energy;
+  return true;
 }
 
 double MaterialSolver::Impl::try_step(double part) {

@@ -403,6 +403,27 @@ TEST(MaterialHardCases, AsManyModesAsCoordinates) {
   EXPECT_TRUE(finite(solver));
 }
 
+TEST(MaterialHardCases, ATargetThatJumpsFarAfterTheFit) {
+  for (const double jump : {0.3, 1.0, 3.0}) {
+    Scene scene = chain_scene();
+    MaterialSolver first = solver_of(scene);
+    first.solve();
+    scene.material = first.material();
+    scene.constraints[2].target += Eigen::Vector3d(0, jump, -jump);
+    Solver solver(scene.kinematics, scene.material.dynamics, scene.timeline, {},
+                  scene.material.mixing);
+    for (const auto& constraint : scene.constraints) solver.add(constraint);
+    solver.warm_start(first.motion(), Known::kGuess);
+    scene.z_only = solver.solve();
+    scene.motion = solver.motion();
+    MaterialSolver again = solver_of(scene);
+    const MaterialReport report = again.solve();
+    EXPECT_NE(report.status, SolveStatus::kStalled) << jump;
+    EXPECT_LT(report.total_energy, 0.7 * scene.z_only.total_energy) << jump;
+    EXPECT_TRUE(finite(again));
+  }
+}
+
 TEST(MaterialHardCases, AMotionThatIsZero) {
   Scene scene = chain_scene();
   for (auto& constraint : scene.constraints) constraint.target.setZero();
