@@ -19,7 +19,7 @@ struct MaterialOptions {
   double column_weight = 1;
   // Ends when ten steps lower the energy by less than this part of it, in (0, 1). Material moves
   // in long flat valleys: the energy goes on falling slowly for hundreds of steps.
-  double tolerance = 1e-3;
+  double tolerance = 1e-4;
   int max_iterations = 300;  // > 0
   int held = 0;  // first modes whose dynamics and columns stay: rigid unknowns of a free body
 
