@@ -13,8 +13,8 @@
 namespace limber::bench {
 namespace {
 
+using spacetime::MaterialVariables;
 using spacetime::RecoveryStart;
-using spacetime::RecoveryVariables;
 
 struct Truth {
   RecoveryScene scene;
@@ -62,7 +62,7 @@ struct Variant {
   Loads loads;
 };
 
-void recover(const Truth& truth, const Variant& variant, int modes, RecoveryVariables variables,
+void recover(const Truth& truth, const Variant& variant, int modes, MaterialVariables variables,
              RecoveryStart start, Recorder& recorder) {
   spacetime::RecoveryOptions options;
   options.modes = modes;
@@ -88,7 +88,7 @@ void recover(const Truth& truth, const Variant& variant, int modes, RecoveryVari
   row["final_frame_error"] = relative(got.rightCols<1>(), wanted.rightCols<1>());
   row["second_half_error"] = relative(got, wanted);
   row["least_constraint"] = least_constraint(truth.z.leftCols(truth.known), modes);
-  row["start"] = variables != RecoveryVariables::kAll || start == RecoveryStart::kSpectrum
+  row["start"] = variables != MaterialVariables::kAll || start == RecoveryStart::kSpectrum
                      ? "spectrum"
                      : "principal";
   row["gamma"] = variant.weight;
@@ -101,8 +101,8 @@ void recover(const Truth& truth, const Variant& variant, int modes, RecoveryVari
 
 void recover_all(const Truth& truth, const Variant& variant, Recorder& recorder) {
   for (const int modes : {2, 10}) {
-    for (const auto variables : {RecoveryVariables::kMotion, RecoveryVariables::kMotionAndDynamics,
-                                 RecoveryVariables::kAll}) {
+    for (const auto variables : {MaterialVariables::kMotion, MaterialVariables::kMotionAndDynamics,
+                                 MaterialVariables::kAll}) {
       recover(truth, variant, modes, variables, RecoveryStart::kPrincipalComponents, recorder);
     }
   }
@@ -134,11 +134,11 @@ void recovery_suite(const SuiteOptions& options, Recorder& recorder) {
                              truth.scene.displacements.rightCols(frames - truth.known))));
     recover_all(truth, {"", 1, Loads::kKnown}, recorder);
     for (const int modes : {2, 10}) {
-      recover(truth, {" (paper's start)", 1, Loads::kKnown}, modes, RecoveryVariables::kAll,
+      recover(truth, {" (paper's start)", 1, Loads::kKnown}, modes, MaterialVariables::kAll,
               RecoveryStart::kSpectrum, recorder);
       for (const auto& [suffix, weight] :
            {std::pair{" (gamma 1e-2)", 1e-2}, {" (gamma 1e-4)", 1e-4}})
-        recover(truth, {suffix, weight, Loads::kKnown}, modes, RecoveryVariables::kAll,
+        recover(truth, {suffix, weight, Loads::kKnown}, modes, MaterialVariables::kAll,
                 RecoveryStart::kPrincipalComponents, recorder);
     }
     if (truth.scene.driven_frames > 0)

@@ -12,7 +12,7 @@ namespace limber::session {
 
 /// What is wanted of a recovery beside the scene.
 struct RecoveryRequest {
-  spacetime::RecoveryVariables variables = spacetime::RecoveryVariables::kAll;
+  spacetime::MaterialVariables variables = spacetime::MaterialVariables::kAll;
   spacetime::RecoveryStart start = spacetime::RecoveryStart::kPrincipalComponents;
   /// The first frames, that the material is recovered from: at least 8 more than are driven, at
   /// most those of the base motion. 0: the first half of it.

@@ -22,8 +22,15 @@ Eigen::MatrixXd first_coordinates(int coordinates, int modes) {
   return Eigen::MatrixXd::Identity(coordinates, modes);
 }
 
+bool are_first_coordinates(const Eigen::MatrixXd& mixing) { return mixing.isIdentity(0); }
+
 double column_energy(const Eigen::Ref<const Eigen::MatrixXd>& mixing) {
   return (mixing.colwise().squaredNorm().array() - 1).square().sum();
+}
+
+Eigen::MatrixXd column_gradient(const Eigen::Ref<const Eigen::MatrixXd>& mixing) {
+  const Eigen::RowVectorXd excess = 4 * (mixing.colwise().squaredNorm().array() - 1).matrix();
+  return mixing * excess.asDiagonal();
 }
 
 double force_energy(const ModeDynamics& dynamics, const Eigen::Ref<const Eigen::MatrixXd>& motion) {

@@ -18,9 +18,13 @@ struct Material {
 
 /// S = (I, 0)^T, R x r.
 [[nodiscard]] Eigen::MatrixXd first_coordinates(int coordinates, int modes);
+[[nodiscard]] bool are_first_coordinates(const Eigen::MatrixXd& mixing);
 
 /// E_s = sum_k (|s_k|^2 - 1)^2 (eq. 20), without mu.
 [[nodiscard]] double column_energy(const Eigen::Ref<const Eigen::MatrixXd>& mixing);
+
+/// d E_s / d S, R x r.
+[[nodiscard]] Eigen::MatrixXd column_gradient(const Eigen::Ref<const Eigen::MatrixXd>& mixing);
 
 /// E_f of a whole motion z, r x N (eq. 17a).
 [[nodiscard]] double force_energy(const ModeDynamics& dynamics,

@@ -1,21 +1,15 @@
 #include "engine/spacetime/material_step.h"
 
-#include <Eigen/Cholesky>
 #include <cmath>
 
-#include "engine/base/error.h"
+#include "engine/spacetime/constraint_system.h"
+#include "engine/spacetime/material.h"
 
 namespace limber::spacetime {
 namespace {
 
 double inner(const Lanes& a, const Lanes& b) {
   return lane_dot(a.data(), b.data(), static_cast<int>(a.size()));
-}
-
-/// d E_s / d S.
-Eigen::MatrixXd column_gradient(const Eigen::MatrixXd& mixing) {
-  const Eigen::RowVectorXd excess = 4 * (mixing.colwise().squaredNorm().array() - 1).matrix();
-  return mixing * excess.asDiagonal();
 }
 
 }  // namespace
@@ -25,29 +19,13 @@ void MaterialSpace::factor(const ModeSystems& systems, const ConstraintRows& row
   const Eigen::Index n = rows.count();
   const Eigen::Index modes = systems.modes(), coordinates = point.mixing.rows();
   const Eigen::Index held = damping.held;
-  const int lanes = systems.lanes();
   damping_ = damping;
   hat_ = point.rows.jacobian.topRows(coordinates);
   mixing_ = point.mixing;
-  jacobian_.setZero(lanes, n);
+  jacobian_.setZero(systems.lanes(), n);
   jacobian_.topRows(modes).noalias() = mixing_.transpose() * hat_;
 
-  system_.resize(n, n);
-  scaled_.resize(lanes, n);
-  const int knots = static_cast<int>(rows.knots().size());
-  for (int knot = 0; knot < knots; ++knot) {
-    const int first = rows.first_row(knot), last = rows.first_row(knot + 1);
-    for (int other = 0; other <= knot; ++other) {
-      const double* __restrict green = systems.green(knot, other);
-      for (int column = rows.first_row(other); column < rows.first_row(other + 1); ++column) {
-        const double* j = jacobian_.col(column).data();
-        double* __restrict out = scaled_.col(column).data();
-        for (int k = 0; k < lanes; ++k) out[k] = green[k] * j[k];
-      }
-    }
-    system_.block(first, 0, last - first, last).noalias() =
-        jacobian_.middleCols(first, last - first).transpose() * scaled_.leftCols(last);
-  }
+  response_of_rows(systems, rows, jacobian_, scaled_, system_);
   if (std::isfinite(damping.nu)) {
     const Eigen::Index moved = modes - held;
     at_rows_.resize(moved, n);
@@ -68,21 +46,7 @@ void MaterialSpace::factor(const ModeSystems& systems, const ConstraintRows& row
     system_.triangularView<Eigen::Lower>() -= pulled.transpose() * weighted_;
   }
   system_.diagonal() += rows.weight().cwiseInverse();
-  const Eigen::VectorXd diagonal = system_.diagonal();
-  double lift = 0;
-  for (int attempt = 0; attempt < 12; ++attempt) {
-    work_ = system_;
-    if (lift > 0) work_.diagonal().array() += lift * diagonal.maxCoeff();
-    Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>> llt(work_);
-    if (llt.info() == Eigen::Success) {
-      system_.swap(work_);
-      return;
-    }
-    lift = lift == 0 ? 1e-15 : lift * 10;
-  }
-  throw Error(ErrorCode::kNumerical, "",
-              "the constraints' system cannot be factored: displacements or their Jacobians are "
-              "not finite");
+  factor_lifted(system_, work_);
 }
 
 void MaterialSpace::divide_mixing(Eigen::MatrixXd& columns) const {

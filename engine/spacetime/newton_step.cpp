@@ -1,10 +1,10 @@
 #include "engine/spacetime/newton_step.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 
 #include "engine/base/error.h"
+#include "engine/spacetime/constraint_system.h"
 
 namespace limber::spacetime {
 namespace {
@@ -19,45 +19,11 @@ constexpr int kMaxInner = 60;
 
 void ConstraintSpace::factor(const ModeSystems& systems, const ConstraintRows& rows,
                              const Lanes& jacobian) {
-  const int n = rows.count();
-  const int lanes = systems.lanes();
-  const int knots = static_cast<int>(rows.knots().size());
   jacobian_ = jacobian;
-  system_.resize(n, n);
-  scaled_.resize(lanes, n);
-  for (int knot = 0; knot < knots; ++knot) {
-    const int first = rows.first_row(knot), last = rows.first_row(knot + 1);
-    for (int other = 0; other <= knot; ++other) {
-      const double* __restrict green = systems.green(knot, other);
-      for (int column = rows.first_row(other); column < rows.first_row(other + 1); ++column) {
-        const double* j = jacobian_.col(column).data();
-        double* __restrict out = scaled_.col(column).data();
-        for (int k = 0; k < lanes; ++k) out[k] = green[k] * j[k];
-      }
-    }
-    system_.block(first, 0, last - first, last).noalias() =
-        jacobian_.middleCols(first, last - first).transpose() * scaled_.leftCols(last);
-  }
-  for (int i = 0; i < n; ++i) system_(i, i) += 1 / rows.weight()[i];
-  const Eigen::VectorXd diagonal = system_.diagonal();
-  // Exact rows that depend on each other leave C singular to rounding: lift it by as little as
-  // makes it factor. The error is one of the step only, and gone with the next.
-  double lift = 0;
-  for (int attempt = 0; attempt < 12; ++attempt) {
-    work_ = system_;
-    work_.diagonal() =
-        diagonal + lift * Eigen::VectorXd::Constant(n, n > 0 ? diagonal.maxCoeff() : 0.0);
-    Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>> llt(work_);
-    if (llt.info() == Eigen::Success) {
-      system_.swap(work_);
-      ready_ = true;
-      return;
-    }
-    lift = lift == 0 ? 1e-15 : lift * 10;
-  }
-  throw Error(ErrorCode::kNumerical, "",
-              "the constraints' system cannot be factored: displacements or their Jacobians are "
-              "not finite");
+  response_of_rows(systems, rows, jacobian_, scaled_, system_);
+  system_.diagonal() += rows.weight().cwiseInverse();
+  factor_lifted(system_, work_);
+  ready_ = true;
 }
 
 void ConstraintSpace::add_transposed(const ModeSystems& systems, const ConstraintRows& rows,

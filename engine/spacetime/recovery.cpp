@@ -64,7 +64,7 @@ void check(const RecoveredMotion& warm, const Eigen::Ref<const Eigen::MatrixXd>&
 
 RecoveredMotion begin(const RecoveryEnergy& energy, const Eigen::VectorXd& eigenvalues,
                       const RecoveryOptions& options) {
-  const bool principal = options.variables == RecoveryVariables::kAll &&
+  const bool principal = options.variables == MaterialVariables::kAll &&
                          options.start == RecoveryStart::kPrincipalComponents;
   RecoveredMotion result = principal ? principal_start(energy.target(), options.modes)
                                      : spectrum_start(energy.target(), eigenvalues, options.modes);
@@ -109,7 +109,7 @@ Recovery recover(const Eigen::Ref<const Eigen::MatrixXd>& target,
   RecoveryReport& report = result.report;
   motion = warm != nullptr ? *warm : begin(energy, eigenvalues, options);
   report.start = energy.value(motion);
-  if (options.variables == RecoveryVariables::kMotion) {
+  if (options.variables == MaterialVariables::kMotion) {
     energy.fit_motion(motion);
     report.status = RecoveryStatus::kConverged;
     report.steps = 1;
@@ -120,7 +120,7 @@ Recovery recover(const Eigen::Ref<const Eigen::MatrixXd>& target,
   while (report.status != RecoveryStatus::kConverged && report.steps < options.max_steps) {
     job.report("recovering material", static_cast<double>(report.steps) / options.max_steps);
     double gained = 0;
-    if (options.variables == RecoveryVariables::kAll) {
+    if (options.variables == MaterialVariables::kAll) {
       gained = step.take(motion);
       now -= gained;
     } else {

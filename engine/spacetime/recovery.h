@@ -4,16 +4,9 @@
 #include <string>
 
 #include "engine/base/job.h"
-#include "engine/spacetime/problem.h"
+#include "engine/spacetime/material.h"
 
 namespace limber::spacetime {
-
-/// What a recovery may change.
-enum class RecoveryVariables {
-  kMotion,             // z
-  kMotionAndDynamics,  // z, Lambda, D
-  kAll,                // z, Lambda, D, S
-};
 
 /// Where a recovery of all variables begins; the others have S = (I; 0) and begin as the paper's.
 enum class RecoveryStart {
@@ -29,7 +22,7 @@ enum class RecoveryStart {
 
 struct RecoveryOptions {
   int modes = 10;  // r, > 0, at most R
-  RecoveryVariables variables = RecoveryVariables::kAll;
+  MaterialVariables variables = MaterialVariables::kAll;
   RecoveryStart start = RecoveryStart::kPrincipalComponents;
   double weight = 1;            // gamma of E_c^RS, > 0
   double column_weight = 1e-8;  // mu of E_s, > 0

@@ -5,6 +5,7 @@
 
 #include "engine/base/error.h"
 #include "engine/spacetime/fit_dynamics.h"
+#include "engine/spacetime/material.h"
 
 namespace limber::spacetime {
 namespace {
@@ -37,7 +38,7 @@ RecoveryEnergies RecoveryEnergy::value(const RecoveredMotion& at) const {
   RecoveryEnergies result;
   for (Eigen::Index k = 0; k < at.z.rows(); ++k) result.force += 0.5 * force(at, k).squaredNorm();
   result.constraint = 0.5 * (at.mixing * at.z - target_).squaredNorm();
-  result.columns = (at.mixing.colwise().squaredNorm().array() - 1).square().sum();
+  result.columns = column_energy(at.mixing);
   result.total = result.force + weight_ * result.constraint + column_weight_ * result.columns;
   return result;
 }
@@ -54,9 +55,8 @@ Eigen::MatrixXd RecoveryEnergy::gradient_of_motion(const RecoveredMotion& at) co
 }
 
 Eigen::MatrixXd RecoveryEnergy::gradient_of_mixing(const RecoveredMotion& at) const {
-  const Eigen::RowVectorXd excess = at.mixing.colwise().squaredNorm().array() - 1;
   return weight_ * ((at.mixing * at.z - target_) * at.z.transpose()) +
-         4 * column_weight_ * at.mixing * excess.asDiagonal();
+         column_weight_ * column_gradient(at.mixing);
 }
 
 BandedCholesky RecoveryEnergy::factor_motion(const RecoveredMotion& at) const {

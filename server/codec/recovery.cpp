@@ -4,9 +4,11 @@
 
 #include <limits>
 
+#include "engine/session/problem_mapping.h"
 #include "server/codec/arrays.h"
 #include "server/codec/errors.h"
 #include "server/codec/material.h"
+#include "server/codec/scene.h"
 
 namespace limber::server {
 namespace {
@@ -17,22 +19,12 @@ int decode_frames(std::uint32_t value, const char* field) {
   return static_cast<int>(value);
 }
 
-spacetime::RecoveryVariables decode_variables(proto::MaterialVariables variables) {
-  switch (variables) {
-    case proto::MATERIAL_VARIABLES_MOTION:
-      return spacetime::RecoveryVariables::kMotion;
-    case proto::MATERIAL_VARIABLES_DYNAMICS:
-      return spacetime::RecoveryVariables::kMotionAndDynamics;
-    default:
-      return spacetime::RecoveryVariables::kAll;
-  }
-}
-
 }  // namespace
 
 session::RecoveryRequest decode_recovery(const proto::RecoverRequest& message) {
   session::RecoveryRequest request;
-  request.variables = decode_variables(message.variables());
+  if (message.variables() != proto::MATERIAL_VARIABLES_UNSPECIFIED)
+    request.variables = session::map_variables(decode_variables(message.variables()));
   request.recovered_frames = decode_frames(message.recovered_frames(), "recovered_frames");
   request.driven_frames = decode_frames(message.driven_frames(), "driven_frames");
   request.total_frames = decode_frames(message.total_frames(), "total_frames");

@@ -18,8 +18,8 @@
 namespace limber::session {
 namespace {
 
+using spacetime::MaterialVariables;
 using spacetime::RecoveryStart;
-using spacetime::RecoveryVariables;
 using ::testing::HasSubstr;
 
 constexpr double kTwoPi = 2 * std::numbers::pi;
@@ -140,7 +140,7 @@ TEST(SceneRecovery, MixedModesAreNeededWhereTheMotionIsAMixture) {
   }();
   RecoveryRequest request;
   const RecoveryReport all = recover(scene, request).report;
-  request.variables = RecoveryVariables::kMotionAndDynamics;
+  request.variables = MaterialVariables::kMotionAndDynamics;
   const RecoveryReport dynamics = recover(scene, request).report;
   EXPECT_LT(100 * all.energies.constraint, dynamics.energies.constraint);
   EXPECT_LT(5 * all.recovered_error, dynamics.recovered_error);

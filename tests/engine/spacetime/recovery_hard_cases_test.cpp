@@ -62,8 +62,8 @@ TEST(RecoveryHardCases, REqualsR) {
 TEST(RecoveryHardCases, AMotionThatIsZero) {
   RecoveryOptions options;
   options.modes = 2;
-  for (const auto variables : {RecoveryVariables::kMotion, RecoveryVariables::kMotionAndDynamics,
-                               RecoveryVariables::kAll}) {
+  for (const auto variables : {MaterialVariables::kMotion, MaterialVariables::kMotionAndDynamics,
+                               MaterialVariables::kAll}) {
     options.variables = variables;
     const Recovery result = recover(Eigen::MatrixXd::Zero(5, 20), eigenvalues(5), options);
     EXPECT_TRUE(result.motion.z.isZero(0));
@@ -135,8 +135,8 @@ TEST(RecoveryHardCases, MoreModesThanTheMotionHas) {
 
 TEST(RecoveryHardCases, RestartingFromAConvergedResultChangesNothing) {
   const Eigen::MatrixXd target = mixed_motion(6, 40) + random_matrix(6, 40, 0.02, 8);
-  for (const auto variables : {RecoveryVariables::kMotion, RecoveryVariables::kMotionAndDynamics,
-                               RecoveryVariables::kAll}) {
+  for (const auto variables : {MaterialVariables::kMotion, MaterialVariables::kMotionAndDynamics,
+                               MaterialVariables::kAll}) {
     RecoveryOptions options;
     options.modes = 2;
     options.variables = variables;

@@ -97,12 +97,12 @@ TEST(Recovery, DynamicsAloneComeBackWhereModesAreKnown) {
   RecoveryOptions options;
   options.modes = 3;
   options.tolerance = 1e-12;
-  options.variables = RecoveryVariables::kMotionAndDynamics;
+  options.variables = MaterialVariables::kMotionAndDynamics;
   const Recovery result = recover(target, eigenvalues(3), options);
   EXPECT_LT((result.motion.dynamics.stiffness - three_modes().stiffness).norm(), 1e-6);
   EXPECT_LT((result.motion.dynamics.damping - three_modes().damping).norm(), 1e-6);
   // z alone has to force what free dynamics would do.
-  options.variables = RecoveryVariables::kMotion;
+  options.variables = MaterialVariables::kMotion;
   const Recovery motion = recover(target, eigenvalues(3), options);
   EXPECT_GT(motion.report.energies.force, 1e3 * result.report.energies.force);
 }
@@ -163,8 +163,8 @@ TEST(Recovery, MoreVariablesMeanLessEnergy) {
   RecoveryOptions options;
   options.modes = 2;
   double before = std::numeric_limits<double>::infinity();
-  for (const auto variables : {RecoveryVariables::kMotion, RecoveryVariables::kMotionAndDynamics,
-                               RecoveryVariables::kAll}) {
+  for (const auto variables : {MaterialVariables::kMotion, MaterialVariables::kMotionAndDynamics,
+                               MaterialVariables::kAll}) {
     options.variables = variables;
     options.start = RecoveryStart::kSpectrum;
     const RecoveryEnergies found = recover(target, eigenvalues(8), options).report.energies;
