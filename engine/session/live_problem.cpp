@@ -103,6 +103,9 @@ spacetime::MaterialSolver LiveProblem::material_solver() const {
 
 void LiveProblem::coordinates(const spacetime::Material& material, const Eigen::MatrixXd& motion,
                               Eigen::MatrixXf& q) const {
+  const bool plain =
+      motion.rows() == material.coordinates() && spacetime::are_first_coordinates(material.mixing);
+  if (plain) return kinematics_->coordinates(0, motion, q);
   kinematics_->coordinates(0, material.mixing * motion, q);
 }
 

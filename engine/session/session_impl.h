@@ -45,6 +45,8 @@ class Session::Impl : public std::enable_shared_from_this<Session::Impl> {
   friend class Session;
   using Clock = std::chrono::steady_clock;
   class Ticket;
+  /// Between improved iterates of one solve.
+  static constexpr std::chrono::milliseconds kPublishInterval{8};
 
   /// What the build leaves behind for readers.
   struct Built {

@@ -9,8 +9,6 @@ namespace {
 using spacetime::MaterialReport;
 using spacetime::SolveStatus;
 
-constexpr std::chrono::duration<double, std::milli> kPublishInterval(8);
-
 }  // namespace
 
 void tell_outcome(const MaterialReport& material, spacetime::SolveReport& report) {

@@ -15,7 +15,6 @@ namespace {
 using Milliseconds = std::chrono::duration<double, std::milli>;
 using Seconds = std::chrono::duration<double>;
 
-constexpr Milliseconds kPublishInterval(8);    // between improved iterates of one solve
 constexpr Milliseconds kProgressInterval(20);  // between reports of the same stage
 
 void demand_finite(const spacetime::SolveReport& report, const Eigen::MatrixXd& motion) {

@@ -6,16 +6,23 @@
 #include <tuple>
 
 #include "engine/base/error.h"
+#include "engine/spacetime/material.h"
 
 namespace limber::spacetime {
 
 ConstraintRows::ConstraintRows(std::shared_ptr<const reduced::Kinematics> kinematics,
                                Eigen::MatrixXd mixing, int modes)
     : kinematics_(std::move(kinematics)),
-      mixing_(std::move(mixing)),
       modes_(modes),
       lanes_(padded_lanes(modes)),
-      length_(kinematics_->length()) {}
+      length_(kinematics_->length()) {
+  set_mixing(std::move(mixing));
+}
+
+/// Coordinates that nothing mixes are taken as they are, without products by one and zero.
+void ConstraintRows::set_mixing(Eigen::MatrixXd mixing) {
+  mixing_ = are_first_coordinates(mixing) ? Eigen::MatrixXd() : std::move(mixing);
+}
 
 /// Rows under way; multipliers are found again by what they belong to.
 struct ConstraintRows::Gathered {

@@ -32,7 +32,7 @@ class ConstraintRows {
                  int modes);
 
   /// Other modes of the same number; rebuild() must follow.
-  void set_mixing(Eigen::MatrixXd mixing) { mixing_ = std::move(mixing); }
+  void set_mixing(Eigen::MatrixXd mixing);
 
   /// Knots: the distinct free frames of the constraints, sorted. Multipliers of surviving exact
   /// rows are kept.
