@@ -1,5 +1,3 @@
-#include <boost/asio/post.hpp>
-
 #include "engine/session/recovery.h"
 #include "server/codec/errors.h"
 #include "server/codec/recovery.h"
@@ -27,34 +25,18 @@ proto::RecoverResponse Service::recover(const proto::RecoverRequest& request) {
   const std::uint64_t bytes = estimate_recovery_bytes(decoded.scene, wanted.total_frames);
   if (limits.session_bytes > 0 && bytes > limits.session_bytes)
     throw limit_exceeded("scene", "estimated bytes of the recovery", limits.session_bytes, bytes);
-  const Cancellation cancellation;
-  const JobId job = hub_.jobs.start("recover", "", [cancellation] { cancellation.request(); });
-  JobContext context{cancellation, [this, job](const std::string& stage, double fraction) {
-                       hub_.jobs.progress(job, {stage, fraction});
-                     }};
-  boost::asio::post(hub_.session_pool, [this, job, context = std::move(context), wanted,
-                                        scene = std::move(decoded.scene)]() mutable {
-    run_recovery(job, context, std::move(scene), wanted);
-  });
-  response.set_job(job);
+  response.set_job(
+      start_job("recover", "scene.",
+                [wanted, scene = std::move(decoded.scene)](const JobContext& context) mutable {
+                  JobProduct product;
+                  session::MaterialRecovery recovery = session::recover(scene, wanted, context);
+                  product.recovery = encode_report(recovery);
+                  product.motion = std::make_shared<const ComputedMotion>(ComputedMotion{
+                      std::move(scene), std::move(recovery.geometry), std::move(recovery.positions),
+                      recovery.report.frames_per_second});
+                  return product;
+                }));
   return response;
-}
-
-void Service::run_recovery(JobId job, const JobContext& context, scene::Scene scene,
-                           const session::RecoveryRequest& wanted) {
-  try {
-    JobProduct product;
-    session::MaterialRecovery recovery = session::recover(scene, wanted, context);
-    product.recovery = encode_report(recovery);
-    product.motion = std::make_shared<const ComputedMotion>(
-        ComputedMotion{std::move(scene), std::move(recovery.geometry),
-                       std::move(recovery.positions), recovery.report.frames_per_second});
-    hub_.jobs.done(job, std::move(product));
-  } catch (const std::exception& fault) {
-    const auto* error = dynamic_cast<const Error*>(&fault);
-    if (error != nullptr && error->code() == ErrorCode::kCancelled) return hub_.jobs.cancelled(job);
-    hub_.jobs.failed(job, error_to_proto(fault, "scene."));
-  }
 }
 
 }  // namespace limber::server

@@ -1,7 +1,5 @@
 #include <fmt/format.h>
 
-#include <boost/asio/post.hpp>
-
 #include "engine/scene/formats/surface_formats.h"
 #include "engine/scene/samples/samples.h"
 #include "engine/scene/tetrahedralize/tetrahedralize.h"
@@ -77,37 +75,17 @@ proto::TetrahedralizeResponse Service::tetrahedralize(const proto::Tetrahedraliz
   }
   options.validate();
   auto surface = read_surface(request.surface());
-  const Cancellation cancellation;
-  const JobId job =
-      hub_.jobs.start("tetrahedralize", "", [cancellation] { cancellation.request(); });
-  boost::asio::post(hub_.session_pool,
-                    [this, job, cancellation, options, surface = std::move(surface)] {
-                      run_tetrahedralize(job,
-                                         {cancellation,
-                                          [this, job](const std::string& stage, double fraction) {
-                                            hub_.jobs.progress(job, {stage, fraction});
-                                          }},
-                                         surface, options);
-                    });
   proto::TetrahedralizeResponse response;
-  response.set_job(job);
+  response.set_job(start_job("tetrahedralize", "",
+                             [options, surface = std::move(surface)](const JobContext& context) {
+                               const auto result = scene::tetrahedralize(surface, options, context);
+                               JobProduct product;
+                               product.mesh = encode_mesh(result.mesh);
+                               for (const auto& text : result.notes)
+                                 product.issues.push_back(encode_warning("surface", text));
+                               return product;
+                             }));
   return response;
-}
-
-void Service::run_tetrahedralize(JobId job, const JobContext& context,
-                                 const scene::TriangleSurface& surface,
-                                 const scene::TetrahedralizeOptions& options) {
-  try {
-    const auto result = scene::tetrahedralize(surface, options, context);
-    JobProduct product;
-    product.mesh = encode_mesh(result.mesh);
-    for (const auto& text : result.notes) product.issues.push_back(encode_warning("surface", text));
-    hub_.jobs.done(job, std::move(product));
-  } catch (const std::exception& fault) {
-    const auto* error = dynamic_cast<const Error*>(&fault);
-    if (error != nullptr && error->code() == ErrorCode::kCancelled) return hub_.jobs.cancelled(job);
-    hub_.jobs.failed(job, error_to_proto(fault));
-  }
 }
 
 }  // namespace limber::server

@@ -1,7 +1,5 @@
 #include "engine/session/simulation.h"
 
-#include <boost/asio/post.hpp>
-
 #include "server/codec/errors.h"
 #include "server/codec/simulation.h"
 #include "server/service/memory_estimate.h"
@@ -23,33 +21,17 @@ proto::SimulateResponse Service::simulate(const proto::SimulateRequest& request)
   const std::uint64_t limit = hub_.options.limits.session_bytes;
   if (limit > 0 && bytes > limit)
     throw limit_exceeded("scene", "estimated bytes of the simulation", limit, bytes);
-  const Cancellation cancellation;
-  const JobId job = hub_.jobs.start("simulate", "", [cancellation] { cancellation.request(); });
-  JobContext context{cancellation, [this, job](const std::string& stage, double fraction) {
-                       hub_.jobs.progress(job, {stage, fraction});
-                     }};
-  boost::asio::post(hub_.session_pool, [this, job, context = std::move(context),
-                                        scene = std::move(decoded.scene)]() mutable {
-    run_simulation(job, context, std::move(scene));
-  });
-  response.set_job(job);
+  response.set_job(start_job(
+      "simulate", "scene.", [scene = std::move(decoded.scene)](const JobContext& context) mutable {
+        JobProduct product;
+        session::SimulatedMotion motion = session::simulate(scene, context);
+        product.simulation = encode_report(motion);
+        product.motion = std::make_shared<const ComputedMotion>(
+            ComputedMotion{std::move(scene), std::move(motion.geometry),
+                           std::move(motion.positions), motion.report.frames_per_second});
+        return product;
+      }));
   return response;
-}
-
-void Service::run_simulation(JobId job, const JobContext& context, scene::Scene scene) {
-  try {
-    JobProduct product;
-    session::SimulatedMotion motion = session::simulate(scene, context);
-    product.simulation = encode_report(motion);
-    product.motion = std::make_shared<const ComputedMotion>(
-        ComputedMotion{std::move(scene), std::move(motion.geometry), std::move(motion.positions),
-                       motion.report.frames_per_second});
-    hub_.jobs.done(job, std::move(product));
-  } catch (const std::exception& fault) {
-    const auto* error = dynamic_cast<const Error*>(&fault);
-    if (error != nullptr && error->code() == ErrorCode::kCancelled) return hub_.jobs.cancelled(job);
-    hub_.jobs.failed(job, error_to_proto(fault, "scene."));
-  }
 }
 
 }  // namespace limber::server

@@ -58,25 +58,24 @@ class Service {
   proto::GetFramesResponse get_frames(const proto::GetFramesRequest& request) const;
   proto::ExportResponse export_part(const proto::ExportRequest& request) const;
 
+  /// A job of its own on the session pool, cancelled and told of like all jobs.
+  /// @param prefix  before the fields of errors, which are the work's own
+  JobId start_job(const char* kind, const char* prefix,
+                  std::function<JobProduct(const JobContext&)> work);
+
   // handlers_scene.cpp
   proto::ValidateSceneResponse validate_scene(const proto::ValidateSceneRequest& request) const;
   proto::GetSampleResponse get_sample(const proto::GetSampleRequest& request) const;
   proto::TetrahedralizeResponse tetrahedralize(const proto::TetrahedralizeRequest& request);
-  void run_tetrahedralize(JobId job, const JobContext& context,
-                          const scene::TriangleSurface& surface,
-                          const scene::TetrahedralizeOptions& options);
   [[nodiscard]] DecodedScene decode(const proto::Scene& message) const;
   [[nodiscard]] MeshLoader mesh_loader() const;
   [[nodiscard]] MotionReader base_motion_reader() const;
 
   // handlers_simulation.cpp
   proto::SimulateResponse simulate(const proto::SimulateRequest& request);
-  void run_simulation(JobId job, const JobContext& context, scene::Scene scene);
 
   // handlers_recovery.cpp
   proto::RecoverResponse recover(const proto::RecoverRequest& request);
-  void run_recovery(JobId job, const JobContext& context, scene::Scene scene,
-                    const session::RecoveryRequest& wanted);
 
   // computed_motions.cpp
   proto::GetFramesResponse get_computed_frames(const proto::GetFramesRequest& request) const;
