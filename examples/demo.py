@@ -24,6 +24,7 @@ def main() -> int:
     with limber.launch(transport="tcp") as server:
         print(f"limberd {server.info().server_version} answers at {server.connection.endpoint}")
         run(server, arguments.sample, pathlib.Path(arguments.out))
+        fit(server, arguments.sample)
     return 0
 
 
@@ -52,6 +53,23 @@ def run(server: limber.Server, sample: str, out: pathlib.Path) -> None:
           f"  {pvd}  ParaView: open it, press Apply, play\n"
           f"  {obj}  Blender: import it with Forward = Y, Up = Z, vertex order kept (Split off); then add a Mesh Cache\n"
           f"  {pc2}  modifier with this file, format PC2, Forward = Y, Up = Z")
+
+
+def fit(server: limber.Server, sample: str) -> None:
+    """The sample's own constraints, with forces alone and with the material optimised, too."""
+    session = server.open(sample=sample, optimise="all")
+    session.optimise("motion")
+    session.wait()
+    print(f"\n{sample} through its own {len(session.constraints())} constraints: forces alone, and with the material\n\n"
+          f"{'optimised':<34}{'ack':>8}{'first':>9}{'final':>9}{'error':>10}{'E forces':>11}{'E constr.':>11}{'E total':>11}")
+    with session.stream() as stream:
+        for text, variables in (("forces, frequencies and damping", "dynamics"), ("forces alone, material reset", "motion"),
+                                ("forces, frequencies, damping, modes", "all")):
+            measure(session, stream, text, lambda v=variables: session.edit([limber.reset_material(), limber.optimise(v)]))
+    fitted = session.material()
+    print("\nmode  scene [Hz]  fitted [Hz]")
+    for k, (mode, own) in enumerate(zip(fitted.modes[:4], fitted.initial), start=1):
+        print(f"{k:4}{own.frequency:12.3f}{mode.frequency:13.3f}")
 
 
 def edits(session: limber.Session, node: int, frames: int, size: float):

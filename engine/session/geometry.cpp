@@ -76,9 +76,9 @@ scene::Scene with_base_motion(scene::Scene scene, const Eigen::MatrixXf& positio
   const Eigen::Map<const Eigen::VectorXd> rest(scene.mesh.nodes.data(), scene.mesh.nodes.size());
   scene.base_motion = positions.cast<double>().colwise() - rest;
   scene.frame_count = static_cast<int>(positions.cols());
-  std::erase_if(scene.constraints, [&](const scene::Constraint& constraint) {
-    return constraint.frame >= scene.frame_count;
-  });
+  const auto is_behind = [&](const auto& wish) { return wish.frame >= scene.frame_count; };
+  std::erase_if(scene.constraints, is_behind);
+  std::erase_if(scene.keyframes, is_behind);
   return scene;
 }
 

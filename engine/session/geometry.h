@@ -30,7 +30,7 @@ namespace limber::session {
     const Eigen::Ref<const Eigen::MatrixXd>& displacements);
 
 /// The scene with a motion (3 source nodes x frames [scene units]) as its base motion; it has the
-/// motion's frames, and no constraints in others.
+/// motion's frames, and neither constraints nor keyframes in others.
 [[nodiscard]] scene::Scene with_base_motion(scene::Scene scene, const Eigen::MatrixXf& positions);
 
 }  // namespace limber::session

@@ -36,6 +36,24 @@ Eigen::MatrixXd range_of(const Eigen::MatrixXd& mixing) {
   return qr.householderQ() * Eigen::MatrixXd::Identity(mixing.rows(), qr.rank());
 }
 
+/// Rows l * r + k: sum over frames i of z_ki times row l of G E_i, E_i the rows of frame i: the
+/// cross terms' transpose times E without their dense form, r times cheaper.
+Eigen::MatrixXd crossed(const Eigen::MatrixXd& gram, const Eigen::MatrixXd& z,
+                        const BandedCholesky::Columns& columns) {
+  const Eigen::Index r = z.rows(), frames = z.cols(), width = columns.cols();
+  BandedCholesky::Columns weighed(columns.rows(), width);
+  for (Eigen::Index i = 0; i < frames; ++i)
+    weighed.middleRows(i * r, r).noalias() = gram * columns.middleRows(i * r, r);
+  using Strided = Eigen::Map<const BandedCholesky::Columns, 0, Eigen::OuterStride<>>;
+  Eigen::MatrixXd result(r * r, width);
+  for (Eigen::Index l = 0; l < r; ++l) {
+    const Strided of_row(weighed.data() + l * width, frames, width,
+                         Eigen::OuterStride<>(r * width));
+    result.middleRows(l * r, r).noalias() = z * of_row;
+  }
+  return result;
+}
+
 }  // namespace
 
 /// The Gauss-Newton model at a point. S moves by S C + P, P orthogonal to the columns of S: to
@@ -74,7 +92,7 @@ struct RecoveryStep::Model {
           schur(l * r + k, m * r + k) += 8 * energy.column_weight() * gram(l, k) * gram(m, k);
       }
     }
-    const Eigen::MatrixXd reduced = cross.leftCols(r * r).transpose() * eliminated;
+    const Eigen::MatrixXd reduced = weight * crossed(gram, at.z, eliminated);
     schur -= reduced.leftCols(r * r);
     const BandedCholesky::Columns by_coupling = at.mixing.transpose() * by_mixing;  // l * r + k
     descent = reduced.col(r * r) - by_coupling.reshaped<Eigen::RowMajor>();

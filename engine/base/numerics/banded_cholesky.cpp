@@ -28,8 +28,15 @@ bool BandedCholesky::factor(Eigen::MatrixXd band) {
 }
 
 void BandedCholesky::solve(Columns& x) const {
+  // The rows of one band, of this many columns, stay in the nearest cache.
+  constexpr Eigen::Index kTogether = 64;
+  LIMBER_DEMAND(factor_.cols() == x.rows());
+  for (Eigen::Index first = 0; first < x.cols(); first += kTogether)
+    solve_columns(x.middleCols(first, std::min(kTogether, x.cols() - first)));
+}
+
+void BandedCholesky::solve_columns(Eigen::Ref<Columns> x) const {
   const Eigen::Index n = factor_.cols(), width = factor_.rows() - 1;
-  LIMBER_DEMAND(n == x.rows());
   for (Eigen::Index j = 0; j < n; ++j) {
     x.row(j) /= factor_(0, j);
     const Eigen::Index below = std::min(width, n - 1 - j);

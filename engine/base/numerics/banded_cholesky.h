@@ -20,6 +20,8 @@ class BandedCholesky {
   void solve(Columns& x) const;
 
  private:
+  void solve_columns(Eigen::Ref<Columns> x) const;
+
   Eigen::MatrixXd factor_;  // L in the same storage
 };
 

@@ -178,6 +178,21 @@ TEST(SceneRecovery, GoesOnBehindTheBaseMotion) {
   EXPECT_EQ(of_half.report.final_frame_error, 0);
 }
 
+TEST(SceneRecovery, ASceneWithAShorterMotionKeepsWhatIsInItsFrames) {
+  scene::Scene scene = test::bar(2, 20);
+  scene.constraints = {test::held(9, 1), test::held(10, 1)};
+  scene.keyframes.resize(2);
+  scene.keyframes[0].frame = 12;
+  scene.keyframes[1].frame = 3;
+  const Eigen::VectorXf rest = scene.mesh.nodes.reshaped().cast<float>();
+  const scene::Scene shorter = with_base_motion(scene, rest.replicate(1, 10));
+  EXPECT_EQ(shorter.frame_count, 10);
+  ASSERT_EQ(shorter.constraints.size(), 1u);
+  EXPECT_EQ(shorter.constraints[0].frame, 9);
+  ASSERT_EQ(shorter.keyframes.size(), 1u);
+  EXPECT_EQ(shorter.keyframes[0].frame, 3);
+}
+
 TEST(SceneRecovery, TheUnitOfLengthDoesNotMatter) {
   const scene::Scene metres = swinging(base_scene(40), kTwo);
   scene::Scene millimetres = metres;
