@@ -61,11 +61,13 @@ def fit(server: limber.Server, sample: str) -> None:
     session.optimise("motion")
     session.wait()
     print(f"\n{sample} through its own {len(session.constraints())} constraints: forces alone, and with the material\n\n"
-          f"{'optimised':<34}{'ack':>8}{'first':>9}{'final':>9}{'error':>10}{'E forces':>11}{'E constr.':>11}{'E total':>11}")
+          f"{'optimised':<34}{'ack':>8}{'first':>9}{'final':>9}{'error':>10}{'E forces':>11}{'E constr.':>11}"
+          f"{'E total':>11}")
     with session.stream() as stream:
-        for text, variables in (("forces, frequencies and damping", "dynamics"), ("forces alone, material reset", "motion"),
-                                ("forces, frequencies, damping, modes", "all")):
-            measure(session, stream, text, lambda v=variables: session.edit([limber.reset_material(), limber.optimise(v)]))
+        for text, variables in (("and frequencies and damping", "dynamics"), ("forces alone, material reset", "motion"),
+                                ("and frequencies, damping and modes", "all")):
+            changes = [limber.reset_material(), limber.optimise(variables)]
+            measure(session, stream, text, lambda changes=changes: session.edit(changes))
     fitted = session.material()
     print("\nmode  scene [Hz]  fitted [Hz]")
     for k, (mode, own) in enumerate(zip(fitted.modes[:4], fitted.initial), start=1):
