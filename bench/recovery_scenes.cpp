@@ -33,13 +33,13 @@ bodies::ElasticBody with_materials(const bodies::ElasticBody& body, const std::s
 }
 
 /// Up is y, the thin side of the beam.
-bodies::Loads push_end(const bodies::ElasticBody& body, double frames_per_second) {
+bodies::Loads push_end(const bodies::ElasticBody& body, double frames_per_second, double share) {
   bodies::PointForce push;
   const double end = body.mesh.nodes.row(0).maxCoeff();
   for (int node = 0; node < body.mesh.node_count(); ++node) {
     if (body.mesh.nodes(0, node) > end - 1e-6 * body.length()) push.nodes.push_back(node);
   }
-  push.force = {0, kPushForce, 0};
+  push.force = {0, share * kPushForce, 0};
   push.until = kPush / frames_per_second;
   bodies::PointForce back = push;
   back.force = -push.force;
@@ -49,8 +49,9 @@ bodies::Loads push_end(const bodies::ElasticBody& body, double frames_per_second
 }
 
 /// Rest under an acceleration along the shorter horizontal side, as strong as the softest modes
-/// say for kStaticSway.
-bodies::DynamicState held_aside(const bodies::ElasticBody& body, const bodies::ModalBasis& modes) {
+/// say for a sway of so many body lengths.
+bodies::DynamicState held_aside(const bodies::ElasticBody& body, const bodies::ModalBasis& modes,
+                                double sway) {
   const Eigen::Vector3d size =
       body.mesh.nodes.rowwise().maxCoeff() - body.mesh.nodes.rowwise().minCoeff();
   const int axis = size.x() < size.z() ? 0 : 2;
@@ -61,7 +62,7 @@ bodies::DynamicState held_aside(const bodies::ElasticBody& body, const bodies::M
   const Eigen::VectorXd linear =
       modes.modes * (modes.modes.transpose() * force).cwiseQuotient(modes.eigenvalues);
   const double acceleration =
-      kStaticSway * body.length() / reduced::largest_node_displacement(linear).maxCoeff();
+      sway * body.length() / reduced::largest_node_displacement(linear).maxCoeff();
   // Backward Euler with steps far longer than a swing comes to rest.
   bodies::SimulationOptions settling;
   settling.frame_count = 24;
@@ -76,7 +77,7 @@ bodies::DynamicState held_aside(const bodies::ElasticBody& body, const bodies::M
 }  // namespace
 
 std::optional<RecoveryScene> recovery_scene(const std::string& name, int frames,
-                                            const SuiteOptions& options) {
+                                            const SuiteOptions& options, double share) {
   const auto folder = std::filesystem::path(options.shared_folder) / "data" / "bodies" / name;
   if (!std::filesystem::exists(folder / "mesh.elastic")) return std::nullopt;
   const auto named = load_body(name, options);
@@ -99,10 +100,10 @@ std::optional<RecoveryScene> recovery_scene(const std::string& name, int frames,
   bodies::Loads loads;
   bodies::DynamicState initial;
   if (name == "beam") {
-    loads = push_end(real, scene.frames_per_second);
+    loads = push_end(real, scene.frames_per_second, share);
     scene.driven_frames = 2 * kPush;
   } else {
-    initial = held_aside(real, modes);
+    initial = held_aside(real, modes, share * kStaticSway);
   }
   scene.simulation_ms = milliseconds([&] {
     scene.displacements = bodies::simulate(real, loads, initial, simulation).displacements;

@@ -26,10 +26,11 @@ struct RecoveryScene {
 ///
 /// The paper gives no parameters. Here a swing of the body's lowest mode takes 30 frames and loses
 /// 2 pi % of its amplitude (1 % of critical damping, Kelvin-Voigt: higher modes lose more); one
-/// step of the implicit midpoint rule a frame; loads such that something moves by about a quarter
-/// of the body's length.
+/// step of the implicit midpoint rule a frame; loads such that something moves by about a tenth of
+/// the body's length, times `share`.
 /// @returns nothing where the public data is not there
 [[nodiscard]] std::optional<RecoveryScene> recovery_scene(const std::string& name, int frames,
-                                                          const SuiteOptions& options);
+                                                          const SuiteOptions& options,
+                                                          double share = 1);
 
 }  // namespace limber::bench
