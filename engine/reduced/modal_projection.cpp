@@ -129,7 +129,7 @@ enum class Tracking { kInTime, kPoseAlone };
 /// What the base motion contributes to a pose.
 struct BasePose {
   Eigen::VectorXd y;  // 9m
-  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+  Eigen::Vector3d mean;
 };
 
 }  // namespace
@@ -166,40 +166,39 @@ class ModalProjector::Impl {
     check_poses(poses);
     ModalProjection result = empty(poses.cols());
     RsTrack track;
-    const BasePose rest{Eigen::VectorXd::Zero(kRsSize * Eigen::Index{gradient_.tet_count()})};
+    const BasePose rest{Eigen::VectorXd::Zero(kRsSize * Eigen::Index{gradient_.tet_count()}),
+                        Eigen::Vector3d::Zero()};
     for (Eigen::Index k = 0; k < poses.cols(); ++k) {
       job.report("projecting poses", static_cast<double>(k) / static_cast<double>(poses.cols()));
       if (tracking == Tracking::kPoseAlone) track = {};
-      const Eigen::VectorXd y = smooth_coordinates(poses.col(k), track);
+      const Eigen::VectorXd y = smooth_coordinates(inverse_, poses.col(k), track);
       fit(k, poses.col(k), y, rest, track, result);
     }
     return result;
   }
 
+  [[nodiscard]] TrackedBase track(Eigen::MatrixXd motion) const {
+    require_size(motion.rows(), model_, "base_motion");
+    require_finite(motion, "base_motion");
+    return {inverse_, std::move(motion)};
+  }
+
   [[nodiscard]] ModalProjection project(const Eigen::Ref<const Eigen::MatrixXd>& poses,
-                                        const KeyframesOnBase& on_base,
+                                        const std::vector<int>& frames, TrackedBase& tracked_base,
                                         const JobContext& job) const {
     check_poses(poses);
-    check(on_base, poses.cols());
+    check(frames, tracked_base.motion().cols(), poses.cols());
     ModalProjection result = empty(poses.cols());
-    RsTrack base_track;
     Eigen::Matrix3Xd offset = Eigen::Matrix3Xd::Zero(3, gradient_.tet_count());
-    BasePose base;
-    int next = 0;
     for (Eigen::Index k = 0; k < poses.cols(); ++k) {
-      const int frame = on_base.frames[static_cast<std::size_t>(k)];
-      for (; next <= frame; ++next) {
-        job.report("projecting keyframes",
-                   static_cast<double>(next) / (on_base.frames.back() + 1.0));
-        base.y = smooth_coordinates(on_base.base_motion.col(next), base_track);
-      }
-      base.mean = mean(on_base.base_motion.col(frame));
-      // A free body's turns go on from the base's, as the keyframe before had them.
-      RsTrack track;
-      if (keyframe_tracking() == Tracking::kInTime) track.counted = base_track.counted + offset;
-      const Eigen::VectorXd y = smooth_coordinates(poses.col(k), track);
-      offset = track.counted - base_track.counted;
-      fit(k, poses.col(k), y, base, track, result);
+      job.report("projecting keyframes",
+                 static_cast<double>(k) / static_cast<double>(poses.cols()));
+      const int frame = frames[static_cast<std::size_t>(k)];
+      const TrackedBase::Pose& at = tracked_base.at(frame, job);
+      const BasePose base{at.y, mean(tracked_base.motion().col(frame))};
+      const KeyframePose pose = tracked(poses.col(k), at, offset);
+      offset = pose.track.counted - at.after.counted;
+      fit(k, poses.col(k), pose.y, base, pose.track, result);
     }
     return result;
   }
@@ -226,35 +225,24 @@ class ModalProjector::Impl {
     require_finite(poses, "poses");
   }
 
-  void check(const KeyframesOnBase& on_base, Eigen::Index poses) const {
-    require_size(on_base.base_motion.rows(), model_, "base_motion");
-    require_finite(on_base.base_motion, "base_motion");
-    if (static_cast<Eigen::Index>(on_base.frames.size()) != poses) {
+  static void check(const std::vector<int>& frames, Eigen::Index base_frames, Eigen::Index poses) {
+    if (static_cast<Eigen::Index>(frames.size()) != poses) {
       throw Error(ErrorCode::kInvalidArgument, "frames",
-                  fmt::format("{} frames for {} poses", on_base.frames.size(), poses));
+                  fmt::format("{} frames for {} poses", frames.size(), poses));
     }
-    for (std::size_t k = 0; k < on_base.frames.size(); ++k) {
-      const int frame = on_base.frames[k];
+    for (std::size_t k = 0; k < frames.size(); ++k) {
+      const int frame = frames[k];
       const std::string field = fmt::format("frames[{}]", k);
-      if (frame < 0 || frame >= on_base.base_motion.cols()) {
+      if (frame < 0 || frame >= base_frames) {
         throw Error(ErrorCode::kOutOfRange, field,
                     fmt::format("{} = {}, the base motion has frames 0 to {}", field, frame,
-                                on_base.base_motion.cols() - 1));
+                                base_frames - 1));
       }
-      if (k > 0 && frame <= on_base.frames[k - 1]) {
+      if (k > 0 && frame <= frames[k - 1]) {
         throw Error(ErrorCode::kInvalidArgument, field,
                     fmt::format("{} = {} does not ascend", field, frame));
       }
     }
-  }
-
-  /// y (9m) with the turns that the tets hand on: where a rotation is next to a full turn, its own
-  /// logarithm has an axis that may point anywhere, which no sum of modes fits.
-  [[nodiscard]] Eigen::VectorXd smooth_coordinates(const Eigen::Ref<const Eigen::VectorXd>& u,
-                                                   RsTrack& track) const {
-    Eigen::VectorXd y = inverse_.coordinates(u, track);
-    y.reshaped(kRsSize, y.size() / kRsSize).topRows<3>() = track.counted;
-    return y;
   }
 
   [[nodiscard]] ModalProjection empty(Eigen::Index poses) const {
@@ -265,6 +253,36 @@ class ModalProjector::Impl {
   [[nodiscard]] Eigen::Vector3d mean(const Eigen::Ref<const Eigen::VectorXd>& u) const {
     if (mass_share_.size() == 0) return Eigen::Vector3d::Zero();
     return Eigen::Map<const Eigen::Matrix3Xd>(u.data(), 3, mass_share_.size()) * mass_share_;
+  }
+
+  struct KeyframePose {
+    Eigen::VectorXd y;  // 9m
+    RsTrack track;
+  };
+
+  /// A keyframe over a base motion. A free body's turns go on from the base's, as the keyframe
+  /// before had them. A held body's are counted from its fixed nodes or from the base's, whichever
+  /// modes fit better: near full turns the first alone need not say of the base's own pose that it
+  /// is the base's.
+  [[nodiscard]] KeyframePose tracked(const Eigen::Ref<const Eigen::VectorXd>& pose,
+                                     const TrackedBase::Pose& base,
+                                     const Eigen::Matrix3Xd& offset) const {
+    KeyframePose on_base;
+    const bool is_free = keyframe_tracking() == Tracking::kInTime;
+    if (is_free) {
+      on_base.track.counted = base.after.counted + offset;
+    } else {
+      on_base.track = base.before;  // as the base's own pose was tracked
+    }
+    on_base.y = smooth_coordinates(inverse_, pose, on_base.track);
+    if (is_free) return on_base;
+    KeyframePose alone;
+    alone.y = smooth_coordinates(inverse_, pose, alone.track);
+    const auto left = [&](const Eigen::VectorXd& y) {
+      const Eigen::VectorXd wanted = y - base.y;
+      return fit_.left(wanted, fit_.solve(wanted));
+    };
+    return left(on_base.y) < left(alone.y) ? on_base : alone;
   }
 
   /// Column k of the result from the pose's RS coordinates y.
@@ -288,7 +306,7 @@ class ModalProjector::Impl {
       const Eigen::VectorXd linear =
           base.y + linear_coordinates(gradient_, model_.modes.rightCols(at.size()) * at);
       RsTrack near = track;
-      return y - smooth_coordinates(full_->from_coordinates(linear).col(0), near);
+      return y - smooth_coordinates(inverse_, full_->from_coordinates(linear).col(0), near);
     };
     Eigen::VectorXd miss = missing(z), step = fit_.solve(miss);
     for (int round = 0; round < options_.corrections; ++round) {
@@ -328,7 +346,18 @@ ModalProjection ModalProjector::keyframes(const Eigen::Ref<const Eigen::MatrixXd
 ModalProjection ModalProjector::keyframes(const Eigen::Ref<const Eigen::MatrixXd>& poses,
                                           const KeyframesOnBase& base,
                                           const JobContext& job) const {
-  return impl_->project(poses, base, job);
+  TrackedBase tracked = impl_->track(base.base_motion);
+  return impl_->project(poses, base.frames, tracked, job);
+}
+
+TrackedBase ModalProjector::track(Eigen::MatrixXd base_motion) const {
+  return impl_->track(std::move(base_motion));
+}
+
+ModalProjection ModalProjector::keyframes(const Eigen::Ref<const Eigen::MatrixXd>& poses,
+                                          const std::vector<int>& frames, TrackedBase& base,
+                                          const JobContext& job) const {
+  return impl_->project(poses, frames, base, job);
 }
 
 }  // namespace limber::reduced

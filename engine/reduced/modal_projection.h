@@ -7,6 +7,7 @@
 #include "engine/base/job.h"
 #include "engine/bodies/elastic_body.h"
 #include "engine/reduced/reduced_model.h"
+#include "engine/reduced/tracked_base.h"
 
 namespace limber::reduced {
 
@@ -50,7 +51,8 @@ struct KeyframesOnBase {
 ///
 /// Rotations have many logarithms, full turns apart. In a motion, branches are tracked in space and
 /// time: each tet may turn by less than half a turn from frame to frame. Keyframes may be far
-/// apart: a held body's turns are counted from its fixed nodes in each of them alone, by any angle;
+/// apart: a held body's turns are counted from its fixed nodes in each of them alone, over a
+/// base motion also from the base's own turns, and what modes fit better counts;
 /// a free body may turn by less than half a turn from one to the next, over a base motion by that
 /// much more or less than the base motion does.
 ///
@@ -78,6 +80,15 @@ class ModalProjector {
   /// @throws as above; Error{kOutOfRange} for frames that the base motion does not have
   [[nodiscard]] ModalProjection keyframes(const Eigen::Ref<const Eigen::MatrixXd>& poses,
                                           const KeyframesOnBase& base,
+                                          const JobContext& job = {}) const;
+
+  /// A base motion for many calls of keyframes(), which then need not track it from its first frame
+  /// on. Must not outlive the projector.
+  /// @throws Error{kInvalidArgument} for another size or numbers that are not finite
+  [[nodiscard]] TrackedBase track(Eigen::MatrixXd base_motion) const;
+  /// @param frames  K, ascending, of the base motion
+  [[nodiscard]] ModalProjection keyframes(const Eigen::Ref<const Eigen::MatrixXd>& poses,
+                                          const std::vector<int>& frames, TrackedBase& base,
                                           const JobContext& job = {}) const;
 
  private:

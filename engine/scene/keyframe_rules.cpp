@@ -3,9 +3,10 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <limits>
 #include <map>
 #include <set>
+
+#include "engine/scene/pose_rules.h"
 
 namespace limber::scene {
 namespace {
@@ -19,12 +20,7 @@ Issue error(const char* field, std::string message, ErrorCode code = ErrorCode::
 KeyframeRules::KeyframeRules(const Scene& scene)
     : frame_count_(scene.frame_count),
       nodes_(scene.mesh.node_count()),
-      reach_(std::numeric_limits<double>::max()) {
-  if (nodes_ == 0 || !scene.mesh.nodes.allFinite()) return;  // said of the mesh
-  const auto& nodes = scene.mesh.nodes;
-  const double length = (nodes.rowwise().maxCoeff() - nodes.rowwise().minCoeff()).maxCoeff();
-  if (length > 0) reach_ = kFarthestNode * length;
-}
+      reach_(reach_of_poses(scene)) {}
 
 std::vector<Issue> KeyframeRules::faults(const Keyframe& keyframe) const {
   std::vector<Issue> found;
@@ -61,17 +57,9 @@ std::optional<Issue> KeyframeRules::pose_fault(const Keyframe& keyframe) const {
   if (pose.size() != 3 * Eigen::Index{nodes_}) {
     return error("pose", fmt::format("has {} nodes, the mesh has {}", pose.size() / 3, nodes_));
   }
-  for (Eigen::Index i = 0; i < pose.size(); ++i) {
-    if (!std::isfinite(pose[i]))
-      return error("pose", fmt::format("has a value that is not finite: node {}", i / 3));
-    if (std::abs(pose[i]) > reach_) {
-      return error("pose",
-                   fmt::format("node {} is more than {:g} body lengths from its rest position",
-                               i / 3, kFarthestNode),
-                   ErrorCode::kOutOfRange);
-    }
-  }
-  return std::nullopt;
+  auto fault = scene::pose_fault(pose, reach_);
+  if (fault) fault->field = "pose";
+  return fault;
 }
 
 std::optional<Issue> KeyframeRules::idle_frame(int frame, End first_end, End last_end) const {

@@ -13,7 +13,6 @@ inline constexpr int kMostKeyframes = 512;
 /// What a keyframe of a given scene may be.
 class KeyframeRules {
  public:
-  static constexpr double kFarthestNode = 1e6;  // from rest [body lengths]
   static constexpr double kLeastWeight = 1e-30;
 
   explicit KeyframeRules(const Scene& scene);

@@ -7,6 +7,7 @@
 #include "engine/base/error.h"
 #include "engine/bodies/mesh_validation.h"
 #include "engine/scene/keyframe_rules.h"
+#include "engine/scene/pose_rules.h"
 #include "engine/scene/scene.h"
 #include "engine/scene/simulation_validation.h"
 
@@ -90,7 +91,8 @@ class SceneValidator {
     }
     if (!(dynamics.period_frames >= 0) || !std::isfinite(dynamics.period_frames)) {
       error("dynamics.period_frames",
-            "must be >= 0 and finite, is " + number(dynamics.period_frames));
+            "must be > 0 frames, or 0 for the period that follows from the materials, is " +
+                number(dynamics.period_frames));
     } else if (dynamics.period_frames > 0 && dynamics.period_frames < 4) {
       warning("dynamics.period_frames", "fewer than 4 frames per swing (" +
                                             number(dynamics.period_frames) +
@@ -376,12 +378,14 @@ class SceneValidator {
     } else if (motion.cols() != scene_.frame_count) {
       error("base_motion",
             fmt::format("has {} frames, the scene has {}", motion.cols(), scene_.frame_count));
-    } else if (!motion.allFinite()) {
-      Eigen::Index frame = 0, row = 0;
-      while (motion.col(frame).allFinite()) ++frame;
-      while (std::isfinite(motion(row, frame))) ++row;
-      error("base_motion",
-            fmt::format("has a value that is not finite: node {} in frame {}", row / 3, frame));
+    } else {
+      const double reach = reach_of_poses(scene_);
+      for (Eigen::Index frame = 0; frame < motion.cols(); ++frame) {
+        const auto fault = pose_fault(motion.col(frame), reach);
+        if (!fault) continue;
+        error("base_motion", fmt::format("{} in frame {}", fault->message, frame), fault->code);
+        return;
+      }
     }
   }
 

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
+#include <optional>
 #include <utility>
 
 #include "engine/base/error.h"
@@ -14,6 +16,8 @@ namespace limber::session {
 namespace {
 
 using scene::Keyframe;
+
+constexpr double kPoorShare = 0.02;  // body lengths
 
 reduced::ProjectionOptions projection_options() {
   reduced::ProjectionOptions options;
@@ -31,10 +35,14 @@ reduced::ProjectionOptions projection_options() {
 
 struct KeyframeTargets::Tools {
   Tools(const scene::Scene& scene, const reduced::ReducedModel& model)
-      : mapped(map_body(scene)), projector(mapped.body, model, projection_options()) {}
+      : mapped(map_body(scene)), projector(mapped.body, model, projection_options()) {
+    if (scene.base_motion.size() > 0)
+      base.emplace(projector.track(map_base_motion(scene, mapped.source_of_compact)));
+  }
 
   MappedBody mapped;
   reduced::ModalProjector projector;
+  std::optional<reduced::TrackedBase> base;
 };
 
 KeyframeTargets::KeyframeTargets(const scene::Scene& scene,
@@ -47,53 +55,71 @@ KeyframeTargets::Tools& KeyframeTargets::tools() {
   return *tools_;
 }
 
+Eigen::MatrixXd KeyframeTargets::modal_coordinates(const std::vector<Keyframe>& ordered) {
+  const auto count = static_cast<Eigen::Index>(ordered.size());
+  Eigen::MatrixXd poses(3 * Eigen::Index{model_->node_count}, count);
+  std::vector<int> frames;
+  Tools& with = tools();
+  for (Eigen::Index k = 0; k < count; ++k) {
+    const Keyframe& keyframe = ordered[static_cast<std::size_t>(k)];
+    poses.col(k) = map_displacements(scene_, *keyframe.pose, with.mapped.source_of_compact);
+    frames.push_back(keyframe.frame);
+  }
+  try {
+    return with.base ? with.projector.keyframes(poses, frames, *with.base).z
+                     : with.projector.keyframes(poses).z;
+  } catch (const Error& error) {
+    for (std::size_t k = 0; k < ordered.size(); ++k)
+      if (error.field() == fmt::format("poses[{}]", k)) refuse(ordered[k], error.what());
+    throw;
+  }
+}
+
 std::vector<spacetime::KeyframeConstraint> KeyframeTargets::project(
     const std::vector<Keyframe>& keyframes) {
   if (keyframes.empty()) return {};
   std::vector<Keyframe> ordered = keyframes;
   std::sort(ordered.begin(), ordered.end(),
             [](const Keyframe& a, const Keyframe& b) { return a.frame < b.frame; });
-  const Tools& with = tools();
-  Eigen::MatrixXd poses(3 * Eigen::Index{model_->node_count},
-                        static_cast<Eigen::Index>(ordered.size()));
-  reduced::KeyframesOnBase on_base;
-  for (std::size_t k = 0; k < ordered.size(); ++k) {
-    poses.col(static_cast<Eigen::Index>(k)) =
-        map_displacements(scene_, *ordered[k].pose, with.mapped.source_of_compact);
-    on_base.frames.push_back(ordered[k].frame);
-  }
-  reduced::ModalProjection projection;
-  try {
-    if (scene_.base_motion.size() > 0) {
-      on_base.base_motion = map_base_motion(scene_, with.mapped.source_of_compact);
-      projection = with.projector.keyframes(poses, on_base);
-    } else {
-      projection = with.projector.keyframes(poses);
+  const bool is_free = model_->rigid_count > 0;
+  std::erase_if(known_, [](const Known& known) { return known.pose.expired(); });
+  const auto find = [&](const Keyframe& keyframe) {
+    return std::find_if(known_.begin(), known_.end(), [&](const Known& known) {
+      return known.frame == keyframe.frame && known.pose.lock() == keyframe.pose;
+    });
+  };
+  std::vector<Keyframe> fresh;
+  if (is_free) known_.clear();
+  std::copy_if(ordered.begin(), ordered.end(), std::back_inserter(fresh),
+               [&](const Keyframe& keyframe) { return find(keyframe) == known_.end(); });
+  if (!fresh.empty()) {
+    const Eigen::MatrixXd z = modal_coordinates(fresh);
+    for (std::size_t k = 0; k < fresh.size(); ++k) {
+      if (!z.col(static_cast<Eigen::Index>(k)).allFinite()) refuse(fresh[k], "they are not finite");
+      known_.push_back({fresh[k].pose, fresh[k].frame, z.col(static_cast<Eigen::Index>(k))});
     }
-  } catch (const Error& error) {
-    for (std::size_t k = 0; k < ordered.size(); ++k)
-      if (error.field() == fmt::format("poses[{}]", k)) refuse(ordered[k], error.what());
-    throw;
   }
   std::vector<spacetime::KeyframeConstraint> targets;
-  for (std::size_t k = 0; k < ordered.size(); ++k) {
-    const Keyframe& keyframe = ordered[k];
-    const auto z = projection.z.col(static_cast<Eigen::Index>(k));
-    if (!z.allFinite()) refuse(keyframe, "they are not finite");
-    targets.push_back({keyframe.id, keyframe.frame, z, keyframe.weight});  // infinity is kExact
-  }
+  for (const Keyframe& keyframe : ordered)  // a weight of infinity is kExact
+    targets.push_back({keyframe.id, keyframe.frame, find(keyframe)->z, keyframe.weight});
   return targets;
 }
 
-double KeyframeTargets::max_error(const std::vector<Keyframe>& keyframes,
-                                  const Eigen::MatrixXf& coordinates) {
-  double most = 0;
+KeyframeMiss KeyframeTargets::miss(const std::vector<Keyframe>& keyframes,
+                                   const Eigen::MatrixXf& coordinates) {
+  KeyframeMiss most;
   for (const Keyframe& keyframe : keyframes) {
     const Eigen::VectorXd pose =
         map_displacements(scene_, *keyframe.pose, tools().mapped.source_of_compact);
     const Eigen::VectorXd miss =
         model_->basis * coordinates.col(keyframe.frame).cast<double>() - pose;
-    most = std::max(most, miss.reshaped(3, miss.size() / 3).colwise().norm().maxCoeff());
+    const double distance = miss.reshaped(3, miss.size() / 3).colwise().norm().maxCoeff();
+    most.distance = std::max(most.distance, distance);
+    if (std::isfinite(keyframe.weight) || !(distance > kPoorShare * model_->length)) continue;
+    if (most.poor_id != 0 && distance <= most.poor_share * model_->length) continue;
+    most.poor_id = keyframe.id;
+    most.poor_frame = keyframe.frame;
+    most.poor_share = distance / model_->length;
   }
   return most;
 }

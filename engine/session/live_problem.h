@@ -68,9 +68,9 @@ class LiveProblem {
   /// q of all frames of a motion (z, r x N) with a material, h x N.
   void coordinates(const spacetime::Material& material, const Eigen::MatrixXd& motion,
                    Eigen::MatrixXf& q) const;
-  /// How far a motion (q, h x N) misses the keyframes: the largest distance of a node [m].
-  [[nodiscard]] double max_keyframe_error(const Eigen::MatrixXf& q) const {
-    return keyframe_targets_->max_error(keyframes_, q);
+  /// How far a motion (q, h x N) misses the keyframes.
+  [[nodiscard]] KeyframeMiss keyframe_miss(const Eigen::MatrixXf& q) const {
+    return keyframe_targets_->miss(keyframes_, q);
   }
 
  private:

@@ -172,6 +172,9 @@ scene::Scene Session::Impl::scene() const {
   scene.first_end = first_end;
   scene.last_end = last_end;
   scene.dynamics = dynamics;
+  // What the session mixes: opened anew with other variables, the scene would take another number.
+  if (scene.model.candidate_modes == 0 && variables != scene.material_optimisation.variables)
+    scene.model.candidate_modes = scene::wanted_candidate_modes(*unedited);
   scene.material_optimisation.variables = variables;
   return scene;
 }

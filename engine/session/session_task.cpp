@@ -324,7 +324,17 @@ std::shared_ptr<const Result> Session::Impl::publish(const Round& round,
   result->modal = problem_->solver().motion();
   fill_material(*problem_->material(), *result);
   result->material = problem_->material();
-  if (final) result->max_keyframe_error = problem_->max_keyframe_error(result->coordinates);
+  if (final) {
+    const KeyframeMiss miss = problem_->keyframe_miss(result->coordinates);
+    result->max_keyframe_error = miss.distance;
+    if (miss.poor_id != 0) {
+      result->report.message += fmt::format(
+          "{}keyframe {} in frame {} is missed by {:.2g} of the body's length: its pose is beyond "
+          "the model's shapes (few modes, or twists near full turns).",
+          result->report.message.empty() ? "" : " ", miss.poor_id, miss.poor_frame,
+          miss.poor_share);
+    }
+  }
   hand_out(result, round);
   return result;
 }

@@ -15,12 +15,14 @@ namespace {
 constexpr Eigen::Index kLeastFrames = 8;
 /// An energy of this share of the target's own is rounding.
 constexpr double kRounding = 1e-20;
+// Beyond them the other energies are lost in rounding.
+constexpr double kLeastWeight = 1e-12, kGreatestWeight = 1e12, kLeastColumnWeight = 1e-30;
 
 template <class T>
 void require(bool holds, const char* member, T value, const char* inequality) {
   if (!holds) {
     throw Error(ErrorCode::kInvalidArgument, member,
-                fmt::format("RecoveryOptions::{} = {}, must be {}", member, value, inequality));
+                fmt::format("{} = {}, must be {}", member, value, inequality));
   }
 }
 
@@ -88,9 +90,10 @@ Recovery of_no_motion(Eigen::Index coordinates, Eigen::Index frames, int modes) 
 
 void RecoveryOptions::validate() const {
   require(modes > 0, "modes", modes, "> 0");
-  require(std::isfinite(weight) && weight > 0, "weight", weight, "> 0 and finite");
-  require(std::isfinite(column_weight) && column_weight > 0, "column_weight", column_weight,
-          "> 0 and finite");
+  require(weight >= kLeastWeight && weight <= kGreatestWeight, "weight", weight,
+          "in [1e-12, 1e12]");
+  require(column_weight >= kLeastColumnWeight && column_weight <= kGreatestWeight, "column_weight",
+          column_weight, "in [1e-30, 1e12]");
   require(driven_frames >= 0, "driven_frames", driven_frames, ">= 0");
   require(tolerance > 0 && tolerance < 1, "tolerance", tolerance, "in (0, 1)");
   require(max_steps > 0, "max_steps", max_steps, "> 0");
@@ -121,7 +124,7 @@ Recovery recover(const Eigen::Ref<const Eigen::MatrixXd>& target,
     job.report("recovering material", static_cast<double>(report.steps) / options.max_steps);
     double gained = 0;
     if (options.variables == MaterialVariables::kAll) {
-      gained = step.take(motion);
+      gained = step.take(motion, job);
       now -= gained;
     } else {
       energy.fit_dynamics(motion);

@@ -24,8 +24,8 @@ struct RecoveryOptions {
   int modes = 10;  // r, > 0, at most R
   MaterialVariables variables = MaterialVariables::kAll;
   RecoveryStart start = RecoveryStart::kPrincipalComponents;
-  double weight = 1;            // gamma of E_c^RS, > 0
-  double column_weight = 1e-8;  // mu of E_s, > 0
+  double weight = 1;            // gamma of E_c^RS, in [1e-12, 1e12]
+  double column_weight = 1e-8;  // mu of E_s, in [1e-30, 1e12]
   /// Of the first frames, >= 0: forces are known to act in them (someone pushes), so that forces
   /// there do not count. 0 is the paper's E_f.
   int driven_frames = 0;

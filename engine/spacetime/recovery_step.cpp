@@ -2,15 +2,19 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/QR>
+#include <optional>
 #include <utility>
+
+#include "engine/base/parallel.h"
 
 namespace limber::spacetime {
 namespace {
 
 constexpr double kLeastDamping = 1e-9;
-constexpr int kTrials = 16;           // dampings tried in one step
-constexpr double kDependent = 1e-10;  // of columns of S
-constexpr double kTiny = 1e-13;       // of a diagonal, keeps unknowns without effect still
+constexpr int kTrials = 16;                // dampings tried in one step
+constexpr double kDependent = 1e-10;       // of columns of S
+constexpr double kTiny = 1e-13;            // of a diagonal, keeps unknowns without effect still
+constexpr Eigen::Index kMostCoupled = 32;  // modes; beyond, z and S take turns
 
 /// Columns of length zero are no use to anything but E_s, whose gradient there is zero: they get
 /// what is missing most, or any direction where nothing is missing.
@@ -54,51 +58,65 @@ Eigen::MatrixXd crossed(const Eigen::MatrixXd& gram, const Eigen::MatrixXd& z,
   return result;
 }
 
+/// Columns [begin, end) of the cross terms of z and C(l, k), which moves the constraints of frame i
+/// by S e_l z_ki; column l * r + k.
+BandedCholesky::Columns cross_terms(const Eigen::MatrixXd& gram, const Eigen::MatrixXd& z,
+                                    Eigen::Index begin, Eigen::Index end) {
+  const Eigen::Index r = z.rows(), frames = z.cols();
+  BandedCholesky::Columns cross(r * frames, end - begin);
+  for (Eigen::Index column = begin; column < end; ++column) {
+    const Eigen::Index l = column / r, k = column % r;
+    for (Eigen::Index i = 0; i < frames; ++i)
+      cross.col(column - begin).segment(i * r, r) = z(k, i) * gram.col(l);
+  }
+  return cross;
+}
+
 }  // namespace
 
 /// The Gauss-Newton model at a point. S moves by S C + P, P orthogonal to the columns of S: to
 /// first order the residuals of P have nothing to do with those of z and C, so that only C is
 /// coupled with z, which is eliminated.
 struct RecoveryStep::Model {
-  Model(const RecoveryEnergy& energy, const RecoveredMotion& at)
-      : gram(at.mixing.transpose() * at.mixing), spread(at.z * at.z.transpose()) {
-    const Eigen::Index r = at.z.rows(), frames = at.z.cols();
+  Model(const RecoveryEnergy& energy, const RecoveredMotion& at, const JobContext& job)
+      : gram(at.mixing.transpose() * at.mixing),
+        spread(at.z * at.z.transpose()),
+        motion(energy.factor_motion(at)),
+        by_motion(energy.gradient_of_motion(at)) {
+    const Eigen::Index r = at.z.rows();
     const double weight = energy.weight();
-    const Eigen::MatrixXd by_motion = energy.gradient_of_motion(at);
     const Eigen::MatrixXd by_mixing = energy.gradient_of_mixing(at);
-
-    // Cross terms of z and C(l, k), which moves the constraints of frame i by S e_l z_ki; and the
-    // gradient by z.
-    BandedCholesky::Columns cross(r * frames, r * r + 1);
-    for (Eigen::Index i = 0; i < frames; ++i) {
-      for (Eigen::Index m = 0; m < r; ++m) {
-        for (Eigen::Index l = 0; l < r; ++l) {
-          cross.row(i * r + m).segment(l * r, r) = (weight * gram(m, l)) * at.z.col(i).transpose();
-        }
-        cross(i * r + m, r * r) = by_motion(m, i);
-      }
-    }
-    eliminated = cross;
-    energy.factor_motion(at).solve(eliminated);
-
-    schur.resize(r * r, r * r);
-    for (Eigen::Index l = 0; l < r; ++l) {
-      for (Eigen::Index m = 0; m < r; ++m)
-        schur.block(l * r, m * r, r, r) = (weight * gram(l, m)) * spread;
-    }
+    couple(at.z, weight, job);
     for (Eigen::Index k = 0; k < r; ++k) {
       for (Eigen::Index l = 0; l < r; ++l) {
         for (Eigen::Index m = 0; m < r; ++m)
           schur(l * r + k, m * r + k) += 8 * energy.column_weight() * gram(l, k) * gram(m, k);
       }
     }
-    const Eigen::MatrixXd reduced = weight * crossed(gram, at.z, eliminated);
-    schur -= reduced.leftCols(r * r);
+    BandedCholesky::Columns still = by_motion.reshaped();
+    motion.solve(still);
     const BandedCholesky::Columns by_coupling = at.mixing.transpose() * by_mixing;  // l * r + k
-    descent = reduced.col(r * r) - by_coupling.reshaped<Eigen::RowMajor>();
+    descent = weight * crossed(gram, at.z, still) - by_coupling.reshaped<Eigen::RowMajor>();
 
     const Eigen::MatrixXd range = range_of(at.mixing);
     outside = by_mixing - range * (range.transpose() * by_mixing);
+  }
+
+  /// The second derivative by C with z eliminated, but for E_s: some columns at a time.
+  void couple(const Eigen::MatrixXd& z, double weight, const JobContext& job) {
+    constexpr std::int64_t kTogether = 32;
+    const Eigen::Index r = z.rows();
+    schur.resize(r * r, r * r);
+    parallel_for(r * r, kTogether, [&](std::int64_t begin, std::int64_t end) {
+      job.throw_if_cancelled();
+      BandedCholesky::Columns eliminated = weight * cross_terms(gram, z, begin, end);
+      motion.solve(eliminated);
+      schur.middleCols(begin, end - begin) = -weight * crossed(gram, z, eliminated);
+    });
+    for (Eigen::Index l = 0; l < r; ++l) {
+      for (Eigen::Index m = 0; m < r; ++m)
+        schur.block(l * r, m * r, r, r) += (weight * gram(l, m)) * spread;
+    }
   }
 
   /// @returns `at` moved by the step of this damping
@@ -111,32 +129,54 @@ struct RecoveryStep::Model {
       for (Eigen::Index k = 0; k < r; ++k)
         damped(l * r + k, l * r + k) += damping * weight * gram(l, l) * spread(k, k) + floor;
     }
-    const Eigen::VectorXd coupling = damped.ldlt().solve(descent);
+    const Eigen::VectorXd solution = damped.ldlt().solve(descent);
+    const Eigen::MatrixXd coupling = solution.reshaped<Eigen::RowMajor>(r, r);
     Eigen::MatrixXd normal = weight * spread;
     normal.diagonal() +=
         weight *
         (damping * spread.diagonal().array() + kTiny * spread.diagonal().maxCoeff()).matrix();
+    BandedCholesky::Columns dz = (weight * gram * coupling * at.z + by_motion).reshaped();
+    motion.solve(dz);
     RecoveredMotion result = at;
-    const Eigen::VectorXd dz = -(eliminated.leftCols(r * r) * coupling + eliminated.col(r * r));
-    result.z += dz.reshaped(r, at.z.cols());
-    result.mixing += at.mixing * coupling.reshaped<Eigen::RowMajor>(r, r) -
-                     normal.ldlt().solve(outside.transpose()).transpose();
+    result.z -= dz.reshaped(r, at.z.cols());
+    result.mixing += at.mixing * coupling - normal.ldlt().solve(outside.transpose()).transpose();
     return result;
   }
 
   Eigen::MatrixXd gram, spread;  // S^T S, z z^T
+  BandedCholesky motion;         // the second derivative by z
+  Eigen::MatrixXd by_motion;     // gradient by z
   Eigen::MatrixXd schur;         // of C, row-major pairs (l, k)
   Eigen::VectorXd descent;
-  BandedCholesky::Columns eliminated;  // by z: cross terms, gradient
-  Eigen::MatrixXd outside;             // gradient by P
+  Eigen::MatrixXd outside;  // gradient by P
 };
 
-double RecoveryStep::take(RecoveredMotion& at) {
+namespace {
+
+/// S alone by a damped Newton step, then z: for numbers of modes whose coupling is too large.
+RecoveredMotion alternated(const RecoveryEnergy& energy, const RecoveredMotion& at,
+                           double damping) {
+  const double weight = energy.weight();
+  Eigen::MatrixXd normal = weight * (at.z * at.z.transpose());
+  normal.diagonal() *= 1 + damping;
+  normal.diagonal().array() += kTiny * normal.diagonal().maxCoeff();
+  RecoveredMotion result = at;
+  result.mixing -= normal.ldlt().solve(energy.gradient_of_mixing(at).transpose()).transpose();
+  if (result.mixing.allFinite()) energy.fit_motion(result);
+  return result;
+}
+
+}  // namespace
+
+double RecoveryStep::take(RecoveredMotion& at, const JobContext& job) {
   const double before = energy_.value(at).total;
   revive_columns(energy_, at);
-  const Model model(energy_, at);
+  std::optional<Model> model;
+  if (at.z.rows() <= kMostCoupled) model.emplace(energy_, at, job);
   for (int trial = 0; trial < kTrials; ++trial) {
-    RecoveredMotion candidate = model.moved(at, energy_.weight(), damping_);
+    job.throw_if_cancelled();
+    RecoveredMotion candidate =
+        model ? model->moved(at, energy_.weight(), damping_) : alternated(energy_, at, damping_);
     if (candidate.z.allFinite() && candidate.mixing.allFinite()) {
       energy_.fit_dynamics(candidate);
       energy_.balance(candidate);

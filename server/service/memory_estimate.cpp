@@ -45,7 +45,9 @@ std::uint64_t estimate_recovery_bytes(const scene::Scene& scene, int total_frame
   numbers += 3 * n * candidates * 6;                          // modes, scaled ones, Lanczos vectors
   numbers += m * (9 * 12 + 64) + 2 * 9 * m;                   // gradient operator, elements, a pose
   numbers += 3 * n * (2 * frames + total + 3 * 64);  // base motion twice, positions, shapes
-  numbers += candidates * 4 * (frames + total) + 2 * r * r * r * frames;
+  numbers += candidates * 4 * (frames + total);
+  // The band of z, cross terms by chunks on each core, and the coupling of up to 32 modes.
+  numbers += r * frames * (2 * r + 4 * 64) + 2 * std::pow(std::min(r, 32.0), 4);
   return static_cast<std::uint64_t>(numbers * sizeof(double));
 }
 

@@ -148,6 +148,28 @@ TEST(ModalProjection, KeyframesOverAMovingBaseAreWhatIsAdded) {
   }
 }
 
+// Next to a full turn, turns counted from the fixed nodes alone may differ from the base motion's.
+TEST(ModalProjection, ABaseThatIsTwistedRoundNeedsNothingForItsOwnPoses) {
+  for (const int width : {1, 2, 4}) {
+    const bodies::ElasticBody body = testing::block(12, width, width, 0.1, true);
+    const ReducedModel model = small_model(body, 12);
+    constexpr int kFrames = 25;
+    KeyframesOnBase keyframes{{6, 12, 22, 23, 24}, Eigen::MatrixXd(model.modes.rows(), kFrames)};
+    for (int f = 0; f < kFrames; ++f)
+      keyframes.base_motion.col(f) = testing::twist(body, 4 * testing::kPi * f / (kFrames - 1));
+    Eigen::MatrixXd own(model.modes.rows(), 5);
+    for (int k = 0; k < 5; ++k)
+      own.col(k) = keyframes.base_motion.col(keyframes.frames[static_cast<std::size_t>(k)]);
+    const ModalProjector projector(body, model);
+    EXPECT_LT(projector.keyframes(own, keyframes).z.norm(), 1e-9) << width;
+    // Untwisted, the last takes back all of the twist.
+    own.col(4).setZero();
+    const ModalProjection back = projector.keyframes(own, keyframes);
+    const Eigen::VectorXd half = projector.keyframes(testing::twist(body, testing::kPi)).z;
+    EXPECT_NEAR(half.dot(back.z.col(4)) / half.squaredNorm(), -4, 0.8) << width;
+  }
+}
+
 TEST(ModalProjection, OverABaseTurnsGoOnFromTheBase) {
   const bodies::ElasticBody body = testing::block(6, 3, 2, 0.1, false);
   const ReducedModel model = small_model(body);

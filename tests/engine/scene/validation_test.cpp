@@ -133,6 +133,9 @@ TEST(Validation, EachFaultIsNamedAloneWithItsField) {
       {"base_motion", [](Scene& s) { s.base_motion = Eigen::MatrixXd::Zero(3 * 1377, 151); }},
       {"base_motion",
        [](Scene& s) { s.base_motion = Eigen::MatrixXd::Constant(3 * 1377, 150, kNan); }},
+      {"base_motion",
+       [](Scene& s) { s.base_motion = Eigen::MatrixXd::Constant(3 * 1377, 150, 1e39); }, kError,
+       ErrorCode::kOutOfRange},
   };
   for (const Fault& fault : faults) {
     Scene scene = good_scene();

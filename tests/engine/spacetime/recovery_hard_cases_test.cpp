@@ -8,6 +8,8 @@
 #include "engine/base/error.h"
 #include "engine/spacetime/recovery.h"
 #include "engine/spacetime/recovery_energy.h"
+#include "engine/spacetime/recovery_start.h"
+#include "engine/spacetime/recovery_step.h"
 #include "tests/engine/spacetime/recovery_problems.h"
 
 namespace limber::spacetime {
@@ -152,6 +154,16 @@ TEST(RecoveryHardCases, RestartingFromAConvergedResultChangesNothing) {
   }
 }
 
+TEST(RecoveryHardCases, MoreModesThanAreCoupledLowerTheEnergyInTurns) {
+  const Eigen::MatrixXd target = mixed_motion(50, 60) + random_matrix(50, 60, 0.05, 3);
+  RecoveryOptions options;
+  options.modes = 40;
+  options.max_steps = 30;
+  const Recovery result = recover(target, eigenvalues(50), options);
+  EXPECT_TRUE(result.motion.z.allFinite() && result.motion.mixing.allFinite());
+  EXPECT_LT(result.report.energies.total, 0.7 * result.report.start.total);
+}
+
 TEST(RecoveryHardCases, TinyAndHugeMotions) {
   for (const double scale : {1e-9, 1e6}) {
     const Eigen::MatrixXd target = scale * mixed_motion(6, 40);
@@ -208,10 +220,26 @@ TEST(RecoveryBadInput, NamesItsField) {
   };
   invalid("modes", [](RecoveryOptions& o) { o.modes = 0; });
   invalid("weight", [](RecoveryOptions& o) { o.weight = 0; });
+  invalid("weight", [](RecoveryOptions& o) { o.weight = 1e-30; });
   invalid("column_weight", [](RecoveryOptions& o) { o.column_weight = -1; });
   invalid("driven_frames", [](RecoveryOptions& o) { o.driven_frames = -1; });
   invalid("tolerance", [](RecoveryOptions& o) { o.tolerance = 1; });
   invalid("max_steps", [](RecoveryOptions& o) { o.max_steps = 0; });
+}
+
+TEST(RecoveryBadInput, StopsWithinAStep) {
+  for (const int modes : {20, 40}) {
+    const Eigen::MatrixXd target = mixed_motion(50, 60) + random_matrix(50, 60, 0.05, 3);
+    RecoveryOptions options;
+    options.modes = modes;
+    const RecoveryEnergy energy(target, options);
+    RecoveredMotion at = principal_start(target, modes);
+    energy.fit_dynamics(at);
+    JobContext job;
+    job.cancellation.request();
+    RecoveryStep step(energy);
+    EXPECT_THROW((void)step.take(at, job), Error);
+  }
 }
 
 TEST(RecoveryBadInput, StopsWhenAsked) {
