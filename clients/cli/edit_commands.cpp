@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <fstream>
 #include <iostream>
 
@@ -250,6 +251,11 @@ struct MaterialOptions {
   bool freeze = false, reset = false;
 };
 
+/// Rounding of what is zero is nobody's business.
+std::string small_number(double value) {
+  return fmt::format("{:.3g}", std::abs(value) < 1e-9 ? 0 : value);
+}
+
 void print_material(Context& context, const std::string& session) {
   v1::GetMaterialRequest request;
   request.set_session(session);
@@ -261,10 +267,9 @@ void print_material(Context& context, const std::string& session) {
     const auto& mode = material.modes(k);
     const auto& initial = material.initial(k);
     table.add({std::to_string(k + 1), fmt::format("{:.4g}", mode.frequency_hz()),
-               fmt::format("{:.3g}", mode.damping_ratio()),
-               fmt::format("{:.3g}", mode.decay_per_s()),
+               small_number(mode.damping_ratio()), small_number(mode.decay_per_s()),
                fmt::format("{:.4g}", initial.frequency_hz()),
-               fmt::format("{:.3g}", initial.damping_ratio())});
+               small_number(initial.damping_ratio())});
   }
   fmt::print("{}", table.text());
   fmt::print("optimised: {}; control forces {:.4g} (comparable between materials), revision {}{}\n",

@@ -156,8 +156,11 @@ std::uintmax_t size_of(const std::string& file) {
 
 void start(Context& context, const StartOptions& options) {
   v1::GetServerInfoResponse info;
-  if (answers(context, Milliseconds{300}, info))
+  if (answers(context, Milliseconds{300}, info)) {
+    if (!options.more.empty())
+      fmt::print(stderr, "note: a server runs already; the options after -- are not applied\n");
     return print_started(context, info, "already runs");
+  }
   const std::string log = options.log.empty() ? default_log(context.endpoint) : options.log;
   const std::uintmax_t logged = size_of(log);
   const pid_t child = spawn(limberd_command(context, options), log);

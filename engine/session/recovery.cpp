@@ -46,6 +46,11 @@ struct FrameErrors {
     return relative(std::sqrt(difference.segment(begin, end - begin).sum()),
                     std::sqrt(size.segment(begin, end - begin).sum()));
   }
+  /// Of one frame, which may be one of rest: relative to a hundredth of the largest at least.
+  [[nodiscard]] double in(Eigen::Index frame) const {
+    return relative(std::sqrt(difference[frame]),
+                    std::sqrt(std::max(size[frame], 1e-4 * size.maxCoeff())));
+  }
 };
 
 /// A body, its candidate modes and its motion.
@@ -257,7 +262,7 @@ MaterialRecovery recover(const scene::Scene& scene, const RecoveryRequest& reque
   report.projection_error = floor.over(0, scene.frame_count);
   report.recovered_error = errors.over(0, wanted.recovered_frames);
   report.continued_error = errors.over(wanted.recovered_frames, last);
-  if (last > wanted.recovered_frames) report.final_frame_error = errors.over(last - 1, last);
+  if (last > wanted.recovered_frames) report.final_frame_error = errors.in(last - 1);
   report.message = notes(scene, report, recovery.report.message, continued.bounded_modes);
   return result;
 }

@@ -85,6 +85,9 @@ int recover_file(const RecoverOptions& options) {
       options.output.empty() ? proto::EXPORT_FORMAT_UNSPECIFIED : motion_format(options.output);
   demand_folder(options.output, "output");
   DecodedScene decoded = read_scene(options);
+  const std::uint32_t most = ServiceLimits{}.frames;
+  if (options.request.total_frames() > most)
+    throw limit_exceeded("total_frames", "frames", most, options.request.total_frames());
   const session::RecoveryRequest wanted =
       decode_recovery(options.request).resolved(decoded.scene.frame_count);
   session::MaterialRecovery recovery = run(decoded.scene, wanted);
