@@ -82,11 +82,21 @@ void ConstraintRows::rebuild(const ConstraintSet& constraints, int first_free, i
   members_.clear();
   keyframes_.clear();
   queries_.clear();
+  position_blocks_.clear();
+  keyframe_blocks_.clear();
+  position_count_ = 0;
   idle_energy_ = 0;
   for (const int frame : knots_) {
-    first_row_.push_back(static_cast<int>(rows.targets.size()));
+    const int knot = static_cast<int>(first_row_.size());
+    const int first = static_cast<int>(rows.targets.size());
+    first_row_.push_back(first);
     add_positions(positions[frame], rows);
+    const int behind = static_cast<int>(rows.targets.size());
+    if (behind > first) position_blocks_.push_back({knot, first, behind - first});
+    position_count_ += behind - first;
     add_keyframes(keyframes[frame], rows);
+    const int end = static_cast<int>(rows.targets.size());
+    if (end > behind) keyframe_blocks_.push_back({knot, behind, end - behind});
     knot_of_.resize(rows.targets.size(), static_cast<int>(first_row_.size()) - 1);
   }
   first_row_.push_back(static_cast<int>(rows.targets.size()));
@@ -220,10 +230,20 @@ void ConstraintRows::set_target(const PositionConstraint& constraint) {
 void ConstraintRows::forget_multipliers() { multiplier_.setZero(); }
 
 void ConstraintRows::refresh_weights() {
-  weight_ = scale_ * gamma_;
+  weight_ = gamma_;
   for (int row = 0; row < count(); ++row) {
-    if (exact(row)) weight_[row] = scale_ * exact_weight_;
+    if (exact(row)) weight_[row] = exact_weight_;
   }
+  for (const RowBlock& block : position_blocks_)
+    weight_.segment(block.first, block.count) *= scale_;
+}
+
+Eigen::VectorXd ConstraintRows::keyframe_weights() const {
+  Eigen::VectorXd weights = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(knots_.size()));
+  for (const Keyframe& keyframe : keyframes_) {
+    if (!keyframe.coordinates.empty()) weights[keyframe.knot] += weight_[keyframe.row];
+  }
+  return weights;
 }
 
 void ConstraintRows::set_exact_weight(double weight) {
@@ -350,7 +370,7 @@ double ConstraintRows::merit(const Eigen::VectorXd& residual) const {
     const double value = residual[row] + multiplier_[row] / weight_[row];
     sum += weight_[row] * value * value;
   }
-  return 0.5 * sum + scale_ * idle_energy_;
+  return 0.5 * sum + idle_energy_;
 }
 
 }  // namespace limber::spacetime

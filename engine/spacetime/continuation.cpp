@@ -28,22 +28,20 @@ void Optimizer::begin_ramp() {
   rows_.set_exact_weight(kExactWeightStart);
   set_scale(1);
   linearise();
+  stage_newton_ = false;
+  guard_.reset();
+  // What keyframes ask is linear: there is nothing to be led to.
+  if (rows_.position_count() == 0) return;
   // Compliance of a row times its weight: how much the constraint wins against the forces.
+  const Eigen::VectorXd compliance = space_.compliance(systems_, rows_, state_.jacobian);
   std::vector<double> pulls;
-  for (int row = 0; row < rows_.count(); ++row) {
-    const int knot = rows_.knot_of(row);
-    const double* green = systems_.green(knot, knot);
-    double compliance = 0;
-    for (int k = 0; k < systems_.lanes(); ++k) {
-      const double j = state_.jacobian(k, row);
-      compliance += green[k] * j * j;
+  for (const RowBlock& block : rows_.position_blocks()) {
+    for (int row = block.first; row < block.first + block.count; ++row) {
+      pulls.push_back(compliance[static_cast<Eigen::Index>(pulls.size())] * rows_.weight()[row]);
     }
-    pulls.push_back(compliance * rows_.weight()[row]);
   }
   const auto middle = pulls.begin() + static_cast<std::ptrdiff_t>(pulls.size() / 2);
   std::nth_element(pulls.begin(), middle, pulls.end());
-  stage_newton_ = false;
-  guard_.reset();
   if (*middle > kRampPull) set_scale(std::max(kSmallestScale, kRampPull / *middle));
 }
 
