@@ -80,6 +80,10 @@ class ModalProjector {
                                           const KeyframesOnBase& base,
                                           const JobContext& job = {}) const;
 
+  /// Whether keyframes() of some poses (without a base motion) is that of each of them: not so for
+  /// a free body, whose turns are counted from keyframe to keyframe.
+  [[nodiscard]] bool keyframes_are_independent() const;
+
  private:
   class Impl;
   std::unique_ptr<const Impl> impl_;
