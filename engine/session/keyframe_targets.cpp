@@ -47,12 +47,7 @@ KeyframeTargets::Tools& KeyframeTargets::tools() {
   return *tools_;
 }
 
-std::vector<spacetime::KeyframeConstraint> KeyframeTargets::project(
-    const std::vector<Keyframe>& keyframes) {
-  if (keyframes.empty()) return {};
-  std::vector<Keyframe> ordered = keyframes;
-  std::sort(ordered.begin(), ordered.end(),
-            [](const Keyframe& a, const Keyframe& b) { return a.frame < b.frame; });
+Eigen::MatrixXd KeyframeTargets::project_poses(const std::vector<Keyframe>& ordered) {
   const Tools& with = tools();
   Eigen::MatrixXd poses(3 * Eigen::Index{model_->node_count},
                         static_cast<Eigen::Index>(ordered.size()));
@@ -75,12 +70,45 @@ std::vector<spacetime::KeyframeConstraint> KeyframeTargets::project(
       if (error.field() == fmt::format("poses[{}]", k)) refuse(ordered[k], error.what());
     throw;
   }
+  for (std::size_t k = 0; k < ordered.size(); ++k) {
+    if (!projection.z.col(static_cast<Eigen::Index>(k)).allFinite())
+      refuse(ordered[k], "they are not finite");
+  }
+  return projection.z;
+}
+
+void KeyframeTargets::project_unknown(const std::vector<Keyframe>& ordered) {
+  std::erase_if(known_, [](const auto& entry) { return entry.first.expired(); });
+  std::vector<Keyframe> unknown;
+  for (const Keyframe& keyframe : ordered)
+    if (!known_.contains(keyframe.pose)) unknown.push_back(keyframe);
+  if (unknown.empty()) return;
+  const Eigen::MatrixXd z = project_poses(unknown);
+  for (std::size_t k = 0; k < unknown.size(); ++k)
+    known_[unknown[k].pose] = z.col(static_cast<Eigen::Index>(k));
+}
+
+std::vector<spacetime::KeyframeConstraint> KeyframeTargets::project(
+    const std::vector<Keyframe>& keyframes) {
+  if (keyframes.empty()) return {};
+  std::vector<Keyframe> ordered = keyframes;
+  std::sort(ordered.begin(), ordered.end(),
+            [](const Keyframe& a, const Keyframe& b) { return a.frame < b.frame; });
+  const bool alone =
+      scene_.base_motion.size() == 0 && tools().projector.keyframes_are_independent();
+  Eigen::MatrixXd z;
+  if (alone) {
+    project_unknown(ordered);
+  } else {
+    z = project_poses(ordered);
+  }
   std::vector<spacetime::KeyframeConstraint> targets;
   for (std::size_t k = 0; k < ordered.size(); ++k) {
     const Keyframe& keyframe = ordered[k];
-    const auto z = projection.z.col(static_cast<Eigen::Index>(k));
-    if (!z.allFinite()) refuse(keyframe, "they are not finite");
-    targets.push_back({keyframe.id, keyframe.frame, z, keyframe.weight});  // infinity is kExact
+    targets.push_back(
+        {keyframe.id, keyframe.frame,
+         alone ? known_.at(keyframe.pose) : Eigen::VectorXd(z.col(static_cast<Eigen::Index>(k))),
+         keyframe.weight});  // infinity is kExact
   }
   return targets;
 }

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <Eigen/Core>
+#include <map>
 #include <memory>
 #include <vector>
 
@@ -18,7 +20,9 @@ class KeyframeTargets {
   KeyframeTargets(const scene::Scene& scene, std::shared_ptr<const reduced::ReducedModel> model);
   ~KeyframeTargets();
 
-  /// All of them together: how a free body's pose is wound follows from the pose before.
+  /// All of them together: how a free body's pose is wound follows from the pose before. Poses of a
+  /// held body stand alone (unless there is a base motion): those that have been projected before
+  /// and still exist are not projected again.
   /// @returns in the order of frames
   /// @throws Error naming the keyframe whose pose has no modal coordinates
   [[nodiscard]] std::vector<spacetime::KeyframeConstraint> project(
@@ -31,11 +35,18 @@ class KeyframeTargets {
 
  private:
   struct Tools;
+  using Pose = std::weak_ptr<const Eigen::VectorXd>;
+
   Tools& tools();
+  /// z-bar, R x keyframes.
+  /// @param ordered  by frame
+  [[nodiscard]] Eigen::MatrixXd project_poses(const std::vector<scene::Keyframe>& ordered);
+  void project_unknown(const std::vector<scene::Keyframe>& ordered);
 
   const scene::Scene& scene_;
   std::shared_ptr<const reduced::ReducedModel> model_;
   std::unique_ptr<Tools> tools_;
+  std::map<Pose, Eigen::VectorXd, std::owner_less<Pose>> known_;  // z-bar of poses that stand alone
 };
 
 }  // namespace limber::session
