@@ -82,6 +82,7 @@ void ConstraintRows::rebuild(const ConstraintSet& constraints, int first_free, i
   members_.clear();
   keyframes_.clear();
   queries_.clear();
+  position_queries_.clear();
   position_blocks_.clear();
   keyframe_blocks_.clear();
   position_count_ = 0;
@@ -122,6 +123,7 @@ void ConstraintRows::add_positions(const std::vector<const PositionConstraint*>&
     members_.push_back(
         {constraint->id, knot, static_cast<int>(rows.targets.size()), constraint->axes});
     queries_.push_back({constraint->site, knot});
+    position_queries_.push_back({constraint->site, static_cast<int>(position_blocks_.size())});
     for (int axis = 0; axis < 3; ++axis) {
       if ((constraint->axes >> axis & 1U) == 0) continue;
       rows.add({Gathered::Kind::kPosition, constraint->id, axis},
@@ -230,12 +232,10 @@ void ConstraintRows::set_target(const PositionConstraint& constraint) {
 void ConstraintRows::forget_multipliers() { multiplier_.setZero(); }
 
 void ConstraintRows::refresh_weights() {
-  weight_ = gamma_;
+  weight_ = scale_ * gamma_;
   for (int row = 0; row < count(); ++row) {
-    if (exact(row)) weight_[row] = exact_weight_;
+    if (exact(row)) weight_[row] = scale_ * exact_weight_;
   }
-  for (const RowBlock& block : position_blocks_)
-    weight_.segment(block.first, block.count) *= scale_;
 }
 
 Eigen::VectorXd ConstraintRows::keyframe_weights() const {
@@ -330,15 +330,24 @@ void ConstraintRows::curvature(const Lanes& z, const Eigen::VectorXd& m,
       pull_(axis, static_cast<Eigen::Index>(i)) = m[row++] / length_;
     }
   }
-  kinematics_->curvature(knots_, coordinates_, queries_, pull_, jacobian_);
-  const Eigen::Index size = coordinates_.rows();
+  // Keyframes are linear: knots of theirs alone have no curvature.
+  std::vector<int> frames;
+  Eigen::MatrixXd at(coordinates_.rows(), static_cast<Eigen::Index>(position_blocks_.size()));
+  for (const RowBlock& block : position_blocks_) {
+    at.col(static_cast<Eigen::Index>(frames.size())) = coordinates_.col(block.knot);
+    frames.push_back(knots_[static_cast<std::size_t>(block.knot)]);
+  }
+  kinematics_->curvature(frames, at, position_queries_, pull_, jacobian_);
+  const Eigen::Index size = at.rows();
   blocks.resize(knots_.size());
-  for (std::size_t knot = 0; knot < knots_.size(); ++knot) {
-    const auto block = jacobian_.middleCols(size * static_cast<Eigen::Index>(knot), size);
+  for (auto& block : blocks) block.setZero(modes_, modes_);
+  for (std::size_t i = 0; i < position_blocks_.size(); ++i) {
+    const auto found = jacobian_.middleCols(size * static_cast<Eigen::Index>(i), size);
+    Eigen::MatrixXd& block = blocks[static_cast<std::size_t>(position_blocks_[i].knot)];
     if (mixed) {
-      blocks[knot].noalias() = mixing_.transpose() * (block * mixing_);
+      block.noalias() = mixing_.transpose() * (found * mixing_);
     } else {
-      blocks[knot] = block.topLeftCorner(modes_, modes_);
+      block = found.topLeftCorner(modes_, modes_);
     }
   }
 }
@@ -370,7 +379,7 @@ double ConstraintRows::merit(const Eigen::VectorXd& residual) const {
     const double value = residual[row] + multiplier_[row] / weight_[row];
     sum += weight_[row] * value * value;
   }
-  return 0.5 * sum + idle_energy_;
+  return 0.5 * sum + scale_ * idle_energy_;
 }
 
 }  // namespace limber::spacetime

@@ -64,10 +64,9 @@ class ConstraintRows {
   /// S, R x r; empty: (I, 0)^T.
   [[nodiscard]] const Eigen::MatrixXd& mixing() const { return mixing_; }
 
-  /// Weights as the iteration sees them: gamma or the exact rows' penalty, those of positions times
-  /// scale().
+  /// Weights as the iteration sees them: scale() times gamma, or times the exact rows' penalty.
   [[nodiscard]] const Eigen::VectorXd& weight() const { return weight_; }
-  /// Continuation: the weights of positions times this, in (0, 1].
+  /// Continuation: every weight times this, in (0, 1].
   void set_scale(double scale);
   [[nodiscard]] double scale() const { return scale_; }
   [[nodiscard]] const Eigen::VectorXd& multiplier() const { return multiplier_; }
@@ -147,7 +146,8 @@ class ConstraintRows {
   std::vector<Member> members_;
   std::vector<Keyframe> keyframes_;
   double idle_energy_ = 0;
-  std::vector<reduced::SiteQuery> queries_;
+  std::vector<reduced::SiteQuery> queries_;                      // columns: knots
+  std::vector<reduced::SiteQuery> position_queries_;             // columns: position_blocks()
   Eigen::VectorXd target_, gamma_, weight_, multiplier_, rest_;  // rest_: u at z = 0
   int exact_count_ = 0;
   Fixed fixed_;

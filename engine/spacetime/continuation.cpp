@@ -33,11 +33,19 @@ void Optimizer::begin_ramp() {
   // What keyframes ask is linear: there is nothing to be led to.
   if (rows_.position_count() == 0) return;
   // Compliance of a row times its weight: how much the constraint wins against the forces.
-  const Eigen::VectorXd compliance = space_.compliance(systems_, rows_, state_.jacobian);
+  const bool keyframes = !rows_.keyframe_blocks().empty();
+  Eigen::VectorXd own;
   std::vector<double> pulls;
-  for (const RowBlock& block : rows_.position_blocks()) {
-    for (int row = block.first; row < block.first + block.count; ++row) {
-      pulls.push_back(compliance[static_cast<Eigen::Index>(pulls.size())] * rows_.weight()[row]);
+  for (int knot = 0; knot < static_cast<int>(rows_.knots().size()); ++knot) {
+    if (keyframes) systems_.response(knot, own);
+    const double* response = keyframes ? own.data() : systems_.green()(knot, knot);
+    for (int row = rows_.first_row(knot); row < rows_.first_row(knot + 1); ++row) {
+      double compliance = 0;
+      for (int k = 0; k < systems_.lanes(); ++k) {
+        const double j = state_.jacobian(k, row);
+        compliance += response[k] * j * j;
+      }
+      pulls.push_back(compliance * rows_.weight()[row]);
     }
   }
   const auto middle = pulls.begin() + static_cast<std::ptrdiff_t>(pulls.size() / 2);

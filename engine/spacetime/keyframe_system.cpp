@@ -96,27 +96,4 @@ void KeyframeSystem::response(const ModeSystems& systems, const ConstraintRows& 
   system.selfadjointView<Eigen::Lower>().rankUpdate(half_.transpose());
 }
 
-Eigen::VectorXd KeyframeSystem::compliance(const ModeSystems& systems, const ConstraintRows& rows,
-                                           const Lanes& jacobian) {
-  if (form_ == Form::kBlocks) {
-    half_response(systems, rows, jacobian);
-    return half_.colwise().squaredNorm().transpose();
-  }
-  Eigen::VectorXd compliance(rows.position_count());
-  Eigen::Index at = 0;
-  for (int i = 0; i < static_cast<int>(rows.position_blocks().size()); ++i) {
-    const RowBlock& block = rows.position_blocks()[static_cast<std::size_t>(i)];
-    const double* own = green(systems)(i, i);
-    for (int row = block.first; row < block.first + block.count; ++row) {
-      double sum = 0;
-      for (int k = 0; k < systems.lanes(); ++k) {
-        const double along = jacobian(k, row);
-        sum += own[k] * along * along;
-      }
-      compliance[at++] = sum;
-    }
-  }
-  return compliance;
-}
-
 }  // namespace limber::spacetime

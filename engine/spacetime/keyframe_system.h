@@ -31,9 +31,6 @@ class KeyframeSystem {
   /// @param jacobian  lanes x rows
   void response(const ModeSystems& systems, const ConstraintRows& rows, const Lanes& jacobian,
                 Eigen::MatrixXd& system);
-  /// Its diagonal.
-  [[nodiscard]] Eigen::VectorXd compliance(const ModeSystems& systems, const ConstraintRows& rows,
-                                           const Lanes& jacobian);
 
  private:
   enum class Form { kPlain, kDiagonal, kBlocks };

@@ -35,6 +35,10 @@ const GreenBlocks& ModeSystems::green() const {
   return green_;
 }
 
+void ModeSystems::response(int knot, Eigen::VectorXd& own) const {
+  factor_.inverse_diagonal(kept_of_knot(knot), own);
+}
+
 void ModeSystems::append_raw_row(int centre) {
   const auto first = std::lower_bound(kept_.begin(), kept_.end(), centre - 1);
   if (first == kept_.end() || *first > centre + 1) return;

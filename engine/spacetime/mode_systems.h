@@ -45,6 +45,8 @@ class ModeSystems {
   void solve(Lanes& x) const { factor_.solve(x); }
   /// Blocks of (K + proximal I)^-1 between the knots, found when first asked for.
   [[nodiscard]] const GreenBlocks& green() const;
+  /// green() at one knot and itself, without all the others: lanes.
+  void response(int knot, Eigen::VectorXd& own) const;
 
   /// Kept frames -> every frame; z is modes x N. Pinned frames are zero.
   void interpolate(const Lanes& kept, Eigen::MatrixXd& z) const;

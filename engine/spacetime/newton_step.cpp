@@ -32,12 +32,6 @@ void ConstraintSpace::factor(const ModeSystems& systems, const ConstraintRows& r
   ready_ = true;
 }
 
-Eigen::VectorXd ConstraintSpace::compliance(const ModeSystems& systems, const ConstraintRows& rows,
-                                            const Lanes& jacobian) {
-  keyframes_.factor(systems, rows);
-  return keyframes_.compliance(systems, rows, jacobian);
-}
-
 void ConstraintSpace::add_transposed(const ModeSystems& systems, const ConstraintRows& rows,
                                      const Lanes& jacobian, const Eigen::VectorXd& m,
                                      Lanes& out) const {

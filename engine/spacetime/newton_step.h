@@ -34,10 +34,6 @@ class ConstraintSpace {
     invalidate();
     keyframes_.forget();
   }
-  /// Of each row of positions: how much it yields to a force along it, the diagonal of
-  /// J P_key^-1 J^T.
-  [[nodiscard]] Eigen::VectorXd compliance(const ModeSystems& systems, const ConstraintRows& rows,
-                                           const Lanes& jacobian);
   /// Of the factor.
   [[nodiscard]] const Lanes& jacobian() const { return jacobian_; }
 
