@@ -4,9 +4,12 @@
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/SVD>
+#include <algorithm>
+#include <cstdint>
 #include <optional>
 
 #include "engine/base/error.h"
+#include "engine/base/parallel.h"
 #include "engine/bodies/gradient_operator.h"
 #include "engine/bodies/mass.h"
 #include "engine/reduced/full_reconstruction.h"
@@ -126,6 +129,8 @@ void require_finite(const Eigen::Ref<const Eigen::MatrixXd>& poses, const char* 
 
 enum class Tracking { kInTime, kPoseAlone };
 
+constexpr Eigen::Index kPosesAtOnce = 8;
+
 /// What the base motion contributes to a pose.
 struct BasePose {
   Eigen::VectorXd y;  // 9m
@@ -165,14 +170,29 @@ class ModalProjector::Impl {
                                         Tracking tracking, const JobContext& job) const {
     check_poses(poses);
     ModalProjection result = empty(poses.cols());
-    RsTrack track;
     const BasePose rest{Eigen::VectorXd::Zero(kRsSize * Eigen::Index{gradient_.tet_count()}),
                         Eigen::Vector3d::Zero()};
-    for (Eigen::Index k = 0; k < poses.cols(); ++k) {
-      job.report("projecting poses", static_cast<double>(k) / static_cast<double>(poses.cols()));
-      if (tracking == Tracking::kPoseAlone) track = {};
+    const auto project_one = [&](Eigen::Index k, RsTrack& track) {
       const Eigen::VectorXd y = smooth_coordinates(inverse_, poses.col(k), track);
       fit(k, poses.col(k), y, rest, track, result);
+    };
+    // Poses at the same time where none waits for another, else the tets of each.
+    const bool alone = tracking == Tracking::kPoseAlone;
+    const Eigen::Index batch = alone && poses.cols() >= kPosesAtOnce ? kPosesAtOnce : 1;
+    RsTrack track;
+    for (Eigen::Index k = 0; k < poses.cols(); k += batch) {
+      job.report("projecting poses", static_cast<double>(k) / static_cast<double>(poses.cols()));
+      if (batch == 1) {
+        if (alone) track = {};
+        project_one(k, track);
+        continue;
+      }
+      parallel_for(std::min(batch, poses.cols() - k), 1, [&](std::int64_t begin, std::int64_t end) {
+        for (std::int64_t i = begin; i < end; ++i) {
+          RsTrack own;
+          project_one(k + i, own);
+        }
+      });
     }
     return result;
   }
@@ -332,6 +352,10 @@ ModalProjector::ModalProjector(const bodies::ElasticBody& body, const ReducedMod
                                const ProjectionOptions& options)
     : impl_(std::make_unique<const Impl>(body, model, options)) {}
 ModalProjector::~ModalProjector() = default;
+
+bool ModalProjector::keyframes_are_independent() const {
+  return impl_->keyframe_tracking() == Tracking::kPoseAlone;
+}
 
 ModalProjection ModalProjector::motion(const Eigen::Ref<const Eigen::MatrixXd>& displacements,
                                        const JobContext& job) const {

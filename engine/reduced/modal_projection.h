@@ -91,6 +91,10 @@ class ModalProjector {
                                           const std::vector<int>& frames, TrackedBase& base,
                                           const JobContext& job = {}) const;
 
+  /// Whether keyframes() of some poses is that of each of them: not so for a free body, whose turns
+  /// are counted from keyframe to keyframe.
+  [[nodiscard]] bool keyframes_are_independent() const;
+
  private:
   class Impl;
   std::unique_ptr<const Impl> impl_;

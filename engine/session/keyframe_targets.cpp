@@ -55,24 +55,41 @@ KeyframeTargets::Tools& KeyframeTargets::tools() {
   return *tools_;
 }
 
-Eigen::MatrixXd KeyframeTargets::modal_coordinates(const std::vector<Keyframe>& ordered) {
-  const auto count = static_cast<Eigen::Index>(ordered.size());
-  Eigen::MatrixXd poses(3 * Eigen::Index{model_->node_count}, count);
-  std::vector<int> frames;
+Eigen::MatrixXd KeyframeTargets::project_poses(const std::vector<Keyframe>& ordered) {
   Tools& with = tools();
-  for (Eigen::Index k = 0; k < count; ++k) {
-    const Keyframe& keyframe = ordered[static_cast<std::size_t>(k)];
-    poses.col(k) = map_displacements(scene_, *keyframe.pose, with.mapped.source_of_compact);
-    frames.push_back(keyframe.frame);
+  Eigen::MatrixXd poses(3 * Eigen::Index{model_->node_count},
+                        static_cast<Eigen::Index>(ordered.size()));
+  std::vector<int> frames;
+  for (std::size_t k = 0; k < ordered.size(); ++k) {
+    poses.col(static_cast<Eigen::Index>(k)) =
+        map_displacements(scene_, *ordered[k].pose, with.mapped.source_of_compact);
+    frames.push_back(ordered[k].frame);
   }
+  reduced::ModalProjection projection;
   try {
-    return with.base ? with.projector.keyframes(poses, frames, *with.base).z
-                     : with.projector.keyframes(poses).z;
+    projection = with.base ? with.projector.keyframes(poses, frames, *with.base)
+                           : with.projector.keyframes(poses);
   } catch (const Error& error) {
     for (std::size_t k = 0; k < ordered.size(); ++k)
       if (error.field() == fmt::format("poses[{}]", k)) refuse(ordered[k], error.what());
     throw;
   }
+  for (std::size_t k = 0; k < ordered.size(); ++k) {
+    if (!projection.z.col(static_cast<Eigen::Index>(k)).allFinite())
+      refuse(ordered[k], "they are not finite");
+  }
+  return projection.z;
+}
+
+void KeyframeTargets::project_unknown(const std::vector<Keyframe>& ordered) {
+  std::erase_if(known_, [](const auto& entry) { return entry.first.pose.expired(); });
+  std::vector<Keyframe> unknown;
+  for (const Keyframe& keyframe : ordered)
+    if (!known_.contains(place(keyframe))) unknown.push_back(keyframe);
+  if (unknown.empty()) return;
+  const Eigen::MatrixXd z = project_poses(unknown);
+  for (std::size_t k = 0; k < unknown.size(); ++k)
+    known_[place(unknown[k])] = z.col(static_cast<Eigen::Index>(k));
 }
 
 std::vector<spacetime::KeyframeConstraint> KeyframeTargets::project(
@@ -81,27 +98,21 @@ std::vector<spacetime::KeyframeConstraint> KeyframeTargets::project(
   std::vector<Keyframe> ordered = keyframes;
   std::sort(ordered.begin(), ordered.end(),
             [](const Keyframe& a, const Keyframe& b) { return a.frame < b.frame; });
-  const bool is_free = model_->rigid_count > 0;
-  std::erase_if(known_, [](const Known& known) { return known.pose.expired(); });
-  const auto find = [&](const Keyframe& keyframe) {
-    return std::find_if(known_.begin(), known_.end(), [&](const Known& known) {
-      return known.frame == keyframe.frame && known.pose.lock() == keyframe.pose;
-    });
-  };
-  std::vector<Keyframe> fresh;
-  if (is_free) known_.clear();
-  std::copy_if(ordered.begin(), ordered.end(), std::back_inserter(fresh),
-               [&](const Keyframe& keyframe) { return find(keyframe) == known_.end(); });
-  if (!fresh.empty()) {
-    const Eigen::MatrixXd z = modal_coordinates(fresh);
-    for (std::size_t k = 0; k < fresh.size(); ++k) {
-      if (!z.col(static_cast<Eigen::Index>(k)).allFinite()) refuse(fresh[k], "they are not finite");
-      known_.push_back({fresh[k].pose, fresh[k].frame, z.col(static_cast<Eigen::Index>(k))});
-    }
+  const bool alone = tools().projector.keyframes_are_independent();
+  Eigen::MatrixXd z;
+  if (alone) {
+    project_unknown(ordered);
+  } else {
+    z = project_poses(ordered);
   }
   std::vector<spacetime::KeyframeConstraint> targets;
-  for (const Keyframe& keyframe : ordered)  // a weight of infinity is kExact
-    targets.push_back({keyframe.id, keyframe.frame, find(keyframe)->z, keyframe.weight});
+  for (std::size_t k = 0; k < ordered.size(); ++k) {
+    const Keyframe& keyframe = ordered[k];
+    targets.push_back(
+        {keyframe.id, keyframe.frame,
+         alone ? known_.at(place(keyframe)) : Eigen::VectorXd(z.col(static_cast<Eigen::Index>(k))),
+         keyframe.weight});  // infinity is kExact
+  }
   return targets;
 }
 

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <Eigen/Core>
+#include <map>
 #include <memory>
 #include <vector>
 
@@ -28,8 +30,9 @@ class KeyframeTargets {
   KeyframeTargets(const scene::Scene& scene, std::shared_ptr<const reduced::ReducedModel> model);
   ~KeyframeTargets();
 
-  /// All of them together: how a free body's pose is wound follows from the pose before. Those of a
-  /// held body that were projected before are taken as they were.
+  /// All of them together: how a free body's pose is wound follows from the pose before. Poses of a
+  /// held body stand alone: those that have been projected before and still exist are not projected
+  /// again.
   /// @returns in the order of frames
   /// @throws Error naming the keyframe whose pose has no modal coordinates
   [[nodiscard]] std::vector<spacetime::KeyframeConstraint> project(
@@ -41,20 +44,30 @@ class KeyframeTargets {
 
  private:
   struct Tools;
+  using Pose = std::weak_ptr<const Eigen::VectorXd>;
+
   Tools& tools();
-  /// z-bar of poses in ascending frames, column by column.
-  [[nodiscard]] Eigen::MatrixXd modal_coordinates(const std::vector<scene::Keyframe>& ordered);
+  /// z-bar, R x keyframes.
+  /// @param ordered  by frame
+  [[nodiscard]] Eigen::MatrixXd project_poses(const std::vector<scene::Keyframe>& ordered);
+  void project_unknown(const std::vector<scene::Keyframe>& ordered);
+  /// What z-bar of a pose that stands alone depends on: the pose, and over a base motion the frame.
+  struct Place {
+    Pose pose;
+    int frame;
+    bool operator<(const Place& other) const {
+      if (pose.owner_before(other.pose)) return true;
+      return !other.pose.owner_before(pose) && frame < other.frame;
+    }
+  };
+  [[nodiscard]] Place place(const scene::Keyframe& keyframe) const {
+    return {keyframe.pose, scene_.base_motion.size() > 0 ? keyframe.frame : -1};
+  }
 
   const scene::Scene& scene_;
   std::shared_ptr<const reduced::ReducedModel> model_;
   std::unique_ptr<Tools> tools_;
-  /// Of a held body, whose poses do not depend on each other.
-  struct Known {
-    std::weak_ptr<const Eigen::VectorXd> pose;
-    int frame;
-    Eigen::VectorXd z;
-  };
-  std::vector<Known> known_;
+  std::map<Place, Eigen::VectorXd> known_;  // z-bar of poses that stand alone
 };
 
 }  // namespace limber::session

@@ -103,9 +103,8 @@ void BandedFactor::insert(int start, double* row) {
   }
 }
 
-void BandedFactor::back_substitute(Lanes& x, int from) const {
+void BandedFactor::forward_substitute(Lanes& x, int from) const {
   const auto lanes = static_cast<std::size_t>(lanes_);
-  // R^T w = x: nothing above `from` in a right-hand side that starts there.
   for (int j = from; j < columns_; ++j) {
     const double* rj = r_.data() + static_cast<std::size_t>(j) * 4 * lanes;
     double* xj = x.col(j).data();
@@ -116,6 +115,10 @@ void BandedFactor::back_substitute(Lanes& x, int from) const {
       for (std::size_t k = 0; k < lanes; ++k) xi[k] -= ri[k] * xj[k];
     }
   }
+}
+
+void BandedFactor::back_substitute(Lanes& x) const {
+  const auto lanes = static_cast<std::size_t>(lanes_);
   for (int j = columns_ - 1; j >= 0; --j) {
     const double* rj = r_.data() + static_cast<std::size_t>(j) * 4 * lanes;
     double* __restrict xj = x.col(j).data();
@@ -128,12 +131,24 @@ void BandedFactor::back_substitute(Lanes& x, int from) const {
   }
 }
 
-void BandedFactor::solve(Lanes& x) const { back_substitute(x, 0); }
+void BandedFactor::solve(Lanes& x) const {
+  forward_substitute(x, 0);
+  back_substitute(x);
+}
 
 void BandedFactor::inverse_column(int column, Lanes& x) const {
   x.setZero(lanes_, columns_);
   x.col(column).setOnes();
-  back_substitute(x, column);
+  forward_substitute(x, column);
+  back_substitute(x);
+}
+
+void BandedFactor::inverse_diagonal(int column, Eigen::VectorXd& own) const {
+  // (R^T R)^-1 on the diagonal is the square of R^-T e.
+  Lanes x = Lanes::Zero(lanes_, columns_);
+  x.col(column).setOnes();
+  forward_substitute(x, column);
+  own = x.rightCols(columns_ - column).rowwise().squaredNorm();
 }
 
 }  // namespace limber::spacetime

@@ -27,10 +27,14 @@ class BandedFactor {
   void solve(Lanes& x) const;
   /// Column `column` of the inverse, every lane: x is lanes x columns.
   void inverse_column(int column, Lanes& x) const;
+  /// Of that column the number on the diagonal: lanes.
+  void inverse_diagonal(int column, Eigen::VectorXd& own) const;
 
  private:
   void insert(int start, double* row);
-  void back_substitute(Lanes& x, int from) const;
+  /// x <- R^-T x; nothing above column `from` in x.
+  void forward_substitute(Lanes& x, int from) const;
+  void back_substitute(Lanes& x) const;
 
   int columns_ = 0, lanes_ = 0;
   std::vector<double> r_;       // [column][1/diagonal, three superdiagonals][lane]

@@ -82,11 +82,22 @@ void ConstraintRows::rebuild(const ConstraintSet& constraints, int first_free, i
   members_.clear();
   keyframes_.clear();
   queries_.clear();
+  position_queries_.clear();
+  position_blocks_.clear();
+  keyframe_blocks_.clear();
+  position_count_ = 0;
   idle_energy_ = 0;
   for (const int frame : knots_) {
-    first_row_.push_back(static_cast<int>(rows.targets.size()));
+    const int knot = static_cast<int>(first_row_.size());
+    const int first = static_cast<int>(rows.targets.size());
+    first_row_.push_back(first);
     add_positions(positions[frame], rows);
+    const int behind = static_cast<int>(rows.targets.size());
+    if (behind > first) position_blocks_.push_back({knot, first, behind - first});
+    position_count_ += behind - first;
     add_keyframes(keyframes[frame], rows);
+    const int end = static_cast<int>(rows.targets.size());
+    if (end > behind) keyframe_blocks_.push_back({knot, behind, end - behind});
     knot_of_.resize(rows.targets.size(), static_cast<int>(first_row_.size()) - 1);
   }
   first_row_.push_back(static_cast<int>(rows.targets.size()));
@@ -112,6 +123,7 @@ void ConstraintRows::add_positions(const std::vector<const PositionConstraint*>&
     members_.push_back(
         {constraint->id, knot, static_cast<int>(rows.targets.size()), constraint->axes});
     queries_.push_back({constraint->site, knot});
+    position_queries_.push_back({constraint->site, static_cast<int>(position_blocks_.size())});
     for (int axis = 0; axis < 3; ++axis) {
       if ((constraint->axes >> axis & 1U) == 0) continue;
       rows.add({Gathered::Kind::kPosition, constraint->id, axis},
@@ -226,6 +238,14 @@ void ConstraintRows::refresh_weights() {
   }
 }
 
+Eigen::VectorXd ConstraintRows::keyframe_weights() const {
+  Eigen::VectorXd weights = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(knots_.size()));
+  for (const Keyframe& keyframe : keyframes_) {
+    if (!keyframe.coordinates.empty()) weights[keyframe.knot] += weight_[keyframe.row];
+  }
+  return weights;
+}
+
 void ConstraintRows::set_exact_weight(double weight) {
   exact_weight_ = weight;
   refresh_weights();
@@ -310,15 +330,24 @@ void ConstraintRows::curvature(const Lanes& z, const Eigen::VectorXd& m,
       pull_(axis, static_cast<Eigen::Index>(i)) = m[row++] / length_;
     }
   }
-  kinematics_->curvature(knots_, coordinates_, queries_, pull_, jacobian_);
-  const Eigen::Index size = coordinates_.rows();
+  // Keyframes are linear: knots of theirs alone have no curvature.
+  std::vector<int> frames;
+  Eigen::MatrixXd at(coordinates_.rows(), static_cast<Eigen::Index>(position_blocks_.size()));
+  for (const RowBlock& block : position_blocks_) {
+    at.col(static_cast<Eigen::Index>(frames.size())) = coordinates_.col(block.knot);
+    frames.push_back(knots_[static_cast<std::size_t>(block.knot)]);
+  }
+  kinematics_->curvature(frames, at, position_queries_, pull_, jacobian_);
+  const Eigen::Index size = at.rows();
   blocks.resize(knots_.size());
-  for (std::size_t knot = 0; knot < knots_.size(); ++knot) {
-    const auto block = jacobian_.middleCols(size * static_cast<Eigen::Index>(knot), size);
+  for (auto& block : blocks) block.setZero(modes_, modes_);
+  for (std::size_t i = 0; i < position_blocks_.size(); ++i) {
+    const auto found = jacobian_.middleCols(size * static_cast<Eigen::Index>(i), size);
+    Eigen::MatrixXd& block = blocks[static_cast<std::size_t>(position_blocks_[i].knot)];
     if (mixed) {
-      blocks[knot].noalias() = mixing_.transpose() * (block * mixing_);
+      block.noalias() = mixing_.transpose() * (found * mixing_);
     } else {
-      blocks[knot] = block.topLeftCorner(modes_, modes_);
+      block = found.topLeftCorner(modes_, modes_);
     }
   }
 }

@@ -11,6 +11,12 @@
 
 namespace limber::spacetime {
 
+/// Rows of one knot that stand together.
+struct RowBlock {
+  int knot = 0;
+  int first = 0, count = 0;  // count > 0
+};
+
 /// u and, if asked for, J of every row at some z. Unitless (body lengths).
 struct RowState {
   Eigen::VectorXd residual;  // target - u, one per row
@@ -47,6 +53,16 @@ class ConstraintRows {
   [[nodiscard]] int knot_of(int row) const { return knot_of_[static_cast<std::size_t>(row)]; }
   [[nodiscard]] bool exact(int row) const { return exact_[static_cast<std::size_t>(row)] != 0; }
   [[nodiscard]] int exact_count() const { return exact_count_; }
+
+  /// Rows of positions, by knot: the only ones whose Jacobians change with z.
+  [[nodiscard]] const std::vector<RowBlock>& position_blocks() const { return position_blocks_; }
+  [[nodiscard]] int position_count() const { return position_count_; }
+  /// Rows of keyframes, by knot: linear in z.
+  [[nodiscard]] const std::vector<RowBlock>& keyframe_blocks() const { return keyframe_blocks_; }
+  /// Per knot w with J^T W J = w S^T S over the rows of its keyframes.
+  [[nodiscard]] Eigen::VectorXd keyframe_weights() const;
+  /// S, R x r; empty: (I, 0)^T.
+  [[nodiscard]] const Eigen::MatrixXd& mixing() const { return mixing_; }
 
   /// Weights as the iteration sees them: scale() times gamma, or times the exact rows' penalty.
   [[nodiscard]] const Eigen::VectorXd& weight() const { return weight_; }
@@ -124,11 +140,14 @@ class ConstraintRows {
   double exact_weight_ = 1e4;
   double scale_ = 1;
   std::vector<int> knots_, first_row_, knot_of_;
+  std::vector<RowBlock> position_blocks_, keyframe_blocks_;
+  int position_count_ = 0;
   std::vector<char> exact_;
   std::vector<Member> members_;
   std::vector<Keyframe> keyframes_;
   double idle_energy_ = 0;
-  std::vector<reduced::SiteQuery> queries_;
+  std::vector<reduced::SiteQuery> queries_;                      // columns: knots
+  std::vector<reduced::SiteQuery> position_queries_;             // columns: position_blocks()
   Eigen::VectorXd target_, gamma_, weight_, multiplier_, rest_;  // rest_: u at z = 0
   int exact_count_ = 0;
   Fixed fixed_;

@@ -6,25 +6,29 @@
 
 namespace limber::spacetime {
 
-void response_of_rows(const ModeSystems& systems, const ConstraintRows& rows, const Lanes& jacobian,
-                      Lanes& scaled, Eigen::MatrixXd& system) {
-  const int n = rows.count();
-  const int lanes = systems.lanes();
-  const int knots = static_cast<int>(rows.knots().size());
+void response_of_rows(const GreenBlocks& green, const std::vector<RowBlock>& blocks,
+                      const Lanes& jacobian, Lanes& scaled, Eigen::MatrixXd& system) {
+  const auto lanes = jacobian.rows();
+  Eigen::Index n = 0;
+  for (const RowBlock& block : blocks) n += block.count;
   system.resize(n, n);
   scaled.resize(lanes, n);
-  for (int knot = 0; knot < knots; ++knot) {
-    const int first = rows.first_row(knot), last = rows.first_row(knot + 1);
-    for (int other = 0; other <= knot; ++other) {
-      const double* __restrict green = systems.green(knot, other);
-      for (int column = rows.first_row(other); column < rows.first_row(other + 1); ++column) {
-        const double* j = jacobian.col(column).data();
+  Eigen::Index first = 0;
+  for (int i = 0; i < static_cast<int>(blocks.size()); ++i) {
+    const RowBlock& block = blocks[static_cast<std::size_t>(i)];
+    Eigen::Index column = 0;
+    for (int j = 0; j <= i; ++j) {
+      const RowBlock& other = blocks[static_cast<std::size_t>(j)];
+      const double* __restrict between = green(i, j);
+      for (int row = other.first; row < other.first + other.count; ++row, ++column) {
+        const double* along = jacobian.col(row).data();
         double* __restrict out = scaled.col(column).data();
-        for (int k = 0; k < lanes; ++k) out[k] = green[k] * j[k];
+        for (Eigen::Index k = 0; k < lanes; ++k) out[k] = between[k] * along[k];
       }
     }
-    system.block(first, 0, last - first, last).noalias() =
-        jacobian.middleCols(first, last - first).transpose() * scaled.leftCols(last);
+    system.block(first, 0, block.count, column).noalias() =
+        jacobian.middleCols(block.first, block.count).transpose() * scaled.leftCols(column);
+    first = column;
   }
 }
 

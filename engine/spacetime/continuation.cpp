@@ -28,22 +28,28 @@ void Optimizer::begin_ramp() {
   rows_.set_exact_weight(kExactWeightStart);
   set_scale(1);
   linearise();
+  stage_newton_ = false;
+  guard_.reset();
+  // What keyframes ask is linear: there is nothing to be led to.
+  if (rows_.position_count() == 0) return;
   // Compliance of a row times its weight: how much the constraint wins against the forces.
+  const bool keyframes = !rows_.keyframe_blocks().empty();
+  Eigen::VectorXd own;
   std::vector<double> pulls;
-  for (int row = 0; row < rows_.count(); ++row) {
-    const int knot = rows_.knot_of(row);
-    const double* green = systems_.green(knot, knot);
-    double compliance = 0;
-    for (int k = 0; k < systems_.lanes(); ++k) {
-      const double j = state_.jacobian(k, row);
-      compliance += green[k] * j * j;
+  for (int knot = 0; knot < static_cast<int>(rows_.knots().size()); ++knot) {
+    if (keyframes) systems_.response(knot, own);
+    const double* response = keyframes ? own.data() : systems_.green()(knot, knot);
+    for (int row = rows_.first_row(knot); row < rows_.first_row(knot + 1); ++row) {
+      double compliance = 0;
+      for (int k = 0; k < systems_.lanes(); ++k) {
+        const double j = state_.jacobian(k, row);
+        compliance += response[k] * j * j;
+      }
+      pulls.push_back(compliance * rows_.weight()[row]);
     }
-    pulls.push_back(compliance * rows_.weight()[row]);
   }
   const auto middle = pulls.begin() + static_cast<std::ptrdiff_t>(pulls.size() / 2);
   std::nth_element(pulls.begin(), middle, pulls.end());
-  stage_newton_ = false;
-  guard_.reset();
   if (*middle > kRampPull) set_scale(std::max(kSmallestScale, kRampPull / *middle));
 }
 

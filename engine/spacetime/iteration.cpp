@@ -80,7 +80,7 @@ Optimizer::Outcome Optimizer::advance(Course& course) {
   const double decrement = std::sqrt(step_.decrement2);
   chord_ = newton_kind && guard_.shift() == 0 && taken == 1 && course.gradient < 0.1 &&
            course.previous > 0 && decrement < kChordRate * course.previous;
-  if (!course.newton && course.previous > 0) {
+  if (!course.newton && course.previous > 0 && !quadratic()) {
     course.newton = taken < 1 || newton_pays(decrement / course.previous, course.gradient);
   }
   if (step_kind_ == StepKind::kTruncated && course.previous > 0)
@@ -121,7 +121,7 @@ void Optimizer::weigh_exact_rows(Course& course) {
 SolveReport Optimizer::iterate(const JobContext& job,
                                const std::function<bool(const SolveReport&)>& on_improved) {
   Course course;
-  course.newton = newton_last_;
+  course.newton = newton_last_ && !quadratic();
   course.ramped = ramping();
   curvature_valid_ = chord_ = false;
   lost_ = 0;
@@ -161,7 +161,7 @@ SolveReport Optimizer::solve(const JobContext& job,
       answer.status != SolveStatus::kCancelled && answer.status != SolveStatus::kImproved;
   if (!ended) return answer;
   const bool challenged =
-      !cold && (doubted_ || answer.total_energy > kSuspectGrowth * settled_energy_);
+      !cold && !quadratic() && (doubted_ || answer.total_energy > kSuspectGrowth * settled_energy_);
   if (challenged) {
     answer = challenge(job, on_improved, answer);
     if (answer.status == SolveStatus::kCancelled || answer.status == SolveStatus::kImproved) {

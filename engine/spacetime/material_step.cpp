@@ -12,6 +12,14 @@ double inner(const Lanes& a, const Lanes& b) {
   return lane_dot(a.data(), b.data(), static_cast<int>(a.size()));
 }
 
+/// A step in S moves the rows of keyframes too: all rows stay in C.
+std::vector<RowBlock> all_rows(const ConstraintRows& rows) {
+  std::vector<RowBlock> blocks;
+  for (int knot = 0; knot < static_cast<int>(rows.knots().size()); ++knot)
+    blocks.push_back({knot, rows.first_row(knot), rows.first_row(knot + 1) - rows.first_row(knot)});
+  return blocks;
+}
+
 }  // namespace
 
 void MaterialSpace::factor(const ModeSystems& systems, const ConstraintRows& rows,
@@ -25,7 +33,7 @@ void MaterialSpace::factor(const ModeSystems& systems, const ConstraintRows& row
   jacobian_.setZero(systems.lanes(), n);
   jacobian_.topRows(modes).noalias() = mixing_.transpose() * hat_;
 
-  response_of_rows(systems, rows, jacobian_, scaled_, system_);
+  response_of_rows(systems.green(), all_rows(rows), jacobian_, scaled_, system_);
   if (std::isfinite(damping.nu)) {
     const Eigen::Index moved = modes - held;
     at_rows_.resize(moved, n);

@@ -18,11 +18,6 @@ ModeCoefficients coefficients_of(const ModeDynamics& dynamics) {
   return coefficients;
 }
 
-std::size_t triangle(int row, int column) {
-  return static_cast<std::size_t>(row) * (static_cast<std::size_t>(row) + 1) / 2 +
-         static_cast<std::size_t>(column);
-}
-
 }  // namespace
 
 ModeSystems::ModeSystems(const ModeDynamics& dynamics, const Timeline& timeline)
@@ -34,9 +29,14 @@ ModeSystems::ModeSystems(const ModeDynamics& dynamics, const Timeline& timeline)
   LIMBER_DEMAND(frames_.count() >= 1);
 }
 
-const double* ModeSystems::green(int knot, int other) const {
-  return green_.data() +
-         triangle(std::max(knot, other), std::min(knot, other)) * static_cast<std::size_t>(lanes_);
+const GreenBlocks& ModeSystems::green() const {
+  if (!green_known_) green_.compute(factor_, kept_count(), lanes_, kept_of_knot_);
+  green_known_ = true;
+  return green_;
+}
+
+void ModeSystems::response(int knot, Eigen::VectorXd& own) const {
+  factor_.inverse_diagonal(kept_of_knot(knot), own);
 }
 
 void ModeSystems::append_raw_row(int centre) {
@@ -117,16 +117,7 @@ void ModeSystems::set_knots(std::vector<int> knots) {
                    [](const BandedRow& a, const BandedRow& b) { return a.start < b.start; });
 
   factor_.factor(rows_, kept_count(), lanes_, kProximal);
-  const int count = static_cast<int>(knots_.size());
-  green_.resize(triangle(count, 0) * static_cast<std::size_t>(lanes_));
-  Lanes column(lanes_, kept_count());
-  for (int knot = 0; knot < count; ++knot) {
-    factor_.inverse_column(kept_of_knot(knot), column);
-    for (int other = 0; other <= knot; ++other) {
-      std::copy_n(column.col(kept_of_knot(other)).data(), lanes_,
-                  green_.data() + triangle(knot, other) * static_cast<std::size_t>(lanes_));
-    }
-  }
+  green_known_ = false;
 }
 
 void ModeSystems::interpolate(const Lanes& kept, Eigen::MatrixXd& z) const {

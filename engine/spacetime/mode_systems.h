@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "engine/spacetime/banded_factor.h"
+#include "engine/spacetime/green_blocks.h"
 #include "engine/spacetime/run_elimination.h"
 
 namespace limber::spacetime {
@@ -42,8 +43,10 @@ class ModeSystems {
   [[nodiscard]] double energy(const Lanes& z) const { return half_square(rows_, z); }
   /// x <- (K + proximal I)^-1 x.
   void solve(Lanes& x) const { factor_.solve(x); }
-  /// Diagonal in the modes: block of (K + proximal I)^-1 between two knots, one number per lane.
-  [[nodiscard]] const double* green(int knot, int other) const;
+  /// Blocks of (K + proximal I)^-1 between the knots, found when first asked for.
+  [[nodiscard]] const GreenBlocks& green() const;
+  /// green() at one knot and itself, without all the others: lanes.
+  void response(int knot, Eigen::VectorXd& own) const;
 
   /// Kept frames -> every frame; z is modes x N. Pinned frames are zero.
   void interpolate(const Lanes& kept, Eigen::MatrixXd& z) const;
@@ -67,7 +70,8 @@ class ModeSystems {
   std::map<std::pair<int, int>, RunCost> costs_;  // of the present runs, by (first, last)
   std::vector<BandedRow> rows_;
   BandedFactor factor_;
-  std::vector<double> green_;  // [knot][other <= knot][lane]
+  mutable GreenBlocks green_;
+  mutable bool green_known_ = false;
 };
 
 }  // namespace limber::spacetime

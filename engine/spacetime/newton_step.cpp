@@ -20,8 +20,14 @@ constexpr int kMaxInner = 60;
 void ConstraintSpace::factor(const ModeSystems& systems, const ConstraintRows& rows,
                              const Lanes& jacobian) {
   jacobian_ = jacobian;
-  response_of_rows(systems, rows, jacobian_, scaled_, system_);
-  system_.diagonal() += rows.weight().cwiseInverse();
+  keyframes_.factor(systems, rows);
+  keyframes_.response(systems, rows, jacobian_, system_);
+  Eigen::Index at = 0;
+  for (const RowBlock& block : rows.position_blocks()) {
+    system_.diagonal().segment(at, block.count) +=
+        rows.weight().segment(block.first, block.count).cwiseInverse();
+    at += block.count;
+  }
   factor_lifted(system_, work_);
   ready_ = true;
 }
@@ -37,18 +43,39 @@ void ConstraintSpace::add_transposed(const ModeSystems& systems, const Constrain
 
 void ConstraintSpace::saddle(const ModeSystems& systems, const ConstraintRows& rows, Lanes& r,
                              const Eigen::VectorXd& c, Lanes& d, Eigen::VectorXd& m) {
-  d = r;
-  systems.solve(d);
-  m = c;
-  for (int row = 0; row < rows.count(); ++row) {
-    m[row] -= lane_dot(jacobian_.col(row).data(),
-                       d.col(systems.kept_of_knot(rows.knot_of(row))).data(), systems.lanes());
+  const auto along = [&](int row) {
+    return lane_dot(jacobian_.col(row).data(),
+                    d.col(systems.kept_of_knot(rows.knot_of(row))).data(), systems.lanes());
+  };
+  const auto push = [&](double force, int row) {
+    lane_axpy(force, jacobian_.col(row).data(),
+              r.col(systems.kept_of_knot(rows.knot_of(row))).data(), systems.lanes());
+  };
+  const auto each = [](const std::vector<RowBlock>& blocks, const auto& act) {
+    for (const RowBlock& block : blocks) {
+      for (int row = block.first; row < block.first + block.count; ++row) act(row);
+    }
+  };
+  const Eigen::VectorXd& weight = rows.weight();
+  each(rows.keyframe_blocks(), [&](int row) { push(weight[row] * c[row], row); });
+  m.resize(rows.count());
+  if (rows.position_count() > 0) {
+    d = r;
+    keyframes_.solve(systems, d);
+    at_positions_.resize(rows.position_count());
+    Eigen::Index at = 0;
+    each(rows.position_blocks(), [&](int row) { at_positions_[at++] = c[row] - along(row); });
+    system_.triangularView<Eigen::Lower>().solveInPlace(at_positions_);
+    system_.transpose().triangularView<Eigen::Upper>().solveInPlace(at_positions_);
+    at = 0;
+    each(rows.position_blocks(), [&](int row) {
+      m[row] = at_positions_[at++];
+      push(m[row], row);
+    });
   }
-  system_.triangularView<Eigen::Lower>().solveInPlace(m);
-  system_.transpose().triangularView<Eigen::Upper>().solveInPlace(m);
-  add_transposed(systems, rows, jacobian_, m, r);
   d = r;
-  systems.solve(d);
+  keyframes_.solve(systems, d);
+  each(rows.keyframe_blocks(), [&](int row) { m[row] = weight[row] * (c[row] - along(row)); });
 }
 
 double ConstraintSpace::model_decrement2(const ModeSystems& systems, const ConstraintRows& rows,

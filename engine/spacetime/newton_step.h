@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 
 #include "engine/spacetime/constraint_rows.h"
+#include "engine/spacetime/keyframe_system.h"
 #include "engine/spacetime/mode_systems.h"
 
 namespace limber::spacetime {
@@ -16,16 +17,23 @@ struct Step {
 
 /// Gauss-Newton steps through the constraints' rows (see NOTATION.md): with P = K + proximal I,
 ///   | P  -J^T  | | d |   | r |
-///   | J   W^-1 | | m | = | c |    by   C = W^-1 + J P^-1 J^T,  P^-1 diagonal in the modes, a few
-///   kept frames long.
-/// One dense factor of the size of the rows; the same factor serves any right-hand side until J, W
-/// or the knots change.
+///   | J   W^-1 | | m | = | c |
+/// Rows of keyframes are eliminated into P (KeyframeSystem); of those of positions
+///   C = W^-1 + J P_key^-1 J^T
+/// remains. One dense factor of the number of these; it serves any right-hand side until J, W or
+/// the knots change.
 class ConstraintSpace {
  public:
   /// Builds and factors C at these Jacobians.
   void factor(const ModeSystems& systems, const ConstraintRows& rows, const Lanes& jacobian);
   [[nodiscard]] bool ready() const { return ready_; }
+  /// Jacobians or weights changed.
   void invalidate() { ready_ = false; }
+  /// Knots, keyframes, dynamics, ends or S changed.
+  void forget() {
+    invalidate();
+    keyframes_.forget();
+  }
   /// Of the factor.
   [[nodiscard]] const Lanes& jacobian() const { return jacobian_; }
 
@@ -54,10 +62,11 @@ class ConstraintSpace {
                                         const Lanes& d);
 
   bool ready_ = false;
+  KeyframeSystem keyframes_;
   Lanes jacobian_;          // lanes x rows, of the factor
   Eigen::MatrixXd system_;  // C, then its Cholesky factor (lower)
-  Lanes scaled_, work_, product_, residual_, x_, direction_;
-  Eigen::VectorXd along_, mu_, mu_direction_, zero_;
+  Lanes work_, product_, residual_, x_, direction_;
+  Eigen::VectorXd at_positions_, mu_, mu_direction_, zero_;
 };
 
 }  // namespace limber::spacetime

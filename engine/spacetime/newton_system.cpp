@@ -1,118 +1,19 @@
 #include "engine/spacetime/newton_system.h"
 
-#include <Eigen/Cholesky>
-#include <algorithm>
-
 namespace limber::spacetime {
-
-Eigen::Index NewtonSystem::place(int frame) const {
-  const int group = group_of_[static_cast<std::size_t>(frame)];
-  return Eigen::Index{modes_} * (frame - first_[static_cast<std::size_t>(group)]);
-}
-
-void NewtonSystem::group_frames(const ModeSystems& systems) {
-  const int count = systems.kept_count();
-  // The last frame that each one, or one before it, couples to.
-  std::vector<int> reach(static_cast<std::size_t>(count));
-  for (int frame = 0; frame < count; ++frame) reach[static_cast<std::size_t>(frame)] = frame;
-  for (const BandedRow& row : systems.rows()) {
-    const int last = std::min(count, row.start + static_cast<int>(row.values.cols())) - 1;
-    auto& known = reach[static_cast<std::size_t>(row.start)];
-    known = std::max(known, last);
-  }
-  for (std::size_t frame = 1; frame < reach.size(); ++frame) {
-    reach[frame] = std::max(reach[frame], reach[frame - 1]);
-  }
-  first_.assign(1, 0);
-  group_of_.clear();
-  while (first_.back() < count) {
-    const int begin = first_.back();
-    const int needed = begin > 0 ? reach[static_cast<std::size_t>(begin) - 1] + 1 : 0;
-    first_.push_back(std::min(count, std::max(begin + 2, needed)));
-    group_of_.resize(static_cast<std::size_t>(first_.back()), group_count() - 1);
-  }
-}
-
-void NewtonSystem::assemble(const ModeSystems& systems, const ConstraintRows& rows,
-                            const Lanes& jacobian, const std::vector<Eigen::MatrixXd>& curvature,
-                            const NewtonGuard& guard) {
-  const int count = systems.kept_count();
-  modes_ = systems.modes();
-  group_frames(systems);
-  const auto groups = static_cast<std::size_t>(group_count());
-  diagonal_.resize(groups);
-  below_.resize(groups);
-  const auto size = [&](std::size_t group) {
-    return group < groups ? Eigen::Index{modes_} * (first_[group + 1] - first_[group]) : 0;
-  };
-  for (std::size_t group = 0; group < groups; ++group) {
-    diagonal_[group].setZero(size(group), size(group));
-    diagonal_[group].diagonal().setConstant(ModeSystems::kProximal);
-    below_[group].setZero(size(group + 1), size(group));
-  }
-  for (const BandedRow& row : systems.rows()) {
-    const int width = std::min(static_cast<int>(row.values.cols()), count - row.start);
-    for (int i = 0; i < width; ++i) {
-      for (int j = 0; j <= i; ++j) {
-        const int frame = row.start + i, other = row.start + j;
-        const auto group = static_cast<std::size_t>(group_of_[static_cast<std::size_t>(other)]);
-        const bool inside = group_of_[static_cast<std::size_t>(frame)] == static_cast<int>(group);
-        auto& target = inside ? diagonal_[group] : below_[group];
-        target.block(place(frame), place(other), modes_, modes_).diagonal() +=
-            row.values.col(i).head(modes_).cwiseProduct(row.values.col(j).head(modes_));
-      }
-    }
-  }
-  for (int knot = 0; knot < static_cast<int>(rows.knots().size()); ++knot) {
-    const int first = rows.first_row(knot), many = rows.first_row(knot + 1) - first;
-    const auto columns = jacobian.topRows(modes_).middleCols(first, many);
-    weighted_ = columns * rows.weight().segment(first, many).asDiagonal();
-    const int frame = systems.kept_of_knot(knot);
-    auto target =
-        diagonal_[static_cast<std::size_t>(group_of_[static_cast<std::size_t>(frame)])].block(
-            place(frame), place(frame), modes_, modes_);
-    target.noalias() += weighted_ * columns.transpose();
-    if (guard.part() > 0) target -= guard.part() * curvature[static_cast<std::size_t>(knot)];
-    target.diagonal().array() += guard.shift();
-  }
-}
 
 bool NewtonSystem::factor(const ModeSystems& systems, const ConstraintRows& rows,
                           const Lanes& jacobian, const std::vector<Eigen::MatrixXd>& curvature,
                           const NewtonGuard& guard) {
-  assemble(systems, rows, jacobian, curvature, guard);
-  const auto groups = static_cast<std::size_t>(group_count());
-  for (std::size_t group = 0; group < groups; ++group) {
-    auto& own = diagonal_[group];
-    if (group > 0) own.selfadjointView<Eigen::Lower>().rankUpdate(below_[group - 1], -1.0);
-    const Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>> llt(own);
-    if (llt.info() != Eigen::Success) return false;
-    if (group + 1 == groups) continue;
-    own.triangularView<Eigen::Lower>().transpose().solveInPlace<Eigen::OnTheRight>(below_[group]);
-  }
-  return true;
-}
-
-void NewtonSystem::solve(Lanes& x) const {
-  const auto groups = static_cast<std::size_t>(group_count());
-  const Eigen::Index count = first_.back();
-  x_ = x.topRows(modes_).leftCols(count).reshaped();
-  const auto part = [&](std::size_t group) {
-    return x_.segment(Eigen::Index{modes_} * first_[group],
-                      Eigen::Index{modes_} * (first_[group + 1] - first_[group]));
+  const auto add_block = [&](int knot, Eigen::Ref<Eigen::MatrixXd> block) {
+    const int first = rows.first_row(knot), many = rows.first_row(knot + 1) - first;
+    const auto columns = jacobian.topRows(systems.modes()).middleCols(first, many);
+    weighted_ = columns * rows.weight().segment(first, many).asDiagonal();
+    block.noalias() += weighted_ * columns.transpose();
+    if (guard.part() > 0) block -= guard.part() * curvature[static_cast<std::size_t>(knot)];
+    block.diagonal().array() += guard.shift();
   };
-  for (std::size_t group = 0; group < groups; ++group) {
-    auto own = part(group);
-    if (group > 0) own.noalias() -= below_[group - 1] * part(group - 1);
-    diagonal_[group].triangularView<Eigen::Lower>().solveInPlace(own);
-  }
-  for (std::size_t group = groups; group-- > 0;) {
-    auto own = part(group);
-    if (group + 1 < groups) own.noalias() -= below_[group].transpose() * part(group + 1);
-    diagonal_[group].triangularView<Eigen::Lower>().transpose().solveInPlace(own);
-  }
-  x.setZero();
-  x.topRows(modes_).leftCols(count) = x_.reshaped(modes_, count);
+  return system_.factor(systems, add_block);
 }
 
 }  // namespace limber::spacetime

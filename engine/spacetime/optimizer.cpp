@@ -28,7 +28,7 @@ void Optimizer::set_structure(const ConstraintSet& constraints) {
     systems_.gather(motion_, z_);
   }
   residual_valid_ = jacobian_valid_ = motion_valid_ = false;
-  space_.invalidate();
+  space_.forget();
   doubted_ = true;
   challenger_.reset();
   start_from_rest_if_there();
@@ -53,7 +53,7 @@ void Optimizer::set_systems(const ModeDynamics& dynamics, const Timeline& timeli
   systems_.set_knots(rows_.knots());
   systems_.gather(motion_, z_);
   residual_valid_ = jacobian_valid_ = motion_valid_ = false;
-  space_.invalidate();
+  space_.forget();
   doubted_ = true;
   challenger_.reset();
   start_from_rest_if_there();

@@ -72,6 +72,8 @@ class Optimizer {
   /// out += J^T m at the knots.
   void add_rows(const Eigen::VectorXd& m, Lanes& out) const;
 
+  /// Keyframes only: a quadratic energy, of one minimum, which one Gauss-Newton step reaches.
+  [[nodiscard]] bool quadratic() const { return rows_.position_count() == 0; }
   void start_from_rest_if_there();
   /// Continuation in the weights (see NOTATION.md): goes back to weights that hardly pull.
   void begin_ramp();

@@ -30,11 +30,11 @@ SessionRecord::Opened describe(const std::string& id, const proto::Scene& messag
   opened.length_unit = scene.length_unit_in_metres;
   opened.lanes = scene.model.mode_count;
   opened.keyframe_rows = keyframe_rows(scene);
-  opened.bytes = estimate_session_bytes(scene) -
-                 estimate_constraint_bytes(
-                     scene.constraints.size(), scene.model.mode_count,
-                     scene.keyframes.size() * static_cast<std::size_t>(opened.keyframe_rows)) -
-                 estimate_pose_bytes(scene.keyframes.size(), opened.nodes);
+  const std::size_t constraints = scene.constraints.size(), keyframes = scene.keyframes.size();
+  opened.bytes =
+      estimate_session_bytes(scene) - estimate_constraint_bytes(constraints, opened.lanes) -
+      estimate_keyframe_bytes(keyframes, opened.keyframe_rows, constraints, opened.lanes) -
+      estimate_pose_bytes(keyframes, opened.nodes);
   return opened;
 }
 

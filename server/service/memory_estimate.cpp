@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "engine/spacetime/material_solver.h"
+
 namespace limber::server {
 
 std::uint64_t estimate_session_bytes(const scene::Scene& scene) {
@@ -18,9 +20,9 @@ std::uint64_t estimate_session_bytes(const scene::Scene& scene) {
   numbers += 3 * n * frames * (scene.base_motion.size() > 0 ? 2 : 0);
   numbers += 4 * frames * (r + h);  // newest, newest final, the solver's own
   return static_cast<std::uint64_t>(numbers * sizeof(double)) +
-         estimate_constraint_bytes(
-             scene.constraints.size(), scene.model.mode_count,
-             scene.keyframes.size() * static_cast<std::size_t>(keyframe_rows(scene))) +
+         estimate_constraint_bytes(scene.constraints.size(), scene.model.mode_count) +
+         estimate_keyframe_bytes(scene.keyframes.size(), keyframe_rows(scene),
+                                 scene.constraints.size(), scene.model.mode_count) +
          estimate_pose_bytes(scene.keyframes.size(), scene.mesh.node_count());
 }
 
@@ -57,14 +59,28 @@ std::uint64_t estimate_pose_bytes(std::size_t keyframes, int nodes) {
   return 2 * 3 * sizeof(double) * keyframes * static_cast<std::uint64_t>(nodes);
 }
 
-std::uint64_t estimate_constraint_bytes(std::size_t constraints, int modes,
-                                        std::size_t keyframe_rows) {
-  const double c = static_cast<double>(constraints) + static_cast<double>(keyframe_rows) / 3;
+std::uint64_t estimate_constraint_bytes(std::size_t constraints, int modes) {
+  const auto c = static_cast<double>(constraints);
   const double r = modes + 6.0;
   double numbers = 2 * (3 * c) * (3 * c);  // the system of three rows each, and its factor
   numbers += c * c / 2 * r;                // responses between constrained frames
   numbers += 3 * c * 6 * r;                // Jacobians, sites
   numbers += 3 * c * 4 * r * r;            // the second-order model at three kept frames each
+  return static_cast<std::uint64_t>(numbers * sizeof(double));
+}
+
+std::uint64_t estimate_keyframe_bytes(std::size_t keyframes, int rows_each, std::size_t constraints,
+                                      int modes) {
+  const auto k = static_cast<double>(keyframes), c = static_cast<double>(constraints);
+  if (keyframes == 0) return 0;
+  const double r = modes + 6.0, rows = k * rows_each;
+  const double solvers = 2;                            // the second one challenges the answer
+  double numbers = solvers * rows * 4 * r;             // Jacobians of iterate, trials and factor
+  numbers += solvers * k * 2 * 2 * (2 * r) * (2 * r);  // two block systems, two kept frames each
+  numbers += solvers * 2 * k * r * 3 * c;  // responses of the kept frames to constraints
+  // Material optimisation keeps all rows in one dense system, as long as it takes them.
+  const double dense = std::min<double>(spacetime::MaterialSolver::kMostRows, rows + 3 * c);
+  numbers += 4 * dense * dense + (k + c) * (k + c) / 2 * r;
   return static_cast<std::uint64_t>(numbers * sizeof(double));
 }
 

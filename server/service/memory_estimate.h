@@ -21,9 +21,13 @@ namespace limber::server {
 
 /// The part of it that so many constraints need [bytes]: the solver keeps their system and the
 /// response of every constrained frame to every other, both dense.
-/// @param keyframe_rows  that keyframes add: one for each of their modal coordinates
-[[nodiscard]] std::uint64_t estimate_constraint_bytes(std::size_t constraints, int modes,
-                                                      std::size_t keyframe_rows = 0);
+[[nodiscard]] std::uint64_t estimate_constraint_bytes(std::size_t constraints, int modes);
+
+/// What keyframes add to it [bytes], without their poses: in proportion to their number, but for
+/// what material optimisation needs.
+/// @param rows_each  one for each modal coordinate
+[[nodiscard]] std::uint64_t estimate_keyframe_bytes(std::size_t keyframes, int rows_each,
+                                                    std::size_t constraints, int modes);
 
 /// Rows that a keyframe adds to a session of this scene, at most.
 [[nodiscard]] int keyframe_rows(const scene::Scene& scene);

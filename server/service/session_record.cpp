@@ -99,10 +99,10 @@ void SessionRecord::constraints_changed(std::size_t count) {
 
 void SessionRecord::demand_memory(std::size_t constraints, std::size_t keyframes) const {
   const std::uint64_t limit = hub_.options.limits.session_bytes;
-  const std::size_t rows = keyframes * static_cast<std::size_t>(opened_.keyframe_rows);
-  const std::uint64_t bytes = opened_.bytes +
-                              estimate_constraint_bytes(constraints, opened_.lanes, rows) +
-                              estimate_pose_bytes(keyframes, opened_.nodes);
+  const std::uint64_t bytes =
+      opened_.bytes + estimate_constraint_bytes(constraints, opened_.lanes) +
+      estimate_keyframe_bytes(keyframes, opened_.keyframe_rows, constraints, opened_.lanes) +
+      estimate_pose_bytes(keyframes, opened_.nodes);
   if (bytes > limit) {
     throw limit_exceeded(
         "edits",

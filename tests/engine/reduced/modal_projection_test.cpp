@@ -118,6 +118,26 @@ TEST(ModalProjection, AFreeBodysKeyframeIsMovedAndTurned) {
   EXPECT_LT(relative(model->basis * q.cast<double>(), poses), 1e-4);
 }
 
+// Poses of a held body are projected side by side, and each comes out as it does alone.
+TEST(ModalProjection, KeyframesOfAHeldBodyAreIndependent) {
+  const bodies::ElasticBody body = testing::block(8, 2, 2, 0.1, true);
+  const ReducedModel model = small_model(body, 12);
+  constexpr int kPoses = 21;
+  Eigen::MatrixXd poses(model.modes.rows(), kPoses);
+  for (int k = 0; k < kPoses; ++k) poses.col(k) = testing::twist(body, 0.4 * k);
+  const ModalProjector projector(body, model);
+  EXPECT_TRUE(projector.keyframes_are_independent());
+  const ModalProjection together = projector.keyframes(poses);
+  for (int k = 0; k < kPoses; ++k) {
+    const ModalProjection alone = projector.keyframes(poses.col(k));
+    EXPECT_EQ(together.z.col(k), alone.z.col(0)) << k;
+    EXPECT_EQ(together.error[k], alone.error[0]) << k;
+  }
+  EXPECT_GT(together.z.colwise().norm().maxCoeff(), 1);
+  const bodies::ElasticBody free_body = testing::block(6, 3, 2, 0.1, false);
+  EXPECT_FALSE(ModalProjector(free_body, small_model(free_body)).keyframes_are_independent());
+}
+
 TEST(ModalProjection, KeyframesOverAMovingBaseAreWhatIsAdded) {
   for (const bool held : {true, false}) {
     const bodies::ElasticBody body = testing::block(6, 3, 2, 0.1, held);

@@ -22,9 +22,12 @@ struct DenseAnswer {
 /// double: QR of [A; W^1/2 J] if all rows are soft (accurate to about cond(A) 1e-19), else one
 /// dense system [H E^T; E 0] with H = A^T A + J^T W J of the soft rows and E the exact ones, which
 /// must be independent (cond(A)^2 1e-19).
+/// @param mixing  S, R x r; empty: (I, 0)^T
 inline DenseAnswer dense_optimum(const testing::LinearKinematics& kinematics,
                                  const ModeDynamics& dynamics, const Timeline& timeline,
-                                 const std::vector<PositionConstraint>& constraints) {
+                                 const std::vector<PositionConstraint>& constraints,
+                                 const std::vector<KeyframeConstraint>& keyframes = {},
+                                 Eigen::MatrixXd mixing = {}) {
   const Eigen::Index modes = dynamics.stiffness.size(), frames = timeline.frame_count;
   const Eigen::Index first = static_cast<int>(timeline.first);
   const Eigen::Index last = frames - 1 - static_cast<int>(timeline.last);
@@ -43,21 +46,28 @@ inline DenseAnswer dense_optimum(const testing::LinearKinematics& kinematics,
   }
   std::vector<DenseVector> soft, exact;
   std::vector<Real> soft_target, exact_target, weights;
+  if (mixing.size() == 0) mixing.setIdentity(kinematics.coordinate_count(), modes);
+  const auto add_row = [&](int frame, const Eigen::RowVectorXd& over_modes, Real target,
+                           double weight) {
+    DenseVector row = DenseVector::Zero(size);
+    if (frame >= first && frame <= last)
+      row.segment((frame - first) * modes, modes) = over_modes.transpose().cast<Real>();
+    const bool hold = std::isinf(weight);
+    (hold ? exact : soft).push_back(row);
+    (hold ? exact_target : soft_target).push_back(target);
+    if (!hold) weights.push_back(weight);
+  };
   for (const PositionConstraint& constraint : constraints) {
     for (int axis = 0; axis < 3; ++axis) {
       if ((constraint.axes >> axis & 1U) == 0) continue;
-      DenseVector row = DenseVector::Zero(size);
-      if (constraint.frame >= first && constraint.frame <= last) {
-        row.segment((constraint.frame - first) * modes, modes) =
-            kinematics.maps().row(3 * constraint.site + axis).head(modes).cast<Real>() /
-            static_cast<Real>(kinematics.length());
-      }
-      const Real target = constraint.target[axis] / static_cast<Real>(kinematics.length());
-      const bool hold = std::isinf(constraint.weight);
-      (hold ? exact : soft).push_back(row);
-      (hold ? exact_target : soft_target).push_back(target);
-      if (!hold) weights.push_back(constraint.weight);
+      add_row(constraint.frame,
+              kinematics.maps().row(3 * constraint.site + axis) * mixing / kinematics.length(),
+              constraint.target[axis] / static_cast<Real>(kinematics.length()), constraint.weight);
     }
+  }
+  for (const KeyframeConstraint& keyframe : keyframes) {
+    for (Eigen::Index c = 0; c < mixing.rows(); ++c)
+      add_row(keyframe.frame, mixing.row(c), keyframe.coordinates[c], keyframe.weight);
   }
   const auto held = static_cast<Eigen::Index>(exact.size());
   DenseMatrix system = DenseMatrix::Zero(size + held, size + held);

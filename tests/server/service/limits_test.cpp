@@ -108,6 +108,16 @@ TEST(ServerLimits, MemoryOfASessionIsEstimatedBeforeItIsBuilt) {
   EXPECT_GT(std::stoull(reply.error().details().at("value")), 10'000u);
 }
 
+/// All that a session may have, with modes mixed of a hundred, fits many times.
+TEST(ServerLimits, KeyframesTakeMemoryInProportion) {
+  EXPECT_EQ(estimate_keyframe_bytes(0, 106, 20, 30), 0u);
+  const auto half = estimate_keyframe_bytes(256, 106, 20, 30);
+  const auto all = estimate_keyframe_bytes(512, 106, 20, 30);
+  EXPECT_GT(all, 3 * half / 2);
+  EXPECT_LT(all, 5 * half / 2);
+  EXPECT_LT(all, std::uint64_t{1} << 30);
+}
+
 TEST(ServerLimits, ConstraintsCountAsMemory) {
   ServerOptions options = test_options();
   proto::Scene scene = small_scene();

@@ -1,0 +1,54 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <functional>
+#include <vector>
+
+#include "engine/spacetime/mode_systems.h"
+
+namespace limber::spacetime {
+
+/// H = K + proximal I + a symmetric r x r block at each knot, over the kept frames. K is diagonal
+/// in the modes and at most three kept frames wide, the knots' blocks are dense in the modes. Kept
+/// frames are taken together in groups, mostly a knot and the frame behind it, such that none
+/// couples to more than the next group:
+///
+///        f0  f1 | f2  f3        f: kept frames, each r x r
+///   f0 [ B   d  | d   d  ]      B: dense (a knot), d: diagonal
+///   f1 [ d   d  | d   d  ]
+///      ------------------
+///   f2 [ d   d  | B   d  ]
+///   f3 [ d   d  | d   d  ]
+///
+/// and factored by block tridiagonal Cholesky, H = F F^T: time linear in the number of knots, cubic
+/// in r.
+class BlockSystem {
+ public:
+  /// Adds the block of a knot to the r x r matrix given.
+  using AddBlock = std::function<void(int knot, Eigen::Ref<Eigen::MatrixXd> block)>;
+
+  /// @returns false if H is not positive definite
+  [[nodiscard]] bool factor(const ModeSystems& systems, const AddBlock& add_block);
+  /// x <- H^-1 x, lanes x kept.
+  void solve(Lanes& x) const;
+  /// x <- F^-1 x, so that x^T H^-1 y is the inner product of both.
+  /// @param x       (r kept) x n, the modes of each kept frame after those of the one before
+  /// @param starts  n ascending kept frames: column i is zero before starts[i]
+  void half_solve(Eigen::MatrixXd& x, const std::vector<int>& starts) const;
+
+ private:
+  void group_frames(const ModeSystems& systems);
+  void assemble(const ModeSystems& systems, const AddBlock& add_block);
+  [[nodiscard]] int group_count() const { return static_cast<int>(first_.size()) - 1; }
+  /// Where a frame's modes begin in its group.
+  [[nodiscard]] Eigen::Index place(int frame) const;
+
+  int modes_ = 0;
+  std::vector<int> first_;     // kept frame that each group begins with; last: their number
+  std::vector<int> group_of_;  // per kept frame
+  std::vector<Eigen::MatrixXd> diagonal_;  // per group: H, then its Cholesky factor (lower)
+  std::vector<Eigen::MatrixXd> below_;     // per group: rows of the next group, the same
+  mutable Eigen::VectorXd x_;
+};
+
+}  // namespace limber::spacetime
