@@ -10,6 +10,7 @@
 
 #include "engine/base/error.h"
 #include "engine/base/hash.h"
+#include "engine/base/numerics/metis_lock.h"
 #include "engine/base/parallel.h"
 
 extern "C" void openblas_set_num_threads(int threads);
@@ -24,13 +25,6 @@ constexpr double kRelativePivot = 4 * std::numeric_limits<double>::epsilon();
 // Columns solved together: enough for the triangular BLAS kernels, small enough to share work
 // between threads.
 constexpr Eigen::Index kColumnsPerBlock = 16;
-
-// METIS keeps its random state in a global of the process; one analysis at a time keeps orderings
-// reproducible.
-std::mutex& analysis_mutex() {
-  static std::mutex mutex;
-  return mutex;
-}
 
 void pin_blas_to_one_thread() {
   static std::once_flag once;
@@ -140,7 +134,7 @@ class SparseCholesky::Impl {
     factored_ = false;
     cholmod_sparse view = lower_view(a);
     {
-      const std::lock_guard lock(analysis_mutex());
+      const std::lock_guard lock(detail::metis_mutex());
       factor_ = cholmod_analyze(&view, &common_.value);
     }
     if (factor_ == nullptr) throw_failure();

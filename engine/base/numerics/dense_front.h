@@ -1,0 +1,39 @@
+#pragma once
+
+#include <cstddef>
+
+#include "engine/base/numerics/pivot_count.h"
+
+// Dense kernels of the multifrontal factorisation L D L^T with blocks of nine.
+
+namespace limber::detail {
+
+inline constexpr int kBlock = 9;
+
+/// Doubles from one column of a front to the next: room for a vector beyond the last row, and no
+/// distance that maps all columns to the same cache lines.
+[[nodiscard]] constexpr std::ptrdiff_t front_stride(int rows) {
+  const std::ptrdiff_t padded = (rows + 3) / 4 * 4 + 4;
+  return padded % 32 == 0 ? padded + 4 : padded;
+}
+
+/// Eliminates the first columns of a symmetric matrix of which they are given in full height.
+///
+///   panel   stride x columns: lower triangle on entry; unit lower L on return, its diagonal
+///           replaced by 1/d
+///   scaled  stride x columns: L D below the diagonal blocks, on return
+///   scales  size of each diagonal entry, to tell a vanishing pivot
+///
+/// Strides are front_stride(size); what lies beyond row `size` is scratch.
+/// @param size     rows, a multiple of kBlock
+/// @param columns  a multiple of kBlock, <= size
+[[nodiscard]] PivotCount eliminate_columns(double* panel, double* scaled, const double* scales,
+                                           int size, int columns);
+
+/// remainder -= L D L^T over the rows below the columns, on and below the diagonal.
+/// @param remainder  of stride front_stride(size - columns); a few entries above the diagonal and
+/// beyond its last row are scratch
+void update_remainder(const double* panel, const double* scaled, int size, int columns,
+                      double* remainder);
+
+}  // namespace limber::detail

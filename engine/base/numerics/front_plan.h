@@ -1,0 +1,50 @@
+#pragma once
+
+#include <cstddef>
+#include <utility>
+#include <vector>
+
+namespace limber::detail {
+
+/// Where a block of the matrix goes in a front: to block row `row` of block column `column`.
+struct BlockSource {
+  enum class Kind { kDiagonal, kCoupling, kTransposedCoupling };
+  Kind kind;
+  std::size_t offset;  // of its 81 numbers among the diagonals or couplings
+  int column;
+  int row;
+};
+
+/// A front with everything that its factorisation looks up. Counts are of blocks, offsets of
+/// doubles.
+struct PlannedFront {
+  int columns = 0;
+  int size = 0;            // columns + rows
+  std::vector<int> nodes;  // size
+  std::vector<int> children;
+  std::vector<int> places;  // position of each row in the parent
+  std::vector<BlockSource> sources;
+  std::size_t panel = 0;  // in the factor
+  std::size_t remainder =
+      0;  // in the shared or in the task's memory; valid until the parent is done
+  bool shares_remainder = false;  // of the top, and of the roots of tasks
+};
+
+/// The numeric factorisation, laid out: `tasks` are subtrees that may run in parallel, `top` what
+/// comes after them; fronts within each in order.
+struct FrontPlan {
+  std::vector<PlannedFront> fronts;  // children first
+  std::vector<std::vector<int>> tasks;
+  std::vector<int> top;
+  std::size_t panel_entries = 0;
+  std::size_t shared_entries = 0;   // of remainders that outlive their task
+  std::size_t task_entries = 0;     // of remainders within one task
+  std::size_t scratch_entries = 0;  // of whoever factors: widest_front sizes, then a panel
+  std::size_t widest_front = 0;     // columns
+  std::size_t work_entries = 0;     // a vector over the largest front
+};
+
+/// Takes the cheaper of the known orderings.
+[[nodiscard]] FrontPlan plan_fronts(int nodes, const std::vector<std::pair<int, int>>& edges);
+
+}  // namespace limber::detail
