@@ -11,11 +11,12 @@ ENGINE = {
     "bodies": {"base"},
     "reduced": {"base", "bodies"},
     "spacetime": {"base", "reduced/kinematics.h"},
-    "scene": {"base", "bodies"},
-    "session": {"base", "bodies", "reduced", "spacetime", "scene"},
+    "rods": {"base"},
+    "scene": {"base", "bodies", "rods/linkage/line_mesh.h", "rods/rod/length_weights.h", "rods/section/section.h"},
+    "session": {"base", "bodies", "reduced", "spacetime", "rods", "scene"},
 }
 OUTSIDE = {
-    "server": {"session", "scene", "bodies", "reduced", "spacetime", "base", "proto"},
+    "server": {"session", "scene", "bodies", "reduced", "spacetime", "rods", "base", "proto"},
     "clients": {"proto"},
 }
 FORBIDDEN_IN_ENGINE = re.compile(r"zmq|boost/|google/protobuf|^proto/|sqlite|CLI/|iostream|cstdio|spdlog|\.pb\.h")

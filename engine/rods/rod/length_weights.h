@@ -1,0 +1,38 @@
+#pragma once
+
+// How much of a rod's length an interior vertex stands for, in both discretisations of bending.
+
+namespace limber::rods {
+
+/// Which discrete bending energy (rod linkages, sec. 5.2). kMaterialFrames (2008, the default): the
+/// energy of each adjacent edge's frame, weighted by half that edge's rest length.
+/// kAveragedFrames (2010): the energy of the averaged curvatures.
+enum class BendingForm { kMaterialFrames, kAveragedFrames };
+
+/// Factors of the energy of one interior vertex,
+///   E = sum_a B_a/2 (before k0^2 + after k1^2 + 2 both k0 k1) + GJ/2 twist m^2,
+/// with k0, k1 the integrated curvature about axis a in the frames of the edge before and after it,
+/// minus the rest, and m the integrated twist, minus the rest. All in 1/length.
+template <class V>
+struct LengthWeights {
+  V before;
+  V after;
+  V both;
+  V twist;
+};
+
+/// @param rest_before, rest_after  rest lengths of the two edges, positive
+template <class V>
+[[nodiscard, gnu::always_inline]] inline LengthWeights<V> length_weights(const V& rest_before,
+                                                                         const V& rest_after,
+                                                                         BendingForm form) {
+  const V inverse = 1.0 / (rest_before + rest_after);
+  if (form == BendingForm::kAveragedFrames) {
+    const V quarter = 0.5 * inverse;
+    return {quarter, quarter, quarter, 2.0 * inverse};
+  }
+  const V share = 2.0 * inverse * inverse;
+  return {rest_before * share, rest_after * share, V(0.0), 2.0 * inverse};
+}
+
+}  // namespace limber::rods

@@ -1,0 +1,200 @@
+#include "engine/rods/section/section.h"
+
+#include <fmt/core.h>
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+
+#include "engine/base/error.h"
+#include "engine/rods/section/torsion.h"
+
+namespace limber::rods {
+
+namespace {
+
+constexpr double kPi = 3.14159265358979323846;
+
+void demand_positive(const char* name, double value) {
+  if (value > 0 && std::isfinite(value)) return;
+  throw Error(ErrorCode::kInvalidArgument, fmt::format("section.{}", name),
+              fmt::format("must be positive, got {}", value));
+}
+
+void demand_below(const char* name, double value, const std::string& limit_name, double limit) {
+  demand_positive(name, value);
+  if (value < limit) return;
+  throw Error(ErrorCode::kInvalidArgument, fmt::format("section.{}", name),
+              fmt::format("must be less than {} = {}, got {}", limit_name, limit, value));
+}
+
+/// Of a shape symmetric about x and y, from its integrals of x^2 and y^2.
+SectionProperties symmetric(double area, double xx, double yy, double torsion_constant) {
+  SectionProperties result;
+  result.area = area;
+  result.second_moment_1 = std::max(xx, yy);
+  result.second_moment_2 = std::min(xx, yy);
+  if (yy > xx) result.axis_1 = Eigen::Vector2d::UnitY();
+  result.torsion_constant = torsion_constant;
+  return result;
+}
+
+constexpr int kRoundCorners = 24;  // of what stands for an ellipse
+
+Polygon outline(const Rectangle& s) {
+  const double x = 0.5 * s.width, y = 0.5 * s.height;
+  return {{-x, -y}, {x, -y}, {x, y}, {-x, y}};
+}
+
+Polygon outline(const Ellipse& s) {
+  Polygon result;
+  for (int i = 0; i < kRoundCorners; ++i) {
+    const double angle = 2 * kPi * i / kRoundCorners;
+    result.emplace_back(0.5 * s.width * std::cos(angle), 0.5 * s.height * std::sin(angle));
+  }
+  return result;
+}
+
+Polygon outline(const Tube& s) { return outline(Ellipse{s.diameter, s.diameter}); }
+
+Polygon outline(const ISection& s) {
+  const double x = 0.5 * s.flange_width, y = 0.5 * s.height, w = 0.5 * s.web_thickness;
+  const double z = y - s.flange_thickness;
+  return {{-x, -y}, {x, -y}, {x, -z}, {w, -z}, {w, z},   {x, z},
+          {x, y},   {-x, y}, {-x, z}, {-w, z}, {-w, -z}, {-x, -z}};
+}
+
+Polygon outline(const LSection& s) {
+  const double t = s.thickness;
+  return {{0, 0}, {s.width, 0}, {s.width, t}, {t, t}, {t, s.height}, {0, s.height}};
+}
+
+Polygon outline(const PlusSection& s) {
+  const double x = 0.5 * s.width, y = 0.5 * s.height, t = 0.5 * s.thickness;
+  return {{-x, -t}, {-t, -t}, {-t, -y}, {t, -y}, {t, -t}, {x, -t},
+          {x, t},   {t, t},   {t, y},   {-t, y}, {-t, t}, {-x, t}};
+}
+
+Polygon outline(const Profile& profile) { return profile.oriented().outline; }
+
+SectionProperties properties(const Rectangle& s) {
+  demand_positive("width", s.width);
+  demand_positive("height", s.height);
+  const double area = s.width * s.height;
+  return symmetric(area, area * s.width * s.width / 12, area * s.height * s.height / 12,
+                   rectangle_torsion_constant(s.width, s.height));
+}
+
+SectionProperties properties(const Ellipse& s) {
+  demand_positive("width", s.width);
+  demand_positive("height", s.height);
+  const double a = 0.5 * s.width, b = 0.5 * s.height, area = kPi * a * b;
+  return symmetric(area, area * a * a / 4, area * b * b / 4,
+                   area * a * a * b * b / (a * a + b * b));
+}
+
+SectionProperties properties(const Tube& s) {
+  demand_positive("diameter", s.diameter);
+  const double outer = 0.5 * s.diameter;
+  demand_positive("wall_thickness", s.wall_thickness);
+  if (s.wall_thickness > outer) {
+    throw Error(
+        ErrorCode::kInvalidArgument, "section.wall_thickness",
+        fmt::format("must not be more than diameter / 2 = {}, got {}", outer, s.wall_thickness));
+  }
+  const double inner = outer - s.wall_thickness;
+  // (outer^2 - inner^2) as a product keeps its digits for thin walls.
+  const double area = kPi * s.wall_thickness * (outer + inner);
+  const double second = 0.25 * area * (outer * outer + inner * inner);
+  return symmetric(area, second, second, 2 * second);
+}
+
+SectionProperties properties(const Profile& profile) {
+  profile.validate();
+  const AreaMoments moments = area_moments(profile);
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> principal(moments.second);
+  SectionProperties result;
+  result.area = moments.area;
+  result.second_moment_1 = principal.eigenvalues()[1];
+  result.second_moment_2 = principal.eigenvalues()[0];
+  const double spread = result.second_moment_1 - result.second_moment_2;
+  if (spread > 1e-10 * result.second_moment_1) result.axis_1 = principal.eigenvectors().col(1);
+  if (result.axis_1.x() < 0 || (result.axis_1.x() == 0 && result.axis_1.y() < 0))
+    result.axis_1 = -result.axis_1;
+  result.centroid = moments.centroid;
+  result.torsion_constant = torsion(profile).constant;
+  return result;
+}
+
+SectionProperties properties(const ISection& s) {
+  demand_positive("height", s.height);
+  demand_positive("flange_width", s.flange_width);
+  demand_below("flange_thickness", s.flange_thickness, "height / 2", 0.5 * s.height);
+  demand_below("web_thickness", s.web_thickness, "flange_width", s.flange_width);
+  return properties(Profile{outline(s), {}});
+}
+
+SectionProperties properties(const LSection& s) {
+  demand_positive("width", s.width);
+  demand_positive("height", s.height);
+  demand_below("thickness", s.thickness, "the smaller of width and height",
+               std::min(s.width, s.height));
+  return properties(Profile{outline(s), {}});
+}
+
+SectionProperties properties(const PlusSection& s) {
+  demand_positive("width", s.width);
+  demand_positive("height", s.height);
+  demand_below("thickness", s.thickness, "the smaller of width and height",
+               std::min(s.width, s.height));
+  return properties(Profile{outline(s), {}});
+}
+
+}  // namespace
+
+SectionProperties section_properties(const Section& section) {
+  return std::visit([](const auto& shape) { return properties(shape); }, section);
+}
+
+Polygon section_outline(const Section& section) {
+  return std::visit([](const auto& shape) { return outline(shape); }, section);
+}
+
+void RodMaterial::validate() const {
+  if (!(young_modulus > 0) || !std::isfinite(young_modulus)) {
+    throw Error(ErrorCode::kInvalidArgument, "material.young_modulus",
+                fmt::format("must be positive, got {}", young_modulus));
+  }
+  if (!(poisson_ratio > -1) || !(poisson_ratio <= 0.5)) {
+    throw Error(ErrorCode::kInvalidArgument, "material.poisson_ratio",
+                fmt::format("must be more than -1 and at most 0.5, got {}", poisson_ratio));
+  }
+}
+
+SectionStiffness section_stiffness(const SectionProperties& properties, const RodMaterial& material,
+                                   StiffAxis axis) {
+  material.validate();
+  const double shear = 0.5 * material.young_modulus / (1 + material.poisson_ratio);
+  SectionStiffness result{
+      material.young_modulus * properties.area, material.young_modulus * properties.second_moment_1,
+      material.young_modulus * properties.second_moment_2, shear * properties.torsion_constant};
+  if (axis == StiffAxis::kD2) std::swap(result.bending_1, result.bending_2);
+  return result;
+}
+
+double rectangle_torsion_constant(double width, double height) {
+  const double b = std::max(width, height), t = std::min(width, height);
+  double sum = 0;
+  // (n pi b / 2t) > 20 makes tanh one to rounding; the rest of sum 1/n^5 is known.
+  constexpr double kOddFifths = 1.00452376279513961613;  // 31/32 zeta(5)
+  double ones = 0;
+  for (int n = 1; n * kPi * b / (2 * t) < 20; n += 2) {
+    const double fifth = std::pow(n, -5);
+    sum += fifth * std::tanh(n * kPi * b / (2 * t));
+    ones += fifth;
+  }
+  sum += kOddFifths - ones;
+  return b * t * t * t / 3 * (1 - 192 * t / (std::pow(kPi, 5) * b) * sum);
+}
+
+}  // namespace limber::rods

@@ -1,0 +1,94 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <variant>
+
+#include "engine/rods/section/profile.h"
+
+namespace limber::rods {
+
+// Cross-sections by their dimensions [length], in the plane of axes x and y.
+
+/// width along x, height along y.
+struct Rectangle {
+  double width = 0;
+  double height = 0;
+};
+/// Full axes: width along x, height along y.
+struct Ellipse {
+  double width = 0;
+  double height = 0;
+};
+/// Two flanges along x, a web along y between them.
+struct ISection {
+  double height = 0;  // over all
+  double flange_width = 0;
+  double flange_thickness = 0;  // along y
+  double web_thickness = 0;     // along x
+};
+/// Two legs that share a corner.
+struct LSection {
+  double width = 0;   // over all, along x
+  double height = 0;  // over all, along y
+  double thickness = 0;
+};
+/// Two bars that cross in their middles.
+struct PlusSection {
+  double width = 0;
+  double height = 0;
+  double thickness = 0;
+};
+/// A circular pipe.
+struct Tube {
+  double diameter = 0;  // outside
+  double wall_thickness = 0;
+};
+
+using Section = std::variant<Rectangle, Ellipse, ISection, LSection, PlusSection, Tube, Profile>;
+
+struct SectionProperties {
+  double area = 0;
+  /// Integrals of the squared distances along the principal axes 1 and 2 [length^4]; the first is
+  /// not smaller: bending that moves the rod along axis 1 is the stiffer.
+  double second_moment_1 = 0;
+  double second_moment_2 = 0;
+  Eigen::Vector2d axis_1 = Eigen::Vector2d::UnitX();  // axis 2 is a quarter turn on from it
+  Eigen::Vector2d centroid = Eigen::Vector2d::Zero();
+  double torsion_constant = 0;  // J of Saint-Venant [length^4]
+};
+
+/// @throws Error{kInvalidArgument} naming the dimension ("section.web_thickness"), its value and
+/// what it must be; for profiles as Profile::validate; for any but Rectangle, Ellipse and Tube as
+/// `torsion`
+[[nodiscard]] SectionProperties section_properties(const Section& section);
+
+/// What is seen of a section from outside, counter-clockwise in the axes x and y; 24 corners where
+/// it is round.
+/// @pre the section is one that section_properties takes
+[[nodiscard]] Polygon section_outline(const Section& section);
+
+/// Which principal axis is the director d1 of rods: bending_1 (about d2) is then the stiffer or the
+/// softer of the two.
+enum class StiffAxis { kD1, kD2 };
+
+/// What a rod of this section resists with.
+struct SectionStiffness {
+  double stretching = 0;  // E A [force]
+  double bending_1 = 0;   // E I [force length^2], curvature about d2
+  double bending_2 = 0;   // curvature about d1
+  double torsion = 0;     // G J
+};
+struct RodMaterial {
+  double young_modulus = 0;  // [force / length^2], positive
+  double poisson_ratio = 0;  // in (-1, 0.5]
+  /// @throws Error{kInvalidArgument}
+  void validate() const;
+};
+[[nodiscard]] SectionStiffness section_stiffness(const SectionProperties& properties,
+                                                 const RodMaterial& material,
+                                                 StiffAxis axis = StiffAxis::kD1);
+
+/// Torsion constant of a rectangle by its series, to rounding.
+[[nodiscard]] double rectangle_torsion_constant(double width, double height);
+
+}  // namespace limber::rods

@@ -1,0 +1,221 @@
+#include "engine/rods/section/torsion.h"
+
+#include <fmt/core.h>
+
+#include <cmath>
+
+#include "engine/base/error.h"
+#include "engine/base/parallel.h"
+#include "engine/rods/section/gauss_legendre.h"
+#include "engine/rods/section/gmres.h"
+
+namespace limber::rods {
+
+namespace {
+
+constexpr double kTwoPi = 6.28318530717958647692;
+
+/// A straight edge of the boundary, the section to its left.
+struct Side {
+  Eigen::Vector2d start;
+  Eigen::Vector2d along;   // unit
+  Eigen::Vector2d normal;  // unit, outwards
+  double length;
+  double smallest[2];  // panel lengths at which refinement towards its ends stops
+};
+
+struct Nodes {
+  std::vector<Eigen::Vector2d> point;
+  std::vector<Eigen::Vector2d> normal;
+  std::vector<double> weight;
+};
+
+double distance_between(const Eigen::Vector2d& a, const Eigen::Vector2d& b, const Side& side) {
+  // Panels and sides do not cross: the distance is attained at an end of one of the two.
+  const auto to_segment = [](const Eigen::Vector2d& p, const Eigen::Vector2d& s,
+                             const Eigen::Vector2d& e) {
+    const Eigen::Vector2d d = e - s;
+    return (p - s - std::clamp((p - s).dot(d) / d.squaredNorm(), 0.0, 1.0) * d).norm();
+  };
+  const Eigen::Vector2d end = side.start + side.length * side.along;
+  return std::min({to_segment(a, side.start, end), to_segment(b, side.start, end),
+                   to_segment(side.start, a, b), to_segment(end, a, b)});
+}
+
+/// @param missed  what the panels at a corner, of size h, may miss of J: near an inner angle a, psi
+/// has a part r^(pi/a) times the turn of the outline there, which costs h^(2 pi/a), and a linear
+/// part, h^3
+std::vector<Side> sides_of(const Profile& profile, const AreaMoments& moments, double scale,
+                           double missed) {
+  std::vector<Side> result;
+  std::vector<const Polygon*> polygons{&profile.outline};
+  for (const Polygon& hole : profile.holes) polygons.push_back(&hole);
+  for (const Polygon* polygon : polygons) {
+    const std::size_t first = result.size(), n = polygon->size();
+    for (std::size_t i = 0; i < n; ++i) {
+      const Eigen::Vector2d a = ((*polygon)[i] - moments.centroid) / scale;
+      const Eigen::Vector2d b = ((*polygon)[(i + 1) % n] - moments.centroid) / scale;
+      const double length = (b - a).norm();
+      const Eigen::Vector2d t = (b - a) / length;
+      result.push_back({a, t, {t.y(), -t.x()}, length, {0, 0}});
+    }
+    for (std::size_t i = 0; i < n; ++i) {
+      Side& before = result[first + i];
+      Side& after = result[first + (i + 1) % n];
+      const double turn =
+          std::atan2(before.along.x() * after.along.y() - before.along.y() * after.along.x(),
+                     before.along.dot(after.along));
+      const double power = std::min(kTwoPi / (0.5 * kTwoPi - turn), 3.0);
+      before.smallest[1] = after.smallest[0] =
+          std::pow(missed / std::max(turn * turn, missed), 1 / power);
+    }
+  }
+  return result;
+}
+
+/// Panels no longer than their distance from other sides.
+void add_panels(const std::vector<Side>& sides, std::size_t own, double from, double to,
+                const GaussLegendre& rule, Nodes& nodes) {
+  const Side& side = sides[own];
+  const double length = to - from;
+  const Eigen::Vector2d a = side.start + from * side.along, b = side.start + to * side.along;
+  const double tiny = 1e-13 * side.length;
+  const bool at_end = (from <= tiny && length <= side.smallest[0]) ||
+                      (to >= side.length - tiny && length <= side.smallest[1]);
+  bool close = false;
+  for (std::size_t j = 0; j < sides.size() && !close && !at_end; ++j)
+    close = j != own && distance_between(a, b, sides[j]) < 0.99 * length;
+  // Both ends near a corner: a whole side is never one panel.
+  if (close || length > 0.5 * side.length) {
+    const double middle = 0.5 * (from + to);
+    add_panels(sides, own, from, middle, rule, nodes);
+    add_panels(sides, own, middle, to, rule, nodes);
+    return;
+  }
+  for (std::size_t k = 0; k < rule.points.size(); ++k) {
+    nodes.point.push_back(a + rule.points[k] * length * side.along);
+    nodes.normal.push_back(side.normal);
+    nodes.weight.push_back(rule.weights[k] * length);
+  }
+}
+
+double normal_slope(const Eigen::Vector2d& p, const Eigen::Vector2d& n) {
+  return p.y() * n.x() - p.x() * n.y();
+}
+
+/// Single layer of d psi/d n, which is linear along every side: in closed form.
+double single_layer(const std::vector<Side>& sides, const Eigen::Vector2d& x) {
+  double sum = 0;
+  for (const Side& side : sides) {
+    const Eigen::Vector2d d = x - side.start;
+    const double along = d.dot(side.along), across = std::abs(d.dot(side.normal));
+    const double value = normal_slope(side.start, side.normal);
+    const double slope = normal_slope(side.along, side.normal);
+    const double here = value + slope * along;
+    const auto primitive = [&](double v) {
+      const double r2 = v * v + across * across;
+      if (r2 == 0) return 0.0;
+      const double log = std::log(r2);
+      return here * (0.5 * v * log - v + across * std::atan2(v, across)) +
+             slope * 0.25 * r2 * (log - 1);
+    };
+    sum += primitive(side.length - along) - primitive(-along);
+  }
+  return -sum / kTwoPi;
+}
+
+double perimeter_of(const Profile& profile) {
+  double sum = 0;
+  const auto add = [&](const Polygon& polygon) {
+    for (std::size_t i = 0; i < polygon.size(); ++i)
+      sum += (polygon[(i + 1) % polygon.size()] - polygon[i]).norm();
+  };
+  add(profile.outline);
+  for (const Polygon& hole : profile.holes) add(hole);
+  return sum;
+}
+
+struct Solved {
+  double product = 0;  // boundary integral of psi d psi/d n
+  int unknowns = 0;
+};
+
+Solved solve(const std::vector<Side>& sides, int order) {
+  const GaussLegendre rule = gauss_legendre(order);
+  Nodes nodes;
+  for (std::size_t i = 0; i < sides.size(); ++i)
+    add_panels(sides, i, 0, sides[i].length, rule, nodes);
+  const auto n = static_cast<Eigen::Index>(nodes.point.size());
+  constexpr Eigen::Index kMostNodes = 8000;  // 512 MB of matrix
+  if (n > kMostNodes) {
+    throw Error(ErrorCode::kLimitExceeded, "section.outline",
+                fmt::format("the torsion problem of this section needs {} points, more than {}: "
+                            "too many vertices or walls too thin",
+                            n, kMostNodes));
+  }
+  // sum_j k_ij (psi_j - psi_i) + mean psi = single layer: constants are solutions of the
+  // homogeneous equation, also of this discretisation, and the mean picks one.
+  using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+  RowMajor matrix(n, n);
+  Eigen::VectorXd right(n), slope(n);
+  const Eigen::Map<const Eigen::VectorXd> weight(nodes.weight.data(), n);
+  const double perimeter = weight.sum();
+  parallel_for(n, 64, [&](std::int64_t begin, std::int64_t end) {
+    for (std::int64_t i = begin; i < end; ++i) {
+      const Eigen::Vector2d x = nodes.point[static_cast<std::size_t>(i)];
+      double row = 0;
+      for (std::size_t j = 0; j < nodes.point.size(); ++j) {
+        const Eigen::Vector2d d = nodes.point[j] - x;
+        const double r2 = d.squaredNorm();
+        const double k = r2 > 0 ? -d.dot(nodes.normal[j]) / (kTwoPi * r2) * nodes.weight[j] : 0.0;
+        row += k;
+        matrix(i, static_cast<Eigen::Index>(j)) = k + nodes.weight[j] / perimeter;
+      }
+      matrix(i, i) -= row;
+      right[i] = single_layer(sides, x);
+      slope[i] = normal_slope(x, nodes.normal[static_cast<std::size_t>(i)]);
+    }
+  });
+  const auto product = [&](const Eigen::VectorXd& v) {
+    Eigen::VectorXd result(n);
+    parallel_for(n, 128, [&](std::int64_t begin, std::int64_t end) {
+      result.segment(begin, end - begin).noalias() = matrix.middleRows(begin, end - begin) * v;
+    });
+    return result;
+  };
+  const Eigen::VectorXd psi = gmres(product, right, 1e-14);
+  return {(weight.array() * psi.array() * slope.array()).sum(), static_cast<int>(n)};
+}
+
+}  // namespace
+
+Torsion torsion(const Profile& profile) {
+  profile.validate();
+  const Profile oriented = profile.oriented();
+  const AreaMoments moments = area_moments(oriented);
+  const double polar = moments.second.trace();
+  const double scale = std::sqrt(moments.area);
+  const double unit = std::pow(scale, 4);
+  Torsion result;
+  // Thin sections have a J far below I_p: what corners may miss of it is less there. 16 A / L^2 is
+  // one for a square.
+  const double thinness = 16 * moments.area / std::pow(perimeter_of(oriented), 2);
+  double missed = 1e-9 * thinness * thinness;
+  for (int attempt = 0; attempt < 3; ++attempt, missed *= 1e-3) {
+    const std::vector<Side> sides = sides_of(oriented, moments, scale, missed);
+    const Solved coarse = solve(sides, 5), fine = solve(sides, 7);
+    result.constant = polar - unit * fine.product;
+    result.relative_error =
+        std::abs(fine.product - coarse.product) * unit / std::abs(result.constant);
+    result.unknowns = fine.unknowns;
+    if (result.relative_error < 1e-7) break;
+  }
+  if (!(result.constant > 0) || !(result.relative_error < 1e-6)) {
+    throw Error(ErrorCode::kNumerical, "section.outline",
+                fmt::format("the torsion constant came out as {} with a relative error of {}",
+                            result.constant, result.relative_error));
+  }
+  return result;
+}
+
+}  // namespace limber::rods
