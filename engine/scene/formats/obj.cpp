@@ -1,26 +1,9 @@
 // Wavefront .obj: "v x y z" and "f i j k ...", indices from 1 or negative from the end; all else is
 // passed over.
-#include <charconv>
-
+#include "engine/scene/formats/obj_index.h"
 #include "engine/scene/formats/surface_readers.h"
 
 namespace limber::scene::formats {
-namespace {
-
-/// The vertex index of "7", "7/1", "7//3" or "-1/2/3", from 0.
-std::int64_t vertex_index(std::string_view corner, std::int64_t vertex_count,
-                          const TextCursor& file, std::int64_t line) {
-  std::int64_t index = 0;
-  const auto [stop, error] = std::from_chars(corner.data(), corner.data() + corner.size(), index);
-  const bool whole = stop == corner.data() + corner.size() || *stop == '/';
-  if (error != std::errc() || !whole || index == 0) {
-    file.fail_at(line, "expected a vertex index, found " + in_quotes(corner));
-  }
-  return index > 0 ? index - 1 : vertex_count + index;
-}
-
-}  // namespace
-
 TriangleSurface read_obj(TextCursor& file) {
   file.set_comment('#');
   SurfaceBuilder builder;
@@ -37,7 +20,7 @@ TriangleSurface read_obj(TextCursor& file) {
     } else if (keyword == "f") {
       corners.clear();
       while (file.skip_blanks_in_line()) {
-        corners.push_back(vertex_index(file.word(), builder.vertex_count(), file, line));
+        corners.push_back(obj_vertex_index(file.word(), builder.vertex_count(), file, line));
       }
       if (!builder.add_polygon(corners, line))
         file.fail_at(line, "a face of fewer than three vertices");

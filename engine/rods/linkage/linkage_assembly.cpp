@@ -1,0 +1,152 @@
+#include "engine/rods/linkage/linkage_assembly.h"
+
+#include "engine/base/error.h"
+#include "engine/base/parallel.h"
+#include "engine/rods/linkage/chain_energy.h"
+
+namespace limber::rods {
+namespace {
+
+constexpr std::int64_t kBatchesPerChunk = 8;
+constexpr std::int64_t kJointsPerChunk = 64;
+
+}  // namespace
+
+LinkageAssembly::LinkageAssembly(const LinkageModel& model)
+    : model_(model), ends_(static_cast<std::size_t>(model.chains()->joints())) {
+  const ChainBatches& chains = *model.chains();
+  first_number_.push_back(0);
+  for (const ChainBatch& batch : chains.batches())
+    first_number_.push_back(first_number_.back() + static_cast<std::size_t>(batch.numbers()));
+  numbers_.resize(first_number_.back());
+  energies_.resize(3 * chains.batches().size());
+  end_gradients_.resize(2 * chains.chains().size());
+  for (std::size_t c = 0; c < chains.chains().size(); ++c) {
+    for (const End end : {kStart, kFinish}) {
+      const int joint = model.graph().segments[c].joints[end];
+      if (joint >= 0) ends_[joint].push_back(2 * static_cast<int>(c) + end);
+    }
+  }
+}
+
+RodEnergies LinkageAssembly::energies(const LinkageState& state) {
+  parallel_for(static_cast<std::int64_t>(model_.chains()->batches().size()), kBatchesPerChunk,
+               [&](std::int64_t begin, std::int64_t end) {
+                 for (std::int64_t i = begin; i < end; ++i) {
+                   const int b = static_cast<int>(i);
+                   detail::evaluate_chains(model_.chains()->batches()[b], state.slots(model_, b),
+                                           model_.slot_parameters(b), model_.stiffness(),
+                                           model_.form(), {energies_of(b)});
+                 }
+               });
+  return total();
+}
+
+RodEnergies LinkageAssembly::gradient(const LinkageState& state,
+                                      Eigen::Ref<Eigen::VectorXd> gradient) {
+  LIMBER_DEMAND(gradient.size() == model_.chains()->size());
+  parallel_for(static_cast<std::int64_t>(model_.chains()->batches().size()), kBatchesPerChunk,
+               [&](std::int64_t begin, std::int64_t end) {
+                 for (std::int64_t i = begin; i < end; ++i) {
+                   const int b = static_cast<int>(i);
+                   detail::evaluate_chains(model_.chains()->batches()[b], state.slots(model_, b),
+                                           model_.slot_parameters(b), model_.stiffness(),
+                                           model_.form(),
+                                           {energies_of(b), numbers_[first_number_[b]].values});
+                   collect(b, gradient);
+                 }
+               });
+  finish_joints(state, gradient, nullptr);
+  return total();
+}
+
+RodEnergies LinkageAssembly::hessian(const LinkageState& state,
+                                     Eigen::Ref<Eigen::VectorXd> gradient,
+                                     CondensedMatrix& hessian) {
+  LIMBER_DEMAND(gradient.size() == model_.chains()->size());
+  LIMBER_DEMAND(hessian.shared_structure() == model_.chains());
+  parallel_for(static_cast<std::int64_t>(model_.chains()->batches().size()), kBatchesPerChunk,
+               [&](std::int64_t begin, std::int64_t end) {
+                 for (std::int64_t i = begin; i < end; ++i) {
+                   const int b = static_cast<int>(i);
+                   detail::evaluate_chains(
+                       model_.chains()->batches()[b], state.slots(model_, b),
+                       model_.slot_parameters(b), model_.stiffness(), model_.form(),
+                       {energies_of(b), numbers_[first_number_[b]].values, hessian.band(b)});
+                   collect(b, gradient);
+                 }
+               });
+  finish_joints(state, gradient, &hessian);
+  return total();
+}
+
+/// Gradients of a batch to the chains' unknowns and to the ends' lists.
+void LinkageAssembly::collect(int b, Eigen::Ref<Eigen::VectorXd> gradient) {
+  const ChainBatch& batch = model_.chains()->batches()[b];
+  const double* const numbers = numbers_[first_number_[b]].values;
+  for (int lane = 0; lane < kChainLanes; ++lane) {
+    const int chain = batch.chains[lane];
+    if (chain < 0) continue;
+    double* const own = gradient.data() + model_.chains()->chain_begin(chain);
+    for (int k = batch.begin(); k < batch.end(); ++k)
+      own[k - batch.begin()] = numbers[k * kChainLanes + lane];
+    for (const End end : {kStart, kFinish}) {
+      const int first = end == kStart ? 0 : batch.numbers() - kTerminalNumbers;
+      for (int k = 0; k < kTerminalNumbers; ++k)
+        end_gradients_[2 * chain + end][k] = numbers[(first + k) * kChainLanes + lane];
+    }
+  }
+}
+
+void LinkageAssembly::finish_joints(const LinkageState& state, Eigen::Ref<Eigen::VectorXd> gradient,
+                                    CondensedMatrix* hessian) {
+  const ChainBatches& chains = *model_.chains();
+  const auto finish = [&](int joint) {
+    using Block = Eigen::Matrix<double, kJointUnknowns, kJointUnknowns>;
+    Eigen::Matrix<double, kJointUnknowns, 1> sum = Eigen::Matrix<double, kJointUnknowns, 1>::Zero();
+    Block curvature = Block::Zero();
+    for (const int index : ends_[joint]) {
+      const Segment& segment = model_.graph().segments[index / 2];
+      const int end = index % 2;
+      const auto source =
+          terminal_edge_source(state.joints()[joint], segment.rods[end], segment.signs[end]);
+      const TerminalJacobian<double> jacobian = terminal_jacobian(source);
+      sum += jacobian.transpose() * end_gradients_[index];
+      if (hessian == nullptr) continue;
+      hessian->set_terminal(index / 2, end, jacobian);
+      curvature += terminal_curvature(source, end_gradients_[index]);
+    }
+    gradient.segment<kJointUnknowns>(chains.joint_begin(joint)) = sum;
+    if (hessian != nullptr) Eigen::Map<Block>(hessian->joint(joint)) = curvature;
+  };
+  parallel_for(chains.joints(), kJointsPerChunk, [&](std::int64_t begin, std::int64_t end) {
+    for (std::int64_t j = begin; j < end; ++j) finish(static_cast<int>(j));
+  });
+}
+
+RodEnergies LinkageAssembly::total() const {
+  RodEnergies sum;
+  const std::vector<ChainBatch>& batches = model_.chains()->batches();
+  for (std::size_t b = 0; b < batches.size(); ++b) {
+    for (int lane = 0; lane < kChainLanes; ++lane) {
+      if (batches[b].chains[lane] < 0) continue;
+      sum.stretching += energies_[3 * b].values[lane];
+      sum.bending += energies_[3 * b + 1].values[lane];
+      sum.twisting += energies_[3 * b + 2].values[lane];
+    }
+  }
+  return sum;
+}
+
+Eigen::VectorXd LinkageAssembly::segment_energies() const {
+  Eigen::VectorXd result(static_cast<Eigen::Index>(model_.chains()->chains().size()));
+  for (Eigen::Index s = 0; s < result.size(); ++s) {
+    const ChainBatches::Place place = model_.chains()->place(static_cast<int>(s));
+    result[s] = 0;
+    for (int part = 0; part < 3; ++part)
+      result[s] += energies_of(place.batch)[part * kChainLanes + place.lane];
+  }
+  return result;
+}
+
+}  // namespace limber::rods

@@ -1,0 +1,68 @@
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "engine/rods/linkage/linkage_graph.h"
+#include "engine/rods/linkage/reduced_variables.h"
+#include "engine/rods/linkage/rest_lengths.h"
+#include "engine/rods/rod/length_weights.h"
+#include "engine/rods/solver/chain_batches.h"
+#include "engine/rods/solver/lanes.h"
+
+namespace limber::rods {
+
+/// What every rod of a linkage resists with; joints resist nothing.
+struct RodStiffness {
+  double stretching = 1;  // E A [force]
+  double bending_1 = 1;   // lambda_1 [force length^2]: curvature about the joint normals
+  double bending_2 = 1;   // lambda_2: curvature about the other axis of the section
+  double torsion = 1;     // G J [force length^2]
+
+  /// @throws Error{kInvalidArgument} naming the stiffness: it must be positive and finite
+  void validate() const;
+};
+
+/// A linkage without its shape: who is connected with whom, and what it takes to deform it. Rods
+/// are straight and without twist at rest.
+class LinkageModel {
+ public:
+  /// @throws Error as RodStiffness::validate, ReducedVariables and distribute_rest_lengths
+  LinkageModel(LinkageGraph graph, int edges_per_segment, const RodStiffness& stiffness,
+               BendingForm form = BendingForm::kMaterialFrames);
+
+  [[nodiscard]] const LinkageGraph& graph() const { return graph_; }
+  [[nodiscard]] const ReducedVariables& variables() const { return variables_; }
+  [[nodiscard]] const std::shared_ptr<const ChainBatches>& chains() const { return chains_; }
+  [[nodiscard]] const RestLengths& rest_lengths() const { return rest_; }
+  [[nodiscard]] const RodStiffness& stiffness() const { return stiffness_; }
+  [[nodiscard]] BendingForm form() const { return form_; }
+
+  /// New rest lengths of segments, see distribute_rest_lengths.
+  void set_segment_lengths(const Eigen::Ref<const Eigen::VectorXd>& lengths);
+
+  /// Slots of a batch in arrays by slot: one for each vertex and the edge after it.
+  [[nodiscard]] std::size_t first_slot(int batch) const { return first_slot_[batch]; }
+  [[nodiscard]] std::size_t slots() const { return first_slot_.back(); }
+
+  /// By slot, for kernels: rest length of the edge, and its stretching stiffness with the share of
+  /// it that is this segment's.
+  enum Field { kRestLength, kStretching, kFields };
+  [[nodiscard]] const double* slot_parameters(int batch) const {
+    return parameters_[first_slot_[batch] * kFields].values;
+  }
+
+ private:
+  void fill_parameters();
+
+  LinkageGraph graph_;
+  ReducedVariables variables_;
+  std::shared_ptr<const ChainBatches> chains_;
+  RestLengths rest_;
+  RodStiffness stiffness_;
+  BendingForm form_;
+  std::vector<std::size_t> first_slot_;
+  std::vector<detail::LaneCell> parameters_;
+};
+
+}  // namespace limber::rods

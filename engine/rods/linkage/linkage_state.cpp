@@ -1,0 +1,271 @@
+#include "engine/rods/linkage/linkage_state.h"
+
+#include <Eigen/Geometry>
+#include <cmath>
+
+#include "engine/base/error.h"
+#include "engine/base/parallel.h"
+#include "engine/rods/linkage/chain_lane.h"
+#include "engine/rods/rod/vertex_element.h"
+
+namespace limber::rods {
+namespace {
+
+using detail::ChainLane;
+using detail::load_lane;
+using detail::load_lanes3;
+using detail::store_lane;
+using detail::store_lanes3;
+
+constexpr std::int64_t kBatchesPerChunk = 16;
+constexpr std::ptrdiff_t kFields = LinkageState::kFields;
+constexpr std::ptrdiff_t kSlotStride = kFields * kChainLanes;
+
+/// A field of three numbers of one lane.
+void write3(double* slots, int slot, int field, int lane, const Eigen::Vector3d& v) {
+  for (int axis = 0; axis < 3; ++axis)
+    slots[slot * kSlotStride + (field + axis) * kChainLanes + lane] = v[axis];
+}
+Eigen::Vector3d read3(const double* slots, int slot, int field, int lane) {
+  const double* const first = slots + slot * kSlotStride + field * kChainLanes + lane;
+  return {first[0], first[kChainLanes], first[2 * kChainLanes]};
+}
+
+/// Places a segment's terminal edge.
+void write_terminal(double* slots, int first_slot, int lane, const JointState<double>& joint,
+                    Rod rod, int sign) {
+  const Eigen::Vector3d tangent = joint.tangent(rod) * sign;
+  const Eigen::Vector3d half = tangent * (joint.lengths[rod] / 2);
+  write3(slots, first_slot, LinkageState::kPosition, lane, joint.position - half);
+  write3(slots, first_slot + 1, LinkageState::kPosition, lane, joint.position + half);
+  write3(slots, first_slot, LinkageState::kDirector, lane, joint.normal.cross(tangent));
+}
+
+MaterialFrame<ChainLane> frame_at(const double* slots, int edge) {
+  const double* const own = slots + edge * kSlotStride;
+  const Vec3<ChainLane> e = load_lanes3(own + kSlotStride) - load_lanes3(own);
+  const ChainLane length = norm(e);
+  const Vec3<ChainLane> tangent = (1.0 / length) * e;
+  const Vec3<ChainLane> d1 = load_lanes3(own + LinkageState::kDirector * kChainLanes);
+  return {tangent, length, d1, cross(tangent, d1), {}};
+}
+
+/// Interior vertices of a drawn segment, one lane: straight, and the twist between its ends spread
+/// by length.
+class Drawing {
+ public:
+  Drawing(double* slots, const ChainBatch& batch, int lane)
+      : slots_(slots), batch_(batch), lane_(lane) {}
+
+  void straighten(const Eigen::Vector3d& start, const Eigen::Vector3d& finish) {
+    const int first = batch_.has_start ? 1 : 0;
+    const int last = batch_.edges - (batch_.has_finish ? 1 : 0);
+    const Eigen::Vector3d from = batch_.has_start ? position(1) : start;
+    const Eigen::Vector3d to = batch_.has_finish ? position(last) : finish;
+    for (int i = first; i <= last; ++i) {
+      const double t = static_cast<double>(i - first) / (last - first);
+      write3(slots_, i, LinkageState::kPosition, lane_, from + t * (to - from));
+    }
+  }
+
+  void spread_twist() {
+    const int edges = batch_.edges;
+    const Eigen::Vector3d given = director(edges - 1);
+    std::vector<Eigen::Vector3d> carried;
+    Eigen::Vector3d current = batch_.has_start ? director(0) : tangent(0).unitOrthogonal();
+    std::vector<double> lengths = {0};
+    for (int e = 0; e < edges; ++e) {
+      if (e > 0) {
+        current = Eigen::Quaterniond::FromTwoVectors(tangent(e - 1), tangent(e)) * current;
+        lengths.push_back(lengths.back() + (length(e - 1) + length(e)) / 2);
+      }
+      carried.push_back(current);
+    }
+    double turn = 0;
+    if (batch_.has_finish) {
+      turn = std::atan2(tangent(edges - 1).dot(current.cross(given)), current.dot(given));
+    }
+    const double total = edges > 1 ? lengths.back() : 1;
+    for (int e = 0; e < edges; ++e) {
+      const double share = batch_.has_start ? lengths[e] / total : 1;
+      write3(slots_, e, LinkageState::kDirector, lane_,
+             Eigen::AngleAxisd(turn * share, tangent(e)) * carried[e]);
+      const double own =
+          e == 0 || !batch_.has_start ? 0 : turn * (lengths[e] - lengths[e - 1]) / total;
+      slots_[e * kSlotStride + LinkageState::kTwist * kChainLanes + lane_] = own;
+    }
+  }
+
+ private:
+  Eigen::Vector3d position(int i) const { return read3(slots_, i, LinkageState::kPosition, lane_); }
+  Eigen::Vector3d director(int e) const { return read3(slots_, e, LinkageState::kDirector, lane_); }
+  double length(int e) const { return (position(e + 1) - position(e)).norm(); }
+  Eigen::Vector3d tangent(int e) const { return (position(e + 1) - position(e)).normalized(); }
+
+  double* slots_;
+  const ChainBatch& batch_;
+  int lane_;
+};
+
+/// Twists in the branch next to what is there.
+void settle_twists(double* slots, int edges) {
+  for (int i = 1; i < edges; ++i) {
+    double* const cell = slots + i * kSlotStride + LinkageState::kTwist * kChainLanes;
+    store_lane(cell, material_twist(frame_at(slots, i - 1), frame_at(slots, i), load_lane(cell)));
+  }
+}
+
+/// An empty lane holds a straight rod, so that nothing in it is NaN.
+void fill_empty_lane(double* slots, int edges, int lane) {
+  for (int i = 0; i <= edges; ++i) {
+    write3(slots, i, LinkageState::kPosition, lane, i * Eigen::Vector3d::UnitX());
+    write3(slots, i, LinkageState::kDirector, lane, Eigen::Vector3d::UnitY());
+  }
+}
+
+/// Moves the vertices and edges of one lane that are no joint's; angles go to `turns`.
+void move_chain(double* slots, const ChainBatch& batch, int lane, const double* increment,
+                double* turns) {
+  const int begin = batch.begin();
+  for (int number = begin; number < batch.end(); ++number) {
+    const double change = increment[number - begin];
+    if (number % 4 == 3) {
+      turns[number / 4 * kChainLanes + lane] = change;
+    } else {
+      slots[number / 4 * kSlotStride + number % 4 * kChainLanes + lane] += change;
+    }
+  }
+}
+
+/// Frames of the edges that are no joint's, from the slots before to those after; twists become
+/// those that the angles alone would make.
+void transport_frames(const ChainBatch& batch, const double* before, const double* turns,
+                      double* after) {
+  const int last = batch.edges - (batch.has_finish ? 1 : 0);
+  for (int e = batch.has_start ? 1 : 0; e < last; ++e) {
+    const MaterialFrame<ChainLane> old = frame_at(before, e);
+    double* const slot = after + e * kSlotStride;
+    const auto frame = material_frame(load_lanes3(slot), load_lanes3(slot + kSlotStride),
+                                      load_lane(turns + e * kChainLanes), old.tangent, old.d1);
+    // Orthonormal to rounding however often the frame has moved.
+    const Vec3<ChainLane> across = frame.d1 - dot(frame.d1, frame.tangent) * frame.tangent;
+    store_lanes3(slot + LinkageState::kDirector * kChainLanes, (1.0 / norm(across)) * across);
+  }
+  for (int i = 1; i < batch.edges; ++i) {
+    double* const cell = after + i * kSlotStride + LinkageState::kTwist * kChainLanes;
+    store_lane(cell, load_lane(cell) + load_lane(turns + i * kChainLanes) -
+                         load_lane(turns + (i - 1) * kChainLanes));
+  }
+}
+
+}  // namespace
+
+LinkageState::LinkageState(const LinkageModel& model) : cells_(model.slots() * kFields) {
+  const LinkageGraph& graph = model.graph();
+  const RestLengths& rest = model.rest_lengths();
+  for (std::size_t j = 0; j < graph.joints.size(); ++j) {
+    const Joint& joint = graph.joints[j];
+    joints_.push_back({joint.position,
+                       joint.normal,
+                       joint.bisector,
+                       joint.opening_angle,
+                       {rest.terminal(kRodA, static_cast<Eigen::Index>(j)),
+                        rest.terminal(kRodB, static_cast<Eigen::Index>(j))}});
+  }
+  for (int b = 0; b < static_cast<int>(model.chains()->batches().size()); ++b) {
+    const ChainBatch& batch = model.chains()->batches()[b];
+    double* const own = slots(model, b);
+    for (int lane = 0; lane < kChainLanes; ++lane) {
+      if (batch.chains[lane] < 0) {
+        fill_empty_lane(own, batch.edges, lane);
+        continue;
+      }
+      const Segment& segment = graph.segments[batch.chains[lane]];
+      for (const End end : {kStart, kFinish}) {
+        if (segment.joints[end] < 0) continue;
+        write_terminal(own, end == kStart ? 0 : batch.edges - 1, lane, joints_[segment.joints[end]],
+                       segment.rods[end], segment.signs[end]);
+      }
+      Drawing drawing(own, batch, lane);
+      drawing.straighten(segment.points[kStart], segment.points[kFinish]);
+      drawing.spread_twist();
+    }
+    settle_twists(own, batch.edges);
+  }
+}
+
+LinkageState LinkageState::moved(const LinkageModel& model,
+                                 const Eigen::Ref<const Eigen::VectorXd>& increment) const {
+  const ChainBatches& chains = *model.chains();
+  LIMBER_DEMAND(increment.size() == chains.size());
+  LinkageState result = *this;
+  for (int j = 0; j < chains.joints(); ++j) {
+    result.joints_[j] =
+        advanced(joints_[j], increment.segment<kJointUnknowns>(chains.joint_begin(j)));
+  }
+  parallel_for(static_cast<std::int64_t>(chains.batches().size()), kBatchesPerChunk,
+               [&](std::int64_t begin, std::int64_t end) {
+                 std::vector<double> turns;
+                 for (std::int64_t b = begin; b < end; ++b) {
+                   const int batch = static_cast<int>(b);
+                   double* const own = result.slots(model, batch);
+                   result.place_batch(model, batch, joints_, increment, turns);
+                   transport_frames(chains.batches()[batch], slots(model, batch), turns.data(),
+                                    own);
+                   settle_twists(own, chains.batches()[batch].edges);
+                 }
+               });
+  return result;
+}
+
+void LinkageState::place_batch(const LinkageModel& model, int index,
+                               const std::vector<JointState<double>>& before,
+                               const Eigen::Ref<const Eigen::VectorXd>& increment,
+                               std::vector<double>& turns) {
+  const ChainBatches& chains = *model.chains();
+  const ChainBatch& batch = chains.batches()[index];
+  double* const own = slots(model, index);
+  turns.assign(static_cast<std::size_t>(batch.edges) * kChainLanes, 0.0);
+  for (int lane = 0; lane < kChainLanes; ++lane) {
+    const int chain = batch.chains[lane];
+    if (chain < 0) continue;
+    move_chain(own, batch, lane, increment.data() + chains.chain_begin(chain), turns.data());
+    const Segment& segment = model.graph().segments[chain];
+    for (const End end : {kStart, kFinish}) {
+      const int joint = segment.joints[end];
+      if (joint < 0) continue;
+      const int edge = end == kStart ? 0 : batch.edges - 1;
+      const Rod rod = segment.rods[end];
+      write_terminal(own, edge, lane, joints_[joint], rod, segment.signs[end]);
+      const JointIncrement<double> change =
+          increment.segment<kJointUnknowns>(chains.joint_begin(joint));
+      turns[edge * kChainLanes + lane] =
+          terminal_edge(terminal_edge_source(before[joint], rod, segment.signs[end]), change).turn;
+    }
+  }
+}
+
+double LinkageState::value(const LinkageModel& model, int segment, int slot, int field) const {
+  const ChainBatches::Place place = model.chains()->place(segment);
+  return slots(model, place.batch)[slot * kSlotStride + field * kChainLanes + place.lane];
+}
+
+Eigen::Vector3d LinkageState::vertex(const LinkageModel& model, int segment, int index) const {
+  return {value(model, segment, index, kPosition), value(model, segment, index, kPosition + 1),
+          value(model, segment, index, kPosition + 2)};
+}
+Eigen::Vector3d LinkageState::director(const LinkageModel& model, int segment, int edge) const {
+  return {value(model, segment, edge, kDirector), value(model, segment, edge, kDirector + 1),
+          value(model, segment, edge, kDirector + 2)};
+}
+double LinkageState::twist(const LinkageModel& model, int segment, int vertex) const {
+  return value(model, segment, vertex, kTwist);
+}
+
+double LinkageState::mean_opening_angle() const {
+  double sum = 0;
+  for (const JointState<double>& joint : joints_) sum += joint.opening_angle;
+  return sum / static_cast<double>(joints_.size());
+}
+
+}  // namespace limber::rods

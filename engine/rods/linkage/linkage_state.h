@@ -1,0 +1,54 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "engine/rods/linkage/linkage_model.h"
+#include "engine/rods/linkage/terminal_edge.h"
+
+namespace limber::rods {
+
+/// A shape of a linkage: joints, vertices and material frames, and the twist at every vertex in its
+/// branch. The reduced unknowns count from here: a state is its own source, so that rotations,
+/// opening angles and edge angles are always zero in it and never meet a singularity; moving by an
+/// increment makes a new state.
+class LinkageState {
+ public:
+  /// The shape as drawn: joints as in the graph, terminal edges of their rest length, segments
+  /// straight between them, twist spread evenly between the frames of their ends.
+  explicit LinkageState(const LinkageModel& model);
+
+  /// The shape after an increment of the reduced unknowns, |rotations| <= pi. Frames of edges move
+  /// by the smallest rotation to the new tangent, then turn by their angle (finite transport).
+  [[nodiscard]] LinkageState moved(const LinkageModel& model,
+                                   const Eigen::Ref<const Eigen::VectorXd>& increment) const;
+
+  [[nodiscard]] const std::vector<JointState<double>>& joints() const { return joints_; }
+  [[nodiscard]] Eigen::Vector3d vertex(const LinkageModel& model, int segment, int index) const;
+  /// d_1 of an edge, unit; d_2 = t x d_1.
+  [[nodiscard]] Eigen::Vector3d director(const LinkageModel& model, int segment, int edge) const;
+  /// From the frame before an interior vertex to the one after it [rad].
+  [[nodiscard]] double twist(const LinkageModel& model, int segment, int vertex) const;
+  [[nodiscard]] double mean_opening_angle() const;
+
+  /// By slot, for kernels.
+  enum Field { kPosition = 0, kDirector = 3, kTwist = 6, kFields = 7 };
+  [[nodiscard]] const double* slots(const LinkageModel& model, int batch) const {
+    return cells_[model.first_slot(batch) * kFields].values;
+  }
+
+ private:
+  /// Vertices of a batch after an increment, joints being moved already; turns of its edges.
+  void place_batch(const LinkageModel& model, int index,
+                   const std::vector<JointState<double>>& before,
+                   const Eigen::Ref<const Eigen::VectorXd>& increment, std::vector<double>& turns);
+  [[nodiscard]] double* slots(const LinkageModel& model, int batch) {
+    return cells_[model.first_slot(batch) * kFields].values;
+  }
+  [[nodiscard]] double value(const LinkageModel& model, int segment, int slot, int field) const;
+
+  std::vector<JointState<double>> joints_;
+  std::vector<detail::LaneCell> cells_;
+};
+
+}  // namespace limber::rods

@@ -1,0 +1,58 @@
+#include "engine/rods/solver/bordered_solver.h"
+
+#include <Eigen/Eigenvalues>
+
+#include "engine/base/error.h"
+
+namespace limber::rods {
+namespace {
+
+// Eigenvalues of the small system below this share of the largest are rounding noise.
+constexpr double kDependent = 1e-13;
+
+}  // namespace
+
+BorderedSolver::BorderedSolver(CondensedSolver& solver,
+                               const Eigen::Ref<const Eigen::MatrixXd>& rows,
+                               const Eigen::Ref<const Eigen::VectorXd>& compliance)
+    : solver_(solver), rows_(rows), answers_(rows.transpose()) {
+  LIMBER_DEMAND(rows.cols() == solver.size() && compliance.size() == rows.rows());
+  for (Eigen::Index k = 0; k < answers_.cols(); ++k) solver_.solve_in_place(answers_.col(k));
+  negative_ = solver_.pivots().negative;
+  if (rows.rows() == 0) return;
+  Eigen::MatrixXd small = rows_ * answers_;
+  small.diagonal() += compliance;
+  small = (0.5 * (small + small.transpose())).eval();
+  // Rows of different units: an angle, a position, a mean over hundreds of angles.
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(small);
+  values_ = eigen.eigenvalues();
+  vectors_ = eigen.eigenvectors();
+  const double largest = values_.cwiseAbs().maxCoeff();
+  int turned = 0;
+  for (const double value : values_) {
+    if (!(std::abs(value) > kDependent * largest)) {
+      throw Error(ErrorCode::kNumerical, "rows",
+                  "the rows depend on each other: their forces are not determined");
+    }
+    turned += value < 0 ? 1 : 0;
+  }
+  // Eigenvalues of the whole: those of H and of -(C + A H^-1 A^T); of them k negative ones belong
+  // to the rows.
+  negative_ -= turned;
+}
+
+bool BorderedSolver::positive_definite() const {
+  return negative_ == 0 && solver_.pivots().vanishing == 0;
+}
+
+void BorderedSolver::solve_in_place(Eigen::Ref<Eigen::VectorXd> b,
+                                    Eigen::Ref<Eigen::VectorXd> c) const {
+  LIMBER_DEMAND(b.size() == rows_.cols() && c.size() == rows_.rows());
+  solver_.solve_in_place(b);
+  if (rows_.rows() == 0) return;
+  const Eigen::VectorXd gap = rows_ * b - c;
+  c = vectors_ * (vectors_.transpose() * gap).cwiseQuotient(values_);
+  b -= answers_ * c;
+}
+
+}  // namespace limber::rods

@@ -1,0 +1,53 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <memory>
+#include <vector>
+
+#include "engine/base/numerics/pivot_count.h"
+#include "engine/rods/solver/chain_batches.h"
+#include "engine/rods/solver/condensed_matrix.h"
+
+namespace limber::rods {
+
+/// Direct solver for Hessians of linkages: every chain is condensed onto the joints at its ends,
+/// four chains at a time, then the joints' system of 9 x 9 blocks is factored by BlockLdlt.
+///
+/// Everything that depends on the structure only is done once; factor() and solves allocate
+/// nothing. L D L^T without exchanges: an indefinite matrix is factored too and its inertia told.
+/// Results do not depend on the number of threads.
+class CondensedSolver {
+ public:
+  explicit CondensedSolver(std::shared_ptr<const ChainBatches> structure);
+  ~CondensedSolver();
+  CondensedSolver(CondensedSolver&&) noexcept;
+  CondensedSolver& operator=(CondensedSolver&&) noexcept;
+
+  [[nodiscard]] int size() const;
+
+  /// Unknowns that stay as they are: their rows and columns become those of the identity, so that a
+  /// solution there is the right-hand side. Replaces the former ones; takes effect with factor().
+  /// @throws Error{kOutOfRange} for an unknown that is not there
+  void set_pinned(const std::vector<int>& unknowns);
+
+  /// What a shift of 1 adds to each diagonal entry, e.g. masses; size() numbers >= 0. At first 1.
+  /// @throws Error{kInvalidArgument} for a wrong size or a negative or not finite number
+  void set_shift_weights(const Eigen::Ref<const Eigen::VectorXd>& weights);
+
+  /// Factors H + shift diag(weights).
+  /// @pre the matrix has this solver's structure
+  /// @returns signs of all pivots, those of pinned unknowns counted as positive
+  PivotCount factor(const CondensedMatrix& matrix, double shift = 0);
+
+  /// x <- (H + shift diag(weights))^-1 x with the last factor. Not from several threads at once.
+  void solve_in_place(Eigen::Ref<Eigen::VectorXd> x);
+
+  /// Of the last factor.
+  [[nodiscard]] const PivotCount& pivots() const;
+
+ private:
+  class Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace limber::rods

@@ -1,0 +1,24 @@
+#pragma once
+
+#include <charconv>
+#include <cstdint>
+#include <string_view>
+
+#include "engine/scene/formats/text_cursor.h"
+
+namespace limber::scene::formats {
+
+/// The vertex index of "7", "7/1", "7//3" or "-1/2/3" in a Wavefront .obj, from 0; not yet checked
+/// against the number of vertices.
+inline std::int64_t obj_vertex_index(std::string_view corner, std::int64_t vertex_count,
+                                     const TextCursor& file, std::int64_t line) {
+  std::int64_t index = 0;
+  const auto [stop, error] = std::from_chars(corner.data(), corner.data() + corner.size(), index);
+  const bool whole = stop == corner.data() + corner.size() || *stop == '/';
+  if (error != std::errc() || !whole || index == 0) {
+    file.fail_at(line, "expected a vertex index, found " + in_quotes(corner));
+  }
+  return index > 0 ? index - 1 : vertex_count + index;
+}
+
+}  // namespace limber::scene::formats
