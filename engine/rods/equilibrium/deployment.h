@@ -1,0 +1,85 @@
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "engine/rods/equilibrium/linkage_equilibrium.h"
+
+namespace limber::rods {
+
+struct DeploymentOptions {
+  /// Shares of the way, in (0, 1]: the first step, and the range that later ones stay in. Steps
+  /// halve where the equilibrium moves unlike its prediction, and grow back where it is easy.
+  double first_step = 0.02;
+  double largest_step = 0.02;
+  double smallest_step = 0.0005;
+  /// EquilibriumOptions::tolerance of all steps but the last, in (0, 1).
+  double step_tolerance = 1e-4;
+  /// A step that ends this far [rad] from where it was predicted has jumped, > 0.
+  double jump_turn = 0.5;
+  /// Newton steps that a step may take before a shorter one is tried, > 0.
+  int patience = 30;
+  EquilibriumOptions last;  // for the end of the way, and for steps that cannot be shortened
+
+  /// @throws Error{kInvalidArgument} naming the member
+  void validate() const;
+};
+
+enum class BranchEvent {
+  kNone,
+  kBranching,  // the branch lost its stability here; the way goes on on a stable one beside it
+  kJump,       // the branch ended (a limit point) or was lost; this is another one
+};
+
+struct DeploymentStep {
+  double progress = 0;            // share of the way, 0 .. 1
+  double mean_opening_angle = 0;  // [rad]
+  double energy = 0;              // elastic
+  int iterations = 0;
+  /// Unstable directions met while this step was looked for.
+  int negative_eigenvalues = 0;
+  double prediction_error = 0;  // [rad]; 0 for steps that had no prediction
+  BranchEvent event = BranchEvent::kNone;
+};
+
+enum class DeploymentStatus { kReached, kStopped, kCancelled };
+
+struct DeploymentReport {
+  DeploymentStatus status = DeploymentStatus::kReached;
+  int steps = 0;
+  int steps_shortened = 0;  // tries given up for a shorter step
+  int steps_failed = 0;     // accepted although their equilibrium was not found
+  int iterations = 0;       // Newton steps of all tries
+  int corrections = 0;
+  int factorizations = 0;
+  int jumps = 0;
+  std::vector<DeploymentStep> path;
+  EquilibriumReport end;
+  std::string message;
+};
+
+using StepCallback = std::function<void(const DeploymentStep& step, const LinkageState& state)>;
+
+/// Leads a linkage from its present shape to other conditions, one equilibrium after the other.
+///
+/// Opening angles, single ones and the mean, and pins with a position go from where they are to
+/// where `to` wants them; springs, loads and weight fade from those of `from` to those of `to`; all
+/// else is as in `to`. Where the present shape is no equilibrium the first step brings it to one.
+/// Follows one branch: each step starts from an extrapolation of those before, and one that ends
+/// elsewhere is tried again with half its length; a branch that ends is left, which the report
+/// says. Backwards is the same with other conditions.
+///
+/// @param state  becomes the last equilibrium reached
+/// @throws Error as Conditions::validate and DeploymentOptions::validate
+DeploymentReport deploy(LinkageEquilibrium& equilibrium, LinkageState& state,
+                        const Conditions& from, const Conditions& to,
+                        const DeploymentOptions& options = {}, const JobContext& context = {},
+                        const StepCallback& on_step = {});
+
+/// The same without springs and loads at the beginning.
+DeploymentReport deploy(LinkageEquilibrium& equilibrium, LinkageState& state, const Conditions& to,
+                        const DeploymentOptions& options = {}, const JobContext& context = {},
+                        const StepCallback& on_step = {});
+
+}  // namespace limber::rods

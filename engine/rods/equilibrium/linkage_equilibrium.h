@@ -1,0 +1,100 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "engine/base/job.h"
+#include "engine/rods/equilibrium/conditions.h"
+#include "engine/rods/linkage/linkage_model.h"
+#include "engine/rods/linkage/linkage_state.h"
+#include "engine/rods/rod/rod_state.h"
+
+namespace limber::rods {
+
+struct EquilibriumOptions {
+  int max_iterations = 200;  // Newton steps, > 0
+  /// Unbalanced forces over the forces present, and unbalanced moments over the moments present;
+  /// rounding of stiff rods is allowed for on top. In (0, 1).
+  double tolerance = 1e-8;
+  /// Largest angle of a joint or an edge in one step [rad], in (0, 1.5].
+  double largest_turn = 0.5;
+  /// How often a saddle is left along negative curvature before it is reported, >= 0.
+  int max_escapes = 8;
+
+  /// @throws Error{kInvalidArgument} naming the member
+  void validate() const;
+};
+
+enum class EquilibriumStatus {
+  kConverged,       // a minimum, as far as the last factorisation says
+  kIterationLimit,  // out of steps
+  kStalled,         // no step, however small, lowered the potential
+  kSaddle,          // balanced, but unstable, and no way down was found
+  kUnbalanced,      // loads push a component that nothing holds
+  kCancelled,       // by the caller; the state is the last iterate
+};
+
+struct EquilibriumReport {
+  EquilibriumStatus status = EquilibriumStatus::kIterationLimit;
+  int iterations = 0;   // Newton steps
+  int corrections = 0;  // further solves with a factor at hand
+  int factorizations = 0;
+  int escapes = 0;       // saddles left
+  RodEnergies energies;  // elastic
+  double spring_energy = 0;
+  double load_potential = 0;       // of forces, torques and weight; moments have none
+  double max_gradient_scaled = 0;  // see EquilibriumOptions::tolerance
+  double final_shift = 0;          // of the last factorisation [force/length^2]; 0: none needed
+  /// Directions in which the last factored Hessian is unstable under the conditions.
+  int negative_eigenvalues = 0;
+  /// Moment [force length] on every opening angle that holds the mean at its value.
+  double mean_angle_moment = 0;
+  std::string message;  // what stopped it
+
+  [[nodiscard]] bool converged() const { return status == EquilibriumStatus::kConverged; }
+  [[nodiscard]] double potential() const {
+    return energies.total() + spring_energy + load_potential;
+  }
+};
+
+/// Called after each Newton step with its number, from 1, and the shape.
+using IterateCallback = std::function<void(int iteration, const LinkageState& state)>;
+
+namespace detail {
+struct NewtonWorkspace;
+}
+
+/// Finds equilibria of one linkage, again and again: memory, the symbolic factorisation and the
+/// last shift stay. Not from several threads at once.
+///
+/// Newton's method on the reduced variables (rod linkages, sec. 1.4). Where the Hessian is
+/// indefinite under the constraints, which its factorisation tells, a multiple of the lumped masses
+/// is added; saddles are left along negative curvature. Results do not depend on the number of
+/// threads.
+class LinkageEquilibrium {
+ public:
+  /// @pre the model outlives this; changes of its rest lengths are seen
+  explicit LinkageEquilibrium(const LinkageModel& model);
+  ~LinkageEquilibrium();
+  LinkageEquilibrium(LinkageEquilibrium&&) noexcept;
+  LinkageEquilibrium& operator=(LinkageEquilibrium&&) noexcept;
+
+  [[nodiscard]] const LinkageModel& model() const;
+
+  /// The equilibrium near a state, which becomes it; also where this stops early.
+  /// @throws Error as Conditions::validate and EquilibriumOptions::validate
+  EquilibriumReport solve(LinkageState& state, const Conditions& conditions,
+                          const EquilibriumOptions& options = {}, const JobContext& context = {},
+                          const IterateCallback& on_iterate = {});
+
+  /// Sum of the increments of the last solve, in the reduced unknowns: nearly the way from its
+  /// first state to its last, as a predictor takes it.
+  [[nodiscard]] const Eigen::VectorXd& last_increment() const;
+
+ private:
+  std::unique_ptr<detail::NewtonWorkspace> workspace_;
+};
+
+}  // namespace limber::rods

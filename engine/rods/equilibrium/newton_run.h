@@ -1,0 +1,93 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+
+#include "engine/rods/equilibrium/condition_terms.h"
+#include "engine/rods/equilibrium/holding.h"
+#include "engine/rods/equilibrium/linkage_equilibrium.h"
+#include "engine/rods/equilibrium/unknown_scales.h"
+#include "engine/rods/linkage/linkage_assembly.h"
+#include "engine/rods/solver/bordered_solver.h"
+#include "engine/rods/solver/condensed_solver.h"
+
+namespace limber::rods::detail {
+
+/// What stays from solve to solve.
+struct NewtonWorkspace {
+  explicit NewtonWorkspace(const LinkageModel& linkage);
+
+  const LinkageModel& model;
+  UnknownScales scales;
+  LinkageAssembly assembly;
+  CondensedMatrix matrix;
+  CondensedSolver solver;
+  Eigen::VectorXd gradient;
+  Eigen::VectorXd total_increment;
+  double shift = 0;                        // of the last indefinite Hessian
+  std::optional<BorderedSolver> bordered;  // of the last factorisation that succeeded
+  std::vector<int> fixed;                  // under which it was made
+  Eigen::MatrixXd rows;
+  bool mechanism = false;  // was the last one indefinite by rounding only
+};
+
+/// One search for an equilibrium.
+class NewtonRun {
+ public:
+  NewtonRun(NewtonWorkspace& workspace, const Conditions& conditions,
+            const EquilibriumOptions& options, const LinkageState& start);
+
+  EquilibriumReport run(LinkageState& state, const JobContext& context,
+                        const IterateCallback& on_iterate);
+
+ private:
+  struct Step {
+    Eigen::VectorXd x;
+    bool prescribed;  // moves towards what pins and constraints ask for
+    double slope;     // of the potential along it
+  };
+
+  void evaluate(const LinkageState& state);
+  void assemble(const LinkageState& state);
+  [[nodiscard]] std::vector<int> fixed() const;
+  [[nodiscard]] double potential(const LinkageState& state) const;
+  [[nodiscard]] double rounding() const;
+  [[nodiscard]] bool balanced() const;
+
+  bool factor(double shift);
+  void border();
+  void factor_positive(double least);
+  [[nodiscard]] Step newton_step(const LinkageState& state);
+  [[nodiscard]] Step step_with_factor(const LinkageState& state) const;
+  bool chords(LinkageState& state);
+  void solve(Eigen::VectorXd& right_side, const Eigen::VectorXd& rows) const;
+
+  void limit(const LinkageState& state, Step& step) const;
+  [[nodiscard]] double bound_fraction(const LinkageState& state, const Eigen::VectorXd& x) const;
+  bool take(LinkageState& state, Step step);
+  bool descend(LinkageState& state, const Step& step, double fraction);
+  [[nodiscard]] Eigen::VectorXd acceleration(const LinkageState& state, const Eigen::VectorXd& v);
+  bool certify(const LinkageState& state);
+  bool escape(LinkageState& state);
+  [[nodiscard]] Eigen::VectorXd softest_direction(const LinkageState& state);
+  void accept(LinkageState& state, LinkageState next, const Eigen::VectorXd& x);
+  void set_active_bounds(const LinkageState& state);
+  void finish(EquilibriumStatus status, std::string message);
+
+  NewtonWorkspace& work_;
+  const LinkageModel& model_;
+  const EquilibriumOptions& options_;
+  ConditionTerms terms_;
+  Holding holding_;
+  double shortest_;  // share of rest that a joint's edges keep
+
+  std::vector<int> bounded_;  // lengths that rest on their bound
+  Holding::Gap gap_;
+  double potential_ = 0;
+  double potential_size_ = 0;
+  GradientSize scale_;
+  bool stable_ = false;  // does the last factor say that this is a minimum
+  EquilibriumReport report_;
+};
+
+}  // namespace limber::rods::detail

@@ -1,0 +1,117 @@
+#include "engine/rods/equilibrium/unknown_scales.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace limber::rods::detail {
+namespace {
+
+constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
+
+}  // namespace
+
+UnknownScales::UnknownScales(const LinkageModel& model)
+    : masses_(Eigen::VectorXd::Zero(model.variables().size())),
+      kinds_(static_cast<std::size_t>(model.variables().size()), UnknownKind::kAngle) {
+  const ReducedVariables& variables = model.variables();
+  const LinkageGraph& graph = model.graph();
+  const RodStiffness& stiffness = model.stiffness();
+  const double turning_radius =  // squared, of the section
+      (stiffness.bending_1 + stiffness.bending_2) / stiffness.stretching;
+  double shortest = std::numeric_limits<double>::infinity();
+  int edges = 0;
+  Eigen::Vector3d low = graph.segments[0].points[0];
+  Eigen::Vector3d high = low;
+  for (int s = 0; s < variables.segments(); ++s) {
+    for (const Eigen::Vector3d& point : graph.segments[s].points) {
+      low = low.cwiseMin(point);
+      high = high.cwiseMax(point);
+    }
+    const int begin = variables.chain_begin(s);
+    const double free = model.rest_lengths().free_edge[s];
+    shortest = std::min(shortest, free);
+    for (int i = 0; i <= variables.edges(s); ++i) {
+      const int position = variables.position(s, i);
+      if (position >= 0) {
+        masses_.segment<3>(position).setConstant(free);
+        std::fill_n(kinds_.begin() + position, 3, UnknownKind::kLength);
+      }
+      const int angle = i < variables.edges(s) ? variables.angle(s, i) : -1;
+      if (angle >= begin) masses_[angle] = free * turning_radius;
+    }
+    edges += variables.edges(s);
+    total_length_ += graph.segments[s].length;
+  }
+  for (int j = 0; j < variables.joints(); ++j) {
+    const int begin = variables.joint_begin(j);
+    const auto terminal = model.rest_lengths().terminal.col(j);
+    const double mass = terminal.sum();
+    const double square = terminal.squaredNorm() / 8;
+    masses_.segment<3>(begin + kJointPosition).setConstant(mass);
+    masses_.segment<3>(begin + kJointRotation).setConstant(mass * (square + turning_radius));
+    masses_[begin + kJointAngle] = mass * square / 4;
+    masses_.segment<2>(begin + kJointLengthA).setConstant(mass / 4);
+    for (const int unknown : {0, 1, 2, int{kJointLengthA}, int{kJointLengthB}})
+      kinds_[begin + unknown] = UnknownKind::kLength;
+  }
+  extent_ = (high - low).norm();
+  segment_ = total_length_ / variables.segments();
+  edge_ = total_length_ / edges;
+  stretching_ = stiffness.stretching;
+  bending_ = std::min(stiffness.bending_1, stiffness.bending_2);
+  stiffest_bending_ = std::max(stiffness.bending_1, stiffness.bending_2);
+  softest_ = bending_ / std::pow(extent_, 4);
+  const double farthest = std::max(low.cwiseAbs().maxCoeff(), high.cwiseAbs().maxCoeff());
+  rounding_shift_ = 1e-6 * softest_ + 4 * kEpsilon * stretching_ / (shortest * shortest);
+  force_rounding_ = 16 * kEpsilon * (1 + farthest / shortest) *
+                    (stretching_ + stiffest_bending_ / (shortest * shortest));
+  energy_rounding_ = force_rounding_ * force_rounding_ / stretching_ * total_length_;
+}
+
+GradientSize UnknownScales::size_of(const Eigen::Ref<const Eigen::VectorXd>& gradient) const {
+  GradientSize result;
+  for (Eigen::Index i = 0; i < gradient.size(); ++i) {
+    double& largest = kinds_[i] == UnknownKind::kLength ? result.force : result.moment;
+    const double size = std::abs(gradient[i]);
+    // Not a number must not pass for balance.
+    if (!(size <= largest)) largest = size;
+  }
+  return result;
+}
+
+GradientSize UnknownScales::present(const RodEnergies& energies) const {
+  const double pull = std::sqrt(2 * energies.stretching * stretching_ / total_length_);
+  const double moment =
+      std::sqrt(2 * (energies.bending + energies.twisting) * stiffest_bending_ / total_length_);
+  GradientSize result;
+  result.force = std::max(pull, moment / segment_);
+  result.moment = std::max(moment, pull * edge_);
+  return result;
+}
+
+double UnknownScales::largest_turn(const LinkageModel& model, const LinkageState& state,
+                                   const Eigen::Ref<const Eigen::VectorXd>& step) const {
+  const ReducedVariables& variables = model.variables();
+  double largest = 0;
+  for (int j = 0; j < variables.joints(); ++j) {
+    const int begin = variables.joint_begin(j);
+    largest = std::max({largest, step.segment<3>(begin + kJointRotation).norm(),
+                        std::abs(step[begin + kJointAngle])});
+  }
+  for (int s = 0; s < variables.segments(); ++s) {
+    for (int e = 0; e < variables.edges(s); ++e) {
+      const int angle = variables.angle(s, e);
+      if (angle >= 0) largest = std::max(largest, std::abs(step[angle]) / 2);
+      const int from = variables.position(s, e);
+      const int to = variables.position(s, e + 1);
+      if (from < 0 || to < 0) continue;
+      const Eigen::Vector3d along = state.vertex(model, s, e + 1) - state.vertex(model, s, e);
+      const Eigen::Vector3d change = step.segment<3>(to) - step.segment<3>(from);
+      largest = std::max(largest, along.cross(change).norm() / along.squaredNorm());
+    }
+  }
+  return largest;
+}
+
+}  // namespace limber::rods::detail

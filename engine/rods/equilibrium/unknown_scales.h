@@ -1,0 +1,61 @@
+#pragma once
+
+#include <Eigen/Core>
+
+#include "engine/rods/linkage/linkage_model.h"
+#include "engine/rods/linkage/linkage_state.h"
+#include "engine/rods/rod/rod_state.h"
+
+namespace limber::rods::detail {
+
+/// Whether an unknown is a length (its derivative a force) or an angle (a moment).
+enum class UnknownKind : char { kLength, kAngle };
+
+/// Largest components of a gradient, by kind.
+struct GradientSize {
+  double force = 0;
+  double moment = 0;
+};
+
+/// Measures of a linkage by which forces, moments, eigenvalues and steps are judged, whatever the
+/// units of lengths and stiffnesses.
+class UnknownScales {
+ public:
+  explicit UnknownScales(const LinkageModel& model);
+
+  [[nodiscard]] const Eigen::VectorXd& masses() const { return masses_; }
+  [[nodiscard]] UnknownKind kind(int unknown) const { return kinds_[unknown]; }
+
+  /// What bends at the size of the whole linkage: EI / extent^4 per mass of one per length.
+  [[nodiscard]] double softest_eigenvalue() const { return softest_; }
+  /// Shift below which the signs of eigenvalues are rounding.
+  [[nodiscard]] double rounding_shift() const { return rounding_shift_; }
+  [[nodiscard]] double extent() const { return extent_; }
+  [[nodiscard]] double bending() const { return bending_; }
+  /// Of a gradient's force components by rounding.
+  [[nodiscard]] double force_rounding() const { return force_rounding_; }
+  [[nodiscard]] double moment_rounding() const { return force_rounding_ * edge_; }
+  /// Of the elastic energy near a state without stress.
+  [[nodiscard]] double energy_rounding() const { return energy_rounding_; }
+
+  [[nodiscard]] GradientSize size_of(const Eigen::Ref<const Eigen::VectorXd>& gradient) const;
+  /// Typical force and moment of rods that hold these energies: what a rod of the whole length
+  /// would feel if they were spread evenly.
+  [[nodiscard]] GradientSize present(const RodEnergies& energies) const;
+
+  /// Largest angle that a step turns a joint, opens it by, or turns an edge of a chain by [rad].
+  [[nodiscard]] double largest_turn(const LinkageModel& model, const LinkageState& state,
+                                    const Eigen::Ref<const Eigen::VectorXd>& step) const;
+
+ private:
+  Eigen::VectorXd masses_;
+  std::vector<UnknownKind> kinds_;
+  double total_length_ = 0;
+  double segment_ = 0;  // mean length
+  double edge_ = 0;     // mean length
+  double extent_ = 0;
+  double stretching_ = 0, bending_ = 0, stiffest_bending_ = 0;
+  double softest_ = 0, rounding_shift_ = 0, force_rounding_ = 0, energy_rounding_ = 0;
+};
+
+}  // namespace limber::rods::detail
