@@ -1,0 +1,133 @@
+#include "engine/scene/linkage.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <set>
+
+namespace limber::scene {
+namespace {
+
+constexpr double kPi = 3.14159265358979323846;
+
+class ConditionsValidator {
+ public:
+  ConditionsValidator(const LinkageConditions& conditions, int joints, int segments)
+      : conditions_(conditions), joints_(joints), segments_(segments) {}
+
+  std::vector<Issue> run() {
+    check_pins();
+    check_angles();
+    check_targets();
+    check_loads();
+    if (!conditions_.gravity.allFinite()) error("gravity", "must be finite");
+    return std::move(issues_);
+  }
+
+ private:
+  void error(std::string field, std::string message, ErrorCode code = ErrorCode::kInvalidArgument) {
+    issues_.push_back({Issue::Severity::kError, std::move(field), std::move(message), code});
+  }
+  bool check_joint(const std::string& field, int joint) {
+    if (joint >= 0 && joint < joints_) return true;
+    error(field, fmt::format("joint {} is outside 0 .. {}", joint, joints_ - 1),
+          ErrorCode::kOutOfRange);
+    return false;
+  }
+  void check_angle(const std::string& field, double angle) {
+    if (std::isfinite(angle) && std::abs(angle) < kPi) return;
+    error(field, fmt::format("{:g} rad cannot be reached, must be in (-pi, pi)", angle),
+          ErrorCode::kOutOfRange);
+  }
+
+  void check_pins() {
+    for (std::size_t i = 0; i < conditions_.pins.size(); ++i) {
+      const JointPin& pin = conditions_.pins[i];
+      const std::string field = fmt::format("pins[{}].joint", i);
+      if (!check_joint(field, pin.joint)) continue;
+      if (!pinned_.insert(pin.joint).second)
+        error(field, fmt::format("joint {} is pinned twice", pin.joint));
+      if (pin.held != Held::kMotion) held_angles_.insert(pin.joint);
+      if (!pin.position) continue;
+      const std::string position = fmt::format("pins[{}].position", i);
+      if (pin.held == Held::kAngle) error(position, "only the angle of this joint is held");
+      if (!pin.position->allFinite()) error(position, "must be finite");
+    }
+  }
+
+  void check_angles() {
+    std::set<int> seen;
+    for (std::size_t i = 0; i < conditions_.angles.size(); ++i) {
+      const JointAngle& wanted = conditions_.angles[i];
+      const std::string field = fmt::format("angles[{}]", i);
+      check_angle(field + ".angle", wanted.angle);
+      if (!check_joint(field + ".joint", wanted.joint)) continue;
+      if (!seen.insert(wanted.joint).second)
+        error(field + ".joint", fmt::format("joint {} has two angles", wanted.joint));
+      if (held_angles_.count(wanted.joint) > 0) {
+        error(field + ".joint", fmt::format("the angle of joint {} is pinned: release it, or leave "
+                                            "its angle alone",
+                                            wanted.joint));
+      }
+    }
+    if (!conditions_.mean_angle) return;
+    check_angle("mean_angle", *conditions_.mean_angle);
+    seen.insert(held_angles_.begin(), held_angles_.end());
+    if (joints_ > 0 && static_cast<int>(seen.size()) == joints_)
+      error("mean_angle", "the angles of all joints are given already");
+  }
+
+  void check_targets() {
+    std::set<std::uint64_t> ids;
+    for (std::size_t i = 0; i < conditions_.targets.size(); ++i) {
+      const LinkageTarget& target = conditions_.targets[i];
+      const std::string field = fmt::format("targets[{}]", i);
+      if (target.id != 0 && !ids.insert(target.id).second) {
+        error(field + ".id", fmt::format("the id {} is taken", target.id),
+              ErrorCode::kAlreadyExists);
+      }
+      if ((target.joint >= 0) == (target.segment >= 0)) {
+        error(field, "a joint or a segment is expected, and not both");
+      } else if (target.joint >= 0) {
+        check_joint(field + ".joint", target.joint);
+      } else if (target.segment >= segments_) {
+        error(field + ".segment",
+              fmt::format("segment {} is outside 0 .. {}", target.segment, segments_ - 1),
+              ErrorCode::kOutOfRange);
+      }
+      if (!(target.share >= 0 && target.share <= 1))
+        error(field + ".share", fmt::format("must be in [0, 1], is {:g}", target.share));
+      if (!target.position.allFinite()) error(field + ".position", "must be finite");
+      if (!(target.stiffness > 0) || !std::isfinite(target.stiffness)) {
+        error(field + ".stiffness",
+              fmt::format("must be > 0 and finite, is {:g}", target.stiffness));
+      }
+    }
+  }
+
+  void check_loads() {
+    std::set<int> seen;
+    for (std::size_t i = 0; i < conditions_.loads.size(); ++i) {
+      const JointLoad& load = conditions_.loads[i];
+      const std::string field = fmt::format("loads[{}]", i);
+      if (check_joint(field + ".joint", load.joint) && !seen.insert(load.joint).second)
+        error(field + ".joint", fmt::format("joint {} has two loads", load.joint));
+      if (!load.force.allFinite()) error(field + ".force", "must be finite");
+      if (!load.moment.allFinite()) error(field + ".moment", "must be finite");
+      if (!std::isfinite(load.torque)) error(field + ".torque", "must be finite");
+    }
+  }
+
+  const LinkageConditions& conditions_;
+  const int joints_, segments_;
+  std::set<int> pinned_, held_angles_;
+  std::vector<Issue> issues_;
+};
+
+}  // namespace
+
+std::vector<Issue> validate(const LinkageConditions& conditions, int joints, int segments) {
+  return ConditionsValidator(conditions, joints, segments).run();
+}
+
+}  // namespace limber::scene

@@ -1,0 +1,82 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "engine/rods/linkage/line_mesh.h"
+#include "engine/rods/rod/length_weights.h"
+#include "engine/rods/section/section.h"
+#include "engine/scene/scene.h"
+
+namespace limber::scene {
+
+/// Joints are numbered from 0 in the order of their vertices (of valence 2 to 4), segments as the
+/// edges of the line mesh.
+
+/// What of a joint stays as it is.
+enum class Held { kMotion, kAngle, kMotionAndAngle };
+struct JointPin {
+  int joint = 0;
+  Held held = Held::kMotionAndAngle;
+  /// Where to bring the joint, unless its angle alone is held; nothing: where it is [scene length
+  /// unit].
+  std::optional<Eigen::Vector3d> position = {};
+};
+
+/// An opening angle that a joint is to have.
+struct JointAngle {
+  int joint = 0;
+  double angle = 0;  // [rad], in (-pi, pi)
+};
+
+/// A spring from a point of the linkage to a point in space.
+struct LinkageTarget {
+  std::uint64_t id = 0;                                // 0: to be numbered by the session
+  int joint = -1;                                      // at a joint, or else
+  int segment = -1;                                    // on a segment,
+  double share = 0.5;                                  // at this share of its length, in [0, 1]
+  Eigen::Vector3d position = Eigen::Vector3d::Zero();  // [scene length unit]
+  double stiffness = 0;                                // [N/m], > 0
+};
+
+struct JointLoad {
+  int joint = 0;
+  Eigen::Vector3d force = Eigen::Vector3d::Zero();   // [N]
+  Eigen::Vector3d moment = Eigen::Vector3d::Zero();  // [N m]
+  double torque = 0;                                 // [N m], opens the joint
+};
+
+/// What acts on a linkage; edits change this and nothing else.
+struct LinkageConditions {
+  std::vector<JointPin> pins;
+  std::vector<JointAngle> angles;
+  std::optional<double> mean_angle;  // of all joints [rad], in (-pi, pi)
+  std::vector<LinkageTarget> targets;
+  std::vector<JointLoad> loads;
+  Eigen::Vector3d gravity = Eigen::Vector3d::Zero();  // [m/s^2]
+};
+
+/// A rod linkage: plain values, lengths in `length_unit_in_metres`.
+struct Linkage {
+  std::string name;
+  rods::LineMesh lines;
+  double length_unit_in_metres = 1;
+  double youngs_modulus = 10e9;  // [Pa]
+  double poissons_ratio = 0.3;
+  double density = 600;  // [kg/m^3]
+  rods::Section section = rods::Rectangle{0.02, 0.005};
+  rods::StiffAxis stiff_axis = rods::StiffAxis::kD1;
+  int edges_per_segment = 10;  // >= 3
+  rods::BendingForm bending = rods::BendingForm::kMaterialFrames;
+  LinkageConditions conditions;
+};
+
+/// Everything that is wrong with conditions for so many joints and segments; fields are relative to
+/// them ("pins[2].joint").
+[[nodiscard]] std::vector<Issue> validate(const LinkageConditions& conditions, int joints,
+                                          int segments);
+
+}  // namespace limber::scene

@@ -1,0 +1,201 @@
+#include "engine/session/linkage/linkage_document.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "engine/base/error.h"
+
+namespace limber::session {
+namespace {
+
+using scene::LinkageConditions;
+using scene::LinkageTarget;
+
+/// The last name of a path: "pins[2].joint" is about a joint, "mean_angle" about itself.
+std::string last_name(const std::string& path) {
+  const auto dot = path.rfind('.');
+  return dot == std::string::npos ? path : path.substr(dot + 1);
+}
+
+std::vector<LinkageTarget>::iterator find_target(LinkageConditions& conditions, std::uint64_t id) {
+  const auto found = std::find_if(conditions.targets.begin(), conditions.targets.end(),
+                                  [&](const LinkageTarget& target) { return target.id == id; });
+  if (found == conditions.targets.end())
+    throw Error(ErrorCode::kNotFound, "id", fmt::format("there is no target {}", id));
+  return found;
+}
+
+template <class Item>
+void erase_of_joint(std::vector<Item>& items, int joint) {
+  std::erase_if(items, [&](const Item& item) { return item.joint == joint; });
+}
+
+bool is_nothing(const scene::JointLoad& load) {
+  return load.force.isZero(0) && load.moment.isZero(0) && load.torque == 0;
+}
+
+}  // namespace
+
+void LinkageLimits::validate() const {
+  if (undo_depth < 0)
+    throw Error(ErrorCode::kInvalidArgument, "undo_depth",
+                fmt::format("undo_depth = {}, must be >= 0", undo_depth));
+  if (max_targets < 0)
+    throw Error(ErrorCode::kInvalidArgument, "max_targets",
+                fmt::format("max_targets = {}, must be >= 0", max_targets));
+}
+
+/// One request under way on a copy of the state.
+class LinkageDocument::Request {
+ public:
+  Request(const LinkageDocument& document)
+      : document_(document), state_(document.state_), conditions_(*state_.now) {}
+
+  /// @returns the target the edit touched, 0 if none
+  std::uint64_t apply(const LinkageEdit& edit) {
+    return std::visit([this](const auto& what) { return take(what); }, edit);
+  }
+
+  State finish() {
+    close_step();
+    return std::move(state_);
+  }
+
+ private:
+  std::uint64_t take(const PinJoint& pin) {
+    demand_joint(pin.joint);
+    erase_of_joint(conditions_.pins, pin.joint);
+    if (pin.held) conditions_.pins.push_back({pin.joint, *pin.held, pin.position});
+    return changed();
+  }
+  std::uint64_t take(const SetJointAngle& wanted) {
+    demand_joint(wanted.joint);
+    erase_of_joint(conditions_.angles, wanted.joint);
+    if (wanted.angle) conditions_.angles.push_back({wanted.joint, *wanted.angle});
+    return changed();
+  }
+  std::uint64_t take(const SetMeanAngle& wanted) {
+    conditions_.mean_angle = wanted.angle;
+    return changed();
+  }
+  std::uint64_t take(const AddTarget& add) {
+    if (conditions_.targets.size() >= static_cast<std::size_t>(document_.limits_.max_targets)) {
+      throw Error(ErrorCode::kLimitExceeded, "target",
+                  fmt::format("{} targets are the limit", document_.limits_.max_targets));
+    }
+    LinkageTarget target = add.target;
+    if (target.id == 0) target.id = state_.last_id + 1;
+    state_.last_id = std::max(state_.last_id, target.id);
+    conditions_.targets.push_back(target);
+    return changed(target.id);
+  }
+  std::uint64_t take(const MoveTarget& move) {
+    find_target(conditions_, move.id)->position = move.position;
+    return changed(move.id);
+  }
+  std::uint64_t take(const ReplaceTarget& replace) {
+    *find_target(conditions_, replace.target.id) = replace.target;
+    return changed(replace.target.id);
+  }
+  std::uint64_t take(const RemoveTarget& remove) {
+    conditions_.targets.erase(find_target(conditions_, remove.id));
+    return changed(remove.id);
+  }
+  std::uint64_t take(const SetJointLoad& set) {
+    demand_joint(set.load.joint);
+    erase_of_joint(conditions_.loads, set.load.joint);
+    if (!is_nothing(set.load)) conditions_.loads.push_back(set.load);
+    return changed();
+  }
+  std::uint64_t take(const SetGravity& set) {
+    conditions_.gravity = set.gravity;
+    return changed();
+  }
+  std::uint64_t take(const Undo&) { return step(state_.undo, state_.redo, "undo"); }
+  std::uint64_t take(const Redo&) { return step(state_.redo, state_.undo, "redo"); }
+
+  std::uint64_t step(std::deque<Conditions>& from, std::deque<Conditions>& to, const char* what) {
+    close_step();
+    if (from.empty()) {
+      throw Error(ErrorCode::kFailedPrecondition, "", fmt::format("there is nothing to {}", what));
+    }
+    to.push_back(std::exchange(state_.now, from.back()));
+    from.pop_back();
+    conditions_ = *state_.now;
+    return 0;
+  }
+
+  void demand_joint(int joint) const {
+    if (joint >= 0 && joint < document_.joints_) return;
+    throw Error(ErrorCode::kOutOfRange, "joint",
+                fmt::format("joint {} is outside 0 .. {}", joint, document_.joints_ - 1));
+  }
+
+  /// Refuses what the conditions may not be.
+  std::uint64_t changed(std::uint64_t id = 0) {
+    const auto issues = scene::validate(conditions_, document_.joints_, document_.segments_);
+    if (!issues.empty()) throw Error(issues[0].code, last_name(issues[0].field), issues[0].message);
+    is_open_ = true;
+    return id;
+  }
+
+  void close_step() {
+    if (!std::exchange(is_open_, false)) return;
+    state_.undo.push_back(
+        std::exchange(state_.now, std::make_shared<const LinkageConditions>(conditions_)));
+    while (state_.undo.size() > static_cast<std::size_t>(document_.limits_.undo_depth))
+      state_.undo.pop_front();
+    state_.redo.clear();
+  }
+
+  const LinkageDocument& document_;
+  State state_;
+  LinkageConditions conditions_;
+  bool is_open_ = false;  // edits since the last step
+};
+
+LinkageDocument::LinkageDocument(LinkageConditions conditions, int joints, int segments,
+                                 LinkageLimits limits)
+    : joints_(joints), segments_(segments), limits_(limits) {
+  limits.validate();
+  const auto issues = scene::validate(conditions, joints, segments);
+  if (!issues.empty()) throw Error(issues[0].code, issues[0].field, issues[0].message);
+  if (conditions.targets.size() > static_cast<std::size_t>(limits.max_targets)) {
+    throw Error(
+        ErrorCode::kLimitExceeded, "targets",
+        fmt::format("{} targets, the limit is {}", conditions.targets.size(), limits.max_targets));
+  }
+  for (const LinkageTarget& target : conditions.targets)
+    state_.last_id = std::max(state_.last_id, target.id);
+  for (LinkageTarget& target : conditions.targets)
+    if (target.id == 0) target.id = ++state_.last_id;
+  state_.now = std::make_shared<const LinkageConditions>(std::move(conditions));
+}
+
+EditReceipt LinkageDocument::apply(const std::vector<LinkageEdit>& edits,
+                                   std::optional<Revision> expected) {
+  if (expected && *expected != revision_) {
+    throw Error(ErrorCode::kFailedPrecondition, "expected_revision",
+                fmt::format("the session is at revision {}, not {}", revision_, *expected));
+  }
+  if (edits.empty()) throw Error(ErrorCode::kInvalidArgument, "edits", "there are no edits");
+  Request request(*this);
+  EditReceipt receipt;
+  for (std::size_t i = 0; i < edits.size(); ++i) {
+    try {
+      receipt.constraint_ids.push_back(request.apply(edits[i]));
+    } catch (const Error& error) {
+      const std::string field =
+          fmt::format("edits[{}]{}{}", i, error.field().empty() ? "" : ".", error.field());
+      throw Error(error.code(), field, error.what());
+    }
+  }
+  state_ = request.finish();
+  receipt.revision = ++revision_;
+  receipt.keyframe_ids.assign(edits.size(), 0);
+  return receipt;
+}
+
+}  // namespace limber::session

@@ -1,0 +1,62 @@
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "engine/scene/linkage.h"
+#include "engine/session/edit.h"
+#include "engine/session/linkage/linkage_edit.h"
+
+namespace limber::session {
+
+struct LinkageLimits {
+  int undo_depth = 1000;  // requests that can be undone, >= 0
+  int max_targets = 4096;
+
+  /// @throws Error{kInvalidArgument} naming the member
+  void validate() const;
+};
+
+/// What acts on a linkage, under edits: as Document is for bodies. Not thread-safe, solves nothing.
+///
+/// A request of edits is applied whole or not at all and is one revision and one step of undo. Undo
+/// and redo are edits too: they make new revisions. Inside a request, an Undo or Redo ends the step
+/// begun by the edits before it.
+class LinkageDocument {
+ public:
+  /// @param joints, segments  of the linkage
+  /// @throws Error with a field of the conditions ("targets[3].joint")
+  LinkageDocument(scene::LinkageConditions conditions, int joints, int segments,
+                  LinkageLimits limits = {});
+
+  /// @throws Error with field "edits[i]....": kNotFound, kAlreadyExists, kOutOfRange,
+  /// kInvalidArgument, kLimitExceeded, kFailedPrecondition (nothing to undo);
+  /// Error{kFailedPrecondition, "expected_revision"}; nothing has changed
+  EditReceipt apply(const std::vector<LinkageEdit>& edits, std::optional<Revision> expected);
+
+  [[nodiscard]] Revision revision() const { return revision_; }
+  [[nodiscard]] const std::shared_ptr<const scene::LinkageConditions>& conditions() const {
+    return state_.now;
+  }
+  [[nodiscard]] std::size_t undo_count() const { return state_.undo.size(); }
+  [[nodiscard]] std::size_t redo_count() const { return state_.redo.size(); }
+
+ private:
+  using Conditions = std::shared_ptr<const scene::LinkageConditions>;
+  struct State {
+    Conditions now;
+    std::deque<Conditions> undo, redo;  // newest last
+    std::uint64_t last_id = 0;          // of targets
+  };
+  class Request;
+
+  int joints_, segments_;
+  LinkageLimits limits_;
+  State state_;
+  Revision revision_ = 0;
+};
+
+}  // namespace limber::session

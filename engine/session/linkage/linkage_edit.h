@@ -1,0 +1,53 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <optional>
+#include <variant>
+
+#include "engine/scene/linkage.h"
+#include "engine/session/edit.h"
+
+namespace limber::session {
+
+/// What a client may do to a linkage. Joints and segments are numbered as in scene::Linkage.
+
+struct PinJoint {
+  int joint = 0;
+  std::optional<scene::Held> held;               // nothing: the joint is released
+  std::optional<Eigen::Vector3d> position = {};  // as scene::JointPin has it
+};
+/// An angle that the joint is to have from now on; nothing: it is free to open.
+struct SetJointAngle {
+  int joint = 0;
+  std::optional<double> angle;  // [rad]
+};
+/// The mean opening angle: the linkage is deployed to it, step by step; nothing: it is free.
+struct SetMeanAngle {
+  std::optional<double> angle;  // [rad]
+};
+struct AddTarget {
+  scene::LinkageTarget target;  // id 0: numbered by the session
+};
+struct MoveTarget {
+  std::uint64_t id = 0;
+  Eigen::Vector3d position = Eigen::Vector3d::Zero();  // [scene length unit]
+};
+struct ReplaceTarget {
+  scene::LinkageTarget target;  // id names the one to replace
+};
+struct RemoveTarget {
+  std::uint64_t id = 0;
+};
+/// Replaces what loads the joint; zeros take it away.
+struct SetJointLoad {
+  scene::JointLoad load;
+};
+struct SetGravity {
+  Eigen::Vector3d gravity = Eigen::Vector3d::Zero();  // [m/s^2]
+};
+
+using LinkageEdit = std::variant<PinJoint, SetJointAngle, SetMeanAngle, AddTarget, MoveTarget,
+                                 ReplaceTarget, RemoveTarget, SetJointLoad, SetGravity, Undo, Redo>;
+
+}  // namespace limber::session

@@ -1,0 +1,364 @@
+#include "engine/session/linkage/linkage_session.h"
+
+#include <fmt/format.h>
+
+#include <chrono>
+#include <condition_variable>
+#include <mutex>
+#include <thread>
+#include <utility>
+
+#include "engine/session/linkage/live_linkage.h"
+
+namespace limber::session {
+
+/// Two halves, as Session::Impl has them: what any thread may touch, under mutex_; and live_, which
+/// only the task touches, of which there is at most one at a time.
+class LinkageSession::Impl : public std::enable_shared_from_this<LinkageSession::Impl> {
+ public:
+  Impl(std::string id, scene::Linkage linkage, LinkageLimits limits, Executor executor,
+       std::shared_ptr<LinkageListener> listener)
+      : id_(std::move(id)),
+        linkage_(std::move(linkage)),
+        executor_(std::move(executor)),
+        listener_(std::move(listener)),
+        document_(opened(linkage_, limits)),
+        edited_at_(Clock::now()) {
+    if (!executor_)
+      throw Error(ErrorCode::kInvalidArgument, "executor", "a session needs an executor");
+  }
+
+  void post(std::unique_lock<std::mutex> lock) {
+    if (posted_ || running_ || closed_) return;
+    posted_ = true;
+    lock.unlock();
+    try {
+      executor_([self = shared_from_this()] { self->run(); });
+    } catch (...) {  // what was accepted waits for the next call
+      const std::lock_guard again(mutex_);
+      posted_ = false;
+      throw;
+    }
+  }
+
+  void open() {
+    std::unique_lock lock(mutex_);
+    work_ = true;
+    post(std::move(lock));
+  }
+
+  EditReceipt edit(const std::vector<LinkageEdit>& edits, std::optional<Revision> expected) {
+    std::unique_lock lock(mutex_);
+    if (closed_) throw Error(ErrorCode::kFailedPrecondition, "", "the session is closed");
+    if (state_ == State::kFailed) {
+      throw Error(ErrorCode::kFailedPrecondition, "",
+                  fmt::format("the session has no model: {}", message_));
+    }
+    EditReceipt receipt = document_.apply(edits, expected);
+    edited_at_ = Clock::now();
+    work_ = true;
+    cancelled_ = false;
+    round_.request();
+    post(std::move(lock));
+    return receipt;
+  }
+
+  void cancel() {
+    const std::lock_guard lock(mutex_);
+    if (!posted_ && !running_) return;
+    cancelled_ = true;
+    round_.request();
+  }
+
+  void shut(bool tell) {
+    std::unique_lock lock(mutex_);
+    closed_ = true;
+    state_ = State::kClosed;
+    say_closed_ = say_closed_ || tell;
+    round_.request();
+    if (running_ && worker_ == std::this_thread::get_id()) return;
+    idle_.wait(lock, [&] { return !running_; });
+    say_farewell(lock);
+  }
+
+  template <class Read>
+  [[nodiscard]] auto read(const Read& get) const {
+    const std::lock_guard lock(mutex_);
+    return get(*this);
+  }
+
+ private:
+  friend class LinkageSession;
+  using Clock = std::chrono::steady_clock;
+  static constexpr std::chrono::milliseconds kPublishInterval{8};
+
+  struct Round {
+    Revision revision = 0;
+    std::shared_ptr<const scene::LinkageConditions> conditions;
+    Clock::time_point edited_at;
+    Cancellation cancellation;
+    [[nodiscard]] double since_edit_ms() const {
+      return std::chrono::duration<double, std::milli>(Clock::now() - edited_at).count();
+    }
+  };
+
+  /// Of a graph of its own: joints and segments must be known before the model is built.
+  static LinkageDocument opened(const scene::Linkage& linkage, LinkageLimits limits) {
+    if (linkage.lines.edge_count() == 0)
+      throw Error(ErrorCode::kInvalidArgument, "lines", "there are no edges");
+    rods::LinkageGraph graph;
+    try {
+      graph = rods::build_linkage_graph(linkage.lines);
+    } catch (const Error& error) {
+      throw Error(error.code(), "lines." + error.field(), error.what());
+    }
+    try {
+      return {linkage.conditions, static_cast<int>(graph.joints.size()),
+              static_cast<int>(graph.segments.size()), limits};
+    } catch (const Error& error) {
+      throw Error(error.code(), "conditions." + error.field(), error.what());
+    }
+  }
+
+  template <class Call>
+  void tell(const Call& call) noexcept {
+    if (!listener_) return;
+    try {
+      call(*listener_);
+    } catch (...) {  // a listener that throws does not take the session with it
+    }
+  }
+
+  void say_farewell(std::unique_lock<std::mutex>& lock) {
+    if (!closed_ || !say_closed_ || std::exchange(closed_said_, true)) return;
+    lock.unlock();
+    tell([](LinkageListener& listener) { listener.on_state(State::kClosed, ""); });
+    lock.lock();
+  }
+
+  void run() {
+    {
+      const std::lock_guard lock(mutex_);
+      posted_ = false;
+      if (closed_ || running_) return;
+      running_ = true;
+      worker_ = std::this_thread::get_id();
+    }
+    if (live_ || build()) {
+      while (const std::optional<Round> round = next_round()) solve(*round);
+      return;
+    }
+    finish(std::unique_lock(mutex_));
+  }
+
+  void finish(std::unique_lock<std::mutex> lock) {
+    say_farewell(lock);
+    running_ = false;
+    worker_ = {};
+    idle_.notify_all();
+  }
+
+  bool build() {
+    std::string message;
+    try {
+      tell([](LinkageListener& listener) { listener.on_progress({"linkage", 0}); });
+      live_ = std::make_unique<LiveLinkage>(linkage_);
+      auto geometry = std::make_shared<const LinkageGeometry>(describe());
+      bool open = false;
+      {
+        const std::lock_guard lock(mutex_);
+        geometry_ = std::move(geometry);
+        shape_ = std::make_shared<const LinkageShape>(live_->shape());
+        open = !closed_;
+        if (open) state_ = State::kReady;
+      }
+      if (open) tell([](LinkageListener& listener) { listener.on_state(State::kReady, ""); });
+      return true;
+    } catch (const Error& error) {
+      message =
+          error.field().empty() ? error.what() : fmt::format("{}: {}", error.field(), error.what());
+    } catch (const std::exception& error) {
+      message = error.what();
+    }
+    live_.reset();
+    bool open = false;
+    {
+      const std::lock_guard lock(mutex_);
+      open = !closed_;
+      if (open) {
+        state_ = State::kFailed;
+        message_ = message;
+      }
+    }
+    if (open) tell([&](LinkageListener& listener) { listener.on_state(State::kFailed, message); });
+    return false;
+  }
+
+  [[nodiscard]] LinkageGeometry describe() const {
+    const rods::LinkageModel& model = live_->model();
+    const LinkageShape& shape = live_->shape();
+    LinkageGeometry geometry;
+    geometry.coordinates = shape.size();
+    geometry.outline = shape.outline();
+    geometry.surface = shape.triangles();
+    geometry.surface_nodes = shape.surface_nodes();
+    const auto& segments = model.graph().segments;
+    geometry.joints_of_segment.resize(2, static_cast<Eigen::Index>(segments.size()));
+    for (std::size_t s = 0; s < segments.size(); ++s) {
+      geometry.edges.push_back(model.variables().edges(static_cast<int>(s)));
+      geometry.joints_of_segment.col(static_cast<Eigen::Index>(s)) << segments[s].joints[0],
+          segments[s].joints[1];
+    }
+    for (const auto& joint : model.graph().joints) geometry.vertex_of_joint.push_back(joint.vertex);
+    return geometry;
+  }
+
+  /// Nothing to do: the task ends, in the same breath.
+  std::optional<Round> next_round() {
+    std::unique_lock lock(mutex_);
+    if (closed_ || !work_) {
+      finish(std::move(lock));
+      return std::nullopt;
+    }
+    work_ = false;
+    round_ = Cancellation();
+    if (cancelled_) round_.request();
+    return Round{document_.revision(), document_.conditions(), edited_at_, round_};
+  }
+
+  void solve(const Round& round) {
+    published_at_ = Clock::now();
+    LiveLinkage::Outcome outcome;
+    try {
+      outcome = live_->solve(*round.conditions, JobContext{round.cancellation, {}},
+                             [&] { publish_iterate(round); });
+    } catch (const std::exception& error) {
+      live_->restore();
+      outcome.report.status = rods::EquilibriumStatus::kStalled;
+      outcome.report.message = error.what();
+    }
+    const bool interrupted = read([](const Impl& impl) { return impl.work_ || impl.closed_; });
+    const bool cancelled = outcome.report.status == rods::EquilibriumStatus::kCancelled;
+    if (cancelled && interrupted) return;  // a newer revision goes on from this iterate
+    if (cancelled) live_->restore();
+    auto result = std::make_shared<LinkageResult>();
+    result->converged = true;
+    result->solve_failed = !outcome.reached && !cancelled;
+    result->report = outcome.report;
+    result->steps = static_cast<int>(outcome.path.size());
+    result->frames = outcome.reached ? columns(outcome.path) : columns({shape_now()});
+    hand_out(std::move(result), round);
+  }
+
+  void publish_iterate(const Round& round) {
+    const auto now = Clock::now();
+    if (now - published_at_ < kPublishInterval) return;
+    published_at_ = now;
+    auto result = std::make_shared<LinkageResult>();
+    result->frames = columns({shape_now()});
+    hand_out(std::move(result), round);
+  }
+
+  [[nodiscard]] Eigen::VectorXf shape_now() const {
+    return live_->shape().coordinates(live_->model(), live_->state());
+  }
+
+  static std::shared_ptr<const Eigen::MatrixXf> columns(const std::vector<Eigen::VectorXf>& path) {
+    auto frames = std::make_shared<Eigen::MatrixXf>(path.empty() ? 0 : path[0].size(),
+                                                    static_cast<Eigen::Index>(path.size()));
+    for (std::size_t i = 0; i < path.size(); ++i)
+      frames->col(static_cast<Eigen::Index>(i)) = path[i];
+    return frames;
+  }
+
+  void hand_out(std::shared_ptr<LinkageResult> result, const Round& round) {
+    result->revision = round.revision;
+    result->mean_angle = live_->state().mean_opening_angle();
+    result->since_edit_ms = round.since_edit_ms();
+    std::shared_ptr<const LinkageResult> older, older_final;  // freed without the lock
+    {
+      const std::lock_guard lock(mutex_);
+      if (closed_) return;
+      result->sequence = ++sequence_;
+      older = std::exchange(newest_, result);
+      if (result->converged) older_final = std::exchange(final_, result);
+    }
+    tell([&](LinkageListener& listener) { listener.on_result(result); });
+  }
+
+  const std::string id_;
+  const scene::Linkage linkage_;
+  const Executor executor_;
+  const std::shared_ptr<LinkageListener> listener_;
+
+  mutable std::mutex mutex_;
+  std::condition_variable idle_;  // running_ has become false
+  LinkageDocument document_;
+  Clock::time_point edited_at_;
+  bool work_ = false, cancelled_ = false;
+  bool posted_ = false, running_ = false;
+  bool closed_ = false, say_closed_ = false, closed_said_ = false;
+  std::thread::id worker_;
+  State state_ = State::kBuilding;
+  std::string message_;
+  Cancellation round_;  // of the solve under way
+  std::uint64_t sequence_ = 0;
+  std::shared_ptr<const LinkageResult> newest_, final_;
+  std::shared_ptr<const LinkageGeometry> geometry_;
+  std::shared_ptr<const LinkageShape> shape_;
+
+  std::unique_ptr<LiveLinkage> live_;  // the task's
+  Clock::time_point published_at_;     // the task's
+};
+
+LinkageSession::LinkageSession(std::string id, scene::Linkage linkage, LinkageLimits limits,
+                               Executor executor, std::shared_ptr<LinkageListener> listener)
+    : impl_(std::make_shared<Impl>(std::move(id), std::move(linkage), limits, std::move(executor),
+                                   std::move(listener))) {
+  impl_->open();
+}
+LinkageSession::~LinkageSession() { impl_->shut(false); }
+
+const std::string& LinkageSession::id() const { return impl_->id_; }
+State LinkageSession::state() const {
+  return impl_->read([](const Impl& impl) { return impl.state_; });
+}
+std::string LinkageSession::state_message() const {
+  return impl_->read([](const Impl& impl) { return impl.message_; });
+}
+Revision LinkageSession::revision() const {
+  return impl_->read([](const Impl& impl) { return impl.document_.revision(); });
+}
+scene::Linkage LinkageSession::linkage() const {
+  scene::Linkage linkage = impl_->linkage_;
+  linkage.conditions = *conditions();
+  return linkage;
+}
+std::shared_ptr<const scene::LinkageConditions> LinkageSession::conditions() const {
+  return impl_->read([](const Impl& impl) { return impl.document_.conditions(); });
+}
+EditReceipt LinkageSession::edit(const std::vector<LinkageEdit>& edits,
+                                 std::optional<Revision> expected) {
+  return impl_->edit(edits, expected);
+}
+void LinkageSession::cancel() { impl_->cancel(); }
+void LinkageSession::close() { impl_->shut(true); }
+std::shared_ptr<const LinkageResult> LinkageSession::newest_result() const {
+  return impl_->read([](const Impl& impl) { return impl.newest_; });
+}
+std::shared_ptr<const LinkageResult> LinkageSession::final_result() const {
+  return impl_->read([](const Impl& impl) { return impl.final_; });
+}
+std::shared_ptr<const LinkageGeometry> LinkageSession::geometry() const {
+  return impl_->read([](const Impl& impl) { return impl.geometry_; });
+}
+Eigen::VectorXf LinkageSession::surface(
+    const Eigen::Ref<const Eigen::VectorXf>& coordinates) const {
+  const auto shape = impl_->read([](const Impl& impl) { return impl.shape_; });
+  if (!shape) throw Error(ErrorCode::kFailedPrecondition, "", "the linkage is not built yet");
+  if (coordinates.size() != shape->size())
+    throw Error(ErrorCode::kInvalidArgument, "coordinates", "of another linkage");
+  return shape->surface(coordinates);
+}
+
+}  // namespace limber::session

@@ -1,0 +1,91 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "engine/rods/equilibrium/linkage_equilibrium.h"
+#include "engine/scene/linkage.h"
+#include "engine/session/linkage/linkage_document.h"
+#include "engine/session/session.h"
+
+namespace limber::session {
+
+/// One published shape of a linkage: immutable, shared between threads.
+struct LinkageResult {
+  Revision revision = 0;       // every edit up to and including this one is in it
+  std::uint64_t sequence = 0;  // counts published results of the session from 1, no gaps
+  bool converged = false;      // final for this revision, whatever the report's status says
+  /// What was asked for has no equilibrium that could be found: the shape is the last one that was.
+  bool solve_failed = false;
+  rods::EquilibriumReport report;  // forces [N], lengths in the scene's unit
+  double mean_angle = 0;           // [rad]
+  int steps = 0;                   // equilibria on the way, of a final result
+  /// Coordinates (see LinkageShape), a column a shape: of a final result, the equilibria on the way
+  /// to it; else the shape of the iterate. The last column is the shape.
+  std::shared_ptr<const Eigen::MatrixXf> frames;
+  double since_edit_ms = 0;  // from the newest edit contained to publication
+};
+
+/// As Listener is of bodies.
+class LinkageListener {
+ public:
+  virtual ~LinkageListener() = default;
+  virtual void on_progress(const Progress& progress) = 0;  // while building
+  virtual void on_state(State state, const std::string& message) = 0;
+  virtual void on_result(const std::shared_ptr<const LinkageResult>& result) = 0;
+};
+
+/// What stays the same for all shapes of a session.
+struct LinkageGeometry {
+  int coordinates = 0;                            // of one shape
+  std::vector<int> edges;                         // of each segment
+  Eigen::Matrix2Xi joints_of_segment;             // 2 x segments, -1: a free end
+  std::vector<int> vertex_of_joint;               // of the line mesh
+  std::vector<Eigen::Vector2d> outline;           // of the section, on (d_1, d_2)
+  Eigen::Matrix<int, 3, Eigen::Dynamic> surface;  // triangles of the swept surface
+  int surface_nodes = 0;
+};
+
+/// A rod linkage, what acts on it, its edits in order, and its newest shape; finds equilibrium
+/// again whenever an edit arrives. The same contract as Session: thread-safe, edits are numbered at
+/// once and solved later, a refused edit leaves everything as it was.
+class LinkageSession {
+ public:
+  /// Validates the conditions (throws Error) and starts building on the executor.
+  LinkageSession(std::string id, scene::Linkage linkage, LinkageLimits limits, Executor executor,
+                 std::shared_ptr<LinkageListener> listener);
+  ~LinkageSession();  // cancels and waits for the running task
+
+  [[nodiscard]] const std::string& id() const;
+  [[nodiscard]] State state() const;
+  [[nodiscard]] std::string state_message() const;
+  [[nodiscard]] Revision revision() const;       // newest accepted
+  [[nodiscard]] scene::Linkage linkage() const;  // as edited up to revision()
+  [[nodiscard]] std::shared_ptr<const scene::LinkageConditions> conditions() const;
+
+  /// As Session::edit.
+  EditReceipt edit(const std::vector<LinkageEdit>& edits, std::optional<Revision> expected = {});
+  /// Stops a running solve: a final result with status kCancelled, which holds the last
+  /// equilibrium.
+  void cancel();
+  /// Refuses everything from now on, cancels, tells the listener kClosed, and returns when no task
+  /// runs any more (called by the listener itself, at once).
+  void close();
+
+  [[nodiscard]] std::shared_ptr<const LinkageResult> newest_result()
+      const;  // null before the first
+  [[nodiscard]] std::shared_ptr<const LinkageResult> final_result() const;
+  [[nodiscard]] std::shared_ptr<const LinkageGeometry> geometry() const;  // null while building
+  /// The swept surface of a shape (coordinates), 3 surface nodes [scene length unit].
+  [[nodiscard]] Eigen::VectorXf surface(const Eigen::Ref<const Eigen::VectorXf>& coordinates) const;
+
+ private:
+  class Impl;
+  std::shared_ptr<Impl> impl_;
+};
+
+}  // namespace limber::session

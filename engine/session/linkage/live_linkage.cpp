@@ -1,0 +1,113 @@
+#include "engine/session/linkage/live_linkage.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace limber::session {
+namespace {
+
+using rods::EquilibriumReport;
+using rods::EquilibriumStatus;
+
+/// What one solve is trusted with: farther, the linkage might find itself on another branch.
+constexpr double kFarAngle = 2 * 3.14159265358979323846 / 180;  // [rad]
+constexpr double kFarShare = 0.01;                              // of the linkage's extent
+
+double extent_of(const rods::LinkageGraph& graph) {
+  Eigen::Vector3d low = graph.segments[0].points[0], high = low;
+  for (const auto& segment : graph.segments) {
+    for (const Eigen::Vector3d& point : segment.points) {
+      low = low.cwiseMin(point);
+      high = high.cwiseMax(point);
+    }
+  }
+  return (high - low).maxCoeff();
+}
+
+}  // namespace
+
+LiveLinkage::LiveLinkage(const scene::Linkage& linkage)
+    : mapped_(map_linkage(linkage)),
+      shape_(mapped_.model, linkage),
+      length_unit_(linkage.length_unit_in_metres),
+      extent_(extent_of(mapped_.model.graph())),
+      equilibrium_(mapped_.model),
+      state_(mapped_.model),
+      good_(state_) {}
+
+/// The share of the way to these conditions that one solve may take, in (0, 1].
+double LiveLinkage::share_of_step(const rods::Conditions& wanted) const {
+  double steps = 1;
+  const auto note_angle = [&](double from, double to) {
+    steps = std::max(steps, std::abs(to - from) / kFarAngle);
+  };
+  if (wanted.mean_opening_angle)
+    note_angle(state_.mean_opening_angle(), *wanted.mean_opening_angle);
+  for (const auto& setting : wanted.angles) {
+    note_angle(state_.joints()[static_cast<std::size_t>(setting.joint)].opening_angle,
+               setting.angle);
+  }
+  for (const auto& pin : wanted.pins) {
+    if (!pin.position) continue;
+    const auto& joint = state_.joints()[static_cast<std::size_t>(pin.joint)];
+    steps = std::max(steps, (*pin.position - joint.position).norm() / (kFarShare * extent_));
+  }
+  return 1 / steps;
+}
+
+/// Step by step.
+void LiveLinkage::lead(const rods::Conditions& wanted, double step, const JobContext& job,
+                       const OnIterate& on_iterate, Outcome& outcome) {
+  rods::DeploymentOptions options;
+  options.first_step = options.largest_step = std::min(step, 0.25);
+  options.smallest_step = options.first_step / 64;
+  const rods::DeploymentReport report =
+      rods::deploy(equilibrium_, state_, held_, wanted, options, job,
+                   [&](const rods::DeploymentStep&, const rods::LinkageState& state) {
+                     outcome.path.push_back(shape_.coordinates(mapped_.model, state));
+                     on_iterate();
+                   });
+  EquilibriumReport& sum = outcome.report;
+  const int iterations = sum.iterations, corrections = sum.corrections;
+  const int factorizations = sum.factorizations;
+  sum = report.end;
+  sum.iterations = iterations + report.iterations;
+  sum.corrections = corrections + report.corrections;
+  sum.factorizations = factorizations + report.factorizations;
+  if (!report.message.empty()) sum.message = report.message;
+  outcome.jumps = report.jumps;
+  outcome.reached = report.status == rods::DeploymentStatus::kReached && report.end.converged();
+  if (report.status == rods::DeploymentStatus::kCancelled)
+    sum.status = EquilibriumStatus::kCancelled;
+}
+
+LiveLinkage::Outcome LiveLinkage::solve(const scene::LinkageConditions& conditions,
+                                        const JobContext& job, const OnIterate& on_iterate) {
+  const rods::Conditions wanted = map_conditions(conditions, length_unit_, mapped_.mass_per_length);
+  Outcome outcome;
+  const double step = share_of_step(wanted);
+  if (step >= 1) {
+    outcome.report =
+        equilibrium_.solve(state_, wanted, {}, job, [&](int, const rods::LinkageState& state) {
+          iterate_ = &state;
+          on_iterate();
+          iterate_ = nullptr;
+        });
+    outcome.reached = outcome.report.converged();
+    if (outcome.reached) outcome.path.push_back(shape_.coordinates(mapped_.model, state_));
+  }
+  const bool cancelled = outcome.report.status == EquilibriumStatus::kCancelled;
+  if (!outcome.reached && !cancelled) {
+    if (step >= 1) restore();  // once more, from where it was and slowly
+    lead(wanted, step, job, on_iterate, outcome);
+  }
+  if (outcome.reached) {
+    good_ = state_;
+    held_ = wanted;
+  } else if (outcome.report.status != EquilibriumStatus::kCancelled) {
+    restore();
+  }
+  return outcome;
+}
+
+}  // namespace limber::session

@@ -1,0 +1,57 @@
+#pragma once
+
+#include <functional>
+#include <vector>
+
+#include "engine/base/job.h"
+#include "engine/rods/equilibrium/deployment.h"
+#include "engine/session/linkage/linkage_mapping.h"
+#include "engine/session/linkage/linkage_shape.h"
+
+namespace limber::session {
+
+/// A linkage that is kept in equilibrium: what the task of a session works with. Driven by one
+/// thread.
+class LiveLinkage {
+ public:
+  /// @throws Error as map_linkage, with a field of the scene
+  explicit LiveLinkage(const scene::Linkage& linkage);
+
+  [[nodiscard]] const rods::LinkageModel& model() const { return mapped_.model; }
+  [[nodiscard]] const LinkageShape& shape() const { return shape_; }
+  /// The shape now: of the last iterate.
+  [[nodiscard]] const rods::LinkageState& state() const { return iterate_ ? *iterate_ : state_; }
+
+  struct Outcome {
+    bool reached = false;            // an equilibrium under these conditions
+    rods::EquilibriumReport report;  // of the last solve; counts are sums
+    int jumps = 0;                   // to other branches, on the way
+    std::vector<Eigen::VectorXf>
+        path;  // coordinates of the equilibria on the way, the last included
+  };
+  /// Called now and then with a shape on the way: no equilibrium yet.
+  using OnIterate = std::function<void()>;
+
+  /// The equilibrium under these conditions, followed from the shape there is: angles and pins that
+  /// have far to go are taken there step by step (rods::deploy). Where it is not reached, the shape
+  /// is the last equilibrium on the way; cancelled, the last iterate.
+  Outcome solve(const scene::LinkageConditions& conditions, const JobContext& job,
+                const OnIterate& on_iterate);
+  /// Back to the last equilibrium that was reached.
+  void restore() { state_ = good_; }
+
+ private:
+  [[nodiscard]] double share_of_step(const rods::Conditions& wanted) const;
+  void lead(const rods::Conditions& wanted, double step, const JobContext& job,
+            const OnIterate& on_iterate, Outcome& outcome);
+
+  MappedLinkage mapped_;
+  LinkageShape shape_;
+  double length_unit_, extent_;
+  rods::LinkageEquilibrium equilibrium_;
+  rods::LinkageState state_, good_;
+  rods::Conditions held_;                        // what good_ is an equilibrium of
+  const rods::LinkageState* iterate_ = nullptr;  // within a solve
+};
+
+}  // namespace limber::session

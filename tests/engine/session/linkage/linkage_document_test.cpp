@@ -1,0 +1,149 @@
+// Edits of linkages: whole or not at all, undone and redone, refused with their field.
+
+#include <gtest/gtest.h>
+
+#include <limits>
+#include <vector>
+
+#include "engine/base/error.h"
+#include "engine/session/linkage/linkage_document.h"
+
+namespace limber::session {
+namespace {
+
+using scene::Held;
+
+scene::LinkageTarget at_joint(int joint, double z) {
+  scene::LinkageTarget target;
+  target.joint = joint;
+  target.position = {0, 0, z};
+  target.stiffness = 5;
+  return target;
+}
+
+TEST(LinkageDocument, EditsAreOneRevisionAndOneStepOfUndo) {
+  LinkageDocument document({}, 6, 7);
+  const auto receipt =
+      document.apply({PinJoint{2, Held::kMotion}, AddTarget{at_joint(4, 1)}, SetMeanAngle{0.8}}, 0);
+  EXPECT_EQ(receipt.revision, 1u);
+  EXPECT_EQ(receipt.constraint_ids, (std::vector<std::uint64_t>{0, 1, 0}));
+  const auto first = document.conditions();
+  EXPECT_EQ(first->pins.size(), 1u);
+  EXPECT_EQ(first->targets.at(0).id, 1u);
+  EXPECT_EQ(first->mean_angle, 0.8);
+
+  EXPECT_EQ(document.apply({MoveTarget{1, {0, 0, 2}}}, {}).revision, 2u);
+  EXPECT_EQ(document.conditions()->targets[0].position.z(), 2);
+  EXPECT_EQ(document.apply({Undo{}}, {}).revision, 3u);
+  EXPECT_EQ(document.conditions(), first);
+  document.apply({Undo{}}, {});
+  EXPECT_TRUE(document.conditions()->pins.empty());
+  EXPECT_FALSE(document.conditions()->mean_angle);
+  document.apply({Redo{}, Redo{}}, {});
+  EXPECT_EQ(document.conditions()->targets.at(0).position.z(), 2);
+  EXPECT_EQ(document.redo_count(), 0u);
+  EXPECT_EQ(document.revision(), 5u);
+}
+
+TEST(LinkageDocument, ANewEditForgetsWhatWasUndone) {
+  LinkageDocument document({}, 6, 7);
+  document.apply({SetGravity{{0, 0, -9.8}}}, {});
+  document.apply({Undo{}, SetMeanAngle{0.5}}, {});
+  EXPECT_EQ(document.redo_count(), 0u);
+  EXPECT_TRUE(document.conditions()->gravity.isZero());
+  document.apply({Undo{}}, {});
+  EXPECT_FALSE(document.conditions()->mean_angle);
+}
+
+TEST(LinkageDocument, PinsAnglesAndLoadsReplaceThemselves) {
+  LinkageDocument document({}, 6, 7);
+  document.apply(
+      {PinJoint{1, Held::kMotion}, PinJoint{1, Held::kMotionAndAngle}, SetJointAngle{2, 0.3},
+       SetJointAngle{2, 0.4}, SetJointLoad{{3, {1, 0, 0}, {0, 0, 0}, 0}},
+       SetJointLoad{{3, {2, 0, 0}, {0, 0, 0}, 0}}},
+      {});
+  const auto& now = *document.conditions();
+  ASSERT_EQ(now.pins.size(), 1u);
+  EXPECT_EQ(now.pins[0].held, Held::kMotionAndAngle);
+  ASSERT_EQ(now.angles.size(), 1u);
+  EXPECT_EQ(now.angles[0].angle, 0.4);
+  ASSERT_EQ(now.loads.size(), 1u);
+  EXPECT_EQ(now.loads[0].force.x(), 2);
+  document.apply(
+      {PinJoint{1, {}}, SetJointAngle{2, {}}, SetJointLoad{{3, {0, 0, 0}, {0, 0, 0}, 0}}}, {});
+  EXPECT_TRUE(document.conditions()->pins.empty());
+  EXPECT_TRUE(document.conditions()->angles.empty());
+  EXPECT_TRUE(document.conditions()->loads.empty());
+}
+
+TEST(LinkageDocument, UndoIsBounded) {
+  LinkageDocument document({}, 6, 7, {3, 10});
+  for (int i = 1; i <= 5; ++i) document.apply({SetMeanAngle{0.1 * i}}, {});
+  EXPECT_EQ(document.undo_count(), 3u);
+  document.apply({Undo{}, Undo{}, Undo{}}, {});
+  EXPECT_NEAR(*document.conditions()->mean_angle, 0.2, 1e-15);
+}
+
+TEST(LinkageDocument, ARefusedRequestLeavesEverythingAsItWas) {
+  struct Case {
+    std::vector<LinkageEdit> edits;
+    ErrorCode code;
+    const char* field;
+  };
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  auto soft = at_joint(1, 0);
+  soft.stiffness = -1;
+  auto taken = at_joint(1, 0);
+  taken.id = 1;
+  const Case cases[] = {
+      {{}, ErrorCode::kInvalidArgument, "edits"},
+      {{SetMeanAngle{0.5}, PinJoint{6, Held::kMotion}}, ErrorCode::kOutOfRange, "edits[1].joint"},
+      {{SetJointAngle{0, 4}}, ErrorCode::kOutOfRange, "edits[0].angle"},
+      {{SetMeanAngle{nan}}, ErrorCode::kOutOfRange, "edits[0].mean_angle"},
+      {{PinJoint{3, Held::kAngle}, SetJointAngle{3, 0.2}},
+       ErrorCode::kInvalidArgument,
+       "edits[1].joint"},
+      {{AddTarget{soft}}, ErrorCode::kInvalidArgument, "edits[0].stiffness"},
+      {{AddTarget{taken}}, ErrorCode::kAlreadyExists, "edits[0].id"},
+      {{AddTarget{at_joint(1, 0)}, AddTarget{at_joint(2, 0)}},
+       ErrorCode::kLimitExceeded,
+       "edits[1].target"},
+      {{MoveTarget{9, {0, 0, 0}}}, ErrorCode::kNotFound, "edits[0].id"},
+      {{RemoveTarget{9}}, ErrorCode::kNotFound, "edits[0].id"},
+      {{SetJointLoad{{0, {nan, 0, 0}, {0, 0, 0}, 0}}},
+       ErrorCode::kInvalidArgument,
+       "edits[0].force"},
+      {{SetGravity{{nan, 0, 0}}}, ErrorCode::kInvalidArgument, "edits[0].gravity"},
+      {{Redo{}}, ErrorCode::kFailedPrecondition, "edits[0]"},
+  };
+  LinkageDocument document({}, 6, 7, {100, 2});
+  document.apply({AddTarget{at_joint(0, 1)}}, {});
+  const auto before = document.conditions();
+  for (const Case& item : cases) {
+    try {
+      document.apply(item.edits, {});
+      ADD_FAILURE() << item.field;
+    } catch (const Error& error) {
+      EXPECT_EQ(error.code(), item.code) << item.field;
+      EXPECT_EQ(error.field(), item.field);
+    }
+    EXPECT_EQ(document.conditions(), before);
+    EXPECT_EQ(document.revision(), 1u);
+    EXPECT_EQ(document.undo_count(), 1u);
+  }
+  EXPECT_THROW(document.apply({SetMeanAngle{0.5}}, 0), Error);
+}
+
+TEST(LinkageDocument, OpensWithConditionsThatAreNumbered) {
+  scene::LinkageConditions conditions;
+  conditions.targets = {at_joint(0, 1), at_joint(1, 1)};
+  conditions.targets[1].id = 7;
+  LinkageDocument document(conditions, 6, 7);
+  EXPECT_EQ(document.conditions()->targets[0].id, 8u);
+  EXPECT_EQ(document.apply({AddTarget{at_joint(2, 0)}}, {}).constraint_ids[0], 9u);
+  conditions.targets[0].joint = 6;
+  EXPECT_THROW(LinkageDocument(conditions, 6, 7), Error);
+}
+
+}  // namespace
+}  // namespace limber::session

@@ -1,0 +1,286 @@
+// A linkage that is held in equilibrium while it is edited.
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <condition_variable>
+#include <functional>
+#include <limits>
+#include <mutex>
+
+#include "engine/base/error.h"
+#include "engine/scene/samples/linkage_samples.h"
+#include "engine/session/linkage/linkage_session.h"
+#include "tests/engine/session/harness.h"
+
+namespace limber::session {
+namespace {
+
+using rods::EquilibriumStatus;
+using scene::Held;
+
+constexpr double kDegree = 3.14159265358979323846 / 180;
+
+class LinkageRecorder : public LinkageListener {
+ public:
+  void on_progress(const Progress&) override {}
+  void on_state(State state, const std::string& message) override {
+    const std::lock_guard lock(mutex_);
+    states_.push_back(state);
+    message_ = message;
+    changed_.notify_all();
+  }
+  void on_result(const std::shared_ptr<const LinkageResult>& result) override {
+    const std::lock_guard lock(mutex_);
+    gap_ = gap_ || result->sequence != results_.size() + 1;
+    results_.push_back(result);
+    changed_.notify_all();
+  }
+
+  std::shared_ptr<const LinkageResult> wait_final(Revision revision) {
+    std::unique_lock lock(mutex_);
+    std::shared_ptr<const LinkageResult> found;
+    changed_.wait_for(lock, std::chrono::seconds(60), [&] {
+      for (const auto& result : results_)
+        if (result->converged && result->revision >= revision) found = result;
+      return found != nullptr;
+    });
+    return found;
+  }
+  bool wait_state(State state) {
+    std::unique_lock lock(mutex_);
+    return changed_.wait_for(lock, std::chrono::seconds(60),
+                             [&] { return !states_.empty() && states_.back() == state; });
+  }
+  [[nodiscard]] std::size_t count() const {
+    const std::lock_guard lock(mutex_);
+    return results_.size();
+  }
+  [[nodiscard]] bool has_gap() const { return gap_; }
+  [[nodiscard]] std::string message() const { return message_; }
+
+ private:
+  mutable std::mutex mutex_;
+  std::condition_variable changed_;
+  std::vector<std::shared_ptr<const LinkageResult>> results_;
+  std::vector<State> states_;
+  std::string message_;
+  bool gap_ = false;
+};
+
+struct Live {
+  explicit Live(scene::Linkage linkage)
+      : session("live", std::move(linkage), {}, pool.executor(), recorder) {}
+  std::shared_ptr<LinkageRecorder> recorder = std::make_shared<LinkageRecorder>();
+  test::Pool pool{1};
+  LinkageSession session;
+
+  std::shared_ptr<const LinkageResult> edit(const std::vector<LinkageEdit>& edits) {
+    return recorder->wait_final(session.edit(edits).revision);
+  }
+};
+
+scene::Linkage hyperboloid() {
+  scene::Linkage linkage = scene::make_linkage_sample("hyperboloid");
+  linkage.edges_per_segment = 5;
+  return linkage;
+}
+
+/// Where a joint is: the middle of the edge that its segment begins with.
+Eigen::Vector3d joint_at(const LinkageSession& session, const LinkageResult& result, int joint) {
+  const auto geometry = session.geometry();
+  const Eigen::VectorXf shape = result.frames->rightCols<1>();
+  Eigen::Index at = 0;
+  for (std::size_t s = 0; s < geometry->edges.size(); ++s) {
+    const int edges = geometry->edges[s];
+    for (int end = 0; end < 2; ++end) {
+      if (geometry->joints_of_segment(end, static_cast<Eigen::Index>(s)) != joint) continue;
+      const Eigen::Index first = at + 3 * Eigen::Index{end == 0 ? 0 : edges - 1};
+      return (0.5F * (shape.segment<3>(first) + shape.segment<3>(first + 3))).cast<double>();
+    }
+    at += 6 * Eigen::Index{edges} + 3;
+  }
+  return Eigen::Vector3d::Constant(std::numeric_limits<double>::quiet_NaN());
+}
+
+TEST(LinkageSession, OpensInEquilibriumAndDeploysStepByStep) {
+  Live live(hyperboloid());
+  const auto opened = live.recorder->wait_final(0);
+  ASSERT_TRUE(opened);
+  EXPECT_EQ(opened->report.status, EquilibriumStatus::kConverged) << opened->report.message;
+  EXPECT_TRUE(opened->frames->allFinite());
+  EXPECT_EQ(opened->frames->rows(), live.session.geometry()->coordinates);
+  const double drawn = opened->mean_angle;
+  const auto deployed = live.edit({SetMeanAngle{drawn + 20 * kDegree}});
+  ASSERT_TRUE(deployed);
+  EXPECT_EQ(deployed->report.status, EquilibriumStatus::kConverged) << deployed->report.message;
+  EXPECT_FALSE(deployed->solve_failed);
+  EXPECT_NEAR(deployed->mean_angle, drawn + 20 * kDegree, 1e-6);
+  EXPECT_GE(deployed->steps, 8);
+  EXPECT_EQ(deployed->frames->cols(), deployed->steps);
+  // Back again: the same shape, as far as its place in space goes.
+  const auto closed = live.edit({SetMeanAngle{{}}});
+  ASSERT_TRUE(closed);
+  EXPECT_NEAR(closed->report.energies.total(), opened->report.energies.total(),
+              1e-5 * deployed->report.energies.total());
+  EXPECT_FALSE(live.recorder->has_gap());
+}
+
+TEST(LinkageSession, AJointFollowsItsTargetWhileOthersArePinned) {
+  Live live(hyperboloid());
+  const auto opened = live.recorder->wait_final(0);
+  ASSERT_TRUE(opened);
+  constexpr int kBottom = 0, kTop = 83;
+  const Eigen::Vector3d top = joint_at(live.session, *opened, kTop);
+  scene::LinkageTarget target;
+  target.joint = kTop;
+  target.position = top + Eigen::Vector3d(0.02, 0.01, 0);
+  target.stiffness = 1e6;
+  const auto pulled = live.edit({PinJoint{kBottom, Held::kMotion}, AddTarget{target}});
+  ASSERT_TRUE(pulled);
+  EXPECT_EQ(pulled->report.status, EquilibriumStatus::kConverged) << pulled->report.message;
+  EXPECT_LT(
+      (joint_at(live.session, *pulled, kBottom) - joint_at(live.session, *opened, kBottom)).norm(),
+      1e-6);
+  EXPECT_LT((joint_at(live.session, *pulled, kTop) - target.position).norm(), 2e-3);
+  const auto moved = live.edit({MoveTarget{1, top + Eigen::Vector3d(0.03, 0.01, 0)}});
+  ASSERT_TRUE(moved);
+  EXPECT_EQ(moved->report.status, EquilibriumStatus::kConverged) << moved->report.message;
+  EXPECT_LT((joint_at(live.session, *moved, kTop) - top - Eigen::Vector3d(0.03, 0.01, 0)).norm(),
+            3e-3);
+  const auto undone = live.edit({Undo{}, Undo{}});
+  ASSERT_TRUE(undone);
+  EXPECT_NEAR(undone->report.energies.total(), opened->report.energies.total(),
+              1e-5 * pulled->report.energies.total());
+}
+
+TEST(LinkageSession, WhatCannotBeReachedLeavesTheLastEquilibrium) {
+  Live live(hyperboloid());
+  const auto opened = live.recorder->wait_final(0);
+  ASSERT_TRUE(opened);
+  scene::JointLoad load;
+  load.joint = 3;
+  load.force = {0, 0, 1};  // nothing holds the linkage: it would fly away
+  const auto flying = live.edit({SetJointLoad{load}});
+  ASSERT_TRUE(flying);
+  EXPECT_TRUE(flying->solve_failed);
+  EXPECT_FALSE(flying->report.message.empty());
+  EXPECT_TRUE(flying->frames->allFinite());
+  EXPECT_LT((joint_at(live.session, *flying, 40) - joint_at(live.session, *opened, 40)).norm(),
+            1e-6);
+  const auto held = live.edit({PinJoint{0, Held::kMotion}});
+  ASSERT_TRUE(held);
+  EXPECT_EQ(held->report.status, EquilibriumStatus::kConverged) << held->report.message;
+}
+
+TEST(LinkageSession, AStormOfEditsEndsInTheNewest) {
+  Live live(hyperboloid());
+  const auto opened = live.recorder->wait_final(0);
+  ASSERT_TRUE(opened);
+  scene::LinkageTarget target;
+  target.joint = 80;
+  target.position = joint_at(live.session, *opened, 80);
+  target.stiffness = 1e4;
+  live.session.edit({PinJoint{0, Held::kMotion}, AddTarget{target}});
+  Revision last = 0;
+  for (int i = 1; i <= 200; ++i) {
+    last = live.session.edit({MoveTarget{1, target.position + Eigen::Vector3d(0.0002 * i, 0, 0)}})
+               .revision;
+  }
+  const auto final = live.recorder->wait_final(last);
+  ASSERT_TRUE(final);
+  EXPECT_EQ(final->report.status, EquilibriumStatus::kConverged) << final->report.message;
+  EXPECT_EQ(live.session.linkage().conditions.targets.at(0).position.x(),
+            target.position.x() + 0.0002 * 200);
+  // Pins hold joints where they are: from the same equilibrium, one edit after the other.
+  Live slow(hyperboloid());
+  ASSERT_TRUE(slow.recorder->wait_final(0));
+  ASSERT_TRUE(slow.edit({PinJoint{0, Held::kMotion}, AddTarget{target}}));
+  const auto direct = slow.edit({MoveTarget{1, live.session.conditions()->targets[0].position}});
+  ASSERT_TRUE(direct);
+  EXPECT_NEAR(direct->report.potential(), final->report.potential(),
+              1e-6 * std::abs(direct->report.potential()));
+  EXPECT_FALSE(live.recorder->has_gap());
+}
+
+TEST(LinkageSession, CancellingKeepsTheLastEquilibrium) {
+  Live live(hyperboloid());
+  const auto opened = live.recorder->wait_final(0);
+  ASSERT_TRUE(opened);
+  const Revision revision = live.session.edit({SetMeanAngle{opened->mean_angle + 1.0}}).revision;
+  live.session.cancel();
+  const auto final = live.recorder->wait_final(revision);
+  ASSERT_TRUE(final);
+  EXPECT_FALSE(final->solve_failed);
+  if (final->report.status == EquilibriumStatus::kCancelled) {
+    EXPECT_NEAR(final->mean_angle, opened->mean_angle, 1e-6);
+  }
+  // And goes on when it is asked again.
+  const auto undone = live.edit({Undo{}});
+  ASSERT_TRUE(undone);
+  EXPECT_EQ(undone->report.status, EquilibriumStatus::kConverged);
+}
+
+TEST(LinkageSession, ClosingEndsEverything) {
+  auto live = std::make_unique<Live>(hyperboloid());
+  ASSERT_TRUE(live->recorder->wait_final(0));
+  live->session.edit({SetMeanAngle{1.2}});
+  live->session.close();
+  EXPECT_TRUE(live->recorder->wait_state(State::kClosed));
+  EXPECT_THROW(live->session.edit({SetMeanAngle{1.0}}), Error);
+  EXPECT_TRUE(live->session.newest_result());
+}
+
+TEST(LinkageSession, BadLinkagesAreRefusedWithTheirField) {
+  const auto refuse = [](const char* field, const std::function<void(scene::Linkage&)>& spoil) {
+    scene::Linkage linkage = hyperboloid();
+    spoil(linkage);
+    test::Pool pool{1};
+    const auto recorder = std::make_shared<LinkageRecorder>();
+    try {
+      const LinkageSession session("bad", linkage, {}, pool.executor(), recorder);
+      // What only the build knows is told by the state.
+      EXPECT_TRUE(recorder->wait_state(State::kFailed)) << field;
+      EXPECT_NE(recorder->message().find(field), std::string::npos)
+          << field << ": " << recorder->message();
+    } catch (const Error& error) {
+      EXPECT_EQ(error.field(), field);
+    }
+  };
+  refuse("lines.edges[3]", [](auto& l) { l.lines.edges(1, 3) = 999; });
+  refuse("conditions.pins[0].joint", [](auto& l) { l.conditions.pins = {{99, Held::kMotion}}; });
+  refuse("section.width", [](auto& l) { l.section = rods::Rectangle{-1, 0.01}; });
+  refuse("youngs_modulus", [](auto& l) { l.youngs_modulus = 0; });
+  refuse("edges_per_segment", [](auto& l) { l.edges_per_segment = 2; });
+}
+
+TEST(LinkageSession, TheSurfaceIsTheSectionAroundTheRods) {
+  Live live(hyperboloid());
+  const auto opened = live.recorder->wait_final(0);
+  ASSERT_TRUE(opened);
+  const auto geometry = live.session.geometry();
+  const Eigen::VectorXf surface = live.session.surface(opened->frames->rightCols<1>());
+  ASSERT_EQ(surface.size(), 3 * geometry->surface_nodes);
+  EXPECT_TRUE(surface.allFinite());
+  EXPECT_LT(geometry->surface.maxCoeff(), geometry->surface_nodes);
+  // Enclosed volume: section times length, for rods that bend little.
+  double volume = 0;
+  for (Eigen::Index t = 0; t < geometry->surface.cols(); ++t) {
+    Eigen::Matrix3d corners;
+    for (int c = 0; c < 3; ++c)
+      corners.col(c) = surface.segment<3>(3 * Eigen::Index{geometry->surface(c, t)}).cast<double>();
+    volume += corners.determinant() / 6;
+  }
+  double length = 0;
+  Eigen::Index at = 0;
+  const Eigen::VectorXf shape = opened->frames->rightCols<1>();
+  for (const int edges : geometry->edges) {
+    for (int i = 0; i < edges; ++i)
+      length += (shape.segment<3>(at + 3 * (i + 1)) - shape.segment<3>(at + 3 * i)).norm();
+    at += 6 * Eigen::Index{edges} + 3;
+  }
+  EXPECT_NEAR(volume, 0.02 * 0.005 * length, 0.02 * volume);
+}
+
+}  // namespace
+}  // namespace limber::session
