@@ -126,6 +126,40 @@ TEST(LinkageSession, OpensInEquilibriumAndDeploysStepByStep) {
   EXPECT_FALSE(live.recorder->has_gap());
 }
 
+/// Height of all joints' bounding box, over its width.
+double flatness(const LinkageSession& session, const LinkageResult& result) {
+  Eigen::Vector3d low = joint_at(session, result, 0), high = low;
+  for (int j = 0; j < static_cast<int>(session.geometry()->vertex_of_joint.size()); ++j) {
+    const Eigen::Vector3d at = joint_at(session, result, j);
+    low = low.cwiseMin(at);
+    high = high.cwiseMax(at);
+  }
+  const Eigen::Vector3d size = high - low;
+  return size.minCoeff() / size.maxCoeff();
+}
+
+TEST(LinkageSession, SamplesDeploy) {
+  for (const std::string& name : scene::linkage_sample_names()) {
+    Live live(scene::make_linkage_sample(name));
+    const auto opened = live.recorder->wait_final(0);
+    ASSERT_TRUE(opened) << name;
+    EXPECT_EQ(opened->report.status, EquilibriumStatus::kConverged)
+        << name << ": " << opened->report.message;
+    const auto deployed = live.edit({SetMeanAngle{60 * kDegree}});
+    ASSERT_TRUE(deployed) << name;
+    EXPECT_EQ(deployed->report.status, EquilibriumStatus::kConverged)
+        << name << ": " << deployed->report.message;
+    std::printf(
+        "%s: %d dofs, opened %.4f deg E %.3g flat %.4f; deployed E %.4g steps %d it %d %.1f ms "
+        "flat %.4f %s\n",
+        name.c_str(), live.session.geometry()->coordinates, opened->mean_angle / kDegree,
+        opened->report.energies.total(), flatness(live.session, *opened),
+        deployed->report.energies.total(), deployed->steps, deployed->report.iterations,
+        deployed->since_edit_ms, flatness(live.session, *deployed),
+        deployed->report.message.c_str());
+  }
+}
+
 TEST(LinkageSession, AJointFollowsItsTargetWhileOthersArePinned) {
   Live live(hyperboloid());
   const auto opened = live.recorder->wait_final(0);
