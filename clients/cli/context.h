@@ -70,6 +70,7 @@ void add_scene_commands(CLI::App& app, Context& context);
 void add_session_commands(CLI::App& app, Context& context);
 void add_edit_commands(CLI::App& app, Context& context);
 void add_keyframe_commands(CLI::App& app, Context& context);
+void add_linkage_commands(CLI::App& app, Context& context);
 void add_result_commands(CLI::App& app, Context& context);
 
 /// A subcommand with an example below its help.

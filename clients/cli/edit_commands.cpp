@@ -33,6 +33,8 @@ void print_receipt(const Context& context, const v1::EditResponse& response) {
     if (id != 0) touched += fmt::format("{}{}", touched.empty() ? ", constraint " : ", ", id);
   for (const auto id : response.keyframe_ids())
     if (id != 0) touched += fmt::format(", keyframe {}", id);
+  for (const auto id : response.target_ids())
+    if (id != 0) touched += fmt::format(", target {}", id);
   fmt::print("revision {}{}\n", response.revision(), touched);
 }
 

@@ -99,10 +99,41 @@ std::string title(const v1::SessionStatus& status) {
   return fmt::format("{} ({})", status.session(), status.name());
 }
 
+std::string sizes(const v1::SessionStatus& status) {
+  if (status.segments() > 0)
+    return fmt::format("{} segments, {} joints", status.segments(), status.joints());
+  return fmt::format("{} tets, {} nodes, {} frames", status.tets(), status.nodes(),
+                     status.frames());
+}
+
+namespace {
+
+std::string describe_linkage(const v1::ResultInfo& result) {
+  const auto& linkage = result.linkage();
+  std::string text = fmt::format(
+      "revision          {}\n"
+      "status            {}{}\n"
+      "iterations        {}\n"
+      "energy            {:.6g} J  (stretching {:.4g} + bending {:.4g} + twisting {:.4g} + springs "
+      "{:.4g} + loads {:.4g})\n"
+      "mean angle        {:.3f} degrees, {} shapes\n"
+      "since the edit    {:.2f} ms\n",
+      result.revision(), status_words(result), result.converged() ? ", final" : "",
+      result.iterations(), result.total_energy(), linkage.stretching_energy(),
+      linkage.bending_energy(), linkage.twisting_energy(), linkage.spring_energy(),
+      linkage.load_potential(), linkage.mean_angle_degrees(), linkage.steps(),
+      result.since_edit_ms());
+  if (!result.message().empty()) text += result.message() + "\n";
+  return text;
+}
+
+}  // namespace
+
 std::string describe(const v1::ResultInfo& result) {
   if (result.solve_failed())
     return fmt::format("revision          {}\nstatus            failed, final\n{}\n",
                        result.revision(), result.message());
+  if (result.has_linkage()) return describe_linkage(result);
   std::string text = fmt::format(
       "revision          {}\n"
       "status            {}{}\n"

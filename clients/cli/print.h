@@ -48,6 +48,9 @@ class ProgressBar {
 /// "robot (robot arm)", or the session alone where the scene has no name.
 [[nodiscard]] std::string title(const v1::SessionStatus& status);
 
+/// "384 tets, 100 nodes, 60 frames", or what a rod linkage has.
+[[nodiscard]] std::string sizes(const v1::SessionStatus& status);
+
 /// One result as lines "name  value".
 [[nodiscard]] std::string describe(const v1::ResultInfo& result);
 /// Sizes and errors of a model, on one line.

@@ -130,8 +130,7 @@ void open(Context& context, const OpenOptions& options) {
   status_request.set_session(opened.session());
   const auto status = context.client().call(status_request).status();
   if (context.json) return print_json(status);
-  fmt::print("session {}: {} tets, {} nodes, {} frames, {}\n", title(status), status.tets(),
-             status.nodes(), status.frames(), state_words(status.state()));
+  fmt::print("session {}: {}, {}\n", title(status), sizes(status), state_words(status.state()));
   if (!status.has_model()) return;
   fmt::print("model: {}, {:.2f} s{}\n", describe(status.model()), status.model().build_s(),
              status.model().from_cache() ? ", from the cache" : "");

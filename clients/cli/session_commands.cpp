@@ -30,6 +30,13 @@ void list(Context& context) {
   fmt::print("{}", table.text());
 }
 
+void show_linkage(const v1::SessionStatus& status) {
+  fmt::print("session {}, {}{}{}\n{}, {} targets, revision {}\n", title(status),
+             state_words(status.state()), status.message().empty() ? "" : ": ", status.message(),
+             sizes(status), status.targets(), status.revision());
+  if (status.has_result()) fmt::print("\n{}", describe(status.result()));
+}
+
 void show(Context& context, const std::string& session) {
   v1::GetSessionRequest request;
   request.set_session(session);
@@ -37,6 +44,7 @@ void show(Context& context, const std::string& session) {
   const auto response = context.client().call(request);
   if (context.json) return print_json(response);
   const auto& status = response.status();
+  if (status.segments() > 0) return show_linkage(status);
   fmt::print("session {}, {}{}{}\n{} nodes, {} tets, {} frames, {} constraints, revision {}\n",
              title(status), state_words(status.state()), status.message().empty() ? "" : ": ",
              status.message(), status.nodes(), status.tets(), status.frames(), status.constraints(),

@@ -140,6 +140,10 @@ v1::Scene load_scene(const fs::path& path) {
     const fs::path mesh = path.parent_path() / scene.mesh().path();
     *scene.mutable_mesh()->mutable_file() = mesh_file(mesh);
   }
+  if (scene.linkage().lines().has_path()) {
+    auto& lines = *scene.mutable_linkage()->mutable_lines();
+    *lines.mutable_file() = mesh_file(path.parent_path() / lines.path(), "linkage.lines.path");
+  }
   for (int i = 0; i < scene.keyframes_size(); ++i) {
     auto& keyframe = *scene.mutable_keyframes(i);
     if (!keyframe.has_path()) continue;

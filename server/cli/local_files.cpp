@@ -4,6 +4,7 @@
 
 #include "engine/base/error.h"
 #include "server/service/base_motions.h"
+#include "server/service/linkage_scenes.h"
 #include "server/service/mesh_sources.h"
 
 namespace limber::server {
@@ -16,6 +17,11 @@ MeshLoader local_loader(const fs::path& scene_file) {
     if (!source.has_path()) return MeshSources({}).load(source, field);
     return load_mesh_file(folder / source.path(), field + ".path");
   };
+}
+
+LineLoader local_line_loader(const fs::path& scene_file) {
+  return line_loader([folder = scene_file.parent_path()](
+                         const std::string& path, const std::string&) { return folder / path; });
 }
 
 MotionReader local_motion_reader(const fs::path& scene_file) {

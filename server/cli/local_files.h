@@ -3,12 +3,14 @@
 #include <filesystem>
 #include <string>
 
+#include "server/codec/linkage.h"
 #include "server/codec/scene.h"
 
 namespace limber::server {
 
 /// Of a scene file: paths are relative to it, and the user may name any file of theirs.
 [[nodiscard]] MeshLoader local_loader(const std::filesystem::path& scene_file);
+[[nodiscard]] LineLoader local_line_loader(const std::filesystem::path& scene_file);
 [[nodiscard]] MotionReader local_motion_reader(const std::filesystem::path& scene_file);
 
 enum class WriteMode { kReplace, kAppend };

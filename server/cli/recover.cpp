@@ -10,6 +10,7 @@
 #include "server/cli/motion_files.h"
 #include "server/cli/progress_bar.h"
 #include "server/codec/errors.h"
+#include "server/codec/linkage.h"
 #include "server/codec/recovery.h"
 #include "server/codec/scene_json.h"
 #include "server/service/options.h"
@@ -22,6 +23,7 @@ namespace fs = std::filesystem;
 
 DecodedScene read_scene(const RecoverOptions& options) {
   proto::Scene message = scene_from_json(scene::read_bytes(options.scene));
+  demand_body(message, "");
   if (message.base_motion().source_case() == proto::BaseMotion::SOURCE_NOT_SET)
     throw invalid("base_motion", "the scene has no base motion to recover a material from");
   message.clear_constraints();

@@ -8,6 +8,7 @@
 #include "server/cli/motion_files.h"
 #include "server/cli/progress_bar.h"
 #include "server/codec/errors.h"
+#include "server/codec/linkage.h"
 #include "server/codec/scene_json.h"
 #include "server/service/options.h"
 #include "server/service/scene_files.h"
@@ -19,6 +20,7 @@ namespace fs = std::filesystem;
 
 DecodedScene read_scene(const fs::path& file) {
   proto::Scene message = scene_from_json(scene::read_bytes(file));
+  demand_body(message, "");
   message.clear_base_motion();  // what is simulated now
   DecodedScene decoded = decode_scene(message, "", scene_limits(ServiceLimits{}),
                                       local_loader(file), local_motion_reader(file));

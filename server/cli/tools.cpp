@@ -15,6 +15,7 @@
 #include "server/codec/errors.h"
 #include "server/codec/scene_json.h"
 #include "server/service/export.h"
+#include "server/service/linkage_scenes.h"
 #include "server/service/mesh_sources.h"
 #include "server/service/options.h"
 #include "server/service/scene_files.h"
@@ -35,12 +36,19 @@ void print_error(proto::ErrorCode code, const std::string& field, const std::str
   fmt::print("error: {}{}{} [{}]\n", field, field.empty() ? "" : ": ", message, short_name(code));
 }
 
+std::vector<proto::Issue> issues_of(const fs::path& file) {
+  const proto::Scene scene = scene_from_json(scene::read_bytes(file));
+  const ServiceLimits limits;
+  if (scene.has_linkage())
+    return linkage_issues(scene, "", local_line_loader(file), limits.session_bytes);
+  return scene_issues(scene, "", scene_limits(limits), local_loader(file),
+                      local_motion_reader(file));
+}
+
 int validate_file(const fs::path& file) {
   std::vector<proto::Issue> issues;
   try {
-    issues =
-        scene_issues(scene_from_json(scene::read_bytes(file)), "", scene_limits(ServiceLimits{}),
-                     local_loader(file), local_motion_reader(file));
+    issues = issues_of(file);
   } catch (const Refusal& fault) {
     // No field where it is no JSON at all: the file is what is wrong.
     print_error(fault.code(), fault.field().empty() ? file.string() : fault.field(), fault.what());

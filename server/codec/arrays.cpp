@@ -94,6 +94,34 @@ Eigen::Matrix3Xd decode_points(const proto::Array& array, const std::string& fie
   return points;
 }
 
+Eigen::Matrix2Xi decode_pairs(const proto::Array& array, const std::string& field) {
+  check_array(array, field, 2);
+  if (array.type() != proto::DATA_TYPE_INT32) throw invalid(field + ".type", "int32 is expected");
+  demand_extent(array, field, 1, 2, "columns");
+  demand_rows_fit(array, field);
+  Eigen::Matrix2Xi pairs(2, static_cast<Eigen::Index>(array.shape(0)));
+  std::memcpy(pairs.data(), array.data().data(), array.data().size());
+  return pairs;
+}
+
+std::vector<Eigen::Vector2d> decode_polygon(const proto::Array& array, const std::string& field) {
+  check_array(array, field, 2);
+  demand_extent(array, field, 1, 2, "columns");
+  demand_rows_fit(array, field);
+  Eigen::Matrix2Xd points(2, static_cast<Eigen::Index>(array.shape(0)));
+  read_floats(array, field, points.data(), static_cast<std::size_t>(points.size()), 2);
+  std::vector<Eigen::Vector2d> polygon;
+  for (Eigen::Index i = 0; i < points.cols(); ++i) polygon.emplace_back(points.col(i));
+  return polygon;
+}
+
+proto::Array encode_polygon(const std::vector<Eigen::Vector2d>& polygon) {
+  Eigen::MatrixX2d rows(static_cast<Eigen::Index>(polygon.size()), 2);
+  for (std::size_t i = 0; i < polygon.size(); ++i)
+    rows.row(static_cast<Eigen::Index>(i)) = polygon[i].transpose();
+  return encode_matrix(rows);
+}
+
 bodies::TetNodes decode_tets(const proto::Array& array, const std::string& field) {
   check_array(array, field, 2);
   if (array.type() != proto::DATA_TYPE_INT32) throw invalid(field + ".type", "int32 is expected");

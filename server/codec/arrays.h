@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <string>
+#include <vector>
 
 #include "engine/bodies/tet_mesh.h"
 #include "server/codec/errors.h"
@@ -20,6 +21,15 @@ void check_array(const proto::Array& array, const std::string& field, int dimens
 
 /// rows x 4, int32, to 4 x rows. Values are not compared with the number of nodes here.
 [[nodiscard]] bodies::TetNodes decode_tets(const proto::Array& array, const std::string& field);
+
+/// rows x 2, int32, to 2 x rows. Values are not compared with anything here.
+[[nodiscard]] Eigen::Matrix2Xi decode_pairs(const proto::Array& array, const std::string& field);
+
+/// rows x 2, float32 or float64. @throws Refusal as decode_points()
+[[nodiscard]] std::vector<Eigen::Vector2d> decode_polygon(const proto::Array& array,
+                                                          const std::string& field);
+/// To rows x 2, float64.
+[[nodiscard]] proto::Array encode_polygon(const std::vector<Eigen::Vector2d>& polygon);
 
 /// frames x nodes x 3, float32 or float64, to 3 nodes x frames.
 /// @throws Refusal where `nodes` or `frames` differ from the shape

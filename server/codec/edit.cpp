@@ -77,6 +77,11 @@ session::Edit decode_edit(const proto::Edit& message, const std::string& field,
       return session::Redo{};
     case proto::Edit::EDIT_NOT_SET:
       break;
+    default:
+      throw invalid(
+          fmt::format("{}.{}", field,
+                      proto::Edit::descriptor()->FindFieldByNumber(message.edit_case())->name()),
+          "is an edit of rod linkages: this session is of an elastic body");
   }
   throw invalid(field, "an edit without content");
 }

@@ -61,6 +61,22 @@ void quantise(const Eigen::MatrixXf& positions, proto::Frames& frames) {
 
 }  // namespace
 
+void set_positions(const Eigen::MatrixXf& positions, proto::Encoding encoding,
+                   proto::Frames& frames) {
+  auto& array = *frames.mutable_data();
+  const bool is_quantised = encoding == proto::ENCODING_POSITIONS_QUANTISED;
+  set_shape(array, is_quantised ? proto::DATA_TYPE_UINT16 : proto::DATA_TYPE_FLOAT32,
+            {positions.cols(), positions.rows() / 3, 3});
+  if (is_quantised) return quantise(positions, frames);
+  array.set_data(positions.data(), static_cast<std::size_t>(positions.size()) * sizeof(float));
+}
+
+void set_coordinates(const Eigen::Ref<const Eigen::MatrixXf>& coordinates, proto::Frames& frames) {
+  auto& array = *frames.mutable_data();
+  set_shape(array, proto::DATA_TYPE_FLOAT32, {coordinates.cols(), coordinates.rows()});
+  array.set_data(coordinates.data(), static_cast<std::size_t>(coordinates.size()) * sizeof(float));
+}
+
 FrameRange frame_range(std::uint32_t first, std::uint32_t count, const session::Result& result) {
   return frame_range(first, count, static_cast<int>(result.coordinates.cols()));
 }
@@ -98,20 +114,10 @@ proto::Frames encode_frames(const session::Result& result, const session::Geomet
   frames.set_first_frame(static_cast<std::uint32_t>(range.first));
   frames.set_frame_count(static_cast<std::uint32_t>(range.count));
   frames.set_basis_hash(geometry.basis_hash);
-  auto& array = *frames.mutable_data();
-  const Eigen::Index nodes = geometry.basis.rows() / 3;
-  if (encoding == proto::ENCODING_POSITIONS) {
-    const Eigen::MatrixXf positions = positions_of(result, geometry, range);
-    set_shape(array, proto::DATA_TYPE_FLOAT32, {range.count, nodes, 3});
-    array.set_data(positions.data(), static_cast<std::size_t>(positions.size()) * sizeof(float));
-  } else if (encoding == proto::ENCODING_POSITIONS_QUANTISED) {
-    set_shape(array, proto::DATA_TYPE_UINT16, {range.count, nodes, 3});
-    quantise(positions_of(result, geometry, range), frames);
+  if (encoding == proto::ENCODING_POSITIONS || encoding == proto::ENCODING_POSITIONS_QUANTISED) {
+    set_positions(positions_of(result, geometry, range), encoding, frames);
   } else {
-    const Eigen::Index h = result.coordinates.rows();
-    set_shape(array, proto::DATA_TYPE_FLOAT32, {range.count, h});
-    array.set_data(result.coordinates.data() + h * range.first,
-                   static_cast<std::size_t>(h * range.count) * sizeof(float));
+    set_coordinates(result.coordinates.middleCols(range.first, range.count), frames);
   }
   return frames;
 }

@@ -23,6 +23,13 @@ struct FrameRange {
                                          const session::Result& result,
                                          const session::Geometry& geometry);
 
+/// Positions in POSITIONS or POSITIONS_QUANTISED, which rounds them to 65536 levels of their box.
+/// @param positions  3 nodes x frames [length unit]
+void set_positions(const Eigen::MatrixXf& positions, proto::Encoding encoding,
+                   proto::Frames& frames);
+/// Columns of coordinates as they are.
+void set_coordinates(const Eigen::Ref<const Eigen::MatrixXf>& coordinates, proto::Frames& frames);
+
 /// Frames of a result. ENCODING_UNSPECIFIED is COORDINATES.
 ///
 /// COORDINATES copies q. POSITIONS is rest + B q in single precision: [nodes x 3] per frame [length

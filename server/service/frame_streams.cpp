@@ -6,7 +6,6 @@
 #include <boost/asio/post.hpp>
 
 #include "limber/v1/stream.pb.h"
-#include "server/codec/frames.h"
 #include "server/log/log.h"
 
 namespace limber::server {
@@ -21,30 +20,22 @@ constexpr unsigned kCoordinates = 1, kAll = 7;
 
 }  // namespace
 
-FrameStreams::FrameStreams(Hub& hub, std::string session, double length_unit)
-    : hub_(hub), session_(std::move(session)), length_unit_(length_unit) {
+FrameStreams::FrameStreams(Hub& hub, std::string session)
+    : hub_(hub), session_(std::move(session)) {
   const std::string base = fmt::format("session/{}/body/0/", session_);
   topics_ = {base + "coordinates", base + "positions", base + "quantised"};
 }
 
-void FrameStreams::geometry(std::shared_ptr<const session::Geometry> geometry) {
-  const std::lock_guard lock(mutex_);
-  geometry_ = std::move(geometry);
-}
-
-void FrameStreams::note(const std::shared_ptr<const session::Result>& result) {
-  std::shared_ptr<const session::Geometry> geometry;
+void FrameStreams::note(const std::shared_ptr<const FrameSource>& result) {
   {
     const std::lock_guard lock(mutex_);
     // Two threads tell of results while a session opens: the older one never replaces the newer.
-    if (newest_ && newest_->sequence > result->sequence) return;
+    if (newest_ && newest_->sequence() > result->sequence()) return;
     newest_ = result;
-    geometry = geometry_;
   }
-  if (!geometry) return;
   if (hub_.transport.wanted(topics_[0])) {
     const std::lock_guard order(coordinates_);
-    publish(0, *result, *geometry);
+    publish(0, *result);
   }
   request(kAll & ~kCoordinates);
 }
@@ -69,7 +60,7 @@ void FrameStreams::request(unsigned topics) {
   if (topics == 0) return;
   {
     const std::lock_guard lock(mutex_);
-    if (closed_ || !newest_ || !geometry_) return;
+    if (closed_ || !newest_) return;
     due_ |= topics;
     if (std::exchange(encoding_, true)) return;
   }
@@ -78,7 +69,6 @@ void FrameStreams::request(unsigned topics) {
 
 void FrameStreams::encode_due() {
   while (true) {
-    std::shared_ptr<const session::Geometry> geometry;
     std::unique_lock<std::mutex> order;
     unsigned due = 0;
     {
@@ -88,18 +78,17 @@ void FrameStreams::encode_due() {
         encoding_ = false;
         return;
       }
-      geometry = geometry_;
     }
     try {
       for (std::size_t i = 0; i < kTopics; ++i) {
         if ((due >> i & 1u) == 0) continue;
         if (i == 0) order = std::unique_lock(coordinates_);
-        std::shared_ptr<const session::Result> newest;
+        std::shared_ptr<const FrameSource> newest;
         {
           const std::lock_guard lock(mutex_);
           newest = newest_;
         }
-        publish(i, *newest, *geometry);
+        publish(i, *newest);
         if (order) order.unlock();
       }
     } catch (const std::exception& fault) {  // out of memory: this publication is lost
@@ -108,11 +97,9 @@ void FrameStreams::encode_due() {
   }
 }
 
-void FrameStreams::publish(std::size_t topic, const session::Result& result,
-                           const session::Geometry& geometry) {
-  const int frames = static_cast<int>(result.coordinates.cols());
-  const std::uint64_t per_frame =
-      std::max<std::uint64_t>(1, frames_bytes(kEncodings[topic], 1, result, geometry));
+void FrameStreams::publish(std::size_t topic, const FrameSource& result) {
+  const int frames = result.frame_count();
+  const std::uint64_t per_frame = std::max<std::uint64_t>(1, result.bytes(kEncodings[topic], 1));
   const int step =
       static_cast<int>(std::clamp<std::uint64_t>(kChunkBytes / per_frame, 1, 1u << 30));
   std::vector<StreamBytes> messages;
@@ -120,8 +107,8 @@ void FrameStreams::publish(std::size_t topic, const session::Result& result,
     proto::StreamMessage message;
     message.set_version(1);
     message.set_session(session_);
-    *message.mutable_frames() = encode_frames(
-        result, geometry, kEncodings[topic], {first, std::min(step, frames - first)}, length_unit_);
+    *message.mutable_frames() =
+        result.encode(kEncodings[topic], {first, std::min(step, frames - first)});
     messages.push_back(message.SerializeAsString());
   }
   hub_.transport.publish(topics_[topic], std::move(messages));

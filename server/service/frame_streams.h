@@ -5,22 +5,20 @@
 #include <mutex>
 #include <string>
 
-#include "engine/session/session.h"
-#include "limber/v1/service.pb.h"
+#include "server/codec/frame_source.h"
 #include "server/service/hub.h"
 
 namespace limber::server {
 
 /// The three frame topics of one session. Coordinates leave the moment a result is published;
-/// positions, which cost a matrix product, are made on another thread from the newest result:
+/// positions, which have to be computed, are made on another thread from the newest result:
 /// results that come while one is made are skipped. Nothing is encoded for a topic without
 /// subscribers. Thread-safe.
 class FrameStreams : public std::enable_shared_from_this<FrameStreams> {
  public:
-  FrameStreams(Hub& hub, std::string session, double length_unit);
+  FrameStreams(Hub& hub, std::string session);
 
-  void geometry(std::shared_ptr<const session::Geometry> geometry);
-  void note(const std::shared_ptr<const session::Result>& result);
+  void note(const std::shared_ptr<const FrameSource>& result);
   /// Somebody subscribed to `prefix`: the newest frames of matching topics are sent again, so that
   /// nobody has to wait for the next edit.
   void welcome(const std::string& prefix);
@@ -28,18 +26,16 @@ class FrameStreams : public std::enable_shared_from_this<FrameStreams> {
 
  private:
   static constexpr std::size_t kTopics = 3;
-  void publish(std::size_t topic, const session::Result& result, const session::Geometry& geometry);
+  void publish(std::size_t topic, const FrameSource& result);
   void request(unsigned topics);  // bits
   void encode_due();
 
   Hub& hub_;
   std::string session_;
-  double length_unit_;
   std::array<std::string, kTopics> topics_;
   std::mutex coordinates_;  // one publication at a time, so that none overtakes a newer one
   std::mutex mutex_;        // of what follows
-  std::shared_ptr<const session::Geometry> geometry_;
-  std::shared_ptr<const session::Result> newest_;
+  std::shared_ptr<const FrameSource> newest_;
   unsigned due_ = 0;  // topics to be made from newest_, by the encoder
   bool encoding_ = false, closed_ = false;
 };

@@ -1,13 +1,13 @@
 #include <fmt/format.h>
 
 #include "server/codec/errors.h"
-#include "server/codec/frames.h"
-#include "server/codec/geometry.h"
+#include "server/codec/frame_source.h"
 #include "server/codec/material.h"
 #include "server/codec/result.h"
 #include "server/codec/scene.h"
 #include "server/service/export.h"
 #include "server/service/service.h"
+#include "server/service/session_record.h"
 
 namespace limber::server {
 namespace {
@@ -22,12 +22,11 @@ std::shared_ptr<const session::Geometry> geometry_of(const session::Session& ses
 }  // namespace
 
 proto::GetGeometryResponse Service::get_geometry(const proto::GetGeometryRequest& request) const {
-  const auto session = sessions_.find(request.session())->session();
-  return encode_geometry(*geometry_of(*session), request.known_basis_hash());
+  return sessions_.find(request.session())->geometry(request.known_basis_hash());
 }
 
 proto::GetMaterialResponse Service::get_material(const proto::GetMaterialRequest& request) const {
-  const auto record = sessions_.find(request.session());
+  const auto record = find_body(request.session(), "fitted material");
   const auto session = record->session();
   const auto result = session->newest_result();
   if (!result) throw Error(ErrorCode::kFailedPrecondition, "session", "there is no result yet");
@@ -40,26 +39,22 @@ proto::GetMaterialResponse Service::get_material(const proto::GetMaterialRequest
 
 proto::GetFramesResponse Service::get_frames(const proto::GetFramesRequest& request) const {
   if (request.job() != 0) return get_computed_frames(request);
-  const auto record = sessions_.find(request.session());
-  const auto session = record->session();
-  const auto geometry = geometry_of(*session);
-  const auto result = request.final_only() ? session->converged_result() : session->newest_result();
-  if (!result) throw Error(ErrorCode::kFailedPrecondition, "session", "there is no result yet");
-  const FrameRange range = frame_range(request.first_frame(), request.frame_count(), *result);
-  const std::uint64_t bytes = frames_bytes(request.encoding(), range.count, *result, *geometry);
+  const auto frames = sessions_.find(request.session())->frames(request.final_only());
+  const FrameRange range =
+      frame_range(request.first_frame(), request.frame_count(), frames->frame_count());
+  const std::uint64_t bytes = frames->bytes(request.encoding(), range.count);
   if (bytes > hub_.options.transport.message_bytes) {
     throw limit_exceeded("frame_count", "bytes of the frames (ask for fewer at a time)",
                          hub_.options.transport.message_bytes, bytes);
   }
   proto::GetFramesResponse response;
-  *response.mutable_frames() =
-      encode_frames(*result, *geometry, request.encoding(), range, record->opened().length_unit);
+  *response.mutable_frames() = frames->encode(request.encoding(), range);
   return response;
 }
 
 proto::ExportResponse Service::export_part(const proto::ExportRequest& request) const {
   if (request.job() != 0) return export_computed_part(request);
-  const auto record = sessions_.find(request.session());
+  const auto record = find_body(request.session(), "export of files");
   const auto session = record->session();
   const std::string stem = checked_stem(request.stem());
   if (request.format() == proto::EXPORT_FORMAT_UNSPECIFIED) throw invalid("format", "unspecified");

@@ -8,6 +8,7 @@
 namespace limber::server {
 
 proto::RecoverResponse Service::recover(const proto::RecoverRequest& request) {
+  demand_body(request.scene(), "scene.");
   if (request.scene().base_motion().source_case() == proto::BaseMotion::SOURCE_NOT_SET) {
     throw invalid("scene.base_motion", "the scene has no base motion to recover a material from");
   }

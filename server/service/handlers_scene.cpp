@@ -1,10 +1,12 @@
 #include <fmt/format.h>
 
 #include "engine/scene/formats/surface_formats.h"
+#include "engine/scene/samples/linkage_samples.h"
 #include "engine/scene/samples/samples.h"
 #include "engine/scene/tetrahedralize/tetrahedralize.h"
 #include "server/codec/errors.h"
 #include "server/service/base_motions.h"
+#include "server/service/linkage_scenes.h"
 #include "server/service/scene_files.h"
 #include "server/service/service.h"
 
@@ -20,6 +22,7 @@ scene::TriangleSurface read_surface(const proto::MeshFile& file) {
 }
 
 proto::Scene named_sample(const std::string& name) {
+  if (is_linkage_sample(name)) return linkage_sample_scene(name);
   try {
     return sample_scene(name);
   } catch (const Error& error) {
@@ -49,6 +52,13 @@ MotionReader Service::base_motion_reader() const {
 proto::ValidateSceneResponse Service::validate_scene(
     const proto::ValidateSceneRequest& request) const {
   proto::ValidateSceneResponse response;
+  if (request.scene().has_linkage()) {
+    for (auto& issue : linkage_issues(request.scene(), "scene.", line_loader(),
+                                      hub_.options.limits.session_bytes)) {
+      *response.add_issues() = std::move(issue);
+    }
+    return response;
+  }
   for (auto& issue : scene_issues(request.scene(), "scene.", scene_limits(hub_.options.limits),
                                   mesh_loader(), base_motion_reader())) {
     *response.add_issues() = std::move(issue);
@@ -59,6 +69,7 @@ proto::ValidateSceneResponse Service::validate_scene(
 proto::GetSampleResponse Service::get_sample(const proto::GetSampleRequest& request) const {
   proto::GetSampleResponse response;
   for (const auto& name : scene::sample_names()) response.add_names(name);
+  for (const auto& name : scene::linkage_sample_names()) response.add_names(name);
   if (request.name().empty()) return response;
   *response.mutable_scene() = named_sample(request.name());
   return response;

@@ -9,9 +9,12 @@
 #include "server/codec/field_paths.h"
 #include "server/codec/keyframe.h"
 #include "server/log/log.h"
+#include "server/service/job_guard.h"
+#include "server/service/linkage_record.h"
 #include "server/service/memory_estimate.h"
 #include "server/service/scene_files.h"
 #include "server/service/service.h"
+#include "server/service/session_record.h"
 
 namespace limber::server {
 namespace {
@@ -38,25 +41,6 @@ SessionRecord::Opened describe(const std::string& id, const proto::Scene& messag
   return opened;
 }
 
-/// Ends a job that its session never took over.
-class JobGuard {
- public:
-  JobGuard(JobRegistry& jobs, JobId job) : jobs_(jobs), job_(job) {}
-  ~JobGuard() {
-    if (job_ != 0) jobs_.cancelled(job_);
-  }
-  JobGuard(const JobGuard&) = delete;
-  JobGuard& operator=(const JobGuard&) = delete;
-  void fail(const std::exception& fault) {
-    jobs_.failed(std::exchange(job_, 0), error_to_proto(fault, "scene."));
-  }
-  void release() { job_ = 0; }
-
- private:
-  JobRegistry& jobs_;
-  JobId job_;
-};
-
 /// Constraints after the edits, or nothing where only the session can tell.
 std::optional<std::size_t> count_after(std::size_t before,
                                        const std::vector<session::Edit>& edits) {
@@ -77,18 +61,40 @@ std::size_t count_of(const std::vector<session::Edit>& edits) {
 }
 
 /// A session that had to go for another.
-void close_quietly(SessionRecord& record) {
+void close_quietly(Record& record) {
   try {
     record.close();
-    log::info("session {} gave its place to another", record.opened().id);
+    log::info("session {} gave its place to another", record.id());
   } catch (const std::exception& fault) {  // a client was quicker
-    log::debug("closing {}: {}", record.opened().id, fault.what());
+    log::debug("closing {}: {}", record.id(), fault.what());
   }
 }
 
 }  // namespace
 
+std::shared_ptr<SessionRecord> Service::find_body(const std::string& name, const char* what) const {
+  const auto record = sessions_.find(name);
+  if (auto body = std::dynamic_pointer_cast<SessionRecord>(record)) return body;
+  throw Error(ErrorCode::kFailedPrecondition, "session",
+              fmt::format("session '{}' is of {}: there is no {}", name, record->subject(), what));
+}
+
+JobId Service::start_open_job(const std::string& id) {
+  return hub_.jobs.start("open_session", id, [this, id] {
+    try {
+      sessions_.find(id)->cancel();
+    } catch (const std::exception& fault) {
+      log::debug("cancelling {}: {}", id, fault.what());
+    }
+  });
+}
+
+void Service::put(const std::shared_ptr<Record>& record) {
+  for (const auto& failed : sessions_.put(record)) close_quietly(*failed);
+}
+
 proto::OpenSessionResponse Service::open(const proto::OpenSessionRequest& request) {
+  if (request.scene().has_linkage()) return open_linkage(request);
   const auto name = sessions_.reserve(request.session());
   DecodedScene decoded = decode(request.scene());
   proto::OpenSessionResponse response;
@@ -96,19 +102,13 @@ proto::OpenSessionResponse Service::open(const proto::OpenSessionRequest& reques
     *response.add_issues() = std::move(issue);
   demand_memory(decoded.scene, scene_limits(hub_.options.limits));
   const std::string id = name->name();
-  const JobId job = hub_.jobs.start("open_session", id, [this, id] {
-    try {
-      sessions_.find(id)->cancel();
-    } catch (const std::exception& fault) {
-      log::debug("cancelling {}: {}", id, fault.what());
-    }
-  });
+  const JobId job = start_open_job(id);
   JobGuard guard(hub_.jobs, job);
   const auto record =
       std::make_shared<SessionRecord>(hub_, describe(id, request.scene(), decoded.scene), job);
   session::SessionOptions options;
   options.max_constraints = static_cast<int>(hub_.options.limits.constraints);
-  for (const auto& failed : sessions_.put(record)) close_quietly(*failed);
+  put(record);
   try {
     record->attach(std::make_shared<session::Session>(
         id, std::move(decoded.scene), options, hub_.cache,
@@ -134,12 +134,15 @@ proto::OpenSessionResponse Service::open(const proto::OpenSessionRequest& reques
 }
 
 proto::EditResponse Service::edit(const proto::EditRequest& request) {
-  const auto record = sessions_.find(request.session());
-  const auto session = record->session();
+  const auto found = sessions_.find(request.session());
   if (static_cast<std::uint64_t>(request.edits_size()) > kEditsAtOnce) {
     throw limit_exceeded("edits", "edits in one request", kEditsAtOnce,
                          static_cast<std::uint64_t>(request.edits_size()));
   }
+  if (const auto linkage = std::dynamic_pointer_cast<LinkageRecord>(found))
+    return edit_linkage(*linkage, request);
+  const auto record = find_body(request.session(), "constraint");
+  const auto session = record->session();
   const auto edits = decode_edits(request, session->unedited()->mesh.nodes, mesh_loader());
   std::optional<session::Revision> expected;
   if (request.has_expected_revision()) expected = request.expected_revision();
@@ -186,7 +189,10 @@ proto::ListSessionsResponse Service::list_sessions() const {
 }
 
 proto::GetSessionResponse Service::get_session(const proto::GetSessionRequest& request) const {
-  const auto record = sessions_.find(request.session());
+  if (const auto linkage =
+          std::dynamic_pointer_cast<LinkageRecord>(sessions_.find(request.session())))
+    return get_linkage_session(*linkage, request);
+  const auto record = find_body(request.session(), "scene of a body");
   proto::GetSessionResponse response;
   *response.mutable_status() = record->status();
   if (!request.with_scene() && !request.with_base_motion()) return response;
@@ -233,7 +239,7 @@ proto::CancelResponse Service::cancel(const proto::CancelRequest& request) {
 }
 
 proto::SolveColdResponse Service::solve_cold(const proto::SolveColdRequest& request) {
-  const auto record = sessions_.find(request.session());
+  const auto record = find_body(request.session(), "cold solve");
   const auto session = record->session();
   const JobId job = hub_.jobs.start("solve_cold", request.session(), [record] {
     try {

@@ -8,6 +8,7 @@
 
 namespace limber::server {
 proto::SimulateResponse Service::simulate(const proto::SimulateRequest& request) {
+  demand_body(request.scene(), "scene.");
   proto::Scene message = request.scene();
   if (!message.has_simulation()) {
     throw invalid("scene.simulation",

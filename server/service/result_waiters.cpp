@@ -3,18 +3,17 @@
 #include <fmt/format.h>
 
 #include "server/codec/errors.h"
-#include "server/codec/result.h"
 
 namespace limber::server {
 
-bool ResultWaiters::answers(const session::Result& result, std::uint64_t revision,
+bool ResultWaiters::answers(const proto::ResultInfo& result, std::uint64_t revision,
                             Until until) const {
-  return result.revision >= revision && (until == Until::kFirst || result.converged);
+  return result.revision() >= revision && (until == Until::kFirst || result.converged());
 }
 
-void ResultWaiters::answer(Ticket& ticket, const session::Result& result) const {
+void ResultWaiters::answer(Ticket& ticket, const proto::ResultInfo& result) const {
   proto::Reply reply;
-  *reply.mutable_wait()->mutable_result() = encode_result(result, length_unit_);
+  *reply.mutable_wait()->mutable_result() = result;
   ticket.answer(std::move(reply));
 }
 
@@ -35,10 +34,10 @@ void ResultWaiters::wait(std::uint64_t revision, Until until, double timeout_s,
        call_after(control_, timeout_s, [this, ticket, timeout_s] { late(ticket, timeout_s); })});
 }
 
-void ResultWaiters::note(const std::shared_ptr<const session::Result>& result) {
+void ResultWaiters::note(const std::shared_ptr<const proto::ResultInfo>& result) {
   const std::lock_guard lock(mutex_);
   newest_ = result;
-  if (result->converged) converged_ = result;
+  if (result->converged()) converged_ = result;
   std::erase_if(waiters_, [&](const Waiter& waiter) {
     if (!answers(*result, waiter.revision, waiter.until)) return false;
     answer(*waiter.ticket, *result);

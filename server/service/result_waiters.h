@@ -5,7 +5,6 @@
 #include <string>
 #include <vector>
 
-#include "engine/session/session.h"
 #include "server/service/ticket.h"
 #include "server/service/timers.h"
 
@@ -17,12 +16,11 @@ class ResultWaiters {
  public:
   enum class Until { kFirst, kFinal };
 
-  ResultWaiters(boost::asio::io_context& control, double length_unit)
-      : control_(control), length_unit_(length_unit) {}
+  explicit ResultWaiters(boost::asio::io_context& control) : control_(control) {}
 
   /// Answers at once if the session's newest results will do.
   void wait(std::uint64_t revision, Until until, double timeout_s, const SharedTicket& ticket);
-  void note(const std::shared_ptr<const session::Result>& result);
+  void note(const std::shared_ptr<const proto::ResultInfo>& result);
   /// Everybody gets this error; with `Later::kRefuse` also those who come later.
   enum class Later { kAccept, kRefuse };
   void refuse_all(const std::exception& fault, Later later);
@@ -37,15 +35,14 @@ class ResultWaiters {
     SharedTicket ticket;
     Deadline deadline;
   };
-  [[nodiscard]] bool answers(const session::Result& result, std::uint64_t revision,
+  [[nodiscard]] bool answers(const proto::ResultInfo& result, std::uint64_t revision,
                              Until until) const;
-  void answer(Ticket& ticket, const session::Result& result) const;
+  void answer(Ticket& ticket, const proto::ResultInfo& result) const;
   void late(const SharedTicket& ticket, double timeout_s);
 
   boost::asio::io_context& control_;
-  double length_unit_;
   mutable std::mutex mutex_;
-  std::shared_ptr<const session::Result> newest_, converged_;
+  std::shared_ptr<const proto::ResultInfo> newest_, converged_;
   std::vector<Waiter> waiters_;
   proto::Error refusal_;  // of those who come now, where it has a code
 };

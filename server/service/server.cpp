@@ -66,7 +66,7 @@ void Server::refuse_and_cancel() {
   hub_.jobs.shut_down();
   for (const auto& record : records) {
     try {
-      record->session()->cancel();
+      record->stop_work();
     } catch (const std::exception&) {  // closed meanwhile, or not yet there
     }
     record->end(shutting_down());
@@ -82,10 +82,9 @@ bool Server::close_sessions(Clock::time_point deadline) {
   std::thread closer([records = std::move(records), closed] {
     for (const auto& record : records) {
       try {
-        record->session()->close();
-        record->detach();
+        record->close_session();
       } catch (const std::exception& fault) {
-        log::debug("closing {}: {}", record->opened().id, fault.what());
+        log::debug("closing {}: {}", record->id(), fault.what());
       }
     }
     closed->set_value();

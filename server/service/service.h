@@ -6,6 +6,7 @@
 #include "engine/scene/tetrahedralize/tetrahedralize.h"
 #include "engine/session/recovery.h"
 #include "limber/v1/service.pb.h"
+#include "server/codec/linkage.h"
 #include "server/codec/scene.h"
 #include "server/service/heavy_requests.h"
 #include "server/service/hub.h"
@@ -14,6 +15,9 @@
 #include "server/service/ticket.h"
 
 namespace limber::server {
+
+class LinkageRecord;
+class SessionRecord;
 
 /// Requests to answers. Light ones (edits, waits, status) are handled where they arrive, on the
 /// transport's thread, in the order of arrival; heavy ones (meshes, frames, exports) on a pool, in
@@ -51,6 +55,20 @@ class Service {
   proto::CloseSessionResponse close(const proto::CloseSessionRequest& request);
   proto::CancelResponse cancel(const proto::CancelRequest& request);
   proto::SolveColdResponse solve_cold(const proto::SolveColdRequest& request);
+
+  /// @param what  bodies alone have, for the message
+  /// @throws Error{kFailedPrecondition, "session"} for a session that is of no body
+  [[nodiscard]] std::shared_ptr<SessionRecord> find_body(const std::string& name,
+                                                         const char* what) const;
+  [[nodiscard]] JobId start_open_job(const std::string& id);
+  void put(const std::shared_ptr<Record>& record);
+
+  // handlers_linkage.cpp
+  proto::OpenSessionResponse open_linkage(const proto::OpenSessionRequest& request);
+  proto::EditResponse edit_linkage(LinkageRecord& record, const proto::EditRequest& request);
+  proto::GetSessionResponse get_linkage_session(const LinkageRecord& record,
+                                                const proto::GetSessionRequest& request) const;
+  [[nodiscard]] LineLoader line_loader() const;
 
   // handlers_frames.cpp
   proto::GetMaterialResponse get_material(const proto::GetMaterialRequest& request) const;

@@ -60,11 +60,10 @@ SessionRegistry::Sessions::iterator SessionRegistry::oldest_failed() {
   return oldest;
 }
 
-std::vector<std::shared_ptr<SessionRecord>> SessionRegistry::put(
-    const std::shared_ptr<SessionRecord>& record) {
+std::vector<std::shared_ptr<Record>> SessionRegistry::put(const std::shared_ptr<Record>& record) {
   const std::lock_guard lock(mutex_);
-  const std::string name = record->opened().id;
-  std::vector<std::shared_ptr<SessionRecord>> gone;
+  const std::string name = record->id();
+  std::vector<std::shared_ptr<Record>> gone;
   const auto go = [&](Sessions::iterator it) {
     gone.push_back(std::move(it->second.record));
     sessions_.erase(it);
@@ -86,22 +85,22 @@ std::vector<std::shared_ptr<SessionRecord>> SessionRegistry::put(
   return gone;
 }
 
-std::shared_ptr<SessionRecord> SessionRegistry::find(const std::string& name) const {
+std::shared_ptr<Record> SessionRegistry::find(const std::string& name) const {
   const std::lock_guard lock(mutex_);
   const auto it = sessions_.find(name);
   if (it == sessions_.end()) throw not_found(name);
   return it->second.record;
 }
 
-void SessionRegistry::remove(const SessionRecord& record) {
+void SessionRegistry::remove(const Record& record) {
   const std::lock_guard lock(mutex_);
-  const auto it = sessions_.find(record.opened().id);
+  const auto it = sessions_.find(record.id());
   if (it != sessions_.end() && it->second.record.get() == &record) sessions_.erase(it);
 }
 
-std::vector<std::shared_ptr<SessionRecord>> SessionRegistry::all() const {
+std::vector<std::shared_ptr<Record>> SessionRegistry::all() const {
   const std::lock_guard lock(mutex_);
-  std::vector<std::shared_ptr<SessionRecord>> all;
+  std::vector<std::shared_ptr<Record>> all;
   for (const auto& [name, entry] : sessions_) all.push_back(entry.record);
   return all;
 }

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "server/service/session_record.h"
+#include "server/service/record.h"
 
 namespace limber::server {
 
@@ -42,17 +42,16 @@ class SessionRegistry {
   /// Under the name that was reserved for it.
   /// @returns failed ones that had to go, for the caller to close
   /// @throws Refusal as reserve() does, where a failed session was taken up again meanwhile
-  [[nodiscard]] std::vector<std::shared_ptr<SessionRecord>> put(
-      const std::shared_ptr<SessionRecord>& record);
+  [[nodiscard]] std::vector<std::shared_ptr<Record>> put(const std::shared_ptr<Record>& record);
   /// @throws Refusal NOT_FOUND
-  [[nodiscard]] std::shared_ptr<SessionRecord> find(const std::string& name) const;
+  [[nodiscard]] std::shared_ptr<Record> find(const std::string& name) const;
   /// Unless its name is another's by now.
-  void remove(const SessionRecord& record);
-  [[nodiscard]] std::vector<std::shared_ptr<SessionRecord>> all() const;
+  void remove(const Record& record);
+  [[nodiscard]] std::vector<std::shared_ptr<Record>> all() const;
 
  private:
   struct Entry {
-    std::shared_ptr<SessionRecord> record;
+    std::shared_ptr<Record> record;
     std::uint64_t number;  // in the order in which they were put here
   };
   using Sessions = std::map<std::string, Entry>;

@@ -18,7 +18,8 @@ from limber.launching import find_binary
 
 COMMANDS = ["start", "stop", "info", "jobs", "sample", "validate", "tetrahedralize", "simulate", "open", "list", "show",
             "wait", "close", "cancel", "cold", "add", "move", "replace", "remove", "ends", "dynamics", "keyframe",
-            "keyframes", "undo", "redo", "edit-script", "frames", "export", "watch"]
+            "keyframes", "undo", "redo", "edit-script", "frames", "export", "watch",
+            "deploy", "pin", "attach"]
 
 
 @pytest.fixture

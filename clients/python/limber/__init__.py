@@ -14,6 +14,8 @@ streamed coordinates into numpy arrays. Lengths are in the scene's length unit, 
 from .edits import Axes, add, dynamics, ends, move, optimise, redo, remove, replace, reset_material, undo
 from .errors import LimberError, ServerUnreachable
 from .keyframes import Keyframe, add_keyframe, keyframe, move_keyframe, remove_keyframe
+from .linkage_shapes import LinkageGeometry, Shape
+from .linkages import LinkageResult, LinkageSession, Target, linkage_scene
 from .launching import LaunchedServer, launch
 from .motions import base_motion
 from .recoveries import Recovery
@@ -21,7 +23,8 @@ from .results import Export, Geometry, Material, Mode, Result
 from .mesh_files import mesh_file
 from .scenes import load_scene, scene_from_arrays, scene_from_mesh
 from .server import DEFAULT_ENDPOINT, Server, connect
-from .session import Constraint, Receipt, Session
+from .open_session import Receipt
+from .session import Constraint, Session
 from .simulations import Simulation, force, simulation
 from .stream import FrameStream, StreamedFrames
 
@@ -29,8 +32,8 @@ __version__ = "0.1.0"
 
 __all__ = [
     "Axes", "Constraint", "DEFAULT_ENDPOINT", "Export", "FrameStream", "Geometry", "Keyframe", "LaunchedServer",
-    "LimberError", "Material", "Mode", "Receipt", "Recovery", "Result", "Server", "ServerUnreachable", "Session",
-    "Simulation", "StreamedFrames", "add", "add_keyframe", "base_motion", "connect", "dynamics", "ends", "force",
-    "keyframe", "launch", "load_scene", "mesh_file", "move", "move_keyframe", "optimise", "redo", "remove",
+    "LimberError", "LinkageGeometry", "LinkageResult", "LinkageSession", "Material", "Mode", "Receipt", "Recovery", "Result", "Server", "ServerUnreachable", "Session", "Shape",
+    "Simulation", "StreamedFrames", "Target", "add", "add_keyframe", "base_motion", "connect", "dynamics", "ends", "force",
+    "keyframe", "launch", "linkage_scene", "load_scene", "mesh_file", "move", "move_keyframe", "optimise", "redo", "remove",
     "remove_keyframe", "replace", "reset_material", "scene_from_arrays", "scene_from_mesh", "simulation", "undo",
 ]

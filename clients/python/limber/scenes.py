@@ -43,6 +43,11 @@ def with_mesh_bytes(scene: "messages.Scene", folder: "str | os.PathLike[str]" = 
 
 
 def _with_bytes(scene: "messages.Scene", folder: "str | os.PathLike[str]" = ".") -> "messages.Scene":
+    if scene.HasField("linkage"):
+        lines = scene.linkage.lines
+        if lines.WhichOneof("source") == "path":
+            lines.file.CopyFrom(mesh_file(Path(folder) / lines.path, field="linkage.lines.path"))
+        return scene
     for i, keyframe in enumerate(scene.keyframes):
         if keyframe.WhichOneof("pose") == "path":
             keyframe.file.CopyFrom(mesh_file(Path(folder) / keyframe.path, field=f"keyframes[{i}].path"))

@@ -18,7 +18,9 @@ from .messages import service
 from .progress import ProgressOption, Reporter
 from .reach import advice
 from .results import Geometry, issue_text
-from .session import Session, job_error
+from .linkages import LinkageSession
+from .open_session import OpenSession, job_error
+from .session import Session
 
 DEFAULT_ENDPOINT = "tcp://127.0.0.1:7801"
 
@@ -70,8 +72,9 @@ class Server:
         return [issue_text(issue) for issue in self.connection.call("validate_scene", request, timeout=60.0).issues]
 
     def open(self, scene: "scenes.SceneLike | None" = None, *, sample: str | None = None, session: str = "",
-             optimise: str | None = None, wait: bool = True, progress: ProgressOption = None, timeout: float = 600.0) -> Session:
-        """Opens a scene (file name, mapping, message) or a sample as a session.
+             optimise: str | None = None, wait: bool = True, progress: ProgressOption = None, timeout: float = 600.0) -> Any:
+        """Opens a scene (file name, mapping, message) or a sample as a session: a Session of an elastic body, or a
+        LinkageSession of a rod linkage.
 
         session: a name for it (default: the server chooses); optimise: "motion", "dynamics" or "all" in place of what
         the scene says (see Session.optimise; modes are mixed of as many as the model gets now); wait: until the model is built and the scene solved.
@@ -84,12 +87,15 @@ class Server:
         checks.seconds(timeout, "timeout")
         message = self.sample(sample) if sample is not None else scenes.to_message(scene)
         if optimise is not None:
+            if message.HasField("linkage"):
+                raise invalid("optimise", "a linkage has no material to optimise")
             asked, message = message, scene_messages.Scene()
             message.CopyFrom(asked)
             message.material_optimisation.variables = edits.optimise(optimise).set_material.variables
         request = service.OpenSessionRequest(scene=message, session=checks.text(session, "session"))
         response = self.connection.call("open_session", request, timeout=max(60.0, self.connection.timeout))
-        opened = Session(self, response.session, response.job, [issue_text(issue) for issue in response.issues])
+        kind = LinkageSession if message.HasField("linkage") else Session
+        opened = kind(self, response.session, response.job, [issue_text(issue) for issue in response.issues])
         if wait:
             try:
                 opened.wait_ready(progress, timeout)
@@ -98,10 +104,11 @@ class Server:
                 raise
         return opened
 
-    def session(self, id: str) -> Session:
-        """Attaches to a session of any client."""
-        attached = Session(self, checks.text(id, "session"))
-        attached.revision = attached.status().revision
+    def session(self, id: str) -> Any:
+        """Attaches to a session of any client: a Session, or a LinkageSession of a rod linkage."""
+        status = OpenSession(self, checks.text(id, "session")).status()
+        attached = LinkageSession(self, id) if status.segments else Session(self, id)
+        attached.revision = status.revision
         return attached
 
     def sessions(self) -> "list[service.SessionStatus]":

@@ -5,35 +5,19 @@ from __future__ import annotations
 import os
 import random
 import time
-from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
-from typing import TYPE_CHECKING, Any, Iterable, Sequence
+from typing import Any, Iterable, Sequence
 
-import numpy as np
 
 from . import checks, edits
 from .errors import LimberError, invalid
 from .keyframes import Keyframe, keyframe
-from .messages import common, scene as scenes, service
+from .messages import scene as scenes, service
+from .open_session import OpenSession, Receipt
 from .progress import ProgressOption, Reporter
-from .results import ENCODINGS, Export, Geometry, Material, Result, decode, issue_text
-from .stream import FrameStream
-
-if TYPE_CHECKING:
-    from .server import Server
+from .results import Export, Geometry, Material, Result
 
 _FORMATS = {"pvd": service.EXPORT_FORMAT_PVD, "pc2": service.EXPORT_FORMAT_PC2, "scene": service.EXPORT_FORMAT_SCENE}
-_UNTIL = {"first": service.WaitRequest.UNTIL_FIRST, "final": service.WaitRequest.UNTIL_FINAL}
-
-
-@dataclass(frozen=True)
-class Receipt:
-    """What the server says to accepted edits."""
-
-    revision: int
-    constraint_ids: tuple[int, ...]  # per edit the constraint it touched, 0 if none
-    issues: tuple[str, ...] = ()     # warnings: what was accepted but has no effect
-    keyframe_ids: tuple[int, ...] = ()  # per edit the keyframe it touched, 0 if none
 
 
 class Constraint:
@@ -101,25 +85,8 @@ class Constraint:
         return f"Constraint(id={self.id}, frame={self.frame}, nodes={nodes}, {self.kind}={self.target})"
 
 
-class Session:
-    """A session on a server. Made by Server.open() or Server.session(); several may name the same session."""
-
-    def __init__(self, server: "Server", id: str, job: int = 0, issues: Iterable[str] = ()):
-        self.server = server
-        self.id = id
-        self.job = job                    # that builds the model
-        self.issues = tuple(issues)       # repairs and warnings of the mesh
-        self.revision = 0                 # newest this client made or saw
-
-    @property
-    def connection(self):
-        return self.server.connection
-
-    # ---- state ----
-
-    def status(self) -> "service.SessionStatus":
-        """State, sizes, model and newest result."""
-        return self.connection.call("get_session", service.GetSessionRequest(session=self.id)).status
+class Session(OpenSession):
+    """A session of an elastic body. Made by Server.open() or Server.session(); several may name the same session."""
 
     def scene(self) -> "scenes.Scene":
         """The scene as edited, with its base motion and poses, without the mesh's bytes."""
@@ -162,13 +129,6 @@ class Session:
                 if not is_late or time.monotonic() > deadline:
                     raise
             time.sleep(random.uniform(0, 0.01))  # two that do the same must not meet again and again
-
-    def _send(self, messages: "list[service.Edit]", expected_revision: int | None) -> Receipt:
-        request = service.EditRequest(session=self.id, edits=messages, expected_revision=expected_revision)
-        response = self.connection.call("edit", request)
-        self.revision = max(self.revision, response.revision)
-        return Receipt(response.revision, tuple(response.constraint_ids),
-                       tuple(issue_text(issue) for issue in response.issues), tuple(response.keyframe_ids))
 
     def add(self, *, frame: int, node: int | None = None, nodes: Iterable[int] | None = None,
             position: Sequence[float] | None = None, displacement: Sequence[float] | None = None,
@@ -225,25 +185,7 @@ class Session:
         """Forgets what was fitted: the scene's own material, from which optimisation starts anew."""
         return self.edit([edits.reset_material()])
 
-    def undo(self) -> Receipt:
-        return self.edit([edits.undo()])
-
-    def redo(self) -> Receipt:
-        return self.edit([edits.redo()])
-
     # ---- results ----
-
-    def wait(self, revision: int | None = None, until: str = "final", timeout: float = 60.0) -> Result:
-        """Waits for a result that contains a revision (default: the newest this client made or saw).
-
-        until: "first" for the first such result, "final" for its final one (result.status says whether it converged). Raises LimberError TIMEOUT.
-        """
-        checks.one_of(until, _UNTIL, "until")
-        checks.duration(timeout, "timeout")
-        wanted = self.revision if revision is None else checks.whole(revision, "revision", most=2 ** 64 - 1)
-        request = service.WaitRequest(session=self.id, revision=wanted, until=_UNTIL[until], timeout_s=timeout)
-        response = self.connection.call("wait", request, timeout=timeout + self.connection.timeout)
-        return Result.from_message(response.result)
 
     def material(self) -> Material:
         """The material of the newest result: frequencies and damping of its modes in SI units, and what they mix."""
@@ -265,28 +207,6 @@ class Session:
             return None
         cached = self.server.geometry_cache.get(frames.basis_hash)
         return cached[1] if cached else self.geometry()
-
-    def raw_frames(self, first: int = 0, count: int = 0, encoding: str = "coordinates",
-                   final: bool = False) -> "service.Frames":
-        """Frames as the server sends them."""
-        request = service.GetFramesRequest(
-            session=self.id, first_frame=checks.whole(first, "first_frame"),
-            frame_count=checks.whole(count, "frame_count"), final_only=checks.flag(final, "final"),
-            encoding=ENCODINGS[checks.one_of(encoding, ENCODINGS, "encoding")])
-        return self.connection.call("get_frames", request, timeout=max(60.0, self.connection.timeout)).frames
-
-    def frames(self, first: int = 0, count: int = 0, encoding: str = "coordinates", final: bool = False) -> np.ndarray:
-        """Positions, frames x nodes x 3 float32 [length unit], of the newest result.
-
-        count 0: to the last frame; encoding: what travels ("coordinates", the smallest, "positions" or "quantised");
-        final: of the newest final result.
-        """
-        frames = self.raw_frames(first, count, encoding, final)
-        return decode(frames, self.geometry_for(frames))
-
-    def stream(self, encoding: str = "coordinates", timeout: float | None = None, snapshot: bool = True) -> FrameStream:
-        """Iterator over results as they are published, the newest first result at once (unless snapshot=False)."""
-        return FrameStream(self, encoding, timeout, snapshot)
 
     # ---- files ----
 
@@ -318,33 +238,10 @@ class Session:
 
     # ---- control ----
 
-    def cancel(self) -> None:
-        """Stops a running build or solve; the session keeps its newest result."""
-        self.connection.call("cancel", service.CancelRequest(session=self.id))
-
     def solve_cold(self) -> int:
         """Solves the current problem again from the base motion, the better of the two motions stays;
         the job's number."""
         return self.connection.call("solve_cold", service.SolveColdRequest(session=self.id)).job
-
-    def wait_ready(self, progress: ProgressOption = None, timeout: float = 600.0) -> "service.SessionStatus":
-        """Waits until the model is built and the scene as opened is solved. Raises what the build failed with."""
-        checks.seconds(timeout, "timeout")
-        if self.job:
-            self.server.wait_job(self.job, progress, timeout)
-        status = self.status()
-        if status.state == service.SESSION_STATE_FAILED:
-            raise LimberError("FAILED_PRECONDITION", f"session {self.id} failed: {status.message}")
-        self.revision = max(self.revision, status.revision)
-        return status
-
-    def close(self) -> None:
-        """Ends the session on the server, for every client."""
-        self.connection.call("close_session", service.CloseSessionRequest(session=self.id), timeout=60.0)
-
-    def __repr__(self) -> str:
-        return f"Session({self.id!r} at {self.connection.endpoint})"
-
 
 def write_exported(folder: Path, file: "service.ExportedFile") -> Path:
     """Writes one exported file below the folder, whatever its name claims."""
@@ -359,11 +256,3 @@ def write_exported(folder: Path, file: "service.ExportedFile") -> Path:
     except OSError as error:
         raise LimberError("IO", f"cannot write {path}: {error.strerror}", "folder") from error
     return path
-
-
-def job_error(status: "service.JobStatus") -> "common.Error":
-    """Why a job ended without success."""
-    if status.HasField("error"):
-        return status.error
-    code = common.ERROR_CODE_CANCELLED if status.state == service.JOB_STATE_CANCELLED else common.ERROR_CODE_INTERNAL
-    return common.Error(code=code, message=f"job {status.job} ({status.kind}) was cancelled or failed")

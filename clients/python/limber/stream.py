@@ -19,7 +19,7 @@ from .reception import Reception
 from .results import ENCODINGS, Result, decode
 
 if TYPE_CHECKING:
-    from .session import Session
+    from .open_session import OpenSession
 
 # limberd sends the status every two seconds: who hears nothing for this long asks whether it is still there, and waits
 # that long for the answer [s].
@@ -36,7 +36,7 @@ class StreamedFrames:
     missed: int                 # messages of this topic lost just before this one; 0: none
     received: float             # time.monotonic() at reception [s]
     raw: "service.Frames" = field(repr=False)
-    _session: "Session" = field(repr=False)
+    _session: "OpenSession" = field(repr=False)
 
     @property
     def positions(self) -> np.ndarray:
@@ -52,7 +52,7 @@ class FrameStream:
     raises ServerUnreachable when the server is gone. Not for several threads at once.
     """
 
-    def __init__(self, session: "Session", encoding: str = "coordinates", timeout: float | None = None,
+    def __init__(self, session: "OpenSession", encoding: str = "coordinates", timeout: float | None = None,
                  snapshot: bool = True):
         """timeout: longest silence in seconds before LimberError TIMEOUT; None: wait as long as the server lives."""
         checks.one_of(encoding, ENCODINGS, "encoding")
@@ -115,7 +115,7 @@ class FrameStream:
             if isinstance(taken, service.SessionStatus):
                 self._obey(taken)
             elif taken is not None:
-                return StreamedFrames(Result.from_message(taken.frames.result), taken.frames.first_frame, taken.missed,
+                return StreamedFrames(self._session.result_of(taken.frames.result), taken.frames.first_frame, taken.missed,
                                       taken.received, taken.frames, self._session)
             elif deadline is not None and time.monotonic() >= deadline:
                 raise LimberError("TIMEOUT", f"no frames of session {self._session.id} within {timeout:g} s")

@@ -53,7 +53,7 @@ MappedLinkage map_linkage(const scene::Linkage& linkage) {
                 fmt::format("must be in (-1, 0.5], is {:g}", linkage.poissons_ratio));
   }
   const rods::SectionProperties section =
-      with_prefix("section", [&] { return rods::section_properties(linkage.section); });
+      with_prefix("section.", [&] { return rods::section_properties(linkage.section); });
   const rods::SectionStiffness stiffness = rods::section_stiffness(
       section, {linkage.youngs_modulus * unit * unit, linkage.poissons_ratio}, linkage.stiff_axis);
   rods::LinkageGraph graph =

@@ -352,6 +352,9 @@ std::shared_ptr<const LinkageResult> LinkageSession::final_result() const {
 std::shared_ptr<const LinkageGeometry> LinkageSession::geometry() const {
   return impl_->read([](const Impl& impl) { return impl.geometry_; });
 }
+std::shared_ptr<const LinkageShape> LinkageSession::shape() const {
+  return impl_->read([](const Impl& impl) { return impl.shape_; });
+}
 Eigen::VectorXf LinkageSession::surface(
     const Eigen::Ref<const Eigen::VectorXf>& coordinates) const {
   const auto shape = impl_->read([](const Impl& impl) { return impl.shape_; });

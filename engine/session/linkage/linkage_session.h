@@ -10,6 +10,7 @@
 #include "engine/rods/equilibrium/linkage_equilibrium.h"
 #include "engine/scene/linkage.h"
 #include "engine/session/linkage/linkage_document.h"
+#include "engine/session/linkage/linkage_shape.h"
 #include "engine/session/session.h"
 
 namespace limber::session {
@@ -80,6 +81,8 @@ class LinkageSession {
       const;  // null before the first
   [[nodiscard]] std::shared_ptr<const LinkageResult> final_result() const;
   [[nodiscard]] std::shared_ptr<const LinkageGeometry> geometry() const;  // null while building
+  /// Makes surfaces from coordinates, without the session; null while building.
+  [[nodiscard]] std::shared_ptr<const LinkageShape> shape() const;
   /// The swept surface of a shape (coordinates), 3 surface nodes [scene length unit].
   [[nodiscard]] Eigen::VectorXf surface(const Eigen::Ref<const Eigen::VectorXf>& coordinates) const;
 

@@ -1,0 +1,137 @@
+// deploy, pin, attach: edits of rod linkages.
+
+#include <fmt/format.h>
+
+#include <map>
+#include <memory>
+#include <optional>
+
+#include "clients/cli/context.h"
+#include "clients/cli/edits.h"
+
+namespace limber::cli {
+namespace {
+
+void add_session(CLI::App& command, std::string& session) {
+  command.add_option("session", session, "Session of a rod linkage")->required();
+}
+
+v1::Vector3 vector(const std::vector<double>& values) {
+  v1::Vector3 message;
+  message.set_x(values.at(0));
+  message.set_y(values.at(1));
+  message.set_z(values.at(2));
+  return message;
+}
+
+void add_deploy(CLI::App& app, Context& context) {
+  struct Options {
+    std::string session;
+    std::optional<double> angle;
+    std::optional<unsigned> joint;
+    bool free = false;
+  };
+  auto options = std::make_shared<Options>();
+  auto* command =
+      subcommand(app, "deploy", "Open a rod linkage to a mean angle, or one of its joints",
+                 "limber deploy shelter --angle 60\n  limber deploy shelter --joint 4 --free");
+  add_session(*command, options->session);
+  auto* way = command->add_option_group("way", "Where to");
+  way->add_option("--angle", options->angle, "Opening angle in degrees, between -180 and 180");
+  way->add_flag("--free", options->free, "From now on it may take any");
+  way->require_option(1);
+  command->add_option("--joint", options->joint, "Of this joint, from 0 (default: mean of all)");
+  command->callback([&context, options] {
+    v1::Edit edit;
+    if (options->joint) {
+      auto& wanted = *edit.mutable_set_joint_angle();
+      wanted.set_joint(*options->joint);
+      if (options->angle) wanted.set_angle_degrees(*options->angle);
+    } else {
+      auto& wanted = *edit.mutable_set_mean_angle();
+      if (options->angle) wanted.set_angle_degrees(*options->angle);
+    }
+    print_receipt(context, send(context, options->session, {edit}));
+  });
+}
+
+void add_pin(CLI::App& app, Context& context) {
+  static const std::map<std::string, v1::Held> kHeld{{"motion", v1::HELD_MOTION},
+                                                     {"angle", v1::HELD_ANGLE},
+                                                     {"both", v1::HELD_MOTION_AND_ANGLE},
+                                                     {"nothing", v1::HELD_NOTHING}};
+  struct Options {
+    std::string session, held = "both";
+    unsigned joint = 0;
+    std::vector<double> position;
+  };
+  auto options = std::make_shared<Options>();
+  auto* command =
+      subcommand(app, "pin", "Hold a joint of a rod linkage, or release it",
+                 "limber pin shelter 0 --held motion\n  limber pin shelter 0 --held nothing");
+  add_session(*command, options->session);
+  command->add_option("joint", options->joint, "Joint, from 0")->required();
+  command->add_option("--held", options->held, "motion, angle, both (default) or nothing")
+      ->check(CLI::IsMember({"motion", "angle", "both", "nothing"}));
+  command->add_option("--position", options->position, "Bring it to this point x y z")->expected(3);
+  command->callback([&context, options] {
+    v1::Edit edit;
+    auto& pin = *edit.mutable_pin_joint()->mutable_pin();
+    pin.set_joint(options->joint);
+    pin.set_held(kHeld.at(options->held));
+    if (!options->position.empty()) *pin.mutable_position() = vector(options->position);
+    print_receipt(context, send(context, options->session, {edit}));
+  });
+}
+
+void add_attach(CLI::App& app, Context& context) {
+  struct Options {
+    std::string session;
+    std::optional<unsigned> joint, segment;
+    std::optional<std::uint64_t> move;
+    double share = 0.5, stiffness = 1000;
+    std::vector<double> position;
+  };
+  auto options = std::make_shared<Options>();
+  auto* command =
+      subcommand(app, "attach", "Pull a point of a rod linkage to a point in space by a spring",
+                 "limber attach shelter --joint 5 --position 0 0 1.2 --stiffness 500\n"
+                 "  limber attach shelter --move 1 --position 0 0 1.3");
+  add_session(*command, options->session);
+  auto* at = command->add_option_group("at", "Which point");
+  at->add_option("--joint", options->joint, "A joint, from 0");
+  auto* segment = at->add_option("--segment", options->segment, "A point of a segment, from 0");
+  at->add_option("--move", options->move, "That of a target there is already");
+  at->require_option(1);
+  command->add_option("--share", options->share, "Of the segment's length (default: 0.5)")
+      ->needs(segment);
+  command->add_option("--stiffness", options->stiffness, "Of the spring in N/m (default: 1000)");
+  command->add_option("--position", options->position, "x y z")->expected(3)->required();
+  command->callback([&context, options] {
+    v1::Edit edit;
+    if (options->move) {
+      edit.mutable_move_target()->set_id(*options->move);
+      *edit.mutable_move_target()->mutable_position() = vector(options->position);
+    } else {
+      auto& target = *edit.mutable_add_target()->mutable_target();
+      if (options->joint) target.set_joint(*options->joint);
+      if (options->segment) {
+        target.mutable_segment()->set_segment(*options->segment);
+        target.mutable_segment()->set_share(options->share);
+      }
+      *target.mutable_position() = vector(options->position);
+      target.set_stiffness(options->stiffness);
+    }
+    print_receipt(context, send(context, options->session, {edit}));
+  });
+}
+
+}  // namespace
+
+void add_linkage_commands(CLI::App& app, Context& context) {
+  add_deploy(app, context);
+  add_pin(app, context);
+  add_attach(app, context);
+}
+
+}  // namespace limber::cli

@@ -1,0 +1,252 @@
+"""Rod linkages: scenes of them, and sessions that keep them in equilibrium."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Iterable, Mapping, Sequence
+
+import numpy as np
+
+from . import arrays, checks, edits
+from .errors import invalid
+from .linkage_shapes import LinkageGeometry, Shape
+from .mesh_files import mesh_file
+from .messages import scene as messages
+from .messages import service
+from .open_session import OpenSession, Receipt
+from .results import Result
+
+HELD = {"motion": messages.HELD_MOTION, "angle": messages.HELD_ANGLE, "both": messages.HELD_MOTION_AND_ANGLE}
+STIFF_AXES = {"d1": messages.STIFF_AXIS_D1, "d2": messages.STIFF_AXIS_D2}
+BENDING = {"material_frames": messages.ROD_BENDING_MATERIAL_FRAMES,
+           "averaged_frames": messages.ROD_BENDING_AVERAGED_FRAMES}
+STIFFNESS = 1000.0  # of the springs to targets where none is given [N/m]
+
+
+@dataclass(frozen=True)
+class LinkageResult(Result):
+    """One published shape of a linkage. Of a result that is not final, the mean angle alone is known."""
+
+    stretching_energy: float = 0.0  # of the rods [J]
+    bending_energy: float = 0.0
+    twisting_energy: float = 0.0
+    spring_energy: float = 0.0      # of the springs to targets [J]
+    load_potential: float = 0.0     # of forces, torques and weight [J]
+    mean_angle: float = 0.0         # of all joints [degree]
+    steps: int = 0                  # equilibria on the way
+    negative_eigenvalues: int = 0   # directions in which the equilibrium is unstable
+    mean_angle_moment: float = 0.0  # on every joint, holds the mean angle [N m]
+
+    @staticmethod
+    def from_message(info: "service.ResultInfo") -> "LinkageResult":
+        more = info.linkage
+        return LinkageResult(**vars(Result.from_message(info)), stretching_energy=more.stretching_energy,
+                             bending_energy=more.bending_energy, twisting_energy=more.twisting_energy,
+                             spring_energy=more.spring_energy, load_potential=more.load_potential,
+                             mean_angle=more.mean_angle_degrees, steps=more.steps,
+                             negative_eigenvalues=more.negative_eigenvalues, mean_angle_moment=more.mean_angle_moment)
+
+
+def linkage_scene(vertices: Any, edges: Any = None, *, section: Mapping[str, Any], name: str = "",
+                  edges_per_segment: int | None = None, stiff_axis: str = "d1", bending: str = "material_frames",
+                  length_unit_in_metres: float | None = None, youngs_modulus: float | None = None,
+                  poissons_ratio: float | None = None, density: float | None = None) -> "messages.Scene":
+    """A scene of a rod linkage: vertices (n x 3, length unit) and edges (m x 2, vertex ids from 0), or the path of an
+    .obj file with lines.
+
+    section: the shape of the rods and its dimensions, e.g. {"rectangle": (width, height)} or {"tube": {"diameter": 0.02,
+    "wall_thickness": 0.002}}: rectangle, ellipse, i, l, plus, tube; {"profile": corners} takes a closed polygon.
+    stiff_axis: "d1" (bending sideways is the stiffer) or "d2". What is not given has the server's default.
+    """
+    scene = messages.Scene(name=checks.text(name, "name"))
+    linkage = scene.linkage
+    if edges is None:
+        linkage.lines.file.CopyFrom(mesh_file(checks.path(vertices, "vertices"), field="linkage.lines.path"))
+        scene.name = scene.name or Path(os.fspath(vertices)).stem
+    else:
+        points = checks.numeric(vertices, "linkage.lines.arrays.vertices")
+        pairs = checks.numeric(edges, "linkage.lines.arrays.edges")
+        linkage.lines.arrays.vertices.CopyFrom(arrays.to_message(points, np.float64))
+        linkage.lines.arrays.edges.CopyFrom(arrays.to_message(pairs, np.int32))
+    _section(section, linkage.section)
+    if edges_per_segment is not None:
+        linkage.edges_per_segment = checks.whole(edges_per_segment, "edges_per_segment")
+    linkage.stiff_axis = STIFF_AXES[checks.one_of(stiff_axis, STIFF_AXES, "stiff_axis")]
+    linkage.bending = BENDING[checks.one_of(bending, BENDING, "bending")]
+    if length_unit_in_metres is not None:
+        scene.length_unit_in_metres = checks.real(length_unit_in_metres, "length_unit_in_metres")
+    material = {"youngs_modulus": youngs_modulus, "poissons_ratio": poissons_ratio, "density": density}
+    for key, value in material.items():
+        if value is not None:
+            setattr(linkage.material, key, checks.real(value, key))
+    return scene
+
+
+def _section(section: Any, message: "messages.RodSection") -> None:
+    shapes = message.DESCRIPTOR.fields_by_name
+    if not isinstance(section, Mapping) or len(section) != 1:
+        raise invalid("section", f"section takes one shape with its dimensions, e.g. {{'rectangle': (0.02, 0.005)}}, "
+                                 f"not {section!r}")
+    (shape, dimensions), = section.items()
+    made = getattr(message, checks.one_of(shape, shapes, "section"))
+    made.SetInParent()
+    if shape == "profile":
+        made.outer.CopyFrom(arrays.to_message(checks.numeric(dimensions, "section.profile"), np.float64))
+        return
+    names = [field.name for field in made.DESCRIPTOR.fields]
+    if not isinstance(dimensions, Mapping):
+        values = list(checks.several(dimensions, f"section.{shape}"))
+        if len(values) != len(names):
+            raise invalid(f"section.{shape}", f"{shape} takes {', '.join(names)}, not {dimensions!r}")
+        dimensions = dict(zip(names, values))
+    for key, value in dimensions.items():
+        setattr(made, checks.one_of(key, names, f"section.{shape}"), checks.real(value, f"section.{shape}.{key}"))
+
+
+class Target:
+    """A spring from a point of the linkage to a point in space, as this client last knew it."""
+
+    def __init__(self, session: "LinkageSession", message: "messages.LinkageTarget"):
+        self.session = session
+        self.message = message
+
+    @property
+    def id(self) -> int:
+        return self.message.id
+
+    @property
+    def position(self) -> tuple[float, float, float]:
+        at = self.message.position
+        return (at.x, at.y, at.z)
+
+    def move(self, position: Sequence[float]) -> Receipt:
+        receipt = self.session.move(self, position)
+        self.message.position.CopyFrom(edits.vector(position, "position"))
+        return receipt
+
+    def remove(self) -> Receipt:
+        return self.session.remove(self)
+
+    def __repr__(self) -> str:
+        return f"Target(id={self.id}, position={self.position}, stiffness={self.message.stiffness})"
+
+
+class LinkageSession(OpenSession):
+    """A session of a rod linkage. Made by Server.open() or Server.session(). Joints and segments count from 0; angles
+    are in degrees."""
+
+    _geometry: LinkageGeometry | None = None
+
+    def result_of(self, info: "service.ResultInfo") -> LinkageResult:
+        return LinkageResult.from_message(info)
+
+    def scene(self) -> "messages.Scene":
+        """The scene as edited, without lines that were sent."""
+        return self.connection.call("get_session", service.GetSessionRequest(session=self.id, with_scene=True)).scene
+
+    def conditions(self) -> "messages.LinkageConditions":
+        """Pins, angles, targets and loads of every client, as of now."""
+        return self.scene().linkage.conditions
+
+    def targets(self) -> list[Target]:
+        """Those of every client, as of now."""
+        return [Target(self, message) for message in self.conditions().targets]
+
+    # ---- edits ----
+
+    def edit(self, changes: Iterable[edits.EditLike], expected_revision: int | None = None) -> Receipt:
+        """All or nothing, in order, as one revision: messages or mappings (the JSON form of limber.v1.Edit).
+
+        expected_revision: refuse (FAILED_PRECONDITION) unless this is the newest one.
+        """
+        if expected_revision is not None:
+            checks.whole(expected_revision, "expected_revision", most=2 ** 64 - 1)
+        return self._send(edits.to_messages(checks.several(changes, "edits")), expected_revision)
+
+    def deploy(self, angle: float | None) -> Receipt:
+        """The mean opening angle of all joints [degree]: the linkage goes there step by step. None: it is free."""
+        wanted = None if angle is None else checks.real(angle, "angle")
+        return self.edit([service.Edit(set_mean_angle=service.SetMeanAngle(angle_degrees=wanted))])
+
+    def set_angle(self, joint: int, angle: float | None) -> Receipt:
+        """An angle that one joint is to have from now on [degree]; None: it is free."""
+        wanted = None if angle is None else checks.real(angle, "angle")
+        change = service.SetJointAngle(joint=checks.whole(joint, "joint"), angle_degrees=wanted)
+        return self.edit([service.Edit(set_joint_angle=change)])
+
+    def pin(self, joint: int, held: str = "both", position: Sequence[float] | None = None) -> Receipt:
+        """Holds a joint: its "motion" (position and rotation), its "angle", or "both"; position: where to bring it."""
+        pin = messages.JointPin(joint=checks.whole(joint, "joint"), held=HELD[checks.one_of(held, HELD, "held")])
+        if position is not None:
+            pin.position.CopyFrom(edits.vector(position, "position"))
+        return self.edit([service.Edit(pin_joint=service.PinJoint(pin=pin))])
+
+    def release(self, joint: int) -> Receipt:
+        """Takes the joint's pin away."""
+        pin = messages.JointPin(joint=checks.whole(joint, "joint"), held=messages.HELD_NOTHING)
+        return self.edit([service.Edit(pin_joint=service.PinJoint(pin=pin))])
+
+    def attach(self, joint: int | None = None, *, segment: int | None = None, share: float = 0.5,
+               position: Sequence[float], stiffness: float = STIFFNESS) -> Target:
+        """A spring [N/m] from a joint, or from a point at a share of a segment's length, to a position."""
+        if (joint is None) == (segment is None):
+            raise invalid("joint", "give either a joint or a segment")
+        target = messages.LinkageTarget(position=edits.vector(position, "position"),
+                                        stiffness=checks.real(stiffness, "stiffness"))
+        if segment is None:
+            target.joint = checks.whole(joint, "joint")
+        else:
+            target.segment.segment = checks.whole(segment, "segment")
+            target.segment.share = checks.real(share, "share")
+        receipt = self.edit([service.Edit(add_target=service.AddTarget(target=target))])
+        target.id = receipt.target_ids[0]
+        return Target(self, target)
+
+    def move(self, target: "Target | int", position: Sequence[float]) -> Receipt:
+        change = service.MoveTarget(id=_id(target), position=edits.vector(position, "position"))
+        return self.edit([service.Edit(move_target=change)])
+
+    def remove(self, target: "Target | int") -> Receipt:
+        return self.edit([service.Edit(remove_target=service.RemoveTarget(id=_id(target)))])
+
+    def load(self, joint: int, *, force: Sequence[float] = (0, 0, 0), moment: Sequence[float] = (0, 0, 0),
+             torque: float = 0.0) -> Receipt:
+        """Replaces what loads a joint: a force [N], a moment [N m], a torque that opens it [N m]; nothing: no load."""
+        load = messages.JointLoad(joint=checks.whole(joint, "joint"), force=edits.vector(force, "force"),
+                                  moment=edits.vector(moment, "moment"), torque=checks.real(torque, "torque"))
+        return self.edit([service.Edit(set_joint_load=service.SetJointLoad(load=load))])
+
+    def gravity(self, gravity: Sequence[float]) -> Receipt:
+        """[m/s^2]"""
+        return self.edit([service.Edit(set_gravity=service.SetGravity(gravity=edits.vector(gravity, "gravity")))])
+
+    # ---- shapes ----
+
+    def geometry(self) -> LinkageGeometry:
+        """What stays the same for all shapes; fetched once."""
+        if self._geometry is None:
+            message = self.connection.call("get_geometry", service.GetGeometryRequest(session=self.id),
+                                           timeout=max(60.0, self.connection.timeout))
+            self._geometry = LinkageGeometry.from_message(message)
+        return self._geometry
+
+    def geometry_for(self, frames: "service.Frames") -> LinkageGeometry | None:
+        return self.geometry() if frames.encoding == service.ENCODING_COORDINATES else None
+
+    def shapes(self, first: int = 0, count: int = 0, final: bool = False) -> list[Shape]:
+        """Centrelines, directors and angles of the newest result: the equilibria on the way, the shape itself last."""
+        return self.geometry().shapes(arrays.to_numpy(self.raw_frames(first, count, final=final).data, "frames"))
+
+    def shape(self, final: bool = False) -> Shape:
+        """The shape of the newest result."""
+        return self.shapes(final=final)[-1]
+
+
+def _id(target: Any) -> int:
+    if isinstance(target, Target):
+        return target.id
+    return checks.whole(target, "id", most=2 ** 64 - 1)
+
+

@@ -1,0 +1,148 @@
+"""What sessions of bodies and of linkages have in common: state, waiting, frames, streams, control."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Iterable
+
+import numpy as np
+
+from . import checks, edits
+from .errors import LimberError
+from .messages import common, service
+from .progress import ProgressOption, Reporter
+from .results import ENCODINGS, Result, decode, issue_text
+from .stream import FrameStream
+
+if TYPE_CHECKING:
+    from .server import Server
+
+_UNTIL = {"first": service.WaitRequest.UNTIL_FIRST, "final": service.WaitRequest.UNTIL_FINAL}
+
+
+@dataclass(frozen=True)
+class Receipt:
+    """What the server says to accepted edits."""
+
+    revision: int
+    constraint_ids: tuple[int, ...]  # per edit the constraint it touched, 0 if none
+    issues: tuple[str, ...] = ()     # warnings: what was accepted but has no effect
+    keyframe_ids: tuple[int, ...] = ()  # per edit the keyframe it touched, 0 if none
+    target_ids: tuple[int, ...] = ()    # of a linkage: per edit the target it touched, 0 if none
+
+
+class OpenSession:
+    """A session on a server; several may name the same session."""
+
+    def __init__(self, server: "Server", id: str, job: int = 0, issues: Iterable[str] = ()):
+        self.server = server
+        self.id = id
+        self.job = job                    # that builds the model
+        self.issues = tuple(issues)       # repairs and warnings of the mesh
+        self.revision = 0                 # newest this client made or saw
+
+    @property
+    def connection(self):
+        return self.server.connection
+
+    # ---- state ----
+
+    def status(self) -> "service.SessionStatus":
+        """State, sizes, model and newest result."""
+        return self.connection.call("get_session", service.GetSessionRequest(session=self.id)).status
+
+    def result_of(self, info: "service.ResultInfo") -> Any:
+        """A result as sessions of this kind tell it."""
+        return Result.from_message(info)
+
+    def geometry_for(self, frames: "service.Frames") -> Any:
+        """What decode() needs for these frames."""
+        raise NotImplementedError
+
+    # ---- edits ----
+
+    def edit(self, changes: Iterable[Any], expected_revision: int | None = None) -> Receipt:
+        """All or nothing, in order, as one revision."""
+        raise NotImplementedError
+
+    def _send(self, messages: "list[service.Edit]", expected_revision: int | None) -> Receipt:
+        request = service.EditRequest(session=self.id, edits=messages, expected_revision=expected_revision)
+        response = self.connection.call("edit", request)
+        self.revision = max(self.revision, response.revision)
+        return Receipt(response.revision, tuple(response.constraint_ids),
+                       tuple(issue_text(issue) for issue in response.issues), tuple(response.keyframe_ids),
+                       tuple(response.target_ids))
+
+    def undo(self) -> Receipt:
+        return self.edit([edits.undo()])
+
+    def redo(self) -> Receipt:
+        return self.edit([edits.redo()])
+
+    # ---- results ----
+
+    def wait(self, revision: int | None = None, until: str = "final", timeout: float = 60.0) -> Result:
+        """Waits for a result that contains a revision (default: the newest this client made or saw).
+
+        until: "first" for the first such result, "final" for its final one (result.status says whether it converged). Raises LimberError TIMEOUT.
+        """
+        checks.one_of(until, _UNTIL, "until")
+        checks.duration(timeout, "timeout")
+        wanted = self.revision if revision is None else checks.whole(revision, "revision", most=2 ** 64 - 1)
+        request = service.WaitRequest(session=self.id, revision=wanted, until=_UNTIL[until], timeout_s=timeout)
+        response = self.connection.call("wait", request, timeout=timeout + self.connection.timeout)
+        return self.result_of(response.result)
+
+    def raw_frames(self, first: int = 0, count: int = 0, encoding: str = "coordinates",
+                   final: bool = False) -> "service.Frames":
+        """Frames as the server sends them."""
+        request = service.GetFramesRequest(
+            session=self.id, first_frame=checks.whole(first, "first_frame"),
+            frame_count=checks.whole(count, "frame_count"), final_only=checks.flag(final, "final"),
+            encoding=ENCODINGS[checks.one_of(encoding, ENCODINGS, "encoding")])
+        return self.connection.call("get_frames", request, timeout=max(60.0, self.connection.timeout)).frames
+
+    def frames(self, first: int = 0, count: int = 0, encoding: str = "coordinates", final: bool = False) -> np.ndarray:
+        """Positions, frames x nodes x 3 float32 [length unit], of the newest result.
+
+        count 0: to the last frame; encoding: what travels ("coordinates", the smallest, "positions" or "quantised");
+        final: of the newest final result.
+        """
+        frames = self.raw_frames(first, count, encoding, final)
+        return decode(frames, self.geometry_for(frames))
+
+    def stream(self, encoding: str = "coordinates", timeout: float | None = None, snapshot: bool = True) -> FrameStream:
+        """Iterator over results as they are published, the newest first result at once (unless snapshot=False)."""
+        return FrameStream(self, encoding, timeout, snapshot)
+
+    # ---- control ----
+
+    def cancel(self) -> None:
+        """Stops a running build or solve; the session keeps its newest result."""
+        self.connection.call("cancel", service.CancelRequest(session=self.id))
+
+    def wait_ready(self, progress: ProgressOption = None, timeout: float = 600.0) -> "service.SessionStatus":
+        """Waits until the model is built and the scene as opened is solved. Raises what the build failed with."""
+        checks.seconds(timeout, "timeout")
+        if self.job:
+            self.server.wait_job(self.job, progress, timeout)
+        status = self.status()
+        if status.state == service.SESSION_STATE_FAILED:
+            raise LimberError("FAILED_PRECONDITION", f"session {self.id} failed: {status.message}")
+        self.revision = max(self.revision, status.revision)
+        return status
+
+    def close(self) -> None:
+        """Ends the session on the server, for every client."""
+        self.connection.call("close_session", service.CloseSessionRequest(session=self.id), timeout=60.0)
+
+    def __repr__(self) -> str:
+        return f"Session({self.id!r} at {self.connection.endpoint})"
+
+
+def job_error(status: "service.JobStatus") -> "common.Error":
+    """Why a job ended without success."""
+    if status.HasField("error"):
+        return status.error
+    code = common.ERROR_CODE_CANCELLED if status.state == service.JOB_STATE_CANCELLED else common.ERROR_CODE_INTERNAL
+    return common.Error(code=code, message=f"job {status.job} ({status.kind}) was cancelled or failed")

@@ -1,0 +1,97 @@
+#include "server/service/linkage_scenes.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "engine/scene/formats/line_formats.h"
+#include "engine/scene/samples/linkage_samples.h"
+#include "engine/session/linkage/linkage_mapping.h"
+#include "server/codec/faults.h"
+
+namespace limber::server {
+namespace {
+
+/// Reduced variables, Hessian, its factor with room for fill, a path of shapes: a guess on the safe
+/// side.
+constexpr std::uint64_t kBytesPerEdge = 24'000;
+
+/// Readers name files and lines in their messages; the field is where the client gave the lines.
+template <class Read>
+rods::LineMesh read_at(const std::string& field, const Read& read) {
+  try {
+    return read();
+  } catch (const Error& error) {
+    throw Error(error.code(), field, error.what());
+  }
+}
+
+}  // namespace
+
+LineLoader line_loader(
+    std::function<std::filesystem::path(const std::string& path, const std::string& field)>
+        resolve) {
+  return [resolve = std::move(resolve)](const proto::LineSource& source, const std::string& field) {
+    switch (source.source_case()) {
+      case proto::LineSource::kPath: {
+        const auto file = resolve(source.path(), field + ".path");
+        return read_at(field + ".path", [&] { return scene::read_line_mesh_file(file); });
+      }
+      case proto::LineSource::kFile:
+        return read_at(field + ".file", [&] {
+          return scene::read_line_mesh(source.file().name(), source.file().content());
+        });
+      default:
+        return read_at(field + ".sample",
+                       [&] { return scene::make_linkage_sample(source.sample()).lines; });
+    }
+  };
+}
+
+bool is_linkage_sample(const std::string& name) {
+  const auto& names = scene::linkage_sample_names();
+  return std::find(names.begin(), names.end(), name) != names.end();
+}
+
+proto::Scene linkage_sample_scene(const std::string& name) {
+  proto::Scene message = encode_linkage(scene::make_linkage_sample(name));
+  message.mutable_linkage()->mutable_lines()->set_sample(name);
+  return message;
+}
+
+LinkageSizes check_linkage(const scene::Linkage& linkage, std::uint64_t session_bytes) {
+  const auto edges = static_cast<std::uint64_t>(linkage.lines.edge_count()) *
+                     static_cast<std::uint64_t>(linkage.edges_per_segment);
+  if (session_bytes > 0 && edges * kBytesPerEdge > session_bytes) {
+    throw limit_exceeded("scene", "estimated bytes of the session", session_bytes,
+                         edges * kBytesPerEdge);
+  }
+  const session::MappedLinkage mapped = session::map_linkage(linkage);
+  const auto& graph = mapped.model.graph();
+  const LinkageSizes sizes{static_cast<int>(graph.joints.size()),
+                           static_cast<int>(graph.segments.size())};
+  const auto issues = scene::validate(linkage.conditions, sizes.joints, sizes.segments);
+  if (!issues.empty())
+    throw Error(issues[0].code, "conditions." + issues[0].field, issues[0].message);
+  return sizes;
+}
+
+std::vector<proto::Issue> linkage_issues(const proto::Scene& message, const std::string& prefix,
+                                         const LineLoader& load_lines,
+                                         std::uint64_t session_bytes) {
+  Faults faults(Faults::Mode::kCollect);
+  faults.try_to([&] {
+    const scene::Linkage linkage = decode_linkage(message, prefix, load_lines);
+    with_linkage_fields(message, prefix, [&] { return check_linkage(linkage, session_bytes); });
+  });
+  std::vector<proto::Issue> issues;
+  for (const auto& fault : faults.found()) {
+    auto& issue = issues.emplace_back();
+    issue.set_severity(proto::Issue::SEVERITY_ERROR);
+    issue.set_field(fault.field);
+    issue.set_message(fault.message);
+    issue.set_code(fault.code);
+  }
+  return issues;
+}
+
+}  // namespace limber::server

@@ -1,0 +1,50 @@
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "limber/v1/scene.pb.h"
+#include "server/codec/linkage.h"
+
+namespace limber::server {
+
+/// One of limber's own linkages as a message; its lines are named, not sent.
+[[nodiscard]] proto::Scene linkage_sample_scene(const std::string& name);
+[[nodiscard]] bool is_linkage_sample(const std::string& name);
+
+/// @param resolve  the file of this machine that a path means, or throws naming the field
+[[nodiscard]] LineLoader line_loader(
+    std::function<std::filesystem::path(const std::string& path, const std::string& field)>
+        resolve);
+
+struct LinkageSizes {
+  int joints = 0, segments = 0;
+};
+/// Everything that opening a linkage would be refused for, as far as it can be told without solving
+/// it: builds its model once.
+/// @param session_bytes  a session may take, estimated; 0: no limit
+/// @throws Error with a field of the linkage; Refusal LIMIT_EXCEEDED naming "scene"
+[[nodiscard]] LinkageSizes check_linkage(const scene::Linkage& linkage,
+                                         std::uint64_t session_bytes);
+
+/// Runs `call`; the fields of its errors become those of the message, below `prefix`.
+template <class Call>
+auto with_linkage_fields(const proto::Scene& message, const std::string& prefix, const Call& call) {
+  try {
+    return call();
+  } catch (const Error& error) {
+    const std::string field =
+        error.field().empty() ? "" : prefix + linkage_field_in(message, error.field());
+    throw Error(error.code(), field, error.what());
+  }
+}
+
+/// What is wrong with a scene of a linkage: nothing, or what opening it is refused with.
+[[nodiscard]] std::vector<proto::Issue> linkage_issues(const proto::Scene& message,
+                                                       const std::string& prefix,
+                                                       const LineLoader& load_lines,
+                                                       std::uint64_t session_bytes);
+
+}  // namespace limber::server

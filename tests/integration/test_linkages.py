@@ -1,0 +1,306 @@
+"""Rod linkages through the Python package and a real limberd."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import limber
+import numpy as np
+import pytest
+from conftest import ROOT, small_scene
+from limber.v1 import scene_pb2 as scenes
+from limber.v1 import service_pb2 as service
+
+RECTANGLE = {"rectangle": (0.02, 0.005)}
+
+
+def grid(rods=3):
+    """Two families of `rods` straight rods, flat: rods x rods joints of valence 4 but for the rim's."""
+    points = [(i + 0.1 * j, j, 0) for i in range(rods) for j in range(rods)]
+    along = [(i * rods + j, (i + 1) * rods + j) for i in range(rods - 1) for j in range(rods)]
+    across = [(i * rods + j, i * rods + j + 1) for i in range(rods) for j in range(rods - 1)]
+    return np.array(points, dtype=float), np.array(along + across)
+
+
+def refusal(call):
+    with pytest.raises(limber.LimberError) as caught:
+        call()
+    return caught.value.code, caught.value.field
+
+
+@pytest.fixture
+def linkage(server):
+    """The sample hyperboloid in equilibrium."""
+    opened = server.open(sample="hyperboloid", progress=False)
+    yield opened
+    try:
+        opened.close()
+    except limber.LimberError as error:
+        assert error.code in ("NOT_FOUND", "FAILED_PRECONDITION")
+
+
+def test_samples_are_listed_beside_the_bodies(server):
+    assert {"beam", "flower", "grid", "hyperboloid", "dome"} <= set(server.samples())
+    for name in ("grid", "hyperboloid", "dome"):
+        scene = server.sample(name)
+        assert scene.linkage.lines.sample == name and not scene.HasField("mesh")
+        assert server.validate(scene) == []
+
+
+def test_deploy_and_push_while_another_client_watches(server, linkage):
+    with limber.connect(server.connection.endpoint) as second:
+        watched = second.session(linkage.id)
+        assert isinstance(watched, limber.LinkageSession)
+        with watched.stream(timeout=20) as stream:
+            first = next(stream)
+            assert first.result.revision == 0
+            linkage.deploy(50)
+            deployed = linkage.wait()
+            assert deployed.converged and deployed.status == "CONVERGED" and not deployed.solve_failed
+            assert deployed.mean_angle == pytest.approx(50, abs=1e-6)
+            seen = next(frames for frames in stream if frames.result.revision == 1 and frames.result.converged)
+            assert seen.result == deployed
+            path = seen.positions
+            assert path.shape == (deployed.steps, watched.geometry().nodes, 3) and deployed.steps > 10
+            np.testing.assert_array_equal(path, linkage.frames())
+
+            joint = int(np.argmax(linkage.shape().joints[:, 2]))
+            at = linkage.shape().joints[joint]
+            target = linkage.attach(joint, position=at + (0, 0, 0.2), stiffness=1e5)
+            pushed = linkage.wait()
+            assert pushed.spring_energy >= 0 and pushed.mean_angle == pytest.approx(50, abs=1e-6)
+            seen = next(frames for frames in stream if frames.result.revision == 2 and frames.result.converged)
+            assert seen.result == pushed and seen.missed == 0
+            moved = watched.shape().joints[joint]
+            np.testing.assert_allclose(moved, at + (0, 0, 0.2), atol=1e-3)
+            target.remove()
+            assert linkage.wait().energy == pytest.approx(deployed.energy, rel=1e-6)
+
+
+def test_pins_loads_and_undo(linkage):
+    linkage.deploy(40)
+    before = linkage.wait()
+    shape = linkage.shape()
+    low, high = int(np.argmin(shape.joints[:, 2])), int(np.argmax(shape.joints[:, 2]))
+    linkage.pin(low, "motion")
+    linkage.load(high, force=(0, 0, -20))
+    loaded = linkage.wait()
+    assert loaded.converged and not loaded.solve_failed and loaded.load_potential != 0
+    now = linkage.shape()
+    np.testing.assert_allclose(now.joints[low], shape.joints[low], atol=1e-5)
+    assert now.joints[high][2] < shape.joints[high][2] - 1e-4, "the load pushes its joint down"
+    linkage.undo()
+    assert linkage.wait().energy == pytest.approx(before.energy, rel=1e-5)
+    linkage.redo()
+    assert linkage.wait().energy == pytest.approx(loaded.energy, rel=1e-5)
+    conditions = linkage.conditions()
+    assert [pin.joint for pin in conditions.pins] == [low] and [load.joint for load in conditions.loads] == [high]
+    linkage.release(low)
+    assert not linkage.conditions().pins
+
+
+def test_encodings_and_shapes_agree(linkage):
+    linkage.deploy(30)
+    linkage.wait()
+    geometry, status = linkage.geometry(), linkage.status()
+    assert (status.segments, status.joints) == (len(geometry.edges), len(geometry.vertex_of_joint)) == (144, 84)
+    by_coordinates = linkage.frames(final=True)
+    by_positions = linkage.frames(final=True, encoding="positions")
+    np.testing.assert_allclose(by_coordinates, by_positions, atol=1e-5)
+    raw = linkage.raw_frames(final=True, encoding="quantised")
+    assert 0 < raw.quantisation_error < 1e-3
+    assert np.abs(linkage.frames(final=True, encoding="quantised") - by_positions).max() <= 1.01 * raw.quantisation_error
+    shape = linkage.shape()
+    assert shape.angles.mean() == pytest.approx(30, abs=1e-3)
+    assert np.isfinite(shape.joints).all() and geometry.surface.max() < geometry.nodes
+    for line, directors in zip(shape.centrelines, shape.directors):
+        edges = np.diff(line, axis=0)
+        np.testing.assert_allclose(np.linalg.norm(directors, axis=1), 1, atol=1e-5)
+        assert np.abs((edges * directors).sum(axis=1)).max() < 1e-5
+    # The two rods of a joint meet in it.
+    for segment, ends in enumerate(geometry.joints_of_segment):
+        for joint, (a, b) in zip(ends, ((0, 1), (-1, -2))):
+            line = shape.centrelines[segment]
+            np.testing.assert_allclose((line[a] + line[b]) / 2, shape.joints[joint], atol=1e-5)
+
+
+def test_a_scene_of_arrays_and_of_an_obj_file(server, tmp_path):
+    points, edges = grid()
+    path = tmp_path / "grid.obj"
+    path.write_text("".join(f"v {x} {y} {z}\n" for x, y, z in points) +
+                    "".join(f"l {a + 1} {b + 1}\n" for a, b in edges))
+    angles = []
+    for scene in (limber.linkage_scene(points, edges, section=RECTANGLE, edges_per_segment=6),
+                  limber.linkage_scene(path, section=RECTANGLE, edges_per_segment=6)):
+        session = server.open(scene, progress=False)
+        session.set_angle(4, 70)
+        assert session.wait().converged
+        angles.append(session.shape().angles)
+        assert angles[-1][4] == pytest.approx(70, abs=1e-3)
+        assert session.geometry().edges == (6,) * len(edges)
+        session.close()
+    np.testing.assert_array_equal(*angles)
+
+
+def test_a_client_that_dies_in_the_middle_leaves_the_session_alive(server, linkage):
+    script = ("import limber, os, sys\n"
+              f"linkage = limber.connect({server.connection.endpoint!r}).session({linkage.id!r})\n"
+              "stream = linkage.stream()\nnext(stream)\nlinkage.deploy(60)\nprint('sent', flush=True)\n"
+              "import time\ntime.sleep(60)\n")
+    child = subprocess.Popen([sys.executable, "-c", script], stdout=subprocess.PIPE, text=True)
+    assert child.stdout.readline() == "sent\n"
+    os.kill(child.pid, signal.SIGKILL)
+    child.wait()
+    child.stdout.close()
+    result = linkage.wait(1)
+    assert result.converged and result.mean_angle == pytest.approx(60, abs=1e-6)
+    linkage.deploy(20)
+    assert linkage.wait().mean_angle == pytest.approx(20, abs=1e-6)
+
+
+def spoiled(change):
+    points, edges = grid()
+    points, edges = change(points, edges.copy()) or (points, edges)
+    return limber.linkage_scene(points, edges, section=RECTANGLE)
+
+
+def with_edge(edges, i, edge):
+    edges[i] = edge
+    return edges
+
+
+@pytest.mark.parametrize("change, code, field", [
+    (lambda p, e: (p, with_edge(e, 3, (3, 99))), "OUT_OF_RANGE", "scene.linkage.lines.arrays.edges[3]"),
+    (lambda p, e: (p, with_edge(e, 3, e[1][::-1])), "INVALID_ARGUMENT", "scene.linkage.lines.arrays.edges[3]"),
+    (lambda p, e: (p, with_edge(e, 2, (4, 4))), "INVALID_ARGUMENT", "scene.linkage.lines.arrays.edges[2]"),
+    (lambda p, e: (p, np.vstack([e, [(0, 4)]])), "INVALID_ARGUMENT", "scene.linkage.lines.arrays.vertices[4]"),
+], ids=["edge out of range", "duplicate edge", "edge without length", "valence above 4"])
+def test_bad_lines_name_the_edge_or_vertex(server, change, code, field):
+    scene = spoiled(change)
+    assert refusal(lambda: server.open(scene, progress=False)) == (code, field)
+    assert any(field in issue for issue in server.validate(scene))
+
+
+def test_bad_scenes_name_their_field(server):
+    points, edges = grid()
+    scene = limber.linkage_scene(points, edges, section={"tube": {"diameter": 0.02, "wall_thickness": -1}})
+    assert refusal(lambda: server.open(scene)) == ("INVALID_ARGUMENT", "scene.linkage.section.tube.wall_thickness")
+    scene = limber.linkage_scene(points, edges, section=RECTANGLE)
+    scene.mesh.sample = "beam"
+    assert refusal(lambda: server.open(scene)) == ("INVALID_ARGUMENT", "scene.mesh")
+    scene = limber.linkage_scene(points, edges, section=RECTANGLE)
+    scene.frames = 30
+    assert refusal(lambda: server.open(scene)) == ("INVALID_ARGUMENT", "scene.frames")
+    scene = limber.linkage_scene(points, edges, section=RECTANGLE)
+    scene.linkage.conditions.pins.add(joint=400)
+    assert refusal(lambda: server.open(scene)) == ("OUT_OF_RANGE", "scene.linkage.conditions.pins[0].joint")
+    for kind, request in (("simulate", service.SimulateRequest), ("recover", service.RecoverRequest)):
+        assert refusal(lambda: server.connection.call(kind, request(scene=scene))) == (
+            "INVALID_ARGUMENT", "scene.linkage")
+    assert not server.sessions(), "nothing of them is left"
+
+
+def test_bad_edits_name_their_field_and_change_nothing(linkage):
+    linkage.deploy(30)
+    good = linkage.wait()
+    shape = linkage.shape()
+    assert refusal(lambda: linkage.pin(84)) == ("OUT_OF_RANGE", "edits[0].pin_joint.pin.joint")
+    assert refusal(lambda: linkage.deploy(180)) == ("OUT_OF_RANGE", "edits[0].set_mean_angle.angle_degrees")
+    assert refusal(lambda: linkage.set_angle(3, -200)) == ("OUT_OF_RANGE", "edits[0].set_joint_angle.angle_degrees")
+    assert refusal(lambda: linkage.attach(segment=144, position=(0, 0, 0))) == (
+        "OUT_OF_RANGE", "edits[0].add_target.target.segment.segment")
+    assert refusal(lambda: linkage.attach(3, position=(0, 0, 0), stiffness=0)) == (
+        "INVALID_ARGUMENT", "edits[0].add_target.target.stiffness")
+    assert refusal(lambda: linkage.move(7, (0, 0, 0))) == ("NOT_FOUND", "edits[0].move_target.id")
+    pin = scenes.JointPin(joint=3, held=scenes.HELD_ANGLE)
+    contradiction = [service.Edit(pin_joint=service.PinJoint(pin=pin)),
+                     service.Edit(set_joint_angle=service.SetJointAngle(joint=3, angle_degrees=10))]
+    assert refusal(lambda: linkage.edit(contradiction)) == ("INVALID_ARGUMENT", "edits[1].set_joint_angle.joint")
+    assert refusal(lambda: linkage.edit([limber.add(node=1, frame=1, displacement=(0, 0, 0))])) == (
+        "INVALID_ARGUMENT", "edits[0].add")
+    assert linkage.status().revision == 1 and linkage.status().result.sequence == good.sequence
+    np.testing.assert_array_equal(linkage.shape().joints, shape.joints)
+
+
+def test_what_has_no_equilibrium_keeps_the_last_good_shape(linkage):
+    linkage.deploy(30)
+    good = linkage.wait()
+    joints = linkage.shape().joints
+    linkage.load(0, force=(0, 0, 5))  # nothing holds it
+    lost = linkage.wait()
+    assert lost.converged and lost.solve_failed and lost.message
+    np.testing.assert_allclose(linkage.shape().joints, joints, atol=1e-6)
+    linkage.undo()
+    assert linkage.wait().energy == pytest.approx(good.energy, rel=1e-6)
+
+
+def test_what_only_bodies_or_only_linkages_have_is_refused(server, linkage):
+    call = server.connection.call
+    assert refusal(lambda: call("get_material", service.GetMaterialRequest(session=linkage.id))) == (
+        "FAILED_PRECONDITION", "session")
+    assert refusal(lambda: call("solve_cold", service.SolveColdRequest(session=linkage.id))) == (
+        "FAILED_PRECONDITION", "session")
+    export = service.ExportRequest(session=linkage.id, format=service.EXPORT_FORMAT_PC2)
+    assert refusal(lambda: call("export", export)) == ("FAILED_PRECONDITION", "session")
+    body = server.open(small_scene(), progress=False)
+    edit = service.Edit(set_mean_angle=service.SetMeanAngle(angle_degrees=10))
+    assert refusal(lambda: body.edit([edit])) == ("INVALID_ARGUMENT", "edits[0].set_mean_angle")
+    listed = {status.session: status.segments for status in server.sessions()}
+    assert listed == {linkage.id: 144, body.id: 0}
+    body.close()
+
+
+def test_cancel_and_close_while_it_deploys(server, linkage):
+    linkage.deploy(70)
+    linkage.cancel()
+    linkage.deploy(25)
+    assert linkage.wait().mean_angle == pytest.approx(25, abs=1e-6)
+    linkage.deploy(70)
+    with linkage.stream() as stream:
+        linkage.close()
+        deadline = time.monotonic() + 10
+        for _ in stream:
+            assert time.monotonic() < deadline
+    assert refusal(linkage.status) == ("NOT_FOUND", "session")
+
+
+def test_commands(cli, server, tmp_path):
+    def done(*arguments):
+        process = cli(*arguments)
+        assert process.returncode == 0, process.stderr
+        return process.stdout
+
+    assert "hyperboloid" in done("sample").split()
+    path = done("sample", "grid", "--out", tmp_path).strip()
+    assert "error" not in done("validate", path)
+    assert " joints, ready" in done("open", path, "--session", "g")
+    assert done("deploy", "g", "--angle", 40).startswith("revision 1")
+    assert "mean angle        40.000 degrees" in done("wait", "g")
+    assert done("pin", "g", 3, "--held", "motion").startswith("revision 2")
+    assert "target 1" in done("attach", "g", "--segment", 2, "--position", 0, 0, 1)
+    assert "target 1" in done("attach", "g", "--move", 1, "--position", 0, 0, 0.5)
+    assert done("deploy", "g", "--joint", 4, "--free").startswith("revision 5")
+    assert "1 targets, revision 5" in done("show", "g")
+    process = cli("pin", "g", 9999)
+    assert process.returncode == 1 and "edits[0].pin_joint.pin.joint" in process.stderr
+    server.session("g").close()
+
+    (tmp_path / "cross.obj").write_text("v 0 0 0\nv 1 0 0\nv 1 1 0\nl 1 2\nl 2 3\nl 2 1\n")
+    scene = tmp_path / "bad.json"
+    scene.write_text('{"linkage": {"lines": {"path": "cross.obj"}, "section": {"ellipse": {"width": 1, "height": 1}}}}')
+    process = cli("validate", scene)
+    assert process.returncode == 1 and "linkage.lines.path: " in process.stdout
+    process = cli("open", scene)
+    assert process.returncode == 1 and "scene.linkage.lines.file" in process.stderr
+
+
+def test_the_example_runs(limberd):
+    done = subprocess.run([sys.executable, ROOT / "examples" / "push_hyperboloid.py"], capture_output=True, text=True,
+                          timeout=50)
+    assert done.returncode == 0, done.stderr
+    lines = done.stdout.splitlines()
+    assert lines[0].startswith("deployed: 50.0 degrees in ") and len(lines) == 4
+    pushes = [float(line.split()[2]) for line in lines[1:]]
+    assert 0 < pushes[0] < pushes[1] < pushes[2]
