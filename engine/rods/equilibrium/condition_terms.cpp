@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 
 namespace limber::rods::detail {
 namespace {
@@ -29,7 +30,7 @@ void add_stiffness(const SpringPoint& spring, CondensedMatrix& hessian) {
   const double t = spring.share;
   for (int axis = 0; axis < 3; ++axis) {
     if (spring.joint >= 0) {
-      hessian.joint(spring.joint)[axis * (kJointUnknowns + 1)] += spring.stiffness;
+      hessian.joint(spring.joint)[std::ptrdiff_t{axis} * (kJointUnknowns + 1)] += spring.stiffness;
       continue;
     }
     const int low = 4 * spring.edge + axis;
@@ -129,15 +130,6 @@ void ConditionTerms::add_to_vertex(int segment, int vertex, const Eigen::Vector3
   touched_[end] = 1;
   const int first = at_start ? 0 : edges - 1;
   ends_[end].segment<3>(vertex == first ? 0 : 4) += value;
-}
-
-void ConditionTerms::add(const LinkageState& state, Eigen::Ref<Eigen::VectorXd> gradient,
-                         CondensedMatrix& hessian) {
-  add_both(state, gradient, &hessian);
-}
-
-void ConditionTerms::add_gradient(const LinkageState& state, Eigen::Ref<Eigen::VectorXd> gradient) {
-  add_both(state, gradient, nullptr);
 }
 
 void ConditionTerms::add_both(const LinkageState& state, Eigen::Ref<Eigen::VectorXd> gradient,

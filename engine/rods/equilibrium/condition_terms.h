@@ -42,9 +42,12 @@ class ConditionTerms {
 
   /// Adds to what LinkageAssembly::hessian has left. The matrix of a moment is skew and has no part
   /// in a symmetric one.
-  void add(const LinkageState& state, Eigen::Ref<Eigen::VectorXd> gradient,
-           CondensedMatrix& hessian);
-  void add_gradient(const LinkageState& state, Eigen::Ref<Eigen::VectorXd> gradient);
+  void add(const LinkageState& state, Eigen::VectorXd& gradient, CondensedMatrix& hessian) {
+    add_both(state, gradient, &hessian);
+  }
+  void add_gradient(const LinkageState& state, Eigen::VectorXd& gradient) {
+    add_both(state, gradient, nullptr);
+  }
 
   [[nodiscard]] const std::vector<SpringPoint>& springs() const { return springs_; }
   [[nodiscard]] Eigen::Vector3d place(const LinkageState& state, const SpringPoint& spring) const;

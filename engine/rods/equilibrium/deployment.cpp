@@ -4,10 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
 
 #include "engine/base/error.h"
 #include "engine/rods/equilibrium/condition_path.h"
+#include "engine/rods/equilibrium/prediction.h"
 #include "engine/rods/equilibrium/unknown_scales.h"
 
 namespace limber::rods {
@@ -18,32 +18,6 @@ void check_share(const char* name, double value) {
   throw Error(ErrorCode::kInvalidArgument, name,
               fmt::format("{} must be in (0, 1], got {}", name, value));
 }
-
-/// Increments over the last two steps, from which the next one is extrapolated.
-class Prediction {
- public:
-  void clear() { last_.reset(), before_.reset(); }
-  void add(double length, const Eigen::VectorXd& increment) {
-    before_ = std::move(last_);
-    last_ = Past{length, increment};
-  }
-  [[nodiscard]] bool possible() const { return last_.has_value(); }
-  /// Newton's divided differences.
-  [[nodiscard]] Eigen::VectorXd over(double length) const {
-    const Eigen::VectorXd speed = last_->increment / last_->length;
-    if (!before_) return length * speed;
-    const Eigen::VectorXd bend =
-        (speed - before_->increment / before_->length) / (last_->length + before_->length);
-    return length * speed + length * (length + last_->length) * bend;
-  }
-
- private:
-  struct Past {
-    double length;
-    Eigen::VectorXd increment;
-  };
-  std::optional<Past> last_, before_;
-};
 
 class Deployment {
  public:
@@ -66,7 +40,7 @@ class Deployment {
     if (report_.status == DeploymentStatus::kReached && report_.message.empty()) {
       report_.message =
           report_.jumps == 0
-              ? "reached on one branch"
+              ? "reached without a jump"
               : fmt::format("reached; the branch changed {} times by a jump", report_.jumps);
     }
     return report_;
@@ -99,7 +73,7 @@ class Deployment {
     if (trial.report.status == EquilibriumStatus::kIterationLimit && trial.report.escapes > 0) {
       // The branch has lost its stability: a shorter step would only come here again.
       const EquilibriumReport first = trial.report;
-      options.max_iterations = options_.last.max_iterations;
+      options.max_iterations = 10 * options_.last.max_iterations;
       trial.report = equilibrium_.solve(trial.state, conditions, options, context);
       trial.increment += equilibrium_.last_increment();
       trial.report.iterations += first.iterations;
@@ -110,10 +84,8 @@ class Deployment {
     report_.iterations += trial.report.iterations;
     report_.corrections += trial.report.corrections;
     report_.factorizations += trial.report.factorizations;
-    if (trial.predicted) {
-      trial.error = scales_.largest_turn(model_, state_, trial.increment);
-      trial.increment += guess;
-    }
+    trial.error = scales_.largest_turn(model_, state_, trial.increment);
+    if (trial.predicted) trial.increment += guess;
     return trial;
   }
 
@@ -132,9 +104,10 @@ class Deployment {
         report_.message = "cancelled by the caller";
         return false;
       }
-      const bool jumped =
-          trial.predicted && trial.error > options_.jump_turn && trial.report.escapes == 0;
-      if ((jumped || !trial.report.converged()) && shortenable(length_)) {
+      const bool jumped = trial.error > options_.jump_turn;
+      // A branch that has lost its stability is gone, however short the step.
+      const bool lost = trial.report.converged() && trial.report.escapes > 0;
+      if ((jumped || !trial.report.converged()) && !lost && shortenable(length_)) {
         ++report_.steps_shortened;
         length_ /= 2;
         continue;
@@ -182,7 +155,7 @@ class Deployment {
   LinkageState& state_;
   detail::ConditionPath path_;
   const DeploymentOptions& options_;
-  Prediction prediction_;
+  detail::Prediction prediction_;
   double progress_ = 0;
   double length_;
   DeploymentReport report_;

@@ -39,7 +39,8 @@ struct DeploymentStep {
   int iterations = 0;
   /// Unstable directions met while this step was looked for.
   int negative_eigenvalues = 0;
-  double prediction_error = 0;  // [rad]; 0 for steps that had no prediction
+  /// How far the equilibrium was from where it was looked for [rad].
+  double prediction_error = 0;
   BranchEvent event = BranchEvent::kNone;
 };
 

@@ -47,7 +47,8 @@ struct EquilibriumReport {
   double load_potential = 0;       // of forces, torques and weight; moments have none
   double max_gradient_scaled = 0;  // see EquilibriumOptions::tolerance
   double final_shift = 0;          // of the last factorisation [force/length^2]; 0: none needed
-  /// Directions in which the last factored Hessian is unstable under the conditions.
+  /// Directions in which the last unshifted Hessian was unstable; the mean angle's constraint may
+  /// hold one of them where there are several.
   int negative_eigenvalues = 0;
   /// Moment [force length] on every opening angle that holds the mean at its value.
   double mean_angle_moment = 0;

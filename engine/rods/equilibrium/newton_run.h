@@ -6,12 +6,18 @@
 #include "engine/rods/equilibrium/condition_terms.h"
 #include "engine/rods/equilibrium/holding.h"
 #include "engine/rods/equilibrium/linkage_equilibrium.h"
+#include "engine/rods/equilibrium/prediction.h"
 #include "engine/rods/equilibrium/unknown_scales.h"
 #include "engine/rods/linkage/linkage_assembly.h"
 #include "engine/rods/solver/bordered_solver.h"
 #include "engine/rods/solver/condensed_solver.h"
 
 namespace limber::rods::detail {
+
+/// Gaps below this are closed on the way; larger ones are gone on purpose.
+inline constexpr double kSmallGap = 1e-6;
+/// Parts of a step below this are no step.
+inline constexpr double kShortestFraction = 1e-7;
 
 /// What stays from solve to solve.
 struct NewtonWorkspace {
@@ -24,6 +30,7 @@ struct NewtonWorkspace {
   CondensedSolver solver;
   Eigen::VectorXd gradient;
   Eigen::VectorXd total_increment;
+  double guess_shift = 0;                  // the same of guesses
   double shift = 0;                        // of the last indefinite Hessian
   std::optional<BorderedSolver> bordered;  // of the last factorisation that succeeded
   std::vector<int> fixed;                  // under which it was made
@@ -48,7 +55,7 @@ class NewtonRun {
   };
 
   void evaluate(const LinkageState& state);
-  void assemble(const LinkageState& state);
+  void assemble(const LinkageState& state, Compression compression);
   [[nodiscard]] std::vector<int> fixed() const;
   [[nodiscard]] double potential(const LinkageState& state) const;
   [[nodiscard]] double rounding() const;
@@ -56,16 +63,22 @@ class NewtonRun {
 
   bool factor(double shift);
   void border();
-  void factor_positive(double least);
+  void factor_shifted(double first, double& kept);
+  void factor_positive(double least, const LinkageState& state);
   [[nodiscard]] Step newton_step(const LinkageState& state);
   [[nodiscard]] Step step_with_factor(const LinkageState& state) const;
   bool chords(LinkageState& state);
   void solve(Eigen::VectorXd& right_side, const Eigen::VectorXd& rows) const;
 
-  void limit(const LinkageState& state, Step& step) const;
+  void limit(const LinkageState& state, double largest, Step& step) const;
+  void move_prescribed(LinkageState& state, Eigen::VectorXd x);
+  bool block(const LinkageState& state, const Eigen::VectorXd& x);
   [[nodiscard]] double bound_fraction(const LinkageState& state, const Eigen::VectorXd& x) const;
   bool take(LinkageState& state, Step step);
   bool descend(LinkageState& state, const Step& step, double fraction);
+  void leap(LinkageState& state);
+  void damp(const Step& step, double fraction);
+  bool recentred(LinkageState& trial, double below, Eigen::VectorXd& x);
   [[nodiscard]] Eigen::VectorXd acceleration(const LinkageState& state, const Eigen::VectorXd& v);
   bool certify(const LinkageState& state);
   bool escape(LinkageState& state);
@@ -87,6 +100,10 @@ class NewtonRun {
   double potential_size_ = 0;
   GradientSize scale_;
   bool stable_ = false;  // does the last factor say that this is a minimum
+  Prediction way_;       // of the last iterations
+  Eigen::VectorXd before_;
+  double imbalance_before_ = 0;
+  double damping_ = 0;  // least shift
   EquilibriumReport report_;
 };
 

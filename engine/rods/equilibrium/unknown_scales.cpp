@@ -12,11 +12,13 @@ constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 }  // namespace
 
 UnknownScales::UnknownScales(const LinkageModel& model)
-    : masses_(Eigen::VectorXd::Zero(model.variables().size())),
+    : weights_(Eigen::VectorXd::Zero(model.variables().size())),
       kinds_(static_cast<std::size_t>(model.variables().size()), UnknownKind::kAngle) {
   const ReducedVariables& variables = model.variables();
   const LinkageGraph& graph = model.graph();
   const RodStiffness& stiffness = model.stiffness();
+  const double typical = model.rest_lengths().free_edge.mean();
+  const auto weight = [&](double length) { return typical * typical / length; };
   const double turning_radius =  // squared, of the section
       (stiffness.bending_1 + stiffness.bending_2) / stiffness.stretching;
   double shortest = std::numeric_limits<double>::infinity();
@@ -34,11 +36,11 @@ UnknownScales::UnknownScales(const LinkageModel& model)
     for (int i = 0; i <= variables.edges(s); ++i) {
       const int position = variables.position(s, i);
       if (position >= 0) {
-        masses_.segment<3>(position).setConstant(free);
+        weights_.segment<3>(position).setConstant(weight(free));
         std::fill_n(kinds_.begin() + position, 3, UnknownKind::kLength);
       }
       const int angle = i < variables.edges(s) ? variables.angle(s, i) : -1;
-      if (angle >= begin) masses_[angle] = free * turning_radius;
+      if (angle >= begin) weights_[angle] = weight(free) * turning_radius;
     }
     edges += variables.edges(s);
     total_length_ += graph.segments[s].length;
@@ -46,12 +48,12 @@ UnknownScales::UnknownScales(const LinkageModel& model)
   for (int j = 0; j < variables.joints(); ++j) {
     const int begin = variables.joint_begin(j);
     const auto terminal = model.rest_lengths().terminal.col(j);
-    const double mass = terminal.sum();
+    const double mass = weight(terminal[0]) + weight(terminal[1]);
     const double square = terminal.squaredNorm() / 8;
-    masses_.segment<3>(begin + kJointPosition).setConstant(mass);
-    masses_.segment<3>(begin + kJointRotation).setConstant(mass * (square + turning_radius));
-    masses_[begin + kJointAngle] = mass * square / 4;
-    masses_.segment<2>(begin + kJointLengthA).setConstant(mass / 4);
+    weights_.segment<3>(begin + kJointPosition).setConstant(mass);
+    weights_.segment<3>(begin + kJointRotation).setConstant(mass * (square + turning_radius));
+    weights_[begin + kJointAngle] = mass * square / 4;
+    weights_.segment<2>(begin + kJointLengthA).setConstant(mass / 4);
     for (const int unknown : {0, 1, 2, int{kJointLengthA}, int{kJointLengthB}})
       kinds_[begin + unknown] = UnknownKind::kLength;
   }

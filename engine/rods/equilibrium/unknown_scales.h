@@ -23,10 +23,13 @@ class UnknownScales {
  public:
   explicit UnknownScales(const LinkageModel& model);
 
-  [[nodiscard]] const Eigen::VectorXd& masses() const { return masses_; }
+  /// What a shift of one adds to each diagonal entry, as lengths (of angles: times squares of
+  /// arms). The weight of an edge is inverse to its length, as what its pressure does to it is;
+  /// between equal edges it is that of lumped weights of one per length.
+  [[nodiscard]] const Eigen::VectorXd& weights() const { return weights_; }
   [[nodiscard]] UnknownKind kind(int unknown) const { return kinds_[unknown]; }
 
-  /// What bends at the size of the whole linkage: EI / extent^4 per mass of one per length.
+  /// What bends at the size of the whole linkage: EI / extent^4 per weight.
   [[nodiscard]] double softest_eigenvalue() const { return softest_; }
   /// Shift below which the signs of eigenvalues are rounding.
   [[nodiscard]] double rounding_shift() const { return rounding_shift_; }
@@ -48,7 +51,7 @@ class UnknownScales {
                                     const Eigen::Ref<const Eigen::VectorXd>& step) const;
 
  private:
-  Eigen::VectorXd masses_;
+  Eigen::VectorXd weights_;
   std::vector<UnknownKind> kinds_;
   double total_length_ = 0;
   double segment_ = 0;  // mean length

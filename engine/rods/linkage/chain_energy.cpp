@@ -159,7 +159,9 @@ class Walk {
       store_lanes3(numbers + 4 * kChainLanes, gradient.force);
       if constexpr (kOrder == Order::kHessian) {
         EdgeBlock<V> block = edge_block(frame, moment, before.stiffness + after.stiffness);
-        block.ee += stretch_stiffness(s, frame.tangent, frame.length);
+        auto stiff = s;
+        if (out_.compression == Compression::kLeftOut) stiff.tension = max(s.tension, V(0.0));
+        block.ee += stretch_stiffness(stiff, frame.tangent, frame.length);
         BandWriter(out_.band, 4 * e).add_edge(block);
       }
     }

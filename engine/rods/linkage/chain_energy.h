@@ -1,5 +1,6 @@
 #pragma once
 
+#include "engine/rods/linkage/compression.h"
 #include "engine/rods/linkage/linkage_model.h"
 #include "engine/rods/solver/chain_batches.h"
 
@@ -10,6 +11,7 @@ struct ChainOutputs {
   double* energies = nullptr;  // stretching, bending, twisting: 3 x lanes
   double* gradient = nullptr;  // by number of the chain: (4 n + 3) x lanes, overwritten
   double* band = nullptr;      // CondensedMatrix::band, overwritten
+  Compression compression = Compression::kBuckles;
 };
 
 /// @param slots  of the state; @param parameters  of the model

@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <vector>
 
+#include "engine/rods/linkage/compression.h"
 #include "engine/rods/linkage/linkage_model.h"
 #include "engine/rods/linkage/linkage_state.h"
 #include "engine/rods/rod/rod_state.h"
@@ -23,7 +24,7 @@ class LinkageAssembly {
   RodEnergies gradient(const LinkageState& state, Eigen::Ref<Eigen::VectorXd> gradient);
   /// @param hessian  of the model's chains; overwritten
   RodEnergies hessian(const LinkageState& state, Eigen::Ref<Eigen::VectorXd> gradient,
-                      CondensedMatrix& hessian);
+                      CondensedMatrix& hessian, Compression compression = Compression::kBuckles);
 
   /// Energy of each segment at the last evaluation.
   [[nodiscard]] Eigen::VectorXd segment_energies() const;

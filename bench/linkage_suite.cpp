@@ -1,0 +1,223 @@
+// Linkages from the drawn shape to the deployed one, as the public code's measured runs do it.
+#include <fmt/core.h>
+
+#include <cmath>
+#include <filesystem>
+#include <numbers>
+
+#include "bench/suite.h"
+#include "engine/base/parallel.h"
+#include "engine/rods/equilibrium/deployment.h"
+#include "engine/rods/linkage/linkage_assembly.h"
+#include "engine/rods/solver/condensed_solver.h"
+#include "engine/scene/formats/line_formats.h"
+
+namespace limber::bench {
+namespace {
+
+constexpr double kDegree = std::numbers::pi / 180;
+
+struct Model {
+  const char* name;
+  const char* file;
+  int edges;
+  rods::RodStiffness stiffness;  // in N and mm
+  int held;                      // joint whose position and rotation stay
+  double target;                 // mean opening angle [degrees]
+  int steps;
+  double known_energy;  // of the public code with these rest lengths, 0: none
+  double known_ms;      // per iteration, public code
+  double known_wall;    // [s]
+};
+
+// Rectangles: 3 x 0.75 of E = 3000, 1.5 x 10 of 2000, 13 x 9 of 20000, 12 x 8 of 2000; hourglass
+// with the section of asymm.
+constexpr Model kModels[] = {
+    {"burd_5",
+     "burd_flat_opt_scaled",
+     5,
+     {6750, 5062.5, 316.40625, 386.3121963558732},
+     20,
+     95,
+     50,
+     43.49874337567044,
+     0,
+     0},
+    {"burd",
+     "burd_flat_opt_scaled",
+     10,
+     {6750, 5062.5, 316.40625, 386.3121963558732},
+     20,
+     95,
+     50,
+     43.312507597142925,
+     3.9,
+     0.8},
+    {"burd_20",
+     "burd_flat_opt_scaled",
+     20,
+     {6750, 5062.5, 316.40625, 386.3121963558732},
+     20,
+     95,
+     50,
+     43.27535043206037,
+     0,
+     0},
+    {"burd_40",
+     "burd_flat_opt_scaled",
+     40,
+     {6750, 5062.5, 316.40625, 386.3121963558732},
+     20,
+     95,
+     50,
+     43.267049465093265,
+     0,
+     0},
+    {"burd_80",
+     "burd_flat_opt_scaled",
+     80,
+     {6750, 5062.5, 316.40625, 386.3121963558732},
+     20,
+     95,
+     50,
+     43.26507852702259,
+     0,
+     0},
+    {"etienne",
+     "etienne_hyperboloid_measured",
+     10,
+     {30000, 250000, 5625, 7836},
+     74,
+     67.5,
+     25,
+     0,
+     10.9,
+     4.9},
+    {"darth_vader",
+     "darth_vader_pavilion",
+     10,
+     {2340000, 32955000, 15795000, 13920760},
+     18,
+     105,
+     50,
+     0,
+     26.3,
+     6.1},
+    {"asymm_2_bumps",
+     "AsymmOverhanging2BumpsArchitecturalScale",
+     10,
+     {192000, 2304000, 1024000, 925198},
+     182,
+     93,
+     50,
+     13062.061460538143,
+     34.7,
+     16},
+    {"hourglass", "hourglass", 8, {192000, 2304000, 1024000, 925198}, 0, 90, 50, 0, 153.5, 37.6},
+};
+
+/// Medians of the parts of one Newton step at a state.
+void measure_parts(const rods::LinkageModel& model, const rods::LinkageState& state, int repeats,
+                   Case& result) {
+  rods::LinkageAssembly assembly(model);
+  rods::CondensedMatrix matrix(model.chains());
+  rods::CondensedSolver solver(model.chains());
+  Eigen::VectorXd gradient(model.variables().size());
+  std::vector<double> hessian;
+  std::vector<double> factorization;
+  for (int k = 0; k < repeats; ++k) {
+    hessian.push_back(milliseconds([&] { (void)assembly.hessian(state, gradient, matrix); }));
+    factorization.push_back(milliseconds([&] { (void)solver.factor(matrix, 1e-9); }));
+  }
+  result["hessian_ms"] = median(hessian);
+  result["factorization_ms"] = median(factorization);
+}
+
+/// Median time to the next equilibrium after one of two springs has moved, by a step to and fro.
+void measure_retarget(const rods::LinkageModel& model, rods::LinkageEquilibrium& equilibrium,
+                      rods::LinkageState state, const rods::Conditions& deployed, int repeats,
+                      Case& result) {
+  rods::Conditions conditions = deployed;
+  const int joints = model.variables().joints();
+  const double edge = model.rest_lengths().free_edge.mean();
+  const double stiffness = 3 * std::min(model.stiffness().bending_1, model.stiffness().bending_2) /
+                           std::pow(10 * edge, 3);
+  for (const int joint : {joints / 4, 3 * joints / 4})
+    conditions.springs.push_back(
+        {rods::JointPoint{joint}, state.joints()[joint].position, stiffness});
+  bool converged = equilibrium.solve(state, conditions).converged();
+  const Eigen::Vector3d home = conditions.springs[0].position;
+  std::vector<double> times;
+  std::vector<double> iterations;
+  for (int k = 0; k < repeats; ++k) {
+    conditions.springs[0].position = home + Eigen::Vector3d(0, 0, k % 2 == 0 ? edge : 0);
+    times.push_back(milliseconds([&] {
+      const rods::EquilibriumReport report = equilibrium.solve(state, conditions);
+      converged = converged && report.converged();
+      iterations.push_back(report.iterations);
+    }));
+  }
+  result["retarget_ms"] = median(times);
+  result["retarget_iterations"] = median(iterations);
+  result["retarget_failed"] = !converged;
+}
+
+Case measure(const Model& named, const std::string& path, bool quick) {
+  const rods::LinkageModel model(rods::build_linkage_graph(scene::read_line_mesh_file(path)),
+                                 named.edges, named.stiffness);
+  rods::LinkageEquilibrium equilibrium(model);
+  rods::LinkageState state(model);
+  rods::Conditions conditions;
+  conditions.pins = {{named.held}};
+  Case result;
+  result["model"] = named.name;
+  result["dofs"] = model.variables().size();
+  result["threads"] = thread_count();
+  rods::EquilibriumReport closed;
+  result["closing_ms"] = milliseconds([&] { closed = equilibrium.solve(state, conditions); });
+  result["closing_failed"] = !closed.converged();
+  conditions.mean_opening_angle = named.target * kDegree;
+  rods::DeploymentOptions options;
+  options.first_step = options.largest_step = 1.0 / named.steps;
+  rods::DeploymentReport report;
+  const double wall =
+      milliseconds([&] { report = rods::deploy(equilibrium, state, conditions, options); });
+  result["steps"] = report.steps;
+  result["steps_failed"] = report.steps_failed;
+  result["jumps"] = report.jumps;
+  result["iterations"] = report.iterations;
+  result["wall_s"] = wall / 1000;
+  result["ms_per_iteration"] = wall / report.iterations;
+  measure_parts(model, state, quick ? 5 : 21, result);
+  result["energy_deployed"] = report.end.energies.total();
+  result["max_gradient_scaled"] = report.end.max_gradient_scaled;
+  if (named.known_energy > 0) {
+    result["energy_difference"] = std::abs(report.end.energies.total() / named.known_energy - 1);
+  } else {
+    result["energy_difference"] = nullptr;
+  }
+  if (named.known_wall > 0) {
+    result["wall_ratio"] = named.known_wall * 1000 / wall;
+    result["iteration_ratio"] = named.known_ms * report.iterations / wall;
+  } else {
+    result["wall_ratio"] = nullptr;
+    result["iteration_ratio"] = nullptr;
+  }
+  measure_retarget(model, equilibrium, state, conditions, quick ? 4 : 12, result);
+  return result;
+}
+
+}  // namespace
+
+void linkage_suite(const SuiteOptions& options, Recorder& recorder) {
+  for (const Model& named : kModels) {
+    const std::string path = options.shared_folder + "/data/linkages/" + named.file + ".obj";
+    if (options.shared_folder.empty() || !std::filesystem::exists(path)) {
+      recorder.note(fmt::format("{} left out: {} is not there", named.name, path));
+      continue;
+    }
+    recorder.add(measure(named, path, options.quick));
+  }
+}
+
+}  // namespace limber::bench

@@ -1,0 +1,244 @@
+// From a step to the next shape: along curves and valleys, and away from saddles.
+
+#include <algorithm>
+#include <cmath>
+
+#include "engine/base/random.h"
+#include "engine/rods/equilibrium/newton_run.h"
+
+namespace limber::rods::detail {
+namespace {
+
+constexpr double kArmijo = 1e-4;
+constexpr int kStifferTrials = 4;
+constexpr double kStiffening = 1e3;
+constexpr double kDifferenceTurn = 1e-2;  // [rad]
+constexpr int kRecentrings = 2;
+constexpr double kLeastRecentred = 0.05;  // share of a step
+// Parts of a step that are poor, what damping then aims at, and how fast it fades.
+constexpr double kPoorFraction = 0.2;
+constexpr double kDampedFraction = 0.25;
+constexpr double kFading = 0.1;
+// An iteration is slow that leaves more than this of the imbalance; how often leaps double.
+constexpr double kSlow = 0.3;
+constexpr int kLeaps = 5;
+constexpr int kPowerIterations = 12;
+constexpr double kFirstEscape = 1e-4;  // [rad]
+constexpr double kEscapeGrowth = 2;
+constexpr int kEscapes = 16;
+
+}  // namespace
+
+/// Long valleys bend all the time, and Newton's steps along them are short and much alike: goes on
+/// as the last ones went, as far as that leads down.
+void NewtonRun::leap(LinkageState& state) {
+  const Eigen::VectorXd increment = work_.total_increment - before_;
+  before_ = work_.total_increment;
+  const bool slow = report_.max_gradient_scaled > kSlow * imbalance_before_;
+  imbalance_before_ = report_.max_gradient_scaled;
+  if (gap_.size >= kSmallGap || !slow) {
+    way_.clear();
+    return;
+  }
+  way_.add(1, increment);
+  if (!way_.full()) return;
+  double best = potential_ - rounding();
+  std::optional<LinkageState> there;
+  Eigen::VectorXd chosen;
+  double length = 1;
+  for (int leap = 0; leap < kLeaps; ++leap, length *= 2) {
+    Eigen::VectorXd x = way_.over(length);
+    for (const int unknown : holding_.pinned()) x[unknown] = 0;
+    if (bound_fraction(state, x) < 1) break;
+    if (!(work_.scales.largest_turn(model_, state, x) < options_.largest_turn)) break;
+    LinkageState next = state.moved(model_, x);
+    const double value = potential(next) + terms_.moment_potential(x);
+    if (!(value < best)) break;
+    best = value;
+    there = std::move(next);
+    chosen = std::move(x);
+  }
+  if (!there) return;
+  way_.clear();
+  accept(state, std::move(*there), chosen);
+  before_ = work_.total_increment;
+}
+
+/// How a step bends where the linkage follows it without stretching its rods: the second derivative
+/// of the way on which the gradient changes linearly,
+///
+///   H a = -(D^3 E)[v, v] = -(g(e v) - 2 g + g(-e v)) / e^2.
+///
+/// Newton's model holds along v + a/2 much farther than along v alone, since straight motion of the
+/// vertices stretches what only bends (geodesic acceleration: Transtrum, Sethna 2012). Gradients
+/// are counted from their own states, which turns them by terms odd in e; the sum is free of them.
+Eigen::VectorXd NewtonRun::acceleration(const LinkageState& state, const Eigen::VectorXd& v) {
+  ++report_.corrections;
+  const double turn = work_.scales.largest_turn(model_, state, v);
+  const double small = std::min(1.0, kDifferenceTurn / turn);
+  Eigen::VectorXd a = 2 * work_.gradient;
+  Eigen::VectorXd beside(v.size());
+  for (const double side : {small, -small}) {
+    const LinkageState near = state.moved(model_, side * v);
+    (void)work_.assembly.gradient(near, beside);
+    terms_.add_gradient(near, beside);
+    a -= beside;
+  }
+  a /= small * small;
+  for (const int unknown : holding_.pinned()) a[unknown] = 0;
+  for (const int unknown : bounded_) a[unknown] = 0;
+  solve(a, Eigen::VectorXd::Zero(holding_.rows().rows()));
+  return a;
+}
+
+/// Moves along a step, or a part of it.
+bool NewtonRun::take(LinkageState& state, Step step) {
+  for (int raise = 0;; ++raise) {
+    double fraction = bound_fraction(state, step.x);
+    if (step.prescribed) {
+      move_prescribed(state, fraction * step.x);
+      return true;
+    }
+    if (fraction < kShortestFraction && block(state, step.x)) {
+      // Edges of joints that may not become shorter stay as they are.
+      --raise;
+      factor_positive(0, state);
+      step = step_with_factor(state);
+      continue;
+    }
+    if (descend(state, step, fraction)) return true;
+    if (raise == kStifferTrials) return false;
+    // The quadratic model is good for nothing here; a stiffer one turns towards the gradient.
+    factor_positive(std::max(report_.final_shift, work_.scales.softest_eigenvalue()) * kStiffening,
+                    state);
+    step = step_with_factor(state);
+  }
+}
+
+/// Takes back, with the factor at hand, what a step along a curve has still stretched.
+/// @returns whether the potential is below a value then
+bool NewtonRun::recentred(LinkageState& trial, double below, Eigen::VectorXd& x) {
+  Eigen::VectorXd back(x.size());
+  for (int round = 0; round < kRecentrings; ++round) {
+    ++report_.corrections;
+    (void)work_.assembly.gradient(trial, back);
+    terms_.add_gradient(trial, back);
+    back = -back;
+    for (const int unknown : work_.fixed) back[unknown] = 0;
+    solve(back, Eigen::VectorXd::Zero(work_.rows.rows()));
+    const double turn = work_.scales.largest_turn(model_, trial, back);
+    if (!(turn < work_.scales.largest_turn(model_, trial, x))) return false;
+    if (bound_fraction(trial, back) < 1) return false;
+    trial = trial.moved(model_, back);
+    x += back;
+    if (potential(trial) + terms_.moment_potential(x) <= below) return true;
+  }
+  return false;
+}
+
+/// Goes where it has to, straight or along the curve, whichever stretches less. The energy may
+/// rise.
+void NewtonRun::move_prescribed(LinkageState& state, Eigen::VectorXd x) {
+  LinkageState next = state.moved(model_, x);
+  while (!std::isfinite(potential(next)) && x.cwiseAbs().maxCoeff() > 0) {
+    x /= 2;
+    next = state.moved(model_, x);
+  }
+  const Eigen::VectorXd curve = x + 0.5 * acceleration(state, x);
+  if (work_.scales.largest_turn(model_, state, curve) < options_.largest_turn &&
+      !(bound_fraction(state, curve) < 1)) {
+    LinkageState bent = state.moved(model_, curve);
+    if (potential(bent) < potential(next)) {
+      next = std::move(bent);
+      x = curve;
+    }
+  }
+  accept(state, std::move(next), x);
+}
+
+/// The first point of a halving series along a step at which the potential is low enough.
+bool NewtonRun::descend(LinkageState& state, const Step& step, double fraction) {
+  Eigen::VectorXd bend;
+  while (fraction > kShortestFraction) {
+    const double part = fraction;
+    fraction /= 2;
+    Eigen::VectorXd x = part * step.x;
+    if (bend.size() > 0) x += 0.5 * part * part * bend;
+    if (bound_fraction(state, x) < 1) continue;
+    LinkageState trial = state.moved(model_, x);
+    const double below = potential_ + kArmijo * part * step.slope + rounding();
+    bool low = potential(trial) + terms_.moment_potential(x) <= below;
+    if (!low && bend.size() == 0) {
+      bend = acceleration(state, step.x);
+      fraction = part;
+      continue;
+    }
+    low = low || (part >= kLeastRecentred && recentred(trial, below, x));
+    if (!low) continue;
+    damp(step, part);
+    accept(state, std::move(trial), x);
+    return true;
+  }
+  return false;
+}
+
+/// Where only a small part of a step holds, the next ones are made shorter in the directions that
+/// are as soft as this one; where whole steps hold this fades.
+void NewtonRun::damp(const Step& step, double fraction) {
+  if (fraction < kPoorFraction) {
+    const double weight = step.x.dot(work_.scales.weights().cwiseProduct(step.x));
+    damping_ = std::max(damping_, -step.slope / weight) / kDampedFraction;
+  } else if (fraction == 1) {
+    damping_ *= kFading;
+    if (damping_ < work_.scales.softest_eigenvalue()) damping_ = 0;
+  }
+}
+
+/// The direction of most negative curvature per weight, by inverse iteration with the shifted
+/// factor.
+Eigen::VectorXd NewtonRun::softest_direction(const LinkageState& state) {
+  Random random(7);
+  const Eigen::VectorXd& weights = work_.scales.weights();
+  Eigen::VectorXd v(weights.size());
+  for (double& value : v) value = random.normal();
+  v = v.cwiseQuotient(weights.cwiseSqrt());
+  for (int k = 0; k < kPowerIterations; ++k) {
+    v = v.cwiseProduct(weights);
+    for (const int unknown : holding_.pinned()) v[unknown] = 0;
+    for (const int unknown : bounded_) v[unknown] = 0;
+    solve(v, Eigen::VectorXd::Zero(holding_.rows().rows()));
+    v /= std::sqrt(v.dot(weights.cwiseProduct(v)));
+  }
+  Eigen::Index largest = 0;
+  (void)v.cwiseProduct(weights.cwiseSqrt()).cwiseAbs().maxCoeff(&largest);
+  if (v[largest] < 0) v = -v;
+  return v / work_.scales.largest_turn(model_, state, v);
+}
+
+/// Leaves a saddle along negative curvature, as far as that leads down.
+/// @pre the last factor is shifted
+bool NewtonRun::escape(LinkageState& state) {
+  const Eigen::VectorXd direction = softest_direction(state);
+  const Eigen::VectorXd bend = acceleration(state, direction);
+  double best = potential_ - rounding();
+  std::optional<LinkageState> there;
+  Eigen::VectorXd way;
+  double turn = kFirstEscape;
+  for (int k = 0; k < kEscapes && turn <= options_.largest_turn; ++k, turn *= kEscapeGrowth) {
+    Eigen::VectorXd x = turn * direction + 0.5 * turn * turn * bend;
+    if (bound_fraction(state, x) < 1) break;
+    LinkageState trial = state.moved(model_, x);
+    const double value = potential(trial) + terms_.moment_potential(x);
+    if (!(value < best)) break;
+    best = value;
+    there = std::move(trial);
+    way = std::move(x);
+  }
+  if (!there) return false;
+  ++report_.escapes;
+  stable_ = false;
+  accept(state, std::move(*there), way);
+  return true;
+}
+
+}  // namespace limber::rods::detail

@@ -1,0 +1,175 @@
+// Newton's steps: Hessians, their factors, and what follows from them without another one.
+
+#include <algorithm>
+#include <cmath>
+
+#include "engine/base/error.h"
+#include "engine/rods/equilibrium/newton_run.h"
+
+namespace limber::rods::detail {
+namespace {
+
+// Of the shift that makes a Hessian positive definite, from one trial to the next.
+constexpr double kShiftGrowth = 6;
+// Imbalance that no equilibrium is near to.
+constexpr double kFar = 0.3;
+// Imbalance from which the next part of a prescribed way is gone, in turns of this size [rad].
+constexpr double kSettled = 0.05;
+constexpr double kPrescribedTurn = 0.1;
+// Steps with one factor, and what each may leave of the imbalance.
+constexpr int kChords = 3;
+constexpr double kChordContraction = 0.3;
+
+bool same(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b) {
+  return a.rows() == b.rows() && a == b;
+}
+
+}  // namespace
+
+/// @returns whether the shifted Hessian is positive definite under the constraints
+bool NewtonRun::factor(double shift) {
+  work_.bordered.reset();
+  work_.fixed = fixed();
+  work_.solver.set_pinned(work_.fixed);
+  ++report_.factorizations;
+  report_.final_shift = shift;
+  const PivotCount pivots = work_.solver.factor(work_.matrix, shift);
+  report_.negative_eigenvalues = pivots.negative;
+  // Each constraint can hold one unstable direction.
+  const int held = static_cast<int>(holding_.rows().rows());
+  if (pivots.vanishing > 0 || pivots.negative > held) {
+    report_.negative_eigenvalues = pivots.negative;
+    return false;
+  }
+  border();
+  report_.negative_eigenvalues = work_.bordered->negative();
+  return work_.bordered->positive_definite();
+}
+
+/// Puts the constraints beside the last factor.
+void NewtonRun::border() {
+  work_.rows = holding_.rows();
+  work_.bordered.emplace(work_.solver, work_.rows, Eigen::VectorXd::Zero(work_.rows.rows()));
+}
+
+/// Factors with no shift, with one that is lost in rounding (mechanisms), or with the least of a
+/// growing series that makes the Hessian positive definite.
+void NewtonRun::factor_positive(double least, const LinkageState& state) {
+  const double rounding = work_.scales.rounding_shift();
+  stable_ = least == 0 && factor(0);
+  if (stable_) return;
+  const int negative = report_.negative_eigenvalues;
+  // Where nothing resists some motion its eigenvalue has any sign.
+  const bool mechanism = work_.mechanism || work_.solver.pivots().vanishing > 0 || balanced();
+  stable_ = least == 0 && mechanism && factor(rounding);
+  work_.mechanism = stable_;
+  if (stable_) return;
+  if (least == 0 && report_.max_gradient_scaled > kFar) {
+    // Far from balance rods are compressed by steps, not by what they carry.
+    assemble(state, Compression::kLeftOut);
+    const bool convex = factor(0);
+    report_.negative_eigenvalues = negative;
+    if (convex) return;
+  }
+  factor_shifted(least > 0 ? least : work_.shift / kShiftGrowth, work_.shift);
+  report_.negative_eigenvalues = negative;
+}
+
+/// Factors with the first shift of a growing series that makes the matrix positive definite, and
+/// keeps it.
+void NewtonRun::factor_shifted(double first, double& kept) {
+  double shift = std::max(first, kShiftGrowth * work_.scales.rounding_shift());
+  while (!factor(shift)) {
+    shift *= kShiftGrowth;
+    LIMBER_DEMAND(std::isfinite(shift));
+  }
+  kept = shift;
+}
+
+void NewtonRun::solve(Eigen::VectorXd& right_side, const Eigen::VectorXd& rows) const {
+  Eigen::VectorXd forces = rows;
+  work_.bordered->solve_in_place(right_side, forces);
+}
+
+NewtonRun::Step NewtonRun::newton_step(const LinkageState& state) {
+  // A guess compresses rods by mistake: the first step lets them have their length again.
+  const bool far = report_.max_gradient_scaled > kFar;
+  if (damping_ == 0 && report_.iterations == 1 && far) {
+    assemble(state, Compression::kLeftOut);
+    if (!factor(0)) factor_shifted(work_.guess_shift / kShiftGrowth, work_.guess_shift);
+    return step_with_factor(state);
+  }
+  assemble(state, Compression::kBuckles);
+  factor_positive(damping_, state);
+  return step_with_factor(state);
+}
+
+/// Newton's step with the last factor, wherever that was made.
+/// While much is missing to what is prescribed and the linkage has not settled, it settles first:
+/// steps then keep to the constraints as they are.
+NewtonRun::Step NewtonRun::step_with_factor(const LinkageState& state) const {
+  const bool far = gap_.size >= kSmallGap;
+  const bool settled = report_.max_gradient_scaled < kSettled;
+  Step step{-work_.gradient, far && settled, 0};
+  if (far && !settled) {
+    for (const int unknown : fixed()) step.x[unknown] = 0;
+    solve(step.x, Eigen::VectorXd::Zero(gap_.rows.size()));
+    limit(state, options_.largest_turn, step);
+    return step;
+  }
+  if (!gap_.pinned.isZero(0)) {
+    // Where pinned unknowns go, the others follow.
+    Eigen::VectorXd follow(step.x.size());
+    work_.matrix.multiply(gap_.pinned, follow);
+    step.x -= follow;
+  }
+  for (const int unknown : holding_.pinned()) step.x[unknown] = gap_.pinned[unknown];
+  for (const int unknown : bounded_) step.x[unknown] = 0;
+  solve(step.x, gap_.rows);
+  limit(state, far ? std::min(options_.largest_turn, kPrescribedTurn) : options_.largest_turn,
+        step);
+  return step;
+}
+
+/// Steps with the factor at hand while they pay: one of them costs a fraction of a new factor.
+/// @returns whether the state is balanced now
+bool NewtonRun::chords(LinkageState& state) {
+  for (int round = 0; round < kChords; ++round) {
+    if (!work_.bordered || work_.fixed != fixed()) return false;
+    if (!same(work_.rows, holding_.rows())) border();
+    const Step step = step_with_factor(state);
+    if (!step.x.allFinite() || bound_fraction(state, step.x) < 1) return false;
+    if (step.prescribed) {
+      if (round > 0) return false;
+      ++report_.corrections;
+      move_prescribed(state, step.x);
+      continue;
+    }
+    LinkageState next = state.moved(model_, step.x);
+    if (!(potential(next) + terms_.moment_potential(step.x) <= potential_ + rounding()))
+      return false;
+    ++report_.corrections;
+    const double before = report_.max_gradient_scaled;
+    accept(state, std::move(next), step.x);
+    if (balanced()) return true;
+    if (report_.max_gradient_scaled > kChordContraction * before) return false;
+  }
+  return false;
+}
+
+/// Turns stay moderate.
+void NewtonRun::limit(const LinkageState& state, double largest, Step& step) const {
+  const double turn = work_.scales.largest_turn(model_, state, step.x);
+  if (turn > largest) step.x *= largest / turn;
+  step.slope = work_.gradient.dot(step.x);
+}
+
+/// Is a balanced state stable? Nothing has been factored there yet, or only with a shift.
+bool NewtonRun::certify(const LinkageState& state) {
+  ++report_.iterations;
+  assemble(state, Compression::kBuckles);
+  factor_positive(0, state);
+  return stable_;
+}
+
+}  // namespace limber::rods::detail

@@ -1,0 +1,195 @@
+#include "engine/rods/equilibrium/deployment.h"
+
+#include <gtest/gtest.h>
+
+#include <numbers>
+
+#include "tests/engine/rods/equilibrium/small_linkages.h"
+
+namespace limber::rods {
+namespace {
+
+using testing::curved_model;
+using testing::joint_distance;
+using testing::linkage_file;
+
+constexpr double kDegree = std::numbers::pi / 180;
+
+class BurdDeployment : public ::testing::TestWithParam<std::pair<int, double>> {};
+
+TEST_P(BurdDeployment, ReachesTheKnownEnergyInFiftySteps) {
+  if (!std::filesystem::exists(linkage_file("burd_flat_opt_scaled"))) GTEST_SKIP() << "no data";
+  // A rectangle 3 x 0.75 of E = 3000, nu = 0.38; the public code's energies.
+  const LinkageModel model(
+      build_linkage_graph(scene::read_line_mesh_file(linkage_file("burd_flat_opt_scaled"))),
+      GetParam().first, {6750, 5062.5, 316.40625, 386.3121963558732});
+  LinkageEquilibrium equilibrium(model);
+  LinkageState state(model);
+  Conditions conditions;
+  conditions.pins = {{20}};
+  ASSERT_TRUE(equilibrium.solve(state, conditions).converged());
+  conditions.mean_opening_angle = 95 * kDegree;
+  int frames = 0;
+  const DeploymentReport report =
+      deploy(equilibrium, state, conditions, {}, {},
+             [&](const DeploymentStep& step, const LinkageState& frame) {
+               ++frames;
+               EXPECT_NEAR(frame.mean_opening_angle(), step.mean_opening_angle, 1e-12);
+             });
+  EXPECT_EQ(report.status, DeploymentStatus::kReached) << report.message;
+  EXPECT_EQ(report.steps_failed, 0);
+  EXPECT_EQ(report.jumps, 0);
+  EXPECT_EQ(frames, report.steps);
+  EXPECT_EQ(report.path.size(), static_cast<std::size_t>(frames));
+  EXPECT_NEAR(report.end.energies.total(), GetParam().second, 1e-5 * GetParam().second);
+}
+
+INSTANTIATE_TEST_SUITE_P(Subdivisions, BurdDeployment,
+                         ::testing::Values(std::pair{5, 43.49874337567044},
+                                           std::pair{10, 43.312507597142925},
+                                           std::pair{20, 43.27535043206037},
+                                           std::pair{40, 43.267049465093265}));
+
+TEST(Deployment, ClosingWhatWasOpenedComesBackToTheStart) {
+  const LinkageModel model = curved_model();
+  LinkageEquilibrium equilibrium(model);
+  LinkageState state(model);
+  Conditions conditions;
+  conditions.pins = {{5}};
+  const EquilibriumReport closed = equilibrium.solve(state, conditions);
+  ASSERT_TRUE(closed.converged());
+  const LinkageState start = state;
+  conditions.mean_opening_angle = state.mean_opening_angle() + 0.5;
+  const DeploymentReport out = deploy(equilibrium, state, conditions);
+  EXPECT_EQ(out.status, DeploymentStatus::kReached) << out.message;
+  EXPECT_GT(joint_distance(state, start), 10);
+  conditions.mean_opening_angle = start.mean_opening_angle();
+  const DeploymentReport back = deploy(equilibrium, state, conditions);
+  EXPECT_EQ(back.status, DeploymentStatus::kReached) << back.message;
+  EXPECT_EQ(out.jumps + back.jumps, 0);
+  EXPECT_LT(joint_distance(state, start), 1e-4);
+  EXPECT_NEAR(back.end.energies.total(), closed.energies.total(),
+              1e-8 * (1 + closed.energies.total()));
+}
+
+TEST(Deployment, ByTorquesEndsWhereTheTorquesSolveDirectly) {
+  const LinkageModel model = curved_model();
+  LinkageEquilibrium equilibrium(model);
+  LinkageState state(model);
+  Conditions conditions;
+  conditions.pins = {{5}};
+  ASSERT_TRUE(equilibrium.solve(state, conditions).converged());
+  const double before = state.mean_opening_angle();
+  LinkageState direct = state;
+  Conditions pushed = conditions;
+  for (const int j : {0, 3, 12, 15})
+    pushed.loads.push_back({j, Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero(), 3});
+  const DeploymentReport report = deploy(equilibrium, state, conditions, pushed);
+  EXPECT_EQ(report.status, DeploymentStatus::kReached) << report.message;
+  EXPECT_GT(state.mean_opening_angle(), before + 1e-3);
+  ASSERT_TRUE(equilibrium.solve(direct, pushed).converged());
+  EXPECT_LT(joint_distance(state, direct), 1e-4);
+  // And back, as the torques fade.
+  const DeploymentReport back = deploy(equilibrium, state, pushed, conditions);
+  EXPECT_EQ(back.status, DeploymentStatus::kReached) << back.message;
+  EXPECT_NEAR(state.mean_opening_angle(), before, 1e-6);
+}
+
+TEST(Deployment, BySelectedAngles) {
+  const LinkageModel model = curved_model();
+  LinkageEquilibrium equilibrium(model);
+  LinkageState state(model);
+  Conditions conditions;
+  ASSERT_TRUE(equilibrium.solve(state, conditions).converged());
+  const double first = state.joints()[0].opening_angle + 0.4;
+  const double second = state.joints()[15].opening_angle - 0.1;
+  conditions.angles = {{0, first}, {15, second}};
+  const DeploymentReport report = deploy(equilibrium, state, conditions);
+  EXPECT_EQ(report.status, DeploymentStatus::kReached) << report.message;
+  EXPECT_NEAR(state.joints()[0].opening_angle, first, 1e-12);
+  EXPECT_NEAR(state.joints()[15].opening_angle, second, 1e-12);
+}
+
+/// A shallow roof of two rods, clamped at both ends by springs on their first two vertices.
+struct Roof {
+  LinkageModel model;
+  Conditions held;
+
+  static LineMesh mesh() {
+    LineMesh mesh;
+    mesh.vertices.resize(3, 3);
+    mesh.vertices << -100, 0, 100, 0, 0, 0, 0, 14, 0;
+    mesh.edges.resize(2, 2);
+    mesh.edges << 0, 1, 1, 2;
+    return mesh;
+  }
+  Roof() : model(build_linkage_graph(mesh()), 12, {20000, 4000, 8000, 5000}) {
+    const LinkageState state(model);
+    for (const auto& [segment, vertex] :
+         {std::pair{0, 0}, std::pair{0, 1}, std::pair{1, 11}, std::pair{1, 12}})
+      held.springs.push_back(
+          {VertexPoint{segment, vertex}, state.vertex(model, segment, vertex), 2000});
+  }
+};
+
+TEST(Deployment, ASnapThroughIsAJumpAndSaysSo) {
+  const Roof roof;
+  LinkageEquilibrium equilibrium(roof.model);
+  LinkageState state(roof.model);
+  ASSERT_TRUE(equilibrium.solve(state, roof.held).converged());
+  ASSERT_GT(state.joints()[0].position.z(), 10);
+  Conditions pushed = roof.held;
+  pushed.loads = {{0, Eigen::Vector3d(0, 0, -20), Eigen::Vector3d::Zero(), 0}};
+  const DeploymentReport report = deploy(equilibrium, state, roof.held, pushed);
+  EXPECT_EQ(report.status, DeploymentStatus::kReached) << report.message;
+  EXPECT_EQ(report.jumps, 1) << report.message;
+  EXPECT_LT(state.joints()[0].position.z(), -10);
+  // Where the path jumps, the height changes at once.
+  int jumps = 0;
+  for (const DeploymentStep& step : report.path) jumps += step.event == BranchEvent::kJump ? 1 : 0;
+  EXPECT_EQ(jumps, 1);
+}
+
+TEST(Deployment, ASmallPushDoesNotJump) {
+  const Roof roof;
+  LinkageEquilibrium equilibrium(roof.model);
+  LinkageState state(roof.model);
+  ASSERT_TRUE(equilibrium.solve(state, roof.held).converged());
+  Conditions pushed = roof.held;
+  pushed.loads = {{0, Eigen::Vector3d(0, 0, -0.5), Eigen::Vector3d::Zero(), 0}};
+  const DeploymentReport report = deploy(equilibrium, state, roof.held, pushed);
+  EXPECT_EQ(report.status, DeploymentStatus::kReached) << report.message;
+  EXPECT_EQ(report.jumps, 0);
+  EXPECT_GT(state.joints()[0].position.z(), 5);
+}
+
+TEST(Deployment, StopsWhenAskedTo) {
+  const LinkageModel model = curved_model();
+  LinkageEquilibrium equilibrium(model);
+  LinkageState state(model);
+  Conditions conditions;
+  conditions.mean_opening_angle = 1.2;
+  JobContext context;
+  const DeploymentReport report =
+      deploy(equilibrium, state, conditions, {}, context,
+             [&](const DeploymentStep&, const LinkageState&) { context.cancellation.request(); });
+  EXPECT_EQ(report.status, DeploymentStatus::kCancelled);
+  EXPECT_EQ(report.steps, 1);
+}
+
+TEST(Deployment, RefusesBadOptions) {
+  for (const auto& spoil : std::vector<void (*)(DeploymentOptions&)>{
+           [](DeploymentOptions& o) { o.first_step = 0; },
+           [](DeploymentOptions& o) { o.largest_step = 2; },
+           [](DeploymentOptions& o) { o.smallest_step = -1; },
+           [](DeploymentOptions& o) { o.jump_turn = 0; },
+           [](DeploymentOptions& o) { o.patience = 0; },
+           [](DeploymentOptions& o) { o.last.tolerance = 0; }}) {
+    DeploymentOptions options;
+    spoil(options);
+    EXPECT_THROW(options.validate(), Error);
+  }
+}
+
+}  // namespace
+}  // namespace limber::rods

@@ -1,0 +1,261 @@
+// Equilibria of linkages where solvers break.
+
+#include <gtest/gtest.h>
+
+#include <numbers>
+
+#include "engine/rods/equilibrium/linkage_equilibrium.h"
+#include "tests/engine/rods/equilibrium/small_linkages.h"
+
+namespace limber::rods {
+namespace {
+
+using testing::curved_model;
+using testing::grid_model;
+using testing::joint_distance;
+using testing::kStrip;
+using testing::linkage_file;
+
+constexpr double kDegree = std::numbers::pi / 180;
+
+TEST(HardEquilibria, FullyClosed) {
+  const LinkageModel model = curved_model();
+  LinkageState state(model);
+  LinkageEquilibrium equilibrium(model);
+  Conditions conditions;
+  conditions.mean_opening_angle = 0;
+  const EquilibriumReport report = equilibrium.solve(state, conditions);
+  EXPECT_TRUE(report.converged()) << report.message;
+  EXPECT_NEAR(state.mean_opening_angle(), 0, 1e-12);
+}
+
+TEST(HardEquilibria, EveryAngleClosedOneByOne) {
+  const LinkageModel model = grid_model(3, 3, 0.5);
+  LinkageState state(model);
+  LinkageEquilibrium equilibrium(model);
+  Conditions conditions;
+  for (int j = 0; j < 9; ++j) conditions.angles.push_back({j, 0});
+  const EquilibriumReport report = equilibrium.solve(state, conditions);
+  EXPECT_TRUE(report.converged()) << report.message;
+  for (const JointState<double>& joint : state.joints()) EXPECT_NEAR(joint.opening_angle, 0, 1e-12);
+}
+
+TEST(HardEquilibria, Flat) {
+  // Nothing drives it out of its plane, where it stays as long as that is stable.
+  const LinkageModel model = grid_model(5, 5, 1.0);
+  LinkageState state(model);
+  LinkageEquilibrium equilibrium(model);
+  Conditions conditions;
+  conditions.mean_opening_angle = 1.2;
+  const EquilibriumReport report = equilibrium.solve(state, conditions);
+  ASSERT_TRUE(report.converged()) << report.message;
+  EXPECT_EQ(report.negative_eigenvalues, 0);
+  for (const JointState<double>& joint : state.joints()) EXPECT_NEAR(joint.position.z(), 0, 1e-6);
+  // Rods of equal cells turn without bending.
+  EXPECT_LT(report.energies.total(), 1e-8);
+}
+
+TEST(HardEquilibria, MechanismOfFourBars) {
+  const LinkageModel model = grid_model(2, 2, 1.0);
+  LinkageEquilibrium equilibrium(model);
+  for (const double angle : {1.3, 0.2, 2.5}) {
+    LinkageState state(model);
+    Conditions conditions;
+    const EquilibriumReport free = equilibrium.solve(state, conditions);
+    EXPECT_TRUE(free.converged()) << free.message;
+    conditions.mean_opening_angle = angle;
+    const EquilibriumReport report = equilibrium.solve(state, conditions);
+    EXPECT_TRUE(report.converged()) << report.message;
+    EXPECT_LT(report.energies.total(), 1e-8);
+    EXPECT_NEAR(state.mean_opening_angle(), angle, 1e-12);
+  }
+}
+
+TEST(HardEquilibria, MechanismFish) {
+  if (!std::filesystem::exists(linkage_file("fish_linkage"))) GTEST_SKIP() << "no data";
+  // In metres and newtons: E = 2 GPa, 4 x 2 mm.
+  const LinkageModel model(
+      build_linkage_graph(scene::read_line_mesh_file(linkage_file("fish_linkage"))), 10,
+      {16000, 0.0213, 0.00533, 0.0113});
+  LinkageState state(model);
+  LinkageEquilibrium equilibrium(model);
+  Conditions conditions;
+  EXPECT_TRUE(equilibrium.solve(state, conditions).converged());
+  const double start = state.mean_opening_angle();
+  for (const double angle : {start + 0.2, start - 0.1, start}) {
+    conditions.mean_opening_angle = angle;
+    const EquilibriumReport report = equilibrium.solve(state, conditions);
+    EXPECT_TRUE(report.converged()) << report.message;
+    EXPECT_NEAR(state.mean_opening_angle(), angle, 1e-12);
+  }
+}
+
+TEST(HardEquilibria, MillimetresAndMetresGiveTheSameShape) {
+  // N, mm against N, m: lengths / 1000, E A as it is, E I / 10^6.
+  const LinkageModel small = curved_model();
+  const LinkageModel large = curved_model(1e-3, {kStrip.stretching, kStrip.bending_1 * 1e-6,
+                                                 kStrip.bending_2 * 1e-6, kStrip.torsion * 1e-6});
+  LinkageState in_mm(small);
+  LinkageState in_m(large);
+  Conditions conditions;
+  conditions.pins = {{5}};
+  conditions.mean_opening_angle = 1.0;
+  conditions.loads = {{15, Eigen::Vector3d(0, 0.1, 0.3), Eigen::Vector3d::Zero(), 0}};
+  LinkageEquilibrium first(small);
+  LinkageEquilibrium second(large);
+  const EquilibriumReport a = first.solve(in_mm, conditions);
+  const EquilibriumReport b = second.solve(in_m, conditions);
+  ASSERT_TRUE(a.converged()) << a.message;
+  ASSERT_TRUE(b.converged()) << b.message;
+  EXPECT_LT(joint_distance(in_mm, in_m, 1000), 1e-3);
+  EXPECT_NEAR(b.energies.total(), 1e-3 * a.energies.total(), 1e-9 * a.energies.total());
+}
+
+TEST(HardEquilibria, StifferByTenOrdersIsTheSameShape) {
+  std::vector<LinkageState> shapes;
+  for (const double factor : {1e-5, 1.0, 1e5}) {
+    const LinkageModel model =
+        curved_model(1, {kStrip.stretching * factor, kStrip.bending_1 * factor,
+                         kStrip.bending_2 * factor, kStrip.torsion * factor});
+    LinkageState state(model);
+    LinkageEquilibrium equilibrium(model);
+    Conditions conditions;
+    conditions.pins = {{5}};
+    conditions.mean_opening_angle = 1.0;
+    const EquilibriumReport report = equilibrium.solve(state, conditions);
+    EXPECT_TRUE(report.converged()) << report.message;
+    shapes.push_back(state);
+  }
+  EXPECT_LT(joint_distance(shapes[0], shapes[1]), 1e-3);
+  EXPECT_LT(joint_distance(shapes[2], shapes[1]), 1e-3);
+}
+
+TEST(HardEquilibria, SegmentShorterThanAThousandthOfTheRest) {
+  LineMesh mesh = testing::sheared_grid(4, 3, 1.0, 40);
+  // The last column moves up to the one before it, 0.03 of 40 away.
+  for (int r = 0; r < 3; ++r)
+    mesh.vertices.col(4 * r + 3) = mesh.vertices.col(4 * r + 2) + Eigen::Vector3d(0.03, 0, 0);
+  const LinkageModel model(build_linkage_graph(mesh), 6, kStrip);
+  LinkageState state(model);
+  LinkageEquilibrium equilibrium(model);
+  Conditions conditions;
+  conditions.pins = {{0}};
+  conditions.springs = {
+      {JointPoint{7}, state.joints()[7].position + Eigen::Vector3d(0, 0, 10), 0.05}};
+  const EquilibriumReport report = equilibrium.solve(state, conditions);
+  EXPECT_TRUE(report.converged()) << report.message;
+}
+
+TEST(HardEquilibria, EdgesOfJointsDoNotShrinkThroughZero) {
+  // Soft rods whose joints are all pulled to one point.
+  const LinkageModel model = grid_model(3, 3, 1.2, 4, {10, 5, 5, 5});
+  LinkageState state(model);
+  LinkageEquilibrium equilibrium(model);
+  Conditions conditions;
+  conditions.shortest_joint_edge = 0.2;
+  for (int j = 0; j < 9; ++j)
+    conditions.springs.push_back({JointPoint{j}, 0.05 * state.joints()[j].position, 5});
+  const EquilibriumReport report = equilibrium.solve(state, conditions);
+  double shortest = 1;
+  for (int j = 0; j < 9; ++j) {
+    for (const Rod rod : {kRodA, kRodB}) {
+      shortest = std::min(shortest,
+                          state.joints()[j].lengths[rod] / model.rest_lengths().terminal(rod, j));
+    }
+  }
+  EXPECT_TRUE(report.converged()) << report.message;
+  EXPECT_GE(shortest, 0.2 * (1 - 1e-9));
+  EXPECT_LT(shortest, 0.21);
+}
+
+TEST(HardEquilibria, SeveralComponents) {
+  LineMesh mesh = testing::sheared_grid(3, 3, 1.0, 40);
+  LineMesh both;
+  both.vertices.resize(3, 27);
+  both.edges.resize(2, 36);
+  for (int k = 0; k < 3; ++k) {
+    for (int v = 0; v < 9; ++v)
+      both.vertices.col(9 * k + v) = mesh.vertices.col(v) + Eigen::Vector3d(0, 0, 300 * k);
+    both.edges.middleCols(12 * k, 12) = mesh.edges.array() + 9 * k;
+  }
+  const LinkageModel model(build_linkage_graph(both), 6, kStrip);
+  ASSERT_EQ(model.graph().components, 3);
+  LinkageState state(model);
+  LinkageEquilibrium equilibrium(model);
+  // One is pinned, one hangs on a spring, one floats.
+  Conditions conditions;
+  conditions.pins = {{0}};
+  const Eigen::Vector3d target = state.joints()[9].position + Eigen::Vector3d(10, 20, 30);
+  conditions.springs = {{JointPoint{9}, target, 0.5}};
+  conditions.mean_opening_angle = 1.3;
+  EquilibriumReport report = equilibrium.solve(state, conditions);
+  EXPECT_TRUE(report.converged()) << report.message;
+  EXPECT_LT((state.joints()[9].position - target).norm(), 1e-5);
+  EXPECT_LT((state.joints()[22].position - LinkageState(model).joints()[22].position).norm(), 1e-9);
+  // Weight holds on the pinned and the hanging one; the third one would fall.
+  conditions.gravity = {Eigen::Vector3d(0, 0, -9.81), 1e-3};
+  report = equilibrium.solve(state, conditions);
+  EXPECT_EQ(report.status, EquilibriumStatus::kUnbalanced);
+  EXPECT_NE(report.message.find("component 2"), std::string::npos) << report.message;
+}
+
+TEST(HardEquilibria, HangsBelowASingleSpring) {
+  // A pendulum: the spring holds no rotation, the weight does.
+  const LinkageModel model = grid_model(3, 3, 1.2);
+  LinkageState state(model);
+  LinkageEquilibrium equilibrium(model);
+  Conditions conditions;
+  const Eigen::Vector3d nail = state.joints()[0].position;
+  conditions.springs = {{JointPoint{0}, nail, 2}};
+  conditions.gravity = {Eigen::Vector3d(0, 0, -9.81), 1e-3};
+  const EquilibriumReport report = equilibrium.solve(state, conditions);
+  ASSERT_TRUE(report.converged()) << report.message;
+  double weight = 0;
+  Eigen::Vector3d centre = Eigen::Vector3d::Zero();
+  for (int s = 0; s < model.variables().segments(); ++s) {
+    for (int e = 0; e < 6; ++e) {
+      const double mass = (e == 0 || e == 5 ? 0.5 : 1) * 1e-3 *
+                          model.rest_lengths().edge(model.graph(), model.variables(), s, e);
+      weight += mass;
+      centre += mass * 0.5 * (state.vertex(model, s, e) + state.vertex(model, s, e + 1));
+    }
+  }
+  centre /= weight;
+  EXPECT_NEAR(nail.z() - state.joints()[0].position.z(), weight * 9.81 / 2, 1e-6);
+  EXPECT_LT((centre - nail).head<2>().norm(), 1e-4);
+  EXPECT_LT(centre.z(), nail.z() - 20);
+}
+
+TEST(HardEquilibria, ASymmetricSaddleIsLeft) {
+  // Compressed between stiff springs, a straight strip of cells buckles out of its plane.
+  const LinkageModel model = grid_model(6, 2, std::numbers::pi / 2);
+  LinkageState state(model);
+  LinkageEquilibrium equilibrium(model);
+  Conditions conditions;
+  for (const int j : {0, 5, 6, 11}) {
+    Eigen::Vector3d target = state.joints()[j].position;
+    target.x() = 100 + 0.997 * (target.x() - 100);
+    conditions.springs.push_back({JointPoint{j}, target, 5});
+  }
+  const EquilibriumReport report = equilibrium.solve(state, conditions);
+  EXPECT_TRUE(report.converged()) << report.message;
+  EXPECT_GE(report.escapes, 1);
+  double height = 0;
+  for (const JointState<double>& joint : state.joints())
+    height = std::max(height, std::abs(joint.position.z()));
+  EXPECT_GT(height, 3);
+}
+
+TEST(HardEquilibria, AWideTurnOfASingleAngle) {
+  const LinkageModel model = grid_model(2, 2, 1.0);
+  LinkageState state(model);
+  LinkageEquilibrium equilibrium(model);
+  Conditions conditions;
+  conditions.angles = {{0, 179 * kDegree}};
+  const EquilibriumReport report = equilibrium.solve(state, conditions);
+  EXPECT_TRUE(report.converged()) << report.message;
+  EXPECT_NEAR(state.joints()[0].opening_angle, 179 * kDegree, 1e-12);
+}
+
+}  // namespace
+}  // namespace limber::rods

@@ -1,0 +1,260 @@
+#include "engine/rods/equilibrium/linkage_equilibrium.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Eigenvalues>
+#include <cstring>
+
+#include "engine/base/parallel.h"
+#include "engine/rods/equilibrium/condition_terms.h"
+#include "tests/engine/rods/equilibrium/small_linkages.h"
+
+namespace limber::rods {
+namespace {
+
+using testing::curved_model;
+using testing::grid_model;
+using testing::joint_distance;
+using testing::total_potential;
+
+/// Everything at once: a pin, an angle, springs at a joint, a vertex beside a joint and between
+/// vertices, forces, torques and weight.
+Conditions all_conditions(const LinkageState& state) {
+  Conditions conditions;
+  conditions.pins = {{5}, {0, Hold::kAngle}};
+  conditions.angles = {{10, 0.8}};
+  conditions.springs = {
+      {JointPoint{15}, state.joints()[15].position + Eigen::Vector3d(3, -2, 20), 0.4},
+      {VertexPoint{2, 1}, Eigen::Vector3d(90, 10, 30), 0.2},
+      {ArcPoint{17, 0.37}, Eigen::Vector3d(60, 80, -10), 0.1}};
+  conditions.loads = {{3, Eigen::Vector3d(0.5, -1, 2), Eigen::Vector3d::Zero(), 20}};
+  conditions.gravity = {Eigen::Vector3d(0, 0, -9.81), 1e-3};
+  return conditions;
+}
+
+TEST(LinkageEquilibrium, PotentialIsStationaryAndMinimalInEveryDirection) {
+  const LinkageModel model = curved_model();
+  LinkageState state(model);
+  const Conditions conditions = all_conditions(state);
+  LinkageEquilibrium equilibrium(model);
+  const EquilibriumReport report = equilibrium.solve(state, conditions);
+  ASSERT_TRUE(report.converged()) << report.message;
+  const double at = total_potential(model, state, conditions);
+  EXPECT_NEAR(report.potential(), at, 1e-9 * (1 + std::abs(at)));
+  EXPECT_NEAR(state.joints()[10].opening_angle, 0.8, 1e-12);
+  Random random(3);
+  std::vector<int> held;
+  for (int k = 0; k < 6; ++k) held.push_back(model.variables().joint_begin(5) + k);
+  for (const int joint : {0, 10})
+    held.push_back(model.variables().joint_begin(joint) + kJointAngle);
+  for (int direction = 0; direction < 40; ++direction) {
+    Eigen::VectorXd x(model.variables().size());
+    for (double& value : x) value = random.normal();
+    for (const int unknown : held) x[unknown] = 0;
+    const double h = 1e-4 / x.cwiseAbs().maxCoeff();
+    const double ahead = total_potential(model, state.moved(model, h * x), conditions);
+    const double behind = total_potential(model, state.moved(model, -h * x), conditions);
+    const double curvature = ahead - 2 * at + behind;
+    EXPECT_GT(curvature, 0);
+    EXPECT_LT(std::abs(ahead - behind), 1e-3 * curvature);
+  }
+}
+
+/// Newton's method as plainly as it goes: dense eigenvalues, all made positive, backtracking.
+LinkageState dense_newton(const LinkageModel& model, LinkageState state,
+                          const Conditions& conditions, const std::vector<int>& free) {
+  LinkageAssembly assembly(model);
+  CondensedMatrix matrix(model.chains());
+  detail::ConditionTerms terms(model, conditions);
+  Eigen::VectorXd gradient(model.variables().size());
+  for (int round = 0; round < 300; ++round) {
+    (void)assembly.hessian(state, gradient, matrix);
+    terms.add(state, gradient, matrix);
+    const Eigen::MatrixXd whole = matrix.to_sparse();
+    const Eigen::MatrixXd part = whole(free, free);
+    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(part);
+    const Eigen::VectorXd stiff = eigen.eigenvalues().cwiseAbs().cwiseMax(1e-9);
+    const Eigen::VectorXd local =
+        -eigen.eigenvectors() *
+        (eigen.eigenvectors().transpose() * gradient(free)).cwiseQuotient(stiff);
+    Eigen::VectorXd step = Eigen::VectorXd::Zero(gradient.size());
+    step(free) = local;
+    const double here = total_potential(model, state, conditions);
+    double length =
+        std::min(1.0, 0.3 / step.tail(9 * model.variables().joints()).cwiseAbs().maxCoeff());
+    while (length > 1e-9 &&
+           total_potential(model, state.moved(model, length * step), conditions) > here)
+      length /= 2;
+    if (length <= 1e-9) break;
+    state = state.moved(model, length * step);
+    if (step.norm() < 1e-10) break;
+  }
+  return state;
+}
+
+TEST(LinkageEquilibrium, AgreesWithDenseNewton) {
+  const LinkageModel model = curved_model();
+  LinkageState state(model);
+  Conditions conditions;
+  conditions.pins = {{0, Hold::kMotionAndAngle}};
+  conditions.springs = {
+      {JointPoint{15}, state.joints()[15].position + Eigen::Vector3d(4, 1, 9), 0.3}};
+  conditions.loads = {{12, Eigen::Vector3d(0.2, 0.1, -0.4), Eigen::Vector3d::Zero(), 5}};
+  std::vector<int> free;
+  for (int i = 0; i < model.variables().size(); ++i) {
+    const int own = i - model.variables().joint_begin(0);
+    if (own < 0 || own > kJointAngle) free.push_back(i);
+  }
+  const LinkageState expected = dense_newton(model, state, conditions, free);
+  LinkageEquilibrium equilibrium(model);
+  const EquilibriumReport report = equilibrium.solve(state, conditions);
+  ASSERT_TRUE(report.converged()) << report.message;
+  EXPECT_LT(joint_distance(state, expected), 1e-4);
+  EXPECT_NEAR(total_potential(model, state, conditions),
+              total_potential(model, expected, conditions), 1e-7);
+}
+
+TEST(LinkageEquilibrium, MovesAPinWhereItIsSent) {
+  const LinkageModel model = curved_model();
+  LinkageState state(model);
+  LinkageEquilibrium equilibrium(model);
+  Conditions conditions;
+  conditions.pins = {{0}, {15}};
+  ASSERT_TRUE(equilibrium.solve(state, conditions).converged());
+  const Eigen::Vector3d there = state.joints()[15].position + Eigen::Vector3d(-6, -4, 10);
+  conditions.pins[1].position = there;
+  const EquilibriumReport report = equilibrium.solve(state, conditions);
+  EXPECT_TRUE(report.converged()) << report.message;
+  EXPECT_LT((state.joints()[15].position - there).norm(), 1e-9);
+}
+
+TEST(LinkageEquilibrium, AMomentTurnsAgainstSprings) {
+  // A single crossing, held by a spring at each end of one rod: a moment M about z turns it by
+  // about M / (2 k r^2).
+  const LinkageModel model = grid_model(3, 3, std::numbers::pi / 2);
+  LinkageState state(model);
+  LinkageEquilibrium equilibrium(model);
+  Conditions conditions;
+  const LinkageState start = state;
+  for (const int j : {0, 2, 6, 8})
+    conditions.springs.push_back({JointPoint{j}, state.joints()[j].position, 0.01});
+  ASSERT_TRUE(equilibrium.solve(state, conditions).converged());
+  const double moment = 2;
+  conditions.loads = {{4, Eigen::Vector3d::Zero(), Eigen::Vector3d(0, 0, moment), 0}};
+  const EquilibriumReport report = equilibrium.solve(state, conditions);
+  ASSERT_TRUE(report.converged()) << report.message;
+  // What the springs bring against it.
+  Eigen::Vector3d torque = Eigen::Vector3d::Zero();
+  const Eigen::Vector3d centre = state.joints()[4].position;
+  for (const TargetSpring& spring : conditions.springs) {
+    const Eigen::Vector3d x = state.joints()[std::get<JointPoint>(spring.at).joint].position;
+    torque += (x - centre).cross(Eigen::Vector3d(spring.stiffness * (spring.position - x)));
+  }
+  EXPECT_NEAR(torque.z(), -moment, 1e-6 * moment);
+  EXPECT_GT(joint_distance(state, start), 0.1);
+}
+
+TEST(LinkageEquilibrium, WhichJointIsPinnedDoesNotMatterForTheShape) {
+  const LinkageModel model = curved_model();
+  std::vector<double> energies;
+  std::vector<double> spans;
+  for (const int joint : {-1, 0, 7, 15}) {
+    LinkageState state(model);
+    LinkageEquilibrium equilibrium(model);
+    Conditions conditions;
+    if (joint >= 0) conditions.pins = {{joint}};
+    conditions.mean_opening_angle = 0.75;
+    ASSERT_TRUE(equilibrium.solve(state, conditions).converged());
+    energies.push_back(total_potential(model, state, conditions));
+    spans.push_back((state.joints()[15].position - state.joints()[0].position).norm());
+  }
+  for (std::size_t k = 1; k < energies.size(); ++k) {
+    EXPECT_NEAR(energies[k], energies[0], 1e-8 * energies[0]);
+    EXPECT_NEAR(spans[k], spans[0], 1e-5 * spans[0]);
+  }
+}
+
+/// All numbers of a shape.
+std::vector<double> numbers_of(const LinkageModel& model, const LinkageState& state) {
+  std::vector<double> numbers;
+  for (const JointState<double>& joint : state.joints()) {
+    for (const double value : joint.position) numbers.push_back(value);
+    for (const double value : joint.normal) numbers.push_back(value);
+    numbers.push_back(joint.opening_angle);
+  }
+  for (int s = 0; s < model.variables().segments(); ++s) {
+    for (int i = 0; i <= model.variables().edges(s); ++i) {
+      for (const double value : state.vertex(model, s, i)) numbers.push_back(value);
+    }
+  }
+  return numbers;
+}
+
+TEST(LinkageEquilibrium, RerunsAndThreadsGiveTheSameBits) {
+  const LinkageModel model = grid_model(9, 9, 0.9);
+  std::vector<std::vector<double>> results;
+  const int before = thread_count();
+  for (const int threads : {1, 1, 2}) {
+    set_thread_count(threads);
+    LinkageState state(model);
+    LinkageEquilibrium equilibrium(model);
+    Conditions conditions;
+    conditions.pins = {{40}};
+    conditions.mean_opening_angle = 1.1;
+    conditions.gravity = {Eigen::Vector3d(0.3, 0, -9.81), 1e-3};
+    conditions.springs = {{JointPoint{0}, Eigen::Vector3d(5, 5, 30), 0.1}};
+    (void)equilibrium.solve(state, conditions);
+    results.push_back(numbers_of(model, state));
+  }
+  set_thread_count(before);
+  for (const std::vector<double>& other : results) {
+    ASSERT_EQ(other.size(), results[0].size());
+    EXPECT_EQ(std::memcmp(other.data(), results[0].data(), other.size() * sizeof(double)), 0);
+  }
+}
+
+TEST(LinkageEquilibrium, StopsWhenAskedTo) {
+  const LinkageModel model = curved_model();
+  LinkageState state(model);
+  LinkageEquilibrium equilibrium(model);
+  Conditions conditions;
+  conditions.mean_opening_angle = 1.4;
+  JobContext context;
+  int calls = 0;
+  const EquilibriumReport report =
+      equilibrium.solve(state, conditions, {}, context, [&](int, const LinkageState&) {
+        ++calls;
+        context.cancellation.request();
+      });
+  EXPECT_EQ(report.status, EquilibriumStatus::kCancelled);
+  EXPECT_EQ(calls, 1);
+}
+
+TEST(LinkageEquilibrium, SaysThatItRanOutOfSteps) {
+  const LinkageModel model = curved_model();
+  LinkageState state(model);
+  LinkageEquilibrium equilibrium(model);
+  Conditions conditions;
+  conditions.mean_opening_angle = 1.4;
+  EquilibriumOptions options;
+  options.max_iterations = 1;
+  const EquilibriumReport report = equilibrium.solve(state, conditions, options);
+  EXPECT_EQ(report.status, EquilibriumStatus::kIterationLimit);
+  EXPECT_GT(report.max_gradient_scaled, options.tolerance);
+  EXPECT_FALSE(report.message.empty());
+}
+
+TEST(LinkageEquilibrium, RefusesBadOptions) {
+  for (const auto& spoil : std::vector<void (*)(EquilibriumOptions&)>{
+           [](EquilibriumOptions& o) { o.max_iterations = 0; },
+           [](EquilibriumOptions& o) { o.tolerance = 1; },
+           [](EquilibriumOptions& o) { o.largest_turn = 2; },
+           [](EquilibriumOptions& o) { o.max_escapes = -1; }}) {
+    EquilibriumOptions options;
+    spoil(options);
+    EXPECT_THROW(options.validate(), Error);
+  }
+}
+
+}  // namespace
+}  // namespace limber::rods
