@@ -16,9 +16,11 @@ namespace {
 
 constexpr double kPi = 3.14159265358979323846;
 
-rods::LineMesh no_lines(const proto::LineSource&, const std::string& field) {
-  throw Error(ErrorCode::kNotFound, field, "nothing is loaded here");
-}
+/// Samples and files, but no paths.
+const LineLoader no_lines =
+    line_loader([](const std::string&, const std::string& field) -> std::filesystem::path {
+      throw Error(ErrorCode::kNotFound, field, "there are no paths here");
+    });
 
 proto::Array array(proto::DataType type, std::uint64_t columns, const void* data,
                    std::size_t bytes) {
