@@ -263,6 +263,7 @@ double LinkageState::twist(const LinkageModel& model, int segment, int vertex) c
 }
 
 double LinkageState::mean_opening_angle() const {
+  if (joints_.empty()) return 0;
   double sum = 0;
   for (const JointState<double>& joint : joints_) sum += joint.opening_angle;
   return sum / static_cast<double>(joints_.size());

@@ -102,7 +102,7 @@ class CondensedSolver::Impl {
       }
       keep[unknown] = 0;
     }
-    any_joint_pinned_ = keep.tail(joint_keep_.size()).minCoeff() == 0;
+    any_joint_pinned_ = joint_keep_.size() > 0 && keep.tail(joint_keep_.size()).minCoeff() == 0;
     joint_keep_ = keep.tail(joint_keep_.size());
     gather_all(keep, keep_);
     for (std::size_t b = 0; b < structure_.batches().size(); ++b) {

@@ -38,6 +38,15 @@ rods::Hold map_hold(scene::Held held) {
   return rods::Hold::kMotionAndAngle;
 }
 
+/// Rods reach half an edge beyond their joints: a share of the way from joint to joint as one of
+/// the way from a rod's first vertex to its last, both counted in edges.
+double share_of_rod(const rods::LinkageModel& model, int segment, double share) {
+  const double edges = model.variables().edges(segment);
+  const auto& joints = model.graph().segments[static_cast<std::size_t>(segment)].joints;
+  const double from = joints[0] >= 0 ? 0.5 : 0, to = joints[1] >= 0 ? edges - 0.5 : edges;
+  return (from + share * (to - from)) / edges;
+}
+
 }  // namespace
 
 MappedLinkage map_linkage(const scene::Linkage& linkage) {
@@ -65,8 +74,8 @@ MappedLinkage map_linkage(const scene::Linkage& linkage) {
           linkage.density * section.area * unit * unit * unit};
 }
 
-rods::Conditions map_conditions(const scene::LinkageConditions& conditions, double length_unit,
-                                double mass_per_length) {
+rods::Conditions map_conditions(const scene::LinkageConditions& conditions,
+                                const MappedLinkage& linkage, double length_unit) {
   rods::Conditions mapped;
   for (const auto& pin : conditions.pins)
     mapped.pins.push_back({pin.joint, map_hold(pin.held), pin.position});
@@ -78,7 +87,8 @@ rods::Conditions map_conditions(const scene::LinkageConditions& conditions, doub
     if (target.joint >= 0) {
       spring.at = rods::JointPoint{target.joint};
     } else {
-      spring.at = rods::ArcPoint{target.segment, target.share};
+      spring.at =
+          rods::ArcPoint{target.segment, share_of_rod(linkage.model, target.segment, target.share)};
     }
     spring.position = target.position;
     spring.stiffness = target.stiffness * length_unit;
@@ -88,7 +98,7 @@ rods::Conditions map_conditions(const scene::LinkageConditions& conditions, doub
     mapped.loads.push_back(
         {load.joint, load.force, load.moment / length_unit, load.torque / length_unit});
   }
-  mapped.gravity = {conditions.gravity, mass_per_length};
+  mapped.gravity = {conditions.gravity, linkage.mass_per_length};
   return mapped;
 }
 

@@ -18,7 +18,8 @@ struct MappedLinkage {
 /// material numbers, edges_per_segment
 [[nodiscard]] MappedLinkage map_linkage(const scene::Linkage& linkage);
 
+/// @pre the conditions are valid for the linkage
 [[nodiscard]] rods::Conditions map_conditions(const scene::LinkageConditions& conditions,
-                                              double length_unit, double mass_per_length);
+                                              const MappedLinkage& mapped, double length_unit);
 
 }  // namespace limber::session

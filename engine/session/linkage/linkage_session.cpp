@@ -28,23 +28,54 @@ class LinkageSession::Impl : public std::enable_shared_from_this<LinkageSession:
       throw Error(ErrorCode::kInvalidArgument, "executor", "a session needs an executor");
   }
 
+  /// What an executor holds. If it goes away without having run, the session must know: it may be
+  /// asked to post again.
+  class Ticket {
+   public:
+    explicit Ticket(std::shared_ptr<Impl> impl) : impl_(std::move(impl)) {}
+    Ticket(const Ticket&) = delete;
+    Ticket& operator=(const Ticket&) = delete;
+    ~Ticket() {
+      if (!impl_) return;
+      const std::lock_guard lock(impl_->mutex_);
+      impl_->posted_ = false;
+    }
+    void run() {
+      if (const std::shared_ptr<Impl> impl = std::exchange(impl_, nullptr)) impl->run();
+    }
+
+   private:
+    std::shared_ptr<Impl> impl_;
+  };
+
+  /// Sees to it that a task runs. Called with the lock, leaves without it.
   void post(std::unique_lock<std::mutex> lock) {
     if (posted_ || running_ || closed_) return;
     posted_ = true;
     lock.unlock();
+    std::string reason;
     try {
-      executor_([self = shared_from_this()] { self->run(); });
-    } catch (...) {  // what was accepted waits for the next call
-      const std::lock_guard again(mutex_);
-      posted_ = false;
-      throw;
+      const auto ticket = std::make_shared<Ticket>(shared_from_this());
+      executor_([ticket] { ticket->run(); });
+      return;
+    } catch (const std::exception& error) {
+      reason = error.what();
+    } catch (...) {
+      reason = "unknown exception";
     }
+    // What was accepted stays accepted; the next call tries again.
+    lock.lock();
+    posted_ = false;
+    message_ = fmt::format("the executor took no task: {}", reason);
   }
 
   void open() {
     std::unique_lock lock(mutex_);
     work_ = true;
     post(std::move(lock));
+    lock = std::unique_lock(mutex_);
+    if (state_ == State::kBuilding && !posted_ && !running_ && !message_.empty())
+      throw Error(ErrorCode::kInternal, "", message_);
   }
 
   EditReceipt edit(const std::vector<LinkageEdit>& edits, std::optional<Revision> expected) {
@@ -144,11 +175,17 @@ class LinkageSession::Impl : public std::enable_shared_from_this<LinkageSession:
       running_ = true;
       worker_ = std::this_thread::get_id();
     }
-    if (live_ || build()) {
-      while (const std::optional<Round> round = next_round()) solve(*round);
-      return;
+    try {
+      if (live_ || build()) {
+        while (const std::optional<Round> round = next_round()) solve(*round);
+        return;
+      }
+      finish(std::unique_lock(mutex_));
+    } catch (...) {  // out of memory between rounds: what was accepted waits for the next call
+      std::unique_lock lock(mutex_);
+      work_ = true;
+      finish(std::move(lock));
     }
-    finish(std::unique_lock(mutex_));
   }
 
   void finish(std::unique_lock<std::mutex> lock) {
@@ -179,6 +216,8 @@ class LinkageSession::Impl : public std::enable_shared_from_this<LinkageSession:
           error.field().empty() ? error.what() : fmt::format("{}: {}", error.field(), error.what());
     } catch (const std::exception& error) {
       message = error.what();
+    } catch (...) {
+      message = "unknown exception";
     }
     live_.reset();
     bool open = false;
@@ -244,8 +283,8 @@ class LinkageSession::Impl : public std::enable_shared_from_this<LinkageSession:
     auto result = std::make_shared<LinkageResult>();
     result->converged = true;
     result->solve_failed = !outcome.reached && !cancelled;
-    result->report = outcome.report;
-    result->steps = static_cast<int>(outcome.path.size());
+    result->report = outcome.reached ? outcome.report : live_->report_of_shape(outcome.report);
+    result->steps = outcome.reached ? static_cast<int>(outcome.path.size()) : 0;
     result->frames = outcome.reached ? columns(outcome.path) : columns({shape_now()});
     hand_out(std::move(result), round);
   }

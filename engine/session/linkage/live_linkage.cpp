@@ -12,6 +12,7 @@ using rods::EquilibriumStatus;
 /// What one solve is trusted with: farther, the linkage might find itself on another branch.
 constexpr double kFarAngle = 2 * 3.14159265358979323846 / 180;  // [rad]
 constexpr double kFarShare = 0.01;                              // of the linkage's extent
+constexpr double kMostSteps = 200;  // a pin far away is no reason to remember every step there
 
 double extent_of(const rods::LinkageGraph& graph) {
   Eigen::Vector3d low = graph.segments[0].points[0], high = low;
@@ -52,7 +53,7 @@ double LiveLinkage::share_of_step(const rods::Conditions& wanted) const {
     const auto& joint = state_.joints()[static_cast<std::size_t>(pin.joint)];
     steps = std::max(steps, (*pin.position - joint.position).norm() / (kFarShare * extent_));
   }
-  return 1 / steps;
+  return 1 / std::min(steps, kMostSteps);
 }
 
 /// Step by step.
@@ -81,9 +82,20 @@ void LiveLinkage::lead(const rods::Conditions& wanted, double step, const JobCon
     sum.status = EquilibriumStatus::kCancelled;
 }
 
+EquilibriumReport LiveLinkage::report_of_shape(const EquilibriumReport& attempt) const {
+  EquilibriumReport report = good_report_;
+  report.status = attempt.status;
+  report.message = attempt.message;
+  report.iterations = attempt.iterations;
+  report.corrections = attempt.corrections;
+  report.factorizations = attempt.factorizations;
+  report.escapes = attempt.escapes;
+  return report;
+}
+
 LiveLinkage::Outcome LiveLinkage::solve(const scene::LinkageConditions& conditions,
                                         const JobContext& job, const OnIterate& on_iterate) {
-  const rods::Conditions wanted = map_conditions(conditions, length_unit_, mapped_.mass_per_length);
+  const rods::Conditions wanted = map_conditions(conditions, mapped_, length_unit_);
   Outcome outcome;
   const double step = share_of_step(wanted);
   if (step >= 1) {
@@ -104,6 +116,7 @@ LiveLinkage::Outcome LiveLinkage::solve(const scene::LinkageConditions& conditio
   if (outcome.reached) {
     good_ = state_;
     held_ = wanted;
+    good_report_ = outcome.report;
   } else if (outcome.report.status != EquilibriumStatus::kCancelled) {
     restore();
   }

@@ -34,11 +34,15 @@ class LiveLinkage {
 
   /// The equilibrium under these conditions, followed from the shape there is: angles and pins that
   /// have far to go are taken there step by step (rods::deploy). Where it is not reached, the shape
-  /// is the last equilibrium on the way; cancelled, the last iterate.
+  /// is the last equilibrium before; cancelled, the last iterate.
   Outcome solve(const scene::LinkageConditions& conditions, const JobContext& job,
                 const OnIterate& on_iterate);
   /// Back to the last equilibrium that was reached.
   void restore() { state_ = good_; }
+  /// What is said of that one where another was not reached: its energies and balance, with the
+  /// status, the counts and the message of the attempt.
+  [[nodiscard]] rods::EquilibriumReport report_of_shape(
+      const rods::EquilibriumReport& attempt) const;
 
  private:
   [[nodiscard]] double share_of_step(const rods::Conditions& wanted) const;
@@ -50,7 +54,8 @@ class LiveLinkage {
   double length_unit_, extent_;
   rods::LinkageEquilibrium equilibrium_;
   rods::LinkageState state_, good_;
-  rods::Conditions held_;                        // what good_ is an equilibrium of
+  rods::Conditions held_;  // what good_ is an equilibrium of
+  rods::EquilibriumReport good_report_;
   const rods::LinkageState* iterate_ = nullptr;  // within a solve
 };
 

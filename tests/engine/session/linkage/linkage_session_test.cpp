@@ -7,6 +7,7 @@
 #include <functional>
 #include <limits>
 #include <mutex>
+#include <stdexcept>
 
 #include "engine/base/error.h"
 #include "engine/scene/samples/linkage_samples.h"
@@ -205,6 +206,72 @@ TEST(LinkageSession, WhatCannotBeReachedLeavesTheLastEquilibrium) {
   const auto held = live.edit({PinJoint{0, Held::kMotion}});
   ASSERT_TRUE(held);
   EXPECT_EQ(held->report.status, EquilibriumStatus::kConverged) << held->report.message;
+}
+
+TEST(LinkageSession, ATargetAtTheEndOfASegmentIsOneAtItsJoint) {
+  Live live(hyperboloid());
+  const auto opened = live.recorder->wait_final(0);
+  ASSERT_TRUE(opened);
+  const auto geometry = live.session.geometry();
+  const int joint = geometry->joints_of_segment(1, 30);
+  ASSERT_GE(joint, 0);
+  scene::LinkageTarget target;
+  target.segment = 30;
+  target.share = 1;
+  target.stiffness = 1e7;
+  target.position = joint_at(live.session, *opened, joint) + Eigen::Vector3d(0.01, 0, 0);
+  const auto pulled = live.edit({PinJoint{0, Held::kMotion}, AddTarget{target}});
+  ASSERT_TRUE(pulled);
+  EXPECT_EQ(pulled->report.status, EquilibriumStatus::kConverged) << pulled->report.message;
+  EXPECT_LT((joint_at(live.session, *pulled, joint) - target.position).norm(), 1e-3);
+}
+
+TEST(LinkageSession, ALoneRodHasNoAngles) {
+  scene::Linkage linkage;
+  linkage.lines.vertices.resize(3, 2);
+  linkage.lines.vertices << 0, 1, 0, 0, 0, 0;
+  linkage.lines.edges.resize(2, 1);
+  linkage.lines.edges << 0, 1;
+  Live live(linkage);
+  const auto opened = live.recorder->wait_final(0);
+  ASSERT_TRUE(opened);
+  EXPECT_TRUE(opened->frames->allFinite());
+  EXPECT_EQ(opened->mean_angle, 0);
+}
+
+TEST(LinkageSession, APinFarAwayIsReachedInABoundedNumberOfSteps) {
+  Live live(hyperboloid());
+  const auto opened = live.recorder->wait_final(0);
+  ASSERT_TRUE(opened);
+  const Eigen::Vector3d far(50, 0, 0);
+  const auto there = live.edit({PinJoint{0, Held::kMotion, far}});
+  ASSERT_TRUE(there);
+  EXPECT_LE(there->steps, 400);
+  EXPECT_FALSE(there->solve_failed) << there->report.message;
+  EXPECT_LT((joint_at(live.session, *there, 0) - far).norm(), 1e-3);
+}
+
+TEST(LinkageSession, AnExecutorThatDropsOrRefusesTasksLosesNothing) {
+  const auto recorder = std::make_shared<LinkageRecorder>();
+  std::vector<std::function<void()>> kept;
+  bool drop = true, refuse = false;
+  const Executor executor = [&](std::function<void()> task) {
+    if (refuse) throw std::runtime_error("full");
+    if (!drop) kept.push_back(std::move(task));
+  };
+  LinkageSession session("dropped", hyperboloid(), {}, executor, recorder);
+  drop = false;
+  refuse = true;
+  EXPECT_EQ(session.edit({SetMeanAngle{0.3}}).revision, 1u);
+  EXPECT_NE(session.state_message().find("full"), std::string::npos);
+  refuse = false;
+  EXPECT_EQ(session.edit({SetMeanAngle{0.2}}).revision, 2u);
+  ASSERT_EQ(kept.size(), 1u);
+  kept[0]();
+  const auto final = recorder->wait_final(2);
+  ASSERT_TRUE(final);
+  EXPECT_NEAR(final->mean_angle, 0.2, 1e-6);
+  kept.clear();
 }
 
 TEST(LinkageSession, AStormOfEditsEndsInTheNewest) {
