@@ -2,8 +2,10 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
 #include <condition_variable>
+#include <deque>
 #include <mutex>
 #include <thread>
 #include <utility>
@@ -16,6 +18,8 @@ namespace limber::session {
 /// only the task touches, of which there is at most one at a time.
 class LinkageSession::Impl : public std::enable_shared_from_this<LinkageSession::Impl> {
  public:
+  using Clock = std::chrono::steady_clock;
+
   Impl(std::string id, scene::Linkage linkage, LinkageLimits limits, Executor executor,
        std::shared_ptr<LinkageListener> listener)
       : id_(std::move(id)),
@@ -27,6 +31,16 @@ class LinkageSession::Impl : public std::enable_shared_from_this<LinkageSession:
     if (!executor_)
       throw Error(ErrorCode::kInvalidArgument, "executor", "a session needs an executor");
   }
+
+  struct Round {
+    Revision revision = 0;
+    std::shared_ptr<const scene::LinkageConditions> conditions;
+    Clock::time_point edited_at;
+    Cancellation cancellation;
+    [[nodiscard]] double since_edit_ms() const {
+      return std::chrono::duration<double, std::milli>(Clock::now() - edited_at).count();
+    }
+  };
 
   /// What an executor holds. If it goes away without having run, the session must know: it may be
   /// asked to post again.
@@ -85,11 +99,14 @@ class LinkageSession::Impl : public std::enable_shared_from_this<LinkageSession:
       throw Error(ErrorCode::kFailedPrecondition, "",
                   fmt::format("the session has no model: {}", message_));
     }
+    const Revision before = document_.revision();
+    const auto conditions = document_.conditions();
     EditReceipt receipt = document_.apply(edits, expected);
+    if (holds_where_it_is(edits)) finish_first(before, conditions);
     edited_at_ = Clock::now();
     work_ = true;
     cancelled_ = false;
-    round_.request();
+    if (!must_finish_) round_.request();
     post(std::move(lock));
     return receipt;
   }
@@ -98,6 +115,7 @@ class LinkageSession::Impl : public std::enable_shared_from_this<LinkageSession:
     const std::lock_guard lock(mutex_);
     if (!posted_ && !running_) return;
     cancelled_ = true;
+    first_.clear();
     round_.request();
   }
 
@@ -120,18 +138,7 @@ class LinkageSession::Impl : public std::enable_shared_from_this<LinkageSession:
 
  private:
   friend class LinkageSession;
-  using Clock = std::chrono::steady_clock;
   static constexpr std::chrono::milliseconds kPublishInterval{8};
-
-  struct Round {
-    Revision revision = 0;
-    std::shared_ptr<const scene::LinkageConditions> conditions;
-    Clock::time_point edited_at;
-    Cancellation cancellation;
-    [[nodiscard]] double since_edit_ms() const {
-      return std::chrono::duration<double, std::milli>(Clock::now() - edited_at).count();
-    }
-  };
 
   /// Of a graph of its own: joints and segments must be known before the model is built.
   static LinkageDocument opened(const scene::Linkage& linkage, LinkageLimits limits) {
@@ -148,6 +155,26 @@ class LinkageSession::Impl : public std::enable_shared_from_this<LinkageSession:
               static_cast<int>(graph.segments.size()), limits};
     } catch (const Error& error) {
       throw Error(error.code(), "conditions." + error.field(), error.what());
+    }
+  }
+
+  /// A pin without a position holds the joint where the edits before have it, not where an iterate
+  /// on the way there happens to be.
+  static bool holds_where_it_is(const std::vector<LinkageEdit>& edits) {
+    return std::any_of(edits.begin(), edits.end(), [](const LinkageEdit& edit) {
+      const auto* const pin = std::get_if<PinJoint>(&edit);
+      return pin != nullptr && pin->held && *pin->held != scene::Held::kAngle && !pin->position;
+    });
+  }
+
+  /// What there was before an edit is solved to its end before the edit is looked at. Called with
+  /// the lock.
+  void finish_first(Revision revision, std::shared_ptr<const scene::LinkageConditions> conditions) {
+    const Revision taken = first_.empty() ? taken_ : first_.back().revision;
+    if (running_ && taken == revision && !work_) {
+      must_finish_ = true;  // it is just being solved
+    } else if (taken != revision || work_) {
+      first_.push_back({revision, std::move(conditions), edited_at_, {}});
     }
   }
 
@@ -259,10 +286,19 @@ class LinkageSession::Impl : public std::enable_shared_from_this<LinkageSession:
       finish(std::move(lock));
       return std::nullopt;
     }
-    work_ = false;
     round_ = Cancellation();
+    if (!first_.empty()) {
+      Round round = std::move(first_.front());
+      first_.pop_front();
+      round.cancellation = round_;
+      taken_ = round.revision;
+      must_finish_ = true;
+      return round;
+    }
+    work_ = must_finish_ = false;
     if (cancelled_) round_.request();
-    return Round{document_.revision(), document_.conditions(), edited_at_, round_};
+    taken_ = document_.revision();
+    return Round{taken_, document_.conditions(), edited_at_, round_};
   }
 
   void solve(const Round& round) {
@@ -276,7 +312,8 @@ class LinkageSession::Impl : public std::enable_shared_from_this<LinkageSession:
       outcome.report.status = rods::EquilibriumStatus::kStalled;
       outcome.report.message = error.what();
     }
-    const bool interrupted = read([](const Impl& impl) { return impl.work_ || impl.closed_; });
+    const bool interrupted =
+        read([](const Impl& impl) { return impl.closed_ || (impl.work_ && !impl.must_finish_); });
     const bool cancelled = outcome.report.status == rods::EquilibriumStatus::kCancelled;
     if (cancelled && interrupted) return;  // a newer revision goes on from this iterate
     if (cancelled) live_->restore();
@@ -335,6 +372,9 @@ class LinkageSession::Impl : public std::enable_shared_from_this<LinkageSession:
   LinkageDocument document_;
   Clock::time_point edited_at_;
   bool work_ = false, cancelled_ = false;
+  std::deque<Round> first_;   // to be solved before what the document says, whatever comes
+  Revision taken_ = 0;        // of the round under way, or the last
+  bool must_finish_ = false;  // edits do not interrupt it
   bool posted_ = false, running_ = false;
   bool closed_ = false, say_closed_ = false, closed_said_ = false;
   std::thread::id worker_;

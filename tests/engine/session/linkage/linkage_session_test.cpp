@@ -274,6 +274,26 @@ TEST(LinkageSession, AnExecutorThatDropsOrRefusesTasksLosesNothing) {
   kept.clear();
 }
 
+TEST(LinkageSession, APinHoldsWhatTheEditsBeforeItLeadTo) {
+  const auto energy = [](bool patient) {
+    Live live(hyperboloid());
+    const std::vector<std::vector<LinkageEdit>> edits = {{SetMeanAngle{40 * kDegree}},
+                                                         {PinJoint{3, Held::kMotion}},
+                                                         {PinJoint{70, Held::kMotion}},
+                                                         {SetMeanAngle{50 * kDegree}}};
+    Revision last = 0;
+    for (const auto& edit : edits) {
+      last = live.session.edit(edit).revision;
+      if (patient && !live.recorder->wait_final(last)) return 0.0;
+    }
+    const auto final = live.recorder->wait_final(last);
+    return final ? final->report.energies.total() : 0;
+  };
+  const double waiting = energy(true);
+  EXPECT_GT(waiting, 0);
+  for (int i = 0; i < 3; ++i) EXPECT_NEAR(energy(false), waiting, 1e-6 * waiting);
+}
+
 TEST(LinkageSession, AStormOfEditsEndsInTheNewest) {
   Live live(hyperboloid());
   const auto opened = live.recorder->wait_final(0);
