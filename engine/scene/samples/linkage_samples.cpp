@@ -67,6 +67,8 @@ Linkage make_hyperboloid() {
   const double half_turn = 0.5 * kSteps * kTurn;
   Linkage linkage;
   linkage.name = "hyperboloid";
+  // Left alone, straight rods would close to a bundle: their rulings cross with a twist.
+  linkage.conditions.mean_angle = 20 * kPi / 180;
   rods::LineMesh& lines = linkage.lines;
   lines.vertices.resize(3, kRods * kLevels);
   lines.edges.resize(2, 2 * kRods * (kLevels - 1));

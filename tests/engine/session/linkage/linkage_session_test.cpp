@@ -84,6 +84,7 @@ struct Live {
 scene::Linkage hyperboloid() {
   scene::Linkage linkage = scene::make_linkage_sample("hyperboloid");
   linkage.edges_per_segment = 5;
+  linkage.conditions = {};  // free
   return linkage;
 }
 
