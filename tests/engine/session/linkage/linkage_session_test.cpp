@@ -151,14 +151,15 @@ TEST(LinkageSession, SamplesDeploy) {
     ASSERT_TRUE(deployed) << name;
     EXPECT_EQ(deployed->report.status, EquilibriumStatus::kConverged)
         << name << ": " << deployed->report.message;
-    std::printf(
-        "%s: %d dofs, opened %.4f deg E %.3g flat %.4f; deployed E %.4g steps %d it %d %.1f ms "
-        "flat %.4f %s\n",
-        name.c_str(), live.session.geometry()->coordinates, opened->mean_angle / kDegree,
-        opened->report.energies.total(), flatness(live.session, *opened),
-        deployed->report.energies.total(), deployed->steps, deployed->report.iterations,
-        deployed->since_edit_ms, flatness(live.session, *deployed),
-        deployed->report.message.c_str());
+    EXPECT_NEAR(deployed->mean_angle, 60 * kDegree, 1e-6) << name;
+    const double flat = flatness(live.session, *deployed);
+    if (name == "grid") {  // a mechanism in its plane
+      EXPECT_LT(flat, 1e-6);
+      EXPECT_LT(deployed->report.energies.total(), 1e-9);
+    } else {
+      EXPECT_GT(flat, 0.1) << name;
+      EXPECT_GT(deployed->report.energies.total(), opened->report.energies.total()) << name;
+    }
   }
 }
 
