@@ -50,12 +50,16 @@ void frames(Context& context, const FramesOptions& options) {
   const auto folder = std::filesystem::path(options.out).parent_path();
   if (!folder.empty() && !std::filesystem::is_directory(folder))
     throw ClientError(v1::ERROR_CODE_IO, "out", "there is no folder " + folder.string());
-  const auto frames = context.client().call(request, kLarge).frames();
+  auto frames = context.client().call(request, kLarge).frames();
   v1::GetGeometryResponse geometry;
   if (frames.encoding() == v1::ENCODING_COORDINATES) {
     v1::GetGeometryRequest wanted;
     wanted.set_session(options.session);
     geometry = context.client().call(wanted, kLarge);
+    if (geometry.has_linkage()) {  // of which only the server sweeps the surface
+      request.set_encoding(v1::ENCODING_POSITIONS);
+      frames = context.client().call(request, kLarge).frames();
+    }
   }
   const auto positions = client::decode(frames, &geometry);
   const bool numpy = options.out.ends_with(".npy");

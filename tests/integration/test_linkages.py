@@ -283,6 +283,10 @@ def test_commands(cli, server, tmp_path):
     assert "target 1" in done("attach", "g", "--move", 1, "--position", 0, 0, 0.5)
     assert done("deploy", "g", "--joint", 4, "--free").startswith("revision 5")
     assert "1 targets, revision 5" in done("show", "g")
+    done("wait", "g")
+    done("frames", "g", "--out", tmp_path / "g.npy", "--final")
+    motion = np.load(tmp_path / "g.npy")
+    assert motion.shape[1:] == (144 * 11 * 4, 3) and np.isfinite(motion).all()
     process = cli("pin", "g", 9999)
     assert process.returncode == 1 and "edits[0].pin_joint.pin.joint" in process.stderr
     server.session("g").close()
