@@ -62,7 +62,7 @@ void Session::solve_cold(std::uint64_t request) { impl_->solve_cold(request); }
 
 void Session::cancel() { impl_->cancel(); }
 
-void Session::close() { impl_->shut(Impl::Farewell::kTellListener); }
+void Session::close() { impl_->shut(Impl::Farewell::kSaid); }
 
 std::shared_ptr<const Result> Session::newest_result() const {
   return impl_->read([](const Impl& impl) { return impl.newest_; });

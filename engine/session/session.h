@@ -12,6 +12,7 @@
 #include "engine/reduced/reduced_model.h"
 #include "engine/scene/scene.h"
 #include "engine/session/edit.h"
+#include "engine/session/executor.h"
 #include "engine/session/model_cache.h"
 #include "engine/spacetime/solver.h"
 
@@ -73,9 +74,6 @@ struct Geometry {
   std::string basis_hash;  // content hash, hex: same hash, same basis
   std::vector<std::string> repairs, warnings;  // of the mesh
 };
-
-/// Runs a task later on some thread. A session posts at most one task at a time.
-using Executor = std::function<void(std::function<void()>)>;
 
 struct SessionOptions {
   spacetime::SolverOptions solver;

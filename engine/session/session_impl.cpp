@@ -20,38 +20,18 @@ scene::Scene validated(scene::Scene scene) {
 
 }  // namespace
 
-/// What an executor holds. If it goes away without having run, the session must know: it may be
-/// asked to post again.
-class Session::Impl::Ticket {
- public:
-  explicit Ticket(std::shared_ptr<Impl> impl) : impl_(std::move(impl)) {}
-  Ticket(const Ticket&) = delete;
-  Ticket& operator=(const Ticket&) = delete;
-  ~Ticket() {
-    if (impl_) impl_->task_dropped();
-  }
-  void run() {
-    if (const std::shared_ptr<Impl> impl = std::exchange(impl_, nullptr)) impl->run();
-  }
-
- private:
-  std::shared_ptr<Impl> impl_;
-};
-
 Session::Impl::Impl(std::string id, scene::Scene scene, SessionOptions options,
                     std::shared_ptr<ModelCache> cache, Executor executor,
                     std::shared_ptr<Listener> listener)
     : id_(std::move(id)),
       options_(options),
       cache_(std::move(cache)),
-      executor_(std::move(executor)),
       listener_(std::move(listener)),
       document_(validated(std::move(scene)), {options.undo_depth, options.max_constraints,
                                               options.undo_bytes, options.max_constraint_nodes}),
+      task_(mutex_, std::move(executor), [this] { say_closed(); }),
       edited_at_(Clock::now()) {
   options_.solver.validate();
-  if (!executor_)
-    throw Error(ErrorCode::kInvalidArgument, "executor", "a session needs an executor");
 }
 
 void Session::Impl::open() {
@@ -59,7 +39,7 @@ void Session::Impl::open() {
   work_ = true;
   post(std::move(lock));
   lock = std::unique_lock(mutex_);
-  if (state_ == State::kBuilding && !posted_ && !running_ && !message_.empty()) {
+  if (state_ == State::kBuilding && !task_.is_pending() && !message_.empty()) {
     throw Error(ErrorCode::kInternal, "", message_);
   }
 }
@@ -67,32 +47,12 @@ void Session::Impl::open() {
 /// Sees to it that a task runs. Called with the lock, leaves without it.
 void Session::Impl::post(std::unique_lock<std::mutex> lock) {
   interrupt_.store(true, std::memory_order_relaxed);
-  if (posted_ || running_ || closed_) return;
-  posted_ = true;
-  lock.unlock();
-  std::string reason;
-  try {
-    const auto ticket = std::make_shared<Ticket>(shared_from_this());
-    executor_([ticket] { ticket->run(); });
-    return;
-  } catch (const std::exception& error) {
-    reason = error.what();
-  } catch (...) {
-    reason = "unknown exception";
-  }
-  // What was accepted stays accepted; the next call tries again.
-  lock.lock();
-  posted_ = false;
-  message_ = fmt::format("the executor took no task: {}", reason);
-}
-
-void Session::Impl::task_dropped() {
-  const std::lock_guard lock(mutex_);
-  posted_ = false;
+  task_.post(
+      std::move(lock), [self = shared_from_this()] { self->run(); }, message_);
 }
 
 void Session::Impl::demand_usable() const {
-  if (closed_) throw Error(ErrorCode::kFailedPrecondition, "", "the session is closed");
+  if (task_.is_closed()) throw Error(ErrorCode::kFailedPrecondition, "", "the session is closed");
 }
 
 EditReceipt Session::Impl::edit(const std::vector<Edit>& edits, std::optional<Revision> expected) {
@@ -127,7 +87,7 @@ void Session::Impl::solve_cold(std::uint64_t request) {
 
 void Session::Impl::cancel() {
   const std::lock_guard lock(mutex_);
-  if (!posted_ && !running_) return;
+  if (!task_.is_pending()) return;
   cancellation_.request();
   skip_solve_ = true;
   cold_ = false;
@@ -135,18 +95,14 @@ void Session::Impl::cancel() {
 
 void Session::Impl::shut(Farewell farewell) {
   std::unique_lock lock(mutex_);
-  closed_ = true;
   state_ = State::kClosed;
   cancellation_.request();
   interrupt_.store(true, std::memory_order_relaxed);
-  if (farewell == Farewell::kTellListener) say_closed_ = true;
-  // Called from a listener, by the task itself: it ends, and says so, once the listener has
-  // returned.
-  if (running_ && worker_ == std::this_thread::get_id()) return;
-  idle_.wait(lock, [&] { return !running_; });
-  if (!say_closed_ || std::exchange(closed_said_, true)) return;
-  lock.unlock();
-  tell([](Listener& listener) { listener.on_state(State::kClosed, ""); });
+  task_.close(std::move(lock), farewell);
+}
+
+void Session::Impl::say_closed() {
+  tell(listener_.get(), [](Listener& listener) { listener.on_state(State::kClosed, ""); });
 }
 
 scene::Scene Session::Impl::scene() const {

@@ -2,17 +2,16 @@
 
 #include <atomic>
 #include <chrono>
-#include <condition_variable>
 #include <memory>
 #include <mutex>
 #include <string>
-#include <thread>
 #include <vector>
 
 #include "engine/base/job.h"
 #include "engine/session/answer_book.h"
 #include "engine/session/document.h"
 #include "engine/session/live_problem.h"
+#include "engine/session/serial_task.h"
 #include "engine/session/session.h"
 
 namespace limber::session {
@@ -29,7 +28,7 @@ class Session::Impl : public std::enable_shared_from_this<Session::Impl> {
   EditReceipt edit(const std::vector<Edit>& edits, std::optional<Revision> expected);
   void solve_cold(std::uint64_t request);
   void cancel();
-  enum class Farewell { kSilent, kTellListener };
+  using Farewell = SerialTask::Farewell;
   void shut(Farewell farewell);
 
   [[nodiscard]] scene::Scene scene() const;
@@ -44,7 +43,6 @@ class Session::Impl : public std::enable_shared_from_this<Session::Impl> {
  private:
   friend class Session;
   using Clock = std::chrono::steady_clock;
-  class Ticket;
   /// Between improved iterates of one solve.
   static constexpr std::chrono::milliseconds kPublishInterval{8};
 
@@ -78,12 +76,11 @@ class Session::Impl : public std::enable_shared_from_this<Session::Impl> {
 
   // session_impl.cpp: the shared half.
   void post(std::unique_lock<std::mutex> lock);
-  void task_dropped();
   void demand_usable() const;
+  void say_closed();
 
   // session_task.cpp: the task.
   void run();
-  void finish(std::unique_lock<std::mutex> lock);
   bool build();
   Built build_model(const JobContext& job);
   void build_failed(const Error& error);
@@ -113,26 +110,14 @@ class Session::Impl : public std::enable_shared_from_this<Session::Impl> {
   void hand_out(std::shared_ptr<Result> result, const Round& round);
   void tell_progress(const std::string& stage, double fraction);
 
-  /// Never with the lock held: a listener may call any getter. One that throws does not take the
-  /// session with it.
-  template <class Call>
-  void tell(const Call& call) noexcept {
-    if (!listener_) return;
-    try {
-      call(*listener_);
-    } catch (...) {
-    }
-  }
-
   const std::string id_;
   const SessionOptions options_;
   const std::shared_ptr<ModelCache> cache_;
-  const Executor executor_;
   const std::shared_ptr<Listener> listener_;
 
   mutable std::mutex mutex_;
-  std::condition_variable idle_;  // running_ has become false
   Document document_;
+  SerialTask task_;
   Touched touched_;              // since the task last looked
   Clock::time_point edited_at_;  // when the newest revision was accepted
   bool work_ = false;            // something to solve
@@ -140,9 +125,6 @@ class Session::Impl : public std::enable_shared_from_this<Session::Impl> {
   bool cold_ = false;            // solve_cold() was called
   std::uint64_t cold_asked_ = 0, cold_taken_ = 0;  // requests of solve_cold(): given, begun
   bool skip_solve_ = false;  // cancel() was called: bring up to date, but do not solve
-  bool posted_ = false, running_ = false;
-  bool closed_ = false, say_closed_ = false, closed_said_ = false;
-  std::thread::id worker_;
   State state_ = State::kBuilding;
   std::string message_;
   Progress progress_;

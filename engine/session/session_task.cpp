@@ -26,34 +26,15 @@ void demand_finite(const spacetime::SolveReport& report, const Eigen::MatrixXd& 
 }  // namespace
 
 void Session::Impl::run() {
-  {
-    std::unique_lock lock(mutex_);
-    posted_ = false;
-    if (closed_ || running_) return;
-    running_ = true;
-    worker_ = std::this_thread::get_id();
-  }
+  if (!task_.begin()) return;
   try {
     if (!problem_ && !build()) return;
     while (const std::optional<Round> round = next_round()) work(*round);
   } catch (...) {  // out of memory between rounds: what was accepted waits for the next call
     std::unique_lock lock(mutex_);
     whole_ = true;
-    finish(std::move(lock));
+    task_.finish(std::move(lock));
   }
-}
-
-/// The task's last deed under the lock, in the same breath as finding nothing to do.
-void Session::Impl::finish(std::unique_lock<std::mutex> lock) {
-  if (closed_ && say_closed_ && !closed_said_) {
-    closed_said_ = true;
-    lock.unlock();
-    tell([](Listener& listener) { listener.on_state(State::kClosed, ""); });
-    lock.lock();
-  }
-  running_ = false;
-  worker_ = {};
-  idle_.notify_all();
 }
 
 bool Session::Impl::build() {
@@ -71,13 +52,14 @@ bool Session::Impl::build() {
       built_ = std::move(built);
       whole_ = work_ = true;
       progress_ = {"ready", 1};
-      open = !closed_;
+      open = !task_.is_closed();
       if (open) {
         state_ = State::kReady;
         message_ = message;
       }
     }
-    if (open) tell([&](Listener& listener) { listener.on_state(State::kReady, message); });
+    if (open)
+      tell(listener_.get(), [&](Listener& listener) { listener.on_state(State::kReady, message); });
     return true;
   } catch (const Error& error) {
     build_failed(error);
@@ -132,23 +114,24 @@ void Session::Impl::build_failed(const Error& error) {
   std::string message = error.what();
   if (!error.field().empty()) message = fmt::format("{}: {}", error.field(), message);
   std::unique_lock lock(mutex_);
-  if (!closed_) {
+  if (!task_.is_closed()) {
     state_ = State::kFailed;
     message_ = message;
     lock.unlock();
-    tell([&](Listener& listener) { listener.on_state(State::kFailed, message); });
+    tell(listener_.get(), [&](Listener& listener) { listener.on_state(State::kFailed, message); });
     lock.lock();
   }
-  const bool again = state_ == State::kBuilding && !closed_;  // the listener asked for another try
-  finish(std::move(lock));
+  const bool again =
+      state_ == State::kBuilding && !task_.is_closed();  // the listener asked for another try
+  task_.finish(std::move(lock));
   if (again) post(std::unique_lock(mutex_));
 }
 
 std::optional<Session::Impl::Round> Session::Impl::next_round() {
   std::unique_lock lock(mutex_);
-  if (closed_ || !work_) {
+  if (task_.is_closed() || !work_) {
     skip_solve_ = false;
-    finish(std::move(lock));
+    task_.finish(std::move(lock));
     return std::nullopt;
   }
   Round round;
@@ -354,12 +337,12 @@ void Session::Impl::hand_out(std::shared_ptr<Result> result, const Round& round)
   std::shared_ptr<const Result> older, older_final;  // freed without the lock: they may be large
   {
     const std::lock_guard lock(mutex_);
-    if (closed_) return;
+    if (task_.is_closed()) return;
     result->sequence = ++sequence_;
     older = std::exchange(newest_, result);
     if (result->converged) older_final = std::exchange(converged_, result);
   }
-  tell([&](Listener& listener) { listener.on_result(result); });
+  tell(listener_.get(), [&](Listener& listener) { listener.on_result(result); });
 }
 
 void Session::Impl::tell_progress(const std::string& stage, double fraction) {
@@ -372,7 +355,7 @@ void Session::Impl::tell_progress(const std::string& stage, double fraction) {
     if (same_stage && now - progress_told_ < kProgressInterval) return;
   }
   progress_told_ = now;
-  tell([&](Listener& listener) { listener.on_progress(progress); });
+  tell(listener_.get(), [&](Listener& listener) { listener.on_progress(progress); });
 }
 
 /// The report is not copied: its energies and errors are of another problem.

@@ -4,13 +4,12 @@
 
 #include <algorithm>
 #include <chrono>
-#include <condition_variable>
 #include <deque>
 #include <mutex>
-#include <thread>
 #include <utility>
 
 #include "engine/session/linkage/live_linkage.h"
+#include "engine/session/serial_task.h"
 
 namespace limber::session {
 
@@ -24,13 +23,10 @@ class LinkageSession::Impl : public std::enable_shared_from_this<LinkageSession:
        std::shared_ptr<LinkageListener> listener)
       : id_(std::move(id)),
         linkage_(std::move(linkage)),
-        executor_(std::move(executor)),
         listener_(std::move(listener)),
         document_(opened(linkage_, limits)),
-        edited_at_(Clock::now()) {
-    if (!executor_)
-      throw Error(ErrorCode::kInvalidArgument, "executor", "a session needs an executor");
-  }
+        task_(mutex_, std::move(executor), [this] { say_closed(); }),
+        edited_at_(Clock::now()) {}
 
   struct Round {
     Revision revision = 0;
@@ -42,45 +38,9 @@ class LinkageSession::Impl : public std::enable_shared_from_this<LinkageSession:
     }
   };
 
-  /// What an executor holds. If it goes away without having run, the session must know: it may be
-  /// asked to post again.
-  class Ticket {
-   public:
-    explicit Ticket(std::shared_ptr<Impl> impl) : impl_(std::move(impl)) {}
-    Ticket(const Ticket&) = delete;
-    Ticket& operator=(const Ticket&) = delete;
-    ~Ticket() {
-      if (!impl_) return;
-      const std::lock_guard lock(impl_->mutex_);
-      impl_->posted_ = false;
-    }
-    void run() {
-      if (const std::shared_ptr<Impl> impl = std::exchange(impl_, nullptr)) impl->run();
-    }
-
-   private:
-    std::shared_ptr<Impl> impl_;
-  };
-
-  /// Sees to it that a task runs. Called with the lock, leaves without it.
   void post(std::unique_lock<std::mutex> lock) {
-    if (posted_ || running_ || closed_) return;
-    posted_ = true;
-    lock.unlock();
-    std::string reason;
-    try {
-      const auto ticket = std::make_shared<Ticket>(shared_from_this());
-      executor_([ticket] { ticket->run(); });
-      return;
-    } catch (const std::exception& error) {
-      reason = error.what();
-    } catch (...) {
-      reason = "unknown exception";
-    }
-    // What was accepted stays accepted; the next call tries again.
-    lock.lock();
-    posted_ = false;
-    message_ = fmt::format("the executor took no task: {}", reason);
+    task_.post(
+        std::move(lock), [self = shared_from_this()] { self->run(); }, message_);
   }
 
   void open() {
@@ -88,13 +48,13 @@ class LinkageSession::Impl : public std::enable_shared_from_this<LinkageSession:
     work_ = true;
     post(std::move(lock));
     lock = std::unique_lock(mutex_);
-    if (state_ == State::kBuilding && !posted_ && !running_ && !message_.empty())
+    if (state_ == State::kBuilding && !task_.is_pending() && !message_.empty())
       throw Error(ErrorCode::kInternal, "", message_);
   }
 
   EditReceipt edit(const std::vector<LinkageEdit>& edits, std::optional<Revision> expected) {
     std::unique_lock lock(mutex_);
-    if (closed_) throw Error(ErrorCode::kFailedPrecondition, "", "the session is closed");
+    if (task_.is_closed()) throw Error(ErrorCode::kFailedPrecondition, "", "the session is closed");
     if (state_ == State::kFailed) {
       throw Error(ErrorCode::kFailedPrecondition, "",
                   fmt::format("the session has no model: {}", message_));
@@ -113,21 +73,17 @@ class LinkageSession::Impl : public std::enable_shared_from_this<LinkageSession:
 
   void cancel() {
     const std::lock_guard lock(mutex_);
-    if (!posted_ && !running_) return;
+    if (!task_.is_pending()) return;
     cancelled_ = true;
     first_.clear();
     round_.request();
   }
 
-  void shut(bool tell) {
+  void shut(SerialTask::Farewell farewell) {
     std::unique_lock lock(mutex_);
-    closed_ = true;
     state_ = State::kClosed;
-    say_closed_ = say_closed_ || tell;
     round_.request();
-    if (running_ && worker_ == std::this_thread::get_id()) return;
-    idle_.wait(lock, [&] { return !running_; });
-    say_farewell(lock);
+    task_.close(std::move(lock), farewell);
   }
 
   template <class Read>
@@ -171,61 +127,38 @@ class LinkageSession::Impl : public std::enable_shared_from_this<LinkageSession:
   /// the lock.
   void finish_first(Revision revision, std::shared_ptr<const scene::LinkageConditions> conditions) {
     const Revision taken = first_.empty() ? taken_ : first_.back().revision;
-    if (running_ && taken == revision && !work_) {
+    if (task_.is_running() && taken == revision && !work_) {
       must_finish_ = true;  // it is just being solved
     } else if (taken != revision || work_) {
       first_.push_back({revision, std::move(conditions), edited_at_, {}});
     }
   }
 
-  template <class Call>
-  void tell(const Call& call) noexcept {
-    if (!listener_) return;
-    try {
-      call(*listener_);
-    } catch (...) {  // a listener that throws does not take the session with it
-    }
-  }
-
-  void say_farewell(std::unique_lock<std::mutex>& lock) {
-    if (!closed_ || !say_closed_ || std::exchange(closed_said_, true)) return;
-    lock.unlock();
-    tell([](LinkageListener& listener) { listener.on_state(State::kClosed, ""); });
-    lock.lock();
+  void say_closed() {
+    tell(listener_.get(), [](LinkageListener& listener) { listener.on_state(State::kClosed, ""); });
   }
 
   void run() {
-    {
-      const std::lock_guard lock(mutex_);
-      posted_ = false;
-      if (closed_ || running_) return;
-      running_ = true;
-      worker_ = std::this_thread::get_id();
-    }
+    if (!task_.begin()) return;
     try {
       if (live_ || build()) {
         while (const std::optional<Round> round = next_round()) solve(*round);
         return;
       }
-      finish(std::unique_lock(mutex_));
+      task_.finish(std::unique_lock(mutex_));
     } catch (...) {  // out of memory between rounds: what was accepted waits for the next call
       std::unique_lock lock(mutex_);
       work_ = true;
-      finish(std::move(lock));
+      task_.finish(std::move(lock));
     }
-  }
-
-  void finish(std::unique_lock<std::mutex> lock) {
-    say_farewell(lock);
-    running_ = false;
-    worker_ = {};
-    idle_.notify_all();
   }
 
   bool build() {
     std::string message;
     try {
-      tell([](LinkageListener& listener) { listener.on_progress({"linkage", 0}); });
+      tell(listener_.get(), [](LinkageListener& listener) {
+        listener.on_progress({"linkage", 0});
+      });
       live_ = std::make_unique<LiveLinkage>(linkage_);
       auto geometry = std::make_shared<const LinkageGeometry>(describe());
       bool open = false;
@@ -233,10 +166,12 @@ class LinkageSession::Impl : public std::enable_shared_from_this<LinkageSession:
         const std::lock_guard lock(mutex_);
         geometry_ = std::move(geometry);
         shape_ = std::make_shared<const LinkageShape>(live_->shape());
-        open = !closed_;
+        open = !task_.is_closed();
         if (open) state_ = State::kReady;
       }
-      if (open) tell([](LinkageListener& listener) { listener.on_state(State::kReady, ""); });
+      if (open)
+        tell(listener_.get(),
+             [](LinkageListener& listener) { listener.on_state(State::kReady, ""); });
       return true;
     } catch (const Error& error) {
       message =
@@ -250,13 +185,15 @@ class LinkageSession::Impl : public std::enable_shared_from_this<LinkageSession:
     bool open = false;
     {
       const std::lock_guard lock(mutex_);
-      open = !closed_;
+      open = !task_.is_closed();
       if (open) {
         state_ = State::kFailed;
         message_ = message;
       }
     }
-    if (open) tell([&](LinkageListener& listener) { listener.on_state(State::kFailed, message); });
+    if (open)
+      tell(listener_.get(),
+           [&](LinkageListener& listener) { listener.on_state(State::kFailed, message); });
     return false;
   }
 
@@ -282,8 +219,8 @@ class LinkageSession::Impl : public std::enable_shared_from_this<LinkageSession:
   /// Nothing to do: the task ends, in the same breath.
   std::optional<Round> next_round() {
     std::unique_lock lock(mutex_);
-    if (closed_ || !work_) {
-      finish(std::move(lock));
+    if (task_.is_closed() || !work_) {
+      task_.finish(std::move(lock));
       return std::nullopt;
     }
     round_ = Cancellation();
@@ -312,8 +249,9 @@ class LinkageSession::Impl : public std::enable_shared_from_this<LinkageSession:
       outcome.report.status = rods::EquilibriumStatus::kStalled;
       outcome.report.message = error.what();
     }
-    const bool interrupted =
-        read([](const Impl& impl) { return impl.closed_ || (impl.work_ && !impl.must_finish_); });
+    const bool interrupted = read([](const Impl& impl) {
+      return impl.task_.is_closed() || (impl.work_ && !impl.must_finish_);
+    });
     const bool cancelled = outcome.report.status == rods::EquilibriumStatus::kCancelled;
     if (cancelled && interrupted) return;  // a newer revision goes on from this iterate
     if (cancelled) live_->restore();
@@ -354,30 +292,26 @@ class LinkageSession::Impl : public std::enable_shared_from_this<LinkageSession:
     std::shared_ptr<const LinkageResult> older, older_final;  // freed without the lock
     {
       const std::lock_guard lock(mutex_);
-      if (closed_) return;
+      if (task_.is_closed()) return;
       result->sequence = ++sequence_;
       older = std::exchange(newest_, result);
       if (result->converged) older_final = std::exchange(final_, result);
     }
-    tell([&](LinkageListener& listener) { listener.on_result(result); });
+    tell(listener_.get(), [&](LinkageListener& listener) { listener.on_result(result); });
   }
 
   const std::string id_;
   const scene::Linkage linkage_;
-  const Executor executor_;
   const std::shared_ptr<LinkageListener> listener_;
 
   mutable std::mutex mutex_;
-  std::condition_variable idle_;  // running_ has become false
   LinkageDocument document_;
+  SerialTask task_;
   Clock::time_point edited_at_;
   bool work_ = false, cancelled_ = false;
   std::deque<Round> first_;   // to be solved before what the document says, whatever comes
   Revision taken_ = 0;        // of the round under way, or the last
   bool must_finish_ = false;  // edits do not interrupt it
-  bool posted_ = false, running_ = false;
-  bool closed_ = false, say_closed_ = false, closed_said_ = false;
-  std::thread::id worker_;
   State state_ = State::kBuilding;
   std::string message_;
   Cancellation round_;  // of the solve under way
@@ -396,7 +330,7 @@ LinkageSession::LinkageSession(std::string id, scene::Linkage linkage, LinkageLi
                                    std::move(listener))) {
   impl_->open();
 }
-LinkageSession::~LinkageSession() { impl_->shut(false); }
+LinkageSession::~LinkageSession() { impl_->shut(SerialTask::Farewell::kSilent); }
 
 const std::string& LinkageSession::id() const { return impl_->id_; }
 State LinkageSession::state() const {
@@ -421,7 +355,7 @@ EditReceipt LinkageSession::edit(const std::vector<LinkageEdit>& edits,
   return impl_->edit(edits, expected);
 }
 void LinkageSession::cancel() { impl_->cancel(); }
-void LinkageSession::close() { impl_->shut(true); }
+void LinkageSession::close() { impl_->shut(SerialTask::Farewell::kSaid); }
 std::shared_ptr<const LinkageResult> LinkageSession::newest_result() const {
   return impl_->read([](const Impl& impl) { return impl.newest_; });
 }

@@ -1,0 +1,10 @@
+#pragma once
+
+#include <functional>
+
+namespace limber::session {
+
+/// Runs a task later on some thread. A session posts at most one task at a time.
+using Executor = std::function<void(std::function<void()>)>;
+
+}  // namespace limber::session
