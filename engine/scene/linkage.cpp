@@ -8,6 +8,7 @@
 namespace limber::scene {
 namespace {
 
+constexpr std::uint64_t kLargestId = std::uint64_t{1} << 62;  // leaves room for those given later
 constexpr double kPi = 3.14159265358979323846;
 
 class ConditionsValidator {
@@ -82,7 +83,9 @@ class ConditionsValidator {
     for (std::size_t i = 0; i < conditions_.targets.size(); ++i) {
       const LinkageTarget& target = conditions_.targets[i];
       const std::string field = fmt::format("targets[{}]", i);
-      if (target.id != 0 && !ids.insert(target.id).second) {
+      if (target.id > kLargestId) {
+        error(field + ".id", fmt::format("ids are at most {}", kLargestId), ErrorCode::kOutOfRange);
+      } else if (target.id != 0 && !ids.insert(target.id).second) {
         error(field + ".id", fmt::format("the id {} is taken", target.id),
               ErrorCode::kAlreadyExists);
       }

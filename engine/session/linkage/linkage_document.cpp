@@ -32,6 +32,14 @@ void erase_of_joint(std::vector<Item>& items, int joint) {
   std::erase_if(items, [&](const Item& item) { return item.joint == joint; });
 }
 
+std::size_t bytes_of(const LinkageConditions& conditions) {
+  const auto of = [](const auto& items) {
+    return items.size() * sizeof(typename std::decay_t<decltype(items)>::value_type);
+  };
+  return sizeof(LinkageConditions) + of(conditions.pins) + of(conditions.angles) +
+         of(conditions.targets) + of(conditions.loads);
+}
+
 bool is_nothing(const scene::JointLoad& load) {
   return load.force.isZero(0) && load.moment.isZero(0) && load.torque == 0;
 }
@@ -133,21 +141,26 @@ class LinkageDocument::Request {
                 fmt::format("joint {} is outside 0 .. {}", joint, document_.joints_ - 1));
   }
 
-  /// Refuses what the conditions may not be.
   std::uint64_t changed(std::uint64_t id = 0) {
-    const auto issues = scene::validate(conditions_, document_.joints_, document_.segments_);
-    if (!issues.empty()) throw Error(issues[0].code, last_name(issues[0].field), issues[0].message);
     is_open_ = true;
     return id;
   }
 
+  /// Refuses what the conditions may not be.
   void close_step() {
     if (!std::exchange(is_open_, false)) return;
+    const auto issues = scene::validate(conditions_, document_.joints_, document_.segments_);
+    if (!issues.empty()) throw Error(issues[0].code, last_name(issues[0].field), issues[0].message);
     state_.undo.push_back(
         std::exchange(state_.now, std::make_shared<const LinkageConditions>(conditions_)));
-    while (state_.undo.size() > static_cast<std::size_t>(document_.limits_.undo_depth))
-      state_.undo.pop_front();
     state_.redo.clear();
+    std::size_t bytes = 0;
+    for (const Conditions& step : state_.undo) bytes += bytes_of(*step);
+    while (state_.undo.size() > static_cast<std::size_t>(document_.limits_.undo_depth) ||
+           (state_.undo.size() > 1 && bytes > document_.limits_.undo_bytes)) {
+      bytes -= bytes_of(*state_.undo.front());
+      state_.undo.pop_front();
+    }
   }
 
   const LinkageDocument& document_;
@@ -174,6 +187,16 @@ LinkageDocument::LinkageDocument(LinkageConditions conditions, int joints, int s
   state_.now = std::make_shared<const LinkageConditions>(std::move(conditions));
 }
 
+/// The first edits on a copy of the state.
+EditReceipt LinkageDocument::try_edits(const std::vector<LinkageEdit>& edits, std::size_t count,
+                                       State& state) {
+  Request request(*this);
+  EditReceipt receipt;
+  for (std::size_t i = 0; i < count; ++i) receipt.constraint_ids.push_back(request.apply(edits[i]));
+  state = request.finish();
+  return receipt;
+}
+
 EditReceipt LinkageDocument::apply(const std::vector<LinkageEdit>& edits,
                                    std::optional<Revision> expected) {
   if (expected && *expected != revision_) {
@@ -181,18 +204,32 @@ EditReceipt LinkageDocument::apply(const std::vector<LinkageEdit>& edits,
                 fmt::format("the session is at revision {}, not {}", revision_, *expected));
   }
   if (edits.empty()) throw Error(ErrorCode::kInvalidArgument, "edits", "there are no edits");
-  Request request(*this);
+  State state;
   EditReceipt receipt;
-  for (std::size_t i = 0; i < edits.size(); ++i) {
+  try {
+    receipt = try_edits(edits, edits.size(), state);
+  } catch (const Error&) {
+    // Which edit made them invalid: the last of the shortest beginnings that are refused.
+    std::size_t good = 0, bad = edits.size();
+    while (bad - good > 1) {
+      const std::size_t middle = good + (bad - good) / 2;
+      try {
+        (void)try_edits(edits, middle, state);
+        good = middle;
+      } catch (const Error&) {
+        bad = middle;
+      }
+    }
     try {
-      receipt.constraint_ids.push_back(request.apply(edits[i]));
+      (void)try_edits(edits, bad, state);
     } catch (const Error& error) {
       const std::string field =
-          fmt::format("edits[{}]{}{}", i, error.field().empty() ? "" : ".", error.field());
+          fmt::format("edits[{}]{}{}", bad - 1, error.field().empty() ? "" : ".", error.field());
       throw Error(error.code(), field, error.what());
     }
+    throw;
   }
-  state_ = request.finish();
+  state_ = std::move(state);
   receipt.revision = ++revision_;
   receipt.keyframe_ids.assign(edits.size(), 0);
   return receipt;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <deque>
 #include <memory>
@@ -15,6 +16,7 @@ namespace limber::session {
 struct LinkageLimits {
   int undo_depth = 1000;  // requests that can be undone, >= 0
   int max_targets = 4096;
+  std::size_t undo_bytes = std::size_t{64} << 20;  // kept for undo; the newest request always is
 
   /// @throws Error{kInvalidArgument} naming the member
   void validate() const;
@@ -22,9 +24,10 @@ struct LinkageLimits {
 
 /// What acts on a linkage, under edits: as Document is for bodies. Not thread-safe, solves nothing.
 ///
-/// A request of edits is applied whole or not at all and is one revision and one step of undo. Undo
-/// and redo are edits too: they make new revisions. Inside a request, an Undo or Redo ends the step
-/// begun by the edits before it.
+/// A request of edits is applied whole or not at all and is one revision and one step of undo: what
+/// its edits make together must be valid, in whatever order they are. Undo and redo are edits too:
+/// they make new revisions. Inside a request, an Undo or Redo ends the step begun by the edits
+/// before it.
 class LinkageDocument {
  public:
   /// @param joints, segments  of the linkage
@@ -52,6 +55,7 @@ class LinkageDocument {
     std::uint64_t last_id = 0;          // of targets
   };
   class Request;
+  EditReceipt try_edits(const std::vector<LinkageEdit>& edits, std::size_t count, State& state);
 
   int joints_, segments_;
   LinkageLimits limits_;

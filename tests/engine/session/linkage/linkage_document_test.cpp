@@ -84,6 +84,24 @@ TEST(LinkageDocument, UndoIsBounded) {
   EXPECT_NEAR(*document.conditions()->mean_angle, 0.2, 1e-15);
 }
 
+TEST(LinkageDocument, UndoIsBoundedInBytes) {
+  LinkageDocument document({}, 6, 7, {100, 50, 10'000});
+  std::vector<LinkageEdit> many;
+  for (int i = 0; i < 50; ++i) many.emplace_back(AddTarget{at_joint(0, i)});
+  document.apply(many, {});
+  for (int i = 0; i < 20; ++i) document.apply({SetMeanAngle{0.1 + 0.01 * i}}, {});
+  EXPECT_GE(document.undo_count(), 1U);
+  EXPECT_LT(document.undo_count(), 4U);
+}
+
+TEST(LinkageDocument, EditsOfARequestAreJudgedTogether) {
+  LinkageDocument document({}, 6, 7, {});
+  document.apply({PinJoint{3, Held::kAngle}}, {});
+  document.apply({SetJointAngle{3, 0.2}, PinJoint{3, std::nullopt}}, {});
+  EXPECT_EQ(document.conditions()->angles.size(), 1U);
+  EXPECT_TRUE(document.conditions()->pins.empty());
+}
+
 TEST(LinkageDocument, ARefusedRequestLeavesEverythingAsItWas) {
   struct Case {
     std::vector<LinkageEdit> edits;
@@ -95,6 +113,8 @@ TEST(LinkageDocument, ARefusedRequestLeavesEverythingAsItWas) {
   soft.stiffness = -1;
   auto taken = at_joint(1, 0);
   taken.id = 1;
+  auto last = at_joint(1, 0);
+  last.id = std::numeric_limits<std::uint64_t>::max();  // no id would be left for the next
   const Case cases[] = {
       {{}, ErrorCode::kInvalidArgument, "edits"},
       {{SetMeanAngle{0.5}, PinJoint{6, Held::kMotion}}, ErrorCode::kOutOfRange, "edits[1].joint"},
@@ -108,6 +128,7 @@ TEST(LinkageDocument, ARefusedRequestLeavesEverythingAsItWas) {
       {{AddTarget{at_joint(1, 0)}, AddTarget{at_joint(2, 0)}},
        ErrorCode::kLimitExceeded,
        "edits[1].target"},
+      {{AddTarget{last}}, ErrorCode::kOutOfRange, "edits[0].id"},
       {{MoveTarget{9, {0, 0, 0}}}, ErrorCode::kNotFound, "edits[0].id"},
       {{RemoveTarget{9}}, ErrorCode::kNotFound, "edits[0].id"},
       {{SetJointLoad{{0, {nan, 0, 0}, {0, 0, 0}, 0}}},
