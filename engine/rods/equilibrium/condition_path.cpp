@@ -1,5 +1,10 @@
 #include "engine/rods/equilibrium/condition_path.h"
 
+#include <utility>
+#include <variant>
+
+#include "engine/rods/equilibrium/holding.h"
+
 namespace limber::rods::detail {
 namespace {
 
@@ -24,10 +29,74 @@ void add_loads(const std::vector<JointLoad>& loads, double share, std::vector<Jo
   }
 }
 
+/// Which joints conditions hold by themselves, without the mean angle.
+struct Held {
+  std::vector<char> motion, angle;
+  Held(int joints, const Conditions& conditions)
+      : motion(static_cast<std::size_t>(joints), 0), angle(motion) {
+    for (const JointPin& pin : conditions.pins) {
+      if (pin.hold != Hold::kAngle) motion[pin.joint] = 1;
+      if (pin.hold != Hold::kMotion) angle[pin.joint] = 1;
+    }
+    for (const AngleSetting& setting : conditions.angles) angle[setting.joint] = 1;
+  }
+};
+
+/// Components that pins or springs keep in place.
+std::vector<char> anchored(const LinkageModel& model, const std::vector<int>& components,
+                           const Held& held, const Conditions& conditions) {
+  std::vector<char> result(static_cast<std::size_t>(model.graph().components), 0);
+  for (std::size_t j = 0; j < components.size(); ++j)
+    if (held.motion[j] != 0) result[components[j]] = 1;
+  for (const TargetSpring& spring : conditions.springs) {
+    int segment = -1;
+    if (const auto* joint = std::get_if<JointPoint>(&spring.at)) {
+      result[components[joint->joint]] = 1;
+    } else if (const auto* vertex = std::get_if<VertexPoint>(&spring.at)) {
+      segment = vertex->segment;
+    } else if (const auto* arc = std::get_if<ArcPoint>(&spring.at)) {
+      segment = arc->segment;
+    }
+    if (segment >= 0) result[model.graph().segment_components[segment]] = 1;
+  }
+  return result;
+}
+
 }  // namespace
 
-ConditionPath::ConditionPath(const LinkageState& start, Conditions from, Conditions to)
-    : from_(std::move(from)), to_(std::move(to)), mean_angle_(start.mean_opening_angle()) {
+std::vector<JointLoad> released_reactions(const LinkageModel& model,
+                                          const std::vector<JointLoad>& reactions,
+                                          const Conditions& from, const Conditions& to) {
+  const int joints = model.variables().joints();
+  const Held before(joints, from), after(joints, to);
+  const std::vector<int> components = joint_components(model.graph());
+  const std::vector<char> fixed = anchored(model, components, after, to);
+  double mean = 0;  // what the mean angle exerts before and after
+  if (from.mean_opening_angle && to.mean_opening_angle) {
+    for (const JointLoad& load : reactions)
+      if (before.angle[load.joint] == 0) mean = load.opening_torque;
+  }
+  std::vector<JointLoad> result;
+  for (JointLoad load : reactions) {
+    const int j = load.joint;
+    if (before.motion[j] == 0 || after.motion[j] != 0 || fixed[components[j]] == 0) {
+      load.force.setZero();
+      load.moment.setZero();
+    }
+    const bool angle = before.angle[j] != 0 || from.mean_opening_angle;
+    load.opening_torque = angle && after.angle[j] == 0 ? load.opening_torque - mean : 0;
+    if (!load.force.isZero(0) || !load.moment.isZero(0) || load.opening_torque != 0)
+      result.push_back(load);
+  }
+  return result;
+}
+
+ConditionPath::ConditionPath(const LinkageState& start, Conditions from, Conditions to,
+                             std::vector<JointLoad> released)
+    : from_(std::move(from)),
+      to_(std::move(to)),
+      released_(std::move(released)),
+      mean_angle_(start.mean_opening_angle()) {
   for (const AngleSetting& setting : to_.angles)
     angles_.push_back(start.joints()[setting.joint].opening_angle);
   for (const JointPin& pin : to_.pins) positions_.push_back(start.joints()[pin.joint].position);
@@ -50,6 +119,7 @@ Conditions ConditionPath::at(double t) const {
   result.loads.clear();
   add_loads(from_.loads, 1 - t, result.loads);
   add_loads(to_.loads, t, result.loads);
+  add_loads(released_, 1 - t, result.loads);
   // As weights per length: neither need know the other's masses.
   result.gravity.acceleration =
       (1 - t) * from_.gravity.mass_per_length * from_.gravity.acceleration +

@@ -8,17 +8,28 @@ namespace limber::rods::detail {
 /// Conditions on the way from what is to what is wanted.
 class ConditionPath {
  public:
+  /// @param released  what `from` exerts on joints and `to` does not
   /// @pre both are valid for the model
-  ConditionPath(const LinkageState& start, Conditions from, Conditions to);
+  ConditionPath(const LinkageState& start, Conditions from, Conditions to,
+                std::vector<JointLoad> released);
 
   /// @param progress  0 .. 1
   [[nodiscard]] Conditions at(double progress) const;
 
  private:
   Conditions from_, to_;
+  std::vector<JointLoad> released_;
   std::vector<double> angles_;              // at the start, of to_.angles
   std::vector<Eigen::Vector3d> positions_;  // at the start, of to_.pins
   double mean_angle_;
 };
+
+/// What is left of the reactions at the joints when `from` gives way to `to`: those of pins and
+/// angles that `to` does not hold. Nothing pushes components that `to` leaves floating.
+/// @param reactions  under `from`, see LinkageEquilibrium::reactions
+[[nodiscard]] std::vector<JointLoad> released_reactions(const LinkageModel& model,
+                                                        const std::vector<JointLoad>& reactions,
+                                                        const Conditions& from,
+                                                        const Conditions& to);
 
 }  // namespace limber::rods::detail

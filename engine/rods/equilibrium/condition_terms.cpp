@@ -186,7 +186,9 @@ std::vector<ConditionTerms::Resultant> ConditionTerms::resultants() const {
     const int begin = model_.variables().joint_begin(static_cast<int>(j));
     const int component = graph.segment_components[segment];
     add(component, loads_.segment<3>(begin));
-    if (!moments_.segment<3>(begin + kJointRotation).isZero(0)) result[component].moments = true;
+    const Eigen::Vector3d moment = moments_.segment<3>(begin + kJointRotation);
+    result[component].moment += moment;
+    result[component].moment_magnitudes += moment.norm();
   }
   for (std::size_t s = 0; s < first_vertex_.size(); ++s) {
     for (int i = 0; i <= model_.variables().edges(static_cast<int>(s)); ++i)

@@ -53,11 +53,12 @@ class ConditionTerms {
   [[nodiscard]] Eigen::Vector3d place(const LinkageState& state, const SpringPoint& spring) const;
   /// Forces and torques at joints, along their unknowns.
   [[nodiscard]] const Eigen::VectorXd& joint_loads() const { return loads_; }
-  /// Sum of the weights and forces on each component, and of their magnitudes.
+  /// Sums of the weights, forces and moments on each component, and of their magnitudes.
   struct Resultant {
     Eigen::Vector3d force = Eigen::Vector3d::Zero();
-    double magnitudes = 0;
-    bool moments = false;
+    double magnitudes = 0;                             // of forces
+    Eigen::Vector3d moment = Eigen::Vector3d::Zero();  // of moments alone, not of forces' arms
+    double moment_magnitudes = 0;
   };
   [[nodiscard]] std::vector<Resultant> resultants() const;
   /// Largest force and moment that loads and springs bring, for scales.

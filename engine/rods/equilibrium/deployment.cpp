@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "engine/base/error.h"
 #include "engine/rods/equilibrium/condition_path.h"
@@ -19,6 +20,26 @@ void check_share(const char* name, double value) {
               fmt::format("{} must be in (0, 1], got {}", name, value));
 }
 
+constexpr double kDegrees = 180 / std::numbers::pi;
+/// Above this share of its squared length, weighed, the way went along the softest direction.
+constexpr double kAlongSoftest = 0.5;
+
+constexpr std::size_t kLongText = 300;
+
+const char* told(BranchEvent event) {
+  switch (event) {
+    case BranchEvent::kBranching:
+      return "the branch lost its stability";
+    case BranchEvent::kLimitPoint:
+      return "the branch ended at a limit point and the shape jumped to another";
+    case BranchEvent::kJump:
+      return "the shape jumped to another branch";
+    case BranchEvent::kNone:
+      break;
+  }
+  return "";
+}
+
 class Deployment {
  public:
   Deployment(LinkageEquilibrium& equilibrium, LinkageState& state, const Conditions& from,
@@ -27,9 +48,12 @@ class Deployment {
         model_(equilibrium.model()),
         scales_(equilibrium.model()),
         state_(state),
-        path_(state, from, to),
+        path_(state, from, to,
+              detail::released_reactions(model_, equilibrium.reactions(state, from), from, to)),
         options_(options),
-        length_(std::min(options.first_step, options.largest_step)) {}
+        length_(std::min(options.first_step, options.largest_step)) {
+    report_.held = from;
+  }
 
   DeploymentReport run(const JobContext& context, const StepCallback& on_step) {
     while (progress_ < 1) {
@@ -37,12 +61,10 @@ class Deployment {
       if (on_step) on_step(report_.path.back(), state_);
       if (context.progress) context.progress("deploying", progress_);
     }
-    if (report_.status == DeploymentStatus::kReached && report_.message.empty()) {
-      report_.message =
-          report_.jumps == 0
-              ? "reached without a jump"
-              : fmt::format("reached; the branch changed {} times by a jump", report_.jumps);
-    }
+    if (report_.steps > 0) report_.held = path_.at(progress_);
+    if (report_.status == DeploymentStatus::kReached) report_.message = "reached";
+    const std::string events = told_events();
+    if (!events.empty()) report_.message += "; " + events;
     return report_;
   }
 
@@ -65,26 +87,17 @@ class Deployment {
     if (trial.predicted) trial.state = state_.moved(model_, guess);
     EquilibriumOptions options = options_.last;
     if (!last) options.tolerance = std::max(options.tolerance, options_.step_tolerance);
-    if (shortenable(length))
+    if (shortenable(length)) {
       options.max_iterations = std::min(options.max_iterations, options_.patience);
-    const Conditions conditions = path_.at(progress_ + length);
-    trial.report = equilibrium_.solve(trial.state, conditions, options, context);
-    trial.increment = equilibrium_.last_increment();
-    if (trial.report.status == EquilibriumStatus::kIterationLimit && trial.report.escapes > 0) {
-      // The branch has lost its stability: a shorter step would only come here again.
-      const EquilibriumReport first = trial.report;
-      options.max_iterations = 10 * options_.last.max_iterations;
-      trial.report = equilibrium_.solve(trial.state, conditions, options, context);
-      trial.increment += equilibrium_.last_increment();
-      trial.report.iterations += first.iterations;
-      trial.report.corrections += first.corrections;
-      trial.report.factorizations += first.factorizations;
-      trial.report.escapes += first.escapes;
+    } else {
+      options.max_iterations *= 10;  // a branch that has lost its stability may be far from others
     }
+    trial.report = equilibrium_.solve(trial.state, path_.at(progress_ + length), options, context);
+    trial.increment = equilibrium_.last_increment();
     report_.iterations += trial.report.iterations;
     report_.corrections += trial.report.corrections;
     report_.factorizations += trial.report.factorizations;
-    trial.error = scales_.largest_turn(model_, state_, trial.increment);
+    trial.error = trial.report.turned;
     if (trial.predicted) trial.increment += guess;
     return trial;
   }
@@ -105,48 +118,82 @@ class Deployment {
         return false;
       }
       const bool jumped = trial.error > options_.jump_turn;
-      // A branch that has lost its stability is gone, however short the step.
-      const bool lost = trial.report.converged() && trial.report.escapes > 0;
-      if ((jumped || !trial.report.converged()) && !lost && shortenable(length_)) {
+      if ((jumped || !trial.report.converged()) && shortenable(length_)) {
         ++report_.steps_shortened;
         length_ /= 2;
         continue;
       }
-      return accept(std::move(trial), jumped, last);
+      report_.end = trial.report;
+      if (!trial.report.converged()) {
+        ++report_.steps_failed;
+        report_.status = DeploymentStatus::kStopped;
+        report_.message =
+            fmt::format("stopped at {:.4f} of the way: {}", progress_, trial.report.message);
+        return false;
+      }
+      accept(std::move(trial), jumped, last);
+      return true;
     }
   }
 
-  bool accept(Trial trial, bool jumped, bool last) {
+  void accept(Trial trial, bool jumped, bool last) {
     const EquilibriumReport& found = trial.report;
+    DeploymentStep step;
+    if (jumped) {
+      step.event = ended() ? BranchEvent::kLimitPoint : BranchEvent::kJump;
+    } else if (found.escapes > 0) {
+      step.event = BranchEvent::kBranching;
+    }
     progress_ = last ? 1 : progress_ + length_;
     state_ = std::move(trial.state);
-    DeploymentStep step;
     step.progress = progress_;
     step.mean_opening_angle = state_.mean_opening_angle();
     step.energy = found.energies.total();
     step.iterations = found.iterations;
     step.negative_eigenvalues = found.negative_eigenvalues;
     step.prediction_error = trial.error;
-    if (found.escapes > 0) step.event = BranchEvent::kBranching;
-    if (jumped) step.event = BranchEvent::kJump;
     report_.path.push_back(step);
-    report_.end = found;
     ++report_.steps;
-    if (jumped) ++report_.jumps;
-    if (!found.converged()) {
-      ++report_.steps_failed;
-      report_.status = DeploymentStatus::kStopped;
-      report_.message = fmt::format("stopped at {:.4f} of the way: {}", progress_, found.message);
-      return false;
-    }
+    if (step.event == BranchEvent::kBranching) ++report_.branchings;
+    if (step.event == BranchEvent::kLimitPoint) ++report_.limit_points;
+    if (step.event == BranchEvent::kJump) ++report_.jumps;
     if (step.event != BranchEvent::kNone) {
       prediction_.clear();
+      way_.resize(0);
     } else {
       prediction_.add(length_, trial.increment);
+      way_ = std::move(trial.increment);
     }
     if (found.iterations <= options_.patience / 6)
       length_ = std::min(2 * length_, options_.largest_step);
-    return true;
+  }
+
+  /// Did the branch end here? Towards a limit point the way turns into the direction that nothing
+  /// resists any more, along which it turns back; elsewhere it keeps out of it (Keller 1977).
+  [[nodiscard]] bool ended() {
+    if (way_.size() == 0) return false;
+    const Eigen::VectorXd& weights = scales_.weights();
+    const Eigen::VectorXd soft = equilibrium_.softest_direction(state_, path_.at(progress_));
+    const double along = way_.dot(weights.cwiseProduct(soft));
+    return along * along > kAlongSoftest * way_.dot(weights.cwiseProduct(way_)) *
+                               soft.dot(weights.cwiseProduct(soft));
+  }
+
+  [[nodiscard]] std::string told_events() const {
+    std::string text;
+    int more = 0;
+    for (const DeploymentStep& step : report_.path) {
+      if (step.event == BranchEvent::kNone) continue;
+      if (text.size() > kLongText) {
+        ++more;
+        continue;
+      }
+      text += fmt::format("{}{} at {:.4f} of the way (mean angle {:.2f} degrees)",
+                          text.empty() ? "" : ", ", told(step.event), step.progress,
+                          step.mean_opening_angle * kDegrees);
+    }
+    if (more > 0) text += fmt::format(", and {} more", more);
+    return text;
   }
 
   LinkageEquilibrium& equilibrium_;
@@ -156,6 +203,7 @@ class Deployment {
   detail::ConditionPath path_;
   const DeploymentOptions& options_;
   detail::Prediction prediction_;
+  Eigen::VectorXd way_;  // the last step's, unless it was an event
   double progress_ = 0;
   double length_;
   DeploymentReport report_;

@@ -16,7 +16,7 @@ struct DeploymentOptions {
   double smallest_step = 0.0005;
   /// EquilibriumOptions::tolerance of all steps but the last, in (0, 1).
   double step_tolerance = 1e-4;
-  /// A step that ends this far [rad] from where it was predicted has jumped, > 0.
+  /// A step that ends this far [rad] from where it was looked for has jumped, > 0.
   double jump_turn = 0.5;
   /// Newton steps that a step may take before a shorter one is tried, > 0.
   int patience = 30;
@@ -28,8 +28,9 @@ struct DeploymentOptions {
 
 enum class BranchEvent {
   kNone,
-  kBranching,  // the branch lost its stability here; the way goes on on a stable one beside it
-  kJump,       // the branch ended (a limit point) or was lost; this is another one
+  kBranching,   // the branch lost its stability here; the way goes on on a stable one beside it
+  kLimitPoint,  // the branch ended here: its way ran along its softest direction; this is another
+  kJump,        // the branch was lost without having ended; this is another
 };
 
 struct DeploymentStep {
@@ -50,13 +51,14 @@ struct DeploymentReport {
   DeploymentStatus status = DeploymentStatus::kReached;
   int steps = 0;
   int steps_shortened = 0;  // tries given up for a shorter step
-  int steps_failed = 0;     // accepted although their equilibrium was not found
+  int steps_failed = 0;     // no equilibrium found, however short: the way stops there
   int iterations = 0;       // Newton steps of all tries
   int corrections = 0;
   int factorizations = 0;
-  int jumps = 0;
+  int branchings = 0, limit_points = 0, jumps = 0;  // events of the path
   std::vector<DeploymentStep> path;
-  EquilibriumReport end;
+  EquilibriumReport end;  // of the last search, also where it failed
+  Conditions held;        // those the state is in equilibrium under; `from` if there was no step
   std::string message;
 };
 
@@ -65,11 +67,12 @@ using StepCallback = std::function<void(const DeploymentStep& step, const Linkag
 /// Leads a linkage from its present shape to other conditions, one equilibrium after the other.
 ///
 /// Opening angles, single ones and the mean, and pins with a position go from where they are to
-/// where `to` wants them; springs, loads and weight fade from those of `from` to those of `to`; all
-/// else is as in `to`. Where the present shape is no equilibrium the first step brings it to one.
-/// Follows one branch: each step starts from an extrapolation of those before, and one that ends
-/// elsewhere is tried again with half its length; a branch that ends is left, which the report
-/// says. Backwards is the same with other conditions.
+/// where `to` wants them; springs, loads and weight fade from those of `from` to those of `to`, and
+/// so do the reactions of what `from` holds and `to` releases, unless that leaves a component to
+/// itself; all else is as in `to`. Where the present shape is no equilibrium the first step brings
+/// it to one. Follows one branch: each step starts from an extrapolation of those before, and one
+/// that ends elsewhere is tried again with half its length; a branch that ends is left, which the
+/// report says. Backwards is the same with other conditions.
 ///
 /// @param state  becomes the last equilibrium reached
 /// @throws Error as Conditions::validate and DeploymentOptions::validate

@@ -106,7 +106,7 @@ void Holding::hold_floating(const ConditionTerms& terms, const UnknownScales& sc
     // A single rod without joints is left to the shift.
     if (joint < 0) continue;
     Matrix6 stiffness = Matrix6::Zero();
-    bool touched = loads[c].magnitudes > 0 || loads[c].moments;
+    bool touched = loads[c].magnitudes > 0;  // moments alone balance each other
     // Turns count by the way they move points at the linkage's size.
     const double size = scales.extent();
     for (const SpringPoint& spring : terms.springs()) {

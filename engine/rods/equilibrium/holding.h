@@ -11,7 +11,7 @@ namespace limber::rods::detail {
 /// What keeps unknowns from moving freely: pins, set angles, the mean angle, and for components
 /// that float in space a joint that stays.
 ///
-/// A component without pins, springs and loads has one joint held: its reactions vanish, so which
+/// A component without pins, springs and forces has one joint held: its reactions vanish, so which
 /// one it is does not matter for the shape. One that springs or loads touch but do not hold
 /// entirely gets a weak stiffness instead, at one joint, against those rigid motions that no spring
 /// resists; it acts on steps, not on forces, and so does not move the equilibrium.

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "engine/base/error.h"
@@ -9,6 +10,9 @@
 
 namespace limber::rods {
 namespace {
+
+/// Of the forces present: what pins exert by rounding.
+constexpr double kNoReaction = 1e-6;
 
 void refuse(const char* name, const char* rule, double value) {
   throw Error(ErrorCode::kInvalidArgument, name,
@@ -34,6 +38,13 @@ std::string unbalanced_component(const LinkageModel& model, const Conditions& co
       return fmt::format("loads push component {} with a force of {:.3g} and nothing holds it", c,
                          force);
     }
+    // Forces, if there are any, may turn into a couple that balances moments.
+    const double moment = resultants[c].moment.norm();
+    if (held[c] == 0 && resultants[c].magnitudes == 0 &&
+        moment > 1e-9 * resultants[c].moment_magnitudes) {
+      return fmt::format("loads turn component {} with a moment of {:.3g} and nothing holds it", c,
+                         moment);
+    }
   }
   return {};
 }
@@ -57,6 +68,46 @@ LinkageEquilibrium& LinkageEquilibrium::operator=(LinkageEquilibrium&&) noexcept
 const LinkageModel& LinkageEquilibrium::model() const { return workspace_->model; }
 const Eigen::VectorXd& LinkageEquilibrium::last_increment() const {
   return workspace_->total_increment;
+}
+
+std::vector<JointLoad> LinkageEquilibrium::reactions(const LinkageState& state,
+                                                     const Conditions& conditions) {
+  conditions.validate(workspace_->model);
+  const EquilibriumOptions options;
+  detail::NewtonRun run(*workspace_, conditions, options, state);
+  const Eigen::VectorXd& gradient = run.gradient_at(state);
+  const double force = kNoReaction * run.forces_present().force;
+  const double moment = kNoReaction * run.forces_present().moment;
+  std::vector<JointLoad> held(static_cast<std::size_t>(workspace_->model.variables().joints()));
+  for (std::size_t j = 0; j < held.size(); ++j) held[j].joint = static_cast<int>(j);
+  const auto begin = [&](const JointLoad& load) {
+    return workspace_->model.variables().joint_begin(load.joint);
+  };
+  const auto hold_angle = [&](JointLoad& load) {
+    load.opening_torque = gradient[begin(load) + kJointAngle];
+  };
+  if (conditions.mean_opening_angle) std::for_each(held.begin(), held.end(), hold_angle);
+  for (const AngleSetting& setting : conditions.angles) hold_angle(held[setting.joint]);
+  for (const JointPin& pin : conditions.pins) {
+    JointLoad& load = held[pin.joint];
+    if (pin.hold != Hold::kMotion) hold_angle(load);
+    if (pin.hold == Hold::kAngle) continue;
+    load.force = gradient.segment<3>(begin(load) + kJointPosition);
+    load.moment = gradient.segment<3>(begin(load) + kJointRotation);
+  }
+  std::erase_if(held, [&](const JointLoad& load) {
+    return load.force.norm() <= force && load.moment.norm() <= moment &&
+           std::abs(load.opening_torque) <= moment;
+  });
+  return held;
+}
+
+Eigen::VectorXd LinkageEquilibrium::softest_direction(const LinkageState& state,
+                                                      const Conditions& conditions) {
+  conditions.validate(workspace_->model);
+  const EquilibriumOptions options;
+  detail::NewtonRun run(*workspace_, conditions, options, state);
+  return run.softest_at(state);
 }
 
 EquilibriumReport LinkageEquilibrium::solve(LinkageState& state, const Conditions& conditions,

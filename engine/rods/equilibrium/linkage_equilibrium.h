@@ -4,6 +4,7 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "engine/base/job.h"
 #include "engine/rods/equilibrium/conditions.h"
@@ -50,6 +51,9 @@ struct EquilibriumReport {
   /// Directions in which the last unshifted Hessian was unstable; the mean angle's constraint may
   /// hold one of them where there are several.
   int negative_eigenvalues = 0;
+  /// Largest angle that a joint or an edge has turned by, or a joint been opened by, over the sum
+  /// of the steps [rad].
+  double turned = 0;
   /// Moment [force length] on every opening angle that holds the mean at its value.
   double mean_angle_moment = 0;
   std::string message;  // what stopped it
@@ -89,6 +93,18 @@ class LinkageEquilibrium {
   EquilibriumReport solve(LinkageState& state, const Conditions& conditions,
                           const EquilibriumOptions& options = {}, const JobContext& context = {},
                           const IterateCallback& on_iterate = {});
+
+  /// What pins, set angles and the mean angle exert on the joints in a state, as loads in whose
+  /// place they would leave it in balance. Joints that feel nothing beyond rounding are left out.
+  /// @throws Error as Conditions::validate
+  [[nodiscard]] std::vector<JointLoad> reactions(const LinkageState& state,
+                                                 const Conditions& conditions);
+
+  /// The direction that is resisted least, per lumped mass, at unit largest turn: a unit of it
+  /// turns some joint or edge by 1 rad. In the reduced unknowns.
+  /// @throws Error as Conditions::validate
+  [[nodiscard]] Eigen::VectorXd softest_direction(const LinkageState& state,
+                                                  const Conditions& conditions);
 
   /// Sum of the increments of the last solve, in the reduced unknowns: nearly the way from its
   /// first state to its last, as a predictor takes it.

@@ -40,6 +40,18 @@ void NewtonRun::finish(EquilibriumStatus status, std::string message) {
   report_.message = std::move(message);
 }
 
+const Eigen::VectorXd& NewtonRun::gradient_at(const LinkageState& state) {
+  evaluate(state);
+  return work_.gradient;
+}
+
+Eigen::VectorXd NewtonRun::softest_at(const LinkageState& state) {
+  evaluate(state);
+  assemble(state, Compression::kBuckles);
+  factor_positive(0, state);
+  return softest_direction(state);
+}
+
 EquilibriumReport NewtonRun::run(LinkageState& state, const JobContext& context,
                                  const IterateCallback& on_iterate) {
   evaluate(state);
@@ -81,6 +93,7 @@ EquilibriumReport NewtonRun::run(LinkageState& state, const JobContext& context,
     leap(state);
     if (on_iterate) on_iterate(report_.iterations, state);
   }
+  report_.turned = work_.scales.largest_turn(model_, state, work_.total_increment);
   return report_;
 }
 

@@ -47,6 +47,11 @@ class NewtonRun {
   EquilibriumReport run(LinkageState& state, const JobContext& context,
                         const IterateCallback& on_iterate);
 
+  /// The gradient of elastic energy, springs and loads on all unknowns, also those that are held.
+  [[nodiscard]] const Eigen::VectorXd& gradient_at(const LinkageState& state);
+  [[nodiscard]] const GradientSize& forces_present() const { return scale_; }
+  [[nodiscard]] Eigen::VectorXd softest_at(const LinkageState& state);
+
  private:
   struct Step {
     Eigen::VectorXd x;

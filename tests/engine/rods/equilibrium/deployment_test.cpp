@@ -142,12 +142,74 @@ TEST(Deployment, ASnapThroughIsAJumpAndSaysSo) {
   pushed.loads = {{0, Eigen::Vector3d(0, 0, -20), Eigen::Vector3d::Zero(), 0}};
   const DeploymentReport report = deploy(equilibrium, state, roof.held, pushed);
   EXPECT_EQ(report.status, DeploymentStatus::kReached) << report.message;
+  // A symmetric roof sways before it has reached its limit: the branch goes on, unstable.
   EXPECT_EQ(report.jumps, 1) << report.message;
+  EXPECT_EQ(report.limit_points, 0) << report.message;
   EXPECT_LT(state.joints()[0].position.z(), -10);
   // Where the path jumps, the height changes at once.
   int jumps = 0;
   for (const DeploymentStep& step : report.path) jumps += step.event == BranchEvent::kJump ? 1 : 0;
   EXPECT_EQ(jumps, 1);
+}
+
+TEST(Deployment, TheEndOfABranchIsALimitPointAndSaysSo) {
+  const Roof roof;
+  LinkageEquilibrium equilibrium(roof.model);
+  LinkageState state(roof.model);
+  Conditions pushed = roof.held;
+  pushed.loads = {{0, Eigen::Vector3d(-4, 4, -20), Eigen::Vector3d::Zero(), 0}};
+  ASSERT_TRUE(equilibrium.solve(state, roof.held).converged());
+  const DeploymentReport report = deploy(equilibrium, state, roof.held, pushed);
+  EXPECT_EQ(report.status, DeploymentStatus::kReached) << report.message;
+  EXPECT_EQ(report.limit_points, 1) << report.message;
+  EXPECT_EQ(report.jumps, 0) << report.message;
+  EXPECT_NE(report.message.find("limit point"), std::string::npos) << report.message;
+  EXPECT_LT(state.joints()[0].position.z(), -10);
+}
+
+TEST(Deployment, WhatIsReleasedGoesStepByStepToo) {
+  const LinkageModel model = curved_model();
+  LinkageEquilibrium equilibrium(model);
+  LinkageState state(model);
+  Conditions free;
+  free.pins = {{5}};
+  ASSERT_TRUE(equilibrium.solve(state, free).converged());
+  const LinkageState start = state;
+  Conditions open = free;
+  open.mean_opening_angle = state.mean_opening_angle() + 0.3;
+  open.angles = {{0, state.joints()[0].opening_angle + 0.4}};
+  ASSERT_EQ(deploy(equilibrium, state, open).status, DeploymentStatus::kReached);
+  double before = state.mean_opening_angle(), largest = 0;
+  const DeploymentReport back = deploy(
+      equilibrium, state, open, free, {}, {}, [&](const DeploymentStep& step, const LinkageState&) {
+        largest = std::max(largest, std::abs(step.mean_opening_angle - before));
+        before = step.mean_opening_angle;
+      });
+  EXPECT_EQ(back.status, DeploymentStatus::kReached) << back.message;
+  EXPECT_LT(joint_distance(state, start), 1e-4);
+  EXPECT_GE(back.steps, 50);
+  EXPECT_LT(largest, 0.1);
+}
+
+TEST(Deployment, WhereItStopsTheShapeIsTheLastEquilibrium) {
+  const LinkageModel model = curved_model();
+  LinkageEquilibrium equilibrium(model);
+  LinkageState state(model);
+  Conditions conditions;
+  conditions.pins = {{5}};
+  ASSERT_TRUE(equilibrium.solve(state, conditions).converged());
+  Conditions far = conditions;
+  far.pins.push_back({10, Hold::kMotion, Eigen::Vector3d(1e4, 0, 0)});  // rods are shorter
+  DeploymentOptions options;
+  options.first_step = options.largest_step = 0.05;
+  options.smallest_step = 0.02;
+  options.last.max_iterations = 3;
+  options.patience = 3;
+  const DeploymentReport report = deploy(equilibrium, state, conditions, far, options);
+  ASSERT_EQ(report.status, DeploymentStatus::kStopped) << report.message;
+  EXPECT_EQ(report.steps_failed, 1);
+  ASSERT_EQ(report.held.pins.size(), report.steps == 0 ? 1U : 2U);
+  EXPECT_EQ(equilibrium.solve(state, report.held, {.tolerance = 1e-3}).iterations, 1);
 }
 
 TEST(Deployment, ASmallPushDoesNotJump) {

@@ -197,6 +197,16 @@ TEST(HardEquilibria, SeveralComponents) {
   report = equilibrium.solve(state, conditions);
   EXPECT_EQ(report.status, EquilibriumStatus::kUnbalanced);
   EXPECT_NE(report.message.find("component 2"), std::string::npos) << report.message;
+  // A moment would spin it; two that cancel bend it.
+  conditions.gravity = {};
+  conditions.angles = {{22, 1.3}};  // else it would fold
+  conditions.loads = {{18, Eigen::Vector3d::Zero(), Eigen::Vector3d(0, 0, 0.2), 0}};
+  report = equilibrium.solve(state, conditions);
+  EXPECT_EQ(report.status, EquilibriumStatus::kUnbalanced);
+  EXPECT_NE(report.message.find("moment"), std::string::npos) << report.message;
+  conditions.loads.push_back({26, Eigen::Vector3d::Zero(), Eigen::Vector3d(0, 0, -0.2), 0});
+  report = equilibrium.solve(state, conditions);
+  EXPECT_TRUE(report.converged()) << report.message;
 }
 
 TEST(HardEquilibria, HangsBelowASingleSpring) {

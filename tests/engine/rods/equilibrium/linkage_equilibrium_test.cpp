@@ -7,6 +7,7 @@
 
 #include "engine/base/parallel.h"
 #include "engine/rods/equilibrium/condition_terms.h"
+#include "engine/rods/equilibrium/unknown_scales.h"
 #include "tests/engine/rods/equilibrium/small_linkages.h"
 
 namespace limber::rods {
@@ -188,6 +189,71 @@ std::vector<double> numbers_of(const LinkageModel& model, const LinkageState& st
     }
   }
   return numbers;
+}
+
+TEST(LinkageEquilibrium, ReactionsTakeThePlaceOfWhatTheyAreOf) {
+  const LinkageModel model = testing::curved_model();
+  LinkageEquilibrium equilibrium(model);
+  LinkageState state(model);
+  Conditions held;
+  held.pins = {{5}, {10, Hold::kMotionAndAngle}};
+  held.loads = {{15, Eigen::Vector3d(0.5, 0.2, -1), Eigen::Vector3d::Zero(), 0}};
+  held.mean_opening_angle = state.mean_opening_angle() + 0.05;
+  held.angles = {{0, state.joints()[0].opening_angle + 0.1}};
+  EquilibriumReport report = equilibrium.solve(state, held);
+  ASSERT_TRUE(report.converged()) << report.message;
+  const std::vector<JointLoad> reactions = equilibrium.reactions(state, held);
+  Eigen::Vector3d sum = held.loads[0].force;
+  for (const JointLoad& load : reactions) {
+    sum += load.force;
+    if (load.joint == 5 || load.joint == 10) continue;
+    EXPECT_TRUE(load.force.isZero(0) && load.moment.isZero(0));
+    if (load.joint != 0) {
+      EXPECT_NEAR(load.opening_torque, report.mean_angle_moment,
+                  1e-6 * std::abs(report.mean_angle_moment));
+    }
+  }
+  EXPECT_EQ(reactions.size(), 16U);
+  EXPECT_LT(sum.norm(), 1e-6);
+  // Without them, but with their loads, the shape is still in balance.
+  Conditions free;
+  free.pins = {{5}};
+  free.loads = held.loads;
+  for (JointLoad load : reactions) {
+    if (load.joint == 5) load.force = load.moment = Eigen::Vector3d::Zero();
+    free.loads.push_back(load);
+  }
+  LinkageState balanced = state;
+  report = equilibrium.solve(balanced, free, {.tolerance = 1e-6});
+  EXPECT_LE(report.iterations, 1) << report.message;
+  EXPECT_LT(testing::joint_distance(state, balanced), 1e-5);
+}
+
+TEST(LinkageEquilibrium, TheSoftestDirectionIsTheLeastResisted) {
+  const LinkageModel model = testing::curved_model();
+  LinkageEquilibrium equilibrium(model);
+  LinkageState state(model);
+  Conditions held;
+  held.pins = {{5}};
+  ASSERT_TRUE(equilibrium.solve(state, held).converged());
+  const Eigen::VectorXd soft = equilibrium.softest_direction(state, held);
+  const auto resistance = [&](const Eigen::VectorXd& v) {
+    const double h = 1e-3 / v.cwiseAbs().maxCoeff();
+    const double up = testing::total_potential(model, state.moved(model, h * v), held);
+    const double down = testing::total_potential(model, state.moved(model, -h * v), held);
+    const double here = testing::total_potential(model, state, held);
+    return (up - 2 * here + down) / (h * h) /
+           v.dot(detail::UnknownScales(model).weights().cwiseProduct(v));
+  };
+  const double least = resistance(soft);
+  EXPECT_GT(least, 0);
+  Random random(3);
+  for (int k = 0; k < 10; ++k) {
+    Eigen::VectorXd other = soft;
+    for (double& value : other) value += 0.02 * random.normal() * soft.cwiseAbs().maxCoeff();
+    other.segment<6>(model.variables().joint_begin(5)).setZero();
+    EXPECT_GT(resistance(other), least);
+  }
 }
 
 TEST(LinkageEquilibrium, RerunsAndThreadsGiveTheSameBits) {
