@@ -24,6 +24,20 @@ proto::SolveStatus encode_status(rods::EquilibriumStatus status) {
   return proto::SOLVE_STATUS_UNSPECIFIED;
 }
 
+proto::BranchEvent encode_event(rods::BranchEvent event) {
+  switch (event) {
+    case rods::BranchEvent::kNone:
+      return proto::BRANCH_EVENT_UNSPECIFIED;
+    case rods::BranchEvent::kBranching:
+      return proto::BRANCH_EVENT_BRANCHING;
+    case rods::BranchEvent::kLimitPoint:
+      return proto::BRANCH_EVENT_LIMIT_POINT;
+    case rods::BranchEvent::kJump:
+      return proto::BRANCH_EVENT_JUMP;
+  }
+  return proto::BRANCH_EVENT_UNSPECIFIED;
+}
+
 void encode_report(const rods::EquilibriumReport& report, double length_unit,
                    proto::ResultInfo& info) {
   info.set_status(encode_status(report.status));
@@ -57,7 +71,15 @@ proto::ResultInfo encode_linkage_result(const session::LinkageResult& result, do
   info.set_weight_scale(1);
   if (result.converged) encode_report(result.report, length_unit, info);
   info.mutable_linkage()->set_mean_angle_degrees(to_degrees(result.mean_angle));
-  info.mutable_linkage()->set_steps(static_cast<std::uint32_t>(result.steps));
+  info.mutable_linkage()->set_steps(static_cast<std::uint32_t>(result.path.size()));
+  for (const rods::DeploymentStep& step : result.path) {
+    auto& told = *info.mutable_linkage()->add_path();
+    told.set_progress(step.progress);
+    told.set_mean_angle_degrees(to_degrees(step.mean_opening_angle));
+    told.set_energy(step.energy * length_unit);
+    told.set_iterations(static_cast<std::uint32_t>(step.iterations));
+    told.set_event(encode_event(step.event));
+  }
   return info;
 }
 

@@ -15,7 +15,7 @@ from .edits import Axes, add, dynamics, ends, move, optimise, redo, remove, repl
 from .errors import LimberError, ServerUnreachable
 from .keyframes import Keyframe, add_keyframe, keyframe, move_keyframe, remove_keyframe
 from .linkage_shapes import LinkageGeometry, Shape
-from .linkages import LinkageResult, LinkageSession, Target, linkage_scene
+from .linkages import LinkageResult, LinkageSession, LinkageStep, Target, linkage_scene
 from .launching import LaunchedServer, launch
 from .motions import base_motion
 from .recoveries import Recovery
@@ -32,7 +32,7 @@ __version__ = "0.1.0"
 
 __all__ = [
     "Axes", "Constraint", "DEFAULT_ENDPOINT", "Export", "FrameStream", "Geometry", "Keyframe", "LaunchedServer",
-    "LimberError", "LinkageGeometry", "LinkageResult", "LinkageSession", "Material", "Mode", "Receipt", "Recovery", "Result", "Server", "ServerUnreachable", "Session", "Shape",
+    "LimberError", "LinkageGeometry", "LinkageResult", "LinkageSession", "LinkageStep", "Material", "Mode", "Receipt", "Recovery", "Result", "Server", "ServerUnreachable", "Session", "Shape",
     "Simulation", "StreamedFrames", "Target", "add", "add_keyframe", "base_motion", "connect", "dynamics", "ends", "force",
     "keyframe", "launch", "linkage_scene", "load_scene", "mesh_file", "move", "move_keyframe", "optimise", "redo", "remove",
     "remove_keyframe", "replace", "reset_material", "scene_from_arrays", "scene_from_mesh", "simulation", "undo",

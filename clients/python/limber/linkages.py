@@ -25,6 +25,23 @@ BENDING = {"material_frames": messages.ROD_BENDING_MATERIAL_FRAMES,
 STIFFNESS = 1000.0  # of the springs to targets where none is given [N/m]
 
 
+EVENTS = {service.BRANCH_EVENT_BRANCHING: "branching", service.BRANCH_EVENT_LIMIT_POINT: "limit_point",
+          service.BRANCH_EVENT_JUMP: "jump"}
+
+
+@dataclass(frozen=True)
+class LinkageStep:
+    """An equilibrium on the way from one to the next; each is a frame."""
+
+    progress: float    # share of the way, 0 .. 1
+    mean_angle: float  # [degree]
+    energy: float      # elastic [J]
+    iterations: int
+    # "": nothing happened. "branching": the branch lost its stability, the way goes on on a stable one beside it.
+    # "limit_point": it ended, "jump": it was lost; the shape jumped to another.
+    event: str
+
+
 @dataclass(frozen=True)
 class LinkageResult(Result):
     """One published shape of a linkage. Of a result that is not final, the mean angle alone is known."""
@@ -38,6 +55,12 @@ class LinkageResult(Result):
     steps: int = 0                  # equilibria on the way
     negative_eigenvalues: int = 0   # directions in which the equilibrium is unstable
     mean_angle_moment: float = 0.0  # on every joint, holds the mean angle [N m]
+    path: tuple[LinkageStep, ...] = ()  # of a final result, one for each of its frames
+
+    @property
+    def events(self) -> tuple[LinkageStep, ...]:
+        """Where on the way the branch of equilibria changed."""
+        return tuple(step for step in self.path if step.event)
 
     @staticmethod
     def from_message(info: "service.ResultInfo") -> "LinkageResult":
@@ -46,7 +69,9 @@ class LinkageResult(Result):
                              bending_energy=more.bending_energy, twisting_energy=more.twisting_energy,
                              spring_energy=more.spring_energy, load_potential=more.load_potential,
                              mean_angle=more.mean_angle_degrees, steps=more.steps,
-                             negative_eigenvalues=more.negative_eigenvalues, mean_angle_moment=more.mean_angle_moment)
+                             negative_eigenvalues=more.negative_eigenvalues, mean_angle_moment=more.mean_angle_moment,
+                             path=tuple(LinkageStep(step.progress, step.mean_angle_degrees, step.energy,
+                                                    step.iterations, EVENTS.get(step.event, "")) for step in more.path))
 
 
 def linkage_scene(vertices: Any, edges: Any = None, *, section: Mapping[str, Any], name: str = "",

@@ -259,8 +259,8 @@ class LinkageSession::Impl : public std::enable_shared_from_this<LinkageSession:
     result->converged = true;
     result->solve_failed = !outcome.reached && !cancelled;
     result->report = outcome.reached ? outcome.report : live_->report_of_shape(outcome.report);
-    result->steps = outcome.reached ? static_cast<int>(outcome.path.size()) : 0;
-    result->frames = outcome.reached ? columns(outcome.path) : columns({shape_now()});
+    if (outcome.reached) result->path = std::move(outcome.path);
+    result->frames = outcome.reached ? columns(outcome.frames) : columns({shape_now()});
     hand_out(std::move(result), round);
   }
 

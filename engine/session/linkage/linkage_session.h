@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "engine/rods/equilibrium/linkage_equilibrium.h"
+#include "engine/rods/equilibrium/deployment.h"
 #include "engine/scene/linkage.h"
 #include "engine/session/linkage/linkage_document.h"
 #include "engine/session/linkage/linkage_shape.h"
@@ -24,7 +24,9 @@ struct LinkageResult {
   bool solve_failed = false;
   rods::EquilibriumReport report;  // forces [N], lengths in the scene's unit
   double mean_angle = 0;           // [rad]
-  int steps = 0;                   // equilibria on the way, of a final result
+  /// The equilibria on the way of a final result: one for each of its frames, and what happened
+  /// there. Empty where none was reached.
+  std::vector<rods::DeploymentStep> path;
   /// Coordinates (see LinkageShape), a column a shape: of a final result, the equilibria on the way
   /// to it; else the shape of the iterate. The last column is the shape.
   std::shared_ptr<const Eigen::MatrixXf> frames;

@@ -12,6 +12,10 @@ using rods::EquilibriumStatus;
 /// What one solve is trusted with: farther, the linkage might find itself on another branch.
 constexpr double kFarAngle = 2 * 3.14159265358979323846 / 180;  // [rad]
 constexpr double kFarShare = 0.01;                              // of the linkage's extent
+// A shape that one solve has turned so far might have left its branch; then steps turn so far
+// [rad].
+constexpr double kFarTurn = 0.2;
+constexpr double kTurnOfStep = 0.05;
 constexpr double kMostSteps = 200;  // a pin far away is no reason to remember every step there
 
 double extent_of(const rods::LinkageGraph& graph) {
@@ -56,16 +60,40 @@ double LiveLinkage::share_of_step(const rods::Conditions& wanted) const {
   return 1 / std::min(steps, kMostSteps);
 }
 
+/// In one solve.
+void LiveLinkage::go_straight(const rods::Conditions& wanted, const JobContext& job,
+                              const OnIterate& on_iterate, Outcome& outcome) {
+  outcome.report =
+      equilibrium_.solve(state_, wanted, {}, job, [&](int, const rods::LinkageState& state) {
+        iterate_ = &state;
+        on_iterate();
+        iterate_ = nullptr;
+      });
+  const EquilibriumReport& report = outcome.report;
+  outcome.reached = report.converged();
+  if (!outcome.reached) return;
+  rods::DeploymentStep step;
+  step.progress = 1;
+  step.mean_opening_angle = state_.mean_opening_angle();
+  step.energy = report.energies.total();
+  step.iterations = report.iterations;
+  step.negative_eigenvalues = report.negative_eigenvalues;
+  step.prediction_error = report.turned;
+  if (report.escapes > 0) step.event = rods::BranchEvent::kBranching;
+  outcome.path.push_back(step);
+  outcome.frames.push_back(shape_.coordinates(mapped_.model, state_));
+}
+
 /// Step by step.
 void LiveLinkage::lead(const rods::Conditions& wanted, double step, const JobContext& job,
                        const OnIterate& on_iterate, Outcome& outcome) {
   rods::DeploymentOptions options;
   options.first_step = options.largest_step = std::min(step, 0.25);
   options.smallest_step = options.first_step / 64;
-  const rods::DeploymentReport report =
+  rods::DeploymentReport report =
       rods::deploy(equilibrium_, state_, held_, wanted, options, job,
                    [&](const rods::DeploymentStep&, const rods::LinkageState& state) {
-                     outcome.path.push_back(shape_.coordinates(mapped_.model, state));
+                     outcome.frames.push_back(shape_.coordinates(mapped_.model, state));
                      on_iterate();
                    });
   EquilibriumReport& sum = outcome.report;
@@ -76,10 +104,35 @@ void LiveLinkage::lead(const rods::Conditions& wanted, double step, const JobCon
   sum.corrections = corrections + report.corrections;
   sum.factorizations = factorizations + report.factorizations;
   if (!report.message.empty()) sum.message = report.message;
-  outcome.jumps = report.jumps;
+  held_ = std::move(report.held);
+  outcome.path = std::move(report.path);
   outcome.reached = report.status == rods::DeploymentStatus::kReached && report.end.converged();
   if (report.status == rods::DeploymentStatus::kCancelled)
     sum.status = EquilibriumStatus::kCancelled;
+}
+
+void LiveLinkage::restore() {
+  state_ = good_;
+  held_ = good_held_;
+}
+
+/// Once more, from where it was and slowly. Where that does not get there, the equilibrium that was
+/// found at once is what there is: elsewhere.
+void LiveLinkage::go_again(const rods::Conditions& wanted, const JobContext& job,
+                           const OnIterate& on_iterate, Outcome& outcome) {
+  Outcome slow;
+  slow.report = outcome.report;
+  const double turns = std::isfinite(slow.report.turned) ? slow.report.turned : 1;
+  const rods::LinkageState found = state_;
+  restore();
+  lead(wanted, 1 / std::clamp(turns / kTurnOfStep, 4.0, kMostSteps), job, on_iterate, slow);
+  if (slow.reached || !outcome.reached || slow.report.status == EquilibriumStatus::kCancelled) {
+    outcome = std::move(slow);
+    return;
+  }
+  state_ = found;
+  outcome.path.back().event = rods::BranchEvent::kJump;
+  outcome.report.message += "; far away, and no way there was found: " + slow.report.message;
 }
 
 EquilibriumReport LiveLinkage::report_of_shape(const EquilibriumReport& attempt) const {
@@ -98,24 +151,19 @@ LiveLinkage::Outcome LiveLinkage::solve(const scene::LinkageConditions& conditio
   const rods::Conditions wanted = map_conditions(conditions, mapped_, length_unit_);
   Outcome outcome;
   const double step = share_of_step(wanted);
-  if (step >= 1) {
-    outcome.report =
-        equilibrium_.solve(state_, wanted, {}, job, [&](int, const rods::LinkageState& state) {
-          iterate_ = &state;
-          on_iterate();
-          iterate_ = nullptr;
-        });
-    outcome.reached = outcome.report.converged();
-    if (outcome.reached) outcome.path.push_back(shape_.coordinates(mapped_.model, state_));
-  }
-  const bool cancelled = outcome.report.status == EquilibriumStatus::kCancelled;
-  if (!outcome.reached && !cancelled) {
-    if (step >= 1) restore();  // once more, from where it was and slowly
+  if (step < 1) {
     lead(wanted, step, job, on_iterate, outcome);
+  } else {
+    go_straight(wanted, job, on_iterate, outcome);
+    const EquilibriumReport& report = outcome.report;
+    const bool far = settled_ && report.turned > kFarTurn;
+    if (report.status != EquilibriumStatus::kCancelled && (far || !outcome.reached))
+      go_again(wanted, job, on_iterate, outcome);
   }
   if (outcome.reached) {
+    settled_ = true;
     good_ = state_;
-    held_ = wanted;
+    good_held_ = held_ = wanted;
     good_report_ = outcome.report;
   } else if (outcome.report.status != EquilibriumStatus::kCancelled) {
     restore();

@@ -25,20 +25,21 @@ class LiveLinkage {
   struct Outcome {
     bool reached = false;            // an equilibrium under these conditions
     rods::EquilibriumReport report;  // of the last solve; counts are sums
-    int jumps = 0;                   // to other branches, on the way
-    std::vector<Eigen::VectorXf>
-        path;  // coordinates of the equilibria on the way, the last included
+    /// The equilibria on the way, the last included, and their coordinates.
+    std::vector<rods::DeploymentStep> path;
+    std::vector<Eigen::VectorXf> frames;
   };
   /// Called now and then with a shape on the way: no equilibrium yet.
   using OnIterate = std::function<void()>;
 
-  /// The equilibrium under these conditions, followed from the shape there is: angles and pins that
-  /// have far to go are taken there step by step (rods::deploy). Where it is not reached, the shape
-  /// is the last equilibrium before; cancelled, the last iterate.
+  /// The equilibrium under these conditions, followed from the shape there is: where angles and
+  /// pins have far to go, and where the shape turns out to move far, step by step (rods::deploy).
+  /// Where it is not reached, the shape is the last equilibrium before; cancelled, the last
+  /// iterate.
   Outcome solve(const scene::LinkageConditions& conditions, const JobContext& job,
                 const OnIterate& on_iterate);
   /// Back to the last equilibrium that was reached.
-  void restore() { state_ = good_; }
+  void restore();
   /// What is said of that one where another was not reached: its energies and balance, with the
   /// status, the counts and the message of the attempt.
   [[nodiscard]] rods::EquilibriumReport report_of_shape(
@@ -46,6 +47,10 @@ class LiveLinkage {
 
  private:
   [[nodiscard]] double share_of_step(const rods::Conditions& wanted) const;
+  void go_straight(const rods::Conditions& wanted, const JobContext& job,
+                   const OnIterate& on_iterate, Outcome& outcome);
+  void go_again(const rods::Conditions& wanted, const JobContext& job, const OnIterate& on_iterate,
+                Outcome& outcome);
   void lead(const rods::Conditions& wanted, double step, const JobContext& job,
             const OnIterate& on_iterate, Outcome& outcome);
 
@@ -54,7 +59,9 @@ class LiveLinkage {
   double length_unit_, extent_;
   rods::LinkageEquilibrium equilibrium_;
   rods::LinkageState state_, good_;
-  rods::Conditions held_;  // what good_ is an equilibrium of
+  bool settled_ = false;        // is good_ an equilibrium
+  rods::Conditions held_;       // the last that state_ was in equilibrium under
+  rods::Conditions good_held_;  // those of good_
   rods::EquilibriumReport good_report_;
   const rods::LinkageState* iterate_ = nullptr;  // within a solve
 };

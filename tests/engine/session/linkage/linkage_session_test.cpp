@@ -118,8 +118,15 @@ TEST(LinkageSession, OpensInEquilibriumAndDeploysStepByStep) {
   EXPECT_EQ(deployed->report.status, EquilibriumStatus::kConverged) << deployed->report.message;
   EXPECT_FALSE(deployed->solve_failed);
   EXPECT_NEAR(deployed->mean_angle, drawn + 20 * kDegree, 1e-6);
-  EXPECT_GE(deployed->steps, 8);
-  EXPECT_EQ(deployed->frames->cols(), deployed->steps);
+  EXPECT_GE(deployed->path.size(), 8U);
+  EXPECT_EQ(deployed->frames->cols(), static_cast<Eigen::Index>(deployed->path.size()));
+  double before = drawn;
+  for (const rods::DeploymentStep& step : deployed->path) {
+    EXPECT_EQ(step.event, rods::BranchEvent::kNone);
+    EXPECT_NEAR(step.mean_opening_angle, drawn + step.progress * 20 * kDegree, 1e-9);
+    EXPECT_GT(step.mean_opening_angle, before);
+    before = step.mean_opening_angle;
+  }
   // Back again: the same shape, as far as its place in space goes.
   const auto closed = live.edit({SetMeanAngle{{}}});
   ASSERT_TRUE(closed);
@@ -191,6 +198,35 @@ TEST(LinkageSession, AJointFollowsItsTargetWhileOthersArePinned) {
               1e-5 * pulled->report.energies.total());
 }
 
+TEST(LinkageSession, DeploysByTorquesStepByStepAndBack) {
+  Live live(hyperboloid());
+  const auto opened = live.recorder->wait_final(0);
+  ASSERT_TRUE(opened);
+  const auto joints = static_cast<int>(live.session.geometry()->vertex_of_joint.size());
+  std::vector<LinkageEdit> push, release;
+  const auto angle = live.edit({SetMeanAngle{opened->mean_angle + 15 * kDegree}});
+  ASSERT_TRUE(angle);
+  const double torque = angle->report.mean_angle_moment;
+  for (int j = 0; j < joints; ++j) {
+    push.emplace_back(SetJointLoad{{j, {0, 0, 0}, {0, 0, 0}, torque}});
+    release.emplace_back(SetJointLoad{{j, {0, 0, 0}, {0, 0, 0}, 0}});
+  }
+  const auto closed = live.edit({SetMeanAngle{std::nullopt}});
+  ASSERT_TRUE(closed);
+  const auto pushed = live.edit(push);
+  ASSERT_TRUE(pushed);
+  EXPECT_EQ(pushed->report.status, EquilibriumStatus::kConverged) << pushed->report.message;
+  EXPECT_GE(pushed->path.size(), 4U);
+  EXPECT_EQ(pushed->frames->cols(), static_cast<Eigen::Index>(pushed->path.size()));
+  EXPECT_NEAR(pushed->mean_angle, angle->mean_angle, 1e-4);
+  for (const rods::DeploymentStep& step : pushed->path)
+    EXPECT_EQ(step.event, rods::BranchEvent::kNone);
+  const auto back = live.edit(release);
+  ASSERT_TRUE(back);
+  EXPECT_GE(back->path.size(), 4U);
+  EXPECT_NEAR(back->mean_angle, closed->mean_angle, 1e-4);
+}
+
 TEST(LinkageSession, WhatCannotBeReachedLeavesTheLastEquilibrium) {
   Live live(hyperboloid());
   const auto opened = live.recorder->wait_final(0);
@@ -248,7 +284,7 @@ TEST(LinkageSession, APinFarAwayIsReachedInABoundedNumberOfSteps) {
   const Eigen::Vector3d far(50, 0, 0);
   const auto there = live.edit({PinJoint{0, Held::kMotion, far}});
   ASSERT_TRUE(there);
-  EXPECT_LE(there->steps, 400);
+  EXPECT_LE(static_cast<int>(there->path.size()), 400);
   EXPECT_FALSE(there->solve_failed) << there->report.message;
   EXPECT_LT((joint_at(live.session, *there, 0) - far).norm(), 1e-3);
 }
