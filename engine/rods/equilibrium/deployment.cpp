@@ -24,6 +24,8 @@ constexpr double kDegrees = 180 / std::numbers::pi;
 /// Above this share of its squared length, weighed, the way went along the softest direction.
 constexpr double kAlongSoftest = 0.5;
 
+// Of the iterations of a step, for branches that were lost.
+constexpr int kLongWay = 10;
 constexpr std::size_t kLongText = 300;
 
 const char* told(BranchEvent event) {
@@ -87,19 +89,37 @@ class Deployment {
     if (trial.predicted) trial.state = state_.moved(model_, guess);
     EquilibriumOptions options = options_.last;
     if (!last) options.tolerance = std::max(options.tolerance, options_.step_tolerance);
-    if (shortenable(length)) {
+    if (shortenable(length))
       options.max_iterations = std::min(options.max_iterations, options_.patience);
-    } else {
-      options.max_iterations *= 10;  // a branch that has lost its stability may be far from others
+    const Conditions conditions = path_.at(progress_ + length);
+    trial.increment = Eigen::VectorXd::Zero(model_.variables().size());
+    solve(conditions, options, context, trial);
+    trial.error = scales_.largest_turn(model_, state_, trial.increment);
+    // A branch that has lost its stability: a shorter step would only come here again, unless this
+    // one is too far away already.
+    while (trial.report.status == EquilibriumStatus::kIterationLimit && trial.report.escapes > 0 &&
+           trial.report.iterations < kLongWay * options_.last.max_iterations &&
+           (trial.error <= options_.jump_turn || !shortenable(length))) {
+      solve(conditions, options, context, trial);
+      trial.error = scales_.largest_turn(model_, state_, trial.increment);
     }
-    trial.report = equilibrium_.solve(trial.state, path_.at(progress_ + length), options, context);
-    trial.increment = equilibrium_.last_increment();
+    if (trial.predicted) trial.increment += guess;
+    return trial;
+  }
+
+  /// On from the trial's state.
+  void solve(const Conditions& conditions, const EquilibriumOptions& options,
+             const JobContext& context, Trial& trial) {
+    const EquilibriumReport before = trial.report;
+    trial.report = equilibrium_.solve(trial.state, conditions, options, context);
+    trial.increment += equilibrium_.last_increment();
     report_.iterations += trial.report.iterations;
     report_.corrections += trial.report.corrections;
     report_.factorizations += trial.report.factorizations;
-    trial.error = trial.report.turned;
-    if (trial.predicted) trial.increment += guess;
-    return trial;
+    trial.report.iterations += before.iterations;
+    trial.report.corrections += before.corrections;
+    trial.report.factorizations += before.factorizations;
+    trial.report.escapes += before.escapes;
   }
 
   [[nodiscard]] bool shortenable(double length) const {
