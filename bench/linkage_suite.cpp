@@ -9,6 +9,7 @@
 #include "engine/base/parallel.h"
 #include "engine/rods/equilibrium/deployment.h"
 #include "engine/rods/linkage/linkage_assembly.h"
+#include "engine/rods/linkage/linkage_derivatives.h"
 #include "engine/rods/solver/condensed_solver.h"
 #include "engine/scene/formats/line_formats.h"
 
@@ -133,6 +134,31 @@ void measure_parts(const rods::LinkageModel& model, const rods::LinkageState& st
   result["factorization_ms"] = median(factorization);
 }
 
+/// Medians of a gradient, and of derivatives along directions beside it: a Hessian-vector product,
+/// the same with rest lengths, third derivatives by duals, and D^3 E[v, v] by two gradients.
+void measure_derivatives(const rods::LinkageModel& model, const rods::LinkageState& state,
+                         int repeats, Case& result) {
+  rods::LinkageAssembly assembly(model);
+  rods::LinkageDerivatives derivatives(model);
+  Eigen::VectorXd gradient(model.variables().size());
+  const Eigen::VectorXd step = Eigen::VectorXd::LinSpaced(gradient.size(), -1e-3, 1e-3);
+  const rods::LinkageVector x{step, {}};
+  const rods::LinkageVector both{step, model.segment_lengths()};
+  const auto time = [&](const char* name, const auto& work) {
+    std::vector<double> times;
+    for (int k = 0; k < repeats; ++k) times.push_back(milliseconds(work));
+    result[name] = median(times);
+  };
+  time("gradient_ms", [&] { (void)assembly.gradient(state, gradient); });
+  time("product_ms", [&] { (void)derivatives.second({state}, x); });
+  time("product_with_lengths_ms", [&] { (void)derivatives.second({state}, both); });
+  time("third_ms", [&] { (void)derivatives.third({state}, both, both); });
+  time("third_by_differences_ms", [&] {
+    for (const double side : {1.0, -1.0})
+      (void)assembly.gradient(state.moved(model, side * step), gradient);
+  });
+}
+
 /// Median time to the next equilibrium after one of two springs has moved, by a step to and fro.
 void measure_retarget(const rods::LinkageModel& model, rods::LinkageEquilibrium& equilibrium,
                       rods::LinkageState state, const rods::Conditions& deployed, int repeats,
@@ -189,6 +215,7 @@ Case measure(const Model& named, const std::string& path, bool quick) {
   result["wall_s"] = wall / 1000;
   result["ms_per_iteration"] = wall / report.iterations;
   measure_parts(model, state, quick ? 5 : 21, result);
+  measure_derivatives(model, state, quick ? 5 : 21, result);
   result["energy_deployed"] = report.end.energies.total();
   result["max_gradient_scaled"] = report.end.max_gradient_scaled;
   if (named.known_energy > 0) {
