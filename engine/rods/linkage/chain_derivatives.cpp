@@ -6,7 +6,7 @@
 #include "engine/rods/linkage/terminal_lanes.h"
 #include "engine/rods/rod/edge_stiffness.h"
 #include "engine/rods/rod/stretch_element.h"
-#include "engine/rods/rod/vertex_element.h"
+#include "engine/rods/rod/vertex_response.h"
 
 namespace limber::rods::detail {
 namespace {
@@ -199,16 +199,17 @@ class DerivativeWalk {
                                length_weights(before, after, form), none};
     const V branch =
         load_lane(moved_ + ((e + 1) * LinkageState::kFields + LinkageState::kTwist) * kChainLanes);
-    const auto k = vertex_kinematics(frame, next, material_twist(frame, next, T(branch)));
-    const auto stresses = vertex_stresses(k.strains, material);
+    const auto response = vertex_response<VertexOrder::kMoment>(
+        frame, next, material_twist(frame, next, T(branch)), material, form);
     VertexResult<T> result;
-    result.moment = vertex_moment(vertex_stress_vectors(frame, next, k, stresses), stresses);
+    result.moment = response.moment;
     // Rest lengths only enter the weights, linearly.
     const auto by_rest = [&](const T& first, const T& second) {
       const auto weights = length_weights(Dual<T>(before, first), Dual<T>(after, second), form);
       material.weights = {weights.before.derivative, weights.after.derivative,
                           weights.both.derivative, weights.twist.derivative};
-      const auto energy = vertex_energy(k.strains, vertex_stresses(k.strains, material), none);
+      const auto& strains = response.strains;
+      const auto energy = vertex_energy(strains, vertex_stresses(strains, material), none);
       return energy.bending + energy.twisting;
     };
     result.by_rest_before = by_rest(T(1.0), T(0.0));

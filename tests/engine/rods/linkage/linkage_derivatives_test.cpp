@@ -180,7 +180,8 @@ TEST_P(LinkageDerivativesTest, DoNotDependOnThreads) {
 
 INSTANTIATE_TEST_SUITE_P(FormsAndPlaces, LinkageDerivativesTest,
                          ::testing::Combine(::testing::Values(BendingForm::kMaterialFrames,
-                                                              BendingForm::kAveragedFrames),
+                                                              BendingForm::kAveragedFrames,
+                                                              BendingForm::kTurningAngle),
                                             ::testing::Values(Place::kAtTheSource, Place::kAway)));
 
 TEST(RestLengthMap, IsLinearAndItsTransposeIsIts) {
