@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "engine/base/error.h"
+
 namespace limber::rods::detail {
 namespace {
 
@@ -20,10 +22,11 @@ constexpr int kShifts = 60;
 }  // namespace
 
 RestLengthRun::RestLengthRun(LinkageModel& model, LinkageState& state,
-                             const RestLengthOptions& options)
+                             const RestLengthOptions& options, const JobContext& context)
     : model_(model),
       state_(state),
       options_(options),
+      context_(context),
       scales_(model),
       assembly_(model),
       derivatives_(model),
@@ -53,7 +56,7 @@ void RestLengthRun::pin_positions() {
   solver_.set_pinned(pinned_);
 }
 
-RestLengthReport RestLengthRun::run(const JobContext& context) {
+RestLengthReport RestLengthRun::run() {
   const auto finish = [&](RestLengthStatus status, std::string message) {
     report_.status = status;
     report_.message = std::move(message);
@@ -62,7 +65,7 @@ RestLengthReport RestLengthRun::run(const JobContext& context) {
   evaluate();
   report_.before = report_.energies;
   for (;;) {
-    if (context.cancellation.requested())
+    if (context_.cancellation.requested())
       return finish(RestLengthStatus::kCancelled, "cancelled by the caller");
     if (!std::isfinite(report_.energies.total())) {
       return finish(RestLengthStatus::kStalled,
@@ -78,15 +81,26 @@ RestLengthReport RestLengthRun::run(const JobContext& context) {
                                 report_.max_gradient_scaled));
     }
     ++report_.iterations;
-    if (!factor() || !take(solve({-gradient_.unknowns, -gradient_.lengths}))) {
+    if (!improve()) {
+      if (context_.cancellation.requested()) continue;
       return finish(RestLengthStatus::kStalled,
                     fmt::format("no step lowers the energy; the imbalance is {:.1e}",
                                 report_.max_gradient_scaled));
     }
-    if (context.progress) {
-      context.progress("rest lengths",
-                       static_cast<double>(report_.iterations) / options_.max_iterations);
+    if (context_.progress) {
+      context_.progress("rest lengths",
+                        static_cast<double>(report_.iterations) / options_.max_iterations);
     }
+  }
+}
+
+/// A step, if there is one and nobody asks to stop before it.
+bool RestLengthRun::improve() {
+  try {
+    return factor() && take(solve({-gradient_.unknowns, -gradient_.lengths}));
+  } catch (const Error& error) {
+    if (error.code() != ErrorCode::kCancelled) throw;
+    return false;
   }
 }
 
@@ -125,7 +139,7 @@ void RestLengthRun::set_active() {
 bool RestLengthRun::factor() {
   Eigen::VectorXd unused(gradient_.unknowns.size());
   (void)assembly_.hessian(state_, unused, matrix_);
-  mixed_ = derivatives_.by_lengths({state_});
+  mixed_ = derivatives_.by_lengths({state_}, context_);
   // Without the rows of what does not move.
   mixed_.unknowns.prune(
       [&](Eigen::Index row, Eigen::Index, double) { return is_pinned_[row] == 0; });
@@ -151,6 +165,7 @@ bool RestLengthRun::factor_shifted(double shift) {
   Eigen::MatrixXd schur = mixed_.lengths;
   const double weight = model_.rest_lengths().free_edge.mean();
   for (Eigen::Index s = 0; s < count; ++s) {
+    context_.throw_if_cancelled();
     Eigen::VectorXd answer = mixed_.unknowns.col(s);
     solver_.solve_in_place(answer);
     schur.col(s) -= mixed_.unknowns.transpose() * answer;

@@ -15,11 +15,13 @@ namespace limber::rods::detail {
 /// One search for rest lengths; see solve_rest_lengths.
 class RestLengthRun {
  public:
-  RestLengthRun(LinkageModel& model, LinkageState& state, const RestLengthOptions& options);
+  RestLengthRun(LinkageModel& model, LinkageState& state, const RestLengthOptions& options,
+                const JobContext& context);
 
-  RestLengthReport run(const JobContext& context);
+  RestLengthReport run();
 
  private:
+  [[nodiscard]] bool improve();
   void pin_positions();
   void evaluate();
   [[nodiscard]] bool balanced() const;
@@ -36,6 +38,7 @@ class RestLengthRun {
   LinkageModel& model_;
   LinkageState& state_;
   const RestLengthOptions& options_;
+  const JobContext& context_;
   UnknownScales scales_;
   LinkageAssembly assembly_;
   LinkageDerivatives derivatives_;

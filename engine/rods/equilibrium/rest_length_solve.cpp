@@ -34,7 +34,7 @@ RestLengthReport solve_rest_lengths(LinkageModel& model, LinkageState& state,
                             "{} to {}",
                             s, share, options.shortest, options.longest));
   }
-  return detail::RestLengthRun(model, state, options).run(context);
+  return detail::RestLengthRun(model, state, options, context).run();
 }
 
 }  // namespace limber::rods

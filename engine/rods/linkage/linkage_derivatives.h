@@ -4,6 +4,7 @@
 #include <Eigen/SparseCore>
 #include <vector>
 
+#include "engine/base/job.h"
 #include "engine/rods/linkage/linkage_model.h"
 #include "engine/rods/linkage/linkage_state.h"
 
@@ -55,7 +56,8 @@ class LinkageDerivatives {
     Eigen::SparseMatrix<double> unknowns;  // dg/dL: variables().size() x segments
     Eigen::SparseMatrix<double> lengths;   // d2E/dL2: segments x segments
   };
-  [[nodiscard]] ByLengths by_lengths(const LinkagePoint& at);
+  /// @throws Error{kCancelled} if the caller asks to stop
+  [[nodiscard]] ByLengths by_lengths(const LinkagePoint& at, const JobContext& context = {});
 
  private:
   [[nodiscard]] LinkageVector evaluate(const LinkagePoint& at, int order, const LinkageVector* v,

@@ -153,12 +153,21 @@ TEST(RestLengthSolve, StopsWhenCancelledOrOutOfSteps) {
   JobContext context;
   context.cancellation.request();
   EXPECT_EQ(solve_rest_lengths(model, state, {}, context).status, RestLengthStatus::kCancelled);
+  // Before the second step: what the first has reached stays.
+  JobContext later;
+  later.progress = [&](const std::string&, double) { later.cancellation.request(); };
+  LinkageModel other = curved_model();
+  LinkageState shape(other);
+  const RestLengthReport stopped = solve_rest_lengths(other, shape, {}, later);
+  EXPECT_EQ(stopped.status, RestLengthStatus::kCancelled);
+  EXPECT_EQ(stopped.iterations, 1);
   RestLengthOptions options;
   options.max_iterations = 1;
   const RestLengthReport report = solve_rest_lengths(model, state, options);
   EXPECT_EQ(report.status, RestLengthStatus::kIterationLimit);
   EXPECT_EQ(report.iterations, 1);
   EXPECT_LT(report.energies.total(), report.before.total());
+  EXPECT_EQ(stopped.energies.total(), report.energies.total());
 }
 
 /// linkages.json, runs burd and darth_vader_pavilion: energies after the solve, of the equilibrium
