@@ -8,7 +8,9 @@
 #include "bench/suite.h"
 #include "engine/base/parallel.h"
 #include "engine/rods/equilibrium/deployment.h"
+#include "engine/rods/equilibrium/rest_length_solve.h"
 #include "engine/rods/linkage/linkage_assembly.h"
+#include "engine/rods/linkage/linkage_derivatives.h"
 #include "engine/rods/solver/condensed_solver.h"
 #include "engine/scene/formats/line_formats.h"
 
@@ -16,6 +18,11 @@ namespace limber::bench {
 namespace {
 
 constexpr double kDegree = std::numbers::pi / 180;
+
+/// Where rest lengths come from.
+enum class RestLengthChoice { kDrawn, kSolved };
+constexpr auto kDrawn = RestLengthChoice::kDrawn;
+constexpr auto kSolved = RestLengthChoice::kSolved;
 
 struct Model {
   const char* name;
@@ -25,7 +32,9 @@ struct Model {
   int held;                      // joint whose position and rotation stay
   double target;                 // mean opening angle [degrees]
   int steps;
-  double known_energy;  // of the public code with these rest lengths, 0: none
+  RestLengthChoice rest_lengths;
+  double known_closed;  // energy of the public code before opening, 0: none
+  double known_energy;  // and deployed, with these rest lengths
   double known_ms;      // per iteration, public code
   double known_wall;    // [s]
 };
@@ -40,6 +49,8 @@ constexpr Model kModels[] = {
      20,
      95,
      50,
+     kDrawn,
+     0.06551205849886217,
      43.49874337567044,
      0,
      0},
@@ -50,7 +61,21 @@ constexpr Model kModels[] = {
      20,
      95,
      50,
+     kDrawn,
+     0.06523042613060336,
      43.312507597142925,
+     3.9,
+     0.8},
+    {"burd_solved",
+     "burd_flat_opt_scaled",
+     10,
+     {6750, 5062.5, 316.40625, 386.3121963558732},
+     20,
+     95,
+     50,
+     kSolved,
+     0.06516696420644945,
+     43.31263417905001,
      3.9,
      0.8},
     {"burd_20",
@@ -60,6 +85,8 @@ constexpr Model kModels[] = {
      20,
      95,
      50,
+     kDrawn,
+     0.0651515779525022,
      43.27535043206037,
      0,
      0},
@@ -70,6 +97,8 @@ constexpr Model kModels[] = {
      20,
      95,
      50,
+     kDrawn,
+     0.06512391871666919,
      43.267049465093265,
      0,
      0},
@@ -80,6 +109,8 @@ constexpr Model kModels[] = {
      20,
      95,
      50,
+     kDrawn,
+     0.06511264696364637,
      43.26507852702259,
      0,
      0},
@@ -90,7 +121,9 @@ constexpr Model kModels[] = {
      74,
      67.5,
      25,
-     0,
+     kSolved,
+     7.3758469502943025e-06,
+     253.12622115511329,
      10.9,
      4.9},
     {"darth_vader",
@@ -100,7 +133,9 @@ constexpr Model kModels[] = {
      18,
      105,
      50,
-     0,
+     kSolved,
+     21314.890648254794,
+     367575.160996227,
      26.3,
      6.1},
     {"asymm_2_bumps",
@@ -110,10 +145,23 @@ constexpr Model kModels[] = {
      182,
      93,
      50,
+     kDrawn,
+     41.548352371857526,
      13062.061460538143,
      34.7,
      16},
-    {"hourglass", "hourglass", 8, {192000, 2304000, 1024000, 925198}, 0, 90, 50, 0, 153.5, 37.6},
+    {"hourglass",
+     "hourglass",
+     8,
+     {192000, 2304000, 1024000, 925198},
+     0,
+     90,
+     50,
+     kDrawn,
+     0,
+     0,
+     153.5,
+     37.6},
 };
 
 /// Medians of the parts of one Newton step at a state.
@@ -131,6 +179,31 @@ void measure_parts(const rods::LinkageModel& model, const rods::LinkageState& st
   }
   result["hessian_ms"] = median(hessian);
   result["factorization_ms"] = median(factorization);
+}
+
+/// Medians of a gradient, and of derivatives along directions beside it: a Hessian-vector product,
+/// the same with rest lengths, third derivatives by duals, and D^3 E[v, v] by two gradients.
+void measure_derivatives(const rods::LinkageModel& model, const rods::LinkageState& state,
+                         int repeats, Case& result) {
+  rods::LinkageAssembly assembly(model);
+  rods::LinkageDerivatives derivatives(model);
+  Eigen::VectorXd gradient(model.variables().size());
+  const Eigen::VectorXd step = Eigen::VectorXd::LinSpaced(gradient.size(), -1e-3, 1e-3);
+  const rods::LinkageVector x{step, {}};
+  const rods::LinkageVector both{step, model.segment_lengths()};
+  const auto time = [&](const char* name, const auto& work) {
+    std::vector<double> times;
+    for (int k = 0; k < repeats; ++k) times.push_back(milliseconds(work));
+    result[name] = median(times);
+  };
+  time("gradient_ms", [&] { (void)assembly.gradient(state, gradient); });
+  time("product_ms", [&] { (void)derivatives.second({state}, x); });
+  time("product_with_lengths_ms", [&] { (void)derivatives.second({state}, both); });
+  time("third_ms", [&] { (void)derivatives.third({state}, both, both); });
+  time("third_by_differences_ms", [&] {
+    for (const double side : {1.0, -1.0})
+      (void)assembly.gradient(state.moved(model, side * step), gradient);
+  });
 }
 
 /// Median time to the next equilibrium after one of two springs has moved, by a step to and fro.
@@ -162,20 +235,38 @@ void measure_retarget(const rods::LinkageModel& model, rods::LinkageEquilibrium&
   result["retarget_failed"] = !converged;
 }
 
+/// Rest lengths of the public code's "solve" runs.
+void solve_lengths(const Model& named, rods::LinkageModel& model, rods::LinkageState& state,
+                   Case& result) {
+  for (const char* name : {"rest_lengths_ms", "rest_length_iterations", "rest_lengths_failed"})
+    result[name] = nullptr;
+  if (named.rest_lengths == kDrawn) return;
+  rods::RestLengthReport report;
+  result["rest_lengths_ms"] =
+      milliseconds([&] { report = rods::solve_rest_lengths(model, state); });
+  result["rest_length_iterations"] = report.iterations;
+  result["rest_lengths_failed"] = !report.converged();
+}
+
 Case measure(const Model& named, const std::string& path, bool quick) {
-  const rods::LinkageModel model(rods::build_linkage_graph(scene::read_line_mesh_file(path)),
-                                 named.edges, named.stiffness);
-  rods::LinkageEquilibrium equilibrium(model);
+  rods::LinkageModel model(rods::build_linkage_graph(scene::read_line_mesh_file(path)), named.edges,
+                           named.stiffness);
   rods::LinkageState state(model);
   rods::Conditions conditions;
   conditions.pins = {{named.held}};
   Case result;
   result["model"] = named.name;
+  solve_lengths(named, model, state, result);
+  rods::LinkageEquilibrium equilibrium(model);
   result["dofs"] = model.variables().size();
   result["threads"] = thread_count();
   rods::EquilibriumReport closed;
   result["closing_ms"] = milliseconds([&] { closed = equilibrium.solve(state, conditions); });
   result["closing_failed"] = !closed.converged();
+  result["energy_closed"] = closed.energies.total();
+  result["energy_closed_difference"] = nullptr;
+  if (named.known_closed > 0)
+    result["energy_closed_difference"] = std::abs(closed.energies.total() / named.known_closed - 1);
   conditions.mean_opening_angle = named.target * kDegree;
   rods::DeploymentOptions options;
   options.first_step = options.largest_step = 1.0 / named.steps;
@@ -189,6 +280,7 @@ Case measure(const Model& named, const std::string& path, bool quick) {
   result["wall_s"] = wall / 1000;
   result["ms_per_iteration"] = wall / report.iterations;
   measure_parts(model, state, quick ? 5 : 21, result);
+  measure_derivatives(model, state, quick ? 5 : 21, result);
   result["energy_deployed"] = report.end.energies.total();
   result["max_gradient_scaled"] = report.end.max_gradient_scaled;
   if (named.known_energy > 0) {

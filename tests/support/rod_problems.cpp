@@ -52,11 +52,11 @@ constexpr SectionStiffness kInextensible{1e7, 1, 1, 1};  // for rods of length 1
 }  // namespace
 
 RodEquilibrium cantilever_shape(int edges, double alpha, double modulus, double length,
-                                double height) {
+                                double height, BendingForm form) {
   const SectionStiffness stiffness =
       section_stiffness(section_properties(Rectangle{height, height}), {modulus, 0.3});
   const double h = length / (edges - 0.5);
-  const Rod rod(straight(edges, -0.5 * h, h), stiffness);
+  const Rod rod(straight(edges, -0.5 * h, h), stiffness, {.form = form});
   auto fixed = free_unknowns(rod);
   clamp_edge(fixed, 0);
   hold_plane(fixed);
@@ -67,18 +67,18 @@ RodEquilibrium cantilever_shape(int edges, double alpha, double modulus, double 
 }
 
 RodAnswer cantilever(int edges, double alpha, double deflection, double shortening,
-                     double slenderness) {
-  const auto found = cantilever_shape(edges, alpha, 1e9, 1, 1 / slenderness);
+                     double slenderness, BendingForm form) {
+  const auto found = cantilever_shape(edges, alpha, 1e9, 1, 1 / slenderness, form);
   const Eigen::VectorXd& x = found.at.state().unknowns();
   const Eigen::Vector2d tip = x.segment<2>(4 * edges);
   return {tip.y(), deflection, (tip - Eigen::Vector2d(1 - shortening, deflection)).norm(),
           found.report};
 }
 
-RodAnswer roll_up(int edges) {
+RodAnswer roll_up(int edges, BendingForm form) {
   // Curvature lives between the middles of the first and the last edge.
   const double h = 1.0 / (edges - 1);
-  const Rod rod(straight(edges, -0.5 * h, h), kInextensible);
+  const Rod rod(straight(edges, -0.5 * h, h), kInextensible, {.form = form});
   auto fixed = free_unknowns(rod);
   clamp_edge(fixed, 0);
   hold_plane(fixed);  // out of the plane, a moment of fixed direction has no potential
@@ -99,10 +99,10 @@ RodAnswer roll_up(int edges) {
   return {tip.norm(), 0, tip.norm(), report};
 }
 
-RodAnswer compressed(int edges, Ends ends, double span, double height) {
+RodAnswer compressed(int edges, Ends ends, double span, double height, BendingForm form) {
   const double h = ends == Ends::kHinged ? 1.0 / edges : 1.0 / (edges - 1);
   const double start = ends == Ends::kHinged ? 0 : -0.5 * h;
-  const Rod rod(straight(edges, start, h), kInextensible);
+  const Rod rod(straight(edges, start, h), kInextensible, {.form = form});
   auto fixed = free_unknowns(rod);
   hold_plane(fixed);
   if (ends == Ends::kHinged) {
@@ -143,7 +143,7 @@ RodAnswer compressed(int edges, Ends ends, double span, double height) {
 }
 
 RodAnswer forty_five_degree_bend(int edges, double force, double torsion_constant,
-                                 const Eigen::Vector3d& expected) {
+                                 const Eigen::Vector3d& expected, BendingForm form) {
   const double radius = 100, modulus = 1e7, step = 0.25 * kPi / (edges - 0.5);
   Eigen::Matrix3Xd nodes(3, edges + 1);
   // From the origin along y, bending towards x: the tip is at (29.29, 70.71) there.
@@ -153,7 +153,7 @@ RodAnswer forty_five_degree_bend(int edges, double force, double torsion_constan
   }
   const SectionStiffness stiffness{modulus, modulus / 12, modulus / 12,
                                    0.5 * modulus * torsion_constant};
-  const Rod rod(nodes, stiffness);
+  const Rod rod(nodes, stiffness, {.form = form});
   auto fixed = free_unknowns(rod);
   clamp_edge(fixed, 0);
   RodLoads loads;
@@ -199,12 +199,12 @@ Eigen::Matrix3Xd helix_nodes(int edges, double h) {
 
 }  // namespace
 
-RodAnswer localised_helix(int edges) {
+RodAnswer localised_helix(int edges, BendingForm form) {
   constexpr double kBending = 1.345, kTorsion = 0.789;
   const double h = kHelixLength / (edges - 1);
   const Eigen::Matrix3Xd nodes = helix_nodes(edges, h);
   Rod rod(nodes, {1e5, kBending, kBending, kTorsion},
-          {.rest = RestShape::kStraight, .first_director = {0, 1, 0}});
+          {.rest = RestShape::kStraight, .form = form, .first_director = {0, 1, 0}});
   for (int slot = 0; slot < edges; ++slot) rod.parameters(slot, RodParameters::kRestLength) = h;
   // The last frame stands as the first (a whole number of turns), at the twist nearest to that of
   // the infinite rod.
@@ -226,7 +226,7 @@ RodAnswer localised_helix(int edges) {
           std::abs(std::acos(smallest) / std::acos(expected) - 1), found.report};
 }
 
-RodAnswer ring_threshold(int edges) {
+RodAnswer ring_threshold(int edges, BendingForm form) {
   // A ring as an open rod whose last edge lies on the first, each counted half; unknowns of the
   // last nodes are those of the first.
   const double bending = 1, torsion = 0.7;
@@ -235,7 +235,7 @@ RodAnswer ring_threshold(int edges) {
     const double phi = 2 * kPi * i / edges;
     nodes.col(i) << std::cos(phi), std::sin(phi), 0;
   }
-  Rod rod(nodes, {1e4, bending, bending, torsion}, {.rest = RestShape::kStraight});
+  Rod rod(nodes, {1e4, bending, bending, torsion}, {.rest = RestShape::kStraight, .form = form});
   rod.parameters(0, RodParameters::kStretching) *= 0.5;
   rod.parameters(edges, RodParameters::kStretching) *= 0.5;
   // A rod bent to a ring is under compression of B / (2 R^2), half taken by shortening: with stiff

@@ -10,6 +10,8 @@
 
 namespace limber::testing {
 
+inline constexpr auto kUsual = rods::BendingForm::kMaterialFrames;
+
 /// What a problem gave against the known answer.
 struct RodAnswer {
   double value = 0;
@@ -21,26 +23,29 @@ struct RodAnswer {
 /// Cantilever with tip load alpha = P L^2 / EI: tip deflection (over L).
 /// @param slenderness  length over the height of a square section (decides about stretching)
 [[nodiscard]] RodAnswer cantilever(int edges, double alpha, double deflection, double shortening,
-                                   double slenderness = 1e4);
+                                   double slenderness = 1e4, rods::BendingForm form = kUsual);
 /// The same in units of ours: modulus, length and height; unknowns of the equilibrium.
 [[nodiscard]] rods::RodEquilibrium cantilever_shape(int edges, double alpha, double modulus,
-                                                    double length, double height);
+                                                    double length, double height,
+                                                    rods::BendingForm form = kUsual);
 
 /// Rolled up into a circle by an end moment: where the tip comes to lie.
-[[nodiscard]] RodAnswer roll_up(int edges);
+[[nodiscard]] RodAnswer roll_up(int edges, rods::BendingForm form = kUsual);
 
 enum class Ends { kHinged, kClamped };
 /// Compressed between its ends: height (over L).
-[[nodiscard]] RodAnswer compressed(int edges, Ends ends, double span, double height);
+[[nodiscard]] RodAnswer compressed(int edges, Ends ends, double span, double height,
+                                   rods::BendingForm form = kUsual);
 
 /// 45 degree bend of Bathe and Bolourchi: distance of the tip from the known place.
 [[nodiscard]] RodAnswer forty_five_degree_bend(int edges, double force, double torsion_constant,
-                                               const Eigen::Vector3d& tip);
+                                               const Eigen::Vector3d& tip,
+                                               rods::BendingForm form = kUsual);
 
 /// Localised helix: the largest angle with the axis.
-[[nodiscard]] RodAnswer localised_helix(int edges);
+[[nodiscard]] RodAnswer localised_helix(int edges, rods::BendingForm form = kUsual);
 
 /// Twist [rad] at which a closed ring leaves its plane.
-[[nodiscard]] RodAnswer ring_threshold(int edges);
+[[nodiscard]] RodAnswer ring_threshold(int edges, rods::BendingForm form = kUsual);
 
 }  // namespace limber::testing

@@ -6,7 +6,7 @@
 #include "engine/rods/linkage/linkage_state.h"
 #include "engine/rods/rod/edge_stiffness.h"
 #include "engine/rods/rod/stretch_element.h"
-#include "engine/rods/rod/vertex_element.h"
+#include "engine/rods/rod/vertex_response.h"
 
 namespace limber::rods::detail {
 namespace {
@@ -78,7 +78,7 @@ class BandWriter {
 };
 
 /// Walks along the segments of a batch, edge by edge.
-template <Order kOrder>
+template <Order kOrder, CurvatureMeasure kMeasure>
 class Walk {
  public:
   Walk(const double* slots, const double* parameters, const RodStiffness& stiffness,
@@ -130,19 +130,13 @@ class Walk {
         VertexStrains<V>{V(0.0), V(0.0), V(0.0), V(0.0), V(0.0)}};
     const V twist =
         load_lane(slots_ + ((e + 1) * LinkageState::kFields + LinkageState::kTwist) * kChainLanes);
-    const auto k = vertex_kinematics(frame, next, twist);
-    const auto stresses = vertex_stresses(k.strains, material);
-    const auto energy = vertex_energy(k.strains, stresses, material.rest);
-    bending_ += energy.bending;
-    twisting_ += energy.twisting;
-    VertexResult result{};
-    if constexpr (kOrder != Order::kEnergy) {
-      const auto n = vertex_stress_vectors(frame, next, k, stresses);
-      result.moment = vertex_moment(n, stresses);
-      if constexpr (kOrder == Order::kHessian)
-        result.stiffness = vertex_stiffness(frame, next, k, n, stresses, material);
-    }
-    return result;
+    constexpr VertexOrder kVertexOrder = kOrder == Order::kEnergy     ? VertexOrder::kEnergy
+                                         : kOrder == Order::kGradient ? VertexOrder::kMoment
+                                                                      : VertexOrder::kStiffness;
+    const auto response = vertex_response<kVertexOrder, kMeasure>(frame, next, twist, material);
+    bending_ += response.energy.bending;
+    twisting_ += response.energy.twisting;
+    return {response.moment, response.stiffness};
   }
 
   [[gnu::always_inline]] void edge(int e, const MaterialFrame<V>& frame, const VertexResult& before,
@@ -175,18 +169,29 @@ class Walk {
   V stretching_ = 0.0, bending_ = 0.0, twisting_ = 0.0;
 };
 
+template <CurvatureMeasure kMeasure>
+void evaluate_as(const ChainBatch& batch, const double* slots, const double* parameters,
+                 const RodStiffness& stiffness, BendingForm form, const ChainOutputs& out) {
+  if (out.band != nullptr) {
+    Walk<Order::kHessian, kMeasure>(slots, parameters, stiffness, form, out).run(batch.edges);
+  } else if (out.gradient != nullptr) {
+    Walk<Order::kGradient, kMeasure>(slots, parameters, stiffness, form, out).run(batch.edges);
+  } else {
+    Walk<Order::kEnergy, kMeasure>(slots, parameters, stiffness, form, out).run(batch.edges);
+  }
+}
+
 }  // namespace
 
 void evaluate_chains(const ChainBatch& batch, const double* slots, const double* parameters,
                      const RodStiffness& stiffness, BendingForm form, const ChainOutputs& out) {
   if (out.gradient != nullptr) std::fill_n(out.gradient, 3 * kChainLanes, 0.0);
-  if (out.band != nullptr) {
+  if (out.band != nullptr)
     std::fill_n(out.band, (batch.numbers() + 1) * kBandHeight * kChainLanes, 0.0);
-    Walk<Order::kHessian>(slots, parameters, stiffness, form, out).run(batch.edges);
-  } else if (out.gradient != nullptr) {
-    Walk<Order::kGradient>(slots, parameters, stiffness, form, out).run(batch.edges);
+  if (measure_of(form) == CurvatureMeasure::kAngle) {
+    evaluate_as<CurvatureMeasure::kAngle>(batch, slots, parameters, stiffness, form, out);
   } else {
-    Walk<Order::kEnergy>(slots, parameters, stiffness, form, out).run(batch.edges);
+    evaluate_as<CurvatureMeasure::kTangent>(batch, slots, parameters, stiffness, form, out);
   }
 }
 

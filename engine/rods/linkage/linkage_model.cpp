@@ -26,7 +26,9 @@ LinkageModel::LinkageModel(LinkageGraph graph, int edges_per_segment, const RodS
     : graph_(std::move(graph)),
       variables_(graph_, edges_per_segment),
       chains_(chains_of(graph_, variables_)),
-      rest_(distribute_rest_lengths(graph_, variables_, drawn_lengths(graph_))),
+      lengths_(drawn_lengths(graph_)),
+      rest_map_(graph_, variables_, lengths_),
+      rest_(rest_map_.apply(lengths_)),
       stiffness_(stiffness),
       form_(form) {
   stiffness_.validate();
@@ -37,7 +39,8 @@ LinkageModel::LinkageModel(LinkageGraph graph, int edges_per_segment, const RodS
 }
 
 void LinkageModel::set_segment_lengths(const Eigen::Ref<const Eigen::VectorXd>& lengths) {
-  rest_ = distribute_rest_lengths(graph_, variables_, lengths);
+  rest_ = rest_map_.apply(lengths);
+  lengths_ = lengths;
   fill_parameters();
 }
 

@@ -5,6 +5,7 @@
 
 #include "engine/rods/linkage/linkage_graph.h"
 #include "engine/rods/linkage/reduced_variables.h"
+#include "engine/rods/linkage/rest_length_map.h"
 #include "engine/rods/linkage/rest_lengths.h"
 #include "engine/rods/rod/length_weights.h"
 #include "engine/rods/solver/chain_batches.h"
@@ -38,7 +39,12 @@ class LinkageModel {
   [[nodiscard]] const RodStiffness& stiffness() const { return stiffness_; }
   [[nodiscard]] BendingForm form() const { return form_; }
 
-  /// New rest lengths of segments, see distribute_rest_lengths.
+  /// Rest lengths of segments, from graph vertex to graph vertex; at first as drawn.
+  [[nodiscard]] const Eigen::VectorXd& segment_lengths() const { return lengths_; }
+  /// How they become those of edges.
+  [[nodiscard]] const RestLengthMap& rest_length_map() const { return rest_map_; }
+  /// New rest lengths of segments.
+  /// @throws Error as RestLengthMap::apply
   void set_segment_lengths(const Eigen::Ref<const Eigen::VectorXd>& lengths);
 
   /// Slots of a batch in arrays by slot: one for each vertex and the edge after it.
@@ -58,6 +64,8 @@ class LinkageModel {
   LinkageGraph graph_;
   ReducedVariables variables_;
   std::shared_ptr<const ChainBatches> chains_;
+  Eigen::VectorXd lengths_;
+  RestLengthMap rest_map_;
   RestLengths rest_;
   RodStiffness stiffness_;
   BendingForm form_;

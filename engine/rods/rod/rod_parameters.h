@@ -9,7 +9,7 @@ namespace limber::rods {
 /// change of all these numbers (for derivatives by rest lengths, section scales, ...).
 ///
 /// Columns: `Parameter`. Curvatures and twist at rest are integrated, as the strains are: the
-/// curvature of an arc of radius R is 2 tan(l / 2R) per vertex, not 1 / R.
+/// curvature of an arc of radius R is 2 tan(l / 2R) per vertex, not 1 / R (kTurningAngle: l / R).
 class RodParameters {
  public:
   enum Parameter {

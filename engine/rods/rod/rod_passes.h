@@ -5,6 +5,7 @@
 #include "engine/rods/rod/rod_parameters.h"
 #include "engine/rods/rod/source_frames.h"
 #include "engine/rods/rod/stretch_element.h"
+#include "engine/rods/rod/vertex_response.h"
 
 // The sweeps over the slots of a layout that rod_state.cpp, rod_hessian.cpp and rod_derivatives.cpp
 // are made of; V is Lane, or Dual<Lane> for derivatives along a direction. A sweep writes its own
@@ -135,34 +136,46 @@ template <class V>
 struct VertexOut {
   SlotsOut moments;
   SlotsOut stiffnesses;
-  SlotArray* energies = nullptr;  // kBendEnergy and kTwistEnergy; may be absent
+  SlotArray* energies = nullptr;  // kBendEnergy and kTwistEnergy; absent with stiffnesses
 };
 
-template <class V>
-void vertices(const RodLayout& layout, const SlotsIn& parameters, BendingForm form,
-              const SlotsIn& frames, const SlotsIn& twists, const VertexOut& out) {
+template <class V, CurvatureMeasure kMeasure>
+void vertices_as(const RodLayout& layout, const SlotsIn& parameters, BendingForm form,
+                 const SlotsIn& frames, const SlotsIn& twists, const VertexOut& out) {
   const SlotsIn active{&layout.activity(), nullptr};
   sweep(layout, [&](std::ptrdiff_t row) {
     const auto before = load_frame<V>(frames, row);
     const auto after = load_frame<V>(frames, row + 1);
     const auto material = load_material<V>(parameters, form, row);
-    const auto k = vertex_kinematics(before, after, load<V>(twists, 0, row + 1));
-    const auto stresses = vertex_stresses(k.strains, material);
-    const auto n = vertex_stress_vectors(before, after, k, stresses);
+    const V twist = load<V>(twists, 0, row + 1);
     const Lane interior = load<Lane>(active, 1, row + 1);
-    store(out.moments, 0, row + 1, where_active(interior, vertex_moment(n, stresses)));
     if (out.stiffnesses.value) {
-      store(out.stiffnesses, 0, row + 1,
-            where_active(interior, vertex_stiffness(before, after, k, n, stresses, material)));
+      const auto response =
+          vertex_response<VertexOrder::kStiffness, kMeasure>(before, after, twist, material);
+      store(out.moments, 0, row + 1, where_active(interior, response.moment));
+      store(out.stiffnesses, 0, row + 1, where_active(interior, response.stiffness));
+      return;
     }
+    const auto response =
+        vertex_response<VertexOrder::kMoment, kMeasure>(before, after, twist, material);
+    store(out.moments, 0, row + 1, where_active(interior, response.moment));
     if constexpr (std::is_same_v<V, Lane>) {
       if (!out.energies) return;
-      const auto energy = vertex_energy(k.strains, stresses, material.rest);
       const SlotsOut energies{out.energies, nullptr};
-      store(energies, kBendEnergy, row + 1, where_active(interior, energy.bending));
-      store(energies, kTwistEnergy, row + 1, where_active(interior, energy.twisting));
+      store(energies, kBendEnergy, row + 1, where_active(interior, response.energy.bending));
+      store(energies, kTwistEnergy, row + 1, where_active(interior, response.energy.twisting));
     }
   });
+}
+
+template <class V>
+void vertices(const RodLayout& layout, const SlotsIn& parameters, BendingForm form,
+              const SlotsIn& frames, const SlotsIn& twists, const VertexOut& out) {
+  if (measure_of(form) == CurvatureMeasure::kAngle) {
+    vertices_as<V, CurvatureMeasure::kAngle>(layout, parameters, form, frames, twists, out);
+  } else {
+    vertices_as<V, CurvatureMeasure::kTangent>(layout, parameters, form, frames, twists, out);
+  }
 }
 
 /// moments -> derivatives by e (3) and theta (1) of every edge, and its stretching energy.

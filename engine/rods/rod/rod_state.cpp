@@ -44,9 +44,11 @@ MaterialFrame<double> RodState::frame(int slot) const {
   return {vec(kTangent), frames_(slot, kLength), vec(kD1), vec(kD2), vec(kTransport)};
 }
 
-VertexStrains<double> RodState::strains(int slot) const {
+VertexStrains<double> RodState::strains(int slot, BendingForm form) const {
   LIMBER_DEMAND(layout_->is_interior(slot));
-  return vertex_kinematics(frame(slot - 1), frame(slot), twists_(slot, 0)).strains;
+  return vertex_response<VertexOrder::kEnergy>(frame(slot - 1), frame(slot), twists_(slot, 0),
+                                               VertexMaterial<double>{}, form)
+      .strains;
 }
 
 bool RodState::is_finite() const {
@@ -86,7 +88,7 @@ void RodState::set_as_rest(RodParameters& parameters) const {
   for (int slot = 0; slot < layout_->nodes(); ++slot) {
     if (layout_->is_edge(slot)) parameters(slot, P::kRestLength) = frames_(slot, kLength);
     if (!layout_->is_interior(slot)) continue;
-    const auto s = strains(slot);
+    const auto s = strains(slot, parameters.form);
     parameters(slot, P::kRestBefore1) = s.before_1;
     parameters(slot, P::kRestBefore2) = s.before_2;
     parameters(slot, P::kRestAfter1) = s.after_1;

@@ -35,9 +35,11 @@ class RodState {
   [[nodiscard]] const std::shared_ptr<const RodLayout>& shared_layout() const { return layout_; }
   [[nodiscard]] const std::shared_ptr<const SourceFrames>& shared_source() const { return source_; }
 
-  /// Frame of the edge of a slot; strains of the vertex of a slot. @pre the slot has one
+  /// Frame of the edge of a slot; strains of the vertex of a slot, as a form measures them.
+  /// @pre the slot has one
   [[nodiscard]] MaterialFrame<double> frame(int slot) const;
-  [[nodiscard]] VertexStrains<double> strains(int slot) const;
+  [[nodiscard]] VertexStrains<double> strains(
+      int slot, BendingForm form = BendingForm::kMaterialFrames) const;
   /// Whether every frame and strain is finite.
   [[nodiscard]] bool is_finite() const;
 

@@ -151,6 +151,24 @@ template <class V>
                       w.both * symmetric_product(before, after));
 }
 
+/// Stresses of bending times second derivatives of the curvatures.
+template <class V>
+[[gnu::always_inline]] inline Sym3<V> curvature_stiffness(const Vec3<V>& t0, const Vec3<V>& t1,
+                                                          const VertexKinematics<V>& k,
+                                                          const VertexStressVectors<V>& n) {
+  const Vec3<V> half = n.before - (0.5 * n.work) * t0;
+  return k.inverse * (symmetric_product(half, t1) - symmetric_product(t0, n.after) -
+                      symmetric_product(n.bending, k.axis) - scaled_identity(n.work));
+}
+template <class V>
+[[gnu::always_inline]] inline Sym3<V> twist_stiffness(const VertexKinematics<V>& k,
+                                                      const VertexStressVectors<V>& n,
+                                                      const V& stress,
+                                                      const VertexMaterial<V>& material) {
+  return (material.torsion * material.weights.twist) * square(n.twist_axis) -
+         (0.5 * k.inverse * stress) * symmetric_product(n.twist_axis, k.axis);
+}
+
 template <class V>
 [[gnu::always_inline]] inline Sym3<V> vertex_stiffness(const MaterialFrame<V>& before,
                                                        const MaterialFrame<V>& after,

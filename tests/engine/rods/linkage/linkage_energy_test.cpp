@@ -14,25 +14,7 @@
 namespace limber::rods {
 namespace {
 
-/// A grid with joints of valence 2 to 4, a rod with a free end each way, and a lone rod.
-LineMesh mixed_mesh() {
-  LineMesh mesh = testing::sheared_grid(3, 3, 1.1, 1.3);
-  const auto add = [&](const Eigen::Vector3d& v) {
-    mesh.vertices.conservativeResize(3, mesh.vertices.cols() + 1);
-    mesh.vertices.col(mesh.vertices.cols() - 1) = v;
-    return mesh.vertex_count() - 1;
-  };
-  const auto join = [&](int a, int b) {
-    mesh.edges.conservativeResize(2, mesh.edges.cols() + 1);
-    mesh.edges.col(mesh.edges.cols() - 1) << a, b;
-  };
-  const Eigen::Vector3d along = mesh.vertices.col(1) - mesh.vertices.col(0);
-  join(2, add(mesh.vertices.col(2) + along));
-  join(add(mesh.vertices.col(3) - along), 3);
-  const int lone = add({0, 0, 5});
-  join(lone, add({1, 0.5, 5}));
-  return mesh;
-}
+using testing::mixed_mesh;
 
 constexpr RodStiffness kStiffness{50, 2.0, 0.7, 0.9};
 

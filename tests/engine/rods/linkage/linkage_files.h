@@ -69,4 +69,24 @@ inline LineMesh sheared_grid(int columns, int rows, double angle, double length 
   return mesh;
 }
 
+/// A grid with joints of valence 2 to 4, a rod with a free end each way, and a lone rod.
+inline LineMesh mixed_mesh() {
+  const LineMesh grid = sheared_grid(3, 3, 1.1, 1.3);
+  const int vertices = grid.vertex_count(), edges = grid.edge_count();
+  LineMesh mesh;
+  mesh.vertices.resize(3, vertices + 4);
+  mesh.vertices.leftCols(vertices) = grid.vertices;
+  const Eigen::Vector3d along = grid.vertices.col(1) - grid.vertices.col(0);
+  mesh.vertices.col(vertices) = grid.vertices.col(2) + along;
+  mesh.vertices.col(vertices + 1) = grid.vertices.col(3) - along;
+  mesh.vertices.col(vertices + 2) << 0, 0, 5;
+  mesh.vertices.col(vertices + 3) << 1, 0.5, 5;
+  mesh.edges.resize(2, edges + 3);
+  mesh.edges.leftCols(edges) = grid.edges;
+  mesh.edges.col(edges) << 2, vertices;
+  mesh.edges.col(edges + 1) << vertices + 1, 3;
+  mesh.edges.col(edges + 2) << vertices + 2, vertices + 3;
+  return mesh;
+}
+
 }  // namespace limber::rods::testing

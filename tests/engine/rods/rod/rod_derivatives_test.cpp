@@ -94,7 +94,8 @@ TEST_P(RodDerivatives, ThirdDerivativesAreSymmetric) {
 
 INSTANTIATE_TEST_SUITE_P(Forms, RodDerivatives,
                          ::testing::Values(BendingForm::kMaterialFrames,
-                                           BendingForm::kAveragedFrames));
+                                           BendingForm::kAveragedFrames,
+                                           BendingForm::kTurningAngle));
 
 }  // namespace
 }  // namespace limber::rods

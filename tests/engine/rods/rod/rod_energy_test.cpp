@@ -67,15 +67,18 @@ TEST_P(RodEnergyConformance, FarFromTheSourceFrame) {
 
 constexpr auto k2008 = BendingForm::kMaterialFrames;
 constexpr auto k2010 = BendingForm::kAveragedFrames;
+constexpr auto kTurning = BendingForm::kTurningAngle;
 INSTANTIATE_TEST_SUITE_P(
     Terms, RodEnergyConformance,
     ::testing::Values(Case{k2008, Term::kAll}, Case{k2010, Term::kAll},
                       Case{k2008, Term::kStretching}, Case{k2008, Term::kBending1},
                       Case{k2008, Term::kBending2}, Case{k2010, Term::kBending1},
-                      Case{k2010, Term::kBending2}, Case{k2008, Term::kTwisting}));
+                      Case{k2010, Term::kBending2}, Case{k2008, Term::kTwisting},
+                      Case{kTurning, Term::kAll}, Case{kTurning, Term::kBending1},
+                      Case{kTurning, Term::kBending2}));
 
 TEST(RodEnergy, IsZeroAtRestWhateverTheShapeAtRestIs) {
-  for (const auto form : {k2008, k2010}) {
+  for (const auto form : {k2008, k2010, kTurning}) {
     const Sample s = sample({6, 3}, form);
     RodParameters parameters = s.parameters;
     const RodState state = s.state();

@@ -84,5 +84,14 @@ TEST(RodKnownAnswers, TwistedRingLeavesItsPlane) {
   expect_second_order([](int n) { return ring_threshold(n); }, 10, 0.03);
 }
 
+TEST(RodKnownAnswers, TurningAnglesAreExactForArcsAndBetterElsewhere) {
+  constexpr auto kTurning = rods::BendingForm::kTurningAngle;
+  for (const int edges : {6, 11, 41}) EXPECT_LT(roll_up(edges, kTurning).error, 1e-7) << edges;
+  EXPECT_LT(compressed(40, Ends::kHinged, 0.3, 0.399731, kTurning).error, 1e-3);
+  EXPECT_LT(compressed(40, Ends::kClamped, 0.3, 0.399731, kTurning).error, 1e-3);
+  EXPECT_LT(cantilever(40, 10, 0.81061, 0.55500, 1e4, kTurning).error, 4e-4);
+  expect_second_order([](int n) { return ring_threshold(n, kTurning); }, 10, 0.004);
+}
+
 }  // namespace
 }  // namespace limber::testing

@@ -1,0 +1,287 @@
+#include "engine/rods/equilibrium/rest_length_run.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+
+#include "engine/base/error.h"
+
+namespace limber::rods::detail {
+namespace {
+
+constexpr double kArmijo = 1e-4;
+constexpr double kShortestFraction = 1e-8;
+constexpr double kRelativeRounding = 1e-13;
+constexpr double kGrowth = 8;           // of shifts
+constexpr double kShortestEdge = 1e-3;  // of joints, as a share of rest
+constexpr double kLargestTurn = 0.5;    // of a step [rad]
+constexpr int kShifts = 60;
+
+}  // namespace
+
+RestLengthRun::RestLengthRun(LinkageModel& model, LinkageState& state,
+                             const RestLengthOptions& options, const JobContext& context)
+    : model_(model),
+      state_(state),
+      options_(options),
+      context_(context),
+      scales_(model),
+      assembly_(model),
+      derivatives_(model),
+      matrix_(model.chains()),
+      solver_(model.chains()),
+      low_(options.shortest * drawn_lengths(model.graph())),
+      high_(options.longest * drawn_lengths(model.graph())),
+      active_(static_cast<std::size_t>(low_.size()), 0) {
+  pin_positions();
+  solver_.set_shift_weights(scales_.weights());
+}
+
+/// Joints, and ends of rods without joints, stay where they are drawn.
+void RestLengthRun::pin_positions() {
+  const ReducedVariables& variables = model_.variables();
+  const auto pin = [&](int first) {
+    for (int axis = 0; axis < 3; ++axis) pinned_.push_back(first + axis);
+  };
+  for (int s = 0; s < variables.segments(); ++s) {
+    const Segment& segment = model_.graph().segments[s];
+    if (segment.joints[kStart] < 0) pin(variables.position(s, 0));
+    if (segment.joints[kFinish] < 0) pin(variables.position(s, variables.edges(s)));
+  }
+  for (int j = 0; j < variables.joints(); ++j) pin(variables.joint_begin(j) + kJointPosition);
+  is_pinned_.assign(static_cast<std::size_t>(variables.size()), 0);
+  for (const int unknown : pinned_) is_pinned_[unknown] = 1;
+  solver_.set_pinned(pinned_);
+}
+
+RestLengthReport RestLengthRun::run() {
+  const auto finish = [&](RestLengthStatus status, std::string message) {
+    report_.status = status;
+    report_.message = std::move(message);
+    return report_;
+  };
+  evaluate();
+  report_.before = report_.energies;
+  for (;;) {
+    if (context_.cancellation.requested())
+      return finish(RestLengthStatus::kCancelled, "cancelled by the caller");
+    if (!std::isfinite(report_.energies.total())) {
+      return finish(RestLengthStatus::kStalled,
+                    "the shape has an edge without length or folded back");
+    }
+    if (balanced()) {
+      return finish(RestLengthStatus::kConverged,
+                    fmt::format("balanced to {:.1e}", report_.max_gradient_scaled));
+    }
+    if (report_.iterations == options_.max_iterations) {
+      return finish(RestLengthStatus::kIterationLimit,
+                    fmt::format("{} Newton steps left an imbalance of {:.1e}", report_.iterations,
+                                report_.max_gradient_scaled));
+    }
+    ++report_.iterations;
+    if (!improve()) {
+      if (context_.cancellation.requested()) continue;
+      return finish(RestLengthStatus::kStalled,
+                    fmt::format("no step lowers the energy; the imbalance is {:.1e}",
+                                report_.max_gradient_scaled));
+    }
+    if (context_.progress) {
+      context_.progress("rest lengths",
+                        static_cast<double>(report_.iterations) / options_.max_iterations);
+    }
+  }
+}
+
+/// A step, if there is one and nobody asks to stop before it.
+bool RestLengthRun::improve() {
+  try {
+    return factor() && take(solve({-gradient_.unknowns, -gradient_.lengths}));
+  } catch (const Error& error) {
+    if (error.code() != ErrorCode::kCancelled) throw;
+    return false;
+  }
+}
+
+void RestLengthRun::evaluate() {
+  report_.energies = assembly_.energies(state_);
+  gradient_ = derivatives_.gradient({state_});
+  for (const int unknown : pinned_) gradient_.unknowns[unknown] = 0;
+  set_active();
+  const GradientSize size = scales_.size_of(gradient_.unknowns);
+  double pull = size.force;
+  for (Eigen::Index s = 0; s < low_.size(); ++s) {
+    const double own = std::abs(gradient_.lengths[s]);
+    if (active_[s] == 0 && !(own <= pull)) pull = own;
+  }
+  GradientSize scale = scales_.present(report_.energies);
+  scale.force += scales_.force_rounding() / options_.tolerance;
+  scale.moment += scales_.moment_rounding() / options_.tolerance;
+  report_.max_gradient_scaled = std::max(pull / scale.force, size.moment / scale.moment);
+}
+
+bool RestLengthRun::balanced() const { return report_.max_gradient_scaled <= options_.tolerance; }
+
+/// Lengths on a bound that would go past it.
+void RestLengthRun::set_active() {
+  const Eigen::VectorXd& lengths = model_.segment_lengths();
+  report_.at_bound.clear();
+  for (int s = 0; s < static_cast<int>(active_.size()); ++s) {
+    const bool past = (lengths[s] <= low_[s] && gradient_.lengths[s] > 0) ||
+                      (lengths[s] >= high_[s] && gradient_.lengths[s] < 0);
+    active_[s] = past ? 1 : 0;
+    if (past) report_.at_bound.push_back(s);
+  }
+}
+
+/// Second derivatives at the iterate, shifted until they are positive.
+bool RestLengthRun::factor() {
+  Eigen::VectorXd unused(gradient_.unknowns.size());
+  (void)assembly_.hessian(state_, unused, matrix_);
+  mixed_ = derivatives_.by_lengths({state_}, context_);
+  // Without the rows of what does not move.
+  mixed_.unknowns.prune(
+      [&](Eigen::Index row, Eigen::Index, double) { return is_pinned_[row] == 0; });
+  double shift = 0;
+  for (int k = 0; k < kShifts; ++k) {
+    if (factor_shifted(shift)) {
+      shift_ = shift;
+      return true;
+    }
+    shift = shift > 0 ? kGrowth * shift
+                      : std::max({shift_ / (kGrowth * kGrowth), scales_.softest_eigenvalue(),
+                                  scales_.rounding_shift()});
+  }
+  return false;
+}
+
+/// The unknowns eliminated by the condensed factor, lengths by what is left:
+/// S = C - B^T H^-1 B.
+bool RestLengthRun::factor_shifted(double shift) {
+  ++report_.factorizations;
+  if (!solver_.factor(matrix_, shift).positive_definite()) return false;
+  const Eigen::Index count = low_.size();
+  Eigen::MatrixXd schur = mixed_.lengths;
+  const double weight = model_.rest_lengths().free_edge.mean();
+  for (Eigen::Index s = 0; s < count; ++s) {
+    context_.throw_if_cancelled();
+    Eigen::VectorXd answer = mixed_.unknowns.col(s);
+    solver_.solve_in_place(answer);
+    schur.col(s) -= mixed_.unknowns.transpose() * answer;
+    schur(s, s) += shift * weight;
+  }
+  schur = (0.5 * (schur + schur.transpose())).eval();
+  for (Eigen::Index s = 0; s < count; ++s) {
+    if (active_[s] == 0) continue;
+    const double own = std::max(std::abs(schur(s, s)), 1e-300);
+    schur.row(s).setZero();
+    schur.col(s).setZero();
+    schur(s, s) = own;
+  }
+  schur_.compute(schur);
+  return schur_.info() == Eigen::Success;
+}
+
+/// With the factor at hand; nothing for lengths on their bounds.
+LinkageVector RestLengthRun::solve(const LinkageVector& right_side) {
+  LinkageVector x = right_side;
+  for (const int unknown : pinned_) x.unknowns[unknown] = 0;
+  Eigen::VectorXd alone = x.unknowns;
+  solver_.solve_in_place(alone);
+  x.lengths -= mixed_.unknowns.transpose() * alone;
+  for (Eigen::Index s = 0; s < x.lengths.size(); ++s)
+    if (active_[s] != 0) x.lengths[s] = 0;
+  schur_.solveInPlace(x.lengths);
+  x.unknowns -= mixed_.unknowns * x.lengths;
+  solver_.solve_in_place(x.unknowns);
+  return x;
+}
+
+/// How much of a step keeps lengths within their bounds.
+double RestLengthRun::room(const LinkageVector& step) const {
+  double fraction = 1;
+  for (Eigen::Index s = 0; s < step.lengths.size(); ++s) {
+    const double change = step.lengths[s], length = model_.segment_lengths()[s];
+    const double bound = change < 0 ? low_[s] : high_[s];
+    if (std::abs(change) > std::abs(bound - length))
+      fraction = std::min(fraction, (bound - length) / change);
+  }
+  return fraction;
+}
+
+/// Holds lengths on a bound that a step would take past it.
+bool RestLengthRun::block(const LinkageVector& step) {
+  bool any = false;
+  for (Eigen::Index s = 0; s < step.lengths.size(); ++s) {
+    const double change = step.lengths[s], length = model_.segment_lengths()[s];
+    if (active_[s] != 0 || change == 0) continue;
+    const double left = (change < 0 ? low_[s] : high_[s]) - length;
+    if (std::abs(left) > kShortestFraction * std::abs(change)) continue;
+    active_[s] = 1;
+    any = true;
+  }
+  return any;
+}
+
+/// Along a step, or along the curve that keeps to second order what the step balances.
+bool RestLengthRun::take(const LinkageVector& newton) {
+  LinkageVector step = newton;
+  while (block(step)) {
+    if (!factor_shifted(shift_)) return false;
+    step = solve({-gradient_.unknowns, -gradient_.lengths});
+  }
+  const double slope = gradient_.unknowns.dot(step.unknowns) + gradient_.lengths.dot(step.lengths);
+  const double energy = report_.energies.total();
+  const double rounding = kRelativeRounding * energy + scales_.energy_rounding();
+  double fraction = std::min(
+      room(step),
+      kLargestTurn / std::max(kLargestTurn, scales_.largest_turn(model_, state_, step.unknowns)));
+  LinkageVector bend;
+  while (fraction > kShortestFraction) {
+    const double below = energy + kArmijo * fraction * slope + rounding;
+    LinkageVector part{fraction * step.unknowns, fraction * step.lengths};
+    if (bend.unknowns.size() > 0) {
+      part.unknowns += 0.5 * fraction * fraction * bend.unknowns;
+      part.lengths += 0.5 * fraction * fraction * bend.lengths;
+    }
+    if (try_step(part, below)) return true;
+    if (bend.unknowns.size() == 0) {
+      const LinkageVector third = derivatives_.third({state_}, step, step);
+      bend = solve({-third.unknowns, -third.lengths});
+      continue;
+    }
+    fraction /= 2;
+  }
+  return false;
+}
+
+/// Goes there if it is allowed and low enough.
+bool RestLengthRun::try_step(const LinkageVector& step, double energy_below) {
+  const Eigen::VectorXd before = model_.segment_lengths();
+  const Eigen::VectorXd after = (before + step.lengths).cwiseMax(low_).cwiseMin(high_);
+  if (!(model_.rest_length_map().apply_to_change(after).free_edge.minCoeff() > 0)) return false;
+  LinkageState trial = state_.moved(model_, step.unknowns);
+  model_.set_segment_lengths(after);
+  if (is_short(trial) || !(assembly_.energies(trial).total() <= energy_below)) {
+    model_.set_segment_lengths(before);
+    return false;
+  }
+  state_ = std::move(trial);
+  evaluate();
+  return true;
+}
+
+/// Whether an edge of a joint has all but vanished.
+bool RestLengthRun::is_short(const LinkageState& trial) const {
+  for (std::size_t j = 0; j < trial.joints().size(); ++j) {
+    for (const Rod rod : {kRodA, kRodB}) {
+      const double rest = model_.rest_lengths().terminal(rod, static_cast<Eigen::Index>(j));
+      if (std::isfinite(rest) && !(trial.joints()[j].lengths[rod] > kShortestEdge * rest))
+        return true;
+    }
+  }
+  return false;
+}
+
+}  // namespace limber::rods::detail

@@ -1,0 +1,165 @@
+#include "engine/rods/linkage/linkage_derivatives.h"
+
+#include <optional>
+
+#include "engine/base/error.h"
+#include "engine/base/parallel.h"
+#include "engine/rods/linkage/chain_derivatives.h"
+
+namespace limber::rods {
+namespace {
+
+constexpr std::int64_t kBatchesPerChunk = 4;
+
+/// What a batch's kernel leaves.
+struct Outputs {
+  explicit Outputs(const ChainBatch& batch)
+      : numbers(static_cast<std::size_t>(batch.numbers())),
+        joints(2 * std::size_t{kJointUnknowns}),
+        rests(static_cast<std::size_t>(batch.edges)) {}
+  std::vector<detail::LaneCell> numbers, joints, rests;
+};
+
+}  // namespace
+
+LinkageDerivatives::LinkageDerivatives(const LinkageModel& model)
+    : model_(model),
+      ends_(static_cast<std::size_t>(model.variables().joints())),
+      by_joint_(2 * static_cast<std::size_t>(model.variables().segments())),
+      by_rest_(static_cast<std::size_t>(model.variables().segments())) {
+  for (int s = 0; s < model.variables().segments(); ++s) {
+    for (const End end : {kStart, kFinish}) {
+      const int joint = model.graph().segments[s].joints[end];
+      if (joint >= 0) ends_[joint].push_back(2 * s + end);
+    }
+  }
+}
+
+LinkageVector LinkageDerivatives::gradient(const LinkagePoint& at) {
+  return evaluate(at, 0, nullptr, nullptr);
+}
+LinkageVector LinkageDerivatives::second(const LinkagePoint& at, const LinkageVector& v) {
+  return evaluate(at, 1, &v, nullptr);
+}
+LinkageVector LinkageDerivatives::third(const LinkagePoint& at, const LinkageVector& v,
+                                        const LinkageVector& w) {
+  return evaluate(at, 2, &v, &w);
+}
+
+/// Directions of segments' rest lengths to slots.
+void LinkageDerivatives::spread(const LinkageVector* direction,
+                                std::vector<detail::LaneCell>& rests) const {
+  if (direction == nullptr || direction->lengths.size() == 0) return;
+  rests.resize(model_.slots());
+  const RestLengths change = model_.rest_length_map().apply_to_change(direction->lengths);
+  for (int s = 0; s < model_.variables().segments(); ++s) {
+    const ChainBatches::Place place = model_.chains()->place(s);
+    for (int e = 0; e < model_.variables().edges(s); ++e)
+      rests[model_.first_slot(place.batch) + e].values[place.lane] =
+          change.edge(model_.graph(), model_.variables(), s, e);
+  }
+}
+
+LinkageVector LinkageDerivatives::evaluate(const LinkagePoint& at, int order,
+                                           const LinkageVector* v, const LinkageVector* w) {
+  const Eigen::Index size = model_.variables().size();
+  const LinkageVector* const directions[] = {v, w};
+  for (const int k : {0, 1}) {
+    LIMBER_DEMAND(directions[k] == nullptr || directions[k]->unknowns.size() == 0 ||
+                  directions[k]->unknowns.size() == size);
+    spread(directions[k], rest_directions_[k]);
+  }
+  const auto unknowns = [&](int k) {
+    return directions[k] == nullptr || directions[k]->unknowns.size() == 0
+               ? nullptr
+               : directions[k]->unknowns.data();
+  };
+  const auto rests = [&](int k) {
+    return directions[k] == nullptr || directions[k]->lengths.size() == 0
+               ? nullptr
+               : rest_directions_[k].data();
+  };
+  const bool away = at.increment.size() > 0;
+  LIMBER_DEMAND(!away || at.increment.size() == size);
+  std::optional<LinkageState> moved;
+  if (away) moved = at.source.moved(model_, at.increment);
+  const detail::ChainPoint point{model_,
+                                 at.source,
+                                 moved ? *moved : at.source,
+                                 away ? at.increment.data() : nullptr,
+                                 {unknowns(0), unknowns(1)},
+                                 {rests(0), rests(1)}};
+  LinkageVector result{Eigen::VectorXd(size), {}};
+  parallel_for(static_cast<std::int64_t>(model_.chains()->batches().size()), kBatchesPerChunk,
+               [&](std::int64_t begin, std::int64_t end) {
+                 for (std::int64_t b = begin; b < end; ++b)
+                   evaluate_batch(point, static_cast<int>(b), order, result);
+               });
+  gather(result);
+  return result;
+}
+
+/// One batch: its chains' unknowns at once, the rest to lists by segment.
+void LinkageDerivatives::evaluate_batch(const detail::ChainPoint& point, int index, int order,
+                                        LinkageVector& result) {
+  const ChainBatch& batch = model_.chains()->batches()[index];
+  Outputs out(batch);
+  detail::evaluate_chain_derivatives(
+      point, index, order, {out.numbers[0].values, out.joints[0].values, out.rests[0].values});
+  for (int lane = 0; lane < kChainLanes; ++lane) {
+    const int chain = batch.chains[lane];
+    if (chain < 0) continue;
+    double* const own = result.unknowns.data() + model_.chains()->chain_begin(chain);
+    for (int k = batch.begin(); k < batch.end(); ++k)
+      own[k - batch.begin()] = out.numbers[k].values[lane];
+    for (const End end : {kStart, kFinish}) {
+      for (int k = 0; k < kJointUnknowns; ++k)
+        by_joint_[2 * chain + end][k] = out.joints[end * kJointUnknowns + k].values[lane];
+    }
+    by_rest_[chain].setZero();
+    for (int e = 0; e < batch.edges; ++e) {
+      const int kind = batch.has_start && e == 0                  ? 0
+                       : batch.has_finish && e == batch.edges - 1 ? 1
+                                                                  : 2;
+      by_rest_[chain][kind] += out.rests[e].values[lane];
+    }
+  }
+}
+
+void LinkageDerivatives::gather(LinkageVector& result) const {
+  const int joints = model_.variables().joints();
+  RestLengths by_edge{Eigen::Matrix2Xd::Zero(2, joints),
+                      Eigen::VectorXd(model_.variables().segments())};
+  for (int j = 0; j < joints; ++j) {
+    Eigen::Matrix<double, kJointUnknowns, 1> sum = Eigen::Matrix<double, kJointUnknowns, 1>::Zero();
+    for (const int index : ends_[j]) {
+      sum += by_joint_[index];
+      by_edge.terminal(model_.graph().segments[index / 2].rods[index % 2], j) +=
+          by_rest_[index / 2][index % 2];
+    }
+    result.unknowns.segment<kJointUnknowns>(model_.variables().joint_begin(j)) = sum;
+  }
+  for (int s = 0; s < model_.variables().segments(); ++s) by_edge.free_edge[s] = by_rest_[s][2];
+  result.lengths = model_.rest_length_map().transposed(by_edge);
+}
+
+LinkageDerivatives::ByLengths LinkageDerivatives::by_lengths(const LinkagePoint& at,
+                                                             const JobContext& context) {
+  const int segments = model_.variables().segments();
+  std::vector<Eigen::Triplet<double>> unknowns, lengths;
+  for (int s = 0; s < segments; ++s) {
+    context.throw_if_cancelled();
+    const LinkageVector column = second(at, {{}, Eigen::VectorXd::Unit(segments, s)});
+    for (Eigen::Index i = 0; i < column.unknowns.size(); ++i)
+      if (column.unknowns[i] != 0)
+        unknowns.emplace_back(static_cast<int>(i), s, column.unknowns[i]);
+    for (int t = 0; t < segments; ++t)
+      if (column.lengths[t] != 0) lengths.emplace_back(t, s, column.lengths[t]);
+  }
+  ByLengths result{{model_.variables().size(), segments}, {segments, segments}};
+  result.unknowns.setFromTriplets(unknowns.begin(), unknowns.end());
+  result.lengths.setFromTriplets(lengths.begin(), lengths.end());
+  return result;
+}
+
+}  // namespace limber::rods
