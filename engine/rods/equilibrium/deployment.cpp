@@ -26,6 +26,8 @@ constexpr double kAlongSoftest = 0.5;
 
 // Of the iterations of a step, for branches that were lost.
 constexpr int kLongWay = 10;
+// Where a branch is lost is told to this part of a step.
+constexpr double kLostSteps = 4;
 constexpr std::size_t kLongText = 300;
 
 const char* told(BranchEvent event) {
@@ -99,7 +101,7 @@ class Deployment {
     // one is too far away already.
     while (trial.report.status == EquilibriumStatus::kIterationLimit && trial.report.escapes > 0 &&
            trial.report.iterations < kLongWay * options_.last.max_iterations &&
-           (trial.error <= options_.jump_turn || !shortenable(length))) {
+           (trial.error <= options_.jump_turn || !worth_retrying(trial, length))) {
       solve(conditions, options, context, trial);
       trial.error = scales_.largest_turn(model_, state_, trial.increment);
     }
@@ -126,6 +128,13 @@ class Deployment {
     return length > 1.5 * options_.smallest_step;
   }
 
+  /// Where stability is lost a branch is gone, however short the step: a few tries tell whether it
+  /// went on for a while.
+  [[nodiscard]] bool worth_retrying(const Trial& trial, double length) const {
+    const bool lost = trial.report.escapes > 0;
+    return shortenable(length) && (!lost || length > options_.largest_step / kLostSteps);
+  }
+
   /// One step, shorter if need be. @returns whether there is a next one
   bool advance(const JobContext& context) {
     for (;;) {
@@ -138,7 +147,7 @@ class Deployment {
         return false;
       }
       const bool jumped = trial.error > options_.jump_turn;
-      if ((jumped || !trial.report.converged()) && shortenable(length_)) {
+      if ((jumped || !trial.report.converged()) && worth_retrying(trial, length_)) {
         ++report_.steps_shortened;
         length_ /= 2;
         continue;
