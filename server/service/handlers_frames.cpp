@@ -10,17 +10,6 @@
 #include "server/service/session_record.h"
 
 namespace limber::server {
-namespace {
-
-std::shared_ptr<const session::Geometry> geometry_of(const session::Session& session) {
-  auto geometry = session.geometry();
-  if (!geometry)
-    throw Error(ErrorCode::kFailedPrecondition, "session", "the model is not built yet");
-  return geometry;
-}
-
-}  // namespace
-
 proto::GetGeometryResponse Service::get_geometry(const proto::GetGeometryRequest& request) const {
   return sessions_.find(request.session())->geometry(request.known_basis_hash());
 }

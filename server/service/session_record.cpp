@@ -11,7 +11,6 @@
 #include "server/service/memory_estimate.h"
 
 namespace limber::server {
-namespace {
 
 std::shared_ptr<const session::Geometry> geometry_of(const session::Session& session) {
   auto geometry = session.geometry();
@@ -19,8 +18,6 @@ std::shared_ptr<const session::Geometry> geometry_of(const session::Session& ses
     throw Error(ErrorCode::kFailedPrecondition, "session", "the model is not built yet");
   return geometry;
 }
-
-}  // namespace
 
 SessionRecord::SessionRecord(Hub& hub, Opened opened, JobId open_job)
     : Record(hub, opened.id, opened.name, open_job), opened_(std::move(opened)) {}

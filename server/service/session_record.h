@@ -10,6 +10,9 @@
 
 namespace limber::server {
 
+/// @throws Error{kFailedPrecondition} until the session's model is built
+[[nodiscard]] std::shared_ptr<const session::Geometry> geometry_of(const session::Session& session);
+
 /// The record of a session of an elastic body, and the session's listener.
 class SessionRecord final : public Record, public session::Listener {
  public:

@@ -77,23 +77,17 @@ Polygon outline(const PlusSection& s) {
 
 Polygon outline(const Profile& profile) { return profile.oriented().outline; }
 
-SectionProperties properties(const Rectangle& s) {
+void check(const Rectangle& s) {
   demand_positive("width", s.width);
   demand_positive("height", s.height);
-  const double area = s.width * s.height;
-  return symmetric(area, area * s.width * s.width / 12, area * s.height * s.height / 12,
-                   rectangle_torsion_constant(s.width, s.height));
 }
 
-SectionProperties properties(const Ellipse& s) {
+void check(const Ellipse& s) {
   demand_positive("width", s.width);
   demand_positive("height", s.height);
-  const double a = 0.5 * s.width, b = 0.5 * s.height, area = kPi * a * b;
-  return symmetric(area, area * a * a / 4, area * b * b / 4,
-                   area * a * a * b * b / (a * a + b * b));
 }
 
-SectionProperties properties(const Tube& s) {
+void check(const Tube& s) {
   demand_positive("diameter", s.diameter);
   const double outer = 0.5 * s.diameter;
   demand_positive("wall_thickness", s.wall_thickness);
@@ -102,7 +96,45 @@ SectionProperties properties(const Tube& s) {
         ErrorCode::kInvalidArgument, "section.wall_thickness",
         fmt::format("must not be more than diameter / 2 = {}, got {}", outer, s.wall_thickness));
   }
-  const double inner = outer - s.wall_thickness;
+}
+
+void check(const ISection& s) {
+  demand_positive("height", s.height);
+  demand_positive("flange_width", s.flange_width);
+  demand_below("flange_thickness", s.flange_thickness, "height / 2", 0.5 * s.height);
+  demand_below("web_thickness", s.web_thickness, "flange_width", s.flange_width);
+}
+
+void check(const LSection& s) {
+  demand_positive("width", s.width);
+  demand_positive("height", s.height);
+  demand_below("thickness", s.thickness, "the smaller of width and height",
+               std::min(s.width, s.height));
+}
+
+void check(const PlusSection& s) {
+  demand_positive("width", s.width);
+  demand_positive("height", s.height);
+  demand_below("thickness", s.thickness, "the smaller of width and height",
+               std::min(s.width, s.height));
+}
+
+void check(const Profile& profile) { profile.validate(); }
+
+SectionProperties properties(const Rectangle& s) {
+  const double area = s.width * s.height;
+  return symmetric(area, area * s.width * s.width / 12, area * s.height * s.height / 12,
+                   rectangle_torsion_constant(s.width, s.height));
+}
+
+SectionProperties properties(const Ellipse& s) {
+  const double a = 0.5 * s.width, b = 0.5 * s.height, area = kPi * a * b;
+  return symmetric(area, area * a * a / 4, area * b * b / 4,
+                   area * a * a * b * b / (a * a + b * b));
+}
+
+SectionProperties properties(const Tube& s) {
+  const double outer = 0.5 * s.diameter, inner = outer - s.wall_thickness;
   // (outer^2 - inner^2) as a product keeps its digits for thin walls.
   const double area = kPi * s.wall_thickness * (outer + inner);
   const double second = 0.25 * area * (outer * outer + inner * inner);
@@ -110,7 +142,6 @@ SectionProperties properties(const Tube& s) {
 }
 
 SectionProperties properties(const Profile& profile) {
-  profile.validate();
   const AreaMoments moments = area_moments(profile);
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> principal(moments.second);
   SectionProperties result;
@@ -126,33 +157,19 @@ SectionProperties properties(const Profile& profile) {
   return result;
 }
 
-SectionProperties properties(const ISection& s) {
-  demand_positive("height", s.height);
-  demand_positive("flange_width", s.flange_width);
-  demand_below("flange_thickness", s.flange_thickness, "height / 2", 0.5 * s.height);
-  demand_below("web_thickness", s.web_thickness, "flange_width", s.flange_width);
-  return properties(Profile{outline(s), {}});
-}
-
-SectionProperties properties(const LSection& s) {
-  demand_positive("width", s.width);
-  demand_positive("height", s.height);
-  demand_below("thickness", s.thickness, "the smaller of width and height",
-               std::min(s.width, s.height));
-  return properties(Profile{outline(s), {}});
-}
-
-SectionProperties properties(const PlusSection& s) {
-  demand_positive("width", s.width);
-  demand_positive("height", s.height);
-  demand_below("thickness", s.thickness, "the smaller of width and height",
-               std::min(s.width, s.height));
+template <class Shape>
+SectionProperties properties(const Shape& s) {
   return properties(Profile{outline(s), {}});
 }
 
 }  // namespace
 
+void validate(const Section& section) {
+  std::visit([](const auto& shape) { check(shape); }, section);
+}
+
 SectionProperties section_properties(const Section& section) {
+  validate(section);
   return std::visit([](const auto& shape) { return properties(shape); }, section);
 }
 

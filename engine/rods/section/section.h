@@ -57,9 +57,12 @@ struct SectionProperties {
   double torsion_constant = 0;  // J of Saint-Venant [length^4]
 };
 
+/// Whether the dimensions make a section: quick, whatever its torsion takes.
 /// @throws Error{kInvalidArgument} naming the dimension ("section.web_thickness"), its value and
-/// what it must be; for profiles as Profile::validate; for any but Rectangle, Ellipse and Tube as
-/// `torsion`
+/// what it must be; for profiles as Profile::validate
+void validate(const Section& section);
+
+/// @throws Error as `validate`; for any but Rectangle, Ellipse and Tube as `torsion`
 [[nodiscard]] SectionProperties section_properties(const Section& section);
 
 /// What is seen of a section from outside, counter-clockwise in the axes x and y; 24 corners where

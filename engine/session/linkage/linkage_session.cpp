@@ -96,19 +96,12 @@ class LinkageSession::Impl : public std::enable_shared_from_this<LinkageSession:
   friend class LinkageSession;
   static constexpr std::chrono::milliseconds kPublishInterval{8};
 
-  /// Of a graph of its own: joints and segments must be known before the model is built.
+  /// Joints and segments must be known before the model is built.
   static LinkageDocument opened(const scene::Linkage& linkage, LinkageLimits limits) {
-    if (linkage.lines.edge_count() == 0)
-      throw Error(ErrorCode::kInvalidArgument, "lines", "there are no edges");
-    rods::LinkageGraph graph;
+    const LinkageCheck check = check_linkage(linkage);
+    demand_sound(check);
     try {
-      graph = rods::build_linkage_graph(linkage.lines);
-    } catch (const Error& error) {
-      throw Error(error.code(), "lines." + error.field(), error.what());
-    }
-    try {
-      return {linkage.conditions, static_cast<int>(graph.joints.size()),
-              static_cast<int>(graph.segments.size()), limits};
+      return {linkage.conditions, check.joints, check.segments, limits};
     } catch (const Error& error) {
       throw Error(error.code(), "conditions." + error.field(), error.what());
     }

@@ -56,7 +56,7 @@ struct LinkageGeometry {
 /// once and solved later, a refused edit leaves everything as it was.
 class LinkageSession {
  public:
-  /// Validates the conditions (throws Error) and starts building on the executor.
+  /// Checks the linkage (throws Error as demand_sound) and starts building on the executor.
   LinkageSession(std::string id, scene::Linkage linkage, LinkageLimits limits, Executor executor,
                  std::shared_ptr<LinkageListener> listener);
   ~LinkageSession();  // cancels and waits for the running task

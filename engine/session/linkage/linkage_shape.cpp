@@ -9,8 +9,8 @@ namespace {
 
 /// The outline about the centroid, with the principal axes on d_1 and d_2 as the stiffnesses have
 /// them.
-std::vector<Eigen::Vector2d> placed_outline(const scene::Linkage& linkage) {
-  const rods::SectionProperties section = rods::section_properties(linkage.section);
+std::vector<Eigen::Vector2d> placed_outline(const rods::SectionProperties& section,
+                                            const scene::Linkage& linkage) {
   const Eigen::Vector2d first = section.axis_1, second(-first.y(), first.x());
   std::vector<Eigen::Vector2d> result;
   for (const Eigen::Vector2d& corner : rods::section_outline(linkage.section)) {
@@ -26,10 +26,12 @@ std::vector<Eigen::Vector2d> placed_outline(const scene::Linkage& linkage) {
 
 }  // namespace
 
-LinkageShape::LinkageShape(const rods::LinkageModel& model, const scene::Linkage& linkage)
-    : joints_(model.variables().joints()), outline_(placed_outline(linkage)) {
-  for (int s = 0; s < model.variables().segments(); ++s) {
-    edges_.push_back(model.variables().edges(s));
+LinkageShape::LinkageShape(const MappedLinkage& mapped, const scene::Linkage& linkage)
+    : joints_(mapped.model.variables().joints()),
+      outline_(placed_outline(mapped.section, linkage)) {
+  const rods::ReducedVariables& variables = mapped.model.variables();
+  for (int s = 0; s < variables.segments(); ++s) {
+    edges_.push_back(variables.edges(s));
     size_ += 6 * edges_.back() + 3;
   }
   size_ += joints_;

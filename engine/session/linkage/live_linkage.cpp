@@ -29,7 +29,7 @@ double extent_of(const rods::LinkageGraph& graph) {
 
 LiveLinkage::LiveLinkage(const scene::Linkage& linkage)
     : mapped_(map_linkage(linkage)),
-      shape_(mapped_.model, linkage),
+      shape_(mapped_, linkage),
       length_unit_(linkage.length_unit_in_metres),
       extent_(extent_of(mapped_.model.graph())),
       equilibrium_(mapped_.model),
