@@ -29,13 +29,15 @@ void demand_below(const char* name, double value, const std::string& limit_name,
 }
 
 /// Of a shape symmetric about x and y, from its integrals of x^2 and y^2.
-SectionProperties symmetric(double area, double xx, double yy, double torsion_constant) {
+SectionProperties symmetric(double area, double xx, double yy, double torsion_constant,
+                            double torsion_shear) {
   SectionProperties result;
   result.area = area;
   result.second_moment_1 = std::max(xx, yy);
   result.second_moment_2 = std::min(xx, yy);
   if (yy > xx) result.axis_1 = Eigen::Vector2d::UnitY();
   result.torsion_constant = torsion_constant;
+  result.torsion_shear = torsion_shear;
   return result;
 }
 
@@ -124,13 +126,14 @@ void check(const Profile& profile) { profile.validate(); }
 SectionProperties properties(const Rectangle& s) {
   const double area = s.width * s.height;
   return symmetric(area, area * s.width * s.width / 12, area * s.height * s.height / 12,
-                   rectangle_torsion_constant(s.width, s.height));
+                   rectangle_torsion_constant(s.width, s.height),
+                   rectangle_torsion_shear(s.width, s.height));
 }
 
 SectionProperties properties(const Ellipse& s) {
   const double a = 0.5 * s.width, b = 0.5 * s.height, area = kPi * a * b;
-  return symmetric(area, area * a * a / 4, area * b * b / 4,
-                   area * a * a * b * b / (a * a + b * b));
+  return symmetric(area, area * a * a / 4, area * b * b / 4, area * a * a * b * b / (a * a + b * b),
+                   2 * a * b * std::max(a, b) / (a * a + b * b));
 }
 
 SectionProperties properties(const Tube& s) {
@@ -138,7 +141,7 @@ SectionProperties properties(const Tube& s) {
   // (outer^2 - inner^2) as a product keeps its digits for thin walls.
   const double area = kPi * s.wall_thickness * (outer + inner);
   const double second = 0.25 * area * (outer * outer + inner * inner);
-  return symmetric(area, second, second, 2 * second);
+  return symmetric(area, second, second, 2 * second, outer);
 }
 
 SectionProperties properties(const Profile& profile) {
@@ -153,7 +156,9 @@ SectionProperties properties(const Profile& profile) {
   if (result.axis_1.x() < 0 || (result.axis_1.x() == 0 && result.axis_1.y() < 0))
     result.axis_1 = -result.axis_1;
   result.centroid = moments.centroid;
-  result.torsion_constant = torsion(profile).constant;
+  const Torsion solved = torsion(profile);
+  result.torsion_constant = solved.constant;
+  result.torsion_shear = solved.shear;
   return result;
 }
 
@@ -212,6 +217,16 @@ double rectangle_torsion_constant(double width, double height) {
   }
   sum += kOddFifths - ones;
   return b * t * t * t / 3 * (1 - 192 * t / (std::pow(kPi, 5) * b) * sum);
+}
+
+double rectangle_torsion_shear(double width, double height) {
+  const double b = std::max(width, height), t = std::min(width, height);
+  // (Timoshenko and Goodier, Theory of Elasticity, sec. 109); terms fall below rounding by n = 25
+  // in squares, earlier in all else.
+  double sum = 0;
+  for (int n = 1; n * kPi * b / (2 * t) < 40; n += 2)
+    sum += 1 / (n * n * std::cosh(n * kPi * b / (2 * t)));
+  return t * (1 - 8 / (kPi * kPi) * sum);
 }
 
 }  // namespace limber::rods

@@ -135,8 +135,71 @@ double perimeter_of(const Profile& profile) {
   return sum;
 }
 
+/// Values on a panel to slopes at its start, its points and its end, over the panel's length.
+Eigen::MatrixXd slopes_on_panel(const GaussLegendre& rule) {
+  const auto n = static_cast<Eigen::Index>(rule.points.size());
+  const auto point = [&](Eigen::Index k) { return rule.points[static_cast<std::size_t>(k)]; };
+  Eigen::MatrixXd result(n + 2, n);
+  for (Eigen::Index row = 0; row < n + 2; ++row) {
+    const double x = row == 0 ? 0 : row > n ? 1 : point(row - 1);
+    for (Eigen::Index k = 0; k < n; ++k) {  // derivative of the Lagrange polynomial of point k
+      double sum = 0;
+      for (Eigen::Index m = 0; m < n; ++m) {
+        if (m == k) continue;
+        double product = 1 / (point(k) - point(m));
+        for (Eigen::Index j = 0; j < n; ++j)
+          if (j != k && j != m) product *= (x - point(j)) / (point(k) - point(j));
+        sum += product;
+      }
+      result(row, k) = sum;
+    }
+  }
+  return result;
+}
+
+/// The largest |d psi/d s + x t_y - y t_x| along the boundary: the shear there follows the outline.
+/// Ends of panels count but at corners, where the shear is zero and psi is no polynomial.
+double largest_shear(const std::vector<Side>& sides, const Nodes& nodes, const GaussLegendre& rule,
+                     const Eigen::VectorXd& psi) {
+  const auto order = static_cast<Eigen::Index>(rule.points.size());
+  const Eigen::MatrixXd slopes = slopes_on_panel(rule);
+  double largest = 0;
+  std::size_t side = 0;
+  double at = 0;  // along the side
+  for (Eigen::Index first = 0; first < psi.size(); first += order) {
+    double length = 0;
+    for (Eigen::Index k = 0; k < order; ++k)
+      length += nodes.weight[static_cast<std::size_t>(first + k)];
+    const Eigen::VectorXd slope = slopes * psi.segment(first, order) / length;
+    const Side& own = sides[side];
+    const double rotation = own.start.x() * own.along.y() - own.start.y() * own.along.x();
+    const double tiny = 1e-9 * own.length;
+    for (Eigen::Index row = 0; row < slope.size(); ++row) {
+      const bool corner =
+          (row == 0 && at <= tiny) || (row == order + 1 && at + length >= own.length - tiny);
+      if (!corner) largest = std::max(largest, std::abs(slope[row] + rotation));
+    }
+    at += length;
+    if (at >= own.length - tiny) {
+      ++side;
+      at = 0;
+    }
+  }
+  return largest;
+}
+
+bool is_convex(const std::vector<Side>& sides, const Profile& profile) {
+  if (!profile.holes.empty()) return false;
+  for (std::size_t i = 0; i < sides.size(); ++i) {
+    const Eigen::Vector2d &a = sides[i].along, &b = sides[(i + 1) % sides.size()].along;
+    if (a.x() * b.y() - a.y() * b.x() < -1e-9) return false;
+  }
+  return true;
+}
+
 struct Solved {
   double product = 0;  // boundary integral of psi d psi/d n
+  double shear = 0;    // largest on the boundary
   int unknowns = 0;
 };
 
@@ -184,7 +247,8 @@ Solved solve(const std::vector<Side>& sides, int order) {
     return result;
   };
   const Eigen::VectorXd psi = gmres(product, right, 1e-14);
-  return {(weight.array() * psi.array() * slope.array()).sum(), static_cast<int>(n)};
+  return {(weight.array() * psi.array() * slope.array()).sum(),
+          largest_shear(sides, nodes, rule, psi), static_cast<int>(n)};
 }
 
 }  // namespace
@@ -208,6 +272,7 @@ Torsion torsion(const Profile& profile) {
     result.relative_error =
         std::abs(fine.product - coarse.product) * unit / std::abs(result.constant);
     result.unknowns = fine.unknowns;
+    if (is_convex(sides, oriented)) result.shear = fine.shear * scale;
     if (result.relative_error < 1e-7) break;
   }
   if (!(result.constant > 0) || !(result.relative_error < 1e-6)) {

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <optional>
+
 #include "engine/rods/section/profile.h"
 
 namespace limber::rods {
@@ -9,6 +11,10 @@ struct Torsion {
   double constant = 0;        // [length^4]
   double relative_error = 0;  // estimate: change from the next coarser discretisation
   int unknowns = 0;           // of the finest discretisation
+  /// Largest shear strain per twist per length [length], to about a thousandth. It is found on the
+  /// boundary, at the discretisation's points; given for convex profiles only: at re-entrant
+  /// corners it has no bound.
+  std::optional<double> shear = {};
 };
 
 /// Any profile, thin or thick, with corners and holes. Solves for the warping function psi on the
