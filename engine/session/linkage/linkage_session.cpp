@@ -159,6 +159,7 @@ class LinkageSession::Impl : public std::enable_shared_from_this<LinkageSession:
         const std::lock_guard lock(mutex_);
         geometry_ = std::move(geometry);
         shape_ = std::make_shared<const LinkageShape>(live_->shape());
+        statics_ = std::make_shared<const LinkageStatics>(live_->statics());
         open = !task_.is_closed();
         if (open) state_ = State::kReady;
       }
@@ -254,6 +255,8 @@ class LinkageSession::Impl : public std::enable_shared_from_this<LinkageSession:
     result->report = outcome.reached ? outcome.report : live_->report_of_shape(outcome.report);
     result->steps = outcome.reached ? static_cast<int>(outcome.path.size()) : 0;
     result->frames = outcome.reached ? columns(outcome.path) : columns({shape_now()});
+    result->strains = outcome.reached ? columns(outcome.strains)
+                                      : columns({live_->statics().strains(live_->state())});
     hand_out(std::move(result), round);
   }
 
@@ -312,6 +315,7 @@ class LinkageSession::Impl : public std::enable_shared_from_this<LinkageSession:
   std::shared_ptr<const LinkageResult> newest_, final_;
   std::shared_ptr<const LinkageGeometry> geometry_;
   std::shared_ptr<const LinkageShape> shape_;
+  std::shared_ptr<const LinkageStatics> statics_;
 
   std::unique_ptr<LiveLinkage> live_;  // the task's
   Clock::time_point published_at_;     // the task's
@@ -360,6 +364,9 @@ std::shared_ptr<const LinkageGeometry> LinkageSession::geometry() const {
 }
 std::shared_ptr<const LinkageShape> LinkageSession::shape() const {
   return impl_->read([](const Impl& impl) { return impl.shape_; });
+}
+std::shared_ptr<const LinkageStatics> LinkageSession::statics() const {
+  return impl_->read([](const Impl& impl) { return impl.statics_; });
 }
 Eigen::VectorXf LinkageSession::surface(
     const Eigen::Ref<const Eigen::VectorXf>& coordinates) const {

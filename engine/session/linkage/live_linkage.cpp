@@ -30,6 +30,7 @@ double extent_of(const rods::LinkageGraph& graph) {
 LiveLinkage::LiveLinkage(const scene::Linkage& linkage)
     : mapped_(map_linkage(linkage)),
       shape_(mapped_, linkage),
+      statics_(mapped_, linkage),
       length_unit_(linkage.length_unit_in_metres),
       extent_(extent_of(mapped_.model.graph())),
       equilibrium_(mapped_.model),
@@ -56,6 +57,11 @@ double LiveLinkage::share_of_step(const rods::Conditions& wanted) const {
   return 1 / std::min(steps, kMostSteps);
 }
 
+void LiveLinkage::note_step(const rods::LinkageState& state, Outcome& outcome) const {
+  outcome.path.push_back(shape_.coordinates(mapped_.model, state));
+  outcome.strains.push_back(statics_.strains(state));
+}
+
 /// Step by step.
 void LiveLinkage::lead(const rods::Conditions& wanted, double step, const JobContext& job,
                        const OnIterate& on_iterate, Outcome& outcome) {
@@ -65,7 +71,7 @@ void LiveLinkage::lead(const rods::Conditions& wanted, double step, const JobCon
   const rods::DeploymentReport report =
       rods::deploy(equilibrium_, state_, held_, wanted, options, job,
                    [&](const rods::DeploymentStep&, const rods::LinkageState& state) {
-                     outcome.path.push_back(shape_.coordinates(mapped_.model, state));
+                     note_step(state, outcome);
                      on_iterate();
                    });
   EquilibriumReport& sum = outcome.report;
@@ -106,7 +112,7 @@ LiveLinkage::Outcome LiveLinkage::solve(const scene::LinkageConditions& conditio
           iterate_ = nullptr;
         });
     outcome.reached = outcome.report.converged();
-    if (outcome.reached) outcome.path.push_back(shape_.coordinates(mapped_.model, state_));
+    if (outcome.reached) note_step(state_, outcome);
   }
   const bool cancelled = outcome.report.status == EquilibriumStatus::kCancelled;
   if (!outcome.reached && !cancelled) {

@@ -7,6 +7,7 @@
 #include "engine/rods/equilibrium/deployment.h"
 #include "engine/session/linkage/linkage_mapping.h"
 #include "engine/session/linkage/linkage_shape.h"
+#include "engine/session/linkage/linkage_statics.h"
 
 namespace limber::session {
 
@@ -19,6 +20,7 @@ class LiveLinkage {
 
   [[nodiscard]] const rods::LinkageModel& model() const { return mapped_.model; }
   [[nodiscard]] const LinkageShape& shape() const { return shape_; }
+  [[nodiscard]] const LinkageStatics& statics() const { return statics_; }
   /// The shape now: of the last iterate.
   [[nodiscard]] const rods::LinkageState& state() const { return iterate_ ? *iterate_ : state_; }
 
@@ -28,6 +30,7 @@ class LiveLinkage {
     int jumps = 0;                   // to other branches, on the way
     std::vector<Eigen::VectorXf>
         path;  // coordinates of the equilibria on the way, the last included
+    std::vector<Eigen::VectorXf> strains;  // of the same shapes, see LinkageStatics
   };
   /// Called now and then with a shape on the way: no equilibrium yet.
   using OnIterate = std::function<void()>;
@@ -46,11 +49,13 @@ class LiveLinkage {
 
  private:
   [[nodiscard]] double share_of_step(const rods::Conditions& wanted) const;
+  void note_step(const rods::LinkageState& state, Outcome& outcome) const;
   void lead(const rods::Conditions& wanted, double step, const JobContext& job,
             const OnIterate& on_iterate, Outcome& outcome);
 
   MappedLinkage mapped_;
   LinkageShape shape_;
+  LinkageStatics statics_;
   double length_unit_, extent_;
   rods::LinkageEquilibrium equilibrium_;
   rods::LinkageState state_, good_;
