@@ -139,22 +139,6 @@ void SessionRecord::take_ended_jobs(std::vector<JobId>& jobs) {
     jobs.push_back(*std::exchange(later_job_, std::nullopt));
 }
 
-void SessionRecord::begin_export(std::shared_ptr<const session::Result> result) {
-  constexpr std::size_t kExportsAtOnce = 4;
-  const std::lock_guard lock(mutex_);
-  std::erase(exports_, result);
-  exports_.push_back(std::move(result));
-  if (exports_.size() > kExportsAtOnce) exports_.pop_front();
-}
-
-std::shared_ptr<const session::Result> SessionRecord::exported(std::uint64_t sequence) const {
-  const std::lock_guard lock(mutex_);
-  for (auto it = exports_.rbegin(); it != exports_.rend(); ++it) {
-    if (sequence == 0 || (*it)->sequence == sequence) return *it;
-  }
-  throw Error(ErrorCode::kFailedPrecondition, "result_sequence", "begin the export with part 0");
-}
-
 void SessionRecord::on_result(const std::shared_ptr<const session::Result>& result) {
   note_result(std::make_shared<proto::ResultInfo>(encode_result(*result, opened_.length_unit)),
               [&]() -> std::shared_ptr<const FrameSource> {
