@@ -121,7 +121,10 @@ void check(const PlusSection& s) {
                std::min(s.width, s.height));
 }
 
-void check(const Profile& profile) { profile.validate(); }
+void check(const Profile& profile) {
+  profile.validate();
+  demand_torsion_size(profile);
+}
 
 SectionProperties properties(const Rectangle& s) {
   const double area = s.width * s.height;

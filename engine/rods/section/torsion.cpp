@@ -203,19 +203,24 @@ struct Solved {
   int unknowns = 0;
 };
 
-Solved solve(const std::vector<Side>& sides, int order) {
-  const GaussLegendre rule = gauss_legendre(order);
+Nodes place_nodes(const std::vector<Side>& sides, const GaussLegendre& rule) {
   Nodes nodes;
   for (std::size_t i = 0; i < sides.size(); ++i)
     add_panels(sides, i, 0, sides[i].length, rule, nodes);
-  const auto n = static_cast<Eigen::Index>(nodes.point.size());
-  constexpr Eigen::Index kMostNodes = 8000;  // 512 MB of matrix
-  if (n > kMostNodes) {
+  constexpr std::size_t kMostNodes = 8000;  // 512 MB of matrix
+  if (nodes.point.size() > kMostNodes) {
     throw Error(ErrorCode::kLimitExceeded, "section.outline",
                 fmt::format("the torsion problem of this section needs {} points, more than {}: "
                             "too many vertices or walls too thin",
-                            n, kMostNodes));
+                            nodes.point.size(), kMostNodes));
   }
+  return nodes;
+}
+
+Solved solve(const std::vector<Side>& sides, int order) {
+  const GaussLegendre rule = gauss_legendre(order);
+  const Nodes nodes = place_nodes(sides, rule);
+  const auto n = static_cast<Eigen::Index>(nodes.point.size());
   // sum_j k_ij (psi_j - psi_i) + mean psi = single layer: constants are solutions of the
   // homogeneous equation, also of this discretisation, and the mean picks one.
   using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
@@ -251,7 +256,24 @@ Solved solve(const std::vector<Side>& sides, int order) {
           largest_shear(sides, nodes, rule, psi), static_cast<int>(n)};
 }
 
+constexpr int kCoarseOrder = 5, kFineOrder = 7;
+
+/// What corners may miss of J at the first attempt, over scale^4: less for thin sections, whose J
+/// is far below I_p. 16 A / L^2 is one for a square.
+double first_miss(const Profile& oriented, const AreaMoments& moments) {
+  const double thinness = 16 * moments.area / std::pow(perimeter_of(oriented), 2);
+  return 1e-9 * thinness * thinness;
+}
+
 }  // namespace
+
+void demand_torsion_size(const Profile& profile) {
+  const Profile oriented = profile.oriented();
+  const AreaMoments moments = area_moments(oriented);
+  (void)place_nodes(
+      sides_of(oriented, moments, std::sqrt(moments.area), first_miss(oriented, moments)),
+      gauss_legendre(kFineOrder));
+}
 
 Torsion torsion(const Profile& profile) {
   profile.validate();
@@ -261,13 +283,10 @@ Torsion torsion(const Profile& profile) {
   const double scale = std::sqrt(moments.area);
   const double unit = std::pow(scale, 4);
   Torsion result;
-  // Thin sections have a J far below I_p: what corners may miss of it is less there. 16 A / L^2 is
-  // one for a square.
-  const double thinness = 16 * moments.area / std::pow(perimeter_of(oriented), 2);
-  double missed = 1e-9 * thinness * thinness;
+  double missed = first_miss(oriented, moments);
   for (int attempt = 0; attempt < 3; ++attempt, missed *= 1e-3) {
     const std::vector<Side> sides = sides_of(oriented, moments, scale, missed);
-    const Solved coarse = solve(sides, 5), fine = solve(sides, 7);
+    const Solved coarse = solve(sides, kCoarseOrder), fine = solve(sides, kFineOrder);
     result.constant = polar - unit * fine.product;
     result.relative_error =
         std::abs(fine.product - coarse.product) * unit / std::abs(result.constant);

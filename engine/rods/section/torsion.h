@@ -17,6 +17,11 @@ struct Torsion {
   std::optional<double> shear = {};
 };
 
+/// Whether `torsion` would be too large a problem, without solving it.
+/// @pre the profile is valid
+/// @throws Error{kLimitExceeded, "section.outline"}
+void demand_torsion_size(const Profile& profile);
+
 /// Any profile, thin or thick, with corners and holes. Solves for the warping function psi on the
 /// boundary,
 ///   laplace psi = 0, d psi/d n = y n_x - x n_y, J = I_p - boundary integral of psi d psi/d n,

@@ -8,7 +8,6 @@
 namespace limber::session {
 namespace {
 
-using rods::RodField;
 using scene::formats::JsonWriter;
 
 constexpr double kDegree = 3.14159265358979323846 / 180;

@@ -55,6 +55,23 @@ TEST(Torsion, AgreesWithTheSeriesOfRectangles) {
   }
 }
 
+TEST(Section, ProfilesTooFineForTheirTorsionAreKnownBefore) {
+  Profile gear;
+  for (int i = 0; i < 300; ++i) {
+    const double radius = 1 + 0.3 * std::cos(kPi * i / 30), angle = kPi * i / 150;
+    gear.outline.emplace_back(radius * std::cos(angle), radius * std::sin(angle));
+  }
+  for (const bool solved : {false, true}) {
+    try {
+      solved ? (void)torsion(gear) : validate(gear);
+      ADD_FAILURE() << solved;
+    } catch (const Error& error) {
+      EXPECT_EQ(error.code(), ErrorCode::kLimitExceeded);
+      EXPECT_EQ(error.field(), "section.outline");
+    }
+  }
+}
+
 TEST(Torsion, ShearOfConvexProfiles) {
   for (const double ratio : {1.0, 1.7, 4.0, 20.0}) {
     const auto shear = torsion(rectangle_profile(ratio, 1, 0.7)).shear;
