@@ -125,10 +125,14 @@ void print_result(const Context& context, const v1::ResultInfo& result, std::uin
   if (context.json) {
     print_json(result);
   } else {
-    fmt::print("{:>8}  {:>8}  {:<15}  {:>12.6g}  {:>10.3g}  {:>9.2f}{}\n", result.revision(),
-               result.sequence(), status_words(result), result.total_energy(),
-               result.max_constraint_error(), result.since_edit_ms(),
-               missed > 0 ? fmt::format("  ({} missed)", missed) : "");
+    // On the way to its equilibrium, a linkage's energy is not told.
+    const bool linkage = result.has_linkage();
+    const std::string energy =
+        linkage && !result.converged() ? "-" : fmt::format("{:.6g}", result.total_energy());
+    fmt::print("{:>8}  {:>8}  {:<15}  {:>12}  {:>10.5g}  {:>9.2f}{}\n", result.revision(),
+               result.sequence(), status_words(result), energy,
+               linkage ? result.linkage().mean_angle_degrees() : result.max_constraint_error(),
+               result.since_edit_ms(), missed > 0 ? fmt::format("  ({} missed)", missed) : "");
   }
   std::fflush(stdout);
 }
@@ -161,7 +165,7 @@ void watch(Context& context, const WatchOptions& options) {
   const auto snapshot = context.client().call(request).status();
   if (!context.json)
     fmt::print("{:>8}  {:>8}  {:<15}  {:>12}  {:>10}  {:>9}\n", "revision", "result", "status",
-               "energy", "error", "ms");
+               "energy", snapshot.segments() > 0 ? "mean angle" : "error", "ms");
   std::uint64_t shown = 0;
   std::uint64_t newest = 0;
   if (snapshot.has_result()) {

@@ -350,6 +350,11 @@ def test_commands(cli, server, tmp_path):
     done("frames", "g", "--out", tmp_path / "g.npy", "--final")
     motion = np.load(tmp_path / "g.npy")
     assert motion.shape[1:] == (144 * 11 * 4, 3) and np.isfinite(motion).all()
+    listed = done("list")
+    assert "144 segments, " in listed and "1 targets" in listed and "mean angle" in listed
+    watched = done("watch", "g", "--count", 1).splitlines()
+    assert "mean angle" in watched[0] and float(watched[1].split()[-2]) == pytest.approx(
+        server.session("g").wait().mean_angle, abs=0.01)
     assert " files in " in done("export", "g", "--format", "vtp", "obj", "json", "scene", "--out", tmp_path / "files")
     assert len(list((tmp_path / "files").glob("motion_*.vtp"))) == len(motion)
     assert "error" not in done("validate", tmp_path / "files" / "motion.json")
