@@ -5,6 +5,8 @@
 #include <cstddef>
 #include <limits>
 
+#include "clients/cli/export_formats.h"
+
 namespace limber::cli {
 namespace {
 
@@ -12,9 +14,7 @@ bool is_digit(char c) { return std::isdigit(static_cast<unsigned char>(c)) != 0;
 
 bool is_node(const std::string& word) { return std::all_of(word.begin(), word.end(), is_digit); }
 
-bool is_format(const std::string& word) {
-  return word == "pvd" || word == "pc2" || word == "scene";
-}
+bool is_format(const std::string& word) { return kExportFormats.count(word) > 0; }
 
 bool is_option(const std::string& word) {
   return word.size() > 1 && word[0] == '-' && !is_digit(word[1]) && word[1] != '.';

@@ -17,6 +17,14 @@
 
 namespace limber::cli {
 
+v1::Vector3 vector(const std::vector<double>& values) {
+  v1::Vector3 message;
+  message.set_x(values.at(0));
+  message.set_y(values.at(1));
+  message.set_z(values.at(2));
+  return message;
+}
+
 v1::EditResponse send(Context& context, const std::string& session,
                       const std::vector<v1::Edit>& edits) {
   v1::EditRequest request;
@@ -51,14 +59,6 @@ struct ConstraintOptions {
   std::optional<double> weight;
   bool exact = false;
 };
-
-v1::Vector3 vector(const std::vector<double>& values) {
-  v1::Vector3 message;
-  message.set_x(values.at(0));
-  message.set_y(values.at(1));
-  message.set_z(values.at(2));
-  return message;
-}
 
 v1::Constraint constraint(const ConstraintOptions& options) {
   v1::Constraint message;

@@ -8,6 +8,8 @@
 
 namespace limber::cli {
 
+/// Of three numbers: x, y, z.
+[[nodiscard]] v1::Vector3 vector(const std::vector<double>& values);
 /// Edits of one request: one revision. @throws ClientError
 [[nodiscard]] v1::EditResponse send(Context& context, const std::string& session,
                                     const std::vector<v1::Edit>& edits);

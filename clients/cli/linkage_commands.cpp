@@ -16,14 +16,6 @@ void add_session(CLI::App& command, std::string& session) {
   command.add_option("session", session, "Session of a rod linkage")->required();
 }
 
-v1::Vector3 vector(const std::vector<double>& values) {
-  v1::Vector3 message;
-  message.set_x(values.at(0));
-  message.set_y(values.at(1));
-  message.set_z(values.at(2));
-  return message;
-}
-
 void add_deploy(CLI::App& app, Context& context) {
   struct Options {
     std::string session;

@@ -6,6 +6,7 @@
 #include <set>
 
 #include "clients/cli/context.h"
+#include "clients/cli/export_formats.h"
 #include "clients/cli/print.h"
 #include "clients/cpp/frames.h"
 #include "clients/cpp/scene_files.h"
@@ -77,9 +78,6 @@ struct ExportOptions {
 };
 
 void export_files(Context& context, const ExportOptions& options) {
-  const std::map<std::string, v1::ExportFormat> formats = {{"pvd", v1::EXPORT_FORMAT_PVD},
-                                                           {"pc2", v1::EXPORT_FORMAT_PC2},
-                                                           {"scene", v1::EXPORT_FORMAT_SCENE}};
   std::set<std::string> written;
   {
     ProgressBar bar;
@@ -90,7 +88,7 @@ void export_files(Context& context, const ExportOptions& options) {
       for (; part < count; ++part) {
         v1::ExportRequest request;
         request.set_session(options.session);
-        request.set_format(formats.at(format));
+        request.set_format(kExportFormats.at(format));
         request.set_stem(options.stem);
         request.set_part(part);
         if (part > 0) request.set_result_sequence(result_sequence);
@@ -113,7 +111,8 @@ void export_files(Context& context, const ExportOptions& options) {
   }
   fmt::print("{} files in {}\n", written.size(), options.out);
   for (const auto& file : written)
-    if (!file.ends_with(".vtu") || written.size() < 8) fmt::print("  {}\n", file);
+    if (!(file.ends_with(".vtu") || file.ends_with(".vtp")) || written.size() < 8)
+      fmt::print("  {}\n", file);
 }
 
 struct WatchOptions {
@@ -126,10 +125,14 @@ void print_result(const Context& context, const v1::ResultInfo& result, std::uin
   if (context.json) {
     print_json(result);
   } else {
-    fmt::print("{:>8}  {:>8}  {:<15}  {:>12.6g}  {:>10.3g}  {:>9.2f}{}\n", result.revision(),
-               result.sequence(), status_words(result), result.total_energy(),
-               result.max_constraint_error(), result.since_edit_ms(),
-               missed > 0 ? fmt::format("  ({} missed)", missed) : "");
+    // On the way to its equilibrium, a linkage's energy is not told.
+    const bool linkage = result.has_linkage();
+    const std::string energy =
+        linkage && !result.converged() ? "-" : fmt::format("{:.6g}", result.total_energy());
+    fmt::print("{:>8}  {:>8}  {:<15}  {:>12}  {:>10.5g}  {:>9.2f}{}\n", result.revision(),
+               result.sequence(), status_words(result), energy,
+               linkage ? result.linkage().mean_angle_degrees() : result.max_constraint_error(),
+               result.since_edit_ms(), missed > 0 ? fmt::format("  ({} missed)", missed) : "");
   }
   std::fflush(stdout);
 }
@@ -162,7 +165,7 @@ void watch(Context& context, const WatchOptions& options) {
   const auto snapshot = context.client().call(request).status();
   if (!context.json)
     fmt::print("{:>8}  {:>8}  {:<15}  {:>12}  {:>10}  {:>9}\n", "revision", "result", "status",
-               "energy", "error", "ms");
+               "energy", snapshot.segments() > 0 ? "mean angle" : "error", "ms");
   std::uint64_t shown = 0;
   std::uint64_t newest = 0;
   if (snapshot.has_result()) {
@@ -229,18 +232,22 @@ void add_result_commands(CLI::App& app, Context& context) {
   command->callback([&context, frame_options] { frames(context, *frame_options); });
 
   auto export_options = std::make_shared<ExportOptions>();
-  command =
-      subcommand(app, "export",
-                 "Write files for ParaView (pvd), Blender (pc2), or the scene as edited (scene)",
-                 "limber export flower --format pvd pc2 --out motion");
+  command = subcommand(
+      app, "export",
+      "Write files: of bodies for ParaView (pvd) or Blender (pc2), of rod linkages with what "
+      "they carry (vtp, json) or their shape (obj), of both the scene as edited (scene)",
+      "limber export flower --format pvd pc2 --out motion\n"
+      "  limber export shelter --format vtp obj json --out shape");
   command->add_option("session", export_options->session, "Session")->required();
   command
-      ->add_option("--format", export_options->formats,
-                   "pvd: a .vtu per frame and a .pvd; pc2: a .pc2 beside an .obj; scene: the scene "
-                   "as edited; "
-                   "several are possible")
+      ->add_option(
+          "--format", export_options->formats,
+          "pvd: a .vtu per frame and a .pvd; pc2: a .pc2 beside an .obj; vtp: a .vtp per step "
+          "with forces and stresses and a .pvd; obj: centrelines and swept surface; json: "
+          "joints and segments with curvatures, forces, stresses; scene: the scene as edited; "
+          "several are possible")
       ->required()
-      ->check(CLI::IsMember({"pvd", "pc2", "scene"}));
+      ->check(CLI::IsMember(kExportFormats));
   command->add_option("-o,--out", export_options->out, "Folder")->capture_default_str();
   command->add_option("--stem", export_options->stem, "File name without its ending")
       ->capture_default_str();

@@ -15,17 +15,24 @@ using client::Milliseconds;
 void list(Context& context) {
   const auto response = context.client().call(v1::ListSessionsRequest{});
   if (context.json) return print_json(response);
-  Table table({"session", "name", "state", "tets", "frames", "constraints", "revision", "solved",
-               "energy"});
+  Table table({"session", "name", "state", "size", "conditions", "revision", "solved", "energy",
+               "mean angle"});
   for (const auto& s : response.sessions()) {
     const std::string solved = s.has_result() ? fmt::format("{}{}", s.result().revision(),
                                                             s.result().converged() ? "" : "+")
                                               : "-";
     const std::string energy =
         s.has_result() ? fmt::format("{:.4g}", s.result().total_energy()) : "-";
-    table.add({s.session(), s.name(), state_words(s.state()), std::to_string(s.tets()),
-               std::to_string(s.frames()), std::to_string(s.constraints()),
-               std::to_string(s.revision()), solved, energy});
+    const bool linkage = s.segments() > 0;
+    const std::string angle = s.result().has_linkage()
+                                  ? fmt::format("{:.2f}", s.result().linkage().mean_angle_degrees())
+                                  : "-";
+    table.add({s.session(), s.name(), state_words(s.state()),
+               linkage ? fmt::format("{} segments, {} joints", s.segments(), s.joints())
+                       : fmt::format("{} tets, {} frames", s.tets(), s.frames()),
+               linkage ? fmt::format("{} targets", s.targets())
+                       : fmt::format("{} constraints", s.constraints()),
+               std::to_string(s.revision()), solved, energy, angle});
   }
   fmt::print("{}", table.text());
 }

@@ -54,7 +54,7 @@ proto::GetFramesResponse Service::get_computed_frames(
 
 proto::ExportResponse Service::export_computed_part(const proto::ExportRequest& request) const {
   if (!request.session().empty()) throw invalid("job", "give either a session or a job");
-  if (request.format() == proto::EXPORT_FORMAT_UNSPECIFIED) throw invalid("format", "unspecified");
+  demand_body_format(request.format());
   return export_computed(hub_.jobs.motion(request.job()), request.format(),
                          checked_stem(request.stem()), request.part());
 }

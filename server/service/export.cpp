@@ -32,6 +32,19 @@ void add_file(proto::ExportResponse& response, std::string name, std::string con
 
 }  // namespace
 
+void demand_body_format(proto::ExportFormat format) {
+  switch (format) {
+    case proto::EXPORT_FORMAT_PVD:
+    case proto::EXPORT_FORMAT_PC2:
+    case proto::EXPORT_FORMAT_SCENE:
+      return;
+    case proto::EXPORT_FORMAT_UNSPECIFIED:
+      throw invalid("format", "unspecified");
+    default:
+      throw invalid("format", "an elastic body is exported as PVD, PC2 or SCENE");
+  }
+}
+
 std::string checked_stem(const std::string& stem) {
   if (stem.empty()) return "motion";
   const bool good = stem.size() <= 128 && stem.front() != '.' &&

@@ -43,6 +43,9 @@ struct MotionExport {
     const std::shared_ptr<const ComputedMotion>& motion, proto::ExportFormat format,
     const std::string& stem, std::uint32_t part);
 
+/// @throws Refusal unless it is a format of bodies
+void demand_body_format(proto::ExportFormat format);
+
 /// @param stem  empty: "motion". @throws Refusal unless it is made of [A-Za-z0-9._-] and starts
 /// with no dot
 [[nodiscard]] std::string checked_stem(const std::string& stem);

@@ -6,21 +6,11 @@
 #include "server/codec/result.h"
 #include "server/codec/scene.h"
 #include "server/service/export.h"
+#include "server/service/linkage_export.h"
 #include "server/service/service.h"
 #include "server/service/session_record.h"
 
 namespace limber::server {
-namespace {
-
-std::shared_ptr<const session::Geometry> geometry_of(const session::Session& session) {
-  auto geometry = session.geometry();
-  if (!geometry)
-    throw Error(ErrorCode::kFailedPrecondition, "session", "the model is not built yet");
-  return geometry;
-}
-
-}  // namespace
-
 proto::GetGeometryResponse Service::get_geometry(const proto::GetGeometryRequest& request) const {
   return sessions_.find(request.session())->geometry(request.known_basis_hash());
 }
@@ -54,10 +44,13 @@ proto::GetFramesResponse Service::get_frames(const proto::GetFramesRequest& requ
 
 proto::ExportResponse Service::export_part(const proto::ExportRequest& request) const {
   if (request.job() != 0) return export_computed_part(request);
+  const auto found = sessions_.find(request.session());
+  if (const auto linkage = std::dynamic_pointer_cast<LinkageRecord>(found))
+    return export_linkage(*linkage, request);
   const auto record = find_body(request.session(), "export of files");
   const auto session = record->session();
   const std::string stem = checked_stem(request.stem());
-  if (request.format() == proto::EXPORT_FORMAT_UNSPECIFIED) throw invalid("format", "unspecified");
+  demand_body_format(request.format());
   if (request.format() == proto::EXPORT_FORMAT_SCENE) {
     if (request.part() > 0)
       throw Refusal(proto::ERROR_CODE_OUT_OF_RANGE, "part", "a scene has one part");
@@ -67,9 +60,9 @@ proto::ExportResponse Service::export_part(const proto::ExportRequest& request) 
   if (request.part() == 0) {
     auto newest = session->newest_result();
     if (!newest) throw Error(ErrorCode::kFailedPrecondition, "session", "there is no result yet");
-    record->begin_export(std::move(newest));
+    record->exports().begin(std::move(newest));
   }
-  const auto result = record->exported(request.part() == 0 ? 0 : request.result_sequence());
+  const auto result = record->exports().find(request.part() == 0 ? 0 : request.result_sequence());
   const double fps = session->scene().dynamics.frames_per_second;
   const auto positions = [&](int first, int count) {
     return session->positions(*result, first, count);

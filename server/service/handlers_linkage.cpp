@@ -14,7 +14,7 @@ namespace limber::server {
 namespace {
 
 LinkageRecord::Opened describe(const std::string& id, const proto::Scene& message,
-                               const scene::Linkage& linkage, const LinkageSizes& sizes) {
+                               const scene::Linkage& linkage, const session::LinkageCheck& sizes) {
   const auto& lines = message.linkage().lines();
   return {id,
           linkage.name,
@@ -36,8 +36,8 @@ proto::OpenSessionResponse Service::open_linkage(const proto::OpenSessionRequest
   const proto::Scene& message = request.scene();
   const auto name = sessions_.reserve(request.session());
   scene::Linkage linkage = decode_linkage(message, "scene.", line_loader());
-  const LinkageSizes sizes = with_linkage_fields(
-      message, "scene.", [&] { return check_linkage(linkage, hub_.options.limits.session_bytes); });
+  const session::LinkageCheck sizes = check_linkage(linkage, hub_.options.limits.session_bytes);
+  with_linkage_fields(message, "scene.", [&] { session::demand_sound(sizes); });
   const std::string id = name->name();
   const JobId job = start_open_job(id);
   JobGuard guard(hub_.jobs, job);

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "engine/session/linkage/linkage_session.h"
+#include "server/service/export_book.h"
 #include "server/service/record.h"
 
 namespace limber::server {
@@ -26,6 +27,8 @@ class LinkageRecord final : public Record, public session::LinkageListener {
   [[nodiscard]] std::shared_ptr<session::LinkageSession> session() const;
 
   [[nodiscard]] const Opened& opened() const { return opened_; }
+  /// What exports are made of: final results.
+  [[nodiscard]] ExportBook<session::LinkageResult>& exports() { return exports_; }
   [[nodiscard]] const char* subject() const override { return "a rod linkage"; }
   [[nodiscard]] std::shared_ptr<const FrameSource> frames(bool final_only) const override;
   [[nodiscard]] proto::GetGeometryResponse geometry(
@@ -45,6 +48,7 @@ class LinkageRecord final : public Record, public session::LinkageListener {
   [[nodiscard]] bool is_attached() const override { return session_ != nullptr; }
 
   const Opened opened_;
+  ExportBook<session::LinkageResult> exports_;
 
   // Under the lock:
   std::shared_ptr<session::LinkageSession> session_;

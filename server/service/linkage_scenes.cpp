@@ -5,7 +5,6 @@
 
 #include "engine/scene/formats/line_formats.h"
 #include "engine/scene/samples/linkage_samples.h"
-#include "engine/session/linkage/linkage_mapping.h"
 #include "server/codec/faults.h"
 
 namespace limber::server {
@@ -58,21 +57,14 @@ proto::Scene linkage_sample_scene(const std::string& name) {
   return message;
 }
 
-LinkageSizes check_linkage(const scene::Linkage& linkage, std::uint64_t session_bytes) {
+session::LinkageCheck check_linkage(const scene::Linkage& linkage, std::uint64_t session_bytes) {
   const auto edges = static_cast<std::uint64_t>(linkage.lines.edge_count()) *
                      static_cast<std::uint64_t>(linkage.edges_per_segment);
   if (session_bytes > 0 && edges * kBytesPerEdge > session_bytes) {
     throw limit_exceeded("scene", "estimated bytes of the session", session_bytes,
                          edges * kBytesPerEdge);
   }
-  const session::MappedLinkage mapped = session::map_linkage(linkage);
-  const auto& graph = mapped.model.graph();
-  const LinkageSizes sizes{static_cast<int>(graph.joints.size()),
-                           static_cast<int>(graph.segments.size())};
-  const auto issues = scene::validate(linkage.conditions, sizes.joints, sizes.segments);
-  if (!issues.empty())
-    throw Error(issues[0].code, "conditions." + issues[0].field, issues[0].message);
-  return sizes;
+  return session::check_linkage(linkage);
 }
 
 std::vector<proto::Issue> linkage_issues(const proto::Scene& message, const std::string& prefix,
@@ -81,7 +73,12 @@ std::vector<proto::Issue> linkage_issues(const proto::Scene& message, const std:
   Faults faults(Faults::Mode::kCollect);
   faults.try_to([&] {
     const scene::Linkage linkage = decode_linkage(message, prefix, load_lines);
-    with_linkage_fields(message, prefix, [&] { return check_linkage(linkage, session_bytes); });
+    const auto check = check_linkage(linkage, session_bytes);
+    faults.try_each(prefix + "linkage", static_cast<int>(check.issues.size()), [&](int i) {
+      const scene::Issue& issue = check.issues[static_cast<std::size_t>(i)];
+      with_linkage_fields(message, prefix,
+                          [&] { throw Error(issue.code, issue.field, issue.message); });
+    });
   });
   std::vector<proto::Issue> issues;
   for (const auto& fault : faults.found()) {

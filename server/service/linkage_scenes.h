@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "engine/session/linkage/linkage_mapping.h"
 #include "limber/v1/scene.pb.h"
 #include "server/codec/linkage.h"
 
@@ -19,15 +20,11 @@ namespace limber::server {
     std::function<std::filesystem::path(const std::string& path, const std::string& field)>
         resolve);
 
-struct LinkageSizes {
-  int joints = 0, segments = 0;
-};
-/// Everything that opening a linkage would be refused for, as far as it can be told without solving
-/// it: builds its model once.
+/// All that opening a linkage is refused for: `session::check_linkage`, after a look at its size.
 /// @param session_bytes  a session may take, estimated; 0: no limit
-/// @throws Error with a field of the linkage; Refusal LIMIT_EXCEEDED naming "scene"
-[[nodiscard]] LinkageSizes check_linkage(const scene::Linkage& linkage,
-                                         std::uint64_t session_bytes);
+/// @throws Refusal LIMIT_EXCEEDED naming "scene"
+[[nodiscard]] session::LinkageCheck check_linkage(const scene::Linkage& linkage,
+                                                  std::uint64_t session_bytes);
 
 /// Runs `call`; the fields of its errors become those of the message, below `prefix`.
 template <class Call>
@@ -41,7 +38,7 @@ auto with_linkage_fields(const proto::Scene& message, const std::string& prefix,
   }
 }
 
-/// What is wrong with a scene of a linkage: nothing, or what opening it is refused with.
+/// All that is wrong with a scene of a linkage; the first is what opening it is refused with.
 [[nodiscard]] std::vector<proto::Issue> linkage_issues(const proto::Scene& message,
                                                        const std::string& prefix,
                                                        const LineLoader& load_lines,

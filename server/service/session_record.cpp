@@ -11,7 +11,6 @@
 #include "server/service/memory_estimate.h"
 
 namespace limber::server {
-namespace {
 
 std::shared_ptr<const session::Geometry> geometry_of(const session::Session& session) {
   auto geometry = session.geometry();
@@ -19,8 +18,6 @@ std::shared_ptr<const session::Geometry> geometry_of(const session::Session& ses
     throw Error(ErrorCode::kFailedPrecondition, "session", "the model is not built yet");
   return geometry;
 }
-
-}  // namespace
 
 SessionRecord::SessionRecord(Hub& hub, Opened opened, JobId open_job)
     : Record(hub, opened.id, opened.name, open_job), opened_(std::move(opened)) {}
@@ -140,22 +137,6 @@ void SessionRecord::expect_cold(JobId job) {
 void SessionRecord::take_ended_jobs(std::vector<JobId>& jobs) {
   if (later_job_ && newest_->cold_request >= *later_job_)
     jobs.push_back(*std::exchange(later_job_, std::nullopt));
-}
-
-void SessionRecord::begin_export(std::shared_ptr<const session::Result> result) {
-  constexpr std::size_t kExportsAtOnce = 4;
-  const std::lock_guard lock(mutex_);
-  std::erase(exports_, result);
-  exports_.push_back(std::move(result));
-  if (exports_.size() > kExportsAtOnce) exports_.pop_front();
-}
-
-std::shared_ptr<const session::Result> SessionRecord::exported(std::uint64_t sequence) const {
-  const std::lock_guard lock(mutex_);
-  for (auto it = exports_.rbegin(); it != exports_.rend(); ++it) {
-    if (sequence == 0 || (*it)->sequence == sequence) return *it;
-  }
-  throw Error(ErrorCode::kFailedPrecondition, "result_sequence", "begin the export with part 0");
 }
 
 void SessionRecord::on_result(const std::shared_ptr<const session::Result>& result) {

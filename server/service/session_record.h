@@ -1,14 +1,17 @@
 #pragma once
 
-#include <deque>
 #include <memory>
 #include <optional>
 #include <string>
 
 #include "engine/session/session.h"
+#include "server/service/export_book.h"
 #include "server/service/record.h"
 
 namespace limber::server {
+
+/// @throws Error{kFailedPrecondition} until the session's model is built
+[[nodiscard]] std::shared_ptr<const session::Geometry> geometry_of(const session::Session& session);
 
 /// The record of a session of an elastic body, and the session's listener.
 class SessionRecord final : public Record, public session::Listener {
@@ -44,11 +47,8 @@ class SessionRecord final : public Record, public session::Listener {
 
   /// The final result that contains `solve_cold(job)` ends this job.
   void expect_cold(JobId job);
-  /// The result that an export is made of, kept so that all its parts agree.
-  /// @param sequence  of an export begun before, 0 for the newest of those; @throws
-  /// Error{kFailedPrecondition}
-  [[nodiscard]] std::shared_ptr<const session::Result> exported(std::uint64_t sequence) const;
-  void begin_export(std::shared_ptr<const session::Result> result);
+  /// What exports are made of.
+  [[nodiscard]] ExportBook<session::Result>& exports() { return exports_; }
 
   void stop_work() override { session()->cancel(); }
   void close_session() override;
@@ -66,13 +66,13 @@ class SessionRecord final : public Record, public session::Listener {
   void take_ended_jobs(std::vector<JobId>& jobs) override;
 
   const Opened opened_;
+  ExportBook<session::Result> exports_;
 
   // Under the lock:
   std::shared_ptr<session::Session> session_;
   std::shared_ptr<const session::Geometry> geometry_;  // once the model is adopted
   std::shared_ptr<const session::Result> newest_;
   std::size_t constraints_ = 0;
-  std::deque<std::shared_ptr<const session::Result>> exports_;  // newest last
   std::optional<proto::ModelInfo> model_;
 };
 

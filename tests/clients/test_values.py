@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from limber import arrays, edits, scenes, server
 from limber.launching import find_binary
-from limber.session import write_exported
+from limber.exports import write_exported
 from limber.v1 import common_pb2 as common
 from limber.v1 import scene_pb2 as scene_messages
 from limber.v1 import service_pb2 as service

@@ -1,10 +1,12 @@
 """Rod linkages through the Python package and a real limberd."""
 
+import json
 import os
 import signal
 import subprocess
 import sys
 import time
+from xml.etree import ElementTree
 
 import limber
 import numpy as np
@@ -243,7 +245,7 @@ def test_what_only_bodies_or_only_linkages_have_is_refused(server, linkage):
     assert refusal(lambda: call("solve_cold", service.SolveColdRequest(session=linkage.id))) == (
         "FAILED_PRECONDITION", "session")
     export = service.ExportRequest(session=linkage.id, format=service.EXPORT_FORMAT_PC2)
-    assert refusal(lambda: call("export", export)) == ("FAILED_PRECONDITION", "session")
+    assert refusal(lambda: call("export", export)) == ("INVALID_ARGUMENT", "format")
     body = server.open(small_scene(), progress=False)
     edit = service.Edit(set_mean_angle=service.SetMeanAngle(angle_degrees=10))
     assert refusal(lambda: body.edit([edit])) == ("INVALID_ARGUMENT", "edits[0].set_mean_angle")
@@ -264,6 +266,67 @@ def test_cancel_and_close_while_it_deploys(server, linkage):
         for _ in stream:
             assert time.monotonic() < deadline
     assert refusal(linkage.status) == ("NOT_FOUND", "session")
+
+
+def vtp_arrays(path):
+    """Arrays of a .vtp by name, read as its XML says."""
+    content = path.read_bytes()
+    head, raw = content.split(b'<AppendedData encoding="raw">', 1)
+    raw = raw[raw.index(b"_") + 1:]
+    kinds = {"Float32": np.float32, "Int32": np.int32}
+    found = {}
+    for array in ElementTree.fromstring(head + b"</VTKFile>").iter("DataArray"):
+        at = int(array.get("offset"))
+        size = int.from_bytes(raw[at:at + 8], "little")
+        values = np.frombuffer(raw[at + 8:at + 8 + size], kinds[array.get("type")])
+        width = int(array.get("NumberOfComponents"))
+        found[array.get("Name")] = values.reshape(-1, width) if width > 1 else values
+    return found
+
+
+def test_files_hold_the_shape_and_what_it_carries(server, linkage, tmp_path):
+    linkage.deploy(50)
+    result = linkage.wait()
+    export = linkage.export(tmp_path, formats=("vtp", "json", "obj", "scene"), stem="h", progress=False)
+    assert {path.name for path in export if not path.name.endswith(".vtp")} == {
+        "h.pvd", "h_shape.json", "h_centrelines.obj", "h_surface.obj", "h.json", "h.obj"}
+    steps = sorted(tmp_path.glob("h_*.vtp"))
+    assert len(steps) == result.steps
+    listed = [item.get("file") for item in ElementTree.parse(tmp_path / "h.pvd").iter("DataSet")]
+    assert listed == [path.name for path in steps]
+
+    shape = json.loads((tmp_path / "h_shape.json").read_text())
+    assert shape["mean_opening_angle"] == pytest.approx(50, abs=1e-6) and shape["revision"] == 1
+    joints = np.array([joint["position"] for joint in shape["joints"]])
+    np.testing.assert_allclose(joints, linkage.shape().joints, atol=1e-6)
+    assert len(shape["segments"]) == 144
+    assert shape["energy"]["bending"] == pytest.approx(result.bending_energy)
+
+    arrays = vtp_arrays(steps[-1])
+    offsets = arrays["offsets"]
+    assert len(offsets) == 144 and offsets[-1] == len(arrays["Points"]) == len(arrays["von_mises_stress"])
+    np.testing.assert_array_equal(arrays["connectivity"], np.arange(offsets[-1]))
+    stations = shape["segments"][7]["stations"]
+    ours = slice(offsets[6], offsets[7])
+    for field in ("axial_force", "curvature_2", "torque", "largest_normal_stress", "von_mises_stress"):
+        np.testing.assert_allclose(arrays[field][ours], stations[field], rtol=1e-6)
+    np.testing.assert_allclose(arrays["Points"][ours], stations["position"], rtol=1e-6)
+    largest = max(segment["extremes"]["von_mises_stress"]["largest"] for segment in shape["segments"])
+    assert largest == pytest.approx(arrays["von_mises_stress"].max(), rel=1e-6) and largest > 1e5
+    assert vtp_arrays(steps[0])["von_mises_stress"].max() < largest, "it opens from nearly no stress"
+
+    again = server.open(tmp_path / "h.json", progress=False)
+    assert again.wait().mean_angle == pytest.approx(50, abs=1e-6)
+    again.close()
+
+
+def test_formats_that_a_session_does_not_have_are_named(server, linkage, tmp_path):
+    assert refusal(lambda: linkage.export(tmp_path, formats="pc2")) == ("INVALID_ARGUMENT", "formats")
+    body = server.open(small_scene(), progress=False)
+    assert refusal(lambda: body.export(tmp_path, formats="vtp")) == ("INVALID_ARGUMENT", "formats")
+    with pytest.raises(limber.LimberError, match="PVD, PC2 or SCENE"):
+        server.connection.call("export", service.ExportRequest(session=body.id, format=service.EXPORT_FORMAT_VTP))
+    body.close()
 
 
 def test_commands(cli, server, tmp_path):
@@ -287,6 +350,16 @@ def test_commands(cli, server, tmp_path):
     done("frames", "g", "--out", tmp_path / "g.npy", "--final")
     motion = np.load(tmp_path / "g.npy")
     assert motion.shape[1:] == (144 * 11 * 4, 3) and np.isfinite(motion).all()
+    listed = done("list")
+    assert "144 segments, " in listed and "1 targets" in listed and "mean angle" in listed
+    watched = done("watch", "g", "--count", 1).splitlines()
+    assert "mean angle" in watched[0] and float(watched[1].split()[-2]) == pytest.approx(
+        server.session("g").wait().mean_angle, abs=0.01)
+    assert " files in " in done("export", "g", "--format", "vtp", "obj", "json", "scene", "--out", tmp_path / "files")
+    assert len(list((tmp_path / "files").glob("motion_*.vtp"))) == len(motion)
+    assert "error" not in done("validate", tmp_path / "files" / "motion.json")
+    process = cli("export", "g", "--format", "pvd", "--out", tmp_path)
+    assert process.returncode == 1 and "format" in process.stderr and "VTP" in process.stderr
     process = cli("pin", "g", 9999)
     assert process.returncode == 1 and "edits[0].pin_joint.pin.joint" in process.stderr
     server.session("g").close()

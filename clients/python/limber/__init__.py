@@ -13,13 +13,14 @@ streamed coordinates into numpy arrays. Lengths are in the scene's length unit, 
 
 from .edits import Axes, add, dynamics, ends, move, optimise, redo, remove, replace, reset_material, undo
 from .errors import LimberError, ServerUnreachable
+from .exports import Export
 from .keyframes import Keyframe, add_keyframe, keyframe, move_keyframe, remove_keyframe
 from .linkage_shapes import LinkageGeometry, Shape
 from .linkages import LinkageResult, LinkageSession, LinkageStep, Target, linkage_scene
 from .launching import LaunchedServer, launch
 from .motions import base_motion
 from .recoveries import Recovery
-from .results import Export, Geometry, Material, Mode, Result
+from .results import Geometry, Material, Mode, Result
 from .mesh_files import mesh_file
 from .scenes import load_scene, scene_from_arrays, scene_from_mesh
 from .server import DEFAULT_ENDPOINT, Server, connect

@@ -9,7 +9,7 @@ from typing import Any, Iterable, Mapping, Sequence
 
 import numpy as np
 
-from . import arrays, checks, edits
+from . import arrays, checks, edits, exports
 from .errors import invalid
 from .linkage_shapes import LinkageGeometry, Shape
 from .mesh_files import mesh_file
@@ -162,6 +162,8 @@ class LinkageSession(OpenSession):
     """A session of a rod linkage. Made by Server.open() or Server.session(). Joints and segments count from 0; angles
     are in degrees."""
 
+    FORMATS = exports.LINKAGE
+    DEFAULT_FORMATS = ("vtp", "json")
     _geometry: LinkageGeometry | None = None
 
     def result_of(self, info: "service.ResultInfo") -> LinkageResult:

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Iterable
+from typing import TYPE_CHECKING, Any, Iterable, Sequence
 
 import numpy as np
 
-from . import checks, edits
+from . import checks, edits, exports
 from .errors import LimberError
+from .exports import Export
 from .messages import common, service
 from .progress import ProgressOption, Reporter
 from .results import ENCODINGS, Result, decode, issue_text
@@ -114,6 +116,30 @@ class OpenSession:
     def stream(self, encoding: str = "coordinates", timeout: float | None = None, snapshot: bool = True) -> FrameStream:
         """Iterator over results as they are published, the newest first result at once (unless snapshot=False)."""
         return FrameStream(self, encoding, timeout, snapshot)
+
+    # ---- files ----
+
+    FORMATS: dict[str, int] = {}                # what export() takes, by name
+    DEFAULT_FORMATS: tuple[str, ...] = ()
+
+    def export(self, folder: "str | os.PathLike[str]", formats: Sequence[str] | None = None, stem: str = "motion",
+               progress: ProgressOption = None, timeout: float = 120.0) -> Export:
+        """Writes files into a folder.
+
+        formats: of a body "pvd" (a .vtu per frame, one .pvd), "pc2" (beside an .obj), together the default; of a
+        linkage "vtp" (a .vtp per step with forces and stresses, one .pvd), "obj" (centrelines and swept surface), "json"
+        (joints, segments and what they carry), by default vtp and json; of both "scene", the scene as edited.
+        """
+        if formats is None:
+            formats = self.DEFAULT_FORMATS
+        if isinstance(formats, str):
+            formats = (formats,)
+        formats = [checks.one_of(name, self.FORMATS, "formats") for name in checks.several(formats, "formats")]
+        checks.text(stem, "stem")
+        target = checks.path(folder, "folder")
+        checks.duration(timeout, "timeout")
+        with Reporter(progress) as report:
+            return exports.export(self, formats, target, stem, timeout, report)
 
     # ---- control ----
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from pathlib import Path
 
 import numpy as np
 
@@ -119,20 +118,6 @@ class Geometry:
         moved = coordinates.astype(np.float32) @ self.basis.reshape(3 * nodes, size).T
         moved += self.rest.reshape(1, 3 * nodes)
         return moved.reshape(-1, nodes, 3)
-
-
-@dataclass(frozen=True)
-class Export:
-    """Files an export wrote; iterates over them."""
-
-    files: tuple[Path, ...]
-    result: Result | None  # what was exported; of the last format if there are several
-
-    def __iter__(self):
-        return iter(self.files)
-
-    def __len__(self) -> int:
-        return len(self.files)
 
 
 def decode(frames: "service.Frames", geometry: Geometry | None) -> np.ndarray:

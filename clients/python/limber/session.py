@@ -2,22 +2,17 @@
 
 from __future__ import annotations
 
-import os
 import random
 import time
-from pathlib import Path, PurePosixPath
 from typing import Any, Iterable, Sequence
 
 
-from . import checks, edits
+from . import checks, edits, exports
 from .errors import LimberError, invalid
 from .keyframes import Keyframe, keyframe
 from .messages import scene as scenes, service
 from .open_session import OpenSession, Receipt
-from .progress import ProgressOption, Reporter
-from .results import Export, Geometry, Material, Result
-
-_FORMATS = {"pvd": service.EXPORT_FORMAT_PVD, "pc2": service.EXPORT_FORMAT_PC2, "scene": service.EXPORT_FORMAT_SCENE}
+from .results import Geometry, Material
 
 
 class Constraint:
@@ -87,6 +82,9 @@ class Constraint:
 
 class Session(OpenSession):
     """A session of an elastic body. Made by Server.open() or Server.session(); several may name the same session."""
+
+    FORMATS = exports.BODY
+    DEFAULT_FORMATS = ("pvd", "pc2")
 
     def scene(self) -> "scenes.Scene":
         """The scene as edited, with its base motion and poses, without the mesh's bytes."""
@@ -208,51 +206,9 @@ class Session(OpenSession):
         cached = self.server.geometry_cache.get(frames.basis_hash)
         return cached[1] if cached else self.geometry()
 
-    # ---- files ----
-
-    def export(self, folder: "str | os.PathLike[str]", formats: Sequence[str] = ("pvd", "pc2"), stem: str = "motion",
-               progress: ProgressOption = None, timeout: float = 120.0) -> Export:
-        """Writes "pvd" (a .vtu per frame, one .pvd), "pc2" (beside an .obj) or "scene" files into a folder."""
-        if isinstance(formats, str):
-            formats = (formats,)
-        formats = [checks.one_of(name, _FORMATS, "formats") for name in checks.several(formats, "formats")]
-        checks.text(stem, "stem")
-        target = checks.path(folder, "folder")
-        checks.duration(timeout, "timeout")
-        written: dict[Path, None] = {}
-        result: Result | None = None
-        with Reporter(progress) as report:
-            for name in formats:
-                part = count = 0
-                while part == 0 or part < count:
-                    request = service.ExportRequest(session=self.id, format=_FORMATS[name], stem=stem, part=part,
-                                                    result_sequence=result.sequence if part and result else 0)
-                    response = self.connection.call("export", request, timeout=timeout)
-                    result = Result.from_message(response.result)
-                    count = response.part_count
-                    for file in response.files:
-                        written[write_exported(target, file)] = None
-                    part += 1
-                    report(f"exporting {name}", part / max(count, 1))
-        return Export(tuple(written), result)
-
     # ---- control ----
 
     def solve_cold(self) -> int:
         """Solves the current problem again from the base motion, the better of the two motions stays;
         the job's number."""
         return self.connection.call("solve_cold", service.SolveColdRequest(session=self.id)).job
-
-def write_exported(folder: Path, file: "service.ExportedFile") -> Path:
-    """Writes one exported file below the folder, whatever its name claims."""
-    relative = PurePosixPath(file.name)
-    if not relative.parts or relative.is_absolute() or ".." in relative.parts:
-        raise LimberError("MALFORMED", f"the server names a file outside the folder: {file.name!r}")
-    path = folder / relative
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        with open(path, "ab" if file.append else "wb") as out:
-            out.write(file.content)
-    except OSError as error:
-        raise LimberError("IO", f"cannot write {path}: {error.strerror}", "folder") from error
-    return path

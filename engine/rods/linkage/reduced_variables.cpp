@@ -2,6 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <cstdint>
+#include <limits>
+
 #include "engine/base/error.h"
 
 namespace limber::rods {
@@ -14,6 +17,8 @@ ReducedVariables::ReducedVariables(const LinkageGraph& graph, std::vector<int> e
         fmt::format("{} numbers of edges for {} segments", edges_.size(), graph.segments.size()));
   }
   chains_.push_back(0);
+  // Of all unknowns, and of the numbers of a chain before its terminal edges are left out.
+  std::int64_t unknowns = std::int64_t{kJointUnknowns} * joints_;
   for (std::size_t s = 0; s < edges_.size(); ++s) {
     const std::array<int, 2>& joints = graph.segments[s].joints;
     const int ends = (joints[kStart] >= 0 ? 1 : 0) + (joints[kFinish] >= 0 ? 1 : 0);
@@ -21,6 +26,12 @@ ReducedVariables::ReducedVariables(const LinkageGraph& graph, std::vector<int> e
       throw Error(ErrorCode::kInvalidArgument, fmt::format("edges_per_segment[{}]", s),
                   fmt::format("segment {} with {} joints needs at least {} edges, it has {}", s,
                               ends, 1 + ends, edges_[s]));
+    }
+    unknowns += 4 * std::int64_t{edges_[s]} + 3;
+    if (unknowns > std::numeric_limits<int>::max()) {
+      throw Error(ErrorCode::kLimitExceeded, fmt::format("edges_per_segment[{}]", s),
+                  fmt::format("the linkage has more than {} unknowns up to segment {} of {} edges",
+                              std::numeric_limits<int>::max(), s, edges_[s]));
     }
     skipped_.push_back(joints[kStart] >= 0 ? 7 : 0);
     chains_.push_back(chains_.back() + 4 * edges_[s] + 3 - 7 * ends);

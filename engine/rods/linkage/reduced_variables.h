@@ -34,7 +34,8 @@ enum JointUnknown : int {
 class ReducedVariables {
  public:
   /// @param edges_per_segment  >= 3 between two joints, >= 2 with one free end, >= 1 without joints
-  /// @throws Error{kInvalidArgument} with field edges_per_segment[s]; a size that does not fit
+  /// @throws Error{kInvalidArgument} with field edges_per_segment[s]; {kLimitExceeded} with that
+  /// field for more unknowns than an int counts; a size that does not fit
   ReducedVariables(const LinkageGraph& graph, std::vector<int> edges_per_segment);
   /// The same number of edges in every segment.
   ReducedVariables(const LinkageGraph& graph, int edges_per_segment);

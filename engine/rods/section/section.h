@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 #include <variant>
 
 #include "engine/rods/section/profile.h"
@@ -55,11 +56,18 @@ struct SectionProperties {
   Eigen::Vector2d axis_1 = Eigen::Vector2d::UnitX();  // axis 2 is a quarter turn on from it
   Eigen::Vector2d centroid = Eigen::Vector2d::Zero();
   double torsion_constant = 0;  // J of Saint-Venant [length^4]
+  /// Largest shear strain in a section that is twisted by one radian per length [length]. Empty
+  /// where it has no bound: at sharp re-entrant corners (I, L, plus, most profiles).
+  std::optional<double> torsion_shear = {};
 };
 
+/// Whether the dimensions make a section: quick, whatever its torsion takes.
 /// @throws Error{kInvalidArgument} naming the dimension ("section.web_thickness"), its value and
-/// what it must be; for profiles as Profile::validate; for any but Rectangle, Ellipse and Tube as
-/// `torsion`
+/// what it must be; for profiles as Profile::validate; {kLimitExceeded, "section.outline"} for
+/// those whose torsion would be too large a problem
+void validate(const Section& section);
+
+/// @throws Error as `validate`; for any but Rectangle, Ellipse and Tube as `torsion`
 [[nodiscard]] SectionProperties section_properties(const Section& section);
 
 /// What is seen of a section from outside, counter-clockwise in the axes x and y; 24 corners where
@@ -90,5 +98,8 @@ struct RodMaterial {
 
 /// Torsion constant of a rectangle by its series, to rounding.
 [[nodiscard]] double rectangle_torsion_constant(double width, double height);
+/// SectionProperties::torsion_shear of a rectangle by its series, to rounding: in the middles of
+/// the longer sides.
+[[nodiscard]] double rectangle_torsion_shear(double width, double height);
 
 }  // namespace limber::rods

@@ -135,24 +135,92 @@ double perimeter_of(const Profile& profile) {
   return sum;
 }
 
+/// Values on a panel to slopes at its start, its points and its end, over the panel's length.
+Eigen::MatrixXd slopes_on_panel(const GaussLegendre& rule) {
+  const auto n = static_cast<Eigen::Index>(rule.points.size());
+  const auto point = [&](Eigen::Index k) { return rule.points[static_cast<std::size_t>(k)]; };
+  Eigen::MatrixXd result(n + 2, n);
+  for (Eigen::Index row = 0; row < n + 2; ++row) {
+    const double x = row == 0 ? 0 : row > n ? 1 : point(row - 1);
+    for (Eigen::Index k = 0; k < n; ++k) {  // derivative of the Lagrange polynomial of point k
+      double sum = 0;
+      for (Eigen::Index m = 0; m < n; ++m) {
+        if (m == k) continue;
+        double product = 1 / (point(k) - point(m));
+        for (Eigen::Index j = 0; j < n; ++j)
+          if (j != k && j != m) product *= (x - point(j)) / (point(k) - point(j));
+        sum += product;
+      }
+      result(row, k) = sum;
+    }
+  }
+  return result;
+}
+
+/// The largest |d psi/d s + x t_y - y t_x| along the boundary: the shear there follows the outline.
+/// Ends of panels count but at corners, where the shear is zero and psi is no polynomial.
+double largest_shear(const std::vector<Side>& sides, const Nodes& nodes, const GaussLegendre& rule,
+                     const Eigen::VectorXd& psi) {
+  const auto order = static_cast<Eigen::Index>(rule.points.size());
+  const Eigen::MatrixXd slopes = slopes_on_panel(rule);
+  double largest = 0;
+  std::size_t side = 0;
+  double at = 0;  // along the side
+  for (Eigen::Index first = 0; first < psi.size(); first += order) {
+    double length = 0;
+    for (Eigen::Index k = 0; k < order; ++k)
+      length += nodes.weight[static_cast<std::size_t>(first + k)];
+    const Eigen::VectorXd slope = slopes * psi.segment(first, order) / length;
+    const Side& own = sides[side];
+    const double rotation = own.start.x() * own.along.y() - own.start.y() * own.along.x();
+    const double tiny = 1e-9 * own.length;
+    for (Eigen::Index row = 0; row < slope.size(); ++row) {
+      const bool corner =
+          (row == 0 && at <= tiny) || (row == order + 1 && at + length >= own.length - tiny);
+      if (!corner) largest = std::max(largest, std::abs(slope[row] + rotation));
+    }
+    at += length;
+    if (at >= own.length - tiny) {
+      ++side;
+      at = 0;
+    }
+  }
+  return largest;
+}
+
+bool is_convex(const std::vector<Side>& sides, const Profile& profile) {
+  if (!profile.holes.empty()) return false;
+  for (std::size_t i = 0; i < sides.size(); ++i) {
+    const Eigen::Vector2d &a = sides[i].along, &b = sides[(i + 1) % sides.size()].along;
+    if (a.x() * b.y() - a.y() * b.x() < -1e-9) return false;
+  }
+  return true;
+}
+
 struct Solved {
   double product = 0;  // boundary integral of psi d psi/d n
+  double shear = 0;    // largest on the boundary
   int unknowns = 0;
 };
 
-Solved solve(const std::vector<Side>& sides, int order) {
-  const GaussLegendre rule = gauss_legendre(order);
+Nodes place_nodes(const std::vector<Side>& sides, const GaussLegendre& rule) {
   Nodes nodes;
   for (std::size_t i = 0; i < sides.size(); ++i)
     add_panels(sides, i, 0, sides[i].length, rule, nodes);
-  const auto n = static_cast<Eigen::Index>(nodes.point.size());
-  constexpr Eigen::Index kMostNodes = 8000;  // 512 MB of matrix
-  if (n > kMostNodes) {
+  constexpr std::size_t kMostNodes = 8000;  // 512 MB of matrix
+  if (nodes.point.size() > kMostNodes) {
     throw Error(ErrorCode::kLimitExceeded, "section.outline",
                 fmt::format("the torsion problem of this section needs {} points, more than {}: "
                             "too many vertices or walls too thin",
-                            n, kMostNodes));
+                            nodes.point.size(), kMostNodes));
   }
+  return nodes;
+}
+
+Solved solve(const std::vector<Side>& sides, int order) {
+  const GaussLegendre rule = gauss_legendre(order);
+  const Nodes nodes = place_nodes(sides, rule);
+  const auto n = static_cast<Eigen::Index>(nodes.point.size());
   // sum_j k_ij (psi_j - psi_i) + mean psi = single layer: constants are solutions of the
   // homogeneous equation, also of this discretisation, and the mean picks one.
   using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
@@ -184,10 +252,28 @@ Solved solve(const std::vector<Side>& sides, int order) {
     return result;
   };
   const Eigen::VectorXd psi = gmres(product, right, 1e-14);
-  return {(weight.array() * psi.array() * slope.array()).sum(), static_cast<int>(n)};
+  return {(weight.array() * psi.array() * slope.array()).sum(),
+          largest_shear(sides, nodes, rule, psi), static_cast<int>(n)};
+}
+
+constexpr int kCoarseOrder = 5, kFineOrder = 7;
+
+/// What corners may miss of J at the first attempt, over scale^4: less for thin sections, whose J
+/// is far below I_p. 16 A / L^2 is one for a square.
+double first_miss(const Profile& oriented, const AreaMoments& moments) {
+  const double thinness = 16 * moments.area / std::pow(perimeter_of(oriented), 2);
+  return 1e-9 * thinness * thinness;
 }
 
 }  // namespace
+
+void demand_torsion_size(const Profile& profile) {
+  const Profile oriented = profile.oriented();
+  const AreaMoments moments = area_moments(oriented);
+  (void)place_nodes(
+      sides_of(oriented, moments, std::sqrt(moments.area), first_miss(oriented, moments)),
+      gauss_legendre(kFineOrder));
+}
 
 Torsion torsion(const Profile& profile) {
   profile.validate();
@@ -197,17 +283,15 @@ Torsion torsion(const Profile& profile) {
   const double scale = std::sqrt(moments.area);
   const double unit = std::pow(scale, 4);
   Torsion result;
-  // Thin sections have a J far below I_p: what corners may miss of it is less there. 16 A / L^2 is
-  // one for a square.
-  const double thinness = 16 * moments.area / std::pow(perimeter_of(oriented), 2);
-  double missed = 1e-9 * thinness * thinness;
+  double missed = first_miss(oriented, moments);
   for (int attempt = 0; attempt < 3; ++attempt, missed *= 1e-3) {
     const std::vector<Side> sides = sides_of(oriented, moments, scale, missed);
-    const Solved coarse = solve(sides, 5), fine = solve(sides, 7);
+    const Solved coarse = solve(sides, kCoarseOrder), fine = solve(sides, kFineOrder);
     result.constant = polar - unit * fine.product;
     result.relative_error =
         std::abs(fine.product - coarse.product) * unit / std::abs(result.constant);
     result.unknowns = fine.unknowns;
+    if (is_convex(sides, oriented)) result.shear = fine.shear * scale;
     if (result.relative_error < 1e-7) break;
   }
   if (!(result.constant > 0) || !(result.relative_error < 1e-6)) {

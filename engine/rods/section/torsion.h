@@ -1,5 +1,7 @@
 #pragma once
 
+#include <optional>
+
 #include "engine/rods/section/profile.h"
 
 namespace limber::rods {
@@ -9,7 +11,16 @@ struct Torsion {
   double constant = 0;        // [length^4]
   double relative_error = 0;  // estimate: change from the next coarser discretisation
   int unknowns = 0;           // of the finest discretisation
+  /// Largest shear strain per twist per length [length], to about a thousandth. It is found on the
+  /// boundary, at the discretisation's points; given for convex profiles only: at re-entrant
+  /// corners it has no bound.
+  std::optional<double> shear = {};
 };
+
+/// Whether `torsion` would be too large a problem, without solving it.
+/// @pre the profile is valid
+/// @throws Error{kLimitExceeded, "section.outline"}
+void demand_torsion_size(const Profile& profile);
 
 /// Any profile, thin or thick, with corners and holes. Solves for the warping function psi on the
 /// boundary,

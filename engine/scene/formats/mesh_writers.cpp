@@ -1,9 +1,9 @@
 #include "engine/scene/formats/mesh_writers.h"
 
 #include <charconv>
-#include <cstring>
 
 #include "engine/base/error.h"
+#include "engine/scene/formats/vtk_xml_writer.h"
 
 namespace limber::scene {
 namespace {
@@ -13,62 +13,11 @@ void append_text(std::string& text, double value) {
   text.append(number, std::to_chars(number, number + sizeof number, value).ptr);
 }
 
-/// Builds a .vtu: arrays are announced in the XML with their offset and follow as raw bytes, each
-/// after its size.
-class VtuWriter {
- public:
-  void open(const char* tag) { xml_ += std::string("<") + tag + ">\n"; }
-  void close(const char* tag) { xml_ += std::string("</") + tag + ">\n"; }
-
-  template <typename Stored, typename Value>
-  void array(const char* type, const char* name, int components, std::size_t count,
-             const Value& value) {
-    xml_ += std::string("<DataArray type=\"") + type + "\" Name=\"" + name +
-            "\" NumberOfComponents=\"" + std::to_string(components) +
-            "\" format=\"appended\" offset=\"" + std::to_string(data_.size()) + "\"/>\n";
-    append(static_cast<std::uint64_t>(count * sizeof(Stored)));
-    data_.reserve(data_.size() + count * sizeof(Stored));
-    for (std::size_t i = 0; i < count; ++i)
-      append(static_cast<Stored>(value(static_cast<Eigen::Index>(i))));
-  }
-
-  template <typename Value>
-  void reals(Precision precision, const char* name, int components, std::size_t count,
-             const Value& value) {
-    if (precision == Precision::kFloat32) {
-      array<float>("Float32", name, components, count, value);
-    } else {
-      array<double>("Float64", name, components, count, value);
-    }
-  }
-
-  std::string finish(Eigen::Index points, Eigen::Index cells) const {
-    return "<?xml version=\"1.0\"?>\n<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" "
-           "byte_order=\"LittleEndian\" "
-           "header_type=\"UInt64\">\n<UnstructuredGrid>\n<Piece NumberOfPoints=\"" +
-           std::to_string(points) + "\" NumberOfCells=\"" + std::to_string(cells) + "\">\n" + xml_ +
-           "</Piece>\n</UnstructuredGrid>\n<AppendedData encoding=\"raw\">\n_" + data_ +
-           "\n</AppendedData>\n</VTKFile>\n";
-  }
-
- private:
-  template <typename Number>
-  void append(Number number) {
-    static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__);
-    char bytes[sizeof(Number)];
-    std::memcpy(bytes, &number, sizeof(Number));
-    data_.append(bytes, sizeof(Number));
-  }
-
-  std::string xml_;
-  std::string data_;
-};
-
 std::string vtu_of(const bodies::TetMesh& mesh, const Eigen::VectorXd* displacement,
                    Precision precision) {
   const auto nodes = static_cast<std::size_t>(mesh.node_count()),
              tets = static_cast<std::size_t>(mesh.tet_count());
-  VtuWriter vtu;
+  formats::VtkXmlWriter vtu("UnstructuredGrid");
   if (displacement != nullptr) {
     vtu.open("PointData Vectors=\"displacement\"");
     vtu.reals(precision, "displacement", 3, 3 * nodes,
@@ -99,7 +48,8 @@ std::string vtu_of(const bodies::TetMesh& mesh, const Eigen::VectorXd* displacem
   vtu.array<std::int32_t>("Int32", "offsets", 1, tets, [](Eigen::Index i) { return 4 * (i + 1); });
   vtu.array<std::uint8_t>("UInt8", "types", 1, tets, [](Eigen::Index) { return 10; });
   vtu.close("Cells");
-  return vtu.finish(mesh.node_count(), mesh.tet_count());
+  return vtu.finish("NumberOfPoints=\"" + std::to_string(mesh.node_count()) +
+                    "\" NumberOfCells=\"" + std::to_string(mesh.tet_count()) + "\"");
 }
 
 std::string escaped(const std::string& text) {

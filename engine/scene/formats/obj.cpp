@@ -1,6 +1,6 @@
 // Wavefront .obj: "v x y z" and "f i j k ...", indices from 1 or negative from the end; all else is
 // passed over.
-#include "engine/scene/formats/obj_index.h"
+#include "engine/scene/formats/obj_elements.h"
 #include "engine/scene/formats/surface_readers.h"
 
 namespace limber::scene::formats {
@@ -12,11 +12,8 @@ TriangleSurface read_obj(TextCursor& file) {
     const std::int64_t line = file.line();
     const std::string_view keyword = file.word();
     if (keyword == "v") {
-      const double x = file.real_in_line("coordinate x");
-      const double y = file.real_in_line("coordinate y");
-      const double z = file.real_in_line("coordinate z");
-      builder.add_vertex(x, y, z);
-      file.skip_line();  // a weight or colours
+      const Eigen::Vector3d vertex = obj_vertex(file);
+      builder.add_vertex(vertex.x(), vertex.y(), vertex.z());
     } else if (keyword == "f") {
       corners.clear();
       while (file.skip_blanks_in_line()) {

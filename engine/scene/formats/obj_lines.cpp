@@ -3,7 +3,7 @@
 
 #include "engine/scene/formats/line_formats.h"
 #include "engine/scene/formats/mesh_formats.h"
-#include "engine/scene/formats/obj_index.h"
+#include "engine/scene/formats/obj_elements.h"
 
 namespace limber::scene {
 namespace {
@@ -63,11 +63,7 @@ rods::LineMesh read_line_mesh(const std::string& name, std::string_view content)
     const std::int64_t line = file.line();
     const std::string_view keyword = file.word();
     if (keyword == "v") {
-      const double x = file.real_in_line("coordinate x");
-      const double y = file.real_in_line("coordinate y");
-      const double z = file.real_in_line("coordinate z");
-      vertices.emplace_back(x, y, z);
-      file.skip_line();  // a weight or colours
+      vertices.push_back(formats::obj_vertex(file));
     } else if (keyword == "l") {
       read_line(file, line, static_cast<std::int64_t>(vertices.size()), edges);
     } else {

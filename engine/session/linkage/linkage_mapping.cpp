@@ -3,27 +3,38 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <optional>
+#include <utility>
 
 #include "engine/base/error.h"
 
 namespace limber::session {
 namespace {
 
-void demand_positive(double value, const char* field) {
-  if (value > 0 && std::isfinite(value)) return;
-  throw Error(ErrorCode::kInvalidArgument, field,
-              fmt::format("must be > 0 and finite, is {:g}", value));
+/// Collects errors of the rods wing as issues, with the scene's path.
+template <class Call>
+void note(std::vector<scene::Issue>& issues, const std::string& prefix, const Call& call) {
+  try {
+    call();
+  } catch (const Error& error) {
+    const bool whole = error.field().rfind(prefix, 0) == 0;
+    issues.push_back({scene::Issue::Severity::kError,
+                      whole ? error.field() : prefix + error.field(), error.what(), error.code()});
+  }
 }
 
-/// Errors of the rods wing, with the scene's path.
-template <class Call>
-auto with_prefix(const char* prefix, const Call& call) {
-  try {
-    return call();
-  } catch (const Error& error) {
-    if (error.field().rfind(prefix, 0) == 0) throw;
-    throw Error(error.code(), std::string(prefix) + error.field(), error.what());
-  }
+void check_numbers(const scene::Linkage& linkage, std::vector<scene::Issue>& issues) {
+  const auto refuse = [&](const char* field, const char* demand, double value) {
+    issues.push_back(
+        {scene::Issue::Severity::kError, field, fmt::format("must be {}, is {:g}", demand, value)});
+  };
+  const double unit = linkage.length_unit_in_metres, young = linkage.youngs_modulus;
+  if (!(unit > 0 && std::isfinite(unit))) refuse("length_unit_in_metres", "> 0 and finite", unit);
+  if (!(young > 0 && std::isfinite(young))) refuse("youngs_modulus", "> 0 and finite", young);
+  if (!(linkage.density >= 0 && std::isfinite(linkage.density)))
+    refuse("density", ">= 0 and finite", linkage.density);
+  if (!(linkage.poissons_ratio > -1 && linkage.poissons_ratio <= 0.5))
+    refuse("poissons_ratio", "in (-1, 0.5]", linkage.poissons_ratio);
 }
 
 rods::Hold map_hold(scene::Held held) {
@@ -49,29 +60,50 @@ double share_of_rod(const rods::LinkageModel& model, int segment, double share) 
 
 }  // namespace
 
+LinkageCheck check_linkage(const scene::Linkage& linkage) {
+  LinkageCheck check;
+  auto& issues = check.issues;
+  check_numbers(linkage, issues);
+  note(issues, "section.", [&] { rods::validate(linkage.section); });
+  if (linkage.lines.edge_count() == 0) {
+    issues.push_back({scene::Issue::Severity::kError, "lines", "there are no edges"});
+    return check;
+  }
+  std::optional<rods::LinkageGraph> graph;
+  note(issues, "lines.", [&] { graph = rods::build_linkage_graph(linkage.lines); });
+  if (!graph) return check;
+  check.joints = static_cast<int>(graph->joints.size());
+  check.segments = static_cast<int>(graph->segments.size());
+  try {
+    (void)rods::ReducedVariables(*graph, linkage.edges_per_segment);
+  } catch (const Error& error) {  // the scene has one number for all segments
+    issues.push_back(
+        {scene::Issue::Severity::kError, "edges_per_segment", error.what(), error.code()});
+  }
+  for (auto& issue : scene::validate(linkage.conditions, check.joints, check.segments)) {
+    issue.field = "conditions." + issue.field;
+    issues.push_back(std::move(issue));
+  }
+  return check;
+}
+
+void demand_sound(const LinkageCheck& check) {
+  if (check.issues.empty()) return;
+  const scene::Issue& first = check.issues.front();
+  throw Error(first.code, first.field, first.message);
+}
+
 MappedLinkage map_linkage(const scene::Linkage& linkage) {
+  demand_sound(check_linkage(linkage));
   const double unit = linkage.length_unit_in_metres;
-  demand_positive(unit, "length_unit_in_metres");
-  demand_positive(linkage.youngs_modulus, "youngs_modulus");
-  if (!(linkage.density >= 0) || !std::isfinite(linkage.density)) {
-    throw Error(ErrorCode::kInvalidArgument, "density",
-                fmt::format("must be >= 0 and finite, is {:g}", linkage.density));
-  }
-  if (!(linkage.poissons_ratio > -1 && linkage.poissons_ratio <= 0.5)) {
-    throw Error(ErrorCode::kInvalidArgument, "poissons_ratio",
-                fmt::format("must be in (-1, 0.5], is {:g}", linkage.poissons_ratio));
-  }
-  const rods::SectionProperties section =
-      with_prefix("section.", [&] { return rods::section_properties(linkage.section); });
+  const rods::SectionProperties section = rods::section_properties(linkage.section);
   const rods::SectionStiffness stiffness = rods::section_stiffness(
       section, {linkage.youngs_modulus * unit * unit, linkage.poissons_ratio}, linkage.stiff_axis);
-  rods::LinkageGraph graph =
-      with_prefix("lines.", [&] { return rods::build_linkage_graph(linkage.lines); });
   return {rods::LinkageModel(
-              std::move(graph), linkage.edges_per_segment,
+              rods::build_linkage_graph(linkage.lines), linkage.edges_per_segment,
               {stiffness.stretching, stiffness.bending_1, stiffness.bending_2, stiffness.torsion},
               linkage.bending),
-          linkage.density * section.area * unit * unit * unit};
+          section, linkage.density * section.area * unit * unit * unit};
 }
 
 rods::Conditions map_conditions(const scene::LinkageConditions& conditions,

@@ -1,21 +1,38 @@
 #pragma once
 
+#include <vector>
+
 #include "engine/rods/equilibrium/conditions.h"
 #include "engine/rods/linkage/linkage_model.h"
 #include "engine/scene/linkage.h"
 
 namespace limber::session {
 
+/// What can be told of a linkage without its model.
+struct LinkageCheck {
+  /// All that is wrong, fields of the scene: material numbers, edges_per_segment, section....,
+  /// lines.vertices[v], lines.edges[e], conditions.... Conditions are looked at where the lines
+  /// make a linkage.
+  std::vector<scene::Issue> issues;
+  int joints = 0, segments = 0;  // where the lines make a linkage
+};
+/// Quick: the torsion of the section is left to map_linkage.
+[[nodiscard]] LinkageCheck check_linkage(const scene::Linkage& linkage);
+/// @throws Error of the first of its issues
+void demand_sound(const LinkageCheck& check);
+
 /// A linkage as the rods wing takes it: lengths in the scene's unit, forces in N, moments in N
 /// times that unit. No number is brought to metres, so that a model in millimetres is not a
 /// thousandth of one in metres.
 struct MappedLinkage {
   rods::LinkageModel model;
+  rods::SectionProperties section;
   double mass_per_length = 0;  // [kg / scene length unit]
 };
 
-/// @throws Error with a field of the scene: lines.vertices[v], lines.edges[e], section....,
-/// material numbers, edges_per_segment
+/// Solves for the torsion of the section, which may take seconds for a polygon of many corners.
+/// @throws Error of the first issue of `check_linkage`; with field section.outline where its
+/// torsion cannot be found
 [[nodiscard]] MappedLinkage map_linkage(const scene::Linkage& linkage);
 
 /// @pre the conditions are valid for the linkage

@@ -96,19 +96,12 @@ class LinkageSession::Impl : public std::enable_shared_from_this<LinkageSession:
   friend class LinkageSession;
   static constexpr std::chrono::milliseconds kPublishInterval{8};
 
-  /// Of a graph of its own: joints and segments must be known before the model is built.
+  /// Joints and segments must be known before the model is built.
   static LinkageDocument opened(const scene::Linkage& linkage, LinkageLimits limits) {
-    if (linkage.lines.edge_count() == 0)
-      throw Error(ErrorCode::kInvalidArgument, "lines", "there are no edges");
-    rods::LinkageGraph graph;
+    const LinkageCheck check = check_linkage(linkage);
+    demand_sound(check);
     try {
-      graph = rods::build_linkage_graph(linkage.lines);
-    } catch (const Error& error) {
-      throw Error(error.code(), "lines." + error.field(), error.what());
-    }
-    try {
-      return {linkage.conditions, static_cast<int>(graph.joints.size()),
-              static_cast<int>(graph.segments.size()), limits};
+      return {linkage.conditions, check.joints, check.segments, limits};
     } catch (const Error& error) {
       throw Error(error.code(), "conditions." + error.field(), error.what());
     }
@@ -166,6 +159,7 @@ class LinkageSession::Impl : public std::enable_shared_from_this<LinkageSession:
         const std::lock_guard lock(mutex_);
         geometry_ = std::move(geometry);
         shape_ = std::make_shared<const LinkageShape>(live_->shape());
+        statics_ = std::make_shared<const LinkageStatics>(live_->statics());
         open = !task_.is_closed();
         if (open) state_ = State::kReady;
       }
@@ -261,6 +255,8 @@ class LinkageSession::Impl : public std::enable_shared_from_this<LinkageSession:
     result->report = outcome.reached ? outcome.report : live_->report_of_shape(outcome.report);
     if (outcome.reached) result->path = std::move(outcome.path);
     result->frames = outcome.reached ? columns(outcome.frames) : columns({shape_now()});
+    result->strains = outcome.reached ? columns(outcome.strains)
+                                      : columns({live_->statics().strains(live_->state())});
     hand_out(std::move(result), round);
   }
 
@@ -319,6 +315,7 @@ class LinkageSession::Impl : public std::enable_shared_from_this<LinkageSession:
   std::shared_ptr<const LinkageResult> newest_, final_;
   std::shared_ptr<const LinkageGeometry> geometry_;
   std::shared_ptr<const LinkageShape> shape_;
+  std::shared_ptr<const LinkageStatics> statics_;
 
   std::unique_ptr<LiveLinkage> live_;  // the task's
   Clock::time_point published_at_;     // the task's
@@ -367,6 +364,9 @@ std::shared_ptr<const LinkageGeometry> LinkageSession::geometry() const {
 }
 std::shared_ptr<const LinkageShape> LinkageSession::shape() const {
   return impl_->read([](const Impl& impl) { return impl.shape_; });
+}
+std::shared_ptr<const LinkageStatics> LinkageSession::statics() const {
+  return impl_->read([](const Impl& impl) { return impl.statics_; });
 }
 Eigen::VectorXf LinkageSession::surface(
     const Eigen::Ref<const Eigen::VectorXf>& coordinates) const {

@@ -11,6 +11,7 @@
 #include "engine/scene/linkage.h"
 #include "engine/session/linkage/linkage_document.h"
 #include "engine/session/linkage/linkage_shape.h"
+#include "engine/session/linkage/linkage_statics.h"
 #include "engine/session/session.h"
 
 namespace limber::session {
@@ -30,6 +31,8 @@ struct LinkageResult {
   /// Coordinates (see LinkageShape), a column a shape: of a final result, the equilibria on the way
   /// to it; else the shape of the iterate. The last column is the shape.
   std::shared_ptr<const Eigen::MatrixXf> frames;
+  /// Of the same shapes, see LinkageStatics; null while the result is not final.
+  std::shared_ptr<const Eigen::MatrixXf> strains;
   double since_edit_ms = 0;  // from the newest edit contained to publication
 };
 
@@ -58,7 +61,7 @@ struct LinkageGeometry {
 /// once and solved later, a refused edit leaves everything as it was.
 class LinkageSession {
  public:
-  /// Validates the conditions (throws Error) and starts building on the executor.
+  /// Checks the linkage (throws Error as demand_sound) and starts building on the executor.
   LinkageSession(std::string id, scene::Linkage linkage, LinkageLimits limits, Executor executor,
                  std::shared_ptr<LinkageListener> listener);
   ~LinkageSession();  // cancels and waits for the running task
@@ -85,6 +88,8 @@ class LinkageSession {
   [[nodiscard]] std::shared_ptr<const LinkageGeometry> geometry() const;  // null while building
   /// Makes surfaces from coordinates, without the session; null while building.
   [[nodiscard]] std::shared_ptr<const LinkageShape> shape() const;
+  /// Makes forces and stresses from coordinates and strains; null while building.
+  [[nodiscard]] std::shared_ptr<const LinkageStatics> statics() const;
   /// The swept surface of a shape (coordinates), 3 surface nodes [scene length unit].
   [[nodiscard]] Eigen::VectorXf surface(const Eigen::Ref<const Eigen::VectorXf>& coordinates) const;
 

@@ -3,33 +3,16 @@
 #include <Eigen/Geometry>
 
 #include "engine/base/error.h"
+#include "engine/rods/section/section_reach.h"
 
 namespace limber::session {
-namespace {
 
-/// The outline about the centroid, with the principal axes on d_1 and d_2 as the stiffnesses have
-/// them.
-std::vector<Eigen::Vector2d> placed_outline(const scene::Linkage& linkage) {
-  const rods::SectionProperties section = rods::section_properties(linkage.section);
-  const Eigen::Vector2d first = section.axis_1, second(-first.y(), first.x());
-  std::vector<Eigen::Vector2d> result;
-  for (const Eigen::Vector2d& corner : rods::section_outline(linkage.section)) {
-    const Eigen::Vector2d p = corner - section.centroid;
-    const Eigen::Vector2d principal(first.dot(p), second.dot(p));
-    // A quarter turn: d_2 takes the first axis and -d_1 the second, so that the sense stays.
-    result.push_back(linkage.stiff_axis == rods::StiffAxis::kD1
-                         ? principal
-                         : Eigen::Vector2d(-principal.y(), principal.x()));
-  }
-  return result;
-}
-
-}  // namespace
-
-LinkageShape::LinkageShape(const rods::LinkageModel& model, const scene::Linkage& linkage)
-    : joints_(model.variables().joints()), outline_(placed_outline(linkage)) {
-  for (int s = 0; s < model.variables().segments(); ++s) {
-    edges_.push_back(model.variables().edges(s));
+LinkageShape::LinkageShape(const MappedLinkage& mapped, const scene::Linkage& linkage)
+    : joints_(mapped.model.variables().joints()),
+      outline_(rods::placed_outline(linkage.section, mapped.section, linkage.stiff_axis)) {
+  const rods::ReducedVariables& variables = mapped.model.variables();
+  for (int s = 0; s < variables.segments(); ++s) {
+    edges_.push_back(variables.edges(s));
     size_ += 6 * edges_.back() + 3;
   }
   size_ += joints_;

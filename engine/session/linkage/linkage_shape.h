@@ -6,8 +6,8 @@
 
 #include "engine/rods/linkage/linkage_model.h"
 #include "engine/rods/linkage/linkage_state.h"
-#include "engine/rods/section/profile.h"
 #include "engine/scene/linkage.h"
+#include "engine/session/linkage/linkage_mapping.h"
 
 namespace limber::session {
 
@@ -22,7 +22,7 @@ namespace limber::session {
 /// d_2 = t x d_1 of the mean of its edges' frames.
 class LinkageShape {
  public:
-  LinkageShape(const rods::LinkageModel& model, const scene::Linkage& linkage);
+  LinkageShape(const MappedLinkage& mapped, const scene::Linkage& linkage);
 
   [[nodiscard]] int size() const { return size_; }  // coordinates
   [[nodiscard]] int surface_nodes() const;

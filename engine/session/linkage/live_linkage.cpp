@@ -33,7 +33,8 @@ double extent_of(const rods::LinkageGraph& graph) {
 
 LiveLinkage::LiveLinkage(const scene::Linkage& linkage)
     : mapped_(map_linkage(linkage)),
-      shape_(mapped_.model, linkage),
+      shape_(mapped_, linkage),
+      statics_(mapped_, linkage),
       length_unit_(linkage.length_unit_in_metres),
       extent_(extent_of(mapped_.model.graph())),
       equilibrium_(mapped_.model),
@@ -81,7 +82,12 @@ void LiveLinkage::go_straight(const rods::Conditions& wanted, const JobContext& 
   step.prediction_error = report.turned;
   if (report.escapes > 0) step.event = rods::BranchEvent::kBranching;
   outcome.path.push_back(step);
-  outcome.frames.push_back(shape_.coordinates(mapped_.model, state_));
+  note_step(state_, outcome);
+}
+
+void LiveLinkage::note_step(const rods::LinkageState& state, Outcome& outcome) const {
+  outcome.frames.push_back(shape_.coordinates(mapped_.model, state));
+  outcome.strains.push_back(statics_.strains(state));
 }
 
 /// Step by step.
@@ -93,7 +99,7 @@ void LiveLinkage::lead(const rods::Conditions& wanted, double step, const JobCon
   rods::DeploymentReport report =
       rods::deploy(equilibrium_, state_, held_, wanted, options, job,
                    [&](const rods::DeploymentStep&, const rods::LinkageState& state) {
-                     outcome.frames.push_back(shape_.coordinates(mapped_.model, state));
+                     note_step(state, outcome);
                      on_iterate();
                    });
   EquilibriumReport& sum = outcome.report;

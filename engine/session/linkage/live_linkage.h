@@ -7,6 +7,7 @@
 #include "engine/rods/equilibrium/deployment.h"
 #include "engine/session/linkage/linkage_mapping.h"
 #include "engine/session/linkage/linkage_shape.h"
+#include "engine/session/linkage/linkage_statics.h"
 
 namespace limber::session {
 
@@ -19,15 +20,18 @@ class LiveLinkage {
 
   [[nodiscard]] const rods::LinkageModel& model() const { return mapped_.model; }
   [[nodiscard]] const LinkageShape& shape() const { return shape_; }
+  [[nodiscard]] const LinkageStatics& statics() const { return statics_; }
   /// The shape now: of the last iterate.
   [[nodiscard]] const rods::LinkageState& state() const { return iterate_ ? *iterate_ : state_; }
 
   struct Outcome {
     bool reached = false;            // an equilibrium under these conditions
     rods::EquilibriumReport report;  // of the last solve; counts are sums
-    /// The equilibria on the way, the last included, and their coordinates.
+    /// The equilibria on the way, the last included, and their coordinates and strains (see
+    /// LinkageStatics).
     std::vector<rods::DeploymentStep> path;
     std::vector<Eigen::VectorXf> frames;
+    std::vector<Eigen::VectorXf> strains;
   };
   /// Called now and then with a shape on the way: no equilibrium yet.
   using OnIterate = std::function<void()>;
@@ -51,11 +55,13 @@ class LiveLinkage {
                    const OnIterate& on_iterate, Outcome& outcome);
   void go_again(const rods::Conditions& wanted, const JobContext& job, const OnIterate& on_iterate,
                 Outcome& outcome);
+  void note_step(const rods::LinkageState& state, Outcome& outcome) const;
   void lead(const rods::Conditions& wanted, double step, const JobContext& job,
             const OnIterate& on_iterate, Outcome& outcome);
 
   MappedLinkage mapped_;
   LinkageShape shape_;
+  LinkageStatics statics_;
   double length_unit_, extent_;
   rods::LinkageEquilibrium equilibrium_;
   rods::LinkageState state_, good_;

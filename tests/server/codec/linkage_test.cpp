@@ -71,6 +71,26 @@ TEST(LinkageCodec, DefaultsAreThoseOfTheEngine) {
   EXPECT_EQ(refused(cross()), "");
 }
 
+TEST(LinkageCodec, ValidationTellsEverything) {
+  proto::Scene scene = cross();
+  auto& linkage = *scene.mutable_linkage();
+  linkage.mutable_material()->set_youngs_modulus(-1);
+  linkage.mutable_material()->set_density(-1);
+  linkage.mutable_section()->mutable_rectangle()->set_height(0);
+  linkage.mutable_conditions()->add_pins()->set_joint(7);
+  linkage.mutable_conditions()->add_loads()->set_joint(8);
+  std::vector<std::string> fields;
+  for (const auto& issue : linkage_issues(scene, "scene.", no_lines, 0)) {
+    fields.push_back(issue.field());
+    EXPECT_EQ(issue.severity(), proto::Issue::SEVERITY_ERROR);
+  }
+  EXPECT_EQ(fields,
+            (std::vector<std::string>{
+                "scene.linkage.material.youngs_modulus", "scene.linkage.material.density",
+                "scene.linkage.section.rectangle.height", "scene.linkage.conditions.pins[0].joint",
+                "scene.linkage.conditions.loads[0].joint"}));
+}
+
 TEST(LinkageCodec, EverythingButTheLinesComesBack) {
   for (const rods::Section& section : std::vector<rods::Section>{
            rods::Ellipse{3, 2}, rods::ISection{9, 8, 2, 1}, rods::LSection{5, 4, 1},

@@ -1,9 +1,14 @@
 #include "server/service/export.h"
 
+#include <fmt/format.h>
+#include <google/protobuf/struct.pb.h>
+#include <google/protobuf/util/json_util.h>
 #include <gtest/gtest.h>
 
+#include "engine/scene/formats/line_formats.h"
 #include "engine/scene/formats/mesh_formats.h"
 #include "engine/scene/formats/point_cache.h"
+#include "engine/scene/formats/surface_formats.h"
 #include "server/codec/scene_json.h"
 #include "tests/server/support/running_server.h"
 
@@ -117,6 +122,109 @@ TEST_F(ServerExport, BadNamesAndFormats) {
     request.mutable_export_()->set_stem(stem);
     EXPECT_EQ(client.call(request).error().field(), "stem") << stem;
   }
+}
+
+proto::Scene linkage_scene(const std::string& sample) {
+  proto::Scene scene;
+  auto& linkage = *scene.mutable_linkage();
+  linkage.mutable_lines()->set_sample(sample);
+  linkage.mutable_section()->mutable_rectangle()->set_width(0.02);
+  linkage.mutable_section()->mutable_rectangle()->set_height(0.005);
+  linkage.set_edges_per_segment(5);
+  return scene;
+}
+
+struct LinkageExport : ServerExport {
+  std::uint32_t steps = 0;
+  void SetUp() override {
+    ASSERT_TRUE(client.call(open_request(linkage_scene("grid"), "s")).has_open_session());
+    proto::Request deploy;
+    deploy.mutable_edit()->set_session("s");
+    deploy.mutable_edit()->add_edits()->mutable_set_mean_angle()->set_angle_degrees(40);
+    ASSERT_TRUE(client.call(deploy).has_edit());
+    const auto result = client.call(wait_request("s", 1)).wait().result();
+    ASSERT_FALSE(result.solve_failed()) << result.message();
+    steps = result.linkage().steps();
+  }
+};
+
+TEST_F(LinkageExport, AFilePerStepWithWhatTheRodsCarry) {
+  const auto files = fetch(proto::EXPORT_FORMAT_VTP);
+  ASSERT_GT(steps, 3u);
+  EXPECT_EQ(files.size(), steps + 1);
+  const std::string& last = files.at(fmt::format("film_{:05}.vtp", steps - 1));
+  for (const char* name : {"axial_force", "curvature_2", "twist_rate", "bending_moment_1", "torque",
+                           "von_mises_stress", "opening_angles", "segment_von_mises_stress"})
+    EXPECT_NE(last.find(fmt::format("Name=\"{}\"", name)), std::string::npos) << name;
+  EXPECT_NE(files.at("film.pvd").find(fmt::format("film_{:05}.vtp", steps - 1)), std::string::npos);
+}
+
+TEST_F(LinkageExport, CentrelinesAndSurfaceAreReadAgain) {
+  const auto files = fetch(proto::EXPORT_FORMAT_OBJ);
+  const auto lines = scene::read_line_mesh("a.obj", files.at("film_centrelines.obj"));
+  const auto surface = scene::read_surface("a.obj", files.at("film_surface.obj"));
+  proto::Request request;
+  request.mutable_get_geometry()->set_session("s");
+  const auto geometry = client.call(request).get_geometry().linkage();
+  EXPECT_EQ(lines.edge_count(), geometry.edges_size() * 5);
+  EXPECT_EQ(surface.vertices.cols(), geometry.surface_nodes());
+  const Eigen::MatrixXf nodes = positions(static_cast<int>(geometry.surface_nodes()));
+  const Eigen::Map<const Eigen::VectorXd> written(surface.vertices.data(), surface.vertices.size());
+  EXPECT_LT((written.cast<float>() - nodes.rightCols<1>()).cwiseAbs().maxCoeff(), 1e-6f);
+}
+
+TEST_F(LinkageExport, JsonIsOfTheFinalShape) {
+  const auto files = fetch(proto::EXPORT_FORMAT_JSON);
+  google::protobuf::Struct shape;  // any JSON object
+  ASSERT_TRUE(
+      google::protobuf::util::JsonStringToMessage(files.at("film_shape.json"), &shape).ok());
+  const auto& fields = shape.fields();
+  EXPECT_NEAR(fields.at("mean_opening_angle").number_value(), 40, 1e-6);
+  EXPECT_EQ(fields.at("units").struct_value().fields().at("von_mises_stress").string_value(), "Pa");
+  const auto& segment = fields.at("segments").list_value().values(0).struct_value().fields();
+  const auto& stations = segment.at("stations").struct_value().fields();
+  EXPECT_EQ(stations.at("von_mises_stress").list_value().values_size(), 6);
+  EXPECT_EQ(stations.at("position").list_value().values_size(), 6);
+}
+
+TEST_F(LinkageExport, ScenesComeBackAsEdited) {
+  const auto files = fetch(proto::EXPORT_FORMAT_SCENE);
+  proto::Scene scene = scene_from_json(files.at("film.json"));
+  EXPECT_NEAR(scene.linkage().conditions().mean_angle_degrees(), 40, 1e-9);
+  EXPECT_EQ(scene.linkage().lines().path(), "film.obj");
+  scene.mutable_linkage()->mutable_lines()->mutable_file()->set_name("film.obj");
+  scene.mutable_linkage()->mutable_lines()->mutable_file()->set_content(files.at("film.obj"));
+  ASSERT_TRUE(client.call(open_request(scene, "again")).has_open_session());
+  const auto first = client.call(wait_request("s", 1)).wait().result();
+  const auto again = client.call(wait_request("again", 0)).wait().result();
+  EXPECT_NEAR(again.linkage().mean_angle_degrees(), 40, 1e-6);
+  EXPECT_NEAR(again.total_energy(), first.total_energy(), 1e-4 * first.total_energy() + 1e-9);
+}
+
+TEST_F(LinkageExport, FormatsAndPartsThatAreNotThere) {
+  proto::Request request;
+  request.mutable_export_()->set_session("s");
+  const auto refused = [&](proto::ExportFormat format) {
+    request.mutable_export_()->set_format(format);
+    return client.call(request).error();
+  };
+  EXPECT_EQ(refused(proto::EXPORT_FORMAT_UNSPECIFIED).field(), "format");
+  EXPECT_EQ(refused(proto::EXPORT_FORMAT_PVD).field(), "format");
+  EXPECT_NE(refused(proto::EXPORT_FORMAT_PC2).message().find("VTP"), std::string::npos);
+  request.mutable_export_()->set_part(7);
+  for (const auto format : {proto::EXPORT_FORMAT_VTP, proto::EXPORT_FORMAT_OBJ,
+                            proto::EXPORT_FORMAT_JSON, proto::EXPORT_FORMAT_SCENE}) {
+    request.mutable_export_()->set_part(0);
+    request.mutable_export_()->set_format(format);
+    EXPECT_TRUE(client.call(request).has_export_()) << format;
+    request.mutable_export_()->set_part(7);
+    EXPECT_EQ(refused(format).field(), "part") << format;
+  }
+  open_and_solve(client, "body");
+  request.mutable_export_()->set_session("body");
+  request.mutable_export_()->set_part(0);
+  EXPECT_EQ(refused(proto::EXPORT_FORMAT_VTP).field(), "format");
+  EXPECT_NE(refused(proto::EXPORT_FORMAT_JSON).message().find("PVD"), std::string::npos);
 }
 
 }  // namespace

@@ -68,6 +68,17 @@ TEST(ReducedVariables, CountsAreThoseOfThePublicCode) {
   }
 }
 
+TEST(ReducedVariables, MoreUnknownsThanCanBeCountedNameTheSegment) {
+  const LinkageGraph graph = build_linkage_graph(mixed_mesh());
+  try {
+    (void)ReducedVariables(graph, 200'000'000);
+    FAIL();
+  } catch (const Error& error) {
+    EXPECT_EQ(error.code(), ErrorCode::kLimitExceeded);
+    EXPECT_EQ(error.field(), "edges_per_segment[2]");
+  }
+}
+
 TEST(ReducedVariables, TooFewEdgesNameTheSegment) {
   const LinkageGraph graph = build_linkage_graph(mixed_mesh());
   const auto field = [&](std::vector<int> edges) {

@@ -55,6 +55,48 @@ TEST(Torsion, AgreesWithTheSeriesOfRectangles) {
   }
 }
 
+TEST(Section, ProfilesTooFineForTheirTorsionAreKnownBefore) {
+  Profile gear;
+  for (int i = 0; i < 300; ++i) {
+    const double radius = 1 + 0.3 * std::cos(kPi * i / 30), angle = kPi * i / 150;
+    gear.outline.emplace_back(radius * std::cos(angle), radius * std::sin(angle));
+  }
+  for (const bool solved : {false, true}) {
+    try {
+      solved ? (void)torsion(gear) : validate(gear);
+      ADD_FAILURE() << solved;
+    } catch (const Error& error) {
+      EXPECT_EQ(error.code(), ErrorCode::kLimitExceeded);
+      EXPECT_EQ(error.field(), "section.outline");
+    }
+  }
+}
+
+TEST(Torsion, ShearOfConvexProfiles) {
+  for (const double ratio : {1.0, 1.7, 4.0, 20.0}) {
+    const auto shear = torsion(rectangle_profile(ratio, 1, 0.7)).shear;
+    ASSERT_TRUE(shear);
+    EXPECT_NEAR(*shear, rectangle_torsion_shear(ratio, 1), 1e-3) << ratio;
+  }
+  // Timoshenko and Goodier, table of sec. 109: k times the shorter side.
+  EXPECT_NEAR(rectangle_torsion_shear(1, 1), 0.675, 5e-4);
+  EXPECT_NEAR(rectangle_torsion_shear(2, 1), 0.930, 5e-4);
+  EXPECT_NEAR(rectangle_torsion_shear(1, 1e4), 1, 1e-12);
+  // In the middles of its sides, half its height.
+  const Profile triangle{{{0, 0}, {2, 0}, {1, std::sqrt(3.0)}}, {}};
+  EXPECT_NEAR(*torsion(triangle).shear, std::sqrt(3.0) / 2, 1e-3);
+  Profile round;
+  for (int i = 0; i < 48; ++i)
+    round.outline.emplace_back(1.5 * std::cos(kPi * i / 24), std::sin(kPi * i / 24));
+  EXPECT_NEAR(*torsion(round).shear, *section_properties(Ellipse{3, 2}).torsion_shear, 0.03);
+  EXPECT_NEAR(*section_properties(Ellipse{3, 2}).torsion_shear, 2 * 1.5 * 1.5 / 3.25, 1e-12);
+  EXPECT_EQ(section_properties(Tube{2, 0.1}).torsion_shear, 1.0);
+  Profile pierced = triangle;
+  pierced.holes.push_back({{0.9, 0.5}, {1.1, 0.5}, {1, 0.7}});
+  EXPECT_FALSE(torsion(pierced).shear);
+  EXPECT_FALSE(section_properties(LSection{2, 1, 0.2}).torsion_shear);
+}
+
 TEST(Torsion, AgreesWithTheEquilateralTriangle) {
   const double side = 2;
   const Profile triangle{{{0, 0}, {side, 0}, {side / 2, side * std::sqrt(3.0) / 2}}, {}};

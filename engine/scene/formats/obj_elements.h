@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <charconv>
 #include <cstdint>
 #include <string_view>
@@ -19,6 +20,15 @@ inline std::int64_t obj_vertex_index(std::string_view corner, std::int64_t verte
     file.fail_at(line, "expected a vertex index, found " + in_quotes(corner));
   }
   return index > 0 ? index - 1 : vertex_count + index;
+}
+
+/// What follows the "v" of a line: x y z; a weight or colours are passed over.
+inline Eigen::Vector3d obj_vertex(TextCursor& file) {
+  const double x = file.real_in_line("coordinate x");
+  const double y = file.real_in_line("coordinate y");
+  const double z = file.real_in_line("coordinate z");
+  file.skip_line();
+  return {x, y, z};
 }
 
 }  // namespace limber::scene::formats

@@ -1,0 +1,67 @@
+"""Files that a server makes of a session, fetched and written here."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path, PurePosixPath
+from typing import TYPE_CHECKING, Callable, Sequence
+
+from .errors import LimberError
+from .messages import service
+from .results import Result
+
+if TYPE_CHECKING:
+    from .open_session import OpenSession
+
+BODY = {"pvd": service.EXPORT_FORMAT_PVD, "pc2": service.EXPORT_FORMAT_PC2, "scene": service.EXPORT_FORMAT_SCENE}
+LINKAGE = {"vtp": service.EXPORT_FORMAT_VTP, "obj": service.EXPORT_FORMAT_OBJ, "json": service.EXPORT_FORMAT_JSON,
+           "scene": service.EXPORT_FORMAT_SCENE}
+
+
+@dataclass(frozen=True)
+class Export:
+    """Files an export wrote; iterates over them."""
+
+    files: tuple[Path, ...]
+    result: Result | None  # what was exported; of the last format if there are several
+
+    def __iter__(self):
+        return iter(self.files)
+
+    def __len__(self) -> int:
+        return len(self.files)
+
+
+def export(session: "OpenSession", formats: Sequence[str], folder: Path, stem: str, timeout: float,
+           report: Callable[[str, float], None]) -> Export:
+    """Fetches all parts and writes them; formats are names of session.FORMATS."""
+    written: dict[Path, None] = {}
+    result: Result | None = None
+    for name in formats:
+        part = count = 0
+        while part == 0 or part < count:
+            request = service.ExportRequest(session=session.id, format=session.FORMATS[name], stem=stem, part=part,
+                                            result_sequence=result.sequence if part and result else 0)
+            response = session.connection.call("export", request, timeout=timeout)
+            result = session.result_of(response.result)
+            count = response.part_count
+            for file in response.files:
+                written[write_exported(folder, file)] = None
+            part += 1
+            report(f"exporting {name}", part / max(count, 1))
+    return Export(tuple(written), result)
+
+
+def write_exported(folder: Path, file: "service.ExportedFile") -> Path:
+    """Writes one exported file below the folder, whatever its name claims."""
+    relative = PurePosixPath(file.name)
+    if not relative.parts or relative.is_absolute() or ".." in relative.parts:
+        raise LimberError("MALFORMED", f"the server names a file outside the folder: {file.name!r}")
+    path = folder / relative
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with open(path, "ab" if file.append else "wb") as out:
+            out.write(file.content)
+    except OSError as error:
+        raise LimberError("IO", f"cannot write {path}: {error.strerror}", "folder") from error
+    return path
