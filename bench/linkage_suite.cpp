@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <numbers>
 
+#include "bench/linkage_models.h"
 #include "bench/suite.h"
 #include "engine/base/parallel.h"
 #include "engine/rods/equilibrium/deployment.h"
@@ -18,151 +19,6 @@ namespace limber::bench {
 namespace {
 
 constexpr double kDegree = std::numbers::pi / 180;
-
-/// Where rest lengths come from.
-enum class RestLengthChoice { kDrawn, kSolved };
-constexpr auto kDrawn = RestLengthChoice::kDrawn;
-constexpr auto kSolved = RestLengthChoice::kSolved;
-
-struct Model {
-  const char* name;
-  const char* file;
-  int edges;
-  rods::RodStiffness stiffness;  // in N and mm
-  int held;                      // joint whose position and rotation stay
-  double target;                 // mean opening angle [degrees]
-  int steps;
-  RestLengthChoice rest_lengths;
-  double known_closed;  // energy of the public code before opening, 0: none
-  double known_energy;  // and deployed, with these rest lengths
-  double known_ms;      // per iteration, public code
-  double known_wall;    // [s]
-};
-
-// Rectangles: 3 x 0.75 of E = 3000, 1.5 x 10 of 2000, 13 x 9 of 20000, 12 x 8 of 2000; hourglass
-// with the section of asymm.
-constexpr Model kModels[] = {
-    {"burd_5",
-     "burd_flat_opt_scaled",
-     5,
-     {6750, 5062.5, 316.40625, 386.3121963558732},
-     20,
-     95,
-     50,
-     kDrawn,
-     0.06551205849886217,
-     43.49874337567044,
-     0,
-     0},
-    {"burd",
-     "burd_flat_opt_scaled",
-     10,
-     {6750, 5062.5, 316.40625, 386.3121963558732},
-     20,
-     95,
-     50,
-     kDrawn,
-     0.06523042613060336,
-     43.312507597142925,
-     3.9,
-     0.8},
-    {"burd_solved",
-     "burd_flat_opt_scaled",
-     10,
-     {6750, 5062.5, 316.40625, 386.3121963558732},
-     20,
-     95,
-     50,
-     kSolved,
-     0.06516696420644945,
-     43.31263417905001,
-     3.9,
-     0.8},
-    {"burd_20",
-     "burd_flat_opt_scaled",
-     20,
-     {6750, 5062.5, 316.40625, 386.3121963558732},
-     20,
-     95,
-     50,
-     kDrawn,
-     0.0651515779525022,
-     43.27535043206037,
-     0,
-     0},
-    {"burd_40",
-     "burd_flat_opt_scaled",
-     40,
-     {6750, 5062.5, 316.40625, 386.3121963558732},
-     20,
-     95,
-     50,
-     kDrawn,
-     0.06512391871666919,
-     43.267049465093265,
-     0,
-     0},
-    {"burd_80",
-     "burd_flat_opt_scaled",
-     80,
-     {6750, 5062.5, 316.40625, 386.3121963558732},
-     20,
-     95,
-     50,
-     kDrawn,
-     0.06511264696364637,
-     43.26507852702259,
-     0,
-     0},
-    {"etienne",
-     "etienne_hyperboloid_measured",
-     10,
-     {30000, 250000, 5625, 7836},
-     74,
-     67.5,
-     25,
-     kSolved,
-     7.3758469502943025e-06,
-     253.12622115511329,
-     10.9,
-     4.9},
-    {"darth_vader",
-     "darth_vader_pavilion",
-     10,
-     {2340000, 32955000, 15795000, 13920760},
-     18,
-     105,
-     50,
-     kSolved,
-     21314.890648254794,
-     367575.160996227,
-     26.3,
-     6.1},
-    {"asymm_2_bumps",
-     "AsymmOverhanging2BumpsArchitecturalScale",
-     10,
-     {192000, 2304000, 1024000, 925198},
-     182,
-     93,
-     50,
-     kDrawn,
-     41.548352371857526,
-     13062.061460538143,
-     34.7,
-     16},
-    {"hourglass",
-     "hourglass",
-     8,
-     {192000, 2304000, 1024000, 925198},
-     0,
-     90,
-     50,
-     kDrawn,
-     0,
-     0,
-     153.5,
-     37.6},
-};
 
 /// Medians of the parts of one Newton step at a state.
 void measure_parts(const rods::LinkageModel& model, const rods::LinkageState& state, int repeats,
@@ -236,11 +92,11 @@ void measure_retarget(const rods::LinkageModel& model, rods::LinkageEquilibrium&
 }
 
 /// Rest lengths of the public code's "solve" runs.
-void solve_lengths(const Model& named, rods::LinkageModel& model, rods::LinkageState& state,
+void solve_lengths(const LinkageCase& named, rods::LinkageModel& model, rods::LinkageState& state,
                    Case& result) {
   for (const char* name : {"rest_lengths_ms", "rest_length_iterations", "rest_lengths_failed"})
     result[name] = nullptr;
-  if (named.rest_lengths == kDrawn) return;
+  if (named.rest_lengths == RestLengthChoice::kDrawn) return;
   rods::RestLengthReport report;
   result["rest_lengths_ms"] =
       milliseconds([&] { report = rods::solve_rest_lengths(model, state); });
@@ -248,7 +104,7 @@ void solve_lengths(const Model& named, rods::LinkageModel& model, rods::LinkageS
   result["rest_lengths_failed"] = !report.converged();
 }
 
-Case measure(const Model& named, const std::string& path, bool quick) {
+Case measure(const LinkageCase& named, const std::string& path, bool quick) {
   rods::LinkageModel model(rods::build_linkage_graph(scene::read_line_mesh_file(path)), named.edges,
                            named.stiffness);
   rods::LinkageState state(model);
@@ -302,7 +158,7 @@ Case measure(const Model& named, const std::string& path, bool quick) {
 }  // namespace
 
 void linkage_suite(const SuiteOptions& options, Recorder& recorder) {
-  for (const Model& named : kModels) {
+  for (const LinkageCase& named : linkage_cases()) {
     const std::string path = options.shared_folder + "/data/linkages/" + named.file + ".obj";
     if (options.shared_folder.empty() || !std::filesystem::exists(path)) {
       recorder.note(fmt::format("{} left out: {} is not there", named.name, path));

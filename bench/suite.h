@@ -46,6 +46,7 @@ void cubature_suite(const SuiteOptions& options, Recorder& recorder);
 void basis_suite(const SuiteOptions& options, Recorder& recorder);
 void linkage_solver_suite(const SuiteOptions& options, Recorder& recorder);
 void linkage_suite(const SuiteOptions& options, Recorder& recorder);
+void design_suite(const SuiteOptions& options, Recorder& recorder);
 void rods_suite(const SuiteOptions& options, Recorder& recorder);
 
 /// A named body of the sample scenes or of the public data ("beam", "flower", "dino",
