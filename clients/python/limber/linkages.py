@@ -55,7 +55,7 @@ class LinkageResult(Result):
     steps: int = 0                  # equilibria on the way
     negative_eigenvalues: int = 0   # directions in which the equilibrium is unstable
     mean_angle_moment: float = 0.0  # on every joint, holds the mean angle [N m]
-    path: tuple[LinkageStep, ...] = ()  # of a final result, one for each of its frames
+    path: tuple[LinkageStep, ...] = ()  # of a final result, one for each of its frames; empty if none is new
 
     @property
     def events(self) -> tuple[LinkageStep, ...]:

@@ -1,5 +1,8 @@
 #include "engine/rods/equilibrium/condition_path.h"
 
+#include <cmath>
+#include <map>
+#include <tuple>
 #include <utility>
 #include <variant>
 
@@ -8,24 +11,50 @@
 namespace limber::rods::detail {
 namespace {
 
+/// Of the mean angle's moment: moments that differ by less are the same.
+constexpr double kEqual = 1e-6;
+
 double blend(double from, double to, double t) { return (1 - t) * from + t * to; }
 
-/// Those that have any strength.
+/// A point of a spring by numbers that can be compared.
+std::tuple<std::size_t, int, double> key(const TargetSpring& spring) {
+  if (const auto* joint = std::get_if<JointPoint>(&spring.at)) return {0, joint->joint, 0};
+  if (const auto* vertex = std::get_if<VertexPoint>(&spring.at))
+    return {1, vertex->segment, vertex->vertex};
+  const auto& arc = std::get<ArcPoint>(spring.at);
+  return {2, arc.segment, arc.share};
+}
+
+/// Those that have any strength. Two at one point pull like one between their positions: ways that
+/// are begun again and again do not make them more and more.
 void add_springs(const std::vector<TargetSpring>& springs, double share,
                  std::vector<TargetSpring>& to) {
   if (share <= 0) return;
+  std::map<std::tuple<std::size_t, int, double>, std::size_t> places;
+  for (std::size_t i = 0; i < to.size(); ++i) places.emplace(key(to[i]), i);
   for (TargetSpring spring : springs) {
     spring.stiffness *= share;
-    to.push_back(spring);
+    const auto [place, is_new] = places.emplace(key(spring), to.size());
+    if (is_new) {
+      to.push_back(spring);
+      continue;
+    }
+    TargetSpring& other = to[place->second];
+    const double sum = other.stiffness + spring.stiffness;
+    other.position += spring.stiffness / sum * (spring.position - other.position);
+    other.stiffness = sum;
   }
 }
 
-void add_loads(const std::vector<JointLoad>& loads, double share, std::vector<JointLoad>& to) {
-  for (JointLoad load : loads) {
-    load.force *= share;
-    load.moment *= share;
-    load.opening_torque *= share;
-    to.push_back(load);
+/// One for each joint, in the order of joints.
+void add_loads(const std::vector<JointLoad>& loads, double share, std::map<int, JointLoad>& to) {
+  if (share <= 0) return;
+  for (const JointLoad& load : loads) {
+    JointLoad& sum = to[load.joint];
+    sum.joint = load.joint;
+    sum.force += share * load.force;
+    sum.moment += share * load.moment;
+    sum.opening_torque += share * load.opening_torque;
   }
 }
 
@@ -84,7 +113,10 @@ std::vector<JointLoad> released_reactions(const LinkageModel& model,
       load.moment.setZero();
     }
     const bool angle = before.angle[j] != 0 || from.mean_opening_angle;
-    load.opening_torque = angle && after.angle[j] == 0 ? load.opening_torque - mean : 0;
+    const double torque = load.opening_torque - mean;
+    const bool released =
+        angle && after.angle[j] == 0 && std::abs(torque) > kEqual * std::abs(mean);
+    load.opening_torque = released ? torque : 0;
     if (!load.force.isZero(0) || !load.moment.isZero(0) || load.opening_torque != 0)
       result.push_back(load);
   }
@@ -116,10 +148,12 @@ Conditions ConditionPath::at(double t) const {
   result.springs.clear();
   add_springs(from_.springs, 1 - t, result.springs);
   add_springs(to_.springs, t, result.springs);
+  std::map<int, JointLoad> loads;
+  add_loads(from_.loads, 1 - t, loads);
+  add_loads(to_.loads, t, loads);
+  add_loads(released_, 1 - t, loads);
   result.loads.clear();
-  add_loads(from_.loads, 1 - t, result.loads);
-  add_loads(to_.loads, t, result.loads);
-  add_loads(released_, 1 - t, result.loads);
+  for (const auto& [joint, load] : loads) result.loads.push_back(load);
   // As weights per length: neither need know the other's masses.
   result.gravity.acceleration =
       (1 - t) * from_.gravity.mass_per_length * from_.gravity.acceleration +

@@ -156,8 +156,8 @@ class Deployment {
       if (!trial.report.converged()) {
         ++report_.steps_failed;
         report_.status = DeploymentStatus::kStopped;
-        report_.message =
-            fmt::format("stopped at {:.4f} of the way: {}", progress_, trial.report.message);
+        report_.message = fmt::format("stopped at {:.4f} of the way: {}{}", progress_,
+                                      trial.report.message, told_strain());
         return false;
       }
       accept(std::move(trial), jumped, last);
@@ -182,6 +182,7 @@ class Deployment {
     step.negative_eigenvalues = found.negative_eigenvalues;
     step.prediction_error = trial.error;
     report_.path.push_back(step);
+    report_.reached = found;
     ++report_.steps;
     if (step.event == BranchEvent::kBranching) ++report_.branchings;
     if (step.event == BranchEvent::kLimitPoint) ++report_.limit_points;
@@ -206,6 +207,32 @@ class Deployment {
     const double along = way_.dot(weights.cwiseProduct(soft));
     return along * along > kAlongSoftest * way_.dot(weights.cwiseProduct(way_)) *
                                soft.dot(weights.cwiseProduct(soft));
+  }
+
+  /// Which of the prescribed joints resists most where the way ends.
+  [[nodiscard]] std::string told_strain() const {
+    const Conditions held = path_.at(progress_);
+    const JointLoad* pulled = nullptr;
+    const JointLoad* turned = nullptr;
+    const std::vector<JointLoad> reactions = equilibrium_.reactions(state_, held);
+    for (const JointLoad& load : reactions) {
+      if (pulled == nullptr || load.force.norm() > pulled->force.norm()) pulled = &load;
+      const bool set = std::any_of(held.angles.begin(), held.angles.end(),
+                                   [&](const AngleSetting& a) { return a.joint == load.joint; });
+      if (set &&
+          (turned == nullptr || std::abs(load.opening_torque) > std::abs(turned->opening_torque)))
+        turned = &load;
+    }
+    std::string text;
+    if (pulled != nullptr && !pulled->force.isZero(0)) {
+      text += fmt::format("; the pin that is pulled at most is joint {}'s, with a force of {:.3g}",
+                          pulled->joint, pulled->force.norm());
+    }
+    if (turned != nullptr && turned->opening_torque != 0) {
+      text += fmt::format("; the angle that resists most is joint {}'s, with a torque of {:.3g}",
+                          turned->joint, turned->opening_torque);
+    }
+    return text;
   }
 
   [[nodiscard]] std::string told_events() const {

@@ -57,8 +57,9 @@ struct DeploymentReport {
   int factorizations = 0;
   int branchings = 0, limit_points = 0, jumps = 0;  // events of the path
   std::vector<DeploymentStep> path;
-  EquilibriumReport end;  // of the last search, also where it failed
-  Conditions held;        // those the state is in equilibrium under; `from` if there was no step
+  EquilibriumReport end;      // of the last search, also where it failed
+  EquilibriumReport reached;  // of the state, if there was a step
+  Conditions held;  // those the state is in equilibrium under; `from` if there was no step
   std::string message;
 };
 

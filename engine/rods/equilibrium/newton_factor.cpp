@@ -13,6 +13,9 @@ namespace {
 constexpr double kShiftGrowth = 6;
 // Imbalance that no equilibrium is near to.
 constexpr double kFar = 0.3;
+// Of the forces that balance leaves, at this tolerance at most, how many times count as nothing.
+constexpr double kLeft = 10;
+constexpr double kFinest = 1e-8;
 // Imbalance from which the next part of a prescribed way is gone, in turns of this size [rad].
 constexpr double kSettled = 0.05;
 constexpr double kPrescribedTurn = 0.1;
@@ -167,9 +170,18 @@ void NewtonRun::limit(const LinkageState& state, double largest, Step& step) con
 /// Is a balanced state stable? What was factored on the way there says nothing of it: the last
 /// step's forces may be what buckles it.
 bool NewtonRun::certify(const LinkageState& state) {
-  assemble(state, Compression::kBuckles);
-  factor_positive(0, state);
-  return stable_;
+  assemble(state, Compression::kBuckles, WeakHolds::kLeftOut);
+  stable_ = factor(0);
+  if (stable_) return true;
+  const int negative = report_.negative_eigenvalues;
+  // Where nothing resists some motion, its eigenvalue has the sign of rounding, or of what is left
+  // of the forces.
+  const double left = kLeft * std::min(options_.tolerance, kFinest) * scale_.force;
+  stable_ = factor(work_.scales.rounding_shift() + work_.scales.pressure_shift(left));
+  if (stable_) return true;
+  factor_shifted(work_.shift / kShiftGrowth, work_.shift);
+  report_.negative_eigenvalues = negative;
+  return false;
 }
 
 }  // namespace limber::rods::detail

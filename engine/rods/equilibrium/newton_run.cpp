@@ -76,7 +76,7 @@ EquilibriumReport NewtonRun::run(LinkageState& state, const JobContext& context,
              fmt::format("balanced, but unstable in {} directions", report_.negative_eigenvalues));
       break;
     }
-    if (report_.iterations == options_.max_iterations) {
+    if (report_.iterations >= options_.max_iterations) {
       finish(EquilibriumStatus::kIterationLimit,
              fmt::format("{} Newton steps left an imbalance of {:.1e}", report_.iterations,
                          report_.max_gradient_scaled));
@@ -122,10 +122,10 @@ void NewtonRun::evaluate(const LinkageState& state) {
   report_.max_gradient_scaled = std::max(size.force / scale_.force, size.moment / scale_.moment);
 }
 
-void NewtonRun::assemble(const LinkageState& state, Compression compression) {
+void NewtonRun::assemble(const LinkageState& state, Compression compression, WeakHolds holds) {
   (void)work_.assembly.hessian(state, work_.gradient, work_.matrix, compression);
   terms_.add(state, work_.gradient, work_.matrix);
-  holding_.add_weak_holds(work_.matrix);
+  if (holds == WeakHolds::kAdded) holding_.add_weak_holds(work_.matrix);
 }
 
 /// Edges of joints that are as short as they may be and would become shorter.

@@ -60,7 +60,10 @@ class NewtonRun {
   };
 
   void evaluate(const LinkageState& state);
-  void assemble(const LinkageState& state, Compression compression);
+  /// Weak holds keep steps from drifting; of stability they say nothing.
+  enum class WeakHolds { kAdded, kLeftOut };
+  void assemble(const LinkageState& state, Compression compression,
+                WeakHolds holds = WeakHolds::kAdded);
   [[nodiscard]] std::vector<int> fixed() const;
   [[nodiscard]] double potential(const LinkageState& state) const;
   [[nodiscard]] double rounding() const;

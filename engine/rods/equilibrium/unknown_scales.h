@@ -33,6 +33,8 @@ class UnknownScales {
   [[nodiscard]] double softest_eigenvalue() const { return softest_; }
   /// Shift below which the signs of eigenvalues are rounding.
   [[nodiscard]] double rounding_shift() const { return rounding_shift_; }
+  /// What a force that presses an edge together takes from eigenvalues.
+  [[nodiscard]] double pressure_shift(double force) const { return force / (edge_ * edge_); }
   [[nodiscard]] double extent() const { return extent_; }
   [[nodiscard]] double bending() const { return bending_; }
   /// Of a gradient's force components by rounding.

@@ -247,16 +247,20 @@ class LinkageSession::Impl : public std::enable_shared_from_this<LinkageSession:
       return impl.task_.is_closed() || (impl.work_ && !impl.must_finish_);
     });
     const bool cancelled = outcome.report.status == rods::EquilibriumStatus::kCancelled;
-    if (cancelled && interrupted) return;  // a newer revision goes on from this iterate
+    if (cancelled && interrupted) {  // a newer revision goes on from this iterate
+      live_->stay_near();
+      return;
+    }
     if (cancelled) live_->restore();
     auto result = std::make_shared<LinkageResult>();
     result->converged = true;
     result->solve_failed = !outcome.reached && !cancelled;
     result->report = outcome.reached ? outcome.report : live_->report_of_shape(outcome.report);
-    if (outcome.reached) result->path = std::move(outcome.path);
-    result->frames = outcome.reached ? columns(outcome.frames) : columns({shape_now()});
-    result->strains = outcome.reached ? columns(outcome.strains)
-                                      : columns({live_->statics().strains(live_->state())});
+    const bool moved = !cancelled && !outcome.path.empty();
+    if (moved) result->path = std::move(outcome.path);
+    result->frames = moved ? columns(outcome.frames) : columns({shape_now()});
+    result->strains =
+        moved ? columns(outcome.strains) : columns({live_->statics().strains(live_->state())});
     hand_out(std::move(result), round);
   }
 

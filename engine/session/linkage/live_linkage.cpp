@@ -72,6 +72,7 @@ void LiveLinkage::go_straight(const rods::Conditions& wanted, const JobContext& 
       });
   const EquilibriumReport& report = outcome.report;
   outcome.reached = report.converged();
+  turned_ += report.turned;
   if (!outcome.reached) return;
   rods::DeploymentStep step;
   step.progress = 1;
@@ -111,6 +112,8 @@ void LiveLinkage::lead(const rods::Conditions& wanted, double step, const JobCon
   sum.factorizations = factorizations + report.factorizations;
   if (!report.message.empty()) sum.message = report.message;
   held_ = std::move(report.held);
+  turned_ = 0;
+  outcome.way_end = report.reached;
   outcome.path = std::move(report.path);
   outcome.reached = report.status == rods::DeploymentStatus::kReached && report.end.converged();
   if (report.status == rods::DeploymentStatus::kCancelled)
@@ -118,6 +121,8 @@ void LiveLinkage::lead(const rods::Conditions& wanted, double step, const JobCon
 }
 
 void LiveLinkage::restore() {
+  iterate_ = nullptr;
+  turned_ = 0;
   state_ = good_;
   held_ = good_held_;
 }
@@ -141,6 +146,10 @@ void LiveLinkage::go_again(const rods::Conditions& wanted, const JobContext& job
   outcome.report.message += "; far away, and no way there was found: " + slow.report.message;
 }
 
+void LiveLinkage::stay_near() {
+  if (turned_ > kFarTurn) restore();
+}
+
 EquilibriumReport LiveLinkage::report_of_shape(const EquilibriumReport& attempt) const {
   EquilibriumReport report = good_report_;
   report.status = attempt.status;
@@ -162,17 +171,24 @@ LiveLinkage::Outcome LiveLinkage::solve(const scene::LinkageConditions& conditio
   } else {
     go_straight(wanted, job, on_iterate, outcome);
     const EquilibriumReport& report = outcome.report;
-    const bool far = settled_ && report.turned > kFarTurn;
+    const bool far = settled_ && turned_ > kFarTurn;
     if (report.status != EquilibriumStatus::kCancelled && (far || !outcome.reached))
       go_again(wanted, job, on_iterate, outcome);
   }
   if (outcome.reached) {
     settled_ = true;
+    turned_ = 0;
     good_ = state_;
     good_held_ = held_ = wanted;
     good_report_ = outcome.report;
   } else if (outcome.report.status != EquilibriumStatus::kCancelled) {
-    restore();
+    if (outcome.path.empty()) {
+      restore();
+    } else {  // as far as it went
+      good_report_ = outcome.way_end;
+      good_ = state_;
+      good_held_ = held_;
+    }
   }
   return outcome;
 }

@@ -32,18 +32,22 @@ class LiveLinkage {
     std::vector<rods::DeploymentStep> path;
     std::vector<Eigen::VectorXf> frames;
     std::vector<Eigen::VectorXf> strains;
+    rods::EquilibriumReport way_end;  // of the last of them, where the way was gone step by step
   };
   /// Called now and then with a shape on the way: no equilibrium yet.
   using OnIterate = std::function<void()>;
 
   /// The equilibrium under these conditions, followed from the shape there is: where angles and
   /// pins have far to go, and where the shape turns out to move far, step by step (rods::deploy).
-  /// Where it is not reached, the shape is the last equilibrium before; cancelled, the last
-  /// iterate.
+  /// Where it is not reached, the shape is the last equilibrium on the way there, or the one
+  /// before; cancelled, the last iterate.
   Outcome solve(const scene::LinkageConditions& conditions, const JobContext& job,
                 const OnIterate& on_iterate);
   /// Back to the last equilibrium that was reached.
   void restore();
+  /// The same, where the shape is no equilibrium and far from that one: what goes on from here
+  /// would not notice that it has left its branch.
+  void stay_near();
   /// What is said of that one where another was not reached: its energies and balance, with the
   /// status, the counts and the message of the attempt.
   [[nodiscard]] rods::EquilibriumReport report_of_shape(
@@ -70,6 +74,7 @@ class LiveLinkage {
   rods::Conditions good_held_;  // those of good_
   rods::EquilibriumReport good_report_;
   const rods::LinkageState* iterate_ = nullptr;  // within a solve
+  double turned_ = 0;  // by the interrupted solves since state_ was an equilibrium [rad]
 };
 
 }  // namespace limber::session
