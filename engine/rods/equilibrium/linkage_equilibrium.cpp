@@ -19,6 +19,14 @@ void refuse(const char* name, const char* rule, double value) {
               fmt::format("{} must be {}, got {}", name, rule, value));
 }
 
+/// A component as one who sees joints would call it.
+std::string part_of(const LinkageModel& model, const std::vector<int>& components, std::size_t c) {
+  if (model.graph().components == 1) return "the linkage";
+  const auto joint = std::find(components.begin(), components.end(), static_cast<int>(c));
+  if (joint == components.end()) return "a rod without joints";
+  return fmt::format("the part of joint {}", joint - components.begin());
+}
+
 /// A component that loads push and nothing holds has no equilibrium.
 /// @returns a message, empty where there is none
 std::string unbalanced_component(const LinkageModel& model, const Conditions& conditions) {
@@ -35,15 +43,15 @@ std::string unbalanced_component(const LinkageModel& model, const Conditions& co
   for (std::size_t c = 0; c < resultants.size(); ++c) {
     const double force = resultants[c].force.norm();
     if (held[c] == 0 && force > 1e-9 * resultants[c].magnitudes) {
-      return fmt::format("loads push component {} with a force of {:.3g} and nothing holds it", c,
-                         force);
+      return fmt::format("loads push {} and nothing holds it in place",
+                         part_of(model, components, c));
     }
     // Forces, if there are any, may turn into a couple that balances moments.
     const double moment = resultants[c].moment.norm();
     if (held[c] == 0 && resultants[c].magnitudes == 0 &&
         moment > 1e-9 * resultants[c].moment_magnitudes) {
-      return fmt::format("loads turn component {} with a moment of {:.3g} and nothing holds it", c,
-                         moment);
+      return fmt::format("moments turn {} and nothing holds it in place",
+                         part_of(model, components, c));
     }
   }
   return {};

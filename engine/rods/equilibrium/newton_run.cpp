@@ -4,12 +4,15 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace limber::rods::detail {
 namespace {
 
 constexpr double kGapTolerance = 1e-12;
 constexpr double kRelativeRounding = 1e-13;
+// Of all loads: what rounding of short edges may not swallow.
+constexpr double kHidden = 0.01;
 
 }  // namespace
 
@@ -33,6 +36,10 @@ NewtonRun::NewtonRun(NewtonWorkspace& workspace, const Conditions& conditions,
       holding_(model_, conditions, terms_, workspace.scales, start),
       shortest_(conditions.shortest_joint_edge) {
   work_.total_increment.setZero();
+  loads_ = 0;
+  for (const ConditionTerms::Resultant& sum : terms_.resultants()) loads_ += sum.magnitudes;
+  // Without loads there is nothing to be swallowed.
+  if (loads_ == 0) loads_ = std::numeric_limits<double>::infinity();
 }
 
 void NewtonRun::finish(EquilibriumStatus status, std::string message) {
@@ -85,9 +92,12 @@ EquilibriumReport NewtonRun::run(LinkageState& state, const JobContext& context,
     if (chords(state)) continue;
     ++report_.iterations;
     if (!take(state, newton_step(state))) {
+      const bool rounding = hidden_ && report_.max_gradient_scaled <= options_.tolerance;
       finish(EquilibriumStatus::kStalled,
-             fmt::format("no step lowers the potential; the imbalance is {:.1e}",
-                         report_.max_gradient_scaled));
+             rounding ? "the shortest edges are so stiff that rounding hides the loads: take fewer "
+                        "edges per segment, or longer segments"
+                      : fmt::format("no step lowers the potential; the imbalance is {:.1e}",
+                                    report_.max_gradient_scaled));
       break;
     }
     leap(state);
@@ -113,13 +123,11 @@ void NewtonRun::evaluate(const LinkageState& state) {
   report_.mean_angle_moment =
       holding_.remove_reactions(free) / std::max(1, model_.variables().joints());
   for (const int unknown : bounded_) free[unknown] = 0;
-  const GradientSize size = work_.scales.size_of(free);
   scale_ = work_.scales.present(report_.energies);
-  scale_.force = std::max(scale_.force, terms_.largest_force(state)) +
-                 work_.scales.force_rounding() / options_.tolerance;
-  scale_.moment = std::max(scale_.moment, terms_.largest_moment()) +
-                  work_.scales.moment_rounding() / options_.tolerance;
-  report_.max_gradient_scaled = std::max(size.force / scale_.force, size.moment / scale_.moment);
+  scale_.force = std::max(scale_.force, terms_.largest_force(state));
+  scale_.moment = std::max(scale_.moment, terms_.largest_moment());
+  report_.max_gradient_scaled = work_.scales.imbalance(free, scale_, options_.tolerance);
+  hidden_ = work_.scales.size_of(free).force > kHidden * loads_;
 }
 
 void NewtonRun::assemble(const LinkageState& state, Compression compression, WeakHolds holds) {
@@ -162,7 +170,8 @@ double NewtonRun::rounding() const {
 }
 
 bool NewtonRun::balanced() const {
-  return gap_.size <= kGapTolerance && report_.max_gradient_scaled <= options_.tolerance;
+  return gap_.size <= kGapTolerance && report_.max_gradient_scaled <= options_.tolerance &&
+         !hidden_;
 }
 
 /// Adds to the lengths on their bound those that a step would shorten at once.

@@ -104,6 +104,8 @@ class NewtonRun {
 
   std::vector<int> bounded_;  // lengths that rest on their bound
   Holding::Gap gap_;
+  double loads_ = 0;     // sum of their magnitudes
+  bool hidden_ = false;  // are they lost in what rounding is allowed
   double potential_ = 0;
   double potential_size_ = 0;
   GradientSize scale_;

@@ -65,10 +65,66 @@ UnknownScales::UnknownScales(const LinkageModel& model)
   stiffest_bending_ = std::max(stiffness.bending_1, stiffness.bending_2);
   softest_ = bending_ / std::pow(extent_, 4);
   const double farthest = std::max(low.cwiseAbs().maxCoeff(), high.cwiseAbs().maxCoeff());
-  rounding_shift_ = 1e-6 * softest_ + 4 * kEpsilon * stretching_ / (shortest * shortest);
-  force_rounding_ = 16 * kEpsilon * (1 + farthest / shortest) *
-                    (stretching_ + stiffest_bending_ / (shortest * shortest));
-  energy_rounding_ = force_rounding_ * force_rounding_ / stretching_ * total_length_;
+  // Weights grow as edges shorten, as stretching stiffness does; bending's grows faster.
+  rounding_shift_ =
+      1e-6 * softest_ + 4 * kEpsilon * (stretching_ + stiffest_bending_ / (shortest * shortest)) /
+                            (typical * typical);
+  fill_rounding(model, farthest);
+}
+
+/// Differences of coordinates lose what the distance from the origin takes: of edges one by one,
+/// since a short one says nothing of long ones elsewhere.
+void UnknownScales::fill_rounding(const LinkageModel& model, double farthest) {
+  const ReducedVariables& variables = model.variables();
+  const auto of = [&](double length) {
+    return 16 * kEpsilon * (1 + farthest / length) *
+           (stretching_ + stiffest_bending_ / (length * length));
+  };
+  rounding_ = Eigen::VectorXd::Zero(variables.size());
+  for (int s = 0; s < variables.segments(); ++s) {
+    const Segment& segment = model.graph().segments[s];
+    const auto edge = [&](int e) {
+      return model.rest_lengths().edge(model.graph(), variables, s,
+                                       std::clamp(e, 0, variables.edges(s) - 1));
+    };
+    for (int i = 0; i <= variables.edges(s); ++i) {
+      const double length = std::min({edge(i - 2), edge(i - 1), edge(i), edge(i + 1)});
+      const double force = of(length);
+      const int position = variables.position(s, i);
+      if (position >= 0) rounding_.segment<3>(position).setConstant(force);
+      const int angle = i < variables.edges(s) ? variables.angle(s, i) : -1;
+      if (angle >= 0) rounding_[angle] = force * length;
+    }
+    for (const int end : {kStart, kFinish}) {
+      if (segment.joints[end] < 0) continue;
+      const int last = variables.edges(s) - 1;
+      const double length =
+          end == kStart ? std::min(edge(0), edge(1)) : std::min(edge(last), edge(last - 1));
+      const int begin = variables.joint_begin(segment.joints[end]);
+      for (int k = 0; k < kJointUnknowns; ++k) {
+        const bool angle = kinds_[begin + k] == UnknownKind::kAngle;
+        rounding_[begin + k] = std::max(rounding_[begin + k], of(length) * (angle ? length : 1));
+      }
+    }
+    const double force = of(std::min(edge(0), edge(1)));
+    energy_rounding_ += force * force / stretching_ * segment.length;
+  }
+  force_rounding_ = 0;
+  for (Eigen::Index i = 0; i < rounding_.size(); ++i)
+    if (kinds_[i] == UnknownKind::kLength)
+      force_rounding_ = std::max(force_rounding_, rounding_[i]);
+}
+
+double UnknownScales::imbalance(const Eigen::Ref<const Eigen::VectorXd>& gradient,
+                                const GradientSize& present, double tolerance) const {
+  double largest = 0;
+  for (Eigen::Index i = 0; i < gradient.size(); ++i) {
+    const double scale = kinds_[i] == UnknownKind::kLength ? present.force : present.moment;
+    const double size = std::abs(gradient[i]) / (scale + rounding_[i] / tolerance);
+    // Not a number must not pass for balance.
+    if (!(size <= largest)) largest = size;
+  }
+  return largest;
 }
 
 GradientSize UnknownScales::size_of(const Eigen::Ref<const Eigen::VectorXd>& gradient) const {

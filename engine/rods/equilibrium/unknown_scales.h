@@ -43,6 +43,10 @@ class UnknownScales {
   /// Of the elastic energy near a state without stress.
   [[nodiscard]] double energy_rounding() const { return energy_rounding_; }
 
+  /// The largest component over what is present of its kind; rounding, of each unknown's own edges,
+  /// is allowed for beside the tolerance.
+  [[nodiscard]] double imbalance(const Eigen::Ref<const Eigen::VectorXd>& gradient,
+                                 const GradientSize& present, double tolerance) const;
   [[nodiscard]] GradientSize size_of(const Eigen::Ref<const Eigen::VectorXd>& gradient) const;
   /// Typical force and moment of rods that hold these energies: what a rod of the whole length
   /// would feel if they were spread evenly.
@@ -53,8 +57,11 @@ class UnknownScales {
                                     const Eigen::Ref<const Eigen::VectorXd>& step) const;
 
  private:
+  void fill_rounding(const LinkageModel& model, double farthest);
+
   Eigen::VectorXd weights_;
   std::vector<UnknownKind> kinds_;
+  Eigen::VectorXd rounding_;  // of each component of a gradient
   double total_length_ = 0;
   double segment_ = 0;  // mean length
   double edge_ = 0;     // mean length
