@@ -126,6 +126,18 @@ TEST(RestShape, CancellingWhileItSolvesEndsTheBuild) {
   EXPECT_THROW(manual.session.edit({SetMeanAngle{0.5}}), Error);
 }
 
+TEST(RestShape, WhereNoneAreFoundTheBuildFailsAndSaysWhy) {
+  scene::Linkage linkage = dome(RestLengthChoice::kLeastStress);
+  linkage.youngs_modulus = 1e-305;  // energies lose their digits: nothing can be balanced
+  Manual manual(linkage);
+  manual.run();
+  EXPECT_EQ(manual.session.state(), State::kFailed);
+  EXPECT_NE(manual.listener->said.find("rest_lengths: no lengths of least stress were found: "),
+            std::string::npos)
+      << manual.listener->said;
+  EXPECT_FALSE(manual.listener->newest);
+}
+
 TEST(RestShape, EditsMeanwhileDoNotEndIt) {
   Manual manual(dome(RestLengthChoice::kLeastStress));
   const double wanted = 0.9;
