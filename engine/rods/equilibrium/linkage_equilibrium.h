@@ -29,7 +29,7 @@ struct EquilibriumOptions {
 };
 
 enum class EquilibriumStatus {
-  kConverged,       // a minimum, as far as the last factorisation says
+  kConverged,       // balanced, and by the inertia of the Hessian there a minimum
   kIterationLimit,  // out of steps
   kStalled,         // no step, however small, lowered the potential
   kSaddle,          // balanced, but unstable, and no way down was found
@@ -39,7 +39,7 @@ enum class EquilibriumStatus {
 
 struct EquilibriumReport {
   EquilibriumStatus status = EquilibriumStatus::kIterationLimit;
-  int iterations = 0;   // Newton steps
+  int iterations = 0;   // Newton steps; the factorisation that certifies the end is none
   int corrections = 0;  // further solves with a factor at hand
   int factorizations = 0;
   int escapes = 0;       // saddles left

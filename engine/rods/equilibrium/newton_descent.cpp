@@ -236,7 +236,6 @@ bool NewtonRun::escape(LinkageState& state) {
   }
   if (!there) return false;
   ++report_.escapes;
-  stable_ = false;
   accept(state, std::move(*there), way);
   return true;
 }

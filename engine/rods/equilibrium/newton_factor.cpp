@@ -164,9 +164,9 @@ void NewtonRun::limit(const LinkageState& state, double largest, Step& step) con
   step.slope = work_.gradient.dot(step.x);
 }
 
-/// Is a balanced state stable? Nothing has been factored there yet, or only with a shift.
+/// Is a balanced state stable? What was factored on the way there says nothing of it: the last
+/// step's forces may be what buckles it.
 bool NewtonRun::certify(const LinkageState& state) {
-  ++report_.iterations;
   assemble(state, Compression::kBuckles);
   factor_positive(0, state);
   return stable_;

@@ -201,6 +201,7 @@ double NewtonRun::bound_fraction(const LinkageState& state, const Eigen::VectorX
 void NewtonRun::accept(LinkageState& state, LinkageState next, const Eigen::VectorXd& x) {
   work_.total_increment += x;
   state = std::move(next);
+  stable_ = false;
   evaluate(state);
 }
 

@@ -104,7 +104,7 @@ class NewtonRun {
   double potential_ = 0;
   double potential_size_ = 0;
   GradientSize scale_;
-  bool stable_ = false;  // does the last factor say that this is a minimum
+  bool stable_ = false;  // does a factor of this very state say that it is a minimum
   Prediction way_;       // of the last iterations
   Eigen::VectorXd before_;
   double imbalance_before_ = 0;

@@ -1,0 +1,299 @@
+#include "engine/rods/design/design_optimizer.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "engine/base/error.h"
+
+namespace limber::rods {
+namespace {
+
+void demand(bool holds, const char* field, const char* rule, double value) {
+  if (holds) return;
+  throw Error(ErrorCode::kInvalidArgument, field, fmt::format("must be {}, is {:g}", rule, value));
+}
+
+// Of the trust region: a step that gains this share of what the model promised is taken; below and
+// above these the region shrinks and grows.
+constexpr double kTaken = 1e-4;
+constexpr double kPoor = 0.25;
+constexpr double kGood = 0.75;
+constexpr double kShrink = 0.25;
+constexpr double kGrow = 2;
+constexpr double kLeastRadius = 1e-9;  // of the mean length
+// Of the augmented Lagrangian.
+constexpr double kFirstPenalty = 10;
+constexpr double kPenaltyGrowth = 4;
+constexpr double kViolationShare = 0.25;  // that must be left for the penalty to stay
+constexpr double kHolds = 1e-3;           // violation that counts as none
+constexpr double kInner = 1e-2;           // gradient at which multipliers are updated
+constexpr int kIdle = 10;
+
+/// One inequality g >= 0 in the augmented Lagrangian.
+struct Constraint {
+  double multiplier = 0;
+  double penalty = kFirstPenalty;
+  double violation = 0;  // at the last update
+
+  [[nodiscard]] double force(double g) const { return std::max(0.0, multiplier - penalty * g); }
+  [[nodiscard]] double value(double g) const {
+    return (force(g) * force(g) - multiplier * multiplier) / (2 * penalty);
+  }
+  void update(double g) {
+    const double now = std::max(0.0, -g);
+    if (now > kHolds && now > kViolationShare * violation && violation > 0)
+      penalty *= kPenaltyGrowth;
+    multiplier = force(g);
+    violation = now;
+  }
+};
+
+class Search {
+ public:
+  Search(LinkageDesign& design, const DesignOptimizerOptions& options)
+      : design_(design),
+        options_(options),
+        low_(options.shortest * design.point().lengths),
+        high_(options.longest * design.point().lengths),
+        mean_length_(design.point().lengths.mean()),
+        radius_(options.first_radius * mean_length_ * std::sqrt(static_cast<double>(low_.size()))) {
+  }
+
+  DesignReport run(const JobContext& context, const DesignCallback& on_step) {
+    values_ = design_.values(design_.point());
+    report_.before = values_;
+    first_gradient_ = projected(gradient()).norm();
+    while (step(context, on_step)) {
+    }
+    report_.after = values_;
+    report_.flat_height = flat_height(values_);
+    const Eigen::VectorXd& lengths = design_.point().lengths;
+    for (Eigen::Index s = 0; s < lengths.size(); ++s)
+      if (lengths[s] <= low_[s] || lengths[s] >= high_[s])
+        report_.at_bound.push_back(static_cast<int>(s));
+    return report_;
+  }
+
+ private:
+  [[nodiscard]] double flat_height(const DesignValues& values) const {
+    const double joints = design_.model().variables().joints();
+    return std::sqrt(values.flatness / joints) / design_.criteria().length_scale;
+  }
+  /// Both >= 0 where they hold; of the order of 1.
+  [[nodiscard]] double flat_room(const DesignMeasures<double>& values) const {
+    return 1 - values.flatness / flatness_allowed();
+  }
+  [[nodiscard]] double flatness_allowed() const {
+    const double height = options_.flat_height * design_.criteria().length_scale;
+    return height * height * design_.model().variables().joints();
+  }
+  [[nodiscard]] bool bounds_angle() const { return options_.smallest_angle > -std::numbers::pi; }
+  [[nodiscard]] double angle_room(const DesignMeasures<double>& values) const {
+    return values.smallest_angle - options_.smallest_angle;
+  }
+  [[nodiscard]] double violation(const DesignValues& values) const {
+    return std::max({0.0, -flat_room(values), bounds_angle() ? -angle_room(values) : 0.0});
+  }
+
+  [[nodiscard]] double merit(const DesignValues& values) const {
+    double sum = values.objective + flat_.value(flat_room(values));
+    if (bounds_angle()) sum += angle_.value(angle_room(values));
+    return sum;
+  }
+  [[nodiscard]] Eigen::VectorXd gradient() {
+    const DesignMeasures<Eigen::VectorXd>& by = design_.gradients();
+    Eigen::VectorXd sum =
+        by.objective + flat_.force(flat_room(values_)) / flatness_allowed() * by.flatness;
+    if (bounds_angle()) sum -= angle_.force(angle_room(values_)) * by.smallest_angle;
+    return sum;
+  }
+  [[nodiscard]] Eigen::VectorXd product(const Eigen::VectorXd& v) {
+    ++report_.products;
+    const DesignMeasures<Eigen::VectorXd>& by = design_.gradients();
+    const DesignMeasures<Eigen::VectorXd> bent = design_.products(v);
+    Eigen::VectorXd sum = bent.objective;
+    const double flat = flat_.force(flat_room(values_)), allowed = flatness_allowed();
+    if (flat > 0) {
+      sum += flat / allowed * bent.flatness +
+             flat_.penalty / (allowed * allowed) * by.flatness.dot(v) * by.flatness;
+    }
+    const double angle = bounds_angle() ? angle_.force(angle_room(values_)) : 0;
+    if (angle > 0) {
+      sum += angle_.penalty * by.smallest_angle.dot(v) * by.smallest_angle -
+             angle * bent.smallest_angle;
+    }
+    return sum;
+  }
+
+  /// Where bounds let a descent go.
+  [[nodiscard]] Eigen::VectorXd projected(Eigen::VectorXd gradient) const {
+    const Eigen::VectorXd& lengths = design_.point().lengths;
+    for (Eigen::Index s = 0; s < gradient.size(); ++s) {
+      if ((lengths[s] <= low_[s] && gradient[s] > 0) || (lengths[s] >= high_[s] && gradient[s] < 0))
+        gradient[s] = 0;
+    }
+    return gradient;
+  }
+
+  /// Conjugate gradients until the region's rim, negative curvature, or a small residual. Keeps H p
+  /// for the model's value.
+  Eigen::VectorXd newton_step(const Eigen::VectorXd& slope, Eigen::VectorXd& bent) {
+    Eigen::VectorXd p = Eigen::VectorXd::Zero(slope.size());
+    bent = p;
+    Eigen::VectorXd residual = -slope, way = residual;
+    const double enough = std::min(0.1, std::sqrt(slope.norm() / first_gradient_)) * slope.norm();
+    for (int k = 0; k < options_.max_products && residual.norm() > enough; ++k) {
+      Eigen::VectorXd curved = product(way);
+      for (Eigen::Index s = 0; s < slope.size(); ++s)
+        if (slope[s] == 0) curved[s] = 0;  // at a bound
+      const double curvature = way.dot(curved);
+      const double along = residual.squaredNorm();
+      const double length = curvature > 0 ? along / curvature : 0;
+      if (curvature <= 0 || (p + length * way).norm() >= radius_) {
+        const double rim = to_rim(p, way);
+        p += rim * way;
+        bent += rim * curved;
+        return p;
+      }
+      p += length * way;
+      bent += length * curved;
+      residual -= length * curved;
+      way = residual + residual.squaredNorm() / along * way;
+    }
+    return p;
+  }
+  [[nodiscard]] double to_rim(const Eigen::VectorXd& p, const Eigen::VectorXd& way) const {
+    const double a = way.squaredNorm(), b = p.dot(way), c = p.squaredNorm() - radius_ * radius_;
+    return (-b + std::sqrt(std::max(0.0, b * b - a * c))) / a;
+  }
+
+  /// @returns whether there is a next one
+  bool step(const JobContext& context, const DesignCallback& on_step) {
+    if (context.cancellation.requested()) return end(DesignStatus::kCancelled, "cancelled");
+    if (report_.iterations == options_.max_iterations)
+      return end(DesignStatus::kIterationLimit, fmt::format("{} steps", report_.iterations));
+    const Eigen::VectorXd slope = projected(gradient());
+    const double size = first_gradient_ > 0 ? slope.norm() / first_gradient_ : 0;
+    if (size <= options_.tolerance || (size <= kInner && violation(values_) > kHolds)) {
+      if (violation(values_) <= kHolds)
+        return end(DesignStatus::kConverged, "the gradient is small");
+      if (!update_multipliers()) return end(DesignStatus::kInfeasible, told_violation());
+      return true;
+    }
+    ++report_.iterations;
+    Eigen::VectorXd bent;
+    Eigen::VectorXd p = newton_step(slope, bent);
+    const Eigen::VectorXd& here = design_.point().lengths;
+    const Eigen::VectorXd lengths = (here + p).cwiseMax(low_).cwiseMin(high_);
+    if (lengths != here + p) {
+      p = lengths - here;
+      bent = product(p);
+    }
+    const double promised = -(slope.dot(p) + 0.5 * p.dot(bent));
+    DesignTrial trial = design_.trial(lengths, context);
+    if (trial.status == TrialStatus::kCancelled) return end(DesignStatus::kCancelled, "cancelled");
+    const bool taken = judge(trial, p.norm(), promised);
+    if (on_step) {
+      on_step({report_.iterations, values_, flat_height(values_), radius_, size, taken}, design_);
+      values_ = design_.values(design_.point());  // the criteria may be others
+    }
+    if (context.progress)
+      context.progress("designing", report_.iterations / double(options_.max_iterations));
+    if (radius_ < kLeastRadius * mean_length_) {
+      return idle(
+          trial.status == TrialStatus::kFound ? DesignStatus::kSettled : DesignStatus::kStuck,
+          trial.message);
+    }
+    if (idle_ < kIdle) return true;
+    return idle(DesignStatus::kSettled, "ten steps gained next to nothing");
+  }
+
+  /// Nothing moves any more: at an end only if the constraints hold.
+  bool idle(DesignStatus status, const std::string& message) {
+    if (violation(values_) <= kHolds || status == DesignStatus::kStuck) return end(status, message);
+    if (!update_multipliers()) return end(DesignStatus::kInfeasible, told_violation());
+    idle_ = 0;
+    radius_ = std::max(radius_, 1e-3 * mean_length_);
+    return true;
+  }
+
+  bool judge(DesignTrial& trial, double length, double promised) {
+    if (trial.status != TrialStatus::kFound) {
+      ++report_.not_believed;
+      radius_ = kShrink * length;
+      return false;
+    }
+    const DesignValues values = design_.values(trial.point);
+    const double gained = merit(values_) - merit(values);
+    const double ratio = promised > 0 ? gained / promised : -1;
+    if (ratio < kPoor) radius_ = kShrink * length;
+    if (ratio > kGood && length > 0.9 * radius_) radius_ *= kGrow;
+    if (!(ratio > kTaken)) {
+      ++report_.refused;
+      return false;
+    }
+    idle_ = gained < options_.least_gain * std::abs(merit(values_)) ? idle_ + 1 : 0;
+    ++report_.accepted;
+    values_ = values;
+    design_.move_to(std::move(trial.point));
+    return true;
+  }
+
+  /// @returns false where that has been of no use for long
+  bool update_multipliers() {
+    flat_.update(flat_room(values_));
+    if (bounds_angle()) angle_.update(angle_room(values_));
+    return ++updates_ <= kUpdates;
+  }
+
+  [[nodiscard]] std::string told_violation() const {
+    return fmt::format(
+        "the flat linkage's height is {:.2e} of its size (asked {:.2e}), its smallest angle {:.2f} "
+        "degrees",
+        flat_height(values_), options_.flat_height,
+        values_.smallest_angle * 180 / std::numbers::pi);
+  }
+
+  bool end(DesignStatus status, std::string message) {
+    report_.status = status;
+    report_.message = std::move(message);
+    return false;
+  }
+
+  static constexpr int kUpdates = 30;
+  LinkageDesign& design_;
+  const DesignOptimizerOptions& options_;
+  const Eigen::VectorXd low_, high_;
+  const double mean_length_;
+  double radius_;
+  double first_gradient_ = 0;
+  DesignValues values_;
+  Constraint flat_, angle_;
+  int updates_ = 0, idle_ = 0;
+  DesignReport report_;
+};
+
+}  // namespace
+
+void DesignOptimizerOptions::validate() const {
+  demand(max_iterations > 0, "max_iterations", "> 0", max_iterations);
+  demand(max_products > 0, "max_products", "> 0", max_products);
+  demand(shortest > 0 && shortest < 1, "shortest", "in (0, 1)", shortest);
+  demand(longest > 1 && std::isfinite(longest), "longest", "> 1 and finite", longest);
+  demand(flat_height > 0, "flat_height", "> 0", flat_height);
+  demand(smallest_angle < std::numbers::pi, "smallest_angle", "< pi", smallest_angle);
+  demand(first_radius > 0 && first_radius < 1, "first_radius", "in (0, 1)", first_radius);
+  demand(tolerance > 0 && tolerance < 1, "tolerance", "in (0, 1)", tolerance);
+  demand(least_gain > 0, "least_gain", "> 0", least_gain);
+}
+
+DesignReport optimize_design(LinkageDesign& design, const DesignOptimizerOptions& options,
+                             const JobContext& context, const DesignCallback& on_step) {
+  options.validate();
+  return Search(design, options).run(context, on_step);
+}
+
+}  // namespace limber::rods

@@ -1,0 +1,80 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "engine/base/job.h"
+#include "engine/rods/design/linkage_design.h"
+
+namespace limber::rods {
+
+struct DesignOptimizerOptions {
+  int max_iterations = 200;  // steps that were taken or refused, > 0
+  int max_products = 60;     // second derivatives times a direction in one step, > 0
+  /// Rest lengths stay between these shares of those of the start; 0 < shortest < 1 < longest.
+  double shortest = 0.5;
+  double longest = 2;
+  /// Root mean square height of the flat linkage's joints over its plane, as a share of the length
+  /// scale, > 0: the flatness that is asked for.
+  double flat_height = 1e-3;
+  /// Bound on the smallest opening angle of the flat linkage [rad]; < -pi: none.
+  double smallest_angle = -4;
+  /// Largest change of a rest length in the first step, as a share of the mean one, > 0.
+  double first_radius = 0.01;
+  /// Projected gradient over that of the start at which the search ends, in (0, 1).
+  double tolerance = 1e-5;
+  /// A gain of the objective, as a share of it, below which ten steps in a row end the search, > 0.
+  double least_gain = 1e-5;
+
+  /// @throws Error{kInvalidArgument} naming the member
+  void validate() const;
+};
+
+enum class DesignStatus {
+  kConverged,       // the projected gradient is small, both constraints hold
+  kSettled,         // nothing is gained any more, both constraints hold
+  kInfeasible,      // nothing is gained any more, and a constraint does not hold
+  kStuck,           // no trial near the design was believed: an equilibrium ends here
+  kIterationLimit,  // out of steps
+  kCancelled,       // by the caller
+};
+
+struct DesignProgress {
+  int iteration = 0;
+  DesignValues values;
+  double flat_height = 0;  // share of the length scale, as the option
+  double radius = 0;       // of the trust region [length]
+  double gradient = 0;     // projected, over that of the start
+  bool accepted = false;   // or was the trial refused
+};
+
+struct DesignReport {
+  DesignStatus status = DesignStatus::kIterationLimit;
+  int iterations = 0;
+  int accepted = 0;
+  int refused = 0;       // trials that gained too little
+  int not_believed = 0;  // trials whose equilibria were lost or had jumped
+  int products = 0;
+  DesignValues before, after;
+  double flat_height = 0;     // share of the length scale
+  std::vector<int> at_bound;  // segments whose rest length is at a bound
+  std::string message;
+};
+
+/// Called after every step with the design as it stands. May change its criteria (set_criteria):
+/// the search goes on with the new ones.
+using DesignCallback = std::function<void(const DesignProgress& progress, LinkageDesign& design)>;
+
+/// Rest lengths of least objective, flat enough and with no angle below its bound.
+///
+/// Newton's method with conjugate gradients in a trust region (Steihaug 1983) on the rest lengths
+/// that are not at their bounds; the two constraints by an augmented Lagrangian (Rockafellar 1973).
+/// A trial that lands on another branch, or nowhere, shrinks the region. The design stands at the
+/// best point that was accepted last, also where the search stops early.
+/// @throws Error as DesignOptimizerOptions::validate
+DesignReport optimize_design(LinkageDesign& design, const DesignOptimizerOptions& options = {},
+                             const JobContext& context = {}, const DesignCallback& on_step = {});
+
+}  // namespace limber::rods

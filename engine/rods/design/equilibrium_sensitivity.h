@@ -1,0 +1,61 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <memory>
+
+#include "engine/rods/design/shape_function.h"
+#include "engine/rods/equilibrium/conditions.h"
+#include "engine/rods/linkage/linkage_model.h"
+#include "engine/rods/linkage/linkage_state.h"
+
+namespace limber::rods {
+
+/// How an equilibrium, and what it is judged by, changes with the rest lengths of segments (rod
+/// linkages, sec. 3). With x the increments from the equilibrium, L the lengths, a the row of the
+/// mean angle and p pinned unknowns:
+///
+///   K = [H a; a^T 0],   K (dx/dL, .) = (-dg/dL, 0),   K (w, .) = (df/dx, 0),
+///   df = df/dL - w^T dg/dL,
+///
+/// and products with second derivatives by going forward over that: two solves each with the one
+/// factor, the third derivatives of the energy from LinkageDerivatives.
+class EquilibriumSensitivity {
+ public:
+  /// Factors K.
+  /// @pre the state is an equilibrium of the model under the conditions; the model outlives this
+  /// and stays as it is
+  /// @throws Error as Conditions::validate, {kInvalidArgument} with field springs, loads or gravity
+  /// where there are any (their third derivatives are not known here), {kNumerical} where K is
+  /// singular
+  EquilibriumSensitivity(const LinkageModel& model, const LinkageState& state,
+                         const Conditions& conditions);
+  ~EquilibriumSensitivity();
+  EquilibriumSensitivity(EquilibriumSensitivity&&) noexcept;
+  EquilibriumSensitivity& operator=(EquilibriumSensitivity&&) noexcept;
+
+  [[nodiscard]] const LinkageState& state() const;
+  /// Is the equilibrium stable?
+  [[nodiscard]] bool is_minimum() const;
+
+  /// dx/dL v [length, rad].
+  /// @param lengths  v, a number for each segment [length]
+  [[nodiscard]] Eigen::VectorXd shape_change(const Eigen::VectorXd& lengths) const;
+
+  struct Adjoint {
+    Eigen::VectorXd gradient;    // of the function by lengths, through the equilibrium
+    Eigen::VectorXd multiplier;  // w
+  };
+  [[nodiscard]] Adjoint adjoint(ShapeFunction& function) const;
+
+  /// The derivative of `gradient` along v.
+  /// @param change  shape_change(lengths)
+  [[nodiscard]] Eigen::VectorXd product(ShapeFunction& function, const Adjoint& adjoint,
+                                        const Eigen::VectorXd& lengths,
+                                        const Eigen::VectorXd& change) const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace limber::rods

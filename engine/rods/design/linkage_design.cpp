@@ -1,0 +1,230 @@
+#include "engine/rods/design/linkage_design.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <optional>
+#include <utility>
+
+#include "engine/base/error.h"
+#include "engine/rods/design/equilibrium_sensitivity.h"
+#include "engine/rods/equilibrium/unknown_scales.h"
+
+namespace limber::rods {
+namespace {
+
+void refuse(const char* field, const char* rule, double value) {
+  throw Error(ErrorCode::kInvalidArgument, field, fmt::format("must be {}, is {:g}", rule, value));
+}
+
+void demand_least(const char* field, double value, double least) {
+  if (!(value >= least) || !std::isfinite(value))
+    refuse(field, least == 0 ? ">= 0 and finite" : "positive and finite", value);
+}
+
+template <class Call>
+auto with_prefix(const char* prefix, const Call& call) {
+  try {
+    return call();
+  } catch (const Error& error) {
+    throw Error(error.code(), prefix + error.field(), error.what());
+  }
+}
+
+}  // namespace
+
+void DesignCriteria::validate() const {
+  if (!(flat_share >= 0 && flat_share <= 1)) refuse("flat_share", "in [0, 1]", flat_share);
+  demand_least("distance_weight", distance_weight, 0);
+  demand_least("energy_scale", energy_scale, 0);
+  demand_least("length_scale", length_scale, 0);
+  demand_least("surface_weight", surface_weight, 0);
+}
+
+void DesignLimits::validate() const {
+  if (!(largest_surprise > 0)) refuse("largest_surprise", "> 0", largest_surprise);
+  if (!(largest_move > 0)) refuse("largest_move", "> 0", largest_move);
+  with_prefix("equilibrium.", [&] { equilibrium.validate(); });
+}
+
+struct LinkageDesign::Impl {
+  /// What depends on the criteria.
+  struct Measures {
+    Measures(const LinkageModel& model, ElasticEnergy& energy, const DesignCriteria& criteria)
+        : flatness(model, criteria.plane),
+          angle(model, criteria.angle_sharpness),
+          distance(model, criteria.targets, criteria.surface.get(), criteria.surface_weight),
+          flat({{criteria.flat_share / criteria.energy_scale, energy}}),
+          deployed({{(1 - criteria.flat_share) / criteria.energy_scale, energy},
+                    {criteria.distance_weight / std::pow(criteria.length_scale, 2), distance}}) {}
+    Flatness flatness;
+    SmallestAngle angle;
+    TargetDistance distance;
+    SumOfFunctions flat, deployed;  // their parts of J
+  };
+  /// At the present point.
+  struct Derivatives {
+    explicit Derivatives(Impl& impl)
+        : flat(impl.model, impl.point.flat, impl.flat),
+          deployed(impl.model, impl.point.deployed, impl.deployed),
+          flat_part(flat.adjoint(impl.measures->flat)),
+          deployed_part(deployed.adjoint(impl.measures->deployed)),
+          flatness(flat.adjoint(impl.measures->flatness)),
+          angle(flat.adjoint(impl.measures->angle)),
+          gradients{flat_part.gradient + deployed_part.gradient, flatness.gradient,
+                    angle.gradient} {}
+    EquilibriumSensitivity flat, deployed;
+    EquilibriumSensitivity::Adjoint flat_part, deployed_part, flatness, angle;
+    DesignMeasures<Eigen::VectorXd> gradients;
+  };
+
+  Impl(const LinkageModel& linkage, Conditions flat_conditions, Conditions deployed_conditions,
+       DesignPoint start, DesignCriteria wanted, DesignLimits limit)
+      : model(linkage),
+        flat(std::move(flat_conditions)),
+        deployed(std::move(deployed_conditions)),
+        limits(limit),
+        equilibrium(model),
+        scales(model),
+        energy(model),
+        criteria(std::move(wanted)),
+        point(std::move(start)) {
+    criteria.validate();
+    limits.validate();
+    with_prefix("flat.", [&] { flat.validate(model); });
+    with_prefix("deployed.", [&] { deployed.validate(model); });
+    model.set_segment_lengths(point.lengths);
+    settle("flat", point.flat, flat);
+    settle("deployed", point.deployed, deployed);
+    if (criteria.energy_scale == 0) criteria.energy_scale = energy.value(point.deployed);
+    // A mechanism deploys without stress.
+    if (criteria.energy_scale <= 0) criteria.energy_scale = 1;
+    if (criteria.length_scale == 0) criteria.length_scale = scales.extent();
+    measures.emplace(model, energy, criteria);
+  }
+
+  void settle(const char* which, LinkageState& state, const Conditions& conditions) {
+    const EquilibriumReport report = equilibrium.solve(state, conditions, limits.equilibrium);
+    if (report.converged()) return;
+    throw Error(ErrorCode::kFailedPrecondition, fmt::format("start.{}", which),
+                fmt::format("is no equilibrium, and none was found: {}", report.message));
+  }
+
+  Derivatives& derivatives() {
+    if (!at_point) at_point = std::make_unique<Derivatives>(*this);
+    return *at_point;
+  }
+
+  /// One equilibrium with the model's present lengths, from a prediction.
+  TrialStatus follow(const Eigen::VectorXd& change, const Conditions& conditions,
+                     const JobContext& context, LinkageState& state, DesignTrial& trial) {
+    if (!(scales.largest_turn(model, state, change) <= limits.largest_move)) {
+      trial.message = "the shape would move too far";
+      return TrialStatus::kTooFar;
+    }
+    state = state.moved(model, change);
+    const EquilibriumReport report =
+        equilibrium.solve(state, conditions, limits.equilibrium, context);
+    trial.iterations += report.iterations;
+    trial.message = report.message;
+    if (report.status == EquilibriumStatus::kCancelled) return TrialStatus::kCancelled;
+    if (!report.converged()) return TrialStatus::kLost;
+    if (report.turned > limits.largest_surprise || report.escapes > 0) {
+      trial.message =
+          fmt::format("the equilibrium lies {:.2f} rad beside its prediction", report.turned);
+      return TrialStatus::kJumped;
+    }
+    return TrialStatus::kFound;
+  }
+
+  LinkageModel model;
+  Conditions flat, deployed;
+  DesignLimits limits;
+  LinkageEquilibrium equilibrium;
+  detail::UnknownScales scales;
+  ElasticEnergy energy;
+  DesignCriteria criteria;
+  DesignPoint point;
+  std::optional<Measures> measures;
+  std::unique_ptr<Derivatives> at_point;  // empty until they are asked for
+};
+
+LinkageDesign::LinkageDesign(const LinkageModel& model, Conditions flat, Conditions deployed,
+                             DesignPoint start, DesignCriteria criteria, DesignLimits limits)
+    : impl_(std::make_unique<Impl>(model, std::move(flat), std::move(deployed), std::move(start),
+                                   std::move(criteria), limits)) {}
+LinkageDesign::~LinkageDesign() = default;
+LinkageDesign::LinkageDesign(LinkageDesign&&) noexcept = default;
+LinkageDesign& LinkageDesign::operator=(LinkageDesign&&) noexcept = default;
+
+const LinkageModel& LinkageDesign::model() const { return impl_->model; }
+const DesignPoint& LinkageDesign::point() const { return impl_->point; }
+const DesignCriteria& LinkageDesign::criteria() const { return impl_->criteria; }
+
+DesignTrial LinkageDesign::trial(const Eigen::VectorXd& lengths, const JobContext& context) {
+  DesignTrial trial{TrialStatus::kFound, impl_->point, 0, {}};
+  Impl::Derivatives& here = impl_->derivatives();
+  const Eigen::VectorXd way = lengths - impl_->point.lengths;
+  const Eigen::VectorXd flat = here.flat.shape_change(way);
+  const Eigen::VectorXd deployed = here.deployed.shape_change(way);
+  try {
+    impl_->model.set_segment_lengths(lengths);
+  } catch (const Error& error) {  // e.g. nothing would be left between a segment's joints
+    trial.status = TrialStatus::kTooFar;
+    trial.message = error.what();
+    return trial;
+  }
+  trial.point.lengths = lengths;
+  trial.status = impl_->follow(flat, impl_->flat, context, trial.point.flat, trial);
+  if (trial.status == TrialStatus::kFound)
+    trial.status = impl_->follow(deployed, impl_->deployed, context, trial.point.deployed, trial);
+  impl_->model.set_segment_lengths(impl_->point.lengths);
+  return trial;
+}
+
+DesignValues LinkageDesign::values(const DesignPoint& point) {
+  Impl::Measures& measures = *impl_->measures;
+  impl_->model.set_segment_lengths(point.lengths);
+  DesignValues values;
+  values.flat_energy = impl_->energy.value(point.flat);
+  values.deployed_energy = impl_->energy.value(point.deployed);
+  values.distance = measures.distance.value(point.deployed);
+  values.flatness = measures.flatness.value(point.flat);
+  values.smallest_angle = measures.angle.value(point.flat);
+  values.objective = measures.flat.value(point.flat) + measures.deployed.value(point.deployed);
+  impl_->model.set_segment_lengths(impl_->point.lengths);
+  return values;
+}
+
+void LinkageDesign::move_to(DesignPoint point) {
+  impl_->model.set_segment_lengths(point.lengths);
+  impl_->point = std::move(point);
+  impl_->at_point.reset();
+}
+
+void LinkageDesign::set_criteria(DesignCriteria criteria) {
+  criteria.validate();
+  if (criteria.energy_scale == 0) criteria.energy_scale = impl_->criteria.energy_scale;
+  if (criteria.length_scale == 0) criteria.length_scale = impl_->criteria.length_scale;
+  const Impl::Measures checked(impl_->model, impl_->energy, criteria);  // throws before any change
+  impl_->at_point.reset();
+  impl_->criteria = std::move(criteria);
+  impl_->measures.emplace(impl_->model, impl_->energy, impl_->criteria);
+}
+
+const DesignMeasures<Eigen::VectorXd>& LinkageDesign::gradients() {
+  return impl_->derivatives().gradients;
+}
+
+DesignMeasures<Eigen::VectorXd> LinkageDesign::products(const Eigen::VectorXd& direction) {
+  Impl::Derivatives& here = impl_->derivatives();
+  Impl::Measures& measures = *impl_->measures;
+  const Eigen::VectorXd flat = here.flat.shape_change(direction);
+  const Eigen::VectorXd deployed = here.deployed.shape_change(direction);
+  return {here.flat.product(measures.flat, here.flat_part, direction, flat) +
+              here.deployed.product(measures.deployed, here.deployed_part, direction, deployed),
+          here.flat.product(measures.flatness, here.flatness, direction, flat),
+          here.flat.product(measures.angle, here.angle, direction, flat)};
+}
+
+}  // namespace limber::rods

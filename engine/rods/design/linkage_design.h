@@ -1,0 +1,120 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "engine/base/job.h"
+#include "engine/rods/design/shape_functions.h"
+#include "engine/rods/design/target_surface.h"
+#include "engine/rods/equilibrium/linkage_equilibrium.h"
+
+namespace limber::rods {
+
+/// What a linkage is designed for (rod linkages, sec. 3, with the objective it refers to):
+///
+///   J = gamma/E_0 E(flat) + (1 - gamma)/E_0 E(deployed)
+///       + beta/(2 l_0^2) (sum of w |x - t|^2 + w_surf sum of |x - P(x)|^2)
+///
+/// over the deployed joints x; beside it c, the squared distances of the flat linkage's joints from
+/// a plane, and a smooth number below its smallest opening angle.
+struct DesignCriteria {
+  double flat_share = 0.9;       // gamma, in [0, 1]
+  double distance_weight = 1;    // beta, >= 0
+  double energy_scale = 0;       // E_0 [force length]; 0: the deployed energy of the start
+  double length_scale = 0;       // l_0 [length]; 0: the extent of the drawn linkage
+  double angle_sharpness = 300;  // of SmallestAngle [1/rad], > 0
+  Plane plane;                   // where the flat linkage is to lie
+  std::vector<JointTarget> targets;
+  std::shared_ptr<const TargetSurface> surface;  // null: none
+  double surface_weight = 1;                     // w_surf, >= 0
+
+  /// @throws Error{kInvalidArgument} naming the member
+  void validate() const;
+};
+
+/// Both equilibria of one design.
+struct DesignPoint {
+  Eigen::VectorXd lengths;  // rest lengths of segments, L
+  LinkageState flat, deployed;
+};
+
+/// One number for each of what a design is judged by, or a vector of derivatives by L.
+template <class Value>
+struct DesignMeasures {
+  Value objective;       // J
+  Value flatness;        // c [length^2]
+  Value smallest_angle;  // [rad]
+};
+
+struct DesignValues : DesignMeasures<double> {
+  double flat_energy = 0;      // [force length]
+  double deployed_energy = 0;  // [force length]
+  double distance = 0;         // half the weighed squared distances [length^2]
+};
+
+struct DesignLimits {
+  /// A trial whose equilibrium is this far [rad] from where it was predicted has left its branch.
+  double largest_surprise = 0.3;
+  /// Predictions that move the shape farther than this [rad] are not made: the trial is too far.
+  double largest_move = 1;
+  EquilibriumOptions equilibrium{.max_iterations = 60, .tolerance = 1e-10};
+
+  /// @throws Error{kInvalidArgument} naming the member
+  void validate() const;
+};
+
+enum class TrialStatus {
+  kFound,
+  kTooFar,     // the prediction moves the shape too far to be trusted
+  kLost,       // there is no equilibrium near the prediction
+  kJumped,     // there is one, but of another branch
+  kCancelled,  // by the caller
+};
+
+struct DesignTrial {
+  TrialStatus status = TrialStatus::kFound;
+  DesignPoint point;   // meaningful with kFound
+  int iterations = 0;  // Newton steps of both equilibria
+  std::string message;
+};
+
+/// A linkage and its two equilibria as functions of the rest lengths of its segments. Stays at one
+/// design, where derivatives are taken, and tries others from there: each from its first-order
+/// prediction, and none that has jumped is believed.
+class LinkageDesign {
+ public:
+  /// @param flat, deployed  conditions, without springs, loads and weight
+  /// @param start  equilibria under them with these lengths, at least nearly
+  /// @throws Error as DesignCriteria::validate, DesignLimits::validate, Conditions::validate with
+  /// field flat. or deployed., TargetDistance; {kFailedPrecondition} with field start where an
+  /// equilibrium is not found from it
+  LinkageDesign(const LinkageModel& model, Conditions flat, Conditions deployed, DesignPoint start,
+                DesignCriteria criteria, DesignLimits limits = {});
+  ~LinkageDesign();
+  LinkageDesign(LinkageDesign&&) noexcept;
+  LinkageDesign& operator=(LinkageDesign&&) noexcept;
+
+  [[nodiscard]] const LinkageModel& model() const;
+  [[nodiscard]] const DesignPoint& point() const;
+  [[nodiscard]] const DesignCriteria& criteria() const;
+
+  [[nodiscard]] DesignTrial trial(const Eigen::VectorXd& lengths, const JobContext& context = {});
+  [[nodiscard]] DesignValues values(const DesignPoint& point);
+  /// Makes a trial's point the one where derivatives are taken.
+  void move_to(DesignPoint point);
+  /// New criteria at the same point; scales that are 0 stay what they were.
+  void set_criteria(DesignCriteria criteria);
+
+  // At the present point; the first call factors both Hessians.
+  [[nodiscard]] const DesignMeasures<Eigen::VectorXd>& gradients();
+  /// Second derivatives times a direction: five solves.
+  [[nodiscard]] DesignMeasures<Eigen::VectorXd> products(const Eigen::VectorXd& direction);
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace limber::rods

@@ -1,0 +1,117 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <utility>
+#include <vector>
+
+#include "engine/rods/design/shape_function.h"
+#include "engine/rods/design/target_surface.h"
+#include "engine/rods/linkage/linkage_assembly.h"
+
+namespace limber::rods {
+
+/// Of the linkage's rods [force length].
+class ElasticEnergy final : public ShapeFunction {
+ public:
+  /// @pre the model outlives this; changes of its rest lengths are seen
+  explicit ElasticEnergy(const LinkageModel& model) : assembly_(model), derivatives_(model) {}
+
+  [[nodiscard]] double value(const LinkageState& state) override;
+  [[nodiscard]] LinkageVector gradient(const LinkageState& state) override;
+  [[nodiscard]] LinkageVector second(const LinkageState& state, const LinkageVector& v) override;
+
+ private:
+  LinkageAssembly assembly_;
+  LinkageDerivatives derivatives_;
+};
+
+/// A plane through a point, the side of its unit normal above it.
+struct Plane {
+  Eigen::Vector3d point = Eigen::Vector3d::Zero();
+  Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();
+};
+
+/// Sum of the squared distances of all joints from a plane [length^2]: c of rod linkages, sec. 3,
+/// for a linkage that is to lie flat.
+class Flatness final : public ShapeFunction {
+ public:
+  /// @throws Error{kInvalidArgument} for a normal that is not finite or vanishes
+  Flatness(const LinkageModel& model, const Plane& plane);
+
+  [[nodiscard]] double value(const LinkageState& state) override;
+  [[nodiscard]] LinkageVector gradient(const LinkageState& state) override;
+  [[nodiscard]] LinkageVector second(const LinkageState& state, const LinkageVector& v) override;
+
+ private:
+  const LinkageModel& model_;
+  Plane plane_;
+};
+
+/// A smooth number below the smallest opening angle [rad]: -log(sum of exp(-k alpha)) / k, by at
+/// most log(joints) / k (Kreisselmeier, Steinhauser 1979).
+class SmallestAngle final : public ShapeFunction {
+ public:
+  /// @param sharpness  k > 0
+  /// @throws Error{kInvalidArgument} for another
+  SmallestAngle(const LinkageModel& model, double sharpness);
+
+  [[nodiscard]] double value(const LinkageState& state) override;
+  [[nodiscard]] LinkageVector gradient(const LinkageState& state) override;
+  [[nodiscard]] LinkageVector second(const LinkageState& state, const LinkageVector& v) override;
+
+ private:
+  /// Shares of the joints in the sum, which add up to 1.
+  [[nodiscard]] Eigen::VectorXd shares(const LinkageState& state) const;
+
+  const LinkageModel& model_;
+  double sharpness_;
+};
+
+/// Where one joint is wanted.
+struct JointTarget {
+  int joint = -1;
+  Eigen::Vector3d position = Eigen::Vector3d::Zero();  // [length]
+  double weight = 1;                                   // of W, >= 0
+};
+
+/// Half the squared distances of some joints to their targets, and of all joints to a surface
+/// [length^2], weighed:
+///
+///   1/2 sum of w |x - t|^2 + 1/2 w_surf sum of |x - P(x)|^2.
+class TargetDistance final : public ShapeFunction {
+ public:
+  /// @param surface  null: none; else outlives this
+  /// @throws Error naming the field: {kOutOfRange} targets[i].joint, {kInvalidArgument} for
+  /// positions that are not finite and weights that are negative
+  TargetDistance(const LinkageModel& model, std::vector<JointTarget> targets,
+                 const TargetSurface* surface, double surface_weight);
+
+  [[nodiscard]] double value(const LinkageState& state) override;
+  [[nodiscard]] LinkageVector gradient(const LinkageState& state) override;
+  [[nodiscard]] LinkageVector second(const LinkageState& state, const LinkageVector& v) override;
+
+ private:
+  const LinkageModel& model_;
+  std::vector<JointTarget> targets_;
+  const TargetSurface* surface_;
+  double surface_weight_;
+};
+
+/// A weighed sum of functions.
+class SumOfFunctions final : public ShapeFunction {
+ public:
+  struct Term {
+    double weight;
+    ShapeFunction& function;  // outlives this
+  };
+  explicit SumOfFunctions(std::vector<Term> terms) : terms_(std::move(terms)) {}
+
+  [[nodiscard]] double value(const LinkageState& state) override;
+  [[nodiscard]] LinkageVector gradient(const LinkageState& state) override;
+  [[nodiscard]] LinkageVector second(const LinkageState& state, const LinkageVector& v) override;
+
+ private:
+  std::vector<Term> terms_;
+};
+
+}  // namespace limber::rods

@@ -1,0 +1,144 @@
+#include "engine/rods/design/linkage_design.h"
+
+#include <gtest/gtest.h>
+
+#include "engine/base/error.h"
+#include "engine/rods/equilibrium/deployment.h"
+#include "tests/engine/rods/equilibrium/small_linkages.h"
+
+namespace limber::rods {
+namespace {
+
+/// A strip of cells that deploys by its mean angle and lies almost flat before.
+struct Problem {
+  Problem() : model(testing::curved_model()), state(model) {
+    LinkageEquilibrium equilibrium(model);
+    flat.pins = {{5}};
+    EXPECT_TRUE(equilibrium.solve(state, flat, {.tolerance = 1e-12}).converged());
+    LinkageState open = state;
+    deployed = flat;
+    deployed.mean_opening_angle = state.mean_opening_angle() + 0.4;
+    EXPECT_EQ(deploy(equilibrium, open, deployed).status, DeploymentStatus::kReached);
+    start.emplace(DesignPoint{model.segment_lengths(), state, open});
+    criteria.targets = {{0, {10, -5, 20}, 0.5}, {15, {130, 100, -10}, 2}};
+    criteria.distance_weight = 3;
+    limits.equilibrium.tolerance = 1e-12;
+  }
+  [[nodiscard]] LinkageDesign design() const {
+    return {model, flat, deployed, *start, criteria, limits};
+  }
+  LinkageModel model;
+  LinkageState state;
+  Conditions flat, deployed;
+  std::optional<DesignPoint> start;
+  DesignCriteria criteria;
+  DesignLimits limits;
+};
+
+Eigen::VectorXd random_direction(Eigen::Index size, unsigned seed) {
+  Random random(seed);
+  Eigen::VectorXd v(size);
+  for (double& value : v) value = random.normal();
+  return v / v.norm();
+}
+
+TEST(LinkageDesign, GradientsAndProductsAgreeWithDifferencesOfTrials) {
+  const Problem problem;
+  LinkageDesign design = problem.design();
+  const Eigen::VectorXd lengths = design.point().lengths;
+  const Eigen::VectorXd v = random_direction(lengths.size(), 3);
+  const DesignMeasures<Eigen::VectorXd> gradients = design.gradients();
+  const DesignMeasures<Eigen::VectorXd> products = design.products(v);
+  const auto at = [&](double h) {
+    DesignTrial trial = design.trial(lengths + h * v);
+    EXPECT_EQ(trial.status, TrialStatus::kFound) << trial.message;
+    return trial.point;
+  };
+  constexpr double kStep = 2e-3;
+  const DesignValues near[] = {design.values(at(kStep)), design.values(at(-kStep))};
+  const DesignValues far[] = {design.values(at(2 * kStep)), design.values(at(-2 * kStep))};
+  const auto slope = [&](double DesignMeasures<double>::*measure) {
+    return (8 * (near[0].*measure - near[1].*measure) - (far[0].*measure - far[1].*measure)) /
+           (12 * kStep);
+  };
+  using Values = DesignMeasures<double>;
+  EXPECT_NEAR(gradients.objective.dot(v), slope(&Values::objective),
+              1e-6 * gradients.objective.norm());
+  EXPECT_NEAR(gradients.flatness.dot(v), slope(&Values::flatness),
+              1e-6 * gradients.flatness.norm());
+  EXPECT_NEAR(gradients.smallest_angle.dot(v), slope(&Values::smallest_angle),
+              1e-6 * gradients.smallest_angle.norm());
+  const DesignPoint forward = at(1e-3), backward = at(-1e-3);
+  design.move_to(forward);
+  const DesignMeasures<Eigen::VectorXd> after = design.gradients();
+  design.move_to(backward);
+  const DesignMeasures<Eigen::VectorXd> before = design.gradients();
+  const auto check = [&](Eigen::VectorXd DesignMeasures<Eigen::VectorXd>::*measure) {
+    const Eigen::VectorXd difference = (after.*measure - before.*measure) / 2e-3;
+    EXPECT_LT((products.*measure - difference).norm(), 1e-4 * (products.*measure).norm());
+  };
+  check(&DesignMeasures<Eigen::VectorXd>::objective);
+  check(&DesignMeasures<Eigen::VectorXd>::flatness);
+  check(&DesignMeasures<Eigen::VectorXd>::smallest_angle);
+}
+
+TEST(LinkageDesign, TheObjectiveIsWhatItIsMadeOf) {
+  const Problem problem;
+  LinkageDesign design = problem.design();
+  const DesignValues values = design.values(design.point());
+  const DesignCriteria& criteria = design.criteria();
+  EXPECT_DOUBLE_EQ(criteria.energy_scale, values.deployed_energy);
+  EXPECT_NEAR(values.objective,
+              0.9 * values.flat_energy / values.deployed_energy + 0.1 +
+                  3 * values.distance / (criteria.length_scale * criteria.length_scale),
+              1e-12 * values.objective);
+  EXPECT_GT(values.flatness, 0);
+}
+
+TEST(LinkageDesign, ATrialThatIsNotBelievedLeavesTheDesignAsItIs) {
+  const Problem problem;
+  LinkageDesign design = problem.design();
+  const DesignValues before = design.values(design.point());
+  const Eigen::VectorXd lengths = design.point().lengths;
+  for (const double factor : {0.01, 3.0, -1.0}) {
+    const DesignTrial trial = design.trial(factor * lengths.array().sin().abs().matrix());
+    EXPECT_NE(trial.status, TrialStatus::kFound) << factor;
+    EXPECT_FALSE(trial.message.empty());
+  }
+  EXPECT_EQ(design.model().segment_lengths(), lengths);
+  EXPECT_EQ(design.values(design.point()).objective, before.objective);
+}
+
+TEST(LinkageDesign, NewCriteriaKeepTheScales) {
+  const Problem problem;
+  LinkageDesign design = problem.design();
+  const double scale = design.criteria().energy_scale;
+  DesignCriteria criteria = problem.criteria;
+  criteria.flat_share = 0.5;
+  design.set_criteria(criteria);
+  EXPECT_EQ(design.criteria().energy_scale, scale);
+  criteria.targets[0].weight = -1;
+  EXPECT_THROW(design.set_criteria(criteria), Error);
+  EXPECT_EQ(design.criteria().targets[0].weight, 0.5);
+}
+
+TEST(LinkageDesign, BadInputIsNamed) {
+  const auto field = [](const auto& spoil) -> std::string {
+    Problem problem;
+    spoil(problem);
+    try {
+      (void)problem.design();
+    } catch (const Error& error) {
+      return error.field();
+    }
+    return "none";
+  };
+  EXPECT_EQ(field([](Problem& p) { p.criteria.flat_share = 1.5; }), "flat_share");
+  EXPECT_EQ(field([](Problem& p) { p.criteria.distance_weight = -1; }), "distance_weight");
+  EXPECT_EQ(field([](Problem& p) { p.criteria.surface_weight = -1; }), "surface_weight");
+  EXPECT_EQ(field([](Problem& p) { p.flat.pins = {{99}}; }), "flat.pins[0].joint");
+  EXPECT_EQ(field([](Problem& p) { p.limits.equilibrium.tolerance = 2; }), "equilibrium.tolerance");
+}
+
+}  // namespace
+}  // namespace limber::rods
