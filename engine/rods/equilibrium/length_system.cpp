@@ -149,7 +149,7 @@ void LengthSystem::solve_in_place(LinkageVector& x) {
   std::fill(work_.begin(), work_.end(), 0.0);
   std::copy_n(reduced.data() + joints_begin, count, work_.data());
   const auto place = [&](std::size_t s) -> double& {
-    return work_[static_cast<std::size_t>(slots_[s].node * kB + slots_[s].entry)];
+    return work_[std::size_t{kB} * slots_[s].node + slots_[s].entry];
   };
   for (std::size_t s = 0; s < slots_.size(); ++s)
     if (held_[s] == 0) place(s) = x.lengths[static_cast<Eigen::Index>(s)];
