@@ -1,39 +1,15 @@
 #include "clients/cpp/frames.h"
 
-#include <bit>
 #include <cstdint>
-#include <cstring>
 
+#include "clients/cpp/array_numbers.h"
 #include "clients/cpp/error.h"
 
 namespace limber::client {
 namespace {
 
-static_assert(std::endian::native == std::endian::little,
-              "the wire's numbers are used as they are");
-
 ClientError malformed(const std::string& message) {
   return {v1::ERROR_CODE_MALFORMED, "", message};
-}
-
-/// The numbers of an array, checked against its shape.
-template <class Number>
-std::vector<Number> numbers(const v1::Array& array, v1::DataType type, int dimensions,
-                            const std::string& what) {
-  if (array.type() != type || array.shape_size() != dimensions)
-    throw malformed(what + " are not of the type and dimension expected");
-  std::size_t count = 1;
-  for (const auto extent : array.shape()) {
-    // Lengths come from bytes received, so no count beyond their number makes sense.
-    if (extent > array.data().size()) throw malformed(what + " are shorter than their shape says");
-    count *= extent;
-    if (count > array.data().size()) throw malformed(what + " are shorter than their shape says");
-  }
-  if (count * sizeof(Number) != array.data().size())
-    throw malformed(what + " do not have the length of their shape");
-  std::vector<Number> values(count);
-  if (count > 0) std::memcpy(values.data(), array.data().data(), array.data().size());
-  return values;
 }
 
 Positions from_coordinates(const v1::Frames& frames, const v1::GetGeometryResponse* geometry) {

@@ -59,6 +59,10 @@ struct LinkageConditions {
   Eigen::Vector3d gravity = Eigen::Vector3d::Zero();  // [m/s^2]
 };
 
+/// Rest lengths of segments: those of the line mesh, or those for which the linkage as drawn has
+/// least elastic energy (rods::solve_rest_lengths).
+enum class RestLengthChoice { kAsDrawn, kLeastStress };
+
 /// A rod linkage: plain values, lengths in `length_unit_in_metres`.
 struct Linkage {
   std::string name;
@@ -71,6 +75,7 @@ struct Linkage {
   rods::StiffAxis stiff_axis = rods::StiffAxis::kD1;
   int edges_per_segment = 10;  // >= 3
   rods::BendingForm bending = rods::BendingForm::kMaterialFrames;
+  RestLengthChoice rest_lengths = RestLengthChoice::kAsDrawn;
   LinkageConditions conditions;
 };
 

@@ -149,6 +149,29 @@ std::string condition_field(std::string field) {
   return field;
 }
 
+rods::BendingForm decode_bending(proto::RodBending bending) {
+  switch (bending) {
+    case proto::ROD_BENDING_AVERAGED_FRAMES:
+      return rods::BendingForm::kAveragedFrames;
+    case proto::ROD_BENDING_TURNING_ANGLE:
+      return rods::BendingForm::kTurningAngle;
+    default:
+      return rods::BendingForm::kMaterialFrames;
+  }
+}
+
+proto::RodBending encode_bending(rods::BendingForm form) {
+  switch (form) {
+    case rods::BendingForm::kAveragedFrames:
+      return proto::ROD_BENDING_AVERAGED_FRAMES;
+    case rods::BendingForm::kTurningAngle:
+      return proto::ROD_BENDING_TURNING_ANGLE;
+    case rods::BendingForm::kMaterialFrames:
+      break;
+  }
+  return proto::ROD_BENDING_MATERIAL_FRAMES;
+}
+
 }  // namespace
 
 double to_degrees(double radian) { return radian * (180 / kPi); }
@@ -215,9 +238,10 @@ scene::Linkage decode_linkage(const proto::Scene& message, const std::string& pr
   linkage.section = decode_section(given.section(), field + ".section");
   linkage.stiff_axis =
       given.stiff_axis() == proto::STIFF_AXIS_D2 ? rods::StiffAxis::kD2 : rods::StiffAxis::kD1;
-  linkage.bending = given.bending() == proto::ROD_BENDING_AVERAGED_FRAMES
-                        ? rods::BendingForm::kAveragedFrames
-                        : rods::BendingForm::kMaterialFrames;
+  linkage.bending = decode_bending(given.bending());
+  linkage.rest_lengths = given.rest_lengths() == proto::REST_LENGTHS_LEAST_STRESS
+                             ? scene::RestLengthChoice::kLeastStress
+                             : scene::RestLengthChoice::kAsDrawn;
   const auto& material = given.material();
   if (material.has_youngs_modulus()) linkage.youngs_modulus = material.youngs_modulus();
   if (material.has_poissons_ratio()) linkage.poissons_ratio = material.poissons_ratio();
@@ -240,9 +264,10 @@ proto::Scene encode_linkage(const scene::Linkage& linkage) {
   *given.mutable_section() = encode_section(linkage.section);
   given.set_stiff_axis(linkage.stiff_axis == rods::StiffAxis::kD2 ? proto::STIFF_AXIS_D2
                                                                   : proto::STIFF_AXIS_D1);
-  given.set_bending(linkage.bending == rods::BendingForm::kAveragedFrames
-                        ? proto::ROD_BENDING_AVERAGED_FRAMES
-                        : proto::ROD_BENDING_MATERIAL_FRAMES);
+  given.set_bending(encode_bending(linkage.bending));
+  given.set_rest_lengths(linkage.rest_lengths == scene::RestLengthChoice::kLeastStress
+                             ? proto::REST_LENGTHS_LEAST_STRESS
+                             : proto::REST_LENGTHS_AS_DRAWN);
   given.mutable_material()->set_youngs_modulus(linkage.youngs_modulus);
   given.mutable_material()->set_poissons_ratio(linkage.poissons_ratio);
   given.mutable_material()->set_density(linkage.density);

@@ -12,6 +12,7 @@ import limber
 import numpy as np
 import pytest
 from conftest import ROOT, small_scene
+from limber.launching import find_binary
 from limber.v1 import scene_pb2 as scenes
 from limber.v1 import service_pb2 as service
 
@@ -320,6 +321,62 @@ def test_files_hold_the_shape_and_what_it_carries(server, linkage, tmp_path):
     again.close()
 
 
+def test_rest_lengths_of_least_stress(server, tmp_path):
+    energies = {}
+    for lengths in (scenes.REST_LENGTHS_AS_DRAWN, scenes.REST_LENGTHS_LEAST_STRESS):
+        scene = server.sample("dome")
+        scene.linkage.rest_lengths = lengths
+        assert server.validate(scene) == []
+        linkage = server.open(scene, progress=False)
+        result = linkage.wait()
+        assert result.status == "CONVERGED"
+        energies[lengths] = result.energy
+        assert linkage.scene().linkage.rest_lengths == lengths
+        linkage.export(tmp_path, formats=("json", "scene"), stem=f"dome{lengths}", progress=False)
+        linkage.close()
+    drawn, relaxed = (np.array([segment["rest_length"] for segment in json.loads(path.read_text())["segments"]])
+                      for path in sorted(tmp_path.glob("dome*_shape.json")))
+    assert 1e-4 < np.abs(relaxed / drawn - 1).max() < 0.1
+    assert energies[scenes.REST_LENGTHS_LEAST_STRESS] < energies[scenes.REST_LENGTHS_AS_DRAWN]
+    saved = tmp_path / f"dome{scenes.REST_LENGTHS_LEAST_STRESS}.json"
+    assert json.loads(saved.read_text())["linkage"]["rest_lengths"] == "REST_LENGTHS_LEAST_STRESS"
+    again = server.open(saved, progress=False)
+    assert again.wait().energy == pytest.approx(energies[scenes.REST_LENGTHS_LEAST_STRESS], rel=1e-6)
+    again.close()
+
+
+def test_forms_of_bending(server, tmp_path):
+    energies = []
+    for bending in (scenes.ROD_BENDING_MATERIAL_FRAMES, scenes.ROD_BENDING_TURNING_ANGLE):
+        scene = server.sample("dome")
+        scene.linkage.bending, scene.linkage.edges_per_segment = bending, 3
+        linkage = server.open(scene, progress=False)
+        linkage.deploy(60)
+        energies.append(linkage.wait().energy)
+        linkage.export(tmp_path, formats="scene", stem="bent", progress=False)
+        linkage.close()
+    assert energies[1] < energies[0], "2 tan(phi/2) is more than phi"
+    assert energies[1] == pytest.approx(energies[0], rel=0.05)
+    assert json.loads((tmp_path / "bent.json").read_text())["linkage"]["bending"] == "ROD_BENDING_TURNING_ANGLE"
+
+
+def test_scenes_name_bending_and_rest_lengths(server):
+    points, edges = grid()
+    scene = limber.linkage_scene(points, edges, section=RECTANGLE, bending="turning_angle", rest_lengths="least_stress")
+    assert scene.linkage.bending == scenes.ROD_BENDING_TURNING_ANGLE
+    assert scene.linkage.rest_lengths == scenes.REST_LENGTHS_LEAST_STRESS
+    opened = server.open(scene, progress=False)
+    assert opened.wait().status == "CONVERGED"
+    opened.close()
+    for name in ("bending", "rest_lengths"):
+        given = {name: "none"}
+        assert refusal(lambda: limber.linkage_scene(points, edges, section=RECTANGLE, **given)) == (
+            "INVALID_ARGUMENT", name)
+        bad = limber.linkage_scene(points, edges, section=RECTANGLE)
+        setattr(bad.linkage, name, 7)
+        assert refusal(lambda: server.open(bad))[1] == f"scene.linkage.{name}"
+
+
 def test_formats_that_a_session_does_not_have_are_named(server, linkage, tmp_path):
     assert refusal(lambda: linkage.export(tmp_path, formats="pc2")) == ("INVALID_ARGUMENT", "formats")
     body = server.open(small_scene(), progress=False)
@@ -381,3 +438,16 @@ def test_the_example_runs(limberd):
     assert lines[0].startswith("deployed: 50.0 degrees in ") and len(lines) == 4
     pushes = [float(line.split()[2]) for line in lines[1:]]
     assert 0 < pushes[0] < pushes[1] < pushes[2]
+
+
+def test_the_cpp_example_runs(cli, server):
+    program = find_binary("push_hyperboloid")
+    done = subprocess.run([program, server.connection.endpoint], capture_output=True, text=True, timeout=50)
+    assert done.returncode == 0, done.stderr
+    lines = done.stdout.splitlines()
+    assert lines[0].startswith("deployed: 50.0 degrees in ") and len(lines) == 4
+    energies = [float(line.split()[-2]) for line in lines[1:]]
+    assert 0 < energies[0] < energies[1] < energies[2]
+    assert not server.sessions()
+    done = subprocess.run([program, "nonsense"], capture_output=True, text=True, timeout=50)
+    assert done.returncode == 1 and "cannot connect to 'nonsense'" in done.stderr

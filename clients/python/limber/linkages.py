@@ -21,7 +21,9 @@ from .results import Result
 HELD = {"motion": messages.HELD_MOTION, "angle": messages.HELD_ANGLE, "both": messages.HELD_MOTION_AND_ANGLE}
 STIFF_AXES = {"d1": messages.STIFF_AXIS_D1, "d2": messages.STIFF_AXIS_D2}
 BENDING = {"material_frames": messages.ROD_BENDING_MATERIAL_FRAMES,
-           "averaged_frames": messages.ROD_BENDING_AVERAGED_FRAMES}
+           "averaged_frames": messages.ROD_BENDING_AVERAGED_FRAMES,
+           "turning_angle": messages.ROD_BENDING_TURNING_ANGLE}
+REST_LENGTHS = {"as_drawn": messages.REST_LENGTHS_AS_DRAWN, "least_stress": messages.REST_LENGTHS_LEAST_STRESS}
 STIFFNESS = 1000.0  # of the springs to targets where none is given [N/m]
 
 
@@ -76,14 +78,17 @@ class LinkageResult(Result):
 
 def linkage_scene(vertices: Any, edges: Any = None, *, section: Mapping[str, Any], name: str = "",
                   edges_per_segment: int | None = None, stiff_axis: str = "d1", bending: str = "material_frames",
-                  length_unit_in_metres: float | None = None, youngs_modulus: float | None = None,
-                  poissons_ratio: float | None = None, density: float | None = None) -> "messages.Scene":
+                  rest_lengths: str = "as_drawn", length_unit_in_metres: float | None = None,
+                  youngs_modulus: float | None = None, poissons_ratio: float | None = None,
+                  density: float | None = None) -> "messages.Scene":
     """A scene of a rod linkage: vertices (n x 3, length unit) and edges (m x 2, vertex ids from 0), or the path of an
     .obj file with lines.
 
     section: the shape of the rods and its dimensions, e.g. {"rectangle": (width, height)} or {"tube": {"diameter": 0.02,
     "wall_thickness": 0.002}}: rectangle, ellipse, i, l, plus, tube; {"profile": corners} takes a closed polygon.
-    stiff_axis: "d1" (bending sideways is the stiffer) or "d2". What is not given has the server's default.
+    stiff_axis: "d1" (bending sideways is the stiffer) or "d2". bending: "material_frames", "averaged_frames" or
+    "turning_angle". rest_lengths: "as_drawn", or "least_stress": those for which the linkage as drawn has least elastic
+    energy. What is not given has the server's default.
     """
     scene = messages.Scene(name=checks.text(name, "name"))
     linkage = scene.linkage
@@ -100,6 +105,7 @@ def linkage_scene(vertices: Any, edges: Any = None, *, section: Mapping[str, Any
         linkage.edges_per_segment = checks.whole(edges_per_segment, "edges_per_segment")
     linkage.stiff_axis = STIFF_AXES[checks.one_of(stiff_axis, STIFF_AXES, "stiff_axis")]
     linkage.bending = BENDING[checks.one_of(bending, BENDING, "bending")]
+    linkage.rest_lengths = REST_LENGTHS[checks.one_of(rest_lengths, REST_LENGTHS, "rest_lengths")]
     if length_unit_in_metres is not None:
         scene.length_unit_in_metres = checks.real(length_unit_in_metres, "length_unit_in_metres")
     material = {"youngs_modulus": youngs_modulus, "poissons_ratio": poissons_ratio, "density": density}

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 
@@ -31,12 +30,12 @@ RestLengthRun::RestLengthRun(LinkageModel& model, LinkageState& state,
       assembly_(model),
       derivatives_(model),
       matrix_(model.chains()),
-      solver_(model.chains()),
+      system_(model),
       low_(options.shortest * drawn_lengths(model.graph())),
       high_(options.longest * drawn_lengths(model.graph())),
       active_(static_cast<std::size_t>(low_.size()), 0) {
   pin_positions();
-  solver_.set_shift_weights(scales_.weights());
+  system_.set_shift_weights(scales_.weights());
 }
 
 /// Joints, and ends of rods without joints, stay where they are drawn.
@@ -53,7 +52,7 @@ void RestLengthRun::pin_positions() {
   for (int j = 0; j < variables.joints(); ++j) pin(variables.joint_begin(j) + kJointPosition);
   is_pinned_.assign(static_cast<std::size_t>(variables.size()), 0);
   for (const int unknown : pinned_) is_pinned_[unknown] = 1;
-  solver_.set_pinned(pinned_);
+  system_.set_pinned(pinned_);
 }
 
 RestLengthReport RestLengthRun::run() {
@@ -64,6 +63,7 @@ RestLengthReport RestLengthRun::run() {
   };
   evaluate();
   report_.before = report_.energies;
+  first_imbalance_ = report_.max_gradient_scaled;
   for (;;) {
     if (context_.cancellation.requested())
       return finish(RestLengthStatus::kCancelled, "cancelled by the caller");
@@ -87,11 +87,16 @@ RestLengthReport RestLengthRun::run() {
                     fmt::format("no step lowers the energy; the imbalance is {:.1e}",
                                 report_.max_gradient_scaled));
     }
-    if (context_.progress) {
-      context_.progress("rest lengths",
-                        static_cast<double>(report_.iterations) / options_.max_iterations);
-    }
+    if (context_.progress) context_.progress("rest lengths", progress());
   }
+}
+
+/// By the orders of magnitude that the imbalance has to fall; never back.
+double RestLengthRun::progress() {
+  const double whole = std::log(first_imbalance_ / options_.tolerance);
+  const double done = std::log(first_imbalance_ / report_.max_gradient_scaled);
+  if (whole > 0 && done > 0) progress_ = std::max(progress_, std::min(1.0, done / whole));
+  return progress_;
 }
 
 /// A step, if there is one and nobody asks to stop before it.
@@ -156,45 +161,17 @@ bool RestLengthRun::factor() {
   return false;
 }
 
-/// The unknowns eliminated by the condensed factor, lengths by what is left:
-/// S = C - B^T H^-1 B.
 bool RestLengthRun::factor_shifted(double shift) {
   ++report_.factorizations;
-  if (!solver_.factor(matrix_, shift).positive_definite()) return false;
-  const Eigen::Index count = low_.size();
-  Eigen::MatrixXd schur = mixed_.lengths;
-  const double weight = model_.rest_lengths().free_edge.mean();
-  for (Eigen::Index s = 0; s < count; ++s) {
-    context_.throw_if_cancelled();
-    Eigen::VectorXd answer = mixed_.unknowns.col(s);
-    solver_.solve_in_place(answer);
-    schur.col(s) -= mixed_.unknowns.transpose() * answer;
-    schur(s, s) += shift * weight;
-  }
-  schur = (0.5 * (schur + schur.transpose())).eval();
-  for (Eigen::Index s = 0; s < count; ++s) {
-    if (active_[s] == 0) continue;
-    const double own = std::max(std::abs(schur(s, s)), 1e-300);
-    schur.row(s).setZero();
-    schur.col(s).setZero();
-    schur(s, s) = own;
-  }
-  schur_.compute(schur);
-  return schur_.info() == Eigen::Success;
+  context_.throw_if_cancelled();
+  return system_.factor(matrix_, mixed_, shift, model_.rest_lengths().free_edge.mean(), active_);
 }
 
 /// With the factor at hand; nothing for lengths on their bounds.
 LinkageVector RestLengthRun::solve(const LinkageVector& right_side) {
   LinkageVector x = right_side;
   for (const int unknown : pinned_) x.unknowns[unknown] = 0;
-  Eigen::VectorXd alone = x.unknowns;
-  solver_.solve_in_place(alone);
-  x.lengths -= mixed_.unknowns.transpose() * alone;
-  for (Eigen::Index s = 0; s < x.lengths.size(); ++s)
-    if (active_[s] != 0) x.lengths[s] = 0;
-  schur_.solveInPlace(x.lengths);
-  x.unknowns -= mixed_.unknowns * x.lengths;
-  solver_.solve_in_place(x.unknowns);
+  system_.solve_in_place(x);
   return x;
 }
 

@@ -1,14 +1,14 @@
 #pragma once
 
-#include <Eigen/Cholesky>
 #include <Eigen/Core>
 #include <vector>
 
+#include "engine/rods/equilibrium/length_system.h"
 #include "engine/rods/equilibrium/rest_length_solve.h"
 #include "engine/rods/equilibrium/unknown_scales.h"
 #include "engine/rods/linkage/linkage_assembly.h"
 #include "engine/rods/linkage/linkage_derivatives.h"
-#include "engine/rods/solver/condensed_solver.h"
+#include "engine/rods/solver/condensed_matrix.h"
 
 namespace limber::rods::detail {
 
@@ -21,6 +21,7 @@ class RestLengthRun {
   RestLengthReport run();
 
  private:
+  [[nodiscard]] double progress();
   [[nodiscard]] bool improve();
   void pin_positions();
   void evaluate();
@@ -43,15 +44,15 @@ class RestLengthRun {
   LinkageAssembly assembly_;
   LinkageDerivatives derivatives_;
   CondensedMatrix matrix_;
-  CondensedSolver solver_;
+  LengthSystem system_;
   Eigen::VectorXd low_, high_;  // of rest lengths
   std::vector<int> pinned_;
   std::vector<char> is_pinned_;
   LinkageVector gradient_;               // zero where pinned
   std::vector<char> active_;             // segments that stay on their bound
   LinkageDerivatives::ByLengths mixed_;  // of this iterate
-  Eigen::LLT<Eigen::MatrixXd> schur_;    // of the lengths that are not active
   double shift_ = 0;
+  double first_imbalance_ = 0, progress_ = 0;
   RestLengthReport report_;
 };
 

@@ -5,6 +5,7 @@
 #include "engine/base/error.h"
 #include "engine/base/parallel.h"
 #include "engine/rods/linkage/chain_derivatives.h"
+#include "engine/rods/linkage/length_pattern.h"
 
 namespace limber::rods {
 namespace {
@@ -146,15 +147,26 @@ void LinkageDerivatives::gather(LinkageVector& result) const {
 LinkageDerivatives::ByLengths LinkageDerivatives::by_lengths(const LinkagePoint& at,
                                                              const JobContext& context) {
   const int segments = model_.variables().segments();
+  const ReducedVariables& variables = model_.variables();
+  const LengthPattern pattern = length_pattern(model_.graph());
   std::vector<Eigen::Triplet<double>> unknowns, lengths;
-  for (int s = 0; s < segments; ++s) {
+  for (const std::vector<int>& colour : pattern.colours) {
     context.throw_if_cancelled();
-    const LinkageVector column = second(at, {{}, Eigen::VectorXd::Unit(segments, s)});
-    for (Eigen::Index i = 0; i < column.unknowns.size(); ++i)
-      if (column.unknowns[i] != 0)
-        unknowns.emplace_back(static_cast<int>(i), s, column.unknowns[i]);
-    for (int t = 0; t < segments; ++t)
-      if (column.lengths[t] != 0) lengths.emplace_back(t, s, column.lengths[t]);
+    LinkageVector direction{{}, Eigen::VectorXd::Zero(segments)};
+    for (const int s : colour) direction.lengths[s] = 1;
+    const LinkageVector product = second(at, direction);
+    const auto take = [&](int s, int begin, int count) {
+      for (int i = begin; i < begin + count; ++i)
+        if (product.unknowns[i] != 0) unknowns.emplace_back(i, s, product.unknowns[i]);
+    };
+    for (const int s : colour) {
+      const LengthPattern::Reach& reach = pattern.reaches[s];
+      for (const int other : reach.segments)
+        take(s, model_.chains()->chain_begin(other), model_.chains()->chain_size(other));
+      for (const int joint : reach.joints) take(s, variables.joint_begin(joint), kJointUnknowns);
+      for (const int other : reach.lengths)
+        if (product.lengths[other] != 0) lengths.emplace_back(other, s, product.lengths[other]);
+    }
   }
   ByLengths result{{model_.variables().size(), segments}, {segments, segments}};
   result.unknowns.setFromTriplets(unknowns.begin(), unknowns.end());

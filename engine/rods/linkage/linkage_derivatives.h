@@ -51,7 +51,7 @@ class LinkageDerivatives {
   [[nodiscard]] LinkageVector third(const LinkagePoint& at, const LinkageVector& v,
                                     const LinkageVector& w);
 
-  /// Second derivatives by all lengths at once, a product for each segment.
+  /// Second derivatives by all lengths at once, a product for each colour of the LengthPattern.
   struct ByLengths {
     Eigen::SparseMatrix<double> unknowns;  // dg/dL: variables().size() x segments
     Eigen::SparseMatrix<double> lengths;   // d2E/dL2: segments x segments

@@ -142,11 +142,15 @@ class CondensedSolver::Impl {
   }
 
   void solve(double* x) {
+    eliminate(x);
+    joints_.solve_in_place(x + structure_.joint_begin(0));
+    for_batches([&](int batch) { backward(batch, x); });
+  }
+
+  /// Leaves what backward() begins with.
+  void eliminate(double* x) {
     LIMBER_DEMAND(factored_);
-    const auto batches = static_cast<std::int64_t>(structure_.batches().size());
-    parallel_for(batches, kBatchesPerSolveChunk, [&](std::int64_t begin, std::int64_t end) {
-      for (std::int64_t b = begin; b < end; ++b) forward(static_cast<int>(b), x);
-    });
+    for_batches([&](int batch) { forward(batch, x); });
     double* const joints = x + structure_.joint_begin(0);
     for (int j = 0; j < structure_.joints(); ++j) {
       for (int k = incidence_.begin[j]; k < incidence_.begin[j + 1]; ++k) {
@@ -154,15 +158,36 @@ class CondensedSolver::Impl {
         for (int i = 0; i < kJointSize; ++i) joints[j * kJointSize + i] += received[i];
       }
     }
-    joints_.solve_in_place(joints);
-    parallel_for(batches, kBatchesPerSolveChunk, [&](std::int64_t begin, std::int64_t end) {
-      for (std::int64_t b = begin; b < end; ++b) backward(static_cast<int>(b), x);
+  }
+
+  void substitute(double* x) {
+    LIMBER_DEMAND(factored_);
+    for_batches([&](int batch) {
+      forward(batch, x);
+      backward(batch, x);
     });
+  }
+
+  [[nodiscard]] const double* joint_block(int joint) {
+    LIMBER_DEMAND(factored_);
+    return joints_.diagonal(joint);
+  }
+  [[nodiscard]] const double* coupling_block(int chain) {
+    LIMBER_DEMAND(factored_ && coupling_of_[chain] >= 0);
+    return joints_.coupling(coupling_of_[chain]);
   }
 
   PivotCount pivots_;
 
  private:
+  template <class Work>
+  void for_batches(const Work& work) const {
+    parallel_for(static_cast<std::int64_t>(structure_.batches().size()), kBatchesPerSolveChunk,
+                 [&](std::int64_t begin, std::int64_t end) {
+                   for (std::int64_t b = begin; b < end; ++b) work(static_cast<int>(b));
+                 });
+  }
+
   void gather(const ChainBatch& batch, const double* x, Lanes* numbers) const {
     const int count = batch.end() - batch.begin();
     for (int lane = 0; lane < kChainLanes; ++lane) {
@@ -348,6 +373,20 @@ PivotCount CondensedSolver::factor(const CondensedMatrix& matrix, double shift) 
 void CondensedSolver::solve_in_place(Eigen::Ref<Eigen::VectorXd> x) {
   LIMBER_DEMAND(x.size() == size());
   impl_->solve(x.data());
+}
+void CondensedSolver::eliminate_chains(Eigen::Ref<Eigen::VectorXd> x) {
+  LIMBER_DEMAND(x.size() == size());
+  impl_->eliminate(x.data());
+}
+void CondensedSolver::substitute_chains(Eigen::Ref<Eigen::VectorXd> x) {
+  LIMBER_DEMAND(x.size() == size());
+  impl_->substitute(x.data());
+}
+const double* CondensedSolver::condensed_joint(int joint) const {
+  return impl_->joint_block(joint);
+}
+const double* CondensedSolver::condensed_coupling(int chain) const {
+  return impl_->coupling_block(chain);
 }
 const PivotCount& CondensedSolver::pivots() const { return impl_->pivots_; }
 

@@ -42,6 +42,17 @@ class CondensedSolver {
   /// x <- (H + shift diag(weights))^-1 x with the last factor. Not from several threads at once.
   void solve_in_place(Eigen::Ref<Eigen::VectorXd> x);
 
+  /// The two halves of a solve, with the last factor, for who solves for the joints' unknowns
+  /// otherwise: those of x become x_J - H_Jc H_cc^-1 x_c, chains' unknowns stay;
+  void eliminate_chains(Eigen::Ref<Eigen::VectorXd> x);
+  /// then, with solutions for those of joints in x, chains' become H_cc^-1 (x_c - H_cJ x_J).
+  void substitute_chains(Eigen::Ref<Eigen::VectorXd> x);
+  /// What the last factor's chains leave of the matrix of the joints, H_JJ - H_Jc H_cc^-1 H_cJ:
+  /// 9 x 9, column-major, of a joint (lower triangle), and by a chain between two joints (rows: its
+  /// start).
+  [[nodiscard]] const double* condensed_joint(int joint) const;
+  [[nodiscard]] const double* condensed_coupling(int chain) const;
+
   /// Of the last factor.
   [[nodiscard]] const PivotCount& pivots() const;
 

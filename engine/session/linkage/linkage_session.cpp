@@ -74,6 +74,7 @@ class LinkageSession::Impl : public std::enable_shared_from_this<LinkageSession:
   void cancel() {
     const std::lock_guard lock(mutex_);
     if (!task_.is_pending()) return;
+    if (state_ == State::kBuilding) building_.request();
     cancelled_ = true;
     first_.clear();
     round_.request();
@@ -82,6 +83,7 @@ class LinkageSession::Impl : public std::enable_shared_from_this<LinkageSession:
   void shut(SerialTask::Farewell farewell) {
     std::unique_lock lock(mutex_);
     state_ = State::kClosed;
+    building_.request();
     round_.request();
     task_.close(std::move(lock), farewell);
   }
@@ -149,10 +151,13 @@ class LinkageSession::Impl : public std::enable_shared_from_this<LinkageSession:
   bool build() {
     std::string message;
     try {
-      tell(listener_.get(), [](LinkageListener& listener) {
-        listener.on_progress({"linkage", 0});
-      });
-      live_ = std::make_unique<LiveLinkage>(linkage_);
+      const auto tell_progress = [this](const std::string& stage, double fraction) {
+        tell(listener_.get(), [&](LinkageListener& listener) {
+          listener.on_progress({stage, fraction});
+        });
+      };
+      tell_progress("linkage", 0);
+      live_ = std::make_unique<LiveLinkage>(linkage_, JobContext{building_, tell_progress});
       auto geometry = std::make_shared<const LinkageGeometry>(describe());
       bool open = false;
       {
@@ -314,6 +319,7 @@ class LinkageSession::Impl : public std::enable_shared_from_this<LinkageSession:
   bool must_finish_ = false;  // edits do not interrupt it
   State state_ = State::kBuilding;
   std::string message_;
+  const Cancellation building_;
   Cancellation round_;  // of the solve under way
   std::uint64_t sequence_ = 0;
   std::shared_ptr<const LinkageResult> newest_, final_;

@@ -77,7 +77,7 @@ class LinkageSession {
   /// As Session::edit.
   EditReceipt edit(const std::vector<LinkageEdit>& edits, std::optional<Revision> expected = {});
   /// Stops a running solve: a final result with status kCancelled, which holds the last
-  /// equilibrium.
+  /// equilibrium. While rest lengths are solved for: the build, which has failed then.
   void cancel();
   /// Refuses everything from now on, cancels, tells the listener kClosed, and returns when no task
   /// runs any more (called by the listener itself, at once).

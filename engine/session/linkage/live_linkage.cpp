@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "engine/session/linkage/rest_shape.h"
+
 namespace limber::session {
 namespace {
 
@@ -31,14 +33,14 @@ double extent_of(const rods::LinkageGraph& graph) {
 
 }  // namespace
 
-LiveLinkage::LiveLinkage(const scene::Linkage& linkage)
+LiveLinkage::LiveLinkage(const scene::Linkage& linkage, const JobContext& job)
     : mapped_(map_linkage(linkage)),
+      state_(rest_shape(mapped_, linkage.rest_lengths, job)),
       shape_(mapped_, linkage),
       statics_(mapped_, linkage),
       length_unit_(linkage.length_unit_in_metres),
       extent_(extent_of(mapped_.model.graph())),
       equilibrium_(mapped_.model),
-      state_(mapped_.model),
       good_(state_) {}
 
 /// The share of the way to these conditions that one solve may take, in (0, 1].

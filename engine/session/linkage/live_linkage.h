@@ -15,8 +15,8 @@ namespace limber::session {
 /// thread.
 class LiveLinkage {
  public:
-  /// @throws Error as map_linkage, with a field of the scene
-  explicit LiveLinkage(const scene::Linkage& linkage);
+  /// @throws Error as map_linkage and rest_shape, with a field of the scene
+  explicit LiveLinkage(const scene::Linkage& linkage, const JobContext& job = {});
 
   [[nodiscard]] const rods::LinkageModel& model() const { return mapped_.model; }
   [[nodiscard]] const LinkageShape& shape() const { return shape_; }
@@ -64,11 +64,12 @@ class LiveLinkage {
             const OnIterate& on_iterate, Outcome& outcome);
 
   MappedLinkage mapped_;
+  rods::LinkageState state_;  // before what follows: it may bring the model other rest lengths
   LinkageShape shape_;
   LinkageStatics statics_;
   double length_unit_, extent_;
   rods::LinkageEquilibrium equilibrium_;
-  rods::LinkageState state_, good_;
+  rods::LinkageState good_;
   bool settled_ = false;        // is good_ an equilibrium
   rods::Conditions held_;       // the last that state_ was in equilibrium under
   rods::Conditions good_held_;  // those of good_

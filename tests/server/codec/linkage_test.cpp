@@ -66,6 +66,7 @@ TEST(LinkageCodec, DefaultsAreThoseOfTheEngine) {
   EXPECT_EQ(linkage.length_unit_in_metres, 1);
   EXPECT_EQ(linkage.stiff_axis, standard.stiff_axis);
   EXPECT_EQ(linkage.bending, standard.bending);
+  EXPECT_EQ(linkage.rest_lengths, standard.rest_lengths);
   EXPECT_EQ(linkage.lines.vertices.col(4), Eigen::Vector3d(0, 1, 0));
   EXPECT_EQ(linkage.lines.edges.col(2), Eigen::Vector2i(3, 1));
   EXPECT_EQ(refused(cross()), "");
@@ -119,6 +120,28 @@ TEST(LinkageCodec, EverythingButTheLinesComesBack) {
     EXPECT_NEAR(*back.conditions.mean_angle, -0.5, 1e-15);
     EXPECT_EQ(back.conditions.loads[0].torque, 7);
   }
+}
+
+TEST(LinkageCodec, FormsOfBendingAndRestLengthsComeBack) {
+  scene::Linkage linkage = scene::make_linkage_sample("grid");
+  const auto there_and_back = [&] {
+    proto::Scene message = encode_linkage(linkage);
+    *message.mutable_linkage()->mutable_lines() = cross().linkage().lines();
+    return decode_linkage(message, "", no_lines);
+  };
+  for (const auto form : {rods::BendingForm::kMaterialFrames, rods::BendingForm::kAveragedFrames,
+                          rods::BendingForm::kTurningAngle}) {
+    linkage.bending = form;
+    EXPECT_EQ(there_and_back().bending, form);
+  }
+  for (const auto lengths :
+       {scene::RestLengthChoice::kAsDrawn, scene::RestLengthChoice::kLeastStress}) {
+    linkage.rest_lengths = lengths;
+    EXPECT_EQ(there_and_back().rest_lengths, lengths);
+  }
+  EXPECT_EQ(encode_linkage(linkage).linkage().rest_lengths(), proto::REST_LENGTHS_LEAST_STRESS);
+  linkage.bending = rods::BendingForm::kTurningAngle;
+  EXPECT_EQ(encode_linkage(linkage).linkage().bending(), proto::ROD_BENDING_TURNING_ANGLE);
 }
 
 TEST(LinkageCodec, AnglesOnTheWireAreDegrees) {

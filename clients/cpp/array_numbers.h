@@ -1,0 +1,41 @@
+#pragma once
+
+#include <bit>
+#include <cstddef>
+#include <cstring>
+#include <string>
+#include <vector>
+
+#include "clients/cpp/error.h"
+#include "limber/v1/common.pb.h"
+
+namespace limber::client {
+
+static_assert(std::endian::native == std::endian::little,
+              "the wire's numbers are used as they are");
+
+/// The numbers of an array, row by row. @throws ClientError MALFORMED where it is of another type
+/// or dimension, or its length does not fit its shape
+template <class Number>
+std::vector<Number> numbers(const v1::Array& array, v1::DataType type, int dimensions,
+                            const std::string& what) {
+  const auto malformed = [&](const char* how) {
+    return ClientError(v1::ERROR_CODE_MALFORMED, "", what + how);
+  };
+  if (array.type() != type || array.shape_size() != dimensions)
+    throw malformed(" are not of the type and dimension expected");
+  std::size_t count = 1;
+  for (const auto extent : array.shape()) {
+    // Lengths come from bytes received, so no count beyond their number makes sense.
+    if (extent > array.data().size()) throw malformed(" are shorter than their shape says");
+    count *= extent;
+    if (count > array.data().size()) throw malformed(" are shorter than their shape says");
+  }
+  if (count * sizeof(Number) != array.data().size())
+    throw malformed(" do not have the length of their shape");
+  std::vector<Number> values(count);
+  if (count > 0) std::memcpy(values.data(), array.data().data(), array.data().size());
+  return values;
+}
+
+}  // namespace limber::client
