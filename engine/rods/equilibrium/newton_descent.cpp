@@ -22,7 +22,7 @@ constexpr double kFading = 0.1;
 // An iteration is slow that leaves more than this of the imbalance; how often leaps double.
 constexpr double kSlow = 0.3;
 constexpr int kLeaps = 5;
-constexpr int kPowerIterations = 12;
+constexpr int kPowerIterations = 100;
 constexpr double kFirstEscape = 1e-4;  // [rad]
 constexpr double kEscapeGrowth = 2;
 constexpr int kEscapes = 16;
