@@ -147,17 +147,23 @@ class Deployment {
         return false;
       }
       const bool jumped = trial.error > options_.jump_turn;
-      if ((jumped || !trial.report.converged()) && worth_retrying(trial, length_)) {
+      const std::optional<int> over = overturned(state_, trial.state);
+      if ((jumped || over || !trial.report.converged()) && worth_retrying(trial, length_)) {
         ++report_.steps_shortened;
         length_ /= 2;
         continue;
       }
       report_.end = trial.report;
-      if (!trial.report.converged()) {
+      if (over && trial.report.converged()) {
+        report_.end.status = EquilibriumStatus::kStalled;
+        report_.end.message = fmt::format("joint {} would turn over, to {:.0f} degrees", *over,
+                                          trial.state.joints()[*over].opening_angle * kDegrees);
+      }
+      if (!report_.end.converged()) {
         ++report_.steps_failed;
         report_.status = DeploymentStatus::kStopped;
         report_.message = fmt::format("stopped at {:.4f} of the way: {}{}", progress_,
-                                      trial.report.message, told_strain());
+                                      report_.end.message, told_strain());
         return false;
       }
       accept(std::move(trial), jumped, last);
@@ -266,6 +272,16 @@ class Deployment {
 };
 
 }  // namespace
+
+std::optional<int> overturned(const LinkageState& from, const LinkageState& to) {
+  constexpr double kOver = 1.25 * std::numbers::pi;
+  for (std::size_t j = 0; j < to.joints().size(); ++j) {
+    const double angle = std::abs(to.joints()[j].opening_angle);
+    if (angle > kOver && angle > std::abs(from.joints()[j].opening_angle) + 0.1)
+      return static_cast<int>(j);
+  }
+  return std::nullopt;
+}
 
 void DeploymentOptions::validate() const {
   check_share("first_step", first_step);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -63,6 +64,10 @@ struct DeploymentReport {
   std::string message;
 };
 
+/// The first joint that has turned over on the way from one shape to another: its opening angle is
+/// beyond 225 degrees either way, farther than it was. Rods cross there; nothing real does that.
+[[nodiscard]] std::optional<int> overturned(const LinkageState& from, const LinkageState& to);
+
 using StepCallback = std::function<void(const DeploymentStep& step, const LinkageState& state)>;
 
 /// Leads a linkage from its present shape to other conditions, one equilibrium after the other.
@@ -73,7 +78,8 @@ using StepCallback = std::function<void(const DeploymentStep& step, const Linkag
 /// itself; all else is as in `to`. Where the present shape is no equilibrium the first step brings
 /// it to one. Follows one branch: each step starts from an extrapolation of those before, and one
 /// that ends elsewhere is tried again with half its length; a branch that ends is left, which the
-/// report says. Backwards is the same with other conditions.
+/// report says. No joint turns over: the way stops before. Backwards is the same with other
+/// conditions.
 ///
 /// @param state  becomes the last equilibrium reached
 /// @throws Error as Conditions::validate and DeploymentOptions::validate

@@ -149,7 +149,8 @@ class LinkageDocument::Request {
   /// Refuses what the conditions may not be.
   void close_step() {
     if (!std::exchange(is_open_, false)) return;
-    const auto issues = scene::validate(conditions_, document_.joints_, document_.segments_);
+    auto issues = scene::validate(conditions_, document_.joints_, document_.segments_);
+    if (issues.empty() && document_.check_) issues = document_.check_(conditions_);
     if (!issues.empty()) throw Error(issues[0].code, last_name(issues[0].field), issues[0].message);
     state_.undo.push_back(
         std::exchange(state_.now, std::make_shared<const LinkageConditions>(conditions_)));
@@ -170,8 +171,8 @@ class LinkageDocument::Request {
 };
 
 LinkageDocument::LinkageDocument(LinkageConditions conditions, int joints, int segments,
-                                 LinkageLimits limits)
-    : joints_(joints), segments_(segments), limits_(limits) {
+                                 LinkageLimits limits, Check check)
+    : joints_(joints), segments_(segments), limits_(limits), check_(std::move(check)) {
   limits.validate();
   const auto issues = scene::validate(conditions, joints, segments);
   if (!issues.empty()) throw Error(issues[0].code, issues[0].field, issues[0].message);

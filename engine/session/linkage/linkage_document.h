@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <deque>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -30,10 +31,13 @@ struct LinkageLimits {
 /// before it.
 class LinkageDocument {
  public:
+  /// Issues that more is needed for than the conditions and these numbers.
+  using Check = std::function<std::vector<scene::Issue>(const scene::LinkageConditions&)>;
+
   /// @param joints, segments  of the linkage
   /// @throws Error with a field of the conditions ("targets[3].joint")
   LinkageDocument(scene::LinkageConditions conditions, int joints, int segments,
-                  LinkageLimits limits = {});
+                  LinkageLimits limits = {}, Check check = {});
 
   /// @throws Error with field "edits[i]....": kNotFound, kAlreadyExists, kOutOfRange,
   /// kInvalidArgument, kLimitExceeded, kFailedPrecondition (nothing to undo);
@@ -59,6 +63,7 @@ class LinkageDocument {
 
   int joints_, segments_;
   LinkageLimits limits_;
+  Check check_;
   State state_;
   Revision revision_ = 0;
 };

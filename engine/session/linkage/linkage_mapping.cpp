@@ -7,9 +7,13 @@
 #include <utility>
 
 #include "engine/base/error.h"
+#include "engine/session/linkage/pin_reach.h"
 
 namespace limber::session {
 namespace {
+
+/// Distance from the origin over the shortest segment.
+constexpr double kFarthest = 5e4;
 
 /// Collects errors of the rods wing as issues, with the scene's path.
 template <class Call>
@@ -58,6 +62,21 @@ double share_of_rod(const rods::LinkageModel& model, int segment, double share) 
   return (from + share * (to - from)) / edges;
 }
 
+/// Coordinates are numbers of 16 digits: far from the origin too few are left for short edges.
+void check_place(const scene::Linkage& linkage, const rods::LinkageGraph& graph,
+                 std::vector<scene::Issue>& issues) {
+  double shortest = std::numeric_limits<double>::infinity();
+  for (const rods::Segment& segment : graph.segments) shortest = std::min(shortest, segment.length);
+  const double farthest = linkage.lines.vertices.cwiseAbs().maxCoeff();
+  if (farthest <= kFarthest * shortest) return;
+  issues.push_back({scene::Issue::Severity::kError, "lines",
+                    fmt::format("vertices lie up to {:g} from the origin, and the shortest edge is "
+                                "{:g} long: too little for numbers of 16 digits. Move the linkage "
+                                "to the origin, or leave out edges that short",
+                                farthest, shortest),
+                    ErrorCode::kOutOfRange});
+}
+
 }  // namespace
 
 LinkageCheck check_linkage(const scene::Linkage& linkage) {
@@ -80,7 +99,10 @@ LinkageCheck check_linkage(const scene::Linkage& linkage) {
     issues.push_back(
         {scene::Issue::Severity::kError, "edges_per_segment", error.what(), error.code()});
   }
-  for (auto& issue : scene::validate(linkage.conditions, check.joints, check.segments)) {
+  check_place(linkage, *graph, issues);
+  auto faults = scene::validate(linkage.conditions, check.joints, check.segments);
+  if (faults.empty()) faults = PinReach(*graph).check(linkage.conditions);
+  for (auto& issue : faults) {
     issue.field = "conditions." + issue.field;
     issues.push_back(std::move(issue));
   }

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "engine/session/linkage/live_linkage.h"
+#include "engine/session/linkage/pin_reach.h"
 #include "engine/session/serial_task.h"
 
 namespace limber::session {
@@ -103,7 +104,10 @@ class LinkageSession::Impl : public std::enable_shared_from_this<LinkageSession:
     const LinkageCheck check = check_linkage(linkage);
     demand_sound(check);
     try {
-      return {linkage.conditions, check.joints, check.segments, limits};
+      const auto reach = std::make_shared<PinReach>(rods::build_linkage_graph(linkage.lines));
+      return {
+          linkage.conditions, check.joints, check.segments, limits,
+          [reach](const scene::LinkageConditions& conditions) { return reach->check(conditions); }};
     } catch (const Error& error) {
       throw Error(error.code(), "conditions." + error.field(), error.what());
     }
@@ -241,7 +245,7 @@ class LinkageSession::Impl : public std::enable_shared_from_this<LinkageSession:
     published_at_ = Clock::now();
     LiveLinkage::Outcome outcome;
     try {
-      outcome = live_->solve(*round.conditions, JobContext{round.cancellation, {}},
+      outcome = live_->solve(round.conditions, JobContext{round.cancellation, {}},
                              [&] { publish_iterate(round); });
     } catch (const std::exception& error) {
       live_->restore();

@@ -21,8 +21,8 @@ struct LinkageResult {
   Revision revision = 0;       // every edit up to and including this one is in it
   std::uint64_t sequence = 0;  // counts published results of the session from 1, no gaps
   bool converged = false;      // final for this revision, whatever the report's status says
-  /// What was asked for has no equilibrium that could be found: the shape is the last one on the way
-  /// there, or the one before.
+  /// What was asked for has no equilibrium that could be found: the shape is the last one on the
+  /// way there, or the one before.
   bool solve_failed = false;
   rods::EquilibriumReport report;  // forces [N], lengths in the scene's unit
   double mean_angle = 0;           // [rad]

@@ -18,6 +18,9 @@ constexpr double kFarShare = 0.01;                              // of the linkag
 // [rad].
 constexpr double kFarTurn = 0.2;
 constexpr double kTurnOfStep = 0.05;
+// Shapes that undo comes back to, and what one takes of memory.
+constexpr std::size_t kKnownBytes = std::size_t{64} << 20;
+constexpr std::size_t kBytesPerUnknown = 100;
 constexpr double kMostSteps = 200;  // a pin far away is no reason to remember every step there
 
 double extent_of(const rods::LinkageGraph& graph) {
@@ -73,7 +76,7 @@ void LiveLinkage::go_straight(const rods::Conditions& wanted, const JobContext& 
         iterate_ = nullptr;
       });
   const EquilibriumReport& report = outcome.report;
-  outcome.reached = report.converged();
+  outcome.reached = report.converged() && !rods::overturned(good_, state_);
   turned_ += report.turned;
   if (!outcome.reached) return;
   rods::DeploymentStep step;
@@ -163,9 +166,29 @@ EquilibriumReport LiveLinkage::report_of_shape(const EquilibriumReport& attempt)
   return report;
 }
 
-LiveLinkage::Outcome LiveLinkage::solve(const scene::LinkageConditions& conditions,
-                                        const JobContext& job, const OnIterate& on_iterate) {
-  const rods::Conditions wanted = map_conditions(conditions, mapped_, length_unit_);
+void LiveLinkage::recall(const SharedConditions& conditions) {
+  for (const Known& known : known_) {
+    if (known.conditions != conditions) continue;
+    state_ = good_ = known.state;
+    held_ = good_held_ = known.held;
+    good_report_ = known.report;
+    turned_ = 0;
+    return;
+  }
+}
+
+void LiveLinkage::remember(const SharedConditions& conditions) {
+  std::erase_if(known_, [&](const Known& known) { return known.conditions == conditions; });
+  known_.push_back({conditions, good_, good_held_, good_report_});
+  const std::size_t bytes =
+      kBytesPerUnknown * static_cast<std::size_t>(mapped_.model.variables().size());
+  while (known_.size() > 1 && known_.size() * bytes > kKnownBytes) known_.pop_front();
+}
+
+LiveLinkage::Outcome LiveLinkage::solve(const SharedConditions& conditions, const JobContext& job,
+                                        const OnIterate& on_iterate) {
+  recall(conditions);
+  const rods::Conditions wanted = map_conditions(*conditions, mapped_, length_unit_);
   Outcome outcome;
   const double step = share_of_step(wanted);
   if (step < 1) {
@@ -183,6 +206,7 @@ LiveLinkage::Outcome LiveLinkage::solve(const scene::LinkageConditions& conditio
     good_ = state_;
     good_held_ = held_ = wanted;
     good_report_ = outcome.report;
+    remember(conditions);
   } else if (outcome.report.status != EquilibriumStatus::kCancelled) {
     if (outcome.path.empty()) {
       restore();
@@ -190,6 +214,7 @@ LiveLinkage::Outcome LiveLinkage::solve(const scene::LinkageConditions& conditio
       good_report_ = outcome.way_end;
       good_ = state_;
       good_held_ = held_;
+      remember(conditions);
     }
   }
   return outcome;

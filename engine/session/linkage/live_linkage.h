@@ -1,6 +1,8 @@
 #pragma once
 
+#include <deque>
 #include <functional>
+#include <memory>
 #include <vector>
 
 #include "engine/base/job.h"
@@ -41,8 +43,10 @@ class LiveLinkage {
   /// pins have far to go, and where the shape turns out to move far, step by step (rods::deploy).
   /// Where it is not reached, the shape is the last equilibrium on the way there, or the one
   /// before; cancelled, the last iterate.
-  Outcome solve(const scene::LinkageConditions& conditions, const JobContext& job,
-                const OnIterate& on_iterate);
+  /// Conditions that were solved before, the very same object as undo brings them back, begin from
+  /// the shape they had then: what is done on the way there and back is undone with it.
+  Outcome solve(const std::shared_ptr<const scene::LinkageConditions>& conditions,
+                const JobContext& job, const OnIterate& on_iterate);
   /// Back to the last equilibrium that was reached.
   void restore();
   /// The same, where the shape is no equilibrium and far from that one: what goes on from here
@@ -54,6 +58,15 @@ class LiveLinkage {
       const rods::EquilibriumReport& attempt) const;
 
  private:
+  using SharedConditions = std::shared_ptr<const scene::LinkageConditions>;
+  struct Known {
+    SharedConditions conditions;  // kept, so that no other object gets its address
+    rods::LinkageState state;
+    rods::Conditions held;
+    rods::EquilibriumReport report;
+  };
+  void recall(const SharedConditions& conditions);
+  void remember(const SharedConditions& conditions);
   [[nodiscard]] double share_of_step(const rods::Conditions& wanted) const;
   void go_straight(const rods::Conditions& wanted, const JobContext& job,
                    const OnIterate& on_iterate, Outcome& outcome);
@@ -75,6 +88,7 @@ class LiveLinkage {
   rods::Conditions good_held_;  // those of good_
   rods::EquilibriumReport good_report_;
   const rods::LinkageState* iterate_ = nullptr;  // within a solve
+  std::deque<Known> known_;                      // the latest last
   double turned_ = 0;  // by the interrupted solves since state_ was an equilibrium [rad]
 };
 

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
+#include <atomic>
 #include <condition_variable>
 #include <functional>
 #include <limits>
@@ -31,7 +32,11 @@ class LinkageRecorder : public LinkageListener {
     message_ = message;
     changed_.notify_all();
   }
+  /// From within the task, at the first shape on the way.
+  void cancel_on_the_way(LinkageSession& session) { cancelled_ = &session; }
   void on_result(const std::shared_ptr<const LinkageResult>& result) override {
+    if (!result->converged)
+      if (LinkageSession* const session = cancelled_.exchange(nullptr)) session->cancel();
     const std::lock_guard lock(mutex_);
     gap_ = gap_ || result->sequence != results_.size() + 1;
     results_.push_back(result);
@@ -67,6 +72,7 @@ class LinkageRecorder : public LinkageListener {
   std::vector<State> states_;
   std::string message_;
   bool gap_ = false;
+  std::atomic<LinkageSession*> cancelled_ = nullptr;
 };
 
 struct Live {
@@ -246,6 +252,72 @@ TEST(LinkageSession, WhatCannotBeReachedLeavesTheLastEquilibrium) {
   EXPECT_EQ(held->report.status, EquilibriumStatus::kConverged) << held->report.message;
 }
 
+TEST(LinkageSession, UndoBringsTheShapeBackWhateverTheWayWas) {
+  // A mechanism: where it goes and comes back to depends on the way.
+  scene::Linkage grid = scene::make_linkage_sample("grid");
+  grid.edges_per_segment = 4;
+  Live live(grid);
+  ASSERT_TRUE(live.recorder->wait_final(0));
+  const auto open = live.edit({SetMeanAngle{60 * kDegree}});
+  ASSERT_TRUE(open);
+  ASSERT_TRUE(live.edit({SetMeanAngle{std::nullopt}, PinJoint{0, Held::kMotionAndAngle}}));
+  ASSERT_TRUE(live.edit({SetMeanAngle{20 * kDegree}}));
+  ASSERT_TRUE(live.edit({Undo{}}));
+  const auto back = live.edit({Undo{}});
+  ASSERT_TRUE(back);
+  EXPECT_NEAR(back->mean_angle, 60 * kDegree, 1e-6);
+  for (const int joint : {0, 17, 40}) {
+    EXPECT_LT((joint_at(live.session, *back, joint) - joint_at(live.session, *open, joint)).norm(),
+              1e-6);
+  }
+}
+
+TEST(LinkageSession, AWayThatEndsShowsHowFarItWent) {
+  Live live(hyperboloid());
+  const auto opened = live.recorder->wait_final(0);
+  ASSERT_TRUE(opened);
+  const auto stopped = live.edit({SetMeanAngle{178 * kDegree}});
+  ASSERT_TRUE(stopped);
+  EXPECT_TRUE(stopped->solve_failed);
+  EXPECT_NE(stopped->report.message.find("of the way"), std::string::npos)
+      << stopped->report.message;
+  EXPECT_GT(stopped->path.size(), 5U);
+  EXPECT_EQ(stopped->frames->cols(), static_cast<Eigen::Index>(stopped->path.size()));
+  EXPECT_NEAR(stopped->mean_angle, stopped->path.back().mean_opening_angle, 1e-9);
+  EXPECT_GT(stopped->mean_angle, opened->mean_angle + 0.5);
+  EXPECT_LT(stopped->report.max_gradient_scaled, 1e-3);  // of the shape that is shown
+  const auto undone = live.edit({Undo{}});
+  ASSERT_TRUE(undone);
+  EXPECT_NEAR(undone->mean_angle, opened->mean_angle, 1e-9);
+}
+
+TEST(LinkageSession, PinsFartherApartThanTheRodsBetweenThemAreRefused) {
+  Live live(hyperboloid());
+  ASSERT_TRUE(live.recorder->wait_final(0));
+  try {
+    live.session.edit({PinJoint{3, Held::kMotion, Eigen::Vector3d(0, 0, 0)},
+                       PinJoint{4, Held::kMotion, Eigen::Vector3d(0, 0, 500)}});
+    ADD_FAILURE();
+  } catch (const Error& error) {
+    EXPECT_EQ(error.code(), ErrorCode::kInvalidArgument);
+    EXPECT_EQ(error.field(), "edits[1].position");
+    EXPECT_NE(std::string(error.what()).find("joints 3 and 4"), std::string::npos) << error.what();
+  }
+  EXPECT_TRUE(live.session.conditions()->pins.empty());
+}
+
+TEST(LinkageSession, ALinkageFarFromTheOriginIsRefused) {
+  scene::Linkage far = hyperboloid();
+  far.lines.vertices.row(0).array() += 1e6;
+  test::Pool pool{1};
+  try {
+    LinkageSession("far", far, {}, pool.executor(), nullptr);
+    ADD_FAILURE();
+  } catch (const Error& error) {
+    EXPECT_EQ(error.field(), "lines");
+  }
+}
+
 TEST(LinkageSession, ATargetAtTheEndOfASegmentIsOneAtItsJoint) {
   Live live(hyperboloid());
   const auto opened = live.recorder->wait_final(0);
@@ -366,14 +438,13 @@ TEST(LinkageSession, CancellingKeepsTheLastEquilibrium) {
   Live live(hyperboloid());
   const auto opened = live.recorder->wait_final(0);
   ASSERT_TRUE(opened);
+  live.recorder->cancel_on_the_way(live.session);
   const Revision revision = live.session.edit({SetMeanAngle{opened->mean_angle + 1.0}}).revision;
-  live.session.cancel();
   const auto final = live.recorder->wait_final(revision);
   ASSERT_TRUE(final);
   EXPECT_FALSE(final->solve_failed);
-  if (final->report.status == EquilibriumStatus::kCancelled) {
-    EXPECT_NEAR(final->mean_angle, opened->mean_angle, 1e-6);
-  }
+  ASSERT_EQ(final->report.status, EquilibriumStatus::kCancelled);
+  EXPECT_NEAR(final->mean_angle, opened->mean_angle, 1e-6);
   // And goes on when it is asked again.
   const auto undone = live.edit({Undo{}});
   ASSERT_TRUE(undone);

@@ -16,7 +16,7 @@ constexpr double kDegree = 3.14159265358979323846 / 180;
 
 struct Solved {
   explicit Solved(const scene::Linkage& linkage) : live(linkage) {
-    outcome = live.solve(linkage.conditions, {}, [] {});
+    outcome = live.solve(std::make_shared<scene::LinkageConditions>(linkage.conditions), {}, [] {});
     EXPECT_TRUE(outcome.reached) << outcome.report.message;
     EXPECT_EQ(outcome.path.size(), outcome.strains.size());
     detail = live.statics().detail(outcome.frames.back(), outcome.strains.back());

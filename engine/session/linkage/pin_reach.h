@@ -1,0 +1,30 @@
+#pragma once
+
+#include <vector>
+
+#include "engine/rods/linkage/linkage_graph.h"
+#include "engine/scene/linkage.h"
+
+namespace limber::session {
+
+/// How far joints of a linkage can be from each other: along its rods.
+class PinReach {
+ public:
+  explicit PinReach(const rods::LinkageGraph& graph);
+
+  /// Pins with positions that are farther apart than the rods between them are long (and a tenth
+  /// more, which rods might stretch by) contradict each other.
+  /// @returns issues with field pins[i].position
+  [[nodiscard]] std::vector<scene::Issue> check(const scene::LinkageConditions& conditions) const;
+
+ private:
+  struct Way {
+    int joint;
+    double length;
+  };
+  [[nodiscard]] std::vector<double> ways_from(int joint) const;
+
+  std::vector<std::vector<Way>> ways_;  // of each joint, to its neighbours
+};
+
+}  // namespace limber::session
