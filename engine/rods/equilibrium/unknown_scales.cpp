@@ -106,13 +106,12 @@ void UnknownScales::fill_rounding(const LinkageModel& model, double farthest) {
         rounding_[begin + k] = std::max(rounding_[begin + k], of(length) * (angle ? length : 1));
       }
     }
-    const double force = of(std::min(edge(0), edge(1)));
-    energy_rounding_ += force * force / stretching_ * segment.length;
   }
   force_rounding_ = 0;
   for (Eigen::Index i = 0; i < rounding_.size(); ++i)
     if (kinds_[i] == UnknownKind::kLength)
       force_rounding_ = std::max(force_rounding_, rounding_[i]);
+  energy_rounding_ = force_rounding_ * force_rounding_ / stretching_ * total_length_;
 }
 
 double UnknownScales::imbalance(const Eigen::Ref<const Eigen::VectorXd>& gradient,
