@@ -10,6 +10,8 @@ namespace limber::rods::detail {
 namespace {
 
 constexpr double kArmijo = 1e-4;
+// Of the potential: gains that its rounding may swallow in large linkages.
+constexpr double kNoise = 1e-10;
 constexpr int kStifferTrials = 4;
 constexpr double kStiffening = 1e3;
 constexpr double kDifferenceTurn = 1e-2;  // [rad]
@@ -156,6 +158,16 @@ void NewtonRun::move_prescribed(LinkageState& state, Eigen::VectorXd x) {
   accept(state, std::move(next), x);
 }
 
+/// Where a step's gain is lost in the potential's rounding, forces still tell.
+bool NewtonRun::calmer(const LinkageState& trial) {
+  Eigen::VectorXd gradient(work_.gradient.size());
+  (void)work_.assembly.gradient(trial, gradient);
+  terms_.add_gradient(trial, gradient);
+  (void)holding_.remove_reactions(gradient);
+  for (const int unknown : bounded_) gradient[unknown] = 0;
+  return work_.scales.imbalance(gradient, scale_, options_.tolerance) < report_.max_gradient_scaled;
+}
+
 /// The first point of a halving series along a step at which the potential is low enough.
 bool NewtonRun::descend(LinkageState& state, const Step& step, double fraction) {
   Eigen::VectorXd bend;
@@ -167,7 +179,8 @@ bool NewtonRun::descend(LinkageState& state, const Step& step, double fraction) 
     if (bound_fraction(state, x) < 1) continue;
     LinkageState trial = state.moved(model_, x);
     const double below = potential_ + kArmijo * part * step.slope + rounding();
-    bool low = potential(trial) + terms_.moment_potential(x) <= below;
+    bool low = potential(trial) + terms_.moment_potential(x) <= below ||
+               (-step.slope < kNoise * potential_size_ && calmer(trial));
     if (!low && bend.size() == 0) {
       bend = acceleration(state, step.x);
       fraction = part;
@@ -187,7 +200,8 @@ bool NewtonRun::descend(LinkageState& state, const Step& step, double fraction) 
 void NewtonRun::damp(const Step& step, double fraction) {
   if (fraction < kPoorFraction) {
     const double weight = step.x.dot(work_.scales.weights().cwiseProduct(step.x));
-    damping_ = std::max(damping_, -step.slope / weight) / kDampedFraction;
+    damping_ = std::min(std::max(damping_, -step.slope / weight) / kDampedFraction,
+                        work_.scales.stiffest_eigenvalue());
   } else if (fraction == 1) {
     damping_ *= kFading;
     if (damping_ < work_.scales.softest_eigenvalue()) damping_ = 0;

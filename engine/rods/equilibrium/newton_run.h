@@ -86,6 +86,7 @@ class NewtonRun {
   bool descend(LinkageState& state, const Step& step, double fraction);
   void leap(LinkageState& state);
   void damp(const Step& step, double fraction);
+  bool calmer(const LinkageState& trial);
   bool recentred(LinkageState& trial, double below, Eigen::VectorXd& x);
   [[nodiscard]] Eigen::VectorXd acceleration(const LinkageState& state, const Eigen::VectorXd& v);
   bool certify(const LinkageState& state);

@@ -31,6 +31,8 @@ class UnknownScales {
 
   /// What bends at the size of the whole linkage: EI / extent^4 per weight.
   [[nodiscard]] double softest_eigenvalue() const { return softest_; }
+  /// What stretches an edge: EA / edge^2 per weight.
+  [[nodiscard]] double stiffest_eigenvalue() const { return stretching_ / (edge_ * edge_); }
   /// Shift below which the signs of eigenvalues are rounding.
   [[nodiscard]] double rounding_shift() const { return rounding_shift_; }
   /// What a force that presses an edge together takes from eigenvalues.
