@@ -45,26 +45,25 @@ Problem open(const LinkageCase& named, const std::string& path) {
   return {model, flat, deployed, {model.segment_lengths(), state, opened}};
 }
 
-/// Joints of the linkage deployed with other rest lengths, as targets.
+/// Joints of the linkage deployed with other rest lengths, as targets. What it does when it is flat
+/// with these does not matter.
 std::vector<rods::JointTarget> known_targets(const Problem& problem, double share, bool& found) {
-  rods::LinkageDesign design(problem.model, problem.flat, problem.deployed, problem.start, {});
+  rods::LinkageModel model = problem.model;
+  rods::LinkageEquilibrium equilibrium(model);
+  rods::LinkageState state = problem.start.deployed;
   Random random(5);
   const Eigen::VectorXd lengths = problem.start.lengths;
   Eigen::VectorXd other = lengths;
   for (double& length : other) length *= random.uniform(1 - share, 1 + share);
   constexpr int kSteps = 20;
   found = true;
-  for (int k = 1; k <= kSteps && found; ++k) {
-    const rods::DesignTrial trial =
-        design.trial(lengths + static_cast<double>(k) / kSteps * (other - lengths));
-    found = trial.status == rods::TrialStatus::kFound;
-    if (found) design.move_to(trial.point);
+  for (int k = 1; k <= kSteps; ++k) {
+    model.set_segment_lengths(lengths + static_cast<double>(k) / kSteps * (other - lengths));
+    found = equilibrium.solve(state, problem.deployed).converged() && found;
   }
   std::vector<rods::JointTarget> targets;
-  for (int j = 0; j < problem.model.variables().joints(); ++j) {
-    targets.push_back(
-        {j, design.point().deployed.joints()[static_cast<std::size_t>(j)].position, 1});
-  }
+  for (int j = 0; j < model.variables().joints(); ++j)
+    targets.push_back({j, state.joints()[static_cast<std::size_t>(j)].position, 1});
   return targets;
 }
 
