@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "engine/base/error.h"
+
 #include "engine/session/linkage/rest_shape.h"
 
 namespace limber::session {
@@ -187,6 +189,7 @@ void LiveLinkage::remember(const SharedConditions& conditions) {
 
 LiveLinkage::Outcome LiveLinkage::solve(const SharedConditions& conditions, const JobContext& job,
                                         const OnIterate& on_iterate) {
+  LIMBER_DEMAND(conditions != nullptr);
   recall(conditions);
   const rods::Conditions wanted = map_conditions(*conditions, mapped_, length_unit_);
   Outcome outcome;

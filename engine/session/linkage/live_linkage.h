@@ -45,6 +45,7 @@ class LiveLinkage {
   /// before; cancelled, the last iterate.
   /// Conditions that were solved before, the very same object as undo brings them back, begin from
   /// the shape they had then: what is done on the way there and back is undone with it.
+  /// @pre there are conditions
   Outcome solve(const std::shared_ptr<const scene::LinkageConditions>& conditions,
                 const JobContext& job, const OnIterate& on_iterate);
   /// Back to the last equilibrium that was reached.

@@ -23,7 +23,7 @@ scene::Linkage dome(RestLengthChoice choice) {
 }
 
 double settled_energy(LiveLinkage& live) {
-  const auto outcome = live.solve({}, {}, [] {});
+  const auto outcome = live.solve(std::make_shared<scene::LinkageConditions>(), {}, [] {});
   EXPECT_TRUE(outcome.reached) << outcome.report.message;
   return outcome.report.energies.total();
 }
