@@ -113,14 +113,16 @@ class Search {
   [[nodiscard]] Eigen::VectorXd product(const Eigen::VectorXd& v) {
     ++report_.products;
     const DesignMeasures<Eigen::VectorXd>& by = design_.gradients();
-    const DesignMeasures<Eigen::VectorXd> bent = design_.products(v);
-    Eigen::VectorXd sum = bent.objective;
     const double flat = flat_.force(flat_room(values_)), allowed = flatness_allowed();
+    const double angle = bounds_angle() ? angle_.force(angle_room(values_)) : 0;
+    using Products = LinkageDesign::Products;
+    const DesignMeasures<Eigen::VectorXd> bent =
+        design_.products(v, flat > 0 || angle > 0 ? Products::kAll : Products::kObjective);
+    Eigen::VectorXd sum = bent.objective;
     if (flat > 0) {
       sum += flat / allowed * bent.flatness +
              flat_.penalty / (allowed * allowed) * by.flatness.dot(v) * by.flatness;
     }
-    const double angle = bounds_angle() ? angle_.force(angle_room(values_)) : 0;
     if (angle > 0) {
       sum += angle_.penalty * by.smallest_angle.dot(v) * by.smallest_angle -
              angle * bent.smallest_angle;

@@ -216,15 +216,20 @@ const DesignMeasures<Eigen::VectorXd>& LinkageDesign::gradients() {
   return impl_->derivatives().gradients;
 }
 
-DesignMeasures<Eigen::VectorXd> LinkageDesign::products(const Eigen::VectorXd& direction) {
+DesignMeasures<Eigen::VectorXd> LinkageDesign::products(const Eigen::VectorXd& direction,
+                                                        Products which) {
   Impl::Derivatives& here = impl_->derivatives();
   Impl::Measures& measures = *impl_->measures;
   const Eigen::VectorXd flat = here.flat.shape_change(direction);
   const Eigen::VectorXd deployed = here.deployed.shape_change(direction);
-  return {here.flat.product(measures.flat, here.flat_part, direction, flat) +
-              here.deployed.product(measures.deployed, here.deployed_part, direction, deployed),
-          here.flat.product(measures.flatness, here.flatness, direction, flat),
-          here.flat.product(measures.angle, here.angle, direction, flat)};
+  DesignMeasures<Eigen::VectorXd> result;
+  result.objective =
+      here.flat.product(measures.flat, here.flat_part, direction, flat) +
+      here.deployed.product(measures.deployed, here.deployed_part, direction, deployed);
+  if (which == Products::kObjective) return result;
+  result.flatness = here.flat.product(measures.flatness, here.flatness, direction, flat);
+  result.smallest_angle = here.flat.product(measures.angle, here.angle, direction, flat);
+  return result;
 }
 
 }  // namespace limber::rods

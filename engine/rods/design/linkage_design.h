@@ -109,8 +109,11 @@ class LinkageDesign {
 
   // At the present point; the first call factors both Hessians.
   [[nodiscard]] const DesignMeasures<Eigen::VectorXd>& gradients();
-  /// Second derivatives times a direction: five solves.
-  [[nodiscard]] DesignMeasures<Eigen::VectorXd> products(const Eigen::VectorXd& direction);
+  /// Second derivatives times a direction: six solves, or four where only the
+  /// objective's are asked for; the others are empty then.
+  enum class Products { kAll, kObjective };
+  [[nodiscard]] DesignMeasures<Eigen::VectorXd> products(const Eigen::VectorXd& direction,
+                                                         Products which = Products::kAll);
 
  private:
   struct Impl;
