@@ -146,6 +146,37 @@ TEST(HardEquilibria, SegmentShorterThanAThousandthOfTheRest) {
   EXPECT_TRUE(report.converged()) << report.message;
 }
 
+TEST(HardEquilibria, ShortSegmentsDoNotSwallowLoads) {
+  // A cantilever of 1 m between crossing rods, of steel 20 x 10 mm, in N and mm: F L^3 / 3 EI = 2
+  // mm.
+  const auto tip = [](double cross, int edges, EquilibriumReport& report) {
+    LineMesh mesh;
+    mesh.vertices.resize(3, 8);
+    mesh.vertices << -200, 0, 1000, 1200, 0, 0, 1000, 1000,  //
+        0, 0, 0, 0, 200, -200, cross, -cross,                //
+        0, 0, 0, 0, 0, 0, 0, 0;
+    mesh.edges.resize(2, 7);
+    mesh.edges << 0, 1, 2, 4, 1, 6, 2,  //
+        1, 2, 3, 1, 5, 2, 7;
+    const LinkageModel model(build_linkage_graph(mesh), edges, {4e7, 1.333e9, 3.333e8, 3.5e8});
+    LinkageState state(model);
+    LinkageEquilibrium equilibrium(model);
+    Conditions conditions;
+    conditions.pins = {{0, Hold::kMotionAndAngle}};
+    conditions.loads = {{1, Eigen::Vector3d(0, 0, -2), Eigen::Vector3d::Zero(), 0}};
+    report = equilibrium.solve(state, conditions);
+    return state.joints()[1].position.z();
+  };
+  EquilibriumReport report;
+  for (const double cross : {200.0, 20.0, 5.0}) {
+    EXPECT_NEAR(tip(cross, 10, report), -2, 0.03) << cross;
+    EXPECT_TRUE(report.converged()) << cross << ": " << report.message;
+  }
+  // So short that the stiffness of its edges leaves 2 N no digits: then that is said.
+  const double lost = tip(1, 40, report);
+  EXPECT_TRUE(!report.converged() || std::abs(lost + 2) < 0.1) << lost << ": " << report.message;
+}
+
 TEST(HardEquilibria, EdgesOfJointsDoNotShrinkThroughZero) {
   // Rods that would rather be short than bend, whose joints are all pulled to one point.
   const LinkageModel model = grid_model(3, 3, 1.2, 4, {10, 1000, 1000, 1000});

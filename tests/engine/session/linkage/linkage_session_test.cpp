@@ -291,6 +291,26 @@ TEST(LinkageSession, AWayThatEndsShowsHowFarItWent) {
   EXPECT_NEAR(undone->mean_angle, opened->mean_angle, 1e-9);
 }
 
+TEST(LinkageSession, NoJointTurnsOver) {
+  scene::Linkage dome = scene::make_linkage_sample("dome");
+  dome.conditions = {};
+  Live live(dome);
+  const auto opened = live.recorder->wait_final(0);
+  ASSERT_TRUE(opened);
+  // Opened between corners that stay where they are it has nowhere to go.
+  std::vector<LinkageEdit> edits;
+  for (const int corner : {0, 8, 72, 80}) edits.emplace_back(PinJoint{corner, Held::kMotion});
+  ASSERT_TRUE(live.edit(edits));
+  const auto wound = live.edit({SetMeanAngle{60 * kDegree}});
+  ASSERT_TRUE(wound);
+  const Eigen::Index joints =
+      static_cast<Eigen::Index>(live.session.geometry()->vertex_of_joint.size());
+  for (Eigen::Index k = 0; k < wound->frames->cols(); ++k)
+    EXPECT_LT(wound->frames->col(k).tail(joints).cwiseAbs().maxCoeff(), 225.1 * kDegree) << k;
+  EXPECT_TRUE(wound->solve_failed);
+  EXPECT_NE(wound->report.message.find("turn over"), std::string::npos) << wound->report.message;
+}
+
 TEST(LinkageSession, PinsFartherApartThanTheRodsBetweenThemAreRefused) {
   Live live(hyperboloid());
   ASSERT_TRUE(live.recorder->wait_final(0));
