@@ -18,19 +18,17 @@
 namespace limber::server {
 namespace {
 
-constexpr std::uint64_t kPartBytes = 16ull << 20;
 constexpr std::size_t kPc2Header = 32,
                       kPc2SampleCount = 28;  // bytes; offset of the number of samples
 
-void add_file(proto::ExportResponse& response, std::string name, std::string content,
-              bool append = false) {
+}  // namespace
+
+void add_file(proto::ExportResponse& response, std::string name, std::string content, bool append) {
   auto* file = response.add_files();
   file->set_name(std::move(name));
   file->set_content(std::move(content));
   file->set_append(append);
 }
-
-}  // namespace
 
 void demand_body_format(proto::ExportFormat format) {
   switch (format) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <string>
@@ -11,6 +12,13 @@
 namespace limber::server {
 
 namespace proto = limber::v1;
+
+/// About so large is a part of an export.
+inline constexpr std::uint64_t kPartBytes = std::uint64_t{16} << 20;
+
+/// @param append  to what an earlier part has of the file
+void add_file(proto::ExportResponse& response, std::string name, std::string content,
+              bool append = false);
 
 /// A motion as files, cut into parts of about 16 MB so that none is larger than a message may be.
 struct MotionExport {

@@ -19,22 +19,12 @@
 namespace limber::server {
 namespace {
 
-constexpr std::size_t kPartBytes = std::size_t{16} << 20;
-
 struct File {
   std::string name, content;
 };
 
 [[noreturn]] void refuse_part(std::uint32_t part, std::uint32_t parts) {
   throw Refusal(proto::ERROR_CODE_OUT_OF_RANGE, "part", fmt::format("part {} of {}", part, parts));
-}
-
-void add_file(proto::ExportResponse& response, std::string name, std::string content,
-              bool append = false) {
-  auto* file = response.add_files();
-  file->set_name(std::move(name));
-  file->set_content(std::move(content));
-  file->set_append(append);
 }
 
 /// Files one after another, cut where a part is full.

@@ -18,6 +18,16 @@ int position(const LinkageModel& model, int joint) {
   return model.variables().joint_begin(joint) + kJointPosition;
 }
 
+/// @param sum  empty at first
+void add(double weight, const LinkageVector& part, LinkageVector& sum) {
+  if (sum.unknowns.size() == 0) {
+    sum = {weight * part.unknowns, weight * part.lengths};
+    return;
+  }
+  sum.unknowns += weight * part.unknowns;
+  sum.lengths += weight * part.lengths;
+}
+
 }  // namespace
 
 double ElasticEnergy::value(const LinkageState& state) { return assembly_.energies(state).total(); }
@@ -189,29 +199,13 @@ double SumOfFunctions::value(const LinkageState& state) {
 
 LinkageVector SumOfFunctions::gradient(const LinkageState& state) {
   LinkageVector sum;
-  for (const Term& term : terms_) {
-    const LinkageVector part = term.function.gradient(state);
-    if (sum.unknowns.size() == 0) {
-      sum = {term.weight * part.unknowns, term.weight * part.lengths};
-    } else {
-      sum.unknowns += term.weight * part.unknowns;
-      sum.lengths += term.weight * part.lengths;
-    }
-  }
+  for (const Term& term : terms_) add(term.weight, term.function.gradient(state), sum);
   return sum;
 }
 
 LinkageVector SumOfFunctions::second(const LinkageState& state, const LinkageVector& v) {
   LinkageVector sum;
-  for (const Term& term : terms_) {
-    const LinkageVector part = term.function.second(state, v);
-    if (sum.unknowns.size() == 0) {
-      sum = {term.weight * part.unknowns, term.weight * part.lengths};
-    } else {
-      sum.unknowns += term.weight * part.unknowns;
-      sum.lengths += term.weight * part.lengths;
-    }
-  }
+  for (const Term& term : terms_) add(term.weight, term.function.second(state, v), sum);
   return sum;
 }
 
