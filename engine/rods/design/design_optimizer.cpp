@@ -196,6 +196,7 @@ class Search {
     }
     const double promised = -(slope.dot(p) + 0.5 * p.dot(bent));
     DesignTrial trial = design_.trial(lengths, context);
+    report_.newton_steps += trial.iterations;
     if (trial.status == TrialStatus::kCancelled) return end(DesignStatus::kCancelled, "cancelled");
     const bool taken = judge(trial, p.norm(), promised);
     if (on_step) {

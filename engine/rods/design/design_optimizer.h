@@ -61,6 +61,7 @@ struct DesignReport {
   double flat_height = 0;     // share of the length scale
   std::vector<int> at_bound;  // segments whose rest length is at a bound
   std::string message;
+  int newton_steps = 0;  // of both equilibria, over all trials
 };
 
 /// Called after every step with the design as it stands. May change its criteria (set_criteria):

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <optional>
 #include <utility>
@@ -44,6 +45,8 @@ void DesignCriteria::validate() const {
 void DesignLimits::validate() const {
   if (!(largest_surprise > 0)) refuse("largest_surprise", "> 0", largest_surprise);
   if (!(largest_move > 0)) refuse("largest_move", "> 0", largest_move);
+  if (!(surprise_share > 0)) refuse("surprise_share", "> 0", surprise_share);
+  if (!(small_surprise >= 0)) refuse("small_surprise", ">= 0", small_surprise);
   with_prefix("equilibrium.", [&] { equilibrium.validate(); });
 }
 
@@ -115,21 +118,45 @@ struct LinkageDesign::Impl {
     return *at_point;
   }
 
+  /// Where an equilibrium goes when lengths go this way.
+  struct Forecast {
+    Eigen::VectorXd move;  // of the unknowns
+    double turned = 0;     // by it [rad]
+    bool diverges = false;
+  };
+  Forecast forecast(const EquilibriumSensitivity& at, const Eigen::VectorXd& way) {
+    Forecast result{at.shape_change(way), 0, false};
+    const double first = scales.largest_turn(model, at.state(), result.move);
+    if (limits.predictor == PredictorOrder::kSecond && first > 0) {
+      const Eigen::VectorXd bend = 0.5 * at.shape_curvature(way, result.move);
+      // Near a fold the way turns round within the step: no polynomial says where to.
+      result.diverges = !(scales.largest_turn(model, at.state(), bend) <= first);
+      result.move += bend;
+    }
+    result.turned = scales.largest_turn(model, at.state(), result.move);
+    return result;
+  }
+
   /// One equilibrium with the model's present lengths, from a prediction.
-  TrialStatus follow(const Eigen::VectorXd& change, const Conditions& conditions,
-                     const JobContext& context, LinkageState& state, DesignTrial& trial) {
-    if (!(scales.largest_turn(model, state, change) <= limits.largest_move)) {
-      trial.message = "the shape would move too far";
+  TrialStatus follow(const Forecast& to, const Conditions& conditions, const JobContext& context,
+                     LinkageState& state, DesignTrial& trial) {
+    if (to.diverges || !(to.turned <= limits.largest_move)) {
+      trial.message = to.diverges ? "the shape's way bends too much to be foreseen"
+                                  : "the shape would move too far";
       return TrialStatus::kTooFar;
     }
-    state = state.moved(model, change);
+    state = state.moved(model, to.move);
     const EquilibriumReport report =
         equilibrium.solve(state, conditions, limits.equilibrium, context);
     trial.iterations += report.iterations;
     trial.message = report.message;
+    trial.surprise = std::max(trial.surprise, report.turned);
     if (report.status == EquilibriumStatus::kCancelled) return TrialStatus::kCancelled;
     if (!report.converged()) return TrialStatus::kLost;
-    if (report.turned > limits.largest_surprise || report.escapes > 0) {
+    const double surprise =
+        std::min(limits.largest_surprise,
+                 std::max(limits.small_surprise, limits.surprise_share * to.turned));
+    if (report.turned > surprise || report.escapes > 0) {
       trial.message =
           fmt::format("the equilibrium lies {:.2f} rad beside its prediction", report.turned);
       return TrialStatus::kJumped;
@@ -162,11 +189,11 @@ const DesignPoint& LinkageDesign::point() const { return impl_->point; }
 const DesignCriteria& LinkageDesign::criteria() const { return impl_->criteria; }
 
 DesignTrial LinkageDesign::trial(const Eigen::VectorXd& lengths, const JobContext& context) {
-  DesignTrial trial{TrialStatus::kFound, impl_->point, 0, {}};
+  DesignTrial trial{TrialStatus::kFound, impl_->point, 0, {}, 0};
   Impl::Derivatives& here = impl_->derivatives();
   const Eigen::VectorXd way = lengths - impl_->point.lengths;
-  const Eigen::VectorXd flat = here.flat.shape_change(way);
-  const Eigen::VectorXd deployed = here.deployed.shape_change(way);
+  const Impl::Forecast flat = impl_->forecast(here.flat, way);
+  const Impl::Forecast deployed = impl_->forecast(here.deployed, way);
   try {
     impl_->model.set_segment_lengths(lengths);
   } catch (const Error& error) {  // e.g. nothing would be left between a segment's joints

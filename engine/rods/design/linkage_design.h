@@ -54,12 +54,21 @@ struct DesignValues : DesignMeasures<double> {
   double distance = 0;         // half the weighed squared distances [length^2]
 };
 
+/// Of the Taylor polynomial of an equilibrium in the rest lengths, from which a trial begins.
+enum class PredictorOrder { kFirst, kSecond };
+
 struct DesignLimits {
   /// A trial whose equilibrium is this far [rad] from where it was predicted has left its branch.
   double largest_surprise = 0.3;
   /// Predictions that move the shape farther than this [rad] are not made: the trial is too far.
   double largest_move = 1;
   EquilibriumOptions equilibrium{.max_iterations = 60, .tolerance = 1e-10};
+  PredictorOrder predictor = PredictorOrder::kSecond;
+  /// An equilibrium may not lie farther from its prediction than this many times what the
+  /// prediction moved, > 0, except by `small_surprise` [rad], >= 0: what moved little and landed
+  /// far has jumped.
+  double surprise_share = 1;
+  double small_surprise = 0.03;
 
   /// @throws Error{kInvalidArgument} naming the member
   void validate() const;
@@ -78,11 +87,13 @@ struct DesignTrial {
   DesignPoint point;   // meaningful with kFound
   int iterations = 0;  // Newton steps of both equilibria
   std::string message;
+  /// Largest angle between an equilibrium that was found and its prediction [rad].
+  double surprise = 0;
 };
 
 /// A linkage and its two equilibria as functions of the rest lengths of its segments. Stays at one
-/// design, where derivatives are taken, and tries others from there: each from its first-order
-/// prediction, and none that has jumped is believed.
+/// design, where derivatives are taken, and tries others from there: each from its prediction of
+/// first or second order, and none that has jumped is believed.
 class LinkageDesign {
  public:
   /// @param flat, deployed  conditions, without springs, loads and weight
