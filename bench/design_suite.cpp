@@ -41,6 +41,7 @@ Problem open(const LinkageCase& named, const std::string& path) {
   rods::LinkageEquilibrium equilibrium(model);
   (void)equilibrium.solve(state, flat);
   deployed = flat;
+  if (std::getenv("HOLD")) flat.mean_opening_angle = state.mean_opening_angle();
   deployed.mean_opening_angle = named.target * kDegree;
   rods::LinkageState opened = state;
   rods::DeploymentOptions options;
@@ -222,7 +223,19 @@ Case measure(const LinkageCase& named, const std::string& path, const SuiteOptio
   search.smallest_angle = before.smallest_angle - 5 * kDegree;
   search.max_iterations = options.quick ? 20 : 100;
   rods::DesignReport report;
-  const double wall = milliseconds([&] { report = rods::optimize_design(design, search); });
+  const double wall = milliseconds([&] {
+    report = rods::optimize_design(
+        design, search, {}, [&](const rods::DesignProgress& p, rods::LinkageDesign&) {
+          if (std::getenv("TRACE"))
+            fmt::print(
+                stderr,
+                "{} J {:.4g} rms {:.4g} ef {:.4g} radius {:.2g} grad {:.2g} {} minangle {:.3g}\n",
+                p.iteration, p.values.objective, std::sqrt(2 * p.values.distance / joints),
+                p.values.flat_energy, p.radius, p.gradient, p.accepted,
+                p.values.smallest_angle / kDegree);
+        });
+  });
+  fmt::print(stderr, "{}: {}\n", named.name, report.message);
   result["iterations"] = report.iterations;
   result["not_believed"] = report.not_believed;
   result["products"] = report.products;
@@ -251,6 +264,7 @@ Case measure(const LinkageCase& named, const std::string& path, const SuiteOptio
 void design_suite(const SuiteOptions& options, Recorder& recorder) {
   for (const LinkageCase& named : linkage_cases()) {
     const std::string path = options.shared_folder + "/data/linkages/" + named.file + ".obj";
+    if (const char* only = std::getenv("ONLY"); only && std::string(only) != named.name) continue;
     if (named.known_wall == 0) continue;  // burd at other subdivisions
     if (options.shared_folder.empty() || !std::filesystem::exists(path)) {
       recorder.note(fmt::format("{} left out: {} is not there", named.name, path));

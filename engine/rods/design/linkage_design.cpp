@@ -57,13 +57,16 @@ struct LinkageDesign::Impl {
         : flatness(model, criteria.plane),
           angle(model, criteria.angle_sharpness),
           distance(model, criteria.targets, criteria.surface.get(), criteria.surface_weight),
-          flat({{criteria.flat_share / criteria.energy_scale, energy}}),
+          flat(energy),
+          flat_weight(criteria.flat_share / criteria.energy_scale),
           deployed({{(1 - criteria.flat_share) / criteria.energy_scale, energy},
                     {criteria.distance_weight / std::pow(criteria.length_scale, 2), distance}}) {}
     Flatness flatness;
     SmallestAngle angle;
     TargetDistance distance;
-    SumOfFunctions flat, deployed;  // their parts of J
+    ElasticEnergy& flat;  // times its weight it is the flat shape's part of J
+    double flat_weight;
+    SumOfFunctions deployed;  // the other shape's part
   };
   /// At the present point.
   struct Derivatives {
@@ -74,8 +77,8 @@ struct LinkageDesign::Impl {
           deployed_part(deployed.adjoint(impl.measures->deployed)),
           flatness(flat.adjoint(impl.measures->flatness)),
           angle(flat.adjoint(impl.measures->angle)),
-          gradients{flat_part.gradient + deployed_part.gradient, flatness.gradient,
-                    angle.gradient} {}
+          gradients{impl.measures->flat_weight * flat_part.gradient + deployed_part.gradient,
+                    flatness.gradient, angle.gradient, flat_part.gradient} {}
     EquilibriumSensitivity flat, deployed;
     EquilibriumSensitivity::Adjoint flat_part, deployed_part, flatness, angle;
     DesignMeasures<Eigen::VectorXd> gradients;
@@ -189,7 +192,7 @@ const DesignPoint& LinkageDesign::point() const { return impl_->point; }
 const DesignCriteria& LinkageDesign::criteria() const { return impl_->criteria; }
 
 DesignTrial LinkageDesign::trial(const Eigen::VectorXd& lengths, const JobContext& context) {
-  DesignTrial trial{TrialStatus::kFound, impl_->point, 0, {}, 0};
+  DesignTrial trial{TrialStatus::kFound, impl_->point, 0, {}, 0, LostShape::kNone};
   Impl::Derivatives& here = impl_->derivatives();
   const Eigen::VectorXd way = lengths - impl_->point.lengths;
   const Impl::Forecast flat = impl_->forecast(here.flat, way);
@@ -203,8 +206,11 @@ DesignTrial LinkageDesign::trial(const Eigen::VectorXd& lengths, const JobContex
   }
   trial.point.lengths = lengths;
   trial.status = impl_->follow(flat, impl_->flat, context, trial.point.flat, trial);
-  if (trial.status == TrialStatus::kFound)
+  if (trial.status != TrialStatus::kFound) trial.lost = LostShape::kFlat;
+  if (trial.status == TrialStatus::kFound) {
     trial.status = impl_->follow(deployed, impl_->deployed, context, trial.point.deployed, trial);
+    if (trial.status != TrialStatus::kFound) trial.lost = LostShape::kDeployed;
+  }
   impl_->model.set_segment_lengths(impl_->point.lengths);
   return trial;
 }
@@ -218,7 +224,8 @@ DesignValues LinkageDesign::values(const DesignPoint& point) {
   values.distance = measures.distance.value(point.deployed);
   values.flatness = measures.flatness.value(point.flat);
   values.smallest_angle = measures.angle.value(point.flat);
-  values.objective = measures.flat.value(point.flat) + measures.deployed.value(point.deployed);
+  values.objective =
+      measures.flat_weight * values.flat_energy + measures.deployed.value(point.deployed);
   impl_->model.set_segment_lengths(impl_->point.lengths);
   return values;
 }
@@ -250,8 +257,9 @@ DesignMeasures<Eigen::VectorXd> LinkageDesign::products(const Eigen::VectorXd& d
   const Eigen::VectorXd flat = here.flat.shape_change(direction);
   const Eigen::VectorXd deployed = here.deployed.shape_change(direction);
   DesignMeasures<Eigen::VectorXd> result;
+  result.flat_energy = here.flat.product(measures.flat, here.flat_part, direction, flat);
   result.objective =
-      here.flat.product(measures.flat, here.flat_part, direction, flat) +
+      measures.flat_weight * result.flat_energy +
       here.deployed.product(measures.deployed, here.deployed_part, direction, deployed);
   if (which == Products::kObjective) return result;
   result.flatness = here.flat.product(measures.flatness, here.flatness, direction, flat);

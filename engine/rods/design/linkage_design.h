@@ -46,10 +46,10 @@ struct DesignMeasures {
   Value objective;       // J
   Value flatness;        // c [length^2]
   Value smallest_angle;  // [rad]
+  Value flat_energy;     // [force length]; part of the objective too
 };
 
 struct DesignValues : DesignMeasures<double> {
-  double flat_energy = 0;      // [force length]
   double deployed_energy = 0;  // [force length]
   double distance = 0;         // half the weighed squared distances [length^2]
 };
@@ -74,6 +74,9 @@ struct DesignLimits {
   void validate() const;
 };
 
+/// Which of a design's equilibria a trial lost first.
+enum class LostShape { kNone, kFlat, kDeployed };
+
 enum class TrialStatus {
   kFound,
   kTooFar,     // the prediction moves the shape too far to be trusted
@@ -89,6 +92,7 @@ struct DesignTrial {
   std::string message;
   /// Largest angle between an equilibrium that was found and its prediction [rad].
   double surprise = 0;
+  LostShape lost = LostShape::kNone;
 };
 
 /// A linkage and its two equilibria as functions of the rest lengths of its segments. Stays at one
@@ -120,8 +124,8 @@ class LinkageDesign {
 
   // At the present point; the first call factors both Hessians.
   [[nodiscard]] const DesignMeasures<Eigen::VectorXd>& gradients();
-  /// Second derivatives times a direction: six solves, or four where only the
-  /// objective's are asked for; the others are empty then.
+  /// Second derivatives times a direction: six solves, or four where only those of the objective
+  /// and of the flat energy in it are asked for; the others are empty then.
   enum class Products { kAll, kObjective };
   [[nodiscard]] DesignMeasures<Eigen::VectorXd> products(const Eigen::VectorXd& direction,
                                                          Products which = Products::kAll);
