@@ -14,18 +14,23 @@ void AugmentedConstraint::update(double g) {
   violation_ = now;
 }
 
-bool BucklingGuard::raise(double objective, double flat_energy) {
-  constexpr double kShare = 1e-3;  // of the objective that the guard is at first
-  constexpr double kRise = 10;
-  constexpr int kOften = 12;
+bool GuardWeight::raise(double objective, double flat_energy) {
+  constexpr double kShare = 1e-2;  // of the objective that the guard is at first
+  constexpr double kRise = 5;
+  constexpr int kOften = 20;
   if (first_ == 0) first_ = flat_energy > 0 ? kShare * std::abs(objective) / flat_energy : 0;
   weight_ = std::max(first_, kRise * weight_);
   return first_ > 0 && ++raised_ <= kOften;
 }
 
-void BucklingGuard::lower() {
-  constexpr double kFall = 0.2;
-  constexpr double kNothing = 1e-3;
+void GuardWeight::raise_at_once(double objective, double flat_energy) {
+  while (raised_ < 3 && raise(objective, flat_energy)) {
+  }
+}
+
+void GuardWeight::lower() {
+  constexpr double kFall = 0.3;
+  constexpr double kNothing = 1e-6;
   weight_ *= kFall;
   if (weight_ < kNothing * first_) weight_ = 0;
 }

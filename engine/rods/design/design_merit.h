@@ -30,14 +30,15 @@ class AugmentedConstraint {
 /// More of the flat energy than the objective has, while a search needs it: rest lengths that press
 /// the flat linkage's rods make it buckle, and beyond that its equilibrium is gone. With the guard
 /// up, the search keeps to lengths that fit a flat drawing; later it is let down.
-class BucklingGuard {
+class GuardWeight {
  public:
   [[nodiscard]] double weight() const { return weight_; }  // per energy
   /// @param objective, flat_energy  where the search stands
   /// @returns whether it was of use so far: raised too often it is not
   bool raise(double objective, double flat_energy);
+  /// To about a quarter of the objective.
+  void raise_at_once(double objective, double flat_energy);
   void lower();
-  void drop() { weight_ = 0; }
 
  private:
   double weight_ = 0;
@@ -61,7 +62,7 @@ class DesignMerit {
   /// Root mean square height of the flat joints, share of the length scale.
   [[nodiscard]] double flat_height(const DesignValues& values) const;
   void update_multipliers(const DesignValues& values);
-  [[nodiscard]] BucklingGuard& guard() { return guard_; }
+  [[nodiscard]] GuardWeight& guard() { return guard_; }
 
  private:
   /// Both >= 0 where they hold; of the order of 1.
@@ -77,7 +78,7 @@ class DesignMerit {
   LinkageDesign& design_;
   const DesignOptimizerOptions& options_;
   AugmentedConstraint flat_, angle_;
-  BucklingGuard guard_;
+  GuardWeight guard_;
 };
 
 }  // namespace limber::rods::detail

@@ -30,9 +30,12 @@ constexpr double kInner = 1e-2;        // gradient at which multipliers are upda
 constexpr int kIdle = 10;
 constexpr int kUpdates = 30;  // of multipliers
 // Of the guard against buckling.
-constexpr int kLostInARow = 4;     // flat shapes lost by trials, at which it is raised
-constexpr double kRestart = 1e-2;  // of the first radius, where the guard is lowered
-constexpr int kTakenInARow = 4;    // steps taken with it, after which it is lowered
+// A flat shape that is lost below this share of the radius that was good last raises the guard; the
+// radius where it is lowered begins at a share of the first.
+constexpr double kLostRadius = 0.03;
+constexpr double kLoweredRadius = 0.03;
+constexpr int kHeld = 8;               // steps after which it is lowered anyway
+constexpr double kSettledGuard = 0.1;  // gradient over that at the last change, when it is lowered
 
 class Search {
  public:
@@ -45,12 +48,15 @@ class Search {
         mean_length_(design.point().lengths.mean()),
         first_radius_(options.first_radius * mean_length_ *
                       std::sqrt(static_cast<double>(low_.size()))),
-        radius_(first_radius_) {}
+        radius_(first_radius_),
+        good_radius_(first_radius_) {}
 
   DesignReport run(const JobContext& context, const DesignCallback& on_step) {
     values_ = design_.values(design_.point());
     report_.before = values_;
     first_gradient_ = projected(merit_.gradient(values_)).norm();
+    if (options_.guard == BucklingGuard::kFromStart)
+      merit_.guard().raise_at_once(values_.objective, values_.flat_energy);
     while (step(context, on_step)) {
     }
     return_to_best();
@@ -171,7 +177,7 @@ class Search {
     if (trial.status != TrialStatus::kFound) {
       ++report_.not_believed;
       radius_ = kShrink * length;
-      if (trial.lost == LostShape::kFlat && ++lost_ >= kLostInARow) raise_guard();
+      if (trial.lost == LostShape::kFlat && radius_ < kLostRadius * good_radius_) raise_guard();
       return false;
     }
     const DesignValues values = design_.values(trial.point);
@@ -187,17 +193,21 @@ class Search {
     ++report_.accepted;
     values_ = values;
     design_.move_to(std::move(trial.point));
-    lost_ = 0;
+    good_radius_ = std::max(good_radius_, radius_);
     if (best_) remember();
-    if (merit_.guard().weight() > 0 && ++held_ >= kTakenInARow) (void)lower_guard();
+    if (merit_.guard().weight() > 0) {
+      const double now = projected(merit_.gradient(values_)).norm();
+      if (held_ == 0) guarded_gradient_ = now;
+      if (++held_ >= kHeld || now < kSettledGuard * guarded_gradient_) (void)lower_guard();
+    }
     return true;
   }
 
   void raise_guard() {
-    lost_ = held_ = 0;
+    held_ = 0;
     remember();
     if (!merit_.guard().raise(values_.objective, values_.flat_energy)) return;
-    radius_ = first_radius_;
+    good_radius_ = radius_;
     idle_ = 0;
   }
   /// @returns whether it was up
@@ -205,7 +215,7 @@ class Search {
     if (merit_.guard().weight() == 0) return false;
     merit_.guard().lower();
     held_ = idle_ = 0;
-    radius_ = std::max(radius_, kRestart * first_radius_);
+    good_radius_ = radius_ = std::max(radius_, kLoweredRadius * first_radius_);
     return true;
   }
 
@@ -254,10 +264,12 @@ class Search {
   const Eigen::VectorXd low_, high_;
   const double mean_length_, first_radius_;
   double radius_;
+  double good_radius_;  // the largest since the guard was moved
   double first_gradient_ = 0;
   DesignValues values_;
   int updates_ = 0, idle_ = 0;
-  int lost_ = 0, held_ = 0;  // in a row: trials whose flat shape was lost, steps under the guard
+  int held_ = 0;                 // steps taken since the guard was moved
+  double guarded_gradient_ = 0;  // at the first of them
   std::optional<DesignPoint> best_;
   double best_objective_ = 0, best_violation_ = 0;
   DesignReport report_;

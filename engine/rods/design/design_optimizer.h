@@ -10,6 +10,14 @@
 
 namespace limber::rods {
 
+/// When a search weighs the flat energy more than its objective does, so that rest lengths keep
+/// fitting a flat drawing and the flat linkage does not buckle on the way. The weight goes back to
+/// nothing before the search ends by itself.
+enum class BucklingGuard {
+  kWhenNeeded,  // where trials buckle again and again
+  kFromStart,   // from the first step: for starts that are about to buckle, as closed linkages
+};
+
 struct DesignOptimizerOptions {
   int max_iterations = 200;  // steps that were taken or refused, > 0
   int max_products = 60;     // second derivatives times a direction in one step, > 0
@@ -27,6 +35,7 @@ struct DesignOptimizerOptions {
   double tolerance = 1e-5;
   /// A gain of the objective, as a share of it, below which ten steps in a row end the search, > 0.
   double least_gain = 1e-5;
+  BucklingGuard guard = BucklingGuard::kWhenNeeded;
 
   /// @throws Error{kInvalidArgument} naming the member
   void validate() const;
@@ -72,8 +81,9 @@ using DesignCallback = std::function<void(const DesignProgress& progress, Linkag
 ///
 /// Newton's method with conjugate gradients in a trust region (Steihaug 1983) on the rest lengths
 /// that are not at their bounds; the two constraints by an augmented Lagrangian (Rockafellar 1973).
-/// A trial that lands on another branch, or nowhere, shrinks the region. The design stands at the
-/// best point that was accepted last, also where the search stops early.
+/// A trial that lands on another branch, or nowhere, shrinks the region; where that is the flat
+/// shape's fault and little is left of it, a guard against buckling goes up. The design stands at
+/// the best point that was accepted, also where the search stops early.
 /// @throws Error as DesignOptimizerOptions::validate
 DesignReport optimize_design(LinkageDesign& design, const DesignOptimizerOptions& options = {},
                              const JobContext& context = {}, const DesignCallback& on_step = {});
