@@ -37,14 +37,34 @@ constexpr double kLoweredRadius = 0.03;
 constexpr int kHeld = 8;               // steps after which it is lowered anyway
 constexpr double kSettledGuard = 0.1;  // gradient over that at the last change, when it is lowered
 
+/// @param side  1: the start may not lie above the bound, -1: below
+Eigen::VectorXd bounds(const char* field, const Eigen::VectorXd& given, double share,
+                       const Eigen::VectorXd& start, int side) {
+  if (given.size() == 0) return share * start;
+  if (given.size() != start.size()) {
+    throw Error(
+        ErrorCode::kInvalidArgument, field,
+        fmt::format("must be one for each of {} segments, are {}", start.size(), given.size()));
+  }
+  for (Eigen::Index s = 0; s < start.size(); ++s) {
+    if (given[s] > 0 && std::isfinite(given[s]) && side * (given[s] - start[s]) >= 0) continue;
+    throw Error(
+        ErrorCode::kInvalidArgument, fmt::format("{}[{}]", field, s),
+        fmt::format("is {:g}, which excludes the start's rest length {:g}", given[s], start[s]));
+  }
+  return given;
+}
+
 class Search {
  public:
   Search(LinkageDesign& design, const DesignOptimizerOptions& options)
       : design_(design),
         options_(options),
         merit_(design, options),
-        low_(options.shortest * design.point().lengths),
-        high_(options.longest * design.point().lengths),
+        low_(bounds("shortest_lengths", options.shortest_lengths, options.shortest,
+                    design.point().lengths, -1)),
+        high_(bounds("longest_lengths", options.longest_lengths, options.longest,
+                     design.point().lengths, 1)),
         mean_length_(design.point().lengths.mean()),
         first_radius_(options.first_radius * mean_length_ *
                       std::sqrt(static_cast<double>(low_.size()))),

@@ -36,6 +36,9 @@ struct DesignOptimizerOptions {
   /// A gain of the objective, as a share of it, below which ten steps in a row end the search, > 0.
   double least_gain = 1e-5;
   BucklingGuard guard = BucklingGuard::kWhenNeeded;
+  /// Bounds of each segment's rest length [length] in place of the shares; empty: the shares. The
+  /// start must lie between them.
+  Eigen::VectorXd shortest_lengths, longest_lengths;
 
   /// @throws Error{kInvalidArgument} naming the member
   void validate() const;
@@ -84,7 +87,8 @@ using DesignCallback = std::function<void(const DesignProgress& progress, Linkag
 /// A trial that lands on another branch, or nowhere, shrinks the region; where that is the flat
 /// shape's fault and little is left of it, a guard against buckling goes up. The design stands at
 /// the best point that was accepted, also where the search stops early.
-/// @throws Error as DesignOptimizerOptions::validate
+/// @throws Error as DesignOptimizerOptions::validate; {kInvalidArgument} with field
+/// shortest_lengths or longest_lengths, and [s] where the start lies beyond a bound
 DesignReport optimize_design(LinkageDesign& design, const DesignOptimizerOptions& options = {},
                              const JobContext& context = {}, const DesignCallback& on_step = {});
 

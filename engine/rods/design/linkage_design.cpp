@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <optional>
 #include <utility>
 
@@ -56,7 +57,8 @@ struct LinkageDesign::Impl {
     Measures(const LinkageModel& model, ElasticEnergy& energy, const DesignCriteria& criteria)
         : flatness(model, criteria.plane),
           angle(model, criteria.angle_sharpness),
-          distance(model, criteria.targets, criteria.surface.get(), criteria.surface_weight),
+          distance(model, criteria.targets, criteria.surface.get(), criteria.surface_weight,
+                   criteria.joint_surface_weights),
           flat(energy),
           flat_weight(criteria.flat_share / criteria.energy_scale),
           deployed({{(1 - criteria.flat_share) / criteria.energy_scale, energy},
@@ -106,7 +108,22 @@ struct LinkageDesign::Impl {
     // A mechanism deploys without stress.
     if (criteria.energy_scale <= 0) criteria.energy_scale = 1;
     if (criteria.length_scale == 0) criteria.length_scale = scales.extent();
+    demand_near(criteria);
     measures.emplace(model, energy, criteria);
+  }
+
+  void demand_near(const DesignCriteria& wanted) const {
+    if (wanted.surface == nullptr) return;
+    double least = std::numeric_limits<double>::infinity();
+    for (const auto& joint : point.deployed.joints()) {
+      least = std::min(least,
+                       (joint.position - wanted.surface->closest(joint.position).position).norm());
+    }
+    if (least <= kFarthestSurface * scales.extent()) return;
+    throw Error(ErrorCode::kFailedPrecondition, "surface",
+                fmt::format("lies {:.3g} away from the deployed linkage, whose size is {:.3g}: "
+                            "move or scale it",
+                            least, scales.extent()));
   }
 
   void settle(const char* which, LinkageState& state, const Conditions& conditions) {
@@ -240,6 +257,7 @@ void LinkageDesign::set_criteria(DesignCriteria criteria) {
   criteria.validate();
   if (criteria.energy_scale == 0) criteria.energy_scale = impl_->criteria.energy_scale;
   if (criteria.length_scale == 0) criteria.length_scale = impl_->criteria.length_scale;
+  impl_->demand_near(criteria);
   const Impl::Measures checked(impl_->model, impl_->energy, criteria);  // throws before any change
   impl_->at_point.reset();
   impl_->criteria = std::move(criteria);

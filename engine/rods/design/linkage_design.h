@@ -29,6 +29,9 @@ struct DesignCriteria {
   std::vector<JointTarget> targets;
   std::shared_ptr<const TargetSurface> surface;  // null: none
   double surface_weight = 1;                     // w_surf, >= 0
+  /// Of each joint's distance to the surface, >= 0, e.g. 0 for those that may hang over its rim;
+  /// empty: all 1.
+  Eigen::VectorXd joint_surface_weights;
 
   /// @throws Error{kInvalidArgument} naming the member
   void validate() const;
@@ -100,11 +103,15 @@ struct DesignTrial {
 /// first or second order, and none that has jumped is believed.
 class LinkageDesign {
  public:
+  /// Beyond it a surface is taken for one in other units or at another place.
+  static constexpr double kFarthestSurface = 10;
+
   /// @param flat, deployed  conditions, without springs, loads and weight
   /// @param start  equilibria under them with these lengths, at least nearly
   /// @throws Error as DesignCriteria::validate, DesignLimits::validate, Conditions::validate with
   /// field flat. or deployed., TargetDistance; {kFailedPrecondition} with field start where an
-  /// equilibrium is not found from it
+  /// equilibrium is not found from it, with field surface where the surface is farther from every
+  /// joint than kFarthestSurface times the linkage's extent
   LinkageDesign(const LinkageModel& model, Conditions flat, Conditions deployed, DesignPoint start,
                 DesignCriteria criteria, DesignLimits limits = {});
   ~LinkageDesign();
