@@ -17,21 +17,21 @@ void AugmentedConstraint::update(double g) {
 bool GuardWeight::raise(double objective, double flat_energy) {
   constexpr double kShare = 1e-2;  // of the objective that the guard is at first
   constexpr double kRise = 5;
-  constexpr int kOften = 20;
+  constexpr int kOften = 12;
   if (first_ == 0) first_ = flat_energy > 0 ? kShare * std::abs(objective) / flat_energy : 0;
   weight_ = std::max(first_, kRise * weight_);
+  if (raised_ >= kAtOnce) fall_ = std::sqrt(fall_);
   return first_ > 0 && ++raised_ <= kOften;
 }
 
 void GuardWeight::raise_at_once(double objective, double flat_energy) {
-  while (raised_ < 3 && raise(objective, flat_energy)) {
+  while (raised_ < kAtOnce && raise(objective, flat_energy)) {
   }
 }
 
 void GuardWeight::lower() {
-  constexpr double kFall = 0.3;
   constexpr double kNothing = 1e-6;
-  weight_ *= kFall;
+  weight_ *= fall_;
   if (weight_ < kNothing * first_) weight_ = 0;
 }
 

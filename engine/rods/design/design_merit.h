@@ -43,7 +43,9 @@ class GuardWeight {
  private:
   double weight_ = 0;
   double first_ = 0;
+  double fall_ = 0.3;  // of the weight when it is lowered; gentler after it had to be raised again
   int raised_ = 0;
+  static constexpr int kAtOnce = 3;
 };
 
 /// What a search over rest lengths minimises: the objective, both constraints, and the guard.

@@ -227,6 +227,11 @@ class Search {
     held_ = 0;
     remember();
     if (!merit_.guard().raise(values_.objective, values_.flat_energy)) return;
+    if (safe_) {  // where buckling begins no step is small enough to lead away
+      design_.move_to(*safe_);
+      values_ = design_.values(design_.point());
+      radius_ = kLoweredRadius * first_radius_;
+    }
     good_radius_ = radius_;
     idle_ = 0;
   }
@@ -234,6 +239,7 @@ class Search {
   bool lower_guard() {
     if (merit_.guard().weight() == 0) return false;
     merit_.guard().lower();
+    safe_ = design_.point();
     held_ = idle_ = 0;
     good_radius_ = radius_ = std::max(radius_, kLoweredRadius * first_radius_);
     return true;
@@ -291,6 +297,7 @@ class Search {
   int held_ = 0;                 // steps taken since the guard was moved
   double guarded_gradient_ = 0;  // at the first of them
   std::optional<DesignPoint> best_;
+  std::optional<DesignPoint> safe_;  // where the guard was lowered last
   double best_objective_ = 0, best_violation_ = 0;
   DesignReport report_;
 };
