@@ -19,7 +19,7 @@ bool GuardWeight::raise(double objective, double flat_energy) {
   constexpr double kRise = 5;
   constexpr int kOften = 12;
   if (first_ == 0) first_ = flat_energy > 0 ? kShare * std::abs(objective) / flat_energy : 0;
-  weight_ = std::max(first_, kRise * weight_);
+  weight_ = weight_ > 0 ? kRise * weight_ : last_ > 0 ? last_ : first_;
   if (raised_ >= kAtOnce) fall_ = std::sqrt(fall_);
   return first_ > 0 && ++raised_ <= kOften;
 }
@@ -31,6 +31,7 @@ void GuardWeight::raise_at_once(double objective, double flat_energy) {
 
 void GuardWeight::lower() {
   constexpr double kNothing = 1e-6;
+  last_ = weight_;
   weight_ *= fall_;
   if (weight_ < kNothing * first_) weight_ = 0;
 }

@@ -10,6 +10,7 @@
 #include "engine/base/random.h"
 #include "engine/rods/design/placed_surface.h"
 #include "engine/rods/design/triangle_projection.h"
+#include "engine/scene/formats/surface_formats.h"
 
 namespace limber::rods {
 namespace {
@@ -173,6 +174,33 @@ TEST(MeshSurface, TrianglesWithoutAreaArePassedOver) {
   for (int k = 0; k < 100; ++k) {
     const Eigen::Vector3d x = random_point(random, -2, 1);
     EXPECT_EQ(surface.closest(x).position, without.closest(x).position);
+  }
+}
+
+TEST(MeshSurface, IsTheSameFromEveryFormat) {
+  const char* const obj = "v 0 0 0\nv 2 0 0\nv 2 1 1\nv 0 1 1\nf 1 2 3 4\n";
+  const char* const ply =
+      "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\n"
+      "property float z\nelement face 2\nproperty list uchar int vertex_indices\nend_header\n"
+      "0 0 0\n2 0 0\n2 1 1\n0 1 1\n3 0 1 2\n3 0 2 3\n";
+  const char* const stl =
+      "solid s\nfacet normal 0 0 0\nouter loop\nvertex 0 0 0\nvertex 2 0 0\nvertex 2 1 1\n"
+      "endloop\nendfacet\nfacet normal 0 0 0\nouter loop\nvertex 0 0 0\nvertex 2 1 1\n"
+      "vertex 0 1 1\nendloop\nendfacet\nendsolid s\n";
+  const auto open = [](const std::string& name, const char* content) {
+    const scene::TriangleSurface read = scene::read_surface(name, content);
+    return std::make_unique<MeshSurface>(SurfaceMesh{read.vertices, read.triangles});
+  };
+  const auto from_obj = open("s.obj", obj), from_ply = open("s.ply", ply),
+             from_stl = open("s.stl", stl);
+  Random random(6);
+  for (int k = 0; k < 100; ++k) {
+    const Eigen::Vector3d x = random_point(random, -2, 4);
+    const ClosestPoint expected = from_obj->closest(x);
+    for (const MeshSurface* other : {from_ply.get(), from_stl.get()}) {
+      EXPECT_LT((other->closest(x).position - expected.position).norm(), 1e-14);
+      EXPECT_LT((other->closest(x).derivative - expected.derivative).norm(), 1e-14);
+    }
   }
 }
 
