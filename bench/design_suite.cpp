@@ -153,7 +153,7 @@ void check(rods::LinkageDesign& design, Case& result) {
   result["gradient_check"] = nullptr;
   result["hessvec_check"] = nullptr;
   double best_gradient = 1, best_product = 1;
-  for (const double step : {1e-3, 3e-4, 1e-4, 3e-5}) {
+  for (const double step : {1e-3, 3e-4, 1e-4, 3e-5, 1e-5, 1e-6}) {
     std::vector<rods::DesignPoint> points;
     for (const double side : {2.0, 1.0, -1.0, -2.0}) {
       const rods::DesignTrial trial = design.trial(home.lengths + side * step * v);
