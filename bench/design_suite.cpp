@@ -1,6 +1,7 @@
 // Derivatives of designs, and designs towards targets that are known to be reachable.
 #include <fmt/core.h>
 
+#include <Eigen/Geometry>
 #include <cmath>
 #include <filesystem>
 #include <numbers>
@@ -11,6 +12,8 @@
 #include "engine/base/parallel.h"
 #include "engine/base/random.h"
 #include "engine/rods/design/design_optimizer.h"
+#include "engine/rods/design/linkage_cells.h"
+#include "engine/rods/design/mesh_surface.h"
 #include "engine/rods/equilibrium/deployment.h"
 #include "engine/rods/equilibrium/rest_length_solve.h"
 #include "engine/scene/formats/line_formats.h"
@@ -20,6 +23,7 @@ namespace {
 
 constexpr double kDegree = std::numbers::pi / 180;
 constexpr double kPerturbed = 0.03;  // rest lengths of the known design
+constexpr double kDistanceWeight = 1e7;
 
 struct Problem {
   rods::LinkageModel model;
@@ -37,6 +41,10 @@ Problem open(const LinkageCase& named, const std::string& path) {
   rods::LinkageEquilibrium equilibrium(model);
   (void)equilibrium.solve(state, flat);
   deployed = flat;
+  // Closed, a linkage hardly resists opening in its plane, and its shape would say more about that
+  // than about its lengths: the flat one is held as open as it is drawn, which takes next to no
+  // moment.
+  flat.mean_opening_angle = state.mean_opening_angle();
   deployed.mean_opening_angle = named.target * kDegree;
   rods::LinkageState opened = state;
   rods::DeploymentOptions options;
@@ -45,26 +53,92 @@ Problem open(const LinkageCase& named, const std::string& path) {
   return {model, flat, deployed, {model.segment_lengths(), state, opened}};
 }
 
-/// Joints of the linkage deployed with other rest lengths, as targets. What it does when it is flat
-/// with these does not matter.
-std::vector<rods::JointTarget> known_targets(const Problem& problem, double share, bool& found) {
+/// Smooth, and of a wavelength about the linkage's size: so that a moved drawing is a drawing.
+class Waves {
+ public:
+  Waves(const rods::LinkageState& state, Random& random) {
+    Eigen::AlignedBox3d box;
+    for (const auto& joint : state.joints()) box.extend(joint.position);
+    for (int axis = 0; axis < 3; ++axis) {
+      for (double& k : wave_[axis])
+        k = random.uniform(-1, 1) * 2 * std::numbers::pi / box.diagonal().norm();
+      phase_[axis] = random.uniform(0, 2 * std::numbers::pi);
+    }
+    // Flat drawings stay in their plane.
+    for (int axis = 0; axis < 3; ++axis)
+      amplitude_[axis] = box.sizes()[axis] > 1e-6 * box.diagonal().norm() ? 1 : 0;
+  }
+  [[nodiscard]] Eigen::Vector3d moved(const Eigen::Vector3d& x, double share) const {
+    Eigen::Vector3d result = x;
+    for (int axis = 0; axis < 3; ++axis)
+      result[axis] += share * amplitude_[axis] * std::sin(wave_[axis].dot(x) + phase_[axis]);
+    return result;
+  }
+
+ private:
+  Eigen::Vector3d wave_[3], phase_, amplitude_;
+};
+
+/// Rest lengths of the linkage whose flat shape is moved smoothly, at most by `share` each: what
+/// lies flat by itself lies flat again.
+Eigen::VectorXd moved_lengths(const Problem& problem, double share) {
+  Random random(5);
+  const rods::LinkageState& flat = problem.start.flat;
+  const Waves waves(flat, random);
+  const auto ends = [&](int s) {
+    const rods::LinkageModel& model = problem.model;
+    const auto& segment = model.graph().segments[static_cast<std::size_t>(s)];
+    std::pair<Eigen::Vector3d, Eigen::Vector3d> result;
+    for (const rods::End end : {rods::kStart, rods::kFinish}) {
+      const int joint = segment.joints[end];
+      const int vertex = end == rods::kStart ? 0 : model.variables().edges(s);
+      (end == rods::kStart ? result.first : result.second) =
+          joint >= 0 ? flat.joints()[static_cast<std::size_t>(joint)].position
+                     : flat.vertex(model, s, vertex);
+    }
+    return result;
+  };
+  const auto changes = [&](double amplitude) {
+    Eigen::VectorXd result(problem.start.lengths.size());
+    for (int s = 0; s < result.size(); ++s) {
+      const auto [a, b] = ends(s);
+      result[s] = (waves.moved(b, amplitude) - waves.moved(a, amplitude)).norm() / (b - a).norm();
+    }
+    return Eigen::VectorXd(result.array() - 1);
+  };
+  const double unit = 1e-4 * problem.start.lengths.mean();
+  double amplitude = unit * share / changes(unit).cwiseAbs().maxCoeff();
+  for (int k = 0; k < 3; ++k) amplitude *= share / changes(amplitude).cwiseAbs().maxCoeff();
+  return problem.start.lengths.array() * (1 + changes(amplitude).array());
+}
+
+/// A design that is known: both equilibria followed from the start.
+struct KnownDesign {
+  rods::DesignPoint point;
+  bool found = true;
+};
+KnownDesign known_design(const Problem& problem, double share) {
   rods::LinkageModel model = problem.model;
   rods::LinkageEquilibrium equilibrium(model);
-  rods::LinkageState state = problem.start.deployed;
-  Random random(5);
-  const Eigen::VectorXd lengths = problem.start.lengths;
-  Eigen::VectorXd other = lengths;
-  for (double& length : other) length *= random.uniform(1 - share, 1 + share);
+  KnownDesign known{problem.start};
+  const Eigen::VectorXd other = moved_lengths(problem, share);
   constexpr int kSteps = 20;
-  found = true;
   for (int k = 1; k <= kSteps; ++k) {
-    model.set_segment_lengths(lengths + static_cast<double>(k) / kSteps * (other - lengths));
-    found = equilibrium.solve(state, problem.deployed).converged() && found;
+    known.point.lengths =
+        problem.start.lengths + static_cast<double>(k) / kSteps * (other - problem.start.lengths);
+    model.set_segment_lengths(known.point.lengths);
+    known.found = equilibrium.solve(known.point.flat, problem.flat).converged() && known.found;
+    known.found =
+        equilibrium.solve(known.point.deployed, problem.deployed).converged() && known.found;
   }
-  std::vector<rods::JointTarget> targets;
-  for (int j = 0; j < model.variables().joints(); ++j)
-    targets.push_back({j, state.joints()[static_cast<std::size_t>(j)].position, 1});
-  return targets;
+  return known;
+}
+
+Eigen::Matrix3Xd positions(const rods::LinkageState& state) {
+  Eigen::Matrix3Xd result(3, static_cast<Eigen::Index>(state.joints().size()));
+  for (std::size_t j = 0; j < state.joints().size(); ++j)
+    result.col(static_cast<Eigen::Index>(j)) = state.joints()[j].position;
+  return result;
 }
 
 /// Against differences of equilibria solved again, relative.
@@ -79,7 +153,7 @@ void check(rods::LinkageDesign& design, Case& result) {
   result["gradient_check"] = nullptr;
   result["hessvec_check"] = nullptr;
   double best_gradient = 1, best_product = 1;
-  for (const double step : {1e-3, 3e-4, 1e-4, 3e-5}) {
+  for (const double step : {1e-3, 3e-4, 1e-4, 3e-5, 1e-5, 1e-6}) {
     std::vector<rods::DesignPoint> points;
     for (const double side : {2.0, 1.0, -1.0, -2.0}) {
       const rods::DesignTrial trial = design.trial(home.lengths + side * step * v);
@@ -133,11 +207,12 @@ Case measure(const LinkageCase& named, const std::string& path, const SuiteOptio
   result["model"] = named.name;
   result["parameters"] = problem.start.lengths.size();
   result["threads"] = thread_count();
-  bool found = false;
+  const KnownDesign known = known_design(problem, kPerturbed);
   rods::DesignCriteria criteria;
-  criteria.targets = known_targets(problem, kPerturbed, found);
-  criteria.distance_weight = 1e7;
-  result["target_found"] = found;
+  criteria.surface = std::make_shared<rods::MeshSurface>(
+      rods::surface_through_joints(problem.model.graph(), positions(known.point.deployed)));
+  criteria.distance_weight = kDistanceWeight;
+  result["target_found"] = known.found;
   rods::DesignLimits limits;
   rods::LinkageDesign design(problem.model, problem.flat, problem.deployed, problem.start, criteria,
                              limits);
@@ -149,7 +224,8 @@ Case measure(const LinkageCase& named, const std::string& path, const SuiteOptio
   search.flat_height =
       1.2 * std::sqrt(before.flatness / joints) / design.criteria().length_scale + 1e-3;
   search.smallest_angle = before.smallest_angle - 5 * kDegree;
-  search.max_iterations = options.quick ? 20 : 100;
+  search.max_iterations = options.quick ? 20 : 200;
+  search.guard = rods::BucklingGuard::kFromStart;
   rods::DesignReport report;
   const double wall = milliseconds([&] { report = rods::optimize_design(design, search); });
   result["iterations"] = report.iterations;
@@ -158,10 +234,15 @@ Case measure(const LinkageCase& named, const std::string& path, const SuiteOptio
   result["wall_s"] = wall / 1000;
   result["target_rms_before"] = std::sqrt(2 * report.before.distance / joints);
   result["target_rms_after"] = std::sqrt(2 * report.after.distance / joints);
+  result["factor"] = std::sqrt(report.before.distance / report.after.distance);
   result["flatness"] = report.flat_height;
   result["flatness_asked"] = search.flat_height;
   result["min_angle"] = report.after.smallest_angle / kDegree;
   result["min_angle_asked"] = search.smallest_angle / kDegree;
+  result["newton_steps"] = report.newton_steps;
+  const rods::DesignValues wanted = design.values(known.point);
+  result["known_flatness"] = std::sqrt(wanted.flatness / joints) / design.criteria().length_scale;
+  result["known_min_angle"] = wanted.smallest_angle / kDegree;
   result["status"] = static_cast<int>(report.status);
   return result;
 }

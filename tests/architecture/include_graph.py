@@ -19,10 +19,10 @@ OUTSIDE = {
     "server": {"session", "scene", "bodies", "reduced", "spacetime", "rods", "base", "proto"},
     "clients": {"proto"},
 }
-FORBIDDEN_IN_ENGINE = re.compile(r"zmq|boost/|google/protobuf|^proto/|sqlite|CLI/|iostream|cstdio|spdlog|\.pb\.h")
+FORBIDDEN_IN_ENGINE = re.compile(r"zmq|boost/(?!polygon/)|google/protobuf|^proto/|sqlite|CLI/|iostream|cstdio|spdlog|\.pb\.h")
 # Heavy dependencies and the only engine files that may see them.
 PRIVATE = {"cholmod.h": "engine/base/numerics/", "Spectra/": "engine/bodies/", "pugixml.hpp": "engine/scene/",
-           "zlib.h": "engine/scene/", "xxhash.h": "engine/base/"}
+           "boost/polygon/": "engine/rods/design/", "zlib.h": "engine/scene/", "xxhash.h": "engine/base/"}
 INCLUDE = re.compile(r'^\s*#\s*include\s*[<"]([^>"]+)[>"]', re.MULTILINE)
 
 

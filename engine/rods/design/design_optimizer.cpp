@@ -5,8 +5,10 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <optional>
 
 #include "engine/base/error.h"
+#include "engine/rods/design/design_merit.h"
 
 namespace limber::rods {
 namespace {
@@ -24,52 +26,62 @@ constexpr double kGood = 0.75;
 constexpr double kShrink = 0.25;
 constexpr double kGrow = 2;
 constexpr double kLeastRadius = 1e-9;  // of the mean length
-// Of the augmented Lagrangian.
-constexpr double kFirstPenalty = 10;
-constexpr double kPenaltyGrowth = 4;
-constexpr double kViolationShare = 0.25;  // that must be left for the penalty to stay
-constexpr double kHolds = 1e-3;           // violation that counts as none
-constexpr double kInner = 1e-2;           // gradient at which multipliers are updated
+constexpr double kInner = 1e-2;        // gradient at which multipliers are updated
 constexpr int kIdle = 10;
+constexpr int kUpdates = 30;  // of multipliers
+// Of the guard against buckling.
+// A flat shape that is lost below this share of the radius that was good last raises the guard; the
+// radius where it is lowered begins at a share of the first.
+constexpr double kLostRadius = 0.03;
+constexpr double kLoweredRadius = 0.03;
+constexpr int kHeld = 8;               // steps after which it is lowered anyway
+constexpr double kSettledGuard = 0.1;  // gradient over that at the last change, when it is lowered
 
-/// One inequality g >= 0 in the augmented Lagrangian.
-struct Constraint {
-  double multiplier = 0;
-  double penalty = kFirstPenalty;
-  double violation = 0;  // at the last update
-
-  [[nodiscard]] double force(double g) const { return std::max(0.0, multiplier - penalty * g); }
-  [[nodiscard]] double value(double g) const {
-    return (force(g) * force(g) - multiplier * multiplier) / (2 * penalty);
+/// @param side  1: the start may not lie above the bound, -1: below
+Eigen::VectorXd bounds(const char* field, const Eigen::VectorXd& given, double share,
+                       const Eigen::VectorXd& start, int side) {
+  if (given.size() == 0) return share * start;
+  if (given.size() != start.size()) {
+    throw Error(
+        ErrorCode::kInvalidArgument, field,
+        fmt::format("must be one for each of {} segments, are {}", start.size(), given.size()));
   }
-  void update(double g) {
-    const double now = std::max(0.0, -g);
-    if (now > kHolds && now > kViolationShare * violation && violation > 0)
-      penalty *= kPenaltyGrowth;
-    multiplier = force(g);
-    violation = now;
+  for (Eigen::Index s = 0; s < start.size(); ++s) {
+    if (given[s] > 0 && std::isfinite(given[s]) && side * (given[s] - start[s]) >= 0) continue;
+    throw Error(
+        ErrorCode::kInvalidArgument, fmt::format("{}[{}]", field, s),
+        fmt::format("is {:g}, which excludes the start's rest length {:g}", given[s], start[s]));
   }
-};
+  return given;
+}
 
 class Search {
  public:
   Search(LinkageDesign& design, const DesignOptimizerOptions& options)
       : design_(design),
         options_(options),
-        low_(options.shortest * design.point().lengths),
-        high_(options.longest * design.point().lengths),
+        merit_(design, options),
+        low_(bounds("shortest_lengths", options.shortest_lengths, options.shortest,
+                    design.point().lengths, -1)),
+        high_(bounds("longest_lengths", options.longest_lengths, options.longest,
+                     design.point().lengths, 1)),
         mean_length_(design.point().lengths.mean()),
-        radius_(options.first_radius * mean_length_ * std::sqrt(static_cast<double>(low_.size()))) {
-  }
+        first_radius_(options.first_radius * mean_length_ *
+                      std::sqrt(static_cast<double>(low_.size()))),
+        radius_(first_radius_),
+        good_radius_(first_radius_) {}
 
   DesignReport run(const JobContext& context, const DesignCallback& on_step) {
     values_ = design_.values(design_.point());
     report_.before = values_;
-    first_gradient_ = projected(gradient()).norm();
+    first_gradient_ = projected(merit_.gradient(values_)).norm();
+    if (options_.guard == BucklingGuard::kFromStart)
+      merit_.guard().raise_at_once(values_.objective, values_.flat_energy);
     while (step(context, on_step)) {
     }
+    return_to_best();
     report_.after = values_;
-    report_.flat_height = flat_height(values_);
+    report_.flat_height = merit_.flat_height(values_);
     const Eigen::VectorXd& lengths = design_.point().lengths;
     for (Eigen::Index s = 0; s < lengths.size(); ++s)
       if (lengths[s] <= low_[s] || lengths[s] >= high_[s])
@@ -78,56 +90,9 @@ class Search {
   }
 
  private:
-  [[nodiscard]] double flat_height(const DesignValues& values) const {
-    const double joints = design_.model().variables().joints();
-    return std::sqrt(values.flatness / joints) / design_.criteria().length_scale;
-  }
-  /// Both >= 0 where they hold; of the order of 1.
-  [[nodiscard]] double flat_room(const DesignMeasures<double>& values) const {
-    return 1 - values.flatness / flatness_allowed();
-  }
-  [[nodiscard]] double flatness_allowed() const {
-    const double height = options_.flat_height * design_.criteria().length_scale;
-    return height * height * design_.model().variables().joints();
-  }
-  [[nodiscard]] bool bounds_angle() const { return options_.smallest_angle > -std::numbers::pi; }
-  [[nodiscard]] double angle_room(const DesignMeasures<double>& values) const {
-    return values.smallest_angle - options_.smallest_angle;
-  }
-  [[nodiscard]] double violation(const DesignValues& values) const {
-    return std::max({0.0, -flat_room(values), bounds_angle() ? -angle_room(values) : 0.0});
-  }
-
-  [[nodiscard]] double merit(const DesignValues& values) const {
-    double sum = values.objective + flat_.value(flat_room(values));
-    if (bounds_angle()) sum += angle_.value(angle_room(values));
-    return sum;
-  }
-  [[nodiscard]] Eigen::VectorXd gradient() {
-    const DesignMeasures<Eigen::VectorXd>& by = design_.gradients();
-    Eigen::VectorXd sum =
-        by.objective + flat_.force(flat_room(values_)) / flatness_allowed() * by.flatness;
-    if (bounds_angle()) sum -= angle_.force(angle_room(values_)) * by.smallest_angle;
-    return sum;
-  }
   [[nodiscard]] Eigen::VectorXd product(const Eigen::VectorXd& v) {
     ++report_.products;
-    const DesignMeasures<Eigen::VectorXd>& by = design_.gradients();
-    const double flat = flat_.force(flat_room(values_)), allowed = flatness_allowed();
-    const double angle = bounds_angle() ? angle_.force(angle_room(values_)) : 0;
-    using Products = LinkageDesign::Products;
-    const DesignMeasures<Eigen::VectorXd> bent =
-        design_.products(v, flat > 0 || angle > 0 ? Products::kAll : Products::kObjective);
-    Eigen::VectorXd sum = bent.objective;
-    if (flat > 0) {
-      sum += flat / allowed * bent.flatness +
-             flat_.penalty / (allowed * allowed) * by.flatness.dot(v) * by.flatness;
-    }
-    if (angle > 0) {
-      sum += angle_.penalty * by.smallest_angle.dot(v) * by.smallest_angle -
-             angle * bent.smallest_angle;
-    }
-    return sum;
+    return merit_.product(values_, v);
   }
 
   /// Where bounds let a descent go.
@@ -177,10 +142,12 @@ class Search {
     if (context.cancellation.requested()) return end(DesignStatus::kCancelled, "cancelled");
     if (report_.iterations == options_.max_iterations)
       return end(DesignStatus::kIterationLimit, fmt::format("{} steps", report_.iterations));
-    const Eigen::VectorXd slope = projected(gradient());
+    const Eigen::VectorXd slope = projected(merit_.gradient(values_));
     const double size = first_gradient_ > 0 ? slope.norm() / first_gradient_ : 0;
-    if (size <= options_.tolerance || (size <= kInner && violation(values_) > kHolds)) {
-      if (violation(values_) <= kHolds)
+    if (size <= options_.tolerance ||
+        (size <= kInner && merit_.violation(values_) > detail::kHolds)) {
+      if (lower_guard()) return true;
+      if (merit_.violation(values_) <= detail::kHolds)
         return end(DesignStatus::kConverged, "the gradient is small");
       if (!update_multipliers()) return end(DesignStatus::kInfeasible, told_violation());
       return true;
@@ -196,10 +163,12 @@ class Search {
     }
     const double promised = -(slope.dot(p) + 0.5 * p.dot(bent));
     DesignTrial trial = design_.trial(lengths, context);
+    report_.newton_steps += trial.iterations;
     if (trial.status == TrialStatus::kCancelled) return end(DesignStatus::kCancelled, "cancelled");
     const bool taken = judge(trial, p.norm(), promised);
     if (on_step) {
-      on_step({report_.iterations, values_, flat_height(values_), radius_, size, taken}, design_);
+      on_step({report_.iterations, values_, merit_.flat_height(values_), radius_, size, taken},
+              design_);
       values_ = design_.values(design_.point());  // the criteria may be others
     }
     if (context.progress)
@@ -215,7 +184,9 @@ class Search {
 
   /// Nothing moves any more: at an end only if the constraints hold.
   bool idle(DesignStatus status, const std::string& message) {
-    if (violation(values_) <= kHolds || status == DesignStatus::kStuck) return end(status, message);
+    if (status == DesignStatus::kSettled && lower_guard()) return true;
+    if (merit_.violation(values_) <= detail::kHolds || status == DesignStatus::kStuck)
+      return end(status, message);
     if (!update_multipliers()) return end(DesignStatus::kInfeasible, told_violation());
     idle_ = 0;
     radius_ = std::max(radius_, 1e-3 * mean_length_);
@@ -226,10 +197,11 @@ class Search {
     if (trial.status != TrialStatus::kFound) {
       ++report_.not_believed;
       radius_ = kShrink * length;
+      if (trial.lost == LostShape::kFlat && radius_ < kLostRadius * good_radius_) raise_guard();
       return false;
     }
     const DesignValues values = design_.values(trial.point);
-    const double gained = merit(values_) - merit(values);
+    const double gained = merit_.value(values_) - merit_.value(values);
     const double ratio = promised > 0 ? gained / promised : -1;
     if (ratio < kPoor) radius_ = kShrink * length;
     if (ratio > kGood && length > 0.9 * radius_) radius_ *= kGrow;
@@ -237,17 +209,64 @@ class Search {
       ++report_.refused;
       return false;
     }
-    idle_ = gained < options_.least_gain * std::abs(merit(values_)) ? idle_ + 1 : 0;
+    idle_ = gained < options_.least_gain * std::abs(merit_.value(values_)) ? idle_ + 1 : 0;
     ++report_.accepted;
     values_ = values;
     design_.move_to(std::move(trial.point));
+    good_radius_ = std::max(good_radius_, radius_);
+    if (best_) remember();
+    if (merit_.guard().weight() > 0) {
+      const double now = projected(merit_.gradient(values_)).norm();
+      if (held_ == 0) guarded_gradient_ = now;
+      if (++held_ >= kHeld || now < kSettledGuard * guarded_gradient_) (void)lower_guard();
+    }
     return true;
+  }
+
+  void raise_guard() {
+    held_ = 0;
+    remember();
+    if (!merit_.guard().raise(values_.objective, values_.flat_energy)) return;
+    if (safe_) {  // where buckling begins no step is small enough to lead away
+      design_.move_to(*safe_);
+      values_ = design_.values(design_.point());
+      radius_ = kLoweredRadius * first_radius_;
+    }
+    good_radius_ = radius_;
+    idle_ = 0;
+  }
+  /// @returns whether it was up
+  bool lower_guard() {
+    if (merit_.guard().weight() == 0) return false;
+    merit_.guard().lower();
+    safe_ = design_.point();
+    held_ = idle_ = 0;
+    good_radius_ = radius_ = std::max(radius_, kLoweredRadius * first_radius_);
+    return true;
+  }
+
+  /// The guard's own weight may take the objective uphill for a while.
+  void remember() {
+    const double violated = merit_.violation(values_);
+    if (best_ && (values_.objective >= best_objective_ ||
+                  violated > std::max(best_violation_, detail::kHolds)))
+      return;
+    best_ = design_.point();
+    best_objective_ = values_.objective;
+    best_violation_ = violated;
+  }
+  void return_to_best() {
+    if (!best_) return;
+    const DesignValues best = design_.values(*best_);  // the criteria may be others
+    const double allowed = std::max(merit_.violation(values_), detail::kHolds);
+    if (best.objective >= values_.objective || merit_.violation(best) > allowed) return;
+    design_.move_to(*best_);
+    values_ = best;
   }
 
   /// @returns false where that has been of no use for long
   bool update_multipliers() {
-    flat_.update(flat_room(values_));
-    if (bounds_angle()) angle_.update(angle_room(values_));
+    merit_.update_multipliers(values_);
     return ++updates_ <= kUpdates;
   }
 
@@ -255,7 +274,7 @@ class Search {
     return fmt::format(
         "the flat linkage's height is {:.2e} of its size (asked {:.2e}), its smallest angle {:.2f} "
         "degrees",
-        flat_height(values_), options_.flat_height,
+        merit_.flat_height(values_), options_.flat_height,
         values_.smallest_angle * 180 / std::numbers::pi);
   }
 
@@ -265,16 +284,21 @@ class Search {
     return false;
   }
 
-  static constexpr int kUpdates = 30;
   LinkageDesign& design_;
   const DesignOptimizerOptions& options_;
+  detail::DesignMerit merit_;
   const Eigen::VectorXd low_, high_;
-  const double mean_length_;
+  const double mean_length_, first_radius_;
   double radius_;
+  double good_radius_;  // the largest since the guard was moved
   double first_gradient_ = 0;
   DesignValues values_;
-  Constraint flat_, angle_;
   int updates_ = 0, idle_ = 0;
+  int held_ = 0;                 // steps taken since the guard was moved
+  double guarded_gradient_ = 0;  // at the first of them
+  std::optional<DesignPoint> best_;
+  std::optional<DesignPoint> safe_;  // where the guard was lowered last
+  double best_objective_ = 0, best_violation_ = 0;
   DesignReport report_;
 };
 

@@ -10,6 +10,14 @@
 
 namespace limber::rods {
 
+/// When a search weighs the flat energy more than its objective does, so that rest lengths keep
+/// fitting a flat drawing and the flat linkage does not buckle on the way. The weight goes back to
+/// nothing before the search ends by itself.
+enum class BucklingGuard {
+  kWhenNeeded,  // where trials buckle again and again
+  kFromStart,   // from the first step: for starts that are about to buckle, as closed linkages
+};
+
 struct DesignOptimizerOptions {
   int max_iterations = 200;  // steps that were taken or refused, > 0
   int max_products = 60;     // second derivatives times a direction in one step, > 0
@@ -27,6 +35,10 @@ struct DesignOptimizerOptions {
   double tolerance = 1e-5;
   /// A gain of the objective, as a share of it, below which ten steps in a row end the search, > 0.
   double least_gain = 1e-5;
+  BucklingGuard guard = BucklingGuard::kWhenNeeded;
+  /// Bounds of each segment's rest length [length] in place of the shares; empty: the shares. The
+  /// start must lie between them.
+  Eigen::VectorXd shortest_lengths, longest_lengths;
 
   /// @throws Error{kInvalidArgument} naming the member
   void validate() const;
@@ -61,6 +73,7 @@ struct DesignReport {
   double flat_height = 0;     // share of the length scale
   std::vector<int> at_bound;  // segments whose rest length is at a bound
   std::string message;
+  int newton_steps = 0;  // of both equilibria, over all trials
 };
 
 /// Called after every step with the design as it stands. May change its criteria (set_criteria):
@@ -71,9 +84,11 @@ using DesignCallback = std::function<void(const DesignProgress& progress, Linkag
 ///
 /// Newton's method with conjugate gradients in a trust region (Steihaug 1983) on the rest lengths
 /// that are not at their bounds; the two constraints by an augmented Lagrangian (Rockafellar 1973).
-/// A trial that lands on another branch, or nowhere, shrinks the region. The design stands at the
-/// best point that was accepted last, also where the search stops early.
-/// @throws Error as DesignOptimizerOptions::validate
+/// A trial that lands on another branch, or nowhere, shrinks the region; where that is the flat
+/// shape's fault and little is left of it, a guard against buckling goes up. The design stands at
+/// the best point that was accepted, also where the search stops early.
+/// @throws Error as DesignOptimizerOptions::validate; {kInvalidArgument} with field
+/// shortest_lengths or longest_lengths, and [s] where the start lies beyond a bound
 DesignReport optimize_design(LinkageDesign& design, const DesignOptimizerOptions& options = {},
                              const JobContext& context = {}, const DesignCallback& on_step = {});
 

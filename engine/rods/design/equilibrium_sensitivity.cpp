@@ -83,6 +83,12 @@ Eigen::VectorXd EquilibriumSensitivity::shape_change(const Eigen::VectorXd& leng
   return impl_->solve(-impl_->derivatives.second({impl_->state}, {{}, lengths}).unknowns);
 }
 
+Eigen::VectorXd EquilibriumSensitivity::shape_curvature(const Eigen::VectorXd& lengths,
+                                                        const Eigen::VectorXd& change) const {
+  const LinkageVector way{change, lengths};
+  return impl_->solve(-impl_->derivatives.third({impl_->state}, way, way).unknowns);
+}
+
 EquilibriumSensitivity::Adjoint EquilibriumSensitivity::adjoint(ShapeFunction& function) const {
   LinkageVector direct = function.gradient(impl_->state);
   Adjoint result;

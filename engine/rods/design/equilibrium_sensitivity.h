@@ -41,6 +41,12 @@ class EquilibriumSensitivity {
   /// @param lengths  v, a number for each segment [length]
   [[nodiscard]] Eigen::VectorXd shape_change(const Eigen::VectorXd& lengths) const;
 
+  /// d2x/dL2 [v, v], what bends the way of the shape where lengths go straight along v: with the
+  /// third derivatives along w = (dx/dL v, v), K (d2x/dL2 [v, v], .) = (-D^3 E[w, w, .], 0).
+  /// @param change  shape_change(lengths)
+  [[nodiscard]] Eigen::VectorXd shape_curvature(const Eigen::VectorXd& lengths,
+                                                const Eigen::VectorXd& change) const;
+
   struct Adjoint {
     Eigen::VectorXd gradient;    // of the function by lengths, through the equilibrium
     Eigen::VectorXd multiplier;  // w

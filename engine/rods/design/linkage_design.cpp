@@ -2,7 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
 #include <optional>
 #include <utility>
 
@@ -44,6 +46,8 @@ void DesignCriteria::validate() const {
 void DesignLimits::validate() const {
   if (!(largest_surprise > 0)) refuse("largest_surprise", "> 0", largest_surprise);
   if (!(largest_move > 0)) refuse("largest_move", "> 0", largest_move);
+  if (!(surprise_share > 0)) refuse("surprise_share", "> 0", surprise_share);
+  if (!(small_surprise >= 0)) refuse("small_surprise", ">= 0", small_surprise);
   with_prefix("equilibrium.", [&] { equilibrium.validate(); });
 }
 
@@ -53,14 +57,18 @@ struct LinkageDesign::Impl {
     Measures(const LinkageModel& model, ElasticEnergy& energy, const DesignCriteria& criteria)
         : flatness(model, criteria.plane),
           angle(model, criteria.angle_sharpness),
-          distance(model, criteria.targets, criteria.surface.get(), criteria.surface_weight),
-          flat({{criteria.flat_share / criteria.energy_scale, energy}}),
+          distance(model, criteria.targets, criteria.surface.get(), criteria.surface_weight,
+                   criteria.joint_surface_weights),
+          flat(energy),
+          flat_weight(criteria.flat_share / criteria.energy_scale),
           deployed({{(1 - criteria.flat_share) / criteria.energy_scale, energy},
                     {criteria.distance_weight / std::pow(criteria.length_scale, 2), distance}}) {}
     Flatness flatness;
     SmallestAngle angle;
     TargetDistance distance;
-    SumOfFunctions flat, deployed;  // their parts of J
+    ElasticEnergy& flat;  // times its weight it is the flat shape's part of J
+    double flat_weight;
+    SumOfFunctions deployed;  // the other shape's part
   };
   /// At the present point.
   struct Derivatives {
@@ -71,8 +79,8 @@ struct LinkageDesign::Impl {
           deployed_part(deployed.adjoint(impl.measures->deployed)),
           flatness(flat.adjoint(impl.measures->flatness)),
           angle(flat.adjoint(impl.measures->angle)),
-          gradients{flat_part.gradient + deployed_part.gradient, flatness.gradient,
-                    angle.gradient} {}
+          gradients{impl.measures->flat_weight * flat_part.gradient + deployed_part.gradient,
+                    flatness.gradient, angle.gradient, flat_part.gradient} {}
     EquilibriumSensitivity flat, deployed;
     EquilibriumSensitivity::Adjoint flat_part, deployed_part, flatness, angle;
     DesignMeasures<Eigen::VectorXd> gradients;
@@ -100,7 +108,22 @@ struct LinkageDesign::Impl {
     // A mechanism deploys without stress.
     if (criteria.energy_scale <= 0) criteria.energy_scale = 1;
     if (criteria.length_scale == 0) criteria.length_scale = scales.extent();
+    demand_near(criteria);
     measures.emplace(model, energy, criteria);
+  }
+
+  void demand_near(const DesignCriteria& wanted) const {
+    if (wanted.surface == nullptr) return;
+    double least = std::numeric_limits<double>::infinity();
+    for (const auto& joint : point.deployed.joints()) {
+      least = std::min(least,
+                       (joint.position - wanted.surface->closest(joint.position).position).norm());
+    }
+    if (least <= kFarthestSurface * scales.extent()) return;
+    throw Error(ErrorCode::kFailedPrecondition, "surface",
+                fmt::format("lies {:.3g} away from the deployed linkage, whose size is {:.3g}: "
+                            "move or scale it",
+                            least, scales.extent()));
   }
 
   void settle(const char* which, LinkageState& state, const Conditions& conditions) {
@@ -115,21 +138,45 @@ struct LinkageDesign::Impl {
     return *at_point;
   }
 
+  /// Where an equilibrium goes when lengths go this way.
+  struct Forecast {
+    Eigen::VectorXd move;  // of the unknowns
+    double turned = 0;     // by it [rad]
+    bool diverges = false;
+  };
+  Forecast forecast(const EquilibriumSensitivity& at, const Eigen::VectorXd& way) {
+    Forecast result{at.shape_change(way), 0, false};
+    const double first = scales.largest_turn(model, at.state(), result.move);
+    if (limits.predictor == PredictorOrder::kSecond && first > 0) {
+      const Eigen::VectorXd bend = 0.5 * at.shape_curvature(way, result.move);
+      // Near a fold the way turns round within the step: no polynomial says where to.
+      result.diverges = !(scales.largest_turn(model, at.state(), bend) <= first);
+      result.move += bend;
+    }
+    result.turned = scales.largest_turn(model, at.state(), result.move);
+    return result;
+  }
+
   /// One equilibrium with the model's present lengths, from a prediction.
-  TrialStatus follow(const Eigen::VectorXd& change, const Conditions& conditions,
-                     const JobContext& context, LinkageState& state, DesignTrial& trial) {
-    if (!(scales.largest_turn(model, state, change) <= limits.largest_move)) {
-      trial.message = "the shape would move too far";
+  TrialStatus follow(const Forecast& to, const Conditions& conditions, const JobContext& context,
+                     LinkageState& state, DesignTrial& trial) {
+    if (to.diverges || !(to.turned <= limits.largest_move)) {
+      trial.message = to.diverges ? "the shape's way bends too much to be foreseen"
+                                  : "the shape would move too far";
       return TrialStatus::kTooFar;
     }
-    state = state.moved(model, change);
+    state = state.moved(model, to.move);
     const EquilibriumReport report =
         equilibrium.solve(state, conditions, limits.equilibrium, context);
     trial.iterations += report.iterations;
     trial.message = report.message;
+    trial.surprise = std::max(trial.surprise, report.turned);
     if (report.status == EquilibriumStatus::kCancelled) return TrialStatus::kCancelled;
     if (!report.converged()) return TrialStatus::kLost;
-    if (report.turned > limits.largest_surprise || report.escapes > 0) {
+    const double surprise =
+        std::min(limits.largest_surprise,
+                 std::max(limits.small_surprise, limits.surprise_share * to.turned));
+    if (report.turned > surprise || report.escapes > 0) {
       trial.message =
           fmt::format("the equilibrium lies {:.2f} rad beside its prediction", report.turned);
       return TrialStatus::kJumped;
@@ -162,11 +209,11 @@ const DesignPoint& LinkageDesign::point() const { return impl_->point; }
 const DesignCriteria& LinkageDesign::criteria() const { return impl_->criteria; }
 
 DesignTrial LinkageDesign::trial(const Eigen::VectorXd& lengths, const JobContext& context) {
-  DesignTrial trial{TrialStatus::kFound, impl_->point, 0, {}};
+  DesignTrial trial{TrialStatus::kFound, impl_->point, 0, {}, 0, LostShape::kNone};
   Impl::Derivatives& here = impl_->derivatives();
   const Eigen::VectorXd way = lengths - impl_->point.lengths;
-  const Eigen::VectorXd flat = here.flat.shape_change(way);
-  const Eigen::VectorXd deployed = here.deployed.shape_change(way);
+  const Impl::Forecast flat = impl_->forecast(here.flat, way);
+  const Impl::Forecast deployed = impl_->forecast(here.deployed, way);
   try {
     impl_->model.set_segment_lengths(lengths);
   } catch (const Error& error) {  // e.g. nothing would be left between a segment's joints
@@ -176,8 +223,11 @@ DesignTrial LinkageDesign::trial(const Eigen::VectorXd& lengths, const JobContex
   }
   trial.point.lengths = lengths;
   trial.status = impl_->follow(flat, impl_->flat, context, trial.point.flat, trial);
-  if (trial.status == TrialStatus::kFound)
+  if (trial.status != TrialStatus::kFound) trial.lost = LostShape::kFlat;
+  if (trial.status == TrialStatus::kFound) {
     trial.status = impl_->follow(deployed, impl_->deployed, context, trial.point.deployed, trial);
+    if (trial.status != TrialStatus::kFound) trial.lost = LostShape::kDeployed;
+  }
   impl_->model.set_segment_lengths(impl_->point.lengths);
   return trial;
 }
@@ -191,7 +241,8 @@ DesignValues LinkageDesign::values(const DesignPoint& point) {
   values.distance = measures.distance.value(point.deployed);
   values.flatness = measures.flatness.value(point.flat);
   values.smallest_angle = measures.angle.value(point.flat);
-  values.objective = measures.flat.value(point.flat) + measures.deployed.value(point.deployed);
+  values.objective =
+      measures.flat_weight * values.flat_energy + measures.deployed.value(point.deployed);
   impl_->model.set_segment_lengths(impl_->point.lengths);
   return values;
 }
@@ -206,6 +257,7 @@ void LinkageDesign::set_criteria(DesignCriteria criteria) {
   criteria.validate();
   if (criteria.energy_scale == 0) criteria.energy_scale = impl_->criteria.energy_scale;
   if (criteria.length_scale == 0) criteria.length_scale = impl_->criteria.length_scale;
+  impl_->demand_near(criteria);
   const Impl::Measures checked(impl_->model, impl_->energy, criteria);  // throws before any change
   impl_->at_point.reset();
   impl_->criteria = std::move(criteria);
@@ -223,8 +275,9 @@ DesignMeasures<Eigen::VectorXd> LinkageDesign::products(const Eigen::VectorXd& d
   const Eigen::VectorXd flat = here.flat.shape_change(direction);
   const Eigen::VectorXd deployed = here.deployed.shape_change(direction);
   DesignMeasures<Eigen::VectorXd> result;
+  result.flat_energy = here.flat.product(measures.flat, here.flat_part, direction, flat);
   result.objective =
-      here.flat.product(measures.flat, here.flat_part, direction, flat) +
+      measures.flat_weight * result.flat_energy +
       here.deployed.product(measures.deployed, here.deployed_part, direction, deployed);
   if (which == Products::kObjective) return result;
   result.flatness = here.flat.product(measures.flatness, here.flatness, direction, flat);

@@ -29,6 +29,9 @@ struct DesignCriteria {
   std::vector<JointTarget> targets;
   std::shared_ptr<const TargetSurface> surface;  // null: none
   double surface_weight = 1;                     // w_surf, >= 0
+  /// Of each joint's distance to the surface, >= 0, e.g. 0 for those that may hang over its rim;
+  /// empty: all 1.
+  Eigen::VectorXd joint_surface_weights;
 
   /// @throws Error{kInvalidArgument} naming the member
   void validate() const;
@@ -46,13 +49,16 @@ struct DesignMeasures {
   Value objective;       // J
   Value flatness;        // c [length^2]
   Value smallest_angle;  // [rad]
+  Value flat_energy;     // [force length]; part of the objective too
 };
 
 struct DesignValues : DesignMeasures<double> {
-  double flat_energy = 0;      // [force length]
   double deployed_energy = 0;  // [force length]
   double distance = 0;         // half the weighed squared distances [length^2]
 };
+
+/// Of the Taylor polynomial of an equilibrium in the rest lengths, from which a trial begins.
+enum class PredictorOrder { kFirst, kSecond };
 
 struct DesignLimits {
   /// A trial whose equilibrium is this far [rad] from where it was predicted has left its branch.
@@ -60,10 +66,19 @@ struct DesignLimits {
   /// Predictions that move the shape farther than this [rad] are not made: the trial is too far.
   double largest_move = 1;
   EquilibriumOptions equilibrium{.max_iterations = 60, .tolerance = 1e-10};
+  PredictorOrder predictor = PredictorOrder::kSecond;
+  /// An equilibrium may not lie farther from its prediction than this many times what the
+  /// prediction moved, > 0, except by `small_surprise` [rad], >= 0: what moved little and landed
+  /// far has jumped.
+  double surprise_share = 1;
+  double small_surprise = 0.03;
 
   /// @throws Error{kInvalidArgument} naming the member
   void validate() const;
 };
+
+/// Which of a design's equilibria a trial lost first.
+enum class LostShape { kNone, kFlat, kDeployed };
 
 enum class TrialStatus {
   kFound,
@@ -78,18 +93,25 @@ struct DesignTrial {
   DesignPoint point;   // meaningful with kFound
   int iterations = 0;  // Newton steps of both equilibria
   std::string message;
+  /// Largest angle between an equilibrium that was found and its prediction [rad].
+  double surprise = 0;
+  LostShape lost = LostShape::kNone;
 };
 
 /// A linkage and its two equilibria as functions of the rest lengths of its segments. Stays at one
-/// design, where derivatives are taken, and tries others from there: each from its first-order
-/// prediction, and none that has jumped is believed.
+/// design, where derivatives are taken, and tries others from there: each from its prediction of
+/// first or second order, and none that has jumped is believed.
 class LinkageDesign {
  public:
+  /// Beyond it a surface is taken for one in other units or at another place.
+  static constexpr double kFarthestSurface = 10;
+
   /// @param flat, deployed  conditions, without springs, loads and weight
   /// @param start  equilibria under them with these lengths, at least nearly
   /// @throws Error as DesignCriteria::validate, DesignLimits::validate, Conditions::validate with
   /// field flat. or deployed., TargetDistance; {kFailedPrecondition} with field start where an
-  /// equilibrium is not found from it
+  /// equilibrium is not found from it, with field surface where the surface is farther from every
+  /// joint than kFarthestSurface times the linkage's extent
   LinkageDesign(const LinkageModel& model, Conditions flat, Conditions deployed, DesignPoint start,
                 DesignCriteria criteria, DesignLimits limits = {});
   ~LinkageDesign();
@@ -109,8 +131,8 @@ class LinkageDesign {
 
   // At the present point; the first call factors both Hessians.
   [[nodiscard]] const DesignMeasures<Eigen::VectorXd>& gradients();
-  /// Second derivatives times a direction: six solves, or four where only the
-  /// objective's are asked for; the others are empty then.
+  /// Second derivatives times a direction: six solves, or four where only those of the objective
+  /// and of the flat energy in it are asked for; the others are empty then.
   enum class Products { kAll, kObjective };
   [[nodiscard]] DesignMeasures<Eigen::VectorXd> products(const Eigen::VectorXd& direction,
                                                          Products which = Products::kAll);

@@ -118,11 +118,12 @@ LinkageVector SmallestAngle::second(const LinkageState& state, const LinkageVect
 }
 
 TargetDistance::TargetDistance(const LinkageModel& model, std::vector<JointTarget> targets,
-                               const TargetSurface* surface, double surface_weight)
+                               const TargetSurface* surface, double surface_weight,
+                               Eigen::VectorXd joint_weights)
     : model_(model),
       targets_(std::move(targets)),
       surface_(surface),
-      surface_weight_(surface_weight) {
+      surface_weights_(std::move(joint_weights)) {
   const int joints = model.variables().joints();
   for (std::size_t i = 0; i < targets_.size(); ++i) {
     const JointTarget& target = targets_[i];
@@ -143,6 +144,18 @@ TargetDistance::TargetDistance(const LinkageModel& model, std::vector<JointTarge
     throw Error(ErrorCode::kInvalidArgument, "surface_weight",
                 fmt::format("must be >= 0 and finite, is {:g}", surface_weight));
   }
+  if (surface_weights_.size() == 0) surface_weights_.setOnes(joints);
+  if (surface_weights_.size() != joints) {
+    throw Error(ErrorCode::kInvalidArgument, "joint_surface_weights",
+                fmt::format("must be one for each of {} joints, or none; there are {}", joints,
+                            surface_weights_.size()));
+  }
+  for (int j = 0; j < joints; ++j) {
+    if (surface_weights_[j] >= 0 && std::isfinite(surface_weights_[j])) continue;
+    throw Error(ErrorCode::kInvalidArgument, fmt::format("joint_surface_weights[{}]", j),
+                fmt::format("must be >= 0 and finite, is {:g}", surface_weights_[j]));
+  }
+  surface_weights_ *= surface_weight;
 }
 
 double TargetDistance::value(const LinkageState& state) {
@@ -152,9 +165,9 @@ double TargetDistance::value(const LinkageState& state) {
            (state.joints()[target.joint].position - target.position).squaredNorm();
   }
   if (surface_ == nullptr) return sum;
-  for (const JointState<double>& joint : state.joints()) {
-    sum += 0.5 * surface_weight_ *
-           (joint.position - surface_->closest(joint.position).position).squaredNorm();
+  for (int j = 0; j < model_.variables().joints(); ++j) {
+    const Eigen::Vector3d& x = state.joints()[j].position;
+    sum += 0.5 * surface_weights_[j] * (x - surface_->closest(x).position).squaredNorm();
   }
   return sum;
 }
@@ -170,7 +183,7 @@ LinkageVector TargetDistance::gradient(const LinkageState& state) {
     const Eigen::Vector3d& x = state.joints()[j].position;
     // P moves along the surface, across x - P: it adds nothing.
     result.unknowns.segment<3>(position(model_, j)) +=
-        surface_weight_ * (x - surface_->closest(x).position);
+        surface_weights_[j] * (x - surface_->closest(x).position);
   }
   return result;
 }
@@ -186,7 +199,7 @@ LinkageVector TargetDistance::second(const LinkageState& state, const LinkageVec
     const int at = position(model_, j);
     const Eigen::Vector3d move = v.unknowns.segment<3>(at);
     const ClosestPoint closest = surface_->closest(state.joints()[j].position);
-    result.unknowns.segment<3>(at) += surface_weight_ * (move - closest.derivative * move);
+    result.unknowns.segment<3>(at) += surface_weights_[j] * (move - closest.derivative * move);
   }
   return result;
 }

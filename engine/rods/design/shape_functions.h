@@ -77,14 +77,17 @@ struct JointTarget {
 /// Half the squared distances of some joints to their targets, and of all joints to a surface
 /// [length^2], weighed:
 ///
-///   1/2 sum of w |x - t|^2 + 1/2 w_surf sum of |x - P(x)|^2.
+///   1/2 sum of w |x - t|^2 + 1/2 w_surf sum of w_joint |x - P(x)|^2.
 class TargetDistance final : public ShapeFunction {
  public:
   /// @param surface  null: none; else outlives this
+  /// @param joint_weights  of the distances to the surface, beside w_surf, >= 0; empty: all 1
   /// @throws Error naming the field: {kOutOfRange} targets[i].joint, {kInvalidArgument} for
-  /// positions that are not finite and weights that are negative
+  /// positions that are not finite, weights that are negative, and another number of joint_weights
+  /// than joints
   TargetDistance(const LinkageModel& model, std::vector<JointTarget> targets,
-                 const TargetSurface* surface, double surface_weight);
+                 const TargetSurface* surface, double surface_weight,
+                 Eigen::VectorXd joint_weights = {});
 
   [[nodiscard]] double value(const LinkageState& state) override;
   [[nodiscard]] LinkageVector gradient(const LinkageState& state) override;
@@ -94,7 +97,7 @@ class TargetDistance final : public ShapeFunction {
   const LinkageModel& model_;
   std::vector<JointTarget> targets_;
   const TargetSurface* surface_;
-  double surface_weight_;
+  Eigen::VectorXd surface_weights_;  // of each joint
 };
 
 /// A weighed sum of functions.

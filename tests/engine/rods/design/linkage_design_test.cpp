@@ -109,6 +109,39 @@ TEST(LinkageDesign, ATrialThatIsNotBelievedLeavesTheDesignAsItIs) {
   EXPECT_EQ(design.values(design.point()).objective, before.objective);
 }
 
+TEST(LinkageDesign, PredictionsAreOfTheOrderThatTheySay) {
+  Problem problem;
+  for (const PredictorOrder order : {PredictorOrder::kFirst, PredictorOrder::kSecond}) {
+    problem.limits.predictor = order;
+    LinkageDesign design = problem.design();
+    const Eigen::VectorXd lengths = design.point().lengths;
+    const Eigen::VectorXd v = random_direction(lengths.size(), 6);
+    const auto surprise = [&](double h) {
+      const DesignTrial trial = design.trial(lengths + h * v);
+      EXPECT_EQ(trial.status, TrialStatus::kFound) << trial.message;
+      return trial.surprise;
+    };
+    const double ratio = surprise(0.125) / surprise(0.0625);
+    const double expected = order == PredictorOrder::kFirst ? 4 : 8;
+    EXPECT_NEAR(ratio, expected, 0.2 * expected);
+  }
+}
+
+TEST(LinkageDesign, PredictionsOfSecondOrderSaveNewtonSteps) {
+  Problem problem;
+  int steps[2] = {0, 0};
+  for (const PredictorOrder order : {PredictorOrder::kFirst, PredictorOrder::kSecond}) {
+    problem.limits.predictor = order;
+    LinkageDesign design = problem.design();
+    const Eigen::VectorXd lengths = design.point().lengths;
+    for (unsigned seed = 1; seed <= 5; ++seed) {
+      const Eigen::VectorXd v = random_direction(lengths.size(), seed);
+      steps[static_cast<int>(order)] += design.trial(lengths + v).iterations;
+    }
+  }
+  EXPECT_LT(steps[1], steps[0]);
+}
+
 TEST(LinkageDesign, NewCriteriaKeepTheScales) {
   const Problem problem;
   LinkageDesign design = problem.design();

@@ -1,0 +1,95 @@
+#include "engine/rods/design/design_merit.h"
+
+#include <cmath>
+#include <numbers>
+
+namespace limber::rods::detail {
+
+void AugmentedConstraint::update(double g) {
+  constexpr double kGrowth = 4;
+  constexpr double kShare = 0.25;  // of the violation that must be left for the penalty to stay
+  const double now = std::max(0.0, -g);
+  if (now > kHolds && now > kShare * violation_ && violation_ > 0) penalty_ *= kGrowth;
+  multiplier_ = force(g);
+  violation_ = now;
+}
+
+bool GuardWeight::raise(double objective, double flat_energy) {
+  constexpr double kShare = 1e-2;  // of the objective that the guard is at first
+  constexpr double kRise = 5;
+  constexpr int kOften = 12;
+  if (first_ == 0) first_ = flat_energy > 0 ? kShare * std::abs(objective) / flat_energy : 0;
+  weight_ = weight_ > 0 ? kRise * weight_ : last_ > 0 ? last_ : first_;
+  if (raised_ >= kAtOnce) fall_ = std::sqrt(fall_);
+  return first_ > 0 && ++raised_ <= kOften;
+}
+
+void GuardWeight::raise_at_once(double objective, double flat_energy) {
+  while (raised_ < kAtOnce && raise(objective, flat_energy)) {
+  }
+}
+
+void GuardWeight::lower() {
+  constexpr double kNothing = 1e-6;
+  last_ = weight_;
+  weight_ *= fall_;
+  if (weight_ < kNothing * first_) weight_ = 0;
+}
+
+bool DesignMerit::bounds_angle() const { return options_.smallest_angle > -std::numbers::pi; }
+
+double DesignMerit::flatness_allowed() const {
+  const double height = options_.flat_height * design_.criteria().length_scale;
+  return height * height * design_.model().variables().joints();
+}
+
+double DesignMerit::flat_height(const DesignValues& values) const {
+  const double joints = design_.model().variables().joints();
+  return std::sqrt(values.flatness / joints) / design_.criteria().length_scale;
+}
+
+double DesignMerit::violation(const DesignValues& values) const {
+  return std::max({0.0, -flat_room(values), bounds_angle() ? -angle_room(values) : 0.0});
+}
+
+double DesignMerit::value(const DesignValues& values) const {
+  double sum =
+      values.objective + flat_.value(flat_room(values)) + guard_.weight() * values.flat_energy;
+  if (bounds_angle()) sum += angle_.value(angle_room(values));
+  return sum;
+}
+
+Eigen::VectorXd DesignMerit::gradient(const DesignValues& values) {
+  const DesignMeasures<Eigen::VectorXd>& by = design_.gradients();
+  Eigen::VectorXd sum = by.objective +
+                        flat_.force(flat_room(values)) / flatness_allowed() * by.flatness +
+                        guard_.weight() * by.flat_energy;
+  if (bounds_angle()) sum -= angle_.force(angle_room(values)) * by.smallest_angle;
+  return sum;
+}
+
+Eigen::VectorXd DesignMerit::product(const DesignValues& values, const Eigen::VectorXd& v) {
+  const DesignMeasures<Eigen::VectorXd>& by = design_.gradients();
+  const double flat = flat_.force(flat_room(values)), allowed = flatness_allowed();
+  const double angle = bounds_angle() ? angle_.force(angle_room(values)) : 0;
+  using Products = LinkageDesign::Products;
+  const DesignMeasures<Eigen::VectorXd> bent =
+      design_.products(v, flat > 0 || angle > 0 ? Products::kAll : Products::kObjective);
+  Eigen::VectorXd sum = bent.objective + guard_.weight() * bent.flat_energy;
+  if (flat > 0) {
+    sum += flat / allowed * bent.flatness +
+           flat_.penalty() / (allowed * allowed) * by.flatness.dot(v) * by.flatness;
+  }
+  if (angle > 0) {
+    sum += angle_.penalty() * by.smallest_angle.dot(v) * by.smallest_angle -
+           angle * bent.smallest_angle;
+  }
+  return sum;
+}
+
+void DesignMerit::update_multipliers(const DesignValues& values) {
+  flat_.update(flat_room(values));
+  if (bounds_angle()) angle_.update(angle_room(values));
+}
+
+}  // namespace limber::rods::detail

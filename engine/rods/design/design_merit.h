@@ -1,0 +1,87 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <algorithm>
+
+#include "engine/rods/design/design_optimizer.h"
+#include "engine/rods/design/linkage_design.h"
+
+namespace limber::rods::detail {
+
+/// Violation of a constraint that counts as none, as a share of what is allowed.
+inline constexpr double kHolds = 1e-3;
+
+/// One inequality g >= 0 in the augmented Lagrangian (Rockafellar 1973).
+class AugmentedConstraint {
+ public:
+  [[nodiscard]] double force(double g) const { return std::max(0.0, multiplier_ - penalty_ * g); }
+  [[nodiscard]] double value(double g) const {
+    return (force(g) * force(g) - multiplier_ * multiplier_) / (2 * penalty_);
+  }
+  [[nodiscard]] double penalty() const { return penalty_; }
+  void update(double g);
+
+ private:
+  double multiplier_ = 0;
+  double penalty_ = 10;
+  double violation_ = 0;  // at the last update
+};
+
+/// More of the flat energy than the objective has, while a search needs it: rest lengths that press
+/// the flat linkage's rods make it buckle, and beyond that its equilibrium is gone. With the guard
+/// up, the search keeps to lengths that fit a flat drawing; later it is let down.
+class GuardWeight {
+ public:
+  [[nodiscard]] double weight() const { return weight_; }  // per energy
+  /// @param objective, flat_energy  where the search stands
+  /// @returns whether it was of use so far: raised too often it is not
+  bool raise(double objective, double flat_energy);
+  /// To about a quarter of the objective.
+  void raise_at_once(double objective, double flat_energy);
+  void lower();
+
+ private:
+  double weight_ = 0;
+  double first_ = 0;
+  double last_ = 0;    // before it was lowered
+  double fall_ = 0.3;  // of the weight when it is lowered; gentler after it had to be raised again
+  int raised_ = 0;
+  static constexpr int kAtOnce = 3;
+};
+
+/// What a search over rest lengths minimises: the objective, both constraints, and the guard.
+class DesignMerit {
+ public:
+  DesignMerit(LinkageDesign& design, const DesignOptimizerOptions& options)
+      : design_(design), options_(options) {}
+
+  [[nodiscard]] double value(const DesignValues& values) const;
+  // Where the design stands. @param values  there
+  [[nodiscard]] Eigen::VectorXd gradient(const DesignValues& values);
+  [[nodiscard]] Eigen::VectorXd product(const DesignValues& values, const Eigen::VectorXd& v);
+
+  /// Largest violation of a constraint, as a share of what is allowed.
+  [[nodiscard]] double violation(const DesignValues& values) const;
+  /// Root mean square height of the flat joints, share of the length scale.
+  [[nodiscard]] double flat_height(const DesignValues& values) const;
+  void update_multipliers(const DesignValues& values);
+  [[nodiscard]] GuardWeight& guard() { return guard_; }
+
+ private:
+  /// Both >= 0 where they hold; of the order of 1.
+  [[nodiscard]] double flat_room(const DesignValues& values) const {
+    return 1 - values.flatness / flatness_allowed();
+  }
+  [[nodiscard]] double angle_room(const DesignValues& values) const {
+    return values.smallest_angle - options_.smallest_angle;
+  }
+  [[nodiscard]] double flatness_allowed() const;
+  [[nodiscard]] bool bounds_angle() const;
+
+  LinkageDesign& design_;
+  const DesignOptimizerOptions& options_;
+  AugmentedConstraint flat_, angle_;
+  GuardWeight guard_;
+};
+
+}  // namespace limber::rods::detail

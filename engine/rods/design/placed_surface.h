@@ -1,0 +1,35 @@
+#pragma once
+
+#include <Eigen/Geometry>
+#include <memory>
+
+#include "engine/rods/design/target_surface.h"
+
+namespace limber::rods {
+
+/// Where a surface is put: x of the surface comes to translation + scale rotation x.
+struct SurfacePlacement {
+  Eigen::Quaterniond rotation = Eigen::Quaterniond::Identity();  // is normalised
+  Eigen::Vector3d translation = Eigen::Vector3d::Zero();         // [length]
+  double scale = 1;                                              // > 0
+
+  /// @throws Error{kInvalidArgument} naming the member
+  void validate() const;
+};
+
+/// A surface moved and scaled, without building it anew.
+class PlacedSurface final : public TargetSurface {
+ public:
+  /// @throws Error as SurfacePlacement::validate
+  PlacedSurface(std::shared_ptr<const TargetSurface> surface, const SurfacePlacement& placement);
+
+  [[nodiscard]] ClosestPoint closest(const Eigen::Vector3d& point) const override;
+
+ private:
+  std::shared_ptr<const TargetSurface> surface_;
+  Eigen::Matrix3d rotation_;
+  Eigen::Vector3d translation_;
+  double scale_;
+};
+
+}  // namespace limber::rods

@@ -1,0 +1,206 @@
+#include "engine/rods/design/starting_grid.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <Eigen/SparseCholesky>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <vector>
+
+#include "engine/base/error.h"
+#include "engine/rods/design/patch_map.h"
+
+namespace limber::rods {
+namespace {
+
+/// From the square back to the surface.
+class Lift {
+ public:
+  explicit Lift(const SurfaceMesh& surface)
+      : surface_(surface), map_(map_patch_to_square(surface)) {}
+
+  [[nodiscard]] Eigen::Vector3d operator()(const Eigen::Vector2d& at) {
+    // The next point is near the last one: most often in the same triangle.
+    if (inside(at, last_) >= 0) return point(at, last_);
+    Eigen::Index best = 0;
+    double most = -1e300;
+    for (Eigen::Index t = 0; t < surface_.triangles.cols(); ++t) {
+      const double least = inside(at, t);
+      if (least > most) {
+        most = least;
+        best = t;
+      }
+      if (least >= 0) break;
+    }
+    last_ = best;
+    return point(at, best);
+  }
+
+ private:
+  [[nodiscard]] Eigen::Vector3d shares(const Eigen::Vector2d& at, Eigen::Index t) const {
+    Eigen::Matrix3d system;
+    for (int k = 0; k < 3; ++k) system.col(k) << map_.col(surface_.triangles(k, t)), 1;
+    return system.inverse() * Eigen::Vector3d(at.x(), at.y(), 1);
+  }
+  /// The least share of a corner: >= 0 inside.
+  [[nodiscard]] double inside(const Eigen::Vector2d& at, Eigen::Index t) const {
+    return shares(at, t).minCoeff();
+  }
+  [[nodiscard]] Eigen::Vector3d point(const Eigen::Vector2d& at, Eigen::Index t) const {
+    return corners(surface_, t) * shares(at, t);
+  }
+
+  const SurfaceMesh& surface_;
+  const Eigen::Matrix2Xd map_;
+  Eigen::Index last_ = 0;
+};
+
+/// Edges of rows, then of columns, and triples of joints that follow each other along a rod.
+struct Grid {
+  Grid(int width, int height) : columns(width), rows(height) {
+    for (int r = 0; r < rows; ++r)
+      for (int c = 0; c + 1 < columns; ++c) edges.emplace_back(at(c, r), at(c + 1, r));
+    for (int c = 0; c < columns; ++c)
+      for (int r = 0; r + 1 < rows; ++r) edges.emplace_back(at(c, r), at(c, r + 1));
+    for (int r = 0; r < rows; ++r)
+      for (int c = 0; c + 2 < columns; ++c)
+        triples.emplace_back(at(c, r), at(c + 1, r), at(c + 2, r));
+    for (int c = 0; c < columns; ++c)
+      for (int r = 0; r + 2 < rows; ++r) triples.emplace_back(at(c, r), at(c, r + 1), at(c, r + 2));
+  }
+  [[nodiscard]] int at(int c, int r) const { return r * columns + c; }
+
+  int columns, rows;
+  std::vector<Eigen::Vector2i> edges;
+  std::vector<Eigen::Vector3i> triples;
+};
+
+double length_on_surface(Lift& lift, const Eigen::Vector2d& from, const Eigen::Vector2d& to) {
+  constexpr int kPieces = 8;
+  double length = 0;
+  Eigen::Vector3d last = lift(from);
+  for (int k = 1; k <= kPieces; ++k) {
+    const Eigen::Vector3d next = lift(from + static_cast<double>(k) / kPieces * (to - from));
+    length += (next - last).norm();
+    last = next;
+  }
+  return length;
+}
+
+/// Joints in the plane, least squares of edges' misfits and of rods' bends (Gauss-Newton). Bends
+/// weigh little and less and less: they choose among the drawings that fit.
+Eigen::Matrix2Xd laid_flat(const Grid& grid, const Eigen::VectorXd& lengths, double angle) {
+  const auto across = static_cast<Eigen::Index>(grid.rows) * (grid.columns - 1);
+  const double a = lengths.head(across).mean(), b = lengths.tail(lengths.size() - across).mean();
+  Eigen::Matrix2Xd x(2, Eigen::Index{grid.columns} * grid.rows);
+  for (int r = 0; r < grid.rows; ++r) {
+    for (int c = 0; c < grid.columns; ++c)
+      x.col(grid.at(c, r)) << c * a + r * b * std::cos(angle), r * b * std::sin(angle);
+  }
+  constexpr int kSteps = 40;
+  constexpr double kFirstBend = 0.1, kLastBend = 1e-4;
+  constexpr double kHold = 1e-8;  // of places: the plane's motions
+  for (int step = 0; step < kSteps; ++step) {
+    const double bend =
+        std::max(kLastBend, kFirstBend * std::pow(kLastBend / kFirstBend, step / (0.7 * kSteps)));
+    std::vector<Eigen::Triplet<double>> entries;
+    Eigen::VectorXd residual(
+        static_cast<Eigen::Index>(grid.edges.size() + 2 * grid.triples.size()));
+    Eigen::Index row = 0;
+    for (const Eigen::Vector2i& edge : grid.edges) {
+      const Eigen::Vector2d way = x.col(edge[1]) - x.col(edge[0]);
+      residual[row] = way.norm() - lengths[row];
+      for (int axis = 0; axis < 2; ++axis) {
+        entries.emplace_back(row, 2 * edge[0] + axis, -way[axis] / way.norm());
+        entries.emplace_back(row, 2 * edge[1] + axis, way[axis] / way.norm());
+      }
+      ++row;
+    }
+    for (const Eigen::Vector3i& triple : grid.triples) {
+      for (int axis = 0; axis < 2; ++axis, ++row) {
+        residual[row] = bend * (x(axis, triple[0]) - 2 * x(axis, triple[1]) + x(axis, triple[2]));
+        entries.emplace_back(row, 2 * triple[0] + axis, bend);
+        entries.emplace_back(row, 2 * triple[1] + axis, -2 * bend);
+        entries.emplace_back(row, 2 * triple[2] + axis, bend);
+      }
+    }
+    Eigen::SparseMatrix<double> jacobian(residual.size(), x.size());
+    jacobian.setFromTriplets(entries.begin(), entries.end());
+    Eigen::SparseMatrix<double> normal = jacobian.transpose() * jacobian;
+    for (Eigen::Index i = 0; i < x.size(); ++i) normal.coeffRef(i, i) += kHold;
+    const Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> factor(normal);
+    const Eigen::VectorXd move = factor.solve(-(jacobian.transpose() * residual));
+    // No joint passes another in one step.
+    const double farthest = move.cwiseAbs().maxCoeff();
+    const double share = std::min(1.0, 0.3 * std::min(a, b) / farthest);
+    x += share * Eigen::Map<const Eigen::Matrix2Xd>(move.data(), 2, x.cols());
+  }
+  return x;
+}
+
+double crossing_angle(const Grid& grid, const Eigen::Matrix3Xd& points) {
+  double sum = 0;
+  for (int r = 0; r + 1 < grid.rows; ++r) {
+    for (int c = 0; c + 1 < grid.columns; ++c) {
+      const Eigen::Vector3d along = points.col(grid.at(c + 1, r)) - points.col(grid.at(c, r)),
+                            across = points.col(grid.at(c, r + 1)) - points.col(grid.at(c, r));
+      sum += std::atan2(along.cross(across).norm(), along.dot(across));
+    }
+  }
+  return sum / ((grid.rows - 1) * (grid.columns - 1));
+}
+
+}  // namespace
+
+void StartingGridOptions::validate() const {
+  const auto demand = [](bool holds, const char* field, const char* rule, double value) {
+    if (holds) return;
+    throw Error(ErrorCode::kInvalidArgument, field,
+                fmt::format("must be {}, is {:g}", rule, value));
+  };
+  demand(columns >= 3 && columns <= 1000, "columns", "in [3, 1000]", columns);
+  demand(rows >= 3 && rows <= 1000, "rows", "in [3, 1000]", rows);
+  demand(flat_angle >= 0.1 && flat_angle <= std::numbers::pi / 2, "flat_angle", "in [0.1, pi/2]",
+         flat_angle);
+  demand(margin >= 0 && margin <= 0.4, "margin", "in [0, 0.4]", margin);
+}
+
+StartingGrid starting_grid(const SurfaceMesh& surface, const StartingGridOptions& options) {
+  options.validate();
+  Lift lift(surface);
+  const Grid grid(options.columns, options.rows);
+  const auto place = [&](int vertex) -> Eigen::Vector2d {
+    const double u = static_cast<double>(vertex % grid.columns) / (grid.columns - 1);
+    const double v = static_cast<double>(vertex / grid.columns) / (grid.rows - 1);
+    return Eigen::Vector2d::Constant(options.margin) +
+           (1 - 2 * options.margin) * Eigen::Vector2d(u, v);
+  };
+  StartingGrid result;
+  const Eigen::Index joints = Eigen::Index{grid.columns} * grid.rows;
+  const auto edges = static_cast<Eigen::Index>(grid.edges.size());
+  result.deployed.vertices.resize(3, joints);
+  for (int j = 0; j < joints; ++j) result.deployed.vertices.col(j) = lift(place(j));
+  result.deployed.edges.resize(2, edges);
+  result.rest_lengths.resize(edges);
+  for (Eigen::Index e = 0; e < edges; ++e) {
+    const Eigen::Vector2i& edge = grid.edges[static_cast<std::size_t>(e)];
+    result.deployed.edges.col(e) = edge;
+    result.rest_lengths[e] = length_on_surface(lift, place(edge[0]), place(edge[1]));
+  }
+  result.flat.edges = result.deployed.edges;
+  result.flat.vertices = Eigen::Matrix3Xd::Zero(3, joints);
+  result.flat.vertices.topRows<2>() = laid_flat(grid, result.rest_lengths, options.flat_angle);
+  for (Eigen::Index e = 0; e < edges; ++e) {
+    const double length = (result.flat.vertices.col(result.flat.edges(1, e)) -
+                           result.flat.vertices.col(result.flat.edges(0, e)))
+                              .norm();
+    result.misfit = std::max(result.misfit, std::abs(length / result.rest_lengths[e] - 1));
+  }
+  result.mean_angle = crossing_angle(grid, result.deployed.vertices);
+  return result;
+}
+
+}  // namespace limber::rods

@@ -1,0 +1,41 @@
+#pragma once
+
+#include <Eigen/Core>
+
+#include "engine/rods/design/surface_mesh.h"
+#include "engine/rods/linkage/line_mesh.h"
+
+namespace limber::rods {
+
+struct StartingGridOptions {
+  int columns = 8;  // joints of each rod along the patch's first direction, in [3, 1000]
+  int rows = 8;     // and of those that cross them, in [3, 1000]
+  /// At which rods cross when the grid lies flat, in [0.1, pi/2].
+  double flat_angle = 0.8;  // [rad]
+  /// Share of the patch that is left free at each side of its rim, in [0, 0.4].
+  double margin = 0.02;
+
+  /// @throws Error{kInvalidArgument} naming the member
+  void validate() const;
+};
+
+/// A design to begin with where there is only a surface.
+struct StartingGrid {
+  LineMesh flat;      // in the plane z = 0: opens as a linkage
+  LineMesh deployed;  // the same lines on the surface: what it may deploy to
+  /// Of the edges, in their order: lengths of the lines on the surface.
+  Eigen::VectorXd rest_lengths;
+  double mean_angle = 0;  // at which rods cross on the surface [rad]
+  /// Largest difference between a flat edge and its rest length, as a share: what does not fit into
+  /// the plane.
+  double misfit = 0;
+};
+
+/// A regular grid of rods over a patch: lines of its map to the square, joints where they cross
+/// (joint (c, r) is vertex r * columns + c); and the grid laid flat at an angle, edges as long as
+/// on the surface, rods as straight as that allows.
+/// @throws Error as StartingGridOptions::validate and map_patch_to_square
+[[nodiscard]] StartingGrid starting_grid(const SurfaceMesh& surface,
+                                         const StartingGridOptions& options = {});
+
+}  // namespace limber::rods

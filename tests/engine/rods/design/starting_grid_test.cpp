@@ -1,0 +1,183 @@
+#include "engine/rods/design/starting_grid.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <cmath>
+#include <numbers>
+
+#include "engine/base/error.h"
+#include "engine/rods/design/mesh_surface.h"
+#include "engine/rods/design/patch_map.h"
+#include "engine/rods/equilibrium/deployment.h"
+#include "engine/rods/linkage/linkage_graph.h"
+
+namespace limber::rods {
+namespace {
+
+/// n x n cells over a square of side 200, raised by `height` of (x, y) in [-1, 1]^2.
+template <class Height>
+SurfaceMesh field(int n, const Height& height) {
+  SurfaceMesh mesh;
+  mesh.vertices.resize(3, Eigen::Index{n + 1} * (n + 1));
+  mesh.triangles.resize(3, Eigen::Index{2} * n * n);
+  for (int j = 0; j <= n; ++j) {
+    for (int i = 0; i <= n; ++i) {
+      const double x = 2.0 * i / n - 1, y = 2.0 * j / n - 1;
+      mesh.vertices.col(j * (n + 1) + i) << 100 * x, 100 * y, height(x, y);
+    }
+  }
+  for (int j = 0; j < n; ++j) {
+    for (int i = 0; i < n; ++i) {
+      const int at = j * (n + 1) + i, up = at + n + 1;
+      mesh.triangles.col(2 * (j * n + i)) << at, at + 1, up + 1;
+      mesh.triangles.col(2 * (j * n + i) + 1) << at, up + 1, up;
+    }
+  }
+  return mesh;
+}
+SurfaceMesh dome() {
+  return field(24, [](double x, double y) { return 60 * (1 - 0.5 * (x * x + y * y)); });
+}
+
+std::string refused_message(const SurfaceMesh& mesh) {
+  try {
+    (void)map_patch_to_square(mesh);
+  } catch (const Error& error) {
+    EXPECT_TRUE(error.field().starts_with("surface.triangles")) << error.field();
+    return error.what();
+  }
+  return "none";
+}
+
+TEST(PatchMap, IsOneToOne) {
+  for (const double height : {0.0, 60.0, 200.0}) {
+    const SurfaceMesh mesh = field(20, [&](double x, double y) {
+      return height * (1 - x * x) * std::cos(2 * y) + 20 * x * y;
+    });
+    const Eigen::Matrix2Xd map = map_patch_to_square(mesh);
+    EXPECT_GE(map.minCoeff(), -1e-12);
+    EXPECT_LE(map.maxCoeff(), 1 + 1e-12);
+    double area = 0;
+    int side = 0;
+    for (Eigen::Index t = 0; t < mesh.triangles.cols(); ++t) {
+      const Eigen::Vector3i corner = mesh.triangles.col(t);
+      const Eigen::Vector2d a = map.col(corner[1]) - map.col(corner[0]),
+                            b = map.col(corner[2]) - map.col(corner[0]);
+      const double twice = a.x() * b.y() - a.y() * b.x();
+      if (side == 0) side = twice > 0 ? 1 : -1;
+      EXPECT_GT(side * twice, 0) << t;
+      area += side * twice / 2;
+    }
+    EXPECT_NEAR(area, 1, 1e-9);
+  }
+}
+
+TEST(PatchMap, ASquareIsItsOwnMap) {
+  const SurfaceMesh mesh = field(10, [](double, double) { return 0.0; });
+  const Eigen::Matrix2Xd map = map_patch_to_square(mesh);
+  // Up to which corner comes first and which way round: distances are those of the square.
+  for (Eigen::Index i = 0; i < map.cols(); i += 7) {
+    for (Eigen::Index j = 0; j < map.cols(); j += 5) {
+      EXPECT_NEAR((map.col(i) - map.col(j)).norm(),
+                  (mesh.vertices.col(i) - mesh.vertices.col(j)).norm() / 200, 1e-10);
+    }
+  }
+}
+
+TEST(PatchMap, WhatIsNoPatchIsRefused) {
+  SurfaceMesh closed;
+  closed.vertices.resize(3, 4);
+  closed.vertices << 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1;
+  closed.triangles.resize(3, 4);
+  closed.triangles << 0, 0, 0, 1, 2, 1, 3, 2, 1, 3, 2, 3;
+  EXPECT_NE(refused_message(closed).find("closed"), std::string::npos);
+  SurfaceMesh holed = field(4, [](double, double) { return 0.0; });
+  holed.triangles.col(10) = holed.triangles.col(0);
+  EXPECT_NE(refused_message(holed), "none");  // a triangle twice and a hole
+  holed = field(4, [](double, double) { return 0.0; });
+  for (const int t : {10, 11})
+    holed.triangles.col(t) = holed.triangles.col(holed.triangles.cols() + 10 - 1 - t);
+  holed.triangles.conservativeResize(3, holed.triangles.cols() - 2);
+  EXPECT_NE(refused_message(holed).find("rim"), std::string::npos);
+  SurfaceMesh crowded = closed;
+  crowded.vertices.conservativeResize(3, 5);
+  crowded.vertices.col(4) << 1, 1, 1;
+  crowded.triangles.resize(3, 3);
+  crowded.triangles << 0, 0, 0, 1, 1, 1, 2, 3, 4;
+  EXPECT_NE(refused_message(crowded).find("more than two"), std::string::npos);
+  EXPECT_NE(refused_message({}).find("empty"), std::string::npos);
+}
+
+TEST(StartingGrid, LiesOnTheSurfaceAndInThePlane) {
+  const SurfaceMesh mesh = dome();
+  const MeshSurface surface(mesh);
+  const StartingGrid grid = starting_grid(mesh, {.columns = 7, .rows = 9});
+  ASSERT_EQ(grid.flat.vertex_count(), 63);
+  ASSERT_EQ(grid.flat.edges, grid.deployed.edges);
+  for (Eigen::Index j = 0; j < 63; ++j) {
+    const Eigen::Vector3d x = grid.deployed.vertices.col(j);
+    EXPECT_LT((surface.closest(x).position - x).norm(), 1e-10);
+    EXPECT_EQ(grid.flat.vertices(2, j), 0);
+  }
+  for (Eigen::Index e = 0; e < grid.rest_lengths.size(); ++e) {
+    const double chord = (grid.deployed.vertices.col(grid.deployed.edges(1, e)) -
+                          grid.deployed.vertices.col(grid.deployed.edges(0, e)))
+                             .norm();
+    EXPECT_GE(grid.rest_lengths[e], chord * (1 - 1e-12));
+    EXPECT_LT(grid.rest_lengths[e], chord * 1.1);
+  }
+  EXPECT_LT(grid.misfit, 0.01);
+  EXPECT_GT(grid.mean_angle, 1.2);
+  EXPECT_LT(grid.mean_angle, 1.9);
+}
+
+TEST(StartingGrid, OfAPlaneIsAParallelogram) {
+  const SurfaceMesh mesh = field(8, [](double, double) { return 0.0; });
+  const StartingGrid grid = starting_grid(mesh, {.columns = 5, .rows = 4, .margin = 0});
+  EXPECT_NEAR(grid.mean_angle, std::numbers::pi / 2, 1e-9);
+  EXPECT_LT(grid.misfit, 1e-9);
+  const LinkageGraph graph = build_linkage_graph(grid.flat);
+  for (const Joint& joint : graph.joints)
+    EXPECT_NEAR(std::min(joint.opening_angle, std::numbers::pi - joint.opening_angle), 0.8, 1e-6);
+}
+
+TEST(StartingGrid, IsALinkageThatLiesFlatAndComesNearTheSurface) {
+  const SurfaceMesh mesh = dome();
+  const MeshSurface surface(mesh);
+  const StartingGrid grid = starting_grid(mesh, {.columns = 6, .rows = 6, .flat_angle = 1.0});
+  LinkageModel model(build_linkage_graph(grid.flat), 6, {6000, 4500, 500, 600});
+  model.set_segment_lengths(grid.rest_lengths);
+  LinkageState flat(model);
+  LinkageEquilibrium equilibrium(model);
+  Conditions conditions;
+  conditions.mean_opening_angle = flat.mean_opening_angle();
+  const EquilibriumReport report = equilibrium.solve(flat, conditions);
+  ASSERT_TRUE(report.converged()) << report.message;
+  double height = 0;
+  for (const auto& joint : flat.joints()) height = std::max(height, std::abs(joint.position.z()));
+  EXPECT_LT(height, 1e-6);
+  // The drawing on the surface opens as a linkage of the same joints and segments.
+  const LinkageGraph deployed = build_linkage_graph(grid.deployed);
+  EXPECT_EQ(deployed.joints.size(), model.graph().joints.size());
+  EXPECT_EQ(deployed.segments.size(), model.graph().segments.size());
+}
+
+TEST(StartingGrid, BadOptionsAreNamed) {
+  const auto field_of = [](const StartingGridOptions& options) -> std::string {
+    try {
+      options.validate();
+    } catch (const Error& error) {
+      return error.field();
+    }
+    return "none";
+  };
+  EXPECT_EQ(field_of({.columns = 2}), "columns");
+  EXPECT_EQ(field_of({.rows = 1001}), "rows");
+  EXPECT_EQ(field_of({.flat_angle = 0}), "flat_angle");
+  EXPECT_EQ(field_of({.margin = 0.5}), "margin");
+  EXPECT_EQ(field_of({}), "none");
+}
+
+}  // namespace
+}  // namespace limber::rods
