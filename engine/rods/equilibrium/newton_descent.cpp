@@ -212,7 +212,7 @@ bool NewtonRun::descend(LinkageState& state, const Step& step, double fraction) 
     }
     const double before = potential_;
     accept(state, std::move(trial), x, straight ? part * step.x : Eigen::VectorXd());
-    learn(step, part, before - potential_);
+    learn(step, part, before - potential_ - terms_.moment_potential(x));
     return true;
   }
   return false;
