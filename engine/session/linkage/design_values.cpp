@@ -1,0 +1,89 @@
+#include "engine/session/linkage/design_values.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <numbers>
+#include <set>
+
+#include "engine/base/error.h"
+
+namespace limber::session {
+namespace {
+
+void demand(bool holds, const std::string& field, const char* rule, double value) {
+  if (holds) return;
+  throw Error(ErrorCode::kInvalidArgument, field, fmt::format("must be {}, is {:g}", rule, value));
+}
+
+void demand_weight(const char* field, double value) {
+  demand(value >= 0 && std::isfinite(value), field, ">= 0 and finite", value);
+}
+
+}  // namespace
+
+void DesignGoal::validate(int joints) const {
+  demand(flat_share >= 0 && flat_share <= 1, "flat_share", "in [0, 1]", flat_share);
+  demand_weight("distance_weight", distance_weight);
+  demand_weight("surface_weight", surface_weight);
+  if (!surface_offset.allFinite())
+    throw Error(ErrorCode::kInvalidArgument, "surface_offset", "must be finite");
+  std::set<int> seen;
+  for (std::size_t i = 0; i < targets.size(); ++i) {
+    const rods::JointTarget& target = targets[i];
+    const std::string field = fmt::format("targets[{}]", i);
+    if (target.joint < 0 || target.joint >= joints) {
+      throw Error(ErrorCode::kOutOfRange, field + ".joint",
+                  fmt::format("joint {} is outside 0 .. {}", target.joint, joints - 1));
+    }
+    if (!seen.insert(target.joint).second) {
+      throw Error(ErrorCode::kInvalidArgument, field + ".joint",
+                  fmt::format("joint {} has two targets", target.joint));
+    }
+    if (!target.position.allFinite())
+      throw Error(ErrorCode::kInvalidArgument, field + ".position", "must be finite");
+    demand(target.weight >= 0 && std::isfinite(target.weight), field + ".weight", ">= 0 and finite",
+           target.weight);
+  }
+  if (targets.empty() && !surface) {
+    throw Error(ErrorCode::kInvalidArgument, "targets",
+                "nothing to design for: neither targets nor a surface");
+  }
+}
+
+void DesignRequest::validate(int joints) const {
+  try {
+    goal.validate(joints);
+  } catch (const Error& error) {
+    throw Error(error.code(), "goal." + error.field(), error.what());
+  }
+  const auto bound = [](bool holds, const char* field, const char* rule, double value) {
+    demand(holds, field, rule, value);
+  };
+  bound(shortest > 0 && shortest < 1, "shortest",
+        "in (0, 1): rest lengths begin at 1, which bounds may not exclude", shortest);
+  bound(longest > 1 && longest <= 10, "longest",
+        "in (1, 10]: rest lengths begin at 1, which bounds may not exclude", longest);
+  if (flat_height)
+    demand(*flat_height > 0 && std::isfinite(*flat_height), "flat_height", "> 0 and finite",
+           *flat_height);
+  if (smallest_angle) {
+    demand(std::abs(*smallest_angle) < std::numbers::pi, "smallest_angle", "in (-pi, pi)",
+           *smallest_angle);
+  }
+  demand(max_iterations > 0, "max_iterations", "> 0", max_iterations);
+}
+
+void DesignChange::apply_to(DesignGoal& goal) const {
+  if (flat_share) goal.flat_share = *flat_share;
+  if (distance_weight) goal.distance_weight = *distance_weight;
+  if (surface_weight) goal.surface_weight = *surface_weight;
+  if (targets) goal.targets = *targets;
+  if (surface) {
+    goal.surface = *surface;
+    goal.surface_offset.setZero();
+  }
+  if (surface_offset) goal.surface_offset = *surface_offset;
+}
+
+}  // namespace limber::session
