@@ -41,6 +41,13 @@ LIMBER_RPC(Tetrahedralize, tetrahedralize, false)
 LIMBER_RPC(Simulate, simulate, false)
 LIMBER_RPC(GetJob, get_job, true)
 LIMBER_RPC(ListJobs, list_jobs, true)
+LIMBER_RPC(StartDesign, start_design, false)
+LIMBER_RPC(ChangeDesign, change_design, true)
+LIMBER_RPC(PauseDesign, pause_design, false)
+LIMBER_RPC(ResumeDesign, resume_design, false)
+LIMBER_RPC(StopDesign, stop_design, false)
+LIMBER_RPC(TakeDesign, take_design, false)
+LIMBER_RPC(GetDesign, get_design, true)
 LIMBER_RPC(Shutdown, shutdown, false)
 #undef LIMBER_RPC
 

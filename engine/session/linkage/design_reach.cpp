@@ -6,7 +6,6 @@
 #include <limits>
 
 #include "engine/base/error.h"
-#include "engine/session/linkage/moved_surface.h"
 
 namespace limber::session {
 namespace {
@@ -26,7 +25,7 @@ void demand_near(const DesignGoal& goal, const Eigen::Matrix3Xd& joints) {
                             target.joint, extent));
   }
   if (!goal.surface) return;
-  const auto surface = moved_surface(goal.surface, goal.surface_offset);
+  const auto surface = goal.placed_surface();
   double nearest = std::numeric_limits<double>::infinity();
   for (Eigen::Index j = 0; j < joints.cols(); ++j) {
     nearest = std::min(nearest, (surface->closest(joints.col(j)).position - joints.col(j)).norm());

@@ -22,12 +22,20 @@ void demand_weight(const char* field, double value) {
 
 }  // namespace
 
+std::shared_ptr<const rods::TargetSurface> DesignGoal::placed_surface() const {
+  if (!surface) return nullptr;
+  return std::make_shared<rods::PlacedSurface>(surface, placement);
+}
+
 void DesignGoal::validate(int joints) const {
   demand(flat_share >= 0 && flat_share <= 1, "flat_share", "in [0, 1]", flat_share);
   demand_weight("distance_weight", distance_weight);
   demand_weight("surface_weight", surface_weight);
-  if (!surface_offset.allFinite())
-    throw Error(ErrorCode::kInvalidArgument, "surface_offset", "must be finite");
+  try {
+    placement.validate();
+  } catch (const Error& error) {
+    throw Error(error.code(), "placement." + error.field(), error.what());
+  }
   std::set<int> seen;
   for (std::size_t i = 0; i < targets.size(); ++i) {
     const rods::JointTarget& target = targets[i];
@@ -81,9 +89,9 @@ void DesignChange::apply_to(DesignGoal& goal) const {
   if (targets) goal.targets = *targets;
   if (surface) {
     goal.surface = *surface;
-    goal.surface_offset.setZero();
+    goal.placement = {};
   }
-  if (surface_offset) goal.surface_offset = *surface_offset;
+  if (placement) goal.placement = *placement;
 }
 
 }  // namespace limber::session

@@ -9,6 +9,7 @@
 
 #include "engine/rods/design/design_optimizer.h"
 #include "engine/rods/design/linkage_design.h"
+#include "engine/rods/design/placed_surface.h"
 #include "engine/session/edit.h"
 
 namespace limber::session {
@@ -21,8 +22,10 @@ struct DesignGoal {
   double surface_weight = 1;     // w_surf, >= 0
   std::vector<rods::JointTarget> targets;
   std::shared_ptr<const rods::TargetSurface> surface = {};  // null: none
-  /// The surface is moved by this from where it was given.
-  Eigen::Vector3d surface_offset = Eigen::Vector3d::Zero();
+  rods::SurfacePlacement placement = {};                    // of the surface
+
+  /// The surface where it is to be; null: none.
+  [[nodiscard]] std::shared_ptr<const rods::TargetSurface> placed_surface() const;
 
   /// @param joints  of the linkage
   /// @throws Error naming the member: {kInvalidArgument} for weights that are negative, positions
@@ -51,7 +54,7 @@ struct DesignChange {
   std::optional<double> flat_share, distance_weight, surface_weight;
   std::optional<std::vector<rods::JointTarget>> targets;              // all of them
   std::optional<std::shared_ptr<const rods::TargetSurface>> surface;  // null: none any more
-  std::optional<Eigen::Vector3d> surface_offset;
+  std::optional<rods::SurfacePlacement> placement;
 
   void apply_to(DesignGoal& goal) const;
 };

@@ -9,7 +9,6 @@
 
 #include "engine/base/error.h"
 #include "engine/session/linkage/length_path.h"
-#include "engine/session/linkage/moved_surface.h"
 
 namespace limber::session {
 namespace {
@@ -52,7 +51,7 @@ rods::DesignCriteria criteria_of(const DesignGoal& goal, const rods::Plane& plan
   criteria.surface_weight = goal.surface_weight;
   criteria.plane = plane;
   criteria.targets = goal.targets;
-  criteria.surface = moved_surface(goal.surface, goal.surface_offset);
+  criteria.surface = goal.placed_surface();
   return criteria;
 }
 
