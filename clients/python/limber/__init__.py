@@ -20,6 +20,7 @@ from .linkage_shapes import LinkageGeometry, Shape
 from .linkages import LinkageResult, LinkageSession, LinkageStep, Target, linkage_scene
 from .launching import LaunchedServer, launch
 from .motions import base_motion
+from .pictures import picture
 from .recoveries import Recovery
 from .results import Geometry, Material, Mode, Result
 from .mesh_files import mesh_file
@@ -36,6 +37,6 @@ __all__ = [
     "Axes", "Constraint", "DEFAULT_ENDPOINT", "Design", "DesignInfo", "DesignTerms", "Export", "FrameStream", "Geometry", "Keyframe", "LaunchedServer",
     "LimberError", "LinkageGeometry", "LinkageResult", "LinkageSession", "LinkageStep", "Material", "Mode", "Receipt", "Recovery", "Result", "Server", "ServerUnreachable", "Session", "Shape",
     "Simulation", "StreamedFrames", "Target", "add", "add_keyframe", "base_motion", "connect", "dynamics", "ends", "force",
-    "keyframe", "launch", "linkage_scene", "load_scene", "mesh_file", "move", "move_keyframe", "optimise", "redo", "remove",
+    "keyframe", "launch", "linkage_scene", "load_scene", "mesh_file", "move", "move_keyframe", "optimise", "picture", "redo", "remove",
     "remove_keyframe", "replace", "reset_material", "scene_from_arrays", "scene_from_mesh", "simulation", "undo",
 ]

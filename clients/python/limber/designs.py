@@ -173,7 +173,8 @@ class Design:
         """Goes on towards another goal; what is not given stays. targets: in place of all there are. translation,
         rotation and scale: where the surface is put, all three in place of what they were."""
         made = messages.ChangeDesignRequest(session=self.session.id)
-        _set_given(made, {"flat_share": flat_share, "distance_weight": distance_weight, "surface_weight": surface_weight})
+        _set_given(made, {"flat_share": flat_share, "distance_weight": distance_weight,
+                          "surface_weight": surface_weight})
         if targets is not None:
             made.targets.targets.extend(targets_of(targets, "targets"))
             made.targets.SetInParent()
