@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Designs the sample dome for a deeper bowl: rest lengths with which it still lies nearly flat, and opens to the bowl."""
+"""Designs the sample dome for a deeper bowl: rest lengths with which it lies nearly flat, and opens towards the bowl."""
 import sys
 
 import limber
@@ -19,7 +19,7 @@ def main(picture: str = "bowl.svg") -> None:
             print(f"step {info.iteration}: {1000 * info.now.surface_rms:.1f} mm from the bowl")
         info = design.wait()
         print(f"{info.end}: {1000 * info.start.surface_rms:.1f} mm before, {1000 * info.best.surface_rms:.1f} mm now")
-        limber.picture(picture, {"start": start, "result": dome.shape()}, surface=bowl)
+        limber.picture(picture, {"start": start, "target": None, "result": dome.shape()}, surface=bowl)
 
 
 if __name__ == "__main__":

@@ -19,40 +19,41 @@ HIDDEN = "#9fb6cd"   # rods far from the eye
 SURFACE = "#e8a33d"
 
 
-def picture(path: "str | os.PathLike[str]", shapes: Mapping[str, Shape], surface: Any = None,
+def picture(path: "str | os.PathLike[str]", shapes: "Mapping[str, Shape | None]", surface: Any = None,
             view: Sequence[float] = (-60.0, 25.0)) -> None:
     """Writes shapes into one .svg file, from left to right, all at the same scale.
 
-    shapes: by title, what session.shape() returns, or frames of a design as geometry().shapes() gives them.
-    surface: (vertices, triangles), or points, drawn behind every shape. view: azimuth and elevation of the eye
-    [degree]; it is far away, so that parallel lines stay parallel.
+    shapes: by title, what session.shape() returns; None: the surface alone. surface: (vertices, triangles), or points,
+    drawn behind every shape. view: azimuth and elevation of the eye [degree]; it is far away, so that parallel lines
+    stay parallel.
     """
     target = checks.path(path, "path")
-    if not shapes:
-        raise invalid("shapes", "there is nothing to draw")
     axes = _axes(*(checks.real(angle, "view") for angle in checks.several(view, "view")))
-    panels = {title: [line @ axes.T for line in shape.centrelines] for title, shape in shapes.items()}
     ground = _projected(surface, axes)
-    lows, highs = zip(*(_box(lines) for lines in panels.values()))
-    middle = [(low + high) / 2 for low, high in zip(lows, highs)]
-    size = max(float((high - low)[:2].max()) for low, high in zip(lows, highs))
+    panels = {title: [] if shape is None else [line @ axes.T for line in shape.centrelines]
+              for title, shape in shapes.items()}
+    drawn = [point for lines in panels.values() for point in lines] + ([ground[0]] if ground else [])
+    if not panels or not drawn:
+        raise invalid("shapes", "there is nothing to draw")
+    low, high = np.concatenate(drawn).min(axis=0), np.concatenate(drawn).max(axis=0)
+    size = float((high - low)[:2].max())
     if not np.isfinite(size) or size <= 0:
         raise invalid("shapes", "shapes have no extent")
     scale = (PANEL - 2 * MARGIN) / size
+    height = (high - low)[1] * scale + 3 * MARGIN
     parts = []
     for i, (title, lines) in enumerate(panels.items()):
-        origin = np.array([PANEL * i + PANEL / 2, PANEL / 2 + MARGIN / 2])
+        origin = np.array([PANEL * (i + 0.5), height / 2 + MARGIN / 2])
 
-        def place(points, origin=origin, centre=middle[i][:2]):
-            return origin + (points[:, :2] - centre) * (scale, -scale)
+        def place(points: np.ndarray, origin: np.ndarray = origin) -> np.ndarray:
+            return origin + (points[:, :2] - ((low + high) / 2)[:2]) * (scale, -scale)
 
         parts += _surface(ground, place) + _rods(lines, place)
-        parts.append(f'<text x="{PANEL * i + PANEL / 2:.0f}" y="{MARGIN:.0f}" text-anchor="middle">'
-                     f'{escape(title)}</text>')
+        parts.append(f'<text x="{PANEL * (i + 0.5):.0f}" y="{MARGIN:.0f}" text-anchor="middle">{escape(title)}</text>')
     width = PANEL * len(panels)
-    head = (f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width:.0f} {PANEL + MARGIN:.0f}" '
+    head = (f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width:.0f} {height:.0f}" '
             f'font-family="sans-serif" font-size="15" stroke-linejoin="round" stroke-linecap="round">')
-    paper = f'<rect width="{width:.0f}" height="{PANEL + MARGIN:.0f}" fill="white"/>'
+    paper = f'<rect width="{width:.0f}" height="{height:.0f}" fill="white"/>'
     text = "\n".join([head, paper, *parts, "</svg>\n"])
     try:
         target.write_text(text, encoding="utf-8")
@@ -76,11 +77,6 @@ def _projected(surface: Any, axes: np.ndarray) -> "tuple[np.ndarray, np.ndarray 
     return checks.numeric(surface, "surface") @ axes.T, None
 
 
-def _box(lines: "list[np.ndarray]") -> tuple[np.ndarray, np.ndarray]:
-    points = np.concatenate(lines)
-    return points.min(axis=0), points.max(axis=0)
-
-
 def _surface(ground: Any, place: Any) -> list[str]:
     if ground is None:
         return []
@@ -97,6 +93,8 @@ def _surface(ground: Any, place: Any) -> list[str]:
 
 def _rods(lines: "list[np.ndarray]", place: Any) -> list[str]:
     """From far to near, the nearer the darker."""
+    if not lines:
+        return []
     depth = np.array([line[:, 2].mean() for line in lines])
     near = (depth - depth.min()) / max(float(np.ptp(depth)), 1e-12)
     drawn = []
