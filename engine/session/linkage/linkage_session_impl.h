@@ -33,11 +33,12 @@ class LinkageSession::Impl : public std::enable_shared_from_this<LinkageSession:
   void start_design(DesignRequest request, std::uint64_t tag);
   void change_design(const DesignChange& change);
   EditReceipt take_design(std::optional<Revision> expected);
-  /// `call` on the desk, with the lock.
+  /// `call` on the desk, with the lock; a task that the executor dropped is posted again.
   template <class Call>
   void steer_design(const Call& call) {
-    const std::lock_guard lock(mutex_);
+    std::unique_lock lock(mutex_);
     call(desk_);
+    post(std::move(lock));
   }
 
   template <class Read>
