@@ -48,6 +48,7 @@ LIMBER_RPC(ResumeDesign, resume_design, false)
 LIMBER_RPC(StopDesign, stop_design, false)
 LIMBER_RPC(TakeDesign, take_design, false)
 LIMBER_RPC(GetDesign, get_design, true)
+LIMBER_RPC(MakeStartingGrid, make_starting_grid, true)
 LIMBER_RPC(Shutdown, shutdown, false)
 #undef LIMBER_RPC
 

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "engine/rods/design/mesh_surface.h"
+#include "engine/rods/design/starting_grid.h"
 #include "engine/rods/design/surface_through_points.h"
 #include "engine/scene/formats/surface_formats.h"
 #include "server/codec/arrays.h"
@@ -32,6 +33,10 @@ std::vector<rods::JointTarget> decode_targets(
                        message.has_weight() ? message.weight() : 1});
   }
   return targets;
+}
+
+Eigen::VectorXd decode_numbers(const google::protobuf::RepeatedField<double>& numbers) {
+  return Eigen::VectorXd::Map(numbers.data(), numbers.size());
 }
 
 rods::SurfaceMesh mesh_of(scene::TriangleSurface surface) {
@@ -63,19 +68,27 @@ std::string name_of_source(const proto::DesignSurface& message) {
 }
 
 /// What readers and the engine find wrong with a surface is told with its source as field.
-Surface decode_surface(const proto::DesignSurface& message, const std::string& field,
-                       const SurfaceLoader& load) {
+template <class Make>
+auto with_surface_fields(const proto::DesignSurface& message, const std::string& field,
+                         const Make& make) {
   try {
-    return std::make_shared<const rods::MeshSurface>(decode_mesh(message, field, load));
+    return make();
   } catch (const Error& error) {
     const std::string& name = error.field();
-    if (name.starts_with(field)) throw;
+    if (name.starts_with(field + "." + "path")) throw;
     std::string path = field + name_of_source(message);
     if (message.has_triangles() && name.starts_with("surface."))
       path += name.substr(std::string("surface").size());
     if (message.has_points() && name.starts_with("points[")) path = field + "." + name;
     throw Error(error.code(), path, error.what());
   }
+}
+
+Surface decode_surface(const proto::DesignSurface& message, const std::string& field,
+                       const SurfaceLoader& load) {
+  return with_surface_fields(message, field, [&]() -> Surface {
+    return std::make_shared<const rods::MeshSurface>(decode_mesh(message, field, load));
+  });
 }
 
 rods::SurfacePlacement decode_placement(const proto::SurfacePlacement& message) {
@@ -87,6 +100,11 @@ rods::SurfacePlacement decode_placement(const proto::SurfacePlacement& message) 
   return placement;
 }
 
+std::string placed(std::string field) {
+  if (field.ends_with("placement.rotation")) field += "_degrees";
+  return field;
+}
+
 session::DesignGoal decode_goal(const proto::DesignGoal& message, const std::string& field,
                                 const SurfaceLoader& load) {
   session::DesignGoal goal;
@@ -95,6 +113,7 @@ session::DesignGoal decode_goal(const proto::DesignGoal& message, const std::str
   if (message.has_surface_weight()) goal.surface_weight = message.surface_weight();
   goal.targets = decode_targets(message.targets(), field + ".targets");
   goal.placement = decode_placement(message.placement());
+  goal.joint_surface_weights = decode_numbers(message.joint_surface_weights());
   if (message.has_surface())
     goal.surface = decode_surface(message.surface(), field + ".surface", load);
   return goal;
@@ -163,6 +182,8 @@ session::DesignRequest decode_design(const proto::StartDesignRequest& request,
   }
   if (request.has_max_iterations())
     design.max_iterations = decode_index(request.max_iterations(), "max_iterations");
+  design.shortest_lengths = decode_numbers(request.shortest_lengths());
+  design.longest_lengths = decode_numbers(request.longest_lengths());
   return design;
 }
 
@@ -182,15 +203,6 @@ session::DesignChange decode_design_change(const proto::ChangeDesignRequest& req
   return change;
 }
 
-namespace {
-
-std::string placed(std::string field) {
-  if (field.ends_with("placement.rotation")) field += "_degrees";
-  return field;
-}
-
-}  // namespace
-
 std::string design_field_in(const proto::StartDesignRequest& request, const std::string& field) {
   if (field == "smallest_angle") return "smallest_angle_degrees";
   if (field == "goal.surface") return field + name_of_source(request.goal().surface());
@@ -201,6 +213,44 @@ std::string design_field_in(const proto::ChangeDesignRequest& request, const std
   if (field.starts_with("targets[")) return "targets." + field;
   if (field == "surface" && request.has_surface()) return field + name_of_source(request.surface());
   return placed(field);
+}
+
+proto::MakeStartingGridResponse make_starting_grid(const proto::MakeStartingGridRequest& request,
+                                                   const SurfaceLoader& load) {
+  rods::StartingGridOptions options;
+  if (request.has_columns()) options.columns = decode_index(request.columns(), "columns");
+  if (request.has_rows()) options.rows = decode_index(request.rows(), "rows");
+  if (request.has_flat_angle_degrees()) options.flat_angle = kDegree * request.flat_angle_degrees();
+  if (request.has_margin()) options.margin = request.margin();
+  const rods::SurfacePlacement placement = decode_placement(request.placement());
+  try {
+    options.validate();
+  } catch (const Error& error) {
+    const bool angle = error.field() == "flat_angle";
+    throw Error(error.code(), angle ? "flat_angle_degrees" : error.field(), error.what());
+  }
+  try {
+    placement.validate();
+  } catch (const Error& error) {
+    throw Error(error.code(), placed("placement." + error.field()), error.what());
+  }
+  const rods::StartingGrid grid = with_surface_fields(request.surface(), "surface", [&] {
+    rods::SurfaceMesh mesh = decode_mesh(request.surface(), "surface", load);
+    const Eigen::Matrix3d turn = placement.rotation.normalized().toRotationMatrix();
+    mesh.vertices = (placement.scale * turn * mesh.vertices).colwise() + placement.translation;
+    return rods::starting_grid(mesh, options);
+  });
+  proto::MakeStartingGridResponse response;
+  const auto encode = [](const rods::LineMesh& lines, proto::LineArrays& message) {
+    *message.mutable_vertices() = encode_points_float64(lines.vertices);
+    *message.mutable_edges() = encode_indices(lines.edges);
+  };
+  encode(grid.flat, *response.mutable_flat());
+  encode(grid.deployed, *response.mutable_deployed());
+  for (const double length : grid.rest_lengths) response.add_segment_lengths(length);
+  response.set_mean_angle_degrees(to_degrees(grid.mean_angle));
+  response.set_misfit(grid.misfit);
+  return response;
 }
 
 proto::DesignInfo encode_design(const session::DesignInfo& info, double length_unit) {

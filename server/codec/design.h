@@ -22,6 +22,10 @@ using SurfaceLoader =
 [[nodiscard]] session::DesignChange decode_design_change(const proto::ChangeDesignRequest& request,
                                                          const SurfaceLoader& load);
 
+/// A grid of rods for a surface. @throws Refusal or Error with a path below the request
+[[nodiscard]] proto::MakeStartingGridResponse make_starting_grid(
+    const proto::MakeStartingGridRequest& request, const SurfaceLoader& load);
+
 /// The engine names fields of its own values; this is the same place in the message.
 [[nodiscard]] std::string design_field_in(const proto::StartDesignRequest& request,
                                           const std::string& field);

@@ -36,6 +36,7 @@ bool is_heavy(int body) {
     case proto::Request::kStartDesign:
     case proto::Request::kChangeDesign:
     case proto::Request::kGetDesign:
+    case proto::Request::kMakeStartingGrid:
       return true;
     default:
       return false;
@@ -228,6 +229,10 @@ void Service::answer(const SharedTicket& ticket, const Request& request) {
       break;
     case Request::kGetDesign:
       *reply.mutable_get_design() = get_design(request.get_design());
+      break;
+    case Request::kMakeStartingGrid:
+      *reply.mutable_make_starting_grid() =
+          make_starting_grid(request.make_starting_grid(), surface_loader());
       break;
     case Request::kGetJob:
       return get_job(request.get_job(), ticket);

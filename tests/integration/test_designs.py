@@ -298,6 +298,48 @@ def test_bad_input_is_refused_by_its_name_and_leaves_the_design_intact(linkage, 
     assert info.taken == 1 and info.best.target_rms < info.start.target_rms / 20
 
 
+def test_bounds_of_single_lengths_and_weights_of_single_joints(linkage, targets):
+    points, edges = strips()
+    drawn = np.linalg.norm(points[edges[:, 1]] - points[edges[:, 0]], axis=1)
+    held = drawn.copy()
+    held[7] += 1
+    assert refusal(lambda: linkage.design(targets=targets, shortest_lengths=held)) == (
+        "INVALID_ARGUMENT", "shortest_lengths[7]")
+    assert refusal(lambda: linkage.design(targets=targets, longest_lengths=drawn[:5])) == (
+        "INVALID_ARGUMENT", "longest_lengths")
+    assert refusal(lambda: linkage.design(targets=targets, joint_weights=[1, 2])) == (
+        "INVALID_ARGUMENT", "goal.joint_surface_weights")
+    info = linkage.design(targets=targets, shortest_lengths=0.998 * drawn, longest_lengths=1.002 * drawn, **GOAL).wait()
+    shares = linkage.current_design().best_lengths() / drawn
+    assert shares.min() == pytest.approx(0.998, abs=1e-6) and shares.max() == pytest.approx(1.002, abs=1e-6)
+    assert len(info.at_bound) > 5 and info.best.target_rms < info.start.target_rms
+
+
+def test_a_linkage_is_begun_with_a_surface_alone(server):
+    x, y = np.meshgrid(np.linspace(-1, 1, 15), np.linspace(-0.8, 0.8, 12), indexing="ij")
+    surface = np.stack([x, y, 0.15 * (1 - x ** 2 - y ** 2)], axis=-1).reshape(-1, 3)
+    grid = server.starting_grid(surface, columns=7, rows=6)
+    assert grid.vertices.shape == (42, 3) and np.abs(grid.vertices[:, 2]).max() == 0
+    assert grid.lengths.shape == (len(grid.edges),) and 0 < grid.misfit < 0.5
+    on = grid.deployed
+    assert np.abs(on[:, 2] - 0.15 * (1 - on[:, 0] ** 2 - on[:, 1] ** 2)).max() < 0.02
+    scene = limber.linkage_scene(grid.vertices, grid.edges, section={"rectangle": (0.02, 0.004)}, edges_per_segment=5)
+    session = server.open(scene, progress=False)
+    session.set_lengths(grid.lengths)
+    session.wait()
+    session.deploy(grid.mean_angle)
+    assert not session.wait().solve_failed
+    np.testing.assert_allclose(session.lengths(), grid.lengths)
+    session.close()
+    call = lambda **bad: server.starting_grid(surface, **bad)  # noqa: E731
+    assert refusal(lambda: call(columns=2)) == ("INVALID_ARGUMENT", "columns")
+    assert refusal(lambda: call(flat_angle=120)) == ("INVALID_ARGUMENT", "flat_angle_degrees")
+    assert refusal(lambda: call(scale=0)) == ("INVALID_ARGUMENT", "placement.scale")
+    vertices = np.array([(0, 0, 0), (1, 0, 0), (0, 1, 0), (5, 0, 0), (6, 0, 0), (5, 1, 0)], dtype=float)
+    assert refusal(lambda: server.starting_grid((vertices, [(0, 1, 2), (3, 4, 5)]))) == (
+        "INVALID_ARGUMENT", "surface.triangles.triangles"), "two pieces are no patch"
+
+
 def test_what_acts_on_the_linkage_must_be_taken_away_first(linkage, targets):
     linkage.pin(0, "motion")
     linkage.load(3, force=(0, 0, -0.01))

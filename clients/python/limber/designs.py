@@ -121,7 +121,8 @@ def placement_of(translation: Sequence[float] | None, rotation: Sequence[float] 
 def request(session: str, *, surface: Any, targets: Any, flat_share: float | None, distance_weight: float | None,
             surface_weight: float | None, translation: Sequence[float] | None, rotation: Sequence[float] | None,
             scale: float | None, shortest: float | None, longest: float | None, flat_height: float | None,
-            smallest_angle: float | None, max_iterations: int | None) -> "messages.StartDesignRequest":
+            smallest_angle: float | None, max_iterations: int | None, shortest_lengths: Any = None,
+            longest_lengths: Any = None, joint_weights: Any = None) -> "messages.StartDesignRequest":
     made = messages.StartDesignRequest(session=session)
     made.goal.SetInParent()
     if surface is not None:
@@ -135,6 +136,11 @@ def request(session: str, *, surface: Any, targets: Any, flat_share: float | Non
     _set_given(made.goal, weights)
     _set_given(made, {"shortest": shortest, "longest": longest, "flat_height": flat_height,
                       "smallest_angle_degrees": smallest_angle})
+    for values, name, numbers in ((shortest_lengths, "shortest_lengths", made.shortest_lengths),
+                                  (longest_lengths, "longest_lengths", made.longest_lengths),
+                                  (joint_weights, "joint_weights", made.goal.joint_surface_weights)):
+        if values is not None:
+            numbers.extend(checks.numeric(values, name).ravel())
     if max_iterations is not None:
         made.max_iterations = checks.whole(max_iterations, "max_iterations")
     return made
@@ -144,6 +150,40 @@ def _set_given(message: Any, values: "dict[str, float | None]") -> None:
     for name, value in values.items():
         if value is not None:
             setattr(message, name, checks.real(value, name))
+
+
+@dataclass(frozen=True)
+class StartingGrid:
+    """A regular grid of rods over a patch of surface, and laid flat: a linkage to begin a design with."""
+
+    vertices: np.ndarray    # flat, in the plane z = 0, n x 3 [length unit]
+    edges: np.ndarray       # m x 2
+    deployed: np.ndarray    # the same vertices on the surface
+    lengths: np.ndarray     # of the edges, as lines on the surface [length unit]
+    mean_angle: float       # at which rods cross on the surface [degree]
+    misfit: float           # largest difference between a flat edge and its length, as a share
+
+    @staticmethod
+    def from_message(message: "messages.MakeStartingGridResponse") -> "StartingGrid":
+        return StartingGrid(arrays.to_numpy(message.flat.vertices, "flat.vertices"),
+                            arrays.to_numpy(message.flat.edges, "flat.edges"),
+                            arrays.to_numpy(message.deployed.vertices, "deployed.vertices"),
+                            np.array(message.segment_lengths), message.mean_angle_degrees, message.misfit)
+
+
+def grid_request(surface: Any, columns: int | None, rows: int | None, flat_angle: float | None, margin: float | None,
+                 translation: Sequence[float] | None, rotation: Sequence[float] | None,
+                 scale: float | None) -> "messages.MakeStartingGridRequest":
+    made = messages.MakeStartingGridRequest(surface=surface_of(surface, "surface"))
+    placement = placement_of(translation, rotation, scale)
+    if placement is not None:
+        made.placement.CopyFrom(placement)
+    if columns is not None:
+        made.columns = checks.whole(columns, "columns")
+    if rows is not None:
+        made.rows = checks.whole(rows, "rows")
+    _set_given(made, {"flat_angle_degrees": flat_angle, "margin": margin})
+    return made
 
 
 class Design:

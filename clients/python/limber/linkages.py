@@ -274,23 +274,28 @@ class LinkageSession(OpenSession):
                translation: Sequence[float] | None = None, rotation: Sequence[float] | None = None,
                scale: float | None = None, shortest: float | None = None, longest: float | None = None,
                flat_height: float | None = None, smallest_angle: float | None = None,
-               max_iterations: int | None = None) -> Design:
+               max_iterations: int | None = None, shortest_lengths: Any = None, longest_lengths: Any = None,
+               joint_weights: Any = None) -> Design:
         """Begins a search for rest lengths with which the shape without angles lies flat, and the one that pins and
-        angles ask for now is near to a surface or targets, at little stress. See limber.v1.DesignGoal for the objective.
+        angles ask for now is near to a surface or targets, at little stress. limber.v1.DesignGoal has the objective.
 
         surface: an .obj, .ply or .stl file, (vertices, triangles), or points in no order, put where scale, rotation
         (axis times angle [degree]) and translation say. targets: {joint: position} or {joint: (position, weight)}, or
         positions of all joints. shortest, longest: bounds of rest lengths, as shares of those of the start.
         flat_height: allowed root mean square height of the flat shape, as a share of its extent; smallest_angle: bound
-        on its opening angles [degree]. What is not given has the server's default.
+        on its opening angles [degree]. shortest_lengths, longest_lengths: bounds of each segment in place of the
+        shares [length unit]; joint_weights: of each joint's distance to the surface. What is not given has the server's
+        default.
 
         A design that ends by itself with flat_height and smallest_angle kept is taken: a revision that undo() takes
         back. Until it has ended, edits are refused.
         """
         request = designs.request(self.id, surface=surface, targets=targets, flat_share=flat_share,
-                                  distance_weight=distance_weight, surface_weight=surface_weight, translation=translation,
-                                  rotation=rotation, scale=scale, shortest=shortest, longest=longest,
-                                  flat_height=flat_height, smallest_angle=smallest_angle, max_iterations=max_iterations)
+                                  distance_weight=distance_weight, surface_weight=surface_weight,
+                                  translation=translation, rotation=rotation, scale=scale, shortest=shortest, longest=longest,
+                                  flat_height=flat_height, smallest_angle=smallest_angle, max_iterations=max_iterations,
+                                  shortest_lengths=shortest_lengths, longest_lengths=longest_lengths,
+                                  joint_weights=joint_weights)
         response = self.connection.call("start_design", request, timeout=max(60.0, self.connection.timeout))
         return Design(self, response.job)
 

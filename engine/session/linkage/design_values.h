@@ -23,6 +23,8 @@ struct DesignGoal {
   std::vector<rods::JointTarget> targets;
   std::shared_ptr<const rods::TargetSurface> surface = {};  // null: none
   rods::SurfacePlacement placement = {};                    // of the surface
+  /// Of each joint's distance to the surface, beside surface_weight, >= 0; empty: all 1.
+  Eigen::VectorXd joint_surface_weights = {};
 
   /// The surface where it is to be; null: none.
   [[nodiscard]] std::shared_ptr<const rods::TargetSurface> placed_surface() const;
@@ -44,9 +46,13 @@ struct DesignRequest {
   /// Bound on the smallest opening angle of the flat linkage [rad], in (-pi, pi); nothing: none.
   std::optional<double> smallest_angle = {};
   int max_iterations = 200;
+  /// Bounds of each segment's rest length [length] in place of the shares; empty: the shares. The
+  /// start must lie between them.
+  Eigen::VectorXd shortest_lengths = {}, longest_lengths = {};
 
-  /// @throws Error as DesignGoal::validate with field goal.... , {kInvalidArgument} naming members
-  void validate(int joints) const;
+  /// @param start  rest lengths that it begins with
+  /// @throws Error as DesignGoal::validate with field goal...., {kInvalidArgument} naming members
+  void validate(int joints, const Eigen::VectorXd& start) const;
 };
 
 /// What is to be otherwise while a design is under way; what is absent stays.

@@ -65,7 +65,7 @@ void LinkageSession::Impl::start_design(DesignRequest request, std::uint64_t tag
                 "the linkage has no shape yet that a design could begin from");
   }
   const Eigen::Matrix3Xd joints = shape->joints(newest->frames->rightCols<1>());
-  request.validate(static_cast<int>(joints.cols()));
+  request.validate(static_cast<int>(joints.cols()), newest->statics->segment_lengths());
   try {
     demand_near(request.goal, joints);
   } catch (const Error& error) {

@@ -49,6 +49,7 @@ rods::DesignCriteria criteria_of(const DesignGoal& goal, const rods::Plane& plan
   criteria.flat_share = goal.flat_share;
   criteria.distance_weight = goal.distance_weight;
   criteria.surface_weight = goal.surface_weight;
+  criteria.joint_surface_weights = goal.joint_surface_weights;
   criteria.plane = plane;
   criteria.targets = goal.targets;
   criteria.surface = goal.placed_surface();
@@ -84,6 +85,8 @@ LiveDesign::LiveDesign(const LiveLinkage& live, const DesignRequest& request, co
   options_.shortest = request.shortest;
   options_.longest = request.longest;
   options_.max_iterations = request.max_iterations;
+  options_.shortest_lengths = request.shortest_lengths;
+  options_.longest_lengths = request.longest_lengths;
   if (smallest_angle_) options_.smallest_angle = *smallest_angle_;
   design_.emplace(model, flat, deployed,
                   rods::DesignPoint{model.segment_lengths(), closed, live.state()},
