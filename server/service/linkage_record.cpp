@@ -52,13 +52,13 @@ std::shared_ptr<session::LinkageSession> LinkageRecord::session() const {
 void LinkageRecord::close_session() {
   session()->close();
   std::shared_ptr<session::LinkageSession> gone;  // freed without the lock
-  std::shared_ptr<const session::DesignInfo> design;
   {
     const std::lock_guard lock(mutex_);
     gone = std::exchange(session_, nullptr);
-    design = design_;
   }
-  if (design) hub_.jobs.cancelled(design->tag);  // where it had not ended
+  if (!gone) return;
+  // One that had not ended, or not even begun, is not told of any more.
+  if (const auto design = gone->design()) hub_.jobs.cancelled(design->tag);
 }
 
 void LinkageRecord::on_design(const std::shared_ptr<const session::DesignInfo>& info) {
