@@ -12,11 +12,12 @@ ENGINE = {
     "reduced": {"base", "bodies"},
     "spacetime": {"base", "reduced/kinematics.h"},
     "rods": {"base"},
+    "beams": {"base"},
     "scene": {"base", "bodies", "rods/linkage/line_mesh.h", "rods/rod/length_weights.h", "rods/section/section.h"},
-    "session": {"base", "bodies", "reduced", "spacetime", "rods", "scene"},
+    "session": {"base", "bodies", "reduced", "spacetime", "rods", "beams", "scene"},
 }
 OUTSIDE = {
-    "server": {"session", "scene", "bodies", "reduced", "spacetime", "rods", "base", "proto"},
+    "server": {"session", "scene", "bodies", "reduced", "spacetime", "rods", "beams", "base", "proto"},
     "clients": {"proto"},
 }
 FORBIDDEN_IN_ENGINE = re.compile(r"zmq|boost/|google/protobuf|^proto/|sqlite|CLI/|iostream|cstdio|spdlog|\.pb\.h")
