@@ -107,9 +107,21 @@ void add_plane(double near, double far, double pull, const Vector9d& start, cons
   h += start * by_start.transpose() + finish * by_finish.transpose();
 }
 
-Matrix9d relative_hessian(const ElementConstants<double>& k, const ElementEnds& ends) {
+/// The response as if the axial force were zero.
+void leave_out_axial(const ElementConstants<double>& k, const NaturalModes<double>& q,
+                     ElementResponse<double>& r) {
+  r.axial = 0;
+  r.start_2 = k.near_2 * q.start_2 + k.far_2 * q.finish_2;
+  r.finish_2 = k.near_2 * q.finish_2 + k.far_2 * q.start_2;
+  r.start_3 = k.near_3 * q.start_3 + k.far_3 * q.finish_3;
+  r.finish_3 = k.near_3 * q.finish_3 + k.far_3 * q.start_3;
+}
+
+Matrix9d relative_hessian(const ElementConstants<double>& k, const ElementEnds& ends,
+                          Compression compression) {
   const NaturalModes<double> q = modes(k, ends);
-  const ElementResponse<double> r(k, q, triad(ends.start_axes), triad(ends.finish_axes));
+  ElementResponse<double> r(k, q, triad(ends.start_axes), triad(ends.finish_axes));
+  if (compression == Compression::kLeftOut && r.axial < 0) leave_out_axial(k, q, r);
   const Vector3d t = eigen(q.t);
   const Chord chord{t, 1 / q.chord, Matrix3d::Identity() - t * t.transpose()};
   const EndDerivatives a(chord, ends.start_axes, q.start, kStartSpin);
@@ -166,8 +178,9 @@ ElementVector element_gradient(const ElementConstants<double>& constants, const 
   return gradient;
 }
 
-ElementMatrix element_hessian(const ElementConstants<double>& constants, const ElementEnds& ends) {
-  const Matrix9d h = relative_hessian(constants, ends);
+ElementMatrix element_hessian(const ElementConstants<double>& constants, const ElementEnds& ends,
+                              Compression compression) {
+  const Matrix9d h = relative_hessian(constants, ends, compression);
   ElementMatrix full;
   const auto chord = h.block<3, 3>(kChord, kChord);
   const auto start = h.block<3, 3>(kChord, kStartSpin), finish = h.block<3, 3>(kChord, kFinishSpin);

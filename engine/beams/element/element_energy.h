@@ -24,6 +24,10 @@ struct ElementEnds {
 [[nodiscard]] ElementVector element_gradient(const ElementConstants<double>& constants,
                                              const ElementEnds& ends);
 
+/// What a compressed element's force does to second derivatives: pushing sideways, it makes them
+/// less than positive. Where only a guess has shortened the element, that is better left out.
+enum class Compression { kCounts, kLeftOut };
+
 /// Second derivatives by the same twelve, symmetric: along exp(omega^x) from where the ends are.
 ///
 ///            p_a   omega_a  p_b   omega_b
@@ -32,7 +36,8 @@ struct ElementEnds {
 ///     p_b  [                 D      G_b  ]
 ///  omega_b [                        B    ]
 [[nodiscard]] ElementMatrix element_hessian(const ElementConstants<double>& constants,
-                                            const ElementEnds& ends);
+                                            const ElementEnds& ends,
+                                            Compression compression = Compression::kCounts);
 
 /// The axes as the kernel takes them.
 [[nodiscard]] Triad<double> triad(const Eigen::Matrix3d& axes);

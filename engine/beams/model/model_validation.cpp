@@ -1,6 +1,6 @@
 #include <fmt/core.h>
 
-#include <Eigen/LU>
+#include <Eigen/Geometry>
 #include <cmath>
 #include <map>
 #include <numeric>

@@ -73,10 +73,10 @@ Stiffness::Stiffness(const BeamStructure& structure) : structure_(structure) {
   }
 }
 
-void Stiffness::assemble(const BeamState& state) {
+void Stiffness::assemble(const BeamState& state, Compression compression) {
   parallel_for(structure_.elements(), kGrain, [&](std::int64_t begin, std::int64_t end) {
     for (auto e = static_cast<int>(begin); e < static_cast<int>(end); ++e)
-      local_[index(e)] = local_hessian(structure_, state, e);
+      local_[index(e)] = local_hessian(structure_, state, e, compression);
   });
   double* const values = matrix_.valuePtr();
   std::fill(values, values + matrix_.nonZeros(), 0.0);

@@ -31,7 +31,7 @@ class Stiffness {
   [[nodiscard]] const std::vector<int>& free_unknowns() const { return free_; }
   [[nodiscard]] int size() const { return static_cast<int>(free_.size()); }
 
-  void assemble(const BeamState& state);
+  void assemble(const BeamState& state, Compression compression = Compression::kCounts);
 
   /// Lower triangle.
   [[nodiscard]] const Eigen::SparseMatrix<double>& matrix() const { return matrix_; }

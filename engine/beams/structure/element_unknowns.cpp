@@ -101,9 +101,10 @@ LocalVector local_gradient(const BeamStructure& structure, const BeamState& stat
   return transform(structure, state, element, count).transpose() * g;
 }
 
-LocalMatrix local_hessian(const BeamStructure& structure, const BeamState& state, int element) {
+LocalMatrix local_hessian(const BeamStructure& structure, const BeamState& state, int element,
+                          Compression compression) {
   const ElementEnds ends = structure.ends(state, element);
-  const ElementMatrix h = element_hessian(structure.constants(element), ends);
+  const ElementMatrix h = element_hessian(structure.constants(element), ends, compression);
   if (is_plain(structure, element)) return h;
   const int count = unknowns_of(structure, element).count;
   const Transform t = transform(structure, state, element, count);

@@ -24,6 +24,7 @@ struct ElementUnknowns {
 [[nodiscard]] LocalVector local_gradient(const BeamStructure& structure, const BeamState& state,
                                          int element);
 [[nodiscard]] LocalMatrix local_hessian(const BeamStructure& structure, const BeamState& state,
-                                        int element);
+                                        int element,
+                                        Compression compression = Compression::kCounts);
 
 }  // namespace limber::beams

@@ -1,0 +1,44 @@
+#include "engine/beams/solver/equilibrium.h"
+
+#include "engine/beams/solver/newton_path.h"
+#include "engine/beams/structure/elastic.h"
+
+namespace limber::beams {
+
+namespace {
+
+BeamSolution solve(const BeamStructure& structure, const BeamState& start,
+                   const detail::LoadPath& path, const BeamSolveOptions& options,
+                   const JobContext& context, const BeamObserver& observer) {
+  options.validate();
+  BeamSolution solution{start, {}};
+  BeamReport& report = solution.report;
+  try {
+    report.method = BeamMethod::kNewton;
+    detail::follow_path(structure, path, 0, options, context, observer, solution.state, report);
+  } catch (const Error& error) {
+    if (error.code() != ErrorCode::kCancelled) throw;
+    report.status = BeamStatus::kCancelled;
+    report.message = "cancelled";
+  }
+  report.elastic_energy = elastic_energies(structure, solution.state).total();
+  return solution;
+}
+
+}  // namespace
+
+BeamSolution find_equilibrium(const BeamStructure& structure, const BeamSolveOptions& options,
+                              const JobContext& context, const BeamObserver& observer) {
+  const BeamState start = structure.rest_state();
+  return solve(structure, start, detail::LoadPath(structure, start, true), options, context,
+               observer);
+}
+
+BeamSolution find_equilibrium_from(const BeamStructure& structure, const BeamState& start,
+                                   const BeamSolveOptions& options, const JobContext& context,
+                                   const BeamObserver& observer) {
+  return solve(structure, start, detail::LoadPath(structure, start, false), options, context,
+               observer);
+}
+
+}  // namespace limber::beams
