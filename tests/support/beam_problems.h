@@ -17,11 +17,11 @@ struct BeamAnswer {
 /// Elements along x in the plane of x and z; unit bending stiffnesses.
 /// @param slenderness  length over the radius of gyration
 [[nodiscard]] beams::BeamModel straight_beam(int elements, double length = 1,
-                                             double slenderness = 1e4);
+                                             double slenderness = 1e3);
 
 /// Cantilever with tip load alpha = P L^2 / EI: distance of the tip from the known place.
 [[nodiscard]] beams::BeamModel cantilever_model(int elements, double alpha, double length = 1,
-                                                double slenderness = 1e4);
+                                                double slenderness = 1e3);
 [[nodiscard]] BeamAnswer beam_cantilever(int elements, double alpha, double deflection,
                                          double shortening,
                                          const beams::BeamSolveOptions& options = {});

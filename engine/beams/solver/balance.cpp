@@ -20,7 +20,7 @@ Balance::Balance(const BeamStructure& structure) : structure_(structure) {
     high = high.cwiseMax(node.position);
   }
   extent_ = (high - low).norm();
-  const double farthest = std::max(low.cwiseAbs().maxCoeff(), high.cwiseAbs().maxCoeff());
+  farthest_ = std::max(low.cwiseAbs().maxCoeff(), high.cwiseAbs().maxCoeff());
   weights_ = Eigen::VectorXd::Zero(structure.unknowns());
   rounding_ = Eigen::VectorXd::Zero(structure.unknowns());
   arm_.assign(model.nodes.size(), 0);
@@ -38,7 +38,7 @@ Balance::Balance(const BeamStructure& structure) : structure_(structure) {
       thickness_ = std::max(thickness_, std::sqrt(stiff / s.stretching));
     }
     // A chord is a difference of coordinates; angles are good to rounding of directions.
-    const double relative = kEpsilon * (1 + farthest / length);
+    const double relative = kEpsilon * (1 + farthest_ / length);
     for (const int node : {element.start, element.finish}) {
       rounding_.segment<3>(6 * node).array() += relative * s.stretching;
       rounding_.segment<3>(6 * node + 3).array() +=
@@ -64,8 +64,26 @@ bool Balance::is_force(int unknown) const {
   return unknown < 6 * structure_.nodes() && unknown % 6 < 3;
 }
 
+int Balance::node_of(int unknown) const {
+  if (unknown < 6 * structure_.nodes()) return unknown < 0 ? -1 : unknown / 6;
+  for (const ReleasedEnd& r : structure_.released_ends()) {
+    if (unknown >= r.unknown && unknown < r.unknown + r.axes) return r.node;
+  }
+  return -1;
+}
+
 PresentForces Balance::present(const BeamState& state, const NodeLoads& loads) const {
   PresentForces result;
+  for (int e = 0; e < structure_.elements(); ++e) {
+    const ElementVector g = element_gradient(structure_.constants(e), structure_.ends(state, e));
+    result.force = std::max(result.force, g.segment<3>(6).norm());
+    result.moment = std::max({result.moment, g.segment<3>(3).norm(), g.segment<3>(9).norm()});
+  }
+  return present(result, loads);
+}
+
+PresentForces Balance::present(PresentForces in_elements, const NodeLoads& loads) const {
+  PresentForces result = in_elements;
   const auto widen = [](const Eigen::Matrix3Xd& columns, double& most) {
     if (columns.cols() > 0) most = std::max(most, columns.colwise().norm().maxCoeff());
   };
@@ -73,11 +91,6 @@ PresentForces Balance::present(const BeamState& state, const NodeLoads& loads) c
   widen(loads.following_forces, result.force);
   widen(loads.moments, result.moment);
   widen(loads.following_moments, result.moment);
-  for (int e = 0; e < structure_.elements(); ++e) {
-    const ElementVector g = element_gradient(structure_.constants(e), structure_.ends(state, e));
-    result.force = std::max(result.force, g.segment<3>(6).norm());
-    result.moment = std::max({result.moment, g.segment<3>(3).norm(), g.segment<3>(9).norm()});
-  }
   result.force = std::max(result.force, result.moment / extent_);
   result.moment = std::max(result.moment, result.force * thickness_);
   return result;

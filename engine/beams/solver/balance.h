@@ -28,6 +28,9 @@ class Balance {
   /// would give over the thickness or over the whole structure.
   [[nodiscard]] PresentForces present(const BeamState& state, const NodeLoads& loads) const;
 
+  /// The same where the largest force and moment of elements are known.
+  [[nodiscard]] PresentForces present(PresentForces in_elements, const NodeLoads& loads) const;
+
   /// Of a residual by all unknowns; held ones are not read. What rounding leaves counts as zero.
   [[nodiscard]] Imbalance imbalance(const Eigen::VectorXd& residual,
                                     const PresentForces& present) const;
@@ -44,12 +47,15 @@ class Balance {
   /// that increments make [rad].
   [[nodiscard]] double size_of(const Eigen::VectorXd& increments) const;
   [[nodiscard]] bool is_force(int unknown) const;
+  [[nodiscard]] int node_of(int unknown) const;  // -1 of -1
+  /// Largest coordinate as drawn.
+  [[nodiscard]] double farthest() const { return farthest_; }
 
  private:
   const BeamStructure& structure_;
   Eigen::VectorXd weights_, rounding_;
   std::vector<double> arm_;  // per node: mean length of its elements
-  double softest_ = 0, stiffest_ = 0, extent_ = 0, thickness_ = 0;
+  double softest_ = 0, stiffest_ = 0, extent_ = 0, thickness_ = 0, farthest_ = 0;
 };
 
 }  // namespace limber::beams::detail

@@ -1,6 +1,7 @@
 #include "engine/beams/solver/equilibrium.h"
 
 #include "engine/beams/solver/newton_path.h"
+#include "engine/beams/solver/relaxation_path.h"
 #include "engine/beams/structure/elastic.h"
 
 namespace limber::beams {
@@ -14,8 +15,24 @@ BeamSolution solve(const BeamStructure& structure, const BeamState& start,
   BeamSolution solution{start, {}};
   BeamReport& report = solution.report;
   try {
-    report.method = BeamMethod::kNewton;
-    detail::follow_path(structure, path, 0, options, context, observer, solution.state, report);
+    switch (options.method) {
+      case BeamMethod::kRelaxation:
+        report.method = options.method;
+        detail::relax(structure, path, options.relaxation_tolerance, options, context, observer,
+                      solution.state, report);
+        break;
+      case BeamMethod::kRelaxationThenNewton:
+        report.method = options.method;
+        detail::relax(structure, path, options.hand_over, options, context, observer,
+                      solution.state, report);
+        if (report.converged())
+          detail::follow_path(structure, path, 1, options, context, observer, solution.state,
+                              report);
+        break;
+      default:
+        report.method = BeamMethod::kNewton;
+        detail::follow_path(structure, path, 0, options, context, observer, solution.state, report);
+    }
   } catch (const Error& error) {
     if (error.code() != ErrorCode::kCancelled) throw;
     report.status = BeamStatus::kCancelled;

@@ -27,18 +27,9 @@ std::string where(const BeamStructure& structure, int unknown) {
   return "nowhere";
 }
 
-int node_of(const BeamStructure& structure, int unknown) {
-  if (unknown < 0) return -1;
-  if (unknown < 6 * structure.nodes()) return unknown / 6;
-  for (const ReleasedEnd& r : structure.released_ends()) {
-    if (unknown >= r.unknown && unknown < r.unknown + r.axes) return r.node;
-  }
-  return -1;
-}
-
 void say(const BeamStructure& structure, BeamStatus status, int unknown, BeamReport& report) {
   report.status = status;
-  report.node = node_of(structure, unknown);
+  report.node = Balance(structure).node_of(unknown);
   switch (status) {
     case BeamStatus::kConverged:
       report.message = "forces and moments balance at a minimum";
