@@ -23,7 +23,7 @@ OUTSIDE = {
 FORBIDDEN_IN_ENGINE = re.compile(r"zmq|boost/|google/protobuf|^proto/|sqlite|CLI/|iostream|cstdio|spdlog|\.pb\.h")
 # Heavy dependencies and the only engine files that may see them.
 PRIVATE = {"cholmod.h": "engine/base/numerics/", "Spectra/": "engine/bodies/", "pugixml.hpp": "engine/scene/",
-           "zlib.h": "engine/scene/", "xxhash.h": "engine/base/"}
+           "zlib.h": "engine/scene/", "nlohmann/": "engine/scene/", "xxhash.h": "engine/base/"}
 INCLUDE = re.compile(r'^\s*#\s*include\s*[<"]([^>"]+)[>"]', re.MULTILINE)
 
 
