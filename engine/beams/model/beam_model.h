@@ -83,6 +83,11 @@ struct DistributedLoad {
   LoadDirection direction = LoadDirection::kFixed;
 };
 
+/// Does an element that bends get shorter between its ends? With it an element buckles by itself
+/// and answers converge with the fourth power of its length; left out, elements are those of the
+/// paper, stiff under pressure and of second order.
+enum class Bowing { kCounts, kLeftOut };
+
 struct BeamModel {
   std::vector<BeamNode> nodes;
   std::vector<BeamSection> sections;
@@ -95,6 +100,7 @@ struct BeamModel {
   /// Act while loads and motions are brought on, and are gone at the end: they choose the side to
   /// which a plane structure buckles.
   std::vector<NodalLoad> temporary_loads;
+  Bowing bowing = Bowing::kCounts;
 };
 
 /// @throws Error naming the member, e.g. "elements[3].finish":

@@ -20,7 +20,9 @@ enum class BeamStatus {
 [[nodiscard]] const char* to_string(BeamStatus status) noexcept;
 
 enum class BeamMethod {
-  kChoose,                // the one that is expected to be quickest; another where it fails
+  /// Newton's method, or relaxation first where temporary loads have to choose among many ways to
+  /// buckle; the other where that fails.
+  kChoose,
   kNewton,                // load steps, each solved by Newton's method
   kRelaxation,            // dynamic relaxation with kinetic damping
   kRelaxationThenNewton,  // the relaxation until Newton's method takes over
@@ -35,12 +37,13 @@ struct BeamSolveOptions {
   double relaxation_tolerance = 1e-6;  // the same, for relaxation that Newton does not finish
   int newton_iterations = 500;         // over all load steps, > 0
   int relaxation_steps = 1000000;      // > 0
-  /// Steps of relaxation over which loads and motions are brought on; >= 0.
-  int ramp_steps = 500;
+  /// Steps of relaxation over which loads and motions are brought on where nothing is pressed; up
+  /// to twenty times as many where elements are, so that they do not fold up; >= 0.
+  int ramp_steps = 200;
   /// First load step of Newton's method, as a share of everything; in (0, 1].
   double first_load_step = 1;
   /// Relaxation hands over to Newton at this residual; in (0, 1).
-  double hand_over = 1e-2;
+  double hand_over = 1e-3;
 
   /// @throws Error{kInvalidArgument} naming member, value and inequality
   void validate() const;

@@ -25,6 +25,8 @@ enum class NewtonOutcome {
 /// saddle, which is left along its softest direction. Steps follow second-order curves, so that
 /// slender beams keep their lengths.
 class NewtonSolver {
+  enum class Definiteness { kPositive, kNot };
+
  public:
   NewtonSolver(const BeamStructure& structure, const BeamSolveOptions& options,
                const JobContext& context);
@@ -39,8 +41,11 @@ class NewtonSolver {
   [[nodiscard]] int iterations() const { return iterations_; }
   [[nodiscard]] int factorizations() const { return factorizations_; }
 
-  /// The softest direction's eigenvalue per weight; its largest unknown. Needs a factor: call after
-  /// balance().
+  /// Does the energy of a state rise in every direction?
+  [[nodiscard]] bool is_positive(const BeamState& state) {
+    return factor_positive(state) == Definiteness::kPositive;
+  }
+  /// The softest direction's eigenvalue per weight; its largest unknown.
   struct Softest {
     double eigenvalue = 0;
     int unknown = -1;
@@ -51,8 +56,6 @@ class NewtonSolver {
   [[nodiscard]] bool vanishes(double eigenvalue) const;
 
  private:
-  enum class Definiteness { kPositive, kNot };
-
   Definiteness factor_positive(const BeamState& state);
   bool factor_at(double shift);
   [[nodiscard]] Eigen::VectorXd residual(const BeamState& state, const NodeLoads& loads) const;

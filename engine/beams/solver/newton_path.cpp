@@ -34,6 +34,9 @@ void say(const BeamStructure& structure, BeamStatus status, int unknown, BeamRep
     case BeamStatus::kConverged:
       report.message = "forces and moments balance at a minimum";
       break;
+    case BeamStatus::kUnstable:
+      report.message = "balanced at a saddle: the energy falls where " + where(structure, unknown);
+      break;
     case BeamStatus::kMechanism:
       report.message = where(structure, unknown) + " without any resistance";
       break;
@@ -106,6 +109,18 @@ void follow_path(const BeamStructure& structure, const LoadPath& path, double s,
     }
   }
   say(structure, status, unknown, report);
+}
+
+void certify(const BeamStructure& structure, const BeamSolveOptions& options,
+             const JobContext& context, const BeamState& state, BeamReport& report) {
+  NewtonSolver newton(structure, options, context);
+  if (newton.is_positive(state)) return;
+  const NewtonSolver::Softest soft = newton.softest(state);
+  if (newton.vanishes(soft.eigenvalue)) {
+    say(structure, BeamStatus::kMechanism, soft.unknown, report);
+  } else if (soft.eigenvalue < 0) {
+    say(structure, BeamStatus::kUnstable, soft.unknown, report);
+  }
 }
 
 }  // namespace limber::beams::detail

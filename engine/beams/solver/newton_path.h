@@ -12,4 +12,9 @@ void follow_path(const BeamStructure& structure, const LoadPath& path, double s,
                  const BeamSolveOptions& options, const JobContext& context,
                  const BeamObserver& observer, BeamState& state, BeamReport& report);
 
+/// Is a balanced state a minimum? Changes the status of a report that says converged where it is a
+/// saddle (kUnstable) or something moves without resistance (kMechanism).
+void certify(const BeamStructure& structure, const BeamSolveOptions& options,
+             const JobContext& context, const BeamState& state, BeamReport& report);
+
 }  // namespace limber::beams::detail

@@ -320,12 +320,18 @@ void Relaxation::drive(const LoadPath& path, double s) {
   write_slots();
 }
 
+bool Relaxation::drives(int node) const {
+  const auto first = structure_.held().begin() + 6 * node;
+  return first[0] != 0 && first[1] != 0 && first[2] != 0;
+}
+
 double Relaxation::pressure() const {
   double result = 0;
   for (int e = 0; e < structure_.elements(); ++e) {
     const ElementConstants<double>& k = structure_.constants(e);
     const double bending = 0.25 * std::min(k.near_2, k.near_3) * k.length;  // EI
-    if (bending <= 0) continue;
+    const BeamElement& element = structure_.model().elements[index(e)];
+    if (bending <= 0 || (drives(element.start) && drives(element.finish))) continue;
     const double axial = responses_.data()[responses_.index(e, kAxial)];
     result = std::max(result, -axial * k.length * k.length / (9.87 * bending));
   }

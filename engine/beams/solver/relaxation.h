@@ -41,7 +41,7 @@ class Relaxation {
 
   [[nodiscard]] double kinetic_energy() const { return kinetic_energy_; }
   /// Largest compression at the last step, over the load at which the element itself would buckle
-  /// between hinges.
+  /// between hinges; of elements that are not held at both ends.
   [[nodiscard]] double pressure() const;
   /// Largest coordinate.
   [[nodiscard]] double farthest() const;
@@ -71,6 +71,7 @@ class Relaxation {
 
   [[nodiscard]] Eigen::Matrix3d hinge_axes(const Hinge& hinge) const;
   void out_of_balance(int node, double force[3], double moment[3]) const;
+  [[nodiscard]] bool drives(int node) const;
   void gather_masses();
   void respond();
   void turn_loads();

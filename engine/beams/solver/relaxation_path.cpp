@@ -16,8 +16,8 @@ constexpr int kStepsBetweenFrames = 200;
 /// Without a residual a tenth below the best in as many steps, rounding is all that is left.
 constexpr int kPatience = 200000;
 constexpr double kMostPressure = 0.05;  // of elements during the ramp, see Relaxation::pressure
-constexpr double kSlowest = 1e-3;      // of the ramp's pace
-constexpr double kFarAway = 1e3;       // extents
+constexpr double kSlowest = 0.05;       // of the ramp's pace
+constexpr double kFarAway = 1e3;        // extents
 
 /// One run of the relaxation, with what it tells its caller.
 class Run {

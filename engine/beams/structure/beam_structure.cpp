@@ -16,7 +16,8 @@ void set_plane(double stiffness_per_length, bool slides, double& near, double& f
   far = (slides ? -1 : 2) * stiffness_per_length;
 }
 
-ElementConstants<double> constants_of(const BeamElement& e, const BeamSection& s, double drawn) {
+ElementConstants<double> constants_of(const BeamElement& e, const BeamSection& s, double drawn,
+                                      Bowing bowing) {
   ElementConstants<double> k;
   k.length = e.rest_length > 0 ? e.rest_length : drawn;
   if (e.kind == BeamKind::kCable) {
@@ -28,7 +29,7 @@ ElementConstants<double> constants_of(const BeamElement& e, const BeamSection& s
     return e.start_release.forces[axis] || e.finish_release.forces[axis];
   };
   k.stretching = slides(0) ? 0 : s.stretching / k.length;
-  k.bow = k.length / 30;
+  k.bow = bowing == Bowing::kCounts ? k.length / 30 : 0;
   k.torsion = s.torsion / k.length;
   // Shear along axis 3 goes with bending about axis 2, and the other way round.
   set_plane(s.bending_2 / k.length, slides(2), k.near_2, k.far_2);
@@ -66,7 +67,7 @@ BeamStructure::BeamStructure(BeamModel model) : model_(std::move(model)) {
 void BeamStructure::add_element(int element) {
   const BeamElement& e = model_.elements[index(element)];
   const double drawn = drawn_length(model_, element);
-  constants_.push_back(constants_of(e, model_.sections[index(e.section)], drawn));
+  constants_.push_back(constants_of(e, model_.sections[index(e.section)], drawn, model_.bowing));
   Eigen::Matrix3d axes = Eigen::Matrix3d::Identity();
   if (e.kind == BeamKind::kBeam) axes = drawn_frame(model_, element);
   rest_axes_.push_back(axes);
