@@ -55,7 +55,8 @@ struct BeamSupport {
   Eigen::Matrix3d axes = Eigen::Matrix3d::Identity();  // orthonormal columns
 };
 
-/// Where a node is brought, in global axes. Ramped with the load steps.
+/// Where a node is brought, in global axes. Ramped with the load steps. A support of the same node
+/// may fix other directions; it must have global axes where translations are prescribed.
 struct PrescribedMotion {
   int node = 0;
   std::array<bool, 3> translates{};  // which components of `translation` are prescribed

@@ -128,6 +128,22 @@ void check_elements(const BeamModel& model) {
   }
 }
 
+void check_motion_against(const BeamSupport& s, std::size_t support, const PrescribedMotion& m,
+                          std::size_t i) {
+  const bool translates = m.translates[0] || m.translates[1] || m.translates[2];
+  if (translates && !s.axes.isIdentity(1e-12))
+    refuse(
+        at("motions", i),
+        fmt::format("prescribes global directions of node {}, but supports[{}] has axes of its own",
+                    m.node, support));
+  for (std::size_t k = 0; k < 6; ++k) {
+    if (s.fixed[k] && (k < 3 ? m.translates[k] : m.rotates))
+      refuse(at("motions", i),
+             fmt::format("moves node {} in a direction that supports[{}].fixed[{}] holds", m.node,
+                         support, k));
+  }
+}
+
 void check_holds(const BeamModel& model) {
   std::map<int, std::size_t> support_of, motion_of;
   for (std::size_t i = 0; i < model.supports.size(); ++i) {
@@ -149,21 +165,7 @@ void check_holds(const BeamModel& model) {
              fmt::format("= {}, as that of motions[{}]", m.node, motion_of[m.node]));
     const auto support = support_of.find(m.node);
     if (support == support_of.end()) continue;
-    const BeamSupport& s = model.supports[support->second];
-    for (int k = 0; k < 6; ++k) {
-      if (!s.fixed[static_cast<std::size_t>(k)]) continue;
-      const bool moves = k < 3 ? [&] {
-        Eigen::Vector3d prescribed = Eigen::Vector3d::Zero();
-        for (int c = 0; c < 3; ++c)
-          if (m.translates[static_cast<std::size_t>(c)]) prescribed[c] = 1;
-        return prescribed.cwiseProduct(s.axes.col(k)).cwiseAbs().maxCoeff() > 1e-12;
-      }()
-                               : m.rotates;
-      if (moves)
-        refuse(at("motions", i),
-               fmt::format("moves node {} in a direction that supports[{}].fixed[{}] holds", m.node,
-                           support->second, k));
-    }
+    check_motion_against(model.supports[support->second], support->second, m, i);
   }
 }
 

@@ -1,5 +1,6 @@
 #include "engine/beams/solver/load_path.h"
 
+#include <algorithm>
 #include <map>
 
 #include "engine/base/rotations/logarithm.h"
@@ -56,6 +57,12 @@ LoadPath::LoadPath(const BeamStructure& structure, const BeamState& start, bool 
   }
   nudged_ = as_drawn && !temporary_.empty();
   varies_ = varies_ || nudged_ || (as_drawn && !loads_.empty());
+}
+
+double LoadPath::turn() const {
+  double most = 0;
+  for (const Held& h : held_) most = std::max(most, h.rotation.norm());
+  return most;
 }
 
 NodeLoads LoadPath::loads(double s) const {

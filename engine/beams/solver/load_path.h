@@ -24,6 +24,8 @@ class LoadPath {
 
   /// Does anything change with s?
   [[nodiscard]] bool varies() const { return varies_; }
+  /// Largest angle that a held node turns by from s = 0 to 1 [rad].
+  [[nodiscard]] double turn() const;
   [[nodiscard]] bool nudged() const { return nudged_; }
 
  private:

@@ -148,8 +148,7 @@ bool NewtonSolver::advance(BeamState& state, const NodeLoads& loads,
   return true;
 }
 
-NewtonSolver::Softest NewtonSolver::softest(const BeamState& state) {
-  factor_positive(state);
+NewtonSolver::Softest NewtonSolver::softest_of_factored(const BeamState& state) {
   Random random(20);
   Eigen::VectorXd v(stiffness_.size());
   for (double& entry : v) entry = random.uniform() - 0.5;
@@ -206,10 +205,9 @@ NewtonOutcome NewtonSolver::balance(BeamState& state, const LoadPath& path, doub
     const bool moves = balance_.size_of(held) > 1e-12;
     const Eigen::VectorXd here = residual(state, loads);
     left_ = balance_.imbalance(here, balance_.present(state, loads));
-    const Definiteness definiteness = factor_positive(state);
+    factor_positive(state);
     if (!moves && left_.scaled <= tolerance) {
-      if (definiteness == Definiteness::kPositive) return NewtonOutcome::kBalanced;
-      const Softest soft = softest(state);
+      const Softest soft = softest_of_factored(state);
       if (vanishes(soft.eigenvalue)) return NewtonOutcome::kMechanism;
       if (soft.eigenvalue > 0) return NewtonOutcome::kBalanced;
       if (!leave_saddle(state, loads, soft)) return NewtonOutcome::kNoProgress;

@@ -41,23 +41,23 @@ class NewtonSolver {
   [[nodiscard]] int iterations() const { return iterations_; }
   [[nodiscard]] int factorizations() const { return factorizations_; }
 
-  /// Does the energy of a state rise in every direction?
-  [[nodiscard]] bool is_positive(const BeamState& state) {
-    return factor_positive(state) == Definiteness::kPositive;
-  }
   /// The softest direction's eigenvalue per weight; its largest unknown.
   struct Softest {
     double eigenvalue = 0;
     int unknown = -1;
     Eigen::VectorXd direction;  // by all unknowns
   };
-  [[nodiscard]] Softest softest(const BeamState& state);
+  [[nodiscard]] Softest softest(const BeamState& state) {
+    factor_positive(state);
+    return softest_of_factored(state);
+  }
   /// Is an eigenvalue nothing but rounding, or so small that any load would move it out of reach?
   [[nodiscard]] bool vanishes(double eigenvalue) const;
 
  private:
   Definiteness factor_positive(const BeamState& state);
   bool factor_at(double shift);
+  [[nodiscard]] Softest softest_of_factored(const BeamState& state);
   [[nodiscard]] Eigen::VectorXd residual(const BeamState& state, const NodeLoads& loads) const;
   [[nodiscard]] double potential_change(const BeamState& from, double energy,
                                         const Eigen::VectorXd& load, const BeamState& to,

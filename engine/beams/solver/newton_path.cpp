@@ -13,7 +13,8 @@ namespace {
 constexpr double kSmallestStep = 1e-5;
 constexpr double kOnTheWay = 1e-4;  // tolerance of states that are only passed
 constexpr int kIterationsOfStep = 60;
-constexpr int kEasy = 8;  // iterations
+constexpr double kMostTurn = 0.6;  // of what is held, in one load step [rad]
+constexpr int kEasy = 8;           // iterations
 
 std::string where(const BeamStructure& structure, int unknown) {
   if (unknown < 0) return "nowhere";
@@ -53,6 +54,9 @@ void follow_path(const BeamStructure& structure, const LoadPath& path, double s,
                  const BeamObserver& observer, BeamState& state, BeamReport& report) {
   NewtonSolver newton(structure, options, context);
   double step = path.varies() ? options.first_load_step * (1 - s) : 1 - s;
+  // Attitudes are told apart by less than half a turn.
+  const double longest = kMostTurn / std::max(kMostTurn, path.turn());
+  step = std::min(step, longest);
   BeamStatus status = BeamStatus::kStalled;
   int unknown = -1;
   if (path.nudged() && s == 0) {
@@ -89,7 +93,7 @@ void follow_path(const BeamStructure& structure, const LoadPath& path, double s,
         break;
       }
       if (newton.iterations() - before <= kEasy) step *= 2;
-      step = std::min(step, 1 - s);
+      step = std::min({step, 1 - s, longest});
       context.report("load steps", s);
       continue;
     }
@@ -114,7 +118,6 @@ void follow_path(const BeamStructure& structure, const LoadPath& path, double s,
 void certify(const BeamStructure& structure, const BeamSolveOptions& options,
              const JobContext& context, const BeamState& state, BeamReport& report) {
   NewtonSolver newton(structure, options, context);
-  if (newton.is_positive(state)) return;
   const NewtonSolver::Softest soft = newton.softest(state);
   if (newton.vanishes(soft.eigenvalue)) {
     say(structure, BeamStatus::kMechanism, soft.unknown, report);

@@ -338,6 +338,23 @@ double Relaxation::pressure() const {
   return result;
 }
 
+double Relaxation::bend() const {
+  double result = 0;
+  const double* const from = responses_.data();
+  for (int e = 0; e < structure_.elements(); ++e) {
+    const double stiffness =
+        std::min(structure_.constants(e).near_2, structure_.constants(e).near_3);
+    if (stiffness <= 0) continue;
+    for (const int row : {int(kStartMoment), int(kFinishMoment)}) {
+      const int at = responses_.index(e, row);
+      const double squared = from[at] * from[at] + from[at + kLanes] * from[at + kLanes] +
+                             from[at + 2 * kLanes] * from[at + 2 * kLanes];
+      result = std::max(result, squared / (stiffness * stiffness));
+    }
+  }
+  return std::sqrt(result);
+}
+
 double Relaxation::farthest() const {
   double result = 0;
   for (const Row& row : rows_) {

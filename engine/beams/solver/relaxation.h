@@ -43,6 +43,9 @@ class Relaxation {
   /// Largest compression at the last step, over the load at which the element itself would buckle
   /// between hinges; of elements that are not held at both ends.
   [[nodiscard]] double pressure() const;
+  /// Largest angle that an end would have against its chord if the moments of the last step bent
+  /// one end alone [rad].
+  [[nodiscard]] double bend() const;
   /// Largest coordinate.
   [[nodiscard]] double farthest() const;
   [[nodiscard]] int peaks() const { return peaks_; }

@@ -16,6 +16,7 @@ constexpr int kStepsBetweenFrames = 200;
 /// Without a residual a tenth below the best in as many steps, rounding is all that is left.
 constexpr int kPatience = 200000;
 constexpr double kMostPressure = 0.05;  // of elements during the ramp, see Relaxation::pressure
+constexpr double kMostBend = 0.5;       // the same, see Relaxation::bend
 constexpr double kSlowest = 0.05;       // of the ramp's pace
 constexpr double kFarAway = 1e3;        // extents
 
@@ -43,7 +44,9 @@ class Run {
     // Motions wait while elements are pressed: pushed on, they would fold up.
     double at = 0;
     while (ramp > 0 && at < 1) {
-      const double calm = std::max(0.0, 1 - relaxation_.pressure() / kMostPressure);
+      const double strain =
+          std::max(relaxation_.pressure() / kMostPressure, relaxation_.bend() / kMostBend);
+      const double calm = std::max(0.0, 1 - strain);
       at = std::min(1.0, at + std::max(calm, kSlowest) / ramp);
       loads_ = path_.loads(at);
       relaxation_.set_loads(loads_);
