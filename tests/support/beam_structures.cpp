@@ -39,4 +39,26 @@ beams::BeamModel model_of(const scene::BeamJobFiles& files, JobTorsion torsion) 
   return model;
 }
 
+beams::BeamModel refined(const beams::BeamModel& model, int parts) {
+  beams::BeamModel result = model;
+  result.elements.clear();
+  for (const beams::BeamElement& element : model.elements) {
+    const beams::BeamNode a = model.nodes[static_cast<std::size_t>(element.start)];
+    const beams::BeamNode b = model.nodes[static_cast<std::size_t>(element.finish)];
+    beams::BeamElement part = element;
+    for (int i = 1; i <= parts; ++i) {
+      part.finish = element.finish;
+      if (i < parts) {
+        const double share = double(i) / parts;
+        part.finish = static_cast<int>(result.nodes.size());
+        result.nodes.push_back({(1 - share) * a.position + share * b.position,
+                                (1 - share) * a.normal + share * b.normal});
+      }
+      result.elements.push_back(part);
+      part.start = part.finish;
+    }
+  }
+  return result;
+}
+
 }  // namespace limber::testing

@@ -16,4 +16,7 @@ enum class JobTorsion {
 [[nodiscard]] beams::BeamModel model_of(const scene::BeamJobFiles& files,
                                         JobTorsion torsion = JobTorsion::kSaintVenant);
 
+/// The same with each element cut into equal parts; nodes of the model come first.
+[[nodiscard]] beams::BeamModel refined(const beams::BeamModel& model, int parts);
+
 }  // namespace limber::testing

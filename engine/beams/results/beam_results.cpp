@@ -21,8 +21,8 @@ ElementForces forces_of(const ElementResponse<double>& r, double chord) {
   f.finish_moment_2 = r.finish_2;
   f.finish_moment_3 = r.finish_3;
   // The couple of the shears balances the moments.
-  f.shear_3 = -(r.start_2 + r.finish_2) / chord;
-  f.shear_2 = (r.start_3 + r.finish_3) / chord;
+  f.shear_3 = (r.start_2 + r.finish_2) / chord;
+  f.shear_2 = -(r.start_3 + r.finish_3) / chord;
   return f;
 }
 

@@ -30,7 +30,7 @@ struct Attempt {
     detail::relax(structure, path, options.relaxation_tolerance, options, context, observer,
                   solution.state, solution.report);
     if (solution.report.converged())
-      detail::certify(structure, options, context, solution.state, solution.report);
+      detail::certify(structure, context, solution.state, solution.report);
   }
 
   void both(BeamSolution& solution) const {

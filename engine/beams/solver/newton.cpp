@@ -17,10 +17,8 @@ constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 
 }  // namespace
 
-NewtonSolver::NewtonSolver(const BeamStructure& structure, const BeamSolveOptions& options,
-                           const JobContext& context)
+NewtonSolver::NewtonSolver(const BeamStructure& structure, const JobContext& context)
     : structure_(structure), context_(context), balance_(structure), stiffness_(structure) {
-  (void)options;
   weights_ = stiffness_.restricted(balance_.weights());
 }
 
@@ -62,11 +60,9 @@ Eigen::VectorXd NewtonSolver::residual(const BeamState& state, const NodeLoads& 
   return elastic_gradient(structure_, state) - load_vector(structure_, loads, state);
 }
 
-double NewtonSolver::potential_change(const BeamState& from, double energy,
-                                      const Eigen::VectorXd& load, const BeamState& to,
-                                      const NodeLoads& loads,
+double NewtonSolver::potential_change(double energy, const Eigen::VectorXd& load,
+                                      const BeamState& to, const NodeLoads& loads,
                                       const Eigen::VectorXd& increments) const {
-  (void)from;
   // Work of loads that turn on the way: the trapezoidal rule.
   const Eigen::VectorXd mean = 0.5 * (load + load_vector(structure_, loads, to));
   return elastic_energies(structure_, to).total() - energy - mean.dot(increments);
@@ -91,7 +87,7 @@ NewtonSolver::Trial NewtonSolver::try_step(const BeamState& state, const NodeLoa
   const Eigen::VectorXd increments = t * step + (0.5 * t * t) * bend;
   Trial trial;
   trial.state = structure_.moved(state, increments);
-  trial.change = potential_change(state, energy, load, trial.state, loads, increments);
+  trial.change = potential_change(energy, load, trial.state, loads, increments);
   trial.scaled =
       balance_.imbalance(residual(trial.state, loads), balance_.present(trial.state, loads)).scaled;
   return trial;
@@ -187,7 +183,7 @@ bool NewtonSolver::leave_saddle(BeamState& state, const NodeLoads& loads, const 
   for (double t = 0.3; t > 1e-5; t *= 0.5) {
     const Eigen::VectorXd increments = t * unit + (0.5 * t * t) * bend;
     BeamState trial = structure_.moved(state, increments);
-    if (potential_change(state, energy, load, trial, loads, increments) < 0) {
+    if (potential_change(energy, load, trial, loads, increments) < 0) {
       state = std::move(trial);
       return true;
     }

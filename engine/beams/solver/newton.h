@@ -28,8 +28,7 @@ class NewtonSolver {
   enum class Definiteness { kPositive, kNot };
 
  public:
-  NewtonSolver(const BeamStructure& structure, const BeamSolveOptions& options,
-               const JobContext& context);
+  NewtonSolver(const BeamStructure& structure, const JobContext& context);
 
   /// Balances a state with what path says at s.
   /// @param iterations  at most this many; the state is the best found in any case
@@ -59,9 +58,8 @@ class NewtonSolver {
   bool factor_at(double shift);
   [[nodiscard]] Softest softest_of_factored(const BeamState& state);
   [[nodiscard]] Eigen::VectorXd residual(const BeamState& state, const NodeLoads& loads) const;
-  [[nodiscard]] double potential_change(const BeamState& from, double energy,
-                                        const Eigen::VectorXd& load, const BeamState& to,
-                                        const NodeLoads& loads,
+  [[nodiscard]] double potential_change(double energy, const Eigen::VectorXd& load,
+                                        const BeamState& to, const NodeLoads& loads,
                                         const Eigen::VectorXd& increments) const;
   [[nodiscard]] Eigen::VectorXd curvature(const BeamState& state, const NodeLoads& loads,
                                           const Eigen::VectorXd& residual,

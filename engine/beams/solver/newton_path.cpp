@@ -49,75 +49,107 @@ void say(const BeamStructure& structure, BeamStatus status, int unknown, BeamRep
 
 }  // namespace
 
+namespace {
+
+/// Load steps of one call.
+class Follower {
+ public:
+  Follower(const BeamStructure& structure, const LoadPath& path, double s,
+           const BeamSolveOptions& options, BeamState& state, BeamReport& report,
+           const JobContext& context)
+      : structure_(structure),
+        path_(path),
+        options_(options),
+        state_(state),
+        report_(report),
+        newton_(structure, context),
+        s_(s),
+        // Attitudes are told apart by less than half a turn.
+        longest_(kMostTurn / std::max(kMostTurn, path.turn())) {
+    step_ = path.varies() ? options.first_load_step * (1 - s) : 1 - s;
+    step_ = std::min(step_, longest_);
+  }
+
+  /// Temporary loads bend what is straight before motions press on it.
+  void nudge(const BeamObserver& observer) {
+    if (!path_.nudged() || s_ > 0) return;
+    newton_.balance(state_, path_, 0, kOnTheWay, kIterationsOfStep);
+    if (observer) observer({&state_, 0, newton_.left().scaled, 0});
+  }
+
+  /// One load step. @returns whether to go on
+  bool advance(const JobContext& context, const BeamObserver& observer) {
+    const double next = s_ + step_ > 1 - 1e-9 ? 1 : s_ + step_;
+    BeamState trial = state_;
+    const int before = newton_.iterations();
+    const int left = options_.newton_iterations - before;
+    const NewtonOutcome outcome =
+        newton_.balance(trial, path_, next, next < 1 ? kOnTheWay : options_.tolerance,
+                        std::min(left, kIterationsOfStep));
+    report_.newton_iterations = newton_.iterations();
+    report_.factorizations = newton_.factorizations();
+    if (outcome != NewtonOutcome::kBalanced && outcome != NewtonOutcome::kMechanism)
+      return shorten(outcome);
+    state_ = std::move(trial);
+    s_ = next;
+    ++report_.load_steps;
+    report_.load_factor = s_;
+    report_.residual = newton_.left().scaled;
+    if (observer) observer({&state_, s_, report_.residual, report_.load_steps});
+    if (s_ >= 1) {
+      const bool loose = outcome == NewtonOutcome::kMechanism;
+      say(structure_, loose ? BeamStatus::kMechanism : BeamStatus::kConverged,
+          loose ? newton_.softest(state_).unknown : -1, report_);
+      return false;
+    }
+    if (newton_.iterations() - before <= kEasy) step_ *= 2;
+    step_ = std::min({step_, 1 - s_, longest_});
+    context.report("load steps", s_);
+    return true;
+  }
+
+ private:
+  bool shorten(NewtonOutcome outcome) {
+    const int unknown = newton_.left().unknown;
+    step_ *= outcome == NewtonOutcome::kTooFar ? 0.5 : 0.25;
+    if (newton_.iterations() < options_.newton_iterations && step_ >= kSmallestStep) return true;
+    report_.residual = newton_.left().scaled;
+    if (newton_.iterations() >= options_.newton_iterations) {
+      say(structure_, BeamStatus::kIterationLimit, unknown, report_);
+      return false;
+    }
+    const auto soft = newton_.softest(structure_.rest_state());
+    const bool loose = newton_.vanishes(soft.eigenvalue);
+    say(structure_, loose ? BeamStatus::kMechanism : BeamStatus::kStalled,
+        loose ? soft.unknown : unknown, report_);
+    return false;
+  }
+
+  const BeamStructure& structure_;
+  const LoadPath& path_;
+  const BeamSolveOptions& options_;
+  BeamState& state_;
+  BeamReport& report_;
+  NewtonSolver newton_;
+  double s_;
+  double step_ = 1;
+  double longest_;
+};
+
+}  // namespace
+
 void follow_path(const BeamStructure& structure, const LoadPath& path, double s,
                  const BeamSolveOptions& options, const JobContext& context,
                  const BeamObserver& observer, BeamState& state, BeamReport& report) {
-  NewtonSolver newton(structure, options, context);
-  double step = path.varies() ? options.first_load_step * (1 - s) : 1 - s;
-  // Attitudes are told apart by less than half a turn.
-  const double longest = kMostTurn / std::max(kMostTurn, path.turn());
-  step = std::min(step, longest);
-  BeamStatus status = BeamStatus::kStalled;
-  int unknown = -1;
-  if (path.nudged() && s == 0) {
-    // Temporary loads bend what is straight before motions press on it.
-    newton.balance(state, path, 0, kOnTheWay, kIterationsOfStep);
-    if (observer) observer({&state, 0, newton.left().scaled, 0});
+  Follower follower(structure, path, s, options, state, report, context);
+  follower.nudge(observer);
+  while (follower.advance(context, observer)) {
   }
-  for (;;) {
-    const double next = s + step > 1 - 1e-9 ? 1 : s + step;
-    BeamState trial = state;
-    const int left = options.newton_iterations - newton.iterations();
-    const int before = newton.iterations();
-    const NewtonOutcome outcome =
-        newton.balance(trial, path, next, next < 1 ? kOnTheWay : options.tolerance,
-                       std::min(left, next < 1 || step > kSmallestStep ? kIterationsOfStep : left));
-    unknown = newton.left().unknown;
-    const bool done = outcome == NewtonOutcome::kBalanced || outcome == NewtonOutcome::kMechanism;
-    report.newton_iterations = newton.iterations();
-    report.factorizations = newton.factorizations();
-    if (done) {
-      state = std::move(trial);
-      s = next;
-      ++report.load_steps;
-      report.load_factor = s;
-      report.residual = newton.left().scaled;
-      if (observer) observer({&state, s, report.residual, report.load_steps});
-      if (outcome == NewtonOutcome::kMechanism && s >= 1) {
-        status = BeamStatus::kMechanism;
-        unknown = newton.softest(state).unknown;
-        break;
-      }
-      if (s >= 1) {
-        status = BeamStatus::kConverged;
-        break;
-      }
-      if (newton.iterations() - before <= kEasy) step *= 2;
-      step = std::min({step, 1 - s, longest});
-      context.report("load steps", s);
-      continue;
-    }
-    if (newton.iterations() >= options.newton_iterations) {
-      status = BeamStatus::kIterationLimit;
-      break;
-    }
-    step *= outcome == NewtonOutcome::kTooFar ? 0.5 : 0.25;
-    if (step < kSmallestStep) {
-      report.residual = newton.left().scaled;
-      const auto soft = newton.softest(structure.rest_state());
-      if (newton.vanishes(soft.eigenvalue)) {
-        status = BeamStatus::kMechanism;
-        unknown = soft.unknown;
-      }
-      break;
-    }
-  }
-  say(structure, status, unknown, report);
 }
 
-void certify(const BeamStructure& structure, const BeamSolveOptions& options,
-             const JobContext& context, const BeamState& state, BeamReport& report) {
-  NewtonSolver newton(structure, options, context);
+void certify(const BeamStructure& structure, const JobContext& context, const BeamState& state,
+             BeamReport& report) {
+  NewtonSolver newton(structure, context);
   const NewtonSolver::Softest soft = newton.softest(state);
   if (newton.vanishes(soft.eigenvalue)) {
     say(structure, BeamStatus::kMechanism, soft.unknown, report);

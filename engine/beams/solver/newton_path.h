@@ -14,7 +14,7 @@ void follow_path(const BeamStructure& structure, const LoadPath& path, double s,
 
 /// Is a balanced state a minimum? Changes the status of a report that says converged where it is a
 /// saddle (kUnstable) or something moves without resistance (kMechanism).
-void certify(const BeamStructure& structure, const BeamSolveOptions& options,
-             const JobContext& context, const BeamState& state, BeamReport& report);
+void certify(const BeamStructure& structure, const JobContext& context, const BeamState& state,
+             BeamReport& report);
 
 }  // namespace limber::beams::detail

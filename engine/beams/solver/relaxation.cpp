@@ -27,10 +27,14 @@ Eigen::Matrix3d symmetric(const double m[6]) {
 
 /// Inverse of a mass on the span of the columns of `free`; what is held stays.
 void invert(Eigen::Matrix3d mass, const Eigen::Matrix3d& free, double out[6]) {
+  if (!(mass.trace() > 0)) {
+    std::fill(out, out + 6, 0.0);  // nothing acts on it either
+    return;
+  }
   // Directions without stiffness (a slack cable's) get a little: they move, but not at once.
-  mass.diagonal().array() += 1e-6 * mass.trace() + 1e-300;
+  mass.diagonal().array() += 1e-6 * mass.trace();
   const Eigen::Matrix3d held = Eigen::Matrix3d::Identity() - free;
-  // P M P + s (I - P) is block diagonal: its inverse less (I - P) / s is that on the free ones.
+  // P M P / s + (I - P) is block diagonal: its inverse less (I - P) is that on the free ones.
   const double s = mass.trace();
   const Eigen::Matrix3d inverse = (free * mass * free + s * held).inverse() - held / s;
   const double entries[6] = {inverse(0, 0), inverse(1, 0), inverse(1, 1),

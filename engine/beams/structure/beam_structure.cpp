@@ -41,6 +41,13 @@ ElementConstants<double> constants_of(const BeamElement& e, const BeamSection& s
   return k;
 }
 
+/// Any axes with the first along the cable: it has no others.
+Eigen::Matrix3d cable_frame(const BeamModel& model, const BeamElement& e) {
+  const Eigen::Vector3d along =
+      model.nodes[index(e.finish)].position - model.nodes[index(e.start)].position;
+  return Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitX(), along).toRotationMatrix();
+}
+
 }  // namespace
 
 Eigen::Quaterniond rotation_by(const Eigen::Vector3d& spin) {
@@ -68,9 +75,8 @@ void BeamStructure::add_element(int element) {
   const BeamElement& e = model_.elements[index(element)];
   const double drawn = drawn_length(model_, element);
   constants_.push_back(constants_of(e, model_.sections[index(e.section)], drawn, model_.bowing));
-  Eigen::Matrix3d axes = Eigen::Matrix3d::Identity();
-  if (e.kind == BeamKind::kBeam) axes = drawn_frame(model_, element);
-  rest_axes_.push_back(axes);
+  rest_axes_.push_back(e.kind == BeamKind::kBeam ? drawn_frame(model_, element)
+                                                 : cable_frame(model_, e));
   add_release(element, ElementEnd::kStart, e.start_release);
   add_release(element, ElementEnd::kFinish, e.finish_release);
   tributary_[index(e.start)] += 0.5 * constants_.back().length;
