@@ -85,7 +85,7 @@ class Follower {
     const int left = options_.newton_iterations - before;
     const NewtonOutcome outcome =
         newton_.balance(trial, path_, next, next < 1 ? kOnTheWay : options_.tolerance,
-                        std::min(left, kIterationsOfStep));
+                        s_ < 1 ? std::min(left, kIterationsOfStep) : left);
     report_.newton_iterations = newton_.iterations();
     report_.factorizations = newton_.factorizations();
     if (outcome != NewtonOutcome::kBalanced && outcome != NewtonOutcome::kMechanism)
