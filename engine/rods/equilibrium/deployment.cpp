@@ -214,7 +214,6 @@ class Deployment {
     if (step.event == BranchEvent::kJump) ++report_.jumps;
     if (step.event != BranchEvent::kNone) {
       prediction_.clear();
-      add_prediction(trial.increment);
       way_.resize(0);
     } else {
       add_prediction(trial.increment);

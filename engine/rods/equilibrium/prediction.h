@@ -26,9 +26,7 @@ class Prediction {
     past_.insert(past_.begin(), {0, std::move(left), std::move(velocity)});
     if (past_.size() > places_) past_.pop_back();
   }
-  [[nodiscard]] bool possible() const {
-    return past_.size() >= 2 || (past_.size() == 1 && past_[0].velocity.size() > 0);
-  }
+  [[nodiscard]] bool possible() const { return past_.size() >= 2; }
   /// To first order.
   [[nodiscard]] Eigen::VectorXd straight(double length) const {
     const Place& now = past_[0];
