@@ -27,6 +27,7 @@ constexpr double kFading = 0.2;        // of shifts
 // Times the curvature along a step: what resists more is held while the step is bent.
 constexpr double kStiff = 1e5;
 constexpr int kPowerIterations = 100;
+constexpr double kSettledDirection = 1e-4;  // change in an iteration, of the direction
 constexpr double kFirstEscape = 1e-4;  // [rad]
 constexpr double kEscapeGrowth = 2;
 constexpr int kEscapes = 16;
@@ -243,12 +244,16 @@ Eigen::VectorXd NewtonRun::softest_direction(const LinkageState& state) {
   Eigen::VectorXd v(weights.size());
   for (double& value : v) value = random.normal();
   v = v.cwiseQuotient(weights.cwiseSqrt());
+  Eigen::VectorXd before;
   for (int k = 0; k < kPowerIterations; ++k) {
+    before = v;
     v = v.cwiseProduct(weights);
     for (const int unknown : holding_.pinned()) v[unknown] = 0;
     for (const int unknown : bounded_) v[unknown] = 0;
     solve(v, Eigen::VectorXd::Zero(holding_.rows().rows()));
     v /= std::sqrt(v.dot(weights.cwiseProduct(v)));
+    before -= v;
+    if (before.dot(weights.cwiseProduct(before)) < kSettledDirection * kSettledDirection) break;
   }
   Eigen::Index largest = 0;
   (void)v.cwiseProduct(weights.cwiseSqrt()).cwiseAbs().maxCoeff(&largest);
