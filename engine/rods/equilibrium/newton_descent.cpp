@@ -28,7 +28,7 @@ constexpr double kFading = 0.2;        // of shifts
 constexpr double kStiff = 1e5;
 constexpr int kPowerIterations = 100;
 constexpr double kSettledDirection = 1e-4;  // change in an iteration, of the direction
-constexpr double kFirstEscape = 1e-4;  // [rad]
+constexpr double kFirstEscape = 1e-4;       // [rad]
 constexpr double kEscapeGrowth = 2;
 constexpr int kEscapes = 16;
 

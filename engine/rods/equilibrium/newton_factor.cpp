@@ -156,8 +156,7 @@ NewtonRun::Step NewtonRun::step_with_factor(const LinkageState& state) const {
 LinkageEquilibrium::Motion NewtonRun::motion_to(NewtonRun& ahead, const LinkageState& state) {
   const std::vector<int>& pinned = holding_.pinned();
   // Behind the pinned ones are lengths on their bound, which stay there.
-  const bool same_pins = ahead.holding_.pinned() == pinned &&
-                         work_.fixed.size() >= pinned.size() &&
+  const bool same_pins = ahead.holding_.pinned() == pinned && work_.fixed.size() >= pinned.size() &&
                          std::equal(pinned.begin(), pinned.end(), work_.fixed.begin());
   if (!work_.certified || !same_pins || !same(work_.rows, holding_.rows()) ||
       !same(ahead.holding_.rows(), work_.rows))

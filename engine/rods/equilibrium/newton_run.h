@@ -123,11 +123,11 @@ class NewtonRun {
   double potential_ = 0;
   double potential_size_ = 0;
   GradientSize scale_;
-  bool stable_ = false;  // does a factor of this very state say that it is a minimum
-  double damping_ = 0;       // least shift
-  double step_shift_ = 0;    // with which the last step was made
-  double radius_;            // turn up to which steps are believed [rad]
-  Eigen::VectorXd along_;    // the last step, where little resists; empty: nothing special
+  bool stable_ = false;    // does a factor of this very state say that it is a minimum
+  double damping_ = 0;     // least shift
+  double step_shift_ = 0;  // with which the last step was made
+  double radius_;          // turn up to which steps are believed [rad]
+  Eigen::VectorXd along_;  // the last step, where little resists; empty: nothing special
   EquilibriumReport report_;
 };
 
