@@ -304,7 +304,8 @@ TEST(ServerLimits, UnreadRepliesOfAClientWhoDoesNotRead) {
   }
   EXPECT_EQ(answers + refusals, 100);
   EXPECT_GE(answers, 1);
-  EXPECT_GE(refusals, 50);
+  // How many answers the transport takes before it says no depends on who is faster.
+  EXPECT_GE(refusals, 20);
 }
 
 TEST(MemoryEstimate, GrowsWithEverySize) {
