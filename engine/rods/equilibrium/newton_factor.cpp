@@ -62,6 +62,7 @@ void NewtonRun::border() {
 /// growing series that makes the Hessian positive definite.
 void NewtonRun::factor_positive(double least, const LinkageState& state) {
   const double rounding = work_.scales.rounding_shift();
+  indefinite_ = false;
   stable_ = least == 0 && factor(0);
   if (stable_) return;
   const int negative = report_.negative_eigenvalues;
@@ -78,6 +79,7 @@ void NewtonRun::factor_positive(double least, const LinkageState& state) {
     if (convex) return;
   }
   factor_shifted(least > 0 ? least : work_.shift / kShiftGrowth, work_.shift);
+  indefinite_ = least == 0 || report_.final_shift > least;
   report_.negative_eigenvalues = negative;
 }
 

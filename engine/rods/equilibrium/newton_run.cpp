@@ -13,6 +13,9 @@ constexpr double kGapTolerance = 1e-12;
 constexpr double kRelativeRounding = 1e-13;
 // Imbalance below which edges carry what they are expected to.
 constexpr double kNear = 1e-3;
+// Imbalance, and share of the turn that steps may have, that creep up to a saddle.
+constexpr double kHard = 0.01;
+constexpr double kCreeping = 0.05;
 // Of all loads: what rounding of short edges may not swallow.
 constexpr double kHidden = 0.01;
 
@@ -94,7 +97,15 @@ EquilibriumReport NewtonRun::run(LinkageState& state, const JobContext& context,
     }
     if (chords(state)) continue;
     ++report_.iterations;
-    if (!take(state, newton_step(state))) {
+    const Step step = newton_step(state);
+    if (towards_saddle(step)) {
+      if (report_.escapes < options_.max_escapes && escape(state)) continue;
+      if (options_.max_escapes == 0) {
+        finish(EquilibriumStatus::kSaddle, "on the way to a shape that is unstable");
+        break;
+      }
+    }
+    if (!take(state, step)) {
       const bool rounding = hidden_ && report_.max_gradient_scaled <= options_.tolerance;
       finish(EquilibriumStatus::kStalled,
              rounding ? "the shortest edges are so stiff that rounding hides the loads: take fewer "
@@ -213,6 +224,13 @@ double NewtonRun::bound_fraction(const LinkageState& state, const Eigen::VectorX
     }
   }
   return fraction;
+}
+
+/// Short steps where the Hessian is indefinite: the forces say nothing of what is unstable, mostly
+/// by symmetry, and steps would only creep up to a saddle (the hard case: More, Sorensen 1983).
+bool NewtonRun::towards_saddle(const Step& step) const {
+  return indefinite_ && !step.prescribed && gap_.size < kSmallGap &&
+         report_.max_gradient_scaled < kHard && step.turn < kCreeping * radius_;
 }
 
 /// @param linear  the part of the step that Newton's model knows of, if that says what forces to

@@ -101,6 +101,7 @@ class NewtonRun {
                LinkageState& there, Eigen::VectorXd& way);
   [[nodiscard]] Eigen::VectorXd acceleration(const LinkageState& state, const Eigen::VectorXd& v);
   [[nodiscard]] Eigen::VectorXd beside(Eigen::VectorXd x, const Eigen::VectorXd& direction) const;
+  [[nodiscard]] bool towards_saddle(const Step& step) const;
   bool certify(const LinkageState& state);
   bool escape(LinkageState& state);
   [[nodiscard]] Eigen::VectorXd softest_direction(const LinkageState& state);
@@ -123,11 +124,12 @@ class NewtonRun {
   double potential_ = 0;
   double potential_size_ = 0;
   GradientSize scale_;
-  bool stable_ = false;    // does a factor of this very state say that it is a minimum
-  double damping_ = 0;     // least shift
-  double step_shift_ = 0;  // with which the last step was made
-  double radius_;          // turn up to which steps are believed [rad]
-  Eigen::VectorXd along_;  // the last step, where little resists; empty: nothing special
+  bool stable_ = false;      // does a factor of this very state say that it is a minimum
+  bool indefinite_ = false;  // was the last Hessian, with the least shift
+  double damping_ = 0;       // least shift
+  double step_shift_ = 0;    // with which the last step was made
+  double radius_;            // turn up to which steps are believed [rad]
+  Eigen::VectorXd along_;    // the last step, where little resists; empty: nothing special
   EquilibriumReport report_;
 };
 
