@@ -123,8 +123,9 @@ class Walk {
   /// The vertex after edge e.
   [[gnu::always_inline]] VertexResult vertex(int e, const MaterialFrame<V>& frame,
                                              const MaterialFrame<V>& next) {
+    const V scale = parameter(e, LinkageModel::kBending);
     const VertexMaterial<V> material{
-        V(stiffness_.bending_1), V(stiffness_.bending_2), V(stiffness_.torsion),
+        stiffness_.bending_1 * scale, stiffness_.bending_2 * scale, stiffness_.torsion * scale,
         length_weights(parameter(e, LinkageModel::kRestLength),
                        parameter(e + 1, LinkageModel::kRestLength), form_),
         VertexStrains<V>{V(0.0), V(0.0), V(0.0), V(0.0), V(0.0)}};
