@@ -48,6 +48,7 @@ void linkage_solver_suite(const SuiteOptions& options, Recorder& recorder);
 void linkage_suite(const SuiteOptions& options, Recorder& recorder);
 void design_suite(const SuiteOptions& options, Recorder& recorder);
 void rods_suite(const SuiteOptions& options, Recorder& recorder);
+void beams_suite(const SuiteOptions& options, Recorder& recorder);
 
 /// A named body of the sample scenes or of the public data ("beam", "flower", "dino",
 /// "tyrannosaurus", "bunny", "Armadillo13K"); empty if its file is not there. Public bodies come

@@ -90,6 +90,7 @@ int main(int argc, char** argv) {
   cli::add_edit_commands(app, context);
   cli::add_keyframe_commands(app, context);
   cli::add_linkage_commands(app, context);
+  cli::add_design_commands(app, context);
   cli::add_result_commands(app, context);
   try {
     cli::catch_interrupts();

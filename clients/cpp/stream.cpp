@@ -142,6 +142,8 @@ std::string frames_topic(const std::string& session, v1::Encoding encoding) {
 
 std::string status_topic(const std::string& session) { return "session/" + session + "/status"; }
 
+std::string design_topic(const std::string& session) { return "session/" + session + "/design"; }
+
 std::string reachable(const std::string& stream, const std::string& requests) {
   const std::string tcp = "tcp://";
   if (!stream.starts_with(tcp) || !requests.starts_with(tcp)) return stream;

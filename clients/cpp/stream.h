@@ -57,6 +57,7 @@ class Subscription {
 /// Topic of a session's frames in an encoding (UNSPECIFIED: coordinates).
 [[nodiscard]] std::string frames_topic(const std::string& session, v1::Encoding encoding);
 [[nodiscard]] std::string status_topic(const std::string& session);
+[[nodiscard]] std::string design_topic(const std::string& session);
 /// The stream's endpoint as a client reaches it that reaches the server's requests at `requests`.
 [[nodiscard]] std::string reachable(const std::string& stream, const std::string& requests);
 

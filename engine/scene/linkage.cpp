@@ -21,6 +21,7 @@ class ConditionsValidator {
     check_angles();
     check_targets();
     check_loads();
+    check_lengths();
     if (!conditions_.gravity.allFinite()) error("gravity", "must be finite");
     return std::move(issues_);
   }
@@ -118,6 +119,20 @@ class ConditionsValidator {
       if (!load.force.allFinite()) error(field + ".force", "must be finite");
       if (!load.moment.allFinite()) error(field + ".moment", "must be finite");
       if (!std::isfinite(load.torque)) error(field + ".torque", "must be finite");
+    }
+  }
+
+  void check_lengths() {
+    const Eigen::VectorXd& lengths = conditions_.segment_lengths;
+    if (lengths.size() != 0 && lengths.size() != segments_) {
+      error("segment_lengths",
+            fmt::format("{} lengths for {} segments", lengths.size(), segments_));
+      return;
+    }
+    for (Eigen::Index s = 0; s < lengths.size(); ++s) {
+      if (lengths[s] > 0 && std::isfinite(lengths[s])) continue;
+      error(fmt::format("segment_lengths[{}]", s),
+            fmt::format("must be > 0 and finite, is {:g}", lengths[s]));
     }
   }
 

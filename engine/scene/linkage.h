@@ -57,6 +57,9 @@ struct LinkageConditions {
   std::vector<LinkageTarget> targets;
   std::vector<JointLoad> loads;
   Eigen::Vector3d gravity = Eigen::Vector3d::Zero();  // [m/s^2]
+  /// Rest length of each segment, > 0 [scene length unit]; empty: as Linkage::rest_lengths says.
+  /// Designs change them.
+  Eigen::VectorXd segment_lengths = {};
 };
 
 /// Rest lengths of segments: those of the line mesh, or those for which the linkage as drawn has

@@ -94,14 +94,29 @@ Eigen::Matrix3Xd decode_points(const proto::Array& array, const std::string& fie
   return points;
 }
 
-Eigen::Matrix2Xi decode_pairs(const proto::Array& array, const std::string& field) {
+namespace {
+
+template <int kColumns>
+Eigen::Matrix<int, kColumns, Eigen::Dynamic> decode_rows(const proto::Array& array,
+                                                         const std::string& field) {
   check_array(array, field, 2);
   if (array.type() != proto::DATA_TYPE_INT32) throw invalid(field + ".type", "int32 is expected");
-  demand_extent(array, field, 1, 2, "columns");
+  demand_extent(array, field, 1, kColumns, "columns");
   demand_rows_fit(array, field);
-  Eigen::Matrix2Xi pairs(2, static_cast<Eigen::Index>(array.shape(0)));
-  std::memcpy(pairs.data(), array.data().data(), array.data().size());
-  return pairs;
+  Eigen::Matrix<int, kColumns, Eigen::Dynamic> rows(kColumns,
+                                                    static_cast<Eigen::Index>(array.shape(0)));
+  std::memcpy(rows.data(), array.data().data(), array.data().size());
+  return rows;
+}
+
+}  // namespace
+
+Eigen::Matrix2Xi decode_pairs(const proto::Array& array, const std::string& field) {
+  return decode_rows<2>(array, field);
+}
+
+Eigen::Matrix3Xi decode_triples(const proto::Array& array, const std::string& field) {
+  return decode_rows<3>(array, field);
 }
 
 std::vector<Eigen::Vector2d> decode_polygon(const proto::Array& array, const std::string& field) {

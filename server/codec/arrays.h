@@ -25,6 +25,9 @@ void check_array(const proto::Array& array, const std::string& field, int dimens
 /// rows x 2, int32, to 2 x rows. Values are not compared with anything here.
 [[nodiscard]] Eigen::Matrix2Xi decode_pairs(const proto::Array& array, const std::string& field);
 
+/// rows x 3, int32, to 3 x rows. Values are not compared with anything here.
+[[nodiscard]] Eigen::Matrix3Xi decode_triples(const proto::Array& array, const std::string& field);
+
 /// rows x 2, float32 or float64. @throws Refusal as decode_points()
 [[nodiscard]] std::vector<Eigen::Vector2d> decode_polygon(const proto::Array& array,
                                                           const std::string& field);

@@ -95,6 +95,8 @@ scene::LinkageConditions decode_conditions(const proto::LinkageConditions& messa
         decode_load(message.loads(i), fmt::format("{}.loads[{}]", field, i)));
   }
   conditions.gravity = decode_vector(message.gravity());
+  conditions.segment_lengths =
+      Eigen::VectorXd::Map(message.segment_lengths().data(), message.segment_lengths_size());
   return conditions;
 }
 
@@ -132,6 +134,7 @@ void encode_conditions(const scene::LinkageConditions& conditions,
     added.set_torque(load.torque);
   }
   if (!conditions.gravity.isZero(0)) encode_vector(conditions.gravity, *message.mutable_gravity());
+  for (const double length : conditions.segment_lengths) message.add_segment_lengths(length);
 }
 
 void replace_first(std::string& text, const std::string& from, const std::string& to) {

@@ -74,6 +74,10 @@ session::LinkageEdit decode_edit(const proto::Edit& message, const std::string& 
       return session::SetJointLoad{decode_load(message.set_joint_load().load(), path + ".load")};
     case proto::Edit::kSetGravity:
       return session::SetGravity{decode_vector(message.set_gravity().gravity())};
+    case proto::Edit::kSetSegmentLengths: {
+      const auto& lengths = message.set_segment_lengths().lengths();
+      return session::SetSegmentLengths{Eigen::VectorXd::Map(lengths.data(), lengths.size())};
+    }
     case proto::Edit::kUndo:
       return session::Undo{};
     case proto::Edit::kRedo:
@@ -93,6 +97,7 @@ const google::protobuf::FieldDescriptor* values_of(const google::protobuf::Descr
 
 /// Names of scene::LinkageConditions as the messages have them; empty: of none of their own.
 std::string name_in(const google::protobuf::Descriptor& message, const std::string& name) {
+  if (name.starts_with("segment_lengths")) return name.substr(std::string("segment_").size());
   if (name == "angle" || name == "mean_angle") return name_in(message, "angle_degrees");
   if (message.FindFieldByName("segment") != nullptr && (name == "segment" || name == "share"))
     return "segment." + name;

@@ -1,6 +1,7 @@
 #include "server/codec/linkage_result.h"
 
 #include "server/codec/arrays.h"
+#include "server/codec/design.h"
 #include "server/codec/linkage.h"
 
 namespace limber::server {
@@ -70,6 +71,7 @@ proto::ResultInfo encode_linkage_result(const session::LinkageResult& result, do
   info.set_since_edit_ms(result.since_edit_ms);
   info.set_weight_scale(1);
   if (result.converged) encode_report(result.report, length_unit, info);
+  if (result.design) *info.mutable_design() = encode_design(*result.design, length_unit);
   info.mutable_linkage()->set_mean_angle_degrees(to_degrees(result.mean_angle));
   info.mutable_linkage()->set_steps(static_cast<std::uint32_t>(result.path.size()));
   for (const rods::DeploymentStep& step : result.path) {

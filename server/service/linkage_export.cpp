@@ -59,18 +59,17 @@ Eigen::Matrix3Xd points_of(const Eigen::VectorXf& nodes) {
 /// The shapes of one final result.
 struct LinkageExport {
   std::shared_ptr<const session::LinkageResult> result;
-  std::shared_ptr<const session::LinkageStatics> statics;
   std::shared_ptr<const session::LinkageShape> shape;
   std::string stem;
 
   [[nodiscard]] session::LinkageDetail detail(Eigen::Index step) const {
-    return statics->detail(result->frames->col(step), result->strains->col(step));
+    return result->statics->detail(result->frames->col(step), result->strains->col(step));
   }
 
   [[nodiscard]] proto::ExportResponse vtp(std::uint32_t part) const {
     const auto steps = static_cast<std::uint32_t>(result->frames->cols());
     // Point data are a dozen fields and a director; the rest is small beside them.
-    const std::size_t bytes = static_cast<std::size_t>(statics->stations()) * 80 + 4000;
+    const std::size_t bytes = static_cast<std::size_t>(result->statics->stations()) * 80 + 4000;
     const auto at_once = static_cast<std::uint32_t>(
         std::clamp<std::size_t>(kPartBytes / bytes, 1, std::max(steps, 1U)));
     const std::uint32_t parts = (steps + at_once - 1) / at_once;
@@ -148,7 +147,7 @@ proto::ExportResponse export_linkage(LinkageRecord& record, const proto::ExportR
     default:
       throw invalid("format", "a rod linkage is exported as VTP, OBJ, JSON or SCENE");
   }
-  const LinkageExport files{result_of(record, request), session->statics(), session->shape(), stem};
+  const LinkageExport files{result_of(record, request), session->shape(), stem};
   proto::ExportResponse response;
   if (request.format() == proto::EXPORT_FORMAT_VTP) {
     response = files.vtp(request.part());

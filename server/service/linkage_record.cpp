@@ -1,13 +1,19 @@
 #include "server/service/linkage_record.h"
 
+#include <fmt/format.h>
+
 #include <utility>
 
+#include "limber/v1/stream.pb.h"
+#include "server/codec/design.h"
 #include "server/codec/linkage_result.h"
 
 namespace limber::server {
 
 LinkageRecord::LinkageRecord(Hub& hub, Opened opened, JobId open_job)
-    : Record(hub, opened.id, opened.name, open_job), opened_(std::move(opened)) {}
+    : Record(hub, opened.id, opened.name, open_job),
+      opened_(std::move(opened)),
+      design_topic_(fmt::format("session/{}/design", opened_.id)) {}
 
 void LinkageRecord::attach(std::shared_ptr<session::LinkageSession> session) {
   bool ready = false;
@@ -46,8 +52,52 @@ std::shared_ptr<session::LinkageSession> LinkageRecord::session() const {
 void LinkageRecord::close_session() {
   session()->close();
   std::shared_ptr<session::LinkageSession> gone;  // freed without the lock
-  const std::lock_guard lock(mutex_);
-  gone = std::exchange(session_, nullptr);
+  {
+    const std::lock_guard lock(mutex_);
+    gone = std::exchange(session_, nullptr);
+  }
+  if (!gone) return;
+  // One that had not ended, or not even begun, is not told of any more.
+  if (const auto design = gone->design()) hub_.jobs.cancelled(design->tag);
+}
+
+void LinkageRecord::on_design(const std::shared_ptr<const session::DesignInfo>& info) {
+  {
+    const std::lock_guard lock(mutex_);
+    design_ = info;
+  }
+  publish_design(*info);
+  if (info->state != session::DesignState::kEnded) {
+    const char* const stage =
+        info->state == session::DesignState::kPaused ? "design paused" : "design";
+    hub_.jobs.progress(info->tag,
+                       {stage, static_cast<double>(info->iteration) / info->max_iterations});
+  } else if (info->end == session::DesignEnd::kFailed) {
+    hub_.jobs.failed(info->tag, encode_design(*info, opened_.length_unit).error());
+  } else if (info->end == session::DesignEnd::kStopped && !info->taken) {
+    hub_.jobs.cancelled(info->tag);
+  } else {
+    hub_.jobs.done(info->tag);
+  }
+}
+
+void LinkageRecord::publish_design(const session::DesignInfo& info) {
+  if (!hub_.transport.wanted(design_topic_)) return;
+  proto::StreamMessage message;
+  message.set_version(1);
+  message.set_session(id());
+  *message.mutable_design() = encode_design(info, opened_.length_unit);
+  hub_.transport.publish(design_topic_, {message.SerializeAsString()});
+}
+
+void LinkageRecord::welcome_more(const std::string& prefix) {
+  if (design_topic_.compare(0, prefix.size(), prefix) != 0) return;
+  std::shared_ptr<const session::DesignInfo> info;
+  {
+    const std::lock_guard lock(mutex_);
+    info = design_;
+  }
+  if (info) publish_design(*info);
 }
 
 std::shared_ptr<const FrameSource> LinkageRecord::frames(bool final_only) const {

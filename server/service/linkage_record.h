@@ -41,19 +41,25 @@ class LinkageRecord final : public Record, public session::LinkageListener {
     note_state(state, message);
   }
   void on_result(const std::shared_ptr<const session::LinkageResult>& result) override;
+  /// Its job is told how it stands, and so are those who watch.
+  void on_design(const std::shared_ptr<const session::DesignInfo>& info) override;
 
  private:
   void describe(proto::SessionStatus& status) const override;
   void adopt_model() override;
+  void welcome_more(const std::string& prefix) override;
+  void publish_design(const session::DesignInfo& info);
   [[nodiscard]] bool is_attached() const override { return session_ != nullptr; }
 
   const Opened opened_;
+  const std::string design_topic_;
   ExportBook<session::LinkageResult> exports_;
 
   // Under the lock:
   std::shared_ptr<session::LinkageSession> session_;
   std::shared_ptr<const session::LinkageShape> shape_;  // once the model is adopted
   std::shared_ptr<const session::LinkageResult> newest_;
+  std::shared_ptr<const session::DesignInfo> design_;
 };
 
 }  // namespace limber::server

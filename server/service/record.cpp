@@ -89,6 +89,7 @@ void Record::cancel() {
 void Record::welcome(const std::string& prefix) {
   streams_->welcome(prefix);
   if (status_topic_.compare(0, prefix.size(), prefix) == 0) publish_status();
+  welcome_more(prefix);
 }
 
 void Record::end(const std::exception& fault) {

@@ -63,6 +63,8 @@ class Record : public std::enable_shared_from_this<Record> {
   /// The session and its model are there: streams may begin. Called without the lock.
   virtual void adopt_model() = 0;
   [[nodiscard]] virtual bool is_attached() const = 0;  // called with the lock
+  /// Somebody subscribed to a prefix: topics that sessions of this kind alone have.
+  virtual void welcome_more(const std::string&) {}
   /// The newest result is final: jobs that it ends besides the opening. Called with the lock.
   virtual void take_ended_jobs(std::vector<JobId>&) {}
 

@@ -10,6 +10,7 @@
 #include "server/codec/errors.h"
 #include "server/codec/wire_check.h"
 #include "server/log/log.h"
+#include "server/service/linkage_record.h"
 
 namespace limber::server {
 namespace {
@@ -32,6 +33,10 @@ bool is_heavy(int body) {
     case proto::Request::kTetrahedralize:
     case proto::Request::kSimulate:
     case proto::Request::kRecover:
+    case proto::Request::kStartDesign:
+    case proto::Request::kChangeDesign:
+    case proto::Request::kGetDesign:
+    case proto::Request::kMakeStartingGrid:
       return true;
     default:
       return false;
@@ -200,6 +205,34 @@ void Service::answer(const SharedTicket& ticket, const Request& request) {
       break;
     case Request::kRecover:
       *reply.mutable_recover() = recover(request.recover());
+      break;
+    case Request::kStartDesign:
+      *reply.mutable_start_design() = start_design(request.start_design());
+      break;
+    case Request::kChangeDesign:
+      *reply.mutable_change_design() = change_design(request.change_design());
+      break;
+    case Request::kPauseDesign:
+      find_linkage(request.pause_design().session())->session()->pause_design();
+      reply.mutable_pause_design();
+      break;
+    case Request::kResumeDesign:
+      find_linkage(request.resume_design().session())->session()->resume_design();
+      reply.mutable_resume_design();
+      break;
+    case Request::kStopDesign:
+      find_linkage(request.stop_design().session())->session()->stop_design();
+      reply.mutable_stop_design();
+      break;
+    case Request::kTakeDesign:
+      *reply.mutable_take_design() = take_design(request.take_design());
+      break;
+    case Request::kGetDesign:
+      *reply.mutable_get_design() = get_design(request.get_design());
+      break;
+    case Request::kMakeStartingGrid:
+      *reply.mutable_make_starting_grid() =
+          make_starting_grid(request.make_starting_grid(), surface_loader());
       break;
     case Request::kGetJob:
       return get_job(request.get_job(), ticket);

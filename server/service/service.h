@@ -6,6 +6,7 @@
 #include "engine/scene/tetrahedralize/tetrahedralize.h"
 #include "engine/session/recovery.h"
 #include "limber/v1/service.pb.h"
+#include "server/codec/design.h"
 #include "server/codec/linkage.h"
 #include "server/codec/scene.h"
 #include "server/service/heavy_requests.h"
@@ -69,6 +70,15 @@ class Service {
   proto::GetSessionResponse get_linkage_session(const LinkageRecord& record,
                                                 const proto::GetSessionRequest& request) const;
   [[nodiscard]] LineLoader line_loader() const;
+
+  // handlers_design.cpp
+  proto::StartDesignResponse start_design(const proto::StartDesignRequest& request);
+  proto::ChangeDesignResponse change_design(const proto::ChangeDesignRequest& request);
+  proto::TakeDesignResponse take_design(const proto::TakeDesignRequest& request);
+  proto::GetDesignResponse get_design(const proto::GetDesignRequest& request) const;
+  /// @throws Error{kFailedPrecondition, "session"} for a session that is of no linkage
+  [[nodiscard]] std::shared_ptr<LinkageRecord> find_linkage(const std::string& name) const;
+  [[nodiscard]] SurfaceLoader surface_loader() const;
 
   // handlers_frames.cpp
   proto::GetMaterialResponse get_material(const proto::GetMaterialRequest& request) const;

@@ -12,17 +12,19 @@ ENGINE = {
     "reduced": {"base", "bodies"},
     "spacetime": {"base", "reduced/kinematics.h"},
     "rods": {"base"},
+    "beams": {"base"},
     "scene": {"base", "bodies", "rods/linkage/line_mesh.h", "rods/rod/length_weights.h", "rods/section/section.h"},
-    "session": {"base", "bodies", "reduced", "spacetime", "rods", "scene"},
+    "session": {"base", "bodies", "reduced", "spacetime", "rods", "beams", "scene"},
 }
 OUTSIDE = {
-    "server": {"session", "scene", "bodies", "reduced", "spacetime", "rods", "base", "proto"},
+    "server": {"session", "scene", "bodies", "reduced", "spacetime", "rods", "beams", "base", "proto"},
     "clients": {"proto"},
 }
 FORBIDDEN_IN_ENGINE = re.compile(r"zmq|boost/(?!polygon/)|google/protobuf|^proto/|sqlite|CLI/|iostream|cstdio|spdlog|\.pb\.h")
 # Heavy dependencies and the only engine files that may see them.
 PRIVATE = {"cholmod.h": "engine/base/numerics/", "Spectra/": "engine/bodies/", "pugixml.hpp": "engine/scene/",
-           "boost/polygon/": "engine/rods/design/", "zlib.h": "engine/scene/", "xxhash.h": "engine/base/"}
+           "boost/polygon/": "engine/rods/design/", "zlib.h": "engine/scene/", "nlohmann/": "engine/scene/",
+           "xxhash.h": "engine/base/"}
 INCLUDE = re.compile(r'^\s*#\s*include\s*[<"]([^>"]+)[>"]', re.MULTILINE)
 
 

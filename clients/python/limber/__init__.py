@@ -11,6 +11,7 @@ streamed coordinates into numpy arrays. Lengths are in the scene's length unit, 
         positions = session.frames()               # (frames, nodes, 3)
 """
 
+from .designs import Design, DesignInfo, DesignTerms, StartingGrid
 from .edits import Axes, add, dynamics, ends, move, optimise, redo, remove, replace, reset_material, undo
 from .errors import LimberError, ServerUnreachable
 from .exports import Export
@@ -19,6 +20,7 @@ from .linkage_shapes import LinkageGeometry, Shape
 from .linkages import LinkageResult, LinkageSession, LinkageStep, Target, linkage_scene
 from .launching import LaunchedServer, launch
 from .motions import base_motion
+from .pictures import picture
 from .recoveries import Recovery
 from .results import Geometry, Material, Mode, Result
 from .mesh_files import mesh_file
@@ -32,9 +34,9 @@ from .stream import FrameStream, StreamedFrames
 __version__ = "0.1.0"
 
 __all__ = [
-    "Axes", "Constraint", "DEFAULT_ENDPOINT", "Export", "FrameStream", "Geometry", "Keyframe", "LaunchedServer",
+    "Axes", "Constraint", "DEFAULT_ENDPOINT", "Design", "DesignInfo", "DesignTerms", "Export", "FrameStream", "Geometry", "Keyframe", "LaunchedServer",
     "LimberError", "LinkageGeometry", "LinkageResult", "LinkageSession", "LinkageStep", "Material", "Mode", "Receipt", "Recovery", "Result", "Server", "ServerUnreachable", "Session", "Shape",
-    "Simulation", "StreamedFrames", "Target", "add", "add_keyframe", "base_motion", "connect", "dynamics", "ends", "force",
-    "keyframe", "launch", "linkage_scene", "load_scene", "mesh_file", "move", "move_keyframe", "optimise", "redo", "remove",
+    "Simulation", "StartingGrid", "StreamedFrames", "Target", "add", "add_keyframe", "base_motion", "connect", "dynamics", "ends", "force",
+    "keyframe", "launch", "linkage_scene", "load_scene", "mesh_file", "move", "move_keyframe", "optimise", "picture", "redo", "remove",
     "remove_keyframe", "replace", "reset_material", "scene_from_arrays", "scene_from_mesh", "simulation", "undo",
 ]

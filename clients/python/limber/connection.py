@@ -28,7 +28,8 @@ _SEND, _REOPEN, _STOP = b"s", b"r", b"x"
 
 # Requests that may be repeated without harm.
 REPEATABLE = frozenset({"get_server_info", "list_sessions", "get_session", "wait", "get_geometry", "get_material", "get_frames",
-                        "export", "validate_scene", "get_sample", "get_job", "list_jobs", "cancel"})
+                        "export", "validate_scene", "get_sample", "get_job", "list_jobs", "cancel", "get_design",
+                        "make_starting_grid"})
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,8 @@ from typing import Any, Iterable, Mapping, Sequence
 
 import numpy as np
 
-from . import arrays, checks, edits, exports
+from . import arrays, checks, designs, edits, exports
+from .designs import Design, DesignInfo
 from .errors import invalid
 from .linkage_shapes import LinkageGeometry, Shape
 from .mesh_files import mesh_file
@@ -58,6 +59,7 @@ class LinkageResult(Result):
     negative_eigenvalues: int = 0   # directions in which the equilibrium is unstable
     mean_angle_moment: float = 0.0  # on every joint, holds the mean angle [N m]
     path: tuple[LinkageStep, ...] = ()  # of a final result, one for each of its frames; empty if none is new
+    design: DesignInfo | None = None    # of a step of a design: its frames are the flat shape and the deployed one
 
     @property
     def events(self) -> tuple[LinkageStep, ...]:
@@ -73,7 +75,8 @@ class LinkageResult(Result):
                              mean_angle=more.mean_angle_degrees, steps=more.steps,
                              negative_eigenvalues=more.negative_eigenvalues, mean_angle_moment=more.mean_angle_moment,
                              path=tuple(LinkageStep(step.progress, step.mean_angle_degrees, step.energy,
-                                                    step.iterations, EVENTS.get(step.event, "")) for step in more.path))
+                                                    step.iterations, EVENTS.get(step.event, "")) for step in more.path),
+                             design=DesignInfo.from_message(info.design) if info.HasField("design") else None)
 
 
 def linkage_scene(vertices: Any, edges: Any = None, *, section: Mapping[str, Any], name: str = "",
@@ -254,6 +257,53 @@ class LinkageSession(OpenSession):
     def gravity(self, gravity: Sequence[float]) -> Receipt:
         """[m/s^2]"""
         return self.edit([service.Edit(set_gravity=service.SetGravity(gravity=edits.vector(gravity, "gravity")))])
+
+    def set_lengths(self, lengths: Any) -> Receipt:
+        """Rest lengths of all segments [length unit]; none ([]): those of the scene."""
+        change = service.SetSegmentLengths(lengths=checks.numeric(lengths, "lengths").ravel())
+        return self.edit([service.Edit(set_segment_lengths=change)])
+
+    def lengths(self) -> np.ndarray:
+        """Rest lengths of segments as they were set or designed [length unit]; empty: those of the scene."""
+        return np.array(self.conditions().segment_lengths)
+
+    # ---- designs ----
+
+    def design(self, surface: Any = None, targets: Any = None, *, flat_share: float | None = None,
+               distance_weight: float | None = None, surface_weight: float | None = None,
+               translation: Sequence[float] | None = None, rotation: Sequence[float] | None = None,
+               scale: float | None = None, shortest: float | None = None, longest: float | None = None,
+               flat_height: float | None = None, smallest_angle: float | None = None,
+               max_iterations: int | None = None, shortest_lengths: Any = None, longest_lengths: Any = None,
+               joint_weights: Any = None) -> Design:
+        """Begins a search for rest lengths with which the shape without angles lies flat, and the one that pins and
+        angles ask for now is near to a surface or targets, at little stress. limber.v1.DesignGoal has the objective.
+
+        surface: an .obj, .ply or .stl file, (vertices, triangles), or points in no order, put where scale, rotation
+        (axis times angle [degree]) and translation say. targets: {joint: position} or {joint: (position, weight)}, or
+        positions of all joints. shortest, longest: bounds of rest lengths, as shares of those of the start.
+        flat_height: allowed root mean square height of the flat shape, as a share of its extent; smallest_angle: bound
+        on its opening angles [degree]. shortest_lengths, longest_lengths: bounds of each segment in place of the
+        shares [length unit]; joint_weights: of each joint's distance to the surface. What is not given has the server's
+        default.
+
+        A design that ends by itself with flat_height and smallest_angle kept is taken: a revision that undo() takes
+        back. Until it has ended, edits are refused.
+        """
+        request = designs.request(self.id, surface=surface, targets=targets, flat_share=flat_share,
+                                  distance_weight=distance_weight, surface_weight=surface_weight,
+                                  translation=translation, rotation=rotation, scale=scale, shortest=shortest, longest=longest,
+                                  flat_height=flat_height, smallest_angle=smallest_angle, max_iterations=max_iterations,
+                                  shortest_lengths=shortest_lengths, longest_lengths=longest_lengths,
+                                  joint_weights=joint_weights)
+        response = self.connection.call("start_design", request, timeout=max(60.0, self.connection.timeout))
+        return Design(self, response.job)
+
+    def current_design(self) -> Design:
+        """The newest one, whoever began it."""
+        design = Design(self)
+        design.job = design.info().job
+        return design
 
     # ---- shapes ----
 

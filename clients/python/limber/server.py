@@ -5,12 +5,12 @@ from __future__ import annotations
 import os
 import time
 from collections import OrderedDict
-from typing import Any
+from typing import Any, Sequence
 from urllib.parse import urlsplit
 
 import numpy as np
 
-from . import arrays, checks, edits, recoveries, scenes, simulations
+from . import arrays, checks, designs, edits, recoveries, scenes, simulations
 from .connection import VERSION, Connection, CurveKeys
 from .errors import LimberError, ServerUnreachable, from_message, invalid
 from .messages import scene as scene_messages
@@ -203,6 +203,21 @@ class Server:
         positions = simulations.fetch_positions(response.job, done.recovery.frames, part_bytes,
                                                 lambda wanted: self.connection.call("get_frames", wanted, timeout=120.0))
         return recoveries.made_of(done, positions, tuple(issue_text(issue) for issue in response.issues))
+
+    def starting_grid(self, surface: Any, *, columns: int | None = None, rows: int | None = None,
+                      flat_angle: float | None = None, margin: float | None = None,
+                      translation: Sequence[float] | None = None, rotation: Sequence[float] | None = None,
+                      scale: float | None = None) -> designs.StartingGrid:
+        """A regular grid of rods over a patch of surface without holes, and laid flat: for a design where there is
+        only a surface. limber.linkage_scene(grid.vertices, grid.edges, section=..), then
+        session.set_lengths(grid.lengths) and session.deploy(grid.mean_angle).
+
+        surface, translation, rotation, scale: as LinkageSession.design(). columns, rows: joints along each rod and
+        across (8); flat_angle: at which rods cross when it lies flat [degree] (46); margin: share of the patch that is
+        left free at its rim (0.02).
+        """
+        request = designs.grid_request(surface, columns, rows, flat_angle, margin, translation, rotation, scale)
+        return designs.StartingGrid.from_message(self.connection.call("make_starting_grid", request, timeout=120.0))
 
     def shutdown(self) -> None:
         """Asks limberd to end."""

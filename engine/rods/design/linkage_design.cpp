@@ -152,12 +152,14 @@ struct LinkageDesign::Impl {
 
   /// Where an equilibrium goes when lengths go this way.
   struct Forecast {
-    Eigen::VectorXd move;  // of the unknowns
-    double turned = 0;     // by it [rad]
+    Eigen::VectorXd move;    // of the unknowns
+    Eigen::VectorXd linear;  // the same to first order
+    double turned = 0;       // by it [rad]
     bool diverges = false;
   };
   Forecast forecast(const EquilibriumSensitivity& at, const Eigen::VectorXd& way) {
-    Forecast result{at.shape_change(way), 0, false};
+    Forecast result{at.shape_change(way), {}, 0, false};
+    result.linear = result.move;
     const double first = scales.largest_turn(model, at.state(), result.move);
     if (limits.predictor == PredictorOrder::kSecond && first > 0) {
       const Eigen::VectorXd bend = 0.5 * at.shape_curvature(way, result.move);
@@ -177,6 +179,7 @@ struct LinkageDesign::Impl {
                                   : "the shape would move too far";
       return TrialStatus::kTooFar;
     }
+    equilibrium.expect_step(state, to.linear);
     state = state.moved(model, to.move);
     const EquilibriumReport report =
         equilibrium.solve(state, conditions, limits.equilibrium, context);

@@ -26,9 +26,15 @@ constexpr double kAlongSoftest = 0.5;
 
 // Of the iterations of a step, for branches that were lost.
 constexpr int kLongWay = 10;
+// Iterations in which a branch beside one that lost its stability is reached, if it is near.
+constexpr int kNearBranch = 12;
 // Where a branch is lost is told to this part of a step.
 constexpr double kLostSteps = 4;
 constexpr std::size_t kLongText = 300;
+// Steps whose places and velocities tell where the next one goes, and how far beside a place its
+// velocity is taken, of a step.
+constexpr std::size_t kPlaces = 2;
+constexpr double kAhead = 1e-3;
 
 const char* told(BranchEvent event) {
   switch (event) {
@@ -88,18 +94,31 @@ class Deployment {
       guess = prediction_.over(length);
       trial.predicted = scales_.largest_turn(model_, state_, guess) < options_.last.largest_turn;
     }
-    if (trial.predicted) trial.state = state_.moved(model_, guess);
+    if (trial.predicted) {
+      equilibrium_.expect_step(state_, prediction_.straight(length));
+      trial.state = state_.moved(model_, guess);
+    }
     EquilibriumOptions options = options_.last;
     if (!last) options.tolerance = std::max(options.tolerance, options_.step_tolerance);
     if (shortenable(length))
       options.max_iterations = std::min(options.max_iterations, options_.patience);
     const Conditions conditions = path_.at(progress_ + length);
     trial.increment = Eigen::VectorXd::Zero(model_.variables().size());
+    options.max_escapes = 0;
     solve(conditions, options, context, trial);
+    bool near_only = false;
+    if (trial.report.status == EquilibriumStatus::kSaddle && options_.last.max_escapes > 0) {
+      options.max_escapes = options_.last.max_escapes;
+      // Another branch that is not near is looked for from as far along this one as it goes.
+      near_only = shortenable(length) && length > options_.largest_step / kLostSteps;
+      if (near_only) options.max_iterations = std::min(options.max_iterations, kNearBranch);
+      solve(conditions, options, context, trial);
+    }
     trial.error = scales_.largest_turn(model_, state_, trial.increment);
     // A branch that has lost its stability: a shorter step would only come here again, unless this
     // one is too far away already.
-    while (trial.report.status == EquilibriumStatus::kIterationLimit && trial.report.escapes > 0 &&
+    while (!near_only && trial.report.status == EquilibriumStatus::kIterationLimit &&
+           trial.report.escapes > 0 &&
            trial.report.iterations < kLongWay * options_.last.max_iterations &&
            (trial.error <= options_.jump_turn || !worth_retrying(trial, length))) {
       solve(conditions, options, context, trial);
@@ -197,11 +216,19 @@ class Deployment {
       prediction_.clear();
       way_.resize(0);
     } else {
-      prediction_.add(length_, trial.increment);
+      add_prediction(trial.increment);
       way_ = std::move(trial.increment);
     }
     if (found.iterations <= options_.patience / 6)
       length_ = std::min(2 * length_, options_.largest_step);
+  }
+
+  void add_prediction(const Eigen::VectorXd& increment) {
+    if (progress_ >= 1) return;
+    const double ahead = kAhead * length_;
+    LinkageEquilibrium::Motion motion =
+        equilibrium_.motion(state_, path_.at(progress_), path_.at(progress_ + ahead));
+    prediction_.add(length_, increment, std::move(motion.left), motion.ahead / ahead);
   }
 
   /// Did the branch end here? Towards a limit point the way turns into the direction that nothing
@@ -264,7 +291,7 @@ class Deployment {
   LinkageState& state_;
   detail::ConditionPath path_;
   const DeploymentOptions& options_;
-  detail::Prediction prediction_;
+  detail::Prediction prediction_{kPlaces};
   Eigen::VectorXd way_;  // the last step's, unless it was an event
   double progress_ = 0;
   double length_;

@@ -115,7 +115,24 @@ Eigen::VectorXd LinkageEquilibrium::softest_direction(const LinkageState& state,
   conditions.validate(workspace_->model);
   const EquilibriumOptions options;
   detail::NewtonRun run(*workspace_, conditions, options, state);
+  workspace_->certified = false;
   return run.softest_at(state);
+}
+
+LinkageEquilibrium::Motion LinkageEquilibrium::motion(const LinkageState& state,
+                                                      const Conditions& here,
+                                                      const Conditions& ahead) {
+  here.validate(workspace_->model);
+  ahead.validate(workspace_->model);
+  const EquilibriumOptions options;
+  detail::NewtonRun next(*workspace_, ahead, options, state);
+  return detail::NewtonRun(*workspace_, here, options, state).motion_to(next, state);
+}
+
+void LinkageEquilibrium::expect_step(const LinkageState& from, const Eigen::VectorXd& step) {
+  workspace_->bordered.reset();
+  workspace_->tensions.expect(workspace_->model, from, step);
+  workspace_->expected = true;
 }
 
 EquilibriumReport LinkageEquilibrium::solve(LinkageState& state, const Conditions& conditions,
@@ -133,7 +150,10 @@ EquilibriumReport LinkageEquilibrium::solve(LinkageState& state, const Condition
     return report;
   }
   detail::NewtonRun run(*workspace_, conditions, options, state);
-  return run.run(state, context, on_iterate);
+  EquilibriumReport report = run.run(state, context, on_iterate);
+  workspace_->certified = report.converged();
+  workspace_->expected = false;
+  return report;
 }
 
 }  // namespace limber::rods

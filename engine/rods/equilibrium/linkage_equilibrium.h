@@ -106,6 +106,25 @@ class LinkageEquilibrium {
   [[nodiscard]] Eigen::VectorXd softest_direction(const LinkageState& state,
                                                   const Conditions& conditions);
 
+  /// First-order motions of an equilibrium, in the reduced unknowns; both empty where they are not
+  /// known.
+  struct Motion {
+    Eigen::VectorXd left;   // what the tolerance has left to go, one Newton step
+    Eigen::VectorXd ahead;  // on to other conditions
+  };
+  /// With the factor that certified it, two solves.
+  /// @param state  what the last solve has converged to
+  /// @param here   its conditions
+  /// @param ahead  nearby ones, with the same pins
+  /// @throws Error as Conditions::validate
+  [[nodiscard]] Motion motion(const LinkageState& state, const Conditions& here,
+                              const Conditions& ahead);
+
+  /// Tells the next solve that the state it starts from is a guess.
+  /// @param from  an equilibrium, from which it is
+  /// @param step  this far, to first order; see EdgeTensions::expect
+  void expect_step(const LinkageState& from, const Eigen::VectorXd& step);
+
   /// Sum of the increments of the last solve, in the reduced unknowns: nearly the way from its
   /// first state to its last, as a predictor takes it.
   [[nodiscard]] const Eigen::VectorXd& last_increment() const;

@@ -17,54 +17,21 @@ constexpr double kStiffening = 1e3;
 constexpr double kDifferenceTurn = 1e-2;  // [rad]
 constexpr int kRecentrings = 2;
 constexpr double kLeastRecentred = 0.05;  // share of a step
-// Parts of a step that are poor, what damping then aims at, and how fast it fades.
-constexpr double kPoorFraction = 0.2;
-constexpr double kDampedFraction = 0.25;
-constexpr double kFading = 0.1;
-// An iteration is slow that leaves more than this of the imbalance; how often leaps double.
-constexpr double kSlow = 0.3;
-constexpr int kLeaps = 5;
+constexpr double kWild = 0.5;             // of a step: corrections that turn more are none
+// Shares of the gain that a step promised: poor and good ones; and what follows from them.
+constexpr double kPoor = 0.1;
+constexpr double kGood = 0.5;
+constexpr double kShrinking = 0.25;
+constexpr double kLeastRadius = 1e-4;  // [rad]
+constexpr double kFading = 0.2;        // of shifts
+// Times the curvature along a step: what resists more is held while the step is bent.
+constexpr double kStiff = 1e5;
 constexpr int kPowerIterations = 100;
 constexpr double kFirstEscape = 1e-4;  // [rad]
 constexpr double kEscapeGrowth = 2;
 constexpr int kEscapes = 16;
 
 }  // namespace
-
-/// Long valleys bend all the time, and Newton's steps along them are short and much alike: goes on
-/// as the last ones went, as far as that leads down.
-void NewtonRun::leap(LinkageState& state) {
-  const Eigen::VectorXd increment = work_.total_increment - before_;
-  before_ = work_.total_increment;
-  const bool slow = report_.max_gradient_scaled > kSlow * imbalance_before_;
-  imbalance_before_ = report_.max_gradient_scaled;
-  if (gap_.size >= kSmallGap || !slow) {
-    way_.clear();
-    return;
-  }
-  way_.add(1, increment);
-  if (!way_.full()) return;
-  double best = potential_ - rounding();
-  std::optional<LinkageState> there;
-  Eigen::VectorXd chosen;
-  double length = 1;
-  for (int leap = 0; leap < kLeaps; ++leap, length *= 2) {
-    Eigen::VectorXd x = way_.over(length);
-    for (const int unknown : holding_.pinned()) x[unknown] = 0;
-    if (bound_fraction(state, x) < 1) break;
-    if (!(work_.scales.largest_turn(model_, state, x) < options_.largest_turn)) break;
-    LinkageState next = state.moved(model_, x);
-    const double value = potential(next) + terms_.moment_potential(x);
-    if (!(value < best)) break;
-    best = value;
-    there = std::move(next);
-    chosen = std::move(x);
-  }
-  if (!there) return;
-  way_.clear();
-  accept(state, std::move(*there), chosen);
-  before_ = work_.total_increment;
-}
 
 /// How a step bends where the linkage follows it without stretching its rods: the second derivative
 /// of the way on which the gradient changes linearly,
@@ -93,6 +60,14 @@ Eigen::VectorXd NewtonRun::acceleration(const LinkageState& state, const Eigen::
   return a;
 }
 
+/// What a correction has beside a direction: how far to go along it is the step's business, and
+/// where little resists there the corrections that Newton's matrix makes are wild.
+Eigen::VectorXd NewtonRun::beside(Eigen::VectorXd x, const Eigen::VectorXd& direction) const {
+  const Eigen::VectorXd weighed = work_.scales.weights().cwiseProduct(direction);
+  x -= (weighed.dot(x) / weighed.dot(direction)) * direction;
+  return x;
+}
+
 /// Moves along a step, or a part of it.
 bool NewtonRun::take(LinkageState& state, Step step) {
   for (int raise = 0;; ++raise) {
@@ -117,6 +92,18 @@ bool NewtonRun::take(LinkageState& state, Step step) {
   }
 }
 
+/// Factors so that only what is stiff beside a step still moves much: steps along valleys are bent
+/// and taken back to the ground without going elsewhere along it.
+void NewtonRun::hold_soft(const Step& step) {
+  double kept = 0;
+  factor_shifted(std::min(kStiff * curvature(step), work_.scales.stiffest_eigenvalue()), kept);
+}
+
+/// Along a step, per weight, with the shift it was made with.
+double NewtonRun::curvature(const Step& step) const {
+  return -step.slope / step.x.dot(work_.scales.weights().cwiseProduct(step.x));
+}
+
 /// Takes back, with the factor at hand, what a step along a curve has still stretched.
 /// @returns whether the potential is below a value then
 bool NewtonRun::recentred(LinkageState& trial, double below, Eigen::VectorXd& x) {
@@ -128,8 +115,9 @@ bool NewtonRun::recentred(LinkageState& trial, double below, Eigen::VectorXd& x)
     back = -back;
     for (const int unknown : work_.fixed) back[unknown] = 0;
     solve(back, Eigen::VectorXd::Zero(work_.rows.rows()));
+    back = beside(back, x);
     const double turn = work_.scales.largest_turn(model_, trial, back);
-    if (!(turn < work_.scales.largest_turn(model_, trial, x))) return false;
+    if (!(turn < kWild * work_.scales.largest_turn(model_, trial, x))) return false;
     if (bound_fraction(trial, back) < 1) return false;
     trial = trial.moved(model_, back);
     x += back;
@@ -146,6 +134,7 @@ void NewtonRun::move_prescribed(LinkageState& state, Eigen::VectorXd x) {
     x /= 2;
     next = state.moved(model_, x);
   }
+  const Eigen::VectorXd linear = x;
   const Eigen::VectorXd curve = x + 0.5 * acceleration(state, x);
   if (work_.scales.largest_turn(model_, state, curve) < options_.largest_turn &&
       !(bound_fraction(state, curve) < 1)) {
@@ -155,7 +144,7 @@ void NewtonRun::move_prescribed(LinkageState& state, Eigen::VectorXd x) {
       x = curve;
     }
   }
-  accept(state, std::move(next), x);
+  accept(state, std::move(next), x, linear);
 }
 
 /// Where a step's gain is lost in the potential's rounding, forces still tell.
@@ -168,9 +157,32 @@ bool NewtonRun::calmer(const LinkageState& trial) {
   return work_.scales.imbalance(gradient, scale_, options_.tolerance) < report_.max_gradient_scaled;
 }
 
+/// Goes on along a curve while that leads down.
+bool NewtonRun::farther(const LinkageState& state, const Step& step, const Eigen::VectorXd& bend,
+                        LinkageState& there, Eigen::VectorXd& way) {
+  double best = potential(there) + terms_.moment_potential(way);
+  bool any = false;
+  for (double reach = 2; reach * step.turn < options_.largest_turn; reach *= 2) {
+    Eigen::VectorXd x = reach * step.x + 0.5 * reach * reach * bend;
+    if (bound_fraction(state, x) < 1) break;
+    LinkageState trial = state.moved(model_, x);
+    double value = potential(trial) + terms_.moment_potential(x);
+    if (!(value < best)) {
+      if (!recentred(trial, best, x)) break;
+      value = potential(trial) + terms_.moment_potential(x);
+    }
+    best = value;
+    there = std::move(trial);
+    way = std::move(x);
+    any = true;
+  }
+  return any;
+}
+
 /// The first point of a halving series along a step at which the potential is low enough.
 bool NewtonRun::descend(LinkageState& state, const Step& step, double fraction) {
   Eigen::VectorXd bend;
+  step_shift_ = report_.final_shift;
   while (fraction > kShortestFraction) {
     const double part = fraction;
     fraction /= 2;
@@ -182,30 +194,45 @@ bool NewtonRun::descend(LinkageState& state, const Step& step, double fraction) 
     bool low = potential(trial) + terms_.moment_potential(x) <= below ||
                (-step.slope < kNoise * potential_size_ && calmer(trial));
     if (!low && bend.size() == 0) {
-      bend = acceleration(state, step.x);
+      hold_soft(step);
+      bend = beside(acceleration(state, step.x), step.x);
       fraction = part;
       continue;
     }
+    const bool straight = low;
     low = low || (part >= kLeastRecentred && recentred(trial, below, x));
     if (!low) continue;
-    damp(step, part);
-    accept(state, std::move(trial), x);
+    along_.resize(0);
+    if (bend.size() > 0 || step_shift_ > 0) along_ = step.x;
+    if (bend.size() > 0 && part == 1 && farther(state, step, bend, trial, x)) {
+      accept(state, std::move(trial), x);
+      damping_ = 0;
+      radius_ = options_.largest_turn;
+      return true;
+    }
+    const double before = potential_;
+    accept(state, std::move(trial), x, straight ? part * step.x : Eigen::VectorXd());
+    learn(step, part, before - potential_ - terms_.moment_potential(x));
     return true;
   }
   return false;
 }
 
-/// Where only a small part of a step holds, the next ones are made shorter in the directions that
-/// are as soft as this one; where whole steps hold this fades.
-void NewtonRun::damp(const Step& step, double fraction) {
-  if (fraction < kPoorFraction) {
-    const double weight = step.x.dot(work_.scales.weights().cwiseProduct(step.x));
-    damping_ = std::min(std::max(damping_, -step.slope / weight) / kDampedFraction,
-                        work_.scales.stiffest_eigenvalue());
-  } else if (fraction == 1) {
-    damping_ *= kFading;
-    if (damping_ < work_.scales.softest_eigenvalue()) damping_ = 0;
+/// What a step was worth tells how far the next ones are believed.
+void NewtonRun::learn(const Step& step, double fraction, double gain) {
+  const double expected = -step.slope * fraction * (1 - fraction / 2);
+  const double ratio = gain / expected;
+  const double turn = fraction * step.turn;
+  if (ratio < kPoor) {
+    radius_ = kShrinking * turn;
+  } else if (fraction < 1) {
+    radius_ = turn;
+  } else if (ratio > kGood && turn > 0.5 * radius_) {
+    radius_ = std::min(2 * std::max(turn, radius_), options_.largest_turn);
   }
+  radius_ = std::max(radius_, kLeastRadius);
+  damping_ = step_shift_ * kFading;
+  if (damping_ < work_.scales.softest_eigenvalue()) damping_ = 0;
 }
 
 /// The direction of most negative curvature per weight, by inverse iteration with the shifted
@@ -233,24 +260,30 @@ Eigen::VectorXd NewtonRun::softest_direction(const LinkageState& state) {
 /// @pre the last factor is shifted
 bool NewtonRun::escape(LinkageState& state) {
   const Eigen::VectorXd direction = softest_direction(state);
-  const Eigen::VectorXd bend = acceleration(state, direction);
+  const Eigen::VectorXd bend = beside(acceleration(state, direction), direction);
   double best = potential_ - rounding();
   std::optional<LinkageState> there;
   Eigen::VectorXd way;
+  double reached = 0;
   double turn = kFirstEscape;
   for (int k = 0; k < kEscapes && turn <= options_.largest_turn; ++k, turn *= kEscapeGrowth) {
     Eigen::VectorXd x = turn * direction + 0.5 * turn * turn * bend;
     if (bound_fraction(state, x) < 1) break;
     LinkageState trial = state.moved(model_, x);
     const double value = potential(trial) + terms_.moment_potential(x);
-    if (!(value < best)) break;
+    if (!(value < best)) {
+      if (there || !(value < potential_ + rounding())) break;
+      continue;
+    }
     best = value;
     there = std::move(trial);
     way = std::move(x);
+    reached = turn;
   }
   if (!there) return false;
   ++report_.escapes;
-  accept(state, std::move(*there), way);
+  accept(state, std::move(*there), way, reached * direction);
+  along_ = direction;
   return true;
 }
 

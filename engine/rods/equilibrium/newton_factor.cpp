@@ -22,6 +22,9 @@ constexpr double kPrescribedTurn = 0.1;
 // Steps with one factor, and what each may leave of the imbalance.
 constexpr int kChords = 3;
 constexpr double kChordContraction = 0.3;
+// How often a step is shortened, and by how much it may turn beyond what is believed.
+constexpr int kShortenings = 3;
+constexpr double kLoose = 1.5;
 
 bool same(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b) {
   return a.rows() == b.rows() && a == b;
@@ -67,7 +70,7 @@ void NewtonRun::factor_positive(double least, const LinkageState& state) {
   stable_ = least == 0 && mechanism && factor(rounding);
   work_.mechanism = stable_;
   if (stable_) return;
-  if (least == 0 && report_.max_gradient_scaled > kFar) {
+  if (least == 0 && report_.max_gradient_scaled > kFar && !work_.expected) {
     // Far from balance rods are compressed by steps, not by what they carry.
     assemble(state, Compression::kLeftOut);
     const bool convex = factor(0);
@@ -97,14 +100,30 @@ void NewtonRun::solve(Eigen::VectorXd& right_side, const Eigen::VectorXd& rows) 
 NewtonRun::Step NewtonRun::newton_step(const LinkageState& state) {
   // A guess compresses rods by mistake: the first step lets them have their length again.
   const bool far = report_.max_gradient_scaled > kFar;
-  if (damping_ == 0 && report_.iterations == 1 && far) {
+  if (damping_ == 0 && report_.iterations == 1 && far && !work_.expected) {
     assemble(state, Compression::kLeftOut);
     if (!factor(0)) factor_shifted(work_.guess_shift / kShiftGrowth, work_.guess_shift);
     return step_with_factor(state);
   }
   assemble(state, Compression::kBuckles);
   factor_positive(damping_, state);
-  return step_with_factor(state);
+  Step step = step_with_factor(state);
+  if (gap_.size < kSmallGap) shorten(state, step);
+  return step;
+}
+
+/// Steps that turn by more than is believed are made again with a larger shift, which shortens them
+/// where nothing much resists (Levenberg, Marquardt).
+void NewtonRun::shorten(const LinkageState& state, Step& step) {
+  for (int round = 0; round < kShortenings; ++round) {
+    if (step.wanted <= kLoose * radius_) break;
+    const double all = curvature(step);
+    const double own = std::max(all - report_.final_shift, 0.0);
+    damping_ = std::max(all * step.wanted / radius_ - own, 2 * report_.final_shift);
+    factor_shifted(damping_, work_.shift);
+    step = step_with_factor(state);
+  }
+  shrink(kLoose * radius_, step);
 }
 
 /// Newton's step with the last factor, wherever that was made.
@@ -113,7 +132,7 @@ NewtonRun::Step NewtonRun::newton_step(const LinkageState& state) {
 NewtonRun::Step NewtonRun::step_with_factor(const LinkageState& state) const {
   const bool far = gap_.size >= kSmallGap;
   const bool settled = report_.max_gradient_scaled < kSettled;
-  Step step{-work_.gradient, far && settled, 0};
+  Step step{-work_.gradient, far && settled, 0, 0, 0};
   if (far && !settled) {
     for (const int unknown : fixed()) step.x[unknown] = 0;
     solve(step.x, Eigen::VectorXd::Zero(gap_.rows.size()));
@@ -134,13 +153,46 @@ NewtonRun::Step NewtonRun::step_with_factor(const LinkageState& state) const {
   return step;
 }
 
+LinkageEquilibrium::Motion NewtonRun::motion_to(NewtonRun& ahead, const LinkageState& state) {
+  const std::vector<int>& pinned = holding_.pinned();
+  // Behind the pinned ones are lengths on their bound, which stay there.
+  const bool same_pins = ahead.holding_.pinned() == pinned &&
+                         work_.fixed.size() >= pinned.size() &&
+                         std::equal(pinned.begin(), pinned.end(), work_.fixed.begin());
+  if (!work_.certified || !same_pins || !same(work_.rows, holding_.rows()) ||
+      !same(ahead.holding_.rows(), work_.rows))
+    return {};
+  LinkageEquilibrium::Motion motion;
+  motion.left = -work_.gradient;
+  for (const int unknown : work_.fixed) motion.left[unknown] = 0;
+  const Holding::Gap gap = holding_.gap(state);
+  solve(motion.left, gap.rows);
+
+  const Holding::Gap next = ahead.holding_.gap(state);
+  Eigen::VectorXd forces = Eigen::VectorXd::Zero(work_.gradient.size());
+  Eigen::VectorXd here = forces;
+  ahead.terms_.add_gradient(state, forces);
+  terms_.add_gradient(state, here);
+  motion.ahead = here - forces;
+  const Eigen::VectorXd moved = next.pinned - gap.pinned;
+  if (!moved.isZero(0)) {
+    // Where pinned unknowns go, the others follow.
+    work_.matrix.multiply(moved, forces);
+    motion.ahead -= forces;
+  }
+  for (const int unknown : work_.fixed) motion.ahead[unknown] = moved[unknown];
+  solve(motion.ahead, next.rows - gap.rows);
+  return motion;
+}
+
 /// Steps with the factor at hand while they pay: one of them costs a fraction of a new factor.
 /// @returns whether the state is balanced now
 bool NewtonRun::chords(LinkageState& state) {
   for (int round = 0; round < kChords; ++round) {
     if (!work_.bordered || work_.fixed != fixed()) return false;
     if (!same(work_.rows, holding_.rows())) border();
-    const Step step = step_with_factor(state);
+    Step step = step_with_factor(state);
+    if (along_.size() > 0 && !step.prescribed) step.x = beside(step.x, along_);
     if (!step.x.allFinite() || bound_fraction(state, step.x) < 1) return false;
     if (step.prescribed) {
       if (round > 0) return false;
@@ -153,7 +205,7 @@ bool NewtonRun::chords(LinkageState& state) {
       return false;
     ++report_.corrections;
     const double before = report_.max_gradient_scaled;
-    accept(state, std::move(next), step.x);
+    accept(state, std::move(next), step.x, step.x);
     if (balanced()) return true;
     if (report_.max_gradient_scaled > kChordContraction * before) return false;
   }
@@ -162,9 +214,17 @@ bool NewtonRun::chords(LinkageState& state) {
 
 /// Turns stay moderate.
 void NewtonRun::limit(const LinkageState& state, double largest, Step& step) const {
-  const double turn = work_.scales.largest_turn(model_, state, step.x);
-  if (turn > largest) step.x *= largest / turn;
+  step.turn = step.wanted = work_.scales.largest_turn(model_, state, step.x);
   step.slope = work_.gradient.dot(step.x);
+  shrink(largest, step);
+}
+
+void NewtonRun::shrink(double largest, Step& step) {
+  if (step.turn <= largest) return;
+  const double share = largest / step.turn;
+  step.x *= share;
+  step.slope *= share;
+  step.turn = largest;
 }
 
 /// Is a balanced state stable? What was factored on the way there says nothing of it: the last

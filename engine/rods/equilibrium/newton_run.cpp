@@ -11,6 +11,8 @@ namespace {
 
 constexpr double kGapTolerance = 1e-12;
 constexpr double kRelativeRounding = 1e-13;
+// Imbalance below which edges carry what they are expected to.
+constexpr double kNear = 1e-3;
 // Of all loads: what rounding of short edges may not swallow.
 constexpr double kHidden = 0.01;
 
@@ -23,7 +25,8 @@ NewtonWorkspace::NewtonWorkspace(const LinkageModel& linkage)
       matrix(linkage.chains()),
       solver(linkage.chains()),
       gradient(linkage.variables().size()),
-      total_increment(Eigen::VectorXd::Zero(linkage.variables().size())) {
+      total_increment(Eigen::VectorXd::Zero(linkage.variables().size())),
+      tensions(linkage) {
   solver.set_shift_weights(scales.weights());
 }
 
@@ -34,7 +37,8 @@ NewtonRun::NewtonRun(NewtonWorkspace& workspace, const Conditions& conditions,
       options_(options),
       terms_(model_, conditions),
       holding_(model_, conditions, terms_, workspace.scales, start),
-      shortest_(conditions.shortest_joint_edge) {
+      shortest_(conditions.shortest_joint_edge),
+      radius_(options.largest_turn) {
   work_.total_increment.setZero();
   loads_ = 0;
   for (const ConditionTerms::Resultant& sum : terms_.resultants()) loads_ += sum.magnitudes;
@@ -62,7 +66,6 @@ Eigen::VectorXd NewtonRun::softest_at(const LinkageState& state) {
 EquilibriumReport NewtonRun::run(LinkageState& state, const JobContext& context,
                                  const IterateCallback& on_iterate) {
   evaluate(state);
-  before_ = work_.total_increment;
   for (;;) {
     if (context.cancellation.requested()) {
       finish(EquilibriumStatus::kCancelled, "cancelled by the caller");
@@ -100,7 +103,6 @@ EquilibriumReport NewtonRun::run(LinkageState& state, const JobContext& context,
                                     report_.max_gradient_scaled));
       break;
     }
-    leap(state);
     if (on_iterate) on_iterate(report_.iterations, state);
   }
   report_.turned = work_.scales.largest_turn(model_, state, work_.total_increment);
@@ -131,8 +133,14 @@ void NewtonRun::evaluate(const LinkageState& state) {
 }
 
 void NewtonRun::assemble(const LinkageState& state, Compression compression, WeakHolds holds) {
-  (void)work_.assembly.hessian(state, work_.gradient, work_.matrix, compression);
-  terms_.add(state, work_.gradient, work_.matrix);
+  if (holds == WeakHolds::kAdded && work_.expected && compression == Compression::kBuckles) {
+    Eigen::VectorXd gradient(work_.gradient.size());
+    (void)work_.assembly.hessian(state, gradient, work_.matrix, work_.tensions);
+    terms_.add(state, gradient, work_.matrix);
+  } else {
+    (void)work_.assembly.hessian(state, work_.gradient, work_.matrix, compression);
+    terms_.add(state, work_.gradient, work_.matrix);
+  }
   if (holds == WeakHolds::kAdded) holding_.add_weak_holds(work_.matrix);
 }
 
@@ -207,11 +215,18 @@ double NewtonRun::bound_fraction(const LinkageState& state, const Eigen::VectorX
   return fraction;
 }
 
-void NewtonRun::accept(LinkageState& state, LinkageState next, const Eigen::VectorXd& x) {
+/// @param linear  the part of the step that Newton's model knows of, if that says what forces to
+/// expect after it
+void NewtonRun::accept(LinkageState& state, LinkageState next, const Eigen::VectorXd& x,
+                       const Eigen::VectorXd& linear) {
   work_.total_increment += x;
-  state = std::move(next);
+  work_.expected = false;
   stable_ = false;
+  std::swap(state, next);
   evaluate(state);
+  if (linear.size() == 0 || report_.max_gradient_scaled < kNear) return;
+  work_.tensions.expect(model_, next, linear);
+  work_.expected = true;
 }
 
 }  // namespace limber::rods::detail

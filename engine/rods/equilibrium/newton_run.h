@@ -6,7 +6,6 @@
 #include "engine/rods/equilibrium/condition_terms.h"
 #include "engine/rods/equilibrium/holding.h"
 #include "engine/rods/equilibrium/linkage_equilibrium.h"
-#include "engine/rods/equilibrium/prediction.h"
 #include "engine/rods/equilibrium/unknown_scales.h"
 #include "engine/rods/linkage/linkage_assembly.h"
 #include "engine/rods/solver/bordered_solver.h"
@@ -30,11 +29,14 @@ struct NewtonWorkspace {
   CondensedSolver solver;
   Eigen::VectorXd gradient;
   Eigen::VectorXd total_increment;
+  EdgeTensions tensions;
+  bool expected = false;                   // are the tensions those to be expected at the state
   double guess_shift = 0;                  // the same of guesses
   double shift = 0;                        // of the last indefinite Hessian
   std::optional<BorderedSolver> bordered;  // of the last factorisation that succeeded
   std::vector<int> fixed;                  // under which it was made
   Eigen::MatrixXd rows;
+  bool certified = false;  // is that the Hessian of an equilibrium, where the last solve ended
   bool mechanism = false;  // was the last one indefinite by rounding only
 };
 
@@ -51,12 +53,16 @@ class NewtonRun {
   [[nodiscard]] const Eigen::VectorXd& gradient_at(const LinkageState& state);
   [[nodiscard]] const GradientSize& forces_present() const { return scale_; }
   [[nodiscard]] Eigen::VectorXd softest_at(const LinkageState& state);
+  /// See LinkageEquilibrium::motion.
+  [[nodiscard]] LinkageEquilibrium::Motion motion_to(NewtonRun& ahead, const LinkageState& state);
 
  private:
   struct Step {
     Eigen::VectorXd x;
     bool prescribed;  // moves towards what pins and constraints ask for
     double slope;     // of the potential along it
+    double turn;      // largest angle of a joint or an edge [rad]
+    double wanted;    // the same, before it was limited
   };
 
   void evaluate(const LinkageState& state);
@@ -79,20 +85,27 @@ class NewtonRun {
   void solve(Eigen::VectorXd& right_side, const Eigen::VectorXd& rows) const;
 
   void limit(const LinkageState& state, double largest, Step& step) const;
+  static void shrink(double largest, Step& step);
   void move_prescribed(LinkageState& state, Eigen::VectorXd x);
   bool block(const LinkageState& state, const Eigen::VectorXd& x);
   [[nodiscard]] double bound_fraction(const LinkageState& state, const Eigen::VectorXd& x) const;
   bool take(LinkageState& state, Step step);
   bool descend(LinkageState& state, const Step& step, double fraction);
-  void leap(LinkageState& state);
-  void damp(const Step& step, double fraction);
+  void shorten(const LinkageState& state, Step& step);
+  void learn(const Step& step, double fraction, double gain);
   bool calmer(const LinkageState& trial);
   bool recentred(LinkageState& trial, double below, Eigen::VectorXd& x);
+  void hold_soft(const Step& step);
+  [[nodiscard]] double curvature(const Step& step) const;
+  bool farther(const LinkageState& state, const Step& step, const Eigen::VectorXd& bend,
+               LinkageState& there, Eigen::VectorXd& way);
   [[nodiscard]] Eigen::VectorXd acceleration(const LinkageState& state, const Eigen::VectorXd& v);
+  [[nodiscard]] Eigen::VectorXd beside(Eigen::VectorXd x, const Eigen::VectorXd& direction) const;
   bool certify(const LinkageState& state);
   bool escape(LinkageState& state);
   [[nodiscard]] Eigen::VectorXd softest_direction(const LinkageState& state);
-  void accept(LinkageState& state, LinkageState next, const Eigen::VectorXd& x);
+  void accept(LinkageState& state, LinkageState next, const Eigen::VectorXd& x,
+              const Eigen::VectorXd& linear = {});
   void set_active_bounds(const LinkageState& state);
   void finish(EquilibriumStatus status, std::string message);
 
@@ -111,10 +124,10 @@ class NewtonRun {
   double potential_size_ = 0;
   GradientSize scale_;
   bool stable_ = false;  // does a factor of this very state say that it is a minimum
-  Prediction way_;       // of the last iterations
-  Eigen::VectorXd before_;
-  double imbalance_before_ = 0;
-  double damping_ = 0;  // least shift
+  double damping_ = 0;       // least shift
+  double step_shift_ = 0;    // with which the last step was made
+  double radius_;            // turn up to which steps are believed [rad]
+  Eigen::VectorXd along_;    // the last step, where little resists; empty: nothing special
   EquilibriumReport report_;
 };
 

@@ -142,9 +142,12 @@ class Walk {
 
   [[gnu::always_inline]] void edge(int e, const MaterialFrame<V>& frame, const VertexResult& before,
                                    const VertexResult& after) {
-    const auto s = stretch(frame.length, parameter(e, LinkageModel::kRestLength),
-                           parameter(e, LinkageModel::kStretching));
+    auto s = stretch(frame.length, parameter(e, LinkageModel::kRestLength),
+                     parameter(e, LinkageModel::kStretching));
     stretching_ += s.energy;
+    if constexpr (kOrder == Order::kHessian) {
+      if (out_.tensions != nullptr) s.tension = load_lane(out_.tensions + e * kChainLanes);
+    }
     if constexpr (kOrder != Order::kEnergy) {
       const Vec3<V> moment = before.moment - after.moment;
       const auto gradient = edge_gradient(frame, moment, s.tension);

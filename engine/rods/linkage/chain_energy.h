@@ -12,6 +12,8 @@ struct ChainOutputs {
   double* gradient = nullptr;  // by number of the chain: (4 n + 3) x lanes, overwritten
   double* band = nullptr;      // CondensedMatrix::band, overwritten
   Compression compression = Compression::kBuckles;
+  /// Of the edges, n x lanes: what gradient and band count with in place of what the edges carry.
+  const double* tensions = nullptr;
 };
 
 /// @param slots  of the state; @param parameters  of the model

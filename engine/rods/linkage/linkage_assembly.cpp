@@ -63,20 +63,33 @@ RodEnergies LinkageAssembly::gradient(const LinkageState& state,
 RodEnergies LinkageAssembly::hessian(const LinkageState& state,
                                      Eigen::Ref<Eigen::VectorXd> gradient, CondensedMatrix& hessian,
                                      Compression compression) {
+  return hessian_as(state, gradient, hessian, compression, nullptr);
+}
+
+RodEnergies LinkageAssembly::hessian(const LinkageState& state,
+                                     Eigen::Ref<Eigen::VectorXd> gradient, CondensedMatrix& hessian,
+                                     const EdgeTensions& tensions) {
+  return hessian_as(state, gradient, hessian, Compression::kBuckles, &tensions);
+}
+
+RodEnergies LinkageAssembly::hessian_as(const LinkageState& state,
+                                        Eigen::Ref<Eigen::VectorXd> gradient,
+                                        CondensedMatrix& hessian, Compression compression,
+                                        const EdgeTensions* tensions) {
   LIMBER_DEMAND(gradient.size() == model_.chains()->size());
   LIMBER_DEMAND(hessian.shared_structure() == model_.chains());
-  parallel_for(
-      static_cast<std::int64_t>(model_.chains()->batches().size()), kBatchesPerChunk,
-      [&](std::int64_t begin, std::int64_t end) {
-        for (std::int64_t i = begin; i < end; ++i) {
-          const int b = static_cast<int>(i);
-          detail::evaluate_chains(
-              model_.chains()->batches()[b], state.slots(model_, b), model_.slot_parameters(b),
-              model_.stiffness(), model_.form(),
-              {energies_of(b), numbers_[first_number_[b]].values, hessian.band(b), compression});
-          collect(b, gradient);
-        }
-      });
+  parallel_for(static_cast<std::int64_t>(model_.chains()->batches().size()), kBatchesPerChunk,
+               [&](std::int64_t begin, std::int64_t end) {
+                 for (std::int64_t i = begin; i < end; ++i) {
+                   const int b = static_cast<int>(i);
+                   detail::evaluate_chains(
+                       model_.chains()->batches()[b], state.slots(model_, b),
+                       model_.slot_parameters(b), model_.stiffness(), model_.form(),
+                       {energies_of(b), numbers_[first_number_[b]].values, hessian.band(b),
+                        compression, tensions == nullptr ? nullptr : tensions->of(model_, b)});
+                   collect(b, gradient);
+                 }
+               });
   finish_joints(state, gradient, &hessian);
   return total();
 }

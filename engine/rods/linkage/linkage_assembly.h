@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "engine/rods/linkage/compression.h"
+#include "engine/rods/linkage/edge_tensions.h"
 #include "engine/rods/linkage/linkage_model.h"
 #include "engine/rods/linkage/linkage_state.h"
 #include "engine/rods/rod/rod_state.h"
@@ -26,10 +27,17 @@ class LinkageAssembly {
   RodEnergies hessian(const LinkageState& state, Eigen::Ref<Eigen::VectorXd> gradient,
                       CondensedMatrix& hessian, Compression compression = Compression::kBuckles);
 
+  /// Gradient and Hessian as if the edges carried these forces.
+  RodEnergies hessian(const LinkageState& state, Eigen::Ref<Eigen::VectorXd> gradient,
+                      CondensedMatrix& hessian, const EdgeTensions& tensions);
+
   /// Energy of each segment at the last evaluation.
   [[nodiscard]] Eigen::VectorXd segment_energies() const;
 
  private:
+  RodEnergies hessian_as(const LinkageState& state, Eigen::Ref<Eigen::VectorXd> gradient,
+                         CondensedMatrix& hessian, Compression compression,
+                         const EdgeTensions* tensions);
   void finish_joints(const LinkageState& state, Eigen::Ref<Eigen::VectorXd> gradient,
                      CondensedMatrix* hessian);
   RodEnergies total() const;

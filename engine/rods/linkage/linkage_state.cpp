@@ -195,7 +195,8 @@ LinkageState::LinkageState(const LinkageModel& model) : cells_(model.slots() * k
 }
 
 LinkageState LinkageState::moved(const LinkageModel& model,
-                                 const Eigen::Ref<const Eigen::VectorXd>& increment) const {
+                                 const Eigen::Ref<const Eigen::VectorXd>& increment,
+                                 Parts parts) const {
   const ChainBatches& chains = *model.chains();
   LIMBER_DEMAND(increment.size() == chains.size());
   LinkageState result = *this;
@@ -210,6 +211,7 @@ LinkageState LinkageState::moved(const LinkageModel& model,
                    const int batch = static_cast<int>(b);
                    double* const own = result.slots(model, batch);
                    result.place_batch(model, batch, joints_, increment, turns);
+                   if (parts == Parts::kVertices) continue;
                    transport_frames(chains.batches()[batch], slots(model, batch), turns.data(),
                                     own);
                    settle_twists(own, chains.batches()[batch].edges);

@@ -20,8 +20,11 @@ class LinkageState {
 
   /// The shape after an increment of the reduced unknowns, |rotations| <= pi. Frames of edges move
   /// by the smallest rotation to the new tangent, then turn by their angle (finite transport).
+  /// With kVertices frames and twists stay as they were: good for lengths.
+  enum class Parts { kAll, kVertices };
   [[nodiscard]] LinkageState moved(const LinkageModel& model,
-                                   const Eigen::Ref<const Eigen::VectorXd>& increment) const;
+                                   const Eigen::Ref<const Eigen::VectorXd>& increment,
+                                   Parts parts = Parts::kAll) const;
 
   [[nodiscard]] const std::vector<JointState<double>>& joints() const { return joints_; }
   [[nodiscard]] Eigen::Vector3d vertex(const LinkageModel& model, int segment, int index) const;

@@ -37,7 +37,8 @@ std::size_t bytes_of(const LinkageConditions& conditions) {
     return items.size() * sizeof(typename std::decay_t<decltype(items)>::value_type);
   };
   return sizeof(LinkageConditions) + of(conditions.pins) + of(conditions.angles) +
-         of(conditions.targets) + of(conditions.loads);
+         of(conditions.targets) + of(conditions.loads) +
+         sizeof(double) * static_cast<std::size_t>(conditions.segment_lengths.size());
 }
 
 bool is_nothing(const scene::JointLoad& load) {
@@ -119,6 +120,10 @@ class LinkageDocument::Request {
   }
   std::uint64_t take(const SetGravity& set) {
     conditions_.gravity = set.gravity;
+    return changed();
+  }
+  std::uint64_t take(const SetSegmentLengths& set) {
+    conditions_.segment_lengths = set.lengths;
     return changed();
   }
   std::uint64_t take(const Undo&) { return step(state_.undo, state_.redo, "undo"); }

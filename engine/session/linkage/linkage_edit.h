@@ -47,7 +47,13 @@ struct SetGravity {
   Eigen::Vector3d gravity = Eigen::Vector3d::Zero();  // [m/s^2]
 };
 
-using LinkageEdit = std::variant<PinJoint, SetJointAngle, SetMeanAngle, AddTarget, MoveTarget,
-                                 ReplaceTarget, RemoveTarget, SetJointLoad, SetGravity, Undo, Redo>;
+/// Rest lengths of all segments [scene length unit]; none: those of the scene.
+struct SetSegmentLengths {
+  Eigen::VectorXd lengths;
+};
+
+using LinkageEdit =
+    std::variant<PinJoint, SetJointAngle, SetMeanAngle, AddTarget, MoveTarget, ReplaceTarget,
+                 RemoveTarget, SetJointLoad, SetGravity, SetSegmentLengths, Undo, Redo>;
 
 }  // namespace limber::session

@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "engine/base/error.h"
-#include "engine/session/linkage/pin_reach.h"
+#include "engine/session/linkage/condition_rules.h"
 
 namespace limber::session {
 namespace {
@@ -93,15 +93,16 @@ LinkageCheck check_linkage(const scene::Linkage& linkage) {
   if (!graph) return check;
   check.joints = static_cast<int>(graph->joints.size());
   check.segments = static_cast<int>(graph->segments.size());
+  std::optional<ConditionRules> rules;
   try {
-    (void)rods::ReducedVariables(*graph, linkage.edges_per_segment);
+    rules.emplace(*graph, linkage.edges_per_segment);
   } catch (const Error& error) {  // the scene has one number for all segments
     issues.push_back(
         {scene::Issue::Severity::kError, "edges_per_segment", error.what(), error.code()});
   }
   check_place(linkage, *graph, issues);
   auto faults = scene::validate(linkage.conditions, check.joints, check.segments);
-  if (faults.empty()) faults = PinReach(*graph).check(linkage.conditions);
+  if (faults.empty() && rules) faults = rules->check(linkage.conditions);
   for (auto& issue : faults) {
     issue.field = "conditions." + issue.field;
     issues.push_back(std::move(issue));

@@ -9,6 +9,7 @@
 
 #include "engine/rods/equilibrium/deployment.h"
 #include "engine/scene/linkage.h"
+#include "engine/session/linkage/design_values.h"
 #include "engine/session/linkage/linkage_document.h"
 #include "engine/session/linkage/linkage_shape.h"
 #include "engine/session/linkage/linkage_statics.h"
@@ -35,6 +36,12 @@ struct LinkageResult {
   /// Of the same shapes, see LinkageStatics; null while the result is not final.
   std::shared_ptr<const Eigen::MatrixXf> strains;
   double since_edit_ms = 0;  // from the newest edit contained to publication
+  /// Makes forces and stresses from coordinates and strains of this result; null while it is not
+  /// final.
+  std::shared_ptr<const LinkageStatics> statics = {};
+  /// Of a step of a design, never final: frames are the flat shape and the deployed one, for the
+  /// rest lengths of that step; what is said of an equilibrium's report and path is empty.
+  std::shared_ptr<const DesignInfo> design = {};
 };
 
 /// As Listener is of bodies.
@@ -44,6 +51,8 @@ class LinkageListener {
   virtual void on_progress(const Progress& progress) = 0;  // while building
   virtual void on_state(State state, const std::string& message) = 0;
   virtual void on_result(const std::shared_ptr<const LinkageResult>& result) = 0;
+  /// A design has begun, made a step, been paused or gone on, or ended; before that step's result.
+  virtual void on_design(const std::shared_ptr<const DesignInfo>&) {}
 };
 
 /// What stays the same for all shapes of a session.
@@ -74,11 +83,41 @@ class LinkageSession {
   [[nodiscard]] scene::Linkage linkage() const;  // as edited up to revision()
   [[nodiscard]] std::shared_ptr<const scene::LinkageConditions> conditions() const;
 
-  /// As Session::edit.
+  /// As Session::edit; refused while a design is under way.
   EditReceipt edit(const std::vector<LinkageEdit>& edits, std::optional<Revision> expected = {});
   /// Stops a running solve: a final result with status kCancelled, which holds the last
   /// equilibrium. While rest lengths are solved for: the build, which has failed then.
   void cancel();
+
+  // Designs: rest lengths for which the free shape lies flat and the one that the conditions now
+  // ask for is near to targets or a surface. At most one at a time, on the session's task, after
+  // what was edited before. Steps are published as results.
+
+  /// One that ends by itself with both constraints kept is taken at once; others leave the session
+  /// as it was.
+  /// @param tag  of the infos about it
+  /// @throws Error as DesignRequest::validate and demand_near; {kFailedPrecondition} before the
+  /// session has a shape, while another is under way, and with field targets, loads or gravity of
+  /// conditions that no derivatives are known under. What can only be told from its equilibria ends
+  /// the design with DesignEnd::kFailed
+  void start_design(DesignRequest request, std::uint64_t tag = 0);
+  /// Goes on towards another goal. @throws Error as above, and the design goes on as it was;
+  /// {kFailedPrecondition} where none is under way, and so do the next three
+  void change_design(const DesignChange& change);
+  /// When the step under way is done; edits stay refused.
+  void pause_design();
+  void resume_design();
+  /// The session goes back to the shape it had; the best so far can still be taken.
+  void stop_design();
+  /// The best rest lengths of the newest design become the session's: an edit, which undo takes
+  /// back. One that is under way ends.
+  /// @throws Error{kFailedPrecondition} where there is none to take; as LinkageDocument::apply
+  EditReceipt take_design(std::optional<Revision> expected = {});
+  /// The newest; null before the first.
+  [[nodiscard]] std::shared_ptr<const DesignInfo> design() const;
+  /// What would be taken; null where there is nothing.
+  [[nodiscard]] std::shared_ptr<const DesignCandidate> best_design() const;
+
   /// Refuses everything from now on, cancels, tells the listener kClosed, and returns when no task
   /// runs any more (called by the listener itself, at once).
   void close();
@@ -89,7 +128,7 @@ class LinkageSession {
   [[nodiscard]] std::shared_ptr<const LinkageGeometry> geometry() const;  // null while building
   /// Makes surfaces from coordinates, without the session; null while building.
   [[nodiscard]] std::shared_ptr<const LinkageShape> shape() const;
-  /// Makes forces and stresses from coordinates and strains; null while building.
+  /// Of the newest final result; null before there is one.
   [[nodiscard]] std::shared_ptr<const LinkageStatics> statics() const;
   /// The swept surface of a shape (coordinates), 3 surface nodes [scene length unit].
   [[nodiscard]] Eigen::VectorXf surface(const Eigen::Ref<const Eigen::VectorXf>& coordinates) const;

@@ -13,6 +13,7 @@ LinkageShape::LinkageShape(const MappedLinkage& mapped, const scene::Linkage& li
   const rods::ReducedVariables& variables = mapped.model.variables();
   for (int s = 0; s < variables.segments(); ++s) {
     edges_.push_back(variables.edges(s));
+    joints_of_.push_back(mapped.model.graph().segments[static_cast<std::size_t>(s)].joints);
     size_ += 6 * edges_.back() + 3;
   }
   size_ += joints_;
@@ -63,6 +64,23 @@ Eigen::VectorXf LinkageShape::coordinates(const rods::LinkageModel& model,
   }
   for (const auto& joint : state.joints()) result[at++] = static_cast<float>(joint.opening_angle);
   return result;
+}
+
+Eigen::Matrix3Xd LinkageShape::joints(const Eigen::Ref<const Eigen::VectorXf>& coordinates) const {
+  LIMBER_DEMAND(coordinates.size() == size_);
+  Eigen::Matrix3Xd positions(3, joints_);
+  Eigen::Index from = 0;
+  for (std::size_t s = 0; s < edges_.size(); ++s) {
+    for (const int end : {0, 1}) {
+      const int joint = joints_of_[s][static_cast<std::size_t>(end)];
+      if (joint < 0) continue;
+      const Eigen::Index first = from + 3 * Eigen::Index{end == 0 ? 0 : edges_[s] - 1};
+      positions.col(joint) =
+          0.5 * (coordinates.segment<3>(first) + coordinates.segment<3>(first + 3)).cast<double>();
+    }
+    from += 6 * Eigen::Index{edges_[s]} + 3;
+  }
+  return positions;
 }
 
 Eigen::VectorXf LinkageShape::surface(const Eigen::Ref<const Eigen::VectorXf>& coordinates) const {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <memory>
 #include <vector>
 
@@ -25,6 +26,7 @@ class LinkageShape {
   LinkageShape(const MappedLinkage& mapped, const scene::Linkage& linkage);
 
   [[nodiscard]] int size() const { return size_; }  // coordinates
+  [[nodiscard]] int joint_count() const { return joints_; }
   [[nodiscard]] int surface_nodes() const;
   /// Triangles, 3 x count, outward; sides and end caps.
   [[nodiscard]] const Eigen::Matrix<int, 3, Eigen::Dynamic>& triangles() const {
@@ -35,6 +37,8 @@ class LinkageShape {
 
   [[nodiscard]] Eigen::VectorXf coordinates(const rods::LinkageModel& model,
                                             const rods::LinkageState& state) const;
+  /// Positions of joints: middles of the edges that end there. @param coordinates  of one shape
+  [[nodiscard]] Eigen::Matrix3Xd joints(const Eigen::Ref<const Eigen::VectorXf>& coordinates) const;
   /// @param coordinates  of one shape
   /// @returns 3 surface_nodes()
   [[nodiscard]] Eigen::VectorXf surface(const Eigen::Ref<const Eigen::VectorXf>& coordinates) const;
@@ -42,7 +46,8 @@ class LinkageShape {
  private:
   void fill_triangles();
 
-  std::vector<int> edges_;  // of each segment
+  std::vector<int> edges_;                     // of each segment
+  std::vector<std::array<int, 2>> joints_of_;  // of each segment; -1: a free end
   int joints_ = 0, size_ = 0;
   std::vector<Eigen::Vector2d> outline_;
   Eigen::Matrix<int, 3, Eigen::Dynamic> triangles_;

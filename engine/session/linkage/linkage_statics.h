@@ -44,6 +44,8 @@ class LinkageStatics {
   /// @param strains      of the same shape
   [[nodiscard]] LinkageDetail detail(const Eigen::Ref<const Eigen::VectorXf>& coordinates,
                                      const Eigen::Ref<const Eigen::VectorXf>& strains) const;
+  /// Rest lengths of segments, from joint to joint.
+  [[nodiscard]] const Eigen::VectorXd& segment_lengths() const { return model_.segment_lengths(); }
   [[nodiscard]] int stations() const { return edges_ + model_.variables().segments(); }
 
  private:

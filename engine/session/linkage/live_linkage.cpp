@@ -5,6 +5,7 @@
 
 #include "engine/base/error.h"
 
+#include "engine/session/linkage/length_path.h"
 #include "engine/session/linkage/rest_shape.h"
 
 namespace limber::session {
@@ -41,12 +42,47 @@ double extent_of(const rods::LinkageGraph& graph) {
 LiveLinkage::LiveLinkage(const scene::Linkage& linkage, const JobContext& job)
     : mapped_(map_linkage(linkage)),
       state_(rest_shape(mapped_, linkage.rest_lengths, job)),
+      drawn_(state_),
       shape_(mapped_, linkage),
-      statics_(mapped_, linkage),
+      linkage_(linkage),
+      first_lengths_(mapped_.model.segment_lengths()),
+      statics_(std::make_shared<const LinkageStatics>(mapped_, linkage)),
       length_unit_(linkage.length_unit_in_metres),
       extent_(extent_of(mapped_.model.graph())),
       equilibrium_(mapped_.model),
-      good_(state_) {}
+      good_(state_),
+      good_lengths_(first_lengths_) {}
+
+Eigen::VectorXd LiveLinkage::lengths_of(const scene::LinkageConditions& conditions) const {
+  return conditions.segment_lengths.size() > 0 ? conditions.segment_lengths : first_lengths_;
+}
+
+void LiveLinkage::set_lengths(const Eigen::VectorXd& lengths) {
+  if (lengths == mapped_.model.segment_lengths()) return;
+  mapped_.model.set_segment_lengths(lengths);
+  statics_ = std::make_shared<const LinkageStatics>(mapped_, linkage_);
+}
+
+/// To other rest lengths, under the conditions that the shape is held under. Where no equilibrium
+/// is found on the way the outcome says so.
+bool LiveLinkage::lead_lengths(const Eigen::VectorXd& wanted, const JobContext& job,
+                               const OnIterate& on_iterate, Outcome& outcome) {
+  if (wanted == mapped_.model.segment_lengths()) return true;
+  outcome.report =
+      follow_lengths(mapped_.model, equilibrium_, state_, held_, wanted, job, on_iterate);
+  statics_ = std::make_shared<const LinkageStatics>(mapped_, linkage_);
+  if (!outcome.report.converged()) {
+    outcome.report.message = "on the way to other rest lengths: " + outcome.report.message;
+    return false;
+  }
+  // What goes on from here comes back here, not to the shape of other lengths.
+  turned_ = 0;
+  good_ = state_;
+  good_held_ = held_;
+  good_lengths_ = wanted;
+  settled_under_.reset();
+  return true;
+}
 
 /// The share of the way to these conditions that one solve may take, in (0, 1].
 double LiveLinkage::share_of_step(const rods::Conditions& wanted) const {
@@ -95,7 +131,7 @@ void LiveLinkage::go_straight(const rods::Conditions& wanted, const JobContext& 
 
 void LiveLinkage::note_step(const rods::LinkageState& state, Outcome& outcome) const {
   outcome.frames.push_back(shape_.coordinates(mapped_.model, state));
-  outcome.strains.push_back(statics_.strains(state));
+  outcome.strains.push_back(statics_->strains(state));
 }
 
 /// Step by step.
@@ -132,6 +168,7 @@ void LiveLinkage::restore() {
   turned_ = 0;
   state_ = good_;
   held_ = good_held_;
+  set_lengths(good_lengths_);
 }
 
 /// Once more, from where it was and slowly. Where that does not get there, the equilibrium that was
@@ -174,17 +211,36 @@ void LiveLinkage::recall(const SharedConditions& conditions) {
     state_ = good_ = known.state;
     held_ = good_held_ = known.held;
     good_report_ = known.report;
+    good_lengths_ = known.lengths;
+    set_lengths(known.lengths);
     turned_ = 0;
     return;
   }
 }
 
+void LiveLinkage::learn(const SharedConditions& conditions, const rods::LinkageState& state) {
+  std::erase_if(known_, [&](const Known& known) { return known.conditions == conditions; });
+  known_.push_back({conditions, state, map_conditions(*conditions, mapped_, length_unit_),
+                    good_report_, lengths_of(*conditions)});
+}
+
 void LiveLinkage::remember(const SharedConditions& conditions) {
   std::erase_if(known_, [&](const Known& known) { return known.conditions == conditions; });
-  known_.push_back({conditions, good_, good_held_, good_report_});
+  known_.push_back({conditions, good_, good_held_, good_report_, good_lengths_});
   const std::size_t bytes =
       kBytesPerUnknown * static_cast<std::size_t>(mapped_.model.variables().size());
   while (known_.size() > 1 && known_.size() * bytes > kKnownBytes) known_.pop_front();
+}
+
+/// In one solve or step by step, as far as the way is.
+void LiveLinkage::go(const rods::Conditions& wanted, const JobContext& job,
+                     const OnIterate& on_iterate, Outcome& outcome) {
+  const double step = share_of_step(wanted);
+  if (step < 1) return lead(wanted, step, job, on_iterate, outcome);
+  go_straight(wanted, job, on_iterate, outcome);
+  const bool far = settled_ && turned_ > kFarTurn;
+  if (outcome.report.status != EquilibriumStatus::kCancelled && (far || !outcome.reached))
+    go_again(wanted, job, on_iterate, outcome);
 }
 
 LiveLinkage::Outcome LiveLinkage::solve(const SharedConditions& conditions, const JobContext& job,
@@ -193,30 +249,26 @@ LiveLinkage::Outcome LiveLinkage::solve(const SharedConditions& conditions, cons
   recall(conditions);
   const rods::Conditions wanted = map_conditions(*conditions, mapped_, length_unit_);
   Outcome outcome;
-  const double step = share_of_step(wanted);
-  if (step < 1) {
-    lead(wanted, step, job, on_iterate, outcome);
-  } else {
-    go_straight(wanted, job, on_iterate, outcome);
-    const EquilibriumReport& report = outcome.report;
-    const bool far = settled_ && turned_ > kFarTurn;
-    if (report.status != EquilibriumStatus::kCancelled && (far || !outcome.reached))
-      go_again(wanted, job, on_iterate, outcome);
-  }
+  const Eigen::VectorXd lengths = lengths_of(*conditions);
+  if (lead_lengths(lengths, job, on_iterate, outcome)) go(wanted, job, on_iterate, outcome);
   if (outcome.reached) {
     settled_ = true;
     turned_ = 0;
     good_ = state_;
     good_held_ = held_ = wanted;
     good_report_ = outcome.report;
+    good_lengths_ = lengths;
+    settled_under_ = conditions;
     remember(conditions);
   } else if (outcome.report.status != EquilibriumStatus::kCancelled) {
+    settled_under_.reset();
     if (outcome.path.empty()) {
       restore();
     } else {  // as far as it went
       good_report_ = outcome.way_end;
       good_ = state_;
       good_held_ = held_;
+      good_lengths_ = lengths;
       remember(conditions);
     }
   }

@@ -22,7 +22,18 @@ class LiveLinkage {
 
   [[nodiscard]] const rods::LinkageModel& model() const { return mapped_.model; }
   [[nodiscard]] const LinkageShape& shape() const { return shape_; }
-  [[nodiscard]] const LinkageStatics& statics() const { return statics_; }
+  /// With the rest lengths of the shape; another object where those are others.
+  [[nodiscard]] const std::shared_ptr<const LinkageStatics>& statics() const { return statics_; }
+  /// Conditions that the shape is in equilibrium under; nothing where it is in none.
+  [[nodiscard]] std::shared_ptr<const scene::LinkageConditions> settled_under() const {
+    return settled_under_;
+  }
+  /// What the last equilibrium is held by.
+  [[nodiscard]] const rods::Conditions& held() const { return good_held_; }
+  /// Rest lengths of segments as the scene has them.
+  [[nodiscard]] const Eigen::VectorXd& first_lengths() const { return first_lengths_; }
+  /// The shape it was opened with, in equilibrium under nothing yet.
+  [[nodiscard]] const rods::LinkageState& drawn() const { return drawn_; }
   /// The shape now: of the last iterate.
   [[nodiscard]] const rods::LinkageState& state() const { return iterate_ ? *iterate_ : state_; }
 
@@ -48,6 +59,10 @@ class LiveLinkage {
   /// @pre there are conditions
   Outcome solve(const std::shared_ptr<const scene::LinkageConditions>& conditions,
                 const JobContext& job, const OnIterate& on_iterate);
+  /// An equilibrium under conditions that were not solved yet, found elsewhere (by a design): their
+  /// solve begins there, as where they had been solved before.
+  void learn(const std::shared_ptr<const scene::LinkageConditions>& conditions,
+             const rods::LinkageState& state);
   /// Back to the last equilibrium that was reached.
   void restore();
   /// The same, where the shape is no equilibrium and far from that one: what goes on from here
@@ -65,10 +80,17 @@ class LiveLinkage {
     rods::LinkageState state;
     rods::Conditions held;
     rods::EquilibriumReport report;
+    Eigen::VectorXd lengths;
   };
   void recall(const SharedConditions& conditions);
+  [[nodiscard]] Eigen::VectorXd lengths_of(const scene::LinkageConditions& conditions) const;
+  void set_lengths(const Eigen::VectorXd& lengths);
+  [[nodiscard]] bool lead_lengths(const Eigen::VectorXd& wanted, const JobContext& job,
+                                  const OnIterate& on_iterate, Outcome& outcome);
   void remember(const SharedConditions& conditions);
   [[nodiscard]] double share_of_step(const rods::Conditions& wanted) const;
+  void go(const rods::Conditions& wanted, const JobContext& job, const OnIterate& on_iterate,
+          Outcome& outcome);
   void go_straight(const rods::Conditions& wanted, const JobContext& job,
                    const OnIterate& on_iterate, Outcome& outcome);
   void go_again(const rods::Conditions& wanted, const JobContext& job, const OnIterate& on_iterate,
@@ -79,11 +101,16 @@ class LiveLinkage {
 
   MappedLinkage mapped_;
   rods::LinkageState state_;  // before what follows: it may bring the model other rest lengths
+  const rods::LinkageState drawn_;
   LinkageShape shape_;
-  LinkageStatics statics_;
+  const scene::Linkage linkage_;
+  const Eigen::VectorXd first_lengths_;  // of segments, as the scene has them
+  std::shared_ptr<const LinkageStatics> statics_;
   double length_unit_, extent_;
   rods::LinkageEquilibrium equilibrium_;
   rods::LinkageState good_;
+  Eigen::VectorXd good_lengths_;
+  SharedConditions settled_under_;
   bool settled_ = false;        // is good_ an equilibrium
   rods::Conditions held_;       // the last that state_ was in equilibrium under
   rods::Conditions good_held_;  // those of good_

@@ -14,17 +14,20 @@ constexpr double kStretched = 1.1;
 
 }  // namespace
 
-PinReach::PinReach(const rods::LinkageGraph& graph) : ways_(graph.joints.size()) {
-  for (const rods::Segment& segment : graph.segments) {
+PinReach::PinReach(const rods::LinkageGraph& graph)
+    : ways_(graph.joints.size()), drawn_(static_cast<Eigen::Index>(graph.segments.size())) {
+  for (std::size_t s = 0; s < graph.segments.size(); ++s) {
+    const rods::Segment& segment = graph.segments[s];
+    drawn_[static_cast<Eigen::Index>(s)] = segment.length;
     const auto& joints = segment.joints;
     if (joints[0] < 0 || joints[1] < 0) continue;
-    ways_[static_cast<std::size_t>(joints[0])].push_back({joints[1], segment.length});
-    ways_[static_cast<std::size_t>(joints[1])].push_back({joints[0], segment.length});
+    ways_[static_cast<std::size_t>(joints[0])].push_back({joints[1], static_cast<int>(s)});
+    ways_[static_cast<std::size_t>(joints[1])].push_back({joints[0], static_cast<int>(s)});
   }
 }
 
 /// Shortest ways along the rods (Dijkstra 1959); infinite to other components.
-std::vector<double> PinReach::ways_from(int joint) const {
+std::vector<double> PinReach::ways_from(int joint, const Eigen::VectorXd& lengths) const {
   std::vector<double> length(ways_.size(), std::numeric_limits<double>::infinity());
   using Place = std::pair<double, int>;
   std::priority_queue<Place, std::vector<Place>, std::greater<>> places;
@@ -35,7 +38,7 @@ std::vector<double> PinReach::ways_from(int joint) const {
     places.pop();
     if (so_far > length[static_cast<std::size_t>(at)]) continue;
     for (const Way& way : ways_[static_cast<std::size_t>(at)]) {
-      const double there = so_far + way.length;
+      const double there = so_far + lengths[way.segment];
       if (there >= length[static_cast<std::size_t>(way.joint)]) continue;
       length[static_cast<std::size_t>(way.joint)] = there;
       places.emplace(there, way.joint);
@@ -47,12 +50,14 @@ std::vector<double> PinReach::ways_from(int joint) const {
 std::vector<scene::Issue> PinReach::check(const scene::LinkageConditions& conditions) const {
   std::vector<scene::Issue> issues;
   const auto& pins = conditions.pins;
+  const Eigen::VectorXd& lengths =
+      conditions.segment_lengths.size() == 0 ? drawn_ : conditions.segment_lengths;
   for (std::size_t i = 0; i < pins.size(); ++i) {
     if (!pins[i].position) continue;
     std::vector<double> ways;
     for (std::size_t k = 0; k < i; ++k) {
       if (!pins[k].position) continue;
-      if (ways.empty()) ways = ways_from(pins[i].joint);
+      if (ways.empty()) ways = ways_from(pins[i].joint, lengths);
       const double way = ways[static_cast<std::size_t>(pins[k].joint)];
       const double distance = (*pins[i].position - *pins[k].position).norm();
       if (distance <= kStretched * way) continue;

@@ -20,11 +20,12 @@ class PinReach {
  private:
   struct Way {
     int joint;
-    double length;
+    int segment;
   };
-  [[nodiscard]] std::vector<double> ways_from(int joint) const;
+  [[nodiscard]] std::vector<double> ways_from(int joint, const Eigen::VectorXd& lengths) const;
 
   std::vector<std::vector<Way>> ways_;  // of each joint, to its neighbours
+  Eigen::VectorXd drawn_;               // lengths of segments
 };
 
 }  // namespace limber::session

@@ -19,7 +19,7 @@ struct Solved {
     outcome = live.solve(std::make_shared<scene::LinkageConditions>(linkage.conditions), {}, [] {});
     EXPECT_TRUE(outcome.reached) << outcome.report.message;
     EXPECT_EQ(outcome.path.size(), outcome.strains.size());
-    detail = live.statics().detail(outcome.frames.back(), outcome.strains.back());
+    detail = live.statics()->detail(outcome.frames.back(), outcome.strains.back());
   }
   LiveLinkage live;
   LiveLinkage::Outcome outcome;

@@ -41,8 +41,8 @@ TEST(RestShape, LeastStressLowersTheEnergyAndEverybodyKnowsTheLengths) {
   // Joints are where they are drawn.
   for (std::size_t j = 0; j < drawn.state().joints().size(); ++j)
     EXPECT_EQ(live.state().joints()[j].position, drawn.state().joints()[j].position);
-  const LinkageDetail detail = live.statics().detail(
-      live.shape().coordinates(live.model(), live.state()), live.statics().strains(live.state()));
+  const LinkageDetail detail = live.statics()->detail(
+      live.shape().coordinates(live.model(), live.state()), live.statics()->strains(live.state()));
   for (std::size_t s = 0; s < detail.segments.size(); ++s) {
     EXPECT_NEAR(detail.segments[s].rest_length, lengths[static_cast<Eigen::Index>(s)],
                 1e-12 * lengths.maxCoeff());

@@ -1,0 +1,277 @@
+// design: rest lengths of a rod linkage for a surface or for targets, searched live.
+
+#include <fmt/format.h>
+
+#include <map>
+#include <memory>
+#include <optional>
+
+#include "clients/cli/context.h"
+#include "clients/cli/edits.h"
+#include "clients/cli/print.h"
+#include "clients/cpp/scene_files.h"
+#include "clients/cpp/stream.h"
+
+namespace limber::cli {
+namespace {
+
+using client::ClientError;
+using client::Milliseconds;
+
+constexpr Milliseconds kLarge{120000};  // for answers to requests that bring a surface
+
+struct Options {
+  std::string session, action = "start", surface;
+  std::vector<double> targets;  // joint x y z, one after the other
+  std::vector<double> translation, rotation;
+  std::optional<double> scale, flat_share, distance_weight, surface_weight;
+  std::optional<double> shortest, longest, flat_height, smallest_angle;
+  std::optional<unsigned> iterations;
+  bool detach = false;
+};
+
+template <class List>
+void put_targets(const std::vector<double>& values, List& targets) {
+  for (std::size_t i = 0; i + 3 < values.size(); i += 4) {
+    const double joint = values[i];
+    if (!(joint >= 0 && joint <= 4294967295.0) || joint != static_cast<unsigned>(joint)) {
+      throw ClientError(v1::ERROR_CODE_INVALID_ARGUMENT, "target",
+                        fmt::format("a target is a joint and x y z, {:g} is no joint", joint));
+    }
+    auto& target = *targets.Add();
+    target.set_joint(static_cast<unsigned>(joint));
+    *target.mutable_position() = vector({values[i + 1], values[i + 2], values[i + 3]});
+  }
+}
+
+std::optional<v1::SurfacePlacement> placement(const Options& options) {
+  if (options.translation.empty() && options.rotation.empty() && !options.scale) return {};
+  v1::SurfacePlacement placement;
+  if (!options.translation.empty()) *placement.mutable_translation() = vector(options.translation);
+  if (!options.rotation.empty()) *placement.mutable_rotation_degrees() = vector(options.rotation);
+  if (options.scale) placement.set_scale(*options.scale);
+  return placement;
+}
+
+/// What a goal and a change of it have in common.
+template <class Message>
+void put_goal(const Options& options, Message& message) {
+  if (options.flat_share) message.set_flat_share(*options.flat_share);
+  if (options.distance_weight) message.set_distance_weight(*options.distance_weight);
+  if (options.surface_weight) message.set_surface_weight(*options.surface_weight);
+  if (!options.surface.empty())
+    *message.mutable_surface()->mutable_file() = client::mesh_file(options.surface, "surface");
+  if (const auto placed = placement(options)) *message.mutable_placement() = *placed;
+}
+
+std::string end_words(const v1::DesignInfo& info) {
+  std::string text = words(v1::DesignEnd_Name(info.end()), "DESIGN_END_");
+  if (info.has_taken_revision())
+    text += fmt::format(", taken as revision {}", info.taken_revision());
+  if (!info.message().empty()) text += ": " + info.message();
+  return text;
+}
+
+void print_heading() {
+  fmt::print("{:>5}  {:>12}  {:>11}  {:>11}  {:>11}  {:>9}  {:>9}  {}\n", "step", "objective",
+             "target rms", "surface rms", "energy [J]", "flat", "angle", "");
+}
+
+void print_step(const Context& context, const v1::DesignInfo& info) {
+  if (context.json) return print_json(info);
+  const auto& now = info.now();
+  const char* const mark = info.state() == v1::DESIGN_STATE_PAUSED    ? "paused"
+                           : !now.holds()                             ? "constraints do not hold"
+                           : info.iteration() > 0 && !info.accepted() ? "refused"
+                                                                      : "";
+  fmt::print("{:>5}  {:>12.6g}  {:>11.4g}  {:>11.4g}  {:>11.4g}  {:>9.2e}  {:>9.2f}  {}\n",
+             info.iteration(), now.objective(), now.target_rms(), now.surface_rms(),
+             now.deployed_energy(), now.flat_height(), now.smallest_angle_degrees(), mark);
+}
+
+/// The newest design, to its end.
+/// @param job  of the design; 0: whichever there is
+void follow(Context& context, client::Subscription& stream, const std::string& session,
+            std::uint64_t job) {
+  if (!context.json) print_heading();
+  v1::GetDesignRequest request;
+  request.set_session(session);
+  std::optional<v1::DesignInfo> last;
+  const auto show = [&](const v1::DesignInfo& info) {
+    if (job != 0 && info.job() != job) return false;
+    const bool news = !last || info.iteration() != last->iteration() ||
+                      info.state() != last->state() ||
+                      info.distance_weight() != last->distance_weight();
+    last = info;
+    if (info.state() == v1::DESIGN_STATE_ENDED) return true;
+    if (news && info.state() != v1::DESIGN_STATE_STARTING && info.has_now())
+      print_step(context, info);
+    return false;
+  };
+  const auto end = [&](const v1::DesignInfo& info) {
+    if (context.json) return print_json(info);
+    fmt::print("{}\n", end_words(info));
+    const auto &before = info.start(), &best = info.best();
+    if (info.end() == v1::DESIGN_END_FAILED) return;
+    fmt::print("best: step {}, target rms {:.4g} (was {:.4g}), surface rms {:.4g} (was {:.4g})\n",
+               info.best_iteration(), best.target_rms(), before.target_rms(), best.surface_rms(),
+               before.surface_rms());
+  };
+  while (true) {
+    const auto event = stream.next(Milliseconds{500});
+    if (event && event->message.has_design()) {
+      if (!show(event->message.design())) continue;
+    } else if (const auto answer = context.client().call(request);
+               !answer.has_design() || !show(answer.design())) {
+      continue;
+    }
+    end(*last);
+    if (last->end() == v1::DESIGN_END_FAILED) context.exit_code = kRefused;
+    return;
+  }
+}
+
+void start(Context& context, const Options& options) {
+  v1::StartDesignRequest request;
+  request.set_session(options.session);
+  auto& goal = *request.mutable_goal();
+  put_goal(options, goal);
+  put_targets(options.targets, *goal.mutable_targets());
+  if (options.shortest) request.set_shortest(*options.shortest);
+  if (options.longest) request.set_longest(*options.longest);
+  if (options.flat_height) request.set_flat_height(*options.flat_height);
+  if (options.smallest_angle) request.set_smallest_angle_degrees(*options.smallest_angle);
+  if (options.iterations) request.set_max_iterations(*options.iterations);
+  const auto info = context.client().call(v1::GetServerInfoRequest{});
+  client::Subscription stream(context.client(), info.stream_endpoint());
+  stream.subscribe(client::design_topic(options.session));
+  const auto response = context.client().call(request, kLarge);
+  if (!options.detach) return follow(context, stream, options.session, response.job());
+  if (context.json) return print_json(response);
+  fmt::print("job {}\n", response.job());
+}
+
+void change(Context& context, const Options& options) {
+  v1::ChangeDesignRequest request;
+  request.set_session(options.session);
+  put_goal(options, request);
+  if (!options.targets.empty())
+    put_targets(options.targets, *request.mutable_targets()->mutable_targets());
+  const auto response = context.client().call(request, kLarge);
+  if (context.json) return print_json(response);
+  fmt::print("changed\n");
+}
+
+template <class Request>
+void act(Context& context, const Options& options, const char* done) {
+  Request request;
+  request.set_session(options.session);
+  const auto response = context.client().call(request);
+  if (context.json) return print_json(response);
+  fmt::print("{}\n", done);
+}
+
+void take(Context& context, const Options& options) {
+  v1::TakeDesignRequest request;
+  request.set_session(options.session);
+  const auto response = context.client().call(request);
+  if (context.json) return print_json(response);
+  fmt::print("revision {}\n", response.revision());
+}
+
+void show(Context& context, const Options& options) {
+  v1::GetDesignRequest request;
+  request.set_session(options.session);
+  const auto response = context.client().call(request);
+  if (context.json) return print_json(response);
+  if (!response.has_design()) return fmt::print("no design\n");
+  const auto& info = response.design();
+  const bool ended = info.state() == v1::DESIGN_STATE_ENDED;
+  fmt::print("{}\n",
+             ended ? end_words(info) : words(v1::DesignState_Name(info.state()), "DESIGN_STATE_"));
+  print_heading();
+  print_step(context, info);
+}
+
+void watch(Context& context, const Options& options) {
+  const auto info = context.client().call(v1::GetServerInfoRequest{});
+  client::Subscription stream(context.client(), info.stream_endpoint());
+  stream.subscribe(client::design_topic(options.session));
+  follow(context, stream, options.session, 0);
+}
+
+void run(Context& context, const Options& options) {
+  if (options.action == "start") return start(context, options);
+  if (options.action == "watch") return watch(context, options);
+  if (options.action == "change") return change(context, options);
+  if (options.action == "pause") return act<v1::PauseDesignRequest>(context, options, "paused");
+  if (options.action == "resume") return act<v1::ResumeDesignRequest>(context, options, "goes on");
+  if (options.action == "stop") return act<v1::StopDesignRequest>(context, options, "stopped");
+  if (options.action == "take") return take(context, options);
+  show(context, options);
+}
+
+void add_goal(CLI::App& command, Options& options) {
+  command
+      .add_option("--surface", options.surface,
+                  "Triangles to deploy towards, .obj, .ply or .stl, in the scene's length unit")
+      ->check(CLI::ExistingFile);
+  command.add_option("--translation", options.translation, "Move the surface by x y z")
+      ->expected(3);
+  command
+      .add_option("--rotation", options.rotation,
+                  "Turn it about an axis; x y z are its direction, their length the degrees")
+      ->expected(3);
+  command.add_option("--scale", options.scale, "Scale it (before it is moved)");
+  command
+      .add_option("--target", options.targets,
+                  "A joint, from 0, and where it is wanted: JOINT X Y Z (may be repeated)")
+      ->type_size(4)
+      ->expected(1, 65536);
+  command.add_option("--flat-share", options.flat_share,
+                     "Weight of the flat shape's energy against the deployed one's, 0 to 1 "
+                     "(default: 0.9)");
+  command.add_option("--distance-weight", options.distance_weight,
+                     "Weight of distances against energies (default: 1e5)");
+  command.add_option("--surface-weight", options.surface_weight,
+                     "Weight of the surface against targets (default: 1)");
+}
+
+void add_limits(CLI::App& command, Options& options) {
+  command.add_option("--shortest", options.shortest,
+                     "Bound of rest lengths, as a share of the start (default: 0.5)");
+  command.add_option("--longest", options.longest, "The same (default: 2)");
+  command.add_option("--flat-height", options.flat_height,
+                     "Allowed rms height of the flat shape, as a share of its size (default: "
+                     "a fifth more than at the start)");
+  command.add_option("--smallest-angle", options.smallest_angle,
+                     "Bound on the flat shape's opening angles in degrees (default: none)");
+  command.add_option("--iterations", options.iterations, "Most steps (default: 200)");
+  command.add_flag("--detach", options.detach, "Do not wait for the end");
+}
+
+}  // namespace
+
+void add_design_commands(CLI::App& app, Context& context) {
+  auto options = std::make_shared<Options>();
+  auto* command = subcommand(
+      app, "design",
+      "Search rest lengths with which a rod linkage lies flat and deploys towards a surface",
+      "limber design shelter --surface hill.ply --translation 0 0 0.4\n"
+      "  limber design shelter --target 12 0 0 1.2 --target 40 1 0 0.8 --detach\n"
+      "  limber design shelter watch        (from anywhere)\n"
+      "  limber design shelter change --distance-weight 1e6\n"
+      "  limber design shelter pause | resume | stop | take | show\n"
+      "  limber undo shelter                (takes one that was taken back again)");
+  command->add_option("session", options->session, "Session of a rod linkage")->required();
+  command
+      ->add_option("action", options->action,
+                   "start (default), watch, change, pause, resume, stop, take or show")
+      ->check(
+          CLI::IsMember({"start", "watch", "change", "pause", "resume", "stop", "take", "show"}));
+  add_goal(*command, *options);
+  add_limits(*command, *options);
+  command->callback([&context, options] { run(context, *options); });
+}
+
+}  // namespace limber::cli

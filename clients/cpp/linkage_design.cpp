@@ -1,0 +1,80 @@
+#include "clients/cpp/linkage_design.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace limber::client {
+
+LinkageDesign::LinkageDesign(Client& client, std::string session)
+    : client_(&client), session_(std::move(session)) {}
+
+std::uint64_t LinkageDesign::start(v1::StartDesignRequest request) {
+  request.set_session(session_);
+  return client_->call(request, kLarge).job();
+}
+
+void LinkageDesign::change(v1::ChangeDesignRequest request) {
+  request.set_session(session_);
+  (void)client_->call(request, kLarge);
+}
+
+template <class Request>
+void LinkageDesign::act() {
+  Request request;
+  request.set_session(session_);
+  (void)client_->call(request);
+}
+
+void LinkageDesign::pause() { act<v1::PauseDesignRequest>(); }
+void LinkageDesign::resume() { act<v1::ResumeDesignRequest>(); }
+void LinkageDesign::stop() { act<v1::StopDesignRequest>(); }
+
+std::uint64_t LinkageDesign::take(std::optional<std::uint64_t> expected_revision) {
+  v1::TakeDesignRequest request;
+  request.set_session(session_);
+  if (expected_revision) request.set_expected_revision(*expected_revision);
+  return client_->call(request).revision();
+}
+
+v1::GetDesignResponse LinkageDesign::get() {
+  v1::GetDesignRequest request;
+  request.set_session(session_);
+  return client_->call(request);
+}
+
+std::optional<v1::DesignInfo> LinkageDesign::info() {
+  const v1::GetDesignResponse response = get();
+  if (!response.has_design()) return std::nullopt;
+  return response.design();
+}
+
+std::vector<double> LinkageDesign::best_lengths() {
+  const v1::GetDesignResponse response = get();
+  return {response.best_lengths().begin(), response.best_lengths().end()};
+}
+
+v1::DesignInfo LinkageDesign::wait(Milliseconds timeout) {
+  using Clock = std::chrono::steady_clock;
+  constexpr Milliseconds kStretch{500};
+  const auto deadline = Clock::now() + timeout;
+  while (true) {
+    const std::optional<v1::DesignInfo> now = info();
+    if (!now) {
+      throw ClientError(v1::ERROR_CODE_FAILED_PRECONDITION, "session",
+                        "session " + session_ + " has no design");
+    }
+    if (now->has_error()) throw ClientError(now->error());
+    if (now->state() == v1::DESIGN_STATE_ENDED) return *now;
+    const auto left = std::chrono::duration_cast<Milliseconds>(deadline - Clock::now());
+    if (left.count() <= 0) {
+      throw ClientError(v1::ERROR_CODE_TIMEOUT, "",
+                        "the design goes on after " + std::to_string(timeout.count()) + " ms");
+    }
+    v1::GetJobRequest job;
+    job.set_job(now->job());
+    job.set_wait_s(std::chrono::duration<double>(std::min(kStretch, left)).count());
+    (void)client_->call(job, kStretch + client_->options().timeout);
+  }
+}
+
+}  // namespace limber::client

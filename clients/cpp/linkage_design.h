@@ -1,0 +1,48 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "clients/cpp/client.h"
+
+namespace limber::client {
+
+/// The designs of a session of a rod linkage: rest lengths for a surface or targets, searched live.
+/// Every call may throw ClientError as Client::call. Several may name the same session; must not
+/// outlive its client.
+class LinkageDesign {
+ public:
+  static constexpr Milliseconds kLarge{120000};  // for answers to requests that bring a surface
+
+  LinkageDesign(Client& client, std::string session);
+
+  /// Begins one; what is left out has the server's default. @param request  its session is put in
+  /// @returns the job
+  std::uint64_t start(v1::StartDesignRequest request);
+  /// Towards another goal; what is absent stays. @param request  its session is put in
+  void change(v1::ChangeDesignRequest request);
+  void pause();
+  void resume();
+  void stop();
+  /// The best rest lengths become the session's. @returns the revision
+  std::uint64_t take(std::optional<std::uint64_t> expected_revision = {});
+  /// How the newest stands, whoever began it; nothing before the first.
+  [[nodiscard]] std::optional<v1::DesignInfo> info();
+  /// Of each segment, what take() would bring [length unit]; empty where there is nothing.
+  [[nodiscard]] std::vector<double> best_lengths();
+  /// Until the newest has ended. @throws ClientError what it failed with; TIMEOUT;
+  /// FAILED_PRECONDITION where there is none
+  [[nodiscard]] v1::DesignInfo wait(Milliseconds timeout = Milliseconds{600000});
+
+ private:
+  [[nodiscard]] v1::GetDesignResponse get();
+  template <class Request>
+  void act();
+
+  Client* client_;
+  std::string session_;
+};
+
+}  // namespace limber::client

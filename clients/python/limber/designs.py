@@ -1,0 +1,277 @@
+"""Designs of rod linkages: rest lengths that deploy towards a surface or targets, searched live."""
+
+from __future__ import annotations
+
+import os
+import time
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Iterator, Mapping, Sequence
+
+import numpy as np
+
+from . import arrays, checks, edits
+from .errors import LimberError, from_message, invalid
+from .mesh_files import mesh_file
+from .messages import design as messages
+from .progress import ProgressOption
+
+if TYPE_CHECKING:
+    from .linkages import LinkageSession
+
+STATES = {messages.DESIGN_STATE_STARTING: "starting", messages.DESIGN_STATE_RUNNING: "running",
+          messages.DESIGN_STATE_PAUSED: "paused", messages.DESIGN_STATE_ENDED: "ended"}
+ENDS = {messages.DESIGN_END_UNSPECIFIED: "", messages.DESIGN_END_CONVERGED: "converged",
+        messages.DESIGN_END_SETTLED: "settled", messages.DESIGN_END_INFEASIBLE: "infeasible",
+        messages.DESIGN_END_STUCK: "stuck", messages.DESIGN_END_ITERATION_LIMIT: "iteration_limit",
+        messages.DESIGN_END_STOPPED: "stopped", messages.DESIGN_END_FAILED: "failed"}
+
+
+@dataclass(frozen=True)
+class DesignTerms:
+    """What a pair of shapes, the flat one and the deployed one, is worth."""
+
+    objective: float        # unitless
+    flat_energy: float      # [J]
+    deployed_energy: float  # [J]
+    target_rms: float       # of joints that have targets, to these [length unit]
+    surface_rms: float      # of all joints, to the surface [length unit]
+    flat_height: float      # of the flat shape's joints over their plane, as a share of the linkage's extent
+    smallest_angle: float   # at most the smallest opening angle of the flat shape [degree]
+    holds: bool             # both constraints are kept
+
+    @staticmethod
+    def from_message(terms: "messages.DesignTerms") -> "DesignTerms":
+        return DesignTerms(terms.objective, terms.flat_energy, terms.deployed_energy, terms.target_rms,
+                           terms.surface_rms, terms.flat_height, terms.smallest_angle_degrees, terms.holds)
+
+
+@dataclass(frozen=True)
+class DesignInfo:
+    """How a design stands."""
+
+    state: str              # "starting", "running", "paused" or "ended"
+    end: str                # "", "converged", "settled", "infeasible", "stuck", "iteration_limit", "stopped", "failed"
+    iteration: int
+    accepted: bool          # the trial of this iteration was taken
+    start: DesignTerms
+    now: DesignTerms
+    best: DesignTerms       # that can be taken; counted anew when the goal changes
+    best_iteration: int
+    flat_height: float      # allowed
+    weights: tuple[float, float, float]  # flat share, of distances, of the surface
+    at_bound: tuple[int, ...]            # segments whose rest length is at a bound
+    taken: int | None       # the revision that brought its best lengths
+    message: str            # why it ended
+    job: int
+
+    @staticmethod
+    def from_message(info: "messages.DesignInfo") -> "DesignInfo":
+        terms = DesignTerms.from_message
+        return DesignInfo(STATES.get(info.state, ""), ENDS.get(info.end, ""), info.iteration, info.accepted,
+                          terms(info.start), terms(info.now), terms(info.best), info.best_iteration, info.flat_height,
+                          (info.flat_share, info.distance_weight, info.surface_weight), tuple(info.at_bound),
+                          info.taken_revision if info.HasField("taken_revision") else None, info.message, info.job)
+
+
+def targets_of(targets: Any, field: str) -> "list[messages.DesignTarget]":
+    """{joint: position} or {joint: (position, weight)}, or positions of all joints (n x 3)."""
+    if not isinstance(targets, Mapping):
+        positions = checks.numeric(targets, field)
+        if positions.ndim != 2 or positions.shape[1] != 3:
+            raise invalid(field, f"{field} takes {{joint: position}}, or positions of all joints, n x 3")
+        targets = dict(enumerate(positions))
+    made = []
+    for joint, where in targets.items():
+        name = f"{field}[{joint}]"
+        parts = list(checks.several(where, name))
+        weighed = len(parts) == 2
+        target = messages.DesignTarget(joint=checks.whole(joint, f"{field} (joint)"),
+                                       position=edits.vector(parts[0] if weighed else parts, name))
+        if weighed:
+            target.weight = checks.real(parts[1], f"{name} (weight)")
+        made.append(target)
+    return made
+
+
+def surface_of(surface: Any, field: str) -> "messages.DesignSurface":
+    """A file (.obj, .ply, .stl), (vertices, triangles), or points n x 3 in no order."""
+    if isinstance(surface, (str, os.PathLike)):
+        return messages.DesignSurface(file=mesh_file(surface, field=field))
+    if isinstance(surface, tuple) and len(surface) == 2:
+        vertices, triangles = (checks.numeric(part, field) for part in surface)
+        return messages.DesignSurface(triangles=messages.TriangleArrays(
+            vertices=arrays.to_message(vertices, np.float64), triangles=arrays.to_message(triangles, np.int32)))
+    return messages.DesignSurface(points=arrays.to_message(checks.numeric(surface, field), np.float64))
+
+
+def placement_of(translation: Sequence[float] | None, rotation: Sequence[float] | None,
+                 scale: float | None) -> "messages.SurfacePlacement | None":
+    if translation is None and rotation is None and scale is None:
+        return None
+    placement = messages.SurfacePlacement()
+    if translation is not None:
+        placement.translation.CopyFrom(edits.vector(translation, "translation"))
+    if rotation is not None:
+        placement.rotation_degrees.CopyFrom(edits.vector(rotation, "rotation"))
+    if scale is not None:
+        placement.scale = checks.real(scale, "scale")
+    return placement
+
+
+def request(session: str, *, surface: Any, targets: Any, flat_share: float | None, distance_weight: float | None,
+            surface_weight: float | None, translation: Sequence[float] | None, rotation: Sequence[float] | None,
+            scale: float | None, shortest: float | None, longest: float | None, flat_height: float | None,
+            smallest_angle: float | None, max_iterations: int | None, shortest_lengths: Any = None,
+            longest_lengths: Any = None, joint_weights: Any = None) -> "messages.StartDesignRequest":
+    made = messages.StartDesignRequest(session=session)
+    made.goal.SetInParent()
+    if surface is not None:
+        made.goal.surface.CopyFrom(surface_of(surface, "goal.surface"))
+    if targets is not None:
+        made.goal.targets.extend(targets_of(targets, "goal.targets"))
+    placement = placement_of(translation, rotation, scale)
+    if placement is not None:
+        made.goal.placement.CopyFrom(placement)
+    weights = {"flat_share": flat_share, "distance_weight": distance_weight, "surface_weight": surface_weight}
+    _set_given(made.goal, weights)
+    _set_given(made, {"shortest": shortest, "longest": longest, "flat_height": flat_height,
+                      "smallest_angle_degrees": smallest_angle})
+    for values, name, numbers in ((shortest_lengths, "shortest_lengths", made.shortest_lengths),
+                                  (longest_lengths, "longest_lengths", made.longest_lengths),
+                                  (joint_weights, "joint_weights", made.goal.joint_surface_weights)):
+        if values is not None:
+            numbers.extend(checks.numeric(values, name).ravel())
+    if max_iterations is not None:
+        made.max_iterations = checks.whole(max_iterations, "max_iterations")
+    return made
+
+
+def _set_given(message: Any, values: "dict[str, float | None]") -> None:
+    for name, value in values.items():
+        if value is not None:
+            setattr(message, name, checks.real(value, name))
+
+
+@dataclass(frozen=True)
+class StartingGrid:
+    """A regular grid of rods over a patch of surface, and laid flat: a linkage to begin a design with."""
+
+    vertices: np.ndarray    # flat, in the plane z = 0, n x 3 [length unit]
+    edges: np.ndarray       # m x 2
+    deployed: np.ndarray    # the same vertices on the surface
+    lengths: np.ndarray     # of the edges, as lines on the surface [length unit]
+    mean_angle: float       # at which rods cross on the surface [degree]
+    misfit: float           # largest difference between a flat edge and its length, as a share
+
+    @staticmethod
+    def from_message(message: "messages.MakeStartingGridResponse") -> "StartingGrid":
+        return StartingGrid(arrays.to_numpy(message.flat.vertices, "flat.vertices"),
+                            arrays.to_numpy(message.flat.edges, "flat.edges"),
+                            arrays.to_numpy(message.deployed.vertices, "deployed.vertices"),
+                            np.array(message.segment_lengths), message.mean_angle_degrees, message.misfit)
+
+
+def grid_request(surface: Any, columns: int | None, rows: int | None, flat_angle: float | None, margin: float | None,
+                 translation: Sequence[float] | None, rotation: Sequence[float] | None,
+                 scale: float | None) -> "messages.MakeStartingGridRequest":
+    made = messages.MakeStartingGridRequest(surface=surface_of(surface, "surface"))
+    placement = placement_of(translation, rotation, scale)
+    if placement is not None:
+        made.placement.CopyFrom(placement)
+    if columns is not None:
+        made.columns = checks.whole(columns, "columns")
+    if rows is not None:
+        made.rows = checks.whole(rows, "rows")
+    _set_given(made, {"flat_angle_degrees": flat_angle, "margin": margin})
+    return made
+
+
+class Design:
+    """The newest design of a session, whoever began it. Made by LinkageSession.design() and .current_design()."""
+
+    def __init__(self, session: "LinkageSession", job: int = 0):
+        self.session = session
+        self.job = job
+
+    def _get(self) -> "messages.GetDesignResponse":
+        response = self.session.connection.call("get_design", messages.GetDesignRequest(session=self.session.id))
+        if not response.HasField("design"):
+            raise LimberError("FAILED_PRECONDITION", f"session {self.session.id} has no design", "session")
+        return response
+
+    def info(self) -> DesignInfo:
+        return DesignInfo.from_message(self._get().design)
+
+    def best_lengths(self) -> np.ndarray:
+        """Rest lengths of segments that take() would bring [length unit]; empty where there are none yet."""
+        return np.array(self._get().best_lengths)
+
+    def change(self, *, surface: Any = None, targets: Any = None, flat_share: float | None = None,
+               distance_weight: float | None = None, surface_weight: float | None = None,
+               translation: Sequence[float] | None = None, rotation: Sequence[float] | None = None,
+               scale: float | None = None) -> None:
+        """Goes on towards another goal; what is not given stays. targets: in place of all there are. translation,
+        rotation and scale: where the surface is put, all three in place of what they were."""
+        made = messages.ChangeDesignRequest(session=self.session.id)
+        _set_given(made, {"flat_share": flat_share, "distance_weight": distance_weight,
+                          "surface_weight": surface_weight})
+        if targets is not None:
+            made.targets.targets.extend(targets_of(targets, "targets"))
+            made.targets.SetInParent()
+        if surface is not None:
+            made.surface.CopyFrom(surface_of(surface, "surface"))
+        placement = placement_of(translation, rotation, scale)
+        if placement is not None:
+            made.placement.CopyFrom(placement)
+        self.session.connection.call("change_design", made, timeout=max(60.0, self.session.connection.timeout))
+
+    def pause(self) -> None:
+        """When the step under way is done; edits stay refused."""
+        self.session.connection.call("pause_design", messages.PauseDesignRequest(session=self.session.id))
+
+    def resume(self) -> None:
+        self.session.connection.call("resume_design", messages.ResumeDesignRequest(session=self.session.id))
+
+    def stop(self) -> None:
+        """The session goes back to the shape it had; the best so far can still be taken."""
+        self.session.connection.call("stop_design", messages.StopDesignRequest(session=self.session.id))
+
+    def take(self) -> int:
+        """The best rest lengths become the session's: an edit, which undo() takes back. Its revision."""
+        response = self.session.connection.call("take_design", messages.TakeDesignRequest(session=self.session.id))
+        self.session.revision = max(self.session.revision, response.revision)
+        return response.revision
+
+    def steps(self, timeout: float | None = None) -> Iterator[DesignInfo]:
+        """How it stands after every step that arrives (newest first where they come too fast), until it ends.
+
+        timeout: longest silence [s] before LimberError TIMEOUT; None: as long as the server lives.
+        """
+        with self.session.stream(timeout=timeout) as stream:
+            if self.info().state == "ended":
+                return
+            for frames in stream:
+                if frames.result.design is not None:
+                    yield frames.result.design
+                elif frames.result.converged and self.info().state == "ended":
+                    return
+
+    def wait(self, progress: ProgressOption = None, timeout: float = 3600.0) -> DesignInfo:
+        """Until it has ended and the session shows what came of it. Raises what it failed with."""
+        begun = time.monotonic()
+        try:
+            self.session.server.wait_job(self.info().job, progress, timeout)
+        except LimberError as error:
+            if error.code == "TIMEOUT":
+                raise
+        design = self._get().design
+        if design.HasField("error"):
+            raise from_message(design.error)
+        info = DesignInfo.from_message(design)
+        if info.taken is not None:
+            self.session.revision = max(self.session.revision, info.taken)
+            self.session.wait(info.taken, timeout=max(1.0, begun + timeout - time.monotonic()))
+        return info
+
+    def __repr__(self) -> str:
+        return f"Design(of {self.session!r})"

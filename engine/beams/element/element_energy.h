@@ -1,0 +1,47 @@
+#pragma once
+
+#include <Eigen/Core>
+
+#include "engine/beams/element/element_kernel.h"
+
+namespace limber::beams {
+
+using ElementVector = Eigen::Matrix<double, 12, 1>;
+using ElementMatrix = Eigen::Matrix<double, 12, 12>;
+
+/// Where the ends of one element are: positions, and the axes of their sections as columns.
+struct ElementEnds {
+  Eigen::Vector3d start, finish;
+  Eigen::Matrix3d start_axes, finish_axes;
+};
+
+/// Elastic energy of an element [force length], by mode.
+[[nodiscard]] ElementEnergies<double> element_energies(const ElementConstants<double>& constants,
+                                                       const ElementEnds& ends);
+
+/// Gradient by translation and spin of the start, then of the finish: a spin omega [rad] takes the
+/// axes to exp(omega^x) axes.
+[[nodiscard]] ElementVector element_gradient(const ElementConstants<double>& constants,
+                                             const ElementEnds& ends);
+
+/// What a compressed element's force does to second derivatives: pushing sideways, it makes them
+/// less than positive. Where only a guess has shortened the element, that is better left out.
+enum class Compression { kCounts, kLeftOut };
+
+/// Second derivatives by the same twelve, symmetric: along exp(omega^x) from where the ends are.
+///
+///            p_a   omega_a  p_b   omega_b
+///     p_a  [  D     -G_a    -D     -G_b  ]
+///  omega_a [         A       G_a^T  C    ]
+///     p_b  [                 D      G_b  ]
+///  omega_b [                        B    ]
+[[nodiscard]] ElementMatrix element_hessian(const ElementConstants<double>& constants,
+                                            const ElementEnds& ends,
+                                            Compression compression = Compression::kCounts);
+
+/// The axes as the kernel takes them.
+[[nodiscard]] Triad<double> triad(const Eigen::Matrix3d& axes);
+[[nodiscard]] inline Vec3<double> vec(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
+[[nodiscard]] inline Eigen::Vector3d eigen(const Vec3<double>& v) { return {v.x, v.y, v.z}; }
+
+}  // namespace limber::beams

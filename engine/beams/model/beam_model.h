@@ -1,0 +1,122 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <vector>
+
+#include "engine/beams/model/section.h"
+
+// What a structure of beams is, as plain values. Any consistent units of length, force and mass.
+
+namespace limber::beams {
+
+struct BeamNode {
+  Eigen::Vector3d position = Eigen::Vector3d::Zero();       // at rest [length]
+  Eigen::Vector3d normal = Eigen::Vector3d(0.0, 0.0, 1.0);  // need not have unit length
+};
+
+enum class BeamKind {
+  kBeam,   // stretches, twists and bends in two planes
+  kCable,  // pulls only: no force where it is shorter than at rest, no moments ever
+};
+
+/// What an end of a beam does not pass on to its node, by axis of the element at rest (1: along the
+/// beam, 3: towards the normal). Released rotations are hinges that turn with the node and may turn
+/// by any angle; all three are a ball joint. Released forces are slides, and meant to be short
+/// beside the element.
+struct EndRelease {
+  std::array<bool, 3> forces{};     // axial, shear along axis 2, shear along axis 3
+  std::array<bool, 3> rotations{};  // about axis 1 (twist), 2, 3
+
+  friend bool operator==(const EndRelease&, const EndRelease&) = default;
+};
+
+struct BeamElement {
+  int start = 0;  // nodes
+  int finish = 0;
+  int section = 0;  // of the model's
+  BeamKind kind = BeamKind::kBeam;
+  /// Third axis of the section before it is made perpendicular to the beam; zero: the mean of the
+  /// nodes' normals.
+  Eigen::Vector3d normal = Eigen::Vector3d::Zero();
+  double rest_length = 0;  // [length]; 0: as drawn
+  /// Curvature at rest of the element beyond what is drawn: rotation of the section per length,
+  /// about axes 1 (twist), 2 and 3 of the element [1/length].
+  Eigen::Vector3d rest_curvature = Eigen::Vector3d::Zero();
+  EndRelease start_release;
+  EndRelease finish_release;
+};
+
+/// Directions of a node that do not move: translations along and rotations about the columns of
+/// `axes`, which stay where they are.
+struct BeamSupport {
+  int node = 0;
+  std::array<bool, 6> fixed{};                         // three translations, three rotations
+  Eigen::Matrix3d axes = Eigen::Matrix3d::Identity();  // orthonormal columns
+};
+
+/// Where a node is brought, in global axes. Ramped with the load steps. A support of the same node
+/// may fix other directions; it must have global axes where translations are prescribed.
+struct PrescribedMotion {
+  int node = 0;
+  std::array<bool, 3> translates{};  // which components of `translation` are prescribed
+  Eigen::Vector3d translation = Eigen::Vector3d::Zero();  // from rest [length]
+  bool rotates = false;                                   // all three rotations or none
+  Eigen::Vector3d rotation = Eigen::Vector3d::Zero();  // rotation vector from rest [rad], any size
+};
+
+enum class LoadDirection {
+  kFixed,      // keeps its direction in space
+  kFollowing,  // turns with the node or the element that it acts on; given as it is at rest
+};
+
+struct NodalLoad {
+  int node = 0;
+  Eigen::Vector3d force = Eigen::Vector3d::Zero();
+  Eigen::Vector3d moment = Eigen::Vector3d::Zero();  // [force length]
+  LoadDirection direction = LoadDirection::kFixed;
+};
+
+struct DistributedLoad {
+  int element = 0;
+  /// Per length at rest, in global axes at rest [force/length]; half goes to each node.
+  Eigen::Vector3d force = Eigen::Vector3d::Zero();
+  LoadDirection direction = LoadDirection::kFixed;
+};
+
+/// Does an element that bends get shorter between its ends? With it an element buckles by itself
+/// and answers converge with the fourth power of its length; left out, elements are those of the
+/// paper, stiff under pressure and of second order.
+enum class Bowing { kCounts, kLeftOut };
+
+struct BeamModel {
+  std::vector<BeamNode> nodes;
+  std::vector<BeamSection> sections;
+  std::vector<BeamElement> elements;
+  std::vector<BeamSupport> supports;
+  std::vector<PrescribedMotion> motions;
+  std::vector<NodalLoad> loads;
+  std::vector<DistributedLoad> distributed_loads;
+  Eigen::Vector3d gravity = Eigen::Vector3d::Zero();  // acceleration of masses [length/time^2]
+  /// Act while loads and motions are brought on, and are gone at the end: they choose the side to
+  /// which a plane structure buckles.
+  std::vector<NodalLoad> temporary_loads;
+  Bowing bowing = Bowing::kCounts;
+};
+
+/// @throws Error naming the member, e.g. "elements[3].finish":
+///   {kOutOfRange} a node, section or element that does not exist;
+///   {kInvalidArgument} values that are not finite; an element of zero length or along its normal;
+///     two elements between the same nodes; sections that are not positive; axes that are not
+///     orthonormal; a node with two motions, or one that moves what a support fixes;
+///   {kFailedPrecondition} nothing holds a structure that hangs together (no support, no motion)
+void validate(const BeamModel& model);
+
+/// Length between the nodes as drawn.
+[[nodiscard]] double drawn_length(const BeamModel& model, int element);
+
+/// Columns are axes 1, 2, 3 of an element as drawn: axis 1 from start to finish, axis 3 towards the
+/// normal, axis 2 = axis 3 x axis 1 (bending-active, eq. 4 to 6).
+[[nodiscard]] Eigen::Matrix3d drawn_frame(const BeamModel& model, int element);
+
+}  // namespace limber::beams

@@ -1,0 +1,239 @@
+#include <fmt/core.h>
+
+#include <Eigen/Geometry>
+#include <cmath>
+#include <map>
+#include <numeric>
+#include <string>
+#include <utility>
+
+#include "engine/base/error.h"
+#include "engine/beams/model/beam_model.h"
+
+namespace limber::beams {
+
+namespace {
+
+std::string at(const char* list, std::size_t index, const char* member = "") {
+  return fmt::format("{}[{}]{}{}", list, index, *member == 0 ? "" : ".", member);
+}
+[[noreturn]] void refuse(const std::string& field, const std::string& why,
+                         ErrorCode code = ErrorCode::kInvalidArgument) {
+  throw Error(code, field, fmt::format("{} {}", field, why));
+}
+void require_index(int index, std::size_t count, const std::string& field, const char* what) {
+  if (index < 0 || static_cast<std::size_t>(index) >= count)
+    refuse(field, fmt::format("= {}, but there are {} {}", index, count, what),
+           ErrorCode::kOutOfRange);
+}
+void require_finite(const Eigen::Vector3d& value, const std::string& field) {
+  if (!value.allFinite())
+    refuse(field, fmt::format("= ({}, {}, {}), must be finite", value.x(), value.y(), value.z()));
+}
+void require_positive(double value, const std::string& field) {
+  if (!(value > 0) || !std::isfinite(value)) refuse(field, fmt::format("= {}, must be > 0", value));
+}
+void require_not_negative(double value, const std::string& field) {
+  if (!(value >= 0) || !std::isfinite(value))
+    refuse(field, fmt::format("= {}, must be >= 0", value));
+}
+
+void check_nodes(const BeamModel& model) {
+  if (model.nodes.empty()) refuse("nodes", "is empty", ErrorCode::kFailedPrecondition);
+  for (std::size_t i = 0; i < model.nodes.size(); ++i) {
+    require_finite(model.nodes[i].position, at("nodes", i, "position"));
+    require_finite(model.nodes[i].normal, at("nodes", i, "normal"));
+    if (model.nodes[i].normal.isZero(0)) refuse(at("nodes", i, "normal"), "is zero");
+  }
+}
+
+void check_sections(const BeamModel& model) {
+  std::vector<char> bends(model.sections.size(), 0);
+  for (const BeamElement& e : model.elements) {
+    if (e.kind == BeamKind::kBeam && e.section >= 0 &&
+        static_cast<std::size_t>(e.section) < bends.size())
+      bends[static_cast<std::size_t>(e.section)] = 1;
+  }
+  for (std::size_t i = 0; i < model.sections.size(); ++i) {
+    const BeamSection& s = model.sections[i];
+    require_positive(s.stretching, at("sections", i, "stretching"));
+    for (const auto& [value, name] : {std::pair{s.torsion, "torsion"},
+                                      {s.bending_2, "bending_2"},
+                                      {s.bending_3, "bending_3"}}) {
+      if (bends[i] != 0)
+        require_positive(value, at("sections", i, name));
+      else
+        require_not_negative(value, at("sections", i, name));
+    }
+    for (const auto& [value, name] : {std::pair{s.mass_per_length, "mass_per_length"},
+                                      {s.young, "young"},
+                                      {s.shear, "shear"},
+                                      {s.fibre_2, "fibre_2"},
+                                      {s.fibre_3, "fibre_3"},
+                                      {s.shear_arm, "shear_arm"},
+                                      {s.yield_stress, "yield_stress"}})
+      require_not_negative(value, at("sections", i, name));
+  }
+}
+
+/// An end that lets go of everything holds nothing; both ends letting go of the same force or of
+/// twist leave a part of the element loose.
+void check_releases(const BeamElement& e, std::size_t i) {
+  if (e.kind == BeamKind::kCable) {
+    if (!(e.start_release == EndRelease{}) || !(e.finish_release == EndRelease{}))
+      refuse(at("elements", i), "is a cable, which has no moments to release");
+    if (!e.rest_curvature.isZero(0)) refuse(at("elements", i, "rest_curvature"), "of a cable");
+    return;
+  }
+  if (e.start_release.rotations[0] && e.finish_release.rotations[0])
+    refuse(at("elements", i, "finish_release"),
+           "releases twist, as start_release does: the element would turn about itself");
+  for (std::size_t k = 0; k < 3; ++k) {
+    if (e.start_release.forces[k] && e.finish_release.forces[k])
+      refuse(at("elements", i, "finish_release"),
+             fmt::format("releases force {}, as start_release does: once is enough", k + 1));
+  }
+}
+
+void check_elements(const BeamModel& model) {
+  std::map<std::pair<int, int>, std::size_t> seen;
+  for (std::size_t i = 0; i < model.elements.size(); ++i) {
+    const BeamElement& e = model.elements[i];
+    require_index(e.start, model.nodes.size(), at("elements", i, "start"), "nodes");
+    require_index(e.finish, model.nodes.size(), at("elements", i, "finish"), "nodes");
+    require_index(e.section, model.sections.size(), at("elements", i, "section"), "sections");
+    require_finite(e.normal, at("elements", i, "normal"));
+    require_finite(e.rest_curvature, at("elements", i, "rest_curvature"));
+    require_not_negative(e.rest_length, at("elements", i, "rest_length"));
+    const Eigen::Vector3d& p = model.nodes[static_cast<std::size_t>(e.start)].position;
+    const Eigen::Vector3d& q = model.nodes[static_cast<std::size_t>(e.finish)].position;
+    // Below this, the direction of the element is rounding of the coordinates.
+    const double farthest = std::max(p.cwiseAbs().maxCoeff(), q.cwiseAbs().maxCoeff());
+    if (e.start == e.finish || !((q - p).norm() > 1e-12 * farthest))
+      refuse(at("elements", i), fmt::format("has zero length: nodes {} and {}", e.start, e.finish));
+    const auto [other, fresh] = seen.emplace(std::minmax(e.start, e.finish), i);
+    if (!fresh)
+      refuse(at("elements", i), fmt::format("joins nodes {} and {}, as elements[{}] does", e.start,
+                                            e.finish, other->second));
+    if (e.kind == BeamKind::kBeam) {
+      const Eigen::Vector3d normal =
+          e.normal.isZero(0) ? (model.nodes[static_cast<std::size_t>(e.start)].normal.normalized() +
+                                model.nodes[static_cast<std::size_t>(e.finish)].normal.normalized())
+                                   .eval()
+                             : e.normal.normalized();
+      if (!(normal.cross((q - p).normalized()).norm() > 1e-6))
+        refuse(at("elements", i, "normal"), "runs along the element: axes 2 and 3 are not defined");
+    }
+    check_releases(e, i);
+  }
+}
+
+void check_motion_against(const BeamSupport& s, std::size_t support, const PrescribedMotion& m,
+                          std::size_t i) {
+  const bool translates = m.translates[0] || m.translates[1] || m.translates[2];
+  if (translates && !s.axes.isIdentity(1e-12))
+    refuse(
+        at("motions", i),
+        fmt::format("prescribes global directions of node {}, but supports[{}] has axes of its own",
+                    m.node, support));
+  for (std::size_t k = 0; k < 6; ++k) {
+    if (s.fixed[k] && (k < 3 ? m.translates[k] : m.rotates))
+      refuse(at("motions", i),
+             fmt::format("moves node {} in a direction that supports[{}].fixed[{}] holds", m.node,
+                         support, k));
+  }
+}
+
+void check_holds(const BeamModel& model) {
+  std::map<int, std::size_t> support_of, motion_of;
+  for (std::size_t i = 0; i < model.supports.size(); ++i) {
+    const BeamSupport& s = model.supports[i];
+    require_index(s.node, model.nodes.size(), at("supports", i, "node"), "nodes");
+    if (!s.axes.allFinite() || !(s.axes.transpose() * s.axes).isIdentity(1e-9))
+      refuse(at("supports", i, "axes"), "must have orthonormal columns");
+    if (!support_of.emplace(s.node, i).second)
+      refuse(at("supports", i, "node"),
+             fmt::format("= {}, as that of supports[{}]", s.node, support_of[s.node]));
+  }
+  for (std::size_t i = 0; i < model.motions.size(); ++i) {
+    const PrescribedMotion& m = model.motions[i];
+    require_index(m.node, model.nodes.size(), at("motions", i, "node"), "nodes");
+    require_finite(m.translation, at("motions", i, "translation"));
+    require_finite(m.rotation, at("motions", i, "rotation"));
+    if (!motion_of.emplace(m.node, i).second)
+      refuse(at("motions", i, "node"),
+             fmt::format("= {}, as that of motions[{}]", m.node, motion_of[m.node]));
+    const auto support = support_of.find(m.node);
+    if (support == support_of.end()) continue;
+    check_motion_against(model.supports[support->second], support->second, m, i);
+  }
+}
+
+void check_load(const BeamModel& model, const NodalLoad& load, const char* list, std::size_t i) {
+  require_index(load.node, model.nodes.size(), at(list, i, "node"), "nodes");
+  require_finite(load.force, at(list, i, "force"));
+  require_finite(load.moment, at(list, i, "moment"));
+}
+
+void check_loads(const BeamModel& model) {
+  for (std::size_t i = 0; i < model.loads.size(); ++i)
+    check_load(model, model.loads[i], "loads", i);
+  for (std::size_t i = 0; i < model.temporary_loads.size(); ++i)
+    check_load(model, model.temporary_loads[i], "temporary_loads", i);
+  for (std::size_t i = 0; i < model.distributed_loads.size(); ++i) {
+    require_index(model.distributed_loads[i].element, model.elements.size(),
+                  at("distributed_loads", i, "element"), "elements");
+    require_finite(model.distributed_loads[i].force, at("distributed_loads", i, "force"));
+  }
+  require_finite(model.gravity, "gravity");
+}
+
+/// Every part that hangs together needs something that holds it.
+void check_held(const BeamModel& model) {
+  if (model.supports.empty() && model.motions.empty())
+    refuse("supports", "is empty, and no motion holds the structure",
+           ErrorCode::kFailedPrecondition);
+  std::vector<int> part(model.nodes.size());
+  std::iota(part.begin(), part.end(), 0);
+  const auto root = [&](int node) {
+    while (part[static_cast<std::size_t>(node)] != node) {
+      int& above = part[static_cast<std::size_t>(node)];
+      above = part[static_cast<std::size_t>(above)];
+      node = above;
+    }
+    return node;
+  };
+  for (const BeamElement& e : model.elements) {
+    const int low = std::min(root(e.start), root(e.finish));
+    const int high = std::max(root(e.start), root(e.finish));
+    part[static_cast<std::size_t>(high)] = low;
+  }
+  std::vector<char> held(model.nodes.size(), 0);
+  for (const BeamSupport& s : model.supports) {
+    for (const bool fixed : s.fixed) {
+      if (fixed) held[static_cast<std::size_t>(root(s.node))] = 1;
+    }
+  }
+  for (const PrescribedMotion& m : model.motions) {
+    if (m.rotates || m.translates[0] || m.translates[1] || m.translates[2])
+      held[static_cast<std::size_t>(root(m.node))] = 1;
+  }
+  for (std::size_t i = 0; i < model.nodes.size(); ++i) {
+    if (held[static_cast<std::size_t>(root(static_cast<int>(i)))] == 0)
+      refuse(at("nodes", i), "belongs to a part that no support and no motion holds",
+             ErrorCode::kFailedPrecondition);
+  }
+}
+
+}  // namespace
+
+void validate(const BeamModel& model) {
+  check_nodes(model);
+  check_sections(model);
+  check_elements(model);
+  check_holds(model);
+  check_loads(model);
+  check_held(model);
+}
+
+}  // namespace limber::beams

@@ -1,0 +1,65 @@
+#include "engine/beams/solver/beam_solution.h"
+
+#include <fmt/core.h>
+
+#include <cmath>
+
+#include "engine/base/error.h"
+
+namespace limber::beams {
+
+namespace {
+
+void require(bool holds, const char* member, double value, const char* rule) {
+  if (!holds)
+    throw Error(ErrorCode::kInvalidArgument, member,
+                fmt::format("BeamSolveOptions::{} = {}, must be {}", member, value, rule));
+}
+
+}  // namespace
+
+const char* to_string(BeamStatus status) noexcept {
+  switch (status) {
+    case BeamStatus::kConverged:
+      return "converged";
+    case BeamStatus::kStalled:
+      return "stalled";
+    case BeamStatus::kUnstable:
+      return "unstable";
+    case BeamStatus::kMechanism:
+      return "mechanism";
+    case BeamStatus::kIterationLimit:
+      return "iteration limit";
+    case BeamStatus::kCancelled:
+      return "cancelled";
+  }
+  return "unknown";
+}
+
+const char* to_string(BeamMethod method) noexcept {
+  switch (method) {
+    case BeamMethod::kChoose:
+      return "chosen";
+    case BeamMethod::kNewton:
+      return "Newton";
+    case BeamMethod::kRelaxation:
+      return "relaxation";
+    case BeamMethod::kRelaxationThenNewton:
+      return "relaxation, then Newton";
+  }
+  return "unknown";
+}
+
+void BeamSolveOptions::validate() const {
+  require(tolerance > 0 && tolerance < 1, "tolerance", tolerance, "in (0, 1)");
+  require(relaxation_tolerance > 0 && relaxation_tolerance < 1, "relaxation_tolerance",
+          relaxation_tolerance, "in (0, 1)");
+  require(newton_iterations > 0, "newton_iterations", newton_iterations, "> 0");
+  require(relaxation_steps > 0, "relaxation_steps", relaxation_steps, "> 0");
+  require(ramp_steps >= 0, "ramp_steps", ramp_steps, ">= 0");
+  require(first_load_step > 0 && first_load_step <= 1, "first_load_step", first_load_step,
+          "in (0, 1]");
+  require(hand_over > 0 && hand_over < 1, "hand_over", hand_over, "in (0, 1)");
+}
+
+}  // namespace limber::beams

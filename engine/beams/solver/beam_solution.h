@@ -1,0 +1,82 @@
+#pragma once
+
+#include <functional>
+#include <string>
+
+#include "engine/beams/structure/beam_state.h"
+
+// What solvers of structures of beams are told and what they tell.
+
+namespace limber::beams {
+
+enum class BeamStatus {
+  kConverged,       // forces and moments balance, and the energy rises in every direction
+  kStalled,         // no progress that rounding would not explain, yet no balance
+  kUnstable,        // grew without bound, or balance at a saddle was all that could be found
+  kMechanism,       // part of the structure moves without any resistance
+  kIterationLimit,  //
+  kCancelled,       // the state is the last one reached
+};
+[[nodiscard]] const char* to_string(BeamStatus status) noexcept;
+
+enum class BeamMethod {
+  /// Newton's method, or relaxation first where temporary loads have to choose among many ways to
+  /// buckle; the other where that fails.
+  kChoose,
+  kNewton,                // load steps, each solved by Newton's method
+  kRelaxation,            // dynamic relaxation with kinetic damping
+  kRelaxationThenNewton,  // the relaxation until Newton's method takes over
+};
+[[nodiscard]] const char* to_string(BeamMethod method) noexcept;
+
+struct BeamSolveOptions {
+  BeamMethod method = BeamMethod::kChoose;
+  /// Balance: the largest residual force over the forces present, and moment over the moments
+  /// present; in (0, 1).
+  double tolerance = 1e-8;
+  double relaxation_tolerance = 1e-6;  // the same, for relaxation that Newton does not finish
+  int newton_iterations = 500;         // over all load steps, > 0
+  int relaxation_steps = 1000000;      // > 0
+  /// Steps of relaxation over which loads and motions are brought on where nothing is pressed; up
+  /// to twenty times as many where elements are, so that they do not fold up; >= 0.
+  int ramp_steps = 200;
+  /// First load step of Newton's method, as a share of everything; in (0, 1].
+  double first_load_step = 1;
+  /// Relaxation hands over to Newton at this residual; in (0, 1).
+  double hand_over = 1e-3;
+
+  /// @throws Error{kInvalidArgument} naming member, value and inequality
+  void validate() const;
+};
+
+/// A state on the way: after a load step, or every few steps of the relaxation.
+struct BeamProgress {
+  const BeamState* state = nullptr;
+  double load_factor = 0;  // share of loads and motions that is on, in [0, 1]
+  double residual = 0;     // scaled, as the tolerance
+  int step = 0;            // load steps, or relaxation steps
+};
+using BeamObserver = std::function<void(const BeamProgress&)>;
+
+struct BeamReport {
+  BeamStatus status = BeamStatus::kIterationLimit;
+  BeamMethod method = BeamMethod::kChoose;  // which one gave the answer; never kChoose
+  int newton_iterations = 0;
+  int factorizations = 0;
+  int load_steps = 0;
+  int relaxation_steps = 0;
+  double residual = 0;        // largest scaled force or moment that is left
+  double load_factor = 0;     // 1 where everything is on
+  double elastic_energy = 0;  // [force length]
+  int node = -1;              // that moves most freely (mechanism) or is worst balanced
+  std::string message;        // a sentence for people
+
+  [[nodiscard]] bool converged() const { return status == BeamStatus::kConverged; }
+};
+
+struct BeamSolution {
+  BeamState state;
+  BeamReport report;
+};
+
+}  // namespace limber::beams

@@ -1,0 +1,107 @@
+#include "engine/beams/solver/equilibrium.h"
+
+#include "engine/beams/solver/newton_path.h"
+#include "engine/beams/solver/relaxation_path.h"
+#include "engine/beams/structure/elastic.h"
+
+namespace limber::beams {
+
+namespace {
+
+/// One attempt from `start`.
+struct Attempt {
+  const BeamStructure& structure;
+  const BeamState& start;
+  const detail::LoadPath& path;
+  const BeamSolveOptions& options;
+  const JobContext& context;
+  const BeamObserver& observer;
+
+  void newton(BeamSolution& solution) const {
+    solution.state = start;
+    solution.report.method = BeamMethod::kNewton;
+    detail::follow_path(structure, path, 0, options, context, observer, solution.state,
+                        solution.report);
+  }
+
+  void relaxation(BeamSolution& solution) const {
+    solution.state = start;
+    solution.report.method = BeamMethod::kRelaxation;
+    detail::relax(structure, path, options.relaxation_tolerance, options, context, observer,
+                  solution.state, solution.report);
+    if (solution.report.converged())
+      detail::certify(structure, context, solution.state, solution.report);
+  }
+
+  void both(BeamSolution& solution) const {
+    solution.state = start;
+    BeamReport& report = solution.report;
+    report.method = BeamMethod::kRelaxationThenNewton;
+    detail::relax(structure, path, options.hand_over, options, context, observer, solution.state,
+                  report);
+    if (report.converged())
+      detail::follow_path(structure, path, 1, options, context, observer, solution.state, report);
+  }
+
+  /// What is measured to be quicker (limber-bench beams): Newton's method goes straight to where
+  /// loads and motions lead one way; where a plane network may buckle in many, it loses its time at
+  /// saddles that the relaxation never sees.
+  void chosen(BeamSolution& solution) const {
+    const bool relaxes_first = path.nudged();
+    relaxes_first ? both(solution) : newton(solution);
+    const BeamStatus status = solution.report.status;
+    if (status == BeamStatus::kConverged || status == BeamStatus::kMechanism) return;
+    BeamSolution other;
+    relaxes_first ? newton(other) : both(other);
+    other.report.newton_iterations += solution.report.newton_iterations;
+    other.report.factorizations += solution.report.factorizations;
+    other.report.relaxation_steps += solution.report.relaxation_steps;
+    if (other.report.converged() || other.report.status == BeamStatus::kMechanism)
+      solution = std::move(other);
+  }
+};
+
+BeamSolution solve(const Attempt& attempt) {
+  attempt.options.validate();
+  BeamSolution solution{attempt.start, {}};
+  try {
+    switch (attempt.options.method) {
+      case BeamMethod::kRelaxation:
+        attempt.relaxation(solution);
+        break;
+      case BeamMethod::kRelaxationThenNewton:
+        attempt.both(solution);
+        break;
+      case BeamMethod::kNewton:
+        attempt.newton(solution);
+        break;
+      case BeamMethod::kChoose:
+        attempt.chosen(solution);
+        break;
+    }
+  } catch (const Error& error) {
+    if (error.code() != ErrorCode::kCancelled) throw;
+    solution.report.status = BeamStatus::kCancelled;
+    solution.report.message = "cancelled";
+  }
+  solution.report.elastic_energy = elastic_energies(attempt.structure, solution.state).total();
+  return solution;
+}
+
+}  // namespace
+
+BeamSolution find_equilibrium(const BeamStructure& structure, const BeamSolveOptions& options,
+                              const JobContext& context, const BeamObserver& observer) {
+  const BeamState start = structure.rest_state();
+  const detail::LoadPath path(structure, start, true);
+  return solve({structure, start, path, options, context, observer});
+}
+
+BeamSolution find_equilibrium_from(const BeamStructure& structure, const BeamState& start,
+                                   const BeamSolveOptions& options, const JobContext& context,
+                                   const BeamObserver& observer) {
+  const detail::LoadPath path(structure, start, false);
+  return solve({structure, start, path, options, context, observer});
+}
+
+}  // namespace limber::beams

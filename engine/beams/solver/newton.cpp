@@ -1,0 +1,232 @@
+#include "engine/beams/solver/newton.h"
+
+#include <cmath>
+#include <limits>
+
+#include "engine/base/error.h"
+#include "engine/base/random.h"
+
+namespace limber::beams::detail {
+
+namespace {
+
+constexpr double kLargestTurn = 0.7;  // of one iteration [rad]
+constexpr int kBadSteps = 4;
+constexpr int kCareful = 3;
+constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
+
+}  // namespace
+
+NewtonSolver::NewtonSolver(const BeamStructure& structure, const JobContext& context)
+    : structure_(structure), context_(context), balance_(structure), stiffness_(structure) {
+  weights_ = stiffness_.restricted(balance_.weights());
+}
+
+bool NewtonSolver::factor_at(double shift) {
+  Eigen::SparseMatrix<double> shifted = stiffness_.matrix();
+  if (shift > 0) {
+    for (int i = 0; i < stiffness_.size(); ++i)
+      shifted.valuePtr()[shifted.outerIndexPtr()[i]] += shift * weights_[i];
+  }
+  ++factorizations_;
+  try {
+    if (!analysed_) factor_.analyse(shifted);
+    analysed_ = true;
+    factor_.refactor(shifted);
+  } catch (const Error& error) {
+    if (error.code() != ErrorCode::kNumerical) throw;
+    return false;
+  }
+  return true;
+}
+
+NewtonSolver::Definiteness NewtonSolver::factor_positive(const BeamState& state) {
+  const double before = shift_;
+  shift_ = 0;
+  stiffness_.assemble(state);
+  if (factor_at(0)) return Definiteness::kPositive;
+  stiffness_.assemble(state, Compression::kLeftOut);
+  if (factor_at(0)) return Definiteness::kNot;
+  // Begin below the shift that did last time.
+  shift_ = before > 0 ? 0.1 * before : balance_.softest();
+  while (!factor_at(shift_)) {
+    shift_ *= 10;
+    LIMBER_DEMAND(std::isfinite(shift_));
+  }
+  return Definiteness::kNot;
+}
+
+Eigen::VectorXd NewtonSolver::residual(const BeamState& state, const NodeLoads& loads) const {
+  return elastic_gradient(structure_, state) - load_vector(structure_, loads, state);
+}
+
+double NewtonSolver::potential_change(double energy, const Eigen::VectorXd& load,
+                                      const BeamState& to, const NodeLoads& loads,
+                                      const Eigen::VectorXd& increments) const {
+  // Work of loads that turn on the way: the trapezoidal rule.
+  const Eigen::VectorXd mean = 0.5 * (load + load_vector(structure_, loads, to));
+  return elastic_energies(structure_, to).total() - energy - mean.dot(increments);
+}
+
+Eigen::VectorXd NewtonSolver::curvature(const BeamState& state, const NodeLoads& loads,
+                                        const Eigen::VectorXd& residual_here,
+                                        const Eigen::VectorXd& step) {
+  const double size = balance_.size_of(step);
+  const double e = 1e-3 / std::max(size, 1e-3);
+  const Eigen::VectorXd third = residual(structure_.moved(state, e * step), loads) +
+                                residual(structure_.moved(state, -e * step), loads) -
+                                2 * residual_here;
+  const Eigen::VectorXd bend = -factor_.solve(stiffness_.restricted(third) / (e * e));
+  return stiffness_.extended(bend);
+}
+
+NewtonSolver::Trial NewtonSolver::try_step(const BeamState& state, const NodeLoads& loads,
+                                           double energy, const Eigen::VectorXd& load,
+                                           const Eigen::VectorXd& step, const Eigen::VectorXd& bend,
+                                           double t) const {
+  const Eigen::VectorXd increments = t * step + (0.5 * t * t) * bend;
+  Trial trial;
+  trial.state = structure_.moved(state, increments);
+  trial.change = potential_change(energy, load, trial.state, loads, increments);
+  trial.scaled =
+      balance_.imbalance(residual(trial.state, loads), balance_.present(trial.state, loads)).scaled;
+  return trial;
+}
+
+bool NewtonSolver::search(BeamState& state, const NodeLoads& loads,
+                          const Eigen::VectorXd& residual_here, const Eigen::VectorXd& step,
+                          const Eigen::VectorXd& bend) {
+  const double energy = elastic_energies(structure_, state).total();
+  const Eigen::VectorXd load = load_vector(structure_, loads, state);
+  const double slope = residual_here.dot(step);
+  const double rounding = 100 * kEpsilon * (energy + std::abs(load.dot(step)));
+  for (double t = 1; t > 1e-6; t *= 0.5) {
+    if (balance_.size_of(t * step + (0.5 * t * t) * bend) > 3 * kLargestTurn) continue;
+    Trial trial = try_step(state, loads, energy, load, step, bend, t);
+    // Steps whose gain is lost in rounding are judged by forces.
+    if (trial.change <= 1e-4 * t * slope ||
+        (trial.change <= rounding && trial.scaled < 0.5 * left_.scaled)) {
+      state = std::move(trial.state);
+      return true;
+    }
+  }
+  return false;
+}
+
+bool NewtonSolver::advance(BeamState& state, const NodeLoads& loads,
+                           const Eigen::VectorXd& residual_here, const Eigen::VectorXd& step) {
+  const double energy = elastic_energies(structure_, state).total();
+  const Eigen::VectorXd load = load_vector(structure_, loads, state);
+  const double slope = residual_here.dot(step);
+  Eigen::VectorXd bend = Eigen::VectorXd::Zero(step.size());
+  if (balance_.size_of(step) > 1e-5) bend = curvature(state, loads, residual_here, step);
+  if (!(balance_.size_of(step + 0.5 * bend) < 3 * kLargestTurn)) bend.setZero();
+  if (watch_.careful > 0) {
+    --watch_.careful;
+    return search(state, loads, residual_here, step, bend);
+  }
+  if (watch_.bad_steps == 0) {
+    watch_.reference = state;
+    watch_.rise = 0;
+    watch_.scaled = left_.scaled;
+  }
+  Trial trial = try_step(state, loads, energy, load, step, bend, 1);
+  watch_.rise += trial.change;
+  if (watch_.rise <= 1e-4 * std::min(slope, 0.0) || trial.scaled < 0.5 * watch_.scaled) {
+    watch_.bad_steps = 0;
+  } else if (++watch_.bad_steps > kBadSteps || !std::isfinite(watch_.rise)) {
+    watch_.bad_steps = 0;
+    watch_.careful = kCareful;
+    state = watch_.reference;
+    return true;
+  }
+  state = std::move(trial.state);
+  return true;
+}
+
+NewtonSolver::Softest NewtonSolver::softest_of_factored(const BeamState& state) {
+  Random random(20);
+  Eigen::VectorXd v(stiffness_.size());
+  for (double& entry : v) entry = random.uniform() - 0.5;
+  v = v.cwiseQuotient(weights_.cwiseSqrt());
+  stiffness_.assemble(state);
+  const auto exact = stiffness_.matrix().selfadjointView<Eigen::Lower>();
+  double previous = 0, value = 0;
+  for (int i = 0; i < 40; ++i) {
+    v = factor_.solve(weights_.cwiseProduct(v));
+    v /= std::sqrt(v.dot(weights_.cwiseProduct(v)));
+    previous = value;
+    value = v.dot(exact * v);
+    if (i > 3 && std::abs(value - previous) < 1e-3 * std::abs(value)) break;
+  }
+  Softest result;
+  result.eigenvalue = value;
+  result.direction = stiffness_.extended(v);
+  result.direction.cwiseProduct(balance_.weights().cwiseSqrt())
+      .cwiseAbs()
+      .maxCoeff(&result.unknown);
+  return result;
+}
+
+bool NewtonSolver::vanishes(double eigenvalue) const {
+  return std::abs(eigenvalue) <
+         std::max(1e-7 * balance_.softest(), 64 * kEpsilon * balance_.stiffest());
+}
+
+bool NewtonSolver::leave_saddle(BeamState& state, const NodeLoads& loads, const Softest& soft) {
+  const double energy = elastic_energies(structure_, state).total();
+  const Eigen::VectorXd load = load_vector(structure_, loads, state);
+  const Eigen::VectorXd here = residual(state, loads);
+  const Eigen::VectorXd unit = soft.direction / balance_.size_of(soft.direction);
+  const Eigen::VectorXd bend = curvature(state, loads, here, unit);
+  // Far enough that the gain is more than rounding, as the energy falls with the square only.
+  for (double t = 0.3; t > 1e-5; t *= 0.5) {
+    const Eigen::VectorXd increments = t * unit + (0.5 * t * t) * bend;
+    BeamState trial = structure_.moved(state, increments);
+    if (potential_change(energy, load, trial, loads, increments) < 0) {
+      state = std::move(trial);
+      return true;
+    }
+  }
+  return false;
+}
+
+NewtonOutcome NewtonSolver::balance(BeamState& state, const LoadPath& path, double s,
+                                    double tolerance, int iterations) {
+  const NodeLoads loads = path.loads(s);
+  watch_.bad_steps = watch_.careful = 0;
+  for (int i = 0; i <= iterations; ++i) {
+    context_.throw_if_cancelled();
+    const Eigen::VectorXd held = path.held_increments(state, s);
+    const bool moves = balance_.size_of(held) > 1e-12;
+    const Eigen::VectorXd here = residual(state, loads);
+    left_ = balance_.imbalance(here, balance_.present(state, loads));
+    factor_positive(state);
+    if (!moves && left_.scaled <= tolerance) {
+      const Softest soft = softest_of_factored(state);
+      if (vanishes(soft.eigenvalue)) return NewtonOutcome::kMechanism;
+      if (soft.eigenvalue > 0) return NewtonOutcome::kBalanced;
+      if (!leave_saddle(state, loads, soft)) return NewtonOutcome::kNoProgress;
+      continue;
+    }
+    if (i == iterations) break;
+    ++iterations_;
+    Eigen::VectorXd right = -stiffness_.restricted(here);
+    if (moves) right -= stiffness_.from_held(held);
+    Eigen::VectorXd step = stiffness_.extended(factor_.solve(right));
+    if (moves) {
+      step += held;
+      if (balance_.size_of(step) > kLargestTurn) return NewtonOutcome::kTooFar;
+      const Eigen::VectorXd bend = curvature(state, loads, here, step);
+      state = structure_.moved(state, step + 0.5 * bend);
+      continue;
+    }
+    const double size = balance_.size_of(step);
+    if (!(size < std::numeric_limits<double>::infinity())) return NewtonOutcome::kNoProgress;
+    if (size > kLargestTurn) step *= kLargestTurn / size;
+    if (!advance(state, loads, here, step)) return NewtonOutcome::kNoProgress;
+  }
+  return NewtonOutcome::kLimit;
+}
+
+}  // namespace limber::beams::detail

@@ -1,0 +1,103 @@
+#pragma once
+
+#include <Eigen/Core>
+
+#include "engine/base/job.h"
+#include "engine/base/numerics/sparse_cholesky.h"
+#include "engine/beams/solver/balance.h"
+#include "engine/beams/solver/beam_solution.h"
+#include "engine/beams/solver/load_path.h"
+#include "engine/beams/structure/elastic.h"
+
+namespace limber::beams::detail {
+
+enum class NewtonOutcome {
+  kBalanced,    // and the stiffness is positive definite
+  kTooFar,      // what is held would move too far at once
+  kMechanism,   // balanced, but something moves without resistance
+  kNoProgress,  // no step lowers the potential or the residual
+  kLimit,       // of iterations
+};
+
+/// Newton's method on the potential U - W by free unknowns, from state to state of a load path.
+///
+/// Where the stiffness is not positive definite it is shifted until it is; balance there is a
+/// saddle, which is left along its softest direction. Steps follow second-order curves, so that
+/// slender beams keep their lengths.
+class NewtonSolver {
+  enum class Definiteness { kPositive, kNot };
+
+ public:
+  NewtonSolver(const BeamStructure& structure, const JobContext& context);
+
+  /// Balances a state with what path says at s.
+  /// @param iterations  at most this many; the state is the best found in any case
+  NewtonOutcome balance(BeamState& state, const LoadPath& path, double s, double tolerance,
+                        int iterations);
+
+  /// Where the last balance() ended.
+  [[nodiscard]] const Imbalance& left() const { return left_; }
+  [[nodiscard]] int iterations() const { return iterations_; }
+  [[nodiscard]] int factorizations() const { return factorizations_; }
+
+  /// The softest direction's eigenvalue per weight; its largest unknown.
+  struct Softest {
+    double eigenvalue = 0;
+    int unknown = -1;
+    Eigen::VectorXd direction;  // by all unknowns
+  };
+  [[nodiscard]] Softest softest(const BeamState& state) {
+    factor_positive(state);
+    return softest_of_factored(state);
+  }
+  /// Is an eigenvalue nothing but rounding, or so small that any load would move it out of reach?
+  [[nodiscard]] bool vanishes(double eigenvalue) const;
+
+ private:
+  Definiteness factor_positive(const BeamState& state);
+  bool factor_at(double shift);
+  [[nodiscard]] Softest softest_of_factored(const BeamState& state);
+  [[nodiscard]] Eigen::VectorXd residual(const BeamState& state, const NodeLoads& loads) const;
+  [[nodiscard]] double potential_change(double energy, const Eigen::VectorXd& load,
+                                        const BeamState& to, const NodeLoads& loads,
+                                        const Eigen::VectorXd& increments) const;
+  [[nodiscard]] Eigen::VectorXd curvature(const BeamState& state, const NodeLoads& loads,
+                                          const Eigen::VectorXd& residual,
+                                          const Eigen::VectorXd& step);
+  /// A state on the curve of a step, and what is known there.
+  struct Trial {
+    BeamState state;
+    double change = 0;  // of the potential
+    double scaled = 0;  // residual
+  };
+  [[nodiscard]] Trial try_step(const BeamState& state, const NodeLoads& loads, double energy,
+                               const Eigen::VectorXd& load, const Eigen::VectorXd& step,
+                               const Eigen::VectorXd& bend, double t) const;
+  bool search(BeamState& state, const NodeLoads& loads, const Eigen::VectorXd& residual,
+              const Eigen::VectorXd& step, const Eigen::VectorXd& bend);
+  bool advance(BeamState& state, const NodeLoads& loads, const Eigen::VectorXd& residual,
+               const Eigen::VectorXd& step);
+  bool leave_saddle(BeamState& state, const NodeLoads& loads, const Softest& soft);
+
+  const BeamStructure& structure_;
+  const JobContext& context_;
+  Balance balance_;
+  Stiffness stiffness_;
+  SparseCholesky factor_;
+  bool analysed_ = false;
+  double shift_ = 0;  // that the last factor has
+  Eigen::VectorXd weights_;
+  Imbalance left_;
+  // Steps that made things worse, from the last state that was better (`reference_`).
+  struct Watch {
+    int bad_steps = 0;
+    double rise = 0;    // of the potential since
+    double scaled = 0;  // residual there
+    int careful = 0;    // iterations to go without such steps
+    BeamState reference;
+  } watch_;
+  int iterations_ = 0;
+  int factorizations_ = 0;
+};
+
+}  // namespace limber::beams::detail

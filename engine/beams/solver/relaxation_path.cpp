@@ -1,0 +1,139 @@
+#include "engine/beams/solver/relaxation_path.h"
+
+#include <fmt/core.h>
+
+#include <limits>
+
+#include "engine/beams/solver/balance.h"
+#include "engine/beams/solver/relaxation.h"
+
+namespace limber::beams::detail {
+
+namespace {
+
+constexpr int kStepsBetweenChecks = 25;
+constexpr int kStepsBetweenFrames = 200;
+/// Without a residual a tenth below the best in as many steps, rounding is all that is left.
+constexpr int kPatience = 200000;
+constexpr double kMostPressure = 0.05;  // of elements during the ramp, see Relaxation::pressure
+constexpr double kMostBend = 0.5;       // the same, see Relaxation::bend
+constexpr double kSlowest = 0.05;       // of the ramp's pace
+constexpr double kFarAway = 1e3;        // extents
+
+/// One run of the relaxation, with what it tells its caller.
+class Run {
+ public:
+  Run(const BeamStructure& structure, const LoadPath& path, const BeamSolveOptions& options,
+      const JobContext& context, const BeamObserver& observer, BeamState& state, BeamReport& report)
+      : path_(path),
+        options_(options),
+        context_(context),
+        observer_(observer),
+        state_(state),
+        report_(report),
+        balance_(structure),
+        relaxation_(structure, state) {}
+
+  void bring_on() {
+    const int ramp = path_.varies() ? options_.ramp_steps : 0;
+    if (path_.nudged()) {
+      loads_ = path_.loads(0);
+      relaxation_.set_loads(loads_);
+      for (int i = 0; i < ramp; ++i) step(0);
+    }
+    // Motions wait while elements are pressed: pushed on, they would fold up.
+    double at = 0;
+    while (ramp > 0 && at < 1) {
+      const double strain =
+          std::max(relaxation_.pressure() / kMostPressure, relaxation_.bend() / kMostBend);
+      const double calm = std::max(0.0, 1 - strain);
+      at = std::min(1.0, at + std::max(calm, kSlowest) / ramp);
+      loads_ = path_.loads(at);
+      relaxation_.set_loads(loads_);
+      relaxation_.drive(path_, at);
+      step(at);
+    }
+    loads_ = path_.loads(1);
+    relaxation_.set_loads(loads_);
+    relaxation_.drive(path_, 1);
+  }
+
+  void settle(double tolerance) {
+    double best = std::numeric_limits<double>::infinity();
+    int best_step = report_.relaxation_steps;
+    for (;;) {
+      step(1);
+      if (report_.relaxation_steps % kStepsBetweenChecks != 0) continue;
+      if (!look()) return finish(BeamStatus::kUnstable, "the structure flies apart");
+      if (report_.residual <= tolerance)
+        return finish(BeamStatus::kConverged, "forces and moments balance");
+      if (report_.residual < 0.9 * best) {
+        best = report_.residual;
+        best_step = report_.relaxation_steps;
+      }
+      if (report_.relaxation_steps - best_step > kPatience)
+        return finish(BeamStatus::kStalled, fmt::format("no progress below {:.2g}", best));
+      if (report_.relaxation_steps >= options_.relaxation_steps)
+        return finish(BeamStatus::kIterationLimit,
+                      fmt::format("residual {:.2g} after all steps", report_.residual));
+    }
+  }
+
+  void keep_state() { state_ = relaxation_.state(); }
+
+ private:
+  void step(double s) {
+    relaxation_.step();
+    ++report_.relaxation_steps;
+    report_.load_factor = s;
+    if (report_.relaxation_steps % kStepsBetweenFrames != 0) return;
+    if (context_.cancellation.requested()) {
+      keep_state();
+      context_.throw_if_cancelled();
+    }
+    context_.report("relaxation", 0.5 * s);
+    if (!observer_) return;
+    keep_state();
+    observer_({&state_, s, report_.residual, report_.relaxation_steps});
+  }
+
+  /// Residual of the last step; false where the numbers have grown beyond meaning.
+  bool look() {
+    if (!relaxation_.finite()) return false;
+    const Relaxation::Residual left = relaxation_.residual();
+    const PresentForces present =
+        balance_.present(PresentForces{left.present_force, left.present_moment}, loads_);
+    const Imbalance worst = balance_.imbalance(left.unbalanced, present);
+    report_.residual = worst.scaled;
+    report_.node = balance_.node_of(worst.unknown);
+    return relaxation_.farthest() < kFarAway * balance_.extent() + balance_.farthest();
+  }
+
+  void finish(BeamStatus status, const std::string& message) {
+    report_.status = status;
+    report_.message = message;
+    keep_state();
+  }
+
+  const LoadPath& path_;
+  const BeamSolveOptions& options_;
+  const JobContext& context_;
+  const BeamObserver& observer_;
+  BeamState& state_;
+  BeamReport& report_;
+  Balance balance_;
+  Relaxation relaxation_;
+  NodeLoads loads_;
+};
+
+}  // namespace
+
+void relax(const BeamStructure& structure, const LoadPath& path, double tolerance,
+           const BeamSolveOptions& options, const JobContext& context, const BeamObserver& observer,
+           BeamState& state, BeamReport& report) {
+  Run run(structure, path, options, context, observer, state, report);
+  run.bring_on();
+  run.settle(tolerance);
+}
+
+}  // namespace limber::beams::detail

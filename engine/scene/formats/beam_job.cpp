@@ -1,0 +1,140 @@
+#include "engine/scene/formats/beam_job.h"
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "engine/base/error.h"
+#include "engine/scene/formats/edge_formats.h"
+#include "engine/scene/formats/mesh_formats.h"
+
+namespace limber::scene {
+namespace {
+
+using Json = nlohmann::json;
+
+[[noreturn]] void refuse(const std::string& field, const std::string& why) {
+  throw Error(ErrorCode::kInvalidArgument, field, field + " " + why);
+}
+
+Json parse(std::string_view text, const char* name) {
+  Json document = Json::parse(text, nullptr, false);
+  if (document.is_discarded()) refuse(name, "is not JSON");
+  if (!document.is_object()) refuse(name, "is not a JSON object");
+  return document;
+}
+
+double number(const Json& value, const std::string& field) {
+  if (!value.is_number()) refuse(field, "is not a number");
+  const auto result = value.get<double>();
+  if (!std::isfinite(result)) refuse(field, "is not finite");
+  return result;
+}
+
+/// @returns the array under `name`, null where it is absent
+const Json* list(const Json& from, const char* name) {
+  const auto found = from.find(name);
+  if (found == from.end() || found->is_null()) return nullptr;
+  if (!found->is_array()) refuse(name, "is not a list");
+  return &*found;
+}
+
+std::vector<double> numbers(const Json& value, std::size_t count, const std::string& field) {
+  if (!value.is_array() || value.size() != count)
+    refuse(field, "is not a list of " + std::to_string(count) + " numbers");
+  std::vector<double> result;
+  for (const Json& entry : value) result.push_back(number(entry, field));
+  return result;
+}
+
+/// Entries [vertex, list] of a member.
+template <class Visit>
+void for_each_vertex(const Json& job, const char* name, Visit&& visit) {
+  const Json* const entries = list(job, name);
+  if (entries == nullptr) return;
+  for (std::size_t i = 0; i < entries->size(); ++i) {
+    const std::string field = std::string(name) + "[" + std::to_string(i) + "]";
+    const Json& entry = (*entries)[i];
+    if (!entry.is_array() || entry.size() != 2 || !entry[0].is_number_integer() ||
+        entry[0].get<std::int64_t>() < 0 || entry[0].get<std::int64_t>() > 2000000000)
+      refuse(field, "is not [vertex, numbers]");
+    visit(entry[0].get<int>(), entry[1], field);
+  }
+}
+
+std::array<double, 2> pair(const Json& job, const char* name) {
+  const auto found = job.find(name);
+  if (found == job.end()) refuse(name, "is missing");
+  const auto values = numbers(*found, 2, name);
+  return {values[0], values[1]};
+}
+
+std::string text(const Json& job, const char* name) {
+  const auto found = job.find(name);
+  if (found == job.end()) return {};
+  if (!found->is_string()) refuse(name, "is not a text");
+  return found->get<std::string>();
+}
+
+void read_settings(std::string_view settings, BeamJob& job) {
+  const Json document = parse(settings, "DRMSettings.json");
+  const auto distortion = document.find("initialDistortion");
+  if (distortion == document.end() || distortion->is_null()) return;
+  if (!distortion->is_object() || !distortion->contains("load"))
+    refuse("initialDistortion", "has no load");
+  const auto load = numbers((*distortion)["load"], 6, "initialDistortion.load");
+  job.initial_force = Eigen::Vector3d(load[0], load[1], load[2]);
+  job.initial_moment = Eigen::Vector3d(load[3], load[4], load[5]);
+}
+
+}  // namespace
+
+BeamJob read_beam_job(std::string_view content, std::string_view settings) {
+  const Json document = parse(content, "SimulationJob.json");
+  BeamJob job;
+  job.label = text(document, "label");
+  job.mesh_file = text(document, "mesh filename");
+  const auto [width, height] = pair(document, "cross section dim");
+  job.section_width = width;
+  job.section_height = height;
+  const auto [poisson, young] = pair(document, "beam material");
+  job.poisson = poisson;
+  job.young = young;
+  for_each_vertex(document, "fixed vertices",
+                  [&](int vertex, const Json& value, const auto& field) {
+                    if (!value.is_array()) refuse(field, "is not [vertex, list]");
+                    BeamJob::Fixed fixed;
+                    fixed.vertex = vertex;
+                    for (const Json& direction : value) {
+                      if (!direction.is_number_integer() || direction.get<int>() < 0 ||
+                          direction.get<int>() > 5)
+                        refuse(field, "has a direction that is not 0 to 5");
+                      fixed.directions[direction.get<std::size_t>()] = true;
+                    }
+                    job.fixed.push_back(fixed);
+                  });
+  for_each_vertex(document, "forces", [&](int vertex, const Json& value, const auto& field) {
+    const auto f = numbers(value, 6, field);
+    job.forces.push_back({vertex, {f[0], f[1], f[2]}, {f[3], f[4], f[5]}});
+  });
+  for_each_vertex(document, "forced displacements",
+                  [&](int vertex, const Json& value, const auto& field) {
+                    const auto d = numbers(value, 3, field);
+                    job.displacements.push_back({vertex, {d[0], d[1], d[2]}});
+                  });
+  if (!settings.empty()) read_settings(settings, job);
+  return job;
+}
+
+BeamJobFiles read_beam_job_folder(const std::filesystem::path& folder) {
+  const std::filesystem::path settings = folder / "DRMSettings.json";
+  BeamJobFiles result;
+  result.job =
+      read_beam_job(read_bytes(folder / "SimulationJob.json"),
+                    std::filesystem::exists(settings) ? read_bytes(settings) : std::string());
+  // A file name only: jobs do not reach out of their folder.
+  result.mesh =
+      read_edge_mesh_file(folder / std::filesystem::path(result.job.mesh_file).filename());
+  return result;
+}
+
+}  // namespace limber::scene

@@ -1,0 +1,99 @@
+#include "engine/session/linkage/design_desk.h"
+
+#include <utility>
+
+#include "engine/base/error.h"
+
+namespace limber::session {
+
+void DesignDesk::demand_under_way() const {
+  if (!is_under_way() || stop_.requested())
+    throw Error(ErrorCode::kFailedPrecondition, "", "no design is under way");
+}
+
+void DesignDesk::begin(DesignRequest request, std::uint64_t tag) {
+  if (is_under_way())
+    throw Error(ErrorCode::kFailedPrecondition, "", "a design is under way: stop or take it first");
+  stop_ = Cancellation();
+  paused_ = false;
+  changed_.reset();
+  best_.reset();
+  goal_ = request.goal;
+  auto info = std::make_shared<DesignInfo>();
+  info->tag = tag;
+  info->max_iterations = request.max_iterations;
+  info->goal = goal_;
+  info->smallest_angle_allowed = request.smallest_angle;
+  info_ = std::move(info);
+  order_ = Order{std::move(request), tag, stop_};
+}
+
+void DesignDesk::change(const DesignChange& change, int joints) {
+  demand_under_way();
+  DesignGoal goal = goal_;
+  change.apply_to(goal);
+  goal.validate(joints);
+  goal_ = goal;
+  if (order_) {
+    order_->request.goal = std::move(goal);
+  } else {
+    changed_ = std::move(goal);
+  }
+  woken_.notify_all();
+}
+
+void DesignDesk::pause() {
+  demand_under_way();
+  paused_ = true;
+}
+
+void DesignDesk::resume() {
+  demand_under_way();
+  paused_ = false;
+  woken_.notify_all();
+}
+
+void DesignDesk::stop() {
+  demand_under_way();
+  stop_any();
+}
+
+void DesignDesk::stop_any() {
+  stop_.request();
+  woken_.notify_all();
+}
+
+void DesignDesk::note_taken(Revision revision) {
+  auto info = std::make_shared<DesignInfo>(*info_);
+  info->taken = revision;
+  info_ = std::move(info);
+}
+
+DesignDesk::Order DesignDesk::take_order() {
+  LIMBER_DEMAND(order_.has_value());
+  Order order = std::move(*order_);
+  order_.reset();
+  running_ = true;
+  return order;
+}
+
+void DesignDesk::note(std::shared_ptr<const DesignInfo> info,
+                      std::shared_ptr<const DesignCandidate> best) {
+  info_ = std::move(info);
+  best_ = std::move(best);
+}
+
+/// A design that was taken meanwhile stays so.
+void DesignDesk::end(DesignInfo info) {
+  if (info_ && info_->taken) info.taken = info_->taken;
+  info.state = DesignState::kEnded;
+  info_ = std::make_shared<const DesignInfo>(std::move(info));
+  running_ = paused_ = false;
+}
+
+void DesignDesk::wait(std::unique_lock<std::mutex>& lock) {
+  LIMBER_DEMAND(lock.mutex() == &mutex_);
+  woken_.wait(lock, [this] { return stop_.requested() || changed_ || !paused_; });
+}
+
+}  // namespace limber::session

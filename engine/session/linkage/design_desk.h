@@ -1,0 +1,70 @@
+#pragma once
+
+#include <condition_variable>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <utility>
+
+#include "engine/base/job.h"
+#include "engine/session/linkage/design_values.h"
+
+namespace limber::session {
+
+/// What clients want of the design of a session, and what it has come to. Its state belongs to the
+/// owner's mutex: "with the lock" means that one. There is at most one design under way.
+class DesignDesk {
+ public:
+  explicit DesignDesk(std::mutex& mutex) : mutex_(mutex) {}
+
+  struct Order {
+    DesignRequest request;
+    std::uint64_t tag = 0;
+    Cancellation stop;
+  };
+
+  // With the lock, any thread:
+  [[nodiscard]] bool is_under_way() const { return order_ || running_; }
+  [[nodiscard]] bool is_running() const { return running_; }
+  [[nodiscard]] bool is_waiting() const { return order_.has_value(); }
+  /// @throws Error{kFailedPrecondition} while one is under way
+  void begin(DesignRequest request, std::uint64_t tag);
+  /// @param joints  of the linkage
+  /// @throws Error{kFailedPrecondition} where none is under way; as DesignGoal::validate
+  void change(const DesignChange& change, int joints);
+  /// Takes effect when the step under way is done. @throws as change
+  void pause();
+  void resume();
+  /// @throws as change
+  void stop();
+  /// The same, whether there is one or not.
+  void stop_any();
+  [[nodiscard]] const std::shared_ptr<const DesignInfo>& info() const { return info_; }
+  /// The best of the newest design; null before there is one.
+  [[nodiscard]] const std::shared_ptr<const DesignCandidate>& best() const { return best_; }
+  void note_taken(Revision revision);
+
+  // With the lock, the session's task:
+  [[nodiscard]] Order take_order();
+  void note(std::shared_ptr<const DesignInfo> info, std::shared_ptr<const DesignCandidate> best);
+  void end(DesignInfo info);
+  [[nodiscard]] bool is_paused() const { return paused_ && !stop_.requested(); }
+  [[nodiscard]] std::optional<DesignGoal> take_goal() { return std::exchange(changed_, {}); }
+  /// Until there is something to do: a new goal, the end of the pause, or a stop.
+  void wait(std::unique_lock<std::mutex>& lock);
+
+ private:
+  void demand_under_way() const;
+
+  std::mutex& mutex_;
+  std::condition_variable woken_;
+  std::optional<Order> order_;  // not begun yet
+  bool running_ = false, paused_ = false;
+  Cancellation stop_;
+  DesignGoal goal_;                    // the newest
+  std::optional<DesignGoal> changed_;  // that the task has not seen
+  std::shared_ptr<const DesignInfo> info_;
+  std::shared_ptr<const DesignCandidate> best_;
+};
+
+}  // namespace limber::session

@@ -1,0 +1,121 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "engine/rods/design/design_optimizer.h"
+#include "engine/rods/design/linkage_design.h"
+#include "engine/rods/design/placed_surface.h"
+#include "engine/session/edit.h"
+
+namespace limber::session {
+
+/// What the linkage of a session is designed for; see rods::DesignCriteria for the objective.
+/// Lengths and positions in the scene's unit.
+struct DesignGoal {
+  double flat_share = 0.9;       // gamma, in [0, 1]
+  double distance_weight = 1e5;  // beta, >= 0
+  double surface_weight = 1;     // w_surf, >= 0
+  std::vector<rods::JointTarget> targets;
+  std::shared_ptr<const rods::TargetSurface> surface = {};  // null: none
+  rods::SurfacePlacement placement = {};                    // of the surface
+  /// Of each joint's distance to the surface, beside surface_weight, >= 0; empty: all 1.
+  Eigen::VectorXd joint_surface_weights = {};
+
+  /// The surface where it is to be; null: none.
+  [[nodiscard]] std::shared_ptr<const rods::TargetSurface> placed_surface() const;
+
+  /// @param joints  of the linkage
+  /// @throws Error naming the member: {kInvalidArgument} for weights that are negative, positions
+  /// that are not finite, a joint twice, nothing to go to; {kOutOfRange} targets[i].joint
+  void validate(int joints) const;
+};
+
+struct DesignRequest {
+  DesignGoal goal;
+  /// Rest lengths stay between these shares of those of the start; 0 < shortest < 1 < longest.
+  double shortest = 0.5;
+  double longest = 2;
+  /// Root mean square height of the flat linkage's joints over their plane that is allowed, as a
+  /// share of its extent, > 0; nothing: a fifth more than at the start, and a thousandth.
+  std::optional<double> flat_height = {};
+  /// Bound on the smallest opening angle of the flat linkage [rad], in (-pi, pi); nothing: none.
+  std::optional<double> smallest_angle = {};
+  int max_iterations = 200;
+  /// Bounds of each segment's rest length [length] in place of the shares; empty: the shares. The
+  /// start must lie between them.
+  Eigen::VectorXd shortest_lengths = {}, longest_lengths = {};
+
+  /// @param start  rest lengths that it begins with
+  /// @throws Error as DesignGoal::validate with field goal...., {kInvalidArgument} naming members
+  void validate(int joints, const Eigen::VectorXd& start) const;
+};
+
+/// What is to be otherwise while a design is under way; what is absent stays.
+struct DesignChange {
+  std::optional<double> flat_share, distance_weight, surface_weight;
+  std::optional<std::vector<rods::JointTarget>> targets;              // all of them
+  std::optional<std::shared_ptr<const rods::TargetSurface>> surface;  // null: none any more
+  std::optional<rods::SurfacePlacement> placement;
+
+  void apply_to(DesignGoal& goal) const;
+};
+
+/// What one pair of equilibria is worth.
+struct DesignTerms {
+  double objective = 0;        // J
+  double flat_energy = 0;      // [N length unit]
+  double deployed_energy = 0;  // [N length unit]
+  double target_rms = 0;       // of joints that have targets, to these [length unit]
+  double surface_rms = 0;      // of all joints to the surface [length unit]
+  double flat_height = 0;      // share of the extent
+  double smallest_angle = 0;   // of the flat linkage [rad]
+  bool holds = false;          // both constraints
+};
+
+enum class DesignState { kStarting, kRunning, kPaused, kEnded };
+
+/// How a design ended: as the search did, or by somebody.
+enum class DesignEnd {
+  kNone,
+  kConverged,
+  kSettled,
+  kInfeasible,
+  kStuck,
+  kIterationLimit,
+  kStopped,  // by a client
+  kFailed,   // it could not begin
+};
+
+/// A design as it stands: immutable, shared between threads.
+struct DesignInfo {
+  std::uint64_t tag = 0;  // what whoever asked for it calls it
+  DesignState state = DesignState::kStarting;
+  DesignEnd end = DesignEnd::kNone;
+  int iteration = 0;
+  int max_iterations = 0;
+  bool accepted = false;  // was the trial of this iteration taken
+  DesignGoal goal;
+  double flat_height_allowed = 0;
+  std::optional<double> smallest_angle_allowed;
+  DesignTerms start, now;
+  /// Of least objective among those that keep both constraints; where none does, the one that is
+  /// nearest to. Counted anew when the goal changes.
+  DesignTerms best;
+  int best_iteration = 0;
+  std::vector<int> at_bound;         // segments; of a design that has ended by itself
+  std::optional<Revision> taken;     // the revision that brought its best lengths
+  std::string message, fault_field;  // why it ended
+};
+
+/// Rest lengths that can be taken, and the equilibrium that was found with them.
+struct DesignCandidate {
+  Eigen::VectorXd lengths;  // of segments
+  rods::LinkageState deployed;
+};
+
+}  // namespace limber::session

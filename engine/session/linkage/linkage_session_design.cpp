@@ -1,0 +1,231 @@
+#include <algorithm>
+#include <utility>
+
+#include "engine/session/linkage/design_reach.h"
+#include "engine/session/linkage/linkage_session_impl.h"
+
+namespace limber::session {
+namespace {
+
+DesignEnd end_of(rods::DesignStatus status) {
+  switch (status) {
+    case rods::DesignStatus::kConverged:
+      return DesignEnd::kConverged;
+    case rods::DesignStatus::kSettled:
+      return DesignEnd::kSettled;
+    case rods::DesignStatus::kInfeasible:
+      return DesignEnd::kInfeasible;
+    case rods::DesignStatus::kStuck:
+      return DesignEnd::kStuck;
+    case rods::DesignStatus::kIterationLimit:
+      return DesignEnd::kIterationLimit;
+    case rods::DesignStatus::kCancelled:
+      break;
+  }
+  return DesignEnd::kStopped;
+}
+
+/// Designs that are worth having without being asked about.
+bool is_taken_at_once(const DesignInfo& info) {
+  const bool by_itself = info.end == DesignEnd::kConverged || info.end == DesignEnd::kSettled ||
+                         info.end == DesignEnd::kIterationLimit;
+  return by_itself && info.best.holds;
+}
+
+void note_terms(const LiveDesign& design, DesignInfo& info) {
+  info.start = design.start();
+  info.now = design.now();
+  info.best = design.best();
+  info.best_iteration = design.best_iteration();
+  info.flat_height_allowed = design.flat_height_allowed();
+}
+
+/// What derivatives are not known under.
+void demand_unloaded(const scene::LinkageConditions& conditions) {
+  const auto refuse = [](const char* field, const char* message) {
+    throw Error(ErrorCode::kFailedPrecondition, field, message);
+  };
+  if (!conditions.targets.empty())
+    refuse("targets", "a linkage is designed without springs to targets: remove them first");
+  if (!conditions.loads.empty())
+    refuse("loads", "a linkage is designed without loads: take them away first");
+  if (!conditions.gravity.isZero(0))
+    refuse("gravity", "a linkage is designed without weight: set gravity to 0 first");
+}
+
+}  // namespace
+
+void LinkageSession::Impl::start_design(DesignRequest request, std::uint64_t tag) {
+  const auto [shape, newest] = read([](const Impl& impl) {
+    impl.demand_open();
+    return std::pair{impl.shape_, impl.final_};
+  });
+  if (!newest) {
+    throw Error(ErrorCode::kFailedPrecondition, "",
+                "the linkage has no shape yet that a design could begin from");
+  }
+  const Eigen::Matrix3Xd joints = shape->joints(newest->frames->rightCols<1>());
+  request.validate(static_cast<int>(joints.cols()), newest->statics->segment_lengths());
+  try {
+    demand_near(request.goal, joints);
+  } catch (const Error& error) {
+    throw Error(error.code(), "goal." + error.field(), error.what());
+  }
+  std::unique_lock lock(mutex_);
+  demand_open();
+  demand_unloaded(*document_.conditions());
+  desk_.begin(std::move(request), tag);
+  post(std::move(lock));
+}
+
+void LinkageSession::Impl::change_design(const DesignChange& change) {
+  const auto [info, shape, newest] = read([](const Impl& impl) {
+    return std::tuple{impl.desk_.info(), impl.shape_, impl.newest_};
+  });
+  if (info && newest) {
+    DesignGoal goal = info->goal;
+    change.apply_to(goal);
+    const Eigen::Matrix3Xd joints = shape->joints(newest->frames->rightCols<1>());
+    goal.validate(static_cast<int>(joints.cols()));
+    demand_near(goal, joints);
+  }
+  const std::lock_guard lock(mutex_);
+  desk_.change(change, shape ? shape->joint_count() : 0);
+}
+
+/// Called with the lock.
+EditReceipt LinkageSession::Impl::apply_design(std::optional<Revision> expected) {
+  const auto candidate = desk_.best();
+  if (!candidate)
+    throw Error(ErrorCode::kFailedPrecondition, "", "there is no design that could be taken");
+  const Conditions before = document_.conditions();
+  EditReceipt receipt = document_.apply({SetSegmentLengths{candidate->lengths}}, expected);
+  if (before == designed_) lessons_.push_back({document_.conditions(), candidate});
+  desk_.note_taken(receipt.revision);
+  edited_at_ = Clock::now();
+  work_ = true;
+  cancelled_ = false;
+  return receipt;
+}
+
+EditReceipt LinkageSession::Impl::take_design(std::optional<Revision> expected) {
+  std::unique_lock lock(mutex_);
+  demand_open();
+  EditReceipt receipt = apply_design(expected);
+  desk_.stop_any();
+  if (!must_finish_) round_.request();
+  post(std::move(lock));
+  return receipt;
+}
+
+/// The design's shape, where there is one, and what is said of it.
+void LinkageSession::Impl::tell_design(const LiveDesign* design, const DesignInfo& info,
+                                       const DesignRound& round) {
+  auto told = std::make_shared<DesignInfo>(info);
+  {
+    const std::lock_guard lock(mutex_);
+    if (task_.is_closed()) return;
+    if (desk_.info()) told->taken = desk_.info()->taken;
+    desk_.note(told, design != nullptr ? design->candidate() : nullptr);
+  }
+  tell(listener_.get(), [&](LinkageListener& listener) { listener.on_design(told); });
+  if (design == nullptr) return;
+  auto result = std::make_shared<LinkageResult>();
+  result->design = std::move(told);
+  result->frames = std::make_shared<const Eigen::MatrixXf>(design->shapes());
+  result->mean_angle = design->mean_angle();
+  hand_out(std::move(result), {round.revision, round.conditions, Clock::now(), {}, {}});
+}
+
+/// Says how it stands, waits while it is paused, and brings what clients want from now on.
+std::optional<DesignGoal> LinkageSession::Impl::between_steps(LiveDesign& design, DesignInfo& info,
+                                                              const DesignRound& round) {
+  note_terms(design, info);
+  tell_design(&design, info, round);
+  std::unique_lock lock(mutex_);
+  while (desk_.is_paused()) {
+    if (info.state != DesignState::kPaused) {
+      info.state = DesignState::kPaused;
+      lock.unlock();
+      tell_design(&design, info, round);
+      lock.lock();
+    }
+    desk_.wait(lock);
+    if (!desk_.is_paused()) break;
+    if (auto goal = desk_.take_goal()) {
+      lock.unlock();
+      design.set_goal(*goal);
+      info.goal = std::move(*goal);
+      note_terms(design, info);
+      tell_design(&design, info, round);
+      lock.lock();
+    }
+  }
+  std::optional<DesignGoal> goal = desk_.take_goal();
+  lock.unlock();
+  if (goal) info.goal = *goal;
+  info.state = DesignState::kRunning;
+  return goal;
+}
+
+void LinkageSession::Impl::search(const DesignRound& round, DesignInfo& info) {
+  const JobContext job{round.order.stop, {}};
+  if (live_->settled_under() != round.conditions) {
+    throw Error(ErrorCode::kFailedPrecondition, "",
+                "the linkage is not in equilibrium under what acts on it");
+  }
+  LiveDesign design(*live_, round.order.request, job);
+  info.state = DesignState::kRunning;
+  std::optional<DesignGoal> changed = between_steps(design, info, round);
+  if (changed) design.set_goal(*changed);
+  const rods::DesignReport report = design.run(job, [&](const LiveDesign::Step& step) {
+    info.iteration = step.iteration;
+    info.accepted = step.accepted;
+    return between_steps(design, info, round);
+  });
+  note_terms(design, info);
+  info.end = end_of(report.status);
+  info.at_bound = report.at_bound;
+  info.message = report.message;
+}
+
+void LinkageSession::Impl::run_design(const DesignRound& round) {
+  DesignInfo info = read([](const Impl& impl) { return *impl.desk_.info(); });
+  tell_design(nullptr, info, round);
+  try {
+    search(round, info);
+  } catch (const Error& error) {
+    const bool stopped = error.code() == ErrorCode::kCancelled;
+    info.end = stopped ? DesignEnd::kStopped : DesignEnd::kFailed;
+    info.fault_field = error.field();
+    info.message = error.what();
+  } catch (const std::exception& error) {
+    info.end = DesignEnd::kFailed;
+    info.message = error.what();
+  }
+  end_design(info);
+}
+
+/// What is taken is in the document in the same breath as edits are allowed again.
+void LinkageSession::Impl::end_design(const DesignInfo& info) {
+  std::shared_ptr<const DesignInfo> told;
+  {
+    const std::lock_guard lock(mutex_);
+    if (task_.is_closed()) return;
+    DesignInfo last = info;
+    const bool was_taken = desk_.info()->taken.has_value();
+    if (!was_taken && is_taken_at_once(last)) {
+      try {
+        (void)apply_design({});
+      } catch (const Error& error) {  // e.g. a length beyond what a document allows
+        last.message = error.what();
+      }
+    }
+    desk_.end(std::move(last));
+    told = desk_.info();
+    work_ = true;  // a final result again, of what the document says
+  }
+  tell(listener_.get(), [&](LinkageListener& listener) { listener.on_design(told); });
+}
+
+}  // namespace limber::session

@@ -1,0 +1,180 @@
+#include "engine/session/linkage/live_design.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "engine/base/error.h"
+#include "engine/session/linkage/length_path.h"
+
+namespace limber::session {
+namespace {
+
+constexpr double kHolds = 1e-3;      // violation that counts as none, as the optimiser's
+constexpr double kHeightRoom = 1.2;  // of the flat height at the start, where none is asked for
+constexpr double kLeastHeight = 1e-3;
+
+Eigen::Matrix3Xd joints_of(const rods::LinkageState& state) {
+  Eigen::Matrix3Xd positions(3, static_cast<Eigen::Index>(state.joints().size()));
+  for (Eigen::Index j = 0; j < positions.cols(); ++j)
+    positions.col(j) = state.joints()[static_cast<std::size_t>(j)].position;
+  return positions;
+}
+
+/// A joint that both shapes are held at, so that they keep their place: one that is pinned, or the
+/// middle one.
+int anchor_of(const rods::Conditions& deployed, const rods::LinkageState& state) {
+  for (const rods::JointPin& pin : deployed.pins)
+    if (pin.hold != rods::Hold::kAngle) return pin.joint;
+  const Eigen::Matrix3Xd joints = joints_of(state);
+  Eigen::Index middle = 0;
+  (joints.colwise() - joints.rowwise().mean()).colwise().norm().minCoeff(&middle);
+  return static_cast<int>(middle);
+}
+
+/// Nearest to all joints, through their mean.
+rods::Plane plane_of(const rods::LinkageState& state) {
+  const Eigen::Matrix3Xd joints = joints_of(state);
+  const Eigen::Vector3d mean = joints.rowwise().mean();
+  const Eigen::Matrix3Xd offsets = joints.colwise() - mean;
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(offsets * offsets.transpose());
+  return {mean, axes.eigenvectors().col(0)};
+}
+
+rods::DesignCriteria criteria_of(const DesignGoal& goal, const rods::Plane& plane) {
+  rods::DesignCriteria criteria;
+  criteria.flat_share = goal.flat_share;
+  criteria.distance_weight = goal.distance_weight;
+  criteria.surface_weight = goal.surface_weight;
+  criteria.joint_surface_weights = goal.joint_surface_weights;
+  criteria.plane = plane;
+  criteria.targets = goal.targets;
+  criteria.surface = goal.placed_surface();
+  return criteria;
+}
+
+}  // namespace
+
+LiveDesign::LiveDesign(const LiveLinkage& live, const DesignRequest& request, const JobContext& job)
+    : shape_(live.shape()), goal_(request.goal), smallest_angle_(request.smallest_angle) {
+  rods::Conditions deployed = live.held(), flat;
+  const int anchor = anchor_of(deployed, live.state());
+  flat.pins = {{anchor, rods::Hold::kMotion}};
+  const bool is_pinned =
+      std::any_of(deployed.pins.begin(), deployed.pins.end(),
+                  [&](const rods::JointPin& pin) { return pin.joint == anchor; });
+  if (!is_pinned) deployed.pins.push_back({anchor, rods::Hold::kMotion});
+
+  rods::LinkageModel model = live.model();
+  model.set_segment_lengths(live.first_lengths());
+  rods::LinkageEquilibrium equilibrium(model);
+  rods::LinkageState closed = live.drawn();
+  rods::EquilibriumReport report = equilibrium.solve(closed, flat, {}, job);
+  if (report.converged()) {
+    report =
+        follow_lengths(model, equilibrium, closed, flat, live.model().segment_lengths(), job, {});
+  }
+  job.throw_if_cancelled();
+  if (!report.converged()) {
+    throw Error(ErrorCode::kFailedPrecondition, "flat",
+                "the linkage has no equilibrium without angles that are set: " + report.message);
+  }
+  options_.shortest = request.shortest;
+  options_.longest = request.longest;
+  options_.max_iterations = request.max_iterations;
+  options_.shortest_lengths = request.shortest_lengths;
+  options_.longest_lengths = request.longest_lengths;
+  if (smallest_angle_) options_.smallest_angle = *smallest_angle_;
+  design_.emplace(model, flat, deployed,
+                  rods::DesignPoint{model.segment_lengths(), closed, live.state()},
+                  criteria_of(goal_, plane_of(closed)));
+  options_.flat_height = 1;
+  const double height = measure().flat_height;
+  options_.flat_height = request.flat_height.value_or(kHeightRoom * height + kLeastHeight);
+  start_ = now_ = measure();
+  begin_best(0);
+}
+
+DesignTerms LiveDesign::measure() {
+  const rods::DesignPoint& point = design_->point();
+  const rods::DesignCriteria& criteria = design_->criteria();
+  const rods::DesignValues values = design_->values(point);
+  const auto& joints = point.deployed.joints();
+  DesignTerms terms;
+  terms.objective = values.objective;
+  terms.flat_energy = values.flat_energy;
+  terms.deployed_energy = values.deployed_energy;
+  double sum = 0;
+  for (const rods::JointTarget& target : criteria.targets)
+    sum +=
+        (joints[static_cast<std::size_t>(target.joint)].position - target.position).squaredNorm();
+  if (!criteria.targets.empty())
+    terms.target_rms = std::sqrt(sum / static_cast<double>(criteria.targets.size()));
+  const auto count = static_cast<double>(joints.size());
+  if (criteria.surface) {
+    sum = 0;
+    for (const auto& joint : joints)
+      sum += (criteria.surface->closest(joint.position).position - joint.position).squaredNorm();
+    terms.surface_rms = std::sqrt(sum / count);
+  }
+  terms.flat_height = std::sqrt(values.flatness / count) / criteria.length_scale;
+  terms.smallest_angle = values.smallest_angle;
+  terms.holds = violation(terms) <= kHolds;
+  return terms;
+}
+
+/// 0 where both constraints hold; the optimiser's measure.
+double LiveDesign::violation(const DesignTerms& terms) const {
+  double worst = std::pow(terms.flat_height / options_.flat_height, 2) - 1;
+  if (smallest_angle_) worst = std::max(worst, *smallest_angle_ - terms.smallest_angle);
+  return std::max(0.0, worst);
+}
+
+void LiveDesign::begin_best(int iteration) {
+  best_ = now_;
+  best_iteration_ = iteration;
+  candidate_ = std::make_shared<const DesignCandidate>(
+      DesignCandidate{design_->point().lengths, design_->point().deployed});
+}
+
+void LiveDesign::note_best(int iteration) {
+  const bool better = now_.holds && best_.holds   ? now_.objective < best_.objective
+                      : now_.holds != best_.holds ? now_.holds
+                                                  : violation(now_) < violation(best_);
+  if (better) begin_best(iteration);
+}
+
+void LiveDesign::set_goal(const DesignGoal& goal) {
+  design_->set_criteria(criteria_of(goal, design_->criteria().plane));
+  goal_ = goal;
+  now_ = measure();
+  begin_best(iteration_);
+}
+
+rods::DesignReport LiveDesign::run(const JobContext& job, const OnStep& on_step) {
+  return rods::optimize_design(*design_, options_, job,
+                               [&](const rods::DesignProgress& progress, rods::LinkageDesign&) {
+                                 iteration_ = progress.iteration;
+                                 if (progress.accepted) {
+                                   now_ = measure();
+                                   note_best(iteration_);
+                                 }
+                                 if (const auto goal = on_step({iteration_, progress.accepted}))
+                                   set_goal(*goal);
+                               });
+}
+
+Eigen::MatrixXf LiveDesign::shapes() const {
+  const rods::DesignPoint& point = design_->point();
+  Eigen::MatrixXf columns(shape_.size(), 2);
+  columns.col(0) = shape_.coordinates(design_->model(), point.flat);
+  columns.col(1) = shape_.coordinates(design_->model(), point.deployed);
+  return columns;
+}
+
+double LiveDesign::mean_angle() const { return design_->point().deployed.mean_opening_angle(); }
+
+}  // namespace limber::session

@@ -1,0 +1,63 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <functional>
+#include <memory>
+#include <optional>
+
+#include "engine/base/job.h"
+#include "engine/session/linkage/design_values.h"
+#include "engine/session/linkage/live_linkage.h"
+
+namespace limber::session {
+
+/// A design of a live linkage: from the rest lengths it has, its free shape (which is the flat one)
+/// and the equilibrium it is in. Works on copies: the live linkage stays as it is. Driven by one
+/// thread.
+class LiveDesign {
+ public:
+  struct Step {
+    int iteration = 0;
+    bool accepted = false;
+  };
+  /// After every step, before the next. @returns a goal to go on with, if it is another one now
+  using OnStep = std::function<std::optional<DesignGoal>(const Step& step)>;
+
+  /// Finds the flat equilibrium.
+  /// @pre the live linkage is in equilibrium without springs, loads and weight
+  /// @throws Error: {kFailedPrecondition} with field flat where there is no flat equilibrium; as
+  /// rods::LinkageDesign; {kCancelled}
+  LiveDesign(const LiveLinkage& live, const DesignRequest& request, const JobContext& job);
+
+  /// @throws Error{kNumerical} where an equilibrium has no derivatives
+  rods::DesignReport run(const JobContext& job, const OnStep& on_step);
+  /// At once, for who waits between steps.
+  void set_goal(const DesignGoal& goal);
+
+  [[nodiscard]] const DesignTerms& start() const { return start_; }
+  [[nodiscard]] const DesignTerms& now() const { return now_; }
+  [[nodiscard]] const DesignTerms& best() const { return best_; }
+  [[nodiscard]] int best_iteration() const { return best_iteration_; }
+  [[nodiscard]] double flat_height_allowed() const { return options_.flat_height; }
+  [[nodiscard]] std::shared_ptr<const DesignCandidate> candidate() const { return candidate_; }
+  /// Coordinates (LinkageShape) of the flat shape and of the deployed one, a column each.
+  [[nodiscard]] Eigen::MatrixXf shapes() const;
+  [[nodiscard]] double mean_angle() const;  // of the deployed shape [rad]
+
+ private:
+  [[nodiscard]] DesignTerms measure();
+  [[nodiscard]] double violation(const DesignTerms& terms) const;
+  void note_best(int iteration);
+  void begin_best(int iteration);
+
+  const LinkageShape shape_;
+  DesignGoal goal_;
+  rods::DesignOptimizerOptions options_;
+  std::optional<double> smallest_angle_;
+  std::optional<rods::LinkageDesign> design_;
+  DesignTerms start_, now_, best_;
+  int iteration_ = 0, best_iteration_ = 0;
+  std::shared_ptr<const DesignCandidate> candidate_;
+};
+
+}  // namespace limber::session

@@ -1,0 +1,92 @@
+// Designs of rod linkages, live.
+#include <fmt/format.h>
+
+#include "engine/scene/formats/surface_formats.h"
+#include "server/codec/design.h"
+#include "server/log/log.h"
+#include "server/service/linkage_record.h"
+#include "server/service/service.h"
+
+namespace limber::server {
+namespace {
+
+/// Fields of the engine's errors become those of the request.
+template <class Request, class Call>
+auto with_design_fields(const Request& request, const Call& call) {
+  try {
+    return call();
+  } catch (const Error& error) {
+    throw Error(error.code(), design_field_in(request, error.field()), error.what());
+  }
+}
+
+}  // namespace
+
+std::shared_ptr<LinkageRecord> Service::find_linkage(const std::string& name) const {
+  const auto record = sessions_.find(name);
+  if (auto linkage = std::dynamic_pointer_cast<LinkageRecord>(record)) return linkage;
+  throw Error(ErrorCode::kFailedPrecondition, "session",
+              fmt::format("session '{}' is of {}: there is no design", name, record->subject()));
+}
+
+SurfaceLoader Service::surface_loader() const {
+  return [this](const std::string& path, const std::string& field) {
+    const auto file = meshes_.resolve(path, field);
+    try {
+      return scene::read_surface_file(file);
+    } catch (const Error& error) {
+      throw Error(error.code(), field, error.what());
+    }
+  };
+}
+
+proto::StartDesignResponse Service::start_design(const proto::StartDesignRequest& request) {
+  const auto record = find_linkage(request.session());
+  const auto session = record->session();
+  session::DesignRequest design = decode_design(request, surface_loader());
+  const JobId job = hub_.jobs.start("design", request.session(), [session] {
+    try {
+      session->stop_design();
+    } catch (const std::exception& fault) {  // it has just ended
+      log::debug("stopping a design: {}", fault.what());
+    }
+  });
+  try {
+    with_design_fields(request, [&] { session->start_design(std::move(design), job); });
+  } catch (const std::exception& fault) {
+    hub_.jobs.failed(job, error_to_proto(fault));
+    throw;
+  }
+  proto::StartDesignResponse response;
+  response.set_job(job);
+  return response;
+}
+
+proto::ChangeDesignResponse Service::change_design(const proto::ChangeDesignRequest& request) {
+  const auto session = find_linkage(request.session())->session();
+  const session::DesignChange change = decode_design_change(request, surface_loader());
+  with_design_fields(request, [&] { session->change_design(change); });
+  return {};
+}
+
+proto::TakeDesignResponse Service::take_design(const proto::TakeDesignRequest& request) {
+  std::optional<session::Revision> expected;
+  if (request.has_expected_revision()) expected = request.expected_revision();
+  proto::TakeDesignResponse response;
+  response.set_revision(find_linkage(request.session())->session()->take_design(expected).revision);
+  return response;
+}
+
+proto::GetDesignResponse Service::get_design(const proto::GetDesignRequest& request) const {
+  const auto record = find_linkage(request.session());
+  const auto session = record->session();
+  proto::GetDesignResponse response;
+  if (const auto info = session->design())
+    *response.mutable_design() = encode_design(*info, record->opened().length_unit);
+  if (const auto best = session->best_design()) {
+    for (const double length : best->lengths) response.add_best_lengths(length);
+  }
+  return response;
+}
+
+}  // namespace limber::server

@@ -1,0 +1,99 @@
+// Designs of linkages with a real limberd.
+
+#include "clients/cpp/linkage_design.h"
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <thread>
+
+#include "clients/cpp/linkage_session.h"
+#include "tests/server/process/child_process.h"
+
+namespace limber::client {
+namespace {
+
+class DesignClient : public ::testing::Test {
+ protected:
+  DesignClient() {
+    v1::GetSampleRequest sample;
+    sample.set_name("dome");
+    v1::Scene scene = client.call(sample).scene();
+    scene.mutable_linkage()->set_edges_per_segment(4);
+    linkage.emplace(LinkageSession::open(client, scene, "d"));
+  }
+  ~DesignClient() override {
+    std::error_code ignored;
+    std::filesystem::remove_all(folder, ignored);
+  }
+  /// Joints where they are, a fifth farther up or down.
+  v1::StartDesignRequest request() {
+    v1::StartDesignRequest request;
+    request.set_flat_height(0.2);
+    const LinkageShape shape = linkage->shape();
+    for (std::size_t j = 0; j < shape.joints.size(); ++j) {
+      auto& target = *request.mutable_goal()->add_targets();
+      target.set_joint(static_cast<std::uint32_t>(j));
+      target.mutable_position()->set_x(shape.joints[j][0]);
+      target.mutable_position()->set_y(shape.joints[j][1]);
+      target.mutable_position()->set_z(1.2 * shape.joints[j][2]);
+    }
+    return request;
+  }
+  static std::string make_folder() {
+    std::string pattern = (std::filesystem::temp_directory_path() / "limber-test-XXXXXX").string();
+    return mkdtemp(pattern.data());
+  }
+  std::string folder = make_folder();
+  server::testing::Daemon daemon{folder};
+  Client client{daemon.requests};
+  std::optional<LinkageSession> linkage;
+};
+
+TEST_F(DesignClient, RunsToItsEndAndUndoTakesItBack) {
+  LinkageDesign design(client, linkage->id());
+  EXPECT_FALSE(design.info());
+  EXPECT_THROW((void)design.wait(), ClientError);
+  v1::StartDesignRequest wanted = request();
+  wanted.set_max_iterations(5);
+  const std::uint64_t job = design.start(wanted);
+  const v1::DesignInfo info = design.wait();
+  EXPECT_EQ(info.job(), job);
+  EXPECT_EQ(info.iteration(), 5U);
+  EXPECT_LT(info.best().objective(), info.start().objective());
+  ASSERT_EQ(info.taken_revision(), 1U);
+  EXPECT_EQ(linkage->conditions().segment_lengths_size(), 144);
+  const std::vector<double> best = design.best_lengths();
+  ASSERT_EQ(best.size(), 144U);
+  EXPECT_EQ(best[7], linkage->conditions().segment_lengths(7));
+  linkage->undo();
+  EXPECT_EQ(linkage->conditions().segment_lengths_size(), 0);
+}
+
+TEST_F(DesignClient, IsPausedChangedStoppedAndTaken) {
+  LinkageDesign design(client, linkage->id());
+  v1::StartDesignRequest wanted = request();
+  wanted.set_max_iterations(100000);
+  design.start(wanted);
+  design.pause();
+  while (design.info()->state() != v1::DESIGN_STATE_PAUSED)
+    std::this_thread::sleep_for(Milliseconds{5});
+  v1::ChangeDesignRequest change;
+  change.set_distance_weight(123);
+  design.change(change);
+  while (design.info()->distance_weight() != 123) std::this_thread::sleep_for(Milliseconds{5});
+  change.set_distance_weight(-1);
+  EXPECT_THROW(design.change(change), ClientError);
+  EXPECT_EQ(design.info()->distance_weight(), 123);
+  design.resume();
+  design.pause();
+  design.stop();
+  const v1::DesignInfo info = design.wait();
+  EXPECT_EQ(info.end(), v1::DESIGN_END_STOPPED);
+  EXPECT_FALSE(info.has_taken_revision());
+  EXPECT_EQ(design.take(0), 1U);
+  EXPECT_EQ(linkage->conditions().segment_lengths_size(), 144);
+}
+
+}  // namespace
+}  // namespace limber::client

@@ -1,0 +1,50 @@
+#include "engine/beams/model/section.h"
+
+#include <gtest/gtest.h>
+
+#include "engine/base/error.h"
+
+namespace limber::beams {
+namespace {
+
+constexpr double kPi = 3.14159265358979323846;
+
+TEST(BeamSection, RectanglesAsTabulated) {
+  // J = beta b t^3, largest shear T / (alpha b t^2) (Timoshenko and Goodier, table of sec. 109).
+  const SectionShape square = rectangle(2, 2);
+  EXPECT_NEAR(square.torsion, 0.1406 * 16, 1e-3);
+  EXPECT_NEAR(square.shear_arm, 0.675 * 2, 1e-3);
+  const SectionShape strip = rectangle(1, 10);
+  EXPECT_NEAR(strip.torsion, 0.312 * 10, 5e-3);
+  EXPECT_NEAR(strip.moment_2, 1000.0 / 12, 1e-12);
+  EXPECT_NEAR(strip.moment_3, 10.0 / 12, 1e-12);
+  EXPECT_EQ(strip.fibre_2, 0.5);
+  EXPECT_EQ(strip.fibre_3, 5);
+  EXPECT_NEAR(rectangle(10, 1).torsion, strip.torsion, 1e-15);
+}
+
+TEST(BeamSection, TubesAndCircles) {
+  EXPECT_NEAR(circle(2).torsion, 8 * kPi, 1e-12);
+  EXPECT_NEAR(tube(2, 1).area, 3 * kPi, 1e-12);
+  EXPECT_NEAR(tube(2, 1).moment_2, 15 * kPi / 4, 1e-12);
+}
+
+TEST(BeamSection, StiffnessesOfAMaterial) {
+  const BeamSection s = make_section(rectangle(2, 3), {100, 0.25, 7, 5});
+  EXPECT_EQ(s.stretching, 600);
+  EXPECT_EQ(s.bending_2, 450);
+  EXPECT_EQ(s.bending_3, 200);
+  EXPECT_EQ(s.shear, 40);
+  EXPECT_EQ(s.mass_per_length, 42);
+}
+
+TEST(BeamSection, RefusesWhatIsNotASection) {
+  EXPECT_THROW((void)rectangle(0, 1), Error);
+  EXPECT_THROW((void)circle(-1), Error);
+  EXPECT_THROW((void)tube(1, 1), Error);
+  EXPECT_THROW((void)make_section(circle(1), {0, 0.3, 0, 0}), Error);
+  EXPECT_THROW((void)make_section(circle(1), {1, 0.6, 0, 0}), Error);
+}
+
+}  // namespace
+}  // namespace limber::beams

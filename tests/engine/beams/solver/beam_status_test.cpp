@@ -1,0 +1,87 @@
+#include <gtest/gtest.h>
+
+#include "engine/base/error.h"
+#include "engine/beams/results/beam_results.h"
+#include "tests/support/beam_problems.h"
+
+namespace limber::beams {
+namespace {
+
+using limber::testing::BeamEnds;
+using limber::testing::clamped;
+
+/// A column pressed by twice its Euler load, perfectly straight.
+BeamModel column() {
+  BeamModel model = limber::testing::straight_beam(12, 1, 200);
+  model.supports.push_back(clamped(0));
+  model.loads.push_back({12, {-2 * 2.4674, 0, 0}});  // pi^2 EI / (4 L^2) is its Euler load
+  return model;
+}
+
+TEST(BeamStatus, NewtonLeavesTheSaddleOfAStraightColumn) {
+  BeamSolveOptions options;
+  options.method = BeamMethod::kNewton;
+  BeamModel model = column();
+  // Both bending stiffnesses are equal: which way it falls is free, so one is chosen.
+  model.sections[0].bending_3 *= 2;
+  const BeamSolution found = find_equilibrium(BeamStructure(model), options);
+  ASSERT_TRUE(found.report.converged()) << found.report.message;
+  EXPECT_GT(std::abs(found.state.positions(2, 12)), 0.5);
+}
+
+TEST(BeamStatus, RelaxationSaysThatAStraightColumnIsASaddle) {
+  BeamSolveOptions options;
+  options.method = BeamMethod::kRelaxation;
+  const BeamSolution found = find_equilibrium(BeamStructure(column()), options);
+  EXPECT_EQ(found.report.status, BeamStatus::kUnstable) << found.report.message;
+  EXPECT_NE(found.report.message.find("saddle"), std::string::npos);
+}
+
+TEST(BeamStatus, LimitsAreLimits) {
+  const BeamStructure structure(limber::testing::compressed_model(20, BeamEnds::kHinged, 0.3));
+  BeamSolveOptions options;
+  options.method = BeamMethod::kNewton;
+  options.newton_iterations = 3;
+  const BeamSolution newton = find_equilibrium(structure, options);
+  EXPECT_EQ(newton.report.status, BeamStatus::kIterationLimit);
+  EXPECT_LT(newton.report.load_factor, 1);
+  options.method = BeamMethod::kRelaxation;
+  options.relaxation_steps = 50;
+  options.ramp_steps = 10;
+  const BeamSolution relaxed = find_equilibrium(structure, options);
+  EXPECT_EQ(relaxed.report.status, BeamStatus::kIterationLimit);
+  EXPECT_GT(relaxed.report.residual, options.relaxation_tolerance);
+}
+
+TEST(BeamStatus, OptionsNameMemberAndRule) {
+  const BeamStructure structure(limber::testing::cantilever_model(4, 1));
+  const auto field_of = [&](auto&& spoil) -> std::string {
+    BeamSolveOptions options;
+    spoil(options);
+    try {
+      (void)find_equilibrium(structure, options);
+    } catch (const Error& error) {
+      return error.field();
+    }
+    return "accepted";
+  };
+  EXPECT_EQ(field_of([](auto& o) { o.tolerance = 0; }), "tolerance");
+  EXPECT_EQ(field_of([](auto& o) { o.relaxation_tolerance = 2; }), "relaxation_tolerance");
+  EXPECT_EQ(field_of([](auto& o) { o.newton_iterations = 0; }), "newton_iterations");
+  EXPECT_EQ(field_of([](auto& o) { o.relaxation_steps = -1; }), "relaxation_steps");
+  EXPECT_EQ(field_of([](auto& o) { o.ramp_steps = -1; }), "ramp_steps");
+  EXPECT_EQ(field_of([](auto& o) { o.first_load_step = 1.5; }), "first_load_step");
+  EXPECT_EQ(field_of([](auto& o) { o.hand_over = 0; }), "hand_over");
+}
+
+TEST(BeamStatus, AnElementThatIsBentTooFarIsTold) {
+  // Four elements make a poor circle: their ends stand by 45 degrees against their chords.
+  const BeamStructure structure(limber::testing::roll_up_model(4));
+  const BeamSolution found = find_equilibrium(structure);
+  EXPECT_GT(results_of(structure, found.state).largest_bend, 0.5);
+  const BeamStructure fine(limber::testing::roll_up_model(20));
+  EXPECT_LT(results_of(fine, find_equilibrium(fine).state).largest_bend, 0.2);
+}
+
+}  // namespace
+}  // namespace limber::beams

@@ -1,0 +1,423 @@
+// Designs of a live linkage: begun, watched, changed, paused, stopped, taken, undone.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <condition_variable>
+#include <functional>
+#include <limits>
+#include <mutex>
+
+#include "engine/base/error.h"
+#include "engine/base/random.h"
+#include "engine/session/linkage/linkage_session.h"
+#include "tests/engine/session/harness.h"
+
+namespace limber::session {
+namespace {
+
+/// Keeps what a session says of its designs.
+class Watcher : public LinkageListener {
+ public:
+  void on_progress(const Progress&) override {}
+  void on_state(State, const std::string&) override {}
+  void on_result(const std::shared_ptr<const LinkageResult>& result) override {
+    const std::lock_guard lock(mutex_);
+    results_.push_back(result);
+    changed_.notify_all();
+  }
+  void on_design(const std::shared_ptr<const DesignInfo>& info) override {
+    if (hook) hook(*info);
+    const std::lock_guard lock(mutex_);
+    infos_.push_back(info);
+    changed_.notify_all();
+  }
+  std::function<void(const DesignInfo&)> hook;  // within the task
+
+  std::shared_ptr<const LinkageResult> wait_final(Revision revision) {
+    std::shared_ptr<const LinkageResult> found;
+    wait([&] {
+      for (const auto& result : results_)
+        if (result->converged && result->revision >= revision) found = result;
+      return found != nullptr;
+    });
+    return found;
+  }
+  std::shared_ptr<const DesignInfo> wait_design(
+      const std::function<bool(const DesignInfo&)>& wanted) {
+    std::shared_ptr<const DesignInfo> found;
+    wait([&] {
+      for (const auto& info : infos_)
+        if (!found && wanted(*info)) found = info;
+      return found != nullptr;
+    });
+    return found;
+  }
+  std::shared_ptr<const DesignInfo> wait_end() {
+    return wait_design([](const DesignInfo& info) { return info.state == DesignState::kEnded; });
+  }
+  [[nodiscard]] std::vector<std::shared_ptr<const DesignInfo>> infos() const {
+    const std::lock_guard lock(mutex_);
+    return infos_;
+  }
+  [[nodiscard]] std::vector<std::shared_ptr<const LinkageResult>> results() const {
+    const std::lock_guard lock(mutex_);
+    return results_;
+  }
+  void forget() {
+    const std::lock_guard lock(mutex_);
+    infos_.clear();
+  }
+
+ private:
+  template <class Done>
+  void wait(const Done& done) {
+    std::unique_lock lock(mutex_);
+    changed_.wait_for(lock, std::chrono::seconds(60), done);
+  }
+  mutable std::mutex mutex_;
+  std::condition_variable changed_;
+  std::vector<std::shared_ptr<const LinkageResult>> results_;
+  std::vector<std::shared_ptr<const DesignInfo>> infos_;
+};
+
+/// Five by five strips aslant, in millimetres, their lengths a little uneven.
+scene::Linkage curved_grid() {
+  constexpr int kLines = 5;
+  scene::Linkage linkage;
+  linkage.name = "curved";
+  linkage.length_unit_in_metres = 1e-3;
+  auto& mesh = linkage.lines;
+  mesh.vertices.resize(3, kLines * kLines);
+  std::vector<Eigen::Vector2i> edges;
+  for (int i = 0; i < kLines; ++i) {
+    for (int k = 0; k < kLines; ++k) {
+      const Eigen::Vector2d at(40 * (i + k * std::cos(0.6)), 40 * k * std::sin(0.6));
+      const int vertex = i * kLines + k;
+      mesh.vertices.col(vertex) << at.x() + 4 * std::sin(0.03 * at.y()),
+          at.y() + 3 * std::sin(0.025 * at.x()), 6 * std::sin(0.02 * (at.x() + at.y()));
+      if (i > 0) edges.emplace_back(vertex - kLines, vertex);
+      if (k > 0) edges.emplace_back(vertex - 1, vertex);
+    }
+  }
+  mesh.edges.resize(2, static_cast<Eigen::Index>(edges.size()));
+  for (std::size_t e = 0; e < edges.size(); ++e)
+    mesh.edges.col(static_cast<Eigen::Index>(e)) = edges[e];
+  linkage.edges_per_segment = 5;
+  linkage.section = rods::Rectangle{6, 1.5};
+  linkage.conditions.mean_angle = 1.0;
+  return linkage;
+}
+
+struct Live {
+  explicit Live(scene::Linkage linkage = curved_grid())
+      : session("live", std::move(linkage), {}, pool.executor(), watcher) {
+    EXPECT_TRUE(watcher->wait_final(0));
+  }
+  std::shared_ptr<const LinkageResult> edit(const std::vector<LinkageEdit>& edits) {
+    return watcher->wait_final(session.edit(edits).revision);
+  }
+  [[nodiscard]] Eigen::Matrix3Xd joints(const LinkageResult& result) const {
+    return session.shape()->joints(result.frames->rightCols<1>());
+  }
+  [[nodiscard]] Eigen::VectorXd lengths() const { return session.conditions()->segment_lengths; }
+  std::shared_ptr<Watcher> watcher = std::make_shared<Watcher>();
+  test::Pool pool{1};
+  LinkageSession session;
+};
+
+/// Where the joints of the deployed linkage are with other rest lengths: known to be reachable.
+std::vector<rods::JointTarget> known_targets() {
+  Live other;
+  const auto before = other.watcher->wait_final(0);
+  EXPECT_FALSE(before->solve_failed) << before->report.message;
+  Random random(17);
+  Eigen::VectorXd lengths(other.session.geometry()->joints_of_segment.cols());
+  const auto& mesh = curved_grid().lines;
+  for (Eigen::Index s = 0; s < lengths.size(); ++s) {
+    lengths[s] =
+        (mesh.vertices.col(mesh.edges(1, s)) - mesh.vertices.col(mesh.edges(0, s))).norm() *
+        random.uniform(0.99, 1.01);
+  }
+  // Held where a design holds it.
+  const auto shape = other.edit({SetSegmentLengths{lengths}});
+  EXPECT_FALSE(shape->solve_failed) << shape->report.message;
+  const Eigen::Matrix3Xd joints = other.joints(*shape);
+  std::vector<rods::JointTarget> targets;
+  for (int j = 0; j < joints.cols(); ++j) targets.push_back({j, joints.col(j), 1});
+  return targets;
+}
+
+DesignRequest request() {
+  static const std::vector<rods::JointTarget> kTargets = known_targets();
+  DesignRequest request;
+  request.goal.targets = kTargets;
+  request.goal.distance_weight = 1e8;
+  request.flat_height = 0.3;
+  return request;
+}
+
+TEST(DesignSession, FindsAKnownTargetAndKeepsItsLengths) {
+  Live live;
+  const auto before = live.watcher->wait_final(0);
+  live.session.start_design(request(), 7);
+  const auto end = live.watcher->wait_end();
+  ASSERT_TRUE(end);
+  EXPECT_TRUE(end->end == DesignEnd::kConverged || end->end == DesignEnd::kSettled)
+      << static_cast<int>(end->end) << " " << end->message;
+  EXPECT_EQ(end->tag, 7U);
+  EXPECT_TRUE(end->best.holds);
+  EXPECT_LT(end->best.target_rms, end->start.target_rms / 20);
+  ASSERT_TRUE(end->taken);
+  EXPECT_EQ(*end->taken, 1U);
+  const auto shape = live.watcher->wait_final(1);
+  ASSERT_TRUE(shape);
+  EXPECT_FALSE(shape->solve_failed);
+  const Eigen::Matrix3Xd joints = live.joints(*shape);
+  double sum = 0;
+  const auto wanted = request().goal.targets;
+  for (const auto& target : wanted)
+    sum += (joints.col(target.joint) - target.position).squaredNorm();
+  EXPECT_NEAR(std::sqrt(sum / static_cast<double>(wanted.size())), end->best.target_rms, 1e-3);
+  EXPECT_EQ(live.lengths().size(), 40);
+  EXPECT_EQ(live.session.linkage().conditions.segment_lengths, live.lengths());
+
+  const auto undone = live.edit({Undo{}});
+  ASSERT_TRUE(undone);
+  EXPECT_EQ(live.lengths().size(), 0);
+  EXPECT_LT((live.joints(*undone) - live.joints(*before)).norm(), 1e-4);
+  const auto redone = live.edit({Redo{}});
+  EXPECT_LT((live.joints(*redone) - joints).norm(), 1e-4);
+}
+
+TEST(DesignSession, StepsAreFramesOfTheFlatAndTheDeployedShape) {
+  Live live;
+  live.session.start_design(request());
+  ASSERT_TRUE(live.watcher->wait_end());
+  int steps = 0;
+  double last = std::numeric_limits<double>::infinity();
+  for (const auto& result : live.watcher->results()) {
+    if (!result->design) continue;
+    ++steps;
+    EXPECT_FALSE(result->converged);
+    ASSERT_EQ(result->frames->cols(), 2);
+    EXPECT_TRUE(result->frames->allFinite());
+    EXPECT_LE(result->design->now.objective, last * (1 + 1e-6));
+    last = result->design->now.objective;
+    const Eigen::Matrix3Xd deployed = live.joints(*result);
+    double sum = 0;
+    const auto targets = request().goal.targets;
+    for (const auto& target : targets)
+      sum += (deployed.col(target.joint) - target.position).squaredNorm();
+    EXPECT_NEAR(std::sqrt(sum / static_cast<double>(targets.size())),
+                result->design->now.target_rms, 1e-4);
+    // The flat one is not opened.
+    EXPECT_GT((live.session.shape()->joints(result->frames->col(0)) - deployed).norm(), 10);
+  }
+  EXPECT_GT(steps, 5);
+}
+
+TEST(DesignSession, PausesChangesStopsAndIsTakenLater) {
+  Live live;
+  live.watcher->hook = [&](const DesignInfo& info) {
+    if (info.iteration == 3 && info.state == DesignState::kRunning) live.session.pause_design();
+  };
+  live.session.start_design(request());
+  const auto paused = live.watcher->wait_design(
+      [](const DesignInfo& info) { return info.state == DesignState::kPaused; });
+  ASSERT_TRUE(paused);
+  EXPECT_EQ(paused->iteration, 3);
+  live.watcher->hook = {};
+  // Every other edit waits for the end of the design.
+  EXPECT_THROW(live.session.edit({SetMeanAngle{0.9}}), Error);
+  EXPECT_THROW(live.session.start_design(request()), Error);
+  EXPECT_EQ(live.session.design()->state, DesignState::kPaused);
+
+  DesignChange change;
+  change.distance_weight = 1e3;
+  live.session.change_design(change);
+  const auto changed = live.watcher->wait_design(
+      [](const DesignInfo& info) { return info.goal.distance_weight == 1e3; });
+  ASSERT_TRUE(changed);
+  EXPECT_EQ(changed->state, DesignState::kPaused);
+  EXPECT_LT(changed->now.objective, paused->now.objective);
+  EXPECT_EQ(changed->now.target_rms, paused->now.target_rms);
+
+  live.session.resume_design();
+  ASSERT_TRUE(live.watcher->wait_design([](const DesignInfo& info) {
+    return info.iteration > 3 && info.state == DesignState::kRunning;
+  }));
+  live.session.stop_design();
+  const auto end = live.watcher->wait_end();
+  ASSERT_TRUE(end);
+  EXPECT_EQ(end->end, DesignEnd::kStopped);
+  EXPECT_FALSE(end->taken);
+  EXPECT_EQ(live.session.revision(), 0U);
+  EXPECT_EQ(live.lengths().size(), 0);
+  EXPECT_THROW(live.session.stop_design(), Error);
+
+  const EditReceipt taken = live.session.take_design();
+  EXPECT_EQ(taken.revision, 1U);
+  const auto shape = live.watcher->wait_final(1);
+  ASSERT_TRUE(shape);
+  EXPECT_FALSE(shape->solve_failed) << shape->report.message;
+  EXPECT_EQ(live.lengths(), live.session.best_design()->lengths);
+  EXPECT_EQ(live.session.design()->taken, 1U);
+}
+
+TEST(DesignSession, TakenWhileItRunsItEnds) {
+  Live live;
+  live.watcher->hook = [&](const DesignInfo& info) {
+    if (info.iteration == 4 && info.state == DesignState::kRunning && !info.taken) {
+      EXPECT_EQ(live.session.take_design().revision, 1U);
+    }
+  };
+  live.session.start_design(request());
+  const auto end = live.watcher->wait_end();
+  ASSERT_TRUE(end);
+  EXPECT_EQ(end->end, DesignEnd::kStopped);
+  EXPECT_EQ(end->taken, 1U);
+  EXPECT_EQ(end->iteration, 4);
+  ASSERT_TRUE(live.watcher->wait_final(1));
+  EXPECT_EQ(live.session.revision(), 1U);
+  EXPECT_EQ(live.lengths().size(), 40);
+}
+
+TEST(DesignSession, CancelStopsAndCloseEndsOneThatIsPaused) {
+  Live live;
+  live.watcher->hook = [&](const DesignInfo& info) {
+    if (info.iteration == 2 && info.state == DesignState::kRunning) live.session.pause_design();
+  };
+  const auto is_paused = [](const DesignInfo& info) { return info.state == DesignState::kPaused; };
+  live.session.start_design(request());
+  ASSERT_TRUE(live.watcher->wait_design(is_paused));
+  live.session.cancel();
+  const auto end = live.watcher->wait_end();
+  ASSERT_TRUE(end);
+  EXPECT_EQ(end->end, DesignEnd::kStopped);
+  const auto shape = live.edit({SetMeanAngle{0.95}});
+  ASSERT_TRUE(shape);
+  EXPECT_FALSE(shape->solve_failed);
+
+  live.watcher->forget();
+  live.session.start_design(request());
+  ASSERT_TRUE(live.watcher->wait_design(is_paused));
+  live.session.close();
+  EXPECT_EQ(live.session.state(), State::kClosed);
+}
+
+/// Code and field of what `call` is refused with.
+template <class Call>
+std::string refusal(const Call& call) {
+  try {
+    call();
+  } catch (const Error& error) {
+    return error.field();
+  }
+  return "none";
+}
+
+TEST(DesignSession, BadGoalsAreRefusedAndTheDesignUnderWayIsIntact) {
+  Live live;
+  const auto start = [&](const std::function<void(DesignRequest&)>& spoil) {
+    DesignRequest bad = request();
+    spoil(bad);
+    return refusal([&] { live.session.start_design(bad); });
+  };
+  EXPECT_EQ(start([](DesignRequest& bad) { bad.goal.targets.clear(); }), "goal.targets");
+  EXPECT_EQ(start([](DesignRequest& bad) { bad.goal.distance_weight = -1; }),
+            "goal.distance_weight");
+  EXPECT_EQ(start([](DesignRequest& bad) { bad.goal.flat_share = 1.5; }), "goal.flat_share");
+  EXPECT_EQ(start([](DesignRequest& bad) { bad.goal.targets[2].joint = 25; }),
+            "goal.targets[2].joint");
+  EXPECT_EQ(start([](DesignRequest& bad) { bad.goal.targets[2].joint = 1; }),
+            "goal.targets[2].joint");
+  EXPECT_EQ(start([](DesignRequest& bad) { bad.goal.targets[3].weight = -1; }),
+            "goal.targets[3].weight");
+  EXPECT_EQ(start([](DesignRequest& bad) { bad.goal.targets[0].position.x() = 1e6; }),
+            "goal.targets[0].position");
+  EXPECT_EQ(start([](DesignRequest& bad) { bad.shortest = 1.01; }), "shortest");
+  EXPECT_EQ(start([](DesignRequest& bad) { bad.longest = 0.99; }), "longest");
+  EXPECT_EQ(start([](DesignRequest& bad) { bad.smallest_angle = 4; }), "smallest_angle");
+  EXPECT_FALSE(live.session.design());
+
+  live.watcher->hook = [&](const DesignInfo& info) {
+    if (info.iteration == 2 && info.state == DesignState::kRunning) live.session.pause_design();
+  };
+  live.session.start_design(request());
+  ASSERT_TRUE(live.watcher->wait_design(
+      [](const DesignInfo& info) { return info.state == DesignState::kPaused; }));
+  DesignChange far, negative;
+  far.targets = request().goal.targets;
+  (*far.targets)[1].position.z() = -1e7;
+  negative.surface_weight = -2;
+  EXPECT_EQ(refusal([&] { live.session.change_design(far); }), "targets[1].position");
+  EXPECT_EQ(refusal([&] { live.session.change_design(negative); }), "surface_weight");
+  live.watcher->hook = {};
+  live.session.resume_design();
+  const auto end = live.watcher->wait_end();
+  ASSERT_TRUE(end);
+  EXPECT_TRUE(end->taken) << end->message;
+  EXPECT_LT(end->best.target_rms, end->start.target_rms / 20);
+}
+
+TEST(DesignSession, WhatDerivativesAreNotKnownUnderIsRefusedByName) {
+  Live live;
+  live.edit({SetGravity{{0, 0, -9.81}}});
+  EXPECT_EQ(refusal([&] { live.session.start_design(request()); }), "gravity");
+  scene::JointLoad load;
+  load.joint = 3;
+  load.torque = 1;
+  live.edit({Undo{}, SetJointLoad{load}});
+  EXPECT_EQ(refusal([&] { live.session.start_design(request()); }), "loads");
+  scene::LinkageTarget spring;
+  spring.joint = 3;
+  spring.stiffness = 10;
+  live.edit({Undo{}, AddTarget{spring}});
+  EXPECT_EQ(refusal([&] { live.session.start_design(request()); }), "targets");
+}
+
+TEST(DesignSession, ALinkageOutOfBalanceIsNotDesigned) {
+  Live live;
+  // Opened between corners that stay where they are it has nowhere to go.
+  std::vector<LinkageEdit> edits;
+  for (const int corner : {0, 4, 20, 24})
+    edits.emplace_back(PinJoint{corner, scene::Held::kMotion});
+  ASSERT_TRUE(live.edit(edits));
+  const auto stopped = live.edit({SetMeanAngle{2.5}});
+  ASSERT_TRUE(stopped);
+  ASSERT_TRUE(stopped->solve_failed);
+  live.session.start_design(request());
+  const auto end = live.watcher->wait_end();
+  ASSERT_TRUE(end);
+  EXPECT_EQ(end->end, DesignEnd::kFailed);
+  EXPECT_NE(end->message.find("equilibrium"), std::string::npos) << end->message;
+  EXPECT_THROW(live.session.take_design(), Error);
+}
+
+TEST(DesignSession, LengthsAreEditsThatTheShapeFollows) {
+  Live live;
+  Eigen::VectorXd lengths = Eigen::VectorXd::Constant(40, 40);
+  EXPECT_EQ(refusal([&] { live.session.edit({SetSegmentLengths{lengths.head(3)}}); }),
+            "edits[0].segment_lengths");
+  lengths[5] = 4000;
+  EXPECT_EQ(refusal([&] { live.session.edit({SetSegmentLengths{lengths}}); }),
+            "edits[0].segment_lengths[5]");
+  lengths[5] = 41;
+  const auto shape = live.edit({SetSegmentLengths{lengths}});
+  ASSERT_TRUE(shape);
+  EXPECT_FALSE(shape->solve_failed) << shape->report.message;
+  const LinkageDetail detail =
+      shape->statics->detail(shape->frames->rightCols<1>(), shape->strains->rightCols<1>());
+  EXPECT_NEAR(detail.segments[5].rest_length, 41, 1e-9);
+  EXPECT_NEAR(detail.segments[6].rest_length, 40, 1e-9);
+  // A session opened with them has the same shape.
+  Live other(live.session.linkage());
+  const auto opened = other.watcher->wait_final(0);
+  ASSERT_TRUE(opened);
+  EXPECT_NEAR(opened->report.energies.total(), shape->report.energies.total(),
+              1e-5 * shape->report.energies.total());
+}
+
+}  // namespace
+}  // namespace limber::session

@@ -1,0 +1,197 @@
+#include "server/codec/design.h"
+
+#include <gtest/gtest.h>
+
+#include <cstring>
+
+#include "engine/rods/design/mesh_surface.h"
+#include "server/codec/linkage_edit.h"
+
+namespace limber::server {
+namespace {
+
+const SurfaceLoader no_files = [](const std::string&,
+                                  const std::string& field) -> scene::TriangleSurface {
+  throw Error(ErrorCode::kNotFound, field, "there are no files here");
+};
+
+template <class T>
+proto::Array array(proto::DataType type, const std::vector<T>& values) {
+  proto::Array message;
+  message.set_type(type);
+  message.add_shape(values.size() / 3);
+  message.add_shape(3);
+  message.set_data(values.data(), values.size() * sizeof(T));
+  return message;
+}
+
+/// A unit square in the plane z = 2.
+proto::DesignSurface square() {
+  proto::DesignSurface surface;
+  *surface.mutable_triangles()->mutable_vertices() =
+      array<double>(proto::DATA_TYPE_FLOAT64, {0, 0, 2, 1, 0, 2, 1, 1, 2, 0, 1, 2});
+  *surface.mutable_triangles()->mutable_triangles() =
+      array<std::int32_t>(proto::DATA_TYPE_INT32, {0, 1, 2, 0, 2, 3});
+  return surface;
+}
+
+template <class Call>
+std::string refused(const Call& call) {
+  try {
+    (void)call();
+  } catch (const Refusal& refusal) {
+    return refusal.field();
+  } catch (const Error& error) {
+    return error.field();
+  }
+  return "";
+}
+
+TEST(DesignCodec, DefaultsAreThoseOfTheEngine) {
+  const session::DesignRequest design = decode_design({}, no_files), standard;
+  EXPECT_EQ(design.goal.flat_share, standard.goal.flat_share);
+  EXPECT_EQ(design.goal.distance_weight, standard.goal.distance_weight);
+  EXPECT_EQ(design.goal.surface_weight, standard.goal.surface_weight);
+  EXPECT_EQ(design.shortest, standard.shortest);
+  EXPECT_EQ(design.longest, standard.longest);
+  EXPECT_EQ(design.max_iterations, standard.max_iterations);
+  EXPECT_FALSE(design.flat_height);
+  EXPECT_FALSE(design.smallest_angle);
+  EXPECT_FALSE(design.goal.surface);
+}
+
+TEST(DesignCodec, ASurfaceIsTurnedScaledAndMoved) {
+  proto::StartDesignRequest request;
+  *request.mutable_goal()->mutable_surface() = square();
+  auto& placement = *request.mutable_goal()->mutable_placement();
+  placement.mutable_rotation_degrees()->set_x(90);  // z = 2 to y = -2
+  placement.set_scale(10);
+  placement.mutable_translation()->set_z(5);
+  const auto surface = decode_design(request, no_files).goal.placed_surface();
+  ASSERT_TRUE(surface);
+  const rods::ClosestPoint found = surface->closest({3, 7, 9});
+  EXPECT_LT((found.position - Eigen::Vector3d(3, -20, 9)).norm(), 1e-12);
+}
+
+TEST(DesignCodec, FilesPointsAndTrianglesMakeTheSameSurface) {
+  const auto closest = [](const proto::DesignSurface& surface, const SurfaceLoader& load) {
+    proto::ChangeDesignRequest request;
+    *request.mutable_surface() = surface;
+    return (*decode_design_change(request, load).surface)->closest({0.25, 0.5, 7}).position;
+  };
+  const Eigen::Vector3d expected(0.25, 0.5, 2);
+  EXPECT_EQ(closest(square(), no_files), expected);
+  proto::DesignSurface file, points, path;
+  file.mutable_file()->set_name("square.obj");
+  file.mutable_file()->set_content("v 0 0 2\nv 1 0 2\nv 1 1 2\nv 0 1 2\nf 1 2 3 4\n");
+  EXPECT_EQ(closest(file, no_files), expected);
+  *points.mutable_points() =
+      array<double>(proto::DATA_TYPE_FLOAT64, {0, 0, 2, 1, 0, 2, 1, 1, 2, 0, 1, 2});
+  EXPECT_LT((closest(points, no_files) - expected).norm(), 1e-12);
+  path.set_path("square.obj");
+  const SurfaceLoader load = [](const std::string& name, const std::string& field) {
+    EXPECT_EQ(name, "square.obj");
+    EXPECT_EQ(field, "surface.path");
+    scene::TriangleSurface surface;
+    surface.vertices.resize(3, 3);
+    surface.vertices << 0, 1, 0, 0, 0, 1, 2, 2, 2;
+    surface.triangles.resize(3, 1);
+    surface.triangles << 0, 1, 2;
+    return surface;
+  };
+  EXPECT_EQ(closest(path, load), expected);
+}
+
+TEST(DesignCodec, ASurfaceWithoutASourceTakesTheOneThereIsAway) {
+  proto::ChangeDesignRequest request;
+  EXPECT_FALSE(decode_design_change(request, no_files).surface);
+  request.mutable_surface();
+  const auto change = decode_design_change(request, no_files);
+  ASSERT_TRUE(change.surface);
+  EXPECT_FALSE(*change.surface);
+}
+
+TEST(DesignCodec, WhatIsWrongWithASurfaceIsNamedWhereItIs) {
+  const auto start = [](const proto::DesignSurface& surface) {
+    proto::StartDesignRequest request;
+    *request.mutable_goal()->mutable_surface() = surface;
+    return refused([&] { return decode_design(request, no_files); });
+  };
+  EXPECT_EQ(start(square()), "");
+  EXPECT_EQ(start({}), "goal.surface");
+  proto::DesignSurface surface = square();
+  *surface.mutable_triangles()->mutable_triangles() =
+      array<std::int32_t>(proto::DATA_TYPE_INT32, {0, 1, 2, 0, 2, 4});
+  EXPECT_EQ(start(surface), "goal.surface.triangles.triangles[1]");
+  *surface.mutable_triangles()->mutable_triangles() =
+      array<float>(proto::DATA_TYPE_FLOAT32, {0, 1, 2});
+  EXPECT_EQ(start(surface), "goal.surface.triangles.triangles.type");
+  surface.mutable_triangles()->clear_triangles();
+  EXPECT_EQ(start(surface), "goal.surface.triangles.triangles.type");
+  surface = {};
+  surface.mutable_file()->set_name("none.obj");
+  EXPECT_EQ(start(surface), "goal.surface.file");
+  surface.mutable_file()->set_name("none.txt");
+  EXPECT_EQ(start(surface), "goal.surface.file");
+  surface.set_path("away.obj");
+  EXPECT_EQ(start(surface), "goal.surface.path");
+  *surface.mutable_points() =
+      array<double>(proto::DATA_TYPE_FLOAT64, {0, 0, 0, 1, 1, 1, 2, 2, 2, 3, 3, 3});
+  EXPECT_EQ(start(surface), "goal.surface.points");
+}
+
+TEST(DesignCodec, FieldsOfTheEngineAreThoseOfTheRequest) {
+  proto::StartDesignRequest start;
+  *start.mutable_goal()->mutable_surface() = square();
+  EXPECT_EQ(design_field_in(start, "smallest_angle"), "smallest_angle_degrees");
+  EXPECT_EQ(design_field_in(start, "goal.surface"), "goal.surface.triangles");
+  EXPECT_EQ(design_field_in(start, "goal.placement.rotation"), "goal.placement.rotation_degrees");
+  EXPECT_EQ(design_field_in(start, "goal.targets[2].joint"), "goal.targets[2].joint");
+  proto::ChangeDesignRequest change;
+  EXPECT_EQ(design_field_in(change, "targets[2].joint"), "targets.targets[2].joint");
+  EXPECT_EQ(design_field_in(change, "distance_weight"), "distance_weight");
+  proto::DesignTarget& target = *start.mutable_goal()->add_targets();
+  target.set_joint(3);
+  EXPECT_EQ(refused([&] { return decode_design(start, no_files); }), "goal.targets[0].position");
+}
+
+TEST(DesignCodec, InfosAreInDegreesAndJoule) {
+  session::DesignInfo info;
+  info.tag = 9;
+  info.state = session::DesignState::kEnded;
+  info.end = session::DesignEnd::kFailed;
+  info.message = "why";
+  info.fault_field = "flat";
+  info.now.deployed_energy = 3;
+  info.now.smallest_angle = 1;
+  info.taken = 4;
+  const proto::DesignInfo message = encode_design(info, 1e-3);
+  EXPECT_EQ(message.job(), 9U);
+  EXPECT_EQ(message.end(), proto::DESIGN_END_FAILED);
+  EXPECT_EQ(message.error().field(), "flat");
+  EXPECT_EQ(message.error().message(), "why");
+  EXPECT_DOUBLE_EQ(message.now().deployed_energy(), 3e-3);
+  EXPECT_NEAR(message.now().smallest_angle_degrees(), 57.29577951308232, 1e-12);
+  EXPECT_EQ(message.taken_revision(), 4U);
+  info.taken.reset();
+  info.end = session::DesignEnd::kSettled;
+  EXPECT_FALSE(encode_design(info, 1).has_taken_revision());
+  EXPECT_FALSE(encode_design(info, 1).has_error());
+}
+
+TEST(DesignCodec, LengthsAreEdits) {
+  proto::EditRequest request;
+  auto& set = *request.add_edits()->mutable_set_segment_lengths();
+  set.add_lengths(1.5);
+  set.add_lengths(2.5);
+  const auto edits = decode_linkage_edits(request);
+  const auto& lengths = std::get<session::SetSegmentLengths>(edits.at(0)).lengths;
+  EXPECT_EQ(lengths, Eigen::Vector2d(1.5, 2.5));
+  EXPECT_EQ(linkage_field_in(request, "edits[0].segment_lengths[1]"),
+            "edits[0].set_segment_lengths.lengths[1]");
+  EXPECT_EQ(linkage_field_in(request, "edits[0].segment_lengths"),
+            "edits[0].set_segment_lengths.lengths");
+}
+
+}  // namespace
+}  // namespace limber::server

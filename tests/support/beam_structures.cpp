@@ -1,0 +1,64 @@
+#include "tests/support/beam_structures.h"
+
+namespace limber::testing {
+
+beams::BeamModel model_of(const scene::BeamJobFiles& files, JobTorsion torsion) {
+  const scene::BeamJob& job = files.job;
+  beams::BeamModel model;
+  beams::SectionShape shape = beams::rectangle(job.section_width, job.section_height);
+  if (torsion == JobTorsion::kPolar) shape.torsion = shape.moment_2 + shape.moment_3;
+  model.sections.push_back(beams::make_section(shape, {job.young, job.poisson, 0, 0}));
+  for (Eigen::Index i = 0; i < files.mesh.vertices.cols(); ++i)
+    model.nodes.push_back({files.mesh.vertices.col(i), files.mesh.normals.col(i)});
+  for (const auto& [start, finish] : files.mesh.edges) {
+    beams::BeamElement element;
+    element.start = start;
+    element.finish = finish;
+    model.elements.push_back(element);
+  }
+  for (const auto& fixed : job.fixed) {
+    beams::BeamSupport support;
+    support.node = fixed.vertex;
+    const auto& d = fixed.directions;
+    const bool turns = d[3] || d[4] || d[5];
+    support.fixed = {d[0], d[1], d[2], turns, turns, turns};
+    model.supports.push_back(support);
+  }
+  for (const auto& force : job.forces)
+    model.loads.push_back({force.vertex, force.force, force.moment});
+  for (const auto& displacement : job.displacements) {
+    beams::PrescribedMotion motion;
+    motion.node = displacement.vertex;
+    motion.translates = {true, true, true};
+    motion.translation = displacement.displacement;
+    model.motions.push_back(motion);
+  }
+  if (job.initial_force.isZero(0) && job.initial_moment.isZero(0)) return model;
+  for (int i = 0; i < static_cast<int>(model.nodes.size()); ++i)
+    model.temporary_loads.push_back({i, job.initial_force, job.initial_moment});
+  return model;
+}
+
+beams::BeamModel refined(const beams::BeamModel& model, int parts) {
+  beams::BeamModel result = model;
+  result.elements.clear();
+  for (const beams::BeamElement& element : model.elements) {
+    const beams::BeamNode a = model.nodes[static_cast<std::size_t>(element.start)];
+    const beams::BeamNode b = model.nodes[static_cast<std::size_t>(element.finish)];
+    beams::BeamElement part = element;
+    for (int i = 1; i <= parts; ++i) {
+      part.finish = element.finish;
+      if (i < parts) {
+        const double share = double(i) / parts;
+        part.finish = static_cast<int>(result.nodes.size());
+        result.nodes.push_back({(1 - share) * a.position + share * b.position,
+                                (1 - share) * a.normal + share * b.normal});
+      }
+      result.elements.push_back(part);
+      part.start = part.finish;
+    }
+  }
+  return result;
+}
+
+}  // namespace limber::testing
