@@ -142,21 +142,23 @@ Eigen::Matrix3Xd positions(const rods::LinkageState& state) {
 }
 
 /// Against differences of equilibria solved again, relative.
-void check(rods::LinkageDesign& design, Case& result) {
+/// @param kind  of variables, ends the names of the results
+void check(rods::LinkageDesign& design, const std::string& kind, Case& result) {
   const rods::DesignPoint home = design.point();
+  const Eigen::VectorXd parameters = design.parameters();
   Random random(11);
-  Eigen::VectorXd v(home.lengths.size());
+  Eigen::VectorXd v(parameters.size());
   for (double& value : v) value = random.normal();
-  v *= home.lengths.mean() / v.norm();
+  v *= parameters.mean() / v.norm();
   const rods::DesignMeasures<Eigen::VectorXd> gradients = design.gradients();
   const Eigen::VectorXd product = design.products(v).objective;
-  result["gradient_check"] = nullptr;
-  result["hessvec_check"] = nullptr;
+  result["gradient_check" + kind] = nullptr;
+  result["hessvec_check" + kind] = nullptr;
   double best_gradient = 1, best_product = 1;
   for (const double step : {1e-3, 3e-4, 1e-4, 3e-5, 1e-5, 1e-6}) {
     std::vector<rods::DesignPoint> points;
     for (const double side : {2.0, 1.0, -1.0, -2.0}) {
-      const rods::DesignTrial trial = design.trial(home.lengths + side * step * v);
+      const rods::DesignTrial trial = design.trial(parameters + side * step * v);
       if (trial.status != rods::TrialStatus::kFound) break;
       points.push_back(trial.point);
     }
@@ -176,8 +178,8 @@ void check(rods::LinkageDesign& design, Case& result) {
         (8 * (sides[1] - sides[2]) - (sides[0] - sides[3])) / (12 * step);
     best_product = std::min(best_product, (difference - product).norm() / product.norm());
   }
-  if (best_gradient < 1) result["gradient_check"] = best_gradient;
-  if (best_product < 1) result["hessvec_check"] = best_product;
+  if (best_gradient < 1) result["gradient_check" + kind] = best_gradient;
+  if (best_product < 1) result["hessvec_check" + kind] = best_product;
 }
 
 void measure_derivatives(rods::LinkageDesign& design, int repeats, Case& result) {
@@ -217,7 +219,15 @@ Case measure(const LinkageCase& named, const std::string& path, const SuiteOptio
   rods::LinkageDesign design(problem.model, problem.flat, problem.deployed, problem.start, criteria,
                              limits);
   measure_derivatives(design, options.quick ? 3 : 9, result);
-  check(design, result);
+  check(design, "", result);
+  for (const auto& [kind, variables] :
+       {std::pair{"_edges", rods::DesignVariables{rods::LengthVariables::kEdges, {}}},
+        std::pair{"_sections", rods::DesignVariables{rods::LengthVariables::kKept,
+                                                     rods::SectionVariables::kSegments}}}) {
+    rods::LinkageDesign other(problem.model, problem.flat, problem.deployed, problem.start,
+                              criteria, limits, variables);
+    check(other, kind, result);
+  }
   rods::DesignOptimizerOptions search;
   const rods::DesignValues before = design.values(design.point());
   const double joints = problem.model.variables().joints();

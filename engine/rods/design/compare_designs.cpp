@@ -16,12 +16,23 @@ double distance(const LinkageState& a, const LinkageState& b) {
   return std::sqrt(sum / static_cast<double>(std::max<std::size_t>(1, a.joints().size())));
 }
 
+double relative(const Eigen::VectorXd& a, const Eigen::VectorXd& b) {
+  LIMBER_DEMAND(a.size() == b.size());
+  return (a - b).cwiseQuotient(a).cwiseAbs().maxCoeff();
+}
+
 }  // namespace
 
 DesignDifference compare_designs(const DesignPoint& a, const DesignPoint& b) {
   LIMBER_DEMAND(a.lengths.size() == b.lengths.size());
-  return {(a.lengths - b.lengths).cwiseQuotient(a.lengths).cwiseAbs().maxCoeff(),
-          distance(a.flat, b.flat), distance(a.deployed, b.deployed)};
+  double sizes = relative(a.lengths, b.lengths);
+  if (a.edges.size() > 0 && b.edges.size() > 0) sizes = std::max(sizes, relative(a.edges, b.edges));
+  const Eigen::VectorXd same = Eigen::VectorXd::Ones(a.lengths.size());
+  const auto sections = [&](const DesignPoint& point) -> const Eigen::VectorXd& {
+    return point.sections.size() > 0 ? point.sections : same;
+  };
+  return {std::max(sizes, relative(sections(a), sections(b))), distance(a.flat, b.flat),
+          distance(a.deployed, b.deployed)};
 }
 
 }  // namespace limber::rods

@@ -6,7 +6,7 @@ namespace limber::rods {
 
 /// How far two designs of one linkage lie apart, e.g. what searches from two starts found.
 struct DesignDifference {
-  double lengths = 0;   // largest difference of a rest length, as a share of it
+  double lengths = 0;   // largest difference of a rest length or of a section, as a share of it
   double flat = 0;      // root mean square distance of joints between the flat shapes [length]
   double deployed = 0;  // and between the deployed ones
 

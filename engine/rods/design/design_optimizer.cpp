@@ -44,28 +44,61 @@ Eigen::VectorXd bounds(const char* field, const Eigen::VectorXd& given, double s
   if (given.size() != start.size()) {
     throw Error(
         ErrorCode::kInvalidArgument, field,
-        fmt::format("must be one for each of {} segments, are {}", start.size(), given.size()));
+        fmt::format("must be one for each of {} variables, are {}", start.size(), given.size()));
   }
   for (Eigen::Index s = 0; s < start.size(); ++s) {
     if (given[s] > 0 && std::isfinite(given[s]) && side * (given[s] - start[s]) >= 0) continue;
-    throw Error(
-        ErrorCode::kInvalidArgument, fmt::format("{}[{}]", field, s),
-        fmt::format("is {:g}, which excludes the start's rest length {:g}", given[s], start[s]));
+    throw Error(ErrorCode::kInvalidArgument, fmt::format("{}[{}]", field, s),
+                fmt::format("is {:g}, which excludes the start's {:g}", given[s], start[s]));
   }
   return given;
 }
 
+Eigen::VectorXd stacked(const Eigen::VectorXd& lengths, const Eigen::VectorXd& sections) {
+  Eigen::VectorXd all(lengths.size() + sections.size());
+  all << lengths, sections;
+  return all;
+}
+
+/// Least and largest parameters.
+struct Bounds {
+  Bounds(const LinkageDesign& design, const DesignOptimizerOptions& options) {
+    const Eigen::VectorXd lengths = design.parameters().head(design.variables().lengths());
+    const Eigen::VectorXd sections = design.parameters().tail(design.variables().sections());
+    low = stacked(
+        bounds("shortest_lengths", options.shortest_lengths, options.shortest, lengths, -1),
+        bounds("thinnest_sections", options.thinnest_sections, options.thinnest, sections, -1));
+    high = stacked(
+        bounds("longest_lengths", options.longest_lengths, options.longest, lengths, 1),
+        bounds("thickest_sections", options.thickest_sections, options.thickest, sections, 1));
+  }
+  Eigen::VectorXd low, high;
+};
+
+double mean_length(const LinkageDesign& design) {
+  const int lengths = design.variables().lengths();
+  return lengths > 0 ? design.parameters().head(lengths).mean() : design.point().lengths.mean();
+}
+
+/// What makes parameters of one unit, that of lengths.
+Eigen::VectorXd units(const LinkageDesign& design) {
+  Eigen::VectorXd result = Eigen::VectorXd::Ones(design.parameters().size());
+  result.tail(design.variables().sections()).setConstant(mean_length(design));
+  return result;
+}
+
+/// Steps and gradients are by parameters times their units.
 class Search {
  public:
   Search(LinkageDesign& design, const DesignOptimizerOptions& options)
       : design_(design),
         options_(options),
         merit_(design, options),
-        low_(bounds("shortest_lengths", options.shortest_lengths, options.shortest,
-                    design.point().lengths, -1)),
-        high_(bounds("longest_lengths", options.longest_lengths, options.longest,
-                     design.point().lengths, 1)),
-        mean_length_(design.point().lengths.mean()),
+        bounds_(design, options),
+        low_(bounds_.low),
+        high_(bounds_.high),
+        units_(units(design)),
+        mean_length_(mean_length(design)),
         first_radius_(options.first_radius * mean_length_ *
                       std::sqrt(static_cast<double>(low_.size()))),
         radius_(first_radius_),
@@ -82,9 +115,9 @@ class Search {
     return_to_best();
     report_.after = values_;
     report_.flat_height = merit_.flat_height(values_);
-    const Eigen::VectorXd& lengths = design_.point().lengths;
-    for (Eigen::Index s = 0; s < lengths.size(); ++s)
-      if (lengths[s] <= low_[s] || lengths[s] >= high_[s])
+    const Eigen::VectorXd& parameters = design_.parameters();
+    for (Eigen::Index s = 0; s < parameters.size(); ++s)
+      if (parameters[s] <= low_[s] || parameters[s] >= high_[s])
         report_.at_bound.push_back(static_cast<int>(s));
     return report_;
   }
@@ -92,14 +125,16 @@ class Search {
  private:
   [[nodiscard]] Eigen::VectorXd product(const Eigen::VectorXd& v) {
     ++report_.products;
-    return merit_.product(values_, v);
+    return merit_.product(values_, v.cwiseQuotient(units_)).cwiseQuotient(units_);
   }
 
   /// Where bounds let a descent go.
   [[nodiscard]] Eigen::VectorXd projected(Eigen::VectorXd gradient) const {
-    const Eigen::VectorXd& lengths = design_.point().lengths;
+    gradient = gradient.cwiseQuotient(units_);
+    const Eigen::VectorXd& parameters = design_.parameters();
     for (Eigen::Index s = 0; s < gradient.size(); ++s) {
-      if ((lengths[s] <= low_[s] && gradient[s] > 0) || (lengths[s] >= high_[s] && gradient[s] < 0))
+      if ((parameters[s] <= low_[s] && gradient[s] > 0) ||
+          (parameters[s] >= high_[s] && gradient[s] < 0))
         gradient[s] = 0;
     }
     return gradient;
@@ -155,14 +190,15 @@ class Search {
     ++report_.iterations;
     Eigen::VectorXd bent;
     Eigen::VectorXd p = newton_step(slope, bent);
-    const Eigen::VectorXd& here = design_.point().lengths;
-    const Eigen::VectorXd lengths = (here + p).cwiseMax(low_).cwiseMin(high_);
-    if (lengths != here + p) {
-      p = lengths - here;
+    const Eigen::VectorXd& here = design_.parameters();
+    const Eigen::VectorXd wanted = here + p.cwiseQuotient(units_);
+    const Eigen::VectorXd tried = wanted.cwiseMax(low_).cwiseMin(high_);
+    if (tried != wanted) {
+      p = (tried - here).cwiseProduct(units_);
       bent = product(p);
     }
     const double promised = -(slope.dot(p) + 0.5 * p.dot(bent));
-    DesignTrial trial = design_.trial(lengths, context);
+    DesignTrial trial = design_.trial(tried, context);
     report_.newton_steps += trial.iterations;
     if (trial.status == TrialStatus::kCancelled) return end(DesignStatus::kCancelled, "cancelled");
     const bool taken = judge(trial, p.norm(), promised);
@@ -287,7 +323,9 @@ class Search {
   LinkageDesign& design_;
   const DesignOptimizerOptions& options_;
   detail::DesignMerit merit_;
-  const Eigen::VectorXd low_, high_;
+  const Bounds bounds_;
+  const Eigen::VectorXd &low_, &high_;
+  const Eigen::VectorXd units_;
   const double mean_length_, first_radius_;
   double radius_;
   double good_radius_;  // the largest since the guard was moved
@@ -309,6 +347,8 @@ void DesignOptimizerOptions::validate() const {
   demand(max_products > 0, "max_products", "> 0", max_products);
   demand(shortest > 0 && shortest < 1, "shortest", "in (0, 1)", shortest);
   demand(longest > 1 && std::isfinite(longest), "longest", "> 1 and finite", longest);
+  demand(thinnest > 0 && thinnest < 1, "thinnest", "in (0, 1)", thinnest);
+  demand(thickest > 1 && std::isfinite(thickest), "thickest", "> 1 and finite", thickest);
   demand(flat_height > 0, "flat_height", "> 0", flat_height);
   demand(smallest_angle < std::numbers::pi, "smallest_angle", "< pi", smallest_angle);
   demand(first_radius > 0 && first_radius < 1, "first_radius", "in (0, 1)", first_radius);

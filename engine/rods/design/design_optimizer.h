@@ -29,16 +29,23 @@ struct DesignOptimizerOptions {
   double flat_height = 1e-3;
   /// Bound on the smallest opening angle of the flat linkage [rad]; < -pi: none.
   double smallest_angle = -4;
-  /// Largest change of a rest length in the first step, as a share of the mean one, > 0.
+  /// Largest change of a rest length in the first step, as a share of the mean one, > 0; of a
+  /// section's scale, as a share of 1.
   double first_radius = 0.01;
   /// Projected gradient over that of the start at which the search ends, in (0, 1).
   double tolerance = 1e-5;
   /// A gain of the objective, as a share of it, below which ten steps in a row end the search, > 0.
   double least_gain = 1e-5;
   BucklingGuard guard = BucklingGuard::kWhenNeeded;
-  /// Bounds of each segment's rest length [length] in place of the shares; empty: the shares. The
-  /// start must lie between them.
+  /// Bounds of each rest length that is varied [length], of segments or of edges, in place of the
+  /// shares; empty: the shares. The start must lie between them.
   Eigen::VectorXd shortest_lengths, longest_lengths;
+  /// Scales of sections that are varied stay between these shares of those of the start; 0 <
+  /// thinnest < 1 < thickest. Thin rods cost less energy: without targets all go to the thinnest.
+  double thinnest = 0.5;
+  double thickest = 2;
+  /// Bounds of each segment's section scale in place of the shares, as for lengths.
+  Eigen::VectorXd thinnest_sections = {}, thickest_sections = {};
 
   /// @throws Error{kInvalidArgument} naming the member
   void validate() const;
@@ -70,8 +77,9 @@ struct DesignReport {
   int not_believed = 0;  // trials whose equilibria were lost or had jumped
   int products = 0;
   DesignValues before, after;
-  double flat_height = 0;     // share of the length scale
-  std::vector<int> at_bound;  // segments whose rest length is at a bound
+  double flat_height = 0;  // share of the length scale
+  /// Parameters of the design that are at a bound: segments by default.
+  std::vector<int> at_bound;
   std::string message;
   int newton_steps = 0;  // of both equilibria, over all trials
 };
@@ -80,15 +88,17 @@ struct DesignReport {
 /// the search goes on with the new ones.
 using DesignCallback = std::function<void(const DesignProgress& progress, LinkageDesign& design)>;
 
-/// Rest lengths of least objective, flat enough and with no angle below its bound.
+/// Variables of a design of least objective, flat enough and with no angle below its bound.
 ///
-/// Newton's method with conjugate gradients in a trust region (Steihaug 1983) on the rest lengths
-/// that are not at their bounds; the two constraints by an augmented Lagrangian (Rockafellar 1973).
-/// A trial that lands on another branch, or nowhere, shrinks the region; where that is the flat
-/// shape's fault and little is left of it, a guard against buckling goes up. The design stands at
-/// the best point that was accepted, also where the search stops early.
+/// Newton's method with conjugate gradients in a trust region (Steihaug 1983) on the variables that
+/// are not at their bounds, scales of sections in units of a mean rest length; the two constraints
+/// by an augmented Lagrangian (Rockafellar 1973). A trial that lands on another branch, or nowhere,
+/// shrinks the region; where that is the flat shape's fault and little is left of it, a guard
+/// against buckling goes up. The design stands at the best point that was accepted, also where the
+/// search stops early.
 /// @throws Error as DesignOptimizerOptions::validate; {kInvalidArgument} with field
-/// shortest_lengths or longest_lengths, and [s] where the start lies beyond a bound
+/// shortest_lengths, longest_lengths, thinnest_sections or thickest_sections, and [i] where the
+/// start lies beyond a bound
 DesignReport optimize_design(LinkageDesign& design, const DesignOptimizerOptions& options = {},
                              const JobContext& context = {}, const DesignCallback& on_step = {});
 

@@ -30,9 +30,11 @@ const Conditions& demand_unloaded(const LinkageModel& model, const Conditions& c
 }  // namespace
 
 struct EquilibriumSensitivity::Impl {
-  Impl(const LinkageModel& linkage, const LinkageState& shape, const Conditions& conditions)
+  Impl(const LinkageModel& linkage, const LinkageState& shape, const Conditions& conditions,
+       DesignVariables variables)
       : model(linkage),
         state(shape),
+        map(linkage, variables),
         scales(linkage),
         terms(linkage, demand_unloaded(linkage, conditions)),
         holding(linkage, conditions, terms, scales, shape),
@@ -51,6 +53,14 @@ struct EquilibriumSensitivity::Impl {
     bordered.emplace(solver, holding.rows(), Eigen::VectorXd::Zero(holding.rows().rows()));
   }
 
+  /// A change of the variables with that of the shape.
+  [[nodiscard]] LinkageVector both(const Eigen::VectorXd& way,
+                                   const Eigen::VectorXd& change) const {
+    LinkageVector result = map.direction(way);
+    result.unknowns = change;
+    return result;
+  }
+
   [[nodiscard]] Eigen::VectorXd solve(Eigen::VectorXd b) {
     for (const int unknown : holding.pinned()) b[unknown] = 0;
     Eigen::VectorXd rows = Eigen::VectorXd::Zero(holding.rows().rows());
@@ -60,6 +70,7 @@ struct EquilibriumSensitivity::Impl {
 
   const LinkageModel& model;
   LinkageState state;
+  DesignVariableMap map;
   detail::UnknownScales scales;
   detail::ConditionTerms terms;
   detail::Holding holding;
@@ -69,8 +80,9 @@ struct EquilibriumSensitivity::Impl {
 };
 
 EquilibriumSensitivity::EquilibriumSensitivity(const LinkageModel& model, const LinkageState& state,
-                                               const Conditions& conditions)
-    : impl_(std::make_unique<Impl>(model, state, conditions)) {}
+                                               const Conditions& conditions,
+                                               DesignVariables variables)
+    : impl_(std::make_unique<Impl>(model, state, conditions, variables)) {}
 EquilibriumSensitivity::~EquilibriumSensitivity() = default;
 EquilibriumSensitivity::EquilibriumSensitivity(EquilibriumSensitivity&&) noexcept = default;
 EquilibriumSensitivity& EquilibriumSensitivity::operator=(EquilibriumSensitivity&&) noexcept =
@@ -79,35 +91,36 @@ EquilibriumSensitivity& EquilibriumSensitivity::operator=(EquilibriumSensitivity
 const LinkageState& EquilibriumSensitivity::state() const { return impl_->state; }
 bool EquilibriumSensitivity::is_minimum() const { return impl_->bordered->positive_definite(); }
 
-Eigen::VectorXd EquilibriumSensitivity::shape_change(const Eigen::VectorXd& lengths) const {
-  return impl_->solve(-impl_->derivatives.second({impl_->state}, {{}, lengths}).unknowns);
+Eigen::VectorXd EquilibriumSensitivity::shape_change(const Eigen::VectorXd& way) const {
+  return impl_->solve(
+      -impl_->derivatives.second({impl_->state}, impl_->map.direction(way)).unknowns);
 }
 
-Eigen::VectorXd EquilibriumSensitivity::shape_curvature(const Eigen::VectorXd& lengths,
+Eigen::VectorXd EquilibriumSensitivity::shape_curvature(const Eigen::VectorXd& way,
                                                         const Eigen::VectorXd& change) const {
-  const LinkageVector way{change, lengths};
-  return impl_->solve(-impl_->derivatives.third({impl_->state}, way, way).unknowns);
+  const LinkageVector both = impl_->both(way, change);
+  return impl_->solve(-impl_->derivatives.third({impl_->state}, both, both).unknowns);
 }
 
 EquilibriumSensitivity::Adjoint EquilibriumSensitivity::adjoint(ShapeFunction& function) const {
   LinkageVector direct = function.gradient(impl_->state);
   Adjoint result;
   result.multiplier = impl_->solve(std::move(direct.unknowns));
-  result.gradient =
-      direct.lengths - impl_->derivatives.second({impl_->state}, {result.multiplier, {}}).lengths;
+  result.gradient = impl_->map.gradient(direct) - impl_->map.gradient(impl_->derivatives.second(
+                                                      {impl_->state}, {result.multiplier, {}}));
   return result;
 }
 
 Eigen::VectorXd EquilibriumSensitivity::product(ShapeFunction& function, const Adjoint& adjoint,
-                                                const Eigen::VectorXd& lengths,
+                                                const Eigen::VectorXd& way,
                                                 const Eigen::VectorXd& change) const {
-  const LinkageVector way{change, lengths};
-  const LinkageVector direct = function.second(impl_->state, way);
+  const LinkageVector both = impl_->both(way, change);
+  const LinkageVector direct = function.second(impl_->state, both);
   const LinkageVector bent =
-      impl_->derivatives.third({impl_->state}, {adjoint.multiplier, {}}, way);
+      impl_->derivatives.third({impl_->state}, {adjoint.multiplier, {}}, both);
   const Eigen::VectorXd multiplier = impl_->solve(direct.unknowns - bent.unknowns);
-  return direct.lengths - bent.lengths -
-         impl_->derivatives.second({impl_->state}, {multiplier, {}}).lengths;
+  const LinkageVector held = impl_->derivatives.second({impl_->state}, {multiplier, {}});
+  return impl_->map.gradient(direct) - impl_->map.gradient(bent) - impl_->map.gradient(held);
 }
 
 }  // namespace limber::rods

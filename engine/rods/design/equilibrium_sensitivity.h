@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <memory>
 
+#include "engine/rods/design/design_variables.h"
 #include "engine/rods/design/shape_function.h"
 #include "engine/rods/equilibrium/conditions.h"
 #include "engine/rods/linkage/linkage_model.h"
@@ -10,8 +11,8 @@
 
 namespace limber::rods {
 
-/// How an equilibrium, and what it is judged by, changes with the rest lengths of segments (rod
-/// linkages, sec. 3). With x the increments from the equilibrium, L the lengths, a the row of the
+/// How an equilibrium, and what it is judged by, changes with the variables of a design (rod
+/// linkages, sec. 3). With x the increments from the equilibrium, L the variables, a the row of the
 /// mean angle and p pinned unknowns:
 ///
 ///   K = [H a; a^T 0],   K (dx/dL, .) = (-dg/dL, 0),   K (w, .) = (df/dx, 0),
@@ -24,11 +25,11 @@ class EquilibriumSensitivity {
   /// Factors K.
   /// @pre the state is an equilibrium of the model under the conditions; the model outlives this
   /// and stays as it is
-  /// @throws Error as Conditions::validate, {kInvalidArgument} with field springs, loads or gravity
-  /// where there are any (their third derivatives are not known here), {kNumerical} where K is
-  /// singular
+  /// @throws Error as Conditions::validate, DesignVariables::validate, {kInvalidArgument} with
+  /// field springs, loads or gravity where there are any (their third derivatives are not known
+  /// here), {kNumerical} where K is singular
   EquilibriumSensitivity(const LinkageModel& model, const LinkageState& state,
-                         const Conditions& conditions);
+                         const Conditions& conditions, DesignVariables variables = {});
   ~EquilibriumSensitivity();
   EquilibriumSensitivity(EquilibriumSensitivity&&) noexcept;
   EquilibriumSensitivity& operator=(EquilibriumSensitivity&&) noexcept;
@@ -38,25 +39,25 @@ class EquilibriumSensitivity {
   [[nodiscard]] bool is_minimum() const;
 
   /// dx/dL v [length, rad].
-  /// @param lengths  v, a number for each segment [length]
-  [[nodiscard]] Eigen::VectorXd shape_change(const Eigen::VectorXd& lengths) const;
+  /// @param way  v, a number for each variable
+  [[nodiscard]] Eigen::VectorXd shape_change(const Eigen::VectorXd& way) const;
 
-  /// d2x/dL2 [v, v], what bends the way of the shape where lengths go straight along v: with the
+  /// d2x/dL2 [v, v], what bends the way of the shape where variables go straight along v: with the
   /// third derivatives along w = (dx/dL v, v), K (d2x/dL2 [v, v], .) = (-D^3 E[w, w, .], 0).
-  /// @param change  shape_change(lengths)
-  [[nodiscard]] Eigen::VectorXd shape_curvature(const Eigen::VectorXd& lengths,
+  /// @param change  shape_change(way)
+  [[nodiscard]] Eigen::VectorXd shape_curvature(const Eigen::VectorXd& way,
                                                 const Eigen::VectorXd& change) const;
 
   struct Adjoint {
-    Eigen::VectorXd gradient;    // of the function by lengths, through the equilibrium
+    Eigen::VectorXd gradient;    // of the function by variables, through the equilibrium
     Eigen::VectorXd multiplier;  // w
   };
   [[nodiscard]] Adjoint adjoint(ShapeFunction& function) const;
 
   /// The derivative of `gradient` along v.
-  /// @param change  shape_change(lengths)
+  /// @param change  shape_change(way)
   [[nodiscard]] Eigen::VectorXd product(ShapeFunction& function, const Adjoint& adjoint,
-                                        const Eigen::VectorXd& lengths,
+                                        const Eigen::VectorXd& way,
                                         const Eigen::VectorXd& change) const;
 
  private:

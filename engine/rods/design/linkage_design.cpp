@@ -73,8 +73,8 @@ struct LinkageDesign::Impl {
   /// At the present point.
   struct Derivatives {
     explicit Derivatives(Impl& impl)
-        : flat(impl.model, impl.point.flat, impl.flat),
-          deployed(impl.model, impl.point.deployed, impl.deployed),
+        : flat(impl.model, impl.point.flat, impl.flat, impl.map.which()),
+          deployed(impl.model, impl.point.deployed, impl.deployed, impl.map.which()),
           flat_part(flat.adjoint(impl.measures->flat)),
           deployed_part(deployed.adjoint(impl.measures->deployed)),
           flatness(flat.adjoint(impl.measures->flatness)),
@@ -87,7 +87,7 @@ struct LinkageDesign::Impl {
   };
 
   Impl(const LinkageModel& linkage, Conditions flat_conditions, Conditions deployed_conditions,
-       DesignPoint start, DesignCriteria wanted, DesignLimits limit)
+       DesignPoint start, DesignCriteria wanted, DesignLimits limit, DesignVariables variables)
       : model(linkage),
         flat(std::move(flat_conditions)),
         deployed(std::move(deployed_conditions)),
@@ -95,13 +95,14 @@ struct LinkageDesign::Impl {
         equilibrium(model),
         scales(model),
         energy(model),
+        map(model, variables),
         criteria(std::move(wanted)),
         point(std::move(start)) {
     criteria.validate();
     limits.validate();
     with_prefix("flat.", [&] { flat.validate(model); });
     with_prefix("deployed.", [&] { deployed.validate(model); });
-    model.set_segment_lengths(point.lengths);
+    place_start();
     settle("flat", point.flat, flat);
     settle("deployed", point.deployed, deployed);
     if (criteria.energy_scale == 0) criteria.energy_scale = energy.value(point.deployed);
@@ -110,6 +111,17 @@ struct LinkageDesign::Impl {
     if (criteria.length_scale == 0) criteria.length_scale = scales.extent();
     demand_near(criteria);
     measures.emplace(model, energy, criteria);
+  }
+
+  void place_start() {
+    if (map.which().lengths == LengthVariables::kSegments && point.edges.size() > 0) {
+      throw Error(ErrorCode::kInvalidArgument, "start.edges",
+                  "must be empty where the lengths of segments are varied");
+    }
+    with_prefix("start.", [&] { set_sizes(model, point); });
+    parameters = map.values(model);
+    point.lengths = model.segment_lengths();
+    map.place(model, parameters, point);
   }
 
   void demand_near(const DesignCriteria& wanted) const {
@@ -193,16 +205,19 @@ struct LinkageDesign::Impl {
   LinkageEquilibrium equilibrium;
   detail::UnknownScales scales;
   ElasticEnergy energy;
+  DesignVariableMap map;
   DesignCriteria criteria;
   DesignPoint point;
+  Eigen::VectorXd parameters;  // of it
   std::optional<Measures> measures;
   std::unique_ptr<Derivatives> at_point;  // empty until they are asked for
 };
 
 LinkageDesign::LinkageDesign(const LinkageModel& model, Conditions flat, Conditions deployed,
-                             DesignPoint start, DesignCriteria criteria, DesignLimits limits)
+                             DesignPoint start, DesignCriteria criteria, DesignLimits limits,
+                             DesignVariables variables)
     : impl_(std::make_unique<Impl>(model, std::move(flat), std::move(deployed), std::move(start),
-                                   std::move(criteria), limits)) {}
+                                   std::move(criteria), limits, variables)) {}
 LinkageDesign::~LinkageDesign() = default;
 LinkageDesign::LinkageDesign(LinkageDesign&&) noexcept = default;
 LinkageDesign& LinkageDesign::operator=(LinkageDesign&&) noexcept = default;
@@ -211,33 +226,37 @@ const LinkageModel& LinkageDesign::model() const { return impl_->model; }
 const DesignPoint& LinkageDesign::point() const { return impl_->point; }
 const DesignCriteria& LinkageDesign::criteria() const { return impl_->criteria; }
 
-DesignTrial LinkageDesign::trial(const Eigen::VectorXd& lengths, const JobContext& context) {
+const DesignVariableMap& LinkageDesign::variables() const { return impl_->map; }
+const Eigen::VectorXd& LinkageDesign::parameters() const { return impl_->parameters; }
+
+DesignTrial LinkageDesign::trial(const Eigen::VectorXd& parameters, const JobContext& context) {
   DesignTrial trial{TrialStatus::kFound, impl_->point, 0, {}, 0, LostShape::kNone};
   Impl::Derivatives& here = impl_->derivatives();
-  const Eigen::VectorXd way = lengths - impl_->point.lengths;
+  const Eigen::VectorXd way = parameters - impl_->parameters;
   const Impl::Forecast flat = impl_->forecast(here.flat, way);
   const Impl::Forecast deployed = impl_->forecast(here.deployed, way);
   try {
-    impl_->model.set_segment_lengths(lengths);
+    impl_->map.place(impl_->model, parameters, trial.point);
+    set_sizes(impl_->model, trial.point);
   } catch (const Error& error) {  // e.g. nothing would be left between a segment's joints
+    set_sizes(impl_->model, impl_->point);
     trial.status = TrialStatus::kTooFar;
     trial.message = error.what();
     return trial;
   }
-  trial.point.lengths = lengths;
   trial.status = impl_->follow(flat, impl_->flat, context, trial.point.flat, trial);
   if (trial.status != TrialStatus::kFound) trial.lost = LostShape::kFlat;
   if (trial.status == TrialStatus::kFound) {
     trial.status = impl_->follow(deployed, impl_->deployed, context, trial.point.deployed, trial);
     if (trial.status != TrialStatus::kFound) trial.lost = LostShape::kDeployed;
   }
-  impl_->model.set_segment_lengths(impl_->point.lengths);
+  set_sizes(impl_->model, impl_->point);
   return trial;
 }
 
 DesignValues LinkageDesign::values(const DesignPoint& point) {
   Impl::Measures& measures = *impl_->measures;
-  impl_->model.set_segment_lengths(point.lengths);
+  set_sizes(impl_->model, point);
   DesignValues values;
   values.flat_energy = impl_->energy.value(point.flat);
   values.deployed_energy = impl_->energy.value(point.deployed);
@@ -246,12 +265,13 @@ DesignValues LinkageDesign::values(const DesignPoint& point) {
   values.smallest_angle = measures.angle.value(point.flat);
   values.objective =
       measures.flat_weight * values.flat_energy + measures.deployed.value(point.deployed);
-  impl_->model.set_segment_lengths(impl_->point.lengths);
+  set_sizes(impl_->model, impl_->point);
   return values;
 }
 
 void LinkageDesign::move_to(DesignPoint point) {
-  impl_->model.set_segment_lengths(point.lengths);
+  set_sizes(impl_->model, point);
+  impl_->parameters = impl_->map.values(impl_->model);
   impl_->point = std::move(point);
   impl_->at_point.reset();
 }

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "engine/base/job.h"
+#include "engine/rods/design/design_variables.h"
 #include "engine/rods/design/shape_functions.h"
 #include "engine/rods/design/target_surface.h"
 #include "engine/rods/equilibrium/linkage_equilibrium.h"
@@ -37,13 +38,8 @@ struct DesignCriteria {
   void validate() const;
 };
 
-/// Both equilibria of one design.
-struct DesignPoint {
-  Eigen::VectorXd lengths;  // rest lengths of segments, L
-  LinkageState flat, deployed;
-};
-
-/// One number for each of what a design is judged by, or a vector of derivatives by L.
+/// One number for each of what a design is judged by, or a vector of derivatives by p, the design's
+/// variables.
 template <class Value>
 struct DesignMeasures {
   Value objective;       // J
@@ -57,7 +53,7 @@ struct DesignValues : DesignMeasures<double> {
   double distance = 0;         // half the weighed squared distances [length^2]
 };
 
-/// Of the Taylor polynomial of an equilibrium in the rest lengths, from which a trial begins.
+/// Of the Taylor polynomial of an equilibrium in the variables, from which a trial begins.
 enum class PredictorOrder { kFirst, kSecond };
 
 struct DesignLimits {
@@ -98,22 +94,25 @@ struct DesignTrial {
   LostShape lost = LostShape::kNone;
 };
 
-/// A linkage and its two equilibria as functions of the rest lengths of its segments. Stays at one
-/// design, where derivatives are taken, and tries others from there: each from its prediction of
-/// first or second order, and none that has jumped is believed.
+/// A linkage and its two equilibria as functions of p: the rest lengths of its segments, or of its
+/// edges, the scales of its sections, or both (DesignVariables). Stays at one design, where
+/// derivatives are taken, and tries others from there: each from its prediction of first or second
+/// order, and none that has jumped is believed.
 class LinkageDesign {
  public:
   /// Beyond it a surface is taken for one in other units or at another place.
   static constexpr double kFarthestSurface = 10;
 
   /// @param flat, deployed  conditions, without springs, loads and weight
-  /// @param start  equilibria under them with these lengths, at least nearly
-  /// @throws Error as DesignCriteria::validate, DesignLimits::validate, Conditions::validate with
-  /// field flat. or deployed., TargetDistance; {kFailedPrecondition} with field start where an
+  /// @param start  equilibria under them with these sizes, at least nearly
+  /// @throws Error as DesignCriteria::validate, DesignLimits::validate, DesignVariables::validate,
+  /// Conditions::validate with field flat. or deployed., set_sizes with field start.,
+  /// TargetDistance; {kInvalidArgument} with field start.edges where edges differ and segments'
+  /// lengths are to be varied; {kFailedPrecondition} with field start where an
   /// equilibrium is not found from it, with field surface where the surface is farther from every
   /// joint than kFarthestSurface times the linkage's extent
   LinkageDesign(const LinkageModel& model, Conditions flat, Conditions deployed, DesignPoint start,
-                DesignCriteria criteria, DesignLimits limits = {});
+                DesignCriteria criteria, DesignLimits limits = {}, DesignVariables variables = {});
   ~LinkageDesign();
   LinkageDesign(LinkageDesign&&) noexcept;
   LinkageDesign& operator=(LinkageDesign&&) noexcept;
@@ -122,7 +121,13 @@ class LinkageDesign {
   [[nodiscard]] const DesignPoint& point() const;
   [[nodiscard]] const DesignCriteria& criteria() const;
 
-  [[nodiscard]] DesignTrial trial(const Eigen::VectorXd& lengths, const JobContext& context = {});
+  [[nodiscard]] const DesignVariableMap& variables() const;
+  /// p of the present point.
+  [[nodiscard]] const Eigen::VectorXd& parameters() const;
+
+  /// @param parameters  p
+  [[nodiscard]] DesignTrial trial(const Eigen::VectorXd& parameters,
+                                  const JobContext& context = {});
   [[nodiscard]] DesignValues values(const DesignPoint& point);
   /// Makes a trial's point the one where derivatives are taken.
   void move_to(DesignPoint point);

@@ -18,14 +18,20 @@ int position(const LinkageModel& model, int joint) {
   return model.variables().joint_begin(joint) + kJointPosition;
 }
 
-/// @param sum  empty at first
+/// Parts that are empty are zero.
 void add(double weight, const LinkageVector& part, LinkageVector& sum) {
-  if (sum.unknowns.size() == 0) {
-    sum = {weight * part.unknowns, weight * part.lengths};
-    return;
-  }
-  sum.unknowns += weight * part.unknowns;
-  sum.lengths += weight * part.lengths;
+  const auto add_part = [&](const Eigen::VectorXd& from, Eigen::VectorXd& to) {
+    if (from.size() == 0) return;
+    if (to.size() == 0) {
+      to = weight * from;
+    } else {
+      to += weight * from;
+    }
+  };
+  add_part(part.unknowns, sum.unknowns);
+  add_part(part.lengths, sum.lengths);
+  add_part(part.edges, sum.edges);
+  add_part(part.sections, sum.sections);
 }
 
 }  // namespace

@@ -77,6 +77,7 @@ void ConditionTerms::weigh(const Gravity& gravity) {
       const bool terminal =
           (e == 0 && joints[kStart] >= 0) || (e == edges - 1 && joints[kFinish] >= 0);
       const double carried = 0.5 * (terminal ? kTerminalDensity : 1.0) *
+                             std::pow(model_.section_scales()[s], 2) *
                              model_.rest_lengths().edge(model_.graph(), variables, s, e);
       vertex_lengths_[first + e] += carried;
       vertex_lengths_[first + e + 1] += carried;

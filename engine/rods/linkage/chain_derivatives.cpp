@@ -49,7 +49,22 @@ class DerivativeWalk {
         vertices_(static_cast<std::size_t>(batch_.edges) + 1),
         gradient_(vertices_.size()),
         turns_(vertices_.size(), T(0.0)),
-        torques_(vertices_.size(), T(0.0)) {}
+        torques_(vertices_.size(), T(0.0)) {
+    std::array<int, kChainLanes> segments;
+    for (int lane = 0; lane < kChainLanes; ++lane) {
+      segments[lane] = batch_.chains[lane];
+      if (segments[lane] >= 0) scale_[lane] = point.model.section_scales()[segments[lane]];
+    }
+    const auto direction = [&](int k) { return gather(point.sections[k], segments) / scale_; };
+    compose(V(1.0), direction(0), direction(1), growth_);
+    square_ = growth_ * growth_;
+    const V square = scale_ * scale_;
+    const T inertia = square * square * (square_ * square_);
+    const RodStiffness& stiffness = point.model.stiffness();
+    bending_1_ = stiffness.bending_1 * inertia;
+    bending_2_ = stiffness.bending_2 * inertia;
+    torsion_ = stiffness.torsion * inertia;
+  }
 
   void run() {
     place();
@@ -67,18 +82,19 @@ class DerivativeWalk {
   }
 
  private:
-  /// One number of each lane along the directions, given where each lane finds it; -1: nowhere.
+  /// A number for each lane, given where it finds it; -1 or no list: zero.
+  static V gather(const double* from, const std::array<int, kChainLanes>& index) {
+    V result(0.0);
+    if (from == nullptr) return result;
+    for (int lane = 0; lane < kChainLanes; ++lane)
+      if (index[lane] >= 0) result[lane] = from[index[lane]];
+    return result;
+  }
+  /// One number of each lane along the directions.
   T moving(const V& value, const std::array<int, kChainLanes>& index) const {
-    const auto gather = [&](const double* from) {
-      V result(0.0);
-      if (from == nullptr) return result;
-      for (int lane = 0; lane < kChainLanes; ++lane)
-        if (index[lane] >= 0) result[lane] = from[index[lane]];
-      return result;
-    };
     T result;
-    compose(value + gather(point_.increment), gather(point_.directions[0]),
-            gather(point_.directions[1]), result);
+    compose(value + gather(point_.increment, index), gather(point_.directions[0], index),
+            gather(point_.directions[1], index), result);
     return result;
   }
   [[nodiscard]] std::array<int, kChainLanes> chain_unknown(int number) const {
@@ -183,20 +199,20 @@ class DerivativeWalk {
       return cells == nullptr ? V(0.0) : load_lane(cells[first_slot_ + e].values);
     };
     T result;
-    compose(load_lane(parameters_ +
-                      (e * LinkageModel::kFields + LinkageModel::kRestLength) * kChainLanes),
-            direction(0), direction(1), result);
+    compose(parameter(e, LinkageModel::kRestLength), direction(0), direction(1), result);
     return result;
+  }
+  [[nodiscard]] V parameter(int e, int field) const {
+    return load_lane(parameters_ + (e * LinkageModel::kFields + field) * kChainLanes);
   }
 
   /// The vertex after edge e.
   [[nodiscard]] VertexResult<T> vertex(int e, const MaterialFrame<T>& frame,
-                                       const MaterialFrame<T>& next) const {
-    const RodStiffness& stiffness = point_.model.stiffness();
+                                       const MaterialFrame<T>& next) {
     const BendingForm form = point_.model.form();
     const T before = rest(e), after = rest(e + 1);
     const VertexStrains<T> none{T(0.0), T(0.0), T(0.0), T(0.0), T(0.0)};
-    VertexMaterial<T> material{T(stiffness.bending_1), T(stiffness.bending_2), T(stiffness.torsion),
+    VertexMaterial<T> material{bending_1_, bending_2_, torsion_,
                                length_weights(before, after, form), none};
     const V branch =
         load_lane(moved_ + ((e + 1) * LinkageState::kFields + LinkageState::kTwist) * kChainLanes);
@@ -215,15 +231,16 @@ class DerivativeWalk {
     };
     result.by_rest_before = by_rest(T(1.0), T(0.0));
     result.by_rest_after = by_rest(T(0.0), T(1.0));
+    // The energy goes with one over both lengths (Euler).
+    turning_ -= before * result.by_rest_before + after * result.by_rest_after;
     return result;
   }
 
   void edge(int e, const MaterialFrame<T>& frame, const VertexResult<T>& before,
             const VertexResult<T>& after) {
     const T length = rest(e);
-    const T stretching(load_lane(
-        parameters_ + (e * LinkageModel::kFields + LinkageModel::kStretching) * kChainLanes));
-    const auto s = stretch(frame.length, length, stretching);
+    const auto s = stretch(frame.length, length, parameter(e, LinkageModel::kStretching) * square_);
+    stretching_ += s.energy;
     const auto gradient = edge_gradient(frame, before.moment - after.moment, s.tension);
     gradient_[e] -= gradient.force;
     gradient_[e + 1] += gradient.force;
@@ -243,6 +260,9 @@ class DerivativeWalk {
                                    : torques_[slot];
       store_lane(out_.numbers + number * kChainLanes, highest(value));
     }
+    // Energies go with the second and fourth power of the scale.
+    const T by_scale = (2.0 * stretching_ + 4.0 * turning_) / (scale_ * growth_);
+    store_lane(out_.section, highest(by_scale));
     if (batch_.has_start) write_end(kStart);
     if (batch_.has_finish) write_end(kFinish);
   }
@@ -272,6 +292,11 @@ class DerivativeWalk {
   JointLanes joints_[2];
   JointChange<T> changes_[2];
   TerminalLanes<T> terminals_[2];
+  T bending_1_, bending_2_, torsion_;
+  V scale_ = 1.0;                             // of the section
+  T growth_;                                  // over that, 1 with its directions
+  T square_;                                  // of it
+  T stretching_ = T(0.0), turning_ = T(0.0);  // energies
 };
 
 }  // namespace

@@ -15,6 +15,7 @@ struct ChainPoint {
   const double* increment;                  // variables().size() numbers
   std::array<const double*, 2> directions;  // of unknowns
   std::array<const LaneCell*, 2> rests;     // of rest lengths, a cell for each slot
+  std::array<const double*, 2> sections;    // of section scales, by segment
 };
 
 /// For the four segments of a batch.
@@ -22,6 +23,7 @@ struct ChainDerivatives {
   double* numbers;  // by numbers of the chain: (4 n + 3) x lanes; those of joints are left open
   double* joints;   // by unknowns of the joints at both ends: 2 x 9 x lanes
   double* rests;    // by rest lengths of edges: n x lanes
+  double* section;  // by the section's scale: lanes
 };
 
 /// The gradient of a batch's energy (order 0), or its derivative along the first direction (1) or

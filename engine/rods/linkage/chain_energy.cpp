@@ -83,7 +83,12 @@ class Walk {
  public:
   Walk(const double* slots, const double* parameters, const RodStiffness& stiffness,
        BendingForm form, const ChainOutputs& out)
-      : slots_(slots), parameters_(parameters), stiffness_(stiffness), form_(form), out_(out) {}
+      : slots_(slots), parameters_(parameters), form_(form), out_(out) {
+    const V scale = parameter(0, LinkageModel::kBending);
+    bending_1_ = stiffness.bending_1 * scale;
+    bending_2_ = stiffness.bending_2 * scale;
+    torsion_ = stiffness.torsion * scale;
+  }
 
   void run(int edges) {
     MaterialFrame<V> frame = frame_of(0);
@@ -124,7 +129,7 @@ class Walk {
   [[gnu::always_inline]] VertexResult vertex(int e, const MaterialFrame<V>& frame,
                                              const MaterialFrame<V>& next) {
     const VertexMaterial<V> material{
-        V(stiffness_.bending_1), V(stiffness_.bending_2), V(stiffness_.torsion),
+        bending_1_, bending_2_, torsion_,
         length_weights(parameter(e, LinkageModel::kRestLength),
                        parameter(e + 1, LinkageModel::kRestLength), form_),
         VertexStrains<V>{V(0.0), V(0.0), V(0.0), V(0.0), V(0.0)}};
@@ -166,9 +171,9 @@ class Walk {
 
   const double* slots_;
   const double* parameters_;
-  const RodStiffness& stiffness_;
   BendingForm form_;
   const ChainOutputs& out_;
+  V bending_1_, bending_2_, torsion_;  // alike along a segment
   V stretching_ = 0.0, bending_ = 0.0, twisting_ = 0.0;
 };
 

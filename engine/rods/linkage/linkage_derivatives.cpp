@@ -19,7 +19,12 @@ struct Outputs {
         joints(2 * std::size_t{kJointUnknowns}),
         rests(static_cast<std::size_t>(batch.edges)) {}
   std::vector<detail::LaneCell> numbers, joints, rests;
+  detail::LaneCell section{};
 };
+
+bool moves_rests(const LinkageVector* direction) {
+  return direction != nullptr && (direction->lengths.size() > 0 || direction->edges.size() > 0);
+}
 
 }  // namespace
 
@@ -47,17 +52,24 @@ LinkageVector LinkageDerivatives::third(const LinkagePoint& at, const LinkageVec
   return evaluate(at, 2, &v, &w);
 }
 
-/// Directions of segments' rest lengths to slots.
+/// Directions of rest lengths to slots.
 void LinkageDerivatives::spread(const LinkageVector* direction,
                                 std::vector<detail::LaneCell>& rests) const {
-  if (direction == nullptr || direction->lengths.size() == 0) return;
+  if (!moves_rests(direction)) return;
   rests.resize(model_.slots());
-  const RestLengths change = model_.rest_length_map().apply_to_change(direction->lengths);
+  const EdgeNumbers& numbers = model_.edge_numbers();
+  Eigen::VectorXd change = direction->edges;
+  if (direction->lengths.size() > 0) {
+    const Eigen::VectorXd shared =
+        numbers.listed(model_.rest_length_map().apply_to_change(direction->lengths));
+    if (change.size() == 0) change.setZero(shared.size());
+    change += shared;
+  }
+  LIMBER_DEMAND(change.size() == numbers.size());
   for (int s = 0; s < model_.variables().segments(); ++s) {
     const ChainBatches::Place place = model_.chains()->place(s);
     for (int e = 0; e < model_.variables().edges(s); ++e)
-      rests[model_.first_slot(place.batch) + e].values[place.lane] =
-          change.edge(model_.graph(), model_.variables(), s, e);
+      rests[model_.first_slot(place.batch) + e].values[place.lane] = change[numbers.edge(s, e)];
   }
 }
 
@@ -76,9 +88,12 @@ LinkageVector LinkageDerivatives::evaluate(const LinkagePoint& at, int order,
                : directions[k]->unknowns.data();
   };
   const auto rests = [&](int k) {
-    return directions[k] == nullptr || directions[k]->lengths.size() == 0
+    return moves_rests(directions[k]) ? rest_directions_[k].data() : nullptr;
+  };
+  const auto sections = [&](int k) {
+    return directions[k] == nullptr || directions[k]->sections.size() == 0
                ? nullptr
-               : rest_directions_[k].data();
+               : directions[k]->sections.data();
   };
   const bool away = at.increment.size() > 0;
   LIMBER_DEMAND(!away || at.increment.size() == size);
@@ -89,8 +104,12 @@ LinkageVector LinkageDerivatives::evaluate(const LinkagePoint& at, int order,
                                  moved ? *moved : at.source,
                                  away ? at.increment.data() : nullptr,
                                  {unknowns(0), unknowns(1)},
-                                 {rests(0), rests(1)}};
-  LinkageVector result{Eigen::VectorXd(size), {}};
+                                 {rests(0), rests(1)},
+                                 {sections(0), sections(1)}};
+  LinkageVector result{Eigen::VectorXd(size),
+                       {},
+                       Eigen::VectorXd(model_.edge_numbers().size()),
+                       Eigen::VectorXd(model_.variables().segments())};
   parallel_for(static_cast<std::int64_t>(model_.chains()->batches().size()), kBatchesPerChunk,
                [&](std::int64_t begin, std::int64_t end) {
                  for (std::int64_t b = begin; b < end; ++b)
@@ -106,7 +125,8 @@ void LinkageDerivatives::evaluate_batch(const detail::ChainPoint& point, int ind
   const ChainBatch& batch = model_.chains()->batches()[index];
   Outputs out(batch);
   detail::evaluate_chain_derivatives(
-      point, index, order, {out.numbers[0].values, out.joints[0].values, out.rests[0].values});
+      point, index, order,
+      {out.numbers[0].values, out.joints[0].values, out.rests[0].values, out.section.values});
   for (int lane = 0; lane < kChainLanes; ++lane) {
     const int chain = batch.chains[lane];
     if (chain < 0) continue;
@@ -123,7 +143,9 @@ void LinkageDerivatives::evaluate_batch(const detail::ChainPoint& point, int ind
                        : batch.has_finish && e == batch.edges - 1 ? 1
                                                                   : 2;
       by_rest_[chain][kind] += out.rests[e].values[lane];
+      if (kind == 2) result.edges[model_.edge_numbers().edge(chain, e)] = out.rests[e].values[lane];
     }
+    result.sections[chain] = out.section.values[lane];
   }
 }
 
@@ -142,6 +164,12 @@ void LinkageDerivatives::gather(LinkageVector& result) const {
   }
   for (int s = 0; s < model_.variables().segments(); ++s) by_edge.free_edge[s] = by_rest_[s][2];
   result.lengths = model_.rest_length_map().transposed(by_edge);
+  for (int j = 0; j < joints; ++j) {
+    for (const Rod rod : {kRodA, kRodB}) {
+      const int edge = model_.edge_numbers().terminal(j, rod);
+      if (edge >= 0) result.edges[edge] = by_edge.terminal(rod, j);
+    }
+  }
 }
 
 LinkageDerivatives::ByLengths LinkageDerivatives::by_lengths(const LinkagePoint& at,

@@ -8,8 +8,9 @@
 #include "engine/rods/linkage/linkage_model.h"
 #include "engine/rods/linkage/linkage_state.h"
 
-// First, second and third derivatives of a linkage's elastic energy by its unknowns and by the rest
-// lengths of its segments together, what adjoints and Newton's method on designs are made of. All
+// First, second and third derivatives of a linkage's elastic energy by its unknowns, the rest
+// lengths of its segments or edges and the scales of its sections together, what adjoints and
+// Newton's method on designs are made of. All
 // come from one set of kernels on numbers, duals and duals of duals; nothing is assembled.
 
 namespace limber::rods {
@@ -23,6 +24,10 @@ struct LinkageVector {
   Eigen::VectorXd unknowns;  // variables().size() numbers; empty in a direction: they stay
   /// Of segments, from graph vertex to graph vertex [length]; empty in a direction: they stay.
   Eigen::VectorXd lengths;
+  /// Of edges by their EdgeNumbers [length], beside what the segments' give them; empty: zero.
+  Eigen::VectorXd edges = {};
+  /// Of the scales of segments' sections; empty: zero.
+  Eigen::VectorXd sections = {};
 };
 
 /// A shape as an increment of the unknowns of a state, rotations below pi; empty: that state.
@@ -33,8 +38,9 @@ struct LinkagePoint {
 
 /// Derivatives D^k E of the elastic energy E(x, L), x the increments counted from a point's source
 /// and L the rest lengths of segments, at the model's present ones and with the model's
-/// RestLengthMap. Exact at the source and away from it (the finite transport's terms and those of
-/// the joints' rotations are in). At the source, D^2 E by x is the matrix of LinkageAssembly.
+/// RestLengthMap; and by the rest lengths of edges and the scales of sections. Exact at the source
+/// and away from it (the finite transport's terms and those of the joints' rotations are in). At
+/// the source, D^2 E by x is the matrix of LinkageAssembly.
 ///
 /// Segments go four at a time and batches in parallel; results do not depend on the number of
 /// threads.
@@ -43,7 +49,8 @@ class LinkageDerivatives {
   /// @pre the model outlives this; changes of its rest lengths are seen
   explicit LinkageDerivatives(const LinkageModel& model);
 
-  /// dE/dx [force, or force length for angles] and dE/dL [force].
+  /// dE/dx [force, or force length for angles], dE/dL [force], also by edges, and by sections
+  /// [force length]. All four parts are given, as for second and third.
   [[nodiscard]] LinkageVector gradient(const LinkagePoint& at);
   /// D^2 E[v, .]: by unknowns H v_x + (dg/dL) v_L, by lengths (dg/dL)^T v_x + (d2E/dL2) v_L.
   [[nodiscard]] LinkageVector second(const LinkagePoint& at, const LinkageVector& v);

@@ -8,6 +8,18 @@
 #include "engine/rods/linkage/chains.h"
 
 namespace limber::rods {
+namespace {
+
+void demand_positive(const char* field, const char* what,
+                     const Eigen::Ref<const Eigen::VectorXd>& values) {
+  for (Eigen::Index i = 0; i < values.size(); ++i) {
+    if (values[i] > 0 && std::isfinite(values[i])) continue;
+    throw Error(ErrorCode::kInvalidArgument, fmt::format("{}[{}]", field, i),
+                fmt::format("{} {} is {}; it must be positive", what, i, values[i]));
+  }
+}
+
+}  // namespace
 
 void RodStiffness::validate() const {
   const auto check = [](const char* name, double value) {
@@ -28,7 +40,9 @@ LinkageModel::LinkageModel(LinkageGraph graph, int edges_per_segment, const RodS
       chains_(chains_of(graph_, variables_)),
       lengths_(drawn_lengths(graph_)),
       rest_map_(graph_, variables_, lengths_),
+      edges_(graph_, variables_),
       rest_(rest_map_.apply(lengths_)),
+      sections_(Eigen::VectorXd::Ones(lengths_.size())),
       stiffness_(stiffness),
       form_(form) {
   stiffness_.validate();
@@ -44,6 +58,21 @@ void LinkageModel::set_segment_lengths(const Eigen::Ref<const Eigen::VectorXd>& 
   fill_parameters();
 }
 
+void LinkageModel::set_edge_lengths(const Eigen::Ref<const Eigen::VectorXd>& edges) {
+  LIMBER_DEMAND(edges.size() == edges_.size());
+  demand_positive("edges", "the rest length of edge", edges);
+  rest_ = edges_.distributed(edges);
+  lengths_ = edges_.segment_lengths(edges);
+  fill_parameters();
+}
+
+void LinkageModel::set_section_scales(const Eigen::Ref<const Eigen::VectorXd>& scales) {
+  LIMBER_DEMAND(scales.size() == sections_.size());
+  demand_positive("sections", "the section's scale of segment", scales);
+  sections_ = scales;
+  fill_parameters();
+}
+
 void LinkageModel::fill_parameters() {
   parameters_.assign(slots() * kFields, {{1, 1, 1, 1}});  // empty lanes: any rod will do
   for (std::size_t b = 0; b < chains_->batches().size(); ++b) {
@@ -51,13 +80,15 @@ void LinkageModel::fill_parameters() {
     for (int lane = 0; lane < kChainLanes; ++lane) {
       const int segment = batch.chains[lane];
       if (segment < 0) continue;
+      const double area = sections_[segment] * sections_[segment];
       for (int edge = 0; edge < batch.edges; ++edge) {
         const bool terminal =
             (batch.has_start && edge == 0) || (batch.has_finish && edge == batch.edges - 1);
         detail::LaneCell* const cells = &parameters_[(first_slot_[b] + edge) * kFields];
         cells[kRestLength].values[lane] = rest_.edge(graph_, variables_, segment, edge);
         cells[kStretching].values[lane] =
-            stiffness_.stretching * (terminal ? kTerminalDensity : 1.0);
+            stiffness_.stretching * (terminal ? kTerminalDensity : 1.0) * area;
+        cells[kBending].values[lane] = area * area;
       }
     }
   }

@@ -3,6 +3,7 @@
 #include <memory>
 #include <vector>
 
+#include "engine/rods/linkage/edge_numbers.h"
 #include "engine/rods/linkage/linkage_graph.h"
 #include "engine/rods/linkage/reduced_variables.h"
 #include "engine/rods/linkage/rest_length_map.h"
@@ -13,7 +14,8 @@
 
 namespace limber::rods {
 
-/// What every rod of a linkage resists with; joints resist nothing.
+/// What every rod of a linkage resists with, where its section is not scaled; joints resist
+/// nothing.
 struct RodStiffness {
   double stretching = 1;  // E A [force]
   double bending_1 = 1;   // lambda_1 [force length^2]: curvature about the joint normals
@@ -47,13 +49,26 @@ class LinkageModel {
   /// @throws Error as RestLengthMap::apply
   void set_segment_lengths(const Eigen::Ref<const Eigen::VectorXd>& lengths);
 
+  [[nodiscard]] const EdgeNumbers& edge_numbers() const { return edges_; }
+  /// Rest lengths of edges by their numbers.
+  [[nodiscard]] Eigen::VectorXd edge_lengths() const { return edges_.listed(rest_); }
+  /// New rest lengths of edges; those of segments become what they add up to.
+  /// @throws Error{kInvalidArgument} with field edges[e] for one that is not positive and finite
+  void set_edge_lengths(const Eigen::Ref<const Eigen::VectorXd>& edges);
+
+  /// Of each segment: its section is as large times s in both directions, so that it has E A s^2,
+  /// lambda s^4 and G J s^4. Of a terminal edge's energy each segment scales its own half.
+  [[nodiscard]] const Eigen::VectorXd& section_scales() const { return sections_; }
+  /// @throws Error{kInvalidArgument} with field sections[s] for one that is not positive and finite
+  void set_section_scales(const Eigen::Ref<const Eigen::VectorXd>& scales);
+
   /// Slots of a batch in arrays by slot: one for each vertex and the edge after it.
   [[nodiscard]] std::size_t first_slot(int batch) const { return first_slot_[batch]; }
   [[nodiscard]] std::size_t slots() const { return first_slot_.back(); }
 
-  /// By slot, for kernels: rest length of the edge, and its stretching stiffness with the share of
-  /// it that is this segment's.
-  enum Field { kRestLength, kStretching, kFields };
+  /// By slot, for kernels: rest length of the edge, its stretching stiffness with the share of it
+  /// that is this segment's, and what the vertex after it has of RodStiffness's lambda and G J.
+  enum Field { kRestLength, kStretching, kBending, kFields };
   [[nodiscard]] const double* slot_parameters(int batch) const {
     return parameters_[first_slot_[batch] * kFields].values;
   }
@@ -66,7 +81,9 @@ class LinkageModel {
   std::shared_ptr<const ChainBatches> chains_;
   Eigen::VectorXd lengths_;
   RestLengthMap rest_map_;
+  EdgeNumbers edges_;
   RestLengths rest_;
+  Eigen::VectorXd sections_;
   RodStiffness stiffness_;
   BendingForm form_;
   std::vector<std::size_t> first_slot_;

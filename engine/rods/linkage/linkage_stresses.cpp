@@ -19,18 +19,20 @@ LinkageStressModel::LinkageStressModel(const Section& section, const SectionProp
 }
 
 LinkageStressModel::Station LinkageStressModel::station(double axial,
-                                                        const Eigen::Vector3d& turning) const {
+                                                        const Eigen::Vector3d& turning,
+                                                        double scale) const {
+  const double area = scale * scale, inertia = area * area;
   Station result;
   result[kAxialStrain] = axial;
-  result[kAxialForce] = stiffness_.stretching * axial;
+  result[kAxialForce] = area * stiffness_.stretching * axial;
   result.segment<3>(kCurvature1) = turning;
-  result[kBendingMoment1] = stiffness_.bending_1 * turning[0];
-  result[kBendingMoment2] = stiffness_.bending_2 * turning[1];
-  result[kTorque] = stiffness_.torsion * turning[2];
-  const SectionReach::Span bent = reach_.along(-turning.head<2>());
+  result[kBendingMoment1] = inertia * stiffness_.bending_1 * turning[0];
+  result[kBendingMoment2] = inertia * stiffness_.bending_2 * turning[1];
+  result[kTorque] = inertia * stiffness_.torsion * turning[2];
+  const SectionReach::Span bent = reach_.along(-scale * turning.head<2>());
   result[kLargestNormal] = young_modulus_ * (axial + bent.most);
   result[kSmallestNormal] = young_modulus_ * (axial + bent.least);
-  const double shear = shear_factor_ * std::abs(turning[2]);
+  const double shear = shear_factor_ * scale * std::abs(turning[2]);
   const double normal =
       std::max(std::abs(result[kLargestNormal]), std::abs(result[kSmallestNormal]));
   result[kTorsionShear] = shear;
@@ -55,7 +57,7 @@ LinkageStresses LinkageStressModel::evaluate(const LinkageModel& model,
       const bool free_end = (i == 0 && joints[kStart] < 0) || (i == edges && joints[kFinish] < 0);
       Eigen::Vector3d turning = Eigen::Vector3d::Zero();
       if (!free_end) turning = strains.turning.col(vertex + std::clamp(i, 1, edges - 1) - 1);
-      result.stations.col(station_index++) = station(axial, turning);
+      result.stations.col(station_index++) = station(axial, turning, model.section_scales()[s]);
     }
     edge += edges;
     vertex += edges - 1;

@@ -33,7 +33,7 @@ struct LinkageStresses {
   std::vector<int> first;  // station of each segment, and the number of all
 };
 
-/// Forces and stresses that go with strains.
+/// Forces and stresses that go with strains, where sections are scaled those of the scaled ones.
 ///
 /// The force of a terminal edge is that of the whole rod, although its two segments carry half of
 /// its energy each. Between two edges stands their mean force; at a joint the force of the joint's
@@ -53,7 +53,8 @@ class LinkageStressModel {
 
  private:
   using Station = Eigen::Matrix<double, kRodFields, 1>;
-  [[nodiscard]] Station station(double axial, const Eigen::Vector3d& turning) const;
+  /// @param scale  of the section
+  [[nodiscard]] Station station(double axial, const Eigen::Vector3d& turning, double scale) const;
 
   SectionReach reach_;
   SectionStiffness stiffness_;

@@ -10,7 +10,8 @@ double RestLengths::edge(const LinkageGraph& graph, const ReducedVariables& vari
     return terminal(value.rods[kStart], value.joints[kStart]);
   if (edge == variables.edges(segment) - 1 && value.joints[kFinish] >= 0)
     return terminal(value.rods[kFinish], value.joints[kFinish]);
-  return free_edge[segment];
+  if (apart.empty()) return free_edge[segment];
+  return apart[static_cast<std::size_t>(segment)][edge - (value.joints[kStart] >= 0 ? 1 : 0)];
 }
 
 RestLengths distribute_rest_lengths(const LinkageGraph& graph, const ReducedVariables& variables,

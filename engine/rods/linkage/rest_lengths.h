@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <vector>
 
 #include "engine/rods/linkage/linkage_graph.h"
 #include "engine/rods/linkage/reduced_variables.h"
@@ -12,10 +13,12 @@ namespace limber::rods {
 inline constexpr double kTerminalDensity = 0.5;
 
 /// Rest lengths of all edges: one for each rod of each joint (the terminal edge that its segments
-/// share), one for all free edges of a segment.
+/// share), one for all free edges of a segment, or one for each.
 struct RestLengths {
   Eigen::Matrix2Xd terminal;  // 2 x joints: rod A, rod B
-  Eigen::VectorXd free_edge;  // segments
+  Eigen::VectorXd free_edge;  // segments; the mean where they differ
+  /// Of each segment: rest lengths of its free edges from start to finish; empty: all are alike.
+  std::vector<Eigen::VectorXd> apart = {};
 
   /// Of edge i of a segment.
   [[nodiscard]] double edge(const LinkageGraph& graph, const ReducedVariables& variables,

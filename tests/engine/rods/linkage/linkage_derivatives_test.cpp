@@ -21,7 +21,8 @@ constexpr RodStiffness kStiffness{50, 2.0, 0.7, 0.9};
 
 enum class Place { kAtTheSource, kAway };
 
-/// A bent linkage with rest lengths of its own, and a point at its state or away from it.
+/// A bent linkage with rest lengths and sections of its own, and a point at its state or away from
+/// it.
 class LinkageDerivativesTest : public ::testing::TestWithParam<std::tuple<BendingForm, Place>> {
  protected:
   LinkageDerivativesTest()
@@ -32,6 +33,11 @@ class LinkageDerivativesTest : public ::testing::TestWithParam<std::tuple<Bendin
     lengths_ = model_.segment_lengths();
     for (double& length : lengths_) length *= random.uniform(0.9, 1.1);
     model_.set_segment_lengths(lengths_);
+    edges_ = model_.edge_lengths();
+    for (double& edge : edges_) edge *= random.uniform(0.95, 1.05);
+    sections_.resize(segments());
+    for (double& section : sections_) section = random.uniform(0.8, 1.25);
+    set(Eigen::VectorXd::Zero(segments()), edges_, sections_);
     for (int k = 0; k < 3; ++k)
       state_ = state_.moved(model_, random_increment(size(), 0.05, random));
     if (std::get<1>(GetParam()) == Place::kAway) increment_ = random_increment(size(), 0.2, random);
@@ -44,29 +50,48 @@ class LinkageDerivativesTest : public ::testing::TestWithParam<std::tuple<Bendin
   }
   [[nodiscard]] LinkageVector direction(unsigned seed) const {
     Random random(seed);
-    const Eigen::VectorXd x = random_increment(size(), 1, random);
-    return {x, random_increment(segments(), 1, random)};
+    LinkageVector v;
+    v.unknowns = random_increment(size(), 1, random);
+    v.lengths = random_increment(segments(), 1, random);
+    v.edges = random_increment(edges_.size(), 0.3, random);
+    v.sections = random_increment(segments(), 1, random);
+    return v;
   }
   [[nodiscard]] static Eigen::VectorXd stacked(const LinkageVector& v) {
-    Eigen::VectorXd all(v.unknowns.size() + v.lengths.size());
-    all << v.unknowns, v.lengths;
+    Eigen::VectorXd all(v.unknowns.size() + v.lengths.size() + v.edges.size() + v.sections.size());
+    all << v.unknowns, v.lengths, v.edges, v.sections;
     return all;
+  }
+  [[nodiscard]] LinkageVector split(const Eigen::VectorXd& all) const {
+    return {all.head(size()), all.segment(size(), segments()),
+            all.segment(size() + segments(), edges_.size()), all.tail(segments())};
+  }
+  /// Sizes of the model; what segments get beside them goes to their edges.
+  void set(const Eigen::VectorXd& segments_more, const Eigen::VectorXd& edges,
+           const Eigen::VectorXd& sections) {
+    const RestLengths more = model_.rest_length_map().apply_to_change(segments_more);
+    model_.set_edge_lengths(edges + model_.edge_numbers().listed(more));
+    model_.set_section_scales(sections);
   }
   /// A function at the point a step along a direction on; the model's lengths come back.
   template <class Function>
   auto along(const LinkageVector& v, double h, const Function& function) {
-    if (v.lengths.size() > 0) model_.set_segment_lengths(lengths_ + h * v.lengths);
+    const auto part = [&](const Eigen::VectorXd& given, Eigen::Index count) -> Eigen::VectorXd {
+      return given.size() > 0 ? Eigen::VectorXd(h * given) : Eigen::VectorXd::Zero(count);
+    };
+    set(part(v.lengths, segments()), edges_ + part(v.edges, edges_.size()),
+        sections_ + part(v.sections, segments()));
     Eigen::VectorXd x = increment();
     if (v.unknowns.size() > 0) x += h * v.unknowns;
     const auto result = function(LinkagePoint{state_, x});
-    model_.set_segment_lengths(lengths_);
+    set(Eigen::VectorXd::Zero(segments()), edges_, sections_);
     return result;
   }
 
   LinkageModel model_;
   LinkageState state_;
   LinkageDerivatives derivatives_;
-  Eigen::VectorXd lengths_;
+  Eigen::VectorXd lengths_, edges_, sections_;
   Eigen::VectorXd increment_;
 };
 
@@ -80,12 +105,13 @@ TEST_P(LinkageDerivativesTest, GradientIsThatOfTheAssembly) {
   EXPECT_LT((result.unknowns - expected).norm(), 1e-12 * expected.norm());
 }
 
-TEST_P(LinkageDerivativesTest, ConformByUnknownsAndRestLengthsTogether) {
+TEST_P(LinkageDerivativesTest, ConformByUnknownsRestLengthsAndSectionsTogether) {
   LinkageAssembly assembly(model_);
   const auto at = [&](const Eigen::VectorXd& all, const auto& function) {
-    model_.set_segment_lengths(all.tail(segments()));
-    const auto result = function(LinkagePoint{state_, all.head(size())});
-    model_.set_segment_lengths(lengths_);
+    const LinkageVector sizes = split(all);
+    set(sizes.lengths, sizes.edges, sizes.sections);
+    const auto result = function(LinkagePoint{state_, sizes.unknowns});
+    set(Eigen::VectorXd::Zero(segments()), edges_, sections_);
     return result;
   };
   EnergyUnderTest energy;
@@ -102,14 +128,13 @@ TEST_P(LinkageDerivativesTest, ConformByUnknownsAndRestLengthsTogether) {
       Eigen::MatrixXd hessian(all.size(), all.size());
       for (Eigen::Index i = 0; i < all.size(); ++i) {
         const Eigen::VectorXd unit = Eigen::VectorXd::Unit(all.size(), i);
-        hessian.col(i) =
-            stacked(derivatives_.second(p, {unit.head(size()), unit.tail(segments())}));
+        hessian.col(i) = stacked(derivatives_.second(p, split(unit)));
       }
       return hessian;
     });
   };
-  Eigen::VectorXd all(size() + segments());
-  all << increment(), lengths_;
+  Eigen::VectorXd all(size() + 2 * segments() + edges_.size());
+  all << increment(), Eigen::VectorXd::Zero(segments()), edges_, sections_;
   limber::testing::expect_conforms(energy, all);
 }
 
@@ -142,9 +167,11 @@ TEST_P(LinkageDerivativesTest, ColumnsByLengthsAreTheProducts) {
 TEST_P(LinkageDerivativesTest, ThirdAgreesWithDifferencesOfProducts) {
   const LinkageVector v = direction(3), w = direction(4);
   const LinkageVector only_x{w.unknowns, {}}, only_l{{}, w.lengths};
-  for (const LinkageVector& step : {w, only_x, only_l}) {
+  const LinkageVector only_e{{}, {}, w.edges}, only_s{{}, {}, {}, w.sections};
+  for (const LinkageVector& step : {w, only_x, only_l, only_e, only_s}) {
     for (const LinkageVector& first :
-         {v, LinkageVector{v.unknowns, {}}, LinkageVector{{}, v.lengths}}) {
+         {v, LinkageVector{v.unknowns, {}}, LinkageVector{{}, v.lengths},
+          LinkageVector{{}, {}, v.edges}, LinkageVector{{}, {}, {}, v.sections}}) {
       const auto product = [&](const LinkagePoint& p) {
         return stacked(derivatives_.second(p, first));
       };

@@ -84,6 +84,22 @@ TEST(LinkageStresses, ACantileverCarriesForceTimesArm) {
   }
 }
 
+TEST(LinkageStresses, AScaledSectionIsTheLargerSection) {
+  const double scale = 1.3, width = 0.03, height = 0.01;
+  Beam beam(Rectangle{width, height});
+  beam.model.set_section_scales(
+      Eigen::VectorXd::Constant(beam.model.variables().segments(), scale));
+  Beam larger(Rectangle{scale * width, scale * height});
+  const Eigen::Vector3d force(3, 0.02, 0.05), moment(0.01, 0, 0);
+  const auto stations = beam.loaded(force, moment);
+  const auto expected = larger.loaded(force, moment);
+  for (int field = 0; field < kRodFields; ++field) {
+    EXPECT_LT((stations.row(field) - expected.row(field)).norm(), 1e-6 * expected.row(field).norm())
+        << field;
+  }
+  EXPECT_GT(expected.row(kVonMises).minCoeff(), 0);
+}
+
 TEST(LinkageStresses, AMomentRollsARodToAnArc) {
   const double diameter = 0.01, angle = 0.5 * kPi;
   Beam beam(Ellipse{diameter, diameter}, 1, 40);
