@@ -34,6 +34,8 @@ struct JobProduct {
   std::optional<proto::SimulationReport> simulation;
   std::optional<proto::RecoveryReport> recovery;
   std::vector<proto::Issue> issues;
+  std::optional<proto::BeamSolution> beams;
+  std::vector<proto::ExportedFile> files;
 };
 
 /// Long work: what it is, how far it is, how it ended. The newest finished ones are kept; the

@@ -37,6 +37,7 @@ bool is_heavy(int body) {
     case proto::Request::kChangeDesign:
     case proto::Request::kGetDesign:
     case proto::Request::kMakeStartingGrid:
+    case proto::Request::kSolveBeams:
       return true;
     default:
       return false;
@@ -233,6 +234,9 @@ void Service::answer(const SharedTicket& ticket, const Request& request) {
     case Request::kMakeStartingGrid:
       *reply.mutable_make_starting_grid() =
           make_starting_grid(request.make_starting_grid(), surface_loader());
+      break;
+    case Request::kSolveBeams:
+      *reply.mutable_solve_beams() = solve_beams(request.solve_beams());
       break;
     case Request::kGetJob:
       return get_job(request.get_job(), ticket);

@@ -102,6 +102,9 @@ class Service {
   // handlers_simulation.cpp
   proto::SimulateResponse simulate(const proto::SimulateRequest& request);
 
+  // handlers_beams.cpp
+  proto::SolveBeamsResponse solve_beams(const proto::SolveBeamsRequest& request);
+
   // handlers_recovery.cpp
   proto::RecoverResponse recover(const proto::RecoverRequest& request);
 

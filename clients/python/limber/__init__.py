@@ -11,6 +11,7 @@ streamed coordinates into numpy arrays. Lengths are in the scene's length unit, 
         positions = session.frames()               # (frames, nodes, 3)
 """
 
+from .beams import BeamSolution
 from .designs import Design, DesignInfo, DesignTerms, StartingGrid
 from .edits import Axes, add, dynamics, ends, move, optimise, redo, remove, replace, reset_material, undo
 from .errors import LimberError, ServerUnreachable
@@ -34,7 +35,7 @@ from .stream import FrameStream, StreamedFrames
 __version__ = "0.1.0"
 
 __all__ = [
-    "Axes", "Constraint", "DEFAULT_ENDPOINT", "Design", "DesignInfo", "DesignTerms", "Export", "FrameStream", "Geometry", "Keyframe", "LaunchedServer",
+    "Axes", "BeamSolution", "Constraint", "DEFAULT_ENDPOINT", "Design", "DesignInfo", "DesignTerms", "Export", "FrameStream", "Geometry", "Keyframe", "LaunchedServer",
     "LimberError", "LinkageGeometry", "LinkageResult", "LinkageSession", "LinkageStep", "Material", "Mode", "Receipt", "Recovery", "Result", "Server", "ServerUnreachable", "Session", "Shape",
     "Simulation", "StartingGrid", "StreamedFrames", "Target", "add", "add_keyframe", "base_motion", "connect", "dynamics", "ends", "force",
     "keyframe", "launch", "linkage_scene", "load_scene", "mesh_file", "move", "move_keyframe", "optimise", "picture", "redo", "remove",

@@ -5,12 +5,12 @@ from __future__ import annotations
 import os
 import time
 from collections import OrderedDict
-from typing import Any, Sequence
+from typing import Any, Iterable, Sequence
 from urllib.parse import urlsplit
 
 import numpy as np
 
-from . import arrays, checks, designs, edits, recoveries, scenes, simulations
+from . import arrays, beams, checks, designs, edits, recoveries, scenes, simulations
 from .connection import VERSION, Connection, CurveKeys
 from .errors import LimberError, ServerUnreachable, from_message, invalid
 from .messages import scene as scene_messages
@@ -203,6 +203,27 @@ class Server:
         positions = simulations.fetch_positions(response.job, done.recovery.frames, part_bytes,
                                                 lambda wanted: self.connection.call("get_frames", wanted, timeout=120.0))
         return recoveries.made_of(done, positions, tuple(issue_text(issue) for issue in response.issues))
+
+    def solve_beams(self, structure: beams.BeamsLike, *, method: str = "choose", tolerance: float | None = None,
+                    files: Iterable[str] = (), stem: str = "", shapes: int = 0, progress: ProgressOption = None,
+                    timeout: float = 3600.0) -> beams.BeamSolution:
+        """The equilibrium of a structure of beams: shape, reactions, forces, stresses, energies, and how it ended. What
+        is not in balance is an answer too: see its status.
+
+        structure: a mapping or file (JSON form of limber.v1.BeamStructure), a message, or a job of the public
+        relaxation code (its folder, or SimulationJob.json). method: "choose", "newton", "relaxation",
+        "relaxation_then_newton"; tolerance: largest force over forces present (1e-8, of relaxation 1e-6); files: of
+        "vtu", "csv" and "json", which solution.write(folder) writes as STEM...; shapes: how many on the way are kept.
+        Ctrl-C while waiting, and the end of `timeout` [s], cancel the job.
+        """
+        checks.seconds(timeout, "timeout")
+        request = beams.request(structure, method=method, tolerance=tolerance, files=files, stem=stem, shapes=shapes)
+        response = self.connection.call("solve_beams", request, timeout=max(60.0, self.connection.timeout))
+        try:
+            return beams.made_of(self.wait_job(response.job, progress, timeout))
+        except (KeyboardInterrupt, LimberError):
+            self.cancel_job(response.job)
+            raise
 
     def starting_grid(self, surface: Any, *, columns: int | None = None, rows: int | None = None,
                       flat_angle: float | None = None, margin: float | None = None,

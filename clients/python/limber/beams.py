@@ -1,0 +1,143 @@
+"""Structures of beams that bend far: what is solved, and the answer."""
+
+from __future__ import annotations
+
+import json
+import os
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Iterable, Mapping, Union
+
+import numpy as np
+from google.protobuf import json_format
+
+from . import arrays, checks, motions
+from .errors import invalid
+from .exports import write_exported
+from .messages import beams as messages
+from .messages import scene, service
+
+BeamsLike = Union["messages.BeamStructure", Mapping[str, Any], str, "os.PathLike[str]"]
+
+METHODS = {"choose": messages.BEAM_METHOD_UNSPECIFIED, "newton": messages.BEAM_METHOD_NEWTON,
+           "relaxation": messages.BEAM_METHOD_RELAXATION,
+           "relaxation_then_newton": messages.BEAM_METHOD_RELAXATION_THEN_NEWTON}
+FORMATS = {"vtu": messages.BEAM_FILE_FORMAT_VTU, "csv": messages.BEAM_FILE_FORMAT_CSV,
+           "json": messages.BEAM_FILE_FORMAT_JSON}
+_JOB, _SETTINGS = "SimulationJob.json", "DRMSettings.json"
+
+
+@dataclass(frozen=True)
+class BeamSolution:
+    """Where a structure of beams rests, and what is in it. SI units; rows are nodes or elements."""
+
+    status: str  # "CONVERGED", "STALLED", "UNSTABLE", "MECHANISM", "ITERATION_LIMIT"
+    method: str  # that gave the answer: "newton", "relaxation", "relaxation_then_newton"
+    message: str
+    node: int | None  # that moves most freely or is worst balanced
+    residual: float  # largest force over forces present, and moment over moments
+    load_factor: float  # share of loads and motions that is on
+    newton_iterations: int
+    load_steps: int
+    relaxation_steps: int
+    positions: np.ndarray  # (nodes, 3)
+    rotations: np.ndarray  # (nodes, 4): quaternions w, x, y, z from rest
+    reaction_forces: np.ndarray  # (nodes, 3) [N], 0 where nothing is held
+    reaction_moments: np.ndarray  # (nodes, 3) [N m]
+    elements: np.ndarray  # (elements, 2): nodes
+    axial_forces: np.ndarray  # (elements,) [N]
+    torques: np.ndarray  # (elements,) [N m]
+    shear_forces: np.ndarray  # (elements, 2): along axes 2 and 3 [N]
+    bending_moments: np.ndarray  # (elements, 2, 2): start and finish, about axes 2 and 3 [N m]
+    stresses: np.ndarray  # (elements,): the largest von Mises stress [Pa]
+    utilisations: np.ndarray  # (elements,): of the yield stress; 0 where that is not known
+    element_stresses: np.ndarray  # (elements, 5): axial, bending, torsional, von Mises, utilisation
+    element_energies: np.ndarray  # (elements,) [J]
+    energies: dict[str, float]  # "stretching", "torsion", "bending_2", "bending_3" [J]
+    largest_bend: float  # between an end and its chord [rad]; above 0.5 the elements are too long
+    shapes: np.ndarray  # (shapes, nodes, 3), float32: positions on the way
+    job: int
+    _files: tuple = field(repr=False, default=())
+
+    @property
+    def converged(self) -> bool:
+        """Forces and moments balance, and the energy rises in every direction."""
+        return self.status == "CONVERGED"
+
+    @property
+    def energy(self) -> float:
+        """Elastic energy [J]."""
+        return sum(self.energies.values())
+
+    def write(self, folder: "str | os.PathLike[str]" = ".") -> tuple[Path, ...]:
+        """Writes the files that solve_beams(files=..) asked for."""
+        return tuple(write_exported(checks.path(folder, "folder"), file) for file in self._files)
+
+
+def load_structure(path: "str | os.PathLike[str]") -> "messages.BeamStructure | scene.MeshFile":
+    """A structure (JSON form of limber.v1.BeamStructure) or a job of the public relaxation code: its folder or its
+    SimulationJob.json, with the mesh that it names and DRMSettings.json from beside it."""
+    path = checks.path(path, "structure")
+    if path.is_dir():
+        path = path / _JOB
+    content = motions.read(path, "structure")
+    try:
+        value = json.loads(content)
+    except ValueError as error:
+        raise invalid("structure", f"{path} is not JSON: {error}") from error
+    if not isinstance(value, Mapping) or "mesh filename" not in value:
+        return _parse(value, str(path))
+    made = scene.MeshFile(name=path.name, content=content)
+    mesh = Path(checks.text(value["mesh filename"], "job")).name  # a job does not reach out of its folder
+    made.companions[mesh] = motions.read(path.with_name(mesh), "job")
+    if path.with_name(_SETTINGS).is_file():
+        made.companions[_SETTINGS] = motions.read(path.with_name(_SETTINGS), "job")
+    return made
+
+
+def _parse(value: Any, what: str) -> "messages.BeamStructure":
+    if not isinstance(value, Mapping):
+        raise invalid("structure", f"{what} is no structure: a JSON object is expected")
+    try:
+        return json_format.ParseDict(checks.plain(value), messages.BeamStructure())
+    except (json_format.ParseError, TypeError, AttributeError) as error:
+        path, why = checks.json_fault(error)
+        raise invalid(f"structure{path}", f"{what} is no structure: {why}") from error
+
+
+def request(structure: BeamsLike, *, method: str, tolerance: float | None, files: Iterable[str], stem: str,
+            shapes: int) -> "messages.SolveBeamsRequest":
+    """What is sent."""
+    made = messages.SolveBeamsRequest(method=METHODS[checks.one_of(method, METHODS, "method")],
+                                      stem=checks.text(stem, "stem"), shapes=checks.whole(shapes, "shapes"))
+    made.files.extend(FORMATS[checks.one_of(name, FORMATS, "files")] for name in checks.several(files, "files"))
+    if tolerance is not None:
+        made.tolerance = checks.real(tolerance, "tolerance")
+    if isinstance(structure, (str, os.PathLike)):
+        read: Any = load_structure(structure)
+    else:
+        read = structure if isinstance(structure, messages.BeamStructure) else _parse(structure, "the value")
+    (made.job if isinstance(read, scene.MeshFile) else made.structure).CopyFrom(read)
+    return made
+
+
+def made_of(job: "service.GetJobResponse") -> BeamSolution:
+    """Of a job that is done."""
+    answer = job.beams
+
+    def rows(name: str) -> np.ndarray:
+        return arrays.to_numpy(getattr(answer, name), name)
+
+    forces, stresses = rows("element_forces"), rows("element_stresses")
+    method = {number: name for name, number in METHODS.items()}[answer.method]
+    energies = {name: getattr(answer.energies, name) for name in ("stretching", "torsion", "bending_2", "bending_3")}
+    return BeamSolution(
+        status=messages.BeamStatus.Name(answer.status).removeprefix("BEAM_STATUS_"), method=method,
+        message=answer.message, node=answer.node if answer.HasField("node") else None, residual=answer.residual,
+        load_factor=answer.load_factor, newton_iterations=answer.newton_iterations, load_steps=answer.load_steps,
+        relaxation_steps=answer.relaxation_steps, positions=rows("positions"), rotations=rows("rotations"),
+        reaction_forces=rows("reaction_forces"), reaction_moments=rows("reaction_moments"), elements=rows("elements"),
+        axial_forces=forces[:, 0], torques=forces[:, 1], shear_forces=forces[:, 2:4],
+        bending_moments=forces[:, 4:].reshape(-1, 2, 2), stresses=stresses[:, 3], utilisations=stresses[:, 4],
+        element_stresses=stresses, element_energies=rows("element_energies"), energies=energies,
+        largest_bend=answer.largest_bend, shapes=rows("shapes"), job=job.status.job, _files=tuple(job.files))

@@ -1,0 +1,29 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "engine/base/job.h"
+#include "engine/beams/results/beam_results.h"
+#include "engine/beams/solver/beam_solution.h"
+
+namespace limber::session {
+
+/// A structure that has been solved, with everything that is read off it.
+struct BeamAnalysis {
+  beams::BeamStructure structure;
+  beams::BeamSolution solution;
+  beams::BeamResults results;
+  /// Positions of the nodes on the way, in order, 3 x nodes each [length].
+  std::vector<Eigen::Matrix3Xf> shapes;
+};
+
+/// Solves a structure from the state as drawn. An answer that is not in balance is an answer too:
+/// its report says so.
+/// @param shapes  at most so many on the way, >= 0; every second one is dropped whenever there are
+/// more, so that they stay evenly spread
+/// @throws Error as beams::validate and BeamSolveOptions::validate; {kCancelled}
+[[nodiscard]] BeamAnalysis analyse(beams::BeamModel model, const beams::BeamSolveOptions& options,
+                                   int shapes = 0, const JobContext& job = {});
+
+}  // namespace limber::session

@@ -1,0 +1,187 @@
+#include "server/codec/beam_structure.h"
+
+#include <fmt/format.h>
+
+#include <filesystem>
+
+#include "engine/scene/formats/beam_job.h"
+#include "engine/scene/formats/edge_formats.h"
+#include "engine/session/beams/job_mapping.h"
+#include "server/codec/linkage.h"
+#include "server/codec/scene.h"
+
+namespace limber::server {
+namespace {
+
+std::string at(const std::string& list, int index) { return fmt::format("{}[{}]", list, index); }
+
+beams::SectionShape decode_shape(const proto::BeamSection& message, const std::string& field) {
+  switch (message.shape_case()) {
+    case proto::BeamSection::kRectangle:
+      return beams::rectangle(message.rectangle().width(), message.rectangle().height());
+    case proto::BeamSection::kTube:
+      return beams::tube(message.tube().outer_radius(), message.tube().inner_radius());
+    case proto::BeamSection::SHAPE_NOT_SET:
+      break;
+  }
+  throw invalid(field, field + " needs a rectangle or a tube");
+}
+
+/// The message's name for what the engine calls a dimension or constant of a section.
+std::string section_field(const std::string& name) {
+  if (name == "width_along_2") return ".rectangle.width";
+  if (name == "height_along_3") return ".rectangle.height";
+  if (name.ends_with("_radius")) return ".tube." + name;
+  return "." + name;
+}
+
+beams::BeamSection decode_section(const proto::BeamSection& message, const std::string& field) {
+  try {
+    return beams::make_section(
+        decode_shape(message, field),
+        {message.young(), message.poisson(), message.density(), message.yield_stress()});
+  } catch (const Error& error) {
+    throw Error(error.code(), field + section_field(error.field()), error.what());
+  }
+}
+
+void decode_axes(const google::protobuf::RepeatedField<std::uint32_t>& axes,
+                 const std::string& field, std::array<bool, 3>& released) {
+  for (int i = 0; i < axes.size(); ++i) {
+    if (axes[i] < 1 || axes[i] > 3)
+      throw invalid(at(field, i), fmt::format("axes are 1, 2 and 3, not {}", axes[i]));
+    released[axes[i] - 1] = true;
+  }
+}
+
+beams::EndRelease decode_release(const proto::BeamRelease& message, const std::string& field) {
+  beams::EndRelease release;
+  decode_axes(message.forces(), field + ".forces", release.forces);
+  decode_axes(message.rotations(), field + ".rotations", release.rotations);
+  return release;
+}
+
+beams::BeamElement decode_element(const proto::BeamElement& message, const std::string& field) {
+  beams::BeamElement element;
+  element.start = decode_index(message.start(), field + ".start");
+  element.finish = decode_index(message.finish(), field + ".finish");
+  element.section = decode_index(message.section(), field + ".section");
+  if (message.kind() == proto::BEAM_KIND_CABLE) element.kind = beams::BeamKind::kCable;
+  element.normal = decode_vector(message.normal());
+  element.rest_length = message.rest_length();
+  element.rest_curvature = decode_vector(message.rest_curvature());
+  element.start_release = decode_release(message.start_release(), field + ".start_release");
+  element.finish_release = decode_release(message.finish_release(), field + ".finish_release");
+  return element;
+}
+
+beams::BeamSupport decode_support(const proto::BeamSupport& message, const std::string& field) {
+  beams::BeamSupport support;
+  support.node = decode_index(message.node(), field + ".node");
+  support.fixed = {message.fix_x(),          message.fix_y(),          message.fix_z(),
+                   message.fix_rotation_x(), message.fix_rotation_y(), message.fix_rotation_z()};
+  return support;
+}
+
+beams::PrescribedMotion decode_motion_of(const proto::BeamMotion& message,
+                                         const std::string& field) {
+  beams::PrescribedMotion motion;
+  motion.node = decode_index(message.node(), field + ".node");
+  motion.translates = {message.has_x(), message.has_y(), message.has_z()};
+  motion.translation = {message.x(), message.y(), message.z()};
+  motion.rotates = message.has_rotation();
+  motion.rotation = decode_vector(message.rotation());
+  return motion;
+}
+
+beams::LoadDirection direction(bool follows) {
+  return follows ? beams::LoadDirection::kFollowing : beams::LoadDirection::kFixed;
+}
+
+beams::NodalLoad decode_nodal_load(const proto::BeamLoad& message, const std::string& field) {
+  return {decode_index(message.node(), field + ".node"), decode_vector(message.force()),
+          decode_vector(message.moment()), direction(message.follows())};
+}
+
+beams::DistributedLoad decode_distributed(const proto::BeamDistributedLoad& message,
+                                          const std::string& field) {
+  return {decode_index(message.element(), field + ".element"), decode_vector(message.force()),
+          direction(message.follows())};
+}
+
+beams::BeamNode decode_node(const proto::BeamNode& message, const std::string& field) {
+  if (!message.has_position()) throw invalid(field + ".position", "missing");
+  beams::BeamNode node;
+  node.position = decode_vector(message.position());
+  if (message.has_normal()) node.normal = decode_vector(message.normal());
+  return node;
+}
+
+template <class Messages, class Value, class Decode>
+void decode_list(const Messages& messages, const std::string& field, const Decode& decode,
+                 std::vector<Value>& values) {
+  for (int i = 0; i < messages.size(); ++i) values.push_back(decode(messages.Get(i), at(field, i)));
+}
+
+/// The message's name for a place in the engine's values.
+std::string field_in_message(std::string name) {
+  const auto fixed = name.find(".fixed[");
+  if (fixed != std::string::npos) name.resize(fixed);
+  if (name.starts_with("motions[") && name.ends_with(".translation"))
+    name.resize(name.size() - std::string(".translation").size());
+  return name;
+}
+
+const std::string& companion(const proto::MeshFile& message, const std::string& name,
+                             const std::string& field) {
+  const auto found = message.companions().find(name);
+  if (found == message.companions().end())
+    throw invalid(field + ".companions", fmt::format("the job needs {}, which is missing", name));
+  return found->second;
+}
+
+}  // namespace
+
+beams::BeamModel decode_beam_structure(const proto::BeamStructure& message,
+                                       const std::string& field) {
+  beams::BeamModel model;
+  decode_list(message.nodes(), field + ".nodes", decode_node, model.nodes);
+  decode_list(message.sections(), field + ".sections", decode_section, model.sections);
+  decode_list(message.elements(), field + ".elements", decode_element, model.elements);
+  decode_list(message.supports(), field + ".supports", decode_support, model.supports);
+  decode_list(message.motions(), field + ".motions", decode_motion_of, model.motions);
+  decode_list(message.loads(), field + ".loads", decode_nodal_load, model.loads);
+  decode_list(message.distributed_loads(), field + ".distributed_loads", decode_distributed,
+              model.distributed_loads);
+  decode_list(message.temporary_loads(), field + ".temporary_loads", decode_nodal_load,
+              model.temporary_loads);
+  model.gravity = decode_vector(message.gravity());
+  try {
+    validate(model);
+  } catch (const Error& error) {
+    throw Error(error.code(), field + "." + field_in_message(error.field()), error.what());
+  }
+  return model;
+}
+
+beams::BeamModel decode_beam_job(const proto::MeshFile& message, const std::string& field) {
+  try {
+    const std::string settings = "DRMSettings.json";
+    const auto& companions = message.companions();
+    scene::BeamJobFiles files;
+    files.job = scene::read_beam_job(
+        message.content(), companions.contains(settings) ? std::string_view(companions.at(settings))
+                                                         : std::string_view());
+    const std::string mesh = std::filesystem::path(files.job.mesh_file).filename().string();
+    files.mesh = scene::read_edge_mesh(mesh, companion(message, mesh, field));
+    beams::BeamModel model = session::model_of(files);
+    validate(model);
+    return model;
+  } catch (const Error& error) {
+    const std::string why = error.what();
+    const bool named = error.field().empty() || why.starts_with(error.field());
+    throw Error(error.code(), field, named ? why : error.field() + ": " + why);
+  }
+}
+
+}  // namespace limber::server

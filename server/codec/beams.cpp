@@ -1,0 +1,223 @@
+#include "server/codec/beams.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+
+#include "engine/session/beams/beam_files.h"
+#include "server/codec/arrays.h"
+#include "server/codec/beam_structure.h"
+
+namespace limber::server {
+namespace {
+
+constexpr std::uint32_t kMostShapes = 256;
+
+beams::BeamMethod decode_method(proto::BeamMethod method) {
+  switch (method) {
+    case proto::BEAM_METHOD_NEWTON:
+      return beams::BeamMethod::kNewton;
+    case proto::BEAM_METHOD_RELAXATION:
+      return beams::BeamMethod::kRelaxation;
+    case proto::BEAM_METHOD_RELAXATION_THEN_NEWTON:
+      return beams::BeamMethod::kRelaxationThenNewton;
+    default:
+      return beams::BeamMethod::kChoose;
+  }
+}
+
+proto::BeamMethod encode_method(beams::BeamMethod method) {
+  switch (method) {
+    case beams::BeamMethod::kNewton:
+      return proto::BEAM_METHOD_NEWTON;
+    case beams::BeamMethod::kRelaxation:
+      return proto::BEAM_METHOD_RELAXATION;
+    case beams::BeamMethod::kRelaxationThenNewton:
+      return proto::BEAM_METHOD_RELAXATION_THEN_NEWTON;
+    case beams::BeamMethod::kChoose:
+      break;
+  }
+  return proto::BEAM_METHOD_UNSPECIFIED;
+}
+
+/// Nobody is shown a cancelled analysis.
+proto::BeamStatus encode_status(beams::BeamStatus status) {
+  switch (status) {
+    case beams::BeamStatus::kConverged:
+      return proto::BEAM_STATUS_CONVERGED;
+    case beams::BeamStatus::kStalled:
+      return proto::BEAM_STATUS_STALLED;
+    case beams::BeamStatus::kUnstable:
+      return proto::BEAM_STATUS_UNSTABLE;
+    case beams::BeamStatus::kMechanism:
+      return proto::BEAM_STATUS_MECHANISM;
+    case beams::BeamStatus::kIterationLimit:
+      return proto::BEAM_STATUS_ITERATION_LIMIT;
+    case beams::BeamStatus::kCancelled:
+      break;
+  }
+  return proto::BEAM_STATUS_UNSPECIFIED;
+}
+
+std::string decode_stem(const std::string& stem) {
+  if (stem.empty()) return "beams";
+  const bool good = stem.size() <= 128 && stem.front() != '.' &&
+                    std::all_of(stem.begin(), stem.end(), [](unsigned char c) {
+                      return (c < 0x80 && std::isalnum(c) != 0) || c == '.' || c == '_' || c == '-';
+                    });
+  if (!good)
+    throw invalid("stem", "a file name of [A-Za-z0-9._-] that starts with no dot is expected");
+  return stem;
+}
+
+beams::BeamModel decode_source(const proto::SolveBeamsRequest& request) {
+  switch (request.source_case()) {
+    case proto::SolveBeamsRequest::kStructure:
+      return decode_beam_structure(request.structure(), "structure");
+    case proto::SolveBeamsRequest::kJob:
+      return decode_beam_job(request.job(), "job");
+    case proto::SolveBeamsRequest::SOURCE_NOT_SET:
+      break;
+  }
+  throw invalid("structure", "a structure or a job is expected");
+}
+
+Eigen::MatrixXd force_rows(const std::vector<beams::ElementForces>& forces) {
+  Eigen::MatrixXd rows(static_cast<Eigen::Index>(forces.size()), 8);
+  for (std::size_t i = 0; i < forces.size(); ++i) {
+    const beams::ElementForces& f = forces[i];
+    rows.row(static_cast<Eigen::Index>(i)) << f.axial, f.torque, f.shear_2, f.shear_3,
+        f.start_moment_2, f.start_moment_3, f.finish_moment_2, f.finish_moment_3;
+  }
+  return rows;
+}
+
+Eigen::MatrixXd stress_rows(const std::vector<beams::ElementStresses>& stresses) {
+  Eigen::MatrixXd rows(static_cast<Eigen::Index>(stresses.size()), 5);
+  for (std::size_t i = 0; i < stresses.size(); ++i) {
+    const beams::ElementStresses& s = stresses[i];
+    rows.row(static_cast<Eigen::Index>(i)) << s.axial, s.bending, s.torsion, s.equivalent,
+        s.utilisation;
+  }
+  return rows;
+}
+
+Eigen::MatrixXd rotation_rows(const beams::BeamState& state) {
+  Eigen::MatrixXd rows(state.nodes(), 4);
+  for (int i = 0; i < state.nodes(); ++i) {
+    const Eigen::Quaterniond& q = state.rotations[static_cast<std::size_t>(i)];
+    rows.row(i) << q.w(), q.x(), q.y(), q.z();
+  }
+  return rows;
+}
+
+proto::Array encode_column(const std::vector<double>& values) {
+  proto::Array array;
+  array.set_type(proto::DATA_TYPE_FLOAT64);
+  array.add_shape(values.size());
+  array.set_data(values.data(), values.size() * sizeof(double));
+  return array;
+}
+
+proto::Array encode_shapes(const session::BeamAnalysis& analysis) {
+  proto::Array array;
+  array.set_type(proto::DATA_TYPE_FLOAT32);
+  array.add_shape(analysis.shapes.size());
+  array.add_shape(static_cast<std::uint64_t>(analysis.structure.nodes()));
+  array.add_shape(3);
+  for (const Eigen::Matrix3Xf& shape : analysis.shapes)
+    array.mutable_data()->append(reinterpret_cast<const char*>(shape.data()),
+                                 static_cast<std::size_t>(shape.size()) * sizeof(float));
+  return array;
+}
+
+proto::Array encode_elements(const beams::BeamModel& model) {
+  Eigen::MatrixXi pairs(2, static_cast<Eigen::Index>(model.elements.size()));
+  for (std::size_t i = 0; i < model.elements.size(); ++i)
+    pairs.col(static_cast<Eigen::Index>(i)) << model.elements[i].start, model.elements[i].finish;
+  return encode_indices(pairs);
+}
+
+void encode_report(const beams::BeamReport& report, proto::BeamSolution& message) {
+  message.set_status(encode_status(report.status));
+  message.set_method(encode_method(report.method));
+  message.set_newton_iterations(static_cast<std::uint32_t>(report.newton_iterations));
+  message.set_load_steps(static_cast<std::uint32_t>(report.load_steps));
+  message.set_relaxation_steps(static_cast<std::uint32_t>(report.relaxation_steps));
+  message.set_residual(report.residual);
+  message.set_load_factor(report.load_factor);
+  if (report.node >= 0) message.set_node(static_cast<std::uint32_t>(report.node));
+  message.set_message(report.message);
+}
+
+proto::ExportedFile file_of(std::string name, std::string content) {
+  proto::ExportedFile file;
+  file.set_name(std::move(name));
+  file.set_content(std::move(content));
+  return file;
+}
+
+}  // namespace
+
+BeamRequest decode_beams(const proto::SolveBeamsRequest& request) {
+  BeamRequest decoded;
+  decoded.options.method = decode_method(request.method());
+  if (request.has_tolerance())
+    decoded.options.tolerance = decoded.options.relaxation_tolerance = request.tolerance();
+  decoded.options.validate();
+  if (request.shapes() > kMostShapes)
+    throw limit_exceeded("shapes", "shapes to keep", kMostShapes, request.shapes());
+  decoded.shapes = static_cast<int>(request.shapes());
+  for (int i = 0; i < request.files_size(); ++i) {
+    if (request.files(i) == proto::BEAM_FILE_FORMAT_UNSPECIFIED)
+      throw invalid(fmt::format("files[{}]", i), "unspecified");
+    const auto format = request.files(i);
+    if (std::find(decoded.files.begin(), decoded.files.end(), format) != decoded.files.end())
+      throw invalid(fmt::format("files[{}]", i), "asked for twice");
+    decoded.files.push_back(format);
+  }
+  decoded.stem = decode_stem(request.stem());
+  decoded.model = decode_source(request);
+  return decoded;
+}
+
+proto::BeamSolution encode_beams(const session::BeamAnalysis& analysis) {
+  const beams::BeamState& state = analysis.solution.state;
+  const beams::BeamResults& results = analysis.results;
+  proto::BeamSolution message;
+  encode_report(analysis.solution.report, message);
+  *message.mutable_positions() = encode_points_float64(state.positions);
+  *message.mutable_rotations() = encode_matrix(rotation_rows(state));
+  *message.mutable_reaction_forces() = encode_points_float64(results.reaction_forces);
+  *message.mutable_reaction_moments() = encode_points_float64(results.reaction_moments);
+  *message.mutable_element_forces() = encode_matrix(force_rows(results.forces));
+  *message.mutable_element_stresses() = encode_matrix(stress_rows(results.stresses));
+  *message.mutable_element_energies() = encode_column(results.element_energies);
+  message.mutable_energies()->set_stretching(results.energies.stretching);
+  message.mutable_energies()->set_torsion(results.energies.torsion);
+  message.mutable_energies()->set_bending_2(results.energies.bending_2);
+  message.mutable_energies()->set_bending_3(results.energies.bending_3);
+  message.set_largest_utilisation(results.largest_utilisation);
+  message.set_largest_bend(results.largest_bend);
+  *message.mutable_elements() = encode_elements(analysis.structure.model());
+  *message.mutable_shapes() = encode_shapes(analysis);
+  return message;
+}
+
+std::vector<proto::ExportedFile> beam_files(const session::BeamAnalysis& analysis,
+                                            const BeamRequest& request) {
+  std::vector<proto::ExportedFile> files;
+  for (const proto::BeamFileFormat format : request.files) {
+    if (format == proto::BEAM_FILE_FORMAT_VTU)
+      files.push_back(file_of(request.stem + ".vtu", session::beam_vtu(analysis)));
+    if (format == proto::BEAM_FILE_FORMAT_JSON)
+      files.push_back(file_of(request.stem + ".json", session::beam_json(analysis)));
+    if (format != proto::BEAM_FILE_FORMAT_CSV) continue;
+    files.push_back(file_of(request.stem + "_nodes.csv", session::beam_nodes_csv(analysis)));
+    files.push_back(file_of(request.stem + "_elements.csv", session::beam_elements_csv(analysis)));
+  }
+  return files;
+}
+
+}  // namespace limber::server

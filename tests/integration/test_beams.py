@@ -1,0 +1,142 @@
+"""Structures of beams through the service, over real sockets."""
+
+import json
+import re
+import subprocess
+import sys
+
+import limber
+import numpy as np
+import pytest
+from conftest import ROOT
+
+CLAMPED = {name: True for name in ("fix_x", "fix_y", "fix_z", "fix_rotation_x", "fix_rotation_y", "fix_rotation_z")}
+
+
+def cantilever(elements=20, load=1.0):
+    """Along x, L = 1 m, EI = 1 N m^2, a force down at its tip: under 1 N it bends by 0.30172 (elastica)."""
+    return {
+        "nodes": [{"position": {"x": i / elements}} for i in range(elements + 1)],
+        "sections": [{"rectangle": {"width": 0.01, "height": 0.01}, "young": 12e8, "poisson": 0.3,
+                      "yield_stress": 1e9}],
+        "elements": [{"start": i, "finish": i + 1} for i in range(elements)],
+        "supports": [{"node": 0, **CLAMPED}],
+        "loads": [{"node": elements, "force": {"z": -load}}],
+    }
+
+
+def job_folder(folder, elements=10):
+    """The same as a job of the public relaxation code."""
+    lines = ["ply", "format ascii 1.0", f"element vertex {elements + 1}",
+             *(f"property float {name}" for name in ("x", "y", "z", "nx", "ny", "nz")),
+             f"element edge {elements}", "property int vertex1", "property int vertex2", "end_header"]
+    lines += [f"{i / elements} 0 0 0 0 1" for i in range(elements + 1)]
+    lines += [f"{i} {i + 1}" for i in range(elements)]
+    (folder / "beam.ply").write_text("\n".join(lines) + "\n")
+    (folder / "SimulationJob.json").write_text(json.dumps({
+        "label": "cantilever", "mesh filename": "beam.ply", "cross section dim": [0.01, 0.01],
+        "beam material": [0.3, 12e8], "fixed vertices": [[0, [0, 1, 2, 3, 4, 5]]],
+        "forces": [[elements, [0, 0, -1, 0, 0, 0]]]}))
+    return folder
+
+
+def vtu_array(path, name, dtype):
+    """An array of a .vtu with raw appended data; meshio mixes up offsets where there are so many arrays."""
+    content = path.read_bytes()
+    offset = int(re.search(rb'Name="%s"[^>]* offset="(\d+)"' % name.encode(), content)[1])
+    begin = content.index(b'<AppendedData encoding="raw">\n_') + len(b'<AppendedData encoding="raw">\n_') + offset
+    size = int.from_bytes(content[begin:begin + 8], "little")
+    return np.frombuffer(content[begin + 8:begin + 8 + size], dtype)
+
+
+def refusal(server, structure, **options):
+    with pytest.raises(limber.LimberError) as caught:
+        server.solve_beams(structure, progress=False, **options)
+    return caught.value
+
+
+def test_a_cantilever_bends_as_the_elastica_does(server):
+    answer = server.solve_beams(cantilever(), progress=False)
+    assert answer.converged and answer.method == "newton" and answer.load_factor == 1
+    assert abs(answer.positions[-1, 2] + 0.30172) < 1e-4 and answer.positions.shape == (21, 3)
+    assert np.allclose(answer.reaction_forces[0], (0, 0, 1), atol=1e-6)
+    lever = answer.positions[-1, 0]
+    assert abs(abs(answer.bending_moments[0, 0, 0]) - lever) < 1e-3, "force times lever at the clamp"
+    assert abs(answer.reaction_moments[0, 1] + lever) < 1e-3
+    assert answer.element_energies.sum() == pytest.approx(answer.energy)
+    assert answer.utilisations.argmax() == 0 and answer.utilisations[0] == pytest.approx(answer.stresses[0] / 1e9)
+
+
+def test_relaxation_agrees_and_shows_the_way(server):
+    wanted = server.solve_beams(cantilever(10), progress=False)
+    answer = server.solve_beams(cantilever(10), method="relaxation", shapes=12, progress=False)
+    assert answer.method == "relaxation" and answer.relaxation_steps > 0
+    assert np.abs(answer.positions - wanted.positions).max() < 1e-4
+    assert 2 <= len(answer.shapes) <= 12 and abs(answer.shapes[0, -1, 2]) < abs(answer.shapes[-1, -1, 2])
+
+
+def test_a_mechanism_is_an_answer(server):
+    hinged = cantilever(4)
+    hinged["supports"] = [{"node": 0, "fix_x": True, "fix_y": True, "fix_z": True}]
+    answer = server.solve_beams(hinged, progress=False)
+    assert not answer.converged and answer.message and np.isfinite(answer.positions).all()
+
+
+def test_files_hold_the_answer(server, tmp_path):
+    answer = server.solve_beams(cantilever(6), files=("vtu", "csv", "json"), stem="arm", progress=False)
+    names = {path.name for path in answer.write(tmp_path)}
+    assert names == {"arm.vtu", "arm_nodes.csv", "arm_elements.csv", "arm.json"}
+    assert np.array_equal(vtu_array(tmp_path / "arm.vtu", "Points", "<f8"), answer.positions.ravel())
+    assert np.array_equal(vtu_array(tmp_path / "arm.vtu", "connectivity", "<i4"), answer.elements.ravel())
+    assert np.array_equal(vtu_array(tmp_path / "arm.vtu", "utilisation", "<f8"), answer.utilisations)
+    table = np.genfromtxt(tmp_path / "arm_elements.csv", delimiter=",", names=True)
+    assert np.allclose(table["axial_force"], answer.axial_forces)
+    values = json.loads((tmp_path / "arm.json").read_text())
+    assert values["status"] == "converged" and values["nodes"][6]["z"] == answer.positions[6, 2]
+
+
+def test_jobs_of_the_public_code(server, tmp_path):
+    folder = job_folder(tmp_path)
+    answer = server.solve_beams(folder, progress=False)
+    assert answer.converged and np.abs(answer.positions - server.solve_beams(cantilever(10)).positions).max() < 1e-6
+    (folder / "SimulationJob.json").write_text(
+        (folder / "SimulationJob.json").read_text().replace("[10, [0", "[11, [0"))
+    error = refusal(server, folder)
+    assert (error.code, error.field) == ("OUT_OF_RANGE", "job") and "11" in str(error)
+
+
+@pytest.mark.parametrize("change, code, field", [
+    (lambda s: s["nodes"][2]["position"].update(x=s["nodes"][1]["position"]["x"]), "INVALID_ARGUMENT",
+     "structure.elements[1]"),
+    (lambda s: s["loads"][0].update(node=99), "OUT_OF_RANGE", "structure.loads[0].node"),
+    (lambda s: s.update(supports=[]), "FAILED_PRECONDITION", "structure.supports"),
+    (lambda s: s["elements"].append({"start": 1, "finish": 0}), "INVALID_ARGUMENT", "structure.elements[4]"),
+    (lambda s: s["sections"][0]["rectangle"].update(height=0), "INVALID_ARGUMENT",
+     "structure.sections[0].rectangle.height"),
+    (lambda s: s.update(motions=[{"node": 0, "z": 0.1}]), "INVALID_ARGUMENT", "structure.motions[0]"),
+    (lambda s: s["elements"][0].update(start_release={"rotations": [4]}), "INVALID_ARGUMENT",
+     "structure.elements[0].start_release.rotations[0]"),
+    (lambda s: s["nodes"].append({}), "INVALID_ARGUMENT", "structure.nodes[5].position"),
+])
+def test_bad_structures_are_refused_by_name(server, change, code, field):
+    structure = cantilever(4)
+    change(structure)
+    error = refusal(server, structure)
+    assert (error.code, error.field) == (code, field)
+
+
+def test_bad_options_are_refused(server):
+    assert refusal(server, cantilever(2), tolerance=2.0).field == "tolerance"
+    assert refusal(server, cantilever(2), shapes=257).code == "LIMIT_EXCEEDED"
+    assert refusal(server, cantilever(2), files=("csv", "csv")).field == "files[1]"
+    assert refusal(server, cantilever(2), stem="../x").field == "stem"
+    assert refusal(server, cantilever(2), method="hope").field == "method"
+    assert refusal(server, {"nodez": []}).code == "INVALID_ARGUMENT"
+
+
+def test_the_example_bends_an_arch(limberd, tmp_path):
+    done = subprocess.run([sys.executable, str(ROOT / "examples" / "bend_arch.py")], cwd=tmp_path, capture_output=True,
+                          text=True, timeout=60)
+    assert done.returncode == 0 and "converged" in done.stdout, done.stderr
+    rise = float(re.search(r"rise ([\d.]+) m", done.stdout)[1])
+    assert 0.7 < rise < 1.2 and (tmp_path / "arch.vtu").is_file()
