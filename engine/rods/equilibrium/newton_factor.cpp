@@ -71,7 +71,7 @@ void NewtonRun::factor_positive(double least, const LinkageState& state) {
   stable_ = least == 0 && mechanism && factor(rounding);
   work_.mechanism = stable_;
   if (stable_) return;
-  if (least == 0 && report_.max_gradient_scaled > kFar && !work_.expected) {
+  if (least == 0 && report_.max_gradient_scaled > kFar) {
     // Far from balance rods are compressed by steps, not by what they carry.
     assemble(state, Compression::kLeftOut);
     const bool convex = factor(0);
