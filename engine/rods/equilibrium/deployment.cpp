@@ -8,6 +8,7 @@
 
 #include "engine/base/error.h"
 #include "engine/rods/equilibrium/condition_path.h"
+#include "engine/rods/equilibrium/letting_go.h"
 #include "engine/rods/equilibrium/prediction.h"
 #include "engine/rods/equilibrium/unknown_scales.h"
 
@@ -58,20 +59,23 @@ class Deployment {
         model_(equilibrium.model()),
         scales_(equilibrium.model()),
         state_(state),
-        path_(state, from, to,
-              detail::released_reactions(model_, equilibrium.reactions(state, from), from, to)),
+        released_(detail::released_reactions(model_, equilibrium.reactions(state, from), from, to)),
+        path_(state, from, to, {}),
+        from_(from),
+        to_(to),
         options_(options),
         length_(std::min(options.first_step, options.largest_step)) {
     report_.held = from;
   }
 
   DeploymentReport run(const JobContext& context, const StepCallback& on_step) {
-    while (progress_ < 1) {
+    const bool going = let_go(context, on_step);
+    while (going && progress_ < 1) {
       if (!advance(context)) break;
       if (on_step) on_step(report_.path.back(), state_);
       if (context.progress) context.progress("deploying", progress_);
     }
-    if (report_.steps > 0) report_.held = path_.at(progress_);
+    if (progress_ > 0) report_.held = path_.at(progress_);
     if (report_.status == DeploymentStatus::kReached) report_.message = "reached";
     const std::string events = told_events();
     if (!events.empty()) report_.message += "; " + events;
@@ -86,6 +90,56 @@ class Deployment {
     double error = 0;
     bool predicted = false;
   };
+
+  /// What is released goes first, the rest of the way after it; where that finds no equilibrium,
+  /// the reactions fade along the way. @returns whether there is more to do
+  bool let_go(const JobContext& context, const StepCallback& on_step) {
+    if (released_.empty()) return true;
+    detail::LettingGo letting(equilibrium_, released_, path_.at(0));
+    EquilibriumOptions options = options_.last;
+    options.tolerance = std::max(options.tolerance, options_.step_tolerance);
+    const LinkageState start = state_;
+    const DeploymentReport before = report_;
+    const auto end = letting.run(
+        state_, options, context,
+        [&](const detail::LettingGo::Step& step, const LinkageState& state) {
+          count(step.report);
+          note(step.report, step.jumped ? BranchEvent::kJump : BranchEvent::kNone,
+               step.report.turned);
+          if (on_step) on_step(report_.path.back(), state);
+        },
+        [&](const EquilibriumReport& report) { count(report); });
+    if (end == detail::LettingGo::End::kCancelled) {
+      cancel();
+      report_.held = letting.held();
+      return false;
+    }
+    if (end == detail::LettingGo::End::kLetGo) {
+      report_.held = letting.held();
+      path_ = detail::ConditionPath(state_, from_, to_, {});
+      if (path_.stays()) length_ = 1;
+      return true;
+    }
+    state_ = start;
+    path_ =
+        detail::ConditionPath(state_, from_, to_, detail::without_pushes(model_, released_, to_));
+    const DeploymentReport tried = std::exchange(report_, before);
+    report_.iterations = tried.iterations;
+    report_.corrections = tried.corrections;
+    report_.factorizations = tried.factorizations;
+    return true;
+  }
+
+  void cancel() {
+    report_.status = DeploymentStatus::kCancelled;
+    report_.message = "cancelled by the caller";
+  }
+
+  void count(const EquilibriumReport& report) {
+    report_.iterations += report.iterations;
+    report_.corrections += report.corrections;
+    report_.factorizations += report.factorizations;
+  }
 
   Trial attempt(double length, bool last, const JobContext& context) {
     Trial trial{state_, {}, {}, 0, false};
@@ -134,9 +188,7 @@ class Deployment {
     const EquilibriumReport before = trial.report;
     trial.report = equilibrium_.solve(trial.state, conditions, options, context);
     trial.increment += equilibrium_.last_increment();
-    report_.iterations += trial.report.iterations;
-    report_.corrections += trial.report.corrections;
-    report_.factorizations += trial.report.factorizations;
+    count(trial.report);
     trial.report.iterations += before.iterations;
     trial.report.corrections += before.corrections;
     trial.report.factorizations += before.factorizations;
@@ -161,8 +213,7 @@ class Deployment {
       if (last) length_ = 1 - progress_;
       Trial trial = attempt(length_, last, context);
       if (trial.report.status == EquilibriumStatus::kCancelled) {
-        report_.status = DeploymentStatus::kCancelled;
-        report_.message = "cancelled by the caller";
+        cancel();
         return false;
       }
       const bool jumped = trial.error > options_.jump_turn;
@@ -192,27 +243,16 @@ class Deployment {
 
   void accept(Trial trial, bool jumped, bool last) {
     const EquilibriumReport& found = trial.report;
-    DeploymentStep step;
+    BranchEvent event = BranchEvent::kNone;
     if (jumped) {
-      step.event = ended() ? BranchEvent::kLimitPoint : BranchEvent::kJump;
+      event = ended() ? BranchEvent::kLimitPoint : BranchEvent::kJump;
     } else if (found.escapes > 0) {
-      step.event = BranchEvent::kBranching;
+      event = BranchEvent::kBranching;
     }
     progress_ = last ? 1 : progress_ + length_;
     state_ = std::move(trial.state);
-    step.progress = progress_;
-    step.mean_opening_angle = state_.mean_opening_angle();
-    step.energy = found.energies.total();
-    step.iterations = found.iterations;
-    step.negative_eigenvalues = found.negative_eigenvalues;
-    step.prediction_error = trial.error;
-    report_.path.push_back(step);
-    report_.reached = found;
-    ++report_.steps;
-    if (step.event == BranchEvent::kBranching) ++report_.branchings;
-    if (step.event == BranchEvent::kLimitPoint) ++report_.limit_points;
-    if (step.event == BranchEvent::kJump) ++report_.jumps;
-    if (step.event != BranchEvent::kNone) {
+    note(found, event, trial.error);
+    if (event != BranchEvent::kNone) {
       prediction_.clear();
       way_.resize(0);
     } else {
@@ -221,6 +261,23 @@ class Deployment {
     }
     if (found.iterations <= options_.patience / 6)
       length_ = std::min(2 * length_, options_.largest_step);
+  }
+
+  void note(const EquilibriumReport& found, BranchEvent event, double error) {
+    DeploymentStep step;
+    step.event = event;
+    step.progress = progress_;
+    step.mean_opening_angle = state_.mean_opening_angle();
+    step.energy = found.energies.total();
+    step.iterations = found.iterations;
+    step.negative_eigenvalues = found.negative_eigenvalues;
+    step.prediction_error = error;
+    report_.path.push_back(step);
+    report_.reached = found;
+    ++report_.steps;
+    if (event == BranchEvent::kBranching) ++report_.branchings;
+    if (event == BranchEvent::kLimitPoint) ++report_.limit_points;
+    if (event == BranchEvent::kJump) ++report_.jumps;
   }
 
   void add_prediction(const Eigen::VectorXd& increment) {
@@ -289,7 +346,9 @@ class Deployment {
   const LinkageModel& model_;
   detail::UnknownScales scales_;
   LinkageState& state_;
+  std::vector<JointLoad> released_;
   detail::ConditionPath path_;
+  const Conditions &from_, &to_;
   const DeploymentOptions& options_;
   detail::Prediction prediction_{kPlaces};
   Eigen::VectorXd way_;  // the last step's, unless it was an event

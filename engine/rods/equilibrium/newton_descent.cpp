@@ -155,7 +155,8 @@ bool NewtonRun::calmer(const LinkageState& trial) {
   terms_.add_gradient(trial, gradient);
   (void)holding_.remove_reactions(gradient);
   for (const int unknown : bounded_) gradient[unknown] = 0;
-  return work_.scales.imbalance(gradient, scale_, options_.tolerance) < report_.max_gradient_scaled;
+  return work_.scales.imbalance(gradient, scale_, options_.tolerance, beyond_) <
+         report_.max_gradient_scaled;
 }
 
 /// Goes on along a curve while that leads down.

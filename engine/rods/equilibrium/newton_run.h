@@ -28,6 +28,7 @@ struct NewtonWorkspace {
   CondensedMatrix matrix;
   CondensedSolver solver;
   Eigen::VectorXd gradient;
+  Eigen::VectorXd scratch;  // the gradient that comes with a Hessian
   Eigen::VectorXd total_increment;
   EdgeTensions tensions;
   bool expected = false;                   // are the tensions those to be expected at the state
@@ -121,6 +122,7 @@ class NewtonRun {
   Holding::Gap gap_;
   double loads_ = 0;     // sum of their magnitudes
   bool hidden_ = false;  // are they lost in what rounding is allowed
+  double beyond_ = 0;    // the drawing: how far away the state lies [length]
   double potential_ = 0;
   double potential_size_ = 0;
   GradientSize scale_;
