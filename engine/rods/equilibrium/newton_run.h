@@ -105,6 +105,13 @@ class NewtonRun {
   [[nodiscard]] bool towards_saddle(const Step& step) const;
   bool certify(const LinkageState& state);
   bool escape(LinkageState& state);
+  struct Escape {
+    LinkageState there;
+    Eigen::VectorXd way, along;  // with and without its bend
+  };
+  [[nodiscard]] std::optional<Escape> follow(const LinkageState& state,
+                                             const Eigen::VectorXd& direction,
+                                             const Eigen::VectorXd& bend) const;
   [[nodiscard]] Eigen::VectorXd softest_direction(const LinkageState& state);
   void accept(LinkageState& state, LinkageState next, const Eigen::VectorXd& x,
               const Eigen::VectorXd& linear = {});
