@@ -20,7 +20,8 @@ bool GuardWeight::raise(double objective, double flat_energy) {
   constexpr int kOften = 12;
   if (first_ == 0) first_ = flat_energy > 0 ? kShare * std::abs(objective) / flat_energy : 0;
   weight_ = weight_ > 0 ? kRise * weight_ : last_ > 0 ? last_ : first_;
-  if (raised_ >= kAtOnce) fall_ = std::sqrt(fall_);
+  constexpr double kGentlest = 0.6;
+  if (raised_ >= kAtOnce) fall_ = std::min(kGentlest, std::sqrt(fall_));
   return first_ > 0 && ++raised_ <= kOften;
 }
 
@@ -29,11 +30,11 @@ void GuardWeight::raise_at_once(double objective, double flat_energy) {
   }
 }
 
-void GuardWeight::lower() {
-  constexpr double kNothing = 1e-6;
+void GuardWeight::lower(double objective, double flat_energy) {
+  constexpr double kNothing = 1e-4;  // of the objective
   last_ = weight_;
   weight_ *= fall_;
-  if (weight_ < kNothing * first_) weight_ = 0;
+  if (weight_ * flat_energy < kNothing * std::abs(objective)) weight_ = 0;
 }
 
 bool DesignMerit::bounds_angle() const { return options_.smallest_angle > -std::numbers::pi; }

@@ -38,7 +38,8 @@ class GuardWeight {
   bool raise(double objective, double flat_energy);
   /// To about a quarter of the objective.
   void raise_at_once(double objective, double flat_energy);
-  void lower();
+  /// To nothing where little is left of it beside the objective.
+  void lower(double objective, double flat_energy);
 
  private:
   double weight_ = 0;
