@@ -141,21 +141,35 @@ Eigen::Matrix3Xd positions(const rods::LinkageState& state) {
   return result;
 }
 
+/// Of sizes one by one: what presses rods of the flat shape at once.
+Eigen::VectorXd random_way(const rods::LinkageDesign& design) {
+  Random random(11);
+  Eigen::VectorXd v(design.parameters().size());
+  for (double& value : v) value = random.normal();
+  return v;
+}
+
+/// To the known design: with the flat shape flat, as the ways of designs are.
+Eigen::VectorXd known_way(const Problem& problem, const KnownDesign& known,
+                          const rods::LinkageDesign& design) {
+  rods::LinkageModel model = problem.model;
+  model.set_segment_lengths(known.point.lengths);
+  return design.variables().values(model) - design.parameters();
+}
+
 /// Against differences of equilibria solved again, relative.
-/// @param kind  of variables, ends the names of the results
-void check(rods::LinkageDesign& design, const std::string& kind, Case& result) {
+/// @param v  along which
+/// @param kind  ends the names of the results
+void check(rods::LinkageDesign& design, Eigen::VectorXd v, const std::string& kind, Case& result) {
   const rods::DesignPoint home = design.point();
   const Eigen::VectorXd parameters = design.parameters();
-  Random random(11);
-  Eigen::VectorXd v(parameters.size());
-  for (double& value : v) value = random.normal();
   v *= parameters.mean() / v.norm();
   const rods::DesignMeasures<Eigen::VectorXd> gradients = design.gradients();
   const Eigen::VectorXd product = design.products(v).objective;
   result["gradient_check" + kind] = nullptr;
   result["hessvec_check" + kind] = nullptr;
   double best_gradient = 1, best_product = 1;
-  for (const double step : {1e-3, 3e-4, 1e-4, 3e-5, 1e-5, 1e-6}) {
+  for (const double step : {1e-2, 3e-3, 1e-3, 3e-4, 1e-4, 5e-5, 3e-5, 1e-5, 1e-6}) {
     std::vector<rods::DesignPoint> points;
     for (const double side : {2.0, 1.0, -1.0, -2.0}) {
       const rods::DesignTrial trial = design.trial(parameters + side * step * v);
@@ -219,14 +233,16 @@ Case measure(const LinkageCase& named, const std::string& path, const SuiteOptio
   rods::LinkageDesign design(problem.model, problem.flat, problem.deployed, problem.start, criteria,
                              limits);
   measure_derivatives(design, options.quick ? 3 : 9, result);
-  check(design, "", result);
+  check(design, known_way(problem, known, design), "", result);
+  check(design, random_way(design), "_random", result);
   for (const auto& [kind, variables] :
        {std::pair{"_edges", rods::DesignVariables{rods::LengthVariables::kEdges, {}}},
         std::pair{"_sections", rods::DesignVariables{rods::LengthVariables::kKept,
                                                      rods::SectionVariables::kSegments}}}) {
     rods::LinkageDesign other(problem.model, problem.flat, problem.deployed, problem.start,
                               criteria, limits, variables);
-    check(other, kind, result);
+    const bool lengths = variables.lengths != rods::LengthVariables::kKept;
+    check(other, lengths ? known_way(problem, known, other) : random_way(other), kind, result);
   }
   rods::DesignOptimizerOptions search;
   const rods::DesignValues before = design.values(design.point());
