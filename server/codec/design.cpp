@@ -305,6 +305,8 @@ proto::MakeStartingGridResponse make_starting_grid(const proto::MakeStartingGrid
   if (request.has_flat_angle_degrees()) options.flat_angle = kDegree * request.flat_angle_degrees();
   if (request.has_margin()) options.margin = request.margin();
   if (request.has_bulge()) options.bulge = request.bulge();
+  constexpr double kWidening = 0.4;
+  if (options.bulge > 0) options.widening = kWidening;
   const rods::SurfacePlacement placement = decode_placement(request.placement());
   try {
     options.validate();

@@ -235,8 +235,8 @@ class Server:
 
         surface, translation, rotation, scale: as LinkageSession.design(). columns, rows: joints along each rod and
         across (8); flat_angle: at which rods cross when it lies flat [degree] (46); margin: share of the patch that is
-        left free at its rim (0.02); bulge: of the surface's heights, what the flat grid rises by, so that it opens to
-        the surface's side (0).
+        left free at its rim (0.02); bulge: of the surface's heights, what the flat grid rises by (0); with one,
+        cells are wider in the middle (narrower on saddles), so that it opens to the surface's side.
         """
         request = designs.grid_request(surface, columns, rows, flat_angle, margin, translation, rotation, scale, bulge)
         return designs.StartingGrid.from_message(self.connection.call("make_starting_grid", request, timeout=120.0))

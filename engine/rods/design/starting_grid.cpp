@@ -60,6 +60,8 @@ class Lift {
 };
 
 constexpr double kFlat = 1e-3;  // total curvature of a patch that is taken for flat
+// Of cells, at a total curvature of 1: about what opens grids of square patches to caps of it.
+constexpr double kWideningOfCurvature = 0.3;
 
 /// Edges of rows, then of columns, and triples of joints that follow each other along a rod.
 struct Grid {
@@ -237,7 +239,9 @@ StartingGrid starting_grid(const SurfaceMesh& surface, const StartingGridOptions
   place_all();
   const double curvature = total_curvature(grid, result.deployed.vertices);
   if (options.widening > 0 && std::abs(curvature) > kFlat) {
-    widening = std::copysign(options.widening, curvature);
+    widening = std::copysign(
+        std::min(options.widening, kWideningOfCurvature * std::sqrt(std::abs(curvature))),
+        curvature);
     place_all();
   }
   result.deployed.edges.resize(2, edges);

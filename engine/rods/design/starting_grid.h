@@ -17,10 +17,11 @@ struct StartingGridOptions {
   /// Of the surface's heights over the plane nearest to it, what the flat drawing rises by, in [0,
   /// 1]: a grid that lies in its plane exactly opens to either side of it.
   double bulge = 0;
-  /// How much wider cells are in the middle of rods, the more the nearer these are to the middle of
-  /// the patch, in [0, 0.5]: so that the grid cannot open in its plane. On surfaces that are
-  /// saddles they are narrower there; on flat ones all are alike.
-  double widening = 0.3;
+  /// How much wider cells are, at most, in the middle of rods, the more the nearer these are to the
+  /// middle of the patch, in [0, 0.5]: so that the grid does not open in its plane, in which
+  /// it lies a little less flat then. On surfaces that
+  /// are saddles they are narrower there; the less the surface is curved, the more they are alike.
+  double widening = 0;
 
   /// @throws Error{kInvalidArgument} naming the member
   void validate() const;
