@@ -5,6 +5,7 @@
 #include <cmath>
 #include <filesystem>
 #include <numbers>
+#include <optional>
 
 #include "bench/linkage_models.h"
 #include "bench/suite.h"
@@ -12,6 +13,7 @@
 #include "engine/base/parallel.h"
 #include "engine/base/random.h"
 #include "engine/rods/design/design_optimizer.h"
+#include "engine/rods/design/equilibrium_sensitivity.h"
 #include "engine/rods/design/linkage_cells.h"
 #include "engine/rods/design/mesh_surface.h"
 #include "engine/rods/equilibrium/deployment.h"
@@ -217,6 +219,32 @@ void measure_derivatives(rods::LinkageDesign& design, int repeats, Case& result)
   result["hessvec_ms"] = median(product);
 }
 
+/// The gradient where both Hessians are factored already: what remains are back substitutions and
+/// assembly.
+void measure_factored(const Problem& problem, const rods::DesignCriteria& criteria, int repeats,
+                      Case& result) {
+  rods::LinkageModel model = problem.model;
+  rods::set_sizes(model, problem.start);
+  rods::ElasticEnergy energy(model);
+  rods::TargetDistance distance(model, criteria.targets, criteria.surface.get(),
+                                criteria.surface_weight);
+  rods::SumOfFunctions judged({{1, energy}, {criteria.distance_weight, distance}});
+  std::vector<double> factors, gradients;
+  for (int k = 0; k < repeats; ++k) {
+    std::optional<rods::EquilibriumSensitivity> flat, deployed;
+    factors.push_back(milliseconds([&] {
+      flat.emplace(model, problem.start.flat, problem.flat);
+      deployed.emplace(model, problem.start.deployed, problem.deployed);
+    }));
+    gradients.push_back(milliseconds([&] {
+      (void)flat->adjoint(energy);
+      (void)deployed->adjoint(judged);
+    }));
+  }
+  result["factor_ms"] = median(factors);
+  result["gradient_factored_ms"] = median(gradients);
+}
+
 Case measure(const LinkageCase& named, const std::string& path, const SuiteOptions& options) {
   const Problem problem = open(named, path);
   Case result;
@@ -233,6 +261,7 @@ Case measure(const LinkageCase& named, const std::string& path, const SuiteOptio
   rods::LinkageDesign design(problem.model, problem.flat, problem.deployed, problem.start, criteria,
                              limits);
   measure_derivatives(design, options.quick ? 3 : 9, result);
+  measure_factored(problem, criteria, options.quick ? 3 : 9, result);
   check(design, known_way(problem, known, design), "", result);
   check(design, random_way(design), "_random", result);
   for (const auto& [kind, variables] :

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
+#include <sstream>
 #include <thread>
 
 #include "clients/cpp/linkage_session.h"
@@ -99,24 +100,24 @@ TEST_F(DesignClient, IsPausedChangedStoppedAndTaken) {
 /// z = h (1 - x^2 - y^2) as an .obj.
 v1::MeshFile hill(double height) {
   constexpr int kLines = 12;
-  std::string text;
+  std::ostringstream text;
   for (int r = 0; r < kLines; ++r) {
     for (int c = 0; c < kLines; ++c) {
       const double x = 2.0 * c / (kLines - 1) - 1, y = 2.0 * r / (kLines - 1) - 1;
-      text += "v " + std::to_string(x) + " " + std::to_string(y) + " " +
-              std::to_string(height * (1 - x * x - y * y)) + "\n";
+      text << "v " << x << ' ' << y << ' ' << height * (1 - x * x - y * y) << '\n';
     }
   }
-  const auto corner = [](int c, int r) { return " " + std::to_string(r * kLines + c + 1); };
+  const auto vertex = [](int c, int r) { return r * kLines + c + 1; };
   for (int r = 0; r + 1 < kLines; ++r) {
     for (int c = 0; c + 1 < kLines; ++c) {
-      text += "f" + corner(c, r) + corner(c + 1, r) + corner(c + 1, r + 1) + "\n";
-      text += "f" + corner(c, r) + corner(c + 1, r + 1) + corner(c, r + 1) + "\n";
+      const int first = vertex(c, r), last = vertex(c + 1, r + 1);
+      text << "f " << first << ' ' << vertex(c + 1, r) << ' ' << last << '\n';
+      text << "f " << first << ' ' << last << ' ' << vertex(c, r + 1) << '\n';
     }
   }
   v1::MeshFile file;
   file.set_name("hill.obj");
-  file.set_content(text);
+  file.set_content(text.str());
   return file;
 }
 
