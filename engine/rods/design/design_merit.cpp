@@ -30,11 +30,11 @@ void GuardWeight::raise_at_once(double objective, double flat_energy) {
   }
 }
 
-void GuardWeight::lower(double objective, double flat_energy) {
-  constexpr double kNothing = 1e-4;  // of the objective
+void GuardWeight::lower() {
+  constexpr double kNothing = 1e-6;
   last_ = weight_;
   weight_ *= fall_;
-  if (weight_ * flat_energy < kNothing * std::abs(objective)) weight_ = 0;
+  if (weight_ < kNothing * first_) weight_ = 0;
 }
 
 bool DesignMerit::bounds_angle() const { return options_.smallest_angle > -std::numbers::pi; }

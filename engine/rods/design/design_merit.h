@@ -38,8 +38,7 @@ class GuardWeight {
   bool raise(double objective, double flat_energy);
   /// To about a quarter of the objective.
   void raise_at_once(double objective, double flat_energy);
-  /// To nothing where little is left of it beside the objective.
-  void lower(double objective, double flat_energy);
+  void lower();
 
  private:
   double weight_ = 0;

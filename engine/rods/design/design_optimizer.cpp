@@ -30,7 +30,8 @@ constexpr double kGrow = 2;
 constexpr double kLeastRadius = 1e-9;  // of the mean length
 constexpr double kInner = 1e-2;        // gradient at which multipliers are updated
 constexpr int kIdle = 10;
-constexpr int kAstray = 4;  // trials not believed, after which steps are measured by lengths again
+constexpr int kAstray =
+    3;  // trials not believed more than believed, after which none is remembered
 constexpr int kUpdates = 30;  // of multipliers
 // Of the guard against buckling.
 // A flat shape that is lost below this share of the radius that was good last raises the guard; the
@@ -145,11 +146,13 @@ class Search {
     return gradient;
   }
 
+  /// What is soft may also be what buckles: after that, steps are measured by lengths for a while.
   [[nodiscard]] detail::ModelStep newton_step(const Eigen::VectorXd& slope) {
+    detail::CurvatureMemory unused;
     const double enough = std::min(0.1, std::sqrt(slope.norm() / first_gradient_)) * slope.norm();
     return detail::trust_region_step(
         slope, {radius_in_memory(), enough, options_.max_products},
-        [this](const Eigen::VectorXd& v) { return product(v); }, memory_);
+        [this](const Eigen::VectorXd& v) { return product(v); }, paused_ > 0 ? unused : memory_);
   }
 
   /// The radius is a length: as the last step's, by which both measures are compared.
@@ -229,14 +232,20 @@ class Search {
     if (trial.status != TrialStatus::kFound) {
       ++report_.not_believed;
       radius_ = kShrink * length;
-      if (++lost_ % kAstray == 0) memory_.forget();
+      if (++astray_ >= kAstray) {
+        memory_.forget();
+        paused_ = pause_;
+        pause_ *= 2;
+        astray_ = 0;
+      }
       if (trial.lost == LostShape::kFlat) ++report_.flat_lost;
       if (trial.lost == LostShape::kFlat && radius_ < kLostRadius * good_radius_ &&
           options_.guard != BucklingGuard::kNever)
         raise_guard();
       return false;
     }
-    lost_ = 0;
+    astray_ = std::max(0, astray_ - 1);
+    paused_ = std::max(0, paused_ - 1);
     const DesignValues values = design_.values(trial.point);
     const double gained = merit_.value(values_) - merit_.value(values);
     const double ratio = promised > 0 ? gained / promised : -1;
@@ -276,7 +285,7 @@ class Search {
   /// @returns whether it was up
   bool lower_guard() {
     if (merit_.guard().weight() == 0) return false;
-    merit_.guard().lower(values_.objective, values_.flat_energy);
+    merit_.guard().lower();
     safe_ = design_.point();
     held_ = idle_ = 0;
     good_radius_ = radius_ = std::max(radius_, kLoweredRadius * first_radius_);
@@ -336,7 +345,8 @@ class Search {
   detail::CurvatureMemory memory_;
   Eigen::VectorXd last_step_;  // taken or not
   int updates_ = 0, idle_ = 0;
-  int lost_ = 0;                 // trials in a row that were not believed
+  int astray_ = 0;               // trials not believed more than those believed
+  int paused_ = 0, pause_ = 8;   // steps without a memory, and how many next time
   int held_ = 0;                 // steps taken since the guard was moved
   double guarded_gradient_ = 0;  // at the first of them
   std::optional<DesignPoint> best_;
