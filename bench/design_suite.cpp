@@ -5,6 +5,7 @@
 #include <cmath>
 #include <filesystem>
 #include <numbers>
+#include <optional>
 
 #include "bench/linkage_models.h"
 #include "bench/suite.h"
@@ -12,6 +13,7 @@
 #include "engine/base/parallel.h"
 #include "engine/base/random.h"
 #include "engine/rods/design/design_optimizer.h"
+#include "engine/rods/design/equilibrium_sensitivity.h"
 #include "engine/rods/design/linkage_cells.h"
 #include "engine/rods/design/mesh_surface.h"
 #include "engine/rods/equilibrium/deployment.h"
@@ -141,21 +143,35 @@ Eigen::Matrix3Xd positions(const rods::LinkageState& state) {
   return result;
 }
 
+/// Of sizes one by one: what presses rods of the flat shape at once.
+Eigen::VectorXd random_way(const rods::LinkageDesign& design) {
+  Random random(11);
+  Eigen::VectorXd v(design.parameters().size());
+  for (double& value : v) value = random.normal();
+  return v;
+}
+
+/// To the known design: with the flat shape flat, as the ways of designs are.
+Eigen::VectorXd known_way(const Problem& problem, const KnownDesign& known,
+                          const rods::LinkageDesign& design) {
+  rods::LinkageModel model = problem.model;
+  model.set_segment_lengths(known.point.lengths);
+  return design.variables().values(model) - design.parameters();
+}
+
 /// Against differences of equilibria solved again, relative.
-/// @param kind  of variables, ends the names of the results
-void check(rods::LinkageDesign& design, const std::string& kind, Case& result) {
+/// @param v  along which
+/// @param kind  ends the names of the results
+void check(rods::LinkageDesign& design, Eigen::VectorXd v, const std::string& kind, Case& result) {
   const rods::DesignPoint home = design.point();
   const Eigen::VectorXd parameters = design.parameters();
-  Random random(11);
-  Eigen::VectorXd v(parameters.size());
-  for (double& value : v) value = random.normal();
   v *= parameters.mean() / v.norm();
   const rods::DesignMeasures<Eigen::VectorXd> gradients = design.gradients();
   const Eigen::VectorXd product = design.products(v).objective;
   result["gradient_check" + kind] = nullptr;
   result["hessvec_check" + kind] = nullptr;
   double best_gradient = 1, best_product = 1;
-  for (const double step : {1e-3, 3e-4, 1e-4, 3e-5, 1e-5, 1e-6}) {
+  for (const double step : {1e-2, 3e-3, 1e-3, 3e-4, 1e-4, 5e-5, 3e-5, 1e-5, 1e-6}) {
     std::vector<rods::DesignPoint> points;
     for (const double side : {2.0, 1.0, -1.0, -2.0}) {
       const rods::DesignTrial trial = design.trial(parameters + side * step * v);
@@ -203,6 +219,32 @@ void measure_derivatives(rods::LinkageDesign& design, int repeats, Case& result)
   result["hessvec_ms"] = median(product);
 }
 
+/// The gradient where both Hessians are factored already: what remains are back substitutions and
+/// assembly.
+void measure_factored(const Problem& problem, const rods::DesignCriteria& criteria, int repeats,
+                      Case& result) {
+  rods::LinkageModel model = problem.model;
+  rods::set_sizes(model, problem.start);
+  rods::ElasticEnergy energy(model);
+  rods::TargetDistance distance(model, criteria.targets, criteria.surface.get(),
+                                criteria.surface_weight);
+  rods::SumOfFunctions judged({{1, energy}, {criteria.distance_weight, distance}});
+  std::vector<double> factors, gradients;
+  for (int k = 0; k < repeats; ++k) {
+    std::optional<rods::EquilibriumSensitivity> flat, deployed;
+    factors.push_back(milliseconds([&] {
+      flat.emplace(model, problem.start.flat, problem.flat);
+      deployed.emplace(model, problem.start.deployed, problem.deployed);
+    }));
+    gradients.push_back(milliseconds([&] {
+      (void)flat->adjoint(energy);
+      (void)deployed->adjoint(judged);
+    }));
+  }
+  result["factor_ms"] = median(factors);
+  result["gradient_factored_ms"] = median(gradients);
+}
+
 Case measure(const LinkageCase& named, const std::string& path, const SuiteOptions& options) {
   const Problem problem = open(named, path);
   Case result;
@@ -219,14 +261,17 @@ Case measure(const LinkageCase& named, const std::string& path, const SuiteOptio
   rods::LinkageDesign design(problem.model, problem.flat, problem.deployed, problem.start, criteria,
                              limits);
   measure_derivatives(design, options.quick ? 3 : 9, result);
-  check(design, "", result);
+  measure_factored(problem, criteria, options.quick ? 3 : 9, result);
+  check(design, known_way(problem, known, design), "", result);
+  check(design, random_way(design), "_random", result);
   for (const auto& [kind, variables] :
        {std::pair{"_edges", rods::DesignVariables{rods::LengthVariables::kEdges, {}}},
         std::pair{"_sections", rods::DesignVariables{rods::LengthVariables::kKept,
                                                      rods::SectionVariables::kSegments}}}) {
     rods::LinkageDesign other(problem.model, problem.flat, problem.deployed, problem.start,
                               criteria, limits, variables);
-    check(other, kind, result);
+    const bool lengths = variables.lengths != rods::LengthVariables::kKept;
+    check(other, lengths ? known_way(problem, known, other) : random_way(other), kind, result);
   }
   rods::DesignOptimizerOptions search;
   const rods::DesignValues before = design.values(design.point());

@@ -1,16 +1,19 @@
-// design: rest lengths of a rod linkage for a surface or for targets, searched live.
+// design: rest lengths, and sections, of a rod linkage for a surface or for targets, searched live.
 
 #include <fmt/format.h>
 
 #include <map>
 #include <memory>
 #include <optional>
+#include <sstream>
+#include <utility>
 
 #include "clients/cli/context.h"
 #include "clients/cli/edits.h"
 #include "clients/cli/print.h"
 #include "clients/cpp/scene_files.h"
 #include "clients/cpp/stream.h"
+#include "clients/cpp/surface_linkage.h"
 
 namespace limber::cli {
 namespace {
@@ -27,7 +30,13 @@ struct Options {
   std::optional<double> scale, flat_share, distance_weight, surface_weight;
   std::optional<double> shortest, longest, flat_height, smallest_angle;
   std::optional<unsigned> iterations;
+  std::string lengths, sections, guard;
+  std::optional<double> thinnest, thickest;
   bool detach = false;
+  // Of a linkage that begins with the surface alone:
+  std::string grid, section;  // COLUMNSxROWS, WIDTHxHEIGHT
+  std::optional<double> flat_angle, length_unit, youngs_modulus;
+  std::optional<unsigned> edges;
 };
 
 template <class List>
@@ -82,11 +91,21 @@ void print_step(const Context& context, const v1::DesignInfo& info) {
   const auto& now = info.now();
   const char* const mark = info.state() == v1::DESIGN_STATE_PAUSED    ? "paused"
                            : !now.holds()                             ? "constraints do not hold"
+                           : !info.refusal().empty()                  ? "not believed"
                            : info.iteration() > 0 && !info.accepted() ? "refused"
                                                                       : "";
   fmt::print("{:>5}  {:>12.6g}  {:>11.4g}  {:>11.4g}  {:>11.4g}  {:>9.2e}  {:>9.2f}  {}\n",
              info.iteration(), now.objective(), now.target_rms(), now.surface_rms(),
              now.deployed_energy(), now.flat_height(), now.smallest_angle_degrees(), mark);
+}
+
+void print_other(const v1::DesignInfo& info, const v1::OtherOptimum& other) {
+  fmt::print(
+      "another optimum: job {} ended with objective {:.6g}, here {:.6g}; target rms {:.4g}, "
+      "surface "
+      "rms {:.4g}; sizes differ by up to {:.2g} %, deployed shapes by {:.4g}\n",
+      other.job(), other.terms().objective(), info.best().objective(), other.terms().target_rms(),
+      other.terms().surface_rms(), 100 * other.size_difference(), other.deployed_distance());
 }
 
 /// The newest design, to its end.
@@ -113,6 +132,9 @@ void follow(Context& context, client::Subscription& stream, const std::string& s
     fmt::print("{}\n", end_words(info));
     const auto &before = info.start(), &best = info.best();
     if (info.end() == v1::DESIGN_END_FAILED) return;
+    if (info.flat_lost() > 0)
+      fmt::print("refused: {} trials whose flat shape had buckled\n", info.flat_lost());
+    for (const auto& other : info.other_optima()) print_other(info, other);
     fmt::print("best: step {}, target rms {:.4g} (was {:.4g}), surface rms {:.4g} (was {:.4g})\n",
                info.best_iteration(), best.target_rms(), before.target_rms(), best.surface_rms(),
                before.surface_rms());
@@ -131,9 +153,70 @@ void follow(Context& context, client::Subscription& stream, const std::string& s
   }
 }
 
+const std::map<std::string, v1::DesignLengths> kLengths{{"segments", v1::DESIGN_LENGTHS_SEGMENTS},
+                                                        {"edges", v1::DESIGN_LENGTHS_EDGES},
+                                                        {"kept", v1::DESIGN_LENGTHS_KEPT}};
+const std::map<std::string, v1::DesignSections> kSections{
+    {"kept", v1::DESIGN_SECTIONS_KEPT}, {"segments", v1::DESIGN_SECTIONS_SEGMENTS}};
+const std::map<std::string, v1::DesignGuard> kGuards{{"when-needed", v1::DESIGN_GUARD_WHEN_NEEDED},
+                                                     {"from-start", v1::DESIGN_GUARD_FROM_START},
+                                                     {"never", v1::DESIGN_GUARD_NEVER}};
+
+/// "8x6".
+std::pair<double, double> pair_of(const std::string& text, const char* field) {
+  std::istringstream stream(text);
+  double a = 0, b = 0;
+  char cross = 0;
+  if (stream >> a >> cross >> b && cross == 'x' && stream.peek() == EOF && a > 0 && b > 0)
+    return {a, b};
+  throw ClientError(v1::ERROR_CODE_INVALID_ARGUMENT, field,
+                    fmt::format("two positive numbers with an x between, not {}", text));
+}
+
+unsigned count_of(double number, const char* field) {
+  if (number == static_cast<unsigned>(number)) return static_cast<unsigned>(number);
+  throw ClientError(v1::ERROR_CODE_INVALID_ARGUMENT, field, "whole numbers of joints");
+}
+
+/// A session of its own for a surface that there is no linkage for yet. @returns its design
+v1::StartDesignRequest open_grid(Context& context, const Options& options) {
+  if (options.surface.empty())
+    throw ClientError(v1::ERROR_CODE_INVALID_ARGUMENT, "surface", "a grid is laid on a surface");
+  v1::MakeStartingGridRequest grid;
+  *grid.mutable_surface()->mutable_file() = client::mesh_file(options.surface, "surface");
+  if (options.scale) grid.mutable_placement()->set_scale(*options.scale);
+  const auto [columns, rows] = pair_of(options.grid, "grid");
+  grid.set_columns(count_of(columns, "grid"));
+  grid.set_rows(count_of(rows, "grid"));
+  if (options.flat_angle) grid.set_flat_angle_degrees(*options.flat_angle);
+  v1::Scene scene;
+  scene.set_name(options.session);
+  if (options.length_unit) scene.set_length_unit_in_metres(*options.length_unit);
+  auto& linkage = *scene.mutable_linkage();
+  const auto [width, height] = pair_of(options.section, "section");
+  linkage.mutable_section()->mutable_rectangle()->set_width(width);
+  linkage.mutable_section()->mutable_rectangle()->set_height(height);
+  linkage.set_edges_per_segment(options.edges.value_or(6));
+  if (options.youngs_modulus)
+    linkage.mutable_material()->set_youngs_modulus(*options.youngs_modulus);
+  client::SurfaceLinkage opened =
+      client::open_on_surface(context.client(), std::move(grid), std::move(scene), options.session);
+  if (!context.json) {
+    fmt::print("session {}: a grid of {}; {:.1f} % of its lengths do not fit into a plane\n",
+               opened.session.id(), options.grid, 100 * opened.misfit);
+  }
+  return std::move(opened.design);
+}
+
 void start(Context& context, const Options& options) {
   v1::StartDesignRequest request;
+  if (!options.grid.empty()) request = open_grid(context, options);
   request.set_session(options.session);
+  if (!options.lengths.empty()) request.set_lengths(kLengths.at(options.lengths));
+  if (!options.sections.empty()) request.set_sections(kSections.at(options.sections));
+  if (!options.guard.empty()) request.set_guard(kGuards.at(options.guard));
+  if (options.thinnest) request.set_thinnest(*options.thinnest);
+  if (options.thickest) request.set_thickest(*options.thickest);
   auto& goal = *request.mutable_goal();
   put_goal(options, goal);
   put_targets(options.targets, *goal.mutable_targets());
@@ -246,8 +329,39 @@ void add_limits(CLI::App& command, Options& options) {
                      "a fifth more than at the start)");
   command.add_option("--smallest-angle", options.smallest_angle,
                      "Bound on the flat shape's opening angles in degrees (default: none)");
+  command
+      .add_option("--lengths", options.lengths,
+                  "Rest lengths that are varied: segments (default), edges or kept")
+      ->check(CLI::IsMember(kLengths));
+  command
+      .add_option("--sections", options.sections,
+                  "kept (default), or segments: each gets a scale of its section")
+      ->check(CLI::IsMember(kSections));
+  command.add_option("--thinnest", options.thinnest,
+                     "Bound of scales of sections, as a share of the start (default: 0.5)");
+  command.add_option("--thickest", options.thickest, "The same (default: 2)");
+  command
+      .add_option("--guard", options.guard,
+                  "Against buckling of the flat shape: when-needed (default), from-start or never")
+      ->check(CLI::IsMember(kGuards));
   command.add_option("--iterations", options.iterations, "Most steps (default: 200)");
   command.add_flag("--detach", options.detach, "Do not wait for the end");
+}
+
+void add_grid(CLI::App& command, Options& options) {
+  auto* section =
+      command.add_option("--section", options.section,
+                         "WIDTHxHEIGHT of the grid's rods, in the surface's length unit");
+  command
+      .add_option("--grid", options.grid,
+                  "COLUMNSxROWS: opens SESSION as a grid of rods over the surface, laid flat")
+      ->needs(section);
+  command.add_option("--flat-angle", options.flat_angle,
+                     "At which its rods cross when it lies flat, in degrees (default: 25)");
+  command.add_option("--edges", options.edges, "Edges of each of its segments (default: 6)");
+  command.add_option("--length-unit", options.length_unit,
+                     "Metres in one length unit (default: 1)");
+  command.add_option("--youngs-modulus", options.youngs_modulus, "In Pa (default: 10e9)");
 }
 
 }  // namespace
@@ -258,12 +372,15 @@ void add_design_commands(CLI::App& app, Context& context) {
       app, "design",
       "Search rest lengths with which a rod linkage lies flat and deploys towards a surface",
       "limber design shelter --surface hill.ply --translation 0 0 0.4\n"
+      "  limber design new --surface hill.ply --grid 8x6 --section 0.02x0.004\n"
       "  limber design shelter --target 12 0 0 1.2 --target 40 1 0 0.8 --detach\n"
       "  limber design shelter watch        (from anywhere)\n"
       "  limber design shelter change --distance-weight 1e6\n"
       "  limber design shelter pause | resume | stop | take | show\n"
       "  limber undo shelter                (takes one that was taken back again)");
-  command->add_option("session", options->session, "Session of a rod linkage")->required();
+  command
+      ->add_option("session", options->session, "Session of a rod linkage; with --grid a new one")
+      ->required();
   command
       ->add_option("action", options->action,
                    "start (default), watch, change, pause, resume, stop, take or show")
@@ -271,6 +388,7 @@ void add_design_commands(CLI::App& app, Context& context) {
           CLI::IsMember({"start", "watch", "change", "pause", "resume", "stop", "take", "show"}));
   add_goal(*command, *options);
   add_limits(*command, *options);
+  add_grid(*command, *options);
   command->callback([&context, options] { run(context, *options); });
 }
 

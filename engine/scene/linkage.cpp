@@ -21,7 +21,7 @@ class ConditionsValidator {
     check_angles();
     check_targets();
     check_loads();
-    check_lengths();
+    check_sizes();
     if (!conditions_.gravity.allFinite()) error("gravity", "must be finite");
     return std::move(issues_);
   }
@@ -122,18 +122,24 @@ class ConditionsValidator {
     }
   }
 
-  void check_lengths() {
-    const Eigen::VectorXd& lengths = conditions_.segment_lengths;
-    if (lengths.size() != 0 && lengths.size() != segments_) {
-      error("segment_lengths",
-            fmt::format("{} lengths for {} segments", lengths.size(), segments_));
-      return;
-    }
-    for (Eigen::Index s = 0; s < lengths.size(); ++s) {
-      if (lengths[s] > 0 && std::isfinite(lengths[s])) continue;
-      error(fmt::format("segment_lengths[{}]", s),
-            fmt::format("must be > 0 and finite, is {:g}", lengths[s]));
-    }
+  void check_sizes() {
+    const auto check_positive = [&](const char* field, const Eigen::VectorXd& sizes) {
+      for (Eigen::Index i = 0; i < sizes.size(); ++i) {
+        if (sizes[i] > 0 && std::isfinite(sizes[i])) continue;
+        error(fmt::format("{}[{}]", field, i),
+              fmt::format("must be > 0 and finite, is {:g}", sizes[i]));
+      }
+    };
+    const auto check_segments = [&](const char* field, const char* what,
+                                    const Eigen::VectorXd& sizes) {
+      if (sizes.size() == 0 || sizes.size() == segments_) return check_positive(field, sizes);
+      error(field, fmt::format("{} {} for {} segments", sizes.size(), what, segments_));
+    };
+    check_segments("segment_lengths", "lengths", conditions_.segment_lengths);
+    check_segments("section_scales", "scales", conditions_.section_scales);
+    check_positive("edge_lengths", conditions_.edge_lengths);
+    if (conditions_.edge_lengths.size() > 0 && conditions_.segment_lengths.size() > 0)
+      error("edge_lengths", "are given beside segment_lengths: only one of them can hold");
   }
 
   const LinkageConditions& conditions_;

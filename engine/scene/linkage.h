@@ -60,6 +60,13 @@ struct LinkageConditions {
   /// Rest length of each segment, > 0 [scene length unit]; empty: as Linkage::rest_lengths says.
   /// Designs change them.
   Eigen::VectorXd segment_lengths = {};
+  /// Rest length of each edge that a segment is computed with, > 0 [scene length unit]; empty:
+  /// those of segments say them, which are empty where there are these. First the edges within
+  /// segments, from start to finish, then of each joint that of its rod A and that of its rod B, as
+  /// far as it has them.
+  Eigen::VectorXd edge_lengths = {};
+  /// Of each segment, > 0: its section is as large times this in both directions; empty: 1.
+  Eigen::VectorXd section_scales = {};
 };
 
 /// Rest lengths of segments: those of the line mesh, or those for which the linkage as drawn has

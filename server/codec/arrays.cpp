@@ -209,4 +209,12 @@ proto::Array encode_indices(const Eigen::Ref<const Eigen::MatrixXi>& indices) {
   return array;
 }
 
+Eigen::VectorXd decode_numbers(const google::protobuf::RepeatedField<double>& numbers) {
+  return Eigen::VectorXd::Map(numbers.data(), numbers.size());
+}
+
+void encode_numbers(const Eigen::VectorXd& numbers, google::protobuf::RepeatedField<double>& to) {
+  to.Assign(numbers.begin(), numbers.end());
+}
+
 }  // namespace limber::server

@@ -50,4 +50,8 @@ void check_array(const proto::Array& array, const std::string& field, int dimens
 /// 3 x rows to rows x 3, float64.
 [[nodiscard]] proto::Array encode_points_float64(const Eigen::Ref<const Eigen::Matrix3Xd>& points);
 
+[[nodiscard]] Eigen::VectorXd decode_numbers(
+    const google::protobuf::RepeatedField<double>& numbers);
+void encode_numbers(const Eigen::VectorXd& numbers, google::protobuf::RepeatedField<double>& to);
+
 }  // namespace limber::server

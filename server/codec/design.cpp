@@ -35,8 +35,45 @@ std::vector<rods::JointTarget> decode_targets(
   return targets;
 }
 
-Eigen::VectorXd decode_numbers(const google::protobuf::RepeatedField<double>& numbers) {
-  return Eigen::VectorXd::Map(numbers.data(), numbers.size());
+rods::DesignVariables decode_variables(const proto::StartDesignRequest& request) {
+  rods::DesignVariables variables;
+  if (request.lengths() == proto::DESIGN_LENGTHS_EDGES)
+    variables.lengths = rods::LengthVariables::kEdges;
+  if (request.lengths() == proto::DESIGN_LENGTHS_KEPT)
+    variables.lengths = rods::LengthVariables::kKept;
+  if (request.sections() == proto::DESIGN_SECTIONS_SEGMENTS)
+    variables.sections = rods::SectionVariables::kSegments;
+  return variables;
+}
+
+rods::BucklingGuard decode_guard(proto::DesignGuard guard) {
+  if (guard == proto::DESIGN_GUARD_FROM_START) return rods::BucklingGuard::kFromStart;
+  if (guard == proto::DESIGN_GUARD_NEVER) return rods::BucklingGuard::kNever;
+  return rods::BucklingGuard::kWhenNeeded;
+}
+
+proto::DesignLengths encode_lengths(rods::LengthVariables lengths) {
+  switch (lengths) {
+    case rods::LengthVariables::kSegments:
+      return proto::DESIGN_LENGTHS_SEGMENTS;
+    case rods::LengthVariables::kEdges:
+      return proto::DESIGN_LENGTHS_EDGES;
+    case rods::LengthVariables::kKept:
+      break;
+  }
+  return proto::DESIGN_LENGTHS_KEPT;
+}
+
+proto::DesignGuard encode_guard(rods::BucklingGuard guard) {
+  switch (guard) {
+    case rods::BucklingGuard::kWhenNeeded:
+      return proto::DESIGN_GUARD_WHEN_NEEDED;
+    case rods::BucklingGuard::kFromStart:
+      return proto::DESIGN_GUARD_FROM_START;
+    case rods::BucklingGuard::kNever:
+      break;
+  }
+  return proto::DESIGN_GUARD_NEVER;
 }
 
 rods::SurfaceMesh mesh_of(scene::TriangleSurface surface) {
@@ -167,6 +204,42 @@ void encode_terms(const session::DesignTerms& terms, double length_unit,
   message.set_holds(terms.holds);
 }
 
+void encode_placement(const rods::SurfacePlacement& placement, proto::SurfacePlacement& message) {
+  const auto encode = [](const Eigen::Vector3d& vector, proto::Vector3& to) {
+    to.set_x(vector.x()), to.set_y(vector.y()), to.set_z(vector.z());
+  };
+  const Eigen::AngleAxisd turn(placement.rotation.normalized());
+  encode(turn.angle() / kDegree * turn.axis(), *message.mutable_rotation_degrees());
+  message.set_scale(placement.scale);
+  encode(placement.translation, *message.mutable_translation());
+}
+
+/// What is varied, and what has come of its trials.
+void encode_course(const session::DesignInfo& info, double length_unit,
+                   proto::DesignInfo& message) {
+  message.set_lengths(encode_lengths(info.variables.lengths));
+  message.set_sections(info.variables.sections == rods::SectionVariables::kSegments
+                           ? proto::DESIGN_SECTIONS_SEGMENTS
+                           : proto::DESIGN_SECTIONS_KEPT);
+  message.set_guard(encode_guard(info.guard));
+  for (const int segment : info.sections_at_bound)
+    message.add_sections_at_bound(static_cast<std::uint32_t>(segment));
+  message.set_refused(static_cast<std::uint32_t>(info.trials.refused));
+  message.set_not_believed(static_cast<std::uint32_t>(info.trials.not_believed));
+  message.set_flat_lost(static_cast<std::uint32_t>(info.trials.flat_lost));
+  message.set_guarded(info.trials.guarded);
+  message.set_refusal(info.trials.refusal);
+  if (info.goal.surface) encode_placement(info.goal.placement, *message.mutable_placement());
+  for (const session::OtherOptimum& other : info.other_optima) {
+    proto::OtherOptimum& added = *message.add_other_optima();
+    added.set_job(other.tag);
+    encode_terms(other.terms, length_unit, *added.mutable_terms());
+    added.set_size_difference(other.difference.lengths);
+    added.set_flat_distance(other.difference.flat);
+    added.set_deployed_distance(other.difference.deployed);
+  }
+}
+
 }  // namespace
 
 session::DesignRequest decode_design(const proto::StartDesignRequest& request,
@@ -184,6 +257,14 @@ session::DesignRequest decode_design(const proto::StartDesignRequest& request,
     design.max_iterations = decode_index(request.max_iterations(), "max_iterations");
   design.shortest_lengths = decode_numbers(request.shortest_lengths());
   design.longest_lengths = decode_numbers(request.longest_lengths());
+  design.variables = decode_variables(request);
+  if (request.has_thinnest()) design.thinnest = request.thinnest();
+  if (request.has_thickest()) design.thickest = request.thickest();
+  design.thinnest_sections = decode_numbers(request.thinnest_sections());
+  design.thickest_sections = decode_numbers(request.thickest_sections());
+  design.guard = decode_guard(request.guard());
+  if (request.has_fitted_points())
+    design.fitted_points = decode_points(request.fitted_points(), "fitted_points");
   return design;
 }
 
@@ -205,6 +286,7 @@ session::DesignChange decode_design_change(const proto::ChangeDesignRequest& req
 
 std::string design_field_in(const proto::StartDesignRequest& request, const std::string& field) {
   if (field == "smallest_angle") return "smallest_angle_degrees";
+  if (field.starts_with("variables")) return "lengths";
   if (field == "goal.surface") return field + name_of_source(request.goal().surface());
   return placed(field);
 }
@@ -222,6 +304,9 @@ proto::MakeStartingGridResponse make_starting_grid(const proto::MakeStartingGrid
   if (request.has_rows()) options.rows = decode_index(request.rows(), "rows");
   if (request.has_flat_angle_degrees()) options.flat_angle = kDegree * request.flat_angle_degrees();
   if (request.has_margin()) options.margin = request.margin();
+  if (request.has_bulge()) options.bulge = request.bulge();
+  constexpr double kWidening = 0.4;
+  if (options.bulge > 0) options.widening = kWidening;
   const rods::SurfacePlacement placement = decode_placement(request.placement());
   try {
     options.validate();
@@ -274,6 +359,7 @@ proto::DesignInfo encode_design(const session::DesignInfo& info, double length_u
   message.set_targets(static_cast<std::uint32_t>(info.goal.targets.size()));
   message.set_has_surface(info.goal.surface != nullptr);
   for (const int segment : info.at_bound) message.add_at_bound(static_cast<std::uint32_t>(segment));
+  encode_course(info, length_unit, message);
   if (info.taken) message.set_taken_revision(*info.taken);
   message.set_message(info.message);
   if (info.end == session::DesignEnd::kFailed) {

@@ -95,8 +95,9 @@ scene::LinkageConditions decode_conditions(const proto::LinkageConditions& messa
         decode_load(message.loads(i), fmt::format("{}.loads[{}]", field, i)));
   }
   conditions.gravity = decode_vector(message.gravity());
-  conditions.segment_lengths =
-      Eigen::VectorXd::Map(message.segment_lengths().data(), message.segment_lengths_size());
+  conditions.segment_lengths = decode_numbers(message.segment_lengths());
+  conditions.edge_lengths = decode_numbers(message.edge_lengths());
+  conditions.section_scales = decode_numbers(message.section_scales());
   return conditions;
 }
 
@@ -134,7 +135,9 @@ void encode_conditions(const scene::LinkageConditions& conditions,
     added.set_torque(load.torque);
   }
   if (!conditions.gravity.isZero(0)) encode_vector(conditions.gravity, *message.mutable_gravity());
-  for (const double length : conditions.segment_lengths) message.add_segment_lengths(length);
+  encode_numbers(conditions.segment_lengths, *message.mutable_segment_lengths());
+  encode_numbers(conditions.edge_lengths, *message.mutable_edge_lengths());
+  encode_numbers(conditions.section_scales, *message.mutable_section_scales());
 }
 
 void replace_first(std::string& text, const std::string& from, const std::string& to) {

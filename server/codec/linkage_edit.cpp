@@ -4,6 +4,7 @@
 
 #include <charconv>
 
+#include "server/codec/arrays.h"
 #include "server/codec/linkage.h"
 #include "server/codec/scene.h"
 
@@ -74,10 +75,12 @@ session::LinkageEdit decode_edit(const proto::Edit& message, const std::string& 
       return session::SetJointLoad{decode_load(message.set_joint_load().load(), path + ".load")};
     case proto::Edit::kSetGravity:
       return session::SetGravity{decode_vector(message.set_gravity().gravity())};
-    case proto::Edit::kSetSegmentLengths: {
-      const auto& lengths = message.set_segment_lengths().lengths();
-      return session::SetSegmentLengths{Eigen::VectorXd::Map(lengths.data(), lengths.size())};
-    }
+    case proto::Edit::kSetSegmentLengths:
+      return session::SetSegmentLengths{decode_numbers(message.set_segment_lengths().lengths())};
+    case proto::Edit::kSetEdgeLengths:
+      return session::SetEdgeLengths{decode_numbers(message.set_edge_lengths().lengths())};
+    case proto::Edit::kSetSectionScales:
+      return session::SetSectionScales{decode_numbers(message.set_section_scales().scales())};
     case proto::Edit::kUndo:
       return session::Undo{};
     case proto::Edit::kRedo:
@@ -97,7 +100,8 @@ const google::protobuf::FieldDescriptor* values_of(const google::protobuf::Descr
 
 /// Names of scene::LinkageConditions as the messages have them; empty: of none of their own.
 std::string name_in(const google::protobuf::Descriptor& message, const std::string& name) {
-  if (name.starts_with("segment_lengths")) return name.substr(std::string("segment_").size());
+  for (const std::string what : {"segment_lengths", "edge_lengths", "section_scales"})
+    if (name.starts_with(what)) return name.substr(what.find('_') + 1);
   if (name == "angle" || name == "mean_angle") return name_in(message, "angle_degrees");
   if (message.FindFieldByName("segment") != nullptr && (name == "segment" || name == "share"))
     return "segment." + name;

@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include "engine/scene/formats/surface_formats.h"
+#include "server/codec/arrays.h"
 #include "server/codec/design.h"
 #include "server/log/log.h"
 #include "server/service/linkage_record.h"
@@ -84,7 +85,11 @@ proto::GetDesignResponse Service::get_design(const proto::GetDesignRequest& requ
   if (const auto info = session->design())
     *response.mutable_design() = encode_design(*info, record->opened().length_unit);
   if (const auto best = session->best_design()) {
-    for (const double length : best->lengths) response.add_best_lengths(length);
+    encode_numbers(best->sizes.segments, *response.mutable_best_lengths());
+    if (best->variables.lengths == rods::LengthVariables::kEdges)
+      encode_numbers(best->sizes.edges, *response.mutable_best_edge_lengths());
+    if (best->variables.sections == rods::SectionVariables::kSegments)
+      encode_numbers(best->sizes.sections, *response.mutable_best_section_scales());
   }
   return response;
 }

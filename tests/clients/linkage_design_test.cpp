@@ -4,9 +4,11 @@
 
 #include <gtest/gtest.h>
 
+#include <sstream>
 #include <thread>
 
 #include "clients/cpp/linkage_session.h"
+#include "clients/cpp/surface_linkage.h"
 #include "tests/server/process/child_process.h"
 #include "tests/support/temporary_folder.h"
 
@@ -85,6 +87,56 @@ TEST_F(DesignClient, IsPausedChangedStoppedAndTaken) {
   EXPECT_FALSE(info.has_taken_revision());
   EXPECT_EQ(design.take(0), 1U);
   EXPECT_EQ(linkage->conditions().segment_lengths_size(), 144);
+}
+
+/// z = h (1 - x^2 - y^2) as an .obj.
+v1::MeshFile hill(double height) {
+  constexpr int kLines = 12;
+  std::ostringstream text;
+  for (int r = 0; r < kLines; ++r) {
+    for (int c = 0; c < kLines; ++c) {
+      const double x = 2.0 * c / (kLines - 1) - 1, y = 2.0 * r / (kLines - 1) - 1;
+      text << "v " << x << ' ' << y << ' ' << height * (1 - x * x - y * y) << '\n';
+    }
+  }
+  const auto vertex = [](int c, int r) { return r * kLines + c + 1; };
+  for (int r = 0; r + 1 < kLines; ++r) {
+    for (int c = 0; c + 1 < kLines; ++c) {
+      const int first = vertex(c, r), last = vertex(c + 1, r + 1);
+      text << "f " << first << ' ' << vertex(c + 1, r) << ' ' << last << '\n';
+      text << "f " << first << ' ' << last << ' ' << vertex(c, r + 1) << '\n';
+    }
+  }
+  v1::MeshFile file;
+  file.set_name("hill.obj");
+  file.set_content(text.str());
+  return file;
+}
+
+TEST_F(DesignClient, BeginsWithASurfaceAlone) {
+  v1::MakeStartingGridRequest grid;
+  *grid.mutable_surface()->mutable_file() = hill(-0.2);
+  grid.set_columns(5);
+  grid.set_rows(6);
+  v1::Scene rods;
+  rods.mutable_linkage()->mutable_section()->mutable_rectangle()->set_width(0.02);
+  rods.mutable_linkage()->mutable_section()->mutable_rectangle()->set_height(0.004);
+  rods.mutable_linkage()->set_edges_per_segment(5);
+  SurfaceLinkage opened = open_on_surface(client, grid, rods, "bowl");
+  EXPECT_EQ(opened.session.id(), "bowl");
+  EXPECT_GT(opened.misfit, 0);
+  EXPECT_EQ(opened.session.shape().joints.size(), 30U);
+  // A bowl: its middle, which is held, lies below its corners.
+  const LinkageShape shape = opened.session.shape();
+  EXPECT_GT(shape.joints[0][2], shape.joints[17][2]);
+  opened.design.set_max_iterations(40);
+  LinkageDesign design(client, "bowl");
+  (void)design.start(opened.design);
+  const v1::DesignInfo info = design.wait();
+  EXPECT_LT(info.best().surface_rms(), 0.5 * info.start().surface_rms());
+  EXPECT_TRUE(info.has_placement());
+  grid.set_columns(1);
+  EXPECT_THROW((void)open_on_surface(client, grid, rods), ClientError);
 }
 
 }  // namespace

@@ -143,8 +143,10 @@ def test_a_second_client_watches_changes_pauses_stops_and_takes(server, linkage,
         until(lambda: other.info().now.target_rms != paused.now.target_rms)
         other.resume()
         until(lambda: design.info().iteration > paused.iteration + 2 or design.info().state == "ended")
-        if design.info().state != "ended":
+        try:
             design.stop()
+        except limber.LimberError as error:
+            assert error.code == "FAILED_PRECONDITION", "it has ended by itself"
         until(lambda: design.info().state == "ended")
         info = design.info()
         if info.end == "stopped":
@@ -338,6 +340,85 @@ def test_a_linkage_is_begun_with_a_surface_alone(server):
     vertices = np.array([(0, 0, 0), (1, 0, 0), (0, 1, 0), (5, 0, 0), (6, 0, 0), (5, 1, 0)], dtype=float)
     assert refusal(lambda: server.starting_grid((vertices, [(0, 1, 2), (3, 4, 5)]))) == (
         "INVALID_ARGUMENT", "surface.triangles.triangles"), "two pieces are no patch"
+
+
+def hill(n=15):
+    x, y = np.meshgrid(np.linspace(-1, 1, n), np.linspace(-0.8, 0.8, n), indexing="ij")
+    at = np.arange(n * n).reshape(n, n)
+    a, b, c, d = at[:-1, :-1].ravel(), at[1:, :-1].ravel(), at[1:, 1:].ravel(), at[:-1, 1:].ravel()
+    vertices = np.stack([x, y, 0.15 * (1 - x ** 2 - y ** 2)], axis=-1).reshape(-1, 3)
+    return vertices, np.concatenate([np.stack([a, b, c], 1), np.stack([a, c, d], 1)])
+
+
+def test_one_call_designs_a_linkage_for_a_surface_alone(server):
+    design = server.design_surface(hill(), columns=6, rows=5, section={"rectangle": (0.02, 0.004)}, name="hill",
+                                   progress=False, design={"max_iterations": 60})
+    info = design.wait()
+    assert info.end in ("converged", "settled", "iteration_limit"), info.message
+    assert info.best.holds and info.best.surface_rms < 0.5 * info.start.surface_rms
+    session = design.session
+    assert info.taken == session.status().revision and len(session.lengths()) == 49
+    assert session.shape().joints.shape == (30, 3)
+    session.close()
+    bad = lambda **options: server.design_surface(hill(), section={"rectangle": (0.02, 0.004)}, **options)  # noqa: E731
+    assert refusal(lambda: bad(columns=2)) == ("INVALID_ARGUMENT", "columns")
+    assert refusal(lambda: bad(bulge=2)) == ("INVALID_ARGUMENT", "bulge")
+
+
+def test_the_command_line_begins_with_a_surface_alone(server, tmp_path):
+    write_obj(tmp_path / "hill.obj", *hill())
+    done = run(server, "design", "hill", "--surface", str(tmp_path / "hill.obj"), "--grid", "6x5", "--section",
+               "0.02x0.004", "--iterations", "40")
+    assert done.returncode == 0, done.stderr
+    assert "session hill: a grid of 6x5" in done.stdout and "best: step" in done.stdout
+    session = server.session("hill")
+    info = session.current_design().info()
+    assert info.best.surface_rms < 0.5 * info.start.surface_rms
+    session.close()
+    for wrong, field in ((("--grid", "6"), "grid"), (("--grid", "6x-5"), "grid"), (("--grid", "2x5"), "columns")):
+        refused = run(server, "design", "other", "--surface", str(tmp_path / "hill.obj"), "--section", "0.02x0.004",
+                      *wrong)
+        assert refused.returncode == 1 and field in refused.stderr, refused.stderr
+
+
+def test_edges_and_sections_are_designed_taken_undone_and_exported(server, linkage, targets, tmp_path):
+    design = linkage.design(targets=targets, lengths="edges", sections="segments", thinnest=0.9, thickest=1.1,
+                            guard="never", distance_weight=1e6, flat_height=0.3, max_iterations=40)
+    info = design.wait()
+    assert (info.lengths, info.sections, info.guard, info.guarded) == ("edges", "segments", "never", False)
+    assert info.best.target_rms < info.start.target_rms / 2
+    if info.taken is None:
+        design.take()
+        linkage.wait()
+    assert len(linkage.edge_lengths()) == 170 and len(linkage.section_scales()) == 40 and len(linkage.lengths()) == 0
+    np.testing.assert_array_equal(linkage.edge_lengths(), design.best_edge_lengths())
+    np.testing.assert_array_equal(linkage.section_scales(), design.best_section_scales())
+    assert 0.9 <= linkage.section_scales().min() and linkage.section_scales().max() <= 1.1
+    linkage.export(tmp_path, formats=("scene", "json"), stem="s", progress=False)
+    again = server.open(tmp_path / "s.json", progress=False)
+    np.testing.assert_allclose(again.edge_lengths(), linkage.edge_lengths())
+    assert again.wait().energy == pytest.approx(linkage.wait().energy, rel=1e-5)
+    again.close()
+    linkage.undo()
+    linkage.wait()
+    assert len(linkage.edge_lengths()) == len(linkage.section_scales()) == 0
+    assert refusal(lambda: linkage.set_edge_lengths([1, 2])) == ("INVALID_ARGUMENT", "edits[0].set_edge_lengths.lengths")
+    assert refusal(lambda: linkage.set_section_scales([20] * 40)) == (
+        "OUT_OF_RANGE", "edits[0].set_section_scales.scales[0]")
+    assert refusal(lambda: linkage.design(targets=targets, lengths="kept")) == ("INVALID_ARGUMENT", "lengths")
+    assert refusal(lambda: linkage.design(targets=targets, lengths="rods")) == ("INVALID_ARGUMENT", "lengths")
+
+
+def test_a_design_says_when_an_earlier_one_ended_elsewhere(linkage):
+    goal = {24: linkage.shape().joints[24] + (0.5, 0.3, 0.4)}
+    first = linkage.design(targets=goal, **GOAL).wait()
+    assert first.end in ("converged", "settled") and first.other_optima == ()
+    linkage.set_lengths(linkage.lengths() * np.random.default_rng(3).uniform(0.985, 1.015, 40))
+    linkage.wait()
+    second = linkage.design(targets=goal, **GOAL).wait()
+    assert second.end in ("converged", "settled"), second.message
+    assert [other.job for other in second.other_optima] == [first.job]
+    assert second.other_optima[0].size_difference > 0.01
 
 
 def test_what_acts_on_the_linkage_must_be_taken_away_first(linkage, targets):

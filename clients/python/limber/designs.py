@@ -26,6 +26,13 @@ ENDS = {messages.DESIGN_END_UNSPECIFIED: "", messages.DESIGN_END_CONVERGED: "con
         messages.DESIGN_END_STOPPED: "stopped", messages.DESIGN_END_FAILED: "failed"}
 
 
+LENGTHS = {messages.DESIGN_LENGTHS_SEGMENTS: "segments", messages.DESIGN_LENGTHS_EDGES: "edges",
+           messages.DESIGN_LENGTHS_KEPT: "kept"}
+SECTIONS = {messages.DESIGN_SECTIONS_KEPT: "kept", messages.DESIGN_SECTIONS_SEGMENTS: "segments"}
+GUARDS = {messages.DESIGN_GUARD_WHEN_NEEDED: "when_needed", messages.DESIGN_GUARD_FROM_START: "from_start",
+          messages.DESIGN_GUARD_NEVER: "never"}
+
+
 @dataclass(frozen=True)
 class DesignTerms:
     """What a pair of shapes, the flat one and the deployed one, is worth."""
@@ -46,6 +53,22 @@ class DesignTerms:
 
 
 @dataclass(frozen=True)
+class OtherOptimum:
+    """An earlier design of the session for the same goal that ended elsewhere."""
+
+    job: int
+    terms: DesignTerms        # by the scales of the newer design: objectives can be compared
+    size_difference: float    # largest, of a rest length or a section's scale, as a share
+    flat_distance: float      # of joints between both flat shapes, root mean square [length unit]
+    deployed_distance: float  # the same of the deployed ones
+
+    @staticmethod
+    def from_message(other: "messages.OtherOptimum") -> "OtherOptimum":
+        return OtherOptimum(other.job, DesignTerms.from_message(other.terms), other.size_difference,
+                            other.flat_distance, other.deployed_distance)
+
+
+@dataclass(frozen=True)
 class DesignInfo:
     """How a design stands."""
 
@@ -63,6 +86,16 @@ class DesignInfo:
     taken: int | None       # the revision that brought its best lengths
     message: str            # why it ended
     job: int
+    lengths: str            # varied: "segments", "edges" or "kept"
+    sections: str           # varied: "segments" or "kept"
+    guard: str              # against buckling: "when_needed", "from_start" or "never"
+    sections_at_bound: tuple[int, ...]
+    refused: int            # trials that gained too little
+    not_believed: int       # trials whose equilibria were lost, or lay on another branch
+    flat_lost: int          # of these: the flat shape's, which had buckled
+    guarded: bool           # the guard is up
+    refusal: str            # why the last trial was not believed; "": it was
+    other_optima: tuple[OtherOptimum, ...]  # of one that has ended by itself: earlier ones that ended elsewhere
 
     @staticmethod
     def from_message(info: "messages.DesignInfo") -> "DesignInfo":
@@ -70,7 +103,10 @@ class DesignInfo:
         return DesignInfo(STATES.get(info.state, ""), ENDS.get(info.end, ""), info.iteration, info.accepted,
                           terms(info.start), terms(info.now), terms(info.best), info.best_iteration, info.flat_height,
                           (info.flat_share, info.distance_weight, info.surface_weight), tuple(info.at_bound),
-                          info.taken_revision if info.HasField("taken_revision") else None, info.message, info.job)
+                          info.taken_revision if info.HasField("taken_revision") else None, info.message, info.job,
+                          LENGTHS.get(info.lengths, ""), SECTIONS.get(info.sections, ""), GUARDS.get(info.guard, ""),
+                          tuple(info.sections_at_bound), info.refused, info.not_believed, info.flat_lost, info.guarded,
+                          info.refusal, tuple(OtherOptimum.from_message(other) for other in info.other_optima))
 
 
 def targets_of(targets: Any, field: str) -> "list[messages.DesignTarget]":
@@ -122,7 +158,10 @@ def request(session: str, *, surface: Any, targets: Any, flat_share: float | Non
             surface_weight: float | None, translation: Sequence[float] | None, rotation: Sequence[float] | None,
             scale: float | None, shortest: float | None, longest: float | None, flat_height: float | None,
             smallest_angle: float | None, max_iterations: int | None, shortest_lengths: Any = None,
-            longest_lengths: Any = None, joint_weights: Any = None) -> "messages.StartDesignRequest":
+            longest_lengths: Any = None, joint_weights: Any = None, lengths: str | None = None,
+            sections: str | None = None, thinnest: float | None = None, thickest: float | None = None,
+            thinnest_sections: Any = None, thickest_sections: Any = None, guard: str | None = None,
+            fitted_points: Any = None) -> "messages.StartDesignRequest":
     made = messages.StartDesignRequest(session=session)
     made.goal.SetInParent()
     if surface is not None:
@@ -135,15 +174,30 @@ def request(session: str, *, surface: Any, targets: Any, flat_share: float | Non
     weights = {"flat_share": flat_share, "distance_weight": distance_weight, "surface_weight": surface_weight}
     _set_given(made.goal, weights)
     _set_given(made, {"shortest": shortest, "longest": longest, "flat_height": flat_height,
-                      "smallest_angle_degrees": smallest_angle})
+                      "smallest_angle_degrees": smallest_angle, "thinnest": thinnest, "thickest": thickest})
+    for name, names, chosen in (("lengths", LENGTHS, lengths), ("sections", SECTIONS, sections),
+                                ("guard", GUARDS, guard)):
+        if chosen is not None:
+            setattr(made, name, _named(chosen, names, name))
+    if fitted_points is not None:
+        made.fitted_points.CopyFrom(arrays.to_message(checks.numeric(fitted_points, "fitted_points"), np.float64))
     for values, name, numbers in ((shortest_lengths, "shortest_lengths", made.shortest_lengths),
                                   (longest_lengths, "longest_lengths", made.longest_lengths),
+                                  (thinnest_sections, "thinnest_sections", made.thinnest_sections),
+                                  (thickest_sections, "thickest_sections", made.thickest_sections),
                                   (joint_weights, "joint_weights", made.goal.joint_surface_weights)):
         if values is not None:
             numbers.extend(checks.numeric(values, name).ravel())
     if max_iterations is not None:
         made.max_iterations = checks.whole(max_iterations, "max_iterations")
     return made
+
+
+def _named(chosen: str, names: "dict[int, str]", field: str) -> int:
+    for value, name in names.items():
+        if name == chosen:
+            return value
+    raise invalid(field, f"{field} is one of {', '.join(names.values())}, not {chosen!r}")
 
 
 def _set_given(message: Any, values: "dict[str, float | None]") -> None:
@@ -156,7 +210,7 @@ def _set_given(message: Any, values: "dict[str, float | None]") -> None:
 class StartingGrid:
     """A regular grid of rods over a patch of surface, and laid flat: a linkage to begin a design with."""
 
-    vertices: np.ndarray    # flat, in the plane z = 0, n x 3 [length unit]
+    vertices: np.ndarray    # flat, in the plane z = 0 but for the bulge, n x 3 [length unit]
     edges: np.ndarray       # m x 2
     deployed: np.ndarray    # the same vertices on the surface
     lengths: np.ndarray     # of the edges, as lines on the surface [length unit]
@@ -173,7 +227,7 @@ class StartingGrid:
 
 def grid_request(surface: Any, columns: int | None, rows: int | None, flat_angle: float | None, margin: float | None,
                  translation: Sequence[float] | None, rotation: Sequence[float] | None,
-                 scale: float | None) -> "messages.MakeStartingGridRequest":
+                 scale: float | None, bulge: float | None = None) -> "messages.MakeStartingGridRequest":
     made = messages.MakeStartingGridRequest(surface=surface_of(surface, "surface"))
     placement = placement_of(translation, rotation, scale)
     if placement is not None:
@@ -182,7 +236,7 @@ def grid_request(surface: Any, columns: int | None, rows: int | None, flat_angle
         made.columns = checks.whole(columns, "columns")
     if rows is not None:
         made.rows = checks.whole(rows, "rows")
-    _set_given(made, {"flat_angle_degrees": flat_angle, "margin": margin})
+    _set_given(made, {"flat_angle_degrees": flat_angle, "margin": margin, "bulge": bulge})
     return made
 
 
@@ -205,6 +259,14 @@ class Design:
     def best_lengths(self) -> np.ndarray:
         """Rest lengths of segments that take() would bring [length unit]; empty where there are none yet."""
         return np.array(self._get().best_lengths)
+
+    def best_edge_lengths(self) -> np.ndarray:
+        """The same of edges, where those are varied."""
+        return np.array(self._get().best_edge_lengths)
+
+    def best_section_scales(self) -> np.ndarray:
+        """The same of sections, where those are varied: of each segment."""
+        return np.array(self._get().best_section_scales)
 
     def change(self, *, surface: Any = None, targets: Any = None, flat_share: float | None = None,
                distance_weight: float | None = None, surface_weight: float | None = None,

@@ -267,6 +267,25 @@ class LinkageSession(OpenSession):
         """Rest lengths of segments as they were set or designed [length unit]; empty: those of the scene."""
         return np.array(self.conditions().segment_lengths)
 
+    def set_edge_lengths(self, lengths: Any) -> Receipt:
+        """Rest lengths of all edges [length unit], in place of those of segments: first the edges within each segment,
+        then those across joints, rod A's and rod B's. None ([]): those of the scene."""
+        change = service.SetEdgeLengths(lengths=checks.numeric(lengths, "lengths").ravel())
+        return self.edit([service.Edit(set_edge_lengths=change)])
+
+    def edge_lengths(self) -> np.ndarray:
+        """As they were set or designed [length unit]; empty: those of segments say them."""
+        return np.array(self.conditions().edge_lengths)
+
+    def set_section_scales(self, scales: Any) -> Receipt:
+        """Of each segment: its section is as large times this in both directions. None ([]): 1."""
+        change = service.SetSectionScales(scales=checks.numeric(scales, "scales").ravel())
+        return self.edit([service.Edit(set_section_scales=change)])
+
+    def section_scales(self) -> np.ndarray:
+        """As they were set or designed; empty: all 1."""
+        return np.array(self.conditions().section_scales)
+
     # ---- designs ----
 
     def design(self, surface: Any = None, targets: Any = None, *, flat_share: float | None = None,
@@ -275,7 +294,9 @@ class LinkageSession(OpenSession):
                scale: float | None = None, shortest: float | None = None, longest: float | None = None,
                flat_height: float | None = None, smallest_angle: float | None = None,
                max_iterations: int | None = None, shortest_lengths: Any = None, longest_lengths: Any = None,
-               joint_weights: Any = None) -> Design:
+               joint_weights: Any = None, lengths: str | None = None, sections: str | None = None,
+               thinnest: float | None = None, thickest: float | None = None, thinnest_sections: Any = None,
+               thickest_sections: Any = None, guard: str | None = None, fitted_points: Any = None) -> Design:
         """Begins a search for rest lengths with which the shape without angles lies flat, and the one that pins and
         angles ask for now is near to a surface or targets, at little stress. limber.v1.DesignGoal has the objective.
 
@@ -284,8 +305,12 @@ class LinkageSession(OpenSession):
         positions of all joints. shortest, longest: bounds of rest lengths, as shares of those of the start.
         flat_height: allowed root mean square height of the flat shape, as a share of its extent; smallest_angle: bound
         on its opening angles [degree]. shortest_lengths, longest_lengths: bounds of each segment in place of the
-        shares [length unit]; joint_weights: of each joint's distance to the surface. What is not given has the server's
-        default.
+        shares [length unit]; joint_weights: of each joint's distance to the surface. lengths: what is varied, those of
+        "segments" (default) or "edges", or "kept"; sections: "segments" varies the scale of each segment's section
+        (default "kept"), between thinnest and thickest, or thinnest_sections and thickest_sections one by one. guard:
+        against buckling of the flat shape, "when_needed" (default), "from_start" or "never". fitted_points: of the
+        surface, one for each joint: it is put where these are nearest to the joints. What is not given has the
+        server's default.
 
         A design that ends by itself with flat_height and smallest_angle kept is taken: a revision that undo() takes
         back. Until it has ended, edits are refused.
@@ -295,7 +320,9 @@ class LinkageSession(OpenSession):
                                   translation=translation, rotation=rotation, scale=scale, shortest=shortest, longest=longest,
                                   flat_height=flat_height, smallest_angle=smallest_angle, max_iterations=max_iterations,
                                   shortest_lengths=shortest_lengths, longest_lengths=longest_lengths,
-                                  joint_weights=joint_weights)
+                                  joint_weights=joint_weights, lengths=lengths, sections=sections,
+                                  thinnest=thinnest, thickest=thickest, thinnest_sections=thinnest_sections,
+                                  thickest_sections=thickest_sections, guard=guard, fitted_points=fitted_points)
         response = self.connection.call("start_design", request, timeout=max(60.0, self.connection.timeout))
         return Design(self, response.job)
 

@@ -18,7 +18,7 @@ from .messages import service
 from .progress import ProgressOption, Reporter
 from .reach import advice
 from .results import Geometry, issue_text
-from .linkages import LinkageSession
+from .linkages import LinkageSession, linkage_scene
 from .open_session import OpenSession, job_error
 from .session import Session
 
@@ -228,17 +228,54 @@ class Server:
     def starting_grid(self, surface: Any, *, columns: int | None = None, rows: int | None = None,
                       flat_angle: float | None = None, margin: float | None = None,
                       translation: Sequence[float] | None = None, rotation: Sequence[float] | None = None,
-                      scale: float | None = None) -> designs.StartingGrid:
+                      scale: float | None = None, bulge: float | None = None) -> designs.StartingGrid:
         """A regular grid of rods over a patch of surface without holes, and laid flat: for a design where there is
         only a surface. limber.linkage_scene(grid.vertices, grid.edges, section=..), then
         session.set_lengths(grid.lengths) and session.deploy(grid.mean_angle).
 
         surface, translation, rotation, scale: as LinkageSession.design(). columns, rows: joints along each rod and
         across (8); flat_angle: at which rods cross when it lies flat [degree] (46); margin: share of the patch that is
-        left free at its rim (0.02).
+        left free at its rim (0.02); bulge: of the surface's heights, what the flat grid rises by (0); with one,
+        cells are wider in the middle (narrower on saddles), so that it opens to the surface's side.
         """
-        request = designs.grid_request(surface, columns, rows, flat_angle, margin, translation, rotation, scale)
+        request = designs.grid_request(surface, columns, rows, flat_angle, margin, translation, rotation, scale, bulge)
         return designs.StartingGrid.from_message(self.connection.call("make_starting_grid", request, timeout=120.0))
+
+    def design_surface(self, surface: Any, *, columns: int | None = None, rows: int | None = None, section: Any,
+                       flat_angle: float = 25, margin: float | None = None, bulge: float = 0.05,
+                       scale: float | None = None, session: str = "", edges_per_segment: int = 6,
+                       progress: ProgressOption = None, timeout: float = 600.0, design: Any = None,
+                       **linkage: Any) -> "designs.Design":
+        """A linkage for a patch of surface, from the surface alone: a regular grid of rods over it is laid flat, opened
+        as a session, deployed to the angle that it has on the surface, held in its middle and pulled to the surface's
+        side until it is there, and a design begins with the surface put where the grid fits. Its `session` is the
+        linkage.
+
+        surface, columns, rows, flat_angle, margin, bulge: as starting_grid(). section, edges_per_segment and what else
+        there is: as limber.linkage_scene(). design: options of LinkageSession.design(), as a dict.
+        """
+        grid = self.starting_grid(surface, columns=columns, rows=rows, flat_angle=flat_angle, margin=margin,
+                                  scale=scale, bulge=bulge)
+        scene = linkage_scene(grid.vertices, grid.edges, section=section, edges_per_segment=edges_per_segment,
+                                     **linkage)
+        scene.linkage.conditions.segment_lengths.extend(grid.lengths)
+        conditions = scene.linkage.conditions
+        conditions.mean_angle_degrees = grid.mean_angle
+        across = 8 if columns is None else columns
+        middle = len(grid.vertices) // across // 2 * across + across // 2
+        conditions.pins.add(joint=middle, held=scene_messages.HELD_MOTION)
+        heights = grid.vertices[:, 2]
+        rim = heights[[0, across - 1, len(heights) - across, len(heights) - 1]].mean()
+        conditions.gravity.z = -1 if heights[middle] >= rim else 1
+        opened = self.open(scene, session=session, progress=progress, timeout=timeout)
+        for act in (lambda: None, lambda: opened.gravity((0, 0, 0))):
+            act()
+            if opened.wait(timeout=timeout).solve_failed:
+                opened.close()
+                raise LimberError("FAILED_PRECONDITION", "the grid does not open to the angle that it has on the "
+                                  "surface: try fewer rods, another flat_angle or a section that bends more easily",
+                                  "surface")
+        return opened.design(surface, scale=scale, fitted_points=grid.deployed, **(design or {}))
 
     def shutdown(self) -> None:
         """Asks limberd to end."""

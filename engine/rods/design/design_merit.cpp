@@ -20,7 +20,8 @@ bool GuardWeight::raise(double objective, double flat_energy) {
   constexpr int kOften = 12;
   if (first_ == 0) first_ = flat_energy > 0 ? kShare * std::abs(objective) / flat_energy : 0;
   weight_ = weight_ > 0 ? kRise * weight_ : last_ > 0 ? last_ : first_;
-  if (raised_ >= kAtOnce) fall_ = std::sqrt(fall_);
+  constexpr double kGentlest = 0.6;
+  if (raised_ >= kAtOnce) fall_ = std::min(kGentlest, std::sqrt(fall_));
   return first_ > 0 && ++raised_ <= kOften;
 }
 

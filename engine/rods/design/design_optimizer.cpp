@@ -6,9 +6,11 @@
 #include <cmath>
 #include <numbers>
 #include <optional>
+#include <utility>
 
 #include "engine/base/error.h"
 #include "engine/rods/design/design_merit.h"
+#include "engine/rods/design/trust_region_step.h"
 
 namespace limber::rods {
 namespace {
@@ -28,6 +30,8 @@ constexpr double kGrow = 2;
 constexpr double kLeastRadius = 1e-9;  // of the mean length
 constexpr double kInner = 1e-2;        // gradient at which multipliers are updated
 constexpr int kIdle = 10;
+constexpr int kAstray =
+    3;  // trials not believed more than believed, after which none is remembered
 constexpr int kUpdates = 30;  // of multipliers
 // Of the guard against buckling.
 // A flat shape that is lost below this share of the radius that was good last raises the guard; the
@@ -108,8 +112,10 @@ class Search {
     values_ = design_.values(design_.point());
     report_.before = values_;
     first_gradient_ = projected(merit_.gradient(values_)).norm();
-    if (options_.guard == BucklingGuard::kFromStart)
+    if (options_.guard == BucklingGuard::kFromStart) {
       merit_.guard().raise_at_once(values_.objective, values_.flat_energy);
+      ++report_.guard_raised;
+    }
     while (step(context, on_step)) {
     }
     return_to_best();
@@ -140,36 +146,19 @@ class Search {
     return gradient;
   }
 
-  /// Conjugate gradients until the region's rim, negative curvature, or a small residual. Keeps H p
-  /// for the model's value.
-  Eigen::VectorXd newton_step(const Eigen::VectorXd& slope, Eigen::VectorXd& bent) {
-    Eigen::VectorXd p = Eigen::VectorXd::Zero(slope.size());
-    bent = p;
-    Eigen::VectorXd residual = -slope, way = residual;
+  /// What is soft may also be what buckles: after that, steps are measured by lengths for a while.
+  [[nodiscard]] detail::ModelStep newton_step(const Eigen::VectorXd& slope) {
+    detail::CurvatureMemory unused;
     const double enough = std::min(0.1, std::sqrt(slope.norm() / first_gradient_)) * slope.norm();
-    for (int k = 0; k < options_.max_products && residual.norm() > enough; ++k) {
-      Eigen::VectorXd curved = product(way);
-      for (Eigen::Index s = 0; s < slope.size(); ++s)
-        if (slope[s] == 0) curved[s] = 0;  // at a bound
-      const double curvature = way.dot(curved);
-      const double along = residual.squaredNorm();
-      const double length = curvature > 0 ? along / curvature : 0;
-      if (curvature <= 0 || (p + length * way).norm() >= radius_) {
-        const double rim = to_rim(p, way);
-        p += rim * way;
-        bent += rim * curved;
-        return p;
-      }
-      p += length * way;
-      bent += length * curved;
-      residual -= length * curved;
-      way = residual + residual.squaredNorm() / along * way;
-    }
-    return p;
+    return detail::trust_region_step(
+        slope, {radius_in_memory(), enough, options_.max_products},
+        [this](const Eigen::VectorXd& v) { return product(v); }, paused_ > 0 ? unused : memory_);
   }
-  [[nodiscard]] double to_rim(const Eigen::VectorXd& p, const Eigen::VectorXd& way) const {
-    const double a = way.squaredNorm(), b = p.dot(way), c = p.squaredNorm() - radius_ * radius_;
-    return (-b + std::sqrt(std::max(0.0, b * b - a * c))) / a;
+
+  /// The radius is a length: as the last step's, by which both measures are compared.
+  [[nodiscard]] double radius_in_memory() const {
+    if (memory_.empty() || last_step_.size() == 0) return radius_;
+    return radius_ * memory_.size(last_step_) / last_step_.norm();
   }
 
   /// @returns whether there is a next one
@@ -187,9 +176,14 @@ class Search {
       if (!update_multipliers()) return end(DesignStatus::kInfeasible, told_violation());
       return true;
     }
+    auto [p, bent, at_rim, complete] = newton_step(slope);
+    const double promise = -(slope.dot(p) + 0.5 * p.dot(bent));
+    if (complete && promise <= options_.least_gain * std::abs(merit_.value(values_)) &&
+        merit_.violation(values_) <= detail::kHolds) {
+      if (lower_guard()) return true;
+      return end(DesignStatus::kConverged, "no step near by would gain anything worth it");
+    }
     ++report_.iterations;
-    Eigen::VectorXd bent;
-    Eigen::VectorXd p = newton_step(slope, bent);
     const Eigen::VectorXd& here = design_.parameters();
     const Eigen::VectorXd wanted = here + p.cwiseQuotient(units_);
     const Eigen::VectorXd tried = wanted.cwiseMax(low_).cwiseMin(high_);
@@ -201,11 +195,16 @@ class Search {
     DesignTrial trial = design_.trial(tried, context);
     report_.newton_steps += trial.iterations;
     if (trial.status == TrialStatus::kCancelled) return end(DesignStatus::kCancelled, "cancelled");
-    const bool taken = judge(trial, p.norm(), promised);
+    const bool taken = judge(trial, p.norm(), promised, at_rim);
+    last_step_ = std::move(p);
     if (on_step) {
-      on_step({report_.iterations, values_, merit_.flat_height(values_), radius_, size, taken},
+      on_step({report_.iterations, values_, merit_.flat_height(values_), radius_, size, taken,
+               trial.status == TrialStatus::kFound ? std::string() : trial.message, report_.refused,
+               report_.not_believed, report_.flat_lost, merit_.guard().weight()},
               design_);
-      values_ = design_.values(design_.point());  // the criteria may be others
+      const double before = values_.objective;
+      values_ = design_.values(design_.point());
+      if (values_.objective != before) memory_.forget();  // the criteria are others
     }
     if (context.progress)
       context.progress("designing", report_.iterations / double(options_.max_iterations));
@@ -229,18 +228,29 @@ class Search {
     return true;
   }
 
-  bool judge(DesignTrial& trial, double length, double promised) {
+  bool judge(DesignTrial& trial, double length, double promised, bool at_rim) {
     if (trial.status != TrialStatus::kFound) {
       ++report_.not_believed;
       radius_ = kShrink * length;
-      if (trial.lost == LostShape::kFlat && radius_ < kLostRadius * good_radius_) raise_guard();
+      if (++astray_ >= kAstray) {
+        memory_.forget();
+        paused_ = pause_;
+        pause_ *= 2;
+        astray_ = 0;
+      }
+      if (trial.lost == LostShape::kFlat) ++report_.flat_lost;
+      if (trial.lost == LostShape::kFlat && radius_ < kLostRadius * good_radius_ &&
+          options_.guard != BucklingGuard::kNever)
+        raise_guard();
       return false;
     }
+    astray_ = std::max(0, astray_ - 1);
+    paused_ = std::max(0, paused_ - 1);
     const DesignValues values = design_.values(trial.point);
     const double gained = merit_.value(values_) - merit_.value(values);
     const double ratio = promised > 0 ? gained / promised : -1;
     if (ratio < kPoor) radius_ = kShrink * length;
-    if (ratio > kGood && length > 0.9 * radius_) radius_ *= kGrow;
+    if (ratio > kGood && at_rim) radius_ = kGrow * std::max(length, radius_);
     if (!(ratio > kTaken)) {
       ++report_.refused;
       return false;
@@ -263,6 +273,7 @@ class Search {
     held_ = 0;
     remember();
     if (!merit_.guard().raise(values_.objective, values_.flat_energy)) return;
+    ++report_.guard_raised;
     if (safe_) {  // where buckling begins no step is small enough to lead away
       design_.move_to(*safe_);
       values_ = design_.values(design_.point());
@@ -331,7 +342,11 @@ class Search {
   double good_radius_;  // the largest since the guard was moved
   double first_gradient_ = 0;
   DesignValues values_;
+  detail::CurvatureMemory memory_;
+  Eigen::VectorXd last_step_;  // taken or not
   int updates_ = 0, idle_ = 0;
+  int astray_ = 0;               // trials not believed more than those believed
+  int paused_ = 0, pause_ = 8;   // steps without a memory, and how many next time
   int held_ = 0;                 // steps taken since the guard was moved
   double guarded_gradient_ = 0;  // at the first of them
   std::optional<DesignPoint> best_;

@@ -16,6 +16,7 @@ namespace limber::rods {
 enum class BucklingGuard {
   kWhenNeeded,  // where trials buckle again and again
   kFromStart,   // from the first step: for starts that are about to buckle, as closed linkages
+  kNever,       // trials whose flat shape is lost are refused, and that is all
 };
 
 struct DesignOptimizerOptions {
@@ -34,7 +35,8 @@ struct DesignOptimizerOptions {
   double first_radius = 0.01;
   /// Projected gradient over that of the start at which the search ends, in (0, 1).
   double tolerance = 1e-5;
-  /// A gain of the objective, as a share of it, below which ten steps in a row end the search, > 0.
+  /// A gain of the objective, as a share of it, > 0: below it ten steps in a row end the search, as
+  /// does a step of Newton's that would not gain as much.
   double least_gain = 1e-5;
   BucklingGuard guard = BucklingGuard::kWhenNeeded;
   /// Bounds of each rest length that is varied [length], of segments or of edges, in place of the
@@ -52,7 +54,8 @@ struct DesignOptimizerOptions {
 };
 
 enum class DesignStatus {
-  kConverged,       // the projected gradient is small, both constraints hold
+  kConverged,       // the projected gradient, or what Newton's step would gain, is small, and both
+                    // constraints hold
   kSettled,         // nothing is gained any more, both constraints hold
   kInfeasible,      // nothing is gained any more, and a constraint does not hold
   kStuck,           // no trial near the design was believed: an equilibrium ends here
@@ -63,10 +66,13 @@ enum class DesignStatus {
 struct DesignProgress {
   int iteration = 0;
   DesignValues values;
-  double flat_height = 0;  // share of the length scale, as the option
-  double radius = 0;       // of the trust region [length]
-  double gradient = 0;     // projected, over that of the start
-  bool accepted = false;   // or was the trial refused
+  double flat_height = 0;    // share of the length scale, as the option
+  double radius = 0;         // of the trust region [length]
+  double gradient = 0;       // projected, over that of the start
+  bool accepted = false;     // or was the trial refused
+  std::string refusal = {};  // why its equilibria were not believed; empty: they were
+  int refused = 0, not_believed = 0, flat_lost = 0;  // so far, as DesignReport has them
+  double guard = 0;  // weight of the flat energy that the guard adds, over the objective's scale
 };
 
 struct DesignReport {
@@ -82,6 +88,8 @@ struct DesignReport {
   std::vector<int> at_bound;
   std::string message;
   int newton_steps = 0;  // of both equilibria, over all trials
+  int flat_lost = 0;     // of the trials not believed: those whose flat shape buckled or was lost
+  int guard_raised = 0;  // how often the guard against buckling went up
 };
 
 /// Called after every step with the design as it stands. May change its criteria (set_criteria):
@@ -91,7 +99,8 @@ using DesignCallback = std::function<void(const DesignProgress& progress, Linkag
 /// Variables of a design of least objective, flat enough and with no angle below its bound.
 ///
 /// Newton's method with conjugate gradients in a trust region (Steihaug 1983) on the variables that
-/// are not at their bounds, scales of sections in units of a mean rest length; the two constraints
+/// are not at their bounds, scales of sections in units of a mean rest length, preconditioned by
+/// what earlier steps learned of the curvature (CurvatureMemory); the two constraints
 /// by an augmented Lagrangian (Rockafellar 1973). A trial that lands on another branch, or nowhere,
 /// shrinks the region; where that is the flat shape's fault and little is left of it, a guard
 /// against buckling goes up. The design stands at the best point that was accepted, also where the

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/LU>
+#include <Eigen/SVD>
 #include <cmath>
 #include <utility>
 
@@ -18,6 +20,21 @@ void SurfacePlacement::validate() const {
   if (!translation.allFinite()) refuse("translation", "must be finite");
   if (!(scale > 0) || !std::isfinite(scale))
     refuse("scale", fmt::format("must be > 0 and finite, is {:g}", scale));
+}
+
+SurfacePlacement fitted(const SurfacePlacement& placement, const Eigen::Matrix3Xd& points,
+                        const Eigen::Matrix3Xd& wanted) {
+  LIMBER_DEMAND(points.cols() == wanted.cols());
+  const Eigen::Vector3d from = points.rowwise().mean(), to = wanted.rowwise().mean();
+  const Eigen::Matrix3d spread = (wanted.colwise() - to) * (points.colwise() - from).transpose();
+  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(spread, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  const double handed = (svd.matrixU() * svd.matrixV().transpose()).determinant() < 0 ? -1 : 1;
+  const Eigen::Matrix3d turn =
+      svd.matrixU() * Eigen::Vector3d(1, 1, handed).asDiagonal() * svd.matrixV().transpose();
+  SurfacePlacement result = placement;
+  result.rotation = Eigen::Quaterniond(turn) * placement.rotation.normalized();
+  result.translation = turn * (placement.translation - from) + to;
+  return result;
 }
 
 PlacedSurface::PlacedSurface(std::shared_ptr<const TargetSurface> surface,

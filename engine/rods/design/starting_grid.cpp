@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <Eigen/SparseCholesky>
@@ -57,6 +58,10 @@ class Lift {
   const Eigen::Matrix2Xd map_;
   Eigen::Index last_ = 0;
 };
+
+constexpr double kFlat = 1e-3;  // total curvature of a patch that is taken for flat
+// Of cells, at a total curvature of 1: about what opens grids of square patches to caps of it.
+constexpr double kWideningOfCurvature = 0.3;
 
 /// Edges of rows, then of columns, and triples of joints that follow each other along a rod.
 struct Grid {
@@ -153,6 +158,48 @@ double crossing_angle(const Grid& grid, const Eigen::Matrix3Xd& points) {
   return sum / ((grid.rows - 1) * (grid.columns - 1));
 }
 
+/// Where a joint is along its rod, t in [-1, 1], when cells grow towards the rod's middle, the more
+/// the nearer the rod is to the middle of the patch.
+double widened(double t, double across, double share) {
+  return t + share * (1 - across * across) * (t - t * t * t / 3);
+}
+
+/// What angles around joints within the grid lack of full turns: positive on domes.
+double total_curvature(const Grid& grid, const Eigen::Matrix3Xd& points) {
+  double sum = 0;
+  for (int r = 1; r + 1 < grid.rows; ++r) {
+    for (int c = 1; c + 1 < grid.columns; ++c) {
+      const int around[] = {grid.at(c + 1, r), grid.at(c, r + 1), grid.at(c - 1, r),
+                            grid.at(c, r - 1)};
+      sum += 2 * std::numbers::pi;
+      for (int k = 0; k < 4; ++k) {
+        const Eigen::Vector3d a = points.col(around[k]) - points.col(grid.at(c, r)),
+                              b = points.col(around[(k + 1) % 4]) - points.col(grid.at(c, r));
+        sum -= std::atan2(a.cross(b).norm(), a.dot(b));
+      }
+    }
+  }
+  return sum;
+}
+
+/// Over the plane nearest to the points, to the side that the flat grid's z has.
+Eigen::RowVectorXd heights(const Grid& grid, const Eigen::Matrix3Xd& points) {
+  const Eigen::Vector3d mean = points.rowwise().mean();
+  const Eigen::Matrix3Xd offsets = points.colwise() - mean;
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(offsets * offsets.transpose());
+  Eigen::Vector3d normal = axes.eigenvectors().col(0);
+  Eigen::Vector3d upward = Eigen::Vector3d::Zero();
+  for (int r = 0; r + 1 < grid.rows; ++r) {
+    for (int c = 0; c + 1 < grid.columns; ++c) {
+      const Eigen::Vector3d along = points.col(grid.at(c + 1, r)) - points.col(grid.at(c, r)),
+                            across = points.col(grid.at(c, r + 1)) - points.col(grid.at(c, r));
+      upward += along.cross(across);
+    }
+  }
+  if (normal.dot(upward) < 0) normal = -normal;
+  return normal.transpose() * offsets;
+}
+
 }  // namespace
 
 void StartingGridOptions::validate() const {
@@ -166,23 +213,37 @@ void StartingGridOptions::validate() const {
   demand(flat_angle >= 0.1 && flat_angle <= std::numbers::pi / 2, "flat_angle", "in [0.1, pi/2]",
          flat_angle);
   demand(margin >= 0 && margin <= 0.4, "margin", "in [0, 0.4]", margin);
+  demand(widening >= 0 && widening <= 0.5, "widening", "in [0, 0.5]", widening);
+  demand(bulge >= 0 && bulge <= 1, "bulge", "in [0, 1]", bulge);
 }
 
 StartingGrid starting_grid(const SurfaceMesh& surface, const StartingGridOptions& options) {
   options.validate();
   Lift lift(surface);
   const Grid grid(options.columns, options.rows);
+  double widening = 0;
   const auto place = [&](int vertex) -> Eigen::Vector2d {
-    const double u = static_cast<double>(vertex % grid.columns) / (grid.columns - 1);
-    const double v = static_cast<double>(vertex / grid.columns) / (grid.rows - 1);
+    const double u = 2.0 * (vertex % grid.columns) / (grid.columns - 1) - 1;
+    const double v = 2.0 * (vertex / grid.columns) / (grid.rows - 1) - 1;
+    const Eigen::Vector2d wide(widened(u, v, widening), widened(v, u, widening));
     return Eigen::Vector2d::Constant(options.margin) +
-           (1 - 2 * options.margin) * Eigen::Vector2d(u, v);
+           (0.5 - options.margin) * (wide / widened(1, 0, widening) + Eigen::Vector2d::Ones());
   };
   StartingGrid result;
   const Eigen::Index joints = Eigen::Index{grid.columns} * grid.rows;
   const auto edges = static_cast<Eigen::Index>(grid.edges.size());
   result.deployed.vertices.resize(3, joints);
-  for (int j = 0; j < joints; ++j) result.deployed.vertices.col(j) = lift(place(j));
+  const auto place_all = [&] {
+    for (int j = 0; j < joints; ++j) result.deployed.vertices.col(j) = lift(place(j));
+  };
+  place_all();
+  const double curvature = total_curvature(grid, result.deployed.vertices);
+  if (options.widening > 0 && std::abs(curvature) > kFlat) {
+    widening = std::copysign(
+        std::min(options.widening, kWideningOfCurvature * std::sqrt(std::abs(curvature))),
+        curvature);
+    place_all();
+  }
   result.deployed.edges.resize(2, edges);
   result.rest_lengths.resize(edges);
   for (Eigen::Index e = 0; e < edges; ++e) {
@@ -199,6 +260,8 @@ StartingGrid starting_grid(const SurfaceMesh& surface, const StartingGridOptions
                               .norm();
     result.misfit = std::max(result.misfit, std::abs(length / result.rest_lengths[e] - 1));
   }
+  if (options.bulge > 0)
+    result.flat.vertices.row(2) = options.bulge * heights(grid, result.deployed.vertices);
   result.mean_angle = crossing_angle(grid, result.deployed.vertices);
   return result;
 }

@@ -14,6 +14,14 @@ struct StartingGridOptions {
   double flat_angle = 0.8;  // [rad]
   /// Share of the patch that is left free at each side of its rim, in [0, 0.4].
   double margin = 0.02;
+  /// Of the surface's heights over the plane nearest to it, what the flat drawing rises by, in [0,
+  /// 1]: a grid that lies in its plane exactly opens to either side of it.
+  double bulge = 0;
+  /// How much wider cells are, at most, in the middle of rods, the more the nearer these are to the
+  /// middle of the patch, in [0, 0.5]: so that the grid does not open in its plane, in which
+  /// it lies a little less flat then. On surfaces that
+  /// are saddles they are narrower there; the less the surface is curved, the more they are alike.
+  double widening = 0;
 
   /// @throws Error{kInvalidArgument} naming the member
   void validate() const;
@@ -21,7 +29,7 @@ struct StartingGridOptions {
 
 /// A design to begin with where there is only a surface.
 struct StartingGrid {
-  LineMesh flat;      // in the plane z = 0: opens as a linkage
+  LineMesh flat;      // in the plane z = 0, but for the bulge: opens as a linkage
   LineMesh deployed;  // the same lines on the surface: what it may deploy to
   /// Of the edges, in their order: lengths of the lines on the surface.
   Eigen::VectorXd rest_lengths;

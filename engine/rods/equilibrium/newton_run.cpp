@@ -24,6 +24,7 @@ constexpr double kHidden = 0.01;
 NewtonWorkspace::NewtonWorkspace(const LinkageModel& linkage)
     : model(linkage),
       scales(linkage),
+      sections(linkage.section_scales()),
       assembly(linkage),
       matrix(linkage.chains()),
       solver(linkage.chains()),
@@ -34,9 +35,19 @@ NewtonWorkspace::NewtonWorkspace(const LinkageModel& linkage)
   solver.set_shift_weights(scales.weights());
 }
 
+NewtonWorkspace& NewtonWorkspace::for_present_sections() {
+  if (sections == model.section_scales()) return *this;
+  sections = model.section_scales();
+  scales = UnknownScales(model);
+  solver.set_shift_weights(scales.weights());
+  guess_shift = shift = 0;
+  certified = false;
+  return *this;
+}
+
 NewtonRun::NewtonRun(NewtonWorkspace& workspace, const Conditions& conditions,
                      const EquilibriumOptions& options, const LinkageState& start)
-    : work_(workspace),
+    : work_(workspace.for_present_sections()),
       model_(workspace.model),
       options_(options),
       terms_(model_, conditions),

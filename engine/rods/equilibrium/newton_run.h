@@ -22,8 +22,12 @@ inline constexpr double kShortestFraction = 1e-7;
 struct NewtonWorkspace {
   explicit NewtonWorkspace(const LinkageModel& linkage);
 
+  /// Measures anew where the model's sections have been scaled since.
+  NewtonWorkspace& for_present_sections();
+
   const LinkageModel& model;
   UnknownScales scales;
+  Eigen::VectorXd sections;  // whose measures these are
   LinkageAssembly assembly;
   CondensedMatrix matrix;
   CondensedSolver solver;

@@ -19,8 +19,12 @@ UnknownScales::UnknownScales(const LinkageModel& model)
   const RodStiffness& stiffness = model.stiffness();
   const double typical = model.rest_lengths().free_edge.mean();
   const auto weight = [&](double length) { return typical * typical / length; };
-  const double turning_radius =  // squared, of the section
-      (stiffness.bending_1 + stiffness.bending_2) / stiffness.stretching;
+  // Of sections as they are scaled: E A goes with the square, bending with its square.
+  const Eigen::ArrayXd areas = model.section_scales().array().square();
+  const auto turning_radius = [&](int segment) {  // squared, of its section
+    return areas[segment] * (stiffness.bending_1 + stiffness.bending_2) / stiffness.stretching;
+  };
+  std::vector<double> joint_radius(static_cast<std::size_t>(variables.joints()), 0.0);
   double shortest = std::numeric_limits<double>::infinity();
   int edges = 0;
   Eigen::Vector3d low = graph.segments[0].points[0];
@@ -40,7 +44,10 @@ UnknownScales::UnknownScales(const LinkageModel& model)
         std::fill_n(kinds_.begin() + position, 3, UnknownKind::kLength);
       }
       const int angle = i < variables.edges(s) ? variables.angle(s, i) : -1;
-      if (angle >= begin) weights_[angle] = weight(free) * turning_radius;
+      if (angle >= begin) weights_[angle] = weight(free) * turning_radius(s);
+    }
+    for (const int joint : graph.segments[s].joints) {
+      if (joint >= 0) joint_radius[joint] = std::max(joint_radius[joint], turning_radius(s));
     }
     edges += variables.edges(s);
     total_length_ += graph.segments[s].length;
@@ -51,7 +58,7 @@ UnknownScales::UnknownScales(const LinkageModel& model)
     const double mass = weight(terminal[0]) + weight(terminal[1]);
     const double square = terminal.squaredNorm() / 8;
     weights_.segment<3>(begin + kJointPosition).setConstant(mass);
-    weights_.segment<3>(begin + kJointRotation).setConstant(mass * (square + turning_radius));
+    weights_.segment<3>(begin + kJointRotation).setConstant(mass * (square + joint_radius[j]));
     weights_[begin + kJointAngle] = mass * square / 4;
     weights_.segment<2>(begin + kJointLengthA).setConstant(mass / 4);
     for (const int unknown : {0, 1, 2, int{kJointLengthA}, int{kJointLengthB}})
@@ -60,9 +67,10 @@ UnknownScales::UnknownScales(const LinkageModel& model)
   extent_ = (high - low).norm();
   segment_ = total_length_ / variables.segments();
   edge_ = total_length_ / edges;
-  stretching_ = stiffness.stretching;
-  bending_ = std::min(stiffness.bending_1, stiffness.bending_2);
-  stiffest_bending_ = std::max(stiffness.bending_1, stiffness.bending_2);
+  const double thinnest = areas.minCoeff(), thickest = areas.maxCoeff();
+  stretching_ = stiffness.stretching * thickest;
+  bending_ = std::min(stiffness.bending_1, stiffness.bending_2) * thinnest * thinnest;
+  stiffest_bending_ = std::max(stiffness.bending_1, stiffness.bending_2) * thickest * thickest;
   softest_ = bending_ / std::pow(extent_, 4);
   farthest_ = std::max(low.cwiseAbs().maxCoeff(), high.cwiseAbs().maxCoeff());
   // Weights grow as edges shorten, as stretching stiffness does; bending's grows faster.

@@ -17,8 +17,8 @@ struct GradientSize {
   double moment = 0;
 };
 
-/// Measures of a linkage by which forces, moments, eigenvalues and steps are judged, whatever the
-/// units of lengths and stiffnesses.
+/// Measures of a linkage, with its sections as they are scaled, by which forces, moments,
+/// eigenvalues and steps are judged, whatever the units of lengths and stiffnesses.
 class UnknownScales {
  public:
   explicit UnknownScales(const LinkageModel& model);

@@ -9,9 +9,21 @@
 namespace limber::session {
 namespace {
 
-// Of a segment's drawn length: the range that rest lengths of least stress are looked for in.
+// Of what is drawn: the range that rest lengths of least stress are looked for in.
 constexpr double kShortest = 0.1;
 constexpr double kLongest = 10;
+
+std::vector<scene::Issue> check_range(const char* field, const Eigen::VectorXd& wanted,
+                                      const Eigen::VectorXd& drawn) {
+  for (Eigen::Index i = 0; i < wanted.size(); ++i) {
+    if (wanted[i] >= kShortest * drawn[i] && wanted[i] <= kLongest * drawn[i]) continue;
+    return {{scene::Issue::Severity::kError, fmt::format("{}[{}]", field, i),
+             fmt::format("{:g} is not between a tenth and ten times of what is drawn, {:g}",
+                         wanted[i], drawn[i]),
+             ErrorCode::kOutOfRange}};
+  }
+  return {};
+}
 
 }  // namespace
 
@@ -20,20 +32,28 @@ ConditionRules::ConditionRules(rods::LinkageGraph graph, int edges_per_segment)
       variables_(graph_, edges_per_segment),
       drawn_(rods::drawn_lengths(graph_)),
       lengths_(graph_, variables_, drawn_),
+      edges_(graph_, variables_),
+      drawn_edges_(edges_.listed(lengths_.apply(drawn_))),
       reach_(graph_) {}
 
 std::vector<scene::Issue> ConditionRules::check(const scene::LinkageConditions& conditions) const {
   const Eigen::VectorXd& wanted = conditions.segment_lengths;
+  const Eigen::VectorXd& edges = conditions.edge_lengths;
   const auto refuse = [](const std::string& field, const std::string& message, ErrorCode code) {
     return std::vector<scene::Issue>{{scene::Issue::Severity::kError, field, message, code}};
   };
-  for (Eigen::Index s = 0; s < wanted.size(); ++s) {
-    if (wanted[s] >= kShortest * drawn_[s] && wanted[s] <= kLongest * drawn_[s]) continue;
-    return refuse(fmt::format("segment_lengths[{}]", s),
-                  fmt::format("{:g} is not between a tenth and ten times of what is drawn, {:g}",
-                              wanted[s], drawn_[s]),
-                  ErrorCode::kOutOfRange);
+  if (edges.size() > 0 && edges.size() != edges_.size()) {
+    return refuse("edge_lengths",
+                  fmt::format("{} lengths for {} edges", edges.size(), edges_.size()),
+                  ErrorCode::kInvalidArgument);
   }
+  std::vector<scene::Issue> far = check_range("segment_lengths", wanted, drawn_);
+  if (far.empty()) far = check_range("edge_lengths", edges, drawn_edges_);
+  if (far.empty()) {
+    const Eigen::VectorXd& scales = conditions.section_scales;
+    far = check_range("section_scales", scales, Eigen::VectorXd::Ones(scales.size()));
+  }
+  if (!far.empty()) return far;
   if (wanted.size() > 0) {
     try {
       (void)lengths_.apply(wanted);
@@ -41,7 +61,7 @@ std::vector<scene::Issue> ConditionRules::check(const scene::LinkageConditions& 
       return refuse("segment_" + error.field(), error.what(), error.code());
     }
   }
-  return reach_.check(conditions);
+  return reach_.check(conditions, edges.size() > 0 ? edges_.segment_lengths(edges) : wanted);
 }
 
 }  // namespace limber::session

@@ -2,6 +2,7 @@
 
 #include <vector>
 
+#include "engine/rods/linkage/edge_numbers.h"
 #include "engine/rods/linkage/linkage_graph.h"
 #include "engine/rods/linkage/reduced_variables.h"
 #include "engine/rods/linkage/rest_length_map.h"
@@ -11,14 +12,15 @@
 namespace limber::session {
 
 /// What conditions must obey that more is needed for than their numbers: how far pins are apart,
-/// and what rest lengths leave of segments between their joints.
+/// and what rest lengths leave of segments between their joints, and how many edges there are.
 class ConditionRules {
  public:
   /// @throws Error as rods::ReducedVariables
   ConditionRules(rods::LinkageGraph graph, int edges_per_segment);
 
   /// @pre scene::validate has nothing to say
-  /// @returns issues with fields pins[i].position, segment_lengths[s]
+  /// @returns issues with fields pins[i].position, segment_lengths[s], edge_lengths,
+  /// edge_lengths[e], section_scales[s]
   [[nodiscard]] std::vector<scene::Issue> check(const scene::LinkageConditions& conditions) const;
 
  private:
@@ -26,6 +28,8 @@ class ConditionRules {
   rods::ReducedVariables variables_;
   Eigen::VectorXd drawn_;
   rods::RestLengthMap lengths_;
+  rods::EdgeNumbers edges_;
+  Eigen::VectorXd drawn_edges_;
   PinReach reach_;
 };
 

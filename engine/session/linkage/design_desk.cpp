@@ -24,6 +24,8 @@ void DesignDesk::begin(DesignRequest request, std::uint64_t tag) {
   info->max_iterations = request.max_iterations;
   info->goal = goal_;
   info->smallest_angle_allowed = request.smallest_angle;
+  info->variables = request.variables;
+  info->guard = request.guard;
   info_ = std::move(info);
   order_ = Order{std::move(request), tag, stop_};
 }

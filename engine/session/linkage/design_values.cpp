@@ -26,7 +26,7 @@ void demand_bounds(const char* field, const Eigen::VectorXd& bounds, const Eigen
   if (bounds.size() == 0) return;
   if (bounds.size() != start.size()) {
     throw Error(ErrorCode::kInvalidArgument, field,
-                fmt::format("{} bounds for {} segments", bounds.size(), start.size()));
+                fmt::format("{} bounds for {} variables", bounds.size(), start.size()));
   }
   for (Eigen::Index s = 0; s < bounds.size(); ++s) {
     if (holds(bounds[s], start[s]) && std::isfinite(bounds[s])) continue;
@@ -83,7 +83,7 @@ void DesignGoal::validate(int joints) const {
   }
 }
 
-void DesignRequest::validate(int joints, const Eigen::VectorXd& start) const {
+void DesignRequest::validate(int joints, const DesignStart& start) const {
   try {
     goal.validate(joints);
   } catch (const Error& error) {
@@ -101,10 +101,33 @@ void DesignRequest::validate(int joints, const Eigen::VectorXd& start) const {
            *smallest_angle);
   }
   demand(max_iterations > 0, "max_iterations", "> 0", max_iterations);
-  demand_bounds("shortest_lengths", shortest_lengths, start,
-                [](double bound, double length) { return bound > 0 && bound <= length; });
-  demand_bounds("longest_lengths", longest_lengths, start,
-                [](double bound, double length) { return bound >= length; });
+  demand(thinnest > 0 && thinnest < 1, "thinnest",
+         "in (0, 1): scales begin at 1, which bounds may not exclude", thinnest);
+  demand(thickest > 1 && thickest <= 10, "thickest",
+         "in (1, 10]: scales begin at 1, which bounds may not exclude", thickest);
+  if (fitted_points.cols() != 0 && fitted_points.cols() != joints) {
+    throw Error(ErrorCode::kInvalidArgument, "fitted_points",
+                fmt::format("{} points for {} joints", fitted_points.cols(), joints));
+  }
+  variables.validate();
+  if (variables.lengths == rods::LengthVariables::kSegments && start.by_edges) {
+    throw Error(ErrorCode::kFailedPrecondition, "variables.lengths",
+                "edges have rest lengths of their own: vary those of edges, or set those of "
+                "segments first");
+  }
+  const Eigen::VectorXd none;
+  const Eigen::VectorXd& lengths =
+      variables.lengths == rods::LengthVariables::kSegments ? start.segments
+      : variables.lengths == rods::LengthVariables::kEdges  ? start.edges
+                                                            : none;
+  const Eigen::VectorXd& sections =
+      variables.sections == rods::SectionVariables::kSegments ? start.sections : none;
+  const auto not_above = [](double bound, double size) { return bound > 0 && bound <= size; };
+  const auto not_below = [](double bound, double size) { return bound >= size; };
+  demand_bounds("shortest_lengths", shortest_lengths, lengths, not_above);
+  demand_bounds("longest_lengths", longest_lengths, lengths, not_below);
+  demand_bounds("thinnest_sections", thinnest_sections, sections, not_above);
+  demand_bounds("thickest_sections", thickest_sections, sections, not_below);
 }
 
 void DesignChange::apply_to(DesignGoal& goal) const {

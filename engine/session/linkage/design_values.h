@@ -7,10 +7,12 @@
 #include <string>
 #include <vector>
 
+#include "engine/rods/design/compare_designs.h"
 #include "engine/rods/design/design_optimizer.h"
 #include "engine/rods/design/linkage_design.h"
 #include "engine/rods/design/placed_surface.h"
 #include "engine/session/edit.h"
+#include "engine/session/linkage/rod_sizes.h"
 
 namespace limber::session {
 
@@ -35,6 +37,13 @@ struct DesignGoal {
   void validate(int joints) const;
 };
 
+/// Sizes of rods that a design begins with.
+struct DesignStart {
+  Eigen::VectorXd segments, edges;  // rest lengths
+  Eigen::VectorXd sections;         // scales
+  bool by_edges = false;            // edges have lengths of their own
+};
+
 struct DesignRequest {
   DesignGoal goal;
   /// Rest lengths stay between these shares of those of the start; 0 < shortest < 1 < longest.
@@ -46,13 +55,27 @@ struct DesignRequest {
   /// Bound on the smallest opening angle of the flat linkage [rad], in (-pi, pi); nothing: none.
   std::optional<double> smallest_angle = {};
   int max_iterations = 200;
-  /// Bounds of each segment's rest length [length] in place of the shares; empty: the shares. The
-  /// start must lie between them.
+  /// Bounds of each rest length that is varied [length], of segments or of edges, in place of the
+  /// shares; empty: the shares. The start must lie between them.
   Eigen::VectorXd shortest_lengths = {}, longest_lengths = {};
+  /// Rest lengths of segments, or of edges, and scales of sections or not.
+  rods::DesignVariables variables = {};
+  /// Scales of sections that are varied stay between these shares of those of the start; 0 <
+  /// thinnest < 1 < thickest.
+  double thinnest = 0.5;
+  double thickest = 2;
+  /// Bounds of each segment's scale in place of the shares, as for lengths.
+  Eigen::VectorXd thinnest_sections = {}, thickest_sections = {};
+  rods::BucklingGuard guard = rods::BucklingGuard::kWhenNeeded;
+  /// Points of the placed surface, 3 x joints, as rods::StartingGrid has them: the surface is put
+  /// where these are nearest to the joints of the deployed linkage. Empty: it stays where it is.
+  Eigen::Matrix3Xd fitted_points = Eigen::Matrix3Xd(3, 0);
 
-  /// @param start  rest lengths that it begins with
-  /// @throws Error as DesignGoal::validate with field goal...., {kInvalidArgument} naming members
-  void validate(int joints, const Eigen::VectorXd& start) const;
+  /// @param start  with its sizes, which it begins with
+  /// @throws Error as DesignGoal::validate with field goal...., {kInvalidArgument} naming members,
+  /// {kFailedPrecondition} with field variables where lengths of segments are to be varied of a
+  /// linkage whose edges have lengths of their own
+  void validate(int joints, const DesignStart& start) const;
 };
 
 /// What is to be otherwise while a design is under way; what is absent stays.
@@ -91,6 +114,23 @@ enum class DesignEnd {
   kFailed,   // it could not begin
 };
 
+/// What has come of a design's trials so far.
+struct DesignTrials {
+  int refused = 0;       // they gained too little
+  int not_believed = 0;  // an equilibrium was lost, or lay on another branch
+  int flat_lost = 0;     // of these: the flat one, which buckles
+  bool guarded = false;  // is the guard against buckling up
+  std::string refusal;   // why the last one was not believed; empty: it was
+};
+
+/// An earlier design of the session, for the same goal and from the same pins and angles, that
+/// ended elsewhere: its figures for the goal.
+struct OtherOptimum {
+  std::uint64_t tag = 0;
+  DesignTerms terms;  // by the scales of the newer design, so that objectives compare
+  rods::DesignDifference difference;
+};
+
 /// A design as it stands: immutable, shared between threads.
 struct DesignInfo {
   std::uint64_t tag = 0;  // what whoever asked for it calls it
@@ -107,15 +147,21 @@ struct DesignInfo {
   /// nearest to. Counted anew when the goal changes.
   DesignTerms best;
   int best_iteration = 0;
-  std::vector<int> at_bound;         // segments; of a design that has ended by itself
-  std::optional<Revision> taken;     // the revision that brought its best lengths
+  std::vector<int> at_bound;      // rest lengths that are varied; of a design that ended by itself
+  std::optional<Revision> taken;  // the revision that brought its best lengths
   std::string message, fault_field;  // why it ended
+  rods::DesignVariables variables;
+  std::vector<int> sections_at_bound;  // segments, as at_bound
+  rods::BucklingGuard guard = rods::BucklingGuard::kWhenNeeded;
+  DesignTrials trials;
+  std::vector<OtherOptimum> other_optima;  // of a design that has ended by itself
 };
 
-/// Rest lengths that can be taken, and the equilibrium that was found with them.
+/// Sizes of rods that can be taken, and the equilibrium that was found with them.
 struct DesignCandidate {
-  Eigen::VectorXd lengths;  // of segments
-  rods::LinkageState deployed;
+  RodSizes sizes;
+  rods::DesignVariables variables;  // that were varied: what else the session has stays
+  rods::LinkageState flat, deployed;
 };
 
 }  // namespace limber::session

@@ -38,7 +38,9 @@ std::size_t bytes_of(const LinkageConditions& conditions) {
   };
   return sizeof(LinkageConditions) + of(conditions.pins) + of(conditions.angles) +
          of(conditions.targets) + of(conditions.loads) +
-         sizeof(double) * static_cast<std::size_t>(conditions.segment_lengths.size());
+         sizeof(double) * static_cast<std::size_t>(conditions.segment_lengths.size() +
+                                                   conditions.edge_lengths.size() +
+                                                   conditions.section_scales.size());
 }
 
 bool is_nothing(const scene::JointLoad& load) {
@@ -124,6 +126,16 @@ class LinkageDocument::Request {
   }
   std::uint64_t take(const SetSegmentLengths& set) {
     conditions_.segment_lengths = set.lengths;
+    conditions_.edge_lengths.resize(0);
+    return changed();
+  }
+  std::uint64_t take(const SetEdgeLengths& set) {
+    conditions_.edge_lengths = set.lengths;
+    conditions_.segment_lengths.resize(0);
+    return changed();
+  }
+  std::uint64_t take(const SetSectionScales& set) {
+    conditions_.section_scales = set.scales;
     return changed();
   }
   std::uint64_t take(const Undo&) { return step(state_.undo, state_.redo, "undo"); }

@@ -52,8 +52,18 @@ struct SetSegmentLengths {
   Eigen::VectorXd lengths;
 };
 
-using LinkageEdit =
-    std::variant<PinJoint, SetJointAngle, SetMeanAngle, AddTarget, MoveTarget, ReplaceTarget,
-                 RemoveTarget, SetJointLoad, SetGravity, SetSegmentLengths, Undo, Redo>;
+/// Rest lengths of all edges, in place of those of segments; see LinkageConditions. None: those of
+/// the scene. Either of the two edits puts an end to what the other had set.
+struct SetEdgeLengths {
+  Eigen::VectorXd lengths;
+};
+/// Of all segments; none: 1.
+struct SetSectionScales {
+  Eigen::VectorXd scales;
+};
+
+using LinkageEdit = std::variant<PinJoint, SetJointAngle, SetMeanAngle, AddTarget, MoveTarget,
+                                 ReplaceTarget, RemoveTarget, SetJointLoad, SetGravity,
+                                 SetSegmentLengths, SetEdgeLengths, SetSectionScales, Undo, Redo>;
 
 }  // namespace limber::session

@@ -128,6 +128,7 @@ void write_segment(const LinkageDetail& detail, std::size_t s, JsonWriter& json)
   json.end_array();
   json.member("rest_length", segment.rest_length);
   json.member("length", segment.length);
+  json.member("section_scale", segment.section_scale);
   write_extremes(detail, s, json);
   json.key("stations");
   json.begin_object();

@@ -40,6 +40,31 @@ void note_terms(const LiveDesign& design, DesignInfo& info) {
   info.flat_height_allowed = design.flat_height_allowed();
 }
 
+DesignStart start_of(const LinkageResult& result) {
+  const rods::LinkageModel& model = result.statics->model();
+  return {model.segment_lengths(), model.edge_lengths(), model.section_scales(),
+          result.statics->by_edges()};
+}
+
+/// What brings a candidate's sizes, as one step of undo.
+std::vector<LinkageEdit> edits_of(const DesignCandidate& candidate) {
+  std::vector<LinkageEdit> edits;
+  const RodSizes& sizes = candidate.sizes;
+  switch (candidate.variables.lengths) {
+    case rods::LengthVariables::kSegments:
+      edits.emplace_back(SetSegmentLengths{sizes.segments});
+      break;
+    case rods::LengthVariables::kEdges:
+      edits.emplace_back(SetEdgeLengths{sizes.edges});
+      break;
+    case rods::LengthVariables::kKept:
+      break;
+  }
+  if (candidate.variables.sections == rods::SectionVariables::kSegments)
+    edits.emplace_back(SetSectionScales{sizes.sections});
+  return edits;
+}
+
 /// What derivatives are not known under.
 void demand_unloaded(const scene::LinkageConditions& conditions) {
   const auto refuse = [](const char* field, const char* message) {
@@ -65,7 +90,10 @@ void LinkageSession::Impl::start_design(DesignRequest request, std::uint64_t tag
                 "the linkage has no shape yet that a design could begin from");
   }
   const Eigen::Matrix3Xd joints = shape->joints(newest->frames->rightCols<1>());
-  request.validate(static_cast<int>(joints.cols()), newest->statics->segment_lengths());
+  request.validate(static_cast<int>(joints.cols()), start_of(*newest));
+  if (request.fitted_points.cols() > 0) {
+    request.goal.placement = rods::fitted(request.goal.placement, request.fitted_points, joints);
+  }
   try {
     demand_near(request.goal, joints);
   } catch (const Error& error) {
@@ -99,7 +127,7 @@ EditReceipt LinkageSession::Impl::apply_design(std::optional<Revision> expected)
   if (!candidate)
     throw Error(ErrorCode::kFailedPrecondition, "", "there is no design that could be taken");
   const Conditions before = document_.conditions();
-  EditReceipt receipt = document_.apply({SetSegmentLengths{candidate->lengths}}, expected);
+  EditReceipt receipt = document_.apply(edits_of(*candidate), expected);
   if (before == designed_) lessons_.push_back({document_.conditions(), candidate});
   desk_.note_taken(receipt.revision);
   edited_at_ = Clock::now();
@@ -174,19 +202,30 @@ void LinkageSession::Impl::search(const DesignRound& round, DesignInfo& info) {
     throw Error(ErrorCode::kFailedPrecondition, "",
                 "the linkage is not in equilibrium under what acts on it");
   }
-  LiveDesign design(*live_, round.order.request, job);
+  LiveDesign design(*live_, round.order.request, ended_.energy_scale(*round.conditions), job);
   info.state = DesignState::kRunning;
   std::optional<DesignGoal> changed = between_steps(design, info, round);
   if (changed) design.set_goal(*changed);
   const rods::DesignReport report = design.run(job, [&](const LiveDesign::Step& step) {
     info.iteration = step.iteration;
     info.accepted = step.accepted;
+    info.trials = step.trials;
     return between_steps(design, info, round);
   });
   note_terms(design, info);
   info.end = end_of(report.status);
-  info.at_bound = report.at_bound;
+  const int lengths = design.varied_lengths();
+  for (const int i : report.at_bound) {
+    if (i < lengths) {
+      info.at_bound.push_back(i);
+    } else {
+      info.sections_at_bound.push_back(i - lengths);
+    }
+  }
   info.message = report.message;
+  if (info.end != DesignEnd::kConverged && info.end != DesignEnd::kSettled) return;
+  info.other_optima = ended_.others_than(design, info, *round.conditions);
+  ended_.note(design, info, round.conditions);
 }
 
 void LinkageSession::Impl::run_design(const DesignRound& round) {

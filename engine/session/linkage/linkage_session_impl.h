@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "engine/session/linkage/design_desk.h"
+#include "engine/session/linkage/ended_designs.h"
 #include "engine/session/linkage/linkage_session.h"
 #include "engine/session/linkage/live_design.h"
 #include "engine/session/linkage/live_linkage.h"
@@ -131,6 +132,7 @@ class LinkageSession::Impl : public std::enable_shared_from_this<LinkageSession:
 
   std::unique_ptr<LiveLinkage> live_;  // the task's
   Clock::time_point published_at_;     // the task's
+  EndedDesigns ended_;                 // the task's
 };
 
 }  // namespace limber::session

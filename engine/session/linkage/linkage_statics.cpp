@@ -22,6 +22,17 @@ LinkageStatics::LinkageStatics(const MappedLinkage& mapped, const scene::Linkage
   for (int s = 0; s < model_.variables().segments(); ++s) edges_ += model_.variables().edges(s);
 }
 
+bool LinkageStatics::by_edges() const {
+  constexpr double kSame = 1e-12;
+  const Eigen::VectorXd edges = model_.edge_lengths();
+  try {
+    const rods::RestLengths spread = model_.rest_length_map().apply(model_.segment_lengths());
+    return !edges.isApprox(model_.edge_numbers().listed(spread), kSame);
+  } catch (const Error&) {  // spread evenly, they would leave nothing between joints
+    return true;
+  }
+}
+
 Eigen::VectorXf LinkageStatics::strains(const rods::LinkageState& state) const {
   const rods::LinkageStrains strains = rods::linkage_strains(model_, state);
   Eigen::VectorXf packed(strains.axial.size() + strains.turning.size());
@@ -48,6 +59,7 @@ LinkageDetail LinkageStatics::detail(const Eigen::Ref<const Eigen::VectorXf>& co
   Eigen::Index edge = 0;
   for (int s = 0; s < variables.segments(); ++s) {
     LinkageDetail::Segment& segment = detail.segments.emplace_back();
+    segment.section_scale = model_.section_scales()[s];
     segment.joints = model_.graph().segments[static_cast<std::size_t>(s)].joints;
     const int edges = variables.edges(s);
     for (int e = 0; e < edges; ++e) {

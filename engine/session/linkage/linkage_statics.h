@@ -17,6 +17,7 @@ struct LinkageDetail {
   struct Segment {
     std::array<int, 2> joints{};         // at its ends; -1: a free end
     double rest_length = 0, length = 0;  // between its ends
+    double section_scale = 1;            // in both directions
   };
   struct Joint {
     Eigen::Vector3d position, normal;
@@ -44,8 +45,10 @@ class LinkageStatics {
   /// @param strains      of the same shape
   [[nodiscard]] LinkageDetail detail(const Eigen::Ref<const Eigen::VectorXf>& coordinates,
                                      const Eigen::Ref<const Eigen::VectorXf>& strains) const;
-  /// Rest lengths of segments, from joint to joint.
-  [[nodiscard]] const Eigen::VectorXd& segment_lengths() const { return model_.segment_lengths(); }
+  /// With the sizes of rods that the shapes have.
+  [[nodiscard]] const rods::LinkageModel& model() const { return model_; }
+  /// Have edges rest lengths that those of segments do not say?
+  [[nodiscard]] bool by_edges() const;
   [[nodiscard]] int stations() const { return edges_ + model_.variables().segments(); }
 
  private:

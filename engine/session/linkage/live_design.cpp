@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "engine/base/error.h"
-#include "engine/session/linkage/length_path.h"
+#include "engine/session/linkage/size_path.h"
 
 namespace limber::session {
 namespace {
@@ -44,6 +44,11 @@ rods::Plane plane_of(const rods::LinkageState& state) {
   return {mean, axes.eigenvectors().col(0)};
 }
 
+rods::DesignPoint point_of(const DesignCandidate& candidate) {
+  const RodSizes& sizes = candidate.sizes;
+  return {sizes.segments, candidate.flat, candidate.deployed, sizes.edges, sizes.sections};
+}
+
 rods::DesignCriteria criteria_of(const DesignGoal& goal, const rods::Plane& plane) {
   rods::DesignCriteria criteria;
   criteria.flat_share = goal.flat_share;
@@ -58,7 +63,8 @@ rods::DesignCriteria criteria_of(const DesignGoal& goal, const rods::Plane& plan
 
 }  // namespace
 
-LiveDesign::LiveDesign(const LiveLinkage& live, const DesignRequest& request, const JobContext& job)
+LiveDesign::LiveDesign(const LiveLinkage& live, const DesignRequest& request, double energy_scale,
+                       const JobContext& job)
     : shape_(live.shape()), goal_(request.goal), smallest_angle_(request.smallest_angle) {
   rods::Conditions deployed = live.held(), flat;
   const int anchor = anchor_of(deployed, live.state());
@@ -69,13 +75,13 @@ LiveDesign::LiveDesign(const LiveLinkage& live, const DesignRequest& request, co
   if (!is_pinned) deployed.pins.push_back({anchor, rods::Hold::kMotion});
 
   rods::LinkageModel model = live.model();
-  model.set_segment_lengths(live.first_lengths());
+  RodSizes sizes = live.first_sizes();
+  set_sizes(model, sizes);
   rods::LinkageEquilibrium equilibrium(model);
   rods::LinkageState closed = live.drawn();
   rods::EquilibriumReport report = equilibrium.solve(closed, flat, {}, job);
   if (report.converged()) {
-    report =
-        follow_lengths(model, equilibrium, closed, flat, live.model().segment_lengths(), job, {});
+    report = follow_sizes(model, sizes, equilibrium, closed, flat, live.sizes(), job, {});
   }
   job.throw_if_cancelled();
   if (!report.converged()) {
@@ -88,18 +94,27 @@ LiveDesign::LiveDesign(const LiveLinkage& live, const DesignRequest& request, co
   options_.shortest_lengths = request.shortest_lengths;
   options_.longest_lengths = request.longest_lengths;
   if (smallest_angle_) options_.smallest_angle = *smallest_angle_;
-  design_.emplace(model, flat, deployed,
-                  rods::DesignPoint{model.segment_lengths(), closed, live.state()},
-                  criteria_of(goal_, plane_of(closed)));
+  options_.thinnest = request.thinnest;
+  options_.thickest = request.thickest;
+  options_.thinnest_sections = request.thinnest_sections;
+  options_.thickest_sections = request.thickest_sections;
+  options_.guard = request.guard;
+  rods::DesignPoint start{model.segment_lengths(), closed, live.state(), sizes.edges,
+                          sizes.sections};
+  // By now they are what those of segments say.
+  if (request.variables.lengths == rods::LengthVariables::kSegments) start.edges.resize(0);
+  rods::DesignCriteria criteria = criteria_of(goal_, plane_of(closed));
+  criteria.energy_scale = energy_scale;
+  design_.emplace(model, flat, deployed, std::move(start), std::move(criteria),
+                  rods::DesignLimits{}, request.variables);
   options_.flat_height = 1;
-  const double height = measure().flat_height;
+  const double height = measure(design_->point()).flat_height;
   options_.flat_height = request.flat_height.value_or(kHeightRoom * height + kLeastHeight);
-  start_ = now_ = measure();
+  start_ = now_ = measure(design_->point());
   begin_best(0);
 }
 
-DesignTerms LiveDesign::measure() {
-  const rods::DesignPoint& point = design_->point();
+DesignTerms LiveDesign::measure(const rods::DesignPoint& point) {
   const rods::DesignCriteria& criteria = design_->criteria();
   const rods::DesignValues values = design_->values(point);
   const auto& joints = point.deployed.joints();
@@ -136,8 +151,14 @@ double LiveDesign::violation(const DesignTerms& terms) const {
 void LiveDesign::begin_best(int iteration) {
   best_ = now_;
   best_iteration_ = iteration;
-  candidate_ = std::make_shared<const DesignCandidate>(
-      DesignCandidate{design_->point().lengths, design_->point().deployed});
+  candidate_ = std::make_shared<const DesignCandidate>(DesignCandidate{
+      sizes(), design_->variables().which(), design_->point().flat, design_->point().deployed});
+}
+
+/// Where lengths are kept, those of segments and of edges are what they were.
+RodSizes LiveDesign::sizes() const {
+  const rods::DesignPoint& point = design_->point();
+  return {point.lengths, point.edges, point.sections};
 }
 
 void LiveDesign::note_best(int iteration) {
@@ -150,21 +171,32 @@ void LiveDesign::note_best(int iteration) {
 void LiveDesign::set_goal(const DesignGoal& goal) {
   design_->set_criteria(criteria_of(goal, design_->criteria().plane));
   goal_ = goal;
-  now_ = measure();
+  now_ = measure(design_->point());
   begin_best(iteration_);
 }
 
 rods::DesignReport LiveDesign::run(const JobContext& job, const OnStep& on_step) {
-  return rods::optimize_design(*design_, options_, job,
-                               [&](const rods::DesignProgress& progress, rods::LinkageDesign&) {
-                                 iteration_ = progress.iteration;
-                                 if (progress.accepted) {
-                                   now_ = measure();
-                                   note_best(iteration_);
-                                 }
-                                 if (const auto goal = on_step({iteration_, progress.accepted}))
-                                   set_goal(*goal);
-                               });
+  return rods::optimize_design(
+      *design_, options_, job, [&](const rods::DesignProgress& progress, rods::LinkageDesign&) {
+        iteration_ = progress.iteration;
+        if (progress.accepted) {
+          now_ = measure(design_->point());
+          note_best(iteration_);
+        }
+        const Step step{iteration_,
+                        progress.accepted,
+                        {progress.refused, progress.not_believed, progress.flat_lost,
+                         progress.guard > 0, progress.refusal}};
+        if (const auto goal = on_step(step)) set_goal(*goal);
+      });
+}
+
+DesignTerms LiveDesign::terms_of(const DesignCandidate& candidate) {
+  return measure(point_of(candidate));
+}
+
+rods::DesignDifference LiveDesign::difference_from(const DesignCandidate& candidate) const {
+  return rods::compare_designs(point_of(*candidate_), point_of(candidate));
 }
 
 Eigen::MatrixXf LiveDesign::shapes() const {

@@ -11,14 +11,15 @@
 
 namespace limber::session {
 
-/// A design of a live linkage: from the rest lengths it has, its free shape (which is the flat one)
-/// and the equilibrium it is in. Works on copies: the live linkage stays as it is. Driven by one
-/// thread.
+/// A design of a live linkage: from the sizes of rods it has, its free shape (which is the flat
+/// one) and the equilibrium it is in. Works on copies: the live linkage stays as it is. Driven by
+/// one thread.
 class LiveDesign {
  public:
   struct Step {
     int iteration = 0;
     bool accepted = false;
+    DesignTrials trials;
   };
   /// After every step, before the next. @returns a goal to go on with, if it is another one now
   using OnStep = std::function<std::optional<DesignGoal>(const Step& step)>;
@@ -27,7 +28,9 @@ class LiveDesign {
   /// @pre the live linkage is in equilibrium without springs, loads and weight
   /// @throws Error: {kFailedPrecondition} with field flat where there is no flat equilibrium; as
   /// rods::LinkageDesign; {kCancelled}
-  LiveDesign(const LiveLinkage& live, const DesignRequest& request, const JobContext& job);
+  /// @param energy_scale  E_0 [N length unit]; 0: the deployed energy of the start
+  LiveDesign(const LiveLinkage& live, const DesignRequest& request, double energy_scale,
+             const JobContext& job);
 
   /// @throws Error{kNumerical} where an equilibrium has no derivatives
   rods::DesignReport run(const JobContext& job, const OnStep& on_step);
@@ -43,9 +46,18 @@ class LiveDesign {
   /// Coordinates (LinkageShape) of the flat shape and of the deployed one, a column each.
   [[nodiscard]] Eigen::MatrixXf shapes() const;
   [[nodiscard]] double mean_angle() const;  // of the deployed shape [rad]
+  /// What an earlier design came to, by the present goal.
+  [[nodiscard]] DesignTerms terms_of(const DesignCandidate& candidate);
+  /// From the best that there is.
+  [[nodiscard]] rods::DesignDifference difference_from(const DesignCandidate& candidate) const;
+  [[nodiscard]] double energy_scale() const { return design_->criteria().energy_scale; }
+  [[nodiscard]] double extent() const { return design_->criteria().length_scale; }
+  /// Of the variables, the first ones.
+  [[nodiscard]] int varied_lengths() const { return design_->variables().lengths(); }
 
  private:
-  [[nodiscard]] DesignTerms measure();
+  [[nodiscard]] RodSizes sizes() const;  // as a document would have them
+  [[nodiscard]] DesignTerms measure(const rods::DesignPoint& point);
   [[nodiscard]] double violation(const DesignTerms& terms) const;
   void note_best(int iteration);
   void begin_best(int iteration);

@@ -5,8 +5,8 @@
 
 #include "engine/base/error.h"
 
-#include "engine/session/linkage/length_path.h"
 #include "engine/session/linkage/rest_shape.h"
+#include "engine/session/linkage/size_path.h"
 
 namespace limber::session {
 namespace {
@@ -45,41 +45,43 @@ LiveLinkage::LiveLinkage(const scene::Linkage& linkage, const JobContext& job)
       drawn_(state_),
       shape_(mapped_, linkage),
       linkage_(linkage),
-      first_lengths_(mapped_.model.segment_lengths()),
+      first_sizes_{mapped_.model.segment_lengths()},
+      sizes_(first_sizes_),
       statics_(std::make_shared<const LinkageStatics>(mapped_, linkage)),
       length_unit_(linkage.length_unit_in_metres),
       extent_(extent_of(mapped_.model.graph())),
       equilibrium_(mapped_.model),
       good_(state_),
-      good_lengths_(first_lengths_) {}
+      good_sizes_(first_sizes_) {}
 
-Eigen::VectorXd LiveLinkage::lengths_of(const scene::LinkageConditions& conditions) const {
-  return conditions.segment_lengths.size() > 0 ? conditions.segment_lengths : first_lengths_;
+RodSizes LiveLinkage::sizes_of(const scene::LinkageConditions& conditions) const {
+  return sizes_under(conditions, first_sizes_.segments, mapped_.model.edge_numbers());
 }
 
-void LiveLinkage::set_lengths(const Eigen::VectorXd& lengths) {
-  if (lengths == mapped_.model.segment_lengths()) return;
-  mapped_.model.set_segment_lengths(lengths);
+void LiveLinkage::set_sizes(const RodSizes& sizes) {
+  if (sizes == sizes_) return;
+  session::set_sizes(mapped_.model, sizes);
+  sizes_ = sizes;
   statics_ = std::make_shared<const LinkageStatics>(mapped_, linkage_);
 }
 
-/// To other rest lengths, under the conditions that the shape is held under. Where no equilibrium
+/// To other sizes of rods, under the conditions that the shape is held under. Where no equilibrium
 /// is found on the way the outcome says so.
-bool LiveLinkage::lead_lengths(const Eigen::VectorXd& wanted, const JobContext& job,
-                               const OnIterate& on_iterate, Outcome& outcome) {
-  if (wanted == mapped_.model.segment_lengths()) return true;
+bool LiveLinkage::lead_sizes(const RodSizes& wanted, const JobContext& job,
+                             const OnIterate& on_iterate, Outcome& outcome) {
+  if (wanted == sizes_) return true;
   outcome.report =
-      follow_lengths(mapped_.model, equilibrium_, state_, held_, wanted, job, on_iterate);
+      follow_sizes(mapped_.model, sizes_, equilibrium_, state_, held_, wanted, job, on_iterate);
   statics_ = std::make_shared<const LinkageStatics>(mapped_, linkage_);
   if (!outcome.report.converged()) {
-    outcome.report.message = "on the way to other rest lengths: " + outcome.report.message;
+    outcome.report.message = "on the way to other sizes of rods: " + outcome.report.message;
     return false;
   }
-  // What goes on from here comes back here, not to the shape of other lengths.
+  // What goes on from here comes back here, not to the shape of other rods.
   turned_ = 0;
   good_ = state_;
   good_held_ = held_;
-  good_lengths_ = wanted;
+  good_sizes_ = wanted;
   settled_under_.reset();
   return true;
 }
@@ -168,7 +170,7 @@ void LiveLinkage::restore() {
   turned_ = 0;
   state_ = good_;
   held_ = good_held_;
-  set_lengths(good_lengths_);
+  set_sizes(good_sizes_);
 }
 
 /// Once more, from where it was and slowly. Where that does not get there, the equilibrium that was
@@ -211,8 +213,8 @@ void LiveLinkage::recall(const SharedConditions& conditions) {
     state_ = good_ = known.state;
     held_ = good_held_ = known.held;
     good_report_ = known.report;
-    good_lengths_ = known.lengths;
-    set_lengths(known.lengths);
+    good_sizes_ = known.sizes;
+    set_sizes(known.sizes);
     turned_ = 0;
     return;
   }
@@ -221,12 +223,12 @@ void LiveLinkage::recall(const SharedConditions& conditions) {
 void LiveLinkage::learn(const SharedConditions& conditions, const rods::LinkageState& state) {
   std::erase_if(known_, [&](const Known& known) { return known.conditions == conditions; });
   known_.push_back({conditions, state, map_conditions(*conditions, mapped_, length_unit_),
-                    good_report_, lengths_of(*conditions)});
+                    good_report_, sizes_of(*conditions)});
 }
 
 void LiveLinkage::remember(const SharedConditions& conditions) {
   std::erase_if(known_, [&](const Known& known) { return known.conditions == conditions; });
-  known_.push_back({conditions, good_, good_held_, good_report_, good_lengths_});
+  known_.push_back({conditions, good_, good_held_, good_report_, good_sizes_});
   const std::size_t bytes =
       kBytesPerUnknown * static_cast<std::size_t>(mapped_.model.variables().size());
   while (known_.size() > 1 && known_.size() * bytes > kKnownBytes) known_.pop_front();
@@ -249,15 +251,15 @@ LiveLinkage::Outcome LiveLinkage::solve(const SharedConditions& conditions, cons
   recall(conditions);
   const rods::Conditions wanted = map_conditions(*conditions, mapped_, length_unit_);
   Outcome outcome;
-  const Eigen::VectorXd lengths = lengths_of(*conditions);
-  if (lead_lengths(lengths, job, on_iterate, outcome)) go(wanted, job, on_iterate, outcome);
+  const RodSizes sizes = sizes_of(*conditions);
+  if (lead_sizes(sizes, job, on_iterate, outcome)) go(wanted, job, on_iterate, outcome);
   if (outcome.reached) {
     settled_ = true;
     turned_ = 0;
     good_ = state_;
     good_held_ = held_ = wanted;
     good_report_ = outcome.report;
-    good_lengths_ = lengths;
+    good_sizes_ = sizes;
     settled_under_ = conditions;
     remember(conditions);
   } else if (outcome.report.status != EquilibriumStatus::kCancelled) {
@@ -268,7 +270,7 @@ LiveLinkage::Outcome LiveLinkage::solve(const SharedConditions& conditions, cons
       good_report_ = outcome.way_end;
       good_ = state_;
       good_held_ = held_;
-      good_lengths_ = lengths;
+      good_sizes_ = sizes;
       remember(conditions);
     }
   }

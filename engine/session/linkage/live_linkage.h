@@ -10,6 +10,7 @@
 #include "engine/session/linkage/linkage_mapping.h"
 #include "engine/session/linkage/linkage_shape.h"
 #include "engine/session/linkage/linkage_statics.h"
+#include "engine/session/linkage/rod_sizes.h"
 
 namespace limber::session {
 
@@ -22,7 +23,7 @@ class LiveLinkage {
 
   [[nodiscard]] const rods::LinkageModel& model() const { return mapped_.model; }
   [[nodiscard]] const LinkageShape& shape() const { return shape_; }
-  /// With the rest lengths of the shape; another object where those are others.
+  /// With the sizes of the shape's rods; another object where those are others.
   [[nodiscard]] const std::shared_ptr<const LinkageStatics>& statics() const { return statics_; }
   /// Conditions that the shape is in equilibrium under; nothing where it is in none.
   [[nodiscard]] std::shared_ptr<const scene::LinkageConditions> settled_under() const {
@@ -30,8 +31,10 @@ class LiveLinkage {
   }
   /// What the last equilibrium is held by.
   [[nodiscard]] const rods::Conditions& held() const { return good_held_; }
-  /// Rest lengths of segments as the scene has them.
-  [[nodiscard]] const Eigen::VectorXd& first_lengths() const { return first_lengths_; }
+  /// Of the rods, as the scene has them.
+  [[nodiscard]] const RodSizes& first_sizes() const { return first_sizes_; }
+  /// As the model has them.
+  [[nodiscard]] const RodSizes& sizes() const { return sizes_; }
   /// The shape it was opened with, in equilibrium under nothing yet.
   [[nodiscard]] const rods::LinkageState& drawn() const { return drawn_; }
   /// The shape now: of the last iterate.
@@ -80,13 +83,13 @@ class LiveLinkage {
     rods::LinkageState state;
     rods::Conditions held;
     rods::EquilibriumReport report;
-    Eigen::VectorXd lengths;
+    RodSizes sizes;
   };
   void recall(const SharedConditions& conditions);
-  [[nodiscard]] Eigen::VectorXd lengths_of(const scene::LinkageConditions& conditions) const;
-  void set_lengths(const Eigen::VectorXd& lengths);
-  [[nodiscard]] bool lead_lengths(const Eigen::VectorXd& wanted, const JobContext& job,
-                                  const OnIterate& on_iterate, Outcome& outcome);
+  [[nodiscard]] RodSizes sizes_of(const scene::LinkageConditions& conditions) const;
+  void set_sizes(const RodSizes& sizes);
+  [[nodiscard]] bool lead_sizes(const RodSizes& wanted, const JobContext& job,
+                                const OnIterate& on_iterate, Outcome& outcome);
   void remember(const SharedConditions& conditions);
   [[nodiscard]] double share_of_step(const rods::Conditions& wanted) const;
   void go(const rods::Conditions& wanted, const JobContext& job, const OnIterate& on_iterate,
@@ -104,12 +107,13 @@ class LiveLinkage {
   const rods::LinkageState drawn_;
   LinkageShape shape_;
   const scene::Linkage linkage_;
-  const Eigen::VectorXd first_lengths_;  // of segments, as the scene has them
+  const RodSizes first_sizes_;  // as the scene has them
+  RodSizes sizes_;              // of the model
   std::shared_ptr<const LinkageStatics> statics_;
   double length_unit_, extent_;
   rods::LinkageEquilibrium equilibrium_;
   rods::LinkageState good_;
-  Eigen::VectorXd good_lengths_;
+  RodSizes good_sizes_;
   SharedConditions settled_under_;
   bool settled_ = false;        // is good_ an equilibrium
   rods::Conditions held_;       // the last that state_ was in equilibrium under

@@ -47,11 +47,11 @@ std::vector<double> PinReach::ways_from(int joint, const Eigen::VectorXd& length
   return length;
 }
 
-std::vector<scene::Issue> PinReach::check(const scene::LinkageConditions& conditions) const {
+std::vector<scene::Issue> PinReach::check(const scene::LinkageConditions& conditions,
+                                          const Eigen::VectorXd& wanted) const {
   std::vector<scene::Issue> issues;
   const auto& pins = conditions.pins;
-  const Eigen::VectorXd& lengths =
-      conditions.segment_lengths.size() == 0 ? drawn_ : conditions.segment_lengths;
+  const Eigen::VectorXd& lengths = wanted.size() == 0 ? drawn_ : wanted;
   for (std::size_t i = 0; i < pins.size(); ++i) {
     if (!pins[i].position) continue;
     std::vector<double> ways;

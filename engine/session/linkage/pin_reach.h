@@ -14,8 +14,10 @@ class PinReach {
 
   /// Pins with positions that are farther apart than the rods between them are long (and a tenth
   /// more, which rods might stretch by) contradict each other.
+  /// @param wanted  rest lengths of segments; empty: as drawn
   /// @returns issues with field pins[i].position
-  [[nodiscard]] std::vector<scene::Issue> check(const scene::LinkageConditions& conditions) const;
+  [[nodiscard]] std::vector<scene::Issue> check(const scene::LinkageConditions& conditions,
+                                                const Eigen::VectorXd& wanted) const;
 
  private:
   struct Way {

@@ -179,6 +179,73 @@ TEST(DesignCodec, InfosAreInDegreesAndJoule) {
   EXPECT_FALSE(encode_design(info, 1).has_error());
 }
 
+TEST(DesignCodec, VariablesBoundsAndTheGuardArrive) {
+  proto::StartDesignRequest request;
+  request.set_lengths(proto::DESIGN_LENGTHS_EDGES);
+  request.set_sections(proto::DESIGN_SECTIONS_SEGMENTS);
+  request.set_thinnest(0.7);
+  request.add_thickest_sections(1.5);
+  request.set_guard(proto::DESIGN_GUARD_NEVER);
+  *request.mutable_fitted_points() = array<double>(proto::DATA_TYPE_FLOAT64, {1, 2, 3, 4, 5, 6});
+  const session::DesignRequest design = decode_design(request, no_files);
+  EXPECT_EQ(design.variables.lengths, rods::LengthVariables::kEdges);
+  EXPECT_EQ(design.variables.sections, rods::SectionVariables::kSegments);
+  EXPECT_EQ(design.thinnest, 0.7);
+  EXPECT_EQ(design.thickest, 2);
+  EXPECT_EQ(design.thickest_sections.size(), 1);
+  EXPECT_EQ(design.guard, rods::BucklingGuard::kNever);
+  EXPECT_EQ(design.fitted_points.col(1), Eigen::Vector3d(4, 5, 6));
+  EXPECT_EQ(design_field_in(request, "variables.lengths"), "lengths");
+}
+
+TEST(DesignCodec, InfosTellTrialsOtherOptimaAndWhereTheSurfaceIs) {
+  session::DesignInfo info;
+  info.variables = {rods::LengthVariables::kKept, rods::SectionVariables::kSegments};
+  info.guard = rods::BucklingGuard::kFromStart;
+  info.trials = {3, 5, 4, true, "lost"};
+  info.sections_at_bound = {2};
+  info.other_optima.push_back({9, {}, {0.02, 1, 2}});
+  info.other_optima[0].terms.deployed_energy = 3;
+  info.goal.surface = decode_design(
+                          [] {
+                            proto::StartDesignRequest request;
+                            *request.mutable_goal()->mutable_surface() = square();
+                            return request;
+                          }(),
+                          no_files)
+                          .goal.surface;
+  info.goal.placement.rotation = Eigen::AngleAxisd(0.5, Eigen::Vector3d::UnitY());
+  const proto::DesignInfo message = encode_design(info, 0.5);
+  EXPECT_EQ(message.lengths(), proto::DESIGN_LENGTHS_KEPT);
+  EXPECT_EQ(message.sections(), proto::DESIGN_SECTIONS_SEGMENTS);
+  EXPECT_EQ(message.guard(), proto::DESIGN_GUARD_FROM_START);
+  EXPECT_EQ(message.refused(), 3U);
+  EXPECT_EQ(message.not_believed(), 5U);
+  EXPECT_EQ(message.flat_lost(), 4U);
+  EXPECT_TRUE(message.guarded());
+  EXPECT_EQ(message.refusal(), "lost");
+  EXPECT_EQ(message.sections_at_bound(0), 2U);
+  ASSERT_EQ(message.other_optima_size(), 1);
+  EXPECT_EQ(message.other_optima(0).job(), 9U);
+  EXPECT_EQ(message.other_optima(0).size_difference(), 0.02);
+  EXPECT_EQ(message.other_optima(0).deployed_distance(), 2);
+  EXPECT_EQ(message.other_optima(0).terms().deployed_energy(), 1.5);
+  EXPECT_NEAR(message.placement().rotation_degrees().y(), 0.5 * 180 / 3.14159265358979, 1e-9);
+}
+
+TEST(DesignCodec, EdgesAndSectionsAreEdits) {
+  proto::EditRequest request;
+  request.add_edits()->mutable_set_edge_lengths()->add_lengths(2);
+  request.add_edits()->mutable_set_section_scales()->add_scales(3);
+  const auto edits = decode_linkage_edits(request);
+  EXPECT_EQ(std::get<session::SetEdgeLengths>(edits[0]).lengths[0], 2);
+  EXPECT_EQ(std::get<session::SetSectionScales>(edits[1]).scales[0], 3);
+  EXPECT_EQ(linkage_field_in(request, "edits[0].edge_lengths[4]"),
+            "edits[0].set_edge_lengths.lengths[4]");
+  EXPECT_EQ(linkage_field_in(request, "edits[1].section_scales"),
+            "edits[1].set_section_scales.scales");
+}
+
 TEST(DesignCodec, LengthsAreEdits) {
   proto::EditRequest request;
   auto& set = *request.add_edits()->mutable_set_segment_lengths();

@@ -9,6 +9,7 @@
 #include "engine/base/error.h"
 #include "engine/rods/design/mesh_surface.h"
 #include "engine/rods/design/patch_map.h"
+#include "engine/rods/design/placed_surface.h"
 #include "engine/rods/equilibrium/deployment.h"
 #include "engine/rods/linkage/linkage_graph.h"
 
@@ -161,6 +162,88 @@ TEST(StartingGrid, IsALinkageThatLiesFlatAndComesNearTheSurface) {
   const LinkageGraph deployed = build_linkage_graph(grid.deployed);
   EXPECT_EQ(deployed.joints.size(), model.graph().joints.size());
   EXPECT_EQ(deployed.segments.size(), model.graph().segments.size());
+}
+
+/// A patch of z = a x^2 + b y^2.
+SurfaceMesh quadric(double a, double b) {
+  constexpr int kLines = 15;
+  SurfaceMesh mesh;
+  mesh.vertices.resize(3, kLines * kLines);
+  std::vector<Eigen::Vector3i> triangles;
+  for (int r = 0; r < kLines; ++r) {
+    for (int c = 0; c < kLines; ++c) {
+      const double x = 2.0 * c / (kLines - 1) - 1, y = 2.0 * r / (kLines - 1) - 1;
+      const int at = r * kLines + c;
+      mesh.vertices.col(at) << x, y, a * x * x + b * y * y;
+      if (r == 0 || c == 0) continue;
+      triangles.emplace_back(at - kLines - 1, at - kLines, at);
+      triangles.emplace_back(at - kLines - 1, at, at - 1);
+    }
+  }
+  mesh.triangles.resize(3, static_cast<Eigen::Index>(triangles.size()));
+  for (std::size_t t = 0; t < triangles.size(); ++t)
+    mesh.triangles.col(static_cast<Eigen::Index>(t)) = triangles[t];
+  return mesh;
+}
+
+/// Of the middle row: its middle edge over its first one.
+double middle_over_rim(const StartingGrid& grid) {
+  const auto length = [&](int edge) {
+    return (grid.deployed.vertices.col(grid.deployed.edges(1, edge)) -
+            grid.deployed.vertices.col(grid.deployed.edges(0, edge)))
+        .norm();
+  };
+  return length(3 * 5 + 2) / length(3 * 5);
+}
+
+TEST(StartingGrid, CellsAreWiderInTheMiddleOfDomesAndNarrowerOnSaddles) {
+  const StartingGridOptions even{.columns = 6, .rows = 7};
+  StartingGridOptions widened = even;
+  widened.widening = 0.4;
+  const auto change = [&](const SurfaceMesh& mesh) {
+    return middle_over_rim(starting_grid(mesh, widened)) /
+           middle_over_rim(starting_grid(mesh, even));
+  };
+  EXPECT_GT(change(quadric(-0.3, -0.3)), 1.1);
+  EXPECT_GT(change(quadric(0.3, 0.3)), 1.1);
+  EXPECT_LT(change(quadric(0.3, -0.3)), 0.9);
+  EXPECT_NEAR(change(quadric(0.3, 0)), 1, 0.05);
+  EXPECT_EQ(change(quadric(0, 0)), 1);
+  // The more the surface is curved.
+  EXPECT_LT(change(quadric(-0.1, -0.1)), change(quadric(-0.3, -0.3)));
+}
+
+TEST(StartingGrid, RisesToTheSideOfTheSurface) {
+  const StartingGridOptions options{.columns = 5, .rows = 5, .bulge = 0.1};
+  for (const double sign : {-1.0, 1.0}) {
+    const StartingGrid grid = starting_grid(quadric(sign * 0.3, sign * 0.3), options);
+    const double middle = grid.flat.vertices(2, 12), corner = grid.flat.vertices(2, 0);
+    // Half of it, since the patch's edges are that much shorter than its diagonals: 0.6 high.
+    EXPECT_NEAR(corner - middle, sign * 0.1 * 0.6, 0.01);
+  }
+}
+
+TEST(PlacedSurface, IsPutWherePointsFit) {
+  SurfacePlacement placement;
+  placement.scale = 2;
+  placement.translation = {1, 0, -1};
+  Eigen::Matrix3Xd own(3, 4);
+  own << 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1;
+  const Eigen::Matrix3Xd points = (2 * own).colwise() + placement.translation;
+  const Eigen::Matrix3d turn =
+      Eigen::AngleAxisd(1.1, Eigen::Vector3d(1, 2, -1).normalized()).toRotationMatrix();
+  const Eigen::Vector3d shift(3, -2, 5);
+  const Eigen::Matrix3Xd wanted = (turn * points).colwise() + shift;
+  const SurfacePlacement fit = fitted(placement, points, wanted);
+  EXPECT_EQ(fit.scale, 2);
+  const Eigen::Matrix3Xd found =
+      (2 * (fit.rotation.toRotationMatrix() * own)).colwise() + fit.translation;
+  EXPECT_LT((found - wanted).norm(), 1e-12);
+  // Not turned inside out.
+  Eigen::Matrix3Xd mirrored = wanted;
+  mirrored.row(2) *= -1;
+  EXPECT_NEAR(fitted(placement, points, mirrored).rotation.toRotationMatrix().determinant(), 1,
+              1e-12);
 }
 
 TEST(StartingGrid, BadOptionsAreNamed) {

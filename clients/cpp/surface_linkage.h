@@ -1,0 +1,28 @@
+#pragma once
+
+#include <string>
+
+#include "clients/cpp/linkage_session.h"
+
+namespace limber::client {
+
+/// A linkage for a patch of surface, where there is only the surface: a grid of rods over it, laid
+/// flat, opened, and deployed to the angle that its rods cross at on the surface.
+struct SurfaceLinkage {
+  LinkageSession session;
+  /// Begins its design: the surface, put where the grid fits the joints. Add what else is wanted.
+  v1::StartDesignRequest design;
+  double misfit = 0;  // of flat edges, as a share: what of the surface does not fit into a plane
+};
+
+/// @param grid  the surface and the size of the grid; without a bulge it has a small one, so that
+/// the grid opens to the surface's side
+/// @param rods  a scene with what the linkage is to be besides its lines: section, material, unit
+/// @param session  its name; empty: chosen by the server
+/// @throws ClientError as MakeStartingGrid and LinkageSession::open; FAILED_PRECONDITION with field
+/// surface where the grid does not open as far: it is closed then
+[[nodiscard]] SurfaceLinkage open_on_surface(Client& client, v1::MakeStartingGridRequest grid,
+                                             v1::Scene rods, const std::string& session = "",
+                                             Milliseconds timeout = LinkageSession::kPatience);
+
+}  // namespace limber::client

@@ -1,0 +1,37 @@
+#pragma once
+
+#include <Eigen/Core>
+
+#include "engine/rods/linkage/linkage_model.h"
+#include "engine/scene/linkage.h"
+
+namespace limber::session {
+
+/// What designs change of the rods of a linkage.
+struct RodSizes {
+  /// Rest lengths of segments; those of their edges follow, unless there are `edges`.
+  Eigen::VectorXd segments;
+  /// Rest lengths of edges by their EdgeNumbers; empty: those of segments say them.
+  Eigen::VectorXd edges = {};
+  /// Scales of the segments' sections; empty: all 1.
+  Eigen::VectorXd sections = {};
+
+  [[nodiscard]] bool operator==(const RodSizes& other) const;
+};
+
+/// @param drawn  rest lengths of segments where the conditions name none
+[[nodiscard]] RodSizes sizes_under(const scene::LinkageConditions& conditions,
+                                   const Eigen::VectorXd& drawn, const rods::EdgeNumbers& numbers);
+
+/// @throws Error as the model's setters
+void set_sizes(rods::LinkageModel& model, const RodSizes& sizes);
+
+/// A share of the way between two sizes of one model.
+/// @param from  as the model has them
+[[nodiscard]] RodSizes sizes_between(const rods::LinkageModel& model, const RodSizes& from,
+                                     const RodSizes& to, double share);
+/// Largest change of a length or of a section on the way, as a share of what it is.
+[[nodiscard]] double largest_change(const rods::LinkageModel& model, const RodSizes& from,
+                                    const RodSizes& to);
+
+}  // namespace limber::session
