@@ -76,7 +76,16 @@ class ConditionsValidator {
     check_angle("mean_angle", *conditions_.mean_angle);
     seen.insert(held_angles_.begin(), held_angles_.end());
     if (joints_ > 0 && static_cast<int>(seen.size()) == joints_)
-      error("mean_angle", "the angles of all joints are given already");
+      return error("mean_angle", "the angles of all joints are given already");
+    if (!held_angles_.empty() || !issues_.empty()) return;
+    double rest = joints_ * *conditions_.mean_angle;
+    for (const JointAngle& set : conditions_.angles) rest -= set.angle;
+    rest /= static_cast<double>(joints_ - static_cast<int>(seen.size()));
+    if (std::abs(rest) < kPi) return;
+    error("mean_angle",
+          fmt::format("cannot be reached: what single angles leave to each other joint is {:.4g} "
+                      "rad, and must be in (-pi, pi)",
+                      rest));
   }
 
   void check_targets() {

@@ -32,5 +32,8 @@ def to_numpy(array: "common.Array", what: str = "array") -> np.ndarray:
 
 def to_message(values, dtype) -> "common.Array":
     """A message with a copy of the values; dtype is one of float32, float64, int32, uint16."""
+    values = np.asarray(values)
+    if np.dtype(dtype).kind in "iu" and values.dtype.kind == "f" and not np.array_equal(values, np.trunc(values)):
+        raise LimberError("INVALID_ARGUMENT", "whole numbers are expected")
     values = np.ascontiguousarray(values, dtype=np.dtype(dtype).newbyteorder("<"))
     return common.Array(type=_TYPES[values.dtype], shape=values.shape, data=values.tobytes())

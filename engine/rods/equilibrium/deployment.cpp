@@ -49,6 +49,7 @@ class Deployment {
         state_(state),
         released_(detail::released_reactions(model_, equilibrium.reactions(state, from), from, to)),
         path_(state, from, to, {}),
+        start_(state),
         from_(from),
         to_(to),
         options_(options),
@@ -223,7 +224,7 @@ class Deployment {
         return false;
       }
       bool jumped = trial.error > options_.jump_turn;
-      std::optional<int> over = overturned(state_, trial.state);
+      std::optional<int> over = overturned(start_, trial.state);
       const bool lost = jumped || over || !trial.report.converged();
       if (lost && worth_retrying(trial, length_)) {
         ++report_.steps_shortened;
@@ -237,7 +238,7 @@ class Deployment {
           return false;
         }
         jumped = trial.error > options_.jump_turn;
-        over = overturned(state_, trial.state);
+        over = overturned(start_, trial.state);
       }
       report_.end = trial.report;
       if (over && trial.report.converged()) {
@@ -322,6 +323,7 @@ class Deployment {
   LinkageState& state_;
   std::vector<JointLoad> released_;
   detail::ConditionPath path_;
+  const LinkageState start_;
   const Conditions &from_, &to_;
   const DeploymentOptions& options_;
   detail::Prediction prediction_{kPlaces};
@@ -335,9 +337,10 @@ class Deployment {
 
 std::optional<int> overturned(const LinkageState& from, const LinkageState& to) {
   constexpr double kOver = 1.25 * std::numbers::pi;
+  constexpr double kSameAngle = 1e-3;
   for (std::size_t j = 0; j < to.joints().size(); ++j) {
     const double angle = std::abs(to.joints()[j].opening_angle);
-    if (angle > kOver && angle > std::abs(from.joints()[j].opening_angle) + 0.1)
+    if (angle > kOver && angle > std::abs(from.joints()[j].opening_angle) + kSameAngle)
       return static_cast<int>(j);
   }
   return std::nullopt;

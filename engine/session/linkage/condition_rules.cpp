@@ -64,4 +64,17 @@ std::vector<scene::Issue> ConditionRules::check(const scene::LinkageConditions& 
   return reach_.check(conditions, edges.size() > 0 ? edges_.segment_lengths(edges) : wanted);
 }
 
+std::vector<scene::Issue> ConditionRules::check_drawn(
+    const scene::LinkageConditions& conditions) const {
+  std::vector<scene::Issue> issues = check(conditions);
+  if (!issues.empty()) return issues;
+  Eigen::Matrix3Xd places(3, graph_.joints.size());
+  for (std::size_t j = 0; j < graph_.joints.size(); ++j)
+    places.col(static_cast<Eigen::Index>(j)) = graph_.joints[j].position;
+  const Eigen::VectorXd& edges = conditions.edge_lengths;
+  return reach_.check(conditions,
+                      edges.size() > 0 ? edges_.segment_lengths(edges) : conditions.segment_lengths,
+                      places);
+}
+
 }  // namespace limber::session

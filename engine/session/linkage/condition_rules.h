@@ -22,6 +22,10 @@ class ConditionRules {
   /// @returns issues with fields pins[i].position, segment_lengths[s], edge_lengths,
   /// edge_lengths[e], section_scales[s]
   [[nodiscard]] std::vector<scene::Issue> check(const scene::LinkageConditions& conditions) const;
+  /// The same of a linkage that is as drawn: pins without positions hold joints where they are
+  /// drawn.
+  [[nodiscard]] std::vector<scene::Issue> check_drawn(
+      const scene::LinkageConditions& conditions) const;
 
  private:
   rods::LinkageGraph graph_;

@@ -102,7 +102,7 @@ LinkageCheck check_linkage(const scene::Linkage& linkage) {
   }
   check_place(linkage, *graph, issues);
   auto faults = scene::validate(linkage.conditions, check.joints, check.segments);
-  if (faults.empty() && rules) faults = rules->check(linkage.conditions);
+  if (faults.empty() && rules) faults = rules->check_drawn(linkage.conditions);
   for (auto& issue : faults) {
     issue.field = "conditions." + issue.field;
     issues.push_back(std::move(issue));

@@ -45,6 +45,7 @@ LiveLinkage::LiveLinkage(const scene::Linkage& linkage, const JobContext& job)
       drawn_(state_),
       shape_(mapped_, linkage),
       linkage_(linkage),
+      reach_(mapped_.model.graph()),
       first_sizes_{mapped_.model.segment_lengths()},
       sizes_(first_sizes_),
       statics_(std::make_shared<const LinkageStatics>(mapped_, linkage)),
@@ -116,7 +117,7 @@ void LiveLinkage::go_straight(const rods::Conditions& wanted, const JobContext& 
         iterate_ = nullptr;
       });
   const EquilibriumReport& report = outcome.report;
-  outcome.reached = report.converged() && !rods::overturned(good_, state_);
+  outcome.reached = report.converged() && !rods::overturned(drawn_, state_);
   turned_ += report.turned;
   if (!outcome.reached) return;
   rods::DeploymentStep step;
@@ -241,8 +242,18 @@ void LiveLinkage::go(const rods::Conditions& wanted, const JobContext& job,
   if (step < 1) return lead(wanted, step, job, on_iterate, outcome);
   go_straight(wanted, job, on_iterate, outcome);
   const bool far = settled_ && turned_ > kFarTurn;
-  if (outcome.report.status != EquilibriumStatus::kCancelled && (far || !outcome.reached))
-    go_again(wanted, job, on_iterate, outcome);
+  const bool hopeless = outcome.report.status == EquilibriumStatus::kCancelled ||
+                        outcome.report.status == EquilibriumStatus::kUnbalanced;
+  if (!hopeless && (far || !outcome.reached)) go_again(wanted, job, on_iterate, outcome);
+}
+
+/// Pins that no rods reach between, those that hold a joint where it is among them.
+std::string LiveLinkage::contradiction(const scene::LinkageConditions& conditions) const {
+  Eigen::Matrix3Xd places(3, mapped_.model.variables().joints());
+  for (Eigen::Index j = 0; j < places.cols(); ++j)
+    places.col(j) = state_.joints()[static_cast<std::size_t>(j)].position;
+  const auto issues = reach_.check(conditions, mapped_.model.segment_lengths(), places);
+  return issues.empty() ? "" : issues.front().message;
 }
 
 LiveLinkage::Outcome LiveLinkage::solve(const SharedConditions& conditions, const JobContext& job,
@@ -252,7 +263,14 @@ LiveLinkage::Outcome LiveLinkage::solve(const SharedConditions& conditions, cons
   const rods::Conditions wanted = map_conditions(*conditions, mapped_, length_unit_);
   Outcome outcome;
   const RodSizes sizes = sizes_of(*conditions);
-  if (lead_sizes(sizes, job, on_iterate, outcome)) go(wanted, job, on_iterate, outcome);
+  if (lead_sizes(sizes, job, on_iterate, outcome)) {
+    outcome.report.message = contradiction(*conditions);
+    if (outcome.report.message.empty()) {
+      go(wanted, job, on_iterate, outcome);
+    } else {
+      outcome.report.status = EquilibriumStatus::kStalled;
+    }
+  }
   if (outcome.reached) {
     settled_ = true;
     turned_ = 0;

@@ -10,6 +10,7 @@
 #include "engine/session/linkage/linkage_mapping.h"
 #include "engine/session/linkage/linkage_shape.h"
 #include "engine/session/linkage/linkage_statics.h"
+#include "engine/session/linkage/pin_reach.h"
 #include "engine/session/linkage/rod_sizes.h"
 
 namespace limber::session {
@@ -86,6 +87,7 @@ class LiveLinkage {
     RodSizes sizes;
   };
   void recall(const SharedConditions& conditions);
+  [[nodiscard]] std::string contradiction(const scene::LinkageConditions& conditions) const;
   [[nodiscard]] RodSizes sizes_of(const scene::LinkageConditions& conditions) const;
   void set_sizes(const RodSizes& sizes);
   [[nodiscard]] bool lead_sizes(const RodSizes& wanted, const JobContext& job,
@@ -107,6 +109,7 @@ class LiveLinkage {
   const rods::LinkageState drawn_;
   LinkageShape shape_;
   const scene::Linkage linkage_;
+  const PinReach reach_;
   const RodSizes first_sizes_;  // as the scene has them
   RodSizes sizes_;              // of the model
   std::shared_ptr<const LinkageStatics> statics_;

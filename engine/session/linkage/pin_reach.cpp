@@ -72,4 +72,14 @@ std::vector<scene::Issue> PinReach::check(const scene::LinkageConditions& condit
   return issues;
 }
 
+std::vector<scene::Issue> PinReach::check(const scene::LinkageConditions& conditions,
+                                          const Eigen::VectorXd& wanted,
+                                          const Eigen::Matrix3Xd& places) const {
+  scene::LinkageConditions placed;
+  placed.pins = conditions.pins;
+  for (scene::JointPin& pin : placed.pins)
+    if (pin.held != scene::Held::kAngle && !pin.position) pin.position = places.col(pin.joint);
+  return check(placed, wanted);
+}
+
 }  // namespace limber::session

@@ -18,6 +18,11 @@ class PinReach {
   /// @returns issues with field pins[i].position
   [[nodiscard]] std::vector<scene::Issue> check(const scene::LinkageConditions& conditions,
                                                 const Eigen::VectorXd& wanted) const;
+  /// The same of pins without positions too.
+  /// @param places  3 x joints, where those hold their joints
+  [[nodiscard]] std::vector<scene::Issue> check(const scene::LinkageConditions& conditions,
+                                                const Eigen::VectorXd& wanted,
+                                                const Eigen::Matrix3Xd& places) const;
 
  private:
   struct Way {

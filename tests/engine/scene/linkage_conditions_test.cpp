@@ -94,5 +94,17 @@ TEST(LinkageConditions, AMeanAngleNeedsAJointThatIsFree) {
   EXPECT_EQ(issues[0].field, "mean_angle");
 }
 
+TEST(LinkageConditions, AMeanAngleThatWindsUpTheOtherJointsIsRefused) {
+  LinkageConditions conditions;
+  conditions.angles = {{0, 0.3}, {1, 0.3}};
+  conditions.mean_angle = 1.2;
+  EXPECT_TRUE(validate(conditions, 3, 3).empty());  // leaves 3 to the third
+  conditions.mean_angle = 1.3;
+  const auto issues = validate(conditions, 3, 3);
+  ASSERT_EQ(issues.size(), 1u);
+  EXPECT_EQ(issues[0].field, "mean_angle");
+  EXPECT_NE(issues[0].message.find("3.3"), std::string::npos) << issues[0].message;
+}
+
 }  // namespace
 }  // namespace limber::scene

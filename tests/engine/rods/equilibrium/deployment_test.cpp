@@ -10,6 +10,7 @@ namespace limber::rods {
 namespace {
 
 using testing::curved_model;
+using testing::grid_model;
 using testing::joint_distance;
 using testing::linkage_file;
 
@@ -248,6 +249,24 @@ TEST(Deployment, ASmallPushDoesNotJump) {
   EXPECT_EQ(report.status, DeploymentStatus::kReached) << report.message;
   EXPECT_EQ(report.jumps, 0);
   EXPECT_GT(state.joints()[0].position.z(), 5);
+}
+
+/// In steps however small.
+TEST(Deployment, NoJointCreepsBeyondWhereRodsCross) {
+  const LinkageModel model = grid_model(2, 2, 0.4);
+  LinkageEquilibrium equilibrium(model);
+  LinkageState state(model);
+  Conditions conditions;
+  conditions.pins = {{4}};
+  const int joints = model.variables().joints();
+  for (int j = 0; j + 1 < joints; ++j)
+    if (j != 4) conditions.angles.push_back({j, 0.35});
+  conditions.mean_opening_angle = 2.8;
+  const DeploymentReport report = deploy(equilibrium, state, conditions);
+  EXPECT_EQ(report.status, DeploymentStatus::kStopped);
+  EXPECT_NE(report.message.find("turn over"), std::string::npos) << report.message;
+  for (const auto& joint : state.joints())
+    EXPECT_LT(std::abs(joint.opening_angle), 1.26 * std::numbers::pi);
 }
 
 TEST(Deployment, StopsWhenAskedTo) {

@@ -12,6 +12,7 @@
 
 #include "engine/base/error.h"
 #include "engine/scene/samples/linkage_samples.h"
+#include "engine/session/linkage/linkage_mapping.h"
 #include "engine/session/linkage/linkage_session.h"
 #include "tests/engine/session/harness.h"
 
@@ -324,6 +325,23 @@ TEST(LinkageSession, PinsFartherApartThanTheRodsBetweenThemAreRefused) {
     EXPECT_NE(std::string(error.what()).find("joints 3 and 4"), std::string::npos) << error.what();
   }
   EXPECT_TRUE(live.session.conditions()->pins.empty());
+}
+
+TEST(LinkageSession, APinFartherThanRodsReachFromOneThatStaysIsSaid) {
+  Live live(hyperboloid());
+  ASSERT_TRUE(live.recorder->wait_final(0));
+  ASSERT_TRUE(live.edit({PinJoint{3, Held::kMotion}}));
+  const auto good = live.session.final_result();
+  const auto torn = live.edit({PinJoint{4, Held::kMotion, Eigen::Vector3d(0, 0, 500)}});
+  ASSERT_TRUE(torn);
+  EXPECT_TRUE(torn->solve_failed);
+  EXPECT_NE(torn->report.message.find("joints 3 and 4"), std::string::npos) << torn->report.message;
+  EXPECT_EQ(torn->frames->rightCols(1), good->frames->rightCols(1));
+  scene::Linkage drawn = hyperboloid();
+  drawn.conditions.pins = {{3, Held::kMotion}, {4, Held::kMotion, Eigen::Vector3d(0, 0, 500)}};
+  const LinkageCheck check = check_linkage(drawn);
+  ASSERT_EQ(check.issues.size(), 1u);
+  EXPECT_EQ(check.issues[0].field, "conditions.pins[1].position");
 }
 
 TEST(LinkageSession, ALinkageFarFromTheOriginIsRefused) {
