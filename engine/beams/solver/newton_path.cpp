@@ -3,8 +3,10 @@
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "engine/beams/solver/newton.h"
+#include "engine/beams/solver/step_watch.h"
 
 namespace limber::beams::detail {
 
@@ -15,6 +17,14 @@ constexpr double kOnTheWay = 1e-4;  // tolerance of states that are only passed
 constexpr int kIterationsOfStep = 60;
 constexpr double kMostTurn = 0.6;  // of what is held, in one load step [rad]
 constexpr int kEasy = 8;           // iterations
+// Where steps are watched: states that are passed are compared with each other, and what such a
+// short step does not make small is a snap. Close to a fold, turns go with the root of the step.
+constexpr double kOnTheWayWatched = 1e-7;
+constexpr double kShortestWatched = 1.0 / 8192;
+// Just behind a fold the forces that drive the structure away are too small to get it anywhere:
+// leaps over it grow by this, with as many iterations each.
+constexpr double kLonger = 8;
+constexpr int kIterationsOfLeap = 150;
 
 std::string where(const BeamStructure& structure, int unknown) {
   if (unknown < 0) return "nowhere";
@@ -63,6 +73,7 @@ class Follower {
         state_(state),
         report_(report),
         newton_(structure, context),
+        watch_(structure),
         s_(s),
         // Attitudes are told apart by less than half a turn.
         longest_(kMostTurn / std::max(kMostTurn, path.turn())) {
@@ -83,13 +94,14 @@ class Follower {
     BeamState trial = state_;
     const int before = newton_.iterations();
     const int left = options_.newton_iterations - before;
-    const NewtonOutcome outcome =
-        newton_.balance(trial, path_, next, next < 1 ? kOnTheWay : options_.tolerance,
-                        s_ < 1 ? std::min(left, kIterationsOfStep) : left);
+    const NewtonOutcome outcome = newton_.balance(
+        trial, path_, next, next < 1 ? on_the_way() : options_.tolerance,
+        s_ < 1 ? std::min(left, leap_ > 0 ? kIterationsOfLeap : kIterationsOfStep) : left);
     report_.newton_iterations = newton_.iterations();
     report_.factorizations = newton_.factorizations();
     if (outcome != NewtonOutcome::kBalanced && outcome != NewtonOutcome::kMechanism)
       return shorten(outcome);
+    if (is_watched() && !watch(trial, next)) return true;
     state_ = std::move(trial);
     s_ = next;
     ++report_.load_steps;
@@ -102,16 +114,53 @@ class Follower {
           loose ? newton_.softest(state_).unknown : -1, report_);
       return false;
     }
-    if (newton_.iterations() - before <= kEasy) step_ *= 2;
+    const bool easy = newton_.iterations() - before <= kEasy;
+    step_ *= std::min(easy ? 2.0 : 1.0, room_);
     step_ = std::min({step_, 1 - s_, longest_});
     context.report("load steps", s_);
     return true;
   }
 
  private:
+  [[nodiscard]] bool is_watched() const { return options_.largest_swerve > 0; }
+  [[nodiscard]] double on_the_way() const { return is_watched() ? kOnTheWayWatched : kOnTheWay; }
+
+  /// Swerves go with the square of the step on a branch, and stay what they are where it is left.
+  /// @returns false: once more, with a shorter step
+  bool watch(const BeamState& trial, double next) {
+    const double step = next - s_;
+    const StepWatch::Verdict seen = watch_.look(state_, trial, step);
+    const double wanted = std::sqrt(0.5 * options_.largest_swerve / std::max(seen.swerve, 1e-12));
+    room_ = std::clamp(wanted, 0.5, 2.0);
+    if (seen.swerve <= options_.largest_swerve) {
+      leap_ = 0;
+      watch_.take(state_, trial, step);
+      return true;
+    }
+    if (step > kShortestWatched && leap_ == 0) {
+      step_ = step * std::clamp(wanted, 0.1, 0.5);
+      return false;
+    }
+    report_.snaps.push_back({next, seen.turn, seen.node});
+    watch_.forget();
+    leap_ = 0;
+    room_ = 2;
+    return true;
+  }
+
+  /// @returns whether there is another one
+  bool leap() {
+    leap_ = leap_ == 0 ? kLonger * kShortestWatched : kLonger * leap_;
+    step_ = std::min(leap_, 1 - s_);
+    return leap_ < kLonger;
+  }
+
   bool shorten(NewtonOutcome outcome) {
     const int unknown = newton_.left().unknown;
     step_ *= outcome == NewtonOutcome::kTooFar ? 0.5 : 0.25;
+    const bool is_short = leap_ > 0 || step_ < kShortestWatched;
+    if (is_watched() && is_short && newton_.iterations() < options_.newton_iterations && leap())
+      return true;
     if (newton_.iterations() < options_.newton_iterations && step_ >= kSmallestStep) return true;
     report_.residual = newton_.left().scaled;
     if (newton_.iterations() >= options_.newton_iterations) {
@@ -131,6 +180,9 @@ class Follower {
   BeamState& state_;
   BeamReport& report_;
   NewtonSolver newton_;
+  StepWatch watch_;
+  double room_ = 2;  // by which the next step may grow
+  double leap_ = 0;  // over a fold, as a share of the way; 0: not at one
   double s_;
   double step_ = 1;
   double longest_;
