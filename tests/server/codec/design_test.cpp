@@ -5,6 +5,7 @@
 #include <cstring>
 
 #include "engine/rods/design/mesh_surface.h"
+#include "server/codec/edit_fields.h"
 #include "server/codec/linkage_edit.h"
 
 namespace limber::server {
@@ -187,9 +188,9 @@ TEST(DesignCodec, LengthsAreEdits) {
   const auto edits = decode_linkage_edits(request);
   const auto& lengths = std::get<session::SetSegmentLengths>(edits.at(0)).lengths;
   EXPECT_EQ(lengths, Eigen::Vector2d(1.5, 2.5));
-  EXPECT_EQ(linkage_field_in(request, "edits[0].segment_lengths[1]"),
+  EXPECT_EQ(edit_field_in(request, "edits[0].segment_lengths[1]"),
             "edits[0].set_segment_lengths.lengths[1]");
-  EXPECT_EQ(linkage_field_in(request, "edits[0].segment_lengths"),
+  EXPECT_EQ(edit_field_in(request, "edits[0].segment_lengths"),
             "edits[0].set_segment_lengths.lengths");
 }
 
