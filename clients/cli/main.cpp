@@ -91,6 +91,8 @@ int main(int argc, char** argv) {
   cli::add_keyframe_commands(app, context);
   cli::add_linkage_commands(app, context);
   cli::add_design_commands(app, context);
+  cli::add_beam_commands(app, context);
+  cli::add_beam_edit_commands(app, context);
   cli::add_result_commands(app, context);
   try {
     cli::catch_interrupts();
