@@ -105,6 +105,17 @@ LoadPath LoadPath::following(const BeamStructure& structure, const BeamState& st
   return path;
 }
 
+LoadPath LoadPath::resting_at(double s) const {
+  LoadPath path = *this;
+  path.first_ = path.last_ = loads(s);
+  path.nudged_ = false;
+  for (Held& h : path.held_) {
+    h.from = h.to = h.from + s * (h.to - h.from);
+    h.turn_from = h.turn_to = h.turn_from + s * (h.turn_to - h.turn_from);
+  }
+  return path;
+}
+
 double LoadPath::turn() const {
   double most = 0;
   for (const Held& h : held_) most = std::max(most, (h.turn_to - h.turn_from).norm());

@@ -24,6 +24,9 @@ class LoadPath {
   [[nodiscard]] static LoadPath following(const BeamStructure& structure, const BeamState& start,
                                           const std::vector<HeldTurn>& turned);
 
+  /// All of it as it is at s.
+  [[nodiscard]] LoadPath resting_at(double s) const;
+
   [[nodiscard]] NodeLoads loads(double s) const;
 
   /// Increments of all unknowns (free ones: zero) that bring held ones from a state to where they

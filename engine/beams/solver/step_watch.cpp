@@ -1,5 +1,8 @@
 #include "engine/beams/solver/step_watch.h"
 
+#include <algorithm>
+#include <cmath>
+
 #include "engine/base/rotations/logarithm.h"
 
 namespace limber::beams::detail {
@@ -7,6 +10,15 @@ namespace limber::beams::detail {
 namespace {
 
 std::size_t index(int i) { return static_cast<std::size_t>(i); }
+
+// What so short a step does not make small is a snap: with the root of the step, turns of a column
+// that buckles under its load are smaller.
+constexpr double kShortest = 1.0 / 8192;
+// Twice not smaller, in steps of a quarter each, will not get smaller; where it is, is known so
+// well then.
+constexpr double kSame = 0.75;
+constexpr double kShortEnough = 1.0 / 256;
+constexpr double kClear = 2;  // of the largest swerve: less may be a bend that is steep
 
 Eigen::Vector3d turn_between(const Eigen::Quaterniond& from, const Eigen::Quaterniond& to) {
   return rotations::logarithm((to * from.conjugate()).normalized());
@@ -44,8 +56,7 @@ StepWatch::Verdict StepWatch::size_of(const Eigen::Matrix3Xd& change) const {
   return most;
 }
 
-StepWatch::Verdict StepWatch::look(const BeamState& from, const BeamState& to, double step) const {
-  const Eigen::Matrix3Xd made = change(from, to);
+StepWatch::Verdict StepWatch::look(const Eigen::Matrix3Xd& made, double step) const {
   Verdict verdict = size_of(made);
   if (step_ == 0) {
     verdict.swerve = 0.5 * verdict.turn;
@@ -57,9 +68,42 @@ StepWatch::Verdict StepWatch::look(const BeamState& from, const BeamState& to, d
   return verdict;
 }
 
-void StepWatch::take(const BeamState& from, const BeamState& to, double step) {
-  last_ = change(from, to);
-  step_ = step;
+bool StepWatch::is_snap(double step, double next) const {
+  if (step <= kShortest) return true;
+  const bool again = next <= too_far_at_ && seen_.swerve > kSame * too_far_swerve_;
+  return again && times_ >= 1 && step <= kShortEnough && seen_.swerve > kClear * largest_;
+}
+
+void StepWatch::forget() {
+  step_ = 0;
+  too_far_at_ = 0;
+  times_ = 0;
+  factor_ = 2;
+}
+
+StepWatch::Judgement StepWatch::judge(const BeamState& from, const BeamState& to, double s,
+                                      double next) {
+  const double step = next - s;
+  const Eigen::Matrix3Xd made = change(from, to);
+  seen_ = look(made, step);
+  const double wanted = std::sqrt(0.5 * largest_ / std::max(seen_.swerve, 1e-12));
+  if (seen_.swerve <= largest_) {
+    last_ = made;
+    step_ = step;
+    // Steps do not grow on their way to where one went too far.
+    factor_ = std::clamp(wanted, 0.5, next < too_far_at_ ? 1.0 : 2.0);
+    return Judgement::kGoesOn;
+  }
+  if (is_snap(step, next)) {
+    forget();
+    return Judgement::kSnap;
+  }
+  const bool again = next <= too_far_at_ && seen_.swerve > kSame * too_far_swerve_;
+  times_ = again ? times_ + 1 : 0;
+  too_far_at_ = next;
+  too_far_swerve_ = seen_.swerve;
+  factor_ = again ? 0.25 : std::clamp(wanted, 0.1, 0.5);
+  return Judgement::kTooFar;
 }
 
 }  // namespace limber::beams::detail

@@ -13,7 +13,7 @@ using beams::BeamStatus;
 constexpr int kMostFrames = 128;  // of one way
 // Load steps go on as those before but for this much [rad]: see BeamSolveOptions::largest_swerve.
 constexpr double kSwerve = 0.05;
-constexpr int kNewtonIterations = 4000;
+constexpr int kNewtonIterations = 3000;
 // Shapes that undo comes back to, and what one takes of memory.
 constexpr std::size_t kKnownBytes = std::size_t{64} << 20;
 constexpr std::size_t kBytesPerElement = 1000;
