@@ -242,6 +242,43 @@ def test_what_has_no_equilibrium_keeps_the_last_good_shape(arm):
     assert result.status == "CONVERGED" and not result.solve_failed and abs(tip(arm)[2]) < 1e-6
 
 
+def test_a_structure_without_equilibrium_is_a_session_to_mend(server):
+    loose = cantilever(6)
+    loose["supports"] = [{"node": 0, **CLAMPED, "fix_rotation_x": False}]
+    session = opened(server, loose)
+    result = session.wait()
+    assert result.solve_failed and "node" in result.message
+    assert np.abs(session.frames()[-1][:, 2]).max() == 0, "as drawn"
+    assert refusal(session.solution) == ("FAILED_PRECONDITION", "session")
+    assert refusal(lambda: session.export("x", ("vtu",))) == ("FAILED_PRECONDITION", "session")
+    assert refusal(lambda: session.hold(6)) == ("FAILED_PRECONDITION", "edits[0].hold_beam_node.node")
+    session.support(0)
+    result = session.wait()
+    assert result.status == "CONVERGED" and abs(tip(session)[2] + 0.302) < 2e-3
+    session.close()
+
+
+def test_a_newer_edit_goes_on_from_the_way(server):
+    """Many edits while it settles: the last one counts, and what is shown never starts again from nothing."""
+    session = server.open(sample="gridshell", progress=False)
+    assert refusal(lambda: session.edit([beam_edits.gravity((0, 0, 0))], expected_revision=7))[1] == "expected_revision"
+    motion = session.structure().motions[0]
+    axis = "x" if motion.HasField("x") else "y"
+    lowest = session.frames()[-1][:, 2].max()
+    with session.stream(timeout=30) as stream:
+        for share in np.linspace(1, 0.4, 30):
+            revision = session.move_support(motion.node, **{axis: share * getattr(motion, axis)}).revision
+        heights = []
+        for shown in stream:
+            heights.append(shown.positions[-1][:, 2].max())
+            if shown.result.converged and shown.result.revision == revision:
+                break
+    assert shown.result.status == "CONVERGED" and min(heights) > 0.5 * lowest
+    moved = session.solution().positions[motion.node] - session.geometry().rest[motion.node]
+    assert abs(moved["xy".index(axis)] - 0.4 * getattr(motion, axis)) < 1e-6
+    session.close()
+
+
 def test_what_only_others_have_is_refused(server, arm):
     assert refusal(lambda: arm.export("x", ("vtp",)))[1] == "formats"
     call = server.connection.call
