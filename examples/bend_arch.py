@@ -1,6 +1,7 @@
 """A rod that is hardly bent becomes an arch: its right end is pushed inwards."""
 
 import math
+import sys
 
 import limber
 
@@ -19,5 +20,5 @@ with limber.launch() as server:
     answer = server.solve_beams(arch, files=("vtu", "csv"), stem="arch")
     print(f"{answer.status.lower()} by {answer.method}: rise {answer.positions[:, 2].max():.3f} m, "
           f"thrust {abs(answer.reaction_forces[0, 0]):.1f} N, utilisation {answer.utilisations.max():.2f}")
-    for path in answer.write():
+    for path in answer.write(sys.argv[1] if len(sys.argv) > 1 else "out/arch"):
         print(path)

@@ -4,7 +4,7 @@ import sys
 
 import limber
 
-OUT = sys.argv[1] if len(sys.argv) > 1 else "out"
+OUT = sys.argv[1] if len(sys.argv) > 1 else "out/gridshell"
 
 
 def tell(shell, what):

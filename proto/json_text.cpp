@@ -131,7 +131,7 @@ bool remove_suffix(std::string& text, std::string_view suffix) {
 }
 
 /// Protobuf's sentences: "(frames): invalid value 1.5 for type TYPE_UINT32", "fram: Cannot find
-/// field.", ": Root element must be a message.", or a parse error with the place on lines of its
+/// field.", "(linkage) sektion: Cannot find field.", ": Root element must be a message.", or a parse error with the place on lines of its
 /// own.
 Fault fault_of(std::string text) {
   std::replace(text.begin(), text.end(), '\n', ' ');
@@ -143,6 +143,8 @@ Fault fault_of(std::string text) {
   if (const auto colon = text.find(": "); colon != std::string::npos) {
     std::string field = text.substr(0, colon);
     if (field.starts_with('(') && field.ends_with(')')) field = field.substr(1, field.size() - 2);
+    if (const auto end = field.find(") "); field.starts_with('(') && end != std::string::npos)
+      field = field.substr(1, end - 1) + "." + field.substr(end + 2);
     if (field.find(' ') == std::string::npos) {
       fault.field = field;
       text.erase(0, colon + 2);

@@ -49,9 +49,11 @@ int main(int argc, char** argv) {
   namespace cli = limber::cli;
   Context context;
   CLI::App app{
-      "limber drives limberd: it opens scenes of elastic bodies, edits their motion by constraints "
-      "in space\n"
-      "and time, and fetches the frames. `limber COMMAND --help` explains each command."};
+      "limber drives limberd: it opens scenes (elastic bodies, rod linkages, beams), edits their "
+      "motion "
+      "or "
+      "shape by\n"
+      "constraints, and fetches the frames. `limber COMMAND --help` explains each command."};
   app.name("limber");
   app.set_version_flag("--version", std::string("limber ") + LIMBER_VERSION);
   app.require_subcommand(1);

@@ -129,8 +129,9 @@ int run(int argc, char** argv) {
   google::protobuf::SetLogHandler(
       nullptr);  // what is wrong with a message is told to whom it concerns
   CLI::App app{
-      "limberd holds scenes of elastic bodies and re-optimises their motion while clients edit "
-      "them.\n"
+      "limberd holds scenes (elastic bodies, rod linkages, beam structures) and keeps their "
+      "optimum "
+      "while clients edit them.\n"
       "Without a command it serves; the protocol is described in docs/protocol.md.",
       program_name(argv[0])};
   app.set_version_flag("--version", std::string("limberd ") + LIMBER_VERSION);

@@ -3,11 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cctype>
 
 #include "engine/session/beams/beam_files.h"
 #include "server/codec/arrays.h"
 #include "server/codec/beam_structure.h"
+#include "server/codec/file_stem.h"
 
 namespace limber::server {
 namespace {
@@ -25,17 +25,6 @@ beams::BeamMethod decode_method(proto::BeamMethod method) {
     default:
       return beams::BeamMethod::kChoose;
   }
-}
-
-std::string decode_stem(const std::string& stem) {
-  if (stem.empty()) return "beams";
-  const bool good = stem.size() <= 128 && stem.front() != '.' &&
-                    std::all_of(stem.begin(), stem.end(), [](unsigned char c) {
-                      return (c < 0x80 && std::isalnum(c) != 0) || c == '.' || c == '_' || c == '-';
-                    });
-  if (!good)
-    throw invalid("stem", "a file name of [A-Za-z0-9._-] that starts with no dot is expected");
-  return stem;
 }
 
 beams::BeamModel decode_source(const proto::SolveBeamsRequest& request) {
@@ -186,7 +175,7 @@ BeamRequest decode_beams(const proto::SolveBeamsRequest& request) {
       throw invalid(fmt::format("files[{}]", i), "asked for twice");
     decoded.files.push_back(format);
   }
-  decoded.stem = decode_stem(request.stem());
+  decoded.stem = decode_file_stem(request.stem(), "beams");
   decoded.model = decode_source(request);
   return decoded;
 }

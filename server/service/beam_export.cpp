@@ -4,6 +4,7 @@
 #include "server/codec/beam_result.h"
 #include "server/codec/beam_scene.h"
 #include "server/codec/beams.h"
+#include "server/codec/file_stem.h"
 #include "server/codec/scene_json.h"
 #include "server/service/export.h"
 #include "server/service/export_parts.h"
@@ -42,7 +43,7 @@ std::shared_ptr<const session::BeamResult> result_of(BeamRecord& record,
 }  // namespace
 
 proto::ExportResponse export_beams(BeamRecord& record, const proto::ExportRequest& request) {
-  const std::string stem = checked_stem(request.stem());
+  const std::string stem = decode_file_stem(request.stem(), "motion");
   switch (request.format()) {
     case proto::EXPORT_FORMAT_SCENE: {
       const proto::Scene scene = encode_beam_scene(

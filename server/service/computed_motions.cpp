@@ -1,5 +1,6 @@
 // Frames and files of motions that jobs made (simulate, recover).
 #include "server/codec/errors.h"
+#include "server/codec/file_stem.h"
 #include "server/codec/frames.h"
 #include "server/service/export.h"
 #include "server/service/service.h"
@@ -56,7 +57,7 @@ proto::ExportResponse Service::export_computed_part(const proto::ExportRequest& 
   if (!request.session().empty()) throw invalid("job", "give either a session or a job");
   demand_body_format(request.format());
   return export_computed(hub_.jobs.motion(request.job()), request.format(),
-                         checked_stem(request.stem()), request.part());
+                         decode_file_stem(request.stem(), "motion"), request.part());
 }
 
 }  // namespace limber::server

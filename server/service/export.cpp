@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cctype>
 #include <cstring>
 
 #include "engine/scene/formats/mesh_writers.h"
@@ -41,17 +40,6 @@ void demand_body_format(proto::ExportFormat format) {
     default:
       throw invalid("format", "an elastic body is exported as PVD, PC2 or SCENE");
   }
-}
-
-std::string checked_stem(const std::string& stem) {
-  if (stem.empty()) return "motion";
-  const bool good = stem.size() <= 128 && stem.front() != '.' &&
-                    std::all_of(stem.begin(), stem.end(), [](unsigned char c) {
-                      return (c < 0x80 && std::isalnum(c) != 0) || c == '.' || c == '_' || c == '-';
-                    });
-  if (!good)
-    throw invalid("stem", "a file name of [A-Za-z0-9._-] that starts with no dot is expected");
-  return stem;
 }
 
 int MotionExport::frames_per_part(proto::ExportFormat format) const {

@@ -54,8 +54,4 @@ struct MotionExport {
 /// @throws Refusal unless it is a format of bodies
 void demand_body_format(proto::ExportFormat format);
 
-/// @param stem  empty: "motion". @throws Refusal unless it is made of [A-Za-z0-9._-] and starts
-/// with no dot
-[[nodiscard]] std::string checked_stem(const std::string& stem);
-
 }  // namespace limber::server

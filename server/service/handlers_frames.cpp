@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include "server/codec/errors.h"
+#include "server/codec/file_stem.h"
 #include "server/codec/frame_source.h"
 #include "server/codec/material.h"
 #include "server/codec/result.h"
@@ -52,7 +53,7 @@ proto::ExportResponse Service::export_part(const proto::ExportRequest& request) 
     return export_beams(*beams, request);
   const auto record = find_body(request.session(), "export of files");
   const auto session = record->session();
-  const std::string stem = checked_stem(request.stem());
+  const std::string stem = decode_file_stem(request.stem(), "motion");
   demand_body_format(request.format());
   if (request.format() == proto::EXPORT_FORMAT_SCENE) {
     if (request.part() > 0)

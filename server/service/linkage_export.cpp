@@ -11,6 +11,7 @@
 #include "engine/scene/formats/surface_formats.h"
 #include "engine/session/linkage/linkage_files.h"
 #include "server/codec/errors.h"
+#include "server/codec/file_stem.h"
 #include "server/codec/linkage.h"
 #include "server/codec/linkage_result.h"
 #include "server/codec/scene_json.h"
@@ -101,7 +102,7 @@ std::shared_ptr<const session::LinkageResult> result_of(LinkageRecord& record,
 }  // namespace
 
 proto::ExportResponse export_linkage(LinkageRecord& record, const proto::ExportRequest& request) {
-  const std::string stem = checked_stem(request.stem());
+  const std::string stem = decode_file_stem(request.stem(), "motion");
   const auto session = record.session();
   switch (request.format()) {
     case proto::EXPORT_FORMAT_SCENE:

@@ -4,13 +4,9 @@
 
 #include <gmock/gmock.h>
 
-#include <stdlib.h>
-
-#include <cmath>
-#include <filesystem>
-
 #include "clients/cpp/array_numbers.h"
 #include "tests/server/process/child_process.h"
+#include "tests/support/temporary_folder.h"
 
 namespace limber::client {
 namespace {
@@ -50,22 +46,13 @@ double height_of_tip(BeamSession& session) {
   return positions.values.back();
 }
 
-class BeamClient : public ::testing::Test {
- protected:
-  BeamClient() {
-    std::string pattern = (std::filesystem::temp_directory_path() / "limber-test-XXXXXX").string();
-    folder = mkdtemp(pattern.data());
-  }
-  ~BeamClient() override {
-    std::error_code ignored;
-    std::filesystem::remove_all(folder, ignored);
-  }
-  std::filesystem::path folder;
+struct BeamClient : ::testing::Test {
+  const limber::TemporaryFolder folder;
+  const server::testing::Daemon daemon{folder.path()};
+  Client client{daemon.requests};
 };
 
 TEST_F(BeamClient, SupportsMoveAndLoadsChange) {
-  const server::testing::Daemon daemon{folder};
-  Client client{daemon.requests};
   BeamSession arm = BeamSession::open(client, cantilever(), "arm");
   EXPECT_EQ(arm.status().beam_nodes(), 21U);
   EXPECT_NEAR(height_of_tip(arm), -0.30172, 1e-4);
@@ -97,8 +84,6 @@ TEST_F(BeamClient, SupportsMoveAndLoadsChange) {
 }
 
 TEST_F(BeamClient, RefusalsNameTheEdit) {
-  const server::testing::Daemon daemon{folder};
-  Client client{daemon.requests};
   BeamSession arm = BeamSession::open(client, cantilever());
   try {
     arm.release(0);

@@ -1,9 +1,6 @@
 #pragma once
 
-#include <unistd.h>
-
 #include <atomic>
-#include <filesystem>
 #include <functional>
 #include <mutex>
 #include <string>
@@ -14,6 +11,7 @@
 
 #include "limber/v1/service.pb.h"
 #include "limber/v1/stream.pb.h"
+#include "tests/support/temporary_folder.h"
 
 namespace limber::client {
 
@@ -24,8 +22,6 @@ class FakeRouter {
   using Handler = std::function<std::vector<std::string>(const v1::Request&)>;
 
   explicit FakeRouter(Handler handler) : handler_(std::move(handler)) {
-    std::string pattern = (std::filesystem::temp_directory_path() / "limber-fake-XXXXXX").string();
-    folder_ = mkdtemp(pattern.data());
     router_.set(zmq::sockopt::linger, 0);
     router_.bind(requests());
     publisher_.set(zmq::sockopt::linger, 0);
@@ -37,14 +33,16 @@ class FakeRouter {
     thread_.join();
     router_.close();
     publisher_.close();
-    std::error_code ignored;
-    std::filesystem::remove_all(folder_, ignored);
   }
   FakeRouter(const FakeRouter&) = delete;
   FakeRouter& operator=(const FakeRouter&) = delete;
 
-  [[nodiscard]] std::string requests() const { return "ipc://" + (folder_ / "requests").string(); }
-  [[nodiscard]] std::string stream() const { return "ipc://" + (folder_ / "stream").string(); }
+  [[nodiscard]] std::string requests() const {
+    return "ipc://" + (folder_.path() / "requests").string();
+  }
+  [[nodiscard]] std::string stream() const {
+    return "ipc://" + (folder_.path() / "stream").string();
+  }
   [[nodiscard]] int seen() const { return seen_; }
   [[nodiscard]] int subscriptions() const { return subscriptions_; }
 
@@ -78,7 +76,7 @@ class FakeRouter {
   }
 
   Handler handler_;
-  std::filesystem::path folder_;
+  limber::TemporaryFolder folder_;
   zmq::context_t context_;
   zmq::socket_t router_{context_, ZMQ_ROUTER};
   zmq::socket_t publisher_{context_, ZMQ_XPUB};

@@ -4,11 +4,11 @@
 
 #include <gtest/gtest.h>
 
-#include <filesystem>
 #include <thread>
 
 #include "clients/cpp/linkage_session.h"
 #include "tests/server/process/child_process.h"
+#include "tests/support/temporary_folder.h"
 
 namespace limber::client {
 namespace {
@@ -21,10 +21,6 @@ class DesignClient : public ::testing::Test {
     v1::Scene scene = client.call(sample).scene();
     scene.mutable_linkage()->set_edges_per_segment(4);
     linkage.emplace(LinkageSession::open(client, scene, "d"));
-  }
-  ~DesignClient() override {
-    std::error_code ignored;
-    std::filesystem::remove_all(folder, ignored);
   }
   /// Joints where they are, a fifth farther up or down.
   v1::StartDesignRequest request() {
@@ -40,12 +36,8 @@ class DesignClient : public ::testing::Test {
     }
     return request;
   }
-  static std::string make_folder() {
-    std::string pattern = (std::filesystem::temp_directory_path() / "limber-test-XXXXXX").string();
-    return mkdtemp(pattern.data());
-  }
-  std::string folder = make_folder();
-  server::testing::Daemon daemon{folder};
+  limber::TemporaryFolder folder;
+  server::testing::Daemon daemon{folder.path()};
   Client client{daemon.requests};
   std::optional<LinkageSession> linkage;
 };

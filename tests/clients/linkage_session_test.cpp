@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "tests/server/process/child_process.h"
+#include "tests/support/temporary_folder.h"
 
 namespace limber::client {
 namespace {
@@ -44,26 +45,13 @@ unsigned highest(const LinkageShape& shape) {
   return static_cast<unsigned>(top - shape.joints.begin());
 }
 
-class Folder {
- public:
-  Folder() {
-    std::string pattern = (std::filesystem::temp_directory_path() / "limber-test-XXXXXX").string();
-    path = mkdtemp(pattern.data());
-  }
-  ~Folder() {
-    std::error_code ignored;
-    std::filesystem::remove_all(path, ignored);
-  }
-  std::filesystem::path path;
-};
-
 class LinkageClient : public ::testing::Test {
  protected:
   LinkageSession hyperboloid() {
     return LinkageSession::open(client, sample(client, "hyperboloid"), "h");
   }
-  Folder folder;
-  server::testing::Daemon daemon{folder.path};
+  limber::TemporaryFolder folder;
+  server::testing::Daemon daemon{folder.path()};
   Client client{daemon.requests};
 };
 

@@ -1,13 +1,13 @@
 // Frames, scene files and exported files, without a server.
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <cstring>
 
 #include "clients/cpp/error.h"
 #include "clients/cpp/frames.h"
 #include "clients/cpp/scene_files.h"
+#include "tests/support/temporary_folder.h"
 
 namespace limber::client {
 namespace {
@@ -49,19 +49,6 @@ ClientError refusal(const Call& call) {
   }
   throw std::logic_error("nothing was refused");
 }
-
-class Folder {
- public:
-  Folder() {
-    std::string pattern = (std::filesystem::temp_directory_path() / "limber-test-XXXXXX").string();
-    path = mkdtemp(pattern.data());
-  }
-  ~Folder() {
-    std::error_code ignored;
-    std::filesystem::remove_all(path, ignored);
-  }
-  std::filesystem::path path;
-};
 
 TEST(Frames, CoordinatesAreRestPlusBasisTimesCoordinates) {
   const auto geo = geometry();
@@ -112,13 +99,13 @@ TEST(Frames, NpyHeaderIsAligned) {
 }
 
 TEST(SceneFiles, TheMeshAndItsCompanionsAreUploaded) {
-  const Folder folder;
-  write_bytes(folder.path / "body.ele", "elements");
-  write_bytes(folder.path / "body.node", "nodes");
-  write_bytes(folder.path / "body.elastic", "materials");
-  write_bytes(folder.path / "scene.json",
+  const limber::TemporaryFolder folder;
+  write_bytes(folder.path() / "body.ele", "elements");
+  write_bytes(folder.path() / "body.node", "nodes");
+  write_bytes(folder.path() / "body.elastic", "materials");
+  write_bytes(folder.path() / "scene.json",
               R"({"name": "n", "frames": 7, "mesh": {"path": "body.ele"}})");
-  const auto scene = load_scene(folder.path / "scene.json");
+  const auto scene = load_scene(folder.path() / "scene.json");
   EXPECT_EQ(scene.frames(), 7U);
   EXPECT_EQ(scene.mesh().file().name(), "body.ele");
   EXPECT_EQ(scene.mesh().file().content(), "elements");
@@ -128,25 +115,25 @@ TEST(SceneFiles, TheMeshAndItsCompanionsAreUploaded) {
 }
 
 TEST(SceneFiles, VegaIncludesAreFound) {
-  const Folder folder;
-  write_bytes(folder.path / "a.veg", "*VERTICES\n*INCLUDE a.node \r\n*include a.ele\n");
-  write_bytes(folder.path / "a.node", "n");
-  write_bytes(folder.path / "a.ele", "e");
-  EXPECT_EQ(mesh_file(folder.path / "a.veg").companions_size(), 2);
+  const limber::TemporaryFolder folder;
+  write_bytes(folder.path() / "a.veg", "*VERTICES\n*INCLUDE a.node \r\n*include a.ele\n");
+  write_bytes(folder.path() / "a.node", "n");
+  write_bytes(folder.path() / "a.ele", "e");
+  EXPECT_EQ(mesh_file(folder.path() / "a.veg").companions_size(), 2);
 }
 
 TEST(SceneFiles, BaseMotionsAreUploaded) {
-  const Folder folder;
-  write_bytes(folder.path / "m.pc2", "cache");
-  write_bytes(folder.path / "f" / "a&b.vtu", "first");
-  write_bytes(folder.path / "f" / "c.vtu", "second");
+  const limber::TemporaryFolder folder;
+  write_bytes(folder.path() / "m.pc2", "cache");
+  write_bytes(folder.path() / "f" / "a&b.vtu", "first");
+  write_bytes(folder.path() / "f" / "c.vtu", "second");
   const std::string pvd =
       "<VTKFile><DataSet timestep=\"1\" part='0' file=\"a&amp;b.vtu\"/>\n"
       "<DataSet file='c.vtu' timestep=\"0\"/><DataSet file='c.vtu'/></VTKFile>";
-  write_bytes(folder.path / "f" / "m.pvd", pvd);
+  write_bytes(folder.path() / "f" / "m.pvd", pvd);
   const auto loaded = [&](const std::string& motion) {
-    write_bytes(folder.path / "s.json", R"({"base_motion": )" + motion + "}");
-    return load_scene(folder.path / "s.json").base_motion();
+    write_bytes(folder.path() / "s.json", R"({"base_motion": )" + motion + "}");
+    return load_scene(folder.path() / "s.json").base_motion();
   };
   EXPECT_EQ(loaded(R"({"path": "m.pc2"})").pc2(), "cache");
   const auto listed = loaded(R"({"path": "f/m.pvd"})").vtu_series();
@@ -169,43 +156,44 @@ TEST(SceneFiles, BaseMotionsAreUploaded) {
 }
 
 TEST(SceneFiles, WhatCannotBeReadIsSaid) {
-  const Folder folder;
-  EXPECT_EQ(refusal([&] { (void)load_scene(folder.path / "none.json"); }).code(),
+  const limber::TemporaryFolder folder;
+  EXPECT_EQ(refusal([&] { (void)load_scene(folder.path() / "none.json"); }).code(),
             v1::ERROR_CODE_IO);
-  EXPECT_EQ(refusal([&] { (void)load_scene(folder.path); }).code(), v1::ERROR_CODE_IO);
-  write_bytes(folder.path / "s.json", R"({"framez": 3})");
-  EXPECT_EQ(refusal([&] { (void)load_scene(folder.path / "s.json"); }).field(), "scene.framez");
-  write_bytes(folder.path / "s.json", R"({"mesh": {"path": "missing.msh"}})");
-  EXPECT_EQ(refusal([&] { (void)load_scene(folder.path / "s.json"); }).field(), "mesh.path");
+  EXPECT_EQ(refusal([&] { (void)load_scene(folder.path()); }).code(), v1::ERROR_CODE_IO);
+  write_bytes(folder.path() / "s.json", R"({"framez": 3})");
+  EXPECT_EQ(refusal([&] { (void)load_scene(folder.path() / "s.json"); }).field(), "scene.framez");
+  write_bytes(folder.path() / "s.json", R"({"mesh": {"path": "missing.msh"}})");
+  EXPECT_EQ(refusal([&] { (void)load_scene(folder.path() / "s.json"); }).field(), "mesh.path");
 }
 
 TEST(SceneFiles, ArraysAreSavedAsMshBesideTheScene) {
-  const Folder folder;
+  const limber::TemporaryFolder folder;
   v1::Scene scene;
   scene.set_frames(9);
   *scene.mutable_mesh()->mutable_arrays()->mutable_nodes() =
       array<double>(v1::DATA_TYPE_FLOAT64, {4, 3}, {0, 0, 0, 0.1, 0, 0, 0, 1, 0, 0, 0, 1});
   *scene.mutable_mesh()->mutable_arrays()->mutable_tets() =
       array<std::int32_t>(v1::DATA_TYPE_INT32, {1, 4}, {0, 1, 2, 3});
-  EXPECT_EQ(save_scene(scene, "tet", folder.path), folder.path / "tet.json");
-  const std::string mesh = read_bytes(folder.path / "tet.msh", "");
+  EXPECT_EQ(save_scene(scene, "tet", folder.path()), folder.path() / "tet.json");
+  const std::string mesh = read_bytes(folder.path() / "tet.msh", "");
   EXPECT_NE(mesh.find("2 0.1 0 0\n"), std::string::npos);
   EXPECT_NE(mesh.find("1 4 0 1 2 3 4\n"), std::string::npos);
-  EXPECT_EQ(load_scene(folder.path / "tet.json").mesh().file().content(), mesh);
+  EXPECT_EQ(load_scene(folder.path() / "tet.json").mesh().file().content(), mesh);
 }
 
 TEST(ExportedFiles, StayBelowTheFolder) {
-  const Folder folder;
+  const limber::TemporaryFolder folder;
   v1::ExportedFile file;
   file.set_name("a/b.vtu");
   file.set_content("1");
-  write_exported(folder.path, file);
+  write_exported(folder.path(), file);
   file.set_append(true);
-  write_exported(folder.path, file);
-  EXPECT_EQ(read_bytes(folder.path / "a/b.vtu", ""), "11");
+  write_exported(folder.path(), file);
+  EXPECT_EQ(read_bytes(folder.path() / "a/b.vtu", ""), "11");
   for (const char* name : {"../x", "/etc/x", "", "a/../../x", "a/"}) {
     file.set_name(name);
-    EXPECT_EQ(refusal([&] { write_exported(folder.path, file); }).code(), v1::ERROR_CODE_MALFORMED)
+    EXPECT_EQ(refusal([&] { write_exported(folder.path(), file); }).code(),
+              v1::ERROR_CODE_MALFORMED)
         << name;
   }
 }

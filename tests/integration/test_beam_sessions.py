@@ -407,7 +407,7 @@ def run_example(name, folder, *arguments):
 
 def test_the_gridshell_example(limberd, tmp_path):
     text = run_example("bend_gridshell.py", tmp_path)
-    assert text.count("converged") == 3 and (tmp_path / "out" / "gridshell.vtu").is_file()
+    assert text.count("converged") == 3 and (tmp_path / "out" / "gridshell" / "gridshell.vtu").is_file()
 
 
 def test_the_roof_example(limberd, tmp_path):

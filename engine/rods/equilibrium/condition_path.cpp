@@ -13,6 +13,8 @@ namespace {
 
 /// Of the mean angle's moment: moments that differ by less are the same.
 constexpr double kEqual = 1e-6;
+/// Angles that are no way apart [rad].
+constexpr double kSameAngle = 1e-9;
 
 double blend(double from, double to, double t) { return (1 - t) * from + t * to; }
 
@@ -71,6 +73,10 @@ struct Held {
   }
 };
 
+bool is_load(const JointLoad& load) {
+  return !load.force.isZero(0) || !load.moment.isZero(0) || load.opening_torque != 0;
+}
+
 /// Components that pins or springs keep in place.
 std::vector<char> anchored(const LinkageModel& model, const std::vector<int>& components,
                            const Held& held, const Conditions& conditions) {
@@ -98,8 +104,6 @@ std::vector<JointLoad> released_reactions(const LinkageModel& model,
                                           const Conditions& from, const Conditions& to) {
   const int joints = model.variables().joints();
   const Held before(joints, from), after(joints, to);
-  const std::vector<int> components = joint_components(model.graph());
-  const std::vector<char> fixed = anchored(model, components, after, to);
   double mean = 0;  // what the mean angle exerts before and after
   if (from.mean_opening_angle && to.mean_opening_angle) {
     for (const JointLoad& load : reactions)
@@ -108,7 +112,7 @@ std::vector<JointLoad> released_reactions(const LinkageModel& model,
   std::vector<JointLoad> result;
   for (JointLoad load : reactions) {
     const int j = load.joint;
-    if (before.motion[j] == 0 || after.motion[j] != 0 || fixed[components[j]] == 0) {
+    if (before.motion[j] == 0 || after.motion[j] != 0) {
       load.force.setZero();
       load.moment.setZero();
     }
@@ -117,10 +121,23 @@ std::vector<JointLoad> released_reactions(const LinkageModel& model,
     const bool released =
         angle && after.angle[j] == 0 && std::abs(torque) > kEqual * std::abs(mean);
     load.opening_torque = released ? torque : 0;
-    if (!load.force.isZero(0) || !load.moment.isZero(0) || load.opening_torque != 0)
-      result.push_back(load);
+    if (is_load(load)) result.push_back(load);
   }
   return result;
+}
+
+std::vector<JointLoad> without_pushes(const LinkageModel& model, std::vector<JointLoad> released,
+                                      const Conditions& to) {
+  const std::vector<int> components = joint_components(model.graph());
+  const Held after(model.variables().joints(), to);
+  const std::vector<char> fixed = anchored(model, components, after, to);
+  for (JointLoad& load : released) {
+    if (fixed[components[load.joint]] != 0) continue;
+    load.force.setZero();
+    load.moment.setZero();
+  }
+  std::erase_if(released, [](const JointLoad& load) { return !is_load(load); });
+  return released;
 }
 
 ConditionPath::ConditionPath(const LinkageState& start, Conditions from, Conditions to,
@@ -160,6 +177,18 @@ Conditions ConditionPath::at(double t) const {
       t * to_.gravity.mass_per_length * to_.gravity.acceleration;
   result.gravity.mass_per_length = 1;
   return result;
+}
+
+bool ConditionPath::stays() const {
+  for (std::size_t i = 0; i < angles_.size(); ++i)
+    if (std::abs(angles_[i] - to_.angles[i].angle) > kSameAngle) return false;
+  for (std::size_t i = 0; i < positions_.size(); ++i)
+    if (to_.pins[i].position && *to_.pins[i].position != positions_[i]) return false;
+  if (to_.mean_opening_angle && std::abs(*to_.mean_opening_angle - mean_angle_) > kSameAngle)
+    return false;
+  const Gravity &before = from_.gravity, &after = to_.gravity;
+  return released_.empty() && from_.springs == to_.springs && from_.loads == to_.loads &&
+         before.mass_per_length * before.acceleration == after.mass_per_length * after.acceleration;
 }
 
 }  // namespace limber::rods::detail

@@ -15,6 +15,8 @@ class ConditionPath {
 
   /// @param progress  0 .. 1
   [[nodiscard]] Conditions at(double progress) const;
+  /// Are conditions elsewhere the same as at the end?
+  [[nodiscard]] bool stays() const;
 
  private:
   Conditions from_, to_;
@@ -25,11 +27,16 @@ class ConditionPath {
 };
 
 /// What is left of the reactions at the joints when `from` gives way to `to`: those of pins and
-/// angles that `to` does not hold. Nothing pushes components that `to` leaves floating.
+/// angles that `to` does not hold.
 /// @param reactions  under `from`, see LinkageEquilibrium::reactions
 [[nodiscard]] std::vector<JointLoad> released_reactions(const LinkageModel& model,
                                                         const std::vector<JointLoad>& reactions,
                                                         const Conditions& from,
                                                         const Conditions& to);
+
+/// Without those that would push components which `to` leaves floating.
+[[nodiscard]] std::vector<JointLoad> without_pushes(const LinkageModel& model,
+                                                    std::vector<JointLoad> released,
+                                                    const Conditions& to);
 
 }  // namespace limber::rods::detail

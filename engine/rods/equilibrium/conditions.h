@@ -29,12 +29,14 @@ struct AngleSetting {
 /// The middle of a joint.
 struct JointPoint {
   int joint = -1;
+  bool operator==(const JointPoint&) const = default;
 };
 
 /// A vertex of a segment, 0 .. edges; the outermost ones at a joint lie half an edge beyond it.
 struct VertexPoint {
   int segment = -1;
   int vertex = -1;
+  bool operator==(const VertexPoint&) const = default;
 };
 
 /// A point along a segment: share of the way from its first vertex to its last, counted in edges,
@@ -42,6 +44,7 @@ struct VertexPoint {
 struct ArcPoint {
   int segment = -1;
   double share = 0;
+  bool operator==(const ArcPoint&) const = default;
 };
 
 /// Pulls a point of the linkage to a position.
@@ -49,6 +52,7 @@ struct TargetSpring {
   std::variant<JointPoint, VertexPoint, ArcPoint> at;
   Eigen::Vector3d position = Eigen::Vector3d::Zero();  // [length]
   double stiffness = 0;                                // [force/length], > 0
+  bool operator==(const TargetSpring&) const = default;
 };
 
 /// Dead loads at a joint: they keep their direction. A moment that does not stay on one axis has no
@@ -58,6 +62,7 @@ struct JointLoad {
   Eigen::Vector3d force = Eigen::Vector3d::Zero();   // [force]
   Eigen::Vector3d moment = Eigen::Vector3d::Zero();  // [force length]
   double opening_torque = 0;                         // [force length]; > 0 opens
+  bool operator==(const JointLoad&) const = default;
 };
 
 /// Weight of all rods.

@@ -8,6 +8,8 @@
 
 #include "engine/base/error.h"
 #include "engine/rods/equilibrium/condition_path.h"
+#include "engine/rods/equilibrium/damped_descent.h"
+#include "engine/rods/equilibrium/deployment_text.h"
 #include "engine/rods/equilibrium/prediction.h"
 #include "engine/rods/equilibrium/unknown_scales.h"
 
@@ -24,31 +26,18 @@ constexpr double kDegrees = 180 / std::numbers::pi;
 /// Above this share of its squared length, weighed, the way went along the softest direction.
 constexpr double kAlongSoftest = 0.5;
 
-// Of the iterations of a step, for branches that were lost.
-constexpr int kLongWay = 10;
+// Of the tolerance of steps: little pushes a shape down from where its branch is just lost.
+constexpr double kDescentTolerance = 0.01;
 // Iterations in which a branch beside one that lost its stability is reached, if it is near.
 constexpr int kNearBranch = 12;
+// The same for one that is far, before it is looked for as in a medium that resists.
+constexpr int kFarBranch = 100;
 // Where a branch is lost is told to this part of a step.
 constexpr double kLostSteps = 4;
-constexpr std::size_t kLongText = 300;
 // Steps whose places and velocities tell where the next one goes, and how far beside a place its
 // velocity is taken, of a step.
 constexpr std::size_t kPlaces = 2;
 constexpr double kAhead = 1e-3;
-
-const char* told(BranchEvent event) {
-  switch (event) {
-    case BranchEvent::kBranching:
-      return "the branch lost its stability";
-    case BranchEvent::kLimitPoint:
-      return "the branch ended at a limit point and the shape jumped to another";
-    case BranchEvent::kJump:
-      return "the shape jumped to another branch";
-    case BranchEvent::kNone:
-      break;
-  }
-  return "";
-}
 
 class Deployment {
  public:
@@ -58,22 +47,25 @@ class Deployment {
         model_(equilibrium.model()),
         scales_(equilibrium.model()),
         state_(state),
-        path_(state, from, to,
-              detail::released_reactions(model_, equilibrium.reactions(state, from), from, to)),
+        released_(detail::released_reactions(model_, equilibrium.reactions(state, from), from, to)),
+        path_(state, from, to, {}),
+        from_(from),
+        to_(to),
         options_(options),
         length_(std::min(options.first_step, options.largest_step)) {
     report_.held = from;
   }
 
   DeploymentReport run(const JobContext& context, const StepCallback& on_step) {
-    while (progress_ < 1) {
+    const bool going = let_go(context, on_step);
+    while (going && progress_ < 1) {
       if (!advance(context)) break;
       if (on_step) on_step(report_.path.back(), state_);
       if (context.progress) context.progress("deploying", progress_);
     }
-    if (report_.steps > 0) report_.held = path_.at(progress_);
+    if (progress_ > 0) report_.held = path_.at(progress_);
     if (report_.status == DeploymentStatus::kReached) report_.message = "reached";
-    const std::string events = told_events();
+    const std::string events = detail::told_events(report_.path);
     if (!events.empty()) report_.message += "; " + events;
     return report_;
   }
@@ -86,6 +78,64 @@ class Deployment {
     double error = 0;
     bool predicted = false;
   };
+
+  /// What is released goes first, the rest of the way after it; where that finds no equilibrium,
+  /// the reactions fade along the way. @returns whether there is more to do
+  bool let_go(const JobContext& context, const StepCallback& on_step) {
+    if (released_.empty()) return true;
+    detail::DampedDescent descent(equilibrium_, path_.at(0));
+    descent.take_over(released_);
+    const LinkageState start = state_;
+    const DeploymentReport before = report_;
+    const auto end = go_down(descent, state_, context, [&](const auto& step) {
+      note(step.report, step.jumped ? BranchEvent::kJump : BranchEvent::kNone, step.turned);
+      if (on_step) on_step(report_.path.back(), state_);
+    });
+    if (end == detail::DampedDescent::End::kCancelled) {
+      cancel();
+      report_.held = descent.held();
+      return false;
+    }
+    if (end == detail::DampedDescent::End::kThere) {
+      report_.held = descent.held();
+      path_ = detail::ConditionPath(state_, from_, to_, {});
+      if (path_.stays()) length_ = 1;
+      return true;
+    }
+    state_ = start;
+    path_ =
+        detail::ConditionPath(state_, from_, to_, detail::without_pushes(model_, released_, to_));
+    const DeploymentReport tried = std::exchange(report_, before);
+    report_.iterations = tried.iterations;
+    report_.corrections = tried.corrections;
+    report_.factorizations = tried.factorizations;
+    return true;
+  }
+
+  template <class OnStep>
+  detail::DampedDescent::End go_down(detail::DampedDescent& descent, LinkageState& state,
+                                     const JobContext& context, const OnStep& on_step) {
+    EquilibriumOptions options = options_.last;
+    options.tolerance = std::max(options.tolerance, kDescentTolerance * options_.step_tolerance);
+    return descent.run(
+        state, options, context,
+        [&](const detail::DampedDescent::Step& step, const LinkageState&) {
+          count(step.report);
+          on_step(step);
+        },
+        [&](const EquilibriumReport& report) { count(report); });
+  }
+
+  void cancel() {
+    report_.status = DeploymentStatus::kCancelled;
+    report_.message = "cancelled by the caller";
+  }
+
+  void count(const EquilibriumReport& report) {
+    report_.iterations += report.iterations;
+    report_.corrections += report.corrections;
+    report_.factorizations += report.factorizations;
+  }
 
   Trial attempt(double length, bool last, const JobContext& context) {
     Trial trial{state_, {}, {}, 0, false};
@@ -106,25 +156,35 @@ class Deployment {
     trial.increment = Eigen::VectorXd::Zero(model_.variables().size());
     options.max_escapes = 0;
     solve(conditions, options, context, trial);
-    bool near_only = false;
     if (trial.report.status == EquilibriumStatus::kSaddle && options_.last.max_escapes > 0) {
       options.max_escapes = options_.last.max_escapes;
       // Another branch that is not near is looked for from as far along this one as it goes.
-      near_only = shortenable(length) && length > options_.largest_step / kLostSteps;
-      if (near_only) options.max_iterations = std::min(options.max_iterations, kNearBranch);
+      const bool near_only = shortenable(length) && length > options_.largest_step / kLostSteps;
+      options.max_iterations =
+          std::min(options_.last.max_iterations, near_only ? kNearBranch : kFarBranch);
       solve(conditions, options, context, trial);
     }
     trial.error = scales_.largest_turn(model_, state_, trial.increment);
-    // A branch that has lost its stability: a shorter step would only come here again, unless this
-    // one is too far away already.
-    while (!near_only && trial.report.status == EquilibriumStatus::kIterationLimit &&
-           trial.report.escapes > 0 &&
-           trial.report.iterations < kLongWay * options_.last.max_iterations &&
-           (trial.error <= options_.jump_turn || !worth_retrying(trial, length))) {
-      solve(conditions, options, context, trial);
-      trial.error = scales_.largest_turn(model_, state_, trial.increment);
-    }
     if (trial.predicted) trial.increment += guess;
+    return trial;
+  }
+
+  /// To the branch that is below where this one is lost.
+  Trial fall(double length, bool last, const Trial& lost, const JobContext& context) {
+    Trial trial{state_, lost.report, Eigen::VectorXd::Zero(model_.variables().size()), 0, false};
+    const Conditions conditions = path_.at(progress_ + length);
+    detail::DampedDescent descent(equilibrium_, conditions);
+    const auto end = go_down(descent, trial.state, context, [&](const auto& step) {
+      trial.report.iterations += step.report.iterations;
+    });
+    trial.increment = descent.increment();
+    trial.report.status = EquilibriumStatus::kCancelled;
+    if (end == detail::DampedDescent::End::kCancelled) return trial;
+    EquilibriumOptions options = options_.last;
+    if (!last) options.tolerance = std::max(options.tolerance, options_.step_tolerance);
+    solve(conditions, options, context, trial);
+    trial.report.escapes = std::max(1, trial.report.escapes);
+    trial.error = scales_.largest_turn(model_, state_, trial.increment);
     return trial;
   }
 
@@ -134,9 +194,7 @@ class Deployment {
     const EquilibriumReport before = trial.report;
     trial.report = equilibrium_.solve(trial.state, conditions, options, context);
     trial.increment += equilibrium_.last_increment();
-    report_.iterations += trial.report.iterations;
-    report_.corrections += trial.report.corrections;
-    report_.factorizations += trial.report.factorizations;
+    count(trial.report);
     trial.report.iterations += before.iterations;
     trial.report.corrections += before.corrections;
     trial.report.factorizations += before.factorizations;
@@ -161,16 +219,25 @@ class Deployment {
       if (last) length_ = 1 - progress_;
       Trial trial = attempt(length_, last, context);
       if (trial.report.status == EquilibriumStatus::kCancelled) {
-        report_.status = DeploymentStatus::kCancelled;
-        report_.message = "cancelled by the caller";
+        cancel();
         return false;
       }
-      const bool jumped = trial.error > options_.jump_turn;
-      const std::optional<int> over = overturned(state_, trial.state);
-      if ((jumped || over || !trial.report.converged()) && worth_retrying(trial, length_)) {
+      bool jumped = trial.error > options_.jump_turn;
+      std::optional<int> over = overturned(state_, trial.state);
+      const bool lost = jumped || over || !trial.report.converged();
+      if (lost && worth_retrying(trial, length_)) {
         ++report_.steps_shortened;
         length_ /= 2;
         continue;
+      }
+      if (!trial.report.converged()) {
+        trial = fall(length_, last, trial, context);
+        if (trial.report.status == EquilibriumStatus::kCancelled) {
+          cancel();
+          return false;
+        }
+        jumped = trial.error > options_.jump_turn;
+        over = overturned(state_, trial.state);
       }
       report_.end = trial.report;
       if (over && trial.report.converged()) {
@@ -181,8 +248,9 @@ class Deployment {
       if (!report_.end.converged()) {
         ++report_.steps_failed;
         report_.status = DeploymentStatus::kStopped;
-        report_.message = fmt::format("stopped at {:.4f} of the way: {}{}", progress_,
-                                      report_.end.message, told_strain());
+        report_.message =
+            fmt::format("stopped at {:.4f} of the way: {}{}", progress_, report_.end.message,
+                        detail::told_strain(equilibrium_, state_, path_.at(progress_)));
         return false;
       }
       accept(std::move(trial), jumped, last);
@@ -192,27 +260,16 @@ class Deployment {
 
   void accept(Trial trial, bool jumped, bool last) {
     const EquilibriumReport& found = trial.report;
-    DeploymentStep step;
+    BranchEvent event = BranchEvent::kNone;
     if (jumped) {
-      step.event = ended() ? BranchEvent::kLimitPoint : BranchEvent::kJump;
+      event = ended() ? BranchEvent::kLimitPoint : BranchEvent::kJump;
     } else if (found.escapes > 0) {
-      step.event = BranchEvent::kBranching;
+      event = BranchEvent::kBranching;
     }
     progress_ = last ? 1 : progress_ + length_;
     state_ = std::move(trial.state);
-    step.progress = progress_;
-    step.mean_opening_angle = state_.mean_opening_angle();
-    step.energy = found.energies.total();
-    step.iterations = found.iterations;
-    step.negative_eigenvalues = found.negative_eigenvalues;
-    step.prediction_error = trial.error;
-    report_.path.push_back(step);
-    report_.reached = found;
-    ++report_.steps;
-    if (step.event == BranchEvent::kBranching) ++report_.branchings;
-    if (step.event == BranchEvent::kLimitPoint) ++report_.limit_points;
-    if (step.event == BranchEvent::kJump) ++report_.jumps;
-    if (step.event != BranchEvent::kNone) {
+    note(found, event, trial.error);
+    if (event != BranchEvent::kNone) {
       prediction_.clear();
       way_.resize(0);
     } else {
@@ -221,6 +278,23 @@ class Deployment {
     }
     if (found.iterations <= options_.patience / 6)
       length_ = std::min(2 * length_, options_.largest_step);
+  }
+
+  void note(const EquilibriumReport& found, BranchEvent event, double error) {
+    DeploymentStep step;
+    step.event = event;
+    step.progress = progress_;
+    step.mean_opening_angle = state_.mean_opening_angle();
+    step.energy = found.energies.total();
+    step.iterations = found.iterations;
+    step.negative_eigenvalues = found.negative_eigenvalues;
+    step.prediction_error = error;
+    report_.path.push_back(step);
+    report_.reached = found;
+    ++report_.steps;
+    if (event == BranchEvent::kBranching) ++report_.branchings;
+    if (event == BranchEvent::kLimitPoint) ++report_.limit_points;
+    if (event == BranchEvent::kJump) ++report_.jumps;
   }
 
   void add_prediction(const Eigen::VectorXd& increment) {
@@ -242,54 +316,13 @@ class Deployment {
                                soft.dot(weights.cwiseProduct(soft));
   }
 
-  /// Which of the prescribed joints resists most where the way ends.
-  [[nodiscard]] std::string told_strain() const {
-    const Conditions held = path_.at(progress_);
-    const JointLoad* pulled = nullptr;
-    const JointLoad* turned = nullptr;
-    const std::vector<JointLoad> reactions = equilibrium_.reactions(state_, held);
-    for (const JointLoad& load : reactions) {
-      if (pulled == nullptr || load.force.norm() > pulled->force.norm()) pulled = &load;
-      const bool set = std::any_of(held.angles.begin(), held.angles.end(),
-                                   [&](const AngleSetting& a) { return a.joint == load.joint; });
-      if (set &&
-          (turned == nullptr || std::abs(load.opening_torque) > std::abs(turned->opening_torque)))
-        turned = &load;
-    }
-    std::string text;
-    if (pulled != nullptr && !pulled->force.isZero(0)) {
-      text += fmt::format("; the pin that is pulled at most is joint {}'s, with a force of {:.3g}",
-                          pulled->joint, pulled->force.norm());
-    }
-    if (turned != nullptr && turned->opening_torque != 0) {
-      text += fmt::format("; the angle that resists most is joint {}'s, with a torque of {:.3g}",
-                          turned->joint, turned->opening_torque);
-    }
-    return text;
-  }
-
-  [[nodiscard]] std::string told_events() const {
-    std::string text;
-    int more = 0;
-    for (const DeploymentStep& step : report_.path) {
-      if (step.event == BranchEvent::kNone) continue;
-      if (text.size() > kLongText) {
-        ++more;
-        continue;
-      }
-      text += fmt::format("{}{} at {:.4f} of the way (mean angle {:.2f} degrees)",
-                          text.empty() ? "" : ", ", told(step.event), step.progress,
-                          step.mean_opening_angle * kDegrees);
-    }
-    if (more > 0) text += fmt::format(", and {} more", more);
-    return text;
-  }
-
   LinkageEquilibrium& equilibrium_;
   const LinkageModel& model_;
   detail::UnknownScales scales_;
   LinkageState& state_;
+  std::vector<JointLoad> released_;
   detail::ConditionPath path_;
+  const Conditions &from_, &to_;
   const DeploymentOptions& options_;
   detail::Prediction prediction_{kPlaces};
   Eigen::VectorXd way_;  // the last step's, unless it was an event

@@ -73,13 +73,14 @@ using StepCallback = std::function<void(const DeploymentStep& step, const Linkag
 /// Leads a linkage from its present shape to other conditions, one equilibrium after the other.
 ///
 /// Opening angles, single ones and the mean, and pins with a position go from where they are to
-/// where `to` wants them; springs, loads and weight fade from those of `from` to those of `to`, and
-/// so do the reactions of what `from` holds and `to` releases, unless that leaves a component to
-/// itself; all else is as in `to`. Where the present shape is no equilibrium the first step brings
-/// it to one. Follows one branch: each step starts from an extrapolation of those before, and one
-/// that ends elsewhere is tried again with half its length; a branch that ends is left, which the
-/// report says. No joint turns over: the way stops before. Backwards is the same with other
-/// conditions.
+/// where `to` wants them; springs, loads and weight fade from those of `from` to those of `to`; all
+/// else is as in `to`. What `from` holds and `to` releases is let go before, as in a medium that
+/// resists (steps with progress 0, along which the potential falls); where that finds no
+/// equilibrium its reactions fade along the way like loads. Where the present shape is no
+/// equilibrium the first step brings it to one. Follows one branch: each step starts from an
+/// extrapolation of those before, and one that ends elsewhere is tried again with half its length;
+/// a branch that ends is left, which the report says. No joint turns over: the way stops before.
+/// Backwards is the same with other conditions.
 ///
 /// @param state  becomes the last equilibrium reached
 /// @throws Error as Conditions::validate and DeploymentOptions::validate

@@ -115,7 +115,6 @@ Eigen::VectorXd LinkageEquilibrium::softest_direction(const LinkageState& state,
   conditions.validate(workspace_->model);
   const EquilibriumOptions options;
   detail::NewtonRun run(*workspace_, conditions, options, state);
-  workspace_->certified = false;
   return run.softest_at(state);
 }
 

@@ -155,7 +155,8 @@ bool NewtonRun::calmer(const LinkageState& trial) {
   terms_.add_gradient(trial, gradient);
   (void)holding_.remove_reactions(gradient);
   for (const int unknown : bounded_) gradient[unknown] = 0;
-  return work_.scales.imbalance(gradient, scale_, options_.tolerance) < report_.max_gradient_scaled;
+  return work_.scales.imbalance(gradient, scale_, options_.tolerance, beyond_) <
+         report_.max_gradient_scaled;
 }
 
 /// Goes on along a curve while that leads down.
@@ -266,10 +267,22 @@ Eigen::VectorXd NewtonRun::softest_direction(const LinkageState& state) {
 bool NewtonRun::escape(LinkageState& state) {
   const Eigen::VectorXd direction = softest_direction(state);
   const Eigen::VectorXd bend = beside(acceleration(state, direction), direction);
+  // The other way where this one leads up: beyond a limit point there is but one way down.
+  std::optional<Escape> found = follow(state, direction, bend);
+  if (!found) found = follow(state, -direction, bend);
+  if (!found) return false;
+  ++report_.escapes;
+  accept(state, std::move(found->there), found->way, found->along);
+  along_ = direction;
+  return true;
+}
+
+/// As far as a direction leads down.
+std::optional<NewtonRun::Escape> NewtonRun::follow(const LinkageState& state,
+                                                   const Eigen::VectorXd& direction,
+                                                   const Eigen::VectorXd& bend) const {
   double best = potential_ - rounding();
-  std::optional<LinkageState> there;
-  Eigen::VectorXd way;
-  double reached = 0;
+  std::optional<Escape> found;
   double turn = kFirstEscape;
   for (int k = 0; k < kEscapes && turn <= options_.largest_turn; ++k, turn *= kEscapeGrowth) {
     Eigen::VectorXd x = turn * direction + 0.5 * turn * turn * bend;
@@ -277,19 +290,13 @@ bool NewtonRun::escape(LinkageState& state) {
     LinkageState trial = state.moved(model_, x);
     const double value = potential(trial) + terms_.moment_potential(x);
     if (!(value < best)) {
-      if (there || !(value < potential_ + rounding())) break;
+      if (found || !(value < potential_ + rounding())) break;
       continue;
     }
     best = value;
-    there = std::move(trial);
-    way = std::move(x);
-    reached = turn;
+    found = Escape{std::move(trial), std::move(x), turn * direction};
   }
-  if (!there) return false;
-  ++report_.escapes;
-  accept(state, std::move(*there), way, reached * direction);
-  along_ = direction;
-  return true;
+  return found;
 }
 
 }  // namespace limber::rods::detail

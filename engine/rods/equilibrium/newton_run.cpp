@@ -28,6 +28,7 @@ NewtonWorkspace::NewtonWorkspace(const LinkageModel& linkage)
       matrix(linkage.chains()),
       solver(linkage.chains()),
       gradient(linkage.variables().size()),
+      scratch(linkage.variables().size()),
       total_increment(Eigen::VectorXd::Zero(linkage.variables().size())),
       tensions(linkage) {
   solver.set_shift_weights(scales.weights());
@@ -55,11 +56,13 @@ void NewtonRun::finish(EquilibriumStatus status, std::string message) {
 }
 
 const Eigen::VectorXd& NewtonRun::gradient_at(const LinkageState& state) {
+  work_.certified = false;
   evaluate(state);
   return work_.gradient;
 }
 
 Eigen::VectorXd NewtonRun::softest_at(const LinkageState& state) {
+  work_.certified = false;
   evaluate(state);
   assemble(state, Compression::kBuckles);
   factor_positive(0, state);
@@ -139,19 +142,20 @@ void NewtonRun::evaluate(const LinkageState& state) {
   scale_ = work_.scales.present(report_.energies);
   scale_.force = std::max(scale_.force, terms_.largest_force(state));
   scale_.moment = std::max(scale_.moment, terms_.largest_moment());
-  report_.max_gradient_scaled = work_.scales.imbalance(free, scale_, options_.tolerance);
+  beyond_ = work_.scales.beyond(state);
+  report_.max_gradient_scaled = work_.scales.imbalance(free, scale_, options_.tolerance, beyond_);
   hidden_ = work_.scales.size_of(free).force > kHidden * loads_;
 }
 
 void NewtonRun::assemble(const LinkageState& state, Compression compression, WeakHolds holds) {
+  // The gradient is known; that with expected tensions is none.
+  Eigen::VectorXd& gradient = work_.scratch;
   if (holds == WeakHolds::kAdded && work_.expected && compression == Compression::kBuckles) {
-    Eigen::VectorXd gradient(work_.gradient.size());
     (void)work_.assembly.hessian(state, gradient, work_.matrix, work_.tensions);
-    terms_.add(state, gradient, work_.matrix);
   } else {
-    (void)work_.assembly.hessian(state, work_.gradient, work_.matrix, compression);
-    terms_.add(state, work_.gradient, work_.matrix);
+    (void)work_.assembly.hessian(state, gradient, work_.matrix, compression);
   }
+  terms_.add(state, gradient, work_.matrix);
   if (holds == WeakHolds::kAdded) holding_.add_weak_holds(work_.matrix);
 }
 
@@ -184,7 +188,7 @@ double NewtonRun::potential(const LinkageState& state) const {
 /// By how much the potential may rise: rounding, and the work of closing a gap of rounding.
 double NewtonRun::rounding() const {
   const double closing = gap_.size < kSmallGap ? gap_.size : 0;
-  return kRelativeRounding * potential_size_ + work_.scales.energy_rounding() +
+  return kRelativeRounding * potential_size_ + work_.scales.energy_rounding(beyond_) +
          10 * closing * (scale_.moment + scale_.force * work_.scales.extent());
 }
 

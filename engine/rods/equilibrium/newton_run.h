@@ -28,6 +28,7 @@ struct NewtonWorkspace {
   CondensedMatrix matrix;
   CondensedSolver solver;
   Eigen::VectorXd gradient;
+  Eigen::VectorXd scratch;  // the gradient that comes with a Hessian
   Eigen::VectorXd total_increment;
   EdgeTensions tensions;
   bool expected = false;                   // are the tensions those to be expected at the state
@@ -104,6 +105,13 @@ class NewtonRun {
   [[nodiscard]] bool towards_saddle(const Step& step) const;
   bool certify(const LinkageState& state);
   bool escape(LinkageState& state);
+  struct Escape {
+    LinkageState there;
+    Eigen::VectorXd way, along;  // with and without its bend
+  };
+  [[nodiscard]] std::optional<Escape> follow(const LinkageState& state,
+                                             const Eigen::VectorXd& direction,
+                                             const Eigen::VectorXd& bend) const;
   [[nodiscard]] Eigen::VectorXd softest_direction(const LinkageState& state);
   void accept(LinkageState& state, LinkageState next, const Eigen::VectorXd& x,
               const Eigen::VectorXd& linear = {});
@@ -121,6 +129,7 @@ class NewtonRun {
   Holding::Gap gap_;
   double loads_ = 0;     // sum of their magnitudes
   bool hidden_ = false;  // are they lost in what rounding is allowed
+  double beyond_ = 0;    // the drawing: how far away the state lies [length]
   double potential_ = 0;
   double potential_size_ = 0;
   GradientSize scale_;

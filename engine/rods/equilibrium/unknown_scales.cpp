@@ -64,23 +64,27 @@ UnknownScales::UnknownScales(const LinkageModel& model)
   bending_ = std::min(stiffness.bending_1, stiffness.bending_2);
   stiffest_bending_ = std::max(stiffness.bending_1, stiffness.bending_2);
   softest_ = bending_ / std::pow(extent_, 4);
-  const double farthest = std::max(low.cwiseAbs().maxCoeff(), high.cwiseAbs().maxCoeff());
+  farthest_ = std::max(low.cwiseAbs().maxCoeff(), high.cwiseAbs().maxCoeff());
   // Weights grow as edges shorten, as stretching stiffness does; bending's grows faster.
   rounding_shift_ =
       1e-6 * softest_ + 4 * kEpsilon * (stretching_ + stiffest_bending_ / (shortest * shortest)) /
                             (typical * typical);
-  fill_rounding(model, farthest);
+  fill_rounding(model);
 }
 
 /// Differences of coordinates lose what the distance from the origin takes: of edges one by one,
 /// since a short one says nothing of long ones elsewhere.
-void UnknownScales::fill_rounding(const LinkageModel& model, double farthest) {
+void UnknownScales::fill_rounding(const LinkageModel& model) {
   const ReducedVariables& variables = model.variables();
-  const auto of = [&](double length) {
-    return 16 * kEpsilon * (1 + farthest / length) *
-           (stretching_ + stiffest_bending_ / (length * length));
+  const auto per_share = [&](double length) {
+    return 16 * kEpsilon * (stretching_ + stiffest_bending_ / (length * length));
   };
-  rounding_ = Eigen::VectorXd::Zero(variables.size());
+  rounding_ = rounding_per_distance_ = Eigen::VectorXd::Zero(variables.size());
+  const auto allow = [&](int unknown, double length) {
+    const double share = per_share(length) * (kinds_[unknown] == UnknownKind::kAngle ? length : 1);
+    rounding_[unknown] = std::max(rounding_[unknown], (1 + farthest_ / length) * share);
+    rounding_per_distance_[unknown] = std::max(rounding_per_distance_[unknown], share / length);
+  };
   for (int s = 0; s < variables.segments(); ++s) {
     const Segment& segment = model.graph().segments[s];
     const auto edge = [&](int e) {
@@ -89,11 +93,10 @@ void UnknownScales::fill_rounding(const LinkageModel& model, double farthest) {
     };
     for (int i = 0; i <= variables.edges(s); ++i) {
       const double length = std::min({edge(i - 2), edge(i - 1), edge(i), edge(i + 1)});
-      const double force = of(length);
       const int position = variables.position(s, i);
-      if (position >= 0) rounding_.segment<3>(position).setConstant(force);
+      for (int k = 0; position >= 0 && k < 3; ++k) allow(position + k, length);
       const int angle = i < variables.edges(s) ? variables.angle(s, i) : -1;
-      if (angle >= 0) rounding_[angle] = force * length;
+      if (angle >= 0) allow(angle, length);
     }
     for (const int end : {kStart, kFinish}) {
       if (segment.joints[end] < 0) continue;
@@ -101,25 +104,28 @@ void UnknownScales::fill_rounding(const LinkageModel& model, double farthest) {
       const double length =
           end == kStart ? std::min(edge(0), edge(1)) : std::min(edge(last), edge(last - 1));
       const int begin = variables.joint_begin(segment.joints[end]);
-      for (int k = 0; k < kJointUnknowns; ++k) {
-        const bool angle = kinds_[begin + k] == UnknownKind::kAngle;
-        rounding_[begin + k] = std::max(rounding_[begin + k], of(length) * (angle ? length : 1));
-      }
+      for (int k = 0; k < kJointUnknowns; ++k) allow(begin + k, length);
     }
   }
-  force_rounding_ = 0;
-  for (Eigen::Index i = 0; i < rounding_.size(); ++i)
-    if (kinds_[i] == UnknownKind::kLength)
-      force_rounding_ = std::max(force_rounding_, rounding_[i]);
-  energy_rounding_ = force_rounding_ * force_rounding_ / stretching_ * total_length_;
+  force_rounding_ = size_of(rounding_).force;
+  force_rounding_per_distance_ = size_of(rounding_per_distance_).force;
+}
+
+double UnknownScales::beyond(const LinkageState& state) const {
+  double farthest = farthest_;
+  for (const auto& joint : state.joints())
+    farthest = std::max(farthest, joint.position.cwiseAbs().maxCoeff());
+  return farthest - farthest_;
 }
 
 double UnknownScales::imbalance(const Eigen::Ref<const Eigen::VectorXd>& gradient,
-                                const GradientSize& present, double tolerance) const {
+                                const GradientSize& present, double tolerance,
+                                double beyond) const {
   double largest = 0;
   for (Eigen::Index i = 0; i < gradient.size(); ++i) {
     const double scale = kinds_[i] == UnknownKind::kLength ? present.force : present.moment;
-    const double size = std::abs(gradient[i]) / (scale + rounding_[i] / tolerance);
+    const double rounding = rounding_[i] + beyond * rounding_per_distance_[i];
+    const double size = std::abs(gradient[i]) / (scale + rounding / tolerance);
     // Not a number must not pass for balance.
     if (!(size <= largest)) largest = size;
   }

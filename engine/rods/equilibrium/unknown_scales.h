@@ -42,13 +42,20 @@ class UnknownScales {
   /// Of a gradient's force components by rounding.
   [[nodiscard]] double force_rounding() const { return force_rounding_; }
   [[nodiscard]] double moment_rounding() const { return force_rounding_ * edge_; }
+  /// How much farther from the origin a state lies than the linkage was drawn, >= 0 [length].
+  [[nodiscard]] double beyond(const LinkageState& state) const;
   /// Of the elastic energy near a state without stress.
-  [[nodiscard]] double energy_rounding() const { return energy_rounding_; }
+  [[nodiscard]] double energy_rounding(double beyond = 0) const {
+    const double force = force_rounding_ + beyond * force_rounding_per_distance_;
+    return force * force / stretching_ * total_length_;
+  }
 
   /// The largest component over what is present of its kind; rounding, of each unknown's own edges,
   /// is allowed for beside the tolerance.
+  /// @param beyond  see there
   [[nodiscard]] double imbalance(const Eigen::Ref<const Eigen::VectorXd>& gradient,
-                                 const GradientSize& present, double tolerance) const;
+                                 const GradientSize& present, double tolerance,
+                                 double beyond = 0) const;
   [[nodiscard]] GradientSize size_of(const Eigen::Ref<const Eigen::VectorXd>& gradient) const;
   /// Typical force and moment of rods that hold these energies: what a rod of the whole length
   /// would feel if they were spread evenly.
@@ -59,17 +66,20 @@ class UnknownScales {
                                     const Eigen::Ref<const Eigen::VectorXd>& step) const;
 
  private:
-  void fill_rounding(const LinkageModel& model, double farthest);
+  void fill_rounding(const LinkageModel& model);
 
   Eigen::VectorXd weights_;
   std::vector<UnknownKind> kinds_;
-  Eigen::VectorXd rounding_;  // of each component of a gradient
+  Eigen::VectorXd rounding_;               // of each component of a gradient
+  Eigen::VectorXd rounding_per_distance_;  // from the origin
   double total_length_ = 0;
   double segment_ = 0;  // mean length
   double edge_ = 0;     // mean length
   double extent_ = 0;
   double stretching_ = 0, bending_ = 0, stiffest_bending_ = 0;
-  double softest_ = 0, rounding_shift_ = 0, force_rounding_ = 0, energy_rounding_ = 0;
+  double softest_ = 0, rounding_shift_ = 0, force_rounding_ = 0;
+  double farthest_ = 0;  // coordinate of what is drawn
+  double force_rounding_per_distance_ = 0;
 };
 
 }  // namespace limber::rods::detail

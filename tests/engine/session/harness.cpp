@@ -1,7 +1,6 @@
 #include "tests/engine/session/harness.h"
 
 #include <gtest/gtest.h>
-#include <stdlib.h>
 
 #ifdef __SANITIZE_THREAD__
 // The threads of CHOLMOD meet at barriers of libgomp, which the sanitizer cannot see.
@@ -132,18 +131,6 @@ std::vector<Progress> Recorder::progress() const {
 std::string Recorder::fault() const {
   const std::lock_guard lock(mutex_);
   return fault_;
-}
-
-TemporaryFolder::TemporaryFolder() {
-  std::string name =
-      (std::filesystem::temp_directory_path() / "limber-session-test-XXXXXX").string();
-  if (::mkdtemp(name.data()) == nullptr) throw Error(ErrorCode::kIo, "", "no temporary folder");
-  path_ = name;
-}
-
-TemporaryFolder::~TemporaryFolder() {
-  std::error_code ignored;
-  std::filesystem::remove_all(path_, ignored);
 }
 
 std::shared_ptr<const Result> solve_fresh(const scene::Scene& scene,

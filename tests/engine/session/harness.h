@@ -3,7 +3,6 @@
 #include <chrono>
 #include <condition_variable>
 #include <deque>
-#include <filesystem>
 #include <functional>
 #include <memory>
 #include <mutex>
@@ -12,6 +11,7 @@
 #include <vector>
 
 #include "engine/session/session.h"
+#include "tests/support/temporary_folder.h"
 
 namespace limber::session::test {
 
@@ -61,17 +61,6 @@ class Recorder : public Listener {
   std::vector<std::shared_ptr<const Result>> results_;
   std::vector<State> states_;
   std::vector<Progress> progress_;
-};
-
-/// A folder that vanishes at the end.
-class TemporaryFolder {
- public:
-  TemporaryFolder();
-  ~TemporaryFolder();
-  [[nodiscard]] const std::filesystem::path& path() const { return path_; }
-
- private:
-  std::filesystem::path path_;
 };
 
 /// The final energy of a scene opened fresh, solved from rest.

@@ -16,7 +16,6 @@ namespace limber::session {
 namespace {
 
 namespace fs = std::filesystem;
-using test::TemporaryFolder;
 
 reduced::ReducedModel model_of(int nodes, double value) {
   reduced::ReducedModel model;

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <google/protobuf/stubs/logging.h>
-#include <unistd.h>
 
 #include <filesystem>
 #include <thread>
@@ -10,26 +9,9 @@
 #include "server/service/server.h"
 #include "tests/server/support/client.h"
 #include "tests/server/support/scenes.h"
+#include "tests/support/temporary_folder.h"
 
 namespace limber::server::testing {
-
-/// A folder that goes when the test does.
-class TemporaryFolder {
- public:
-  TemporaryFolder() {
-    std::string pattern =
-        (std::filesystem::temp_directory_path() / "limber-server-XXXXXX").string();
-    path_ = ::mkdtemp(pattern.data());
-  }
-  ~TemporaryFolder() {
-    std::error_code ignored;
-    std::filesystem::remove_all(path_, ignored);
-  }
-  [[nodiscard]] const std::filesystem::path& path() const { return path_; }
-
- private:
-  std::filesystem::path path_;
-};
 
 inline ServerOptions test_options() {
   log::set_level(log::Level::kOff);

@@ -180,15 +180,40 @@ TEST(Deployment, WhatIsReleasedGoesStepByStepToo) {
   open.angles = {{0, state.joints()[0].opening_angle + 0.4}};
   ASSERT_EQ(deploy(equilibrium, state, open).status, DeploymentStatus::kReached);
   double before = state.mean_opening_angle(), largest = 0;
+  double energy = equilibrium.solve(state, open).energies.total();
   const DeploymentReport back = deploy(
       equilibrium, state, open, free, {}, {}, [&](const DeploymentStep& step, const LinkageState&) {
         largest = std::max(largest, std::abs(step.mean_opening_angle - before));
         before = step.mean_opening_angle;
+        EXPECT_LE(step.energy, energy + 1e-9);
+        energy = step.energy;
       });
   EXPECT_EQ(back.status, DeploymentStatus::kReached) << back.message;
   EXPECT_LT(joint_distance(state, start), 1e-4);
-  EXPECT_GE(back.steps, 50);
+  EXPECT_GE(back.steps, 8);
+  EXPECT_EQ(back.jumps, 0);
   EXPECT_LT(largest, 0.1);
+}
+
+/// Its shape is stable while the place is held, and would not be under the force that holds it.
+TEST(Deployment, APinThatWasPushedFarIsLetGoWithoutAJump) {
+  const LinkageModel model = curved_model();
+  LinkageEquilibrium equilibrium(model);
+  LinkageState state(model);
+  Conditions free;
+  free.pins = {{5}};
+  ASSERT_TRUE(equilibrium.solve(state, free).converged());
+  const LinkageState start = state;
+  Conditions pushed = free;
+  const Eigen::Vector3d there = state.joints()[10].position;
+  pushed.pins.push_back({10, Hold::kMotion, there + 0.3 * (state.joints()[5].position - there)});
+  ASSERT_EQ(deploy(equilibrium, state, free, pushed).status, DeploymentStatus::kReached);
+  ASSERT_GT(joint_distance(state, start), 0.1);
+  const DeploymentReport back = deploy(equilibrium, state, pushed, free);
+  EXPECT_EQ(back.status, DeploymentStatus::kReached) << back.message;
+  EXPECT_EQ(back.jumps + back.limit_points + back.branchings, 0) << back.message;
+  EXPECT_EQ(back.path.front().progress, 0);
+  EXPECT_EQ(back.path.back().progress, 1);
 }
 
 TEST(Deployment, WhereItStopsTheShapeIsTheLastEquilibrium) {

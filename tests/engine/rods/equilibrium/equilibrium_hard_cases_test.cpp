@@ -328,5 +328,23 @@ TEST(HardEquilibria, AWideTurnOfASingleAngle) {
   EXPECT_NEAR(state.joints()[0].opening_angle, 179 * kDegree, 1e-12);
 }
 
+/// Rounding grows with coordinates, and balance is judged by it.
+TEST(EquilibriumHardCases, ATargetFarAwayTakesAFloatingLinkageThere) {
+  const LinkageModel model = curved_model();
+  for (const double away : {1e2, 1e4, 1e6}) {
+    LinkageEquilibrium equilibrium(model);
+    LinkageState state(model);
+    const EquilibriumReport here = equilibrium.solve(state, {});
+    ASSERT_TRUE(here.converged());
+    const Eigen::Vector3d target = state.joints()[7].position + Eigen::Vector3d(0, away, 0);
+    Conditions conditions;
+    conditions.springs = {{JointPoint{7}, target, 1.0}};
+    const EquilibriumReport there = equilibrium.solve(state, conditions);
+    EXPECT_TRUE(there.converged()) << away << ": " << there.message;
+    EXPECT_LT((state.joints()[7].position - target).norm(), 1e-9 * away);
+    EXPECT_NEAR(there.energies.total(), here.energies.total(), 1e-4 * here.energies.total());
+  }
+}
+
 }  // namespace
 }  // namespace limber::rods

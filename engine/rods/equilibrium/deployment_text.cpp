@@ -1,0 +1,73 @@
+#include "engine/rods/equilibrium/deployment_text.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace limber::rods::detail {
+namespace {
+
+constexpr double kDegrees = 180 / std::numbers::pi;
+constexpr std::size_t kLongText = 300;
+
+const char* told(BranchEvent event) {
+  switch (event) {
+    case BranchEvent::kBranching:
+      return "the branch lost its stability";
+    case BranchEvent::kLimitPoint:
+      return "the branch ended at a limit point and the shape jumped to another";
+    case BranchEvent::kJump:
+      return "the shape jumped to another branch";
+    case BranchEvent::kNone:
+      break;
+  }
+  return "";
+}
+
+}  // namespace
+
+std::string told_strain(LinkageEquilibrium& equilibrium, const LinkageState& state,
+                        const Conditions& held) {
+  const JointLoad* pulled = nullptr;
+  const JointLoad* turned = nullptr;
+  const std::vector<JointLoad> reactions = equilibrium.reactions(state, held);
+  for (const JointLoad& load : reactions) {
+    if (pulled == nullptr || load.force.norm() > pulled->force.norm()) pulled = &load;
+    const bool set = std::any_of(held.angles.begin(), held.angles.end(),
+                                 [&](const AngleSetting& a) { return a.joint == load.joint; });
+    if (set &&
+        (turned == nullptr || std::abs(load.opening_torque) > std::abs(turned->opening_torque)))
+      turned = &load;
+  }
+  std::string text;
+  if (pulled != nullptr && !pulled->force.isZero(0)) {
+    text += fmt::format("; the pin that is pulled at most is joint {}'s, with a force of {:.3g}",
+                        pulled->joint, pulled->force.norm());
+  }
+  if (turned != nullptr && turned->opening_torque != 0) {
+    text += fmt::format("; the angle that resists most is joint {}'s, with a torque of {:.3g}",
+                        turned->joint, turned->opening_torque);
+  }
+  return text;
+}
+
+std::string told_events(const std::vector<DeploymentStep>& path) {
+  std::string text;
+  int more = 0;
+  for (const DeploymentStep& step : path) {
+    if (step.event == BranchEvent::kNone) continue;
+    if (text.size() > kLongText) {
+      ++more;
+      continue;
+    }
+    text += fmt::format("{}{} at {:.4f} of the way (mean angle {:.2f} degrees)",
+                        text.empty() ? "" : ", ", told(step.event), step.progress,
+                        step.mean_opening_angle * kDegrees);
+  }
+  if (more > 0) text += fmt::format(", and {} more", more);
+  return text;
+}
+
+}  // namespace limber::rods::detail
