@@ -72,6 +72,8 @@ void add_edit_commands(CLI::App& app, Context& context);
 void add_keyframe_commands(CLI::App& app, Context& context);
 void add_linkage_commands(CLI::App& app, Context& context);
 void add_design_commands(CLI::App& app, Context& context);
+void add_beam_commands(CLI::App& app, Context& context);
+void add_beam_edit_commands(CLI::App& app, Context& context);
 void add_result_commands(CLI::App& app, Context& context);
 
 /// A subcommand with an example below its help.

@@ -49,7 +49,8 @@ int main(int argc, char** argv) {
   namespace cli = limber::cli;
   Context context;
   CLI::App app{
-      "limber drives limberd: it opens scenes (elastic bodies, rod linkages), edits their motion "
+      "limber drives limberd: it opens scenes (elastic bodies, rod linkages, beams), edits their "
+      "motion "
       "or "
       "shape by\n"
       "constraints, and fetches the frames. `limber COMMAND --help` explains each command."};
@@ -92,6 +93,8 @@ int main(int argc, char** argv) {
   cli::add_keyframe_commands(app, context);
   cli::add_linkage_commands(app, context);
   cli::add_design_commands(app, context);
+  cli::add_beam_commands(app, context);
+  cli::add_beam_edit_commands(app, context);
   cli::add_result_commands(app, context);
   try {
     cli::catch_interrupts();

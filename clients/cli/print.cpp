@@ -102,6 +102,8 @@ std::string title(const v1::SessionStatus& status) {
 std::string sizes(const v1::SessionStatus& status) {
   if (status.segments() > 0)
     return fmt::format("{} segments, {} joints", status.segments(), status.joints());
+  if (status.beam_nodes() > 0)
+    return fmt::format("{} elements, {} nodes", status.beam_elements(), status.beam_nodes());
   return fmt::format("{} tets, {} nodes, {} frames", status.tets(), status.nodes(),
                      status.frames());
 }
@@ -127,6 +129,28 @@ std::string describe_linkage(const v1::ResultInfo& result) {
   return text;
 }
 
+std::string describe_beams(const v1::ResultInfo& result) {
+  const auto& beams = result.beams();
+  const auto& energies = beams.energies();
+  std::string text = fmt::format(
+      "revision          {}\n"
+      "status            {}{}\n"
+      "steps             {} of loads, {} of Newton's, {} of the relaxation\n"
+      "energy            {:.6g} J  (stretching {:.4g} + torsion {:.4g} + bending {:.4g})\n"
+      "utilisation       {:.3g}\n"
+      "since the edit    {:.2f} ms\n",
+      result.revision(), status_words(result), result.converged() ? ", final" : "",
+      beams.load_steps(), beams.newton_iterations(), beams.relaxation_steps(),
+      result.total_energy(), energies.stretching(), energies.torsion(),
+      energies.bending_2() + energies.bending_3(), beams.largest_utilisation(),
+      result.since_edit_ms());
+  for (const auto& snap : beams.snaps())
+    text += fmt::format("snap              at {:.3f} of the way: node {} turns by {:.3g} rad\n",
+                        snap.progress(), snap.node(), snap.turn());
+  if (!result.message().empty()) text += result.message() + "\n";
+  return text;
+}
+
 }  // namespace
 
 std::string describe(const v1::ResultInfo& result) {
@@ -134,6 +158,7 @@ std::string describe(const v1::ResultInfo& result) {
     return fmt::format("revision          {}\nstatus            failed, final\n{}\n",
                        result.revision(), result.message());
   if (result.has_linkage()) return describe_linkage(result);
+  if (result.has_beams()) return describe_beams(result);
   std::string text = fmt::format(
       "revision          {}\n"
       "status            {}{}\n"

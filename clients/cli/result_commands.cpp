@@ -57,7 +57,8 @@ void frames(Context& context, const FramesOptions& options) {
     v1::GetGeometryRequest wanted;
     wanted.set_session(options.session);
     geometry = context.client().call(wanted, kLarge);
-    if (geometry.has_linkage()) {  // of which only the server sweeps the surface
+    // Of linkages only the server sweeps the surface; of beams, positions are all there is to see.
+    if (geometry.has_linkage() || geometry.has_beams()) {
       request.set_encoding(v1::ENCODING_POSITIONS);
       frames = context.client().call(request, kLarge).frames();
     }
@@ -126,7 +127,7 @@ void print_result(const Context& context, const v1::ResultInfo& result, std::uin
     print_json(result);
   } else {
     // On the way to its equilibrium, a linkage's energy is not told.
-    const bool linkage = result.has_linkage();
+    const bool linkage = result.has_linkage() || result.has_beams();
     const std::string energy =
         linkage && !result.converged() ? "-" : fmt::format("{:.6g}", result.total_energy());
     fmt::print("{:>8}  {:>8}  {:<15}  {:>12}  {:>10.5g}  {:>9.2f}{}\n", result.revision(),
@@ -235,7 +236,8 @@ void add_result_commands(CLI::App& app, Context& context) {
   command = subcommand(
       app, "export",
       "Write files: of bodies for ParaView (pvd) or Blender (pc2), of rod linkages with what "
-      "they carry (vtp, json) or their shape (obj), of both the scene as edited (scene)",
+      "they carry (vtp, json) or their shape (obj), of structures of beams with what they carry "
+      "(vtu, csv, json), of all the scene as edited (scene)",
       "limber export flower --format pvd pc2 --out motion\n"
       "  limber export shelter --format vtp obj json --out shape");
   command->add_option("session", export_options->session, "Session")->required();
@@ -244,8 +246,9 @@ void add_result_commands(CLI::App& app, Context& context) {
           "--format", export_options->formats,
           "pvd: a .vtu per frame and a .pvd; pc2: a .pc2 beside an .obj; vtp: a .vtp per step "
           "with forces and stresses and a .pvd; obj: centrelines and swept surface; json: "
-          "joints and segments with curvatures, forces, stresses; scene: the scene as edited; "
-          "several are possible")
+          "joints and segments with curvatures, forces, stresses; vtu, csv, json of beams: nodes "
+          "and elements with reactions, forces, stresses; scene: the scene as edited; several are "
+          "possible")
       ->required()
       ->check(CLI::IsMember(kExportFormats));
   command->add_option("-o,--out", export_options->out, "Folder")->capture_default_str();

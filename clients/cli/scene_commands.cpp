@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <filesystem>
 
 #include "clients/cli/context.h"
@@ -98,14 +99,23 @@ void close_quietly(const Context& context, const std::string& session) {
   }
 }
 
+/// No file is there, but the server has a sample of this name.
+bool is_sample(Context& context, const std::string& scene) {
+  std::error_code ignored;
+  if (std::filesystem::exists(scene, ignored)) return false;
+  const auto known = context.client().call(v1::GetSampleRequest{}, Milliseconds{60000});
+  return std::find(known.names().begin(), known.names().end(), scene) != known.names().end();
+}
+
 void open(Context& context, const OpenOptions& options) {
   v1::OpenSessionRequest request;
   request.set_session(options.session);
-  if (options.sample.empty()) {
+  const bool named = options.sample.empty() && is_sample(context, options.scene);
+  if (options.sample.empty() && !named) {
     *request.mutable_scene() = client::load_scene(options.scene);
   } else {
     v1::GetSampleRequest wanted;
-    wanted.set_name(options.sample);
+    wanted.set_name(named ? options.scene : options.sample);
     *request.mutable_scene() = context.client().call(wanted, Milliseconds{60000}).scene();
   }
   if (!options.optimise.empty()) {
@@ -195,7 +205,8 @@ void add_scene_commands(CLI::App& app, Context& context) {
   auto* command =
       subcommand(app, "sample", "Write a sample scene as a file; without a name, list the samples",
                  "limber sample flower --out scenes");
-  command->add_option("name", *name, "beam, flower, bird or dino");
+  command->add_option("name", *name,
+                      "beam, flower, bird, dino, grid, hyperboloid, dome, arch or gridshell");
   command->add_option("-o,--out", *out, "Folder for NAME.json (default: print it)");
   command->callback([&context, name, out] { sample(context, *name, *out); });
 
@@ -258,9 +269,13 @@ void add_scene_commands(CLI::App& app, Context& context) {
                  "limber open scene.json --session robot\n  limber open --sample flower --optimise "
                  "all");
   auto* file =
-      command->add_option("scene", options->scene, "Scene file (JSON); its mesh file is uploaded");
-  auto* known =
-      command->add_option("--sample", options->sample, "A sample scene instead")->excludes(file);
+      command->add_option("scene", options->scene,
+                          "Scene file (JSON), whose mesh file is uploaded; a job of the public "
+                          "relaxation code (its folder); or the name of a sample");
+  auto* known = command
+                    ->add_option("--sample", options->sample,
+                                 "A sample scene instead; `limber sample` lists them")
+                    ->excludes(file);
   command->add_option("--session", options->session,
                       "Name for the session (default: the server chooses)");
   command
@@ -273,7 +288,8 @@ void add_scene_commands(CLI::App& app, Context& context) {
       ->check(seconds_in(0.1, 1e6))
       ->capture_default_str();
   command->callback([&context, options, file, known] {
-    if (file->count() + known->count() != 1) throw CLI::RequiredError("a scene file or --sample");
+    if (file->count() + known->count() != 1)
+      throw CLI::RequiredError("a scene file or --sample (`limber sample` lists them)");
     open(context, *options);
   });
 }

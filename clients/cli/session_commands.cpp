@@ -23,16 +23,17 @@ void list(Context& context) {
                                               : "-";
     const std::string energy =
         s.has_result() ? fmt::format("{:.4g}", s.result().total_energy()) : "-";
-    const bool linkage = s.segments() > 0;
+    const bool linkage = s.segments() > 0, beams = s.beam_nodes() > 0;
     const std::string angle = s.result().has_linkage()
                                   ? fmt::format("{:.2f}", s.result().linkage().mean_angle_degrees())
                                   : "-";
-    table.add({s.session(), s.name(), state_words(s.state()),
-               linkage ? fmt::format("{} segments, {} joints", s.segments(), s.joints())
-                       : fmt::format("{} tets, {} frames", s.tets(), s.frames()),
-               linkage ? fmt::format("{} targets", s.targets())
-                       : fmt::format("{} constraints", s.constraints()),
-               std::to_string(s.revision()), solved, energy, angle});
+    table.add(
+        {s.session(), s.name(), state_words(s.state()),
+         linkage || beams ? sizes(s) : fmt::format("{} tets, {} frames", s.tets(), s.frames()),
+         linkage ? fmt::format("{} targets", s.targets())
+         : beams ? "-"
+                 : fmt::format("{} constraints", s.constraints()),
+         std::to_string(s.revision()), solved, energy, angle});
   }
   fmt::print("{}", table.text());
 }
@@ -44,6 +45,17 @@ void show_linkage(const v1::SessionStatus& status) {
   if (status.has_result()) fmt::print("\n{}", describe(status.result()));
 }
 
+/// What holds a structure of beams, and what loads it.
+void show_beams(const v1::GetSessionResponse& response) {
+  const auto& status = response.status();
+  const auto& structure = response.scene().beams().structure();
+  fmt::print("session {}, {}{}{}\n{}, {} supports, {} motions, {} loads, revision {}\n",
+             title(status), state_words(status.state()), status.message().empty() ? "" : ": ",
+             status.message(), sizes(status), structure.supports_size(), structure.motions_size(),
+             structure.loads_size() + structure.distributed_loads_size(), status.revision());
+  if (status.has_result()) fmt::print("\n{}", describe(status.result()));
+}
+
 void show(Context& context, const std::string& session) {
   v1::GetSessionRequest request;
   request.set_session(session);
@@ -52,6 +64,7 @@ void show(Context& context, const std::string& session) {
   if (context.json) return print_json(response);
   const auto& status = response.status();
   if (status.segments() > 0) return show_linkage(status);
+  if (status.beam_nodes() > 0) return show_beams(response);
   fmt::print("session {}, {}{}{}\n{} nodes, {} tets, {} frames, {} constraints, revision {}\n",
              title(status), state_words(status.state()), status.message().empty() ? "" : ": ",
              status.message(), status.nodes(), status.tets(), status.frames(), status.constraints(),

@@ -3,13 +3,10 @@
 #include <algorithm>
 #include <utility>
 
+#include "clients/cpp/opening.h"
+
 namespace limber::client {
 namespace {
-
-using Clock = std::chrono::steady_clock;
-
-constexpr Milliseconds kSlice{5000};   // of waiting on the server
-constexpr Milliseconds kLarge{60000};  // for answers that may be many megabytes
 
 v1::Vector3 message(const Vector& vector) {
   v1::Vector3 result;
@@ -19,10 +16,6 @@ v1::Vector3 message(const Vector& vector) {
   return result;
 }
 
-double seconds(Milliseconds time) { return std::chrono::duration<double>(time).count(); }
-
-Milliseconds large(const Client& client) { return std::max(client.options().timeout, kLarge); }
-
 }  // namespace
 
 LinkageSession::LinkageSession(Client& client, std::string session)
@@ -30,40 +23,7 @@ LinkageSession::LinkageSession(Client& client, std::string session)
 
 LinkageSession LinkageSession::open(Client& client, const v1::Scene& scene,
                                     const std::string& session, Milliseconds timeout) {
-  v1::OpenSessionRequest request;
-  *request.mutable_scene() = scene;
-  request.set_session(session);
-  const auto opened = client.call(request, large(client));
-  LinkageSession linkage(client, opened.session());
-  try {
-    linkage.wait_built(opened.job(), timeout);
-  } catch (...) {
-    try {
-      linkage.close();
-    } catch (const ClientError&) {  // why it was not built matters more
-    }
-    throw;
-  }
-  return linkage;
-}
-
-void LinkageSession::wait_built(std::uint64_t job, Milliseconds timeout) {
-  const auto deadline = Clock::now() + timeout;
-  for (;;) {
-    const auto left = std::chrono::duration_cast<Milliseconds>(deadline - Clock::now());
-    const Milliseconds slice = std::clamp(left, Milliseconds{0}, kSlice);
-    v1::GetJobRequest request;
-    request.set_job(job);
-    request.set_wait_s(seconds(slice));
-    const v1::JobStatus status =
-        client_->call(request, slice + client_->options().timeout).status();
-    if (status.state() == v1::JOB_STATE_DONE) return;
-    if (status.has_error()) throw ClientError(status.error());
-    if (status.state() != v1::JOB_STATE_RUNNING)
-      throw ClientError(v1::ERROR_CODE_CANCELLED, "", "opening the session was cancelled");
-    if (left <= Milliseconds{0})
-      throw ClientError(v1::ERROR_CODE_TIMEOUT, "", "the session is still being built");
-  }
+  return {client, open_session(client, scene, session, timeout)};
 }
 
 v1::SessionStatus LinkageSession::status() {
@@ -186,12 +146,7 @@ v1::EditResponse LinkageSession::redo() {
 }
 
 v1::ResultInfo LinkageSession::wait(Milliseconds timeout) {
-  v1::WaitRequest request;
-  request.set_session(session_);
-  request.set_revision(revision_);
-  request.set_until(v1::WaitRequest::UNTIL_FINAL);
-  request.set_timeout_s(seconds(timeout));
-  return client_->call(request, timeout + client_->options().timeout).result();
+  return wait_final(*client_, session_, revision_, timeout);
 }
 
 const LinkageGeometry& LinkageSession::geometry() {

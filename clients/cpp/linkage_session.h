@@ -86,7 +86,6 @@ class LinkageSession {
   void close();
 
  private:
-  void wait_built(std::uint64_t job, Milliseconds timeout);
   [[nodiscard]] v1::Frames frames(v1::Encoding encoding);
   std::uint64_t add(const v1::Edit& edit);
 

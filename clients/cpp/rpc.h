@@ -49,6 +49,8 @@ LIMBER_RPC(StopDesign, stop_design, false)
 LIMBER_RPC(TakeDesign, take_design, false)
 LIMBER_RPC(GetDesign, get_design, true)
 LIMBER_RPC(MakeStartingGrid, make_starting_grid, true)
+LIMBER_RPC(SolveBeams, solve_beams, false)
+LIMBER_RPC(GetBeamSolution, get_beam_solution, true)
 LIMBER_RPC(Shutdown, shutdown, false)
 #undef LIMBER_RPC
 

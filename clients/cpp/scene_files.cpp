@@ -1,4 +1,5 @@
 #include "clients/cpp/scene_files.h"
+#include "clients/cpp/beam_files.h"
 
 #include <google/protobuf/util/json_util.h>
 
@@ -132,6 +133,10 @@ v1::MeshFile mesh_file(const fs::path& path, const std::string& field) {
 
 v1::Scene load_scene(const fs::path& path) {
   v1::Scene scene;
+  if (is_beam_job(path)) {
+    *scene.mutable_beams() = load_beams(path);
+    return scene;
+  }
   if (const auto fault = json::read_message(read_bytes(path, "scene"), scene))
     throw ClientError(v1::ERROR_CODE_INVALID_ARGUMENT,
                       fault->field.empty() ? "scene" : "scene." + fault->field,
@@ -143,6 +148,10 @@ v1::Scene load_scene(const fs::path& path) {
   if (scene.linkage().lines().has_path()) {
     auto& lines = *scene.mutable_linkage()->mutable_lines();
     *lines.mutable_file() = mesh_file(path.parent_path() / lines.path(), "linkage.lines.path");
+  }
+  if (scene.beams().lines().has_path()) {
+    auto& lines = *scene.mutable_beams()->mutable_lines();
+    *lines.mutable_file() = mesh_file(path.parent_path() / lines.path(), "beams.lines.path");
   }
   for (int i = 0; i < scene.keyframes_size(); ++i) {
     auto& keyframe = *scene.mutable_keyframes(i);

@@ -49,6 +49,10 @@ struct MoveKeyframe {
 struct RemoveKeyframe {
   std::uint64_t id = 0;
 };
+/// Of linkages and of structures of beams.
+struct SetGravity {
+  Eigen::Vector3d gravity = Eigen::Vector3d::Zero();  // [m/s^2]
+};
 struct Undo {};
 struct Redo {};
 

@@ -4,6 +4,7 @@
 
 #include "engine/base/error.h"
 #include "server/service/base_motions.h"
+#include "server/service/beam_scenes.h"
 #include "server/service/linkage_scenes.h"
 #include "server/service/mesh_sources.h"
 
@@ -21,6 +22,11 @@ MeshLoader local_loader(const fs::path& scene_file) {
 
 LineLoader local_line_loader(const fs::path& scene_file) {
   return line_loader([folder = scene_file.parent_path()](
+                         const std::string& path, const std::string&) { return folder / path; });
+}
+
+EdgeLoader local_edge_loader(const fs::path& scene_file) {
+  return edge_loader([folder = scene_file.parent_path()](
                          const std::string& path, const std::string&) { return folder / path; });
 }
 

@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <string>
 
+#include "server/codec/beam_scene.h"
 #include "server/codec/linkage.h"
 #include "server/codec/scene.h"
 
@@ -11,6 +12,7 @@ namespace limber::server {
 /// Of a scene file: paths are relative to it, and the user may name any file of theirs.
 [[nodiscard]] MeshLoader local_loader(const std::filesystem::path& scene_file);
 [[nodiscard]] LineLoader local_line_loader(const std::filesystem::path& scene_file);
+[[nodiscard]] EdgeLoader local_edge_loader(const std::filesystem::path& scene_file);
 [[nodiscard]] MotionReader local_motion_reader(const std::filesystem::path& scene_file);
 
 enum class WriteMode { kReplace, kAppend };

@@ -14,6 +14,7 @@
 #include "server/cli/simulate.h"
 #include "server/codec/errors.h"
 #include "server/codec/scene_json.h"
+#include "server/service/beam_scenes.h"
 #include "server/service/export.h"
 #include "server/service/linkage_scenes.h"
 #include "server/service/mesh_sources.h"
@@ -41,6 +42,8 @@ std::vector<proto::Issue> issues_of(const fs::path& file) {
   const ServiceLimits limits;
   if (scene.has_linkage())
     return linkage_issues(scene, "", local_line_loader(file), limits.session_bytes);
+  if (scene.has_beams())
+    return beam_issues(scene, "", local_edge_loader(file), limits.session_bytes);
   return scene_issues(scene, "", scene_limits(limits), local_loader(file),
                       local_motion_reader(file));
 }

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Geometry>
 #include <filesystem>
 
 #include "engine/scene/formats/beam_job.h"
@@ -45,6 +46,20 @@ beams::BeamSection decode_section(const proto::BeamSection& message, const std::
   }
 }
 
+/// Columns: x_axis, y_axis made perpendicular to it, and what completes them.
+Eigen::Matrix3d decode_support_axes(const proto::BeamSupport& message, const std::string& field) {
+  Eigen::Matrix3d axes;
+  axes.col(0) = decode_vector(message.x_axis()).normalized();
+  const Eigen::Vector3d second = decode_vector(message.y_axis()).normalized();
+  axes.col(1) = second - axes.col(0) * axes.col(0).dot(second);
+  if (!(axes.col(0).norm() > 0.5)) throw invalid(field + ".x_axis", "an axis has a length");
+  if (!(axes.col(1).norm() > 1e-6))
+    throw invalid(field + ".y_axis", "has no length, or runs along x_axis");
+  axes.col(1).normalize();
+  axes.col(2) = axes.col(0).cross(axes.col(1));
+  return axes;
+}
+
 void decode_axes(const google::protobuf::RepeatedField<std::uint32_t>& axes,
                  const std::string& field, std::array<bool, 3>& released) {
   for (int i = 0; i < axes.size(); ++i) {
@@ -75,38 +90,8 @@ beams::BeamElement decode_element(const proto::BeamElement& message, const std::
   return element;
 }
 
-beams::BeamSupport decode_support(const proto::BeamSupport& message, const std::string& field) {
-  beams::BeamSupport support;
-  support.node = decode_index(message.node(), field + ".node");
-  support.fixed = {message.fix_x(),          message.fix_y(),          message.fix_z(),
-                   message.fix_rotation_x(), message.fix_rotation_y(), message.fix_rotation_z()};
-  return support;
-}
-
-beams::PrescribedMotion decode_motion_of(const proto::BeamMotion& message,
-                                         const std::string& field) {
-  beams::PrescribedMotion motion;
-  motion.node = decode_index(message.node(), field + ".node");
-  motion.translates = {message.has_x(), message.has_y(), message.has_z()};
-  motion.translation = {message.x(), message.y(), message.z()};
-  motion.rotates = message.has_rotation();
-  motion.rotation = decode_vector(message.rotation());
-  return motion;
-}
-
 beams::LoadDirection direction(bool follows) {
   return follows ? beams::LoadDirection::kFollowing : beams::LoadDirection::kFixed;
-}
-
-beams::NodalLoad decode_nodal_load(const proto::BeamLoad& message, const std::string& field) {
-  return {decode_index(message.node(), field + ".node"), decode_vector(message.force()),
-          decode_vector(message.moment()), direction(message.follows())};
-}
-
-beams::DistributedLoad decode_distributed(const proto::BeamDistributedLoad& message,
-                                          const std::string& field) {
-  return {decode_index(message.element(), field + ".element"), decode_vector(message.force()),
-          direction(message.follows())};
 }
 
 beams::BeamNode decode_node(const proto::BeamNode& message, const std::string& field) {
@@ -140,31 +125,110 @@ const std::string& companion(const proto::MeshFile& message, const std::string& 
   return found->second;
 }
 
-}  // namespace
-
-beams::BeamModel decode_beam_structure(const proto::BeamStructure& message,
-                                       const std::string& field) {
-  beams::BeamModel model;
+/// Everything but a check of the whole.
+DecodedBeams read_structure(const proto::BeamStructure& message, const std::string& field) {
+  DecodedBeams read;
+  read.name = message.name();
+  read.sections.assign(message.sections().begin(), message.sections().end());
+  beams::BeamModel& model = read.model;
   decode_list(message.nodes(), field + ".nodes", decode_node, model.nodes);
   decode_list(message.sections(), field + ".sections", decode_section, model.sections);
   decode_list(message.elements(), field + ".elements", decode_element, model.elements);
   decode_list(message.supports(), field + ".supports", decode_support, model.supports);
-  decode_list(message.motions(), field + ".motions", decode_motion_of, model.motions);
+  decode_list(message.motions(), field + ".motions", decode_beam_motion, model.motions);
   decode_list(message.loads(), field + ".loads", decode_nodal_load, model.loads);
   decode_list(message.distributed_loads(), field + ".distributed_loads", decode_distributed,
               model.distributed_loads);
   decode_list(message.temporary_loads(), field + ".temporary_loads", decode_nodal_load,
               model.temporary_loads);
   model.gravity = decode_vector(message.gravity());
+  return read;
+}
+
+void add_drawing(const scene::EdgeMesh& drawing, beams::BeamModel& model) {
+  for (Eigen::Index i = 0; i < drawing.vertices.cols(); ++i)
+    model.nodes.push_back({drawing.vertices.col(i), drawing.normals.col(i)});
+  for (const auto& [start, finish] : drawing.edges) {
+    beams::BeamElement element;
+    element.start = start;
+    element.finish = finish;
+    model.elements.push_back(element);
+  }
+}
+
+/// The one section of a job.
+proto::BeamSection section_of(const scene::BeamJob& job) {
+  proto::BeamSection section;
+  section.mutable_rectangle()->set_width(job.section_width);
+  section.mutable_rectangle()->set_height(job.section_height);
+  section.set_young(job.young);
+  section.set_poisson(job.poisson);
+  return section;
+}
+
+}  // namespace
+
+beams::BeamSupport decode_support(const proto::BeamSupport& message, const std::string& field) {
+  beams::BeamSupport support;
+  support.node = decode_index(message.node(), field + ".node");
+  support.fixed = {message.fix_x(),          message.fix_y(),          message.fix_z(),
+                   message.fix_rotation_x(), message.fix_rotation_y(), message.fix_rotation_z()};
+  if (message.has_x_axis() || message.has_y_axis())
+    support.axes = decode_support_axes(message, field);
+  return support;
+}
+
+beams::PrescribedMotion decode_beam_motion(const proto::BeamMotion& message,
+                                           const std::string& field) {
+  beams::PrescribedMotion motion;
+  motion.node = decode_index(message.node(), field + ".node");
+  motion.translates = {message.has_x(), message.has_y(), message.has_z()};
+  motion.translation = {message.x(), message.y(), message.z()};
+  motion.rotates = message.has_rotation();
+  motion.rotation = decode_vector(message.rotation());
+  return motion;
+}
+
+beams::NodalLoad decode_nodal_load(const proto::BeamLoad& message, const std::string& field) {
+  return {decode_index(message.node(), field + ".node"), decode_vector(message.force()),
+          decode_vector(message.moment()), direction(message.follows())};
+}
+
+beams::DistributedLoad decode_distributed(const proto::BeamDistributedLoad& message,
+                                          const std::string& field) {
+  return {decode_index(message.element(), field + ".element"), decode_vector(message.force()),
+          direction(message.follows())};
+}
+
+DecodedBeams decode_beam_structure(const proto::BeamStructure& message, const std::string& field) {
+  DecodedBeams read = read_structure(message, field);
   try {
-    validate(model);
+    validate(read.model);
   } catch (const Error& error) {
     throw Error(error.code(), field + "." + field_in_message(error.field()), error.what());
   }
-  return model;
+  return read;
 }
 
-beams::BeamModel decode_beam_job(const proto::MeshFile& message, const std::string& field) {
+DecodedBeams decode_beam_structure(const proto::BeamStructure& message,
+                                   const scene::EdgeMesh& drawing, const std::string& field,
+                                   const std::string& lines) {
+  if (message.nodes_size() > 0 || message.elements_size() > 0)
+    throw invalid(field + (message.nodes_size() > 0 ? ".nodes" : ".elements"),
+                  "nodes and elements are those of lines, or given here, not both");
+  DecodedBeams read = read_structure(message, field);
+  add_drawing(drawing, read.model);
+  try {
+    validate(read.model);
+  } catch (const Error& error) {
+    const std::string name = field_in_message(error.field());
+    const bool drawn = name.starts_with("nodes") || name.starts_with("elements");
+    throw Error(error.code(), drawn ? lines : field + "." + name, error.what());
+  }
+  return read;
+}
+
+DecodedBeams decode_beam_job(const proto::MeshFile& message, const std::string& field) {
   try {
     const std::string settings = "DRMSettings.json";
     const auto& companions = message.companions();
@@ -174,9 +238,9 @@ beams::BeamModel decode_beam_job(const proto::MeshFile& message, const std::stri
                                                          : std::string_view());
     const std::string mesh = std::filesystem::path(files.job.mesh_file).filename().string();
     files.mesh = scene::read_edge_mesh(mesh, companion(message, mesh, field));
-    beams::BeamModel model = session::model_of(files);
-    validate(model);
-    return model;
+    DecodedBeams read{files.job.label, session::model_of(files), {section_of(files.job)}};
+    validate(read.model);
+    return read;
   } catch (const Error& error) {
     const std::string why = error.what();
     const bool named = error.field().empty() || why.starts_with(error.field());

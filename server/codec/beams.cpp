@@ -27,45 +27,12 @@ beams::BeamMethod decode_method(proto::BeamMethod method) {
   }
 }
 
-proto::BeamMethod encode_method(beams::BeamMethod method) {
-  switch (method) {
-    case beams::BeamMethod::kNewton:
-      return proto::BEAM_METHOD_NEWTON;
-    case beams::BeamMethod::kRelaxation:
-      return proto::BEAM_METHOD_RELAXATION;
-    case beams::BeamMethod::kRelaxationThenNewton:
-      return proto::BEAM_METHOD_RELAXATION_THEN_NEWTON;
-    case beams::BeamMethod::kChoose:
-      break;
-  }
-  return proto::BEAM_METHOD_UNSPECIFIED;
-}
-
-/// Nobody is shown a cancelled analysis.
-proto::BeamStatus encode_status(beams::BeamStatus status) {
-  switch (status) {
-    case beams::BeamStatus::kConverged:
-      return proto::BEAM_STATUS_CONVERGED;
-    case beams::BeamStatus::kStalled:
-      return proto::BEAM_STATUS_STALLED;
-    case beams::BeamStatus::kUnstable:
-      return proto::BEAM_STATUS_UNSTABLE;
-    case beams::BeamStatus::kMechanism:
-      return proto::BEAM_STATUS_MECHANISM;
-    case beams::BeamStatus::kIterationLimit:
-      return proto::BEAM_STATUS_ITERATION_LIMIT;
-    case beams::BeamStatus::kCancelled:
-      break;
-  }
-  return proto::BEAM_STATUS_UNSPECIFIED;
-}
-
 beams::BeamModel decode_source(const proto::SolveBeamsRequest& request) {
   switch (request.source_case()) {
     case proto::SolveBeamsRequest::kStructure:
-      return decode_beam_structure(request.structure(), "structure");
+      return decode_beam_structure(request.structure(), "structure").model;
     case proto::SolveBeamsRequest::kJob:
-      return decode_beam_job(request.job(), "job");
+      return decode_beam_job(request.job(), "job").model;
     case proto::SolveBeamsRequest::SOURCE_NOT_SET:
       break;
   }
@@ -121,16 +88,9 @@ proto::Array encode_shapes(const session::BeamAnalysis& analysis) {
   return array;
 }
 
-proto::Array encode_elements(const beams::BeamModel& model) {
-  Eigen::MatrixXi pairs(2, static_cast<Eigen::Index>(model.elements.size()));
-  for (std::size_t i = 0; i < model.elements.size(); ++i)
-    pairs.col(static_cast<Eigen::Index>(i)) << model.elements[i].start, model.elements[i].finish;
-  return encode_indices(pairs);
-}
-
 void encode_report(const beams::BeamReport& report, proto::BeamSolution& message) {
-  message.set_status(encode_status(report.status));
-  message.set_method(encode_method(report.method));
+  message.set_status(encode_beam_status(report.status));
+  message.set_method(encode_beam_method(report.method));
   message.set_newton_iterations(static_cast<std::uint32_t>(report.newton_iterations));
   message.set_load_steps(static_cast<std::uint32_t>(report.load_steps));
   message.set_relaxation_steps(static_cast<std::uint32_t>(report.relaxation_steps));
@@ -148,6 +108,55 @@ proto::ExportedFile file_of(std::string name, std::string content) {
 }
 
 }  // namespace
+
+proto::BeamMethod encode_beam_method(beams::BeamMethod method) {
+  switch (method) {
+    case beams::BeamMethod::kNewton:
+      return proto::BEAM_METHOD_NEWTON;
+    case beams::BeamMethod::kRelaxation:
+      return proto::BEAM_METHOD_RELAXATION;
+    case beams::BeamMethod::kRelaxationThenNewton:
+      return proto::BEAM_METHOD_RELAXATION_THEN_NEWTON;
+    case beams::BeamMethod::kChoose:
+      break;
+  }
+  return proto::BEAM_METHOD_UNSPECIFIED;
+}
+
+/// Nobody is shown a cancelled analysis.
+proto::BeamStatus encode_beam_status(beams::BeamStatus status) {
+  switch (status) {
+    case beams::BeamStatus::kConverged:
+      return proto::BEAM_STATUS_CONVERGED;
+    case beams::BeamStatus::kStalled:
+      return proto::BEAM_STATUS_STALLED;
+    case beams::BeamStatus::kUnstable:
+      return proto::BEAM_STATUS_UNSTABLE;
+    case beams::BeamStatus::kMechanism:
+      return proto::BEAM_STATUS_MECHANISM;
+    case beams::BeamStatus::kIterationLimit:
+      return proto::BEAM_STATUS_ITERATION_LIMIT;
+    case beams::BeamStatus::kCancelled:
+      break;
+  }
+  return proto::BEAM_STATUS_UNSPECIFIED;
+}
+
+proto::BeamEnergies encode_beam_energies(const beams::BeamEnergies& energies) {
+  proto::BeamEnergies message;
+  message.set_stretching(energies.stretching);
+  message.set_torsion(energies.torsion);
+  message.set_bending_2(energies.bending_2);
+  message.set_bending_3(energies.bending_3);
+  return message;
+}
+
+proto::Array encode_beam_elements(const beams::BeamModel& model) {
+  Eigen::MatrixXi pairs(2, static_cast<Eigen::Index>(model.elements.size()));
+  for (std::size_t i = 0; i < model.elements.size(); ++i)
+    pairs.col(static_cast<Eigen::Index>(i)) << model.elements[i].start, model.elements[i].finish;
+  return encode_indices(pairs);
+}
 
 BeamRequest decode_beams(const proto::SolveBeamsRequest& request) {
   BeamRequest decoded;
@@ -183,13 +192,10 @@ proto::BeamSolution encode_beams(const session::BeamAnalysis& analysis) {
   *message.mutable_element_forces() = encode_matrix(force_rows(results.forces));
   *message.mutable_element_stresses() = encode_matrix(stress_rows(results.stresses));
   *message.mutable_element_energies() = encode_column(results.element_energies);
-  message.mutable_energies()->set_stretching(results.energies.stretching);
-  message.mutable_energies()->set_torsion(results.energies.torsion);
-  message.mutable_energies()->set_bending_2(results.energies.bending_2);
-  message.mutable_energies()->set_bending_3(results.energies.bending_3);
+  *message.mutable_energies() = encode_beam_energies(results.energies);
   message.set_largest_utilisation(results.largest_utilisation);
   message.set_largest_bend(results.largest_bend);
-  *message.mutable_elements() = encode_elements(analysis.structure.model());
+  *message.mutable_elements() = encode_beam_elements(analysis.structure.model());
   *message.mutable_shapes() = encode_shapes(analysis);
   return message;
 }

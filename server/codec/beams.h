@@ -21,6 +21,13 @@ struct BeamRequest {
 /// @throws Refusal or Error with a path below the request
 [[nodiscard]] BeamRequest decode_beams(const proto::SolveBeamsRequest& request);
 
+/// UNSPECIFIED of a cancelled solve, and of a method that is still to be chosen.
+[[nodiscard]] proto::BeamStatus encode_beam_status(beams::BeamStatus status);
+[[nodiscard]] proto::BeamMethod encode_beam_method(beams::BeamMethod method);
+[[nodiscard]] proto::BeamEnergies encode_beam_energies(const beams::BeamEnergies& energies);
+/// Their nodes: elements x 2, int32.
+[[nodiscard]] proto::Array encode_beam_elements(const beams::BeamModel& model);
+
 [[nodiscard]] proto::BeamSolution encode_beams(const session::BeamAnalysis& analysis);
 
 /// The files that a request asks for, in its order.

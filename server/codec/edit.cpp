@@ -81,7 +81,7 @@ session::Edit decode_edit(const proto::Edit& message, const std::string& field,
       throw invalid(
           fmt::format("{}.{}", field,
                       proto::Edit::descriptor()->FindFieldByNumber(message.edit_case())->name()),
-          "is an edit of rod linkages: this session is of an elastic body");
+          "is no edit of elastic bodies, and this session is of one");
   }
   throw invalid(field, "an edit without content");
 }

@@ -259,6 +259,7 @@ scene::Linkage decode_linkage(const proto::Scene& message, const std::string& pr
 
 void demand_body(const proto::Scene& message, const std::string& prefix) {
   if (message.has_linkage()) throw invalid(prefix + "linkage", "an elastic body is expected");
+  if (message.has_beams()) throw invalid(prefix + "beams", "an elastic body is expected");
 }
 
 proto::Scene encode_linkage(const scene::Linkage& linkage) {

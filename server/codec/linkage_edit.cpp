@@ -2,19 +2,13 @@
 
 #include <fmt/format.h>
 
-#include <charconv>
-
 #include "server/codec/arrays.h"
+#include "server/codec/edit_fields.h"
 #include "server/codec/linkage.h"
 #include "server/codec/scene.h"
 
 namespace limber::server {
 namespace {
-
-const google::protobuf::FieldDescriptor* kind_of(const proto::Edit& edit) {
-  return edit.GetReflection()->GetOneofFieldDescriptor(
-      edit, proto::Edit::descriptor()->FindOneofByName("edit"));
-}
 
 void demand(bool given, const std::string& field) {
   if (!given) throw invalid(field, "missing");
@@ -47,7 +41,7 @@ session::LinkageEdit decode_set_mean_angle(const proto::SetMeanAngle& message,
 }
 
 session::LinkageEdit decode_edit(const proto::Edit& message, const std::string& field) {
-  const auto* kind = kind_of(message);
+  const auto* kind = edit_kind(message);
   if (kind == nullptr) throw invalid(field, "an edit without content");
   const std::string path = field + "." + kind->name();
   switch (message.edit_case()) {
@@ -86,26 +80,8 @@ session::LinkageEdit decode_edit(const proto::Edit& message, const std::string& 
     case proto::Edit::kRedo:
       return session::Redo{};
     default:
-      throw invalid(path, "is an edit of elastic bodies: this session is of a rod linkage");
+      throw invalid(path, "is no edit of rod linkages, and this session is of one");
   }
-}
-
-/// Where the values of an edit are: a message in it, or the edit itself.
-const google::protobuf::FieldDescriptor* values_of(const google::protobuf::Descriptor& edit) {
-  for (const char* name : {"pin", "target", "load"}) {
-    if (const auto* inner = edit.FindFieldByName(name)) return inner;
-  }
-  return nullptr;
-}
-
-/// Names of scene::LinkageConditions as the messages have them; empty: of none of their own.
-std::string name_in(const google::protobuf::Descriptor& message, const std::string& name) {
-  for (const std::string what : {"segment_lengths", "edge_lengths", "section_scales"})
-    if (name.starts_with(what)) return name.substr(what.find('_') + 1);
-  if (name == "angle" || name == "mean_angle") return name_in(message, "angle_degrees");
-  if (message.FindFieldByName("segment") != nullptr && (name == "segment" || name == "share"))
-    return "segment." + name;
-  return message.FindFieldByName(name) != nullptr ? name : "";
 }
 
 }  // namespace
@@ -128,27 +104,6 @@ proto::EditResponse encode_linkage_receipt(const session::EditReceipt& receipt) 
     response.add_keyframe_ids(0);
   }
   return response;
-}
-
-std::string linkage_field_in(const proto::EditRequest& message, const std::string& field) {
-  const std::string opening = "edits[";
-  if (!field.starts_with(opening)) return field;
-  int index = -1;
-  const char* const end = field.data() + field.size();
-  const char* const stop = std::from_chars(field.data() + opening.size(), end, index).ptr;
-  if (stop == end || *stop != ']' || index < 0 || index >= message.edits_size()) return field;
-  const auto* kind = kind_of(message.edits(index));
-  if (kind == nullptr) return field;
-  std::string path = fmt::format("edits[{}].{}", index, kind->name());
-  const auto* descriptor = kind->message_type();
-  if (const auto* inner = values_of(*descriptor)) {
-    path += "." + inner->name();
-    descriptor = inner->message_type();
-  }
-  const std::string rest(stop + 1, end);
-  const std::string name =
-      rest.empty() ? "" : name_in(*descriptor, rest.substr(rest.rfind('.') + 1));
-  return name.empty() ? path : path + "." + name;
 }
 
 }  // namespace limber::server

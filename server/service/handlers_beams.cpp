@@ -1,5 +1,16 @@
-// Structures of beams, solved as jobs.
+// Structures of beams: solved as jobs, or kept in sessions.
+#include <fmt/format.h>
+
+#include <boost/asio/post.hpp>
+
+#include "server/codec/beam_edit.h"
 #include "server/codec/beams.h"
+#include "server/codec/edit_fields.h"
+#include "server/log/log.h"
+#include "server/service/beam_export.h"
+#include "server/service/beam_record.h"
+#include "server/service/beam_scenes.h"
+#include "server/service/job_guard.h"
 #include "server/service/memory_estimate.h"
 #include "server/service/service.h"
 
@@ -23,6 +34,75 @@ proto::SolveBeamsResponse Service::solve_beams(const proto::SolveBeamsRequest& r
         return product;
       }));
   return response;
+}
+
+EdgeLoader Service::edge_loader() const {
+  return server::edge_loader([this](const std::string& path, const std::string& field) {
+    return meshes_.resolve(path, field);
+  });
+}
+
+proto::OpenSessionResponse Service::open_beams(const proto::OpenSessionRequest& request) {
+  const auto name = sessions_.reserve(request.session());
+  DecodedBeams structure = decode_beam_scene(request.scene(), "scene.", edge_loader());
+  demand_beam_memory(structure.model, hub_.options.limits.session_bytes);
+  const std::string id = name->name();
+  const JobId job = start_open_job(id);
+  JobGuard guard(hub_.jobs, job);
+  beams::BeamModel model = structure.model;
+  const auto record = std::make_shared<BeamRecord>(hub_, id, std::move(structure), job);
+  put(record);
+  try {
+    record->attach(std::make_shared<session::BeamSession>(
+        id, std::move(model), session::BeamLimits{},
+        [this](std::function<void()> task) {
+          boost::asio::post(hub_.session_pool, std::move(task));
+        },
+        record));
+  } catch (const std::exception& fault) {
+    sessions_.remove(*record);
+    guard.fail(fault);
+    throw;
+  }
+  guard.release();
+  log::info("session {} opened: {} nodes, {} elements of beams", id,
+            record->opened().model.nodes.size(), record->opened().model.elements.size());
+  proto::OpenSessionResponse response;
+  response.set_session(id);
+  response.set_job(job);
+  return response;
+}
+
+proto::EditResponse Service::edit_beams(BeamRecord& record, const proto::EditRequest& request) {
+  const auto session = record.session();
+  const auto edits = decode_beam_edits(request, record.opened().model.nodes);
+  std::optional<session::Revision> expected;
+  if (request.has_expected_revision()) expected = request.expected_revision();
+  try {
+    return encode_beam_receipt(session->edit(edits, expected));
+  } catch (const Error& error) {
+    throw Error(error.code(), edit_field_in(request, error.field()), error.what());
+  }
+}
+
+proto::GetSessionResponse Service::get_beam_session(const BeamRecord& record,
+                                                    const proto::GetSessionRequest& request) const {
+  proto::GetSessionResponse response;
+  *response.mutable_status() = record.status();
+  if (!request.with_scene() && !request.with_base_motion()) return response;
+  *response.mutable_scene() = encode_beam_scene(
+      {record.opened().name, record.session()->model(), record.opened().sections});
+  return response;
+}
+
+proto::GetBeamSolutionResponse Service::get_beam_solution(
+    const proto::GetBeamSolutionRequest& request) const {
+  const auto found = sessions_.find(request.session());
+  if (const auto record = std::dynamic_pointer_cast<BeamRecord>(found))
+    return beam_solution(*record);
+  throw Error(ErrorCode::kFailedPrecondition, "session",
+              fmt::format("session '{}' is of {}: there is no solution of beams", request.session(),
+                          found->subject()));
 }
 
 }  // namespace limber::server

@@ -6,6 +6,7 @@
 #include "server/codec/material.h"
 #include "server/codec/result.h"
 #include "server/codec/scene.h"
+#include "server/service/beam_export.h"
 #include "server/service/export.h"
 #include "server/service/linkage_export.h"
 #include "server/service/service.h"
@@ -48,6 +49,8 @@ proto::ExportResponse Service::export_part(const proto::ExportRequest& request) 
   const auto found = sessions_.find(request.session());
   if (const auto linkage = std::dynamic_pointer_cast<LinkageRecord>(found))
     return export_linkage(*linkage, request);
+  if (const auto beams = std::dynamic_pointer_cast<BeamRecord>(found))
+    return export_beams(*beams, request);
   const auto record = find_body(request.session(), "export of files");
   const auto session = record->session();
   const std::string stem = decode_file_stem(request.stem(), "motion");

@@ -3,6 +3,7 @@
 
 #include <boost/asio/post.hpp>
 
+#include "server/codec/edit_fields.h"
 #include "server/codec/linkage_edit.h"
 #include "server/log/log.h"
 #include "server/service/job_guard.h"
@@ -78,7 +79,7 @@ proto::EditResponse Service::edit_linkage(LinkageRecord& record,
   try {
     return encode_linkage_receipt(session->edit(edits, expected));
   } catch (const Error& error) {
-    const std::string field = linkage_field_in(request, error.field());
+    const std::string field = edit_field_in(request, error.field());
     if (error.code() == ErrorCode::kLimitExceeded) {
       const std::uint64_t limit = hub_.options.limits.constraints;
       throw limit_exceeded(field, "targets", limit, limit + 1);

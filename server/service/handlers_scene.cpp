@@ -4,8 +4,10 @@
 #include "engine/scene/samples/linkage_samples.h"
 #include "engine/scene/samples/samples.h"
 #include "engine/scene/tetrahedralize/tetrahedralize.h"
+#include "engine/session/beams/beam_samples.h"
 #include "server/codec/errors.h"
 #include "server/service/base_motions.h"
+#include "server/service/beam_scenes.h"
 #include "server/service/linkage_scenes.h"
 #include "server/service/scene_files.h"
 #include "server/service/service.h"
@@ -21,12 +23,23 @@ scene::TriangleSurface read_surface(const proto::MeshFile& file) {
   }
 }
 
+std::vector<std::string> sample_names() {
+  std::vector<std::string> names = scene::sample_names();
+  for (const auto& name : scene::linkage_sample_names()) names.push_back(name);
+  for (const auto& name : session::beam_sample_names()) names.push_back(name);
+  return names;
+}
+
 proto::Scene named_sample(const std::string& name) {
   if (is_linkage_sample(name)) return linkage_sample_scene(name);
+  if (is_beam_sample(name)) return beam_sample_scene(name);
   try {
     return sample_scene(name);
   } catch (const Error& error) {
-    throw Error(error.code(), "name", error.what());
+    if (error.code() != ErrorCode::kNotFound) throw Error(error.code(), "name", error.what());
+    throw Error(error.code(), "name",
+                fmt::format("there is no sample '{}'; there are {}", name,
+                            fmt::join(sample_names(), ", ")));
   }
 }
 
@@ -59,6 +72,13 @@ proto::ValidateSceneResponse Service::validate_scene(
     }
     return response;
   }
+  if (request.scene().has_beams()) {
+    for (auto& issue :
+         beam_issues(request.scene(), "scene.", edge_loader(), hub_.options.limits.session_bytes)) {
+      *response.add_issues() = std::move(issue);
+    }
+    return response;
+  }
   for (auto& issue : scene_issues(request.scene(), "scene.", scene_limits(hub_.options.limits),
                                   mesh_loader(), base_motion_reader())) {
     *response.add_issues() = std::move(issue);
@@ -68,8 +88,7 @@ proto::ValidateSceneResponse Service::validate_scene(
 
 proto::GetSampleResponse Service::get_sample(const proto::GetSampleRequest& request) const {
   proto::GetSampleResponse response;
-  for (const auto& name : scene::sample_names()) response.add_names(name);
-  for (const auto& name : scene::linkage_sample_names()) response.add_names(name);
+  for (const auto& name : sample_names()) response.add_names(name);
   if (request.name().empty()) return response;
   *response.mutable_scene() = named_sample(request.name());
   return response;

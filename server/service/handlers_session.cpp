@@ -9,6 +9,7 @@
 #include "server/codec/field_paths.h"
 #include "server/codec/keyframe.h"
 #include "server/log/log.h"
+#include "server/service/beam_record.h"
 #include "server/service/job_guard.h"
 #include "server/service/linkage_record.h"
 #include "server/service/memory_estimate.h"
@@ -95,6 +96,7 @@ void Service::put(const std::shared_ptr<Record>& record) {
 
 proto::OpenSessionResponse Service::open(const proto::OpenSessionRequest& request) {
   if (request.scene().has_linkage()) return open_linkage(request);
+  if (request.scene().has_beams()) return open_beams(request);
   const auto name = sessions_.reserve(request.session());
   DecodedScene decoded = decode(request.scene());
   proto::OpenSessionResponse response;
@@ -141,6 +143,8 @@ proto::EditResponse Service::edit(const proto::EditRequest& request) {
   }
   if (const auto linkage = std::dynamic_pointer_cast<LinkageRecord>(found))
     return edit_linkage(*linkage, request);
+  if (const auto beams = std::dynamic_pointer_cast<BeamRecord>(found))
+    return edit_beams(*beams, request);
   const auto record = find_body(request.session(), "constraint");
   const auto session = record->session();
   const auto edits = decode_edits(request, session->unedited()->mesh.nodes, mesh_loader());
@@ -189,9 +193,11 @@ proto::ListSessionsResponse Service::list_sessions() const {
 }
 
 proto::GetSessionResponse Service::get_session(const proto::GetSessionRequest& request) const {
-  if (const auto linkage =
-          std::dynamic_pointer_cast<LinkageRecord>(sessions_.find(request.session())))
+  const auto found = sessions_.find(request.session());
+  if (const auto linkage = std::dynamic_pointer_cast<LinkageRecord>(found))
     return get_linkage_session(*linkage, request);
+  if (const auto beams = std::dynamic_pointer_cast<BeamRecord>(found))
+    return get_beam_session(*beams, request);
   const auto record = find_body(request.session(), "scene of a body");
   proto::GetSessionResponse response;
   *response.mutable_status() = record->status();

@@ -16,42 +16,10 @@
 #include "server/codec/linkage_result.h"
 #include "server/codec/scene_json.h"
 #include "server/service/export.h"
+#include "server/service/export_parts.h"
 
 namespace limber::server {
 namespace {
-
-struct File {
-  std::string name, content;
-};
-
-[[noreturn]] void refuse_part(std::uint32_t part, std::uint32_t parts) {
-  throw Refusal(proto::ERROR_CODE_OUT_OF_RANGE, "part", fmt::format("part {} of {}", part, parts));
-}
-
-/// Files one after another, cut where a part is full.
-proto::ExportResponse cut(const std::vector<File>& files, std::uint32_t part) {
-  proto::ExportResponse response;
-  std::uint32_t parts = 0;
-  std::size_t room = 0;
-  for (const File& file : files) {
-    std::size_t from = 0;
-    do {
-      if (room == 0) {
-        room = kPartBytes;
-        ++parts;
-      }
-      const std::size_t count = std::min(room, file.content.size() - from);
-      if (parts == part + 1)
-        add_file(response, file.name, file.content.substr(from, count), from > 0);
-      from += count;
-      room -= count;
-    } while (from < file.content.size());
-  }
-  if (part >= parts) refuse_part(part, parts);
-  response.set_part(part);
-  response.set_part_count(parts);
-  return response;
-}
 
 Eigen::Matrix3Xd points_of(const Eigen::VectorXf& nodes) {
   return nodes.cast<double>().reshaped(3, nodes.size() / 3);
@@ -94,7 +62,7 @@ struct LinkageExport {
     return response;
   }
 
-  [[nodiscard]] std::vector<File> obj() const {
+  [[nodiscard]] std::vector<TextFile> obj() const {
     const Eigen::Index last = result->frames->cols() - 1;
     return {{stem + "_centrelines.obj",
              scene::write_obj_lines(session::linkage_centrelines(detail(last)))},
@@ -113,7 +81,7 @@ scene::Polylines drawn(const rods::LineMesh& mesh) {
   return lines;
 }
 
-std::vector<File> scene_files(const scene::Linkage& linkage, const std::string& stem) {
+std::vector<TextFile> scene_files(const scene::Linkage& linkage, const std::string& stem) {
   proto::Scene message = encode_linkage(linkage);
   message.mutable_linkage()->mutable_lines()->set_path(stem + ".obj");
   return {{stem + ".json", scene_to_json(message)},
@@ -138,7 +106,7 @@ proto::ExportResponse export_linkage(LinkageRecord& record, const proto::ExportR
   const auto session = record.session();
   switch (request.format()) {
     case proto::EXPORT_FORMAT_SCENE:
-      return cut(scene_files(session->linkage(), stem), request.part());
+      return cut_into_parts(scene_files(session->linkage(), stem), request.part());
     case proto::EXPORT_FORMAT_VTP:
     case proto::EXPORT_FORMAT_OBJ:
     case proto::EXPORT_FORMAT_JSON:
@@ -153,10 +121,10 @@ proto::ExportResponse export_linkage(LinkageRecord& record, const proto::ExportR
   if (request.format() == proto::EXPORT_FORMAT_VTP) {
     response = files.vtp(request.part());
   } else if (request.format() == proto::EXPORT_FORMAT_OBJ) {
-    response = cut(files.obj(), request.part());
+    response = cut_into_parts(files.obj(), request.part());
   } else {
     const session::LinkageDetail detail = files.detail(files.result->frames->cols() - 1);
-    response = cut(
+    response = cut_into_parts(
         {{stem + "_shape.json",
           session::linkage_json(detail, session->linkage(), *session->geometry(), *files.result)}},
         request.part());

@@ -38,6 +38,7 @@ bool is_heavy(int body) {
     case proto::Request::kGetDesign:
     case proto::Request::kMakeStartingGrid:
     case proto::Request::kSolveBeams:
+    case proto::Request::kGetBeamSolution:
       return true;
     default:
       return false;
@@ -237,6 +238,9 @@ void Service::answer(const SharedTicket& ticket, const Request& request) {
       break;
     case Request::kSolveBeams:
       *reply.mutable_solve_beams() = solve_beams(request.solve_beams());
+      break;
+    case Request::kGetBeamSolution:
+      *reply.mutable_get_beam_solution() = get_beam_solution(request.get_beam_solution());
       break;
     case Request::kGetJob:
       return get_job(request.get_job(), ticket);

@@ -6,6 +6,7 @@
 #include "engine/scene/tetrahedralize/tetrahedralize.h"
 #include "engine/session/recovery.h"
 #include "limber/v1/service.pb.h"
+#include "server/codec/beam_scene.h"
 #include "server/codec/design.h"
 #include "server/codec/linkage.h"
 #include "server/codec/scene.h"
@@ -17,6 +18,7 @@
 
 namespace limber::server {
 
+class BeamRecord;
 class LinkageRecord;
 class SessionRecord;
 
@@ -104,6 +106,13 @@ class Service {
 
   // handlers_beams.cpp
   proto::SolveBeamsResponse solve_beams(const proto::SolveBeamsRequest& request);
+  proto::OpenSessionResponse open_beams(const proto::OpenSessionRequest& request);
+  proto::EditResponse edit_beams(BeamRecord& record, const proto::EditRequest& request);
+  proto::GetSessionResponse get_beam_session(const BeamRecord& record,
+                                             const proto::GetSessionRequest& request) const;
+  proto::GetBeamSolutionResponse get_beam_solution(
+      const proto::GetBeamSolutionRequest& request) const;
+  [[nodiscard]] EdgeLoader edge_loader() const;
 
   // handlers_recovery.cpp
   proto::RecoverResponse recover(const proto::RecoverRequest& request);

@@ -134,6 +134,21 @@ def test_bad_options_are_refused(server):
     assert refusal(server, {"nodez": []}).code == "INVALID_ARGUMENT"
 
 
+def test_the_command_line(cli, tmp_path):
+    scene = tmp_path / "arm.json"
+    scene.write_text(json.dumps(cantilever(6)))
+    done = cli("beams", scene, "--method", "newton", "--export", tmp_path / "out.vtu", "--export", tmp_path / "out.csv")
+    assert done.returncode == 0 and "converged" in done.stdout and "7 nodes, 6 elements" in done.stdout, done.stderr
+    assert {path.name for path in tmp_path.glob("out*")} == {"out.vtu", "out_nodes.csv", "out_elements.csv"}
+    told = json.loads(cli("--json", "beams", scene).stdout)
+    assert told["status"] == "BEAM_STATUS_CONVERGED"
+    assert cli("beams", job_folder(tmp_path)).returncode == 0
+    scene.write_text(json.dumps(cantilever(6) | {"supports": []}))
+    refused = cli("beams", scene)
+    assert refused.returncode == 1 and "structure.supports" in refused.stderr
+    assert cli("beams", tmp_path / "none.json").returncode == 1
+
+
 def test_the_example_bends_an_arch(limberd, tmp_path):
     done = subprocess.run([sys.executable, str(ROOT / "examples" / "bend_arch.py")], cwd=tmp_path, capture_output=True,
                           text=True, timeout=60)

@@ -11,6 +11,8 @@ streamed coordinates into numpy arrays. Lengths are in the scene's length unit, 
         positions = session.frames()               # (frames, nodes, 3)
 """
 
+from . import beam_edits
+from .beam_sessions import BeamGeometry, BeamResult, BeamSession, BeamSnap, beam_scene
 from .beams import BeamSolution
 from .designs import Design, DesignInfo, DesignTerms, OtherOptimum, StartingGrid
 from .edits import Axes, add, dynamics, ends, move, optimise, redo, remove, replace, reset_material, undo
@@ -35,9 +37,9 @@ from .stream import FrameStream, StreamedFrames
 __version__ = "0.1.0"
 
 __all__ = [
-    "Axes", "BeamSolution", "Constraint", "DEFAULT_ENDPOINT", "Design", "DesignInfo", "DesignTerms", "Export", "FrameStream", "Geometry", "Keyframe", "LaunchedServer",
+    "Axes", "BeamGeometry", "BeamResult", "BeamSession", "BeamSnap", "BeamSolution", "Constraint", "DEFAULT_ENDPOINT", "Design", "DesignInfo", "DesignTerms", "Export", "FrameStream", "Geometry", "Keyframe", "LaunchedServer",
     "LimberError", "LinkageGeometry", "LinkageResult", "LinkageSession", "LinkageStep", "Material", "Mode", "OtherOptimum", "Receipt", "Recovery", "Result", "Server", "ServerUnreachable", "Session", "Shape",
-    "Simulation", "StartingGrid", "StreamedFrames", "Target", "add", "add_keyframe", "base_motion", "connect", "dynamics", "ends", "force",
+    "Simulation", "StartingGrid", "StreamedFrames", "Target", "add", "add_keyframe", "base_motion", "beam_edits", "beam_scene", "connect", "dynamics", "ends", "force",
     "keyframe", "launch", "linkage_scene", "load_scene", "mesh_file", "move", "move_keyframe", "optimise", "picture", "redo", "remove",
     "remove_keyframe", "replace", "reset_material", "scene_from_arrays", "scene_from_mesh", "simulation", "undo",
 ]

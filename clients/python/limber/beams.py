@@ -14,10 +14,11 @@ from google.protobuf import json_format
 from . import arrays, checks, motions
 from .errors import invalid
 from .exports import write_exported
+from .messages import beam_structure
 from .messages import beams as messages
 from .messages import scene, service
 
-BeamsLike = Union["messages.BeamStructure", Mapping[str, Any], str, "os.PathLike[str]"]
+BeamsLike = Union["beam_structure.BeamStructure", Mapping[str, Any], str, "os.PathLike[str]"]
 
 METHODS = {"choose": messages.BEAM_METHOD_UNSPECIFIED, "newton": messages.BEAM_METHOD_NEWTON,
            "relaxation": messages.BEAM_METHOD_RELAXATION,
@@ -56,7 +57,7 @@ class BeamSolution:
     energies: dict[str, float]  # "stretching", "torsion", "bending_2", "bending_3" [J]
     largest_bend: float  # between an end and its chord [rad]; above 0.5 the elements are too long
     shapes: np.ndarray  # (shapes, nodes, 3), float32: positions on the way
-    job: int
+    job: int  # 0: of a session
     _files: tuple = field(repr=False, default=())
 
     @property
@@ -74,7 +75,12 @@ class BeamSolution:
         return tuple(write_exported(checks.path(folder, "folder"), file) for file in self._files)
 
 
-def load_structure(path: "str | os.PathLike[str]") -> "messages.BeamStructure | scene.MeshFile":
+def is_job(path: Path) -> bool:
+    """A job of the public relaxation code: its folder, or its SimulationJob.json."""
+    return path.is_dir() or path.name == _JOB
+
+
+def load_structure(path: "str | os.PathLike[str]") -> "beam_structure.BeamStructure | scene.MeshFile":
     """A structure (JSON form of limber.v1.BeamStructure) or a job of the public relaxation code: its folder or its
     SimulationJob.json, with the mesh that it names and DRMSettings.json from beside it."""
     path = checks.path(path, "structure")
@@ -95,14 +101,21 @@ def load_structure(path: "str | os.PathLike[str]") -> "messages.BeamStructure | 
     return made
 
 
-def _parse(value: Any, what: str) -> "messages.BeamStructure":
+def _parse(value: Any, what: str) -> "beam_structure.BeamStructure":
     if not isinstance(value, Mapping):
         raise invalid("structure", f"{what} is no structure: a JSON object is expected")
     try:
-        return json_format.ParseDict(checks.plain(value), messages.BeamStructure())
+        return json_format.ParseDict(checks.plain(value), beam_structure.BeamStructure())
     except (json_format.ParseError, TypeError, AttributeError) as error:
         path, why = checks.json_fault(error)
         raise invalid(f"structure{path}", f"{what} is no structure: {why}") from error
+
+
+def structure_of(structure: BeamsLike) -> "beam_structure.BeamStructure | scene.MeshFile":
+    """A structure, or a job with its files."""
+    if isinstance(structure, (str, os.PathLike)):
+        return load_structure(structure)
+    return structure if isinstance(structure, beam_structure.BeamStructure) else _parse(structure, "the value")
 
 
 def request(structure: BeamsLike, *, method: str, tolerance: float | None, files: Iterable[str], stem: str,
@@ -113,17 +126,17 @@ def request(structure: BeamsLike, *, method: str, tolerance: float | None, files
     made.files.extend(FORMATS[checks.one_of(name, FORMATS, "files")] for name in checks.several(files, "files"))
     if tolerance is not None:
         made.tolerance = checks.real(tolerance, "tolerance")
-    if isinstance(structure, (str, os.PathLike)):
-        read: Any = load_structure(structure)
-    else:
-        read = structure if isinstance(structure, messages.BeamStructure) else _parse(structure, "the value")
+    read = structure_of(structure)
     (made.job if isinstance(read, scene.MeshFile) else made.structure).CopyFrom(read)
     return made
 
 
 def made_of(job: "service.GetJobResponse") -> BeamSolution:
     """Of a job that is done."""
-    answer = job.beams
+    return from_message(job.beams, job.status.job, tuple(job.files))
+
+
+def from_message(answer: "messages.BeamSolution", job: int = 0, files: tuple = ()) -> BeamSolution:
 
     def rows(name: str) -> np.ndarray:
         return arrays.to_numpy(getattr(answer, name), name)
@@ -140,4 +153,4 @@ def made_of(job: "service.GetJobResponse") -> BeamSolution:
         axial_forces=forces[:, 0], torques=forces[:, 1], shear_forces=forces[:, 2:4],
         bending_moments=forces[:, 4:].reshape(-1, 2, 2), stresses=stresses[:, 3], utilisations=stresses[:, 4],
         element_stresses=stresses, element_energies=rows("element_energies"), energies=energies,
-        largest_bend=answer.largest_bend, shapes=rows("shapes"), job=job.status.job, _files=tuple(job.files))
+        largest_bend=answer.largest_bend, shapes=rows("shapes"), job=job, _files=files)

@@ -1,6 +1,7 @@
 """The generated messages, or a sentence that says how to generate them."""
 
 try:
+    from .v1 import beam_structure_pb2 as beam_structure
     from .v1 import beams_pb2 as beams
     from .v1 import common_pb2 as common
     from .v1 import design_pb2 as design
@@ -12,4 +13,4 @@ except ImportError as error:
         "the messages of limber.v1 are not usable here: build limber once (scripts/build), which writes "
         f"limber/v1/*_pb2.py, and use a Python with protobuf >= 3.20 ({error})") from error
 
-__all__ = ["beams", "common", "design", "scene", "service", "stream"]
+__all__ = ["beam_structure", "beams", "common", "design", "scene", "service", "stream"]

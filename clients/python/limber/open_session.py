@@ -1,4 +1,4 @@
-"""What sessions of bodies and of linkages have in common: state, waiting, frames, streams, control."""
+"""What sessions of bodies, linkages and beams have in common: state, waiting, frames, streams, control."""
 
 from __future__ import annotations
 
@@ -128,7 +128,9 @@ class OpenSession:
 
         formats: of a body "pvd" (a .vtu per frame, one .pvd), "pc2" (beside an .obj), together the default; of a
         linkage "vtp" (a .vtp per step with forces and stresses, one .pvd), "obj" (centrelines and swept surface), "json"
-        (joints, segments and what they carry), by default vtp and json; of both "scene", the scene as edited.
+        (joints, segments and what they carry), by default vtp and json; of a structure of beams "vtu" (lines with
+        reactions, forces, stresses), "csv" (a table of nodes, one of elements), by default both, "json"; of all "scene",
+        the scene as edited.
         """
         if formats is None:
             formats = self.DEFAULT_FORMATS

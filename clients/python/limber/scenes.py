@@ -11,7 +11,7 @@ from typing import Any, Iterable, Mapping, Union
 import numpy as np
 from google.protobuf import json_format
 
-from . import arrays, checks, edits, keyframes, motions
+from . import arrays, beams, checks, edits, keyframes, motions
 from .errors import LimberError, invalid
 from .mesh_files import mesh_file
 from .messages import scene as messages
@@ -27,6 +27,10 @@ def load_scene(path: "str | os.PathLike[str]") -> "messages.Scene":
 def _read_scene(path: "str | os.PathLike[str]") -> "tuple[messages.Scene, Path]":
     """A scene as its file says, and the folder that its paths are relative to."""
     path = checks.path(path, "scene")
+    if beams.is_job(path):
+        scene = messages.Scene()
+        scene.beams.job.CopyFrom(beams.load_structure(path))
+        return scene, path.parent
     try:
         text = motions.read(path, "scene").decode("utf-8")
         scene = _parse(_each_key_once(json.loads(text, object_pairs_hook=_Pairs), "scene", str(path)), str(path))
@@ -43,6 +47,11 @@ def with_mesh_bytes(scene: "messages.Scene", folder: "str | os.PathLike[str]" = 
 
 
 def _with_bytes(scene: "messages.Scene", folder: "str | os.PathLike[str]" = ".") -> "messages.Scene":
+    if scene.HasField("beams"):
+        lines = scene.beams.lines
+        if lines.WhichOneof("source") == "path":
+            lines.file.CopyFrom(mesh_file(Path(folder) / lines.path, field="beams.lines.path"))
+        return scene
     if scene.HasField("linkage"):
         lines = scene.linkage.lines
         if lines.WhichOneof("source") == "path":

@@ -18,6 +18,7 @@ from .messages import service
 from .progress import ProgressOption, Reporter
 from .reach import advice
 from .results import Geometry, issue_text
+from .beam_sessions import BeamSession
 from .linkages import LinkageSession, linkage_scene
 from .open_session import OpenSession, job_error
 from .session import Session
@@ -73,8 +74,9 @@ class Server:
 
     def open(self, scene: "scenes.SceneLike | None" = None, *, sample: str | None = None, session: str = "",
              optimise: str | None = None, wait: bool = True, progress: ProgressOption = None, timeout: float = 600.0) -> Any:
-        """Opens a scene (file name, mapping, message) or a sample as a session: a Session of an elastic body, or a
-        LinkageSession of a rod linkage.
+        """Opens a scene (file name, mapping, message) or a sample as a session: a Session of an elastic body, a
+        LinkageSession of a rod linkage, or a BeamSession of a structure of beams (also: a job of the public relaxation
+        code, its folder or SimulationJob.json; see limber.beam_scene for structures).
 
         session: a name for it (default: the server chooses); optimise: "motion", "dynamics" or "all" in place of what
         the scene says (see Session.optimise; modes are mixed of as many as the model gets now); wait: until the model is built and the scene solved.
@@ -87,14 +89,14 @@ class Server:
         checks.seconds(timeout, "timeout")
         message = self.sample(sample) if sample is not None else scenes.to_message(scene)
         if optimise is not None:
-            if message.HasField("linkage"):
-                raise invalid("optimise", "a linkage has no material to optimise")
+            if message.HasField("linkage") or message.HasField("beams"):
+                raise invalid("optimise", "linkages and beams have no material to optimise")
             asked, message = message, scene_messages.Scene()
             message.CopyFrom(asked)
             message.material_optimisation.variables = edits.optimise(optimise).set_material.variables
         request = service.OpenSessionRequest(scene=message, session=checks.text(session, "session"))
         response = self.connection.call("open_session", request, timeout=max(60.0, self.connection.timeout))
-        kind = LinkageSession if message.HasField("linkage") else Session
+        kind = LinkageSession if message.HasField("linkage") else BeamSession if message.HasField("beams") else Session
         opened = kind(self, response.session, response.job, [issue_text(issue) for issue in response.issues])
         if wait:
             try:
@@ -105,9 +107,10 @@ class Server:
         return opened
 
     def session(self, id: str) -> Any:
-        """Attaches to a session of any client: a Session, or a LinkageSession of a rod linkage."""
+        """Attaches to a session of any client: a Session, LinkageSession or BeamSession."""
         status = OpenSession(self, checks.text(id, "session")).status()
-        attached = LinkageSession(self, id) if status.segments else Session(self, id)
+        kind = LinkageSession if status.segments else BeamSession if status.beam_nodes else Session
+        attached = kind(self, id)
         attached.revision = status.revision
         return attached
 

@@ -60,6 +60,8 @@ void BeamSolveOptions::validate() const {
   require(first_load_step > 0 && first_load_step <= 1, "first_load_step", first_load_step,
           "in (0, 1]");
   require(hand_over > 0 && hand_over < 1, "hand_over", hand_over, "in (0, 1)");
+  require(largest_swerve >= 0 && largest_swerve <= 3, "largest_swerve", largest_swerve,
+          "in [0, 3]");
 }
 
 }  // namespace limber::beams

@@ -2,6 +2,7 @@
 
 #include <functional>
 #include <string>
+#include <vector>
 
 #include "engine/beams/structure/beam_state.h"
 
@@ -44,6 +45,10 @@ struct BeamSolveOptions {
   double first_load_step = 1;
   /// Relaxation hands over to Newton at this residual; in (0, 1).
   double hand_over = 1e-3;
+  /// Load steps of Newton's method are cut until the structure goes on as it went in the step
+  /// before, but for this much turning [rad]; what no cutting makes smaller is a snap. 0: not
+  /// looked at; in [0, 3].
+  double largest_swerve = 0;
 
   /// @throws Error{kInvalidArgument} naming member, value and inequality
   void validate() const;
@@ -58,6 +63,13 @@ struct BeamProgress {
 };
 using BeamObserver = std::function<void(const BeamProgress&)>;
 
+/// Where on the way of the loads the branch of equilibria ended and the structure went to another.
+struct BeamSnap {
+  double load_factor = 0;
+  double turn = 0;  // of a node, or of an element's chord, the largest [rad]
+  int node = -1;    // where that is
+};
+
 struct BeamReport {
   BeamStatus status = BeamStatus::kIterationLimit;
   BeamMethod method = BeamMethod::kChoose;  // which one gave the answer; never kChoose
@@ -70,6 +82,8 @@ struct BeamReport {
   double elastic_energy = 0;  // [force length]
   int node = -1;              // that moves most freely (mechanism) or is worst balanced
   std::string message;        // a sentence for people
+  /// In order; what Newton's method saw, where BeamSolveOptions::largest_swerve asks for it.
+  std::vector<BeamSnap> snaps;
 
   [[nodiscard]] bool converged() const { return status == BeamStatus::kConverged; }
 };

@@ -93,14 +93,22 @@ BeamSolution solve(const Attempt& attempt) {
 BeamSolution find_equilibrium(const BeamStructure& structure, const BeamSolveOptions& options,
                               const JobContext& context, const BeamObserver& observer) {
   const BeamState start = structure.rest_state();
-  const detail::LoadPath path(structure, start, true);
+  const detail::LoadPath path = detail::LoadPath::from_drawn(structure);
   return solve({structure, start, path, options, context, observer});
 }
 
 BeamSolution find_equilibrium_from(const BeamStructure& structure, const BeamState& start,
                                    const BeamSolveOptions& options, const JobContext& context,
                                    const BeamObserver& observer) {
-  const detail::LoadPath path(structure, start, false);
+  const detail::LoadPath path = detail::LoadPath::at_once(structure, start);
+  return solve({structure, start, path, options, context, observer});
+}
+
+BeamSolution follow_equilibrium(const BeamStructure& structure, const BeamState& start,
+                                const std::vector<HeldTurn>& turned,
+                                const BeamSolveOptions& options, const JobContext& context,
+                                const BeamObserver& observer) {
+  const detail::LoadPath path = detail::LoadPath::following(structure, start, turned);
   return solve({structure, start, path, options, context, observer});
 }
 

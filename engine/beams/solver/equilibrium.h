@@ -1,5 +1,7 @@
 #pragma once
 
+#include <vector>
+
 #include "engine/base/job.h"
 #include "engine/beams/solver/beam_solution.h"
 #include "engine/beams/structure/beam_structure.h"
@@ -23,5 +25,24 @@ namespace limber::beams {
                                                  const BeamSolveOptions& options = {},
                                                  const JobContext& context = {},
                                                  const BeamObserver& observer = {});
+
+/// What a node that is held has turned by.
+struct HeldTurn {
+  int node = 0;
+  Eigen::Vector3d rotation = Eigen::Vector3d::Zero();  // rotation vector from rest [rad], any size
+};
+
+/// Goes on from a state of the same elements that was in balance with other loads, supports and
+/// motions. What keeps it in balance fades while what is
+/// held goes to where it shall be, so that the equilibria in between are a branch that begins at
+/// the state.
+/// @param turned  what prescribed rotations were there, for those of more than half a turn
+/// @throws Error as BeamSolveOptions::validate
+[[nodiscard]] BeamSolution follow_equilibrium(const BeamStructure& structure,
+                                              const BeamState& start,
+                                              const std::vector<HeldTurn>& turned,
+                                              const BeamSolveOptions& options = {},
+                                              const JobContext& context = {},
+                                              const BeamObserver& observer = {});
 
 }  // namespace limber::beams

@@ -4,6 +4,7 @@
 #include <map>
 
 #include "engine/base/rotations/logarithm.h"
+#include "engine/beams/structure/elastic.h"
 
 namespace limber::beams::detail {
 
@@ -11,13 +12,13 @@ namespace {
 
 std::size_t index(int i) { return static_cast<std::size_t>(i); }
 
+constexpr double kSameAttitude = 1e-6;  // [rad]
+
 }  // namespace
 
-LoadPath::LoadPath(const BeamStructure& structure, const BeamState& start, bool as_drawn)
-    : structure_(structure),
-      loads_(NodeLoads::of(structure.model())),
-      temporary_(NodeLoads::temporary(structure.model())),
-      as_drawn_(as_drawn) {
+LoadPath::LoadPath(const BeamStructure& structure, const BeamState& start,
+                   const std::vector<HeldTurn>& turned)
+    : structure_(structure), last_(NodeLoads::of(structure.model())) {
   const BeamModel& model = structure.model();
   std::map<int, Held> held;
   const auto at = [&](int node) -> Held& {
@@ -27,16 +28,32 @@ LoadPath::LoadPath(const BeamStructure& structure, const BeamState& start, bool 
       h.node = node;
       h.from = start.positions.col(node);
       h.to = model.nodes[index(node)].position;
-      h.turned_from = start.rotations[index(node)];
-      h.rotation.setZero();
+      h.turned = start.rotations[index(node)];
+      h.turn_from.setZero();
+      h.turn_to.setZero();
     }
     return h;
+  };
+  // Rotation vectors go on from where they are known to be: they may be of more than half a turn.
+  std::map<int, Eigen::Vector3d> known;
+  for (const HeldTurn& t : turned) known[t.node] = t.rotation;
+  const auto turn_to = [&](Held& h, const Eigen::Vector3d& rotation) {
+    h.turns = true;
+    const auto found = known.find(h.node);
+    const Eigen::Vector3d from =
+        found == known.end() ? Eigen::Vector3d::Zero().eval() : found->second;
+    if (rotation_by(from).angularDistance(h.turned) < kSameAttitude) {
+      h.turned.setIdentity();
+      h.turn_from = from;
+      h.turn_to = rotation;
+      return;
+    }
+    h.turn_to = rotations::logarithm((rotation_by(rotation) * h.turned.conjugate()).normalized());
   };
   for (const BeamSupport& s : model.supports) {
     Held& h = at(s.node);
     for (std::size_t k = 0; k < 3; ++k) h.axes[k] = s.fixed[k];
-    h.turns = s.fixed[3] && s.fixed[4] && s.fixed[5];
-    if (h.turns) h.rotation = rotations::logarithm(h.turned_from.conjugate());
+    if (s.fixed[3] && s.fixed[4] && s.fixed[5]) turn_to(h, Eigen::Vector3d::Zero());
   }
   for (const PrescribedMotion& m : model.motions) {
     Held& h = at(m.node);
@@ -45,31 +62,67 @@ LoadPath::LoadPath(const BeamStructure& structure, const BeamState& start, bool 
       h.axes[index(k)] = true;
       h.to[k] += m.translation[k];
     }
-    if (!m.rotates) continue;
-    h.turns = true;
-    h.rotation = as_drawn ? m.rotation
-                          : rotations::logarithm(
-                                (rotation_by(m.rotation) * h.turned_from.conjugate()).normalized());
+    if (m.rotates) turn_to(h, m.rotation);
   }
   for (const auto& [node, h] : held) {
     held_.push_back(h);
-    varies_ = varies_ || !h.rotation.isZero(0) || h.from != h.to;
+    varies_ = varies_ || h.turn_from != h.turn_to || h.from != h.to;
   }
-  nudged_ = as_drawn && !temporary_.empty();
-  varies_ = varies_ || nudged_ || (as_drawn && !loads_.empty());
+}
+
+LoadPath LoadPath::from_drawn(const BeamStructure& structure) {
+  LoadPath path(structure, structure.rest_state(), {});
+  path.first_ = NodeLoads::temporary(structure.model());
+  path.nudged_ = !path.first_.empty();
+  path.varies_ = path.varies_ || path.nudged_ || !path.last_.empty();
+  return path;
+}
+
+LoadPath LoadPath::at_once(const BeamStructure& structure, const BeamState& start) {
+  LoadPath path(structure, start, {});
+  path.first_ = path.last_;
+  return path;
+}
+
+LoadPath LoadPath::following(const BeamStructure& structure, const BeamState& start,
+                             const std::vector<HeldTurn>& turned) {
+  LoadPath path(structure, start, turned);
+  const Eigen::VectorXd missing =
+      elastic_gradient(structure, start) - load_vector(structure, path.last_, start);
+  path.first_ = path.last_;
+  for (int i = 0; i < structure.nodes(); ++i) {
+    // What is held gets from supports whatever it needs.
+    Eigen::Matrix<double, 6, 1> wanted = missing.segment<6>(6 * i);
+    for (int k = 0; k < 6; ++k)
+      if (structure.held()[index(6 * i + k)] != 0) wanted[k] = 0;
+    path.first_.forces.col(i) += structure.node_axes(i) * wanted.head<3>();
+    path.first_.moments.col(i) += structure.node_axes(i) * wanted.tail<3>();
+  }
+  path.varies_ = true;
+  const NodeLoads temporary = NodeLoads::temporary(structure.model());
+  path.nudged_ = !temporary.empty();
+  if (path.nudged_) path.first_ = path.first_ + temporary;
+  return path;
+}
+
+LoadPath LoadPath::resting_at(double s) const {
+  LoadPath path = *this;
+  path.first_ = path.last_ = loads(s);
+  path.nudged_ = false;
+  for (Held& h : path.held_) {
+    h.from = h.to = h.from + s * (h.to - h.from);
+    h.turn_from = h.turn_to = h.turn_from + s * (h.turn_to - h.turn_from);
+  }
+  return path;
 }
 
 double LoadPath::turn() const {
   double most = 0;
-  for (const Held& h : held_) most = std::max(most, h.rotation.norm());
+  for (const Held& h : held_) most = std::max(most, (h.turn_to - h.turn_from).norm());
   return most;
 }
 
-NodeLoads LoadPath::loads(double s) const {
-  if (!as_drawn_) return loads_;
-  if (nudged_) return loads_ * s + temporary_ * (1 - s);
-  return loads_ * s;
-}
+NodeLoads LoadPath::loads(double s) const { return first_ * (1 - s) + last_ * s; }
 
 Eigen::VectorXd LoadPath::held_increments(const BeamState& state, double s) const {
   Eigen::VectorXd result = Eigen::VectorXd::Zero(structure_.unknowns());
@@ -81,7 +134,8 @@ Eigen::VectorXd LoadPath::held_increments(const BeamState& state, double s) cons
       if (h.axes[index(k)]) result[6 * h.node + k] = move[k];
     }
     if (!h.turns) continue;
-    const Eigen::Quaterniond turned = rotation_by(s * h.rotation) * h.turned_from;
+    const Eigen::Quaterniond turned =
+        rotation_by(h.turn_from + s * (h.turn_to - h.turn_from)) * h.turned;
     const Eigen::Quaterniond rest = turned * state.rotations[index(h.node)].conjugate();
     result.segment<3>(6 * h.node + 3) = axes.transpose() * rotations::logarithm(rest.normalized());
   }

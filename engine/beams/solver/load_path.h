@@ -1,7 +1,9 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <vector>
 
+#include "engine/beams/solver/equilibrium.h"
 #include "engine/beams/structure/beam_structure.h"
 #include "engine/beams/structure/node_loads.h"
 
@@ -9,12 +11,21 @@ namespace limber::beams::detail {
 
 /// How loads, motions and temporary loads come on, by a parameter s in [0, 1].
 ///
-/// From the state as drawn, loads and motions grow with s and temporary loads fade with 1 - s. From
-/// any other state loads are on at once, and what is held goes from where it is to where it shall
-/// be: supports where they were drawn, motions at their end.
+/// What is held goes from where it is to where it shall be: supports where they were drawn, motions
+/// at their end. Temporary loads fade with 1 - s.
 class LoadPath {
  public:
-  LoadPath(const BeamStructure& structure, const BeamState& start, bool as_drawn);
+  /// Loads grow with s, from the state as drawn.
+  [[nodiscard]] static LoadPath from_drawn(const BeamStructure& structure);
+  /// Loads are on at once, temporary ones never.
+  [[nodiscard]] static LoadPath at_once(const BeamStructure& structure, const BeamState& start);
+  /// Loads are on, and beside them fades what keeps the start in balance at s = 0: what loads were
+  /// before, and what supports gave that are no more.
+  [[nodiscard]] static LoadPath following(const BeamStructure& structure, const BeamState& start,
+                                          const std::vector<HeldTurn>& turned);
+
+  /// All of it as it is at s.
+  [[nodiscard]] LoadPath resting_at(double s) const;
 
   [[nodiscard]] NodeLoads loads(double s) const;
 
@@ -31,17 +42,18 @@ class LoadPath {
  private:
   struct Held {
     int node = 0;
-    Eigen::Vector3d from, to;        // positions
-    std::array<bool, 3> axes{};      // of the node's axes: which components follow
-    bool turns = false;              // all three spins follow
-    Eigen::Quaterniond turned_from;  //
-    Eigen::Vector3d rotation;        // rotation vector from there
+    Eigen::Vector3d from, to;            // positions
+    std::array<bool, 3> axes{};          // of the node's axes: which components follow
+    bool turns = false;                  // all three spins follow:
+    Eigen::Quaterniond turned;           // rotation from rest that the vectors below come after
+    Eigen::Vector3d turn_from, turn_to;  // rotation vectors at s = 0 and 1
   };
+  LoadPath(const BeamStructure& structure, const BeamState& start,
+           const std::vector<HeldTurn>& turned);
 
   const BeamStructure& structure_;
-  NodeLoads loads_, temporary_;
+  NodeLoads first_, last_;  // at s = 0 and 1
   std::vector<Held> held_;
-  bool as_drawn_ = true;
   bool varies_ = false;
   bool nudged_ = false;
 };

@@ -3,8 +3,12 @@
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <cmath>
+#include <optional>
 
 #include "engine/beams/solver/newton.h"
+#include "engine/beams/solver/relaxation_path.h"
+#include "engine/beams/solver/step_watch.h"
 
 namespace limber::beams::detail {
 
@@ -13,8 +17,20 @@ namespace {
 constexpr double kSmallestStep = 1e-5;
 constexpr double kOnTheWay = 1e-4;  // tolerance of states that are only passed
 constexpr int kIterationsOfStep = 60;
-constexpr double kMostTurn = 0.6;  // of what is held, in one load step [rad]
-constexpr int kEasy = 8;           // iterations
+constexpr double kMostTurn = 0.6;          // of what is held, in one load step [rad]
+constexpr int kEasy = 8;                   // iterations
+constexpr double kOnTheWayWatched = 1e-7;  // states that are compared with each other
+// Just behind a fold the forces that drive the structure away are too small for Newton's method to
+// get it anywhere: where steps so short fail again and again, it is relaxed over a step so long.
+constexpr double kShortWatched = 1.0 / 64;
+constexpr double kShortestWatched = 1.0 / 8192;
+constexpr double kLeap = 1.0 / 1024;
+constexpr int kStepsOfLeap = 50000;
+constexpr double kSnapOfLeap = 4;  // of the largest swerve: a column that buckles turns by less
+constexpr int kIterationsOfWatched = 40;
+constexpr double kNear = 1.0 / 64;  // to where it is known to go
+constexpr double kAfterJump = 1.0 / 16;
+constexpr int kIterationsOfLeap = 150;
 
 std::string where(const BeamStructure& structure, int unknown) {
   if (unknown < 0) return "nowhere";
@@ -63,6 +79,7 @@ class Follower {
         state_(state),
         report_(report),
         newton_(structure, context),
+        watch_(structure, options.largest_swerve),
         s_(s),
         // Attitudes are told apart by less than half a turn.
         longest_(kMostTurn / std::max(kMostTurn, path.turn())) {
@@ -83,35 +100,117 @@ class Follower {
     BeamState trial = state_;
     const int before = newton_.iterations();
     const int left = options_.newton_iterations - before;
-    const NewtonOutcome outcome =
-        newton_.balance(trial, path_, next, next < 1 ? kOnTheWay : options_.tolerance,
-                        s_ < 1 ? std::min(left, kIterationsOfStep) : left);
+    const NewtonOutcome outcome = newton_.balance(
+        trial, path_, next, next < 1 ? on_the_way() : options_.tolerance,
+        s_ < 1 ? std::min(left, is_watched() ? kIterationsOfWatched : kIterationsOfStep) : left);
     report_.newton_iterations = newton_.iterations();
     report_.factorizations = newton_.factorizations();
     if (outcome != NewtonOutcome::kBalanced && outcome != NewtonOutcome::kMechanism)
-      return shorten(outcome);
-    state_ = std::move(trial);
-    s_ = next;
+      return is_near_jump() ? jump(context, observer) : shorten(outcome, context, observer);
+    if (is_watched() && !watch(trial, next, outcome)) return true;
+    const bool easy = newton_.iterations() - before <= kEasy;
+    step_ *= std::min(easy ? 2.0 : 1.0, is_watched() ? watch_.factor() : 2.0);
+    return take({std::move(trial), next, newton_.left().scaled, outcome, watch_.seen()}, context,
+                observer);
+  }
+
+ private:
+  /// A state that balances further on.
+  struct Step {
+    BeamState state;
+    double s = 0;
+    double residual = 0;
+    NewtonOutcome outcome = NewtonOutcome::kBalanced;
+    StepWatch::Verdict seen;
+  };
+
+  /// @returns whether to go on
+  bool take(Step&& step, const JobContext& context, const BeamObserver& observer) {
+    state_ = std::move(step.state);
+    s_ = step.s;
+    failures_ = 0;
+    if (jump_ && jump_->s <= s_) jump_.reset();
     ++report_.load_steps;
     report_.load_factor = s_;
-    report_.residual = newton_.left().scaled;
+    report_.residual = step.residual;
     if (observer) observer({&state_, s_, report_.residual, report_.load_steps});
     if (s_ >= 1) {
-      const bool loose = outcome == NewtonOutcome::kMechanism;
+      const bool loose = step.outcome == NewtonOutcome::kMechanism;
       say(structure_, loose ? BeamStatus::kMechanism : BeamStatus::kConverged,
           loose ? newton_.softest(state_).unknown : -1, report_);
       return false;
     }
-    if (newton_.iterations() - before <= kEasy) step_ *= 2;
     step_ = std::min({step_, 1 - s_, longest_});
     context.report("load steps", s_);
     return true;
   }
 
- private:
-  bool shorten(NewtonOutcome outcome) {
+  [[nodiscard]] bool is_watched() const { return options_.largest_swerve > 0; }
+  [[nodiscard]] double on_the_way() const { return is_watched() ? kOnTheWayWatched : kOnTheWay; }
+
+  /// @returns false: once more, with a shorter step
+  bool watch(const BeamState& trial, double next, NewtonOutcome outcome) {
+    const StepWatch::Judgement seen = watch_.judge(state_, trial, s_, next);
+    if (seen == StepWatch::Judgement::kTooFar) {
+      step_ = (next - s_) * watch_.factor();
+      jump_ = {trial, next, newton_.left().scaled, outcome, watch_.seen()};
+      return false;
+    }
+    if (seen == StepWatch::Judgement::kSnap)
+      report_.snaps.push_back({next, watch_.seen().turn, watch_.seen().node});
+    return true;
+  }
+
+  [[nodiscard]] bool is_near_jump() const { return jump_ && jump_->s - s_ <= kNear; }
+  /// To where the structure is known to go from about here.
+  bool jump(const JobContext& context, const BeamObserver& observer) {
+    Step step = std::move(*jump_);
+    jump_.reset();
+    if (step.seen.swerve > options_.largest_swerve)
+      report_.snaps.push_back({step.s, step.seen.turn, step.seen.node});
+    watch_.forget();
+    step_ = kAfterJump;
+    return take(std::move(step), context, observer);
+  }
+
+  /// Relaxed at a load that is a little higher. @returns whether that balances
+  bool leap(const JobContext& context, const BeamObserver& observer) {
+    may_leap_ = false;
+    BeamSolveOptions options = options_;
+    options.relaxation_steps = std::min(options.relaxation_steps, kStepsOfLeap);
+    const double next = std::min(1.0, s_ + std::max(kLeap, step_));
+    BeamState trial = state_;
+    BeamReport relaxed;
+    relax(
+        structure_, path_.resting_at(next), options.hand_over, options, context,
+        [&](const BeamProgress& on) {
+          if (observer) observer({on.state, s_, on.residual, on.step});
+        },
+        trial, relaxed);
+    report_.relaxation_steps += relaxed.relaxation_steps;
+    if (!relaxed.converged()) return false;
+    const NewtonOutcome outcome =
+        newton_.balance(trial, path_, next, next < 1 ? on_the_way() : options_.tolerance,
+                        options_.newton_iterations - newton_.iterations());
+    report_.newton_iterations = newton_.iterations();
+    report_.factorizations = newton_.factorizations();
+    if (outcome != NewtonOutcome::kBalanced) return false;
+    (void)watch_.judge(state_, trial, s_, next);
+    StepWatch::Verdict seen = watch_.seen();
+    if (seen.swerve <= kSnapOfLeap * options_.largest_swerve) seen.swerve = 0;
+    jump_ = {std::move(trial), next, newton_.left().scaled, outcome, seen};
+    may_leap_ = true;
+    return true;
+  }
+
+  bool shorten(NewtonOutcome outcome, const JobContext& context, const BeamObserver& observer) {
     const int unknown = newton_.left().unknown;
     step_ *= outcome == NewtonOutcome::kTooFar ? 0.5 : 0.25;
+    if (outcome != NewtonOutcome::kTooFar) ++failures_;
+    const bool stuck = failures_ > 1 && step_ < kShortWatched;
+    if (is_watched() && may_leap_ && newton_.iterations() < options_.newton_iterations &&
+        (stuck || step_ < kShortestWatched) && leap(context, observer))
+      return jump(context, observer);
     if (newton_.iterations() < options_.newton_iterations && step_ >= kSmallestStep) return true;
     report_.residual = newton_.left().scaled;
     if (newton_.iterations() >= options_.newton_iterations) {
@@ -131,6 +230,10 @@ class Follower {
   BeamState& state_;
   BeamReport& report_;
   NewtonSolver newton_;
+  StepWatch watch_;
+  std::optional<Step> jump_;  // the last one that went too far
+  bool may_leap_ = true;      // none has failed
+  int failures_ = 0;          // of the balance, since the last step that was taken
   double s_;
   double step_ = 1;
   double longest_;

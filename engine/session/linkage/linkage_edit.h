@@ -43,9 +43,6 @@ struct RemoveTarget {
 struct SetJointLoad {
   scene::JointLoad load;
 };
-struct SetGravity {
-  Eigen::Vector3d gravity = Eigen::Vector3d::Zero();  // [m/s^2]
-};
 
 /// Rest lengths of all segments [scene length unit]; none: those of the scene.
 struct SetSegmentLengths {

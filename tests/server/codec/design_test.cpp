@@ -5,6 +5,7 @@
 #include <cstring>
 
 #include "engine/rods/design/mesh_surface.h"
+#include "server/codec/edit_fields.h"
 #include "server/codec/linkage_edit.h"
 
 namespace limber::server {
@@ -240,9 +241,9 @@ TEST(DesignCodec, EdgesAndSectionsAreEdits) {
   const auto edits = decode_linkage_edits(request);
   EXPECT_EQ(std::get<session::SetEdgeLengths>(edits[0]).lengths[0], 2);
   EXPECT_EQ(std::get<session::SetSectionScales>(edits[1]).scales[0], 3);
-  EXPECT_EQ(linkage_field_in(request, "edits[0].edge_lengths[4]"),
+  EXPECT_EQ(edit_field_in(request, "edits[0].edge_lengths[4]"),
             "edits[0].set_edge_lengths.lengths[4]");
-  EXPECT_EQ(linkage_field_in(request, "edits[1].section_scales"),
+  EXPECT_EQ(edit_field_in(request, "edits[1].section_scales"),
             "edits[1].set_section_scales.scales");
 }
 
@@ -254,9 +255,9 @@ TEST(DesignCodec, LengthsAreEdits) {
   const auto edits = decode_linkage_edits(request);
   const auto& lengths = std::get<session::SetSegmentLengths>(edits.at(0)).lengths;
   EXPECT_EQ(lengths, Eigen::Vector2d(1.5, 2.5));
-  EXPECT_EQ(linkage_field_in(request, "edits[0].segment_lengths[1]"),
+  EXPECT_EQ(edit_field_in(request, "edits[0].segment_lengths[1]"),
             "edits[0].set_segment_lengths.lengths[1]");
-  EXPECT_EQ(linkage_field_in(request, "edits[0].segment_lengths"),
+  EXPECT_EQ(edit_field_in(request, "edits[0].segment_lengths"),
             "edits[0].set_segment_lengths.lengths");
 }
 

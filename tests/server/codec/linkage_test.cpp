@@ -7,6 +7,7 @@
 #include <functional>
 
 #include "engine/scene/samples/linkage_samples.h"
+#include "server/codec/edit_fields.h"
 #include "server/codec/linkage_edit.h"
 #include "server/codec/linkage_result.h"
 #include "server/service/linkage_scenes.h"
@@ -260,15 +261,13 @@ TEST(LinkageCodec, EditsAndTheirFields) {
   EXPECT_EQ(std::get<session::AddTarget>(edits[3]).target.segment, 5);
   EXPECT_TRUE(std::holds_alternative<session::Undo>(edits[4]));
 
-  EXPECT_EQ(linkage_field_in(request, "edits[0].joint"), "edits[0].pin_joint.pin.joint");
-  EXPECT_EQ(linkage_field_in(request, "edits[0].mean_angle"), "edits[0].pin_joint.pin");
-  EXPECT_EQ(linkage_field_in(request, "edits[1].mean_angle"),
-            "edits[1].set_mean_angle.angle_degrees");
-  EXPECT_EQ(linkage_field_in(request, "edits[3].share"),
-            "edits[3].add_target.target.segment.share");
-  EXPECT_EQ(linkage_field_in(request, "edits[3].target"), "edits[3].add_target.target");
-  EXPECT_EQ(linkage_field_in(request, "edits[4]"), "edits[4].undo");
-  EXPECT_EQ(linkage_field_in(request, "expected_revision"), "expected_revision");
+  EXPECT_EQ(edit_field_in(request, "edits[0].joint"), "edits[0].pin_joint.pin.joint");
+  EXPECT_EQ(edit_field_in(request, "edits[0].mean_angle"), "edits[0].pin_joint.pin");
+  EXPECT_EQ(edit_field_in(request, "edits[1].mean_angle"), "edits[1].set_mean_angle.angle_degrees");
+  EXPECT_EQ(edit_field_in(request, "edits[3].share"), "edits[3].add_target.target.segment.share");
+  EXPECT_EQ(edit_field_in(request, "edits[3].target"), "edits[3].add_target.target");
+  EXPECT_EQ(edit_field_in(request, "edits[4]"), "edits[4].undo");
+  EXPECT_EQ(edit_field_in(request, "expected_revision"), "expected_revision");
 
   request.add_edits()->mutable_set_ends();
   try {

@@ -253,7 +253,7 @@ TEST(Deployment, ASmallPushDoesNotJump) {
 
 /// In steps however small.
 TEST(Deployment, NoJointCreepsBeyondWhereRodsCross) {
-  const LinkageModel model = grid_model(2, 2, 0.4);
+  const LinkageModel model = grid_model(3, 3, 0.4);
   LinkageEquilibrium equilibrium(model);
   LinkageState state(model);
   Conditions conditions;

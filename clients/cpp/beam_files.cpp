@@ -1,0 +1,64 @@
+#include "clients/cpp/beam_files.h"
+
+#include <google/protobuf/struct.pb.h>
+#include <google/protobuf/util/json_util.h>
+
+#include <string>
+
+#include "clients/cpp/error.h"
+#include "clients/cpp/scene_files.h"
+#include "proto/json_text.h"
+
+namespace limber::client {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kJob = "SimulationJob.json";
+constexpr const char* kSettings = "DRMSettings.json";
+
+/// What a job names as its mesh; empty: the file is no job.
+std::string mesh_of_job(const std::string& content) {
+  google::protobuf::Struct document;
+  if (!google::protobuf::util::JsonStringToMessage(content, &document).ok()) return {};
+  const auto found = document.fields().find("mesh filename");
+  if (found == document.fields().end()) return {};
+  return fs::path(found->second.string_value()).filename().string();
+}
+
+void read_job(const fs::path& path, const std::string& content, const std::string& mesh,
+              v1::MeshFile& job) {
+  job.set_name(path.filename().string());
+  job.set_content(content);
+  auto& companions = *job.mutable_companions();
+  companions[mesh] = read_bytes(path.parent_path() / mesh, "job");
+  std::error_code ignored;
+  if (fs::is_regular_file(path.parent_path() / kSettings, ignored))
+    companions[kSettings] = read_bytes(path.parent_path() / kSettings, "job");
+}
+
+}  // namespace
+
+bool is_beam_job(const fs::path& path) {
+  std::error_code ignored;
+  return path.filename() == kJob || fs::is_regular_file(path / kJob, ignored);
+}
+
+v1::BeamScene load_beams(const fs::path& given) {
+  std::error_code ignored;
+  const fs::path path = fs::is_directory(given, ignored) ? given / kJob : given;
+  const std::string content = read_bytes(path, "structure");
+  v1::BeamScene scene;
+  const std::string mesh = mesh_of_job(content);
+  if (!mesh.empty()) {
+    read_job(path, content, mesh, *scene.mutable_job());
+    return scene;
+  }
+  if (const auto fault = json::read_message(content, *scene.mutable_structure()))
+    throw ClientError(v1::ERROR_CODE_INVALID_ARGUMENT,
+                      fault->field.empty() ? "structure" : "structure." + fault->field,
+                      path.string() + ": " + fault->message);
+  return scene;
+}
+
+}  // namespace limber::client

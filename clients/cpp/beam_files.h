@@ -1,0 +1,18 @@
+#pragma once
+
+#include <filesystem>
+
+#include "limber/v1/scene.pb.h"
+
+namespace limber::client {
+
+namespace v1 = limber::v1;
+
+/// A job of the public relaxation code: its folder, or its SimulationJob.json?
+[[nodiscard]] bool is_beam_job(const std::filesystem::path& path);
+
+/// A structure of beams (.json), or a job with the files that it names.
+/// @throws ClientError INVALID_ARGUMENT with a path below `structure`, IO
+[[nodiscard]] v1::BeamScene load_beams(const std::filesystem::path& path);
+
+}  // namespace limber::client

@@ -1,0 +1,25 @@
+#pragma once
+
+#include <string>
+
+#include "clients/cpp/client.h"
+
+namespace limber::client {
+
+inline constexpr Milliseconds kLarge{60000};  // for answers that may be many megabytes
+
+/// The longest that a large answer is waited for.
+[[nodiscard]] Milliseconds large(const Client& client);
+
+/// Opens a scene and waits until it is built and solved.
+/// @param session  its name; empty: chosen by the server
+/// @returns its name
+/// @throws ClientError also with what the build failed with, TIMEOUT; the session is closed then
+[[nodiscard]] std::string open_session(Client& client, const v1::Scene& scene,
+                                       const std::string& session, Milliseconds timeout);
+
+/// The final result of at least this revision. @throws ClientError TIMEOUT
+[[nodiscard]] v1::ResultInfo wait_final(Client& client, const std::string& session,
+                                        std::uint64_t revision, Milliseconds timeout);
+
+}  // namespace limber::client

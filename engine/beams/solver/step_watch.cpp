@@ -1,0 +1,109 @@
+#include "engine/beams/solver/step_watch.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "engine/base/rotations/logarithm.h"
+
+namespace limber::beams::detail {
+
+namespace {
+
+std::size_t index(int i) { return static_cast<std::size_t>(i); }
+
+// What so short a step does not make small is a snap: with the root of the step, turns of a column
+// that buckles under its load are smaller.
+constexpr double kShortest = 1.0 / 8192;
+// Twice not smaller, in steps of a quarter each, will not get smaller; where it is, is known so
+// well then.
+constexpr double kSame = 0.75;
+constexpr double kShortEnough = 1.0 / 256;
+constexpr double kClear = 2;  // of the largest swerve: less may be a bend that is steep
+
+Eigen::Vector3d turn_between(const Eigen::Quaterniond& from, const Eigen::Quaterniond& to) {
+  return rotations::logarithm((to * from.conjugate()).normalized());
+}
+
+}  // namespace
+
+Eigen::Matrix3Xd StepWatch::change(const BeamState& from, const BeamState& to) const {
+  const int nodes = from.nodes(), hinges = static_cast<int>(from.hinge_turns.size());
+  Eigen::Matrix3Xd change(3, 2 * nodes + hinges);
+  change.leftCols(nodes) = to.positions - from.positions;
+  for (int i = 0; i < nodes; ++i)
+    change.col(nodes + i) = turn_between(from.rotations[index(i)], to.rotations[index(i)]);
+  for (int i = 0; i < hinges; ++i)
+    change.col(2 * nodes + i) = turn_between(from.hinge_turns[index(i)], to.hinge_turns[index(i)]);
+  return change;
+}
+
+StepWatch::Verdict StepWatch::size_of(const Eigen::Matrix3Xd& change) const {
+  Verdict most;
+  const auto note = [&most](double size, int node) {
+    if (size > most.turn) most = {0, size, node};
+  };
+  const int nodes = structure_.nodes();
+  for (int i = 0; i < nodes; ++i) note(change.col(nodes + i).norm(), i);
+  for (int e = 0; e < structure_.elements(); ++e) {
+    const BeamElement& element = structure_.model().elements[index(e)];
+    note((change.col(element.finish) - change.col(element.start)).norm() /
+             structure_.constants(e).length,
+         element.finish);
+  }
+  const auto& released = structure_.released_ends();
+  for (std::size_t i = 0; i < released.size(); ++i)
+    note(change.col(2 * nodes + static_cast<int>(i)).norm(), released[i].node);
+  return most;
+}
+
+StepWatch::Verdict StepWatch::look(const Eigen::Matrix3Xd& made, double step) const {
+  Verdict verdict = size_of(made);
+  if (step_ == 0) {
+    verdict.swerve = 0.5 * verdict.turn;
+    return verdict;
+  }
+  const Verdict aside = size_of(made - last_ * (step / step_));
+  verdict.swerve = aside.turn;
+  verdict.node = aside.node;
+  return verdict;
+}
+
+bool StepWatch::is_snap(double step, double next) const {
+  if (step <= kShortest) return true;
+  const bool again = next <= too_far_at_ && seen_.swerve > kSame * too_far_swerve_;
+  return again && times_ >= 1 && step <= kShortEnough && seen_.swerve > kClear * largest_;
+}
+
+void StepWatch::forget() {
+  step_ = 0;
+  too_far_at_ = 0;
+  times_ = 0;
+  factor_ = 2;
+}
+
+StepWatch::Judgement StepWatch::judge(const BeamState& from, const BeamState& to, double s,
+                                      double next) {
+  const double step = next - s;
+  const Eigen::Matrix3Xd made = change(from, to);
+  seen_ = look(made, step);
+  const double wanted = std::sqrt(0.5 * largest_ / std::max(seen_.swerve, 1e-12));
+  if (seen_.swerve <= largest_) {
+    last_ = made;
+    step_ = step;
+    // Steps do not grow on their way to where one went too far.
+    factor_ = std::clamp(wanted, 0.5, next < too_far_at_ ? 1.0 : 2.0);
+    return Judgement::kGoesOn;
+  }
+  if (is_snap(step, next)) {
+    forget();
+    return Judgement::kSnap;
+  }
+  const bool again = next <= too_far_at_ && seen_.swerve > kSame * too_far_swerve_;
+  times_ = again ? times_ + 1 : 0;
+  too_far_at_ = next;
+  too_far_swerve_ = seen_.swerve;
+  factor_ = again ? 0.25 : std::clamp(wanted, 0.1, 0.5);
+  return Judgement::kTooFar;
+}
+
+}  // namespace limber::beams::detail

@@ -1,0 +1,58 @@
+#pragma once
+
+#include <Eigen/Core>
+
+#include "engine/beams/structure/beam_structure.h"
+
+namespace limber::beams::detail {
+
+/// Looks whether load steps go on as the one before went: what tells the branch that is followed
+/// from another that Newton's method may land on.
+///
+/// On a branch, what a step swerves from straight on goes with the square of its length, close to a
+/// fold with the root; where the branch is left it stays what it is however short the step.
+class StepWatch {
+ public:
+  /// @param largest_swerve  of a step that is taken [rad], > 0
+  StepWatch(const BeamStructure& structure, double largest_swerve)
+      : structure_(structure), largest_(largest_swerve) {}
+
+  enum class Judgement {
+    kGoesOn,  // the next step is compared with this one
+    kTooFar,  // once more, shorter
+    kSnap,    // the structure went to another branch; the next step is a first one
+  };
+  /// Of a step from s to `next`, shares of the way.
+  [[nodiscard]] Judgement judge(const BeamState& from, const BeamState& to, double s, double next);
+  /// The step that was judged was taken where it went, although it was too far.
+  void forget();
+
+  struct Verdict {
+    double swerve = 0;  // from straight on; of a first step half of all it makes [rad]
+    double turn = 0;    // of a node, or an element's chord, the largest [rad]
+    int node = -1;      // where the swerve is
+  };
+  /// What the last step judged did.
+  [[nodiscard]] const Verdict& seen() const { return seen_; }
+  /// By which the next step may be longer, or must be shorter, than the last one judged.
+  [[nodiscard]] double factor() const { return factor_; }
+
+ private:
+  /// Translations of nodes, then rotation vectors of nodes and of released ends.
+  [[nodiscard]] Eigen::Matrix3Xd change(const BeamState& from, const BeamState& to) const;
+  [[nodiscard]] Verdict size_of(const Eigen::Matrix3Xd& change) const;
+  [[nodiscard]] Verdict look(const Eigen::Matrix3Xd& made, double step) const;
+  [[nodiscard]] bool is_snap(double step, double next) const;
+
+  const BeamStructure& structure_;
+  const double largest_;
+  Eigen::Matrix3Xd last_;
+  double step_ = 0;  // 0: there is no last
+  Verdict seen_;
+  double factor_ = 1;
+  // The last step that went too far: where to, and its swerve; how often that did not get smaller.
+  double too_far_at_ = 0, too_far_swerve_ = 0;
+  int times_ = 0;
+};
+
+}  // namespace limber::beams::detail

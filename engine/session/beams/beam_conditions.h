@@ -1,0 +1,29 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <vector>
+
+#include "engine/beams/model/beam_model.h"
+
+namespace limber::session {
+
+/// What acts on a structure of beams: edits change this and nothing else. Units as the model's.
+struct BeamConditions {
+  std::vector<beams::BeamSupport> supports;
+  std::vector<beams::PrescribedMotion> motions;
+  std::vector<beams::NodalLoad> loads;
+  std::vector<beams::DistributedLoad> distributed_loads;
+  Eigen::Vector3d gravity = Eigen::Vector3d::Zero();
+  /// Of one request alone: act while what it changes is brought on.
+  std::vector<beams::NodalLoad> temporary_loads;
+};
+
+[[nodiscard]] BeamConditions conditions_of(const beams::BeamModel& model);
+/// The same nodes, sections and elements under other conditions; not validated.
+[[nodiscard]] beams::BeamModel with_conditions(beams::BeamModel model,
+                                               const BeamConditions& conditions);
+/// Of memory, about.
+[[nodiscard]] std::size_t bytes_of(const BeamConditions& conditions);
+
+}  // namespace limber::session

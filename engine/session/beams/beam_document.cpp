@@ -1,0 +1,219 @@
+#include "engine/session/beams/beam_document.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "engine/session/refused_edit.h"
+
+namespace limber::session {
+namespace {
+
+using beams::BeamSupport;
+using beams::PrescribedMotion;
+
+/// The last name of a path: "loads[2].node" is about a node, "motions[1]" about the whole edit.
+std::string last_name(const std::string& path) {
+  const std::string name = path.substr(path.rfind('.') + 1);
+  return name.find('[') == std::string::npos ? name : "";
+}
+
+template <class Item>
+void erase_of_node(std::vector<Item>& items, int node) {
+  std::erase_if(items, [&](const Item& item) { return item.node == node; });
+}
+
+template <class Item>
+Item* find_of_node(std::vector<Item>& items, int node) {
+  const auto found =
+      std::find_if(items.begin(), items.end(), [&](const Item& item) { return item.node == node; });
+  return found == items.end() ? nullptr : &*found;
+}
+
+bool is_nothing(const beams::NodalLoad& load) {
+  return load.force.isZero(0) && load.moment.isZero(0);
+}
+
+bool holds_anything(const BeamSupport& support) {
+  return std::find(support.fixed.begin(), support.fixed.end(), true) != support.fixed.end();
+}
+
+}  // namespace
+
+void BeamLimits::validate() const {
+  if (undo_depth < 0)
+    throw Error(ErrorCode::kInvalidArgument, "undo_depth",
+                fmt::format("undo_depth = {}, must be >= 0", undo_depth));
+}
+
+/// One request under way on a copy of the history.
+class BeamDocument::Request {
+ public:
+  Request(const BeamDocument& document, const Places& places)
+      : document_(document),
+        places_(places),
+        history_(document.history_),
+        conditions_(*history_.now()) {}
+
+  void apply(const BeamEdit& edit) {
+    std::visit([this](const auto& what) { take(what); }, edit);
+  }
+
+  History finish() {
+    close_step();
+    return std::move(history_);
+  }
+
+ private:
+  void take(const SetSupport& set) {
+    demand_node(set.support.node);
+    begin_step();
+    erase_of_node(conditions_.supports, set.support.node);
+    if (holds_anything(set.support)) conditions_.supports.push_back(set.support);
+  }
+  void take(const MoveNode& move) { bring(move.motion); }
+  void take(const HoldNode& hold) {
+    demand_node(hold.node);
+    PrescribedMotion motion = places_.of(hold.node);
+    motion.node = hold.node;
+    motion.translates = hold.translations;
+    motion.rotates = hold.rotations;
+    bring(motion);
+  }
+  void take(const ReleaseNode& release) {
+    demand_node(release.node);
+    begin_step();
+    erase_of_node(conditions_.supports, release.node);
+    erase_of_node(conditions_.motions, release.node);
+  }
+  void take(const SetNodeLoad& set) {
+    demand_node(set.load.node);
+    begin_step();
+    erase_of_node(conditions_.loads, set.load.node);
+    if (!is_nothing(set.load)) conditions_.loads.push_back(set.load);
+  }
+  void take(const SetElementLoad& set) {
+    demand(set.load.element, document_.model_.elements.size(), "element");
+    begin_step();
+    std::erase_if(conditions_.distributed_loads, [&](const beams::DistributedLoad& load) {
+      return load.element == set.load.element;
+    });
+    if (!set.load.force.isZero(0)) conditions_.distributed_loads.push_back(set.load);
+  }
+  void take(const PushNode& push) {
+    demand_node(push.load.node);
+    begin_step();
+    conditions_.temporary_loads.push_back(push.load);
+  }
+  void take(const SetGravity& set) {
+    begin_step();
+    conditions_.gravity = set.gravity;
+  }
+  void take(const Undo&) {
+    close_step();
+    if (!history_.undo())
+      throw Error(ErrorCode::kFailedPrecondition, "", "there is nothing to undo");
+    conditions_ = *history_.now();
+  }
+  void take(const Redo&) {
+    close_step();
+    if (!history_.redo())
+      throw Error(ErrorCode::kFailedPrecondition, "", "there is nothing to redo");
+    conditions_ = *history_.now();
+  }
+
+  /// What the motion gives is no longer the support's; what it does not give stays.
+  void bring(const PrescribedMotion& motion) {
+    demand_node(motion.node);
+    const auto& [x, y, z] = motion.translates;
+    if (!x && !y && !z && !motion.rotates)
+      throw Error(ErrorCode::kInvalidArgument, "node",
+                  fmt::format("the motion of node {} gives no direction", motion.node));
+    begin_step();
+    if (BeamSupport* const support = find_of_node(conditions_.supports, motion.node)) {
+      // Translations are along x, y, z: of a support with other axes they are refused.
+      const bool is_global = support->axes.isIdentity(1e-12);
+      for (std::size_t k = 0; k < 3; ++k) {
+        support->fixed[k] = support->fixed[k] && !(is_global && motion.translates[k]);
+        support->fixed[3 + k] = support->fixed[3 + k] && !motion.rotates;
+      }
+      if (!holds_anything(*support)) erase_of_node(conditions_.supports, motion.node);
+    }
+    PrescribedMotion* found = find_of_node(conditions_.motions, motion.node);
+    if (found == nullptr) {
+      conditions_.motions.push_back({});
+      found = &conditions_.motions.back();
+      found->node = motion.node;
+    }
+    for (std::size_t k = 0; k < 3; ++k) {
+      if (!motion.translates[k]) continue;
+      found->translates[k] = true;
+      found->translation[static_cast<Eigen::Index>(k)] =
+          motion.translation[static_cast<Eigen::Index>(k)];
+    }
+    if (!motion.rotates) return;
+    found->rotates = true;
+    found->rotation = motion.rotation;
+  }
+
+  static void demand(int index, std::size_t count, const char* what) {
+    if (index >= 0 && static_cast<std::size_t>(index) < count) return;
+    throw Error(ErrorCode::kOutOfRange, what,
+                fmt::format("{} {} is outside 0 .. {}", what, index, count - 1));
+  }
+  void demand_node(int node) const { demand(node, document_.model_.nodes.size(), "node"); }
+
+  /// Temporary loads of the step before are over.
+  void begin_step() {
+    if (!std::exchange(is_open_, true)) conditions_.temporary_loads.clear();
+  }
+
+  /// Refuses what the conditions may not be.
+  void close_step() {
+    if (!std::exchange(is_open_, false)) return;
+    try {
+      validate(with_conditions(document_.model_, conditions_));
+    } catch (const Error& error) {
+      throw Error(error.code(), last_name(error.field()), error.what());
+    }
+    history_.step_to(conditions_, document_.limits_.undo_depth, document_.limits_.undo_bytes,
+                     [](const BeamConditions& conditions) { return bytes_of(conditions); });
+  }
+
+  const BeamDocument& document_;
+  const Places& places_;
+  History history_;
+  BeamConditions conditions_;
+  bool is_open_ = false;  // edits since the last step
+};
+
+BeamDocument::BeamDocument(beams::BeamModel model, BeamLimits limits)
+    : model_(std::move(model)), limits_(limits), history_(conditions_of(model_)) {
+  limits.validate();
+  validate(model_);
+}
+
+EditReceipt BeamDocument::apply(const std::vector<BeamEdit>& edits,
+                                std::optional<Revision> expected, const Places& places) {
+  if (expected && *expected != revision_) {
+    throw Error(ErrorCode::kFailedPrecondition, "expected_revision",
+                fmt::format("the session is at revision {}, not {}", revision_, *expected));
+  }
+  if (edits.empty()) throw Error(ErrorCode::kInvalidArgument, "edits", "there are no edits");
+  std::optional<History> done;
+  try_edits(edits.size(), [&](std::size_t count) {
+    Request request(*this, places);
+    for (std::size_t i = 0; i < count; ++i) request.apply(edits[i]);
+    done.emplace(request.finish());
+  });
+  LIMBER_DEMAND(done.has_value());
+  history_ = std::move(*done);
+  EditReceipt receipt;
+  receipt.revision = ++revision_;
+  receipt.constraint_ids.assign(edits.size(), 0);
+  receipt.keyframe_ids.assign(edits.size(), 0);
+  return receipt;
+}
+
+}  // namespace limber::session

@@ -1,0 +1,139 @@
+#include "engine/session/beams/live_beams.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "engine/session/beams/shape_keeper.h"
+
+namespace limber::session {
+namespace {
+
+using beams::BeamStatus;
+
+constexpr int kMostFrames = 128;  // of one way
+// Load steps go on as those before but for this much [rad]: see BeamSolveOptions::largest_swerve.
+constexpr double kSwerve = 0.05;
+constexpr int kNewtonIterations = 3000;
+// Shapes that undo comes back to, and what one takes of memory.
+constexpr std::size_t kKnownBytes = std::size_t{64} << 20;
+constexpr std::size_t kBytesPerElement = 1000;
+
+beams::BeamSolveOptions watched() {
+  beams::BeamSolveOptions options;
+  options.largest_swerve = kSwerve;
+  options.newton_iterations = kNewtonIterations;
+  return options;
+}
+
+}  // namespace
+
+Eigen::VectorXf beam_coordinates(const beams::BeamState& state) {
+  Eigen::VectorXf coordinates(7 * state.nodes());
+  for (int i = 0; i < state.nodes(); ++i) {
+    const Eigen::Quaterniond& q = state.rotations[static_cast<std::size_t>(i)];
+    coordinates.segment<3>(7 * i) = state.positions.col(i).cast<float>();
+    coordinates.segment<4>(7 * i + 3) = Eigen::Vector4d(q.w(), q.x(), q.y(), q.z()).cast<float>();
+  }
+  return coordinates;
+}
+
+LiveBeams::LiveBeams(beams::BeamModel model)
+    : model_(std::move(model)), state_(beams::BeamStructure(model_).rest_state()) {
+  good_.state = state_;
+}
+
+/// What the held nodes have turned by, a share of the way from where they were to what conditions
+/// ask for. Of nodes that were not held before nothing is known but the state.
+LiveBeams::Turns LiveBeams::turns_at(const BeamConditions& conditions, double share) const {
+  Turns turns;
+  const auto note = [&](int node, const Eigen::Vector3d& wanted) {
+    const auto before = std::find_if(turned_.begin(), turned_.end(),
+                                     [node](const beams::HeldTurn& t) { return t.node == node; });
+    const bool was_held = before != turned_.end() || is_drawn_;
+    if (share < 1 && !was_held) return;
+    const Eigen::Vector3d from =
+        before != turned_.end() ? before->rotation : Eigen::Vector3d::Zero().eval();
+    turns.push_back({node, from + share * (wanted - from)});
+  };
+  for (const beams::BeamSupport& support : conditions.supports)
+    if (support.fixed[3] && support.fixed[4] && support.fixed[5])
+      note(support.node, Eigen::Vector3d::Zero());
+  for (const beams::PrescribedMotion& motion : conditions.motions)
+    if (motion.rotates) note(motion.node, motion.rotation);
+  return turns;
+}
+
+bool LiveBeams::begin_at(const SharedConditions& conditions) {
+  for (const Place& place : known_) {
+    if (place.conditions != conditions) continue;
+    state_ = place.state;
+    turned_ = place.turned;
+    is_drawn_ = false;
+    return true;
+  }
+  return false;
+}
+
+void LiveBeams::restore() {
+  state_ = good_.state;
+  turned_ = good_.turned;
+  is_drawn_ = good_.conditions == nullptr;
+}
+
+void LiveBeams::keep(const SharedConditions& conditions, beams::BeamStructure&& structure,
+                     beams::BeamSolution&& solution) {
+  turned_ = turns_at(*conditions, 1);
+  is_drawn_ = false;
+  state_ = solution.state;
+  beams::BeamResults results = results_of(structure, state_);
+  good_ = {conditions, state_, turned_,
+           std::make_shared<const BeamAnalysis>(
+               BeamAnalysis{std::move(structure), std::move(solution), std::move(results), {}})};
+  std::erase_if(known_, [&](const Place& place) { return place.conditions == conditions; });
+  known_.push_back(good_);
+  known_.back().analysis.reset();
+  const std::size_t each = kBytesPerElement * std::max<std::size_t>(1, model_.elements.size());
+  while (known_.size() > 1 && known_.size() * each > kKnownBytes) known_.pop_front();
+}
+
+/// Load steps are states that the next solve may go on from; what a relaxation was doing is not.
+void LiveBeams::stay_on_the_way(const BeamConditions& conditions,
+                                const beams::BeamSolution& solution) {
+  const beams::BeamReport& report = solution.report;
+  if (report.method != beams::BeamMethod::kNewton || report.load_steps == 0) return;
+  turned_ = turns_at(conditions, report.load_factor);
+  is_drawn_ = false;
+  state_ = solution.state;
+}
+
+LiveBeams::Outcome LiveBeams::solve(const SharedConditions& conditions, const JobContext& job,
+                                    const OnIterate& on_iterate) {
+  beams::BeamModel model = with_conditions(model_, *conditions);
+  // A side that was chosen before is not chosen again.
+  if (begin_at(conditions)) model.temporary_loads.clear();
+  beams::BeamStructure structure(std::move(model));
+  ShapeKeeper<Eigen::VectorXf> keeper(kMostFrames);
+  const beams::BeamObserver observer = [&](const beams::BeamProgress& progress) {
+    keeper.keep([&] { return beam_coordinates(*progress.state); });
+    on_iterate(*progress.state);
+  };
+  beams::BeamSolution solution =
+      is_drawn_ ? find_equilibrium(structure, {}, job, observer)
+                : follow_equilibrium(structure, state_, turned_, watched(), job, observer);
+  Outcome outcome;
+  outcome.report = solution.report;
+  outcome.reached = solution.report.converged();
+  if (outcome.reached) {
+    keep(conditions, std::move(structure), std::move(solution));
+    outcome.frames = keeper.take();
+    const Eigen::VectorXf last = beam_coordinates(state_);
+    if (outcome.frames.empty() || outcome.frames.back() != last) outcome.frames.push_back(last);
+  } else if (solution.report.status == BeamStatus::kCancelled) {
+    stay_on_the_way(*conditions, solution);
+  } else {
+    restore();
+  }
+  return outcome;
+}
+
+}  // namespace limber::session

@@ -1,0 +1,77 @@
+#pragma once
+
+#include <cstddef>
+#include <deque>
+#include <functional>
+#include <memory>
+#include <vector>
+
+#include "engine/base/job.h"
+#include "engine/beams/solver/equilibrium.h"
+#include "engine/session/beams/beam_analysis.h"
+#include "engine/session/beams/beam_conditions.h"
+
+namespace limber::session {
+
+/// Of one shape, 7 float32 a node: x, y, z [m], then the rotation from rest as a unit quaternion w,
+/// x, y, z.
+[[nodiscard]] Eigen::VectorXf beam_coordinates(const beams::BeamState& state);
+
+/// A structure of beams that is kept in equilibrium: what the task of a session works with. Driven
+/// by one thread.
+class LiveBeams {
+ public:
+  /// @throws Error as beams::validate
+  explicit LiveBeams(beams::BeamModel model);
+
+  /// The shape now: the last equilibrium, or within a solve what was reached of the next.
+  [[nodiscard]] const beams::BeamState& state() const { return state_; }
+  /// Of the last equilibrium; null before the first.
+  [[nodiscard]] const std::shared_ptr<const BeamAnalysis>& analysis() const {
+    return good_.analysis;
+  }
+
+  struct Outcome {
+    bool reached = false;  // an equilibrium under these conditions
+    beams::BeamReport report;
+    /// Shapes on the way, the equilibrium last; empty where it was not reached.
+    std::vector<Eigen::VectorXf> frames;
+  };
+  /// Called with states on the way: load steps, or now and then of the relaxation.
+  using OnIterate = std::function<void(const beams::BeamState& state)>;
+
+  /// The equilibrium under these conditions. The first is that of the structure as drawn; others
+  /// are followed from the shape there is (beams::follow_equilibrium), never from nothing. Where
+  /// none is reached, the shape is the last one there was; cancelled, what was reached of the way.
+  /// Conditions that were solved before, the very same object as undo brings them back, begin from
+  /// the shape they had then.
+  Outcome solve(const std::shared_ptr<const BeamConditions>& conditions, const JobContext& job,
+                const OnIterate& on_iterate);
+  /// Back to the last equilibrium, or to the structure as drawn.
+  void restore();
+
+ private:
+  using SharedConditions = std::shared_ptr<const BeamConditions>;
+  using Turns = std::vector<beams::HeldTurn>;
+  struct Place {
+    SharedConditions conditions;  // null: as drawn
+    beams::BeamState state;
+    Turns turned;
+    std::shared_ptr<const BeamAnalysis> analysis;
+  };
+  /// @returns whether they were solved before
+  bool begin_at(const SharedConditions& conditions);
+  void keep(const SharedConditions& conditions, beams::BeamStructure&& structure,
+            beams::BeamSolution&& solution);
+  void stay_on_the_way(const BeamConditions& conditions, const beams::BeamSolution& solution);
+  [[nodiscard]] Turns turns_at(const BeamConditions& conditions, double share) const;
+
+  const beams::BeamModel model_;
+  beams::BeamState state_;
+  Turns turned_;             // of what is held in state_
+  bool is_drawn_ = true;     // nothing has moved yet
+  Place good_;               // the last equilibrium
+  std::deque<Place> known_;  // the latest last
+};
+
+}  // namespace limber::session

@@ -1,0 +1,51 @@
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "engine/session/beams/beam_session.h"
+#include "server/codec/beam_structure.h"
+#include "server/service/export_book.h"
+#include "server/service/record.h"
+
+namespace limber::server {
+
+/// The record of a session of a structure of beams, and the session's listener.
+class BeamRecord final : public Record, public session::BeamListener {
+ public:
+  /// @param opened  as it was opened: what answers need that the session does not keep
+  BeamRecord(Hub& hub, std::string id, DecodedBeams opened, JobId open_job);
+
+  /// Right after the session is made. Before, answers come from what was opened alone.
+  void attach(std::shared_ptr<session::BeamSession> session);
+  /// The session, for calls. @throws Error{kNotFound} once it is closed
+  [[nodiscard]] std::shared_ptr<session::BeamSession> session() const;
+
+  [[nodiscard]] const DecodedBeams& opened() const { return opened_; }
+  /// What exports are made of: final results.
+  [[nodiscard]] ExportBook<session::BeamResult>& exports() { return exports_; }
+  [[nodiscard]] const char* subject() const override { return "a structure of beams"; }
+  [[nodiscard]] std::shared_ptr<const FrameSource> frames(bool final_only) const override;
+  [[nodiscard]] proto::GetGeometryResponse geometry(
+      const std::string& known_basis_hash) const override;
+  /// @throws Error{kFailedPrecondition, "session"} while there is none
+  [[nodiscard]] std::shared_ptr<const session::BeamResult> final_result() const;
+  void stop_work() override { session()->cancel(); }
+  void close_session() override;
+
+  void on_state(session::State state, const std::string& message) override {
+    note_state(state, message);
+  }
+  void on_result(const std::shared_ptr<const session::BeamResult>& result) override;
+
+ private:
+  void describe(proto::SessionStatus& status) const override;
+  void adopt_model() override {}  // frames need none
+  [[nodiscard]] bool is_attached() const override { return session_ != nullptr; }
+
+  const DecodedBeams opened_;
+  ExportBook<session::BeamResult> exports_;
+  std::shared_ptr<session::BeamSession> session_;  // under the lock
+};
+
+}  // namespace limber::server

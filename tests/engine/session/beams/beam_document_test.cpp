@@ -1,0 +1,164 @@
+#include "engine/session/beams/beam_document.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+
+#include "engine/base/error.h"
+#include "tests/engine/session/beams/beam_scenes.h"
+
+namespace limber::session {
+namespace {
+
+class Nowhere final : public BeamDocument::Places {
+ public:
+  [[nodiscard]] beams::PrescribedMotion of(int) const override {
+    throw Error(ErrorCode::kFailedPrecondition, "node", "nobody knows");
+  }
+};
+class Lifted final : public BeamDocument::Places {
+ public:
+  [[nodiscard]] beams::PrescribedMotion of(int node) const override {
+    return {node, {true, true, true}, {0, 0, 0.25}, true, {0.5, 0, 0}};
+  }
+};
+
+struct Edited {
+  BeamDocument document{test::cantilever(6, 1)};
+  EditReceipt apply(const std::vector<BeamEdit>& edits) {
+    return document.apply(edits, {}, Nowhere());
+  }
+  [[nodiscard]] const BeamConditions& now() const { return *document.conditions(); }
+};
+
+/// What a refusal says; the document must not have changed.
+Error refusal(BeamDocument& document, const std::vector<BeamEdit>& edits) {
+  const auto before = document.conditions();
+  const Revision revision = document.revision();
+  try {
+    (void)document.apply(edits, {}, Nowhere());
+  } catch (const Error& error) {
+    EXPECT_EQ(document.conditions(), before);
+    EXPECT_EQ(document.revision(), revision);
+    return error;
+  }
+  ADD_FAILURE() << "it was accepted";
+  return {ErrorCode::kInternal, "", ""};
+}
+
+TEST(BeamDocument, AMotionTakesOverWhatItGivesAndLeavesTheRest) {
+  Edited edited;
+  EXPECT_EQ(edited.apply({MoveNode{test::moved(0, {}, {}, 0.1)}}).revision, 1U);
+  ASSERT_EQ(edited.now().supports.size(), 1U);
+  EXPECT_EQ(edited.now().supports[0].fixed,
+            (std::array<bool, 6>{true, true, false, true, true, true}));
+  ASSERT_EQ(edited.now().motions.size(), 1U);
+  EXPECT_EQ(edited.now().motions[0].translation.z(), 0.1);
+  edited.apply({MoveNode{test::moved(0, 0.2, {}, {})}});
+  ASSERT_EQ(edited.now().motions.size(), 1U);
+  EXPECT_EQ(edited.now().motions[0].translation, Eigen::Vector3d(0.2, 0, 0.1));
+  edited.apply({MoveNode{test::turned(0, {0, 0.3, 0})}});
+  EXPECT_EQ(edited.now().supports[0].fixed,
+            (std::array<bool, 6>{false, true, false, false, false, false}));
+  EXPECT_TRUE(edited.now().motions[0].rotates);
+}
+
+TEST(BeamDocument, NodesAreHeldWhereTheyAre) {
+  Edited edited;
+  edited.document.apply({HoldNode{6}}, {}, Lifted());
+  ASSERT_EQ(edited.now().motions.size(), 1U);
+  EXPECT_EQ(edited.now().motions[0].node, 6);
+  EXPECT_EQ(edited.now().motions[0].translation.z(), 0.25);
+  EXPECT_EQ(edited.now().motions[0].rotation.x(), 0.5);
+  EXPECT_EQ(refusal(edited.document, {HoldNode{3}}).code(), ErrorCode::kFailedPrecondition);
+}
+
+TEST(BeamDocument, LoadsReplaceEachOtherAndZerosTakeThemAway) {
+  Edited edited;
+  edited.apply({SetNodeLoad{test::force_on(6, 0, 0, -2)}, SetElementLoad{{2, {0, 0, -3}}},
+                SetGravity{{0, 0, -9.81}}});
+  ASSERT_EQ(edited.now().loads.size(), 1U);
+  EXPECT_EQ(edited.now().loads[0].force.z(), -2);
+  EXPECT_EQ(edited.now().distributed_loads.size(), 1U);
+  edited.apply({SetNodeLoad{test::force_on(6)}, SetElementLoad{{2, {0, 0, 0}}}});
+  EXPECT_TRUE(edited.now().loads.empty());
+  EXPECT_TRUE(edited.now().distributed_loads.empty());
+  EXPECT_EQ(edited.now().gravity.z(), -9.81);
+}
+
+TEST(BeamDocument, PushesAreOfOneRequest) {
+  Edited edited;
+  edited.apply({PushNode{test::force_on(3, 0, 0, 1)}, PushNode{test::force_on(4, 0, 0, 1)}});
+  EXPECT_EQ(edited.now().temporary_loads.size(), 2U);
+  edited.apply({SetGravity{{0, 0, -1}}});
+  EXPECT_TRUE(edited.now().temporary_loads.empty());
+}
+
+TEST(BeamDocument, UndoComesBackToTheVerySameConditions) {
+  Edited edited;
+  const auto first = edited.document.conditions();
+  edited.apply({SetGravity{{0, 0, -1}}, SetNodeLoad{test::force_on(2, 1, 0, 0)}});
+  const auto second = edited.document.conditions();
+  EXPECT_EQ(edited.apply({Undo{}}).revision, 2U);
+  EXPECT_EQ(edited.document.conditions(), first);
+  edited.apply({Redo{}});
+  EXPECT_EQ(edited.document.conditions(), second);
+  EXPECT_EQ(refusal(edited.document, {Redo{}}).code(), ErrorCode::kFailedPrecondition);
+  edited.apply({Undo{}, SetGravity{{0, 0, -2}}});
+  EXPECT_EQ(edited.document.redo_count(), 0U);
+  EXPECT_EQ(edited.document.undo_count(), 1U);
+}
+
+TEST(BeamDocument, ContradictionsAreRefusedByTheEditThatMakesThem) {
+  Edited edited;
+  // Held by a motion first, then by a support as well.
+  Error error = refusal(
+      edited.document,
+      {SetGravity{{0, 0, -1}}, MoveNode{test::moved(6, {}, {}, 0.1)}, SetSupport{test::held(6)}});
+  EXPECT_EQ(error.field(), "edits[2]");
+  EXPECT_EQ(error.code(), ErrorCode::kInvalidArgument);
+  EXPECT_NE(std::string(error.what()).find("node 6"), std::string::npos) << error.what();
+  error = refusal(edited.document, {SetNodeLoad{test::force_on(7, 0, 0, 1)}});
+  EXPECT_EQ(error.field(), "edits[0].node");
+  EXPECT_EQ(error.code(), ErrorCode::kOutOfRange);
+  error = refusal(edited.document, {SetElementLoad{{6, {0, 0, 1}}}});
+  EXPECT_EQ(error.field(), "edits[0].element");
+  error = refusal(edited.document, {ReleaseNode{0}});
+  EXPECT_EQ(error.code(), ErrorCode::kFailedPrecondition) << "nothing holds it then";
+  error = refusal(edited.document, {MoveNode{test::moved(2, {}, {}, {})}});
+  EXPECT_EQ(error.field(), "edits[0].node");
+  error = refusal(edited.document, {SetNodeLoad{test::force_on(2, 0, 0, std::nan(""))}});
+  EXPECT_EQ(error.field(), "edits[0].force");
+  error = refusal(edited.document, {});
+  EXPECT_EQ(error.field(), "edits");
+  // What only an order makes wrong is not wrong: released first, held elsewhere after.
+  edited.apply({ReleaseNode{0}, SetSupport{test::held(3)}});
+  EXPECT_EQ(edited.now().supports.at(0).node, 3);
+}
+
+TEST(BeamDocument, SupportsWithAxesOfTheirOwnAreNotMovedAlongX) {
+  Edited edited;
+  beams::BeamSupport slope = test::held(6);
+  slope.axes = Eigen::AngleAxisd(0.5, Eigen::Vector3d::UnitY()).toRotationMatrix();
+  edited.apply({SetSupport{slope}});
+  const Error error = refusal(edited.document, {MoveNode{test::moved(6, 0.1, {}, {})}});
+  EXPECT_EQ(error.field(), "edits[0]");
+  edited.apply({ReleaseNode{6}, MoveNode{test::moved(6, 0.1, {}, {})}});
+}
+
+TEST(BeamDocument, ExpectedRevisionsAndLimitsAreKept) {
+  BeamDocument document(test::cantilever(4, 1), {2});
+  for (int i = 0; i < 4; ++i)
+    document.apply({SetGravity{{0, 0, -1.0 - i}}}, static_cast<Revision>(i), Nowhere());
+  EXPECT_EQ(document.undo_count(), 2U);
+  try {
+    document.apply({Undo{}}, 3, Nowhere());
+    FAIL() << "accepted";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.field(), "expected_revision");
+  }
+  EXPECT_THROW(BeamLimits{-1}.validate(), Error);
+}
+
+}  // namespace
+}  // namespace limber::session

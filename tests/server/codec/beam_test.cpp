@@ -1,0 +1,120 @@
+// Structures of beams and their edits between messages and values.
+
+#include <gtest/gtest.h>
+
+#include "proto/json_text.h"
+#include "server/codec/beam_edit.h"
+#include "server/codec/beam_scene.h"
+#include "server/codec/edit_fields.h"
+
+namespace limber::server {
+namespace {
+
+constexpr const char* kStructure = R"({
+  "name": "portal",
+  "nodes": [{"position": {}}, {"position": {"x": 1}, "normal": {"y": 1}}, {"position": {"x": 1, "z": 2}}],
+  "sections": [{"tube": {"outer_radius": 0.02, "inner_radius": 0.01}, "young": 2e11, "poisson": 0.3, "density": 7800}],
+  "elements": [{"start": 0, "finish": 1, "start_release": {"rotations": [2]}, "rest_length": 1.01},
+               {"start": 1, "finish": 2, "kind": "BEAM_KIND_CABLE"}],
+  "supports": [{"node": 0, "fix_x": true, "fix_y": true, "fix_z": true, "fix_rotation_x": true},
+               {"node": 2, "fix_x": true, "x_axis": {"x": 1, "y": 1}, "y_axis": {"x": -3}}],
+  "motions": [{"node": 1, "y": 0, "z": 0.1, "rotation": {"x": 0.2}}],
+  "loads": [{"node": 1, "force": {"z": -5}, "moment": {"y": 1}, "follows": true}],
+  "distributed_loads": [{"element": 0, "force": {"z": -2}}],
+  "gravity": {"z": -9.81},
+  "temporary_loads": [{"node": 1, "force": {"y": 1}}]
+})";
+
+proto::Scene scene() {
+  proto::Scene message;
+  EXPECT_FALSE(json::read_message(kStructure, *message.mutable_beams()->mutable_structure()));
+  return message;
+}
+
+DecodedBeams decode(const proto::Scene& message) {
+  return decode_beam_scene(message, "scene.", [](const proto::LineSource&, const std::string&) {
+    return scene::EdgeMesh();
+  });
+}
+
+template <class Call>
+std::string field_of(const Call& call) {
+  try {
+    call();
+  } catch (const Refusal& refusal) {
+    return refusal.field();
+  } catch (const Error& error) {
+    return error.field();
+  }
+  return "accepted";
+}
+
+TEST(BeamCodec, ScenesComeBackAsTheyWent) {
+  proto::Scene sent = scene();
+  auto& slope = *sent.mutable_beams()->mutable_structure()->mutable_supports(1);
+  slope.mutable_x_axis()->set_x(0);  // axes that nothing rounds
+  const DecodedBeams first = decode(sent);
+  EXPECT_EQ(first.name, "portal");
+  const beams::BeamModel& model = first.model;
+  EXPECT_EQ(model.elements[0].start_release.rotations, (std::array<bool, 3>{false, true, false}));
+  EXPECT_EQ(model.elements[1].kind, beams::BeamKind::kCable);
+  EXPECT_EQ(model.motions[0].translates, (std::array<bool, 3>{false, true, true}));
+  EXPECT_EQ(model.loads[0].direction, beams::LoadDirection::kFollowing);
+  const proto::Scene told = encode_beam_scene(first);
+  const DecodedBeams second = decode(told);
+  EXPECT_EQ(told.SerializeAsString(), encode_beam_scene(second).SerializeAsString());
+  EXPECT_EQ(second.model.supports[1].fixed, model.supports[1].fixed);
+  EXPECT_EQ(second.model.sections[0].bending_2, model.sections[0].bending_2);
+}
+
+TEST(BeamCodec, AxesOfSupportsAreMadePerpendicular) {
+  const beams::BeamSupport support = decode(scene()).model.supports[1];
+  const double half = std::sqrt(0.5);
+  Eigen::Matrix3d wanted;
+  wanted << half, -half, 0, half, half, 0, 0, 0, 1;
+  EXPECT_LT((support.axes - wanted).norm(), 1e-12);
+  proto::Scene bad = scene();
+  bad.mutable_beams()->mutable_structure()->mutable_supports(1)->clear_x_axis();
+  EXPECT_EQ(field_of([&] { decode(bad); }), "scene.beams.structure.supports[1].x_axis");
+  bad = scene();
+  bad.mutable_beams()->mutable_structure()->mutable_supports(1)->clear_y_axis();
+  EXPECT_EQ(field_of([&] { decode(bad); }), "scene.beams.structure.supports[1].y_axis");
+}
+
+TEST(BeamCodec, SourcesExcludeEachOther) {
+  proto::Scene both = scene();
+  both.mutable_beams()->mutable_lines()->set_path("x.obj");
+  EXPECT_EQ(field_of([&] { decode(both); }), "scene.beams.structure.nodes");
+  both = scene();
+  both.mutable_beams()->mutable_job()->set_name("SimulationJob.json");
+  EXPECT_EQ(field_of([&] { decode(both); }), "scene.beams.job");
+  proto::Scene unit = scene();
+  unit.set_length_unit_in_metres(0.001);
+  EXPECT_EQ(field_of([&] { decode(unit); }), "scene.length_unit_in_metres");
+}
+
+TEST(BeamCodec, EditsAreReadAndNamed) {
+  const auto nodes = decode(scene()).model.nodes;
+  proto::EditRequest request;
+  auto& move = *request.add_edits()->mutable_move_beam_node();
+  move.mutable_motion()->set_node(2);
+  move.mutable_position()->set_x(1.5);
+  request.add_edits()->mutable_hold_beam_node()->set_node(1);
+  request.add_edits()->mutable_set_beam_load()->mutable_load()->set_node(1);
+  const auto edits = decode_beam_edits(request, nodes);
+  const auto& motion = std::get<session::MoveNode>(edits[0]).motion;
+  EXPECT_EQ(motion.translates, (std::array<bool, 3>{true, true, true}));
+  EXPECT_EQ(motion.translation, Eigen::Vector3d(0.5, 0, -2)) << "from where it is drawn";
+  EXPECT_TRUE(std::get<session::HoldNode>(edits[1]).rotations) << "nothing given: all";
+  EXPECT_EQ(edit_field_in(request, "edits[0].node"), "edits[0].move_beam_node.motion.node");
+  EXPECT_EQ(edit_field_in(request, "edits[1].node"), "edits[1].hold_beam_node.node");
+  EXPECT_EQ(edit_field_in(request, "edits[2].force"), "edits[2].set_beam_load.load.force");
+  move.mutable_motion()->set_x(1);
+  EXPECT_EQ(field_of([&] { (void)decode_beam_edits(request, nodes); }),
+            "edits[0].move_beam_node.position");
+  request.mutable_edits(0)->mutable_set_mean_angle();
+  EXPECT_EQ(field_of([&] { (void)decode_beam_edits(request, nodes); }), "edits[0].set_mean_angle");
+}
+
+}  // namespace
+}  // namespace limber::server
