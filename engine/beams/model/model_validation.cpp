@@ -1,6 +1,7 @@
 #include <fmt/core.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <numeric>
@@ -13,6 +14,11 @@
 namespace limber::beams {
 
 namespace {
+
+/// Squares of what is larger overflow.
+constexpr double kLargest = 1e100;
+/// Of the shortest element: farther from the origin, rounding of coordinates is strain that shows.
+constexpr double kFarthest = 1e6;
 
 std::string at(const char* list, std::size_t index, const char* member = "") {
   return fmt::format("{}[{}]{}{}", list, index, *member == 0 ? "" : ".", member);
@@ -27,15 +33,17 @@ void require_index(int index, std::size_t count, const std::string& field, const
            ErrorCode::kOutOfRange);
 }
 void require_finite(const Eigen::Vector3d& value, const std::string& field) {
-  if (!value.allFinite())
-    refuse(field, fmt::format("= ({}, {}, {}), must be finite", value.x(), value.y(), value.z()));
+  if (!(value.cwiseAbs().maxCoeff() <= kLargest) || !value.allFinite())
+    refuse(field, fmt::format("= ({}, {}, {}), must be finite, and at most {:g}", value.x(),
+                              value.y(), value.z(), kLargest));
 }
 void require_positive(double value, const std::string& field) {
-  if (!(value > 0) || !std::isfinite(value)) refuse(field, fmt::format("= {}, must be > 0", value));
+  if (!(value > 0) || !(value <= kLargest))
+    refuse(field, fmt::format("= {}, must be > 0, and at most {:g}", value, kLargest));
 }
 void require_not_negative(double value, const std::string& field) {
-  if (!(value >= 0) || !std::isfinite(value))
-    refuse(field, fmt::format("= {}, must be >= 0", value));
+  if (!(value >= 0) || !(value <= kLargest))
+    refuse(field, fmt::format("= {}, must be >= 0, and at most {:g}", value, kLargest));
 }
 
 void check_nodes(const BeamModel& model) {
@@ -225,12 +233,31 @@ void check_held(const BeamModel& model) {
   }
 }
 
+void check_place(const BeamModel& model) {
+  double shortest = kLargest;
+  for (const BeamElement& e : model.elements) {
+    const auto place = [&](int node) {
+      return model.nodes[static_cast<std::size_t>(node)].position;
+    };
+    shortest = std::min(shortest, (place(e.finish) - place(e.start)).norm());
+  }
+  for (std::size_t i = 0; i < model.nodes.size(); ++i) {
+    const double away = model.nodes[i].position.cwiseAbs().maxCoeff();
+    if (away <= kFarthest * shortest) continue;
+    refuse(at("nodes", i, "position"),
+           fmt::format("lies {:g} from the origin, more than {:g} times the shortest element "
+                       "({:g}): move the structure there",
+                       away, kFarthest, shortest));
+  }
+}
+
 }  // namespace
 
 void validate(const BeamModel& model) {
   check_nodes(model);
   check_sections(model);
   check_elements(model);
+  check_place(model);
   check_holds(model);
   check_loads(model);
   check_held(model);

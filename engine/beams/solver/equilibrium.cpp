@@ -1,5 +1,6 @@
 #include "engine/beams/solver/equilibrium.h"
 
+#include "engine/beams/solver/element_doubts.h"
 #include "engine/beams/solver/newton_path.h"
 #include "engine/beams/solver/relaxation_path.h"
 #include "engine/beams/structure/elastic.h"
@@ -83,6 +84,15 @@ BeamSolution solve(const Attempt& attempt) {
     if (error.code() != ErrorCode::kCancelled) throw;
     solution.report.status = BeamStatus::kCancelled;
     solution.report.message = "cancelled";
+  }
+  if (solution.report.converged()) {
+    if (const auto doubt = detail::doubt_elements(attempt.structure, solution.state)) {
+      const auto& element =
+          attempt.structure.model().elements[static_cast<std::size_t>(doubt->element)];
+      solution.report.status = BeamStatus::kUnstable;
+      solution.report.node = element.start;
+      solution.report.message = "balanced, but " + doubt->message;
+    }
   }
   solution.report.elastic_energy = elastic_energies(attempt.structure, solution.state).total();
   return solution;

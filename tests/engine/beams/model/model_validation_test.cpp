@@ -63,6 +63,12 @@ INSTANTIATE_TEST_SUITE_P(
                  [](BeamModel& m) {
                    m.distributed_loads.push_back({-1, {0, 0, 1}});
                  }},
+        BadInput{"LoadWhoseSquareOverflows", "loads[0].force", kInvalid,
+                 [](BeamModel& m) { m.loads[0].force.x() = 1e200; }},
+        BadInput{"FarFromTheOrigin", "nodes[0].position", kInvalid,
+                 [](BeamModel& m) {
+                   for (auto& node : m.nodes) node.position.x() += 1e9;
+                 }},
         BadInput{"LoadNotANumber", "loads[0].force", kInvalid,
                  [](BeamModel& m) { m.loads[0].force.x() = kNaN; }},
         BadInput{"NoSupports", "supports", kPrecondition, [](BeamModel& m) { m.supports.clear(); }},

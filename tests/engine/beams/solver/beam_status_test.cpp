@@ -1,13 +1,17 @@
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
+
 #include "engine/base/error.h"
 #include "engine/beams/results/beam_results.h"
+#include "engine/beams/solver/element_doubts.h"
 #include "tests/support/beam_problems.h"
 
 namespace limber::beams {
 namespace {
 
 using limber::testing::BeamEnds;
+using limber::testing::cantilever_model;
 using limber::testing::clamped;
 
 /// A column pressed by twice its Euler load, perfectly straight.
@@ -35,6 +39,34 @@ TEST(BeamStatus, RelaxationSaysThatAStraightColumnIsASaddle) {
   const BeamSolution found = find_equilibrium(BeamStructure(column()), options);
   EXPECT_EQ(found.report.status, BeamStatus::kUnstable) << found.report.message;
   EXPECT_NE(found.report.message.find("saddle"), std::string::npos);
+}
+
+/// Newton's method balances it, straight, far beyond what any of its elements bears.
+TEST(BeamStatus, AnElementPressedBeyondItsOwnBucklingIsNoMinimum) {
+  BeamModel model = limber::testing::straight_beam(5, 1, 200);
+  model.supports = {clamped(0), clamped(5)};
+  model.supports[1].fixed[0] = false;
+  PrescribedMotion motion;
+  motion.node = 5;
+  motion.translates = {true, false, false};
+  motion.translation = {-0.3, 0, 0};
+  model.motions.push_back(motion);
+  BeamSolveOptions options;
+  options.method = BeamMethod::kNewton;
+  const BeamSolution found = find_equilibrium(BeamStructure(model), options);
+  EXPECT_EQ(found.report.status, BeamStatus::kUnstable) << found.report.message;
+  EXPECT_NE(found.report.message.find("by itself"), std::string::npos) << found.report.message;
+}
+
+TEST(BeamStatus, AFoldedElementIsDoubted) {
+  const BeamStructure structure(cantilever_model(4, 1));
+  BeamState state = structure.rest_state();
+  EXPECT_FALSE(detail::doubt_elements(structure, state));
+  state.rotations[4] = Eigen::AngleAxisd(2.5, Eigen::Vector3d::UnitY());
+  const auto doubt = detail::doubt_elements(structure, state);
+  ASSERT_TRUE(doubt);
+  EXPECT_EQ(doubt->element, 3);
+  EXPECT_NE(doubt->message.find("folded"), std::string::npos) << doubt->message;
 }
 
 TEST(BeamStatus, LimitsAreLimits) {

@@ -1,0 +1,22 @@
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "engine/beams/structure/beam_structure.h"
+
+namespace limber::beams::detail {
+
+/// An element that balances where the model of elements says nothing of stability any more.
+struct ElementDoubt {
+  int element = -1;
+  std::string message;  // a sentence for people
+};
+
+/// The worst of the elements that are pressed beyond what they buckle at by themselves, whatever
+/// their ends do (4 pi^2 EI / L^2), or whose ends have turned a quarter round against their chord.
+/// Nodes cannot show how such an element buckles or bends: that is no equilibrium of the beam.
+[[nodiscard]] std::optional<ElementDoubt> doubt_elements(const BeamStructure& structure,
+                                                         const BeamState& state);
+
+}  // namespace limber::beams::detail
