@@ -12,6 +12,9 @@ namespace limber::beams::detail {
 namespace {
 
 constexpr double kQuarterTurn = std::numbers::pi / 2;
+// Of the force at which an element buckles. Public structures whose rims are brought in at once
+// stay below; a straight column that nothing pushes aside does not.
+constexpr double kHopeless = 2;
 
 /// Angle between an end and the chord [rad].
 double bend_of(const BeamStructure& structure, const BeamState& state, int element) {
@@ -44,15 +47,19 @@ std::optional<ElementDoubt> doubt_elements(const BeamStructure& structure, const
     const double bend = bend_of(structure, state, i);
     if (std::max(pressed, bend / kQuarterTurn) <= worst) continue;
     worst = std::max(pressed, bend / kQuarterTurn);
-    found = ElementDoubt{
-        i,
+    found = ElementDoubt{};
+    found->element = i;
+    found->hopeless = bend > kQuarterTurn || pressed > kHopeless;
+    found->message =
         pressed > bend / kQuarterTurn
-            ? fmt::format("element {} is pressed with {:.3g} times the force at which it buckles "
-                          "by itself: take shorter elements, or a load that chooses a side",
-                          i, pressed)
-            : fmt::format("element {} has folded: an end has turned by {:.2f} rad against its "
-                          "chord; take shorter elements",
-                          i, bend)};
+            ? fmt::format(
+                  "element {} is pressed with {:.3g} times the force at which it buckles by "
+                  "itself: take shorter elements, or a load that chooses a side",
+                  i, pressed)
+            : fmt::format(
+                  "element {} has folded: an end has turned by {:.2f} rad against its "
+                  "chord; take shorter elements",
+                  i, bend);
   }
   return found;
 }

@@ -10,6 +10,9 @@ namespace limber::beams::detail {
 /// An element that balances where the model of elements says nothing of stability any more.
 struct ElementDoubt {
   int element = -1;
+  /// Far enough that the balance is none of the beam; else a finer structure may well have one
+  /// near.
+  bool hopeless = false;
   std::string message;  // a sentence for people
 };
 

@@ -89,9 +89,13 @@ BeamSolution solve(const Attempt& attempt) {
     if (const auto doubt = detail::doubt_elements(attempt.structure, solution.state)) {
       const auto& element =
           attempt.structure.model().elements[static_cast<std::size_t>(doubt->element)];
-      solution.report.status = BeamStatus::kUnstable;
-      solution.report.node = element.start;
-      solution.report.message = "balanced, but " + doubt->message;
+      if (doubt->hopeless) {
+        solution.report.status = BeamStatus::kUnstable;
+        solution.report.node = element.start;
+        solution.report.message = "balanced, but " + doubt->message;
+      } else {
+        solution.report.message += "; " + doubt->message;
+      }
     }
   }
   solution.report.elastic_energy = elastic_energies(attempt.structure, solution.state).total();
