@@ -18,6 +18,7 @@ using detail::front_stride;
 using detail::FrontPlan;
 using detail::PlannedFront;
 constexpr std::ptrdiff_t kB = BlockLdlt::kBlock;
+constexpr std::size_t kEntriesWorthThreads = 50'000;
 
 void add_block(const double* block, double* target, std::ptrdiff_t stride) {
   for (int c = 0; c < kB; ++c) {
@@ -60,8 +61,13 @@ class BlockLdlt::Impl {
         couplings_(edges.size() * kEntries, 0.0),
         panels_(plan_.panel_entries, 0.0),
         shared_remainders_(plan_.shared_entries, 0.0),
-        counts_(plan_.tasks.size()),
-        work_(plan_.work_entries, 0.0) {
+        counts_(plan_.tasks.size()) {
+    std::size_t values = 0;
+    for (const PlannedFront& front : plan_.fronts) {
+      value_begin_.push_back(values);
+      values += static_cast<std::size_t>(front.size) * kB;
+    }
+    values_.resize(values);
     give_back(make_workspace());
     give_back(make_workspace());
   }
@@ -87,9 +93,14 @@ class BlockLdlt::Impl {
   }
 
   void solve(double* x) {
-    for (const PlannedFront& front : plan_.fronts) forward(front, x);
-    for (auto front = plan_.fronts.rbegin(); front != plan_.fronts.rend(); ++front)
-      backward(*front, x);
+    for_tasks([&](const std::vector<int>& fronts) {
+      for (const int front : fronts) forward(front, x);
+    });
+    for (const int front : plan_.top) forward(front, x);
+    for (auto front = plan_.top.rbegin(); front != plan_.top.rend(); ++front) backward(*front, x);
+    for_tasks([&](const std::vector<int>& fronts) {
+      for (auto front = fronts.rbegin(); front != fronts.rend(); ++front) backward(*front, x);
+    });
   }
 
   int nodes_;
@@ -104,6 +115,17 @@ class BlockLdlt::Impl {
     std::vector<double> remainders;
     std::vector<double> scratch;  // sizes of the diagonal, then L D
   };
+
+  /// Substitutions are short: tasks go to threads only where there is much to read.
+  template <class Work>
+  void for_tasks(const Work& work) const {
+    const auto count = static_cast<std::int64_t>(plan_.tasks.size());
+    const std::int64_t grain = plan_.panel_entries < kEntriesWorthThreads ? count : 1;
+    if (count == 0) return;
+    parallel_for(count, grain, [&](std::int64_t begin, std::int64_t end) {
+      for (std::int64_t task = begin; task < end; ++task) work(plan_.tasks[task]);
+    });
+  }
 
   std::unique_ptr<Workspace> make_workspace() const {
     return std::make_unique<Workspace>(Workspace{std::vector<double>(plan_.task_entries),
@@ -189,48 +211,44 @@ class BlockLdlt::Impl {
     }
   }
 
-  void gather(const PlannedFront& front, const double* x) {
-    for (int k = 0; k < front.size; ++k)
-      std::copy_n(x + front.nodes[k] * kB, kB, work_.data() + k * kB);
-  }
+  /// Of a front's nodes, columns first.
+  double* values_of(int front) { return values_.data() + value_begin_[front]; }
 
-  void forward(const PlannedFront& front, double* x) {
-    gather(front, x);
-    const int size = kBlock * front.size;
-    const std::ptrdiff_t stride = front_stride(size);
-    double* const w = work_.data();
-    for (int c = 0; c < kB * front.columns; ++c) {
-      const double* const column = panels_.data() + front.panel + c * stride;
-      const double value = w[c];
-      for (int r = c + 1; r < size; ++r) w[r] -= column[r] * value;
-    }
-    for (int k = 0; k < front.size; ++k) std::copy_n(w + k * kB, kB, x + front.nodes[k] * kB);
-  }
-
-  void backward(const PlannedFront& front, double* x) {
-    gather(front, x);
-    const int size = kBlock * front.size;
-    const std::ptrdiff_t stride = front_stride(size);
-    double* const w = work_.data();
-    for (int c = kB * front.columns - 1; c >= 0; --c) {
-      const double* const column = panels_.data() + front.panel + c * stride;
-      double sums[4] = {};
-      int r = c + 1;
-      for (; r + 4 <= size; r += 4) {
-        for (int k = 0; k < 4; ++k) sums[k] += column[r + k] * w[r + k];
+  void forward(int index, const double* x) {
+    const PlannedFront& front = plan_.fronts[index];
+    double* const values = values_of(index);
+    for (int k = 0; k < front.columns; ++k)
+      std::copy_n(x + front.nodes[k] * kB, kB, values + k * kB);
+    std::fill_n(values + kB * front.columns, kB * (front.size - front.columns), 0.0);
+    for (const int child : front.children) {
+      const PlannedFront& below = plan_.fronts[child];
+      const double* const left = values_of(child) + kB * below.columns;
+      for (int k = 0; k < below.size - below.columns; ++k) {
+        double* const target = values + below.places[k] * kB;
+        for (int i = 0; i < kB; ++i) target[i] += left[k * kB + i];
       }
-      double rest = 0;
-      for (; r < size; ++r) rest += column[r] * w[r];
-      w[c] = w[c] * column[c] - (((sums[0] + sums[2]) + (sums[1] + sums[3])) + rest);
     }
-    for (int k = 0; k < front.columns; ++k) std::copy_n(w + k * kB, kB, x + front.nodes[k] * kB);
+    detail::substitute_forward(panels_.data() + front.panel, kB * front.size, kB * front.columns,
+                               values);
+  }
+
+  void backward(int index, double* x) {
+    const PlannedFront& front = plan_.fronts[index];
+    double* const values = values_of(index);
+    for (int k = front.columns; k < front.size; ++k)
+      std::copy_n(x + front.nodes[k] * kB, kB, values + k * kB);
+    detail::substitute_backward(panels_.data() + front.panel, kB * front.size, kB * front.columns,
+                                values);
+    for (int k = 0; k < front.columns; ++k)
+      std::copy_n(values + k * kB, kB, x + front.nodes[k] * kB);
   }
 
   std::vector<double> shared_remainders_;
   std::mutex pool_mutex_;
   std::vector<std::unique_ptr<Workspace>> pool_;
   std::vector<PivotCount> counts_;
-  std::vector<double> work_;
+  std::vector<std::size_t> value_begin_;  // of each front, in values_
+  std::vector<double> values_;            // of a solve
 };
 
 BlockLdlt::BlockLdlt(int nodes, const std::vector<std::pair<int, int>>& edges)

@@ -131,4 +131,48 @@ void update_remainder(const double* panel, const double* scaled, int size, int c
   }
 }
 
+void substitute_forward(const double* panel, int size, int columns, double* values) {
+  const std::ptrdiff_t stride = front_stride(size);
+  for (int first = 0; first < columns; first += kBlock) {
+    const double* const block = panel + first * stride;
+    double known[kBlock];
+    for (int c = 0; c < kBlock; ++c) {
+      known[c] = values[first + c];
+      for (int r = c + 1; r < kBlock; ++r)
+        values[first + r] -= block[c * stride + first + r] * known[c];
+    }
+    int r = first + kBlock;
+    for (; r + kLanes <= size; r += kLanes) {
+      Lanes sum = *reinterpret_cast<const Lanes*>(values + r);
+      for (int c = 0; c < kBlock; ++c)
+        sum -= *reinterpret_cast<const Lanes*>(block + c * stride + r) * known[c];
+      *reinterpret_cast<Lanes*>(values + r) = sum;
+    }
+    for (; r < size; ++r) {
+      for (int c = 0; c < kBlock; ++c) values[r] -= block[c * stride + r] * known[c];
+    }
+  }
+}
+
+void substitute_backward(const double* panel, int size, int columns, double* values) {
+  const std::ptrdiff_t stride = front_stride(size);
+  for (int first = columns - kBlock; first >= 0; first -= kBlock) {
+    const double* const block = panel + first * stride;
+    Lanes sums[kBlock] = {};
+    int r = first + kBlock;
+    for (; r + kLanes <= size; r += kLanes) {
+      const Lanes given = *reinterpret_cast<const Lanes*>(values + r);
+      for (int c = 0; c < kBlock; ++c)
+        sums[c] += *reinterpret_cast<const Lanes*>(block + c * stride + r) * given;
+    }
+    for (int c = kBlock - 1; c >= 0; --c) {
+      const double* const column = block + c * stride;
+      double sum = (sums[c][0] + sums[c][2]) + (sums[c][1] + sums[c][3]);
+      for (int k = r; k < size; ++k) sum += column[k] * values[k];
+      for (int k = c + 1; k < kBlock; ++k) sum += column[first + k] * values[first + k];
+      values[first + c] = values[first + c] * column[first + c] - sum;
+    }
+  }
+}
+
 }  // namespace limber::detail

@@ -36,4 +36,10 @@ inline constexpr int kBlock = 9;
 void update_remainder(const double* panel, const double* scaled, int size, int columns,
                       double* remainder);
 
+/// The two halves of a solve within one front, by an eliminated panel.
+/// @param values  size numbers: columns first. Forward, they become L^-1 b and what is left for the
+/// rows below; backward, those of the columns become D^-1 y - L^T x with the rows' x given
+void substitute_forward(const double* panel, int size, int columns, double* values);
+void substitute_backward(const double* panel, int size, int columns, double* values);
+
 }  // namespace limber::detail

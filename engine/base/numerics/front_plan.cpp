@@ -143,7 +143,6 @@ void lay_out_memory(FrontPlan& plan) {
     plan.panel_entries += stride * columns;
     plan.widest_front = std::max(plan.widest_front, columns);
     plan.scratch_entries = std::max(plan.scratch_entries, stride * columns);
-    plan.work_entries = std::max(plan.work_entries, stride);
   }
   plan.panel_entries += 8;  // vectors reach beyond the last row
   plan.scratch_entries += plan.widest_front + 8;

@@ -41,7 +41,6 @@ struct FrontPlan {
   std::size_t task_entries = 0;     // of remainders within one task
   std::size_t scratch_entries = 0;  // of whoever factors: widest_front sizes, then a panel
   std::size_t widest_front = 0;     // columns
-  std::size_t work_entries = 0;     // a vector over the largest front
 };
 
 /// Takes the cheaper of the known orderings.

@@ -16,12 +16,16 @@ struct LaneCount {
   Mask positive = {}, negative = {}, vanishing = {};
 };
 
-/// Eliminates the window's pivots kFirst .. 3 and stores their columns.
-template <int kFirst, bool kHasBorder>
-void eliminate_block(Window& window, const Lanes* scales, Lanes* factor, LaneCount& count) {
-  constexpr std::ptrdiff_t kRows = kHasBorder ? kWindow : kBorder;
+/// Eliminates pivots kFirst .. 3 within their own columns, which keep what they were before they
+/// are divided by their pivots, and stores the divided ones.
+template <int kFirst, std::ptrdiff_t kRows>
+void eliminate_panel(Window& window, const Lanes* scales, Lanes* factor, LaneCount& count) {
   for (int c = kFirst; c < kChainBlock; ++c) {
     Lanes* const column = window[c];
+    for (int p = kFirst; p < c; ++p) {
+      const Lanes scale = factor[p * kWindow + c];
+      for (int r = c; r < kRows; ++r) column[r] -= window[p][r] * scale;
+    }
     const Lanes least = kVanishingPivot * (scales[c] < 0 ? -scales[c] : scales[c]);
     const Mask sound = (column[c] < 0 ? -column[c] : column[c]) > least;
     const Lanes pivot = sound ? column[c] : (least > 0 ? least : Lanes{} + 1.0);
@@ -32,26 +36,61 @@ void eliminate_block(Window& window, const Lanes* scales, Lanes* factor, LaneCou
     Lanes* const stored = factor + c * kWindow;
     stored[c] = inverse;
     for (int r = c + 1; r < kRows; ++r) stored[r] = column[r] * inverse;
-    for (int k = c + 1; k < kRows; ++k) {
-      const Lanes scale = stored[k];
-      for (int r = k; r < kRows; ++r) window[k][r] -= column[r] * scale;
-    }
   }
 }
 
-/// Moves the window on by one block.
-template <bool kHasBorder>
-void advance(Window& window) {
-  // The seven rows ahead become the next pivots and the first three rows ahead of those.
-  for (int c = 0; c < kAhead; ++c) {
-    for (int r = c; r < kAhead; ++r) window[c][r] = window[kChainBlock + c][kChainBlock + r];
-    for (int r = kAhead; r < kBorder; ++r) window[c][r] = Lanes{};
-    if constexpr (kHasBorder) {
-      for (int r = kBorder; r < kWindow; ++r) window[c][r] = window[kChainBlock + c][r];
-    }
+/// What a window holds of entries that no earlier block has touched.
+enum class Untouched { kZero, kInWindow };
+
+/// Rows kBegin .. kEnd - 1 of two columns side by side without what pivots kFirst .. 3 take from
+/// them, all pivots at once, to where the next block has them: rows ahead move on, the border's
+/// stay.
+template <int kFirst, int kBegin, int kEnd, bool kZero>
+[[gnu::always_inline]] inline void subtract_rows(const Window& window, const Lanes* factor,
+                                                 const int (&columns)[2], int from, Window& next) {
+  constexpr std::ptrdiff_t kMove = kBegin < kBorder ? kChainBlock : 0;
+  Lanes scale[2][kChainBlock];
+  Lanes* to[2];
+  for (int n = 0; n < 2; ++n) {
+    for (int p = kFirst; p < kChainBlock; ++p) scale[n][p] = factor[p * kWindow + columns[n]];
+    to[n] = next[columns[n] < kBorder ? columns[n] - kChainBlock : columns[n]];
   }
-  for (int c = kAhead; c < kBorder; ++c) {
-    for (int r = c; r < kWindow; ++r) window[c][r] = Lanes{};
+  for (std::ptrdiff_t r = std::max(kBegin, from); r < kEnd; ++r) {
+    Lanes sum[2];
+    for (int n = 0; n < 2; ++n) sum[n] = kZero ? Lanes{} : window[columns[n]][r];
+    for (int p = kFirst; p < kChainBlock; ++p) {
+      const Lanes value = window[p][r];
+      for (int n = 0; n < 2; ++n) sum[n] -= value * scale[n][p];
+    }
+    for (int n = 0; n < 2; ++n) to[n][r - kMove] = sum[n];
+  }
+}
+
+/// Eliminates the window's pivots kFirst .. 3, stores their columns and leaves the next window: the
+/// seven rows ahead become the next pivots and the first three rows ahead of those; the others,
+/// with their columns, are zero and not written.
+template <int kFirst, bool kHasBorder, Untouched kUntouched>
+void eliminate_block(Window& window, const Lanes* scales, Lanes* factor, LaneCount& count,
+                     Window& next) {
+  constexpr bool kZero = kUntouched == Untouched::kZero;
+  eliminate_panel<kFirst, kHasBorder ? kWindow : kBorder>(window, scales, factor, count);
+  for (int k = kChainBlock; k < kAhead; k += 2) {
+    const int columns[2] = {k, std::min<int>(k + 1, kAhead - 1)};
+    subtract_rows<kFirst, kChainBlock, kAhead, false>(window, factor, columns, k, next);
+    subtract_rows<kFirst, kAhead, kBorder, kZero>(window, factor, columns, k, next);
+    if constexpr (kHasBorder)
+      subtract_rows<kFirst, kBorder, kWindow, false>(window, factor, columns, k, next);
+  }
+  for (int k = kAhead; k < kBorder; k += 2) {
+    const int columns[2] = {k, k + 1};
+    subtract_rows<kFirst, kAhead, kBorder, kZero>(window, factor, columns, k, next);
+    if constexpr (kHasBorder)
+      subtract_rows<kFirst, kBorder, kWindow, kZero>(window, factor, columns, k, next);
+  }
+  if constexpr (!kHasBorder) return;
+  for (int k = kBorder; k < kWindow; k += 2) {
+    const int columns[2] = {k, std::min<int>(k + 1, kWindow - 1)};
+    subtract_rows<kFirst, kBorder, kWindow, false>(window, factor, columns, k, next);
   }
 }
 
@@ -63,27 +102,30 @@ class Elimination {
   template <bool kHasBorder>
   LaneCount run(Lanes* factor, ChainRemainder& remainder) {
     LaneCount count;
-    for (auto& column : window_) std::fill(std::begin(column), std::end(column), Lanes{});
+    for (auto& column : window()) std::fill(std::begin(column), std::end(column), Lanes{});
     Lanes scales[kChainBlock];
     int block = batch_.first_block();
     if constexpr (kHasBorder) {
       load_border();
       load_block(block, kChainBlock - 1, scales);
-      eliminate_block<kChainBlock - 1, true>(window_, scales, factor, count);
-      advance<true>(window_);
+      eliminate_block<kChainBlock - 1, true, Untouched::kInWindow>(window(), scales, factor, count,
+                                                                   next());
+      now_ ^= 1;
       factor += kBlockFactor;
       ++block;
     }
     for (; block < batch_.end_block(); ++block, factor += kBlockFactor) {
       load_block(block, 0, scales);
-      eliminate_block<0, kHasBorder>(window_, scales, factor, count);
-      advance<kHasBorder>(window_);
+      eliminate_block<0, kHasBorder, Untouched::kZero>(window(), scales, factor, count, next());
+      now_ ^= 1;
     }
     leave(remainder);
     return count;
   }
 
  private:
+  [[nodiscard]] Window& window() { return windows_[now_]; }
+  [[nodiscard]] Window& next() { return windows_[now_ ^ 1]; }
   [[nodiscard]] const Lanes& entry(int row, int column) const {
     return band_[column * kBandHeight + row - column];
   }
@@ -95,52 +137,58 @@ class Elimination {
 
   /// The start joint's numbers among themselves and with the chain's first rows.
   void load_border() {
+    Window& window = this->window();
     for (int c = 0; c < kTerminalSize; ++c) {
-      for (int r = c; r < kTerminalSize; ++r) window_[kBorder + c][kBorder + r] = entry(r, c);
+      for (int r = c; r < kTerminalSize; ++r) window[kBorder + c][kBorder + r] = entry(r, c);
       // Number 7 is the one pivot of the first window, 8 to 14 are ahead of it.
       for (int r = kTerminalSize; r < std::min(c + kBandHeight, kTerminalSize + 1 + kAhead); ++r) {
         const int place = r - kTerminalSize + kChainBlock - 1;
-        window_[place][kBorder + c] = entry(r, c) * kept(r);
+        window[place][kBorder + c] = entry(r, c) * kept(r);
       }
     }
   }
 
-  /// Adds the columns of block j, pivots first .. 3, with everything of them that is in the band.
+  /// Adds the columns of block j, pivots first .. 3, with everything of them that is in the band;
+  /// rows that no earlier block has touched are new.
   void load_block(int block, int first, Lanes* scales) {
     const int begin = 4 * block;
     for (int c = first; c < kChainBlock; ++c) {
+      Lanes* const values = window()[c];
       const int column = begin + c;
       if (column >= batch_.numbers()) {  // padding of the last block
-        window_[c][c] = scales[c] = Lanes{} + 1.0;
+        values[c] = scales[c] = Lanes{} + 1.0;
+        for (int r = kAhead; r < kBorder; ++r) values[r] = Lanes{};
         continue;
       }
       Lanes diagonal = entry(column, column);
       if (adjustment_.shift != nullptr) diagonal += adjustment_.shift[column];
       const Lanes* const below = band_ + column * kBandHeight;
       if (adjustment_.keep == nullptr) {
-        for (int r = c + 1; r < kBorder; ++r) window_[c][r] += below[r - c];
+        for (int r = c + 1; r < kAhead; ++r) values[r] += below[r - c];
+        for (int r = kAhead; r < kBorder; ++r) values[r] = below[r - c];
       } else {
         const Lanes keep = kept(column);
         diagonal = diagonal * keep + (1.0 - keep);
-        for (int r = c + 1; r < kBorder; ++r)
-          window_[c][r] += below[r - c] * keep * kept(begin + r);
+        for (int r = c + 1; r < kAhead; ++r) values[r] += below[r - c] * keep * kept(begin + r);
+        for (int r = kAhead; r < kBorder; ++r) values[r] = below[r - c] * keep * kept(begin + r);
       }
-      window_[c][c] += diagonal;
+      values[c] += diagonal;
       scales[c] = diagonal;
     }
   }
 
   /// What the joints see: the last seven numbers and the border.
-  void leave(ChainRemainder& remainder) const {
+  void leave(ChainRemainder& remainder) {
+    const Window& window = this->window();
     const int end = batch_.end();
     for (int c = 0; c < kTerminalSize; ++c) {
       for (int r = c; r < kTerminalSize; ++r) {
         remainder.entries[c][r] =
-            window_[c][r] + (batch_.has_finish ? entry(end + r, end + c) : Lanes{});
-        remainder.entries[kTerminalSize + c][kTerminalSize + r] = window_[kBorder + c][kBorder + r];
+            window[c][r] + (batch_.has_finish ? entry(end + r, end + c) : Lanes{});
+        remainder.entries[kTerminalSize + c][kTerminalSize + r] = window[kBorder + c][kBorder + r];
       }
       for (int r = 0; r < kTerminalSize; ++r)
-        remainder.entries[c][kTerminalSize + r] = window_[c][kBorder + r];
+        remainder.entries[c][kTerminalSize + r] = window[c][kBorder + r];
     }
   }
 
@@ -148,7 +196,8 @@ class Elimination {
   const Lanes* band_;
   const ChainAdjustment& adjustment_;
   const Lanes one_ = Lanes{} + 1.0;
-  Window window_;
+  Window windows_[2];
+  int now_ = 0;
 };
 
 }  // namespace
@@ -169,39 +218,87 @@ PivotCount eliminate_chains(const ChainBatch& batch, const Lanes* band,
   return total;
 }
 
-void substitute_forward(const ChainBatch& batch, const Lanes* factor, Lanes* numbers) {
-  for (int block = batch.first_block(); block < batch.end_block(); ++block) {
-    Lanes* const rows = numbers + kChainBlock * block;
-    const int first = batch.has_start && block == 1 ? kChainBlock - 1 : 0;
-    for (int c = first; c < kChainBlock; ++c) {
-      const Lanes* const column = factor + c * kWindow;
-      const Lanes value = rows[c];
-      for (int r = c + 1; r < kBorder; ++r) rows[r] -= column[r] * value;
-      if (batch.has_start) {
-        for (int r = 0; r < kTerminalSize; ++r) numbers[r] -= column[kBorder + r] * value;
-      }
+namespace {
+
+/// Pivots first .. 3 of a block leave the rows below and the border, all at once.
+template <int kFirst, bool kHasBorder>
+void forward_block(const Lanes* factor, Lanes* rows, Lanes* border) {
+  Lanes known[kChainBlock];
+  for (int c = kFirst; c < kChainBlock; ++c) {
+    known[c] = rows[c];
+    for (int r = c + 1; r < kChainBlock; ++r) rows[r] -= factor[c * kWindow + r] * known[c];
+  }
+  for (int r = kChainBlock; r < kBorder; ++r) {
+    Lanes sum = rows[r];
+    for (int c = kFirst; c < kChainBlock; ++c) sum -= factor[c * kWindow + r] * known[c];
+    rows[r] = sum;
+  }
+  if constexpr (!kHasBorder) return;
+  for (int r = 0; r < kTerminalSize; ++r) {
+    Lanes sum = border[r];
+    for (int c = kFirst; c < kChainBlock; ++c) sum -= factor[c * kWindow + kBorder + r] * known[c];
+    border[r] = sum;
+  }
+}
+
+template <int kFirst, bool kHasBorder>
+void backward_block(const Lanes* factor, Lanes* rows, const Lanes* border) {
+  Lanes sums[kChainBlock];
+  for (int c = kFirst; c < kChainBlock; ++c) sums[c] = rows[c] * factor[c * kWindow + c];
+  for (int r = kChainBlock; r < kBorder; ++r) {
+    const Lanes given = rows[r];
+    for (int c = kFirst; c < kChainBlock; ++c) sums[c] -= factor[c * kWindow + r] * given;
+  }
+  if constexpr (kHasBorder) {
+    for (int r = 0; r < kTerminalSize; ++r) {
+      const Lanes given = border[r];
+      for (int c = kFirst; c < kChainBlock; ++c)
+        sums[c] -= factor[c * kWindow + kBorder + r] * given;
     }
+  }
+  for (int c = kChainBlock - 1; c >= kFirst; --c) {
+    for (int r = c + 1; r < kChainBlock; ++r) sums[c] -= factor[c * kWindow + r] * rows[r];
+    rows[c] = sums[c];
+  }
+}
+
+template <bool kHasBorder>
+void forward_chains(const ChainBatch& batch, const Lanes* factor, Lanes* numbers) {
+  int block = batch.first_block();
+  if constexpr (kHasBorder) {
+    forward_block<kChainBlock - 1, true>(factor, numbers + kChainBlock * block, numbers);
     factor += kBlockFactor;
+    ++block;
+  }
+  for (; block < batch.end_block(); ++block, factor += kBlockFactor)
+    forward_block<0, kHasBorder>(factor, numbers + kChainBlock * block, numbers);
+}
+
+template <bool kHasBorder>
+void backward_chains(const ChainBatch& batch, const Lanes* factor, Lanes* numbers) {
+  const int first = batch.first_block();
+  for (int block = batch.end_block() - 1; block >= first + (kHasBorder ? 1 : 0); --block)
+    backward_block<0, kHasBorder>(factor + (block - first) * kBlockFactor,
+                                  numbers + kChainBlock * block, numbers);
+  if constexpr (kHasBorder)
+    backward_block<kChainBlock - 1, true>(factor, numbers + kChainBlock * first, numbers);
+}
+
+}  // namespace
+
+void substitute_forward(const ChainBatch& batch, const Lanes* factor, Lanes* numbers) {
+  if (batch.has_start) {
+    forward_chains<true>(batch, factor, numbers);
+  } else {
+    forward_chains<false>(batch, factor, numbers);
   }
 }
 
 void substitute_backward(const ChainBatch& batch, const Lanes* factor, Lanes* numbers) {
-  const int blocks = batch.end_block() - batch.first_block();
-  factor += static_cast<std::ptrdiff_t>(blocks) * kBlockFactor;
-  for (int block = batch.end_block() - 1; block >= batch.first_block(); --block) {
-    factor -= kBlockFactor;
-    Lanes* const rows = numbers + kChainBlock * block;
-    const int first = batch.has_start && block == 1 ? kChainBlock - 1 : 0;
-    for (int c = kChainBlock - 1; c >= first; --c) {
-      const Lanes* const column = factor + c * kWindow;
-      Lanes sum = rows[c] * column[c];
-      Lanes other = {};
-      for (int r = c + 1; r < kBorder; ++r) sum -= column[r] * rows[r];
-      if (batch.has_start) {
-        for (int r = 0; r < kTerminalSize; ++r) other += column[kBorder + r] * numbers[r];
-      }
-      rows[c] = sum - other;
-    }
+  if (batch.has_start) {
+    backward_chains<true>(batch, factor, numbers);
+  } else {
+    backward_chains<false>(batch, factor, numbers);
   }
 }
 

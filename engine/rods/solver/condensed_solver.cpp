@@ -217,16 +217,16 @@ class CondensedSolver::Impl {
   void take_terminal(const CondensedMatrix& matrix, int index, int end) {
     Lanes* const own = own_terminal(index, end);
     const double* const values = matrix.terminal(index, end);
-    for (int k = 0; k < kTerminalLanes; ++k) {
-      for (int lane = 0; lane < kChainLanes; ++lane) own[k][lane] = values[k * kChainLanes + lane];
-    }
+    std::copy_n(reinterpret_cast<const Lanes*>(values), kTerminalLanes, own);
     if (!any_joint_pinned_) return;
     const ChainBatch& batch = structure_.batches()[index];
     for (int lane = 0; lane < kChainLanes; ++lane) {
       const int joint = joint_at(batch, lane, end);
       if (joint < 0) continue;
-      for (int k = 0; k < kTerminalLanes; ++k)
-        own[k][lane] *= joint_keep_[joint * kJointSize + k % kJointSize];
+      for (int column = 0; column < kJointSize; ++column) {
+        if (joint_keep_[joint * kJointSize + column] != 0) continue;
+        for (int row = 0; row < kTerminalSize; ++row) own[row * kJointSize + column][lane] = 0;
+      }
     }
   }
 
