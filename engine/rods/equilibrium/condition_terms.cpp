@@ -168,7 +168,7 @@ void ConditionTerms::add_ends(const LinkageState& state, Eigen::Ref<Eigen::Vecto
     const auto source =
         terminal_edge_source(state.joints()[joint], segment.rods[end], segment.signs[end]);
     gradient.segment<kJointUnknowns>(model_.variables().joint_begin(joint)) +=
-        terminal_jacobian(source).transpose() * ends_[index];
+        terminal_gradient(source, ends_[index]);
     if (hessian == nullptr) continue;
     Eigen::Map<Block>(hessian->joint(joint)) += terminal_curvature(source, ends_[index]);
   }

@@ -9,6 +9,8 @@ namespace {
 
 constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 
+constexpr double square(double x) { return x * x; }
+
 }  // namespace
 
 UnknownScales::UnknownScales(const LinkageModel& model)
@@ -167,22 +169,32 @@ double UnknownScales::largest_turn(const LinkageModel& model, const LinkageState
   double largest = 0;
   for (int j = 0; j < variables.joints(); ++j) {
     const int begin = variables.joint_begin(j);
-    largest = std::max({largest, step.segment<3>(begin + kJointRotation).norm(),
-                        std::abs(step[begin + kJointAngle])});
+    largest = std::max({largest, step.segment<3>(begin + kJointRotation).squaredNorm(),
+                        square(step[begin + kJointAngle])});
   }
   for (int s = 0; s < variables.segments(); ++s) {
-    for (int e = 0; e < variables.edges(s); ++e) {
-      const int angle = variables.angle(s, e);
-      if (angle >= 0) largest = std::max(largest, std::abs(step[angle]) / 2);
-      const int from = variables.position(s, e);
-      const int to = variables.position(s, e + 1);
-      if (from < 0 || to < 0) continue;
-      const Eigen::Vector3d along = state.vertex(model, s, e + 1) - state.vertex(model, s, e);
-      const Eigen::Vector3d change = step.segment<3>(to) - step.segment<3>(from);
-      largest = std::max(largest, along.cross(change).norm() / along.squaredNorm());
+    Eigen::Vector3d start, change_start;
+    bool known = false;  // are those the vertex before
+    for (int i = 0; i <= variables.edges(s); ++i) {
+      const int angle = i < variables.edges(s) ? variables.angle(s, i) : -1;
+      if (angle >= 0) largest = std::max(largest, 0.25 * square(step[angle]));
+      const int position = variables.position(s, i);
+      const bool moves = position >= 0;
+      if (moves) {
+        const Eigen::Vector3d vertex = state.vertex(model, s, i);
+        const Eigen::Vector3d change = step.segment<3>(position);
+        if (known) {
+          const Eigen::Vector3d along = vertex - start;
+          largest = std::max(largest, along.cross(change - change_start).squaredNorm() /
+                                          square(along.squaredNorm()));
+        }
+        start = vertex;
+        change_start = change;
+      }
+      known = moves;
     }
   }
-  return largest;
+  return std::sqrt(largest);
 }
 
 }  // namespace limber::rods::detail

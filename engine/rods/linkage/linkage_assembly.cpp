@@ -119,15 +119,18 @@ void LinkageAssembly::finish_joints(const LinkageState& state, Eigen::Ref<Eigen:
     using Block = Eigen::Matrix<double, kJointUnknowns, kJointUnknowns>;
     Eigen::Matrix<double, kJointUnknowns, 1> sum = Eigen::Matrix<double, kJointUnknowns, 1>::Zero();
     Block curvature = Block::Zero();
+    const JointState<double>& here = state.joints()[joint];
+    const auto tangents = here.tangents();
     for (const int index : ends_[joint]) {
       const Segment& segment = model_.graph().segments[index / 2];
       const int end = index % 2;
-      const auto source =
-          terminal_edge_source(state.joints()[joint], segment.rods[end], segment.signs[end]);
-      const TerminalJacobian<double> jacobian = terminal_jacobian(source);
-      sum += jacobian.transpose() * end_gradients_[index];
+      const Rod rod = segment.rods[end];
+      const TerminalEdgeSource<double> source = {here.position, here.normal,
+                                                 tangents[rod], here.lengths[rod],
+                                                 rod,           double(segment.signs[end])};
+      sum += terminal_gradient(source, end_gradients_[index]);
       if (hessian == nullptr) continue;
-      hessian->set_terminal(index / 2, end, jacobian);
+      hessian->set_terminal(index / 2, end, terminal_jacobian(source));
       curvature += terminal_curvature(source, end_gradients_[index]);
     }
     gradient.segment<kJointUnknowns>(chains.joint_begin(joint)) = sum;

@@ -1,6 +1,7 @@
 #include "engine/rods/linkage/linkage_state.h"
 
 #include <Eigen/Geometry>
+#include <array>
 #include <cmath>
 
 #include "engine/base/error.h"
@@ -9,15 +10,26 @@
 #include "engine/rods/rod/vertex_element.h"
 
 namespace limber::rods {
+namespace detail {
+
+/// Of a joint's rods A and B after an increment.
+struct JointEdges {
+  std::array<Eigen::Vector3d, 2> tangents;
+  std::array<double, 2> turns;  // of the frames, beyond their transport [rad]
+};
+
+}  // namespace detail
 namespace {
 
 using detail::ChainLane;
+using detail::JointEdges;
 using detail::load_lane;
 using detail::load_lanes3;
 using detail::store_lane;
 using detail::store_lanes3;
 
 constexpr std::int64_t kBatchesPerChunk = 16;
+constexpr std::int64_t kJointsPerChunk = 128;
 constexpr std::ptrdiff_t kFields = LinkageState::kFields;
 constexpr std::ptrdiff_t kSlotStride = kFields * kChainLanes;
 
@@ -33,8 +45,7 @@ Eigen::Vector3d read3(const double* slots, int slot, int field, int lane) {
 
 /// Places a segment's terminal edge.
 void write_terminal(double* slots, int first_slot, int lane, const JointState<double>& joint,
-                    Rod rod, int sign) {
-  const Eigen::Vector3d tangent = joint.tangent(rod) * sign;
+                    Rod rod, const Eigen::Vector3d& tangent) {
   const Eigen::Vector3d half = tangent * (joint.lengths[rod] / 2);
   write3(slots, first_slot, LinkageState::kPosition, lane, joint.position - half);
   write3(slots, first_slot + 1, LinkageState::kPosition, lane, joint.position + half);
@@ -109,9 +120,12 @@ class Drawing {
 
 /// Twists in the branch next to what is there.
 void settle_twists(double* slots, int edges) {
+  MaterialFrame<ChainLane> before = frame_at(slots, 0);
   for (int i = 1; i < edges; ++i) {
+    const MaterialFrame<ChainLane> after = frame_at(slots, i);
     double* const cell = slots + i * kSlotStride + LinkageState::kTwist * kChainLanes;
-    store_lane(cell, material_twist(frame_at(slots, i - 1), frame_at(slots, i), load_lane(cell)));
+    store_lane(cell, material_twist(before, after, load_lane(cell)));
+    before = after;
   }
 }
 
@@ -183,8 +197,9 @@ LinkageState::LinkageState(const LinkageModel& model) : cells_(model.slots() * k
       const Segment& segment = graph.segments[batch.chains[lane]];
       for (const End end : {kStart, kFinish}) {
         if (segment.joints[end] < 0) continue;
-        write_terminal(own, end == kStart ? 0 : batch.edges - 1, lane, joints_[segment.joints[end]],
-                       segment.rods[end], segment.signs[end]);
+        const JointState<double>& joint = joints_[segment.joints[end]];
+        write_terminal(own, end == kStart ? 0 : batch.edges - 1, lane, joint, segment.rods[end],
+                       segment.signs[end] * joint.tangent(segment.rods[end]));
       }
       Drawing drawing(own, batch, lane);
       drawing.straighten(segment.points[kStart], segment.points[kFinish]);
@@ -200,17 +215,28 @@ LinkageState LinkageState::moved(const LinkageModel& model,
   const ChainBatches& chains = *model.chains();
   LIMBER_DEMAND(increment.size() == chains.size());
   LinkageState result = *this;
-  for (int j = 0; j < chains.joints(); ++j) {
-    result.joints_[j] =
-        advanced(joints_[j], increment.segment<kJointUnknowns>(chains.joint_begin(j)));
-  }
+  std::vector<JointEdges> joint_edges(joints_.size());
+  parallel_for(chains.joints(), kJointsPerChunk, [&](std::int64_t begin, std::int64_t end) {
+    for (std::int64_t i = begin; i < end; ++i) {
+      const int j = static_cast<int>(i);
+      const JointIncrement<double> change =
+          increment.segment<kJointUnknowns>(chains.joint_begin(j));
+      result.joints_[j] = advanced(joints_[j], change);
+      joint_edges[j].tangents = result.joints_[j].tangents();
+      if (parts == Parts::kVertices) continue;
+      const detail::JointTurn<double> turn(joints_[j].normal, change);
+      const auto before = joints_[j].tangents();
+      for (const Rod rod : {kRodA, kRodB})
+        joint_edges[j].turns[rod] = detail::twist_about(turn.of(rod), before[rod]);
+    }
+  });
   parallel_for(static_cast<std::int64_t>(chains.batches().size()), kBatchesPerChunk,
                [&](std::int64_t begin, std::int64_t end) {
                  std::vector<double> turns;
                  for (std::int64_t b = begin; b < end; ++b) {
                    const int batch = static_cast<int>(b);
                    double* const own = result.slots(model, batch);
-                   result.place_batch(model, batch, joints_, increment, turns);
+                   result.place_batch(model, batch, joint_edges, increment, turns);
                    if (parts == Parts::kVertices) continue;
                    transport_frames(chains.batches()[batch], slots(model, batch), turns.data(),
                                     own);
@@ -221,7 +247,7 @@ LinkageState LinkageState::moved(const LinkageModel& model,
 }
 
 void LinkageState::place_batch(const LinkageModel& model, int index,
-                               const std::vector<JointState<double>>& before,
+                               const std::vector<JointEdges>& joint_edges,
                                const Eigen::Ref<const Eigen::VectorXd>& increment,
                                std::vector<double>& turns) {
   const ChainBatches& chains = *model.chains();
@@ -238,11 +264,9 @@ void LinkageState::place_batch(const LinkageModel& model, int index,
       if (joint < 0) continue;
       const int edge = end == kStart ? 0 : batch.edges - 1;
       const Rod rod = segment.rods[end];
-      write_terminal(own, edge, lane, joints_[joint], rod, segment.signs[end]);
-      const JointIncrement<double> change =
-          increment.segment<kJointUnknowns>(chains.joint_begin(joint));
-      turns[edge * kChainLanes + lane] =
-          terminal_edge(terminal_edge_source(before[joint], rod, segment.signs[end]), change).turn;
+      write_terminal(own, edge, lane, joints_[joint], rod,
+                     segment.signs[end] * joint_edges[joint].tangents[rod]);
+      turns[edge * kChainLanes + lane] = segment.signs[end] * joint_edges[joint].turns[rod];
     }
   }
 }

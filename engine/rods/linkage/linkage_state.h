@@ -7,6 +7,9 @@
 #include "engine/rods/linkage/terminal_edge.h"
 
 namespace limber::rods {
+namespace detail {
+struct JointEdges;
+}  // namespace detail
 
 /// A shape of a linkage: joints, vertices and material frames, and the twist at every vertex in its
 /// branch. The reduced unknowns count from here: a state is its own source, so that rotations,
@@ -43,7 +46,7 @@ class LinkageState {
  private:
   /// Vertices of a batch after an increment, joints being moved already; turns of its edges.
   void place_batch(const LinkageModel& model, int index,
-                   const std::vector<JointState<double>>& before,
+                   const std::vector<detail::JointEdges>& joint_edges,
                    const Eigen::Ref<const Eigen::VectorXd>& increment, std::vector<double>& turns);
   [[nodiscard]] double* slots(const LinkageModel& model, int batch) {
     return cells_[model.first_slot(batch) * kFields].values;

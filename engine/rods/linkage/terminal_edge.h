@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <array>
 
 #include "engine/base/rotations/exponential_coefficients.h"
 #include "engine/rods/linkage/linkage_graph.h"
@@ -23,13 +24,16 @@ struct JointState {
   T opening_angle;                  // [rad]
   T lengths[2];                     // of the edges of rods A and B
 
-  /// Unit vector along a rod.
-  [[nodiscard]] Eigen::Matrix<T, 3, 1> tangent(Rod rod) const {
+  /// Unit vectors along rods A and B.
+  [[nodiscard]] std::array<Eigen::Matrix<T, 3, 1>, 2> tangents() const {
     using std::cos;
     using std::sin;
-    const T half = T(rod == kRodA ? -0.5 : 0.5) * opening_angle;
-    return bisector * cos(half) + normal.cross(bisector) * sin(half);
+    const T half = T(0.5) * opening_angle;
+    const Eigen::Matrix<T, 3, 1> along = bisector * cos(half);
+    const Eigen::Matrix<T, 3, 1> beside = normal.cross(bisector) * sin(half);
+    return {along - beside, along + beside};
   }
+  [[nodiscard]] Eigen::Matrix<T, 3, 1> tangent(Rod rod) const { return tangents()[rod]; }
 };
 
 /// What a terminal edge sees of its joint.
@@ -80,34 +84,50 @@ T half_angle_series(const T& square, int series) {
   return sum;
 }
 
-/// The rotation of a terminal edge's frame: about the normal by the opening angle's share, then by
-/// the joint's rotation vector.
+/// How a joint's unknowns turn the frames of its terminal edges: about the normal by the opening
+/// angle's share, then by the joint's rotation vector.
 template <class T>
-Turn<T> terminal_turn(const TerminalEdgeSource<T>& source, const JointIncrement<T>& increment) {
-  using std::cos;
-  using std::sin;
-  const Eigen::Matrix<T, 3, 1> w = increment.template segment<3>(kJointRotation);
-  const T square = w.dot(w) * T(0.25);
-  const T scalar = half_angle_series(square, 1);
-  const Eigen::Matrix<T, 3, 1> v = w * (T(0.5) * half_angle_series(square, 0));
-  const T quarter = increment[kJointAngle] * T(source.rod == kRodA ? -0.25 : 0.25);
-  const T c = cos(quarter);
-  const T s = sin(quarter);
-  return {scalar * c - s * v.dot(source.normal),
-          v * c + source.normal * (scalar * s) + v.cross(source.normal) * s};
+class JointTurn {
+ public:
+  JointTurn(const Eigen::Matrix<T, 3, 1>& normal, const JointIncrement<T>& increment)
+      : normal_(normal) {
+    using std::cos;
+    using std::sin;
+    const Eigen::Matrix<T, 3, 1> w = increment.template segment<3>(kJointRotation);
+    const T square = w.dot(w) * T(0.25);
+    scalar_ = half_angle_series(square, 1);
+    vector_ = w * (T(0.5) * half_angle_series(square, 0));
+    const T quarter = increment[kJointAngle] * T(0.25);
+    cosine_ = cos(quarter);
+    sine_ = sin(quarter);
+  }
+
+  [[nodiscard]] Turn<T> of(Rod rod) const {
+    const T sine = rod == kRodA ? T(-sine_) : sine_;
+    return {scalar_ * cosine_ - sine * vector_.dot(normal_),
+            vector_ * cosine_ + normal_ * (scalar_ * sine) + vector_.cross(normal_) * sine};
+  }
+
+ private:
+  Eigen::Matrix<T, 3, 1> normal_, vector_;
+  T scalar_, cosine_, sine_;
+};
+
+/// The part of a rotation (q_0, q) of a frame beyond the transport of its unit tangent t, [rad]:
+/// the twist 2 atan2(q . t, q_0) of the swing-twist decomposition.
+template <class T>
+T twist_about(const Turn<T>& q, const Eigen::Matrix<T, 3, 1>& tangent) {
+  using std::atan2;
+  return T(2) * atan2(q.vector.dot(tangent), q.scalar);
 }
 
 }  // namespace detail
 
 /// The edge after an increment of the joint's unknowns, |rotation| <= pi.
-///
-/// The frame turns by a rotation (q_0, q); its part beyond the transport from the old to the new
-/// tangent t is the twist 2 atan2(q . t, q_0) of the swing-twist decomposition.
 template <class T>
 [[nodiscard]] TerminalEdge<T> terminal_edge(const TerminalEdgeSource<T>& source,
                                             const JointIncrement<T>& increment) {
-  using std::atan2;
-  const detail::Turn<T> q = detail::terminal_turn(source, increment);
+  const detail::Turn<T> q = detail::JointTurn<T>(source.normal, increment).of(source.rod);
   const Eigen::Matrix<T, 3, 1>& t = source.tangent;
   const Eigen::Matrix<T, 3, 1> qt = q.vector.cross(t);
   const Eigen::Matrix<T, 3, 1> turned = t + (qt * q.scalar + q.vector.cross(qt)) * T(2);
@@ -115,7 +135,7 @@ template <class T>
   const Eigen::Matrix<T, 3, 1> half = turned * (length * T(0.5 * source.sign));
   const Eigen::Matrix<T, 3, 1> centre =
       source.position + increment.template segment<3>(kJointPosition);
-  return {centre - half, centre + half, atan2(q.vector.dot(t), q.scalar) * T(2 * source.sign)};
+  return {centre - half, centre + half, detail::twist_about(q, t) * T(source.sign)};
 }
 
 /// Rows: first vertex (3), theta, second vertex (3), as in the segment's chain.
@@ -150,6 +170,25 @@ template <class T>
     result(4 + axis, axis) = T(1);
     result(3, kJointRotation + axis) = t[axis] * T(source.sign);
   }
+  return result;
+}
+
+/// J^T g, from derivatives by the edge's numbers to those by the joint's unknowns.
+template <class T>
+[[nodiscard]] JointIncrement<T> terminal_gradient(
+    const TerminalEdgeSource<T>& source, const Eigen::Matrix<T, kTerminalNumbers, 1>& gradient) {
+  using Vector = Eigen::Matrix<T, 3, 1>;
+  const Vector& t = source.tangent;
+  const Vector first = gradient.template head<3>();
+  const Vector second = gradient.template tail<3>();
+  const Vector f = (second - first) * T(0.5 * source.sign);
+  JointIncrement<T> result = JointIncrement<T>::Zero();
+  result.template segment<3>(kJointPosition) = first + second;
+  result.template segment<3>(kJointRotation) =
+      t.cross(f) * source.length + t * (gradient[3] * T(source.sign));
+  result[kJointAngle] =
+      source.normal.cross(t).dot(f) * (source.length * T(source.rod == kRodA ? -0.5 : 0.5));
+  result[source.rod == kRodA ? kJointLengthA : kJointLengthB] = f.dot(t);
   return result;
 }
 

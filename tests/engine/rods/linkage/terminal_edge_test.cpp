@@ -103,6 +103,18 @@ TEST_P(TerminalEdgeTest, JacobianAgreesWithDifferences) {
   }
 }
 
+TEST_P(TerminalEdgeTest, GradientIsTheJacobiansTransposeTimesIt) {
+  Random random(8);
+  const auto [rod, sign] = GetParam();
+  for (int k = 0; k < 20; ++k) {
+    const TerminalEdgeSource<double> source = terminal_edge_source(random_joint(random), rod, sign);
+    Vector7 gradient;
+    for (double& value : gradient) value = random.normal();
+    const Vector9 expected = terminal_jacobian(source).transpose() * gradient;
+    EXPECT_LT((terminal_gradient(source, gradient) - expected).norm(), 1e-14 * expected.norm());
+  }
+}
+
 TEST_P(TerminalEdgeTest, CurvatureAgreesWithDifferences) {
   Random random(3);
   const auto [rod, sign] = GetParam();
