@@ -1,5 +1,6 @@
 // From a step to the next shape: along curves and valleys, and away from saddles.
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 
@@ -26,8 +27,8 @@ constexpr double kLeastRadius = 1e-4;  // [rad]
 constexpr double kFading = 0.2;        // of shifts
 // Times the curvature along a step: what resists more is held while the step is bent.
 constexpr double kStiff = 1e5;
-constexpr int kPowerIterations = 100;
-constexpr double kSettledDirection = 1e-4;  // change in an iteration, of the direction
+constexpr Eigen::Index kLanczosSteps = 60;
+constexpr double kSettledDirection = 1e-4;  // residual, of the eigenvalue
 constexpr double kFirstEscape = 1e-4;       // [rad]
 constexpr double kEscapeGrowth = 2;
 constexpr int kEscapes = 16;
@@ -237,25 +238,35 @@ void NewtonRun::learn(const Step& step, double fraction, double gain) {
   if (damping_ < work_.scales.softest_eigenvalue()) damping_ = 0;
 }
 
-/// The direction of most negative curvature per weight, by inverse iteration with the shifted
-/// factor.
+/// The direction of most negative curvature per weight: Lanczos' method for (H + shift W)^-1 W, all
+/// vectors kept orthogonal.
 Eigen::VectorXd NewtonRun::softest_direction(const LinkageState& state) {
   Random random(7);
   const Eigen::VectorXd& weights = work_.scales.weights();
-  Eigen::VectorXd v(weights.size());
-  for (double& value : v) value = random.normal();
-  v = v.cwiseQuotient(weights.cwiseSqrt());
-  Eigen::VectorXd before;
-  for (int k = 0; k < kPowerIterations; ++k) {
-    before = v;
-    v = v.cwiseProduct(weights);
-    for (const int unknown : holding_.pinned()) v[unknown] = 0;
-    for (const int unknown : bounded_) v[unknown] = 0;
-    solve(v, Eigen::VectorXd::Zero(holding_.rows().rows()));
-    v /= std::sqrt(v.dot(weights.cwiseProduct(v)));
-    before -= v;
-    if (before.dot(weights.cwiseProduct(before)) < kSettledDirection * kSettledDirection) break;
+  const Eigen::Index most = std::min<Eigen::Index>(kLanczosSteps, weights.size());
+  Eigen::MatrixXd basis(weights.size(), most);
+  Eigen::MatrixXd projected = Eigen::MatrixXd::Zero(most, most);
+  Eigen::VectorXd next(weights.size());
+  for (double& value : next) value = random.normal();
+  next = next.cwiseQuotient(weights.cwiseSqrt());
+  Eigen::VectorXd mix;
+  for (Eigen::Index k = 0; k < most; ++k) {
+    basis.col(k) = next / std::sqrt(next.dot(weights.cwiseProduct(next)));
+    next = weights.cwiseProduct(basis.col(k));
+    for (const int unknown : holding_.pinned()) next[unknown] = 0;
+    for (const int unknown : bounded_) next[unknown] = 0;
+    solve(next, Eigen::VectorXd::Zero(holding_.rows().rows()));
+    const auto known = basis.leftCols(k + 1);
+    projected.col(k).head(k + 1) = known.transpose() * weights.cwiseProduct(next);
+    next -= known * projected.col(k).head(k + 1);
+    next -= known * (known.transpose() * weights.cwiseProduct(next));
+    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(
+        projected.topLeftCorner(k + 1, k + 1).selfadjointView<Eigen::Upper>().toDenseMatrix());
+    mix = eigen.eigenvectors().col(k);
+    const double rest = std::sqrt(next.dot(weights.cwiseProduct(next)));
+    if (!(rest * std::abs(mix[k]) > kSettledDirection * eigen.eigenvalues()[k])) break;
   }
+  Eigen::VectorXd v = basis.leftCols(mix.size()) * mix;
   Eigen::Index largest = 0;
   (void)v.cwiseProduct(weights.cwiseSqrt()).cwiseAbs().maxCoeff(&largest);
   if (v[largest] < 0) v = -v;
