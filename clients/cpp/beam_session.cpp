@@ -1,54 +1,20 @@
 #include "clients/cpp/beam_session.h"
 
-#include <algorithm>
 #include <utility>
 
 #include "clients/cpp/opening.h"
 
 namespace limber::client {
-namespace {
-
-v1::Vector3 message(const BeamSession::Vector& vector) {
-  v1::Vector3 result;
-  result.set_x(vector[0]);
-  result.set_y(vector[1]);
-  result.set_z(vector[2]);
-  return result;
-}
-
-}  // namespace
 
 BeamSession::BeamSession(Client& client, std::string session)
-    : client_(&client), session_(std::move(session)) {}
+    : OpenSession(client, std::move(session)) {}
 
 BeamSession BeamSession::open(Client& client, const v1::Scene& scene, const std::string& session,
                               Milliseconds timeout) {
   return {client, open_session(client, scene, session, timeout)};
 }
 
-v1::SessionStatus BeamSession::status() {
-  v1::GetSessionRequest request;
-  request.set_session(session_);
-  v1::SessionStatus status = client_->call(request).status();
-  revision_ = std::max<std::uint64_t>(revision_, status.revision());
-  return status;
-}
-
-v1::BeamStructure BeamSession::structure() {
-  v1::GetSessionRequest request;
-  request.set_session(session_);
-  request.set_with_scene(true);
-  return client_->call(request, large(*client_)).scene().beams().structure();
-}
-
-v1::EditResponse BeamSession::edit(const std::vector<v1::Edit>& edits) {
-  v1::EditRequest request;
-  request.set_session(session_);
-  for (const v1::Edit& edit : edits) *request.add_edits() = edit;
-  v1::EditResponse response = client_->call(request);
-  revision_ = std::max<std::uint64_t>(revision_, response.revision());
-  return response;
-}
+v1::BeamStructure BeamSession::structure() { return scene().beams().structure(); }
 
 v1::EditResponse BeamSession::move_support(unsigned node, const BeamMove& move) {
   v1::Edit change;
@@ -96,51 +62,10 @@ v1::EditResponse BeamSession::element_load(unsigned element, const Vector& force
   return edit({change});
 }
 
-v1::EditResponse BeamSession::gravity(const Vector& acceleration) {
-  v1::Edit change;
-  *change.mutable_set_gravity()->mutable_gravity() = message(acceleration);
-  return edit({change});
-}
-
-v1::EditResponse BeamSession::undo() {
-  v1::Edit change;
-  change.mutable_undo();
-  return edit({change});
-}
-
-v1::EditResponse BeamSession::redo() {
-  v1::Edit change;
-  change.mutable_redo();
-  return edit({change});
-}
-
-v1::ResultInfo BeamSession::wait(Milliseconds timeout) {
-  return wait_final(*client_, session_, revision_, timeout);
-}
-
-Positions BeamSession::positions() {
-  v1::GetFramesRequest request;
-  request.set_session(session_);
-  request.set_encoding(v1::ENCODING_POSITIONS);
-  return decode(client_->call(request, large(*client_)).frames(), nullptr);
-}
+Positions BeamSession::positions() { return decode(frames(v1::ENCODING_POSITIONS), nullptr); }
 
 v1::BeamSolution BeamSession::solution() {
-  v1::GetBeamSolutionRequest request;
-  request.set_session(session_);
-  return client_->call(request, large(*client_)).solution();
-}
-
-void BeamSession::cancel() {
-  v1::CancelRequest request;
-  request.set_session(session_);
-  client_->call(request);
-}
-
-void BeamSession::close() {
-  v1::CloseSessionRequest request;
-  request.set_session(session_);
-  client_->call(request, large(*client_));
+  return client().call(request<v1::GetBeamSolutionRequest>(), large(client())).solution();
 }
 
 }  // namespace limber::client

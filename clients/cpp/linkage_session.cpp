@@ -1,54 +1,20 @@
 #include "clients/cpp/linkage_session.h"
 
-#include <algorithm>
 #include <utility>
 
 #include "clients/cpp/opening.h"
 
 namespace limber::client {
-namespace {
-
-v1::Vector3 message(const Vector& vector) {
-  v1::Vector3 result;
-  result.set_x(vector[0]);
-  result.set_y(vector[1]);
-  result.set_z(vector[2]);
-  return result;
-}
-
-}  // namespace
 
 LinkageSession::LinkageSession(Client& client, std::string session)
-    : client_(&client), session_(std::move(session)) {}
+    : OpenSession(client, std::move(session)) {}
 
 LinkageSession LinkageSession::open(Client& client, const v1::Scene& scene,
                                     const std::string& session, Milliseconds timeout) {
   return {client, open_session(client, scene, session, timeout)};
 }
 
-v1::SessionStatus LinkageSession::status() {
-  v1::GetSessionRequest request;
-  request.set_session(session_);
-  v1::SessionStatus status = client_->call(request).status();
-  revision_ = std::max<std::uint64_t>(revision_, status.revision());
-  return status;
-}
-
-v1::LinkageConditions LinkageSession::conditions() {
-  v1::GetSessionRequest request;
-  request.set_session(session_);
-  request.set_with_scene(true);
-  return client_->call(request).scene().linkage().conditions();
-}
-
-v1::EditResponse LinkageSession::edit(const std::vector<v1::Edit>& edits) {
-  v1::EditRequest request;
-  request.set_session(session_);
-  for (const v1::Edit& edit : edits) *request.add_edits() = edit;
-  v1::EditResponse response = client_->call(request);
-  revision_ = std::max<std::uint64_t>(revision_, response.revision());
-  return response;
-}
+v1::LinkageConditions LinkageSession::conditions() { return scene().linkage().conditions(); }
 
 v1::EditResponse LinkageSession::deploy(std::optional<double> angle) {
   v1::Edit change;
@@ -127,42 +93,11 @@ v1::EditResponse LinkageSession::load(unsigned joint, const JointLoad& load) {
   return edit({change});
 }
 
-v1::EditResponse LinkageSession::gravity(const Vector& acceleration) {
-  v1::Edit change;
-  *change.mutable_set_gravity()->mutable_gravity() = message(acceleration);
-  return edit({change});
-}
-
-v1::EditResponse LinkageSession::undo() {
-  v1::Edit change;
-  change.mutable_undo();
-  return edit({change});
-}
-
-v1::EditResponse LinkageSession::redo() {
-  v1::Edit change;
-  change.mutable_redo();
-  return edit({change});
-}
-
-v1::ResultInfo LinkageSession::wait(Milliseconds timeout) {
-  return wait_final(*client_, session_, revision_, timeout);
-}
-
 const LinkageGeometry& LinkageSession::geometry() {
   if (!geometry_) {
-    v1::GetGeometryRequest request;
-    request.set_session(session_);
-    geometry_.emplace(client_->call(request, large(*client_)));
+    geometry_.emplace(client().call(request<v1::GetGeometryRequest>(), large(client())));
   }
   return *geometry_;
-}
-
-v1::Frames LinkageSession::frames(v1::Encoding encoding) {
-  v1::GetFramesRequest request;
-  request.set_session(session_);
-  request.set_encoding(encoding);
-  return client_->call(request, large(*client_)).frames();
 }
 
 std::vector<LinkageShape> LinkageSession::shapes() {
@@ -176,18 +111,6 @@ LinkageShape LinkageSession::shape() {
 }
 
 Positions LinkageSession::positions() { return decode(frames(v1::ENCODING_POSITIONS), nullptr); }
-
-void LinkageSession::cancel() {
-  v1::CancelRequest request;
-  request.set_session(session_);
-  client_->call(request);
-}
-
-void LinkageSession::close() {
-  v1::CloseSessionRequest request;
-  request.set_session(session_);
-  client_->call(request, large(*client_));
-}
 
 std::vector<v1::LinkageStep> events(const v1::ResultInfo& result) {
   std::vector<v1::LinkageStep> found;

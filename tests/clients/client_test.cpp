@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 
 #include "tests/clients/fake_router.h"
+#include "tests/clients/refusal.h"
 
 namespace limber::client {
 namespace {
@@ -25,16 +26,6 @@ ClientOptions impatient(int ms = 250) {
   ClientOptions options;
   options.timeout = Milliseconds{ms};
   return options;
-}
-
-template <class Call>
-ClientError refusal(const Call& call) {
-  try {
-    call();
-  } catch (const ClientError& error) {
-    return error;
-  }
-  throw std::logic_error("nothing was refused");
 }
 
 TEST(Client, AnswersInAnyOrderReachTheirRequests) {

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tests/clients/refusal.h"
 #include "tests/server/process/child_process.h"
 #include "tests/support/temporary_folder.h"
 
@@ -19,16 +20,6 @@ v1::Scene sample(Client& client, const std::string& name) {
   v1::GetSampleRequest request;
   request.set_name(name);
   return client.call(request).scene();
-}
-
-template <class Call>
-ClientError refusal(const Call& call) {
-  try {
-    call();
-  } catch (const ClientError& error) {
-    return error;
-  }
-  throw std::logic_error("nothing was refused");
 }
 
 Vector at(const Point& point, const Vector& shift = {0, 0, 0}) {

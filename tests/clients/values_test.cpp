@@ -7,6 +7,7 @@
 #include "clients/cpp/error.h"
 #include "clients/cpp/frames.h"
 #include "clients/cpp/scene_files.h"
+#include "tests/clients/refusal.h"
 #include "tests/support/temporary_folder.h"
 
 namespace limber::client {
@@ -38,16 +39,6 @@ v1::Frames coordinate_frames() {
   *frames.mutable_data() = array<float>(v1::DATA_TYPE_FLOAT32, {2, 2}, {1, 0, 0.5, -1});
   frames.set_basis_hash("b");
   return frames;
-}
-
-template <class Call>
-ClientError refusal(const Call& call) {
-  try {
-    call();
-  } catch (const ClientError& error) {
-    return error;
-  }
-  throw std::logic_error("nothing was refused");
 }
 
 TEST(Frames, CoordinatesAreRestPlusBasisTimesCoordinates) {
