@@ -1,9 +1,13 @@
 #pragma once
 
+#include <fmt/format.h>
+
 #include <cstddef>
 #include <deque>
 #include <memory>
 #include <utility>
+
+#include "engine/base/error.h"
 
 namespace limber::session {
 
@@ -34,16 +38,16 @@ class SnapshotHistory {
     }
   }
 
-  /// @returns false where there is nothing to undo
-  bool undo() { return move_by_one(undo_, redo_); }
-  bool redo() { return move_by_one(redo_, undo_); }
+  /// @throws Error{kFailedPrecondition} where there is nothing to undo or redo
+  void undo() { move_by_one(undo_, redo_, "undo"); }
+  void redo() { move_by_one(redo_, undo_, "redo"); }
 
  private:
-  bool move_by_one(std::deque<Snapshot>& from, std::deque<Snapshot>& to) {
-    if (from.empty()) return false;
+  void move_by_one(std::deque<Snapshot>& from, std::deque<Snapshot>& to, const char* what) {
+    if (from.empty())
+      throw Error(ErrorCode::kFailedPrecondition, "", fmt::format("there is nothing to {}", what));
     to.push_back(std::exchange(now_, from.back()));
     from.pop_back();
-    return true;
   }
 
   Snapshot now_;

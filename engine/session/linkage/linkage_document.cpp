@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "engine/base/error.h"
+#include "engine/session/refused_edit.h"
 
 namespace limber::session {
 namespace {
@@ -62,7 +63,7 @@ void LinkageLimits::validate() const {
 class LinkageDocument::Request {
  public:
   Request(const LinkageDocument& document)
-      : document_(document), state_(document.state_), conditions_(*state_.now) {}
+      : document_(document), state_(document.state_), conditions_(*state_.history.now()) {}
 
   /// @returns the target the edit touched, 0 if none
   std::uint64_t apply(const LinkageEdit& edit) {
@@ -138,17 +139,16 @@ class LinkageDocument::Request {
     conditions_.section_scales = set.scales;
     return changed();
   }
-  std::uint64_t take(const Undo&) { return step(state_.undo, state_.redo, "undo"); }
-  std::uint64_t take(const Redo&) { return step(state_.redo, state_.undo, "redo"); }
-
-  std::uint64_t step(std::deque<Conditions>& from, std::deque<Conditions>& to, const char* what) {
+  std::uint64_t take(const Undo&) {
     close_step();
-    if (from.empty()) {
-      throw Error(ErrorCode::kFailedPrecondition, "", fmt::format("there is nothing to {}", what));
-    }
-    to.push_back(std::exchange(state_.now, from.back()));
-    from.pop_back();
-    conditions_ = *state_.now;
+    state_.history.undo();
+    conditions_ = *state_.history.now();
+    return 0;
+  }
+  std::uint64_t take(const Redo&) {
+    close_step();
+    state_.history.redo();
+    conditions_ = *state_.history.now();
     return 0;
   }
 
@@ -169,16 +169,9 @@ class LinkageDocument::Request {
     auto issues = scene::validate(conditions_, document_.joints_, document_.segments_);
     if (issues.empty() && document_.check_) issues = document_.check_(conditions_);
     if (!issues.empty()) throw Error(issues[0].code, last_name(issues[0].field), issues[0].message);
-    state_.undo.push_back(
-        std::exchange(state_.now, std::make_shared<const LinkageConditions>(conditions_)));
-    state_.redo.clear();
-    std::size_t bytes = 0;
-    for (const Conditions& step : state_.undo) bytes += bytes_of(*step);
-    while (state_.undo.size() > static_cast<std::size_t>(document_.limits_.undo_depth) ||
-           (state_.undo.size() > 1 && bytes > document_.limits_.undo_bytes)) {
-      bytes -= bytes_of(*state_.undo.front());
-      state_.undo.pop_front();
-    }
+    state_.history.step_to(
+        conditions_, document_.limits_.undo_depth, document_.limits_.undo_bytes,
+        [](const LinkageConditions& conditions) { return bytes_of(conditions); });
   }
 
   const LinkageDocument& document_;
@@ -187,32 +180,31 @@ class LinkageDocument::Request {
   bool is_open_ = false;  // edits since the last step
 };
 
-LinkageDocument::LinkageDocument(LinkageConditions conditions, int joints, int segments,
-                                 LinkageLimits limits, Check check)
-    : joints_(joints), segments_(segments), limits_(limits), check_(std::move(check)) {
-  limits.validate();
-  const auto issues = scene::validate(conditions, joints, segments);
-  if (!issues.empty()) throw Error(issues[0].code, issues[0].field, issues[0].message);
-  if (conditions.targets.size() > static_cast<std::size_t>(limits.max_targets)) {
-    throw Error(
-        ErrorCode::kLimitExceeded, "targets",
-        fmt::format("{} targets, the limit is {}", conditions.targets.size(), limits.max_targets));
-  }
-  for (const LinkageTarget& target : conditions.targets)
-    state_.last_id = std::max(state_.last_id, target.id);
+/// Targets without an id get one.
+LinkageDocument::State LinkageDocument::first_state(LinkageConditions conditions) {
+  std::uint64_t last_id = 0;
+  for (const LinkageTarget& target : conditions.targets) last_id = std::max(last_id, target.id);
   for (LinkageTarget& target : conditions.targets)
-    if (target.id == 0) target.id = ++state_.last_id;
-  state_.now = std::make_shared<const LinkageConditions>(std::move(conditions));
+    if (target.id == 0) target.id = ++last_id;
+  return {SnapshotHistory(std::move(conditions)), last_id};
 }
 
-/// The first edits on a copy of the state.
-EditReceipt LinkageDocument::try_edits(const std::vector<LinkageEdit>& edits, std::size_t count,
-                                       State& state) {
-  Request request(*this);
-  EditReceipt receipt;
-  for (std::size_t i = 0; i < count; ++i) receipt.constraint_ids.push_back(request.apply(edits[i]));
-  state = request.finish();
-  return receipt;
+LinkageDocument::LinkageDocument(LinkageConditions conditions, int joints, int segments,
+                                 LinkageLimits limits, Check check)
+    : joints_(joints),
+      segments_(segments),
+      limits_(limits),
+      check_(std::move(check)),
+      state_(first_state(std::move(conditions))) {
+  limits.validate();
+  const LinkageConditions& first = *state_.history.now();
+  const auto issues = scene::validate(first, joints, segments);
+  if (!issues.empty()) throw Error(issues[0].code, issues[0].field, issues[0].message);
+  if (first.targets.size() > static_cast<std::size_t>(limits.max_targets)) {
+    throw Error(
+        ErrorCode::kLimitExceeded, "targets",
+        fmt::format("{} targets, the limit is {}", first.targets.size(), limits.max_targets));
+  }
 }
 
 EditReceipt LinkageDocument::apply(const std::vector<LinkageEdit>& edits,
@@ -222,32 +214,17 @@ EditReceipt LinkageDocument::apply(const std::vector<LinkageEdit>& edits,
                 fmt::format("the session is at revision {}, not {}", revision_, *expected));
   }
   if (edits.empty()) throw Error(ErrorCode::kInvalidArgument, "edits", "there are no edits");
-  State state;
   EditReceipt receipt;
-  try {
-    receipt = try_edits(edits, edits.size(), state);
-  } catch (const Error&) {
-    // Which edit made them invalid: the last of the shortest beginnings that are refused.
-    std::size_t good = 0, bad = edits.size();
-    while (bad - good > 1) {
-      const std::size_t middle = good + (bad - good) / 2;
-      try {
-        (void)try_edits(edits, middle, state);
-        good = middle;
-      } catch (const Error&) {
-        bad = middle;
-      }
-    }
-    try {
-      (void)try_edits(edits, bad, state);
-    } catch (const Error& error) {
-      const std::string field =
-          fmt::format("edits[{}]{}{}", bad - 1, error.field().empty() ? "" : ".", error.field());
-      throw Error(error.code(), field, error.what());
-    }
-    throw;
-  }
-  state_ = std::move(state);
+  std::optional<State> done;
+  try_edits(edits.size(), [&](std::size_t count) {
+    Request request(*this);
+    receipt.constraint_ids.clear();
+    for (std::size_t i = 0; i < count; ++i)
+      receipt.constraint_ids.push_back(request.apply(edits[i]));
+    done.emplace(request.finish());
+  });
+  LIMBER_DEMAND(done.has_value());
+  state_ = std::move(*done);
   receipt.revision = ++revision_;
   receipt.keyframe_ids.assign(edits.size(), 0);
   return receipt;

@@ -2,7 +2,6 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <deque>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -11,6 +10,7 @@
 #include "engine/scene/linkage.h"
 #include "engine/session/edit.h"
 #include "engine/session/linkage/linkage_edit.h"
+#include "engine/session/snapshot_history.h"
 
 namespace limber::session {
 
@@ -46,20 +46,18 @@ class LinkageDocument {
 
   [[nodiscard]] Revision revision() const { return revision_; }
   [[nodiscard]] const std::shared_ptr<const scene::LinkageConditions>& conditions() const {
-    return state_.now;
+    return state_.history.now();
   }
-  [[nodiscard]] std::size_t undo_count() const { return state_.undo.size(); }
-  [[nodiscard]] std::size_t redo_count() const { return state_.redo.size(); }
+  [[nodiscard]] std::size_t undo_count() const { return state_.history.undo_count(); }
+  [[nodiscard]] std::size_t redo_count() const { return state_.history.redo_count(); }
 
  private:
-  using Conditions = std::shared_ptr<const scene::LinkageConditions>;
   struct State {
-    Conditions now;
-    std::deque<Conditions> undo, redo;  // newest last
-    std::uint64_t last_id = 0;          // of targets
+    SnapshotHistory<scene::LinkageConditions> history;
+    std::uint64_t last_id = 0;  // of targets
   };
   class Request;
-  EditReceipt try_edits(const std::vector<LinkageEdit>& edits, std::size_t count, State& state);
+  static State first_state(scene::LinkageConditions conditions);
 
   int joints_, segments_;
   LinkageLimits limits_;
