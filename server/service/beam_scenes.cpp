@@ -13,16 +13,6 @@ namespace {
 
 constexpr int kShapes = 256;  // that a session keeps of the ways to its results
 
-/// Readers name files and lines in their messages; the field is where the client gave the lines.
-template <class Read>
-scene::EdgeMesh read_at(const std::string& field, const Read& read) {
-  try {
-    return read();
-  } catch (const Error& error) {
-    throw Error(error.code(), field, error.what());
-  }
-}
-
 }  // namespace
 
 bool is_beam_sample(const std::string& name) {
@@ -42,22 +32,13 @@ proto::Scene beam_sample_scene(const std::string& name) {
   return encode_beam_scene({name, std::move(sample.model), {section}});
 }
 
-EdgeLoader edge_loader(
-    std::function<std::filesystem::path(const std::string& path, const std::string& field)>
-        resolve) {
+EdgeLoader edge_loader(PathResolver resolve) {
   return [resolve = std::move(resolve)](const proto::LineSource& source, const std::string& field) {
-    switch (source.source_case()) {
-      case proto::LineSource::kPath: {
-        const auto file = resolve(source.path(), field + ".path");
-        return read_at(field + ".path", [&] { return scene::read_edge_mesh_file(file); });
-      }
-      case proto::LineSource::kFile:
-        return read_at(field + ".file", [&] {
-          return scene::read_edge_mesh(source.file().name(), source.file().content());
-        });
-      default:
-        throw invalid(field, "lines of beams are a path, a file or arrays");
-    }
+    auto lines = read_lines(
+        source, field, resolve, [](const auto& path) { return scene::read_edge_mesh_file(path); },
+        [](const auto& name, const auto& content) { return scene::read_edge_mesh(name, content); });
+    if (!lines) throw invalid(field, "lines of beams are a path, a file or arrays");
+    return std::move(*lines);
   };
 }
 

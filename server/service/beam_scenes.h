@@ -1,11 +1,10 @@
 #pragma once
 
-#include <filesystem>
-#include <functional>
 #include <string>
 #include <vector>
 
 #include "server/codec/beam_scene.h"
+#include "server/service/line_source.h"
 
 namespace limber::server {
 
@@ -14,9 +13,7 @@ namespace limber::server {
 [[nodiscard]] bool is_beam_sample(const std::string& name);
 
 /// @param resolve  the file of this machine that a path means, or throws naming the field
-[[nodiscard]] EdgeLoader edge_loader(
-    std::function<std::filesystem::path(const std::string& path, const std::string& field)>
-        resolve);
+[[nodiscard]] EdgeLoader edge_loader(PathResolver resolve);
 
 /// @param session_bytes  a session may take, estimated; 0: no limit
 /// @throws Refusal LIMIT_EXCEEDED naming "scene"

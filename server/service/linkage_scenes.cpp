@@ -14,35 +14,16 @@ namespace {
 /// side.
 constexpr std::uint64_t kBytesPerEdge = 24'000;
 
-/// Readers name files and lines in their messages; the field is where the client gave the lines.
-template <class Read>
-rods::LineMesh read_at(const std::string& field, const Read& read) {
-  try {
-    return read();
-  } catch (const Error& error) {
-    throw Error(error.code(), field, error.what());
-  }
-}
-
 }  // namespace
 
-LineLoader line_loader(
-    std::function<std::filesystem::path(const std::string& path, const std::string& field)>
-        resolve) {
+LineLoader line_loader(PathResolver resolve) {
   return [resolve = std::move(resolve)](const proto::LineSource& source, const std::string& field) {
-    switch (source.source_case()) {
-      case proto::LineSource::kPath: {
-        const auto file = resolve(source.path(), field + ".path");
-        return read_at(field + ".path", [&] { return scene::read_line_mesh_file(file); });
-      }
-      case proto::LineSource::kFile:
-        return read_at(field + ".file", [&] {
-          return scene::read_line_mesh(source.file().name(), source.file().content());
-        });
-      default:
-        return read_at(field + ".sample",
-                       [&] { return scene::make_linkage_sample(source.sample()).lines; });
-    }
+    auto lines = read_lines(
+        source, field, resolve, [](const auto& path) { return scene::read_line_mesh_file(path); },
+        [](const auto& name, const auto& content) { return scene::read_line_mesh(name, content); });
+    if (lines) return std::move(*lines);
+    return read_at(field + ".sample",
+                   [&] { return scene::make_linkage_sample(source.sample()).lines; });
   };
 }
 

@@ -1,13 +1,12 @@
 #pragma once
 
-#include <filesystem>
-#include <functional>
 #include <string>
 #include <vector>
 
 #include "engine/session/linkage/linkage_mapping.h"
 #include "limber/v1/scene.pb.h"
 #include "server/codec/linkage.h"
+#include "server/service/line_source.h"
 
 namespace limber::server {
 
@@ -16,9 +15,7 @@ namespace limber::server {
 [[nodiscard]] bool is_linkage_sample(const std::string& name);
 
 /// @param resolve  the file of this machine that a path means, or throws naming the field
-[[nodiscard]] LineLoader line_loader(
-    std::function<std::filesystem::path(const std::string& path, const std::string& field)>
-        resolve);
+[[nodiscard]] LineLoader line_loader(PathResolver resolve);
 
 /// All that opening a linkage is refused for: `session::check_linkage`, after a look at its size.
 /// @param session_bytes  a session may take, estimated; 0: no limit
