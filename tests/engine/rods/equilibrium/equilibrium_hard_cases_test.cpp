@@ -130,6 +130,40 @@ TEST(HardEquilibria, StifferByTenOrdersIsTheSameShape) {
   EXPECT_LT(joint_distance(shapes[2], shapes[1]), 1e-3);
 }
 
+/// A vertex of segment 0 moved back over the one before it, its edge then turned against that by
+/// all but an angle.
+LinkageState folded_back(const LinkageModel& model, double missing) {
+  const LinkageState drawn(model);
+  const int before = 2, folded = 3;
+  const Eigen::Vector3d along = drawn.vertex(model, 0, folded) - drawn.vertex(model, 0, before);
+  const Eigen::Vector3d beside = Eigen::Vector3d::UnitZ() * along.norm();
+  Eigen::VectorXd increment = Eigen::VectorXd::Zero(model.variables().size());
+  increment.segment<3>(model.variables().position(0, folded)) =
+      -along - std::cos(missing) * along + std::sin(missing) * beside;
+  return drawn.moved(model, increment);
+}
+
+TEST(HardEquilibria, EdgesFoldingToAntiparallelUnfold) {
+  const LinkageModel model = grid_model(3, 3, 1.0);
+  LinkageEquilibrium equilibrium(model);
+  for (const double missing : {0.1, 1e-2, 1e-4, 1e-6}) {
+    LinkageState state = folded_back(model, missing);
+    const EquilibriumReport report = equilibrium.solve(state, {});
+    EXPECT_TRUE(report.converged()) << missing << ": " << report.message;
+    EXPECT_LT(report.energies.total(), 1e-8) << missing;
+    EXPECT_LT(std::abs(state.vertex(model, 0, 3).z() - state.vertex(model, 0, 2).z()), 1e-4);
+  }
+}
+
+TEST(HardEquilibria, AnEdgeFoldedBackEntirelyIsSaid) {
+  const LinkageModel model = grid_model(3, 3, 1.0);
+  LinkageEquilibrium equilibrium(model);
+  LinkageState state = folded_back(model, 0);
+  const EquilibriumReport report = equilibrium.solve(state, {});
+  EXPECT_EQ(report.status, EquilibriumStatus::kStalled);
+  EXPECT_NE(report.message.find("folded back"), std::string::npos) << report.message;
+}
+
 TEST(HardEquilibria, SegmentShorterThanAThousandthOfTheRest) {
   LineMesh mesh = testing::sheared_grid(4, 3, 1.0, 40);
   // The last column moves up to the one before it, 0.03 of 40 away.
