@@ -112,10 +112,11 @@ struct Attempt {
     if (status == BeamStatus::kConverged || status == BeamStatus::kMechanism) return;
     BeamSolution other;
     relaxes_first ? newton(other) : both(other);
-    other.report.newton_iterations += solution.report.newton_iterations;
-    other.report.factorizations += solution.report.factorizations;
-    other.report.relaxation_steps += solution.report.relaxation_steps;
-    if (other.report.converged() || other.report.status == BeamStatus::kMechanism)
+    add_work(solution.report, other.report);
+    // A saddle says more than that no balance was found.
+    const BeamStatus found = other.report.status;
+    if (found == BeamStatus::kConverged || found == BeamStatus::kMechanism ||
+        (found == BeamStatus::kUnstable && status != BeamStatus::kUnstable))
       solution = std::move(other);
   }
 };
@@ -138,8 +139,8 @@ BeamSolution solve(const Attempt& attempt) {
         attempt.chosen(solution);
         break;
     }
-  } catch (const Error& error) {
     attempt.keep_to_the_side(solution);
+  } catch (const Error& error) {
     if (error.code() != ErrorCode::kCancelled) throw;
     solution.report.status = BeamStatus::kCancelled;
     solution.report.message = "cancelled";
