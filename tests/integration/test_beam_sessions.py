@@ -133,6 +133,30 @@ def test_pushes_choose_a_side(server):
     session.close()
 
 
+@pytest.mark.parametrize("pushed", [1, 5, 10, 17])
+def test_a_push_of_one_newton_at_one_node_chooses_the_side(server, pushed):
+    """A hinged rod that buckles at 132 N, brought together by a tenth."""
+    hinged = cantilever(20, 0)
+    hinged["sections"][0]["young"] = 132 / np.pi ** 2 * 12e8
+    hinged["loads"] = []
+    ends = {**CLAMPED, "fix_rotation_y": False}
+    hinged["supports"] = [{"node": 0, **ends}, {"node": 20, **ends}]
+    session = opened(server, hinged)
+    for side in (1, -1):
+        session.edit([beam_edits.push(pushed, (0, 0, side)), beam_edits.move(20, x=-0.1)])
+        assert session.wait().status == "CONVERGED"
+        assert side * session.frames()[-1][10, 2] > 0.15
+        session.undo()
+        session.wait()
+    session.close()
+    hinged["motions"] = [{"node": 20, "x": -0.1}]
+    del hinged["supports"][1]["fix_x"]
+    for side in (1, -1):
+        hinged["temporary_loads"] = [{"node": pushed, "force": {"z": side}}]
+        answer = server.solve_beams(hinged, progress=False)
+        assert answer.converged and side * answer.positions[10, 2] > 0.15
+
+
 def test_supports_have_axes_of_their_own(server):
     """A beam along x that slides down a plane of 45 degrees at its far end."""
     structure = cantilever(10, 2)
