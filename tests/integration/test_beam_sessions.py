@@ -419,7 +419,16 @@ def test_commands(cli, server, tmp_path):
     spoiled["beams"]["structure"]["supports"] = spoiled["beams"]["structure"]["motions"] = []
     (tmp_path / "spoiled.json").write_text(json.dumps(spoiled))
     assert "beams.structure.supports" in run("validate", str(tmp_path / "spoiled.json"), code=1)
+    run("edit-script", "bow", str(script(tmp_path, [{"release_beam_node": {"node": 40}}])), code=1)
+    assert "has no solution: node" in run("wait", "bow", code=1)
+    run("undo", "bow")
+    run("wait", "bow")
     run("close", "bow")
+
+
+def script(folder, edits):
+    (folder / "edits.jsonl").write_text("".join(json.dumps(edit) + "\n" for edit in edits))
+    return folder / "edits.jsonl"
 
 
 def run_example(name, folder, *arguments):
