@@ -419,6 +419,11 @@ def test_commands(cli, server, tmp_path):
     spoiled["beams"]["structure"]["supports"] = spoiled["beams"]["structure"]["motions"] = []
     (tmp_path / "spoiled.json").write_text(json.dumps(spoiled))
     assert "beams.structure.supports" in run("validate", str(tmp_path / "spoiled.json"), code=1)
+    assert "can be opened" in run("validate", str(job_folder(tmp_path)))
+    assert "can be opened" in run("validate", str(tmp_path / "SimulationJob.json"))
+    (tmp_path / "SimulationJob.json").write_text(
+        (tmp_path / "SimulationJob.json").read_text().replace("[10, [0", "[11, [0"))
+    assert "11" in run("validate", str(tmp_path), code=1)
     run("edit-script", "bow", str(script(tmp_path, [{"release_beam_node": {"node": 40}}])), code=1)
     assert "has no solution: node" in run("wait", "bow", code=1)
     run("undo", "bow")
