@@ -43,7 +43,7 @@ std::shared_ptr<const session::BeamResult> result_of(BeamRecord& record,
 }  // namespace
 
 proto::ExportResponse export_beams(BeamRecord& record, const proto::ExportRequest& request) {
-  const std::string stem = decode_file_stem(request.stem(), "motion");
+  const std::string stem = decode_file_stem(request.stem(), "beams");
   switch (request.format()) {
     case proto::EXPORT_FORMAT_SCENE: {
       const proto::Scene scene = encode_beam_scene(

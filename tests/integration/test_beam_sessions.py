@@ -338,6 +338,9 @@ def test_files_hold_the_latest_state_and_open_again(server, arm, tmp_path):
     solution = arm.solution()
     names = {path.name for path in arm.export(tmp_path, ("vtu", "csv", "json", "scene"), stem="arm", progress=False)}
     assert names == {"arm.vtu", "arm_nodes.csv", "arm_elements.csv", "arm_shape.json", "arm.json"}
+    exported = arm.export(tmp_path / "named", ("vtu", "scene"), progress=False)
+    assert {path.name for path in exported} == {"beams.vtu", "beams.json"}
+    assert exported.result.status == "CONVERGED" and exported.result.revision == 1
     assert np.array_equal(vtu_array(tmp_path / "arm.vtu", "Points", "<f8"), solution.positions.ravel())
     table = np.genfromtxt(tmp_path / "arm_nodes.csv", delimiter=",", names=True)
     assert table["reaction_force_z"][0] == pytest.approx(3)
@@ -410,7 +413,7 @@ def test_commands(cli, server, tmp_path):
     assert "41 nodes" in run("list") and "2 supports, 1 motions" in run("show", "bow")
     assert "edits[0].set_beam_load.load.node" in run("load", "bow", "--node", "99", "--force", "1", "0", "0", code=1)
     run("export", "bow", "--format", "vtu", "csv", "--out", str(tmp_path))
-    assert (tmp_path / "motion.vtu").is_file() and (tmp_path / "motion_nodes.csv").is_file()
+    assert (tmp_path / "beams.vtu").is_file() and (tmp_path / "beams_nodes.csv").is_file()
     run("frames", "bow", "--out", str(tmp_path / "f.npy"))
     assert np.load(tmp_path / "f.npy").shape[1:] == (41, 3)
     run("export", "bow", "--format", "scene", "--out", str(tmp_path), "--stem", "edited")
