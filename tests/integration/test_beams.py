@@ -125,8 +125,17 @@ def test_bad_structures_are_refused_by_name(server, change, code, field):
     assert (error.code, error.field) == (code, field)
 
 
+def test_what_is_not_finite_is_named(server):
+    structure = cantilever(4)
+    structure["nodes"][2]["position"]["x"] = float("nan")
+    error = refusal(server, structure)
+    assert (error.code, error.field) == ("INVALID_ARGUMENT", "structure.nodes[2].position.x")
+    assert "finite" in str(error) and "quoted" not in str(error)
+
+
 def test_bad_options_are_refused(server):
-    assert refusal(server, cantilever(2), tolerance=2.0).field == "tolerance"
+    error = refusal(server, cantilever(2), tolerance=2.0)
+    assert error.field == "tolerance" and error.message.startswith("tolerance = 2, must be")
     assert refusal(server, cantilever(2), shapes=257).code == "LIMIT_EXCEEDED"
     assert refusal(server, cantilever(2), files=("csv", "csv")).field == "files[1]"
     assert refusal(server, cantilever(2), stem="../x").field == "stem"

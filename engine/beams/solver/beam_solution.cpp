@@ -17,7 +17,7 @@ constexpr int kIterationsOfBranch = 3000;
 void require(bool holds, const char* member, double value, const char* rule) {
   if (!holds)
     throw Error(ErrorCode::kInvalidArgument, member,
-                fmt::format("BeamSolveOptions::{} = {}, must be {}", member, value, rule));
+                fmt::format("{} = {}, must be {}", member, value, rule));
 }
 
 }  // namespace

@@ -1,5 +1,7 @@
 // Structures of beams and their edits between messages and values.
 
+#include <fmt/format.h>
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "proto/json_text.h"
@@ -79,6 +81,36 @@ TEST(BeamCodec, AxesOfSupportsAreMadePerpendicular) {
   bad = scene();
   bad.mutable_beams()->mutable_structure()->mutable_supports(1)->clear_y_axis();
   EXPECT_EQ(field_of([&] { decode(bad); }), "scene.beams.structure.supports[1].y_axis");
+}
+
+TEST(BeamCodec, WhatIsWrongIsSaidByTheNamesOfTheMessage) {
+  const auto told = [](const proto::Scene& bad) -> std::pair<std::string, std::string> {
+    try {
+      decode(bad);
+    } catch (const Error& error) {
+      return {error.field(), error.what()};
+    }
+    return {"accepted", ""};
+  };
+  proto::Scene bad = scene();
+  auto* structure = bad.mutable_beams()->mutable_structure();
+  structure->mutable_sections(0)->mutable_rectangle()->set_width(0.01);
+  structure->mutable_sections(0)->mutable_rectangle()->set_height(-1);
+  EXPECT_EQ(told(bad), std::pair(std::string("scene.beams.structure.sections[0].rectangle.height"),
+                                 std::string("height = -1, must be > 0")));
+  structure->mutable_sections(0)->mutable_rectangle()->set_height(1e-200);
+  EXPECT_EQ(told(bad).first, "scene.beams.structure.sections[0]");
+  EXPECT_THAT(told(bad).second, ::testing::StartsWith("sections[0]: its stiffness"));
+  bad = scene();
+  structure = bad.mutable_beams()->mutable_structure();
+  auto* support = structure->mutable_supports(0);
+  support->set_fix_y(true);
+  auto* motion = structure->add_motions();
+  motion->set_node(support->node());
+  motion->set_y(0.1);
+  EXPECT_EQ(told(bad).second,
+            fmt::format("motions[{}] moves node {}, which supports[0] holds along y",
+                        structure->motions_size() - 1, support->node()));
 }
 
 TEST(BeamCodec, SourcesExcludeEachOther) {
