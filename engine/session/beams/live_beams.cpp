@@ -11,19 +11,9 @@ namespace {
 using beams::BeamStatus;
 
 constexpr int kMostFrames = 128;  // of one way
-// Load steps go on as those before but for this much [rad]: see BeamSolveOptions::largest_swerve.
-constexpr double kSwerve = 0.05;
-constexpr int kNewtonIterations = 3000;
 // Shapes that undo comes back to, and what one takes of memory.
 constexpr std::size_t kKnownBytes = std::size_t{64} << 20;
 constexpr std::size_t kBytesPerElement = 1000;
-
-beams::BeamSolveOptions watched() {
-  beams::BeamSolveOptions options;
-  options.largest_swerve = kSwerve;
-  options.newton_iterations = kNewtonIterations;
-  return options;
-}
 
 }  // namespace
 
@@ -119,7 +109,8 @@ LiveBeams::Outcome LiveBeams::solve(const SharedConditions& conditions, const Jo
   };
   beams::BeamSolution solution =
       is_drawn_ ? find_equilibrium(structure, {}, job, observer)
-                : follow_equilibrium(structure, state_, turned_, watched(), job, observer);
+                : follow_equilibrium(structure, state_, turned_,
+                                     beams::BeamSolveOptions::following(), job, observer);
   Outcome outcome;
   outcome.report = solution.report;
   outcome.reached = solution.report.converged();
