@@ -262,7 +262,8 @@ DecodedBeams decode_beam_job(const proto::MeshFile& message, const std::string& 
         files.job.label, session::model_of(files), {section_of(files.job)}, std::nullopt};
     validate(read.model);
     return read;
-  } catch (const Error& error) {
+  } catch (const Error& fault) {
+    const Error error = in_message(fault);
     const std::string why = error.what();
     const bool named = error.field().empty() || why.starts_with(error.field());
     throw Error(error.code(), field, named ? why : error.field() + ": " + why);

@@ -157,6 +157,35 @@ def test_a_push_of_one_newton_at_one_node_chooses_the_side(server, pushed):
         assert answer.converged and side * answer.positions[10, 2] > 0.15
 
 
+def test_an_exported_scene_opens_in_the_same_equilibrium(server, tmp_path):
+    """Buckled up as drawn, then pushed down: the scene says up only."""
+    rod = cantilever(12, 0)
+    rod["loads"] = []
+    rod["sections"][0]["rectangle"]["width"] = 0.02
+    rod["supports"] = [{"node": 0, **CLAMPED}, {"node": 12, **CLAMPED, "fix_x": False}]
+    rod["motions"] = [{"node": 12, "x": -0.1}]
+    rod["temporary_loads"] = [{"node": i, "force": {"z": 1}} for i in range(1, 12)]
+    session = opened(server, rod)
+    assert session.frames()[-1][6, 2] > 0.1
+    session.load(6, force=(0, 0, -200))
+    assert session.wait().snaps
+    session.load(6)
+    session.wait()
+    below = session.solution().positions
+    assert below[6, 2] < -0.1
+    exported = session.export(tmp_path, ("scene",), progress=False)
+    assert [path.name for path in exported] == ["beams.json"] and exported.result is None
+    again = server.open(tmp_path / "beams.json", progress=False)
+    assert np.abs(again.solution().positions - below).max() < 1e-9
+    assert again.wait().status == "CONVERGED"
+    again.close()
+    scene = json.loads((tmp_path / "beams.json").read_text())
+    del scene["beams"]["shape"]["rotations"]
+    (tmp_path / "beams.json").write_text(json.dumps(scene))
+    assert refusal(lambda: server.open(tmp_path / "beams.json"))[1].startswith("scene.beams.shape.rotations")
+    session.close()
+
+
 def test_supports_have_axes_of_their_own(server):
     """A beam along x that slides down a plane of 45 degrees at its far end."""
     structure = cantilever(10, 2)

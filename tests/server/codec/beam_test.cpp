@@ -4,7 +4,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "engine/beams/structure/beam_structure.h"
 #include "proto/json_text.h"
+#include "server/codec/arrays.h"
 #include "server/codec/beam_edit.h"
 #include "server/codec/beam_scene.h"
 #include "server/codec/edit_fields.h"
@@ -111,6 +113,24 @@ TEST(BeamCodec, WhatIsWrongIsSaidByTheNamesOfTheMessage) {
   EXPECT_EQ(told(bad).second,
             fmt::format("motions[{}] moves node {}, which supports[0] holds along y",
                         structure->motions_size() - 1, support->node()));
+}
+
+TEST(BeamCodec, ShapesComeBack) {
+  DecodedBeams first = decode(scene());
+  beams::BeamState shape = beams::BeamStructure(first.model).rest_state();
+  shape.positions.col(1) += Eigen::Vector3d(0.1, 0.2, 0.3);
+  shape.rotations[1] = beams::rotation_by({0.3, -0.2, 1.7});
+  for (auto& turn : shape.hinge_turns) turn = beams::rotation_by({0, 0.4, 0});
+  first.shape = shape;
+  proto::Scene told = encode_beam_scene(first);
+  const DecodedBeams second = decode(told);
+  ASSERT_TRUE(second.shape);
+  EXPECT_EQ(second.shape->positions, shape.positions);
+  EXPECT_LT(second.shape->rotations[1].angularDistance(shape.rotations[1]), 1e-14);
+  EXPECT_EQ(second.shape->hinge_turns.size(), shape.hinge_turns.size());
+  auto* message = told.mutable_beams()->mutable_shape();
+  *message->mutable_rotations() = encode_points_float64(Eigen::Matrix3Xd::Zero(3, 1));
+  EXPECT_EQ(field_of([&] { decode(told); }), "scene.beams.shape.rotations");
 }
 
 TEST(BeamCodec, SourcesExcludeEachOther) {
