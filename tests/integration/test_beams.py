@@ -41,7 +41,8 @@ def job_folder(folder, elements=10):
 
 
 def vtu_array(path, name, dtype):
-    """An array of a .vtu with raw appended data; meshio mixes up offsets where there are so many arrays."""
+    """An array of a .vtu with raw appended data; VTK 9.1 reads all of it. meshio 5.0 rewrites offsets
+    one by one while it looks for them, and finds one that it has rewritten where numbers coincide."""
     content = path.read_bytes()
     offset = int(re.search(rb'Name="%s"[^>]* offset="(\d+)"' % name.encode(), content)[1])
     begin = content.index(b'<AppendedData encoding="raw">\n_') + len(b'<AppendedData encoding="raw">\n_') + offset
