@@ -4,6 +4,8 @@
 #include <filesystem>
 #include <fstream>
 
+#include "bench/beam_evidence.h"
+#include "bench/beam_live.h"
 #include "bench/suite.h"
 #include "engine/beams/solver/equilibrium.h"
 #include "engine/beams/solver/relaxation.h"
@@ -149,6 +151,38 @@ Eigen::Matrix3Xd matrix_of(const nlohmann::json& positions) {
   return result;
 }
 
+/// Are the public positions an equilibrium of these elements, and what lies next to them?
+void add_evidence(const beams::BeamStructure& structure, const Eigen::Matrix3Xd& places,
+                  const beams::BeamState& ours, Case& result) {
+  const PlacesEvidence evidence = examine_places(structure, places, ours);
+  result["residual_of_public"] = evidence.residual;
+  result["energy_of_public"] = evidence.energy;
+  result["public_moves"] = evidence.moved;
+  result["energy_from_public"] = evidence.energy_after;
+  result["from_public_to_ours"] = evidence.apart;
+  result["from_public"] = evidence.status;
+}
+
+/// Where do the answers go with more elements?
+void add_cuts(const Structure& which, const beams::BeamModel& model, const beams::BeamState& coarse,
+              const Eigen::Matrix3Xd& places, const SuiteOptions& options, Recorder& recorder) {
+  const bool counts = model.bowing == beams::Bowing::kCounts;
+  for (const CutEvidence& cut : cut_finer(model, coarse, options.quick ? 2 : 4)) {
+    Case result;
+    result["case"] = std::string(which.name) + ", cut";
+    result["element"] = counts ? "with bowing" : "as in the paper";
+    result["parts"] = cut.parts;
+    result["status"] = cut.status;
+    result["energy"] = cut.energy;
+    result["max_moved"] = cut.moved;
+    result["rms_moved"] = cut.rms_moved;
+    result["rms_from_public"] =
+        std::sqrt((cut.positions - places).squaredNorm() / static_cast<double>(places.cols()));
+    result["pressure"] = cut.largest_pressure;
+    recorder.add(result);
+  }
+}
+
 void run_structure(const Structure& which, const SuiteOptions& options,
                    const nlohmann::json& reference, Recorder& recorder) {
   const auto files = scene::read_beam_job_folder(std::filesystem::path(options.shared_folder) /
@@ -197,7 +231,10 @@ void run_structure(const Structure& which, const SuiteOptions& options,
     result["rms_of_public_from_refined"] = rms_distance(fine.solution.state, places);
     result["energy_refined"] = fine.solution.report.elastic_energy;
     result["refined"] = to_string(fine.solution.report.status);
+    add_evidence(structure, places, chosen.solution.state, result);
+    if (bowing == beams::Bowing::kCounts) add_live_figures(model, repeats, result);
     recorder.add(result);
+    add_cuts(which, model, chosen.solution.state, places, options, recorder);
   }
 }
 

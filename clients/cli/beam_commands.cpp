@@ -36,6 +36,7 @@ struct Options {
   std::string file, method = "choose";
   std::vector<std::string> exports;
   double wait_s = 3600;
+  bool follow = false;
 };
 
 ClientError bad_file(const fs::path& path, const std::string& field, const std::string& why) {
@@ -133,6 +134,9 @@ void print_solution(const v1::BeamSolution& answer) {
              energies.bending_2() + energies.bending_3());
   if (answer.largest_utilisation() > 0)
     fmt::print("utilisation  {:.3g}\n", answer.largest_utilisation());
+  for (const auto& snap : answer.snaps())
+    fmt::print("snap         at {:.3f} of the way: node {} turns by {:.3g} rad\n", snap.progress(),
+               snap.node(), snap.turn());
   if (!answer.message().empty()) fmt::print("{}\n", answer.message());
 }
 
@@ -140,6 +144,7 @@ void solve(Context& context, const Options& options) {
   v1::SolveBeamsRequest request;
   read_source(options.file, request);
   request.set_method(kMethods.at(options.method));
+  request.set_follow(options.follow);
   ask_for_files(options, request);
   const std::uint64_t job = context.client().call(request, kLarge).job();
   v1::GetJobResponse response;
@@ -181,6 +186,8 @@ void add_beam_commands(CLI::App& app, Context& context) {
       ->type_size(1)
       ->expected(1)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+  command->add_flag("--follow", options->follow,
+                    "Stay on the branch of equilibria, in short load steps, and tell its snaps");
   command->add_option("--wait", options->wait_s, "Seconds to wait for it")
       ->check(seconds_in(0.1, 1e6))
       ->capture_default_str();

@@ -387,6 +387,7 @@ void run_script(Context& context, const ScriptOptions& options) {
     else
       fmt::print("  {}, energy {:.6g}, constraint error {:.3g}, {:.2f} ms\n", status_words(result),
                  result.total_energy(), result.max_constraint_error(), result.since_edit_ms());
+    note_failure(context, result);
   }
 }
 

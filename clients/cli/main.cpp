@@ -64,7 +64,8 @@ int main(int argc, char** argv) {
       "  limber open --sample beam --session b\n"
       "  limber add b --node 1336 --frame 75 --displacement 0 0.1 0\n"
       "  limber wait b && limber export b --format pvd --out motion\n"
-      "\nExit codes: 0 done, 1 refused, not valid or not readable (code and field on stderr),\n"
+      "\nExit codes: 0 done, 1 refused, not valid, not readable or without a solution (why on "
+      "stderr),\n"
       "2 wrong command line, 3 no server answers, 4 a wait ran out of time, 130 interrupted by "
       "Ctrl-C.");
   context.endpoint = limber::client::kDefaultEndpoint;

@@ -94,6 +94,13 @@ std::string status_words(const v1::ResultInfo& result) {
   return words(v1::SolveStatus_Name(result.status()), "SOLVE_STATUS_");
 }
 
+void note_failure(Context& context, const v1::ResultInfo& result) {
+  if (!result.solve_failed()) return;
+  context.exit_code = kRefused;
+  fmt::print(stderr, "limber: revision {} has no solution: {}\n", result.revision(),
+             result.message());
+}
+
 std::string title(const v1::SessionStatus& status) {
   if (status.name().empty()) return status.session();
   return fmt::format("{} ({})", status.session(), status.name());

@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "clients/cli/context.h"
 #include "limber/v1/service.pb.h"
 
 namespace limber::cli {
@@ -44,6 +45,9 @@ class ProgressBar {
 [[nodiscard]] std::string state_words(v1::SessionState state);
 /// How a solve ended: "converged", "stalled", "failed" where there is no solution at all.
 [[nodiscard]] std::string status_words(const v1::ResultInfo& result);
+
+/// A solve that found no solution: the reason on stderr, and exit code kRefused.
+void note_failure(Context& context, const v1::ResultInfo& result);
 
 /// "robot (robot arm)", or the session alone where the scene has no name.
 [[nodiscard]] std::string title(const v1::SessionStatus& status);

@@ -74,7 +74,7 @@ void frames(Context& context, const FramesOptions& options) {
 }
 
 struct ExportOptions {
-  std::string session, out = ".", stem = "motion";
+  std::string session, out = ".", stem;
   std::vector<std::string> formats;
 };
 
@@ -252,8 +252,8 @@ void add_result_commands(CLI::App& app, Context& context) {
       ->required()
       ->check(CLI::IsMember(kExportFormats));
   command->add_option("-o,--out", export_options->out, "Folder")->capture_default_str();
-  command->add_option("--stem", export_options->stem, "File name without its ending")
-      ->capture_default_str();
+  command->add_option("--stem", export_options->stem,
+                      "File name without its ending (default: motion, of beams: beams)");
   command->callback([&context, export_options] { export_files(context, *export_options); });
 
   auto watch_options = std::make_shared<WatchOptions>();

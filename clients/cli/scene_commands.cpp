@@ -9,6 +9,7 @@
 #include "clients/cli/context.h"
 #include "clients/cli/material_variables.h"
 #include "clients/cli/print.h"
+#include "clients/cpp/beam_files.h"
 #include "clients/cpp/scene_files.h"
 
 namespace limber::cli {
@@ -214,9 +215,13 @@ void add_scene_commands(CLI::App& app, Context& context) {
   command = subcommand(app, "validate",
                        "Say what is wrong with a scene file, and where, as text (needs no server)",
                        "limber validate scene.json");
-  command->add_option("scene", *scene, "Scene file")->required();
+  command->add_option("scene", *scene, "Scene file, or folder of a public job of beams")
+      ->required();
   command->callback([scene] {
-    demand_readable(*scene, "scene");
+    demand_readable(client::is_beam_job(*scene) && std::filesystem::is_directory(*scene)
+                        ? *scene + "/SimulationJob.json"
+                        : *scene,
+                    "scene");
     become_limberd({"validate", *scene});
   });
 

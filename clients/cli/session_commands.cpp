@@ -148,6 +148,7 @@ void wait(Context& context, const WaitOptions& options) {
   request.set_until(options.until == "first" ? v1::WaitRequest::UNTIL_FIRST
                                              : v1::WaitRequest::UNTIL_FINAL);
   const auto result = wait_with_progress(context, request, options.wait_s);
+  note_failure(context, result);
   if (context.json) return print_json(result);
   fmt::print("{}", describe(result));
 }

@@ -38,7 +38,8 @@ void print_error(proto::ErrorCode code, const std::string& field, const std::str
 }
 
 std::vector<proto::Issue> issues_of(const fs::path& file) {
-  const proto::Scene scene = scene_from_json(scene::read_bytes(file));
+  const proto::Scene scene =
+      is_local_beam_job(file) ? local_beam_job(file) : scene_from_json(scene::read_bytes(file));
   const ServiceLimits limits;
   if (scene.has_linkage())
     return linkage_issues(scene, "", local_line_loader(file), limits.session_bytes);
@@ -129,9 +130,13 @@ const std::map<std::string, proto::MaterialVariables> kVariables = {
 }  // namespace
 
 void ToolCommands::add_to(CLI::App& app) {
-  auto* validate = app.add_subcommand(
-      "validate", "Say what is wrong with a scene file, and where; exit code 1 on errors");
-  validate->add_option("scene", input_, "Scene file (.json); a mesh path in it is relative to it")
+  auto* validate = app.add_subcommand("validate",
+                                      "Say what is wrong with a scene file, or a job of the public "
+                                      "relaxation code, and where; exit "
+                                      "code 1 on errors");
+  validate
+      ->add_option("scene", input_,
+                   "Scene file (.json), a mesh path in it is relative to it; or a job's folder")
       ->required();
   validate->callback([this] { chosen_ = [this] { return validate_file(input_); }; });
 

@@ -1,7 +1,5 @@
 #include "server/codec/beam_result.h"
 
-#include <algorithm>
-
 #include "server/codec/arrays.h"
 #include "server/codec/beams.h"
 
@@ -35,12 +33,7 @@ void encode_report(const beams::BeamReport& report, proto::BeamInfo& info) {
   info.set_residual(report.residual);
   info.set_load_factor(report.load_factor);
   if (report.node >= 0) info.set_node(static_cast<std::uint32_t>(report.node));
-  for (const beams::BeamSnap& snap : report.snaps) {
-    auto& told = *info.add_snaps();
-    told.set_progress(snap.load_factor);
-    told.set_turn(snap.turn);
-    told.set_node(static_cast<std::uint32_t>(std::max(snap.node, 0)));
-  }
+  encode_beam_snaps(report.snaps, *info.mutable_snaps());
 }
 
 }  // namespace

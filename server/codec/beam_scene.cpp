@@ -1,6 +1,7 @@
 #include "server/codec/beam_scene.h"
 
 #include "server/codec/arrays.h"
+#include "server/codec/beam_shape.h"
 
 namespace limber::server {
 namespace {
@@ -48,6 +49,8 @@ DecodedBeams decode_beam_scene(const proto::Scene& message, const std::string& p
   } else {
     decoded = decode_beam_structure(beams.structure(), field + ".structure");
   }
+  if (beams.has_shape())
+    decoded.shape = decode_beam_shape(beams.shape(), decoded.model, field + ".shape");
   if (!message.name().empty()) decoded.name = message.name();
   return decoded;
 }
@@ -56,6 +59,8 @@ proto::Scene encode_beam_scene(const DecodedBeams& structure) {
   proto::Scene message;
   message.set_name(structure.name);
   *message.mutable_beams()->mutable_structure() = encode_beam_structure(structure);
+  if (structure.shape)
+    *message.mutable_beams()->mutable_shape() = encode_beam_shape(*structure.shape);
   return message;
 }
 

@@ -18,7 +18,7 @@ using EdgeLoader =
 [[nodiscard]] DecodedBeams decode_beam_scene(const proto::Scene& message, const std::string& prefix,
                                              const EdgeLoader& load_edges);
 
-/// Whole: nodes and elements are in the message, wherever they came from.
+/// Whole: nodes and elements are in the message, wherever they came from, and the shape if any.
 [[nodiscard]] proto::Scene encode_beam_scene(const DecodedBeams& structure);
 
 }  // namespace limber::server

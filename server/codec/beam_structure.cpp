@@ -30,8 +30,7 @@ beams::SectionShape decode_shape(const proto::BeamSection& message, const std::s
 
 /// The message's name for what the engine calls a dimension or constant of a section.
 std::string section_field(const std::string& name) {
-  if (name == "width_along_2") return ".rectangle.width";
-  if (name == "height_along_3") return ".rectangle.height";
+  if (name == "width" || name == "height") return ".rectangle." + name;
   if (name.ends_with("_radius")) return ".tube." + name;
   return "." + name;
 }
@@ -108,13 +107,32 @@ void decode_list(const Messages& messages, const std::string& field, const Decod
   for (int i = 0; i < messages.size(); ++i) values.push_back(decode(messages.Get(i), at(field, i)));
 }
 
-/// The message's name for a place in the engine's values.
-std::string field_in_message(std::string name) {
-  const auto fixed = name.find(".fixed[");
-  if (fixed != std::string::npos) name.resize(fixed);
-  if (name.starts_with("motions[") && name.ends_with(".translation"))
-    name.resize(name.size() - std::string(".translation").size());
-  return name;
+/// What the engine calls by a name that no message has: the end of the name, and words for it.
+struct Unsaid {
+  std::string_view list, member, words;
+};
+constexpr Unsaid kUnsaid[] = {{"motions[", ".translation", ": (x, y, z)"},
+                              {"sections[", ".stretching", ": its stiffness E A"},
+                              {"sections[", ".torsion", ": its stiffness G J"},
+                              {"sections[", ".bending_2", ": its stiffness E I about axis 2"},
+                              {"sections[", ".bending_3", ": its stiffness E I about axis 3"},
+                              {"sections[", ".mass_per_length", ": its mass per length"},
+                              {"sections[", ".shear_arm", ": its largest shear strain"},
+                              {"sections[", ".shear", ": its shear modulus"},
+                              {"sections[", ".fibre_2", ": half its width"},
+                              {"sections[", ".fibre_3", ": half its height"}};
+
+/// An error of the engine's values by the names of the message.
+Error in_message(const Error& error) {
+  const std::string& name = error.field();
+  for (const Unsaid& unsaid : kUnsaid) {
+    if (!name.starts_with(unsaid.list) || !name.ends_with(unsaid.member)) continue;
+    const std::string place = name.substr(0, name.size() - unsaid.member.size());
+    std::string why = error.what();
+    if (why.starts_with(name)) why.replace(0, name.size(), place + std::string(unsaid.words));
+    return Error(error.code(), place, why);
+  }
+  return error;
 }
 
 const std::string& companion(const proto::MeshFile& message, const std::string& name,
@@ -204,8 +222,9 @@ DecodedBeams decode_beam_structure(const proto::BeamStructure& message, const st
   DecodedBeams read = read_structure(message, field);
   try {
     validate(read.model);
-  } catch (const Error& error) {
-    throw Error(error.code(), field + "." + field_in_message(error.field()), error.what());
+  } catch (const Error& fault) {
+    const Error error = in_message(fault);
+    throw Error(error.code(), field + "." + error.field(), error.what());
   }
   return read;
 }
@@ -220,8 +239,9 @@ DecodedBeams decode_beam_structure(const proto::BeamStructure& message,
   add_drawing(drawing, read.model);
   try {
     validate(read.model);
-  } catch (const Error& error) {
-    const std::string name = field_in_message(error.field());
+  } catch (const Error& fault) {
+    const Error error = in_message(fault);
+    const std::string& name = error.field();
     const bool drawn = name.starts_with("nodes") || name.starts_with("elements");
     throw Error(error.code(), drawn ? lines : field + "." + name, error.what());
   }
@@ -238,10 +258,12 @@ DecodedBeams decode_beam_job(const proto::MeshFile& message, const std::string& 
                                                          : std::string_view());
     const std::string mesh = std::filesystem::path(files.job.mesh_file).filename().string();
     files.mesh = scene::read_edge_mesh(mesh, companion(message, mesh, field));
-    DecodedBeams read{files.job.label, session::model_of(files), {section_of(files.job)}};
+    DecodedBeams read{
+        files.job.label, session::model_of(files), {section_of(files.job)}, std::nullopt};
     validate(read.model);
     return read;
-  } catch (const Error& error) {
+  } catch (const Error& fault) {
+    const Error error = in_message(fault);
     const std::string why = error.what();
     const bool named = error.field().empty() || why.starts_with(error.field());
     throw Error(error.code(), field, named ? why : error.field() + ": " + why);

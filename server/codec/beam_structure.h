@@ -1,9 +1,11 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "engine/beams/model/beam_model.h"
+#include "engine/beams/structure/beam_state.h"
 #include "engine/scene/beams.h"
 #include "limber/v1/beams.pb.h"
 #include "server/codec/errors.h"
@@ -15,6 +17,8 @@ struct DecodedBeams {
   std::string name;
   beams::BeamModel model;
   std::vector<proto::BeamSection> sections;
+  /// Of a scene: where opening begins; none: as drawn.
+  std::optional<beams::BeamState> shape;
 };
 
 /// A structure as it came, valid. Fields of errors are those of the message.

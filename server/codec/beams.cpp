@@ -98,6 +98,7 @@ void encode_report(const beams::BeamReport& report, proto::BeamSolution& message
   message.set_load_factor(report.load_factor);
   if (report.node >= 0) message.set_node(static_cast<std::uint32_t>(report.node));
   message.set_message(report.message);
+  encode_beam_snaps(report.snaps, *message.mutable_snaps());
 }
 
 proto::ExportedFile file_of(std::string name, std::string content) {
@@ -142,6 +143,16 @@ proto::BeamStatus encode_beam_status(beams::BeamStatus status) {
   return proto::BEAM_STATUS_UNSPECIFIED;
 }
 
+void encode_beam_snaps(const std::vector<beams::BeamSnap>& snaps,
+                       google::protobuf::RepeatedPtrField<proto::BeamSnap>& messages) {
+  for (const beams::BeamSnap& snap : snaps) {
+    auto& told = *messages.Add();
+    told.set_progress(snap.load_factor);
+    told.set_turn(snap.turn);
+    told.set_node(static_cast<std::uint32_t>(std::max(snap.node, 0)));
+  }
+}
+
 proto::BeamEnergies encode_beam_energies(const beams::BeamEnergies& energies) {
   proto::BeamEnergies message;
   message.set_stretching(energies.stretching);
@@ -160,6 +171,7 @@ proto::Array encode_beam_elements(const beams::BeamModel& model) {
 
 BeamRequest decode_beams(const proto::SolveBeamsRequest& request) {
   BeamRequest decoded;
+  if (request.follow()) decoded.options = beams::BeamSolveOptions::following();
   decoded.options.method = decode_method(request.method());
   if (request.has_tolerance())
     decoded.options.tolerance = decoded.options.relaxation_tolerance = request.tolerance();

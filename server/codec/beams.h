@@ -24,6 +24,8 @@ struct BeamRequest {
 /// UNSPECIFIED of a cancelled solve, and of a method that is still to be chosen.
 [[nodiscard]] proto::BeamStatus encode_beam_status(beams::BeamStatus status);
 [[nodiscard]] proto::BeamMethod encode_beam_method(beams::BeamMethod method);
+void encode_beam_snaps(const std::vector<beams::BeamSnap>& snaps,
+                       google::protobuf::RepeatedPtrField<proto::BeamSnap>& messages);
 [[nodiscard]] proto::BeamEnergies encode_beam_energies(const beams::BeamEnergies& energies);
 /// Their nodes: elements x 2, int32.
 [[nodiscard]] proto::Array encode_beam_elements(const beams::BeamModel& model);

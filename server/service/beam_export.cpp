@@ -34,6 +34,16 @@ std::shared_ptr<const session::BeamResult> in_balance(
   return result;
 }
 
+/// As edited, in the newest equilibrium if there is one.
+proto::Scene scene_in_shape(const BeamRecord& record) {
+  const auto session = record.session();
+  DecodedBeams scene{record.opened().name, session->model(), record.opened().sections,
+                     std::nullopt};
+  if (const auto result = session->final_result(); result && result->analysis)
+    scene.shape = result->analysis->solution.state;
+  return encode_beam_scene(scene);
+}
+
 std::shared_ptr<const session::BeamResult> result_of(BeamRecord& record,
                                                      const proto::ExportRequest& request) {
   if (request.part() == 0) record.exports().begin(in_balance(record.final_result()));
@@ -43,13 +53,11 @@ std::shared_ptr<const session::BeamResult> result_of(BeamRecord& record,
 }  // namespace
 
 proto::ExportResponse export_beams(BeamRecord& record, const proto::ExportRequest& request) {
-  const std::string stem = decode_file_stem(request.stem(), "motion");
+  const std::string stem = decode_file_stem(request.stem(), "beams");
   switch (request.format()) {
-    case proto::EXPORT_FORMAT_SCENE: {
-      const proto::Scene scene = encode_beam_scene(
-          {record.opened().name, record.session()->model(), record.opened().sections});
-      return cut_into_parts({{stem + ".json", scene_to_json(scene)}}, request.part());
-    }
+    case proto::EXPORT_FORMAT_SCENE:
+      return cut_into_parts({{stem + ".json", scene_to_json(scene_in_shape(record))}},
+                            request.part());
     case proto::EXPORT_FORMAT_VTU:
     case proto::EXPORT_FORMAT_CSV:
     case proto::EXPORT_FORMAT_JSON:

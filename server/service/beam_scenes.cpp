@@ -29,7 +29,7 @@ proto::Scene beam_sample_scene(const std::string& name) {
   section.set_poisson(sample.material.poisson);
   section.set_density(sample.material.density);
   section.set_yield_stress(sample.material.yield_stress);
-  return encode_beam_scene({name, std::move(sample.model), {section}});
+  return encode_beam_scene({name, std::move(sample.model), {section}, std::nullopt});
 }
 
 EdgeLoader edge_loader(PathResolver resolve) {

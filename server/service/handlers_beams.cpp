@@ -50,6 +50,7 @@ proto::OpenSessionResponse Service::open_beams(const proto::OpenSessionRequest& 
   const JobId job = start_open_job(id);
   JobGuard guard(hub_.jobs, job);
   beams::BeamModel model = structure.model;
+  std::optional<beams::BeamState> shape = structure.shape;
   const auto record = std::make_shared<BeamRecord>(hub_, id, std::move(structure), job);
   put(record);
   try {
@@ -58,7 +59,7 @@ proto::OpenSessionResponse Service::open_beams(const proto::OpenSessionRequest& 
         [this](std::function<void()> task) {
           boost::asio::post(hub_.session_pool, std::move(task));
         },
-        record));
+        record, std::move(shape)));
   } catch (const std::exception& fault) {
     sessions_.remove(*record);
     guard.fail(fault);
@@ -91,7 +92,7 @@ proto::GetSessionResponse Service::get_beam_session(const BeamRecord& record,
   *response.mutable_status() = record.status();
   if (!request.with_scene() && !request.with_base_motion()) return response;
   *response.mutable_scene() = encode_beam_scene(
-      {record.opened().name, record.session()->model(), record.opened().sections});
+      {record.opened().name, record.session()->model(), record.opened().sections, std::nullopt});
   return response;
 }
 

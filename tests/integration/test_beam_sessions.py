@@ -133,6 +133,59 @@ def test_pushes_choose_a_side(server):
     session.close()
 
 
+@pytest.mark.parametrize("pushed", [1, 5, 10, 17])
+def test_a_push_of_one_newton_at_one_node_chooses_the_side(server, pushed):
+    """A hinged rod that buckles at 132 N, brought together by a tenth."""
+    hinged = cantilever(20, 0)
+    hinged["sections"][0]["young"] = 132 / np.pi ** 2 * 12e8
+    hinged["loads"] = []
+    ends = {**CLAMPED, "fix_rotation_y": False}
+    hinged["supports"] = [{"node": 0, **ends}, {"node": 20, **ends}]
+    session = opened(server, hinged)
+    for side in (1, -1):
+        session.edit([beam_edits.push(pushed, (0, 0, side)), beam_edits.move(20, x=-0.1)])
+        assert session.wait().status == "CONVERGED"
+        assert side * session.frames()[-1][10, 2] > 0.15
+        session.undo()
+        session.wait()
+    session.close()
+    hinged["motions"] = [{"node": 20, "x": -0.1}]
+    del hinged["supports"][1]["fix_x"]
+    for side in (1, -1):
+        hinged["temporary_loads"] = [{"node": pushed, "force": {"z": side}}]
+        answer = server.solve_beams(hinged, progress=False)
+        assert answer.converged and side * answer.positions[10, 2] > 0.15
+
+
+def test_an_exported_scene_opens_in_the_same_equilibrium(server, tmp_path):
+    """Buckled up as drawn, then pushed down: the scene says up only."""
+    rod = cantilever(12, 0)
+    rod["loads"] = []
+    rod["sections"][0]["rectangle"]["width"] = 0.02
+    rod["supports"] = [{"node": 0, **CLAMPED}, {"node": 12, **CLAMPED, "fix_x": False}]
+    rod["motions"] = [{"node": 12, "x": -0.1}]
+    rod["temporary_loads"] = [{"node": i, "force": {"z": 1}} for i in range(1, 12)]
+    session = opened(server, rod)
+    assert session.frames()[-1][6, 2] > 0.1
+    session.load(6, force=(0, 0, -200))
+    assert session.wait().snaps
+    session.load(6)
+    session.wait()
+    below = session.solution().positions
+    assert below[6, 2] < -0.1
+    exported = session.export(tmp_path, ("scene",), progress=False)
+    assert [path.name for path in exported] == ["beams.json"] and exported.result is None
+    again = server.open(tmp_path / "beams.json", progress=False)
+    assert np.abs(again.solution().positions - below).max() < 1e-9
+    assert again.wait().status == "CONVERGED"
+    again.close()
+    scene = json.loads((tmp_path / "beams.json").read_text())
+    del scene["beams"]["shape"]["rotations"]
+    (tmp_path / "beams.json").write_text(json.dumps(scene))
+    assert refusal(lambda: server.open(tmp_path / "beams.json"))[1].startswith("scene.beams.shape.rotations")
+    session.close()
+
+
 def test_supports_have_axes_of_their_own(server):
     """A beam along x that slides down a plane of 45 degrees at its far end."""
     structure = cantilever(10, 2)
@@ -314,6 +367,9 @@ def test_files_hold_the_latest_state_and_open_again(server, arm, tmp_path):
     solution = arm.solution()
     names = {path.name for path in arm.export(tmp_path, ("vtu", "csv", "json", "scene"), stem="arm", progress=False)}
     assert names == {"arm.vtu", "arm_nodes.csv", "arm_elements.csv", "arm_shape.json", "arm.json"}
+    exported = arm.export(tmp_path / "named", ("vtu", "scene"), progress=False)
+    assert {path.name for path in exported} == {"beams.vtu", "beams.json"}
+    assert exported.result.status == "CONVERGED" and exported.result.revision == 1
     assert np.array_equal(vtu_array(tmp_path / "arm.vtu", "Points", "<f8"), solution.positions.ravel())
     table = np.genfromtxt(tmp_path / "arm_nodes.csv", delimiter=",", names=True)
     assert table["reaction_force_z"][0] == pytest.approx(3)
@@ -386,7 +442,7 @@ def test_commands(cli, server, tmp_path):
     assert "41 nodes" in run("list") and "2 supports, 1 motions" in run("show", "bow")
     assert "edits[0].set_beam_load.load.node" in run("load", "bow", "--node", "99", "--force", "1", "0", "0", code=1)
     run("export", "bow", "--format", "vtu", "csv", "--out", str(tmp_path))
-    assert (tmp_path / "motion.vtu").is_file() and (tmp_path / "motion_nodes.csv").is_file()
+    assert (tmp_path / "beams.vtu").is_file() and (tmp_path / "beams_nodes.csv").is_file()
     run("frames", "bow", "--out", str(tmp_path / "f.npy"))
     assert np.load(tmp_path / "f.npy").shape[1:] == (41, 3)
     run("export", "bow", "--format", "scene", "--out", str(tmp_path), "--stem", "edited")
@@ -395,7 +451,21 @@ def test_commands(cli, server, tmp_path):
     spoiled["beams"]["structure"]["supports"] = spoiled["beams"]["structure"]["motions"] = []
     (tmp_path / "spoiled.json").write_text(json.dumps(spoiled))
     assert "beams.structure.supports" in run("validate", str(tmp_path / "spoiled.json"), code=1)
+    assert "can be opened" in run("validate", str(job_folder(tmp_path)))
+    assert "can be opened" in run("validate", str(tmp_path / "SimulationJob.json"))
+    (tmp_path / "SimulationJob.json").write_text(
+        (tmp_path / "SimulationJob.json").read_text().replace("[10, [0", "[11, [0"))
+    assert "11" in run("validate", str(tmp_path), code=1)
+    run("edit-script", "bow", str(script(tmp_path, [{"release_beam_node": {"node": 40}}])), code=1)
+    assert "has no solution: node" in run("wait", "bow", code=1)
+    run("undo", "bow")
+    run("wait", "bow")
     run("close", "bow")
+
+
+def script(folder, edits):
+    (folder / "edits.jsonl").write_text("".join(json.dumps(edit) + "\n" for edit in edits))
+    return folder / "edits.jsonl"
 
 
 def run_example(name, folder, *arguments):

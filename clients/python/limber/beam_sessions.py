@@ -43,15 +43,6 @@ def beam_scene(structure: "beams.BeamsLike | None" = None, *, lines: "str | os.P
 
 
 @dataclass(frozen=True)
-class BeamSnap:
-    """Where on the way the structure jumped to another shape."""
-
-    progress: float  # share of the way, 0 .. 1
-    turn: float      # of a node or element, the largest [radian]
-    node: int        # where
-
-
-@dataclass(frozen=True)
 class BeamResult(Result):
     """One published shape of a structure of beams. Of a result that is not final, nothing more is known than that.
     status: "CONVERGED", "STALLED", "SADDLE" (balanced, but unstable), "UNBALANCED" (a mechanism), "ITERATION_LIMIT",
@@ -65,7 +56,7 @@ class BeamResult(Result):
     utilisation: float = 0.0    # the largest
     largest_bend: float = 0.0   # between an end and its chord [radian]; above 0.5 the elements are too long
     steps: int = 0              # frames of a final result: shapes on the way, the shape itself last
-    snaps: tuple[BeamSnap, ...] = ()
+    snaps: tuple[beams.BeamSnap, ...] = ()
 
     @staticmethod
     def from_message(info: "service.ResultInfo") -> "BeamResult":
@@ -75,7 +66,7 @@ class BeamResult(Result):
                           load_steps=more.load_steps, relaxation_steps=more.relaxation_steps,
                           load_factor=more.load_factor, node=more.node if more.HasField("node") else None,
                           utilisation=more.largest_utilisation, largest_bend=more.largest_bend, steps=more.steps,
-                          snaps=tuple(BeamSnap(snap.progress, snap.turn, snap.node) for snap in more.snaps))
+                          snaps=beams.snaps_of(more.snaps))
 
 
 @dataclass(frozen=True)

@@ -29,6 +29,19 @@ _JOB, _SETTINGS = "SimulationJob.json", "DRMSettings.json"
 
 
 @dataclass(frozen=True)
+class BeamSnap:
+    """Where on the way the structure jumped to another shape."""
+
+    progress: float  # share of the way, 0 .. 1
+    turn: float      # of a node or element, the largest [radian]
+    node: int        # where
+
+
+def snaps_of(snaps: "Iterable[messages.BeamSnap]") -> tuple[BeamSnap, ...]:
+    return tuple(BeamSnap(snap.progress, snap.turn, snap.node) for snap in snaps)
+
+
+@dataclass(frozen=True)
 class BeamSolution:
     """Where a structure of beams rests, and what is in it. SI units; rows are nodes or elements."""
 
@@ -58,6 +71,7 @@ class BeamSolution:
     largest_bend: float  # between an end and its chord [rad]; above 0.5 the elements are too long
     shapes: np.ndarray  # (shapes, nodes, 3), float32: positions on the way
     job: int  # 0: of a session
+    snaps: tuple[BeamSnap, ...] = ()  # of solve_beams(follow=True), where Newton's method gave the answer
     _files: tuple = field(repr=False, default=())
 
     @property
@@ -119,10 +133,11 @@ def structure_of(structure: BeamsLike) -> "beam_structure.BeamStructure | scene.
 
 
 def request(structure: BeamsLike, *, method: str, tolerance: float | None, files: Iterable[str], stem: str,
-            shapes: int) -> "messages.SolveBeamsRequest":
+            shapes: int, follow: bool) -> "messages.SolveBeamsRequest":
     """What is sent."""
     made = messages.SolveBeamsRequest(method=METHODS[checks.one_of(method, METHODS, "method")],
-                                      stem=checks.text(stem, "stem"), shapes=checks.whole(shapes, "shapes"))
+                                      stem=checks.text(stem, "stem"), shapes=checks.whole(shapes, "shapes"),
+                                      follow=checks.flag(follow, "follow"))
     made.files.extend(FORMATS[checks.one_of(name, FORMATS, "files")] for name in checks.several(files, "files"))
     if tolerance is not None:
         made.tolerance = checks.real(tolerance, "tolerance")
@@ -153,4 +168,5 @@ def from_message(answer: "messages.BeamSolution", job: int = 0, files: tuple = (
         axial_forces=forces[:, 0], torques=forces[:, 1], shear_forces=forces[:, 2:4],
         bending_moments=forces[:, 4:].reshape(-1, 2, 2), stresses=stresses[:, 3], utilisations=stresses[:, 4],
         element_stresses=stresses, element_energies=rows("element_energies"), energies=energies,
-        largest_bend=answer.largest_bend, shapes=rows("shapes"), job=job, _files=files)
+        largest_bend=answer.largest_bend, shapes=rows("shapes"), job=job,
+        snaps=snaps_of(answer.snaps), _files=files)

@@ -113,6 +113,8 @@ def json_fault(error: Exception) -> tuple[str, str]:
     why, path = str(error), ""
     while found := re.match(r"Failed to parse (\w+) field: ", why):
         path, why = f"{path}.{found[1]}", why[found.end():]
+    if found := re.match(r"Couldn't parse (NaN|Infinity)\b.*? at \w+((?:\.\w+(?:\[\d+\])?)+)\.*$", why, re.DOTALL):
+        path, why = found[2], f"a finite number is expected, not {found[1]}"
     if found := re.match(r"repeated field (\w+) must be in \[\] which is (.*?)( at \S+)?$", why, re.DOTALL):
         why = f"a list is expected, not {found[2]}"
     return path, f"{path[1:]}: {why}" if path else why

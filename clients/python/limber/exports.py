@@ -25,7 +25,7 @@ class Export:
     """Files an export wrote; iterates over them."""
 
     files: tuple[Path, ...]
-    result: Result | None  # what was exported; of the last format if there are several
+    result: Result | None  # what was exported; of the last format that has one: a scene has none
 
     def __iter__(self):
         return iter(self.files)
@@ -40,12 +40,14 @@ def export(session: "OpenSession", formats: Sequence[str], folder: Path, stem: s
     written: dict[Path, None] = {}
     result: Result | None = None
     for name in formats:
-        part = count = 0
+        part = count = sequence = 0
         while part == 0 or part < count:
             request = service.ExportRequest(session=session.id, format=session.FORMATS[name], stem=stem, part=part,
-                                            result_sequence=result.sequence if part and result else 0)
+                                            result_sequence=sequence)
             response = session.connection.call("export", request, timeout=timeout)
-            result = session.result_of(response.result)
+            sequence = response.result.sequence
+            if response.HasField("result"):
+                result = session.result_of(response.result)
             count = response.part_count
             for file in response.files:
                 written[write_exported(folder, file)] = None

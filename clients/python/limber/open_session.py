@@ -122,7 +122,7 @@ class OpenSession:
     FORMATS: dict[str, int] = {}                # what export() takes, by name
     DEFAULT_FORMATS: tuple[str, ...] = ()
 
-    def export(self, folder: "str | os.PathLike[str]", formats: Sequence[str] | None = None, stem: str = "motion",
+    def export(self, folder: "str | os.PathLike[str]", formats: Sequence[str] | None = None, stem: str = "",
                progress: ProgressOption = None, timeout: float = 120.0) -> Export:
         """Writes files into a folder.
 
@@ -130,7 +130,7 @@ class OpenSession:
         linkage "vtp" (a .vtp per step with forces and stresses, one .pvd), "obj" (centrelines and swept surface), "json"
         (joints, segments and what they carry), by default vtp and json; of a structure of beams "vtu" (lines with
         reactions, forces, stresses), "csv" (a table of nodes, one of elements), by default both, "json"; of all "scene",
-        the scene as edited.
+        the scene as edited. stem: of their names; empty: "motion", of a structure of beams "beams".
         """
         if formats is None:
             formats = self.DEFAULT_FORMATS

@@ -208,19 +208,21 @@ class Server:
         return recoveries.made_of(done, positions, tuple(issue_text(issue) for issue in response.issues))
 
     def solve_beams(self, structure: beams.BeamsLike, *, method: str = "choose", tolerance: float | None = None,
-                    files: Iterable[str] = (), stem: str = "", shapes: int = 0, progress: ProgressOption = None,
-                    timeout: float = 3600.0) -> beams.BeamSolution:
+                    files: Iterable[str] = (), stem: str = "", shapes: int = 0, follow: bool = False,
+                    progress: ProgressOption = None, timeout: float = 3600.0) -> beams.BeamSolution:
         """The equilibrium of a structure of beams: shape, reactions, forces, stresses, energies, and how it ended. What
         is not in balance is an answer too: see its status.
 
         structure: a mapping or file (JSON form of limber.v1.BeamStructure), a message, or a job of the public
         relaxation code (its folder, or SimulationJob.json). method: "choose", "newton", "relaxation",
         "relaxation_then_newton"; tolerance: largest force over forces present (1e-8, of relaxation 1e-6); files: of
-        "vtu", "csv" and "json", which solution.write(folder) writes as STEM...; shapes: how many on the way are kept.
+        "vtu", "csv" and "json", which solution.write(folder) writes as STEM...; shapes: how many on the way are kept;
+        follow: in load steps so short that the branch of equilibria is not lost, and answer.snaps tells where it ends.
         Ctrl-C while waiting, and the end of `timeout` [s], cancel the job.
         """
         checks.seconds(timeout, "timeout")
-        request = beams.request(structure, method=method, tolerance=tolerance, files=files, stem=stem, shapes=shapes)
+        request = beams.request(structure, method=method, tolerance=tolerance, files=files, stem=stem, shapes=shapes,
+                                follow=follow)
         response = self.connection.call("solve_beams", request, timeout=max(60.0, self.connection.timeout))
         try:
             return beams.made_of(self.wait_job(response.job, progress, timeout))

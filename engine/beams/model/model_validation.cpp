@@ -147,8 +147,8 @@ void check_motion_against(const BeamSupport& s, std::size_t support, const Presc
   for (std::size_t k = 0; k < 6; ++k) {
     if (s.fixed[k] && (k < 3 ? m.translates[k] : m.rotates))
       refuse(at("motions", i),
-             fmt::format("moves node {} in a direction that supports[{}].fixed[{}] holds", m.node,
-                         support, k));
+             fmt::format("{} node {}, which supports[{}] holds {} {}", k < 3 ? "moves" : "turns",
+                         m.node, support, k < 3 ? "along" : "about", "xyz"[k % 3]));
   }
 }
 

@@ -43,8 +43,8 @@ RectangleTorsion rectangle_torsion(double ratio) {
 }  // namespace
 
 SectionShape rectangle(double width_along_2, double height_along_3) {
-  require_positive("width_along_2", width_along_2);
-  require_positive("height_along_3", height_along_3);
+  require_positive("width", width_along_2);
+  require_positive("height", height_along_3);
   const double b = width_along_2, h = height_along_3;
   const double longer = std::max(b, h), shorter = std::min(b, h);
   const RectangleTorsion torsion = rectangle_torsion(longer / shorter);

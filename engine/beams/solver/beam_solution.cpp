@@ -10,10 +10,14 @@ namespace limber::beams {
 
 namespace {
 
+// Load steps go on as those before but for this much [rad].
+constexpr double kSwerve = 0.05;
+constexpr int kIterationsOfBranch = 3000;
+
 void require(bool holds, const char* member, double value, const char* rule) {
   if (!holds)
     throw Error(ErrorCode::kInvalidArgument, member,
-                fmt::format("BeamSolveOptions::{} = {}, must be {}", member, value, rule));
+                fmt::format("{} = {}, must be {}", member, value, rule));
 }
 
 }  // namespace
@@ -48,6 +52,13 @@ const char* to_string(BeamMethod method) noexcept {
       return "relaxation, then Newton";
   }
   return "unknown";
+}
+
+BeamSolveOptions BeamSolveOptions::following() noexcept {
+  BeamSolveOptions options;
+  options.largest_swerve = kSwerve;
+  options.newton_iterations = kIterationsOfBranch;
+  return options;
 }
 
 void BeamSolveOptions::validate() const {

@@ -50,6 +50,9 @@ struct BeamSolveOptions {
   /// looked at; in [0, 3].
   double largest_swerve = 0;
 
+  /// Newton's method follows the branch of equilibria, and tells its snaps.
+  [[nodiscard]] static BeamSolveOptions following() noexcept;
+
   /// @throws Error{kInvalidArgument} naming member, value and inequality
   void validate() const;
 };

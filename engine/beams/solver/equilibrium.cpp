@@ -1,5 +1,7 @@
 #include "engine/beams/solver/equilibrium.h"
 
+#include <utility>
+
 #include "engine/beams/solver/element_doubts.h"
 #include "engine/beams/solver/newton_path.h"
 #include "engine/beams/solver/relaxation_path.h"
@@ -8,6 +10,12 @@
 namespace limber::beams {
 
 namespace {
+
+void add_work(const BeamReport& of, BeamReport& to) {
+  to.newton_iterations += of.newton_iterations;
+  to.factorizations += of.factorizations;
+  to.relaxation_steps += of.relaxation_steps;
+}
 
 /// One attempt from `start`.
 struct Attempt {
@@ -44,6 +52,56 @@ struct Attempt {
       detail::follow_path(structure, path, 1, options, context, observer, solution.state, report);
   }
 
+  /// By Newton's method with temporary loads on to the end, in steps so small that the branch they
+  /// lead to is not lost; then they fade. The relaxation's ramp is quicker than a push at one node
+  /// spreads over the structure, and long load steps jump: both may end on the other side.
+  void pushed(BeamSolution& solution) const {
+    BeamSolveOptions careful = options;
+    if (careful.largest_swerve == 0)
+      careful.largest_swerve = BeamSolveOptions::following().largest_swerve;
+    solution.state = start;
+    BeamReport& report = solution.report;
+    report.method = BeamMethod::kNewton;
+    detail::follow_path(structure, path.pushed(), 0, careful, context, observer, solution.state,
+                        report);
+    if (!report.converged()) return;
+    const BeamReport on = report;
+    report = {};
+    report.method = BeamMethod::kNewton;
+    detail::follow_path(structure, path.let_go(), 0, careful, context, observer, solution.state,
+                        report);
+    report.newton_iterations += on.newton_iterations;
+    report.factorizations += on.factorizations;
+    report.relaxation_steps += on.relaxation_steps;
+    report.load_steps += on.load_steps;
+    for (BeamSnap& snap : report.snaps) snap.load_factor = 1;  // loads and motions are on
+    report.snaps.insert(report.snaps.begin(), on.snaps.begin(), on.snaps.end());
+    if (options.largest_swerve == 0) report.snaps.clear();
+  }
+
+  /// Against the push, or with elements folded by a load step that was too long.
+  [[nodiscard]] bool went_astray(const BeamSolution& solution) const {
+    if (!path.nudged() || !solution.report.converged()) return false;
+    if (path.nudge_work(start, solution.state) < 0) return true;
+    const auto doubt = detail::doubt_elements(structure, solution.state);
+    return doubt && doubt->hopeless;
+  }
+
+  /// Temporary loads choose the side.
+  void keep_to_the_side(BeamSolution& solution) const {
+    if (!went_astray(solution)) return;
+    if (options.method == BeamMethod::kChoose || options.method == BeamMethod::kNewton) {
+      BeamSolution other;
+      pushed(other);
+      if (other.report.converged()) {
+        add_work(solution.report, other.report);
+        solution = std::move(other);
+      }
+    }
+    if (path.nudge_work(start, solution.state) < 0)
+      solution.report.message += "; it rests on the other side than temporary loads push to";
+  }
+
   /// What is measured to be quicker (limber-bench beams): Newton's method goes straight to where
   /// loads and motions lead one way; where a plane network may buckle in many, it loses its time at
   /// saddles that the relaxation never sees.
@@ -54,10 +112,11 @@ struct Attempt {
     if (status == BeamStatus::kConverged || status == BeamStatus::kMechanism) return;
     BeamSolution other;
     relaxes_first ? newton(other) : both(other);
-    other.report.newton_iterations += solution.report.newton_iterations;
-    other.report.factorizations += solution.report.factorizations;
-    other.report.relaxation_steps += solution.report.relaxation_steps;
-    if (other.report.converged() || other.report.status == BeamStatus::kMechanism)
+    add_work(solution.report, other.report);
+    // A saddle says more than that no balance was found.
+    const BeamStatus found = other.report.status;
+    if (found == BeamStatus::kConverged || found == BeamStatus::kMechanism ||
+        (found == BeamStatus::kUnstable && status != BeamStatus::kUnstable))
       solution = std::move(other);
   }
 };
@@ -80,6 +139,7 @@ BeamSolution solve(const Attempt& attempt) {
         attempt.chosen(solution);
         break;
     }
+    attempt.keep_to_the_side(solution);
   } catch (const Error& error) {
     if (error.code() != ErrorCode::kCancelled) throw;
     solution.report.status = BeamStatus::kCancelled;

@@ -72,8 +72,8 @@ LoadPath::LoadPath(const BeamStructure& structure, const BeamState& start,
 
 LoadPath LoadPath::from_drawn(const BeamStructure& structure) {
   LoadPath path(structure, structure.rest_state(), {});
-  path.first_ = NodeLoads::temporary(structure.model());
-  path.nudged_ = !path.first_.empty();
+  path.first_ = path.temporary_ = NodeLoads::temporary(structure.model());
+  path.nudged_ = !path.temporary_.empty();
   path.varies_ = path.varies_ || path.nudged_ || !path.last_.empty();
   return path;
 }
@@ -99,9 +99,9 @@ LoadPath LoadPath::following(const BeamStructure& structure, const BeamState& st
     path.first_.moments.col(i) += structure.node_axes(i) * wanted.tail<3>();
   }
   path.varies_ = true;
-  const NodeLoads temporary = NodeLoads::temporary(structure.model());
-  path.nudged_ = !temporary.empty();
-  if (path.nudged_) path.first_ = path.first_ + temporary;
+  path.temporary_ = NodeLoads::temporary(structure.model());
+  path.nudged_ = !path.temporary_.empty();
+  if (path.nudged_) path.first_ = path.first_ + path.temporary_;
   return path;
 }
 
@@ -114,6 +114,35 @@ LoadPath LoadPath::resting_at(double s) const {
     h.turn_from = h.turn_to = h.turn_from + s * (h.turn_to - h.turn_from);
   }
   return path;
+}
+
+LoadPath LoadPath::pushed() const {
+  LoadPath path = *this;
+  if (nudged_) path.last_ = last_ + temporary_;
+  return path;
+}
+
+LoadPath LoadPath::let_go() const {
+  LoadPath path = resting_at(1);
+  if (nudged_) path.first_ = last_ + temporary_;
+  path.varies_ = nudged_;
+  return path;
+}
+
+double LoadPath::nudge_work(const BeamState& start, const BeamState& state) const {
+  if (!nudged_) return 0;
+  const NodeLoads& t = temporary_;
+  double work = 0;
+  for (int i = 0; i < structure_.nodes(); ++i) {
+    const Eigen::Quaterniond& from = start.rotations[index(i)];
+    const Eigen::Vector3d force = t.forces.col(i) + from * t.following_forces.col(i);
+    const Eigen::Vector3d moment = t.moments.col(i) + from * t.following_moments.col(i);
+    work += force.dot(state.positions.col(i) - start.positions.col(i));
+    if (moment.isZero(0)) continue;
+    const Eigen::Quaterniond turned = state.rotations[index(i)] * from.conjugate();
+    work += moment.dot(rotations::logarithm(turned.normalized()));
+  }
+  return work;
 }
 
 double LoadPath::turn() const {

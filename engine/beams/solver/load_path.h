@@ -26,6 +26,9 @@ class LoadPath {
 
   /// All of it as it is at s.
   [[nodiscard]] LoadPath resting_at(double s) const;
+  /// The same with temporary loads on to the end, and from there the way on which they fade.
+  [[nodiscard]] LoadPath pushed() const;
+  [[nodiscard]] LoadPath let_go() const;
 
   [[nodiscard]] NodeLoads loads(double s) const;
 
@@ -38,6 +41,9 @@ class LoadPath {
   /// Largest angle that a held node turns by from s = 0 to 1 [rad].
   [[nodiscard]] double turn() const;
   [[nodiscard]] bool nudged() const { return nudged_; }
+  /// Of temporary loads, as they are at the start, from there to a state [force length]. Below 0:
+  /// the structure went to the other side.
+  [[nodiscard]] double nudge_work(const BeamState& start, const BeamState& state) const;
 
  private:
   struct Held {
@@ -53,6 +59,7 @@ class LoadPath {
 
   const BeamStructure& structure_;
   NodeLoads first_, last_;  // at s = 0 and 1
+  NodeLoads temporary_;     // where nudged_: part of first_
   std::vector<Held> held_;
   bool varies_ = false;
   bool nudged_ = false;

@@ -44,7 +44,8 @@ NewtonSolver::Definiteness NewtonSolver::factor_positive(const BeamState& state)
   const double before = shift_;
   shift_ = 0;
   stiffness_.assemble(state);
-  if (factor_at(0)) return Definiteness::kPositive;
+  is_positive_ = factor_at(0);
+  if (is_positive_) return Definiteness::kPositive;
   stiffness_.assemble(state, Compression::kLeftOut);
   if (factor_at(0)) return Definiteness::kNot;
   // Begin below the shift that did last time.
@@ -206,6 +207,8 @@ NewtonOutcome NewtonSolver::balance(BeamState& state, const LoadPath& path, doub
       const Softest soft = softest_of_factored(state);
       if (vanishes(soft.eigenvalue)) return NewtonOutcome::kMechanism;
       if (soft.eigenvalue > 0) return NewtonOutcome::kBalanced;
+      ++saddles_;
+      saddle_unknown_ = soft.unknown;
       if (!leave_saddle(state, loads, soft)) return NewtonOutcome::kNoProgress;
       continue;
     }

@@ -39,6 +39,11 @@ class NewtonSolver {
   [[nodiscard]] const Imbalance& left() const { return left_; }
   [[nodiscard]] int iterations() const { return iterations_; }
   [[nodiscard]] int factorizations() const { return factorizations_; }
+  /// Saddles that were balanced and left, in all calls; where the last one was softest.
+  [[nodiscard]] int saddles() const { return saddles_; }
+  [[nodiscard]] int saddle_unknown() const { return saddle_unknown_; }
+  /// Was the stiffness positive definite where it was last looked at?
+  [[nodiscard]] bool is_positive() const { return is_positive_; }
 
   /// The softest direction's eigenvalue per weight; its largest unknown.
   struct Softest {
@@ -98,6 +103,9 @@ class NewtonSolver {
   } watch_;
   int iterations_ = 0;
   int factorizations_ = 0;
+  int saddles_ = 0;
+  int saddle_unknown_ = -1;
+  bool is_positive_ = true;
 };
 
 }  // namespace limber::beams::detail

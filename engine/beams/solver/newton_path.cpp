@@ -31,6 +31,10 @@ constexpr int kIterationsOfWatched = 40;
 constexpr double kNear = 1.0 / 64;  // to where it is known to go
 constexpr double kAfterJump = 1.0 / 16;
 constexpr int kIterationsOfLeap = 150;
+// Moments of fixed directions have no potential where nodes may turn about several axes: Newton's
+// method may circle for ever. Where so many steps in a row, each a quarter of the one before, end
+// where the stiffness is not positive, there is nothing to fall to.
+constexpr int kFailuresOfMoments = 5;
 
 std::string where(const BeamStructure& structure, int unknown) {
   if (unknown < 0) return "nowhere";
@@ -67,6 +71,18 @@ void say(const BeamStructure& structure, BeamStatus status, int unknown, BeamRep
 
 namespace {
 
+/// Does any of the moments act on a node that may turn about more than one axis?
+bool turns_free_nodes(const BeamStructure& structure, const Eigen::Matrix3Xd& moments) {
+  for (int i = 0; i < structure.nodes(); ++i) {
+    if (moments.col(i).isZero(0)) continue;
+    int axes = 0;
+    for (int k = 3; k < 6; ++k)
+      axes += structure.held()[static_cast<std::size_t>(6 * i + k)] == 0 ? 1 : 0;
+    if (axes > 1) return true;
+  }
+  return false;
+}
+
 /// Load steps of one call.
 class Follower {
  public:
@@ -80,6 +96,7 @@ class Follower {
         report_(report),
         newton_(structure, context),
         watch_(structure, options.largest_swerve),
+        has_moments_(turns_free_nodes(structure, path.loads(1).moments)),
         s_(s),
         // Attitudes are told apart by less than half a turn.
         longest_(kMostTurn / std::max(kMostTurn, path.turn())) {
@@ -98,14 +115,19 @@ class Follower {
   bool advance(const JobContext& context, const BeamObserver& observer) {
     const double next = s_ + step_ > 1 - 1e-9 ? 1 : s_ + step_;
     BeamState trial = state_;
-    const int before = newton_.iterations();
+    const int before = newton_.iterations(), saddles = newton_.saddles();
     const int left = options_.newton_iterations - before;
     const NewtonOutcome outcome = newton_.balance(
         trial, path_, next, next < 1 ? on_the_way() : options_.tolerance,
-        s_ < 1 ? std::min(left, is_watched() ? kIterationsOfWatched : kIterationsOfStep) : left);
+        s_ < 1 || has_moments_
+            ? std::min(left, is_watched() ? kIterationsOfWatched : kIterationsOfStep)
+            : left);
     report_.newton_iterations = newton_.iterations();
     report_.factorizations = newton_.factorizations();
-    if (outcome != NewtonOutcome::kBalanced && outcome != NewtonOutcome::kMechanism)
+    const bool fails = outcome != NewtonOutcome::kBalanced && outcome != NewtonOutcome::kMechanism;
+    const bool unstable = newton_.saddles() > saddles || (has_moments_ && !newton_.is_positive());
+    if (outcome != NewtonOutcome::kTooFar) falls_ = fails && unstable ? falls_ + 1 : 0;
+    if (fails)
       return is_near_jump() ? jump(context, observer) : shorten(outcome, context, observer);
     if (is_watched() && !watch(trial, next, outcome)) return true;
     const bool easy = newton_.iterations() - before <= kEasy;
@@ -203,7 +225,24 @@ class Follower {
     return true;
   }
 
+  /// What balances further on is a saddle, or the stiffness is not positive there.
+  bool end_unstable() {
+    const bool at_saddle = newton_.saddles() > 0;
+    const int unknown = at_saddle ? newton_.saddle_unknown() : newton_.left().unknown;
+    report_.status = BeamStatus::kUnstable;
+    report_.node = Balance(structure_).node_of(unknown);
+    report_.residual = newton_.left().scaled;
+    report_.message = fmt::format("no stable balance was found {} load factor {:.3g}, where {}",
+                                  s_ < 1 ? "beyond" : "at", s_, where(structure_, unknown));
+    if (has_moments_)
+      report_.message +=
+          "; moments that keep their direction in space have no potential where nodes may turn "
+          "about several axes: hold those that lead out of the plane of bending";
+    return false;
+  }
+
   bool shorten(NewtonOutcome outcome, const JobContext& context, const BeamObserver& observer) {
+    if (has_moments_ && falls_ >= kFailuresOfMoments) return end_unstable();
     const int unknown = newton_.left().unknown;
     step_ *= outcome == NewtonOutcome::kTooFar ? 0.5 : 0.25;
     if (outcome != NewtonOutcome::kTooFar) ++failures_;
@@ -214,11 +253,13 @@ class Follower {
     if (newton_.iterations() < options_.newton_iterations && step_ >= kSmallestStep) return true;
     report_.residual = newton_.left().scaled;
     if (newton_.iterations() >= options_.newton_iterations) {
+      if (falls_ > 0) return end_unstable();
       say(structure_, BeamStatus::kIterationLimit, unknown, report_);
       return false;
     }
     const auto soft = newton_.softest(structure_.rest_state());
     const bool loose = newton_.vanishes(soft.eigenvalue);
+    if (!loose && falls_ > 0) return end_unstable();
     say(structure_, loose ? BeamStatus::kMechanism : BeamStatus::kStalled,
         loose ? soft.unknown : unknown, report_);
     return false;
@@ -234,6 +275,8 @@ class Follower {
   std::optional<Step> jump_;  // the last one that went too far
   bool may_leap_ = true;      // none has failed
   int failures_ = 0;          // of the balance, since the last step that was taken
+  int falls_ = 0;             // steps in a row that led to what is not stable
+  const bool has_moments_;    // of fixed direction, on what may turn about several axes
   double s_;
   double step_ = 1;
   double longest_;

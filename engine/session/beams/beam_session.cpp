@@ -58,13 +58,13 @@ class KnownPlaces final : public BeamDocument::Places {
 class BeamSession::Impl : public std::enable_shared_from_this<BeamSession::Impl> {
  public:
   Impl(std::string id, beams::BeamModel model, BeamLimits limits, Executor executor,
-       std::shared_ptr<BeamListener> listener)
+       std::shared_ptr<BeamListener> listener, std::optional<beams::BeamState> shape)
       : id_(std::move(id)),
         listener_(std::move(listener)),
         document_(std::move(model), limits),
         task_(mutex_, std::move(executor), [this] { say(State::kClosed); }),
         edited_at_(Clock::now()),
-        live_(document_.model()) {}
+        live_(document_.model(), std::move(shape)) {}
 
   void open();
   EditReceipt edit(const std::vector<BeamEdit>& edits, std::optional<Revision> expected);
@@ -272,9 +272,10 @@ void BeamSession::Impl::hand_out(std::shared_ptr<BeamResult> result, const Round
 }
 
 BeamSession::BeamSession(std::string id, beams::BeamModel model, BeamLimits limits,
-                         Executor executor, std::shared_ptr<BeamListener> listener)
+                         Executor executor, std::shared_ptr<BeamListener> listener,
+                         std::optional<beams::BeamState> shape)
     : impl_(std::make_shared<Impl>(std::move(id), std::move(model), limits, std::move(executor),
-                                   std::move(listener))) {
+                                   std::move(listener), std::move(shape))) {
   impl_->open();
 }
 BeamSession::~BeamSession() { impl_->shut(SerialTask::Farewell::kSilent); }

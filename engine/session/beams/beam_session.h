@@ -46,8 +46,9 @@ class BeamListener {
 class BeamSession {
  public:
   /// @throws Error as BeamDocument
+  /// @param shape  where it begins, of the model's nodes and hinged ends; none: as drawn
   BeamSession(std::string id, beams::BeamModel model, BeamLimits limits, Executor executor,
-              std::shared_ptr<BeamListener> listener);
+              std::shared_ptr<BeamListener> listener, std::optional<beams::BeamState> shape = {});
   ~BeamSession();  // cancels and waits for the running task
 
   [[nodiscard]] const std::string& id() const;

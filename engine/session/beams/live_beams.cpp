@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "engine/base/error.h"
 #include "engine/session/beams/shape_keeper.h"
 
 namespace limber::session {
@@ -11,19 +12,9 @@ namespace {
 using beams::BeamStatus;
 
 constexpr int kMostFrames = 128;  // of one way
-// Load steps go on as those before but for this much [rad]: see BeamSolveOptions::largest_swerve.
-constexpr double kSwerve = 0.05;
-constexpr int kNewtonIterations = 3000;
 // Shapes that undo comes back to, and what one takes of memory.
 constexpr std::size_t kKnownBytes = std::size_t{64} << 20;
 constexpr std::size_t kBytesPerElement = 1000;
-
-beams::BeamSolveOptions watched() {
-  beams::BeamSolveOptions options;
-  options.largest_swerve = kSwerve;
-  options.newton_iterations = kNewtonIterations;
-  return options;
-}
 
 }  // namespace
 
@@ -37,9 +28,17 @@ Eigen::VectorXf beam_coordinates(const beams::BeamState& state) {
   return coordinates;
 }
 
-LiveBeams::LiveBeams(beams::BeamModel model)
+LiveBeams::LiveBeams(beams::BeamModel model, std::optional<beams::BeamState> shape)
     : model_(std::move(model)), state_(beams::BeamStructure(model_).rest_state()) {
   good_.state = state_;
+  if (!shape) return;
+  if (shape->nodes() != state_.nodes() || shape->rotations.size() != state_.rotations.size() ||
+      shape->hinge_turns.size() != state_.hinge_turns.size())
+    throw Error(ErrorCode::kInvalidArgument, "shape", "shape is of another structure");
+  state_ = std::move(*shape);
+  turned_ = turns_at(conditions_of(model_), 1);
+  is_drawn_ = false;
+  is_given_ = true;
 }
 
 /// What the held nodes have turned by, a share of the way from where they were to what conditions
@@ -106,20 +105,33 @@ void LiveBeams::stay_on_the_way(const BeamConditions& conditions,
   state_ = solution.state;
 }
 
+beams::BeamSolution LiveBeams::settle(const beams::BeamStructure& structure, const JobContext& job,
+                                      const beams::BeamObserver& observer) const {
+  return is_drawn_ ? find_equilibrium(structure, {}, job, observer)
+                   : follow_equilibrium(structure, state_, turned_,
+                                        beams::BeamSolveOptions::following(), job, observer);
+}
+
 LiveBeams::Outcome LiveBeams::solve(const SharedConditions& conditions, const JobContext& job,
                                     const OnIterate& on_iterate) {
   beams::BeamModel model = with_conditions(model_, *conditions);
   // A side that was chosen before is not chosen again.
-  if (begin_at(conditions)) model.temporary_loads.clear();
+  const bool is_given = std::exchange(is_given_, false);
+  if (begin_at(conditions) || is_given) model.temporary_loads.clear();
   beams::BeamStructure structure(std::move(model));
   ShapeKeeper<Eigen::VectorXf> keeper(kMostFrames);
   const beams::BeamObserver observer = [&](const beams::BeamProgress& progress) {
     keeper.keep([&] { return beam_coordinates(*progress.state); });
     on_iterate(*progress.state);
   };
-  beams::BeamSolution solution =
-      is_drawn_ ? find_equilibrium(structure, {}, job, observer)
-                : follow_equilibrium(structure, state_, turned_, watched(), job, observer);
+  beams::BeamSolution solution = settle(structure, job, observer);
+  if (is_given && !solution.report.converged() &&
+      solution.report.status != BeamStatus::kCancelled) {
+    restore();
+    Outcome outcome = solve(conditions, job, on_iterate);
+    outcome.report.message += "; from the structure as drawn: its given shape led nowhere";
+    return outcome;
+  }
   Outcome outcome;
   outcome.report = solution.report;
   outcome.reached = solution.report.converged();

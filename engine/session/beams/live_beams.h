@@ -4,6 +4,7 @@
 #include <deque>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "engine/base/job.h"
@@ -21,8 +22,10 @@ namespace limber::session {
 /// by one thread.
 class LiveBeams {
  public:
-  /// @throws Error as beams::validate
-  explicit LiveBeams(beams::BeamModel model);
+  /// @param shape  where the first solve begins; none: as drawn
+  /// @throws Error as beams::validate; {kInvalidArgument, "shape"} for a shape of other numbers of
+  /// nodes or hinged ends
+  explicit LiveBeams(beams::BeamModel model, std::optional<beams::BeamState> shape = {});
 
   /// The shape now: the last equilibrium, or within a solve what was reached of the next.
   [[nodiscard]] const beams::BeamState& state() const { return state_; }
@@ -40,7 +43,8 @@ class LiveBeams {
   /// Called with states on the way: load steps, or now and then of the relaxation.
   using OnIterate = std::function<void(const beams::BeamState& state)>;
 
-  /// The equilibrium under these conditions. The first is that of the structure as drawn; others
+  /// The equilibrium under these conditions. The first is that of the structure as drawn, or next
+  /// to the shape that it begins from, whose side is chosen: temporary loads do not act; others
   /// are followed from the shape there is (beams::follow_equilibrium), never from nothing. Where
   /// none is reached, the shape is the last one there was; cancelled, what was reached of the way.
   /// Conditions that were solved before, the very same object as undo brings them back, begin from
@@ -64,12 +68,16 @@ class LiveBeams {
   void keep(const SharedConditions& conditions, beams::BeamStructure&& structure,
             beams::BeamSolution&& solution);
   void stay_on_the_way(const BeamConditions& conditions, const beams::BeamSolution& solution);
+  [[nodiscard]] beams::BeamSolution settle(const beams::BeamStructure& structure,
+                                           const JobContext& job,
+                                           const beams::BeamObserver& observer) const;
   [[nodiscard]] Turns turns_at(const BeamConditions& conditions, double share) const;
 
   const beams::BeamModel model_;
   beams::BeamState state_;
   Turns turned_;             // of what is held in state_
   bool is_drawn_ = true;     // nothing has moved yet
+  bool is_given_ = false;    // it is the shape to begin from, which nobody knows to be in balance
   Place good_;               // the last equilibrium
   std::deque<Place> known_;  // the latest last
 };

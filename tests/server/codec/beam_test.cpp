@@ -1,8 +1,12 @@
 // Structures of beams and their edits between messages and values.
 
+#include <fmt/format.h>
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "engine/beams/structure/beam_structure.h"
 #include "proto/json_text.h"
+#include "server/codec/arrays.h"
 #include "server/codec/beam_edit.h"
 #include "server/codec/beam_scene.h"
 #include "server/codec/edit_fields.h"
@@ -79,6 +83,54 @@ TEST(BeamCodec, AxesOfSupportsAreMadePerpendicular) {
   bad = scene();
   bad.mutable_beams()->mutable_structure()->mutable_supports(1)->clear_y_axis();
   EXPECT_EQ(field_of([&] { decode(bad); }), "scene.beams.structure.supports[1].y_axis");
+}
+
+TEST(BeamCodec, WhatIsWrongIsSaidByTheNamesOfTheMessage) {
+  const auto told = [](const proto::Scene& bad) -> std::pair<std::string, std::string> {
+    try {
+      decode(bad);
+    } catch (const Error& error) {
+      return {error.field(), error.what()};
+    }
+    return {"accepted", ""};
+  };
+  proto::Scene bad = scene();
+  auto* structure = bad.mutable_beams()->mutable_structure();
+  structure->mutable_sections(0)->mutable_rectangle()->set_width(0.01);
+  structure->mutable_sections(0)->mutable_rectangle()->set_height(-1);
+  EXPECT_EQ(told(bad), std::pair(std::string("scene.beams.structure.sections[0].rectangle.height"),
+                                 std::string("height = -1, must be > 0")));
+  structure->mutable_sections(0)->mutable_rectangle()->set_height(1e-200);
+  EXPECT_EQ(told(bad).first, "scene.beams.structure.sections[0]");
+  EXPECT_THAT(told(bad).second, ::testing::StartsWith("sections[0]: its stiffness"));
+  bad = scene();
+  structure = bad.mutable_beams()->mutable_structure();
+  auto* support = structure->mutable_supports(0);
+  support->set_fix_y(true);
+  auto* motion = structure->add_motions();
+  motion->set_node(support->node());
+  motion->set_y(0.1);
+  EXPECT_EQ(told(bad).second,
+            fmt::format("motions[{}] moves node {}, which supports[0] holds along y",
+                        structure->motions_size() - 1, support->node()));
+}
+
+TEST(BeamCodec, ShapesComeBack) {
+  DecodedBeams first = decode(scene());
+  beams::BeamState shape = beams::BeamStructure(first.model).rest_state();
+  shape.positions.col(1) += Eigen::Vector3d(0.1, 0.2, 0.3);
+  shape.rotations[1] = beams::rotation_by({0.3, -0.2, 1.7});
+  for (auto& turn : shape.hinge_turns) turn = beams::rotation_by({0, 0.4, 0});
+  first.shape = shape;
+  proto::Scene told = encode_beam_scene(first);
+  const DecodedBeams second = decode(told);
+  ASSERT_TRUE(second.shape);
+  EXPECT_EQ(second.shape->positions, shape.positions);
+  EXPECT_LT(second.shape->rotations[1].angularDistance(shape.rotations[1]), 1e-14);
+  EXPECT_EQ(second.shape->hinge_turns.size(), shape.hinge_turns.size());
+  auto* message = told.mutable_beams()->mutable_shape();
+  *message->mutable_rotations() = encode_points_float64(Eigen::Matrix3Xd::Zero(3, 1));
+  EXPECT_EQ(field_of([&] { decode(told); }), "scene.beams.shape.rotations");
 }
 
 TEST(BeamCodec, SourcesExcludeEachOther) {

@@ -69,6 +69,19 @@ TEST(BeamStatus, AFoldedElementIsDoubted) {
   EXPECT_NE(doubt->message.find("folded"), std::string::npos) << doubt->message;
 }
 
+/// In a plane the moment rolls it up; in space nothing holds it there beyond a third of the way.
+TEST(BeamStatus, ARollUpInSpaceIsUnstableAndSaysWhatToHold) {
+  BeamModel model = limber::testing::straight_beam(20);
+  model.supports.push_back(clamped(0));
+  NodalLoad load;
+  load.node = 20;
+  load.moment = Eigen::Vector3d(0, -6.2832, 0);
+  model.loads.push_back(load);
+  const BeamSolution found = find_equilibrium(BeamStructure(model));
+  EXPECT_EQ(found.report.status, BeamStatus::kUnstable) << found.report.message;
+  EXPECT_NE(found.report.message.find("hold"), std::string::npos) << found.report.message;
+}
+
 TEST(BeamStatus, LimitsAreLimits) {
   const BeamStructure structure(limber::testing::compressed_model(20, BeamEnds::kHinged, 0.3));
   BeamSolveOptions options;

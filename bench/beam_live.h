@@ -1,0 +1,14 @@
+#pragma once
+
+#include "bench/suite.h"
+#include "engine/beams/model/beam_model.h"
+
+namespace limber::bench {
+
+/// Opens a structure as a session does and moves its supports: adds to a case `live_open_s`, and
+/// for ways of 0.2 and 5 % of the extent (medians over supports) `live_edit_ms`,
+/// `live_far_edit_ms`, `live_snaps`, `live_far_snaps` and `live_failed`, the edits of both kinds
+/// that led to no equilibrium.
+void add_live_figures(const beams::BeamModel& model, int supports, Case& result);
+
+}  // namespace limber::bench

@@ -1,0 +1,60 @@
+#include "server/codec/beam_shape.h"
+
+#include <fmt/format.h>
+
+#include <vector>
+
+#include "engine/base/rotations/logarithm.h"
+#include "engine/beams/structure/beam_structure.h"
+#include "server/codec/arrays.h"
+
+namespace limber::server {
+namespace {
+
+proto::Array encode_turns(const std::vector<Eigen::Quaterniond>& turns) {
+  Eigen::Matrix3Xd vectors(3, static_cast<Eigen::Index>(turns.size()));
+  for (std::size_t i = 0; i < turns.size(); ++i)
+    vectors.col(static_cast<Eigen::Index>(i)) = rotations::logarithm(turns[i]);
+  return encode_points_float64(vectors);
+}
+
+void demand_rows(const Eigen::Matrix3Xd& rows, std::size_t count, const std::string& field,
+                 const char* what) {
+  if (static_cast<std::size_t>(rows.cols()) != count)
+    throw invalid(field, fmt::format("has {} rows, the structure {} {}", rows.cols(), count, what));
+}
+
+std::vector<Eigen::Quaterniond> decode_turns(const proto::Array& array, std::size_t count,
+                                             const std::string& field, const char* what) {
+  const Eigen::Matrix3Xd vectors = decode_points(array, field);
+  demand_rows(vectors, count, field, what);
+  std::vector<Eigen::Quaterniond> turns;
+  for (const auto& vector : vectors.colwise()) turns.push_back(beams::rotation_by(vector));
+  return turns;
+}
+
+}  // namespace
+
+proto::BeamShape encode_beam_shape(const beams::BeamState& state) {
+  proto::BeamShape message;
+  *message.mutable_positions() = encode_points_float64(state.positions);
+  *message.mutable_rotations() = encode_turns(state.rotations);
+  if (!state.hinge_turns.empty()) *message.mutable_hinges() = encode_turns(state.hinge_turns);
+  return message;
+}
+
+beams::BeamState decode_beam_shape(const proto::BeamShape& message, const beams::BeamModel& model,
+                                   const std::string& field) {
+  beams::BeamState state;
+  state.positions = decode_points(message.positions(), field + ".positions");
+  demand_rows(state.positions, model.nodes.size(), field + ".positions", "nodes");
+  state.rotations =
+      decode_turns(message.rotations(), model.nodes.size(), field + ".rotations", "nodes");
+  const std::size_t hinged = beams::BeamStructure(model).released_ends().size();
+  if (hinged > 0 || message.has_hinges())
+    state.hinge_turns =
+        decode_turns(message.hinges(), hinged, field + ".hinges", "ends that are hinged");
+  return state;
+}
+
+}  // namespace limber::server

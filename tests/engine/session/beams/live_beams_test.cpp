@@ -1,0 +1,77 @@
+// Where a live structure of beams begins.
+
+#include "engine/session/beams/live_beams.h"
+
+#include <gtest/gtest.h>
+
+#include "engine/base/error.h"
+#include "tests/engine/session/beams/beam_scenes.h"
+
+namespace limber::session {
+namespace {
+
+using test::cantilever;
+using test::moved;
+
+LiveBeams::Outcome settle(LiveBeams& live, const beams::BeamModel& model) {
+  return live.solve(std::make_shared<const BeamConditions>(conditions_of(model)), {},
+                    [](const beams::BeamState&) {});
+}
+
+/// Clamped at both ends, which come together; pushed up.
+beams::BeamModel buckled() {
+  beams::BeamModel model = cantilever(12, 0);
+  model.sections[0].bending_3 *= 2;
+  model.motions.push_back(moved(12, -0.1, 0, 0));
+  model.motions[0].rotates = true;
+  for (int i = 1; i < 12; ++i) model.temporary_loads.push_back(test::force_on(i, 0, 0, 1));
+  return model;
+}
+
+TEST(LiveBeams, ASideThatIsGivenIsKept) {
+  const beams::BeamModel model = buckled();
+  LiveBeams drawn(model);
+  ASSERT_TRUE(settle(drawn, model).reached);
+  EXPECT_GT(drawn.state().positions(2, 6), 0.1);
+  beams::BeamModel other = model;
+  for (beams::NodalLoad& load : other.temporary_loads) load.force *= -1;
+  LiveBeams below(other);
+  ASSERT_TRUE(settle(below, other).reached);
+  ASSERT_LT(below.state().positions(2, 6), -0.1);
+  LiveBeams again(model, below.state());
+  const LiveBeams::Outcome outcome = settle(again, model);
+  EXPECT_TRUE(outcome.reached) << outcome.report.message;
+  EXPECT_LT((again.state().positions - below.state().positions).norm(), 1e-9);
+}
+
+TEST(LiveBeams, AShapeOutOfBalanceIsFollowedToOneInBalance) {
+  const beams::BeamModel model = cantilever(20, 1);
+  LiveBeams live(model, beams::BeamStructure(model).rest_state());
+  const LiveBeams::Outcome outcome = settle(live, model);
+  EXPECT_TRUE(outcome.reached) << outcome.report.message;
+  EXPECT_NEAR(live.state().positions(2, 20), -0.30172, 1e-4);
+}
+
+/// Where nothing is held so, there is no equilibrium from anywhere, and the report says it of the
+/// structure as drawn.
+TEST(LiveBeams, AShapeThatLeadsNowhereIsLeftForTheStructureAsDrawn) {
+  beams::BeamModel model = cantilever(6, 1);
+  model.supports[0].fixed[3] = false;  // it turns about itself
+  LiveBeams live(model, beams::BeamStructure(model).rest_state());
+  const LiveBeams::Outcome outcome = settle(live, model);
+  EXPECT_FALSE(outcome.reached);
+  EXPECT_NE(outcome.report.message.find("as drawn"), std::string::npos) << outcome.report.message;
+}
+
+TEST(LiveBeams, AShapeOfAnotherStructureIsRefused) {
+  const beams::BeamState other = beams::BeamStructure(cantilever(5, 1)).rest_state();
+  try {
+    const LiveBeams live(cantilever(6, 1), other);
+    FAIL() << "taken";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.field(), "shape");
+  }
+}
+
+}  // namespace
+}  // namespace limber::session
