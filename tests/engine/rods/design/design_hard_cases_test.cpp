@@ -195,6 +195,22 @@ TEST_F(HardDesigns, AJointAngleAtItsBound) {
   }
 }
 
+TEST_F(HardDesigns, ASmallestAngleThatNoDesignHas) {
+  open(testing::curved_model(), 0.4);
+  flat_.mean_opening_angle.reset();
+  const Eigen::Matrix3Xd wanted = positions(start_->deployed);
+  for (Eigen::Index j = 0; j < wanted.cols(); ++j)
+    criteria_.targets.push_back({static_cast<int>(j), 1.02 * wanted.col(j), 1});
+  criteria_.distance_weight = 1e5;
+  options_.flat_height = 0.2;
+  options_.smallest_angle = 1.5;  // rods that cross at 0.6 do not lie flat like that
+  LinkageDesign design = this->design();
+  const DesignReport report = optimize_design(design, options_);
+  EXPECT_EQ(report.status, DesignStatus::kInfeasible) << report.message;
+  EXPECT_LT(report.iterations, options_.max_iterations);
+  EXPECT_NE(report.message.find("asked 85.9"), std::string::npos) << report.message;
+}
+
 TEST_F(HardDesigns, AnEquilibriumThatDisappearsUnderAParameterStep) {
   open(planar_model(), 0.3);
   LinkageDesign design = this->design();
