@@ -63,6 +63,20 @@ def test_infos_say_how_it_stands():
     assert limber.DesignInfo.from_message(message).taken is None
 
 
+def test_options_of_one_call_go_to_the_scene_and_to_the_design():
+    def sort(design=None, **options):
+        return designs.sorted_options(options, design, limber.linkage_scene, limber.LinkageSession.design)
+
+    assert sort(name="hill", max_iterations=60, sections="segments") == (
+        {"name": "hill"}, {"max_iterations": 60, "sections": "segments"})
+    assert sort({"max_iterations": 60}, density=500) == ({"density": 500}, {"max_iterations": 60})
+    assert refused(lambda: sort(iterations=60)) == "iterations"
+    assert refused(lambda: sort({"iterations": 60})) == "design.iterations"
+    assert refused(lambda: sort({"translation": (0, 0, 1)})) == "design.translation"
+    assert refused(lambda: sort({"max_iterations": 60}, max_iterations=50)) == "max_iterations"
+    assert refused(lambda: sort([60])) == "design"
+
+
 def shape(*lines):
     return limber.Shape(tuple(np.array(line, dtype=float) for line in lines), (), np.zeros(0), np.zeros((0, 3)))
 
