@@ -261,12 +261,13 @@ class Server:
         linkage, wanted = designs.sorted_options(options, design, linkage_scene, LinkageSession.design)
         grid = self.starting_grid(surface, columns=columns, rows=rows, flat_angle=flat_angle, margin=margin,
                                   scale=scale, bulge=bulge)
+        across = 8 if columns is None else columns
+        designs.demand_room(grid, across, section)
         scene = linkage_scene(grid.vertices, grid.edges, section=section, edges_per_segment=edges_per_segment,
                               **linkage)
         scene.linkage.conditions.segment_lengths.extend(grid.lengths)
         conditions = scene.linkage.conditions
         conditions.mean_angle_degrees = grid.mean_angle
-        across = 8 if columns is None else columns
         middle = len(grid.vertices) // across // 2 * across + across // 2
         conditions.pins.add(joint=middle, held=scene_messages.HELD_MOTION)
         heights = grid.vertices[:, 2]

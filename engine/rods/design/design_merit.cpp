@@ -38,7 +38,7 @@ void GuardWeight::lower() {
 }
 
 ViolationWatch::Verdict ViolationWatch::see(double violation, int iteration) {
-  constexpr double kNearer = 0.9;
+  constexpr double kNearer = 0.99;
   constexpr int kPatience = 15;
   constexpr int kVain = 4;
   if (violation <= kHolds || violation < kNearer * least_) {

@@ -55,7 +55,7 @@ class ViolationWatch {
  public:
   enum class Verdict {
     kFine,
-    kRaise,     // not less by a tenth after fifteen steps: multipliers ought to go up
+    kRaise,     // not less by a hundredth after fifteen steps: multipliers ought to go up
     kHopeless,  // nor after these went up four times
   };
   /// @param violation  0 where constraints hold

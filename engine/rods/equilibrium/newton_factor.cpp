@@ -155,8 +155,7 @@ LinkageEquilibrium::Motion NewtonRun::motion_to(NewtonRun& ahead, const LinkageS
   const std::vector<int>& pinned = holding_.pinned();
   // Behind the pinned ones are lengths on their bound, which stay there.
   const HessianFactor& made = *work_.factor;
-  const bool same_pins = ahead.holding_.pinned() == pinned &&
-                         made.fixed.size() >= pinned.size() &&
+  const bool same_pins = ahead.holding_.pinned() == pinned && made.fixed.size() >= pinned.size() &&
                          std::equal(pinned.begin(), pinned.end(), made.fixed.begin());
   if (!work_.certified || !same_pins || !same(made.rows, holding_.rows()) ||
       !same(ahead.holding_.rows(), made.rows))

@@ -203,7 +203,10 @@ TEST_F(HardDesigns, ASmallestAngleThatNoDesignHas) {
     criteria_.targets.push_back({static_cast<int>(j), 1.02 * wanted.col(j), 1});
   criteria_.distance_weight = 1e5;
   options_.flat_height = 0.2;
+  // Lengths that differ by a thousandth do not fold rods onto each other.
   options_.smallest_angle = 3;
+  options_.shortest = 0.999;
+  options_.longest = 1.001;
   LinkageDesign design = this->design();
   const DesignReport report = optimize_design(design, options_);
   EXPECT_EQ(report.status, DesignStatus::kInfeasible) << report.message;
