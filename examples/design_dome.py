@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Designs the sample dome for a deeper bowl: rest lengths with which it lies nearly flat, and opens towards the bowl."""
+"""Designs the sample dome for a bowl that is nearly twice as deep: rest lengths with which it opens onto it."""
 import sys
 
 import limber
@@ -13,13 +13,16 @@ def main(picture: str = "bowl.svg") -> None:
         dome.wait()
         start = dome.shape()
         middle = start.joints.mean(axis=0)
-        bowl = (start.joints - middle) * (1, 1, 1.3) + middle  # points of the surface that is wanted
-        design = dome.design(surface=bowl, flat_height=0.05, max_iterations=60)
+        x, y, z = (start.joints - middle).T
+        depth, height = np.polyfit(x ** 2 + y ** 2, z, 1)  # of the paraboloid nearest to the dome
+        x, y = np.meshgrid(np.linspace(x.min(), x.max(), 17), np.linspace(y.min(), y.max(), 17), indexing="ij")
+        bowl = np.stack([x, y, height + 1.8 * depth * (x ** 2 + y ** 2)], axis=-1) + middle
+        design = dome.design(surface=bowl, flat_height=0.1, max_iterations=60)
         for info in design.steps():
             print(f"step {info.iteration}: {1000 * info.now.surface_rms:.1f} mm from the bowl")
         info = design.wait()
         print(f"{info.end}: {1000 * info.start.surface_rms:.1f} mm before, {1000 * info.best.surface_rms:.1f} mm now")
-        limber.picture(picture, {"start": start, "target": None, "result": dome.shape()}, surface=bowl)
+        limber.picture(picture, {"start": start, "target": None, "result": dome.shape()}, surface=bowl, unit="m")
 
 
 if __name__ == "__main__":

@@ -352,7 +352,7 @@ def hill(n=15):
 
 def test_one_call_designs_a_linkage_for_a_surface_alone(server):
     design = server.design_surface(hill(), columns=6, rows=5, section={"rectangle": (0.02, 0.004)}, name="hill",
-                                   progress=False, design={"max_iterations": 60})
+                                   progress=False, max_iterations=60)
     info = design.wait()
     assert info.end in ("converged", "settled", "iteration_limit"), info.message
     assert info.best.holds and info.best.surface_rms < 0.5 * info.start.surface_rms
@@ -361,8 +361,22 @@ def test_one_call_designs_a_linkage_for_a_surface_alone(server):
     assert session.shape().joints.shape == (30, 3)
     session.close()
     bad = lambda **options: server.design_surface(hill(), section={"rectangle": (0.02, 0.004)}, **options)  # noqa: E731
+    assert refusal(lambda: bad(columns=500)) == ("INVALID_ARGUMENT", "columns"), "rods would overlap"
+    assert refusal(lambda: bad(iterations=60)) == ("INVALID_ARGUMENT", "iterations")
     assert refusal(lambda: bad(columns=2)) == ("INVALID_ARGUMENT", "columns")
     assert refusal(lambda: bad(bulge=2)) == ("INVALID_ARGUMENT", "bulge")
+
+
+def test_a_smallest_angle_that_no_design_has_is_given_up(server):
+    dome = server.open(sample="dome", progress=False)
+    dome.deploy(60)
+    dome.wait()
+    joints = dome.shape().joints
+    middle = joints.mean(axis=0)
+    info = dome.design(surface=(joints - middle) * (1, 1, 1.3) + middle, flat_height=0.05, smallest_angle=60).wait()
+    assert info.end == "infeasible" and info.iteration < 200 and not info.best.holds
+    assert "degrees (asked 60.00)" in info.message
+    dome.close()
 
 
 def test_the_command_line_begins_with_a_surface_alone(server, tmp_path):

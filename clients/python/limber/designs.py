@@ -5,7 +5,8 @@ from __future__ import annotations
 import os
 import time
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Iterator, Mapping, Sequence
+from inspect import Parameter, signature
+from typing import TYPE_CHECKING, Any, Callable, Iterator, Mapping, Sequence
 
 import numpy as np
 
@@ -129,15 +130,30 @@ def targets_of(targets: Any, field: str) -> "list[messages.DesignTarget]":
     return made
 
 
-def surface_of(surface: Any, field: str) -> "messages.DesignSurface":
-    """A file (.obj, .ply, .stl), (vertices, triangles), or points n x 3 in no order."""
-    if isinstance(surface, (str, os.PathLike)):
-        return messages.DesignSurface(file=mesh_file(surface, field=field))
+def surface_arrays(surface: Any, field: str) -> "tuple[np.ndarray, np.ndarray | None]":
+    """Vertices and triangles of (vertices, triangles) or of points in rows, m x n x 3; points n x 3 have no
+    triangles."""
     if isinstance(surface, tuple) and len(surface) == 2:
         vertices, triangles = (checks.numeric(part, field) for part in surface)
-        return messages.DesignSurface(triangles=messages.TriangleArrays(
-            vertices=arrays.to_message(vertices, np.float64), triangles=arrays.to_message(triangles, np.int32)))
-    return messages.DesignSurface(points=arrays.to_message(checks.numeric(surface, field), np.float64))
+        return vertices, triangles
+    points = checks.numeric(surface, field)
+    if points.ndim != 3:
+        return points, None
+    at = np.arange(points.shape[0] * points.shape[1]).reshape(points.shape[:2])
+    a, b, c, d = at[:-1, :-1].ravel(), at[1:, :-1].ravel(), at[1:, 1:].ravel(), at[:-1, 1:].ravel()
+    triangles = np.concatenate([np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)])
+    return points.reshape(-1, points.shape[2]), triangles
+
+
+def surface_of(surface: Any, field: str) -> "messages.DesignSurface":
+    """A file (.obj, .ply, .stl), (vertices, triangles), points in rows m x n x 3, or points n x 3 in no order."""
+    if isinstance(surface, (str, os.PathLike)):
+        return messages.DesignSurface(file=mesh_file(surface, field=field))
+    vertices, triangles = surface_arrays(surface, field)
+    if triangles is None:
+        return messages.DesignSurface(points=arrays.to_message(vertices, np.float64))
+    return messages.DesignSurface(triangles=messages.TriangleArrays(
+        vertices=arrays.to_message(vertices, np.float64), triangles=arrays.to_message(triangles, np.int32)))
 
 
 def placement_of(translation: Sequence[float] | None, rotation: Sequence[float] | None,
@@ -191,6 +207,54 @@ def request(session: str, *, surface: Any, targets: Any, flat_share: float | Non
     if max_iterations is not None:
         made.max_iterations = checks.whole(max_iterations, "max_iterations")
     return made
+
+
+def demand_room(grid: "StartingGrid", columns: int, section: Any) -> None:
+    """Refuses grids whose rods lie nearer to each other than they are thick, which no equilibrium would tell."""
+    if not isinstance(section, Mapping):
+        return
+    sizes = next((section[kind] for kind in ("rectangle", "ellipse") if kind in section), None)
+    if not isinstance(sizes, Sequence) or len(sizes) != 2:
+        return  # of other shapes the server says what is wrong
+    thick = min(checks.real(size, "section") for size in sizes)
+    rows = len(grid.vertices) // columns
+    points = grid.vertices.reshape(rows, columns, 3)
+    along, across = np.diff(points, axis=1)[:-1], np.diff(points, axis=0)[:, :-1]
+    areas = np.linalg.norm(np.cross(along, across), axis=-1)
+    for field, count, ways in (("columns", columns, across), ("rows", rows, along)):
+        apart = float((areas / np.linalg.norm(ways, axis=-1)).min())
+        if apart < thick:
+            raise invalid(field, f"the rods of {count} {field} lie {apart:.3g} apart when the grid lies flat, and are "
+                                 f"{thick:.3g} thick: take fewer {field}, or a smaller section")
+
+
+def sorted_options(options: "Mapping[str, Any]", design: Any, of_scene: Callable[..., Any],
+                   of_design: Callable[..., Any]) -> "tuple[dict[str, Any], dict[str, Any]]":
+    """Keyword options of one call, told apart by the two calls that take them: of the scene, and of the design."""
+    if design is not None and not isinstance(design, Mapping):
+        raise invalid("design", f"design has options by name, as {{'max_iterations': 60}}, not {design!r}")
+    known = {call: {name for name, parameter in signature(call).parameters.items()
+                    if parameter.kind is Parameter.KEYWORD_ONLY} for call in (of_scene, of_design)}
+    placed_by_grid = {"translation", "rotation", "scale", "fitted_points"}
+    known[of_design] = (known[of_design] | {"targets"}) - placed_by_grid
+    wanted = dict(design or {})
+    for name in wanted:
+        if name in placed_by_grid:
+            raise invalid(f"design.{name}", "the surface is put where the grid fits")
+        if name not in known[of_design]:
+            raise invalid(f"design.{name}", f"there is no such option; a design has {', '.join(sorted(known[of_design]))}")
+    scene = {}
+    for name, value in options.items():
+        if name in known[of_scene]:
+            scene[name] = value
+        elif name in known[of_design]:
+            if name in wanted:
+                raise invalid(name, f"is given twice: as {name}= and in design=")
+            wanted[name] = value
+        else:
+            raise invalid(name, f"there is no such option; beside its own there are {', '.join(sorted(known[of_scene]))} "
+                                f"of limber.linkage_scene and {', '.join(sorted(known[of_design]))} of a design")
+    return scene, wanted
 
 
 def _named(chosen: str, names: "dict[int, str]", field: str) -> int:

@@ -250,23 +250,26 @@ class Server:
                        flat_angle: float = 25, margin: float | None = None, bulge: float = 0.05,
                        scale: float | None = None, session: str = "", edges_per_segment: int = 6,
                        progress: ProgressOption = None, timeout: float = 600.0, design: Any = None,
-                       **linkage: Any) -> "designs.Design":
+                       **options: Any) -> "designs.Design":
         """A linkage for a patch of surface, from the surface alone: a regular grid of rods over it is laid flat, opened
         as a session, deployed to the angle that it has on the surface, held in its middle and pulled to the surface's
         side until it is there, and a design begins with the surface put where the grid fits. Its `session` is the
         linkage.
 
-        surface, columns, rows, flat_angle, margin, bulge: as starting_grid(). section, edges_per_segment and what else
-        there is: as limber.linkage_scene(). design: options of LinkageSession.design(), as a dict.
+        surface, columns, rows, flat_angle, margin, bulge: as starting_grid(). section, edges_per_segment and options of
+        limber.linkage_scene(): as there. Options of LinkageSession.design(), as max_iterations, go to the design; so do
+        those of the dict `design`.
         """
+        linkage, wanted = designs.sorted_options(options, design, linkage_scene, LinkageSession.design)
         grid = self.starting_grid(surface, columns=columns, rows=rows, flat_angle=flat_angle, margin=margin,
                                   scale=scale, bulge=bulge)
+        across = 8 if columns is None else columns
+        designs.demand_room(grid, across, section)
         scene = linkage_scene(grid.vertices, grid.edges, section=section, edges_per_segment=edges_per_segment,
-                                     **linkage)
+                              **linkage)
         scene.linkage.conditions.segment_lengths.extend(grid.lengths)
         conditions = scene.linkage.conditions
         conditions.mean_angle_degrees = grid.mean_angle
-        across = 8 if columns is None else columns
         middle = len(grid.vertices) // across // 2 * across + across // 2
         conditions.pins.add(joint=middle, held=scene_messages.HELD_MOTION)
         heights = grid.vertices[:, 2]
@@ -280,7 +283,7 @@ class Server:
                 raise LimberError("FAILED_PRECONDITION", "the grid does not open to the angle that it has on the "
                                   "surface: try fewer rods, another flat_angle or a section that bends more easily",
                                   "surface")
-        return opened.design(surface, scale=scale, fitted_points=grid.deployed, **(design or {}))
+        return opened.design(surface, scale=scale, fitted_points=grid.deployed, **wanted)
 
     def shutdown(self) -> None:
         """Asks limberd to end."""

@@ -37,6 +37,20 @@ void GuardWeight::lower() {
   if (weight_ < kNothing * first_) weight_ = 0;
 }
 
+ViolationWatch::Verdict ViolationWatch::see(double violation, int iteration) {
+  constexpr double kNearer = 0.99;
+  constexpr int kPatience = 15;
+  constexpr int kVain = 4;
+  if (violation <= kHolds || violation < kNearer * least_) {
+    least_ = violation <= kHolds ? std::numeric_limits<double>::infinity() : violation;
+    since_ = iteration;
+    raised_ = 0;
+  }
+  if (iteration - since_ < kPatience) return Verdict::kFine;
+  since_ = iteration;
+  return ++raised_ > kVain ? Verdict::kHopeless : Verdict::kRaise;
+}
+
 bool DesignMerit::bounds_angle() const { return options_.smallest_angle > -std::numbers::pi; }
 
 double DesignMerit::flatness_allowed() const {
@@ -60,30 +74,36 @@ double DesignMerit::value(const DesignValues& values) const {
   return sum;
 }
 
+/// What presses on the variables, and what has to be differentiated for that.
+DesignMerit::Forces DesignMerit::forces(const DesignValues& values) const {
+  const double flat = flat_.force(flat_room(values));
+  const double angle = bounds_angle() ? angle_.force(angle_room(values)) : 0;
+  using Which = LinkageDesign::Which;
+  return {flat, angle, flat > 0 || angle > 0 ? Which::kAll : Which::kObjective};
+}
+
 Eigen::VectorXd DesignMerit::gradient(const DesignValues& values) {
-  const DesignMeasures<Eigen::VectorXd>& by = design_.gradients();
-  Eigen::VectorXd sum = by.objective +
-                        flat_.force(flat_room(values)) / flatness_allowed() * by.flatness +
-                        guard_.weight() * by.flat_energy;
-  if (bounds_angle()) sum -= angle_.force(angle_room(values)) * by.smallest_angle;
+  const Forces press = forces(values);
+  const DesignMeasures<Eigen::VectorXd>& by = design_.gradients(press.which);
+  Eigen::VectorXd sum = by.objective + guard_.weight() * by.flat_energy;
+  if (press.flat > 0) sum += press.flat / flatness_allowed() * by.flatness;
+  if (press.angle > 0) sum -= press.angle * by.smallest_angle;
   return sum;
 }
 
 Eigen::VectorXd DesignMerit::product(const DesignValues& values, const Eigen::VectorXd& v) {
-  const DesignMeasures<Eigen::VectorXd>& by = design_.gradients();
-  const double flat = flat_.force(flat_room(values)), allowed = flatness_allowed();
-  const double angle = bounds_angle() ? angle_.force(angle_room(values)) : 0;
-  using Products = LinkageDesign::Products;
-  const DesignMeasures<Eigen::VectorXd> bent =
-      design_.products(v, flat > 0 || angle > 0 ? Products::kAll : Products::kObjective);
+  const Forces press = forces(values);
+  const double allowed = flatness_allowed();
+  const DesignMeasures<Eigen::VectorXd>& by = design_.gradients(press.which);
+  const DesignMeasures<Eigen::VectorXd> bent = design_.products(v, press.which);
   Eigen::VectorXd sum = bent.objective + guard_.weight() * bent.flat_energy;
-  if (flat > 0) {
-    sum += flat / allowed * bent.flatness +
+  if (press.flat > 0) {
+    sum += press.flat / allowed * bent.flatness +
            flat_.penalty() / (allowed * allowed) * by.flatness.dot(v) * by.flatness;
   }
-  if (angle > 0) {
+  if (press.angle > 0) {
     sum += angle_.penalty() * by.smallest_angle.dot(v) * by.smallest_angle -
-           angle * bent.smallest_angle;
+           press.angle * bent.smallest_angle;
   }
   return sum;
 }

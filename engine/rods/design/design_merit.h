@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <algorithm>
+#include <limits>
 
 #include "engine/rods/design/design_optimizer.h"
 #include "engine/rods/design/linkage_design.h"
@@ -49,6 +50,22 @@ class GuardWeight {
   static constexpr int kAtOnce = 3;
 };
 
+/// Tells a violation that lessens slowly from one that nothing lessens.
+class ViolationWatch {
+ public:
+  enum class Verdict {
+    kFine,
+    kRaise,     // not less by a hundredth after fifteen steps: multipliers ought to go up
+    kHopeless,  // nor after these went up four times
+  };
+  /// @param violation  0 where constraints hold
+  [[nodiscard]] Verdict see(double violation, int iteration);
+
+ private:
+  double least_ = std::numeric_limits<double>::infinity();
+  int since_ = 0, raised_ = 0;
+};
+
 /// What a search over rest lengths minimises: the objective, both constraints, and the guard.
 class DesignMerit {
  public:
@@ -76,6 +93,11 @@ class DesignMerit {
     return values.smallest_angle - options_.smallest_angle;
   }
   [[nodiscard]] double flatness_allowed() const;
+  struct Forces {
+    double flat, angle;  // >= 0, those of both constraints
+    LinkageDesign::Which which;
+  };
+  [[nodiscard]] Forces forces(const DesignValues& values) const;
   [[nodiscard]] bool bounds_angle() const;
 
   LinkageDesign& design_;

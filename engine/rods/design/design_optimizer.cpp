@@ -164,8 +164,13 @@ class Search {
   /// @returns whether there is a next one
   bool step(const JobContext& context, const DesignCallback& on_step) {
     if (context.cancellation.requested()) return end(DesignStatus::kCancelled, "cancelled");
-    if (report_.iterations == options_.max_iterations)
-      return end(DesignStatus::kIterationLimit, fmt::format("{} steps", report_.iterations));
+    if (report_.iterations == options_.max_iterations) {
+      std::string message = fmt::format("{} steps", report_.iterations);
+      if (merit_.violation(values_) > detail::kHolds) message += "; " + told_violation();
+      return end(DesignStatus::kIterationLimit, std::move(message));
+    }
+    if (hopeless())
+      return end(DesignStatus::kInfeasible, told_violation() + ", and nothing brings it nearer");
     const Eigen::VectorXd slope = projected(merit_.gradient(values_));
     const double size = first_gradient_ > 0 ? slope.norm() / first_gradient_ : 0;
     if (size <= options_.tolerance ||
@@ -311,6 +316,13 @@ class Search {
     values_ = best;
   }
 
+  /// Is a constraint violated, and no less so for long, whatever it weighs?
+  [[nodiscard]] bool hopeless() {
+    using Verdict = detail::ViolationWatch::Verdict;
+    const Verdict verdict = watch_.see(merit_.violation(values_), report_.iterations);
+    return verdict == Verdict::kHopeless || (verdict == Verdict::kRaise && !update_multipliers());
+  }
+
   /// @returns false where that has been of no use for long
   bool update_multipliers() {
     merit_.update_multipliers(values_);
@@ -318,11 +330,14 @@ class Search {
   }
 
   [[nodiscard]] std::string told_violation() const {
-    return fmt::format(
-        "the flat linkage's height is {:.2e} of its size (asked {:.2e}), its smallest angle {:.2f} "
-        "degrees",
-        merit_.flat_height(values_), options_.flat_height,
-        values_.smallest_angle * 180 / std::numbers::pi);
+    constexpr double kDegree = std::numbers::pi / 180;
+    std::string told = fmt::format("the flat linkage's height is {:.2e} of its size (asked {:.2e})",
+                                   merit_.flat_height(values_), options_.flat_height);
+    if (options_.smallest_angle > -std::numbers::pi) {
+      told += fmt::format(", its smallest angle {:.2f} degrees (asked {:.2f})",
+                          values_.smallest_angle / kDegree, options_.smallest_angle / kDegree);
+    }
+    return told;
   }
 
   bool end(DesignStatus status, std::string message) {
@@ -345,6 +360,7 @@ class Search {
   detail::CurvatureMemory memory_;
   Eigen::VectorXd last_step_;  // taken or not
   int updates_ = 0, idle_ = 0;
+  detail::ViolationWatch watch_;
   int astray_ = 0;               // trials not believed more than those believed
   int paused_ = 0, pause_ = 8;   // steps without a memory, and how many next time
   int held_ = 0;                 // steps taken since the guard was moved

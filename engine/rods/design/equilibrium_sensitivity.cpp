@@ -1,6 +1,6 @@
 #include "engine/rods/design/equilibrium_sensitivity.h"
 
-#include <optional>
+#include <utility>
 
 #include "engine/base/error.h"
 #include "engine/rods/equilibrium/condition_terms.h"
@@ -8,8 +8,7 @@
 #include "engine/rods/equilibrium/unknown_scales.h"
 #include "engine/rods/linkage/linkage_assembly.h"
 #include "engine/rods/linkage/linkage_derivatives.h"
-#include "engine/rods/solver/bordered_solver.h"
-#include "engine/rods/solver/condensed_solver.h"
+#include "engine/rods/linkage/size_derivatives.h"
 
 namespace limber::rods {
 namespace {
@@ -30,27 +29,42 @@ const Conditions& demand_unloaded(const LinkageModel& model, const Conditions& c
 }  // namespace
 
 struct EquilibriumSensitivity::Impl {
-  Impl(const LinkageModel& linkage, const LinkageState& shape, const Conditions& conditions,
-       DesignVariables variables)
+  Impl(const LinkageModel& linkage, const LinkageState& shape, const Conditions& wanted,
+       DesignVariables variables, std::unique_ptr<HessianFactor> given)
       : model(linkage),
-        state(shape),
+        state(&shape),
+        conditions(demand_unloaded(linkage, wanted)),
         map(linkage, variables),
-        scales(linkage),
-        terms(linkage, demand_unloaded(linkage, conditions)),
-        holding(linkage, conditions, terms, scales, shape),
-        solver(linkage.chains()),
-        derivatives(linkage) {
-    LinkageAssembly assembly(model);
+        derivatives(linkage),
+        sizes(linkage),
+        assembly(linkage),
+        factor(std::move(given)) {
+    if (!factor) make_factor();
+  }
+
+  /// As the solver of equilibria certifies what it found.
+  void make_factor() {
+    if (!factor) factor = std::make_unique<HessianFactor>(model.chains());
+    const detail::UnknownScales scales(model);
+    const detail::ConditionTerms terms(model, conditions);
+    const detail::Holding holding(model, conditions, terms, scales, *state);
     CondensedMatrix matrix(model.chains());
-    Eigen::VectorXd gradient(model.variables().size());
-    (void)assembly.hessian(state, gradient, matrix);
-    solver.set_pinned(holding.pinned());
+    factor->bordered.reset();
+    factor->gradient.resize(model.variables().size());
+    (void)assembly.hessian(*state, factor->gradient, matrix);
+    CondensedSolver& solver = factor->solver;
+    factor->fixed = holding.pinned();
+    solver.set_pinned(factor->fixed);
     solver.set_shift_weights(scales.weights());
+    factor->shift = 0;
     // A mechanism moves without effort: what it does to the shape is whatever rounding says.
-    if (solver.factor(matrix).vanishing > 0) solver.factor(matrix, scales.rounding_shift());
+    if (solver.factor(matrix).vanishing > 0) {
+      factor->shift = scales.rounding_shift();
+      solver.factor(matrix, factor->shift);
+    }
     if (solver.pivots().vanishing > 0)
       throw Error(ErrorCode::kNumerical, "", "the equilibrium's Hessian is singular");
-    bordered.emplace(solver, holding.rows(), Eigen::VectorXd::Zero(holding.rows().rows()));
+    factor->border(holding.rows());
   }
 
   /// A change of the variables with that of the shape.
@@ -61,66 +75,89 @@ struct EquilibriumSensitivity::Impl {
     return result;
   }
 
-  [[nodiscard]] Eigen::VectorXd solve(Eigen::VectorXd b) {
-    for (const int unknown : holding.pinned()) b[unknown] = 0;
-    Eigen::VectorXd rows = Eigen::VectorXd::Zero(holding.rows().rows());
-    bordered->solve_in_place(b, rows);
+  [[nodiscard]] Eigen::VectorXd solve(Eigen::VectorXd b) const {
+    factor->solve_in_place(b);
     return b;
   }
 
   const LinkageModel& model;
-  LinkageState state;
+  const LinkageState* state;
+  Conditions conditions;
   DesignVariableMap map;
-  detail::UnknownScales scales;
-  detail::ConditionTerms terms;
-  detail::Holding holding;
-  CondensedSolver solver;
   LinkageDerivatives derivatives;
-  std::optional<BorderedSolver> bordered;
+  SizeDerivatives sizes;
+  LinkageAssembly assembly;
+  std::unique_ptr<HessianFactor> factor;
 };
 
 EquilibriumSensitivity::EquilibriumSensitivity(const LinkageModel& model, const LinkageState& state,
                                                const Conditions& conditions,
                                                DesignVariables variables)
-    : impl_(std::make_unique<Impl>(model, state, conditions, variables)) {}
+    : EquilibriumSensitivity(model, state, conditions, variables, nullptr) {}
+EquilibriumSensitivity::EquilibriumSensitivity(const LinkageModel& model, const LinkageState& state,
+                                               const Conditions& conditions,
+                                               DesignVariables variables,
+                                               std::unique_ptr<HessianFactor> factor)
+    : impl_(std::make_unique<Impl>(model, state, conditions, variables, std::move(factor))) {}
 EquilibriumSensitivity::~EquilibriumSensitivity() = default;
 EquilibriumSensitivity::EquilibriumSensitivity(EquilibriumSensitivity&&) noexcept = default;
 EquilibriumSensitivity& EquilibriumSensitivity::operator=(EquilibriumSensitivity&&) noexcept =
     default;
 
-const LinkageState& EquilibriumSensitivity::state() const { return impl_->state; }
-bool EquilibriumSensitivity::is_minimum() const { return impl_->bordered->positive_definite(); }
+std::unique_ptr<HessianFactor> EquilibriumSensitivity::move_to(
+    const LinkageState& state, std::unique_ptr<HessianFactor> factor) {
+  LIMBER_DEMAND(factor != nullptr && factor->bordered);
+  impl_->state = &state;
+  std::swap(impl_->factor, factor);
+  return factor;
+}
+void EquilibriumSensitivity::move_to(const LinkageState& state) {
+  impl_->state = &state;
+  impl_->make_factor();
+}
+
+const LinkageState& EquilibriumSensitivity::state() const { return *impl_->state; }
+bool EquilibriumSensitivity::is_minimum() const {
+  return impl_->factor->bordered->positive_definite();
+}
 
 Eigen::VectorXd EquilibriumSensitivity::shape_change(const Eigen::VectorXd& way) const {
-  return impl_->solve(
-      -impl_->derivatives.second({impl_->state}, impl_->map.direction(way)).unknowns);
+  Eigen::VectorXd change(impl_->model.variables().size());
+  impl_->assembly.gradient_change(*impl_->state, impl_->map.direction(-way), change);
+  impl_->factor->solve_in_place(change);
+  return change;
 }
 
 Eigen::VectorXd EquilibriumSensitivity::shape_curvature(const Eigen::VectorXd& way,
                                                         const Eigen::VectorXd& change) const {
   const LinkageVector both = impl_->both(way, change);
-  return impl_->solve(-impl_->derivatives.third({impl_->state}, both, both).unknowns);
+  return impl_->solve(-impl_->derivatives.third({*impl_->state}, both, both).unknowns);
 }
 
 EquilibriumSensitivity::Adjoint EquilibriumSensitivity::adjoint(ShapeFunction& function) const {
-  LinkageVector direct = function.gradient(impl_->state);
+  const double share = function.elastic_share();
   Adjoint result;
-  result.multiplier = impl_->solve(std::move(direct.unknowns));
-  result.gradient = impl_->map.gradient(direct) - impl_->map.gradient(impl_->derivatives.second(
-                                                      {impl_->state}, {result.multiplier, {}}));
+  // What holds the equilibrium balances dE/dx: of it the solve leaves what the tolerance did.
+  result.multiplier = share * impl_->factor->gradient;
+  function.add_gradient(*impl_->state, 1, result.multiplier);
+  impl_->factor->solve_in_place(result.multiplier);
+  result.gradient =
+      -impl_->map.gradient(impl_->sizes.evaluate(*impl_->state, -share, result.multiplier));
   return result;
 }
 
 Eigen::VectorXd EquilibriumSensitivity::product(ShapeFunction& function, const Adjoint& adjoint,
                                                 const Eigen::VectorXd& way,
                                                 const Eigen::VectorXd& change) const {
-  const LinkageVector both = impl_->both(way, change);
-  const LinkageVector direct = function.second(impl_->state, both);
+  // The share of D^2 E and -D^3 E [w], negated.
   const LinkageVector bent =
-      impl_->derivatives.third({impl_->state}, {adjoint.multiplier, {}}, both);
-  const Eigen::VectorXd multiplier = impl_->solve(direct.unknowns - bent.unknowns);
-  const LinkageVector held = impl_->derivatives.second({impl_->state}, {multiplier, {}});
-  return impl_->map.gradient(direct) - impl_->map.gradient(bent) - impl_->map.gradient(held);
+      impl_->derivatives.third({*impl_->state}, {adjoint.multiplier, {}}, impl_->both(way, change),
+                               -function.elastic_share());
+  Eigen::VectorXd multiplier = -bent.unknowns;
+  function.add_second(*impl_->state, change, 1, multiplier);
+  impl_->factor->solve_in_place(multiplier);
+  return -impl_->map.gradient(bent) -
+         impl_->map.gradient(impl_->sizes.evaluate(*impl_->state, 0, multiplier));
 }
 
 }  // namespace limber::rods

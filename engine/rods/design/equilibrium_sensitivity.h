@@ -6,6 +6,7 @@
 #include "engine/rods/design/design_variables.h"
 #include "engine/rods/design/shape_function.h"
 #include "engine/rods/equilibrium/conditions.h"
+#include "engine/rods/equilibrium/hessian_factor.h"
 #include "engine/rods/linkage/linkage_model.h"
 #include "engine/rods/linkage/linkage_state.h"
 
@@ -19,20 +20,35 @@ namespace limber::rods {
 ///   df = df/dL - w^T dg/dL,
 ///
 /// and products with second derivatives by going forward over that: two solves each with the one
-/// factor, the third derivatives of the energy from LinkageDerivatives.
+/// factor, the third derivatives of the energy from LinkageDerivatives. Not from several threads at
+/// once.
 class EquilibriumSensitivity {
  public:
   /// Factors K.
-  /// @pre the state is an equilibrium of the model under the conditions; the model outlives this
-  /// and stays as it is
+  /// @pre the state is an equilibrium of the model under the conditions; both outlive this and stay
+  /// as they are, until it moves on
   /// @throws Error as Conditions::validate, DesignVariables::validate, {kInvalidArgument} with
   /// field springs, loads or gravity where there are any (their third derivatives are not known
   /// here), {kNumerical} where K is singular
   EquilibriumSensitivity(const LinkageModel& model, const LinkageState& state,
                          const Conditions& conditions, DesignVariables variables = {});
+  /// With K as the solver that found the equilibrium factored it.
+  /// @param factor  LinkageEquilibrium::take_factor after that, not null
+  EquilibriumSensitivity(const LinkageModel& model, const LinkageState& state,
+                         const Conditions& conditions, DesignVariables variables,
+                         std::unique_ptr<HessianFactor> factor);
   ~EquilibriumSensitivity();
   EquilibriumSensitivity(EquilibriumSensitivity&&) noexcept;
   EquilibriumSensitivity& operator=(EquilibriumSensitivity&&) noexcept;
+
+  /// Goes on at another equilibrium under the same conditions.
+  /// @param factor  its own, as above
+  /// @returns the memory of the former one
+  std::unique_ptr<HessianFactor> move_to(const LinkageState& state,
+                                         std::unique_ptr<HessianFactor> factor);
+  /// Factors K there.
+  /// @throws Error{kNumerical} where it is singular
+  void move_to(const LinkageState& state);
 
   [[nodiscard]] const LinkageState& state() const;
   /// Is the equilibrium stable?

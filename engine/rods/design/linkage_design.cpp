@@ -9,7 +9,9 @@
 #include <utility>
 
 #include "engine/base/error.h"
+#include "engine/base/parallel.h"
 #include "engine/rods/design/equilibrium_sensitivity.h"
+#include "engine/rods/design/kept_factors.h"
 #include "engine/rods/equilibrium/unknown_scales.h"
 
 namespace limber::rods {
@@ -70,20 +72,21 @@ struct LinkageDesign::Impl {
     double flat_weight;
     SumOfFunctions deployed;  // the other shape's part
   };
-  /// At the present point.
+  /// At the present point: how its shapes change, and what has been asked of that so far.
   struct Derivatives {
-    explicit Derivatives(Impl& impl)
-        : flat(impl.model, impl.point.flat, impl.flat, impl.map.which()),
-          deployed(impl.model, impl.point.deployed, impl.deployed, impl.map.which()),
-          flat_part(flat.adjoint(impl.measures->flat)),
-          deployed_part(deployed.adjoint(impl.measures->deployed)),
-          flatness(flat.adjoint(impl.measures->flatness)),
-          angle(flat.adjoint(impl.measures->angle)),
-          gradients{impl.measures->flat_weight * flat_part.gradient + deployed_part.gradient,
-                    flatness.gradient, angle.gradient, flat_part.gradient} {}
+    using Adjoint = EquilibriumSensitivity::Adjoint;
     EquilibriumSensitivity flat, deployed;
-    EquilibriumSensitivity::Adjoint flat_part, deployed_part, flatness, angle;
-    DesignMeasures<Eigen::VectorXd> gradients;
+    std::optional<Adjoint> flat_part = {}, deployed_part = {};  // both or none
+    std::optional<Adjoint> flatness = {}, angle = {};           // both or none
+    DesignMeasures<Eigen::VectorXd> gradients = {};
+
+    void forget() {
+      flat_part.reset();
+      deployed_part.reset();
+      flatness.reset();
+      angle.reset();
+      gradients = {};
+    }
   };
 
   Impl(const LinkageModel& linkage, Conditions flat_conditions, Conditions deployed_conditions,
@@ -103,8 +106,10 @@ struct LinkageDesign::Impl {
     with_prefix("flat.", [&] { flat.validate(model); });
     with_prefix("deployed.", [&] { deployed.validate(model); });
     place_start();
-    settle("flat", point.flat, flat);
-    settle("deployed", point.deployed, deployed);
+    detail::KeptFactors::Pair kept;
+    kept.flat = settle("flat", point.flat, flat);
+    kept.deployed = settle("deployed", point.deployed, deployed);
+    factors.keep(point, std::move(kept));
     if (criteria.energy_scale == 0) criteria.energy_scale = energy.value(point.deployed);
     // A mechanism deploys without stress.
     if (criteria.energy_scale <= 0) criteria.energy_scale = 1;
@@ -138,16 +143,80 @@ struct LinkageDesign::Impl {
                             least, scales.extent()));
   }
 
-  void settle(const char* which, LinkageState& state, const Conditions& conditions) {
+  std::unique_ptr<HessianFactor> settle(const char* which, LinkageState& state,
+                                        const Conditions& conditions) {
     const EquilibriumReport report = equilibrium.solve(state, conditions, limits.equilibrium);
-    if (report.converged()) return;
+    if (report.converged()) return take_factor();
     throw Error(ErrorCode::kFailedPrecondition, fmt::format("start.{}", which),
                 fmt::format("is no equilibrium, and none was found: {}", report.message));
   }
 
-  Derivatives& derivatives() {
-    if (!at_point) at_point = std::make_unique<Derivatives>(*this);
-    return *at_point;
+  std::unique_ptr<HessianFactor> take_factor() {
+    std::unique_ptr<HessianFactor> spare = factors.spare();
+    std::unique_ptr<HessianFactor> taken = equilibrium.take_factor(std::move(spare));
+    factors.give_back(std::move(spare));  // where it was of no use
+    return taken;
+  }
+
+  /// Both shapes at the present point.
+  Derivatives& shapes() {
+    if (there) return *derivatives;
+    detail::KeptFactors::Pair kept = factors.take(model, point);
+    factored_anew += (kept.flat ? 0 : 1) + (kept.deployed ? 0 : 1);
+    if (!derivatives) {
+      derivatives.emplace(
+          Derivatives{{model, point.flat, flat, map.which(), std::move(kept.flat)},
+                      {model, point.deployed, deployed, map.which(), std::move(kept.deployed)}});
+    } else {
+      move(derivatives->flat, point.flat, std::move(kept.flat));
+      move(derivatives->deployed, point.deployed, std::move(kept.deployed));
+    }
+    derivatives->forget();
+    there = true;
+    return *derivatives;
+  }
+  void move(EquilibriumSensitivity& shape, const LinkageState& state,
+            std::unique_ptr<HessianFactor> factor) {
+    if (factor) {
+      factors.give_back(shape.move_to(state, std::move(factor)));
+    } else {
+      shape.move_to(state);
+    }
+  }
+
+  Derivatives& objective_gradient() {
+    Derivatives& here = shapes();
+    if (here.flat_part) return here;
+    both_shapes([&] { here.flat_part = here.flat.adjoint(measures->flat); },
+                [&] { here.deployed_part = here.deployed.adjoint(measures->deployed); });
+    here.gradients.flat_energy = here.flat_part->gradient;
+    here.gradients.objective =
+        measures->flat_weight * here.flat_part->gradient + here.deployed_part->gradient;
+    return here;
+  }
+  Derivatives& all_gradients() {
+    Derivatives& here = objective_gradient();
+    if (here.flatness) return here;
+    here.flatness = here.flat.adjoint(measures->flatness);
+    here.angle = here.flat.adjoint(measures->angle);
+    here.gradients.flatness = here.flatness->gradient;
+    here.gradients.smallest_angle = here.angle->gradient;
+    return here;
+  }
+  Derivatives& gradients(Which which) {
+    return which == Which::kAll ? all_gradients() : objective_gradient();
+  }
+
+  /// The shapes have nothing in common but the model.
+  template <class OfFlat, class OfDeployed>
+  static void both_shapes(const OfFlat& of_flat, const OfDeployed& of_deployed) {
+    parallel_for(2, 1, [&](std::int64_t shape, std::int64_t) {
+      if (shape == 0) {
+        of_flat();
+      } else {
+        of_deployed();
+      }
+    });
   }
 
   /// Where an equilibrium goes when lengths go this way.
@@ -173,7 +242,8 @@ struct LinkageDesign::Impl {
 
   /// One equilibrium with the model's present lengths, from a prediction.
   TrialStatus follow(const Forecast& to, const Conditions& conditions, const JobContext& context,
-                     LinkageState& state, DesignTrial& trial) {
+                     LinkageState& state, DesignTrial& trial,
+                     std::unique_ptr<HessianFactor>& factor) {
     if (to.diverges || !(to.turned <= limits.largest_move)) {
       trial.message = to.diverges ? "the shape's way bends too much to be foreseen"
                                   : "the shape would move too far";
@@ -196,6 +266,7 @@ struct LinkageDesign::Impl {
           fmt::format("the equilibrium lies {:.2f} rad beside its prediction", report.turned);
       return TrialStatus::kJumped;
     }
+    factor = take_factor();
     return TrialStatus::kFound;
   }
 
@@ -210,7 +281,10 @@ struct LinkageDesign::Impl {
   DesignPoint point;
   Eigen::VectorXd parameters;  // of it
   std::optional<Measures> measures;
-  std::unique_ptr<Derivatives> at_point;  // empty until they are asked for
+  detail::KeptFactors factors;
+  std::optional<Derivatives> derivatives;  // empty until they are asked for
+  bool there = false;                      // are they at the point
+  int factored_anew = 0;
 };
 
 LinkageDesign::LinkageDesign(const LinkageModel& model, Conditions flat, Conditions deployed,
@@ -231,7 +305,7 @@ const Eigen::VectorXd& LinkageDesign::parameters() const { return impl_->paramet
 
 DesignTrial LinkageDesign::trial(const Eigen::VectorXd& parameters, const JobContext& context) {
   DesignTrial trial{TrialStatus::kFound, impl_->point, 0, {}, 0, LostShape::kNone};
-  Impl::Derivatives& here = impl_->derivatives();
+  Impl::Derivatives& here = impl_->shapes();
   const Eigen::VectorXd way = parameters - impl_->parameters;
   const Impl::Forecast flat = impl_->forecast(here.flat, way);
   const Impl::Forecast deployed = impl_->forecast(here.deployed, way);
@@ -244,12 +318,15 @@ DesignTrial LinkageDesign::trial(const Eigen::VectorXd& parameters, const JobCon
     trial.message = error.what();
     return trial;
   }
-  trial.status = impl_->follow(flat, impl_->flat, context, trial.point.flat, trial);
+  detail::KeptFactors::Pair made;
+  trial.status = impl_->follow(flat, impl_->flat, context, trial.point.flat, trial, made.flat);
   if (trial.status != TrialStatus::kFound) trial.lost = LostShape::kFlat;
   if (trial.status == TrialStatus::kFound) {
-    trial.status = impl_->follow(deployed, impl_->deployed, context, trial.point.deployed, trial);
+    trial.status = impl_->follow(deployed, impl_->deployed, context, trial.point.deployed, trial,
+                                 made.deployed);
     if (trial.status != TrialStatus::kFound) trial.lost = LostShape::kDeployed;
   }
+  impl_->factors.keep(trial.point, std::move(made));
   set_sizes(impl_->model, impl_->point);
   return trial;
 }
@@ -273,7 +350,7 @@ void LinkageDesign::move_to(DesignPoint point) {
   set_sizes(impl_->model, point);
   impl_->parameters = impl_->map.values(impl_->model);
   impl_->point = std::move(point);
-  impl_->at_point.reset();
+  impl_->there = false;
 }
 
 void LinkageDesign::set_criteria(DesignCriteria criteria) {
@@ -282,29 +359,36 @@ void LinkageDesign::set_criteria(DesignCriteria criteria) {
   if (criteria.length_scale == 0) criteria.length_scale = impl_->criteria.length_scale;
   impl_->demand_near(criteria);
   const Impl::Measures checked(impl_->model, impl_->energy, criteria);  // throws before any change
-  impl_->at_point.reset();
+  if (impl_->there) impl_->derivatives->forget();
   impl_->criteria = std::move(criteria);
   impl_->measures.emplace(impl_->model, impl_->energy, impl_->criteria);
 }
 
-const DesignMeasures<Eigen::VectorXd>& LinkageDesign::gradients() {
-  return impl_->derivatives().gradients;
+const DesignMeasures<Eigen::VectorXd>& LinkageDesign::gradients(Which which) {
+  return impl_->gradients(which).gradients;
 }
 
+int LinkageDesign::factored_anew() const { return impl_->factored_anew; }
+
 DesignMeasures<Eigen::VectorXd> LinkageDesign::products(const Eigen::VectorXd& direction,
-                                                        Products which) {
-  Impl::Derivatives& here = impl_->derivatives();
+                                                        Which which) {
+  Impl::Derivatives& here = impl_->gradients(which);
   Impl::Measures& measures = *impl_->measures;
-  const Eigen::VectorXd flat = here.flat.shape_change(direction);
-  const Eigen::VectorXd deployed = here.deployed.shape_change(direction);
   DesignMeasures<Eigen::VectorXd> result;
-  result.flat_energy = here.flat.product(measures.flat, here.flat_part, direction, flat);
-  result.objective =
-      measures.flat_weight * result.flat_energy +
-      here.deployed.product(measures.deployed, here.deployed_part, direction, deployed);
-  if (which == Products::kObjective) return result;
-  result.flatness = here.flat.product(measures.flatness, here.flatness, direction, flat);
-  result.smallest_angle = here.flat.product(measures.angle, here.angle, direction, flat);
+  Eigen::VectorXd flat;  // how that shape changes
+  Impl::both_shapes(
+      [&] {
+        flat = here.flat.shape_change(direction);
+        result.flat_energy = here.flat.product(measures.flat, *here.flat_part, direction, flat);
+      },
+      [&] {
+        result.objective = here.deployed.product(measures.deployed, *here.deployed_part, direction,
+                                                 here.deployed.shape_change(direction));
+      });
+  result.objective += measures.flat_weight * result.flat_energy;
+  if (which == Which::kObjective) return result;
+  result.flatness = here.flat.product(measures.flatness, *here.flatness, direction, flat);
+  result.smallest_angle = here.flat.product(measures.angle, *here.angle, direction, flat);
   return result;
 }
 

@@ -134,13 +134,18 @@ class LinkageDesign {
   /// New criteria at the same point; scales that are 0 stay what they were.
   void set_criteria(DesignCriteria criteria);
 
-  // At the present point; the first call factors both Hessians.
-  [[nodiscard]] const DesignMeasures<Eigen::VectorXd>& gradients();
-  /// Second derivatives times a direction: six solves, or four where only those of the objective
-  /// and of the flat energy in it are asked for; the others are empty then.
-  enum class Products { kAll, kObjective };
+  /// What derivatives are asked of: all measures, or the objective and the flat energy in it. The
+  /// others are empty then, or what they were.
+  enum class Which { kAll, kObjective };
+  // At the present point, with the factors of the trial that led there, or of the start. Those of
+  // other points are made anew.
+  /// A solve for each shape, and one for each constraint; once at a point.
+  [[nodiscard]] const DesignMeasures<Eigen::VectorXd>& gradients(Which which = Which::kAll);
+  /// Second derivatives times a direction: six solves, or four for the objective alone.
   [[nodiscard]] DesignMeasures<Eigen::VectorXd> products(const Eigen::VectorXd& direction,
-                                                         Products which = Products::kAll);
+                                                         Which which = Which::kAll);
+  /// Hessians that derivatives have had factored anew so far.
+  [[nodiscard]] int factored_anew() const;
 
  private:
   struct Impl;

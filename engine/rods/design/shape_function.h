@@ -1,13 +1,14 @@
 #pragma once
 
-#include "engine/rods/linkage/linkage_derivatives.h"
+#include <Eigen/Core>
+
 #include "engine/rods/linkage/linkage_state.h"
 
 namespace limber::rods {
 
-/// A number by which a shape is judged. It may depend on rest lengths and sections too, as the
-/// elastic energy does. Derivatives are by increments of the unknowns from the state, by rest
-/// lengths and by sections; those by edges and by sections may be left empty: zero.
+/// A number by which a shape is judged, f = share E + r(x): a share of the elastic energy E, whose
+/// derivatives whoever has a factored Hessian knows best, and what depends on the shape alone.
+/// Derivatives are by increments of the unknowns from the state.
 class ShapeFunction {
  public:
   ShapeFunction() = default;
@@ -15,10 +16,15 @@ class ShapeFunction {
   ShapeFunction& operator=(const ShapeFunction&) = delete;
   virtual ~ShapeFunction() = default;
 
+  /// f, all of it.
   [[nodiscard]] virtual double value(const LinkageState& state) = 0;
-  [[nodiscard]] virtual LinkageVector gradient(const LinkageState& state) = 0;
-  /// D^2 f[v, .]; v has its unknowns.
-  [[nodiscard]] virtual LinkageVector second(const LinkageState& state, const LinkageVector& v) = 0;
+  [[nodiscard]] virtual double elastic_share() const { return 0; }
+  /// by += weight dr/dx
+  virtual void add_gradient(const LinkageState& state, double weight,
+                            Eigen::Ref<Eigen::VectorXd> by) = 0;
+  /// by += weight D^2 r[v, .]
+  virtual void add_second(const LinkageState& state, const Eigen::Ref<const Eigen::VectorXd>& v,
+                          double weight, Eigen::Ref<Eigen::VectorXd> by) = 0;
 };
 
 }  // namespace limber::rods

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "engine/base/error.h"
@@ -9,42 +10,13 @@
 namespace limber::rods {
 namespace {
 
-LinkageVector zero(const LinkageModel& model) {
-  return {Eigen::VectorXd::Zero(model.variables().size()),
-          Eigen::VectorXd::Zero(model.variables().segments())};
-}
-
 int position(const LinkageModel& model, int joint) {
   return model.variables().joint_begin(joint) + kJointPosition;
-}
-
-/// Parts that are empty are zero.
-void add(double weight, const LinkageVector& part, LinkageVector& sum) {
-  const auto add_part = [&](const Eigen::VectorXd& from, Eigen::VectorXd& to) {
-    if (from.size() == 0) return;
-    if (to.size() == 0) {
-      to = weight * from;
-    } else {
-      to += weight * from;
-    }
-  };
-  add_part(part.unknowns, sum.unknowns);
-  add_part(part.lengths, sum.lengths);
-  add_part(part.edges, sum.edges);
-  add_part(part.sections, sum.sections);
 }
 
 }  // namespace
 
 double ElasticEnergy::value(const LinkageState& state) { return assembly_.energies(state).total(); }
-
-LinkageVector ElasticEnergy::gradient(const LinkageState& state) {
-  return derivatives_.gradient({state});
-}
-
-LinkageVector ElasticEnergy::second(const LinkageState& state, const LinkageVector& v) {
-  return derivatives_.second({state}, v);
-}
 
 Flatness::Flatness(const LinkageModel& model, const Plane& plane) : model_(model), plane_(plane) {
   const double length = plane.normal.norm();
@@ -61,23 +33,20 @@ double Flatness::value(const LinkageState& state) {
   return sum;
 }
 
-LinkageVector Flatness::gradient(const LinkageState& state) {
-  LinkageVector result = zero(model_);
+void Flatness::add_gradient(const LinkageState& state, double weight,
+                            Eigen::Ref<Eigen::VectorXd> by) {
   for (int j = 0; j < model_.variables().joints(); ++j) {
     const double height = plane_.normal.dot(state.joints()[j].position - plane_.point);
-    result.unknowns.segment<3>(position(model_, j)) = 2 * height * plane_.normal;
+    by.segment<3>(position(model_, j)) += 2 * weight * height * plane_.normal;
   }
-  return result;
 }
 
-LinkageVector Flatness::second(const LinkageState& /*state*/, const LinkageVector& v) {
-  LinkageVector result = zero(model_);
+void Flatness::add_second(const LinkageState& /*state*/, const Eigen::Ref<const Eigen::VectorXd>& v,
+                          double weight, Eigen::Ref<Eigen::VectorXd> by) {
   for (int j = 0; j < model_.variables().joints(); ++j) {
     const int at = position(model_, j);
-    result.unknowns.segment<3>(at) =
-        2 * plane_.normal.dot(v.unknowns.segment<3>(at)) * plane_.normal;
+    by.segment<3>(at) += 2 * weight * plane_.normal.dot(v.segment<3>(at)) * plane_.normal;
   }
-  return result;
 }
 
 SmallestAngle::SmallestAngle(const LinkageModel& model, double sharpness)
@@ -104,23 +73,22 @@ double SmallestAngle::value(const LinkageState& state) {
   return least - std::log(sum) / sharpness_;
 }
 
-LinkageVector SmallestAngle::gradient(const LinkageState& state) {
-  LinkageVector result = zero(model_);
+void SmallestAngle::add_gradient(const LinkageState& state, double weight,
+                                 Eigen::Ref<Eigen::VectorXd> by) {
   const Eigen::VectorXd share = shares(state);
   for (int j = 0; j < model_.variables().joints(); ++j)
-    result.unknowns[model_.variables().joint_begin(j) + kJointAngle] = share[j];
-  return result;
+    by[model_.variables().joint_begin(j) + kJointAngle] += weight * share[j];
 }
 
-LinkageVector SmallestAngle::second(const LinkageState& state, const LinkageVector& v) {
-  LinkageVector result = zero(model_);
+void SmallestAngle::add_second(const LinkageState& state,
+                               const Eigen::Ref<const Eigen::VectorXd>& v, double weight,
+                               Eigen::Ref<Eigen::VectorXd> by) {
   const Eigen::VectorXd share = shares(state);
   const auto unknown = [&](int j) { return model_.variables().joint_begin(j) + kJointAngle; };
   double mean = 0;
-  for (int j = 0; j < share.size(); ++j) mean += share[j] * v.unknowns[unknown(j)];
+  for (int j = 0; j < share.size(); ++j) mean += share[j] * v[unknown(j)];
   for (int j = 0; j < share.size(); ++j)
-    result.unknowns[unknown(j)] = -sharpness_ * share[j] * (v.unknowns[unknown(j)] - mean);
-  return result;
+    by[unknown(j)] -= weight * sharpness_ * share[j] * (v[unknown(j)] - mean);
 }
 
 TargetDistance::TargetDistance(const LinkageModel& model, std::vector<JointTarget> targets,
@@ -164,6 +132,21 @@ TargetDistance::TargetDistance(const LinkageModel& model, std::vector<JointTarge
   surface_weights_ *= surface_weight;
 }
 
+const std::vector<ClosestPoint>& TargetDistance::closest_points(const LinkageState& state) {
+  const std::vector<JointState<double>>& joints = state.joints();
+  const bool known = std::equal(
+      sought_.begin(), sought_.end(), joints.begin(), joints.end(),
+      [](const Eigen::Vector3d& x, const JointState<double>& y) { return x == y.position; });
+  if (known) return closest_;
+  sought_.resize(joints.size());
+  closest_.resize(joints.size());
+  for (std::size_t j = 0; j < joints.size(); ++j) {
+    sought_[j] = joints[j].position;
+    closest_[j] = surface_->closest(sought_[j]);
+  }
+  return closest_;
+}
+
 double TargetDistance::value(const LinkageState& state) {
   double sum = 0;
   for (const JointTarget& target : targets_) {
@@ -171,43 +154,43 @@ double TargetDistance::value(const LinkageState& state) {
            (state.joints()[target.joint].position - target.position).squaredNorm();
   }
   if (surface_ == nullptr) return sum;
+  const std::vector<ClosestPoint>& closest = closest_points(state);
   for (int j = 0; j < model_.variables().joints(); ++j) {
-    const Eigen::Vector3d& x = state.joints()[j].position;
-    sum += 0.5 * surface_weights_[j] * (x - surface_->closest(x).position).squaredNorm();
+    sum += 0.5 * surface_weights_[j] *
+           (state.joints()[j].position - closest[j].position).squaredNorm();
   }
   return sum;
 }
 
-LinkageVector TargetDistance::gradient(const LinkageState& state) {
-  LinkageVector result = zero(model_);
+void TargetDistance::add_gradient(const LinkageState& state, double weight,
+                                  Eigen::Ref<Eigen::VectorXd> by) {
   for (const JointTarget& target : targets_) {
-    result.unknowns.segment<3>(position(model_, target.joint)) +=
-        target.weight * (state.joints()[target.joint].position - target.position);
+    by.segment<3>(position(model_, target.joint)) +=
+        weight * target.weight * (state.joints()[target.joint].position - target.position);
   }
-  if (surface_ == nullptr) return result;
+  if (surface_ == nullptr) return;
+  const std::vector<ClosestPoint>& closest = closest_points(state);
   for (int j = 0; j < model_.variables().joints(); ++j) {
-    const Eigen::Vector3d& x = state.joints()[j].position;
     // P moves along the surface, across x - P: it adds nothing.
-    result.unknowns.segment<3>(position(model_, j)) +=
-        surface_weights_[j] * (x - surface_->closest(x).position);
+    by.segment<3>(position(model_, j)) +=
+        weight * surface_weights_[j] * (state.joints()[j].position - closest[j].position);
   }
-  return result;
 }
 
-LinkageVector TargetDistance::second(const LinkageState& state, const LinkageVector& v) {
-  LinkageVector result = zero(model_);
+void TargetDistance::add_second(const LinkageState& state,
+                                const Eigen::Ref<const Eigen::VectorXd>& v, double weight,
+                                Eigen::Ref<Eigen::VectorXd> by) {
   for (const JointTarget& target : targets_) {
     const int at = position(model_, target.joint);
-    result.unknowns.segment<3>(at) += target.weight * v.unknowns.segment<3>(at);
+    by.segment<3>(at) += weight * target.weight * v.segment<3>(at);
   }
-  if (surface_ == nullptr) return result;
+  if (surface_ == nullptr) return;
+  const std::vector<ClosestPoint>& closest = closest_points(state);
   for (int j = 0; j < model_.variables().joints(); ++j) {
     const int at = position(model_, j);
-    const Eigen::Vector3d move = v.unknowns.segment<3>(at);
-    const ClosestPoint closest = surface_->closest(state.joints()[j].position);
-    result.unknowns.segment<3>(at) += surface_weights_[j] * (move - closest.derivative * move);
+    const Eigen::Vector3d move = v.segment<3>(at);
+    by.segment<3>(at) += weight * surface_weights_[j] * (move - closest[j].derivative * move);
   }
-  return result;
 }
 
 double SumOfFunctions::value(const LinkageState& state) {
@@ -216,16 +199,21 @@ double SumOfFunctions::value(const LinkageState& state) {
   return sum;
 }
 
-LinkageVector SumOfFunctions::gradient(const LinkageState& state) {
-  LinkageVector sum;
-  for (const Term& term : terms_) add(term.weight, term.function.gradient(state), sum);
+double SumOfFunctions::elastic_share() const {
+  double sum = 0;
+  for (const Term& term : terms_) sum += term.weight * term.function.elastic_share();
   return sum;
 }
 
-LinkageVector SumOfFunctions::second(const LinkageState& state, const LinkageVector& v) {
-  LinkageVector sum;
-  for (const Term& term : terms_) add(term.weight, term.function.second(state, v), sum);
-  return sum;
+void SumOfFunctions::add_gradient(const LinkageState& state, double weight,
+                                  Eigen::Ref<Eigen::VectorXd> by) {
+  for (const Term& term : terms_) term.function.add_gradient(state, weight * term.weight, by);
+}
+
+void SumOfFunctions::add_second(const LinkageState& state,
+                                const Eigen::Ref<const Eigen::VectorXd>& v, double weight,
+                                Eigen::Ref<Eigen::VectorXd> by) {
+  for (const Term& term : terms_) term.function.add_second(state, v, weight * term.weight, by);
 }
 
 }  // namespace limber::rods

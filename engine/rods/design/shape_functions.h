@@ -7,6 +7,7 @@
 #include "engine/rods/design/shape_function.h"
 #include "engine/rods/design/target_surface.h"
 #include "engine/rods/linkage/linkage_assembly.h"
+#include "engine/rods/linkage/linkage_model.h"
 
 namespace limber::rods {
 
@@ -14,15 +15,16 @@ namespace limber::rods {
 class ElasticEnergy final : public ShapeFunction {
  public:
   /// @pre the model outlives this; changes of its rest lengths are seen
-  explicit ElasticEnergy(const LinkageModel& model) : assembly_(model), derivatives_(model) {}
+  explicit ElasticEnergy(const LinkageModel& model) : assembly_(model) {}
 
   [[nodiscard]] double value(const LinkageState& state) override;
-  [[nodiscard]] LinkageVector gradient(const LinkageState& state) override;
-  [[nodiscard]] LinkageVector second(const LinkageState& state, const LinkageVector& v) override;
+  [[nodiscard]] double elastic_share() const override { return 1; }
+  void add_gradient(const LinkageState&, double, Eigen::Ref<Eigen::VectorXd>) override {}
+  void add_second(const LinkageState&, const Eigen::Ref<const Eigen::VectorXd>&, double,
+                  Eigen::Ref<Eigen::VectorXd>) override {}
 
  private:
   LinkageAssembly assembly_;
-  LinkageDerivatives derivatives_;
 };
 
 /// A plane through a point, the side of its unit normal above it.
@@ -39,8 +41,10 @@ class Flatness final : public ShapeFunction {
   Flatness(const LinkageModel& model, const Plane& plane);
 
   [[nodiscard]] double value(const LinkageState& state) override;
-  [[nodiscard]] LinkageVector gradient(const LinkageState& state) override;
-  [[nodiscard]] LinkageVector second(const LinkageState& state, const LinkageVector& v) override;
+  void add_gradient(const LinkageState& state, double weight,
+                    Eigen::Ref<Eigen::VectorXd> by) override;
+  void add_second(const LinkageState& state, const Eigen::Ref<const Eigen::VectorXd>& v,
+                  double weight, Eigen::Ref<Eigen::VectorXd> by) override;
 
  private:
   const LinkageModel& model_;
@@ -56,8 +60,10 @@ class SmallestAngle final : public ShapeFunction {
   SmallestAngle(const LinkageModel& model, double sharpness);
 
   [[nodiscard]] double value(const LinkageState& state) override;
-  [[nodiscard]] LinkageVector gradient(const LinkageState& state) override;
-  [[nodiscard]] LinkageVector second(const LinkageState& state, const LinkageVector& v) override;
+  void add_gradient(const LinkageState& state, double weight,
+                    Eigen::Ref<Eigen::VectorXd> by) override;
+  void add_second(const LinkageState& state, const Eigen::Ref<const Eigen::VectorXd>& v,
+                  double weight, Eigen::Ref<Eigen::VectorXd> by) override;
 
  private:
   /// Shares of the joints in the sum, which add up to 1.
@@ -90,14 +96,22 @@ class TargetDistance final : public ShapeFunction {
                  Eigen::VectorXd joint_weights = {});
 
   [[nodiscard]] double value(const LinkageState& state) override;
-  [[nodiscard]] LinkageVector gradient(const LinkageState& state) override;
-  [[nodiscard]] LinkageVector second(const LinkageState& state, const LinkageVector& v) override;
+  void add_gradient(const LinkageState& state, double weight,
+                    Eigen::Ref<Eigen::VectorXd> by) override;
+  void add_second(const LinkageState& state, const Eigen::Ref<const Eigen::VectorXd>& v,
+                  double weight, Eigen::Ref<Eigen::VectorXd> by) override;
 
  private:
+  /// The surface's closest points to a state's joints. Value, gradient and every product at one
+  /// state ask for the same ones.
+  const std::vector<ClosestPoint>& closest_points(const LinkageState& state);
+
   const LinkageModel& model_;
   std::vector<JointTarget> targets_;
   const TargetSurface* surface_;
-  Eigen::VectorXd surface_weights_;  // of each joint
+  Eigen::VectorXd surface_weights_;      // of each joint
+  std::vector<Eigen::Vector3d> sought_;  // positions of the joints, at the last state
+  std::vector<ClosestPoint> closest_;    // to them
 };
 
 /// A weighed sum of functions.
@@ -110,8 +124,11 @@ class SumOfFunctions final : public ShapeFunction {
   explicit SumOfFunctions(std::vector<Term> terms) : terms_(std::move(terms)) {}
 
   [[nodiscard]] double value(const LinkageState& state) override;
-  [[nodiscard]] LinkageVector gradient(const LinkageState& state) override;
-  [[nodiscard]] LinkageVector second(const LinkageState& state, const LinkageVector& v) override;
+  [[nodiscard]] double elastic_share() const override;
+  void add_gradient(const LinkageState& state, double weight,
+                    Eigen::Ref<Eigen::VectorXd> by) override;
+  void add_second(const LinkageState& state, const Eigen::Ref<const Eigen::VectorXd>& v,
+                  double weight, Eigen::Ref<Eigen::VectorXd> by) override;
 
  private:
   std::vector<Term> terms_;

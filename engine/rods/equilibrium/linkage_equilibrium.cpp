@@ -128,8 +128,21 @@ LinkageEquilibrium::Motion LinkageEquilibrium::motion(const LinkageState& state,
   return detail::NewtonRun(*workspace_, here, options, state).motion_to(next, state);
 }
 
+std::unique_ptr<HessianFactor> LinkageEquilibrium::take_factor(
+    std::unique_ptr<HessianFactor>&& spare) {
+  detail::NewtonWorkspace& work = *workspace_;
+  if (!work.certified || !work.factor->bordered || work.factor->shift != 0) return nullptr;
+  work.certified = false;
+  std::unique_ptr<HessianFactor> taken = std::move(work.factor);
+  taken->gradient = work.gradient;
+  work.factor = spare ? std::move(spare) : std::make_unique<HessianFactor>(work.model.chains());
+  work.factor->bordered.reset();
+  work.factor->solver.set_shift_weights(work.scales.weights());
+  return taken;
+}
+
 void LinkageEquilibrium::expect_step(const LinkageState& from, const Eigen::VectorXd& step) {
-  workspace_->bordered.reset();
+  workspace_->factor->bordered.reset();
   workspace_->tensions.expect(workspace_->model, from, step);
   workspace_->expected = true;
 }
@@ -140,6 +153,7 @@ EquilibriumReport LinkageEquilibrium::solve(LinkageState& state, const Condition
                                             const IterateCallback& on_iterate) {
   options.validate();
   conditions.validate(workspace_->model);
+  workspace_->certified = false;
   std::string unbalanced = unbalanced_component(workspace_->model, conditions);
   if (!unbalanced.empty()) {
     EquilibriumReport report;

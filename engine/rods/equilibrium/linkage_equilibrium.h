@@ -8,6 +8,7 @@
 
 #include "engine/base/job.h"
 #include "engine/rods/equilibrium/conditions.h"
+#include "engine/rods/equilibrium/hessian_factor.h"
 #include "engine/rods/linkage/linkage_model.h"
 #include "engine/rods/linkage/linkage_state.h"
 #include "engine/rods/rod/rod_state.h"
@@ -119,6 +120,14 @@ class LinkageEquilibrium {
   /// @throws Error as Conditions::validate
   [[nodiscard]] Motion motion(const LinkageState& state, const Conditions& here,
                               const Conditions& ahead);
+
+  /// The factor that certified what the last solve has converged to: of the Hessian there, with no
+  /// shift, and the gradient. Solves go on in other memory.
+  /// @param spare  that memory, of the same model's structure; null: made
+  /// @returns null where the last solve did not converge, where only rounding's shift made the
+  /// Hessian definite (mechanisms), and where the factor was taken or used since
+  [[nodiscard]] std::unique_ptr<HessianFactor> take_factor(
+      std::unique_ptr<HessianFactor>&& spare = {});
 
   /// Tells the next solve that the state it starts from is a guess.
   /// @param from  an equilibrium, from which it is

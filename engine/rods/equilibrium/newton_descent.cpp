@@ -115,8 +115,8 @@ bool NewtonRun::recentred(LinkageState& trial, double below, Eigen::VectorXd& x)
     (void)work_.assembly.gradient(trial, back);
     terms_.add_gradient(trial, back);
     back = -back;
-    for (const int unknown : work_.fixed) back[unknown] = 0;
-    solve(back, Eigen::VectorXd::Zero(work_.rows.rows()));
+    for (const int unknown : work_.factor->fixed) back[unknown] = 0;
+    solve(back, Eigen::VectorXd::Zero(work_.factor->rows.rows()));
     back = beside(back, x);
     const double turn = work_.scales.largest_turn(model_, trial, back);
     if (!(turn < kWild * work_.scales.largest_turn(model_, trial, x))) return false;

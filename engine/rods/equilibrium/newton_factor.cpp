@@ -34,12 +34,13 @@ bool same(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b) {
 
 /// @returns whether the shifted Hessian is positive definite under the constraints
 bool NewtonRun::factor(double shift) {
-  work_.bordered.reset();
-  work_.fixed = fixed();
-  work_.solver.set_pinned(work_.fixed);
+  HessianFactor& made = *work_.factor;
+  made.bordered.reset();
+  made.fixed = fixed();
+  made.solver.set_pinned(made.fixed);
   ++report_.factorizations;
-  report_.final_shift = shift;
-  const PivotCount pivots = work_.solver.factor(work_.matrix, shift);
+  report_.final_shift = made.shift = shift;
+  const PivotCount pivots = made.solver.factor(work_.matrix, shift);
   report_.negative_eigenvalues = pivots.negative;
   // Each constraint can hold one unstable direction.
   const int held = static_cast<int>(holding_.rows().rows());
@@ -47,15 +48,9 @@ bool NewtonRun::factor(double shift) {
     report_.negative_eigenvalues = pivots.negative;
     return false;
   }
-  border();
-  report_.negative_eigenvalues = work_.bordered->negative();
-  return work_.bordered->positive_definite();
-}
-
-/// Puts the constraints beside the last factor.
-void NewtonRun::border() {
-  work_.rows = holding_.rows();
-  work_.bordered.emplace(work_.solver, work_.rows, Eigen::VectorXd::Zero(work_.rows.rows()));
+  made.border(holding_.rows());
+  report_.negative_eigenvalues = made.bordered->negative();
+  return made.bordered->positive_definite();
 }
 
 /// Factors with no shift, with one that is lost in rounding (mechanisms), or with the least of a
@@ -67,7 +62,8 @@ void NewtonRun::factor_positive(double least, const LinkageState& state) {
   if (stable_) return;
   const int negative = report_.negative_eigenvalues;
   // Where nothing resists some motion its eigenvalue has any sign.
-  const bool mechanism = work_.mechanism || work_.solver.pivots().vanishing > 0 || balanced();
+  const bool mechanism =
+      work_.mechanism || work_.factor->solver.pivots().vanishing > 0 || balanced();
   stable_ = least == 0 && mechanism && factor(rounding);
   work_.mechanism = stable_;
   if (stable_) return;
@@ -96,7 +92,7 @@ void NewtonRun::factor_shifted(double first, double& kept) {
 
 void NewtonRun::solve(Eigen::VectorXd& right_side, const Eigen::VectorXd& rows) const {
   Eigen::VectorXd forces = rows;
-  work_.bordered->solve_in_place(right_side, forces);
+  work_.factor->bordered->solve_in_place(right_side, forces);
 }
 
 NewtonRun::Step NewtonRun::newton_step(const LinkageState& state) {
@@ -158,14 +154,15 @@ NewtonRun::Step NewtonRun::step_with_factor(const LinkageState& state) const {
 LinkageEquilibrium::Motion NewtonRun::motion_to(NewtonRun& ahead, const LinkageState& state) {
   const std::vector<int>& pinned = holding_.pinned();
   // Behind the pinned ones are lengths on their bound, which stay there.
-  const bool same_pins = ahead.holding_.pinned() == pinned && work_.fixed.size() >= pinned.size() &&
-                         std::equal(pinned.begin(), pinned.end(), work_.fixed.begin());
-  if (!work_.certified || !same_pins || !same(work_.rows, holding_.rows()) ||
-      !same(ahead.holding_.rows(), work_.rows))
+  const HessianFactor& made = *work_.factor;
+  const bool same_pins = ahead.holding_.pinned() == pinned && made.fixed.size() >= pinned.size() &&
+                         std::equal(pinned.begin(), pinned.end(), made.fixed.begin());
+  if (!work_.certified || !same_pins || !same(made.rows, holding_.rows()) ||
+      !same(ahead.holding_.rows(), made.rows))
     return {};
   LinkageEquilibrium::Motion motion;
   motion.left = -work_.gradient;
-  for (const int unknown : work_.fixed) motion.left[unknown] = 0;
+  for (const int unknown : made.fixed) motion.left[unknown] = 0;
   const Holding::Gap gap = holding_.gap(state);
   solve(motion.left, gap.rows);
 
@@ -181,7 +178,7 @@ LinkageEquilibrium::Motion NewtonRun::motion_to(NewtonRun& ahead, const LinkageS
     work_.matrix.multiply(moved, forces);
     motion.ahead -= forces;
   }
-  for (const int unknown : work_.fixed) motion.ahead[unknown] = moved[unknown];
+  for (const int unknown : made.fixed) motion.ahead[unknown] = moved[unknown];
   solve(motion.ahead, next.rows - gap.rows);
   return motion;
 }
@@ -190,8 +187,8 @@ LinkageEquilibrium::Motion NewtonRun::motion_to(NewtonRun& ahead, const LinkageS
 /// @returns whether the state is balanced now
 bool NewtonRun::chords(LinkageState& state) {
   for (int round = 0; round < kChords; ++round) {
-    if (!work_.bordered || work_.fixed != fixed()) return false;
-    if (!same(work_.rows, holding_.rows())) border();
+    if (!work_.factor->bordered || work_.factor->fixed != fixed()) return false;
+    if (!same(work_.factor->rows, holding_.rows())) work_.factor->border(holding_.rows());
     Step step = step_with_factor(state);
     if (along_.size() > 0 && !step.prescribed) step.x = beside(step.x, along_);
     if (!step.x.allFinite() || bound_fraction(state, step.x) < 1) return false;

@@ -27,19 +27,19 @@ NewtonWorkspace::NewtonWorkspace(const LinkageModel& linkage)
       sections(linkage.section_scales()),
       assembly(linkage),
       matrix(linkage.chains()),
-      solver(linkage.chains()),
+      factor(std::make_unique<HessianFactor>(linkage.chains())),
       gradient(linkage.variables().size()),
       scratch(linkage.variables().size()),
       total_increment(Eigen::VectorXd::Zero(linkage.variables().size())),
       tensions(linkage) {
-  solver.set_shift_weights(scales.weights());
+  factor->solver.set_shift_weights(scales.weights());
 }
 
 NewtonWorkspace& NewtonWorkspace::for_present_sections() {
   if (sections == model.section_scales()) return *this;
   sections = model.section_scales();
   scales = UnknownScales(model);
-  solver.set_shift_weights(scales.weights());
+  factor->solver.set_shift_weights(scales.weights());
   guess_shift = shift = 0;
   certified = false;
   return *this;

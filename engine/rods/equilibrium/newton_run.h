@@ -1,15 +1,15 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <memory>
 #include <optional>
 
 #include "engine/rods/equilibrium/condition_terms.h"
+#include "engine/rods/equilibrium/hessian_factor.h"
 #include "engine/rods/equilibrium/holding.h"
 #include "engine/rods/equilibrium/linkage_equilibrium.h"
 #include "engine/rods/equilibrium/unknown_scales.h"
 #include "engine/rods/linkage/linkage_assembly.h"
-#include "engine/rods/solver/bordered_solver.h"
-#include "engine/rods/solver/condensed_solver.h"
 
 namespace limber::rods::detail {
 
@@ -30,18 +30,15 @@ struct NewtonWorkspace {
   Eigen::VectorXd sections;  // whose measures these are
   LinkageAssembly assembly;
   CondensedMatrix matrix;
-  CondensedSolver solver;
+  std::unique_ptr<HessianFactor> factor;  // of the last factorisation
   Eigen::VectorXd gradient;
   Eigen::VectorXd scratch;  // the gradient that comes with a Hessian
   Eigen::VectorXd total_increment;
   EdgeTensions tensions;
-  bool expected = false;                   // are the tensions those to be expected at the state
-  double guess_shift = 0;                  // the same of guesses
-  double shift = 0;                        // of the last indefinite Hessian
-  std::optional<BorderedSolver> bordered;  // of the last factorisation that succeeded
-  std::vector<int> fixed;                  // under which it was made
-  Eigen::MatrixXd rows;
-  bool certified = false;  // is that the Hessian of an equilibrium, where the last solve ended
+  bool expected = false;   // are the tensions those to be expected at the state
+  double guess_shift = 0;  // the same of guesses
+  double shift = 0;        // of the last indefinite Hessian
+  bool certified = false;  // is the factor of an equilibrium, where the last solve ended
   bool mechanism = false;  // was the last one indefinite by rounding only
 };
 
@@ -81,7 +78,6 @@ class NewtonRun {
   [[nodiscard]] bool balanced() const;
 
   bool factor(double shift);
-  void border();
   void factor_shifted(double first, double& kept);
   void factor_positive(double least, const LinkageState& state);
   [[nodiscard]] Step newton_step(const LinkageState& state);

@@ -23,10 +23,13 @@ void compose(const V& value, const V& first, const V& second, Second& out) {
   out = {First(value, first), First(second, V(0.0))};
 }
 
-// The highest derivative that T holds.
-const V& highest(const V& number) { return number; }
-const V& highest(const First& number) { return number.derivative; }
-const V& highest(const Second& number) { return number.derivative.derivative; }
+// The highest derivative that T holds; of the second: and a share of that along the second
+// direction.
+const V& asked(const V& number, const V&) { return number; }
+const V& asked(const First& number, const V&) { return number.derivative; }
+V asked(const Second& number, const V& share) {
+  return number.derivative.derivative + share * number.derivative.value;
+}
 
 template <class T>
 struct VertexResult {
@@ -46,6 +49,7 @@ class DerivativeWalk {
         parameters_(point.model.slot_parameters(batch)),
         first_slot_(point.model.first_slot(batch)),
         out_(out),
+        share_(point.share),
         vertices_(static_cast<std::size_t>(batch_.edges) + 1),
         gradient_(vertices_.size()),
         turns_(vertices_.size(), T(0.0)),
@@ -248,7 +252,7 @@ class DerivativeWalk {
     // d/d rest of (l - rest)^2 / (2 rest).
     const T by_rest = T(-0.5) * s.tension * (frame.length + length) / length +
                       before.by_rest_after + after.by_rest_before;
-    store_lane(out_.rests + e * kChainLanes, highest(by_rest));
+    store_lane(out_.rests + e * kChainLanes, asked(by_rest, share_));
   }
 
   void write() const {
@@ -258,11 +262,11 @@ class DerivativeWalk {
                        : axis == 1 ? gradient_[slot].y
                        : axis == 2 ? gradient_[slot].z
                                    : torques_[slot];
-      store_lane(out_.numbers + number * kChainLanes, highest(value));
+      store_lane(out_.numbers + number * kChainLanes, asked(value, share_));
     }
     // Energies go with the second and fourth power of the scale.
     const T by_scale = (2.0 * stretching_ + 4.0 * turning_) / (scale_ * growth_);
-    store_lane(out_.section, highest(by_scale));
+    store_lane(out_.section, asked(by_scale, share_));
     if (batch_.has_start) write_end(kStart);
     if (batch_.has_finish) write_end(kFinish);
   }
@@ -274,8 +278,9 @@ class DerivativeWalk {
     double* const out = out_.joints + std::ptrdiff_t{end} * kJointUnknowns * kChainLanes;
     const T* const parts[] = {&by.position.x, &by.position.y, &by.position.z, &by.rotation.x,
                               &by.rotation.y, &by.rotation.z, &by.angle,      &by.length};
-    for (int k = 0; k < kJointLengthA; ++k) store_lane(out + k * kChainLanes, highest(*parts[k]));
-    const V length = highest(by.length), on_b = joints_[end].half + 0.5;
+    for (int k = 0; k < kJointLengthA; ++k)
+      store_lane(out + k * kChainLanes, asked(*parts[k], share_));
+    const V length = asked(by.length, share_), on_b = joints_[end].half + 0.5;
     store_lane(out + kJointLengthA * kChainLanes, (1.0 - on_b) * length);
     store_lane(out + kJointLengthB * kChainLanes, on_b * length);
   }
@@ -287,6 +292,7 @@ class DerivativeWalk {
   const double* parameters_;
   std::size_t first_slot_;
   const ChainDerivatives& out_;
+  const V share_;
   std::vector<Vec3<T>> vertices_, gradient_;
   std::vector<T> turns_, torques_;
   JointLanes joints_[2];

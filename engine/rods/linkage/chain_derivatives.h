@@ -16,6 +16,7 @@ struct ChainPoint {
   std::array<const double*, 2> directions;  // of unknowns
   std::array<const LaneCell*, 2> rests;     // of rest lengths, a cell for each slot
   std::array<const double*, 2> sections;    // of section scales, by segment
+  double share = 0;  // of the derivative along the second direction alone, added to that along both
 };
 
 /// For the four segments of a batch.

@@ -3,6 +3,8 @@
 #include "engine/base/error.h"
 #include "engine/base/parallel.h"
 #include "engine/rods/linkage/chain_energy.h"
+#include "engine/rods/linkage/chain_size_forces.h"
+#include "engine/rods/linkage/rest_directions.h"
 
 namespace limber::rods {
 namespace {
@@ -92,6 +94,31 @@ RodEnergies LinkageAssembly::hessian_as(const LinkageState& state,
                });
   finish_joints(state, gradient, &hessian);
   return total();
+}
+
+void LinkageAssembly::gradient_change(const LinkageState& state, const LinkageVector& sizes,
+                                      Eigen::Ref<Eigen::VectorXd> change) {
+  LIMBER_DEMAND(change.size() == model_.chains()->size());
+  detail::spread_rests(model_, sizes, rests_);
+  const auto change_batch = [&](int b) {
+    const ChainBatch& batch = model_.chains()->batches()[b];
+    detail::LaneCell growth;
+    for (int lane = 0; lane < kChainLanes; ++lane) {
+      const int segment = batch.chains[lane];
+      if (segment >= 0 && sizes.sections.size() > 0)
+        growth.values[lane] = sizes.sections[segment] / model_.section_scales()[segment];
+    }
+    detail::evaluate_chain_size_forces(batch.edges, state.slots(model_, b),
+                                       model_.slot_parameters(b), model_.stiffness(), model_.form(),
+                                       rests_.data() + model_.first_slot(b), growth.values,
+                                       numbers_[first_number_[b]].values);
+    collect(b, change);
+  };
+  parallel_for(static_cast<std::int64_t>(model_.chains()->batches().size()), kBatchesPerChunk,
+               [&](std::int64_t begin, std::int64_t end) {
+                 for (std::int64_t b = begin; b < end; ++b) change_batch(static_cast<int>(b));
+               });
+  finish_joints(state, change, nullptr);
 }
 
 /// Gradients of a batch to the chains' unknowns and to the ends' lists.

@@ -5,6 +5,7 @@
 
 #include "engine/rods/linkage/compression.h"
 #include "engine/rods/linkage/edge_tensions.h"
+#include "engine/rods/linkage/linkage_derivatives.h"
 #include "engine/rods/linkage/linkage_model.h"
 #include "engine/rods/linkage/linkage_state.h"
 #include "engine/rods/rod/rod_state.h"
@@ -31,6 +32,12 @@ class LinkageAssembly {
   RodEnergies hessian(const LinkageState& state, Eigen::Ref<Eigen::VectorXd> gradient,
                       CondensedMatrix& hessian, const EdgeTensions& tensions);
 
+  /// How the gradient changes when rest lengths and sections do: d/dL (dE/dx) v.
+  /// @param sizes   v; its unknowns are not looked at
+  /// @param change  variables().size() numbers, written
+  void gradient_change(const LinkageState& state, const LinkageVector& sizes,
+                       Eigen::Ref<Eigen::VectorXd> change);
+
   /// Energy of each segment at the last evaluation.
   [[nodiscard]] Eigen::VectorXd segment_energies() const;
 
@@ -54,6 +61,7 @@ class LinkageAssembly {
   std::vector<detail::LaneCell> numbers_;  // gradients by chain number, by batch
   std::vector<std::size_t> first_number_;
   std::vector<detail::LaneCell> energies_;  // three by batch
+  std::vector<detail::LaneCell> rests_;     // changes by slot
   std::vector<std::vector<int>> ends_;      // of each joint: 2 segment + end
   std::vector<Eigen::Matrix<double, kTerminalNumbers, 1>> end_gradients_;  // 2 segment + end
 };

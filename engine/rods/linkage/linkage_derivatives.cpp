@@ -6,6 +6,7 @@
 #include "engine/base/parallel.h"
 #include "engine/rods/linkage/chain_derivatives.h"
 #include "engine/rods/linkage/length_pattern.h"
+#include "engine/rods/linkage/rest_directions.h"
 
 namespace limber::rods {
 namespace {
@@ -23,7 +24,7 @@ struct Outputs {
 };
 
 bool moves_rests(const LinkageVector* direction) {
-  return direction != nullptr && (direction->lengths.size() > 0 || direction->edges.size() > 0);
+  return direction != nullptr && detail::moves_rests(*direction);
 }
 
 }  // namespace
@@ -48,39 +49,20 @@ LinkageVector LinkageDerivatives::second(const LinkagePoint& at, const LinkageVe
   return evaluate(at, 1, &v, nullptr);
 }
 LinkageVector LinkageDerivatives::third(const LinkagePoint& at, const LinkageVector& v,
-                                        const LinkageVector& w) {
-  return evaluate(at, 2, &v, &w);
-}
-
-/// Directions of rest lengths to slots.
-void LinkageDerivatives::spread(const LinkageVector* direction,
-                                std::vector<detail::LaneCell>& rests) const {
-  if (!moves_rests(direction)) return;
-  rests.resize(model_.slots());
-  const EdgeNumbers& numbers = model_.edge_numbers();
-  Eigen::VectorXd change = direction->edges;
-  if (direction->lengths.size() > 0) {
-    const Eigen::VectorXd shared =
-        numbers.listed(model_.rest_length_map().apply_to_change(direction->lengths));
-    if (change.size() == 0) change.setZero(shared.size());
-    change += shared;
-  }
-  LIMBER_DEMAND(change.size() == numbers.size());
-  for (int s = 0; s < model_.variables().segments(); ++s) {
-    const ChainBatches::Place place = model_.chains()->place(s);
-    for (int e = 0; e < model_.variables().edges(s); ++e)
-      rests[model_.first_slot(place.batch) + e].values[place.lane] = change[numbers.edge(s, e)];
-  }
+                                        const LinkageVector& w, double share) {
+  return evaluate(at, 2, &v, &w, share);
 }
 
 LinkageVector LinkageDerivatives::evaluate(const LinkagePoint& at, int order,
-                                           const LinkageVector* v, const LinkageVector* w) {
+                                           const LinkageVector* v, const LinkageVector* w,
+                                           double share) {
   const Eigen::Index size = model_.variables().size();
   const LinkageVector* const directions[] = {v, w};
   for (const int k : {0, 1}) {
     LIMBER_DEMAND(directions[k] == nullptr || directions[k]->unknowns.size() == 0 ||
                   directions[k]->unknowns.size() == size);
-    spread(directions[k], rest_directions_[k]);
+    if (moves_rests(directions[k]))
+      detail::spread_rests(model_, *directions[k], rest_directions_[k]);
   }
   const auto unknowns = [&](int k) {
     return directions[k] == nullptr || directions[k]->unknowns.size() == 0
@@ -105,7 +87,8 @@ LinkageVector LinkageDerivatives::evaluate(const LinkagePoint& at, int order,
                                  away ? at.increment.data() : nullptr,
                                  {unknowns(0), unknowns(1)},
                                  {rests(0), rests(1)},
-                                 {sections(0), sections(1)}};
+                                 {sections(0), sections(1)},
+                                 share};
   LinkageVector result{Eigen::VectorXd(size),
                        {},
                        Eigen::VectorXd(model_.edge_numbers().size()),

@@ -54,9 +54,9 @@ class LinkageDerivatives {
   [[nodiscard]] LinkageVector gradient(const LinkagePoint& at);
   /// D^2 E[v, .]: by unknowns H v_x + (dg/dL) v_L, by lengths (dg/dL)^T v_x + (d2E/dL2) v_L.
   [[nodiscard]] LinkageVector second(const LinkagePoint& at, const LinkageVector& v);
-  /// D^3 E[v, w, .]
+  /// D^3 E[v, w, .] + share * D^2 E[w, .]
   [[nodiscard]] LinkageVector third(const LinkagePoint& at, const LinkageVector& v,
-                                    const LinkageVector& w);
+                                    const LinkageVector& w, double share = 0);
 
   /// Second derivatives by all lengths at once, a product for each colour of the LengthPattern.
   struct ByLengths {
@@ -68,8 +68,7 @@ class LinkageDerivatives {
 
  private:
   [[nodiscard]] LinkageVector evaluate(const LinkagePoint& at, int order, const LinkageVector* v,
-                                       const LinkageVector* w);
-  void spread(const LinkageVector* direction, std::vector<detail::LaneCell>& rests) const;
+                                       const LinkageVector* w, double share = 0);
   void evaluate_batch(const detail::ChainPoint& point, int batch, int order, LinkageVector& result);
   void gather(LinkageVector& result) const;
 

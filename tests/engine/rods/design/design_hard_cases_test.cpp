@@ -195,6 +195,25 @@ TEST_F(HardDesigns, AJointAngleAtItsBound) {
   }
 }
 
+TEST_F(HardDesigns, ASmallestAngleThatNoDesignHas) {
+  open(testing::curved_model(), 0.4);
+  flat_.mean_opening_angle.reset();
+  const Eigen::Matrix3Xd wanted = positions(start_->deployed);
+  for (Eigen::Index j = 0; j < wanted.cols(); ++j)
+    criteria_.targets.push_back({static_cast<int>(j), 1.02 * wanted.col(j), 1});
+  criteria_.distance_weight = 1e5;
+  options_.flat_height = 0.2;
+  // Lengths that differ by a thousandth do not fold rods onto each other.
+  options_.smallest_angle = 3;
+  options_.shortest = 0.999;
+  options_.longest = 1.001;
+  LinkageDesign design = this->design();
+  const DesignReport report = optimize_design(design, options_);
+  EXPECT_EQ(report.status, DesignStatus::kInfeasible) << report.message;
+  EXPECT_LT(report.iterations, options_.max_iterations);
+  EXPECT_NE(report.message.find("asked 171.89"), std::string::npos) << report.message;
+}
+
 TEST_F(HardDesigns, AnEquilibriumThatDisappearsUnderAParameterStep) {
   open(planar_model(), 0.3);
   LinkageDesign design = this->design();

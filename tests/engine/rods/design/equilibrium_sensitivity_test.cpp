@@ -170,6 +170,27 @@ TEST_P(SensitivityTest, ProductsAreSymmetric) {
   EXPECT_NEAR(v.dot(by_u), u.dot(by_v), 1e-7 * (by_u.norm() + by_v.norm()));
 }
 
+/// The solver's factor is of the very Hessian that derivatives need.
+TEST_P(SensitivityTest, WithTheSolversFactorIsAsWithANewOne) {
+  const EquilibriumSensitivity made(model_, state_, conditions_, variables_);
+  LinkageState state = state_;
+  ASSERT_TRUE(equilibrium_.solve(state, conditions_, tight()).converged());
+  ASSERT_EQ(testing::joint_distance(state, state_), 0) << "it was one already";
+  std::unique_ptr<HessianFactor> factor = equilibrium_.take_factor();
+  ASSERT_NE(factor, nullptr);
+  const EquilibriumSensitivity kept(model_, state_, conditions_, variables_, std::move(factor));
+  EXPECT_TRUE(kept.is_minimum());
+  const Eigen::VectorXd v = direction(6);
+  const auto expect_near = [](const Eigen::VectorXd& a, const Eigen::VectorXd& b) {
+    EXPECT_LT((a - b).norm(), 1e-10 * b.norm());
+  };
+  expect_near(kept.shape_change(v), made.shape_change(v));
+  const EquilibriumSensitivity::Adjoint adjoint = kept.adjoint(function());
+  expect_near(adjoint.gradient, made.adjoint(function()).gradient);
+  expect_near(kept.product(function(), adjoint, v, kept.shape_change(v)),
+              made.product(function(), made.adjoint(function()), v, made.shape_change(v)));
+}
+
 INSTANTIATE_TEST_SUITE_P(
     Functions, SensitivityTest,
     ::testing::Combine(::testing::Values(Kind::kEnergy, Kind::kFlatness, Kind::kSmallestAngle,
@@ -226,6 +247,37 @@ TEST(EquilibriumSensitivity, RefusesWhatItCannotDifferentiate) {
   } catch (const Error& error) {
     EXPECT_EQ(error.field(), "loads");
   }
+}
+
+/// A plane that counts how often it is asked.
+class CountingPlane final : public TargetSurface {
+ public:
+  [[nodiscard]] ClosestPoint closest(const Eigen::Vector3d& point) const override {
+    ++asked;
+    const Eigen::Vector3d z = Eigen::Vector3d::UnitZ();
+    return {{point.x(), point.y(), 1}, Eigen::Matrix3d::Identity() - z * z.transpose()};
+  }
+  mutable int asked = 0;
+};
+
+TEST(ShapeFunctions, ClosestPointsAreSoughtOncePerShape) {
+  const LinkageModel model = testing::curved_model();
+  const LinkageState state(model);
+  const CountingPlane plane;
+  TargetDistance distance(model, {}, &plane, 1);
+  const int joints = model.variables().joints();
+  const double value = distance.value(state);
+  Eigen::VectorXd v = Eigen::VectorXd::Ones(model.variables().size()), by = 0 * v;
+  distance.add_gradient(state, 1, by);
+  distance.add_second(state, v, 1, by);
+  distance.add_second(state, v, 1, by);
+  EXPECT_EQ(plane.asked, joints);
+  Eigen::VectorXd step = 0 * v;
+  step[model.variables().joint_begin(3) + kJointPosition + 2] = 0.5;
+  const LinkageState moved = state.moved(model, step);
+  EXPECT_NE(distance.value(moved), value);
+  EXPECT_EQ(plane.asked, 2 * joints);
+  EXPECT_EQ(distance.value(state), value);
 }
 
 TEST(ShapeFunctions, BadInputIsNamed) {

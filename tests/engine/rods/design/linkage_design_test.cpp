@@ -82,6 +82,63 @@ TEST(LinkageDesign, GradientsAndProductsAgreeWithDifferencesOfTrials) {
   check(&DesignMeasures<Eigen::VectorXd>::smallest_angle);
 }
 
+/// Trials leave the factors that certified their equilibria; points that are no trial's do not.
+TEST(LinkageDesign, DerivativesWithATrialsFactorsAreThoseWithNewOnes) {
+  const Problem problem;
+  LinkageDesign kept = problem.design(), made = problem.design();
+  const Eigen::VectorXd lengths = kept.parameters();
+  const Eigen::VectorXd v = random_direction(lengths.size(), 12);
+  const auto expect_near = [](const Eigen::VectorXd& a, const Eigen::VectorXd& b) {
+    EXPECT_LT((a - b).norm(), 1e-10 * b.norm());
+  };
+  for (int step = 1; step <= 3; ++step) {
+    const DesignTrial trial = kept.trial(lengths + 0.1 * step * v);
+    ASSERT_EQ(trial.status, TrialStatus::kFound) << trial.message;
+    kept.move_to(trial.point);
+    made.move_to(trial.point);
+    const DesignMeasures<Eigen::VectorXd> a = kept.gradients(), b = made.gradients();
+    expect_near(a.objective, b.objective);
+    expect_near(a.flatness, b.flatness);
+    expect_near(a.smallest_angle, b.smallest_angle);
+    expect_near(kept.products(v).objective, made.products(v).objective);
+    EXPECT_EQ(kept.factored_anew(), 0);
+    EXPECT_EQ(made.factored_anew(), 2 * step);
+  }
+  // Not the last trial's: the factors of that may not be taken for it.
+  const DesignPoint last = kept.point();
+  ASSERT_EQ(kept.trial(lengths).status, TrialStatus::kFound);
+  kept.move_to(problem.design().point());
+  made.move_to(problem.design().point());
+  expect_near(kept.gradients().objective, made.gradients().objective);
+  kept.move_to(last);
+  made.move_to(last);
+  expect_near(kept.gradients().objective, made.gradients().objective);
+}
+
+TEST(LinkageDesign, OfTheObjectiveAloneTheSameComesOut) {
+  const Problem problem;
+  LinkageDesign design = problem.design();
+  using Which = LinkageDesign::Which;
+  const Eigen::VectorXd v = random_direction(design.parameters().size(), 13);
+  const Eigen::VectorXd gradient = design.gradients(Which::kObjective).objective;
+  EXPECT_EQ(design.gradients(Which::kObjective).flatness.size(), 0);
+  const Eigen::VectorXd product = design.products(v, Which::kObjective).objective;
+  EXPECT_EQ(design.gradients().objective, gradient);
+  EXPECT_EQ(design.gradients().flatness.size(), gradient.size());
+  EXPECT_EQ(design.products(v).objective, product);
+}
+
+TEST(LinkageDesign, OtherCriteriaAreSeenAtTheSamePoint) {
+  Problem problem;
+  LinkageDesign design = problem.design();
+  (void)design.gradients();
+  problem.criteria.distance_weight = 0.1;
+  problem.criteria.energy_scale = design.criteria().energy_scale;
+  design.set_criteria(problem.criteria);
+  const Eigen::VectorXd expected = problem.design().gradients().objective;
+  EXPECT_LT((design.gradients().objective - expected).norm(), 1e-12 * expected.norm());
+}
+
 TEST(LinkageDesign, TheObjectiveIsWhatItIsMadeOf) {
   const Problem problem;
   LinkageDesign design = problem.design();

@@ -322,5 +322,76 @@ TEST(LinkageEquilibrium, RefusesBadOptions) {
   }
 }
 
+TEST(LinkageEquilibrium, LeavesTheFactorThatCertifiedWhatItFound) {
+  const LinkageModel model = curved_model();
+  LinkageState state(model);
+  Conditions conditions;
+  conditions.pins = {{5}};
+  conditions.mean_opening_angle = state.mean_opening_angle() + 0.1;
+  LinkageEquilibrium equilibrium(model);
+  EXPECT_EQ(equilibrium.take_factor(), nullptr);
+  ASSERT_TRUE(equilibrium.solve(state, conditions).converged());
+  const std::unique_ptr<HessianFactor> factor = equilibrium.take_factor();
+  ASSERT_NE(factor, nullptr);
+  EXPECT_EQ(factor->shift, 0);
+  EXPECT_EQ(equilibrium.take_factor(), nullptr) << "it is taken";
+
+  // What it solves is solved: with the matrix assembled anew, pins and the mean angle are held.
+  LinkageAssembly assembly(model);
+  CondensedMatrix matrix(model.chains());
+  Eigen::VectorXd gradient(model.variables().size()), b(gradient.size()), forces(gradient.size());
+  assembly.hessian(state, gradient, matrix);
+  EXPECT_LT((gradient - factor->gradient).norm(), 1e-12 * gradient.norm());
+  Random random(8);
+  for (double& value : b) value = random.normal();
+  Eigen::VectorXd x = b;
+  factor->solve_in_place(x);
+  matrix.multiply(x, forces);
+  Eigen::VectorXd left = forces - b;
+  double angles = 0, moment = 0;
+  for (int j = 0; j < model.variables().joints(); ++j) {
+    angles += x[model.variables().joint_begin(j) + kJointAngle];
+    moment += left[model.variables().joint_begin(j) + kJointAngle] / model.variables().joints();
+  }
+  EXPECT_NEAR(angles, 0, 1e-9 * x.norm());
+  for (int j = 0; j < model.variables().joints(); ++j)
+    left[model.variables().joint_begin(j) + kJointAngle] -= moment;
+  left.segment<6>(model.variables().joint_begin(5)).setZero();
+  EXPECT_EQ(x.segment<6>(model.variables().joint_begin(5)).norm(), 0);
+  EXPECT_LT(left.norm(), 1e-9 * forces.norm());
+}
+
+TEST(LinkageEquilibrium, GoesOnInOtherMemoryAsIfItsFactorHadNotBeenTaken) {
+  const LinkageModel model = curved_model();
+  const auto shapes = [&](bool taking) {
+    LinkageEquilibrium equilibrium(model);
+    LinkageState state(model);
+    Conditions conditions;
+    conditions.pins = {{5}};
+    EXPECT_TRUE(equilibrium.solve(state, conditions).converged());
+    const LinkageState first = state;
+    std::unique_ptr<HessianFactor> factor;
+    for (int k = 1; k <= 3; ++k) {
+      if (taking) factor = equilibrium.take_factor(std::move(factor));
+      conditions.mean_opening_angle = first.mean_opening_angle() + 0.02 * k;
+      equilibrium.expect_step(state, Eigen::VectorXd::Zero(model.variables().size()));
+      EXPECT_TRUE(equilibrium.solve(state, conditions).converged());
+    }
+    return state;
+  };
+  EXPECT_EQ(joint_distance(shapes(true), shapes(false)), 0);
+}
+
+TEST(LinkageEquilibrium, LeavesNoFactorWhereItDidNotConverge) {
+  const LinkageModel model = curved_model();
+  LinkageState state(model);
+  Conditions conditions;
+  conditions.pins = {{5}};
+  conditions.mean_opening_angle = state.mean_opening_angle() + 0.4;
+  LinkageEquilibrium equilibrium(model);
+  EXPECT_FALSE(equilibrium.solve(state, conditions, {.max_iterations = 1}).converged());
+  EXPECT_EQ(equilibrium.take_factor(), nullptr);
+}
+
 }  // namespace
 }  // namespace limber::rods

@@ -195,6 +195,14 @@ TEST_P(LinkageDerivativesTest, ThirdIsSymmetricInItsThreeSlots) {
   EXPECT_NEAR(vw.dot(stacked(u)), uw.dot(stacked(v)), 1e-11 * vw.norm() * stacked(u).norm());
 }
 
+TEST_P(LinkageDerivativesTest, ThirdTakesAShareOfTheSecondAlong) {
+  const LinkageVector v = direction(10), w = direction(11);
+  const Eigen::VectorXd third = stacked(derivatives_.third(point(), v, w));
+  const Eigen::VectorXd second = stacked(derivatives_.second(point(), w));
+  const Eigen::VectorXd both = stacked(derivatives_.third(point(), v, w, -0.4));
+  EXPECT_LT((both - (third - 0.4 * second)).norm(), 1e-12 * both.norm());
+}
+
 TEST_P(LinkageDerivativesTest, DoNotDependOnThreads) {
   const LinkageVector v = direction(8), w = direction(9);
   const int before = thread_count();

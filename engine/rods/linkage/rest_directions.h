@@ -1,0 +1,18 @@
+#pragma once
+
+#include <vector>
+
+#include "engine/rods/linkage/linkage_derivatives.h"
+#include "engine/rods/linkage/linkage_model.h"
+
+namespace limber::rods::detail {
+
+/// Does a direction change rest lengths, of segments or of edges?
+[[nodiscard]] bool moves_rests(const LinkageVector& direction);
+
+/// What a direction changes the rest length of each edge by.
+/// @param rests  by slot, resized; of empty lanes zero
+void spread_rests(const LinkageModel& model, const LinkageVector& direction,
+                  std::vector<LaneCell>& rests);
+
+}  // namespace limber::rods::detail
