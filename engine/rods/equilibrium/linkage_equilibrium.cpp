@@ -30,6 +30,7 @@ std::string part_of(const LinkageModel& model, const std::vector<int>& component
 /// A component that loads push and nothing holds has no equilibrium.
 /// @returns a message, empty where there is none
 std::string unbalanced_component(const LinkageModel& model, const Conditions& conditions) {
+  if (conditions.loads.empty() && conditions.gravity.acceleration.isZero(0)) return {};
   const detail::ConditionTerms terms(model, conditions);
   const std::vector<int> components = detail::joint_components(model.graph());
   const auto resultants = terms.resultants();

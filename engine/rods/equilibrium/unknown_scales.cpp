@@ -172,26 +172,30 @@ double UnknownScales::largest_turn(const LinkageModel& model, const LinkageState
     largest = std::max({largest, step.segment<3>(begin + kJointRotation).squaredNorm(),
                         square(step[begin + kJointAngle])});
   }
+  constexpr std::ptrdiff_t kSlot = LinkageState::kFields * kChainLanes;
   for (int s = 0; s < variables.segments(); ++s) {
-    Eigen::Vector3d start, change_start;
-    bool known = false;  // are those the vertex before
-    for (int i = 0; i <= variables.edges(s); ++i) {
-      const int angle = i < variables.edges(s) ? variables.angle(s, i) : -1;
+    const int edges = variables.edges(s);
+    int first = 0;
+    int last = edges;  // vertices that no joint moves
+    while (first < last && variables.position(s, first) < 0) ++first;
+    while (last > first && variables.position(s, last) < 0) --last;
+    for (int e = 0; e < edges; ++e) {
+      const int angle = variables.angle(s, e);
       if (angle >= 0) largest = std::max(largest, 0.25 * square(step[angle]));
-      const int position = variables.position(s, i);
-      const bool moves = position >= 0;
-      if (moves) {
-        const Eigen::Vector3d vertex = state.vertex(model, s, i);
-        const Eigen::Vector3d change = step.segment<3>(position);
-        if (known) {
-          const Eigen::Vector3d along = vertex - start;
-          largest = std::max(largest, along.cross(change - change_start).squaredNorm() /
-                                          square(along.squaredNorm()));
-        }
-        start = vertex;
-        change_start = change;
+    }
+    if (variables.position(s, first) < 0) continue;
+    const ChainBatches::Place place = model.chains()->place(s);
+    const double* const slots = state.slots(model, place.batch) + place.lane;
+    const double* const changes = step.data() + variables.position(s, first);
+    for (int i = first; i < last; ++i) {
+      const double* const from = slots + i * kSlot;
+      const double* const change = changes + (i - first) * 4;
+      Eigen::Vector3d along, turning;
+      for (int axis = 0; axis < 3; ++axis) {
+        along[axis] = from[kSlot + axis * kChainLanes] - from[axis * kChainLanes];
+        turning[axis] = change[4 + axis] - change[axis];
       }
-      known = moves;
+      largest = std::max(largest, along.cross(turning).squaredNorm() / square(along.squaredNorm()));
     }
   }
   return std::sqrt(largest);

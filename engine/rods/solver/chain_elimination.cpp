@@ -102,7 +102,9 @@ class Elimination {
   template <bool kHasBorder>
   LaneCount run(Lanes* factor, ChainRemainder& remainder) {
     LaneCount count;
-    for (auto& column : window()) std::fill(std::begin(column), std::end(column), Lanes{});
+    for (int c = 0; c < kBorder; ++c) {
+      for (int r = c; r < kWindow; ++r) window()[c][r] = Lanes{};
+    }
     Lanes scales[kChainBlock];
     int block = batch_.first_block();
     if constexpr (kHasBorder) {

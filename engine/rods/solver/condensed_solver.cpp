@@ -94,6 +94,7 @@ class CondensedSolver::Impl {
   [[nodiscard]] const ChainBatches& structure() const { return structure_; }
 
   void set_pinned(const std::vector<int>& unknowns) {
+    if (unknowns == pinned_) return;
     Eigen::VectorXd keep = Eigen::VectorXd::Ones(structure_.size());
     for (const int unknown : unknowns) {
       if (unknown < 0 || unknown >= structure_.size()) {
@@ -113,6 +114,7 @@ class CondensedSolver::Impl {
         if (own.size() > 0 && own.minCoeff() == 0) batch_pinned_[b] = 1;
       }
     }
+    pinned_ = unknowns;
   }
 
   void set_weights(const Eigen::Ref<const Eigen::VectorXd>& weights) {
@@ -348,6 +350,7 @@ class CondensedSolver::Impl {
   LaneBuffer terminals_;                      // J as factored, by batch and end
   LaneBuffer weights_, shift_, keep_, work_;  // by batch and number
   Eigen::VectorXd joint_weights_, joint_keep_;
+  std::vector<int> pinned_;
   std::vector<char> batch_pinned_;
   std::vector<PivotCount> counts_;
   std::vector<double> end_blocks_;   // 9 x 9 of each chain end
