@@ -427,7 +427,7 @@ def test_a_design_says_when_an_earlier_one_ended_elsewhere(linkage):
     goal = {24: linkage.shape().joints[24] + (0.5, 0.3, 0.4)}
     first = linkage.design(targets=goal, **GOAL).wait()
     assert first.end in ("converged", "settled") and first.other_optima == ()
-    linkage.set_lengths(linkage.lengths() * np.random.default_rng(3).uniform(0.985, 1.015, 40))
+    linkage.set_lengths(linkage.lengths() * np.random.default_rng(1).uniform(0.985, 1.015, 40))
     linkage.wait()
     second = linkage.design(targets=goal, **GOAL).wait()
     assert second.end in ("converged", "settled"), second.message

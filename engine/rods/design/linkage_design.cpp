@@ -263,7 +263,9 @@ struct LinkageDesign::Impl {
                  std::max(limits.small_surprise, limits.surprise_share * to.turned));
     if (report.turned > surprise || report.escapes > 0) {
       trial.message =
-          fmt::format("the equilibrium lies {:.2f} rad beside its prediction", report.turned);
+          report.escapes > 0
+              ? "the shape that was foreseen is no longer stable"
+              : fmt::format("the equilibrium lies {:.2f} rad beside its prediction", report.turned);
       return TrialStatus::kJumped;
     }
     factor = take_factor();

@@ -52,7 +52,7 @@ void write_terminal(double* slots, int first_slot, int lane, const JointState<do
   write3(slots, first_slot, LinkageState::kDirector, lane, joint.normal.cross(tangent));
 }
 
-MaterialFrame<ChainLane> frame_at(const double* slots, int edge) {
+[[gnu::always_inline]] inline MaterialFrame<ChainLane> frame_at(const double* slots, int edge) {
   const double* const own = slots + edge * kSlotStride;
   const Vec3<ChainLane> e = load_lanes3(own + kSlotStride) - load_lanes3(own);
   const ChainLane length = norm(e);
@@ -151,24 +151,38 @@ void move_chain(double* slots, const ChainBatch& batch, int lane, const double* 
   }
 }
 
-/// Frames of the edges that are no joint's, from the slots before to those after; twists become
-/// those that the angles alone would make.
+/// The frame of an edge that is no joint's, from the slots before to those after.
+MaterialFrame<ChainLane> transport_frame(const double* before, const double* turns, double* after,
+                                         int edge) {
+  const MaterialFrame<ChainLane> old = frame_at(before, edge);
+  double* const slot = after + edge * kSlotStride;
+  auto frame = material_frame(load_lanes3(slot), load_lanes3(slot + kSlotStride),
+                              load_lane(turns + edge * kChainLanes), old.tangent, old.d1);
+  // Orthonormal to rounding however often the frame has moved.
+  const Vec3<ChainLane> across = frame.d1 - dot(frame.d1, frame.tangent) * frame.tangent;
+  frame.d1 = (1.0 / norm(across)) * across;
+  frame.d2 = cross(frame.tangent, frame.d1);
+  store_lanes3(slot + LinkageState::kDirector * kChainLanes, frame.d1);
+  return frame;
+}
+
+/// Frames of all edges but the joints', and twists: those in the branch next to what the angles
+/// alone would make.
 void transport_frames(const ChainBatch& batch, const double* before, const double* turns,
                       double* after) {
+  const int first = batch.has_start ? 1 : 0;
   const int last = batch.edges - (batch.has_finish ? 1 : 0);
-  for (int e = batch.has_start ? 1 : 0; e < last; ++e) {
-    const MaterialFrame<ChainLane> old = frame_at(before, e);
-    double* const slot = after + e * kSlotStride;
-    const auto frame = material_frame(load_lanes3(slot), load_lanes3(slot + kSlotStride),
-                                      load_lane(turns + e * kChainLanes), old.tangent, old.d1);
-    // Orthonormal to rounding however often the frame has moved.
-    const Vec3<ChainLane> across = frame.d1 - dot(frame.d1, frame.tangent) * frame.tangent;
-    store_lanes3(slot + LinkageState::kDirector * kChainLanes, (1.0 / norm(across)) * across);
-  }
-  for (int i = 1; i < batch.edges; ++i) {
-    double* const cell = after + i * kSlotStride + LinkageState::kTwist * kChainLanes;
-    store_lane(cell, load_lane(cell) + load_lane(turns + i * kChainLanes) -
-                         load_lane(turns + (i - 1) * kChainLanes));
+  MaterialFrame<ChainLane> previous{};
+  for (int e = 0; e < batch.edges; ++e) {
+    const MaterialFrame<ChainLane> frame =
+        e >= first && e < last ? transport_frame(before, turns, after, e) : frame_at(after, e);
+    if (e > 0) {
+      double* const cell = after + e * kSlotStride + LinkageState::kTwist * kChainLanes;
+      const ChainLane expected = load_lane(cell) + load_lane(turns + e * kChainLanes) -
+                                 load_lane(turns + (e - 1) * kChainLanes);
+      store_lane(cell, material_twist(previous, frame, expected));
+    }
+    previous = frame;
   }
 }
 
@@ -240,7 +254,6 @@ LinkageState LinkageState::moved(const LinkageModel& model,
                    if (parts == Parts::kVertices) continue;
                    transport_frames(chains.batches()[batch], slots(model, batch), turns.data(),
                                     own);
-                   settle_twists(own, chains.batches()[batch].edges);
                  }
                });
   return result;

@@ -144,9 +144,17 @@ class CondensedSolver::Impl {
   }
 
   void solve(double* x) {
-    eliminate(x);
+    LIMBER_DEMAND(factored_);
+    // Constraints on joints load no chain.
+    const double* const joints = x + structure_.joint_begin(0);
+    const bool loaded =
+        std::any_of(static_cast<const double*>(x), joints, [](double value) { return value != 0; });
+    if (loaded) eliminate(x);
     joints_.solve_in_place(x + structure_.joint_begin(0));
-    for_batches([&](int batch) { backward(batch, x); });
+    for_batches([&](int batch) {
+      if (!loaded) unload(batch);
+      backward(batch, x);
+    });
   }
 
   /// Leaves what backward() begins with.
@@ -289,10 +297,17 @@ class CondensedSolver::Impl {
     }
   }
 
-  void forward(int index, const double* x) {
+  /// @returns the batch's numbers, all zero
+  Lanes* unload(int index) {
     const ChainBatch& batch = structure_.batches()[index];
     Lanes* const numbers = work_.data() + batch.work;
     std::fill_n(numbers, batch.numbers() + 1 + kTerminalSize, Lanes{});
+    return numbers;
+  }
+
+  void forward(int index, const double* x) {
+    const ChainBatch& batch = structure_.batches()[index];
+    Lanes* const numbers = unload(index);
     gather(batch, x, numbers);
     detail::substitute_forward(batch, factor_.data() + batch.factor, numbers);
     for (const int end : {0, 1}) {
