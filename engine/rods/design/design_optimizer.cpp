@@ -38,6 +38,9 @@ constexpr int kUpdates = 30;  // of multipliers
 // radius where it is lowered begins at a share of the first.
 constexpr double kLostRadius = 0.03;
 constexpr double kLoweredRadius = 0.03;
+// Where branches end: how often another one is looked for from a point, and from all.
+constexpr int kFallsAtOnce = 3;
+constexpr int kFalls = 20;
 constexpr int kHeld = 8;               // steps after which it is lowered anyway
 constexpr double kSettledGuard = 0.1;  // gradient over that at the last change, when it is lowered
 
@@ -200,7 +203,9 @@ class Search {
     DesignTrial trial = design_.trial(tried, context);
     report_.newton_steps += trial.iterations;
     if (trial.status == TrialStatus::kCancelled) return end(DesignStatus::kCancelled, "cancelled");
-    const bool taken = judge(trial, p.norm(), promised, at_rim);
+    bool taken = judge(trial, p.norm(), promised, at_rim);
+    if (trial.lost == LostShape::kDeployed && radius_ < kLostRadius * good_radius_)
+      taken = leave_branch(tried, trial, context);
     last_step_ = std::move(p);
     if (on_step) {
       on_step({report_.iterations, values_, merit_.flat_height(values_), radius_, size, taken,
@@ -262,6 +267,7 @@ class Search {
     }
     idle_ = gained < options_.least_gain * std::abs(merit_.value(values_)) ? idle_ + 1 : 0;
     ++report_.accepted;
+    falls_here_ = 0;
     values_ = values;
     design_.move_to(std::move(trial.point));
     good_radius_ = std::max(good_radius_, radius_);
@@ -271,6 +277,29 @@ class Search {
       if (held_ == 0) guarded_gradient_ = now;
       if (++held_ >= kHeld || now < kSettledGuard * guarded_gradient_) (void)lower_guard();
     }
+    return true;
+  }
+
+  /// Goes on from the branch that the deployed shape falls to where its own ends, if that is worth
+  /// more. @returns whether it does; `trial` is the one that led there then
+  bool leave_branch(const Eigen::VectorXd& parameters, DesignTrial& trial,
+                    const JobContext& context) {
+    if (falls_here_ == kFallsAtOnce || falls_ == kFalls) return false;
+    ++falls_here_;
+    ++falls_;
+    DesignTrial fallen = design_.trial(parameters, context, Landing::kDeployedAnywhere);
+    report_.newton_steps += fallen.iterations;
+    if (fallen.status != TrialStatus::kFound) return false;
+    const DesignValues values = design_.values(fallen.point);
+    if (!(merit_.value(values) < merit_.value(values_))) return false;
+    ++report_.accepted;
+    ++report_.branches_left;
+    values_ = values;
+    design_.move_to(fallen.point);
+    memory_.forget();
+    falls_here_ = idle_ = astray_ = 0;
+    good_radius_ = radius_ = std::max(radius_, kLoweredRadius * first_radius_);
+    trial = std::move(fallen);
     return true;
   }
 
@@ -343,6 +372,12 @@ class Search {
   bool end(DesignStatus status, std::string message) {
     report_.status = status;
     report_.message = std::move(message);
+    if (report_.branches_left > 0) {
+      report_.message += fmt::format(
+          "; the deployed shape's branch ended {} times on the way, and "
+          "the search went on from the next one",
+          report_.branches_left);
+    }
     return false;
   }
 
@@ -361,10 +396,11 @@ class Search {
   Eigen::VectorXd last_step_;  // taken or not
   int updates_ = 0, idle_ = 0;
   detail::ViolationWatch watch_;
-  int astray_ = 0;               // trials not believed more than those believed
-  int paused_ = 0, pause_ = 8;   // steps without a memory, and how many next time
-  int held_ = 0;                 // steps taken since the guard was moved
-  double guarded_gradient_ = 0;  // at the first of them
+  int astray_ = 0;                  // trials not believed more than those believed
+  int paused_ = 0, pause_ = 8;      // steps without a memory, and how many next time
+  int falls_ = 0, falls_here_ = 0;  // tried, of them since the last step that was taken
+  int held_ = 0;                    // steps taken since the guard was moved
+  double guarded_gradient_ = 0;     // at the first of them
   std::optional<DesignPoint> best_;
   std::optional<DesignPoint> safe_;  // where the guard was lowered last
   double best_objective_ = 0, best_violation_ = 0;

@@ -90,6 +90,8 @@ struct DesignReport {
   int newton_steps = 0;  // of both equilibria, over all trials
   int flat_lost = 0;     // of the trials not believed: those whose flat shape buckled or was lost
   int guard_raised = 0;  // how often the guard against buckling went up
+  /// How often the deployed shape's branch ended and the search went on from another one.
+  int branches_left = 0;
 };
 
 /// Called after every step with the design as it stands. May change its criteria (set_criteria):
@@ -103,8 +105,9 @@ using DesignCallback = std::function<void(const DesignProgress& progress, Linkag
 /// what earlier steps learned of the curvature (CurvatureMemory); the two constraints
 /// by an augmented Lagrangian (Rockafellar 1973). A trial that lands on another branch, or nowhere,
 /// shrinks the region; where that is the flat shape's fault and little is left of it, a guard
-/// against buckling goes up. The design stands at the best point that was accepted, also where the
-/// search stops early.
+/// against buckling goes up; where it is the deployed shape's, whose branch then ends, the search
+/// goes on from what that falls to if the merit found there, not foreseen, is less. The design
+/// stands at the best point that was accepted, also where the search stops early.
 /// @throws Error as DesignOptimizerOptions::validate; {kInvalidArgument} with field
 /// shortest_lengths, longest_lengths, thinnest_sections or thickest_sections, and [i] where the
 /// start lies beyond a bound

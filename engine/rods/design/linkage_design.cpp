@@ -240,6 +240,19 @@ struct LinkageDesign::Impl {
     return result;
   }
 
+  /// One equilibrium with the model's present lengths, wherever it lies.
+  TrialStatus fall(const Conditions& conditions, const JobContext& context, LinkageState& state,
+                   DesignTrial& trial, std::unique_ptr<HessianFactor>& factor) {
+    const EquilibriumReport report =
+        equilibrium.solve(state, conditions, limits.equilibrium, context);
+    trial.iterations += report.iterations;
+    trial.message = report.message;
+    if (report.status == EquilibriumStatus::kCancelled) return TrialStatus::kCancelled;
+    if (!report.converged()) return TrialStatus::kLost;
+    factor = take_factor();
+    return TrialStatus::kFound;
+  }
+
   /// One equilibrium with the model's present lengths, from a prediction.
   TrialStatus follow(const Forecast& to, const Conditions& conditions, const JobContext& context,
                      LinkageState& state, DesignTrial& trial,
@@ -305,7 +318,8 @@ const DesignCriteria& LinkageDesign::criteria() const { return impl_->criteria; 
 const DesignVariableMap& LinkageDesign::variables() const { return impl_->map; }
 const Eigen::VectorXd& LinkageDesign::parameters() const { return impl_->parameters; }
 
-DesignTrial LinkageDesign::trial(const Eigen::VectorXd& parameters, const JobContext& context) {
+DesignTrial LinkageDesign::trial(const Eigen::VectorXd& parameters, const JobContext& context,
+                                 Landing landing) {
   DesignTrial trial{TrialStatus::kFound, impl_->point, 0, {}, 0, LostShape::kNone};
   Impl::Derivatives& here = impl_->shapes();
   const Eigen::VectorXd way = parameters - impl_->parameters;
@@ -324,8 +338,11 @@ DesignTrial LinkageDesign::trial(const Eigen::VectorXd& parameters, const JobCon
   trial.status = impl_->follow(flat, impl_->flat, context, trial.point.flat, trial, made.flat);
   if (trial.status != TrialStatus::kFound) trial.lost = LostShape::kFlat;
   if (trial.status == TrialStatus::kFound) {
-    trial.status = impl_->follow(deployed, impl_->deployed, context, trial.point.deployed, trial,
-                                 made.deployed);
+    LinkageState& state = trial.point.deployed;
+    trial.status =
+        landing == Landing::kForeseen
+            ? impl_->follow(deployed, impl_->deployed, context, state, trial, made.deployed)
+            : impl_->fall(impl_->deployed, context, state, trial, made.deployed);
     if (trial.status != TrialStatus::kFound) trial.lost = LostShape::kDeployed;
   }
   impl_->factors.keep(trial.point, std::move(made));

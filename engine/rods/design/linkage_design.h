@@ -84,6 +84,12 @@ enum class TrialStatus {
   kCancelled,  // by the caller
 };
 
+/// Which equilibria a trial believes.
+enum class Landing {
+  kForeseen,          // those near their predictions
+  kDeployedAnywhere,  // of the deployed shape whichever it falls to: its own may have ended
+};
+
 struct DesignTrial {
   TrialStatus status = TrialStatus::kFound;
   DesignPoint point;   // meaningful with kFound
@@ -126,8 +132,8 @@ class LinkageDesign {
   [[nodiscard]] const Eigen::VectorXd& parameters() const;
 
   /// @param parameters  p
-  [[nodiscard]] DesignTrial trial(const Eigen::VectorXd& parameters,
-                                  const JobContext& context = {});
+  [[nodiscard]] DesignTrial trial(const Eigen::VectorXd& parameters, const JobContext& context = {},
+                                  Landing landing = Landing::kForeseen);
   [[nodiscard]] DesignValues values(const DesignPoint& point);
   /// Makes a trial's point the one where derivatives are taken.
   void move_to(DesignPoint point);
