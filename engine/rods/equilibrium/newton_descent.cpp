@@ -238,24 +238,35 @@ void NewtonRun::learn(const Step& step, double fraction, double gain) {
   if (damping_ < work_.scales.softest_eigenvalue()) damping_ = 0;
 }
 
+/// (H + shift W)^-1 W v under what is held.
+/// @pre the last factor is shifted
+Eigen::VectorXd NewtonRun::softened(const Eigen::VectorXd& v) const {
+  Eigen::VectorXd x = work_.scales.weights().cwiseProduct(v);
+  for (const int unknown : fixed()) x[unknown] = 0;
+  solve(x, Eigen::VectorXd::Zero(holding_.rows().rows()));
+  return x;
+}
+
 /// The direction of most negative curvature per weight: Lanczos' method for (H + shift W)^-1 W, all
-/// vectors kept orthogonal.
+/// vectors kept orthogonal. Zero where nothing may move.
 Eigen::VectorXd NewtonRun::softest_direction(const LinkageState& state) {
   Random random(7);
   const Eigen::VectorXd& weights = work_.scales.weights();
+  const auto size_of = [&](const Eigen::VectorXd& v) {
+    return std::sqrt(v.dot(weights.cwiseProduct(v)));
+  };
   const Eigen::Index most = std::min<Eigen::Index>(kLanczosSteps, weights.size());
   Eigen::MatrixXd basis(weights.size(), most);
   Eigen::MatrixXd projected = Eigen::MatrixXd::Zero(most, most);
   Eigen::VectorXd next(weights.size());
   for (double& value : next) value = random.normal();
-  next = next.cwiseQuotient(weights.cwiseSqrt());
+  // To where all that follow stay: nothing of it moves what is held.
+  next = softened(next.cwiseQuotient(weights.cwiseSqrt()));
+  if (size_of(next) == 0) return next;
   Eigen::VectorXd mix;
   for (Eigen::Index k = 0; k < most; ++k) {
-    basis.col(k) = next / std::sqrt(next.dot(weights.cwiseProduct(next)));
-    next = weights.cwiseProduct(basis.col(k));
-    for (const int unknown : holding_.pinned()) next[unknown] = 0;
-    for (const int unknown : bounded_) next[unknown] = 0;
-    solve(next, Eigen::VectorXd::Zero(holding_.rows().rows()));
+    basis.col(k) = next / size_of(next);
+    next = softened(basis.col(k));
     const auto known = basis.leftCols(k + 1);
     projected.col(k).head(k + 1) = known.transpose() * weights.cwiseProduct(next);
     next -= known * projected.col(k).head(k + 1);
@@ -263,8 +274,7 @@ Eigen::VectorXd NewtonRun::softest_direction(const LinkageState& state) {
     const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(
         projected.topLeftCorner(k + 1, k + 1).selfadjointView<Eigen::Upper>().toDenseMatrix());
     mix = eigen.eigenvectors().col(k);
-    const double rest = std::sqrt(next.dot(weights.cwiseProduct(next)));
-    if (!(rest * std::abs(mix[k]) > kSettledDirection * eigen.eigenvalues()[k])) break;
+    if (!(size_of(next) * std::abs(mix[k]) > kSettledDirection * eigen.eigenvalues()[k])) break;
   }
   Eigen::VectorXd v = basis.leftCols(mix.size()) * mix;
   Eigen::Index largest = 0;

@@ -112,6 +112,7 @@ class NewtonRun {
   [[nodiscard]] std::optional<Escape> follow(const LinkageState& state,
                                              const Eigen::VectorXd& direction,
                                              const Eigen::VectorXd& bend) const;
+  [[nodiscard]] Eigen::VectorXd softened(const Eigen::VectorXd& v) const;
   [[nodiscard]] Eigen::VectorXd softest_direction(const LinkageState& state);
   void accept(LinkageState& state, LinkageState next, const Eigen::VectorXd& x,
               const Eigen::VectorXd& linear = {});

@@ -16,9 +16,16 @@ namespace {
 constexpr double kPi = 3.14159265358979323846;
 
 void demand_positive(const char* name, double value) {
-  if (value > 0 && std::isfinite(value)) return;
-  throw Error(ErrorCode::kInvalidArgument, fmt::format("section.{}", name),
-              fmt::format("must be positive, got {}", value));
+  if (!(value > 0) || !std::isfinite(value)) {
+    throw Error(ErrorCode::kInvalidArgument, fmt::format("section.{}", name),
+                fmt::format("must be positive, got {}", value));
+  }
+  // Its fourth power is a stiffness, which must not be lost among the smallest or largest numbers.
+  constexpr double kLargest = 1e30;
+  if (value >= 1 / kLargest && value <= kLargest) return;
+  throw Error(
+      ErrorCode::kInvalidArgument, fmt::format("section.{}", name),
+      fmt::format("must be between {:g} and {:g}, got {:g}", 1 / kLargest, kLargest, value));
 }
 
 void demand_below(const char* name, double value, const std::string& limit_name, double limit) {

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <optional>
 #include <utility>
@@ -65,16 +66,18 @@ double share_of_rod(const rods::LinkageModel& model, int segment, double share) 
 /// Coordinates are numbers of 16 digits: far from the origin too few are left for short edges.
 void check_place(const scene::Linkage& linkage, const rods::LinkageGraph& graph,
                  std::vector<scene::Issue>& issues) {
-  double shortest = std::numeric_limits<double>::infinity();
-  for (const rods::Segment& segment : graph.segments) shortest = std::min(shortest, segment.length);
+  const auto shortest = std::min_element(
+      graph.segments.begin(), graph.segments.end(),
+      [](const rods::Segment& a, const rods::Segment& b) { return a.length < b.length; });
   const double farthest = linkage.lines.vertices.cwiseAbs().maxCoeff();
-  if (farthest <= kFarthest * shortest) return;
-  issues.push_back({scene::Issue::Severity::kError, "lines",
-                    fmt::format("vertices lie up to {:g} from the origin, and the shortest edge is "
-                                "{:g} long: too little for numbers of 16 digits. Move the linkage "
-                                "to the origin, or leave out edges that short",
-                                farthest, shortest),
-                    ErrorCode::kOutOfRange});
+  if (farthest <= kFarthest * shortest->length) return;
+  issues.push_back(
+      {scene::Issue::Severity::kError, "lines",
+       fmt::format("vertices lie up to {:g} from the origin, and edge {} is {:g} long: "
+                   "too little for numbers of 16 digits. Move the linkage to the "
+                   "origin, or leave out edges that short",
+                   farthest, shortest - graph.segments.begin(), shortest->length),
+       ErrorCode::kOutOfRange});
 }
 
 }  // namespace

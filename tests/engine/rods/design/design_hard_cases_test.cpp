@@ -242,6 +242,41 @@ TEST_F(HardDesigns, AnEquilibriumThatDisappearsUnderAParameterStep) {
   EXPECT_LT(design.values(design.point()).flatness, 1e-9);
 }
 
+TEST_F(HardDesigns, WhereTheDeployedShapesBranchEndsTheSearchGoesOnFromTheNext) {
+  const LinkageModel even = testing::curved_model();
+  open(even, 0.4);
+  const int joint = even.variables().joints() - 1;
+  const Eigen::Vector3d wanted =
+      start_->deployed.joints()[joint].position + Eigen::Vector3d(0.5, 0.3, 0.4);
+  options_.flat_height = 0.3;
+  options_.max_iterations = 60;
+  int left = 0;
+  for (const unsigned seed : {1U, 2U, 3U, 4U, 5U, 6U}) {
+    LinkageModel uneven = even;
+    Eigen::VectorXd lengths = even.segment_lengths();
+    Random random(seed);
+    for (double& length : lengths) length *= random.uniform(0.985, 1.015);
+    uneven.set_segment_lengths(lengths);
+    open(uneven, 0.4);
+    criteria_.targets = {{joint, wanted, 1}};
+    criteria_.distance_weight = 1e8;
+    LinkageDesign design = this->design();
+    const DesignReport report = optimize_design(design, options_);
+    EXPECT_LT(report.after.objective, report.before.objective) << seed;
+    EXPECT_EQ(report.message.find("branch") != std::string::npos, report.branches_left > 0);
+    left += report.branches_left;
+    // What it went on from is no less an equilibrium.
+    LinkageModel found = *model_;
+    set_sizes(found, design.point());
+    LinkageEquilibrium equilibrium(found);
+    LinkageState state = design.point().deployed;
+    const EquilibriumReport here = equilibrium.solve(state, deployed_, {.max_escapes = 0});
+    EXPECT_TRUE(here.converged()) << here.message;
+    EXPECT_EQ(here.iterations, 0);
+  }
+  EXPECT_GT(left, 0);
+}
+
 TEST_F(HardDesigns, TwoStartsThatEndInDifferentOptima) {
   // Two designs, and a target of the two surfaces that they deploy to: each is an optimum.
   open(testing::curved_model(), 0.4);

@@ -256,6 +256,27 @@ TEST(LinkageEquilibrium, TheSoftestDirectionIsTheLeastResisted) {
   }
 }
 
+TEST(LinkageEquilibrium, TheSoftestDirectionLeavesWhatIsHeld) {
+  const LinkageModel model = testing::curved_model();
+  LinkageEquilibrium equilibrium(model);
+  LinkageState state(model);
+  Conditions held;
+  held.pins = {{5}};
+  held.mean_opening_angle = state.mean_opening_angle();
+  ASSERT_TRUE(equilibrium.solve(state, held).converged());
+  const Eigen::VectorXd soft = equilibrium.softest_direction(state, held);
+  const ReducedVariables& variables = model.variables();
+  EXPECT_EQ(soft.segment<6>(variables.joint_begin(5)), (Eigen::Vector<double, 6>::Zero()));
+  double sum = 0, largest = 0;
+  for (int j = 0; j < variables.joints(); ++j) {
+    const double angle = soft[variables.joint_begin(j) + kJointAngle];
+    sum += angle;
+    largest = std::max(largest, std::abs(angle));
+  }
+  EXPECT_GT(largest, 0);
+  EXPECT_LE(std::abs(sum), 1e-10 * largest);
+}
+
 TEST(LinkageEquilibrium, RerunsAndThreadsGiveTheSameBits) {
   const LinkageModel model = grid_model(9, 9, 0.9);
   std::vector<std::vector<double>> results;

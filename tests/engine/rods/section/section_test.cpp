@@ -203,6 +203,9 @@ TEST(Section, ImpossibleDimensionsAreNamed) {
   EXPECT_EQ(field_of(Rectangle{1, 0}), "section.height");
   EXPECT_EQ(field_of(Rectangle{-1, 1}), "section.width");
   EXPECT_EQ(field_of(Rectangle{1, std::nan("")}), "section.height");
+  EXPECT_EQ(field_of(Rectangle{1e-300, 1e-300}), "section.width");
+  EXPECT_EQ(field_of(Rectangle{1, 1e31}), "section.height");
+  EXPECT_EQ(field_of(Rectangle{1e-30, 1e-30}), "accepted");
   EXPECT_EQ(field_of(Tube{1, 0.6}), "section.wall_thickness");
   EXPECT_EQ(field_of(Tube{1, 0.5}), "accepted");
   EXPECT_EQ(field_of(ISection{1, 1, 0.5, 0.1}), "section.flange_thickness");
