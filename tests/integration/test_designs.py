@@ -436,7 +436,7 @@ def test_a_design_says_when_an_earlier_one_ended_elsewhere(linkage):
     # The session is where the design was, also where the deployed shape had left its branch.
     linkage.wait()
     missed = np.linalg.norm(linkage.shape().joints[24] - goal[24])
-    assert missed == pytest.approx(second.best.target_rms, rel=1e-6)
+    assert missed == pytest.approx(second.best.target_rms, rel=1e-4)
 
 
 def test_what_acts_on_the_linkage_must_be_taken_away_first(linkage, targets):
