@@ -20,7 +20,9 @@ struct VertexResult {
   Sym3<V> stiffness;
 };
 
-/// Adds to a band column by column: entry(row, column) of the numbers from `first` on.
+/// Writes to a band column by column: entry(row, column) of the numbers from `first` on. Edges come
+/// in order, each before its vertex with the next: what nothing has been added to is set, so that
+/// only the columns of the first edge and those behind the last one need to be zero before.
 class BandWriter {
  public:
   BandWriter(double* band, int first) : band_(band + first * kBandHeight * kChainLanes) {}
@@ -28,6 +30,9 @@ class BandWriter {
   [[gnu::always_inline]] void add(int row, int column, const V& value) const {
     double* const cell = band_ + (column * kBandHeight + row - column) * kChainLanes;
     store_lane(cell, load_lane(cell) + value);
+  }
+  [[gnu::always_inline]] void set(int row, int column, const V& value) const {
+    store_lane(band_ + (column * kBandHeight + row - column) * kChainLanes, value);
   }
 
   /// Second derivatives by e and theta of one edge, numbers 0 to 6.
@@ -41,10 +46,10 @@ class BandWriter {
       add(3, c, -et[c]);
       for (int r = 0; r < 3; ++r) add(4 + r, c, -ee[r][c]);
     }
-    add(3, 3, block.tt);
-    for (int r = 0; r < 3; ++r) add(4 + r, 3, et[r]);
+    set(3, 3, block.tt);
+    for (int r = 0; r < 3; ++r) set(4 + r, 3, et[r]);
     for (int c = 0; c < 3; ++c) {
-      for (int r = c; r < 3; ++r) add(4 + r, 4 + c, ee[r][c]);
+      for (int r = c; r < 3; ++r) set(4 + r, 4 + c, ee[r][c]);
     }
   }
 
@@ -60,16 +65,16 @@ class BandWriter {
     }
     for (int c = 0; c < 3; ++c) {
       for (int r = 0; r < 3; ++r) add(4 + r, c, ee[c][r]);
-      add(7, c, -et[c]);
-      for (int r = 0; r < 3; ++r) add(8 + r, c, -ee[c][r]);
+      set(7, c, -et[c]);
+      for (int r = 0; r < 3; ++r) set(8 + r, c, -ee[c][r]);
     }
     for (int r = 0; r < 3; ++r) add(4 + r, 3, -te[r]);
-    add(7, 3, block.tt);
-    for (int r = 0; r < 3; ++r) add(8 + r, 3, te[r]);
+    set(7, 3, block.tt);
+    for (int r = 0; r < 3; ++r) set(8 + r, 3, te[r]);
     for (int c = 0; c < 3; ++c) {
       for (int r = c; r < 3; ++r) add(4 + r, 4 + c, -ee[r][c] - ee[c][r]);
-      add(7, 4 + c, et[c]);
-      for (int r = 0; r < 3; ++r) add(8 + r, 4 + c, ee[c][r]);
+      set(7, 4 + c, et[c]);
+      for (int r = 0; r < 3; ++r) set(8 + r, 4 + c, ee[c][r]);
     }
   }
 
@@ -194,8 +199,13 @@ void evaluate_as(const ChainBatch& batch, const double* slots, const double* par
 void evaluate_chains(const ChainBatch& batch, const double* slots, const double* parameters,
                      const RodStiffness& stiffness, BendingForm form, const ChainOutputs& out) {
   if (out.gradient != nullptr) std::fill_n(out.gradient, 3 * kChainLanes, 0.0);
-  if (out.band != nullptr)
-    std::fill_n(out.band, (batch.numbers() + 1) * kBandHeight * kChainLanes, 0.0);
+  if (out.band != nullptr) {
+    constexpr std::ptrdiff_t kColumn = kBandHeight * kChainLanes;
+    const std::ptrdiff_t columns = batch.numbers() + 1;
+    const std::ptrdiff_t last = 4 * (batch.edges - 1);
+    std::fill_n(out.band, std::min<std::ptrdiff_t>(4, columns) * kColumn, 0.0);
+    std::fill(out.band + last * kColumn, out.band + columns * kColumn, 0.0);
+  }
   if (measure_of(form) == CurvatureMeasure::kAngle) {
     evaluate_as<CurvatureMeasure::kAngle>(batch, slots, parameters, stiffness, form, out);
   } else {

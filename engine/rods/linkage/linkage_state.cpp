@@ -140,13 +140,18 @@ void fill_empty_lane(double* slots, int edges, int lane) {
 /// Moves the vertices and edges of one lane that are no joint's; angles go to `turns`.
 void move_chain(double* slots, const ChainBatch& batch, int lane, const double* increment,
                 double* turns) {
-  const int begin = batch.begin();
-  for (int number = begin; number < batch.end(); ++number) {
-    const double change = increment[number - begin];
-    if (number % 4 == 3) {
-      turns[number / 4 * kChainLanes + lane] = change;
+  for (int number = batch.begin(); number < batch.end(); ++number, ++increment) {
+    // Of four, three of a vertex and one of the edge behind it.
+    double* const slot = slots + number / 4 * kSlotStride + lane;
+    if (number % 4 == 0 && number + 4 <= batch.end()) {
+      for (int axis = 0; axis < 3; ++axis) slot[axis * kChainLanes] += increment[axis];
+      turns[number / 4 * kChainLanes + lane] = increment[3];
+      number += 3;
+      increment += 3;
+    } else if (number % 4 == 3) {
+      turns[number / 4 * kChainLanes + lane] = *increment;
     } else {
-      slots[number / 4 * kSlotStride + number % 4 * kChainLanes + lane] += change;
+      slot[number % 4 * kChainLanes] += *increment;
     }
   }
 }

@@ -15,14 +15,20 @@ constexpr double kDependent = 1e-13;
 BorderedSolver::BorderedSolver(CondensedSolver& solver,
                                const Eigen::Ref<const Eigen::MatrixXd>& rows,
                                const Eigen::Ref<const Eigen::VectorXd>& compliance)
-    : solver_(solver), rows_(rows), answers_(rows.transpose()) {
+    : solver_(solver), columns_(rows.transpose()), answers_(columns_) {
   LIMBER_DEMAND(rows.cols() == solver.size() && compliance.size() == rows.rows());
   for (Eigen::Index k = 0; k < answers_.cols(); ++k) solver_.solve_in_place(answers_.col(k));
   negative_ = solver_.pivots().negative;
   if (rows.rows() == 0) return;
-  Eigen::MatrixXd small = rows_ * answers_;
-  small.diagonal() += compliance;
-  small = (0.5 * (small + small.transpose())).eval();
+  // Few and long: by dot products, nothing is packed.
+  Eigen::MatrixXd small = compliance.asDiagonal();
+  for (Eigen::Index i = 0; i < small.rows(); ++i) {
+    for (Eigen::Index j = 0; j <= i; ++j) {
+      small(i, j) +=
+          0.5 * (columns_.col(i).dot(answers_.col(j)) + columns_.col(j).dot(answers_.col(i)));
+      small(j, i) = small(i, j);
+    }
+  }
   // Rows of different units: an angle, a position, a mean over hundreds of angles.
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(small);
   values_ = eigen.eigenvalues();
@@ -47,12 +53,12 @@ bool BorderedSolver::positive_definite() const {
 
 void BorderedSolver::solve_in_place(Eigen::Ref<Eigen::VectorXd> b,
                                     Eigen::Ref<Eigen::VectorXd> c) const {
-  LIMBER_DEMAND(b.size() == rows_.cols() && c.size() == rows_.rows());
+  LIMBER_DEMAND(b.size() == columns_.rows() && c.size() == columns_.cols());
   solver_.solve_in_place(b);
-  if (rows_.rows() == 0) return;
-  const Eigen::VectorXd gap = rows_ * b - c;
-  c = vectors_ * (vectors_.transpose() * gap).cwiseQuotient(values_);
-  b -= answers_ * c;
+  if (columns_.cols() == 0) return;
+  for (Eigen::Index k = 0; k < c.size(); ++k) c[k] = columns_.col(k).dot(b) - c[k];
+  c = (vectors_ * (vectors_.transpose() * c).cwiseQuotient(values_)).eval();
+  for (Eigen::Index k = 0; k < c.size(); ++k) b -= c[k] * answers_.col(k);
 }
 
 }  // namespace limber::rods

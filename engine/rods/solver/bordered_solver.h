@@ -36,7 +36,7 @@ class BorderedSolver {
 
  private:
   CondensedSolver& solver_;
-  Eigen::MatrixXd rows_;     // A
+  Eigen::MatrixXd columns_;  // A^T
   Eigen::MatrixXd answers_;  // H^-1 A^T
   Eigen::MatrixXd vectors_;  // of C + A H^-1 A^T
   Eigen::VectorXd values_;

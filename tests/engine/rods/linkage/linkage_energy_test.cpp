@@ -107,6 +107,21 @@ TEST_P(LinkageEnergyTest, HessianAgreesWithDifferencesOfTheEnergy) {
   }
 }
 
+TEST_P(LinkageEnergyTest, NothingOfAnEarlierHessianStays) {
+  Random random(8);
+  const LinkageState elsewhere = state_.moved(model_, random_increment(size(), 0.3, random));
+  Eigen::VectorXd gradient(size());
+  CondensedMatrix fresh(model_.chains()), used(model_.chains());
+  (void)assembly_.hessian(state_, gradient, fresh);
+  (void)assembly_.hessian(elsewhere, gradient, used);
+  (void)assembly_.hessian(state_, gradient, used);
+  const Eigen::VectorXd x = random_increment(size(), 1, random);
+  Eigen::VectorXd expected(size()), found(size());
+  fresh.multiply(x, expected);
+  used.multiply(x, found);
+  EXPECT_EQ(found, expected);
+}
+
 TEST_P(LinkageEnergyTest, RigidMotionCostsNothing) {
   Eigen::VectorXd gradient(size());
   CondensedMatrix matrix(model_.chains());

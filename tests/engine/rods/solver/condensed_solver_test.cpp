@@ -97,11 +97,14 @@ TEST(CondensedSolver, AgreesWithDenseForEveryKindOfChain) {
     EXPECT_EQ(pivots.positive + pivots.negative, dense.rows());
     EXPECT_EQ(pivots.positive_definite(), negative == 0);
     EXPECT_EQ(solver.pivots(), pivots);
-    const Eigen::VectorXd b = random_vector(dense.rows(), random);
-    Eigen::VectorXd x = b;
-    solver.solve_in_place(x);
-    const Eigen::VectorXd expected = dense.ldlt().solve(b);
-    EXPECT_LT((x - expected).norm(), (negative == 0 ? 1e-9 : 1e-6) * expected.norm());
+    Eigen::VectorXd b = random_vector(dense.rows(), random);
+    for (const bool loads_on_joints_alone : {false, true}) {
+      if (loads_on_joints_alone) b.head(structure->joint_begin(0)).setZero();
+      Eigen::VectorXd x = b;
+      solver.solve_in_place(x);
+      const Eigen::VectorXd expected = dense.ldlt().solve(b);
+      EXPECT_LT((x - expected).norm(), (negative == 0 ? 1e-9 : 1e-6) * expected.norm());
+    }
   }
 }
 
