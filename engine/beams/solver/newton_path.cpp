@@ -9,6 +9,7 @@
 #include "engine/beams/solver/newton.h"
 #include "engine/beams/solver/relaxation_path.h"
 #include "engine/beams/solver/step_watch.h"
+#include "engine/beams/solver/twist_watch.h"
 
 namespace limber::beams::detail {
 
@@ -156,6 +157,8 @@ class Follower {
     report_.load_factor = s_;
     report_.residual = step.residual;
     if (observer) observer({&state_, s_, report_.residual, report_.load_steps});
+    const ElementTwist twist = most_twisted(structure_, state_);
+    if (std::abs(twist.angle) > kMostTwist) return end_twisted(twist);
     if (s_ >= 1) {
       const bool loose = step.outcome == NewtonOutcome::kMechanism;
       say(structure_, loose ? BeamStatus::kMechanism : BeamStatus::kConverged,
@@ -223,6 +226,17 @@ class Follower {
     jump_ = {std::move(trial), next, newton_.left().scaled, outcome, seen};
     may_leap_ = true;
     return true;
+  }
+
+  /// What is turned further would let a turn slip through, and balance with less torque.
+  bool end_twisted(const ElementTwist& twist) {
+    report_.status = BeamStatus::kUnstable;
+    report_.node = structure_.model().elements[static_cast<std::size_t>(twist.element)].start;
+    report_.message = fmt::format(
+        "element {} is twisted by {:.2f} rad between its ends at load factor {:.3g}, where a turn "
+        "may slip through it: take shorter elements",
+        twist.element, twist.angle, s_);
+    return false;
   }
 
   /// What balances further on is a saddle, or the stiffness is not positive there.
