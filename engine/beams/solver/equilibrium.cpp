@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "engine/beams/solver/element_doubts.h"
+#include "engine/beams/solver/finite_state.h"
 #include "engine/beams/solver/newton_path.h"
 #include "engine/beams/solver/relaxation_path.h"
 #include "engine/beams/structure/elastic.h"
@@ -144,6 +145,11 @@ BeamSolution solve(const Attempt& attempt) {
     if (error.code() != ErrorCode::kCancelled) throw;
     solution.report.status = BeamStatus::kCancelled;
     solution.report.message = "cancelled";
+  }
+  if (!detail::is_finite(solution.state)) {
+    solution.state = attempt.start;
+    solution.report.status = BeamStatus::kUnstable;
+    solution.report.message = "the structure flies apart";
   }
   if (solution.report.converged()) {
     if (const auto doubt = detail::doubt_elements(attempt.structure, solution.state)) {

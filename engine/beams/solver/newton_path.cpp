@@ -63,6 +63,13 @@ void say(const BeamStructure& structure, BeamStatus status, int unknown, BeamRep
       report.message = where(structure, unknown) + " without any resistance";
       break;
     default:
+      if (!std::isfinite(report.residual)) {
+        report.message = fmt::format(
+            "forces grow beyond all bounds at load factor {:.6g}, where {}: is an element brought "
+            "to no length?",
+            report.load_factor, where(structure, unknown));
+        return;
+      }
       report.message = fmt::format("residual {:.2g} at load factor {:.6g}, worst where {}",
                                    report.residual, report.load_factor, where(structure, unknown));
   }

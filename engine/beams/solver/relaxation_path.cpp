@@ -4,8 +4,10 @@
 
 #include <limits>
 #include <optional>
+#include <utility>
 
 #include "engine/beams/solver/balance.h"
+#include "engine/beams/solver/finite_state.h"
 #include "engine/beams/solver/relaxation.h"
 #include "engine/beams/solver/twist_watch.h"
 
@@ -92,7 +94,11 @@ class Run {
     }
   }
 
-  void keep_state() { state_ = relaxation_.state(); }
+  /// The last state that is one.
+  void keep_state() {
+    BeamState reached = relaxation_.state();
+    if (is_finite(reached)) state_ = std::move(reached);
+  }
 
  private:
   void step(double s) {

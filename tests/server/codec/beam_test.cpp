@@ -133,6 +133,30 @@ TEST(BeamCodec, ShapesComeBack) {
   EXPECT_EQ(field_of([&] { decode(told); }), "scene.beams.shape.rotations");
 }
 
+TEST(BeamCodec, ShapesThatNoElementCanHaveAreRefused) {
+  DecodedBeams first = decode(scene());
+  const beams::BeamState rest = beams::BeamStructure(first.model).rest_state();
+  const auto told = [&](auto&& spoil) -> std::pair<std::string, std::string> {
+    first.shape = rest;
+    spoil(*first.shape);
+    try {
+      decode(encode_beam_scene(first));
+    } catch (const Error& error) {
+      return {error.field(), error.what()};
+    }
+    return {"accepted", ""};
+  };
+  const auto [far_field, far_away] = told([](auto& shape) { shape.positions(2, 1) = 1e300; });
+  EXPECT_EQ(far_field, "scene.beams.shape.positions");
+  EXPECT_THAT(far_away, ::testing::HasSubstr("row 1"));
+  const beams::BeamElement& element = first.model.elements[1];
+  const auto [field, why] = told([&](auto& shape) {
+    shape.positions.col(element.finish) = shape.positions.col(element.start);
+  });
+  EXPECT_EQ(field, "scene.beams.shape.positions");
+  EXPECT_THAT(why, ::testing::HasSubstr("element 1"));
+}
+
 TEST(BeamCodec, SourcesExcludeEachOther) {
   proto::Scene both = scene();
   both.mutable_beams()->mutable_lines()->set_path("x.obj");

@@ -153,6 +153,37 @@ TEST_P(BeamHardCases, AMechanismIsReported) {
   EXPECT_NE(found.report.message.find("node"), std::string::npos);
 }
 
+/// Numbers stay finite, and say that it is no equilibrium.
+TEST_P(BeamHardCases, AnElementBroughtToNoLengthIsNone) {
+  for (const double by : {-0.25, -0.5}) {
+    BeamModel model = straight_beam(4);
+    model.supports.push_back(clamped(0));
+    PrescribedMotion motion;
+    motion.node = 1;
+    motion.translates = {true, true, true};
+    motion.translation = {by, 0, 0};
+    model.motions.push_back(motion);
+    for (const BeamMethod method : {GetParam(), BeamMethod::kChoose}) {
+      const BeamSolution found = solve(model, method);
+      EXPECT_FALSE(found.report.converged()) << by;
+      EXPECT_FALSE(found.report.message.empty());
+      EXPECT_TRUE(found.state.positions.allFinite()) << found.report.message;
+    }
+  }
+}
+
+TEST_P(BeamHardCases, AnElementOfAbsurdLengthAtRestLeavesNumbersFinite) {
+  for (const double length : {1e-30, 1e90}) {
+    BeamModel model = straight_beam(4);
+    model.supports.push_back(clamped(0));
+    model.elements[1].rest_length = length;
+    for (const BeamMethod method : {GetParam(), BeamMethod::kChoose}) {
+      const BeamSolution found = solve(model, method);
+      EXPECT_TRUE(found.state.positions.allFinite()) << length << ": " << found.report.message;
+    }
+  }
+}
+
 TEST_P(BeamHardCases, AMechanismThatALoadDrivesIsReported) {
   BeamModel model = straight_beam(4, 1, 100);
   model.supports.push_back({0, {true, true, true, true, true, false}});
