@@ -55,12 +55,14 @@ struct Attempt {
 
   /// By Newton's method with temporary loads on to the end, in steps so small that the branch they
   /// lead to is not lost; then they fade. The relaxation's ramp is quicker than a push at one node
-  /// spreads over the structure, and long load steps jump: both may end on the other side.
+  /// spreads over the structure, and long load steps jump: both may end on the other side. What the
+  /// whole structure moves by has nothing to do with that, and comes first.
   void pushed(BeamSolution& solution) const {
     BeamSolveOptions careful = options;
     if (careful.largest_swerve == 0)
       careful.largest_swerve = BeamSolveOptions::following().largest_swerve;
     solution.state = start;
+    solution.state.positions.colwise() += path.common_move();
     BeamReport& report = solution.report;
     report.method = BeamMethod::kNewton;
     detail::follow_path(structure, path.pushed(), 0, careful, context, observer, solution.state,
@@ -105,9 +107,9 @@ struct Attempt {
 
   /// What is measured to be quicker (limber-bench beams): Newton's method goes straight to where
   /// loads and motions lead one way; where a plane network may buckle in many, it loses its time at
-  /// saddles that the relaxation never sees.
+  /// saddles that the relaxation never sees. A branch is followed by Newton's method alone.
   void chosen(BeamSolution& solution) const {
-    const bool relaxes_first = path.nudged();
+    const bool relaxes_first = path.nudged() && options.largest_swerve == 0;
     relaxes_first ? both(solution) : newton(solution);
     const BeamStatus status = solution.report.status;
     if (status == BeamStatus::kConverged || status == BeamStatus::kMechanism) return;
