@@ -157,6 +157,21 @@ TEST(BeamCodec, ShapesThatNoElementCanHaveAreRefused) {
   EXPECT_THAT(why, ::testing::HasSubstr("element 1"));
 }
 
+TEST(BeamCodec, RelaxationsFollowNoBranch) {
+  proto::SolveBeamsRequest request;
+  *request.mutable_structure() = scene().beams().structure();
+  request.set_follow(true);
+  for (const auto method : {proto::BEAM_METHOD_UNSPECIFIED, proto::BEAM_METHOD_NEWTON}) {
+    request.set_method(method);
+    EXPECT_GT(decode_beams(request).options.largest_swerve, 0);
+  }
+  for (const auto method :
+       {proto::BEAM_METHOD_RELAXATION, proto::BEAM_METHOD_RELAXATION_THEN_NEWTON}) {
+    request.set_method(method);
+    EXPECT_EQ(field_of([&] { (void)decode_beams(request); }), "follow");
+  }
+}
+
 TEST(BeamCodec, SourcesExcludeEachOther) {
   proto::Scene both = scene();
   both.mutable_beams()->mutable_lines()->set_path("x.obj");
