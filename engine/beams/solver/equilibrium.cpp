@@ -4,6 +4,7 @@
 
 #include "engine/beams/solver/element_doubts.h"
 #include "engine/beams/solver/finite_state.h"
+#include "engine/beams/solver/following_tangent.h"
 #include "engine/beams/solver/newton_path.h"
 #include "engine/beams/solver/relaxation_path.h"
 #include "engine/beams/structure/elastic.h"
@@ -40,7 +41,7 @@ struct Attempt {
     detail::relax(structure, path, options.relaxation_tolerance, options, context, observer,
                   solution.state, solution.report);
     if (solution.report.converged())
-      detail::certify(structure, context, solution.state, solution.report);
+      detail::certify(structure, context, path.loads(1), solution.state, solution.report);
   }
 
   void both(BeamSolution& solution) const {
@@ -49,8 +50,26 @@ struct Attempt {
     report.method = BeamMethod::kRelaxationThenNewton;
     detail::relax(structure, path, options.hand_over, options, context, observer, solution.state,
                   report);
-    if (report.converged())
+    if (!report.converged()) return;
+    if (const NodeLoads loads = path.loads(1); loads.follows())
+      following(loads, solution);
+    else
       detail::follow_path(structure, path, 1, options, context, observer, solution.state, report);
+  }
+
+  /// Loads that follow have no potential that Newton's method could lower: it finishes on forces.
+  void following(const NodeLoads& loads, BeamSolution& solution) const {
+    BeamReport& report = solution.report;
+    if (!detail::balance_following(structure, loads, options.tolerance, context, solution.state,
+                                   report)) {
+      const BeamReport before = report;
+      report = {};
+      relaxation(solution);
+      add_work(before, report);
+      return;
+    }
+    report.message = "forces and moments balance";
+    detail::certify(structure, context, loads, solution.state, report);
   }
 
   /// By Newton's method with temporary loads on to the end, in steps so small that the branch they

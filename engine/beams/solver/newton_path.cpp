@@ -6,6 +6,7 @@
 #include <cmath>
 #include <optional>
 
+#include "engine/beams/solver/following_tangent.h"
 #include "engine/beams/solver/newton.h"
 #include "engine/beams/solver/relaxation_path.h"
 #include "engine/beams/solver/step_watch.h"
@@ -314,12 +315,22 @@ void follow_path(const BeamStructure& structure, const LoadPath& path, double s,
   }
 }
 
-void certify(const BeamStructure& structure, const JobContext& context, const BeamState& state,
-             BeamReport& report) {
+void certify(const BeamStructure& structure, const JobContext& context, const NodeLoads& loads,
+             const BeamState& state, BeamReport& report) {
   NewtonSolver newton(structure, context);
   const NewtonSolver::Softest soft = newton.softest(state);
   if (newton.vanishes(soft.eigenvalue)) {
     say(structure, BeamStatus::kMechanism, soft.unknown, report);
+  } else if (soft.eigenvalue < 0 && loads.follows()) {
+    FollowingTangent tangent(structure);
+    const bool diverges = !tangent.factor(state, loads) || tangent.sign() < 0;
+    report.status = diverges ? BeamStatus::kUnstable : BeamStatus::kConverged;
+    report.node = diverges ? Balance(structure).node_of(soft.unknown) : -1;
+    report.message =
+        diverges ? "balanced, but not stable under loads that follow, where " +
+                       where(structure, soft.unknown)
+                 : "forces and moments balance; loads that follow have no potential: whether they "
+                   "make it flutter is not judged";
   } else if (soft.eigenvalue < 0) {
     say(structure, BeamStatus::kUnstable, soft.unknown, report);
   }

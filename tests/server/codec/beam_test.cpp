@@ -9,6 +9,7 @@
 #include "server/codec/arrays.h"
 #include "server/codec/beam_edit.h"
 #include "server/codec/beam_scene.h"
+#include "server/codec/beams.h"
 #include "server/codec/edit_fields.h"
 
 namespace limber::server {
