@@ -142,8 +142,8 @@ TEST(BeamCodec, ShapesThatNoElementCanHaveAreRefused) {
     spoil(*first.shape);
     try {
       decode(encode_beam_scene(first));
-    } catch (const Error& error) {
-      return {error.field(), error.what()};
+    } catch (const Refusal& refusal) {
+      return {refusal.field(), refusal.what()};
     }
     return {"accepted", ""};
   };
