@@ -49,7 +49,7 @@ Conditions brought_on(const BeamConditions& conditions, const beams::BeamModel& 
 
 }  // namespace
 
-void add_live_figures(const beams::BeamModel& model, int supports, Case& result) {
+void add_live_figures(const beams::BeamModel& model, int supports, LiveEdits which, Case& result) {
   session::LiveBeams live(model);
   const Conditions drawn = std::make_shared<const BeamConditions>(session::conditions_of(model));
   const auto solve = [&live](const Conditions& conditions) {
@@ -63,6 +63,7 @@ void add_live_figures(const beams::BeamModel& model, int supports, Case& result)
       1, model.motions.empty() ? model.supports.size() : model.motions.size()));
   int failed = 0;
   for (const bool far : {false, true}) {
+    if (far && which == LiveEdits::kNear) break;
     std::vector<double> times;
     int snaps = 0;
     for (int i = 0; i < supports; ++i) {

@@ -3,25 +3,28 @@
 import sys
 
 import limber
+import numpy as np
 
 OUT = sys.argv[1] if len(sys.argv) > 1 else "out/gridshell"
 
 
-def tell(shell, what):
-    result = shell.wait()
+def tell(shell, what, before):
+    result, now = shell.wait(), shell.frames()[-1]
     jumped = "".join(f", node {snap.node} snaps by {snap.turn:.2f} rad" for snap in result.snaps)
-    print(f"{what}: {result.status.lower()}, {result.steps} shapes, highest point {shell.frames()[-1][:, 2].max():.3f} m, "
-          f"utilisation {result.utilisation:.2f}{jumped}")
+    low, high = (round(float(z), 2) + 0.0 for z in (now[:, 2].min(), now[:, 2].max()))
+    print(f"{what}: {result.status.lower()}, z from {low:.2f} to {high:.2f} m, "
+          f"moved by {np.linalg.norm(now - before, axis=1).max():.3f} m, utilisation {result.utilisation:.2f}{jumped}")
+    return now
 
 
 with limber.launch() as server:
     shell = server.open(sample="gridshell")
-    tell(shell, "bent up")
     drawn = shell.geometry().rest
-    shell.edit([limber.beam_edits.load(node, (0, 0, -15)) for node in range(len(drawn)) if drawn[node, 0] > 0])
-    tell(shell, "snow on one half")
+    shape = tell(shell, "bent up", drawn)
+    shell.edit([limber.beam_edits.load(node, (0, 0, -60)) for node in range(len(drawn)) if drawn[node, 0] > 0])
+    shape = tell(shell, "snow on one half", shape)
     for motion in shell.structure().motions:
         shell.move_support(motion.node, **{axis: 0.7 * getattr(motion, axis) for axis in "xy" if motion.HasField(axis)})
-    tell(shell, "rim a third back")
+    tell(shell, "rim a third back", shape)
     for path in shell.export(OUT, ("vtu", "csv"), stem="gridshell", progress=False):
         print(path)

@@ -45,6 +45,9 @@ ClientError bad_file(const fs::path& path, const std::string& field, const std::
 
 void read_source(const std::string& path, v1::SolveBeamsRequest& request) {
   v1::BeamScene scene = client::load_beams(path);
+  if (scene.has_lines())
+    throw bad_file(path, "beams.lines",
+                   "its nodes come from a file of lines, which sessions read: limber open " + path);
   if (scene.has_job()) {
     *request.mutable_job() = std::move(*scene.mutable_job());
   } else {
@@ -170,9 +173,10 @@ void add_beam_commands(CLI::App& app, Context& context) {
       "Find the equilibrium of a structure of beams that bend far; exit code 1 where there is none",
       "limber beams arch.json --export arch.vtu --export arch.csv\n  limber beams roof/");
   command
-      ->add_option("structure", options->file,
-                   "Structure (.json, see the guide), or a job of the public relaxation code: its "
-                   "folder or SimulationJob.json")
+      ->add_option(
+          "structure", options->file,
+          "Structure (.json, see the guide), a scene file of one (solved as drawn), or a job "
+          "of the public relaxation code: its folder or SimulationJob.json")
       ->required();
   command
       ->add_option("--method", options->method,

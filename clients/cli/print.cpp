@@ -139,18 +139,22 @@ std::string describe_linkage(const v1::ResultInfo& result) {
 std::string describe_beams(const v1::ResultInfo& result) {
   const auto& beams = result.beams();
   const auto& energies = beams.energies();
+  // 0 where no yield stress is known.
+  const std::string utilisation =
+      beams.largest_utilisation() > 0
+          ? fmt::format("utilisation       {:.3g}\n", beams.largest_utilisation())
+          : "";
   std::string text = fmt::format(
       "revision          {}\n"
       "status            {}{}\n"
       "steps             {} of loads, {} of Newton's, {} of the relaxation\n"
       "energy            {:.6g} J  (stretching {:.4g} + torsion {:.4g} + bending {:.4g})\n"
-      "utilisation       {:.3g}\n"
+      "{}"
       "since the edit    {:.2f} ms\n",
       result.revision(), status_words(result), result.converged() ? ", final" : "",
       beams.load_steps(), beams.newton_iterations(), beams.relaxation_steps(),
       result.total_energy(), energies.stretching(), energies.torsion(),
-      energies.bending_2() + energies.bending_3(), beams.largest_utilisation(),
-      result.since_edit_ms());
+      energies.bending_2() + energies.bending_3(), utilisation, result.since_edit_ms());
   for (const auto& snap : beams.snaps())
     text += fmt::format("snap              at {:.3f} of the way: node {} turns by {:.3g} rad\n",
                         snap.progress(), snap.node(), snap.turn());

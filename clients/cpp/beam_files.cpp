@@ -17,10 +17,14 @@ namespace fs = std::filesystem;
 constexpr const char* kJob = "SimulationJob.json";
 constexpr const char* kSettings = "DRMSettings.json";
 
-/// What a job names as its mesh; empty: the file is no job.
-std::string mesh_of_job(const std::string& content) {
+google::protobuf::Struct document_of(const std::string& content) {
   google::protobuf::Struct document;
   if (!google::protobuf::util::JsonStringToMessage(content, &document).ok()) return {};
+  return document;
+}
+
+/// What a job names as its mesh; empty: the file is no job.
+std::string mesh_of_job(const google::protobuf::Struct& document) {
   const auto found = document.fields().find("mesh filename");
   if (found == document.fields().end()) return {};
   return fs::path(found->second.string_value()).filename().string();
@@ -49,11 +53,13 @@ v1::BeamScene load_beams(const fs::path& given) {
   const fs::path path = fs::is_directory(given, ignored) ? given / kJob : given;
   const std::string content = read_bytes(path, "structure");
   v1::BeamScene scene;
-  const std::string mesh = mesh_of_job(content);
+  const google::protobuf::Struct document = document_of(content);
+  const std::string mesh = mesh_of_job(document);
   if (!mesh.empty()) {
     read_job(path, content, mesh, *scene.mutable_job());
     return scene;
   }
+  if (document.fields().contains("beams")) return load_scene(path).beams();
   if (const auto fault = json::read_message(content, *scene.mutable_structure()))
     throw ClientError(v1::ERROR_CODE_INVALID_ARGUMENT,
                       fault->field.empty() ? "structure" : "structure." + fault->field,

@@ -11,7 +11,8 @@ namespace v1 = limber::v1;
 /// A job of the public relaxation code: its folder, or its SimulationJob.json?
 [[nodiscard]] bool is_beam_job(const std::filesystem::path& path);
 
-/// A structure of beams (.json), or a job with the files that it names.
+/// A structure of beams (.json), what a scene file has of beams, or a job with the files that it
+/// names.
 /// @throws ClientError INVALID_ARGUMENT with a path below `structure`, IO
 [[nodiscard]] v1::BeamScene load_beams(const std::filesystem::path& path);
 

@@ -173,6 +173,11 @@ BeamRequest decode_beams(const proto::SolveBeamsRequest& request) {
   BeamRequest decoded;
   if (request.follow()) decoded.options = beams::BeamSolveOptions::following();
   decoded.options.method = decode_method(request.method());
+  const beams::BeamMethod method = decoded.options.method;
+  if (request.follow() && method != beams::BeamMethod::kChoose &&
+      method != beams::BeamMethod::kNewton)
+    throw invalid("follow", fmt::format("method {} follows no branch: Newton's does",
+                                        beams::to_string(method)));
   if (request.has_tolerance())
     decoded.options.tolerance = decoded.options.relaxation_tolerance = request.tolerance();
   decoded.options.validate();

@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -479,6 +480,8 @@ def run_example(name, folder, *arguments):
 def test_the_gridshell_example(limberd, tmp_path):
     text = run_example("bend_gridshell.py", tmp_path)
     assert text.count("converged") == 3 and (tmp_path / "out" / "gridshell" / "gridshell.vtu").is_file()
+    moved = [float(by) for by in re.findall(r"moved by ([0-9.]+) m", text)]
+    assert min(moved) > 0.01 and "snaps by" in text, text
 
 
 def test_the_roof_example(limberd, tmp_path):

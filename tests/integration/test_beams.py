@@ -168,10 +168,29 @@ def test_the_command_line(cli, tmp_path):
     told = json.loads(cli("--json", "beams", scene).stdout)
     assert told["status"] == "BEAM_STATUS_CONVERGED"
     assert cli("beams", job_folder(tmp_path)).returncode == 0
+    scene.write_text(json.dumps({"beams": {"structure": cantilever(6)}}))
+    assert json.loads(cli("--json", "beams", scene).stdout)["positions"] == told["positions"]
+    scene.write_text(json.dumps({"beams": {"lines": {"path": "beam.ply"}}}))
+    advised = cli("beams", scene)
+    assert advised.returncode == 1 and "limber open" in advised.stderr
+    scene.write_text(json.dumps(cantilever(6)))
+    refused = cli("beams", scene, "--method", "relaxation", "--follow")
+    assert refused.returncode == 1 and "follow" in refused.stderr
     scene.write_text(json.dumps(cantilever(6) | {"supports": []}))
     refused = cli("beams", scene)
     assert refused.returncode == 1 and "structure.supports" in refused.stderr
     assert cli("beams", tmp_path / "none.json").returncode == 1
+
+
+def test_a_scene_file_is_solved_as_drawn(server, tmp_path):
+    wanted = server.solve_beams(cantilever(6), progress=False)
+    session = server.open(limber.beam_scene(cantilever(6)), progress=False)
+    session.wait()
+    session.export(tmp_path, ("scene",), progress=False)
+    assert np.abs(server.solve_beams(tmp_path / "beams.json", progress=False).positions - wanted.positions).max() < 1e-9
+    assert refusal(server, {"beams": {"lines": {"path": "x.ply"}}}).field == "structure.beams.lines"
+    assert refusal(server, {"beams": {"nodes": []}}).code == "INVALID_ARGUMENT"
+    session.close()
 
 
 def test_the_example_bends_an_arch(limberd, tmp_path):

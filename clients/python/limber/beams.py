@@ -95,8 +95,8 @@ def is_job(path: Path) -> bool:
 
 
 def load_structure(path: "str | os.PathLike[str]") -> "beam_structure.BeamStructure | scene.MeshFile":
-    """A structure (JSON form of limber.v1.BeamStructure) or a job of the public relaxation code: its folder or its
-    SimulationJob.json, with the mesh that it names and DRMSettings.json from beside it."""
+    """A structure (JSON form of limber.v1.BeamStructure), that of a scene file, or a job of the public relaxation code:
+    its folder or its SimulationJob.json, with the mesh that it names and DRMSettings.json from beside it."""
     path = checks.path(path, "structure")
     if path.is_dir():
         path = path / _JOB
@@ -115,10 +115,19 @@ def load_structure(path: "str | os.PathLike[str]") -> "beam_structure.BeamStruct
     return made
 
 
-def _parse(value: Any, what: str) -> "beam_structure.BeamStructure":
+def _of_scene(read: "scene.Scene", what: str) -> "beam_structure.BeamStructure | scene.MeshFile":
+    """What a scene of beams is solved as when it is drawn."""
+    if read.beams.HasField("lines"):
+        raise invalid("structure.beams.lines", f"the nodes of {what} come from a file of lines: open() reads it")
+    return read.beams.job if read.beams.HasField("job") else read.beams.structure
+
+
+def _parse(value: Any, what: str) -> "beam_structure.BeamStructure | scene.MeshFile":
     if not isinstance(value, Mapping):
         raise invalid("structure", f"{what} is no structure: a JSON object is expected")
     try:
+        if "beams" in value:
+            return _of_scene(json_format.ParseDict(checks.plain(value), scene.Scene()), what)
         return json_format.ParseDict(checks.plain(value), beam_structure.BeamStructure())
     except (json_format.ParseError, TypeError, AttributeError) as error:
         path, why = checks.json_fault(error)

@@ -1,6 +1,7 @@
 #include "engine/beams/element/element_energy.h"
 
 #include <Eigen/Geometry>
+#include <cmath>
 
 #include "engine/base/rotations/exponential_map.h"
 
@@ -147,8 +148,9 @@ Matrix9d relative_hessian(const ElementConstants<double>& k, const ElementEnds& 
   twist.segment<3>(kChord) = chord.inverse * t.cross(b.lever() - a.lever());
   twist.segment<3>(kStartSpin) = -a.lever();
   twist.segment<3>(kFinishSpin) = b.lever();
-  const double g = 1 / (2 + q.cosine);
-  const double curvature = -6 * q.sine * (1 - q.cosine) * g * g * g;  // d2 q_1 / d angle^2
+  const double g = 1 / (2 + q.half);
+  // d2 q_1 / d angle^2; sin = 2 sin(angle / 2) half
+  const double curvature = -1.5 * (q.sine / q.half) * (1 - q.half) * g * g * g;
   h += (k.torsion * (q.twist_slope * q.twist_slope + q.twist * curvature)) * twist *
        twist.transpose();
   a.add_twist(-r.twisting, h);
@@ -165,6 +167,11 @@ Triad<double> triad(const Eigen::Matrix3d& axes) {
 ElementEnergies<double> element_energies(const ElementConstants<double>& constants,
                                          const ElementEnds& ends) {
   return {constants, modes(constants, ends)};
+}
+
+double twist_angle(const ElementConstants<double>& constants, const ElementEnds& ends) {
+  const NaturalModes<double> q = modes(constants, ends);
+  return std::atan2(q.sine, q.cosine);
 }
 
 ElementVector element_gradient(const ElementConstants<double>& constants, const ElementEnds& ends) {

@@ -19,6 +19,10 @@ struct ElementEnds {
 [[nodiscard]] ElementEnergies<double> element_energies(const ElementConstants<double>& constants,
                                                        const ElementEnds& ends);
 
+/// By how much the finish has turned about the chord against the start, in (-pi, pi] [rad].
+[[nodiscard]] double twist_angle(const ElementConstants<double>& constants,
+                                 const ElementEnds& ends);
+
 /// Gradient by translation and spin of the start, then of the finish: a spin omega [rad] takes the
 /// axes to exp(omega^x) axes.
 [[nodiscard]] ElementVector element_gradient(const ElementConstants<double>& constants,

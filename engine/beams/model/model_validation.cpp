@@ -19,6 +19,8 @@ namespace {
 constexpr double kLargest = 1e100;
 /// Of the shortest element: farther from the origin, rounding of coordinates is strain that shows.
 constexpr double kFarthest = 1e6;
+/// Attitudes of ends that are twisted further come close to half a turn [rad].
+constexpr double kMostTwistAtRest = 2;
 
 std::string at(const char* list, std::size_t index, const char* member = "") {
   return fmt::format("{}[{}]{}{}", list, index, *member == 0 ? "" : ".", member);
@@ -132,6 +134,13 @@ void check_elements(const BeamModel& model) {
       if (!(normal.cross((q - p).normalized()).norm() > 1e-6))
         refuse(at("elements", i, "normal"), "runs along the element: axes 2 and 3 are not defined");
     }
+    const double length = e.rest_length > 0 ? e.rest_length : (q - p).norm();
+    if (!(std::abs(e.rest_curvature.x()) * length <= kMostTwistAtRest))
+      refuse(
+          at("elements", i, "rest_curvature"),
+          fmt::format("twists the element by {:.3g} rad between its ends at rest, at most {} are "
+                      "possible: take shorter elements",
+                      e.rest_curvature.x() * length, kMostTwistAtRest));
     check_releases(e, i);
   }
 }

@@ -5,8 +5,10 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 #include "engine/beams/results/beam_results.h"
+#include "engine/beams/solver/twist_watch.h"
 
 namespace limber::beams::detail {
 namespace {
@@ -15,6 +17,7 @@ constexpr double kQuarterTurn = std::numbers::pi / 2;
 // Of the force at which an element buckles. Public structures whose rims are brought in at once
 // stay below; a straight column that nothing pushes aside does not.
 constexpr double kHopeless = 2;
+constexpr double kVisiblyOff = 0.005;  // of a torque: at a twist of 1.25 rad
 
 /// Angle between an end and the chord [rad].
 double bend_of(const BeamStructure& structure, const BeamState& state, int element) {
@@ -29,39 +32,72 @@ double bend_of(const BeamStructure& structure, const BeamState& state, int eleme
   return largest;
 }
 
+/// How far elements are from what they stand for, by what makes one doubtful; above 1 they are.
+struct Worry {
+  double size = 0;
+  bool hopeless = false;
+  std::string message;
+
+  [[nodiscard]] bool is_worse_than(const Worry& other) const {
+    return hopeless != other.hopeless ? hopeless : size > other.size;
+  }
+};
+
+Worry of_pressure(const BeamStructure& structure, const BeamResults& results, int i) {
+  const BeamElement& element = structure.model().elements[static_cast<std::size_t>(i)];
+  const BeamSection& section =
+      structure.model().sections[static_cast<std::size_t>(element.section)];
+  const double length = structure.constants(i).length;
+  const double buckles = 4 * std::numbers::pi * std::numbers::pi *
+                         std::min(section.bending_2, section.bending_3) / (length * length);
+  const double pressed = -results.forces[static_cast<std::size_t>(i)].axial / buckles;
+  return {pressed, pressed > kHopeless,
+          fmt::format("element {} is pressed with {:.3g} times the force at which it buckles by "
+                      "itself: take shorter elements, or a load that chooses a side",
+                      i, pressed)};
+}
+
+Worry of_bend(const BeamStructure& structure, const BeamState& state, int i) {
+  const double bend = bend_of(structure, state, i);
+  return {bend / kQuarterTurn, bend > kQuarterTurn,
+          fmt::format("element {} has folded: an end has turned by {:.2f} rad against its chord; "
+                      "take shorter elements",
+                      i, bend)};
+}
+
+Worry of_twist(const BeamStructure& structure, const ElementTwist& twist) {
+  const ElementConstants<double>& k = structure.constants(twist.element);
+  const BeamElement& element = structure.model().elements[static_cast<std::size_t>(twist.element)];
+  const TwistMeasure<double> measure(std::sin(twist.angle), std::cos(twist.angle));
+  const double strain = twist.angle - element.rest_curvature.x() * k.length;
+  const double torque = (measure.value - k.rest_twist) * measure.slope;  // over GJ / L
+  const double off = std::abs(strain) > 1e-3 ? std::abs(1 - torque / strain) : 0;
+  return {off / kVisiblyOff, std::abs(twist.angle) > kMostTwist,
+          fmt::format("element {} is twisted by {:.2f} rad between its ends, its torque {:.1f} % "
+                      "off: take shorter elements",
+                      twist.element, twist.angle, 100 * off)};
+}
+
 }  // namespace
 
 std::optional<ElementDoubt> doubt_elements(const BeamStructure& structure, const BeamState& state) {
   const BeamResults results = results_of(structure, state);
-  std::optional<ElementDoubt> found;
-  double worst = 1;
+  Worry worst{1, false, ""};
+  int worst_element = -1;
+  const auto weigh = [&](Worry&& worry, int element) {
+    if (!(worry.size > 1 || worry.hopeless) || !worry.is_worse_than(worst)) return;
+    worst = std::move(worry);
+    worst_element = element;
+  };
   for (int i = 0; i < structure.elements(); ++i) {
-    const BeamElement& element = structure.model().elements[static_cast<std::size_t>(i)];
-    if (element.kind != BeamKind::kBeam) continue;
-    const BeamSection& section =
-        structure.model().sections[static_cast<std::size_t>(element.section)];
-    const double length = structure.constants(i).length;
-    const double buckles = 4 * std::numbers::pi * std::numbers::pi *
-                           std::min(section.bending_2, section.bending_3) / (length * length);
-    const double pressed = -results.forces[static_cast<std::size_t>(i)].axial / buckles;
-    const double bend = bend_of(structure, state, i);
-    if (std::max(pressed, bend / kQuarterTurn) <= worst) continue;
-    worst = std::max(pressed, bend / kQuarterTurn);
-    found = ElementDoubt{};
-    found->element = i;
-    found->hopeless = bend > kQuarterTurn || pressed > kHopeless;
-    found->message =
-        pressed > bend / kQuarterTurn
-            ? fmt::format(
-                  "element {} is pressed with {:.3g} times the force at which it buckles by "
-                  "itself: take shorter elements, or a load that chooses a side",
-                  i, pressed)
-            : fmt::format(
-                  "element {} has folded: an end has turned by {:.2f} rad against its "
-                  "chord; take shorter elements",
-                  i, bend);
+    if (structure.model().elements[static_cast<std::size_t>(i)].kind != BeamKind::kBeam) continue;
+    weigh(of_pressure(structure, results, i), i);
+    weigh(of_bend(structure, state, i), i);
   }
-  return found;
+  if (const ElementTwist twist = most_twisted(structure, state); twist.element >= 0)
+    weigh(of_twist(structure, twist), twist.element);
+  if (worst_element < 0) return {};
+  return ElementDoubt{worst_element, worst.hopeless, std::move(worst.message)};
 }
 
 }  // namespace limber::beams::detail

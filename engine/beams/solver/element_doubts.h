@@ -17,8 +17,9 @@ struct ElementDoubt {
 };
 
 /// The worst of the elements that are pressed beyond what they buckle at by themselves, whatever
-/// their ends do (4 pi^2 EI / L^2), or whose ends have turned a quarter round against their chord.
-/// Nodes cannot show how such an element buckles or bends: that is no equilibrium of the beam.
+/// their ends do (4 pi^2 EI / L^2), whose ends have turned a quarter round against their chord, or
+/// are twisted against each other by more than 1.25 rad. Nodes cannot show how such an element
+/// buckles, bends or twists: that is no equilibrium of the beam.
 [[nodiscard]] std::optional<ElementDoubt> doubt_elements(const BeamStructure& structure,
                                                          const BeamState& state);
 

@@ -3,6 +3,8 @@
 #include <utility>
 
 #include "engine/beams/solver/element_doubts.h"
+#include "engine/beams/solver/finite_state.h"
+#include "engine/beams/solver/following_tangent.h"
 #include "engine/beams/solver/newton_path.h"
 #include "engine/beams/solver/relaxation_path.h"
 #include "engine/beams/structure/elastic.h"
@@ -31,6 +33,10 @@ struct Attempt {
     solution.report.method = BeamMethod::kNewton;
     detail::follow_path(structure, path, 0, options, context, observer, solution.state,
                         solution.report);
+    if (!solution.report.converged() && options.method == BeamMethod::kNewton &&
+        path.loads(1).follows())
+      solution.report.message +=
+          "; loads that follow have no potential for load steps to lower: try a relaxation";
   }
 
   void relaxation(BeamSolution& solution) const {
@@ -39,7 +45,7 @@ struct Attempt {
     detail::relax(structure, path, options.relaxation_tolerance, options, context, observer,
                   solution.state, solution.report);
     if (solution.report.converged())
-      detail::certify(structure, context, solution.state, solution.report);
+      detail::certify(structure, context, path.loads(1), solution.state, solution.report);
   }
 
   void both(BeamSolution& solution) const {
@@ -48,18 +54,38 @@ struct Attempt {
     report.method = BeamMethod::kRelaxationThenNewton;
     detail::relax(structure, path, options.hand_over, options, context, observer, solution.state,
                   report);
-    if (report.converged())
+    if (!report.converged()) return;
+    if (const NodeLoads loads = path.loads(1); loads.follows())
+      following(loads, solution);
+    else
       detail::follow_path(structure, path, 1, options, context, observer, solution.state, report);
+  }
+
+  /// Loads that follow have no potential that Newton's method could lower: it finishes on forces.
+  void following(const NodeLoads& loads, BeamSolution& solution) const {
+    BeamReport& report = solution.report;
+    if (!detail::balance_following(structure, loads, options.tolerance, context, solution.state,
+                                   report)) {
+      const BeamReport before = report;
+      report = {};
+      relaxation(solution);
+      add_work(before, report);
+      return;
+    }
+    report.message = "forces and moments balance";
+    detail::certify(structure, context, loads, solution.state, report);
   }
 
   /// By Newton's method with temporary loads on to the end, in steps so small that the branch they
   /// lead to is not lost; then they fade. The relaxation's ramp is quicker than a push at one node
-  /// spreads over the structure, and long load steps jump: both may end on the other side.
+  /// spreads over the structure, and long load steps jump: both may end on the other side. What the
+  /// whole structure moves by has nothing to do with that, and comes first.
   void pushed(BeamSolution& solution) const {
     BeamSolveOptions careful = options;
     if (careful.largest_swerve == 0)
       careful.largest_swerve = BeamSolveOptions::following().largest_swerve;
     solution.state = start;
+    solution.state.positions.colwise() += path.common_move();
     BeamReport& report = solution.report;
     report.method = BeamMethod::kNewton;
     detail::follow_path(structure, path.pushed(), 0, careful, context, observer, solution.state,
@@ -104,9 +130,9 @@ struct Attempt {
 
   /// What is measured to be quicker (limber-bench beams): Newton's method goes straight to where
   /// loads and motions lead one way; where a plane network may buckle in many, it loses its time at
-  /// saddles that the relaxation never sees.
+  /// saddles that the relaxation never sees. A branch is followed by Newton's method alone.
   void chosen(BeamSolution& solution) const {
-    const bool relaxes_first = path.nudged();
+    const bool relaxes_first = path.nudged() && options.largest_swerve == 0;
     relaxes_first ? both(solution) : newton(solution);
     const BeamStatus status = solution.report.status;
     if (status == BeamStatus::kConverged || status == BeamStatus::kMechanism) return;
@@ -144,6 +170,11 @@ BeamSolution solve(const Attempt& attempt) {
     if (error.code() != ErrorCode::kCancelled) throw;
     solution.report.status = BeamStatus::kCancelled;
     solution.report.message = "cancelled";
+  }
+  if (!detail::is_finite(solution.state)) {
+    solution.state = attempt.start;
+    solution.report.status = BeamStatus::kUnstable;
+    solution.report.message = "the structure flies apart";
   }
   if (solution.report.converged()) {
     if (const auto doubt = detail::doubt_elements(attempt.structure, solution.state)) {

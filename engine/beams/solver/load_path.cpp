@@ -1,5 +1,6 @@
 #include "engine/beams/solver/load_path.h"
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <map>
 
@@ -119,6 +120,8 @@ LoadPath LoadPath::resting_at(double s) const {
 LoadPath LoadPath::pushed() const {
   LoadPath path = *this;
   if (nudged_) path.last_ = last_ + temporary_;
+  const Eigen::Vector3d common = common_move();
+  for (Held& h : path.held_) h.from += common;
   return path;
 }
 
@@ -129,15 +132,38 @@ LoadPath LoadPath::let_go() const {
   return path;
 }
 
+Eigen::Vector3d LoadPath::common_move() const {
+  Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
+  Eigen::Vector3d moved = Eigen::Vector3d::Zero();
+  for (const Held& h : held_) {
+    for (int k = 0; k < 3; ++k) {
+      if (!h.axes[index(k)]) continue;
+      const Eigen::Vector3d axis = structure_.node_axes(h.node).col(k);
+      sum += axis * axis.transpose();
+      moved += axis.dot(h.to - h.from) * axis;
+    }
+  }
+  // Where nothing is held along a direction, nothing goes along it.
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(sum);
+  Eigen::Vector3d common = Eigen::Vector3d::Zero();
+  for (int k = 0; k < 3; ++k) {
+    if (solver.eigenvalues()[k] <= 1e-9 * solver.eigenvalues()[2]) continue;
+    const Eigen::Vector3d axis = solver.eigenvectors().col(k);
+    common += axis.dot(moved) / solver.eigenvalues()[k] * axis;
+  }
+  return common;
+}
+
 double LoadPath::nudge_work(const BeamState& start, const BeamState& state) const {
   if (!nudged_) return 0;
   const NodeLoads& t = temporary_;
+  const Eigen::Vector3d common = common_move();
   double work = 0;
   for (int i = 0; i < structure_.nodes(); ++i) {
     const Eigen::Quaterniond& from = start.rotations[index(i)];
     const Eigen::Vector3d force = t.forces.col(i) + from * t.following_forces.col(i);
     const Eigen::Vector3d moment = t.moments.col(i) + from * t.following_moments.col(i);
-    work += force.dot(state.positions.col(i) - start.positions.col(i));
+    work += force.dot(state.positions.col(i) - start.positions.col(i) - common);
     if (moment.isZero(0)) continue;
     const Eigen::Quaterniond turned = state.rotations[index(i)] * from.conjugate();
     work += moment.dot(rotations::logarithm(turned.normalized()));

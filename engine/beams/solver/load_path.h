@@ -26,7 +26,8 @@ class LoadPath {
 
   /// All of it as it is at s.
   [[nodiscard]] LoadPath resting_at(double s) const;
-  /// The same with temporary loads on to the end, and from there the way on which they fade.
+  /// The same with temporary loads on to the end, from a start that has gone by common_move(), and
+  /// from its end the way on which they fade.
   [[nodiscard]] LoadPath pushed() const;
   [[nodiscard]] LoadPath let_go() const;
 
@@ -40,9 +41,12 @@ class LoadPath {
   [[nodiscard]] bool varies() const { return varies_; }
   /// Largest angle that a held node turns by from s = 0 to 1 [rad].
   [[nodiscard]] double turn() const;
+  /// The translation that comes closest to how what is held goes: no deformation, nobody's side.
+  [[nodiscard]] Eigen::Vector3d common_move() const;
   [[nodiscard]] bool nudged() const { return nudged_; }
-  /// Of temporary loads, as they are at the start, from there to a state [force length]. Below 0:
-  /// the structure went to the other side.
+  /// Of temporary loads, as they are at the start, from there to a state, beside what they do where
+  /// all that is held goes the same way [force length]. Below 0: the structure went to the other
+  /// side.
   [[nodiscard]] double nudge_work(const BeamState& start, const BeamState& state) const;
 
  private:

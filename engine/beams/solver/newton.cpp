@@ -44,15 +44,19 @@ NewtonSolver::Definiteness NewtonSolver::factor_positive(const BeamState& state)
   const double before = shift_;
   shift_ = 0;
   stiffness_.assemble(state);
+  // Nodes that coincide, or places that numbers hardly hold.
+  is_positive_ = stiffness_.matrix().coeffs().allFinite();
+  if (!is_positive_) return Definiteness::kNotFinite;
   is_positive_ = factor_at(0);
   if (is_positive_) return Definiteness::kPositive;
   stiffness_.assemble(state, Compression::kLeftOut);
+  if (!stiffness_.matrix().coeffs().allFinite()) return Definiteness::kNotFinite;
   if (factor_at(0)) return Definiteness::kNot;
   // Begin below the shift that did last time.
   shift_ = before > 0 ? 0.1 * before : balance_.softest();
   while (!factor_at(shift_)) {
     shift_ *= 10;
-    LIMBER_DEMAND(std::isfinite(shift_));
+    if (!std::isfinite(shift_ * weights_.maxCoeff())) return Definiteness::kNotFinite;
   }
   return Definiteness::kNot;
 }
@@ -145,6 +149,12 @@ bool NewtonSolver::advance(BeamState& state, const NodeLoads& loads,
   return true;
 }
 
+NewtonSolver::Softest NewtonSolver::softest(const BeamState& state) {
+  if (factor_positive(state) == Definiteness::kNotFinite)
+    return {std::numeric_limits<double>::quiet_NaN(), -1, {}};
+  return softest_of_factored(state);
+}
+
 NewtonSolver::Softest NewtonSolver::softest_of_factored(const BeamState& state) {
   Random random(20);
   Eigen::VectorXd v(stiffness_.size());
@@ -202,7 +212,8 @@ NewtonOutcome NewtonSolver::balance(BeamState& state, const LoadPath& path, doub
     const bool moves = balance_.size_of(held) > 1e-12;
     const Eigen::VectorXd here = residual(state, loads);
     left_ = balance_.imbalance(here, balance_.present(state, loads));
-    factor_positive(state);
+    if (!here.allFinite() || factor_positive(state) == Definiteness::kNotFinite)
+      return NewtonOutcome::kNoProgress;
     if (!moves && left_.scaled <= tolerance) {
       const Softest soft = softest_of_factored(state);
       if (vanishes(soft.eigenvalue)) return NewtonOutcome::kMechanism;

@@ -15,7 +15,7 @@ enum class NewtonOutcome {
   kBalanced,    // and the stiffness is positive definite
   kTooFar,      // what is held would move too far at once
   kMechanism,   // balanced, but something moves without resistance
-  kNoProgress,  // no step lowers the potential or the residual
+  kNoProgress,  // no step lowers the potential or the residual, or numbers are not finite
   kLimit,       // of iterations
 };
 
@@ -25,7 +25,7 @@ enum class NewtonOutcome {
 /// saddle, which is left along its softest direction. Steps follow second-order curves, so that
 /// slender beams keep their lengths.
 class NewtonSolver {
-  enum class Definiteness { kPositive, kNot };
+  enum class Definiteness { kPositive, kNot, kNotFinite };
 
  public:
   NewtonSolver(const BeamStructure& structure, const JobContext& context);
@@ -45,16 +45,14 @@ class NewtonSolver {
   /// Was the stiffness positive definite where it was last looked at?
   [[nodiscard]] bool is_positive() const { return is_positive_; }
 
-  /// The softest direction's eigenvalue per weight; its largest unknown.
+  /// The softest direction's eigenvalue per weight; its largest unknown. Where the stiffness is not
+  /// finite: not a number, and no unknown.
   struct Softest {
     double eigenvalue = 0;
     int unknown = -1;
     Eigen::VectorXd direction;  // by all unknowns
   };
-  [[nodiscard]] Softest softest(const BeamState& state) {
-    factor_positive(state);
-    return softest_of_factored(state);
-  }
+  [[nodiscard]] Softest softest(const BeamState& state);
   /// Is an eigenvalue nothing but rounding, or so small that any load would move it out of reach?
   [[nodiscard]] bool vanishes(double eigenvalue) const;
 

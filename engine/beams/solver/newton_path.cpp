@@ -6,9 +6,11 @@
 #include <cmath>
 #include <optional>
 
+#include "engine/beams/solver/following_tangent.h"
 #include "engine/beams/solver/newton.h"
 #include "engine/beams/solver/relaxation_path.h"
 #include "engine/beams/solver/step_watch.h"
+#include "engine/beams/solver/twist_watch.h"
 
 namespace limber::beams::detail {
 
@@ -62,6 +64,13 @@ void say(const BeamStructure& structure, BeamStatus status, int unknown, BeamRep
       report.message = where(structure, unknown) + " without any resistance";
       break;
     default:
+      if (!std::isfinite(report.residual)) {
+        report.message = fmt::format(
+            "forces grow beyond all bounds at load factor {:.6g}, where {}: is an element brought "
+            "to no length?",
+            report.load_factor, where(structure, unknown));
+        return;
+      }
       report.message = fmt::format("residual {:.2g} at load factor {:.6g}, worst where {}",
                                    report.residual, report.load_factor, where(structure, unknown));
   }
@@ -156,6 +165,8 @@ class Follower {
     report_.load_factor = s_;
     report_.residual = step.residual;
     if (observer) observer({&state_, s_, report_.residual, report_.load_steps});
+    const ElementTwist twist = most_twisted(structure_, state_);
+    if (std::abs(twist.angle) > kMostTwist) return end_twisted(twist);
     if (s_ >= 1) {
       const bool loose = step.outcome == NewtonOutcome::kMechanism;
       say(structure_, loose ? BeamStatus::kMechanism : BeamStatus::kConverged,
@@ -223,6 +234,17 @@ class Follower {
     jump_ = {std::move(trial), next, newton_.left().scaled, outcome, seen};
     may_leap_ = true;
     return true;
+  }
+
+  /// What is turned further would let a turn slip through, and balance with less torque.
+  bool end_twisted(const ElementTwist& twist) {
+    report_.status = BeamStatus::kUnstable;
+    report_.node = structure_.model().elements[static_cast<std::size_t>(twist.element)].start;
+    report_.message = fmt::format(
+        "element {} is twisted by {:.2f} rad between its ends at load factor {:.3g}, where a turn "
+        "may slip through it: take shorter elements",
+        twist.element, twist.angle, s_);
+    return false;
   }
 
   /// What balances further on is a saddle, or the stiffness is not positive there.
@@ -293,12 +315,22 @@ void follow_path(const BeamStructure& structure, const LoadPath& path, double s,
   }
 }
 
-void certify(const BeamStructure& structure, const JobContext& context, const BeamState& state,
-             BeamReport& report) {
+void certify(const BeamStructure& structure, const JobContext& context, const NodeLoads& loads,
+             const BeamState& state, BeamReport& report) {
   NewtonSolver newton(structure, context);
   const NewtonSolver::Softest soft = newton.softest(state);
   if (newton.vanishes(soft.eigenvalue)) {
     say(structure, BeamStatus::kMechanism, soft.unknown, report);
+  } else if (soft.eigenvalue < 0 && loads.follows()) {
+    FollowingTangent tangent(structure);
+    const bool diverges = !tangent.factor(state, loads) || tangent.sign() < 0;
+    report.status = diverges ? BeamStatus::kUnstable : BeamStatus::kConverged;
+    report.node = diverges ? Balance(structure).node_of(soft.unknown) : -1;
+    report.message =
+        diverges ? "balanced, but not stable under loads that follow, where " +
+                       where(structure, soft.unknown)
+                 : "forces and moments balance; loads that follow have no potential: whether they "
+                   "make it flutter is not judged";
   } else if (soft.eigenvalue < 0) {
     say(structure, BeamStatus::kUnstable, soft.unknown, report);
   }

@@ -13,8 +13,10 @@ void follow_path(const BeamStructure& structure, const LoadPath& path, double s,
                  const BeamObserver& observer, BeamState& state, BeamReport& report);
 
 /// Is a balanced state a minimum? Changes the status of a report that says converged where it is a
-/// saddle (kUnstable) or something moves without resistance (kMechanism).
-void certify(const BeamStructure& structure, const JobContext& context, const BeamState& state,
-             BeamReport& report);
+/// saddle (kUnstable) or something moves without resistance (kMechanism). Following loads have no
+/// potential: where the energy falls, divergence is what counts, and the message says that it is
+/// all that is judged.
+void certify(const BeamStructure& structure, const JobContext& context, const NodeLoads& loads,
+             const BeamState& state, BeamReport& report);
 
 }  // namespace limber::beams::detail

@@ -3,9 +3,13 @@
 #include <fmt/core.h>
 
 #include <limits>
+#include <optional>
+#include <utility>
 
 #include "engine/beams/solver/balance.h"
+#include "engine/beams/solver/finite_state.h"
 #include "engine/beams/solver/relaxation.h"
+#include "engine/beams/solver/twist_watch.h"
 
 namespace limber::beams::detail {
 
@@ -19,6 +23,8 @@ constexpr double kMostPressure = 0.05;  // of elements during the ramp, see Rela
 constexpr double kMostBend = 0.5;       // the same, see Relaxation::bend
 constexpr double kSlowest = 0.05;       // of the ramp's pace
 constexpr double kFarAway = 1e3;        // extents
+constexpr double kMostTurn = 0.1;       // of what is held, in one step of the ramp [rad]
+constexpr int kStepsBetweenTwists = 5;  // each turns nodes by at most 0.2 rad
 
 /// One run of the relaxation, with what it tells its caller.
 class Run {
@@ -32,9 +38,12 @@ class Run {
         state_(state),
         report_(report),
         balance_(structure),
-        relaxation_(structure, state) {}
+        relaxation_(structure, state) {
+    if (path.turn() > 0) twist_.emplace(structure, state);
+  }
 
-  void bring_on() {
+  /// @returns whether to go on
+  bool bring_on() {
     const int ramp = path_.varies() ? options_.ramp_steps : 0;
     if (path_.nudged()) {
       loads_ = path_.loads(0);
@@ -47,15 +56,22 @@ class Run {
       const double strain =
           std::max(relaxation_.pressure() / kMostPressure, relaxation_.bend() / kMostBend);
       const double calm = std::max(0.0, 1 - strain);
-      at = std::min(1.0, at + std::max(calm, kSlowest) / ramp);
+      const double pace = std::max(calm, kSlowest) / ramp;
+      at = std::min(1.0, at + std::min(pace, kMostTurn / std::max(kMostTurn, path_.turn())));
       loads_ = path_.loads(at);
       relaxation_.set_loads(loads_);
       relaxation_.drive(path_, at);
       step(at);
+      if (slips()) return false;
+      if (at < 1 && report_.relaxation_steps >= options_.relaxation_steps) {
+        if (look()) finish_at_limit();
+        return false;
+      }
     }
     loads_ = path_.loads(1);
     relaxation_.set_loads(loads_);
     relaxation_.drive(path_, 1);
+    return true;
   }
 
   void settle(double tolerance) {
@@ -63,6 +79,7 @@ class Run {
     int best_step = report_.relaxation_steps;
     for (;;) {
       step(1);
+      if (slips()) return;
       if (report_.relaxation_steps % kStepsBetweenChecks != 0) continue;
       if (!look()) return finish(BeamStatus::kUnstable, "the structure flies apart");
       if (report_.residual <= tolerance)
@@ -73,13 +90,15 @@ class Run {
       }
       if (report_.relaxation_steps - best_step > kPatience)
         return finish(BeamStatus::kStalled, fmt::format("no progress below {:.2g}", best));
-      if (report_.relaxation_steps >= options_.relaxation_steps)
-        return finish(BeamStatus::kIterationLimit,
-                      fmt::format("residual {:.2g} after all steps", report_.residual));
+      if (report_.relaxation_steps >= options_.relaxation_steps) return finish_at_limit();
     }
   }
 
-  void keep_state() { state_ = relaxation_.state(); }
+  /// The last state that is one.
+  void keep_state() {
+    BeamState reached = relaxation_.state();
+    if (is_finite(reached)) state_ = std::move(reached);
+  }
 
  private:
   void step(double s) {
@@ -95,6 +114,22 @@ class Run {
     if (!observer_) return;
     keep_state();
     observer_({&state_, s, report_.residual, report_.relaxation_steps});
+  }
+
+  /// Ends where a turn that was prescribed slips through an element: attitudes would not show it.
+  bool slips() {
+    if (!twist_ || report_.relaxation_steps % kStepsBetweenTwists != 0) return false;
+    twist_->look(relaxation_.state());
+    const std::optional<int> element = twist_->slipped();
+    if (!element) return false;
+    finish(BeamStatus::kUnstable,
+           fmt::format("a turn slipped through element {}: take shorter elements", *element));
+    return true;
+  }
+
+  void finish_at_limit() {
+    finish(BeamStatus::kIterationLimit,
+           fmt::format("residual {:.2g} after all steps", report_.residual));
   }
 
   /// Residual of the last step; false where the numbers have grown beyond meaning.
@@ -123,6 +158,7 @@ class Run {
   BeamReport& report_;
   Balance balance_;
   Relaxation relaxation_;
+  std::optional<TwistWatch> twist_;  // where nodes are turned
   NodeLoads loads_;
 };
 
@@ -132,8 +168,7 @@ void relax(const BeamStructure& structure, const LoadPath& path, double toleranc
            const BeamSolveOptions& options, const JobContext& context, const BeamObserver& observer,
            BeamState& state, BeamReport& report) {
   Run run(structure, path, options, context, observer, state, report);
-  run.bring_on();
-  run.settle(tolerance);
+  if (run.bring_on()) run.settle(tolerance);
 }
 
 }  // namespace limber::beams::detail

@@ -35,7 +35,7 @@ ElementConstants<double> constants_of(const BeamElement& e, const BeamSection& s
   set_plane(s.bending_2 / k.length, slides(2), k.near_2, k.far_2);
   set_plane(s.bending_3 / k.length, slides(1), k.near_3, k.far_3);
   const double twist = e.rest_curvature[0] * k.length;
-  k.rest_twist = 3 * std::sin(twist) / (2 + std::cos(twist));
+  k.rest_twist = TwistMeasure<double>(std::sin(twist), std::cos(twist)).value;
   k.rest_angle_2 = 0.5 * e.rest_curvature[1] * k.length;
   k.rest_angle_3 = 0.5 * e.rest_curvature[2] * k.length;
   return k;

@@ -1,6 +1,7 @@
 #include "engine/session/beams/beam_files.h"
 
 #include <charconv>
+#include <cmath>
 
 #include "engine/scene/formats/json_writer.h"
 #include "engine/scene/formats/vtk_xml_writer.h"
@@ -14,7 +15,9 @@ using scene::Precision;
 using scene::formats::JsonWriter;
 using scene::formats::VtkXmlWriter;
 
+/// What is not known is empty.
 void append(std::string& text, double value) {
+  if (!std::isfinite(value)) return;
   char digits[32];
   text.append(digits, std::to_chars(digits, digits + sizeof digits, value).ptr);
 }
@@ -90,7 +93,8 @@ void write_report(const BeamAnalysis& analysis, JsonWriter& json) {
   json.member("message", report.message);
   json.member("residual", report.residual);
   json.member("load_factor", report.load_factor);
-  json.member("largest_utilisation", analysis.results.largest_utilisation);
+  const double largest = analysis.results.largest_utilisation;
+  json.member("largest_utilisation", largest > 0 ? largest : std::nan(""));
   json.member("largest_bend", analysis.results.largest_bend);
   json.key("energies");
   json.begin_object();

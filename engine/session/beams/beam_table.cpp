@@ -1,5 +1,7 @@
 #include "engine/session/beams/beam_table.h"
 
+#include <limits>
+
 namespace limber::session::detail {
 namespace {
 
@@ -14,6 +16,18 @@ Eigen::VectorXd column(const Rows& rows, Member member) {
   Eigen::VectorXd values(static_cast<Eigen::Index>(rows.size()));
   for (std::size_t i = 0; i < rows.size(); ++i)
     values[static_cast<Eigen::Index>(i)] = rows[i].*member;
+  return values;
+}
+
+/// Of the yield stress; not a number where that is not known.
+Eigen::VectorXd utilisations(const BeamAnalysis& analysis) {
+  const beams::BeamModel& model = analysis.structure.model();
+  Eigen::VectorXd values = column(analysis.results.stresses, &beams::ElementStresses::utilisation);
+  for (std::size_t e = 0; e < model.elements.size(); ++e) {
+    const auto section = static_cast<std::size_t>(model.elements[e].section);
+    if (!(model.sections[section].yield_stress > 0))
+      values[static_cast<Eigen::Index>(e)] = std::numeric_limits<double>::quiet_NaN();
+  }
   return values;
 }
 
@@ -59,7 +73,7 @@ std::vector<BeamColumn> element_columns(const BeamAnalysis& analysis) {
           {"bending_stress", "Pa", column(stresses, &Stresses::bending)},
           {"torsion_stress", "Pa", column(stresses, &Stresses::torsion)},
           {"equivalent_stress", "Pa", column(stresses, &Stresses::equivalent)},
-          {"utilisation", "1", column(stresses, &Stresses::utilisation)},
+          {"utilisation", "1", utilisations(analysis)},
           {"energy", "J",
            Eigen::VectorXd::Map(energies.data(), static_cast<Eigen::Index>(energies.size()))}};
 }

@@ -16,7 +16,7 @@ struct BeamColumn {
 
 /// Nodes: position, rotation vector, reactions.
 [[nodiscard]] std::vector<BeamColumn> node_columns(const BeamAnalysis& analysis);
-/// Elements: forces, moments, stresses, energy.
+/// Elements: forces, moments, stresses, energy. What is not known is not a number.
 [[nodiscard]] std::vector<BeamColumn> element_columns(const BeamAnalysis& analysis);
 
 /// Rotation vectors from rest, 3 x nodes [rad], of length at most pi.

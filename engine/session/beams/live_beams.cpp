@@ -16,6 +16,14 @@ constexpr int kMostFrames = 128;  // of one way
 constexpr std::size_t kKnownBytes = std::size_t{64} << 20;
 constexpr std::size_t kBytesPerElement = 1000;
 
+bool are_same(const std::vector<beams::NodalLoad>& a, const std::vector<beams::NodalLoad>& b) {
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(),
+                    [](const beams::NodalLoad& x, const beams::NodalLoad& y) {
+                      return x.node == y.node && x.force == y.force && x.moment == y.moment &&
+                             x.direction == y.direction;
+                    });
+}
+
 }  // namespace
 
 Eigen::VectorXf beam_coordinates(const beams::BeamState& state) {
@@ -38,7 +46,7 @@ LiveBeams::LiveBeams(beams::BeamModel model, std::optional<beams::BeamState> sha
   state_ = std::move(*shape);
   turned_ = turns_at(conditions_of(model_), 1);
   is_drawn_ = false;
-  is_given_ = true;
+  given_ = Place{nullptr, state_, turned_, nullptr};
 }
 
 /// What the held nodes have turned by, a share of the way from where they were to what conditions
@@ -74,9 +82,10 @@ bool LiveBeams::begin_at(const SharedConditions& conditions) {
 }
 
 void LiveBeams::restore() {
-  state_ = good_.state;
-  turned_ = good_.turned;
-  is_drawn_ = good_.conditions == nullptr;
+  const Place& place = given_ ? *given_ : good_;
+  state_ = place.state;
+  turned_ = place.turned;
+  is_drawn_ = !given_ && good_.conditions == nullptr;
 }
 
 void LiveBeams::keep(const SharedConditions& conditions, beams::BeamStructure&& structure,
@@ -112,25 +121,39 @@ beams::BeamSolution LiveBeams::settle(const beams::BeamStructure& structure, con
                                         beams::BeamSolveOptions::following(), job, observer);
 }
 
+LiveBeams::Outcome LiveBeams::solve_as_drawn(const SharedConditions& conditions,
+                                             const JobContext& job, const OnIterate& on_iterate) {
+  given_.reset();
+  restore();
+  Outcome outcome = solve(conditions, job, on_iterate);
+  outcome.report.message += "; from the structure as drawn: its given shape led nowhere";
+  return outcome;
+}
+
 LiveBeams::Outcome LiveBeams::solve(const SharedConditions& conditions, const JobContext& job,
                                     const OnIterate& on_iterate) {
   beams::BeamModel model = with_conditions(model_, *conditions);
   // A side that was chosen before is not chosen again.
-  const bool is_given = std::exchange(is_given_, false);
-  if (begin_at(conditions) || is_given) model.temporary_loads.clear();
+  const bool is_given = given_.has_value();
+  if (begin_at(conditions) ||
+      (is_given && are_same(conditions->temporary_loads, model_.temporary_loads)))
+    model.temporary_loads.clear();
   beams::BeamStructure structure(std::move(model));
   ShapeKeeper<Eigen::VectorXf> keeper(kMostFrames);
   const beams::BeamObserver observer = [&](const beams::BeamProgress& progress) {
     keeper.keep([&] { return beam_coordinates(*progress.state); });
     on_iterate(*progress.state);
   };
-  beams::BeamSolution solution = settle(structure, job, observer);
-  if (is_given && !solution.report.converged() &&
-      solution.report.status != BeamStatus::kCancelled) {
-    restore();
-    Outcome outcome = solve(conditions, job, on_iterate);
-    outcome.report.message += "; from the structure as drawn: its given shape led nowhere";
-    return outcome;
+  beams::BeamSolution solution;
+  try {
+    solution = settle(structure, job, observer);
+  } catch (const std::exception&) {
+    if (!is_given) throw;
+    return solve_as_drawn(conditions, job, on_iterate);
+  }
+  if (is_given && solution.report.status != BeamStatus::kCancelled) {
+    if (!solution.report.converged()) return solve_as_drawn(conditions, job, on_iterate);
+    given_.reset();
   }
   Outcome outcome;
   outcome.report = solution.report;

@@ -48,10 +48,11 @@ class LiveBeams {
   /// are followed from the shape there is (beams::follow_equilibrium), never from nothing. Where
   /// none is reached, the shape is the last one there was; cancelled, what was reached of the way.
   /// Conditions that were solved before, the very same object as undo brings them back, begin from
-  /// the shape they had then.
+  /// the shape they had then. A shape to begin from that was not solved to its end, cancelled or
+  /// interrupted, is still there to begin from.
   Outcome solve(const std::shared_ptr<const BeamConditions>& conditions, const JobContext& job,
                 const OnIterate& on_iterate);
-  /// Back to the last equilibrium, or to the structure as drawn.
+  /// Back to the last equilibrium, or to where it began.
   void restore();
 
  private:
@@ -71,14 +72,17 @@ class LiveBeams {
   [[nodiscard]] beams::BeamSolution settle(const beams::BeamStructure& structure,
                                            const JobContext& job,
                                            const beams::BeamObserver& observer) const;
+  [[nodiscard]] Outcome solve_as_drawn(const SharedConditions& conditions, const JobContext& job,
+                                       const OnIterate& on_iterate);
   [[nodiscard]] Turns turns_at(const BeamConditions& conditions, double share) const;
 
   const beams::BeamModel model_;
   beams::BeamState state_;
-  Turns turned_;             // of what is held in state_
-  bool is_drawn_ = true;     // nothing has moved yet
-  bool is_given_ = false;    // it is the shape to begin from, which nobody knows to be in balance
-  Place good_;               // the last equilibrium
+  Turns turned_;          // of what is held in state_
+  bool is_drawn_ = true;  // nothing has moved yet
+  Place good_;            // the last equilibrium
+  // The shape to begin from, which nobody knows to be in balance; none once it has led somewhere.
+  std::optional<Place> given_;
   std::deque<Place> known_;  // the latest last
 };
 

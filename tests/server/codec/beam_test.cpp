@@ -9,6 +9,7 @@
 #include "server/codec/arrays.h"
 #include "server/codec/beam_edit.h"
 #include "server/codec/beam_scene.h"
+#include "server/codec/beams.h"
 #include "server/codec/edit_fields.h"
 
 namespace limber::server {
@@ -131,6 +132,45 @@ TEST(BeamCodec, ShapesComeBack) {
   auto* message = told.mutable_beams()->mutable_shape();
   *message->mutable_rotations() = encode_points_float64(Eigen::Matrix3Xd::Zero(3, 1));
   EXPECT_EQ(field_of([&] { decode(told); }), "scene.beams.shape.rotations");
+}
+
+TEST(BeamCodec, ShapesThatNoElementCanHaveAreRefused) {
+  DecodedBeams first = decode(scene());
+  const beams::BeamState rest = beams::BeamStructure(first.model).rest_state();
+  const auto told = [&](auto&& spoil) -> std::pair<std::string, std::string> {
+    first.shape = rest;
+    spoil(*first.shape);
+    try {
+      decode(encode_beam_scene(first));
+    } catch (const Refusal& refusal) {
+      return {refusal.field(), refusal.what()};
+    }
+    return {"accepted", ""};
+  };
+  const auto [far_field, far_away] = told([](auto& shape) { shape.positions(2, 1) = 1e300; });
+  EXPECT_EQ(far_field, "scene.beams.shape.positions");
+  EXPECT_THAT(far_away, ::testing::HasSubstr("row 1"));
+  const beams::BeamElement& element = first.model.elements[1];
+  const auto [field, why] = told([&](auto& shape) {
+    shape.positions.col(element.finish) = shape.positions.col(element.start);
+  });
+  EXPECT_EQ(field, "scene.beams.shape.positions");
+  EXPECT_THAT(why, ::testing::HasSubstr("element 1"));
+}
+
+TEST(BeamCodec, RelaxationsFollowNoBranch) {
+  proto::SolveBeamsRequest request;
+  *request.mutable_structure() = scene().beams().structure();
+  request.set_follow(true);
+  for (const auto method : {proto::BEAM_METHOD_UNSPECIFIED, proto::BEAM_METHOD_NEWTON}) {
+    request.set_method(method);
+    EXPECT_GT(decode_beams(request).options.largest_swerve, 0);
+  }
+  for (const auto method :
+       {proto::BEAM_METHOD_RELAXATION, proto::BEAM_METHOD_RELAXATION_THEN_NEWTON}) {
+    request.set_method(method);
+    EXPECT_EQ(field_of([&] { (void)decode_beams(request); }), "follow");
+  }
 }
 
 TEST(BeamCodec, SourcesExcludeEachOther) {

@@ -60,7 +60,8 @@ INSTANTIATE_TEST_SUITE_P(
     ::testing::Values(Attitude{Matrix3d::Identity(), {0.1, 0.2, -0.3}, {-0.2, 0.1, 0.4}, 0.52},
                       Attitude{kTilted, {0.5, -0.7, 0.6}, {-0.4, 0.8, 0.3}, 0.47},
                       Attitude{kUpsideDown, {0.02, -0.01, 0.03}, {-0.01, 0.02, 0.015}, 0.5001},
-                      Attitude{kTilted, {1.2, 1.0, -0.4}, {-0.3, -1.3, 0.9}, 0.6}),
+                      Attitude{kTilted, {1.2, 1.0, -0.4}, {-0.3, -1.3, 0.9}, 0.6},
+                      Attitude{Matrix3d::Identity(), {-1.4, 0.2, 0.1}, {1.5, -0.1, 0.3}, 0.52}),
     [](const auto& test) { return "Attitude" + std::to_string(test.index); });
 
 TEST(BeamElementEnergy, DoesNotChangeInRigidMotions) {
@@ -99,6 +100,20 @@ TEST(BeamElementEnergy, OfPureModesIsThatOfTheBeam) {
   }
   const ElementEnds pulled = ends_of({kTilted, Vector3d::Zero(), Vector3d::Zero(), 0.51});
   EXPECT_NEAR(element_energies(k, pulled).total(), 0.5 * 40 * 1e-4, 1e-14);
+}
+
+TEST(BeamElementEnergy, TorqueIsLinearWithin_0_2_PercentToOneRadian) {
+  for (const double angle : {-3.0, -1.0, 0.25, 1.0, 2.0, 2.6}) {
+    const Vector3d half = 0.5 * angle * Vector3d::UnitX();
+    const ElementEnds ends = ends_of({Matrix3d::Identity(), -half, half, 0.5});
+    EXPECT_NEAR(twist_angle(strip(), ends), angle, 1e-14);
+    const double torque = element_gradient(strip(), ends)[9] / 0.7;
+    const double fourth = std::pow(angle, 4);
+    EXPECT_LT(std::abs(torque - angle),
+              std::abs(angle) * fourth / (std::abs(angle) > 1 ? 300 : 450))
+        << angle;
+    EXPECT_GT(torque * angle, 0);
+  }
 }
 
 TEST(BeamElementEnergy, OfAnElementThatIsCurvedAndTwistedAtRest) {

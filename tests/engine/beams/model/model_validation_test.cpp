@@ -55,6 +55,8 @@ INSTANTIATE_TEST_SUITE_P(
                  [](BeamModel& m) { m.sections[0].bending_3 = 0; }},
         BadInput{"SectionNotANumber", "sections[0].stretching", kInvalid,
                  [](BeamModel& m) { m.sections[0].stretching = kNaN; }},
+        BadInput{"TwistOfMoreThanAnElementShowsAtRest", "elements[1].rest_curvature", kInvalid,
+                 [](BeamModel& m) { m.elements[1].rest_curvature.x() = 10; }},
         BadInput{"MissingSection", "elements[3].section", kRange,
                  [](BeamModel& m) { m.elements[3].section = 1; }},
         BadInput{"LoadOnMissingNode", "loads[0].node", kRange,

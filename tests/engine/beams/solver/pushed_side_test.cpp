@@ -38,6 +38,43 @@ TEST(BeamPushedSide, OneNodeIsEnough) {
   }
 }
 
+/// Whoever asks for the branch gets it, pushed or not: a relaxation knows none.
+TEST(BeamPushedSide, ABranchIsFollowedFromAPush) {
+  BeamModel model = pushed_rod(20, 10, kBuckles / 132);
+  const BeamSolution followed =
+      find_equilibrium(BeamStructure(model), BeamSolveOptions::following());
+  ASSERT_TRUE(followed.report.converged()) << followed.report.message;
+  EXPECT_EQ(followed.report.method, BeamMethod::kNewton);
+  EXPECT_EQ(followed.report.relaxation_steps, 0);
+  EXPECT_GT(followed.state.positions(2, 10), 0.13);
+  EXPECT_GT(find_equilibrium(BeamStructure(model)).report.relaxation_steps, 0);
+}
+
+/// What a push does where the whole structure is moved says nothing of its side.
+TEST(BeamPushedSide, OfAStructureThatIsMovedAsAWhole) {
+  for (const double lift : {0.5, -0.5}) {
+    for (const int node : {1, 5, 10, 17}) {
+      for (const double side : {1.0, -1.0}) {
+        BeamModel model = pushed_rod(20, node, side * kBuckles / 132);
+        for (const int end : {0, 20}) {
+          for (BeamSupport& support : model.supports)
+            if (support.node == end) support.fixed[0] = support.fixed[2] = false;
+          std::erase_if(model.motions, [end](const auto& motion) { return motion.node == end; });
+          PrescribedMotion motion;
+          motion.node = end;
+          motion.translates = {true, false, true};
+          motion.translation = {end == 0 ? 0.0 : -0.1, 0, lift};
+          model.motions.push_back(motion);
+        }
+        const BeamSolution found = find_equilibrium(BeamStructure(model));
+        ASSERT_TRUE(found.report.converged()) << found.report.message;
+        EXPECT_GT(side * (found.state.positions(2, 10) - lift), 0.13)
+            << "lifted by " << lift << ", pushed at node " << node << ": " << found.report.message;
+      }
+    }
+  }
+}
+
 /// Where what is there for good is stronger, a push changes nothing but the way.
 TEST(BeamPushedSide, LoadsThatStayAreStronger) {
   BeamModel model = limber::testing::cantilever_model(10, 1);

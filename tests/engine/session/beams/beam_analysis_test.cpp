@@ -84,5 +84,18 @@ TEST(BeamFiles, JsonSaysHowItEndedAndInWhichUnits) {
   EXPECT_THAT(json, HasSubstr("\"axial_force\": \"N\""));
 }
 
+TEST(BeamFiles, UtilisationIsKnownWhereTheYieldStressIs) {
+  beams::BeamModel model = model_of(cantilever(4));
+  for (beams::BeamSection& section : model.sections) section.yield_stress = 0;
+  const BeamAnalysis unknown = analyse(model, {});
+  EXPECT_THAT(beam_json(unknown), HasSubstr("\"largest_utilisation\": null"));
+  EXPECT_THAT(beam_json(unknown), HasSubstr("\"utilisation\": null"));
+  EXPECT_THAT(beam_elements_csv(unknown), HasSubstr(",,"));
+  for (beams::BeamSection& section : model.sections) section.yield_stress = 1e8;
+  const BeamAnalysis known = analyse(model, {});
+  EXPECT_THAT(beam_json(known), Not(HasSubstr("null")));
+  EXPECT_THAT(beam_elements_csv(known), Not(HasSubstr(",,")));
+}
+
 }  // namespace
 }  // namespace limber::session

@@ -63,6 +63,51 @@ TEST(LiveBeams, AShapeThatLeadsNowhereIsLeftForTheStructureAsDrawn) {
   EXPECT_NE(outcome.report.message.find("as drawn"), std::string::npos) << outcome.report.message;
 }
 
+/// Cancelled on the way or before it, what it began from is not forgotten.
+TEST(LiveBeams, AShapeThatASolveWasCancelledAtIsStillBegunFrom) {
+  const beams::BeamModel model = buckled();
+  beams::BeamModel other = model;
+  for (beams::NodalLoad& load : other.temporary_loads) load.force *= -1;
+  LiveBeams below(other);
+  ASSERT_TRUE(settle(below, other).reached);
+  beams::BeamModel closer = model;
+  closer.motions[0].translation.x() = -0.15;
+  for (const bool restores : {true, false}) {
+    LiveBeams live(closer, below.state());
+    for (const int after : {0, 2}) {
+      JobContext job;
+      int shapes = 0;
+      if (after == 0) job.cancellation.request();
+      const LiveBeams::Outcome stopped =
+          live.solve(std::make_shared<const BeamConditions>(conditions_of(closer)), job,
+                     [&](const beams::BeamState&) {
+                       if (++shapes == after) job.cancellation.request();
+                     });
+      EXPECT_EQ(stopped.report.status, beams::BeamStatus::kCancelled);
+      if (restores) live.restore();
+      EXPECT_LT(live.state().positions(2, 6), -0.1);
+    }
+    const LiveBeams::Outcome outcome = settle(live, closer);
+    EXPECT_TRUE(outcome.reached) << outcome.report.message;
+    EXPECT_LT(live.state().positions(2, 6), -0.15) << "the temporary loads push up";
+  }
+}
+
+/// Far from any balance, and where no number is one any more.
+TEST(LiveBeams, AShapeThatNumbersDoNotHoldIsLeftForTheStructureAsDrawn) {
+  const beams::BeamModel model = buckled();
+  for (const double z : {0.0, 1e200}) {
+    beams::BeamState shape = beams::BeamStructure(model).rest_state();
+    shape.positions.setZero();
+    shape.positions(2, 3) = z;
+    LiveBeams live(model, shape);
+    const LiveBeams::Outcome outcome = settle(live, model);
+    EXPECT_TRUE(outcome.reached) << outcome.report.message;
+    EXPECT_GT(live.state().positions(2, 6), 0.1);
+    EXPECT_NE(outcome.report.message.find("as drawn"), std::string::npos) << outcome.report.message;
+  }
+}
+
 TEST(LiveBeams, AShapeOfAnotherStructureIsRefused) {
   const beams::BeamState other = beams::BeamStructure(cantilever(5, 1)).rest_state();
   try {

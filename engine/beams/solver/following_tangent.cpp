@@ -1,0 +1,119 @@
+#include "engine/beams/solver/following_tangent.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "engine/base/rotations/exponential_map.h"
+#include "engine/beams/solver/balance.h"
+
+namespace limber::beams::detail {
+
+namespace {
+
+std::size_t index(int i) { return static_cast<std::size_t>(i); }
+
+constexpr int kIterations = 30;
+constexpr int kPatience = 5;  // iterations without half of the best residual
+constexpr double kLargestTurn = 0.3;
+
+}  // namespace
+
+FollowingTangent::FollowingTangent(const BeamStructure& structure)
+    : structure_(structure), stiffness_(structure) {
+  row_of_.assign(index(structure.unknowns()), -1);
+  for (int row = 0; row < stiffness_.size(); ++row)
+    row_of_[index(stiffness_.free_unknowns()[index(row)])] = row;
+}
+
+void FollowingTangent::add_loads(const BeamState& state, const NodeLoads& loads,
+                                 std::vector<Eigen::Triplet<double>>& entries) const {
+  const Eigen::VectorXd elastic = elastic_gradient(structure_, state);
+  const auto add = [&](int first_row, int first_column, const Eigen::Matrix3d& block) {
+    for (int i = 0; i < 3; ++i) {
+      for (int j = 0; j < 3; ++j) {
+        const int row = row_of_[index(first_row + i)], column = row_of_[index(first_column + j)];
+        if (row >= 0 && column >= 0) entries.emplace_back(row, column, block(i, j));
+      }
+    }
+  };
+  for (int i = 0; i < structure_.nodes(); ++i) {
+    const Eigen::Matrix3d to_node = structure_.node_axes(i).transpose();
+    const Eigen::Quaterniond& turned = state.rotations[index(i)];
+    const Eigen::Vector3d force = to_node * (turned * loads.following_forces.col(i));
+    const Eigen::Vector3d moment = to_node * (turned * loads.following_moments.col(i));
+    // Spins do not commute: second derivatives along exp are the symmetric part of how moments
+    // change.
+    const Eigen::Vector3d skew = moment - 0.5 * elastic.segment<3>(6 * i + 3);
+    add(6 * i, 6 * i + 3, rotations::cross_matrix(force));
+    add(6 * i + 3, 6 * i + 3, rotations::cross_matrix(skew));
+  }
+}
+
+bool FollowingTangent::factor(const BeamState& state, const NodeLoads& loads) {
+  stiffness_.assemble(state);
+  std::vector<Eigen::Triplet<double>> entries;
+  const Matrix& lower = stiffness_.matrix();
+  for (int column = 0; column < lower.outerSize(); ++column) {
+    for (Matrix::InnerIterator entry(lower, column); entry; ++entry) {
+      entries.emplace_back(static_cast<int>(entry.row()), column, entry.value());
+      if (entry.row() != column)
+        entries.emplace_back(column, static_cast<int>(entry.row()), entry.value());
+    }
+  }
+  add_loads(state, loads, entries);
+  Matrix full(stiffness_.size(), stiffness_.size());
+  full.setFromTriplets(entries.begin(), entries.end());
+  full.makeCompressed();
+  if (!full.coeffs().allFinite()) return false;
+  factors_.compute(full);
+  return factors_.info() == Eigen::Success;
+}
+
+bool balance_following(const BeamStructure& structure, const NodeLoads& loads, double tolerance,
+                       const JobContext& context, BeamState& state, BeamReport& report) {
+  const Balance balance(structure);
+  FollowingTangent tangent(structure);
+  const auto residual = [&](const BeamState& at) -> Eigen::VectorXd {
+    return elastic_gradient(structure, at) - load_vector(structure, loads, at);
+  };
+  const auto solve = [&](const Eigen::VectorXd& all) -> Eigen::VectorXd {
+    return tangent.stiffness().extended(tangent.solve(tangent.stiffness().restricted(all)));
+  };
+  BeamState at = state;
+  double best = std::numeric_limits<double>::infinity();
+  int since = 0;
+  for (int i = 0; i <= kIterations && since <= kPatience; ++i) {
+    context.throw_if_cancelled();
+    const Eigen::VectorXd here = residual(at);
+    const Imbalance left = balance.imbalance(here, balance.present(at, loads));
+    if (left.scaled <= tolerance) {
+      state = std::move(at);
+      report.residual = left.scaled;
+      report.node = -1;
+      return true;
+    }
+    since = left.scaled < 0.5 * best ? 0 : since + 1;
+    best = std::min(best, left.scaled);
+    ++report.newton_iterations;
+    ++report.factorizations;
+    if (!tangent.factor(at, loads)) return false;
+    Eigen::VectorXd step = -solve(here);
+    const double size = balance.size_of(step);
+    if (!std::isfinite(size)) return false;
+    if (size > kLargestTurn) step *= kLargestTurn / size;
+    if (size > 1e-5) {
+      // Along a curve, so that slender beams keep their lengths.
+      const double e = 1e-3 / std::max(balance.size_of(step), 1e-3);
+      const Eigen::VectorXd third = residual(structure.moved(at, e * step)) +
+                                    residual(structure.moved(at, -e * step)) - 2 * here;
+      const Eigen::VectorXd bend = -solve(third) / (e * e);
+      if (balance.size_of(bend) < 2 * kLargestTurn) step += 0.5 * bend;
+    }
+    at = structure.moved(at, step);
+  }
+  return false;
+}
+
+}  // namespace limber::beams::detail

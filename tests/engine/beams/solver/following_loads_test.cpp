@@ -1,0 +1,89 @@
+#include <gtest/gtest.h>
+
+#include "engine/beams/solver/following_tangent.h"
+#include "tests/support/beam_problems.h"
+
+namespace limber::beams {
+namespace {
+
+/// A cantilever whose tip load alpha = P L^2 / EI turns with the tip.
+BeamModel follower(int elements, double alpha, bool in_plane) {
+  BeamModel model = limber::testing::straight_beam(elements);
+  model.supports.push_back(limber::testing::clamped(0));
+  for (int i = 1; in_plane && i <= elements; ++i)
+    model.supports.push_back({i, {false, true, false, true, false, true}});
+  NodalLoad load;
+  load.node = elements;
+  load.force = {0, 0, alpha};
+  load.direction = LoadDirection::kFollowing;
+  model.loads.push_back(load);
+  return model;
+}
+
+/// Tips by an independent integration of the elastica.
+TEST(BeamFollowingLoads, OnACantileverHaveTheKnownShape) {
+  for (const bool in_plane : {true, false}) {
+    for (const BeamMethod method :
+         {BeamMethod::kChoose, BeamMethod::kRelaxation, BeamMethod::kRelaxationThenNewton}) {
+      BeamSolveOptions options;
+      options.method = method;
+      const BeamSolution found =
+          find_equilibrium(BeamStructure(follower(20, 10, in_plane)), options);
+      ASSERT_TRUE(found.report.converged()) << to_string(method) << ": " << found.report.message;
+      EXPECT_NEAR(found.state.positions(0, 20), -0.0921, 3e-4) << to_string(method);
+      EXPECT_NEAR(found.state.positions(2, 20), 0.5470, 3e-4) << to_string(method);
+      EXPECT_NE(found.report.message.find("not judged"), std::string::npos) << found.report.message;
+    }
+  }
+}
+
+TEST(BeamFollowingLoads, WhatLoadStepsDoNotFindIsSaidToNeedARelaxation) {
+  BeamSolveOptions options;
+  options.method = BeamMethod::kNewton;
+  const BeamSolution found = find_equilibrium(BeamStructure(follower(20, 10, true)), options);
+  EXPECT_FALSE(found.report.converged());
+  EXPECT_NE(found.report.message.find("relaxation"), std::string::npos) << found.report.message;
+}
+
+/// Pressed along itself by a load that keeps to its axis, a column never diverges; by one that
+/// keeps its direction in space it does.
+TEST(BeamFollowingLoads, StabilityIsDivergence) {
+  for (const bool follows : {true, false}) {
+    BeamModel model = follower(12, 0, true);
+    model.loads[0].force = {-1.5 * 2.4674, 0, 0};
+    model.loads[0].direction = follows ? LoadDirection::kFollowing : LoadDirection::kFixed;
+    BeamSolveOptions options;
+    options.method = BeamMethod::kRelaxation;
+    const BeamSolution found = find_equilibrium(BeamStructure(model), options);
+    EXPECT_EQ(found.report.converged(), follows) << found.report.message;
+    EXPECT_NEAR(found.state.positions(2, 12), 0, 1e-9);
+  }
+}
+
+/// Along every free unknown, with forces and moments that follow and such that do not.
+TEST(BeamFollowingLoads, TangentIsTheDerivativeOfWhatIsOutOfBalance) {
+  BeamModel model = follower(3, 0, false);
+  model.loads = {{3, {0.3, -0.2, 0.5}, {0.2, 0.1, -0.4}, LoadDirection::kFollowing},
+                 {2, {0.1, 0.2, 0.3}, {-0.3, 0.2, 0.1}, LoadDirection::kFixed}};
+  model.sections[0].stretching = 100;  // differences of forces keep their digits
+  model.supports.push_back({1, {false, true, false, false, false, false}});
+  const BeamStructure structure(model);
+  const NodeLoads loads = NodeLoads::of(model);
+  const BeamState state = find_equilibrium(structure).state;
+  const auto residual = [&](const BeamState& at) -> Eigen::VectorXd {
+    return elastic_gradient(structure, at) - load_vector(structure, loads, at);
+  };
+  detail::FollowingTangent tangent(structure);
+  ASSERT_TRUE(tangent.factor(state, loads));
+  const Stiffness& by = tangent.stiffness();
+  for (int i = 0; i < by.size(); ++i) {
+    const Eigen::VectorXd increments = 1e-5 * by.extended(Eigen::VectorXd::Unit(by.size(), i));
+    const Eigen::VectorXd change = residual(structure.moved(state, increments)) -
+                                   residual(structure.moved(state, -increments));
+    const Eigen::VectorXd found = tangent.solve(by.restricted(change) / 2e-5);
+    EXPECT_LT((found - Eigen::VectorXd::Unit(by.size(), i)).norm(), 1e-5) << i;
+  }
+}
+
+}  // namespace
+}  // namespace limber::beams
