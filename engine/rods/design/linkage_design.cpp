@@ -17,6 +17,9 @@
 namespace limber::rods {
 namespace {
 
+/// Of what bends a linkage by an angle of one: an energy that says nothing, as of bends of 1e-6.
+constexpr double kNoStress = 1e-12;
+
 void refuse(const char* field, const char* rule, double value) {
   throw Error(ErrorCode::kInvalidArgument, field, fmt::format("must be {}, is {:g}", rule, value));
 }
@@ -36,6 +39,13 @@ auto with_prefix(const char* prefix, const Call& call) {
 }
 
 }  // namespace
+
+bool is_without_stress(const LinkageModel& model, const LinkageState& state) {
+  const detail::UnknownScales scales(model);
+  const double bending = scales.bending() / scales.extent();
+  const double rounding = scales.energy_rounding(scales.beyond(state));
+  return !(ElasticEnergy(model).value(state) > std::max(rounding, kNoStress * bending));
+}
 
 void DesignCriteria::validate() const {
   if (!(flat_share >= 0 && flat_share <= 1)) refuse("flat_share", "in [0, 1]", flat_share);
@@ -110,9 +120,7 @@ struct LinkageDesign::Impl {
     kept.flat = settle("flat", point.flat, flat);
     kept.deployed = settle("deployed", point.deployed, deployed);
     factors.keep(point, std::move(kept));
-    if (criteria.energy_scale == 0) criteria.energy_scale = energy.value(point.deployed);
-    // A mechanism deploys without stress.
-    if (criteria.energy_scale <= 0) criteria.energy_scale = 1;
+    if (criteria.energy_scale == 0) criteria.energy_scale = start_energy();
     if (criteria.length_scale == 0) criteria.length_scale = scales.extent();
     demand_near(criteria);
     measures.emplace(model, energy, criteria);
@@ -138,6 +146,13 @@ struct LinkageDesign::Impl {
     }
     if (least <= kFarthestSurface * scales.extent()) return;
     throw Error(ErrorCode::kFailedPrecondition, "surface",
+  /// Of the deployed shape, or, where that is nothing, what bends the whole linkage by an angle of
+  /// one.
+  [[nodiscard]] double start_energy() {
+    if (is_without_stress(model, point.deployed)) return scales.bending() / scales.extent();
+    return energy.value(point.deployed);
+  }
+
                 fmt::format("lies {:.3g} away from the deployed linkage, whose size is {:.3g}: "
                             "move or scale it",
                             least, scales.extent()));
