@@ -99,6 +99,15 @@ struct LinkageDesign::Impl {
     }
   };
 
+  /// The model has other sizes for a while, no longer than this lives.
+  struct OwnSizes {
+    explicit OwnSizes(Impl& owner) : impl(owner) {}
+    ~OwnSizes() { set_sizes(impl.model, impl.point); }
+    OwnSizes(const OwnSizes&) = delete;
+    OwnSizes& operator=(const OwnSizes&) = delete;
+    Impl& impl;
+  };
+
   Impl(const LinkageModel& linkage, Conditions flat_conditions, Conditions deployed_conditions,
        DesignPoint start, DesignCriteria wanted, DesignLimits limit, DesignVariables variables)
       : model(linkage),
@@ -137,6 +146,13 @@ struct LinkageDesign::Impl {
     map.place(model, parameters, point);
   }
 
+  /// Of the deployed shape, or, where that is nothing, what bends the whole linkage by an angle of
+  /// one.
+  [[nodiscard]] double start_energy() {
+    if (is_without_stress(model, point.deployed)) return scales.bending() / scales.extent();
+    return energy.value(point.deployed);
+  }
+
   void demand_near(const DesignCriteria& wanted) const {
     if (wanted.surface == nullptr) return;
     double least = std::numeric_limits<double>::infinity();
@@ -146,13 +162,6 @@ struct LinkageDesign::Impl {
     }
     if (least <= kFarthestSurface * scales.extent()) return;
     throw Error(ErrorCode::kFailedPrecondition, "surface",
-  /// Of the deployed shape, or, where that is nothing, what bends the whole linkage by an angle of
-  /// one.
-  [[nodiscard]] double start_energy() {
-    if (is_without_stress(model, point.deployed)) return scales.bending() / scales.extent();
-    return energy.value(point.deployed);
-  }
-
                 fmt::format("lies {:.3g} away from the deployed linkage, whose size is {:.3g}: "
                             "move or scale it",
                             least, scales.extent()));
@@ -340,11 +349,11 @@ DesignTrial LinkageDesign::trial(const Eigen::VectorXd& parameters, const JobCon
   const Eigen::VectorXd way = parameters - impl_->parameters;
   const Impl::Forecast flat = impl_->forecast(here.flat, way);
   const Impl::Forecast deployed = impl_->forecast(here.deployed, way);
+  const Impl::OwnSizes own_sizes(*impl_);  // again, however this ends
   try {
     impl_->map.place(impl_->model, parameters, trial.point);
     set_sizes(impl_->model, trial.point);
   } catch (const Error& error) {  // e.g. nothing would be left between a segment's joints
-    set_sizes(impl_->model, impl_->point);
     trial.status = TrialStatus::kTooFar;
     trial.message = error.what();
     return trial;
@@ -361,12 +370,12 @@ DesignTrial LinkageDesign::trial(const Eigen::VectorXd& parameters, const JobCon
     if (trial.status != TrialStatus::kFound) trial.lost = LostShape::kDeployed;
   }
   impl_->factors.keep(trial.point, std::move(made));
-  set_sizes(impl_->model, impl_->point);
   return trial;
 }
 
 DesignValues LinkageDesign::values(const DesignPoint& point) {
   Impl::Measures& measures = *impl_->measures;
+  const Impl::OwnSizes own_sizes(*impl_);
   set_sizes(impl_->model, point);
   DesignValues values;
   values.flat_energy = impl_->energy.value(point.flat);
@@ -376,7 +385,6 @@ DesignValues LinkageDesign::values(const DesignPoint& point) {
   values.smallest_angle = measures.angle.value(point.flat);
   values.objective =
       measures.flat_weight * values.flat_energy + measures.deployed.value(point.deployed);
-  set_sizes(impl_->model, impl_->point);
   return values;
 }
 

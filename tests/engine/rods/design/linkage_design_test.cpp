@@ -226,6 +226,30 @@ TEST(LinkageDesign, BadInputIsNamed) {
   EXPECT_EQ(field([](Problem& p) { p.criteria.flat_share = 1.5; }), "flat_share");
   EXPECT_EQ(field([](Problem& p) { p.criteria.distance_weight = -1; }), "distance_weight");
   EXPECT_EQ(field([](Problem& p) { p.criteria.surface_weight = -1; }), "surface_weight");
+/// A surface that fails when it is told to.
+class BrittleSurface final : public TargetSurface {
+ public:
+  [[nodiscard]] ClosestPoint closest(const Eigen::Vector3d& point) const override {
+    if (broken) throw Error(ErrorCode::kNumerical, "", "broken");
+    return {Eigen::Vector3d(point.x(), point.y(), 0),
+            Eigen::Vector3d(1, 1, 0).asDiagonal().toDenseMatrix()};
+  }
+  bool broken = false;
+};
+
+TEST(LinkageDesign, WhatThrowsHalfwayLeavesTheModelAsItWas) {
+  Problem problem;
+  const auto surface = std::make_shared<BrittleSurface>();
+  problem.criteria.surface = surface;
+  LinkageDesign design = problem.design();
+  const Eigen::VectorXd lengths = design.parameters();
+  const DesignTrial trial = design.trial(lengths + 0.1 * random_direction(lengths.size(), 8));
+  ASSERT_EQ(trial.status, TrialStatus::kFound) << trial.message;
+  surface->broken = true;
+  EXPECT_THROW((void)design.values(trial.point), Error);
+  EXPECT_EQ(design.model().segment_lengths(), lengths);
+}
+
   EXPECT_EQ(field([](Problem& p) { p.flat.pins = {{99}}; }), "flat.pins[0].joint");
   EXPECT_EQ(field([](Problem& p) { p.limits.equilibrium.tolerance = 2; }), "equilibrium.tolerance");
 }
