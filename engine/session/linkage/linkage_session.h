@@ -110,7 +110,8 @@ class LinkageSession {
   /// The session goes back to the shape it had; the best so far can still be taken.
   void stop_design();
   /// The best rest lengths of the newest design become the session's: an edit, which undo takes
-  /// back. One that is under way ends.
+  /// back. One that is under way ends. While the session has the sizes that taking it brought, it
+  /// is the revision that did.
   /// @throws Error{kFailedPrecondition} where there is none to take; as LinkageDocument::apply
   EditReceipt take_design(std::optional<Revision> expected = {});
   /// The newest; null before the first.
