@@ -219,9 +219,9 @@ class Search {
     if (context.progress)
       context.progress("designing", report_.iterations / double(options_.max_iterations));
     if (radius_ < kLeastRadius * mean_length_) {
-      return idle(
-          trial.status == TrialStatus::kFound ? DesignStatus::kSettled : DesignStatus::kStuck,
-          trial.message);
+      if (trial.status == TrialStatus::kFound)
+        return idle(DesignStatus::kSettled, "no smaller step gains anything");
+      return idle(DesignStatus::kStuck, trial.message);
     }
     if (idle_ < kIdle) return true;
     return idle(DesignStatus::kSettled, "ten steps gained next to nothing");
