@@ -505,3 +505,12 @@ def test_the_example_designs_and_draws(limberd, tmp_path):
     drawing = ElementTree.parse(tmp_path / "bowl.svg").getroot()
     rods = drawing.findall("{http://www.w3.org/2000/svg}polyline")
     assert len(rods) == 2 * 144 and len({rod.get("points") for rod in rods}) == len(rods)
+
+
+def test_surfaces_are_as_thick_as_sections(linkage, tmp_path):
+    linkage.set_section_scales([2.0] * len(linkage.lengths()))
+    assert not linkage.wait().solve_failed
+    linkage.export(tmp_path, formats=("obj",))
+    surface = next(tmp_path.glob("*_surface.obj"))
+    corners = [np.array(line.split()[1:], dtype=float) for line in surface.read_text().splitlines() if line.startswith("v ")]
+    assert np.linalg.norm(corners[0] - corners[2]) == pytest.approx(2 * np.hypot(6, 1.5), rel=1e-3)

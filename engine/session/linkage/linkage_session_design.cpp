@@ -189,6 +189,7 @@ void LinkageSession::Impl::tell_design(const LiveDesign* design, const DesignInf
   result->design = std::move(told);
   result->frames = std::make_shared<const Eigen::MatrixXf>(design->shapes());
   result->mean_angle = design->mean_angle();
+  result->section_scales = design->section_scales();
   hand_out(std::move(result), {round.revision, round.conditions, Clock::now(), {}, {}});
 }
 
