@@ -152,6 +152,7 @@ def test_a_second_client_watches_changes_pauses_stops_and_takes(server, linkage,
         if info.end == "stopped":
             assert info.taken is None and linkage.status().revision == 0 and len(linkage.lengths()) == 0
             assert other.take() == 1
+            assert other.take() == 1 == linkage.status().revision, "the same design is no other edit"
         watched.wait(1)
         watcher.join(20)
         assert not watcher.is_alive()
@@ -335,6 +336,7 @@ def test_a_linkage_is_begun_with_a_surface_alone(server):
     session.close()
     call = lambda **bad: server.starting_grid(surface, **bad)  # noqa: E731
     assert refusal(lambda: call(columns=2)) == ("INVALID_ARGUMENT", "columns")
+    assert refusal(lambda: call(columns=60, rows=70)) == ("INVALID_ARGUMENT", "rows"), "more than 2500 joints"
     assert refusal(lambda: call(flat_angle=120)) == ("INVALID_ARGUMENT", "flat_angle_degrees")
     assert refusal(lambda: call(scale=0)) == ("INVALID_ARGUMENT", "placement.scale")
     vertices = np.array([(0, 0, 0), (1, 0, 0), (0, 1, 0), (5, 0, 0), (6, 0, 0), (5, 1, 0)], dtype=float)
