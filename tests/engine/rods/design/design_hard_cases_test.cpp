@@ -112,11 +112,14 @@ TEST_F(HardDesigns, AMechanismReachesWhatItCanReach) {
     criteria_.targets.push_back({j, held + 1.03 * (here.col(j) - held), 1});
   options_.max_iterations = 40;
   options_.flat_height = 0.05;
-  LinkageDesign design = this->design();
-  EXPECT_GT(design.criteria().energy_scale, 0.1 * testing::kStrip.bending_2 / 500);
-  const DesignReport report = optimize_design(design, options_);
-  EXPECT_GT(rms(report.before), 1);
-  EXPECT_LT(rms(report.after), 1e-3 * rms(report.before)) << report.message;
+  for (const BucklingGuard guard : {BucklingGuard::kWhenNeeded, BucklingGuard::kFromStart}) {
+    options_.guard = guard;
+    LinkageDesign design = this->design();
+    EXPECT_GT(design.criteria().energy_scale, 0.1 * testing::kStrip.bending_2 / 500);
+    const DesignReport report = optimize_design(design, options_);
+    EXPECT_GT(rms(report.before), 1);
+    EXPECT_LT(rms(report.after), 1e-3 * rms(report.before)) << report.message;
+  }
 }
 
 TEST_F(HardDesigns, ADesignWhoseFlatStateBuckles) {
