@@ -3,7 +3,10 @@
 
 #include <Eigen/Geometry>
 #include <cmath>
+#include <ctime>
 #include <filesystem>
+#include <functional>
+#include <limits>
 #include <numbers>
 #include <optional>
 #include <utility>
@@ -23,6 +26,19 @@
 
 namespace limber::bench {
 namespace {
+
+/// Of the calling thread.
+template <class Work>
+double cpu_milliseconds(const Work& work) {
+  const auto now = [] {
+    timespec time{};
+    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
+    return 1e3 * static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_nsec);
+  };
+  const double start = now();
+  work();
+  return now() - start;
+}
 
 constexpr double kDegree = std::numbers::pi / 180;
 constexpr double kPerturbed = 0.03;  // rest lengths of the known design
@@ -160,43 +176,95 @@ Eigen::VectorXd known_way(const Problem& problem, const KnownDesign& known,
   return design.variables().values(model) - design.parameters();
 }
 
-/// Against differences of equilibria solved again, relative.
-/// @param v  along which
-/// @param kind  ends the names of the results
-void check(rods::LinkageDesign& design, Eigen::VectorXd v, const std::string& kind, Case& result) {
+/// Have all joints their closest points on the same faces and edges of the surface, which the
+/// points' derivatives tell? From one of these to another J's second derivatives jump, and where
+/// two points are equally close, its first ones too: no difference across tells derivatives.
+bool same_faces(const rods::TargetSurface& surface, const rods::DesignPoint& a,
+                const rods::DesignPoint& b) {
+  constexpr double kSame = 1e-9;
+  const auto &first = a.deployed.joints(), &second = b.deployed.joints();
+  for (std::size_t j = 0; j < first.size(); ++j) {
+    const Eigen::Matrix3d change = surface.closest(first[j].position).derivative -
+                                   surface.closest(second[j].position).derivative;
+    if (change.cwiseAbs().maxCoeff() > kSame) return false;
+  }
+  return true;
+}
+
+struct Mismatch {
+  std::optional<double> gradient, product;  // empty: no differences could be taken
+  std::optional<rods::DesignPoint> beside;  // the farthest trial along the way
+};
+
+/// Against differences of second and fourth order of equilibria solved again, the best of a ladder
+/// of steps: long ones bend, short ones drown in rounding.
+/// @param v  along which, of the size of the parameters
+Mismatch differences(rods::LinkageDesign& design, const Eigen::VectorXd& v,
+                     const std::vector<double>& steps) {
   const rods::DesignPoint home = design.point();
   const Eigen::VectorXd parameters = design.parameters();
-  v *= parameters.mean() / v.norm();
   const rods::DesignMeasures<Eigen::VectorXd> gradients = design.gradients();
   const Eigen::VectorXd product = design.products(v).objective;
-  result["gradient_check" + kind] = nullptr;
-  result["hessvec_check" + kind] = nullptr;
-  double best_gradient = 1, best_product = 1;
-  for (const double step : {1e-2, 3e-3, 1e-3, 3e-4, 1e-4, 5e-5, 3e-5, 1e-5, 1e-6}) {
+  const double scale = gradients.objective.norm() * v.norm();
+  Mismatch best;
+  const auto note = [](std::optional<double>& least, double mismatch) {
+    least = std::min(least.value_or(mismatch), mismatch);
+  };
+  for (const double step : steps) {
     std::vector<rods::DesignPoint> points;
-    for (const double side : {2.0, 1.0, -1.0, -2.0}) {
-      const rods::DesignTrial trial = design.trial(parameters + side * step * v);
-      if (trial.status != rods::TrialStatus::kFound) break;
-      points.push_back(trial.point);
+    bool found = true;
+    for (const double side : {1.0, -1.0, 2.0, -2.0}) {
+      rods::DesignTrial trial = design.trial(parameters + side * step * v);
+      found = trial.status == rods::TrialStatus::kFound;
+      if (!found) break;
+      if (!best.beside) best.beside = trial.point;
+      if (!same_faces(*design.criteria().surface, home, trial.point)) break;
+      points.push_back(std::move(trial.point));
     }
-    if (points.size() < 4) continue;
-    double values[4];
-    Eigen::VectorXd sides[4];
-    for (int k = 0; k < 4; ++k) {
-      values[k] = design.values(points[static_cast<std::size_t>(k)]).objective;
-      design.move_to(points[static_cast<std::size_t>(k)]);
-      sides[k] = design.gradients().objective;
+    if (!found || points.size() < 2) continue;
+    std::vector<double> values;
+    std::vector<Eigen::VectorXd> sides;
+    for (const rods::DesignPoint& point : points) {
+      values.push_back(design.values(point).objective);
+      design.move_to(point);
+      sides.push_back(design.gradients(rods::LinkageDesign::Which::kObjective).objective);
     }
     design.move_to(home);
-    const double slope = (8 * (values[1] - values[2]) - (values[0] - values[3])) / (12 * step);
-    best_gradient = std::min(best_gradient, std::abs(slope - gradients.objective.dot(v)) /
-                                                (gradients.objective.norm() * v.norm()));
-    const Eigen::VectorXd difference =
-        (8 * (sides[1] - sides[2]) - (sides[0] - sides[3])) / (12 * step);
-    best_product = std::min(best_product, (difference - product).norm() / product.norm());
+    const auto compare = [&](double slope, const Eigen::VectorXd& change) {
+      note(best.gradient, std::abs(slope - gradients.objective.dot(v)) / scale);
+      note(best.product, (change - product).norm() / product.norm());
+    };
+    compare((values[0] - values[1]) / (2 * step), (sides[0] - sides[1]) / (2 * step));
+    if (points.size() < 4) continue;
+    compare((8 * (values[0] - values[1]) - (values[2] - values[3])) / (12 * step),
+            (8 * (sides[0] - sides[1]) - (sides[2] - sides[3])) / (12 * step));
   }
-  if (best_gradient < 1) result["gradient_check" + kind] = best_gradient;
-  if (best_product < 1) result["hessvec_check" + kind] = best_product;
+  return best;
+}
+
+/// Mismatches of derivatives, relative.
+/// @param v  along which
+/// @param kind  ends the names of the results
+void check(rods::LinkageDesign& design, Eigen::VectorXd v, bool quick, const std::string& kind,
+           Case& result) {
+  const std::vector<double> steps = quick ? std::vector<double>{3e-4, 1e-4, 3e-6, 1e-6}
+                                          : std::vector<double>{1e-2, 3e-3, 1e-3, 3e-4, 2e-4, 1e-4,
+                                                                5e-5, 3e-5, 1e-5, 3e-6, 1e-6, 3e-7};
+  const rods::DesignPoint home = design.point();
+  v *= design.parameters().mean() / v.norm();
+  Mismatch mismatch = differences(design, v, steps);
+  const bool crease = !mismatch.gradient && mismatch.beside;
+  if (crease) {  // J has no derivative here: beside it, it has
+    design.move_to(*mismatch.beside);
+    mismatch = differences(design, v, steps);
+    design.move_to(home);
+  }
+  const auto told = [](const std::optional<double>& value) {
+    return value ? Case(*value) : Case(nullptr);
+  };
+  result["gradient_check" + kind] = told(mismatch.gradient);
+  result["hessvec_check" + kind] = told(mismatch.product);
+  result["off_crease" + kind] = crease;
 }
 
 /// As the optimiser asks: a trial nearby, its objective, and at the trial's point, with the factors
@@ -235,6 +303,26 @@ void measure_derivatives(rods::LinkageDesign& design, const Eigen::VectorXd& v, 
   result["trials_found"] = found;
 }
 
+/// CPU time of repeated calls, the least of all: one thread's, so that waiting counts for nothing.
+void measure_cpu(rods::LinkageDesign& design, const Eigen::VectorXd& v, int repeats, Case& result) {
+  using Which = rods::LinkageDesign::Which;
+  const int threads = thread_count();
+  set_thread_count(1);
+  const rods::DesignCriteria criteria = design.criteria();
+  double gradient = std::numeric_limits<double>::infinity(), product = gradient;
+  for (int k = 0; k < repeats; ++k) {
+    design.set_criteria(criteria);  // forgets what was asked for
+    (void)design.values(design.point());
+    gradient =
+        std::min(gradient, cpu_milliseconds([&] { (void)design.gradients(Which::kObjective); }));
+    product =
+        std::min(product, cpu_milliseconds([&] { (void)design.products(v, Which::kObjective); }));
+  }
+  set_thread_count(threads);
+  result["gradient_cpu_ms"] = gradient;
+  result["hessvec_cpu_ms"] = product;
+}
+
 /// What the factors would cost that trials leave: both Hessians assembled and factored once more.
 void measure_factors(const Problem& problem, int repeats, Case& result) {
   rods::LinkageModel model = problem.model;
@@ -251,46 +339,44 @@ void measure_factors(const Problem& problem, int repeats, Case& result) {
   result["factor_ms"] = median(factors);
 }
 
-Case measure(const LinkageCase& named, const std::string& path, const SuiteOptions& options) {
-  const Problem problem = open(named, path);
-  Case result;
-  result["model"] = named.name;
-  result["parameters"] = problem.start.lengths.size();
-  result["threads"] = thread_count();
-  const KnownDesign known = known_design(problem, kPerturbed);
-  rods::DesignCriteria criteria;
-  criteria.surface = std::make_shared<rods::MeshSurface>(
-      rods::surface_through_joints(problem.model.graph(), positions(known.point.deployed)));
-  criteria.distance_weight = kDistanceWeight;
-  result["target_found"] = known.found;
-  rods::DesignLimits limits;
-  rods::LinkageDesign design(problem.model, problem.flat, problem.deployed, problem.start, criteria,
-                             limits);
-  // A part of the way to the known design, as the first steps of a search are.
-  measure_derivatives(design, 0.01 * known_way(problem, known, design), options.quick ? 3 : 9,
-                      result);
-  measure_factors(problem, options.quick ? 3 : 9, result);
-  check(design, known_way(problem, known, design), "", result);
-  check(design, random_way(design), "_random", result);
+/// Against differences, along the way to the known design and along random ones.
+void check_derivatives(const Problem& problem, const KnownDesign& known,
+                       rods::LinkageDesign& design, bool quick, Case& result) {
+  check(design, known_way(problem, known, design), quick, "", result);
+  check(design, random_way(design), quick, "_random", result);
+  if (quick) return;
   for (const auto& [kind, variables] :
        {std::pair{"_edges", rods::DesignVariables{rods::LengthVariables::kEdges, {}}},
         std::pair{"_sections", rods::DesignVariables{rods::LengthVariables::kKept,
                                                      rods::SectionVariables::kSegments}}}) {
     rods::LinkageDesign other(problem.model, problem.flat, problem.deployed, problem.start,
-                              criteria, limits, variables);
+                              design.criteria(), {}, variables);
     const bool lengths = variables.lengths != rods::LengthVariables::kKept;
-    check(other, lengths ? known_way(problem, known, other) : random_way(other), kind, result);
+    check(other, lengths ? known_way(problem, known, other) : random_way(other), quick, kind,
+          result);
   }
+}
+
+/// From the start towards the known design.
+void measure_search(const KnownDesign& known, rods::LinkageDesign& design, int steps,
+                    const std::function<void(const std::string&)>& tell, Case& result) {
   rods::DesignOptimizerOptions search;
   const rods::DesignValues before = design.values(design.point());
-  const double joints = problem.model.variables().joints();
+  const double joints = design.model().variables().joints();
   search.flat_height =
       1.2 * std::sqrt(before.flatness / joints) / design.criteria().length_scale + 1e-3;
   search.smallest_angle = before.smallest_angle - 5 * kDegree;
-  search.max_iterations = options.quick ? 20 : 200;
+  search.max_iterations = steps;
   search.guard = rods::BucklingGuard::kFromStart;
   rods::DesignReport report;
-  const double wall = milliseconds([&] { report = rods::optimize_design(design, search); });
+  constexpr int kTold = 20;  // every so many steps
+  const auto on_step = [&](const rods::DesignProgress& progress, rods::LinkageDesign&) {
+    if (progress.iteration % kTold != 0) return;
+    tell(fmt::format("step {} of {}, joints {:.3g} from the target", progress.iteration, steps,
+                     std::sqrt(2 * progress.values.distance / joints)));
+  };
+  const double wall =
+      milliseconds([&] { report = rods::optimize_design(design, search, {}, on_step); });
   result["iterations"] = report.iterations;
   result["not_believed"] = report.not_believed;
   result["products"] = report.products;
@@ -307,6 +393,37 @@ Case measure(const LinkageCase& named, const std::string& path, const SuiteOptio
   result["known_flatness"] = std::sqrt(wanted.flatness / joints) / design.criteria().length_scale;
   result["known_min_angle"] = wanted.smallest_angle / kDegree;
   result["status"] = static_cast<int>(report.status);
+}
+
+Case measure(const LinkageCase& named, const std::string& path, const SuiteOptions& options,
+             Recorder& recorder) {
+  const auto tell = [&](const std::string& what) {
+    recorder.note(fmt::format("design: {}: {}", named.name, what));
+  };
+  tell("opens, and moves to a known design");
+  const Problem problem = open(named, path);
+  Case result;
+  result["model"] = named.name;
+  result["parameters"] = problem.start.lengths.size();
+  result["threads"] = thread_count();
+  const KnownDesign known = known_design(problem, kPerturbed);
+  rods::DesignCriteria criteria;
+  criteria.surface = std::make_shared<rods::MeshSurface>(
+      rods::surface_through_joints(problem.model.graph(), positions(known.point.deployed)));
+  criteria.distance_weight = kDistanceWeight;
+  result["target_found"] = known.found;
+  rods::LinkageDesign design(problem.model, problem.flat, problem.deployed, problem.start,
+                             std::move(criteria));
+  tell("derivatives, timed");
+  // A part of the way to the known design, as the first steps of a search are.
+  const Eigen::VectorXd way = 0.01 * known_way(problem, known, design);
+  const int repeats = options.quick ? 3 : 9;
+  measure_derivatives(design, way, repeats, result);
+  measure_cpu(design, way, options.quick ? 20 : 100, result);
+  measure_factors(problem, repeats, result);
+  tell("derivatives against differences");
+  check_derivatives(problem, known, design, options.quick, result);
+  measure_search(known, design, options.quick ? 10 : 200, tell, result);
   return result;
 }
 
@@ -321,7 +438,7 @@ void design_suite(const SuiteOptions& options, Recorder& recorder) {
       continue;
     }
     try {
-      recorder.add(measure(named, path, options));
+      recorder.add(measure(named, path, options, recorder));
     } catch (const Error& error) {
       recorder.note(fmt::format("{}: {} {}", named.name, error.field(), error.what()));
     }

@@ -118,7 +118,8 @@ proto::Frames LinkageFrames::encode(proto::Encoding encoding, FrameRange range) 
   const auto columns = result_->frames->middleCols(range.first, range.count);
   if (encoding == proto::ENCODING_POSITIONS || encoding == proto::ENCODING_POSITIONS_QUANTISED) {
     Eigen::MatrixXf positions(3 * static_cast<Eigen::Index>(shape_->surface_nodes()), range.count);
-    for (int i = 0; i < range.count; ++i) positions.col(i) = shape_->surface(columns.col(i));
+    for (int i = 0; i < range.count; ++i)
+      positions.col(i) = shape_->surface(columns.col(i), result_->section_scales);
     set_positions(positions, encoding, frames);
   } else {
     set_coordinates(columns, frames);

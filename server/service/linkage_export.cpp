@@ -67,8 +67,9 @@ struct LinkageExport {
     return {{stem + "_centrelines.obj",
              scene::write_obj_lines(session::linkage_centrelines(detail(last)))},
             {stem + "_surface.obj",
-             scene::write_obj(points_of(shape->surface(result->frames->col(last))),
-                              shape->triangles())}};
+             scene::write_obj(
+                 points_of(shape->surface(result->frames->col(last), result->section_scales)),
+                 shape->triangles())}};
   }
 };
 

@@ -1,5 +1,6 @@
 """Designs and pictures as values: what is refused before anything is sent."""
 
+import struct
 from xml.etree import ElementTree
 
 import limber
@@ -108,6 +109,64 @@ def test_pictures_have_a_panel_for_each_shape_at_one_scale(tmp_path):
     lengths = sorted(float(np.linalg.norm(line[-1] - line[0])) for line in ends)
     assert lengths[0] == pytest.approx(0, abs=0.2), "seen from its end"
     assert lengths[2] == pytest.approx(2 * lengths[1], abs=0.3) and lengths[1] > 50
+
+
+SQUARE = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0.5)]
+
+
+def binary_ply(order):
+    mark = {"little": "<", "big": ">"}[order]
+    head = (f"ply\nformat binary_{order}_endian 1.0\nelement vertex 4\nproperty double x\nproperty double y\n"
+            "property double z\nelement face 1\nproperty list uchar int vertex_index\nend_header\n")
+    return head.encode() + struct.pack(f"{mark}12d", *np.ravel(SQUARE)) + struct.pack(f"{mark}B4i", 4, 0, 1, 2, 3)
+
+
+def binary_stl():
+    facets = b"".join(struct.pack("<12fH", 0, 0, 1, *np.ravel([SQUARE[i] for i in corners]), 0)
+                      for corners in ((0, 1, 2), (0, 2, 3)))
+    return bytes(80) + struct.pack("<I", 2) + facets
+
+
+TEXT_STL = "solid s\n" + "".join(
+    "facet normal 0 0 1\nouter loop\n" + "".join("vertex {} {} {}\n".format(*SQUARE[i]) for i in corners)
+    + "endloop\nendfacet\n" for corners in ((0, 1, 2), (0, 2, 3))) + "endsolid\n"
+TEXT_PLY = ("ply\nformat ascii 1.0\ncomment a square\nelement vertex 4\nproperty float x\nproperty float y\n"
+            "property float z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n"
+            + "".join("{} {} {}\n".format(*point) for point in SQUARE) + "4 0 1 2 3\n")
+TEXT_OBJ = "".join("v {} {} {}\n".format(*point) for point in SQUARE) + "f 1/1 2/2 -2//1 4 # a square\n"
+
+
+@pytest.mark.parametrize("name, content", [
+    ("s.obj", TEXT_OBJ.encode()), ("s.ply", TEXT_PLY.encode()), ("s.stl", TEXT_STL.encode()), ("b.stl", binary_stl()),
+    ("b.ply", binary_ply("little")), ("B.PLY", binary_ply("big"))])
+def test_pictures_draw_the_files_that_designs_take(tmp_path, name, content):
+    (tmp_path / name).write_bytes(content)
+    shapes = {"a": shape([(0, 0, 0), (1, 0, 0)])}
+    limber.picture(tmp_path / "file.svg", shapes, surface=tmp_path / name)
+    limber.picture(tmp_path / "arrays.svg", shapes, surface=(SQUARE, [(0, 1, 2), (0, 2, 3)]))
+    assert (tmp_path / "file.svg").read_text() == (tmp_path / "arrays.svg").read_text()
+
+
+def test_surfaces_that_cannot_be_drawn_are_refused(tmp_path):
+    for name, content in (("a.obj", ""), ("b.ply", "ply\n"), ("c.ply", TEXT_PLY[:-9]), ("d.stl", "vertex 1 2"),
+                          ("e.txt", ""), ("f.obj", "v 0 0 0\nf 1 2 3\n"), ("g.obj", "v 0 x 0\n")):
+        (tmp_path / name).write_text(content)
+    rows = np.stack(np.meshgrid(np.arange(3.0), np.arange(4.0), [0.0]), axis=-1)[:, :, 0]
+    points = rows.reshape(-1, 3)
+    faulty = [*sorted(tmp_path.iterdir()), rows[:1], rows * np.nan, np.zeros((0, 3)), np.zeros((4, 2)),
+              (points, [(0, 1, 5000)]), (points, [(0, 1, -1)]), (points, np.array([[0.0, 1, 2]])),
+              (points, np.zeros((0, 3), int)), (points, [0, 1, 2])]
+    for surface in faulty:
+        assert refused(lambda: limber.picture(tmp_path / "p.svg", {"a": None}, surface=surface)) == "surface", surface
+    with pytest.raises(limber.LimberError) as caught:
+        limber.picture(tmp_path / "p.svg", {"a": None}, surface=tmp_path / "none.ply")
+    assert (caught.value.code, caught.value.field) == ("IO", "surface")
+
+
+def test_empty_bounds_are_no_bounds_and_refused():
+    session = limber.LinkageSession(None, "s")
+    for name in ("shortest_lengths", "longest_lengths", "thinnest_sections", "thickest_sections", "joint_weights"):
+        assert refused(lambda: session.design(targets={0: (0, 0, 0)}, **{name: []})) == name
 
 
 def test_pictures_of_nothing_are_refused(tmp_path):

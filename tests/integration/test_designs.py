@@ -152,6 +152,7 @@ def test_a_second_client_watches_changes_pauses_stops_and_takes(server, linkage,
         if info.end == "stopped":
             assert info.taken is None and linkage.status().revision == 0 and len(linkage.lengths()) == 0
             assert other.take() == 1
+            assert other.take() == 1 == linkage.status().revision, "the same design is no other edit"
         watched.wait(1)
         watcher.join(20)
         assert not watcher.is_alive()
@@ -335,6 +336,7 @@ def test_a_linkage_is_begun_with_a_surface_alone(server):
     session.close()
     call = lambda **bad: server.starting_grid(surface, **bad)  # noqa: E731
     assert refusal(lambda: call(columns=2)) == ("INVALID_ARGUMENT", "columns")
+    assert refusal(lambda: call(columns=60, rows=70)) == ("INVALID_ARGUMENT", "rows"), "more than 2500 joints"
     assert refusal(lambda: call(flat_angle=120)) == ("INVALID_ARGUMENT", "flat_angle_degrees")
     assert refusal(lambda: call(scale=0)) == ("INVALID_ARGUMENT", "placement.scale")
     vertices = np.array([(0, 0, 0), (1, 0, 0), (0, 1, 0), (5, 0, 0), (6, 0, 0), (5, 1, 0)], dtype=float)
@@ -505,3 +507,12 @@ def test_the_example_designs_and_draws(limberd, tmp_path):
     drawing = ElementTree.parse(tmp_path / "bowl.svg").getroot()
     rods = drawing.findall("{http://www.w3.org/2000/svg}polyline")
     assert len(rods) == 2 * 144 and len({rod.get("points") for rod in rods}) == len(rods)
+
+
+def test_surfaces_are_as_thick_as_sections(linkage, tmp_path):
+    linkage.set_section_scales([2.0] * len(linkage.lengths()))
+    assert not linkage.wait().solve_failed
+    linkage.export(tmp_path, formats=("obj",))
+    surface = next(tmp_path.glob("*_surface.obj"))
+    corners = [np.array(line.split()[1:], dtype=float) for line in surface.read_text().splitlines() if line.startswith("v ")]
+    assert np.linalg.norm(corners[0] - corners[2]) == pytest.approx(2 * np.hypot(6, 1.5), rel=1e-3)

@@ -203,10 +203,17 @@ def request(session: str, *, surface: Any, targets: Any, flat_share: float | Non
                                   (thickest_sections, "thickest_sections", made.thickest_sections),
                                   (joint_weights, "joint_weights", made.goal.joint_surface_weights)):
         if values is not None:
-            numbers.extend(checks.numeric(values, name).ravel())
+            numbers.extend(_not_empty(checks.numeric(values, name), name).ravel())
     if max_iterations is not None:
         made.max_iterations = checks.whole(max_iterations, "max_iterations")
     return made
+
+
+def _not_empty(values: np.ndarray, field: str) -> np.ndarray:
+    """An empty array is none of bounds, and would be taken for that."""
+    if values.size == 0:
+        raise invalid(field, f"{field} is empty: leave it out where there is none")
+    return values
 
 
 def demand_room(grid: "StartingGrid", columns: int, section: Any) -> None:

@@ -8,7 +8,7 @@ from typing import Any, Mapping, Sequence
 
 import numpy as np
 
-from . import checks
+from . import checks, surface_files
 from .designs import surface_arrays
 from .errors import LimberError, invalid
 from .linkage_shapes import Shape
@@ -25,15 +25,15 @@ def picture(path: "str | os.PathLike[str]", shapes: "Mapping[str, Shape | None]"
             view: Sequence[float] = (-60.0, 25.0), unit: str = "") -> None:
     """Writes shapes into one .svg file, from left to right, all at the same scale.
 
-    shapes: by title, what session.shape() returns; None: the surface alone. surface: (vertices, triangles), points in
-    rows (m x n x 3) or in no order (n x 3), drawn behind every shape. With triangles, or rows, joints are drawn too:
-    green on the surface, the redder the farther from it, the farthest of all shapes red; under each shape stands the
+    shapes: by title, what session.shape() returns; None: the surface alone. surface: a file (.obj, .ply, .stl),
+    (vertices, triangles), points in rows (m x n x 3) or in no order (n x 3), drawn behind every shape. Except with
+    points in no order joints are drawn too: green on the surface, the redder the farther from it, the farthest of all shapes red; under each shape stands the
     root mean square of their distances. view: azimuth and elevation of the eye [degree]; it is far away, so that
     parallel lines stay parallel. unit: of lengths, for what is written.
     """
     target = checks.path(path, "path")
     axes = _axes(*(checks.real(angle, "view") for angle in checks.several(view, "view")))
-    ground = None if surface is None else _Ground(*surface_arrays(surface, "surface"), axes)
+    ground = None if surface is None else _Ground(*_surface(surface), axes)
     panels = {title: _Panel(shape, ground, axes) for title, shape in shapes.items()}
     drawn = [point for panel in panels.values() for point in panel.lines] + ([ground.seen] if ground else [])
     if not panels or not drawn:
@@ -69,6 +69,29 @@ def picture(path: "str | os.PathLike[str]", shapes: "Mapping[str, Shape | None]"
         target.write_text(text, encoding="utf-8")
     except OSError as error:
         raise LimberError("IO", f"{target} cannot be written: {error.strerror}", "path") from error
+
+
+def _surface(surface: Any) -> "tuple[np.ndarray, np.ndarray | None]":
+    """Points and triangles that can be drawn. There is no server to say what is wrong with them."""
+    if isinstance(surface, (str, os.PathLike)):
+        points, triangles = surface_files.read(surface, "surface")
+    else:
+        points, triangles = surface_arrays(surface, "surface")
+    if points.ndim != 2 or points.shape[1] != 3 or len(points) == 0:
+        size = " x ".join(map(str, points.shape))
+        raise invalid("surface", f"surface needs points n x 3, or in rows m x n x 3, not {size}")
+    if not np.isfinite(points).all():
+        raise invalid("surface", "surface has points that are not finite")
+    if triangles is None:
+        return points, None
+    if len(triangles) == 0:
+        raise invalid("surface", "surface has no triangles: points in rows need two rows of two at least")
+    if triangles.ndim != 2 or triangles.shape[1] != 3 or not np.issubdtype(triangles.dtype, np.integer):
+        raise invalid("surface", "triangles of a surface are vertex numbers t x 3")
+    if triangles.min() < 0 or triangles.max() >= len(points):
+        worst = triangles.max() if triangles.max() >= len(points) else triangles.min()
+        raise invalid("surface", f"a triangle has vertex {worst}, and the surface has {len(points)}")
+    return points, triangles
 
 
 def _axes(azimuth: float, elevation: float) -> np.ndarray:

@@ -38,6 +38,7 @@ constexpr int kUpdates = 30;  // of multipliers
 // radius where it is lowered begins at a share of the first.
 constexpr double kLostRadius = 0.03;
 constexpr double kLoweredRadius = 0.03;
+constexpr double kNoEnergy = 1e-12;  // share of the scale of energies that is rounding
 // Where branches end: how often another one is looked for from a point, and from all.
 constexpr int kFallsAtOnce = 3;
 constexpr int kFalls = 20;
@@ -116,7 +117,7 @@ class Search {
     report_.before = values_;
     first_gradient_ = projected(merit_.gradient(values_)).norm();
     if (options_.guard == BucklingGuard::kFromStart) {
-      merit_.guard().raise_at_once(values_.objective, values_.flat_energy);
+      merit_.guard().raise_at_once(values_.objective, flat_energy());
       ++report_.guard_raised;
     }
     while (step(context, on_step)) {
@@ -135,6 +136,12 @@ class Search {
   [[nodiscard]] Eigen::VectorXd product(const Eigen::VectorXd& v) {
     ++report_.products;
     return merit_.product(values_, v.cwiseQuotient(units_)).cwiseQuotient(units_);
+  }
+
+  /// What the guard is measured by. Rounding is no measure: instead of it what energies are.
+  [[nodiscard]] double flat_energy() const {
+    const double scale = design_.criteria().energy_scale;
+    return values_.flat_energy > kNoEnergy * scale ? values_.flat_energy : scale;
   }
 
   /// Where bounds let a descent go.
@@ -219,9 +226,9 @@ class Search {
     if (context.progress)
       context.progress("designing", report_.iterations / double(options_.max_iterations));
     if (radius_ < kLeastRadius * mean_length_) {
-      return idle(
-          trial.status == TrialStatus::kFound ? DesignStatus::kSettled : DesignStatus::kStuck,
-          trial.message);
+      if (trial.status == TrialStatus::kFound)
+        return idle(DesignStatus::kSettled, "no smaller step gains anything");
+      return idle(DesignStatus::kStuck, trial.message);
     }
     if (idle_ < kIdle) return true;
     return idle(DesignStatus::kSettled, "ten steps gained next to nothing");
@@ -306,7 +313,7 @@ class Search {
   void raise_guard() {
     held_ = 0;
     remember();
-    if (!merit_.guard().raise(values_.objective, values_.flat_energy)) return;
+    if (!merit_.guard().raise(values_.objective, flat_energy())) return;
     ++report_.guard_raised;
     if (safe_) {  // where buckling begins no step is small enough to lead away
       design_.move_to(*safe_);

@@ -54,6 +54,9 @@ struct EquilibriumSensitivity::Impl {
     (void)assembly.hessian(*state, factor->gradient, matrix);
     CondensedSolver& solver = factor->solver;
     factor->fixed = holding.pinned();
+    for (const int length : detail::lengths_on_their_bound(model, *state, factor->gradient,
+                                                           conditions.shortest_joint_edge))
+      factor->fixed.push_back(length);
     solver.set_pinned(factor->fixed);
     solver.set_shift_weights(scales.weights());
     factor->shift = 0;

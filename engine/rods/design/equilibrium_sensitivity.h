@@ -19,9 +19,9 @@ namespace limber::rods {
 ///   K = [H a; a^T 0],   K (dx/dL, .) = (-dg/dL, 0),   K (w, .) = (df/dx, 0),
 ///   df = df/dL - w^T dg/dL,
 ///
-/// and products with second derivatives by going forward over that: two solves each with the one
-/// factor, the third derivatives of the energy from LinkageDerivatives. Not from several threads at
-/// once.
+/// where pinned unknowns, and lengths of joints' edges that rest on their bound, stay; and products
+/// with second derivatives by going forward over that: two solves each with the one factor, the
+/// third derivatives of the energy from LinkageDerivatives. Not from several threads at once.
 class EquilibriumSensitivity {
  public:
   /// Factors K.
@@ -33,7 +33,7 @@ class EquilibriumSensitivity {
   EquilibriumSensitivity(const LinkageModel& model, const LinkageState& state,
                          const Conditions& conditions, DesignVariables variables = {});
   /// With K as the solver that found the equilibrium factored it.
-  /// @param factor  LinkageEquilibrium::take_factor after that, not null
+  /// @param factor  LinkageEquilibrium::take_factor after that; null: made
   EquilibriumSensitivity(const LinkageModel& model, const LinkageState& state,
                          const Conditions& conditions, DesignVariables variables,
                          std::unique_ptr<HessianFactor> factor);

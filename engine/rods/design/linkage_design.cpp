@@ -17,6 +17,9 @@
 namespace limber::rods {
 namespace {
 
+/// Of what bends a linkage by an angle of one: an energy that says nothing, as of bends of 1e-6.
+constexpr double kNoStress = 1e-12;
+
 void refuse(const char* field, const char* rule, double value) {
   throw Error(ErrorCode::kInvalidArgument, field, fmt::format("must be {}, is {:g}", rule, value));
 }
@@ -36,6 +39,13 @@ auto with_prefix(const char* prefix, const Call& call) {
 }
 
 }  // namespace
+
+bool is_without_stress(const LinkageModel& model, const LinkageState& state) {
+  const detail::UnknownScales scales(model);
+  const double bending = scales.bending() / scales.extent();
+  const double rounding = scales.energy_rounding(scales.beyond(state));
+  return !(ElasticEnergy(model).value(state) > std::max(rounding, kNoStress * bending));
+}
 
 void DesignCriteria::validate() const {
   if (!(flat_share >= 0 && flat_share <= 1)) refuse("flat_share", "in [0, 1]", flat_share);
@@ -89,6 +99,15 @@ struct LinkageDesign::Impl {
     }
   };
 
+  /// The model has other sizes for a while, no longer than this lives.
+  struct OwnSizes {
+    explicit OwnSizes(Impl& owner) : impl(owner) {}
+    ~OwnSizes() { set_sizes(impl.model, impl.point); }
+    OwnSizes(const OwnSizes&) = delete;
+    OwnSizes& operator=(const OwnSizes&) = delete;
+    Impl& impl;
+  };
+
   Impl(const LinkageModel& linkage, Conditions flat_conditions, Conditions deployed_conditions,
        DesignPoint start, DesignCriteria wanted, DesignLimits limit, DesignVariables variables)
       : model(linkage),
@@ -110,9 +129,7 @@ struct LinkageDesign::Impl {
     kept.flat = settle("flat", point.flat, flat);
     kept.deployed = settle("deployed", point.deployed, deployed);
     factors.keep(point, std::move(kept));
-    if (criteria.energy_scale == 0) criteria.energy_scale = energy.value(point.deployed);
-    // A mechanism deploys without stress.
-    if (criteria.energy_scale <= 0) criteria.energy_scale = 1;
+    if (criteria.energy_scale == 0) criteria.energy_scale = start_energy();
     if (criteria.length_scale == 0) criteria.length_scale = scales.extent();
     demand_near(criteria);
     measures.emplace(model, energy, criteria);
@@ -127,6 +144,13 @@ struct LinkageDesign::Impl {
     parameters = map.values(model);
     point.lengths = model.segment_lengths();
     map.place(model, parameters, point);
+  }
+
+  /// Of the deployed shape, or, where that is nothing, what bends the whole linkage by an angle of
+  /// one.
+  [[nodiscard]] double start_energy() {
+    if (is_without_stress(model, point.deployed)) return scales.bending() / scales.extent();
+    return energy.value(point.deployed);
   }
 
   void demand_near(const DesignCriteria& wanted) const {
@@ -325,11 +349,11 @@ DesignTrial LinkageDesign::trial(const Eigen::VectorXd& parameters, const JobCon
   const Eigen::VectorXd way = parameters - impl_->parameters;
   const Impl::Forecast flat = impl_->forecast(here.flat, way);
   const Impl::Forecast deployed = impl_->forecast(here.deployed, way);
+  const Impl::OwnSizes own_sizes(*impl_);  // again, however this ends
   try {
     impl_->map.place(impl_->model, parameters, trial.point);
     set_sizes(impl_->model, trial.point);
   } catch (const Error& error) {  // e.g. nothing would be left between a segment's joints
-    set_sizes(impl_->model, impl_->point);
     trial.status = TrialStatus::kTooFar;
     trial.message = error.what();
     return trial;
@@ -346,12 +370,12 @@ DesignTrial LinkageDesign::trial(const Eigen::VectorXd& parameters, const JobCon
     if (trial.status != TrialStatus::kFound) trial.lost = LostShape::kDeployed;
   }
   impl_->factors.keep(trial.point, std::move(made));
-  set_sizes(impl_->model, impl_->point);
   return trial;
 }
 
 DesignValues LinkageDesign::values(const DesignPoint& point) {
   Impl::Measures& measures = *impl_->measures;
+  const Impl::OwnSizes own_sizes(*impl_);
   set_sizes(impl_->model, point);
   DesignValues values;
   values.flat_energy = impl_->energy.value(point.flat);
@@ -361,7 +385,6 @@ DesignValues LinkageDesign::values(const DesignPoint& point) {
   values.smallest_angle = measures.angle.value(point.flat);
   values.objective =
       measures.flat_weight * values.flat_energy + measures.deployed.value(point.deployed);
-  set_sizes(impl_->model, impl_->point);
   return values;
 }
 

@@ -21,9 +21,11 @@ namespace limber::rods {
 /// over the deployed joints x; beside it c, the squared distances of the flat linkage's joints from
 /// a plane, and a smooth number below its smallest opening angle.
 struct DesignCriteria {
-  double flat_share = 0.9;       // gamma, in [0, 1]
-  double distance_weight = 1;    // beta, >= 0
-  double energy_scale = 0;       // E_0 [force length]; 0: the deployed energy of the start
+  double flat_share = 0.9;     // gamma, in [0, 1]
+  double distance_weight = 1;  // beta, >= 0
+  /// E_0 [force length], >= 0; 0: the deployed energy of the start, or, where that is nothing
+  /// (mechanisms), what bends the whole linkage by an angle of one
+  double energy_scale = 0;
   double length_scale = 0;       // l_0 [length]; 0: the extent of the drawn linkage
   double angle_sharpness = 300;  // of SmallestAngle [1/rad], > 0
   Plane plane;                   // where the flat linkage is to lie
@@ -99,6 +101,9 @@ struct DesignTrial {
   double surprise = 0;
   LostShape lost = LostShape::kNone;
 };
+
+/// Does a shape store no more than rounding, as deployed mechanisms do?
+[[nodiscard]] bool is_without_stress(const LinkageModel& model, const LinkageState& state);
 
 /// A linkage and its two equilibria as functions of p: the rest lengths of its segments, or of its
 /// edges, the scales of its sections, or both (DesignVariables). Stays at one design, where

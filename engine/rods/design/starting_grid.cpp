@@ -8,6 +8,7 @@
 #include <Eigen/SparseCholesky>
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <numbers>
 #include <vector>
 
@@ -107,7 +108,8 @@ Eigen::Matrix2Xd laid_flat(const Grid& grid, const Eigen::VectorXd& lengths, dou
   }
   constexpr int kSteps = 40;
   constexpr double kFirstBend = 0.1, kLastBend = 1e-4;
-  constexpr double kHold = 1e-8;  // of places: the plane's motions
+  constexpr double kHold = 1e-8;                              // of places: the plane's motions
+  Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> factor;  // the pattern stays
   for (int step = 0; step < kSteps; ++step) {
     const double bend =
         std::max(kLastBend, kFirstBend * std::pow(kLastBend / kFirstBend, step / (0.7 * kSteps)));
@@ -136,7 +138,8 @@ Eigen::Matrix2Xd laid_flat(const Grid& grid, const Eigen::VectorXd& lengths, dou
     jacobian.setFromTriplets(entries.begin(), entries.end());
     Eigen::SparseMatrix<double> normal = jacobian.transpose() * jacobian;
     for (Eigen::Index i = 0; i < x.size(); ++i) normal.coeffRef(i, i) += kHold;
-    const Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> factor(normal);
+    if (step == 0) factor.analyzePattern(normal);
+    factor.factorize(normal);
     const Eigen::VectorXd move = factor.solve(-(jacobian.transpose() * residual));
     // No joint passes another in one step.
     const double farthest = move.cwiseAbs().maxCoeff();
@@ -208,8 +211,14 @@ void StartingGridOptions::validate() const {
     throw Error(ErrorCode::kInvalidArgument, field,
                 fmt::format("must be {}, is {:g}", rule, value));
   };
-  demand(columns >= 3 && columns <= 1000, "columns", "in [3, 1000]", columns);
-  demand(rows >= 3 && rows <= 1000, "rows", "in [3, 1000]", rows);
+  demand(columns >= 3, "columns", ">= 3", columns);
+  demand(rows >= 3, "rows", ">= 3", rows);
+  if (std::int64_t{columns} * rows > kMostJoints) {
+    throw Error(ErrorCode::kInvalidArgument, columns >= rows ? "columns" : "rows",
+                fmt::format("{} columns of {} rows are {} joints, and a grid may have {}: take "
+                            "fewer columns or rows",
+                            columns, rows, std::int64_t{columns} * rows, kMostJoints));
+  }
   demand(flat_angle >= 0.1 && flat_angle <= std::numbers::pi / 2, "flat_angle", "in [0.1, pi/2]",
          flat_angle);
   demand(margin >= 0 && margin <= 0.4, "margin", "in [0, 0.4]", margin);

@@ -8,8 +8,10 @@
 namespace limber::rods {
 
 struct StartingGridOptions {
-  int columns = 8;  // joints of each rod along the patch's first direction, in [3, 1000]
-  int rows = 8;     // and of those that cross them, in [3, 1000]
+  static constexpr int kMostJoints = 2500;  // columns times rows: beyond that it takes seconds
+
+  int columns = 8;  // joints of each rod along the patch's first direction, >= 3
+  int rows = 8;     // and of those that cross them, >= 3
   /// At which rods cross when the grid lies flat, in [0.1, pi/2].
   double flat_angle = 0.8;  // [rad]
   /// Share of the patch that is left free at each side of its rim, in [0, 0.4].

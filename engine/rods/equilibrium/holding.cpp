@@ -26,6 +26,20 @@ Matrix36 rigid_motion(const Eigen::Vector3d& arm) {
 
 }  // namespace
 
+std::vector<int> lengths_on_their_bound(const LinkageModel& model, const LinkageState& state,
+                                        const Eigen::VectorXd& gradient, double shortest) {
+  std::vector<int> bounded;
+  for (int j = 0; j < model.variables().joints(); ++j) {
+    for (const Rod rod : {kRodA, kRodB}) {
+      const int unknown = model.variables().joint_begin(j) + kJointLengthA + rod;
+      const double least = shortest * model.rest_lengths().terminal(rod, j);
+      const bool there = state.joints()[j].lengths[rod] <= least * (1 + 1e-12);
+      if (there && gradient[unknown] > 0) bounded.push_back(unknown);
+    }
+  }
+  return bounded;
+}
+
 std::vector<int> joint_components(const LinkageGraph& graph) {
   std::vector<int> result(graph.joints.size(), -1);
   for (std::size_t s = 0; s < graph.segments.size(); ++s) {

@@ -69,6 +69,15 @@ class Holding {
   double extent_;
 };
 
+/// Lengths of joints' edges, as unknowns, that are as short as they may be and would become
+/// shorter.
+/// @param gradient  of the potential, by all unknowns
+/// @param shortest  share of the rest length, see Conditions::shortest_joint_edge
+[[nodiscard]] std::vector<int> lengths_on_their_bound(const LinkageModel& model,
+                                                      const LinkageState& state,
+                                                      const Eigen::VectorXd& gradient,
+                                                      double shortest);
+
 /// Component of each joint.
 [[nodiscard]] std::vector<int> joint_components(const LinkageGraph& graph);
 

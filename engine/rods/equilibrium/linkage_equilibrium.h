@@ -123,7 +123,8 @@ class LinkageEquilibrium {
 
   /// The factor that certified what the last solve has converged to: of the Hessian there, with no
   /// shift, and the gradient. Solves go on in other memory.
-  /// @param spare  that memory, of the same model's structure; null: made
+  /// @param spare  that memory, of the same model's structure; null: made. Stays with the caller
+  /// where null is returned
   /// @returns null where the last solve did not converge, where only rounding's shift made the
   /// Hessian definite (mechanisms), and where the factor was taken or used since
   [[nodiscard]] std::unique_ptr<HessianFactor> take_factor(

@@ -170,17 +170,8 @@ void NewtonRun::assemble(const LinkageState& state, Compression compression, Wea
   if (holds == WeakHolds::kAdded) holding_.add_weak_holds(work_.matrix);
 }
 
-/// Edges of joints that are as short as they may be and would become shorter.
 void NewtonRun::set_active_bounds(const LinkageState& state) {
-  std::vector<int> bounded;
-  for (int j = 0; j < model_.variables().joints(); ++j) {
-    for (const Rod rod : {kRodA, kRodB}) {
-      const int unknown = model_.variables().joint_begin(j) + kJointLengthA + rod;
-      const double least = shortest_ * model_.rest_lengths().terminal(rod, j);
-      const bool there = state.joints()[j].lengths[rod] <= least * (1 + 1e-12);
-      if (there && work_.gradient[unknown] > 0) bounded.push_back(unknown);
-    }
-  }
+  std::vector<int> bounded = lengths_on_their_bound(model_, state, work_.gradient, shortest_);
   if (bounded == bounded_) return;
   bounded_ = std::move(bounded);
 }

@@ -76,13 +76,13 @@ std::shared_ptr<const LinkageStatics> LinkageSession::statics() const {
   const auto result = final_result();
   return result ? result->statics : nullptr;
 }
-Eigen::VectorXf LinkageSession::surface(
-    const Eigen::Ref<const Eigen::VectorXf>& coordinates) const {
+Eigen::VectorXf LinkageSession::surface(const Eigen::Ref<const Eigen::VectorXf>& coordinates,
+                                        const Eigen::VectorXd& section_scales) const {
   const auto shape = impl_->read([](const Impl& impl) { return impl.shape_; });
   if (!shape) throw Error(ErrorCode::kFailedPrecondition, "", "the linkage is not built yet");
   if (coordinates.size() != shape->size())
     throw Error(ErrorCode::kInvalidArgument, "coordinates", "of another linkage");
-  return shape->surface(coordinates);
+  return shape->surface(coordinates, section_scales);
 }
 
 }  // namespace limber::session

@@ -42,6 +42,8 @@ struct LinkageResult {
   /// Of a step of a design, never final: frames are the flat shape and the deployed one, for the
   /// rest lengths of that step; what is said of an equilibrium's report and path is empty.
   std::shared_ptr<const DesignInfo> design = {};
+  /// Of each segment's section in these shapes, as LinkageShape::surface sweeps it; empty: all 1.
+  Eigen::VectorXd section_scales = {};
 };
 
 /// As Listener is of bodies.
@@ -110,7 +112,8 @@ class LinkageSession {
   /// The session goes back to the shape it had; the best so far can still be taken.
   void stop_design();
   /// The best rest lengths of the newest design become the session's: an edit, which undo takes
-  /// back. One that is under way ends.
+  /// back. One that is under way ends. While the session has the sizes that taking it brought, it
+  /// is the revision that did.
   /// @throws Error{kFailedPrecondition} where there is none to take; as LinkageDocument::apply
   EditReceipt take_design(std::optional<Revision> expected = {});
   /// The newest; null before the first.
@@ -131,7 +134,9 @@ class LinkageSession {
   /// Of the newest final result; null before there is one.
   [[nodiscard]] std::shared_ptr<const LinkageStatics> statics() const;
   /// The swept surface of a shape (coordinates), 3 surface nodes [scene length unit].
-  [[nodiscard]] Eigen::VectorXf surface(const Eigen::Ref<const Eigen::VectorXf>& coordinates) const;
+  /// @param section_scales  those of its result; empty: all 1
+  [[nodiscard]] Eigen::VectorXf surface(const Eigen::Ref<const Eigen::VectorXf>& coordinates,
+                                        const Eigen::VectorXd& section_scales = {}) const;
 
  private:
   class Impl;

@@ -65,6 +65,25 @@ std::vector<LinkageEdit> edits_of(const DesignCandidate& candidate) {
   return edits;
 }
 
+bool has_sizes(const scene::LinkageConditions& conditions, const DesignCandidate& candidate) {
+  const auto same = [](const Eigen::VectorXd& a, const Eigen::VectorXd& b) {
+    return a.size() == b.size() && a == b;
+  };
+  const RodSizes& sizes = candidate.sizes;
+  switch (candidate.variables.lengths) {
+    case rods::LengthVariables::kSegments:
+      if (!same(conditions.segment_lengths, sizes.segments)) return false;
+      break;
+    case rods::LengthVariables::kEdges:
+      if (!same(conditions.edge_lengths, sizes.edges)) return false;
+      break;
+    case rods::LengthVariables::kKept:
+      break;
+  }
+  return candidate.variables.sections == rods::SectionVariables::kKept ||
+         same(conditions.section_scales, sizes.sections);
+}
+
 /// What derivatives are not known under.
 void demand_unloaded(const scene::LinkageConditions& conditions) {
   const auto refuse = [](const char* field, const char* message) {
@@ -127,6 +146,12 @@ EditReceipt LinkageSession::Impl::apply_design(std::optional<Revision> expected)
   if (!candidate)
     throw Error(ErrorCode::kFailedPrecondition, "", "there is no design that could be taken");
   const Conditions before = document_.conditions();
+  const std::optional<Revision> taken = desk_.info()->taken;
+  if (taken && (!expected || *expected == document_.revision()) && has_sizes(*before, *candidate)) {
+    EditReceipt receipt;  // it is there: nothing to undo twice
+    receipt.revision = *taken;
+    return receipt;
+  }
   EditReceipt receipt = document_.apply(edits_of(*candidate), expected);
   if (before == designed_) lessons_.push_back({document_.conditions(), candidate});
   desk_.note_taken(receipt.revision);
@@ -139,8 +164,10 @@ EditReceipt LinkageSession::Impl::apply_design(std::optional<Revision> expected)
 EditReceipt LinkageSession::Impl::take_design(std::optional<Revision> expected) {
   std::unique_lock lock(mutex_);
   demand_open();
+  const Revision before = document_.revision();
   EditReceipt receipt = apply_design(expected);
   desk_.stop_any();
+  if (document_.revision() == before) return receipt;
   if (!must_finish_) round_.request();
   post(std::move(lock));
   return receipt;
@@ -162,6 +189,7 @@ void LinkageSession::Impl::tell_design(const LiveDesign* design, const DesignInf
   result->design = std::move(told);
   result->frames = std::make_shared<const Eigen::MatrixXf>(design->shapes());
   result->mean_angle = design->mean_angle();
+  result->section_scales = design->section_scales();
   hand_out(std::move(result), {round.revision, round.conditions, Clock::now(), {}, {}});
 }
 

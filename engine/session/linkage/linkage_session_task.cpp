@@ -189,7 +189,10 @@ Eigen::VectorXf LinkageSession::Impl::shape_now() const {
 
 void LinkageSession::Impl::hand_out(std::shared_ptr<LinkageResult> result, const Round& round) {
   result->revision = round.revision;
-  if (!result->design) result->mean_angle = live_->state().mean_opening_angle();
+  if (!result->design) {
+    result->mean_angle = live_->state().mean_opening_angle();
+    result->section_scales = live_->model().section_scales();
+  }
   result->since_edit_ms = round.since_edit_ms();
   std::shared_ptr<const LinkageResult> older, older_final;  // freed without the lock
   {

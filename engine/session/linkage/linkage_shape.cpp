@@ -83,11 +83,15 @@ Eigen::Matrix3Xd LinkageShape::joints(const Eigen::Ref<const Eigen::VectorXf>& c
   return positions;
 }
 
-Eigen::VectorXf LinkageShape::surface(const Eigen::Ref<const Eigen::VectorXf>& coordinates) const {
+Eigen::VectorXf LinkageShape::surface(const Eigen::Ref<const Eigen::VectorXf>& coordinates,
+                                      const Eigen::VectorXd& scales) const {
   LIMBER_DEMAND(coordinates.size() == size_);
+  LIMBER_DEMAND(scales.size() == 0 || scales.size() == static_cast<Eigen::Index>(edges_.size()));
   Eigen::VectorXf result(3 * Eigen::Index{surface_nodes()});
   Eigen::Index from = 0, to = 0;
-  for (const int edges : edges_) {
+  for (std::size_t s = 0; s < edges_.size(); ++s) {
+    const int edges = edges_[s];
+    const double scale = scales.size() > 0 ? scales[static_cast<Eigen::Index>(s)] : 1;
     const auto vertex = [&](int i) -> Eigen::Vector3f {
       return coordinates.segment<3>(from + 3 * Eigen::Index{i});
     };
@@ -103,8 +107,8 @@ Eigen::VectorXf LinkageShape::surface(const Eigen::Ref<const Eigen::VectorXf>& c
       d1 = (d1 - tangent * tangent.dot(d1)).normalized();
       const Eigen::Vector3f d2 = tangent.cross(d1);
       for (const Eigen::Vector2d& corner : outline_) {
-        result.segment<3>(to) =
-            vertex(i) + static_cast<float>(corner.x()) * d1 + static_cast<float>(corner.y()) * d2;
+        result.segment<3>(to) = vertex(i) + static_cast<float>(scale * corner.x()) * d1 +
+                                static_cast<float>(scale * corner.y()) * d2;
         to += 3;
       }
     }

@@ -40,8 +40,10 @@ class LinkageShape {
   /// Positions of joints: middles of the edges that end there. @param coordinates  of one shape
   [[nodiscard]] Eigen::Matrix3Xd joints(const Eigen::Ref<const Eigen::VectorXf>& coordinates) const;
   /// @param coordinates  of one shape
+  /// @param scales  of each segment's section, by which its outline is scaled; empty: all 1
   /// @returns 3 surface_nodes()
-  [[nodiscard]] Eigen::VectorXf surface(const Eigen::Ref<const Eigen::VectorXf>& coordinates) const;
+  [[nodiscard]] Eigen::VectorXf surface(const Eigen::Ref<const Eigen::VectorXf>& coordinates,
+                                        const Eigen::VectorXd& scales = {}) const;
 
  private:
   void fill_triangles();

@@ -88,6 +88,9 @@ LiveDesign::LiveDesign(const LiveLinkage& live, const DesignRequest& request, do
     throw Error(ErrorCode::kFailedPrecondition, "flat",
                 "the linkage has no equilibrium without angles that are set: " + report.message);
   }
+  // What opens without effort goes anywhere when lengths change: it is held as open as it lies.
+  if (rods::is_without_stress(model, live.state()))
+    flat.mean_opening_angle = closed.mean_opening_angle();
   options_.shortest = request.shortest;
   options_.longest = request.longest;
   options_.max_iterations = request.max_iterations;

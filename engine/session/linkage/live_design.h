@@ -46,6 +46,8 @@ class LiveDesign {
   /// Coordinates (LinkageShape) of the flat shape and of the deployed one, a column each.
   [[nodiscard]] Eigen::MatrixXf shapes() const;
   [[nodiscard]] double mean_angle() const;  // of the deployed shape [rad]
+  /// Of those shapes; empty: all 1.
+  [[nodiscard]] const Eigen::VectorXd& section_scales() const { return design_->point().sections; }
   /// What an earlier design came to, by the present goal.
   [[nodiscard]] DesignTerms terms_of(const DesignCandidate& candidate);
   /// From the best that there is.

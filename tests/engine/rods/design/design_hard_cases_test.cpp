@@ -103,6 +103,25 @@ TEST_F(HardDesigns, ATargetThatCannotBeReached) {
   EXPECT_FALSE(report.at_bound.empty());
 }
 
+/// Opened, a plane grid stores what rounding says: no scale for energies.
+TEST_F(HardDesigns, AMechanismReachesWhatItCanReach) {
+  open(testing::grid_model(5, 5, 0.5), 0.5);
+  const Eigen::Matrix3Xd here = positions(start_->deployed);
+  const Eigen::Vector3d held = here.col(5);
+  for (int j = 0; j < here.cols(); ++j)
+    criteria_.targets.push_back({j, held + 1.03 * (here.col(j) - held), 1});
+  options_.max_iterations = 40;
+  options_.flat_height = 0.05;
+  for (const BucklingGuard guard : {BucklingGuard::kWhenNeeded, BucklingGuard::kFromStart}) {
+    options_.guard = guard;
+    LinkageDesign design = this->design();
+    EXPECT_GT(design.criteria().energy_scale, 0.1 * testing::kStrip.bending_2 / 500);
+    const DesignReport report = optimize_design(design, options_);
+    EXPECT_GT(rms(report.before), 1);
+    EXPECT_LT(rms(report.after), 1e-3 * rms(report.before)) << report.message;
+  }
+}
+
 TEST_F(HardDesigns, ADesignWhoseFlatStateBuckles) {
   open(planar_model(), 0.3);
   LinkageDesign design = this->design();

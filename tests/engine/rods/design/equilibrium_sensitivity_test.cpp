@@ -9,6 +9,7 @@
 #include "engine/base/error.h"
 #include "engine/rods/design/shape_functions.h"
 #include "engine/rods/equilibrium/deployment.h"
+#include "engine/rods/equilibrium/holding.h"
 #include "tests/engine/rods/equilibrium/small_linkages.h"
 
 namespace limber::rods {
@@ -204,6 +205,35 @@ INSTANTIATE_TEST_SUITE_P(Variables, SensitivityTest,
                                             ::testing::Values(Varied::kEdges, Varied::kSections,
                                                               Varied::kSegmentsAndSections,
                                                               Varied::kEdgesAndSections)));
+
+/// A joint's edge that is as short as it may be stays so, whoever has made the factor.
+TEST(EquilibriumSensitivity, LengthsOnTheirBoundStayWithAnyFactor) {
+  const LinkageModel model = testing::curved_model();
+  LinkageEquilibrium equilibrium(model);
+  Conditions conditions;
+  conditions.pins = {{5}};
+  conditions.shortest_joint_edge = 0.99999;
+  LinkageState state(model);
+  ASSERT_TRUE(equilibrium.solve(state, conditions, {.tolerance = 1e-12}).converged());
+  conditions.mean_opening_angle = state.mean_opening_angle() + 0.3;
+  EXPECT_EQ(deploy(equilibrium, state, conditions).status, DeploymentStatus::kReached);
+  ASSERT_TRUE(equilibrium.solve(state, conditions, {.tolerance = 1e-12}).converged());
+  std::unique_ptr<HessianFactor> factor = equilibrium.take_factor();
+  ASSERT_NE(factor, nullptr);
+  ASSERT_FALSE(
+      detail::lengths_on_their_bound(model, state, factor->gradient, conditions.shortest_joint_edge)
+          .empty());
+  const EquilibriumSensitivity made(model, state, conditions);
+  const EquilibriumSensitivity kept(model, state, conditions, {}, std::move(factor));
+  Random random(31);
+  Eigen::VectorXd v(model.segment_lengths().size());
+  for (double& value : v) value = random.normal();
+  const Eigen::VectorXd change = kept.shape_change(v);
+  EXPECT_LT((made.shape_change(v) - change).norm(), 1e-8 * change.norm());
+  ElasticEnergy energy(model);
+  const Eigen::VectorXd gradient = kept.adjoint(energy).gradient;
+  EXPECT_LT((made.adjoint(energy).gradient - gradient).norm(), 1e-8 * gradient.norm());
+}
 
 TEST(EquilibriumSensitivity, TheShapeChangesAsItSays) {
   LinkageModel model = testing::curved_model();

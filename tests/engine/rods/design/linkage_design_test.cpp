@@ -2,7 +2,12 @@
 
 #include <gtest/gtest.h>
 
+#include <limits>
+#include <optional>
+
 #include "engine/base/error.h"
+#include "engine/base/parallel.h"
+#include "engine/base/random.h"
 #include "engine/rods/equilibrium/deployment.h"
 #include "tests/engine/rods/equilibrium/small_linkages.h"
 
@@ -115,6 +120,61 @@ TEST(LinkageDesign, DerivativesWithATrialsFactorsAreThoseWithNewOnes) {
   expect_near(kept.gradients().objective, made.gradients().objective);
 }
 
+/// The flat shape's factors were made, the deployed shape's were not: neither may be taken for
+/// those of the point.
+TEST(LinkageDesign, DerivativesAreRightAfterATrialLostInTheDeployedShapeOnly) {
+  const Problem problem;
+  // The other way round: what is nearly flat, and soft, is the second shape.
+  LinkageDesign design(problem.model, problem.deployed, problem.flat,
+                       {problem.start->lengths, problem.start->deployed, problem.start->flat},
+                       problem.criteria, problem.limits);
+  const DesignMeasures<Eigen::VectorXd> gradients = design.gradients();
+  const Eigen::VectorXd lengths = design.parameters();
+  const Eigen::VectorXd v = random_direction(lengths.size(), 21);
+  const Eigen::VectorXd product = design.products(v).objective;
+  int lost = 0;
+  for (unsigned seed = 1; seed <= 40 && lost < 3; ++seed) {
+    const Eigen::VectorXd way = random_direction(lengths.size(), seed);
+    for (double size = 1; size < 30 && lost < 3; size *= 1.5) {
+      const DesignTrial trial = design.trial(lengths + size * way);
+      if (trial.lost == LostShape::kFlat) break;
+      if (trial.lost != LostShape::kDeployed) continue;
+      ++lost;
+      design.move_to(design.point());  // derivatives are asked for anew
+      EXPECT_LT((design.gradients().objective - gradients.objective).norm(),
+                1e-9 * gradients.objective.norm());
+      EXPECT_LT((design.gradients().flatness - gradients.flatness).norm(),
+                1e-9 * gradients.flatness.norm());
+      EXPECT_LT((design.products(v).objective - product).norm(), 1e-8 * product.norm());
+    }
+  }
+  EXPECT_GE(lost, 1);
+}
+
+TEST(LinkageDesign, DerivativesDoNotDependOnTheNumberOfThreads) {
+  const Problem problem;
+  const int before = thread_count();
+  std::vector<DesignMeasures<Eigen::VectorXd>> found;
+  for (const int threads : {1, 2}) {
+    set_thread_count(threads);
+    LinkageDesign design = problem.design();
+    const DesignTrial trial =
+        design.trial(design.parameters() + 0.2 * random_direction(design.parameters().size(), 4));
+    EXPECT_EQ(trial.status, TrialStatus::kFound) << trial.message;
+    design.move_to(trial.point);
+    found.push_back(design.gradients());
+    found.push_back(design.products(random_direction(design.parameters().size(), 5)));
+  }
+  set_thread_count(before);
+  for (const int k : {0, 1}) {
+    const DesignMeasures<Eigen::VectorXd>&one = found[k], &two = found[k + 2];
+    EXPECT_EQ(one.objective, two.objective);
+    EXPECT_EQ(one.flat_energy, two.flat_energy);
+    EXPECT_EQ(one.flatness, two.flatness);
+    EXPECT_EQ(one.smallest_angle, two.smallest_angle);
+  }
+}
+
 TEST(LinkageDesign, OfTheObjectiveAloneTheSameComesOut) {
   const Problem problem;
   LinkageDesign design = problem.design();
@@ -164,6 +224,30 @@ TEST(LinkageDesign, ATrialThatIsNotBelievedLeavesTheDesignAsItIs) {
   }
   EXPECT_EQ(design.model().segment_lengths(), lengths);
   EXPECT_EQ(design.values(design.point()).objective, before.objective);
+}
+
+/// A surface that fails when it is told to.
+class BrittleSurface final : public TargetSurface {
+ public:
+  [[nodiscard]] ClosestPoint closest(const Eigen::Vector3d& point) const override {
+    if (broken) throw Error(ErrorCode::kNumerical, "", "broken");
+    return {Eigen::Vector3d(point.x(), point.y(), 0),
+            Eigen::Vector3d(1, 1, 0).asDiagonal().toDenseMatrix()};
+  }
+  bool broken = false;
+};
+
+TEST(LinkageDesign, WhatThrowsHalfwayLeavesTheModelAsItWas) {
+  Problem problem;
+  const auto surface = std::make_shared<BrittleSurface>();
+  problem.criteria.surface = surface;
+  LinkageDesign design = problem.design();
+  const Eigen::VectorXd lengths = design.parameters();
+  const DesignTrial trial = design.trial(lengths + 0.1 * random_direction(lengths.size(), 8));
+  ASSERT_EQ(trial.status, TrialStatus::kFound) << trial.message;
+  surface->broken = true;
+  EXPECT_THROW((void)design.values(trial.point), Error);
+  EXPECT_EQ(design.model().segment_lengths(), lengths);
 }
 
 TEST(LinkageDesign, PredictionsAreOfTheOrderThatTheySay) {

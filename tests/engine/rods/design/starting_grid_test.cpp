@@ -256,7 +256,10 @@ TEST(StartingGrid, BadOptionsAreNamed) {
     return "none";
   };
   EXPECT_EQ(field_of({.columns = 2}), "columns");
-  EXPECT_EQ(field_of({.rows = 1001}), "rows");
+  EXPECT_EQ(field_of({.rows = 2}), "rows");
+  EXPECT_EQ(field_of({.columns = 60, .rows = 60}), "columns");
+  EXPECT_EQ(field_of({.columns = 3, .rows = 1'000'000'000}), "rows");
+  EXPECT_EQ(field_of({.columns = 50, .rows = 50}), "none");
   EXPECT_EQ(field_of({.flat_angle = 0}), "flat_angle");
   EXPECT_EQ(field_of({.margin = 0.5}), "margin");
   EXPECT_EQ(field_of({}), "none");

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "engine/scene/samples/linkage_samples.h"
 #include "tests/engine/session/linkage/live_designs.h"
 
 namespace limber::session {
@@ -118,6 +119,45 @@ TEST(DesignSession, PausesChangesStopsAndIsTakenLater) {
   EXPECT_FALSE(shape->solve_failed) << shape->report.message;
   EXPECT_EQ(live.lengths(), live.session.best_design()->sizes.segments);
   EXPECT_EQ(live.session.design()->taken, 1U);
+}
+
+TEST(DesignSession, TakenAgainItIsTheRevisionThatTookIt) {
+  Live live;
+  DesignRequest asked = request();
+  asked.max_iterations = 5;
+  live.session.start_design(asked);
+  const auto end = live.watcher->wait_end();
+  ASSERT_TRUE(end);
+  if (!end->taken) {
+    EXPECT_EQ(live.session.take_design().revision, 1U);
+  }
+  EXPECT_EQ(live.session.take_design().revision, 1U);
+  EXPECT_EQ(live.session.take_design(Revision{1}).revision, 1U);
+  EXPECT_EQ(refusal([&] { live.session.take_design(Revision{0}); }), "expected_revision");
+  EXPECT_EQ(live.session.revision(), 1U);
+  live.edit({Undo{}});
+  EXPECT_EQ(live.lengths().size(), 0) << "one step of undo";
+  EXPECT_EQ(live.session.take_design().revision, 3U) << "after undo it is an edit again";
+  EXPECT_EQ(live.lengths(), live.session.best_design()->sizes.segments);
+}
+
+/// The flat sample opens without effort, and its flat shape is held where it lies.
+TEST(DesignSession, AMechanismReachesWhatItCanReach) {
+  Live live(scene::make_linkage_sample("grid"));
+  const auto opened = live.edit({SetMeanAngle{0.9}});
+  ASSERT_FALSE(opened->solve_failed) << opened->report.message;
+  const Eigen::Matrix3Xd joints = live.joints(*opened);
+  const Eigen::Vector3d middle = joints.rowwise().mean();
+  DesignRequest asked;
+  for (int j = 0; j < joints.cols(); ++j)
+    asked.goal.targets.push_back({j, middle + 1.03 * (joints.col(j) - middle), 1});
+  asked.max_iterations = 40;
+  live.session.start_design(asked);
+  const auto end = live.watcher->wait_end();
+  ASSERT_TRUE(end);
+  EXPECT_GT(end->start.target_rms, 0.01);
+  EXPECT_LT(end->best.target_rms, 1e-4) << end->message;
+  EXPECT_TRUE(end->best.holds);
 }
 
 TEST(DesignSession, TakenWhileItRunsItEnds) {

@@ -68,6 +68,12 @@ TEST(DesignSizes, SectionsAreTakenWithLengthsInOneStepOfUndo) {
   ASSERT_EQ(conditions->section_scales.size(), 40);
   EXPECT_EQ(conditions->segment_lengths.size(), 40);
   EXPECT_GT((conditions->section_scales.array() - 1).abs().maxCoeff(), 0.01);
+  EXPECT_EQ(shape->section_scales, conditions->section_scales);
+  bool told = false;  // of shapes on the way too
+  for (const auto& result : live.watcher->results())
+    told = told || (result->design && result->section_scales.size() == 40 &&
+                    !result->section_scales.isOnes(1e-3));
+  EXPECT_TRUE(told);
   EXPECT_GE(conditions->section_scales.minCoeff(), 0.5);
   EXPECT_LE(conditions->section_scales.maxCoeff(), 2);
   // It is the equilibrium that the design had found.
@@ -107,6 +113,14 @@ TEST(DesignSizes, AreEditsThatTheShapeFollowsAndWeighs) {
   const LinkageDetail detail =
       thick->statics->detail(thick->frames->rightCols<1>(), thick->strains->rightCols<1>());
   EXPECT_EQ(detail.segments[3].section_scale, 2);
+  // What is drawn of it is twice as thick.
+  const Eigen::VectorXf column = thick->frames->rightCols<1>();
+  const auto diagonal = [&](const Eigen::VectorXd& scales) {
+    const Eigen::VectorXf surface = live.session.surface(column, scales);
+    return (surface.segment<3>(0) - surface.segment<3>(6)).norm();
+  };
+  EXPECT_NEAR(diagonal(before->section_scales), std::hypot(6, 1.5), 1e-3);
+  EXPECT_NEAR(diagonal(thick->section_scales), 2 * std::hypot(6, 1.5), 1e-3);
   // Of the model, edges as they are change nothing.
   const Eigen::VectorXd edges = thick->statics->model().edge_lengths();
   const auto same = live.edit({SetEdgeLengths{edges}});
