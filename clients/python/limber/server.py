@@ -213,8 +213,8 @@ class Server:
         """The equilibrium of a structure of beams: shape, reactions, forces, stresses, energies, and how it ended. What
         is not in balance is an answer too: see its status.
 
-        structure: a mapping or file (JSON form of limber.v1.BeamStructure), a message, or a job of the public
-        relaxation code (its folder, or SimulationJob.json). method: "choose", "newton", "relaxation",
+        structure: a mapping or file (JSON form of limber.v1.BeamStructure, or a scene of one), a message, or a job of the
+        public relaxation code (its folder, or SimulationJob.json). method: "choose", "newton", "relaxation",
         "relaxation_then_newton"; tolerance: largest force over forces present (1e-8, of relaxation 1e-6); files: of
         "vtu", "csv" and "json", which solution.write(folder) writes as STEM...; shapes: how many on the way are kept;
         follow: in load steps so short that the branch of equilibria is not lost, and answer.snaps tells where it ends.

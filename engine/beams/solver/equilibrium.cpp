@@ -33,6 +33,10 @@ struct Attempt {
     solution.report.method = BeamMethod::kNewton;
     detail::follow_path(structure, path, 0, options, context, observer, solution.state,
                         solution.report);
+    if (!solution.report.converged() && options.method == BeamMethod::kNewton &&
+        path.loads(1).follows())
+      solution.report.message +=
+          "; loads that follow have no potential for load steps to lower: try a relaxation";
   }
 
   void relaxation(BeamSolution& solution) const {

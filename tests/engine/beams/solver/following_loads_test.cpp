@@ -37,6 +37,14 @@ TEST(BeamFollowingLoads, OnACantileverHaveTheKnownShape) {
   }
 }
 
+TEST(BeamFollowingLoads, WhatLoadStepsDoNotFindIsSaidToNeedARelaxation) {
+  BeamSolveOptions options;
+  options.method = BeamMethod::kNewton;
+  const BeamSolution found = find_equilibrium(BeamStructure(follower(20, 10, true)), options);
+  EXPECT_FALSE(found.report.converged());
+  EXPECT_NE(found.report.message.find("relaxation"), std::string::npos) << found.report.message;
+}
+
 /// Pressed along itself by a load that keeps to its axis, a column never diverges; by one that
 /// keeps its direction in space it does.
 TEST(BeamFollowingLoads, StabilityIsDivergence) {
