@@ -510,7 +510,7 @@ def test_the_example_designs_and_draws(limberd, tmp_path):
 
 
 def test_surfaces_are_as_thick_as_sections(linkage, tmp_path):
-    linkage.set_section_scales([2.0] * len(linkage.lengths()))
+    linkage.set_section_scales([2.0] * len(strips()[1]))
     assert not linkage.wait().solve_failed
     linkage.export(tmp_path, formats=("obj",))
     surface = next(tmp_path.glob("*_surface.obj"))
