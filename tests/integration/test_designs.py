@@ -429,13 +429,13 @@ def test_a_design_says_when_an_earlier_one_ended_elsewhere(linkage):
     goal = {24: linkage.shape().joints[24] + (0.5, 0.3, 0.4)}
     first = linkage.design(targets=goal, **GOAL).wait()
     assert first.end in ("converged", "settled") and first.other_optima == ()
-    linkage.set_lengths(linkage.lengths() * np.random.default_rng(1).uniform(0.985, 1.015, 40))
+    linkage.set_lengths(linkage.lengths() * np.random.default_rng(8).uniform(0.985, 1.015, 40))
     linkage.wait()
     second = linkage.design(targets=goal, **GOAL).wait()
     assert second.end in ("converged", "settled"), second.message
     assert [other.job for other in second.other_optima] == [first.job]
     assert second.other_optima[0].size_difference > 0.01
-    # The session is where the design was, also where the deployed shape had left its branch.
+    # The session is where the design was.
     linkage.wait()
     missed = np.linalg.norm(linkage.shape().joints[24] - goal[24])
     assert missed == pytest.approx(second.best.target_rms, rel=1e-4)
