@@ -47,6 +47,12 @@ RodReport added(const RodReport& before, const RodReport& last) {
   return result;
 }
 
+Eigen::Matrix3Xd nodes_of(const RodState& state, int edges) {
+  Eigen::Matrix3Xd nodes(3, edges + 1);
+  for (int i = 0; i <= edges; ++i) nodes.col(i) = state.unknowns().segment<3>(4 * i);
+  return nodes;
+}
+
 constexpr SectionStiffness kInextensible{1e7, 1, 1, 1};  // for rods of length 1
 
 }  // namespace
@@ -72,7 +78,7 @@ RodAnswer cantilever(int edges, double alpha, double deflection, double shorteni
   const Eigen::VectorXd& x = found.at.state().unknowns();
   const Eigen::Vector2d tip = x.segment<2>(4 * edges);
   return {tip.y(), deflection, (tip - Eigen::Vector2d(1 - shortening, deflection)).norm(),
-          found.report};
+          found.report, nodes_of(found.at.state(), edges)};
 }
 
 RodAnswer roll_up(int edges, BendingForm form) {
@@ -139,7 +145,8 @@ RodAnswer compressed(int edges, Ends ends, double span, double height, BendingFo
     const Eigen::VectorXd& y = found.at.state().unknowns();
     top = std::max({top, y[4 * i + 1], 0.5 * (y[4 * i + 1] + y[4 * i - 3])});
   }
-  return {top, height, std::abs(top - height) / height, found.report};
+  return {top, height, std::abs(top - height) / height, found.report,
+          nodes_of(found.at.state(), edges)};
 }
 
 RodAnswer forty_five_degree_bend(int edges, double force, double torsion_constant,
@@ -161,7 +168,8 @@ RodAnswer forty_five_degree_bend(int edges, double force, double torsion_constan
   loads.forces(2, edges) = force;
   const auto found = find_equilibrium(rod.drawn, rod.parameters, loads, fixed);
   const Eigen::Vector3d tip = found.at.state().unknowns().segment<3>(4 * edges);
-  return {tip.z(), expected.z(), (tip - expected).norm() / (radius * kPi / 4), found.report};
+  return {tip.z(), expected.z(), (tip - expected).norm() / (radius * kPi / 4), found.report,
+          nodes_of(found.at.state(), edges)};
 }
 
 namespace {

@@ -18,6 +18,7 @@ struct RodAnswer {
   double expected = 0;
   double error = 0;  // relative to the rod's length where it is a place, else to the expected value
   rods::RodReport report;
+  Eigen::Matrix3Xd nodes = {};  // where one shape is the answer
 };
 
 /// Cantilever with tip load alpha = P L^2 / EI: tip deflection (over L).
