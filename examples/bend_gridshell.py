@@ -19,8 +19,7 @@ def tell(shell, what, before):
 
 with limber.launch() as server:
     shell = server.open(sample="gridshell")
-    drawn = shell.geometry().rest
-    shape = tell(shell, "bent up", drawn)
+    shape = tell(shell, "bent up", drawn := shell.geometry().rest)
     shell.edit([limber.beam_edits.load(node, (0, 0, -60)) for node in range(len(drawn)) if drawn[node, 0] > 0])
     shape = tell(shell, "snow on one half", shape)
     for motion in shell.structure().motions:

@@ -1,5 +1,6 @@
 #include "engine/rods/design/design_merit.h"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -19,7 +20,12 @@ bool GuardWeight::raise(double objective, double flat_energy) {
   constexpr double kRise = 5;
   constexpr int kOften = 12;
   if (first_ == 0) first_ = flat_energy > 0 ? kShare * std::abs(objective) / flat_energy : 0;
+  const double lost = weight_ > 0 ? weight_ : last_;
   weight_ = weight_ > 0 ? kRise * weight_ : last_ > 0 ? last_ : first_;
+  // Half-way, by orders of magnitude, to what kept the shape the last time: as a share of the
+  // objective, which the guard is weighed against.
+  weight_ = std::max(weight_, std::sqrt(lost * kept_ * std::abs(objective)));
+  if (objective != 0) kept_ = weight_ / std::abs(objective);
   constexpr double kGentlest = 0.6;
   if (raised_ >= kAtOnce) fall_ = std::min(kGentlest, std::sqrt(fall_));
   return first_ > 0 && ++raised_ <= kOften;

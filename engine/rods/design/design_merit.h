@@ -45,6 +45,7 @@ class GuardWeight {
   double weight_ = 0;
   double first_ = 0;
   double last_ = 0;    // before it was lowered
+  double kept_ = 0;    // after it was raised, over the objective there
   double fall_ = 0.3;  // of the weight when it is lowered; gentler after it had to be raised again
   int raised_ = 0;
   static constexpr int kAtOnce = 3;
