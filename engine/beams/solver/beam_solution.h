@@ -44,7 +44,7 @@ struct BeamSolveOptions {
   /// First load step of Newton's method, as a share of everything; in (0, 1].
   double first_load_step = 1;
   /// Relaxation hands over to Newton at this residual; in (0, 1).
-  double hand_over = 1e-3;
+  double hand_over = 2e-4;
   /// Load steps of Newton's method are cut until the structure goes on as it went in the step
   /// before, but for this much turning [rad]; what no cutting makes smaller is a snap. 0: not
   /// looked at; in [0, 3].
