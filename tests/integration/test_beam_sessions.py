@@ -14,15 +14,10 @@ import pytest
 from conftest import ROOT, small_scene
 from limber import beam_edits
 from limber.launching import find_binary
+from refusals import refusal
 from test_beams import CLAMPED, cantilever, job_folder, vtu_array
 
 SHARED = ROOT / ".." / "shared"
-
-
-def refusal(call):
-    with pytest.raises(limber.LimberError) as caught:
-        call()
-    return caught.value.code, caught.value.field
 
 
 def opened(server, structure, **options):

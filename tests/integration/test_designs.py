@@ -12,8 +12,9 @@ import limber
 import numpy as np
 import pytest
 from conftest import ROOT
-from limber.launching import find_binary
+from design_inputs import run, sheet, write_obj
 from limber.v1 import service_pb2 as service
+from refusals import refusal
 
 
 def strips(lines=5):
@@ -60,12 +61,6 @@ def linkage(server):
 
 
 GOAL = {"distance_weight": 1e8, "flat_height": 0.3}
-
-
-def refusal(call):
-    with pytest.raises(limber.LimberError) as caught:
-        call()
-    return caught.value.code, caught.value.field
 
 
 def rms(joints, targets):
@@ -218,15 +213,7 @@ def cap(joints, lift):
     n = 20
     x, y = np.meshgrid(np.linspace(low[0], high[0], n), np.linspace(low[1], high[1], n), indexing="ij")
     u, v = (x - middle[0]) / (high[0] - low[0]), (y - middle[1]) / (high[1] - low[1])
-    z = middle[2] + lift * (1 - u ** 2 - v ** 2)
-    at = np.arange(n * n).reshape(n, n)
-    a, b, c, d = at[:-1, :-1].ravel(), at[1:, :-1].ravel(), at[1:, 1:].ravel(), at[:-1, 1:].ravel()
-    return np.stack([x, y, z], axis=-1).reshape(-1, 3), np.concatenate([np.stack([a, b, c], 1), np.stack([a, c, d], 1)])
-
-
-def write_obj(path, vertices, triangles):
-    path.write_text("".join(f"v {x} {y} {z}\n" for x, y, z in vertices) +
-                    "".join(f"f {a + 1} {b + 1} {c + 1}\n" for a, b, c in triangles))
+    return sheet(x, y, middle[2] + lift * (1 - u ** 2 - v ** 2))
 
 
 def test_a_surface_as_file_triangles_and_points_is_the_same_and_can_be_moved(linkage, tmp_path):
@@ -318,57 +305,6 @@ def test_bounds_of_single_lengths_and_weights_of_single_joints(linkage, targets)
     assert len(info.at_bound) > 5 and info.best.target_rms < info.start.target_rms
 
 
-def test_a_linkage_is_begun_with_a_surface_alone(server):
-    x, y = np.meshgrid(np.linspace(-1, 1, 15), np.linspace(-0.8, 0.8, 12), indexing="ij")
-    surface = np.stack([x, y, 0.15 * (1 - x ** 2 - y ** 2)], axis=-1).reshape(-1, 3)
-    grid = server.starting_grid(surface, columns=7, rows=6)
-    assert grid.vertices.shape == (42, 3) and np.abs(grid.vertices[:, 2]).max() == 0
-    assert grid.lengths.shape == (len(grid.edges),) and 0 < grid.misfit < 0.5
-    on = grid.deployed
-    assert np.abs(on[:, 2] - 0.15 * (1 - on[:, 0] ** 2 - on[:, 1] ** 2)).max() < 0.02
-    scene = limber.linkage_scene(grid.vertices, grid.edges, section={"rectangle": (0.02, 0.004)}, edges_per_segment=5)
-    session = server.open(scene, progress=False)
-    session.set_lengths(grid.lengths)
-    session.wait()
-    session.deploy(grid.mean_angle)
-    assert not session.wait().solve_failed
-    np.testing.assert_allclose(session.lengths(), grid.lengths)
-    session.close()
-    call = lambda **bad: server.starting_grid(surface, **bad)  # noqa: E731
-    assert refusal(lambda: call(columns=2)) == ("INVALID_ARGUMENT", "columns")
-    assert refusal(lambda: call(columns=60, rows=70)) == ("INVALID_ARGUMENT", "rows"), "more than 2500 joints"
-    assert refusal(lambda: call(flat_angle=120)) == ("INVALID_ARGUMENT", "flat_angle_degrees")
-    assert refusal(lambda: call(scale=0)) == ("INVALID_ARGUMENT", "placement.scale")
-    vertices = np.array([(0, 0, 0), (1, 0, 0), (0, 1, 0), (5, 0, 0), (6, 0, 0), (5, 1, 0)], dtype=float)
-    assert refusal(lambda: server.starting_grid((vertices, [(0, 1, 2), (3, 4, 5)]))) == (
-        "INVALID_ARGUMENT", "surface.triangles.triangles"), "two pieces are no patch"
-
-
-def hill(n=15):
-    x, y = np.meshgrid(np.linspace(-1, 1, n), np.linspace(-0.8, 0.8, n), indexing="ij")
-    at = np.arange(n * n).reshape(n, n)
-    a, b, c, d = at[:-1, :-1].ravel(), at[1:, :-1].ravel(), at[1:, 1:].ravel(), at[:-1, 1:].ravel()
-    vertices = np.stack([x, y, 0.15 * (1 - x ** 2 - y ** 2)], axis=-1).reshape(-1, 3)
-    return vertices, np.concatenate([np.stack([a, b, c], 1), np.stack([a, c, d], 1)])
-
-
-def test_one_call_designs_a_linkage_for_a_surface_alone(server):
-    design = server.design_surface(hill(), columns=6, rows=5, section={"rectangle": (0.02, 0.004)}, name="hill",
-                                   progress=False, max_iterations=60)
-    info = design.wait()
-    assert info.end in ("converged", "settled", "iteration_limit"), info.message
-    assert info.best.holds and info.best.surface_rms < 0.5 * info.start.surface_rms
-    session = design.session
-    assert info.taken == session.status().revision and len(session.lengths()) == 49
-    assert session.shape().joints.shape == (30, 3)
-    session.close()
-    bad = lambda **options: server.design_surface(hill(), section={"rectangle": (0.02, 0.004)}, **options)  # noqa: E731
-    assert refusal(lambda: bad(columns=500)) == ("INVALID_ARGUMENT", "columns"), "rods would overlap"
-    assert refusal(lambda: bad(iterations=60)) == ("INVALID_ARGUMENT", "iterations")
-    assert refusal(lambda: bad(columns=2)) == ("INVALID_ARGUMENT", "columns")
-    assert refusal(lambda: bad(bulge=2)) == ("INVALID_ARGUMENT", "bulge")
-
-
 def test_a_smallest_angle_that_no_design_has_is_given_up(server):
     dome = server.open(sample="dome", progress=False)
     dome.deploy(60)
@@ -379,22 +315,6 @@ def test_a_smallest_angle_that_no_design_has_is_given_up(server):
     assert info.end == "infeasible" and info.iteration < 200 and not info.best.holds
     assert "degrees (asked 60.00)" in info.message
     dome.close()
-
-
-def test_the_command_line_begins_with_a_surface_alone(server, tmp_path):
-    write_obj(tmp_path / "hill.obj", *hill())
-    done = run(server, "design", "hill", "--surface", str(tmp_path / "hill.obj"), "--grid", "6x5", "--section",
-               "0.02x0.004", "--iterations", "40")
-    assert done.returncode == 0, done.stderr
-    assert "session hill: a grid of 6x5" in done.stdout and "best: step" in done.stdout
-    session = server.session("hill")
-    info = session.current_design().info()
-    assert info.best.surface_rms < 0.5 * info.start.surface_rms
-    session.close()
-    for wrong, field in ((("--grid", "6"), "grid"), (("--grid", "6x-5"), "grid"), (("--grid", "2x5"), "columns")):
-        refused = run(server, "design", "other", "--surface", str(tmp_path / "hill.obj"), "--section", "0.02x0.004",
-                      *wrong)
-        assert refused.returncode == 1 and field in refused.stderr, refused.stderr
 
 
 def test_edges_and_sections_are_designed_taken_undone_and_exported(server, linkage, targets, tmp_path):
@@ -457,12 +377,6 @@ def test_bodies_have_no_designs(server):
                  lambda: limber.LinkageSession(server, body.id).current_design()):
         assert refusal(call) == ("FAILED_PRECONDITION", "session")
     body.close()
-
-
-def run(server, *arguments):
-    environment = {**os.environ, "LIMBER_ENDPOINT": server.connection.endpoint}
-    return subprocess.run([str(find_binary("limber")), *arguments], env=environment, capture_output=True, text=True,
-                          timeout=60)
 
 
 def test_the_command_line_designs_and_steers(server, linkage, tmp_path):

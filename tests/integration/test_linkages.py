@@ -15,6 +15,7 @@ from conftest import ROOT, small_scene
 from limber.launching import find_binary
 from limber.v1 import scene_pb2 as scenes
 from limber.v1 import service_pb2 as service
+from refusals import refusal
 
 RECTANGLE = {"rectangle": (0.02, 0.005)}
 
@@ -25,12 +26,6 @@ def grid(rods=3):
     along = [(i * rods + j, (i + 1) * rods + j) for i in range(rods - 1) for j in range(rods)]
     across = [(i * rods + j, i * rods + j + 1) for i in range(rods) for j in range(rods - 1)]
     return np.array(points, dtype=float), np.array(along + across)
-
-
-def refusal(call):
-    with pytest.raises(limber.LimberError) as caught:
-        call()
-    return caught.value.code, caught.value.field
 
 
 @pytest.fixture

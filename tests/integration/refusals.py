@@ -1,0 +1,10 @@
+"""What the service refuses, told by code and field."""
+
+import limber
+import pytest
+
+
+def refusal(call):
+    with pytest.raises(limber.LimberError) as caught:
+        call()
+    return caught.value.code, caught.value.field

@@ -1,0 +1,70 @@
+"""Linkages for a surface alone over real sockets: a grid laid on it, and its design."""
+
+import limber
+import numpy as np
+from design_inputs import run, sheet, write_obj
+from refusals import refusal
+
+
+def test_a_linkage_is_begun_with_a_surface_alone(server):
+    x, y = np.meshgrid(np.linspace(-1, 1, 15), np.linspace(-0.8, 0.8, 12), indexing="ij")
+    surface = np.stack([x, y, 0.15 * (1 - x ** 2 - y ** 2)], axis=-1).reshape(-1, 3)
+    grid = server.starting_grid(surface, columns=7, rows=6)
+    assert grid.vertices.shape == (42, 3) and np.abs(grid.vertices[:, 2]).max() == 0
+    assert grid.lengths.shape == (len(grid.edges),) and 0 < grid.misfit < 0.5
+    on = grid.deployed
+    assert np.abs(on[:, 2] - 0.15 * (1 - on[:, 0] ** 2 - on[:, 1] ** 2)).max() < 0.02
+    scene = limber.linkage_scene(grid.vertices, grid.edges, section={"rectangle": (0.02, 0.004)}, edges_per_segment=5)
+    session = server.open(scene, progress=False)
+    session.set_lengths(grid.lengths)
+    session.wait()
+    session.deploy(grid.mean_angle)
+    assert not session.wait().solve_failed
+    np.testing.assert_allclose(session.lengths(), grid.lengths)
+    session.close()
+    call = lambda **bad: server.starting_grid(surface, **bad)  # noqa: E731
+    assert refusal(lambda: call(columns=2)) == ("INVALID_ARGUMENT", "columns")
+    assert refusal(lambda: call(columns=60, rows=70)) == ("INVALID_ARGUMENT", "rows"), "more than 2500 joints"
+    assert refusal(lambda: call(flat_angle=120)) == ("INVALID_ARGUMENT", "flat_angle_degrees")
+    assert refusal(lambda: call(scale=0)) == ("INVALID_ARGUMENT", "placement.scale")
+    vertices = np.array([(0, 0, 0), (1, 0, 0), (0, 1, 0), (5, 0, 0), (6, 0, 0), (5, 1, 0)], dtype=float)
+    assert refusal(lambda: server.starting_grid((vertices, [(0, 1, 2), (3, 4, 5)]))) == (
+        "INVALID_ARGUMENT", "surface.triangles.triangles"), "two pieces are no patch"
+
+
+def hill(n=15):
+    x, y = np.meshgrid(np.linspace(-1, 1, n), np.linspace(-0.8, 0.8, n), indexing="ij")
+    return sheet(x, y, 0.15 * (1 - x ** 2 - y ** 2))
+
+
+def test_one_call_designs_a_linkage_for_a_surface_alone(server):
+    design = server.design_surface(hill(), columns=6, rows=5, section={"rectangle": (0.02, 0.004)}, name="hill",
+                                   progress=False, max_iterations=60)
+    info = design.wait()
+    assert info.end in ("converged", "settled", "iteration_limit"), info.message
+    assert info.best.holds and info.best.surface_rms < 0.5 * info.start.surface_rms
+    session = design.session
+    assert info.taken == session.status().revision and len(session.lengths()) == 49
+    assert session.shape().joints.shape == (30, 3)
+    session.close()
+    bad = lambda **options: server.design_surface(hill(), section={"rectangle": (0.02, 0.004)}, **options)  # noqa: E731
+    assert refusal(lambda: bad(columns=500)) == ("INVALID_ARGUMENT", "columns"), "rods would overlap"
+    assert refusal(lambda: bad(iterations=60)) == ("INVALID_ARGUMENT", "iterations")
+    assert refusal(lambda: bad(columns=2)) == ("INVALID_ARGUMENT", "columns")
+    assert refusal(lambda: bad(bulge=2)) == ("INVALID_ARGUMENT", "bulge")
+
+
+def test_the_command_line_begins_with_a_surface_alone(server, tmp_path):
+    write_obj(tmp_path / "hill.obj", *hill())
+    done = run(server, "design", "hill", "--surface", str(tmp_path / "hill.obj"), "--grid", "6x5", "--section",
+               "0.02x0.004", "--iterations", "40")
+    assert done.returncode == 0, done.stderr
+    assert "session hill: a grid of 6x5" in done.stdout and "best: step" in done.stdout
+    session = server.session("hill")
+    info = session.current_design().info()
+    assert info.best.surface_rms < 0.5 * info.start.surface_rms
+    session.close()
+    for wrong, field in ((("--grid", "6"), "grid"), (("--grid", "6x-5"), "grid"), (("--grid", "2x5"), "columns")):
+        refused = run(server, "design", "other", "--surface", str(tmp_path / "hill.obj"), "--section", "0.02x0.004",
+                      *wrong)
+        assert refused.returncode == 1 and field in refused.stderr, refused.stderr
