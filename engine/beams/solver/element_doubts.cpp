@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <utility>
 
 #include "engine/beams/results/beam_results.h"
 #include "engine/beams/solver/twist_watch.h"
@@ -32,11 +31,14 @@ double bend_of(const BeamStructure& structure, const BeamState& state, int eleme
   return largest;
 }
 
-/// How far elements are from what they stand for, by what makes one doubtful; above 1 they are.
+/// How far an element is from what it stands for, by what makes it doubtful; above 1 it is.
 struct Worry {
   double size = 0;
   bool hopeless = false;
-  std::string message;
+  int element = -1;
+  enum class Of { kPressure, kBend, kTwist } of = Of::kPressure;
+  double measure = 0;  // times what it buckles at, or [rad]
+  double off = 0;      // share of a torque
 
   [[nodiscard]] bool is_worse_than(const Worry& other) const {
     return hopeless != other.hopeless ? hopeless : size > other.size;
@@ -51,18 +53,12 @@ Worry of_pressure(const BeamStructure& structure, const BeamResults& results, in
   const double buckles = 4 * std::numbers::pi * std::numbers::pi *
                          std::min(section.bending_2, section.bending_3) / (length * length);
   const double pressed = -results.forces[static_cast<std::size_t>(i)].axial / buckles;
-  return {pressed, pressed > kHopeless,
-          fmt::format("element {} is pressed with {:.3g} times the force at which it buckles by "
-                      "itself: take shorter elements, or a load that chooses a side",
-                      i, pressed)};
+  return {pressed, pressed > kHopeless, i, Worry::Of::kPressure, pressed};
 }
 
 Worry of_bend(const BeamStructure& structure, const BeamState& state, int i) {
   const double bend = bend_of(structure, state, i);
-  return {bend / kQuarterTurn, bend > kQuarterTurn,
-          fmt::format("element {} has folded: an end has turned by {:.2f} rad against its chord; "
-                      "take shorter elements",
-                      i, bend)};
+  return {bend / kQuarterTurn, bend > kQuarterTurn, i, Worry::Of::kBend, bend};
 }
 
 Worry of_twist(const BeamStructure& structure, const ElementTwist& twist) {
@@ -72,32 +68,49 @@ Worry of_twist(const BeamStructure& structure, const ElementTwist& twist) {
   const double strain = twist.angle - element.rest_curvature.x() * k.length;
   const double torque = (measure.value - k.rest_twist) * measure.slope;  // over GJ / L
   const double off = std::abs(strain) > 1e-3 ? std::abs(1 - torque / strain) : 0;
-  return {off / kVisiblyOff, std::abs(twist.angle) > kMostTwist,
-          fmt::format("element {} is twisted by {:.2f} rad between its ends, its torque {:.1f} % "
-                      "off: take shorter elements",
-                      twist.element, twist.angle, 100 * off)};
+  const bool hopeless = std::abs(twist.angle) > kMostTwist;
+  return {off / kVisiblyOff, hopeless, twist.element, Worry::Of::kTwist, twist.angle, off};
+}
+
+std::string told(const Worry& worry) {
+  switch (worry.of) {
+    case Worry::Of::kPressure:
+      return fmt::format(
+          "element {} is pressed with {:.3g} times the force at which it buckles by itself: take "
+          "shorter elements, or a load that chooses a side",
+          worry.element, worry.measure);
+    case Worry::Of::kBend:
+      return fmt::format(
+          "element {} has folded: an end has turned by {:.2f} rad against its chord; take shorter "
+          "elements",
+          worry.element, worry.measure);
+    case Worry::Of::kTwist:
+      break;
+  }
+  return fmt::format(
+      "element {} is twisted by {:.2f} rad between its ends, its torque {:.1f} % off: take shorter "
+      "elements",
+      worry.element, worry.measure, 100 * worry.off);
 }
 
 }  // namespace
 
 std::optional<ElementDoubt> doubt_elements(const BeamStructure& structure, const BeamState& state) {
   const BeamResults results = results_of(structure, state);
-  Worry worst{1, false, ""};
-  int worst_element = -1;
-  const auto weigh = [&](Worry&& worry, int element) {
-    if (!(worry.size > 1 || worry.hopeless) || !worry.is_worse_than(worst)) return;
-    worst = std::move(worry);
-    worst_element = element;
+  Worry worst;
+  worst.size = 1;
+  const auto weigh = [&worst](const Worry& worry) {
+    if ((worry.size > 1 || worry.hopeless) && worry.is_worse_than(worst)) worst = worry;
   };
   for (int i = 0; i < structure.elements(); ++i) {
     if (structure.model().elements[static_cast<std::size_t>(i)].kind != BeamKind::kBeam) continue;
-    weigh(of_pressure(structure, results, i), i);
-    weigh(of_bend(structure, state, i), i);
+    weigh(of_pressure(structure, results, i));
+    weigh(of_bend(structure, state, i));
   }
   if (const ElementTwist twist = most_twisted(structure, state); twist.element >= 0)
-    weigh(of_twist(structure, twist), twist.element);
-  if (worst_element < 0) return {};
-  return ElementDoubt{worst_element, worst.hopeless, std::move(worst.message)};
+    weigh(of_twist(structure, twist));
+  if (worst.element < 0) return {};
+  return ElementDoubt{worst.element, worst.hopeless, told(worst)};
 }
 
 }  // namespace limber::beams::detail

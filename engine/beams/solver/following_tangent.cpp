@@ -21,11 +21,7 @@ constexpr double kLargestTurn = 0.3;
 }  // namespace
 
 FollowingTangent::FollowingTangent(const BeamStructure& structure)
-    : structure_(structure), stiffness_(structure) {
-  row_of_.assign(index(structure.unknowns()), -1);
-  for (int row = 0; row < stiffness_.size(); ++row)
-    row_of_[index(stiffness_.free_unknowns()[index(row)])] = row;
-}
+    : structure_(structure), stiffness_(structure) {}
 
 void FollowingTangent::add_loads(const BeamState& state, const NodeLoads& loads,
                                  std::vector<Eigen::Triplet<double>>& entries) const {
@@ -33,7 +29,8 @@ void FollowingTangent::add_loads(const BeamState& state, const NodeLoads& loads,
   const auto add = [&](int first_row, int first_column, const Eigen::Matrix3d& block) {
     for (int i = 0; i < 3; ++i) {
       for (int j = 0; j < 3; ++j) {
-        const int row = row_of_[index(first_row + i)], column = row_of_[index(first_column + j)];
+        const int row = stiffness_.row_of(first_row + i);
+        const int column = stiffness_.row_of(first_column + j);
         if (row >= 0 && column >= 0) entries.emplace_back(row, column, block(i, j));
       }
     }

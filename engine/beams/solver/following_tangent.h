@@ -35,7 +35,6 @@ class FollowingTangent {
 
   const BeamStructure& structure_;
   Stiffness stiffness_;
-  std::vector<int> row_of_;  // -1: held
   Eigen::SparseLU<Matrix> factors_;
 };
 

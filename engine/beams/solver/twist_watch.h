@@ -1,5 +1,6 @@
 #pragma once
 
+#include <numbers>
 #include <optional>
 #include <vector>
 
@@ -9,7 +10,7 @@ namespace limber::beams::detail {
 
 /// From here on an element may let a whole turn slip through: its torque grows by little, then
 /// falls [rad].
-inline constexpr double kMostTwist = 2.0943951023931953;  // 120 degrees
+inline constexpr double kMostTwist = 2 * std::numbers::pi / 3;
 
 struct ElementTwist {
   int element = -1;  // -1: there are no beams

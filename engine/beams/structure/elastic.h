@@ -29,6 +29,8 @@ class Stiffness {
 
   /// Rows of the matrix against unknowns of the structure.
   [[nodiscard]] const std::vector<int>& free_unknowns() const { return free_; }
+  /// -1: held.
+  [[nodiscard]] int row_of(int unknown) const { return row_of_[static_cast<std::size_t>(unknown)]; }
   [[nodiscard]] int size() const { return static_cast<int>(free_.size()); }
 
   void assemble(const BeamState& state, Compression compression = Compression::kCounts);
