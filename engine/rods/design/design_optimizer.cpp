@@ -38,12 +38,12 @@ constexpr int kUpdates = 30;  // of multipliers
 // radius where it is lowered begins at a share of the first.
 constexpr double kLostRadius = 0.03;
 constexpr double kLoweredRadius = 0.03;
-constexpr double kNoEnergy = 1e-12;  // share of the scale of energies that is rounding
+constexpr int kHeld = 8;               // steps after which it is lowered anyway
+constexpr double kSettledGuard = 0.1;  // gradient over that at the last change, when it is lowered
+constexpr double kNoEnergy = 1e-12;    // share of the scale of energies that is rounding
 // Where branches end: how often another one is looked for from a point, and from all.
 constexpr int kFallsAtOnce = 3;
 constexpr int kFalls = 20;
-constexpr int kHeld = 8;               // steps after which it is lowered anyway
-constexpr double kSettledGuard = 0.1;  // gradient over that at the last change, when it is lowered
 
 /// @param side  1: the start may not lie above the bound, -1: below
 Eigen::VectorXd bounds(const char* field, const Eigen::VectorXd& given, double share,
@@ -273,18 +273,22 @@ class Search {
       return false;
     }
     idle_ = gained < options_.least_gain * std::abs(merit_.value(values_)) ? idle_ + 1 : 0;
-    ++report_.accepted;
-    falls_here_ = 0;
-    values_ = values;
-    design_.move_to(std::move(trial.point));
+    accept(std::move(trial.point), values);
     good_radius_ = std::max(good_radius_, radius_);
-    if (best_) remember();
     if (merit_.guard().weight() > 0) {
       const double now = projected(merit_.gradient(values_)).norm();
       if (held_ == 0) guarded_gradient_ = now;
       if (++held_ >= kHeld || now < kSettledGuard * guarded_gradient_) (void)lower_guard();
     }
     return true;
+  }
+
+  void accept(DesignPoint point, const DesignValues& values) {
+    ++report_.accepted;
+    falls_here_ = 0;
+    values_ = values;
+    design_.move_to(std::move(point));
+    if (best_) remember();
   }
 
   /// Goes on from the branch that the deployed shape falls to where its own ends, if that is worth
@@ -299,12 +303,10 @@ class Search {
     if (fallen.status != TrialStatus::kFound) return false;
     const DesignValues values = design_.values(fallen.point);
     if (!(merit_.value(values) < merit_.value(values_))) return false;
-    ++report_.accepted;
     ++report_.branches_left;
-    values_ = values;
-    design_.move_to(fallen.point);
+    accept(fallen.point, values);
     memory_.forget();
-    falls_here_ = idle_ = astray_ = 0;
+    idle_ = astray_ = 0;
     good_radius_ = radius_ = std::max(radius_, kLoweredRadius * first_radius_);
     trial = std::move(fallen);
     return true;

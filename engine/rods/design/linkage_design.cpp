@@ -264,20 +264,26 @@ struct LinkageDesign::Impl {
     return result;
   }
 
-  /// One equilibrium with the model's present lengths, wherever it lies.
-  TrialStatus fall(const Conditions& conditions, const JobContext& context, LinkageState& state,
-                   DesignTrial& trial, std::unique_ptr<HessianFactor>& factor) {
-    const EquilibriumReport report =
-        equilibrium.solve(state, conditions, limits.equilibrium, context);
+  /// One equilibrium with the model's present lengths, from where the state is.
+  TrialStatus solve(const Conditions& conditions, const JobContext& context, LinkageState& state,
+                    DesignTrial& trial, EquilibriumReport& report) {
+    report = equilibrium.solve(state, conditions, limits.equilibrium, context);
     trial.iterations += report.iterations;
     trial.message = report.message;
     if (report.status == EquilibriumStatus::kCancelled) return TrialStatus::kCancelled;
-    if (!report.converged()) return TrialStatus::kLost;
-    factor = take_factor();
-    return TrialStatus::kFound;
+    return report.converged() ? TrialStatus::kFound : TrialStatus::kLost;
   }
 
-  /// One equilibrium with the model's present lengths, from a prediction.
+  /// The same, wherever it lies.
+  TrialStatus fall(const Conditions& conditions, const JobContext& context, LinkageState& state,
+                   DesignTrial& trial, std::unique_ptr<HessianFactor>& factor) {
+    EquilibriumReport report;
+    const TrialStatus status = solve(conditions, context, state, trial, report);
+    if (status == TrialStatus::kFound) factor = take_factor();
+    return status;
+  }
+
+  /// The same from a prediction, and near it.
   TrialStatus follow(const Forecast& to, const Conditions& conditions, const JobContext& context,
                      LinkageState& state, DesignTrial& trial,
                      std::unique_ptr<HessianFactor>& factor) {
@@ -288,13 +294,10 @@ struct LinkageDesign::Impl {
     }
     equilibrium.expect_step(state, to.linear);
     state = state.moved(model, to.move);
-    const EquilibriumReport report =
-        equilibrium.solve(state, conditions, limits.equilibrium, context);
-    trial.iterations += report.iterations;
-    trial.message = report.message;
+    EquilibriumReport report;
+    const TrialStatus status = solve(conditions, context, state, trial, report);
     trial.surprise = std::max(trial.surprise, report.turned);
-    if (report.status == EquilibriumStatus::kCancelled) return TrialStatus::kCancelled;
-    if (!report.converged()) return TrialStatus::kLost;
+    if (status != TrialStatus::kFound) return status;
     const double surprise =
         std::min(limits.largest_surprise,
                  std::max(limits.small_surprise, limits.surprise_share * to.turned));
