@@ -11,24 +11,12 @@ struct ChartedNormal {
   Eigen::Vector3d normal;
   Eigen::Matrix<double, 3, 2> derivative;  // by n_x and n_y; without bound at the rim
 };
-[[nodiscard]] ChartedNormal normal_of_chart(double n_x, double n_y);
+/// @param rim  the derivative is taken as outside the disc from n_x^2 + n_y^2 = 1 - rim on, which
+///   bounds it by 1 / sqrt(rim) (the public code has 1e-5); 0: as in the paper
+[[nodiscard]] ChartedNormal normal_of_chart(double n_x, double n_y, double rim = 0);
 
 /// Forces on n_x and n_y that do the work of a moment on the node [force length].
-[[nodiscard]] Eigen::Vector2d charted_moment(const Eigen::Vector3d& moment, double n_x, double n_y);
-
-/// An element by the paper's unknowns, without its second bending force: stretching, twisting and
-/// bending about axis 2 (bending-active, sec. 2.1 to 2.3).
-struct ChartedElement {
-  double length = 1;      // at rest
-  double stretching = 0;  // EA
-  double torsion = 0;     // GJ
-  double bending_2 = 0;   // EI_2
-};
-
-/// Unknowns: position of the start, n_x and n_y of the start, then the same of the finish.
-using ChartedVector = Eigen::Matrix<double, 10, 1>;
-[[nodiscard]] double charted_energy(const ChartedElement& element, const ChartedVector& unknowns);
-[[nodiscard]] ChartedVector charted_gradient(const ChartedElement& element,
-                                             const ChartedVector& unknowns);
+[[nodiscard]] Eigen::Vector2d charted_moment(const Eigen::Vector3d& moment, double n_x, double n_y,
+                                             double rim = 0);
 
 }  // namespace limber::beams
