@@ -1,5 +1,6 @@
-"""limber-bench and scripts/build: what they say before they do anything."""
+"""limber-bench and scripts/build: what they say before they do anything; rows of a benchmark."""
 
+import json
 import os
 import shutil
 import subprocess
@@ -44,6 +45,23 @@ def test_bench_takes_limberd_from_path_and_from_beside_itself(bench, tmp_path):
     assert f"did not start: {beside}" in run([bench, "service"], tmp_path, PATH=search).stderr
     found = run(["limber-bench", "service"], tmp_path, PATH=f"{tmp_path}/alone:{search}")
     assert f"did not start: {beside}" in found.stderr, "found by the shell: there is no folder in its argv[0]"
+
+
+def test_bench_of_beams_compares_with_the_papers_chart(tmp_path):
+    process = run([find_binary("limber-bench"), "beams", "--quick", "--shared", tmp_path / "none", "--json", "rows.json"],
+                  tmp_path)
+    assert process.returncode == 0, process.stderr
+    assert "the paper's chart with 20 and 40 elements" in process.stderr
+    rows = json.loads((tmp_path / "rows.json").read_text())["cases"]
+    chart = {row["case"]: row for row in rows if row["method"] == "the paper's chart"}
+    ours = next(row for row in rows if row["method"] == "relaxation")
+    assert all(row.keys() == ours.keys() for row in chart.values())
+    small = chart["cantilever, alpha 0.2"]
+    assert small["status"] == "converged" and small["elements"] == 10
+    assert small["error"] < 0.01 * 0.06636, "of the length, against the tip's deflection"
+    assert chart["roll-up to a circle"]["status"] != "converged", "no normal below the equator"
+    assert chart["45 degree bend, F 300, J 1/6"]["status"] == "unstable", "elements too long for its masses"
+    assert chart["45 degree bend, F 300, J 1/6, lengths over 100"]["error"] < 0.002
 
 
 @pytest.fixture
