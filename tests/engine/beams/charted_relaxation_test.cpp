@@ -90,6 +90,21 @@ TEST(ChartedRelaxation, IsThePublicCodeOnItsCantilever) {
   EXPECT_LT((found.unknowns.col(10).head<3>() - Vector3d(.92510603, 0, .34611546)).norm(), 1e-6);
 }
 
+TEST(ChartedRelaxation, MomentsAcrossTheNormalBendAndThoseAboutItHardly) {
+  // At the tip, of 0.3 EI / L: an arc of 0.3 rad.
+  BeamModel model = cantilever_model(10, 0.2);
+  model.loads[0].force.setZero();
+  model.loads[0].moment = {0, -0.3, 0};
+  const ChartedResult across = relax_charted(ChartedStructure(model), unit_options());
+  EXPECT_EQ(across.status, BeamStatus::kConverged);
+  EXPECT_NEAR(across.unknowns(2, 10), (1 - std::cos(0.3)) / 0.3, 1e-3);
+  EXPECT_NEAR(across.unknowns(0, 10), std::sin(0.3) / 0.3, 1e-3);
+  model.loads[0].moment = {0, 0, 0.3};
+  const ChartedResult about = relax_charted(ChartedStructure(model), unit_options());
+  EXPECT_TRUE(about.unknowns.allFinite());
+  EXPECT_LT(std::abs(about.unknowns(1, 10)), 0.2 * 0.149);
+}
+
 /// The same load and support in the plane of the normals or across it.
 BeamModel turned_cantilever(bool in_plane) {
   BeamModel model = cantilever_model(8, 0.5);
