@@ -36,8 +36,9 @@ void demand_supported(const BeamModel& model) {
   }
   for (const BeamSupport& s : model.supports)
     demand(s.axes.isIdentity(0), "supports.axes", "the chart's unknowns have global axes");
-  for (const NodalLoad& load : model.loads)
-    demand(load.direction == LoadDirection::kFixed, "loads.direction", "no load follows");
+  for (const auto* loads : {&model.loads, &model.temporary_loads})
+    for (const NodalLoad& load : *loads)
+      demand(load.direction == LoadDirection::kFixed, "loads.direction", "no load follows");
   for (const PrescribedMotion& m : model.motions)
     demand(!turns(m), "motions.rotation", "the chart's normals are not brought anywhere");
 }

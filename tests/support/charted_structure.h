@@ -37,8 +37,8 @@ class ChartedStructure {
 
   /// Lumped masses of the public code, for steps of unit time: 2 EA / l for translations and
   /// 8 E (I_2 + I_3) / l^3 for n_x, n_y and n_r, summed over the elements of a node. The latter has
-  /// the wrong unit (EI / l is the stiffness), so that elements longer than about 3 units of length
-  /// are too quick for their steps.
+  /// not the unit of the stiffness, EI / l, so that elements longer than a few units of length are
+  /// too quick for their steps.
   struct Masses {
     Eigen::ArrayXd translation, rotation;
   };
