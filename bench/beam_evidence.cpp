@@ -37,6 +37,8 @@ BeamModel held_at(const BeamModel& model, const Eigen::Matrix3Xd& places) {
       if (given.node != i) continue;
       motion.rotates = given.rotates;
       motion.rotation = given.rotation;
+      motion.translation = given.axes.transpose() * motion.translation;
+      motion.axes = given.axes;
     }
     held.motions.push_back(motion);
   }

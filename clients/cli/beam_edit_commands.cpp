@@ -1,4 +1,4 @@
-// support, bring, release, hold, load, gravity: edits of structures of beams.
+// support, bring, release, hold, load, push, gravity: edits of structures of beams.
 
 #include <fmt/format.h>
 
@@ -25,22 +25,41 @@ std::string check_axes(const std::string& axes) {
 
 bool has(const std::string& axes, char axis) { return axes.find(axis) != std::string::npos; }
 
+/// @param axes  of BeamSupport or BeamMotion
+CLI::Option* add_axes(CLI::App& command, std::vector<double>& axes) {
+  return command
+      .add_option("--axes", axes,
+                  "Two directions x y z in place of x and y, after one another; the third is "
+                  "perpendicular to both")
+      ->expected(6);
+}
+
+template <class Message>
+void set_axes(const std::vector<double>& axes, Message& message) {
+  if (axes.empty()) return;
+  *message.mutable_x_axis() = vector({axes.begin(), axes.begin() + 3});
+  *message.mutable_y_axis() = vector({axes.begin() + 3, axes.end()});
+}
+
 void add_support(CLI::App& app, Context& context) {
   struct Options {
     std::string session, translations = "xyz", rotations = "xyz";
     unsigned node = 0;
+    std::vector<double> axes;
   };
   auto options = std::make_shared<Options>();
   auto* command =
       subcommand(app, "support", "Hold a node of a structure of beams where it is drawn",
                  "limber support roof 12 --rotations \"\"\n"
-                 "  limber support roof 12 --translations z --rotations xyz");
+                 "  limber support roof 12 --translations z --rotations xyz\n"
+                 "  limber support roof 12 --translations x --rotations yz --axes 1 1 0 -1 1 0");
   add_session(*command, options->session);
   command->add_option("node", options->node, "Node, from 0")->required();
   const CLI::Validator axes(check_axes, "AXES");
   command->add_option("--translations", options->translations, "Along these (default: xyz)")
       ->check(axes);
   command->add_option("--rotations", options->rotations, "About these (default: xyz)")->check(axes);
+  add_axes(*command, options->axes);
   command->callback([&context, options] {
     v1::Edit edit;
     auto& support = *edit.mutable_set_beam_support()->mutable_support();
@@ -51,6 +70,7 @@ void add_support(CLI::App& app, Context& context) {
     support.set_fix_rotation_x(has(options->rotations, 'x'));
     support.set_fix_rotation_y(has(options->rotations, 'y'));
     support.set_fix_rotation_z(has(options->rotations, 'z'));
+    set_axes(options->axes, support);
     print_receipt(context, send(context, options->session, {edit}));
   });
 }
@@ -59,15 +79,17 @@ void add_bring(CLI::App& app, Context& context) {
   struct Options {
     std::string session;
     unsigned node = 0;
-    std::optional<double> x, y, z;
-    std::vector<double> position, rotation;
+    std::optional<double> x, y, z, rotation_x, rotation_y, rotation_z;
+    std::vector<double> position, rotation, axes;
   };
   auto options = std::make_shared<Options>();
   auto* command =
       subcommand(app, "bring",
                  "Move a node of a structure of beams, held or not, and hold it there; directions "
                  "that are not given stay as they are",
-                 "limber bring arch 40 --x -0.5\n  limber bring arch 0 --rotation 0 0.3 0");
+                 "limber bring arch 40 --x -0.5\n  limber bring arch 0 --rotation 0 0.3 0\n"
+                 "  limber bring arch 0 --rotation-y 0.3\n"
+                 "  limber bring roof 12 --x 0.1 --axes 1 1 0 -1 1 0");
   add_session(*command, options->session);
   command->add_option("node", options->node, "Node, from 0")->required();
   auto* way = command->add_option_group("way", "Where to");
@@ -79,9 +101,16 @@ void add_bring(CLI::App& app, Context& context) {
       ->excludes(x)
       ->excludes(y)
       ->excludes(z);
-  way->add_option("--rotation", options->rotation, "To this rotation vector from rest, in radian")
-      ->expected(3);
-  way->require_option(1, 4);
+  auto* rotation = way->add_option("--rotation", options->rotation,
+                                   "To this rotation vector from rest, in radian")
+                       ->expected(3);
+  way->add_option("--rotation-x", options->rotation_x,
+                  "About this axis alone, in radian; the others stay as they are")
+      ->excludes(rotation);
+  way->add_option("--rotation-y", options->rotation_y, "The same about y")->excludes(rotation);
+  way->add_option("--rotation-z", options->rotation_z, "The same about z")->excludes(rotation);
+  way->require_option(1, 6);
+  add_axes(*command, options->axes);
   command->callback([&context, options] {
     v1::Edit edit;
     auto& change = *edit.mutable_move_beam_node();
@@ -91,6 +120,10 @@ void add_bring(CLI::App& app, Context& context) {
     if (options->y) motion.set_y(*options->y);
     if (options->z) motion.set_z(*options->z);
     if (!options->rotation.empty()) *motion.mutable_rotation() = vector(options->rotation);
+    if (options->rotation_x) motion.set_rotation_x(*options->rotation_x);
+    if (options->rotation_y) motion.set_rotation_y(*options->rotation_y);
+    if (options->rotation_z) motion.set_rotation_z(*options->rotation_z);
+    set_axes(options->axes, motion);
     if (!options->position.empty()) *change.mutable_position() = vector(options->position);
     print_receipt(context, send(context, options->session, {edit}));
   });
@@ -153,6 +186,34 @@ void add_load(CLI::App& app, Context& context) {
   });
 }
 
+void add_push(CLI::App& app, Context& context) {
+  struct Options {
+    std::string session;
+    unsigned node = 0;
+    std::vector<double> force, moment;
+  };
+  auto options = std::make_shared<Options>();
+  auto* command =
+      subcommand(app, "push",
+                 "Push a node of a structure of beams and let it go: does it come back, "
+                 "or snap to another shape?",
+                 "limber push arch 20 --force 0 0 -500");
+  add_session(*command, options->session);
+  command->add_option("node", options->node, "Node, from 0")->required();
+  auto* how = command->add_option_group("how", "What pushes");
+  how->add_option("--force", options->force, "x y z in N")->expected(3);
+  how->add_option("--moment", options->moment, "x y z in N m")->expected(3);
+  how->require_option(1, 2);
+  command->callback([&context, options] {
+    v1::Edit edit;
+    auto& load = *edit.mutable_push_beam_node()->mutable_load();
+    load.set_node(options->node);
+    if (!options->force.empty()) *load.mutable_force() = vector(options->force);
+    if (!options->moment.empty()) *load.mutable_moment() = vector(options->moment);
+    print_receipt(context, send(context, options->session, {edit}));
+  });
+}
+
 void add_gravity(CLI::App& app, Context& context) {
   auto session = std::make_shared<std::string>();
   auto gravity = std::make_shared<std::vector<double>>();
@@ -178,6 +239,7 @@ void add_beam_edit_commands(CLI::App& app, Context& context) {
   add_of_node(app, context, "hold", "Hold a node of a structure of beams where it is",
               [](v1::Edit& edit, unsigned node) { edit.mutable_hold_beam_node()->set_node(node); });
   add_load(app, context);
+  add_push(app, context);
   add_gravity(app, context);
 }
 

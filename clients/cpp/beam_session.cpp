@@ -24,6 +24,13 @@ v1::EditResponse BeamSession::move_support(unsigned node, const BeamMove& move) 
   if (move.y) motion.set_y(*move.y);
   if (move.z) motion.set_z(*move.z);
   if (move.rotation) *motion.mutable_rotation() = message(*move.rotation);
+  if (move.rotation_x) motion.set_rotation_x(*move.rotation_x);
+  if (move.rotation_y) motion.set_rotation_y(*move.rotation_y);
+  if (move.rotation_z) motion.set_rotation_z(*move.rotation_z);
+  if (move.axes) {
+    *motion.mutable_x_axis() = message((*move.axes)[0]);
+    *motion.mutable_y_axis() = message((*move.axes)[1]);
+  }
   return edit({change});
 }
 

@@ -10,10 +10,14 @@
 namespace limber::client {
 
 /// Where a node is brought: x, y, z from where it is drawn [m] and a rotation vector from rest
-/// [radian]. What is not given stays as it is.
+/// [radian], or in its place rotations about single axes. What is not given stays as it is.
 struct BeamMove {
   std::optional<double> x, y, z;
   std::optional<std::array<double, 3>> rotation;
+  std::optional<double> rotation_x, rotation_y, rotation_z;
+  /// Two directions in place of x and y, the third is perpendicular to both; those of the node's
+  /// support where that has some.
+  std::optional<std::array<Vector, 2>> axes;
 };
 
 /// A session of a structure of beams: edits, and what comes of them. Nodes and elements count from

@@ -25,7 +25,8 @@ session::BeamEdit decode_move(const proto::MoveBeamNode& message, const std::str
   const auto node = static_cast<std::size_t>(edit.motion.node);
   if (node >= nodes.size()) return edit;  // refused by the document, which says how many there are
   edit.motion.translates = {true, true, true};
-  edit.motion.translation = decode_vector(message.position()) - nodes[node].position;
+  edit.motion.translation =
+      edit.motion.axes.transpose() * (decode_vector(message.position()) - nodes[node].position);
   return edit;
 }
 

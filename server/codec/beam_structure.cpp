@@ -46,8 +46,11 @@ beams::BeamSection decode_section(const proto::BeamSection& message, const std::
 }
 
 /// Columns: x_axis, y_axis made perpendicular to it, and what completes them.
-Eigen::Matrix3d decode_support_axes(const proto::BeamSupport& message, const std::string& field) {
-  Eigen::Matrix3d axes;
+/// Of a BeamSupport or BeamMotion.
+template <class Message>
+Eigen::Matrix3d decode_own_axes(const Message& message, const std::string& field) {
+  Eigen::Matrix3d axes = Eigen::Matrix3d::Identity();
+  if (!message.has_x_axis() && !message.has_y_axis()) return axes;
   axes.col(0) = decode_vector(message.x_axis()).normalized();
   const Eigen::Vector3d second = decode_vector(message.y_axis()).normalized();
   axes.col(1) = second - axes.col(0) * axes.col(0).dot(second);
@@ -191,8 +194,7 @@ beams::BeamSupport decode_support(const proto::BeamSupport& message, const std::
   support.node = decode_index(message.node(), field + ".node");
   support.fixed = {message.fix_x(),          message.fix_y(),          message.fix_z(),
                    message.fix_rotation_x(), message.fix_rotation_y(), message.fix_rotation_z()};
-  if (message.has_x_axis() || message.has_y_axis())
-    support.axes = decode_support_axes(message, field);
+  support.axes = decode_own_axes(message, field);
   return support;
 }
 
@@ -202,7 +204,13 @@ beams::PrescribedMotion decode_beam_motion(const proto::BeamMotion& message,
   motion.node = decode_index(message.node(), field + ".node");
   motion.translates = {message.has_x(), message.has_y(), message.has_z()};
   motion.translation = {message.x(), message.y(), message.z()};
-  motion.rotates = message.has_rotation();
+  motion.axes = decode_own_axes(message, field);
+  motion.rotates = {message.has_rotation_x(), message.has_rotation_y(), message.has_rotation_z()};
+  motion.rotation = {message.rotation_x(), message.rotation_y(), message.rotation_z()};
+  if (!message.has_rotation()) return motion;
+  if (motion.rotates_any())
+    throw invalid(field + ".rotation", "is in place of rotation_x, y and z, not beside them");
+  motion.rotates = {true, true, true};
   motion.rotation = decode_vector(message.rotation());
   return motion;
 }

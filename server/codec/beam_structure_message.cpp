@@ -34,6 +34,14 @@ void encode_element(const beams::BeamElement& element, proto::BeamElement& messa
     encode_release(element.finish_release, *message.mutable_finish_release());
 }
 
+/// Of a BeamSupport or BeamMotion.
+template <class Message>
+void encode_own_axes(const Eigen::Matrix3d& axes, Message& message) {
+  if (axes.isIdentity(0)) return;
+  set_vector(axes.col(0), *message.mutable_x_axis());
+  set_vector(axes.col(1), *message.mutable_y_axis());
+}
+
 void encode_support(const beams::BeamSupport& support, proto::BeamSupport& message) {
   message.set_node(static_cast<std::uint32_t>(support.node));
   message.set_fix_x(support.fixed[0]);
@@ -42,9 +50,7 @@ void encode_support(const beams::BeamSupport& support, proto::BeamSupport& messa
   message.set_fix_rotation_x(support.fixed[3]);
   message.set_fix_rotation_y(support.fixed[4]);
   message.set_fix_rotation_z(support.fixed[5]);
-  if (support.axes.isIdentity(0)) return;
-  set_vector(support.axes.col(0), *message.mutable_x_axis());
-  set_vector(support.axes.col(1), *message.mutable_y_axis());
+  encode_own_axes(support.axes, message);
 }
 
 void encode_motion(const beams::PrescribedMotion& motion, proto::BeamMotion& message) {
@@ -52,7 +58,14 @@ void encode_motion(const beams::PrescribedMotion& motion, proto::BeamMotion& mes
   if (motion.translates[0]) message.set_x(motion.translation.x());
   if (motion.translates[1]) message.set_y(motion.translation.y());
   if (motion.translates[2]) message.set_z(motion.translation.z());
-  if (motion.rotates) set_vector(motion.rotation, *message.mutable_rotation());
+  if (motion.rotates_all()) {
+    set_vector(motion.rotation, *message.mutable_rotation());
+  } else {
+    if (motion.rotates[0]) message.set_rotation_x(motion.rotation.x());
+    if (motion.rotates[1]) message.set_rotation_y(motion.rotation.y());
+    if (motion.rotates[2]) message.set_rotation_z(motion.rotation.z());
+  }
+  encode_own_axes(motion.axes, message);
 }
 
 void encode_load(const beams::NodalLoad& load, proto::BeamLoad& message) {

@@ -70,7 +70,7 @@ BeamModel compressed_model(int elements, BeamEnds ends, double span) {
   motion.translation = Eigen::Vector3d(span - 1, 0, 0);
   if (ends == BeamEnds::kClamped) {
     model.supports.push_back(clamped(0));
-    motion.rotates = true;
+    motion.rotates = {true, true, true};
     // With equal stiffnesses the bent shape turns about the line of its ends without resistance.
     model.supports.push_back({elements / 2, {false, true, false, false, false, false}});
   } else {

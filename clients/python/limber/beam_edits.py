@@ -21,6 +21,16 @@ def _letters(axes: str | None, field: str) -> str:
     return axes
 
 
+def _set_axes(made: "messages.BeamSupport | messages.BeamMotion", axes: "Sequence[Vector] | None") -> None:
+    if axes is None:
+        return
+    given = list(checks.several(axes, "axes"))
+    if len(given) != 2:
+        raise invalid("axes", f"axes takes two directions, not {axes!r}")
+    made.x_axis.CopyFrom(vector(given[0], "axes[0]"))
+    made.y_axis.CopyFrom(vector(given[1], "axes[1]"))
+
+
 def support(node: int, translations: str = "xyz", rotations: str = "xyz",
             axes: "Sequence[Vector] | None" = None) -> "service.Edit":
     """Directions in which a node is where it is drawn: translations along and rotations about these axes; none of both:
@@ -30,23 +40,25 @@ def support(node: int, translations: str = "xyz", rotations: str = "xyz",
         setattr(made, f"fix_{axis}", True)
     for axis in _letters(rotations, "rotations"):
         setattr(made, f"fix_rotation_{axis}", True)
-    if axes is not None:
-        given = list(checks.several(axes, "axes"))
-        if len(given) != 2:
-            raise invalid("axes", f"axes takes two directions, not {axes!r}")
-        made.x_axis.CopyFrom(vector(given[0], "axes[0]"))
-        made.y_axis.CopyFrom(vector(given[1], "axes[1]"))
+    _set_axes(made, axes)
     return service.Edit(set_beam_support=service.SetBeamSupport(support=made))
 
 
 def move(node: int, *, x: float | None = None, y: float | None = None, z: float | None = None,
-         position: "Vector | None" = None, rotation: "Vector | None" = None) -> "service.Edit":
+         position: "Vector | None" = None, rotation: "Vector | None" = None, rotation_x: float | None = None,
+         rotation_y: float | None = None, rotation_z: float | None = None,
+         axes: "Sequence[Vector] | None" = None) -> "service.Edit":
     """Brings a node somewhere and holds it there: x, y, z from where it is drawn, or a position [m]; rotation: a
-    rotation vector from rest [radian], of any length. What is not given stays as it is."""
+    rotation vector from rest [radian], of any length, or rotation_x, _y, _z about single axes. What is not given stays
+    as it is. axes: two directions in place of x and y (the third is perpendicular to both), as the node's support has."""
     motion = messages.BeamMotion(node=checks.whole(node, "node"))
     for axis, value in zip(_AXES, (x, y, z)):
         if value is not None:
             setattr(motion, axis, checks.real(value, axis))
+    for axis, value in zip(_AXES, (rotation_x, rotation_y, rotation_z)):
+        if value is not None:
+            setattr(motion, f"rotation_{axis}", checks.real(value, f"rotation_{axis}"))
+    _set_axes(motion, axes)
     if rotation is not None:
         motion.rotation.CopyFrom(vector(rotation, "rotation"))
     change = service.MoveBeamNode(motion=motion)

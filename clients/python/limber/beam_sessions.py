@@ -132,9 +132,13 @@ class BeamSession(OpenSession):
         return self.edit([beam_edits.support(node, translations, rotations, axes)])
 
     def move_support(self, node: int, *, x: float | None = None, y: float | None = None, z: float | None = None,
-                     position: "Vector | None" = None, rotation: "Vector | None" = None) -> Receipt:
+                     position: "Vector | None" = None, rotation: "Vector | None" = None,
+                     rotation_x: float | None = None, rotation_y: float | None = None,
+                     rotation_z: float | None = None, axes: Any = None) -> Receipt:
         """Brings a node somewhere, a support or not, and holds it there: see beam_edits.move()."""
-        return self.edit([beam_edits.move(node, x=x, y=y, z=z, position=position, rotation=rotation)])
+        return self.edit([beam_edits.move(node, x=x, y=y, z=z, position=position, rotation=rotation,
+                                          rotation_x=rotation_x, rotation_y=rotation_y, rotation_z=rotation_z,
+                                          axes=axes)])
 
     def release(self, node: int) -> Receipt:
         """Takes the node's support and motion away."""

@@ -1,8 +1,50 @@
 #include "engine/beams/model/beam_model.h"
 
 #include <Eigen/Geometry>
+#include <algorithm>
 
 namespace limber::beams {
+
+namespace {
+
+constexpr double kSameAxes = 1e-9;
+
+/// Which of the axes that the rows of a rotation stand for lie in the span of the given ones;
+/// nothing where one lies neither in it nor across it.
+std::optional<std::array<bool, 3>> spanned(const Eigen::Matrix3d& turn,
+                                           const std::array<bool, 3>& given) {
+  std::array<bool, 3> result{};
+  for (int i = 0; i < 3; ++i) {
+    double within = 0, across = 0;
+    for (int k = 0; k < 3; ++k)
+      (given[static_cast<std::size_t>(k)] ? within : across) += turn(i, k) * turn(i, k);
+    if (std::min(within, across) > kSameAxes * kSameAxes) return {};
+    result[static_cast<std::size_t>(i)] = within > across;
+  }
+  return result;
+}
+
+Eigen::Vector3d masked(const Eigen::Vector3d& components, const std::array<bool, 3>& given) {
+  return {given[0] ? components.x() : 0, given[1] ? components.y() : 0,
+          given[2] ? components.z() : 0};
+}
+
+}  // namespace
+
+std::optional<PrescribedMotion> by_axes(const PrescribedMotion& motion,
+                                        const Eigen::Matrix3d& axes) {
+  const Eigen::Matrix3d turn = axes.transpose() * motion.axes;
+  const auto translates = spanned(turn, motion.translates);
+  const auto rotates = spanned(turn, motion.rotates);
+  if (!translates || !rotates) return {};
+  PrescribedMotion result = motion;
+  result.axes = axes;
+  result.translates = *translates;
+  result.rotates = *rotates;
+  result.translation = turn * masked(motion.translation, motion.translates);
+  result.rotation = turn * masked(motion.rotation, motion.rotates);
+  return result;
+}
 
 double drawn_length(const BeamModel& model, int element) {
   const BeamElement& e = model.elements[static_cast<std::size_t>(element)];

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <optional>
 #include <vector>
 
 #include "engine/beams/model/section.h"
@@ -52,18 +53,37 @@ struct BeamElement {
 struct BeamSupport {
   int node = 0;
   std::array<bool, 6> fixed{};                         // three translations, three rotations
-  Eigen::Matrix3d axes = Eigen::Matrix3d::Identity();  // orthonormal columns
+  Eigen::Matrix3d axes = Eigen::Matrix3d::Identity();  // orthonormal, right-handed columns
 };
 
-/// Where a node is brought, in global axes. Ramped with the load steps. A support of the same node
-/// may fix other directions; it must have global axes where translations are prescribed.
+/// Where a node is brought, ramped with the load steps. A support of the same node may fix other
+/// directions by the same axes, or by others as far as these span the same (see by_axes).
+///
+/// What rotations a support and a motion hold together is, about all three axes: exp of a rotation
+/// vector; about two: exp of one that has no component along the third, and then any rotation about
+/// the third; about one: the part of the rotation about it, 2 atan2(v_k, w) of its quaternion.
 struct PrescribedMotion {
   int node = 0;
   std::array<bool, 3> translates{};  // which components of `translation` are prescribed
-  Eigen::Vector3d translation = Eigen::Vector3d::Zero();  // from rest [length]
-  bool rotates = false;                                   // all three rotations or none
-  Eigen::Vector3d rotation = Eigen::Vector3d::Zero();  // rotation vector from rest [rad], any size
+  Eigen::Vector3d translation = Eigen::Vector3d::Zero();  // from rest, along axes [length]
+  std::array<bool, 3> rotates{};                          // which components of `rotation`
+  Eigen::Vector3d rotation = Eigen::Vector3d::Zero();     // about axes, from rest [rad], any size
+  Eigen::Matrix3d axes = Eigen::Matrix3d::Identity();     // orthonormal, right-handed columns
+
+  [[nodiscard]] bool translates_any() const {
+    return translates[0] || translates[1] || translates[2];
+  }
+  [[nodiscard]] bool rotates_any() const { return rotates[0] || rotates[1] || rotates[2]; }
+  [[nodiscard]] bool translates_all() const {
+    return translates[0] && translates[1] && translates[2];
+  }
+  [[nodiscard]] bool rotates_all() const { return rotates[0] && rotates[1] && rotates[2]; }
 };
+
+/// The same motion by other axes; nothing where one of these lies neither in the span of the
+/// directions that are given nor across it: three go with any axes.
+[[nodiscard]] std::optional<PrescribedMotion> by_axes(const PrescribedMotion& motion,
+                                                      const Eigen::Matrix3d& axes);
 
 enum class LoadDirection {
   kFixed,      // keeps its direction in space
@@ -108,7 +128,8 @@ struct BeamModel {
 ///   {kOutOfRange} a node, section or element that does not exist;
 ///   {kInvalidArgument} values that are not finite; an element of zero length or along its normal;
 ///     two elements between the same nodes; sections that are not positive; axes that are not
-///     orthonormal; a node with two motions, or one that moves what a support fixes;
+///     orthonormal and right-handed; a node with two motions, one that moves what a support fixes,
+///     or one by axes that mix with its support's;
 ///   {kFailedPrecondition} nothing holds a structure that hangs together (no support, no motion)
 void validate(const BeamModel& model);
 

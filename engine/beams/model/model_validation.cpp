@@ -145,19 +145,24 @@ void check_elements(const BeamModel& model) {
   }
 }
 
-void check_motion_against(const BeamSupport& s, std::size_t support, const PrescribedMotion& m,
+void require_frame(const Eigen::Matrix3d& axes, const std::string& field) {
+  if (!axes.allFinite() || !(axes.transpose() * axes).isIdentity(1e-9) || axes.determinant() < 0)
+    refuse(field, "must have orthonormal, right-handed columns");
+}
+
+void check_motion_against(const BeamSupport& s, std::size_t support, const PrescribedMotion& given,
                           std::size_t i) {
-  const bool translates = m.translates[0] || m.translates[1] || m.translates[2];
-  if (translates && !s.axes.isIdentity(1e-12))
-    refuse(
-        at("motions", i),
-        fmt::format("prescribes global directions of node {}, but supports[{}] has axes of its own",
-                    m.node, support));
+  const std::optional<PrescribedMotion> m = by_axes(given, s.axes);
+  if (!m)
+    refuse(at("motions", i),
+           fmt::format("gives directions of node {} that mix with the axes of supports[{}]: give "
+                       "them by these, or all three",
+                       given.node, support));
   for (std::size_t k = 0; k < 6; ++k) {
-    if (s.fixed[k] && (k < 3 ? m.translates[k] : m.rotates))
+    if (s.fixed[k] && (k < 3 ? m->translates[k] : m->rotates[k - 3]))
       refuse(at("motions", i),
              fmt::format("{} node {}, which supports[{}] holds {} {}", k < 3 ? "moves" : "turns",
-                         m.node, support, k < 3 ? "along" : "about", "xyz"[k % 3]));
+                         m->node, support, k < 3 ? "along" : "about", "xyz"[k % 3]));
   }
 }
 
@@ -166,8 +171,7 @@ void check_holds(const BeamModel& model) {
   for (std::size_t i = 0; i < model.supports.size(); ++i) {
     const BeamSupport& s = model.supports[i];
     require_index(s.node, model.nodes.size(), at("supports", i, "node"), "nodes");
-    if (!s.axes.allFinite() || !(s.axes.transpose() * s.axes).isIdentity(1e-9))
-      refuse(at("supports", i, "axes"), "must have orthonormal columns");
+    require_frame(s.axes, at("supports", i, "axes"));
     if (!support_of.emplace(s.node, i).second)
       refuse(at("supports", i, "node"),
              fmt::format("= {}, as that of supports[{}]", s.node, support_of[s.node]));
@@ -177,6 +181,7 @@ void check_holds(const BeamModel& model) {
     require_index(m.node, model.nodes.size(), at("motions", i, "node"), "nodes");
     require_finite(m.translation, at("motions", i, "translation"));
     require_finite(m.rotation, at("motions", i, "rotation"));
+    require_frame(m.axes, at("motions", i, "axes"));
     if (!motion_of.emplace(m.node, i).second)
       refuse(at("motions", i, "node"),
              fmt::format("= {}, as that of motions[{}]", m.node, motion_of[m.node]));
@@ -232,8 +237,7 @@ void check_held(const BeamModel& model) {
     }
   }
   for (const PrescribedMotion& m : model.motions) {
-    if (m.rotates || m.translates[0] || m.translates[1] || m.translates[2])
-      held[static_cast<std::size_t>(root(m.node))] = 1;
+    if (m.rotates_any() || m.translates_any()) held[static_cast<std::size_t>(root(m.node))] = 1;
   }
   for (std::size_t i = 0; i < model.nodes.size(); ++i) {
     if (held[static_cast<std::size_t>(root(static_cast<int>(i)))] == 0)

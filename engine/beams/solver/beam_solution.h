@@ -21,8 +21,8 @@ enum class BeamStatus {
 [[nodiscard]] const char* to_string(BeamStatus status) noexcept;
 
 enum class BeamMethod {
-  /// Newton's method, or relaxation first where temporary loads have to choose among many ways to
-  /// buckle; the other where that fails.
+  /// Newton's method along the branch of equilibria, or relaxation first where temporary loads have
+  /// to choose among many ways to buckle; the other where that fails.
   kChoose,
   kNewton,                // load steps, each solved by Newton's method
   kRelaxation,            // dynamic relaxation with kinetic damping

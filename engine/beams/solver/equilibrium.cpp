@@ -1,5 +1,6 @@
 #include "engine/beams/solver/equilibrium.h"
 
+#include <algorithm>
 #include <utility>
 
 #include "engine/beams/solver/element_doubts.h"
@@ -128,21 +129,40 @@ struct Attempt {
       solution.report.message += "; it rests on the other side than temporary loads push to";
   }
 
-  /// What is measured to be quicker (limber-bench beams): Newton's method goes straight to where
-  /// loads and motions lead one way; where a plane network may buckle in many, it loses its time at
-  /// saddles that the relaxation never sees. A branch is followed by Newton's method alone.
+  /// In steps so short that the branch is kept, and what ends it is told.
+  void followed(BeamSolution& solution) const {
+    BeamSolveOptions careful = options;
+    const BeamSolveOptions following = BeamSolveOptions::following();
+    if (careful.largest_swerve == 0) careful.largest_swerve = following.largest_swerve;
+    careful.newton_iterations = std::max(careful.newton_iterations, following.newton_iterations);
+    Attempt{structure, start, path, careful, context, observer}.newton(solution);
+  }
+
+  /// Converged, and not with elements folded by a load step that was too long.
+  [[nodiscard]] bool is_found(const BeamSolution& solution) const {
+    if (solution.report.status == BeamStatus::kMechanism) return true;
+    if (!solution.report.converged()) return false;
+    const auto doubt = detail::doubt_elements(structure, solution.state);
+    return !doubt || !doubt->hopeless;
+  }
+
+  /// Long load steps may end on another branch, and say nothing: Newton's method follows the one
+  /// that begins where the structure was drawn. Where temporary loads choose among many ways to
+  /// buckle, it loses its time at saddles that the relaxation never sees (limber-bench beams).
   void chosen(BeamSolution& solution) const {
     const bool relaxes_first = path.nudged() && options.largest_swerve == 0;
-    relaxes_first ? both(solution) : newton(solution);
+    if (relaxes_first)
+      both(solution);
+    else
+      path.varies() ? followed(solution) : newton(solution);
+    if (is_found(solution)) return;
     const BeamStatus status = solution.report.status;
-    if (status == BeamStatus::kConverged || status == BeamStatus::kMechanism) return;
     BeamSolution other;
     relaxes_first ? newton(other) : both(other);
     add_work(solution.report, other.report);
     // A saddle says more than that no balance was found.
     const BeamStatus found = other.report.status;
-    if (found == BeamStatus::kConverged || found == BeamStatus::kMechanism ||
-        (found == BeamStatus::kUnstable && status != BeamStatus::kUnstable))
+    if (is_found(other) || (found == BeamStatus::kUnstable && status != BeamStatus::kUnstable))
       solution = std::move(other);
   }
 };

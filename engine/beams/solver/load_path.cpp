@@ -3,6 +3,8 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <map>
+#include <optional>
+#include <utility>
 
 #include "engine/base/rotations/logarithm.h"
 #include "engine/beams/structure/elastic.h"
@@ -13,7 +15,7 @@ namespace {
 
 std::size_t index(int i) { return static_cast<std::size_t>(i); }
 
-constexpr double kSameAttitude = 1e-6;  // [rad]
+constexpr double kStays = 1e-12;  // [rad]
 
 }  // namespace
 
@@ -21,53 +23,44 @@ LoadPath::LoadPath(const BeamStructure& structure, const BeamState& start,
                    const std::vector<HeldTurn>& turned)
     : structure_(structure), last_(NodeLoads::of(structure.model())) {
   const BeamModel& model = structure.model();
-  std::map<int, Held> held;
-  const auto at = [&](int node) -> Held& {
-    const auto [place, fresh] = held.try_emplace(node);
-    Held& h = place->second;
-    if (fresh) {
-      h.node = node;
-      h.from = start.positions.col(node);
-      h.to = model.nodes[index(node)].position;
-      h.turned = start.rotations[index(node)];
-      h.turn_from.setZero();
-      h.turn_to.setZero();
-    }
-    return h;
+  struct Wanted {
+    std::array<bool, 6> held{};
+    Eigen::Vector3d move = Eigen::Vector3d::Zero();  // by the node's axes
+    Eigen::Vector3d turn = Eigen::Vector3d::Zero();
   };
+  std::map<int, Wanted> wanted;
+  for (const BeamSupport& s : model.supports) wanted[s.node].held = s.fixed;
+  for (const PrescribedMotion& given : model.motions) {
+    const PrescribedMotion m = structure.motion_by_node_axes(given);
+    Wanted& w = wanted[m.node];
+    for (int k = 0; k < 3; ++k) {
+      if (m.translates[index(k)]) {
+        w.held[index(k)] = true;
+        w.move[k] = m.translation[k];
+      }
+      if (m.rotates[index(k)]) {
+        w.held[index(3 + k)] = true;
+        w.turn[k] = m.rotation[k];
+      }
+    }
+  }
   // Rotation vectors go on from where they are known to be: they may be of more than half a turn.
   std::map<int, Eigen::Vector3d> known;
   for (const HeldTurn& t : turned) known[t.node] = t.rotation;
-  const auto turn_to = [&](Held& h, const Eigen::Vector3d& rotation) {
-    h.turns = true;
-    const auto found = known.find(h.node);
-    const Eigen::Vector3d from =
-        found == known.end() ? Eigen::Vector3d::Zero().eval() : found->second;
-    if (rotation_by(from).angularDistance(h.turned) < kSameAttitude) {
-      h.turned.setIdentity();
-      h.turn_from = from;
-      h.turn_to = rotation;
-      return;
-    }
-    h.turn_to = rotations::logarithm((rotation_by(rotation) * h.turned.conjugate()).normalized());
-  };
-  for (const BeamSupport& s : model.supports) {
-    Held& h = at(s.node);
-    for (std::size_t k = 0; k < 3; ++k) h.axes[k] = s.fixed[k];
-    if (s.fixed[3] && s.fixed[4] && s.fixed[5]) turn_to(h, Eigen::Vector3d::Zero());
-  }
-  for (const PrescribedMotion& m : model.motions) {
-    Held& h = at(m.node);
-    for (int k = 0; k < 3; ++k) {
-      if (!m.translates[index(k)]) continue;
-      h.axes[index(k)] = true;
-      h.to[k] += m.translation[k];
-    }
-    if (m.rotates) turn_to(h, m.rotation);
-  }
-  for (const auto& [node, h] : held) {
-    held_.push_back(h);
-    varies_ = varies_ || h.turn_from != h.turn_to || h.from != h.to;
+  for (const auto& [node, w] : wanted) {
+    const Eigen::Matrix3d& axes = structure.node_axes(node);
+    Held h;
+    h.node = node;
+    h.from = start.positions.col(node);
+    h.to = model.nodes[index(node)].position + axes * w.move;
+    for (std::size_t k = 0; k < 3; ++k) h.axes[k] = w.held[k];
+    std::optional<Eigen::Vector3d> before;
+    if (const auto found = known.find(node); found != known.end())
+      before = axes.transpose() * found->second;
+    h.rotation = HeldRotation({w.held[3], w.held[4], w.held[5]}, axes, start.rotations[index(node)],
+                              w.turn, before);
+    varies_ = varies_ || h.rotation.angle() > kStays || h.from != h.to;
+    held_.push_back(std::move(h));
   }
 }
 
@@ -112,7 +105,7 @@ LoadPath LoadPath::resting_at(double s) const {
   path.nudged_ = false;
   for (Held& h : path.held_) {
     h.from = h.to = h.from + s * (h.to - h.from);
-    h.turn_from = h.turn_to = h.turn_from + s * (h.turn_to - h.turn_from);
+    h.rotation = h.rotation.resting_at(s);
   }
   return path;
 }
@@ -173,8 +166,12 @@ double LoadPath::nudge_work(const BeamState& start, const BeamState& state) cons
 
 double LoadPath::turn() const {
   double most = 0;
-  for (const Held& h : held_) most = std::max(most, (h.turn_to - h.turn_from).norm());
+  for (const Held& h : held_) most = std::max(most, h.rotation.angle());
   return most;
+}
+
+bool LoadPath::drifts() const {
+  return std::any_of(held_.begin(), held_.end(), [](const Held& h) { return h.rotation.drifts(); });
 }
 
 NodeLoads LoadPath::loads(double s) const { return first_ * (1 - s) + last_ * s; }
@@ -188,11 +185,7 @@ Eigen::VectorXd LoadPath::held_increments(const BeamState& state, double s) cons
     for (int k = 0; k < 3; ++k) {
       if (h.axes[index(k)]) result[6 * h.node + k] = move[k];
     }
-    if (!h.turns) continue;
-    const Eigen::Quaterniond turned =
-        rotation_by(h.turn_from + s * (h.turn_to - h.turn_from)) * h.turned;
-    const Eigen::Quaterniond rest = turned * state.rotations[index(h.node)].conjugate();
-    result.segment<3>(6 * h.node + 3) = axes.transpose() * rotations::logarithm(rest.normalized());
+    result.segment<3>(6 * h.node + 3) = h.rotation.spin(state.rotations[index(h.node)], s);
   }
   return result;
 }

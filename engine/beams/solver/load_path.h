@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "engine/beams/solver/equilibrium.h"
+#include "engine/beams/solver/held_rotation.h"
 #include "engine/beams/structure/beam_structure.h"
 #include "engine/beams/structure/node_loads.h"
 
@@ -41,6 +42,8 @@ class LoadPath {
   [[nodiscard]] bool varies() const { return varies_; }
   /// Largest angle that a held node turns by from s = 0 to 1 [rad].
   [[nodiscard]] double turn() const;
+  /// Do held rotations need to be brought back now and then while others are free?
+  [[nodiscard]] bool drifts() const;
   /// The translation that comes closest to how what is held goes: no deformation, nobody's side.
   [[nodiscard]] Eigen::Vector3d common_move() const;
   [[nodiscard]] bool nudged() const { return nudged_; }
@@ -52,11 +55,9 @@ class LoadPath {
  private:
   struct Held {
     int node = 0;
-    Eigen::Vector3d from, to;            // positions
-    std::array<bool, 3> axes{};          // of the node's axes: which components follow
-    bool turns = false;                  // all three spins follow:
-    Eigen::Quaterniond turned;           // rotation from rest that the vectors below come after
-    Eigen::Vector3d turn_from, turn_to;  // rotation vectors at s = 0 and 1
+    Eigen::Vector3d from, to;    // positions
+    std::array<bool, 3> axes{};  // of the node's axes: which components follow
+    HeldRotation rotation;
   };
   LoadPath(const BeamStructure& structure, const BeamState& start,
            const std::vector<HeldTurn>& turned);

@@ -313,6 +313,15 @@ void Relaxation::drive(const LoadPath& path, double s) {
   for (int i = 0; i < structure_.nodes(); ++i) {
     const Eigen::Matrix3d& axes = structure_.node_axes(i);
     Row& row = rows_[index(i)];
+    // Rounding of mobilities lets what is held creep; as it is brought back again and again, its
+    // forces would go on doing work, and no maximum of the kinetic energy be seen.
+    Eigen::Map<Eigen::Vector3d> velocity(row.velocity), angular(row.spin);
+    for (int k = 0; k < 3; ++k) {
+      if (structure_.held()[index(6 * i + k)] != 0)
+        velocity -= axes.col(k).dot(velocity) * axes.col(k);
+      if (structure_.held()[index(6 * i + 3 + k)] != 0)
+        angular -= axes.col(k).dot(angular) * axes.col(k);
+    }
     const Eigen::Vector3d move = axes * increments.segment<3>(6 * i);
     const Eigen::Vector3d spin = axes * increments.segment<3>(6 * i + 3);
     if (!move.isZero(0)) Eigen::Map<Eigen::Vector3d>(row.position) += move;

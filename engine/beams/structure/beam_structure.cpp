@@ -4,6 +4,8 @@
 #include <cmath>
 #include <utility>
 
+#include "engine/base/error.h"
+
 namespace limber::beams {
 
 namespace {
@@ -63,6 +65,7 @@ Eigen::Quaterniond rotation_by(const Eigen::Vector3d& spin) {
 BeamStructure::BeamStructure(BeamModel model) : model_(std::move(model)) {
   validate(model_);
   node_axes_.assign(model_.nodes.size(), Eigen::Matrix3d::Identity());
+  for (const PrescribedMotion& m : model_.motions) node_axes_[index(m.node)] = m.axes;
   for (const BeamSupport& s : model_.supports) node_axes_[index(s.node)] = s.axes;
   tributary_.assign(model_.nodes.size(), 0);
   released_of_.assign(model_.elements.size(), {-1, -1});
@@ -123,12 +126,19 @@ void BeamStructure::hold() {
       if (s.fixed[index(k)]) held_[index(6 * s.node + k)] = 1;
     }
   }
-  for (const PrescribedMotion& m : model_.motions) {
+  for (const PrescribedMotion& given : model_.motions) {
+    const PrescribedMotion m = motion_by_node_axes(given);
     for (int k = 0; k < 3; ++k) {
       if (m.translates[index(k)]) held_[index(6 * m.node + k)] = 1;
-      if (m.rotates) held_[index(6 * m.node + 3 + k)] = 1;
+      if (m.rotates[index(k)]) held_[index(6 * m.node + 3 + k)] = 1;
     }
   }
+}
+
+PrescribedMotion BeamStructure::motion_by_node_axes(const PrescribedMotion& motion) const {
+  const auto result = by_axes(motion, node_axes(motion.node));
+  LIMBER_DEMAND(result.has_value());  // validated
+  return *result;
 }
 
 BeamState BeamStructure::rest_state() const {

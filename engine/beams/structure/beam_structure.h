@@ -26,8 +26,8 @@ struct ReleasedEnd {
 /// A model made ready for computing: constants of elements, and who has which unknown.
 ///
 /// Unknowns are increments from a state, 6 * node + axis: translation along, then spin about the
-/// axes of the node's support (global axes where there is none); then one angle per released
-/// rotation. Immutable; may be read from several threads.
+/// axes of the node's support (its motion's where there is none, global ones where neither is);
+/// then one angle per released rotation. Immutable; may be read from several threads.
 class BeamStructure {
  public:
   /// @throws Error as validate(model)
@@ -54,6 +54,8 @@ class BeamStructure {
   [[nodiscard]] const Eigen::Matrix3d& node_axes(int node) const {
     return node_axes_[static_cast<std::size_t>(node)];
   }
+  /// A motion of the model.
+  [[nodiscard]] PrescribedMotion motion_by_node_axes(const PrescribedMotion& motion) const;
   /// Per unknown: 1 where it does not follow from forces: supports, motions, and rotations that no
   /// beam feels.
   [[nodiscard]] const std::vector<char>& held() const { return held_; }

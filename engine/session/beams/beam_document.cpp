@@ -75,10 +75,10 @@ class BeamDocument::Request {
   void take(const MoveNode& move) { bring(move.motion); }
   void take(const HoldNode& hold) {
     demand_node(hold.node);
-    PrescribedMotion motion = places_.of(hold.node);
+    PrescribedMotion motion = *by_axes(places_.of(hold.node), axes_of(hold.node));
     motion.node = hold.node;
     motion.translates = hold.translations;
-    motion.rotates = hold.rotations;
+    motion.rotates = {hold.rotations, hold.rotations, hold.rotations};
     bring(motion);
   }
   void take(const ReleaseNode& release) {
@@ -121,38 +121,62 @@ class BeamDocument::Request {
     conditions_ = *history_.now();
   }
 
+  /// Of what holds the node.
+  [[nodiscard]] Eigen::Matrix3d axes_of(int node) {
+    if (const BeamSupport* const support = find_of_node(conditions_.supports, node))
+      return support->axes;
+    if (const PrescribedMotion* const motion = find_of_node(conditions_.motions, node))
+      return motion->axes;
+    return Eigen::Matrix3d::Identity();
+  }
+
   /// What the motion gives is no longer the support's; what it does not give stays.
-  void bring(const PrescribedMotion& motion) {
-    demand_node(motion.node);
-    const auto& [x, y, z] = motion.translates;
-    if (!x && !y && !z && !motion.rotates)
+  void bring(const PrescribedMotion& given) {
+    demand_node(given.node);
+    if (!given.translates_any() && !given.rotates_any())
       throw Error(ErrorCode::kInvalidArgument, "node",
-                  fmt::format("the motion of node {} gives no direction", motion.node));
+                  fmt::format("the motion of node {} gives no direction", given.node));
     begin_step();
+    PrescribedMotion motion = by_axes(given, axes_of(given.node)).value_or(given);
     if (BeamSupport* const support = find_of_node(conditions_.supports, motion.node)) {
-      // Translations are along x, y, z: of a support with other axes they are refused.
-      const bool is_global = support->axes.isIdentity(1e-12);
-      for (std::size_t k = 0; k < 3; ++k) {
-        support->fixed[k] = support->fixed[k] && !(is_global && motion.translates[k]);
-        support->fixed[3 + k] = support->fixed[3 + k] && !motion.rotates;
+      // By other axes than the support's it is refused.
+      const bool fits = by_axes(motion, support->axes).has_value();
+      for (std::size_t k = 0; fits && k < 3; ++k) {
+        support->fixed[k] = support->fixed[k] && !motion.translates[k];
+        support->fixed[3 + k] = support->fixed[3 + k] && !motion.rotates[k];
       }
       if (!holds_anything(*support)) erase_of_node(conditions_.supports, motion.node);
     }
-    PrescribedMotion* found = find_of_node(conditions_.motions, motion.node);
-    if (found == nullptr) {
-      conditions_.motions.push_back({});
-      found = &conditions_.motions.back();
-      found->node = motion.node;
+    PrescribedMotion* const found = find_of_node(conditions_.motions, motion.node);
+    found == nullptr ? conditions_.motions.push_back(motion) : add(motion, *found);
+  }
+
+  /// What one motion gives takes the place of what the other gives; the rest of that stays.
+  static void add(const PrescribedMotion& motion, PrescribedMotion& held) {
+    const auto by_these = by_axes(held, motion.axes);
+    if (!by_these) {
+      if ((motion.translates_all() || !held.translates_any()) &&
+          (motion.rotates_all() || !held.rotates_any())) {
+        held = motion;
+        return;
+      }
+      throw Error(ErrorCode::kInvalidArgument, "node",
+                  fmt::format("node {} is held by other axes: give directions by these, all three, "
+                              "or release it first",
+                              motion.node));
     }
+    held = *by_these;
     for (std::size_t k = 0; k < 3; ++k) {
-      if (!motion.translates[k]) continue;
-      found->translates[k] = true;
-      found->translation[static_cast<Eigen::Index>(k)] =
-          motion.translation[static_cast<Eigen::Index>(k)];
+      const auto i = static_cast<Eigen::Index>(k);
+      if (motion.translates[k]) {
+        held.translates[k] = true;
+        held.translation[i] = motion.translation[i];
+      }
+      if (motion.rotates[k]) {
+        held.rotates[k] = true;
+        held.rotation[i] = motion.rotation[i];
+      }
     }
-    if (!motion.rotates) return;
-    found->rotates = true;
-    found->rotation = motion.rotation;
   }
 
   static void demand(int index, std::size_t count, const char* what) {

@@ -134,7 +134,7 @@ TEST(BeamFollowing, PrescribedRotationsOfMoreThanATurnGoOnFromWhereTheyAre) {
   model.supports = {clamped(0)};
   PrescribedMotion motion;
   motion.node = 40;
-  motion.rotates = true;
+  motion.rotates = {true, true, true};
   motion.rotation = {0, -2 * kPi, 0};
   model.motions = {motion};
   const BeamState rest = BeamStructure(model).rest_state();

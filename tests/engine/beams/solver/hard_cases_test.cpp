@@ -251,7 +251,7 @@ TEST_P(BeamHardCases, RotationPrescribedByAFullTurnRollsUp) {
     model.supports.push_back({i, {false, true, false, false, false, false}});
   PrescribedMotion motion;
   motion.node = 16;
-  motion.rotates = true;
+  motion.rotates = {true, true, true};
   motion.rotation = Vector3d(0, -2 * kPi, 0);
   model.motions.push_back(motion);
   const BeamSolution found = solve(model, GetParam());

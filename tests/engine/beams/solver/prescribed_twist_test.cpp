@@ -16,7 +16,7 @@ BeamModel turned_rod(int elements, double angle) {
   PrescribedMotion motion;
   motion.node = elements;
   motion.translates = {true, true, true};
-  motion.rotates = true;
+  motion.rotates = {true, true, true};
   motion.rotation = {angle, 0, 0};
   model.motions.push_back(motion);
   return model;

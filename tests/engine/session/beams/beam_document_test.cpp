@@ -60,7 +60,7 @@ TEST(BeamDocument, AMotionTakesOverWhatItGivesAndLeavesTheRest) {
   edited.apply({MoveNode{test::turned(0, {0, 0.3, 0})}});
   EXPECT_EQ(edited.now().supports[0].fixed,
             (std::array<bool, 6>{false, true, false, false, false, false}));
-  EXPECT_TRUE(edited.now().motions[0].rotates);
+  EXPECT_TRUE(edited.now().motions[0].rotates_all());
 }
 
 TEST(BeamDocument, NodesAreHeldWhereTheyAre) {

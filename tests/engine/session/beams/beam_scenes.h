@@ -72,7 +72,7 @@ inline beams::PrescribedMotion moved(int node, std::optional<double> x, std::opt
 inline beams::PrescribedMotion turned(int node, const Eigen::Vector3d& rotation) {
   beams::PrescribedMotion motion;
   motion.node = node;
-  motion.rotates = true;
+  motion.rotates = {true, true, true};
   motion.rotation = rotation;
   return motion;
 }

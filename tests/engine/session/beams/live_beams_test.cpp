@@ -23,7 +23,7 @@ beams::BeamModel buckled() {
   beams::BeamModel model = cantilever(12, 0);
   model.sections[0].bending_3 *= 2;
   model.motions.push_back(moved(12, -0.1, 0, 0));
-  model.motions[0].rotates = true;
+  model.motions[0].rotates = {true, true, true};
   for (int i = 1; i < 12; ++i) model.temporary_loads.push_back(test::force_on(i, 0, 0, 1));
   return model;
 }

@@ -1,0 +1,96 @@
+#include "engine/beams/solver/held_rotation.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "engine/base/rotations/logarithm.h"
+#include "engine/beams/structure/beam_structure.h"
+
+namespace limber::beams::detail {
+
+namespace {
+
+using Eigen::Quaterniond;
+using Eigen::Vector3d;
+
+constexpr double kSameAttitude = 1e-6;  // [rad]
+
+Quaterniond by(const Eigen::Matrix3d& axes, const Quaterniond& q) {
+  Quaterniond result;
+  result.w() = q.w();
+  result.vec() = axes.transpose() * q.vec();
+  return result;
+}
+
+/// Of the part of a rotation about one axis; of none at all where it is half a turn about another.
+double angle_about(int axis, const Quaterniond& q) { return 2 * std::atan2(q.vec()[axis], q.w()); }
+
+/// The rotation is the first times one about the axis: no component of the first is along it.
+Vector3d before_turning_about(int axis, const Quaterniond& q) {
+  const Quaterniond about = rotation_by(angle_about(axis, q) * Vector3d::Unit(axis));
+  Vector3d swing = rotations::logarithm((q * about.conjugate()).normalized());
+  swing[axis] = 0;
+  return swing;
+}
+
+double within_half_a_turn(double angle) { return std::remainder(angle, 2 * std::numbers::pi); }
+
+}  // namespace
+
+HeldRotation::HeldRotation(const std::array<bool, 3>& held, const Eigen::Matrix3d& axes,
+                           const Quaterniond& start, const Vector3d& target,
+                           const std::optional<Vector3d>& known)
+    : count_(static_cast<int>(std::count(held.begin(), held.end(), true))), axes_(axes) {
+  if (count_ == 0) return;
+  if (count_ < 3) {
+    const auto odd = std::find(held.begin(), held.end(), count_ == 1);
+    axis_ = static_cast<int>(odd - held.begin());
+  }
+  Vector3d first = known.value_or(Vector3d::Zero());
+  to_ = target;
+  for (int k = 0; k < 3; ++k) {
+    if (!held[static_cast<std::size_t>(k)]) first[k] = to_[k] = 0;
+  }
+  const Quaterniond q = by(axes_, start);
+  const Vector3d off = missing(q, first);
+  if (off.norm() < kSameAttitude) {
+    from_ = first;
+  } else if (count_ == 3) {
+    base_ = q;
+    to_ = rotations::logarithm((rotation_by(to_) * q.conjugate()).normalized());
+  } else if (count_ == 2) {
+    // exp(psi e_k) exp(w) is exp(the swing) exp(psi e_k), with w the swing turned back by psi.
+    const double turned = angle_about(axis_, q);
+    from_ = rotation_by(-turned * Vector3d::Unit(axis_)) * before_turning_about(axis_, q);
+    from_[axis_] = 0;
+  } else {
+    from_[axis_] = within_half_a_turn(angle_about(axis_, q));
+  }
+}
+
+Vector3d HeldRotation::missing(const Quaterniond& q, const Vector3d& wanted) const {
+  switch (count_) {
+    case 1:
+      return within_half_a_turn(wanted[axis_] - angle_about(axis_, q)) * Vector3d::Unit(axis_);
+    case 2:
+      return -before_turning_about(axis_, q * rotation_by(-wanted));
+    case 3:
+      return rotations::logarithm((rotation_by(wanted) * base_ * q.conjugate()).normalized());
+    default:
+      return Vector3d::Zero();
+  }
+}
+
+Vector3d HeldRotation::spin(const Quaterniond& rotation, double s) const {
+  if (count_ == 0) return Vector3d::Zero();
+  return missing(by(axes_, rotation), from_ + s * (to_ - from_));
+}
+
+HeldRotation HeldRotation::resting_at(double s) const {
+  HeldRotation result = *this;
+  result.from_ = result.to_ = from_ + s * (to_ - from_);
+  return result;
+}
+
+}  // namespace limber::beams::detail

@@ -1,0 +1,48 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <array>
+#include <optional>
+
+namespace limber::beams::detail {
+
+/// What a node turns by about the axes that supports and motions hold, on its way from s = 0, where
+/// it is, to s = 1, where it shall be (see PrescribedMotion). A rotation is measured by its state
+/// alone: what the free axes do on the way leaves nothing behind.
+class HeldRotation {
+ public:
+  /// Nothing is held.
+  HeldRotation() = default;
+  /// @param held    which of the axes
+  /// @param axes    columns: those of the node's unknowns
+  /// @param start   rotation from rest at s = 0
+  /// @param target  rotation vector at s = 1, by axes; free components do not count [rad]
+  /// @param known   rotation vector at s = 0, by axes, where it is known to be of more than half a
+  ///                turn; taken where it is true of the start
+  HeldRotation(const std::array<bool, 3>& held, const Eigen::Matrix3d& axes,
+               const Eigen::Quaterniond& start, const Eigen::Vector3d& target,
+               const std::optional<Eigen::Vector3d>& known);
+
+  /// What is missing to s: spins about axes, zero where they are free [rad].
+  [[nodiscard]] Eigen::Vector3d spin(const Eigen::Quaterniond& rotation, double s) const;
+
+  /// From s = 0 to 1 [rad].
+  [[nodiscard]] double angle() const { return (to_ - from_).norm(); }
+  /// Free spins about two axes change, to second order, what is held about the third.
+  [[nodiscard]] bool drifts() const { return count_ == 1; }
+  /// As it is at s, all the way.
+  [[nodiscard]] HeldRotation resting_at(double s) const;
+
+ private:
+  [[nodiscard]] Eigen::Vector3d missing(const Eigen::Quaterniond& by_axes,
+                                        const Eigen::Vector3d& wanted) const;
+
+  int count_ = 0;  // of axes that are held
+  int axis_ = 0;   // the held one of one, the free one of two
+  Eigen::Matrix3d axes_ = Eigen::Matrix3d::Identity();
+  Eigen::Quaterniond base_ = Eigen::Quaterniond::Identity();  // of three: what vectors come after
+  Eigen::Vector3d from_ = Eigen::Vector3d::Zero(), to_ = Eigen::Vector3d::Zero();
+};
+
+}  // namespace limber::beams::detail
