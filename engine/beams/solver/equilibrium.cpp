@@ -140,7 +140,7 @@ struct Attempt {
 
   /// Converged, and not with elements folded by a load step that was too long.
   [[nodiscard]] bool is_found(const BeamSolution& solution) const {
-    if (solution.report.status == BeamStatus::kMechanism) return true;
+    if (solution.report.status == BeamStatus::kMechanism) return solution.report.load_factor == 1;
     if (!solution.report.converged()) return false;
     const auto doubt = detail::doubt_elements(structure, solution.state);
     return !doubt || !doubt->hopeless;

@@ -13,6 +13,7 @@ namespace {
 constexpr double kLargestTurn = 0.7;  // of one iteration [rad]
 constexpr int kBadSteps = 4;
 constexpr int kCareful = 3;
+constexpr double kSameSide = 1e-9;
 constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 
 }  // namespace
@@ -192,10 +193,20 @@ bool NewtonSolver::leave_saddle(BeamState& state, const NodeLoads& loads, const 
   const Eigen::VectorXd bend = curvature(state, loads, here, unit);
   // Far enough that the gain is more than rounding, as the energy falls with the square only.
   for (double t = 0.3; t > 1e-5; t *= 0.5) {
-    const Eigen::VectorXd increments = t * unit + (0.5 * t * t) * bend;
-    BeamState trial = structure_.moved(state, increments);
-    if (potential_change(energy, load, trial, loads, increments) < 0) {
-      state = std::move(trial);
+    // To the lower side: beside a fork that a small load has parted, the branch that goes on is
+    // there. Sides that are the same but for rounding are not chosen by that.
+    double lowest = 0;
+    BeamState lower;
+    for (const double way : {t, -t}) {
+      const Eigen::VectorXd increments = way * unit + (0.5 * t * t) * bend;
+      BeamState trial = structure_.moved(state, increments);
+      const double change = potential_change(energy, load, trial, loads, increments);
+      if (!(change < (1 + kSameSide) * lowest)) continue;
+      lowest = change;
+      lower = std::move(trial);
+    }
+    if (lowest < 0) {
+      state = std::move(lower);
       return true;
     }
   }
@@ -203,9 +214,10 @@ bool NewtonSolver::leave_saddle(BeamState& state, const NodeLoads& loads, const 
 }
 
 NewtonOutcome NewtonSolver::balance(BeamState& state, const LoadPath& path, double s,
-                                    double tolerance, int iterations) {
+                                    double tolerance, int iterations, Forks forks) {
   const NodeLoads loads = path.loads(s);
   watch_.bad_steps = watch_.careful = 0;
+  has_forked_ = false;
   for (int i = 0; i <= iterations; ++i) {
     context_.throw_if_cancelled();
     const Eigen::VectorXd held = path.held_increments(state, s);
@@ -225,6 +237,14 @@ NewtonOutcome NewtonSolver::balance(BeamState& state, const LoadPath& path, doub
     }
     if (i == iterations) break;
     ++iterations_;
+    if (!moves && !has_forked_ && !is_positive_) {
+      has_forked_ = true;
+      if (forks == Forks::kRefused) return NewtonOutcome::kFork;
+      if (forks == Forks::kTaken) {
+        const Softest soft = softest_of_factored(state);
+        if (soft.eigenvalue < 0 && leave_saddle(state, loads, soft)) continue;
+      }
+    }
     Eigen::VectorXd right = -stiffness_.restricted(here);
     if (moves) right -= stiffness_.from_held(held);
     Eigen::VectorXd step = stiffness_.extended(factor_.solve(right));

@@ -14,9 +14,18 @@ namespace limber::beams::detail {
 enum class NewtonOutcome {
   kBalanced,    // and the stiffness is positive definite
   kTooFar,      // what is held would move too far at once
+  kFork,        // the stiffness ceases to be positive definite on the way (Forks::kRefused)
   kMechanism,   // balanced, but something moves without resistance
   kNoProgress,  // no step lowers the potential or the residual, or numbers are not finite
   kLimit,       // of iterations
+};
+
+/// What a balance does where the stiffness ceases to be positive definite on its way.
+enum class Forks {
+  kIgnored,  // nothing
+  kTaken,    // buckles to the side that loads push to, by however little: close to a fork that is
+             // sure
+  kRefused,  // ends
 };
 
 /// Newton's method on the potential U - W by free unknowns, from state to state of a load path.
@@ -33,7 +42,7 @@ class NewtonSolver {
   /// Balances a state with what path says at s.
   /// @param iterations  at most this many; the state is the best found in any case
   NewtonOutcome balance(BeamState& state, const LoadPath& path, double s, double tolerance,
-                        int iterations);
+                        int iterations, Forks forks = Forks::kIgnored);
 
   /// Where the last balance() ended.
   [[nodiscard]] const Imbalance& left() const { return left_; }
@@ -42,6 +51,8 @@ class NewtonSolver {
   /// Saddles that were balanced and left, in all calls; where the last one was softest.
   [[nodiscard]] int saddles() const { return saddles_; }
   [[nodiscard]] int saddle_unknown() const { return saddle_unknown_; }
+  /// Did the stiffness cease to be positive definite on the way of the last balance()?
+  [[nodiscard]] bool has_forked() const { return has_forked_; }
   /// Was the stiffness positive definite where it was last looked at?
   [[nodiscard]] bool is_positive() const { return is_positive_; }
 
@@ -104,6 +115,7 @@ class NewtonSolver {
   int saddles_ = 0;
   int saddle_unknown_ = -1;
   bool is_positive_ = true;
+  bool has_forked_ = false;
 };
 
 }  // namespace limber::beams::detail

@@ -26,6 +26,8 @@ constexpr double kOnTheWayWatched = 1e-7;  // states that are compared with each
 // get it anywhere: where steps so short fail again and again, it is relaxed over a step so long.
 constexpr double kShortWatched = 1.0 / 64;
 constexpr double kShortestWatched = 1.0 / 8192;
+constexpr double kShortestFork = 1e-6;
+constexpr double kToForks = 0.125;
 constexpr double kLeap = 1.0 / 1024;
 constexpr int kStepsOfLeap = 50000;
 constexpr double kSnapOfLeap = 4;  // of the largest swerve: a column that buckles turns by less
@@ -105,6 +107,7 @@ class Follower {
         report_(report),
         newton_(structure, context),
         watch_(structure, options.largest_swerve),
+        approaches_forks_(is_watched()),
         has_moments_(turns_free_nodes(structure, path.loads(1).moments)),
         s_(s),
         // Attitudes are told apart by less than half a turn.
@@ -130,9 +133,15 @@ class Follower {
         trial, path_, next, next < 1 ? on_the_way() : options_.tolerance,
         s_ < 1 || has_moments_
             ? std::min(left, is_watched() ? kIterationsOfWatched : kIterationsOfStep)
-            : left);
+            : left,
+        forks());
     report_.newton_iterations = newton_.iterations();
     report_.factorizations = newton_.factorizations();
+    if (outcome == NewtonOutcome::kFork) {
+      step_ *= kToForks;
+      return true;
+    }
+    approaches_forks_ = is_watched() && !newton_.has_forked();
     const bool fails = outcome != NewtonOutcome::kBalanced && outcome != NewtonOutcome::kMechanism;
     const bool unstable = newton_.saddles() > saddles || (has_moments_ && !newton_.is_positive());
     if (outcome != NewtonOutcome::kTooFar) falls_ = fails && unstable ? falls_ + 1 : 0;
@@ -146,6 +155,11 @@ class Follower {
   }
 
  private:
+  [[nodiscard]] Forks forks() const {
+    if (!approaches_forks_) return Forks::kIgnored;
+    return step_ > kShortestFork ? Forks::kRefused : Forks::kTaken;
+  }
+
   /// A state that balances further on.
   struct Step {
     BeamState state;
@@ -298,6 +312,7 @@ class Follower {
   bool may_leap_ = true;      // none has failed
   int failures_ = 0;          // of the balance, since the last step that was taken
   int falls_ = 0;             // steps in a row that led to what is not stable
+  bool approaches_forks_;     // in short steps; not while one is passed
   const bool has_moments_;    // of fixed direction, on what may turn about several axes
   double s_;
   double step_ = 1;

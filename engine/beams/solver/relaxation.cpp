@@ -85,6 +85,10 @@ Relaxation::Relaxation(const BeamStructure& structure, const BeamState& start, E
   std::vector<std::vector<Place>> places(rows_.size());
   for (int e = 0; e < structure.elements(); ++e) {
     const BeamElement& element = structure.model().elements[index(e)];
+    for (const int node : {element.start, element.finish}) {
+      double& reach = rows_[index(node)].reach;
+      reach = std::max(reach, std::pow(structure.constants(e).length, -2));
+    }
     const int force = responses_.index(e, kForce);
     const Place start_place{force, responses_.index(e, kStartMoment), 1};
     const Place finish_place{force, responses_.index(e, kFinishMoment), -1};
@@ -245,13 +249,14 @@ void Relaxation::step() {
   const double keep = past ? 0 : 1, gain = past ? 0.5 : 1;
   double fastest = 0;
   for (Row& row : rows_) {
-    double squared = 0;
+    double squared = 0, moved = 0;
     for (int c = 0; c < 3; ++c) {
       row.velocity[c] = keep * row.velocity[c] + gain * row.acceleration[c];
       row.spin[c] = keep * row.spin[c] + gain * row.angular[c];
       squared += row.spin[c] * row.spin[c];
+      moved += row.velocity[c] * row.velocity[c];
     }
-    fastest = std::max(fastest, squared);
+    fastest = std::max({fastest, squared, moved * row.reach});
   }
   for (Hinge& hinge : hinges_) {
     for (int k = 0; k < 3; ++k)
@@ -264,7 +269,7 @@ void Relaxation::step() {
 }
 
 void Relaxation::move() {
-  // Far from balance, nothing turns by more than an element can follow in one step.
+  // Far from balance, nothing turns or moves by more than an element can follow in one step.
   const double share = fastest_ > kLargestTurn ? kLargestTurn / fastest_ : 1;
   for (Row& row : rows_) {
     if (share < 1) {

@@ -58,6 +58,7 @@ class Relaxation {
     double velocity[3], spin[3];
     double acceleration[3], angular[3];
     double force[3], moment[3];  // loads
+    double reach;                // of the shortest element there, -2nd power [1/length^2]
   };
   struct Place {
     int force = 0;    // in the responses

@@ -8,6 +8,9 @@ namespace limber::beams::detail {
 
 namespace {
 
+/// Of EA / L: cables that hang loose move under their weight by little in a step.
+constexpr double kSlackShare = 1e-4;
+
 namespace stdx = std::experimental;
 
 template <class V>
@@ -123,10 +126,14 @@ RelaxationElements::RelaxationElements(const BeamStructure& structure)
     const int e = std::min(i, structure.elements() - 1);
     const ElementConstants<double>& k = structure.constants(e);
     const Eigen::Quaterniond rest(structure.rest_axes(e));
+    const double slack =
+        structure.model().elements[static_cast<std::size_t>(e)].kind == BeamKind::kCable
+            ? kSlackShare * k.stretching
+            : 0;
     const double row[kConstantRows] = {
         k.length, k.stretching, k.torsion,    k.near_2,       k.far_2,        k.near_3,
         k.far_3,  k.bow,        k.rest_twist, k.rest_angle_2, k.rest_angle_3, k.least_stretch,
-        rest.w(), rest.x(),     rest.y(),     rest.z()};
+        slack,    rest.w(),     rest.x(),     rest.y(),       rest.z()};
     for (int c = 0; c < kConstantRows; ++c) constants_.at(i, c) = row[c];
     const BeamElement& element = structure.model().elements[static_cast<std::size_t>(e)];
     const auto slot = [&](ElementEnd end, int node) {
@@ -196,7 +203,8 @@ void RelaxationElements::bound(const FrameSlot* slots, LaneRows& bounds) const {
     const Triad<V>&x = a.triad, &y = b.triad;
     const Vec3<V> x2 = 0.5 * (x.x2 + y.x2), x3 = 0.5 * (x.x3 + y.x3);
     // Half of each direction's bound goes to all directions: axes of ends and chord differ.
-    const V spread_t = 0.1 * (across_2 + across_3) + across;
+    const V slack = load<V>(constants_.row(batch, kSlack));
+    const V spread_t = 0.1 * (across_2 + across_3) + across + slack;
     const V spread_r = 0.3 * (k.near_2 + k.near_3) + turning;
     const Sym3<V> translation = along * square(q.t) + across_2 * square(x2) +
                                 across_3 * square(x3) + scaled_identity(spread_t);

@@ -91,6 +91,7 @@ class RelaxationElements {
     kRestAngle2,
     kRestAngle3,
     kLeastStretch,
+    kSlack,         // stiffness across that a cable counts with where nothing pulls it; 0 of beams
     kRestRotation,  // of the axes as drawn, 4
     kConstantRows = kRestRotation + 4
   };

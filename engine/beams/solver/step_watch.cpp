@@ -18,7 +18,10 @@ constexpr double kShortest = 1.0 / 8192;
 // well then.
 constexpr double kSame = 0.75;
 constexpr double kShortEnough = 1.0 / 256;
-constexpr double kClear = 2;  // of the largest swerve: less may be a bend that is steep
+// Smaller shapes than the largest swerve turn over, too: close to where a structure buckles.
+constexpr double kShortestBack = 1e-6;
+constexpr double kBack = -0.5;  // cosine between what two steps make
+constexpr double kClear = 2;    // of the largest swerve: less may be a bend that is steep
 
 Eigen::Vector3d turn_between(const Eigen::Quaterniond& from, const Eigen::Quaterniond& to) {
   return rotations::logarithm((to * from.conjugate()).normalized());
@@ -68,6 +71,14 @@ StepWatch::Verdict StepWatch::look(const Eigen::Matrix3Xd& made, double step) co
   return verdict;
 }
 
+bool StepWatch::goes_back(const Eigen::Matrix3Xd& made, double step) const {
+  if (step_ == 0 || step <= kShortestBack) return false;
+  const Eigen::Index nodes = structure_.nodes(), turns = made.cols() - nodes;
+  const auto now = made.rightCols(turns), before = last_.rightCols(turns);
+  const double size = now.norm(), last = before.norm();
+  return now.cwiseProduct(before).sum() < kBack * size * last && size > last * (step / step_);
+}
+
 bool StepWatch::is_snap(double step, double next) const {
   if (step <= kShortest) return true;
   const bool again = next <= too_far_at_ && seen_.swerve > kSame * too_far_swerve_;
@@ -86,6 +97,10 @@ StepWatch::Judgement StepWatch::judge(const BeamState& from, const BeamState& to
   const double step = next - s;
   const Eigen::Matrix3Xd made = change(from, to);
   seen_ = look(made, step);
+  if (goes_back(made, step)) {
+    factor_ = 0.25;
+    return Judgement::kTooFar;
+  }
   const double wanted = std::sqrt(0.5 * largest_ / std::max(seen_.swerve, 1e-12));
   if (seen_.swerve <= largest_) {
     last_ = made;

@@ -42,6 +42,8 @@ class StepWatch {
   [[nodiscard]] Eigen::Matrix3Xd change(const BeamState& from, const BeamState& to) const;
   [[nodiscard]] Verdict size_of(const Eigen::Matrix3Xd& change) const;
   [[nodiscard]] Verdict look(const Eigen::Matrix3Xd& made, double step) const;
+  /// By more than it went on before: no smooth way does that in one step.
+  [[nodiscard]] bool goes_back(const Eigen::Matrix3Xd& made, double step) const;
   [[nodiscard]] bool is_snap(double step, double next) const;
 
   const BeamStructure& structure_;
