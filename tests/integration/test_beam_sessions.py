@@ -196,7 +196,19 @@ def test_supports_have_axes_of_their_own(server):
     assert np.abs(session.solution().positions - answer.positions).max() < 1e-7
     assert session.structure().supports[1].HasField("x_axis")
     assert refusal(lambda: session.move_support(10, x=0.1)) == ("INVALID_ARGUMENT", "edits[0].move_beam_node.motion")
+    # The third axis of the support, (-1, 0, -1) / sqrt 2, points up the plane's other way: it lifts the plane.
+    plane = ((1, 0, -1), (0, 1, 0))
+    session.move_support(10, z=-0.01, axes=plane)
+    assert session.wait().status == "CONVERGED"
+    lifted = session.solution().positions[10] - (1, 0, 0)
+    up = np.cross((1, 0, -1), (0, 1, 0)) / np.sqrt(2)
+    assert abs(lifted @ up + 0.01) < 1e-9, "by its own axis, the plane's are free"
+    session.move_support(10, rotation_y=-0.2, axes=plane)
+    assert session.wait().status == "CONVERGED"
+    turned = session.rotations()[-1][10]
+    assert abs(2 * np.arctan2(turned[2], turned[0]) + 0.2) < 1e-6, "about one axis; the others are free"
     session.support(10, "", "")
+    session.release(10)
     session.support(10, "z", "", axes=((1, 0, 0), (0, 1, 0)))
     assert session.wait().status == "CONVERGED" and abs(session.solution().positions[10, 2]) < 1e-12
     session.close()
@@ -433,9 +445,11 @@ def test_commands(cli, server, tmp_path):
     assert "revision 4" in run("hold", "bow", "20")
     assert "revision 5" in run("support", "bow", "0", "--rotations", "xyz")
     assert "revision 6" in run("release", "bow", "20")
+    assert "revision 7" in run("bring", "bow", "0", "--rotation-y", "0.1", "--axes", "1", "0", "0", "0", "1", "0")
+    assert "revision 8" in run("push", "bow", "20", "--force", "0", "0", "2")
     text = run("wait", "bow")
     assert "utilisation" in text and "energy" in text
-    assert "41 nodes" in run("list") and "2 supports, 1 motions" in run("show", "bow")
+    assert "41 nodes" in run("list") and "2 supports, 2 motions" in run("show", "bow")
     assert "edits[0].set_beam_load.load.node" in run("load", "bow", "--node", "99", "--force", "1", "0", "0", code=1)
     run("export", "bow", "--format", "vtu", "csv", "--out", str(tmp_path))
     assert (tmp_path / "beams.vtu").is_file() and (tmp_path / "beams_nodes.csv").is_file()

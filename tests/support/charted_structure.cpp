@@ -22,7 +22,11 @@ void demand(bool holds, const char* field, const char* message) {
   if (!holds) throw Error(ErrorCode::kUnsupported, field, message);
 }
 
-bool turns(const PrescribedMotion& motion) { return motion.rotates && !motion.rotation.isZero(0); }
+bool turns(const PrescribedMotion& motion) {
+  return motion.rotates_any() && !motion.rotation.isZero(0);
+}
+// n_x turns about y, n_y about x.
+constexpr std::array<int, 6> kRow = {0, 1, 2, 4, 3, 5};
 
 void demand_supported(const BeamModel& model) {
   demand(model.distributed_loads.empty(), "distributed_loads", "the chart knows nodal loads only");
@@ -39,8 +43,10 @@ void demand_supported(const BeamModel& model) {
   for (const auto* loads : {&model.loads, &model.temporary_loads})
     for (const NodalLoad& load : *loads)
       demand(load.direction == LoadDirection::kFixed, "loads.direction", "no load follows");
-  for (const PrescribedMotion& m : model.motions)
+  for (const PrescribedMotion& m : model.motions) {
+    demand(m.axes.isIdentity(0), "motions.axes", "the chart's unknowns have global axes");
     demand(!turns(m), "motions.rotation", "the chart's normals are not brought anywhere");
+  }
 }
 
 }  // namespace
@@ -62,15 +68,14 @@ ChartedStructure::ChartedStructure(const BeamModel& model)
 void ChartedStructure::hold(const BeamModel& model) {
   held_.setConstant(6, nodes(), false);
   for (const BeamSupport& s : model.supports) {
-    // n_x turns about y, n_y about x.
-    const std::array<int, 6> row = {0, 1, 2, 4, 3, 5};
     for (std::size_t k = 0; k < 6; ++k)
-      if (s.fixed[k]) held_(row[k], s.node) = true;
+      if (s.fixed[k]) held_(kRow[k], s.node) = true;
   }
   for (const PrescribedMotion& m : motions_) {
-    for (int k = 0; k < 3; ++k)
-      if (m.translates[index(k)]) held_(k, m.node) = true;
-    if (m.rotates) held_.col(m.node).tail<3>() = true;
+    for (std::size_t k = 0; k < 3; ++k) {
+      if (m.translates[k]) held_(kRow[k], m.node) = true;
+      if (m.rotates[k]) held_(kRow[3 + k], m.node) = true;
+    }
   }
 }
 

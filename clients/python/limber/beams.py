@@ -71,7 +71,7 @@ class BeamSolution:
     largest_bend: float  # between an end and its chord [rad]; above 0.5 the elements are too long
     shapes: np.ndarray  # (shapes, nodes, 3), float32: positions on the way
     job: int  # 0: of a session
-    snaps: tuple[BeamSnap, ...] = ()  # of solve_beams(follow=True), where Newton's method gave the answer
+    snaps: tuple[BeamSnap, ...] = ()  # where Newton's method followed the branch
     _files: tuple = field(repr=False, default=())
 
     @property

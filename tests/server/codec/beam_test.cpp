@@ -185,6 +185,39 @@ TEST(BeamCodec, SourcesExcludeEachOther) {
   EXPECT_EQ(field_of([&] { decode(unit); }), "scene.length_unit_in_metres");
 }
 
+TEST(BeamCodec, MotionsMayHaveAxesAndSingleRotations) {
+  proto::Scene message = scene();
+  auto& told = *message.mutable_beams()->mutable_structure()->add_motions();
+  told.set_node(2);
+  told.set_y(0.1);
+  told.set_rotation_z(0.3);
+  *told.mutable_x_axis() = message.beams().structure().supports(1).x_axis();
+  *told.mutable_y_axis() = message.beams().structure().supports(1).y_axis();
+  const DecodedBeams structure = decode(message);
+  const beams::PrescribedMotion& motion = structure.model.motions[1];
+  EXPECT_EQ(motion.rotates, (std::array<bool, 3>{false, false, true}));
+  EXPECT_EQ(motion.rotation, Eigen::Vector3d(0, 0, 0.3));
+  EXPECT_TRUE(motion.axes.isApprox(structure.model.supports[1].axes));
+  const proto::BeamMotion back = encode_beam_structure(structure).motions(1);
+  EXPECT_TRUE(back.has_y() && back.has_rotation_z());
+  EXPECT_FALSE(back.has_x() || back.has_rotation() || back.has_rotation_x());
+  EXPECT_TRUE(decode_beam_motion(back, "").axes.isApprox(motion.axes));
+  // A position is a place, whatever the axes are.
+  proto::EditRequest request;
+  auto& move = *request.add_edits()->mutable_move_beam_node();
+  *move.mutable_motion() = told;
+  move.mutable_motion()->clear_y();
+  move.mutable_position()->set_x(1.5);
+  const auto edits = decode_beam_edits(request, structure.model.nodes);
+  const auto& moved = std::get<session::MoveNode>(edits[0]).motion;
+  EXPECT_LT((moved.axes * moved.translation - Eigen::Vector3d(0.5, 0, -2)).norm(), 1e-15);
+  told.mutable_rotation()->set_x(1);
+  EXPECT_EQ(field_of([&] { decode(message); }), "scene.beams.structure.motions[1].rotation");
+  told.clear_rotation();
+  told.clear_y_axis();
+  EXPECT_EQ(field_of([&] { decode(message); }), "scene.beams.structure.motions[1].y_axis");
+}
+
 TEST(BeamCodec, EditsAreReadAndNamed) {
   const auto nodes = decode(scene()).model.nodes;
   proto::EditRequest request;

@@ -19,7 +19,7 @@ class Nowhere final : public BeamDocument::Places {
 class Lifted final : public BeamDocument::Places {
  public:
   [[nodiscard]] beams::PrescribedMotion of(int node) const override {
-    return {node, {true, true, true}, {0, 0, 0.25}, true, {0.5, 0, 0}};
+    return {node, {true, true, true}, {0, 0, 0.25}, {true, true, true}, {0.5, 0, 0}};
   }
 };
 
@@ -61,6 +61,51 @@ TEST(BeamDocument, AMotionTakesOverWhatItGivesAndLeavesTheRest) {
   EXPECT_EQ(edited.now().supports[0].fixed,
             (std::array<bool, 6>{false, true, false, false, false, false}));
   EXPECT_TRUE(edited.now().motions[0].rotates_all());
+}
+
+/// Turned by 30 degrees about z.
+Eigen::Matrix3d slope() { return Eigen::AngleAxisd(0.5236, Eigen::Vector3d::UnitZ()).matrix(); }
+
+TEST(BeamDocument, MotionsAreByTheAxesOfWhatHoldsTheNode) {
+  Edited edited;
+  beams::BeamSupport support{6, {true, true, true, true, true, true}, slope()};
+  edited.apply({SetSupport{support}});
+  // Along the slope: the support keeps the rest.
+  beams::PrescribedMotion along = test::moved(6, 0.2, {}, {});
+  along.axes = slope();
+  edited.apply({MoveNode{along}});
+  EXPECT_EQ(edited.now().supports[1].fixed,
+            (std::array<bool, 6>{false, true, true, true, true, true}));
+  // z is the same for both, x is not.
+  edited.apply({MoveNode{test::moved(6, {}, {}, 0.3)}});
+  EXPECT_EQ(edited.now().motions[0].translates, (std::array<bool, 3>{true, false, true}));
+  EXPECT_TRUE(edited.now().motions[0].axes.isApprox(slope()));
+  EXPECT_EQ(refusal(edited.document, {MoveNode{test::moved(6, 0.1, {}, {})}}).field(), "edits[0]");
+  // One rotation alone, and all three of anything by any axes.
+  beams::PrescribedMotion about_y = along;
+  about_y.translates = {};
+  about_y.rotates = {false, true, false};
+  about_y.rotation = {0, 0.4, 0};
+  edited.apply({MoveNode{about_y}});
+  EXPECT_EQ(edited.now().supports[1].fixed,
+            (std::array<bool, 6>{false, true, false, true, false, true}));
+  edited.apply({MoveNode{test::moved(6, 0.1, 0.0, 0.0)}});
+  ASSERT_EQ(edited.now().motions.size(), 1U);
+  const Eigen::Vector3d expected = slope().transpose() * Eigen::Vector3d(0.1, 0, 0);
+  EXPECT_LT((edited.now().motions[0].translation - expected).norm(), 1e-15);
+  EXPECT_EQ(edited.now().motions[0].rotation.y(), 0.4);
+}
+
+TEST(BeamDocument, NodesAreHeldByTheAxesOfWhatHoldsThem) {
+  Edited edited;
+  edited.apply({SetSupport{{6, {true, false, false, false, false, false}, slope()}}});
+  HoldNode across{6};
+  across.translations = {false, true, false};
+  across.rotations = false;
+  edited.document.apply({across}, {}, Lifted());
+  EXPECT_EQ(edited.now().motions[0].translates, (std::array<bool, 3>{false, true, false}));
+  EXPECT_TRUE(edited.now().motions[0].axes.isApprox(slope()));
+  EXPECT_EQ(edited.now().supports.size(), 2U);
 }
 
 TEST(BeamDocument, NodesAreHeldWhereTheyAre) {
