@@ -160,7 +160,7 @@ class BeamDocument::Request {
         held = motion;
         return;
       }
-      throw Error(ErrorCode::kInvalidArgument, "node",
+      throw Error(ErrorCode::kInvalidArgument, "",
                   fmt::format("node {} is held by other axes: give directions by these, all three, "
                               "or release it first",
                               motion.node));

@@ -41,6 +41,7 @@ class KnownPlaces final : public BeamDocument::Places {
     const auto i = static_cast<std::size_t>(node);
     beams::PrescribedMotion motion;
     motion.node = node;
+    motion.translates = motion.rotates = {true, true, true};
     motion.translation = state.positions.col(node) - document_.model().nodes[i].position;
     motion.rotation = rotations::logarithm(state.rotations[i]);
     return motion;

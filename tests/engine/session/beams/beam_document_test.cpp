@@ -93,7 +93,7 @@ TEST(BeamDocument, MotionsAreByTheAxesOfWhatHoldsTheNode) {
   ASSERT_EQ(edited.now().motions.size(), 1U);
   const Eigen::Vector3d expected = slope().transpose() * Eigen::Vector3d(0.1, 0, 0);
   EXPECT_LT((edited.now().motions[0].translation - expected).norm(), 1e-15);
-  EXPECT_EQ(edited.now().motions[0].rotation.y(), 0.4);
+  EXPECT_NEAR(edited.now().motions[0].rotation.y(), 0.4, 1e-15);
 }
 
 TEST(BeamDocument, NodesAreHeldByTheAxesOfWhatHoldsThem) {
