@@ -77,14 +77,21 @@ struct Attempt {
     detail::certify(structure, context, loads, solution.state, report);
   }
 
+  /// Those that follow a branch.
+  [[nodiscard]] BeamSolveOptions careful_options() const {
+    BeamSolveOptions careful = options;
+    const BeamSolveOptions following = BeamSolveOptions::following();
+    if (careful.largest_swerve == 0) careful.largest_swerve = following.largest_swerve;
+    careful.newton_iterations = std::max(careful.newton_iterations, following.newton_iterations);
+    return careful;
+  }
+
   /// By Newton's method with temporary loads on to the end, in steps so small that the branch they
   /// lead to is not lost; then they fade. The relaxation's ramp is quicker than a push at one node
   /// spreads over the structure, and long load steps jump: both may end on the other side. What the
   /// whole structure moves by has nothing to do with that, and comes first.
   void pushed(BeamSolution& solution) const {
-    BeamSolveOptions careful = options;
-    if (careful.largest_swerve == 0)
-      careful.largest_swerve = BeamSolveOptions::following().largest_swerve;
+    const BeamSolveOptions careful = careful_options();
     solution.state = start;
     solution.state.positions.colwise() += path.common_move();
     BeamReport& report = solution.report;
@@ -131,10 +138,7 @@ struct Attempt {
 
   /// In steps so short that the branch is kept, and what ends it is told.
   void followed(BeamSolution& solution) const {
-    BeamSolveOptions careful = options;
-    const BeamSolveOptions following = BeamSolveOptions::following();
-    if (careful.largest_swerve == 0) careful.largest_swerve = following.largest_swerve;
-    careful.newton_iterations = std::max(careful.newton_iterations, following.newton_iterations);
+    const BeamSolveOptions careful = careful_options();
     Attempt{structure, start, path, careful, context, observer}.newton(solution);
   }
 

@@ -14,6 +14,7 @@ constexpr double kLargestTurn = 0.7;  // of one iteration [rad]
 constexpr int kBadSteps = 4;
 constexpr int kCareful = 3;
 constexpr double kSameSide = 1e-9;
+constexpr double kFirstOfFork = 1e-5;  // [rad]
 constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 
 }  // namespace
@@ -213,6 +214,30 @@ bool NewtonSolver::leave_saddle(BeamState& state, const NodeLoads& loads, const 
   return false;
 }
 
+bool NewtonSolver::take_fork(BeamState& state, const NodeLoads& loads) {
+  const Softest soft = softest_of_factored(state);
+  if (!(soft.eigenvalue < 0)) return false;
+  const double energy = elastic_energies(structure_, state).total();
+  const Eigen::VectorXd load = load_vector(structure_, loads, state);
+  const Eigen::VectorXd here = residual(state, loads);
+  const double side = here.dot(soft.direction) > 0 ? -1 : 1;
+  const Eigen::VectorXd unit = side / balance_.size_of(soft.direction) * soft.direction;
+  const Eigen::VectorXd bend = curvature(state, loads, here, unit);
+  // Down to the first valley: the next one may be that of the other side.
+  double lowest = 0;
+  BeamState valley;
+  for (double t = kFirstOfFork; t < kLargestTurn; t *= 2) {
+    const Eigen::VectorXd increments = t * unit + (0.5 * t * t) * bend;
+    BeamState trial = structure_.moved(state, increments);
+    const double change = potential_change(energy, load, trial, loads, increments);
+    if (!(change < lowest)) break;
+    lowest = change;
+    valley = std::move(trial);
+  }
+  if (lowest < 0) state = std::move(valley);
+  return lowest < 0;
+}
+
 NewtonOutcome NewtonSolver::balance(BeamState& state, const LoadPath& path, double s,
                                     double tolerance, int iterations, Forks forks) {
   const NodeLoads loads = path.loads(s);
@@ -239,11 +264,7 @@ NewtonOutcome NewtonSolver::balance(BeamState& state, const LoadPath& path, doub
     ++iterations_;
     if (!moves && !has_forked_ && !is_positive_) {
       has_forked_ = true;
-      if (forks == Forks::kRefused) return NewtonOutcome::kFork;
-      if (forks == Forks::kTaken) {
-        const Softest soft = softest_of_factored(state);
-        if (soft.eigenvalue < 0 && leave_saddle(state, loads, soft)) continue;
-      }
+      if (forks == Forks::kTaken && take_fork(state, loads)) continue;
     }
     Eigen::VectorXd right = -stiffness_.restricted(here);
     if (moves) right -= stiffness_.from_held(held);

@@ -14,7 +14,6 @@ namespace limber::beams::detail {
 enum class NewtonOutcome {
   kBalanced,    // and the stiffness is positive definite
   kTooFar,      // what is held would move too far at once
-  kFork,        // the stiffness ceases to be positive definite on the way (Forks::kRefused)
   kMechanism,   // balanced, but something moves without resistance
   kNoProgress,  // no step lowers the potential or the residual, or numbers are not finite
   kLimit,       // of iterations
@@ -25,7 +24,6 @@ enum class Forks {
   kIgnored,  // nothing
   kTaken,    // buckles to the side that loads push to, by however little: close to a fork that is
              // sure
-  kRefused,  // ends
 };
 
 /// Newton's method on the potential U - W by free unknowns, from state to state of a load path.
@@ -91,6 +89,7 @@ class NewtonSolver {
               const Eigen::VectorXd& step, const Eigen::VectorXd& bend);
   bool advance(BeamState& state, const NodeLoads& loads, const Eigen::VectorXd& residual,
                const Eigen::VectorXd& step);
+  bool take_fork(BeamState& state, const NodeLoads& loads);
   bool leave_saddle(BeamState& state, const NodeLoads& loads, const Softest& soft);
 
   const BeamStructure& structure_;

@@ -30,7 +30,7 @@ constexpr double kShortestFork = 1e-6;
 constexpr double kToForks = 0.125;
 constexpr double kLeap = 1.0 / 1024;
 constexpr int kStepsOfLeap = 50000;
-constexpr double kSnapOfLeap = 4;  // of the largest swerve: a column that buckles turns by less
+constexpr double kSnapOfLeap = 2;  // of the largest swerve: a column that buckles turns by less
 constexpr int kIterationsOfWatched = 40;
 constexpr double kNear = 1.0 / 64;  // to where it is known to go
 constexpr double kAfterJump = 1.0 / 16;
@@ -128,26 +128,26 @@ class Follower {
     const double next = s_ + step_ > 1 - 1e-9 ? 1 : s_ + step_;
     BeamState trial = state_;
     const int before = newton_.iterations(), saddles = newton_.saddles();
-    const int left = options_.newton_iterations - before;
-    const NewtonOutcome outcome = newton_.balance(
-        trial, path_, next, next < 1 ? on_the_way() : options_.tolerance,
-        s_ < 1 || has_moments_
-            ? std::min(left, is_watched() ? kIterationsOfWatched : kIterationsOfStep)
-            : left,
-        forks());
-    report_.newton_iterations = newton_.iterations();
-    report_.factorizations = newton_.factorizations();
-    if (outcome == NewtonOutcome::kFork) {
-      step_ *= kToForks;
-      return true;
+    NewtonOutcome outcome = balance(trial, next, Forks::kIgnored);
+    if (is_fork(trial, next, outcome)) {
+      if (step_ > kShortestFork) {
+        if (outcome == NewtonOutcome::kBalanced) {
+          const StepWatch::Verdict seen = watch_.look(state_, trial, next - s_);
+          jump_ = {std::move(trial), next, newton_.left().scaled, outcome, seen};
+        }
+        step_ *= kToForks;
+        return true;
+      }
+      trial = state_;
+      outcome = balance(trial, next, Forks::kTaken);
     }
-    approaches_forks_ = is_watched() && !newton_.has_forked();
     const bool fails = outcome != NewtonOutcome::kBalanced && outcome != NewtonOutcome::kMechanism;
     const bool unstable = newton_.saddles() > saddles || (has_moments_ && !newton_.is_positive());
     if (outcome != NewtonOutcome::kTooFar) falls_ = fails && unstable ? falls_ + 1 : 0;
     if (fails)
       return is_near_jump() ? jump(context, observer) : shorten(outcome, context, observer);
     if (is_watched() && !watch(trial, next, outcome)) return true;
+    approaches_forks_ = is_watched() && !newton_.has_forked();
     const bool easy = newton_.iterations() - before <= kEasy;
     step_ *= std::min(easy ? 2.0 : 1.0, is_watched() ? watch_.factor() : 2.0);
     return take({std::move(trial), next, newton_.left().scaled, outcome, watch_.seen()}, context,
@@ -155,9 +155,23 @@ class Follower {
   }
 
  private:
-  [[nodiscard]] Forks forks() const {
-    if (!approaches_forks_) return Forks::kIgnored;
-    return step_ > kShortestFork ? Forks::kRefused : Forks::kTaken;
+  NewtonOutcome balance(BeamState& trial, double next, Forks forks) {
+    const int left = options_.newton_iterations - newton_.iterations();
+    const int most = is_watched() ? kIterationsOfWatched : kIterationsOfStep;
+    const NewtonOutcome outcome =
+        newton_.balance(trial, path_, next, next < 1 ? on_the_way() : options_.tolerance,
+                        s_ < 1 || has_moments_ ? std::min(left, most) : left, forks);
+    report_.newton_iterations = newton_.iterations();
+    report_.factorizations = newton_.factorizations();
+    return outcome;
+  }
+
+  /// Did the structure buckle on a step that went where nothing before it led to? So long a step
+  /// may choose any side.
+  [[nodiscard]] bool is_fork(const BeamState& trial, double next, NewtonOutcome outcome) const {
+    if (!approaches_forks_ || !newton_.has_forked() || outcome == NewtonOutcome::kMechanism)
+      return false;
+    return outcome != NewtonOutcome::kBalanced || watch_.surprises(state_, trial, next - s_);
   }
 
   /// A state that balances further on.
@@ -312,7 +326,7 @@ class Follower {
   bool may_leap_ = true;      // none has failed
   int failures_ = 0;          // of the balance, since the last step that was taken
   int falls_ = 0;             // steps in a row that led to what is not stable
-  bool approaches_forks_;     // in short steps; not while one is passed
+  bool approaches_forks_;     // the step before was stable throughout
   const bool has_moments_;    // of fixed direction, on what may turn about several axes
   double s_;
   double step_ = 1;

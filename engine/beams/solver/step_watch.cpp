@@ -20,8 +20,9 @@ constexpr double kSame = 0.75;
 constexpr double kShortEnough = 1.0 / 256;
 // Smaller shapes than the largest swerve turn over, too: close to where a structure buckles.
 constexpr double kShortestBack = 1e-6;
-constexpr double kBack = -0.5;  // cosine between what two steps make
-constexpr double kClear = 2;    // of the largest swerve: less may be a bend that is steep
+constexpr double kSurprise = 0.5;  // of what the step before leads to
+constexpr double kBack = -0.5;     // cosine between what two steps make
+constexpr double kClear = 2;       // of the largest swerve: less may be a bend that is steep
 
 Eigen::Vector3d turn_between(const Eigen::Quaterniond& from, const Eigen::Quaterniond& to) {
   return rotations::logarithm((to * from.conjugate()).normalized());
@@ -83,6 +84,12 @@ bool StepWatch::is_snap(double step, double next) const {
   if (step <= kShortest) return true;
   const bool again = next <= too_far_at_ && seen_.swerve > kSame * too_far_swerve_;
   return again && times_ >= 1 && step <= kShortEnough && seen_.swerve > kClear * largest_;
+}
+
+bool StepWatch::surprises(const BeamState& from, const BeamState& to, double step) const {
+  if (step_ == 0) return true;
+  const Eigen::Matrix3Xd led = last_ * (step / step_);
+  return size_of(change(from, to) - led).turn > kSurprise * size_of(led).turn;
 }
 
 void StepWatch::forget() {

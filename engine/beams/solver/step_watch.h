@@ -24,6 +24,8 @@ class StepWatch {
   };
   /// Of a step from s to `next`, shares of the way.
   [[nodiscard]] Judgement judge(const BeamState& from, const BeamState& to, double s, double next);
+  /// Does a step go elsewhere than the one before leads to? A first one always does.
+  [[nodiscard]] bool surprises(const BeamState& from, const BeamState& to, double step) const;
   /// The step that was judged was taken where it went, although it was too far.
   void forget();
 
@@ -32,6 +34,10 @@ class StepWatch {
     double turn = 0;    // of a node, or an element's chord, the largest [rad]
     int node = -1;      // where the swerve is
   };
+  /// Of a step that is not judged.
+  [[nodiscard]] Verdict look(const BeamState& from, const BeamState& to, double step) const {
+    return look(change(from, to), step);
+  }
   /// What the last step judged did.
   [[nodiscard]] const Verdict& seen() const { return seen_; }
   /// By which the next step may be longer, or must be shorter, than the last one judged.
