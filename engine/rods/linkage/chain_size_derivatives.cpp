@@ -6,6 +6,7 @@
 #include "engine/base/numerics/dual.h"
 #include "engine/rods/linkage/chain_lane.h"
 #include "engine/rods/rod/vertex_response.h"
+#include "engine/rods/solver/lane_transpose.h"
 
 namespace limber::rods::detail {
 namespace {
@@ -29,7 +30,8 @@ struct VertexShares {
   V by_before = V(0.0), by_after = V(0.0);
 };
 
-template <CurvatureMeasure kMeasure>
+/// @tparam kMoves  false: v = 0
+template <CurvatureMeasure kMeasure, bool kMoves>
 class SizeWalk {
  public:
   SizeWalk(const LinkageModel& model, const LinkageState& state, double share, const double* v,
@@ -50,6 +52,7 @@ class SizeWalk {
     bending_1_ = model.stiffness().bending_1 * bending;
     bending_2_ = model.stiffness().bending_2 * bending;
     torsion_ = model.stiffness().torsion * bending;
+    if constexpr (kMoves) find_changes();
   }
 
   void run() {
@@ -76,45 +79,75 @@ class SizeWalk {
     return load_lane(parameters_ + (e * LinkageModel::kFields + field) * kChainLanes);
   }
 
-  /// Changes of `count` numbers of the chains from a number on; of joints: zero.
-  template <int kCount>
-  void changes(int number, V (&result)[kCount]) const {
-    const ChainBatches& chains = *model_.chains();
-    alignas(8 * kChainLanes) double cells[kCount][kChainLanes] = {};
+  /// Changes of a vertex and of the edge behind it.
+  struct VertexChange {
+    Vec3<V> vertex;
+    V angle = V(0.0);
+  };
+
+  void find_changes() {
     for (int lane = 0; lane < kChainLanes; ++lane) {
-      const int chain = batch_.chains[lane];
-      if (chain < 0) continue;
-      const double* const own = v_ + chains.chain_begin(chain) - batch_.begin();
-      for (int k = 0; k < kCount; ++k) {
-        if (number + k >= batch_.begin() && number + k < batch_.end())
-          cells[k][lane] = own[number + k];
-      }
+      // What an empty lane computes is not looked at.
+      const int chain = batch_.chains[batch_.chains[lane] < 0 ? 0 : lane];
+      own_[lane] = v_ + model_.chains()->chain_begin(chain) - batch_.begin();
     }
-    for (int k = 0; k < kCount; ++k) result[k] = load_lane(cells[k]);
+    if (batch_.has_start) start_ = joint_edge(kStart);
+    if (batch_.has_finish) finish_ = joint_edge(kFinish);
+    here_ = change_at(batch_.has_start ? 1 : 0);
   }
 
-  [[nodiscard]] MovingEdge edge_at(int e) {
+  /// A number of the chains that is no joint's.
+  [[nodiscard]] V across(int number) const {
+    V result;
+    for (int lane = 0; lane < kChainLanes; ++lane) result[lane] = own_[lane][number];
+    return result;
+  }
+
+  /// Of a vertex that a joint does not determine alone.
+  [[nodiscard]] VertexChange change_at(int i) const {
+    const int number = 4 * i;
+    if (number >= batch_.begin() && number + 4 <= batch_.end()) {
+      Lanes numbers[kChainLanes];
+      load_across(own_, number, numbers);
+      return {{V(numbers[0]), V(numbers[1]), V(numbers[2])}, V(numbers[3])};
+    }
+    VertexChange result;
+    if (batch_.has_start && i == 1) {
+      result.vertex = beside_[kStart];
+    } else if (batch_.has_finish && i + 1 == batch_.edges) {
+      result.vertex = beside_[kFinish];
+    } else {
+      result.vertex = {across(number), across(number + 1), across(number + 2)};
+    }
+    if (number + 3 < batch_.end()) result.angle = across(number + 3);
+    return result;
+  }
+
+  [[nodiscard]] MaterialFrame<V> frame_at(int e) const {
     const double* const slot = slots_ + std::ptrdiff_t{e} * LinkageState::kFields * kChainLanes;
     const Vec3<V> difference =
         load_lanes3(slot + LinkageState::kFields * kChainLanes) - load_lanes3(slot);
     const V length = norm(difference);
-    const V inverse = 1.0 / length;
-    const Vec3<V> tangent = inverse * difference;
+    const Vec3<V> tangent = (1.0 / length) * difference;
     const Vec3<V> d1 = load_lanes3(slot + LinkageState::kDirector * kChainLanes);
-    MovingEdge edge{{tangent, length, d1, cross(tangent, d1), {}}, {}, V(0.0)};
-    const bool at_start = batch_.has_start && e == 0;
-    if (at_start || (batch_.has_finish && e + 1 == batch_.edges)) {
-      move_with_joint(at_start ? kStart : kFinish, edge);
-      return edge;
+    return {tangent, length, d1, cross(tangent, d1), {}};
+  }
+
+  /// From the first edge to the last.
+  [[nodiscard]] MovingEdge edge_at(int e) {
+    if constexpr (kMoves) {
+      if (batch_.has_start && e == 0) return start_;
+      if (batch_.has_finish && e + 1 == batch_.edges) return finish_;
     }
-    V own[7];  // of the vertex before, the angle, the vertex after
-    changes(4 * e, own);
-    Vec3<V> first{own[0], own[1], own[2]}, second{own[4], own[5], own[6]};
-    if (batch_.has_start && e == 1) first = beside_[kStart];
-    if (batch_.has_finish && e + 2 == batch_.edges) second = beside_finish();
-    const Vec3<V> change = second - first;
-    edge.longer = dot(tangent, change);
-    edge.spin = inverse * cross(tangent, change) + own[3] * tangent;
+    MovingEdge edge{frame_at(e), {}, V(0.0)};
+    if constexpr (kMoves) {
+      const VertexChange next = change_at(e + 1);
+      const Vec3<V> change = next.vertex - here_.vertex;
+      const Vec3<V>& tangent = edge.frame.tangent;
+      edge.longer = dot(tangent, change);
+      edge.spin = (1.0 / edge.frame.length) * cross(tangent, change) + here_.angle * tangent;
+      here_ = next;
+    }
     return edge;
   }
 
@@ -146,17 +179,13 @@ class SizeWalk {
     return V(0.5) *
            (joint.longer * frame.tangent + frame.length * cross(joint.spin, frame.tangent));
   }
-  void move_with_joint(End end, MovingEdge& edge) {
+  /// The terminal edge; keeps how the vertex beside it changes.
+  [[nodiscard]] MovingEdge joint_edge(End end) {
     const JointMotion joint = joint_motion(end);
-    edge.spin = joint.spin;
-    edge.longer = joint.longer;
+    const MovingEdge edge{frame_at(end == kStart ? 0 : batch_.edges - 1), joint.spin, joint.longer};
     const Vec3<V> half = half_change(joint, edge.frame);
     beside_[end] = end == kStart ? joint.centre + half : joint.centre - half;
-  }
-  /// The vertex before the finish's edge, which is reached before that edge is.
-  [[nodiscard]] Vec3<V> beside_finish() {
-    (void)edge_at(batch_.edges - 1);
-    return beside_[kFinish];
+    return edge;
   }
 
   /// The vertex after edge e.
@@ -164,8 +193,7 @@ class SizeWalk {
                                     const V& rest, const V& next_rest) {
     const V twist =
         load_lane(slots_ + ((e + 1) * LinkageState::kFields + LinkageState::kTwist) * kChainLanes);
-    const Vec3<V> turn = next.spin - edge.spin;
-    const VertexParts parts = vertex_parts(edge.frame, next.frame, twist, turn);
+    const VertexParts parts = vertex_parts(edge.frame, next.frame, twist, next.spin - edge.spin);
     const auto share = [&](double of_before, double of_after) {
       const auto weights = length_weights(Dual<V>(rest, V(of_before)),
                                           Dual<V>(next_rest, V(of_after)), model_.form());
@@ -184,16 +212,18 @@ class SizeWalk {
                                          const Vec3<V>& turn) const {
     const auto k = vertex_kinematics(before, after, twist);
     V s(1.0), s_change(0.0);
-    const V along_axis = dot(k.axis, turn);
+    const V along_axis = kMoves ? dot(k.axis, turn) : V(0.0);
     if constexpr (kMeasure == CurvatureMeasure::kAngle) {
       const V square = k.inverse * k.inverse * dot(k.axis, k.axis);
       s = turning_ratio<0>(square);
-      s_change = (-2.0 * k.inverse * k.inverse * turning_ratio<1>(square)) * along_axis;
+      if constexpr (kMoves)
+        s_change = (-2.0 * k.inverse * k.inverse * turning_ratio<1>(square)) * along_axis;
     }
     struct Strain {
       V value, change;
     };
     const auto strain = [&](const V& raw, const Vec3<V>& other, const Vec3<V>& director) {
+      if constexpr (!kMoves) return Strain{s * raw, V(0.0)};
       const V slope = k.inverse * (2.0 * dot(cross(other, director), turn) - raw * along_axis);
       return Strain{s * raw, s * slope + s_change * raw};
     };
@@ -203,6 +233,7 @@ class SizeWalk {
     const Strain a2 = strain(k.strains.after_2, before.tangent, after.d2);
     const Strain m{twist, k.inverse * dot(before.tangent + after.tangent, turn)};
     const auto part = [&](const Strain& p, const Strain& q) {
+      if constexpr (!kMoves) return share_ * p.value * q.value;
       return share_ * p.value * q.value + p.value * q.change + p.change * q.value;
     };
     return {bending_1_ * part(b1, b1) + bending_2_ * part(b2, b2),
@@ -229,19 +260,32 @@ class SizeWalk {
   const double* v_;
   const ChainSizeDerivatives& out_;
   V bending_1_, bending_2_, torsion_;
-  V scale_ = 1.0;                     // of the section
-  Vec3<V> beside_[2];                 // changes of the vertices next to terminal edges
-  V stretched_ = 0.0, turned_ = 0.0;  // energies as asked
+  V scale_ = 1.0;                        // of the section
+  const double* own_[kChainLanes] = {};  // of v, by numbers of the chains
+  Vec3<V> beside_[2];                    // changes of the vertices next to terminal edges
+  MovingEdge start_, finish_;            // terminal edges
+  VertexChange here_;                    // before the edge that comes next
+  V stretched_ = 0.0, turned_ = 0.0;     // energies as asked
 };
+
+template <bool kMoves>
+void evaluate(const LinkageModel& model, const LinkageState& state, double share, const double* v,
+              int batch, const ChainSizeDerivatives& out) {
+  if (measure_of(model.form()) == CurvatureMeasure::kAngle) {
+    SizeWalk<CurvatureMeasure::kAngle, kMoves>(model, state, share, v, batch, out).run();
+  } else {
+    SizeWalk<CurvatureMeasure::kTangent, kMoves>(model, state, share, v, batch, out).run();
+  }
+}
 
 }  // namespace
 
 void evaluate_chain_sizes(const LinkageModel& model, const LinkageState& state, double share,
                           const double* v, int batch, const ChainSizeDerivatives& out) {
-  if (measure_of(model.form()) == CurvatureMeasure::kAngle) {
-    SizeWalk<CurvatureMeasure::kAngle>(model, state, share, v, batch, out).run();
+  if (v == nullptr) {
+    evaluate<false>(model, state, share, v, batch, out);
   } else {
-    SizeWalk<CurvatureMeasure::kTangent>(model, state, share, v, batch, out).run();
+    evaluate<true>(model, state, share, v, batch, out);
   }
 }
 

@@ -14,7 +14,7 @@ struct ChainSizeDerivatives {
 };
 
 /// share * dE/dL + d/dx (dE/dL) v of a batch's energy E, see SizeDerivatives.
-/// @param v  change of the unknowns, variables().size() numbers
+/// @param v  change of the unknowns, variables().size() numbers; null: zero
 void evaluate_chain_sizes(const LinkageModel& model, const LinkageState& state, double share,
                           const double* v, int batch, const ChainSizeDerivatives& out);
 

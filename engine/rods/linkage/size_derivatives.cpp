@@ -24,13 +24,21 @@ SizeDerivatives::SizeDerivatives(const LinkageModel& model)
 const LinkageVector& SizeDerivatives::evaluate(const LinkageState& state, double share,
                                                const Eigen::Ref<const Eigen::VectorXd>& v) {
   LIMBER_DEMAND(v.size() == model_.variables().size());
+  evaluate_batches(state, share, v.data());
+  return result_;
+}
+
+const LinkageVector& SizeDerivatives::evaluate(const LinkageState& state, double share) {
+  evaluate_batches(state, share, nullptr);
+  return result_;
+}
+
+void SizeDerivatives::evaluate_batches(const LinkageState& state, double share, const double* v) {
   const auto batches = static_cast<std::int64_t>(model_.chains()->batches().size());
   parallel_for(batches, kBatchesPerChunk, [&](std::int64_t begin, std::int64_t end) {
-    for (std::int64_t b = begin; b < end; ++b)
-      evaluate_batch(state, share, v.data(), static_cast<int>(b));
+    for (std::int64_t b = begin; b < end; ++b) evaluate_batch(state, share, v, static_cast<int>(b));
   });
   gather();
-  return result_;
 }
 
 void SizeDerivatives::evaluate_batch(const LinkageState& state, double share, const double* v,

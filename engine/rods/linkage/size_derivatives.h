@@ -26,8 +26,11 @@ class SizeDerivatives {
   /// in; its unknowns are empty. Overwritten by the next call
   [[nodiscard]] const LinkageVector& evaluate(const LinkageState& state, double share,
                                               const Eigen::Ref<const Eigen::VectorXd>& v);
+  /// share * dE/dL, the same with v = 0.
+  [[nodiscard]] const LinkageVector& evaluate(const LinkageState& state, double share);
 
  private:
+  void evaluate_batches(const LinkageState& state, double share, const double* v);
   void evaluate_batch(const LinkageState& state, double share, const double* v, int batch);
   void gather();
 

@@ -59,6 +59,18 @@ TEST_P(SizeDerivativesTest, AreThoseOfDualNumbers) {
   expect(0.3, -0.7);
 }
 
+TEST_P(SizeDerivativesTest, OfAShapeThatStaysAreTheGradient) {
+  SizeDerivatives sizes(model_);
+  const LinkageVector gradient = LinkageDerivatives(model_).gradient({state_});
+  const LinkageVector& result = sizes.evaluate(state_, -0.4);
+  const auto near = [](const Eigen::VectorXd& own, const Eigen::VectorXd& expected) {
+    EXPECT_LT((own + 0.4 * expected).norm(), 1e-12 * expected.norm());
+  };
+  near(result.lengths, gradient.lengths);
+  near(result.edges, gradient.edges);
+  near(result.sections, gradient.sections);
+}
+
 TEST_P(SizeDerivativesTest, ForcesChangeAsDualNumbersSay) {
   LinkageAssembly assembly(model_);
   LinkageDerivatives derivatives(model_);
