@@ -149,9 +149,18 @@ EquilibriumSensitivity::Adjoint EquilibriumSensitivity::adjoint(ShapeFunction& f
   return result;
 }
 
+EquilibriumSensitivity::Adjoint EquilibriumSensitivity::elastic_adjoint() const {
+  return {impl_->map.gradient(impl_->sizes.evaluate(*impl_->state, 1)), {}};
+}
+
 Eigen::VectorXd EquilibriumSensitivity::product(ShapeFunction& function, const Adjoint& adjoint,
                                                 const Eigen::VectorXd& way,
                                                 const Eigen::VectorXd& change) const {
+  if (adjoint.multiplier.size() == 0) {
+    // What D^2 E leaves of forces is those of what holds the shape.
+    return function.elastic_share() * impl_->map.gradient(impl_->derivatives.second(
+                                          {*impl_->state}, impl_->both(way, change)));
+  }
   // The share of D^2 E and -D^3 E [w], negated.
   const LinkageVector bent =
       impl_->derivatives.third({*impl_->state}, {adjoint.multiplier, {}}, impl_->both(way, change),

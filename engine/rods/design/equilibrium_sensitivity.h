@@ -66,11 +66,16 @@ class EquilibriumSensitivity {
 
   struct Adjoint {
     Eigen::VectorXd gradient;    // of the function by variables, through the equilibrium
-    Eigen::VectorXd multiplier;  // w
+    Eigen::VectorXd multiplier;  // w; empty: zero
   };
   [[nodiscard]] Adjoint adjoint(ShapeFunction& function) const;
+  /// Of the elastic energy alone, without a solve: what holds the equilibrium balances dE/dx, so
+  /// that w = 0 and df = dE/dL (the envelope theorem). The imbalance that the equilibrium's
+  /// tolerance left goes into it to first order, and not to second as with the multiplier.
+  [[nodiscard]] Adjoint elastic_adjoint() const;
 
   /// The derivative of `gradient` along v.
+  /// @param function  with elastic_adjoint() the elastic energy
   /// @param change  shape_change(way)
   [[nodiscard]] Eigen::VectorXd product(ShapeFunction& function, const Adjoint& adjoint,
                                         const Eigen::VectorXd& way,

@@ -9,7 +9,6 @@
 #include <utility>
 
 #include "engine/base/error.h"
-#include "engine/base/parallel.h"
 #include "engine/rods/design/equilibrium_sensitivity.h"
 #include "engine/rods/design/kept_factors.h"
 #include "engine/rods/equilibrium/unknown_scales.h"
@@ -19,6 +18,8 @@ namespace {
 
 /// Of what bends a linkage by an angle of one: an energy that says nothing, as of bends of 1e-6.
 constexpr double kNoStress = 1e-12;
+/// Tolerance of equilibria whose imbalance may go into gradients of energies to first order.
+constexpr double kBalanced = 1e-9;
 
 void refuse(const char* field, const char* rule, double value) {
   throw Error(ErrorCode::kInvalidArgument, field, fmt::format("must be {}, is {:g}", rule, value));
@@ -211,12 +212,17 @@ struct LinkageDesign::Impl {
   Derivatives& objective_gradient() {
     Derivatives& here = shapes();
     if (here.flat_part) return here;
-    both_shapes([&] { here.flat_part = here.flat.adjoint(measures->flat); },
-                [&] { here.deployed_part = here.deployed.adjoint(measures->deployed); });
+    here.deployed_part = here.deployed.adjoint(measures->deployed);
+    here.flat_part = energy_adjoint(here.flat);
     here.gradients.flat_energy = here.flat_part->gradient;
     here.gradients.objective =
         measures->flat_weight * here.flat_part->gradient + here.deployed_part->gradient;
     return here;
+  }
+  /// Of the flat shape's energy.
+  [[nodiscard]] Derivatives::Adjoint energy_adjoint(const EquilibriumSensitivity& shape) {
+    return limits.equilibrium.tolerance <= kBalanced ? shape.elastic_adjoint()
+                                                     : shape.adjoint(measures->flat);
   }
   Derivatives& all_gradients() {
     Derivatives& here = objective_gradient();
@@ -229,18 +235,6 @@ struct LinkageDesign::Impl {
   }
   Derivatives& gradients(Which which) {
     return which == Which::kAll ? all_gradients() : objective_gradient();
-  }
-
-  /// The shapes have nothing in common but the model.
-  template <class OfFlat, class OfDeployed>
-  static void both_shapes(const OfFlat& of_flat, const OfDeployed& of_deployed) {
-    parallel_for(2, 1, [&](std::int64_t shape, std::int64_t) {
-      if (shape == 0) {
-        of_flat();
-      } else {
-        of_deployed();
-      }
-    });
   }
 
   /// Where an equilibrium goes when lengths go this way.
@@ -419,18 +413,12 @@ DesignMeasures<Eigen::VectorXd> LinkageDesign::products(const Eigen::VectorXd& d
                                                         Which which) {
   Impl::Derivatives& here = impl_->gradients(which);
   Impl::Measures& measures = *impl_->measures;
+  const Eigen::VectorXd flat = here.flat.shape_change(direction);
   DesignMeasures<Eigen::VectorXd> result;
-  Eigen::VectorXd flat;  // how that shape changes
-  Impl::both_shapes(
-      [&] {
-        flat = here.flat.shape_change(direction);
-        result.flat_energy = here.flat.product(measures.flat, *here.flat_part, direction, flat);
-      },
-      [&] {
-        result.objective = here.deployed.product(measures.deployed, *here.deployed_part, direction,
-                                                 here.deployed.shape_change(direction));
-      });
-  result.objective += measures.flat_weight * result.flat_energy;
+  result.flat_energy = here.flat.product(measures.flat, *here.flat_part, direction, flat);
+  result.objective = here.deployed.product(measures.deployed, *here.deployed_part, direction,
+                                           here.deployed.shape_change(direction)) +
+                     measures.flat_weight * result.flat_energy;
   if (which == Which::kObjective) return result;
   result.flatness = here.flat.product(measures.flatness, *here.flatness, direction, flat);
   result.smallest_angle = here.flat.product(measures.angle, *here.angle, direction, flat);

@@ -171,6 +171,20 @@ TEST_P(SensitivityTest, ProductsAreSymmetric) {
   EXPECT_NEAR(v.dot(by_u), u.dot(by_v), 1e-7 * (by_u.norm() + by_v.norm()));
 }
 
+/// Pins, angles that are set and lengths on their bound do no work.
+TEST_P(SensitivityTest, EnergiesNeedNoSolve) {
+  const EquilibriumSensitivity sensitivity(model_, state_, conditions_, variables_);
+  const EquilibriumSensitivity::Adjoint solved = sensitivity.adjoint(energy_);
+  const EquilibriumSensitivity::Adjoint direct = sensitivity.elastic_adjoint();
+  EXPECT_EQ(direct.multiplier.size(), 0);
+  EXPECT_LT((direct.gradient - solved.gradient).norm(), 1e-9 * solved.gradient.norm());
+  const Eigen::VectorXd v = direction(7);
+  const Eigen::VectorXd change = sensitivity.shape_change(v);
+  const Eigen::VectorXd expected = sensitivity.product(energy_, solved, v, change);
+  EXPECT_LT((sensitivity.product(energy_, direct, v, change) - expected).norm(),
+            1e-8 * expected.norm());
+}
+
 /// The solver's factor is of the very Hessian that derivatives need.
 TEST_P(SensitivityTest, WithTheSolversFactorIsAsWithANewOne) {
   const EquilibriumSensitivity made(model_, state_, conditions_, variables_);
@@ -233,6 +247,7 @@ TEST(EquilibriumSensitivity, LengthsOnTheirBoundStayWithAnyFactor) {
   ElasticEnergy energy(model);
   const Eigen::VectorXd gradient = kept.adjoint(energy).gradient;
   EXPECT_LT((made.adjoint(energy).gradient - gradient).norm(), 1e-8 * gradient.norm());
+  EXPECT_LT((made.elastic_adjoint().gradient - gradient).norm(), 1e-8 * gradient.norm());
 }
 
 TEST(EquilibriumSensitivity, TheShapeChangesAsItSays) {
