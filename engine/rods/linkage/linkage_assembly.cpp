@@ -5,6 +5,7 @@
 #include "engine/rods/linkage/chain_energy.h"
 #include "engine/rods/linkage/chain_size_forces.h"
 #include "engine/rods/linkage/rest_directions.h"
+#include "engine/rods/solver/lane_transpose.h"
 
 namespace limber::rods {
 namespace {
@@ -124,18 +125,19 @@ void LinkageAssembly::gradient_change(const LinkageState& state, const LinkageVe
 /// Gradients of a batch to the chains' unknowns and to the ends' lists.
 void LinkageAssembly::collect(int b, Eigen::Ref<Eigen::VectorXd> gradient) {
   const ChainBatch& batch = model_.chains()->batches()[b];
-  const double* const numbers = numbers_[first_number_[b]].values;
-  for (int lane = 0; lane < kChainLanes; ++lane) {
-    const int chain = batch.chains[lane];
-    if (chain < 0) continue;
-    double* const own = gradient.data() + model_.chains()->chain_begin(chain);
-    for (int k = batch.begin(); k < batch.end(); ++k)
-      own[k - batch.begin()] = numbers[k * kChainLanes + lane];
-    for (const End end : {kStart, kFinish}) {
-      const int first = end == kStart ? 0 : batch.numbers() - kTerminalNumbers;
-      for (int k = 0; k < kTerminalNumbers; ++k)
-        end_gradients_[2 * chain + end][k] = numbers[(first + k) * kChainLanes + lane];
-    }
+  const auto* const numbers =
+      reinterpret_cast<const detail::Lanes*>(numbers_[first_number_[b]].values);
+  const auto scatter = [&](int first, int count, const auto& of_chain) {
+    double* rows[kChainLanes];
+    for (int lane = 0; lane < kChainLanes; ++lane)
+      rows[lane] = batch.chains[lane] < 0 ? nullptr : of_chain(batch.chains[lane]);
+    detail::scatter_rows(numbers + first, count, rows);
+  };
+  scatter(batch.begin(), batch.end() - batch.begin(),
+          [&](int chain) { return gradient.data() + model_.chains()->chain_begin(chain); });
+  for (const End end : {kStart, kFinish}) {
+    scatter(end == kStart ? 0 : batch.numbers() - kTerminalNumbers, kTerminalNumbers,
+            [&](int chain) { return end_gradients_[2 * chain + end].data(); });
   }
 }
 

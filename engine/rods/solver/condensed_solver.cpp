@@ -9,6 +9,7 @@
 #include "engine/base/numerics/block_ldlt.h"
 #include "engine/base/parallel.h"
 #include "engine/rods/solver/chain_elimination.h"
+#include "engine/rods/solver/lane_transpose.h"
 #include "engine/rods/solver/terminal_transform.h"
 
 namespace limber::rods {
@@ -59,11 +60,6 @@ std::vector<std::pair<int, int>> find_couplings(const ChainBatches& structure,
     if (couples) edges.emplace_back(chain.start_joint, chain.finish_joint);
   }
   return edges;
-}
-
-/// A lane of a block to consecutive numbers.
-void copy_lane(const Lanes* from, int count, int lane, double* to) {
-  for (int k = 0; k < count; ++k) to[k] = from[k][lane];
 }
 
 }  // namespace
@@ -199,12 +195,17 @@ class CondensedSolver::Impl {
   }
 
   void gather(const ChainBatch& batch, const double* x, Lanes* numbers) const {
-    const int count = batch.end() - batch.begin();
-    for (int lane = 0; lane < kChainLanes; ++lane) {
-      if (batch.chains[lane] < 0) continue;
-      const double* const own = x + structure_.chain_begin(batch.chains[lane]);
-      for (int i = 0; i < count; ++i) numbers[batch.begin() + i][lane] = own[i];
-    }
+    const double* own[kChainLanes];
+    rows_of(batch, own, [&](int chain) { return x + structure_.chain_begin(chain); });
+    detail::gather_rows(own, batch.end() - batch.begin(), numbers + batch.begin());
+  }
+
+  /// What each chain of a batch has, null for empty lanes.
+  template <class Number, class OfChain>
+  static void rows_of(const ChainBatch& batch, Number* (&rows)[kChainLanes],
+                      const OfChain& of_chain) {
+    for (int lane = 0; lane < kChainLanes; ++lane)
+      rows[lane] = batch.chains[lane] < 0 ? nullptr : of_chain(batch.chains[lane]);
   }
 
   void gather_all(const Eigen::VectorXd& x, LaneBuffer& numbers) const {
@@ -260,22 +261,21 @@ class CondensedSolver::Impl {
       take_terminal(matrix, index, end);
       detail::transform_own(remainder.entries, end == 0 ? kTerminalSize : 0,
                             own_terminal(index, end), block);
-      for (int lane = 0; lane < kChainLanes; ++lane) {
-        if (batch.chains[lane] < 0) continue;
-        double* const target = end_blocks_.data() + (2 * batch.chains[lane] + end) * kBlockEntries;
-        for (int c = 0; c < kJointSize; ++c) {
-          for (int r = c; r < kJointSize; ++r)
-            target[c * kJointSize + r] = block[c * kJointSize + r][lane];
-        }
+      for (int c = 0; c < kJointSize; ++c) {
+        const std::ptrdiff_t diagonal = c * (kJointSize + 1);
+        double* columns[kChainLanes];
+        rows_of(batch, columns, [&](int chain) {
+          return end_blocks_.data() + (2 * chain + end) * kBlockEntries + diagonal;
+        });
+        detail::scatter_rows(block + diagonal, static_cast<int>(kJointSize) - c, columns);
       }
     }
     if (!batch.has_start || !batch.has_finish) return;
     detail::transform_coupling(remainder.entries, kTerminalSize, own_terminal(index, 0),
                                own_terminal(index, 1), block);
-    for (int lane = 0; lane < kChainLanes; ++lane) {
-      if (batch.chains[lane] < 0) continue;
-      copy_lane(block, kBlockEntries, lane, joints_.coupling(coupling_of_[batch.chains[lane]]));
-    }
+    double* couplings[kChainLanes];
+    rows_of(batch, couplings, [&](int chain) { return joints_.coupling(coupling_of_[chain]); });
+    detail::scatter_rows(block, kBlockEntries, couplings);
   }
 
   void assemble_joint(const CondensedMatrix& matrix, int joint, double shift) {
@@ -319,11 +319,10 @@ class CondensedSolver::Impl {
         for (int k = 0; k < kJointSize; ++k)
           sums[k] += terminal[row * kJointSize + k] * received[row];
       }
-      for (int lane = 0; lane < kChainLanes; ++lane) {
-        if (batch.chains[lane] < 0) continue;
-        copy_lane(sums, kJointSize, lane,
-                  end_vectors_.data() + (2 * batch.chains[lane] + end) * kJointSize);
-      }
+      double* vectors[kChainLanes];
+      rows_of(batch, vectors,
+              [&](int chain) { return end_vectors_.data() + (2 * chain + end) * kJointSize; });
+      detail::scatter_rows(sums, kJointSize, vectors);
     }
   }
 
@@ -332,13 +331,13 @@ class CondensedSolver::Impl {
     Lanes* const numbers = work_.data() + batch.work;
     for (const int end : {0, 1}) {
       if (!(end == 0 ? batch.has_start : batch.has_finish)) continue;
-      Lanes unknowns[kJointSize] = {};
+      const double* at_joints[kChainLanes];
       for (int lane = 0; lane < kChainLanes; ++lane) {
         const int joint = joint_at(batch, lane, end);
-        if (joint < 0) continue;
-        for (int k = 0; k < kJointSize; ++k)
-          unknowns[k][lane] = x[structure_.joint_begin(joint) + k];
+        at_joints[lane] = joint < 0 ? nullptr : x + structure_.joint_begin(joint);
       }
+      Lanes unknowns[kJointSize];
+      detail::gather_rows(at_joints, kJointSize, unknowns);
       const Lanes* const terminal = own_terminal(index, end);
       Lanes* const given = numbers + (end == 0 ? 0 : batch.end());
       for (int row = 0; row < kTerminalSize; ++row) {
@@ -348,12 +347,9 @@ class CondensedSolver::Impl {
       }
     }
     detail::substitute_backward(batch, factor_.data() + batch.factor, numbers);
-    const int count = batch.end() - batch.begin();
-    for (int lane = 0; lane < kChainLanes; ++lane) {
-      if (batch.chains[lane] < 0) continue;
-      double* const own = x + structure_.chain_begin(batch.chains[lane]);
-      for (int i = 0; i < count; ++i) own[i] = numbers[batch.begin() + i][lane];
-    }
+    double* own[kChainLanes];
+    rows_of(batch, own, [&](int chain) { return x + structure_.chain_begin(chain); });
+    detail::scatter_rows(numbers + batch.begin(), batch.end() - batch.begin(), own);
   }
 
   std::shared_ptr<const ChainBatches> shared_;

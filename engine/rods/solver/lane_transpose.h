@@ -35,4 +35,39 @@ using LooseLanes [[gnu::vector_size(8 * kChainLanes), gnu::aligned(8), gnu::may_
   transpose(numbers);
 }
 
+/// Rows of `count` numbers, one for each chain (null: zeros), as lanes.
+[[gnu::always_inline]] inline void gather_rows(const double* const (&rows)[kChainLanes], int count,
+                                               Lanes* numbers) {
+  int k = 0;
+  for (; k + kChainLanes <= count; k += kChainLanes) {
+    Lanes block[kChainLanes] = {};
+    for (int lane = 0; lane < kChainLanes; ++lane)
+      if (rows[lane] != nullptr) block[lane] = *reinterpret_cast<const LooseLanes*>(rows[lane] + k);
+    transpose(block);
+    for (int i = 0; i < kChainLanes; ++i) numbers[k + i] = block[i];
+  }
+  for (; k < count; ++k) {
+    Lanes number = {};
+    for (int lane = 0; lane < kChainLanes; ++lane)
+      if (rows[lane] != nullptr) number[lane] = rows[lane][k];
+    numbers[k] = number;
+  }
+}
+
+/// The way back; nothing is written to null.
+[[gnu::always_inline]] inline void scatter_rows(const Lanes* numbers, int count,
+                                                double* const (&rows)[kChainLanes]) {
+  int k = 0;
+  for (; k + kChainLanes <= count; k += kChainLanes) {
+    Lanes block[kChainLanes] = {numbers[k], numbers[k + 1], numbers[k + 2], numbers[k + 3]};
+    transpose(block);
+    for (int lane = 0; lane < kChainLanes; ++lane)
+      if (rows[lane] != nullptr) *reinterpret_cast<LooseLanes*>(rows[lane] + k) = block[lane];
+  }
+  for (; k < count; ++k) {
+    for (int lane = 0; lane < kChainLanes; ++lane)
+      if (rows[lane] != nullptr) rows[lane][k] = numbers[k][lane];
+  }
+}
+
 }  // namespace limber::rods::detail
