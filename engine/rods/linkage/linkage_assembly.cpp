@@ -10,8 +10,8 @@
 namespace limber::rods {
 namespace {
 
-constexpr std::int64_t kBatchesPerChunk = 8;
-constexpr std::int64_t kJointsPerChunk = 64;
+constexpr std::int64_t kBatchesPerChunk = 4;
+constexpr std::int64_t kJointsPerChunk = 16;
 
 }  // namespace
 

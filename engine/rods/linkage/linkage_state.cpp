@@ -28,8 +28,8 @@ using detail::load_lanes3;
 using detail::store_lane;
 using detail::store_lanes3;
 
-constexpr std::int64_t kBatchesPerChunk = 16;
-constexpr std::int64_t kJointsPerChunk = 128;
+constexpr std::int64_t kBatchesPerChunk = 4;
+constexpr std::int64_t kJointsPerChunk = 16;
 constexpr std::ptrdiff_t kFields = LinkageState::kFields;
 constexpr std::ptrdiff_t kSlotStride = kFields * kChainLanes;
 

@@ -7,7 +7,7 @@
 namespace limber::rods {
 namespace {
 
-constexpr std::int64_t kBatchesPerChunk = 16;
+constexpr std::int64_t kBatchesPerChunk = 4;
 
 }  // namespace
 

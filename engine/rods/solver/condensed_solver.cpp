@@ -23,10 +23,10 @@ using detail::Lanes;
 
 constexpr std::ptrdiff_t kTerminalLanes = kTerminalSize * kJointSize;
 constexpr std::ptrdiff_t kBlockEntries = kJointSize * kJointSize;
-// Enough work to be worth waking a thread for.
-constexpr std::int64_t kBatchesPerChunk = 8;
-constexpr std::int64_t kBatchesPerSolveChunk = 32;
-constexpr std::int64_t kJointsPerChunk = 64;
+// A few microseconds of work: sharing a loop costs one while threads spin for the next.
+constexpr std::int64_t kBatchesPerChunk = 4;
+constexpr std::int64_t kBatchesPerSolveChunk = 8;
+constexpr std::int64_t kJointsPerChunk = 16;
 
 /// One end of a chain at a joint, as an index 2 chain + end.
 struct Incidence {
