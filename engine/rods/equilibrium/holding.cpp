@@ -91,19 +91,22 @@ void Holding::pin(int unknown) {
   is_pinned_[unknown] = 1;
 }
 
-int Holding::central_joint(const LinkageState& state, int component) const {
+/// As drawn, so that it is the same joint in every shape: motions that are extrapolated from
+/// several shapes would not fit together otherwise.
+int Holding::central_joint(int component) const {
+  const std::vector<Joint>& drawn = model_.graph().joints;
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   int count = 0;
-  for (std::size_t j = 0; j < joint_components_.size(); ++j) {
+  for (std::size_t j = 0; j < drawn.size(); ++j) {
     if (joint_components_[j] != component) continue;
-    sum += state.joints()[j].position;
+    sum += drawn[j].position;
     ++count;
   }
   int best = -1;
   double nearest = std::numeric_limits<double>::infinity();
-  for (std::size_t j = 0; j < joint_components_.size(); ++j) {
+  for (std::size_t j = 0; j < drawn.size(); ++j) {
     if (joint_components_[j] != component) continue;
-    const double distance = (state.joints()[j].position - sum / count).norm();
+    const double distance = (drawn[j].position - sum / count).norm();
     if (distance < nearest) best = static_cast<int>(j);
     nearest = std::min(nearest, distance);
   }
@@ -116,7 +119,7 @@ void Holding::hold_floating(const ConditionTerms& terms, const UnknownScales& sc
   const std::vector<ConditionTerms::Resultant> loads = terms.resultants();
   for (int c = 0; c < graph.components; ++c) {
     if (held[c] != 0) continue;
-    const int joint = central_joint(state, c);
+    const int joint = central_joint(c);
     // A single rod without joints is left to the shift.
     if (joint < 0) continue;
     Matrix6 stiffness = Matrix6::Zero();

@@ -56,7 +56,7 @@ class Holding {
   void pin(int unknown);
   void hold_floating(const ConditionTerms& terms, const UnknownScales& scales,
                      const LinkageState& state, std::vector<char> held);
-  [[nodiscard]] int central_joint(const LinkageState& state, int component) const;
+  [[nodiscard]] int central_joint(int component) const;
 
   const LinkageModel& model_;
   std::vector<int> joint_components_;

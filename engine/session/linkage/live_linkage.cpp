@@ -2,9 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "engine/base/error.h"
-
+#include "engine/rods/equilibrium/floating_parts.h"
 #include "engine/session/linkage/rest_shape.h"
 #include "engine/session/linkage/size_path.h"
 
@@ -66,8 +67,9 @@ void LiveLinkage::set_sizes(const RodSizes& sizes) {
   statics_ = std::make_shared<const LinkageStatics>(mapped_, linkage_);
 }
 
-/// To other sizes of rods, under the conditions that the shape is held under. Where no equilibrium
-/// is found on the way the outcome says so.
+/// To other sizes of rods, under the conditions that the shape is held under; where nothing holds
+/// it its middle joint stays, as in designs, whose sizes these may be. Where no equilibrium is
+/// found on the way the outcome says so.
 bool LiveLinkage::lead_sizes(const RodSizes& wanted, const JobContext& job,
                              const OnIterate& on_iterate, Outcome& outcome) {
   if (wanted == sizes_) return true;
@@ -110,12 +112,14 @@ double LiveLinkage::share_of_step(const rods::Conditions& wanted) const {
 /// In one solve.
 void LiveLinkage::go_straight(const rods::Conditions& wanted, const JobContext& job,
                               const OnIterate& on_iterate, Outcome& outcome) {
+  const rods::LinkageState before = state_;
   outcome.report =
       equilibrium_.solve(state_, wanted, {}, job, [&](int, const rods::LinkageState& state) {
         iterate_ = &state;
         on_iterate();
         iterate_ = nullptr;
       });
+  rods::keep_in_place(model(), held_, wanted, before, state_);
   const EquilibriumReport& report = outcome.report;
   outcome.reached = report.converged() && !rods::overturned(drawn_, state_);
   turned_ += report.turned;
@@ -143,12 +147,19 @@ void LiveLinkage::lead(const rods::Conditions& wanted, double step, const JobCon
   rods::DeploymentOptions options;
   options.first_step = options.largest_step = std::min(step, 0.25);
   options.smallest_step = options.first_step / 64;
+  // Extrapolated is from shapes as they were found; shown are those that stay in place.
+  rods::LinkageState shown = state_;
   rods::DeploymentReport report =
       rods::deploy(equilibrium_, state_, held_, wanted, options, job,
                    [&](const rods::DeploymentStep&, const rods::LinkageState& state) {
-                     note_step(state, outcome);
+                     const rods::LinkageState before = std::exchange(shown, state);
+                     rods::keep_in_place(model(), held_, wanted, before, shown);
+                     note_step(shown, outcome);
+                     iterate_ = &shown;
                      on_iterate();
+                     iterate_ = nullptr;
                    });
+  rods::keep_in_place(model(), held_, wanted, shown, state_);
   EquilibriumReport& sum = outcome.report;
   const int iterations = sum.iterations, corrections = sum.corrections;
   const int factorizations = sum.factorizations;

@@ -4,6 +4,7 @@
 
 #include <numbers>
 
+#include "engine/scene/samples/linkage_samples.h"
 #include "tests/engine/rods/equilibrium/small_linkages.h"
 
 namespace limber::rods {
@@ -132,6 +133,24 @@ struct Roof {
           {VertexPoint{segment, vertex}, state.vertex(model, segment, vertex), 2000});
   }
 };
+
+TEST(Deployment, AFloatingLinkageIsNotCarriedAwayByExtrapolation) {
+  // Its joints are equally far from its middle: in each shape another one might be the nearest.
+  const scene::Linkage sample = scene::make_linkage_sample("hyperboloid");
+  const LinkageModel model(build_linkage_graph(sample.lines), 5, testing::kStrip);
+  LinkageEquilibrium equilibrium(model);
+  LinkageState state(model);
+  ASSERT_TRUE(equilibrium.solve(state, {}).converged());
+  Conditions conditions;
+  conditions.mean_opening_angle = 50 * kDegree;
+  LinkageState before = state;
+  const DeploymentReport report = deploy(equilibrium, state, conditions, {}, {},
+                                         [&](const DeploymentStep&, const LinkageState& frame) {
+                                           EXPECT_LT(joint_distance(frame, before), 0.1);  // of 2 m
+                                           before = frame;
+                                         });
+  EXPECT_EQ(report.status, DeploymentStatus::kReached) << report.message;
+}
 
 TEST(Deployment, ASnapThroughIsAJumpAndSaysSo) {
   const Roof roof;

@@ -177,6 +177,38 @@ TEST(LinkageSession, SamplesDeploy) {
   }
 }
 
+/// Mean of all vertices of a shape.
+Eigen::Vector3d middle(const LinkageSession& session, const Eigen::VectorXf& shape) {
+  const auto geometry = session.geometry();
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  Eigen::Index at = 0, count = 0;
+  for (const int edges : geometry->edges) {
+    for (int i = 0; i <= edges; ++i, ++count)
+      sum += shape.segment<3>(at + 3 * Eigen::Index{i}).cast<double>();
+    at += 6 * Eigen::Index{edges} + 3;
+  }
+  return sum / static_cast<double>(count);
+}
+
+TEST(LinkageSession, WhatFloatsStaysWhereItIsWhileItDeploys) {
+  Live live(hyperboloid());  // all joints are equally far from its middle
+  const auto opened = live.recorder->wait_final(0);
+  ASSERT_TRUE(opened);
+  // Drawn about the axis z.
+  const Eigen::Vector3d drawn = middle(live.session, opened->frames->rightCols<1>());
+  EXPECT_LT(drawn.head<2>().norm(), 1e-4);
+  const auto deployed = live.edit({SetMeanAngle{50 * kDegree}});
+  ASSERT_TRUE(deployed);
+  ASSERT_EQ(deployed->report.status, EquilibriumStatus::kConverged) << deployed->report.message;
+  ASSERT_GT(deployed->frames->cols(), 10);
+  for (Eigen::Index frame = 0; frame < deployed->frames->cols(); ++frame)
+    EXPECT_LT((middle(live.session, deployed->frames->col(frame)) - drawn).norm(), 1e-4) << frame;
+  // One solve does not move it either.
+  const auto a_little = live.edit({SetMeanAngle{51 * kDegree}});
+  ASSERT_TRUE(a_little);
+  EXPECT_LT((middle(live.session, a_little->frames->rightCols<1>()) - drawn).norm(), 1e-4);
+}
+
 TEST(LinkageSession, AJointFollowsItsTargetWhileOthersArePinned) {
   Live live(hyperboloid());
   const auto opened = live.recorder->wait_final(0);

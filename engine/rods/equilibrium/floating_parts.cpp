@@ -1,0 +1,146 @@
+#include "engine/rods/equilibrium/floating_parts.h"
+
+#include <Eigen/Geometry>
+#include <Eigen/SVD>
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "engine/rods/equilibrium/condition_terms.h"
+#include "engine/rods/equilibrium/holding.h"
+
+namespace limber::rods {
+namespace {
+
+/// Of the longest extent, squared: points that spread less beside a line lie on it.
+constexpr double kLine = 1e-12;
+
+/// From what nothing touches to what does not move freely at all.
+enum class Touch : char { kNothing, kLoads, kHeld };
+
+/// By component.
+std::vector<Touch> touches(const LinkageModel& model, const Conditions& from,
+                           const Conditions& to) {
+  const LinkageGraph& graph = model.graph();
+  const std::vector<int> of_joints = detail::joint_components(graph);
+  std::vector<Touch> result(static_cast<std::size_t>(graph.components), Touch::kNothing);
+  const auto note = [&](int component, Touch touch) {
+    Touch& known = result[static_cast<std::size_t>(component)];
+    known = std::max(known, touch);
+  };
+  for (const JointPin& pin : to.pins)
+    if (pin.hold != Hold::kAngle)
+      note(of_joints[static_cast<std::size_t>(pin.joint)], Touch::kHeld);
+  for (const Conditions* conditions : {&from, &to}) {
+    const detail::ConditionTerms terms(model, *conditions);
+    for (const detail::SpringPoint& spring : terms.springs()) {
+      note(spring.joint >= 0 ? of_joints[static_cast<std::size_t>(spring.joint)]
+                             : graph.segment_components[static_cast<std::size_t>(spring.segment)],
+           Touch::kHeld);
+    }
+    const auto loads = terms.resultants();
+    for (int c = 0; c < graph.components; ++c) {
+      const auto& own = loads[static_cast<std::size_t>(c)];
+      if (own.magnitudes > 0 || own.moment_magnitudes > 0) note(c, Touch::kLoads);
+    }
+  }
+  return result;
+}
+
+Eigen::Matrix3Xd vertices_of(const LinkageModel& model, const LinkageState& state, int component) {
+  std::vector<Eigen::Vector3d> points;
+  for (int s = 0; s < model.variables().segments(); ++s) {
+    if (model.graph().segment_components[static_cast<std::size_t>(s)] != component) continue;
+    for (int i = 0; i <= model.variables().edges(s); ++i)
+      points.push_back(state.vertex(model, s, i));
+  }
+  return Eigen::Map<const Eigen::Matrix3Xd>(points.front().data(), 3,
+                                            static_cast<Eigen::Index>(points.size()));
+}
+
+/// The rotation that brings one set of points, about their means, nearest to another.
+Eigen::Matrix3d best_rotation(const Eigen::Matrix3Xd& points, const Eigen::Matrix3Xd& target) {
+  const Eigen::Matrix3Xd arms = points.colwise() - points.rowwise().mean();
+  const Eigen::Matrix3d products = (target.colwise() - target.rowwise().mean()) * arms.transpose();
+  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(products, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  const Eigen::Matrix3d& u = svd.matrixU();
+  const Eigen::Matrix3d& v = svd.matrixV();
+  // Points on a line do not tell how they have turned about it.
+  if (svd.singularValues()[1] <= kLine * svd.singularValues()[0])
+    return Eigen::Quaterniond::FromTwoVectors(v.col(0), u.col(0)).toRotationMatrix();
+  const double side = (u * v.transpose()).determinant() < 0 ? -1 : 1;
+  return u * Eigen::Vector3d(1, 1, side).asDiagonal() * v.transpose();
+}
+
+/// Positions of vertices and joints, and turns of joints: all but what edges turn by about
+/// themselves.
+Eigen::VectorXd motion_of_axes(const LinkageModel& model, const LinkageState& state, int component,
+                               const Eigen::Isometry3d& motion) {
+  const ReducedVariables& variables = model.variables();
+  const std::vector<int> of_joints = detail::joint_components(model.graph());
+  const Eigen::AngleAxisd turn(motion.linear());
+  const auto shift = [&](const Eigen::Vector3d& x) -> Eigen::Vector3d { return motion * x - x; };
+  Eigen::VectorXd increment = Eigen::VectorXd::Zero(variables.size());
+  for (int j = 0; j < variables.joints(); ++j) {
+    if (of_joints[static_cast<std::size_t>(j)] != component) continue;
+    const int begin = variables.joint_begin(j);
+    increment.segment<3>(begin + kJointPosition) =
+        shift(state.joints()[static_cast<std::size_t>(j)].position);
+    increment.segment<3>(begin + kJointRotation) = turn.angle() * turn.axis();
+  }
+  for (int s = 0; s < variables.segments(); ++s) {
+    if (model.graph().segment_components[static_cast<std::size_t>(s)] != component) continue;
+    for (int i = 0; i <= variables.edges(s); ++i) {
+      const int position = variables.position(s, i);
+      if (position >= 0) increment.segment<3>(position) = shift(state.vertex(model, s, i));
+    }
+  }
+  return increment;
+}
+
+/// From the frames that edges have to those that they shall have.
+/// @param moved  the state where its axes have been moved already
+Eigen::VectorXd turns_of_edges(const LinkageModel& model, const LinkageState& state,
+                               const LinkageState& moved, int component,
+                               const Eigen::Isometry3d& motion) {
+  const ReducedVariables& variables = model.variables();
+  Eigen::VectorXd increment = Eigen::VectorXd::Zero(variables.size());
+  for (int s = 0; s < variables.segments(); ++s) {
+    if (model.graph().segment_components[static_cast<std::size_t>(s)] != component) continue;
+    for (int e = 0; e < variables.edges(s); ++e) {
+      const int angle = variables.angle(s, e);
+      if (angle < 0) continue;
+      const Eigen::Vector3d tangent =
+          (moved.vertex(model, s, e + 1) - moved.vertex(model, s, e)).normalized();
+      const Eigen::Vector3d there = moved.director(model, s, e);
+      const Eigen::Vector3d wanted = motion.linear() * state.director(model, s, e);
+      increment[angle] = std::atan2(tangent.dot(there.cross(wanted)), there.dot(wanted));
+    }
+  }
+  return increment;
+}
+
+}  // namespace
+
+LinkageState moved_rigidly(const LinkageModel& model, const LinkageState& state, int component,
+                           const Eigen::Isometry3d& motion) {
+  const LinkageState moved = state.moved(model, motion_of_axes(model, state, component, motion));
+  return moved.moved(model, turns_of_edges(model, state, moved, component, motion));
+}
+
+void keep_in_place(const LinkageModel& model, const Conditions& from, const Conditions& to,
+                   const LinkageState& before, LinkageState& state) {
+  const std::vector<Touch> touched = touches(model, from, to);
+  for (int c = 0; c < model.graph().components; ++c) {
+    const Touch touch = touched[static_cast<std::size_t>(c)];
+    if (touch == Touch::kHeld) continue;
+    const Eigen::Matrix3Xd target = vertices_of(model, before, c);
+    const Eigen::Matrix3Xd here = vertices_of(model, state, c);
+    Eigen::Isometry3d motion = Eigen::Isometry3d::Identity();
+    if (touch == Touch::kNothing) motion.linear() = best_rotation(here, target);
+    motion.translation() = target.rowwise().mean() - motion.linear() * here.rowwise().mean();
+    state = moved_rigidly(model, state, c, motion);
+  }
+}
+
+}  // namespace limber::rods

@@ -1,0 +1,27 @@
+#pragma once
+
+#include <Eigen/Geometry>
+
+#include "engine/rods/equilibrium/conditions.h"
+#include "engine/rods/linkage/linkage_state.h"
+
+namespace limber::rods {
+
+/// A connected part of a shape moved as a rigid body: what it stores and balances stays.
+/// @param component  see LinkageGraph::segment_components
+[[nodiscard]] LinkageState moved_rigidly(const LinkageModel& model, const LinkageState& state,
+                                         int component, const Eigen::Isometry3d& motion);
+
+/// Takes out of a shape the rigid motion, against the one before, of parts that nothing holds in
+/// place: which joint a solve happens to hold there says nothing of where the part is.
+///
+/// Parts that no pin, spring or load touches move and turn by the best fit of their vertices, so
+/// that their middle stays; those that loads alone touch move, for loads have their directions.
+///
+/// @param from    what the shape before was held by; its pins have given way to those of `to`
+/// @param to      what the shape is held by; in both, valid for the model
+/// @param before  a shape of the same model
+void keep_in_place(const LinkageModel& model, const Conditions& from, const Conditions& to,
+                   const LinkageState& before, LinkageState& state);
+
+}  // namespace limber::rods
