@@ -441,8 +441,16 @@ def test_the_cpp_example_runs(cli, server):
     assert done.returncode == 0, done.stderr
     lines = done.stdout.splitlines()
     assert lines[0].startswith("deployed: 50.0 degrees in ") and len(lines) == 4
-    energies = [float(line.split()[-2]) for line in lines[1:]]
-    assert 0 < energies[0] < energies[1] < energies[2]
+    # The same as its Python sibling, here with a server that runs.
+    python = subprocess.run([sys.executable, ROOT / "examples" / "push_hyperboloid.py"], capture_output=True, text=True,
+                            timeout=50)
+    for line, other in zip(lines[1:], python.stdout.splitlines()[1:], strict=True):
+        ours, theirs = ([float(line.split()[i]) for i in (2, -2)] for line in (line, other))
+        assert ours == pytest.approx(theirs, rel=2e-3), done.stdout + python.stdout
     assert not server.sessions()
+    done = subprocess.run([program], capture_output=True, text=True, timeout=50,
+                          env={**os.environ, "LIMBER_ENDPOINT": "tcp://127.0.0.1:9"})
+    assert done.returncode == 1, "it asks where $LIMBER_ENDPOINT says"
+    assert done.stderr.startswith("push_hyperboloid: no limberd answers at tcp://127.0.0.1:9"), done.stderr
     done = subprocess.run([program, "nonsense"], capture_output=True, text=True, timeout=50)
     assert done.returncode == 1 and "cannot connect to 'nonsense'" in done.stderr
