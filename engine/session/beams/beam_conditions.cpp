@@ -3,8 +3,7 @@
 namespace limber::session {
 
 BeamConditions conditions_of(const beams::BeamModel& model) {
-  return {model.supports,          model.motions, model.loads,
-          model.distributed_loads, model.gravity, model.temporary_loads};
+  return {model.supports, model.motions, model.loads, model.distributed_loads, model.gravity, {}};
 }
 
 beams::BeamModel with_conditions(beams::BeamModel model, const BeamConditions& conditions) {

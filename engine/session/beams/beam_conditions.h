@@ -15,12 +15,15 @@ struct BeamConditions {
   std::vector<beams::NodalLoad> loads;
   std::vector<beams::DistributedLoad> distributed_loads;
   Eigen::Vector3d gravity = Eigen::Vector3d::Zero();
-  /// Of one request alone: act while what it changes is brought on.
+  /// Pushes, of one request alone: act while what it changes is brought on. Those that a structure
+  /// comes with are not among them: they act where it is solved as drawn.
   std::vector<beams::NodalLoad> temporary_loads;
 };
 
+/// Without its temporary loads.
 [[nodiscard]] BeamConditions conditions_of(const beams::BeamModel& model);
-/// The same nodes, sections and elements under other conditions; not validated.
+/// The same nodes, sections and elements under other conditions, with no other temporary loads than
+/// theirs; not validated.
 [[nodiscard]] beams::BeamModel with_conditions(beams::BeamModel model,
                                                const BeamConditions& conditions);
 /// Of memory, about.

@@ -90,6 +90,7 @@ class BeamSession::Impl : public std::enable_shared_from_this<BeamSession::Impl>
 
   // With the lock:
   void post(std::unique_lock<std::mutex> lock);
+  [[nodiscard]] bool chooses_side(const BeamConditions& conditions) const;
   void finish_first(Revision revision, Conditions conditions);
 
   void say(State state) {
@@ -138,10 +139,18 @@ void BeamSession::Impl::open() {
     throw Error(ErrorCode::kInternal, "", message_);
 }
 
+/// Do pushes act, or temporary loads of the structure, which is in no equilibrium yet? Called with
+/// the lock.
+bool BeamSession::Impl::chooses_side(const BeamConditions& conditions) const {
+  const bool is_solved = final_ && final_->analysis;
+  return !conditions.temporary_loads.empty() ||
+         (!is_solved && !document_.model().temporary_loads.empty());
+}
+
 /// Temporary loads choose a side: what has them is solved to its end before an edit is looked at.
 /// Called with the lock.
 void BeamSession::Impl::finish_first(Revision revision, Conditions conditions) {
-  if (work_ && !conditions->temporary_loads.empty())
+  if (work_ && chooses_side(*conditions))
     first_.push_back({revision, std::move(conditions), edited_at_, {}});
 }
 
@@ -216,7 +225,7 @@ std::optional<BeamSession::Impl::Round> BeamSession::Impl::next_round() {
     round.cancellation = round_;
     first_.pop_front();
   }
-  must_finish_ = !round.conditions->temporary_loads.empty();
+  must_finish_ = chooses_side(*round.conditions);
   return round;
 }
 
@@ -289,7 +298,11 @@ Revision BeamSession::revision() const {
   return impl_->read([](const Impl& impl) { return impl.document_.revision(); });
 }
 beams::BeamModel BeamSession::model() const {
-  return with_conditions(impl_->document_.model(), *conditions());
+  const beams::BeamModel& opened = impl_->document_.model();
+  beams::BeamModel model = with_conditions(opened, *conditions());
+  model.temporary_loads.insert(model.temporary_loads.begin(), opened.temporary_loads.begin(),
+                               opened.temporary_loads.end());
+  return model;
 }
 std::shared_ptr<const BeamConditions> BeamSession::conditions() const {
   return impl_->read([](const Impl& impl) { return impl.document_.conditions(); });

@@ -53,8 +53,10 @@ class BeamSession {
 
   [[nodiscard]] const std::string& id() const;
   [[nodiscard]] State state() const;
-  [[nodiscard]] Revision revision() const;       // newest accepted
-  [[nodiscard]] beams::BeamModel model() const;  // as edited up to revision()
+  [[nodiscard]] Revision revision() const;  // newest accepted
+  /// As edited up to revision(), with the temporary loads that it came with: they matter where it
+  /// is solved as drawn.
+  [[nodiscard]] beams::BeamModel model() const;
   [[nodiscard]] std::shared_ptr<const BeamConditions> conditions() const;
 
   /// As Session::edit. A node is held where it is only once the newest revision is solved:

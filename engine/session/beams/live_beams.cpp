@@ -16,14 +16,6 @@ constexpr int kMostFrames = 128;  // of one way
 constexpr std::size_t kKnownBytes = std::size_t{64} << 20;
 constexpr std::size_t kBytesPerElement = 1000;
 
-bool are_same(const std::vector<beams::NodalLoad>& a, const std::vector<beams::NodalLoad>& b) {
-  return std::equal(a.begin(), a.end(), b.begin(), b.end(),
-                    [](const beams::NodalLoad& x, const beams::NodalLoad& y) {
-                      return x.node == y.node && x.force == y.force && x.moment == y.moment &&
-                             x.direction == y.direction;
-                    });
-}
-
 }  // namespace
 
 Eigen::VectorXf beam_coordinates(const beams::BeamState& state) {
@@ -145,11 +137,13 @@ LiveBeams::Outcome LiveBeams::solve_as_drawn(const SharedConditions& conditions,
 LiveBeams::Outcome LiveBeams::solve(const SharedConditions& conditions, const JobContext& job,
                                     const OnIterate& on_iterate) {
   beams::BeamModel model = with_conditions(model_, *conditions);
-  // A side that was chosen before is not chosen again.
   const bool is_given = given_.has_value();
-  if (begin_at(conditions) ||
-      (is_given && are_same(conditions->temporary_loads, model_.temporary_loads)))
-    model.temporary_loads.clear();
+  if (begin_at(conditions)) {
+    model.temporary_loads.clear();  // a side that was chosen before is not chosen again
+  } else if (!is_given && good_.conditions == nullptr) {
+    model.temporary_loads.insert(model.temporary_loads.end(), model_.temporary_loads.begin(),
+                                 model_.temporary_loads.end());
+  }
   beams::BeamStructure structure(std::move(model));
   ShapeKeeper<Eigen::VectorXf> keeper(kMostFrames);
   const beams::BeamObserver observer = [&](const beams::BeamProgress& progress) {

@@ -43,13 +43,13 @@ class LiveBeams {
   /// Called with states on the way: load steps, or now and then of the relaxation.
   using OnIterate = std::function<void(const beams::BeamState& state)>;
 
-  /// The equilibrium under these conditions. The first is that of the structure as drawn, or next
-  /// to the shape that it begins from, whose side is chosen: temporary loads do not act; others
-  /// are followed from the shape there is (beams::follow_equilibrium), never from nothing. Where
-  /// none is reached, the shape is the last one there was; cancelled, what was reached of the way.
-  /// Conditions that were solved before, the very same object as undo brings them back, begin from
-  /// the shape they had then. A shape to begin from that was not solved to its end, cancelled or
-  /// interrupted, is still there to begin from.
+  /// The equilibrium under these conditions. The first is that of the structure as drawn, under its
+  /// own temporary loads until there is one, or next to the shape that it begins from, whose side
+  /// is chosen; others are followed from the shape there is (beams::follow_equilibrium), never from
+  /// nothing. Where none is reached, the shape is the last one there was; cancelled, what was
+  /// reached of the way. Conditions that were solved before, the very same object as undo brings
+  /// them back, begin from the shape they had then. A shape to begin from that was not solved to
+  /// its end, cancelled or interrupted, is still there to begin from.
   Outcome solve(const std::shared_ptr<const BeamConditions>& conditions, const JobContext& job,
                 const OnIterate& on_iterate);
   /// Back to the last equilibrium, or to where it began.

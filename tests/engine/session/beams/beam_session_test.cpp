@@ -261,6 +261,51 @@ TEST(BeamSession, APushChoosesTheSideAndIsGone) {
   }
 }
 
+/// Straight, clamped and pressed by a tenth; its own temporary loads push it down.
+beams::BeamModel pressed_and_pushed() {
+  beams::BeamModel model = test::cantilever(12, 0);
+  beams::BeamSupport end = test::held(12);
+  end.fixed[0] = false;
+  model.supports.push_back(end);
+  model.motions.push_back(test::moved(12, -0.1, {}, {}));
+  for (int i = 1; i < 12; ++i) model.temporary_loads.push_back(test::force_on(i, 0, 0, -1));
+  return model;
+}
+
+TEST(BeamSession, TheStructuresTemporaryLoadsChooseTheSideAfterACancelledOpeningToo) {
+  for (const bool waits : {true, false}) {
+    Live live(pressed_and_pushed());
+    live.session.cancel();
+    if (waits) {
+      const Shared opened = live.recorder->wait_final(0);
+      ASSERT_TRUE(opened);
+    }
+    // More up than down: loads that act in the end do not choose where nothing has been chosen.
+    const Shared edited = live.edit({SetNodeLoad{test::force_on(3, 0, 0, 1e-3)}});
+    ASSERT_TRUE(edited && edited->report.converged()) << edited->report.message;
+    EXPECT_LT(node_at(*edited, 6).z(), -0.15) << waits;
+  }
+}
+
+TEST(BeamSession, ItsStructureKeepsTheTemporaryLoadsThatItCameWith) {
+  Live live(pressed_and_pushed());
+  ASSERT_TRUE(live.recorder->wait_final(0));
+  EXPECT_EQ(live.session.model().temporary_loads.size(), 11U);
+  EXPECT_TRUE(live.session.conditions()->temporary_loads.empty());
+  const Shared edited = live.edit({SetNodeLoad{test::force_on(3, 0, 0, 1e-3)}});
+  ASSERT_TRUE(edited && edited->report.converged()) << edited->report.message;
+  EXPECT_EQ(live.session.model().temporary_loads.size(), 11U);
+  EXPECT_LT(from_fresh(live.session, *edited), 1e-5);
+  // Once it is in balance they act no more: it goes where it is pushed.
+  const Shared pushed =
+      live.edit({SetNodeLoad{test::force_on(6)}, MoveNode{test::moved(12, 0.0, {}, {})}});
+  ASSERT_TRUE(pushed && pushed->report.converged()) << pushed->report.message;
+  const Shared up =
+      live.edit({PushNode{test::force_on(6, 0, 0, 1)}, MoveNode{test::moved(12, -0.1, {}, {})}});
+  ASSERT_TRUE(up && up->report.converged()) << up->report.message;
+  EXPECT_GT(node_at(*up, 6).z(), 0.15);
+}
+
 TEST(BeamSession, ClosedItSaysSoAndRefuses) {
   Live live(test::cantilever(40, 1));
   live.session.close();
