@@ -85,8 +85,9 @@ std::string words(const std::string& enumerator, const std::string& prefix) {
   return text;
 }
 
-std::string state_words(v1::SessionState state) {
-  return words(v1::SessionState_Name(state), "SESSION_STATE_");
+std::string state_words(const v1::SessionStatus& status) {
+  const std::string state = words(v1::SessionState_Name(status.state()), "SESSION_STATE_");
+  return status.result().solve_failed() ? state + ", no solution" : state;
 }
 
 std::string status_words(const v1::ResultInfo& result) {

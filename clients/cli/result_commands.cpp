@@ -130,10 +130,13 @@ void print_result(const Context& context, const v1::ResultInfo& result, std::uin
     const bool linkage = result.has_linkage() || result.has_beams();
     const std::string energy =
         linkage && !result.converged() ? "-" : fmt::format("{:.6g}", result.total_energy());
-    fmt::print("{:>8}  {:>8}  {:<15}  {:>12}  {:>10.5g}  {:>9.2f}{}\n", result.revision(),
-               result.sequence(), status_words(result), energy,
-               linkage ? result.linkage().mean_angle_degrees() : result.max_constraint_error(),
-               result.since_edit_ms(), missed > 0 ? fmt::format("  ({} missed)", missed) : "");
+    const std::string last = result.has_beams() ? "-"
+                             : linkage
+                                 ? fmt::format("{:.5g}", result.linkage().mean_angle_degrees())
+                                 : fmt::format("{:.5g}", result.max_constraint_error());
+    fmt::print("{:>8}  {:>8}  {:<15}  {:>12}  {:>16}  {:>9.2f}{}\n", result.revision(),
+               result.sequence(), status_words(result), energy, last, result.since_edit_ms(),
+               missed > 0 ? fmt::format("  ({} missed)", missed) : "");
   }
   std::fflush(stdout);
 }
@@ -164,9 +167,14 @@ void watch(Context& context, const WatchOptions& options) {
   v1::GetSessionRequest request;
   request.set_session(options.session);
   const auto snapshot = context.client().call(request).status();
+  const bool of_body = snapshot.segments() == 0 && snapshot.beam_nodes() == 0;
   if (!context.json)
-    fmt::print("{:>8}  {:>8}  {:<15}  {:>12}  {:>10}  {:>9}\n", "revision", "result", "status",
-               "energy", snapshot.segments() > 0 ? "mean angle" : "error", "ms");
+    fmt::print("{:>8}  {:>8}  {:<15}  {:>12}  {:>16}  {:>9}\n", "revision", "result", "status",
+               of_body ? "energy" : "energy [J]",
+               of_body                   ? "error"
+               : snapshot.segments() > 0 ? "mean angle [deg]"
+                                         : "",
+               "ms");
   std::uint64_t shown = 0;
   std::uint64_t newest = 0;
   if (snapshot.has_result()) {

@@ -140,8 +140,9 @@ void open(Context& context, const OpenOptions& options) {
   v1::GetSessionRequest status_request;
   status_request.set_session(opened.session());
   const auto status = context.client().call(status_request).status();
+  if (status.has_result()) note_failure(context, status.result());
   if (context.json) return print_json(status);
-  fmt::print("session {}: {}, {}\n", title(status), sizes(status), state_words(status.state()));
+  fmt::print("session {}: {}, {}\n", title(status), sizes(status), state_words(status));
   if (!status.has_model()) return;
   fmt::print("model: {}, {:.2f} s{}\n", describe(status.model()), status.model().build_s(),
              status.model().from_cache() ? ", from the cache" : "");

@@ -16,19 +16,22 @@ void list(Context& context) {
   const auto response = context.client().call(v1::ListSessionsRequest{});
   if (context.json) return print_json(response);
   Table table({"session", "name", "state", "size", "conditions", "revision", "solved", "energy",
-               "mean angle"});
+               "mean angle [deg]"});
   for (const auto& s : response.sessions()) {
     const std::string solved = s.has_result() ? fmt::format("{}{}", s.result().revision(),
                                                             s.result().converged() ? "" : "+")
                                               : "-";
-    const std::string energy =
-        s.has_result() ? fmt::format("{:.4g}", s.result().total_energy()) : "-";
     const bool linkage = s.segments() > 0, beams = s.beam_nodes() > 0;
+    // That of a body has no unit.
+    const std::string energy =
+        !s.has_result() || (s.result().solve_failed() && s.result().total_energy() == 0)
+            ? "-"
+            : fmt::format("{:.4g}{}", s.result().total_energy(), linkage || beams ? " J" : "");
     const std::string angle = s.result().has_linkage()
                                   ? fmt::format("{:.2f}", s.result().linkage().mean_angle_degrees())
                                   : "-";
     table.add(
-        {s.session(), s.name(), state_words(s.state()),
+        {s.session(), s.name(), state_words(s),
          linkage || beams ? sizes(s) : fmt::format("{} tets, {} frames", s.tets(), s.frames()),
          linkage ? fmt::format("{} targets", s.targets())
          : beams ? "-"
@@ -40,7 +43,7 @@ void list(Context& context) {
 
 void show_linkage(const v1::SessionStatus& status) {
   fmt::print("session {}, {}{}{}\n{}, {} targets, revision {}\n", title(status),
-             state_words(status.state()), status.message().empty() ? "" : ": ", status.message(),
+             state_words(status), status.message().empty() ? "" : ": ", status.message(),
              sizes(status), status.targets(), status.revision());
   if (status.has_result()) fmt::print("\n{}", describe(status.result()));
 }
@@ -50,7 +53,7 @@ void show_beams(const v1::GetSessionResponse& response) {
   const auto& status = response.status();
   const auto& structure = response.scene().beams().structure();
   fmt::print("session {}, {}{}{}\n{}, {} supports, {} motions, {} loads, revision {}\n",
-             title(status), state_words(status.state()), status.message().empty() ? "" : ": ",
+             title(status), state_words(status), status.message().empty() ? "" : ": ",
              status.message(), sizes(status), structure.supports_size(), structure.motions_size(),
              structure.loads_size() + structure.distributed_loads_size(), status.revision());
   if (status.has_result()) fmt::print("\n{}", describe(status.result()));
@@ -66,7 +69,7 @@ void show(Context& context, const std::string& session) {
   if (status.segments() > 0) return show_linkage(status);
   if (status.beam_nodes() > 0) return show_beams(response);
   fmt::print("session {}, {}{}{}\n{} nodes, {} tets, {} frames, {} constraints, revision {}\n",
-             title(status), state_words(status.state()), status.message().empty() ? "" : ": ",
+             title(status), state_words(status), status.message().empty() ? "" : ": ",
              status.message(), status.nodes(), status.tets(), status.frames(), status.constraints(),
              status.revision());
   if (status.state() == v1::SESSION_STATE_BUILDING)
