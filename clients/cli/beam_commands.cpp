@@ -157,6 +157,7 @@ void solve(Context& context, const Options& options) {
     cancel_quietly(context, job);
     throw;
   }
+  for (const auto& issue : response.issues()) fmt::print(stderr, "{}\n", describe(issue));
   const auto written = write_files(options, response);
   if (response.beams().status() != v1::BEAM_STATUS_CONVERGED) context.exit_code = kRefused;
   if (context.json) return print_json(response.beams());

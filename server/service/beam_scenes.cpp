@@ -4,8 +4,10 @@
 #include <utility>
 
 #include "engine/scene/formats/edge_formats.h"
+#include "engine/session/beams/beam_remarks.h"
 #include "engine/session/beams/beam_samples.h"
 #include "server/codec/faults.h"
+#include "server/codec/scene.h"
 #include "server/service/memory_estimate.h"
 
 namespace limber::server {
@@ -51,10 +53,13 @@ void demand_beam_memory(const beams::BeamModel& model, std::uint64_t session_byt
 std::vector<proto::Issue> beam_issues(const proto::Scene& message, const std::string& prefix,
                                       const EdgeLoader& load_edges, std::uint64_t session_bytes) {
   Faults faults(Faults::Mode::kCollect);
-  faults.try_to([&] {
-    demand_beam_memory(decode_beam_scene(message, prefix, load_edges).model, session_bytes);
-  });
   std::vector<proto::Issue> issues;
+  faults.try_to([&] {
+    const beams::BeamModel model = decode_beam_scene(message, prefix, load_edges).model;
+    demand_beam_memory(model, session_bytes);
+    for (const auto& remark : session::beam_remarks(model))
+      issues.push_back(encode_issue(remark, prefix + "beams.structure."));
+  });
   for (const auto& fault : faults.found()) {
     auto& issue = issues.emplace_back();
     issue.set_severity(proto::Issue::SEVERITY_ERROR);

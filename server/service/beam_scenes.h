@@ -19,7 +19,7 @@ namespace limber::server {
 /// @throws Refusal LIMIT_EXCEEDED naming "scene"
 void demand_beam_memory(const beams::BeamModel& model, std::uint64_t session_bytes);
 
-/// What is wrong with a scene of beams: what opening it is refused with, or nothing.
+/// What is wrong with a scene of beams: what opening it is refused with, or warnings, or nothing.
 [[nodiscard]] std::vector<proto::Issue> beam_issues(const proto::Scene& message,
                                                     const std::string& prefix,
                                                     const EdgeLoader& load_edges,

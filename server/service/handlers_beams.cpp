@@ -3,9 +3,11 @@
 
 #include <boost/asio/post.hpp>
 
+#include "engine/session/beams/beam_remarks.h"
 #include "server/codec/beam_edit.h"
 #include "server/codec/beams.h"
 #include "server/codec/edit_fields.h"
+#include "server/codec/scene.h"
 #include "server/log/log.h"
 #include "server/service/beam_export.h"
 #include "server/service/beam_record.h"
@@ -31,6 +33,8 @@ proto::SolveBeamsResponse Service::solve_beams(const proto::SolveBeamsRequest& r
         JobProduct product;
         product.beams = encode_beams(analysis);
         product.files = beam_files(analysis, decoded);
+        for (const auto& issue : session::beam_remarks(decoded.model))
+          product.issues.push_back(encode_issue(issue, "structure."));
         return product;
       }));
   return response;
@@ -71,6 +75,8 @@ proto::OpenSessionResponse Service::open_beams(const proto::OpenSessionRequest& 
   proto::OpenSessionResponse response;
   response.set_session(id);
   response.set_job(job);
+  for (const auto& issue : session::beam_remarks(record->opened().model))
+    *response.add_issues() = encode_issue(issue, "scene.beams.structure.");
   return response;
 }
 
@@ -80,7 +86,13 @@ proto::EditResponse Service::edit_beams(BeamRecord& record, const proto::EditReq
   std::optional<session::Revision> expected;
   if (request.has_expected_revision()) expected = request.expected_revision();
   try {
-    return encode_beam_receipt(session->edit(edits, expected));
+    const session::EditReceipt receipt = session->edit(edits, expected);
+    proto::EditResponse response = encode_beam_receipt(receipt);
+    for (scene::Issue issue : receipt.issues) {
+      issue.field = edit_field_in(request, issue.field);
+      *response.add_issues() = encode_issue(issue, "");
+    }
+    return response;
   } catch (const Error& error) {
     throw Error(error.code(), edit_field_in(request, error.field()), error.what());
   }

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "engine/session/beams/beam_remarks.h"
 #include "engine/session/refused_edit.h"
 
 namespace limber::session {
@@ -58,7 +59,10 @@ class BeamDocument::Request {
 
   void apply(const BeamEdit& edit) {
     std::visit([this](const auto& what) { take(what); }, edit);
+    ++edits_;
   }
+
+  [[nodiscard]] std::vector<scene::Issue> take_warnings() { return std::move(warnings_); }
 
   History finish() {
     close_step();
@@ -84,6 +88,9 @@ class BeamDocument::Request {
   void take(const ReleaseNode& release) {
     demand_node(release.node);
     begin_step();
+    if (find_of_node(conditions_.supports, release.node) == nullptr &&
+        find_of_node(conditions_.motions, release.node) == nullptr)
+      warn("node", fmt::format("nothing holds node {}: there is nothing to release", release.node));
     erase_of_node(conditions_.supports, release.node);
     erase_of_node(conditions_.motions, release.node);
   }
@@ -109,6 +116,8 @@ class BeamDocument::Request {
   void take(const SetGravity& set) {
     begin_step();
     conditions_.gravity = set.gravity;
+    for (const scene::Issue& issue : beam_remarks(with_conditions(document_.model_, conditions_)))
+      warn(issue.field, issue.message);
   }
   void take(const Undo&) {
     close_step();
@@ -179,6 +188,11 @@ class BeamDocument::Request {
     }
   }
 
+  void warn(const std::string& field, const std::string& message) {
+    warnings_.push_back(
+        {scene::Issue::Severity::kWarning, fmt::format("edits[{}].{}", edits_, field), message});
+  }
+
   static void demand(int index, std::size_t count, const char* what) {
     if (index >= 0 && static_cast<std::size_t>(index) < count) return;
     throw Error(ErrorCode::kOutOfRange, what,
@@ -208,6 +222,8 @@ class BeamDocument::Request {
   History history_;
   BeamConditions conditions_;
   bool is_open_ = false;  // edits since the last step
+  int edits_ = 0;         // taken
+  std::vector<scene::Issue> warnings_;
 };
 
 BeamDocument::BeamDocument(beams::BeamModel model, BeamLimits limits)
@@ -224,15 +240,18 @@ EditReceipt BeamDocument::apply(const std::vector<BeamEdit>& edits,
   }
   if (edits.empty()) throw Error(ErrorCode::kInvalidArgument, "edits", "there are no edits");
   std::optional<History> done;
+  std::vector<scene::Issue> warnings;
   try_edits(edits.size(), [&](std::size_t count) {
     Request request(*this, places);
     for (std::size_t i = 0; i < count; ++i) request.apply(edits[i]);
     done.emplace(request.finish());
+    warnings = request.take_warnings();
   });
   LIMBER_DEMAND(done.has_value());
   history_ = std::move(*done);
   EditReceipt receipt;
   receipt.revision = ++revision_;
+  receipt.issues = std::move(warnings);
   receipt.constraint_ids.assign(edits.size(), 0);
   receipt.keyframe_ids.assign(edits.size(), 0);
   return receipt;

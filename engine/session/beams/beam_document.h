@@ -40,6 +40,7 @@ class BeamDocument {
   explicit BeamDocument(beams::BeamModel model, BeamLimits limits = {});
 
   /// @param places  asked by HoldNode
+  /// @returns with warnings of gravity that nothing feels and of releases of what nothing holds
   /// @throws Error with field "edits[i]....": as beams::validate, kOutOfRange, kInvalidArgument,
   /// kFailedPrecondition (nothing to undo); Error{kFailedPrecondition, "expected_revision"};
   /// nothing has changed

@@ -139,6 +139,22 @@ TEST(BeamDocument, PushesAreOfOneRequest) {
   EXPECT_TRUE(edited.now().temporary_loads.empty());
 }
 
+TEST(BeamDocument, WhatHasNoEffectWarns) {
+  Edited edited;  // without a density
+  EditReceipt receipt = edited.apply({SetNodeLoad{test::force_on(2)}, SetGravity{{0, 0, -9.81}}});
+  ASSERT_EQ(receipt.issues.size(), 1U);
+  EXPECT_EQ(receipt.issues[0].severity, scene::Issue::Severity::kWarning);
+  EXPECT_EQ(receipt.issues[0].field, "edits[1].gravity");
+  EXPECT_TRUE(edited.apply({SetGravity{{0, 0, 0}}}).issues.empty());
+  receipt = edited.apply({ReleaseNode{3}, MoveNode{test::moved(4, 0.0, {}, {})}, ReleaseNode{4}});
+  ASSERT_EQ(receipt.issues.size(), 1U);
+  EXPECT_EQ(receipt.issues[0].field, "edits[0].node");
+  EXPECT_NE(receipt.issues[0].message.find("node 3"), std::string::npos);
+  beams::BeamModel heavy = test::cantilever(6, 1);
+  heavy.sections[0].mass_per_length = 1;
+  EXPECT_TRUE(BeamDocument(heavy).apply({SetGravity{{0, 0, -9.81}}}, {}, Nowhere()).issues.empty());
+}
+
 TEST(BeamDocument, UndoComesBackToTheVerySameConditions) {
   Edited edited;
   const auto first = edited.document.conditions();

@@ -1,0 +1,14 @@
+#pragma once
+
+#include <vector>
+
+#include "engine/beams/model/beam_model.h"
+#include "engine/scene/scene.h"
+
+namespace limber::session {
+
+/// Warnings: what acts on a structure of beams and cannot have an effect. Fields are members of the
+/// model.
+[[nodiscard]] std::vector<scene::Issue> beam_remarks(const beams::BeamModel& model);
+
+}  // namespace limber::session
