@@ -82,8 +82,9 @@ std::string end_words(const v1::DesignInfo& info) {
 }
 
 void print_heading() {
-  fmt::print("{:>5}  {:>12}  {:>11}  {:>11}  {:>11}  {:>9}  {:>9}  {}\n", "step", "objective",
-             "target rms", "surface rms", "energy [J]", "flat", "angle", "");
+  fmt::print(
+      "rms in the scene's length unit\n{:>5}  {:>12}  {:>11}  {:>11}  {:>11}  {:>9}  {:>11}\n",
+      "step", "objective", "target rms", "surface rms", "energy [J]", "flat", "angle [deg]");
 }
 
 void print_step(const Context& context, const v1::DesignInfo& info) {
@@ -94,7 +95,7 @@ void print_step(const Context& context, const v1::DesignInfo& info) {
                            : !info.refusal().empty()                  ? "not believed"
                            : info.iteration() > 0 && !info.accepted() ? "refused"
                                                                       : "";
-  fmt::print("{:>5}  {:>12.6g}  {:>11.4g}  {:>11.4g}  {:>11.4g}  {:>9.2e}  {:>9.2f}  {}\n",
+  fmt::print("{:>5}  {:>12.6g}  {:>11.4g}  {:>11.4g}  {:>11.4g}  {:>9.2e}  {:>11.2f}  {}\n",
              info.iteration(), now.objective(), now.target_rms(), now.surface_rms(),
              now.deployed_energy(), now.flat_height(), now.smallest_angle_degrees(), mark);
 }
@@ -352,16 +353,23 @@ void add_grid(CLI::App& command, Options& options) {
   auto* section =
       command.add_option("--section", options.section,
                          "WIDTHxHEIGHT of the grid's rods, in the surface's length unit");
+  auto* grid =
+      command
+          .add_option("--grid", options.grid,
+                      "COLUMNSxROWS: opens SESSION as a grid of rods over the surface, laid flat")
+          ->needs(section);
+  section->needs(grid);
   command
-      .add_option("--grid", options.grid,
-                  "COLUMNSxROWS: opens SESSION as a grid of rods over the surface, laid flat")
-      ->needs(section);
-  command.add_option("--flat-angle", options.flat_angle,
-                     "At which its rods cross when it lies flat, in degrees (default: 25)");
-  command.add_option("--edges", options.edges, "Edges of each of its segments (default: 6)");
-  command.add_option("--length-unit", options.length_unit,
-                     "Metres in one length unit (default: 1)");
-  command.add_option("--youngs-modulus", options.youngs_modulus, "In Pa (default: 10e9)");
+      .add_option("--flat-angle", options.flat_angle,
+                  "At which its rods cross when it lies flat, in degrees (default: 25)")
+      ->needs(grid);
+  command.add_option("--edges", options.edges, "Edges of each of its segments (default: 6)")
+      ->needs(grid);
+  command
+      .add_option("--length-unit", options.length_unit, "Metres in one length unit (default: 1)")
+      ->needs(grid);
+  command.add_option("--youngs-modulus", options.youngs_modulus, "In Pa (default: 10e9)")
+      ->needs(grid);
 }
 
 }  // namespace

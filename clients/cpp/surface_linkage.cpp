@@ -46,6 +46,7 @@ SurfaceLinkage open_on_surface(Client& client, v1::MakeStartingGridRequest grid,
   const unsigned columns = grid.has_columns() ? grid.columns() : kDefault;
   const unsigned rows = grid.has_rows() ? grid.rows() : kDefault;
   const unsigned middle = rows / 2 * columns + columns / 2;
+  if (rods.linkage().has_section()) *grid.mutable_section() = rods.linkage().section();
   const v1::MakeStartingGridResponse made = client.call(grid, LinkageDesign::kLarge);
   v1::RodLinkage& linkage = *rods.mutable_linkage();
   *linkage.mutable_lines()->mutable_arrays() = made.flat();

@@ -19,8 +19,8 @@ struct SurfaceLinkage {
 /// the grid opens to the surface's side
 /// @param rods  a scene with what the linkage is to be besides its lines: section, material, unit
 /// @param session  its name; empty: chosen by the server
-/// @throws ClientError as MakeStartingGrid and LinkageSession::open; FAILED_PRECONDITION with field
-/// surface where the grid does not open as far: it is closed then
+/// @throws ClientError as MakeStartingGrid, which is told the section, and LinkageSession::open;
+/// FAILED_PRECONDITION with field surface where the grid does not open as far: it is closed then
 [[nodiscard]] SurfaceLinkage open_on_surface(Client& client, v1::MakeStartingGridRequest grid,
                                              v1::Scene rods, const std::string& session = "",
                                              Milliseconds timeout = LinkageSession::kPatience);

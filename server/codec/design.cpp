@@ -8,9 +8,11 @@
 #include "engine/rods/design/mesh_surface.h"
 #include "engine/rods/design/starting_grid.h"
 #include "engine/rods/design/surface_through_points.h"
+#include "engine/rods/section/section.h"
 #include "engine/scene/formats/surface_formats.h"
 #include "server/codec/arrays.h"
 #include "server/codec/linkage.h"
+#include "server/codec/linkage_section.h"
 #include "server/codec/scene.h"
 
 namespace limber::server {
@@ -297,6 +299,36 @@ std::string design_field_in(const proto::ChangeDesignRequest& request, const std
   return placed(field);
 }
 
+namespace {
+
+/// Rods that lie nearer to each other than they are thick are no grid.
+void demand_room(const proto::RodSection& message, const rods::StartingGridOptions& options,
+                 const rods::StartingGrid& grid) {
+  const rods::Section section = decode_section(message, "section");
+  try {
+    rods::validate(section);
+  } catch (const Error& error) {
+    throw Error(error.code(), section_field_in(message, error.field()), error.what());
+  }
+  const rods::Polygon outline = rods::section_outline(section);
+  Eigen::Array2d low = outline.front().array(), high = low;
+  for (const Eigen::Vector2d& corner : outline) {
+    low = low.min(corner.array());
+    high = high.max(corner.array());
+  }
+  const double thick = (high - low).minCoeff();
+  const auto demand = [thick](const char* field, int count, double apart) {
+    if (apart >= thick) return;
+    throw invalid(field, fmt::format("the rods of {} {} lie {:.3g} apart when the grid lies flat, "
+                                     "and are {:.3g} thick: take fewer {}, or a smaller section",
+                                     count, field, apart, thick, field));
+  };
+  demand("columns", options.columns, grid.columns_apart);
+  demand("rows", options.rows, grid.rows_apart);
+}
+
+}  // namespace
+
 proto::MakeStartingGridResponse make_starting_grid(const proto::MakeStartingGridRequest& request,
                                                    const SurfaceLoader& load) {
   rods::StartingGridOptions options;
@@ -311,8 +343,9 @@ proto::MakeStartingGridResponse make_starting_grid(const proto::MakeStartingGrid
   try {
     options.validate();
   } catch (const Error& error) {
-    const bool angle = error.field() == "flat_angle";
-    throw Error(error.code(), angle ? "flat_angle_degrees" : error.field(), error.what());
+    if (error.field() != "flat_angle") throw;
+    throw invalid("flat_angle_degrees", fmt::format("must be in [{:.2f}, 90] degrees, is {:g}",
+                                                    0.1 / kDegree, request.flat_angle_degrees()));
   }
   try {
     placement.validate();
@@ -325,6 +358,7 @@ proto::MakeStartingGridResponse make_starting_grid(const proto::MakeStartingGrid
     mesh.vertices = (placement.scale * turn * mesh.vertices).colwise() + placement.translation;
     return rods::starting_grid(mesh, options);
   });
+  if (request.has_section()) demand_room(request.section(), options, grid);
   proto::MakeStartingGridResponse response;
   const auto encode = [](const rods::LineMesh& lines, proto::LineArrays& message) {
     *message.mutable_vertices() = encode_points_float64(lines.vertices);

@@ -292,7 +292,7 @@ std::string linkage_field_in(const proto::Scene& message, const std::string& fie
     // Of a file the whole is meant: its lines are no fields of the message.
     return "linkage.lines" + name + (given.lines().has_arrays() ? after("lines") : "");
   }
-  if (field.starts_with("section.")) return section_field_in(given.section(), field);
+  if (field.starts_with("section.")) return "linkage." + section_field_in(given.section(), field);
   if (field.starts_with("conditions."))
     return "linkage.conditions." + condition_field(after("conditions."));
   if (field == "youngs_modulus" || field == "poissons_ratio" || field == "density")

@@ -78,20 +78,6 @@ def test_options_of_one_call_go_to_the_scene_and_to_the_design():
     assert refused(lambda: sort([60])) == "design"
 
 
-def test_grids_whose_rods_would_overlap_are_refused():
-    at = np.arange(12).reshape(3, 4)
-    flat = np.array([(0.1 * c + 0.2 * r, 0.3 * r, 0) for r in range(3) for c in range(4)])
-    edges = np.concatenate([np.stack([at[:, :-1].ravel(), at[:, 1:].ravel()], 1),
-                            np.stack([at[:-1].ravel(), at[1:].ravel()], 1)])
-    grid = limber.StartingGrid(flat, edges, flat, np.ones(len(edges)), 60.0, 0.0)
-    designs.demand_room(grid, 4, {"rectangle": (0.2, 0.08)})
-    designs.demand_room(grid, 4, {"tube": {"diameter": 1, "wall_thickness": 0.1}})
-    assert refused(lambda: designs.demand_room(grid, 4, {"rectangle": (0.2, 0.09)})) == "columns", "0.083 apart"
-    flat = np.array([(0.5 * c, 0.05 * r, 0) for r in range(3) for c in range(4)])
-    grid = limber.StartingGrid(flat, edges, flat, np.ones(len(edges)), 60.0, 0.0)
-    assert refused(lambda: designs.demand_room(grid, 4, {"ellipse": (0.2, 0.08)})) == "rows"
-
-
 def shape(*lines):
     return limber.Shape(tuple(np.array(line, dtype=float) for line in lines), (), np.zeros(0), np.zeros((0, 3)))
 

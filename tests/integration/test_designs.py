@@ -385,7 +385,7 @@ def test_the_command_line_designs_and_steers(server, linkage, tmp_path):
     done = run(server, "design", linkage.id, "--surface", str(tmp_path / "hill.obj"), "--flat-height", "0.3",
                "--iterations", "15")
     assert done.returncode == 0, done.stderr
-    assert "surface rms" in done.stdout.splitlines()[0] and "best: step" in done.stdout.splitlines()[-1]
+    assert "surface rms" in done.stdout.splitlines()[1] and "best: step" in done.stdout.splitlines()[-1]
     shown = run(server, "design", linkage.id, "show")
     assert shown.returncode == 0 and "step" in shown.stdout
     if linkage.current_design().info().taken is None:

@@ -2,6 +2,7 @@
 
 import limber
 import numpy as np
+import pytest
 from design_inputs import run, sheet, write_obj
 from refusals import refusal
 
@@ -26,6 +27,13 @@ def test_a_linkage_is_begun_with_a_surface_alone(server):
     assert refusal(lambda: call(columns=2)) == ("INVALID_ARGUMENT", "columns")
     assert refusal(lambda: call(columns=60, rows=70)) == ("INVALID_ARGUMENT", "rows"), "more than 2500 joints"
     assert refusal(lambda: call(flat_angle=120)) == ("INVALID_ARGUMENT", "flat_angle_degrees")
+    with pytest.raises(limber.LimberError, match=r"\[5.73, 90\] degrees, is 2 "):
+        call(flat_angle=2)
+    assert refusal(lambda: call(section={"rectangle": (0.3, 0.35)}))[0] == "INVALID_ARGUMENT", "rods would overlap"
+    assert refusal(lambda: call(section={"tube": (0.5, 0.01)})) == ("INVALID_ARGUMENT", "columns")
+    assert refusal(lambda: call(columns=4, rows=20, section={"rectangle": (0.5, 0.1)})) == ("INVALID_ARGUMENT", "rows")
+    assert refusal(lambda: call(section={"rectangle": (0, 0.1)})) == ("INVALID_ARGUMENT", "section.rectangle.width")
+    assert len(call(columns=4, rows=20, section={"rectangle": (0.5, 0.02)}).vertices) == 80
     assert refusal(lambda: call(scale=0)) == ("INVALID_ARGUMENT", "placement.scale")
     vertices = np.array([(0, 0, 0), (1, 0, 0), (0, 1, 0), (5, 0, 0), (6, 0, 0), (5, 1, 0)], dtype=float)
     assert refusal(lambda: server.starting_grid((vertices, [(0, 1, 2), (3, 4, 5)]))) == (
@@ -68,3 +76,7 @@ def test_the_command_line_begins_with_a_surface_alone(server, tmp_path):
         refused = run(server, "design", "other", "--surface", str(tmp_path / "hill.obj"), "--section", "0.02x0.004",
                       *wrong)
         assert refused.returncode == 1 and field in refused.stderr, refused.stderr
+    thick = run(server, "design", "other", "--surface", str(tmp_path / "hill.obj"), "--grid", "6x5", "--section", "5x5")
+    assert thick.returncode == 1 and "apart when the grid lies flat, and are 5 thick" in thick.stderr, thick.stderr
+    astray = run(server, "design", "hill", "--surface", str(tmp_path / "hill.obj"), "--flat-angle", "30")
+    assert astray.returncode == 2 and "--grid" in astray.stderr, "options of a grid without one"

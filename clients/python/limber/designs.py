@@ -216,25 +216,6 @@ def _not_empty(values: np.ndarray, field: str) -> np.ndarray:
     return values
 
 
-def demand_room(grid: "StartingGrid", columns: int, section: Any) -> None:
-    """Refuses grids whose rods lie nearer to each other than they are thick, which no equilibrium would tell."""
-    if not isinstance(section, Mapping):
-        return
-    sizes = next((section[kind] for kind in ("rectangle", "ellipse") if kind in section), None)
-    if not isinstance(sizes, Sequence) or len(sizes) != 2:
-        return  # of other shapes the server says what is wrong
-    thick = min(checks.real(size, "section") for size in sizes)
-    rows = len(grid.vertices) // columns
-    points = grid.vertices.reshape(rows, columns, 3)
-    along, across = np.diff(points, axis=1)[:-1], np.diff(points, axis=0)[:, :-1]
-    areas = np.linalg.norm(np.cross(along, across), axis=-1)
-    for field, count, ways in (("columns", columns, across), ("rows", rows, along)):
-        apart = float((areas / np.linalg.norm(ways, axis=-1)).min())
-        if apart < thick:
-            raise invalid(field, f"the rods of {count} {field} lie {apart:.3g} apart when the grid lies flat, and are "
-                                 f"{thick:.3g} thick: take fewer {field}, or a smaller section")
-
-
 def sorted_options(options: "Mapping[str, Any]", design: Any, of_scene: Callable[..., Any],
                    of_design: Callable[..., Any]) -> "tuple[dict[str, Any], dict[str, Any]]":
     """Keyword options of one call, told apart by the two calls that take them: of the scene, and of the design."""

@@ -103,7 +103,7 @@ def linkage_scene(vertices: Any, edges: Any = None, *, section: Mapping[str, Any
         pairs = checks.numeric(edges, "linkage.lines.arrays.edges")
         linkage.lines.arrays.vertices.CopyFrom(arrays.to_message(points, np.float64))
         linkage.lines.arrays.edges.CopyFrom(arrays.to_message(pairs, np.int32))
-    _section(section, linkage.section)
+    put_section(section, linkage.section)
     if edges_per_segment is not None:
         linkage.edges_per_segment = checks.whole(edges_per_segment, "edges_per_segment")
     linkage.stiff_axis = STIFF_AXES[checks.one_of(stiff_axis, STIFF_AXES, "stiff_axis")]
@@ -118,7 +118,8 @@ def linkage_scene(vertices: Any, edges: Any = None, *, section: Mapping[str, Any
     return scene
 
 
-def _section(section: Any, message: "messages.RodSection") -> None:
+def put_section(section: Any, message: "messages.RodSection") -> None:
+    """The shape of rods with its dimensions, as linkage_scene() takes it."""
     shapes = message.DESCRIPTOR.fields_by_name
     if not isinstance(section, Mapping) or len(section) != 1:
         raise invalid("section", f"section takes one shape with its dimensions, e.g. {{'rectangle': (0.02, 0.005)}}, "

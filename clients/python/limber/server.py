@@ -19,7 +19,7 @@ from .progress import ProgressOption, Reporter
 from .reach import advice
 from .results import Geometry, issue_text
 from .beam_sessions import BeamSession
-from .linkages import LinkageSession, linkage_scene
+from .linkages import LinkageSession, linkage_scene, put_section
 from .open_session import OpenSession, job_error
 from .session import Session
 
@@ -233,7 +233,8 @@ class Server:
     def starting_grid(self, surface: Any, *, columns: int | None = None, rows: int | None = None,
                       flat_angle: float | None = None, margin: float | None = None,
                       translation: Sequence[float] | None = None, rotation: Sequence[float] | None = None,
-                      scale: float | None = None, bulge: float | None = None) -> designs.StartingGrid:
+                      scale: float | None = None, bulge: float | None = None,
+                      section: Any = None) -> designs.StartingGrid:
         """A regular grid of rods over a patch of surface without holes, and laid flat: for a design where there is
         only a surface. limber.linkage_scene(grid.vertices, grid.edges, section=..), then
         session.set_lengths(grid.lengths) and session.deploy(grid.mean_angle).
@@ -241,9 +242,12 @@ class Server:
         surface, translation, rotation, scale: as LinkageSession.design(). columns, rows: joints along each rod and
         across (8); flat_angle: at which rods cross when it lies flat [degree] (46); margin: share of the patch that is
         left free at its rim (0.02); bulge: of the surface's heights, what the flat grid rises by (0); with one,
-        cells are wider in the middle (narrower on saddles), so that it opens to the surface's side.
+        cells are wider in the middle (narrower on saddles), so that it opens to the surface's side. section: of the
+        rods, as linkage_scene() takes it; grids whose rods would overlap are refused.
         """
         request = designs.grid_request(surface, columns, rows, flat_angle, margin, translation, rotation, scale, bulge)
+        if section is not None:
+            put_section(section, request.section)
         return designs.StartingGrid.from_message(self.connection.call("make_starting_grid", request, timeout=120.0))
 
     def design_surface(self, surface: Any, *, columns: int | None = None, rows: int | None = None, section: Any,
@@ -262,9 +266,8 @@ class Server:
         """
         linkage, wanted = designs.sorted_options(options, design, linkage_scene, LinkageSession.design)
         grid = self.starting_grid(surface, columns=columns, rows=rows, flat_angle=flat_angle, margin=margin,
-                                  scale=scale, bulge=bulge)
+                                  scale=scale, bulge=bulge, section=section)
         across = 8 if columns is None else columns
-        designs.demand_room(grid, across, section)
         scene = linkage_scene(grid.vertices, grid.edges, section=section, edges_per_segment=edges_per_segment,
                               **linkage)
         scene.linkage.conditions.segment_lengths.extend(grid.lengths)

@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <numbers>
 #include <vector>
 
@@ -203,6 +204,21 @@ Eigen::RowVectorXd heights(const Grid& grid, const Eigen::Matrix3Xd& points) {
   return normal.transpose() * offsets;
 }
 
+/// In each cell: its area over the length of the rod beside it.
+void measure_gaps(int columns, int rows, StartingGrid& grid) {
+  grid.columns_apart = grid.rows_apart = std::numeric_limits<double>::infinity();
+  for (int r = 0; r + 1 < rows; ++r) {
+    for (int c = 0; c + 1 < columns; ++c) {
+      const Eigen::Vector3d corner = grid.flat.vertices.col(r * columns + c);
+      const Eigen::Vector3d along = grid.flat.vertices.col(r * columns + c + 1) - corner;
+      const Eigen::Vector3d across = grid.flat.vertices.col((r + 1) * columns + c) - corner;
+      const double area = along.cross(across).norm();
+      grid.columns_apart = std::min(grid.columns_apart, area / across.norm());
+      grid.rows_apart = std::min(grid.rows_apart, area / along.norm());
+    }
+  }
+}
+
 }  // namespace
 
 void StartingGridOptions::validate() const {
@@ -272,6 +288,7 @@ StartingGrid starting_grid(const SurfaceMesh& surface, const StartingGridOptions
   if (options.bulge > 0)
     result.flat.vertices.row(2) = options.bulge * heights(grid, result.deployed.vertices);
   result.mean_angle = crossing_angle(grid, result.deployed.vertices);
+  measure_gaps(grid.columns, grid.rows, result);
   return result;
 }
 

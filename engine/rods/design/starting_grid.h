@@ -39,6 +39,9 @@ struct StartingGrid {
   /// Largest difference between a flat edge and its rest length, as a share: what does not fit into
   /// the plane.
   double misfit = 0;
+  /// How near neighbouring rods of a family lie to each other, at least, when the grid lies flat
+  /// [length]: rods along which the column stays, and rods along which the row stays.
+  double columns_apart = 0, rows_apart = 0;
 };
 
 /// A regular grid of rods over a patch: lines of its map to the square, joints where they cross

@@ -265,5 +265,18 @@ TEST(StartingGrid, BadOptionsAreNamed) {
   EXPECT_EQ(field_of({}), "none");
 }
 
+TEST(StartingGrid, TellsHowNearItsRodsLie) {
+  const SurfaceMesh flat = field(8, [](double, double) { return 0.0; });
+  StartingGridOptions options{.columns = 5, .rows = 9};
+  options.margin = 0;
+  for (const double angle : {std::numbers::pi / 2, 0.5}) {
+    options.flat_angle = angle;
+    const StartingGrid grid = starting_grid(flat, options);
+    // Cells of 50 x 25, sheared.
+    EXPECT_NEAR(grid.columns_apart, 50 * std::sin(angle), 0.5) << angle;
+    EXPECT_NEAR(grid.rows_apart, 25 * std::sin(angle), 0.5) << angle;
+  }
+}
+
 }  // namespace
 }  // namespace limber::rods
