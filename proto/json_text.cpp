@@ -1,5 +1,6 @@
 #include "proto/json_text.h"
 
+#include <google/protobuf/struct.pb.h>
 #include <google/protobuf/util/json_util.h>
 
 #include <algorithm>
@@ -164,6 +165,15 @@ Fault fault_of(std::string text) {
   return fault;
 }
 
+/// Whoever writes nodes or elements at the top means a structure of beams: scenes have no such
+/// fields.
+bool is_structure(std::string_view text) {
+  google::protobuf::Struct document;
+  if (!google::protobuf::util::JsonStringToMessage(std::string(text), &document).ok()) return false;
+  const auto& fields = document.fields();
+  return fields.contains("nodes") || fields.contains("elements");
+}
+
 }  // namespace
 
 std::optional<Fault> read_message(std::string_view text, google::protobuf::Message& message) {
@@ -177,6 +187,13 @@ std::optional<Fault> read_message(std::string_view text, google::protobuf::Messa
   if (const auto comma = walk.dangling())
     return Fault{"", "not JSON: nothing follows the comma at " + place(text, *comma)};
   return std::nullopt;
+}
+
+std::optional<Fault> read_scene(std::string_view text, google::protobuf::Message& scene) {
+  const auto fault = read_message(text, scene);
+  if (!fault || !is_structure(text)) return fault;
+  scene.Clear();
+  return read_message(R"({"beams": {"structure": )" + std::string(text) + "}}", scene);
 }
 
 }  // namespace limber::json

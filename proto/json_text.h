@@ -21,4 +21,10 @@ struct Fault {
 [[nodiscard]] std::optional<Fault> read_message(std::string_view text,
                                                 google::protobuf::Message& message);
 
+/// The same of a scene. A text that is a structure of beams alone, as `limber beams` reads it, is a
+/// scene of that; what is wrong in it is below "beams.structure".
+/// @param scene  a limber.v1.Scene
+[[nodiscard]] std::optional<Fault> read_scene(std::string_view text,
+                                              google::protobuf::Message& scene);
+
 }  // namespace limber::json

@@ -137,7 +137,7 @@ v1::Scene load_scene(const fs::path& path) {
     *scene.mutable_beams() = load_beams(path);
     return scene;
   }
-  if (const auto fault = json::read_message(read_bytes(path, "scene"), scene))
+  if (const auto fault = json::read_scene(read_bytes(path, "scene"), scene))
     throw ClientError(v1::ERROR_CODE_INVALID_ARGUMENT,
                       fault->field.empty() ? "scene" : "scene." + fault->field,
                       path.string() + " is no scene: " + fault->message);

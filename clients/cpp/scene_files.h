@@ -14,8 +14,9 @@ namespace limber::client {
 [[nodiscard]] v1::MeshFile mesh_file(const std::filesystem::path& path,
                                      const std::string& field = "mesh.path");
 
-/// Reads a scene file (the JSON form of v1::Scene) and puts the bytes of the mesh, of the base
-/// motion and of keyframes' poses in place of their paths, which are relative to the scene file.
+/// Reads a scene file (the JSON form of v1::Scene; or of a structure of beams alone) and puts the
+/// bytes of the mesh, of the base motion and of keyframes' poses in place of their paths, which are
+/// relative to the scene file.
 /// @throws ClientError IO, INVALID_ARGUMENT
 [[nodiscard]] v1::Scene load_scene(const std::filesystem::path& path);
 

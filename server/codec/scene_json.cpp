@@ -9,8 +9,7 @@ namespace limber::server {
 
 proto::Scene scene_from_json(std::string_view text) {
   proto::Scene scene;
-  if (const auto fault = json::read_message(text, scene))
-    throw invalid(fault->field, fault->message);
+  if (const auto fault = json::read_scene(text, scene)) throw invalid(fault->field, fault->message);
   // JSON writes NaN as a string; what the wire refuses, a file may not bring in.
   check_wire(scene.SerializeAsString(), *proto::Scene::descriptor());
   return scene;

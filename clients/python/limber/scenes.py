@@ -187,6 +187,8 @@ def _each_key_once(value: Any, field: str, what: str) -> Any:
 def _parse(value: Any, what: str) -> "messages.Scene":
     if not isinstance(value, Mapping):
         raise invalid("scene", f"{what} is no scene: a JSON object is expected")
+    if "beams" not in value and ("nodes" in value or "elements" in value):  # scenes have none: a structure of beams alone
+        value = {"beams": {"structure": value}}
     try:
         return json_format.ParseDict(checks.plain(value), messages.Scene())
     except (json_format.ParseError, TypeError, AttributeError) as error:
