@@ -4,6 +4,9 @@ import sys
 
 import limber
 
+if len(sys.argv) != 2:
+    sys.exit(f"usage: {sys.argv[0]} FOLDER, which has a SimulationJob.json")
+
 with limber.launch() as server:
     roof = server.open(sys.argv[1])
     result = roof.wait()

@@ -61,6 +61,9 @@ void ask_for_files(const Options& options, v1::SolveBeamsRequest& request) {
     const auto format = kFormats.find(fs::path(path).extension().string());
     if (format == kFormats.end())
       throw bad_file(path, "export", "a .vtu, .csv or .json is expected");
+    const fs::path folder = fs::path(path).parent_path();
+    if (!folder.empty() && !fs::is_directory(folder))
+      throw ClientError(v1::ERROR_CODE_IO, "export", "there is no folder " + folder.string());
     request.add_files(format->second);
   }
 }
@@ -176,7 +179,8 @@ void add_beam_commands(CLI::App& app, Context& context) {
   command
       ->add_option(
           "structure", options->file,
-          "Structure (.json, see the guide), a scene file of one (solved as drawn), or a job "
+          "Structure (.json, see the guide), a scene file of one (solved as drawn; one whose nodes "
+          "come from a file of lines is opened: limber open), or a job "
           "of the public relaxation code: its folder or SimulationJob.json")
       ->required();
   command

@@ -157,6 +157,9 @@ def test_empty_bounds_are_no_bounds_and_refused():
 
 def test_pictures_of_nothing_are_refused(tmp_path):
     assert refused(lambda: limber.picture(tmp_path / "p.svg", {})) == "shapes"
+    assert refused(lambda: limber.picture(tmp_path / "p.svg", {"a": np.zeros((3, 3))})) == "shapes", "of no linkage"
+    assert refused(lambda: limber.picture(tmp_path / "p.png", {"a": shape([(0, 0, 0), (1, 1, 1)])})) == "path"
+    assert not (tmp_path / "p.png").exists()
     assert refused(lambda: limber.picture(tmp_path / "p.svg", {"a": None})) == "shapes"
     assert refused(lambda: limber.picture(tmp_path / "p.svg", {"a": shape([(1, 1, 1), (1, 1, 1)])})) == "shapes"
     with pytest.raises(limber.LimberError) as caught:

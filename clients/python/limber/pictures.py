@@ -32,6 +32,12 @@ def picture(path: "str | os.PathLike[str]", shapes: "Mapping[str, Shape | None]"
     parallel lines stay parallel. unit: of lengths, for what is written.
     """
     target = checks.path(path, "path")
+    if target.suffix.lower() != ".svg":
+        raise invalid("path", f"pictures are .svg files, not {target.name}")
+    for title, shape in shapes.items():
+        if shape is not None and not isinstance(shape, Shape):
+            raise invalid("shapes", f"{title}: pictures are of linkages, as session.shape() returns them, "
+                                    f"not of {type(shape).__name__}")
     axes = _axes(*(checks.real(angle, "view") for angle in checks.several(view, "view")))
     ground = None if surface is None else _Ground(*_surface(surface), axes)
     panels = {title: _Panel(shape, ground, axes) for title, shape in shapes.items()}
