@@ -175,6 +175,8 @@ def test_an_exported_scene_opens_in_the_same_equilibrium(server, tmp_path):
     assert np.abs(again.solution().positions - below).max() < 1e-9
     assert again.wait().status == "CONVERGED"
     again.close()
+    drawn = server.solve_beams(tmp_path / "beams.json", progress=False)
+    assert drawn.status == "CONVERGED" and drawn.positions[6, 2] > 0.1, "its own temporary loads are still in the scene"
     scene = json.loads((tmp_path / "beams.json").read_text())
     del scene["beams"]["shape"]["rotations"]
     (tmp_path / "beams.json").write_text(json.dumps(scene))
@@ -429,6 +431,18 @@ def cli(limberd):
     return str(find_binary("limber"))
 
 
+def test_after_a_cancelled_opening_the_side_is_still_the_structures(cli, server):
+    """The gridshell is pushed up where it is drawn."""
+    run = [cli, "--endpoint", server.connection.endpoint]
+    for step in (("open", "gridshell", "--session", "up", "--no-wait"), ("cancel", "up"), ("load", "up", "--node", "3")):
+        subprocess.run([*run, *step], check=True, capture_output=True, timeout=60)
+    session = server.session("up")
+    assert session.wait().status == "CONVERGED"
+    heights = session.frames()[-1][:, 2]
+    assert heights.max() > 1 and heights.min() > -0.1
+    session.close()
+
+
 def test_commands(cli, server, tmp_path):
     endpoint = server.connection.endpoint
 
@@ -449,6 +463,16 @@ def test_commands(cli, server, tmp_path):
     assert "revision 8" in run("push", "bow", "20", "--force", "0", "0", "2")
     text = run("wait", "bow")
     assert "utilisation" in text and "energy" in text
+    loose = cantilever(6)
+    loose["supports"][0].pop("fix_rotation_x")  # it turns about itself
+    (tmp_path / "loose.json").write_text(json.dumps(loose))
+    opened = run("open", str(tmp_path / "loose.json"), "--session", "loose", code=1)
+    assert "loose: 6 elements, 7 nodes, ready, no solution" in opened
+    assert "limber: revision 0 has no solution: " in opened and "no solution" in run("list")
+    run("support", "loose", "0")
+    run("wait", "loose")
+    assert "no solution" not in run("list")
+    run("close", "loose")
     assert "41 nodes" in run("list") and "2 supports, 2 motions" in run("show", "bow")
     assert "edits[0].set_beam_load.load.node" in run("load", "bow", "--node", "99", "--force", "1", "0", "0", code=1)
     run("export", "bow", "--format", "vtu", "csv", "--out", str(tmp_path))
@@ -499,3 +523,8 @@ def test_the_roof_example(limberd, tmp_path):
     if not os.path.isdir(folder):
         pytest.skip(f"no data in {folder}")
     assert run_example("load_roof.py", tmp_path, folder).count("converged") == 3
+
+
+def test_the_roof_example_says_what_it_takes(tmp_path):
+    done = subprocess.run([sys.executable, str(ROOT / "examples" / "load_roof.py")], capture_output=True, text=True, timeout=60)
+    assert done.returncode == 1 and done.stderr.startswith("usage: ") and "FOLDER" in done.stderr

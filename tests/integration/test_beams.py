@@ -180,6 +180,46 @@ def test_the_command_line(cli, tmp_path):
     refused = cli("beams", scene)
     assert refused.returncode == 1 and "structure.supports" in refused.stderr
     assert cli("beams", tmp_path / "none.json").returncode == 1
+    refused = cli("beams", job_folder(tmp_path), "--export", tmp_path / "none" / "x.vtu")
+    assert refused.returncode == 1 and "there is no folder" in refused.stderr and not (tmp_path / "none").exists()
+
+
+def test_a_structure_alone_is_a_scene_too(cli, server, tmp_path):
+    alone = tmp_path / "arm.json"
+    alone.write_text(json.dumps(cantilever(6)))
+    assert cli("validate", alone).returncode == 0
+    opened = cli("open", alone, "--session", "alone")
+    assert opened.returncode == 0 and "6 elements, 7 nodes, ready" in opened.stdout, opened.stderr
+    for session in (server.session("alone"), server.open(alone, progress=False), server.open(cantilever(6), progress=False)):
+        assert session.wait().status == "CONVERGED"
+        session.close()
+    alone.write_text(json.dumps(cantilever(6) | {"lods": []}))
+    for refused in (cli("validate", alone), cli("open", alone)):
+        assert refused.returncode == 1
+        assert "beams.structure.lods: there is no such field" in refused.stdout or (
+            "there is no such field (field scene.beams.structure.lods)" in refused.stderr)
+
+
+def test_gravity_that_nothing_feels_warns(cli, server, tmp_path):
+    scene = tmp_path / "arm.json"
+    scene.write_text(json.dumps(cantilever(6) | {"gravity": {"z": -9.81}}))
+    told = "gravity has no effect: no section of a beam has a density"
+    validated = cli("validate", scene)
+    assert validated.returncode == 0 and f"warning: beams.structure.gravity: {told}" in validated.stdout
+    for done in (cli("beams", scene), cli("open", scene, "--session", "light")):
+        assert done.returncode == 0 and told in done.stderr
+    assert told in server.solve_beams(scene, progress=False).issues[0]
+    session = server.session("light")
+    assert told in session.gravity((0, 0, -1)).issues[0]
+    assert session.gravity((0, 0, 0)).issues == ()
+    assert "nothing holds node 4" in session.release(4).issues[0]
+    session.wait()
+    assert session.hold(4).issues == ()
+    session.close()
+    heavy = cantilever(6) | {"gravity": {"z": -9.81}}
+    heavy["sections"] = [heavy["sections"][0] | {"density": 1000}]
+    scene.write_text(json.dumps(heavy))
+    assert "warning" not in cli("validate", scene).stdout
 
 
 def test_a_scene_file_is_solved_as_drawn(server, tmp_path):

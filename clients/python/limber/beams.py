@@ -17,6 +17,7 @@ from .exports import write_exported
 from .messages import beam_structure
 from .messages import beams as messages
 from .messages import scene, service
+from .results import issue_text
 
 BeamsLike = Union["beam_structure.BeamStructure", Mapping[str, Any], str, "os.PathLike[str]"]
 
@@ -72,6 +73,7 @@ class BeamSolution:
     shapes: np.ndarray  # (shapes, nodes, 3), float32: positions on the way
     job: int  # 0: of a session
     snaps: tuple[BeamSnap, ...] = ()  # where Newton's method followed the branch
+    issues: tuple[str, ...] = ()  # warnings: what was asked for but has no effect
     _files: tuple = field(repr=False, default=())
 
     @property
@@ -157,10 +159,10 @@ def request(structure: BeamsLike, *, method: str, tolerance: float | None, files
 
 def made_of(job: "service.GetJobResponse") -> BeamSolution:
     """Of a job that is done."""
-    return from_message(job.beams, job.status.job, tuple(job.files))
+    return from_message(job.beams, job.status.job, tuple(job.files), tuple(issue_text(issue) for issue in job.issues))
 
 
-def from_message(answer: "messages.BeamSolution", job: int = 0, files: tuple = ()) -> BeamSolution:
+def from_message(answer: "messages.BeamSolution", job: int = 0, files: tuple = (), issues: tuple = ()) -> BeamSolution:
 
     def rows(name: str) -> np.ndarray:
         return arrays.to_numpy(getattr(answer, name), name)
@@ -178,4 +180,4 @@ def from_message(answer: "messages.BeamSolution", job: int = 0, files: tuple = (
         bending_moments=forces[:, 4:].reshape(-1, 2, 2), stresses=stresses[:, 3], utilisations=stresses[:, 4],
         element_stresses=stresses, element_energies=rows("element_energies"), energies=energies,
         largest_bend=answer.largest_bend, shapes=rows("shapes"), job=job,
-        snaps=snaps_of(answer.snaps), _files=files)
+        snaps=snaps_of(answer.snaps), issues=issues, _files=files)
