@@ -10,6 +10,7 @@
 #include "engine/rods/equilibrium/condition_path.h"
 #include "engine/rods/equilibrium/damped_descent.h"
 #include "engine/rods/equilibrium/deployment_text.h"
+#include "engine/rods/equilibrium/floating_parts.h"
 #include "engine/rods/equilibrium/prediction.h"
 #include "engine/rods/equilibrium/unknown_scales.h"
 
@@ -298,11 +299,15 @@ class Deployment {
     if (event == BranchEvent::kJump) ++report_.jumps;
   }
 
-  void add_prediction(const Eigen::VectorXd& increment) {
+  void add_prediction(Eigen::VectorXd increment) {
     if (progress_ >= 1) return;
     const double ahead = kAhead * length_;
     LinkageEquilibrium::Motion motion =
         equilibrium_.motion(state_, path_.at(progress_), path_.at(progress_ + ahead));
+    const FreeMotions free(model_, path_.at(progress_), state_);
+    free.remove_from(increment);
+    free.remove_from(motion.left);
+    free.remove_from(motion.ahead);
     prediction_.add(length_, increment, std::move(motion.left), motion.ahead / ahead);
   }
 

@@ -14,6 +14,8 @@ namespace {
 
 /// Of the longest extent, squared: points that spread less beside a line lie on it.
 constexpr double kLine = 1e-12;
+/// Of a motion: what others leave of it is none of its own.
+constexpr double kSame = 1e-6;
 
 /// From what nothing touches to what does not move freely at all.
 enum class Touch : char { kNothing, kLoads, kHeld };
@@ -141,6 +143,75 @@ void keep_in_place(const LinkageModel& model, const Conditions& from, const Cond
     motion.translation() = target.rowwise().mean() - motion.linear() * here.rowwise().mean();
     state = moved_rigidly(model, state, c, motion);
   }
+}
+
+FreeMotions::FreeMotions(const LinkageModel& model, const Conditions& conditions,
+                         const LinkageState& state) {
+  if (conditions.springs.empty()) return;
+  const std::vector<int> of_joints = detail::joint_components(model.graph());
+  const detail::ConditionTerms terms(model, conditions);
+  const auto loads = terms.resultants();
+  for (int c = 0; c < model.graph().components; ++c) {
+    const bool pinned =
+        std::any_of(conditions.pins.begin(), conditions.pins.end(), [&](const JointPin& pin) {
+          return pin.hold != Hold::kAngle && of_joints[static_cast<std::size_t>(pin.joint)] == c;
+        });
+    const auto& own = loads[static_cast<std::size_t>(c)];
+    if (pinned || own.magnitudes > 0 || own.moment_magnitudes > 0) continue;
+    const Eigen::Matrix3Xd points = vertices_of(model, state, c);
+    const Eigen::Vector3d middle = points.rowwise().mean();
+    const double size = (points.colwise() - middle).colwise().norm().maxCoeff();
+    const detail::SpringHold springs(model, terms, state, c, middle, size);
+    if (!springs.touches) continue;  // a joint is held instead
+    const auto free = springs.unresisted();
+    for (Eigen::Matrix<double, 6, 1> direction : free.colwise()) {
+      direction.tail<3>() /= size;
+      add(model, state, c, middle, direction);
+    }
+  }
+}
+
+/// Orthonormal by what vertices and joints move.
+void FreeMotions::add(const LinkageModel& model, const LinkageState& state, int component,
+                      const Eigen::Vector3d& about, const Eigen::Matrix<double, 6, 1>& direction) {
+  const ReducedVariables& variables = model.variables();
+  const Eigen::Vector3d turn = direction.tail<3>();
+  const auto shift = [&](const Eigen::Vector3d& x) -> Eigen::Vector3d {
+    return direction.head<3>() + turn.cross(x - about);
+  };
+  Eigen::VectorXd motion = Eigen::VectorXd::Zero(variables.size()), places = motion;
+  const std::vector<int> of_joints = detail::joint_components(model.graph());
+  for (int j = 0; j < variables.joints(); ++j) {
+    if (of_joints[static_cast<std::size_t>(j)] != component) continue;
+    const int begin = variables.joint_begin(j);
+    places.segment<3>(begin + kJointPosition) =
+        shift(state.joints()[static_cast<std::size_t>(j)].position);
+    motion.segment<3>(begin + kJointRotation) = turn;
+  }
+  for (int s = 0; s < variables.segments(); ++s) {
+    if (model.graph().segment_components[static_cast<std::size_t>(s)] != component) continue;
+    for (int i = 0; i <= variables.edges(s); ++i) {
+      const Eigen::Vector3d x = state.vertex(model, s, i);
+      if (variables.position(s, i) >= 0) places.segment<3>(variables.position(s, i)) = shift(x);
+      if (i == variables.edges(s) || variables.angle(s, i) < 0) continue;
+      motion[variables.angle(s, i)] = turn.dot((state.vertex(model, s, i + 1) - x).normalized());
+    }
+  }
+  motion += places;
+  const double size = places.norm();
+  for (std::size_t k = 0; k < motions_.size(); ++k) {
+    const double share = places_[k].dot(places);
+    motion -= share * motions_[k];
+    places -= share * places_[k];
+  }
+  if (!(places.norm() > kSame * size)) return;
+  motions_.push_back(motion / places.norm());
+  places_.push_back(places / places.norm());
+}
+
+void FreeMotions::remove_from(Eigen::VectorXd& motion) const {
+  if (motion.size() == 0) return;
+  for (std::size_t k = 0; k < motions_.size(); ++k) motion -= places_[k].dot(motion) * motions_[k];
 }
 
 }  // namespace limber::rods

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <vector>
 
 #include "engine/rods/equilibrium/conditions.h"
 #include "engine/rods/linkage/linkage_state.h"
@@ -23,5 +24,23 @@ namespace limber::rods {
 /// @param before  a shape of the same model
 void keep_in_place(const LinkageModel& model, const Conditions& from, const Conditions& to,
                    const LinkageState& before, LinkageState& state);
+
+/// Rigid motions of parts that springs touch and do not hold, as a spring at one joint: nothing
+/// resists them, so that equilibria say nothing of them, and what is extrapolated of them grows.
+class FreeMotions {
+ public:
+  /// @param conditions  valid for the model
+  FreeMotions(const LinkageModel& model, const Conditions& conditions, const LinkageState& state);
+
+  /// Takes them out of a motion to first order, in the reduced unknowns, so that what is left moves
+  /// vertices least.
+  void remove_from(Eigen::VectorXd& motion) const;
+
+ private:
+  void add(const LinkageModel& model, const LinkageState& state, int component,
+           const Eigen::Vector3d& about, const Eigen::Matrix<double, 6, 1>& direction);
+
+  std::vector<Eigen::VectorXd> motions_, places_;  // all unknowns; those that are positions alone
+};
 
 }  // namespace limber::rods

@@ -40,6 +40,29 @@ std::vector<int> lengths_on_their_bound(const LinkageModel& model, const Linkage
   return bounded;
 }
 
+SpringHold::SpringHold(const LinkageModel& model, const ConditionTerms& terms,
+                       const LinkageState& state, int component, const Eigen::Vector3d& about,
+                       double size) {
+  const LinkageGraph& graph = model.graph();
+  const std::vector<int> of_joints = joint_components(graph);
+  for (const SpringPoint& spring : terms.springs()) {
+    const int own =
+        spring.joint >= 0 ? of_joints[spring.joint] : graph.segment_components[spring.segment];
+    if (own != component) continue;
+    touches = true;
+    Matrix36 motion = rigid_motion(terms.place(state, spring) - about);
+    motion.rightCols<3>() /= size;
+    stiffness += spring.stiffness * motion.transpose() * motion;
+  }
+}
+
+Eigen::Matrix<double, 6, Eigen::Dynamic> SpringHold::unresisted() const {
+  const Eigen::SelfAdjointEigenSolver<Matrix6> eigen(stiffness);
+  const auto& values = eigen.eigenvalues();  // ascending
+  const auto free = (values.array() <= kHolds * values[5]).count();
+  return eigen.eigenvectors().leftCols(free);
+}
+
 std::vector<int> joint_components(const LinkageGraph& graph) {
   std::vector<int> result(graph.joints.size(), -1);
   for (std::size_t s = 0; s < graph.segments.size(); ++s) {
@@ -122,30 +145,17 @@ void Holding::hold_floating(const ConditionTerms& terms, const UnknownScales& sc
     const int joint = central_joint(c);
     // A single rod without joints is left to the shift.
     if (joint < 0) continue;
-    Matrix6 stiffness = Matrix6::Zero();
-    bool touched = loads[c].magnitudes > 0;  // moments alone balance each other
-    // Turns count by the way they move points at the linkage's size.
     const double size = scales.extent();
-    for (const SpringPoint& spring : terms.springs()) {
-      const int own = spring.joint >= 0 ? joint_components_[spring.joint]
-                                        : graph.segment_components[spring.segment];
-      if (own != c) continue;
-      touched = true;
-      Matrix36 motion = rigid_motion(terms.place(state, spring) - state.joints()[joint].position);
-      motion.rightCols<3>() /= size;
-      stiffness += spring.stiffness * motion.transpose() * motion;
-    }
-    if (!touched) {
+    const SpringHold springs(model_, terms, state, c, state.joints()[joint].position, size);
+    // Moments alone balance each other.
+    if (!springs.touches && !(loads[c].magnitudes > 0)) {
       for (int k = 0; k < 6; ++k) pin(model_.variables().joint_begin(joint) + k);
       continue;
     }
-    const Eigen::SelfAdjointEigenSolver<Matrix6> eigen(stiffness);
     Matrix6 weak = Matrix6::Zero();
-    for (int k = 0; k < 6; ++k) {
-      if (eigen.eigenvalues()[k] > kHolds * eigen.eigenvalues()[5]) continue;
-      const Eigen::Matrix<double, 6, 1> mode = eigen.eigenvectors().col(k);
+    const auto free = springs.unresisted();
+    for (const auto& mode : free.colwise())
       weak += kWeakStiffness * scales.bending() / std::pow(size, 3) * mode * mode.transpose();
-    }
     weak.bottomRows<3>() *= size;
     weak.rightCols<3>() *= size;
     if (!weak.isZero(0)) weak_.push_back({joint, weak});

@@ -78,6 +78,18 @@ class Holding {
                                                       const Eigen::VectorXd& gradient,
                                                       double shortest);
 
+/// What springs resist of rigid motions of a component: a shift, and a turn about a point, which
+/// counts by how far it moves what is a size [length] away.
+struct SpringHold {
+  using Matrix6 = Eigen::Matrix<double, 6, 6>;
+  SpringHold(const LinkageModel& model, const ConditionTerms& terms, const LinkageState& state,
+             int component, const Eigen::Vector3d& about, double size);
+  bool touches = false;  // is there a spring
+  Matrix6 stiffness = Matrix6::Zero();
+  /// Columns: unit directions that they do not resist, nearly.
+  [[nodiscard]] Eigen::Matrix<double, 6, Eigen::Dynamic> unresisted() const;
+};
+
 /// Component of each joint.
 [[nodiscard]] std::vector<int> joint_components(const LinkageGraph& graph);
 

@@ -138,18 +138,26 @@ TEST(Deployment, AFloatingLinkageIsNotCarriedAwayByExtrapolation) {
   // Its joints are equally far from its middle: in each shape another one might be the nearest.
   const scene::Linkage sample = scene::make_linkage_sample("hyperboloid");
   const LinkageModel model(build_linkage_graph(sample.lines), 5, testing::kStrip);
-  LinkageEquilibrium equilibrium(model);
-  LinkageState state(model);
-  ASSERT_TRUE(equilibrium.solve(state, {}).converged());
-  Conditions conditions;
-  conditions.mean_opening_angle = 50 * kDegree;
-  LinkageState before = state;
-  const DeploymentReport report = deploy(equilibrium, state, conditions, {}, {},
-                                         [&](const DeploymentStep&, const LinkageState& frame) {
-                                           EXPECT_LT(joint_distance(frame, before), 0.1);  // of 2 m
-                                           before = frame;
-                                         });
-  EXPECT_EQ(report.status, DeploymentStatus::kReached) << report.message;
+  for (const bool turns_about_a_spring : {false, true}) {
+    LinkageEquilibrium equilibrium(model);
+    LinkageState state(model);
+    Conditions from;
+    if (turns_about_a_spring)
+      from.springs.push_back({JointPoint{5}, state.joints()[5].position, 1000});
+    ASSERT_TRUE(equilibrium.solve(state, from).converged());
+    Conditions to = from;
+    to.mean_opening_angle = 50 * kDegree;
+    LinkageState before = state;
+    const DeploymentReport report =
+        deploy(equilibrium, state, from, to, {}, {},
+               [&](const DeploymentStep&, const LinkageState& frame) {
+                 EXPECT_LT(joint_distance(frame, before), 0.1);  // of 2 m
+                 before = frame;
+               });
+    EXPECT_EQ(report.status, DeploymentStatus::kReached) << report.message;
+    EXPECT_EQ(report.jumps + report.branchings, 0);
+    EXPECT_LT(report.iterations, 2 * report.steps);
+  }
 }
 
 TEST(Deployment, ASnapThroughIsAJumpAndSaysSo) {
