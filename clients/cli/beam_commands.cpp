@@ -195,8 +195,10 @@ void add_beam_commands(CLI::App& app, Context& context) {
       ->type_size(1)
       ->expected(1)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
-  command->add_flag("--follow", options->follow,
-                    "Stay on the branch of equilibria, in short load steps, and tell its snaps");
+  command->add_flag(
+      "--follow", options->follow,
+      "Stay on the branch of equilibria where temporary loads push, too (without them that is "
+      "what choose does), and tell its snaps; Newton's method alone");
   command->add_option("--wait", options->wait_s, "Seconds to wait for it")
       ->check(seconds_in(0.1, 1e6))
       ->capture_default_str();

@@ -205,11 +205,12 @@ def test_supports_have_axes_of_their_own(server):
     lifted = session.solution().positions[10] - (1, 0, 0)
     up = np.cross((1, 0, -1), (0, 1, 0)) / np.sqrt(2)
     assert abs(lifted @ up + 0.01) < 1e-9, "by its own axis, the plane's are free"
-    session.move_support(10, rotation_y=-0.2, axes=plane)
+    assert refusal(lambda: session.move_support(10, rotation_y=-0.2, axes=plane)) == (
+        "INVALID_ARGUMENT", "edits[0].move_beam_node.motion"), "free about both others"
+    session.edit([beam_edits.support(10, "", "xz", plane), beam_edits.move(10, rotation_y=-0.2, axes=plane)])
     assert session.wait().status == "CONVERGED"
     turned = session.rotations()[-1][10]
-    assert abs(2 * np.arctan2(turned[2], turned[0]) + 0.2) < 1e-6, "about one axis; the others are free"
-    session.support(10, "", "")
+    assert abs(2 * np.arctan2(turned[2], turned[0]) + 0.2) < 1e-6 and np.abs(turned[[1, 3]]).max() < 1e-6
     session.release(10)
     session.support(10, "z", "", axes=((1, 0, 0), (0, 1, 0)))
     assert session.wait().status == "CONVERGED" and abs(session.solution().positions[10, 2]) < 1e-12

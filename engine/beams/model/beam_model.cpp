@@ -7,7 +7,7 @@ namespace limber::beams {
 
 namespace {
 
-constexpr double kSameAxes = 1e-9;
+constexpr double kSameAxes = 1e-8;
 
 /// Which of the axes that the rows of a rotation stand for lie in the span of the given ones;
 /// nothing where one lies neither in it nor across it.

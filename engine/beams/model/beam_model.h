@@ -61,7 +61,9 @@ struct BeamSupport {
 ///
 /// What rotations a support and a motion hold together is, about all three axes: exp of a rotation
 /// vector; about two: exp of one that has no component along the third, and then any rotation about
-/// the third; about one: the part of the rotation about it, 2 atan2(v_k, w) of its quaternion.
+/// the third. A support that holds one rotation alone lets the node not spin about it. No motion
+/// turns a node about one axis while both others are free: what that comes to would depend on the
+/// way there.
 struct PrescribedMotion {
   int node = 0;
   std::array<bool, 3> translates{};  // which components of `translation` are prescribed
@@ -129,6 +131,7 @@ struct BeamModel {
 ///   {kInvalidArgument} values that are not finite; an element of zero length or along its normal;
 ///     two elements between the same nodes; sections that are not positive; axes that are not
 ///     orthonormal and right-handed; a node with two motions, one that moves what a support fixes,
+///     one that turns it about one axis while it is free about the others,
 ///     or one by axes that mix with its support's;
 ///   {kFailedPrecondition} nothing holds a structure that hangs together (no support, no motion)
 void validate(const BeamModel& model);

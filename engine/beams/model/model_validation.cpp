@@ -166,6 +166,19 @@ void check_motion_against(const BeamSupport& s, std::size_t support, const Presc
   }
 }
 
+/// About one axis alone, and freely about the others, attitudes depend on the way there.
+void check_turn(const BeamSupport* support, const PrescribedMotion& m, std::size_t i) {
+  if (!m.rotates_any()) return;
+  auto held = std::count(m.rotates.begin(), m.rotates.end(), true);
+  if (support != nullptr)
+    held += std::count(support->fixed.begin() + 3, support->fixed.end(), true);
+  if (held < 2)
+    refuse(at("motions", i),
+           fmt::format("turns node {} about one axis and leaves it free about both others: hold it "
+                       "about another one, or give all three rotations",
+                       m.node));
+}
+
 void check_holds(const BeamModel& model) {
   std::map<int, std::size_t> support_of, motion_of;
   for (std::size_t i = 0; i < model.supports.size(); ++i) {
@@ -186,8 +199,10 @@ void check_holds(const BeamModel& model) {
       refuse(at("motions", i, "node"),
              fmt::format("= {}, as that of motions[{}]", m.node, motion_of[m.node]));
     const auto support = support_of.find(m.node);
-    if (support == support_of.end()) continue;
-    check_motion_against(model.supports[support->second], support->second, m, i);
+    const BeamSupport* const held =
+        support == support_of.end() ? nullptr : &model.supports[support->second];
+    if (held != nullptr) check_motion_against(*held, support->second, m, i);
+    check_turn(held, m, i);
   }
 }
 

@@ -36,7 +36,7 @@ struct BeamSolveOptions {
   /// present; in (0, 1).
   double tolerance = 1e-8;
   double relaxation_tolerance = 1e-6;  // the same, for relaxation that Newton does not finish
-  int newton_iterations = 500;         // over all load steps, > 0
+  int newton_iterations = 500;         // over all load steps, > 0; 3000 where a branch is followed
   int relaxation_steps = 1000000;      // > 0
   /// Steps of relaxation over which loads and motions are brought on where nothing is pressed; up
   /// to twenty times as many where elements are, so that they do not fold up; >= 0.
@@ -47,7 +47,7 @@ struct BeamSolveOptions {
   double hand_over = 2e-4;
   /// Load steps of Newton's method are cut until the structure goes on as it went in the step
   /// before, but for this much turning [rad]; what no cutting makes smaller is a snap. 0: not
-  /// looked at; in [0, 3].
+  /// looked at but by kChoose, which then takes that of following(); in [0, 3].
   double largest_swerve = 0;
 
   /// Newton's method follows the branch of equilibria, and tells its snaps.
@@ -85,7 +85,7 @@ struct BeamReport {
   double elastic_energy = 0;  // [force length]
   int node = -1;              // that moves most freely (mechanism) or is worst balanced
   std::string message;        // a sentence for people
-  /// In order; what Newton's method saw, where BeamSolveOptions::largest_swerve asks for it.
+  /// In order; what Newton's method saw where it followed the branch.
   std::vector<BeamSnap> snaps;
 
   [[nodiscard]] bool converged() const { return status == BeamStatus::kConverged; }

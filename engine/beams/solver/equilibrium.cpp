@@ -82,7 +82,8 @@ struct Attempt {
     BeamSolveOptions careful = options;
     const BeamSolveOptions following = BeamSolveOptions::following();
     if (careful.largest_swerve == 0) careful.largest_swerve = following.largest_swerve;
-    careful.newton_iterations = std::max(careful.newton_iterations, following.newton_iterations);
+    if (careful.newton_iterations == BeamSolveOptions{}.newton_iterations)
+      careful.newton_iterations = following.newton_iterations;
     return careful;
   }
 

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "engine/base/rotations/logarithm.h"
 #include "engine/beams/structure/beam_structure.h"
@@ -34,19 +33,15 @@ Vector3d before_turning_about(int axis, const Quaterniond& q) {
   return swing;
 }
 
-double within_half_a_turn(double angle) { return std::remainder(angle, 2 * std::numbers::pi); }
-
 }  // namespace
 
 HeldRotation::HeldRotation(const std::array<bool, 3>& held, const Eigen::Matrix3d& axes,
                            const Quaterniond& start, const Vector3d& target,
                            const std::optional<Vector3d>& known)
     : count_(static_cast<int>(std::count(held.begin(), held.end(), true))), axes_(axes) {
-  if (count_ == 0) return;
-  if (count_ < 3) {
-    const auto odd = std::find(held.begin(), held.end(), count_ == 1);
-    axis_ = static_cast<int>(odd - held.begin());
-  }
+  if (count_ < 2) return;
+  if (count_ == 2)
+    axis_ = static_cast<int>(std::find(held.begin(), held.end(), false) - held.begin());
   Vector3d first = known.value_or(Vector3d::Zero());
   to_ = target;
   for (int k = 0; k < 3; ++k) {
@@ -59,20 +54,16 @@ HeldRotation::HeldRotation(const std::array<bool, 3>& held, const Eigen::Matrix3
   } else if (count_ == 3) {
     base_ = q;
     to_ = rotations::logarithm((rotation_by(to_) * q.conjugate()).normalized());
-  } else if (count_ == 2) {
+  } else {
     // exp(psi e_k) exp(w) is exp(the swing) exp(psi e_k), with w the swing turned back by psi.
     const double turned = angle_about(axis_, q);
     from_ = rotation_by(-turned * Vector3d::Unit(axis_)) * before_turning_about(axis_, q);
     from_[axis_] = 0;
-  } else {
-    from_[axis_] = within_half_a_turn(angle_about(axis_, q));
   }
 }
 
 Vector3d HeldRotation::missing(const Quaterniond& q, const Vector3d& wanted) const {
   switch (count_) {
-    case 1:
-      return within_half_a_turn(wanted[axis_] - angle_about(axis_, q)) * Vector3d::Unit(axis_);
     case 2:
       return -before_turning_about(axis_, q * rotation_by(-wanted));
     case 3:
@@ -83,7 +74,7 @@ Vector3d HeldRotation::missing(const Quaterniond& q, const Vector3d& wanted) con
 }
 
 Vector3d HeldRotation::spin(const Quaterniond& rotation, double s) const {
-  if (count_ == 0) return Vector3d::Zero();
+  if (count_ < 2) return Vector3d::Zero();
   return missing(by(axes_, rotation), from_ + s * (to_ - from_));
 }
 

@@ -9,7 +9,8 @@ namespace limber::beams::detail {
 
 /// What a node turns by about the axes that supports and motions hold, on its way from s = 0, where
 /// it is, to s = 1, where it shall be (see PrescribedMotion). A rotation is measured by its state
-/// alone: what the free axes do on the way leaves nothing behind.
+/// alone: what the free axis does on the way leaves nothing behind. One axis that is held alone is
+/// an axis about which the node does not spin; nothing is measured of that.
 class HeldRotation {
  public:
   /// Nothing is held.
@@ -29,8 +30,6 @@ class HeldRotation {
 
   /// From s = 0 to 1 [rad].
   [[nodiscard]] double angle() const { return (to_ - from_).norm(); }
-  /// Free spins about two axes change, to second order, what is held about the third.
-  [[nodiscard]] bool drifts() const { return count_ == 1; }
   /// As it is at s, all the way.
   [[nodiscard]] HeldRotation resting_at(double s) const;
 
@@ -39,7 +38,7 @@ class HeldRotation {
                                         const Eigen::Vector3d& wanted) const;
 
   int count_ = 0;  // of axes that are held
-  int axis_ = 0;   // the held one of one, the free one of two
+  int axis_ = 0;   // the free one of two
   Eigen::Matrix3d axes_ = Eigen::Matrix3d::Identity();
   Eigen::Quaterniond base_ = Eigen::Quaterniond::Identity();  // of three: what vectors come after
   Eigen::Vector3d from_ = Eigen::Vector3d::Zero(), to_ = Eigen::Vector3d::Zero();

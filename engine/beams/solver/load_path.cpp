@@ -170,10 +170,6 @@ double LoadPath::turn() const {
   return most;
 }
 
-bool LoadPath::drifts() const {
-  return std::any_of(held_.begin(), held_.end(), [](const Held& h) { return h.rotation.drifts(); });
-}
-
 NodeLoads LoadPath::loads(double s) const { return first_ * (1 - s) + last_ * s; }
 
 Eigen::VectorXd LoadPath::held_increments(const BeamState& state, double s) const {

@@ -42,8 +42,6 @@ class LoadPath {
   [[nodiscard]] bool varies() const { return varies_; }
   /// Largest angle that a held node turns by from s = 0 to 1 [rad].
   [[nodiscard]] double turn() const;
-  /// Do held rotations need to be brought back now and then while others are free?
-  [[nodiscard]] bool drifts() const;
   /// The translation that comes closest to how what is held goes: no deformation, nobody's side.
   [[nodiscard]] Eigen::Vector3d common_move() const;
   [[nodiscard]] bool nudged() const { return nudged_; }

@@ -223,6 +223,7 @@ bool NewtonSolver::take_fork(BeamState& state, const NodeLoads& loads) {
   const double side = here.dot(soft.direction) > 0 ? -1 : 1;
   const Eigen::VectorXd unit = side / balance_.size_of(soft.direction) * soft.direction;
   const Eigen::VectorXd bend = curvature(state, loads, here, unit);
+  const double rounding = 100 * kEpsilon * (energy + std::abs(load.dot(unit)));
   // Down to the first valley: the next one may be that of the other side.
   double lowest = 0;
   BeamState valley;
@@ -230,6 +231,8 @@ bool NewtonSolver::take_fork(BeamState& state, const NodeLoads& loads) {
     const Eigen::VectorXd increments = t * unit + (0.5 * t * t) * bend;
     BeamState trial = structure_.moved(state, increments);
     const double change = potential_change(energy, load, trial, loads, increments);
+    // Close by, the gain is lost in rounding.
+    if (lowest == 0 && std::abs(change) <= rounding) continue;
     if (!(change < lowest)) break;
     lowest = change;
     valley = std::move(trial);

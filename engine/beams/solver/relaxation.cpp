@@ -318,8 +318,7 @@ void Relaxation::drive(const LoadPath& path, double s) {
   for (int i = 0; i < structure_.nodes(); ++i) {
     const Eigen::Matrix3d& axes = structure_.node_axes(i);
     Row& row = rows_[index(i)];
-    // Rounding of mobilities lets what is held creep; as it is brought back again and again, its
-    // forces would go on doing work, and no maximum of the kinetic energy be seen.
+    // Rounding of mobilities lets what is held creep: its forces would do work.
     Eigen::Map<Eigen::Vector3d> velocity(row.velocity), angular(row.spin);
     for (int k = 0; k < 3; ++k) {
       if (structure_.held()[index(6 * i + k)] != 0)

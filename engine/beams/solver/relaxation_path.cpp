@@ -81,7 +81,6 @@ class Run {
       step(1);
       if (slips()) return;
       if (report_.relaxation_steps % kStepsBetweenChecks != 0) continue;
-      if (path_.drifts()) relaxation_.drive(path_, 1);
       if (!look()) return finish(BeamStatus::kUnstable, "the structure flies apart");
       if (report_.residual <= tolerance)
         return finish(BeamStatus::kConverged, "forces and moments balance");

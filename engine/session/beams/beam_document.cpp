@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "engine/base/rotations/logarithm.h"
 #include "engine/session/beams/beam_remarks.h"
 #include "engine/session/refused_edit.h"
 
@@ -80,6 +81,10 @@ class BeamDocument::Request {
   void take(const HoldNode& hold) {
     demand_node(hold.node);
     PrescribedMotion motion = *by_axes(places_.of(hold.node), axes_of(hold.node));
+    // The attitude does not tell turns that are known.
+    if (const PrescribedMotion* const found = find_of_node(conditions_.motions, hold.node);
+        found != nullptr && found->rotates_all())
+      motion.rotation = rotations::nearest_branch(motion.rotation, found->rotation);
     motion.node = hold.node;
     motion.translates = hold.translations;
     motion.rotates = {hold.rotations, hold.rotations, hold.rotations};

@@ -25,7 +25,8 @@ struct MoveNode {
 struct ReleaseNode {
   int node = 0;
 };
-/// Holds directions of a node where they are, in global axes; others stay as they are.
+/// Holds directions of a node where they are, by the axes of what holds it already; others stay as
+/// they are.
 struct HoldNode {
   int node = 0;
   std::array<bool, 3> translations{true, true, true};

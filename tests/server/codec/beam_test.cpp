@@ -187,6 +187,7 @@ TEST(BeamCodec, SourcesExcludeEachOther) {
 
 TEST(BeamCodec, MotionsMayHaveAxesAndSingleRotations) {
   proto::Scene message = scene();
+  message.mutable_beams()->mutable_structure()->mutable_supports(1)->set_fix_rotation_x(true);
   auto& told = *message.mutable_beams()->mutable_structure()->add_motions();
   told.set_node(2);
   told.set_y(0.1);

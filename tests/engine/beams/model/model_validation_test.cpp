@@ -149,6 +149,13 @@ INSTANTIATE_TEST_SUITE_P(Bad, BeamModelValidation,
                                                motion.axes(0, 1) = 0.1;
                                                m.motions.push_back(motion);
                                              }},
+                                    BadInput{"ATurnAboutOneAxisAlone", "motions[0]", kInvalid,
+                                             [](BeamModel& m) {
+                                               PrescribedMotion motion;
+                                               motion.node = 4;
+                                               motion.rotates = {false, true, false};
+                                               m.motions.push_back(motion);
+                                             }},
                                     BadInput{"SkewAxes", "supports[0].axes", kInvalid,
                                              [](BeamModel& m) { m.supports[0].axes(0, 1) = 0.1; }},
                                     BadInput{

@@ -118,6 +118,21 @@ TEST(BeamDocument, NodesAreHeldWhereTheyAre) {
   EXPECT_EQ(refusal(edited.document, {HoldNode{3}}).code(), ErrorCode::kFailedPrecondition);
 }
 
+class TurnedFar final : public BeamDocument::Places {
+ public:
+  /// As an attitude tells a turn by -4 rad.
+  [[nodiscard]] beams::PrescribedMotion of(int node) const override {
+    return {node, {true, true, true}, {0, 0, 0}, {true, true, true}, {0, 6.283185307179586 - 4, 0}};
+  }
+};
+
+TEST(BeamDocument, WhatHasTurnedFarIsHeldAsFar) {
+  Edited edited;
+  edited.apply({MoveNode{test::turned(6, {0, -4, 0})}});
+  edited.document.apply({HoldNode{6}}, {}, TurnedFar());
+  EXPECT_NEAR(edited.now().motions[0].rotation.y(), -4, 1e-12);
+}
+
 TEST(BeamDocument, LoadsReplaceEachOtherAndZerosTakeThemAway) {
   Edited edited;
   edited.apply({SetNodeLoad{test::force_on(6, 0, 0, -2)}, SetElementLoad{{2, {0, 0, -3}}},
