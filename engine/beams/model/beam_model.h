@@ -82,8 +82,9 @@ struct PrescribedMotion {
   [[nodiscard]] bool rotates_all() const { return rotates[0] && rotates[1] && rotates[2]; }
 };
 
-/// The same motion by other axes; nothing where one of these lies neither in the span of the
-/// directions that are given nor across it: three go with any axes.
+/// The same motion by other axes, with zeros in directions that it does not give; nothing where one
+/// of these lies neither in the span of the directions that are given nor across it: three go with
+/// any axes.
 [[nodiscard]] std::optional<PrescribedMotion> by_axes(const PrescribedMotion& motion,
                                                       const Eigen::Matrix3d& axes);
 

@@ -33,15 +33,11 @@ LoadPath::LoadPath(const BeamStructure& structure, const BeamState& start,
   for (const PrescribedMotion& given : model.motions) {
     const PrescribedMotion m = structure.motion_by_node_axes(given);
     Wanted& w = wanted[m.node];
-    for (int k = 0; k < 3; ++k) {
-      if (m.translates[index(k)]) {
-        w.held[index(k)] = true;
-        w.move[k] = m.translation[k];
-      }
-      if (m.rotates[index(k)]) {
-        w.held[index(3 + k)] = true;
-        w.turn[k] = m.rotation[k];
-      }
+    w.move = m.translation;
+    w.turn = m.rotation;
+    for (std::size_t k = 0; k < 3; ++k) {
+      w.held[k] = w.held[k] || m.translates[k];
+      w.held[3 + k] = w.held[3 + k] || m.rotates[k];
     }
   }
   // Rotation vectors go on from where they are known to be: they may be of more than half a turn.

@@ -1,6 +1,7 @@
 #include "engine/beams/solver/relaxation.h"
 
 #include <Eigen/Dense>
+#include <algorithm>
 #include <cmath>
 
 namespace limber::beams::detail {
@@ -25,6 +26,17 @@ Eigen::Matrix3d symmetric(const double m[6]) {
   return result;
 }
 
+/// Lower triangle by rows.
+void write(const Eigen::Matrix3d& m, double out[6]) {
+  const double entries[6] = {m(0, 0), m(1, 0), m(1, 1), m(2, 0), m(2, 1), m(2, 2)};
+  std::copy(entries, entries + 6, out);
+}
+
+[[gnu::always_inline]] inline void project(const double m[6], double v[3]) {
+  const double before[3] = {v[0], v[1], v[2]};
+  multiply(m, before, v);
+}
+
 /// Inverse of a mass on the span of the columns of `free`; what is held stays.
 void invert(Eigen::Matrix3d mass, const Eigen::Matrix3d& free, double out[6]) {
   if (!(mass.trace() > 0)) {
@@ -36,10 +48,7 @@ void invert(Eigen::Matrix3d mass, const Eigen::Matrix3d& free, double out[6]) {
   const Eigen::Matrix3d held = Eigen::Matrix3d::Identity() - free;
   // P M P / s + (I - P) is block diagonal: its inverse less (I - P) is that on the free ones.
   const double s = mass.trace();
-  const Eigen::Matrix3d inverse = (free * mass * free + s * held).inverse() - held / s;
-  const double entries[6] = {inverse(0, 0), inverse(1, 0), inverse(1, 1),
-                             inverse(2, 0), inverse(2, 1), inverse(2, 2)};
-  std::copy(entries, entries + 6, out);
+  write((free * mass * free + s * held).inverse() - held / s, out);
 }
 
 /// q <- exp(spin / 2) q to second order, of unit norm.
@@ -75,6 +84,13 @@ Relaxation::Relaxation(const BeamStructure& structure, const BeamState& start, E
     const Eigen::Quaterniond& q = start.rotations[index(i)];
     row.rotation[0] = q.w();
     Eigen::Map<Eigen::Vector3d>(row.rotation + 1) = q.vec();
+    row.held = -1;
+    const auto first = structure.held().begin() + 6 * i;
+    if (std::all_of(first, first + 6, [](auto held) { return held == 0; })) continue;
+    row.held = static_cast<int>(held_.size());
+    Held& held = held_.emplace_back();
+    write(free_directions(i, 0), held.translation);
+    write(free_directions(i, 3), held.rotation);
   }
   for (int i = 0; i < static_cast<int>(structure.released_ends().size()); ++i) {
     Hinge hinge;
@@ -223,6 +239,12 @@ void Relaxation::accelerate() {
     Row& row = rows_[index(i)];
     double force[3], moment[3];
     out_of_balance(i, force, moment);
+    // Rounding of mobilities lets what is held creep: the forces that hold it would do work, and
+    // hide from the sum of powers when it passes zero.
+    if (row.held >= 0) {
+      project(held_[index(row.held)].translation, force);
+      project(held_[index(row.held)].rotation, moment);
+    }
     multiply(row.mobility_t, force, row.acceleration);
     multiply(row.mobility_r, moment, row.angular);
     for (int c = 0; c < 3; ++c) {
@@ -318,14 +340,6 @@ void Relaxation::drive(const LoadPath& path, double s) {
   for (int i = 0; i < structure_.nodes(); ++i) {
     const Eigen::Matrix3d& axes = structure_.node_axes(i);
     Row& row = rows_[index(i)];
-    // Rounding of mobilities lets what is held creep: its forces would do work.
-    Eigen::Map<Eigen::Vector3d> velocity(row.velocity), angular(row.spin);
-    for (int k = 0; k < 3; ++k) {
-      if (structure_.held()[index(6 * i + k)] != 0)
-        velocity -= axes.col(k).dot(velocity) * axes.col(k);
-      if (structure_.held()[index(6 * i + 3 + k)] != 0)
-        angular -= axes.col(k).dot(angular) * axes.col(k);
-    }
     const Eigen::Vector3d move = axes * increments.segment<3>(6 * i);
     const Eigen::Vector3d spin = axes * increments.segment<3>(6 * i + 3);
     if (!move.isZero(0)) Eigen::Map<Eigen::Vector3d>(row.position) += move;

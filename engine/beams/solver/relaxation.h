@@ -59,6 +59,11 @@ class Relaxation {
     double acceleration[3], angular[3];
     double force[3], moment[3];  // loads
     double reach;                // of the shortest element there, -2nd power [1/length^2]
+    int held;                    // where in held_, -1 if free
+  };
+  /// Projections on the free directions of a node that is held somehow: lower triangles by rows.
+  struct Held {
+    double translation[6], rotation[6];
   };
   struct Place {
     int force = 0;    // in the responses
@@ -95,6 +100,7 @@ class Relaxation {
   std::vector<int> first_place_;  // per node, and one more
   std::vector<Place> places_;
   std::vector<Hinge> hinges_;
+  std::vector<Held> held_;
   NodeLoads loads_;
   bool loads_follow_ = false;
   double power_ = 0;  // gain of kinetic energy in this step

@@ -119,6 +119,8 @@ TEST(BeamLocalAxes, ARotationAboutOneAxisBendsALongItsOwnCircle) {
     const Vector3d arc(std::sin(1.0), 0, 1 - std::cos(1.0));
     EXPECT_LT((rod.end(found) - arc).norm(), 1e-4);
     EXPECT_NEAR(part_about(rod.axes.col(1), found.state.rotations[20]), -1, 1e-7);
+    // What holds it does no work, by rounding either: else the residual stays near the tolerance.
+    EXPECT_LT(found.report.relaxation_steps, 40000);
   }
 }
 
