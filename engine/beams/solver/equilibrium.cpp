@@ -114,12 +114,16 @@ struct Attempt {
     if (options.largest_swerve == 0) report.snaps.clear();
   }
 
+  [[nodiscard]] bool is_folded(const BeamState& state) const {
+    const auto doubt = detail::doubt_elements(structure, state);
+    return doubt && doubt->hopeless;
+  }
+
   /// Against the push, or with elements folded by a load step that was too long.
   [[nodiscard]] bool went_astray(const BeamSolution& solution) const {
     if (!path.nudged() || !solution.report.converged()) return false;
     if (path.nudge_work(start, solution.state) < 0) return true;
-    const auto doubt = detail::doubt_elements(structure, solution.state);
-    return doubt && doubt->hopeless;
+    return is_folded(solution.state);
   }
 
   /// Temporary loads choose the side.
@@ -147,8 +151,7 @@ struct Attempt {
   [[nodiscard]] bool is_found(const BeamSolution& solution) const {
     if (solution.report.status == BeamStatus::kMechanism) return solution.report.load_factor == 1;
     if (!solution.report.converged()) return false;
-    const auto doubt = detail::doubt_elements(structure, solution.state);
-    return !doubt || !doubt->hopeless;
+    return !is_folded(solution.state);
   }
 
   /// Long load steps may end on another branch, and say nothing: Newton's method follows the one

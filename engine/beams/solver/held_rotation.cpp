@@ -63,14 +63,8 @@ HeldRotation::HeldRotation(const std::array<bool, 3>& held, const Eigen::Matrix3
 }
 
 Vector3d HeldRotation::missing(const Quaterniond& q, const Vector3d& wanted) const {
-  switch (count_) {
-    case 2:
-      return -before_turning_about(axis_, q * rotation_by(-wanted));
-    case 3:
-      return rotations::logarithm((rotation_by(wanted) * base_ * q.conjugate()).normalized());
-    default:
-      return Vector3d::Zero();
-  }
+  if (count_ == 2) return -before_turning_about(axis_, q * rotation_by(-wanted));
+  return rotations::logarithm((rotation_by(wanted) * base_ * q.conjugate()).normalized());
 }
 
 Vector3d HeldRotation::spin(const Quaterniond& rotation, double s) const {

@@ -34,6 +34,7 @@ class HeldRotation {
   [[nodiscard]] HeldRotation resting_at(double s) const;
 
  private:
+  /// Of two or three axes.
   [[nodiscard]] Eigen::Vector3d missing(const Eigen::Quaterniond& by_axes,
                                         const Eigen::Vector3d& wanted) const;
 

@@ -87,7 +87,7 @@ Eigen::VectorXd NewtonSolver::curvature(const BeamState& state, const NodeLoads&
   return stiffness_.extended(bend);
 }
 
-NewtonSolver::Trial NewtonSolver::try_step(const BeamState& state, const NodeLoads& loads,
+NewtonSolver::Trial NewtonSolver::go_along(const BeamState& state, const NodeLoads& loads,
                                            double energy, const Eigen::VectorXd& load,
                                            const Eigen::VectorXd& step, const Eigen::VectorXd& bend,
                                            double t) const {
@@ -95,6 +95,14 @@ NewtonSolver::Trial NewtonSolver::try_step(const BeamState& state, const NodeLoa
   Trial trial;
   trial.state = structure_.moved(state, increments);
   trial.change = potential_change(energy, load, trial.state, loads, increments);
+  return trial;
+}
+
+NewtonSolver::Trial NewtonSolver::try_step(const BeamState& state, const NodeLoads& loads,
+                                           double energy, const Eigen::VectorXd& load,
+                                           const Eigen::VectorXd& step, const Eigen::VectorXd& bend,
+                                           double t) const {
+  Trial trial = go_along(state, loads, energy, load, step, bend, t);
   trial.scaled =
       balance_.imbalance(residual(trial.state, loads), balance_.present(trial.state, loads)).scaled;
   return trial;
@@ -199,12 +207,10 @@ bool NewtonSolver::leave_saddle(BeamState& state, const NodeLoads& loads, const 
     double lowest = 0;
     BeamState lower;
     for (const double way : {t, -t}) {
-      const Eigen::VectorXd increments = way * unit + (0.5 * t * t) * bend;
-      BeamState trial = structure_.moved(state, increments);
-      const double change = potential_change(energy, load, trial, loads, increments);
-      if (!(change < (1 + kSameSide) * lowest)) continue;
-      lowest = change;
-      lower = std::move(trial);
+      Trial trial = go_along(state, loads, energy, load, unit, bend, way);
+      if (!(trial.change < (1 + kSameSide) * lowest)) continue;
+      lowest = trial.change;
+      lower = std::move(trial.state);
     }
     if (lowest < 0) {
       state = std::move(lower);
@@ -228,14 +234,12 @@ bool NewtonSolver::take_fork(BeamState& state, const NodeLoads& loads) {
   double lowest = 0;
   BeamState valley;
   for (double t = kFirstOfFork; t < kLargestTurn; t *= 2) {
-    const Eigen::VectorXd increments = t * unit + (0.5 * t * t) * bend;
-    BeamState trial = structure_.moved(state, increments);
-    const double change = potential_change(energy, load, trial, loads, increments);
+    Trial trial = go_along(state, loads, energy, load, unit, bend, t);
     // Close by, the gain is lost in rounding.
-    if (lowest == 0 && std::abs(change) <= rounding) continue;
-    if (!(change < lowest)) break;
-    lowest = change;
-    valley = std::move(trial);
+    if (lowest == 0 && std::abs(trial.change) <= rounding) continue;
+    if (!(trial.change < lowest)) break;
+    lowest = trial.change;
+    valley = std::move(trial.state);
   }
   if (lowest < 0) state = std::move(valley);
   return lowest < 0;

@@ -22,8 +22,7 @@ enum class NewtonOutcome {
 /// What a balance does where the stiffness ceases to be positive definite on its way.
 enum class Forks {
   kIgnored,  // nothing
-  kTaken,    // buckles to the side that loads push to, by however little: close to a fork that is
-             // sure
+  kTaken,    // buckles to the side that loads push to, little as it may be: sure close to a fork
 };
 
 /// Newton's method on the potential U - W by free unknowns, from state to state of a load path.
@@ -82,6 +81,10 @@ class NewtonSolver {
     double change = 0;  // of the potential
     double scaled = 0;  // residual
   };
+  /// By t times a step; nothing of the residual.
+  [[nodiscard]] Trial go_along(const BeamState& state, const NodeLoads& loads, double energy,
+                               const Eigen::VectorXd& load, const Eigen::VectorXd& step,
+                               const Eigen::VectorXd& bend, double t) const;
   [[nodiscard]] Trial try_step(const BeamState& state, const NodeLoads& loads, double energy,
                                const Eigen::VectorXd& load, const Eigen::VectorXd& step,
                                const Eigen::VectorXd& bend, double t) const;

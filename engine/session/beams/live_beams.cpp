@@ -1,6 +1,7 @@
 #include "engine/session/beams/live_beams.h"
 
 #include <algorithm>
+#include <set>
 #include <utility>
 
 #include "engine/base/error.h"
@@ -54,21 +55,15 @@ LiveBeams::Turns LiveBeams::turns_at(const BeamConditions& conditions, double sh
         before != turned_.end() ? before->rotation : Eigen::Vector3d::Zero().eval();
     turns.push_back({node, from + share * (wanted - from)});
   };
-  std::vector<int> turns_by_motions;
+  std::set<int> turned_by_motions;
   for (const beams::PrescribedMotion& motion : conditions.motions) {
     if (!motion.rotates_any()) continue;
-    Eigen::Vector3d rotation = Eigen::Vector3d::Zero();
-    for (std::size_t k = 0; k < 3; ++k) {
-      const auto i = static_cast<Eigen::Index>(k);
-      if (motion.rotates[k]) rotation += motion.rotation[i] * motion.axes.col(i);
-    }
-    note(motion.node, rotation);
-    turns_by_motions.push_back(motion.node);
+    note(motion.node, motion.axes * by_axes(motion, motion.axes)->rotation);
+    turned_by_motions.insert(motion.node);
   }
   for (const beams::BeamSupport& support : conditions.supports) {
-    if (!(support.fixed[3] || support.fixed[4] || support.fixed[5])) continue;
-    if (std::find(turns_by_motions.begin(), turns_by_motions.end(), support.node) ==
-        turns_by_motions.end())
+    if ((support.fixed[3] || support.fixed[4] || support.fixed[5]) &&
+        !turned_by_motions.contains(support.node))
       note(support.node, Eigen::Vector3d::Zero());
   }
   return turns;

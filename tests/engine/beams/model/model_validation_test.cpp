@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <array>
 #include <functional>
 #include <limits>
 
@@ -39,142 +40,125 @@ constexpr auto kRange = ErrorCode::kOutOfRange;
 constexpr auto kPrecondition = ErrorCode::kFailedPrecondition;
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
-INSTANTIATE_TEST_SUITE_P(Bad, BeamModelValidation,
-                         ::testing::
-                             Values(BadInput{"ZeroLengthElement", "elements[2]", kInvalid,
-                                             [](BeamModel& m) {
-                                               m.nodes[3].position = m.nodes[2].position;
-                                             }},
-                                    BadInput{"ElementFromANodeToItself", "elements[1]", kInvalid,
-                                             [](BeamModel& m) { m.elements[1].finish = 1; }},
-                                    BadInput{"DuplicateElement", "elements[4]", kInvalid,
-                                             [](BeamModel& m) {
-                                               m.elements.push_back(m.elements[1]);
-                                               std::swap(m.elements[4].start, m.elements[4].finish);
-                                             }},
-                                    BadInput{"SectionNotPositive", "sections[0].bending_3",
-                                             kInvalid,
-                                             [](BeamModel& m) { m.sections[0].bending_3 = 0; }},
-                                    BadInput{"SectionNotANumber", "sections[0].stretching",
-                                             kInvalid,
-                                             [](BeamModel& m) { m.sections[0].stretching = kNaN; }},
-                                    BadInput{"TwistOfMoreThanAnElementShowsAtRest",
-                                             "elements[1].rest_curvature", kInvalid,
-                                             [](BeamModel& m) {
-                                               m.elements[1].rest_curvature.x() = 10;
-                                             }},
-                                    BadInput{"MissingSection", "elements[3].section", kRange,
-                                             [](BeamModel& m) { m.elements[3].section = 1; }},
-                                    BadInput{"LoadOnMissingNode", "loads[0].node", kRange,
-                                             [](BeamModel& m) { m.loads[0].node = 5; }},
-                                    BadInput{"LoadOnMissingElement", "distributed_loads[0].element",
-                                             kRange,
-                                             [](BeamModel& m) {
-                                               m.distributed_loads.push_back({-1, {0, 0, 1}});
-                                             }},
-                                    BadInput{"LoadWhoseSquareOverflows", "loads[0].force", kInvalid,
-                                             [](BeamModel& m) { m.loads[0].force.x() = 1e200; }},
-                                    BadInput{"FarFromTheOrigin", "nodes[0].position", kInvalid,
-                                             [](BeamModel& m) {
-                                               for (auto& node : m.nodes) node.position.x() += 1e9;
-                                             }},
-                                    BadInput{"LoadNotANumber", "loads[0].force", kInvalid,
-                                             [](BeamModel& m) { m.loads[0].force.x() = kNaN; }},
-                                    BadInput{"NoSupports", "supports", kPrecondition,
-                                             [](BeamModel& m) { m.supports.clear(); }},
-                                    BadInput{"AnIslandWithoutSupport", "nodes[4]", kPrecondition,
-                                             [](BeamModel& m) { m.elements.pop_back(); }},
-                                    BadInput{"MotionAgainstASupport", "motions[0]", kInvalid,
-                                             [](BeamModel& m) {
-                                               PrescribedMotion motion;
-                                               motion.translates = {true, false, false};
-                                               m.motions.push_back(motion);
-                                             }},
-                                    BadInput{"RotationAgainstASupport", "motions[0]", kInvalid,
-                                             [](BeamModel& m) {
-                                               PrescribedMotion motion;
-                                               motion.rotates = {true, true, true};
-                                               m.motions.push_back(motion);
-                                             }},
-                                    BadInput{"TwoMotionsOfANode", "motions[1].node", kInvalid,
-                                             [](BeamModel& m) {
-                                               PrescribedMotion motion;
-                                               motion.node = 3;
-                                               m.motions = {motion, motion};
-                                             }},
-                                    BadInput{"MotionAcrossLocalAxes", "motions[0]", kInvalid,
-                                             [](BeamModel& m) {
-                                               BeamSupport support;
-                                               support.node = 4;
-                                               support.fixed[0] = true;
-                                               support.axes << 0.6, -0.8, 0, 0.8, 0.6, 0, 0, 0, 1;
-                                               m.supports.push_back(support);
-                                               PrescribedMotion motion;
-                                               motion.node = 4;
-                                               motion.translates = {true, false, false};
-                                               m.motions.push_back(motion);
-                                             }},
-                                    BadInput{"RotationAcrossLocalAxes", "motions[0]", kInvalid,
-                                             [](BeamModel& m) {
-                                               BeamSupport support;
-                                               support.node = 4;
-                                               support.axes << 0.6, -0.8, 0, 0.8, 0.6, 0, 0, 0, 1;
-                                               support.fixed[5] = true;
-                                               m.supports.push_back(support);
-                                               PrescribedMotion motion;
-                                               motion.node = 4;
-                                               motion.rotates = {false, true, false};
-                                               m.motions.push_back(motion);
-                                             }},
-                                    BadInput{"LocalMotionAgainstASupport", "motions[0]", kInvalid,
-                                             [](BeamModel& m) {
-                                               BeamSupport support;
-                                               support.node = 4;
-                                               support.axes << 0.6, -0.8, 0, 0.8, 0.6, 0, 0, 0, 1;
-                                               support.fixed[1] = true;
-                                               m.supports.push_back(support);
-                                               PrescribedMotion motion;
-                                               motion.node = 4;
-                                               motion.axes = support.axes;
-                                               motion.translates = {false, true, false};
-                                               m.motions.push_back(motion);
-                                             }},
-                                    BadInput{"LeftHandedAxes", "supports[0].axes", kInvalid,
-                                             [](BeamModel& m) { m.supports[0].axes(2, 2) = -1; }},
-                                    BadInput{"SkewAxesOfAMotion", "motions[0].axes", kInvalid,
-                                             [](BeamModel& m) {
-                                               PrescribedMotion motion;
-                                               motion.node = 3;
-                                               motion.translates = {true, true, true};
-                                               motion.axes(0, 1) = 0.1;
-                                               m.motions.push_back(motion);
-                                             }},
-                                    BadInput{"ATurnAboutOneAxisAlone", "motions[0]", kInvalid,
-                                             [](BeamModel& m) {
-                                               PrescribedMotion motion;
-                                               motion.node = 4;
-                                               motion.rotates = {false, true, false};
-                                               m.motions.push_back(motion);
-                                             }},
-                                    BadInput{"SkewAxes", "supports[0].axes", kInvalid,
-                                             [](BeamModel& m) { m.supports[0].axes(0, 1) = 0.1; }},
-                                    BadInput{
-                                        "NormalAlongTheElement", "elements[0].normal", kInvalid,
-                                        [](BeamModel& m) {
-                                          m.elements[0].normal = Eigen::Vector3d(-2, 0, 0);
-                                        }},
-                                    BadInput{"CableWithHinge", "elements[0]", kInvalid,
-                                             [](BeamModel& m) {
-                                               m.elements[0].kind = BeamKind::kCable;
-                                               m.elements[0].start_release.rotations[1] = true;
-                                             }},
-                                    BadInput{"TwistReleasedAtBothEnds",
-                                             "elements[0].finish_release", kInvalid,
-                                             [](BeamModel& m) {
-                                               m.elements[0].start_release.rotations[0] = true;
-                                               m.elements[0].finish_release.rotations[0] = true;
-                                             }}),
-                         [](const auto& test) { return test.param.name; });
+INSTANTIATE_TEST_SUITE_P(
+    Bad, BeamModelValidation,
+    ::testing::Values(
+        BadInput{"ZeroLengthElement", "elements[2]", kInvalid,
+                 [](BeamModel& m) { m.nodes[3].position = m.nodes[2].position; }},
+        BadInput{"ElementFromANodeToItself", "elements[1]", kInvalid,
+                 [](BeamModel& m) { m.elements[1].finish = 1; }},
+        BadInput{"DuplicateElement", "elements[4]", kInvalid,
+                 [](BeamModel& m) {
+                   m.elements.push_back(m.elements[1]);
+                   std::swap(m.elements[4].start, m.elements[4].finish);
+                 }},
+        BadInput{"SectionNotPositive", "sections[0].bending_3", kInvalid,
+                 [](BeamModel& m) { m.sections[0].bending_3 = 0; }},
+        BadInput{"SectionNotANumber", "sections[0].stretching", kInvalid,
+                 [](BeamModel& m) { m.sections[0].stretching = kNaN; }},
+        BadInput{"TwistOfMoreThanAnElementShowsAtRest", "elements[1].rest_curvature", kInvalid,
+                 [](BeamModel& m) { m.elements[1].rest_curvature.x() = 10; }},
+        BadInput{"MissingSection", "elements[3].section", kRange,
+                 [](BeamModel& m) { m.elements[3].section = 1; }},
+        BadInput{"LoadOnMissingNode", "loads[0].node", kRange,
+                 [](BeamModel& m) { m.loads[0].node = 5; }},
+        BadInput{"LoadOnMissingElement", "distributed_loads[0].element", kRange,
+                 [](BeamModel& m) {
+                   m.distributed_loads.push_back({-1, {0, 0, 1}});
+                 }},
+        BadInput{"LoadWhoseSquareOverflows", "loads[0].force", kInvalid,
+                 [](BeamModel& m) { m.loads[0].force.x() = 1e200; }},
+        BadInput{"FarFromTheOrigin", "nodes[0].position", kInvalid,
+                 [](BeamModel& m) {
+                   for (auto& node : m.nodes) node.position.x() += 1e9;
+                 }},
+        BadInput{"LoadNotANumber", "loads[0].force", kInvalid,
+                 [](BeamModel& m) { m.loads[0].force.x() = kNaN; }},
+        BadInput{"NoSupports", "supports", kPrecondition, [](BeamModel& m) { m.supports.clear(); }},
+        BadInput{"AnIslandWithoutSupport", "nodes[4]", kPrecondition,
+                 [](BeamModel& m) { m.elements.pop_back(); }},
+        BadInput{"LeftHandedAxes", "supports[0].axes", kInvalid,
+                 [](BeamModel& m) { m.supports[0].axes(2, 2) = -1; }},
+        BadInput{"SkewAxes", "supports[0].axes", kInvalid,
+                 [](BeamModel& m) { m.supports[0].axes(0, 1) = 0.1; }},
+        BadInput{"NormalAlongTheElement", "elements[0].normal", kInvalid,
+                 [](BeamModel& m) { m.elements[0].normal = Eigen::Vector3d(-2, 0, 0); }},
+        BadInput{"CableWithHinge", "elements[0]", kInvalid,
+                 [](BeamModel& m) {
+                   m.elements[0].kind = BeamKind::kCable;
+                   m.elements[0].start_release.rotations[1] = true;
+                 }},
+        BadInput{"TwistReleasedAtBothEnds", "elements[0].finish_release", kInvalid,
+                 [](BeamModel& m) {
+                   m.elements[0].start_release.rotations[0] = true;
+                   m.elements[0].finish_release.rotations[0] = true;
+                 }}),
+    [](const auto& test) { return test.param.name; });
+
+PrescribedMotion motion_of(int node) {
+  PrescribedMotion motion;
+  motion.node = node;
+  return motion;
+}
+/// Of the free end; by x and y turned about z.
+BeamSupport askew_support(std::size_t fixed) {
+  BeamSupport support;
+  support.node = 4;
+  support.fixed[fixed] = true;
+  support.axes << 0.6, -0.8, 0, 0.8, 0.6, 0, 0, 0, 1;
+  return support;
+}
+void translate(BeamModel& m, int node, const std::array<bool, 3>& which) {
+  PrescribedMotion motion = motion_of(node);
+  motion.translates = which;
+  m.motions.push_back(motion);
+}
+void rotate(BeamModel& m, int node, const std::array<bool, 3>& which) {
+  PrescribedMotion motion = motion_of(node);
+  motion.rotates = which;
+  m.motions.push_back(motion);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    BadMotions, BeamModelValidation,
+    ::testing::Values(BadInput{"AgainstASupport", "motions[0]", kInvalid,
+                               [](BeamModel& m) {
+                                 translate(m, 0, {true, false, false});
+                               }},
+                      BadInput{"RotationAgainstASupport", "motions[0]", kInvalid,
+                               [](BeamModel& m) {
+                                 rotate(m, 0, {true, true, true});
+                               }},
+                      BadInput{"TwoOfANode", "motions[1].node", kInvalid,
+                               [](BeamModel& m) {
+                                 m.motions = {motion_of(3), motion_of(3)};
+                               }},
+                      BadInput{"AcrossLocalAxes", "motions[0]", kInvalid,
+                               [](BeamModel& m) {
+                                 m.supports.push_back(askew_support(0));
+                                 translate(m, 4, {true, false, false});
+                               }},
+                      BadInput{"RotationAcrossLocalAxes", "motions[0]", kInvalid,
+                               [](BeamModel& m) {
+                                 m.supports.push_back(askew_support(5));
+                                 rotate(m, 4, {false, true, false});
+                               }},
+                      BadInput{"LocalAgainstASupport", "motions[0]", kInvalid,
+                               [](BeamModel& m) {
+                                 m.supports.push_back(askew_support(1));
+                                 translate(m, 4, {false, true, false});
+                                 m.motions[0].axes = m.supports[1].axes;
+                               }},
+                      BadInput{"SkewAxes", "motions[0].axes", kInvalid,
+                               [](BeamModel& m) {
+                                 translate(m, 3, {true, true, true});
+                                 m.motions[0].axes(0, 1) = 0.1;
+                               }},
+                      BadInput{"ATurnAboutOneAxisAlone", "motions[0]", kInvalid,
+                               [](BeamModel& m) {
+                                 rotate(m, 4, {false, true, false});
+                               }}),
+    [](const auto& test) { return test.param.name; });
 
 }  // namespace
 }  // namespace limber::beams
