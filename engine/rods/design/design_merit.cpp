@@ -36,6 +36,11 @@ void GuardWeight::raise_at_once(double objective, double flat_energy) {
   }
 }
 
+bool GuardWeight::hinders(double objective, double flat_energy) const {
+  constexpr double kShare = 0.5;
+  return weight_ * flat_energy > kShare * std::abs(objective);
+}
+
 void GuardWeight::lower() {
   constexpr double kNothing = 1e-6;
   last_ = weight_;

@@ -34,7 +34,10 @@ class AugmentedConstraint {
 class GuardWeight {
  public:
   [[nodiscard]] double weight() const { return weight_; }  // per energy
-  /// @param objective, flat_energy  where the search stands
+  /// Does it weigh enough beside the objective to keep that from falling? A guard that does not had
+  /// better stay: without it the flat shape's rods press more and more, for next to no gain.
+  // For this and the next: @param objective, flat_energy  where the search stands
+  [[nodiscard]] bool hinders(double objective, double flat_energy) const;
   /// @returns whether it was of use so far: raised too often it is not
   bool raise(double objective, double flat_energy);
   /// To about a quarter of the objective.

@@ -38,9 +38,11 @@ constexpr int kUpdates = 30;  // of multipliers
 // radius where it is lowered begins at a share of the first.
 constexpr double kLostRadius = 0.03;
 constexpr double kLoweredRadius = 0.03;
-constexpr int kHeld = 8;               // steps after which it is lowered anyway
-constexpr double kSettledGuard = 0.1;  // gradient over that at the last change, when it is lowered
-constexpr double kNoEnergy = 1e-12;    // share of the scale of energies that is rounding
+// It is lowered after so many steps, or where the gradient has come to a share of that at its last
+// change, if it hinders.
+constexpr int kHeld = 8;
+constexpr double kSettledGuard = 0.1;
+constexpr double kNoEnergy = 1e-12;  // share of the scale of energies that is rounding
 // Where branches end: how often another one is looked for from a point, and from all.
 constexpr int kFallsAtOnce = 3;
 constexpr int kFalls = 20;
@@ -278,7 +280,8 @@ class Search {
     if (merit_.guard().weight() > 0) {
       const double now = projected(merit_.gradient(values_)).norm();
       if (held_ == 0) guarded_gradient_ = now;
-      if (++held_ >= kHeld || now < kSettledGuard * guarded_gradient_) (void)lower_guard();
+      const bool waited = ++held_ >= kHeld || now < kSettledGuard * guarded_gradient_;
+      if (waited && merit_.guard().hinders(values_.objective, flat_energy())) (void)lower_guard();
     }
     return true;
   }
