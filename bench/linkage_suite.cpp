@@ -1,6 +1,7 @@
 // Linkages from the drawn shape to the deployed one, as the public code's measured runs do it.
 #include <fmt/core.h>
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <numbers>
@@ -104,7 +105,41 @@ void solve_lengths(const LinkageCase& named, rods::LinkageModel& model, rods::Li
   result["rest_lengths_failed"] = !report.converged();
 }
 
-Case measure(const LinkageCase& named, const std::string& path, bool quick) {
+/// The same way again and again, from the same closed state.
+/// @param state  closed; deployed afterwards
+rods::DeploymentReport measure_deployment(const LinkageCase& named,
+                                          rods::LinkageEquilibrium& equilibrium,
+                                          rods::LinkageState& state,
+                                          const rods::Conditions& conditions, int repeats,
+                                          Case& result) {
+  rods::DeploymentOptions options;
+  options.first_step = options.largest_step = 1.0 / named.steps;
+  const rods::LinkageState closed = state;
+  rods::DeploymentReport report;
+  std::vector<double> walls;
+  for (int k = 0; k < repeats; ++k) {
+    state = closed;
+    walls.push_back(
+        milliseconds([&] { report = rods::deploy(equilibrium, state, conditions, options); }));
+  }
+  const double wall = median(walls);
+  result["steps"] = report.steps;
+  result["steps_failed"] = report.steps_failed;
+  result["jumps"] = report.jumps;
+  result["iterations"] = report.iterations;
+  result["wall_s"] = wall / 1000;
+  result["wall_least_s"] = *std::min_element(walls.begin(), walls.end()) / 1000;
+  result["wall_most_s"] = *std::max_element(walls.begin(), walls.end()) / 1000;
+  result["ms_per_iteration"] = wall / report.iterations;
+  result["wall_ratio"] = result["iteration_ratio"] = nullptr;
+  if (named.known_wall > 0) {
+    result["wall_ratio"] = named.known_wall * 1000 / wall;
+    result["iteration_ratio"] = named.known_ms * report.iterations / wall;
+  }
+  return report;
+}
+
+Case measure(const LinkageCase& named, const std::string& path, const SuiteOptions& options) {
   rods::LinkageModel model(rods::build_linkage_graph(scene::read_line_mesh_file(path)), named.edges,
                            named.stiffness);
   rods::LinkageState state(model);
@@ -124,19 +159,10 @@ Case measure(const LinkageCase& named, const std::string& path, bool quick) {
   if (named.known_closed > 0)
     result["energy_closed_difference"] = std::abs(closed.energies.total() / named.known_closed - 1);
   conditions.mean_opening_angle = named.target * kDegree;
-  rods::DeploymentOptions options;
-  options.first_step = options.largest_step = 1.0 / named.steps;
-  rods::DeploymentReport report;
-  const double wall =
-      milliseconds([&] { report = rods::deploy(equilibrium, state, conditions, options); });
-  result["steps"] = report.steps;
-  result["steps_failed"] = report.steps_failed;
-  result["jumps"] = report.jumps;
-  result["iterations"] = report.iterations;
-  result["wall_s"] = wall / 1000;
-  result["ms_per_iteration"] = wall / report.iterations;
-  measure_parts(model, state, quick ? 5 : 21, result);
-  measure_derivatives(model, state, quick ? 5 : 21, result);
+  const rods::DeploymentReport report =
+      measure_deployment(named, equilibrium, state, conditions, options.repeats, result);
+  measure_parts(model, state, options.quick ? 5 : 21, result);
+  measure_derivatives(model, state, options.quick ? 5 : 21, result);
   result["energy_deployed"] = report.end.energies.total();
   result["max_gradient_scaled"] = report.end.max_gradient_scaled;
   if (named.known_energy > 0) {
@@ -144,14 +170,7 @@ Case measure(const LinkageCase& named, const std::string& path, bool quick) {
   } else {
     result["energy_difference"] = nullptr;
   }
-  if (named.known_wall > 0) {
-    result["wall_ratio"] = named.known_wall * 1000 / wall;
-    result["iteration_ratio"] = named.known_ms * report.iterations / wall;
-  } else {
-    result["wall_ratio"] = nullptr;
-    result["iteration_ratio"] = nullptr;
-  }
-  measure_retarget(model, equilibrium, state, conditions, quick ? 4 : 12, result);
+  measure_retarget(model, equilibrium, state, conditions, options.quick ? 4 : 12, result);
   return result;
 }
 
@@ -164,7 +183,7 @@ void linkage_suite(const SuiteOptions& options, Recorder& recorder) {
       recorder.note(fmt::format("{} left out: {} is not there", named.name, path));
       continue;
     }
-    recorder.add(measure(named, path, options.quick));
+    recorder.add(measure(named, path, options));
   }
 }
 

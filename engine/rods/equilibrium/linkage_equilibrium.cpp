@@ -163,8 +163,10 @@ EquilibriumReport LinkageEquilibrium::solve(LinkageState& state, const Condition
     report.energies = workspace_->assembly.energies(state);
     return report;
   }
+  workspace_->begin_at(state);
   detail::NewtonRun run(*workspace_, conditions, options, state);
   EquilibriumReport report = run.run(state, context, on_iterate);
+  workspace_->end = state.joints();
   workspace_->certified = report.converged();
   workspace_->expected = false;
   return report;

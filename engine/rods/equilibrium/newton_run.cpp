@@ -18,6 +18,8 @@ constexpr double kHard = 0.01;
 constexpr double kCreeping = 0.05;
 // Of all loads: what rounding of short edges may not swallow.
 constexpr double kHidden = 0.01;
+// Turn of a joint up to which a factor of one state serves for a step from another [rad].
+constexpr double kNearby = 0.1;
 
 }  // namespace
 
@@ -43,6 +45,21 @@ NewtonWorkspace& NewtonWorkspace::for_present_sections() {
   guess_shift = shift = 0;
   certified = false;
   return *this;
+}
+
+void NewtonWorkspace::begin_at(const LinkageState& state) {
+  // A guess that was told is near an equilibrium, and what it left is forgotten already.
+  if (expected) return;
+  const bool near = std::equal(end.begin(), end.end(), state.joints().begin(), state.joints().end(),
+                               [](const JointState<double>& a, const JointState<double>& b) {
+                                 return (a.normal - b.normal).norm() < kNearby &&
+                                        (a.bisector - b.bisector).norm() < kNearby &&
+                                        std::abs(a.opening_angle - b.opening_angle) < kNearby;
+                               });
+  if (near) return;
+  factor->bordered.reset();
+  guess_shift = shift = 0;
+  mechanism = false;
 }
 
 NewtonRun::NewtonRun(NewtonWorkspace& workspace, const Conditions& conditions,

@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <memory>
 #include <optional>
+#include <vector>
 
 #include "engine/rods/equilibrium/condition_terms.h"
 #include "engine/rods/equilibrium/hessian_factor.h"
@@ -24,6 +25,8 @@ struct NewtonWorkspace {
 
   /// Measures anew where the model's sections have been scaled since.
   NewtonWorkspace& for_present_sections();
+  /// What was learned where the last search ended leads astray elsewhere.
+  void begin_at(const LinkageState& state);
 
   const LinkageModel& model;
   UnknownScales scales;
@@ -40,6 +43,7 @@ struct NewtonWorkspace {
   double shift = 0;        // of the last indefinite Hessian
   bool certified = false;  // is the factor of an equilibrium, where the last solve ended
   bool mechanism = false;  // was the last one indefinite by rounding only
+  std::vector<JointState<double>> end;  // where the last search ended
 };
 
 /// One search for an equilibrium.

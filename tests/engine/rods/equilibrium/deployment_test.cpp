@@ -50,7 +50,8 @@ INSTANTIATE_TEST_SUITE_P(Subdivisions, BurdDeployment,
                          ::testing::Values(std::pair{5, 43.49874337567044},
                                            std::pair{10, 43.312507597142925},
                                            std::pair{20, 43.27535043206037},
-                                           std::pair{40, 43.267049465093265}));
+                                           std::pair{40, 43.267049465093265},
+                                           std::pair{80, 43.26507852702259}));
 
 TEST(Deployment, ClosingWhatWasOpenedComesBackToTheStart) {
   const LinkageModel model = curved_model();
@@ -72,6 +73,27 @@ TEST(Deployment, ClosingWhatWasOpenedComesBackToTheStart) {
   EXPECT_LT(joint_distance(state, start), 1e-4);
   EXPECT_NEAR(back.end.energies.total(), closed.energies.total(),
               1e-8 * (1 + closed.energies.total()));
+}
+
+TEST(Deployment, AgainFromTheSameStateGoesTheSameWay) {
+  const LinkageModel model = curved_model();
+  LinkageEquilibrium equilibrium(model);
+  LinkageState closed(model);
+  Conditions conditions;
+  conditions.pins = {{5}};
+  ASSERT_TRUE(equilibrium.solve(closed, conditions).converged());
+  conditions.mean_opening_angle = closed.mean_opening_angle() + 0.8;
+  // Nothing that was learned where the last deployment ended may lead the next one astray.
+  std::vector<int> iterations;
+  for (int k = 0; k < 3; ++k) {
+    LinkageState state = closed;
+    const DeploymentReport report = deploy(equilibrium, state, conditions);
+    EXPECT_EQ(report.status, DeploymentStatus::kReached) << report.message;
+    EXPECT_EQ(report.steps_shortened, 0);
+    iterations.push_back(report.iterations);
+  }
+  EXPECT_LE(iterations[1], iterations[0] + 2);
+  EXPECT_EQ(iterations[2], iterations[1]);
 }
 
 TEST(Deployment, ByTorquesEndsWhereTheTorquesSolveDirectly) {
