@@ -8,17 +8,21 @@ namespace limber::rods::detail {
 
 void AugmentedConstraint::update(double g) {
   constexpr double kGrowth = 4;
-  constexpr double kShare = 0.25;  // of the violation that must be left for the penalty to stay
-  const double now = std::max(0.0, -g);
-  if (now > kHolds && now > kShare * violation_ && violation_ > 0) penalty_ *= kGrowth;
+  constexpr double kShare = 0.25;  // of what was left that may be left for the penalty to stay
+  const double now = left(g);
+  const bool slow = now > kHolds && left_ > 0 && now > kShare * left_;
+  // What is violated is pressed harder at once; what is pressed too much is let go gently.
+  if (slow && g < 0) penalty_ *= kGrowth;
   multiplier_ = force(g);
-  violation_ = now;
+  if (slow && g >= 0) penalty_ *= kGrowth;
+  left_ = now;
 }
 
 bool GuardWeight::raise(double objective, double flat_energy) {
   constexpr double kShare = 1e-2;  // of the objective that the guard is at first
   constexpr double kRise = 5;
   constexpr int kOften = 12;
+  if (raised_ == kOften) return false;
   if (first_ == 0) first_ = flat_energy > 0 ? kShare * std::abs(objective) / flat_energy : 0;
   const double lost = weight_ > 0 ? weight_ : last_;
   weight_ = weight_ > 0 ? kRise * weight_ : last_ > 0 ? last_ : first_;
@@ -28,7 +32,8 @@ bool GuardWeight::raise(double objective, double flat_energy) {
   if (objective != 0) kept_ = weight_ / std::abs(objective);
   constexpr double kGentlest = 0.6;
   if (raised_ >= kAtOnce) fall_ = std::min(kGentlest, std::sqrt(fall_));
-  return first_ > 0 && ++raised_ <= kOften;
+  ++raised_;
+  return first_ > 0;
 }
 
 void GuardWeight::raise_at_once(double objective, double flat_energy) {
@@ -74,8 +79,19 @@ double DesignMerit::flat_height(const DesignValues& values) const {
   return std::sqrt(values.flatness / joints) / design_.criteria().length_scale;
 }
 
+void DesignMerit::begin() {
+  flat_ = angle_ = {};
+  guard_ = {};
+}
+
 double DesignMerit::violation(const DesignValues& values) const {
-  return std::max({0.0, -flat_room(values), bounds_angle() ? -angle_room(values) : 0.0});
+  const double worst = std::max(-flat_room(values), bounds_angle() ? -angle_room(values) : 0.0);
+  return worst > kHolds ? worst : 0;
+}
+
+bool DesignMerit::settled(const DesignValues& values) const {
+  return flat_.left(flat_room(values)) <= kHolds &&
+         (!bounds_angle() || angle_.left(angle_room(values)) <= kHolds);
 }
 
 double DesignMerit::value(const DesignValues& values) const {

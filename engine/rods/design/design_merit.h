@@ -20,12 +20,17 @@ class AugmentedConstraint {
     return (force(g) * force(g) - multiplier_ * multiplier_) / (2 * penalty_);
   }
   [[nodiscard]] double penalty() const { return penalty_; }
+  /// Whichever is nearer to zero, g or the force over the penalty: both are >= 0 and one of them is
+  /// 0 where nothing is left to be done.
+  [[nodiscard]] double left(double g) const {
+    return std::abs(std::min(g, multiplier_ / penalty_));
+  }
   void update(double g);
 
  private:
   double multiplier_ = 0;
   double penalty_ = 10;
-  double violation_ = 0;  // at the last update
+  double left_ = 0;  // at the last update
 };
 
 /// More of the flat energy than the objective has, while a search needs it: rest lengths that press
@@ -81,8 +86,12 @@ class DesignMerit {
   [[nodiscard]] Eigen::VectorXd gradient(const DesignValues& values);
   [[nodiscard]] Eigen::VectorXd product(const DesignValues& values, const Eigen::VectorXd& v);
 
-  /// Largest violation of a constraint, as a share of what is allowed.
+  /// For other criteria.
+  void begin();
+  /// Largest violation of a constraint, as a share of what is allowed; what counts as none is 0.
   [[nodiscard]] double violation(const DesignValues& values) const;
+  /// Does each constraint either hold by itself, or lie at its bound under a force that it needs?
+  [[nodiscard]] bool settled(const DesignValues& values) const;
   /// Root mean square height of the flat joints, share of the length scale.
   [[nodiscard]] double flat_height(const DesignValues& values) const;
   void update_multipliers(const DesignValues& values);

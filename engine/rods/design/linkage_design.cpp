@@ -30,6 +30,13 @@ void demand_least(const char* field, double value, double least) {
     refuse(field, least == 0 ? ">= 0 and finite" : "positive and finite", value);
 }
 
+/// Larger ones overflow where they are multiplied, and what is lost in rounding beside them is all
+/// else.
+void demand_weight(const char* field, double value) {
+  constexpr double kMost = 1e30;
+  if (!(value >= 0 && value <= kMost)) refuse(field, "in [0, 1e30]", value);
+}
+
 template <class Call>
 auto with_prefix(const char* prefix, const Call& call) {
   try {
@@ -50,10 +57,10 @@ bool is_without_stress(const LinkageModel& model, const LinkageState& state) {
 
 void DesignCriteria::validate() const {
   if (!(flat_share >= 0 && flat_share <= 1)) refuse("flat_share", "in [0, 1]", flat_share);
-  demand_least("distance_weight", distance_weight, 0);
+  demand_weight("distance_weight", distance_weight);
   demand_least("energy_scale", energy_scale, 0);
   demand_least("length_scale", length_scale, 0);
-  demand_least("surface_weight", surface_weight, 0);
+  demand_weight("surface_weight", surface_weight);
 }
 
 void DesignLimits::validate() const {
@@ -320,7 +327,7 @@ struct LinkageDesign::Impl {
   detail::KeptFactors factors;
   std::optional<Derivatives> derivatives;  // empty until they are asked for
   bool there = false;                      // are they at the point
-  int factored_anew = 0;
+  int factored_anew = 0, criteria_revision = 0;
 };
 
 LinkageDesign::LinkageDesign(const LinkageModel& model, Conditions flat, Conditions deployed,
@@ -401,7 +408,10 @@ void LinkageDesign::set_criteria(DesignCriteria criteria) {
   if (impl_->there) impl_->derivatives->forget();
   impl_->criteria = std::move(criteria);
   impl_->measures.emplace(impl_->model, impl_->energy, impl_->criteria);
+  ++impl_->criteria_revision;
 }
+
+int LinkageDesign::criteria_revision() const { return impl_->criteria_revision; }
 
 const DesignMeasures<Eigen::VectorXd>& LinkageDesign::gradients(Which which) {
   return impl_->gradients(which).gradients;

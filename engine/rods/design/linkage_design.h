@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -19,7 +20,7 @@ namespace limber::rods {
 ///       + beta/(2 l_0^2) (sum of w |x - t|^2 + w_surf sum of |x - P(x)|^2)
 ///
 /// over the deployed joints x; beside it c, the squared distances of the flat linkage's joints from
-/// a plane, and a smooth number below its smallest opening angle.
+/// their plane, and a smooth number below its smallest opening angle.
 struct DesignCriteria {
   double flat_share = 0.9;     // gamma, in [0, 1]
   double distance_weight = 1;  // beta, >= 0
@@ -28,7 +29,7 @@ struct DesignCriteria {
   double energy_scale = 0;
   double length_scale = 0;       // l_0 [length]; 0: the extent of the drawn linkage
   double angle_sharpness = 300;  // of SmallestAngle [1/rad], > 0
-  Plane plane;                   // where the flat linkage is to lie
+  std::optional<Plane> plane;    // where the flat linkage is to lie; empty: in any plane
   std::vector<JointTarget> targets;
   std::shared_ptr<const TargetSurface> surface;  // null: none
   double surface_weight = 1;                     // w_surf, >= 0
@@ -144,15 +145,17 @@ class LinkageDesign {
   void move_to(DesignPoint point);
   /// New criteria at the same point; scales that are 0 stay what they were.
   void set_criteria(DesignCriteria criteria);
+  /// How often that has been done.
+  [[nodiscard]] int criteria_revision() const;
 
   /// What derivatives are asked of: all measures, or the objective and the flat energy in it. The
   /// others are empty then, or what they were.
   enum class Which { kAll, kObjective };
   // At the present point, with the factors of the trial that led there, or of the start. Those of
   // other points are made anew.
-  /// A solve for each shape, and one for each constraint; once at a point.
+  /// A solve for the deployed shape, and one for each constraint; once at a point.
   [[nodiscard]] const DesignMeasures<Eigen::VectorXd>& gradients(Which which = Which::kAll);
-  /// Second derivatives times a direction: six solves, or four for the objective alone.
+  /// Second derivatives times a direction: five solves, or three for the objective alone.
   [[nodiscard]] DesignMeasures<Eigen::VectorXd> products(const Eigen::VectorXd& direction,
                                                          Which which = Which::kAll);
   /// Hessians that derivatives have had factored anew so far.

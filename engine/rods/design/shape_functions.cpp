@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 
@@ -14,38 +15,93 @@ int position(const LinkageModel& model, int joint) {
   return model.variables().joint_begin(joint) + kJointPosition;
 }
 
+/// How a linkage's joints lie about their mean.
+class Scatter {
+ public:
+  explicit Scatter(const LinkageState& state) {
+    const auto& joints = state.joints();
+    for (const JointState<double>& joint : joints)
+      mean_ += joint.position / static_cast<double>(joints.size());
+    Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
+    for (const JointState<double>& joint : joints)
+      sum += (joint.position - mean_) * (joint.position - mean_).transpose();
+    axes_.compute(sum);
+  }
+  /// Nearest to the joints.
+  [[nodiscard]] Plane plane() const { return {mean_, axes_.eigenvectors().col(0)}; }
+  /// @param change  of the sum of squares; joints on a line have no normal that would turn
+  [[nodiscard]] Eigen::Vector3d turn_of_normal(const Eigen::Matrix3d& change) const {
+    constexpr double kNoGap = 1e-12;
+    Eigen::Vector3d turn = Eigen::Vector3d::Zero();
+    for (int k = 1; k < 3; ++k) {
+      const double gap = axes_.eigenvalues()[0] - axes_.eigenvalues()[k];
+      if (!(-gap > kNoGap * axes_.eigenvalues()[2])) continue;
+      const auto axis = axes_.eigenvectors().col(k);
+      turn += axis.dot(change * axes_.eigenvectors().col(0)) / gap * axis;
+    }
+    return turn;
+  }
+
+ private:
+  Eigen::Vector3d mean_ = Eigen::Vector3d::Zero();
+  Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes_;
+};
+
 }  // namespace
 
 double ElasticEnergy::value(const LinkageState& state) { return assembly_.energies(state).total(); }
 
-Flatness::Flatness(const LinkageModel& model, const Plane& plane) : model_(model), plane_(plane) {
-  const double length = plane.normal.norm();
-  if (!plane.point.allFinite() || !std::isfinite(length) || length == 0) {
+Flatness::Flatness(const LinkageModel& model, const std::optional<Plane>& plane)
+    : model_(model), plane_(plane) {
+  if (!plane_) return;
+  const double length = plane_->normal.norm();
+  if (!plane_->point.allFinite() || !std::isfinite(length) || length == 0) {
     throw Error(ErrorCode::kInvalidArgument, "plane.normal", "must be finite and have a direction");
   }
-  plane_.normal /= length;
+  plane_->normal /= length;
 }
 
 double Flatness::value(const LinkageState& state) {
+  const Scatter scatter(state);
+  const Plane plane = plane_.value_or(scatter.plane());
   double sum = 0;
   for (const JointState<double>& joint : state.joints())
-    sum += std::pow(plane_.normal.dot(joint.position - plane_.point), 2);
+    sum += std::pow(plane.normal.dot(joint.position - plane.point), 2);
   return sum;
 }
 
 void Flatness::add_gradient(const LinkageState& state, double weight,
                             Eigen::Ref<Eigen::VectorXd> by) {
+  // That the nearest plane moves does not matter to first order.
+  const Plane plane = plane_.value_or(Scatter(state).plane());
   for (int j = 0; j < model_.variables().joints(); ++j) {
-    const double height = plane_.normal.dot(state.joints()[j].position - plane_.point);
-    by.segment<3>(position(model_, j)) += 2 * weight * height * plane_.normal;
+    const double height = plane.normal.dot(state.joints()[j].position - plane.point);
+    by.segment<3>(position(model_, j)) += 2 * weight * height * plane.normal;
   }
 }
 
-void Flatness::add_second(const LinkageState& /*state*/, const Eigen::Ref<const Eigen::VectorXd>& v,
+void Flatness::add_second(const LinkageState& state, const Eigen::Ref<const Eigen::VectorXd>& v,
                           double weight, Eigen::Ref<Eigen::VectorXd> by) {
-  for (int j = 0; j < model_.variables().joints(); ++j) {
+  const Scatter scatter(state);
+  const Plane plane = plane_.value_or(scatter.plane());
+  const int joints = model_.variables().joints();
+  Eigen::Vector3d turn = Eigen::Vector3d::Zero(), shift = turn;  // of the plane
+  if (!plane_) {
+    for (int j = 0; j < joints; ++j) shift += v.segment<3>(position(model_, j)) / joints;
+    Eigen::Matrix3d change = Eigen::Matrix3d::Zero();
+    for (int j = 0; j < joints; ++j) {
+      const Eigen::Vector3d moved = v.segment<3>(position(model_, j)) - shift;
+      const Eigen::Vector3d offset = state.joints()[j].position - plane.point;
+      change += moved * offset.transpose() + offset * moved.transpose();
+    }
+    turn = scatter.turn_of_normal(change);
+  }
+  for (int j = 0; j < joints; ++j) {
     const int at = position(model_, j);
-    by.segment<3>(at) += 2 * weight * plane_.normal.dot(v.segment<3>(at)) * plane_.normal;
+    const Eigen::Vector3d offset = state.joints()[j].position - plane.point;
+    const double height = plane.normal.dot(offset);
+    const double rise = plane.normal.dot(v.segment<3>(at) - shift) + turn.dot(offset);
+    by.segment<3>(at) += 2 * weight * (rise * plane.normal + height * turn);
   }
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -34,11 +35,13 @@ struct Plane {
 };
 
 /// Sum of the squared distances of all joints from a plane [length^2]: c of rod linkages, sec. 3,
-/// for a linkage that is to lie flat.
+/// for a linkage that is to lie flat. Without a plane, from the one that is nearest to them: c is
+/// the least eigenvalue of the joints' scatter then, and does not change as the linkage moves as a
+/// whole.
 class Flatness final : public ShapeFunction {
  public:
   /// @throws Error{kInvalidArgument} for a normal that is not finite or vanishes
-  Flatness(const LinkageModel& model, const Plane& plane);
+  explicit Flatness(const LinkageModel& model, const std::optional<Plane>& plane = {});
 
   [[nodiscard]] double value(const LinkageState& state) override;
   void add_gradient(const LinkageState& state, double weight,
@@ -48,7 +51,7 @@ class Flatness final : public ShapeFunction {
 
  private:
   const LinkageModel& model_;
-  Plane plane_;
+  std::optional<Plane> plane_;
 };
 
 /// A smooth number below the smallest opening angle [rad]: -log(sum of exp(-k alpha)) / k, by at

@@ -94,6 +94,14 @@ void check_spring(const TargetSpring& spring, std::size_t i, const ReducedVariab
   }
 }
 
+/// Squares of larger loads overflow.
+void check_size(const std::string& name, double size) {
+  constexpr double kMost = 1e100;
+  if (size <= kMost) return;
+  throw Error(ErrorCode::kInvalidArgument, name,
+              fmt::format("is {:.3g}: no more than {:g} can be reckoned with", size, kMost));
+}
+
 void check_load(const JointLoad& load, std::size_t i, int joints) {
   check_index(field("loads", i, "joint"), load.joint, joints, "joints");
   check_finite(field("loads", i, "force"), load.force);
@@ -102,6 +110,9 @@ void check_load(const JointLoad& load, std::size_t i, int joints) {
     throw Error(ErrorCode::kInvalidArgument, field("loads", i, "opening_torque"),
                 "the opening torque is not finite");
   }
+  check_size(field("loads", i, "force"), load.force.cwiseAbs().maxCoeff());
+  check_size(field("loads", i, "moment"), load.moment.cwiseAbs().maxCoeff());
+  check_size(field("loads", i, "opening_torque"), std::abs(load.opening_torque));
 }
 
 }  // namespace

@@ -35,6 +35,8 @@ constexpr int kNearBranch = 12;
 constexpr int kFarBranch = 100;
 // Where a branch is lost is told to this part of a step.
 constexpr double kLostSteps = 4;
+// Ends of branches after which a way is given up.
+constexpr int kMostEnds = 20;
 // Steps whose places and velocities tell where the next one goes, and how far beside a place its
 // velocity is taken, of a step.
 constexpr std::size_t kPlaces = 2;
@@ -214,8 +216,22 @@ class Deployment {
     return shortenable(length) && (!lost || length > options_.largest_step / kLostSteps);
   }
 
+  /// What is too much for a linkage tosses it from branch to branch.
+  [[nodiscard]] bool tossed() {
+    const int ends = report_.branchings + report_.limit_points + report_.jumps;
+    if (ends < kMostEnds) return false;
+    ++report_.steps_failed;
+    report_.status = DeploymentStatus::kStopped;
+    report_.message = fmt::format(
+        "stopped at {:.4f} of the way: its branch has ended {} times, so what is asked for is too "
+        "much{}",
+        progress_, ends, detail::told_strain(equilibrium_, state_, path_.at(progress_)));
+    return true;
+  }
+
   /// One step, shorter if need be. @returns whether there is a next one
   bool advance(const JobContext& context) {
+    if (tossed()) return false;
     for (;;) {
       const bool last = progress_ + length_ > 1 - 1e-9;
       if (last) length_ = 1 - progress_;

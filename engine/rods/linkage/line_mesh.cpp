@@ -6,51 +6,52 @@
 #include <map>
 #include <utility>
 
-#include "engine/base/error.h"
-
 namespace limber::rods {
 namespace {
 
-[[noreturn]] void refuse_edge(ErrorCode code, int edge, const std::string& message) {
-  throw Error(code, fmt::format("edges[{}]", edge), fmt::format("edge {} {}", edge, message));
+LineMeshFault fault_of_edge(int edge, const std::string& message,
+                            ErrorCode code = ErrorCode::kInvalidArgument) {
+  return {code, -1, edge, fmt::format("edge {} {} (from 0)", edge, message)};
 }
 
 }  // namespace
 
-void check_line_mesh(const LineMesh& mesh) {
+std::optional<LineMeshFault> fault_of(const LineMesh& mesh) {
   for (int v = 0; v < mesh.vertex_count(); ++v) {
-    if (!mesh.vertices.col(v).allFinite()) {
-      throw Error(ErrorCode::kInvalidArgument, fmt::format("vertices[{}]", v),
-                  fmt::format("vertex {} has a coordinate that is not finite", v));
-    }
+    if (mesh.vertices.col(v).allFinite()) continue;
+    return LineMeshFault{ErrorCode::kInvalidArgument, v, -1,
+                         fmt::format("vertex {} (from 0) has a coordinate that is not finite", v)};
   }
-  if (mesh.edge_count() == 0) {
-    throw Error(ErrorCode::kInvalidArgument, "edges", "a line mesh needs at least one edge");
-  }
+  if (mesh.edge_count() == 0)
+    return LineMeshFault{.message = "a line mesh needs at least one edge"};
   std::map<std::pair<int, int>, int> known;
   for (int e = 0; e < mesh.edge_count(); ++e) {
     const int a = mesh.edges(0, e);
     const int b = mesh.edges(1, e);
     for (const int v : {a, b}) {
-      if (v < 0 || v >= mesh.vertex_count()) {
-        refuse_edge(ErrorCode::kOutOfRange, e,
-                    fmt::format("uses vertex {} of {} (from 0)", v, mesh.vertex_count()));
-      }
+      if (v >= 0 && v < mesh.vertex_count()) continue;
+      return fault_of_edge(e, fmt::format("uses vertex {} of {}", v, mesh.vertex_count()),
+                           ErrorCode::kOutOfRange);
     }
-    if (a == b) {
-      refuse_edge(ErrorCode::kInvalidArgument, e, fmt::format("joins vertex {} with itself", a));
-    }
+    if (a == b) return fault_of_edge(e, fmt::format("joins vertex {} with itself", a));
     const auto [other, is_new] = known.emplace(std::minmax(a, b), e);
     if (!is_new) {
-      refuse_edge(ErrorCode::kInvalidArgument, e,
-                  fmt::format("joins vertices {} and {} as edge {} does", a, b, other->second));
+      return fault_of_edge(
+          e, fmt::format("joins vertices {} and {} as edge {} does", a, b, other->second));
     }
-    const Eigen::Vector3d difference = mesh.vertices.col(b) - mesh.vertices.col(a);
-    if (!(difference.norm() > 0)) {
-      refuse_edge(ErrorCode::kInvalidArgument, e,
-                  fmt::format("has no length: vertices {} and {} coincide", a, b));
-    }
+    if (!((mesh.vertices.col(b) - mesh.vertices.col(a)).norm() > 0))
+      return fault_of_edge(e, fmt::format("has no length: vertices {} and {} coincide", a, b));
   }
+  return {};
+}
+
+void check_line_mesh(const LineMesh& mesh) {
+  const std::optional<LineMeshFault> fault = fault_of(mesh);
+  if (!fault) return;
+  const std::string field = fault->vertex >= 0 ? fmt::format("vertices[{}]", fault->vertex)
+                            : fault->edge >= 0 ? fmt::format("edges[{}]", fault->edge)
+                                               : "edges";
+  throw Error(fault->code, field, fault->message);
 }
 
 }  // namespace limber::rods

@@ -1,6 +1,10 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
+#include <string>
+
+#include "engine/base/error.h"
 
 namespace limber::rods {
 
@@ -13,10 +17,18 @@ struct LineMesh {
   [[nodiscard]] int edge_count() const { return static_cast<int>(edges.cols()); }
 };
 
-/// Refuses what is no embedded graph.
-/// @throws Error{kInvalidArgument} with field vertices[i] or edges[e]: a coordinate that is not
-/// finite, no edges, a self loop, a repeated edge, an edge without length; {kOutOfRange} for a
-/// vertex that is not there
+/// Why a line mesh is no embedded graph.
+struct LineMeshFault {
+  ErrorCode code = ErrorCode::kInvalidArgument;
+  int vertex = -1, edge = -1;  // where; both -1: the whole
+  std::string message;         // names vertices and edges by their numbers, from 0
+};
+
+/// The first fault: kInvalidArgument for a coordinate that is not finite, no edges, a self loop, a
+/// repeated edge, an edge without length; kOutOfRange for a vertex that is not there.
+[[nodiscard]] std::optional<LineMeshFault> fault_of(const LineMesh& mesh);
+
+/// @throws Error of fault_of, with field vertices[i], edges[e] or edges
 void check_line_mesh(const LineMesh& mesh);
 
 }  // namespace limber::rods

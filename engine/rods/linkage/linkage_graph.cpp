@@ -27,9 +27,10 @@ std::vector<std::vector<Spoke>> collect_spokes(const LineMesh& mesh) {
   }
   for (std::size_t v = 0; v < spokes.size(); ++v) {
     if (spokes[v].size() > 4) {
-      throw Error(ErrorCode::kInvalidArgument, fmt::format("vertices[{}]", v),
-                  fmt::format("{} edges meet at vertex {}; a joint holds two rods, so at most 4",
-                              spokes[v].size(), v));
+      throw Error(
+          ErrorCode::kInvalidArgument, fmt::format("vertices[{}]", v),
+          fmt::format("{} edges meet at vertex {} (from 0); a joint holds two rods, so at most 4",
+                      spokes[v].size(), v));
     }
   }
   return spokes;

@@ -33,6 +33,8 @@ rods::LineMesh to_mesh(const std::vector<Eigen::Vector3d>& vertices, const std::
       mesh.edges(end, static_cast<Eigen::Index>(e)) = static_cast<int>(index);
     }
   }
+  if (const auto fault = rods::fault_of(mesh); fault && fault->edge >= 0)
+    file.fail_at(edges[static_cast<std::size_t>(fault->edge)].line, fault->message, fault->code);
   return mesh;
 }
 

@@ -38,6 +38,7 @@ void note_terms(const LiveDesign& design, DesignInfo& info) {
   info.best = design.best();
   info.best_iteration = design.best_iteration();
   info.flat_height_allowed = design.flat_height_allowed();
+  info.smallest_angle_allowed = design.smallest_angle_allowed();
 }
 
 DesignStart start_of(const LinkageResult& result) {

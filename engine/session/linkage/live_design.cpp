@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -16,6 +15,10 @@ namespace {
 constexpr double kHolds = 1e-3;      // violation that counts as none, as the optimiser's
 constexpr double kHeightRoom = 1.2;  // of the flat height at the start, where none is asked for
 constexpr double kLeastHeight = 1e-3;
+// Of the smallest angle of a start that lies open, where none is asked for: joints that turned over
+// would fold the flat linkage through itself.
+constexpr double kAngleShare = 0.1;
+constexpr double kOpen = 0.02;  // [rad]
 
 Eigen::Matrix3Xd joints_of(const rods::LinkageState& state) {
   Eigen::Matrix3Xd positions(3, static_cast<Eigen::Index>(state.joints().size()));
@@ -35,27 +38,17 @@ int anchor_of(const rods::Conditions& deployed, const rods::LinkageState& state)
   return static_cast<int>(middle);
 }
 
-/// Nearest to all joints, through their mean.
-rods::Plane plane_of(const rods::LinkageState& state) {
-  const Eigen::Matrix3Xd joints = joints_of(state);
-  const Eigen::Vector3d mean = joints.rowwise().mean();
-  const Eigen::Matrix3Xd offsets = joints.colwise() - mean;
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(offsets * offsets.transpose());
-  return {mean, axes.eigenvectors().col(0)};
-}
-
 rods::DesignPoint point_of(const DesignCandidate& candidate) {
   const RodSizes& sizes = candidate.sizes;
   return {sizes.segments, candidate.flat, candidate.deployed, sizes.edges, sizes.sections};
 }
 
-rods::DesignCriteria criteria_of(const DesignGoal& goal, const rods::Plane& plane) {
+rods::DesignCriteria criteria_of(const DesignGoal& goal) {
   rods::DesignCriteria criteria;
   criteria.flat_share = goal.flat_share;
   criteria.distance_weight = goal.distance_weight;
   criteria.surface_weight = goal.surface_weight;
   criteria.joint_surface_weights = goal.joint_surface_weights;
-  criteria.plane = plane;
   criteria.targets = goal.targets;
   criteria.surface = goal.placed_surface();
   return criteria;
@@ -96,7 +89,6 @@ LiveDesign::LiveDesign(const LiveLinkage& live, const DesignRequest& request, do
   options_.max_iterations = request.max_iterations;
   options_.shortest_lengths = request.shortest_lengths;
   options_.longest_lengths = request.longest_lengths;
-  if (smallest_angle_) options_.smallest_angle = *smallest_angle_;
   options_.thinnest = request.thinnest;
   options_.thickest = request.thickest;
   options_.thinnest_sections = request.thinnest_sections;
@@ -106,13 +98,16 @@ LiveDesign::LiveDesign(const LiveLinkage& live, const DesignRequest& request, do
                           sizes.sections};
   // By now they are what those of segments say.
   if (request.variables.lengths == rods::LengthVariables::kSegments) start.edges.resize(0);
-  rods::DesignCriteria criteria = criteria_of(goal_, plane_of(closed));
+  rods::DesignCriteria criteria = criteria_of(goal_);
   criteria.energy_scale = energy_scale;
   design_.emplace(model, flat, deployed, std::move(start), std::move(criteria),
                   rods::DesignLimits{}, request.variables);
   options_.flat_height = 1;
   const double height = measure(design_->point()).flat_height;
   options_.flat_height = request.flat_height.value_or(kHeightRoom * height + kLeastHeight);
+  const double angle = design_->values(design_->point()).smallest_angle;
+  if (!smallest_angle_ && angle > kOpen) smallest_angle_ = kAngleShare * angle;
+  if (smallest_angle_) options_.smallest_angle = *smallest_angle_;
   start_ = now_ = measure(design_->point());
   begin_best(0);
 }
@@ -172,7 +167,7 @@ void LiveDesign::note_best(int iteration) {
 }
 
 void LiveDesign::set_goal(const DesignGoal& goal) {
-  design_->set_criteria(criteria_of(goal, design_->criteria().plane));
+  design_->set_criteria(criteria_of(goal));
   goal_ = goal;
   now_ = measure(design_->point());
   begin_best(iteration_);

@@ -42,6 +42,9 @@ class LiveDesign {
   [[nodiscard]] const DesignTerms& best() const { return best_; }
   [[nodiscard]] int best_iteration() const { return best_iteration_; }
   [[nodiscard]] double flat_height_allowed() const { return options_.flat_height; }
+  [[nodiscard]] const std::optional<double>& smallest_angle_allowed() const {
+    return smallest_angle_;
+  }
   [[nodiscard]] std::shared_ptr<const DesignCandidate> candidate() const { return candidate_; }
   /// Coordinates (LinkageShape) of the flat shape and of the deployed one, a column each.
   [[nodiscard]] Eigen::MatrixXf shapes() const;

@@ -39,6 +39,12 @@ TEST(LineFormats, BadFilesNameTheLine) {
   EXPECT_THAT(message_of("a.obj", "v 0 0 0\nl 1 0\n"), HasSubstr("expected a vertex index"));
   EXPECT_THAT(message_of("a.obj", "v 0 0 0\nf 1 1 1\n"), HasSubstr("no lines"));
   EXPECT_THAT(message_of("a.ply", "ply\n"), HasSubstr(".obj"));
+  const std::string points = "v 0 0 0\nv 1 0 0\n# twice\nv 1 0 0\n";
+  EXPECT_THAT(message_of("a.obj", points + "l 1 2\n\nl 2 1\n"),
+              HasSubstr("a.obj:7: edge 1 joins vertices 1 and 0 as edge 0 does (from 0)"));
+  EXPECT_THAT(message_of("a.obj", points + "l 1 2 3\n"),
+              HasSubstr("a.obj:5: edge 1 has no length: vertices 1 and 2 coincide (from 0)"));
+  EXPECT_THAT(message_of("a.obj", points + "l 1 1\n"), HasSubstr("a.obj:5: edge 0 joins vertex 0"));
 }
 
 }  // namespace

@@ -69,6 +69,7 @@ Problem small_problem() {
   Problem problem(testing::curved_model(), flat, 0.4);
   problem.criteria.targets = {{0, {10, -5, 20}, 0.5}, {15, {130, 100, -10}, 2}};
   problem.criteria.distance_weight = 3;
+  problem.criteria.plane = Plane{{0, 0, 1}, {0.1, 0.2, 1}};  // the flat shape lies in its own
   return problem;
 }
 
@@ -168,6 +169,7 @@ TEST_P(DesignVariablesTest, DerivativesOfBurdAgreeWithDifferencesOfTrials) {
   Problem problem(model, flat, 91 * kDegree);
   problem.criteria.targets = {{0, {10, -5, 20}, 0.5}, {30, {130, 100, -10}, 2}};
   problem.criteria.angle_sharpness = 30;
+  problem.criteria.plane = Plane{{0, 0, 1}, {0.1, 0.2, 1}};
   LinkageDesign design = problem.design(GetParam());
   expect_derivatives(design);
 }

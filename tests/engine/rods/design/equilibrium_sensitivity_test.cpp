@@ -117,7 +117,7 @@ class SensitivityTest : public ::testing::TestWithParam<std::tuple<Kind, Shape, 
   Eigen::VectorXd start_;
   Sphere sphere_;
   ElasticEnergy energy_;
-  Flatness flatness_{model_, {Eigen::Vector3d(0, 0, 1), Eigen::Vector3d(0.1, 0.2, 1)}};
+  Flatness flatness_{model_, Plane{Eigen::Vector3d(0, 0, 1), Eigen::Vector3d(0.1, 0.2, 1)}};
   SmallestAngle angle_{model_, 30};
   TargetDistance targets_{model_, {{0, {10, -5, 20}, 0.5}, {15, {130, 100, -10}, 2}}, nullptr, 0};
   TargetDistance surface_distance_{model_, {{3, {0, 0, 0}, 0.1}}, &sphere_, 0.7};
@@ -336,7 +336,7 @@ TEST(ShapeFunctions, BadInputIsNamed) {
     return "none";
   };
   EXPECT_EQ(field([&] {
-              Flatness(model, {Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()});
+              Flatness(model, Plane{Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()});
             }),
             "plane.normal");
   EXPECT_EQ(field([&] { SmallestAngle(model, 0); }), "angle_sharpness");

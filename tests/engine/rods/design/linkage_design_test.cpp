@@ -27,6 +27,7 @@ struct Problem {
     start.emplace(DesignPoint{model.segment_lengths(), state, open});
     criteria.targets = {{0, {10, -5, 20}, 0.5}, {15, {130, 100, -10}, 2}};
     criteria.distance_weight = 3;
+    criteria.plane = Plane{{0, 0, 1}, {0.1, 0.2, 1}};  // the flat shape lies in its own
     limits.equilibrium.tolerance = 1e-12;
   }
   [[nodiscard]] LinkageDesign design() const {
