@@ -113,7 +113,8 @@ LiveDesign::LiveDesign(const LiveLinkage& live, const DesignRequest& request, do
   options_.flat_height = 1;
   const double height = measure(design_->point()).flat_height;
   options_.flat_height = request.flat_height.value_or(kHeightRoom * height + kLeastHeight);
-  start_ = now_ = measure(design_->point());
+  measure_here();
+  start_ = now_;
   begin_best(0);
 }
 
@@ -144,6 +145,11 @@ DesignTerms LiveDesign::measure(const rods::DesignPoint& point) {
   return terms;
 }
 
+void LiveDesign::measure_here() {
+  now_ = measure(design_->point());
+  measured_ = design_->parameters();
+}
+
 /// 0 where both constraints hold; the optimiser's measure.
 double LiveDesign::violation(const DesignTerms& terms) const {
   double worst = std::pow(terms.flat_height / options_.flat_height, 2) - 1;
@@ -154,6 +160,7 @@ double LiveDesign::violation(const DesignTerms& terms) const {
 void LiveDesign::begin_best(int iteration) {
   best_ = now_;
   best_iteration_ = iteration;
+  best_parameters_ = measured_;
   candidate_ = std::make_shared<const DesignCandidate>(DesignCandidate{
       sizes(), design_->variables().which(), design_->point().flat, design_->point().deployed});
 }
@@ -174,7 +181,7 @@ void LiveDesign::note_best(int iteration) {
 void LiveDesign::set_goal(const DesignGoal& goal) {
   design_->set_criteria(criteria_of(goal, design_->criteria().plane));
   goal_ = goal;
-  now_ = measure(design_->point());
+  measure_here();
   begin_best(iteration_);
 }
 
@@ -182,8 +189,9 @@ rods::DesignReport LiveDesign::run(const JobContext& job, const OnStep& on_step)
   return rods::optimize_design(
       *design_, options_, job, [&](const rods::DesignProgress& progress, rods::LinkageDesign&) {
         iteration_ = progress.iteration;
-        if (progress.accepted) {
-          now_ = measure(design_->point());
+        // The guard against buckling goes back to an earlier point where no trial was taken.
+        if (progress.accepted || design_->parameters() != measured_) {
+          measure_here();
           note_best(iteration_);
         }
         const Step step{iteration_,
@@ -192,6 +200,20 @@ rods::DesignReport LiveDesign::run(const JobContext& job, const OnStep& on_step)
                          progress.guard > 0, progress.refusal}};
         if (const auto goal = on_step(step)) set_goal(*goal);
       });
+}
+
+bool LiveDesign::go_to_best() {
+  const Eigen::VectorXd last = measured_;
+  if (design_->parameters() != measured_) {
+    measure_here();
+    note_best(iteration_);
+  }
+  if (measured_ != best_parameters_) {
+    design_->move_to(point_of(*candidate_));
+    measured_ = best_parameters_;
+    now_ = best_;
+  }
+  return measured_ != last;
 }
 
 DesignTerms LiveDesign::terms_of(const DesignCandidate& candidate) {
