@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <string_view>
 #include <utility>
 
 #include "engine/rods/design/mesh_surface.h"
@@ -283,6 +284,8 @@ session::DesignChange decode_design_change(const proto::ChangeDesignRequest& req
     change.surface = none ? nullptr : decode_surface(request.surface(), "surface", load);
   }
   if (request.has_placement()) change.placement = decode_placement(request.placement());
+  if (request.has_joint_surface_weights())
+    change.joint_surface_weights = decode_numbers(request.joint_surface_weights().weights());
   return change;
 }
 
@@ -295,39 +298,13 @@ std::string design_field_in(const proto::StartDesignRequest& request, const std:
 
 std::string design_field_in(const proto::ChangeDesignRequest& request, const std::string& field) {
   if (field.starts_with("targets[")) return "targets." + field;
+  constexpr std::string_view kWeights = "joint_surface_weights";
+  if (field.starts_with(kWeights)) {
+    return fmt::format("{}.weights{}", kWeights, field.substr(kWeights.size()));
+  }
   if (field == "surface" && request.has_surface()) return field + name_of_source(request.surface());
   return placed(field);
 }
-
-namespace {
-
-/// Rods that lie nearer to each other than they are thick are no grid.
-void demand_room(const proto::RodSection& message, const rods::StartingGridOptions& options,
-                 const rods::StartingGrid& grid) {
-  const rods::Section section = decode_section(message, "section");
-  try {
-    rods::validate(section);
-  } catch (const Error& error) {
-    throw Error(error.code(), section_field_in(message, error.field()), error.what());
-  }
-  const rods::Polygon outline = rods::section_outline(section);
-  Eigen::Array2d low = outline.front().array(), high = low;
-  for (const Eigen::Vector2d& corner : outline) {
-    low = low.min(corner.array());
-    high = high.max(corner.array());
-  }
-  const double thick = (high - low).minCoeff();
-  const auto demand = [thick](const char* field, int count, double apart) {
-    if (apart >= thick) return;
-    throw invalid(field, fmt::format("the rods of {} {} lie {:.3g} apart when the grid lies flat, "
-                                     "and are {:.3g} thick: take fewer {}, or a smaller section",
-                                     count, field, apart, thick, field));
-  };
-  demand("columns", options.columns, grid.columns_apart);
-  demand("rows", options.rows, grid.rows_apart);
-}
-
-}  // namespace
 
 proto::MakeStartingGridResponse make_starting_grid(const proto::MakeStartingGridRequest& request,
                                                    const SurfaceLoader& load) {
@@ -337,8 +314,6 @@ proto::MakeStartingGridResponse make_starting_grid(const proto::MakeStartingGrid
   if (request.has_flat_angle_degrees()) options.flat_angle = kDegree * request.flat_angle_degrees();
   if (request.has_margin()) options.margin = request.margin();
   if (request.has_bulge()) options.bulge = request.bulge();
-  constexpr double kWidening = 0.4;
-  if (options.bulge > 0) options.widening = kWidening;
   const rods::SurfacePlacement placement = decode_placement(request.placement());
   try {
     options.validate();
@@ -353,12 +328,16 @@ proto::MakeStartingGridResponse make_starting_grid(const proto::MakeStartingGrid
     throw Error(error.code(), placed("placement." + error.field()), error.what());
   }
   const rods::StartingGrid grid = with_surface_fields(request.surface(), "surface", [&] {
-    rods::SurfaceMesh mesh = decode_mesh(request.surface(), "surface", load);
-    const Eigen::Matrix3d turn = placement.rotation.normalized().toRotationMatrix();
-    mesh.vertices = (placement.scale * turn * mesh.vertices).colwise() + placement.translation;
-    return rods::starting_grid(mesh, options);
+    return rods::starting_grid(decode_mesh(request.surface(), "surface", load), placement, options);
   });
-  if (request.has_section()) demand_room(request.section(), options, grid);
+  if (request.has_section()) {
+    try {
+      rods::demand_room(grid, options, decode_section(request.section(), "section"));
+    } catch (const Error& error) {
+      if (!error.field().starts_with("section.")) throw;
+      throw Error(error.code(), section_field_in(request.section(), error.field()), error.what());
+    }
+  }
   proto::MakeStartingGridResponse response;
   const auto encode = [](const rods::LineMesh& lines, proto::LineArrays& message) {
     *message.mutable_vertices() = encode_points_float64(lines.vertices);
@@ -397,8 +376,7 @@ proto::DesignInfo encode_design(const session::DesignInfo& info, double length_u
   if (info.taken) message.set_taken_revision(*info.taken);
   message.set_message(info.message);
   if (info.end == session::DesignEnd::kFailed) {
-    *message.mutable_error() =
-        error_to_proto(Error(ErrorCode::kFailedPrecondition, info.fault_field, info.message));
+    *message.mutable_error() = error_to_proto(Error(info.fault, info.fault_field, info.message));
   }
   return message;
 }

@@ -82,9 +82,9 @@ proto::GetDesignResponse Service::get_design(const proto::GetDesignRequest& requ
   const auto record = find_linkage(request.session());
   const auto session = record->session();
   proto::GetDesignResponse response;
-  if (const auto info = session->design())
-    *response.mutable_design() = encode_design(*info, record->opened().length_unit);
-  if (const auto best = session->best_design()) {
+  const auto [info, best] = session->newest_design();
+  if (info) *response.mutable_design() = encode_design(*info, record->opened().length_unit);
+  if (best) {
     encode_numbers(best->sizes.segments, *response.mutable_best_lengths());
     if (best->variables.lengths == rods::LengthVariables::kEdges)
       encode_numbers(best->sizes.edges, *response.mutable_best_edge_lengths());

@@ -3,7 +3,7 @@
 import limber
 import numpy as np
 import pytest
-from design_inputs import run, sheet, write_obj
+from design_inputs import run, sheet, write_obj, write_ply, write_stl
 from refusals import refusal
 
 
@@ -38,6 +38,21 @@ def test_a_linkage_is_begun_with_a_surface_alone(server):
     vertices = np.array([(0, 0, 0), (1, 0, 0), (0, 1, 0), (5, 0, 0), (6, 0, 0), (5, 1, 0)], dtype=float)
     assert refusal(lambda: server.starting_grid((vertices, [(0, 1, 2), (3, 4, 5)]))) == (
         "INVALID_ARGUMENT", "surface.triangles.triangles"), "two pieces are no patch"
+    fin = np.array([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, -1, 0), (0.5, 0, 1)], dtype=float)
+    with pytest.raises(limber.LimberError, match="more than two triangles share the edge of vertices 0 and 1"):
+        server.starting_grid((fin, [(0, 1, 2), (0, 1, 3), (0, 1, 4)]))
+
+
+@pytest.mark.parametrize("kind, write", [("obj", write_obj), ("ply", write_ply), ("stl", write_stl)])
+def test_every_kind_of_file_is_the_surface_in_it(server, tmp_path, kind, write):
+    write(tmp_path / f"hill.{kind}", *hill())
+    expected = server.starting_grid(hill(), columns=5, rows=4)
+    read = server.starting_grid(tmp_path / f"hill.{kind}", columns=5, rows=4)
+    np.testing.assert_array_equal(read.edges, expected.edges)
+    # Which corner of the patch comes first is the file's: lengths are the same, seen from another corner.
+    assert np.sort(read.lengths) == pytest.approx(np.sort(expected.lengths), abs=1e-5)
+    on = read.deployed
+    assert np.abs(on[:, 2] - 0.15 * (1 - on[:, 0] ** 2 - on[:, 1] ** 2)).max() < 0.01
 
 
 def hill(n=15):

@@ -323,9 +323,10 @@ class Design:
     def change(self, *, surface: Any = None, targets: Any = None, flat_share: float | None = None,
                distance_weight: float | None = None, surface_weight: float | None = None,
                translation: Sequence[float] | None = None, rotation: Sequence[float] | None = None,
-               scale: float | None = None) -> None:
+               scale: float | None = None, joint_weights: Any = None) -> None:
         """Goes on towards another goal; what is not given stays. targets: in place of all there are. translation,
-        rotation and scale: where the surface is put, all three in place of what they were."""
+        rotation and scale: where the surface is put, all three in place of what they were. joint_weights: of each
+        joint's distance to the surface; [] makes them all 1 again."""
         made = messages.ChangeDesignRequest(session=self.session.id)
         _set_given(made, {"flat_share": flat_share, "distance_weight": distance_weight,
                           "surface_weight": surface_weight})
@@ -337,6 +338,9 @@ class Design:
         placement = placement_of(translation, rotation, scale)
         if placement is not None:
             made.placement.CopyFrom(placement)
+        if joint_weights is not None:
+            made.joint_surface_weights.weights.extend(checks.numeric(joint_weights, "joint_weights").ravel())
+            made.joint_surface_weights.SetInParent()
         self.session.connection.call("change_design", made, timeout=max(60.0, self.session.connection.timeout))
 
     def pause(self) -> None:

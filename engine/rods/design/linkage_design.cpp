@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <optional>
 #include <utility>
 
@@ -139,7 +138,6 @@ struct LinkageDesign::Impl {
     factors.keep(point, std::move(kept));
     if (criteria.energy_scale == 0) criteria.energy_scale = start_energy();
     if (criteria.length_scale == 0) criteria.length_scale = scales.extent();
-    demand_near(criteria);
     measures.emplace(model, energy, criteria);
   }
 
@@ -159,20 +157,6 @@ struct LinkageDesign::Impl {
   [[nodiscard]] double start_energy() {
     if (is_without_stress(model, point.deployed)) return scales.bending() / scales.extent();
     return energy.value(point.deployed);
-  }
-
-  void demand_near(const DesignCriteria& wanted) const {
-    if (wanted.surface == nullptr) return;
-    double least = std::numeric_limits<double>::infinity();
-    for (const auto& joint : point.deployed.joints()) {
-      least = std::min(least,
-                       (joint.position - wanted.surface->closest(joint.position).position).norm());
-    }
-    if (least <= kFarthestSurface * scales.extent()) return;
-    throw Error(ErrorCode::kFailedPrecondition, "surface",
-                fmt::format("lies {:.3g} away from the deployed linkage, whose size is {:.3g}: "
-                            "move or scale it",
-                            least, scales.extent()));
   }
 
   std::unique_ptr<HessianFactor> settle(const char* which, LinkageState& state,
@@ -403,7 +387,6 @@ void LinkageDesign::set_criteria(DesignCriteria criteria) {
   criteria.validate();
   if (criteria.energy_scale == 0) criteria.energy_scale = impl_->criteria.energy_scale;
   if (criteria.length_scale == 0) criteria.length_scale = impl_->criteria.length_scale;
-  impl_->demand_near(criteria);
   const Impl::Measures checked(impl_->model, impl_->energy, criteria);  // throws before any change
   if (impl_->there) impl_->derivatives->forget();
   impl_->criteria = std::move(criteria);

@@ -112,17 +112,13 @@ struct DesignTrial {
 /// order, and none that has jumped is believed.
 class LinkageDesign {
  public:
-  /// Beyond it a surface is taken for one in other units or at another place.
-  static constexpr double kFarthestSurface = 10;
-
   /// @param flat, deployed  conditions, without springs, loads and weight
   /// @param start  equilibria under them with these sizes, at least nearly
   /// @throws Error as DesignCriteria::validate, DesignLimits::validate, DesignVariables::validate,
   /// Conditions::validate with field flat. or deployed., set_sizes with field start.,
   /// TargetDistance; {kInvalidArgument} with field start.edges where edges differ and segments'
   /// lengths are to be varied; {kFailedPrecondition} with field start where an
-  /// equilibrium is not found from it, with field surface where the surface is farther from every
-  /// joint than kFarthestSurface times the linkage's extent
+  /// equilibrium is not found from it
   LinkageDesign(const LinkageModel& model, Conditions flat, Conditions deployed, DesignPoint start,
                 DesignCriteria criteria, DesignLimits limits = {}, DesignVariables variables = {});
   ~LinkageDesign();

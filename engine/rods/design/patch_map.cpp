@@ -4,6 +4,8 @@
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
+#include <Eigen/IterativeLinearSolvers>
+#include <Eigen/SparseCholesky>
 #include <Eigen/SparseLU>
 #include <algorithm>
 #include <array>
@@ -21,36 +23,48 @@ namespace {
   throw Error(ErrorCode::kInvalidArgument, "surface.triangles", message);
 }
 
-/// Numbers of triangles by edge, lower vertex first.
-std::map<std::pair<int, int>, int> count_edges(const SurfaceMesh& surface) {
-  std::map<std::pair<int, int>, int> edges;
+struct PatchEdges {
+  std::int64_t count = 0;
+  std::vector<std::pair<int, int>> rim;  // those of one triangle, lower vertex first
+};
+
+/// Each of one or two triangles, which have areas.
+PatchEdges edges_of(const SurfaceMesh& surface) {
+  std::vector<std::pair<int, int>> sides;  // of triangles, lower vertex first
+  sides.reserve(static_cast<std::size_t>(surface.triangles.size()));
   for (Eigen::Index t = 0; t < surface.triangles.cols(); ++t) {
     if (!has_area(corners(surface, t))) {
       throw Error(ErrorCode::kInvalidArgument, fmt::format("surface.triangles[{}]", t),
                   "has no area, so that the surface cannot be spread out");
     }
-    for (int k = 0; k < 3; ++k) {
-      const std::pair<int, int> edge =
-          std::minmax(surface.triangles(k, t), surface.triangles((k + 1) % 3, t));
-      if (++edges[edge] <= 2) continue;
-      refuse(fmt::format("more than two triangles share the edge of vertices {} and {}", edge.first,
-                         edge.second));
+    for (int k = 0; k < 3; ++k)
+      sides.emplace_back(std::minmax(surface.triangles(k, t), surface.triangles((k + 1) % 3, t)));
+  }
+  std::sort(sides.begin(), sides.end());
+  PatchEdges edges;
+  for (auto side = sides.begin(); side != sides.end();) {
+    const auto next = std::upper_bound(side, std::min(side + 4, sides.end()), *side);
+    if (next - side > 2) {
+      refuse(fmt::format("more than two triangles share the edge of vertices {} and {}",
+                         side->first, side->second));
     }
+    if (next - side == 1) edges.rim.push_back(*side);
+    ++edges.count;
+    side = next;
   }
   return edges;
 }
 
 /// Vertices of the only rim, in order.
 std::vector<int> rim_of(const SurfaceMesh& surface) {
-  const auto edges = count_edges(surface);
+  const PatchEdges edges = edges_of(surface);
   std::map<int, std::vector<int>> next;
-  std::vector<char> used(static_cast<std::size_t>(surface.vertices.cols()), 0);
-  for (const auto& [edge, times] : edges) {
-    for (const int vertex : {edge.first, edge.second}) used[static_cast<std::size_t>(vertex)] = 1;
-    if (times == 2) continue;
-    next[edge.first].push_back(edge.second);
-    next[edge.second].push_back(edge.first);
+  for (const auto& [one, other] : edges.rim) {
+    next[one].push_back(other);
+    next[other].push_back(one);
   }
+  std::vector<char> used(static_cast<std::size_t>(surface.vertices.cols()), 0);
+  for (const int vertex : surface.triangles.reshaped()) used[static_cast<std::size_t>(vertex)] = 1;
   if (next.empty()) refuse("the surface is closed: a grid needs a rim");
   for (const auto& [vertex, neighbours] : next) {
     if (neighbours.size() != 2) refuse(fmt::format("rims meet at vertex {}", vertex));
@@ -63,8 +77,8 @@ std::vector<int> rim_of(const SurfaceMesh& surface) {
   }
   if (rim.size() != next.size()) refuse("the surface has more than one rim: cut it or fill holes");
   const auto vertices = std::count(used.begin(), used.end(), 1);
-  const auto characteristic = static_cast<std::int64_t>(vertices) -
-                              static_cast<std::int64_t>(edges.size()) + surface.triangles.cols();
+  const auto characteristic =
+      static_cast<std::int64_t>(vertices) - edges.count + surface.triangles.cols();
   // Further pieces that are closed have a rim as little as a handle has.
   if (characteristic != 1) refuse("the surface has a handle or more than one piece");
   return rim;
@@ -133,6 +147,54 @@ Eigen::SparseMatrix<double> mean_value_weights(const SurfaceMesh& surface) {
   return weights;
 }
 
+/// Cholesky factors of the matrix with which the weights of both directions are their mean, and
+/// what is missing in columns' sums on the diagonal.
+class MeanOfBothWays {
+ public:
+  using StorageIndex = int;
+  MeanOfBothWays() = default;
+
+  MeanOfBothWays& analyzePattern(const Eigen::SparseMatrix<double>&) { return *this; }
+  MeanOfBothWays& factorize(const Eigen::SparseMatrix<double>& matrix) { return compute(matrix); }
+  MeanOfBothWays& compute(const Eigen::SparseMatrix<double>& matrix) {
+    const Eigen::SparseMatrix<double> turned = matrix.transpose();
+    Eigen::SparseMatrix<double> mean = 0.5 * (matrix + turned);
+    const Eigen::VectorXd ones = Eigen::VectorXd::Ones(matrix.cols());
+    // Rows keep their sums, which are the weights of the rim: positive definite.
+    const Eigen::VectorXd missing = matrix * ones - mean * ones;
+    for (Eigen::Index i = 0; i < mean.cols(); ++i) mean.coeffRef(i, i) += missing[i];
+    factor_.compute(mean);
+    return *this;
+  }
+  [[nodiscard]] Eigen::VectorXd solve(const Eigen::VectorXd& right) const {
+    return factor_.solve(right);
+  }
+  [[nodiscard]] Eigen::ComputationInfo info() const { return factor_.info(); }
+
+ private:
+  Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> factor_;
+};
+
+/// Weights of neighbours for each other differ little, and Cholesky's factors are had in a fraction
+/// of the time that those of a matrix without symmetry take: these are for what is left.
+Eigen::MatrixX2d solve_nearly_symmetric(const Eigen::SparseMatrix<double>& matrix,
+                                        const Eigen::MatrixX2d& right) {
+  constexpr int kMostIterations = 100;
+  Eigen::BiCGSTAB<Eigen::SparseMatrix<double>, MeanOfBothWays> iterations;
+  iterations.setTolerance(1e-14);
+  iterations.setMaxIterations(kMostIterations);
+  iterations.compute(matrix);
+  if (iterations.info() == Eigen::Success) {
+    constexpr double kSolved = 1e-11;  // beyond 1e-14 rounding says where it ends
+    const Eigen::MatrixX2d places = iterations.solve(right);
+    if ((matrix * places - right).norm() <= kSolved * right.norm()) return places;
+  }
+  const Eigen::SparseLU<Eigen::SparseMatrix<double>> factor(matrix);
+  if (factor.info() != Eigen::Success)
+    throw Error(ErrorCode::kNumerical, "surface.triangles", "the patch could not be spread out");
+  return factor.solve(right);
+}
+
 }  // namespace
 
 Eigen::Matrix2Xd map_patch_to_square(const SurfaceMesh& surface) {
@@ -143,27 +205,40 @@ Eigen::Matrix2Xd map_patch_to_square(const SurfaceMesh& surface) {
   place_rim(surface, rim, map);
   const Eigen::SparseMatrix<double> weights = mean_value_weights(surface);
   const Eigen::VectorXd sums = weights * Eigen::VectorXd::Ones(count);
-  std::vector<char> fixed(static_cast<std::size_t>(count), 0);
-  for (const int vertex : rim) fixed[static_cast<std::size_t>(vertex)] = 1;
-  std::vector<Eigen::Triplet<double>> entries;
+  // What is looked for: where the vertices within the rim come to lie.
+  constexpr int kGiven = -1;
+  std::vector<int> unknown(static_cast<std::size_t>(count), 0);
+  for (const int vertex : rim) unknown[static_cast<std::size_t>(vertex)] = kGiven;
+  std::vector<Eigen::Index> inner;
   for (Eigen::Index v = 0; v < count; ++v) {
-    const bool free = fixed[static_cast<std::size_t>(v)] == 0 && sums[v] > 0;
-    entries.emplace_back(v, v, 1);
-    fixed[static_cast<std::size_t>(v)] = free ? 0 : 1;
+    int& number = unknown[static_cast<std::size_t>(v)];
+    number = number != kGiven && sums[v] > 0 ? static_cast<int>(inner.size()) : kGiven;
+    if (number != kGiven) inner.push_back(v);
   }
+  if (inner.empty()) return map;
+  const auto size = static_cast<Eigen::Index>(inner.size());
+  std::vector<Eigen::Triplet<double>> entries;
+  entries.reserve(static_cast<std::size_t>(weights.nonZeros() + size));
+  Eigen::MatrixX2d pulls = Eigen::MatrixX2d::Zero(size, 2);  // of the rim
   for (Eigen::Index b = 0; b < count; ++b) {
+    const int column = unknown[static_cast<std::size_t>(b)];
+    if (column != kGiven) entries.emplace_back(column, column, sums[b]);
     for (Eigen::SparseMatrix<double>::InnerIterator entry(weights, b); entry; ++entry) {
-      if (fixed[static_cast<std::size_t>(entry.row())] == 0)
-        entries.emplace_back(entry.row(), b, -entry.value() / sums[entry.row()]);
+      const int row = unknown[static_cast<std::size_t>(entry.row())];
+      if (row == kGiven) continue;
+      if (column == kGiven) {
+        pulls.row(row) += entry.value() * map.col(b).transpose();
+      } else {
+        entries.emplace_back(row, column, -entry.value());
+      }
     }
   }
-  Eigen::SparseMatrix<double> matrix(count, count);
+  Eigen::SparseMatrix<double> matrix(size, size);
   matrix.setFromTriplets(entries.begin(), entries.end());
-  Eigen::SparseLU<Eigen::SparseMatrix<double>> factor(matrix);
-  if (factor.info() != Eigen::Success)
-    throw Error(ErrorCode::kNumerical, "surface.triangles", "the patch could not be spread out");
-  const Eigen::MatrixX2d rim_places = map.transpose();
-  return factor.solve(rim_places).transpose();
+  const Eigen::MatrixX2d places = solve_nearly_symmetric(matrix, pulls);
+  for (Eigen::Index i = 0; i < size; ++i)
+    map.col(inner[static_cast<std::size_t>(i)]) = places.row(i).transpose();
+  return map;
 }
 
 }  // namespace limber::rods

@@ -4,7 +4,6 @@
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
-#include <Eigen/LU>
 #include <Eigen/SparseCholesky>
 #include <algorithm>
 #include <cmath>
@@ -14,56 +13,15 @@
 #include <vector>
 
 #include "engine/base/error.h"
-#include "engine/rods/design/patch_map.h"
+#include "engine/rods/design/patch_lift.h"
 
 namespace limber::rods {
 namespace {
 
-/// From the square back to the surface.
-class Lift {
- public:
-  explicit Lift(const SurfaceMesh& surface)
-      : surface_(surface), map_(map_patch_to_square(surface)) {}
-
-  [[nodiscard]] Eigen::Vector3d operator()(const Eigen::Vector2d& at) {
-    // The next point is near the last one: most often in the same triangle.
-    if (inside(at, last_) >= 0) return point(at, last_);
-    Eigen::Index best = 0;
-    double most = -1e300;
-    for (Eigen::Index t = 0; t < surface_.triangles.cols(); ++t) {
-      const double least = inside(at, t);
-      if (least > most) {
-        most = least;
-        best = t;
-      }
-      if (least >= 0) break;
-    }
-    last_ = best;
-    return point(at, best);
-  }
-
- private:
-  [[nodiscard]] Eigen::Vector3d shares(const Eigen::Vector2d& at, Eigen::Index t) const {
-    Eigen::Matrix3d system;
-    for (int k = 0; k < 3; ++k) system.col(k) << map_.col(surface_.triangles(k, t)), 1;
-    return system.inverse() * Eigen::Vector3d(at.x(), at.y(), 1);
-  }
-  /// The least share of a corner: >= 0 inside.
-  [[nodiscard]] double inside(const Eigen::Vector2d& at, Eigen::Index t) const {
-    return shares(at, t).minCoeff();
-  }
-  [[nodiscard]] Eigen::Vector3d point(const Eigen::Vector2d& at, Eigen::Index t) const {
-    return corners(surface_, t) * shares(at, t);
-  }
-
-  const SurfaceMesh& surface_;
-  const Eigen::Matrix2Xd map_;
-  Eigen::Index last_ = 0;
-};
-
 constexpr double kFlat = 1e-3;  // total curvature of a patch that is taken for flat
 // Of cells, at a total curvature of 1: about what opens grids of square patches to caps of it.
 constexpr double kWideningOfCurvature = 0.3;
+constexpr double kWideningOfBulged = 0.4;
 
 /// Edges of rows, then of columns, and triples of joints that follow each other along a rod.
 struct Grid {
@@ -85,7 +43,8 @@ struct Grid {
   std::vector<Eigen::Vector3i> triples;
 };
 
-double length_on_surface(Lift& lift, const Eigen::Vector2d& from, const Eigen::Vector2d& to) {
+double length_on_surface(const PatchLift& lift, const Eigen::Vector2d& from,
+                         const Eigen::Vector2d& to) {
   constexpr int kPieces = 8;
   double length = 0;
   Eigen::Vector3d last = lift(from);
@@ -238,13 +197,13 @@ void StartingGridOptions::validate() const {
   demand(flat_angle >= 0.1 && flat_angle <= std::numbers::pi / 2, "flat_angle", "in [0.1, pi/2]",
          flat_angle);
   demand(margin >= 0 && margin <= 0.4, "margin", "in [0, 0.4]", margin);
-  demand(widening >= 0 && widening <= 0.5, "widening", "in [0, 0.5]", widening);
+  if (widening) demand(*widening >= 0 && *widening <= 0.5, "widening", "in [0, 0.5]", *widening);
   demand(bulge >= 0 && bulge <= 1, "bulge", "in [0, 1]", bulge);
 }
 
 StartingGrid starting_grid(const SurfaceMesh& surface, const StartingGridOptions& options) {
   options.validate();
-  Lift lift(surface);
+  const PatchLift lift(surface);
   const Grid grid(options.columns, options.rows);
   double widening = 0;
   const auto place = [&](int vertex) -> Eigen::Vector2d {
@@ -263,10 +222,10 @@ StartingGrid starting_grid(const SurfaceMesh& surface, const StartingGridOptions
   };
   place_all();
   const double curvature = total_curvature(grid, result.deployed.vertices);
-  if (options.widening > 0 && std::abs(curvature) > kFlat) {
+  const double widest = options.widening.value_or(options.bulge > 0 ? kWideningOfBulged : 0);
+  if (widest > 0 && std::abs(curvature) > kFlat) {
     widening = std::copysign(
-        std::min(options.widening, kWideningOfCurvature * std::sqrt(std::abs(curvature))),
-        curvature);
+        std::min(widest, kWideningOfCurvature * std::sqrt(std::abs(curvature))), curvature);
     place_all();
   }
   result.deployed.edges.resize(2, edges);
@@ -290,6 +249,35 @@ StartingGrid starting_grid(const SurfaceMesh& surface, const StartingGridOptions
   result.mean_angle = crossing_angle(grid, result.deployed.vertices);
   measure_gaps(grid.columns, grid.rows, result);
   return result;
+}
+
+StartingGrid starting_grid(SurfaceMesh surface, const SurfacePlacement& placement,
+                           const StartingGridOptions& options) {
+  placement.validate();
+  const Eigen::Matrix3d turn = placement.rotation.normalized().toRotationMatrix();
+  surface.vertices = (placement.scale * turn * surface.vertices).colwise() + placement.translation;
+  return starting_grid(surface, options);
+}
+
+void demand_room(const StartingGrid& grid, const StartingGridOptions& options,
+                 const Section& section) {
+  validate(section);
+  const Polygon outline = section_outline(section);
+  Eigen::Array2d low = outline.front().array(), high = low;
+  for (const Eigen::Vector2d& corner : outline) {
+    low = low.min(corner.array());
+    high = high.max(corner.array());
+  }
+  const double thick = (high - low).minCoeff();
+  const auto demand = [thick](const char* field, int count, double apart) {
+    if (apart >= thick) return;
+    throw Error(ErrorCode::kInvalidArgument, field,
+                fmt::format("the rods of {} {} lie {:.3g} apart when the grid lies flat, and are "
+                            "{:.3g} thick: take fewer {}, or a smaller section",
+                            count, field, apart, thick, field));
+  };
+  demand("columns", options.columns, grid.columns_apart);
+  demand("rows", options.rows, grid.rows_apart);
 }
 
 }  // namespace limber::rods

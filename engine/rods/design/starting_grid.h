@@ -1,9 +1,12 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 
+#include "engine/rods/design/placed_surface.h"
 #include "engine/rods/design/surface_mesh.h"
 #include "engine/rods/linkage/line_mesh.h"
+#include "engine/rods/section/section.h"
 
 namespace limber::rods {
 
@@ -23,7 +26,8 @@ struct StartingGridOptions {
   /// middle of the patch, in [0, 0.5]: so that the grid does not open in its plane, in which
   /// it lies a little less flat then. On surfaces that
   /// are saddles they are narrower there; the less the surface is curved, the more they are alike.
-  double widening = 0;
+  /// Nothing: 0.4 where there is a bulge, whose side the grid is to open to, else 0.
+  std::optional<double> widening = {};
 
   /// @throws Error{kInvalidArgument} naming the member
   void validate() const;
@@ -50,5 +54,14 @@ struct StartingGrid {
 /// @throws Error as StartingGridOptions::validate and map_patch_to_square
 [[nodiscard]] StartingGrid starting_grid(const SurfaceMesh& surface,
                                          const StartingGridOptions& options = {});
+
+/// The same over the surface as it is placed. @throws Error as SurfacePlacement::validate, too
+[[nodiscard]] StartingGrid starting_grid(SurfaceMesh surface, const SurfacePlacement& placement,
+                                         const StartingGridOptions& options);
+
+/// Rods that lie nearer to each other, flat, than they are thick are no grid.
+/// @throws Error as validate(section); {kInvalidArgument} with fields columns, rows
+void demand_room(const StartingGrid& grid, const StartingGridOptions& options,
+                 const Section& section);
 
 }  // namespace limber::rods

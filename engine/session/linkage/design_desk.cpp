@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "engine/base/error.h"
+#include "engine/session/linkage/design_reach.h"
 
 namespace limber::session {
 
@@ -30,11 +31,12 @@ void DesignDesk::begin(DesignRequest request, std::uint64_t tag) {
   order_ = Order{std::move(request), tag, stop_};
 }
 
-void DesignDesk::change(const DesignChange& change, int joints) {
+void DesignDesk::change(const DesignChange& change, const Eigen::Matrix3Xd& joints) {
   demand_under_way();
   DesignGoal goal = goal_;
   change.apply_to(goal);
-  goal.validate(joints);
+  goal.validate(static_cast<int>(joints.cols()));
+  demand_near(goal, joints);
   goal_ = goal;
   if (order_) {
     order_->request.goal = std::move(goal);

@@ -27,11 +27,15 @@ class DesignDesk {
   [[nodiscard]] bool is_under_way() const { return order_ || running_; }
   [[nodiscard]] bool is_running() const { return running_; }
   [[nodiscard]] bool is_waiting() const { return order_.has_value(); }
+  /// Has a client ended the one that is under way?
+  [[nodiscard]] bool is_stopping() const { return is_under_way() && stop_.requested(); }
   /// @throws Error{kFailedPrecondition} while one is under way
   void begin(DesignRequest request, std::uint64_t tag);
-  /// @param joints  of the linkage
-  /// @throws Error{kFailedPrecondition} where none is under way; as DesignGoal::validate
-  void change(const DesignChange& change, int joints);
+  /// Refused: what was wanted before stays, also what the design has not seen yet.
+  /// @param joints  3 x joints, where the linkage is [length]
+  /// @throws Error{kFailedPrecondition} where none is under way; as DesignGoal::validate and
+  /// demand_near
+  void change(const DesignChange& change, const Eigen::Matrix3Xd& joints);
   /// Takes effect when the step under way is done. @throws as change
   void pause();
   void resume();

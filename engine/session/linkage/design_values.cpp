@@ -140,6 +140,7 @@ void DesignChange::apply_to(DesignGoal& goal) const {
     goal.placement = {};
   }
   if (placement) goal.placement = *placement;
+  if (joint_surface_weights) goal.joint_surface_weights = *joint_surface_weights;
 }
 
 }  // namespace limber::session

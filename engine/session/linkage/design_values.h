@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "engine/base/error.h"
 #include "engine/rods/design/compare_designs.h"
 #include "engine/rods/design/design_optimizer.h"
 #include "engine/rods/design/linkage_design.h"
@@ -85,6 +86,7 @@ struct DesignChange {
   std::optional<std::vector<rods::JointTarget>> targets;              // all of them
   std::optional<std::shared_ptr<const rods::TargetSurface>> surface;  // null: none any more
   std::optional<rods::SurfacePlacement> placement;
+  std::optional<Eigen::VectorXd> joint_surface_weights = {};  // empty: all 1
 
   void apply_to(DesignGoal& goal) const;
 };
@@ -112,7 +114,7 @@ enum class DesignEnd {
   kStuck,
   kIterationLimit,
   kStopped,  // by a client
-  kFailed,   // it could not begin
+  kFailed,   // it could not begin, or not go on
 };
 
 /// What has come of a design's trials so far.
@@ -156,6 +158,7 @@ struct DesignInfo {
   rods::BucklingGuard guard = rods::BucklingGuard::kWhenNeeded;
   DesignTrials trials;
   std::vector<OtherOptimum> other_optima;  // of a design that has ended by itself
+  ErrorCode fault = ErrorCode::kInternal;  // of one that failed, beside message and fault_field
 };
 
 /// Sizes of rods that can be taken, and the equilibrium that was found with them.
@@ -163,6 +166,13 @@ struct DesignCandidate {
   RodSizes sizes;
   rods::DesignVariables variables;  // that were varied: what else the session has stays
   rods::LinkageState flat, deployed;
+};
+
+/// At one moment: what is said of the newest design, null before the first, and what would be taken
+/// of it, null where there is nothing.
+struct NewestDesign {
+  std::shared_ptr<const DesignInfo> info;
+  std::shared_ptr<const DesignCandidate> best;
 };
 
 }  // namespace limber::session

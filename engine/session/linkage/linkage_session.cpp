@@ -47,16 +47,22 @@ void LinkageSession::resume_design() {
   impl_->steer_design([](DesignDesk& desk) { desk.resume(); });
 }
 void LinkageSession::stop_design() {
-  impl_->steer_design([](DesignDesk& desk) { desk.stop(); });
+  impl_->steer_design([this](DesignDesk& desk) {
+    desk.stop();
+    impl_->stop_design();
+  });
 }
 EditReceipt LinkageSession::take_design(std::optional<Revision> expected) {
   return impl_->take_design(expected);
 }
-std::shared_ptr<const DesignInfo> LinkageSession::design() const {
-  return impl_->read([](const Impl& impl) { return impl.desk_.info(); });
+NewestDesign LinkageSession::newest_design() const {
+  return impl_->read([](const Impl& impl) {
+    return NewestDesign{impl.desk_.info(), impl.desk_.best()};
+  });
 }
+std::shared_ptr<const DesignInfo> LinkageSession::design() const { return newest_design().info; }
 std::shared_ptr<const DesignCandidate> LinkageSession::best_design() const {
-  return impl_->read([](const Impl& impl) { return impl.desk_.best(); });
+  return newest_design().best;
 }
 void LinkageSession::cancel() { impl_->cancel(); }
 void LinkageSession::close() { impl_->shut(SerialTask::Farewell::kSaid); }

@@ -109,13 +109,15 @@ class LinkageSession {
   /// When the step under way is done; edits stay refused.
   void pause_design();
   void resume_design();
-  /// The session goes back to the shape it had; the best so far can still be taken.
+  /// The session goes back to the shape it had, which is the newest result when this returns; the
+  /// best so far can still be taken.
   void stop_design();
   /// The best rest lengths of the newest design become the session's: an edit, which undo takes
   /// back. One that is under way ends. While the session has the sizes that taking it brought, it
   /// is the revision that did.
   /// @throws Error{kFailedPrecondition} where there is none to take; as LinkageDocument::apply
   EditReceipt take_design(std::optional<Revision> expected = {});
+  [[nodiscard]] NewestDesign newest_design() const;
   /// The newest; null before the first.
   [[nodiscard]] std::shared_ptr<const DesignInfo> design() const;
   /// What would be taken; null where there is nothing.

@@ -127,18 +127,16 @@ void LinkageSession::Impl::start_design(DesignRequest request, std::uint64_t tag
 }
 
 void LinkageSession::Impl::change_design(const DesignChange& change) {
-  const auto [info, shape, newest] = read([](const Impl& impl) {
-    return std::tuple{impl.desk_.info(), impl.shape_, impl.newest_};
-  });
-  if (info && newest) {
-    DesignGoal goal = info->goal;
-    change.apply_to(goal);
-    const Eigen::Matrix3Xd joints = shape->joints(newest->frames->rightCols<1>());
-    goal.validate(static_cast<int>(joints.cols()));
-    demand_near(goal, joints);
-  }
   const std::lock_guard lock(mutex_);
-  desk_.change(change, shape ? shape->joint_count() : 0);
+  Eigen::Matrix3Xd joints(3, 0);
+  if (newest_) joints = shape_->joints(newest_->frames->rightCols<1>());
+  desk_.change(change, joints);
+}
+
+/// Called with the lock. Who asks from now on sees the shape the session goes back to.
+void LinkageSession::Impl::stop_design() {
+  desk_.stop_any();
+  if (desk_.is_running() && !desk_.info()->taken) newest_ = final_;
 }
 
 /// Called with the lock.
@@ -241,7 +239,10 @@ void LinkageSession::Impl::search(const DesignRound& round, DesignInfo& info) {
     info.trials = step.trials;
     return between_steps(design, info, round);
   });
-  note_terms(design, info);
+  if (design.go_to_best()) {  // what is seen last is what there is to take
+    note_terms(design, info);
+    tell_design(&design, info, round);
+  }
   info.end = end_of(report.status);
   const int lengths = design.varied_lengths();
   for (const int i : report.at_bound) {
@@ -265,6 +266,7 @@ void LinkageSession::Impl::run_design(const DesignRound& round) {
   } catch (const Error& error) {
     const bool stopped = error.code() == ErrorCode::kCancelled;
     info.end = stopped ? DesignEnd::kStopped : DesignEnd::kFailed;
+    info.fault = error.code();
     info.fault_field = error.field();
     info.message = error.what();
   } catch (const std::exception& error) {
@@ -274,9 +276,22 @@ void LinkageSession::Impl::run_design(const DesignRound& round) {
   end_design(info);
 }
 
-/// What is taken is in the document in the same breath as edits are allowed again.
+/// The shape from before, to go back to.
+std::shared_ptr<LinkageResult> LinkageSession::Impl::shape_from_before() const {
+  auto result =
+      std::make_shared<LinkageResult>(*read([](const Impl& impl) { return impl.final_; }));
+  result->path.clear();
+  result->frames = std::make_shared<const Eigen::MatrixXf>(result->frames->rightCols<1>());
+  result->strains = std::make_shared<const Eigen::MatrixXf>(result->strains->rightCols<1>());
+  return result;
+}
+
+/// What is taken is in the document in the same breath as edits are allowed again; where nothing
+/// is, the session has its shape back in that breath.
 void LinkageSession::Impl::end_design(const DesignInfo& info) {
   std::shared_ptr<const DesignInfo> told;
+  auto before = shape_from_before();
+  std::shared_ptr<const LinkageResult> older, older_final;  // freed without the lock
   {
     const std::lock_guard lock(mutex_);
     if (task_.is_closed()) return;
@@ -291,8 +306,16 @@ void LinkageSession::Impl::end_design(const DesignInfo& info) {
     }
     desk_.end(std::move(last));
     told = desk_.info();
-    work_ = true;  // a final result again, of what the document says
+    if (told->taken) {
+      before.reset();
+      work_ = true;
+    } else {
+      before->sequence = ++sequence_;
+      older = std::exchange(newest_, before);
+      older_final = std::exchange(final_, before);
+    }
   }
+  if (before) tell(listener_.get(), [&](LinkageListener& listener) { listener.on_result(before); });
   tell(listener_.get(), [&](LinkageListener& listener) { listener.on_design(told); });
 }
 

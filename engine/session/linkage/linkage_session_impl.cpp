@@ -98,7 +98,7 @@ EditReceipt LinkageSession::Impl::edit(const std::vector<LinkageEdit>& edits,
 void LinkageSession::Impl::cancel() {
   const std::lock_guard lock(mutex_);
   if (!task_.is_pending()) return;
-  if (desk_.is_running()) return desk_.stop_any();
+  if (desk_.is_running()) return stop_design();
   if (state_ == State::kBuilding) building_.request();
   cancelled_ = true;
   first_.clear();

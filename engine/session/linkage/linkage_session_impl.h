@@ -85,6 +85,7 @@ class LinkageSession::Impl : public std::enable_shared_from_this<LinkageSession:
   void post(std::unique_lock<std::mutex> lock);
   void finish_first(Revision revision, Conditions conditions);
   EditReceipt apply_design(std::optional<Revision> expected);
+  void stop_design();
 
   // The task's, linkage_session_task.cpp:
   void run();
@@ -104,6 +105,7 @@ class LinkageSession::Impl : public std::enable_shared_from_this<LinkageSession:
   [[nodiscard]] std::optional<DesignGoal> between_steps(LiveDesign& design, DesignInfo& info,
                                                         const DesignRound& round);
   void tell_design(const LiveDesign* design, const DesignInfo& info, const DesignRound& round);
+  [[nodiscard]] std::shared_ptr<LinkageResult> shape_from_before() const;
   void end_design(const DesignInfo& info);
 
   const std::string id_;

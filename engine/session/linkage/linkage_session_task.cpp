@@ -197,7 +197,7 @@ void LinkageSession::Impl::hand_out(std::shared_ptr<LinkageResult> result, const
   std::shared_ptr<const LinkageResult> older, older_final;  // freed without the lock
   {
     const std::lock_guard lock(mutex_);
-    if (task_.is_closed()) return;
+    if (task_.is_closed() || (result->design && desk_.is_stopping())) return;
     result->sequence = ++sequence_;
     older = std::exchange(newest_, result);
     if (result->converged) older_final = std::exchange(final_, result);

@@ -108,7 +108,8 @@ LiveDesign::LiveDesign(const LiveLinkage& live, const DesignRequest& request, do
   const double angle = design_->values(design_->point()).smallest_angle;
   if (!smallest_angle_ && angle > kOpen) smallest_angle_ = kAngleShare * angle;
   if (smallest_angle_) options_.smallest_angle = *smallest_angle_;
-  start_ = now_ = measure(design_->point());
+  measure_here();
+  start_ = now_;
   begin_best(0);
 }
 
@@ -139,6 +140,11 @@ DesignTerms LiveDesign::measure(const rods::DesignPoint& point) {
   return terms;
 }
 
+void LiveDesign::measure_here() {
+  now_ = measure(design_->point());
+  measured_ = design_->parameters();
+}
+
 /// 0 where both constraints hold; the optimiser's measure.
 double LiveDesign::violation(const DesignTerms& terms) const {
   double worst = std::pow(terms.flat_height / options_.flat_height, 2) - 1;
@@ -149,6 +155,7 @@ double LiveDesign::violation(const DesignTerms& terms) const {
 void LiveDesign::begin_best(int iteration) {
   best_ = now_;
   best_iteration_ = iteration;
+  best_parameters_ = measured_;
   candidate_ = std::make_shared<const DesignCandidate>(DesignCandidate{
       sizes(), design_->variables().which(), design_->point().flat, design_->point().deployed});
 }
@@ -169,7 +176,7 @@ void LiveDesign::note_best(int iteration) {
 void LiveDesign::set_goal(const DesignGoal& goal) {
   design_->set_criteria(criteria_of(goal));
   goal_ = goal;
-  now_ = measure(design_->point());
+  measure_here();
   begin_best(iteration_);
 }
 
@@ -177,8 +184,9 @@ rods::DesignReport LiveDesign::run(const JobContext& job, const OnStep& on_step)
   return rods::optimize_design(
       *design_, options_, job, [&](const rods::DesignProgress& progress, rods::LinkageDesign&) {
         iteration_ = progress.iteration;
-        if (progress.accepted) {
-          now_ = measure(design_->point());
+        // The guard against buckling goes back to an earlier point where no trial was taken.
+        if (progress.accepted || design_->parameters() != measured_) {
+          measure_here();
           note_best(iteration_);
         }
         const Step step{iteration_,
@@ -187,6 +195,20 @@ rods::DesignReport LiveDesign::run(const JobContext& job, const OnStep& on_step)
                          progress.guard > 0, progress.refusal}};
         if (const auto goal = on_step(step)) set_goal(*goal);
       });
+}
+
+bool LiveDesign::go_to_best() {
+  const Eigen::VectorXd last = measured_;
+  if (design_->parameters() != measured_) {
+    measure_here();
+    note_best(iteration_);
+  }
+  if (measured_ != best_parameters_) {
+    design_->move_to(point_of(*candidate_));
+    measured_ = best_parameters_;
+    now_ = best_;
+  }
+  return measured_ != last;
 }
 
 DesignTerms LiveDesign::terms_of(const DesignCandidate& candidate) {

@@ -34,6 +34,9 @@ class LiveDesign {
 
   /// @throws Error{kNumerical} where an equilibrium has no derivatives
   rods::DesignReport run(const JobContext& job, const OnStep& on_step);
+  /// To the best there is, once the search is over. @returns whether that is not where the last
+  /// step left it
+  bool go_to_best();
   /// At once, for who waits between steps.
   void set_goal(const DesignGoal& goal);
 
@@ -64,6 +67,7 @@ class LiveDesign {
   [[nodiscard]] RodSizes sizes() const;  // as a document would have them
   [[nodiscard]] DesignTerms measure(const rods::DesignPoint& point);
   [[nodiscard]] double violation(const DesignTerms& terms) const;
+  void measure_here();
   void note_best(int iteration);
   void begin_best(int iteration);
 
@@ -73,6 +77,7 @@ class LiveDesign {
   std::optional<double> smallest_angle_;
   std::optional<rods::LinkageDesign> design_;
   DesignTerms start_, now_, best_;
+  Eigen::VectorXd measured_, best_parameters_;  // what now_ and best_ are of
   int iteration_ = 0, best_iteration_ = 0;
   std::shared_ptr<const DesignCandidate> candidate_;
 };

@@ -112,6 +112,20 @@ TEST(DesignCodec, ASurfaceWithoutASourceTakesTheOneThereIsAway) {
   EXPECT_FALSE(*change.surface);
 }
 
+TEST(DesignCodec, WeightsOfJointsChangeWhereTheyAreGiven) {
+  proto::ChangeDesignRequest request;
+  EXPECT_FALSE(decode_design_change(request, no_files).joint_surface_weights);
+  request.mutable_joint_surface_weights();
+  session::DesignGoal goal;
+  goal.joint_surface_weights = Eigen::Vector3d(1, 2, 3);
+  decode_design_change(request, no_files).apply_to(goal);
+  EXPECT_EQ(goal.joint_surface_weights.size(), 0) << "all 1 again";
+  request.mutable_joint_surface_weights()->add_weights(0);
+  request.mutable_joint_surface_weights()->add_weights(2);
+  decode_design_change(request, no_files).apply_to(goal);
+  EXPECT_EQ(goal.joint_surface_weights, Eigen::Vector2d(0, 2));
+}
+
 TEST(DesignCodec, WhatIsWrongWithASurfaceIsNamedWhereItIs) {
   const auto start = [](const proto::DesignSurface& surface) {
     proto::StartDesignRequest request;
@@ -151,6 +165,8 @@ TEST(DesignCodec, FieldsOfTheEngineAreThoseOfTheRequest) {
   proto::ChangeDesignRequest change;
   EXPECT_EQ(design_field_in(change, "targets[2].joint"), "targets.targets[2].joint");
   EXPECT_EQ(design_field_in(change, "distance_weight"), "distance_weight");
+  EXPECT_EQ(design_field_in(change, "joint_surface_weights[3]"),
+            "joint_surface_weights.weights[3]");
   proto::DesignTarget& target = *start.mutable_goal()->add_targets();
   target.set_joint(3);
   EXPECT_EQ(refused([&] { return decode_design(start, no_files); }), "goal.targets[0].position");
@@ -163,6 +179,7 @@ TEST(DesignCodec, InfosAreInDegreesAndJoule) {
   info.end = session::DesignEnd::kFailed;
   info.message = "why";
   info.fault_field = "flat";
+  info.fault = ErrorCode::kNumerical;
   info.now.deployed_energy = 3;
   info.now.smallest_angle = 1;
   info.taken = 4;
@@ -170,6 +187,7 @@ TEST(DesignCodec, InfosAreInDegreesAndJoule) {
   EXPECT_EQ(message.job(), 9U);
   EXPECT_EQ(message.end(), proto::DESIGN_END_FAILED);
   EXPECT_EQ(message.error().field(), "flat");
+  EXPECT_EQ(message.error().code(), proto::ERROR_CODE_NUMERICAL);
   EXPECT_EQ(message.error().message(), "why");
   EXPECT_DOUBLE_EQ(message.now().deployed_energy(), 3e-3);
   EXPECT_NEAR(message.now().smallest_angle_degrees(), 57.29577951308232, 1e-12);

@@ -4,10 +4,12 @@
 
 #include <Eigen/Geometry>
 #include <cmath>
+#include <ctime>
 #include <numbers>
 
 #include "engine/base/error.h"
 #include "engine/rods/design/mesh_surface.h"
+#include "engine/rods/design/patch_lift.h"
 #include "engine/rods/design/patch_map.h"
 #include "engine/rods/design/placed_surface.h"
 #include "engine/rods/equilibrium/deployment.h"
@@ -108,6 +110,77 @@ TEST(PatchMap, WhatIsNoPatchIsRefused) {
   crowded.triangles << 0, 0, 0, 1, 1, 1, 2, 3, 4;
   EXPECT_NE(refused_message(crowded).find("more than two"), std::string::npos);
   EXPECT_NE(refused_message({}).find("empty"), std::string::npos);
+}
+
+/// Vertices beside where a regular field has them, so that neighbours weigh each other differently.
+SurfaceMesh uneven(int n) {
+  SurfaceMesh mesh =
+      field(n, [](double x, double y) { return 60 * std::cos(2 * x) * (1 - y * y); });
+  for (int j = 1; j < n; ++j) {
+    for (int i = 1; i < n; ++i) {
+      mesh.vertices(0, j * (n + 1) + i) += 60.0 / n * std::sin(7.3 * i + 3.1 * j);
+      mesh.vertices(1, j * (n + 1) + i) += 60.0 / n * std::cos(5.1 * i + 2.7 * j);
+    }
+  }
+  return mesh;
+}
+
+/// By asking every triangle.
+Eigen::Vector3d lifted(const SurfaceMesh& mesh, const Eigen::Matrix2Xd& map,
+                       const Eigen::Vector2d& at) {
+  Eigen::Vector3d best = Eigen::Vector3d::Constant(-1e300), point;
+  for (Eigen::Index t = 0; t < mesh.triangles.cols(); ++t) {
+    Eigen::Matrix3d places;
+    for (int k = 0; k < 3; ++k) places.col(k) << map.col(mesh.triangles(k, t)), 1;
+    const Eigen::Vector3d shares = places.inverse() * Eigen::Vector3d(at.x(), at.y(), 1);
+    if (!(shares.minCoeff() > best.minCoeff())) continue;
+    best = shares;
+    point = corners(mesh, t) * shares;
+  }
+  return point;
+}
+
+TEST(PatchLift, FindsWhatASearchThroughAllTrianglesFinds) {
+  const SurfaceMesh mesh = uneven(80);
+  const PatchLift lift(mesh);
+  const Eigen::Matrix2Xd map = map_patch_to_square(mesh);
+  const auto demand_same = [&](const Eigen::Vector2d& at) {
+    EXPECT_LT((lift(at) - lifted(mesh, map, at)).norm(), 1e-8) << at.transpose();
+  };
+  for (int i = 0; i <= 12; ++i)
+    for (int j = 0; j <= 12; ++j) demand_same({i / 12.0, j / 12.0});
+  for (const Eigen::Index vertex : {Eigen::Index{0}, Eigen::Index{80}, Eigen::Index{3333}}) {
+    demand_same(map.col(vertex));
+    EXPECT_LT((lift(map.col(vertex)) - mesh.vertices.col(vertex)).norm(), 1e-9);
+  }
+  demand_same({1 + 1e-7, 0.3});  // no box has it
+}
+
+TEST(PatchMap, OfAnUnevenPatchIsTheMeanOfNeighboursAndQuick) {
+  const SurfaceMesh mesh = uneven(200);
+  const std::clock_t begun = std::clock();
+  const StartingGrid grid = starting_grid(mesh, {.columns = 50, .rows = 50});
+  // Of this process; a search through all triangles for each point of the grid takes minutes.
+  EXPECT_LT(static_cast<double>(std::clock() - begun) / CLOCKS_PER_SEC, 12);
+  EXPECT_EQ(grid.deployed.vertex_count(), 2500);
+  const Eigen::Matrix2Xd map = map_patch_to_square(mesh);
+  // In the middle each place is the mean of its neighbours' by their mean value weights.
+  for (const int vertex : {100 * 201 + 100, 37 * 201 + 150, 199 * 201 + 1}) {
+    Eigen::Vector2d pulled = Eigen::Vector2d::Zero();
+    double sum = 0;
+    for (Eigen::Index t = 0; t < mesh.triangles.cols(); ++t) {
+      for (int k = 0; k < 3; ++k) {
+        if (mesh.triangles(k, t) != vertex) continue;
+        const int b = mesh.triangles((k + 1) % 3, t), c = mesh.triangles((k + 2) % 3, t);
+        const Eigen::Vector3d x = mesh.vertices.col(b) - mesh.vertices.col(vertex),
+                              y = mesh.vertices.col(c) - mesh.vertices.col(vertex);
+        const double half = std::tan(0.5 * std::atan2(x.cross(y).norm(), x.dot(y)));
+        pulled += half / x.norm() * map.col(b) + half / y.norm() * map.col(c);
+        sum += half / x.norm() + half / y.norm();
+      }
+    }
+    EXPECT_LT((pulled / sum - map.col(vertex)).norm(), 1e-11);
+  }
 }
 
 TEST(StartingGrid, LiesOnTheSurfaceAndInThePlane) {
@@ -214,13 +287,56 @@ TEST(StartingGrid, CellsAreWiderInTheMiddleOfDomesAndNarrowerOnSaddles) {
 }
 
 TEST(StartingGrid, RisesToTheSideOfTheSurface) {
-  const StartingGridOptions options{.columns = 5, .rows = 5, .bulge = 0.1};
+  const StartingGridOptions options{.columns = 5, .rows = 5, .bulge = 0.1, .widening = 0};
   for (const double sign : {-1.0, 1.0}) {
     const StartingGrid grid = starting_grid(quadric(sign * 0.3, sign * 0.3), options);
     const double middle = grid.flat.vertices(2, 12), corner = grid.flat.vertices(2, 0);
     // Half of it, since the patch's edges are that much shorter than its diagonals: 0.6 high.
     EXPECT_NEAR(corner - middle, sign * 0.1 * 0.6, 0.01);
   }
+}
+
+TEST(StartingGrid, WithABulgeCellsAreWiderUnlessAskedOtherwise) {
+  const SurfaceMesh mesh = quadric(0.3, 0.3);
+  StartingGridOptions options{.columns = 6, .rows = 7, .bulge = 0.1};
+  const double chosen = middle_over_rim(starting_grid(mesh, options));
+  options.widening = 0.4;
+  EXPECT_EQ(middle_over_rim(starting_grid(mesh, options)), chosen);
+  options.widening = 0;
+  EXPECT_LT(middle_over_rim(starting_grid(mesh, options)), chosen / 1.1);
+  options.bulge = 0;
+  const double even = middle_over_rim(starting_grid(mesh, options));
+  options.widening.reset();
+  EXPECT_EQ(middle_over_rim(starting_grid(mesh, options)), even);
+}
+
+TEST(StartingGrid, IsLaidOverTheSurfaceAsItIsPlaced) {
+  const SurfaceMesh mesh = dome();
+  SurfacePlacement placement;
+  placement.scale = 0.5;
+  placement.rotation = Eigen::AngleAxisd(0.3, Eigen::Vector3d::UnitX());
+  placement.translation = {1, 2, 3};
+  const StartingGrid grid = starting_grid(mesh, placement, {.columns = 5, .rows = 5});
+  const PlacedSurface placed(std::make_shared<MeshSurface>(mesh), placement);
+  for (const auto& x : grid.deployed.vertices.colwise())
+    EXPECT_LT((placed.closest(x).position - x).norm(), 1e-9);
+}
+
+TEST(StartingGrid, RodsNeedRoomBetweenThem) {
+  const StartingGridOptions options{.columns = 5, .rows = 9, .flat_angle = 0.5};
+  const StartingGrid grid = starting_grid(dome(), options);
+  const auto refused = [&](const Section& section) -> std::string {
+    try {
+      demand_room(grid, options, section);
+    } catch (const Error& error) {
+      return error.field();
+    }
+    return "none";
+  };
+  EXPECT_EQ(refused(Rectangle{6, 1.5}), "none");
+  EXPECT_EQ(refused(Rectangle{30, 1.02 * grid.rows_apart}), "rows");
+  EXPECT_EQ(refused(Rectangle{60, 1.02 * grid.columns_apart}), "columns");
+  EXPECT_EQ(refused(Rectangle{0, 1}), "section.width");
 }
 
 TEST(PlacedSurface, IsPutWherePointsFit) {

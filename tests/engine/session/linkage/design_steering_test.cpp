@@ -1,0 +1,191 @@
+// Designs that are steered while they run: changes in quick succession, stops, and what is seen
+// last.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "engine/rods/design/mesh_surface.h"
+#include "tests/engine/session/linkage/live_designs.h"
+
+namespace limber::session {
+namespace {
+
+using namespace limber::session::testing;
+
+constexpr double kFarAway = 1e5;
+
+/// A square over the linkage, 200 to a side, as far away as asked.
+std::shared_ptr<const rods::TargetSurface> sheet(double away) {
+  rods::SurfaceMesh mesh;
+  mesh.vertices.resize(3, 4);
+  mesh.vertices << 0, 200, 200, 0, 0, 0, 200, 200, 10, 10, 10, 10;
+  mesh.vertices.row(0).array() += away;
+  mesh.triangles.resize(3, 2);
+  mesh.triangles << 0, 0, 1, 2, 2, 3;
+  return std::make_shared<rods::MeshSurface>(mesh);
+}
+
+/// Neither of two changes is far away, and both together are.
+TEST(DesignSteering, AChangeIsJudgedTogetherWithThoseBeforeIt) {
+  Live live;
+  std::string second, third;
+  live.watcher->hook = [&](const DesignInfo& info) {
+    if (info.iteration != 2 || info.state != DesignState::kRunning || !second.empty()) return;
+    DesignChange surface, away, back;
+    surface.surface = sheet(0);
+    live.session.change_design(surface);
+    away.placement = rods::SurfacePlacement{.translation = {kFarAway, 0, 0}};
+    second = refusal([&] { live.session.change_design(away); });
+    back.surface = sheet(-kFarAway);
+    back.placement = rods::SurfacePlacement{.translation = {kFarAway, 0, 0}};
+    third = refusal([&] { live.session.change_design(back); });
+  };
+  DesignRequest wanted = request();
+  wanted.max_iterations = 6;
+  live.session.start_design(wanted);
+  const auto end = live.watcher->wait_end();
+  ASSERT_TRUE(end);
+  EXPECT_EQ(second, "surface");
+  EXPECT_EQ(third, "none");
+  EXPECT_NE(end->end, DesignEnd::kFailed) << end->message;
+  EXPECT_TRUE(end->goal.surface);
+  EXPECT_EQ(end->goal.placement.translation.x(), kFarAway);
+}
+
+TEST(DesignSteering, BeforeItsFirstStepChangesAreJudgedTogetherToo) {
+  Live live;
+  std::string refused;
+  live.watcher->hook = [&](const DesignInfo& info) {
+    if (info.state != DesignState::kStarting) return;
+    DesignChange surface, away;
+    surface.surface = sheet(0);
+    live.session.change_design(surface);
+    away.placement = rods::SurfacePlacement{.translation = {0, kFarAway, 0}};
+    refused = refusal([&] { live.session.change_design(away); });
+  };
+  DesignRequest wanted = request();
+  wanted.max_iterations = 3;
+  live.session.start_design(wanted);
+  const auto end = live.watcher->wait_end();
+  ASSERT_TRUE(end);
+  EXPECT_EQ(refused, "surface");
+  EXPECT_NE(end->end, DesignEnd::kFailed) << end->message;
+  EXPECT_EQ(end->goal.placement.translation.y(), 0);
+}
+
+TEST(DesignSteering, WeightsOfJointsChangeWhileItRuns) {
+  Live live;
+  live.watcher->hook = [&](const DesignInfo& info) {
+    if (info.iteration == 2 && info.state == DesignState::kRunning) live.session.pause_design();
+  };
+  DesignRequest wanted = request();
+  wanted.goal.targets.clear();
+  wanted.goal.surface = sheet(0);
+  live.session.start_design(wanted);
+  const auto paused = live.watcher->wait_design(
+      [](const DesignInfo& info) { return info.state == DesignState::kPaused; });
+  ASSERT_TRUE(paused);
+  DesignChange bad, weights;
+  bad.joint_surface_weights = Eigen::VectorXd::Ones(7);
+  EXPECT_EQ(refusal([&] { live.session.change_design(bad); }), "joint_surface_weights");
+  bad.joint_surface_weights = -Eigen::VectorXd::Ones(25);
+  EXPECT_EQ(refusal([&] { live.session.change_design(bad); }), "joint_surface_weights[0]");
+  weights.joint_surface_weights = 0.01 * Eigen::VectorXd::Ones(25);
+  live.session.change_design(weights);
+  const auto changed = live.watcher->wait_design(
+      [](const DesignInfo& info) { return info.goal.joint_surface_weights.size() == 25; });
+  ASSERT_TRUE(changed);
+  EXPECT_LT(changed->now.objective, 0.1 * paused->now.objective);
+  EXPECT_EQ(changed->now.surface_rms, paused->now.surface_rms);
+  live.session.stop_design();
+  ASSERT_TRUE(live.watcher->wait_end());
+}
+
+TEST(DesignSteering, StoppedTheSessionHasItsShapeAtOnce) {
+  Live live;
+  const auto before = live.session.final_result();
+  ASSERT_TRUE(before);
+  int seen_at_stop = 0;
+  bool was_its_own = false;
+  live.watcher->hook = [&](const DesignInfo& info) {
+    if (info.iteration == 4 && info.state == DesignState::kRunning && seen_at_stop == 0) {
+      seen_at_stop = 1;
+      was_its_own = live.session.newest_result()->design == nullptr;
+      live.session.stop_design();
+      const auto newest = live.session.newest_result();
+      EXPECT_FALSE(newest->design);
+      EXPECT_EQ(live.joints(*newest), live.joints(*before));
+    }
+    if (info.state != DesignState::kEnded) return;
+    const auto newest = live.session.newest_result();
+    EXPECT_FALSE(newest->design);
+    EXPECT_TRUE(newest->converged);
+    EXPECT_EQ(live.joints(*newest), live.joints(*before));
+    EXPECT_EQ(live.watcher->results().back(), newest) << "and those who watch have been told";
+    EXPECT_GT(newest->sequence, before->sequence);
+  };
+  live.session.start_design(request());
+  const auto end = live.watcher->wait_end();
+  ASSERT_TRUE(end);
+  EXPECT_EQ(end->end, DesignEnd::kStopped);
+  EXPECT_EQ(seen_at_stop, 1);
+  EXPECT_FALSE(was_its_own) << "the step before was shown";
+  live.watcher->hook = {};
+  const auto sequences = live.watcher->results();
+  for (std::size_t i = 1; i < sequences.size(); ++i)
+    EXPECT_EQ(sequences[i]->sequence, sequences[i - 1]->sequence + 1);
+  const auto opened = live.edit({SetMeanAngle{0.95}});
+  ASSERT_TRUE(opened);
+  EXPECT_FALSE(opened->solve_failed);
+}
+
+/// Of a design that buckles again and again.
+/// @param went_back  counts steps without a trial taken after which it stands elsewhere
+void demand_terms_of_shapes(double distance_weight, int& went_back) {
+  Live live;
+  DesignRequest wanted = request();
+  for (rods::JointTarget& target : wanted.goal.targets) target.position *= 1.4;
+  wanted.goal.distance_weight = distance_weight;
+  wanted.flat_height = 0.02;
+  wanted.max_iterations = 80;
+  wanted.guard = rods::BucklingGuard::kFromStart;
+  live.session.start_design(wanted);
+  const auto end = live.watcher->wait_end();
+  ASSERT_TRUE(end);
+  Eigen::Matrix3Xd last;
+  std::shared_ptr<const DesignInfo> shown;
+  for (const auto& result : live.watcher->results()) {
+    if (!result->design) continue;
+    shown = result->design;
+    const Eigen::Matrix3Xd joints = live.joints(*result);
+    double sum = 0;
+    for (const auto& target : wanted.goal.targets)
+      sum += (joints.col(target.joint) - target.position).squaredNorm();
+    const double rms = std::sqrt(sum / static_cast<double>(wanted.goal.targets.size()));
+    EXPECT_NEAR(rms, shown->now.target_rms, 1e-4) << shown->iteration;
+    if (last.cols() > 0 && !shown->accepted && (joints - last).norm() > 1e-3) ++went_back;
+    last = joints;
+  }
+  // What is seen last is what there is to take.
+  ASSERT_TRUE(shown);
+  EXPECT_EQ(shown->now.objective, end->best.objective);
+  EXPECT_EQ(end->now.objective, end->best.objective);
+  const auto best = live.session.best_design();
+  ASSERT_TRUE(best);
+  for (Eigen::Index j = 0; j < last.cols(); ++j) {
+    const auto& joint = best->deployed.joints()[static_cast<std::size_t>(j)];
+    EXPECT_LT((joint.position - last.col(j)).norm(), 1e-2) << j;
+  }
+}
+
+/// The guard against buckling goes back to earlier shapes, and searches may end elsewhere than at
+/// the best.
+TEST(DesignSteering, TermsAreThoseOfTheShapeThatIsShown) {
+  int went_back = 0;
+  for (const double weight : {1e4, 1e5, 1e6, 1e8}) demand_terms_of_shapes(weight, went_back);
+  EXPECT_GT(went_back, 0) << "none of them has gone back";
+}
+
+}  // namespace
+}  // namespace limber::session
