@@ -53,8 +53,8 @@ struct DesignRequest {
   /// Root mean square height of the flat linkage's joints over their plane that is allowed, as a
   /// share of its extent, > 0; nothing: a fifth more than at the start, and a thousandth.
   std::optional<double> flat_height = {};
-  /// Bound on the smallest opening angle of the flat linkage [rad], in (-pi, pi); nothing: a tenth of
-  /// what it is at the start where that lies open, by more than 0.02, else none.
+  /// Bound on the smallest opening angle of the flat linkage [rad], in (-pi, pi); nothing: a tenth
+  /// of what it is at the start where that lies open, by more than 0.02, else none.
   std::optional<double> smallest_angle = {};
   int max_iterations = 200;
   /// Bounds of each rest length that is varied [length], of segments or of edges, in place of the

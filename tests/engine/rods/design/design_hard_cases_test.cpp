@@ -369,10 +369,7 @@ TEST_F(HardDesigns, BadInputLeavesTheDesignIntact) {
             "joint_surface_weights[3]");
   EXPECT_EQ(refused([](Criteria& c, Options&) { c.joint_surface_weights.setOnes(3); }),
             "joint_surface_weights");
-  EXPECT_EQ(refused([](Criteria& c, Options&) {
-              c.surface = std::make_shared<MeshSurface>(square({1e5, 0, 0}, 10));
-            }),
-            "surface");
+  EXPECT_EQ(refused([](Criteria& c, Options&) { c.distance_weight = 1e300; }), "distance_weight");
   const Eigen::VectorXd lengths = start_->lengths;
   EXPECT_EQ(refused([&](Criteria&, Options& o) {
               o.shortest_lengths = 0.9 * lengths;
