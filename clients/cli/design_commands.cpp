@@ -183,6 +183,13 @@ unsigned count_of(double number, const char* field) {
 v1::StartDesignRequest open_grid(Context& context, const Options& options) {
   if (options.surface.empty())
     throw ClientError(v1::ERROR_CODE_INVALID_ARGUMENT, "surface", "a grid is laid on a surface");
+  for (const auto& [given, field] : {std::pair{!options.translation.empty(), "translation"},
+                                     {!options.rotation.empty(), "rotation"}}) {
+    if (given) {
+      throw ClientError(v1::ERROR_CODE_INVALID_ARGUMENT, field,
+                        "a grid begins on its surface, which is moved to where the grid is opened");
+    }
+  }
   v1::MakeStartingGridRequest grid;
   *grid.mutable_surface()->mutable_file() = client::mesh_file(options.surface, "surface");
   if (options.scale) grid.mutable_placement()->set_scale(*options.scale);
@@ -329,7 +336,8 @@ void add_limits(CLI::App& command, Options& options) {
                      "Allowed rms height of the flat shape, as a share of its size (default: "
                      "a fifth more than at the start)");
   command.add_option("--smallest-angle", options.smallest_angle,
-                     "Bound on the flat shape's opening angles in degrees (default: none)");
+                     "Bound on the flat shape's opening angles in degrees (default: a tenth of the "
+                     "start's smallest where that lies open, else none)");
   command
       .add_option("--lengths", options.lengths,
                   "Rest lengths that are varied: segments (default), edges or kept")

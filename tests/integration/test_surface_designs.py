@@ -87,7 +87,9 @@ def test_the_command_line_begins_with_a_surface_alone(server, tmp_path):
     info = session.current_design().info()
     assert info.best.surface_rms < 0.5 * info.start.surface_rms
     session.close()
-    for wrong, field in ((("--grid", "6"), "grid"), (("--grid", "6x-5"), "grid"), (("--grid", "2x5"), "columns")):
+    moved = ("--grid", "6x5", "--translation", "0", "0", "5")
+    for wrong, field in ((("--grid", "6"), "grid"), (("--grid", "6x-5"), "grid"), (("--grid", "2x5"), "columns"),
+                         (moved, "translation")):
         refused = run(server, "design", "other", "--surface", str(tmp_path / "hill.obj"), "--section", "0.02x0.004",
                       *wrong)
         assert refused.returncode == 1 and field in refused.stderr, refused.stderr

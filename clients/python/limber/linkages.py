@@ -306,7 +306,7 @@ class LinkageSession(OpenSession):
         (axis times angle [degree]) and translation say. targets: {joint: position} or {joint: (position, weight)}, or
         positions of all joints. shortest, longest: bounds of rest lengths, as shares of those of the start.
         flat_height: allowed root mean square height of the flat shape, as a share of its extent; smallest_angle: bound
-        on its opening angles [degree]. shortest_lengths, longest_lengths: bounds of each segment in place of the
+        on its opening angles [degree], a tenth of the start's where that lies open. shortest_lengths, longest_lengths: bounds of each segment in place of the
         shares [length unit]; joint_weights: of each joint's distance to the surface. lengths: what is varied, those of
         "segments" (default) or "edges", or "kept"; sections: "segments" varies the scale of each segment's section
         (default "kept"), between thinnest and thickest, or thinnest_sections and thickest_sections one by one. guard:

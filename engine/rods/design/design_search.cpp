@@ -314,7 +314,6 @@ void DesignSearch::watch_guard() {
     return;
   }
   safe_ = design_.point();
-  held_ = 0;
 }
 
 void DesignSearch::raise_guard() {

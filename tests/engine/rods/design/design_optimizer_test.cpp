@@ -38,6 +38,7 @@ struct Known {
     for (int j = 0; j < model.variables().joints(); ++j)
       criteria.targets.push_back({j, joints[static_cast<std::size_t>(j)].position, 1});
     criteria.distance_weight = 1e8;
+    criteria.plane = Plane{};  // the flat shape lies beside it, so that its height may press
     options.flat_height = 0.2;
   }
   [[nodiscard]] LinkageDesign design() const { return {model, flat, deployed, *start, criteria}; }
