@@ -222,10 +222,12 @@ class Deployment {
     if (ends < kMostEnds) return false;
     ++report_.steps_failed;
     report_.status = DeploymentStatus::kStopped;
-    report_.message = fmt::format(
-        "stopped at {:.4f} of the way: its branch has ended {} times, so what is asked for is too "
-        "much{}",
-        progress_, ends, detail::told_strain(equilibrium_, state_, path_.at(progress_)));
+    report_.end.status = EquilibriumStatus::kStalled;
+    report_.end.message =
+        fmt::format("its branch has ended {} times, so what is asked for is too much", ends);
+    report_.message =
+        fmt::format("stopped at {:.4f} of the way: {}{}", progress_, report_.end.message,
+                    detail::told_strain(equilibrium_, state_, path_.at(progress_)));
     return true;
   }
 
