@@ -361,11 +361,11 @@ void add_grid(CLI::App& command, Options& options) {
   auto* section =
       command.add_option("--section", options.section,
                          "WIDTHxHEIGHT of the grid's rods, in the surface's length unit");
-  auto* grid =
-      command
-          .add_option("--grid", options.grid,
-                      "COLUMNSxROWS: opens SESSION as a grid of rods over the surface, laid flat")
-          ->needs(section);
+  auto* grid = command
+                   .add_option("--grid", options.grid,
+                               "COLUMNSxROWS: opens SESSION as a grid of rods over the surface, "
+                               "laid flat; so many joints along its longer sides, and across")
+                   ->needs(section);
   section->needs(grid);
   command
       .add_option("--flat-angle", options.flat_angle,

@@ -240,8 +240,8 @@ class Server:
         only a surface. limber.linkage_scene(grid.vertices, grid.edges, section=..), then
         session.set_lengths(grid.lengths) and session.deploy(grid.mean_angle).
 
-        surface, translation, rotation, scale: as LinkageSession.design(). columns, rows: joints along each rod and
-        across (8); flat_angle: at which rods cross when it lies flat [degree] (46); margin: share of the patch that is
+        surface, translation, rotation, scale: as LinkageSession.design(). columns, rows: joints of rods
+        along the patch's longer sides and of those across (8); flat_angle: at which rods cross when it lies flat [degree] (46); margin: share of the patch that is
         left free at its rim (0.02); bulge: of the surface's heights, what the flat grid rises by (0); with one,
         cells are wider in the middle (narrower on saddles), so that it opens to the surface's side. section: of the
         rods, as linkage_scene() takes it; grids whose rods would overlap are refused.

@@ -109,21 +109,74 @@ std::array<std::size_t, 4> corners_of(const SurfaceMesh& surface, const std::vec
   return corners;
 }
 
-void place_rim(const SurfaceMesh& surface, const std::vector<int>& rim, Eigen::Matrix2Xd& map) {
-  const std::array<std::size_t, 4> corners = corners_of(surface, rim);
+/// Length of the rim from one place in it to another, on the way it goes.
+double length_between(const SurfaceMesh& surface, const std::vector<int>& rim, std::size_t begin,
+                      std::size_t end) {
+  double length = 0;
+  for (std::size_t i = begin; i != end; i = (i + 1) % rim.size()) {
+    const int from = rim[i], to = rim[(i + 1) % rim.size()];
+    length += (surface.vertices.col(to) - surface.vertices.col(from)).norm();
+  }
+  return length;
+}
+
+bool points_backward(const Eigen::Vector3d& way) {
+  Eigen::Index most = 0;
+  way.cwiseAbs().maxCoeff(&most);
+  return way[most] < 0;
+}
+
+/// Is one way longer than the other, or as long and more along x, or else y?
+bool comes_first(double length, const Eigen::Vector3d& way, double than,
+                 const Eigen::Vector3d& other) {
+  constexpr double kEqual = 1e-6;
+  if (std::abs(length - than) > kEqual * than) return length > than;
+  for (int axis = 0; axis < 2; ++axis) {
+    const double share = std::abs(way[axis]), before = std::abs(other[axis]);
+    if (std::abs(share - before) > kEqual * other.norm()) return share > before;
+  }
+  return false;
+}
+
+/// Which of a square's first corner and directions are whose is up to the surface alone, whatever
+/// the order of its vertices: the first direction is that of the longer sides and goes forward
+/// along the axis it is nearest to, and so does the normal.
+std::array<std::size_t, 4> begin_at_first(const SurfaceMesh& surface, std::vector<int>& rim) {
+  std::array<std::size_t, 4> corners = corners_of(surface, rim);
+  const auto sides = [&](std::size_t k) {  // the way along sides k and k + 2
+    const auto at = [&](std::size_t corner) -> Eigen::Vector3d {
+      return surface.vertices.col(rim[corners[corner % 4]]);
+    };
+    return Eigen::Vector3d(at(k + 1) - at(k) + at(k + 2) - at(k + 3));
+  };
+  const auto length = [&](std::size_t k) {
+    return length_between(surface, rim, corners[k], corners[k + 1]) +
+           length_between(surface, rim, corners[(k + 2) % 4], corners[(k + 3) % 4]);
+  };
+  if (comes_first(length(1), sides(1), length(0), sides(0)))
+    std::rotate(corners.begin(), corners.begin() + 1, corners.end());
+  if (points_backward(sides(0))) std::rotate(corners.begin(), corners.begin() + 2, corners.end());
+  if (points_backward(sides(0).cross(sides(1)))) {
+    std::reverse(rim.begin(), rim.end());
+    for (std::size_t& corner : corners) corner = rim.size() - 1 - corner;
+    std::reverse(corners.begin(), corners.end());
+  }
+  return corners;
+}
+
+void place_rim(const SurfaceMesh& surface, std::vector<int> rim, Eigen::Matrix2Xd& map) {
+  const std::array<std::size_t, 4> corners = begin_at_first(surface, rim);
   const Eigen::Vector2d square[] = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
-  const auto vertex = [&](std::size_t place) { return rim[place % rim.size()]; };
   for (std::size_t k = 0; k < 4; ++k) {
-    const std::size_t begin = corners[k], end = k < 3 ? corners[k + 1] : corners[0] + rim.size();
-    std::vector<double> length{0};
-    for (std::size_t i = begin; i < end; ++i) {
-      length.push_back(
-          length.back() +
-          (surface.vertices.col(vertex(i + 1)) - surface.vertices.col(vertex(i))).norm());
+    const std::size_t begin = corners[k], end = corners[(k + 1) % 4];
+    const double side = length_between(surface, rim, begin, end);
+    double along = 0;
+    for (std::size_t i = begin; i != end;) {
+      map.col(rim[i]) = square[k] + along / side * (square[(k + 1) % 4] - square[k]);
+      const std::size_t next = (i + 1) % rim.size();
+      along += (surface.vertices.col(rim[next]) - surface.vertices.col(rim[i])).norm();
+      i = next;
     }
-    for (std::size_t i = begin; i < end; ++i)
-      map.col(vertex(i)) =
-          square[k] + length[i - begin] / length.back() * (square[(k + 1) % 4] - square[k]);
   }
 }
 

@@ -13,7 +13,7 @@ namespace limber::rods {
 struct StartingGridOptions {
   static constexpr int kMostJoints = 2500;  // columns times rows: beyond that it takes seconds
 
-  int columns = 8;  // joints of each rod along the patch's first direction, >= 3
+  int columns = 8;  // joints of each rod along the patch's longer sides, >= 3
   int rows = 8;     // and of those that cross them, >= 3
   /// At which rods cross when the grid lies flat, in [0.1, pi/2].
   double flat_angle = 0.8;  // [rad]
