@@ -67,14 +67,22 @@ void LiveLinkage::set_sizes(const RodSizes& sizes) {
   statics_ = std::make_shared<const LinkageStatics>(mapped_, linkage_);
 }
 
-/// To other sizes of rods, under the conditions that the shape is held under; where nothing holds
-/// it its middle joint stays, as in designs, whose sizes these may be. Where no equilibrium is
-/// found on the way the outcome says so.
+/// To other sizes of rods, under the conditions that the shape is held under. One that is just
+/// opened lies in equilibrium first, at the ends of the way: as it lay before a design gave it
+/// these sizes, and as its angles were set from there. Where no equilibrium is found on the way the
+/// outcome says so.
 bool LiveLinkage::lead_sizes(const RodSizes& wanted, const JobContext& job,
                              const OnIterate& on_iterate, Outcome& outcome) {
   if (wanted == sizes_) return true;
-  outcome.report =
-      follow_sizes(mapped_.model, sizes_, equilibrium_, state_, held_, wanted, job, on_iterate);
+  const auto lie = [&] {
+    outcome.report = equilibrium_.solve(state_, held_, {}, job);
+    return outcome.report.converged();
+  };
+  if (settled_ || lie()) {
+    outcome.report =
+        follow_sizes(mapped_.model, sizes_, equilibrium_, state_, held_, wanted, job, on_iterate);
+  }
+  if (!settled_ && outcome.report.converged()) lie();
   statics_ = std::make_shared<const LinkageStatics>(mapped_, linkage_);
   if (!outcome.report.converged()) {
     outcome.report.message = "on the way to other sizes of rods: " + outcome.report.message;
