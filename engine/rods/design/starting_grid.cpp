@@ -278,6 +278,18 @@ void demand_room(const StartingGrid& grid, const StartingGridOptions& options,
   };
   demand("columns", options.columns, grid.columns_apart);
   demand("rows", options.rows, grid.rows_apart);
+  constexpr double kMostSlender = 2e4;  // beyond it grids were not found to open
+  const Eigen::Index across = Eigen::Index{options.rows} * (options.columns - 1);
+  const Eigen::Index along = grid.rest_lengths.size() - across;
+  const double longest = std::max(grid.rest_lengths.head(across).sum() / options.rows,
+                                  grid.rest_lengths.tail(along).sum() / options.columns);
+  if (longest > kMostSlender * thick) {
+    throw Error(
+        ErrorCode::kInvalidArgument, "section",
+        fmt::format("the rods would be {:.3g} long and {:.3g} thick, more than {:g} to 1: is "
+                    "the section in the surface's length unit?",
+                    longest, thick, kMostSlender));
+  }
 }
 
 }  // namespace limber::rods

@@ -59,8 +59,9 @@ struct StartingGrid {
 [[nodiscard]] StartingGrid starting_grid(SurfaceMesh surface, const SurfacePlacement& placement,
                                          const StartingGridOptions& options);
 
-/// Rods that lie nearer to each other, flat, than they are thick are no grid.
-/// @throws Error as validate(section); {kInvalidArgument} with fields columns, rows
+/// Rods that lie nearer to each other, flat, than they are thick are no grid, nor are threads: rods
+/// 20 000 times as long as they are thick.
+/// @throws Error as validate(section); {kInvalidArgument} with fields columns, rows, section
 void demand_room(const StartingGrid& grid, const StartingGridOptions& options,
                  const Section& section);
 

@@ -356,6 +356,9 @@ TEST(StartingGrid, RodsNeedRoomBetweenThem) {
   EXPECT_EQ(refused(Rectangle{30, 1.02 * grid.rows_apart}), "rows");
   EXPECT_EQ(refused(Rectangle{60, 1.02 * grid.columns_apart}), "columns");
   EXPECT_EQ(refused(Rectangle{0, 1}), "section.width");
+  EXPECT_EQ(refused(Rectangle{6, 0.015}), "none");
+  EXPECT_EQ(refused(Rectangle{6e-3, 1.5e-3}), "section")
+      << "metres beside a surface in millimetres";
 }
 
 TEST(PlacedSurface, IsPutWherePointsFit) {
