@@ -1,6 +1,7 @@
 // Derivatives of designs, and designs towards targets that are known to be reachable.
 #include <fmt/core.h>
 
+#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <cmath>
 #include <ctime>
@@ -11,6 +12,7 @@
 #include <optional>
 #include <utility>
 
+#include "bench/design_checks.h"
 #include "bench/linkage_models.h"
 #include "bench/suite.h"
 #include "engine/base/error.h"
@@ -176,97 +178,6 @@ Eigen::VectorXd known_way(const Problem& problem, const KnownDesign& known,
   return design.variables().values(model) - design.parameters();
 }
 
-/// Have all joints their closest points on the same faces and edges of the surface, which the
-/// points' derivatives tell? From one of these to another J's second derivatives jump, and where
-/// two points are equally close, its first ones too: no difference across tells derivatives.
-bool same_faces(const rods::TargetSurface& surface, const rods::DesignPoint& a,
-                const rods::DesignPoint& b) {
-  constexpr double kSame = 1e-9;
-  const auto &first = a.deployed.joints(), &second = b.deployed.joints();
-  for (std::size_t j = 0; j < first.size(); ++j) {
-    const Eigen::Matrix3d change = surface.closest(first[j].position).derivative -
-                                   surface.closest(second[j].position).derivative;
-    if (change.cwiseAbs().maxCoeff() > kSame) return false;
-  }
-  return true;
-}
-
-struct Mismatch {
-  std::optional<double> gradient, product;  // empty: no differences could be taken
-  std::optional<rods::DesignPoint> beside;  // the farthest trial along the way
-};
-
-/// Against differences of second and fourth order of equilibria solved again, the best of a ladder
-/// of steps: long ones bend, short ones drown in rounding.
-/// @param v  along which, of the size of the parameters
-Mismatch differences(rods::LinkageDesign& design, const Eigen::VectorXd& v,
-                     const std::vector<double>& steps) {
-  const rods::DesignPoint home = design.point();
-  const Eigen::VectorXd parameters = design.parameters();
-  const rods::DesignMeasures<Eigen::VectorXd> gradients = design.gradients();
-  const Eigen::VectorXd product = design.products(v).objective;
-  const double scale = gradients.objective.norm() * v.norm();
-  Mismatch best;
-  const auto note = [](std::optional<double>& least, double mismatch) {
-    least = std::min(least.value_or(mismatch), mismatch);
-  };
-  for (const double step : steps) {
-    std::vector<rods::DesignPoint> points;
-    bool found = true;
-    for (const double side : {1.0, -1.0, 2.0, -2.0}) {
-      rods::DesignTrial trial = design.trial(parameters + side * step * v);
-      found = trial.status == rods::TrialStatus::kFound;
-      if (!found) break;
-      if (!best.beside) best.beside = trial.point;
-      if (!same_faces(*design.criteria().surface, home, trial.point)) break;
-      points.push_back(std::move(trial.point));
-    }
-    if (!found || points.size() < 2) continue;
-    std::vector<double> values;
-    std::vector<Eigen::VectorXd> sides;
-    for (const rods::DesignPoint& point : points) {
-      values.push_back(design.values(point).objective);
-      design.move_to(point);
-      sides.push_back(design.gradients(rods::LinkageDesign::Which::kObjective).objective);
-    }
-    design.move_to(home);
-    const auto compare = [&](double slope, const Eigen::VectorXd& change) {
-      note(best.gradient, std::abs(slope - gradients.objective.dot(v)) / scale);
-      note(best.product, (change - product).norm() / product.norm());
-    };
-    compare((values[0] - values[1]) / (2 * step), (sides[0] - sides[1]) / (2 * step));
-    if (points.size() < 4) continue;
-    compare((8 * (values[0] - values[1]) - (values[2] - values[3])) / (12 * step),
-            (8 * (sides[0] - sides[1]) - (sides[2] - sides[3])) / (12 * step));
-  }
-  return best;
-}
-
-/// Mismatches of derivatives, relative.
-/// @param v  along which
-/// @param kind  ends the names of the results
-void check(rods::LinkageDesign& design, Eigen::VectorXd v, bool quick, const std::string& kind,
-           Case& result) {
-  const std::vector<double> steps = quick ? std::vector<double>{3e-4, 1e-4, 3e-6, 1e-6}
-                                          : std::vector<double>{1e-2, 3e-3, 1e-3, 3e-4, 2e-4, 1e-4,
-                                                                5e-5, 3e-5, 1e-5, 3e-6, 1e-6, 3e-7};
-  const rods::DesignPoint home = design.point();
-  v *= design.parameters().mean() / v.norm();
-  Mismatch mismatch = differences(design, v, steps);
-  const bool crease = !mismatch.gradient && mismatch.beside;
-  if (crease) {  // J has no derivative here: beside it, it has
-    design.move_to(*mismatch.beside);
-    mismatch = differences(design, v, steps);
-    design.move_to(home);
-  }
-  const auto told = [](const std::optional<double>& value) {
-    return value ? Case(*value) : Case(nullptr);
-  };
-  result["gradient_check" + kind] = told(mismatch.gradient);
-  result["hessvec_check" + kind] = told(mismatch.product);
-  result["off_crease" + kind] = crease;
-}
-
 /// As the optimiser asks: a trial nearby, its objective, and at the trial's point, with the factors
 /// that certified its equilibria, the objective's gradient and products (as the public code's), and
 /// the gradients of both constraints.
@@ -339,21 +250,36 @@ void measure_factors(const Problem& problem, int repeats, Case& result) {
   result["factor_ms"] = median(factors);
 }
 
+/// Through the flat joints, aslant to the plane that they lie in: flatness is nothing over that
+/// one, and so are its derivatives.
+rods::Plane aslant(const rods::LinkageState& flat) {
+  const Eigen::Matrix3Xd joints = positions(flat);
+  const Eigen::Vector3d mean = joints.rowwise().mean();
+  const Eigen::Matrix3Xd offsets = joints.colwise() - mean;
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(offsets * offsets.transpose());
+  return {mean, Eigen::Vector3d(axes.eigenvectors() * Eigen::Vector3d(1, 0.02, 0.01)).normalized()};
+}
+
 /// Against differences, along the way to the known design and along random ones.
-void check_derivatives(const Problem& problem, const KnownDesign& known,
-                       rods::LinkageDesign& design, bool quick, Case& result) {
-  check(design, known_way(problem, known, design), quick, "", result);
-  check(design, random_way(design), quick, "_random", result);
+void check_all_derivatives(const Problem& problem, const KnownDesign& known,
+                           rods::LinkageDesign& design, bool quick, Case& result) {
+  const rods::DesignCriteria judged = design.criteria();
+  rods::DesignCriteria criteria = judged;
+  criteria.plane = aslant(problem.start.flat);
+  design.set_criteria(criteria);
+  check_derivatives(design, known_way(problem, known, design), quick, "", result);
+  check_derivatives(design, random_way(design), quick, "_random", result);
+  design.set_criteria(judged);
   if (quick) return;
   for (const auto& [kind, variables] :
        {std::pair{"_edges", rods::DesignVariables{rods::LengthVariables::kEdges, {}}},
         std::pair{"_sections", rods::DesignVariables{rods::LengthVariables::kKept,
                                                      rods::SectionVariables::kSegments}}}) {
     rods::LinkageDesign other(problem.model, problem.flat, problem.deployed, problem.start,
-                              design.criteria(), {}, variables);
+                              criteria, {}, variables);
     const bool lengths = variables.lengths != rods::LengthVariables::kKept;
-    check(other, lengths ? known_way(problem, known, other) : random_way(other), quick, kind,
-          result);
+    check_derivatives(other, lengths ? known_way(problem, known, other) : random_way(other), quick,
+                      kind, result);
   }
 }
 
@@ -422,7 +348,7 @@ Case measure(const LinkageCase& named, const std::string& path, const SuiteOptio
   measure_cpu(design, way, options.quick ? 20 : 100, result);
   measure_factors(problem, repeats, result);
   tell("derivatives against differences");
-  check_derivatives(problem, known, design, options.quick, result);
+  check_all_derivatives(problem, known, design, options.quick, result);
   measure_search(known, design, options.quick ? 10 : 200, tell, result);
   return result;
 }
