@@ -12,7 +12,6 @@
 namespace limber::session {
 namespace {
 
-constexpr double kHolds = 1e-3;      // violation that counts as none, as the optimiser's
 constexpr double kHeightRoom = 1.2;  // of the flat height at the start, where none is asked for
 constexpr double kLeastHeight = 1e-3;
 // Of the smallest angle of a start that lies open, where none is asked for: joints that turned over
@@ -136,7 +135,7 @@ DesignTerms LiveDesign::measure(const rods::DesignPoint& point) {
   }
   terms.flat_height = std::sqrt(values.flatness / count) / criteria.length_scale;
   terms.smallest_angle = values.smallest_angle;
-  terms.holds = violation(terms) <= kHolds;
+  terms.holds = rank(terms).holds();
   return terms;
 }
 
@@ -145,11 +144,11 @@ void LiveDesign::measure_here() {
   measured_ = design_->parameters();
 }
 
-/// 0 where both constraints hold; the optimiser's measure.
-double LiveDesign::violation(const DesignTerms& terms) const {
-  double worst = std::pow(terms.flat_height / options_.flat_height, 2) - 1;
-  if (smallest_angle_) worst = std::max(worst, *smallest_angle_ - terms.smallest_angle);
-  return std::max(0.0, worst);
+/// The optimiser's measure.
+rods::DesignRank LiveDesign::rank(const DesignTerms& terms) const {
+  double room = 1 - std::pow(terms.flat_height / options_.flat_height, 2);
+  if (smallest_angle_) room = std::min(room, terms.smallest_angle - *smallest_angle_);
+  return rods::DesignRank::of(terms.objective, room);
 }
 
 void LiveDesign::begin_best(int iteration) {
@@ -167,10 +166,7 @@ RodSizes LiveDesign::sizes() const {
 }
 
 void LiveDesign::note_best(int iteration) {
-  const bool better = now_.holds && best_.holds   ? now_.objective < best_.objective
-                      : now_.holds != best_.holds ? now_.holds
-                                                  : violation(now_) < violation(best_);
-  if (better) begin_best(iteration);
+  if (rank(now_).before(rank(best_))) begin_best(iteration);
 }
 
 void LiveDesign::set_goal(const DesignGoal& goal) {

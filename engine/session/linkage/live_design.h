@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "engine/base/job.h"
+#include "engine/rods/design/design_rank.h"
 #include "engine/session/linkage/design_values.h"
 #include "engine/session/linkage/live_linkage.h"
 
@@ -66,7 +67,7 @@ class LiveDesign {
  private:
   [[nodiscard]] RodSizes sizes() const;  // as a document would have them
   [[nodiscard]] DesignTerms measure(const rods::DesignPoint& point);
-  [[nodiscard]] double violation(const DesignTerms& terms) const;
+  [[nodiscard]] rods::DesignRank rank(const DesignTerms& terms) const;
   void measure_here();
   void note_best(int iteration);
   void begin_best(int iteration);

@@ -10,6 +10,7 @@ namespace limber::rods::detail {
 namespace {
 
 using Verdict = ViolationWatch::Verdict;
+constexpr double kHolds = DesignRank::kHolds;
 
 /// Of a violation by step.
 template <class Violation>
