@@ -22,6 +22,7 @@
 #include "engine/rods/design/mesh_surface.h"
 #include "engine/rods/equilibrium/deployment.h"
 #include "engine/rods/equilibrium/rest_length_solve.h"
+#include "engine/rods/linkage/joint_positions.h"
 #include "engine/scene/formats/line_formats.h"
 
 namespace limber::bench {
@@ -151,13 +152,6 @@ KnownDesign known_design(const Problem& problem, double share) {
         equilibrium.solve(known.point.deployed, problem.deployed).converged() && known.found;
   }
   return known;
-}
-
-Eigen::Matrix3Xd positions(const rods::LinkageState& state) {
-  Eigen::Matrix3Xd result(3, static_cast<Eigen::Index>(state.joints().size()));
-  for (std::size_t j = 0; j < state.joints().size(); ++j)
-    result.col(static_cast<Eigen::Index>(j)) = state.joints()[j].position;
-  return result;
 }
 
 /// Of sizes one by one: what presses rods of the flat shape at once.
@@ -408,8 +402,8 @@ Case measure(const LinkageCase& named, const std::string& path, const SuiteOptio
   result["threads"] = thread_count();
   const KnownDesign known = known_design(problem, kPerturbed);
   rods::DesignCriteria criteria;
-  criteria.surface = std::make_shared<rods::MeshSurface>(
-      rods::surface_through_joints(problem.model.graph(), positions(known.point.deployed)));
+  criteria.surface = std::make_shared<rods::MeshSurface>(rods::surface_through_joints(
+      problem.model.graph(), rods::joint_positions(known.point.deployed)));
   criteria.distance_weight = kDistanceWeight;
   result["target_found"] = known.found;
   rods::LinkageDesign design(problem.model, problem.flat, problem.deployed, problem.start,

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "engine/base/error.h"
+#include "engine/rods/linkage/joint_positions.h"
 #include "engine/session/linkage/size_path.h"
 
 namespace limber::session {
@@ -19,19 +20,12 @@ constexpr double kLeastHeight = 1e-3;
 constexpr double kAngleShare = 0.1;
 constexpr double kOpen = 0.02;  // [rad]
 
-Eigen::Matrix3Xd joints_of(const rods::LinkageState& state) {
-  Eigen::Matrix3Xd positions(3, static_cast<Eigen::Index>(state.joints().size()));
-  for (Eigen::Index j = 0; j < positions.cols(); ++j)
-    positions.col(j) = state.joints()[static_cast<std::size_t>(j)].position;
-  return positions;
-}
-
 /// A joint that both shapes are held at, so that they keep their place: one that is pinned, or the
 /// middle one.
 int anchor_of(const rods::Conditions& deployed, const rods::LinkageState& state) {
   for (const rods::JointPin& pin : deployed.pins)
     if (pin.hold != rods::Hold::kAngle) return pin.joint;
-  const Eigen::Matrix3Xd joints = joints_of(state);
+  const Eigen::Matrix3Xd joints = rods::joint_positions(state);
   Eigen::Index middle = 0;
   (joints.colwise() - joints.rowwise().mean()).colwise().norm().minCoeff(&middle);
   return static_cast<int>(middle);

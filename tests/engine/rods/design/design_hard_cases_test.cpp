@@ -11,6 +11,7 @@
 #include "engine/rods/design/linkage_cells.h"
 #include "engine/rods/design/mesh_surface.h"
 #include "engine/rods/equilibrium/deployment.h"
+#include "engine/rods/linkage/joint_positions.h"
 #include "tests/engine/rods/equilibrium/small_linkages.h"
 
 namespace limber::rods {
@@ -36,13 +37,6 @@ SurfaceMesh square(const Eigen::Vector3d& middle, double half) {
   mesh.triangles.resize(3, 2);
   mesh.triangles << 0, 0, 1, 2, 2, 3;
   return mesh;
-}
-
-Eigen::Matrix3Xd positions(const LinkageState& state) {
-  Eigen::Matrix3Xd result(3, static_cast<Eigen::Index>(state.joints().size()));
-  for (std::size_t j = 0; j < state.joints().size(); ++j)
-    result.col(static_cast<Eigen::Index>(j)) = state.joints()[j].position;
-  return result;
 }
 
 Eigen::VectorXd random_direction(Eigen::Index size, unsigned seed) {
@@ -106,7 +100,7 @@ TEST_F(HardDesigns, ATargetThatCannotBeReached) {
 /// Opened, a plane grid stores what rounding says: no scale for energies.
 TEST_F(HardDesigns, AMechanismReachesWhatItCanReach) {
   open(testing::grid_model(5, 5, 0.5), 0.5);
-  const Eigen::Matrix3Xd here = positions(start_->deployed);
+  const Eigen::Matrix3Xd here = joint_positions(start_->deployed);
   const Eigen::Vector3d held = here.col(5);
   for (int j = 0; j < here.cols(); ++j)
     criteria_.targets.push_back({j, held + 1.03 * (here.col(j) - held), 1});
@@ -152,8 +146,8 @@ TEST_F(HardDesigns, ADesignWhoseFlatStateBuckles) {
     ASSERT_TRUE(equilibrium.solve(wanted, deployed_).converged());
   }
   DesignCriteria criteria = criteria_;
-  criteria.surface =
-      std::make_shared<MeshSurface>(surface_through_joints(model_->graph(), positions(wanted)));
+  criteria.surface = std::make_shared<MeshSurface>(
+      surface_through_joints(model_->graph(), joint_positions(wanted)));
   criteria.distance_weight = 1e7;
   options_.max_iterations = 60;
   design.set_criteria(criteria);
@@ -196,7 +190,7 @@ TEST_F(HardDesigns, ClosestPointsOnTheRimAndAtVertices) {
 TEST_F(HardDesigns, AJointAngleAtItsBound) {
   open(testing::curved_model(), 0.4);
   flat_.mean_opening_angle.reset();
-  Eigen::Matrix3Xd wanted = positions(start_->deployed);
+  Eigen::Matrix3Xd wanted = joint_positions(start_->deployed);
   for (Eigen::Index j = 0; j < wanted.cols(); ++j)
     criteria_.targets.push_back({static_cast<int>(j), 1.02 * wanted.col(j), 1});
   criteria_.distance_weight = 1e5;
@@ -217,7 +211,7 @@ TEST_F(HardDesigns, AJointAngleAtItsBound) {
 TEST_F(HardDesigns, ASmallestAngleThatNoDesignHas) {
   open(testing::curved_model(), 0.4);
   flat_.mean_opening_angle.reset();
-  const Eigen::Matrix3Xd wanted = positions(start_->deployed);
+  const Eigen::Matrix3Xd wanted = joint_positions(start_->deployed);
   for (Eigen::Index j = 0; j < wanted.cols(); ++j)
     criteria_.targets.push_back({static_cast<int>(j), 1.02 * wanted.col(j), 1});
   criteria_.distance_weight = 1e5;
@@ -314,7 +308,7 @@ TEST_F(HardDesigns, TwoStartsThatEndInDifferentOptima) {
     }
     known.push_back(design.point());
     const SurfaceMesh sheet =
-        surface_through_joints(model_->graph(), positions(design.point().deployed));
+        surface_through_joints(model_->graph(), joint_positions(design.point().deployed));
     const Eigen::Index vertices = both.vertices.cols(), triangles = both.triangles.cols();
     both.vertices.conservativeResize(3, vertices + sheet.vertices.cols());
     both.vertices.rightCols(sheet.vertices.cols()) = sheet.vertices;
