@@ -37,8 +37,8 @@ bool GuardWeight::raise(double objective, double flat_energy) {
 }
 
 void GuardWeight::raise_at_once(double objective, double flat_energy) {
-  while (raised_ < kAtOnce && raise(objective, flat_energy)) {
-  }
+  bool of_use = true;
+  while (of_use && raised_ < kAtOnce) of_use = raise(objective, flat_energy);
 }
 
 bool GuardWeight::hinders(double objective, double flat_energy) const {

@@ -95,7 +95,7 @@ void DesignSearch::begin_goal() {
   memory_.forget();
   watch_ = {};
   idle_ = astray_ = paused_ = updates_ = held_ = 0;
-  good_radius_ = radius_ = std::max(radius_, first_radius_);
+  widen(first_radius_);
   best_.clear();
   best_.note(design_.point(), merit_.rank(values_));
   safe_.reset();
@@ -249,6 +249,9 @@ void DesignSearch::not_believed(const DesignTrial& trial) {
     raise_guard();
 }
 
+/// For a way that begins anew: what was not believed before says nothing of it.
+void DesignSearch::widen(double least) { good_radius_ = radius_ = std::max(radius_, least); }
+
 /// @returns whether the trial is where the search goes on
 bool DesignSearch::judge(DesignTrial& trial, double length, double promised, bool at_rim) {
   if (trial.status != TrialStatus::kFound) {
@@ -298,7 +301,7 @@ bool DesignSearch::leave_branch(const Eigen::VectorXd& parameters, DesignTrial& 
   accept(fallen.point, values);
   memory_.forget();
   idle_ = astray_ = 0;
-  good_radius_ = radius_ = std::max(radius_, kLoweredRadius * first_radius_);
+  widen(kLoweredRadius * first_radius_);
   trial = std::move(fallen);
   return true;
 }
@@ -335,7 +338,7 @@ bool DesignSearch::lower_guard() {
   merit_.guard().lower();
   safe_ = design_.point();
   held_ = idle_ = 0;
-  good_radius_ = radius_ = std::max(radius_, kLoweredRadius * first_radius_);
+  widen(kLoweredRadius * first_radius_);
   return true;
 }
 
