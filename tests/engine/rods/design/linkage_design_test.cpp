@@ -194,6 +194,68 @@ TEST(LinkageDesign, ATrialThatIsNotBelievedLeavesTheDesignAsItIs) {
   EXPECT_EQ(design.values(design.point()).objective, before.objective);
 }
 
+/// Of the curved design, with limits of its own.
+DesignTrial trial_within(const DesignLimits& limits, unsigned seed, double size) {
+  SmallDesign problem = curved_design();
+  problem.limits = limits;
+  problem.limits.equilibrium.tolerance = 1e-12;
+  LinkageDesign design = problem.design();
+  const Eigen::VectorXd here = design.parameters();
+  return design.trial(here + size * random_direction(here.size(), seed));
+}
+
+TEST(LinkageDesign, WhatLandsFartherFromItsPredictionThanAllowedHasJumped) {
+  constexpr double kSize = 1.3;
+  const DesignTrial free = trial_within({}, 2, kSize);
+  ASSERT_EQ(free.status, TrialStatus::kFound) << free.message;
+  ASSERT_GT(free.surprise, 0.02);
+  // Largest and small in units of what is judged.
+  const auto judge = [&](double largest, double share, double small) {
+    DesignLimits limits;
+    limits.largest_surprise = largest * free.surprise;
+    limits.surprise_share = share;
+    limits.small_surprise = small * free.surprise;
+    const DesignTrial trial = trial_within(limits, 2, kSize);
+    if (trial.status == TrialStatus::kJumped) {
+      EXPECT_NE(trial.message.find("beside its prediction"), std::string::npos) << trial.message;
+      EXPECT_NE(trial.lost, LostShape::kNone);
+    }
+    return trial.status;
+  };
+  constexpr double kMuch = 10, kNothing = 1e-9;
+  EXPECT_EQ(judge(1.01, kMuch, kMuch), TrialStatus::kFound);
+  EXPECT_EQ(judge(0.99, kMuch, kMuch), TrialStatus::kJumped);
+  EXPECT_EQ(judge(kMuch, kNothing, 1.01), TrialStatus::kFound);
+  EXPECT_EQ(judge(kMuch, kNothing, 0.99), TrialStatus::kJumped);
+  EXPECT_EQ(judge(kMuch, kMuch, 0), TrialStatus::kFound);
+  EXPECT_EQ(judge(kMuch, kNothing, 0), TrialStatus::kJumped);
+}
+
+TEST(LinkageDesign, WhatWouldMoveFartherThanAllowedIsNotTried) {
+  DesignLimits limits;
+  limits.largest_move = 0.05;
+  EXPECT_EQ(trial_within(limits, 2, 0.1).status, TrialStatus::kFound);
+  const DesignTrial far = trial_within(limits, 2, 1.3);
+  EXPECT_EQ(far.status, TrialStatus::kTooFar);
+  EXPECT_EQ(far.iterations, 0);
+  EXPECT_NE(far.message.find("too far"), std::string::npos) << far.message;
+  EXPECT_EQ(trial_within({}, 2, 1.3).status, TrialStatus::kFound);
+}
+
+/// Where what bends the way is more than what leads along it.
+TEST(LinkageDesign, WaysThatTurnRoundAreNotForeseen) {
+  DesignLimits limits;
+  limits.largest_move = limits.largest_surprise = 100;
+  EXPECT_EQ(trial_within(limits, 6, 2.8).status, TrialStatus::kFound);
+  const DesignTrial bent = trial_within(limits, 6, 4.3);
+  EXPECT_EQ(bent.status, TrialStatus::kTooFar);
+  EXPECT_EQ(bent.iterations, 0);
+  EXPECT_NE(bent.message.find("bends too much"), std::string::npos) << bent.message;
+  // Straight predictions have no bend to look at.
+  limits.predictor = PredictorOrder::kFirst;
+  EXPECT_GT(trial_within(limits, 6, 4.3).iterations, 0);
+}
+
 /// A surface that fails when it is told to.
 class BrittleSurface final : public TargetSurface {
  public:
