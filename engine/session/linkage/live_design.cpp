@@ -103,7 +103,7 @@ LiveDesign::LiveDesign(const LiveLinkage& live, const DesignRequest& request, do
   if (smallest_angle_) options_.smallest_angle = *smallest_angle_;
   measure_here();
   start_ = now_;
-  begin_best(0);
+  begin_best();
 }
 
 DesignTerms LiveDesign::measure(const rods::DesignPoint& point) {
@@ -145,9 +145,9 @@ rods::DesignRank LiveDesign::rank(const DesignTerms& terms) const {
   return rods::DesignRank::of(terms.objective, room);
 }
 
-void LiveDesign::begin_best(int iteration) {
+void LiveDesign::begin_best() {
   best_ = now_;
-  best_iteration_ = iteration;
+  best_iteration_ = iteration_;
   best_parameters_ = measured_;
   candidate_ = std::make_shared<const DesignCandidate>(DesignCandidate{
       sizes(), design_->variables().which(), design_->point().flat, design_->point().deployed});
@@ -159,15 +159,16 @@ RodSizes LiveDesign::sizes() const {
   return {point.lengths, point.edges, point.sections};
 }
 
-void LiveDesign::note_best(int iteration) {
-  if (rank(now_).before(rank(best_))) begin_best(iteration);
+void LiveDesign::see_here() {
+  measure_here();
+  if (rank(now_).before(rank(best_))) begin_best();
 }
 
 void LiveDesign::set_goal(const DesignGoal& goal) {
   design_->set_criteria(criteria_of(goal));
   goal_ = goal;
   measure_here();
-  begin_best(iteration_);
+  begin_best();
 }
 
 rods::DesignReport LiveDesign::run(const JobContext& job, const OnStep& on_step) {
@@ -175,10 +176,7 @@ rods::DesignReport LiveDesign::run(const JobContext& job, const OnStep& on_step)
       *design_, options_, job, [&](const rods::DesignProgress& progress, rods::LinkageDesign&) {
         iteration_ = progress.iteration;
         // The guard against buckling goes back to an earlier point where no trial was taken.
-        if (progress.accepted || design_->parameters() != measured_) {
-          measure_here();
-          note_best(iteration_);
-        }
+        if (progress.accepted || has_moved()) see_here();
         const Step step{iteration_,
                         progress.accepted,
                         {progress.refused, progress.not_believed, progress.flat_lost,
@@ -189,10 +187,7 @@ rods::DesignReport LiveDesign::run(const JobContext& job, const OnStep& on_step)
 
 bool LiveDesign::go_to_best() {
   const Eigen::VectorXd last = measured_;
-  if (design_->parameters() != measured_) {
-    measure_here();
-    note_best(iteration_);
-  }
+  if (has_moved()) see_here();
   if (measured_ != best_parameters_) {
     design_->move_to(point_of(*candidate_));
     measured_ = best_parameters_;

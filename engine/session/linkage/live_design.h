@@ -68,9 +68,10 @@ class LiveDesign {
   [[nodiscard]] RodSizes sizes() const;  // as a document would have them
   [[nodiscard]] DesignTerms measure(const rods::DesignPoint& point);
   [[nodiscard]] rods::DesignRank rank(const DesignTerms& terms) const;
+  [[nodiscard]] bool has_moved() const { return design_->parameters() != measured_; }
   void measure_here();
-  void note_best(int iteration);
-  void begin_best(int iteration);
+  void see_here();  // measures, and keeps the best
+  void begin_best();
 
   const LinkageShape shape_;
   DesignGoal goal_;
