@@ -2,7 +2,6 @@
 #include <fmt/core.h>
 
 #include <Eigen/Eigenvalues>
-#include <Eigen/Geometry>
 #include <cmath>
 #include <ctime>
 #include <filesystem>
@@ -13,6 +12,7 @@
 #include <utility>
 
 #include "bench/design_checks.h"
+#include "bench/known_designs.h"
 #include "bench/linkage_models.h"
 #include "bench/suite.h"
 #include "engine/base/error.h"
@@ -22,9 +22,7 @@
 #include "engine/rods/design/equilibrium_sensitivity.h"
 #include "engine/rods/design/linkage_cells.h"
 #include "engine/rods/design/mesh_surface.h"
-#include "engine/rods/equilibrium/deployment.h"
-#include "engine/rods/equilibrium/rest_length_solve.h"
-#include "engine/scene/formats/line_formats.h"
+#include "engine/rods/linkage/joint_positions.h"
 
 namespace limber::bench {
 namespace {
@@ -46,122 +44,6 @@ constexpr double kDegree = std::numbers::pi / 180;
 constexpr double kPerturbed = 0.03;  // rest lengths of the known design
 constexpr double kDistanceWeight = 1e7;
 
-struct Problem {
-  rods::LinkageModel model;
-  rods::Conditions flat, deployed;
-  rods::DesignPoint start;
-};
-
-Problem open(const LinkageCase& named, const std::string& path) {
-  rods::LinkageModel model(rods::build_linkage_graph(scene::read_line_mesh_file(path)), named.edges,
-                           named.stiffness);
-  rods::LinkageState state(model);
-  rods::Conditions flat, deployed;
-  flat.pins = {{named.held}};
-  if (named.rest_lengths == RestLengthChoice::kSolved) (void)rods::solve_rest_lengths(model, state);
-  rods::LinkageEquilibrium equilibrium(model);
-  (void)equilibrium.solve(state, flat);
-  deployed = flat;
-  // Closed, a linkage hardly resists opening in its plane, and its shape would say more about that
-  // than about its lengths: the flat one is held as open as it is drawn, which takes next to no
-  // moment.
-  flat.mean_opening_angle = state.mean_opening_angle();
-  deployed.mean_opening_angle = named.target * kDegree;
-  rods::LinkageState opened = state;
-  rods::DeploymentOptions options;
-  options.first_step = options.largest_step = 1.0 / named.steps;
-  (void)rods::deploy(equilibrium, opened, deployed, options);
-  return {model, flat, deployed, {model.segment_lengths(), state, opened}};
-}
-
-/// Smooth, and of a wavelength about the linkage's size: so that a moved drawing is a drawing.
-class Waves {
- public:
-  Waves(const rods::LinkageState& state, Random& random) {
-    Eigen::AlignedBox3d box;
-    for (const auto& joint : state.joints()) box.extend(joint.position);
-    for (int axis = 0; axis < 3; ++axis) {
-      for (double& k : wave_[axis])
-        k = random.uniform(-1, 1) * 2 * std::numbers::pi / box.diagonal().norm();
-      phase_[axis] = random.uniform(0, 2 * std::numbers::pi);
-    }
-    // Flat drawings stay in their plane.
-    for (int axis = 0; axis < 3; ++axis)
-      amplitude_[axis] = box.sizes()[axis] > 1e-6 * box.diagonal().norm() ? 1 : 0;
-  }
-  [[nodiscard]] Eigen::Vector3d moved(const Eigen::Vector3d& x, double share) const {
-    Eigen::Vector3d result = x;
-    for (int axis = 0; axis < 3; ++axis)
-      result[axis] += share * amplitude_[axis] * std::sin(wave_[axis].dot(x) + phase_[axis]);
-    return result;
-  }
-
- private:
-  Eigen::Vector3d wave_[3], phase_, amplitude_;
-};
-
-/// Rest lengths of the linkage whose flat shape is moved smoothly, at most by `share` each: what
-/// lies flat by itself lies flat again.
-Eigen::VectorXd moved_lengths(const Problem& problem, double share) {
-  Random random(5);
-  const rods::LinkageState& flat = problem.start.flat;
-  const Waves waves(flat, random);
-  const auto ends = [&](int s) {
-    const rods::LinkageModel& model = problem.model;
-    const auto& segment = model.graph().segments[static_cast<std::size_t>(s)];
-    std::pair<Eigen::Vector3d, Eigen::Vector3d> result;
-    for (const rods::End end : {rods::kStart, rods::kFinish}) {
-      const int joint = segment.joints[end];
-      const int vertex = end == rods::kStart ? 0 : model.variables().edges(s);
-      (end == rods::kStart ? result.first : result.second) =
-          joint >= 0 ? flat.joints()[static_cast<std::size_t>(joint)].position
-                     : flat.vertex(model, s, vertex);
-    }
-    return result;
-  };
-  const auto changes = [&](double amplitude) {
-    Eigen::VectorXd result(problem.start.lengths.size());
-    for (int s = 0; s < result.size(); ++s) {
-      const auto [a, b] = ends(s);
-      result[s] = (waves.moved(b, amplitude) - waves.moved(a, amplitude)).norm() / (b - a).norm();
-    }
-    return Eigen::VectorXd(result.array() - 1);
-  };
-  const double unit = 1e-4 * problem.start.lengths.mean();
-  double amplitude = unit * share / changes(unit).cwiseAbs().maxCoeff();
-  for (int k = 0; k < 3; ++k) amplitude *= share / changes(amplitude).cwiseAbs().maxCoeff();
-  return problem.start.lengths.array() * (1 + changes(amplitude).array());
-}
-
-/// A design that is known: both equilibria followed from the start.
-struct KnownDesign {
-  rods::DesignPoint point;
-  bool found = true;
-};
-KnownDesign known_design(const Problem& problem, double share) {
-  rods::LinkageModel model = problem.model;
-  rods::LinkageEquilibrium equilibrium(model);
-  KnownDesign known{problem.start};
-  const Eigen::VectorXd other = moved_lengths(problem, share);
-  constexpr int kSteps = 20;
-  for (int k = 1; k <= kSteps; ++k) {
-    known.point.lengths =
-        problem.start.lengths + static_cast<double>(k) / kSteps * (other - problem.start.lengths);
-    model.set_segment_lengths(known.point.lengths);
-    known.found = equilibrium.solve(known.point.flat, problem.flat).converged() && known.found;
-    known.found =
-        equilibrium.solve(known.point.deployed, problem.deployed).converged() && known.found;
-  }
-  return known;
-}
-
-Eigen::Matrix3Xd positions(const rods::LinkageState& state) {
-  Eigen::Matrix3Xd result(3, static_cast<Eigen::Index>(state.joints().size()));
-  for (std::size_t j = 0; j < state.joints().size(); ++j)
-    result.col(static_cast<Eigen::Index>(j)) = state.joints()[j].position;
-  return result;
-}
-
 /// Of sizes one by one: what presses rods of the flat shape at once.
 Eigen::VectorXd random_way(const rods::LinkageDesign& design) {
   Random random(11);
@@ -171,7 +53,7 @@ Eigen::VectorXd random_way(const rods::LinkageDesign& design) {
 }
 
 /// To the known design: with the flat shape flat, as the ways of designs are.
-Eigen::VectorXd known_way(const Problem& problem, const KnownDesign& known,
+Eigen::VectorXd known_way(const DesignProblem& problem, const KnownDesign& known,
                           const rods::LinkageDesign& design) {
   rods::LinkageModel model = problem.model;
   model.set_segment_lengths(known.point.lengths);
@@ -235,7 +117,7 @@ void measure_cpu(rods::LinkageDesign& design, const Eigen::VectorXd& v, int repe
 }
 
 /// What the factors would cost that trials leave: both Hessians assembled and factored once more.
-void measure_factors(const Problem& problem, int repeats, Case& result) {
+void measure_factors(const DesignProblem& problem, int repeats, Case& result) {
   rods::LinkageModel model = problem.model;
   rods::set_sizes(model, problem.start);
   rods::EquilibriumSensitivity flat(model, problem.start.flat, problem.flat);
@@ -253,7 +135,7 @@ void measure_factors(const Problem& problem, int repeats, Case& result) {
 /// Through the flat joints, aslant to the plane that they lie in: flatness is nothing over that
 /// one, and so are its derivatives.
 rods::Plane aslant(const rods::LinkageState& flat) {
-  const Eigen::Matrix3Xd joints = positions(flat);
+  const Eigen::Matrix3Xd joints = rods::joint_positions(flat);
   const Eigen::Vector3d mean = joints.rowwise().mean();
   const Eigen::Matrix3Xd offsets = joints.colwise() - mean;
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(offsets * offsets.transpose());
@@ -261,7 +143,7 @@ rods::Plane aslant(const rods::LinkageState& flat) {
 }
 
 /// Against differences, along the way to the known design and along random ones.
-void check_all_derivatives(const Problem& problem, const KnownDesign& known,
+void check_all_derivatives(const DesignProblem& problem, const KnownDesign& known,
                            rods::LinkageDesign& design, bool quick, Case& result) {
   const rods::DesignCriteria judged = design.criteria();
   rods::DesignCriteria criteria = judged;
@@ -327,15 +209,15 @@ Case measure(const LinkageCase& named, const std::string& path, const SuiteOptio
     recorder.note(fmt::format("design: {}: {}", named.name, what));
   };
   tell("opens, and moves to a known design");
-  const Problem problem = open(named, path);
+  const DesignProblem problem = open_design(named, path);
   Case result;
   result["model"] = named.name;
   result["parameters"] = problem.start.lengths.size();
   result["threads"] = thread_count();
   const KnownDesign known = known_design(problem, kPerturbed);
   rods::DesignCriteria criteria;
-  criteria.surface = std::make_shared<rods::MeshSurface>(
-      rods::surface_through_joints(problem.model.graph(), positions(known.point.deployed)));
+  criteria.surface = std::make_shared<rods::MeshSurface>(rods::surface_through_joints(
+      problem.model.graph(), rods::joint_positions(known.point.deployed)));
   criteria.distance_weight = kDistanceWeight;
   result["target_found"] = known.found;
   rods::LinkageDesign design(problem.model, problem.flat, problem.deployed, problem.start,

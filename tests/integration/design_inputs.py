@@ -2,7 +2,9 @@
 
 import os
 import subprocess
+import time
 
+import limber
 import numpy as np
 from limber.launching import find_binary
 
@@ -37,3 +39,39 @@ def run(server, *arguments):
     environment = {**os.environ, "LIMBER_ENDPOINT": server.connection.endpoint}
     return subprocess.run([str(find_binary("limber")), *arguments], env=environment, capture_output=True, text=True,
                           timeout=60)
+
+
+def strips(lines=5):
+    """Two families of strips aslant, in millimetres, their lengths a little uneven."""
+    points, edges = [], []
+    for i in range(lines):
+        for k in range(lines):
+            x, y = 40 * (i + k * np.cos(0.6)), 40 * k * np.sin(0.6)
+            x += 4 * np.sin(0.03 * y)
+            points.append((x, y + 3 * np.sin(0.025 * x), 6 * np.sin(0.02 * (x + y))))
+            edges += [(i * lines + k - lines, i * lines + k)] * (i > 0) + [(i * lines + k - 1, i * lines + k)] * (k > 0)
+    return np.array(points), np.array(edges)
+
+
+def strip_scene():
+    points, edges = strips()
+    scene = limber.linkage_scene(points, edges, section={"rectangle": (6, 1.5)}, edges_per_segment=5, name="strips",
+                                 length_unit_in_metres=1e-3)
+    scene.linkage.conditions.mean_angle_degrees = 57
+    return scene
+
+
+def cap(joints, lift):
+    """A hill through the joints, as triangles of a grid."""
+    low, high, middle = joints.min(axis=0), joints.max(axis=0), joints.mean(axis=0)
+    n = 20
+    x, y = np.meshgrid(np.linspace(low[0], high[0], n), np.linspace(low[1], high[1], n), indexing="ij")
+    u, v = (x - middle[0]) / (high[0] - low[0]), (y - middle[1]) / (high[1] - low[1])
+    return sheet(x, y, middle[2] + lift * (1 - u ** 2 - v ** 2))
+
+
+def until(condition, seconds=20):
+    deadline = time.monotonic() + seconds
+    while not condition():
+        assert time.monotonic() < deadline, "waited in vain"
+        time.sleep(0.01)

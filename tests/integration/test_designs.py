@@ -5,36 +5,15 @@ import signal
 import subprocess
 import sys
 import threading
-import time
 from xml.etree import ElementTree
 
 import limber
 import numpy as np
 import pytest
 from conftest import ROOT
-from design_inputs import run, sheet, write_obj
+from design_inputs import cap, run, strip_scene, strips, until, write_obj
 from limber.v1 import service_pb2 as service
 from refusals import refusal
-
-
-def strips(lines=5):
-    """Two families of strips aslant, in millimetres, their lengths a little uneven."""
-    points, edges = [], []
-    for i in range(lines):
-        for k in range(lines):
-            x, y = 40 * (i + k * np.cos(0.6)), 40 * k * np.sin(0.6)
-            x += 4 * np.sin(0.03 * y)
-            points.append((x, y + 3 * np.sin(0.025 * x), 6 * np.sin(0.02 * (x + y))))
-            edges += [(i * lines + k - lines, i * lines + k)] * (i > 0) + [(i * lines + k - 1, i * lines + k)] * (k > 0)
-    return np.array(points), np.array(edges)
-
-
-def strip_scene():
-    points, edges = strips()
-    scene = limber.linkage_scene(points, edges, section={"rectangle": (6, 1.5)}, edges_per_segment=5, name="strips",
-                                 length_unit_in_metres=1e-3)
-    scene.linkage.conditions.mean_angle_degrees = 57
-    return scene
 
 
 @pytest.fixture(scope="module")
@@ -65,13 +44,6 @@ GOAL = {"distance_weight": 1e8, "flat_height": 0.3}
 
 def rms(joints, targets):
     return float(np.sqrt(((joints - targets) ** 2).sum(axis=1).mean()))
-
-
-def until(condition, seconds=20):
-    deadline = time.monotonic() + seconds
-    while not condition():
-        assert time.monotonic() < deadline, "waited in vain"
-        time.sleep(0.01)
 
 
 def test_start_to_end_is_an_edit_that_undo_takes_back(server, linkage, targets, tmp_path):
@@ -211,70 +183,6 @@ def test_closing_the_session_ends_its_design(server, linkage, targets):
     status = {job.job: job.state for job in server.jobs()}[design.job]
     assert status == service.JOB_STATE_CANCELLED
     assert refusal(design.info) == ("NOT_FOUND", "session")
-
-
-def cap(joints, lift):
-    """A hill through the joints, as triangles of a grid."""
-    low, high, middle = joints.min(axis=0), joints.max(axis=0), joints.mean(axis=0)
-    n = 20
-    x, y = np.meshgrid(np.linspace(low[0], high[0], n), np.linspace(low[1], high[1], n), indexing="ij")
-    u, v = (x - middle[0]) / (high[0] - low[0]), (y - middle[1]) / (high[1] - low[1])
-    return sheet(x, y, middle[2] + lift * (1 - u ** 2 - v ** 2))
-
-
-def test_a_surface_as_file_triangles_and_points_is_the_same_and_can_be_moved(linkage, tmp_path):
-    vertices, triangles = cap(linkage.shape().joints, 30)
-    write_obj(tmp_path / "hill.obj", vertices, triangles)
-    distances = []
-    for surface in (tmp_path / "hill.obj", (vertices, triangles), vertices):
-        design = linkage.design(surface, flat_height=0.3, max_iterations=3)
-        design.pause()
-        until(lambda: design.info().state == "paused" or design.info().state == "ended")
-        distances.append(design.info().start.surface_rms)
-        if design.info().state == "paused":
-            design.stop()
-        until(lambda: design.info().state == "ended")
-        if design.info().taken is not None:
-            linkage.undo()
-    assert distances[0] == pytest.approx(distances[1], rel=1e-5)
-    assert distances[2] == pytest.approx(distances[0], rel=0.05), "other triangles between the same points"
-
-    # A fin on an edge, which three triangles share then, is as good a place to be as any.
-    fin = np.vstack([vertices, vertices[triangles[0, 0]] + (0, 0, -5)])
-    design = linkage.design((fin, np.vstack([triangles, (*triangles[0, :2], len(vertices))])), flat_height=0.3)
-    design.pause()
-    until(lambda: design.info().state == "paused")
-    assert design.info().start.surface_rms <= distances[1] * (1 + 1e-9)
-    assert design.info().start.surface_rms == pytest.approx(distances[1], rel=0.1)
-    design.stop()
-    until(lambda: design.info().state == "ended")
-
-    design = linkage.design((vertices, triangles), flat_height=0.3, max_iterations=100000)
-    design.pause()
-    until(lambda: design.info().state == "paused")
-    near = design.info().now.surface_rms
-    design.change(translation=(0, 0, 100))
-    until(lambda: design.info().now.surface_rms > near + 10)
-    design.change(translation=(0, 0, 0))
-    until(lambda: design.info().now.surface_rms == pytest.approx(near, rel=1e-6))
-    judged = design.info().now.objective
-    design.change(joint_weights=np.full(25, 0.01))
-    until(lambda: design.info().now.objective < 0.2 * judged)
-    assert design.info().now.surface_rms == pytest.approx(near, rel=1e-6), "it weighs less, and is as far"
-    design.change(joint_weights=[])
-    until(lambda: design.info().now.objective == pytest.approx(judged, rel=1e-9))
-    assert refusal(lambda: design.change(joint_weights=[1, 2])) == (
-        "INVALID_ARGUMENT", "joint_surface_weights.weights")
-    # The second of two changes is judged by what the first has made of the goal.
-    design.change(surface=(vertices + (10, 0, 0), triangles))
-    assert refusal(lambda: design.change(translation=(1e5, 0, 0))) == ("OUT_OF_RANGE", "surface")
-    design.change(surface=(vertices, triangles))
-    design.resume()
-    until(lambda: design.info().best.surface_rms < 0.8 * near or design.info().state == "ended")
-    if design.info().state != "ended":
-        design.take()
-    until(lambda: design.info().state == "ended")
-    assert design.info().best.surface_rms < near
 
 
 def test_bad_input_is_refused_by_its_name_and_leaves_the_design_intact(linkage, targets):

@@ -3,7 +3,7 @@
 import limber
 import numpy as np
 import pytest
-from design_inputs import run, sheet, write_obj, write_ply, write_stl
+from design_inputs import cap, run, sheet, strip_scene, until, write_obj, write_ply, write_stl
 from refusals import refusal
 
 
@@ -117,3 +117,60 @@ def test_a_designed_dome_opens_again_in_the_shape_it_had(server, tmp_path):
     np.testing.assert_allclose(distances(again.shape()), distances(dome.shape()), atol=1e-4)
     dome.close()
     again.close()
+
+
+def test_a_surface_as_file_triangles_and_points_is_the_same_and_can_be_moved(server, tmp_path):
+    linkage = server.open(strip_scene(), progress=False)
+    vertices, triangles = cap(linkage.shape().joints, 30)
+    write_obj(tmp_path / "hill.obj", vertices, triangles)
+    distances = []
+    for surface in (tmp_path / "hill.obj", (vertices, triangles), vertices):
+        design = linkage.design(surface, flat_height=0.3, max_iterations=3)
+        design.pause()
+        until(lambda: design.info().state == "paused" or design.info().state == "ended")
+        distances.append(design.info().start.surface_rms)
+        if design.info().state == "paused":
+            design.stop()
+        until(lambda: design.info().state == "ended")
+        if design.info().taken is not None:
+            linkage.undo()
+    assert distances[0] == pytest.approx(distances[1], rel=1e-5)
+    assert distances[2] == pytest.approx(distances[0], rel=0.05), "other triangles between the same points"
+
+    # A fin on an edge, which three triangles share then, is as good a place to be as any.
+    fin = np.vstack([vertices, vertices[triangles[0, 0]] + (0, 0, -5)])
+    design = linkage.design((fin, np.vstack([triangles, (*triangles[0, :2], len(vertices))])), flat_height=0.3)
+    design.pause()
+    until(lambda: design.info().state == "paused")
+    assert design.info().start.surface_rms <= distances[1] * (1 + 1e-9)
+    assert design.info().start.surface_rms == pytest.approx(distances[1], rel=0.1)
+    design.stop()
+    until(lambda: design.info().state == "ended")
+
+    design = linkage.design((vertices, triangles), flat_height=0.3, max_iterations=100000)
+    design.pause()
+    until(lambda: design.info().state == "paused")
+    near = design.info().now.surface_rms
+    design.change(translation=(0, 0, 100))
+    until(lambda: design.info().now.surface_rms > near + 10)
+    design.change(translation=(0, 0, 0))
+    until(lambda: design.info().now.surface_rms == pytest.approx(near, rel=1e-6))
+    judged = design.info().now.objective
+    design.change(joint_weights=np.full(25, 0.01))
+    until(lambda: design.info().now.objective < 0.2 * judged)
+    assert design.info().now.surface_rms == pytest.approx(near, rel=1e-6), "it weighs less, and is as far"
+    design.change(joint_weights=[])
+    until(lambda: design.info().now.objective == pytest.approx(judged, rel=1e-9))
+    assert refusal(lambda: design.change(joint_weights=[1, 2])) == (
+        "INVALID_ARGUMENT", "joint_surface_weights.weights")
+    # The second of two changes is judged by what the first has made of the goal.
+    design.change(surface=(vertices + (10, 0, 0), triangles))
+    assert refusal(lambda: design.change(translation=(1e5, 0, 0))) == ("OUT_OF_RANGE", "surface")
+    design.change(surface=(vertices, triangles))
+    design.resume()
+    until(lambda: design.info().best.surface_rms < 0.8 * near or design.info().state == "ended")
+    if design.info().state != "ended":
+        design.take()
+    until(lambda: design.info().state == "ended")
+    assert design.info().best.surface_rms < near
+    linkage.close()

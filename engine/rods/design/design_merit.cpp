@@ -10,7 +10,7 @@ void AugmentedConstraint::update(double g) {
   constexpr double kGrowth = 4;
   constexpr double kShare = 0.25;  // of what was left that may be left for the penalty to stay
   const double now = left(g);
-  const bool slow = now > kHolds && left_ > 0 && now > kShare * left_;
+  const bool slow = now > DesignRank::kHolds && left_ > 0 && now > kShare * left_;
   // What is violated is pressed harder at once; what is pressed too much is let go gently.
   if (slow && g < 0) penalty_ *= kGrowth;
   multiplier_ = force(g);
@@ -37,8 +37,8 @@ bool GuardWeight::raise(double objective, double flat_energy) {
 }
 
 void GuardWeight::raise_at_once(double objective, double flat_energy) {
-  while (raised_ < kAtOnce && raise(objective, flat_energy)) {
-  }
+  bool of_use = true;
+  while (of_use && raised_ < kAtOnce) of_use = raise(objective, flat_energy);
 }
 
 bool GuardWeight::hinders(double objective, double flat_energy) const {
@@ -57,8 +57,9 @@ ViolationWatch::Verdict ViolationWatch::see(double violation, int iteration) {
   constexpr double kNearer = 0.99;
   constexpr int kPatience = 15;
   constexpr int kVain = 4;
-  if (violation <= kHolds || violation < kNearer * least_) {
-    least_ = violation <= kHolds ? std::numeric_limits<double>::infinity() : violation;
+  const bool holds = violation <= DesignRank::kHolds;
+  if (holds || violation < kNearer * least_) {
+    least_ = holds ? std::numeric_limits<double>::infinity() : violation;
     since_ = iteration;
     raised_ = 0;
   }
@@ -84,14 +85,16 @@ void DesignMerit::begin() {
   guard_ = {};
 }
 
-double DesignMerit::violation(const DesignValues& values) const {
-  const double worst = std::max(-flat_room(values), bounds_angle() ? -angle_room(values) : 0.0);
-  return worst > kHolds ? worst : 0;
+DesignRank DesignMerit::rank(const DesignValues& values) const {
+  const double flat = flat_room(values);
+  return DesignRank::of(values.objective,
+                        bounds_angle() ? std::min(flat, angle_room(values)) : flat);
 }
 
 bool DesignMerit::settled(const DesignValues& values) const {
-  return flat_.left(flat_room(values)) <= kHolds &&
-         (!bounds_angle() || angle_.left(angle_room(values)) <= kHolds);
+  const auto little = [](double left) { return left <= DesignRank::kHolds; };
+  return little(flat_.left(flat_room(values))) &&
+         (!bounds_angle() || little(angle_.left(angle_room(values))));
 }
 
 double DesignMerit::value(const DesignValues& values) const {

@@ -5,12 +5,10 @@
 #include <limits>
 
 #include "engine/rods/design/design_optimizer.h"
+#include "engine/rods/design/design_rank.h"
 #include "engine/rods/design/linkage_design.h"
 
 namespace limber::rods::detail {
-
-/// Violation of a constraint that counts as none, as a share of what is allowed.
-inline constexpr double kHolds = 1e-3;
 
 /// One inequality g >= 0 in the augmented Lagrangian (Rockafellar 1973).
 class AugmentedConstraint {
@@ -88,8 +86,7 @@ class DesignMerit {
 
   /// For other criteria.
   void begin();
-  /// Largest violation of a constraint, as a share of what is allowed; what counts as none is 0.
-  [[nodiscard]] double violation(const DesignValues& values) const;
+  [[nodiscard]] DesignRank rank(const DesignValues& values) const;
   /// Does each constraint either hold by itself, or lie at its bound under a force that it needs?
   [[nodiscard]] bool settled(const DesignValues& values) const;
   /// Root mean square height of the flat joints, share of the length scale.

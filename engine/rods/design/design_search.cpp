@@ -95,9 +95,9 @@ void DesignSearch::begin_goal() {
   memory_.forget();
   watch_ = {};
   idle_ = astray_ = paused_ = updates_ = held_ = 0;
-  good_radius_ = radius_ = std::max(radius_, first_radius_);
+  widen(first_radius_);
   best_.clear();
-  best_.note(design_.point(), values_.objective, merit_.violation(values_));
+  best_.note(design_.point(), merit_.rank(values_));
   safe_.reset();
   first_gradient_ = projected(merit_.gradient(values_)).norm();
   if (options_.guard == BucklingGuard::kFromStart) {
@@ -216,7 +216,7 @@ bool DesignSearch::arrived(const std::string& message) {
   if (lower_guard()) return true;
   if (merit_.settled(values_)) return end(DesignStatus::kConverged, message);
   if (update_multipliers()) return true;
-  if (merit_.violation(values_) > 0)
+  if (!merit_.rank(values_).holds())
     return end(DesignStatus::kInfeasible, "nothing brings it nearer");
   return end(DesignStatus::kSettled, "a constraint holds with room to spare");
 }
@@ -226,9 +226,9 @@ bool DesignSearch::idle(DesignStatus status, const std::string& message) {
   if (status == DesignStatus::kSettled && lower_guard()) return true;
   if (status == DesignStatus::kStuck || merit_.settled(values_)) return end(status, message);
   if (!update_multipliers()) {
-    const bool holds = merit_.violation(values_) == 0;
-    return holds ? end(status, message)
-                 : end(DesignStatus::kInfeasible, "nothing brings it nearer");
+    return merit_.rank(values_).holds()
+               ? end(status, message)
+               : end(DesignStatus::kInfeasible, "nothing brings it nearer");
   }
   idle_ = 0;
   radius_ = std::max(radius_, 1e-3 * mean_length_);
@@ -248,6 +248,9 @@ void DesignSearch::not_believed(const DesignTrial& trial) {
   if (radius_ < kLostRadius * good_radius_ && options_.guard != BucklingGuard::kNever)
     raise_guard();
 }
+
+/// For a way that begins anew: what was not believed before says nothing of it.
+void DesignSearch::widen(double least) { good_radius_ = radius_ = std::max(radius_, least); }
 
 /// @returns whether the trial is where the search goes on
 bool DesignSearch::judge(DesignTrial& trial, double length, double promised, bool at_rim) {
@@ -279,7 +282,7 @@ void DesignSearch::accept(DesignPoint point, const DesignValues& values) {
   falls_here_ = 0;
   values_ = values;
   design_.move_to(std::move(point));
-  best_.note(design_.point(), values_.objective, merit_.violation(values_));
+  best_.note(design_.point(), merit_.rank(values_));
 }
 
 /// Goes on from the branch that the deployed shape falls to where its own ends, if that is worth
@@ -298,7 +301,7 @@ bool DesignSearch::leave_branch(const Eigen::VectorXd& parameters, DesignTrial& 
   accept(fallen.point, values);
   memory_.forget();
   idle_ = astray_ = 0;
-  good_radius_ = radius_ = std::max(radius_, kLoweredRadius * first_radius_);
+  widen(kLoweredRadius * first_radius_);
   trial = std::move(fallen);
   return true;
 }
@@ -335,7 +338,7 @@ bool DesignSearch::lower_guard() {
   merit_.guard().lower();
   safe_ = design_.point();
   held_ = idle_ = 0;
-  good_radius_ = radius_ = std::max(radius_, kLoweredRadius * first_radius_);
+  widen(kLoweredRadius * first_radius_);
   return true;
 }
 
@@ -349,7 +352,7 @@ void DesignSearch::return_to_best() {
 /// Is a constraint violated, and no less so for long, whatever it weighs?
 bool DesignSearch::hopeless() {
   using Verdict = ViolationWatch::Verdict;
-  const Verdict verdict = watch_.see(merit_.violation(values_), report_.iterations);
+  const Verdict verdict = watch_.see(merit_.rank(values_).violation, report_.iterations);
   return verdict == Verdict::kHopeless || (verdict == Verdict::kRaise && !update_multipliers());
 }
 
@@ -368,7 +371,7 @@ bool DesignSearch::end(DesignStatus status, std::string message) {
 /// What else is to be said of the design that was kept.
 void DesignSearch::tell_end() {
   constexpr double kDegree = std::numbers::pi / 180;
-  if (report_.status != DesignStatus::kCancelled && merit_.violation(values_) > 0) {
+  if (report_.status != DesignStatus::kCancelled && !merit_.rank(values_).holds()) {
     report_.message +=
         fmt::format("; the flat linkage's height is {:.2e} of its size (asked {:.2e})",
                     report_.flat_height, options_.flat_height);

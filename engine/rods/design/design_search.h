@@ -30,6 +30,7 @@ class DesignSearch {
   [[nodiscard]] ModelStep newton_step(const Eigen::VectorXd& slope, double left);
   [[nodiscard]] double radius_in_memory() const;
   bool judge(DesignTrial& trial, double length, double promised, bool at_rim);
+  void widen(double least);
   void not_believed(const DesignTrial& trial);
   void accept(DesignPoint point, const DesignValues& values);
   bool leave_branch(const Eigen::VectorXd& parameters, DesignTrial& trial,
@@ -60,7 +61,7 @@ class DesignSearch {
   const Eigen::VectorXd units_;
   const double mean_length_, first_radius_;
   double radius_;
-  double good_radius_;  // the largest since the guard was moved
+  double good_radius_;  // the largest since it was widened
   int goal_ = 0;        // revision of the criteria that the rest belongs to
   double first_gradient_ = 0;
   DesignValues values_;

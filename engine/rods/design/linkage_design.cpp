@@ -20,26 +20,10 @@ constexpr double kNoStress = 1e-12;
 /// Tolerance of equilibria whose imbalance may go into gradients of energies to first order.
 constexpr double kBalanced = 1e-9;
 
-void refuse(const char* field, const char* rule, double value) {
-  throw Error(ErrorCode::kInvalidArgument, field, fmt::format("must be {}, is {:g}", rule, value));
-}
-
-void demand_least(const char* field, double value, double least) {
-  if (!(value >= least) || !std::isfinite(value))
-    refuse(field, least == 0 ? ">= 0 and finite" : "positive and finite", value);
-}
-
-/// Larger ones overflow where they are multiplied, and what is lost in rounding beside them is all
-/// else.
-void demand_weight(const char* field, double value) {
-  constexpr double kMost = 1e30;
-  if (!(value >= 0 && value <= kMost)) refuse(field, "in [0, 1e30]", value);
-}
-
 template <class Call>
-auto with_prefix(const char* prefix, const Call& call) {
+void with_prefix(const char* prefix, const Call& call) {
   try {
-    return call();
+    call();
   } catch (const Error& error) {
     throw Error(error.code(), prefix + error.field(), error.what());
   }
@@ -52,22 +36,6 @@ bool is_without_stress(const LinkageModel& model, const LinkageState& state) {
   const double bending = scales.bending() / scales.extent();
   const double rounding = scales.energy_rounding(scales.beyond(state));
   return !(ElasticEnergy(model).value(state) > std::max(rounding, kNoStress * bending));
-}
-
-void DesignCriteria::validate() const {
-  if (!(flat_share >= 0 && flat_share <= 1)) refuse("flat_share", "in [0, 1]", flat_share);
-  demand_weight("distance_weight", distance_weight);
-  demand_least("energy_scale", energy_scale, 0);
-  demand_least("length_scale", length_scale, 0);
-  demand_weight("surface_weight", surface_weight);
-}
-
-void DesignLimits::validate() const {
-  if (!(largest_surprise > 0)) refuse("largest_surprise", "> 0", largest_surprise);
-  if (!(largest_move > 0)) refuse("largest_move", "> 0", largest_move);
-  if (!(surprise_share > 0)) refuse("surprise_share", "> 0", surprise_share);
-  if (!(small_surprise >= 0)) refuse("small_surprise", ">= 0", small_surprise);
-  with_prefix("equilibrium.", [&] { equilibrium.validate(); });
 }
 
 struct LinkageDesign::Impl {

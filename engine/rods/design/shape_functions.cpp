@@ -61,9 +61,12 @@ Flatness::Flatness(const LinkageModel& model, const std::optional<Plane>& plane)
   plane_->normal /= length;
 }
 
+Plane Flatness::plane_at(const LinkageState& state) const {
+  return plane_ ? *plane_ : Scatter(state).plane();
+}
+
 double Flatness::value(const LinkageState& state) {
-  const Scatter scatter(state);
-  const Plane plane = plane_.value_or(scatter.plane());
+  const Plane plane = plane_at(state);
   double sum = 0;
   for (const JointState<double>& joint : state.joints())
     sum += std::pow(plane.normal.dot(joint.position - plane.point), 2);
@@ -73,7 +76,7 @@ double Flatness::value(const LinkageState& state) {
 void Flatness::add_gradient(const LinkageState& state, double weight,
                             Eigen::Ref<Eigen::VectorXd> by) {
   // That the nearest plane moves does not matter to first order.
-  const Plane plane = plane_.value_or(Scatter(state).plane());
+  const Plane plane = plane_at(state);
   for (int j = 0; j < model_.variables().joints(); ++j) {
     const double height = plane.normal.dot(state.joints()[j].position - plane.point);
     by.segment<3>(position(model_, j)) += 2 * weight * height * plane.normal;
@@ -82,11 +85,12 @@ void Flatness::add_gradient(const LinkageState& state, double weight,
 
 void Flatness::add_second(const LinkageState& state, const Eigen::Ref<const Eigen::VectorXd>& v,
                           double weight, Eigen::Ref<Eigen::VectorXd> by) {
-  const Scatter scatter(state);
-  const Plane plane = plane_.value_or(scatter.plane());
+  std::optional<Scatter> scatter;
+  if (!plane_) scatter.emplace(state);
+  const Plane plane = scatter ? scatter->plane() : *plane_;
   const int joints = model_.variables().joints();
   Eigen::Vector3d turn = Eigen::Vector3d::Zero(), shift = turn;  // of the plane
-  if (!plane_) {
+  if (scatter) {
     for (int j = 0; j < joints; ++j) shift += v.segment<3>(position(model_, j)) / joints;
     Eigen::Matrix3d change = Eigen::Matrix3d::Zero();
     for (int j = 0; j < joints; ++j) {
@@ -94,7 +98,7 @@ void Flatness::add_second(const LinkageState& state, const Eigen::Ref<const Eige
       const Eigen::Vector3d offset = state.joints()[j].position - plane.point;
       change += moved * offset.transpose() + offset * moved.transpose();
     }
-    turn = scatter.turn_of_normal(change);
+    turn = scatter->turn_of_normal(change);
   }
   for (int j = 0; j < joints; ++j) {
     const int at = position(model_, j);

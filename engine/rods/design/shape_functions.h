@@ -50,8 +50,10 @@ class Flatness final : public ShapeFunction {
                   double weight, Eigen::Ref<Eigen::VectorXd> by) override;
 
  private:
+  [[nodiscard]] Plane plane_at(const LinkageState& state) const;
+
   const LinkageModel& model_;
-  std::optional<Plane> plane_;
+  std::optional<Plane> plane_;  // empty: the nearest
 };
 
 /// A smooth number below the smallest opening angle [rad]: -log(sum of exp(-k alpha)) / k, by at

@@ -74,21 +74,18 @@ Eigen::Matrix3d best_rotation(const Eigen::Matrix3Xd& points, const Eigen::Matri
   return u * Eigen::Vector3d(1, 1, side).asDiagonal() * v.transpose();
 }
 
-/// Positions of vertices and joints, and turns of joints: all but what edges turn by about
-/// themselves.
-Eigen::VectorXd motion_of_axes(const LinkageModel& model, const LinkageState& state, int component,
-                               const Eigen::Isometry3d& motion) {
+/// Of the vertices and joints of a part.
+/// @param shift  of a place
+template <class Shift>
+Eigen::VectorXd shift_of_places(const LinkageModel& model, const LinkageState& state, int component,
+                                const Shift& shift) {
   const ReducedVariables& variables = model.variables();
   const std::vector<int> of_joints = detail::joint_components(model.graph());
-  const Eigen::AngleAxisd turn(motion.linear());
-  const auto shift = [&](const Eigen::Vector3d& x) -> Eigen::Vector3d { return motion * x - x; };
   Eigen::VectorXd increment = Eigen::VectorXd::Zero(variables.size());
   for (int j = 0; j < variables.joints(); ++j) {
     if (of_joints[static_cast<std::size_t>(j)] != component) continue;
-    const int begin = variables.joint_begin(j);
-    increment.segment<3>(begin + kJointPosition) =
+    increment.segment<3>(variables.joint_begin(j) + kJointPosition) =
         shift(state.joints()[static_cast<std::size_t>(j)].position);
-    increment.segment<3>(begin + kJointRotation) = turn.angle() * turn.axis();
   }
   for (int s = 0; s < variables.segments(); ++s) {
     if (model.graph().segment_components[static_cast<std::size_t>(s)] != component) continue;
@@ -97,6 +94,28 @@ Eigen::VectorXd motion_of_axes(const LinkageModel& model, const LinkageState& st
       if (position >= 0) increment.segment<3>(position) = shift(state.vertex(model, s, i));
     }
   }
+  return increment;
+}
+
+void turn_joints(const LinkageModel& model, int component, const Eigen::Vector3d& turn,
+                 Eigen::VectorXd& increment) {
+  const ReducedVariables& variables = model.variables();
+  const std::vector<int> of_joints = detail::joint_components(model.graph());
+  for (int j = 0; j < variables.joints(); ++j) {
+    if (of_joints[static_cast<std::size_t>(j)] != component) continue;
+    increment.segment<3>(variables.joint_begin(j) + kJointRotation) = turn;
+  }
+}
+
+/// Positions of vertices and joints, and turns of joints: all but what edges turn by about
+/// themselves.
+Eigen::VectorXd motion_of_axes(const LinkageModel& model, const LinkageState& state, int component,
+                               const Eigen::Isometry3d& motion) {
+  Eigen::VectorXd increment =
+      shift_of_places(model, state, component,
+                      [&](const Eigen::Vector3d& x) -> Eigen::Vector3d { return motion * x - x; });
+  const Eigen::AngleAxisd turn(motion.linear());
+  turn_joints(model, component, turn.angle() * turn.axis(), increment);
   return increment;
 }
 
@@ -176,28 +195,19 @@ void FreeMotions::add(const LinkageModel& model, const LinkageState& state, int 
                       const Eigen::Vector3d& about, const Eigen::Matrix<double, 6, 1>& direction) {
   const ReducedVariables& variables = model.variables();
   const Eigen::Vector3d turn = direction.tail<3>();
-  const auto shift = [&](const Eigen::Vector3d& x) -> Eigen::Vector3d {
-    return direction.head<3>() + turn.cross(x - about);
-  };
-  Eigen::VectorXd motion = Eigen::VectorXd::Zero(variables.size()), places = motion;
-  const std::vector<int> of_joints = detail::joint_components(model.graph());
-  for (int j = 0; j < variables.joints(); ++j) {
-    if (of_joints[static_cast<std::size_t>(j)] != component) continue;
-    const int begin = variables.joint_begin(j);
-    places.segment<3>(begin + kJointPosition) =
-        shift(state.joints()[static_cast<std::size_t>(j)].position);
-    motion.segment<3>(begin + kJointRotation) = turn;
-  }
+  Eigen::VectorXd places =
+      shift_of_places(model, state, component, [&](const Eigen::Vector3d& x) -> Eigen::Vector3d {
+        return direction.head<3>() + turn.cross(x - about);
+      });
+  Eigen::VectorXd motion = places;
+  turn_joints(model, component, turn, motion);
   for (int s = 0; s < variables.segments(); ++s) {
     if (model.graph().segment_components[static_cast<std::size_t>(s)] != component) continue;
-    for (int i = 0; i <= variables.edges(s); ++i) {
-      const Eigen::Vector3d x = state.vertex(model, s, i);
-      if (variables.position(s, i) >= 0) places.segment<3>(variables.position(s, i)) = shift(x);
-      if (i == variables.edges(s) || variables.angle(s, i) < 0) continue;
-      motion[variables.angle(s, i)] = turn.dot((state.vertex(model, s, i + 1) - x).normalized());
+    for (int e = 0; e < variables.edges(s); ++e) {
+      const Eigen::Vector3d edge = state.vertex(model, s, e + 1) - state.vertex(model, s, e);
+      if (variables.angle(s, e) >= 0) motion[variables.angle(s, e)] = turn.dot(edge.normalized());
     }
   }
-  motion += places;
   const double size = places.norm();
   for (std::size_t k = 0; k < motions_.size(); ++k) {
     const double share = places_[k].dot(places);

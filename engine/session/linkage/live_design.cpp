@@ -7,12 +7,12 @@
 #include <utility>
 
 #include "engine/base/error.h"
+#include "engine/rods/linkage/joint_positions.h"
 #include "engine/session/linkage/size_path.h"
 
 namespace limber::session {
 namespace {
 
-constexpr double kHolds = 1e-3;      // violation that counts as none, as the optimiser's
 constexpr double kHeightRoom = 1.2;  // of the flat height at the start, where none is asked for
 constexpr double kLeastHeight = 1e-3;
 // Of the smallest angle of a start that lies open, where none is asked for: joints that turned over
@@ -20,19 +20,12 @@ constexpr double kLeastHeight = 1e-3;
 constexpr double kAngleShare = 0.1;
 constexpr double kOpen = 0.02;  // [rad]
 
-Eigen::Matrix3Xd joints_of(const rods::LinkageState& state) {
-  Eigen::Matrix3Xd positions(3, static_cast<Eigen::Index>(state.joints().size()));
-  for (Eigen::Index j = 0; j < positions.cols(); ++j)
-    positions.col(j) = state.joints()[static_cast<std::size_t>(j)].position;
-  return positions;
-}
-
 /// A joint that both shapes are held at, so that they keep their place: one that is pinned, or the
 /// middle one.
 int anchor_of(const rods::Conditions& deployed, const rods::LinkageState& state) {
   for (const rods::JointPin& pin : deployed.pins)
     if (pin.hold != rods::Hold::kAngle) return pin.joint;
-  const Eigen::Matrix3Xd joints = joints_of(state);
+  const Eigen::Matrix3Xd joints = rods::joint_positions(state);
   Eigen::Index middle = 0;
   (joints.colwise() - joints.rowwise().mean()).colwise().norm().minCoeff(&middle);
   return static_cast<int>(middle);
@@ -110,7 +103,7 @@ LiveDesign::LiveDesign(const LiveLinkage& live, const DesignRequest& request, do
   if (smallest_angle_) options_.smallest_angle = *smallest_angle_;
   measure_here();
   start_ = now_;
-  begin_best(0);
+  begin_best();
 }
 
 DesignTerms LiveDesign::measure(const rods::DesignPoint& point) {
@@ -136,7 +129,7 @@ DesignTerms LiveDesign::measure(const rods::DesignPoint& point) {
   }
   terms.flat_height = std::sqrt(values.flatness / count) / criteria.length_scale;
   terms.smallest_angle = values.smallest_angle;
-  terms.holds = violation(terms) <= kHolds;
+  terms.holds = rank(terms).holds();
   return terms;
 }
 
@@ -145,16 +138,16 @@ void LiveDesign::measure_here() {
   measured_ = design_->parameters();
 }
 
-/// 0 where both constraints hold; the optimiser's measure.
-double LiveDesign::violation(const DesignTerms& terms) const {
-  double worst = std::pow(terms.flat_height / options_.flat_height, 2) - 1;
-  if (smallest_angle_) worst = std::max(worst, *smallest_angle_ - terms.smallest_angle);
-  return std::max(0.0, worst);
+/// The optimiser's measure.
+rods::DesignRank LiveDesign::rank(const DesignTerms& terms) const {
+  double room = 1 - std::pow(terms.flat_height / options_.flat_height, 2);
+  if (smallest_angle_) room = std::min(room, terms.smallest_angle - *smallest_angle_);
+  return rods::DesignRank::of(terms.objective, room);
 }
 
-void LiveDesign::begin_best(int iteration) {
+void LiveDesign::begin_best() {
   best_ = now_;
-  best_iteration_ = iteration;
+  best_iteration_ = iteration_;
   best_parameters_ = measured_;
   candidate_ = std::make_shared<const DesignCandidate>(DesignCandidate{
       sizes(), design_->variables().which(), design_->point().flat, design_->point().deployed});
@@ -166,18 +159,16 @@ RodSizes LiveDesign::sizes() const {
   return {point.lengths, point.edges, point.sections};
 }
 
-void LiveDesign::note_best(int iteration) {
-  const bool better = now_.holds && best_.holds   ? now_.objective < best_.objective
-                      : now_.holds != best_.holds ? now_.holds
-                                                  : violation(now_) < violation(best_);
-  if (better) begin_best(iteration);
+void LiveDesign::see_here() {
+  measure_here();
+  if (rank(now_).before(rank(best_))) begin_best();
 }
 
 void LiveDesign::set_goal(const DesignGoal& goal) {
   design_->set_criteria(criteria_of(goal));
   goal_ = goal;
   measure_here();
-  begin_best(iteration_);
+  begin_best();
 }
 
 rods::DesignReport LiveDesign::run(const JobContext& job, const OnStep& on_step) {
@@ -185,10 +176,7 @@ rods::DesignReport LiveDesign::run(const JobContext& job, const OnStep& on_step)
       *design_, options_, job, [&](const rods::DesignProgress& progress, rods::LinkageDesign&) {
         iteration_ = progress.iteration;
         // The guard against buckling goes back to an earlier point where no trial was taken.
-        if (progress.accepted || design_->parameters() != measured_) {
-          measure_here();
-          note_best(iteration_);
-        }
+        if (progress.accepted || has_moved()) see_here();
         const Step step{iteration_,
                         progress.accepted,
                         {progress.refused, progress.not_believed, progress.flat_lost,
@@ -199,10 +187,7 @@ rods::DesignReport LiveDesign::run(const JobContext& job, const OnStep& on_step)
 
 bool LiveDesign::go_to_best() {
   const Eigen::VectorXd last = measured_;
-  if (design_->parameters() != measured_) {
-    measure_here();
-    note_best(iteration_);
-  }
+  if (has_moved()) see_here();
   if (measured_ != best_parameters_) {
     design_->move_to(point_of(*candidate_));
     measured_ = best_parameters_;

@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "engine/base/job.h"
+#include "engine/rods/design/design_rank.h"
 #include "engine/session/linkage/design_values.h"
 #include "engine/session/linkage/live_linkage.h"
 
@@ -66,10 +67,11 @@ class LiveDesign {
  private:
   [[nodiscard]] RodSizes sizes() const;  // as a document would have them
   [[nodiscard]] DesignTerms measure(const rods::DesignPoint& point);
-  [[nodiscard]] double violation(const DesignTerms& terms) const;
+  [[nodiscard]] rods::DesignRank rank(const DesignTerms& terms) const;
+  [[nodiscard]] bool has_moved() const { return design_->parameters() != measured_; }
   void measure_here();
-  void note_best(int iteration);
-  void begin_best(int iteration);
+  void see_here();  // measures, and keeps the best
+  void begin_best();
 
   const LinkageShape shape_;
   DesignGoal goal_;

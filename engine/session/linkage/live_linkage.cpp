@@ -6,6 +6,7 @@
 
 #include "engine/base/error.h"
 #include "engine/rods/equilibrium/floating_parts.h"
+#include "engine/rods/linkage/joint_positions.h"
 #include "engine/session/linkage/rest_shape.h"
 #include "engine/session/linkage/size_path.h"
 
@@ -268,10 +269,8 @@ void LiveLinkage::go(const rods::Conditions& wanted, const JobContext& job,
 
 /// Pins that no rods reach between, those that hold a joint where it is among them.
 std::string LiveLinkage::contradiction(const scene::LinkageConditions& conditions) const {
-  Eigen::Matrix3Xd places(3, mapped_.model.variables().joints());
-  for (Eigen::Index j = 0; j < places.cols(); ++j)
-    places.col(j) = state_.joints()[static_cast<std::size_t>(j)].position;
-  const auto issues = reach_.check(conditions, mapped_.model.segment_lengths(), places);
+  const auto issues =
+      reach_.check(conditions, mapped_.model.segment_lengths(), rods::joint_positions(state_));
   return issues.empty() ? "" : issues.front().message;
 }
 

@@ -10,6 +10,23 @@ namespace limber::rods::detail {
 namespace {
 
 using Verdict = ViolationWatch::Verdict;
+constexpr double kHolds = DesignRank::kHolds;
+
+TEST(DesignRank, WhatKeepsTheConstraintsComesBeforeWhatDoesNot) {
+  const auto before = [](const DesignRank& one, const DesignRank& other) {
+    EXPECT_FALSE(one.before(one));
+    EXPECT_FALSE(other.before(one));
+    return one.before(other);
+  };
+  const DesignRank dear = DesignRank::of(5, 0.1), cheap = DesignRank::of(1, 0);
+  const DesignRank little = DesignRank::of(0.5, -0.1), more = DesignRank::of(0.1, -0.2);
+  EXPECT_TRUE(before(cheap, dear));
+  EXPECT_TRUE(before(dear, little));
+  EXPECT_TRUE(before(little, more));
+  // What is violated by next to nothing holds.
+  EXPECT_TRUE(before(DesignRank::of(0.9, -0.99 * kHolds), cheap));
+  EXPECT_TRUE(before(cheap, DesignRank::of(0.9, -1.01 * kHolds)));
+}
 
 /// Of a violation by step.
 template <class Violation>

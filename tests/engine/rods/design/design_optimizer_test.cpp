@@ -3,37 +3,19 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <optional>
 
 #include "engine/base/error.h"
-#include "engine/rods/equilibrium/deployment.h"
-#include "tests/engine/rods/equilibrium/small_linkages.h"
+#include "tests/engine/rods/design/small_designs.h"
 
 namespace limber::rods {
 namespace {
 
 /// A linkage, and where its joints are when it is deployed with other rest lengths: a target that
 /// can be reached.
-struct Known {
-  Known() : model(testing::curved_model()), state(model) {
-    LinkageEquilibrium equilibrium(model);
-    flat.pins = {{5}};
-    EXPECT_TRUE(equilibrium.solve(state, flat).converged());
-    deployed = flat;
-    deployed.mean_opening_angle = state.mean_opening_angle() + 0.4;
-    LinkageState open = state;
-    EXPECT_EQ(deploy(equilibrium, open, deployed).status, DeploymentStatus::kReached);
-    start.emplace(DesignPoint{model.segment_lengths(), state, open});
-    Random random(17);
-    Eigen::VectorXd other = model.segment_lengths();
-    for (double& length : other) length *= random.uniform(0.97, 1.03);
-    LinkageDesign design(model, flat, deployed, *start, {});
-    for (int k = 1; k <= 10; ++k) {
-      const DesignTrial trial =
-          design.trial(model.segment_lengths() + 0.1 * k * (other - model.segment_lengths()));
-      EXPECT_EQ(trial.status, TrialStatus::kFound) << trial.message;
-      design.move_to(trial.point);
-    }
+struct Known : testing::SmallDesign {
+  Known() : SmallDesign(testing::curved_model(), testing::held_at(5), 0.4, 1e-10) {
+    LinkageDesign design = this->design();
+    testing::lead(design, testing::varied(design.parameters(), 0.03, 17), 10);
     const auto& joints = design.point().deployed.joints();
     for (int j = 0; j < model.variables().joints(); ++j)
       criteria.targets.push_back({j, joints[static_cast<std::size_t>(j)].position, 1});
@@ -41,17 +23,11 @@ struct Known {
     criteria.plane = Plane{};  // the flat shape lies beside it, so that its height may press
     options.flat_height = 0.2;
   }
-  [[nodiscard]] LinkageDesign design() const { return {model, flat, deployed, *start, criteria}; }
   /// Root mean square distance of the joints from their targets.
   [[nodiscard]] double distance(const DesignValues& values) const {
     return std::sqrt(2 * values.distance / model.variables().joints());
   }
 
-  LinkageModel model;
-  LinkageState state;
-  Conditions flat, deployed;
-  std::optional<DesignPoint> start;
-  DesignCriteria criteria;
   DesignOptimizerOptions options;
 };
 
@@ -74,17 +50,24 @@ TEST(DesignOptimizer, FindsATargetThatIsKnownToBeReachable) {
   EXPECT_EQ(design.values(design.point()).objective, report.after.objective);
 }
 
+/// A search without a bound on angles, and one whose bound presses from its start to its end.
+struct AngleBound {
+  explicit AngleBound(const Known& known) : options(known.options), design(known.design()) {
+    LinkageDesign free = known.design();
+    unbound = optimize_design(free, options);
+    options.smallest_angle =
+        std::max(unbound.after.smallest_angle, unbound.before.smallest_angle) + 0.01;
+    report = optimize_design(design, options);
+    EXPECT_GE(report.after.smallest_angle, options.smallest_angle - 2e-3) << report.message;
+  }
+  DesignOptimizerOptions options;
+  LinkageDesign design;
+  DesignReport unbound, report;
+};
+
 TEST(DesignOptimizer, KeepsTheSmallestAngleAtItsBound) {
-  Known known;
-  LinkageDesign free = known.design();
-  const DesignReport unbound = optimize_design(free, known.options);
-  LinkageDesign design = known.design();
-  DesignOptimizerOptions options = known.options;
-  options.smallest_angle =
-      std::max(unbound.after.smallest_angle, unbound.before.smallest_angle) + 0.01;
-  const DesignReport report = optimize_design(design, options);
-  EXPECT_GE(report.after.smallest_angle, options.smallest_angle - 2e-3) << report.message;
-  EXPECT_GT(report.after.objective, unbound.after.objective);
+  const AngleBound bound{Known()};
+  EXPECT_GT(bound.report.after.objective, bound.unbound.after.objective);
 }
 
 /// A search that begins where one has converged gains next to nothing.
@@ -94,22 +77,18 @@ void expect_optimum(LinkageDesign& design, const DesignOptimizerOptions& options
 }
 
 TEST(DesignOptimizer, AConstraintHoldsADesignOffNoMoreThanItMust) {
+  int converged = 0;
   for (const double weight : {1e6, 1e8}) {
     Known known;
     known.criteria.distance_weight = weight;
-    LinkageDesign free = known.design();
-    const DesignReport unbound = optimize_design(free, known.options);
-    LinkageDesign design = known.design();
-    DesignOptimizerOptions options = known.options;
-    options.smallest_angle =
-        std::max(unbound.after.smallest_angle, unbound.before.smallest_angle) + 0.01;
-    const DesignReport report = optimize_design(design, options);
-    EXPECT_GE(report.after.smallest_angle, options.smallest_angle - 2e-3) << report.message;
-    if (report.status == DesignStatus::kConverged) {
-      EXPECT_LE(report.after.smallest_angle, options.smallest_angle + 2e-3) << report.message;
-      expect_optimum(design, options);
-    }
+    AngleBound bound(known);
+    const DesignReport& report = bound.report;
+    if (report.status != DesignStatus::kConverged) continue;
+    ++converged;
+    EXPECT_LE(report.after.smallest_angle, bound.options.smallest_angle + 2e-3) << report.message;
+    expect_optimum(bound.design, bound.options);
   }
+  EXPECT_GT(converged, 0);
 }
 
 TEST(DesignOptimizer, KeepsALinkageFlatEnough) {
@@ -164,12 +143,35 @@ TEST(DesignOptimizer, RestLengthsStayWithinTheirBounds) {
 
 TEST(DesignOptimizer, ATargetThatCannotBeReachedEndsAtTheNearestThereIs) {
   Known known;
+  for (JointTarget& target : known.criteria.targets) target.position.z() += 50;
+  known.options.tolerance = 1e-6;
+  known.options.least_gain = 1e-9;
+  double nearest = 0;
+  for (const unsigned seed : {0U, 1U, 2U, 3U}) {
+    LinkageDesign design = known.design();
+    if (seed > 0) testing::lead(design, testing::varied(design.parameters(), 0.01, seed), 5);
+    const double slope = design.gradients().objective.norm();
+    const DesignReport report = optimize_design(design, known.options);
+    EXPECT_EQ(report.status, DesignStatus::kConverged) << report.message;
+    const double gained = report.before.objective - report.after.objective;
+    EXPECT_GT(gained, 0);
+    // Neither bounds nor constraints hold it: what is left of the slope is all there is.
+    EXPECT_TRUE(report.at_bound.empty());
+    EXPECT_LT(report.flat_height, known.options.flat_height);
+    EXPECT_LT(design.gradients().objective.norm(), 1e-3 * slope);
+    if (seed == 0) nearest = report.after.objective;
+    EXPECT_NEAR(report.after.objective, nearest, 1e-4 * gained) << seed;
+    EXPECT_GT(known.distance(report.after), 10);
+  }
+}
+
+TEST(DesignOptimizer, ATargetFarBeyondReachIsApproached) {
+  Known known;
   for (JointTarget& target : known.criteria.targets) target.position.z() += 500;
   LinkageDesign design = known.design();
   const DesignReport report = optimize_design(design, known.options);
   EXPECT_NE(report.status, DesignStatus::kConverged);
-  EXPECT_TRUE(std::isfinite(report.after.objective));
-  EXPECT_LE(report.after.objective, report.before.objective);
+  EXPECT_LT(report.after.objective, 0.99 * report.before.objective);
   EXPECT_FALSE(report.message.empty());
 }
 

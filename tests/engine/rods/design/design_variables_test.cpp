@@ -13,14 +13,16 @@
 #include "engine/base/error.h"
 #include "engine/rods/design/compare_designs.h"
 #include "engine/rods/design/design_optimizer.h"
-#include "engine/rods/equilibrium/deployment.h"
-#include "tests/engine/rods/equilibrium/small_linkages.h"
+#include "tests/engine/rods/design/small_designs.h"
 
 namespace limber::rods {
 namespace {
 
 using L = LengthVariables;
 using S = SectionVariables;
+using testing::curved_design;
+using testing::random_direction;
+using testing::SmallDesign;
 
 std::string field_of(const auto& call) {
   try {
@@ -29,48 +31,6 @@ std::string field_of(const auto& call) {
     return error.field();
   }
   return "none";
-}
-
-Eigen::VectorXd random_direction(Eigen::Index size, unsigned seed) {
-  Random random(seed);
-  Eigen::VectorXd v(size);
-  for (double& value : v) value = random.normal();
-  return v / v.norm();
-}
-
-/// A linkage and both of its equilibria.
-struct Problem {
-  /// @param opening  by how much the mean angle opens [rad]
-  Problem(const LinkageModel& linkage, const Conditions& flat_conditions, double opening)
-      : model(linkage), flat(flat_conditions) {
-    LinkageEquilibrium equilibrium(model);
-    LinkageState state(model);
-    EXPECT_TRUE(equilibrium.solve(state, flat, {.tolerance = 1e-12}).converged());
-    deployed = flat;
-    deployed.mean_opening_angle = state.mean_opening_angle() + opening;
-    LinkageState open = state;
-    EXPECT_EQ(deploy(equilibrium, open, deployed).status, DeploymentStatus::kReached);
-    start.emplace(DesignPoint{model.segment_lengths(), state, open});
-    limits.equilibrium.tolerance = 1e-12;
-  }
-  [[nodiscard]] LinkageDesign design(DesignVariables variables) const {
-    return {model, flat, deployed, *start, criteria, limits, variables};
-  }
-  LinkageModel model;
-  Conditions flat, deployed;
-  std::optional<DesignPoint> start;
-  DesignCriteria criteria;
-  DesignLimits limits;
-};
-
-Problem small_problem() {
-  Conditions flat;
-  flat.pins = {{5}};
-  Problem problem(testing::curved_model(), flat, 0.4);
-  problem.criteria.targets = {{0, {10, -5, 20}, 0.5}, {15, {130, 100, -10}, 2}};
-  problem.criteria.distance_weight = 3;
-  problem.criteria.plane = Plane{{0, 0, 1}, {0.1, 0.2, 1}};  // the flat shape lies in its own
-  return problem;
 }
 
 using Numbers = DesignMeasures<double>;
@@ -147,14 +107,9 @@ void expect_derivatives(LinkageDesign& design) {
 class DesignVariablesTest : public ::testing::TestWithParam<DesignVariables> {};
 
 TEST_P(DesignVariablesTest, DerivativesAgreeWithDifferencesOfTrials) {
-  LinkageDesign design = small_problem().design(GetParam());
+  LinkageDesign design = curved_design().design(GetParam());
   // Away from the start, where edges are alike and sections 1.
-  Eigen::VectorXd beside = design.parameters();
-  Random random(8);
-  for (double& value : beside) value *= random.uniform(0.998, 1.002);
-  DesignTrial trial = design.trial(beside);
-  ASSERT_EQ(trial.status, TrialStatus::kFound) << trial.message;
-  design.move_to(std::move(trial.point));
+  testing::lead(design, testing::varied(design.parameters(), 0.002, 8), 1);
   expect_derivatives(design);
 }
 
@@ -166,7 +121,7 @@ TEST_P(DesignVariablesTest, DerivativesOfBurdAgreeWithDifferencesOfTrials) {
                            RodStiffness{6750, 5062.5, 316.40625, 386.3121963558732});
   Conditions flat;
   flat.pins = {{20}};
-  Problem problem(model, flat, 91 * kDegree);
+  SmallDesign problem(model, flat, 91 * kDegree);
   problem.criteria.targets = {{0, {10, -5, 20}, 0.5}, {30, {130, 100, -10}, 2}};
   problem.criteria.angle_sharpness = 30;
   problem.criteria.plane = Plane{{0, 0, 1}, {0.1, 0.2, 1}};
@@ -175,7 +130,7 @@ TEST_P(DesignVariablesTest, DerivativesOfBurdAgreeWithDifferencesOfTrials) {
 }
 
 TEST_P(DesignVariablesTest, PredictionsAreOfSecondOrder) {
-  LinkageDesign design = small_problem().design(GetParam());
+  LinkageDesign design = curved_design().design(GetParam());
   const Eigen::VectorXd home = design.parameters();
   const Eigen::VectorXd v = random_direction(home.size(), 6);
   // Scales are a share of 1, lengths of 40.
@@ -189,7 +144,7 @@ TEST_P(DesignVariablesTest, PredictionsAreOfSecondOrder) {
 }
 
 TEST_P(DesignVariablesTest, TheSearchGainsAndStaysWithinBounds) {
-  Problem problem = small_problem();
+  SmallDesign problem = curved_design();
   problem.criteria.distance_weight = 1e3;
   LinkageDesign design = problem.design(GetParam());
   const Eigen::VectorXd start = design.parameters();
@@ -213,19 +168,11 @@ TEST_P(DesignVariablesTest, TheSearchGainsAndStaysWithinBounds) {
 }
 
 TEST_P(DesignVariablesTest, FindsATargetThatIsKnownToBeReachable) {
-  Problem problem = small_problem();
+  SmallDesign problem = curved_design();
   problem.criteria = {};
   {
     LinkageDesign known = problem.design(GetParam());
-    const Eigen::VectorXd start = known.parameters();
-    Random random(17);
-    Eigen::VectorXd change = start;
-    for (double& value : change) value *= random.uniform(-0.03, 0.03);
-    for (int k = 1; k <= 20; ++k) {
-      DesignTrial trial = known.trial(start + 0.05 * k * change);
-      ASSERT_EQ(trial.status, TrialStatus::kFound) << trial.message;
-      known.move_to(std::move(trial.point));
-    }
+    testing::lead(known, testing::varied(known.parameters(), 0.03, 17), 20);
     for (int j = 0; j < problem.model.variables().joints(); ++j) {
       const auto& joint = known.point().deployed.joints()[static_cast<std::size_t>(j)];
       problem.criteria.targets.push_back({j, joint.position, 1});
@@ -252,7 +199,7 @@ INSTANTIATE_TEST_SUITE_P(Kinds, DesignVariablesTest,
                                            DesignVariables{L::kEdges, S::kSegments}));
 
 TEST(DesignVariables, WithoutTargetsSectionsGoToTheThinnest) {
-  Problem problem = small_problem();
+  SmallDesign problem = curved_design();
   problem.criteria = {};
   LinkageDesign design = problem.design({L::kKept, S::kSegments});
   DesignOptimizerOptions options;
@@ -265,7 +212,7 @@ TEST(DesignVariables, WithoutTargetsSectionsGoToTheThinnest) {
 
 TEST(DesignVariables, OneScaleForAllSectionsIsAnotherEnergyAndTheSameShapeIfRodsOnlyBend) {
   // All stiffnesses but that of stretching times s^4: rods of this linkage hardly stretch.
-  const Problem problem = small_problem();
+  const SmallDesign problem = curved_design();
   LinkageDesign design = problem.design({L::kKept, S::kSegments});
   const double before = design.values(design.point()).deployed_energy;
   const DesignTrial trial =
@@ -277,9 +224,9 @@ TEST(DesignVariables, OneScaleForAllSectionsIsAnotherEnergyAndTheSameShapeIfRods
 }
 
 TEST(DesignVariables, BadInputIsNamed) {
-  const Problem problem = small_problem();
+  const SmallDesign problem = curved_design();
   const auto with = [&](const auto& spoil, DesignVariables variables) {
-    Problem spoilt = problem;
+    SmallDesign spoilt = problem;
     spoil(*spoilt.start);
     return field_of([&] { (void)spoilt.design(variables); });
   };
@@ -311,7 +258,7 @@ TEST(DesignVariables, BadInputIsNamed) {
 }
 
 TEST(DesignVariables, DesignsDifferBySectionsToo) {
-  const Problem problem = small_problem();
+  const SmallDesign problem = curved_design();
   DesignPoint thicker = *problem.start;
   thicker.sections = Eigen::VectorXd::Constant(thicker.lengths.size(), 1.1);
   EXPECT_NEAR(compare_designs(*problem.start, thicker).lengths, 0.1, 1e-12);

@@ -3,53 +3,20 @@
 #include <gtest/gtest.h>
 
 #include <limits>
-#include <optional>
 
 #include "engine/base/error.h"
 #include "engine/base/parallel.h"
-#include "engine/base/random.h"
-#include "engine/rods/equilibrium/deployment.h"
-#include "tests/engine/rods/equilibrium/small_linkages.h"
+#include "tests/engine/rods/design/small_designs.h"
 
 namespace limber::rods {
 namespace {
 
-/// A strip of cells that deploys by its mean angle and lies almost flat before.
-struct Problem {
-  Problem() : model(testing::curved_model()), state(model) {
-    LinkageEquilibrium equilibrium(model);
-    flat.pins = {{5}};
-    EXPECT_TRUE(equilibrium.solve(state, flat, {.tolerance = 1e-12}).converged());
-    LinkageState open = state;
-    deployed = flat;
-    deployed.mean_opening_angle = state.mean_opening_angle() + 0.4;
-    EXPECT_EQ(deploy(equilibrium, open, deployed).status, DeploymentStatus::kReached);
-    start.emplace(DesignPoint{model.segment_lengths(), state, open});
-    criteria.targets = {{0, {10, -5, 20}, 0.5}, {15, {130, 100, -10}, 2}};
-    criteria.distance_weight = 3;
-    criteria.plane = Plane{{0, 0, 1}, {0.1, 0.2, 1}};  // the flat shape lies in its own
-    limits.equilibrium.tolerance = 1e-12;
-  }
-  [[nodiscard]] LinkageDesign design() const {
-    return {model, flat, deployed, *start, criteria, limits};
-  }
-  LinkageModel model;
-  LinkageState state;
-  Conditions flat, deployed;
-  std::optional<DesignPoint> start;
-  DesignCriteria criteria;
-  DesignLimits limits;
-};
-
-Eigen::VectorXd random_direction(Eigen::Index size, unsigned seed) {
-  Random random(seed);
-  Eigen::VectorXd v(size);
-  for (double& value : v) value = random.normal();
-  return v / v.norm();
-}
+using testing::curved_design;
+using testing::random_direction;
+using testing::SmallDesign;
 
 TEST(LinkageDesign, GradientsAndProductsAgreeWithDifferencesOfTrials) {
-  const Problem problem;
+  const SmallDesign problem = curved_design();
   LinkageDesign design = problem.design();
   const Eigen::VectorXd lengths = design.point().lengths;
   const Eigen::VectorXd v = random_direction(lengths.size(), 3);
@@ -90,7 +57,7 @@ TEST(LinkageDesign, GradientsAndProductsAgreeWithDifferencesOfTrials) {
 
 /// Trials leave the factors that certified their equilibria; points that are no trial's do not.
 TEST(LinkageDesign, DerivativesWithATrialsFactorsAreThoseWithNewOnes) {
-  const Problem problem;
+  const SmallDesign problem = curved_design();
   LinkageDesign kept = problem.design(), made = problem.design();
   const Eigen::VectorXd lengths = kept.parameters();
   const Eigen::VectorXd v = random_direction(lengths.size(), 12);
@@ -124,7 +91,7 @@ TEST(LinkageDesign, DerivativesWithATrialsFactorsAreThoseWithNewOnes) {
 /// The flat shape's factors were made, the deployed shape's were not: neither may be taken for
 /// those of the point.
 TEST(LinkageDesign, DerivativesAreRightAfterATrialLostInTheDeployedShapeOnly) {
-  const Problem problem;
+  const SmallDesign problem = curved_design();
   // The other way round: what is nearly flat, and soft, is the second shape.
   LinkageDesign design(problem.model, problem.deployed, problem.flat,
                        {problem.start->lengths, problem.start->deployed, problem.start->flat},
@@ -153,7 +120,7 @@ TEST(LinkageDesign, DerivativesAreRightAfterATrialLostInTheDeployedShapeOnly) {
 }
 
 TEST(LinkageDesign, DerivativesDoNotDependOnTheNumberOfThreads) {
-  const Problem problem;
+  const SmallDesign problem = curved_design();
   const int before = thread_count();
   std::vector<DesignMeasures<Eigen::VectorXd>> found;
   for (const int threads : {1, 2}) {
@@ -177,7 +144,7 @@ TEST(LinkageDesign, DerivativesDoNotDependOnTheNumberOfThreads) {
 }
 
 TEST(LinkageDesign, OfTheObjectiveAloneTheSameComesOut) {
-  const Problem problem;
+  const SmallDesign problem = curved_design();
   LinkageDesign design = problem.design();
   using Which = LinkageDesign::Which;
   const Eigen::VectorXd v = random_direction(design.parameters().size(), 13);
@@ -190,7 +157,7 @@ TEST(LinkageDesign, OfTheObjectiveAloneTheSameComesOut) {
 }
 
 TEST(LinkageDesign, OtherCriteriaAreSeenAtTheSamePoint) {
-  Problem problem;
+  SmallDesign problem = curved_design();
   LinkageDesign design = problem.design();
   (void)design.gradients();
   problem.criteria.distance_weight = 0.1;
@@ -201,7 +168,7 @@ TEST(LinkageDesign, OtherCriteriaAreSeenAtTheSamePoint) {
 }
 
 TEST(LinkageDesign, TheObjectiveIsWhatItIsMadeOf) {
-  const Problem problem;
+  const SmallDesign problem = curved_design();
   LinkageDesign design = problem.design();
   const DesignValues values = design.values(design.point());
   const DesignCriteria& criteria = design.criteria();
@@ -214,7 +181,7 @@ TEST(LinkageDesign, TheObjectiveIsWhatItIsMadeOf) {
 }
 
 TEST(LinkageDesign, ATrialThatIsNotBelievedLeavesTheDesignAsItIs) {
-  const Problem problem;
+  const SmallDesign problem = curved_design();
   LinkageDesign design = problem.design();
   const DesignValues before = design.values(design.point());
   const Eigen::VectorXd lengths = design.point().lengths;
@@ -225,6 +192,68 @@ TEST(LinkageDesign, ATrialThatIsNotBelievedLeavesTheDesignAsItIs) {
   }
   EXPECT_EQ(design.model().segment_lengths(), lengths);
   EXPECT_EQ(design.values(design.point()).objective, before.objective);
+}
+
+/// Of the curved design, with limits of its own.
+DesignTrial trial_within(const DesignLimits& limits, unsigned seed, double size) {
+  SmallDesign problem = curved_design();
+  problem.limits = limits;
+  problem.limits.equilibrium.tolerance = 1e-12;
+  LinkageDesign design = problem.design();
+  const Eigen::VectorXd here = design.parameters();
+  return design.trial(here + size * random_direction(here.size(), seed));
+}
+
+TEST(LinkageDesign, WhatLandsFartherFromItsPredictionThanAllowedHasJumped) {
+  constexpr double kSize = 1.3;
+  const DesignTrial free = trial_within({}, 2, kSize);
+  ASSERT_EQ(free.status, TrialStatus::kFound) << free.message;
+  ASSERT_GT(free.surprise, 0.02);
+  // Largest and small in units of what is judged.
+  const auto judge = [&](double largest, double share, double small) {
+    DesignLimits limits;
+    limits.largest_surprise = largest * free.surprise;
+    limits.surprise_share = share;
+    limits.small_surprise = small * free.surprise;
+    const DesignTrial trial = trial_within(limits, 2, kSize);
+    if (trial.status == TrialStatus::kJumped) {
+      EXPECT_NE(trial.message.find("beside its prediction"), std::string::npos) << trial.message;
+      EXPECT_NE(trial.lost, LostShape::kNone);
+    }
+    return trial.status;
+  };
+  constexpr double kMuch = 10, kNothing = 1e-9;
+  EXPECT_EQ(judge(1.01, kMuch, kMuch), TrialStatus::kFound);
+  EXPECT_EQ(judge(0.99, kMuch, kMuch), TrialStatus::kJumped);
+  EXPECT_EQ(judge(kMuch, kNothing, 1.01), TrialStatus::kFound);
+  EXPECT_EQ(judge(kMuch, kNothing, 0.99), TrialStatus::kJumped);
+  EXPECT_EQ(judge(kMuch, kMuch, 0), TrialStatus::kFound);
+  EXPECT_EQ(judge(kMuch, kNothing, 0), TrialStatus::kJumped);
+}
+
+TEST(LinkageDesign, WhatWouldMoveFartherThanAllowedIsNotTried) {
+  DesignLimits limits;
+  limits.largest_move = 0.05;
+  EXPECT_EQ(trial_within(limits, 2, 0.1).status, TrialStatus::kFound);
+  const DesignTrial far = trial_within(limits, 2, 1.3);
+  EXPECT_EQ(far.status, TrialStatus::kTooFar);
+  EXPECT_EQ(far.iterations, 0);
+  EXPECT_NE(far.message.find("too far"), std::string::npos) << far.message;
+  EXPECT_EQ(trial_within({}, 2, 1.3).status, TrialStatus::kFound);
+}
+
+/// Where what bends the way is more than what leads along it.
+TEST(LinkageDesign, WaysThatTurnRoundAreNotForeseen) {
+  DesignLimits limits;
+  limits.largest_move = limits.largest_surprise = 100;
+  EXPECT_EQ(trial_within(limits, 6, 2.8).status, TrialStatus::kFound);
+  const DesignTrial bent = trial_within(limits, 6, 4.3);
+  EXPECT_EQ(bent.status, TrialStatus::kTooFar);
+  EXPECT_EQ(bent.iterations, 0);
+  EXPECT_NE(bent.message.find("bends too much"), std::string::npos) << bent.message;
+  // Straight predictions have no bend to look at.
+  limits.predictor = PredictorOrder::kFirst;
+  EXPECT_GT(trial_within(limits, 6, 4.3).iterations, 0);
 }
 
 /// A surface that fails when it is told to.
@@ -239,7 +268,7 @@ class BrittleSurface final : public TargetSurface {
 };
 
 TEST(LinkageDesign, WhatThrowsHalfwayLeavesTheModelAsItWas) {
-  Problem problem;
+  SmallDesign problem = curved_design();
   const auto surface = std::make_shared<BrittleSurface>();
   problem.criteria.surface = surface;
   LinkageDesign design = problem.design();
@@ -252,7 +281,7 @@ TEST(LinkageDesign, WhatThrowsHalfwayLeavesTheModelAsItWas) {
 }
 
 TEST(LinkageDesign, PredictionsAreOfTheOrderThatTheySay) {
-  Problem problem;
+  SmallDesign problem = curved_design();
   for (const PredictorOrder order : {PredictorOrder::kFirst, PredictorOrder::kSecond}) {
     problem.limits.predictor = order;
     LinkageDesign design = problem.design();
@@ -270,7 +299,7 @@ TEST(LinkageDesign, PredictionsAreOfTheOrderThatTheySay) {
 }
 
 TEST(LinkageDesign, PredictionsOfSecondOrderSaveNewtonSteps) {
-  Problem problem;
+  SmallDesign problem = curved_design();
   int steps[2] = {0, 0};
   for (const PredictorOrder order : {PredictorOrder::kFirst, PredictorOrder::kSecond}) {
     problem.limits.predictor = order;
@@ -285,7 +314,7 @@ TEST(LinkageDesign, PredictionsOfSecondOrderSaveNewtonSteps) {
 }
 
 TEST(LinkageDesign, NewCriteriaKeepTheScales) {
-  const Problem problem;
+  const SmallDesign problem = curved_design();
   LinkageDesign design = problem.design();
   const double scale = design.criteria().energy_scale;
   DesignCriteria criteria = problem.criteria;
@@ -299,7 +328,7 @@ TEST(LinkageDesign, NewCriteriaKeepTheScales) {
 
 TEST(LinkageDesign, BadInputIsNamed) {
   const auto field = [](const auto& spoil) -> std::string {
-    Problem problem;
+    SmallDesign problem = curved_design();
     spoil(problem);
     try {
       (void)problem.design();
@@ -308,11 +337,12 @@ TEST(LinkageDesign, BadInputIsNamed) {
     }
     return "none";
   };
-  EXPECT_EQ(field([](Problem& p) { p.criteria.flat_share = 1.5; }), "flat_share");
-  EXPECT_EQ(field([](Problem& p) { p.criteria.distance_weight = -1; }), "distance_weight");
-  EXPECT_EQ(field([](Problem& p) { p.criteria.surface_weight = -1; }), "surface_weight");
-  EXPECT_EQ(field([](Problem& p) { p.flat.pins = {{99}}; }), "flat.pins[0].joint");
-  EXPECT_EQ(field([](Problem& p) { p.limits.equilibrium.tolerance = 2; }), "equilibrium.tolerance");
+  EXPECT_EQ(field([](SmallDesign& p) { p.criteria.flat_share = 1.5; }), "flat_share");
+  EXPECT_EQ(field([](SmallDesign& p) { p.criteria.distance_weight = -1; }), "distance_weight");
+  EXPECT_EQ(field([](SmallDesign& p) { p.criteria.surface_weight = -1; }), "surface_weight");
+  EXPECT_EQ(field([](SmallDesign& p) { p.flat.pins = {{99}}; }), "flat.pins[0].joint");
+  EXPECT_EQ(field([](SmallDesign& p) { p.limits.equilibrium.tolerance = 2; }),
+            "equilibrium.tolerance");
 }
 
 }  // namespace

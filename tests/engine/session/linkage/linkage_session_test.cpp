@@ -2,118 +2,20 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/Geometry>
-#include <atomic>
-#include <condition_variable>
-#include <functional>
-#include <limits>
-#include <mutex>
-#include <stdexcept>
-
-#include "engine/base/error.h"
-#include "engine/scene/samples/linkage_samples.h"
-#include "engine/session/linkage/linkage_mapping.h"
-#include "engine/session/linkage/linkage_session.h"
-#include "tests/engine/session/harness.h"
+#include "tests/engine/session/linkage/live_linkages.h"
 
 namespace limber::session {
 namespace {
 
 using rods::EquilibriumStatus;
 using scene::Held;
-
-constexpr double kDegree = 3.14159265358979323846 / 180;
-
-class LinkageRecorder : public LinkageListener {
- public:
-  void on_progress(const Progress&) override {}
-  void on_state(State state, const std::string& message) override {
-    const std::lock_guard lock(mutex_);
-    states_.push_back(state);
-    message_ = message;
-    changed_.notify_all();
-  }
-  /// From within the task, at the first shape on the way.
-  void cancel_on_the_way(LinkageSession& session) { cancelled_ = &session; }
-  void on_result(const std::shared_ptr<const LinkageResult>& result) override {
-    if (!result->converged)
-      if (LinkageSession* const session = cancelled_.exchange(nullptr)) session->cancel();
-    const std::lock_guard lock(mutex_);
-    gap_ = gap_ || result->sequence != results_.size() + 1;
-    results_.push_back(result);
-    changed_.notify_all();
-  }
-
-  std::shared_ptr<const LinkageResult> wait_final(Revision revision) {
-    std::unique_lock lock(mutex_);
-    std::shared_ptr<const LinkageResult> found;
-    changed_.wait_for(lock, std::chrono::seconds(60), [&] {
-      for (const auto& result : results_)
-        if (result->converged && result->revision >= revision) found = result;
-      return found != nullptr;
-    });
-    return found;
-  }
-  bool wait_state(State state) {
-    std::unique_lock lock(mutex_);
-    return changed_.wait_for(lock, std::chrono::seconds(60),
-                             [&] { return !states_.empty() && states_.back() == state; });
-  }
-  [[nodiscard]] std::size_t count() const {
-    const std::lock_guard lock(mutex_);
-    return results_.size();
-  }
-  [[nodiscard]] bool has_gap() const { return gap_; }
-  [[nodiscard]] std::string message() const { return message_; }
-
- private:
-  mutable std::mutex mutex_;
-  std::condition_variable changed_;
-  std::vector<std::shared_ptr<const LinkageResult>> results_;
-  std::vector<State> states_;
-  std::string message_;
-  bool gap_ = false;
-  std::atomic<LinkageSession*> cancelled_ = nullptr;
-};
-
-struct Live {
-  explicit Live(scene::Linkage linkage)
-      : session("live", std::move(linkage), {}, pool.executor(), recorder) {}
-  std::shared_ptr<LinkageRecorder> recorder = std::make_shared<LinkageRecorder>();
-  test::Pool pool{1};
-  LinkageSession session;
-
-  std::shared_ptr<const LinkageResult> edit(const std::vector<LinkageEdit>& edits) {
-    return recorder->wait_final(session.edit(edits).revision);
-  }
-};
-
-scene::Linkage hyperboloid() {
-  scene::Linkage linkage = scene::make_linkage_sample("hyperboloid");
-  linkage.edges_per_segment = 5;
-  linkage.conditions = {};  // free
-  return linkage;
-}
-
-/// Where a joint is: the middle of the edge that its segment begins with.
-Eigen::Vector3d joint_at(const LinkageSession& session, const LinkageResult& result, int joint) {
-  const auto geometry = session.geometry();
-  const Eigen::VectorXf shape = result.frames->rightCols<1>();
-  Eigen::Index at = 0;
-  for (std::size_t s = 0; s < geometry->edges.size(); ++s) {
-    const int edges = geometry->edges[s];
-    for (int end = 0; end < 2; ++end) {
-      if (geometry->joints_of_segment(end, static_cast<Eigen::Index>(s)) != joint) continue;
-      const Eigen::Index first = at + 3 * Eigen::Index{end == 0 ? 0 : edges - 1};
-      return (0.5F * (shape.segment<3>(first) + shape.segment<3>(first + 3))).cast<double>();
-    }
-    at += 6 * Eigen::Index{edges} + 3;
-  }
-  return Eigen::Vector3d::Constant(std::numeric_limits<double>::quiet_NaN());
-}
+using testing::hyperboloid;
+using testing::joint_at;
+using testing::kDegree;
+using testing::LiveSession;
 
 TEST(LinkageSession, OpensInEquilibriumAndDeploysStepByStep) {
-  Live live(hyperboloid());
+  LiveSession live(hyperboloid());
   const auto opened = live.recorder->wait_final(0);
   ASSERT_TRUE(opened);
   EXPECT_EQ(opened->report.status, EquilibriumStatus::kConverged) << opened->report.message;
@@ -156,7 +58,7 @@ double flatness(const LinkageSession& session, const LinkageResult& result) {
 
 TEST(LinkageSession, SamplesDeploy) {
   for (const std::string& name : scene::linkage_sample_names()) {
-    Live live(scene::make_linkage_sample(name));
+    LiveSession live(scene::make_linkage_sample(name));
     const auto opened = live.recorder->wait_final(0);
     ASSERT_TRUE(opened) << name;
     EXPECT_EQ(opened->report.status, EquilibriumStatus::kConverged)
@@ -191,7 +93,7 @@ Eigen::Vector3d middle(const LinkageSession& session, const Eigen::VectorXf& sha
 }
 
 TEST(LinkageSession, WhatFloatsStaysWhereItIsWhileItDeploys) {
-  Live live(hyperboloid());  // all joints are equally far from its middle
+  LiveSession live(hyperboloid());  // all joints are equally far from its middle
   const auto opened = live.recorder->wait_final(0);
   ASSERT_TRUE(opened);
   // Drawn about the axis z.
@@ -210,7 +112,7 @@ TEST(LinkageSession, WhatFloatsStaysWhereItIsWhileItDeploys) {
 }
 
 TEST(LinkageSession, AJointFollowsItsTargetWhileOthersArePinned) {
-  Live live(hyperboloid());
+  LiveSession live(hyperboloid());
   const auto opened = live.recorder->wait_final(0);
   ASSERT_TRUE(opened);
   constexpr int kBottom = 0, kTop = 83;
@@ -238,7 +140,7 @@ TEST(LinkageSession, AJointFollowsItsTargetWhileOthersArePinned) {
 }
 
 TEST(LinkageSession, DeploysByTorquesStepByStepAndBack) {
-  Live live(hyperboloid());
+  LiveSession live(hyperboloid());
   const auto opened = live.recorder->wait_final(0);
   ASSERT_TRUE(opened);
   const auto joints = static_cast<int>(live.session.geometry()->vertex_of_joint.size());
@@ -266,30 +168,11 @@ TEST(LinkageSession, DeploysByTorquesStepByStepAndBack) {
   EXPECT_NEAR(back->mean_angle, closed->mean_angle, 1e-4);
 }
 
-TEST(LinkageSession, WhatCannotBeReachedLeavesTheLastEquilibrium) {
-  Live live(hyperboloid());
-  const auto opened = live.recorder->wait_final(0);
-  ASSERT_TRUE(opened);
-  scene::JointLoad load;
-  load.joint = 3;
-  load.force = {0, 0, 1};  // nothing holds the linkage: it would fly away
-  const auto flying = live.edit({SetJointLoad{load}});
-  ASSERT_TRUE(flying);
-  EXPECT_TRUE(flying->solve_failed);
-  EXPECT_FALSE(flying->report.message.empty());
-  EXPECT_TRUE(flying->frames->allFinite());
-  EXPECT_LT((joint_at(live.session, *flying, 40) - joint_at(live.session, *opened, 40)).norm(),
-            1e-6);
-  const auto held = live.edit({PinJoint{0, Held::kMotion}});
-  ASSERT_TRUE(held);
-  EXPECT_EQ(held->report.status, EquilibriumStatus::kConverged) << held->report.message;
-}
-
 TEST(LinkageSession, UndoBringsTheShapeBackWhateverTheWayWas) {
   // A mechanism: where it goes and comes back to depends on the way.
   scene::Linkage grid = scene::make_linkage_sample("grid");
   grid.edges_per_segment = 4;
-  Live live(grid);
+  LiveSession live(grid);
   ASSERT_TRUE(live.recorder->wait_final(0));
   const auto open = live.edit({SetMeanAngle{60 * kDegree}});
   ASSERT_TRUE(open);
@@ -305,91 +188,8 @@ TEST(LinkageSession, UndoBringsTheShapeBackWhateverTheWayWas) {
   }
 }
 
-TEST(LinkageSession, AWayThatEndsShowsHowFarItWent) {
-  Live live(hyperboloid());
-  const auto opened = live.recorder->wait_final(0);
-  ASSERT_TRUE(opened);
-  const auto stopped = live.edit({SetMeanAngle{178 * kDegree}});
-  ASSERT_TRUE(stopped);
-  EXPECT_TRUE(stopped->solve_failed);
-  EXPECT_NE(stopped->report.message.find("of the way"), std::string::npos)
-      << stopped->report.message;
-  EXPECT_GT(stopped->path.size(), 5U);
-  EXPECT_EQ(stopped->frames->cols(), static_cast<Eigen::Index>(stopped->path.size()));
-  EXPECT_NEAR(stopped->mean_angle, stopped->path.back().mean_opening_angle, 1e-9);
-  EXPECT_GT(stopped->mean_angle, opened->mean_angle + 0.5);
-  EXPECT_LT(stopped->report.max_gradient_scaled, 1e-3);  // of the shape that is shown
-  const auto undone = live.edit({Undo{}});
-  ASSERT_TRUE(undone);
-  EXPECT_NEAR(undone->mean_angle, opened->mean_angle, 1e-9);
-}
-
-TEST(LinkageSession, NoJointTurnsOver) {
-  scene::Linkage dome = scene::make_linkage_sample("dome");
-  dome.conditions = {};
-  Live live(dome);
-  const auto opened = live.recorder->wait_final(0);
-  ASSERT_TRUE(opened);
-  // Opened between corners that stay where they are it has nowhere to go.
-  std::vector<LinkageEdit> edits;
-  for (const int corner : {0, 8, 72, 80}) edits.emplace_back(PinJoint{corner, Held::kMotion});
-  ASSERT_TRUE(live.edit(edits));
-  const auto wound = live.edit({SetMeanAngle{60 * kDegree}});
-  ASSERT_TRUE(wound);
-  const Eigen::Index joints =
-      static_cast<Eigen::Index>(live.session.geometry()->vertex_of_joint.size());
-  for (Eigen::Index k = 0; k < wound->frames->cols(); ++k)
-    EXPECT_LT(wound->frames->col(k).tail(joints).cwiseAbs().maxCoeff(), 225.1 * kDegree) << k;
-  EXPECT_TRUE(wound->solve_failed);
-  EXPECT_NE(wound->report.message.find("turn over"), std::string::npos) << wound->report.message;
-}
-
-TEST(LinkageSession, PinsFartherApartThanTheRodsBetweenThemAreRefused) {
-  Live live(hyperboloid());
-  ASSERT_TRUE(live.recorder->wait_final(0));
-  try {
-    live.session.edit({PinJoint{3, Held::kMotion, Eigen::Vector3d(0, 0, 0)},
-                       PinJoint{4, Held::kMotion, Eigen::Vector3d(0, 0, 500)}});
-    ADD_FAILURE();
-  } catch (const Error& error) {
-    EXPECT_EQ(error.code(), ErrorCode::kInvalidArgument);
-    EXPECT_EQ(error.field(), "edits[1].position");
-    EXPECT_NE(std::string(error.what()).find("joints 3 and 4"), std::string::npos) << error.what();
-  }
-  EXPECT_TRUE(live.session.conditions()->pins.empty());
-}
-
-TEST(LinkageSession, APinFartherThanRodsReachFromOneThatStaysIsSaid) {
-  Live live(hyperboloid());
-  ASSERT_TRUE(live.recorder->wait_final(0));
-  ASSERT_TRUE(live.edit({PinJoint{3, Held::kMotion}}));
-  const auto good = live.session.final_result();
-  const auto torn = live.edit({PinJoint{4, Held::kMotion, Eigen::Vector3d(0, 0, 500)}});
-  ASSERT_TRUE(torn);
-  EXPECT_TRUE(torn->solve_failed);
-  EXPECT_NE(torn->report.message.find("joints 3 and 4"), std::string::npos) << torn->report.message;
-  EXPECT_EQ(torn->frames->rightCols(1), good->frames->rightCols(1));
-  scene::Linkage drawn = hyperboloid();
-  drawn.conditions.pins = {{3, Held::kMotion}, {4, Held::kMotion, Eigen::Vector3d(0, 0, 500)}};
-  const LinkageCheck check = check_linkage(drawn);
-  ASSERT_EQ(check.issues.size(), 1u);
-  EXPECT_EQ(check.issues[0].field, "conditions.pins[1].position");
-}
-
-TEST(LinkageSession, ALinkageFarFromTheOriginIsRefused) {
-  scene::Linkage far = hyperboloid();
-  far.lines.vertices.row(0).array() += 1e6;
-  test::Pool pool{1};
-  try {
-    LinkageSession("far", far, {}, pool.executor(), nullptr);
-    ADD_FAILURE();
-  } catch (const Error& error) {
-    EXPECT_EQ(error.field(), "lines");
-  }
-}
-
 TEST(LinkageSession, ATargetAtTheEndOfASegmentIsOneAtItsJoint) {
-  Live live(hyperboloid());
+  LiveSession live(hyperboloid());
   const auto opened = live.recorder->wait_final(0);
   ASSERT_TRUE(opened);
   const auto geometry = live.session.geometry();
@@ -412,150 +212,15 @@ TEST(LinkageSession, ALoneRodHasNoAngles) {
   linkage.lines.vertices << 0, 1, 0, 0, 0, 0;
   linkage.lines.edges.resize(2, 1);
   linkage.lines.edges << 0, 1;
-  Live live(linkage);
+  LiveSession live(linkage);
   const auto opened = live.recorder->wait_final(0);
   ASSERT_TRUE(opened);
   EXPECT_TRUE(opened->frames->allFinite());
   EXPECT_EQ(opened->mean_angle, 0);
 }
 
-TEST(LinkageSession, APinFarAwayIsReachedInABoundedNumberOfSteps) {
-  Live live(hyperboloid());
-  const auto opened = live.recorder->wait_final(0);
-  ASSERT_TRUE(opened);
-  const Eigen::Vector3d far(50, 0, 0);
-  const auto there = live.edit({PinJoint{0, Held::kMotion, far}});
-  ASSERT_TRUE(there);
-  EXPECT_LE(static_cast<int>(there->path.size()), 400);
-  EXPECT_FALSE(there->solve_failed) << there->report.message;
-  EXPECT_LT((joint_at(live.session, *there, 0) - far).norm(), 1e-3);
-}
-
-TEST(LinkageSession, AnExecutorThatDropsOrRefusesTasksLosesNothing) {
-  const auto recorder = std::make_shared<LinkageRecorder>();
-  std::vector<std::function<void()>> kept;
-  bool drop = true, refuse = false;
-  const Executor executor = [&](std::function<void()> task) {
-    if (refuse) throw std::runtime_error("full");
-    if (!drop) kept.push_back(std::move(task));
-  };
-  LinkageSession session("dropped", hyperboloid(), {}, executor, recorder);
-  drop = false;
-  refuse = true;
-  EXPECT_EQ(session.edit({SetMeanAngle{0.3}}).revision, 1u);
-  EXPECT_NE(session.state_message().find("full"), std::string::npos);
-  refuse = false;
-  EXPECT_EQ(session.edit({SetMeanAngle{0.2}}).revision, 2u);
-  ASSERT_EQ(kept.size(), 1u);
-  kept[0]();
-  const auto final = recorder->wait_final(2);
-  ASSERT_TRUE(final);
-  EXPECT_NEAR(final->mean_angle, 0.2, 1e-6);
-  kept.clear();
-}
-
-TEST(LinkageSession, APinHoldsWhatTheEditsBeforeItLeadTo) {
-  const auto energy = [](bool patient) {
-    Live live(hyperboloid());
-    const std::vector<std::vector<LinkageEdit>> edits = {{SetMeanAngle{40 * kDegree}},
-                                                         {PinJoint{3, Held::kMotion}},
-                                                         {PinJoint{70, Held::kMotion}},
-                                                         {SetMeanAngle{50 * kDegree}}};
-    Revision last = 0;
-    for (const auto& edit : edits) {
-      last = live.session.edit(edit).revision;
-      if (patient && !live.recorder->wait_final(last)) return 0.0;
-    }
-    const auto final = live.recorder->wait_final(last);
-    return final ? final->report.energies.total() : 0;
-  };
-  const double waiting = energy(true);
-  EXPECT_GT(waiting, 0);
-  for (int i = 0; i < 3; ++i) EXPECT_NEAR(energy(false), waiting, 1e-6 * waiting);
-}
-
-TEST(LinkageSession, AStormOfEditsEndsInTheNewest) {
-  Live live(hyperboloid());
-  const auto opened = live.recorder->wait_final(0);
-  ASSERT_TRUE(opened);
-  scene::LinkageTarget target;
-  target.joint = 80;
-  target.position = joint_at(live.session, *opened, 80);
-  target.stiffness = 1e4;
-  live.session.edit({PinJoint{0, Held::kMotion}, AddTarget{target}});
-  Revision last = 0;
-  for (int i = 1; i <= 200; ++i) {
-    last = live.session.edit({MoveTarget{1, target.position + Eigen::Vector3d(0.0002 * i, 0, 0)}})
-               .revision;
-  }
-  const auto final = live.recorder->wait_final(last);
-  ASSERT_TRUE(final);
-  EXPECT_EQ(final->report.status, EquilibriumStatus::kConverged) << final->report.message;
-  EXPECT_EQ(live.session.linkage().conditions.targets.at(0).position.x(),
-            target.position.x() + 0.0002 * 200);
-  // Pins hold joints where they are: from the same equilibrium, one edit after the other.
-  Live slow(hyperboloid());
-  ASSERT_TRUE(slow.recorder->wait_final(0));
-  ASSERT_TRUE(slow.edit({PinJoint{0, Held::kMotion}, AddTarget{target}}));
-  const auto direct = slow.edit({MoveTarget{1, live.session.conditions()->targets[0].position}});
-  ASSERT_TRUE(direct);
-  EXPECT_NEAR(direct->report.potential(), final->report.potential(),
-              1e-6 * std::abs(direct->report.potential()));
-  EXPECT_FALSE(live.recorder->has_gap());
-}
-
-TEST(LinkageSession, CancellingKeepsTheLastEquilibrium) {
-  Live live(hyperboloid());
-  const auto opened = live.recorder->wait_final(0);
-  ASSERT_TRUE(opened);
-  live.recorder->cancel_on_the_way(live.session);
-  const Revision revision = live.session.edit({SetMeanAngle{opened->mean_angle + 1.0}}).revision;
-  const auto final = live.recorder->wait_final(revision);
-  ASSERT_TRUE(final);
-  EXPECT_FALSE(final->solve_failed);
-  ASSERT_EQ(final->report.status, EquilibriumStatus::kCancelled);
-  EXPECT_NEAR(final->mean_angle, opened->mean_angle, 1e-6);
-  // And goes on when it is asked again.
-  const auto undone = live.edit({Undo{}});
-  ASSERT_TRUE(undone);
-  EXPECT_EQ(undone->report.status, EquilibriumStatus::kConverged);
-}
-
-TEST(LinkageSession, ClosingEndsEverything) {
-  auto live = std::make_unique<Live>(hyperboloid());
-  ASSERT_TRUE(live->recorder->wait_final(0));
-  live->session.edit({SetMeanAngle{1.2}});
-  live->session.close();
-  EXPECT_TRUE(live->recorder->wait_state(State::kClosed));
-  EXPECT_THROW(live->session.edit({SetMeanAngle{1.0}}), Error);
-  EXPECT_TRUE(live->session.newest_result());
-}
-
-TEST(LinkageSession, BadLinkagesAreRefusedWithTheirField) {
-  const auto refuse = [](const char* field, const std::function<void(scene::Linkage&)>& spoil) {
-    scene::Linkage linkage = hyperboloid();
-    spoil(linkage);
-    test::Pool pool{1};
-    const auto recorder = std::make_shared<LinkageRecorder>();
-    try {
-      const LinkageSession session("bad", linkage, {}, pool.executor(), recorder);
-      // What only the build knows is told by the state.
-      EXPECT_TRUE(recorder->wait_state(State::kFailed)) << field;
-      EXPECT_NE(recorder->message().find(field), std::string::npos)
-          << field << ": " << recorder->message();
-    } catch (const Error& error) {
-      EXPECT_EQ(error.field(), field);
-    }
-  };
-  refuse("lines.edges[3]", [](auto& l) { l.lines.edges(1, 3) = 999; });
-  refuse("conditions.pins[0].joint", [](auto& l) { l.conditions.pins = {{99, Held::kMotion}}; });
-  refuse("section.width", [](auto& l) { l.section = rods::Rectangle{-1, 0.01}; });
-  refuse("youngs_modulus", [](auto& l) { l.youngs_modulus = 0; });
-  refuse("edges_per_segment", [](auto& l) { l.edges_per_segment = 2; });
-}
-
 TEST(LinkageSession, TheSurfaceIsTheSectionAroundTheRods) {
-  Live live(hyperboloid());
+  LiveSession live(hyperboloid());
   const auto opened = live.recorder->wait_final(0);
   ASSERT_TRUE(opened);
   const auto geometry = live.session.geometry();
