@@ -211,6 +211,9 @@ def test_bad_edits_name_their_field_and_change_nothing(linkage):
         "OUT_OF_RANGE", "edits[0].add_target.target.segment.segment")
     assert refusal(lambda: linkage.attach(3, position=(0, 0, 0), stiffness=0)) == (
         "INVALID_ARGUMENT", "edits[0].add_target.target.stiffness")
+    assert refusal(lambda: linkage.attach(3, position=(0, 0, 1e9))) == (
+        "OUT_OF_RANGE", "edits[0].add_target.target.position")
+    assert refusal(lambda: linkage.pin(3, position=(0, 0, 1e9))) == ("OUT_OF_RANGE", "edits[0].pin_joint.pin.position")
     assert refusal(lambda: linkage.move(7, (0, 0, 0))) == ("NOT_FOUND", "edits[0].move_target.id")
     pin = scenes.JointPin(joint=3, held=scenes.HELD_ANGLE)
     contradiction = [service.Edit(pin_joint=service.PinJoint(pin=pin)),

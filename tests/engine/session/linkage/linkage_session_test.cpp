@@ -376,6 +376,54 @@ TEST(LinkageSession, APinFartherThanRodsReachFromOneThatStaysIsSaid) {
   EXPECT_EQ(check.issues[0].field, "conditions.pins[1].position");
 }
 
+TEST(LinkageSession, TargetsAndPinsFartherThanAMillionLengthsAreRefused) {
+  scene::Linkage drawn = hyperboloid();
+  const Eigen::Vector3d size =
+      drawn.lines.vertices.rowwise().maxCoeff() - drawn.lines.vertices.rowwise().minCoeff();
+  const double extent = size.maxCoeff();
+  const Eigen::Vector3d near(0, 0, 0.99e6 * extent), far(0, 0, 1.01e6 * extent);
+  Live live(drawn);
+  ASSERT_TRUE(live.recorder->wait_final(0));
+  scene::LinkageTarget of_joint;
+  of_joint.joint = 5;
+  of_joint.stiffness = 1e-9;
+  of_joint.position = near;
+  const EditReceipt added = live.session.edit({AddTarget{of_joint}});
+  live.session.cancel();
+  const auto good = live.session.conditions();
+  of_joint.position = far;
+  scene::LinkageTarget of_segment = of_joint;
+  of_segment.joint = -1;
+  of_segment.segment = 7;
+  scene::LinkageTarget replaced = of_joint;
+  replaced.id = added.constraint_ids[0];
+  const std::vector<std::pair<LinkageEdit, const char*>> edits = {
+      {AddTarget{of_joint}, "the target of joint 5"},
+      {AddTarget{of_segment}, "the target of segment 7 (share 0.5)"},
+      {MoveTarget{replaced.id, far}, "the target of joint 5"},
+      {ReplaceTarget{replaced}, "the target of joint 5"},
+      {PinJoint{3, Held::kMotion, far}, "the pin of joint 3"}};
+  for (const auto& [edit, what] : edits) {
+    try {
+      live.session.edit({edit});
+      ADD_FAILURE() << what;
+    } catch (const Error& error) {
+      EXPECT_EQ(error.code(), ErrorCode::kOutOfRange);
+      EXPECT_EQ(error.field(), "edits[0].position");
+      const std::string text = error.what();
+      EXPECT_NE(text.find(what), std::string::npos) << text;
+      EXPECT_NE(text.find(" m is farther than 1e+06 lengths of the linkage"), std::string::npos)
+          << text;
+    }
+    EXPECT_EQ(live.session.conditions(), good) << what;
+  }
+  drawn.conditions.targets = {of_segment};
+  const LinkageCheck check = check_linkage(drawn);
+  ASSERT_EQ(check.issues.size(), 1u);
+  EXPECT_EQ(check.issues[0].field, "conditions.targets[0].position");
+  EXPECT_EQ(check.issues[0].code, ErrorCode::kOutOfRange);
+}
+
 TEST(LinkageSession, ALinkageFarFromTheOriginIsRefused) {
   scene::Linkage far = hyperboloid();
   far.lines.vertices.row(0).array() += 1e6;
