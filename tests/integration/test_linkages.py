@@ -428,6 +428,27 @@ def test_commands(cli, server, tmp_path):
     assert process.returncode == 1 and "scene.linkage.lines.file" in process.stderr
 
 
+def test_joints_are_loaded_by_a_command(cli, server, linkage):
+    def loads():
+        return [(load.joint, [load.force.x, load.force.y, load.force.z],
+                 [load.moment.x, load.moment.y, load.moment.z], load.torque) for load in linkage.conditions().loads]
+
+    run = [linkage.id, "--joint", 5]
+    assert cli("load", *run, "--force", 0, 0, -0.5, "--torque", 0.02).stdout.startswith("revision 1")
+    assert loads() == [(5, [0, 0, -0.5], [0, 0, 0], 0.02)]
+    assert cli("load", *run, "--moment", 0, 0.01, 0, "--torque", "-.01").returncode == 0
+    assert loads() == [(5, [0, 0, 0], [0, 0.01, 0], -0.01)]
+    assert cli("load", *run).returncode == 0 and loads() == []
+    beyond = cli("load", linkage.id, "--joint", 84, "--torque", 1)
+    assert beyond.returncode == 1 and "edits[0].set_joint_load.load.joint" in beyond.stderr
+    for wrong in (["--node", 3, "--torque", 1], [*run[1:], "--follows"], [*run[1:], "--node", 3], ["--torque", 1]):
+        assert cli("load", linkage.id, *wrong).returncode == 2
+    kind = cli("load", linkage.id, "--node", 3, "--force", 0, 0, 1)
+    assert kind.returncode == 1 and "rod linkages" in kind.stderr
+    explained = cli("load", "--help").stdout
+    assert "--joint" in explained and "N m, opens the joint" in explained
+
+
 def test_the_example_runs(limberd):
     done = subprocess.run([sys.executable, ROOT / "examples" / "push_hyperboloid.py"], capture_output=True, text=True,
                           timeout=50)
