@@ -5,6 +5,7 @@
 
 #include "server/codec/edit_fields.h"
 #include "server/codec/linkage_edit.h"
+#include "server/codec/scene.h"
 #include "server/log/log.h"
 #include "server/service/job_guard.h"
 #include "server/service/linkage_record.h"
@@ -77,7 +78,13 @@ proto::EditResponse Service::edit_linkage(LinkageRecord& record,
   std::optional<session::Revision> expected;
   if (request.has_expected_revision()) expected = request.expected_revision();
   try {
-    return encode_linkage_receipt(session->edit(edits, expected));
+    const session::EditReceipt receipt = session->edit(edits, expected);
+    proto::EditResponse response = encode_linkage_receipt(receipt);
+    for (scene::Issue issue : receipt.issues) {
+      issue.field = edit_field_in(request, issue.field);
+      *response.add_issues() = encode_issue(issue, "");
+    }
+    return response;
   } catch (const Error& error) {
     const std::string field = edit_field_in(request, error.field());
     if (error.code() == ErrorCode::kLimitExceeded) {

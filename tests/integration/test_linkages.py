@@ -225,6 +225,21 @@ def test_bad_edits_name_their_field_and_change_nothing(linkage):
     np.testing.assert_array_equal(linkage.shape().joints, shape.joints)
 
 
+def test_releases_of_what_is_not_held_are_said(linkage, cli):
+    calls = (lambda: linkage.release(3), lambda: linkage.set_angle(3, None), lambda: linkage.deploy(None),
+             lambda: linkage.load(3))
+    told = [call().issues for call in calls]
+    assert [len(issues) for issues in told] == [1, 1, 1, 1]
+    for issues, start in zip(told, ("pin_joint.pin.joint: nothing pins joint 3",
+                                    "set_joint_angle.joint: no angle of joint 3 is set",
+                                    "set_mean_angle.angle_degrees: the mean angle is not set",
+                                    "set_joint_load.load.joint: nothing loads joint 3")):
+        assert issues[0].startswith("warning: edits[0]." + start)
+    assert linkage.pin(3).issues == linkage.release(3).issues == ()
+    command = cli("pin", linkage.id, 3, "--held", "nothing")
+    assert command.returncode == 0 and "nothing pins joint 3" in command.stderr
+
+
 def test_what_has_no_equilibrium_keeps_the_last_good_shape(linkage):
     linkage.deploy(30)
     good = linkage.wait()
