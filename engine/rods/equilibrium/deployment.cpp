@@ -220,15 +220,19 @@ class Deployment {
   [[nodiscard]] bool tossed() {
     const int ends = report_.branchings + report_.limit_points + report_.jumps;
     if (ends < kMostEnds) return false;
-    ++report_.steps_failed;
-    report_.status = DeploymentStatus::kStopped;
     report_.end.status = EquilibriumStatus::kStalled;
     report_.end.message =
         fmt::format("its branch has ended {} times, so what is asked for is too much", ends);
-    report_.message =
-        fmt::format("stopped at {:.4f} of the way: {}{}", progress_, report_.end.message,
-                    detail::told_strain(equilibrium_, state_, path_.at(progress_)));
+    stop();
     return true;
+  }
+
+  void stop() {
+    ++report_.steps_failed;
+    report_.status = DeploymentStatus::kStopped;
+    report_.message =
+        fmt::format("stopped at {:.4f} of the way: {}", progress_, report_.end.message);
+    report_.resistance = detail::greatest_resistance(equilibrium_, state_, path_.at(progress_));
   }
 
   /// One step, shorter if need be. @returns whether there is a next one
@@ -266,11 +270,7 @@ class Deployment {
                                           trial.state.joints()[*over].opening_angle * kDegrees);
       }
       if (!report_.end.converged()) {
-        ++report_.steps_failed;
-        report_.status = DeploymentStatus::kStopped;
-        report_.message =
-            fmt::format("stopped at {:.4f} of the way: {}{}", progress_, report_.end.message,
-                        detail::told_strain(equilibrium_, state_, path_.at(progress_)));
+        stop();
         return false;
       }
       accept(std::move(trial), jumped, last);

@@ -48,6 +48,13 @@ struct DeploymentStep {
 
 enum class DeploymentStatus { kReached, kStopped, kCancelled };
 
+/// Which of the joints that conditions hold resist most, with the loads that would take the place
+/// of what holds them.
+struct Resistance {
+  std::optional<JointLoad> pin;    // the greatest force
+  std::optional<JointLoad> angle;  // the greatest opening torque, of angles that are set
+};
+
 struct DeploymentReport {
   DeploymentStatus status = DeploymentStatus::kReached;
   int steps = 0;
@@ -62,6 +69,7 @@ struct DeploymentReport {
   EquilibriumReport reached;  // of the state, if there was a step
   Conditions held;  // those the state is in equilibrium under; `from` if there was no step
   std::string message;
+  Resistance resistance;  // of the state, where the way stopped
 };
 
 /// The first joint that has turned over on the way from one shape to another: its opening angle is

@@ -285,6 +285,11 @@ TEST(Deployment, WhereItStopsTheShapeIsTheLastEquilibrium) {
   EXPECT_EQ(report.steps_failed, 1);
   ASSERT_EQ(report.held.pins.size(), report.steps == 0 ? 1U : 2U);
   EXPECT_EQ(equilibrium.solve(state, report.held, {.tolerance = 1e-3}).iterations, 0);
+  if (report.held.pins.size() > 1) {
+    ASSERT_TRUE(report.resistance.pin);
+    EXPECT_GT(report.resistance.pin->force.norm(), 0);
+  }
+  EXPECT_FALSE(report.resistance.angle);  // none is set
 }
 
 TEST(Deployment, ASmallPushDoesNotJump) {

@@ -183,6 +183,30 @@ TEST(LinkageDocument, ARefusedRequestLeavesEverythingAsItWas) {
   EXPECT_THROW(document.apply({SetMeanAngle{0.5}}, 0), Error);
 }
 
+TEST(LinkageDocument, RefusalsNameTheJointAndSpeakInDegreesAndNewtons) {
+  LinkageDocument document({}, 4, 5);
+  const auto message = [&](const std::vector<LinkageEdit>& edits) -> std::string {
+    try {
+      document.apply(edits, {});
+    } catch (const Error& error) {
+      return error.what();
+    }
+    return "";
+  };
+  EXPECT_EQ(message({SetJointAngle{2, 4}}),
+            "an angle of joint 2 of 229.183 degrees cannot be reached, must be in (-180, 180)");
+  EXPECT_EQ(message({SetMeanAngle{-4}}),
+            "a mean angle of -229.183 degrees cannot be reached, must be in (-180, 180)");
+  const std::string rest = message({SetMeanAngle{3}, SetJointAngle{0, -3}});
+  EXPECT_NE(rest.find("is 286.5 degrees, and must be in (-180, 180)"), std::string::npos) << rest;
+  EXPECT_EQ(message({SetJointLoad{{3, {0, 1e200, 0}, {0, 0, 0}, 0}}}),
+            "the force of joint 3 is 1e+200 N: no more than 1e+90 N can be reckoned with");
+  EXPECT_EQ(message({SetJointLoad{{3, {0, 0, 0}, {0, 0, -1e91}, 0}}}),
+            "the moment of joint 3 is 1e+91 N m: no more than 1e+90 N m can be reckoned with");
+  EXPECT_EQ(message({SetJointLoad{{1, {0, 0, 0}, {0, 0, 0}, -1e300}}}),
+            "the torque of joint 1 is 1e+300 N m: no more than 1e+90 N m can be reckoned with");
+}
+
 TEST(LinkageDocument, OpensWithConditionsThatAreNumbered) {
   scene::LinkageConditions conditions;
   conditions.targets = {at_joint(0, 1), at_joint(1, 1)};
