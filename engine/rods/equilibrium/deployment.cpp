@@ -35,8 +35,6 @@ constexpr int kNearBranch = 12;
 constexpr int kFarBranch = 100;
 // Where a branch is lost is told to this part of a step.
 constexpr double kLostSteps = 4;
-// Ends of branches after which a way is given up.
-constexpr int kMostEnds = 20;
 // Steps whose places and velocities tell where the next one goes, and how far beside a place its
 // velocity is taken, of a step.
 constexpr std::size_t kPlaces = 2;
@@ -219,10 +217,10 @@ class Deployment {
   /// What is too much for a linkage tosses it from branch to branch.
   [[nodiscard]] bool tossed() {
     const int ends = report_.branchings + report_.limit_points + report_.jumps;
-    if (ends < kMostEnds) return false;
+    if (ends < options_.most_ends) return false;
     report_.end.status = EquilibriumStatus::kStalled;
-    report_.end.message =
-        fmt::format("its branch has ended {} times, so what is asked for is too much", ends);
+    report_.end.message = fmt::format("its branch has ended {}, so what is asked for is too much",
+                                      ends == 1 ? "once" : fmt::format("{} times", ends));
     stop();
     return true;
   }
@@ -381,6 +379,10 @@ void DeploymentOptions::validate() const {
   if (patience <= 0) {
     throw Error(ErrorCode::kInvalidArgument, "patience",
                 fmt::format("patience must be > 0, got {}", patience));
+  }
+  if (most_ends <= 0) {
+    throw Error(ErrorCode::kInvalidArgument, "most_ends",
+                fmt::format("most_ends must be > 0, got {}", most_ends));
   }
   last.validate();
 }

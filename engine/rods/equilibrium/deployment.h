@@ -22,6 +22,9 @@ struct DeploymentOptions {
   /// Newton steps that a step may take before a shorter one is tried, > 0.
   int patience = 30;
   EquilibriumOptions last;  // for the end of the way, and for steps that cannot be shortened
+  /// Branches that may end, lose their stability or be lost before the way is given up, > 0: what
+  /// is too much for a linkage tosses it from branch to branch.
+  int most_ends = 20;
 
   /// @throws Error{kInvalidArgument} naming the member
   void validate() const;
