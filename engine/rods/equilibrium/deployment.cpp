@@ -116,7 +116,8 @@ class Deployment {
 
   template <class OnStep>
   detail::DampedDescent::End go_down(detail::DampedDescent& descent, LinkageState& state,
-                                     const JobContext& context, const OnStep& on_step) {
+                                     const JobContext& context, const OnStep& on_step,
+                                     const detail::DampedDescent::Allows& allows = {}) {
     EquilibriumOptions options = options_.last;
     options.tolerance = std::max(options.tolerance, kDescentTolerance * options_.step_tolerance);
     return descent.run(
@@ -125,7 +126,7 @@ class Deployment {
           count(step.report);
           on_step(step);
         },
-        [&](const EquilibriumReport& report) { count(report); });
+        [&](const EquilibriumReport& report) { count(report); }, allows);
   }
 
   void cancel() {
@@ -176,9 +177,12 @@ class Deployment {
     Trial trial{state_, lost.report, Eigen::VectorXd::Zero(model_.variables().size()), 0, false};
     const Conditions conditions = path_.at(progress_ + length);
     detail::DampedDescent descent(equilibrium_, conditions);
-    const auto end = go_down(descent, trial.state, context, [&](const auto& step) {
-      trial.report.iterations += step.report.iterations;
-    });
+    // What winds a joint up goes on and on: it has no equilibrium that counts.
+    const auto end = go_down(
+        descent, trial.state, context,
+        [&](const auto& step) { trial.report.iterations += step.report.iterations; },
+        [&](const LinkageState& state) { return !overturned(start_, state); });
+    if (end == detail::DampedDescent::End::kForbidden) return trial;
     trial.increment = descent.increment();
     trial.report.status = EquilibriumStatus::kCancelled;
     if (end == detail::DampedDescent::End::kCancelled) return trial;
@@ -262,7 +266,7 @@ class Deployment {
         over = overturned(start_, trial.state);
       }
       report_.end = trial.report;
-      if (over && trial.report.converged()) {
+      if (over) {
         report_.end.status = EquilibriumStatus::kStalled;
         report_.end.message = fmt::format("joint {} would turn over, to {:.0f} degrees", *over,
                                           trial.state.joints()[*over].opening_angle * kDegrees);

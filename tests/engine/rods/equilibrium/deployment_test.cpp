@@ -351,6 +351,26 @@ TEST(Deployment, NoJointCreepsBeyondWhereRodsCross) {
     EXPECT_LT(std::abs(joint.opening_angle), 1.26 * std::numbers::pi);
 }
 
+TEST(Deployment, ATorqueThatWindsAJointUpIsGivenUpWhereRodsCross) {
+  const LinkageModel model = curved_model();
+  LinkageEquilibrium equilibrium(model);
+  LinkageState state(model);
+  Conditions conditions;
+  conditions.pins = {{0}, {model.variables().joints() - 1}};
+  ASSERT_TRUE(equilibrium.solve(state, conditions).converged());
+  for (const double torque : {1e3, 1e6}) {
+    Conditions wound = conditions;
+    wound.loads = {{6, Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero(), torque}};
+    LinkageState shape = state;
+    const DeploymentReport report = deploy(equilibrium, shape, conditions, wound);
+    EXPECT_EQ(report.status, DeploymentStatus::kStopped);
+    EXPECT_EQ(report.end.status, EquilibriumStatus::kStalled);
+    EXPECT_NE(report.message.find("joint 6 would turn over"), std::string::npos) << report.message;
+    EXPECT_LT(report.iterations, 1200);
+    EXPECT_LE(std::abs(shape.joints()[6].opening_angle), 225 * kDegree);
+  }
+}
+
 TEST(Deployment, StopsWhenAskedTo) {
   const LinkageModel model = curved_model();
   LinkageEquilibrium equilibrium(model);
