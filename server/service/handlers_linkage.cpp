@@ -3,6 +3,7 @@
 
 #include <boost/asio/post.hpp>
 
+#include "engine/session/linkage/linkage_remarks.h"
 #include "server/codec/edit_fields.h"
 #include "server/codec/linkage_edit.h"
 #include "server/codec/scene.h"
@@ -40,6 +41,7 @@ proto::OpenSessionResponse Service::open_linkage(const proto::OpenSessionRequest
   scene::Linkage linkage = decode_linkage(message, "scene.", line_loader());
   const session::LinkageCheck sizes = check_linkage(linkage, hub_.options.limits.session_bytes);
   with_linkage_fields(message, "scene.", [&] { session::demand_sound(sizes); });
+  const auto remarks = session::linkage_remarks(linkage);
   const std::string id = name->name();
   const JobId job = start_open_job(id);
   JobGuard guard(hub_.jobs, job);
@@ -68,6 +70,10 @@ proto::OpenSessionResponse Service::open_linkage(const proto::OpenSessionRequest
   proto::OpenSessionResponse response;
   response.set_session(id);
   response.set_job(job);
+  for (scene::Issue issue : remarks) {
+    issue.field = linkage_field_in(message, issue.field);
+    *response.add_issues() = encode_issue(issue, "scene.");
+  }
   return response;
 }
 

@@ -142,6 +142,25 @@ def test_a_scene_of_arrays_and_of_an_obj_file(server, tmp_path):
     np.testing.assert_array_equal(*angles)
 
 
+def test_lines_that_touch_without_a_joint_are_said(server, cli, tmp_path):
+    (tmp_path / "cross.obj").write_text("v -1 0 0\nv 1 0 0\nv 0 -1 0\nv 0 1 0\nl 1 2\nl 3 4\n")
+    scene = limber.linkage_scene(str(tmp_path / "cross.obj"), section=RECTANGLE)
+    told = ("edges 0 and 1 cross without a vertex (from 0), at (0, 0, 0) m: nothing joins them there")
+    assert [issue.split(": ", 2)[::2] for issue in server.validate(scene)] == [["warning", told]]
+    opened = server.open(scene, progress=False)
+    assert [issue.split(": ", 2)[::2] for issue in opened.issues] == [["warning", told]]
+    opened.close()
+    file = tmp_path / "cross.json"
+    file.write_text('{"linkage": {"lines": {"path": "cross.obj"}, "section": {"ellipse": {"width": 0.1, "height": 0.1}}}}')
+    process = cli("open", file, "--session", "cross")
+    assert process.returncode == 0 and "warning: scene.linkage.lines.file: " + told in process.stderr
+    process = cli("validate", file)
+    assert process.returncode == 0 and "warning: linkage.lines.path: " + told in process.stdout
+    server.session("cross").close()
+    vertices, edges = grid()
+    assert server.validate(limber.linkage_scene(vertices, edges, section=RECTANGLE)) == []
+
+
 def test_a_client_that_dies_in_the_middle_leaves_the_session_alive(server, linkage):
     script = ("import limber, os, sys\n"
               f"linkage = limber.connect({server.connection.endpoint!r}).session({linkage.id!r})\n"
