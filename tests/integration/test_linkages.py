@@ -245,6 +245,7 @@ def test_bad_edits_name_their_field_and_change_nothing(linkage):
 
 
 def test_releases_of_what_is_not_held_are_said(linkage, cli):
+    assert linkage.deploy(None).issues == ()  # the sample has a mean angle
     calls = (lambda: linkage.release(3), lambda: linkage.set_angle(3, None), lambda: linkage.deploy(None),
              lambda: linkage.load(3))
     told = [call().issues for call in calls]

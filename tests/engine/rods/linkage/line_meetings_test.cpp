@@ -123,7 +123,11 @@ TEST(LineMeetings, AreThoseOfLookingAtEveryPair) {
   const LineMeetings found = find_line_meetings(mesh_of(vertices, edges), 1000);
   ASSERT_GT(expected.size(), 10U);
   std::set<std::pair<int, int>> pairs;
-  for (const LineMeeting& meeting : found.listed) pairs.emplace(meeting.edges[0], meeting.edges[1]);
+  for (const LineMeeting& meeting : found.listed) {
+    // One ends a ten-thousandth short of another.
+    if (meeting.kind == LineMeeting::Kind::kEdges)
+      pairs.emplace(meeting.edges[0], meeting.edges[1]);
+  }
   EXPECT_EQ(pairs, expected);
 }
 
