@@ -1,4 +1,5 @@
-// support, bring, release, hold, load, push, gravity: edits of structures of beams.
+// support, bring, release, hold, load, push, gravity: edits of structures of beams; load and
+// gravity of rod linkages, too.
 
 #include <fmt/format.h>
 
@@ -148,29 +149,45 @@ void add_of_node(CLI::App& app, Context& context, const char* name, const char* 
 void add_load(CLI::App& app, Context& context) {
   struct Options {
     std::string session;
-    std::optional<unsigned> node, element;
+    std::optional<unsigned> node, element, joint;
     std::vector<double> force, moment;
+    double torque = 0;
     bool follows = false;
   };
   auto options = std::make_shared<Options>();
   auto* command =
       subcommand(app, "load",
-                 "Replace what loads a node or an element of a structure of beams; no force and no "
-                 "moment take it away",
+                 "Replace what loads a node or an element of a structure of beams, or a joint of a "
+                 "rod linkage; no force, moment or torque takes it away",
                  "limber load arch --node 20 --force 0 0 -50\n"
-                 "  limber load arch --element 3 --force 0 0 -10");
-  add_session(*command, options->session);
+                 "  limber load arch --element 3 --force 0 0 -10\n"
+                 "  limber load shelter --joint 5 --force 0 0 -20 --torque 0.5");
+  command
+      ->add_option("session", options->session, "Session of a structure of beams or a rod linkage")
+      ->required();
   auto* at = command->add_option_group("at", "What is loaded");
   at->add_option("--node", options->node, "A node, from 0");
   auto* element = at->add_option("--element", options->element, "An element, from 0");
+  auto* joint = at->add_option("--joint", options->joint, "A joint of a rod linkage, from 0");
   at->require_option(1);
   command->add_option("--force", options->force, "x y z in N; of an element in N/m")->expected(3);
   command->add_option("--moment", options->moment, "x y z in N m")->expected(3)->excludes(element);
-  command->add_flag("--follows", options->follows, "It turns with what it loads");
+  command->add_option("--torque", options->torque, "In N m, opens the joint; negative: closes it")
+      ->needs(joint);
+  command
+      ->add_flag("--follows", options->follows,
+                 "It turns with what it loads; those of joints keep their directions")
+      ->excludes(joint);
   command->callback([&context, options] {
     v1::Edit edit;
     const auto force = options->force.empty() ? v1::Vector3{} : vector(options->force);
-    if (options->element) {
+    if (options->joint) {
+      auto& load = *edit.mutable_set_joint_load()->mutable_load();
+      load.set_joint(*options->joint);
+      *load.mutable_force() = force;
+      if (!options->moment.empty()) *load.mutable_moment() = vector(options->moment);
+      load.set_torque(options->torque);
+    } else if (options->element) {
       auto& load = *edit.mutable_set_beam_element_load()->mutable_load();
       load.set_element(*options->element);
       *load.mutable_force() = force;

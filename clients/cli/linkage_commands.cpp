@@ -1,4 +1,4 @@
-// deploy, pin, attach: edits of rod linkages.
+// deploy, pin, attach: edits of rod linkages. load and gravity are beam_edit_commands.cpp's.
 
 #include <fmt/format.h>
 

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <limits>
 #include <set>
 
 namespace limber::scene {
@@ -10,6 +11,14 @@ namespace {
 
 constexpr std::uint64_t kLargestId = std::uint64_t{1} << 62;  // leaves room for those given later
 constexpr double kPi = 3.14159265358979323846;
+constexpr double kDegrees = 180 / kPi;
+constexpr double kGreatestLoad = 1e90;  // [N], [N m]: squares of what solvers make of it overflow
+
+/// The greatest coordinate, whose square might overflow; infinite where one is not finite.
+double size_of(const Eigen::Vector3d& vector) {
+  return vector.allFinite() ? vector.cwiseAbs().maxCoeff()
+                            : std::numeric_limits<double>::infinity();
+}
 
 class ConditionsValidator {
  public:
@@ -36,9 +45,11 @@ class ConditionsValidator {
           ErrorCode::kOutOfRange);
     return false;
   }
-  void check_angle(const std::string& field, double angle) {
+  void check_angle(const std::string& field, const std::string& what, double angle) {
     if (std::isfinite(angle) && std::abs(angle) < kPi) return;
-    error(field, fmt::format("{:g} rad cannot be reached, must be in (-pi, pi)", angle),
+    error(field,
+          fmt::format("{} of {:g} degrees cannot be reached, must be in (-180, 180)", what,
+                      angle * kDegrees),
           ErrorCode::kOutOfRange);
   }
 
@@ -62,7 +73,8 @@ class ConditionsValidator {
     for (std::size_t i = 0; i < conditions_.angles.size(); ++i) {
       const JointAngle& wanted = conditions_.angles[i];
       const std::string field = fmt::format("angles[{}]", i);
-      check_angle(field + ".angle", wanted.angle);
+      check_angle(field + ".angle", fmt::format("an angle of joint {}", wanted.joint),
+                  wanted.angle);
       if (!check_joint(field + ".joint", wanted.joint)) continue;
       if (!seen.insert(wanted.joint).second)
         error(field + ".joint", fmt::format("joint {} has two angles", wanted.joint));
@@ -73,7 +85,7 @@ class ConditionsValidator {
       }
     }
     if (!conditions_.mean_angle) return;
-    check_angle("mean_angle", *conditions_.mean_angle);
+    check_angle("mean_angle", "a mean angle", *conditions_.mean_angle);
     seen.insert(held_angles_.begin(), held_angles_.end());
     if (joints_ > 0 && static_cast<int>(seen.size()) == joints_)
       return error("mean_angle", "the angles of all joints are given already");
@@ -84,8 +96,8 @@ class ConditionsValidator {
     if (std::abs(rest) < kPi) return;
     error("mean_angle",
           fmt::format("cannot be reached: what single angles leave to each other joint is {:.4g} "
-                      "rad, and must be in (-pi, pi)",
-                      rest));
+                      "degrees, and must be in (-180, 180)",
+                      rest * kDegrees));
   }
 
   void check_targets() {
@@ -125,10 +137,20 @@ class ConditionsValidator {
       const std::string field = fmt::format("loads[{}]", i);
       if (check_joint(field + ".joint", load.joint) && !seen.insert(load.joint).second)
         error(field + ".joint", fmt::format("joint {} has two loads", load.joint));
-      if (!load.force.allFinite()) error(field + ".force", "must be finite");
-      if (!load.moment.allFinite()) error(field + ".moment", "must be finite");
-      if (!std::isfinite(load.torque)) error(field + ".torque", "must be finite");
+      check_load(field + ".force", load.joint, "force", size_of(load.force), "N");
+      check_load(field + ".moment", load.joint, "moment", size_of(load.moment), "N m");
+      check_load(field + ".torque", load.joint, "torque", std::abs(load.torque), "N m");
     }
+  }
+  void check_load(const std::string& field, int joint, const char* what, double size,
+                  const char* unit) {
+    if (!std::isfinite(size))
+      return error(field, fmt::format("the {} of joint {} must be finite", what, joint));
+    if (size <= kGreatestLoad) return;
+    error(field,
+          fmt::format("the {} of joint {} is {:g} {}: no more than {:g} {} can be reckoned with",
+                      what, joint, size, unit, kGreatestLoad, unit),
+          ErrorCode::kOutOfRange);
   }
 
   void check_sizes() {

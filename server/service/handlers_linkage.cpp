@@ -3,8 +3,10 @@
 
 #include <boost/asio/post.hpp>
 
+#include "engine/session/linkage/linkage_remarks.h"
 #include "server/codec/edit_fields.h"
 #include "server/codec/linkage_edit.h"
+#include "server/codec/scene.h"
 #include "server/log/log.h"
 #include "server/service/job_guard.h"
 #include "server/service/linkage_record.h"
@@ -39,6 +41,7 @@ proto::OpenSessionResponse Service::open_linkage(const proto::OpenSessionRequest
   scene::Linkage linkage = decode_linkage(message, "scene.", line_loader());
   const session::LinkageCheck sizes = check_linkage(linkage, hub_.options.limits.session_bytes);
   with_linkage_fields(message, "scene.", [&] { session::demand_sound(sizes); });
+  const auto remarks = session::linkage_remarks(linkage);
   const std::string id = name->name();
   const JobId job = start_open_job(id);
   JobGuard guard(hub_.jobs, job);
@@ -67,6 +70,10 @@ proto::OpenSessionResponse Service::open_linkage(const proto::OpenSessionRequest
   proto::OpenSessionResponse response;
   response.set_session(id);
   response.set_job(job);
+  for (scene::Issue issue : remarks) {
+    issue.field = linkage_field_in(message, issue.field);
+    *response.add_issues() = encode_issue(issue, "scene.");
+  }
   return response;
 }
 
@@ -77,7 +84,13 @@ proto::EditResponse Service::edit_linkage(LinkageRecord& record,
   std::optional<session::Revision> expected;
   if (request.has_expected_revision()) expected = request.expected_revision();
   try {
-    return encode_linkage_receipt(session->edit(edits, expected));
+    const session::EditReceipt receipt = session->edit(edits, expected);
+    proto::EditResponse response = encode_linkage_receipt(receipt);
+    for (scene::Issue issue : receipt.issues) {
+      issue.field = edit_field_in(request, issue.field);
+      *response.add_issues() = encode_issue(issue, "");
+    }
+    return response;
   } catch (const Error& error) {
     const std::string field = edit_field_in(request, error.field());
     if (error.code() == ErrorCode::kLimitExceeded) {

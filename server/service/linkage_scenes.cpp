@@ -5,7 +5,9 @@
 
 #include "engine/scene/formats/line_formats.h"
 #include "engine/scene/samples/linkage_samples.h"
+#include "engine/session/linkage/linkage_remarks.h"
 #include "server/codec/faults.h"
+#include "server/codec/scene.h"
 
 namespace limber::server {
 namespace {
@@ -52,6 +54,7 @@ std::vector<proto::Issue> linkage_issues(const proto::Scene& message, const std:
                                          const LineLoader& load_lines,
                                          std::uint64_t session_bytes) {
   Faults faults(Faults::Mode::kCollect);
+  std::vector<proto::Issue> issues;
   faults.try_to([&] {
     const scene::Linkage linkage = decode_linkage(message, prefix, load_lines);
     const auto check = check_linkage(linkage, session_bytes);
@@ -60,8 +63,12 @@ std::vector<proto::Issue> linkage_issues(const proto::Scene& message, const std:
       with_linkage_fields(message, prefix,
                           [&] { throw Error(issue.code, issue.field, issue.message); });
     });
+    if (!check.issues.empty()) return;
+    for (scene::Issue issue : session::linkage_remarks(linkage)) {
+      issue.field = linkage_field_in(message, issue.field);
+      issues.push_back(encode_issue(issue, prefix));
+    }
   });
-  std::vector<proto::Issue> issues;
   for (const auto& fault : faults.found()) {
     auto& issue = issues.emplace_back();
     issue.set_severity(proto::Issue::SEVERITY_ERROR);

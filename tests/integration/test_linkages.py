@@ -142,6 +142,25 @@ def test_a_scene_of_arrays_and_of_an_obj_file(server, tmp_path):
     np.testing.assert_array_equal(*angles)
 
 
+def test_lines_that_touch_without_a_joint_are_said(server, cli, tmp_path):
+    (tmp_path / "cross.obj").write_text("v -1 0 0\nv 1 0 0\nv 0 -1 0\nv 0 1 0\nl 1 2\nl 3 4\n")
+    scene = limber.linkage_scene(str(tmp_path / "cross.obj"), section=RECTANGLE)
+    told = ("edges 0 and 1 cross without a vertex (from 0), at (0, 0, 0) m: nothing joins them there")
+    assert [issue.split(": ", 2)[::2] for issue in server.validate(scene)] == [["warning", told]]
+    opened = server.open(scene, progress=False)
+    assert [issue.split(": ", 2)[::2] for issue in opened.issues] == [["warning", told]]
+    opened.close()
+    file = tmp_path / "cross.json"
+    file.write_text('{"linkage": {"lines": {"path": "cross.obj"}, "section": {"ellipse": {"width": 0.1, "height": 0.1}}}}')
+    process = cli("open", file, "--session", "cross")
+    assert process.returncode == 0 and "warning: scene.linkage.lines.file: " + told in process.stderr
+    process = cli("validate", file)
+    assert process.returncode == 0 and "warning: linkage.lines.path: " + told in process.stdout
+    server.session("cross").close()
+    vertices, edges = grid()
+    assert server.validate(limber.linkage_scene(vertices, edges, section=RECTANGLE)) == []
+
+
 def test_a_client_that_dies_in_the_middle_leaves_the_session_alive(server, linkage):
     script = ("import limber, os, sys\n"
               f"linkage = limber.connect({server.connection.endpoint!r}).session({linkage.id!r})\n"
@@ -211,6 +230,9 @@ def test_bad_edits_name_their_field_and_change_nothing(linkage):
         "OUT_OF_RANGE", "edits[0].add_target.target.segment.segment")
     assert refusal(lambda: linkage.attach(3, position=(0, 0, 0), stiffness=0)) == (
         "INVALID_ARGUMENT", "edits[0].add_target.target.stiffness")
+    assert refusal(lambda: linkage.attach(3, position=(0, 0, 1e9))) == (
+        "OUT_OF_RANGE", "edits[0].add_target.target.position")
+    assert refusal(lambda: linkage.pin(3, position=(0, 0, 1e9))) == ("OUT_OF_RANGE", "edits[0].pin_joint.pin.position")
     assert refusal(lambda: linkage.move(7, (0, 0, 0))) == ("NOT_FOUND", "edits[0].move_target.id")
     pin = scenes.JointPin(joint=3, held=scenes.HELD_ANGLE)
     contradiction = [service.Edit(pin_joint=service.PinJoint(pin=pin)),
@@ -220,6 +242,22 @@ def test_bad_edits_name_their_field_and_change_nothing(linkage):
         "INVALID_ARGUMENT", "edits[0].add")
     assert linkage.status().revision == 1 and linkage.status().result.sequence == good.sequence
     np.testing.assert_array_equal(linkage.shape().joints, shape.joints)
+
+
+def test_releases_of_what_is_not_held_are_said(linkage, cli):
+    assert linkage.deploy(None).issues == ()  # the sample has a mean angle
+    calls = (lambda: linkage.release(3), lambda: linkage.set_angle(3, None), lambda: linkage.deploy(None),
+             lambda: linkage.load(3))
+    told = [call().issues for call in calls]
+    assert [len(issues) for issues in told] == [1, 1, 1, 1]
+    for issues, start in zip(told, ("pin_joint.pin.joint: nothing pins joint 3",
+                                    "set_joint_angle.joint: no angle of joint 3 is set",
+                                    "set_mean_angle.angle_degrees: the mean angle is not set",
+                                    "set_joint_load.load.joint: nothing loads joint 3")):
+        assert issues[0].startswith("warning: edits[0]." + start)
+    assert linkage.pin(3).issues == linkage.release(3).issues == ()
+    command = cli("pin", linkage.id, 3, "--held", "nothing")
+    assert command.returncode == 0 and "nothing pins joint 3" in command.stderr
 
 
 def test_what_has_no_equilibrium_keeps_the_last_good_shape(linkage):
@@ -423,6 +461,27 @@ def test_commands(cli, server, tmp_path):
     assert process.returncode == 1 and "linkage.lines.path: " in process.stdout
     process = cli("open", scene)
     assert process.returncode == 1 and "scene.linkage.lines.file" in process.stderr
+
+
+def test_joints_are_loaded_by_a_command(cli, server, linkage):
+    def loads():
+        return [(load.joint, [load.force.x, load.force.y, load.force.z],
+                 [load.moment.x, load.moment.y, load.moment.z], load.torque) for load in linkage.conditions().loads]
+
+    run = [linkage.id, "--joint", 5]
+    assert cli("load", *run, "--force", 0, 0, -0.5, "--torque", 0.02).stdout.startswith("revision 1")
+    assert loads() == [(5, [0, 0, -0.5], [0, 0, 0], 0.02)]
+    assert cli("load", *run, "--moment", 0, 0.01, 0, "--torque", "-.01").returncode == 0
+    assert loads() == [(5, [0, 0, 0], [0, 0.01, 0], -0.01)]
+    assert cli("load", *run).returncode == 0 and loads() == []
+    beyond = cli("load", linkage.id, "--joint", 84, "--torque", 1)
+    assert beyond.returncode == 1 and "edits[0].set_joint_load.load.joint" in beyond.stderr
+    for wrong in (["--node", 3, "--torque", 1], [*run[1:], "--follows"], [*run[1:], "--node", 3], ["--torque", 1]):
+        assert cli("load", linkage.id, *wrong).returncode == 2
+    kind = cli("load", linkage.id, "--node", 3, "--force", 0, 0, 1)
+    assert kind.returncode == 1 and "rod linkages" in kind.stderr
+    explained = cli("load", "--help").stdout
+    assert "--joint" in explained and "N m, opens the joint" in explained
 
 
 def test_the_example_runs(limberd):

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <optional>
 #include <utility>
 
@@ -255,10 +256,10 @@ struct LinkageDesign::Impl {
         std::min(limits.largest_surprise,
                  std::max(limits.small_surprise, limits.surprise_share * to.turned));
     if (report.turned > surprise || report.escapes > 0) {
-      trial.message =
-          report.escapes > 0
-              ? "the shape that was foreseen is no longer stable"
-              : fmt::format("the equilibrium lies {:.2f} rad beside its prediction", report.turned);
+      trial.message = report.escapes > 0
+                          ? "the shape that was foreseen is no longer stable"
+                          : fmt::format("the equilibrium lies {:.1f} degrees beside its prediction",
+                                        report.turned * (180 / std::numbers::pi));
       return TrialStatus::kJumped;
     }
     factor = take_factor();

@@ -108,8 +108,8 @@ void demand_height_field(const SurfaceMesh& mesh, const Eigen::Vector3d& up, dou
   if (steep <= kShare * area) return;
   refuse("points",
          fmt::format("are no height field over their plane: {:.0f} % of the surface is steeper "
-                     "than {:g} rad",
-                     100 * steep / area, steepest));
+                     "than {:.0f} degrees",
+                     100 * steep / area, steepest * (180 / std::numbers::pi)));
 }
 
 }  // namespace

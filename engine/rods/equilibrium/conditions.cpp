@@ -29,9 +29,9 @@ void check_finite(const std::string& name, const Eigen::Vector3d& value) {
 void check_angle(const std::string& name, double value) {
   if (std::abs(value) < std::numbers::pi) return;
   throw Error(ErrorCode::kInvalidArgument, name,
-              fmt::format("{} = {} rad cannot be reached: opening angles are set between -pi and "
-                          "pi",
-                          name, value));
+              fmt::format("{} = {:g} degrees cannot be reached: opening angles are set between "
+                          "-180 and 180 degrees",
+                          name, value * (180 / std::numbers::pi)));
 }
 
 bool pins_angle(Hold hold) { return hold != Hold::kMotion; }

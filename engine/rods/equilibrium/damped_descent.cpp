@@ -91,7 +91,7 @@ double DampedDescent::farthest(const LinkageState& state) const {
 
 DampedDescent::End DampedDescent::run(LinkageState& state, const EquilibriumOptions& options,
                                       const JobContext& context, const OnStep& on_step,
-                                      const OnFailure& on_failure) {
+                                      const OnFailure& on_failure, const Allows& allows) {
   int tries = 0;
   double too_weak = 0;  // springs that let the shape fall from near here
   for (int steps = 0; steps < kMostSteps;) {
@@ -119,6 +119,7 @@ DampedDescent::End DampedDescent::run(LinkageState& state, const EquilibriumOpti
     state = std::move(next);
     increment_ += equilibrium_.last_increment();
     on_step(step, state);
+    if (allows && !allows(state)) return End::kForbidden;
     if (stiffness_ <= too_weak) too_weak = 0;
     // Nothing pushes it, be that a minimum or a saddle.
     if (moved < kNear && (too_weak == 0 ? stiffness_ <= least_ : step.report.iterations == 0))

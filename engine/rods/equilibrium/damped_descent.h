@@ -26,6 +26,8 @@ class DampedDescent {
   using OnStep = std::function<void(const Step& step, const LinkageState& state)>;
   /// Sees the reports of tries that were given up.
   using OnFailure = std::function<void(const EquilibriumReport&)>;
+  /// Whether a shape may be gone through.
+  using Allows = std::function<bool(const LinkageState&)>;
 
   /// @param conditions  to come into equilibrium under; positions and angles may be on the way
   /// @pre the equilibrium and its model outlive this
@@ -35,12 +37,13 @@ class DampedDescent {
   /// as stiff as segments are against bending.
   void take_over(const std::vector<JointLoad>& loads);
 
-  enum class End { kThere, kStuck, kCancelled };
+  enum class End { kThere, kStuck, kCancelled, kForbidden };
   /// @param state  becomes the last equilibrium in the medium: where this is there, nearly one
   /// without it
   /// @param options  of each step
+  /// @param allows  none: all; at the first that it does not, the end is kForbidden
   End run(LinkageState& state, const EquilibriumOptions& options, const JobContext& context,
-          const OnStep& on_step, const OnFailure& on_failure);
+          const OnStep& on_step, const OnFailure& on_failure, const Allows& allows = {});
 
   /// What the state is in equilibrium under.
   [[nodiscard]] const Conditions& held() const { return held_; }

@@ -35,8 +35,6 @@ constexpr int kNearBranch = 12;
 constexpr int kFarBranch = 100;
 // Where a branch is lost is told to this part of a step.
 constexpr double kLostSteps = 4;
-// Ends of branches after which a way is given up.
-constexpr int kMostEnds = 20;
 // Steps whose places and velocities tell where the next one goes, and how far beside a place its
 // velocity is taken, of a step.
 constexpr std::size_t kPlaces = 2;
@@ -118,7 +116,8 @@ class Deployment {
 
   template <class OnStep>
   detail::DampedDescent::End go_down(detail::DampedDescent& descent, LinkageState& state,
-                                     const JobContext& context, const OnStep& on_step) {
+                                     const JobContext& context, const OnStep& on_step,
+                                     const detail::DampedDescent::Allows& allows = {}) {
     EquilibriumOptions options = options_.last;
     options.tolerance = std::max(options.tolerance, kDescentTolerance * options_.step_tolerance);
     return descent.run(
@@ -127,7 +126,7 @@ class Deployment {
           count(step.report);
           on_step(step);
         },
-        [&](const EquilibriumReport& report) { count(report); });
+        [&](const EquilibriumReport& report) { count(report); }, allows);
   }
 
   void cancel() {
@@ -178,9 +177,12 @@ class Deployment {
     Trial trial{state_, lost.report, Eigen::VectorXd::Zero(model_.variables().size()), 0, false};
     const Conditions conditions = path_.at(progress_ + length);
     detail::DampedDescent descent(equilibrium_, conditions);
-    const auto end = go_down(descent, trial.state, context, [&](const auto& step) {
-      trial.report.iterations += step.report.iterations;
-    });
+    // What winds a joint up goes on and on: it has no equilibrium that counts.
+    const auto end = go_down(
+        descent, trial.state, context,
+        [&](const auto& step) { trial.report.iterations += step.report.iterations; },
+        [&](const LinkageState& state) { return !overturned(start_, state); });
+    if (end == detail::DampedDescent::End::kForbidden) return trial;
     trial.increment = descent.increment();
     trial.report.status = EquilibriumStatus::kCancelled;
     if (end == detail::DampedDescent::End::kCancelled) return trial;
@@ -219,16 +221,20 @@ class Deployment {
   /// What is too much for a linkage tosses it from branch to branch.
   [[nodiscard]] bool tossed() {
     const int ends = report_.branchings + report_.limit_points + report_.jumps;
-    if (ends < kMostEnds) return false;
+    if (ends < options_.most_ends) return false;
+    report_.end.status = EquilibriumStatus::kStalled;
+    report_.end.message = fmt::format("its branch has ended {}, so what is asked for is too much",
+                                      ends == 1 ? "once" : fmt::format("{} times", ends));
+    stop();
+    return true;
+  }
+
+  void stop() {
     ++report_.steps_failed;
     report_.status = DeploymentStatus::kStopped;
-    report_.end.status = EquilibriumStatus::kStalled;
-    report_.end.message =
-        fmt::format("its branch has ended {} times, so what is asked for is too much", ends);
     report_.message =
-        fmt::format("stopped at {:.4f} of the way: {}{}", progress_, report_.end.message,
-                    detail::told_strain(equilibrium_, state_, path_.at(progress_)));
-    return true;
+        fmt::format("stopped at {:.4f} of the way: {}", progress_, report_.end.message);
+    report_.resistance = detail::greatest_resistance(equilibrium_, state_, path_.at(progress_));
   }
 
   /// One step, shorter if need be. @returns whether there is a next one
@@ -260,17 +266,13 @@ class Deployment {
         over = overturned(start_, trial.state);
       }
       report_.end = trial.report;
-      if (over && trial.report.converged()) {
+      if (over) {
         report_.end.status = EquilibriumStatus::kStalled;
         report_.end.message = fmt::format("joint {} would turn over, to {:.0f} degrees", *over,
                                           trial.state.joints()[*over].opening_angle * kDegrees);
       }
       if (!report_.end.converged()) {
-        ++report_.steps_failed;
-        report_.status = DeploymentStatus::kStopped;
-        report_.message =
-            fmt::format("stopped at {:.4f} of the way: {}{}", progress_, report_.end.message,
-                        detail::told_strain(equilibrium_, state_, path_.at(progress_)));
+        stop();
         return false;
       }
       accept(std::move(trial), jumped, last);
@@ -381,6 +383,10 @@ void DeploymentOptions::validate() const {
   if (patience <= 0) {
     throw Error(ErrorCode::kInvalidArgument, "patience",
                 fmt::format("patience must be > 0, got {}", patience));
+  }
+  if (most_ends <= 0) {
+    throw Error(ErrorCode::kInvalidArgument, "most_ends",
+                fmt::format("most_ends must be > 0, got {}", most_ends));
   }
   last.validate();
 }

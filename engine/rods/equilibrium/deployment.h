@@ -22,6 +22,9 @@ struct DeploymentOptions {
   /// Newton steps that a step may take before a shorter one is tried, > 0.
   int patience = 30;
   EquilibriumOptions last;  // for the end of the way, and for steps that cannot be shortened
+  /// Branches that may end, lose their stability or be lost before the way is given up, > 0: what
+  /// is too much for a linkage tosses it from branch to branch.
+  int most_ends = 20;
 
   /// @throws Error{kInvalidArgument} naming the member
   void validate() const;
@@ -48,6 +51,13 @@ struct DeploymentStep {
 
 enum class DeploymentStatus { kReached, kStopped, kCancelled };
 
+/// Which of the joints that conditions hold resist most, with the loads that would take the place
+/// of what holds them.
+struct Resistance {
+  std::optional<JointLoad> pin;    // the greatest force
+  std::optional<JointLoad> angle;  // the greatest opening torque, of angles that are set
+};
+
 struct DeploymentReport {
   DeploymentStatus status = DeploymentStatus::kReached;
   int steps = 0;
@@ -62,6 +72,7 @@ struct DeploymentReport {
   EquilibriumReport reached;  // of the state, if there was a step
   Conditions held;  // those the state is in equilibrium under; `from` if there was no step
   std::string message;
+  Resistance resistance;  // of the state, where the way stopped
 };
 
 /// The first joint that has turned over on the way from one shape to another: its opening angle is

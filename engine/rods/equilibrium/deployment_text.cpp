@@ -28,29 +28,20 @@ const char* told(BranchEvent event) {
 
 }  // namespace
 
-std::string told_strain(LinkageEquilibrium& equilibrium, const LinkageState& state,
-                        const Conditions& held) {
-  const JointLoad* pulled = nullptr;
-  const JointLoad* turned = nullptr;
-  const std::vector<JointLoad> reactions = equilibrium.reactions(state, held);
-  for (const JointLoad& load : reactions) {
-    if (pulled == nullptr || load.force.norm() > pulled->force.norm()) pulled = &load;
+Resistance greatest_resistance(LinkageEquilibrium& equilibrium, const LinkageState& state,
+                               const Conditions& held) {
+  Resistance greatest;
+  for (const JointLoad& load : equilibrium.reactions(state, held)) {
+    if (!load.force.isZero(0) && (!greatest.pin || load.force.norm() > greatest.pin->force.norm()))
+      greatest.pin = load;
     const bool set = std::any_of(held.angles.begin(), held.angles.end(),
                                  [&](const AngleSetting& a) { return a.joint == load.joint; });
-    if (set &&
-        (turned == nullptr || std::abs(load.opening_torque) > std::abs(turned->opening_torque)))
-      turned = &load;
+    if (set && load.opening_torque != 0 &&
+        (!greatest.angle ||
+         std::abs(load.opening_torque) > std::abs(greatest.angle->opening_torque)))
+      greatest.angle = load;
   }
-  std::string text;
-  if (pulled != nullptr && !pulled->force.isZero(0)) {
-    text += fmt::format("; the pin that is pulled at most is joint {}'s, with a force of {:.3g}",
-                        pulled->joint, pulled->force.norm());
-  }
-  if (turned != nullptr && turned->opening_torque != 0) {
-    text += fmt::format("; the angle that resists most is joint {}'s, with a torque of {:.3g}",
-                        turned->joint, turned->opening_torque);
-  }
-  return text;
+  return greatest;
 }
 
 std::string told_events(const std::vector<DeploymentStep>& path) {

@@ -7,9 +7,8 @@
 
 namespace limber::rods::detail {
 
-/// Which of the joints that conditions hold resists most; begins with "; ", empty where none does.
-[[nodiscard]] std::string told_strain(LinkageEquilibrium& equilibrium, const LinkageState& state,
-                                      const Conditions& held);
+[[nodiscard]] Resistance greatest_resistance(LinkageEquilibrium& equilibrium,
+                                             const LinkageState& state, const Conditions& held);
 
 /// What happened to the branch and where; empty where nothing did.
 [[nodiscard]] std::string told_events(const std::vector<DeploymentStep>& path);

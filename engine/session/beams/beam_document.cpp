@@ -102,16 +102,27 @@ class BeamDocument::Request {
   void take(const SetNodeLoad& set) {
     demand_node(set.load.node);
     begin_step();
+    const bool loaded = find_of_node(conditions_.loads, set.load.node) != nullptr;
     erase_of_node(conditions_.loads, set.load.node);
-    if (!is_nothing(set.load)) conditions_.loads.push_back(set.load);
+    if (!is_nothing(set.load)) {
+      conditions_.loads.push_back(set.load);
+    } else if (!loaded) {
+      warn("node",
+           fmt::format("nothing loads node {}: there is nothing to take away", set.load.node));
+    }
   }
   void take(const SetElementLoad& set) {
     demand(set.load.element, document_.model_.elements.size(), "element");
     begin_step();
-    std::erase_if(conditions_.distributed_loads, [&](const beams::DistributedLoad& load) {
-      return load.element == set.load.element;
-    });
-    if (!set.load.force.isZero(0)) conditions_.distributed_loads.push_back(set.load);
+    const auto erased = std::erase_if(
+        conditions_.distributed_loads,
+        [&](const beams::DistributedLoad& load) { return load.element == set.load.element; });
+    if (!set.load.force.isZero(0)) {
+      conditions_.distributed_loads.push_back(set.load);
+    } else if (erased == 0) {
+      warn("element", fmt::format("nothing loads element {}: there is nothing to take away",
+                                  set.load.element));
+    }
   }
   void take(const PushNode& push) {
     demand_node(push.load.node);

@@ -41,6 +41,7 @@ class BeamDocument {
 
   /// @param places  asked by HoldNode
   /// @returns with warnings of gravity that nothing feels and of releases of what nothing holds
+  /// or loads
   /// @throws Error with field "edits[i]....": as beams::validate, kOutOfRange, kInvalidArgument,
   /// kFailedPrecondition (nothing to undo); Error{kFailedPrecondition, "expected_revision"};
   /// nothing has changed

@@ -27,14 +27,15 @@ std::vector<scene::Issue> check_range(const char* field, const Eigen::VectorXd& 
 
 }  // namespace
 
-ConditionRules::ConditionRules(rods::LinkageGraph graph, int edges_per_segment)
+ConditionRules::ConditionRules(rods::LinkageGraph graph, int edges_per_segment, double length_unit)
     : graph_(std::move(graph)),
       variables_(graph_, edges_per_segment),
       drawn_(rods::drawn_lengths(graph_)),
       lengths_(graph_, variables_, drawn_),
       edges_(graph_, variables_),
       drawn_edges_(edges_.listed(lengths_.apply(drawn_))),
-      reach_(graph_) {}
+      reach_(graph_),
+      places_(graph_, length_unit) {}
 
 std::vector<scene::Issue> ConditionRules::check(const scene::LinkageConditions& conditions) const {
   const Eigen::VectorXd& wanted = conditions.segment_lengths;
@@ -47,7 +48,8 @@ std::vector<scene::Issue> ConditionRules::check(const scene::LinkageConditions& 
                   fmt::format("{} lengths for {} edges", edges.size(), edges_.size()),
                   ErrorCode::kInvalidArgument);
   }
-  std::vector<scene::Issue> far = check_range("segment_lengths", wanted, drawn_);
+  std::vector<scene::Issue> far = places_.check(conditions);
+  if (far.empty()) far = check_range("segment_lengths", wanted, drawn_);
   if (far.empty()) far = check_range("edge_lengths", edges, drawn_edges_);
   if (far.empty()) {
     const Eigen::VectorXd& scales = conditions.section_scales;

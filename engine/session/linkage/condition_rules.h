@@ -8,19 +8,22 @@
 #include "engine/rods/linkage/rest_length_map.h"
 #include "engine/scene/linkage.h"
 #include "engine/session/linkage/pin_reach.h"
+#include "engine/session/linkage/place_reach.h"
 
 namespace limber::session {
 
-/// What conditions must obey that more is needed for than their numbers: how far pins are apart,
-/// and what rest lengths leave of segments between their joints, and how many edges there are.
+/// What conditions must obey that more is needed for than their numbers: how far away targets and
+/// pins are, how far pins are apart, what rest lengths leave of segments between their joints, and
+/// how many edges there are.
 class ConditionRules {
  public:
+  /// @param length_unit  of the graph [m], for messages
   /// @throws Error as rods::ReducedVariables
-  ConditionRules(rods::LinkageGraph graph, int edges_per_segment);
+  ConditionRules(rods::LinkageGraph graph, int edges_per_segment, double length_unit);
 
   /// @pre scene::validate has nothing to say
-  /// @returns issues with fields pins[i].position, segment_lengths[s], edge_lengths,
-  /// edge_lengths[e], section_scales[s]
+  /// @returns issues with fields targets[i].position, pins[i].position, segment_lengths[s],
+  /// edge_lengths, edge_lengths[e], section_scales[s]
   [[nodiscard]] std::vector<scene::Issue> check(const scene::LinkageConditions& conditions) const;
   /// The same of a linkage that is as drawn: pins without positions hold joints where they are
   /// drawn.
@@ -35,6 +38,7 @@ class ConditionRules {
   rods::EdgeNumbers edges_;
   Eigen::VectorXd drawn_edges_;
   PinReach reach_;
+  PlaceReach places_;
 };
 
 }  // namespace limber::session

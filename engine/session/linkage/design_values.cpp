@@ -97,8 +97,8 @@ void DesignRequest::validate(int joints, const DesignStart& start) const {
     demand(*flat_height > 0 && std::isfinite(*flat_height), "flat_height", "> 0 and finite",
            *flat_height);
   if (smallest_angle) {
-    demand(std::abs(*smallest_angle) < std::numbers::pi, "smallest_angle", "in (-pi, pi)",
-           *smallest_angle);
+    demand(std::abs(*smallest_angle) < std::numbers::pi, "smallest_angle", "in (-180, 180) degrees",
+           *smallest_angle * (180 / std::numbers::pi));
   }
   demand(max_iterations > 0, "max_iterations", "> 0", max_iterations);
   demand(thinnest > 0 && thinnest < 1, "thinnest",

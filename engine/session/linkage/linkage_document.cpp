@@ -28,9 +28,10 @@ std::vector<LinkageTarget>::iterator find_target(LinkageConditions& conditions, 
   return found;
 }
 
+/// @returns whether there was any
 template <class Item>
-void erase_of_joint(std::vector<Item>& items, int joint) {
-  std::erase_if(items, [&](const Item& item) { return item.joint == joint; });
+bool erase_of_joint(std::vector<Item>& items, int joint) {
+  return std::erase_if(items, [&](const Item& item) { return item.joint == joint; }) > 0;
 }
 
 std::size_t bytes_of(const LinkageConditions& conditions) {
@@ -67,8 +68,12 @@ class LinkageDocument::Request {
 
   /// @returns the target the edit touched, 0 if none
   std::uint64_t apply(const LinkageEdit& edit) {
-    return std::visit([this](const auto& what) { return take(what); }, edit);
+    const std::uint64_t id = std::visit([this](const auto& what) { return take(what); }, edit);
+    ++edits_;
+    return id;
   }
+
+  [[nodiscard]] std::vector<scene::Issue> take_warnings() { return std::move(warnings_); }
 
   State finish() {
     close_step();
@@ -78,17 +83,24 @@ class LinkageDocument::Request {
  private:
   std::uint64_t take(const PinJoint& pin) {
     demand_joint(pin.joint);
-    erase_of_joint(conditions_.pins, pin.joint);
+    if (!erase_of_joint(conditions_.pins, pin.joint) && !pin.held)
+      warn("joint", fmt::format("nothing pins joint {}: there is nothing to release", pin.joint));
     if (pin.held) conditions_.pins.push_back({pin.joint, *pin.held, pin.position});
     return changed();
   }
   std::uint64_t take(const SetJointAngle& wanted) {
     demand_joint(wanted.joint);
-    erase_of_joint(conditions_.angles, wanted.joint);
+    if (!erase_of_joint(conditions_.angles, wanted.joint) && !wanted.angle) {
+      warn("joint", fmt::format("no angle of joint {} is set: {}", wanted.joint,
+                                pins_angle(wanted.joint) ? "what holds it is the joint's pin"
+                                                         : "there is nothing to free"));
+    }
     if (wanted.angle) conditions_.angles.push_back({wanted.joint, *wanted.angle});
     return changed();
   }
   std::uint64_t take(const SetMeanAngle& wanted) {
+    if (!conditions_.mean_angle && !wanted.angle)
+      warn("mean_angle", "the mean angle is not set: there is nothing to free");
     conditions_.mean_angle = wanted.angle;
     return changed();
   }
@@ -117,8 +129,13 @@ class LinkageDocument::Request {
   }
   std::uint64_t take(const SetJointLoad& set) {
     demand_joint(set.load.joint);
-    erase_of_joint(conditions_.loads, set.load.joint);
-    if (!is_nothing(set.load)) conditions_.loads.push_back(set.load);
+    const bool loaded = erase_of_joint(conditions_.loads, set.load.joint);
+    if (!is_nothing(set.load)) {
+      conditions_.loads.push_back(set.load);
+    } else if (!loaded) {
+      warn("joint",
+           fmt::format("nothing loads joint {}: there is nothing to take away", set.load.joint));
+    }
     return changed();
   }
   std::uint64_t take(const SetGravity& set) {
@@ -152,6 +169,17 @@ class LinkageDocument::Request {
     return 0;
   }
 
+  [[nodiscard]] bool pins_angle(int joint) const {
+    return std::any_of(conditions_.pins.begin(), conditions_.pins.end(), [&](const auto& pin) {
+      return pin.joint == joint && pin.held != scene::Held::kMotion;
+    });
+  }
+
+  void warn(const char* field, std::string message) {
+    warnings_.push_back({scene::Issue::Severity::kWarning,
+                         fmt::format("edits[{}].{}", edits_, field), std::move(message)});
+  }
+
   void demand_joint(int joint) const {
     if (joint >= 0 && joint < document_.joints_) return;
     throw Error(ErrorCode::kOutOfRange, "joint",
@@ -178,6 +206,8 @@ class LinkageDocument::Request {
   State state_;
   LinkageConditions conditions_;
   bool is_open_ = false;  // edits since the last step
+  int edits_ = 0;         // taken
+  std::vector<scene::Issue> warnings_;
 };
 
 /// Targets without an id get one.
@@ -222,6 +252,7 @@ EditReceipt LinkageDocument::apply(const std::vector<LinkageEdit>& edits,
     for (std::size_t i = 0; i < count; ++i)
       receipt.constraint_ids.push_back(request.apply(edits[i]));
     done.emplace(request.finish());
+    receipt.issues = request.take_warnings();
   });
   LIMBER_DEMAND(done.has_value());
   state_ = std::move(*done);

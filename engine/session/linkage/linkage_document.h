@@ -39,6 +39,7 @@ class LinkageDocument {
   LinkageDocument(scene::LinkageConditions conditions, int joints, int segments,
                   LinkageLimits limits = {}, Check check = {});
 
+  /// @returns with warnings of releases of what nothing holds, sets or loads
   /// @throws Error with field "edits[i]....": kNotFound, kAlreadyExists, kOutOfRange,
   /// kInvalidArgument, kLimitExceeded, kFailedPrecondition (nothing to undo);
   /// Error{kFailedPrecondition, "expected_revision"}; nothing has changed

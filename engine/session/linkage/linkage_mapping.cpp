@@ -98,7 +98,7 @@ LinkageCheck check_linkage(const scene::Linkage& linkage) {
   check.segments = static_cast<int>(graph->segments.size());
   std::optional<ConditionRules> rules;
   try {
-    rules.emplace(*graph, linkage.edges_per_segment);
+    rules.emplace(*graph, linkage.edges_per_segment, linkage.length_unit_in_metres);
   } catch (const Error& error) {  // the scene has one number for all segments
     issues.push_back(
         {scene::Issue::Severity::kError, "edges_per_segment", error.what(), error.code()});

@@ -24,7 +24,8 @@ LinkageDocument LinkageSession::Impl::opened(const scene::Linkage& linkage, Link
   demand_sound(check);
   try {
     const auto rules = std::make_shared<const ConditionRules>(
-        rods::build_linkage_graph(linkage.lines), linkage.edges_per_segment);
+        rods::build_linkage_graph(linkage.lines), linkage.edges_per_segment,
+        linkage.length_unit_in_metres);
     return {
         linkage.conditions, check.joints, check.segments, limits,
         [rules](const scene::LinkageConditions& conditions) { return rules->check(conditions); }};

@@ -9,6 +9,7 @@
 #include "engine/rods/linkage/joint_positions.h"
 #include "engine/session/linkage/rest_shape.h"
 #include "engine/session/linkage/size_path.h"
+#include "engine/session/linkage/way_text.h"
 
 namespace limber::session {
 namespace {
@@ -176,7 +177,8 @@ void LiveLinkage::lead(const rods::Conditions& wanted, double step, const JobCon
   sum.iterations = iterations + report.iterations;
   sum.corrections = corrections + report.corrections;
   sum.factorizations = factorizations + report.factorizations;
-  if (!report.message.empty()) sum.message = report.message;
+  if (!report.message.empty())
+    sum.message = report.message + told_resistance(report.resistance, length_unit_);
   held_ = std::move(report.held);
   turned_ = 0;
   outcome.way_end = report.reached;
@@ -296,9 +298,11 @@ LiveLinkage::Outcome LiveLinkage::solve(const SharedConditions& conditions, cons
     good_held_ = held_ = wanted;
     good_report_ = outcome.report;
     good_sizes_ = sizes;
-    settled_under_ = conditions;
+    reached_under_ = settled_under_ = conditions;
     remember(conditions);
   } else if (outcome.report.status != EquilibriumStatus::kCancelled) {
+    outcome.report.message += told_request(
+        reached_under_ ? *reached_under_ : scene::LinkageConditions(), *conditions, length_unit_);
     settled_under_.reset();
     if (outcome.path.empty()) {
       restore();

@@ -118,9 +118,10 @@ class LiveLinkage {
   rods::LinkageState good_;
   RodSizes good_sizes_;
   SharedConditions settled_under_;
-  bool settled_ = false;        // is good_ an equilibrium
-  rods::Conditions held_;       // the last that state_ was in equilibrium under
-  rods::Conditions good_held_;  // those of good_
+  SharedConditions reached_under_;  // the last that an equilibrium was found under, for messages
+  bool settled_ = false;            // is good_ an equilibrium
+  rods::Conditions held_;           // the last that state_ was in equilibrium under
+  rods::Conditions good_held_;      // those of good_
   rods::EquilibriumReport good_report_;
   const rods::LinkageState* iterate_ = nullptr;  // within a solve
   std::deque<Known> known_;                      // the latest last

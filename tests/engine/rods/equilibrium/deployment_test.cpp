@@ -272,6 +272,39 @@ TEST(Deployment, WhereItStopsTheShapeIsTheLastEquilibrium) {
   EXPECT_EQ(report.steps_failed, 1);
   ASSERT_EQ(report.held.pins.size(), report.steps == 0 ? 1U : 2U);
   EXPECT_EQ(equilibrium.solve(state, report.held, {.tolerance = 1e-3}).iterations, 0);
+  if (report.held.pins.size() > 1) {
+    ASSERT_TRUE(report.resistance.pin);
+    EXPECT_GT(report.resistance.pin->force.norm(), 0);
+  }
+  EXPECT_FALSE(report.resistance.angle);  // none is set
+}
+
+TEST(Deployment, AWayThatLosesBranchAfterBranchIsGivenUp) {
+  const Roof roof;
+  LinkageEquilibrium equilibrium(roof.model);
+  LinkageState start(roof.model);
+  ASSERT_TRUE(equilibrium.solve(start, roof.held).converged());
+  Conditions pushed = roof.held;
+  pushed.loads = {{0, Eigen::Vector3d(-4, 4, -20), Eigen::Vector3d::Zero(), 0}};
+  DeploymentOptions options;
+  options.most_ends = 1;
+  LinkageState state = start;
+  const DeploymentReport report = deploy(equilibrium, state, roof.held, pushed, options);
+  EXPECT_EQ(report.status, DeploymentStatus::kStopped);
+  EXPECT_EQ(report.end.status, EquilibriumStatus::kStalled);
+  EXPECT_EQ(report.branchings + report.limit_points + report.jumps, 1) << report.message;
+  EXPECT_EQ(report.steps_failed, 1);
+  EXPECT_NE(report.message.find("its branch has ended once"), std::string::npos) << report.message;
+  ASSERT_FALSE(report.path.empty());
+  EXPECT_NE(report.path.back().event, BranchEvent::kNone);
+  EXPECT_LT(report.path.back().progress, 1);
+  // The shape is an equilibrium on the branch that it came to.
+  EXPECT_LT(state.joints()[0].position.z(), -5);
+  EXPECT_EQ(equilibrium.solve(state, report.held, {.tolerance = 1e-3}).iterations, 0);
+  options.most_ends = 2;
+  state = start;
+  EXPECT_EQ(deploy(equilibrium, state, roof.held, pushed, options).status,
+            DeploymentStatus::kReached);
 }
 
 TEST(Deployment, ASmallPushDoesNotJump) {
@@ -305,6 +338,26 @@ TEST(Deployment, NoJointCreepsBeyondWhereRodsCross) {
     EXPECT_LT(std::abs(joint.opening_angle), 1.26 * std::numbers::pi);
 }
 
+TEST(Deployment, ATorqueThatWindsAJointUpIsGivenUpWhereRodsCross) {
+  const LinkageModel model = curved_model();
+  LinkageEquilibrium equilibrium(model);
+  LinkageState state(model);
+  Conditions conditions;
+  conditions.pins = {{0}, {model.variables().joints() - 1}};
+  ASSERT_TRUE(equilibrium.solve(state, conditions).converged());
+  for (const double torque : {1e3, 1e6}) {
+    Conditions wound = conditions;
+    wound.loads = {{6, Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero(), torque}};
+    LinkageState shape = state;
+    const DeploymentReport report = deploy(equilibrium, shape, conditions, wound);
+    EXPECT_EQ(report.status, DeploymentStatus::kStopped);
+    EXPECT_EQ(report.end.status, EquilibriumStatus::kStalled);
+    EXPECT_NE(report.message.find("joint 6 would turn over"), std::string::npos) << report.message;
+    EXPECT_LT(report.iterations, 1200);
+    EXPECT_LE(std::abs(shape.joints()[6].opening_angle), 225 * kDegree);
+  }
+}
+
 TEST(Deployment, StopsWhenAskedTo) {
   const LinkageModel model = curved_model();
   LinkageEquilibrium equilibrium(model);
@@ -326,6 +379,7 @@ TEST(Deployment, RefusesBadOptions) {
            [](DeploymentOptions& o) { o.smallest_step = -1; },
            [](DeploymentOptions& o) { o.jump_turn = 0; },
            [](DeploymentOptions& o) { o.patience = 0; },
+           [](DeploymentOptions& o) { o.most_ends = 0; },
            [](DeploymentOptions& o) { o.last.tolerance = 0; }}) {
     DeploymentOptions options;
     spoil(options);

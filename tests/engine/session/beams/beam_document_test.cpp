@@ -156,7 +156,8 @@ TEST(BeamDocument, PushesAreOfOneRequest) {
 
 TEST(BeamDocument, WhatHasNoEffectWarns) {
   Edited edited;  // without a density
-  EditReceipt receipt = edited.apply({SetNodeLoad{test::force_on(2)}, SetGravity{{0, 0, -9.81}}});
+  EditReceipt receipt =
+      edited.apply({SetNodeLoad{test::force_on(2, 0, 0, -1)}, SetGravity{{0, 0, -9.81}}});
   ASSERT_EQ(receipt.issues.size(), 1U);
   EXPECT_EQ(receipt.issues[0].severity, scene::Issue::Severity::kWarning);
   EXPECT_EQ(receipt.issues[0].field, "edits[1].gravity");
@@ -165,6 +166,13 @@ TEST(BeamDocument, WhatHasNoEffectWarns) {
   ASSERT_EQ(receipt.issues.size(), 1U);
   EXPECT_EQ(receipt.issues[0].field, "edits[0].node");
   EXPECT_NE(receipt.issues[0].message.find("node 3"), std::string::npos);
+  receipt = edited.apply({SetNodeLoad{test::force_on(2)}, SetNodeLoad{test::force_on(2)},
+                          SetElementLoad{{1, {0, 0, 0}}}});
+  ASSERT_EQ(receipt.issues.size(), 2U);
+  EXPECT_EQ(receipt.issues[0].field, "edits[1].node");
+  EXPECT_EQ(receipt.issues[0].message, "nothing loads node 2: there is nothing to take away");
+  EXPECT_EQ(receipt.issues[1].field, "edits[2].element");
+  EXPECT_EQ(receipt.issues[1].message, "nothing loads element 1: there is nothing to take away");
   beams::BeamModel heavy = test::cantilever(6, 1);
   heavy.sections[0].mass_per_length = 1;
   EXPECT_TRUE(BeamDocument(heavy).apply({SetGravity{{0, 0, -9.81}}}, {}, Nowhere()).issues.empty());

@@ -76,6 +76,34 @@ TEST(LinkageDocument, PinsAnglesAndLoadsReplaceThemselves) {
   EXPECT_TRUE(document.conditions()->loads.empty());
 }
 
+TEST(LinkageDocument, ReleasesOfWhatIsNotHeldAreSaid) {
+  LinkageDocument document({}, 6, 7);
+  const SetJointLoad none{{3, {0, 0, 0}, {0, 0, 0}, 0}};
+  const auto idle = document.apply(
+      {SetGravity{{0, 0, -1}}, PinJoint{1, {}}, SetJointAngle{2, {}}, SetMeanAngle{}, none}, {});
+  EXPECT_EQ(idle.revision, 1u);
+  const std::pair<const char*, const char*> expected[] = {
+      {"edits[1].joint", "nothing pins joint 1"},
+      {"edits[2].joint", "no angle of joint 2 is set"},
+      {"edits[3].mean_angle", "the mean angle is not set"},
+      {"edits[4].joint", "nothing loads joint 3"}};
+  ASSERT_EQ(idle.issues.size(), 4u);
+  for (std::size_t i = 0; i < 4; ++i) {
+    EXPECT_EQ(idle.issues[i].severity, scene::Issue::Severity::kWarning);
+    EXPECT_EQ(idle.issues[i].field, expected[i].first);
+    EXPECT_EQ(idle.issues[i].message.rfind(expected[i].second, 0), 0u) << idle.issues[i].message;
+  }
+  const auto held =
+      document.apply({PinJoint{1, Held::kAngle}, SetJointAngle{2, 0.3}, SetMeanAngle{0.4},
+                      SetJointLoad{{3, {0, 0, 0}, {0, 0, 0}, 1}}, SetJointAngle{1, {}}},
+                     {});
+  ASSERT_EQ(held.issues.size(), 1u);
+  EXPECT_NE(held.issues[0].message.find("the joint's pin"), std::string::npos)
+      << held.issues[0].message;
+  EXPECT_TRUE(document.apply({PinJoint{1, {}}, SetJointAngle{2, {}}, SetMeanAngle{}, none}, {})
+                  .issues.empty());
+}
+
 TEST(LinkageDocument, UndoIsBounded) {
   LinkageDocument document({}, 6, 7, {3, 10});
   for (int i = 1; i <= 5; ++i) document.apply({SetMeanAngle{0.1 * i}}, {});
@@ -153,6 +181,30 @@ TEST(LinkageDocument, ARefusedRequestLeavesEverythingAsItWas) {
     EXPECT_EQ(document.undo_count(), 1u);
   }
   EXPECT_THROW(document.apply({SetMeanAngle{0.5}}, 0), Error);
+}
+
+TEST(LinkageDocument, RefusalsNameTheJointAndSpeakInDegreesAndNewtons) {
+  LinkageDocument document({}, 4, 5);
+  const auto message = [&](const std::vector<LinkageEdit>& edits) -> std::string {
+    try {
+      document.apply(edits, {});
+    } catch (const Error& error) {
+      return error.what();
+    }
+    return "";
+  };
+  EXPECT_EQ(message({SetJointAngle{2, 4}}),
+            "an angle of joint 2 of 229.183 degrees cannot be reached, must be in (-180, 180)");
+  EXPECT_EQ(message({SetMeanAngle{-4}}),
+            "a mean angle of -229.183 degrees cannot be reached, must be in (-180, 180)");
+  const std::string rest = message({SetMeanAngle{3}, SetJointAngle{0, -3}});
+  EXPECT_NE(rest.find("is 286.5 degrees, and must be in (-180, 180)"), std::string::npos) << rest;
+  EXPECT_EQ(message({SetJointLoad{{3, {0, 1e200, 0}, {0, 0, 0}, 0}}}),
+            "the force of joint 3 is 1e+200 N: no more than 1e+90 N can be reckoned with");
+  EXPECT_EQ(message({SetJointLoad{{3, {0, 0, 0}, {0, 0, -1e91}, 0}}}),
+            "the moment of joint 3 is 1e+91 N m: no more than 1e+90 N m can be reckoned with");
+  EXPECT_EQ(message({SetJointLoad{{1, {0, 0, 0}, {0, 0, 0}, -1e300}}}),
+            "the torque of joint 1 is 1e+300 N m: no more than 1e+90 N m can be reckoned with");
 }
 
 TEST(LinkageDocument, OpensWithConditionsThatAreNumbered) {

@@ -29,7 +29,8 @@ TEST(LinkageSession, WhatCannotBeReachedLeavesTheLastEquilibrium) {
   const auto flying = live.edit({SetJointLoad{load}});
   ASSERT_TRUE(flying);
   EXPECT_TRUE(flying->solve_failed);
-  EXPECT_FALSE(flying->report.message.empty());
+  EXPECT_NE(flying->report.message.find("asked for: a force of 1 N at joint 3"), std::string::npos)
+      << flying->report.message;
   EXPECT_TRUE(flying->frames->allFinite());
   EXPECT_LT((joint_at(live.session, *flying, 40) - joint_at(live.session, *opened, 40)).norm(),
             1e-6);
@@ -46,6 +47,9 @@ TEST(LinkageSession, AWayThatEndsShowsHowFarItWent) {
   ASSERT_TRUE(stopped);
   EXPECT_TRUE(stopped->solve_failed);
   EXPECT_NE(stopped->report.message.find("of the way"), std::string::npos)
+      << stopped->report.message;
+  EXPECT_NE(stopped->report.message.find("asked for: a mean angle of 178 degrees"),
+            std::string::npos)
       << stopped->report.message;
   EXPECT_GT(stopped->path.size(), 5U);
   EXPECT_EQ(stopped->frames->cols(), static_cast<Eigen::Index>(stopped->path.size()));
@@ -107,6 +111,54 @@ TEST(LinkageSession, APinFartherThanRodsReachFromOneThatStaysIsSaid) {
   const LinkageCheck check = check_linkage(drawn);
   ASSERT_EQ(check.issues.size(), 1u);
   EXPECT_EQ(check.issues[0].field, "conditions.pins[1].position");
+}
+
+TEST(LinkageSession, TargetsAndPinsFartherThanAMillionLengthsAreRefused) {
+  scene::Linkage drawn = hyperboloid();
+  const Eigen::Vector3d size =
+      drawn.lines.vertices.rowwise().maxCoeff() - drawn.lines.vertices.rowwise().minCoeff();
+  const double extent = size.maxCoeff();
+  const Eigen::Vector3d near(0, 0, 0.99e6 * extent), far(0, 0, 1.01e6 * extent);
+  LiveSession live(drawn);
+  ASSERT_TRUE(live.recorder->wait_final(0));
+  scene::LinkageTarget of_joint;
+  of_joint.joint = 5;
+  of_joint.stiffness = 1e-9;
+  of_joint.position = near;
+  const EditReceipt added = live.session.edit({AddTarget{of_joint}});
+  live.session.cancel();
+  const auto good = live.session.conditions();
+  of_joint.position = far;
+  scene::LinkageTarget of_segment = of_joint;
+  of_segment.joint = -1;
+  of_segment.segment = 7;
+  scene::LinkageTarget replaced = of_joint;
+  replaced.id = added.constraint_ids[0];
+  const std::vector<std::pair<LinkageEdit, const char*>> edits = {
+      {AddTarget{of_joint}, "the target of joint 5"},
+      {AddTarget{of_segment}, "the target of segment 7 (share 0.5)"},
+      {MoveTarget{replaced.id, far}, "the target of joint 5"},
+      {ReplaceTarget{replaced}, "the target of joint 5"},
+      {PinJoint{3, Held::kMotion, far}, "the pin of joint 3"}};
+  for (const auto& [edit, what] : edits) {
+    try {
+      live.session.edit({edit});
+      ADD_FAILURE() << what;
+    } catch (const Error& error) {
+      EXPECT_EQ(error.code(), ErrorCode::kOutOfRange);
+      EXPECT_EQ(error.field(), "edits[0].position");
+      const std::string text = error.what();
+      EXPECT_NE(text.find(what), std::string::npos) << text;
+      EXPECT_NE(text.find(" m is farther than 1e+06 lengths of the linkage"), std::string::npos)
+          << text;
+    }
+    EXPECT_EQ(live.session.conditions(), good) << what;
+  }
+  drawn.conditions.targets = {of_segment};
+  const LinkageCheck check = check_linkage(drawn);
+  ASSERT_EQ(check.issues.size(), 1u);
+  EXPECT_EQ(check.issues[0].field, "conditions.targets[0].position");
+  EXPECT_EQ(check.issues[0].code, ErrorCode::kOutOfRange);
 }
 
 TEST(LinkageSession, ALinkageFarFromTheOriginIsRefused) {

@@ -1,0 +1,162 @@
+// Lines that touch where nothing joins them.
+
+#include "engine/rods/linkage/line_meetings.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/LU>
+#include <cmath>
+#include <random>
+#include <set>
+
+#include "engine/scene/formats/line_formats.h"
+#include "engine/scene/samples/linkage_samples.h"
+#include "tests/engine/rods/linkage/linkage_files.h"
+
+namespace limber::rods {
+namespace {
+
+LineMesh mesh_of(const std::vector<Eigen::Vector3d>& vertices,
+                 const std::vector<Eigen::Vector2i>& edges) {
+  LineMesh mesh;
+  mesh.vertices.resize(3, static_cast<Eigen::Index>(vertices.size()));
+  mesh.edges.resize(2, static_cast<Eigen::Index>(edges.size()));
+  for (std::size_t v = 0; v < vertices.size(); ++v)
+    mesh.vertices.col(static_cast<Eigen::Index>(v)) = vertices[v];
+  for (std::size_t e = 0; e < edges.size(); ++e)
+    mesh.edges.col(static_cast<Eigen::Index>(e)) = edges[e];
+  return mesh;
+}
+
+TEST(LineMeetings, TwoLinesThatCross) {
+  const double scales[] = {1e-3, 1, 1e6};
+  for (const double scale : scales) {
+    const LineMesh mesh =
+        mesh_of({{-scale, 0, 0}, {scale, 0, 0}, {0, -scale, 0}, {0, scale, 0}}, {{0, 1}, {2, 3}});
+    const LineMeetings found = find_line_meetings(mesh);
+    ASSERT_EQ(found.count, 1);
+    EXPECT_EQ(found.listed[0].kind, LineMeeting::Kind::kEdges);
+    EXPECT_EQ(found.listed[0].edges, Eigen::Vector2i(0, 1));
+    EXPECT_LT(found.listed[0].place.norm(), 1e-9 * scale);
+  }
+}
+
+TEST(LineMeetings, PassingOverIsNoMeeting) {
+  const auto apart = [](double height) {
+    return find_line_meetings(
+               mesh_of({{-1, 0, 0}, {1, 0, 0}, {0, -1, height}, {0, 1, height}}, {{0, 1}, {2, 3}}))
+        .count;
+  };
+  EXPECT_EQ(apart(0.01), 0);
+  EXPECT_EQ(apart(1e-4), 1);  // what files round to
+}
+
+TEST(LineMeetings, AnEndOnALineAndTwoEndsAtOnePlace) {
+  const LineMeetings on = find_line_meetings(
+      mesh_of({{-1, 0, 0}, {1, 0, 0}, {0.25, 0, 0}, {0.25, 1, 0}}, {{0, 1}, {2, 3}}));
+  ASSERT_EQ(on.count, 1);
+  EXPECT_EQ(on.listed[0].kind, LineMeeting::Kind::kVertexEdge);
+  EXPECT_EQ(on.listed[0].vertices, Eigen::Vector2i(-1, 2));
+  // Two rods of two edges each through one place: of four pairs of edges one is told.
+  const LineMeetings twins = find_line_meetings(
+      mesh_of({{-1, 0, 0}, {0, 0, 0}, {1, 0, 0}, {0, -1, 0}, {0, 0, 0}, {0, 1, 0}},
+              {{0, 1}, {1, 2}, {3, 4}, {4, 5}}));
+  ASSERT_EQ(twins.count, 1);
+  EXPECT_EQ(twins.listed[0].kind, LineMeeting::Kind::kVertices);
+  EXPECT_EQ(twins.listed[0].vertices, Eigen::Vector2i(1, 4));
+}
+
+TEST(LineMeetings, ARodThatIsCutIsToldAndRodsThatLieSideBySideAreNot) {
+  const LineMeetings cut =
+      find_line_meetings(mesh_of({{-1, 0, 0}, {0, 0, 0}, {0, 0, 0}, {1, 0, 0}}, {{0, 1}, {2, 3}}));
+  ASSERT_EQ(cut.count, 1);
+  EXPECT_EQ(cut.listed[0].vertices, Eigen::Vector2i(1, 2));
+  EXPECT_EQ(
+      find_line_meetings(mesh_of({{0, 0, 0}, {2, 0, 0}, {1, 0, 0}, {3, 0, 0}}, {{0, 1}, {2, 3}}))
+          .count,
+      0);
+}
+
+TEST(LineMeetings, OpenAndClosedGridsHaveNone) {
+  for (const double angle : {0.0, 1e-3, 0.05, 0.5, 1.5})
+    EXPECT_EQ(find_line_meetings(testing::sheared_grid(9, 9, angle)).count, 0) << angle;
+}
+
+TEST(LineMeetings, AVertexThatIsTwoIsFoundInALargeGrid) {
+  LineMesh mesh = testing::sheared_grid(150, 150, 1.2);  // 44,700 edges
+  const auto middle = static_cast<Eigen::Index>(75 * 150 + 75);
+  Eigen::Matrix3Xd vertices(3, mesh.vertices.cols() + 1);
+  vertices << mesh.vertices, mesh.vertices.col(middle);
+  mesh.vertices = vertices;
+  for (Eigen::Index e = 0; e < mesh.edges.cols(); ++e) {
+    if (mesh.edges(0, e) != middle) continue;
+    mesh.edges(0, e) = mesh.vertex_count() - 1;
+    break;
+  }
+  const LineMeetings found = find_line_meetings(mesh);
+  ASSERT_EQ(found.count, 1);
+  EXPECT_EQ(found.listed[0].kind, LineMeeting::Kind::kVertices);
+  EXPECT_EQ(found.listed[0].vertices.minCoeff(), middle);
+}
+
+TEST(LineMeetings, AreThoseOfLookingAtEveryPair) {
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> in(-1, 1);
+  std::vector<Eigen::Vector3d> vertices;
+  std::vector<Eigen::Vector2i> edges;
+  for (int e = 0; e < 60; ++e) {
+    vertices.emplace_back(in(random), in(random), 0);
+    vertices.push_back(vertices.back() + Eigen::Vector3d(0.2 * in(random), 0.6 * in(random), 0));
+    edges.emplace_back(2 * e, 2 * e + 1);
+  }
+  std::set<std::pair<int, int>> expected;
+  for (int a = 0; a < 60; ++a) {
+    for (int b = a + 1; b < 60; ++b) {
+      Eigen::Matrix2d ways;
+      const auto at = [&](int v) { return vertices[static_cast<std::size_t>(v)].head<2>(); };
+      ways << at(2 * a + 1) - at(2 * a), at(2 * b) - at(2 * b + 1);
+      const Eigen::Vector2d shares = ways.inverse() * (at(2 * b) - at(2 * a));
+      const double sine = std::abs(ways.determinant()) / (ways.col(0).norm() * ways.col(1).norm());
+      if (sine > 0.1 && shares.minCoeff() > 0 && shares.maxCoeff() < 1) expected.emplace(a, b);
+    }
+  }
+  const LineMeetings found = find_line_meetings(mesh_of(vertices, edges), 1000);
+  ASSERT_GT(expected.size(), 10U);
+  std::set<std::pair<int, int>> pairs;
+  for (const LineMeeting& meeting : found.listed) {
+    // One ends a ten-thousandth short of another.
+    if (meeting.kind == LineMeeting::Kind::kEdges)
+      pairs.emplace(meeting.edges[0], meeting.edges[1]);
+  }
+  EXPECT_EQ(pairs, expected);
+}
+
+TEST(LineMeetings, FewAreListedAndAllCounted) {
+  std::vector<Eigen::Vector3d> vertices;
+  std::vector<Eigen::Vector2i> edges;
+  for (int i = 0; i < 5; ++i) {
+    for (const int k : {0, 1}) {
+      vertices.emplace_back(k == 0 ? -1 : i, k == 0 ? i : -1, 0);
+      vertices.emplace_back(k == 0 ? 6 : i, k == 0 ? i : 6, 0);
+      edges.emplace_back(4 * i + 2 * k, 4 * i + 2 * k + 1);
+    }
+  }
+  const LineMeetings found = find_line_meetings(mesh_of(vertices, edges), 4);
+  EXPECT_EQ(found.count, 25);
+  EXPECT_EQ(found.listed.size(), 4U);
+}
+
+TEST(LineMeetings, SamplesAndPublicModelsHaveNone) {
+  for (const std::string& name : scene::linkage_sample_names())
+    EXPECT_EQ(find_line_meetings(scene::make_linkage_sample(name).lines).count, 0) << name;
+  for (const char* name : {"AsymmOverhanging2BumpsArchitecturalScale", "burd_flat_opt_scaled",
+                           "darth_vader_pavilion", "etienne_hyperboloid_measured", "fish_linkage",
+                           "hourglass", "hyperboloid_closed", "single_linkage", "two_rods"}) {
+    if (!std::filesystem::exists(testing::linkage_file(name))) continue;
+    EXPECT_EQ(find_line_meetings(scene::read_line_mesh_file(testing::linkage_file(name))).count, 0)
+        << name;
+  }
+}
+
+}  // namespace
+}  // namespace limber::rods
