@@ -36,10 +36,10 @@ const std::vector<Several>& options_of(const std::string& command) {
                                                    {"--position", is_any, 3},
                                                    {"--displacement", is_any, 3}};
   static const std::vector<Several> kExport = {{"--format", is_format, kAll}};
-  static const std::vector<Several> kKeyframe = {{"--remove", is_node, kAll}};
+  static const std::vector<Several> kRemove = {{"--remove", is_node, kAll}};
   static const std::vector<Several> kNone;
   if (command == "add" || command == "replace") return kConstraint;
-  if (command == "keyframe") return kKeyframe;
+  if (command == "keyframe" || command == "attach") return kRemove;
   return command == "export" ? kExport : kNone;
 }
 

@@ -83,23 +83,35 @@ void add_attach(CLI::App& app, Context& context) {
     std::optional<std::uint64_t> move;
     double share = 0.5, stiffness = 1000;
     std::vector<double> position;
+    std::vector<std::uint64_t> remove;
   };
   auto options = std::make_shared<Options>();
-  auto* command =
-      subcommand(app, "attach", "Pull a point of a rod linkage to a point in space by a spring",
-                 "limber attach shelter --joint 5 --position 0 0 1.2 --stiffness 500\n"
-                 "  limber attach shelter --move 1 --position 0 0 1.3");
+  auto* command = subcommand(
+      app, "attach", "Pull a point of a rod linkage to a point in space by a spring, or let it go",
+      "limber attach shelter --joint 5 --position 0 0 1.2 --stiffness 500\n"
+      "  limber attach shelter --move 1 --position 0 0 1.3\n"
+      "  limber attach shelter --remove 1");
   add_session(*command, options->session);
+  auto* position = command->add_option("--position", options->position, "x y z")->expected(3);
   auto* at = command->add_option_group("at", "Which point");
-  at->add_option("--joint", options->joint, "A joint, from 0");
+  at->add_option("--joint", options->joint, "A joint, from 0")->needs(position);
   auto* segment = at->add_option("--segment", options->segment, "A point of a segment, from 0");
-  at->add_option("--move", options->move, "That of a target there is already");
+  segment->needs(position);
+  at->add_option("--move", options->move, "That of a target there is already")->needs(position);
+  auto* remove = at->add_option("--remove", options->remove, "Take these targets away");
+  remove->excludes(position);
   at->require_option(1);
   command->add_option("--share", options->share, "Of the segment's length (default: 0.5)")
       ->needs(segment);
-  command->add_option("--stiffness", options->stiffness, "Of the spring in N/m (default: 1000)");
-  command->add_option("--position", options->position, "x y z")->expected(3)->required();
+  command->add_option("--stiffness", options->stiffness, "Of the spring in N/m (default: 1000)")
+      ->excludes(remove);
   command->callback([&context, options] {
+    if (!options->remove.empty()) {
+      std::vector<v1::Edit> edits(options->remove.size());
+      for (std::size_t i = 0; i < edits.size(); ++i)
+        edits[i].mutable_remove_target()->set_id(options->remove[i]);
+      return print_receipt(context, send(context, options->session, edits));
+    }
     v1::Edit edit;
     if (options->move) {
       edit.mutable_move_target()->set_id(*options->move);

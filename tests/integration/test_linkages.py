@@ -450,6 +450,12 @@ def test_commands(cli, server, tmp_path):
     assert "error" not in done("validate", tmp_path / "files" / "motion.json")
     process = cli("export", "g", "--format", "pvd", "--out", tmp_path)
     assert process.returncode == 1 and "format" in process.stderr and "VTP" in process.stderr
+    assert done("attach", "g", "--remove", 1).startswith("revision 6")
+    assert "0 targets, revision 6" in done("show", "g")
+    process = cli("attach", "g", "--remove", 1)
+    assert process.returncode == 1 and "remove_target" in process.stderr, "it is gone already"
+    for astray in (("--joint", 3), ("--remove", 1, "--position", 0, 0, 1), ("--remove", 1, "--joint", 2)):
+        assert cli("attach", "g", *astray).returncode == 2
     process = cli("pin", "g", 9999)
     assert process.returncode == 1 and "edits[0].pin_joint.pin.joint" in process.stderr
     server.session("g").close()
