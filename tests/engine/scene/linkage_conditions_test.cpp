@@ -103,7 +103,7 @@ TEST(LinkageConditions, AMeanAngleThatWindsUpTheOtherJointsIsRefused) {
   const auto issues = validate(conditions, 3, 3);
   ASSERT_EQ(issues.size(), 1u);
   EXPECT_EQ(issues[0].field, "mean_angle");
-  EXPECT_NE(issues[0].message.find("3.3"), std::string::npos) << issues[0].message;
+  EXPECT_NE(issues[0].message.find("189.1 degrees"), std::string::npos) << issues[0].message;
 }
 
 }  // namespace
