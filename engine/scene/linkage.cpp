@@ -123,11 +123,23 @@ class ConditionsValidator {
       if (!(target.share >= 0 && target.share <= 1))
         error(field + ".share", fmt::format("must be in [0, 1], is {:g}", target.share));
       if (!target.position.allFinite()) error(field + ".position", "must be finite");
-      if (!(target.stiffness > 0) || !std::isfinite(target.stiffness)) {
-        error(field + ".stiffness",
-              fmt::format("must be > 0 and finite, is {:g}", target.stiffness));
-      }
+      check_stiffness(field + ".stiffness", target);
     }
+  }
+
+  void check_stiffness(const std::string& field, const LinkageTarget& target) {
+    if (target.stiffness > 0 && target.stiffness <= kGreatestLoad) return;
+    const std::string where = target.joint >= 0 ? fmt::format("joint {}", target.joint)
+                                                : fmt::format("segment {}", target.segment);
+    if (target.stiffness > 0 && std::isfinite(target.stiffness)) {
+      return error(field,
+                   fmt::format("the spring at {} has {:g} N/m: no more than {:g} N/m can be "
+                               "reckoned with",
+                               where, target.stiffness, kGreatestLoad),
+                   ErrorCode::kOutOfRange);
+    }
+    error(field, fmt::format("of the spring at {}: must be > 0 and finite, is {:g} N/m", where,
+                             target.stiffness));
   }
 
   void check_loads() {

@@ -78,9 +78,9 @@ scene::LinkageConditions decode_conditions(const proto::LinkageConditions& messa
   }
   for (int i = 0; i < message.angles_size(); ++i) {
     const std::string path = fmt::format("{}.angles[{}]", field, i);
+    const int joint = decode_index(message.angles(i).joint(), path + ".joint");
     conditions.angles.push_back(
-        {decode_index(message.angles(i).joint(), path + ".joint"),
-         decode_angle(message.angles(i).angle_degrees(), path + ".angle_degrees")});
+        {joint, decode_angle(message.angles(i).angle_degrees(), path + ".angle_degrees", joint)});
   }
   if (message.has_mean_angle_degrees()) {
     conditions.mean_angle =
@@ -182,10 +182,11 @@ proto::RodBending encode_bending(rods::BendingForm form) {
 
 double to_degrees(double radian) { return radian * (180 / kPi); }
 
-double decode_angle(double degrees, const std::string& field) {
+double decode_angle(double degrees, const std::string& field, std::optional<int> joint) {
   if (std::abs(degrees) < 180) return degrees * (kPi / 180);  // NaN is none
   throw Refusal(proto::ERROR_CODE_OUT_OF_RANGE, field,
-                fmt::format("{:g} degrees cannot be reached, must be in (-180, 180)", degrees));
+                fmt::format("{:g} degrees cannot be reached{}, must be in (-180, 180)", degrees,
+                            joint ? fmt::format(" by joint {}", *joint) : ""));
 }
 
 Eigen::Vector3d decode_vector(const proto::Vector3& message) {

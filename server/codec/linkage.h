@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <string>
 
 #include "engine/scene/linkage.h"
@@ -34,8 +35,10 @@ void demand_body(const proto::Scene& message, const std::string& prefix);
                                                  const std::string& field);
 [[nodiscard]] scene::JointLoad decode_load(const proto::JointLoad& message,
                                            const std::string& field);
-/// In radian. @throws Refusal OUT_OF_RANGE unless it is in (-180, 180)
-[[nodiscard]] double decode_angle(double degrees, const std::string& field);
+/// In radian. @param joint  whose angle it is, for the message; empty: a mean, or a bound
+/// @throws Refusal OUT_OF_RANGE unless it is in (-180, 180)
+[[nodiscard]] double decode_angle(double degrees, const std::string& field,
+                                  std::optional<int> joint = {});
 [[nodiscard]] double to_degrees(double radian);
 [[nodiscard]] Eigen::Vector3d decode_vector(const proto::Vector3& message);
 

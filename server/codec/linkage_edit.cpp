@@ -28,7 +28,7 @@ session::LinkageEdit decode_set_joint_angle(const proto::SetJointAngle& message,
   session::SetJointAngle edit;
   edit.joint = decode_index(message.joint(), field + ".joint");
   if (message.has_angle_degrees())
-    edit.angle = decode_angle(message.angle_degrees(), field + ".angle_degrees");
+    edit.angle = decode_angle(message.angle_degrees(), field + ".angle_degrees", edit.joint);
   return edit;
 }
 

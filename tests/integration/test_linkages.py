@@ -519,3 +519,45 @@ def test_the_cpp_example_runs(cli, server):
     assert done.stderr.startswith("push_hyperboloid: no limberd answers at tcp://127.0.0.1:9"), done.stderr
     done = subprocess.run([program, "nonsense"], capture_output=True, text=True, timeout=50)
     assert done.returncode == 1 and "cannot connect to 'nonsense'" in done.stderr
+
+
+def test_a_ring_with_lengths_of_its_own_opens_again_as_it_was(server, tmp_path):
+    ring = server.open(sample="hyperboloid", progress=False)
+    ring.wait()
+    ring.export(tmp_path, formats=("json",), stem="drawn", progress=False)
+    drawn = json.loads((tmp_path / "drawn_shape.json").read_text())
+    lengths = np.array([segment["rest_length"] for segment in drawn["segments"]])
+    ring.set_lengths(lengths * (1 + 0.03 * np.random.default_rng(5).uniform(-1, 1, len(lengths))))
+    before = ring.wait()
+    assert not before.solve_failed
+    ring.export(tmp_path, formats=("scene",), stem="uneven", progress=False)
+    again = server.open(tmp_path / "uneven.json", progress=False)
+    after = again.wait()
+    assert not after.solve_failed, after.message
+    assert after.energy == pytest.approx(before.energy, rel=1e-6)
+    again.deploy(25)
+    assert not again.wait().solve_failed
+    ring.close()
+    again.close()
+
+
+def test_what_kept_lengths_from_changing_may_be_taken_away(server):
+    rods = 5
+    points = [(i, j, 0) for i in range(rods) for j in range(rods)]
+    edges = ([(i * rods + j, (i + 1) * rods + j) for i in range(rods - 1) for j in range(rods)] +
+             [(i * rods + j, i * rods + j + 1) for i in range(rods) for j in range(rods - 1)])
+    grid = server.open(limber.linkage_scene(points, edges, section={"rectangle": (0.05, 0.01)}), progress=False)
+    corners = (0, rods - 1, rods * (rods - 1), rods * rods - 1)
+    for corner in corners:
+        grid.pin(corner, "motion")
+    grid.set_lengths(np.full(len(edges), 1.05))
+    stuck = grid.wait(timeout=60)
+    assert stuck.solve_failed and "other sizes of rods" in stuck.message
+    for corner in corners:
+        grid.release(corner)
+    free = grid.wait(timeout=60)
+    assert not free.solve_failed, free.message
+    assert free.energy < 1e-9
+    np.testing.assert_array_equal(grid.lengths(), np.full(len(edges), 1.05))
+    assert np.linalg.norm(grid.shape().joints[0] - grid.shape().joints[1]) == pytest.approx(1.05, rel=1e-3)
+    grid.close()

@@ -181,7 +181,7 @@ class Deployment {
     const auto end = go_down(
         descent, trial.state, context,
         [&](const auto& step) { trial.report.iterations += step.report.iterations; },
-        [&](const LinkageState& state) { return !overturned(start_, state); });
+        [&](const LinkageState& state) { return !overturned(model_, start_, state); });
     if (end == detail::DampedDescent::End::kForbidden) return trial;
     trial.increment = descent.increment();
     trial.report.status = EquilibriumStatus::kCancelled;
@@ -249,7 +249,7 @@ class Deployment {
         return false;
       }
       bool jumped = trial.error > options_.jump_turn;
-      std::optional<int> over = overturned(start_, trial.state);
+      std::optional<int> over = overturned(model_, start_, trial.state);
       const bool lost = jumped || over || !trial.report.converged();
       if (lost && worth_retrying(trial, length_)) {
         ++report_.steps_shortened;
@@ -263,7 +263,7 @@ class Deployment {
           return false;
         }
         jumped = trial.error > options_.jump_turn;
-        over = overturned(start_, trial.state);
+        over = overturned(model_, start_, trial.state);
       }
       report_.end = trial.report;
       if (over) {
@@ -360,10 +360,12 @@ class Deployment {
 
 }  // namespace
 
-std::optional<int> overturned(const LinkageState& from, const LinkageState& to) {
+std::optional<int> overturned(const LinkageModel& model, const LinkageState& from,
+                              const LinkageState& to) {
   constexpr double kOver = 1.25 * std::numbers::pi;
   constexpr double kSameAngle = 1e-3;
   for (std::size_t j = 0; j < to.joints().size(); ++j) {
+    if (model.graph().joints[j].valence == 2) continue;
     const double angle = std::abs(to.joints()[j].opening_angle);
     if (angle > kOver && angle > std::abs(from.joints()[j].opening_angle) + kSameAngle)
       return static_cast<int>(j);

@@ -40,6 +40,18 @@ double extent_of(const rods::LinkageGraph& graph) {
   return (high - low).maxCoeff();
 }
 
+/// Of the pins, what holds joints where they are drawn.
+scene::LinkageConditions pinned_as_drawn(const scene::LinkageConditions& conditions) {
+  scene::LinkageConditions drawn;
+  for (scene::JointPin pin : conditions.pins) {
+    if (pin.position && pin.held == scene::Held::kMotion) continue;
+    if (pin.position) pin.held = scene::Held::kAngle;
+    pin.position.reset();
+    drawn.pins.push_back(pin);
+  }
+  return drawn;
+}
+
 }  // namespace
 
 LiveLinkage::LiveLinkage(const scene::Linkage& linkage, const JobContext& job)
@@ -69,27 +81,64 @@ void LiveLinkage::set_sizes(const RodSizes& sizes) {
   statics_ = std::make_shared<const LinkageStatics>(mapped_, linkage_);
 }
 
-/// To other sizes of rods, under the conditions that the shape is held under. One that is just
-/// opened lies in equilibrium first, at the ends of the way: as it lay before a design gave it
-/// these sizes, and as its angles were set from there. Where no equilibrium is found on the way the
-/// outcome says so.
-bool LiveLinkage::lead_sizes(const RodSizes& wanted, const JobContext& job,
-                             const OnIterate& on_iterate, Outcome& outcome) {
-  if (wanted == sizes_) return true;
+/// To other sizes of rods, under the conditions that the shape is held under. Where no equilibrium
+/// is found on the way the outcome says so.
+bool LiveLinkage::follow_to(const RodSizes& wanted, const JobContext& job,
+                            const OnIterate& on_iterate, Outcome& outcome) {
+  outcome.report =
+      follow_sizes(mapped_.model, sizes_, equilibrium_, state_, held_, wanted, job, on_iterate);
+  statics_ = std::make_shared<const LinkageStatics>(mapped_, linkage_);
+  if (outcome.report.converged()) return true;
+  outcome.report.message = "on the way to other sizes of rods: " + outcome.report.message;
+  return false;
+}
+
+/// To the sizes of a scene that is just opened, from the drawing; what is pinned where it is drawn
+/// stays there. First as a session goes that is given them by a design, from an equilibrium to an
+/// equilibrium. What falls far from its drawing, such as a ring that falls shut, goes from the
+/// drawing as it is; what has no way there begins with these sizes at once.
+bool LiveLinkage::open_with(const RodSizes& wanted, const scene::LinkageConditions& conditions,
+                            const JobContext& job, const OnIterate& on_iterate, Outcome& outcome) {
+  held_ = map_conditions(pinned_as_drawn(conditions), mapped_, length_unit_);
   const auto lie = [&] {
     outcome.report = equilibrium_.solve(state_, held_, {}, job);
     return outcome.report.converged();
   };
-  if (settled_ || lie()) {
-    outcome.report =
-        follow_sizes(mapped_.model, sizes_, equilibrium_, state_, held_, wanted, job, on_iterate);
+  const auto begin = [&](const RodSizes& sizes) {
+    state_ = drawn_;
+    set_sizes(sizes);
+  };
+  const auto cancelled = [&] { return outcome.report.status == EquilibriumStatus::kCancelled; };
+  begin(first_sizes_);
+  if (lie() && follow_to(wanted, job, on_iterate, outcome) && lie()) return true;
+  if (cancelled()) return false;
+  begin(first_sizes_);
+  if (follow_to(wanted, job, on_iterate, outcome)) return true;
+  if (cancelled()) return false;
+  begin(wanted);
+  return lie();
+}
+
+/// To other sizes of rods. What the conditions do not let through may be let through by those that
+/// are wanted: these come first then.
+bool LiveLinkage::bring_sizes(const RodSizes& wanted, const scene::LinkageConditions& conditions,
+                              const rods::Conditions& then_held, const JobContext& job,
+                              const OnIterate& on_iterate, Outcome& outcome) {
+  if (wanted == sizes_) return true;
+  bool there = settled_ ? follow_to(wanted, job, on_iterate, outcome)
+                        : open_with(wanted, conditions, job, on_iterate, outcome);
+  if (!there && settled_ && outcome.report.status != EquilibriumStatus::kCancelled) {
+    restore();
+    Outcome first;
+    go(then_held, job, on_iterate, first);
+    if (first.reached) {
+      held_ = then_held;
+      there = follow_to(wanted, job, on_iterate, outcome);
+    } else if (first.report.status == EquilibriumStatus::kCancelled) {
+      outcome.report.status = EquilibriumStatus::kCancelled;
+    }
   }
-  if (!settled_ && outcome.report.converged()) lie();
-  statics_ = std::make_shared<const LinkageStatics>(mapped_, linkage_);
-  if (!outcome.report.converged()) {
-    outcome.report.message = "on the way to other sizes of rods: " + outcome.report.message;
-    return false;
-  }
+  if (!there) return false;
   // What goes on from here comes back here, not to the shape of other rods.
   turned_ = 0;
   good_ = state_;
@@ -131,7 +180,7 @@ void LiveLinkage::go_straight(const rods::Conditions& wanted, const JobContext& 
       });
   rods::keep_in_place(model(), held_, wanted, before, state_);
   const EquilibriumReport& report = outcome.report;
-  outcome.reached = report.converged() && !rods::overturned(drawn_, state_);
+  outcome.reached = report.converged() && !rods::overturned(model(), drawn_, state_);
   turned_ += report.turned;
   if (!outcome.reached) return;
   rods::DeploymentStep step;
@@ -283,7 +332,7 @@ LiveLinkage::Outcome LiveLinkage::solve(const SharedConditions& conditions, cons
   const rods::Conditions wanted = map_conditions(*conditions, mapped_, length_unit_);
   Outcome outcome;
   const RodSizes sizes = sizes_of(*conditions);
-  if (lead_sizes(sizes, job, on_iterate, outcome)) {
+  if (bring_sizes(sizes, *conditions, wanted, job, on_iterate, outcome)) {
     outcome.report.message = contradiction(*conditions);
     if (outcome.report.message.empty()) {
       go(wanted, job, on_iterate, outcome);

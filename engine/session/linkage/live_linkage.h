@@ -90,8 +90,14 @@ class LiveLinkage {
   [[nodiscard]] std::string contradiction(const scene::LinkageConditions& conditions) const;
   [[nodiscard]] RodSizes sizes_of(const scene::LinkageConditions& conditions) const;
   void set_sizes(const RodSizes& sizes);
-  [[nodiscard]] bool lead_sizes(const RodSizes& wanted, const JobContext& job,
-                                const OnIterate& on_iterate, Outcome& outcome);
+  [[nodiscard]] bool follow_to(const RodSizes& wanted, const JobContext& job,
+                               const OnIterate& on_iterate, Outcome& outcome);
+  [[nodiscard]] bool open_with(const RodSizes& wanted, const scene::LinkageConditions& conditions,
+                               const JobContext& job, const OnIterate& on_iterate,
+                               Outcome& outcome);
+  [[nodiscard]] bool bring_sizes(const RodSizes& wanted, const scene::LinkageConditions& conditions,
+                                 const rods::Conditions& then_held, const JobContext& job,
+                                 const OnIterate& on_iterate, Outcome& outcome);
   void remember(const SharedConditions& conditions);
   [[nodiscard]] double share_of_step(const rods::Conditions& wanted) const;
   void go(const rods::Conditions& wanted, const JobContext& job, const OnIterate& on_iterate,

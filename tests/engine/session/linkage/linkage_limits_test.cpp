@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <functional>
 
 #include "engine/base/error.h"
@@ -159,6 +160,42 @@ TEST(LinkageSession, TargetsAndPinsFartherThanAMillionLengthsAreRefused) {
   ASSERT_EQ(check.issues.size(), 1u);
   EXPECT_EQ(check.issues[0].field, "conditions.targets[0].position");
   EXPECT_EQ(check.issues[0].code, ErrorCode::kOutOfRange);
+}
+
+/// Two rods joined by their ends lie straight at 180 degrees, where nothing crosses.
+TEST(LinkageSession, RodsJoinedByTheirEndsSwingThroughStraight) {
+  scene::Linkage corner;
+  corner.lines.vertices.resize(3, 3);
+  corner.lines.vertices << 0, 1, 1, 0, 0, 1, 0, 0, 0;
+  corner.lines.edges.resize(2, 2);
+  corner.lines.edges << 0, 1, 1, 2;
+  LiveSession live(corner);
+  ASSERT_TRUE(live.recorder->wait_final(0));
+  std::vector<LinkageEdit> edits;
+  for (const double share : {0.0, 0.3, 0.6}) {
+    scene::LinkageTarget foot;
+    foot.segment = 0;
+    foot.share = share;
+    foot.position = {share, 0, 0};
+    foot.stiffness = 1e5;
+    edits.emplace_back(AddTarget{foot});
+  }
+  scene::LinkageTarget tip;
+  tip.segment = 1;
+  tip.share = 1;
+  tip.position = {1, 1, 0};
+  tip.stiffness = 1e3;
+  edits.emplace_back(AddTarget{tip});
+  const EditReceipt receipt = live.session.edit(edits);
+  ASSERT_TRUE(live.recorder->wait_final(receipt.revision));
+  const std::uint64_t id = receipt.constraint_ids.back();
+  for (int direction = 80; direction >= -80; direction -= 10) {
+    const double turn = direction * kDegree;
+    const auto there =
+        live.edit({MoveTarget{id, Eigen::Vector3d(1 + std::cos(turn), std::sin(turn), 0)}});
+    ASSERT_TRUE(there);
+    EXPECT_FALSE(there->solve_failed) << direction << ": " << there->report.message;
+  }
 }
 
 TEST(LinkageSession, ALinkageFarFromTheOriginIsRefused) {
