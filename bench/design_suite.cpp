@@ -3,7 +3,6 @@
 
 #include <Eigen/Eigenvalues>
 #include <cmath>
-#include <ctime>
 #include <filesystem>
 #include <functional>
 #include <limits>
@@ -12,6 +11,7 @@
 #include <utility>
 
 #include "bench/design_checks.h"
+#include "bench/design_trace.h"
 #include "bench/known_designs.h"
 #include "bench/linkage_models.h"
 #include "bench/suite.h"
@@ -20,8 +20,6 @@
 #include "engine/base/random.h"
 #include "engine/rods/design/design_optimizer.h"
 #include "engine/rods/design/equilibrium_sensitivity.h"
-#include "engine/rods/design/linkage_cells.h"
-#include "engine/rods/design/mesh_surface.h"
 #include "engine/rods/linkage/joint_positions.h"
 
 namespace limber::bench {
@@ -30,19 +28,13 @@ namespace {
 /// Of the calling thread.
 template <class Work>
 double cpu_milliseconds(const Work& work) {
-  const auto now = [] {
-    timespec time{};
-    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
-    return 1e3 * static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_nsec);
-  };
-  const double start = now();
+  const double start = thread_seconds();
   work();
-  return now() - start;
+  return 1e3 * (thread_seconds() - start);
 }
 
 constexpr double kDegree = std::numbers::pi / 180;
 constexpr double kPerturbed = 0.03;  // rest lengths of the known design
-constexpr double kDistanceWeight = 1e7;
 
 /// Of sizes one by one: what presses rods of the flat shape at once.
 Eigen::VectorXd random_way(const rods::LinkageDesign& design) {
@@ -168,14 +160,8 @@ void check_all_derivatives(const DesignProblem& problem, const KnownDesign& know
 /// From the start towards the known design.
 void measure_search(const KnownDesign& known, rods::LinkageDesign& design, int steps,
                     const std::function<void(const std::string&)>& tell, Case& result) {
-  rods::DesignOptimizerOptions search;
-  const rods::DesignValues before = design.values(design.point());
+  const rods::DesignOptimizerOptions search = known_search(design, steps);
   const double joints = design.model().variables().joints();
-  search.flat_height =
-      1.2 * std::sqrt(before.flatness / joints) / design.criteria().length_scale + 1e-3;
-  search.smallest_angle = before.smallest_angle - 5 * kDegree;
-  search.max_iterations = steps;
-  search.guard = rods::BucklingGuard::kFromStart;
   rods::DesignReport report;
   constexpr int kTold = 20;  // every so many steps
   const auto on_step = [&](const rods::DesignProgress& progress, rods::LinkageDesign&) {
@@ -215,13 +201,8 @@ Case measure(const LinkageCase& named, const std::string& path, const SuiteOptio
   result["parameters"] = problem.start.lengths.size();
   result["threads"] = thread_count();
   const KnownDesign known = known_design(problem, kPerturbed);
-  rods::DesignCriteria criteria;
-  criteria.surface = std::make_shared<rods::MeshSurface>(rods::surface_through_joints(
-      problem.model.graph(), rods::joint_positions(known.point.deployed)));
-  criteria.distance_weight = kDistanceWeight;
   result["target_found"] = known.found;
-  rods::LinkageDesign design(problem.model, problem.flat, problem.deployed, problem.start,
-                             std::move(criteria));
+  rods::LinkageDesign design = design_towards(known, problem);
   tell("derivatives, timed");
   // A part of the way to the known design, as the first steps of a search are.
   const Eigen::VectorXd way = 0.01 * known_way(problem, known, design);

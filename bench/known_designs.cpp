@@ -6,14 +6,18 @@
 #include <utility>
 
 #include "engine/base/random.h"
+#include "engine/rods/design/linkage_cells.h"
+#include "engine/rods/design/mesh_surface.h"
 #include "engine/rods/equilibrium/deployment.h"
 #include "engine/rods/equilibrium/rest_length_solve.h"
+#include "engine/rods/linkage/joint_positions.h"
 #include "engine/scene/formats/line_formats.h"
 
 namespace limber::bench {
 namespace {
 
 constexpr double kDegree = std::numbers::pi / 180;
+constexpr double kDistanceWeight = 1e7;
 
 /// Smooth, and of a wavelength about the linkage's size: so that a moved drawing is a drawing.
 class Waves {
@@ -113,6 +117,26 @@ KnownDesign known_design(const DesignProblem& problem, double share) {
         equilibrium.solve(known.point.deployed, problem.deployed).converged() && known.found;
   }
   return known;
+}
+
+rods::LinkageDesign design_towards(const KnownDesign& known, const DesignProblem& problem) {
+  rods::DesignCriteria criteria;
+  criteria.surface = std::make_shared<rods::MeshSurface>(rods::surface_through_joints(
+      problem.model.graph(), rods::joint_positions(known.point.deployed)));
+  criteria.distance_weight = kDistanceWeight;
+  return {problem.model, problem.flat, problem.deployed, problem.start, std::move(criteria)};
+}
+
+rods::DesignOptimizerOptions known_search(rods::LinkageDesign& design, int steps) {
+  rods::DesignOptimizerOptions search;
+  const rods::DesignValues start = design.values(design.point());
+  const double joints = design.model().variables().joints();
+  search.flat_height =
+      1.2 * std::sqrt(start.flatness / joints) / design.criteria().length_scale + 1e-3;
+  search.smallest_angle = start.smallest_angle - 5 * kDegree;
+  search.max_iterations = steps;
+  search.guard = rods::BucklingGuard::kFromStart;
+  return search;
 }
 
 }  // namespace limber::bench

@@ -3,6 +3,7 @@
 #include <string>
 
 #include "bench/linkage_models.h"
+#include "engine/rods/design/design_optimizer.h"
 #include "engine/rods/design/linkage_design.h"
 
 namespace limber::bench {
@@ -26,5 +27,13 @@ struct KnownDesign {
 /// Lies flat as the start does.
 /// @param share  by which rest lengths differ from the start's, at most
 [[nodiscard]] KnownDesign known_design(const DesignProblem& problem, double share);
+
+/// At the start; the target is what the known design deploys to.
+[[nodiscard]] rods::LinkageDesign design_towards(const KnownDesign& known,
+                                                 const DesignProblem& problem);
+
+/// How it is searched for: constraints that the start keeps with room to spare.
+/// @param design  at the start
+[[nodiscard]] rods::DesignOptimizerOptions known_search(rods::LinkageDesign& design, int steps);
 
 }  // namespace limber::bench

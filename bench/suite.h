@@ -47,6 +47,7 @@ void basis_suite(const SuiteOptions& options, Recorder& recorder);
 void linkage_solver_suite(const SuiteOptions& options, Recorder& recorder);
 void linkage_suite(const SuiteOptions& options, Recorder& recorder);
 void design_suite(const SuiteOptions& options, Recorder& recorder);
+void design_ipopt_suite(const SuiteOptions& options, Recorder& recorder);  // where Ipopt is
 void rods_suite(const SuiteOptions& options, Recorder& recorder);
 void beams_suite(const SuiteOptions& options, Recorder& recorder);
 
