@@ -100,12 +100,31 @@ void close_quietly(const Context& context, const std::string& session) {
   }
 }
 
+/// Of the server.
+std::vector<std::string> sample_names(Context& context) {
+  const auto known = context.client().call(v1::GetSampleRequest{}, Milliseconds{60000});
+  return {known.names().begin(), known.names().end()};
+}
+
 /// No file is there, but the server has a sample of this name.
+/// @throws ClientError naming the samples where there is neither
 bool is_sample(Context& context, const std::string& scene) {
   std::error_code ignored;
   if (std::filesystem::exists(scene, ignored)) return false;
-  const auto known = context.client().call(v1::GetSampleRequest{}, Milliseconds{60000});
-  return std::find(known.names().begin(), known.names().end(), scene) != known.names().end();
+  const std::vector<std::string> names = sample_names(context);
+  if (std::find(names.begin(), names.end(), scene) != names.end()) return true;
+  throw ClientError(v1::ERROR_CODE_IO, "scene",
+                    fmt::format("cannot read {}: there is no such file, and the samples are {}",
+                                scene, fmt::join(names, ", ")));
+}
+
+/// What `open` is short of, as far as a server can be asked.
+std::string what_to_open(Context& context) {
+  try {
+    return fmt::format("a scene file, or a sample: {}", fmt::join(sample_names(context), ", "));
+  } catch (const ClientError&) {
+    return "a scene file or --sample (`limber sample` lists them)";
+  }
 }
 
 void open(Context& context, const OpenOptions& options) {
@@ -294,8 +313,7 @@ void add_scene_commands(CLI::App& app, Context& context) {
       ->check(seconds_in(0.1, 1e6))
       ->capture_default_str();
   command->callback([&context, options, file, known] {
-    if (file->count() + known->count() != 1)
-      throw CLI::RequiredError("a scene file or --sample (`limber sample` lists them)");
+    if (file->count() + known->count() != 1) throw CLI::RequiredError(what_to_open(context));
     open(context, *options);
   });
 }

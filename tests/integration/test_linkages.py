@@ -426,6 +426,8 @@ def test_commands(cli, server, tmp_path):
         return process.stdout
 
     assert "hyperboloid" in done("sample").split()
+    for nothing in (cli("open"), cli("open", "hyperbola")):
+        assert nothing.returncode in (1, 2) and "grid, hyperboloid, dome" in nothing.stderr
     path = done("sample", "grid", "--out", tmp_path).strip()
     assert "error" not in done("validate", path)
     assert " joints, ready" in done("open", path, "--session", "g")
