@@ -171,18 +171,19 @@ void LiveDesign::set_goal(const DesignGoal& goal) {
   begin_best();
 }
 
-rods::DesignReport LiveDesign::run(const JobContext& job, const OnStep& on_step) {
-  return rods::optimize_design(
-      *design_, options_, job, [&](const rods::DesignProgress& progress, rods::LinkageDesign&) {
+void LiveDesign::run(const JobContext& job, const OnStep& on_step, const OnEnd& on_end) {
+  (void)rods::optimize_design(
+      *design_, options_, job,
+      [&](const rods::DesignProgress& progress, rods::LinkageDesign&) {
         iteration_ = progress.iteration;
         // The guard against buckling goes back to an earlier point where no trial was taken.
         if (progress.accepted || has_moved()) see_here();
-        const Step step{iteration_,
-                        progress.accepted,
-                        {progress.refused, progress.not_believed, progress.flat_lost,
-                         progress.guard > 0, progress.refusal}};
-        if (const auto goal = on_step(step)) set_goal(*goal);
-      });
+        on_step({iteration_,
+                 progress.accepted,
+                 {progress.refused, progress.not_believed, progress.flat_lost, progress.guard > 0,
+                  progress.refusal}});
+      },
+      [&](const rods::DesignReport& report, rods::LinkageDesign&) { on_end(report); });
 }
 
 bool LiveDesign::go_to_best() {

@@ -4,6 +4,10 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <utility>
 
 #include "engine/rods/design/mesh_surface.h"
 #include "tests/engine/session/linkage/live_designs.h"
@@ -185,6 +189,135 @@ TEST(DesignSteering, TermsAreThoseOfTheShapeThatIsShown) {
   int went_back = 0;
   for (const double weight : {1e4, 1e5, 1e6, 1e8}) demand_terms_of_shapes(weight, went_back);
   EXPECT_GT(went_back, 0) << "none of them has gone back";
+}
+
+/// A plane under the linkage that calls somebody, once, when it is asked for a point.
+class AskedPlane : public rods::TargetSurface {
+ public:
+  [[nodiscard]] rods::ClosestPoint closest(const Eigen::Vector3d& point) const override {
+    if (const auto call = std::exchange(call_, {})) call();
+    rods::ClosestPoint result;
+    result.position = {point.x(), point.y(), -5};
+    result.derivative.diagonal() << 1, 1, 0;
+    return result;
+  }
+  void call_next(std::function<void()> call) { call_ = std::move(call); }
+
+ private:
+  mutable std::function<void()> call_;
+};
+
+/// Designs that run alike, and what clients want of one after its last step. Each is the second for
+/// its goal: at its end it is compared with the first one, whose distance to the surface is asked
+/// for then.
+class LastStretch {
+ public:
+  using Want = std::function<void(LinkageSession&)>;
+  LastStretch() {
+    if (const auto end = run({})) alone_ = *end;
+    EXPECT_TRUE(alone_.end == DesignEnd::kConverged || alone_.end == DesignEnd::kSettled);
+    EXPECT_EQ(alone_.taken, kTaken);
+  }
+  /// How it ends by itself.
+  [[nodiscard]] const DesignInfo& alone() const { return alone_; }
+  /// @param want  within the task, after the last step and before the end
+  /// @param then  while it is paused; empty: it is not
+  std::shared_ptr<const DesignInfo> run(const Want& want, const Want& then = {});
+  void expect_not_taken(const DesignInfo& end);
+  void expect_gone_on(const DesignInfo& end);
+  static constexpr Revision kBefore = 2, kTaken = 3;
+
+ private:
+  std::optional<Live> live_;
+  Eigen::Matrix3Xd before_;
+  DesignInfo alone_;
+};
+
+std::shared_ptr<const DesignInfo> LastStretch::run(const Want& want, const Want& then) {
+  Live& live = live_.emplace();
+  const auto plane = std::make_shared<AskedPlane>();
+  DesignRequest wanted = request();
+  wanted.goal.distance_weight = 1e6;
+  wanted.goal.surface = plane;
+  wanted.goal.surface_weight = 1e-2;
+  live.session.start_design(wanted);
+  EXPECT_TRUE(live.watcher->wait_end());
+  before_ = live.joints(*live.edit({Undo{}}));
+  live.watcher->forget();
+  bool asked = false;
+  live.watcher->hook = [&](const DesignInfo& info) {
+    if (!want || asked || info.iteration != alone_.iteration) return;
+    asked = true;
+    plane->call_next([&] { want(live.session); });
+  };
+  live.session.start_design(wanted);
+  if (then) {
+    EXPECT_TRUE(live.watcher->wait_design(
+        [](const DesignInfo& info) { return info.state == DesignState::kPaused; }));
+    EXPECT_EQ(live.session.design()->end, DesignEnd::kNone);
+    then(live.session);
+  }
+  return live.watcher->wait_end();
+}
+
+DesignChange heavier() {
+  DesignChange change;
+  change.distance_weight = 1e8;
+  return change;
+}
+
+void LastStretch::expect_not_taken(const DesignInfo& end) {
+  EXPECT_EQ(end.end, DesignEnd::kStopped) << end.message;
+  EXPECT_EQ(end.iteration, alone_.iteration);
+  EXPECT_FALSE(end.taken);
+  EXPECT_EQ(live_->session.revision(), kBefore);
+  EXPECT_EQ(live_->joints(*live_->session.newest_result()), before_);
+  EXPECT_EQ(live_->session.take_design().revision, kTaken) << "it is there to be taken";
+}
+
+void LastStretch::expect_gone_on(const DesignInfo& end) {
+  EXPECT_EQ(end.goal.distance_weight, 1e8);
+  EXPECT_GT(end.iteration, alone_.iteration);
+  EXPECT_LT(end.best.target_rms, alone_.best.target_rms);
+  EXPECT_EQ(end.taken, kTaken) << end.message;
+  EXPECT_EQ(live_->session.revision(), kTaken);
+}
+
+TEST(DesignLastStretch, AStopAfterTheLastStepIsObeyed) {
+  LastStretch last;
+  const auto end = last.run([](LinkageSession& session) { session.stop_design(); });
+  ASSERT_TRUE(end);
+  last.expect_not_taken(*end);
+}
+
+TEST(DesignLastStretch, AChangeAfterTheLastStepIsGoneOnTo) {
+  LastStretch last;
+  const auto end = last.run([](LinkageSession& session) { session.change_design(heavier()); });
+  ASSERT_TRUE(end);
+  last.expect_gone_on(*end);
+}
+
+TEST(DesignLastStretch, APauseAfterTheLastStepIsKept) {
+  LastStretch last;
+  const auto pause = [](LinkageSession& session) { session.pause_design(); };
+  auto end = last.run(pause, [](LinkageSession& session) { session.resume_design(); });
+  ASSERT_TRUE(end);
+  EXPECT_EQ(end->end, last.alone().end);
+  EXPECT_EQ(end->iteration, last.alone().iteration);
+  EXPECT_EQ(end->best.objective, last.alone().best.objective);
+  EXPECT_EQ(end->message, last.alone().message);
+  EXPECT_EQ(end->taken, LastStretch::kTaken);
+
+  end = last.run(pause, [](LinkageSession& session) {
+    session.change_design(heavier());
+    session.resume_design();
+  });
+  ASSERT_TRUE(end);
+  last.expect_gone_on(*end);
+
+  end = last.run(pause, [](LinkageSession& session) { session.stop_design(); });
+  ASSERT_TRUE(end);
+  last.expect_not_taken(*end);
 }
 
 }  // namespace
