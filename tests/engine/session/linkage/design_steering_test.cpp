@@ -106,6 +106,61 @@ TEST(DesignSteering, WeightsOfJointsChangeWhileItRuns) {
   ASSERT_TRUE(live.watcher->wait_end());
 }
 
+/// Paused before its third step.
+std::shared_ptr<const DesignInfo> pause_early(Live& live, const DesignRequest& wanted) {
+  live.watcher->hook = [&live](const DesignInfo& info) {
+    if (info.iteration == 2 && info.state == DesignState::kRunning) live.session.pause_design();
+  };
+  live.session.start_design(wanted);
+  auto paused = live.watcher->wait_design(
+      [](const DesignInfo& info) { return info.state == DesignState::kPaused; });
+  live.watcher->hook = {};
+  return paused;
+}
+
+TEST(DesignSteering, WeightsThatNobodyCanReckonWithAreRefusedAtOnce) {
+  Live live;
+  const auto goals = [](const auto& spoil) {
+    DesignRequest wanted = request();
+    wanted.goal.surface = sheet(0);
+    spoil(wanted.goal);
+    return wanted;
+  };
+  const auto start = [&](const auto& spoil) {
+    return refusal([&] { live.session.start_design(goals(spoil)); });
+  };
+  const Eigen::VectorXd heavy = Eigen::VectorXd::Constant(25, 1e300);
+  EXPECT_EQ(start([](DesignGoal& goal) { goal.distance_weight = 1e31; }), "goal.distance_weight");
+  EXPECT_EQ(start([](DesignGoal& goal) { goal.surface_weight = 1e200; }), "goal.surface_weight");
+  EXPECT_EQ(start([](DesignGoal& goal) { goal.targets[4].weight = 1e300; }),
+            "goal.targets[4].weight");
+  EXPECT_EQ(start([&](DesignGoal& goal) { goal.joint_surface_weights = heavy; }),
+            "goal.joint_surface_weights[0]");
+
+  ASSERT_TRUE(pause_early(live, goals([](DesignGoal& goal) { goal.surface_weight = 0.01; })));
+  const auto change = [&](const auto& spoil) {
+    DesignChange bad;
+    spoil(bad);
+    return refusal([&] { live.session.change_design(bad); });
+  };
+  EXPECT_EQ(change([](DesignChange& bad) { bad.distance_weight = 1e31; }), "distance_weight");
+  EXPECT_EQ(change([](DesignChange& bad) { bad.surface_weight = 1e200; }), "surface_weight");
+  EXPECT_EQ(change([](DesignChange& bad) {
+              bad.targets = request().goal.targets;
+              (*bad.targets)[4].weight = 1e300;
+            }),
+            "targets[4].weight");
+  EXPECT_EQ(change([&](DesignChange& bad) { bad.joint_surface_weights = heavy; }),
+            "joint_surface_weights[0]");
+  live.session.resume_design();
+  const auto end = live.watcher->wait_end();
+  ASSERT_TRUE(end);
+  EXPECT_NE(end->end, DesignEnd::kFailed) << end->message;
+  EXPECT_EQ(end->goal.distance_weight, request().goal.distance_weight);
+  EXPECT_EQ(end->goal.joint_surface_weights.size(), 0);
+  EXPECT_EQ(end->taken, 1U) << end->message;
+}
+
 TEST(DesignSteering, StoppedTheSessionHasItsShapeAtOnce) {
   Live live;
   const auto before = live.session.final_result();
