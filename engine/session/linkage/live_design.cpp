@@ -102,6 +102,7 @@ LiveDesign::LiveDesign(const LiveLinkage& live, const DesignRequest& request, do
   if (!smallest_angle_ && angle > kOpen) smallest_angle_ = kAngleShare * angle;
   if (smallest_angle_) options_.smallest_angle = *smallest_angle_;
   measure_here();
+  start_point_ = design_->point();
   start_ = now_;
   begin_best();
 }
@@ -167,6 +168,7 @@ void LiveDesign::see_here() {
 void LiveDesign::set_goal(const DesignGoal& goal) {
   design_->set_criteria(criteria_of(goal));
   goal_ = goal;
+  start_ = measure(*start_point_);
   measure_here();
   begin_best();
 }

@@ -44,6 +44,7 @@ class LiveDesign {
   /// At once: before the search, or within what it calls.
   void set_goal(const DesignGoal& goal);
 
+  /// By the present goal, as now and best.
   [[nodiscard]] const DesignTerms& start() const { return start_; }
   [[nodiscard]] const DesignTerms& now() const { return now_; }
   [[nodiscard]] const DesignTerms& best() const { return best_; }
@@ -81,6 +82,7 @@ class LiveDesign {
   rods::DesignOptimizerOptions options_;
   std::optional<double> smallest_angle_;
   std::optional<rods::LinkageDesign> design_;
+  std::optional<rods::DesignPoint> start_point_;
   DesignTerms start_, now_, best_;
   Eigen::VectorXd measured_, best_parameters_;  // what now_ and best_ are of
   int iteration_ = 0, best_iteration_ = 0;

@@ -161,6 +161,31 @@ TEST(DesignSteering, WeightsThatNobodyCanReckonWithAreRefusedAtOnce) {
   EXPECT_EQ(end->taken, 1U) << end->message;
 }
 
+TEST(DesignSteering, WhereItBeganIsJudgedByTheNewGoalToo) {
+  Live live;
+  const Eigen::Matrix3Xd joints = live.joints(*live.session.final_result());
+  const auto paused = pause_early(live, request());
+  ASSERT_TRUE(paused);
+  EXPECT_GT(paused->start.target_rms, 0.1);
+  DesignChange change;
+  change.distance_weight = 1e7;
+  auto& targets = change.targets.emplace();
+  for (int j = 0; j < joints.cols(); ++j)
+    targets.push_back({j, joints.col(j) + Eigen::Vector3d(0, 3, 4), 1});
+  live.session.change_design(change);
+  const auto changed = live.watcher->wait_design(
+      [](const DesignInfo& info) { return info.goal.distance_weight == 1e7; });
+  ASSERT_TRUE(changed);
+  EXPECT_NEAR(changed->start.target_rms, 5, 1e-4);
+  EXPECT_EQ(changed->start.flat_energy, paused->start.flat_energy);
+  EXPECT_NE(changed->start.objective, paused->start.objective);
+  EXPECT_GT(std::abs(changed->now.target_rms - 5), 1e-3) << "it has left it since";
+  live.session.stop_design();
+  const auto end = live.watcher->wait_end();
+  ASSERT_TRUE(end);
+  EXPECT_EQ(end->start.objective, changed->start.objective);
+}
+
 TEST(DesignSteering, StoppedTheSessionHasItsShapeAtOnce) {
   Live live;
   const auto before = live.session.final_result();
