@@ -68,9 +68,11 @@ void DesignOptimizerOptions::validate() const {
 }
 
 DesignReport optimize_design(LinkageDesign& design, const DesignOptimizerOptions& options,
-                             const JobContext& context, const DesignCallback& on_step) {
+                             const JobContext& context, const DesignCallback& on_step,
+                             const DesignEndCallback& on_end) {
   options.validate();
-  return detail::DesignSearch(design, options, bounds_of(design, options)).run(context, on_step);
+  return detail::DesignSearch(design, options, bounds_of(design, options))
+      .run(context, on_step, on_end);
 }
 
 }  // namespace limber::rods

@@ -98,6 +98,11 @@ struct DesignReport {
 /// the search goes on with the new ones.
 using DesignCallback = std::function<void(const DesignProgress& progress, LinkageDesign& design)>;
 
+/// Called where the search would end, with what it would report and the design at its best. May
+/// move that, and may change its criteria: the search then goes on from there, as long as it has
+/// steps left, and is asked again at its next end.
+using DesignEndCallback = std::function<void(const DesignReport& report, LinkageDesign& design)>;
+
 /// Variables of a design of least objective, flat enough and with no angle below its bound.
 ///
 /// Newton's method with conjugate gradients in a trust region (Steihaug 1983) on the variables that
@@ -112,6 +117,7 @@ using DesignCallback = std::function<void(const DesignProgress& progress, Linkag
 /// shortest_lengths, longest_lengths, thinnest_sections or thickest_sections, and [i] where the
 /// start lies beyond a bound
 DesignReport optimize_design(LinkageDesign& design, const DesignOptimizerOptions& options = {},
-                             const JobContext& context = {}, const DesignCallback& on_step = {});
+                             const JobContext& context = {}, const DesignCallback& on_step = {},
+                             const DesignEndCallback& on_end = {});
 
 }  // namespace limber::rods

@@ -71,20 +71,29 @@ DesignSearch::DesignSearch(LinkageDesign& design, const DesignOptimizerOptions& 
       radius_(first_radius_),
       good_radius_(first_radius_) {}
 
-DesignReport DesignSearch::run(const JobContext& context, const DesignCallback& on_step) {
+DesignReport DesignSearch::run(const JobContext& context, const DesignCallback& on_step,
+                               const DesignEndCallback& on_end) {
   begin_goal();
   report_.before = values_;
-  while (step(context, on_step)) {
+  for (;;) {
+    while (step(context, on_step)) continue;
+    report_end();
+    if (on_end) on_end(report_, design_);
+    if (design_.criteria_revision() == goal_) return report_;
+    begin_goal();
   }
+}
+
+void DesignSearch::report_end() {
   return_to_best();
   report_.after = values_;
   report_.flat_height = merit_.flat_height(values_);
   const Eigen::VectorXd& parameters = design_.parameters();
+  report_.at_bound.clear();
   for (Eigen::Index s = 0; s < parameters.size(); ++s)
     if (parameters[s] <= bounds_.low[s] || parameters[s] >= bounds_.high[s])
       report_.at_bound.push_back(static_cast<int>(s));
   tell_end();
-  return report_;
 }
 
 /// Nothing that was learned of other criteria holds for these.

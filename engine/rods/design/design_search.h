@@ -21,7 +21,8 @@ struct DesignBounds {
 class DesignSearch {
  public:
   DesignSearch(LinkageDesign& design, const DesignOptimizerOptions& options, DesignBounds bounds);
-  DesignReport run(const JobContext& context, const DesignCallback& on_step);
+  DesignReport run(const JobContext& context, const DesignCallback& on_step,
+                   const DesignEndCallback& on_end);
 
  private:
   void begin_goal();
@@ -47,6 +48,7 @@ class DesignSearch {
   [[nodiscard]] bool hopeless();
   bool update_multipliers();
   bool end(DesignStatus status, std::string message);
+  void report_end();
   void tell_end();
 
   [[nodiscard]] Eigen::VectorXd product(const Eigen::VectorXd& v);

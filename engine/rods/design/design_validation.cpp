@@ -3,12 +3,13 @@
 #include <cmath>
 
 #include "engine/base/error.h"
+#include "engine/rods/design/design_weight.h"
 #include "engine/rods/design/linkage_design.h"
 
 namespace limber::rods {
 namespace {
 
-void refuse(const char* field, const char* rule, double value) {
+void refuse(const std::string& field, const char* rule, double value) {
   throw Error(ErrorCode::kInvalidArgument, field, fmt::format("must be {}, is {:g}", rule, value));
 }
 
@@ -16,21 +17,19 @@ void demand_scale(const char* field, double value) {
   if (!(value >= 0) || !std::isfinite(value)) refuse(field, ">= 0 and finite", value);
 }
 
-/// Larger ones overflow where they are multiplied, and what is lost in rounding beside them is all
-/// else.
-void demand_weight(const char* field, double value) {
-  constexpr double kMost = 1e30;
-  if (!(value >= 0 && value <= kMost)) refuse(field, "in [0, 1e30]", value);
-}
-
 }  // namespace
+
+void demand_design_weight(const std::string& field, double weight) {
+  constexpr double kMost = 1e30;
+  if (!(weight >= 0 && weight <= kMost)) refuse(field, "in [0, 1e30]", weight);
+}
 
 void DesignCriteria::validate() const {
   if (!(flat_share >= 0 && flat_share <= 1)) refuse("flat_share", "in [0, 1]", flat_share);
-  demand_weight("distance_weight", distance_weight);
+  demand_design_weight("distance_weight", distance_weight);
   demand_scale("energy_scale", energy_scale);
   demand_scale("length_scale", length_scale);
-  demand_weight("surface_weight", surface_weight);
+  demand_design_weight("surface_weight", surface_weight);
 }
 
 void DesignLimits::validate() const {

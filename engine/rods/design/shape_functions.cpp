@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "engine/base/error.h"
+#include "engine/rods/design/design_weight.h"
 
 namespace limber::rods {
 namespace {
@@ -169,26 +170,17 @@ TargetDistance::TargetDistance(const LinkageModel& model, std::vector<JointTarge
       throw Error(ErrorCode::kInvalidArgument, fmt::format("targets[{}].position", i),
                   "must be finite");
     }
-    if (!(target.weight >= 0) || !std::isfinite(target.weight)) {
-      throw Error(ErrorCode::kInvalidArgument, fmt::format("targets[{}].weight", i),
-                  fmt::format("must be >= 0 and finite, is {:g}", target.weight));
-    }
+    demand_design_weight(fmt::format("targets[{}].weight", i), target.weight);
   }
-  if (!(surface_weight >= 0) || !std::isfinite(surface_weight)) {
-    throw Error(ErrorCode::kInvalidArgument, "surface_weight",
-                fmt::format("must be >= 0 and finite, is {:g}", surface_weight));
-  }
+  demand_design_weight("surface_weight", surface_weight);
   if (surface_weights_.size() == 0) surface_weights_.setOnes(joints);
   if (surface_weights_.size() != joints) {
     throw Error(ErrorCode::kInvalidArgument, "joint_surface_weights",
                 fmt::format("must be one for each of {} joints, or none; there are {}", joints,
                             surface_weights_.size()));
   }
-  for (int j = 0; j < joints; ++j) {
-    if (surface_weights_[j] >= 0 && std::isfinite(surface_weights_[j])) continue;
-    throw Error(ErrorCode::kInvalidArgument, fmt::format("joint_surface_weights[{}]", j),
-                fmt::format("must be >= 0 and finite, is {:g}", surface_weights_[j]));
-  }
+  for (int j = 0; j < joints; ++j)
+    demand_design_weight(fmt::format("joint_surface_weights[{}]", j), surface_weights_[j]);
   surface_weights_ *= surface_weight;
 }
 

@@ -53,6 +53,8 @@ class DesignDesk {
   void note(std::shared_ptr<const DesignInfo> info, std::shared_ptr<const DesignCandidate> best);
   void end(DesignInfo info);
   [[nodiscard]] bool is_paused() const { return paused_ && !stop_.requested(); }
+  /// Does a client want a pause or another goal that the task has not seen to?
+  [[nodiscard]] bool is_steered() const { return is_paused() || (changed_ && !stop_.requested()); }
   [[nodiscard]] std::optional<DesignGoal> take_goal() { return std::exchange(changed_, {}); }
   /// Until there is something to do: a new goal, the end of the pause, or a stop.
   void wait(std::unique_lock<std::mutex>& lock);

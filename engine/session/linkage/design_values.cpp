@@ -7,6 +7,7 @@
 #include <set>
 
 #include "engine/base/error.h"
+#include "engine/rods/design/design_weight.h"
 
 namespace limber::session {
 namespace {
@@ -14,10 +15,6 @@ namespace {
 void demand(bool holds, const std::string& field, const char* rule, double value) {
   if (holds) return;
   throw Error(ErrorCode::kInvalidArgument, field, fmt::format("must be {}, is {:g}", rule, value));
-}
-
-void demand_weight(const char* field, double value) {
-  demand(value >= 0 && std::isfinite(value), field, ">= 0 and finite", value);
 }
 
 template <class Holds>
@@ -44,8 +41,8 @@ std::shared_ptr<const rods::TargetSurface> DesignGoal::placed_surface() const {
 
 void DesignGoal::validate(int joints) const {
   demand(flat_share >= 0 && flat_share <= 1, "flat_share", "in [0, 1]", flat_share);
-  demand_weight("distance_weight", distance_weight);
-  demand_weight("surface_weight", surface_weight);
+  rods::demand_design_weight("distance_weight", distance_weight);
+  rods::demand_design_weight("surface_weight", surface_weight);
   try {
     placement.validate();
   } catch (const Error& error) {
@@ -65,18 +62,15 @@ void DesignGoal::validate(int joints) const {
     }
     if (!target.position.allFinite())
       throw Error(ErrorCode::kInvalidArgument, field + ".position", "must be finite");
-    demand(target.weight >= 0 && std::isfinite(target.weight), field + ".weight", ">= 0 and finite",
-           target.weight);
+    rods::demand_design_weight(field + ".weight", target.weight);
   }
   const Eigen::VectorXd& weights = joint_surface_weights;
   if (weights.size() != 0 && weights.size() != joints) {
     throw Error(ErrorCode::kInvalidArgument, "joint_surface_weights",
                 fmt::format("{} weights for {} joints", weights.size(), joints));
   }
-  for (Eigen::Index j = 0; j < weights.size(); ++j) {
-    demand(weights[j] >= 0 && std::isfinite(weights[j]),
-           fmt::format("joint_surface_weights[{}]", j), ">= 0 and finite", weights[j]);
-  }
+  for (Eigen::Index j = 0; j < weights.size(); ++j)
+    rods::demand_design_weight(fmt::format("joint_surface_weights[{}]", j), weights[j]);
   if (targets.empty() && !surface) {
     throw Error(ErrorCode::kInvalidArgument, "targets",
                 "nothing to design for: neither targets nor a surface");

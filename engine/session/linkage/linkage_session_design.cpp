@@ -25,11 +25,21 @@ DesignEnd end_of(rods::DesignStatus status) {
   return DesignEnd::kStopped;
 }
 
+bool is_optimum(const DesignInfo& info) {
+  return info.end == DesignEnd::kConverged || info.end == DesignEnd::kSettled;
+}
+
 /// Designs that are worth having without being asked about.
 bool is_taken_at_once(const DesignInfo& info) {
-  const bool by_itself = info.end == DesignEnd::kConverged || info.end == DesignEnd::kSettled ||
-                         info.end == DesignEnd::kIterationLimit;
-  return by_itself && info.best.holds;
+  return (is_optimum(info) || info.end == DesignEnd::kIterationLimit) && info.best.holds;
+}
+
+/// Of one that would have ended by itself in the next moment, too.
+void be_stopped(DesignInfo& info) {
+  if (info.end == DesignEnd::kStopped) return;
+  info.end = DesignEnd::kStopped;
+  info.message = "cancelled";
+  info.other_optima.clear();
 }
 
 void note_terms(const LiveDesign& design, DesignInfo& info) {
@@ -192,35 +202,44 @@ void LinkageSession::Impl::tell_design(const LiveDesign* design, const DesignInf
   hand_out(std::move(result), {round.revision, round.conditions, Clock::now(), {}, {}});
 }
 
-/// Says how it stands, waits while it is paused, and brings what clients want from now on.
-std::optional<DesignGoal> LinkageSession::Impl::between_steps(LiveDesign& design, DesignInfo& info,
-                                                              const DesignRound& round) {
-  note_terms(design, info);
-  tell_design(&design, info, round);
+/// Says how it stands, waits while it is paused, and brings the design what clients want from now
+/// on. @returns whether that is another goal
+bool LinkageSession::Impl::between_steps(LiveDesign& design, DesignInfo& info,
+                                         const DesignRound& round) {
+  bool changed = false;
+  const auto tell_now = [&] {
+    note_terms(design, info);
+    tell_design(&design, info, round);
+  };
+  const auto go_to = [&](DesignGoal goal) {
+    design.set_goal(goal);
+    info.goal = std::move(goal);
+    changed = true;
+  };
+  tell_now();
   std::unique_lock lock(mutex_);
   while (desk_.is_paused()) {
     if (info.state != DesignState::kPaused) {
       info.state = DesignState::kPaused;
       lock.unlock();
-      tell_design(&design, info, round);
+      tell_now();
       lock.lock();
     }
     desk_.wait(lock);
     if (!desk_.is_paused()) break;
     if (auto goal = desk_.take_goal()) {
       lock.unlock();
-      design.set_goal(*goal);
-      info.goal = std::move(*goal);
-      note_terms(design, info);
-      tell_design(&design, info, round);
+      go_to(std::move(*goal));
+      tell_now();
       lock.lock();
     }
   }
   std::optional<DesignGoal> goal = desk_.take_goal();
   lock.unlock();
-  if (goal) info.goal = *goal;
+  if (goal) go_to(std::move(*goal));
+  note_terms(design, info);
   info.state = DesignState::kRunning;
-  return goal;
+  return changed;
 }
 
 void LinkageSession::Impl::search(const DesignRound& round, DesignInfo& info) {
@@ -231,31 +250,40 @@ void LinkageSession::Impl::search(const DesignRound& round, DesignInfo& info) {
   }
   LiveDesign design(*live_, round.order.request, ended_.energy_scale(*round.conditions), job);
   info.state = DesignState::kRunning;
-  std::optional<DesignGoal> changed = between_steps(design, info, round);
-  if (changed) design.set_goal(*changed);
-  const rods::DesignReport report = design.run(job, [&](const LiveDesign::Step& step) {
-    info.iteration = step.iteration;
-    info.accepted = step.accepted;
-    info.trials = step.trials;
-    return between_steps(design, info, round);
-  });
+  between_steps(design, info, round);
+  design.run(
+      job,
+      [&](const LiveDesign::Step& step) {
+        info.iteration = step.iteration;
+        info.accepted = step.accepted;
+        info.trials = step.trials;
+        between_steps(design, info, round);
+      },
+      [&](const rods::DesignReport& report) { end_search(design, info, round, report); });
+}
+
+/// Ends the design, unless clients want it to go on to another goal by now: then that is set.
+void LinkageSession::Impl::end_search(LiveDesign& design, DesignInfo& info,
+                                      const DesignRound& round, const rods::DesignReport& report) {
   if (design.go_to_best()) {  // what is seen last is what there is to take
     note_terms(design, info);
     tell_design(&design, info, round);
   }
-  info.end = end_of(report.status);
+  DesignInfo last = info;
+  last.end = end_of(report.status);
   const int lengths = design.varied_lengths();
   for (const int i : report.at_bound) {
     if (i < lengths) {
-      info.at_bound.push_back(i);
+      last.at_bound.push_back(i);
     } else {
-      info.sections_at_bound.push_back(i - lengths);
+      last.sections_at_bound.push_back(i - lengths);
     }
   }
-  info.message = report.message;
-  if (info.end != DesignEnd::kConverged && info.end != DesignEnd::kSettled) return;
-  info.other_optima = ended_.others_than(design, info, *round.conditions);
-  ended_.note(design, info, round.conditions);
+  last.message = report.message;
+  if (is_optimum(last)) last.other_optima = ended_.others_than(design, last, *round.conditions);
+  while (!end_design(last))
+    if (between_steps(design, info, round)) return;
+  if (is_optimum(last)) ended_.note(design, last, round.conditions);
 }
 
 void LinkageSession::Impl::run_design(const DesignRound& round) {
@@ -273,7 +301,7 @@ void LinkageSession::Impl::run_design(const DesignRound& round) {
     info.end = DesignEnd::kFailed;
     info.message = error.what();
   }
-  end_design(info);
+  if (read([](const Impl& impl) { return impl.desk_.is_running(); })) end_design(info);
 }
 
 /// The shape from before, to go back to.
@@ -287,24 +315,30 @@ std::shared_ptr<LinkageResult> LinkageSession::Impl::shape_from_before() const {
 }
 
 /// What is taken is in the document in the same breath as edits are allowed again; where nothing
-/// is, the session has its shape back in that breath.
-void LinkageSession::Impl::end_design(const DesignInfo& info) {
+/// is, the session has its shape back in that breath. Who asked for a stop before it is obeyed.
+/// @param info  as it would end; gets the end it has come to
+/// @returns false, and the design goes on, where it would end by itself and clients wanted a pause
+/// or another goal before
+bool LinkageSession::Impl::end_design(DesignInfo& info) {
   std::shared_ptr<const DesignInfo> told;
   auto before = shape_from_before();
   std::shared_ptr<const LinkageResult> older, older_final;  // freed without the lock
   {
     const std::lock_guard lock(mutex_);
-    if (task_.is_closed()) return;
-    DesignInfo last = info;
+    if (task_.is_closed()) return true;
+    if (info.end != DesignEnd::kFailed) {
+      if (desk_.is_steered()) return false;
+      if (desk_.is_stopping()) be_stopped(info);
+    }
     const bool was_taken = desk_.info()->taken.has_value();
-    if (!was_taken && is_taken_at_once(last)) {
+    if (!was_taken && is_taken_at_once(info)) {
       try {
         (void)apply_design({});
       } catch (const Error& error) {  // e.g. a length beyond what a document allows
-        last.message = error.what();
+        info.message = error.what();
       }
     }
-    desk_.end(std::move(last));
+    desk_.end(info);
     told = desk_.info();
     if (told->taken) {
       before.reset();
@@ -317,6 +351,7 @@ void LinkageSession::Impl::end_design(const DesignInfo& info) {
   }
   if (before) tell(listener_.get(), [&](LinkageListener& listener) { listener.on_result(before); });
   tell(listener_.get(), [&](LinkageListener& listener) { listener.on_design(told); });
+  return true;
 }
 
 }  // namespace limber::session

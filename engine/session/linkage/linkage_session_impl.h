@@ -102,11 +102,12 @@ class LinkageSession::Impl : public std::enable_shared_from_this<LinkageSession:
   // linkage_session_design.cpp:
   void run_design(const DesignRound& round);
   void search(const DesignRound& round, DesignInfo& info);
-  [[nodiscard]] std::optional<DesignGoal> between_steps(LiveDesign& design, DesignInfo& info,
-                                                        const DesignRound& round);
+  bool between_steps(LiveDesign& design, DesignInfo& info, const DesignRound& round);
+  void end_search(LiveDesign& design, DesignInfo& info, const DesignRound& round,
+                  const rods::DesignReport& report);
   void tell_design(const LiveDesign* design, const DesignInfo& info, const DesignRound& round);
   [[nodiscard]] std::shared_ptr<LinkageResult> shape_from_before() const;
-  void end_design(const DesignInfo& info);
+  bool end_design(DesignInfo& info);
 
   const std::string id_;
   const scene::Linkage linkage_;

@@ -102,6 +102,7 @@ LiveDesign::LiveDesign(const LiveLinkage& live, const DesignRequest& request, do
   if (!smallest_angle_ && angle > kOpen) smallest_angle_ = kAngleShare * angle;
   if (smallest_angle_) options_.smallest_angle = *smallest_angle_;
   measure_here();
+  start_point_ = design_->point();
   start_ = now_;
   begin_best();
 }
@@ -167,22 +168,24 @@ void LiveDesign::see_here() {
 void LiveDesign::set_goal(const DesignGoal& goal) {
   design_->set_criteria(criteria_of(goal));
   goal_ = goal;
+  start_ = measure(*start_point_);
   measure_here();
   begin_best();
 }
 
-rods::DesignReport LiveDesign::run(const JobContext& job, const OnStep& on_step) {
-  return rods::optimize_design(
-      *design_, options_, job, [&](const rods::DesignProgress& progress, rods::LinkageDesign&) {
+void LiveDesign::run(const JobContext& job, const OnStep& on_step, const OnEnd& on_end) {
+  (void)rods::optimize_design(
+      *design_, options_, job,
+      [&](const rods::DesignProgress& progress, rods::LinkageDesign&) {
         iteration_ = progress.iteration;
         // The guard against buckling goes back to an earlier point where no trial was taken.
         if (progress.accepted || has_moved()) see_here();
-        const Step step{iteration_,
-                        progress.accepted,
-                        {progress.refused, progress.not_believed, progress.flat_lost,
-                         progress.guard > 0, progress.refusal}};
-        if (const auto goal = on_step(step)) set_goal(*goal);
-      });
+        on_step({iteration_,
+                 progress.accepted,
+                 {progress.refused, progress.not_believed, progress.flat_lost, progress.guard > 0,
+                  progress.refusal}});
+      },
+      [&](const rods::DesignReport& report, rods::LinkageDesign&) { on_end(report); });
 }
 
 bool LiveDesign::go_to_best() {

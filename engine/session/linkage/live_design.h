@@ -22,8 +22,11 @@ class LiveDesign {
     bool accepted = false;
     DesignTrials trials;
   };
-  /// After every step, before the next. @returns a goal to go on with, if it is another one now
-  using OnStep = std::function<std::optional<DesignGoal>(const Step& step)>;
+  /// After every step, before the next. May set another goal.
+  using OnStep = std::function<void(const Step& step)>;
+  /// Where the search would end, with what it would report. Another goal set: it goes on to that
+  /// from where it stands.
+  using OnEnd = std::function<void(const rods::DesignReport& report)>;
 
   /// Finds the flat equilibrium.
   /// @pre the live linkage is in equilibrium without springs, loads and weight
@@ -34,13 +37,14 @@ class LiveDesign {
              const JobContext& job);
 
   /// @throws Error{kNumerical} where an equilibrium has no derivatives
-  rods::DesignReport run(const JobContext& job, const OnStep& on_step);
+  void run(const JobContext& job, const OnStep& on_step, const OnEnd& on_end);
   /// To the best there is, once the search is over. @returns whether that is not where the last
   /// step left it
   bool go_to_best();
-  /// At once, for who waits between steps.
+  /// At once: before the search, or within what it calls.
   void set_goal(const DesignGoal& goal);
 
+  /// By the present goal, as now and best.
   [[nodiscard]] const DesignTerms& start() const { return start_; }
   [[nodiscard]] const DesignTerms& now() const { return now_; }
   [[nodiscard]] const DesignTerms& best() const { return best_; }
@@ -78,6 +82,7 @@ class LiveDesign {
   rods::DesignOptimizerOptions options_;
   std::optional<double> smallest_angle_;
   std::optional<rods::LinkageDesign> design_;
+  std::optional<rods::DesignPoint> start_point_;
   DesignTerms start_, now_, best_;
   Eigen::VectorXd measured_, best_parameters_;  // what now_ and best_ are of
   int iteration_ = 0, best_iteration_ = 0;

@@ -210,6 +210,41 @@ TEST(DesignOptimizer, CriteriaMayChangeWhileItRuns) {
   }
 }
 
+TEST(DesignOptimizer, CriteriaThatChangeAtTheEndAreGoneOnTo) {
+  Known known;
+  DesignOptimizerOptions& options = known.options;
+  options.longest = 1.02;
+  int ends = 0, first = 0;
+  const auto change_once = [&](const DesignReport& report, LinkageDesign& ended) {
+    if (++ends > 1) return;
+    EXPECT_NE(report.status, DesignStatus::kIterationLimit);
+    first = report.iterations;
+    DesignCriteria criteria = ended.criteria();
+    for (JointTarget& target : criteria.targets) target.position.z() += 20;
+    ended.set_criteria(criteria);
+  };
+  LinkageDesign design = known.design();
+  const Eigen::VectorXd start = design.parameters();
+  const DesignReport report = optimize_design(design, options, {}, {}, change_once);
+  EXPECT_EQ(ends, 2);
+  EXPECT_GT(report.iterations, first);
+  EXPECT_EQ(design.values(design.point()).objective, report.after.objective);
+  // Bounds are those of the start, not of where it was changed.
+  EXPECT_LE(design.parameters().cwiseQuotient(start).maxCoeff(), 1.02 + 1e-12);
+
+  LinkageDesign ended = known.design();
+  (void)optimize_design(ended, options);
+  ended.set_criteria(design.criteria());
+  EXPECT_LT(report.after.objective, ended.values(ended.point()).objective);
+
+  options.max_iterations = 1;
+  ends = 1;
+  LinkageDesign limited = known.design();
+  EXPECT_EQ(optimize_design(limited, options, {}, {}, change_once).status,
+            DesignStatus::kIterationLimit);
+  EXPECT_EQ(ends, 2);
+}
+
 TEST(DesignOptimizer, BadOptionsAreNamed) {
   const auto field = [](const auto& spoil) -> std::string {
     DesignOptimizerOptions options;

@@ -340,6 +340,14 @@ TEST(LinkageDesign, BadInputIsNamed) {
   EXPECT_EQ(field([](SmallDesign& p) { p.criteria.flat_share = 1.5; }), "flat_share");
   EXPECT_EQ(field([](SmallDesign& p) { p.criteria.distance_weight = -1; }), "distance_weight");
   EXPECT_EQ(field([](SmallDesign& p) { p.criteria.surface_weight = -1; }), "surface_weight");
+  EXPECT_EQ(field([](SmallDesign& p) { p.criteria.surface_weight = 1e31; }), "surface_weight");
+  EXPECT_EQ(field([](SmallDesign& p) { p.criteria.targets.at(1).weight = 1e300; }),
+            "targets[1].weight");
+  EXPECT_EQ(field([](SmallDesign& p) {
+              p.criteria.joint_surface_weights.setOnes(p.model.variables().joints());
+              p.criteria.joint_surface_weights[2] = 1e300;
+            }),
+            "joint_surface_weights[2]");
   EXPECT_EQ(field([](SmallDesign& p) { p.flat.pins = {{99}}; }), "flat.pins[0].joint");
   EXPECT_EQ(field([](SmallDesign& p) { p.limits.equilibrium.tolerance = 2; }),
             "equilibrium.tolerance");

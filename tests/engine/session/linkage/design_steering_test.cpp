@@ -4,6 +4,10 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <utility>
 
 #include "engine/rods/design/mesh_surface.h"
 #include "tests/engine/session/linkage/live_designs.h"
@@ -102,6 +106,86 @@ TEST(DesignSteering, WeightsOfJointsChangeWhileItRuns) {
   ASSERT_TRUE(live.watcher->wait_end());
 }
 
+/// Paused before its third step.
+std::shared_ptr<const DesignInfo> pause_early(Live& live, const DesignRequest& wanted) {
+  live.watcher->hook = [&live](const DesignInfo& info) {
+    if (info.iteration == 2 && info.state == DesignState::kRunning) live.session.pause_design();
+  };
+  live.session.start_design(wanted);
+  auto paused = live.watcher->wait_design(
+      [](const DesignInfo& info) { return info.state == DesignState::kPaused; });
+  live.watcher->hook = {};
+  return paused;
+}
+
+TEST(DesignSteering, WeightsThatNobodyCanReckonWithAreRefusedAtOnce) {
+  Live live;
+  const auto goals = [](const auto& spoil) {
+    DesignRequest wanted = request();
+    wanted.goal.surface = sheet(0);
+    spoil(wanted.goal);
+    return wanted;
+  };
+  const auto start = [&](const auto& spoil) {
+    return refusal([&] { live.session.start_design(goals(spoil)); });
+  };
+  const Eigen::VectorXd heavy = Eigen::VectorXd::Constant(25, 1e300);
+  EXPECT_EQ(start([](DesignGoal& goal) { goal.distance_weight = 1e31; }), "goal.distance_weight");
+  EXPECT_EQ(start([](DesignGoal& goal) { goal.surface_weight = 1e200; }), "goal.surface_weight");
+  EXPECT_EQ(start([](DesignGoal& goal) { goal.targets[4].weight = 1e300; }),
+            "goal.targets[4].weight");
+  EXPECT_EQ(start([&](DesignGoal& goal) { goal.joint_surface_weights = heavy; }),
+            "goal.joint_surface_weights[0]");
+
+  ASSERT_TRUE(pause_early(live, goals([](DesignGoal& goal) { goal.surface_weight = 0.01; })));
+  const auto change = [&](const auto& spoil) {
+    DesignChange bad;
+    spoil(bad);
+    return refusal([&] { live.session.change_design(bad); });
+  };
+  EXPECT_EQ(change([](DesignChange& bad) { bad.distance_weight = 1e31; }), "distance_weight");
+  EXPECT_EQ(change([](DesignChange& bad) { bad.surface_weight = 1e200; }), "surface_weight");
+  EXPECT_EQ(change([](DesignChange& bad) {
+              bad.targets = request().goal.targets;
+              (*bad.targets)[4].weight = 1e300;
+            }),
+            "targets[4].weight");
+  EXPECT_EQ(change([&](DesignChange& bad) { bad.joint_surface_weights = heavy; }),
+            "joint_surface_weights[0]");
+  live.session.resume_design();
+  const auto end = live.watcher->wait_end();
+  ASSERT_TRUE(end);
+  EXPECT_NE(end->end, DesignEnd::kFailed) << end->message;
+  EXPECT_EQ(end->goal.distance_weight, request().goal.distance_weight);
+  EXPECT_EQ(end->goal.joint_surface_weights.size(), 0);
+  EXPECT_EQ(end->taken, 1U) << end->message;
+}
+
+TEST(DesignSteering, WhereItBeganIsJudgedByTheNewGoalToo) {
+  Live live;
+  const Eigen::Matrix3Xd joints = live.joints(*live.session.final_result());
+  const auto paused = pause_early(live, request());
+  ASSERT_TRUE(paused);
+  EXPECT_GT(paused->start.target_rms, 0.1);
+  DesignChange change;
+  change.distance_weight = 1e7;
+  auto& targets = change.targets.emplace();
+  for (int j = 0; j < joints.cols(); ++j)
+    targets.push_back({j, joints.col(j) + Eigen::Vector3d(0, 3, 4), 1});
+  live.session.change_design(change);
+  const auto changed = live.watcher->wait_design(
+      [](const DesignInfo& info) { return info.goal.distance_weight == 1e7; });
+  ASSERT_TRUE(changed);
+  EXPECT_NEAR(changed->start.target_rms, 5, 1e-4);
+  EXPECT_EQ(changed->start.flat_energy, paused->start.flat_energy);
+  EXPECT_NE(changed->start.objective, paused->start.objective);
+  EXPECT_GT(std::abs(changed->now.target_rms - 5), 1e-3) << "it has left it since";
+  live.session.stop_design();
+  const auto end = live.watcher->wait_end();
+  ASSERT_TRUE(end);
+  EXPECT_EQ(end->start.objective, changed->start.objective);
+}
+
 TEST(DesignSteering, StoppedTheSessionHasItsShapeAtOnce) {
   Live live;
   const auto before = live.session.final_result();
@@ -185,6 +269,135 @@ TEST(DesignSteering, TermsAreThoseOfTheShapeThatIsShown) {
   int went_back = 0;
   for (const double weight : {1e4, 1e5, 1e6, 1e8}) demand_terms_of_shapes(weight, went_back);
   EXPECT_GT(went_back, 0) << "none of them has gone back";
+}
+
+/// A plane under the linkage that calls somebody, once, when it is asked for a point.
+class AskedPlane : public rods::TargetSurface {
+ public:
+  [[nodiscard]] rods::ClosestPoint closest(const Eigen::Vector3d& point) const override {
+    if (const auto call = std::exchange(call_, {})) call();
+    rods::ClosestPoint result;
+    result.position = {point.x(), point.y(), -5};
+    result.derivative.diagonal() << 1, 1, 0;
+    return result;
+  }
+  void call_next(std::function<void()> call) { call_ = std::move(call); }
+
+ private:
+  mutable std::function<void()> call_;
+};
+
+/// Designs that run alike, and what clients want of one after its last step. Each is the second for
+/// its goal: at its end it is compared with the first one, whose distance to the surface is asked
+/// for then.
+class LastStretch {
+ public:
+  using Want = std::function<void(LinkageSession&)>;
+  LastStretch() {
+    if (const auto end = run({})) alone_ = *end;
+    EXPECT_TRUE(alone_.end == DesignEnd::kConverged || alone_.end == DesignEnd::kSettled);
+    EXPECT_EQ(alone_.taken, kTaken);
+  }
+  /// How it ends by itself.
+  [[nodiscard]] const DesignInfo& alone() const { return alone_; }
+  /// @param want  within the task, after the last step and before the end
+  /// @param then  while it is paused; empty: it is not
+  std::shared_ptr<const DesignInfo> run(const Want& want, const Want& then = {});
+  void expect_not_taken(const DesignInfo& end);
+  void expect_gone_on(const DesignInfo& end);
+  static constexpr Revision kBefore = 2, kTaken = 3;
+
+ private:
+  std::optional<Live> live_;
+  Eigen::Matrix3Xd before_;
+  DesignInfo alone_;
+};
+
+std::shared_ptr<const DesignInfo> LastStretch::run(const Want& want, const Want& then) {
+  Live& live = live_.emplace();
+  const auto plane = std::make_shared<AskedPlane>();
+  DesignRequest wanted = request();
+  wanted.goal.distance_weight = 1e6;
+  wanted.goal.surface = plane;
+  wanted.goal.surface_weight = 1e-2;
+  live.session.start_design(wanted);
+  EXPECT_TRUE(live.watcher->wait_end());
+  before_ = live.joints(*live.edit({Undo{}}));
+  live.watcher->forget();
+  bool asked = false;
+  live.watcher->hook = [&](const DesignInfo& info) {
+    if (!want || asked || info.iteration != alone_.iteration) return;
+    asked = true;
+    plane->call_next([&] { want(live.session); });
+  };
+  live.session.start_design(wanted);
+  if (then) {
+    EXPECT_TRUE(live.watcher->wait_design(
+        [](const DesignInfo& info) { return info.state == DesignState::kPaused; }));
+    EXPECT_EQ(live.session.design()->end, DesignEnd::kNone);
+    then(live.session);
+  }
+  return live.watcher->wait_end();
+}
+
+DesignChange heavier() {
+  DesignChange change;
+  change.distance_weight = 1e8;
+  return change;
+}
+
+void LastStretch::expect_not_taken(const DesignInfo& end) {
+  EXPECT_EQ(end.end, DesignEnd::kStopped) << end.message;
+  EXPECT_EQ(end.iteration, alone_.iteration);
+  EXPECT_FALSE(end.taken);
+  EXPECT_EQ(live_->session.revision(), kBefore);
+  EXPECT_EQ(live_->joints(*live_->session.newest_result()), before_);
+  EXPECT_EQ(live_->session.take_design().revision, kTaken) << "it is there to be taken";
+}
+
+void LastStretch::expect_gone_on(const DesignInfo& end) {
+  EXPECT_EQ(end.goal.distance_weight, 1e8);
+  EXPECT_GT(end.iteration, alone_.iteration);
+  EXPECT_LT(end.best.target_rms, alone_.best.target_rms);
+  EXPECT_EQ(end.taken, kTaken) << end.message;
+  EXPECT_EQ(live_->session.revision(), kTaken);
+}
+
+TEST(DesignLastStretch, AStopAfterTheLastStepIsObeyed) {
+  LastStretch last;
+  const auto end = last.run([](LinkageSession& session) { session.stop_design(); });
+  ASSERT_TRUE(end);
+  last.expect_not_taken(*end);
+}
+
+TEST(DesignLastStretch, AChangeAfterTheLastStepIsGoneOnTo) {
+  LastStretch last;
+  const auto end = last.run([](LinkageSession& session) { session.change_design(heavier()); });
+  ASSERT_TRUE(end);
+  last.expect_gone_on(*end);
+}
+
+TEST(DesignLastStretch, APauseAfterTheLastStepIsKept) {
+  LastStretch last;
+  const auto pause = [](LinkageSession& session) { session.pause_design(); };
+  auto end = last.run(pause, [](LinkageSession& session) { session.resume_design(); });
+  ASSERT_TRUE(end);
+  EXPECT_EQ(end->end, last.alone().end);
+  EXPECT_EQ(end->iteration, last.alone().iteration);
+  EXPECT_EQ(end->best.objective, last.alone().best.objective);
+  EXPECT_EQ(end->message, last.alone().message);
+  EXPECT_EQ(end->taken, LastStretch::kTaken);
+
+  end = last.run(pause, [](LinkageSession& session) {
+    session.change_design(heavier());
+    session.resume_design();
+  });
+  ASSERT_TRUE(end);
+  last.expect_gone_on(*end);
+
+  end = last.run(pause, [](LinkageSession& session) { session.stop_design(); });
+  ASSERT_TRUE(end);
+  last.expect_not_taken(*end);
 }
 
 }  // namespace
