@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <Eigen/IterativeLinearSolvers>
 #include <Eigen/SparseCholesky>
@@ -15,6 +14,7 @@
 #include <vector>
 
 #include "engine/base/error.h"
+#include "engine/rods/design/patch_corners.h"
 
 namespace limber::rods {
 namespace {
@@ -84,31 +84,6 @@ std::vector<int> rim_of(const SurfaceMesh& surface) {
   return rim;
 }
 
-/// Where the rim's corners are, as places in it, going round.
-std::array<std::size_t, 4> corners_of(const SurfaceMesh& surface, const std::vector<int>& rim) {
-  Eigen::Matrix3Xd points(3, static_cast<Eigen::Index>(rim.size()));
-  for (std::size_t i = 0; i < rim.size(); ++i)
-    points.col(static_cast<Eigen::Index>(i)) = surface.vertices.col(rim[i]);
-  const Eigen::Matrix3Xd centred = points.colwise() - points.rowwise().mean();
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(centred * centred.transpose());
-  const Eigen::Matrix2Xd flat = eigen.eigenvectors().rightCols<2>().transpose() * centred;
-  const Eigen::Vector2d size = flat.rowwise().maxCoeff() - flat.rowwise().minCoeff();
-  std::array<std::size_t, 4> corners;
-  constexpr std::array<std::array<double, 2>, 4> kWays{{{-1, -1}, {1, -1}, {1, 1}, {-1, 1}}};
-  for (std::size_t k = 0; k < 4; ++k) {
-    const Eigen::RowVectorXd along =
-        kWays[k][0] / size.x() * flat.row(0) + kWays[k][1] / size.y() * flat.row(1);
-    Eigen::Index farthest = 0;
-    along.maxCoeff(&farthest);
-    corners[k] = static_cast<std::size_t>(farthest);
-  }
-  std::sort(corners.begin(), corners.end());
-  if (std::adjacent_find(corners.begin(), corners.end()) == corners.end()) return corners;
-  if (rim.size() < 4) refuse("the rim has fewer than four vertices");
-  for (std::size_t k = 0; k < 4; ++k) corners[k] = k * rim.size() / 4;
-  return corners;
-}
-
 /// Length of the rim from one place in it to another, on the way it goes.
 double length_between(const SurfaceMesh& surface, const std::vector<int>& rim, std::size_t begin,
                       std::size_t end) {
@@ -120,13 +95,8 @@ double length_between(const SurfaceMesh& surface, const std::vector<int>& rim, s
   return length;
 }
 
-bool points_backward(const Eigen::Vector3d& way) {
-  Eigen::Index most = 0;
-  way.cwiseAbs().maxCoeff(&most);
-  return way[most] < 0;
-}
-
-/// Is one way longer than the other, or as long and more along x, or else y?
+/// Is one way longer than the other, or as long and more along x, or else y, or else between two
+/// axes' forward directions rather than across?
 bool comes_first(double length, const Eigen::Vector3d& way, double than,
                  const Eigen::Vector3d& other) {
   constexpr double kEqual = 1e-6;
@@ -135,6 +105,10 @@ bool comes_first(double length, const Eigen::Vector3d& way, double than,
     const double share = std::abs(way[axis]), before = std::abs(other[axis]);
     if (std::abs(share - before) > kEqual * other.norm()) return share > before;
   }
+  for (const auto& [one, two] : {std::pair{0, 1}, std::pair{0, 2}, std::pair{1, 2}}) {
+    const double product = way[one] * way[two], before = other[one] * other[two];
+    if (std::abs(product - before) > kEqual * other.squaredNorm()) return product > before;
+  }
   return false;
 }
 
@@ -142,7 +116,7 @@ bool comes_first(double length, const Eigen::Vector3d& way, double than,
 /// the order of its vertices: the first direction is that of the longer sides and goes forward
 /// along the axis it is nearest to, and so does the normal.
 std::array<std::size_t, 4> begin_at_first(const SurfaceMesh& surface, std::vector<int>& rim) {
-  std::array<std::size_t, 4> corners = corners_of(surface, rim);
+  std::array<std::size_t, 4> corners = patch_corners(surface, rim);
   const auto sides = [&](std::size_t k) {  // the way along sides k and k + 2
     const auto at = [&](std::size_t corner) -> Eigen::Vector3d {
       return surface.vertices.col(rim[corners[corner % 4]]);

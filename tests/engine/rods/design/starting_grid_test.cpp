@@ -14,31 +14,13 @@
 #include "engine/rods/design/placed_surface.h"
 #include "engine/rods/equilibrium/deployment.h"
 #include "engine/rods/linkage/linkage_graph.h"
+#include "tests/engine/rods/design/small_patches.h"
 
 namespace limber::rods {
 namespace {
 
-/// n x n cells over a square of side 200, raised by `height` of (x, y) in [-1, 1]^2.
-template <class Height>
-SurfaceMesh field(int n, const Height& height) {
-  SurfaceMesh mesh;
-  mesh.vertices.resize(3, Eigen::Index{n + 1} * (n + 1));
-  mesh.triangles.resize(3, Eigen::Index{2} * n * n);
-  for (int j = 0; j <= n; ++j) {
-    for (int i = 0; i <= n; ++i) {
-      const double x = 2.0 * i / n - 1, y = 2.0 * j / n - 1;
-      mesh.vertices.col(j * (n + 1) + i) << 100 * x, 100 * y, height(x, y);
-    }
-  }
-  for (int j = 0; j < n; ++j) {
-    for (int i = 0; i < n; ++i) {
-      const int at = j * (n + 1) + i, up = at + n + 1;
-      mesh.triangles.col(2 * (j * n + i)) << at, at + 1, up + 1;
-      mesh.triangles.col(2 * (j * n + i) + 1) << at, up + 1, up;
-    }
-  }
-  return mesh;
-}
+using testing::field;
+
 SurfaceMesh dome() {
   return field(24, [](double x, double y) { return 60 * (1 - 0.5 * (x * x + y * y)); });
 }
@@ -82,28 +64,6 @@ TEST(PatchMap, ASquareIsItsOwnMap) {
   for (Eigen::Index i = 0; i < map.cols(); ++i) {
     const Eigen::Vector2d at = (mesh.vertices.col(i).head<2>().array() + 100) / 200;
     EXPECT_LT((map.col(i) - at).norm(), 1e-10) << i;
-  }
-}
-
-/// Which corner comes first and which way round is of the surface, not of its file.
-TEST(PatchMap, DirectionsDoNotDependOnTheOrderOfVertices) {
-  SurfaceMesh mesh =
-      field(12, [](double x, double y) { return 20 * x * x - 15 * y * y + 4 * x * y; });
-  mesh.vertices.row(1) *= 1.5;  // longer along y
-  const Eigen::Matrix2Xd map = map_patch_to_square(mesh);
-  const auto count = static_cast<int>(mesh.vertices.cols());
-  const int last = count - 1, middle = count / 2;
-  EXPECT_LT((map.col(last) - Eigen::Vector2d(1, 0)).norm(), 1e-12);  // first along y, upright
-  EXPECT_LT((map.col(0) - Eigen::Vector2d(0, 1)).norm(), 1e-12);
-  for (const int stride : {5, 7, 100}) {  // without a factor of the 169 vertices
-    SurfaceMesh shuffled = mesh;
-    for (int v = 0; v < count; ++v)
-      shuffled.vertices.col((v * stride + middle) % count) = mesh.vertices.col(v);
-    for (int& vertex : shuffled.triangles.reshaped()) vertex = (vertex * stride + middle) % count;
-    if (stride == 7) shuffled.triangles.row(0).swap(shuffled.triangles.row(1));
-    const Eigen::Matrix2Xd again = map_patch_to_square(shuffled);
-    for (int v = 0; v < count; ++v)
-      EXPECT_LT((again.col((v * stride + middle) % count) - map.col(v)).norm(), 1e-10);
   }
 }
 

@@ -118,19 +118,28 @@ TEST(Deployment, ByTorquesEndsWhereTheTorquesSolveDirectly) {
   EXPECT_NEAR(state.mean_opening_angle(), before, 1e-6);
 }
 
-TEST(Deployment, BySelectedAngles) {
-  const LinkageModel model = curved_model();
-  LinkageEquilibrium equilibrium(model);
-  LinkageState state(model);
-  Conditions conditions;
-  ASSERT_TRUE(equilibrium.solve(state, conditions).converged());
-  const double first = state.joints()[0].opening_angle + 0.4;
-  const double second = state.joints()[15].opening_angle - 0.1;
-  conditions.angles = {{0, first}, {15, second}};
+TEST(Deployment, BySelectedAnglesAndBack) {
+  Balanced curved;
+  auto& [model, equilibrium, state, conditions] = curved;
+  const double energy = equilibrium.solve(state, conditions).energies.total();
+  const LinkageState start = state;
+  const double first = state.joints()[0].opening_angle, last = state.joints()[15].opening_angle;
+  conditions.angles = {{0, first + 0.4}, {15, last - 0.1}};
   const DeploymentReport report = deploy(equilibrium, state, conditions);
   EXPECT_EQ(report.status, DeploymentStatus::kReached) << report.message;
-  EXPECT_NEAR(state.joints()[0].opening_angle, first, 1e-12);
-  EXPECT_NEAR(state.joints()[15].opening_angle, second, 1e-12);
+  EXPECT_NEAR(state.joints()[0].opening_angle, first + 0.4, 1e-12);
+  EXPECT_NEAR(state.joints()[15].opening_angle, last - 0.1, 1e-12);
+  EXPECT_GT(joint_distance(state, start), 1);
+  EXPECT_GT(report.end.energies.total(), 1.001 * energy);
+  // Where nothing need hold the angles.
+  conditions.angles = {{0, first}, {15, last}};
+  const DeploymentReport back = deploy(equilibrium, state, conditions);
+  EXPECT_EQ(back.status, DeploymentStatus::kReached) << back.message;
+  EXPECT_EQ(report.jumps + back.jumps, 0);
+  EXPECT_LT(joint_distance(state, start), 1e-4);
+  EXPECT_NEAR(back.end.energies.total(), energy, 1e-8 * (1 + energy));
+  for (std::size_t j = 0; j < start.joints().size(); ++j)
+    EXPECT_NEAR(state.joints()[j].opening_angle, start.joints()[j].opening_angle, 1e-5) << j;
 }
 
 /// A shallow roof of two rods, clamped at both ends by springs on their first two vertices.

@@ -160,7 +160,7 @@ INSTANTIATE_TEST_SUITE_P(BothRodsBothWays, TerminalEdgeTest,
                          ::testing::Values(Case{kRodA, 1}, Case{kRodA, -1}, Case{kRodB, 1},
                                            Case{kRodB, -1}));
 
-TEST(TerminalEdge, TurnsOfMoreThanHalfARoundAreFollowed) {
+TEST(TerminalEdge, TurnsOfAlmostHalfARoundAreFollowed) {
   Random random(5);
   const JointState<double> joint = random_joint(random);
   Vector9 x = Vector9::Zero();
