@@ -279,16 +279,18 @@ EquilibriumReport LiveLinkage::report_of_shape(const EquilibriumReport& attempt)
   return report;
 }
 
+void LiveLinkage::come_back_to(const Known& known) {
+  state_ = good_ = known.state;
+  held_ = good_held_ = known.held;
+  good_report_ = known.report;
+  good_sizes_ = known.sizes;
+  set_sizes(known.sizes);
+  turned_ = 0;
+}
+
 void LiveLinkage::recall(const SharedConditions& conditions) {
   for (const Known& known : known_) {
-    if (known.conditions != conditions) continue;
-    state_ = good_ = known.state;
-    held_ = good_held_ = known.held;
-    good_report_ = known.report;
-    good_sizes_ = known.sizes;
-    set_sizes(known.sizes);
-    turned_ = 0;
-    return;
+    if (known.conditions == conditions) return come_back_to(known);
   }
 }
 
@@ -325,20 +327,33 @@ std::string LiveLinkage::contradiction(const scene::LinkageConditions& condition
   return issues.empty() ? "" : issues.front().message;
 }
 
+void LiveLinkage::attempt(const scene::LinkageConditions& conditions,
+                          const rods::Conditions& wanted, const RodSizes& sizes,
+                          const JobContext& job, const OnIterate& on_iterate, Outcome& outcome) {
+  if (!bring_sizes(sizes, conditions, wanted, job, on_iterate, outcome)) return;
+  outcome.report.message = contradiction(conditions);
+  if (outcome.report.message.empty()) {
+    go(wanted, job, on_iterate, outcome);
+  } else {
+    outcome.report.status = EquilibriumStatus::kStalled;
+  }
+}
+
 LiveLinkage::Outcome LiveLinkage::solve(const SharedConditions& conditions, const JobContext& job,
                                         const OnIterate& on_iterate) {
   LIMBER_DEMAND(conditions != nullptr);
   recall(conditions);
   const rods::Conditions wanted = map_conditions(*conditions, mapped_, length_unit_);
-  Outcome outcome;
   const RodSizes sizes = sizes_of(*conditions);
-  if (bring_sizes(sizes, *conditions, wanted, job, on_iterate, outcome)) {
-    outcome.report.message = contradiction(*conditions);
-    if (outcome.report.message.empty()) {
-      go(wanted, job, on_iterate, outcome);
-    } else {
-      outcome.report.status = EquilibriumStatus::kStalled;
-    }
+  const bool astray = sound_ && !settled_under_;
+  Outcome outcome;
+  attempt(*conditions, wanted, sizes, job, on_iterate, outcome);
+  const bool stuck = !outcome.reached && outcome.path.empty() &&
+                     outcome.report.status != EquilibriumStatus::kCancelled;
+  if (astray && stuck) {  // no way leads on from where the last one stopped
+    come_back_to(*sound_);
+    outcome = {};
+    attempt(*conditions, wanted, sizes, job, on_iterate, outcome);
   }
   if (outcome.reached) {
     settled_ = true;
@@ -347,11 +362,12 @@ LiveLinkage::Outcome LiveLinkage::solve(const SharedConditions& conditions, cons
     good_held_ = held_ = wanted;
     good_report_ = outcome.report;
     good_sizes_ = sizes;
-    reached_under_ = settled_under_ = conditions;
+    settled_under_ = conditions;
+    sound_ = Known{conditions, good_, good_held_, good_report_, good_sizes_};
     remember(conditions);
   } else if (outcome.report.status != EquilibriumStatus::kCancelled) {
     outcome.report.message += told_request(
-        reached_under_ ? *reached_under_ : scene::LinkageConditions(), *conditions, length_unit_);
+        sound_ ? *sound_->conditions : scene::LinkageConditions(), *conditions, length_unit_);
     settled_under_.reset();
     if (outcome.path.empty()) {
       restore();

@@ -3,6 +3,7 @@
 #include <deque>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "engine/base/job.h"
@@ -86,7 +87,11 @@ class LiveLinkage {
     rods::EquilibriumReport report;
     RodSizes sizes;
   };
+  void come_back_to(const Known& known);
   void recall(const SharedConditions& conditions);
+  void attempt(const scene::LinkageConditions& conditions, const rods::Conditions& wanted,
+               const RodSizes& sizes, const JobContext& job, const OnIterate& on_iterate,
+               Outcome& outcome);
   [[nodiscard]] std::string contradiction(const scene::LinkageConditions& conditions) const;
   [[nodiscard]] RodSizes sizes_of(const scene::LinkageConditions& conditions) const;
   void set_sizes(const RodSizes& sizes);
@@ -124,10 +129,10 @@ class LiveLinkage {
   rods::LinkageState good_;
   RodSizes good_sizes_;
   SharedConditions settled_under_;
-  SharedConditions reached_under_;  // the last that an equilibrium was found under, for messages
-  bool settled_ = false;            // is good_ an equilibrium
-  rods::Conditions held_;           // the last that state_ was in equilibrium under
-  rods::Conditions good_held_;      // those of good_
+  std::optional<Known> sound_;  // the last equilibrium that was asked for and reached
+  bool settled_ = false;        // is good_ an equilibrium
+  rods::Conditions held_;       // the last that state_ was in equilibrium under
+  rods::Conditions good_held_;  // those of good_
   rods::EquilibriumReport good_report_;
   const rods::LinkageState* iterate_ = nullptr;  // within a solve
   std::deque<Known> known_;                      // the latest last
