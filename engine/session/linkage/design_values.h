@@ -33,7 +33,7 @@ struct DesignGoal {
   [[nodiscard]] std::shared_ptr<const rods::TargetSurface> placed_surface() const;
 
   /// @param joints  of the linkage
-  /// @throws Error naming the member: {kInvalidArgument} for weights that are negative, positions
+  /// @throws Error naming the member: {kInvalidArgument} for weights outside [0, 1e30], positions
   /// that are not finite, a joint twice, nothing to go to; {kOutOfRange} targets[i].joint
   void validate(int joints) const;
 };
