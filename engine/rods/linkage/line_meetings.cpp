@@ -134,13 +134,13 @@ class Search {
     }
     const EdgeTree tree(boxes);
     std::int64_t left = kPairsOfEdge * static_cast<std::int64_t>(lines_.size());
-    for (int e = 0; e < mesh_.edge_count() && left > 0 && seen_.size() < kMostFound; ++e) {
-      tree.each(boxes[static_cast<std::size_t>(e)], [&](int other) {
-        if (other > e) look_at(e, other);
-        return --left > 0 && seen_.size() < kMostFound;
+    LineMeetings found;
+    for (int e = 0; e < mesh_.edge_count() && found.all; ++e) {
+      found.all = tree.each(boxes[static_cast<std::size_t>(e)], [&](int other) {
+        if (left-- <= 0) return false;
+        return other <= e || look_at(e, other);
       });
     }
-    LineMeetings found;
     found.count = static_cast<int>(seen_.size());
     std::sort(meetings_.begin(), meetings_.end(), [](const auto& a, const auto& b) {
       return std::pair(a.edges[0], a.edges[1]) < std::pair(b.edges[0], b.edges[1]);
@@ -153,23 +153,24 @@ class Search {
  private:
   [[nodiscard]] double near(double length) const { return std::min(kNear * length, shortest_ / 2); }
 
-  void look_at(int e, int other) {
+  /// False: they meet where that was not known, and nothing more is to be looked for.
+  bool look_at(int e, int other) {
     const auto ends = mesh_.edges.col(e), others = mesh_.edges.col(other);
     for (int end = 0; end < 2; ++end)
-      if (ends[end] == others[0] || ends[end] == others[1]) return;
+      if (ends[end] == others[0] || ends[end] == others[1]) return true;
     const Line& one = lines_[static_cast<std::size_t>(e)];
     const Line& two = lines_[static_cast<std::size_t>(other)];
     const double tolerance = near(std::min(one.length, two.length));
     Eigen::Vector2d shares = nearest_shares(one, two);
     const Eigen::Vector3d place = one.start + shares[0] * one.way;
-    if ((place - two.start - shares[1] * two.way).norm() > tolerance) return;
+    if ((place - two.start - shares[1] * two.way).norm() > tolerance) return true;
     LineMeeting meeting;
     meeting.edges = {e, other};
     meeting.place = place;
     meeting.vertices = {vertex_at(e, shares[0], tolerance), vertex_at(other, shares[1], tolerance)};
     const bool aside = one.way.cross(two.way).norm() < kParallel * one.length * two.length;
-    if (aside && !continues(meeting)) return;
-    note(meeting);
+    if (aside && !continues(meeting)) return true;
+    return note(meeting);
   }
 
   [[nodiscard]] int vertex_at(int edge, double share, double tolerance) const {
@@ -191,7 +192,7 @@ class Search {
   }
 
   /// Once for each place, though several edges meet there.
-  void note(LineMeeting& meeting) {
+  bool note(LineMeeting& meeting) {
     const Eigen::Vector2i& vertices = meeting.vertices;
     std::tuple<int, int, int> key;
     if (vertices[0] >= 0 && vertices[1] >= 0) {
@@ -203,7 +204,11 @@ class Search {
     } else {
       key = {2, meeting.edges[0], meeting.edges[1]};
     }
-    if (seen_.insert(key).second) meetings_.push_back(meeting);
+    if (seen_.count(key) > 0) return true;
+    if (seen_.size() == kMostFound) return false;
+    seen_.insert(key);
+    meetings_.push_back(meeting);
+    return true;
   }
 
   const LineMesh& mesh_;

@@ -21,15 +21,17 @@ struct LineMeeting {
 
 struct LineMeetings {
   std::vector<LineMeeting> listed;  // by edges, ascending
-  int count = 0;                    // all that were found, at most 1000
+  int count = 0;                    // all that were found
+  bool all = true;                  // or else the search stopped: there may be more
 };
 
 /// Edges that come as near to each other as a thousandth of the shorter one, and half the shortest
 /// of all.
 ///
-/// Edges that lie side by side, as in a linkage that is drawn closed, do not count, unless they
-/// continue one another from a loose end to a loose end. The time is that of sorting, and grows
-/// with the pairs whose boxes overlap; of meshes that are all overlap part is looked at.
+/// Edges closer to parallel than 5.7 degrees lie side by side, as in a linkage that is drawn
+/// closed, and do not count, unless they continue one another from a loose end to a loose end. The
+/// time is that of sorting, and grows with the pairs whose boxes overlap. After 1000 meetings, and
+/// after 300 pairs for each edge, nothing more is looked for.
 /// @pre check_line_mesh has nothing to say
 /// @param most  of what is listed
 [[nodiscard]] LineMeetings find_line_meetings(const LineMesh& mesh, int most = 10);

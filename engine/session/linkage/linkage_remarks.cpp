@@ -47,7 +47,8 @@ std::vector<scene::Issue> linkage_remarks(const scene::Linkage& linkage) {
   const int more = meetings.count - static_cast<int>(meetings.listed.size());
   if (more > 0) {
     issues.push_back({kWarning, "lines",
-                      fmt::format("edges touch at {} more places where nothing joins them", more)});
+                      fmt::format("edges touch where nothing joins them in {}{} more places",
+                                  meetings.all ? "" : "at least ", more)});
   }
   return issues;
 }

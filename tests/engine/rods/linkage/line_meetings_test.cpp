@@ -6,6 +6,7 @@
 
 #include <Eigen/LU>
 #include <cmath>
+#include <numbers>
 #include <random>
 #include <set>
 
@@ -131,19 +132,48 @@ TEST(LineMeetings, AreThoseOfLookingAtEveryPair) {
   EXPECT_EQ(pairs, expected);
 }
 
-TEST(LineMeetings, FewAreListedAndAllCounted) {
+/// Lines along x across lines along y.
+LineMesh lattice(int rows, int columns) {
+  const double width = columns, height = rows;
   std::vector<Eigen::Vector3d> vertices;
   std::vector<Eigen::Vector2i> edges;
-  for (int i = 0; i < 5; ++i) {
-    for (const int k : {0, 1}) {
-      vertices.emplace_back(k == 0 ? -1 : i, k == 0 ? i : -1, 0);
-      vertices.emplace_back(k == 0 ? 6 : i, k == 0 ? i : 6, 0);
-      edges.emplace_back(4 * i + 2 * k, 4 * i + 2 * k + 1);
-    }
-  }
-  const LineMeetings found = find_line_meetings(mesh_of(vertices, edges), 4);
+  const auto draw = [&](const Eigen::Vector3d& from, const Eigen::Vector3d& to) {
+    edges.emplace_back(static_cast<int>(vertices.size()), static_cast<int>(vertices.size()) + 1);
+    vertices.push_back(from);
+    vertices.push_back(to);
+  };
+  for (int r = 0; r < rows; ++r) draw({-1, 1.0 * r, 0}, {width, 1.0 * r, 0});
+  for (int c = 0; c < columns; ++c) draw({1.0 * c, -1, 0}, {1.0 * c, height, 0});
+  return mesh_of(vertices, edges);
+}
+
+TEST(LineMeetings, FewAreListedAndAllCounted) {
+  const LineMeetings found = find_line_meetings(lattice(5, 5), 4);
   EXPECT_EQ(found.count, 25);
+  EXPECT_TRUE(found.all);
   EXPECT_EQ(found.listed.size(), 4U);
+}
+
+TEST(LineMeetings, AThousandAreFoundAndWhetherThereAreMoreIsTold) {
+  const LineMeetings whole = find_line_meetings(lattice(25, 40));
+  EXPECT_EQ(whole.count, 1000);
+  EXPECT_TRUE(whole.all);
+  for (const int columns : {41, 200}) {
+    const LineMeetings part = find_line_meetings(lattice(25, columns));
+    EXPECT_EQ(part.count, 1000);
+    EXPECT_FALSE(part.all);
+  }
+}
+
+TEST(LineMeetings, LinesThatAreNearlyParallelAreNotTold) {
+  for (const auto& [degrees, count] : {std::pair{5.6, 0}, std::pair{5.9, 1}}) {
+    const double angle = degrees * std::numbers::pi / 180;
+    const Eigen::Vector3d way(std::cos(angle), std::sin(angle), 0);
+    EXPECT_EQ(
+        find_line_meetings(mesh_of({{-1, 0, 0}, {1, 0, 0}, -way, way}, {{0, 1}, {2, 3}})).count,
+        count)
+        << degrees;
+  }
 }
 
 TEST(LineMeetings, SamplesAndPublicModelsHaveNone) {
