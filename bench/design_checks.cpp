@@ -1,5 +1,6 @@
 #include "bench/design_checks.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <iterator>
@@ -39,6 +40,7 @@ constexpr Measure kMeasures[] = {{"", &rods::DesignMeasures<double>::objective,
                                   &rods::DesignMeasures<Eigen::VectorXd>::smallest_angle}};
 
 struct Mismatch {
+  bool has_differences = false;  // with some step
   /// Relative, of each measure; empty: no differences could be taken, or it has no derivative to
   /// compare with.
   std::array<std::optional<double>, std::size(kMeasures)> gradient, product;
@@ -60,7 +62,7 @@ std::optional<Sides> sides_of(rods::LinkageDesign& design, const Eigen::VectorXd
   std::vector<rods::DesignPoint> points;
   for (const double side : {1.0, -1.0, 2.0, -2.0}) {
     rods::DesignTrial trial = design.trial(parameters + side * step * v);
-    if (trial.status != rods::TrialStatus::kFound) return {};
+    if (trial.status != rods::TrialStatus::kFound) break;
     if (!beside) beside = trial.point;
     if (!same_faces(*design.criteria().surface, home, trial.point)) break;
     points.push_back(std::move(trial.point));
@@ -92,6 +94,7 @@ Mismatch differences(rods::LinkageDesign& design, const Eigen::VectorXd& v,
   for (const double step : steps) {
     const std::optional<Sides> sides = sides_of(design, v, step, best.beside);
     if (!sides) continue;
+    best.has_differences = true;
     for (std::size_t m = 0; m < std::size(kMeasures); ++m) {
       const Eigen::VectorXd& gradient = gradients.*kMeasures[m].derivative;
       const Eigen::VectorXd& product = products.*kMeasures[m].derivative;
@@ -126,7 +129,7 @@ void check_derivatives(rods::LinkageDesign& design, Eigen::VectorXd v, bool quic
   const rods::DesignPoint home = design.point();
   v *= design.parameters().mean() / v.norm();
   Mismatch mismatch = differences(design, v, steps);
-  const bool crease = !mismatch.gradient[0] && mismatch.beside;
+  const bool crease = !mismatch.has_differences && mismatch.beside;
   if (crease) {  // J has no derivative here: beside it, it has
     design.move_to(*mismatch.beside);
     mismatch = differences(design, v, steps);
