@@ -563,3 +563,19 @@ def test_what_kept_lengths_from_changing_may_be_taken_away(server):
     np.testing.assert_array_equal(grid.lengths(), np.full(len(edges), 1.05))
     assert np.linalg.norm(grid.shape().joints[0] - grid.shape().joints[1]) == pytest.approx(1.05, rel=1e-3)
     grid.close()
+
+
+def test_what_a_load_has_wrecked_comes_back_when_it_is_taken_away(server):
+    scene = server.sample("dome")
+    scene.linkage.edges_per_segment = 3
+    dome = server.open(scene, progress=False)
+    dome.deploy(60)
+    dome.pin(40, "both")
+    sound = dome.wait()
+    dome.load(5, force=(0, 0, -1e9))
+    assert dome.wait(timeout=120).solve_failed
+    dome.load(5)
+    back = dome.wait(timeout=120)
+    assert not back.solve_failed, back.message
+    assert back.energy == pytest.approx(sound.energy, rel=1e-6)
+    dome.close()

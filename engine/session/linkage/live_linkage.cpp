@@ -348,12 +348,22 @@ LiveLinkage::Outcome LiveLinkage::solve(const SharedConditions& conditions, cons
   const bool astray = sound_ && !settled_under_;
   Outcome outcome;
   attempt(*conditions, wanted, sizes, job, on_iterate, outcome);
-  const bool stuck = !outcome.reached && outcome.path.empty() &&
-                     outcome.report.status != EquilibriumStatus::kCancelled;
-  if (astray && stuck) {  // no way leads on from where the last one stopped
+  const auto failed = [](const Outcome& tried) {
+    return !tried.reached && tried.report.status != EquilibriumStatus::kCancelled;
+  };
+  if (astray && failed(outcome)) {  // there may be no way on from where the last one stopped
+    const rods::LinkageState stopped = state_;
+    const rods::Conditions stopped_held = held_;
     come_back_to(*sound_);
-    outcome = {};
-    attempt(*conditions, wanted, sizes, job, on_iterate, outcome);
+    Outcome again;
+    attempt(*conditions, wanted, sizes, job, on_iterate, again);
+    if (!failed(again) || outcome.path.empty()) {
+      outcome = std::move(again);
+    } else {
+      state_ = stopped;
+      held_ = stopped_held;
+      set_sizes(sizes);
+    }
   }
   if (outcome.reached) {
     settled_ = true;
