@@ -363,11 +363,12 @@ class Deployment {
 std::optional<int> overturned(const LinkageModel& model, const LinkageState& from,
                               const LinkageState& to) {
   constexpr double kOver = 1.25 * std::numbers::pi;
+  constexpr double kFolded = 2 * std::numbers::pi;
   constexpr double kSameAngle = 1e-3;
   for (std::size_t j = 0; j < to.joints().size(); ++j) {
-    if (model.graph().joints[j].valence == 2) continue;
     const double angle = std::abs(to.joints()[j].opening_angle);
-    if (angle > kOver && angle > std::abs(from.joints()[j].opening_angle) + kSameAngle)
+    const double most = model.graph().joints[j].valence == 2 ? kFolded : kOver;
+    if (angle > most && angle > std::abs(from.joints()[j].opening_angle) + kSameAngle)
       return static_cast<int>(j);
   }
   return std::nullopt;

@@ -76,8 +76,8 @@ struct DeploymentReport {
 };
 
 /// The first joint that has turned over on the way from one shape to another: its opening angle is
-/// beyond 225 degrees either way, farther than it was. Rods cross there; nothing real does that. A
-/// joint of two ends (valence 2) is none: its rods lie straight at 180 degrees and may go on.
+/// beyond 225 degrees either way, farther than it was. Rods cross there; nothing real does that. At
+/// a joint of two ends (valence 2) they lie straight at 180 degrees and cross beyond 360.
 [[nodiscard]] std::optional<int> overturned(const LinkageModel& model, const LinkageState& from,
                                             const LinkageState& to);
 
