@@ -13,7 +13,6 @@
 // Built where Ipopt is: apt-get install coinor-libipopt-dev.
 #include <fmt/core.h>
 
-#include <filesystem>
 #include <numbers>
 
 #include "bench/design_trace.h"
@@ -21,7 +20,6 @@
 #include "bench/known_designs.h"
 #include "bench/linkage_models.h"
 #include "bench/suite.h"
-#include "engine/base/error.h"
 #include "engine/base/parallel.h"
 
 namespace limber::bench {
@@ -165,19 +163,9 @@ void measure(const LinkageCase& named, const std::string& path, const SuiteOptio
 void design_ipopt_suite(const SuiteOptions& options, Recorder& recorder) {
   const int threads = thread_count();
   set_thread_count(1);
-  for (const LinkageCase& named : linkage_cases()) {
-    const std::string path = options.shared_folder + "/data/linkages/" + named.file + ".obj";
-    if (named.known_wall == 0) continue;  // burd at other subdivisions
-    if (options.shared_folder.empty() || !std::filesystem::exists(path)) {
-      recorder.note(fmt::format("{} left out: {} is not there", named.name, path));
-      continue;
-    }
-    try {
-      measure(named, path, options, recorder);
-    } catch (const Error& error) {
-      recorder.note(fmt::format("{}: {} {}", named.name, error.field(), error.what()));
-    }
-  }
+  for_each_design(options, recorder, [&](const LinkageCase& named, const std::string& path) {
+    measure(named, path, options, recorder);
+  });
   set_thread_count(threads);
 }
 

@@ -3,7 +3,6 @@
 
 #include <Eigen/Eigenvalues>
 #include <cmath>
-#include <filesystem>
 #include <functional>
 #include <limits>
 #include <numbers>
@@ -15,7 +14,6 @@
 #include "bench/known_designs.h"
 #include "bench/linkage_models.h"
 #include "bench/suite.h"
-#include "engine/base/error.h"
 #include "engine/base/parallel.h"
 #include "engine/base/random.h"
 #include "engine/rods/design/design_optimizer.h"
@@ -219,19 +217,9 @@ Case measure(const LinkageCase& named, const std::string& path, const SuiteOptio
 }  // namespace
 
 void design_suite(const SuiteOptions& options, Recorder& recorder) {
-  for (const LinkageCase& named : linkage_cases()) {
-    const std::string path = options.shared_folder + "/data/linkages/" + named.file + ".obj";
-    if (named.known_wall == 0) continue;  // burd at other subdivisions
-    if (options.shared_folder.empty() || !std::filesystem::exists(path)) {
-      recorder.note(fmt::format("{} left out: {} is not there", named.name, path));
-      continue;
-    }
-    try {
-      recorder.add(measure(named, path, options, recorder));
-    } catch (const Error& error) {
-      recorder.note(fmt::format("{}: {} {}", named.name, error.field(), error.what()));
-    }
-  }
+  for_each_design(options, recorder, [&](const LinkageCase& named, const std::string& path) {
+    recorder.add(measure(named, path, options, recorder));
+  });
 }
 
 }  // namespace limber::bench

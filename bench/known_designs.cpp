@@ -1,10 +1,14 @@
 #include "bench/known_designs.h"
 
+#include <fmt/format.h>
+
 #include <Eigen/Geometry>
 #include <cmath>
+#include <filesystem>
 #include <numbers>
 #include <utility>
 
+#include "engine/base/error.h"
 #include "engine/base/random.h"
 #include "engine/rods/design/linkage_cells.h"
 #include "engine/rods/design/mesh_surface.h"
@@ -79,6 +83,24 @@ Eigen::VectorXd moved_lengths(const DesignProblem& problem, double share) {
 }
 
 }  // namespace
+
+void for_each_design(
+    const SuiteOptions& options, Recorder& recorder,
+    const std::function<void(const LinkageCase& named, const std::string& path)>& measure) {
+  for (const LinkageCase& named : linkage_cases()) {
+    const std::string path = options.shared_folder + "/data/linkages/" + named.file + ".obj";
+    if (named.known_wall == 0) continue;  // burd at other subdivisions
+    if (options.shared_folder.empty() || !std::filesystem::exists(path)) {
+      recorder.note(fmt::format("{} left out: {} is not there", named.name, path));
+      continue;
+    }
+    try {
+      measure(named, path);
+    } catch (const Error& error) {
+      recorder.note(fmt::format("{}: {} {}", named.name, error.field(), error.what()));
+    }
+  }
+}
 
 DesignProblem open_design(const LinkageCase& named, const std::string& path) {
   rods::LinkageModel model(rods::build_linkage_graph(scene::read_line_mesh_file(path)), named.edges,

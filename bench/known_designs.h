@@ -1,12 +1,21 @@
 #pragma once
 
+#include <functional>
 #include <string>
 
 #include "bench/linkage_models.h"
+#include "bench/suite.h"
 #include "engine/rods/design/design_optimizer.h"
 #include "engine/rods/design/linkage_design.h"
 
 namespace limber::bench {
+
+/// Measures each linkage that there are public figures of. What is left out, and what fails, is
+/// noted.
+/// @param measure  gets the case and the path of its drawing
+void for_each_design(
+    const SuiteOptions& options, Recorder& recorder,
+    const std::function<void(const LinkageCase& named, const std::string& path)>& measure);
 
 /// A linkage that designs begin from, and what holds its two shapes.
 struct DesignProblem {

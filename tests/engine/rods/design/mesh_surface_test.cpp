@@ -11,26 +11,16 @@
 #include "engine/rods/design/placed_surface.h"
 #include "engine/rods/design/triangle_projection.h"
 #include "engine/scene/formats/surface_formats.h"
+#include "tests/engine/rods/design/small_patches.h"
 
 namespace limber::rods {
 namespace {
 
 /// A height field over n x n cells of size 1.
 SurfaceMesh hills(int n, double height) {
-  SurfaceMesh mesh;
-  mesh.vertices.resize(3, Eigen::Index{n + 1} * (n + 1));
-  mesh.triangles.resize(3, Eigen::Index{2} * n * n);
-  for (int j = 0; j <= n; ++j)
-    for (int i = 0; i <= n; ++i)
-      mesh.vertices.col(j * (n + 1) + i) << i, j, height * std::sin(0.7 * i) * std::cos(0.5 * j);
-  for (int j = 0; j < n; ++j) {
-    for (int i = 0; i < n; ++i) {
-      const int at = j * (n + 1) + i, up = at + n + 1;
-      mesh.triangles.col(2 * (j * n + i)) << at, at + 1, up + 1;
-      mesh.triangles.col(2 * (j * n + i) + 1) << at, up + 1, up;
-    }
-  }
-  return mesh;
+  return testing::cells(n, [&](int i, int j) {
+    return Eigen::Vector3d(i, j, height * std::sin(0.7 * i) * std::cos(0.5 * j));
+  });
 }
 
 /// Three triangles of a cube's corner at the origin, seen from outside: convex.
