@@ -60,6 +60,7 @@ class Deployment {
 
   DeploymentReport run(const JobContext& context, const StepCallback& on_step) {
     const bool going = let_go(context, on_step);
+    tenth_iterations_ = report_.iterations;
     while (going && progress_ < 1) {
       if (!advance(context)) break;
       if (on_step) on_step(report_.path.back(), state_);
@@ -218,13 +219,22 @@ class Deployment {
     return shortenable(length) && (!lost || length > options_.largest_step / kLostSteps);
   }
 
-  /// What is too much for a linkage tosses it from branch to branch.
-  [[nodiscard]] bool tossed() {
+  /// What is too much for a linkage tosses it from branch to branch, or holds it up.
+  [[nodiscard]] bool too_much() {
     const int ends = report_.branchings + report_.limit_points + report_.jumps;
-    if (ends < options_.most_ends) return false;
+    const int iterations = report_.iterations - tenth_iterations_;
+    std::string reason;
+    if (ends >= options_.most_ends) {
+      reason = fmt::format("its branch has ended {}",
+                           ends == 1 ? "once" : fmt::format("{} times", ends));
+    } else if (iterations >= options_.most_iterations) {
+      reason = fmt::format("{} Newton steps took it only from {:.4f} to {:.4f}", iterations, tenth_,
+                           progress_);
+    } else {
+      return false;
+    }
     report_.end.status = EquilibriumStatus::kStalled;
-    report_.end.message = fmt::format("its branch has ended {}, so what is asked for is too much",
-                                      ends == 1 ? "once" : fmt::format("{} times", ends));
+    report_.end.message = reason + ", so what is asked for is too much";
     stop();
     return true;
   }
@@ -239,7 +249,7 @@ class Deployment {
 
   /// One step, shorter if need be. @returns whether there is a next one
   bool advance(const JobContext& context) {
-    if (tossed()) return false;
+    if (too_much()) return false;
     for (;;) {
       const bool last = progress_ + length_ > 1 - 1e-9;
       if (last) length_ = 1 - progress_;
@@ -289,6 +299,10 @@ class Deployment {
       event = BranchEvent::kBranching;
     }
     progress_ = last ? 1 : progress_ + length_;
+    if (progress_ >= tenth_ + 0.1) {
+      tenth_ = progress_;
+      tenth_iterations_ = report_.iterations;
+    }
     state_ = std::move(trial.state);
     note(found, event, trial.error);
     if (event != BranchEvent::kNone) {
@@ -354,6 +368,8 @@ class Deployment {
   detail::Prediction prediction_{kPlaces};
   Eigen::VectorXd way_;  // the last step's, unless it was an event
   double progress_ = 0;
+  double tenth_ = 0;  // where the last tenth of the way ended
+  int tenth_iterations_ = 0;
   double length_;
   DeploymentReport report_;
 };
@@ -390,6 +406,10 @@ void DeploymentOptions::validate() const {
   if (most_ends <= 0) {
     throw Error(ErrorCode::kInvalidArgument, "most_ends",
                 fmt::format("most_ends must be > 0, got {}", most_ends));
+  }
+  if (most_iterations <= 0) {
+    throw Error(ErrorCode::kInvalidArgument, "most_iterations",
+                fmt::format("most_iterations must be > 0, got {}", most_iterations));
   }
   last.validate();
 }

@@ -316,6 +316,37 @@ TEST(Deployment, AWayThatLosesBranchAfterBranchIsGivenUp) {
             DeploymentStatus::kReached);
 }
 
+/// Counted from tenth to tenth: a long way may take as many steps as it needs.
+TEST(Deployment, AWayThatHardlyGoesOnIsGivenUp) {
+  const Roof roof;
+  LinkageEquilibrium equilibrium(roof.model);
+  LinkageState start(roof.model);
+  ASSERT_TRUE(equilibrium.solve(start, roof.held).converged());
+  Conditions pushed = roof.held;
+  pushed.loads = {{0, Eigen::Vector3d(-4, 4, -20), Eigen::Vector3d::Zero(), 0}};
+  DeploymentOptions options;
+  LinkageState state = start;
+  const DeploymentReport all = deploy(equilibrium, state, roof.held, pushed, options);
+  ASSERT_EQ(all.status, DeploymentStatus::kReached);
+  ASSERT_GT(all.iterations, 30);
+
+  options.most_iterations = all.iterations - 1;  // not all in one tenth
+  state = start;
+  EXPECT_EQ(deploy(equilibrium, state, roof.held, pushed, options).status,
+            DeploymentStatus::kReached);
+  options.most_iterations = 1;
+  state = start;
+  const DeploymentReport report = deploy(equilibrium, state, roof.held, pushed, options);
+  EXPECT_EQ(report.status, DeploymentStatus::kStopped);
+  EXPECT_EQ(report.end.status, EquilibriumStatus::kStalled);
+  EXPECT_NE(report.message.find("Newton steps took it only from"), std::string::npos)
+      << report.message;
+  EXPECT_EQ(report.steps_failed, 1);
+  ASSERT_FALSE(report.path.empty());
+  EXPECT_LT(report.path.back().progress, 1);
+  EXPECT_EQ(equilibrium.solve(state, report.held, {.tolerance = 1e-3}).iterations, 0);
+}
+
 TEST(Deployment, ASmallPushDoesNotJump) {
   const Roof roof;
   LinkageEquilibrium equilibrium(roof.model);
@@ -400,6 +431,7 @@ TEST(Deployment, RefusesBadOptions) {
            [](DeploymentOptions& o) { o.jump_turn = 0; },
            [](DeploymentOptions& o) { o.patience = 0; },
            [](DeploymentOptions& o) { o.most_ends = 0; },
+           [](DeploymentOptions& o) { o.most_iterations = 0; },
            [](DeploymentOptions& o) { o.last.tolerance = 0; }}) {
     DeploymentOptions options;
     spoil(options);
