@@ -16,8 +16,10 @@ constexpr double kNear = 1e-3;
 // Imbalance, and share of the turn that steps may have, that creep up to a saddle.
 constexpr double kHard = 0.01;
 constexpr double kCreeping = 0.05;
-// Of all loads: what rounding of short edges may not swallow.
+// Of all loads: what rounding of short edges may not swallow unseen.
 constexpr double kHidden = 0.01;
+// Of the work of loads: what rounding may leave of it, and what energy it may make.
+constexpr double kNoise = 1e-4;
 // Turn of a joint up to which a factor of one state serves for a step from another [rad].
 constexpr double kNearby = 0.1;
 
@@ -129,6 +131,10 @@ EquilibriumReport NewtonRun::run(LinkageState& state, const JobContext& context,
     if (chords(state)) continue;
     ++report_.iterations;
     const Step step = newton_step(state);
+    if (hidden_ && is_noise(state, step)) {
+      hidden_ = false;
+      continue;
+    }
     if (towards_saddle(step)) {
       if (report_.escapes < options_.max_escapes && escape(state)) continue;
       if (options_.max_escapes == 0) {
@@ -214,6 +220,23 @@ double NewtonRun::rounding() const {
 bool NewtonRun::balanced() const {
   return gap_.size <= kGapTolerance && report_.max_gradient_scaled <= options_.tolerance &&
          !hidden_;
+}
+
+/// Are forces that tolerance takes for rounding nothing else, however large they are beside the
+/// loads? Short edges are so stiff that rounding of places makes such forces, which move nothing:
+/// beside the work that loads do when they are put on, both what they would do in Newton's step
+/// and what it would gain are nothing. Where loads themselves are hidden, all three are the same.
+bool NewtonRun::is_noise(const LinkageState& state, const Step& step) {
+  const bool newton = !indefinite_ && report_.final_shift <= work_.scales.rounding_shift();
+  if (!newton || gap_.size > kGapTolerance || report_.max_gradient_scaled > options_.tolerance)
+    return false;
+  Eigen::VectorXd loads = Eigen::VectorXd::Zero(step.x.size());
+  terms_.add_gradient(state, loads);
+  for (const int unknown : fixed()) loads[unknown] = 0;
+  Eigen::VectorXd moved = loads;
+  solve(moved, Eigen::VectorXd::Zero(gap_.rows.size()));
+  const double work = kNoise * loads.dot(moved);
+  return std::abs(step.slope) <= work && std::abs(loads.dot(step.x)) <= work;
 }
 
 /// Adds to the lengths on their bound those that a step would shorten at once.

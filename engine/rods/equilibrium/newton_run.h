@@ -107,6 +107,7 @@ class NewtonRun {
   [[nodiscard]] Eigen::VectorXd acceleration(const LinkageState& state, const Eigen::VectorXd& v);
   [[nodiscard]] Eigen::VectorXd beside(Eigen::VectorXd x, const Eigen::VectorXd& direction) const;
   [[nodiscard]] bool towards_saddle(const Step& step) const;
+  bool is_noise(const LinkageState& state, const Step& step);
   bool certify(const LinkageState& state);
   bool escape(LinkageState& state);
   struct Escape {

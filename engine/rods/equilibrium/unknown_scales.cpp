@@ -8,6 +8,8 @@ namespace limber::rods::detail {
 namespace {
 
 constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
+constexpr double kRounding =
+    8 * kEpsilon;  // of a difference of coordinates, with what it goes through
 
 constexpr double square(double x) { return x * x; }
 
@@ -83,38 +85,55 @@ UnknownScales::UnknownScales(const LinkageModel& model)
 }
 
 /// Differences of coordinates lose what the distance from the origin takes: of edges one by one,
-/// since a short one says nothing of long ones elsewhere.
+/// since a short one says nothing of long ones elsewhere. What a vertex between two edges makes of
+/// the turn of the shorter one acts on the ends of both.
 void UnknownScales::fill_rounding(const LinkageModel& model) {
   const ReducedVariables& variables = model.variables();
-  const auto per_share = [&](double length) {
-    return 16 * kEpsilon * (stretching_ + stiffest_bending_ / (length * length));
-  };
   rounding_ = rounding_per_distance_ = Eigen::VectorXd::Zero(variables.size());
-  const auto allow = [&](int unknown, double length) {
-    const double share = per_share(length) * (kinds_[unknown] == UnknownKind::kAngle ? length : 1);
-    rounding_[unknown] = std::max(rounding_[unknown], (1 + farthest_ / length) * share);
-    rounding_per_distance_[unknown] = std::max(rounding_per_distance_[unknown], share / length);
-  };
   for (int s = 0; s < variables.segments(); ++s) {
     const Segment& segment = model.graph().segments[s];
-    const auto edge = [&](int e) {
-      return model.rest_lengths().edge(model.graph(), variables, s,
-                                       std::clamp(e, 0, variables.edges(s) - 1));
+    const int edges = variables.edges(s);
+    const auto length = [&](int e) {
+      return model.rest_lengths().edge(model.graph(), variables, s, e);
     };
-    for (int i = 0; i <= variables.edges(s); ++i) {
-      const double length = std::min({edge(i - 2), edge(i - 1), edge(i), edge(i + 1)});
+    const auto allow = [&](int unknown, double size, double shortest) {
+      rounding_[unknown] += (1 + farthest_ / shortest) * size;
+      rounding_per_distance_[unknown] += size / shortest;
+    };
+    const auto allow_joint = [&](int joint, double force, double moment, double shortest) {
+      const int begin = variables.joint_begin(joint);
+      for (int k = begin; k < begin + kJointUnknowns; ++k)
+        allow(k, kinds_[k] == UnknownKind::kAngle ? moment : force, shortest);
+    };
+    const auto allow_vertex = [&](int i, double force, double shortest) {
       const int position = variables.position(s, i);
-      for (int k = 0; position >= 0 && k < 3; ++k) allow(position + k, length);
-      const int angle = i < variables.edges(s) ? variables.angle(s, i) : -1;
-      if (angle >= 0) allow(angle, length);
+      if (position >= 0) {
+        for (int k = position; k < position + 3; ++k) allow(k, force, shortest);
+      } else if (i <= 1 && segment.joints[kStart] >= 0) {
+        allow_joint(segment.joints[kStart], force, force * length(0), shortest);
+      } else {
+        allow_joint(segment.joints[kFinish], force, force * length(edges - 1), shortest);
+      }
+    };
+    const auto allow_angle = [&](int e, double moment, double shortest) {
+      const int angle = variables.angle(s, e);
+      if (angle >= 0) {
+        allow(angle, moment, shortest);
+      } else {
+        allow_joint(segment.joints[e == 0 ? kStart : kFinish], 0, moment, shortest);
+      }
+    };
+    for (int e = 0; e < edges; ++e) {
+      const double pull = kRounding * stretching_;
+      for (const int i : {e, e + 1}) allow_vertex(i, pull, length(e));
     }
-    for (const int end : {kStart, kFinish}) {
-      if (segment.joints[end] < 0) continue;
-      const int last = variables.edges(s) - 1;
-      const double length =
-          end == kStart ? std::min(edge(0), edge(1)) : std::min(edge(last), edge(last - 1));
-      const int begin = variables.joint_begin(segment.joints[end]);
-      for (int k = 0; k < kJointUnknowns; ++k) allow(begin + k, length);
+    for (int i = 1; i < edges; ++i) {
+      const double before = length(i - 1), after = length(i);
+      const double shortest = std::min(before, after);
+      const double moment = kRounding * stiffest_bending_ / ((before + after) / 2);
+      for (const int v : {i - 1, i}) allow_vertex(v, moment / before, shortest);
+      for (const int v : {i, i + 1}) allow_vertex(v, moment / after, shortest);
+      for (const int e : {i - 1, i}) allow_angle(e, moment, shortest);
     }
   }
   force_rounding_ = size_of(rounding_).force;

@@ -35,8 +35,13 @@ void RodStiffness::validate() const {
 
 LinkageModel::LinkageModel(LinkageGraph graph, int edges_per_segment, const RodStiffness& stiffness,
                            BendingForm form)
+    : LinkageModel(graph, std::vector<int>(graph.segments.size(), edges_per_segment), stiffness,
+                   form) {}
+
+LinkageModel::LinkageModel(LinkageGraph graph, std::vector<int> edges_per_segment,
+                           const RodStiffness& stiffness, BendingForm form)
     : graph_(std::move(graph)),
-      variables_(graph_, edges_per_segment),
+      variables_(graph_, std::move(edges_per_segment)),
       chains_(chains_of(graph_, variables_)),
       lengths_(drawn_lengths(graph_)),
       rest_map_(graph_, variables_, lengths_),

@@ -31,6 +31,9 @@ struct RodStiffness {
 class LinkageModel {
  public:
   /// @throws Error as RodStiffness::validate, ReducedVariables and distribute_rest_lengths
+  LinkageModel(LinkageGraph graph, std::vector<int> edges_per_segment,
+               const RodStiffness& stiffness, BendingForm form = BendingForm::kMaterialFrames);
+  /// The same number of edges in every segment.
   LinkageModel(LinkageGraph graph, int edges_per_segment, const RodStiffness& stiffness,
                BendingForm form = BendingForm::kMaterialFrames);
 

@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "engine/rods/equilibrium/linkage_equilibrium.h"
+#include "engine/rods/linkage/edge_counts.h"
 #include "tests/engine/rods/equilibrium/small_linkages.h"
 
 namespace limber::rods {
@@ -225,6 +226,50 @@ TEST(HardEquilibria, ShortSegmentsDoNotSwallowLoads) {
   // So short that the stiffness of its edges leaves 2 N no digits: then that is said.
   const double lost = tip(1, 40, report);
   EXPECT_TRUE(!report.converged() || std::abs(lost + 2) < 0.1) << lost << ": " << report.message;
+}
+
+/// Joints in rows of four, of which the middle two are `gap` apart, and 40 otherwise; steel of
+/// 20 x 10 mm, in N and mm. Held at one corner, loaded at the other.
+EquilibriumReport loaded_corner(double gap, int edges, double load, double& sag) {
+  LineMesh mesh;
+  const double columns[] = {0, 40, 40 + gap, 80 + gap};
+  mesh.vertices.resize(3, 12);
+  for (int j = 0; j < 12; ++j)
+    mesh.vertices.col(j) << columns[j % 4] + 4 * (j / 4), 40 * (j / 4), 0;
+  mesh.edges.resize(2, 17);
+  for (int e = 0; e < 9; ++e) mesh.edges.col(e) << e / 3 * 4 + e % 3, e / 3 * 4 + e % 3 + 1;
+  for (int e = 0; e < 8; ++e) mesh.edges.col(9 + e) << e, e + 4;
+  const LinkageGraph graph = build_linkage_graph(mesh);
+  const LinkageModel model(graph, edges_by_length(graph, edges), {4e7, 1.333e9, 3.333e8, 3.5e8});
+  LinkageState state(model);
+  LinkageEquilibrium equilibrium(model);
+  Conditions conditions;
+  conditions.pins = {{0, Hold::kMotionAndAngle}};
+  conditions.loads = {{11, Eigen::Vector3d(0, 0, -load), Eigen::Vector3d::Zero(), 0}};
+  const EquilibriumReport report = equilibrium.solve(state, conditions);
+  sag = -state.joints()[11].position.z();
+  return report;
+}
+
+/// Rounding of places makes forces in them as large as these loads, which move nothing.
+TEST(HardEquilibria, SegmentsOfLessThanAThousandthHideNoSmallLoads) {
+  double softness = 0;
+  ASSERT_TRUE(loaded_corner(1, 3, 15, softness).converged());
+  softness /= 15;
+  for (const double gap : {1.0, 0.1, 0.03, 0.01, 0.003}) {
+    for (const double load : {0.005, 0.5, 15.0}) {
+      for (const int edges : {3, 10}) {
+        double sag = 0;
+        const EquilibriumReport report = loaded_corner(gap, edges, load, sag);
+        EXPECT_TRUE(report.converged())
+            << gap << ", " << load << " N, " << edges << ": " << report.message;
+        EXPECT_LE(report.iterations, 5) << gap << ", " << load << " N, " << edges;
+        // A hundredth softer where the gap is 1 and not 0.
+        EXPECT_NEAR(sag / load / softness, 1 - 0.018 * (1 - gap), 0.004)
+            << gap << ", " << load << " N, " << edges;
+      }
+    }
+  }
 }
 
 TEST(HardEquilibria, EdgesOfJointsDoNotShrinkThroughZero) {

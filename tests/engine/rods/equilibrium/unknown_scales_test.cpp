@@ -47,7 +47,7 @@ TEST(UnknownScales, SolverMeasuresSectionsThatWereScaledAfterItWasMade) {
   ASSERT_TRUE(expected.converged()) << expected.message;
   EXPECT_TRUE(report.converged()) << report.message;
   EXPECT_EQ(report.iterations, expected.iterations);
-  EXPECT_LT(testing::joint_distance(mine, theirs), 1e-7);
+  EXPECT_LT(testing::joint_distance(mine, theirs), 1e-6);  // of 160
 }
 
 }  // namespace
