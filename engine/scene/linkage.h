@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "engine/rods/linkage/line_mesh.h"
+#include "engine/rods/linkage/state_numbers.h"
 #include "engine/rods/rod/length_weights.h"
 #include "engine/rods/section/section.h"
 #include "engine/scene/scene.h"
@@ -83,10 +84,13 @@ struct Linkage {
   double density = 600;  // [kg/m^3]
   rods::Section section = rods::Rectangle{0.02, 0.005};
   rods::StiffAxis stiff_axis = rods::StiffAxis::kD1;
-  int edges_per_segment = 10;  // >= 3
+  int edges_per_segment = 10;  // >= 3; of short segments fewer (rods::edges_by_length)
   rods::BendingForm bending = rods::BendingForm::kMaterialFrames;
   RestLengthChoice rest_lengths = RestLengthChoice::kAsDrawn;
   LinkageConditions conditions;
+  /// Where opening begins, with the conditions' lengths and sections; nothing: as drawn. Pins
+  /// without positions hold joints where they are in it.
+  std::optional<rods::StateNumbers> shape;
 };
 
 /// Everything that is wrong with conditions for so many joints and segments; fields are relative to

@@ -7,6 +7,7 @@
 
 #include "server/codec/arrays.h"
 #include "server/codec/linkage_section.h"
+#include "server/codec/linkage_shape.h"
 #include "server/codec/scene.h"
 
 namespace limber::server {
@@ -254,6 +255,7 @@ scene::Linkage decode_linkage(const proto::Scene& message, const std::string& pr
   if (material.has_poissons_ratio()) linkage.poissons_ratio = material.poissons_ratio();
   if (material.has_density()) linkage.density = material.density();
   linkage.conditions = decode_conditions(given.conditions(), field + ".conditions");
+  if (given.has_shape()) linkage.shape = decode_linkage_shape(given.shape(), field + ".shape");
   linkage.lines = decode_lines(given.lines(), field + ".lines", load_lines);
   return linkage;
 }
@@ -280,6 +282,7 @@ proto::Scene encode_linkage(const scene::Linkage& linkage) {
   given.mutable_material()->set_poissons_ratio(linkage.poissons_ratio);
   given.mutable_material()->set_density(linkage.density);
   encode_conditions(linkage.conditions, *given.mutable_conditions());
+  if (linkage.shape) *given.mutable_shape() = encode_linkage_shape(*linkage.shape);
   return message;
 }
 
@@ -298,6 +301,7 @@ std::string linkage_field_in(const proto::Scene& message, const std::string& fie
     return "linkage.conditions." + condition_field(after("conditions."));
   if (field == "youngs_modulus" || field == "poissons_ratio" || field == "density")
     return "linkage.material." + field;
+  if (field.starts_with("shape.")) return "linkage." + field;
   if (field.starts_with("edges_per_segment")) return "linkage.edges_per_segment";
   return field;
 }

@@ -107,7 +107,7 @@ proto::ExportResponse export_linkage(LinkageRecord& record, const proto::ExportR
   const auto session = record.session();
   switch (request.format()) {
     case proto::EXPORT_FORMAT_SCENE:
-      return cut_into_parts(scene_files(session->linkage(), stem), request.part());
+      return cut_into_parts(scene_files(session->linkage_in_shape(), stem), request.part());
     case proto::EXPORT_FORMAT_VTP:
     case proto::EXPORT_FORMAT_OBJ:
     case proto::EXPORT_FORMAT_JSON:

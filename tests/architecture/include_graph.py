@@ -13,7 +13,7 @@ ENGINE = {
     "spacetime": {"base", "reduced/kinematics.h"},
     "rods": {"base"},
     "beams": {"base"},
-    "scene": {"base", "bodies", "rods/linkage/line_mesh.h", "rods/rod/length_weights.h", "rods/section/section.h"},
+    "scene": {"base", "bodies", "rods/linkage/line_mesh.h", "rods/linkage/state_numbers.h", "rods/rod/length_weights.h", "rods/section/section.h"},
     "session": {"base", "bodies", "reduced", "spacetime", "rods", "beams", "scene"},
 }
 OUTSIDE = {

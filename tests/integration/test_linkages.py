@@ -523,6 +523,37 @@ def test_the_cpp_example_runs(cli, server):
     assert done.returncode == 1 and "cannot connect to 'nonsense'" in done.stderr
 
 
+def test_pinned_scenes_open_again_in_the_shape_they_had(server, tmp_path):
+    """Pins without positions hold joints where the session had them, not where they are drawn."""
+    dome = server.open(sample="dome", progress=False)
+    dome.deploy(60)
+    dome.wait()
+    dome.pin(0)
+    dome.pin(30)
+    dome.wait()
+    dome.deploy(50)
+    before = dome.wait()
+    assert not before.solve_failed
+    dome.export(tmp_path, formats=("scene",), stem="pinned", progress=False)
+    again = server.open(tmp_path / "pinned.json", progress=False)
+    after = again.wait()
+    assert not after.solve_failed and "as drawn" not in after.message
+    assert after.energy == pytest.approx(before.energy, rel=1e-6)
+    np.testing.assert_allclose(again.shape().joints, dome.shape().joints, atol=1e-5)
+    again.deploy(60)
+    dome.deploy(60)
+    assert again.wait().energy == pytest.approx(dome.wait().energy, rel=1e-6)
+
+    scene = json.loads((tmp_path / "pinned.json").read_text())
+    scene["linkage"]["edgesPerSegment" if "edgesPerSegment" in scene["linkage"] else "edges_per_segment"] = 5
+    (tmp_path / "coarse.json").write_text(json.dumps(scene))
+    with pytest.raises(limber.LimberError) as refused:
+        server.open(tmp_path / "coarse.json", progress=False)
+    assert refused.value.field == "scene.linkage.shape.vertices", refused.value
+    dome.close()
+    again.close()
+
+
 def test_a_ring_with_lengths_of_its_own_opens_again_as_it_was(server, tmp_path):
     ring = server.open(sample="hyperboloid", progress=False)
     ring.wait()

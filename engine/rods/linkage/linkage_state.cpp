@@ -7,6 +7,7 @@
 #include "engine/base/error.h"
 #include "engine/base/parallel.h"
 #include "engine/rods/linkage/chain_lane.h"
+#include "engine/rods/linkage/state_slots.h"
 #include "engine/rods/rod/vertex_element.h"
 
 namespace limber::rods {
@@ -22,44 +23,21 @@ struct JointEdges {
 namespace {
 
 using detail::ChainLane;
+using detail::fill_empty_lane;
+using detail::frame_at;
 using detail::JointEdges;
+using detail::kSlotStride;
 using detail::load_lane;
 using detail::load_lanes3;
+using detail::read3;
+using detail::settle_twists;
 using detail::store_lane;
 using detail::store_lanes3;
+using detail::write3;
+using detail::write_terminal;
 
 constexpr std::int64_t kBatchesPerChunk = 4;
 constexpr std::int64_t kJointsPerChunk = 16;
-constexpr std::ptrdiff_t kFields = LinkageState::kFields;
-constexpr std::ptrdiff_t kSlotStride = kFields * kChainLanes;
-
-/// A field of three numbers of one lane.
-void write3(double* slots, int slot, int field, int lane, const Eigen::Vector3d& v) {
-  for (int axis = 0; axis < 3; ++axis)
-    slots[slot * kSlotStride + (field + axis) * kChainLanes + lane] = v[axis];
-}
-Eigen::Vector3d read3(const double* slots, int slot, int field, int lane) {
-  const double* const first = slots + slot * kSlotStride + field * kChainLanes + lane;
-  return {first[0], first[kChainLanes], first[2 * kChainLanes]};
-}
-
-/// Places a segment's terminal edge.
-void write_terminal(double* slots, int first_slot, int lane, const JointState<double>& joint,
-                    Rod rod, const Eigen::Vector3d& tangent) {
-  const Eigen::Vector3d half = tangent * (joint.lengths[rod] / 2);
-  write3(slots, first_slot, LinkageState::kPosition, lane, joint.position - half);
-  write3(slots, first_slot + 1, LinkageState::kPosition, lane, joint.position + half);
-  write3(slots, first_slot, LinkageState::kDirector, lane, joint.normal.cross(tangent));
-}
-
-[[gnu::always_inline]] inline MaterialFrame<ChainLane> frame_at(const double* slots, int edge) {
-  const double* const own = slots + edge * kSlotStride;
-  const Vec3<ChainLane> e = load_lanes3(own + kSlotStride) - load_lanes3(own);
-  const ChainLane length = norm(e);
-  const Vec3<ChainLane> tangent = (1.0 / length) * e;
-  const Vec3<ChainLane> d1 = load_lanes3(own + LinkageState::kDirector * kChainLanes);
-  return {tangent, length, d1, cross(tangent, d1), {}};
-}
 
 /// Interior vertices of a drawn segment, one lane: straight, and the twist between its ends spread
 /// by length.
@@ -117,25 +95,6 @@ class Drawing {
   const ChainBatch& batch_;
   int lane_;
 };
-
-/// Twists in the branch next to what is there.
-void settle_twists(double* slots, int edges) {
-  MaterialFrame<ChainLane> before = frame_at(slots, 0);
-  for (int i = 1; i < edges; ++i) {
-    const MaterialFrame<ChainLane> after = frame_at(slots, i);
-    double* const cell = slots + i * kSlotStride + LinkageState::kTwist * kChainLanes;
-    store_lane(cell, material_twist(before, after, load_lane(cell)));
-    before = after;
-  }
-}
-
-/// An empty lane holds a straight rod, so that nothing in it is NaN.
-void fill_empty_lane(double* slots, int edges, int lane) {
-  for (int i = 0; i <= edges; ++i) {
-    write3(slots, i, LinkageState::kPosition, lane, i * Eigen::Vector3d::UnitX());
-    write3(slots, i, LinkageState::kDirector, lane, Eigen::Vector3d::UnitY());
-  }
-}
 
 /// Moves the vertices and edges of one lane that are no joint's; angles go to `turns`.
 void move_chain(double* slots, const ChainBatch& batch, int lane, const double* increment,

@@ -7,6 +7,7 @@
 #include "engine/rods/linkage/terminal_edge.h"
 
 namespace limber::rods {
+struct StateNumbers;
 namespace detail {
 struct JointEdges;
 }  // namespace detail
@@ -20,6 +21,11 @@ class LinkageState {
   /// The shape as drawn: joints as in the graph, terminal edges of their rest length, segments
   /// straight between them, twist spread evenly between the frames of their ends.
   explicit LinkageState(const LinkageModel& model);
+  /// The shape that had these numbers. Directors are made orthonormal, terminal edges follow from
+  /// the joints, and twists are those of the frames, in the branch next to the numbers.
+  /// @throws Error as validate(StateNumbers)
+  LinkageState(const LinkageModel& model, const StateNumbers& numbers);
+  [[nodiscard]] StateNumbers numbers(const LinkageModel& model) const;
 
   /// The shape after an increment of the reduced unknowns, |rotations| <= pi. Frames of edges move
   /// by the smallest rotation to the new tangent, then turn by their angle (finite transport).

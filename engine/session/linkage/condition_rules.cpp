@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "engine/base/error.h"
+#include "engine/rods/linkage/edge_counts.h"
 
 namespace limber::session {
 namespace {
@@ -29,7 +30,7 @@ std::vector<scene::Issue> check_range(const char* field, const Eigen::VectorXd& 
 
 ConditionRules::ConditionRules(rods::LinkageGraph graph, int edges_per_segment, double length_unit)
     : graph_(std::move(graph)),
-      variables_(graph_, edges_per_segment),
+      variables_(graph_, rods::edges_by_length(graph_, edges_per_segment)),
       drawn_(rods::drawn_lengths(graph_)),
       lengths_(graph_, variables_, drawn_),
       edges_(graph_, variables_),
@@ -66,17 +67,18 @@ std::vector<scene::Issue> ConditionRules::check(const scene::LinkageConditions& 
   return reach_.check(conditions, edges.size() > 0 ? edges_.segment_lengths(edges) : wanted);
 }
 
-std::vector<scene::Issue> ConditionRules::check_drawn(
-    const scene::LinkageConditions& conditions) const {
+std::vector<scene::Issue> ConditionRules::check_opened(
+    const scene::LinkageConditions& conditions,
+    const std::optional<Eigen::Matrix3Xd>& places) const {
   std::vector<scene::Issue> issues = check(conditions);
   if (!issues.empty()) return issues;
-  Eigen::Matrix3Xd places(3, graph_.joints.size());
+  Eigen::Matrix3Xd drawn(3, graph_.joints.size());
   for (std::size_t j = 0; j < graph_.joints.size(); ++j)
-    places.col(static_cast<Eigen::Index>(j)) = graph_.joints[j].position;
+    drawn.col(static_cast<Eigen::Index>(j)) = graph_.joints[j].position;
   const Eigen::VectorXd& edges = conditions.edge_lengths;
   return reach_.check(conditions,
                       edges.size() > 0 ? edges_.segment_lengths(edges) : conditions.segment_lengths,
-                      places);
+                      places.value_or(drawn));
 }
 
 }  // namespace limber::session

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "engine/base/error.h"
+#include "engine/rods/linkage/edge_counts.h"
 #include "engine/session/linkage/condition_rules.h"
 
 namespace limber::session {
@@ -105,7 +106,16 @@ LinkageCheck check_linkage(const scene::Linkage& linkage) {
   }
   check_place(linkage, *graph, issues);
   auto faults = scene::validate(linkage.conditions, check.joints, check.segments);
-  if (faults.empty() && rules) faults = rules->check_drawn(linkage.conditions);
+  if (faults.empty() && rules) {
+    std::optional<Eigen::Matrix3Xd> places;
+    if (linkage.shape) {
+      note(issues, "shape.", [&] {
+        rules->check_shape(*linkage.shape);
+        places = linkage.shape->positions;
+      });
+    }
+    if (!linkage.shape || places) faults = rules->check_opened(linkage.conditions, places);
+  }
   for (auto& issue : faults) {
     issue.field = "conditions." + issue.field;
     issues.push_back(std::move(issue));
@@ -125,8 +135,10 @@ MappedLinkage map_linkage(const scene::Linkage& linkage) {
   const rods::SectionProperties section = rods::section_properties(linkage.section);
   const rods::SectionStiffness stiffness = rods::section_stiffness(
       section, {linkage.youngs_modulus * unit * unit, linkage.poissons_ratio}, linkage.stiff_axis);
+  rods::LinkageGraph graph = rods::build_linkage_graph(linkage.lines);
+  std::vector<int> edges = rods::edges_by_length(graph, linkage.edges_per_segment);
   return {rods::LinkageModel(
-              rods::build_linkage_graph(linkage.lines), linkage.edges_per_segment,
+              std::move(graph), std::move(edges),
               {stiffness.stretching, stiffness.bending_1, stiffness.bending_2, stiffness.torsion},
               linkage.bending),
           section, linkage.density * section.area * unit * unit * unit};

@@ -11,8 +11,8 @@ namespace limber::session {
 /// What can be told of a linkage without its model.
 struct LinkageCheck {
   /// All that is wrong, fields of the scene: material numbers, edges_per_segment, section....,
-  /// lines.vertices[v], lines.edges[e], conditions.... Conditions are looked at where the lines
-  /// make a linkage.
+  /// lines.vertices[v], lines.edges[e], shape...., conditions.... Shape and conditions are looked
+  /// at where the lines make a linkage.
   std::vector<scene::Issue> issues;
   int joints = 0, segments = 0;  // where the lines make a linkage
 };

@@ -27,7 +27,14 @@ Revision LinkageSession::revision() const {
 scene::Linkage LinkageSession::linkage() const {
   scene::Linkage linkage = impl_->linkage_;
   linkage.conditions = *conditions();
+  linkage.shape.reset();
   return linkage;
+}
+scene::Linkage LinkageSession::linkage_in_shape() const {
+  scene::Linkage in_shape = linkage();
+  if (const auto result = final_result())
+    in_shape.shape = result->state->numbers(result->statics->model());
+  return in_shape;
 }
 std::shared_ptr<const scene::LinkageConditions> LinkageSession::conditions() const {
   return impl_->read([](const Impl& impl) { return impl.document_.conditions(); });

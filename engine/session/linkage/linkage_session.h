@@ -44,6 +44,8 @@ struct LinkageResult {
   std::shared_ptr<const DesignInfo> design = {};
   /// Of each segment's section in these shapes, as LinkageShape::surface sweeps it; empty: all 1.
   Eigen::VectorXd section_scales = {};
+  /// The shape in full, from which a scene opens again; null while the result is not final.
+  std::shared_ptr<const rods::LinkageState> state = {};
 };
 
 /// As Listener is of bodies.
@@ -82,7 +84,9 @@ class LinkageSession {
   [[nodiscard]] State state() const;
   [[nodiscard]] std::string state_message() const;
   [[nodiscard]] Revision revision() const;       // newest accepted
-  [[nodiscard]] scene::Linkage linkage() const;  // as edited up to revision()
+  [[nodiscard]] scene::Linkage linkage() const;  // as edited up to revision(), in no shape
+  /// The same, in the shape of the newest final result if there is one.
+  [[nodiscard]] scene::Linkage linkage_in_shape() const;
   [[nodiscard]] std::shared_ptr<const scene::LinkageConditions> conditions() const;
 
   /// As Session::edit; refused while a design is under way.

@@ -171,6 +171,7 @@ void LinkageSession::Impl::solve(const Round& round) {
   result->strains =
       moved ? columns(outcome.strains) : columns({live_->statics()->strains(live_->state())});
   result->statics = live_->statics();
+  result->state = std::make_shared<const rods::LinkageState>(live_->state());
   hand_out(std::move(result), round);
 }
 

@@ -52,6 +52,18 @@ scene::LinkageConditions pinned_as_drawn(const scene::LinkageConditions& conditi
   return drawn;
 }
 
+/// The same conditions, with the angles and the places that the shape has.
+rods::Conditions held_in(const rods::LinkageState& state, rods::Conditions conditions) {
+  const auto joint = [&](int j) -> const auto& {
+    return state.joints()[static_cast<std::size_t>(j)];
+  };
+  if (conditions.mean_opening_angle) conditions.mean_opening_angle = state.mean_opening_angle();
+  for (auto& setting : conditions.angles) setting.angle = joint(setting.joint).opening_angle;
+  for (auto& pin : conditions.pins)
+    if (pin.position) pin.position = joint(pin.joint).position;
+  return conditions;
+}
+
 }  // namespace
 
 LiveLinkage::LiveLinkage(const scene::Linkage& linkage, const JobContext& job)
@@ -68,7 +80,10 @@ LiveLinkage::LiveLinkage(const scene::Linkage& linkage, const JobContext& job)
       extent_(extent_of(mapped_.model.graph())),
       equilibrium_(mapped_.model),
       good_(state_),
-      good_sizes_(first_sizes_) {}
+      good_sizes_(first_sizes_),
+      in_shape_(linkage.shape.has_value()) {
+  if (in_shape_) good_ = state_ = rods::LinkageState(mapped_.model, *linkage.shape);
+}
 
 RodSizes LiveLinkage::sizes_of(const scene::LinkageConditions& conditions) const {
   return sizes_under(conditions, first_sizes_.segments, mapped_.model.edge_numbers());
@@ -90,6 +105,31 @@ bool LiveLinkage::follow_to(const RodSizes& wanted, const JobContext& job,
   statics_ = std::make_shared<const LinkageStatics>(mapped_, linkage_);
   if (outcome.report.converged()) return true;
   outcome.report.message = "on the way to other sizes of rods: " + outcome.report.message;
+  return false;
+}
+
+/// In the shape of a scene that has one, and with the sizes of its rods at once: an equilibrium
+/// near it, with its angles and with its joints where they are.
+bool LiveLinkage::begin_in_shape(const rods::Conditions& wanted, const RodSizes& sizes,
+                                 const JobContext& job, Outcome& outcome) {
+  const rods::LinkageState given = state_;
+  set_sizes(sizes);
+  held_ = held_in(state_, wanted);
+  outcome.report = equilibrium_.solve(state_, held_, {}, job);
+  if (outcome.report.converged() && !rods::overturned(model(), drawn_, state_)) {
+    rods::keep_in_place(model(), {}, held_, given, state_);
+    good_ = state_;
+    good_held_ = held_;
+    good_sizes_ = sizes;
+    in_shape_ = false;
+    return true;
+  }
+  held_ = {};
+  state_ = given;
+  set_sizes(first_sizes_);
+  if (outcome.report.status == EquilibriumStatus::kCancelled) return false;
+  good_ = state_ = drawn_;
+  in_shape_ = false;
   return false;
 }
 
@@ -330,6 +370,11 @@ std::string LiveLinkage::contradiction(const scene::LinkageConditions& condition
 void LiveLinkage::attempt(const scene::LinkageConditions& conditions,
                           const rods::Conditions& wanted, const RodSizes& sizes,
                           const JobContext& job, const OnIterate& on_iterate, Outcome& outcome) {
+  std::string remark;
+  if (in_shape_ && !begin_in_shape(wanted, sizes, job, outcome)) {
+    if (outcome.report.status == EquilibriumStatus::kCancelled) return;
+    remark = "the scene's shape is near no equilibrium: begun as drawn";
+  }
   if (!bring_sizes(sizes, conditions, wanted, job, on_iterate, outcome)) return;
   outcome.report.message = contradiction(conditions);
   if (outcome.report.message.empty()) {
@@ -337,6 +382,9 @@ void LiveLinkage::attempt(const scene::LinkageConditions& conditions,
   } else {
     outcome.report.status = EquilibriumStatus::kStalled;
   }
+  if (remark.empty()) return;
+  std::string& message = outcome.report.message;
+  message = message.empty() ? remark : remark + "; " + message;
 }
 
 LiveLinkage::Outcome LiveLinkage::solve(const SharedConditions& conditions, const JobContext& job,

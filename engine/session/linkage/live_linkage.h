@@ -37,7 +37,7 @@ class LiveLinkage {
   [[nodiscard]] const RodSizes& first_sizes() const { return first_sizes_; }
   /// As the model has them.
   [[nodiscard]] const RodSizes& sizes() const { return sizes_; }
-  /// The shape it was opened with, in equilibrium under nothing yet.
+  /// The shape as drawn, in equilibrium under nothing yet.
   [[nodiscard]] const rods::LinkageState& drawn() const { return drawn_; }
   /// The shape now: of the last iterate.
   [[nodiscard]] const rods::LinkageState& state() const { return iterate_ ? *iterate_ : state_; }
@@ -58,7 +58,8 @@ class LiveLinkage {
   /// The equilibrium under these conditions, followed from the shape there is: where angles and
   /// pins have far to go, and where the shape turns out to move far, step by step (rods::deploy).
   /// Where it is not reached, the shape is the last equilibrium on the way there, or the one
-  /// before; cancelled, the last iterate.
+  /// before; cancelled, the last iterate. The first solve begins in the shape of the scene, if it
+  /// has one; where there is no equilibrium near that, with the drawing, and the message says so.
   /// Conditions that were solved before, the very same object as undo brings them back, begin from
   /// the shape they had then: what is done on the way there and back is undone with it.
   /// @pre there are conditions
@@ -100,6 +101,8 @@ class LiveLinkage {
   [[nodiscard]] bool open_with(const RodSizes& wanted, const scene::LinkageConditions& conditions,
                                const JobContext& job, const OnIterate& on_iterate,
                                Outcome& outcome);
+  [[nodiscard]] bool begin_in_shape(const rods::Conditions& wanted, const RodSizes& sizes,
+                                    const JobContext& job, Outcome& outcome);
   [[nodiscard]] bool bring_sizes(const RodSizes& wanted, const scene::LinkageConditions& conditions,
                                  const rods::Conditions& then_held, const JobContext& job,
                                  const OnIterate& on_iterate, Outcome& outcome);
@@ -136,7 +139,8 @@ class LiveLinkage {
   rods::EquilibriumReport good_report_;
   const rods::LinkageState* iterate_ = nullptr;  // within a solve
   std::deque<Known> known_;                      // the latest last
-  double turned_ = 0;  // by the interrupted solves since state_ was an equilibrium [rad]
+  bool in_shape_ = false;  // that of the scene, which nothing has begun in yet
+  double turned_ = 0;      // by the interrupted solves since state_ was an equilibrium [rad]
 };
 
 }  // namespace limber::session

@@ -6,6 +6,7 @@
 #include <cstring>
 #include <functional>
 
+#include "engine/rods/linkage/linkage_state.h"
 #include "engine/scene/samples/linkage_samples.h"
 #include "server/codec/edit_fields.h"
 #include "server/codec/linkage_edit.h"
@@ -121,6 +122,35 @@ TEST(LinkageCodec, EverythingButTheLinesComesBack) {
     EXPECT_NEAR(*back.conditions.mean_angle, -0.5, 1e-15);
     EXPECT_EQ(back.conditions.loads[0].torque, 7);
   }
+}
+
+TEST(LinkageCodec, TheShapeComesBackBitForBit) {
+  scene::Linkage linkage = scene::make_linkage_sample("hyperboloid");
+  const rods::LinkageModel model(rods::build_linkage_graph(linkage.lines),
+                                 linkage.edges_per_segment, {});
+  linkage.shape = rods::LinkageState(model).numbers(model);
+  proto::Scene message = encode_linkage(linkage);
+  message.mutable_linkage()->mutable_lines()->set_sample("hyperboloid");
+  const scene::Linkage back = decode_linkage(message, "", no_lines);
+  ASSERT_TRUE(back.shape);
+  EXPECT_EQ(back.shape->positions, linkage.shape->positions);
+  EXPECT_EQ(back.shape->normals, linkage.shape->normals);
+  EXPECT_EQ(back.shape->bisectors, linkage.shape->bisectors);
+  EXPECT_EQ(back.shape->opening_angles, linkage.shape->opening_angles);
+  EXPECT_EQ(back.shape->lengths, linkage.shape->lengths);
+  EXPECT_EQ(back.shape->vertices, linkage.shape->vertices);
+  EXPECT_EQ(back.shape->directors, linkage.shape->directors);
+  EXPECT_EQ(back.shape->twists, linkage.shape->twists);
+  EXPECT_EQ(refused(message), "");
+
+  message.mutable_linkage()->set_edges_per_segment(4);
+  EXPECT_EQ(refused(message), "scene.linkage.shape.vertices");
+  message = encode_linkage(linkage);
+  message.mutable_linkage()->mutable_lines()->set_sample("hyperboloid");
+  message.mutable_linkage()->mutable_shape()->mutable_lengths()->set_shape(1, 3);
+  EXPECT_EQ(refused(message), "scene.linkage.shape.lengths.data");
+  message.mutable_linkage()->mutable_shape()->clear_lengths();
+  EXPECT_EQ(refused(message), "scene.linkage.shape.lengths");
 }
 
 TEST(LinkageCodec, FormsOfBendingAndRestLengthsComeBack) {

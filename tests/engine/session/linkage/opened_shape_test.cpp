@@ -1,0 +1,147 @@
+// Scenes that say in which shape they open.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "engine/session/linkage/live_linkage.h"
+#include "tests/engine/session/linkage/live_linkages.h"
+
+namespace limber::session {
+namespace {
+
+using scene::Held;
+using testing::hyperboloid;
+using testing::kDegree;
+using testing::LiveSession;
+
+/// Where pins without positions and a held angle have other places than the drawing.
+std::vector<std::vector<LinkageEdit>> pinned_and_opened() {
+  return {{SetMeanAngle{40 * kDegree}},
+          {PinJoint{3, Held::kMotion}, PinJoint{20, Held::kAngle}},
+          {PinJoint{70, Held::kMotion}},
+          {SetMeanAngle{48 * kDegree}}};
+}
+
+TEST(OpenedShape, PinnedScenesOpenInTheShapeTheyHad) {
+  LiveSession live(hyperboloid());
+  std::shared_ptr<const LinkageResult> was;
+  for (const auto& edits : pinned_and_opened()) was = live.edit(edits);
+  ASSERT_TRUE(was && !was->solve_failed);
+  const scene::Linkage saved = live.session.linkage_in_shape();
+  const auto close_to = [&](const LinkageResult& is, const LinkageResult& before) {
+    const double energy = before.report.energies.total();
+    EXPECT_NEAR(is.report.energies.total(), energy, 1e-6 * energy);
+    EXPECT_LT((is.frames->rightCols<1>() - before.frames->rightCols<1>()).cwiseAbs().maxCoeff(),
+              1e-5);
+  };
+
+  LiveSession again(saved);
+  const auto is = again.recorder->wait_final(0);
+  ASSERT_TRUE(is && !is->solve_failed) << is->report.message;
+  EXPECT_EQ(is->report.message.find("begun as drawn"), std::string::npos);
+  EXPECT_LE(is->report.iterations, 1) << "it is the equilibrium already";
+  close_to(*is, *was);
+  // And the edits that follow lead to the same shapes.
+  const std::vector<LinkageEdit> next = {SetMeanAngle{44 * kDegree}};
+  const auto there = live.edit(next), here = again.edit(next);
+  ASSERT_TRUE(there && here && !here->solve_failed);
+  close_to(*here, *there);
+
+  // Without the shape, pins hold the drawing: it is the shape that does it.
+  scene::Linkage drawn = saved;
+  drawn.shape.reset();
+  LiveSession elsewhere(drawn);
+  const auto other = elsewhere.recorder->wait_final(0);
+  ASSERT_TRUE(other);
+  EXPECT_GT(std::abs(other->report.energies.total() / was->report.energies.total() - 1), 0.02);
+}
+
+TEST(OpenedShape, LengthsAndSectionsOfTheConditionsAreThere) {
+  LiveSession live(hyperboloid());
+  const auto opened = live.recorder->wait_final(0);
+  ASSERT_TRUE(opened);
+  const int segments = static_cast<int>(live.session.geometry()->edges.size());
+  const Eigen::VectorXd drawn = opened->statics->model().segment_lengths();
+  Eigen::VectorXd lengths = drawn, scales(segments);
+  for (int s = 0; s < segments; ++s) {
+    lengths[s] *= 1 + 0.02 * std::sin(3.0 * s);
+    scales[s] = 1 + 0.1 * std::cos(2.0 * s);
+  }
+  ASSERT_TRUE(live.edit({SetMeanAngle{35 * kDegree}}));
+  const auto was = live.edit({SetSegmentLengths{lengths}, SetSectionScales{scales}});
+  ASSERT_TRUE(was && !was->solve_failed);
+  LiveSession again(live.session.linkage_in_shape());
+  const auto is = again.recorder->wait_final(0);
+  ASSERT_TRUE(is && !is->solve_failed) << is->report.message;
+  EXPECT_NEAR(is->report.energies.total(), was->report.energies.total(),
+              1e-6 * was->report.energies.total());
+  EXPECT_LE(is->report.iterations, 1);
+}
+
+/// Conditions may be changed by hand: the way goes on from the shape.
+TEST(OpenedShape, OtherAnglesAreGoneToFromTheShape) {
+  LiveSession live(hyperboloid());
+  std::shared_ptr<const LinkageResult> was;
+  for (const auto& edits : pinned_and_opened()) was = live.edit(edits);
+  ASSERT_TRUE(was);
+  scene::Linkage changed = live.session.linkage_in_shape();
+  changed.conditions.mean_angle = 42 * kDegree;
+  LiveSession again(changed);
+  const auto is = again.recorder->wait_final(0);
+  ASSERT_TRUE(is && !is->solve_failed) << is->report.message;
+  EXPECT_NEAR(is->mean_angle, 42 * kDegree, 1e-9);
+  EXPECT_GT(is->path.size(), 1U) << "step by step";
+  const auto asked = live.edit({SetMeanAngle{42 * kDegree}});
+  ASSERT_TRUE(asked);
+  EXPECT_NEAR(is->report.energies.total(), asked->report.energies.total(),
+              1e-6 * asked->report.energies.total());
+}
+
+/// A joint that has gone round twice: its rods lie where they lay, but passed through each other.
+TEST(OpenedShape, NearNoEquilibriumItOpensAsDrawnAndSaysSo) {
+  LiveSession live(hyperboloid());
+  const auto was = live.edit({SetMeanAngle{40 * kDegree}});
+  ASSERT_TRUE(was);
+  scene::Linkage wound = live.session.linkage_in_shape();
+  wound.shape->opening_angles[5] += 4 * std::numbers::pi;
+  LiveSession again(wound);
+  const auto is = again.recorder->wait_final(0);
+  ASSERT_TRUE(is && !is->solve_failed) << is->report.message;
+  EXPECT_NE(is->report.message.find("begun as drawn"), std::string::npos) << is->report.message;
+  EXPECT_NEAR(is->mean_angle, 40 * kDegree, 1e-9);
+  EXPECT_NEAR(is->report.energies.total(), was->report.energies.total(),
+              1e-6 * was->report.energies.total());
+}
+
+TEST(OpenedShape, CancelledItBeginsThereAgain) {
+  LiveSession live(hyperboloid());
+  std::shared_ptr<const LinkageResult> was;
+  for (const auto& edits : pinned_and_opened()) was = live.edit(edits);
+  ASSERT_TRUE(was);
+  LiveLinkage again(live.session.linkage_in_shape());
+  const auto conditions = live.session.conditions();
+  Cancellation cancelled;
+  cancelled.request();
+  const auto none = again.solve(conditions, JobContext{cancelled, {}}, [] {});
+  EXPECT_EQ(none.report.status, rods::EquilibriumStatus::kCancelled);
+  const auto outcome = again.solve(conditions, {}, [] {});
+  ASSERT_TRUE(outcome.reached) << outcome.report.message;
+  EXPECT_NEAR(outcome.report.energies.total(), was->report.energies.total(),
+              1e-6 * was->report.energies.total());
+}
+
+TEST(OpenedShape, AShapeOfAnotherLinkageIsRefusedByName) {
+  LiveSession live(hyperboloid());
+  ASSERT_TRUE(live.recorder->wait_final(0));
+  scene::Linkage finer = live.session.linkage_in_shape();
+  finer.edges_per_segment = 6;
+  const LinkageCheck check = check_linkage(finer);
+  ASSERT_EQ(check.issues.size(), 1U);
+  EXPECT_EQ(check.issues[0].field, "shape.vertices");
+  EXPECT_NE(check.issues[0].message.find("leave the shape out"), std::string::npos)
+      << check.issues[0].message;
+}
+
+}  // namespace
+}  // namespace limber::session
