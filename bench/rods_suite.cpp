@@ -109,6 +109,7 @@ void run_problem(const Problem& problem, const char* form_name, rods::BendingFor
 void rods_suite(const SuiteOptions& options, Recorder& recorder) {
   for (const Problem& problem : problems()) {
     run_problem(problem, "2008", rods::BendingForm::kMaterialFrames, options, recorder);
+    run_problem(problem, "2010", rods::BendingForm::kAveragedFrames, options, recorder);
     run_problem(problem, "turning angle", rods::BendingForm::kTurningAngle, options, recorder);
   }
   const RodKernelTimes t = time_rod_kernels(1532, options.quick ? 20 : 100);

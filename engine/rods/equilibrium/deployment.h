@@ -25,7 +25,8 @@ struct DeploymentOptions {
   /// Branches that may end, lose their stability or be lost before the way is given up, > 0: what
   /// is too much for a linkage tosses it from branch to branch.
   int most_ends = 20;
-  /// Newton steps in which a tenth of the way is gone, or it is given up, > 0.
+  /// Newton steps in which a tenth of the way is gone, or it is given up, > 0. More where steps are
+  /// much shorter than by default.
   int most_iterations = 2500;
 
   /// @throws Error{kInvalidArgument} naming the member

@@ -104,9 +104,17 @@ std::vector<JointLoad> LinkageEquilibrium::reactions(const LinkageState& state,
     load.force = gradient.segment<3>(begin(load) + kJointPosition);
     load.moment = gradient.segment<3>(begin(load) + kJointRotation);
   }
-  std::erase_if(held, [&](const JointLoad& load) {
-    return load.force.norm() <= force && load.moment.norm() <= moment &&
-           std::abs(load.opening_torque) <= moment;
+  for (JointLoad& load : held) {
+    const auto rounding = [&](int unknown) {
+      return workspace_->scales.rounding(begin(load) + unknown);
+    };
+    if (load.force.norm() <= std::max(force, rounding(kJointPosition))) load.force.setZero();
+    if (load.moment.norm() <= std::max(moment, rounding(kJointRotation))) load.moment.setZero();
+    if (std::abs(load.opening_torque) <= std::max(moment, rounding(kJointAngle)))
+      load.opening_torque = 0;
+  }
+  std::erase_if(held, [](const JointLoad& load) {
+    return load.force.isZero(0) && load.moment.isZero(0) && load.opening_torque == 0;
   });
   return held;
 }

@@ -16,10 +16,17 @@ constexpr double kNear = 1e-3;
 // Imbalance, and share of the turn that steps may have, that creep up to a saddle.
 constexpr double kHard = 0.01;
 constexpr double kCreeping = 0.05;
-// Of all loads: what rounding of short edges may not swallow unseen.
-constexpr double kHidden = 0.01;
-// Of the work of loads: what rounding may leave of it, and what energy it may make.
-constexpr double kNoise = 1e-4;
+// Of the work of loads: what rounding may leave of it, at once and where Newton's steps leave it.
+constexpr double kNoise = 1e-6;
+constexpr double kMostNoise = 1e-2;
+// A step that moves nothing: turns [rad], and motions as shares of the extent.
+constexpr double kStill = 1e-10;
+constexpr double kNoBend = 1e-6;  // [rad]
+constexpr int kDoubts = 2;
+constexpr int kMostDoubts = 4;
+constexpr const char* kHiddenLoads =
+    "the shortest edges are so stiff that rounding hides the loads: take fewer edges per segment, "
+    "or longer segments";
 // Turn of a joint up to which a factor of one state serves for a step from another [rad].
 constexpr double kNearby = 0.1;
 
@@ -74,10 +81,6 @@ NewtonRun::NewtonRun(NewtonWorkspace& workspace, const Conditions& conditions,
       shortest_(conditions.shortest_joint_edge),
       radius_(options.largest_turn) {
   work_.total_increment.setZero();
-  loads_ = 0;
-  for (const ConditionTerms::Resultant& sum : terms_.resultants()) loads_ += sum.magnitudes;
-  // Without loads there is nothing to be swallowed.
-  if (loads_ == 0) loads_ = std::numeric_limits<double>::infinity();
 }
 
 void NewtonRun::finish(EquilibriumStatus status, std::string message) {
@@ -112,15 +115,21 @@ EquilibriumReport NewtonRun::run(LinkageState& state, const JobContext& context,
       break;
     }
     if (balanced()) {
-      if (stable_ || certify(state)) {
+      if (!stable_ && !certify(state)) {
+        if (report_.escapes < options_.max_escapes && escape(state)) continue;
+        finish(EquilibriumStatus::kSaddle, fmt::format("balanced, but unstable in {} directions",
+                                                       report_.negative_eigenvalues));
+        break;
+      }
+      if (!hides_loads(state)) {
         finish(EquilibriumStatus::kConverged,
                fmt::format("balanced to {:.1e}", report_.max_gradient_scaled));
         break;
       }
-      if (report_.escapes < options_.max_escapes && escape(state)) continue;
-      finish(EquilibriumStatus::kSaddle,
-             fmt::format("balanced, but unstable in {} directions", report_.negative_eigenvalues));
-      break;
+      if (++doubts_ > kMostDoubts) {
+        finish(EquilibriumStatus::kStalled, kHiddenLoads);
+        break;
+      }
     }
     if (report_.iterations >= options_.max_iterations) {
       finish(EquilibriumStatus::kIterationLimit,
@@ -131,10 +140,6 @@ EquilibriumReport NewtonRun::run(LinkageState& state, const JobContext& context,
     if (chords(state)) continue;
     ++report_.iterations;
     const Step step = newton_step(state);
-    if (hidden_ && is_noise(state, step)) {
-      hidden_ = false;
-      continue;
-    }
     if (towards_saddle(step)) {
       if (report_.escapes < options_.max_escapes && escape(state)) continue;
       if (options_.max_escapes == 0) {
@@ -143,12 +148,10 @@ EquilibriumReport NewtonRun::run(LinkageState& state, const JobContext& context,
       }
     }
     if (!take(state, step)) {
-      const bool rounding = hidden_ && report_.max_gradient_scaled <= options_.tolerance;
       finish(EquilibriumStatus::kStalled,
-             rounding ? "the shortest edges are so stiff that rounding hides the loads: take fewer "
-                        "edges per segment, or longer segments"
-                      : fmt::format("no step lowers the potential; the imbalance is {:.1e}",
-                                    report_.max_gradient_scaled));
+             balanced() ? kHiddenLoads
+                        : fmt::format("no step lowers the potential; the imbalance is {:.1e}",
+                                      report_.max_gradient_scaled));
       break;
     }
     if (on_iterate) on_iterate(report_.iterations, state);
@@ -178,7 +181,8 @@ void NewtonRun::evaluate(const LinkageState& state) {
   scale_.moment = std::max(scale_.moment, terms_.largest_moment());
   beyond_ = work_.scales.beyond(state);
   report_.max_gradient_scaled = work_.scales.imbalance(free, scale_, options_.tolerance, beyond_);
-  hidden_ = work_.scales.size_of(free).force > kHidden * loads_;
+  const double strict = std::numeric_limits<double>::infinity();  // nothing is rounding
+  doubtful_ = work_.scales.imbalance(free, scale_, strict) > options_.tolerance;
 }
 
 void NewtonRun::assemble(const LinkageState& state, Compression compression, WeakHolds holds) {
@@ -218,25 +222,41 @@ double NewtonRun::rounding() const {
 }
 
 bool NewtonRun::balanced() const {
-  return gap_.size <= kGapTolerance && report_.max_gradient_scaled <= options_.tolerance &&
-         !hidden_;
+  return gap_.size <= kGapTolerance && report_.max_gradient_scaled <= options_.tolerance;
 }
 
-/// Are forces that tolerance takes for rounding nothing else, however large they are beside the
-/// loads? Short edges are so stiff that rounding of places makes such forces, which move nothing:
-/// beside the work that loads do when they are put on, both what they would do in Newton's step
-/// and what it would gain are nothing. Where loads themselves are hidden, all three are the same.
-bool NewtonRun::is_noise(const LinkageState& state, const Step& step) {
-  const bool newton = !indefinite_ && report_.final_shift <= work_.scales.rounding_shift();
-  if (!newton || gap_.size > kGapTolerance || report_.max_gradient_scaled > options_.tolerance)
-    return false;
-  Eigen::VectorXd loads = Eigen::VectorXd::Zero(step.x.size());
+/// Is there more than rounding in what the tolerance takes for that? Short edges are so stiff that
+/// rounding of places makes forces in them that are larger than loads elsewhere, but move nothing:
+/// beside the work that loads do when they are put on, both what such forces would do to them in
+/// Newton's step and what it would gain are nothing. Loads themselves do all of it. Without loads
+/// the elastic energy takes the place of their work.
+/// @pre the last factor is that of the state
+bool NewtonRun::hides_loads(const LinkageState& state) {
+  if (!doubtful_) return false;
+  const std::vector<int> held = fixed();
+  Eigen::VectorXd loads = Eigen::VectorXd::Zero(work_.gradient.size());
   terms_.add_gradient(state, loads);
-  for (const int unknown : fixed()) loads[unknown] = 0;
-  Eigen::VectorXd moved = loads;
-  solve(moved, Eigen::VectorXd::Zero(gap_.rows.size()));
-  const double work = kNoise * loads.dot(moved);
-  return std::abs(step.slope) <= work && std::abs(loads.dot(step.x)) <= work;
+  Eigen::VectorXd step = -work_.gradient;
+  for (const int unknown : held) loads[unknown] = step[unknown] = 0;
+  const Eigen::VectorXd rows = Eigen::VectorXd::Zero(gap_.rows.size());
+  solve(step, rows);
+  double work = report_.energies.total();
+  if (loads.isZero(0)) {
+    // What one rod along the whole linkage stores, bent that little, is no stress.
+    const double nothing = work_.scales.bending() / work_.scales.extent() * kNoBend * kNoBend;
+    if (work <= nothing) return false;
+  } else {
+    Eigen::VectorXd moved = loads;
+    solve(moved, rows);
+    work = std::abs(loads.dot(moved));
+  }
+  const double left = std::max(std::abs(work_.gradient.dot(step)), std::abs(loads.dot(step)));
+  const double motion = work_.scales.size_of(step).force;  // of lengths, as forces are by them
+  if (motion <= kStill * work_.scales.extent() &&
+      work_.scales.largest_turn(model_, state, step) <= kStill)
+    return false;
+  // What Newton's steps leave is rounding, if it is not all.
+  return !(left <= (doubts_ < kDoubts ? kNoise : kMostNoise) * work);
 }
 
 /// Adds to the lengths on their bound those that a step would shorten at once.

@@ -107,7 +107,7 @@ class NewtonRun {
   [[nodiscard]] Eigen::VectorXd acceleration(const LinkageState& state, const Eigen::VectorXd& v);
   [[nodiscard]] Eigen::VectorXd beside(Eigen::VectorXd x, const Eigen::VectorXd& direction) const;
   [[nodiscard]] bool towards_saddle(const Step& step) const;
-  bool is_noise(const LinkageState& state, const Step& step);
+  bool hides_loads(const LinkageState& state);
   bool certify(const LinkageState& state);
   bool escape(LinkageState& state);
   struct Escape {
@@ -133,9 +133,9 @@ class NewtonRun {
 
   std::vector<int> bounded_;  // lengths that rest on their bound
   Holding::Gap gap_;
-  double loads_ = 0;     // sum of their magnitudes
-  bool hidden_ = false;  // are they lost in what rounding is allowed
-  double beyond_ = 0;    // the drawing: how far away the state lies [length]
+  bool doubtful_ = false;  // is it balanced only by what rounding is allowed
+  int doubts_ = 0;         // how often that might have hidden loads
+  double beyond_ = 0;      // the drawing: how far away the state lies [length]
   double potential_ = 0;
   double potential_size_ = 0;
   GradientSize scale_;

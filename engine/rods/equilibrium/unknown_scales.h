@@ -39,6 +39,8 @@ class UnknownScales {
   [[nodiscard]] double pressure_shift(double force) const { return force / (edge_ * edge_); }
   [[nodiscard]] double extent() const { return extent_; }
   [[nodiscard]] double bending() const { return bending_; }
+  /// Of one component of a gradient, by rounding of its own edges.
+  [[nodiscard]] double rounding(int unknown) const { return rounding_[unknown]; }
   /// Of a gradient's force components by rounding.
   [[nodiscard]] double force_rounding() const { return force_rounding_; }
   [[nodiscard]] double moment_rounding() const { return force_rounding_ * edge_; }

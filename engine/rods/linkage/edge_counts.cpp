@@ -26,7 +26,7 @@ std::vector<int> edges_by_length(const LinkageGraph& graph, int edges) {
     const Segment& segment = graph.segments[s];
     if (segment.length >= short_length) continue;
     const int ends = (segment.joints[kStart] >= 0 ? 1 : 0) + (segment.joints[kFinish] >= 0 ? 1 : 0);
-    const int fine = static_cast<int>(std::ceil(edges * segment.length / short_length));
+    const int fine = static_cast<int>(std::floor(edges * segment.length / short_length));
     counts[s] = std::min(edges, std::max(1 + ends, fine));
   }
   return counts;

@@ -130,7 +130,8 @@ void validate(const StateNumbers& numbers, const LinkageGraph& graph,
       const double along = numbers.directors.col(director).dot(to - from) / length;
       if (std::abs(along) > kSlack) {
         refuse("directors",
-               fmt::format("row {} is not across edge {} of segment {}", director, e, s));
+               fmt::format("row {} is not across edge {} of segment {}: either is of another shape",
+                           director, e, s));
       }
       ++director;
     }

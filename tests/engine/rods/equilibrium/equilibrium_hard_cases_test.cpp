@@ -3,7 +3,9 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <functional>
 #include <numbers>
+#include <vector>
 
 #include "engine/rods/equilibrium/linkage_equilibrium.h"
 #include "engine/rods/linkage/edge_counts.h"
@@ -229,8 +231,8 @@ TEST(HardEquilibria, ShortSegmentsDoNotSwallowLoads) {
 }
 
 /// Joints in rows of four, of which the middle two are `gap` apart, and 40 otherwise; steel of
-/// 20 x 10 mm, in N and mm. Held at one corner, loaded at the other.
-EquilibriumReport loaded_corner(double gap, int edges, double load, double& sag) {
+/// 20 x 10 mm, in N and mm.
+LinkageModel gapped_model(double gap, int edges) {
   LineMesh mesh;
   const double columns[] = {0, 40, 40 + gap, 80 + gap};
   mesh.vertices.resize(3, 12);
@@ -240,36 +242,89 @@ EquilibriumReport loaded_corner(double gap, int edges, double load, double& sag)
   for (int e = 0; e < 9; ++e) mesh.edges.col(e) << e / 3 * 4 + e % 3, e / 3 * 4 + e % 3 + 1;
   for (int e = 0; e < 8; ++e) mesh.edges.col(9 + e) << e, e + 4;
   const LinkageGraph graph = build_linkage_graph(mesh);
-  const LinkageModel model(graph, edges_by_length(graph, edges), {4e7, 1.333e9, 3.333e8, 3.5e8});
+  return {graph, edges_by_length(graph, edges), {4e7, 1.333e9, 3.333e8, 3.5e8}};
+}
+
+/// Held at one corner: where the other one, joint 11, goes under all that acts one after the other.
+Eigen::Vector3d corner_moved(const LinkageModel& model,
+                             const std::vector<std::function<void(Conditions&)>>& acting) {
   LinkageState state(model);
+  const Eigen::Vector3d drawn = state.joints()[11].position;
   LinkageEquilibrium equilibrium(model);
   Conditions conditions;
   conditions.pins = {{0, Hold::kMotionAndAngle}};
-  conditions.loads = {{11, Eigen::Vector3d(0, 0, -load), Eigen::Vector3d::Zero(), 0}};
-  const EquilibriumReport report = equilibrium.solve(state, conditions);
-  sag = -state.joints()[11].position.z();
-  return report;
+  for (const auto& act : acting) {
+    act(conditions);
+    const EquilibriumReport report = equilibrium.solve(state, conditions);
+    EXPECT_TRUE(report.converged()) << report.message;
+    EXPECT_LE(report.iterations, 5);
+  }
+  return state.joints()[11].position - drawn;
+}
+
+std::function<void(Conditions&)> force_at(int joint, const Eigen::Vector3d& force) {
+  return [=](Conditions& conditions) {
+    conditions.loads.push_back({joint, force, Eigen::Vector3d::Zero(), 0});
+  };
 }
 
 /// Rounding of places makes forces in them as large as these loads, which move nothing.
 TEST(HardEquilibria, SegmentsOfLessThanAThousandthHideNoSmallLoads) {
-  double softness = 0;
-  ASSERT_TRUE(loaded_corner(1, 3, 15, softness).converged());
-  softness /= 15;
+  const Eigen::Vector3d down(0, 0, -1);
+  const double softness = -corner_moved(gapped_model(1, 3), {force_at(11, 15 * down)}).z() / 15;
   for (const double gap : {1.0, 0.1, 0.03, 0.01, 0.003}) {
-    for (const double load : {0.005, 0.5, 15.0}) {
-      for (const int edges : {3, 10}) {
-        double sag = 0;
-        const EquilibriumReport report = loaded_corner(gap, edges, load, sag);
-        EXPECT_TRUE(report.converged())
-            << gap << ", " << load << " N, " << edges << ": " << report.message;
-        EXPECT_LE(report.iterations, 5) << gap << ", " << load << " N, " << edges;
-        // A hundredth softer where the gap is 1 and not 0.
-        EXPECT_NEAR(sag / load / softness, 1 - 0.018 * (1 - gap), 0.004)
-            << gap << ", " << load << " N, " << edges;
+    for (const int edges : {3, 10}) {
+      const LinkageModel model = gapped_model(gap, edges);
+      for (const double load : {0.005, 0.5, 15.0}) {
+        SCOPED_TRACE(::testing::Message() << gap << ", " << load << " N, " << edges);
+        // A fiftieth softer where the gap is 1 and not 0.
+        EXPECT_NEAR(-corner_moved(model, {force_at(11, load * down)}).z() / load / softness,
+                    1 - 0.018 * (1 - gap), 0.015);
       }
     }
   }
+}
+
+TEST(HardEquilibria, SegmentsOfLessThanAThousandthHideNoSpringsMomentsAndTorques) {
+  const auto spring = [](double stiffness) {  // pulled to 5 above
+    return [=](Conditions& conditions) {
+      conditions.springs = {{JointPoint{2}, Eigen::Vector3d(40, 0, 5), stiffness}};
+    };
+  };
+  const auto turned = [](double moment, double torque) {
+    return [=](Conditions& conditions) {
+      conditions.loads = {{2, Eigen::Vector3d::Zero(), moment * Eigen::Vector3d::UnitX(), torque}};
+    };
+  };
+  const LinkageModel wide = gapped_model(1, 10);
+  const double pulled = corner_moved(wide, {spring(1)}).z();
+  const double lifted = corner_moved(wide, {turned(1, 0)}).z();
+  const double opened = corner_moved(wide, {turned(0, 1)}).y();
+  for (const double gap : {0.1, 0.03, 0.01}) {
+    const LinkageModel model = gapped_model(gap, 10);
+    for (const double size : {0.01, 1.0, 100.0}) {
+      SCOPED_TRACE(::testing::Message() << gap << ", " << size);
+      EXPECT_NEAR(corner_moved(model, {spring(size)}).z() / pulled / size, 0.95, 0.03);
+      EXPECT_NEAR(corner_moved(model, {turned(size, 0)}).z() / lifted / size, 0.98, 0.02);
+      EXPECT_NEAR(corner_moved(model, {turned(0, size)}).y() / opened / size, 0.97, 0.02);
+    }
+  }
+  // Nor does what is left of a load that is taken away.
+  EXPECT_LT(corner_moved(gapped_model(0.03, 10),
+                         {force_at(11, Eigen::Vector3d(0, 0, -15)),
+                          [](Conditions& conditions) { conditions.loads.clear(); }})
+                .norm(),
+            1e-6);
+  // Nor do large loads there hide smaller ones.
+  const Eigen::Vector3d down(0, 0, -1500), aside(0, 15, 0);
+  const auto both = [&](const LinkageModel& model) {
+    return (corner_moved(model, {force_at(11, down), force_at(2, aside)}) -
+            corner_moved(model, {force_at(11, down)}))
+        .y();
+  };
+  const double moved = both(wide);
+  EXPECT_GT(moved, 4e-4);
+  EXPECT_NEAR(both(gapped_model(0.03, 10)), moved, 0.1 * moved);
 }
 
 TEST(HardEquilibria, EdgesOfJointsDoNotShrinkThroughZero) {

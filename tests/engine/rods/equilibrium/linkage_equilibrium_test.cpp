@@ -229,6 +229,21 @@ TEST(LinkageEquilibrium, ReactionsTakeThePlaceOfWhatTheyAreOf) {
   EXPECT_LT(testing::joint_distance(state, balanced), 1e-5);
 }
 
+TEST(LinkageEquilibrium, RoundingIsNoReaction) {
+  const LinkageModel model = testing::grid_model(4, 4, 1.2);
+  LinkageEquilibrium equilibrium(model);
+  LinkageState state(model);
+  Conditions held;
+  held.pins = {{0, Hold::kMotionAndAngle}, {15, Hold::kMotionAndAngle}};
+  ASSERT_TRUE(equilibrium.solve(state, held).converged());
+  EXPECT_TRUE(equilibrium.reactions(state, held).empty());
+  held.loads = {{5, Eigen::Vector3d(0, 0, -1e-4), Eigen::Vector3d::Zero(), 0}};
+  ASSERT_TRUE(equilibrium.solve(state, held).converged());
+  Eigen::Vector3d sum = held.loads[0].force;
+  for (const JointLoad& load : equilibrium.reactions(state, held)) sum += load.force;
+  EXPECT_LT(sum.norm(), 1e-8);
+}
+
 TEST(LinkageEquilibrium, TheSoftestDirectionIsTheLeastResisted) {
   const LinkageModel model = testing::curved_model();
   LinkageEquilibrium equilibrium(model);
