@@ -280,6 +280,8 @@ void LinkageSession::Impl::end_search(LiveDesign& design, DesignInfo& info,
     }
   }
   last.message = report.message;
+  const std::string released = design.release({round.order.stop, {}});
+  if (!released.empty()) last.message += (last.message.empty() ? "" : "; ") + released;
   if (is_optimum(last)) last.other_optima = ended_.others_than(design, last, *round.conditions);
   while (!end_design(last))
     if (between_steps(design, info, round)) return;

@@ -8,6 +8,7 @@
 
 #include "engine/base/error.h"
 #include "engine/rods/linkage/joint_positions.h"
+#include "engine/session/linkage/design_release.h"
 #include "engine/session/linkage/size_path.h"
 
 namespace limber::session {
@@ -52,7 +53,8 @@ rods::DesignCriteria criteria_of(const DesignGoal& goal) {
 LiveDesign::LiveDesign(const LiveLinkage& live, const DesignRequest& request, double energy_scale,
                        const JobContext& job)
     : shape_(live.shape()), goal_(request.goal), smallest_angle_(request.smallest_angle) {
-  rods::Conditions deployed = live.held(), flat;
+  rods::Conditions &deployed = deployed_, &flat = flat_;
+  deployed = live.held();
   const int anchor = anchor_of(deployed, live.state());
   flat.pins = {{anchor, rods::Hold::kMotion}};
   const bool is_pinned =
@@ -213,6 +215,10 @@ Eigen::MatrixXf LiveDesign::shapes() const {
   columns.col(0) = shape_.coordinates(design_->model(), point.flat);
   columns.col(1) = shape_.coordinates(design_->model(), point.deployed);
   return columns;
+}
+
+std::string LiveDesign::release(const JobContext& job) const {
+  return told_release(design_->model(), flat_, deployed_, design_->point(), job);
 }
 
 double LiveDesign::mean_angle() const { return design_->point().deployed.mean_opening_angle(); }

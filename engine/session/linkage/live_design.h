@@ -4,6 +4,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <string>
 
 #include "engine/base/job.h"
 #include "engine/rods/design/design_rank.h"
@@ -57,6 +58,8 @@ class LiveDesign {
   /// Coordinates (LinkageShape) of the flat shape and of the deployed one, a column each.
   [[nodiscard]] Eigen::MatrixXf shapes() const;
   [[nodiscard]] double mean_angle() const;  // of the deployed shape [rad]
+  /// See told_release: of where it stands.
+  [[nodiscard]] std::string release(const JobContext& job) const;
   /// Of those shapes; empty: all 1.
   [[nodiscard]] const Eigen::VectorXd& section_scales() const { return design_->point().sections; }
   /// What an earlier design came to, by the present goal.
@@ -78,6 +81,7 @@ class LiveDesign {
   void begin_best();
 
   const LinkageShape shape_;
+  rods::Conditions flat_, deployed_;
   DesignGoal goal_;
   rods::DesignOptimizerOptions options_;
   std::optional<double> smallest_angle_;

@@ -1,0 +1,21 @@
+#pragma once
+
+#include <string>
+
+#include "engine/base/job.h"
+#include "engine/rods/design/linkage_design.h"
+#include "engine/rods/equilibrium/conditions.h"
+
+namespace limber::session {
+
+/// A flat linkage of bent rods has several equilibria, and a design follows one: lets go of what
+/// holds its deployed shape, step by step (rods::deploy), and looks whether it falls there.
+/// @param model           with the sizes of the point
+/// @param flat, deployed  what holds its shapes
+/// @returns what to tell; empty where it falls to the flat shape, or the caller cancels
+[[nodiscard]] std::string told_release(const rods::LinkageModel& model,
+                                       const rods::Conditions& flat,
+                                       const rods::Conditions& deployed,
+                                       const rods::DesignPoint& point, const JobContext& job);
+
+}  // namespace limber::session
