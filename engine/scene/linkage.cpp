@@ -31,7 +31,7 @@ class ConditionsValidator {
     check_targets();
     check_loads();
     check_sizes();
-    if (!conditions_.gravity.allFinite()) error("gravity", "must be finite");
+    check_gravity();
     return std::move(issues_);
   }
 
@@ -162,6 +162,16 @@ class ConditionsValidator {
     error(field,
           fmt::format("the {} of joint {} is {:g} {}: no more than {:g} {} can be reckoned with",
                       what, joint, size, unit, kGreatestLoad, unit),
+          ErrorCode::kOutOfRange);
+  }
+
+  void check_gravity() {
+    const double size = size_of(conditions_.gravity);
+    if (!std::isfinite(size)) return error("gravity", "must be finite");
+    if (size <= kGreatestLoad) return;
+    error("gravity",
+          fmt::format("{:g} m/s^2: no more than {:g} m/s^2 can be reckoned with", size,
+                      kGreatestLoad),
           ErrorCode::kOutOfRange);
   }
 

@@ -88,9 +88,12 @@ struct Linkage {
   rods::BendingForm bending = rods::BendingForm::kMaterialFrames;
   RestLengthChoice rest_lengths = RestLengthChoice::kAsDrawn;
   LinkageConditions conditions;
-  /// Where opening begins, with the conditions' lengths and sections; nothing: as drawn. Pins
-  /// without positions hold joints where they are in it.
+  /// Where opening begins; nothing: as drawn. Pins without positions hold joints where they are in
+  /// it.
   std::optional<rods::StateNumbers> shape;
+  /// What that shape is in equilibrium under, from which it goes on to `conditions`; nothing:
+  /// those.
+  std::optional<LinkageConditions> shape_conditions = {};
 };
 
 /// Everything that is wrong with conditions for so many joints and segments; fields are relative to

@@ -256,6 +256,10 @@ scene::Linkage decode_linkage(const proto::Scene& message, const std::string& pr
   if (material.has_density()) linkage.density = material.density();
   linkage.conditions = decode_conditions(given.conditions(), field + ".conditions");
   if (given.has_shape()) linkage.shape = decode_linkage_shape(given.shape(), field + ".shape");
+  if (given.shape().has_conditions()) {
+    linkage.shape_conditions =
+        decode_conditions(given.shape().conditions(), field + ".shape.conditions");
+  }
   linkage.lines = decode_lines(given.lines(), field + ".lines", load_lines);
   return linkage;
 }
@@ -283,6 +287,8 @@ proto::Scene encode_linkage(const scene::Linkage& linkage) {
   given.mutable_material()->set_density(linkage.density);
   encode_conditions(linkage.conditions, *given.mutable_conditions());
   if (linkage.shape) *given.mutable_shape() = encode_linkage_shape(*linkage.shape);
+  if (linkage.shape_conditions)
+    encode_conditions(*linkage.shape_conditions, *given.mutable_shape()->mutable_conditions());
   return message;
 }
 
@@ -301,6 +307,8 @@ std::string linkage_field_in(const proto::Scene& message, const std::string& fie
     return "linkage.conditions." + condition_field(after("conditions."));
   if (field == "youngs_modulus" || field == "poissons_ratio" || field == "density")
     return "linkage.material." + field;
+  if (field.starts_with("shape.conditions."))
+    return "linkage.shape.conditions." + condition_field(after("shape.conditions."));
   if (field.starts_with("shape.")) return "linkage." + field;
   if (field.starts_with("edges_per_segment")) return "linkage.edges_per_segment";
   return field;

@@ -67,18 +67,28 @@ std::vector<scene::Issue> ConditionRules::check(const scene::LinkageConditions& 
   return reach_.check(conditions, edges.size() > 0 ? edges_.segment_lengths(edges) : wanted);
 }
 
-std::vector<scene::Issue> ConditionRules::check_opened(
-    const scene::LinkageConditions& conditions,
-    const std::optional<Eigen::Matrix3Xd>& places) const {
+std::vector<scene::Issue> ConditionRules::check_drawn(
+    const scene::LinkageConditions& conditions) const {
   std::vector<scene::Issue> issues = check(conditions);
   if (!issues.empty()) return issues;
-  Eigen::Matrix3Xd drawn(3, graph_.joints.size());
+  Eigen::Matrix3Xd places(3, graph_.joints.size());
   for (std::size_t j = 0; j < graph_.joints.size(); ++j)
-    drawn.col(static_cast<Eigen::Index>(j)) = graph_.joints[j].position;
+    places.col(static_cast<Eigen::Index>(j)) = graph_.joints[j].position;
   const Eigen::VectorXd& edges = conditions.edge_lengths;
   return reach_.check(conditions,
                       edges.size() > 0 ? edges_.segment_lengths(edges) : conditions.segment_lengths,
-                      places.value_or(drawn));
+                      places);
+}
+
+void ConditionRules::check_shape(const rods::StateNumbers& shape) const {
+  rods::validate(shape, graph_, variables_);
+  for (Eigen::Index j = 0; j < shape.positions.cols(); ++j) {
+    if (!places_.is_far(shape.positions.col(j))) continue;
+    throw Error(ErrorCode::kOutOfRange, "positions",
+                fmt::format("joint {} is farther than {:.0e} lengths of the linkage from where it "
+                            "is drawn",
+                            j, PlaceReach::kFarthest));
+  }
 }
 
 }  // namespace limber::session

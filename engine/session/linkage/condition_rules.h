@@ -1,6 +1,5 @@
 #pragma once
 
-#include <optional>
 #include <vector>
 
 #include "engine/rods/linkage/edge_numbers.h"
@@ -27,15 +26,13 @@ class ConditionRules {
   /// @returns issues with fields targets[i].position, pins[i].position, segment_lengths[s],
   /// edge_lengths, edge_lengths[e], section_scales[s]
   [[nodiscard]] std::vector<scene::Issue> check(const scene::LinkageConditions& conditions) const;
-  /// The same of a linkage that is just opened: pins without positions hold joints where they are.
-  /// @param places  3 x joints [length unit of the graph]; nothing: where they are drawn
-  [[nodiscard]] std::vector<scene::Issue> check_opened(
-      const scene::LinkageConditions& conditions,
-      const std::optional<Eigen::Matrix3Xd>& places) const;
-  /// @throws Error as rods::validate(StateNumbers)
-  void check_shape(const rods::StateNumbers& shape) const {
-    rods::validate(shape, graph_, variables_);
-  }
+  /// The same of a linkage that is as drawn: pins without positions hold joints where they are
+  /// drawn.
+  [[nodiscard]] std::vector<scene::Issue> check_drawn(
+      const scene::LinkageConditions& conditions) const;
+  /// @throws Error as rods::validate(StateNumbers); {kOutOfRange, "positions"} for a shape that is
+  /// as far away as no target may be
+  void check_shape(const rods::StateNumbers& shape) const;
 
  private:
   rods::LinkageGraph graph_;

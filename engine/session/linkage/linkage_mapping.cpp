@@ -55,13 +55,35 @@ rods::Hold map_hold(scene::Held held) {
   return rods::Hold::kMotionAndAngle;
 }
 
+scene::Held scene_hold(rods::Hold hold) {
+  switch (hold) {
+    case rods::Hold::kMotion:
+      return scene::Held::kMotion;
+    case rods::Hold::kAngle:
+      return scene::Held::kAngle;
+    case rods::Hold::kMotionAndAngle:
+      break;
+  }
+  return scene::Held::kMotionAndAngle;
+}
+
 /// Rods reach half an edge beyond their joints: a share of the way from joint to joint as one of
 /// the way from a rod's first vertex to its last, both counted in edges.
-double share_of_rod(const rods::LinkageModel& model, int segment, double share) {
+struct Reach {
+  double from, to, edges;
+};
+Reach reach_of(const rods::LinkageModel& model, int segment) {
   const double edges = model.variables().edges(segment);
   const auto& joints = model.graph().segments[static_cast<std::size_t>(segment)].joints;
-  const double from = joints[0] >= 0 ? 0.5 : 0, to = joints[1] >= 0 ? edges - 0.5 : edges;
-  return (from + share * (to - from)) / edges;
+  return {joints[0] >= 0 ? 0.5 : 0, joints[1] >= 0 ? edges - 0.5 : edges, edges};
+}
+double share_of_rod(const rods::LinkageModel& model, int segment, double share) {
+  const Reach reach = reach_of(model, segment);
+  return (reach.from + share * (reach.to - reach.from)) / reach.edges;
+}
+double share_between_joints(const rods::LinkageModel& model, int segment, double share) {
+  const Reach reach = reach_of(model, segment);
+  return std::clamp((share * reach.edges - reach.from) / (reach.to - reach.from), 0.0, 1.0);
 }
 
 /// Coordinates are numbers of 16 digits: far from the origin too few are left for short edges.
@@ -106,20 +128,23 @@ LinkageCheck check_linkage(const scene::Linkage& linkage) {
   }
   check_place(linkage, *graph, issues);
   auto faults = scene::validate(linkage.conditions, check.joints, check.segments);
-  if (faults.empty() && rules) {
-    std::optional<Eigen::Matrix3Xd> places;
-    if (linkage.shape) {
-      note(issues, "shape.", [&] {
-        rules->check_shape(*linkage.shape);
-        places = linkage.shape->positions;
-      });
+  // In a shape, pins that contradict each other are one of the things that may have no equilibrium.
+  if (faults.empty() && rules)
+    faults =
+        linkage.shape ? rules->check(linkage.conditions) : rules->check_drawn(linkage.conditions);
+  const auto add = [&](const char* prefix) {
+    for (auto& issue : faults) {
+      issue.field = prefix + issue.field;
+      issues.push_back(std::move(issue));
     }
-    if (!linkage.shape || places) faults = rules->check_opened(linkage.conditions, places);
-  }
-  for (auto& issue : faults) {
-    issue.field = "conditions." + issue.field;
-    issues.push_back(std::move(issue));
-  }
+  };
+  add("conditions.");
+  if (!linkage.shape || !rules) return check;
+  note(issues, "shape.", [&] { rules->check_shape(*linkage.shape); });
+  if (!linkage.shape_conditions) return check;
+  faults = scene::validate(*linkage.shape_conditions, check.joints, check.segments);
+  if (faults.empty()) faults = rules->check(*linkage.shape_conditions);
+  add("shape.conditions.");
   return check;
 }
 
@@ -170,6 +195,42 @@ rods::Conditions map_conditions(const scene::LinkageConditions& conditions,
   }
   mapped.gravity = {conditions.gravity, linkage.mass_per_length};
   return mapped;
+}
+
+scene::LinkageConditions scene_conditions(const rods::Conditions& conditions,
+                                          const MappedLinkage& mapped, double length_unit) {
+  scene::LinkageConditions told;
+  for (const auto& pin : conditions.pins)
+    told.pins.push_back({pin.joint, scene_hold(pin.hold), pin.position});
+  for (const auto& setting : conditions.angles)
+    told.angles.push_back({setting.joint, setting.angle});
+  told.mean_angle = conditions.mean_opening_angle;
+  for (const auto& spring : conditions.springs) {
+    if (!(spring.stiffness > 0)) continue;
+    scene::LinkageTarget target;
+    if (const auto* const joint = std::get_if<rods::JointPoint>(&spring.at)) {
+      target.joint = joint->joint;
+    } else if (const auto* const arc = std::get_if<rods::ArcPoint>(&spring.at)) {
+      target.segment = arc->segment;
+      target.share = share_between_joints(mapped.model, arc->segment, arc->share);
+    } else {
+      continue;
+    }
+    target.position = spring.position;
+    target.stiffness = spring.stiffness / length_unit;
+    told.targets.push_back(target);
+  }
+  for (const auto& load : conditions.loads) {
+    auto at =
+        std::find_if(told.loads.begin(), told.loads.end(),
+                     [&](const scene::JointLoad& other) { return other.joint == load.joint; });
+    if (at == told.loads.end()) at = told.loads.insert(at, scene::JointLoad{load.joint});
+    at->force += load.force;
+    at->moment += load.moment * length_unit;
+    at->torque += load.opening_torque * length_unit;
+  }
+  told.gravity = conditions.gravity.acceleration;
+  return told;
 }
 
 }  // namespace limber::session

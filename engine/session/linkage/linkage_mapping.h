@@ -39,4 +39,10 @@ struct MappedLinkage {
 [[nodiscard]] rods::Conditions map_conditions(const scene::LinkageConditions& conditions,
                                               const MappedLinkage& mapped, double length_unit);
 
+/// The inverse, for conditions on the way between others: springs that have faded are left out,
+/// loads of one joint are one. Targets have no ids.
+[[nodiscard]] scene::LinkageConditions scene_conditions(const rods::Conditions& conditions,
+                                                        const MappedLinkage& mapped,
+                                                        double length_unit);
+
 }  // namespace limber::session

@@ -28,12 +28,20 @@ scene::Linkage LinkageSession::linkage() const {
   scene::Linkage linkage = impl_->linkage_;
   linkage.conditions = *conditions();
   linkage.shape.reset();
+  linkage.shape_conditions.reset();
   return linkage;
 }
 scene::Linkage LinkageSession::linkage_in_shape() const {
   scene::Linkage in_shape = linkage();
-  if (const auto result = final_result())
-    in_shape.shape = result->state->numbers(result->statics->model());
+  const auto result = final_result();
+  if (!result) return in_shape;
+  in_shape.shape = result->state->numbers(result->statics->model());
+  const auto& edges = geometry()->joints_of_segment;
+  const bool sound =
+      scene::validate(*result->conditions, static_cast<int>(in_shape.shape->positions.cols()),
+                      static_cast<int>(edges.cols()))
+          .empty();
+  if (sound) in_shape.shape_conditions = *result->conditions;
   return in_shape;
 }
 std::shared_ptr<const scene::LinkageConditions> LinkageSession::conditions() const {

@@ -46,6 +46,8 @@ struct LinkageResult {
   Eigen::VectorXd section_scales = {};
   /// The shape in full, from which a scene opens again; null while the result is not final.
   std::shared_ptr<const rods::LinkageState> state = {};
+  /// What it is in equilibrium under; null with it.
+  std::shared_ptr<const scene::LinkageConditions> conditions = {};
 };
 
 /// As Listener is of bodies.
@@ -85,7 +87,8 @@ class LinkageSession {
   [[nodiscard]] std::string state_message() const;
   [[nodiscard]] Revision revision() const;       // newest accepted
   [[nodiscard]] scene::Linkage linkage() const;  // as edited up to revision(), in no shape
-  /// The same, in the shape of the newest final result if there is one.
+  /// The same, in the shape of the newest final result if there is one, with what that is in
+  /// equilibrium under: an edit that is not solved yet, or failed, has other conditions.
   [[nodiscard]] scene::Linkage linkage_in_shape() const;
   [[nodiscard]] std::shared_ptr<const scene::LinkageConditions> conditions() const;
 

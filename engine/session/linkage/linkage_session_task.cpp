@@ -172,6 +172,8 @@ void LinkageSession::Impl::solve(const Round& round) {
       moved ? columns(outcome.strains) : columns({live_->statics()->strains(live_->state())});
   result->statics = live_->statics();
   result->state = std::make_shared<const rods::LinkageState>(live_->state());
+  result->conditions =
+      std::make_shared<const scene::LinkageConditions>(live_->conditions_of_shape());
   hand_out(std::move(result), round);
 }
 

@@ -20,10 +20,7 @@ using rods::EquilibriumStatus;
 /// What one solve is trusted with: farther, the linkage might find itself on another branch.
 constexpr double kFarAngle = 2 * 3.14159265358979323846 / 180;  // [rad]
 constexpr double kFarShare = 0.01;                              // of the linkage's extent
-// A shape that one solve has turned so far might have left its branch; then steps turn so far
-// [rad].
-constexpr double kFarTurn = 0.2;
-constexpr double kTurnOfStep = 0.05;
+constexpr double kTurnOfStep = 0.05;  // of steps, where one solve turned too far [rad]
 // Shapes that undo comes back to, and what one takes of memory.
 constexpr std::size_t kKnownBytes = std::size_t{64} << 20;
 constexpr std::size_t kBytesPerUnknown = 100;
@@ -38,30 +35,6 @@ double extent_of(const rods::LinkageGraph& graph) {
     }
   }
   return (high - low).maxCoeff();
-}
-
-/// Of the pins, what holds joints where they are drawn.
-scene::LinkageConditions pinned_as_drawn(const scene::LinkageConditions& conditions) {
-  scene::LinkageConditions drawn;
-  for (scene::JointPin pin : conditions.pins) {
-    if (pin.position && pin.held == scene::Held::kMotion) continue;
-    if (pin.position) pin.held = scene::Held::kAngle;
-    pin.position.reset();
-    drawn.pins.push_back(pin);
-  }
-  return drawn;
-}
-
-/// The same conditions, with the angles and the places that the shape has.
-rods::Conditions held_in(const rods::LinkageState& state, rods::Conditions conditions) {
-  const auto joint = [&](int j) -> const auto& {
-    return state.joints()[static_cast<std::size_t>(j)];
-  };
-  if (conditions.mean_opening_angle) conditions.mean_opening_angle = state.mean_opening_angle();
-  for (auto& setting : conditions.angles) setting.angle = joint(setting.joint).opening_angle;
-  for (auto& pin : conditions.pins)
-    if (pin.position) pin.position = joint(pin.joint).position;
-  return conditions;
 }
 
 }  // namespace
@@ -100,63 +73,13 @@ void LiveLinkage::set_sizes(const RodSizes& sizes) {
 /// is found on the way the outcome says so.
 bool LiveLinkage::follow_to(const RodSizes& wanted, const JobContext& job,
                             const OnIterate& on_iterate, Outcome& outcome) {
-  outcome.report =
-      follow_sizes(mapped_.model, sizes_, equilibrium_, state_, held_, wanted, job, on_iterate);
+  outcome.report = wanted == sizes_ ? equilibrium_.solve(state_, held_, {}, job)
+                                    : follow_sizes(mapped_.model, sizes_, equilibrium_, state_,
+                                                   held_, wanted, job, on_iterate);
   statics_ = std::make_shared<const LinkageStatics>(mapped_, linkage_);
   if (outcome.report.converged()) return true;
   outcome.report.message = "on the way to other sizes of rods: " + outcome.report.message;
   return false;
-}
-
-/// In the shape of a scene that has one, and with the sizes of its rods at once: an equilibrium
-/// near it, with its angles and with its joints where they are.
-bool LiveLinkage::begin_in_shape(const rods::Conditions& wanted, const RodSizes& sizes,
-                                 const JobContext& job, Outcome& outcome) {
-  const rods::LinkageState given = state_;
-  set_sizes(sizes);
-  held_ = held_in(state_, wanted);
-  outcome.report = equilibrium_.solve(state_, held_, {}, job);
-  if (outcome.report.converged() && !rods::overturned(model(), drawn_, state_)) {
-    rods::keep_in_place(model(), {}, held_, given, state_);
-    good_ = state_;
-    good_held_ = held_;
-    good_sizes_ = sizes;
-    in_shape_ = false;
-    return true;
-  }
-  held_ = {};
-  state_ = given;
-  set_sizes(first_sizes_);
-  if (outcome.report.status == EquilibriumStatus::kCancelled) return false;
-  good_ = state_ = drawn_;
-  in_shape_ = false;
-  return false;
-}
-
-/// To the sizes of a scene that is just opened, from the drawing; what is pinned where it is drawn
-/// stays there. First as a session goes that is given them by a design, from an equilibrium to an
-/// equilibrium. What falls far from its drawing, such as a ring that falls shut, goes from the
-/// drawing as it is; what has no way there begins with these sizes at once.
-bool LiveLinkage::open_with(const RodSizes& wanted, const scene::LinkageConditions& conditions,
-                            const JobContext& job, const OnIterate& on_iterate, Outcome& outcome) {
-  held_ = map_conditions(pinned_as_drawn(conditions), mapped_, length_unit_);
-  const auto lie = [&] {
-    outcome.report = equilibrium_.solve(state_, held_, {}, job);
-    return outcome.report.converged();
-  };
-  const auto begin = [&](const RodSizes& sizes) {
-    state_ = drawn_;
-    set_sizes(sizes);
-  };
-  const auto cancelled = [&] { return outcome.report.status == EquilibriumStatus::kCancelled; };
-  begin(first_sizes_);
-  if (lie() && follow_to(wanted, job, on_iterate, outcome) && lie()) return true;
-  if (cancelled()) return false;
-  begin(first_sizes_);
-  if (follow_to(wanted, job, on_iterate, outcome)) return true;
-  if (cancelled()) return false;
-  begin(wanted);
-  return lie();
 }
 
 /// To other sizes of rods. What the conditions do not let through may be let through by those that
@@ -164,7 +87,8 @@ bool LiveLinkage::open_with(const RodSizes& wanted, const scene::LinkageConditio
 bool LiveLinkage::bring_sizes(const RodSizes& wanted, const scene::LinkageConditions& conditions,
                               const rods::Conditions& then_held, const JobContext& job,
                               const OnIterate& on_iterate, Outcome& outcome) {
-  if (wanted == sizes_) return true;
+  // Where the last solve was interrupted they are there, but the last equilibrium has others.
+  if (wanted == sizes_ && wanted == good_sizes_) return true;
   bool there = settled_ ? follow_to(wanted, job, on_iterate, outcome)
                         : open_with(wanted, conditions, job, on_iterate, outcome);
   if (!there && settled_ && outcome.report.status != EquilibriumStatus::kCancelled) {
@@ -371,7 +295,7 @@ void LiveLinkage::attempt(const scene::LinkageConditions& conditions,
                           const rods::Conditions& wanted, const RodSizes& sizes,
                           const JobContext& job, const OnIterate& on_iterate, Outcome& outcome) {
   std::string remark;
-  if (in_shape_ && !begin_in_shape(wanted, sizes, job, outcome)) {
+  if (in_shape_ && !begin_in_shape(conditions, job, outcome)) {
     if (outcome.report.status == EquilibriumStatus::kCancelled) return;
     remark = "the scene's shape is near no equilibrium: begun as drawn";
   }

@@ -33,6 +33,8 @@ class LiveLinkage {
   }
   /// What the last equilibrium is held by.
   [[nodiscard]] const rods::Conditions& held() const { return good_held_; }
+  /// The same with the sizes it has, as a scene would have them.
+  [[nodiscard]] scene::LinkageConditions conditions_of_shape() const;
   /// Of the rods, as the scene has them.
   [[nodiscard]] const RodSizes& first_sizes() const { return first_sizes_; }
   /// As the model has them.
@@ -80,6 +82,9 @@ class LiveLinkage {
       const rods::EquilibriumReport& attempt) const;
 
  private:
+  /// A shape that one solve has turned so far might have left its branch [rad].
+  static constexpr double kFarTurn = 0.2;
+
   using SharedConditions = std::shared_ptr<const scene::LinkageConditions>;
   struct Known {
     SharedConditions conditions;  // kept, so that no other object gets its address
@@ -101,7 +106,7 @@ class LiveLinkage {
   [[nodiscard]] bool open_with(const RodSizes& wanted, const scene::LinkageConditions& conditions,
                                const JobContext& job, const OnIterate& on_iterate,
                                Outcome& outcome);
-  [[nodiscard]] bool begin_in_shape(const rods::Conditions& wanted, const RodSizes& sizes,
+  [[nodiscard]] bool begin_in_shape(const scene::LinkageConditions& conditions,
                                     const JobContext& job, Outcome& outcome);
   [[nodiscard]] bool bring_sizes(const RodSizes& wanted, const scene::LinkageConditions& conditions,
                                  const rods::Conditions& then_held, const JobContext& job,

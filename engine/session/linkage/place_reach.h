@@ -19,9 +19,9 @@ class PlaceReach {
 
   /// @returns issues (kOutOfRange) with fields targets[i].position, pins[i].position
   [[nodiscard]] std::vector<scene::Issue> check(const scene::LinkageConditions& conditions) const;
+  [[nodiscard]] bool is_far(const Eigen::Vector3d& position) const;
 
  private:
-  [[nodiscard]] bool is_far(const Eigen::Vector3d& position) const;
   [[nodiscard]] scene::Issue refusal(std::string field, const std::string& what,
                                      const Eigen::Vector3d& position) const;
 

@@ -129,6 +129,9 @@ TEST(LinkageCodec, TheShapeComesBackBitForBit) {
   const rods::LinkageModel model(rods::build_linkage_graph(linkage.lines),
                                  linkage.edges_per_segment, {});
   linkage.shape = rods::LinkageState(model).numbers(model);
+  linkage.shape_conditions = scene::LinkageConditions();
+  linkage.shape_conditions->mean_angle = 0.5;
+  linkage.shape_conditions->pins = {{3, scene::Held::kMotion, {}}};
   proto::Scene message = encode_linkage(linkage);
   message.mutable_linkage()->mutable_lines()->set_sample("hyperboloid");
   const scene::Linkage back = decode_linkage(message, "", no_lines);
@@ -141,10 +144,16 @@ TEST(LinkageCodec, TheShapeComesBackBitForBit) {
   EXPECT_EQ(back.shape->vertices, linkage.shape->vertices);
   EXPECT_EQ(back.shape->directors, linkage.shape->directors);
   EXPECT_EQ(back.shape->twists, linkage.shape->twists);
+  ASSERT_TRUE(back.shape_conditions);
+  EXPECT_NEAR(*back.shape_conditions->mean_angle, 0.5, 1e-15);
+  EXPECT_EQ(back.shape_conditions->pins[0].joint, 3);
   EXPECT_EQ(refused(message), "");
 
   message.mutable_linkage()->set_edges_per_segment(4);
   EXPECT_EQ(refused(message), "scene.linkage.shape.vertices");
+  message.mutable_linkage()->set_edges_per_segment(10);
+  message.mutable_linkage()->mutable_shape()->mutable_conditions()->mutable_pins(0)->set_joint(999);
+  EXPECT_EQ(refused(message), "scene.linkage.shape.conditions.pins[0].joint");
   message = encode_linkage(linkage);
   message.mutable_linkage()->mutable_lines()->set_sample("hyperboloid");
   message.mutable_linkage()->mutable_shape()->mutable_lengths()->set_shape(1, 3);

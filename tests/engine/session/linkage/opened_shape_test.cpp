@@ -98,6 +98,50 @@ TEST(OpenedShape, OtherAnglesAreGoneToFromTheShape) {
               1e-6 * asked->report.energies.total());
 }
 
+/// What failed is tried again from where the session was.
+TEST(OpenedShape, AfterAFailedEditTheLastGoodShapeIsThere) {
+  LiveSession live(hyperboloid());
+  const auto good = live.edit({SetMeanAngle{40 * kDegree}});
+  ASSERT_TRUE(good && !good->solve_failed);
+  const auto failed = live.edit({SetJointLoad{{5, Eigen::Vector3d(0, 0, 100)}}});
+  ASSERT_TRUE(failed && failed->solve_failed) << "pushed, and nothing holds it";
+  LiveSession again(live.session.linkage_in_shape());
+  const auto is = again.recorder->wait_final(0);
+  ASSERT_TRUE(is);
+  EXPECT_TRUE(is->solve_failed);
+  EXPECT_NEAR(is->report.energies.total(), good->report.energies.total(),
+              1e-6 * good->report.energies.total());
+  EXPECT_LT((is->frames->rightCols<1>() - good->frames->rightCols<1>()).cwiseAbs().maxCoeff(),
+            1e-5);
+  const auto freed = again.edit({SetJointLoad{{5}}});
+  ASSERT_TRUE(freed && !freed->solve_failed);
+  EXPECT_NEAR(freed->report.energies.total(), good->report.energies.total(),
+              1e-6 * good->report.energies.total());
+}
+
+/// Exported before they were solved for, lengths and loads are gone to as live.
+TEST(OpenedShape, WhatWasNotSolvedYetIsGoneToFromTheShape) {
+  LiveSession live(hyperboloid());
+  std::shared_ptr<const LinkageResult> was;
+  for (const auto& edits : pinned_and_opened()) was = live.edit(edits);
+  ASSERT_TRUE(was);
+  scene::Linkage saved = live.session.linkage_in_shape();
+  ASSERT_TRUE(saved.shape_conditions);
+  Eigen::VectorXd lengths = was->statics->model().segment_lengths();
+  for (Eigen::Index s = 0; s < lengths.size(); ++s)
+    lengths[s] *= 1 + 0.1 * std::sin(3.0 * static_cast<double>(s));
+  saved.conditions.segment_lengths = lengths;
+  saved.conditions.loads = {{40, Eigen::Vector3d(0, 0, -20)}};
+  LiveSession again(saved);
+  const auto is = again.recorder->wait_final(0);
+  const auto asked =
+      live.edit({SetSegmentLengths{lengths}, SetJointLoad{{40, Eigen::Vector3d(0, 0, -20)}}});
+  ASSERT_TRUE(is && asked);
+  EXPECT_EQ(is->solve_failed, asked->solve_failed);
+  EXPECT_LT((is->frames->rightCols<1>() - asked->frames->rightCols<1>()).cwiseAbs().maxCoeff(),
+            1e-4);
+}
+
 /// A joint that has gone round twice: its rods lie where they lay, but passed through each other.
 TEST(OpenedShape, NearNoEquilibriumItOpensAsDrawnAndSaysSo) {
   LiveSession live(hyperboloid());
@@ -105,6 +149,7 @@ TEST(OpenedShape, NearNoEquilibriumItOpensAsDrawnAndSaysSo) {
   ASSERT_TRUE(was);
   scene::Linkage wound = live.session.linkage_in_shape();
   wound.shape->opening_angles[5] += 4 * std::numbers::pi;
+  wound.shape_conditions.reset();
   LiveSession again(wound);
   const auto is = again.recorder->wait_final(0);
   ASSERT_TRUE(is && !is->solve_failed) << is->report.message;
@@ -129,6 +174,51 @@ TEST(OpenedShape, CancelledItBeginsThereAgain) {
   ASSERT_TRUE(outcome.reached) << outcome.report.message;
   EXPECT_NEAR(outcome.report.energies.total(), was->report.energies.total(),
               1e-6 * was->report.energies.total());
+}
+
+TEST(OpenedShape, ConditionsOnTheWayAreThoseOfAScene) {
+  const MappedLinkage mapped = map_linkage(hyperboloid());
+  constexpr double kUnit = 0.001;
+  scene::LinkageConditions conditions;
+  conditions.pins = {{3, Held::kMotion, Eigen::Vector3d(1, 2, 3)}, {4, Held::kAngle, {}}};
+  conditions.angles = {{5, 0.25}};
+  conditions.mean_angle = 0.5;
+  conditions.targets = {{0, 2, -1, 0.5, {4, 5, 6}, 10}, {0, -1, 6, 0.25, {7, 8, 9}, 11}};
+  conditions.loads = {{1, {1, 2, 3}, {4, 5, 6}, 7}};
+  conditions.gravity = {0, 0, -9.81};
+  rods::Conditions way = map_conditions(conditions, mapped, kUnit);
+  way.loads.push_back(way.loads[0]);
+  way.springs.push_back({rods::JointPoint{7}, Eigen::Vector3d::Zero(), 0});
+  const scene::LinkageConditions back = scene_conditions(way, mapped, kUnit);
+  ASSERT_EQ(back.pins.size(), 2U);
+  EXPECT_EQ(back.pins[0].held, Held::kMotion);
+  EXPECT_EQ(back.pins[0].position, Eigen::Vector3d(1, 2, 3));
+  EXPECT_EQ(back.pins[1].held, Held::kAngle);
+  EXPECT_FALSE(back.pins[1].position);
+  EXPECT_EQ(back.angles[0].angle, 0.25);
+  EXPECT_EQ(back.mean_angle, 0.5);
+  ASSERT_EQ(back.targets.size(), 2U) << "one has faded";
+  EXPECT_EQ(back.targets[0].joint, 2);
+  EXPECT_NEAR(back.targets[0].stiffness, 10, 1e-12);
+  EXPECT_EQ(back.targets[1].segment, 6);
+  EXPECT_NEAR(back.targets[1].share, 0.25, 1e-12);
+  EXPECT_NEAR(back.targets[1].stiffness, 11, 1e-12);
+  ASSERT_EQ(back.loads.size(), 1U);
+  EXPECT_LT((back.loads[0].force - Eigen::Vector3d(2, 4, 6)).norm(), 1e-12);
+  EXPECT_LT((back.loads[0].moment - Eigen::Vector3d(8, 10, 12)).norm(), 1e-12);
+  EXPECT_NEAR(back.loads[0].torque, 14, 1e-12);
+  EXPECT_EQ(back.gravity, conditions.gravity);
+}
+
+TEST(OpenedShape, AShapeFarAwayIsRefused) {
+  LiveSession live(hyperboloid());
+  ASSERT_TRUE(live.recorder->wait_final(0));
+  scene::Linkage far = live.session.linkage_in_shape();
+  far.shape->positions.array() += 1e8;
+  far.shape->vertices.array() += 1e8;
+  const LinkageCheck check = check_linkage(far);
+  ASSERT_FALSE(check.issues.empty());
+  EXPECT_EQ(check.issues[0].field, "shape.positions");
 }
 
 TEST(OpenedShape, AShapeOfAnotherLinkageIsRefusedByName) {

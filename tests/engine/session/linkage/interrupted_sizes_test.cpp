@@ -1,0 +1,71 @@
+// Lengths that an edit interrupts on the way there.
+
+#include <gtest/gtest.h>
+
+#include <memory>
+
+#include "engine/rods/linkage/joint_positions.h"
+#include "engine/session/linkage/live_linkage.h"
+
+namespace limber::session {
+namespace {
+
+constexpr int kRods = 5;
+constexpr double kLonger = 1.05;
+
+/// Crossing rods with joints 1 m apart: lies flat, and opens for nothing.
+scene::Linkage grid() {
+  scene::Linkage linkage;
+  linkage.section = rods::Rectangle{0.05, 0.01};
+  linkage.lines.vertices.resize(3, kRods * kRods);
+  linkage.lines.edges.resize(2, 2 * kRods * (kRods - 1));
+  for (int v = 0; v < kRods * kRods; ++v) linkage.lines.vertices.col(v) << v / kRods, v % kRods, 0;
+  int edge = 0;
+  for (int i = 0; i + 1 < kRods; ++i) {
+    for (int j = 0; j < kRods; ++j) {
+      linkage.lines.edges.col(edge++) << i * kRods + j, (i + 1) * kRods + j;
+      linkage.lines.edges.col(edge++) << j * kRods + i, j * kRods + i + 1;
+    }
+  }
+  return linkage;
+}
+
+/// All lengths as wanted, with the first so many corners held where they are.
+std::shared_ptr<const scene::LinkageConditions> held_at(int corners, double length) {
+  auto conditions = std::make_shared<scene::LinkageConditions>();
+  const int all[] = {0, kRods - 1, kRods * (kRods - 1), kRods * kRods - 1};
+  for (int c = 0; c < corners; ++c) conditions->pins.push_back({all[c], scene::Held::kMotion, {}});
+  if (length != 1)
+    conditions->segment_lengths = Eigen::VectorXd::Constant(2 * kRods * (kRods - 1), length);
+  return conditions;
+}
+
+double first_distance(const LiveLinkage& live) {
+  const Eigen::Matrix3Xd joints = rods::joint_positions(live.state());
+  return (joints.col(0) - joints.col(1)).norm();
+}
+
+/// Interrupted within the last step, the sizes are there and the shape is not.
+TEST(InterruptedSizes, AreNotTakenForReached) {
+  for (int last = 1; last <= 3; ++last) {
+    for (const int corners : {0, 1, 3}) {
+      SCOPED_TRACE(testing::Message() << "step " << last << ", corners " << corners);
+      LiveLinkage live(grid());
+      ASSERT_TRUE(live.solve(held_at(4, 1), {}, [] {}).reached);
+      ASSERT_FALSE(live.solve(held_at(4, kLonger), {}, [] {}).reached) << "held apart";
+      Cancellation cancellation;
+      int steps = 0;
+      const auto interrupted = live.solve(held_at(corners, kLonger), {cancellation, {}}, [&] {
+        if (++steps == last) cancellation.request();
+      });
+      EXPECT_FALSE(interrupted.reached);
+      const auto free = live.solve(held_at(0, kLonger), {}, [] {});
+      ASSERT_TRUE(free.reached) << free.report.message;
+      EXPECT_NEAR(first_distance(live), kLonger, 1e-6);
+      EXPECT_EQ(live.sizes().segments.minCoeff(), kLonger);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace limber::session
