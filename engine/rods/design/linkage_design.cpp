@@ -293,6 +293,8 @@ LinkageDesign::LinkageDesign(LinkageDesign&&) noexcept = default;
 LinkageDesign& LinkageDesign::operator=(LinkageDesign&&) noexcept = default;
 
 const LinkageModel& LinkageDesign::model() const { return impl_->model; }
+const Conditions& LinkageDesign::flat() const { return impl_->flat; }
+const Conditions& LinkageDesign::deployed() const { return impl_->deployed; }
 const DesignPoint& LinkageDesign::point() const { return impl_->point; }
 const DesignCriteria& LinkageDesign::criteria() const { return impl_->criteria; }
 

@@ -126,6 +126,8 @@ class LinkageDesign {
   LinkageDesign& operator=(LinkageDesign&&) noexcept;
 
   [[nodiscard]] const LinkageModel& model() const;
+  [[nodiscard]] const Conditions& flat() const;
+  [[nodiscard]] const Conditions& deployed() const;
   [[nodiscard]] const DesignPoint& point() const;
   [[nodiscard]] const DesignCriteria& criteria() const;
 

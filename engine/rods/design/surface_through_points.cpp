@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "engine/base/error.h"
+#include "engine/base/numerics/median.h"
 
 namespace limber::rods {
 namespace {
@@ -89,9 +90,7 @@ double longest_side(const Eigen::Matrix3Xd& points, const Eigen::Vector3i& trian
 double spacing(const Eigen::Matrix3Xd& points, const std::vector<Eigen::Vector3i>& triangles) {
   std::vector<double> sides;
   for (const Eigen::Vector3i& triangle : triangles) sides.push_back(longest_side(points, triangle));
-  const auto middle = sides.begin() + static_cast<std::ptrdiff_t>(sides.size() / 2);
-  std::nth_element(sides.begin(), middle, sides.end());
-  return *middle;
+  return median(std::move(sides));
 }
 
 /// Slivers of the rim may stand on end, whole regions may not.

@@ -172,17 +172,21 @@ void NewtonRun::evaluate(const LinkageState& state) {
   gap_ = holding_.gap(state);
   set_active_bounds(state);
 
-  Eigen::VectorXd free = work_.gradient;
-  report_.mean_angle_moment =
-      holding_.remove_reactions(free) / std::max(1, model_.variables().joints());
-  for (const int unknown : bounded_) free[unknown] = 0;
+  Eigen::VectorXd free;
+  report_.mean_angle_moment = free_gradient(free) / std::max(1, model_.variables().joints());
   scale_ = work_.scales.present(report_.energies);
   scale_.force = std::max(scale_.force, terms_.largest_force(state));
   scale_.moment = std::max(scale_.moment, terms_.largest_moment());
   beyond_ = work_.scales.beyond(state);
   report_.max_gradient_scaled = work_.scales.imbalance(free, scale_, options_.tolerance, beyond_);
-  const double strict = std::numeric_limits<double>::infinity();  // nothing is rounding
-  doubtful_ = work_.scales.imbalance(free, scale_, strict) > options_.tolerance;
+}
+
+/// What holds and bounds leave of the gradient. @returns the moment of the mean angle's constraint
+double NewtonRun::free_gradient(Eigen::VectorXd& free) const {
+  free = work_.gradient;
+  const double moment = holding_.remove_reactions(free);
+  for (const int unknown : bounded_) free[unknown] = 0;
+  return moment;
 }
 
 void NewtonRun::assemble(const LinkageState& state, Compression compression, WeakHolds holds) {
@@ -232,14 +236,21 @@ bool NewtonRun::balanced() const {
 /// the elastic energy takes the place of their work.
 /// @pre the last factor is that of the state
 bool NewtonRun::hides_loads(const LinkageState& state) {
-  if (!doubtful_) return false;
-  const std::vector<int> held = fixed();
+  constexpr double kNothingIsRounding = std::numeric_limits<double>::infinity();
+  Eigen::VectorXd free;
+  (void)free_gradient(free);
+  if (!(work_.scales.imbalance(free, scale_, kNothingIsRounding) > options_.tolerance))
+    return false;
   Eigen::VectorXd loads = Eigen::VectorXd::Zero(work_.gradient.size());
   terms_.add_gradient(state, loads);
   Eigen::VectorXd step = -work_.gradient;
-  for (const int unknown : held) loads[unknown] = step[unknown] = 0;
+  for (const int unknown : fixed()) loads[unknown] = step[unknown] = 0;
   const Eigen::VectorXd rows = Eigen::VectorXd::Zero(gap_.rows.size());
   solve(step, rows);
+  const double motion = work_.scales.size_of(step).force;  // of lengths, as forces are by them
+  if (motion <= kStill * work_.scales.extent() &&
+      work_.scales.largest_turn(model_, state, step) <= kStill)
+    return false;
   double work = report_.energies.total();
   if (loads.isZero(0)) {
     // What one rod along the whole linkage stores, bent that little, is no stress.
@@ -251,10 +262,6 @@ bool NewtonRun::hides_loads(const LinkageState& state) {
     work = std::abs(loads.dot(moved));
   }
   const double left = std::max(std::abs(work_.gradient.dot(step)), std::abs(loads.dot(step)));
-  const double motion = work_.scales.size_of(step).force;  // of lengths, as forces are by them
-  if (motion <= kStill * work_.scales.extent() &&
-      work_.scales.largest_turn(model_, state, step) <= kStill)
-    return false;
   // What Newton's steps leave is rounding, if it is not all.
   return !(left <= (doubts_ < kDoubts ? kNoise : kMostNoise) * work);
 }

@@ -72,6 +72,7 @@ class NewtonRun {
   };
 
   void evaluate(const LinkageState& state);
+  double free_gradient(Eigen::VectorXd& free) const;
   /// Weak holds keep steps from drifting; of stability they say nothing.
   enum class WeakHolds { kAdded, kLeftOut };
   void assemble(const LinkageState& state, Compression compression,
@@ -133,9 +134,8 @@ class NewtonRun {
 
   std::vector<int> bounded_;  // lengths that rest on their bound
   Holding::Gap gap_;
-  bool doubtful_ = false;  // is it balanced only by what rounding is allowed
-  int doubts_ = 0;         // how often that might have hidden loads
-  double beyond_ = 0;      // the drawing: how far away the state lies [length]
+  int doubts_ = 0;     // how often what rounding is allowed might have hidden loads
+  double beyond_ = 0;  // the drawing: how far away the state lies [length]
   double potential_ = 0;
   double potential_size_ = 0;
   GradientSize scale_;

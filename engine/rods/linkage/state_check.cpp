@@ -69,11 +69,12 @@ std::vector<Eigen::Vector3d> chain_of(const StateNumbers& numbers, const Segment
                                       int edges, Eigen::Index first) {
   std::vector<Eigen::Vector3d> chain;
   const auto terminal = [&](End end) {
-    const JointState<double> joint = joint_of(numbers, segment.joints[end]);
-    const Rod rod = segment.rods[end];
-    const Eigen::Vector3d half = joint.tangent(rod) * (segment.signs[end] * joint.lengths[rod] / 2);
-    chain.emplace_back(joint.position - half);
-    chain.emplace_back(joint.position + half);
+    const TerminalEdge<double> edge =
+        terminal_edge(terminal_edge_source(joint_of(numbers, segment.joints[end]),
+                                           segment.rods[end], segment.signs[end]),
+                      JointIncrement<double>(JointIncrement<double>::Zero()));
+    chain.push_back(edge.first);
+    chain.push_back(edge.second);
   };
   if (segment.joints[kStart] >= 0) terminal(kStart);
   const int own_end = edges + 1 - (segment.joints[kFinish] >= 0 ? 2 : 0);

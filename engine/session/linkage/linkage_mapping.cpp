@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <optional>
 #include <utility>
 
@@ -43,28 +44,21 @@ void check_numbers(const scene::Linkage& linkage, std::vector<scene::Issue>& iss
     refuse("poissons_ratio", "in (-1, 0.5]", linkage.poissons_ratio);
 }
 
-rods::Hold map_hold(scene::Held held) {
-  switch (held) {
-    case scene::Held::kMotion:
-      return rods::Hold::kMotion;
-    case scene::Held::kAngle:
-      return rods::Hold::kAngle;
-    case scene::Held::kMotionAndAngle:
-      break;
-  }
-  return rods::Hold::kMotionAndAngle;
-}
+constexpr std::pair<scene::Held, rods::Hold> kHolds[] = {
+    {scene::Held::kMotion, rods::Hold::kMotion},
+    {scene::Held::kAngle, rods::Hold::kAngle},
+    {scene::Held::kMotionAndAngle, rods::Hold::kMotionAndAngle},
+};
 
+rods::Hold map_hold(scene::Held held) {
+  return std::find_if(std::begin(kHolds), std::end(kHolds),
+                      [&](const auto& pair) { return pair.first == held; })
+      ->second;
+}
 scene::Held scene_hold(rods::Hold hold) {
-  switch (hold) {
-    case rods::Hold::kMotion:
-      return scene::Held::kMotion;
-    case rods::Hold::kAngle:
-      return scene::Held::kAngle;
-    case rods::Hold::kMotionAndAngle:
-      break;
-  }
-  return scene::Held::kMotionAndAngle;
+  return std::find_if(std::begin(kHolds), std::end(kHolds),
+                      [&](const auto& pair) { return pair.second == hold; })
+      ->first;
 }
 
 /// Rods reach half an edge beyond their joints: a share of the way from joint to joint as one of

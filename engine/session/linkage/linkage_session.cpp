@@ -35,13 +35,11 @@ scene::Linkage LinkageSession::linkage_in_shape() const {
   scene::Linkage in_shape = linkage();
   const auto result = final_result();
   if (!result) return in_shape;
-  in_shape.shape = result->state->numbers(result->statics->model());
-  const auto& edges = geometry()->joints_of_segment;
-  const bool sound =
-      scene::validate(*result->conditions, static_cast<int>(in_shape.shape->positions.cols()),
-                      static_cast<int>(edges.cols()))
-          .empty();
-  if (sound) in_shape.shape_conditions = *result->conditions;
+  const rods::LinkageModel& model = result->statics->model();
+  in_shape.shape = result->state->numbers(model);
+  const auto faults = scene::validate(*result->conditions, model.variables().joints(),
+                                      model.variables().segments());
+  if (faults.empty()) in_shape.shape_conditions = *result->conditions;
   return in_shape;
 }
 std::shared_ptr<const scene::LinkageConditions> LinkageSession::conditions() const {

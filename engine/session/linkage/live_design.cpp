@@ -53,8 +53,7 @@ rods::DesignCriteria criteria_of(const DesignGoal& goal) {
 LiveDesign::LiveDesign(const LiveLinkage& live, const DesignRequest& request, double energy_scale,
                        const JobContext& job)
     : shape_(live.shape()), goal_(request.goal), smallest_angle_(request.smallest_angle) {
-  rods::Conditions &deployed = deployed_, &flat = flat_;
-  deployed = live.held();
+  rods::Conditions deployed = live.held(), flat;
   const int anchor = anchor_of(deployed, live.state());
   flat.pins = {{anchor, rods::Hold::kMotion}};
   const bool is_pinned =
@@ -218,7 +217,8 @@ Eigen::MatrixXf LiveDesign::shapes() const {
 }
 
 std::string LiveDesign::release(const JobContext& job) const {
-  return told_release(design_->model(), flat_, deployed_, design_->point(), job);
+  return told_release(design_->model(), design_->flat(), design_->deployed(), design_->point(),
+                      job);
 }
 
 double LiveDesign::mean_angle() const { return design_->point().deployed.mean_opening_angle(); }

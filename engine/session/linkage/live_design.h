@@ -81,7 +81,6 @@ class LiveDesign {
   void begin_best();
 
   const LinkageShape shape_;
-  rods::Conditions flat_, deployed_;
   DesignGoal goal_;
   rods::DesignOptimizerOptions options_;
   std::optional<double> smallest_angle_;

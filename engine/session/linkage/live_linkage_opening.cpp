@@ -49,13 +49,7 @@ bool LiveLinkage::begin_in_shape(const scene::LinkageConditions& conditions, con
   held_ = held_in(state_, map_conditions(own, mapped_, length_unit_));
   outcome.report = equilibrium_.solve(state_, held_, {}, job);
   const EquilibriumReport& report = outcome.report;
-  if (report.status == EquilibriumStatus::kCancelled) {
-    held_ = {};
-    state_ = given;
-    set_sizes(first_sizes_);
-    return false;
-  }
-  in_shape_ = false;
+  in_shape_ = report.status == EquilibriumStatus::kCancelled;  // then it begins there again
   settled_ =
       report.converged() && report.turned <= kFarTurn && !rods::overturned(model(), drawn_, state_);
   if (settled_) {
@@ -64,7 +58,7 @@ bool LiveLinkage::begin_in_shape(const scene::LinkageConditions& conditions, con
     good_sizes_ = sizes;
   } else {
     held_ = {};
-    state_ = drawn_;
+    state_ = in_shape_ ? given : drawn_;
     set_sizes(first_sizes_);
   }
   good_ = state_;

@@ -288,17 +288,33 @@ TEST(Deployment, WhereItStopsTheShapeIsTheLastEquilibrium) {
   EXPECT_FALSE(report.resistance.angle);  // none is set
 }
 
+/// Pushed aslant through its base: its branch ends, and then another one.
+struct PushedRoof : Roof {
+  LinkageEquilibrium equilibrium{model};
+  LinkageState start{model};
+  Conditions pushed = held;
+
+  PushedRoof() {
+    EXPECT_TRUE(equilibrium.solve(start, held).converged());
+    pushed.loads = {{0, Eigen::Vector3d(-4, 4, -20), Eigen::Vector3d::Zero(), 0}};
+  }
+  /// @param state  becomes the end of the way
+  DeploymentReport push(const DeploymentOptions& options, LinkageState& state) {
+    state = start;
+    return deploy(equilibrium, state, held, pushed, options);
+  }
+  DeploymentReport push(const DeploymentOptions& options) {
+    LinkageState state = start;
+    return push(options, state);
+  }
+};
+
 TEST(Deployment, AWayThatLosesBranchAfterBranchIsGivenUp) {
-  const Roof roof;
-  LinkageEquilibrium equilibrium(roof.model);
-  LinkageState start(roof.model);
-  ASSERT_TRUE(equilibrium.solve(start, roof.held).converged());
-  Conditions pushed = roof.held;
-  pushed.loads = {{0, Eigen::Vector3d(-4, 4, -20), Eigen::Vector3d::Zero(), 0}};
+  PushedRoof roof;
   DeploymentOptions options;
   options.most_ends = 1;
-  LinkageState state = start;
-  const DeploymentReport report = deploy(equilibrium, state, roof.held, pushed, options);
+  LinkageState state = roof.start;
+  const DeploymentReport report = roof.push(options, state);
   EXPECT_EQ(report.status, DeploymentStatus::kStopped);
   EXPECT_EQ(report.end.status, EquilibriumStatus::kStalled);
   EXPECT_EQ(report.branchings + report.limit_points + report.jumps, 1) << report.message;
@@ -309,39 +325,29 @@ TEST(Deployment, AWayThatLosesBranchAfterBranchIsGivenUp) {
   EXPECT_LT(report.path.back().progress, 1);
   // The shape is an equilibrium on the branch that it came to.
   EXPECT_LT(state.joints()[0].position.z(), -5);
-  EXPECT_EQ(equilibrium.solve(state, report.held, {.tolerance = 1e-3}).iterations, 0);
+  EXPECT_EQ(roof.equilibrium.solve(state, report.held, {.tolerance = 1e-3}).iterations, 0);
   options.most_ends = 2;
-  state = start;
-  EXPECT_EQ(deploy(equilibrium, state, roof.held, pushed, options).status,
-            DeploymentStatus::kReached);
+  EXPECT_EQ(roof.push(options).status, DeploymentStatus::kReached);
 }
 
 /// Counted from tenth to tenth: a long way may take as many steps as it needs.
 TEST(Deployment, AWayThatHardlyGoesOnIsGivenUp) {
-  const Roof roof;
-  LinkageEquilibrium equilibrium(roof.model);
-  LinkageState start(roof.model);
-  ASSERT_TRUE(equilibrium.solve(start, roof.held).converged());
-  Conditions pushed = roof.held;
-  pushed.loads = {{0, Eigen::Vector3d(-4, 4, -20), Eigen::Vector3d::Zero(), 0}};
+  PushedRoof roof;
   DeploymentOptions options;
-  LinkageState state = start;
-  const DeploymentReport all = deploy(equilibrium, state, roof.held, pushed, options);
+  const DeploymentReport all = roof.push(options);
   ASSERT_EQ(all.status, DeploymentStatus::kReached);
   ASSERT_GT(all.iterations, 30);
 
   const auto reaches = [&](int most_iterations) {
     options.most_iterations = most_iterations;
-    LinkageState there = start;
-    return deploy(equilibrium, there, roof.held, pushed, options).status ==
-           DeploymentStatus::kReached;
+    return roof.push(options).status == DeploymentStatus::kReached;
   };
   int enough = all.iterations;
   while (enough > 1 && reaches(enough - 1)) --enough;
   EXPECT_LT(enough, all.iterations - all.path.back().iterations) << "those of all tenths";
   options.most_iterations = 1;
-  state = start;
-  const DeploymentReport report = deploy(equilibrium, state, roof.held, pushed, options);
+  LinkageState state = roof.start;
+  const DeploymentReport report = roof.push(options, state);
   EXPECT_EQ(report.status, DeploymentStatus::kStopped);
   EXPECT_EQ(report.end.status, EquilibriumStatus::kStalled);
   EXPECT_NE(report.message.find("Newton steps took it only from"), std::string::npos)
@@ -349,7 +355,7 @@ TEST(Deployment, AWayThatHardlyGoesOnIsGivenUp) {
   EXPECT_EQ(report.steps_failed, 1);
   ASSERT_FALSE(report.path.empty());
   EXPECT_LT(report.path.back().progress, 1);
-  EXPECT_EQ(equilibrium.solve(state, report.held, {.tolerance = 1e-3}).iterations, 0);
+  EXPECT_EQ(roof.equilibrium.solve(state, report.held, {.tolerance = 1e-3}).iterations, 0);
 }
 
 TEST(Deployment, ASmallPushDoesNotJump) {

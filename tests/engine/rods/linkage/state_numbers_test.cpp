@@ -23,16 +23,10 @@ LinkageState bent(const LinkageModel& model) {
       model, testing::random_increment(model.variables().size(), 0.2, random));
 }
 
-/// Rods that end free, and one that is no joint's.
-LinkageModel loose_model() {
-  LineMesh mesh;
-  mesh.vertices.resize(3, 7);
-  mesh.vertices << -40, 0, 40, 0, 0, 100, 150,  //
-      0, 0, 0, -40, 40, 0, 10,                  //
-      0, 0, 0, 0, 0, 0, 5;
-  mesh.edges.resize(2, 5);
-  mesh.edges << 0, 1, 3, 1, 5,  //
-      1, 2, 1, 4, 6;
+/// Joints of valence 2 to 4, rods that end free, and one that is no joint's.
+LinkageModel mixed_model() {
+  LineMesh mesh = testing::mixed_mesh();
+  mesh.vertices *= 40;
   return {build_linkage_graph(mesh), 5, testing::kStrip};
 }
 
@@ -61,7 +55,7 @@ void expect_same(const LinkageModel& model, const LinkageState& is, const Linkag
 
 TEST(StateNumbers, AStateComesBack) {
   for (const LinkageModel& model :
-       {testing::curved_model(), testing::grid_model(3, 2, 1.2), loose_model()}) {
+       {testing::curved_model(), testing::grid_model(3, 2, 1.2), mixed_model()}) {
     const LinkageState state = bent(model);
     expect_same(model, LinkageState(model, state.numbers(model)), state);
   }
@@ -106,7 +100,7 @@ TEST(StateNumbers, RoundedNumbersAreMadeOrthonormal) {
 }
 
 TEST(StateNumbers, WhatIsNoShapeOfTheLinkageIsRefusedByName) {
-  const LinkageModel model = loose_model();
+  const LinkageModel model = mixed_model();
   const StateNumbers good = LinkageState(model).numbers(model);
   const auto refused = [&](const char* field, const std::function<void(StateNumbers&)>& spoil) {
     StateNumbers numbers = good;
@@ -128,7 +122,7 @@ TEST(StateNumbers, WhatIsNoShapeOfTheLinkageIsRefusedByName) {
   refused("opening_angles", [](auto& n) { n.opening_angles.resize(3); });
   refused("lengths", [](auto& n) { n.lengths(1, 0) = 0; });
   refused("vertices", [](auto& n) { n.vertices.conservativeResize(3, n.vertices.cols() - 1); });
-  refused("vertices", [](auto& n) { n.vertices.col(2) = n.vertices.col(1); });
+  refused("vertices", [](auto& n) { n.vertices.col(1) = n.vertices.col(0); });
   refused("directors", [](auto& n) { n.directors.setZero(); });
   refused("directors", [](auto& n) { n.directors.setConstant(0.57735); });
   refused("twists", [](auto& n) { n.twists[3] = nan; });

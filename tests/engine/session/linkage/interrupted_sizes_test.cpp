@@ -3,9 +3,11 @@
 #include <gtest/gtest.h>
 
 #include <memory>
+#include <numbers>
 
 #include "engine/rods/linkage/joint_positions.h"
 #include "engine/session/linkage/live_linkage.h"
+#include "tests/engine/rods/linkage/linkage_files.h"
 
 namespace limber::session {
 namespace {
@@ -17,16 +19,7 @@ constexpr double kLonger = 1.05;
 scene::Linkage grid() {
   scene::Linkage linkage;
   linkage.section = rods::Rectangle{0.05, 0.01};
-  linkage.lines.vertices.resize(3, kRods * kRods);
-  linkage.lines.edges.resize(2, 2 * kRods * (kRods - 1));
-  for (int v = 0; v < kRods * kRods; ++v) linkage.lines.vertices.col(v) << v / kRods, v % kRods, 0;
-  int edge = 0;
-  for (int i = 0; i + 1 < kRods; ++i) {
-    for (int j = 0; j < kRods; ++j) {
-      linkage.lines.edges.col(edge++) << i * kRods + j, (i + 1) * kRods + j;
-      linkage.lines.edges.col(edge++) << j * kRods + i, j * kRods + i + 1;
-    }
-  }
+  linkage.lines = rods::testing::sheared_grid(kRods, kRods, std::numbers::pi / 2);
   return linkage;
 }
 

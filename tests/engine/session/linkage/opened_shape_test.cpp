@@ -15,38 +15,48 @@ using testing::hyperboloid;
 using testing::kDegree;
 using testing::LiveSession;
 
-/// Where pins without positions and a held angle have other places than the drawing.
-std::vector<std::vector<LinkageEdit>> pinned_and_opened() {
-  return {{SetMeanAngle{40 * kDegree}},
-          {PinJoint{3, Held::kMotion}, PinJoint{20, Held::kAngle}},
-          {PinJoint{70, Held::kMotion}},
-          {SetMeanAngle{48 * kDegree}}};
+/// To where pins without positions and a held angle have other places than the drawing.
+std::shared_ptr<const LinkageResult> pin_and_open(LiveSession& live) {
+  std::shared_ptr<const LinkageResult> result;
+  for (const std::vector<LinkageEdit>& edits : std::vector<std::vector<LinkageEdit>>{
+           {SetMeanAngle{40 * kDegree}},
+           {PinJoint{3, Held::kMotion}, PinJoint{20, Held::kAngle}},
+           {PinJoint{70, Held::kMotion}},
+           {SetMeanAngle{48 * kDegree}}})
+    result = live.edit(edits);
+  return result;
+}
+
+void expect_same_energy(const LinkageResult& is, const LinkageResult& was) {
+  const double energy = was.report.energies.total();
+  EXPECT_NEAR(is.report.energies.total(), energy, 1e-6 * energy);
+}
+
+void expect_same_shape(const LinkageResult& is, const LinkageResult& was,
+                       float difference = 1e-5F) {
+  EXPECT_LT((is.frames->rightCols<1>() - was.frames->rightCols<1>()).cwiseAbs().maxCoeff(),
+            difference);
 }
 
 TEST(OpenedShape, PinnedScenesOpenInTheShapeTheyHad) {
   LiveSession live(hyperboloid());
-  std::shared_ptr<const LinkageResult> was;
-  for (const auto& edits : pinned_and_opened()) was = live.edit(edits);
+  const auto was = pin_and_open(live);
   ASSERT_TRUE(was && !was->solve_failed);
   const scene::Linkage saved = live.session.linkage_in_shape();
-  const auto close_to = [&](const LinkageResult& is, const LinkageResult& before) {
-    const double energy = before.report.energies.total();
-    EXPECT_NEAR(is.report.energies.total(), energy, 1e-6 * energy);
-    EXPECT_LT((is.frames->rightCols<1>() - before.frames->rightCols<1>()).cwiseAbs().maxCoeff(),
-              1e-5);
-  };
 
   LiveSession again(saved);
   const auto is = again.recorder->wait_final(0);
   ASSERT_TRUE(is && !is->solve_failed) << is->report.message;
   EXPECT_EQ(is->report.message.find("begun as drawn"), std::string::npos);
   EXPECT_LE(is->report.iterations, 1) << "it is the equilibrium already";
-  close_to(*is, *was);
+  expect_same_energy(*is, *was);
+  expect_same_shape(*is, *was);
   // And the edits that follow lead to the same shapes.
   const std::vector<LinkageEdit> next = {SetMeanAngle{44 * kDegree}};
   const auto there = live.edit(next), here = again.edit(next);
   ASSERT_TRUE(there && here && !here->solve_failed);
-  close_to(*here, *there);
+  expect_same_energy(*here, *there);
+  expect_same_shape(*here, *there);
 
   // Without the shape, pins hold the drawing: it is the shape that does it.
   scene::Linkage drawn = saved;
@@ -74,16 +84,14 @@ TEST(OpenedShape, LengthsAndSectionsOfTheConditionsAreThere) {
   LiveSession again(live.session.linkage_in_shape());
   const auto is = again.recorder->wait_final(0);
   ASSERT_TRUE(is && !is->solve_failed) << is->report.message;
-  EXPECT_NEAR(is->report.energies.total(), was->report.energies.total(),
-              1e-6 * was->report.energies.total());
+  expect_same_energy(*is, *was);
   EXPECT_LE(is->report.iterations, 1);
 }
 
 /// Conditions may be changed by hand: the way goes on from the shape.
 TEST(OpenedShape, OtherAnglesAreGoneToFromTheShape) {
   LiveSession live(hyperboloid());
-  std::shared_ptr<const LinkageResult> was;
-  for (const auto& edits : pinned_and_opened()) was = live.edit(edits);
+  const auto was = pin_and_open(live);
   ASSERT_TRUE(was);
   scene::Linkage changed = live.session.linkage_in_shape();
   changed.conditions.mean_angle = 42 * kDegree;
@@ -94,8 +102,7 @@ TEST(OpenedShape, OtherAnglesAreGoneToFromTheShape) {
   EXPECT_GT(is->path.size(), 1U) << "step by step";
   const auto asked = live.edit({SetMeanAngle{42 * kDegree}});
   ASSERT_TRUE(asked);
-  EXPECT_NEAR(is->report.energies.total(), asked->report.energies.total(),
-              1e-6 * asked->report.energies.total());
+  expect_same_energy(*is, *asked);
 }
 
 /// What failed is tried again from where the session was.
@@ -109,21 +116,17 @@ TEST(OpenedShape, AfterAFailedEditTheLastGoodShapeIsThere) {
   const auto is = again.recorder->wait_final(0);
   ASSERT_TRUE(is);
   EXPECT_TRUE(is->solve_failed);
-  EXPECT_NEAR(is->report.energies.total(), good->report.energies.total(),
-              1e-6 * good->report.energies.total());
-  EXPECT_LT((is->frames->rightCols<1>() - good->frames->rightCols<1>()).cwiseAbs().maxCoeff(),
-            1e-5);
+  expect_same_energy(*is, *good);
+  expect_same_shape(*is, *good);
   const auto freed = again.edit({SetJointLoad{{5}}});
   ASSERT_TRUE(freed && !freed->solve_failed);
-  EXPECT_NEAR(freed->report.energies.total(), good->report.energies.total(),
-              1e-6 * good->report.energies.total());
+  expect_same_energy(*freed, *good);
 }
 
 /// Exported before they were solved for, lengths and loads are gone to as live.
 TEST(OpenedShape, WhatWasNotSolvedYetIsGoneToFromTheShape) {
   LiveSession live(hyperboloid());
-  std::shared_ptr<const LinkageResult> was;
-  for (const auto& edits : pinned_and_opened()) was = live.edit(edits);
+  const auto was = pin_and_open(live);
   ASSERT_TRUE(was);
   scene::Linkage saved = live.session.linkage_in_shape();
   ASSERT_TRUE(saved.shape_conditions);
@@ -138,8 +141,7 @@ TEST(OpenedShape, WhatWasNotSolvedYetIsGoneToFromTheShape) {
       live.edit({SetSegmentLengths{lengths}, SetJointLoad{{40, Eigen::Vector3d(0, 0, -20)}}});
   ASSERT_TRUE(is && asked);
   EXPECT_EQ(is->solve_failed, asked->solve_failed);
-  EXPECT_LT((is->frames->rightCols<1>() - asked->frames->rightCols<1>()).cwiseAbs().maxCoeff(),
-            1e-4);
+  expect_same_shape(*is, *asked, 1e-4F);
 }
 
 /// A joint that has gone round twice: its rods lie where they lay, but passed through each other.
@@ -155,14 +157,12 @@ TEST(OpenedShape, NearNoEquilibriumItOpensAsDrawnAndSaysSo) {
   ASSERT_TRUE(is && !is->solve_failed) << is->report.message;
   EXPECT_NE(is->report.message.find("begun as drawn"), std::string::npos) << is->report.message;
   EXPECT_NEAR(is->mean_angle, 40 * kDegree, 1e-9);
-  EXPECT_NEAR(is->report.energies.total(), was->report.energies.total(),
-              1e-6 * was->report.energies.total());
+  expect_same_energy(*is, *was);
 }
 
 TEST(OpenedShape, CancelledItBeginsThereAgain) {
   LiveSession live(hyperboloid());
-  std::shared_ptr<const LinkageResult> was;
-  for (const auto& edits : pinned_and_opened()) was = live.edit(edits);
+  const auto was = pin_and_open(live);
   ASSERT_TRUE(was);
   LiveLinkage again(live.session.linkage_in_shape());
   const auto conditions = live.session.conditions();
