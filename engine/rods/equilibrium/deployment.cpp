@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include "engine/base/error.h"
@@ -35,6 +36,7 @@ constexpr int kNearBranch = 12;
 constexpr int kFarBranch = 100;
 // Where a branch is lost is told to this part of a step.
 constexpr double kLostSteps = 4;
+constexpr double kNowhere = std::numeric_limits<double>::infinity();
 // Steps whose places and velocities tell where the next one goes, and how far beside a place its
 // velocity is taken, of a step.
 constexpr std::size_t kPlaces = 2;
@@ -163,7 +165,7 @@ class Deployment {
     if (trial.report.status == EquilibriumStatus::kSaddle && options_.last.max_escapes > 0) {
       options.max_escapes = options_.last.max_escapes;
       // Another branch that is not near is looked for from as far along this one as it goes.
-      const bool near_only = shortenable(length) && length > options_.largest_step / kLostSteps;
+      const bool near_only = shortenable(length) && !tells_loss(length);
       options.max_iterations =
           std::min(options_.last.max_iterations, near_only ? kNearBranch : kFarBranch);
       solve(conditions, options, context, trial);
@@ -208,6 +210,21 @@ class Deployment {
     trial.report.escapes += before.escapes;
   }
 
+  /// Where the branch was lost before it is so again: halfway there, until that is near.
+  void approach_loss() {
+    const double left = lost_at_ - progress_;
+    if (left < options_.smallest_step) {
+      lost_at_ = kNowhere;
+    } else {
+      length_ = std::min(length_, tells_loss(left) ? left : left / 2);
+    }
+  }
+
+  /// Is a step short enough to tell where a branch is lost?
+  [[nodiscard]] bool tells_loss(double length) const {
+    return length < 1.5 / kLostSteps * options_.largest_step;
+  }
+
   [[nodiscard]] bool shortenable(double length) const {
     return length > 1.5 * options_.smallest_step;
   }
@@ -216,7 +233,7 @@ class Deployment {
   /// went on for a while.
   [[nodiscard]] bool worth_retrying(const Trial& trial, double length) const {
     const bool lost = trial.report.escapes > 0;
-    return shortenable(length) && (!lost || length > options_.largest_step / kLostSteps);
+    return shortenable(length) && !(lost && tells_loss(length));
   }
 
   /// What is too much for a linkage tosses it from branch to branch, or holds it up.
@@ -250,6 +267,7 @@ class Deployment {
   /// One step, shorter if need be. @returns whether there is a next one
   bool advance(const JobContext& context) {
     if (too_much()) return false;
+    approach_loss();
     for (;;) {
       const bool last = progress_ + length_ > 1 - 1e-9;
       if (last) length_ = 1 - progress_;
@@ -263,6 +281,7 @@ class Deployment {
       const bool lost = jumped || over || !trial.report.converged();
       if (lost && worth_retrying(trial, length_)) {
         ++report_.steps_shortened;
+        if (trial.report.escapes > 0) lost_at_ = progress_ + length_;
         length_ /= 2;
         continue;
       }
@@ -371,6 +390,7 @@ class Deployment {
   double tenth_ = 0;  // where the last tenth of the way ended
   int tenth_iterations_ = 0;
   double length_;
+  double lost_at_ = kNowhere;  // progress at which a longer step found the branch lost
   DeploymentReport report_;
 };
 
