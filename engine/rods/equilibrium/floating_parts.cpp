@@ -107,47 +107,7 @@ void turn_joints(const LinkageModel& model, int component, const Eigen::Vector3d
   }
 }
 
-/// Positions of vertices and joints, and turns of joints: all but what edges turn by about
-/// themselves.
-Eigen::VectorXd motion_of_axes(const LinkageModel& model, const LinkageState& state, int component,
-                               const Eigen::Isometry3d& motion) {
-  Eigen::VectorXd increment =
-      shift_of_places(model, state, component,
-                      [&](const Eigen::Vector3d& x) -> Eigen::Vector3d { return motion * x - x; });
-  const Eigen::AngleAxisd turn(motion.linear());
-  turn_joints(model, component, turn.angle() * turn.axis(), increment);
-  return increment;
-}
-
-/// From the frames that edges have to those that they shall have.
-/// @param moved  the state where its axes have been moved already
-Eigen::VectorXd turns_of_edges(const LinkageModel& model, const LinkageState& state,
-                               const LinkageState& moved, int component,
-                               const Eigen::Isometry3d& motion) {
-  const ReducedVariables& variables = model.variables();
-  Eigen::VectorXd increment = Eigen::VectorXd::Zero(variables.size());
-  for (int s = 0; s < variables.segments(); ++s) {
-    if (model.graph().segment_components[static_cast<std::size_t>(s)] != component) continue;
-    for (int e = 0; e < variables.edges(s); ++e) {
-      const int angle = variables.angle(s, e);
-      if (angle < 0) continue;
-      const Eigen::Vector3d tangent =
-          (moved.vertex(model, s, e + 1) - moved.vertex(model, s, e)).normalized();
-      const Eigen::Vector3d there = moved.director(model, s, e);
-      const Eigen::Vector3d wanted = motion.linear() * state.director(model, s, e);
-      increment[angle] = std::atan2(tangent.dot(there.cross(wanted)), there.dot(wanted));
-    }
-  }
-  return increment;
-}
-
 }  // namespace
-
-LinkageState moved_rigidly(const LinkageModel& model, const LinkageState& state, int component,
-                           const Eigen::Isometry3d& motion) {
-  const LinkageState moved = state.moved(model, motion_of_axes(model, state, component, motion));
-  return moved.moved(model, turns_of_edges(model, state, moved, component, motion));
-}
 
 void keep_in_place(const LinkageModel& model, const Conditions& from, const Conditions& to,
                    const LinkageState& before, LinkageState& state) {
@@ -160,7 +120,7 @@ void keep_in_place(const LinkageModel& model, const Conditions& from, const Cond
     Eigen::Isometry3d motion = Eigen::Isometry3d::Identity();
     if (touch == Touch::kNothing) motion.linear() = best_rotation(here, target);
     motion.translation() = target.rowwise().mean() - motion.linear() * here.rowwise().mean();
-    state = moved_rigidly(model, state, c, motion);
+    state = state.moved_rigidly(model, c, motion);
   }
 }
 

@@ -1,17 +1,12 @@
 #pragma once
 
-#include <Eigen/Geometry>
+#include <Eigen/Core>
 #include <vector>
 
 #include "engine/rods/equilibrium/conditions.h"
 #include "engine/rods/linkage/linkage_state.h"
 
 namespace limber::rods {
-
-/// A connected part of a shape moved as a rigid body: what it stores and balances stays.
-/// @param component  see LinkageGraph::segment_components
-[[nodiscard]] LinkageState moved_rigidly(const LinkageModel& model, const LinkageState& state,
-                                         int component, const Eigen::Isometry3d& motion);
 
 /// Takes out of a shape the rigid motion, against the one before, of parts that nothing holds in
 /// place: which joint a solve happens to hold there says nothing of where the part is.

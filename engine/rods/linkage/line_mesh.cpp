@@ -4,10 +4,14 @@
 
 #include <algorithm>
 #include <map>
+#include <string>
 #include <utility>
 
 namespace limber::rods {
 namespace {
+
+/// Of coordinates: squares of what is larger overflow.
+constexpr double kLargest = 1e100;
 
 LineMeshFault fault_of_edge(int edge, const std::string& message,
                             ErrorCode code = ErrorCode::kInvalidArgument) {
@@ -18,9 +22,11 @@ LineMeshFault fault_of_edge(int edge, const std::string& message,
 
 std::optional<LineMeshFault> fault_of(const LineMesh& mesh) {
   for (int v = 0; v < mesh.vertex_count(); ++v) {
-    if (mesh.vertices.col(v).allFinite()) continue;
+    if ((mesh.vertices.col(v).array().abs() <= kLargest).all()) continue;  // NaN is not
+    const std::string what = mesh.vertices.col(v).allFinite() ? fmt::format("beyond {:g}", kLargest)
+                                                              : "that is not finite";
     return LineMeshFault{ErrorCode::kInvalidArgument, v, -1,
-                         fmt::format("vertex {} (from 0) has a coordinate that is not finite", v)};
+                         fmt::format("vertex {} (from 0) has a coordinate {}", v, what)};
   }
   if (mesh.edge_count() == 0)
     return LineMeshFault{.message = "a line mesh needs at least one edge"};

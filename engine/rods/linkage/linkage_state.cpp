@@ -173,12 +173,7 @@ LinkageState::LinkageState(const LinkageModel& model) : cells_(model.slots() * k
         continue;
       }
       const Segment& segment = graph.segments[batch.chains[lane]];
-      for (const End end : {kStart, kFinish}) {
-        if (segment.joints[end] < 0) continue;
-        const JointState<double>& joint = joints_[segment.joints[end]];
-        write_terminal(own, end == kStart ? 0 : batch.edges - 1, lane, joint, segment.rods[end],
-                       segment.signs[end] * joint.tangent(segment.rods[end]));
-      }
+      detail::write_terminals(own, batch.edges, lane, segment, joints_);
       Drawing drawing(own, batch, lane);
       drawing.straighten(segment.points[kStart], segment.points[kFinish]);
       drawing.spread_twist();

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <vector>
 
 #include "engine/rods/linkage/linkage_model.h"
@@ -34,6 +35,11 @@ class LinkageState {
   [[nodiscard]] LinkageState moved(const LinkageModel& model,
                                    const Eigen::Ref<const Eigen::VectorXd>& increment,
                                    Parts parts = Parts::kAll) const;
+
+  /// The shape with one component of the graph carried along as it is, by any motion: opening
+  /// angles, lengths and twists stay.
+  [[nodiscard]] LinkageState moved_rigidly(const LinkageModel& model, int component,
+                                           const Eigen::Isometry3d& motion) const;
 
   [[nodiscard]] const std::vector<JointState<double>>& joints() const { return joints_; }
   [[nodiscard]] Eigen::Vector3d vertex(const LinkageModel& model, int segment, int index) const;

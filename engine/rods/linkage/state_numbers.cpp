@@ -6,7 +6,6 @@
 
 namespace limber::rods {
 
-using detail::read3;
 using detail::slot_value;
 using detail::write3;
 
@@ -29,24 +28,14 @@ LinkageState::LinkageState(const LinkageModel& model, const StateNumbers& number
     const Segment& segment = model.graph().segments[static_cast<std::size_t>(s)];
     double* const own = slots(model, place.batch);
     const int edges = variables.edges(s);
-    for (const End end : {kStart, kFinish}) {
-      if (segment.joints[end] < 0) continue;
-      const JointState<double>& joint = joints_[static_cast<std::size_t>(segment.joints[end])];
-      const Rod rod = segment.rods[end];
-      detail::write_terminal(own, end == kStart ? 0 : edges - 1, place.lane, joint, rod,
-                             segment.signs[end] * joint.tangent(rod));
-    }
+    detail::write_terminals(own, edges, place.lane, segment, joints_);
     for (int i = 0; i <= edges; ++i) {
       if (variables.position(s, i) >= 0)
         write3(own, i, kPosition, place.lane, numbers.vertices.col(vertex++));
     }
     for (int e = 0; e < edges; ++e) {
-      if (variables.angle(s, e) < 0) continue;
-      const Eigen::Vector3d tangent =
-          (read3(own, e + 1, kPosition, place.lane) - read3(own, e, kPosition, place.lane))
-              .normalized();
-      const Eigen::Vector3d given = numbers.directors.col(director++);
-      write3(own, e, kDirector, place.lane, (given - given.dot(tangent) * tangent).normalized());
+      if (variables.angle(s, e) >= 0)
+        detail::write_director(own, e, place.lane, numbers.directors.col(director++));
     }
     for (int i = 1; i < edges; ++i)
       slot_value(own, i, kTwist, place.lane) = numbers.twists[twist++];

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <cstddef>
+#include <vector>
 
 #include "engine/rods/linkage/chain_lane.h"
 #include "engine/rods/linkage/linkage_state.h"
@@ -35,6 +36,28 @@ inline void write_terminal(double* slots, int first_slot, int lane, const JointS
   write3(slots, first_slot, LinkageState::kPosition, lane, joint.position - half);
   write3(slots, first_slot + 1, LinkageState::kPosition, lane, joint.position + half);
   write3(slots, first_slot, LinkageState::kDirector, lane, joint.normal.cross(tangent));
+}
+
+/// Those at its joints.
+inline void write_terminals(double* slots, int edges, int lane, const Segment& segment,
+                            const std::vector<JointState<double>>& joints) {
+  for (const End end : {kStart, kFinish}) {
+    if (segment.joints[end] < 0) continue;
+    const JointState<double>& joint = joints[static_cast<std::size_t>(segment.joints[end])];
+    const Rod rod = segment.rods[end];
+    write_terminal(slots, end == kStart ? 0 : edges - 1, lane, joint, rod,
+                   segment.signs[end] * joint.tangent(rod));
+  }
+}
+
+/// Makes it a unit vector across the edge.
+/// @pre both of the edge's vertices are placed
+inline void write_director(double* slots, int edge, int lane, const Eigen::Vector3d& director) {
+  const Eigen::Vector3d tangent = (read3(slots, edge + 1, LinkageState::kPosition, lane) -
+                                   read3(slots, edge, LinkageState::kPosition, lane))
+                                      .normalized();
+  write3(slots, edge, LinkageState::kDirector, lane,
+         (director - director.dot(tangent) * tangent).normalized());
 }
 
 [[gnu::always_inline]] inline MaterialFrame<ChainLane> frame_at(const double* slots, int edge) {

@@ -3,7 +3,9 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
+#include <numbers>
 
+#include "engine/base/random.h"
 #include "tests/engine/rods/equilibrium/small_linkages.h"
 
 namespace limber::rods {
@@ -24,7 +26,7 @@ TEST(FloatingParts, ARigidMotionLeavesEnergyForcesAndTwistsAsTheyAre) {
   LinkageEquilibrium equilibrium(model);
   LinkageState state(model);
   ASSERT_TRUE(equilibrium.solve(state, {}).converged());
-  LinkageState moved = moved_rigidly(model, state, 0, far_away());
+  LinkageState moved = state.moved_rigidly(model, 0, far_away());
   LinkageAssembly assembly(model);
   const double energy = assembly.energies(state).total();
   EXPECT_NEAR(assembly.energies(moved).total(), energy, 1e-9 * energy);
@@ -39,10 +41,30 @@ TEST(FloatingParts, ARigidMotionLeavesEnergyForcesAndTwistsAsTheyAre) {
   EXPECT_LT(joint_distance(again, moved), 1e-9);
 }
 
+/// However an edge is turned: by increments twists would end in another branch near half a turn.
+TEST(FloatingParts, TurnsOfAnyAngleLeaveTwistsInTheirBranch) {
+  const LinkageModel model = curved_model();
+  LinkageEquilibrium equilibrium(model);
+  LinkageState state(model);
+  ASSERT_TRUE(equilibrium.solve(state, {}).converged());
+  LinkageAssembly assembly(model);
+  const double energy = assembly.energies(state).total();
+  Random random(3);
+  for (int k = 0; k < 200; ++k) {
+    const Eigen::Vector3d axis(random.normal(), random.normal(), random.normal());
+    Eigen::Isometry3d motion = Eigen::Isometry3d::Identity();
+    motion.rotate(Eigen::AngleAxisd(std::numbers::pi - 0.02 * k, axis.normalized()));
+    const LinkageState turned = state.moved_rigidly(model, 0, motion);
+    EXPECT_NEAR(assembly.energies(turned).total(), energy, 1e-9 * energy) << k;
+    for (int s = 0; s < model.variables().segments(); ++s)
+      ASSERT_NEAR(turned.twist(model, s, 2), state.twist(model, s, 2), 1e-12) << k;
+  }
+}
+
 TEST(FloatingParts, WhatNothingTouchesComesBackToWhereItWas) {
   const LinkageModel model = curved_model();
   const LinkageState drawn(model);
-  LinkageState state = moved_rigidly(model, drawn, 0, far_away());
+  LinkageState state = drawn.moved_rigidly(model, 0, far_away());
   ASSERT_GT(joint_distance(state, drawn), 100);
   keep_in_place(model, {}, {}, drawn, state);
   EXPECT_LT(joint_distance(state, drawn), 1e-9);
@@ -52,7 +74,7 @@ TEST(FloatingParts, WhatNothingTouchesComesBackToWhereItWas) {
 TEST(FloatingParts, PinsAndSpringsKeepAPartWhereItIsAndLoadsHowItTurns) {
   const LinkageModel model = curved_model();
   const LinkageState drawn(model);
-  LinkageState away = moved_rigidly(model, drawn, 0, far_away());
+  LinkageState away = drawn.moved_rigidly(model, 0, far_away());
   Conditions pinned, sprung, loaded, opened;
   pinned.pins = {{5}};
   sprung.springs = {{JointPoint{2}, Eigen::Vector3d::Zero(), 1}};
@@ -91,7 +113,7 @@ TEST(FloatingParts, ALoneStraightRodStaysAsItLies) {
   LinkageState state = drawn;
   keep_in_place(model, {}, {}, drawn, state);
   EXPECT_LT((state.director(model, 0, 3) - drawn.director(model, 0, 3)).norm(), 1e-12);
-  state = moved_rigidly(model, state, 0, far_away());
+  state = state.moved_rigidly(model, 0, far_away());
   keep_in_place(model, {}, {}, drawn, state);
   EXPECT_LT((state.vertex(model, 0, 0) - drawn.vertex(model, 0, 0)).norm(), 1e-9);
 }

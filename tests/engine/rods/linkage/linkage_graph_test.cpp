@@ -281,6 +281,8 @@ TEST(LinkageGraph, BadInputNamesTheEdgeOrVertex) {
   bad = good;
   bad.vertices(1, 7) = std::nan("");
   EXPECT_EQ(error_of(bad).field(), "vertices[7]");
+  bad.vertices(1, 7) = 1e160;  // squares overflow
+  EXPECT_THAT(error_of(bad).what(), HasSubstr("vertex 7 (from 0) has a coordinate beyond 1e+100"));
   EXPECT_EQ(error_of(star({0, 50, 100, 200, 300})).field(), "vertices[0]");
   EXPECT_THAT(error_of(star({0, 50, 100, 200, 300})).what(), HasSubstr("5 edges meet at vertex 0"));
   EXPECT_EQ(error_of(LineMesh{}).field(), "edges");
