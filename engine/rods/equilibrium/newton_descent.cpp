@@ -32,6 +32,8 @@ constexpr double kSettledDirection = 1e-4;  // residual, of the eigenvalue
 constexpr double kFirstEscape = 1e-4;       // [rad]
 constexpr double kEscapeGrowth = 2;
 constexpr int kEscapes = 16;
+// Of what forces gain along a way, how much more curvature has to.
+constexpr double kBeyondForces = 4;
 
 }  // namespace
 
@@ -281,6 +283,23 @@ Eigen::VectorXd NewtonRun::softest_direction(const LinkageState& state) {
   (void)v.cwiseProduct(weights.cwiseSqrt()).cwiseAbs().maxCoeff(&largest);
   if (v[largest] < 0) v = -v;
   return v / work_.scales.largest_turn(model_, state, v);
+}
+
+/// Does the potential fall along the softest direction by more than what is left of the forces
+/// takes it down there?
+/// @pre the last factor is shifted
+bool NewtonRun::falls(const LinkageState& state) {
+  const Eigen::VectorXd direction = softest_direction(state);
+  const Eigen::VectorXd bend = beside(acceleration(state, direction), direction);
+  Eigen::VectorXd left;
+  (void)free_gradient(left);
+  const auto down = [&](const Eigen::VectorXd& way) {
+    const std::optional<Escape> found = follow(state, way, bend);
+    if (!found) return false;
+    const double gain = potential_ - potential(found->there) - terms_.moment_potential(found->way);
+    return gain > kBeyondForces * std::abs(left.dot(found->way));
+  };
+  return down(direction) || down(-direction);
 }
 
 /// Leaves a saddle along negative curvature, as far as that leads down.

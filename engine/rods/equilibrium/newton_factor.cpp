@@ -233,9 +233,12 @@ bool NewtonRun::certify(const LinkageState& state) {
   if (stable_) return true;
   const int negative = report_.negative_eigenvalues;
   // Where nothing resists some motion, its eigenvalue has the sign of rounding, or of what is left
-  // of the forces.
+  // of the forces: if the latter, the potential tells. Either way such a motion is told softly.
+  const double rounding_shift = work_.scales.rounding_shift();
+  const bool is_rounding = factor(rounding_shift);
   const double left = kLeft * std::min(options_.tolerance, kFinest) * scale_.force;
-  stable_ = factor(work_.scales.rounding_shift() + work_.scales.pressure_shift(left));
+  stable_ =
+      factor(rounding_shift + work_.scales.pressure_shift(left)) && (is_rounding || !falls(state));
   if (stable_) return true;
   factor_shifted(work_.shift / kShiftGrowth, work_.shift);
   report_.negative_eigenvalues = negative;

@@ -110,6 +110,7 @@ class NewtonRun {
   [[nodiscard]] bool towards_saddle(const Step& step) const;
   bool hides_loads(const LinkageState& state);
   bool certify(const LinkageState& state);
+  [[nodiscard]] bool falls(const LinkageState& state);
   bool escape(LinkageState& state);
   struct Escape {
     LinkageState there;
