@@ -86,8 +86,9 @@ class ConditionsValidator {
     }
     if (!conditions_.mean_angle) return;
     check_angle("mean_angle", "a mean angle", *conditions_.mean_angle);
+    if (joints_ == 0) return error("mean_angle", "the linkage has no joints that could open");
     seen.insert(held_angles_.begin(), held_angles_.end());
-    if (joints_ > 0 && static_cast<int>(seen.size()) == joints_)
+    if (static_cast<int>(seen.size()) == joints_)
       return error("mean_angle", "the angles of all joints are given already");
     if (!held_angles_.empty() || !issues_.empty()) return;
     double rest = joints_ * *conditions_.mean_angle;

@@ -11,6 +11,9 @@
 namespace limber::rods {
 namespace {
 
+/// Of angles [rad]: beyond it no joint is on any way (overturned).
+constexpr double kMostOpen = 1.25 * std::numbers::pi;
+
 std::string field(const char* list, std::size_t index, const char* member) {
   return fmt::format("{}[{}].{}", list, index, member);
 }
@@ -27,10 +30,10 @@ void check_finite(const std::string& name, const Eigen::Vector3d& value) {
 }
 
 void check_angle(const std::string& name, double value) {
-  if (std::abs(value) < std::numbers::pi) return;
+  if (std::abs(value) < kMostOpen) return;
   throw Error(ErrorCode::kInvalidArgument, name,
               fmt::format("{} = {:g} degrees cannot be reached: opening angles are set between "
-                          "-180 and 180 degrees",
+                          "-225 and 225 degrees",
                           name, value * (180 / std::numbers::pi)));
 }
 

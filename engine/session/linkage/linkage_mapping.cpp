@@ -61,6 +61,13 @@ scene::Held scene_hold(rods::Hold hold) {
       ->first;
 }
 
+/// With rods of a mass per length. Between two conditions gravity has weights, and masses of 1.
+Eigen::Vector3d acceleration_of(const rods::Gravity& gravity, double mass_per_length) {
+  if (gravity.mass_per_length == mass_per_length) return gravity.acceleration;
+  if (!(mass_per_length > 0)) return Eigen::Vector3d::Zero();
+  return gravity.mass_per_length / mass_per_length * gravity.acceleration;
+}
+
 /// Rods reach half an edge beyond their joints: a share of the way from joint to joint as one of
 /// the way from a rod's first vertex to its last, both counted in edges.
 struct Reach {
@@ -223,7 +230,7 @@ scene::LinkageConditions scene_conditions(const rods::Conditions& conditions,
     at->moment += load.moment * length_unit;
     at->torque += load.opening_torque * length_unit;
   }
-  told.gravity = conditions.gravity.acceleration;
+  told.gravity = acceleration_of(conditions.gravity, mapped.mass_per_length);
   return told;
 }
 

@@ -34,7 +34,12 @@ scene::Linkage LinkageSession::linkage() const {
 scene::Linkage LinkageSession::linkage_in_shape() const {
   scene::Linkage in_shape = linkage();
   const auto result = final_result();
-  if (!result) return in_shape;
+  if (!result) {  // it is where the scene had it, or nowhere yet
+    const scene::Linkage& scene = impl_->linkage_;
+    in_shape.shape = scene.shape;
+    if (scene.shape) in_shape.shape_conditions = scene.shape_conditions.value_or(scene.conditions);
+    return in_shape;
+  }
   const rods::LinkageModel& model = result->statics->model();
   in_shape.shape = result->state->numbers(model);
   const auto faults = scene::validate(*result->conditions, model.variables().joints(),

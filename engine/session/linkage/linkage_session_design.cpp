@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <utility>
 
@@ -120,6 +122,12 @@ void LinkageSession::Impl::start_design(DesignRequest request, std::uint64_t tag
                 "the linkage has no shape yet that a design could begin from");
   }
   const Eigen::Matrix3Xd joints = shape->joints(newest->frames->rightCols<1>());
+  if (joints.cols() < 2) {
+    throw Error(
+        ErrorCode::kFailedPrecondition, "",
+        fmt::format("the linkage has {}, so that it cannot deploy: designs take two at least",
+                    joints.cols() == 0 ? "no joints" : "one joint"));
+  }
   request.validate(static_cast<int>(joints.cols()), start_of(*newest));
   if (request.fitted_points.cols() > 0) {
     request.goal.placement = rods::fitted(request.goal.placement, request.fitted_points, joints);

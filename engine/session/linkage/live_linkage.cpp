@@ -1,5 +1,7 @@
 #include "engine/session/linkage/live_linkage.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -73,12 +75,19 @@ void LiveLinkage::set_sizes(const RodSizes& sizes) {
 /// is found on the way the outcome says so.
 bool LiveLinkage::follow_to(const RodSizes& wanted, const JobContext& job,
                             const OnIterate& on_iterate, Outcome& outcome) {
+  const rods::LinkageState start = state_;
   outcome.report = wanted == sizes_ ? equilibrium_.solve(state_, held_, {}, job)
                                     : follow_sizes(mapped_.model, sizes_, equilibrium_, state_,
                                                    held_, wanted, job, on_iterate);
   statics_ = std::make_shared<const LinkageStatics>(mapped_, linkage_);
-  if (outcome.report.converged()) return true;
-  outcome.report.message = "on the way to other sizes of rods: " + outcome.report.message;
+  EquilibriumReport& report = outcome.report;
+  if (const auto joint = rods::overturned(model(), start, state_);
+      report.converged() && joint.has_value()) {
+    report.status = EquilibriumStatus::kStalled;
+    report.message = fmt::format("joint {} would turn over", *joint);
+  }
+  if (report.converged()) return true;
+  report.message = "on the way to other sizes of rods: " + report.message;
   return false;
 }
 
@@ -107,6 +116,7 @@ bool LiveLinkage::bring_sizes(const RodSizes& wanted, const scene::LinkageCondit
   turned_ = 0;
   good_ = state_;
   good_held_ = held_;
+  good_report_ = outcome.report;
   good_sizes_ = wanted;
   settled_under_.reset();
   return true;
@@ -144,7 +154,7 @@ void LiveLinkage::go_straight(const rods::Conditions& wanted, const JobContext& 
       });
   rods::keep_in_place(model(), held_, wanted, before, state_);
   const EquilibriumReport& report = outcome.report;
-  outcome.reached = report.converged() && !rods::overturned(model(), drawn_, state_);
+  outcome.reached = report.converged() && !rods::overturned(model(), good_, state_);
   turned_ += report.turned;
   if (!outcome.reached) return;
   rods::DeploymentStep step;
@@ -299,12 +309,13 @@ void LiveLinkage::attempt(const scene::LinkageConditions& conditions,
     if (outcome.report.status == EquilibriumStatus::kCancelled) return;
     remark = "the scene's shape is near no equilibrium: begun as drawn";
   }
-  if (!bring_sizes(sizes, conditions, wanted, job, on_iterate, outcome)) return;
-  outcome.report.message = contradiction(conditions);
-  if (outcome.report.message.empty()) {
-    go(wanted, job, on_iterate, outcome);
-  } else {
-    outcome.report.status = EquilibriumStatus::kStalled;
+  if (bring_sizes(sizes, conditions, wanted, job, on_iterate, outcome)) {
+    outcome.report.message = contradiction(conditions);
+    if (outcome.report.message.empty()) {
+      go(wanted, job, on_iterate, outcome);
+    } else {
+      outcome.report.status = EquilibriumStatus::kStalled;
+    }
   }
   if (remark.empty()) return;
   std::string& message = outcome.report.message;

@@ -2,6 +2,7 @@
 
 #include <utility>
 
+#include "engine/base/error.h"
 #include "engine/rods/equilibrium/deployment.h"
 #include "engine/rods/equilibrium/floating_parts.h"
 #include "engine/session/linkage/live_linkage.h"
@@ -36,6 +37,16 @@ rods::Conditions held_in(const rods::LinkageState& state, rods::Conditions condi
   return conditions;
 }
 
+/// Shapes may have angles that none can be set to.
+bool can_be_held(const rods::LinkageModel& model, const rods::Conditions& conditions) {
+  try {
+    conditions.validate(model);
+  } catch (const Error&) {
+    return false;
+  }
+  return true;
+}
+
 }  // namespace
 
 /// In the shape of a scene that has one: in equilibrium under what it is said to be, or near one
@@ -44,22 +55,25 @@ bool LiveLinkage::begin_in_shape(const scene::LinkageConditions& conditions, con
                                  Outcome& outcome) {
   const rods::LinkageState given = state_;
   const scene::LinkageConditions& own = linkage_.shape_conditions.value_or(conditions);
-  const RodSizes sizes = sizes_of(own);
-  set_sizes(sizes);
+  good_sizes_ = sizes_of(own);
+  set_sizes(good_sizes_);
   held_ = held_in(state_, map_conditions(own, mapped_, length_unit_));
-  outcome.report = equilibrium_.solve(state_, held_, {}, job);
-  const EquilibriumReport& report = outcome.report;
+  EquilibriumReport& report = outcome.report;
+  report.status = EquilibriumStatus::kStalled;
+  if (can_be_held(model(), held_)) report = equilibrium_.solve(state_, held_, {}, job);
   in_shape_ = report.status == EquilibriumStatus::kCancelled;  // then it begins there again
   settled_ =
       report.converged() && report.turned <= kFarTurn && !rods::overturned(model(), drawn_, state_);
   if (settled_) {
     rods::keep_in_place(model(), {}, held_, given, state_);
     good_report_ = report;
-    good_sizes_ = sizes;
+  } else if (in_shape_) {
+    state_ = given;
   } else {
     held_ = {};
-    state_ = in_shape_ ? given : drawn_;
-    set_sizes(first_sizes_);
+    state_ = drawn_;
+    good_sizes_ = first_sizes_;
+    set_sizes(good_sizes_);
   }
   good_ = state_;
   good_held_ = held_;

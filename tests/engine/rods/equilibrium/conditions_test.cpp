@@ -56,7 +56,7 @@ INSTANTIATE_TEST_SUITE_P(
                 ErrorCode::kInvalidArgument, "pins[1].position"},
         Refused{"unreachable angle",
                 [](Conditions& c) {
-                  c.angles = {{1, 3.2}};
+                  c.angles = {{1, 4}};
                 },
                 ErrorCode::kInvalidArgument, "angles[0].angle"},
         Refused{"unreachable mean", [](Conditions& c) { c.mean_opening_angle = -4; },

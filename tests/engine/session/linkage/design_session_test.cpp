@@ -7,6 +7,7 @@
 
 #include "engine/scene/samples/linkage_samples.h"
 #include "tests/engine/session/linkage/live_designs.h"
+#include "tests/engine/session/linkage/live_linkages.h"
 
 namespace limber::session {
 namespace {
@@ -243,6 +244,21 @@ TEST(DesignSession, BadGoalsAreRefusedAndTheDesignUnderWayIsIntact) {
   ASSERT_TRUE(end);
   EXPECT_TRUE(end->taken) << end->message;
   EXPECT_LT(end->best.target_rms, end->start.target_rms / 20);
+}
+
+TEST(DesignSession, ALinkageWithoutJointsIsNotDesigned) {
+  scene::Linkage rods = scene::make_linkage_sample("grid");
+  rods.conditions = {};
+  rods.lines.vertices.resize(3, 4);
+  rods.lines.vertices << 0, 1, 0, 1, 0, 0, 1, 1, 0, 0, 0, 0;
+  rods.lines.edges.resize(2, 2);
+  rods.lines.edges << 0, 2, 1, 3;
+  testing::LiveSession live(rods);
+  ASSERT_TRUE(live.recorder->wait_final(0));
+  DesignRequest any = request();
+  EXPECT_EQ(refusal([&] { live.session.start_design(any); }), "");
+  any.goal.targets.clear();
+  EXPECT_EQ(refusal([&] { live.session.start_design(any); }), "");
 }
 
 TEST(DesignSession, WhatDerivativesAreNotKnownUnderIsRefusedByName) {

@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "engine/rods/equilibrium/condition_path.h"
 #include "engine/session/linkage/live_linkage.h"
 #include "tests/engine/session/linkage/live_linkages.h"
 
@@ -170,10 +171,57 @@ TEST(OpenedShape, CancelledItBeginsThereAgain) {
   cancelled.request();
   const auto none = again.solve(conditions, JobContext{cancelled, {}}, [] {});
   EXPECT_EQ(none.report.status, rods::EquilibriumStatus::kCancelled);
+  // What is saved now has it still, and what it is in equilibrium under.
+  const scene::LinkageConditions own = again.conditions_of_shape();
+  EXPECT_EQ(own.pins.size(), conditions->pins.size());
+  ASSERT_TRUE(own.mean_angle);
+  EXPECT_NEAR(*own.mean_angle, 48 * kDegree, 1e-9);
   const auto outcome = again.solve(conditions, {}, [] {});
   ASSERT_TRUE(outcome.reached) << outcome.report.message;
   EXPECT_NEAR(outcome.report.energies.total(), was->report.energies.total(),
               1e-6 * was->report.energies.total());
+}
+
+TEST(OpenedShape, ASceneThatIsSavedBeforeItIsOpenHasItsShapeStill) {
+  scene::Linkage saved;
+  {
+    LiveSession live(hyperboloid());
+    ASSERT_TRUE(pin_and_open(live));
+    saved = live.session.linkage_in_shape();
+  }
+  const LinkageSession waiting("waiting", saved, {}, [](std::function<void()>) {}, {});
+  const scene::Linkage again = waiting.linkage_in_shape();
+  ASSERT_TRUE(again.shape && again.shape_conditions);
+  EXPECT_EQ(again.shape->positions, saved.shape->positions);
+  EXPECT_EQ(again.shape_conditions->pins.size(), saved.shape_conditions->pins.size());
+}
+
+/// Angles are set between -180 and 180 degrees; shapes may have others.
+TEST(OpenedShape, AnglesThatNoneCanBeSetToOpenAsDrawn) {
+  LiveSession live(hyperboloid());
+  ASSERT_TRUE(live.edit({SetMeanAngle{40 * kDegree}}));
+  scene::Linkage wound = live.session.linkage_in_shape();
+  wound.shape->opening_angles.array() += 4 * std::numbers::pi;
+  LiveSession again(wound);
+  const auto is = again.recorder->wait_final(0);
+  ASSERT_TRUE(is);
+  EXPECT_NE(is->report.message.find("begun as drawn"), std::string::npos) << is->report.message;
+  const auto next = again.edit({SetMeanAngle{30 * kDegree}});
+  ASSERT_TRUE(next && !next->solve_failed) << next->report.message;
+}
+
+TEST(OpenedShape, GravityOnTheWayIsThatOfItsRods) {
+  scene::Linkage linkage = hyperboloid();
+  const MappedLinkage mapped = map_linkage(linkage);
+  scene::LinkageConditions heavy;
+  heavy.gravity = {0, 0, -9.81};
+  const rods::LinkageState state(mapped.model);
+  const rods::detail::ConditionPath path(state, map_conditions(heavy, mapped, 1),
+                                         map_conditions(heavy, mapped, 1), {});
+  EXPECT_LT((scene_conditions(path.at(0.5), mapped, 1).gravity - heavy.gravity).norm(), 1e-12);
+  linkage.density = 0;
+  EXPECT_EQ(scene_conditions(path.at(0.5), map_linkage(linkage), 1).gravity,
+            Eigen::Vector3d::Zero());
 }
 
 TEST(OpenedShape, ConditionsOnTheWayAreThoseOfAScene) {
