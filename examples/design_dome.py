@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Designs the sample dome for a bowl that is nearly twice as deep: rest lengths with which it opens onto it."""
+"""Designs the sample dome for a bowl that is nearly twice as deep: rest lengths with which it deploys onto it."""
 import sys
 
 import limber

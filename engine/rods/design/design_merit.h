@@ -52,7 +52,7 @@ class GuardWeight {
   double first_ = 0;
   double last_ = 0;    // before it was lowered
   double kept_ = 0;    // after it was raised, over the objective there
-  double fall_ = 0.3;  // of the weight when it is lowered; gentler after it had to be raised again
+  double fall_ = 0.5;  // of the weight when it is lowered; gentler after it had to be raised again
   int raised_ = 0;
   static constexpr int kAtOnce = 3;
 };

@@ -33,7 +33,7 @@ constexpr double kLostRadius = 0.03;
 constexpr double kLoweredRadius = 0.03;
 // It is lowered after so many steps, or where the gradient has come to a share of that at its last
 // change, if it hinders.
-constexpr int kHeld = 8;
+constexpr int kHeld = 5;
 constexpr double kSettledGuard = 0.1;
 constexpr double kNoEnergy = 1e-12;  // share of the scale of energies that is rounding
 // Where branches end: how often another one is looked for from a point, and from all.
