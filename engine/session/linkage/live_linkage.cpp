@@ -340,7 +340,7 @@ LiveLinkage::Outcome LiveLinkage::solve(const SharedConditions& conditions, cons
     come_back_to(*sound_);
     Outcome again;
     attempt(*conditions, wanted, sizes, job, on_iterate, again);
-    if (!failed(again) || outcome.path.empty()) {
+    if (!failed(again) || !again.path.empty() || outcome.path.empty()) {
       outcome = std::move(again);
     } else {
       state_ = stopped;
