@@ -20,15 +20,16 @@ def refused(call):
 
 
 def test_targets_are_by_joint_weighed_or_of_all_joints():
-    first, second = designs.targets_of({3: (1, 2, 3), 5: ((4, 5, 6), 0.5)}, "targets")
+    first, second = designs.targets_of({3: (1, 2, 3), 5: ((4, 5, 6), 0.5)}, "targets", lambda: 4)
     assert (first.joint, first.position.y, first.HasField("weight")) == (3, 2, False)
     assert (second.joint, second.position.z, second.weight) == (5, 6, 0.5)
-    assert [target.joint for target in designs.targets_of(np.zeros((4, 3)), "targets")] == [0, 1, 2, 3]
-    assert refused(lambda: designs.targets_of(np.zeros((4, 2)), "targets")) == "targets"
-    assert refused(lambda: designs.targets_of({"a": (1, 2, 3)}, "targets")) == "targets (joint)"
-    assert refused(lambda: designs.targets_of({1: (1, 2, "x")}, "targets")) == "targets[1].z"
-    assert refused(lambda: designs.targets_of({1: ((1, 2, 3), None)}, "targets")) == "targets[1] (weight)"
-    assert refused(lambda: designs.targets_of({1: 5}, "targets")) == "targets[1]"
+    assert [target.joint for target in designs.targets_of(np.zeros((4, 3)), "targets", lambda: 4)] == [0, 1, 2, 3]
+    assert refused(lambda: designs.targets_of(np.zeros((4, 2)), "targets", lambda: 4)) == "targets"
+    assert refused(lambda: designs.targets_of(np.zeros((3, 3)), "targets", lambda: 4)) == "targets"
+    assert refused(lambda: designs.targets_of({"a": (1, 2, 3)}, "targets", lambda: 4)) == "targets (joint)"
+    assert refused(lambda: designs.targets_of({1: (1, 2, "x")}, "targets", lambda: 4)) == "targets[1].z"
+    assert refused(lambda: designs.targets_of({1: ((1, 2, 3), None)}, "targets", lambda: 4)) == "targets[1] (weight)"
+    assert refused(lambda: designs.targets_of({1: 5}, "targets", lambda: 4)) == "targets[1]"
 
 
 def test_surfaces_are_files_triangles_or_points(tmp_path):
@@ -46,8 +47,8 @@ def test_surfaces_are_files_triangles_or_points(tmp_path):
 
 def test_only_what_is_given_is_sent():
     session = limber.LinkageSession(None, "s")
-    request = designs.request(session.id, surface=None, targets={0: (0, 0, 0)}, flat_share=None, distance_weight=0.0,
-                              surface_weight=None, translation=None, rotation=None, scale=None, shortest=None,
+    request = designs.request(session.id, lambda: 4, surface=None, targets={0: (0, 0, 0)}, flat_share=None,
+                              distance_weight=0.0, surface_weight=None, translation=None, rotation=None, scale=None, shortest=None,
                               longest=None, flat_height=None, smallest_angle=None, max_iterations=None)
     assert request.goal.HasField("distance_weight") and not request.goal.HasField("flat_share")
     assert not request.goal.HasField("placement") and not request.HasField("flat_height")

@@ -110,12 +110,15 @@ class DesignInfo:
                           info.refusal, tuple(OtherOptimum.from_message(other) for other in info.other_optima))
 
 
-def targets_of(targets: Any, field: str) -> "list[messages.DesignTarget]":
-    """{joint: position} or {joint: (position, weight)}, or positions of all joints (n x 3)."""
+def targets_of(targets: Any, field: str, joints: "Callable[[], int]") -> "list[messages.DesignTarget]":
+    """{joint: position} or {joint: (position, weight)}, or positions of all joints (n x 3), so many as joints()."""
     if not isinstance(targets, Mapping):
         positions = checks.numeric(targets, field)
         if positions.ndim != 2 or positions.shape[1] != 3:
             raise invalid(field, f"{field} takes {{joint: position}}, or positions of all joints, n x 3")
+        if len(positions) != joints():
+            raise invalid(field, f"{field} has {len(positions)} positions for {joints()} joints: "
+                                 f"take {{joint: position}} for some of them")
         targets = dict(enumerate(positions))
     made = []
     for joint, where in targets.items():
@@ -170,7 +173,7 @@ def placement_of(translation: Sequence[float] | None, rotation: Sequence[float] 
     return placement
 
 
-def request(session: str, *, surface: Any, targets: Any, flat_share: float | None, distance_weight: float | None,
+def request(session: str, joints: "Callable[[], int]", *, surface: Any, targets: Any, flat_share: float | None, distance_weight: float | None,
             surface_weight: float | None, translation: Sequence[float] | None, rotation: Sequence[float] | None,
             scale: float | None, shortest: float | None, longest: float | None, flat_height: float | None,
             smallest_angle: float | None, max_iterations: int | None, shortest_lengths: Any = None,
@@ -183,7 +186,7 @@ def request(session: str, *, surface: Any, targets: Any, flat_share: float | Non
     if surface is not None:
         made.goal.surface.CopyFrom(surface_of(surface, "goal.surface"))
     if targets is not None:
-        made.goal.targets.extend(targets_of(targets, "goal.targets"))
+        made.goal.targets.extend(targets_of(targets, "goal.targets", joints))
     placement = placement_of(translation, rotation, scale)
     if placement is not None:
         made.goal.placement.CopyFrom(placement)
@@ -331,7 +334,7 @@ class Design:
         _set_given(made, {"flat_share": flat_share, "distance_weight": distance_weight,
                           "surface_weight": surface_weight})
         if targets is not None:
-            made.targets.targets.extend(targets_of(targets, "targets"))
+            made.targets.targets.extend(targets_of(targets, "targets", self.session.joint_count))
             made.targets.SetInParent()
         if surface is not None:
             made.surface.CopyFrom(surface_of(surface, "surface"))

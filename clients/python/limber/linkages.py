@@ -317,7 +317,7 @@ class LinkageSession(OpenSession):
         A design that ends by itself with flat_height and smallest_angle kept is taken: a revision that undo() takes
         back. Until it has ended, edits are refused.
         """
-        request = designs.request(self.id, surface=surface, targets=targets, flat_share=flat_share,
+        request = designs.request(self.id, self.joint_count, surface=surface, targets=targets, flat_share=flat_share,
                                   distance_weight=distance_weight, surface_weight=surface_weight,
                                   translation=translation, rotation=rotation, scale=scale, shortest=shortest, longest=longest,
                                   flat_height=flat_height, smallest_angle=smallest_angle, max_iterations=max_iterations,
@@ -335,6 +335,10 @@ class LinkageSession(OpenSession):
         return design
 
     # ---- shapes ----
+
+    def joint_count(self) -> int:
+        """Joints have the numbers from 0 to one less."""
+        return len(self.geometry().vertex_of_joint)
 
     def geometry(self) -> LinkageGeometry:
         """What stays the same for all shapes; fetched once."""

@@ -35,7 +35,9 @@ PatchEdges edges_of(const SurfaceMesh& surface) {
   for (Eigen::Index t = 0; t < surface.triangles.cols(); ++t) {
     if (!has_area(corners(surface, t))) {
       throw Error(ErrorCode::kInvalidArgument, fmt::format("surface.triangles[{}]", t),
-                  "has no area, so that the surface cannot be spread out");
+                  fmt::format("triangle {} of the surface has no area, so that the surface cannot "
+                              "be spread out",
+                              t));
     }
     for (int k = 0; k < 3; ++k)
       sides.emplace_back(std::minmax(surface.triangles(k, t), surface.triangles((k + 1) % 3, t)));

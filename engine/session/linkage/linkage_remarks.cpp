@@ -2,9 +2,16 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Core>
+#include <limits>
+#include <optional>
 #include <string>
+#include <utility>
+#include <vector>
 
+#include "engine/base/numerics/median.h"
 #include "engine/rods/linkage/line_meetings.h"
+#include "engine/rods/section/section.h"
 #include "engine/session/linkage/unit_name.h"
 
 namespace limber::session {
@@ -30,6 +37,34 @@ std::string told(const LineMeeting& meeting) {
   return fmt::format("edges {} and {} cross without a vertex", edges[0], edges[1]);
 }
 
+/// What is said of sections that are likely in another unit than the lines.
+std::optional<std::string> told_of_size(const scene::Linkage& linkage, const std::string& unit) {
+  constexpr double kMostSlender = 2e4;  // beyond it linkages were found to open slowly, if at all
+  const auto& [vertices, edges] = linkage.lines;
+  Eigen::Array2d low = Eigen::Array2d::Constant(std::numeric_limits<double>::max()), high = -low;
+  for (const Eigen::Vector2d& corner : rods::section_outline(linkage.section)) {
+    low = low.min(corner.array());
+    high = high.max(corner.array());
+  }
+  const double thick = (high - low).minCoeff(), wide = (high - low).maxCoeff();
+  const double across = (vertices.rowwise().maxCoeff() - vertices.rowwise().minCoeff()).norm();
+  if (across > kMostSlender * thick) {
+    return fmt::format(
+        "the linkage is {:.3g} {unit} across and its rods {:.3g} {unit} thick, more "
+        "than {:g} to 1: is the section in the unit of the lines?",
+        across, thick, kMostSlender, fmt::arg("unit", unit));
+  }
+  std::vector<double> lengths;
+  for (Eigen::Index k = 0; k < edges.cols(); ++k)
+    lengths.push_back((vertices.col(edges(1, k)) - vertices.col(edges(0, k))).norm());
+  const double middle = median(std::move(lengths));
+  if (wide <= middle) return {};
+  return fmt::format(
+      "the section is {:.3g} {unit} wide, and half of the lines are shorter than "
+      "{:.3g} {unit}: is the section in the unit of the lines?",
+      wide, middle, fmt::arg("unit", unit));
+}
+
 }  // namespace
 
 std::vector<scene::Issue> linkage_remarks(const scene::Linkage& linkage) {
@@ -37,6 +72,7 @@ std::vector<scene::Issue> linkage_remarks(const scene::Linkage& linkage) {
   const rods::LineMeetings meetings = rods::find_line_meetings(linkage.lines);
   const std::string unit = unit_name(linkage.length_unit_in_metres);
   std::vector<scene::Issue> issues;
+  if (const auto size = told_of_size(linkage, unit)) issues.push_back({kWarning, "section", *size});
   for (const LineMeeting& meeting : meetings.listed) {
     const Eigen::Vector3d& place = meeting.place;
     issues.push_back(

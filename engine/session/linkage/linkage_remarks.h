@@ -6,8 +6,8 @@
 
 namespace limber::session {
 
-/// Warnings: places where lines of a linkage touch and are not joined. Fields are members of the
-/// scene: lines.
+/// Warnings: a section that is likely in another unit than the lines, and places where lines touch
+/// and are not joined. Fields are members of the scene: section, lines.
 /// @pre check_linkage has nothing to say
 [[nodiscard]] std::vector<scene::Issue> linkage_remarks(const scene::Linkage& linkage);
 

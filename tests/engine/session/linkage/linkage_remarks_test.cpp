@@ -1,7 +1,8 @@
-// What is said of lines that touch where nothing joins them.
+// What is said of lines that touch where nothing joins them, and of sections in another unit.
 
 #include "engine/session/linkage/linkage_remarks.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 namespace limber::session {
@@ -33,6 +34,22 @@ TEST(LinkageRemarks, PlacesThatAreNotListedAreCountedAsFarAsTheyWereFound) {
             "edges touch where nothing joins them in 990 more places");
   EXPECT_EQ(linkage_remarks(lattice(25, 41)).back().message,
             "edges touch where nothing joins them in at least 990 more places");
+}
+
+TEST(LinkageRemarks, SectionsInAnotherUnitThanTheLinesAreTold) {
+  scene::Linkage linkage = lattice(1, 1);
+  linkage.length_unit_in_metres = 1e-3;
+  linkage.section = rods::Rectangle{0.2, 0.05};
+  EXPECT_EQ(linkage_remarks(linkage).size(), 1U);  // that they cross
+  linkage.section = rods::Rectangle{0.2e-3, 0.05e-3};
+  ASSERT_EQ(linkage_remarks(linkage).size(), 2U);
+  EXPECT_EQ(linkage_remarks(linkage).front().field, "section");
+  EXPECT_EQ(linkage_remarks(linkage).front().message,
+            "the linkage is 2.83 mm across and its rods 5e-05 mm thick, more than 20000 to 1: is "
+            "the section in the unit of the lines?");
+  linkage.section = rods::Rectangle{200, 50};
+  EXPECT_THAT(linkage_remarks(linkage).front().message,
+              testing::HasSubstr("the section is 200 mm wide, and half of the lines are shorter"));
 }
 
 }  // namespace
