@@ -44,5 +44,6 @@ endif()
 
 find_program(LIMBER_CCACHE ccache)
 if(LIMBER_CCACHE)
-  set(CMAKE_CXX_COMPILER_LAUNCHER "${LIMBER_CCACHE}")
+  # What ccache asks for where headers are precompiled.
+  set(CMAKE_CXX_COMPILER_LAUNCHER "${CMAKE_COMMAND};-E;env;CCACHE_DEPEND=1;CCACHE_SLOPPINESS=pch_defines,time_macros;${LIMBER_CCACHE}")
 endif()
