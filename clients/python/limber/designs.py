@@ -353,9 +353,17 @@ class Design:
     def resume(self) -> None:
         self.session.connection.call("resume_design", messages.ResumeDesignRequest(session=self.session.id))
 
-    def stop(self) -> None:
-        """The session goes back to the shape it had; the best so far can still be taken."""
+    def stop(self, timeout: float = 60.0) -> None:
+        """The session goes back to the shape it had, and takes edits again; the best so far can still be taken.
+
+        timeout: how long the step under way may take to end [s] before LimberError TIMEOUT.
+        """
         self.session.connection.call("stop_design", messages.StopDesignRequest(session=self.session.id))
+        given_up = time.monotonic() + timeout
+        while self.info().state != "ended":
+            if time.monotonic() > given_up:
+                raise LimberError("TIMEOUT", f"the design was told to stop and has not ended for {timeout:g} s", "timeout")
+            time.sleep(0.005)
 
     def take(self) -> int:
         """The best rest lengths become the session's: an edit, which undo() takes back. Its revision."""

@@ -11,8 +11,8 @@
 namespace limber::rods {
 namespace {
 
-/// Of angles [rad]: beyond it no joint is on any way (overturned).
-constexpr double kMostOpen = 1.25 * std::numbers::pi;
+/// Of angles [rad]: beyond it no joint is on any way (overturned), but for those of two segments.
+constexpr double kMostOpen = 1.25 * std::numbers::pi, kMostFolded = 2 * std::numbers::pi;
 
 std::string field(const char* list, std::size_t index, const char* member) {
   return fmt::format("{}[{}].{}", list, index, member);
@@ -29,19 +29,27 @@ void check_finite(const std::string& name, const Eigen::Vector3d& value) {
   throw Error(ErrorCode::kInvalidArgument, name, fmt::format("{} is not finite", name));
 }
 
-void check_angle(const std::string& name, double value) {
-  if (std::abs(value) < kMostOpen) return;
+void check_angle(const std::string& name, double value, bool folds) {
+  const double most = folds ? kMostFolded : kMostOpen;
+  if (std::abs(value) < most) return;
   throw Error(ErrorCode::kInvalidArgument, name,
               fmt::format("{} = {:g} degrees cannot be reached: opening angles are set between "
-                          "-225 and 225 degrees",
-                          name, value * (180 / std::numbers::pi)));
+                          "{:g} and {:g} degrees",
+                          name, value * (180 / std::numbers::pi), -most * (180 / std::numbers::pi),
+                          most * (180 / std::numbers::pi)));
+}
+
+/// Two segments fold from one side to the other.
+bool folds(const LinkageGraph& graph, int joint) {
+  return graph.joints[static_cast<std::size_t>(joint)].valence == 2;
 }
 
 bool pins_angle(Hold hold) { return hold != Hold::kMotion; }
 bool pins_motion(Hold hold) { return hold != Hold::kAngle; }
 
 /// @returns joints whose angle is prescribed
-std::set<int> check_joints(const Conditions& conditions, int joints) {
+std::set<int> check_joints(const Conditions& conditions, const LinkageGraph& graph) {
+  const int joints = static_cast<int>(graph.joints.size());
   std::set<int> pinned;
   std::set<int> angles;
   for (std::size_t i = 0; i < conditions.pins.size(); ++i) {
@@ -65,7 +73,7 @@ std::set<int> check_joints(const Conditions& conditions, int joints) {
     const AngleSetting& setting = conditions.angles[i];
     const std::string name = field("angles", i, "joint");
     check_index(name, setting.joint, joints, "joints");
-    check_angle(field("angles", i, "angle"), setting.angle);
+    check_angle(field("angles", i, "angle"), setting.angle, folds(graph, setting.joint));
     if (!angles.insert(setting.joint).second) {
       throw Error(ErrorCode::kInvalidArgument, name,
                   fmt::format("the opening angle of joint {} is set twice, or pinned and set",
@@ -122,9 +130,11 @@ void check_load(const JointLoad& load, std::size_t i, int joints) {
 
 void Conditions::validate(const LinkageModel& model) const {
   const ReducedVariables& variables = model.variables();
-  const std::set<int> prescribed = check_joints(*this, variables.joints());
+  const std::set<int> prescribed = check_joints(*this, model.graph());
   if (mean_opening_angle) {
-    check_angle("mean_opening_angle", *mean_opening_angle);
+    bool all_fold = true;
+    for (int j = 0; j < variables.joints(); ++j) all_fold = all_fold && folds(model.graph(), j);
+    check_angle("mean_opening_angle", *mean_opening_angle, all_fold);
     if (static_cast<int>(prescribed.size()) == variables.joints()) {
       throw Error(ErrorCode::kInvalidArgument, "mean_opening_angle",
                   "the mean opening angle is set, but every opening angle is prescribed");

@@ -291,6 +291,12 @@ class Deployment {
           cancel();
           return false;
         }
+        // Where two directions are nearly without resistance, a step of another length may get on.
+        if (trial.report.status == EquilibriumStatus::kIterationLimit && shortenable(length_)) {
+          ++report_.steps_shortened;
+          length_ /= 2;
+          continue;
+        }
         jumped = trial.error > options_.jump_turn;
         over = overturned(model_, start_, trial.state);
       }

@@ -217,8 +217,11 @@ Eigen::MatrixXf LiveDesign::shapes() const {
 }
 
 std::string LiveDesign::release(const JobContext& job) const {
-  return told_release(design_->model(), design_->flat(), design_->deployed(), design_->point(),
-                      job);
+  const rods::DesignPoint& point = design_->point();
+  const std::string released =
+      told_release(design_->model(), design_->flat(), design_->deployed(), point, job);
+  const std::string height = told_flatness(point, design_->criteria().length_scale);
+  return height + (height.empty() || released.empty() ? "" : "; ") + released;
 }
 
 double LiveDesign::mean_angle() const { return design_->point().deployed.mean_opening_angle(); }

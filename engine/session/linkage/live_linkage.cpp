@@ -71,21 +71,29 @@ void LiveLinkage::set_sizes(const RodSizes& sizes) {
   statics_ = std::make_shared<const LinkageStatics>(mapped_, linkage_);
 }
 
+/// A joint that has turned over since the last equilibrium, or the drawing where there is none yet:
+/// an interrupted solve may have left it so.
+void LiveLinkage::refuse_turned_over(EquilibriumReport& report) {
+  const auto joint = rods::overturned(model(), settled_ ? good_ : drawn_, state_);
+  if (!joint) return;
+  if (report.converged()) {
+    report.status = EquilibriumStatus::kStalled;
+    report.message = fmt::format("joint {} would turn over", *joint);
+  } else if (settled_ && report.status == EquilibriumStatus::kCancelled) {
+    restore();
+  }
+}
+
 /// To other sizes of rods, under the conditions that the shape is held under. Where no equilibrium
 /// is found on the way the outcome says so.
 bool LiveLinkage::follow_to(const RodSizes& wanted, const JobContext& job,
                             const OnIterate& on_iterate, Outcome& outcome) {
-  const rods::LinkageState start = state_;
   outcome.report = wanted == sizes_ ? equilibrium_.solve(state_, held_, {}, job)
                                     : follow_sizes(mapped_.model, sizes_, equilibrium_, state_,
                                                    held_, wanted, job, on_iterate);
   statics_ = std::make_shared<const LinkageStatics>(mapped_, linkage_);
   EquilibriumReport& report = outcome.report;
-  if (const auto joint = rods::overturned(model(), start, state_);
-      report.converged() && joint.has_value()) {
-    report.status = EquilibriumStatus::kStalled;
-    report.message = fmt::format("joint {} would turn over", *joint);
-  }
+  refuse_turned_over(report);
   if (report.converged()) return true;
   report.message = "on the way to other sizes of rods: " + report.message;
   return false;

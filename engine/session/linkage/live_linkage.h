@@ -101,6 +101,7 @@ class LiveLinkage {
   [[nodiscard]] std::string contradiction(const scene::LinkageConditions& conditions) const;
   [[nodiscard]] RodSizes sizes_of(const scene::LinkageConditions& conditions) const;
   void set_sizes(const RodSizes& sizes);
+  void refuse_turned_over(rods::EquilibriumReport& report);
   [[nodiscard]] bool follow_to(const RodSizes& wanted, const JobContext& job,
                                const OnIterate& on_iterate, Outcome& outcome);
   [[nodiscard]] bool open_with(const RodSizes& wanted, const scene::LinkageConditions& conditions,

@@ -100,6 +100,7 @@ bool LiveLinkage::open_with(const RodSizes& wanted, const scene::LinkageConditio
   held_ = map_conditions(pinned_as_drawn(conditions), mapped_, length_unit_);
   const auto lie = [&] {
     outcome.report = equilibrium_.solve(state_, held_, {}, job);
+    refuse_turned_over(outcome.report);
     return outcome.report.converged();
   };
   const auto begin = [&](const RodSizes& sizes) {

@@ -1,5 +1,6 @@
 #include "engine/session/linkage/size_path.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace limber::session {
@@ -18,7 +19,9 @@ rods::EquilibriumReport follow_sizes(rods::LinkageModel& model, RodSizes& sizes,
   rods::EquilibriumReport report;
   report.status = rods::EquilibriumStatus::kConverged;
   const RodSizes from = sizes;
-  const int steps = static_cast<int>(std::ceil(largest_change(model, from, wanted) / kStep));
+  // One at least: sizes that are the same numbers, said by other rods' members, are brought, too.
+  const double change = largest_change(model, from, wanted);
+  const int steps = std::max(1, static_cast<int>(std::ceil(change / kStep)));
   for (int k = 1; k <= steps; ++k) {
     RodSizes next =
         k < steps ? sizes_between(model, from, wanted, static_cast<double>(k) / steps) : wanted;

@@ -59,6 +59,11 @@ INSTANTIATE_TEST_SUITE_P(
                   c.angles = {{1, 4}};
                 },
                 ErrorCode::kInvalidArgument, "angles[0].angle"},
+        Refused{"unreachable angle of two segments",
+                [](Conditions& c) {
+                  c.angles = {{0, 6.3}};
+                },
+                ErrorCode::kInvalidArgument, "angles[0].angle"},
         Refused{"unreachable mean", [](Conditions& c) { c.mean_opening_angle = -4; },
                 ErrorCode::kInvalidArgument, "mean_opening_angle"},
         Refused{"mean of prescribed angles",

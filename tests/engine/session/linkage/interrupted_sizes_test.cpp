@@ -2,10 +2,12 @@
 
 #include <gtest/gtest.h>
 
+#include <functional>
 #include <memory>
 #include <numbers>
 
 #include "engine/rods/linkage/joint_positions.h"
+#include "engine/scene/samples/linkage_samples.h"
 #include "engine/session/linkage/live_linkage.h"
 #include "tests/engine/rods/linkage/linkage_files.h"
 
@@ -57,6 +59,45 @@ TEST(InterruptedSizes, AreNotTakenForReached) {
       EXPECT_NEAR(first_distance(live), kLonger, 1e-6);
       EXPECT_EQ(live.sizes().segments.minCoeff(), kLonger);
     }
+  }
+}
+
+/// Thinner rods would let the joint turn over: neither that way interrupted nor back from there.
+TEST(InterruptedSizes, TurnNoJointOver) {
+  constexpr int kJoint = 4;
+  scene::Linkage linkage = scene::make_linkage_sample("grid");
+  linkage.lines = rods::testing::sheared_grid(3, 3, std::numbers::pi / 2);
+  linkage.conditions = {};
+  for (const int steps_until : {1, 2, 3}) {
+    SCOPED_TRACE(steps_until);
+    LiveLinkage live(linkage);
+    scene::LinkageConditions conditions;
+    for (int j = 0; j < 9; ++j)
+      if (j != kJoint) conditions.pins.push_back({j, scene::Held::kMotion, {}});
+    const auto bring = [&](double scale, const JobContext& job, const std::function<void()>& on) {
+      conditions.section_scales = Eigen::VectorXd::Constant(12, scale);
+      return live.solve(std::make_shared<scene::LinkageConditions>(conditions), job, on);
+    };
+    for (double torque = 50;; torque *= 1.15) {  // as much as it bears
+      ASSERT_LT(torque, 1e4);
+      const auto borne = conditions.loads;
+      conditions.loads = {{kJoint, {0, 0, 0}, {0, 0, 0}, torque}};
+      if (bring(1, {}, [] {}).reached) continue;
+      conditions.loads = borne;
+      break;
+    }
+    ASSERT_TRUE(bring(1, {}, [] {}).reached);
+    const double angle = live.state().joints()[kJoint].opening_angle;
+    ASSERT_LT(angle, 3.1);
+    Cancellation cancellation;
+    int steps = 0;
+    (void)bring(0.93, {cancellation, {}}, [&] {
+      if (++steps == steps_until) cancellation.request();
+    });
+    live.stay_near();
+    const LiveLinkage::Outcome back = bring(1, {}, [] {});
+    ASSERT_TRUE(back.reached) << back.report.message;
+    EXPECT_NEAR(live.state().joints()[kJoint].opening_angle, angle, 1e-6);
   }
 }
 
