@@ -1,4 +1,4 @@
-# Precompiled headers: two thirds of a cold build went into reading Eigen, the standard library, GoogleTest and the
+# Precompiled headers: two fifths of a cold build went into reading Eigen, the standard library, GoogleTest and the
 # generated messages again for every file. They change nothing about what a file has to include.
 #
 # limber_precompile(TARGET KIND [HEADER ...]): HEADERs, the standard library, and as KIND says numerics (for the engine),

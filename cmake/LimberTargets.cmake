@@ -13,7 +13,8 @@ function(limber_wing name)
   endif()
 endfunction()
 
-# limber_test(NAME [DEPENDS ...] [LABELS ...] [PRECOMPILED numerics (default), messages or service]): one GoogleTest executable NAME_test from the *_test.cpp below the current folder.
+# limber_test(NAME [DEPENDS ...] [LABELS ...] [PRECOMPILED KIND]): one GoogleTest executable NAME_test from the *_test.cpp
+# below the current folder. KIND as of limber_precompile, numerics unless given.
 function(limber_test name)
   cmake_parse_arguments(ARG "" "PRECOMPILED" "DEPENDS;LABELS" ${ARGN})
   file(GLOB_RECURSE sources CONFIGURE_DEPENDS "${CMAKE_CURRENT_SOURCE_DIR}/*_test.cpp")

@@ -173,8 +173,8 @@ def placement_of(translation: Sequence[float] | None, rotation: Sequence[float] 
     return placement
 
 
-def request(session: str, joints: "Callable[[], int]", *, surface: Any, targets: Any, flat_share: float | None, distance_weight: float | None,
-            surface_weight: float | None, translation: Sequence[float] | None, rotation: Sequence[float] | None,
+def request(session: str, joints: "Callable[[], int]", *, surface: Any, targets: Any, flat_share: float | None,
+            distance_weight: float | None, surface_weight: float | None, translation: Sequence[float] | None, rotation: Sequence[float] | None,
             scale: float | None, shortest: float | None, longest: float | None, flat_height: float | None,
             smallest_angle: float | None, max_iterations: int | None, shortest_lengths: Any = None,
             longest_lengths: Any = None, joint_weights: Any = None, lengths: str | None = None,

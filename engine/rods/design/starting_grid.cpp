@@ -14,6 +14,7 @@
 
 #include "engine/base/error.h"
 #include "engine/rods/design/patch_lift.h"
+#include "engine/rods/section/section_reach.h"
 
 namespace limber::rods {
 namespace {
@@ -262,13 +263,7 @@ StartingGrid starting_grid(SurfaceMesh surface, const SurfacePlacement& placemen
 void demand_room(const StartingGrid& grid, const StartingGridOptions& options,
                  const Section& section) {
   validate(section);
-  const Polygon outline = section_outline(section);
-  Eigen::Array2d low = outline.front().array(), high = low;
-  for (const Eigen::Vector2d& corner : outline) {
-    low = low.min(corner.array());
-    high = high.max(corner.array());
-  }
-  const double thick = (high - low).minCoeff();
+  const double thick = outline_size(section).minCoeff();
   const auto demand = [thick](const char* field, int count, double apart) {
     if (apart >= thick) return;
     throw Error(ErrorCode::kInvalidArgument, field,
@@ -278,7 +273,6 @@ void demand_room(const StartingGrid& grid, const StartingGridOptions& options,
   };
   demand("columns", options.columns, grid.columns_apart);
   demand("rows", options.rows, grid.rows_apart);
-  constexpr double kMostSlender = 2e4;  // beyond it grids were not found to open
   const Eigen::Index across = Eigen::Index{options.rows} * (options.columns - 1);
   const Eigen::Index along = grid.rest_lengths.size() - across;
   const double longest = std::max(grid.rest_lengths.head(across).sum() / options.rows,

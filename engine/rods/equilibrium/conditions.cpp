@@ -2,17 +2,16 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <set>
 
 #include "engine/base/error.h"
+#include "engine/rods/linkage/opening_limit.h"
 
 namespace limber::rods {
 namespace {
-
-/// Of angles [rad]: beyond it no joint is on any way (overturned), but for those of two segments.
-constexpr double kMostOpen = 1.25 * std::numbers::pi, kMostFolded = 2 * std::numbers::pi;
 
 std::string field(const char* list, std::size_t index, const char* member) {
   return fmt::format("{}[{}].{}", list, index, member);
@@ -29,19 +28,13 @@ void check_finite(const std::string& name, const Eigen::Vector3d& value) {
   throw Error(ErrorCode::kInvalidArgument, name, fmt::format("{} is not finite", name));
 }
 
-void check_angle(const std::string& name, double value, bool folds) {
-  const double most = folds ? kMostFolded : kMostOpen;
+void check_angle(const std::string& name, double value, double most) {
   if (std::abs(value) < most) return;
+  constexpr double kDegrees = 180 / std::numbers::pi;
   throw Error(ErrorCode::kInvalidArgument, name,
               fmt::format("{} = {:g} degrees cannot be reached: opening angles are set between "
                           "{:g} and {:g} degrees",
-                          name, value * (180 / std::numbers::pi), -most * (180 / std::numbers::pi),
-                          most * (180 / std::numbers::pi)));
-}
-
-/// Two segments fold from one side to the other.
-bool folds(const LinkageGraph& graph, int joint) {
-  return graph.joints[static_cast<std::size_t>(joint)].valence == 2;
+                          name, value * kDegrees, -most * kDegrees, most * kDegrees));
 }
 
 bool pins_angle(Hold hold) { return hold != Hold::kMotion; }
@@ -73,7 +66,8 @@ std::set<int> check_joints(const Conditions& conditions, const LinkageGraph& gra
     const AngleSetting& setting = conditions.angles[i];
     const std::string name = field("angles", i, "joint");
     check_index(name, setting.joint, joints, "joints");
-    check_angle(field("angles", i, "angle"), setting.angle, folds(graph, setting.joint));
+    check_angle(field("angles", i, "angle"), setting.angle,
+                largest_opening(graph, static_cast<std::size_t>(setting.joint)));
     if (!angles.insert(setting.joint).second) {
       throw Error(ErrorCode::kInvalidArgument, name,
                   fmt::format("the opening angle of joint {} is set twice, or pinned and set",
@@ -132,9 +126,10 @@ void Conditions::validate(const LinkageModel& model) const {
   const ReducedVariables& variables = model.variables();
   const std::set<int> prescribed = check_joints(*this, model.graph());
   if (mean_opening_angle) {
-    bool all_fold = true;
-    for (int j = 0; j < variables.joints(); ++j) all_fold = all_fold && folds(model.graph(), j);
-    check_angle("mean_opening_angle", *mean_opening_angle, all_fold);
+    double most = 2 * std::numbers::pi;
+    for (std::size_t j = 0; j < model.graph().joints.size(); ++j)
+      most = std::min(most, largest_opening(model.graph(), j));
+    check_angle("mean_opening_angle", *mean_opening_angle, most);
     if (static_cast<int>(prescribed.size()) == variables.joints()) {
       throw Error(ErrorCode::kInvalidArgument, "mean_opening_angle",
                   "the mean opening angle is set, but every opening angle is prescribed");

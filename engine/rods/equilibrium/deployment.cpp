@@ -14,6 +14,7 @@
 #include "engine/rods/equilibrium/floating_parts.h"
 #include "engine/rods/equilibrium/prediction.h"
 #include "engine/rods/equilibrium/unknown_scales.h"
+#include "engine/rods/linkage/opening_limit.h"
 
 namespace limber::rods {
 namespace {
@@ -236,6 +237,11 @@ class Deployment {
     return shortenable(length) && !(lost && tells_loss(length));
   }
 
+  void shorten() {
+    ++report_.steps_shortened;
+    length_ /= 2;
+  }
+
   /// What is too much for a linkage tosses it from branch to branch, or holds it up.
   [[nodiscard]] bool too_much() {
     const int ends = report_.branchings + report_.limit_points + report_.jumps;
@@ -280,9 +286,8 @@ class Deployment {
       std::optional<int> over = overturned(model_, start_, trial.state);
       const bool lost = jumped || over || !trial.report.converged();
       if (lost && worth_retrying(trial, length_)) {
-        ++report_.steps_shortened;
         if (trial.report.escapes > 0) lost_at_ = progress_ + length_;
-        length_ /= 2;
+        shorten();
         continue;
       }
       if (!trial.report.converged()) {
@@ -293,8 +298,7 @@ class Deployment {
         }
         // Where two directions are nearly without resistance, a step of another length may get on.
         if (trial.report.status == EquilibriumStatus::kIterationLimit && shortenable(length_)) {
-          ++report_.steps_shortened;
-          length_ /= 2;
+          shorten();
           continue;
         }
         jumped = trial.error > options_.jump_turn;
@@ -404,13 +408,11 @@ class Deployment {
 
 std::optional<int> overturned(const LinkageModel& model, const LinkageState& from,
                               const LinkageState& to) {
-  constexpr double kOver = 1.25 * std::numbers::pi;
-  constexpr double kFolded = 2 * std::numbers::pi;
   constexpr double kSameAngle = 1e-3;
   for (std::size_t j = 0; j < to.joints().size(); ++j) {
     const double angle = std::abs(to.joints()[j].opening_angle);
-    const double most = model.graph().joints[j].valence == 2 ? kFolded : kOver;
-    if (angle > most && angle > std::abs(from.joints()[j].opening_angle) + kSameAngle)
+    if (angle > largest_opening(model.graph(), j) &&
+        angle > std::abs(from.joints()[j].opening_angle) + kSameAngle)
       return static_cast<int>(j);
   }
   return std::nullopt;

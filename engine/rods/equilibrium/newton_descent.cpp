@@ -295,9 +295,7 @@ bool NewtonRun::falls(const LinkageState& state) {
   (void)free_gradient(left);
   const auto down = [&](const Eigen::VectorXd& way) {
     const std::optional<Escape> found = follow(state, way, bend);
-    if (!found) return false;
-    const double gain = potential_ - potential(found->there) - terms_.moment_potential(found->way);
-    return gain > kBeyondForces * std::abs(left.dot(found->way));
+    return found && found->gain > kBeyondForces * std::abs(left.dot(found->way));
   };
   return down(direction) || down(-direction);
 }
@@ -334,7 +332,7 @@ std::optional<NewtonRun::Escape> NewtonRun::follow(const LinkageState& state,
       continue;
     }
     best = value;
-    found = Escape{std::move(trial), std::move(x), turn * direction};
+    found = Escape{std::move(trial), std::move(x), turn * direction, potential_ - value};
   }
   return found;
 }

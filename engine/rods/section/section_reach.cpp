@@ -34,6 +34,16 @@ Polygon placed_outline(const Section& section, const SectionProperties& properti
   return result;
 }
 
+Eigen::Array2d outline_size(const Section& section) {
+  const Polygon outline = section_outline(section);
+  Eigen::Array2d low = outline.front().array(), high = low;
+  for (const Eigen::Vector2d& corner : outline) {
+    low = low.min(corner.array());
+    high = high.max(corner.array());
+  }
+  return high - low;
+}
+
 SectionReach::SectionReach(const Section& section, const SectionProperties& properties,
                            StiffAxis axis)
     : outline_(placed_outline(section, properties, axis)), radii_(principal_radii(section)) {

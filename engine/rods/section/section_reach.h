@@ -11,6 +11,13 @@ namespace limber::rods {
 [[nodiscard]] Polygon placed_outline(const Section& section, const SectionProperties& properties,
                                      StiffAxis axis = StiffAxis::kD1);
 
+/// Of section_outline, along x and along y.
+[[nodiscard]] Eigen::Array2d outline_size(const Section& section);
+
+/// Rods longer than so many times their least thickness open slowly, if at all: their section is
+/// likely told in another unit of length.
+inline constexpr double kMostSlender = 2e4;
+
 /// How far a section reaches from its centroid: what bending strains most.
 class SectionReach {
  public:

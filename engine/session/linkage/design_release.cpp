@@ -2,10 +2,10 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 
+#include "engine/rods/design/shape_functions.h"
 #include "engine/rods/equilibrium/deployment.h"
 #include "engine/rods/linkage/joint_positions.h"
 #include "engine/rods/linkage/linkage_assembly.h"
@@ -32,26 +32,23 @@ double largest_angle_between(const rods::LinkageState& a, const rods::LinkageSta
   return largest;
 }
 
-/// Root mean square of joints over the plane nearest to them.
-double height_of(const rods::LinkageState& state) {
-  const Eigen::Matrix3Xd joints = rods::joint_positions(state);
-  const Eigen::Matrix3Xd from_middle = joints.colwise() - joints.rowwise().mean();
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> moments(from_middle *
-                                                               from_middle.transpose());
-  return std::sqrt(std::max(0.0, moments.eigenvalues()[0]) / static_cast<double>(joints.cols()));
-}
-
 }  // namespace
 
-std::string told_flatness(const rods::DesignPoint& point, double length_scale) {
+std::string told_flatness(const rods::LinkageModel& model, const rods::DesignPoint& point,
+                          double length_scale) {
   constexpr double kFlat = 0.01;   // of its size: that is flat, whatever the other is
   constexpr double kShare = 0.25;  // of the deployed shape's height
-  const double flat = height_of(point.flat), deployed = height_of(point.deployed);
-  if (flat <= std::max(kFlat * length_scale, kShare * deployed)) return "";
+  rods::Flatness flatness(model);
+  const auto height = [&](const rods::LinkageState& state) {
+    const auto count = static_cast<double>(state.joints().size());
+    return std::sqrt(flatness.value(state) / count) / length_scale;
+  };
+  const double flat = height(point.flat), deployed = height(point.deployed);
+  if (flat <= std::max(kFlat, kShare * deployed)) return "";
   return fmt::format(
       "the shape without angles is not flat: its height is {:.2e} of its size, the deployed one's "
       "{:.2e} (flat_height asks for less)",
-      flat / length_scale, deployed / length_scale);
+      flat, deployed);
 }
 
 std::string told_release(const rods::LinkageModel& model, const rods::Conditions& flat,

@@ -11,7 +11,8 @@ namespace limber::session {
 /// Says so where what is to lie flat rises much as the deployed shape does: over the plane nearest
 /// to its joints by more than a hundredth of the linkage's size, and a quarter of what that rises.
 /// @param length_scale  the linkage's size [m]
-[[nodiscard]] std::string told_flatness(const rods::DesignPoint& point, double length_scale);
+[[nodiscard]] std::string told_flatness(const rods::LinkageModel& model,
+                                        const rods::DesignPoint& point, double length_scale);
 
 /// A flat linkage of bent rods has several equilibria, and a design follows one: lets go of what
 /// holds its deployed shape, step by step (rods::deploy), and looks whether it falls there.

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <Eigen/Core>
-#include <limits>
 #include <optional>
 #include <string>
 #include <utility>
@@ -11,7 +10,7 @@
 
 #include "engine/base/numerics/median.h"
 #include "engine/rods/linkage/line_meetings.h"
-#include "engine/rods/section/section.h"
+#include "engine/rods/section/section_reach.h"
 #include "engine/session/linkage/unit_name.h"
 
 namespace limber::session {
@@ -39,20 +38,15 @@ std::string told(const LineMeeting& meeting) {
 
 /// What is said of sections that are likely in another unit than the lines.
 std::optional<std::string> told_of_size(const scene::Linkage& linkage, const std::string& unit) {
-  constexpr double kMostSlender = 2e4;  // beyond it linkages were found to open slowly, if at all
   const auto& [vertices, edges] = linkage.lines;
-  Eigen::Array2d low = Eigen::Array2d::Constant(std::numeric_limits<double>::max()), high = -low;
-  for (const Eigen::Vector2d& corner : rods::section_outline(linkage.section)) {
-    low = low.min(corner.array());
-    high = high.max(corner.array());
-  }
-  const double thick = (high - low).minCoeff(), wide = (high - low).maxCoeff();
+  const Eigen::Array2d size = rods::outline_size(linkage.section);
+  const double thick = size.minCoeff(), wide = size.maxCoeff();
   const double across = (vertices.rowwise().maxCoeff() - vertices.rowwise().minCoeff()).norm();
-  if (across > kMostSlender * thick) {
+  if (across > rods::kMostSlender * thick) {
     return fmt::format(
         "the linkage is {:.3g} {unit} across and its rods {:.3g} {unit} thick, more "
         "than {:g} to 1: is the section in the unit of the lines?",
-        across, thick, kMostSlender, fmt::arg("unit", unit));
+        across, thick, rods::kMostSlender, fmt::arg("unit", unit));
   }
   std::vector<double> lengths;
   for (Eigen::Index k = 0; k < edges.cols(); ++k)

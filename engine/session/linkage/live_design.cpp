@@ -67,7 +67,7 @@ LiveDesign::LiveDesign(const LiveLinkage& live, const DesignRequest& request, do
   rods::LinkageEquilibrium equilibrium(model);
   rods::LinkageState closed = live.drawn();
   rods::EquilibriumReport report = equilibrium.solve(closed, flat, {}, job);
-  if (report.converged()) {
+  if (report.converged() && sizes != live.sizes()) {
     report = follow_sizes(model, sizes, equilibrium, closed, flat, live.sizes(), job, {});
   }
   job.throw_if_cancelled();
@@ -220,7 +220,8 @@ std::string LiveDesign::release(const JobContext& job) const {
   const rods::DesignPoint& point = design_->point();
   const std::string released =
       told_release(design_->model(), design_->flat(), design_->deployed(), point, job);
-  const std::string height = told_flatness(point, design_->criteria().length_scale);
+  const std::string height =
+      told_flatness(design_->model(), point, design_->criteria().length_scale);
   return height + (height.empty() || released.empty() ? "" : "; ") + released;
 }
 

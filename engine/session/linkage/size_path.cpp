@@ -19,7 +19,7 @@ rods::EquilibriumReport follow_sizes(rods::LinkageModel& model, RodSizes& sizes,
   rods::EquilibriumReport report;
   report.status = rods::EquilibriumStatus::kConverged;
   const RodSizes from = sizes;
-  // One at least: sizes that are the same numbers, said by other rods' members, are brought, too.
+  // One at least: the same lengths, of edges in place of segments, are brought, too.
   const double change = largest_change(model, from, wanted);
   const int steps = std::max(1, static_cast<int>(std::ceil(change / kStep)));
   for (int k = 1; k <= steps; ++k) {

@@ -54,11 +54,12 @@ TEST(DesignRelease, CancelledItSaysNothing) {
 TEST(DesignRelease, AFlatShapeAsHighAsTheDeployedOneIsTold) {
   Opened opened;
   const double size = 120;
-  EXPECT_EQ(told_flatness(opened.point, size), "") << "it opens within a plane";
+  EXPECT_EQ(told_flatness(opened.model, opened.point, size), "") << "it opens within a plane";
   opened.point.flat = opened.point.deployed = rods::LinkageState(opened.model);  // as drawn: a wave
-  const std::string told = told_flatness(opened.point, size);
+  const std::string told = told_flatness(opened.model, opened.point, size);
   EXPECT_EQ(told.find("the shape without angles is not flat: its height is "), 0U) << told;
-  EXPECT_EQ(told_flatness(opened.point, 100 * size), "") << "a height of less than a hundredth";
+  EXPECT_EQ(told_flatness(opened.model, opened.point, 100 * size), "")
+      << "a height of less than a hundredth";
 }
 
 }  // namespace
