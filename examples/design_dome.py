@@ -11,8 +11,7 @@ def main(picture: str = "bowl.svg") -> None:
         dome = server.open(sample="dome")
         dome.deploy(60)
         dome.wait()
-        start = dome.shape()
-        middle = start.joints.mean(axis=0)
+        middle = (start := dome.shape()).joints.mean(axis=0)
         x, y, z = (start.joints - middle).T
         depth, height = np.polyfit(x ** 2 + y ** 2, z, 1)  # of the paraboloid nearest to the dome
         x, y = np.meshgrid(np.linspace(x.min(), x.max(), 17), np.linspace(y.min(), y.max(), 17), indexing="ij")
@@ -21,7 +20,8 @@ def main(picture: str = "bowl.svg") -> None:
         for info in design.steps():
             print(f"step {info.iteration}: {1000 * info.now.surface_rms:.1f} mm from the bowl")
         info = design.wait()
-        print(f"{info.end}: {1000 * info.start.surface_rms:.1f} mm before, {1000 * info.best.surface_rms:.1f} mm now")
+        told = f"{1000 * info.start.surface_rms:.1f} mm before, {1000 * info.best.surface_rms:.1f} mm now"
+        print(f"{info.message}\n{info.end}: {told}")
         limber.picture(picture, {"start": start, "target": None, "result": dome.shape()}, surface=bowl, unit="m")
 
 
