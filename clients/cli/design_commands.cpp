@@ -210,8 +210,9 @@ v1::StartDesignRequest open_grid(Context& context, const Options& options) {
   client::SurfaceLinkage opened =
       client::open_on_surface(context.client(), std::move(grid), std::move(scene), options.session);
   if (!context.json) {
-    fmt::print("session {}: a grid of {}; {:.1f} % of its lengths do not fit into a plane\n",
-               opened.session.id(), options.grid, 100 * opened.misfit);
+    fmt::print(
+        "session {}: a grid of {}, flat; lengths differ by up to {:.1f} % from the surface's\n",
+        opened.session.id(), options.grid, 100 * opened.misfit);
   }
   return std::move(opened.design);
 }
@@ -231,6 +232,7 @@ void start(Context& context, const Options& options) {
   if (options.shortest) request.set_shortest(*options.shortest);
   if (options.longest) request.set_longest(*options.longest);
   if (options.flat_height) request.set_flat_height(*options.flat_height);
+  if (options.flat_angle) request.set_flat_angle_degrees(*options.flat_angle);
   if (options.smallest_angle) request.set_smallest_angle_degrees(*options.smallest_angle);
   if (options.iterations) request.set_max_iterations(*options.iterations);
   const auto info = context.client().call(v1::GetServerInfoRequest{});
@@ -335,6 +337,9 @@ void add_limits(CLI::App& command, Options& options) {
   command.add_option("--flat-height", options.flat_height,
                      "Allowed rms height of the flat shape, as a share of its size (default: "
                      "a fifth more than at the start)");
+  command.add_option("--flat-angle", options.flat_angle,
+                     "Mean opening angle that the flat shape is held at, in degrees (default: "
+                     "nothing holds it; of a --grid 25)");
   command.add_option("--smallest-angle", options.smallest_angle,
                      "Bound on the flat shape's opening angles in degrees (default: a tenth of the "
                      "start's smallest where that lies open, else none)");
@@ -367,10 +372,6 @@ void add_grid(CLI::App& command, Options& options) {
                                "laid flat; so many joints along its longer sides, and across")
                    ->needs(section);
   section->needs(grid);
-  command
-      .add_option("--flat-angle", options.flat_angle,
-                  "At which its rods cross when it lies flat, in degrees (default: 25)")
-      ->needs(grid);
   command.add_option("--edges", options.edges, "Edges of each of its segments (default: 6)")
       ->needs(grid);
   command

@@ -1,6 +1,5 @@
 #include "clients/cpp/surface_linkage.h"
 
-#include <cstring>
 #include <utility>
 
 #include "clients/cpp/linkage_design.h"
@@ -8,24 +7,16 @@
 namespace limber::client {
 namespace {
 
-constexpr double kBulge = 0.05;
-constexpr double kFlatAngle = 25;  // [degree]: closed, so that there is far to open
-constexpr double kPull = 1;        // [m/s^2]
+constexpr double kFlatAngle = 25;   // [degree]
+constexpr double kFlatShare = 0.5;  // of it, that no joint of the flat grid is to close beyond
+constexpr double kPull = 1;         // [m/s^2]
 
-/// A weight that says to which side a grid that is held in its middle opens: down for domes.
-v1::Vector3 pull_of(const v1::LineArrays& flat, unsigned columns, unsigned rows, unsigned middle) {
-  const std::string& data = flat.vertices().data();  // float64, x y z
-  const auto height = [&](unsigned vertex) {
-    double z = 0;
-    std::memcpy(&z, data.data() + (3 * std::size_t{vertex} + 2) * sizeof(double), sizeof z);
-    return z;
-  };
-  const unsigned last = columns * rows - 1;
-  const double rim =
-      (height(0) + height(columns - 1) + height(last - columns + 1) + height(last)) / 4;
-  v1::Vector3 pull;
-  pull.set_z(height(middle) >= rim ? -kPull : kPull);
-  return pull;
+/// Of the weight, and of the joint that the grid was held by: in its middle it is from now on.
+void let_go(LinkageSession& session, unsigned held, unsigned middle) {
+  session.gravity({0, 0, 0});
+  if (held == middle) return;
+  session.pin(middle, v1::HELD_MOTION);
+  session.release(held);
 }
 
 void demand_open(LinkageSession& session, Milliseconds timeout) {
@@ -40,7 +31,6 @@ void demand_open(LinkageSession& session, Milliseconds timeout) {
 
 SurfaceLinkage open_on_surface(Client& client, v1::MakeStartingGridRequest grid, v1::Scene rods,
                                const std::string& session, Milliseconds timeout) {
-  if (!grid.has_bulge()) grid.set_bulge(kBulge);
   if (!grid.has_flat_angle_degrees()) grid.set_flat_angle_degrees(kFlatAngle);
   constexpr unsigned kDefault = 8;  // joints along each rod
   const unsigned columns = grid.has_columns() ? grid.columns() : kDefault;
@@ -50,22 +40,23 @@ SurfaceLinkage open_on_surface(Client& client, v1::MakeStartingGridRequest grid,
   const v1::MakeStartingGridResponse made = client.call(grid, LinkageDesign::kLarge);
   v1::RodLinkage& linkage = *rods.mutable_linkage();
   *linkage.mutable_lines()->mutable_arrays() = made.flat();
-  *linkage.mutable_conditions()->mutable_segment_lengths() = made.segment_lengths();
   auto& conditions = *linkage.mutable_conditions();
   conditions.set_mean_angle_degrees(made.mean_angle_degrees());
   auto& pin = *conditions.add_pins();
-  pin.set_joint(middle);
+  pin.set_joint(made.held_joint());
   pin.set_held(v1::HELD_MOTION);
-  *conditions.mutable_gravity() = pull_of(made.flat(), columns, rows, middle);
+  conditions.mutable_gravity()->set_z(made.rise() >= 0 ? -kPull : kPull);  // down for domes
   LinkageSession opened = LinkageSession::open(client, rods, session, timeout);
   demand_open(opened, timeout);
-  opened.gravity({0, 0, 0});
+  let_go(opened, made.held_joint(), middle);
   demand_open(opened, timeout);
   v1::StartDesignRequest design;
   design.set_session(opened.id());
   *design.mutable_goal()->mutable_surface() = grid.surface();
   if (grid.has_placement()) *design.mutable_goal()->mutable_placement() = grid.placement();
   *design.mutable_fitted_points() = made.deployed().vertices();
+  design.set_flat_angle_degrees(grid.flat_angle_degrees());
+  design.set_smallest_angle_degrees(kFlatShare * grid.flat_angle_degrees());
   return {std::move(opened), std::move(design), made.misfit()};
 }
 

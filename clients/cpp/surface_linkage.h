@@ -6,17 +6,17 @@
 
 namespace limber::client {
 
-/// A linkage for a patch of surface, where there is only the surface: a grid of rods over it, laid
-/// flat, opened, and deployed to the angle that its rods cross at on the surface.
+/// A linkage for a patch of surface, where there is only the surface: a grid of straight rods that
+/// lies flat, opened, and deployed to the angle that rods cross at on the surface.
 struct SurfaceLinkage {
   LinkageSession session;
-  /// Begins its design: the surface, put where the grid fits the joints. Add what else is wanted.
+  /// Begins its design: the surface, put where the grid fits the joints, the flat grid held at
+  /// its angle, and none of its joints below half of that. Add what else is wanted.
   v1::StartDesignRequest design;
-  double misfit = 0;  // of flat edges, as a share: what of the surface does not fit into a plane
+  double misfit = 0;  // largest difference of a length from that on the surface, as a share
 };
 
-/// @param grid  the surface and the size of the grid; without a bulge it has a small one, so that
-/// the grid opens to the surface's side
+/// @param grid  the surface and the size of the grid; flat angle 25 degrees where it has none
 /// @param rods  a scene with what the linkage is to be besides its lines: section, material, unit
 /// @param session  its name; empty: chosen by the server
 /// @throws ClientError as MakeStartingGrid, which is told the section, and LinkageSession::open;

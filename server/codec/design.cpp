@@ -256,6 +256,8 @@ session::DesignRequest decode_design(const proto::StartDesignRequest& request,
     design.smallest_angle =
         decode_angle(request.smallest_angle_degrees(), "smallest_angle_degrees");
   }
+  if (request.has_flat_angle_degrees())
+    design.flat_angle = decode_angle(request.flat_angle_degrees(), "flat_angle_degrees");
   if (request.has_max_iterations())
     design.max_iterations = decode_index(request.max_iterations(), "max_iterations");
   design.shortest_lengths = decode_numbers(request.shortest_lengths());
@@ -290,7 +292,7 @@ session::DesignChange decode_design_change(const proto::ChangeDesignRequest& req
 }
 
 std::string design_field_in(const proto::StartDesignRequest& request, const std::string& field) {
-  if (field == "smallest_angle") return "smallest_angle_degrees";
+  if (field == "smallest_angle" || field == "flat_angle") return field + "_degrees";
   if (field.starts_with("variables")) return "lengths";
   if (field == "goal.surface") return field + name_of_source(request.goal().surface());
   return placed(field);
@@ -313,30 +315,37 @@ proto::MakeStartingGridResponse make_starting_grid(const proto::MakeStartingGrid
   if (request.has_rows()) options.rows = decode_index(request.rows(), "rows");
   if (request.has_flat_angle_degrees()) options.flat_angle = kDegree * request.flat_angle_degrees();
   if (request.has_margin()) options.margin = request.margin();
-  if (request.has_bulge()) options.bulge = request.bulge();
+  if (request.has_drive()) options.drive = request.drive();
+  if (request.has_section()) options.section = decode_section(request.section(), "section");
   const rods::SurfacePlacement placement = decode_placement(request.placement());
+  const auto named = [&](const std::string& field) -> std::string {
+    if (field.starts_with("section.")) return section_field_in(request.section(), field);
+    return field == "flat_angle" ? "flat_angle_degrees" : field;
+  };
   try {
     options.validate();
   } catch (const Error& error) {
-    if (error.field() != "flat_angle") throw;
-    throw invalid("flat_angle_degrees", fmt::format("must be in [{:.2f}, 90] degrees, is {:g}",
-                                                    0.1 / kDegree, request.flat_angle_degrees()));
+    if (error.field() == "flat_angle") {
+      throw invalid("flat_angle_degrees", fmt::format("must be in [{:.2f}, 90] degrees, is {:g}",
+                                                      0.1 / kDegree, request.flat_angle_degrees()));
+    }
+    throw Error(error.code(), named(error.field()), error.what());
   }
   try {
     placement.validate();
   } catch (const Error& error) {
     throw Error(error.code(), placed("placement." + error.field()), error.what());
   }
-  const rods::StartingGrid grid = with_surface_fields(request.surface(), "surface", [&] {
-    return rods::starting_grid(decode_mesh(request.surface(), "surface", load), placement, options);
+  rods::SurfaceMesh mesh = with_surface_fields(request.surface(), "surface", [&] {
+    return decode_mesh(request.surface(), "surface", load);
   });
-  if (request.has_section()) {
-    try {
-      rods::demand_room(grid, options, decode_section(request.section(), "section"));
-    } catch (const Error& error) {
-      if (!error.field().starts_with("section.")) throw;
-      throw Error(error.code(), section_field_in(request.section(), error.field()), error.what());
-    }
+  rods::StartingGrid grid;
+  try {
+    grid = rods::starting_grid(std::move(mesh), placement, options);
+  } catch (const Error& error) {
+    if (!error.field().starts_with("surface"))
+      throw Error(error.code(), named(error.field()), error.what());
+    with_surface_fields(request.surface(), "surface", [] { throw; });
   }
   proto::MakeStartingGridResponse response;
   const auto encode = [](const rods::LineMesh& lines, proto::LineArrays& message) {
@@ -348,6 +357,8 @@ proto::MakeStartingGridResponse make_starting_grid(const proto::MakeStartingGrid
   for (const double length : grid.rest_lengths) response.add_segment_lengths(length);
   response.set_mean_angle_degrees(to_degrees(grid.mean_angle));
   response.set_misfit(grid.misfit);
+  response.set_held_joint(static_cast<std::uint32_t>(grid.hold.joint));
+  response.set_rise(grid.hold.rise);
   return response;
 }
 
@@ -366,6 +377,7 @@ proto::DesignInfo encode_design(const session::DesignInfo& info, double length_u
   message.set_flat_height(info.flat_height_allowed);
   if (info.smallest_angle_allowed)
     message.set_smallest_angle_degrees(to_degrees(*info.smallest_angle_allowed));
+  if (info.flat_angle) message.set_flat_angle_degrees(to_degrees(*info.flat_angle));
   message.set_flat_share(info.goal.flat_share);
   message.set_distance_weight(info.goal.distance_weight);
   message.set_surface_weight(info.goal.surface_weight);

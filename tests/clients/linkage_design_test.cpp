@@ -129,7 +129,7 @@ TEST_F(DesignClient, BeginsWithASurfaceAlone) {
   // A bowl: its middle, which is held, lies below its corners.
   const LinkageShape shape = opened.session.shape();
   EXPECT_GT(shape.joints[0][2], shape.joints[17][2]);
-  opened.design.set_max_iterations(40);
+  opened.design.set_max_iterations(100);
   LinkageDesign design(client, "bowl");
   (void)design.start(opened.design);
   const v1::DesignInfo info = design.wait();

@@ -10,18 +10,20 @@ from refusals import refusal
 def test_a_linkage_is_begun_with_a_surface_alone(server):
     x, y = np.meshgrid(np.linspace(-1, 1, 15), np.linspace(-0.8, 0.8, 12), indexing="ij")
     surface = np.stack([x, y, 0.15 * (1 - x ** 2 - y ** 2)], axis=-1).reshape(-1, 3)
-    grid = server.starting_grid(surface, columns=7, rows=6)
+    strip = {"rectangle": (0.02, 0.004)}
+    grid = server.starting_grid(surface, columns=7, rows=6, section=strip)
     assert grid.vertices.shape == (42, 3) and np.abs(grid.vertices[:, 2]).max() == 0
-    assert grid.lengths.shape == (len(grid.edges),) and 0 < grid.misfit < 0.5
+    assert 0 < grid.misfit < 0.5
+    np.testing.assert_allclose(
+        grid.lengths, np.linalg.norm(np.diff(grid.vertices[grid.edges], axis=1)[:, 0], axis=1), rtol=1e-12)
     on = grid.deployed
     assert np.abs(on[:, 2] - 0.15 * (1 - on[:, 0] ** 2 - on[:, 1] ** 2)).max() < 0.02
-    scene = limber.linkage_scene(grid.vertices, grid.edges, section={"rectangle": (0.02, 0.004)}, edges_per_segment=5)
-    session = server.open(scene, progress=False)
-    session.set_lengths(grid.lengths)
-    session.wait()
+    session = server.open(limber.linkage_scene(grid.vertices, grid.edges, section=strip, edges_per_segment=5),
+                          progress=False)
+    assert session.wait().energy < 1e-9 and height(session.shape().joints) < 1e-9, "it lies flat"
     session.deploy(grid.mean_angle)
     assert not session.wait().solve_failed
-    np.testing.assert_allclose(session.lengths(), grid.lengths)
+    assert height(session.shape().joints) == pytest.approx(height(on), rel=0.15), "and leaves its plane as it opens"
     session.close()
     call = lambda **bad: server.starting_grid(surface, **bad)  # noqa: E731
     assert refusal(lambda: call(columns=2)) == ("INVALID_ARGUMENT", "columns")
@@ -29,6 +31,11 @@ def test_a_linkage_is_begun_with_a_surface_alone(server):
     assert refusal(lambda: call(flat_angle=120)) == ("INVALID_ARGUMENT", "flat_angle_degrees")
     with pytest.raises(limber.LimberError, match=r"\[5.73, 90\] degrees, is 2 "):
         call(flat_angle=2)
+    with pytest.raises(limber.LimberError, match="90 degrees on the surface, and at 89"):
+        call(flat_angle=89)
+    assert refusal(lambda: call(drive=-1)) == ("INVALID_ARGUMENT", "drive")
+    with pytest.raises(limber.LimberError, match=r"stays in its plane.*\(field section\)"):
+        call(flat_angle=82, section={"rectangle": (0.12, 0.12)})
     assert refusal(lambda: call(section={"rectangle": (0.3, 0.35)}))[0] == "INVALID_ARGUMENT", "rods would overlap"
     assert refusal(lambda: call(section={"tube": (0.5, 0.01)})) == ("INVALID_ARGUMENT", "columns")
     assert refusal(lambda: call(columns=4, rows=20, section={"rectangle": (0.5, 0.1)})) == ("INVALID_ARGUMENT", "rows")
@@ -54,6 +61,11 @@ def test_every_kind_of_file_is_the_surface_in_it(server, tmp_path, kind, write):
     assert np.abs(on[:, 2] - 0.15 * (1 - on[:, 0] ** 2 - on[:, 1] ** 2)).max() < 0.01
 
 
+def height(joints):
+    """Root mean square, over the plane nearest to them."""
+    return np.linalg.svd(joints - joints.mean(axis=0))[1][2] / np.sqrt(len(joints))
+
+
 def hill(n=15):
     x, y = np.meshgrid(np.linspace(-1, 1, n), np.linspace(-0.8, 0.8, n), indexing="ij")
     return sheet(x, y, 0.15 * (1 - x ** 2 - y ** 2))
@@ -65,15 +77,35 @@ def test_one_call_designs_a_linkage_for_a_surface_alone(server):
     info = design.wait()
     assert info.end in ("converged", "settled", "iteration_limit"), info.message
     assert info.best.holds and info.best.surface_rms < 0.5 * info.start.surface_rms
+    assert info.flat_height == pytest.approx(1e-3), "it begins flat, and stays so"
+    assert info.best.smallest_angle > 12.4 and info.best.flat_energy < 0.05 * info.best.deployed_energy
+    assert "flat" not in info.message, info.message
     session = design.session
     assert info.taken == session.status().revision and len(session.lengths()) == 49
-    assert session.shape().joints.shape == (30, 3)
+    joints = session.shape().joints
+    assert joints.shape == (30, 3) and height(joints) > 0.04
+    session.deploy(None)
+    assert not session.wait().solve_failed
+    assert height(session.shape().joints) < 1e-3 * 2.6, "let go, it falls flat"
     session.close()
     bad = lambda **options: server.design_surface(hill(), section={"rectangle": (0.02, 0.004)}, **options)  # noqa: E731
     assert refusal(lambda: bad(columns=500)) == ("INVALID_ARGUMENT", "columns"), "rods would overlap"
     assert refusal(lambda: bad(iterations=60)) == ("INVALID_ARGUMENT", "iterations")
     assert refusal(lambda: bad(columns=2)) == ("INVALID_ARGUMENT", "columns")
-    assert refusal(lambda: bad(bulge=2)) == ("INVALID_ARGUMENT", "bulge")
+    assert refusal(lambda: bad(drive=2)) == ("INVALID_ARGUMENT", "drive"), "it is found"
+
+
+@pytest.mark.parametrize("name, rise", [("dome", lambda x, y: -x ** 2 - y ** 2), ("bowl", lambda x, y: x ** 2 + y ** 2),
+                                        ("rows up", lambda x, y: x ** 2 - y ** 2),
+                                        ("columns up", lambda x, y: y ** 2 - x ** 2)])
+def test_grids_open_to_the_side_of_their_surface(server, name, rise):
+    x, y = np.meshgrid(np.linspace(-1, 1, 15), np.linspace(-1, 1, 15), indexing="ij")
+    design = server.design_surface(sheet(x, y, 0.12 * rise(x, y)), columns=6, rows=6,
+                                   section={"rectangle": (0.02, 0.004)}, progress=False, max_iterations=1)
+    info = design.wait()
+    wanted = height(np.stack([x, y, 0.12 * rise(x, y)], axis=-1).reshape(-1, 3))
+    assert info.start.surface_rms < 0.5 * wanted, "the other side's are that far, and farther"
+    design.session.close()
 
 
 def test_the_command_line_begins_with_a_surface_alone(server, tmp_path):
@@ -94,7 +126,7 @@ def test_the_command_line_begins_with_a_surface_alone(server, tmp_path):
         assert refused.returncode == 1 and field in refused.stderr, refused.stderr
     thick = run(server, "design", "other", "--surface", str(tmp_path / "hill.obj"), "--grid", "6x5", "--section", "5x5")
     assert thick.returncode == 1 and "apart when the grid lies flat, and are 5 thick" in thick.stderr, thick.stderr
-    astray = run(server, "design", "hill", "--surface", str(tmp_path / "hill.obj"), "--flat-angle", "30")
+    astray = run(server, "design", "hill", "--surface", str(tmp_path / "hill.obj"), "--edges", "5")
     assert astray.returncode == 2 and "--grid" in astray.stderr, "options of a grid without one"
 
 

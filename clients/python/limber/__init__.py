@@ -14,7 +14,7 @@ streamed coordinates into numpy arrays. Lengths are in the scene's length unit, 
 from . import beam_edits
 from .beam_sessions import BeamGeometry, BeamResult, BeamSession, beam_scene
 from .beams import BeamSnap, BeamSolution
-from .designs import Design, DesignInfo, DesignTerms, OtherOptimum, StartingGrid
+from .designs import Design, DesignInfo, DesignTerms, OtherOptimum, Placement, StartingGrid
 from .edits import Axes, add, dynamics, ends, move, optimise, redo, remove, replace, reset_material, undo
 from .errors import LimberError, ServerUnreachable
 from .exports import Export

@@ -54,6 +54,32 @@ class DesignTerms:
 
 
 @dataclass(frozen=True)
+class Placement:
+    """Where a design's surface is: turned, then scaled, then moved."""
+
+    rotation: tuple[float, float, float]     # axis times angle [degree]
+    scale: float
+    translation: tuple[float, float, float]  # [length unit]
+
+    def apply(self, points: Any) -> np.ndarray:
+        """Points of the surface as it was given, ... x 3, to where it is."""
+        points = checks.numeric(points, "points")
+        turn = np.radians(self.rotation)
+        angle = float(np.linalg.norm(turn))
+        if angle > 0:
+            axis = turn / angle
+            points = (np.cos(angle) * points + np.sin(angle) * np.cross(axis, points)
+                      + (1 - np.cos(angle)) * (points @ axis)[..., None] * axis)
+        return self.scale * points + np.array(self.translation)
+
+    @staticmethod
+    def from_message(placed: "messages.SurfacePlacement") -> "Placement":
+        vector = lambda v: (v.x, v.y, v.z)  # noqa: E731
+        return Placement(vector(placed.rotation_degrees), placed.scale if placed.HasField("scale") else 1.0,
+                         vector(placed.translation))
+
+
+@dataclass(frozen=True)
 class OtherOptimum:
     """An earlier design of the session for the same goal that ended elsewhere."""
 
@@ -97,6 +123,8 @@ class DesignInfo:
     guarded: bool           # the guard is up
     refusal: str            # why the last trial was not believed; "": it was
     other_optima: tuple[OtherOptimum, ...]  # of one that has ended by itself: earlier ones that ended elsewhere
+    placement: Placement    # of the surface
+    flat_angle: float | None  # mean angle that the flat shape is held at [degree]; None: nothing holds it
 
     @staticmethod
     def from_message(info: "messages.DesignInfo") -> "DesignInfo":
@@ -107,7 +135,9 @@ class DesignInfo:
                           info.taken_revision if info.HasField("taken_revision") else None, info.message, info.job,
                           LENGTHS.get(info.lengths, ""), SECTIONS.get(info.sections, ""), GUARDS.get(info.guard, ""),
                           tuple(info.sections_at_bound), info.refused, info.not_believed, info.flat_lost, info.guarded,
-                          info.refusal, tuple(OtherOptimum.from_message(other) for other in info.other_optima))
+                          info.refusal, tuple(OtherOptimum.from_message(other) for other in info.other_optima),
+                          Placement.from_message(info.placement),
+                          info.flat_angle_degrees if info.HasField("flat_angle_degrees") else None)
 
 
 def targets_of(targets: Any, field: str, joints: "Callable[[], int]") -> "list[messages.DesignTarget]":
@@ -180,7 +210,7 @@ def request(session: str, joints: "Callable[[], int]", *, surface: Any, targets:
             longest_lengths: Any = None, joint_weights: Any = None, lengths: str | None = None,
             sections: str | None = None, thinnest: float | None = None, thickest: float | None = None,
             thinnest_sections: Any = None, thickest_sections: Any = None, guard: str | None = None,
-            fitted_points: Any = None) -> "messages.StartDesignRequest":
+            fitted_points: Any = None, flat_angle: float | None = None) -> "messages.StartDesignRequest":
     made = messages.StartDesignRequest(session=session)
     made.goal.SetInParent()
     if surface is not None:
@@ -193,7 +223,7 @@ def request(session: str, joints: "Callable[[], int]", *, surface: Any, targets:
     weights = {"flat_share": flat_share, "distance_weight": distance_weight, "surface_weight": surface_weight}
     _set_given(made.goal, weights)
     _set_given(made, {"shortest": shortest, "longest": longest, "flat_height": flat_height,
-                      "smallest_angle_degrees": smallest_angle, "thinnest": thinnest, "thickest": thickest})
+                      "smallest_angle_degrees": smallest_angle, "flat_angle_degrees": flat_angle, "thinnest": thinnest, "thickest": thickest})
     for name, names, chosen in (("lengths", LENGTHS, lengths), ("sections", SECTIONS, sections),
                                 ("guard", GUARDS, guard)):
         if chosen is not None:
@@ -227,11 +257,13 @@ def sorted_options(options: "Mapping[str, Any]", design: Any, of_scene: Callable
     known = {call: {name for name, parameter in signature(call).parameters.items()
                     if parameter.kind is Parameter.KEYWORD_ONLY} for call in (of_scene, of_design)}
     placed_by_grid = {"translation", "rotation", "scale", "fitted_points"}
-    known[of_design] = (known[of_design] | {"targets"}) - placed_by_grid
+    known[of_design] = (known[of_design] | {"targets"}) - placed_by_grid - {"flat_angle"}
     wanted = dict(design or {})
     for name in wanted:
         if name in placed_by_grid:
             raise invalid(f"design.{name}", "the surface is put where the grid fits")
+        if name == "flat_angle":
+            raise invalid("design.flat_angle", "it is the grid's: give it as flat_angle=")
         if name not in known[of_design]:
             raise invalid(f"design.{name}", f"there is no such option; a design has {', '.join(sorted(known[of_design]))}")
     scene = {}
@@ -263,26 +295,29 @@ def _set_given(message: Any, values: "dict[str, float | None]") -> None:
 
 @dataclass(frozen=True)
 class StartingGrid:
-    """A regular grid of rods over a patch of surface, and laid flat: a linkage to begin a design with."""
+    """Two families of straight rods that lie flat and open to about a patch of surface: to begin a design with."""
 
-    vertices: np.ndarray    # flat, in the plane z = 0 but for the bulge, n x 3 [length unit]
+    vertices: np.ndarray    # flat, in the plane z = 0, n x 3 [length unit]
     edges: np.ndarray       # m x 2
     deployed: np.ndarray    # the same vertices on the surface
-    lengths: np.ndarray     # of the edges, as lines on the surface [length unit]
+    lengths: np.ndarray     # of the edges, flat [length unit]
     mean_angle: float       # at which rods cross on the surface [degree]
-    misfit: float           # largest difference between a flat edge and its length, as a share
+    misfit: float           # largest difference between a length and that on the surface, as a share
+    held: int               # joint to hold, so that a weight opens the grid to the surface's side of its plane
+    rise: float             # of its tangent plane over the others on the surface [length unit]; > 0: the weight along -z
 
     @staticmethod
     def from_message(message: "messages.MakeStartingGridResponse") -> "StartingGrid":
         return StartingGrid(arrays.to_numpy(message.flat.vertices, "flat.vertices"),
                             arrays.to_numpy(message.flat.edges, "flat.edges"),
                             arrays.to_numpy(message.deployed.vertices, "deployed.vertices"),
-                            np.array(message.segment_lengths), message.mean_angle_degrees, message.misfit)
+                            np.array(message.segment_lengths), message.mean_angle_degrees, message.misfit,
+                            message.held_joint, message.rise)
 
 
 def grid_request(surface: Any, columns: int | None, rows: int | None, flat_angle: float | None, margin: float | None,
                  translation: Sequence[float] | None, rotation: Sequence[float] | None,
-                 scale: float | None, bulge: float | None = None) -> "messages.MakeStartingGridRequest":
+                 scale: float | None, drive: float | None = None) -> "messages.MakeStartingGridRequest":
     made = messages.MakeStartingGridRequest(surface=surface_of(surface, "surface"))
     placement = placement_of(translation, rotation, scale)
     if placement is not None:
@@ -291,7 +326,7 @@ def grid_request(surface: Any, columns: int | None, rows: int | None, flat_angle
         made.columns = checks.whole(columns, "columns")
     if rows is not None:
         made.rows = checks.whole(rows, "rows")
-    _set_given(made, {"flat_angle_degrees": flat_angle, "margin": margin, "bulge": bulge})
+    _set_given(made, {"flat_angle_degrees": flat_angle, "margin": margin, "drive": drive})
     return made
 
 

@@ -297,8 +297,9 @@ class LinkageSession(OpenSession):
                max_iterations: int | None = None, shortest_lengths: Any = None, longest_lengths: Any = None,
                joint_weights: Any = None, lengths: str | None = None, sections: str | None = None,
                thinnest: float | None = None, thickest: float | None = None, thinnest_sections: Any = None,
-               thickest_sections: Any = None, guard: str | None = None, fitted_points: Any = None) -> Design:
-        """Begins a search for rest lengths with which the shape without angles lies flat, and the one that pins and
+               thickest_sections: Any = None, guard: str | None = None, fitted_points: Any = None,
+               flat_angle: float | None = None) -> Design:
+        """Begins a search for rest lengths with which the shape without angles lies flat, or that at a mean angle, and the one that pins and
         angles ask for now is near to a surface or targets, at little stress. limber.v1.DesignGoal has the objective.
 
         surface: an .obj, .ply or .stl file, (vertices, triangles), points in rows (m x n x 3) or in no order (n x 3; a
@@ -311,8 +312,8 @@ class LinkageSession(OpenSession):
         "segments" (default) or "edges", or "kept"; sections: "segments" varies the scale of each segment's section
         (default "kept"), between thinnest and thickest, or thinnest_sections and thickest_sections one by one. guard:
         against buckling of the flat shape, "when_needed" (default), "from_start" or "never". fitted_points: of the
-        surface, one for each joint: it is put where these are nearest to the joints. What is not given has the
-        server's default.
+        surface, one for each joint: it is put where these are nearest to the joints. flat_angle: mean opening angle that
+        the flat shape is held at [degree]; nothing holds it by default. What is not given has the server's default.
 
         A design that ends by itself with flat_height and smallest_angle kept is taken: a revision that undo() takes
         back. Until it has ended, edits are refused.
@@ -324,7 +325,8 @@ class LinkageSession(OpenSession):
                                   shortest_lengths=shortest_lengths, longest_lengths=longest_lengths,
                                   joint_weights=joint_weights, lengths=lengths, sections=sections,
                                   thinnest=thinnest, thickest=thickest, thinnest_sections=thinnest_sections,
-                                  thickest_sections=thickest_sections, guard=guard, fitted_points=fitted_points)
+                                  thickest_sections=thickest_sections, guard=guard, fitted_points=fitted_points,
+                                  flat_angle=flat_angle)
         response = self.connection.call("start_design", request, timeout=max(60.0, self.connection.timeout))
         return Design(self, response.job)
 

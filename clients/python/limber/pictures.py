@@ -22,14 +22,15 @@ NEAR, FAR = np.array([35, 120, 60]), np.array([200, 30, 30])  # joints on the su
 
 
 def picture(path: "str | os.PathLike[str]", shapes: "Mapping[str, Shape | None]", surface: Any = None,
-            view: Sequence[float] = (-60.0, 25.0), unit: str = "") -> None:
+            view: Sequence[float] = (-60.0, 25.0), unit: str = "", apart: Sequence[str] = ()) -> None:
     """Writes shapes into one .svg file, from left to right, all at the same scale.
 
     shapes: by title, what session.shape() returns; None: the surface alone. surface: a file (.obj, .ply, .stl),
     (vertices, triangles), points in rows (m x n x 3) or in no order (n x 3), drawn behind every shape. Except with
     points in no order joints are drawn too: green on the surface, the redder the farther from it, the farthest of all shapes red; under each shape stands the
     root mean square of their distances. view: azimuth and elevation of the eye [degree]; it is far away, so that
-    parallel lines stay parallel. unit: of lengths, for what is written.
+    parallel lines stay parallel. unit: of lengths, for what is written. apart: titles of shapes that are drawn without
+    the surface, as the flat one of a linkage that is deployed to it.
     """
     target = checks.path(path, "path")
     if target.suffix.lower() != ".svg":
@@ -40,7 +41,10 @@ def picture(path: "str | os.PathLike[str]", shapes: "Mapping[str, Shape | None]"
                                     f"not of {type(shape).__name__}")
     axes = _axes(*(checks.real(angle, "view") for angle in checks.several(view, "view")))
     ground = None if surface is None else _Ground(*_surface(surface), axes)
-    panels = {title: _Panel(shape, ground, axes) for title, shape in shapes.items()}
+    for title in checks.several(apart, "apart"):
+        if shapes.get(title) is None:
+            raise invalid("apart", f"there is no shape called {title!r}")
+    panels = {title: _Panel(shape, None if title in apart else ground, axes) for title, shape in shapes.items()}
     drawn = [point for panel in panels.values() for point in panel.lines] + ([ground.seen] if ground else [])
     if not panels or not drawn:
         raise invalid("shapes", "there is nothing to draw")
@@ -59,7 +63,7 @@ def picture(path: "str | os.PathLike[str]", shapes: "Mapping[str, Shape | None]"
         def place(points: np.ndarray, origin: np.ndarray = origin) -> np.ndarray:
             return origin + (points[:, :2] - ((low + high) / 2)[:2]) * (scale, -scale)
 
-        parts += (ground.drawn(place) if ground else []) + _rods(panel.lines, place)
+        parts += (ground.drawn(place) if ground and title not in apart else []) + _rods(panel.lines, place)
         parts += _joints(panel, place, farthest)
         parts.append(f'<text x="{middle:.0f}" y="{MARGIN:.0f}" text-anchor="middle">{escape(title)}</text>')
         if panel.distances.size:

@@ -234,60 +234,63 @@ class Server:
     def starting_grid(self, surface: Any, *, columns: int | None = None, rows: int | None = None,
                       flat_angle: float | None = None, margin: float | None = None,
                       translation: Sequence[float] | None = None, rotation: Sequence[float] | None = None,
-                      scale: float | None = None, bulge: float | None = None,
-                      section: Any = None) -> designs.StartingGrid:
-        """A regular grid of rods over a patch of surface without holes, and laid flat: for a design where there is
-        only a surface. limber.linkage_scene(grid.vertices, grid.edges, section=..), then
-        session.set_lengths(grid.lengths) and session.deploy(grid.mean_angle).
+                      scale: float | None = None, section: Any = None,
+                      drive: float | None = None) -> designs.StartingGrid:
+        """Two families of straight rods for a patch of surface without holes: they lie flat without stress, and their
+        directions change from rod to rod so that the grid leaves its plane when it opens, to about the surface. For a
+        design where there is only a surface: limber.linkage_scene(grid.vertices, grid.edges, section=..), then
+        session.deploy(grid.mean_angle).
 
         surface, translation, rotation, scale: as LinkageSession.design(). columns, rows: joints of rods
-        along the patch's longer sides and of those across (8); flat_angle: at which rods cross when it lies flat [degree] (46); margin: share of the patch that is
-        left free at its rim (0.02); bulge: of the surface's heights, what the flat grid rises by (0); with one,
-        cells are wider in the middle (narrower on saddles), so that it opens to the surface's side. section: of the
-        rods, as linkage_scene() takes it; grids whose rods would overlap are refused.
+        along the patch's longer sides and of those across (8); flat_angle: at which rods cross when it lies flat
+        [degree] (25); margin: share of the patch that is left free at its rim (0.02). section: of the rods, as
+        linkage_scene() takes it; grids whose rods would overlap are refused, and rods that are too stiff to leave the
+        plane, or not stiff enough sideways. drive: how many times the surface's curvature the rods are drawn for, since
+        they resist; None: as the section needs it, else 3.
         """
-        request = designs.grid_request(surface, columns, rows, flat_angle, margin, translation, rotation, scale, bulge)
+        request = designs.grid_request(surface, columns, rows, flat_angle, margin, translation, rotation, scale, drive)
         if section is not None:
             put_section(section, request.section)
         return designs.StartingGrid.from_message(self.connection.call("make_starting_grid", request, timeout=120.0))
 
     def design_surface(self, surface: Any, *, columns: int | None = None, rows: int | None = None, section: Any,
-                       flat_angle: float = 25, margin: float | None = None, bulge: float = 0.05,
-                       scale: float | None = None, session: str = "", edges_per_segment: int = 6,
-                       progress: ProgressOption = None, timeout: float = 600.0, design: Any = None,
-                       **options: Any) -> "designs.Design":
-        """A linkage for a patch of surface, from the surface alone: a regular grid of rods over it is laid flat, opened
-        as a session, deployed to the angle that it has on the surface, held in its middle and pulled to the surface's
+                       flat_angle: float = 25, margin: float | None = None, scale: float | None = None,
+                       session: str = "", edges_per_segment: int = 6, progress: ProgressOption = None,
+                       timeout: float = 600.0, design: Any = None, **options: Any) -> "designs.Design":
+        """A linkage for a patch of surface, from the surface alone: a grid of straight rods for it is opened flat as a
+        session, deployed to the angle that it has on the surface, held in its middle and pulled to the surface's
         side until it is there, and a design begins with the surface put where the grid fits. Its `session` is the
         linkage.
 
-        surface, columns, rows, flat_angle, margin, bulge: as starting_grid(). section, edges_per_segment and options of
+        surface, columns, rows, flat_angle, margin: as starting_grid(). section, edges_per_segment and options of
         limber.linkage_scene(): as there. Options of LinkageSession.design(), as max_iterations, go to the design; so do
-        those of the dict `design`.
+        those of the dict `design`. The flat shape is held at flat_angle, and smallest_angle is half of that where it
+        is not given.
         """
         linkage, wanted = designs.sorted_options(options, design, linkage_scene, LinkageSession.design)
         grid = self.starting_grid(surface, columns=columns, rows=rows, flat_angle=flat_angle, margin=margin,
-                                  scale=scale, bulge=bulge, section=section)
+                                  scale=scale, section=section)
         across = 8 if columns is None else columns
         scene = linkage_scene(grid.vertices, grid.edges, section=section, edges_per_segment=edges_per_segment,
                               **linkage)
-        scene.linkage.conditions.segment_lengths.extend(grid.lengths)
         conditions = scene.linkage.conditions
         conditions.mean_angle_degrees = grid.mean_angle
         middle = len(grid.vertices) // across // 2 * across + across // 2
-        conditions.pins.add(joint=middle, held=scene_messages.HELD_MOTION)
-        heights = grid.vertices[:, 2]
-        rim = heights[[0, across - 1, len(heights) - across, len(heights) - 1]].mean()
-        conditions.gravity.z = -1 if heights[middle] >= rim else 1
+        conditions.pins.add(joint=grid.held, held=scene_messages.HELD_MOTION)
+        conditions.gravity.z = -1 if grid.rise >= 0 else 1
         opened = self.open(scene, session=session, progress=progress, timeout=timeout)
-        for act in (lambda: None, lambda: opened.gravity((0, 0, 0))):
-            act()
+        moved = [{"pin_joint": {"pin": {"joint": grid.held, "held": "HELD_NOTHING"}}},
+                 {"pin_joint": {"pin": {"joint": middle, "held": "HELD_MOTION"}}}] if grid.held != middle else []
+        for changes in ([], [{"set_gravity": {"gravity": {}}}, *moved]):
+            if changes:
+                opened.edit(changes)
             if opened.wait(timeout=timeout).solve_failed:
                 opened.close()
                 raise LimberError("FAILED_PRECONDITION", "the grid does not open to the angle that it has on the "
                                   "surface: try fewer rods, another flat_angle or a section that bends more easily",
                                   "surface")
-        return opened.design(surface, scale=scale, fitted_points=grid.deployed, **wanted)
+        return opened.design(surface, scale=scale, fitted_points=grid.deployed,
+                             flat_angle=flat_angle, **{"smallest_angle": 0.5 * flat_angle, **wanted})
 
     def shutdown(self) -> None:
         """Asks limberd to end."""

@@ -86,6 +86,10 @@ DesignReport DesignSearch::run(const JobContext& context, const DesignCallback& 
 
 void DesignSearch::report_end() {
   return_to_best();
+  if (report_.status == DesignStatus::kInfeasible && merit_.rank(values_).holds()) {
+    report_.status = DesignStatus::kSettled;
+    report_.message = "what would be nearer does not keep a constraint";
+  }
   report_.after = values_;
   report_.flat_height = merit_.flat_height(values_);
   const Eigen::VectorXd& parameters = design_.parameters();

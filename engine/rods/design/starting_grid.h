@@ -1,8 +1,10 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <numbers>
 #include <optional>
 
+#include "engine/rods/design/grid_on_surface.h"
 #include "engine/rods/design/placed_surface.h"
 #include "engine/rods/design/surface_mesh.h"
 #include "engine/rods/linkage/line_mesh.h"
@@ -15,19 +17,15 @@ struct StartingGridOptions {
 
   int columns = 8;  // joints of each rod along the patch's longer sides, >= 3
   int rows = 8;     // and of those that cross them, >= 3
-  /// At which rods cross when the grid lies flat, in [0.1, pi/2].
-  double flat_angle = 0.8;  // [rad]
+  /// At which rods cross when the grid lies flat, in the mean, in [0.1, pi/2].
+  double flat_angle = 25 * std::numbers::pi / 180;  // [rad]
   /// Share of the patch that is left free at each side of its rim, in [0, 0.4].
   double margin = 0.02;
-  /// Of the surface's heights over the plane nearest to it, what the flat drawing rises by, in [0,
-  /// 1]: a grid that lies in its plane exactly opens to either side of it.
-  double bulge = 0;
-  /// How much wider cells are, at most, in the middle of rods, the more the nearer these are to the
-  /// middle of the patch, in [0, 0.5]: so that the grid does not open in its plane, in which
-  /// it lies a little less flat then. On surfaces that
-  /// are saddles they are narrower there; the less the surface is curved, the more they are alike.
-  /// Nothing: 0.4 where there is a bulge, whose side the grid is to open to, else 0.
-  std::optional<double> widening = {};
+  /// How many times the surface's mean Gaussian curvature the layout is drawn for, >= 0: rods
+  /// resist, so that the opened grid has less. 0: families of parallel rods, which stay in their
+  /// plane. Nothing: with a section what that takes, else 3.
+  std::optional<double> drive = {};
+  std::optional<Section> section = {};  // of the rods
 
   /// @throws Error{kInvalidArgument} naming the member
   void validate() const;
@@ -35,23 +33,28 @@ struct StartingGridOptions {
 
 /// A design to begin with where there is only a surface.
 struct StartingGrid {
-  LineMesh flat;      // in the plane z = 0, but for the bulge: opens as a linkage
-  LineMesh deployed;  // the same lines on the surface: what it may deploy to
-  /// Of the edges, in their order: lengths of the lines on the surface.
+  LineMesh flat;      // in the plane z = 0: opens as a linkage, which leaves that plane
+  LineMesh deployed;  // lines on the surface: about what it opens to
+  /// Of the flat edges, in their order: with these the linkage lies flat without stress.
   Eigen::VectorXd rest_lengths;
   double mean_angle = 0;  // at which rods cross on the surface [rad]
-  /// Largest difference between a flat edge and its rest length, as a share: what does not fit into
-  /// the plane.
+  /// Largest difference between a rest length and the line on the surface, as a share.
   double misfit = 0;
   /// How near neighbouring rods of a family lie to each other, at least, when the grid lies flat
   /// [length]: rods along which the column stays, and rods along which the row stays.
   double columns_apart = 0, rows_apart = 0;
+  /// The flat grid may open to either side of its plane. Held here, it opens to the surface's under
+  /// a weight: along -z where the joint rises, else along z.
+  GridHold hold = {};
 };
 
-/// A regular grid of rods over a patch: lines of its map to the square, joints where they cross
-/// (joint (c, r) is vertex r * columns + c); and the grid laid flat at an angle, edges as long as
-/// on the surface, rods as straight as that allows.
-/// @throws Error as StartingGridOptions::validate and map_patch_to_square
+/// Two families of straight rods in the plane (StraightLayout; joint (c, r) is vertex r * columns +
+/// c) as long as the lines of a regular grid over a patch are in the mean, and that grid. Free of
+/// stress as it lies; opened to the angle at which lines cross on the surface, it curves as the
+/// surface does in the mean, along columns and along rows.
+/// @throws Error as StartingGridOptions::validate and map_patch_to_square; {kInvalidArgument} with
+/// field flat_angle where that leaves nothing to open, and with field section where a grid of such
+/// rods stays in its plane; with a section as demand_room
 [[nodiscard]] StartingGrid starting_grid(const SurfaceMesh& surface,
                                          const StartingGridOptions& options = {});
 

@@ -27,6 +27,7 @@ void DesignDesk::begin(DesignRequest request, std::uint64_t tag) {
   info->smallest_angle_allowed = request.smallest_angle;
   info->variables = request.variables;
   info->guard = request.guard;
+  info->flat_angle = request.flat_angle;
   info_ = std::move(info);
   order_ = Order{std::move(request), tag, stop_};
 }

@@ -18,6 +18,13 @@ constexpr double kDegree = 3.14159265358979323846 / 180;
 constexpr double kAngle = 1 * kDegree;  // of a joint's opening
 constexpr double kDistance = 0.01;      // of a joint from the middle, of the farthest one's
 
+constexpr double kFlat = 0.01;  // height as a share of the size: that is flat
+
+/// Root mean square, over the plane nearest to the joints [length].
+double height_of(const rods::LinkageModel& model, const rods::LinkageState& state) {
+  return std::sqrt(rods::Flatness(model).value(state) / static_cast<double>(state.joints().size()));
+}
+
 Eigen::VectorXd distances_from_middle(const rods::LinkageState& state) {
   const Eigen::Matrix3Xd joints = rods::joint_positions(state);
   return (joints.colwise() - joints.rowwise().mean()).colwise().norm();
@@ -34,19 +41,42 @@ double largest_angle_between(const rods::LinkageState& a, const rods::LinkageSta
 
 }  // namespace
 
+std::string told_plane(const rods::LinkageModel& model, const rods::DesignPoint& point,
+                       double length_scale) {
+  constexpr double kPlane = 1e-6;  // of its size
+  if (height_of(model, point.deployed) > kPlane * length_scale) return "";
+  return "the deployed shape lies in a plane, which by symmetry no lengths near its own bring it "
+         "out of";
+}
+
+std::string told_springing_up(const rods::LinkageModel& model, const rods::Conditions& flat,
+                              const rods::DesignPoint& point, double length_scale,
+                              const JobContext& job) {
+  if (!flat.mean_opening_angle || rods::is_without_stress(model, point.flat)) return "";
+  rods::Conditions free = flat;
+  free.mean_opening_angle.reset();
+  rods::LinkageEquilibrium equilibrium(model);
+  rods::LinkageState state = point.flat;
+  const rods::DeploymentReport report =
+      rods::deploy(equilibrium, state, flat, free, {}, JobContext{job.cancellation, {}});
+  if (report.status != rods::DeploymentStatus::kReached) return "";
+  const double height = height_of(model, state) / length_scale;
+  if (height <= kFlat) return "";
+  return fmt::format(
+      "held at its mean angle of {:.1f} degrees the linkage lies flat, let go of it opens to "
+      "{:.1f} "
+      "degrees and a height of {:.2e} of its size",
+      *flat.mean_opening_angle / kDegree, state.mean_opening_angle() / kDegree, height);
+}
+
 std::string told_flatness(const rods::LinkageModel& model, const rods::DesignPoint& point,
                           double length_scale) {
-  constexpr double kFlat = 0.01;   // of its size: that is flat, whatever the other is
   constexpr double kShare = 0.25;  // of the deployed shape's height
-  rods::Flatness flatness(model);
-  const auto height = [&](const rods::LinkageState& state) {
-    const auto count = static_cast<double>(state.joints().size());
-    return std::sqrt(flatness.value(state) / count) / length_scale;
-  };
-  const double flat = height(point.flat), deployed = height(point.deployed);
+  const double flat = height_of(model, point.flat) / length_scale,
+               deployed = height_of(model, point.deployed) / length_scale;
   if (flat <= std::max(kFlat, kShare * deployed)) return "";
   return fmt::format(
-      "the shape without angles is not flat: its height is {:.2e} of its size, the deployed one's "
+      "the shape that is to be flat is not: its height is {:.2e} of its size, the deployed one's "
       "{:.2e} (flat_height asks for less)",
       flat, deployed);
 }

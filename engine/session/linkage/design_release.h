@@ -24,4 +24,17 @@ namespace limber::session {
                                        const rods::Conditions& deployed,
                                        const rods::DesignPoint& point, const JobContext& job);
 
+/// Says so where a flat shape that is held at a mean angle rises by more than a hundredth of the
+/// linkage's size as it is let go of altogether.
+/// @param flat  what holds the flat shape; where that is no mean angle, nothing is said
+[[nodiscard]] std::string told_springing_up(const rods::LinkageModel& model,
+                                            const rods::Conditions& flat,
+                                            const rods::DesignPoint& point, double length_scale,
+                                            const JobContext& job);
+
+/// Says so where the deployed shape lies in a plane: by symmetry nothing that is varied brings it
+/// out of that.
+[[nodiscard]] std::string told_plane(const rods::LinkageModel& model,
+                                     const rods::DesignPoint& point, double length_scale);
+
 }  // namespace limber::session

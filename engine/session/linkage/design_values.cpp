@@ -90,6 +90,10 @@ void DesignRequest::validate(int joints, const DesignStart& start) const {
   if (flat_height)
     demand(*flat_height > 0 && std::isfinite(*flat_height), "flat_height", "> 0 and finite",
            *flat_height);
+  if (flat_angle) {
+    demand(std::abs(*flat_angle) < std::numbers::pi, "flat_angle", "in (-180, 180) degrees",
+           *flat_angle * (180 / std::numbers::pi));
+  }
   if (smallest_angle) {
     demand(std::abs(*smallest_angle) < std::numbers::pi, "smallest_angle", "in (-180, 180) degrees",
            *smallest_angle * (180 / std::numbers::pi));

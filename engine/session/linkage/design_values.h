@@ -72,6 +72,9 @@ struct DesignRequest {
   /// Points of the placed surface, 3 x joints, as rods::StartingGrid has them: the surface is put
   /// where these are nearest to the joints of the deployed linkage. Empty: it stays where it is.
   Eigen::Matrix3Xd fitted_points = Eigen::Matrix3Xd(3, 0);
+  /// Mean opening angle that the flat shape is held at [rad], in (-pi, pi); nothing: it is not
+  /// held, but for linkages that deploy without stress, which are as they lie.
+  std::optional<double> flat_angle = {};
 
   /// @param start  with its sizes, which it begins with
   /// @throws Error as DesignGoal::validate with field goal...., {kInvalidArgument} naming members,
@@ -159,6 +162,7 @@ struct DesignInfo {
   DesignTrials trials;
   std::vector<OtherOptimum> other_optima;  // of a design that has ended by itself
   ErrorCode fault = ErrorCode::kInternal;  // of one that failed, beside message and fault_field
+  std::optional<double> flat_angle = {};   // that the flat shape is held at [rad]
 };
 
 /// Sizes of rods that can be taken, and the equilibrium that was found with them.

@@ -50,7 +50,7 @@ std::vector<OtherOptimum> EndedDesigns::others_than(
   std::vector<OtherOptimum> others;
   for (const Ended& ended : ended_) {
     if (!same_variables(ended.info.variables, info.variables) ||
-        !same_weights(ended.info.goal, info.goal) ||
+        !same_weights(ended.info.goal, info.goal) || ended.info.flat_angle != info.flat_angle ||
         !same_conditions(*ended.conditions, conditions))
       continue;
     OtherOptimum other{ended.info.tag, design.terms_of(*ended.best),

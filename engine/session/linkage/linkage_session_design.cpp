@@ -51,6 +51,7 @@ void note_terms(const LiveDesign& design, DesignInfo& info) {
   info.best_iteration = design.best_iteration();
   info.flat_height_allowed = design.flat_height_allowed();
   info.smallest_angle_allowed = design.smallest_angle_allowed();
+  info.flat_angle = design.flat_angle();
 }
 
 DesignStart start_of(const LinkageResult& result) {

@@ -4,9 +4,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <utility>
 
 #include "engine/base/error.h"
+#include "engine/rods/equilibrium/deployment.h"
 #include "engine/rods/linkage/joint_positions.h"
 #include "engine/session/linkage/design_release.h"
 #include "engine/session/linkage/size_path.h"
@@ -20,6 +22,7 @@ constexpr double kLeastHeight = 1e-3;
 // would fold the flat linkage through itself.
 constexpr double kAngleShare = 0.1;
 constexpr double kOpen = 0.02;  // [rad]
+constexpr double kNear = 5e-3;  // of the extent: a distance that is not told about
 
 /// A joint that both shapes are held at, so that they keep their place: one that is pinned, or the
 /// middle one.
@@ -30,6 +33,18 @@ int anchor_of(const rods::Conditions& deployed, const rods::LinkageState& state)
   Eigen::Index middle = 0;
   (joints.colwise() - joints.rowwise().mean()).colwise().norm().minCoeff(&middle);
   return static_cast<int>(middle);
+}
+
+void close_to(rods::LinkageEquilibrium& equilibrium, rods::LinkageState& state,
+              const rods::Conditions& free, const rods::Conditions& held, const JobContext& job) {
+  const rods::DeploymentReport way =
+      rods::deploy(equilibrium, state, free, held, {}, JobContext{job.cancellation, {}});
+  job.throw_if_cancelled();
+  if (way.status == rods::DeploymentStatus::kReached) return;
+  throw Error(ErrorCode::kFailedPrecondition, "flat_angle",
+              fmt::format("the linkage does not go to a mean angle of {:.6g} degrees, at which it "
+                          "is to be flat: {}",
+                          *held.mean_opening_angle * (180 / std::numbers::pi), way.message));
 }
 
 rods::DesignPoint point_of(const DesignCandidate& candidate) {
@@ -75,9 +90,14 @@ LiveDesign::LiveDesign(const LiveLinkage& live, const DesignRequest& request, do
     throw Error(ErrorCode::kFailedPrecondition, "flat",
                 "the linkage has no equilibrium without angles that are set: " + report.message);
   }
-  // What opens without effort goes anywhere when lengths change: it is held as open as it lies.
-  if (rods::is_without_stress(model, live.state()))
+  if (request.flat_angle) {
+    const rods::Conditions free = flat;
+    flat.mean_opening_angle = *request.flat_angle;
+    close_to(equilibrium, closed, free, flat, job);
+  } else if (rods::is_without_stress(model, live.state())) {
+    // What opens without effort goes anywhere when lengths change: it is held as open as it lies.
     flat.mean_opening_angle = closed.mean_opening_angle();
+  }
   options_.shortest = request.shortest;
   options_.longest = request.longest;
   options_.max_iterations = request.max_iterations;
@@ -218,11 +238,18 @@ Eigen::MatrixXf LiveDesign::shapes() const {
 
 std::string LiveDesign::release(const JobContext& job) const {
   const rods::DesignPoint& point = design_->point();
-  const std::string released =
-      told_release(design_->model(), design_->flat(), design_->deployed(), point, job);
-  const std::string height =
-      told_flatness(design_->model(), point, design_->criteria().length_scale);
-  return height + (height.empty() || released.empty() ? "" : "; ") + released;
+  const rods::LinkageModel& model = design_->model();
+  const double size = extent();
+  std::string told;
+  for (const std::string& part :
+       {now_.surface_rms + now_.target_rms > kNear * size ? told_plane(model, point, size) : "",
+        told_flatness(model, point, size),
+        told_release(model, design_->flat(), design_->deployed(), point, job),
+        told_springing_up(model, design_->flat(), point, size, job)}) {
+    if (!told.empty() && !part.empty()) told += "; ";
+    told += part;
+  }
+  return told;
 }
 
 double LiveDesign::mean_angle() const { return design_->point().deployed.mean_opening_angle(); }

@@ -13,9 +13,9 @@
 
 namespace limber::session {
 
-/// A design of a live linkage: from the sizes of rods it has, its free shape (which is the flat
-/// one) and the equilibrium it is in. Works on copies: the live linkage stays as it is. Driven by
-/// one thread.
+/// A design of a live linkage: from the sizes of rods it has, its flat shape (which is free, or
+/// held at a mean angle of its own) and the equilibrium it is in. Works on copies: the live linkage
+/// stays as it is. Driven by one thread.
 class LiveDesign {
  public:
   struct Step {
@@ -31,7 +31,8 @@ class LiveDesign {
 
   /// Finds the flat equilibrium.
   /// @pre the live linkage is in equilibrium without springs, loads and weight
-  /// @throws Error: {kFailedPrecondition} with field flat where there is no flat equilibrium; as
+  /// @throws Error: {kFailedPrecondition} with field flat where there is no flat equilibrium, with
+  /// field flat_angle where it does not close (or open) to that; as
   /// rods::LinkageDesign; {kCancelled}
   /// @param energy_scale  E_0 [N length unit]; 0: the deployed energy of the start
   LiveDesign(const LiveLinkage& live, const DesignRequest& request, double energy_scale,
@@ -53,6 +54,10 @@ class LiveDesign {
   [[nodiscard]] double flat_height_allowed() const { return options_.flat_height; }
   [[nodiscard]] const std::optional<double>& smallest_angle_allowed() const {
     return smallest_angle_;
+  }
+  /// That the flat shape is held at [rad].
+  [[nodiscard]] const std::optional<double>& flat_angle() const {
+    return design_->flat().mean_opening_angle;
   }
   [[nodiscard]] std::shared_ptr<const DesignCandidate> candidate() const { return candidate_; }
   /// Coordinates (LinkageShape) of the flat shape and of the deployed one, a column each.

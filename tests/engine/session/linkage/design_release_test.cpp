@@ -57,9 +57,45 @@ TEST(DesignRelease, AFlatShapeAsHighAsTheDeployedOneIsTold) {
   EXPECT_EQ(told_flatness(opened.model, opened.point, size), "") << "it opens within a plane";
   opened.point.flat = opened.point.deployed = rods::LinkageState(opened.model);  // as drawn: a wave
   const std::string told = told_flatness(opened.model, opened.point, size);
-  EXPECT_EQ(told.find("the shape without angles is not flat: its height is "), 0U) << told;
+  EXPECT_EQ(told.find("the shape that is to be flat is not: its height is "), 0U) << told;
   EXPECT_EQ(told_flatness(opened.model, opened.point, 100 * size), "")
       << "a height of less than a hundredth";
+}
+
+TEST(DesignRelease, AFlatShapeThatSpringsUpIsTold) {
+  Opened opened;
+  EXPECT_EQ(told_springing_up(opened.model, opened.flat, opened.point, 120, {}), "")
+      << "nothing holds it";
+  // Rods that are longest in the middle of their grid, which rises by that whatever its angle is.
+  rods::LinkageModel tall = rods::testing::grid_model(6, 6, 1.5);
+  Eigen::VectorXd lengths = tall.segment_lengths();
+  for (Eigen::Index s = 0; s < lengths.size(); ++s) {
+    const rods::Segment& segment = tall.graph().segments[static_cast<std::size_t>(s)];
+    const Eigen::Vector3d at = 0.5 * (segment.points[0] + segment.points[1]);
+    lengths[s] *= 1.15 - 2e-5 * (at - Eigen::Vector3d(100, 100, 0)).squaredNorm();
+  }
+  tall.set_segment_lengths(lengths);
+  rods::LinkageEquilibrium equilibrium(tall);
+  rods::DesignPoint point{
+      tall.segment_lengths(), rods::LinkageState(tall), rods::LinkageState(tall), {}, {}};
+  rods::Conditions held;
+  held.pins = {{14}};
+  held.mean_opening_angle = 1.3;
+  ASSERT_EQ(rods::deploy(equilibrium, point.flat, held).status, rods::DeploymentStatus::kReached);
+  const std::string told = told_springing_up(tall, held, point, 200, {});
+  EXPECT_EQ(told.find("held at its mean angle of 74.5 degrees the linkage lies flat, let go of it"),
+            0U)
+      << told;
+  JobContext job;
+  job.cancellation.request();
+  EXPECT_EQ(told_springing_up(tall, held, point, 200, job), "");
+}
+
+TEST(DesignRelease, ADeployedShapeInAPlaneIsTold) {
+  Opened opened;
+  EXPECT_NE(told_plane(opened.model, opened.point, 120).find("lies in a plane"), std::string::npos);
+  opened.point.deployed = rods::LinkageState(opened.model);
+  EXPECT_EQ(told_plane(opened.model, opened.point, 120), "");
 }
 
 }  // namespace

@@ -1,0 +1,24 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+namespace limber::rods {
+
+/// Who is connected with whom in a grid of two families of rods: joint (c, r), vertex r * columns +
+/// c, is where the rod of column c crosses that of row r.
+struct GridLines {
+  GridLines(int width, int height) : columns(width), rows(height) {
+    for (int r = 0; r < rows; ++r)
+      for (int c = 0; c + 1 < columns; ++c) edges.emplace_back(at(c, r), at(c + 1, r));
+    for (int c = 0; c < columns; ++c)
+      for (int r = 0; r + 1 < rows; ++r) edges.emplace_back(at(c, r), at(c, r + 1));
+  }
+  [[nodiscard]] int at(int c, int r) const { return r * columns + c; }
+  [[nodiscard]] Eigen::Index joints() const { return Eigen::Index{columns} * rows; }
+
+  int columns, rows;
+  std::vector<Eigen::Vector2i> edges;  // of rows, then of columns
+};
+
+}  // namespace limber::rods

@@ -1,0 +1,76 @@
+#include "engine/rods/design/layout_drive.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+
+#include "engine/rods/design/shape_functions.h"
+#include "engine/rods/equilibrium/deployment.h"
+#include "engine/rods/linkage/linkage_graph.h"
+
+namespace limber::rods {
+namespace {
+
+constexpr RodMaterial kAny{1, 0.3};  // of the modulus heights do not depend
+constexpr int kEdges = 5;            // of a segment
+
+/// Of the opened grid; nothing: it does not open as far, or is not drawn.
+std::optional<double> opened_height(const GridLines& grid, const StraightLayout& layout,
+                                    double least_angle, const SectionStiffness& rods) {
+  LineMesh lines;
+  lines.vertices = draw(grid, layout);
+  if (!is_regular(grid, lines.vertices, least_angle)) return std::nullopt;
+  lines.edges.resize(2, static_cast<Eigen::Index>(grid.edges.size()));
+  for (Eigen::Index e = 0; e < lines.edges.cols(); ++e)
+    lines.edges.col(e) = grid.edges[static_cast<std::size_t>(e)];
+  const LinkageModel model(build_linkage_graph(lines), kEdges,
+                           {rods.stretching, rods.bending_1, rods.bending_2, rods.torsion});
+  LinkageEquilibrium equilibrium(model);
+  LinkageState state(model);
+  Conditions open;
+  open.mean_opening_angle = layout.open_angle;
+  if (deploy(equilibrium, state, open).status != DeploymentStatus::kReached) return std::nullopt;
+  return std::sqrt(Flatness(model).value(state) / static_cast<double>(grid.joints()));
+}
+
+}  // namespace
+
+StraightLayout driven(StraightLayout layout, double drive) {
+  layout.curvature.mean *= drive;
+  return layout;
+}
+
+LayoutDrive drive_to_height(const GridLines& grid, const StraightLayout& layout, double height,
+                            double least_angle, const Section& section) {
+  constexpr int kTries = 12;
+  constexpr double kNear = 0.05;   // of the height
+  constexpr double kLow = 0.2;     // of it: nothing to be extrapolated from
+  constexpr double kSlope = 0.87;  // of the squared height over the drive, about
+  const SectionStiffness rods = section_stiffness(section_properties(section), kAny);
+  LayoutDrive best;
+  double below = 0, above = std::numeric_limits<double>::infinity(), drive = 2;
+  for (int tries = 0; tries < kTries; ++tries) {
+    const std::optional<double> found =
+        opened_height(grid, driven(layout, drive), least_angle, rods);
+    if (!found) {
+      above = drive;
+      drive = 0.5 * (below + above);
+      continue;
+    }
+    // By their ratio: one that is too high has left the plane at least.
+    if (!best.has_opened ||
+        std::abs(std::log(*found / height)) < std::abs(std::log(best.height / height)))
+      best = {drive, *found, true};
+    if (std::abs(*found - height) < kNear * height) break;
+    (*found < height ? below : above) = drive;
+    // Beyond what buckles the plane grid, the squared height grows with the drive.
+    double next =
+        *found < kLow * height ? 2 * drive : drive + (1 - std::pow(*found / height, 2)) / kSlope;
+    if (!(next > below && next < above)) next = 0.5 * (below + above);
+    drive = next;
+  }
+  return best;
+}
+
+}  // namespace limber::rods
