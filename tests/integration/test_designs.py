@@ -348,14 +348,17 @@ def test_the_command_line_designs_and_steers(server, linkage, tmp_path):
 
 
 def test_the_example_designs_and_draws(limberd, tmp_path):
-    done = subprocess.run([sys.executable, ROOT / "examples" / "design_dome.py", str(tmp_path / "bowl.svg")],
+    done = subprocess.run([sys.executable, ROOT / "examples" / "design_hill.py", str(tmp_path / "hill.svg")],
                           capture_output=True, text=True, timeout=55)
     assert done.returncode == 0, done.stderr
     before, after = (float(word) for word in done.stdout.splitlines()[-1].split() if "." in word)
-    assert after < 0.5 * before
-    drawing = ElementTree.parse(tmp_path / "bowl.svg").getroot()
+    assert before < 60 and after < 0.3 * before
+    drawing = ElementTree.parse(tmp_path / "hill.svg").getroot()
     rods = drawing.findall("{http://www.w3.org/2000/svg}polyline")
-    assert len(rods) == 2 * 144 and len({rod.get("points") for rod in rods}) == len(rods)
+    assert len(rods) == 3 * 82 and len({rod.get("points") for rod in rods}) == len(rods)
+    titles = [text.text for text in drawing.findall("{http://www.w3.org/2000/svg}text")]
+    assert [title for title in titles if "joints" not in title] == ["flat", "start", "target", "result"]
+    assert len(titles) == 6, "distances under the start and the result, none under what lies flat"
 
 
 def test_surfaces_are_as_thick_as_sections(linkage, tmp_path):
