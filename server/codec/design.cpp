@@ -388,7 +388,8 @@ proto::DesignInfo encode_design(const session::DesignInfo& info, double length_u
   if (info.taken) message.set_taken_revision(*info.taken);
   message.set_message(info.message);
   if (info.end == session::DesignEnd::kFailed) {
-    *message.mutable_error() = error_to_proto(Error(info.fault, info.fault_field, info.message));
+    *message.mutable_error() = error_to_proto(Error(
+        info.fault, design_field_in(proto::StartDesignRequest(), info.fault_field), info.message));
   }
   return message;
 }

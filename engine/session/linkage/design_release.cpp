@@ -53,6 +53,7 @@ std::string told_springing_up(const rods::LinkageModel& model, const rods::Condi
                               const rods::DesignPoint& point, double length_scale,
                               const JobContext& job) {
   if (!flat.mean_opening_angle || rods::is_without_stress(model, point.flat)) return "";
+  if (height_of(model, point.flat) > kFlat * length_scale) return "";
   rods::Conditions free = flat;
   free.mean_opening_angle.reset();
   rods::LinkageEquilibrium equilibrium(model);

@@ -24,7 +24,7 @@ namespace limber::session {
                                        const rods::Conditions& deployed,
                                        const rods::DesignPoint& point, const JobContext& job);
 
-/// Says so where a flat shape that is held at a mean angle rises by more than a hundredth of the
+/// Says so where a shape that is flat, held at a mean angle, rises by more than a hundredth of the
 /// linkage's size as it is let go of altogether.
 /// @param flat  what holds the flat shape; where that is no mean angle, nothing is said
 [[nodiscard]] std::string told_springing_up(const rods::LinkageModel& model,

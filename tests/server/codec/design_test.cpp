@@ -58,6 +58,7 @@ TEST(DesignCodec, DefaultsAreThoseOfTheEngine) {
   EXPECT_EQ(design.max_iterations, standard.max_iterations);
   EXPECT_FALSE(design.flat_height);
   EXPECT_FALSE(design.smallest_angle);
+  EXPECT_FALSE(design.flat_angle);
   EXPECT_FALSE(design.goal.surface);
 }
 
@@ -159,6 +160,9 @@ TEST(DesignCodec, FieldsOfTheEngineAreThoseOfTheRequest) {
   proto::StartDesignRequest start;
   *start.mutable_goal()->mutable_surface() = square();
   EXPECT_EQ(design_field_in(start, "smallest_angle"), "smallest_angle_degrees");
+  EXPECT_EQ(design_field_in(start, "flat_angle"), "flat_angle_degrees");
+  start.set_flat_angle_degrees(90);
+  EXPECT_NEAR(decode_design(start, no_files).flat_angle.value(), 1.5707963267948966, 1e-15);
   EXPECT_EQ(design_field_in(start, "goal.surface"), "goal.surface.triangles");
   EXPECT_EQ(design_field_in(start, "goal.placement.rotation"), "goal.placement.rotation_degrees");
   EXPECT_EQ(design_field_in(start, "goal.targets[2].joint"), "goal.targets[2].joint");
@@ -192,6 +196,11 @@ TEST(DesignCodec, InfosAreInDegreesAndJoule) {
   EXPECT_DOUBLE_EQ(message.now().deployed_energy(), 3e-3);
   EXPECT_NEAR(message.now().smallest_angle_degrees(), 57.29577951308232, 1e-12);
   EXPECT_EQ(message.taken_revision(), 4U);
+  EXPECT_FALSE(message.has_flat_angle_degrees());
+  info.flat_angle = 0.5;
+  info.fault_field = "flat_angle";
+  EXPECT_NEAR(encode_design(info, 1).flat_angle_degrees(), 28.64788975654116, 1e-12);
+  EXPECT_EQ(encode_design(info, 1).error().field(), "flat_angle_degrees");
   info.taken.reset();
   info.end = session::DesignEnd::kSettled;
   EXPECT_FALSE(encode_design(info, 1).has_taken_revision());

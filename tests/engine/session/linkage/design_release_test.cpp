@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
+#include "engine/rods/design/shape_functions.h"
 #include "engine/rods/equilibrium/deployment.h"
 #include "tests/engine/rods/equilibrium/small_linkages.h"
 
@@ -80,15 +83,32 @@ TEST(DesignRelease, AFlatShapeThatSpringsUpIsTold) {
       tall.segment_lengths(), rods::LinkageState(tall), rods::LinkageState(tall), {}, {}};
   rods::Conditions held;
   held.pins = {{14}};
-  held.mean_opening_angle = 1.3;
-  ASSERT_EQ(rods::deploy(equilibrium, point.flat, held).status, rods::DeploymentStatus::kReached);
-  const std::string told = told_springing_up(tall, held, point, 200, {});
-  EXPECT_EQ(told.find("held at its mean angle of 74.5 degrees the linkage lies flat, let go of it"),
+  rods::Conditions open = held, closed = held;
+  open.mean_opening_angle = 1.3;
+  closed.mean_opening_angle = 0.1;  // almost closed it is lower
+  const auto go = [&](rods::LinkageState& state, const rods::Conditions& from,
+                      const rods::Conditions& to) {
+    ASSERT_EQ(rods::deploy(equilibrium, state, from, to).status, rods::DeploymentStatus::kReached);
+  };
+  go(point.flat, {}, open);
+  rods::LinkageState free = point.flat;
+  go(free, open, held);
+  go(point.flat, open, closed);
+  const auto height = [&](const rods::LinkageState& state) {
+    return std::sqrt(rods::Flatness(tall).value(state) / 36);
+  };
+  ASSERT_GT(height(free), 1.1 * height(point.flat));
+  // A size of which a hundredth lies between both.
+  const double size = 100 * std::sqrt(height(free) * height(point.flat));
+  const std::string told = told_springing_up(tall, closed, point, size, {});
+  EXPECT_EQ(told.find("held at its mean angle of 5.7 degrees the linkage lies flat, let go of it"),
             0U)
       << told;
+  EXPECT_EQ(told_springing_up(tall, closed, point, 2 * size, {}), "") << "as flat let go of";
+  EXPECT_EQ(told_springing_up(tall, closed, point, size / 2, {}), "") << "not flat to begin with";
   JobContext job;
   job.cancellation.request();
-  EXPECT_EQ(told_springing_up(tall, held, point, 200, job), "");
+  EXPECT_EQ(told_springing_up(tall, closed, point, size, job), "");
 }
 
 TEST(DesignRelease, ADeployedShapeInAPlaneIsTold) {

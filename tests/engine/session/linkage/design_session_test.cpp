@@ -161,6 +161,45 @@ TEST(DesignSession, AMechanismReachesWhatItCanReach) {
   EXPECT_TRUE(end->best.holds);
 }
 
+TEST(DesignSession, TheFlatShapeIsHeldAtAnAngleWhereThatIsAsked) {
+  Live live;
+  live.session.start_design(request());
+  ASSERT_TRUE(live.watcher->wait_end());
+  EXPECT_FALSE(live.session.design()->flat_angle) << "nothing holds it";
+  const double free = live.session.best_design()->flat.mean_opening_angle();
+  live.edit({Undo{}});
+  live.watcher->forget();
+  DesignRequest asked = request();
+  asked.flat_angle = free - 0.15;
+  live.session.start_design(asked);
+  const auto end = live.watcher->wait_end();
+  ASSERT_TRUE(end);
+  EXPECT_EQ(end->flat_angle, asked.flat_angle);
+  EXPECT_TRUE(end->best.holds) << end->message;
+  EXPECT_LT(end->best.target_rms, end->start.target_rms / 20) << end->message;
+  EXPECT_NEAR(live.session.best_design()->flat.mean_opening_angle(), *asked.flat_angle, 1e-9);
+  EXPECT_TRUE(end->other_optima.empty()) << "the other one was asked for something else";
+}
+
+TEST(DesignSession, AnAngleThatTheLinkageDoesNotCloseToIsNamed) {
+  Live live(scene::make_linkage_sample("dome"));
+  const auto opened = live.edit({SetMeanAngle{1.0}});
+  const Eigen::Matrix3Xd before = live.joints(*opened);
+  DesignRequest asked;
+  asked.goal.targets = {{3, before.col(3) + Eigen::Vector3d(0, 0, 0.01), 1}};
+  asked.flat_angle = -170 * 3.14159265358979323846 / 180;
+  live.session.start_design(asked);
+  const auto end = live.watcher->wait_end();
+  ASSERT_TRUE(end);
+  EXPECT_EQ(end->end, DesignEnd::kFailed);
+  EXPECT_EQ(end->fault_field, "flat_angle");
+  EXPECT_EQ(end->fault, ErrorCode::kFailedPrecondition);
+  EXPECT_EQ(end->message.find("the linkage does not go to a mean angle of -170 degrees"), 0U)
+      << end->message;
+  EXPECT_FALSE(end->taken);
+  EXPECT_EQ(live.joints(*live.watcher->wait_final(opened->revision)), before);
+}
+
 TEST(DesignSession, TakenWhileItRunsItEnds) {
   Live live;
   live.watcher->hook = [&](const DesignInfo& info) {
@@ -224,6 +263,8 @@ TEST(DesignSession, BadGoalsAreRefusedAndTheDesignUnderWayIsIntact) {
   EXPECT_EQ(start([](DesignRequest& bad) { bad.shortest = 1.01; }), "shortest");
   EXPECT_EQ(start([](DesignRequest& bad) { bad.longest = 0.99; }), "longest");
   EXPECT_EQ(start([](DesignRequest& bad) { bad.smallest_angle = 4; }), "smallest_angle");
+  EXPECT_EQ(start([](DesignRequest& bad) { bad.flat_angle = -3.2; }), "flat_angle");
+  EXPECT_EQ(start([](DesignRequest& bad) { bad.flat_angle = std::nan(""); }), "flat_angle");
   EXPECT_FALSE(live.session.design());
 
   live.watcher->hook = [&](const DesignInfo& info) {
