@@ -27,7 +27,10 @@ void LinkageDesign::act() {
 
 void LinkageDesign::pause() { act<v1::PauseDesignRequest>(); }
 void LinkageDesign::resume() { act<v1::ResumeDesignRequest>(); }
-void LinkageDesign::stop() { act<v1::StopDesignRequest>(); }
+void LinkageDesign::stop(Milliseconds timeout) {
+  act<v1::StopDesignRequest>();
+  (void)ended(timeout);
+}
 
 std::uint64_t LinkageDesign::take(std::optional<std::uint64_t> expected_revision) {
   v1::TakeDesignRequest request;
@@ -54,6 +57,12 @@ std::vector<double> LinkageDesign::best_lengths() {
 }
 
 v1::DesignInfo LinkageDesign::wait(Milliseconds timeout) {
+  v1::DesignInfo info = ended(timeout);
+  if (info.has_error()) throw ClientError(info.error());
+  return info;
+}
+
+v1::DesignInfo LinkageDesign::ended(Milliseconds timeout) {
   using Clock = std::chrono::steady_clock;
   constexpr Milliseconds kStretch{500};
   const auto deadline = Clock::now() + timeout;
@@ -63,7 +72,6 @@ v1::DesignInfo LinkageDesign::wait(Milliseconds timeout) {
       throw ClientError(v1::ERROR_CODE_FAILED_PRECONDITION, "session",
                         "session " + session_ + " has no design");
     }
-    if (now->has_error()) throw ClientError(now->error());
     if (now->state() == v1::DESIGN_STATE_ENDED) return *now;
     const auto left = std::chrono::duration_cast<Milliseconds>(deadline - Clock::now());
     if (left.count() <= 0) {

@@ -25,7 +25,8 @@ class LinkageDesign {
   void change(v1::ChangeDesignRequest request);
   void pause();
   void resume();
-  void stop();
+  /// And waits until it has ended: edits are taken again. @throws ClientError TIMEOUT
+  void stop(Milliseconds timeout = kLarge);
   /// The best rest lengths become the session's. @returns the revision
   std::uint64_t take(std::optional<std::uint64_t> expected_revision = {});
   /// How the newest stands, whoever began it; nothing before the first.
@@ -38,6 +39,7 @@ class LinkageDesign {
 
  private:
   [[nodiscard]] v1::GetDesignResponse get();
+  [[nodiscard]] v1::DesignInfo ended(Milliseconds timeout);
   template <class Request>
   void act();
 

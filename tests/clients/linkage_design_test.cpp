@@ -82,7 +82,7 @@ TEST_F(DesignClient, IsPausedChangedStoppedAndTaken) {
   design.resume();
   design.pause();
   design.stop();
-  const v1::DesignInfo info = design.wait();
+  const v1::DesignInfo info = design.info().value();
   EXPECT_EQ(info.end(), v1::DESIGN_END_STOPPED);
   EXPECT_FALSE(info.has_taken_revision());
   EXPECT_EQ(design.take(0), 1U);

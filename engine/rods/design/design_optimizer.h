@@ -33,7 +33,8 @@ struct DesignOptimizerOptions {
   /// Largest change of a rest length in the first step, as a share of the mean one, > 0; of a
   /// section's scale, as a share of 1.
   double first_radius = 0.01;
-  /// Projected gradient over that of the start at which the search ends, in (0, 1).
+  /// Projected gradient over that of the objective at the start at which the search ends, in (0,
+  /// 1).
   double tolerance = 1e-5;
   /// A gain of the objective, as a share of it, > 0: below it ten steps in a row end the search, as
   /// does a step of Newton's that would not gain as much.
@@ -68,7 +69,7 @@ struct DesignProgress {
   DesignValues values;
   double flat_height = 0;    // share of the length scale, as the option
   double radius = 0;         // of the trust region [length]
-  double gradient = 0;       // projected, over that of the start
+  double gradient = 0;       // projected, over that of the objective at the start
   bool accepted = false;     // or was the trial refused
   std::string refusal = {};  // why its equilibria were not believed; empty: they were
   int refused = 0, not_believed = 0, flat_lost = 0;  // so far, as DesignReport has them

@@ -112,7 +112,9 @@ void DesignSearch::begin_goal() {
   best_.clear();
   best_.note(design_.point(), merit_.rank(values_));
   safe_.reset();
-  first_gradient_ = projected(merit_.gradient(values_)).norm();
+  // Not of a constraint that is violated beyond all measure, beside which anything is small.
+  first_gradient_ = projected(design_.gradients(LinkageDesign::Which::kObjective).objective).norm();
+  if (first_gradient_ == 0) first_gradient_ = projected(merit_.gradient(values_)).norm();
   if (options_.guard == BucklingGuard::kFromStart) {
     merit_.guard().raise_at_once(values_.objective, flat_energy());
     safe_ = design_.point();

@@ -181,6 +181,29 @@ TEST(DesignSession, TheFlatShapeIsHeldAtAnAngleWhereThatIsAsked) {
   EXPECT_TRUE(end->other_optima.empty()) << "the other one was asked for something else";
 }
 
+/// A dome, whose flat shape rises: what it is to rise by is beyond all measure, and hides nothing.
+TEST(DesignSession, AFlatHeightOfNothingDoesNotMakeGradientsLookSmall) {
+  Live live(scene::make_linkage_sample("dome"));
+  const auto opened = live.edit({SetMeanAngle{1.047}});
+  const Eigen::Matrix3Xd joints = live.joints(*opened);
+  DesignRequest asked;
+  const Eigen::Vector3d middle = joints.rowwise().mean();
+  for (int j = 0; j < joints.cols(); ++j) {
+    const Eigen::Vector3d away = joints.col(j) - middle;
+    asked.goal.targets.push_back({j, middle + Eigen::Vector3d(away.x(), away.y(), 1.3 * away.z())});
+  }
+  asked.max_iterations = 30;
+  for (const double height : {1e-9, 1e-3}) {
+    asked.flat_height = height;
+    live.watcher->forget();
+    live.session.start_design(asked);
+    const auto end = live.watcher->wait_end();
+    ASSERT_TRUE(end);
+    EXPECT_EQ(end->end, DesignEnd::kIterationLimit) << end->message;
+    if (end->taken) live.edit({Undo{}});
+  }
+}
+
 TEST(DesignSession, AnAngleThatTheLinkageDoesNotCloseToIsNamed) {
   Live live(scene::make_linkage_sample("dome"));
   const auto opened = live.edit({SetMeanAngle{1.0}});
