@@ -11,6 +11,7 @@
 #include "clients/cli/context.h"
 #include "clients/cli/edits.h"
 #include "clients/cli/print.h"
+#include "clients/cpp/linkage_design.h"
 #include "clients/cpp/scene_files.h"
 #include "clients/cpp/stream.h"
 #include "clients/cpp/surface_linkage.h"
@@ -35,6 +36,7 @@ struct Options {
   bool detach = false;
   // Of a linkage that begins with the surface alone:
   std::string grid, section;  // COLUMNSxROWS, WIDTHxHEIGHT
+  bool same_place = false;
   std::optional<double> flat_angle, length_unit, youngs_modulus;
   std::optional<unsigned> edges;
 };
@@ -232,13 +234,30 @@ void start(Context& context, const Options& options) {
   if (options.shortest) request.set_shortest(*options.shortest);
   if (options.longest) request.set_longest(*options.longest);
   if (options.flat_height) request.set_flat_height(*options.flat_height);
+  if (options.same_place) {
+    v1::GetDesignRequest newest;
+    newest.set_session(options.session);
+    const auto found = context.client().call(newest);
+    if (!found.has_design()) {
+      throw ClientError(v1::ERROR_CODE_FAILED_PRECONDITION, "same-place",
+                        "the session has no design yet whose place could be taken");
+    }
+    *goal.mutable_placement() = found.design().placement();
+  }
   if (options.flat_angle) request.set_flat_angle_degrees(*options.flat_angle);
   if (options.smallest_angle) request.set_smallest_angle_degrees(*options.smallest_angle);
   if (options.iterations) request.set_max_iterations(*options.iterations);
   const auto info = context.client().call(v1::GetServerInfoRequest{});
   client::Subscription stream(context.client(), info.stream_endpoint());
   stream.subscribe(client::design_topic(options.session));
-  const auto response = context.client().call(request, kLarge);
+  const auto response = [&] {
+    try {
+      return context.client().call(request, kLarge);
+    } catch (const ClientError&) {  // no grid is left behind that nobody asked for
+      if (!options.grid.empty()) client::LinkageSession(context.client(), options.session).close();
+      throw;
+    }
+  }();
   if (!options.detach) return follow(context, stream, options.session, response.job());
   if (context.json) return print_json(response);
   fmt::print("job {}\n", response.job());
@@ -268,6 +287,7 @@ void take(Context& context, const Options& options) {
   v1::TakeDesignRequest request;
   request.set_session(options.session);
   const auto response = context.client().call(request);
+  client::LinkageDesign(context.client(), options.session).wait_until_ended();
   if (context.json) return print_json(response);
   fmt::print("revision {}\n", response.revision());
 }
@@ -299,7 +319,11 @@ void run(Context& context, const Options& options) {
   if (options.action == "change") return change(context, options);
   if (options.action == "pause") return act<v1::PauseDesignRequest>(context, options, "paused");
   if (options.action == "resume") return act<v1::ResumeDesignRequest>(context, options, "goes on");
-  if (options.action == "stop") return act<v1::StopDesignRequest>(context, options, "stopped");
+  if (options.action == "stop") {
+    act<v1::StopDesignRequest>(context, options, "stopped");
+    client::LinkageDesign(context.client(), options.session).wait_until_ended();
+    return;
+  }
   if (options.action == "take") return take(context, options);
   show(context, options);
 }
@@ -340,9 +364,10 @@ void add_limits(CLI::App& command, Options& options) {
   command.add_option("--flat-angle", options.flat_angle,
                      "Mean opening angle that the flat shape is held at, in degrees (default: "
                      "nothing holds it; of a --grid 25)");
-  command.add_option("--smallest-angle", options.smallest_angle,
-                     "Bound on the flat shape's opening angles in degrees (default: a tenth of the "
-                     "start's smallest where that lies open, else none)");
+  command.add_option(
+      "--smallest-angle", options.smallest_angle,
+      "Bound on the flat shape's opening angles in degrees (default: a tenth of the "
+      "start's smallest where that lies open, else none; of a --grid half its flat angle)");
   command
       .add_option("--lengths", options.lengths,
                   "Rest lengths that are varied: segments (default), edges or kept")
@@ -358,6 +383,8 @@ void add_limits(CLI::App& command, Options& options) {
       .add_option("--guard", options.guard,
                   "Against buckling of the flat shape: when-needed (default), from-start or never")
       ->check(CLI::IsMember(kGuards));
+  command.add_flag("--same-place", options.same_place,
+                   "The surface stays where the session's newest design has it, as after --grid");
   command.add_option("--iterations", options.iterations, "Most steps (default: 200)");
   command.add_flag("--detach", options.detach, "Do not wait for the end");
 }

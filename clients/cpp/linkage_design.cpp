@@ -29,14 +29,16 @@ void LinkageDesign::pause() { act<v1::PauseDesignRequest>(); }
 void LinkageDesign::resume() { act<v1::ResumeDesignRequest>(); }
 void LinkageDesign::stop(Milliseconds timeout) {
   act<v1::StopDesignRequest>();
-  (void)ended(timeout);
+  wait_until_ended(timeout);
 }
 
 std::uint64_t LinkageDesign::take(std::optional<std::uint64_t> expected_revision) {
   v1::TakeDesignRequest request;
   request.set_session(session_);
   if (expected_revision) request.set_expected_revision(*expected_revision);
-  return client_->call(request).revision();
+  const std::uint64_t revision = client_->call(request).revision();
+  wait_until_ended(kLarge);
+  return revision;
 }
 
 v1::GetDesignResponse LinkageDesign::get() {
@@ -57,12 +59,12 @@ std::vector<double> LinkageDesign::best_lengths() {
 }
 
 v1::DesignInfo LinkageDesign::wait(Milliseconds timeout) {
-  v1::DesignInfo info = ended(timeout);
+  v1::DesignInfo info = wait_until_ended(timeout);
   if (info.has_error()) throw ClientError(info.error());
   return info;
 }
 
-v1::DesignInfo LinkageDesign::ended(Milliseconds timeout) {
+v1::DesignInfo LinkageDesign::wait_until_ended(Milliseconds timeout) {
   using Clock = std::chrono::steady_clock;
   constexpr Milliseconds kStretch{500};
   const auto deadline = Clock::now() + timeout;

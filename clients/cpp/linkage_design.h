@@ -27,7 +27,7 @@ class LinkageDesign {
   void resume();
   /// And waits until it has ended: edits are taken again. @throws ClientError TIMEOUT
   void stop(Milliseconds timeout = kLarge);
-  /// The best rest lengths become the session's. @returns the revision
+  /// The best rest lengths become the session's; what is under way ends. @returns the revision
   std::uint64_t take(std::optional<std::uint64_t> expected_revision = {});
   /// How the newest stands, whoever began it; nothing before the first.
   [[nodiscard]] std::optional<v1::DesignInfo> info();
@@ -36,10 +36,11 @@ class LinkageDesign {
   /// Until the newest has ended. @throws ClientError what it failed with; TIMEOUT;
   /// FAILED_PRECONDITION where there is none
   [[nodiscard]] v1::DesignInfo wait(Milliseconds timeout = Milliseconds{600000});
+  /// The same, however it ended. @throws ClientError TIMEOUT; FAILED_PRECONDITION
+  v1::DesignInfo wait_until_ended(Milliseconds timeout = Milliseconds{600000});
 
  private:
   [[nodiscard]] v1::GetDesignResponse get();
-  [[nodiscard]] v1::DesignInfo ended(Milliseconds timeout);
   template <class Request>
   void act();
 

@@ -1,22 +1,40 @@
 #include "clients/cpp/surface_linkage.h"
 
 #include <utility>
+#include <vector>
 
 #include "clients/cpp/linkage_design.h"
 
 namespace limber::client {
 namespace {
 
-constexpr double kFlatAngle = 25;   // [degree]
-constexpr double kFlatShare = 0.5;  // of it, that no joint of the flat grid is to close beyond
-constexpr double kPull = 1;         // [m/s^2]
+constexpr double kFlatAngle = 25;        // [degree]
+constexpr double kFlatShare = 0.5;       // of it, that no joint of the flat grid is to close beyond
+constexpr double kYoungsModulus = 10e9;  // of a scene that has none [Pa]
 
-/// Of the weight, and of the joint that the grid was held by: in its middle it is from now on.
-void let_go(LinkageSession& session, unsigned held, unsigned middle) {
-  session.gravity({0, 0, 0});
-  if (held == middle) return;
-  session.pin(middle, v1::HELD_MOTION);
-  session.release(held);
+/// Forces that push the flat grid to its surface's side, in the scene's units.
+void push(v1::Scene& scene, const v1::MakeStartingGridResponse& grid) {
+  v1::RodLinkage& linkage = *scene.mutable_linkage();
+  const double modulus = linkage.material().has_youngs_modulus()
+                             ? linkage.material().youngs_modulus()
+                             : kYoungsModulus;
+  const double unit = scene.has_length_unit_in_metres() ? scene.length_unit_in_metres() : 1;
+  for (int j = 0; j < grid.push_size(); ++j) {
+    if (grid.push(j) == 0) continue;
+    v1::JointLoad& load = *linkage.mutable_conditions()->add_loads();
+    load.set_joint(static_cast<unsigned>(j));
+    load.mutable_force()->set_z(modulus * unit * unit * grid.push(j));
+  }
+}
+
+void let_go(LinkageSession& session, const v1::MakeStartingGridResponse& grid) {
+  std::vector<v1::Edit> edits;
+  for (int j = 0; j < grid.push_size(); ++j) {
+    if (grid.push(j) == 0) continue;
+    v1::Edit& edit = edits.emplace_back();
+    edit.mutable_set_joint_load()->mutable_load()->set_joint(static_cast<unsigned>(j));
+  }
+  if (!edits.empty()) session.edit(edits);
 }
 
 void demand_open(LinkageSession& session, Milliseconds timeout) {
@@ -43,12 +61,12 @@ SurfaceLinkage open_on_surface(Client& client, v1::MakeStartingGridRequest grid,
   auto& conditions = *linkage.mutable_conditions();
   conditions.set_mean_angle_degrees(made.mean_angle_degrees());
   auto& pin = *conditions.add_pins();
-  pin.set_joint(made.held_joint());
+  pin.set_joint(middle);
   pin.set_held(v1::HELD_MOTION);
-  conditions.mutable_gravity()->set_z(made.rise() >= 0 ? -kPull : kPull);  // down for domes
+  push(rods, made);
   LinkageSession opened = LinkageSession::open(client, rods, session, timeout);
   demand_open(opened, timeout);
-  let_go(opened, made.held_joint(), middle);
+  let_go(opened, made);
   demand_open(opened, timeout);
   v1::StartDesignRequest design;
   design.set_session(opened.id());
@@ -57,7 +75,7 @@ SurfaceLinkage open_on_surface(Client& client, v1::MakeStartingGridRequest grid,
   *design.mutable_fitted_points() = made.deployed().vertices();
   design.set_flat_angle_degrees(grid.flat_angle_degrees());
   design.set_smallest_angle_degrees(kFlatShare * grid.flat_angle_degrees());
-  return {std::move(opened), std::move(design), made.misfit()};
+  return {std::move(opened), std::move(design), made.misfit(), made.remark()};
 }
 
 }  // namespace limber::client

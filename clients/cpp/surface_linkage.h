@@ -13,7 +13,8 @@ struct SurfaceLinkage {
   /// Begins its design: the surface, put where the grid fits the joints, the flat grid held at
   /// its angle, and none of its joints below half of that. Add what else is wanted.
   v1::StartDesignRequest design;
-  double misfit = 0;  // largest difference of a length from that on the surface, as a share
+  double misfit = 0;   // largest difference of a length from that on the surface, as a share
+  std::string remark;  // what will stand in the design's way; empty: nothing
 };
 
 /// @param grid  the surface and the size of the grid; flat angle 25 degrees where it has none

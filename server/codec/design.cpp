@@ -357,8 +357,8 @@ proto::MakeStartingGridResponse make_starting_grid(const proto::MakeStartingGrid
   for (const double length : grid.rest_lengths) response.add_segment_lengths(length);
   response.set_mean_angle_degrees(to_degrees(grid.mean_angle));
   response.set_misfit(grid.misfit);
-  response.set_held_joint(static_cast<std::uint32_t>(grid.hold.joint));
-  response.set_rise(grid.hold.rise);
+  for (const double push : grid.push) response.add_push(push);
+  response.set_remark(grid.remark);
   return response;
 }
 

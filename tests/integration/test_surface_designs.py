@@ -61,6 +61,9 @@ def test_every_kind_of_file_is_the_surface_in_it(server, tmp_path, kind, write):
     assert np.abs(on[:, 2] - 0.15 * (1 - on[:, 0] ** 2 - on[:, 1] ** 2)).max() < 0.01
 
 
+STRIP = {"rectangle": (0.02, 0.004)}
+
+
 def height(joints):
     """Root mean square, over the plane nearest to them."""
     return np.linalg.svd(joints - joints.mean(axis=0))[1][2] / np.sqrt(len(joints))
@@ -93,6 +96,64 @@ def test_one_call_designs_a_linkage_for_a_surface_alone(server):
     assert refusal(lambda: bad(iterations=60)) == ("INVALID_ARGUMENT", "iterations")
     assert refusal(lambda: bad(columns=2)) == ("INVALID_ARGUMENT", "columns")
     assert refusal(lambda: bad(drive=2)) == ("INVALID_ARGUMENT", "drive"), "it is found"
+
+
+def test_a_surface_that_stands_in_the_way_of_its_design_is_told(server):
+    x, y = np.meshgrid(np.linspace(-1, 1, 15), np.linspace(-0.8, 0.8, 15), indexing="ij")
+    vault = np.stack([x, y, 0.15 * (1 - x ** 2)], axis=-1)
+    with pytest.warns(UserWarning, match="in one direction only"):
+        design = server.design_surface(vault, columns=6, rows=5, section=STRIP, progress=False, max_iterations=60)
+    info = design.wait()
+    assert "in a plane" not in info.message and info.best.surface_rms < 0.8 * info.start.surface_rms
+    design.session.close()
+
+
+def test_of_a_grid_whose_design_is_refused_nothing_is_left(server, tmp_path):
+    for _ in range(2):
+        assert refusal(lambda: server.design_surface(hill(), columns=4, rows=4, section=STRIP, session="once",
+                                                     progress=False, shortest=2)) == ("INVALID_ARGUMENT", "shortest")
+    write_obj(tmp_path / "hill.obj", *hill())
+    command = ("design", "twice", "--surface", str(tmp_path / "hill.obj"), "--grid", "4x4", "--section", "0.02x0.004",
+               "--iterations", "2")
+    assert "shortest" in run(server, *command, "--shortest", "2").stderr
+    done = run(server, *command)
+    assert done.returncode == 0, done.stderr
+    again = run(server, "design", "twice", "--surface", str(tmp_path / "hill.obj"), "--same-place", "--flat-angle", "25",
+                "--iterations", "2")
+    assert again.returncode == 0, again.stderr
+    session = server.session("twice")
+    info = session.current_design().info()
+    assert info.start.surface_rms < 0.02, "where the grid fits, not where the file has it"
+    assert info.flat_angle == pytest.approx(25)
+    session.close()
+
+
+@pytest.mark.parametrize("youngs_modulus, density, scale", [(2.1e11, None, 1), (1e5, None, 1), (None, 0, 1),
+                                                            (None, None, 0.01), (None, None, 50)])
+def test_rods_of_any_stiffness_weight_and_size_open_to_their_side(server, youngs_modulus, density, scale):
+    vertices, triangles = hill()
+    design = server.design_surface((scale * vertices, triangles), columns=6, rows=5,
+                                   section={"rectangle": (0.02 * scale, 0.004 * scale)}, progress=False,
+                                   youngs_modulus=youngs_modulus, density=density, max_iterations=1)
+    assert design.wait().start.surface_rms < 0.02 * scale
+    design.session.close()
+
+
+def test_a_placement_is_where_the_surface_was(server):
+    design = server.design_surface(hill(), columns=5, rows=5, section=STRIP, progress=False, max_iterations=2)
+    info, linkage = design.wait(), design.session
+    vertices, triangles = hill()
+    linkage.undo()
+    linkage.wait()
+    again = linkage.design((vertices, triangles), placement=info.placement, flat_angle=25, max_iterations=2).wait()
+    assert again.start.surface_rms == pytest.approx(info.start.surface_rms, rel=1e-5)
+    placed = linkage.design((info.placement.apply(vertices), triangles), flat_angle=25, max_iterations=2).wait()
+    assert placed.start.surface_rms == pytest.approx(again.best.surface_rms, rel=1e-5)
+    assert refusal(lambda: linkage.design((vertices, triangles), placement=info.placement, scale=2)) == (
+        "INVALID_ARGUMENT", "placement")
+    assert refusal(lambda: linkage.design((vertices, triangles), flat_angle=25, smallest_angle=30)) == (
+        "INVALID_ARGUMENT", "smallest_angle_degrees")
+    linkage.close()
 
 
 @pytest.mark.parametrize("name, rise", [("dome", lambda x, y: -x ** 2 - y ** 2), ("bowl", lambda x, y: x ** 2 + y ** 2),

@@ -38,7 +38,7 @@ __version__ = "0.1.0"
 
 __all__ = [
     "Axes", "BeamGeometry", "BeamResult", "BeamSession", "BeamSnap", "BeamSolution", "Constraint", "DEFAULT_ENDPOINT", "Design", "DesignInfo", "DesignTerms", "Export", "FrameStream", "Geometry", "Keyframe", "LaunchedServer",
-    "LimberError", "LinkageGeometry", "LinkageResult", "LinkageSession", "LinkageStep", "Material", "Mode", "OtherOptimum", "Receipt", "Recovery", "Result", "Server", "ServerUnreachable", "Session", "Shape",
+    "LimberError", "LinkageGeometry", "LinkageResult", "LinkageSession", "LinkageStep", "Material", "Mode", "OtherOptimum", "Placement", "Receipt", "Recovery", "Result", "Server", "ServerUnreachable", "Session", "Shape",
     "Simulation", "StartingGrid", "StreamedFrames", "Target", "add", "add_keyframe", "base_motion", "beam_edits", "beam_scene", "connect", "dynamics", "ends", "force",
     "keyframe", "launch", "linkage_scene", "load_scene", "mesh_file", "move", "move_keyframe", "optimise", "picture", "redo", "remove",
     "remove_keyframe", "replace", "reset_material", "scene_from_arrays", "scene_from_mesh", "simulation", "undo",

@@ -203,6 +203,17 @@ def placement_of(translation: Sequence[float] | None, rotation: Sequence[float] 
     return placement
 
 
+def chosen_placement(placement: "Placement | None", translation: Sequence[float] | None,
+                     rotation: Sequence[float] | None, scale: float | None) -> "messages.SurfacePlacement | None":
+    if placement is None:
+        return placement_of(translation, rotation, scale)
+    if not isinstance(placement, Placement):
+        raise invalid("placement", f"placement is a limber.Placement, as info.placement, not {placement!r}")
+    if translation is not None or rotation is not None or scale is not None:
+        raise invalid("placement", "give either a placement, or translation, rotation and scale")
+    return placement_of(placement.translation, placement.rotation, placement.scale)
+
+
 def request(session: str, joints: "Callable[[], int]", *, surface: Any, targets: Any, flat_share: float | None,
             distance_weight: float | None, surface_weight: float | None, translation: Sequence[float] | None, rotation: Sequence[float] | None,
             scale: float | None, shortest: float | None, longest: float | None, flat_height: float | None,
@@ -210,16 +221,17 @@ def request(session: str, joints: "Callable[[], int]", *, surface: Any, targets:
             longest_lengths: Any = None, joint_weights: Any = None, lengths: str | None = None,
             sections: str | None = None, thinnest: float | None = None, thickest: float | None = None,
             thinnest_sections: Any = None, thickest_sections: Any = None, guard: str | None = None,
-            fitted_points: Any = None, flat_angle: float | None = None) -> "messages.StartDesignRequest":
+            fitted_points: Any = None, flat_angle: float | None = None,
+            placement: "Placement | None" = None) -> "messages.StartDesignRequest":
     made = messages.StartDesignRequest(session=session)
     made.goal.SetInParent()
     if surface is not None:
         made.goal.surface.CopyFrom(surface_of(surface, "goal.surface"))
     if targets is not None:
         made.goal.targets.extend(targets_of(targets, "goal.targets", joints))
-    placement = placement_of(translation, rotation, scale)
-    if placement is not None:
-        made.goal.placement.CopyFrom(placement)
+    place = chosen_placement(placement, translation, rotation, scale)
+    if place is not None:
+        made.goal.placement.CopyFrom(place)
     weights = {"flat_share": flat_share, "distance_weight": distance_weight, "surface_weight": surface_weight}
     _set_given(made.goal, weights)
     _set_given(made, {"shortest": shortest, "longest": longest, "flat_height": flat_height,
@@ -256,7 +268,7 @@ def sorted_options(options: "Mapping[str, Any]", design: Any, of_scene: Callable
         raise invalid("design", f"design has options by name, as {{'max_iterations': 60}}, not {design!r}")
     known = {call: {name for name, parameter in signature(call).parameters.items()
                     if parameter.kind is Parameter.KEYWORD_ONLY} for call in (of_scene, of_design)}
-    placed_by_grid = {"translation", "rotation", "scale", "fitted_points"}
+    placed_by_grid = {"translation", "rotation", "scale", "fitted_points", "placement"}
     known[of_design] = (known[of_design] | {"targets"}) - placed_by_grid - {"flat_angle"}
     wanted = dict(design or {})
     for name in wanted:
@@ -303,8 +315,13 @@ class StartingGrid:
     lengths: np.ndarray     # of the edges, flat [length unit]
     mean_angle: float       # at which rods cross on the surface [degree]
     misfit: float           # largest difference between a length and that on the surface, as a share
-    held: int               # joint to hold, so that a weight opens the grid to the surface's side of its plane
-    rise: float             # of its tangent plane over the others on the surface [length unit]; > 0: the weight along -z
+    push: np.ndarray        # forces along z at joints that open the grid to the surface's side of its plane, over Young's modulus
+    remark: str             # what will stand in a design's way; "": nothing
+
+    @property
+    def columns(self) -> int:
+        """Joints of a row; the joint of column c and row r is number r * columns + c."""
+        return int(self.edges[self.edges[:, 0] == 0].max())
 
     @staticmethod
     def from_message(message: "messages.MakeStartingGridResponse") -> "StartingGrid":
@@ -312,7 +329,7 @@ class StartingGrid:
                             arrays.to_numpy(message.flat.edges, "flat.edges"),
                             arrays.to_numpy(message.deployed.vertices, "deployed.vertices"),
                             np.array(message.segment_lengths), message.mean_angle_degrees, message.misfit,
-                            message.held_joint, message.rise)
+                            np.array(message.push), message.remark)
 
 
 def grid_request(surface: Any, columns: int | None, rows: int | None, flat_angle: float | None, margin: float | None,
@@ -361,9 +378,10 @@ class Design:
     def change(self, *, surface: Any = None, targets: Any = None, flat_share: float | None = None,
                distance_weight: float | None = None, surface_weight: float | None = None,
                translation: Sequence[float] | None = None, rotation: Sequence[float] | None = None,
-               scale: float | None = None, joint_weights: Any = None) -> None:
+               scale: float | None = None, joint_weights: Any = None, placement: "Placement | None" = None) -> None:
         """Goes on towards another goal; what is not given stays. targets: in place of all there are. translation,
-        rotation and scale: where the surface is put, all three in place of what they were. joint_weights: of each
+        rotation and scale: where the surface is put, all three in place of what they were; or a placement, as
+        info().placement with some of it replaced (dataclasses.replace). joint_weights: of each
         joint's distance to the surface; [] makes them all 1 again."""
         made = messages.ChangeDesignRequest(session=self.session.id)
         _set_given(made, {"flat_share": flat_share, "distance_weight": distance_weight,
@@ -373,9 +391,9 @@ class Design:
             made.targets.SetInParent()
         if surface is not None:
             made.surface.CopyFrom(surface_of(surface, "surface"))
-        placement = placement_of(translation, rotation, scale)
-        if placement is not None:
-            made.placement.CopyFrom(placement)
+        place = chosen_placement(placement, translation, rotation, scale)
+        if place is not None:
+            made.placement.CopyFrom(place)
         if joint_weights is not None:
             made.joint_surface_weights.weights.extend(checks.numeric(joint_weights, "joint_weights").ravel())
             made.joint_surface_weights.SetInParent()
@@ -394,6 +412,9 @@ class Design:
         timeout: how long the step under way may take to end [s] before LimberError TIMEOUT.
         """
         self.session.connection.call("stop_design", messages.StopDesignRequest(session=self.session.id))
+        self._wait_for_end(timeout)
+
+    def _wait_for_end(self, timeout: float) -> None:
         given_up = time.monotonic() + timeout
         while self.info().state != "ended":
             if time.monotonic() > given_up:
@@ -401,9 +422,11 @@ class Design:
             time.sleep(0.005)
 
     def take(self) -> int:
-        """The best rest lengths become the session's: an edit, which undo() takes back. Its revision."""
+        """The best rest lengths become the session's: an edit, which undo() takes back. Its revision. A design under way
+        ends: edits are taken again."""
         response = self.session.connection.call("take_design", messages.TakeDesignRequest(session=self.session.id))
         self.session.revision = max(self.session.revision, response.revision)
+        self._wait_for_end(60.0)
         return response.revision
 
     def steps(self, timeout: float | None = None) -> Iterator[DesignInfo]:

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import os
 import time
+import warnings
 from collections import OrderedDict
-from typing import Any, Iterable, Sequence
+from contextlib import contextmanager
+from typing import Any, Iterable, Iterator, Sequence
 from urllib.parse import urlsplit
 
 import numpy as np
@@ -253,14 +255,53 @@ class Server:
             put_section(section, request.section)
         return designs.StartingGrid.from_message(self.connection.call("make_starting_grid", request, timeout=120.0))
 
+    def open_grid(self, grid: "designs.StartingGrid", *, section: Any, session: str = "", edges_per_segment: int = 6,
+                  progress: ProgressOption = None, timeout: float = 600.0, **options: Any) -> LinkageSession:
+        """Opens a starting grid as a session: flat, deployed to the angle that it has on its surface, and pushed to the
+        surface's side until it is there; held in its middle. section: that the grid was made with;
+        edges_per_segment, options: of limber.linkage_scene().
+        """
+        if grid.push.size == 0:
+            raise invalid("grid", "make the grid with section=, so that it is known what pushes it to its side")
+        if options.get("stiff_axis", "d1") != "d1":
+            raise invalid("stiff_axis", "grids leave their plane with rods that are stiffer sideways, which is d1")
+        scene = linkage_scene(grid.vertices, grid.edges, section=section, edges_per_segment=edges_per_segment, **options)
+        linkage = scene.linkage
+        linkage.conditions.mean_angle_degrees = grid.mean_angle
+        middle = len(grid.vertices) // grid.columns // 2 * grid.columns + grid.columns // 2
+        linkage.conditions.pins.add(joint=middle, held=scene_messages.HELD_MOTION)
+        modulus = linkage.material.youngs_modulus if linkage.material.HasField("youngs_modulus") else 10e9
+        unit = scene.length_unit_in_metres if scene.HasField("length_unit_in_metres") else 1.0
+        pushed = [int(joint) for joint in np.flatnonzero(grid.push)]
+        for joint in pushed:
+            linkage.conditions.loads.add(joint=joint).force.z = modulus * unit ** 2 * grid.push[joint]
+        opened = self.open(scene, session=session, progress=progress, timeout=timeout)
+        with self._closing(opened):
+            for changes in ([], [{"set_joint_load": {"load": {"joint": joint}}} for joint in pushed]):
+                if changes:
+                    opened.edit(changes)
+                if opened.wait(timeout=timeout).solve_failed:
+                    raise LimberError("FAILED_PRECONDITION", "the grid does not open to the angle that it has on the "
+                                      "surface: try fewer rods, another flat_angle or another section", "surface")
+        return opened
+
+    @staticmethod
+    @contextmanager
+    def _closing(opened: LinkageSession) -> "Iterator[None]":
+        """No session is left behind of what is refused later."""
+        try:
+            yield
+        except BaseException:
+            opened.close()
+            raise
+
     def design_surface(self, surface: Any, *, columns: int | None = None, rows: int | None = None, section: Any,
                        flat_angle: float = 25, margin: float | None = None, scale: float | None = None,
                        session: str = "", edges_per_segment: int = 6, progress: ProgressOption = None,
                        timeout: float = 600.0, design: Any = None, **options: Any) -> "designs.Design":
-        """A linkage for a patch of surface, from the surface alone: a grid of straight rods for it is opened flat as a
-        session, deployed to the angle that it has on the surface, held in its middle and pulled to the surface's
-        side until it is there, and a design begins with the surface put where the grid fits. Its `session` is the
-        linkage.
+        """A linkage for a patch of surface, from the surface alone: starting_grid(), open_grid(), and a design that begins
+        with the surface put where the grid fits. Its `session` is the linkage. Warns where something will stand in the
+        design's way (StartingGrid.remark).
 
         surface, columns, rows, flat_angle, margin: as starting_grid(). section, edges_per_segment and options of
         limber.linkage_scene(): as there. Options of LinkageSession.design(), as max_iterations, go to the design; so do
@@ -270,27 +311,13 @@ class Server:
         linkage, wanted = designs.sorted_options(options, design, linkage_scene, LinkageSession.design)
         grid = self.starting_grid(surface, columns=columns, rows=rows, flat_angle=flat_angle, margin=margin,
                                   scale=scale, section=section)
-        across = 8 if columns is None else columns
-        scene = linkage_scene(grid.vertices, grid.edges, section=section, edges_per_segment=edges_per_segment,
-                              **linkage)
-        conditions = scene.linkage.conditions
-        conditions.mean_angle_degrees = grid.mean_angle
-        middle = len(grid.vertices) // across // 2 * across + across // 2
-        conditions.pins.add(joint=grid.held, held=scene_messages.HELD_MOTION)
-        conditions.gravity.z = -1 if grid.rise >= 0 else 1
-        opened = self.open(scene, session=session, progress=progress, timeout=timeout)
-        moved = [{"pin_joint": {"pin": {"joint": grid.held, "held": "HELD_NOTHING"}}},
-                 {"pin_joint": {"pin": {"joint": middle, "held": "HELD_MOTION"}}}] if grid.held != middle else []
-        for changes in ([], [{"set_gravity": {"gravity": {}}}, *moved]):
-            if changes:
-                opened.edit(changes)
-            if opened.wait(timeout=timeout).solve_failed:
-                opened.close()
-                raise LimberError("FAILED_PRECONDITION", "the grid does not open to the angle that it has on the "
-                                  "surface: try fewer rods, another flat_angle or a section that bends more easily",
-                                  "surface")
-        return opened.design(surface, scale=scale, fitted_points=grid.deployed,
-                             flat_angle=flat_angle, **{"smallest_angle": 0.5 * flat_angle, **wanted})
+        if grid.remark:
+            warnings.warn(grid.remark, stacklevel=2)
+        opened = self.open_grid(grid, section=section, session=session, edges_per_segment=edges_per_segment,
+                                progress=progress, timeout=timeout, **linkage)
+        with self._closing(opened):
+            return opened.design(surface, scale=scale, fitted_points=grid.deployed, flat_angle=flat_angle,
+                                 **{"smallest_angle": 0.5 * flat_angle, **wanted})
 
     def shutdown(self) -> None:
         """Asks limberd to end."""

@@ -8,6 +8,7 @@ namespace limber::rods {
 GridCurvature grid_curvature(const GridLines& grid, const Eigen::Matrix3Xd& points) {
   const int columns = grid.columns - 2, rows = grid.rows - 2;
   Eigen::MatrixXd curved(columns, rows), areas(columns, rows);
+  double bent = 0, twisted = 0;
   for (int r = 0; r < rows; ++r) {
     for (int c = 0; c < columns; ++c) {
       const auto x = [&](int dc, int dr) -> Eigen::Vector3d {
@@ -20,11 +21,15 @@ GridCurvature grid_curvature(const GridLines& grid, const Eigen::Matrix3Xd& poin
       const Eigen::Vector3d across = u.cross(v);
       const Eigen::Vector3d normal = across.normalized();
       areas(c, r) = across.norm();
-      curved(c, r) = (normal.dot(uu) * normal.dot(vv) - std::pow(normal.dot(uv), 2)) / areas(c, r);
+      const double bend = normal.dot(uu) * normal.dot(vv), twist = std::pow(normal.dot(uv), 2);
+      curved(c, r) = (bend - twist) / areas(c, r);
+      bent += std::abs(bend) / areas(c, r);
+      twisted += twist / areas(c, r);
     }
   }
   GridCurvature curvature;
   curvature.mean = curved.sum() / areas.sum();
+  if (twisted > 0) curvature.twist = twisted / (bent + twisted);
   const auto with_rim = [&](const Eigen::VectorXd& within) {
     Eigen::VectorXd all(within.size() + 2);
     all << within[0], within, within[within.size() - 1];

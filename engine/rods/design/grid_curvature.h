@@ -11,6 +11,8 @@ namespace limber::rods {
 struct GridCurvature {
   double mean = 0;
   Eigen::VectorXd columns, rows;  // those at the rim as their neighbours
+  /// What of it is twist along the grid's lines, 0 .. 1: 1 where these are straight, as on z = x y.
+  double twist = 0;
 
   [[nodiscard]] bool vanishes() const { return mean == 0 && columns.isZero(0) && rows.isZero(0); }
 };

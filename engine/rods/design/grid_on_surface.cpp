@@ -40,6 +40,27 @@ Eigen::VectorXd places(const Eigen::VectorXd& gaps) {
   return at.array() - at.mean();
 }
 
+/// Of points about the plane that is nearest to them.
+struct Spread {
+  explicit Spread(const Eigen::Matrix3Xd& points) {
+    const Eigen::Matrix3Xd offsets = points.colwise() - points.rowwise().mean();
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(offsets * offsets.transpose());
+    const Eigen::Array3Xd own = axes.eigenvectors().transpose() * offsets;
+    height = std::sqrt(own.row(0).square().mean());
+    const auto variance = [](const Eigen::ArrayXd& values) {
+      return (values - values.mean()).square().mean();
+    };
+    dome = variance(own.row(2).square() + own.row(1).square());
+    saddle = variance(own.row(2).square() - own.row(1).square());
+  }
+  /// Mean square height of z = (p^2 + q^2) / 2, or of the saddle; per Gaussian curvature.
+  [[nodiscard]] double squared_height(double curvature) const {
+    return (curvature < 0 ? saddle : dome) / 4;
+  }
+  double height = 0;  // root mean square [length]
+  double dome = 0, saddle = 0;
+};
+
 }  // namespace
 
 GridOnSurface::GridOnSurface(const PatchLift& lift, int columns, int rows, double margin)
@@ -76,42 +97,36 @@ StraightLayout layout_of(const GridOnSurface& grid, double flat_angle) {
   layout.flat_angle = flat_angle;
   layout.open_angle = crossing_angle(lines, grid.points);
   layout.curvature = grid_curvature(lines, grid.points);
+  // What curves in one direction only, or to both sides by turns, would be drawn with parallel
+  // rods, which stay in their plane: a search does not leave that.
+  constexpr double kLeast = 0.3;  // of the surface's height
+  const Spread spread(grid.points);
+  double& mean = layout.curvature.mean;
+  const double least = std::pow(kLeast * spread.height, 2) / spread.squared_height(mean);
+  if (std::abs(mean) < least) mean = std::copysign(least, mean);
   return layout;
 }
 
-GridHold hold_of(const GridOnSurface& grid) {
-  constexpr double kFar = 2;  // times what the middle joint rises
-  const GridLines& lines = grid.lines;
-  const Eigen::Vector3d mean = grid.points.rowwise().mean();
-  const auto at = [&](int c, int r) -> GridHold {
-    const auto x = [&](int column, int row) -> Eigen::Vector3d {
-      return grid.points.col(
-          lines.at(std::clamp(column, 0, lines.columns - 1), std::clamp(row, 0, lines.rows - 1)));
-    };
-    const Eigen::Vector3d normal = (x(c + 1, r) - x(c - 1, r)).cross(x(c, r + 1) - x(c, r - 1));
-    return {lines.at(c, r), normal.normalized().dot(x(c, r) - mean)};
+Eigen::VectorXd heights_of(const GridOnSurface& grid) {
+  const int right = grid.lines.columns - 1, top = grid.lines.rows - 1;
+  const auto corner = [&](int c, int r) -> Eigen::Vector3d {
+    return grid.points.col(grid.lines.at(c, r));
   };
-  const int column = lines.columns / 2, row = lines.rows / 2;
-  const GridHold middle = at(column, row);
-  GridHold best = middle;
-  const auto consider = [&](const GridHold& other) {
-    if (std::abs(other.rise) > std::abs(best.rise)) best = other;
-  };
-  for (int c = 0; c < lines.columns; ++c) consider(at(c, row));
-  for (int r = 0; r < lines.rows; ++r) consider(at(column, r));
-  return std::abs(best.rise) > kFar * std::abs(middle.rise) ? best : middle;
+  const Eigen::Vector3d upward =
+      (corner(right, top) - corner(0, 0)).cross(corner(0, top) - corner(right, 0));
+  const Eigen::Matrix3Xd offsets = grid.points.colwise() - grid.points.rowwise().mean();
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(offsets * offsets.transpose());
+  const Eigen::Vector3d normal = axes.eigenvectors().col(0);
+  return std::copysign(1.0, normal.dot(upward)) * (offsets.transpose() * normal);
 }
+
+double height_of(const Eigen::Matrix3Xd& points) { return Spread(points).height; }
 
 double curved_height(const Eigen::Matrix3Xd& points, double mean_curvature) {
   constexpr double kUneven = 1.5;  // of the squared height, what unlike principal curvatures add
-  const Eigen::Matrix3Xd offsets = points.colwise() - points.rowwise().mean();
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(offsets * offsets.transpose());
-  const Eigen::Matrix3Xd own = axes.eigenvectors().transpose() * offsets;
-  const double sign = mean_curvature > 0 ? 1 : -1;
-  const Eigen::ArrayXd quadric = own.row(2).array().square() + sign * own.row(1).array().square();
-  const double variance = (quadric - quadric.mean()).square().mean();
-  return std::sqrt(std::min(own.row(0).array().square().mean(),
-                            kUneven * std::abs(mean_curvature) / 4 * variance));
+  const Spread spread(points);
+  return std::min(spread.height, std::sqrt(kUneven * std::abs(mean_curvature) *
+                                           spread.squared_height(mean_curvature)));
 }
 
 }  // namespace limber::rods

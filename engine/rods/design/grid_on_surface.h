@@ -19,24 +19,18 @@ struct GridOnSurface {
 };
 
 /// Straight rods as long as the lines are in the mean, and as these grow along the others; for the
-/// surface's curvature.
+/// surface's curvature, or what makes up for a third of its height at least.
 [[nodiscard]] StraightLayout layout_of(const GridOnSurface& grid, double flat_angle);
 
-/// The joint to hold a grid by, its motion, so that a weight on it says to which side it opens.
-struct GridHold {
-  int joint = 0;
-  /// How far the surface's tangent plane there lies over the mean joint [length], on the side about
-  /// which columns' rods lie counter-clockwise from rows'.
-  double rise = 0;
-};
+/// Heights of the joints over the plane nearest to them, 0 in the mean [length], to the side about
+/// which columns' rods lie counter-clockwise from rows'.
+[[nodiscard]] Eigen::VectorXd heights_of(const GridOnSurface& grid);
 
-/// The middle one, unless that is much more of others in the middle row and column, as at the ends
-/// of saddles.
-[[nodiscard]] GridHold hold_of(const GridOnSurface& grid);
+/// Root mean square height of points over the plane nearest to them [length].
+[[nodiscard]] double height_of(const Eigen::Matrix3Xd& points);
 
-/// Root mean square height of points over the plane nearest to them, as far as a mean Gaussian
-/// curvature makes up for it: not what curves in one direction only, nor to both sides by turns
-/// [length].
+/// The same as far as a mean Gaussian curvature makes up for it: not what curves in one direction
+/// only, nor to both sides by turns.
 [[nodiscard]] double curved_height(const Eigen::Matrix3Xd& points, double mean_curvature);
 
 }  // namespace limber::rods

@@ -4,9 +4,11 @@
 #include <cmath>
 #include <limits>
 #include <optional>
+#include <utility>
 
 #include "engine/rods/design/shape_functions.h"
 #include "engine/rods/equilibrium/deployment.h"
+#include "engine/rods/linkage/joint_positions.h"
 #include "engine/rods/linkage/linkage_graph.h"
 
 namespace limber::rods {
@@ -15,9 +17,14 @@ namespace {
 constexpr RodMaterial kAny{1, 0.3};  // of the modulus heights do not depend
 constexpr int kEdges = 5;            // of a segment
 
-/// Of the opened grid; nothing: it does not open as far, or is not drawn.
-std::optional<double> opened_height(const GridLines& grid, const StraightLayout& layout,
-                                    double least_angle, const SectionStiffness& rods) {
+struct OpenedGrid {
+  Eigen::Matrix3Xd joints;
+  double height = 0;
+};
+
+/// Nothing: it does not open as far, or is not drawn.
+std::optional<OpenedGrid> opened(const GridLines& grid, const StraightLayout& layout,
+                                 double least_angle, const SectionStiffness& rods) {
   LineMesh lines;
   lines.vertices = draw(grid, layout);
   if (!is_regular(grid, lines.vertices, least_angle)) return std::nullopt;
@@ -31,7 +38,8 @@ std::optional<double> opened_height(const GridLines& grid, const StraightLayout&
   Conditions open;
   open.mean_opening_angle = layout.open_angle;
   if (deploy(equilibrium, state, open).status != DeploymentStatus::kReached) return std::nullopt;
-  return std::sqrt(Flatness(model).value(state) / static_cast<double>(grid.joints()));
+  return OpenedGrid{joint_positions(state),
+                    std::sqrt(Flatness(model).value(state) / static_cast<double>(grid.joints()))};
 }
 
 }  // namespace
@@ -43,32 +51,42 @@ StraightLayout driven(StraightLayout layout, double drive) {
 
 LayoutDrive drive_to_height(const GridLines& grid, const StraightLayout& layout, double height,
                             double least_angle, const Section& section) {
-  constexpr int kTries = 12;
+  constexpr int kTries = 24;
   constexpr double kNear = 0.05;   // of the height
-  constexpr double kLow = 0.2;     // of it: nothing to be extrapolated from
+  constexpr double kLow = 0.05;    // of it: nothing to be extrapolated from
   constexpr double kSlope = 0.87;  // of the squared height over the drive, about
   const SectionStiffness rods = section_stiffness(section_properties(section), kAny);
   LayoutDrive best;
   double below = 0, above = std::numeric_limits<double>::infinity(), drive = 2;
+  double last_drive = 0, last_square = 0;  // of a grid that left its plane; 0: of none
   for (int tries = 0; tries < kTries; ++tries) {
-    const std::optional<double> found =
-        opened_height(grid, driven(layout, drive), least_angle, rods);
-    if (!found) {
+    std::optional<OpenedGrid> grown = opened(grid, driven(layout, drive), least_angle, rods);
+    if (!grown) {
       above = drive;
       drive = 0.5 * (below + above);
       continue;
     }
+    const double found = grown->height;
     // By their ratio: one that is too high has left the plane at least.
     if (!best.has_opened ||
-        std::abs(std::log(*found / height)) < std::abs(std::log(best.height / height)))
-      best = {drive, *found, true};
-    if (std::abs(*found - height) < kNear * height) break;
-    (*found < height ? below : above) = drive;
-    // Beyond what buckles the plane grid, the squared height grows with the drive.
-    double next =
-        *found < kLow * height ? 2 * drive : drive + (1 - std::pow(*found / height, 2)) / kSlope;
-    if (!(next > below && next < above)) next = 0.5 * (below + above);
-    drive = next;
+        std::abs(std::log(found / height)) < std::abs(std::log(best.height / height)))
+      best = {drive, found, true, std::move(grown->joints)};
+    if (std::abs(found - height) < kNear * height) break;
+    (found < height ? below : above) = drive;
+    double next = 2 * drive;
+    if (found > kLow * height) {
+      // Beyond what buckles the plane grid, the squared height grows with the drive.
+      const double square = std::pow(found / height, 2);
+      double slope = kSlope;
+      if (last_drive > 0 && last_drive != drive) {
+        const double seen = (square - last_square) / (drive - last_drive);
+        if (seen > 0) slope = seen;
+      }
+      next = drive + (1 - square) / slope;
+      last_drive = drive;
+      last_square = square;
+    }
+    drive = next > below && next < above ? next : 0.5 * (below + above);
   }
   return best;
 }

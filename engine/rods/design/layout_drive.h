@@ -10,14 +10,15 @@ namespace limber::rods {
 
 struct LayoutDrive {
   double drive = 1;
-  double height = 0;        // that the opened grid comes to [length]
-  bool has_opened = false;  // with any drive
+  double height = 0;                                 // that the opened grid comes to [length]
+  bool has_opened = false;                           // with any drive
+  Eigen::Matrix3Xd joints = Eigen::Matrix3Xd(3, 0);  // of the opened grid
 };
 
 /// Rods resist being bent, so that a layout which is drawn for a surface opens to less than that,
 /// or not out of its plane at all: the drive with which it opens to a height, by opening linkages
-/// of a dozen drives at most, or what comes nearest to that. Of the rods only the section matters;
-/// their stiffer axis bends them sideways.
+/// of two dozen drives at most, or what comes nearest to that. Of the rods only the section
+/// matters; their stiffer axis bends them sideways.
 /// @param height  root mean square, over the plane nearest to the joints [length], > 0
 /// @param least_angle  see is_regular, which layouts stay [rad]
 /// @throws Error as section_properties

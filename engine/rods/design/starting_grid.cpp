@@ -8,10 +8,12 @@
 #include <cstdint>
 #include <limits>
 #include <numbers>
+#include <string>
 #include <utility>
 
 #include "engine/base/error.h"
 #include "engine/rods/design/grid_on_surface.h"
+#include "engine/rods/design/grid_remarks.h"
 #include "engine/rods/design/layout_drive.h"
 #include "engine/rods/section/section_reach.h"
 
@@ -20,8 +22,9 @@ namespace {
 
 constexpr double kDegree = std::numbers::pi / 180;
 constexpr double kUnknownDrive = 3;    // where nothing is known of the rods
-constexpr double kFlat = 1e-3;         // heights that are nothing, as a share of the patch's size
+constexpr double kFlat = 1e-4;         // heights that are nothing, as a share of the patch's size
 constexpr double kMissed = 0.2;        // of the surface's height: that is no opening
+constexpr double kFan = 0.02;          // of sides over the patch's size: what is told about
 constexpr double kLeastOpening = 0.1;  // [rad]
 constexpr double kLeastAngle = 0.6;    // of cells, as a share of the flat angle
 constexpr int kTwin = 8;  // columns and rows of the grid that is opened in place of larger ones
@@ -88,24 +91,44 @@ StartingGrid drawn(const GridOnSurface& on_surface, const StraightLayout& layout
   }
   grid.deployed = {on_surface.points, grid.flat.edges};
   grid.mean_angle = layout.open_angle;
-  grid.hold = hold_of(on_surface);
   measure_gaps(lines.columns, lines.rows, grid);
   return grid;
 }
 
+/// As the surface's heights are; together about what the weight of rods is that sag under it by
+/// their length.
+Eigen::VectorXd push_of(const GridOnSurface& on_surface, double size, const Section& section) {
+  constexpr double kShare = 0.3;
+  const Eigen::VectorXd heights = heights_of(on_surface);
+  const double highest = heights.cwiseAbs().maxCoeff();
+  if (!(highest > 0)) return Eigen::VectorXd::Zero(heights.size());
+  const double bending = section_properties(section).second_moment_2;
+  return kShare * bending / (size * size * highest) * heights;
+}
+
+struct FoundDrive {
+  double drive = kUnknownDrive;
+  std::string remark;
+};
+
 /// With which a grid of such rods opens to the surface.
-double drive_of(const GridOnSurface& twin, const StartingGridOptions& options) {
+FoundDrive drive_of(const GridOnSurface& twin, const StartingGridOptions& options) {
   const StraightLayout layout = with_room(twin.lines, layout_of(twin, options.flat_angle));
-  const double height = curved_height(twin.points, layout.curvature.mean);
-  const LayoutDrive found = drive_to_height(twin.lines, layout, height,
+  const double wanted = curved_height(twin.points, layout.curvature.mean);
+  const LayoutDrive found = drive_to_height(twin.lines, layout, wanted,
                                             kLeastAngle * options.flat_angle, *options.section);
-  if (!found.has_opened) return kUnknownDrive;
-  if (found.height > kMissed * height) return found.drive;
-  throw Error(ErrorCode::kInvalidArgument, "section",
-              fmt::format("opened, a grid of such rods stays in its plane, or nearly: {:.3g} high "
-                          "for {:.3g} of the surface, both root mean square. Rods leave it that "
-                          "are stiff sideways, as strips of thin rectangles are",
-                          found.height, height));
+  if (!found.has_opened) return {};
+  if (!(found.height > kMissed * wanted)) {
+    throw Error(ErrorCode::kInvalidArgument, "section",
+                fmt::format("opened, a grid of such rods stays in its plane, or nearly: {:.3g} "
+                            "high for {:.3g} of the surface, both root mean square. Rods leave it "
+                            "that are stiff sideways, as strips of thin rectangles are",
+                            found.height, wanted));
+  }
+  const GridCurvature curvature = grid_curvature(twin.lines, twin.points);
+  return {found.drive,
+          told_distance(distance_between(found.joints, twin.points), height_of(twin.points),
+                        curved_height(twin.points, curvature.mean), curvature)};
 }
 
 }  // namespace
@@ -135,36 +158,42 @@ StartingGrid starting_grid(const SurfaceMesh& surface, const StartingGridOptions
   options.validate();
   const PatchLift lift(surface);
   const GridOnSurface on_surface(lift, options.columns, options.rows, options.margin);
-  StraightLayout layout = layout_of(on_surface, options.flat_angle);
-  const auto as_driven = [&](double drive) {
-    if (drive == 0) {
-      layout = parallel(std::move(layout));
-    } else {
-      layout = with_room(on_surface.lines, driven(std::move(layout), drive));
+  const StraightLayout layout = layout_of(on_surface, options.flat_angle);
+  const auto as_driven = [&](double drive, const std::string& remark = "") {
+    const double fan = std::hypot(layout.rows_widen, layout.columns_widen);
+    const StraightLayout chosen =
+        drive == 0 ? parallel(layout) : with_room(on_surface.lines, driven(layout, drive));
+    StartingGrid grid = drawn(on_surface, chosen);
+    if (options.section) {
+      demand_room(grid, options, *options.section);
+      grid.push = push_of(on_surface, size_of(layout), *options.section);
     }
-    StartingGrid grid = drawn(on_surface, layout);
-    if (options.section) demand_room(grid, options, *options.section);
+    grid.remark = remark;
+    if (drive > 0 && fan * size_of(layout) > kFan) {
+      const std::string told = told_fan(std::hypot(chosen.rows_widen, chosen.columns_widen) / fan);
+      grid.remark += (remark.empty() || told.empty() ? "" : "; ") + told;
+    }
     return grid;
   };
-  if (options.section) {  // before linkages of it are opened
+  if (options.section)  // before linkages of it are opened
     demand_room(drawn(on_surface, parallel(layout)), options, *options.section);
-  }
-  const double height = curved_height(on_surface.points, layout.curvature.mean);
+  const bool is_flat = height_of(on_surface.points) < kFlat * size_of(layout);
   if (!(layout.open_angle > options.flat_angle + kLeastOpening)) {
-    if (height < kFlat * size_of(layout)) return as_driven(0);
+    if (is_flat) return as_driven(0);
     throw Error(ErrorCode::kInvalidArgument, "flat_angle",
                 fmt::format("the grid is to open, but rods cross at {:.3g} degrees on the surface, "
                             "and at {:.3g} when it lies flat",
                             layout.open_angle / kDegree, options.flat_angle / kDegree));
   }
   if (options.drive) return as_driven(*options.drive);
-  if (height < kFlat * size_of(layout)) return as_driven(1);
+  if (is_flat) return as_driven(1);
   if (!options.section) return as_driven(kUnknownDrive);
-  if (std::max(options.columns, options.rows) <= kTwin)
-    return as_driven(drive_of(on_surface, options));
-  return as_driven(drive_of(
-      {lift, std::min(options.columns, kTwin), std::min(options.rows, kTwin), options.margin},
-      options));
+  const auto [drive, remark] = std::max(options.columns, options.rows) <= kTwin
+                                   ? drive_of(on_surface, options)
+                                   : drive_of({lift, std::min(options.columns, kTwin),
+                                               std::min(options.rows, kTwin), options.margin},
+                                              options);
+  return as_driven(drive, remark);
 }
 
 StartingGrid starting_grid(SurfaceMesh surface, const SurfacePlacement& placement,

@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <numbers>
 #include <optional>
+#include <string>
 
 #include "engine/rods/design/grid_on_surface.h"
 #include "engine/rods/design/placed_surface.h"
@@ -21,9 +22,9 @@ struct StartingGridOptions {
   double flat_angle = 25 * std::numbers::pi / 180;  // [rad]
   /// Share of the patch that is left free at each side of its rim, in [0, 0.4].
   double margin = 0.02;
-  /// How many times the surface's mean Gaussian curvature the layout is drawn for, >= 0: rods
-  /// resist, so that the opened grid has less. 0: families of parallel rods, which stay in their
-  /// plane. Nothing: with a section what that takes, else 3.
+  /// How many times the surface's mean Gaussian curvature the layout is drawn for, in [0, 1000]:
+  /// rods resist, so that the opened grid has less. 0: families of parallel rods, which stay in
+  /// their plane. Nothing: with a section what that takes, and 3 without, or where nothing opens.
   std::optional<double> drive = {};
   std::optional<Section> section = {};  // of the rods
 
@@ -43,9 +44,11 @@ struct StartingGrid {
   /// How near neighbouring rods of a family lie to each other, at least, when the grid lies flat
   /// [length]: rods along which the column stays, and rods along which the row stays.
   double columns_apart = 0, rows_apart = 0;
-  /// The flat grid may open to either side of its plane. Held here, it opens to the surface's under
-  /// a weight: along -z where the joint rises, else along z.
-  GridHold hold = {};
+  /// The flat grid may open to either side of its plane. With these forces along z at its joints,
+  /// over Young's modulus [length^2], it opens to the surface's side; they are of the order of what
+  /// bends rods noticeably. Empty without a section.
+  Eigen::VectorXd push = {};
+  std::string remark = {};  // what will stand in a design's way; empty: nothing
 };
 
 /// Two families of straight rods in the plane (StraightLayout; joint (c, r) is vertex r * columns +

@@ -60,7 +60,9 @@ std::string told_springing_up(const rods::LinkageModel& model, const rods::Condi
   rods::LinkageState state = point.flat;
   const rods::DeploymentReport report =
       rods::deploy(equilibrium, state, flat, free, {}, JobContext{job.cancellation, {}});
-  if (report.status != rods::DeploymentStatus::kReached) return "";
+  if (report.status == rods::DeploymentStatus::kCancelled) return "";
+  if (report.status != rods::DeploymentStatus::kReached)
+    return "whether it stays flat when it is let go of is unknown: " + report.message;
   const double height = height_of(model, state) / length_scale;
   if (height <= kFlat) return "";
   return fmt::format(

@@ -10,7 +10,7 @@ namespace limber::session {
 
 /// Says so where what is to lie flat rises much as the deployed shape does: over the plane nearest
 /// to its joints by more than a hundredth of the linkage's size, and a quarter of what that rises.
-/// @param length_scale  the linkage's size [m]
+/// @param length_scale  the linkage's size [length]
 [[nodiscard]] std::string told_flatness(const rods::LinkageModel& model,
                                         const rods::DesignPoint& point, double length_scale);
 

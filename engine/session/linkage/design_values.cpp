@@ -97,6 +97,11 @@ void DesignRequest::validate(int joints, const DesignStart& start) const {
   if (smallest_angle) {
     demand(std::abs(*smallest_angle) < std::numbers::pi, "smallest_angle", "in (-180, 180) degrees",
            *smallest_angle * (180 / std::numbers::pi));
+    if (flat_angle) {
+      demand(*smallest_angle < *flat_angle, "smallest_angle",
+             "below the mean that the flat shape is held at",
+             *smallest_angle * (180 / std::numbers::pi));
+    }
   }
   demand(max_iterations > 0, "max_iterations", "> 0", max_iterations);
   demand(thinnest > 0 && thinnest < 1, "thinnest",

@@ -50,7 +50,8 @@ std::vector<OtherOptimum> EndedDesigns::others_than(
   std::vector<OtherOptimum> others;
   for (const Ended& ended : ended_) {
     if (!same_variables(ended.info.variables, info.variables) ||
-        !same_weights(ended.info.goal, info.goal) || ended.info.flat_angle != info.flat_angle ||
+        !same_weights(ended.info.goal, info.goal) ||
+        ended.asked_flat_angle != design.asked_flat_angle() ||
         !same_conditions(*ended.conditions, conditions))
       continue;
     OtherOptimum other{ended.info.tag, design.terms_of(*ended.best),
@@ -71,7 +72,8 @@ double EndedDesigns::energy_scale(const scene::LinkageConditions& conditions) co
 
 void EndedDesigns::note(const LiveDesign& design, const DesignInfo& info,
                         std::shared_ptr<const scene::LinkageConditions> conditions) {
-  ended_.push_back({info, design.candidate(), std::move(conditions), design.energy_scale()});
+  ended_.push_back({info, design.candidate(), std::move(conditions), design.energy_scale(),
+                    design.asked_flat_angle()});
   if (ended_.size() > kKept) ended_.pop_front();
 }
 

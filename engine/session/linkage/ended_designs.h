@@ -2,6 +2,7 @@
 
 #include <deque>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "engine/scene/linkage.h"
@@ -16,7 +17,7 @@ class EndedDesigns {
   /// E_0 of an earlier one under the same pins and angles, so that what they end at compares; 0:
   /// there was none.
   [[nodiscard]] double energy_scale(const scene::LinkageConditions& conditions) const;
-  /// Earlier ones for the same goal, of the same variables and under the same pins and angles,
+  /// Earlier ones for the same goal, of the same variables, asked flat angle, pins and angles,
   /// that differ from the best of this one by more than a hundredth.
   [[nodiscard]] std::vector<OtherOptimum> others_than(
       LiveDesign& design, const DesignInfo& info, const scene::LinkageConditions& conditions) const;
@@ -30,6 +31,7 @@ class EndedDesigns {
     std::shared_ptr<const DesignCandidate> best;
     std::shared_ptr<const scene::LinkageConditions> conditions;
     double energy_scale;
+    std::optional<double> asked_flat_angle;
   };
   std::deque<Ended> ended_;  // the latest last
 };

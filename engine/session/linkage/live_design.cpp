@@ -22,7 +22,7 @@ constexpr double kLeastHeight = 1e-3;
 // would fold the flat linkage through itself.
 constexpr double kAngleShare = 0.1;
 constexpr double kOpen = 0.02;  // [rad]
-constexpr double kNear = 5e-3;  // of the extent: a distance that is not told about
+constexpr double kNear = 1e-5;  // of the extent: a distance that is not told about
 
 /// A joint that both shapes are held at, so that they keep their place: one that is pinned, or the
 /// middle one.
@@ -67,7 +67,10 @@ rods::DesignCriteria criteria_of(const DesignGoal& goal) {
 
 LiveDesign::LiveDesign(const LiveLinkage& live, const DesignRequest& request, double energy_scale,
                        const JobContext& job)
-    : shape_(live.shape()), goal_(request.goal), smallest_angle_(request.smallest_angle) {
+    : shape_(live.shape()),
+      goal_(request.goal),
+      smallest_angle_(request.smallest_angle),
+      asked_flat_angle_(request.flat_angle) {
   rods::Conditions deployed = live.held(), flat;
   const int anchor = anchor_of(deployed, live.state());
   flat.pins = {{anchor, rods::Hold::kMotion}};

@@ -63,8 +63,10 @@ class LiveDesign {
   /// Coordinates (LinkageShape) of the flat shape and of the deployed one, a column each.
   [[nodiscard]] Eigen::MatrixXf shapes() const;
   [[nodiscard]] double mean_angle() const;  // of the deployed shape [rad]
-  /// See told_release: of where it stands.
+  /// What is to be said of where it stands: see design_release.h.
   [[nodiscard]] std::string release(const JobContext& job) const;
+  /// That was asked for, see DesignRequest.
+  [[nodiscard]] const std::optional<double>& asked_flat_angle() const { return asked_flat_angle_; }
   /// Of those shapes; empty: all 1.
   [[nodiscard]] const Eigen::VectorXd& section_scales() const { return design_->point().sections; }
   /// What an earlier design came to, by the present goal.
@@ -89,6 +91,7 @@ class LiveDesign {
   DesignGoal goal_;
   rods::DesignOptimizerOptions options_;
   std::optional<double> smallest_angle_;
+  const std::optional<double> asked_flat_angle_;
   std::optional<rods::LinkageDesign> design_;
   std::optional<rods::DesignPoint> start_point_;
   DesignTerms start_, now_, best_;

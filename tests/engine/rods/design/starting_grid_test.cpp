@@ -239,6 +239,7 @@ SurfaceMesh quadric(double a, double b, double c = 0) {
 }
 
 constexpr Rectangle kStrip{2, 0.4};
+constexpr double kModulus = 200e3;
 
 /// Opened, free but for its mean angle.
 struct Opened {
@@ -259,7 +260,7 @@ struct Opened {
     energy = ElasticEnergy(model).value(open);
   }
   static LinkageModel model_of(const StartingGrid& grid, const Section& section) {
-    const SectionStiffness rods = section_stiffness(section_properties(section), {200e3, 0.3});
+    const SectionStiffness rods = section_stiffness(section_properties(section), {kModulus, 0.3});
     return {build_linkage_graph(grid.flat),
             5,
             {rods.stretching, rods.bending_1, rods.bending_2, rods.torsion}};
@@ -343,20 +344,63 @@ TEST(StartingGrid, OnPatchesThatWidenRodsFanOut) {
   EXPECT_NEAR(length(4) / length(0), 1.2 / 0.8, 0.1);
 }
 
-TEST(StartingGrid, IsHeldWhereAWeightTellsSidesApart) {
-  const StartingGridOptions options{.columns = 5, .rows = 5};
-  const GridHold dome = starting_grid(quadric(-20, -20), options).hold,
-                 bowl = starting_grid(quadric(20, 20), options).hold,
-                 saddle = starting_grid(quadric(20, -20), options).hold;
-  EXPECT_EQ(dome.joint, 12);
-  EXPECT_GT(dome.rise, 5);
-  EXPECT_EQ(bowl.joint, 12);
-  EXPECT_LT(bowl.rise, -5);
-  // At the end of a rod that rises or falls there.
-  const bool at_rows_end = saddle.joint == 10 || saddle.joint == 14;
-  EXPECT_TRUE(at_rows_end || saddle.joint == 2 || saddle.joint == 22) << saddle.joint;
-  // Rows curve away from the plane that they are tangent to at their ends.
-  EXPECT_LT((at_rows_end ? 1 : -1) * saddle.rise, -5);
+TEST(StartingGrid, IsPushedToTheSideOfItsSurface) {
+  for (const SurfaceMesh& mesh :
+       {quadric(-20, -20), quadric(20, 20), quadric(20, -20), quadric(-20, 20)}) {
+    const StartingGrid grid = starting_grid(mesh, {.columns = 6, .rows = 6, .section = kStrip});
+    ASSERT_EQ(grid.push.size(), 36);
+    EXPECT_NEAR(grid.push.sum(), 0, 1e-9 * grid.push.cwiseAbs().sum());
+    const LinkageModel model = Opened::model_of(grid, kStrip);
+    // Far weaker and stronger ones tell the side as well.
+    for (const double strength : {0.03, 1.0, 10.0}) {
+      Conditions open;
+      open.mean_opening_angle = grid.mean_angle;
+      open.pins = {{21}};
+      for (int j = 0; j < 36; ++j)
+        open.loads.push_back({j, Eigen::Vector3d(0, 0, strength * kModulus * grid.push[j])});
+      LinkageEquilibrium equilibrium(model);
+      LinkageState state(model);
+      ASSERT_EQ(deploy(equilibrium, state, open).status, DeploymentStatus::kReached);
+      Conditions free = open;
+      free.loads.clear();
+      ASSERT_EQ(deploy(equilibrium, state, open, free).status, DeploymentStatus::kReached);
+      const Eigen::Matrix3Xd joints = joint_positions(state);
+      const SurfacePlacement fit = fitted({}, grid.deployed.vertices, joints);
+      const double apart = ((fit.rotation.toRotationMatrix() * grid.deployed.vertices).colwise() +
+                            fit.translation - joints)
+                               .norm() /
+                           6;
+      EXPECT_LT(apart, 0.8 * height_of(grid.deployed.vertices)) << strength;
+    }
+  }
+}
+
+TEST(StartingGrid, SaysWhatWillStandInADesignsWay) {
+  const StartingGridOptions options{.columns = 6, .rows = 6, .section = kStrip};
+  EXPECT_EQ(starting_grid(quadric(-20, -20), options).remark, "");
+  EXPECT_EQ(starting_grid(quadric(10, -10), options).remark, "");
+  const auto said = [&](const SurfaceMesh& mesh, const char* words) {
+    const std::string remark = starting_grid(mesh, options).remark;
+    EXPECT_NE(remark.find(words), std::string::npos) << remark;
+  };
+  said(quadric(0, 0, 20), "twisted along the rods");
+  said(quadric(-20, 0), "in one direction only");
+  said(testing::cells(16,
+                      [](int i, int j) {
+                        const double x = i / 8.0 - 1, y = j / 8.0 - 1;
+                        return Eigen::Vector3d(150 * x * (1 + 0.3 * y), 100 * y,
+                                               20 * (1 - x * x - y * y));
+                      }),
+       "a larger flat_angle leaves them more room");
+}
+
+TEST(StartingGrid, ShallowSurfacesHaveShallowGrids) {
+  for (const double rise : {3.0, 1.0, 0.3, 0.1}) {
+    const StartingGrid grid =
+        starting_grid(quadric(-rise, -rise), {.columns = 6, .rows = 6, .section = kStrip});
+    const double wanted = height_of(grid.deployed.vertices);
+    EXPECT_NEAR(Opened(grid, kStrip).height, wanted, 0.3 * wanted) << rise;
+  }
 }
 
 TEST(StartingGrid, IsLaidOverTheSurfaceAsItIsPlaced) {

@@ -1,0 +1,28 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <string>
+
+#include "engine/rods/design/grid_curvature.h"
+
+namespace limber::rods {
+
+/// Root mean square difference in height between joints and points, over the plane nearest to the
+/// points, where they lie on each other as well as they can, the joints mirrored or not: which side
+/// of its plane a grid opens to is not up to it [length].
+[[nodiscard]] double distance_between(const Eigen::Matrix3Xd& joints,
+                                      const Eigen::Matrix3Xd& points);
+
+/// Says so where an opened grid stays far from its surface, and why that may be.
+/// @param distance, height  of the opened grid from the surface, and of that over its plane, root
+/// mean square [length]
+/// @param curvature  of the surface
+/// @param curved_height  what of the height its mean curvature makes up for
+[[nodiscard]] std::string told_distance(double distance, double height, double curved_height,
+                                        const GridCurvature& curvature);
+
+/// Says so where rods fan out by less than the patch's sides ask for.
+/// @param share  of that
+[[nodiscard]] std::string told_fan(double share);
+
+}  // namespace limber::rods
