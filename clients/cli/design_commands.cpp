@@ -212,16 +212,24 @@ v1::StartDesignRequest open_grid(Context& context, const Options& options) {
   client::SurfaceLinkage opened =
       client::open_on_surface(context.client(), std::move(grid), std::move(scene), options.session);
   if (!context.json) {
-    fmt::print(
-        "session {}: a grid of {}, flat; lengths differ by up to {:.1f} % from the surface's\n",
-        opened.session.id(), options.grid, 100 * opened.misfit);
+    fmt::print("session {}: a grid of {}, which lies flat\n", opened.session.id(), options.grid);
+    if (!opened.remark.empty()) fmt::print("note: {}\n", opened.remark);
   }
   return std::move(opened.design);
 }
 
-void start(Context& context, const Options& options) {
-  v1::StartDesignRequest request;
-  if (!options.grid.empty()) request = open_grid(context, options);
+/// Where the session's newest design has its surface.
+v1::SurfacePlacement newest_place(Context& context, const std::string& session) {
+  v1::GetDesignRequest request;
+  request.set_session(session);
+  const auto found = context.client().call(request);
+  if (found.has_design()) return found.design().placement();
+  throw ClientError(v1::ERROR_CODE_FAILED_PRECONDITION, "same-place",
+                    "the session has no design yet whose place could be taken");
+}
+
+v1::StartDesignResponse begin(Context& context, const Options& options,
+                              v1::StartDesignRequest request) {
   request.set_session(options.session);
   if (!options.lengths.empty()) request.set_lengths(kLengths.at(options.lengths));
   if (!options.sections.empty()) request.set_sections(kSections.at(options.sections));
@@ -234,30 +242,27 @@ void start(Context& context, const Options& options) {
   if (options.shortest) request.set_shortest(*options.shortest);
   if (options.longest) request.set_longest(*options.longest);
   if (options.flat_height) request.set_flat_height(*options.flat_height);
-  if (options.same_place) {
-    v1::GetDesignRequest newest;
-    newest.set_session(options.session);
-    const auto found = context.client().call(newest);
-    if (!found.has_design()) {
-      throw ClientError(v1::ERROR_CODE_FAILED_PRECONDITION, "same-place",
-                        "the session has no design yet whose place could be taken");
-    }
-    *goal.mutable_placement() = found.design().placement();
-  }
+  if (options.same_place) *goal.mutable_placement() = newest_place(context, options.session);
   if (options.flat_angle) request.set_flat_angle_degrees(*options.flat_angle);
   if (options.smallest_angle) request.set_smallest_angle_degrees(*options.smallest_angle);
   if (options.iterations) request.set_max_iterations(*options.iterations);
+  return context.client().call(request, kLarge);
+}
+
+void start(Context& context, const Options& options) {
+  const bool is_new = !options.grid.empty();
+  v1::StartDesignRequest request;
+  if (is_new) request = open_grid(context, options);
+  v1::StartDesignResponse response;
   const auto info = context.client().call(v1::GetServerInfoRequest{});
   client::Subscription stream(context.client(), info.stream_endpoint());
   stream.subscribe(client::design_topic(options.session));
-  const auto response = [&] {
-    try {
-      return context.client().call(request, kLarge);
-    } catch (const ClientError&) {  // no grid is left behind that nobody asked for
-      if (!options.grid.empty()) client::LinkageSession(context.client(), options.session).close();
-      throw;
-    }
-  }();
+  try {
+    response = begin(context, options, std::move(request));
+  } catch (...) {  // no grid is left behind of what is refused
+    if (is_new) client::LinkageSession(context.client(), options.session).close();
+    throw;
+  }
   if (!options.detach) return follow(context, stream, options.session, response.job());
   if (context.json) return print_json(response);
   fmt::print("job {}\n", response.job());

@@ -39,7 +39,6 @@ void let_go(LinkageSession& session, const v1::MakeStartingGridResponse& grid) {
 
 void demand_open(LinkageSession& session, Milliseconds timeout) {
   if (!session.wait(timeout).solve_failed()) return;
-  session.close();
   throw ClientError(v1::ERROR_CODE_FAILED_PRECONDITION, "surface",
                     "the grid does not open to the angle that it has on the surface: try fewer "
                     "rods, another flat angle or a section that bends more easily");
@@ -65,9 +64,14 @@ SurfaceLinkage open_on_surface(Client& client, v1::MakeStartingGridRequest grid,
   pin.set_held(v1::HELD_MOTION);
   push(rods, made);
   LinkageSession opened = LinkageSession::open(client, rods, session, timeout);
-  demand_open(opened, timeout);
-  let_go(opened, made);
-  demand_open(opened, timeout);
+  try {
+    demand_open(opened, timeout);
+    let_go(opened, made);
+    demand_open(opened, timeout);
+  } catch (...) {
+    opened.close();
+    throw;
+  }
   v1::StartDesignRequest design;
   design.set_session(opened.id());
   *design.mutable_goal()->mutable_surface() = grid.surface();

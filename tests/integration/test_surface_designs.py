@@ -36,8 +36,9 @@ def test_a_linkage_is_begun_with_a_surface_alone(server):
     assert refusal(lambda: call(drive=-1)) == ("INVALID_ARGUMENT", "drive")
     with pytest.raises(limber.LimberError, match=r"stays in its plane.*\(field section\)"):
         call(flat_angle=82, section={"rectangle": (0.12, 0.12)})
-    assert refusal(lambda: call(section={"rectangle": (0.3, 0.35)}))[0] == "INVALID_ARGUMENT", "rods would overlap"
-    assert refusal(lambda: call(section={"tube": (0.5, 0.01)})) == ("INVALID_ARGUMENT", "columns")
+    with pytest.raises(limber.LimberError, match="0.3 thick: is the section in the surface's length unit"):
+        call(section={"rectangle": (0.3, 0.35)})
+    assert refusal(lambda: call(section={"tube": (0.18, 0.01)})) == ("INVALID_ARGUMENT", "columns")
     assert refusal(lambda: call(columns=4, rows=20, section={"rectangle": (0.5, 0.1)})) == ("INVALID_ARGUMENT", "rows")
     assert refusal(lambda: call(section={"rectangle": (0, 0.1)})) == ("INVALID_ARGUMENT", "section.rectangle.width")
     assert len(call(columns=4, rows=20, section={"rectangle": (0.5, 0.02)}).vertices) == 80
@@ -98,7 +99,7 @@ def test_one_call_designs_a_linkage_for_a_surface_alone(server):
     assert refusal(lambda: bad(drive=2)) == ("INVALID_ARGUMENT", "drive"), "it is found"
 
 
-def test_a_surface_that_stands_in_the_way_of_its_design_is_told(server):
+def test_a_surface_that_stands_in_the_way_of_its_design_is_told(server, tmp_path):
     x, y = np.meshgrid(np.linspace(-1, 1, 15), np.linspace(-0.8, 0.8, 15), indexing="ij")
     vault = np.stack([x, y, 0.15 * (1 - x ** 2)], axis=-1)
     with pytest.warns(UserWarning, match="in one direction only"):
@@ -106,6 +107,11 @@ def test_a_surface_that_stands_in_the_way_of_its_design_is_told(server):
     info = design.wait()
     assert "in a plane" not in info.message and info.best.surface_rms < 0.8 * info.start.surface_rms
     design.session.close()
+    write_obj(tmp_path / "vault.obj", *sheet(x, y, 0.15 * (1 - x ** 2)))
+    told = run(server, "design", "vault", "--surface", str(tmp_path / "vault.obj"), "--grid", "6x5", "--section",
+               "0.02x0.004", "--iterations", "1")
+    assert "note: " in told.stdout and "in one direction only" in told.stdout, told.stdout + told.stderr
+    server.session("vault").close()
 
 
 def test_of_a_grid_whose_design_is_refused_nothing_is_left(server, tmp_path):
@@ -116,6 +122,8 @@ def test_of_a_grid_whose_design_is_refused_nothing_is_left(server, tmp_path):
     command = ("design", "twice", "--surface", str(tmp_path / "hill.obj"), "--grid", "4x4", "--section", "0.02x0.004",
                "--iterations", "2")
     assert "shortest" in run(server, *command, "--shortest", "2").stderr
+    assert "target" in run(server, *command, "--target", "1.5", "0", "0", "0").stderr
+    assert "same-place" in run(server, *command, "--same-place").stderr
     done = run(server, *command)
     assert done.returncode == 0, done.stderr
     again = run(server, "design", "twice", "--surface", str(tmp_path / "hill.obj"), "--same-place", "--flat-angle", "25",
@@ -186,7 +194,7 @@ def test_the_command_line_begins_with_a_surface_alone(server, tmp_path):
                       *wrong)
         assert refused.returncode == 1 and field in refused.stderr, refused.stderr
     thick = run(server, "design", "other", "--surface", str(tmp_path / "hill.obj"), "--grid", "6x5", "--section", "5x5")
-    assert thick.returncode == 1 and "apart when the grid lies flat, and are 5 thick" in thick.stderr, thick.stderr
+    assert thick.returncode == 1 and "5 thick: is the section in the surface's length unit?" in thick.stderr
     astray = run(server, "design", "hill", "--surface", str(tmp_path / "hill.obj"), "--edges", "5")
     assert astray.returncode == 2 and "--grid" in astray.stderr, "options of a grid without one"
 

@@ -296,7 +296,7 @@ class Server:
             raise
 
     def design_surface(self, surface: Any, *, columns: int | None = None, rows: int | None = None, section: Any,
-                       flat_angle: float = 25, margin: float | None = None, scale: float | None = None,
+                       flat_angle: float | None = None, margin: float | None = None, scale: float | None = None,
                        session: str = "", edges_per_segment: int = 6, progress: ProgressOption = None,
                        timeout: float = 600.0, design: Any = None, **options: Any) -> "designs.Design":
         """A linkage for a patch of surface, from the surface alone: starting_grid(), open_grid(), and a design that begins
@@ -309,6 +309,7 @@ class Server:
         is not given.
         """
         linkage, wanted = designs.sorted_options(options, design, linkage_scene, LinkageSession.design)
+        flat_angle = 25.0 if flat_angle is None else checks.real(flat_angle, "flat_angle")
         grid = self.starting_grid(surface, columns=columns, rows=rows, flat_angle=flat_angle, margin=margin,
                                   scale=scale, section=section)
         if grid.remark:

@@ -99,7 +99,7 @@ StraightLayout layout_of(const GridOnSurface& grid, double flat_angle) {
   layout.curvature = grid_curvature(lines, grid.points);
   // What curves in one direction only, or to both sides by turns, would be drawn with parallel
   // rods, which stay in their plane: a search does not leave that.
-  constexpr double kLeast = 0.3;  // of the surface's height
+  constexpr double kLeast = 0.45;  // of the surface's height
   const Spread spread(grid.points);
   double& mean = layout.curvature.mean;
   const double least = std::pow(kLeast * spread.height, 2) / spread.squared_height(mean);

@@ -19,7 +19,7 @@ struct GridOnSurface {
 };
 
 /// Straight rods as long as the lines are in the mean, and as these grow along the others; for the
-/// surface's curvature, or what makes up for a third of its height at least.
+/// surface's curvature, or what makes up for about half of its height at least.
 [[nodiscard]] StraightLayout layout_of(const GridOnSurface& grid, double flat_angle);
 
 /// Heights of the joints over the plane nearest to them, 0 in the mean [length], to the side about

@@ -43,9 +43,16 @@ std::string told_distance(double distance, double height, double curved_height,
         "themselves";
   }
   return fmt::format(
-      "opened, the grid comes to {:.2g} beside a surface that is {:.2g} high, both "
+      "opened, the grid comes to about {:.2g} beside a surface that is {:.2g} high, both "
       "root mean square{}",
       distance, height, why);
+}
+
+std::string told_thickness(double height, double thick) {
+  return fmt::format(
+      "the surface is {:.2g} high (root mean square), and rods are {:.2g} thick: "
+      "thinner ones follow it better",
+      height, thick);
 }
 
 std::string told_fan(double share) {

@@ -15,7 +15,7 @@ namespace limber::rods {
 namespace {
 
 constexpr RodMaterial kAny{1, 0.3};  // of the modulus heights do not depend
-constexpr int kEdges = 5;            // of a segment
+constexpr int kEdges = 6;            // of a segment
 
 struct OpenedGrid {
   Eigen::Matrix3Xd joints;

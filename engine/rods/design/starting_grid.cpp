@@ -24,10 +24,11 @@ constexpr double kDegree = std::numbers::pi / 180;
 constexpr double kUnknownDrive = 3;    // where nothing is known of the rods
 constexpr double kFlat = 1e-4;         // heights that are nothing, as a share of the patch's size
 constexpr double kMissed = 0.2;        // of the surface's height: that is no opening
+constexpr double kThin = 0.5;          // of a rod's thickness: heights that it hides
 constexpr double kFan = 0.02;          // of sides over the patch's size: what is told about
 constexpr double kLeastOpening = 0.1;  // [rad]
 constexpr double kLeastAngle = 0.6;    // of cells, as a share of the flat angle
-constexpr int kTwin = 8;  // columns and rows of the grid that is opened in place of larger ones
+constexpr double kTwin = 64;           // joints of the grid that is opened in place of larger ones
 
 double size_of(const StraightLayout& layout) {
   const auto extent = [](const Eigen::VectorXd& at) { return at[at.size() - 1] - at[0]; };
@@ -188,11 +189,15 @@ StartingGrid starting_grid(const SurfaceMesh& surface, const StartingGridOptions
   if (options.drive) return as_driven(*options.drive);
   if (is_flat) return as_driven(1);
   if (!options.section) return as_driven(kUnknownDrive);
-  const auto [drive, remark] = std::max(options.columns, options.rows) <= kTwin
-                                   ? drive_of(on_surface, options)
-                                   : drive_of({lift, std::min(options.columns, kTwin),
-                                               std::min(options.rows, kTwin), options.margin},
-                                              options);
+  // As dense in one direction as in the other, so that it is as stiff.
+  const double less = std::min(1.0, std::sqrt(kTwin / (double(options.columns) * options.rows)));
+  const auto fewer = [less](int count) {
+    return std::max(3, static_cast<int>(std::lround(less * count)));
+  };
+  const auto [drive, remark] =
+      less == 1
+          ? drive_of(on_surface, options)
+          : drive_of({lift, fewer(options.columns), fewer(options.rows), options.margin}, options);
   return as_driven(drive, remark);
 }
 
@@ -207,7 +212,18 @@ StartingGrid starting_grid(SurfaceMesh surface, const SurfacePlacement& placemen
 void demand_room(const StartingGrid& grid, const StartingGridOptions& options,
                  const Section& section) {
   validate(section);
+  constexpr double kStout = 0.1;  // of a rod's length: no rod
   const double thick = outline_size(section).minCoeff();
+  const Eigen::Index across = Eigen::Index{options.rows} * (options.columns - 1);
+  const Eigen::Index along = grid.rest_lengths.size() - across;
+  const double longest = std::max(grid.rest_lengths.head(across).sum() / options.rows,
+                                  grid.rest_lengths.tail(along).sum() / options.columns);
+  if (thick > kStout * longest) {
+    throw Error(ErrorCode::kInvalidArgument, "section",
+                fmt::format("the rods would be {:.3g} long and {:.3g} thick: is the section in the "
+                            "surface's length unit?",
+                            longest, thick));
+  }
   const auto demand = [thick](const char* field, int count, double apart) {
     if (apart >= thick) return;
     throw Error(ErrorCode::kInvalidArgument, field,
@@ -217,10 +233,6 @@ void demand_room(const StartingGrid& grid, const StartingGridOptions& options,
   };
   demand("columns", options.columns, grid.columns_apart);
   demand("rows", options.rows, grid.rows_apart);
-  const Eigen::Index across = Eigen::Index{options.rows} * (options.columns - 1);
-  const Eigen::Index along = grid.rest_lengths.size() - across;
-  const double longest = std::max(grid.rest_lengths.head(across).sum() / options.rows,
-                                  grid.rest_lengths.tail(along).sum() / options.columns);
   if (longest > kMostSlender * thick) {
     throw Error(
         ErrorCode::kInvalidArgument, "section",

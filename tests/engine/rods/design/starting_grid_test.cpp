@@ -262,7 +262,7 @@ struct Opened {
   static LinkageModel model_of(const StartingGrid& grid, const Section& section) {
     const SectionStiffness rods = section_stiffness(section_properties(section), {kModulus, 0.3});
     return {build_linkage_graph(grid.flat),
-            5,
+            6,
             {rods.stretching, rods.bending_1, rods.bending_2, rods.torsion}};
   }
   LinkageModel model;
