@@ -17,6 +17,13 @@ struct GridLines {
   [[nodiscard]] int at(int c, int r) const { return r * columns + c; }
   [[nodiscard]] Eigen::Index joints() const { return Eigen::Index{columns} * rows; }
 
+  /// As line meshes have them.
+  [[nodiscard]] Eigen::Matrix2Xi edge_columns() const {
+    Eigen::Matrix2Xi all(2, static_cast<Eigen::Index>(edges.size()));
+    for (Eigen::Index e = 0; e < all.cols(); ++e) all.col(e) = edges[static_cast<std::size_t>(e)];
+    return all;
+  }
+
   int columns, rows;
   std::vector<Eigen::Vector2i> edges;  // of rows, then of columns
 };

@@ -1,9 +1,10 @@
 #include "engine/rods/design/grid_on_surface.h"
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+
+#include "engine/rods/design/principal_axes.h"
 
 namespace limber::rods {
 namespace {
@@ -44,8 +45,7 @@ Eigen::VectorXd places(const Eigen::VectorXd& gaps) {
 struct Spread {
   explicit Spread(const Eigen::Matrix3Xd& points) {
     const Eigen::Matrix3Xd offsets = points.colwise() - points.rowwise().mean();
-    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(offsets * offsets.transpose());
-    const Eigen::Array3Xd own = axes.eigenvectors().transpose() * offsets;
+    const Eigen::Array3Xd own = principal_axes(points).transpose() * offsets;
     height = std::sqrt(own.row(0).square().mean());
     const auto variance = [](const Eigen::ArrayXd& values) {
       return (values - values.mean()).square().mean();
@@ -115,8 +115,7 @@ Eigen::VectorXd heights_of(const GridOnSurface& grid) {
   const Eigen::Vector3d upward =
       (corner(right, top) - corner(0, 0)).cross(corner(0, top) - corner(right, 0));
   const Eigen::Matrix3Xd offsets = grid.points.colwise() - grid.points.rowwise().mean();
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(offsets * offsets.transpose());
-  const Eigen::Vector3d normal = axes.eigenvectors().col(0);
+  const Eigen::Vector3d normal = principal_axes(grid.points).col(0);
   return std::copysign(1.0, normal.dot(upward)) * (offsets.transpose() * normal);
 }
 

@@ -2,19 +2,17 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 
 #include "engine/rods/design/placed_surface.h"
+#include "engine/rods/design/principal_axes.h"
 
 namespace limber::rods {
 
 double distance_between(const Eigen::Matrix3Xd& joints, const Eigen::Matrix3Xd& points) {
-  const Eigen::Matrix3Xd offsets = points.colwise() - points.rowwise().mean();
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(offsets * offsets.transpose());
-  const Eigen::Vector3d normal = axes.eigenvectors().col(0);
+  const Eigen::Vector3d normal = principal_axes(points).col(0);
   const auto apart = [&](const Eigen::Matrix3Xd& one) {
     const SurfacePlacement fit = fitted({}, one, points);
     const Eigen::Matrix3Xd moved =

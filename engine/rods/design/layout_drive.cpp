@@ -28,9 +28,7 @@ std::optional<OpenedGrid> opened(const GridLines& grid, const StraightLayout& la
   LineMesh lines;
   lines.vertices = draw(grid, layout);
   if (!is_regular(grid, lines.vertices, least_angle)) return std::nullopt;
-  lines.edges.resize(2, static_cast<Eigen::Index>(grid.edges.size()));
-  for (Eigen::Index e = 0; e < lines.edges.cols(); ++e)
-    lines.edges.col(e) = grid.edges[static_cast<std::size_t>(e)];
+  lines.edges = grid.edge_columns();
   const LinkageModel model(build_linkage_graph(lines), kEdges,
                            {rods.stretching, rods.bending_1, rods.bending_2, rods.torsion});
   LinkageEquilibrium equilibrium(model);

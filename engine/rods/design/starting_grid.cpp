@@ -80,12 +80,11 @@ StartingGrid drawn(const GridOnSurface& on_surface, const StraightLayout& layout
   const GridLines& lines = on_surface.lines;
   StartingGrid grid;
   grid.flat.vertices = draw(lines, layout);
+  grid.flat.edges = lines.edge_columns();
   const Eigen::Index edges = on_surface.lengths.size();
-  grid.flat.edges.resize(2, edges);
   grid.rest_lengths.resize(edges);
   for (Eigen::Index e = 0; e < edges; ++e) {
-    const Eigen::Vector2i& edge = lines.edges[static_cast<std::size_t>(e)];
-    grid.flat.edges.col(e) = edge;
+    const Eigen::Vector2i edge = grid.flat.edges.col(e);
     grid.rest_lengths[e] =
         (grid.flat.vertices.col(edge[1]) - grid.flat.vertices.col(edge[0])).norm();
     grid.misfit = std::max(grid.misfit, std::abs(grid.rest_lengths[e] / on_surface.lengths[e] - 1));
