@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -83,8 +84,11 @@ struct BeamReport {
   double residual = 0;        // largest scaled force or moment that is left
   double load_factor = 0;     // 1 where everything is on
   double elastic_energy = 0;  // [force length]
-  int node = -1;              // that moves most freely (mechanism) or is worst balanced
-  std::string message;        // a sentence for people
+  /// Of the stiffness at the answer, those of rounding left out: 0 at a minimum. None where the
+  /// state is no equilibrium under all loads and motions.
+  std::optional<int> negative_eigenvalues;
+  int node = -1;        // that moves most freely (mechanism), buckles, or is worst balanced
+  std::string message;  // a sentence for people
   /// In order; what Newton's method saw where it followed the branch.
   std::vector<BeamSnap> snaps;
 

@@ -121,9 +121,12 @@ struct Attempt {
 
   /// Against the push, or with elements folded by a load step that was too long.
   [[nodiscard]] bool went_astray(const BeamSolution& solution) const {
-    if (!path.nudged() || !solution.report.converged()) return false;
-    if (path.nudge_work(start, solution.state) < 0) return true;
-    return is_folded(solution.state);
+    // Folded elements hide what resists beneath the rounding of their forces.
+    const bool is_loose =
+        solution.report.status == BeamStatus::kMechanism && solution.report.load_factor == 1;
+    if (!path.nudged() || !(solution.report.converged() || is_loose)) return false;
+    if (is_folded(solution.state)) return true;
+    return !is_loose && path.nudge_work(start, solution.state) < 0;
   }
 
   /// Temporary loads choose the side.
@@ -137,7 +140,7 @@ struct Attempt {
         solution = std::move(other);
       }
     }
-    if (path.nudge_work(start, solution.state) < 0)
+    if (solution.report.converged() && path.nudge_work(start, solution.state) < 0)
       solution.report.message += "; it rests on the other side than temporary loads push to";
   }
 
@@ -212,6 +215,7 @@ BeamSolution solve(const Attempt& attempt) {
         solution.report.status = BeamStatus::kUnstable;
         solution.report.node = element.start;
         solution.report.message = "balanced, but " + doubt->message;
+        solution.report.negative_eigenvalues.reset();  // elements so few cannot tell
       } else {
         solution.report.message += "; " + doubt->message;
       }

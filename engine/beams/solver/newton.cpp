@@ -5,6 +5,7 @@
 
 #include "engine/base/error.h"
 #include "engine/base/random.h"
+#include "engine/beams/solver/stability.h"
 
 namespace limber::beams::detail {
 
@@ -159,46 +160,73 @@ bool NewtonSolver::advance(BeamState& state, const NodeLoads& loads,
   return true;
 }
 
-NewtonSolver::Softest NewtonSolver::softest(const BeamState& state) {
-  if (factor_positive(state) == Definiteness::kNotFinite)
-    return {std::numeric_limits<double>::quiet_NaN(), -1, {}};
-  return softest_of_factored(state);
+/// By free unknowns, times squares: curvature that is nothing but rounding of what it is a sum of,
+/// or so small that any load would move it out of reach.
+Eigen::VectorXd NewtonSolver::noise() const {
+  const Eigen::VectorXd diagonal = stiffness_.matrix().diagonal();
+  return 1e-7 * balance_.softest() * weights_ + 64 * kEpsilon * diagonal.cwiseAbs();
 }
 
-NewtonSolver::Softest NewtonSolver::softest_of_factored(const BeamState& state) {
-  Random random(20);
-  Eigen::VectorXd v(stiffness_.size());
-  for (double& entry : v) entry = random.uniform() - 0.5;
-  v = v.cwiseQuotient(weights_.cwiseSqrt());
-  stiffness_.assemble(state);
-  const auto exact = stiffness_.matrix().selfadjointView<Eigen::Lower>();
-  double previous = 0, value = 0;
-  for (int i = 0; i < 40; ++i) {
-    v = factor_.solve(weights_.cwiseProduct(v));
-    v /= std::sqrt(v.dot(weights_.cwiseProduct(v)));
-    previous = value;
-    value = v.dot(exact * v);
-    if (i > 3 && std::abs(value - previous) < 1e-3 * std::abs(value)) break;
-  }
-  Softest result;
-  result.eigenvalue = value;
-  result.direction = stiffness_.extended(v);
+NewtonSolver::Verdict NewtonSolver::verdict(Stability stability,
+                                            const Eigen::VectorXd& direction) const {
+  Verdict result;
+  result.stability = stability;
+  result.direction = stiffness_.extended(direction);
   result.direction.cwiseProduct(balance_.weights().cwiseSqrt())
       .cwiseAbs()
       .maxCoeff(&result.unknown);
   return result;
 }
 
-bool NewtonSolver::vanishes(double eigenvalue) const {
-  return std::abs(eigenvalue) <
-         std::max(1e-7 * balance_.softest(), 64 * kEpsilon * balance_.stiffest());
+NewtonSolver::Verdict NewtonSolver::judge(const BeamState& state) {
+  if (factor_positive(state) == Definiteness::kNotFinite) return {};
+  return judge_factored(state);
 }
 
-bool NewtonSolver::leave_saddle(BeamState& state, const NodeLoads& loads, const Softest& soft) {
+/// The factor is that of the stiffness: is there anything that nothing resists?
+NewtonSolver::Verdict NewtonSolver::judge_positive() const {
+  Random random(20);
+  Eigen::VectorXd v(stiffness_.size());
+  for (double& entry : v) entry = random.uniform() - 0.5;
+  v = v.cwiseQuotient(weights_.cwiseSqrt());
+  double previous = 0, value = 0;
+  for (int i = 0; i < 40; ++i) {
+    v = factor_.solve(weights_.cwiseProduct(v));
+    v /= std::sqrt(v.dot(weights_.cwiseProduct(v)));
+    previous = value;
+    value = v.dot(stiffness_.times(v));
+    if (i > 3 && std::abs(value - previous) < 1e-3 * std::abs(value)) break;
+  }
+  const bool vanishes = std::abs(value) < v.dot(noise().cwiseProduct(v));
+  return verdict(vanishes ? Stability::kMechanism : Stability::kStable, v);
+}
+
+/// After factor_positive(state). Where the stiffness is not positive definite the factor is that of
+/// another matrix that is: against it a direction is sought along which the stiffness is negative.
+NewtonSolver::Verdict NewtonSolver::judge_factored(const BeamState& state) {
+  if (is_positive_) return judge_positive();
+  stiffness_.assemble(state);
+  const Eigen::VectorXd rounding = noise();
+  const Eigen::VectorXd v = lowest_quotient(stiffness_.matrix(), factor_, weights_).direction;
+  if (v.dot(stiffness_.times(v)) < -v.dot(rounding.cwiseProduct(v)))
+    return verdict(Stability::kSaddle, v);
+  const Inertia inertia = inertia_of(stiffness_.matrix(), rounding);
+  if (inertia.negative > 0) return verdict(Stability::kSaddle, inertia.direction);
+  return verdict(Stability::kMechanism, v);
+}
+
+int NewtonSolver::negative_eigenvalues(const BeamState& state) {
+  stiffness_.assemble(state);
+  if (!stiffness_.matrix().coeffs().allFinite()) return 0;
+  ++factorizations_;
+  return inertia_of(stiffness_.matrix(), noise()).negative;
+}
+
+bool NewtonSolver::leave_saddle(BeamState& state, const NodeLoads& loads, const Verdict& saddle) {
   const double energy = elastic_energies(structure_, state).total();
   const Eigen::VectorXd load = load_vector(structure_, loads, state);
   const Eigen::VectorXd here = residual(state, loads);
-  const Eigen::VectorXd unit = soft.direction / balance_.size_of(soft.direction);
+  const Eigen::VectorXd unit = saddle.direction / balance_.size_of(saddle.direction);
   const Eigen::VectorXd bend = curvature(state, loads, here, unit);
   // Far enough that the gain is more than rounding, as the energy falls with the square only.
   for (double t = 0.3; t > 1e-5; t *= 0.5) {
@@ -221,13 +249,13 @@ bool NewtonSolver::leave_saddle(BeamState& state, const NodeLoads& loads, const 
 }
 
 bool NewtonSolver::take_fork(BeamState& state, const NodeLoads& loads) {
-  const Softest soft = softest_of_factored(state);
-  if (!(soft.eigenvalue < 0)) return false;
+  const Verdict fork = judge_factored(state);
+  if (fork.stability != Stability::kSaddle) return false;
   const double energy = elastic_energies(structure_, state).total();
   const Eigen::VectorXd load = load_vector(structure_, loads, state);
   const Eigen::VectorXd here = residual(state, loads);
-  const double side = here.dot(soft.direction) > 0 ? -1 : 1;
-  const Eigen::VectorXd unit = side / balance_.size_of(soft.direction) * soft.direction;
+  const double side = here.dot(fork.direction) > 0 ? -1 : 1;
+  const Eigen::VectorXd unit = side / balance_.size_of(fork.direction) * fork.direction;
   const Eigen::VectorXd bend = curvature(state, loads, here, unit);
   const double rounding = 100 * kEpsilon * (energy + std::abs(load.dot(unit)));
   // Down to the first valley: the next one may be that of the other side.
@@ -259,12 +287,12 @@ NewtonOutcome NewtonSolver::balance(BeamState& state, const LoadPath& path, doub
     if (!here.allFinite() || factor_positive(state) == Definiteness::kNotFinite)
       return NewtonOutcome::kNoProgress;
     if (!moves && left_.scaled <= tolerance) {
-      const Softest soft = softest_of_factored(state);
-      if (vanishes(soft.eigenvalue)) return NewtonOutcome::kMechanism;
-      if (soft.eigenvalue > 0) return NewtonOutcome::kBalanced;
+      const Verdict verdict = judge_factored(state);
+      if (verdict.stability == Stability::kMechanism) return NewtonOutcome::kMechanism;
+      if (verdict.stability == Stability::kStable) return NewtonOutcome::kBalanced;
       ++saddles_;
-      saddle_unknown_ = soft.unknown;
-      if (!leave_saddle(state, loads, soft)) return NewtonOutcome::kNoProgress;
+      saddle_unknown_ = verdict.unknown;
+      if (!leave_saddle(state, loads, verdict)) return NewtonOutcome::kNoProgress;
       continue;
     }
     if (i == iterations) break;

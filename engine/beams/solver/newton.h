@@ -28,8 +28,8 @@ enum class Forks {
 /// Newton's method on the potential U - W by free unknowns, from state to state of a load path.
 ///
 /// Where the stiffness is not positive definite it is shifted until it is; balance there is a
-/// saddle, which is left along its softest direction. Steps follow second-order curves, so that
-/// slender beams keep their lengths.
+/// saddle, which is left along the direction that buckles most. Steps follow second-order curves,
+/// so that slender beams keep their lengths.
 class NewtonSolver {
   enum class Definiteness { kPositive, kNot, kNotFinite };
 
@@ -53,21 +53,31 @@ class NewtonSolver {
   /// Was the stiffness positive definite where it was last looked at?
   [[nodiscard]] bool is_positive() const { return is_positive_; }
 
-  /// The softest direction's eigenvalue per weight; its largest unknown. Where the stiffness is not
-  /// finite: not a number, and no unknown.
-  struct Softest {
-    double eigenvalue = 0;
-    int unknown = -1;
-    Eigen::VectorXd direction;  // by all unknowns
+  enum class Stability {
+    kStable,     // the stiffness is positive definite
+    kMechanism,  // it is but for a direction in which nothing resists
+    kSaddle,     // it is negative in a direction
+    kNotFinite,
   };
-  [[nodiscard]] Softest softest(const BeamState& state);
-  /// Is an eigenvalue nothing but rounding, or so small that any load would move it out of reach?
-  [[nodiscard]] bool vanishes(double eigenvalue) const;
+  /// What the stiffness at a state says; a direction that shows it, and its largest unknown: the
+  /// softest one, or the one that buckles.
+  struct Verdict {
+    Stability stability = Stability::kNotFinite;
+    int unknown = -1;
+    Eigen::VectorXd direction;  // by all unknowns; empty where the stiffness is not finite
+  };
+  /// By the inertia of the stiffness at this very state.
+  [[nodiscard]] Verdict judge(const BeamState& state);
+  /// Of the stiffness at a state; those that are nothing but rounding do not count.
+  [[nodiscard]] int negative_eigenvalues(const BeamState& state);
 
  private:
   Definiteness factor_positive(const BeamState& state);
   bool factor_at(double shift);
-  [[nodiscard]] Softest softest_of_factored(const BeamState& state);
+  [[nodiscard]] Verdict judge_factored(const BeamState& state);
+  [[nodiscard]] Verdict judge_positive() const;
+  [[nodiscard]] Verdict verdict(Stability stability, const Eigen::VectorXd& direction) const;
+  [[nodiscard]] Eigen::VectorXd noise() const;
   [[nodiscard]] Eigen::VectorXd residual(const BeamState& state, const NodeLoads& loads) const;
   [[nodiscard]] double potential_change(double energy, const Eigen::VectorXd& load,
                                         const BeamState& to, const NodeLoads& loads,
@@ -93,7 +103,7 @@ class NewtonSolver {
   bool advance(BeamState& state, const NodeLoads& loads, const Eigen::VectorXd& residual,
                const Eigen::VectorXd& step);
   bool take_fork(BeamState& state, const NodeLoads& loads);
-  bool leave_saddle(BeamState& state, const NodeLoads& loads, const Softest& soft);
+  bool leave_saddle(BeamState& state, const NodeLoads& loads, const Verdict& saddle);
 
   const BeamStructure& structure_;
   const JobContext& context_;

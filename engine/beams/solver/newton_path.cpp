@@ -52,6 +52,13 @@ std::string where(const BeamStructure& structure, int unknown) {
   return "nowhere";
 }
 
+std::string saddle_text(int negative, const std::string& where) {
+  return fmt::format(
+      "the shape is balanced but unstable, a saddle: the stiffness has {} negative eigenvalue{}, "
+      "and the energy falls where {}; push it aside there with a small temporary load, or hold it",
+      negative, negative == 1 ? "" : "s", where);
+}
+
 void say(const BeamStructure& structure, BeamStatus status, int unknown, BeamReport& report) {
   report.status = status;
   report.node = Balance(structure).node_of(unknown);
@@ -60,7 +67,8 @@ void say(const BeamStructure& structure, BeamStatus status, int unknown, BeamRep
       report.message = "forces and moments balance at a minimum";
       break;
     case BeamStatus::kUnstable:
-      report.message = "balanced at a saddle: the energy falls where " + where(structure, unknown);
+      report.message =
+          saddle_text(report.negative_eigenvalues.value_or(1), where(structure, unknown));
       break;
     case BeamStatus::kMechanism:
       report.message = where(structure, unknown) + " without any resistance";
@@ -198,7 +206,8 @@ class Follower {
     if (s_ >= 1) {
       const bool loose = step.outcome == NewtonOutcome::kMechanism;
       say(structure_, loose ? BeamStatus::kMechanism : BeamStatus::kConverged,
-          loose ? newton_.softest(state_).unknown : -1, report_);
+          loose ? newton_.judge(state_).unknown : -1, report_);
+      report_.negative_eigenvalues = 0;
       return false;
     }
     step_ = std::min({step_, 1 - s_, longest_});
@@ -307,11 +316,11 @@ class Follower {
       say(structure_, BeamStatus::kIterationLimit, unknown, report_);
       return false;
     }
-    const auto soft = newton_.softest(structure_.rest_state());
-    const bool loose = newton_.vanishes(soft.eigenvalue);
+    const NewtonSolver::Verdict drawn = newton_.judge(structure_.rest_state());
+    const bool loose = drawn.stability == NewtonSolver::Stability::kMechanism;
     if (!loose && falls_ > 0) return end_unstable();
     say(structure_, loose ? BeamStatus::kMechanism : BeamStatus::kStalled,
-        loose ? soft.unknown : unknown, report_);
+        loose ? drawn.unknown : unknown, report_);
     return false;
   }
 
@@ -346,22 +355,32 @@ void follow_path(const BeamStructure& structure, const LoadPath& path, double s,
 
 void certify(const BeamStructure& structure, const JobContext& context, const NodeLoads& loads,
              const BeamState& state, BeamReport& report) {
+  using Stability = NewtonSolver::Stability;
   NewtonSolver newton(structure, context);
-  const NewtonSolver::Softest soft = newton.softest(state);
-  if (newton.vanishes(soft.eigenvalue)) {
-    say(structure, BeamStatus::kMechanism, soft.unknown, report);
-  } else if (soft.eigenvalue < 0 && loads.follows()) {
+  const NewtonSolver::Verdict verdict = newton.judge(state);
+  report.factorizations += newton.factorizations();
+  if (verdict.stability == Stability::kNotFinite) {
+    report.status = BeamStatus::kUnstable;
+    report.message = "balanced, but its stiffness is not finite: do nodes of an element coincide?";
+    return;
+  }
+  const bool is_saddle = verdict.stability == Stability::kSaddle;
+  // A direction along which the energy falls was found.
+  report.negative_eigenvalues = is_saddle ? std::max(1, newton.negative_eigenvalues(state)) : 0;
+  if (verdict.stability == Stability::kMechanism) {
+    say(structure, BeamStatus::kMechanism, verdict.unknown, report);
+  } else if (is_saddle && loads.follows()) {
     FollowingTangent tangent(structure);
     const bool diverges = !tangent.factor(state, loads) || tangent.sign() < 0;
     report.status = diverges ? BeamStatus::kUnstable : BeamStatus::kConverged;
-    report.node = diverges ? Balance(structure).node_of(soft.unknown) : -1;
+    report.node = diverges ? Balance(structure).node_of(verdict.unknown) : -1;
     report.message =
         diverges ? "balanced, but not stable under loads that follow, where " +
-                       where(structure, soft.unknown)
+                       where(structure, verdict.unknown)
                  : "forces and moments balance; loads that follow have no potential: whether they "
                    "make it flutter is not judged";
-  } else if (soft.eigenvalue < 0) {
-    say(structure, BeamStatus::kUnstable, soft.unknown, report);
+  } else if (is_saddle) {
+    say(structure, BeamStatus::kUnstable, verdict.unknown, report);
   }
 }
 

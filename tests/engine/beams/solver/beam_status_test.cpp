@@ -39,13 +39,18 @@ TEST(BeamStatus, RelaxationSaysThatAStraightColumnIsASaddle) {
   const BeamSolution found = find_equilibrium(BeamStructure(column()), options);
   EXPECT_EQ(found.report.status, BeamStatus::kUnstable) << found.report.message;
   EXPECT_NE(found.report.message.find("saddle"), std::string::npos);
+  // Equally stiff in both planes, it may fall in any.
+  EXPECT_EQ(found.report.negative_eigenvalues, 2);
+  EXPECT_NE(found.report.message.find("2 negative eigenvalues"), std::string::npos)
+      << found.report.message;
 }
 
-/// Newton's method balances it, straight, far beyond what any of its elements bears.
+/// Its nodes move along it only: nothing in the stiffness tells that elements buckle between them.
 TEST(BeamStatus, AnElementPressedBeyondItsOwnBucklingIsNoMinimum) {
   BeamModel model = limber::testing::straight_beam(5, 1, 200);
   model.supports = {clamped(0), clamped(5)};
   model.supports[1].fixed[0] = false;
+  for (int i = 1; i < 5; ++i) model.supports.push_back({i, {false, true, true, true, true, true}});
   PrescribedMotion motion;
   motion.node = 5;
   motion.translates = {true, false, false};
@@ -56,6 +61,7 @@ TEST(BeamStatus, AnElementPressedBeyondItsOwnBucklingIsNoMinimum) {
   const BeamSolution found = find_equilibrium(BeamStructure(model), options);
   EXPECT_EQ(found.report.status, BeamStatus::kUnstable) << found.report.message;
   EXPECT_NE(found.report.message.find("by itself"), std::string::npos) << found.report.message;
+  EXPECT_FALSE(found.report.negative_eigenvalues.has_value());
 }
 
 TEST(BeamStatus, AFoldedElementIsDoubted) {

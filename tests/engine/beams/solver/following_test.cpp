@@ -35,12 +35,16 @@ double apart(const BeamState& a, const BeamState& b) {
   return (a.positions - b.positions).colwise().norm().maxCoeff();
 }
 
-BeamModel shallow_arch(double load) {
+enum class ArchMoves { kInItsPlane, kInSpace };
+
+BeamModel shallow_arch(double load, ArchMoves moves = ArchMoves::kInItsPlane) {
   const int n = 16;
   BeamModel model = straight_beam(n, 1, 500);
   for (int i = 0; i <= n; ++i)
     model.nodes[static_cast<std::size_t>(i)].position.z() = 0.05 * std::sin(kPi * i / n);
   model.supports = {clamped(0), clamped(n)};
+  for (int i = 1; i < n && moves == ArchMoves::kInItsPlane; ++i)
+    model.supports.push_back({i, {false, true, false, true, false, true}});
   model.loads.push_back({n / 2, {0, 0, -load}});
   return model;
 }
@@ -95,6 +99,20 @@ TEST(BeamFollowing, ASnapIsToldWithItsPlace) {
   ASSERT_TRUE(back.report.converged()) << back.report.message;
   EXPECT_LT(apart(back.state, BeamStructure(shallow_arch(0)).rest_state()), 1e-6);
   EXPECT_EQ(back.report.snaps.size(), 1U);
+}
+
+/// As stiff sideways as it is upright, it gives way to the side before it would snap through.
+TEST(BeamFollowing, AnArchInSpaceRollsSidewaysWithoutASnap) {
+  const BeamSolution first = find_equilibrium(BeamStructure(shallow_arch(5, ArchMoves::kInSpace)));
+  double aside = 0;
+  const BeamSolution after =
+      follow(shallow_arch(25, ArchMoves::kInSpace), first.state, {}, [&](const BeamProgress& p) {
+        aside = std::max(aside, p.state->positions.row(1).cwiseAbs().maxCoeff());
+      });
+  ASSERT_TRUE(after.report.converged()) << after.report.message;
+  EXPECT_LT(after.state.positions(2, 8), -0.03);
+  EXPECT_GT(aside, 0.03);
+  EXPECT_TRUE(after.report.snaps.empty());
 }
 
 TEST(BeamFollowing, AColumnThatBucklesDoesNotSnap) {
