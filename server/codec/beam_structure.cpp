@@ -163,6 +163,7 @@ DecodedBeams read_structure(const proto::BeamStructure& message, const std::stri
   decode_list(message.temporary_loads(), field + ".temporary_loads", decode_nodal_load,
               model.temporary_loads);
   model.gravity = decode_vector(message.gravity());
+  give_motions_precedence(model);
   return read;
 }
 

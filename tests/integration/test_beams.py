@@ -114,7 +114,9 @@ def test_jobs_of_the_public_code(server, tmp_path):
     (lambda s: s["elements"].append({"start": 1, "finish": 0}), "INVALID_ARGUMENT", "structure.elements[4]"),
     (lambda s: s["sections"][0]["rectangle"].update(height=0), "INVALID_ARGUMENT",
      "structure.sections[0].rectangle.height"),
-    (lambda s: s.update(motions=[{"node": 0, "z": 0.1}]), "INVALID_ARGUMENT", "structure.motions[0]"),
+    (lambda s: s.update(motions=[{"node": 0, "z": 0.1, "x_axis": {"x": 3, "z": 4}, "y_axis": {"y": 1}}]), "INVALID_ARGUMENT",
+     "structure.motions[0]"),
+    (lambda s: s["elements"][1].update(normal={"x": 1}), "INVALID_ARGUMENT", "structure.elements[1].normal"),
     (lambda s: s["elements"][0].update(start_release={"rotations": [4]}), "INVALID_ARGUMENT",
      "structure.elements[0].start_release.rotations[0]"),
     (lambda s: s["nodes"].append({}), "INVALID_ARGUMENT", "structure.nodes[5].position"),
@@ -124,6 +126,41 @@ def test_bad_structures_are_refused_by_name(server, change, code, field):
     change(structure)
     error = refusal(server, structure)
     assert (error.code, error.field) == (code, field)
+
+
+def test_a_node_that_is_fixed_and_moved_along_the_same_axis_is_moved(server, tmp_path):
+    structure = cantilever(4, load=0) | {"motions": [{"node": 0, "x": 0.25, "z": 0.5}]}
+    answer = server.solve_beams(structure, progress=False)
+    assert answer.converged
+    assert np.allclose(answer.positions - [(i / 4, 0, 0) for i in range(5)], (0.25, 0, 0.5), atol=1e-9)
+    folder = job_folder(tmp_path)
+    job = json.loads((folder / "SimulationJob.json").read_text())
+    job["forced displacements"] = [[0, [0.1, 0, 0.2]]]
+    (folder / "SimulationJob.json").write_text(json.dumps(job))
+    answer = server.solve_beams(folder, progress=False)
+    assert answer.converged and np.allclose(answer.positions[0], (0.1, 0, 0.2), atol=1e-9)
+    session = server.open(folder, progress=False)
+    assert session.wait().status == "CONVERGED"
+    with pytest.raises(limber.LimberError) as caught:
+        session.support(0, "x")
+    assert "motions[0] moves node 0, which supports[0] holds along x" in str(caught.value)
+    session.close()
+
+
+def test_a_vertical_member_gets_a_normal_by_rule(server):
+    """Its third axis is x, so the section's height is along x, and it bends (height / width)^2 less that way."""
+    def tip(**force):
+        column = cantilever(4)
+        for i, node in enumerate(column["nodes"]):
+            node["position"] = {"z": i / 4}
+        column["sections"][0]["rectangle"] = {"width": 0.01, "height": 0.02}
+        column["loads"] = [{"node": 4, "force": force}]
+        answer = server.solve_beams(column, progress=False)
+        assert answer.converged
+        return answer.positions[-1]
+
+    assert tip(y=0.003)[1] == pytest.approx(0.0005, rel=1e-4)
+    assert tip(x=0.003)[0] == pytest.approx(0.0005 / 4, rel=1e-4)
 
 
 def test_what_is_not_finite_is_named(server):

@@ -8,6 +8,8 @@ namespace limber::beams {
 namespace {
 
 constexpr double kSameAxes = 1e-8;
+/// Sine of 0.1 degrees: closer to an element, a normal says nothing about its section.
+constexpr double kAlongElement = 1.7453e-3;
 
 /// Which of the axes that the rows of a rotation stand for lie in the span of the given ones;
 /// nothing where one lies neither in it nor across it.
@@ -46,6 +48,19 @@ std::optional<PrescribedMotion> by_axes(const PrescribedMotion& motion,
   return result;
 }
 
+void give_motions_precedence(BeamModel& model) {
+  for (const PrescribedMotion& motion : model.motions) {
+    for (BeamSupport& support : model.supports) {
+      if (support.node != motion.node) continue;
+      const auto moved = by_axes(motion, support.axes);
+      for (std::size_t k = 0; moved && k < 3; ++k) {
+        support.fixed[k] = support.fixed[k] && !moved->translates[k];
+        support.fixed[3 + k] = support.fixed[3 + k] && !moved->rotates[k];
+      }
+    }
+  }
+}
+
 double drawn_length(const BeamModel& model, int element) {
   const BeamElement& e = model.elements[static_cast<std::size_t>(element)];
   return (model.nodes[static_cast<std::size_t>(e.finish)].position -
@@ -53,15 +68,28 @@ double drawn_length(const BeamModel& model, int element) {
       .norm();
 }
 
-Eigen::Matrix3d drawn_frame(const BeamModel& model, int element) {
+Eigen::Vector3d drawn_normal(const BeamModel& model, int element) {
   const BeamElement& e = model.elements[static_cast<std::size_t>(element)];
+  if (!e.normal.isZero(0)) return e.normal;
   const BeamNode& a = model.nodes[static_cast<std::size_t>(e.start)];
   const BeamNode& b = model.nodes[static_cast<std::size_t>(e.finish)];
-  const Eigen::Vector3d normal =
-      e.normal.isZero(0) ? (a.normal.normalized() + b.normal.normalized()).eval() : e.normal;
+  const Eigen::Vector3d along = (b.position - a.position).normalized();
+  const auto is_usable = [&](const Eigen::Vector3d& normal) {
+    return normal.cross(along).norm() > kAlongElement * std::max(normal.norm(), kAlongElement);
+  };
+  const Eigen::Vector3d mean = a.normal.normalized() + b.normal.normalized();
+  if (is_usable(mean)) return mean;
+  if (is_usable(Eigen::Vector3d::UnitZ())) return Eigen::Vector3d::UnitZ();
+  return Eigen::Vector3d::UnitX();
+}
+
+Eigen::Matrix3d drawn_frame(const BeamModel& model, int element) {
+  const BeamElement& e = model.elements[static_cast<std::size_t>(element)];
   Eigen::Matrix3d frame;
-  frame.col(0) = (b.position - a.position).normalized();
-  frame.col(1) = normal.cross(frame.col(0)).normalized();
+  frame.col(0) = (model.nodes[static_cast<std::size_t>(e.finish)].position -
+                  model.nodes[static_cast<std::size_t>(e.start)].position)
+                     .normalized();
+  frame.col(1) = drawn_normal(model, element).cross(frame.col(0)).normalized();
   frame.col(2) = frame.col(0).cross(frame.col(1));
   return frame;
 }

@@ -37,8 +37,7 @@ struct BeamElement {
   int finish = 0;
   int section = 0;  // of the model's
   BeamKind kind = BeamKind::kBeam;
-  /// Third axis of the section before it is made perpendicular to the beam; zero: the mean of the
-  /// nodes' normals.
+  /// Third axis of the section before it is made perpendicular to the beam; zero: see drawn_normal.
   Eigen::Vector3d normal = Eigen::Vector3d::Zero();
   double rest_length = 0;  // [length]; 0: as drawn
   /// Curvature at rest of the element beyond what is drawn: rotation of the section per length,
@@ -129,7 +128,8 @@ struct BeamModel {
 
 /// @throws Error naming the member, e.g. "elements[3].finish":
 ///   {kOutOfRange} a node, section or element that does not exist;
-///   {kInvalidArgument} values that are not finite; an element of zero length or along its normal;
+///   {kInvalidArgument} values that are not finite; an element of zero length or along a normal of
+///     its own;
 ///     two elements between the same nodes; sections that are not positive; axes that are not
 ///     orthonormal and right-handed; a node with two motions, one that moves what a support fixes,
 ///     one that turns it about one axis while it is free about the others,
@@ -137,8 +137,18 @@ struct BeamModel {
 ///   {kFailedPrecondition} nothing holds a structure that hangs together (no support, no motion)
 void validate(const BeamModel& model);
 
+/// Of a node that is both fixed and moved along the same axis, the motion holds: clears what
+/// supports fix in directions that a motion gives. Motions by axes that mix with those of the
+/// support are left to validate().
+void give_motions_precedence(BeamModel& model);
+
 /// Length between the nodes as drawn.
 [[nodiscard]] double drawn_length(const BeamModel& model, int element);
+
+/// Towards which the third axis of an element points, not yet perpendicular to it: its own normal;
+/// without one the mean of its nodes' normals; where this is within 0.1 degrees of the element's
+/// direction (a vertical member with the default normal), global z; where this is, too, global x.
+[[nodiscard]] Eigen::Vector3d drawn_normal(const BeamModel& model, int element);
 
 /// Columns are axes 1, 2, 3 of an element as drawn: axis 1 from start to finish, axis 3 towards the
 /// normal, axis 2 = axis 3 x axis 1 (bending-active, eq. 4 to 6).

@@ -125,15 +125,9 @@ void check_elements(const BeamModel& model) {
     if (!fresh)
       refuse(at("elements", i), fmt::format("joins nodes {} and {}, as elements[{}] does", e.start,
                                             e.finish, other->second));
-    if (e.kind == BeamKind::kBeam) {
-      const Eigen::Vector3d normal =
-          e.normal.isZero(0) ? (model.nodes[static_cast<std::size_t>(e.start)].normal.normalized() +
-                                model.nodes[static_cast<std::size_t>(e.finish)].normal.normalized())
-                                   .eval()
-                             : e.normal.normalized();
-      if (!(normal.cross((q - p).normalized()).norm() > 1e-6))
-        refuse(at("elements", i, "normal"), "runs along the element: axes 2 and 3 are not defined");
-    }
+    if (e.kind == BeamKind::kBeam && !e.normal.isZero(0) &&
+        !(e.normal.normalized().cross((q - p).normalized()).norm() > 1e-6))
+      refuse(at("elements", i, "normal"), "runs along the element: axes 2 and 3 are not defined");
     const double length = e.rest_length > 0 ? e.rest_length : (q - p).norm();
     if (!(std::abs(e.rest_curvature.x()) * length <= kMostTwistAtRest))
       refuse(

@@ -32,6 +32,7 @@ beams::BeamModel model_of(const scene::BeamJobFiles& files) {
     motion.translation = displacement.displacement;
     model.motions.push_back(motion);
   }
+  give_motions_precedence(model);
   if (job.initial_force.isZero(0) && job.initial_moment.isZero(0)) return model;
   for (int i = 0; i < static_cast<int>(model.nodes.size()); ++i)
     model.temporary_loads.push_back({i, job.initial_force, job.initial_moment});

@@ -47,6 +47,18 @@ TEST(BeamAnalysis, JobsHoldAllRotationsOfANodeWhereTheyHoldAny) {
   EXPECT_EQ(model_of(files).temporary_loads.size(), 3U);
 }
 
+/// As public jobs mean it: "fixed vertices" and "forced displacements" name the same vertex.
+TEST(BeamAnalysis, AVertexOfAJobThatIsFixedAndDisplacedIsDisplaced) {
+  auto files = cantilever(4);
+  files.job.forces.clear();
+  files.job.displacements.push_back({0, {0.25, 0, 0.5}});
+  const BeamAnalysis found = analyse(model_of(files), {});
+  ASSERT_TRUE(found.solution.report.converged()) << found.solution.report.message;
+  const Eigen::Matrix3Xd moved = found.solution.state.positions - files.mesh.vertices;
+  for (const auto& by : moved.colwise())
+    EXPECT_LT((by - Eigen::Vector3d(0.25, 0, 0.5)).norm(), 1e-9);
+}
+
 TEST(BeamAnalysis, ShapesOnTheWayAreFewAndInOrder) {
   beams::BeamSolveOptions options;
   options.method = beams::BeamMethod::kRelaxation;
