@@ -24,7 +24,7 @@ def read(path: "str | os.PathLike[str]", field: str) -> "tuple[np.ndarray, np.nd
     reader = readers.get(path.suffix.lower())
     if reader is None:
         raise invalid(field, f"{path.name} is no surface that can be read: .obj, .ply or .stl")
-    content = motions.read(path, field)
+    content = motions.read(path, field).removeprefix(b"\xef\xbb\xbf")  # a byte order mark
     try:
         vertices, polygons = reader(content)
         triangles = [(p[0], p[k], p[k + 1]) for p in polygons for k in range(1, len(p) - 1)]
@@ -42,6 +42,8 @@ def _obj(content: bytes) -> "tuple[Any, list[Any]]":
             vertices.append([float(word) for word in words[1:4]])
         elif words[:1] == ["f"]:
             numbers = [int(word.split("/")[0]) for word in words[1:]]
+            if 0 in numbers:
+                raise ValueError("vertex index 0: OBJ files count vertices from 1; if this file counts from 0, add 1")
             polygons.append([n - 1 if n > 0 else len(vertices) + n for n in numbers])
     return vertices, polygons
 

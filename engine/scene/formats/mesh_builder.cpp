@@ -55,6 +55,7 @@ MeshReading MeshBuilder::finish() {
   if (tets_.empty()) {
     std::string others;
     for (const auto& [kind, count] : ignored_) {
+    if (count == 0) continue;  // an empty section
       others += (others.empty() ? " (but " : ", ") + std::to_string(count) + " " + kind;
     }
     file_.fail("the file has no tetrahedra" + others + (others.empty() ? "" : ")"));

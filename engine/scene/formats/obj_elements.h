@@ -16,7 +16,13 @@ inline std::int64_t obj_vertex_index(std::string_view corner, std::int64_t verte
   std::int64_t index = 0;
   const auto [stop, error] = std::from_chars(corner.data(), corner.data() + corner.size(), index);
   const bool whole = stop == corner.data() + corner.size() || *stop == '/';
-  if (error != std::errc() || !whole || index == 0) {
+  if (error == std::errc() && whole && index == 0) {
+    file.fail_at(
+        line,
+        "vertex index 0: OBJ files count vertices from 1 (negative: back from the newest); "
+        "if this file counts from 0, add 1 to every index");
+  }
+  if (error != std::errc() || !whole) {
     file.fail_at(line, "expected a vertex index, found " + in_quotes(corner));
   }
   return index > 0 ? index - 1 : vertex_count + index;

@@ -44,6 +44,7 @@ TriangleSurface SurfaceBuilder::finish(const TextCursor& file) {
 
 TriangleSurface read_surface(const std::string& name, std::string_view content) {
   const std::string ending = formats::to_lower(std::filesystem::path(name).extension().string());
+  if (content.substr(0, 3) == "\xEF\xBB\xBF") content.remove_prefix(3);  // byte order mark
   formats::TextCursor file(name, content);
   if (ending == ".obj") return formats::read_obj(file);
   if (ending == ".ply" || content.substr(0, 4) == "ply\n" || content.substr(0, 5) == "ply\r\n")

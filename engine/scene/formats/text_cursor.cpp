@@ -10,6 +10,11 @@ namespace {
 
 bool is_blank(char c) { return c == ' ' || c == '\t' || c == '\r' || c == '\f' || c == '\v'; }
 
+/// Length of a byte order mark at the beginning of a text, which some editors write.
+std::size_t byte_order_mark(std::string_view text) {
+  return text.substr(0, 3) == "\xEF\xBB\xBF" ? 3 : 0;
+}
+
 char lower(char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; }
 
 }  // namespace
@@ -55,6 +60,7 @@ void TextCursor::fail_expected(const char* what) {
 }
 
 bool TextCursor::skip_blanks_in_line() {
+  if (position_ == 0) position_ = byte_order_mark(text_);
   while (position_ < text_.size()) {
     const char c = text_[position_];
     if (is_blank(c) || (comma_ && c == ',')) {
@@ -90,6 +96,7 @@ std::string_view TextCursor::word() {
 }
 
 bool TextCursor::next_line(std::string_view& rest) {
+  if (position_ == 0) position_ = byte_order_mark(text_);
   if (position_ >= text_.size()) return false;
   const std::size_t end = text_.find('\n', position_);
   if (end == std::string_view::npos) {

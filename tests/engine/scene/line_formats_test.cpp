@@ -36,7 +36,8 @@ TEST(LineFormats, BadFilesNameTheLine) {
   EXPECT_THAT(message_of("a.obj", "v 0 0 0\nl 1\n"),
               HasSubstr("a.obj:2: a line of fewer than two"));
   EXPECT_THAT(message_of("a.obj", "v 0 0\nl 1 1\n"), HasSubstr("a.obj:1:"));
-  EXPECT_THAT(message_of("a.obj", "v 0 0 0\nl 1 0\n"), HasSubstr("expected a vertex index"));
+  EXPECT_THAT(message_of("a.obj", "v 0 0 0\nl 1 0\n"),
+              HasSubstr("a.obj:2: vertex index 0: OBJ files count vertices from 1"));
   EXPECT_THAT(message_of("a.obj", "v 0 0 0\nf 1 1 1\n"), HasSubstr("no lines"));
   EXPECT_THAT(message_of("a.ply", "ply\n"), HasSubstr(".obj"));
   const std::string points = "v 0 0 0\nv 1 0 0\n# twice\nv 1 0 0\n";

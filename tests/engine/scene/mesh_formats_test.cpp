@@ -136,6 +136,30 @@ TEST(MeshFormats, TheContentIsTrustedMoreThanTheName) {
   EXPECT_EQ(read_mesh({"upload.vtu", bytes, {}}).mesh.tet_count(), 12);
 }
 
+constexpr const char* kMedit =
+    "MeshVersionFormatted 2\nDimension 3\nVertices\n4\n0 0 0 0\n1 0 0 0\n0 1 0 0\n0 0 1 0\n"
+    "Triangles\n0\nTetrahedra\n1\n1 2 3 4 0\nEnd\n";
+
+TEST(MeshFormats, EmptySectionsOfOtherCellsAreNotWarnedOf) {
+  const MeshReading reading = read_mesh({"a.mesh", kMedit, {}});
+  EXPECT_EQ(reading.mesh.tet_count(), 1);
+  EXPECT_TRUE(reading.warnings.empty()) << reading.warnings.front();
+}
+
+TEST(MeshFormats, AByteOrderMarkIsSkipped) {
+  const std::string mark = "\xEF\xBB\xBF";
+  EXPECT_EQ(read_mesh({"a.mesh", mark + kMedit, {}}).mesh.tet_count(), 1);
+  const std::string vtk =
+      mark +
+      "# vtk DataFile Version 3.0\na tet\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 4 double\n"
+      "0 0 0 1 0 0 0 1 0 0 0 1\nCELLS 1 5\n4 0 1 2 3\nCELL_TYPES 1\n10\n";
+  EXPECT_EQ(read_mesh({"a.vtk", vtk, {}}).mesh.tet_count(), 1);
+  const MeshFileSet pair{"a.node",
+                         mark + "4 3 0 0\n0 0 0 0\n1 1 0 0\n2 0 1 0\n3 0 0 1\n",
+                         {{"a.ele", mark + "1 4 0\n0 0 1 2 3\n"}}};
+  EXPECT_EQ(read_mesh(pair).mesh.tet_count(), 1);
+}
+
 TEST(MeshFormats, BigEndianGmshIsRead) {
   std::string text = "$MeshFormat\n2.2 1 8\n";
   const auto put = [&text](auto value) {

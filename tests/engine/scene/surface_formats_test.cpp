@@ -119,6 +119,23 @@ TEST(SurfaceFormats, PolygonsAndRelativeIndicesOfObjAreUnderstood) {
   EXPECT_NEAR(check.volume, 1, 1e-15);
 }
 
+TEST(SurfaceFormats, AByteOrderMarkIsSkipped) {
+  const std::string mark = "\xEF\xBB\xBF";
+  const std::string obj = mark + "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+  EXPECT_EQ(read_surface("a.obj", obj).vertices.cols(), 3);
+  const std::string ply =
+      mark +
+      "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
+      "property float z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n"
+      "0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
+  EXPECT_EQ(read_surface("a.ply", ply).vertices.cols(), 3);
+  const std::string stl =
+      mark +
+      "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\n"
+      "endloop\nendfacet\nendsolid a\n";
+  EXPECT_EQ(read_surface("a.stl", stl).vertices.cols(), 3);
+}
+
 TEST(SurfaceFormats, FaultsAreNamedWithTheirLine) {
   const auto reading = [](const char* name, const std::string& text) {
     return message_of([&] { static_cast<void>(read_surface(name, text)); });
@@ -128,7 +145,7 @@ TEST(SurfaceFormats, FaultsAreNamedWithTheirLine) {
   EXPECT_THAT(reading("a.obj", "v 0 0 0\nf 1 2 3\n"),
               HasSubstr("a.obj:2: a face uses vertex 1 (from 0) of 1"));
   EXPECT_THAT(reading("a.obj", "v 0 0 0\nf 1 0 1\n"),
-              HasSubstr("expected a vertex index, found '0'"));
+              HasSubstr("a.obj:2: vertex index 0: OBJ files count vertices from 1"));
   EXPECT_THAT(reading("a.obj", "v 0 0 0\nf 1 1\n"), HasSubstr("fewer than three"));
   EXPECT_THAT(reading("a.obj", "v 0 0 0\n"), HasSubstr("no triangles"));
   EXPECT_THAT(reading("a.stl", "hello"), HasSubstr("neither a text STL file"));
