@@ -231,7 +231,8 @@ void add_result_commands(CLI::App& app, Context& context) {
           "FILE"));
   command
       ->add_option("--encoding", frame_options->encoding,
-                   "What travels: coordinates, positions or quantised (16 bit)")
+                   "What the server sends: coordinates, positions or quantised (16 bit); "
+                   "the file has positions in any case")
       ->check(CLI::IsMember(kEncodings))
       ->capture_default_str();
   command->add_option("--first", frame_options->first, "First frame")->capture_default_str();

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <limits>
 #include <unordered_map>
 
@@ -100,6 +101,32 @@ void apply_groups(const proto::Scene& message, const std::string& prefix,
       if (tets > 0) mesh.tet_material[tet] = static_cast<int>(mesh.materials.size()) - 1;
     });
   }
+}
+
+/// A mesh that brings materials leaves the scene's without effect, wholly.
+void warn_of_unused_material(const proto::Scene& message, DecodedScene& decoded) {
+  const auto& given = message.material();
+  const auto& materials = decoded.scene.mesh.materials;
+  if (materials.empty() ||
+      (!given.has_youngs_modulus() && !given.has_poissons_ratio() && !given.has_density()))
+    return;
+  const bodies::Material& scenes = decoded.scene.material;
+  const bool is_same = std::all_of(materials.begin(), materials.end(),
+                                   [&](const auto& material) { return material == scenes; });
+  std::ptrdiff_t grouped = 0;
+  for (const auto& group : message.material_groups()) grouped += group.tets_size();
+  if (is_same || grouped >= decoded.scene.mesh.tet_count()) return;
+  const auto [low, high] = std::minmax_element(
+      materials.begin(), materials.end(),
+      [](const auto& a, const auto& b) { return a.youngs_modulus < b.youngs_modulus; });
+  const std::string range =
+      low->youngs_modulus == high->youngs_modulus
+          ? fmt::format("{:g} Pa", low->youngs_modulus)
+          : fmt::format("{:g} to {:g} Pa", low->youngs_modulus, high->youngs_modulus);
+  decoded.mesh_warnings.push_back(
+      fmt::format("the scene's material (youngs_modulus {:g} Pa) is ignored: the mesh file brings "
+                  "its own (youngs_modulus {}); material_groups override it",
+                  scenes.youngs_modulus, range));
 }
 
 void check_frames(const proto::Scene& message, const std::string& prefix,
@@ -313,6 +340,7 @@ DecodedScene decode_scene(const proto::Scene& message, const std::string& prefix
     LoadedMesh loaded = load_within(message.mesh(), prefix + "mesh", limits, load_mesh);
     scene.mesh = std::move(loaded.mesh);
     decoded.mesh_warnings = std::move(loaded.warnings);
+    warn_of_unused_material(message, decoded);
   });
   apply_groups(message, prefix, scene.material, scene.mesh, faults);
   faults.try_to([&] {

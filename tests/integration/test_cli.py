@@ -507,3 +507,18 @@ def test_cancel(cli, launch):
     with pytest.raises(limber.LimberError) as caught:
         server.session("c").wait(timeout=30)
     assert caught.value.code in ("CANCELLED", "FAILED_PRECONDITION")
+
+
+def test_a_material_beside_a_mesh_file_that_brings_its_own_warns(cli, tmp_path):
+    (tmp_path / "a.mesh").write_text("MeshVersionFormatted 2\nDimension 3\nVertices\n4\n0 0 0 0\n1 0 0 0\n0 1 0 0\n0 0 1 0\n"
+                                     "Triangles\n0\nTetrahedra\n1\n1 2 3 4 0\nEnd\n")
+    (tmp_path / "a.elastic").write_text("*MATERIAL, NAME=A\n*ELASTIC\n7e+06, 0.45\n*DENSITY 100")
+    scene = tmp_path / "scene.json"
+    told = ("the scene's material (youngs_modulus 500000 Pa) is ignored: "
+            "the mesh file brings its own (youngs_modulus 7e+06 Pa)")
+    for material, is_told in (({"youngs_modulus": 5e5}, True), ({}, False),
+                              ({"youngs_modulus": 7e6, "poissons_ratio": 0.45, "density": 100}, False)):
+        scene.write_text(json.dumps({"mesh": {"path": "a.mesh"}, "frames": 20, "material": material}))
+        text = cli("validate", scene).stdout
+        assert (told in text) == is_told, text
+        assert "0 cells" not in text

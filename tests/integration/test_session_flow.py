@@ -75,7 +75,7 @@ def test_partial_axes_leave_the_others_free(session):
     assert moved[2] == pytest.approx(0.3, abs=1e-5) and abs(moved[0]) < 1 and abs(moved[1]) < 1
 
 
-def test_encodings_agree(session):
+def test_encodings_agree_and_coordinates_are_given_as_such(session):
     session.add(node=tip_of(session), frame=30, displacement=(0, 0, 0.4))
     session.wait()
     by_coordinates = session.frames(final=True)
@@ -84,6 +84,9 @@ def test_encodings_agree(session):
     raw = session.raw_frames(final=True, encoding="quantised")
     assert 0 < raw.quantisation_error < 1e-3
     assert np.abs(session.frames(final=True, encoding="quantised") - by_positions).max() <= 1.01 * raw.quantisation_error
+    coordinates = session.frames(final=True, encoding="coordinates")
+    assert coordinates.shape == (len(by_positions), session.geometry().basis.shape[2])
+    np.testing.assert_array_equal(session.geometry().positions(coordinates), by_coordinates)
     # A product of other width may add in another order: the last bit of a float is free.
     np.testing.assert_allclose(session.frames(10, 5, encoding="positions"), by_positions[10:15], rtol=2e-7, atol=1e-9)
 

@@ -104,13 +104,16 @@ class OpenSession:
             encoding=ENCODINGS[checks.one_of(encoding, ENCODINGS, "encoding")])
         return self.connection.call("get_frames", request, timeout=max(60.0, self.connection.timeout)).frames
 
-    def frames(self, first: int = 0, count: int = 0, encoding: str = "coordinates", final: bool = False) -> np.ndarray:
+    def frames(self, first: int = 0, count: int = 0, encoding: str | None = None, final: bool = False) -> np.ndarray:
         """Positions, frames x nodes x 3 float32 [length unit], of the newest result.
 
-        count 0: to the last frame; encoding: what travels ("coordinates", the smallest, "positions" or "quantised");
-        final: of the newest final result.
+        count 0: to the last frame; final: of the newest final result. encoding: None has coordinates, the smallest, sent
+        and makes positions of them; "positions" and "quantised" (16 bit) have positions sent. "coordinates" returns the
+        coordinates themselves, frames x coordinates float32, of which geometry().positions() makes positions.
         """
-        frames = self.raw_frames(first, count, encoding, final)
+        if encoding == "coordinates":
+            return np.array(arrays.to_numpy(self.raw_frames(first, count, encoding, final).data, "frames"))
+        frames = self.raw_frames(first, count, "coordinates" if encoding is None else encoding, final)
         return decode(frames, self.geometry_for(frames))
 
     def stream(self, encoding: str = "coordinates", timeout: float | None = None, snapshot: bool = True) -> FrameStream:

@@ -30,12 +30,12 @@ class Result:
     constraint_energy: float
     energy: float        # sum of all
     gradient: float      # scale-free norm
-    max_error: float     # largest of all constraints and their axes [length unit]
-    rms_error: float     # over all constraints and their axes [length unit]
+    max_error: float     # largest distance by which a constraint is missed, over the axes that it has [length unit]
+    rms_error: float     # root mean square of these distances over the constraints [length unit]
     rank_deficient: bool  # exact constraints contradict or repeat each other: a least-squares answer
     message: str
     since_edit_ms: float  # on the server, from the newest edit contained to publication
-    max_exact_error: float = 0.0  # of the exact constraints alone [length unit]
+    max_exact_error: float = 0.0  # largest of these distances, of the exact constraints alone [length unit]
     solve_failed: bool = False    # message says why; the motion is an earlier one, energies and errors are 0: unknown
     material_iterations: int = 0    # steps of the material's optimisation for this revision
     column_energy: float = 0.0      # keeps mixed modes near unit size; part of energy
