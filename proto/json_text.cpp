@@ -1,14 +1,19 @@
 #include "proto/json_text.h"
 
+#include <google/protobuf/descriptor.h>
 #include <google/protobuf/struct.pb.h>
 #include <google/protobuf/util/json_util.h>
 
 #include <algorithm>
 #include <cctype>
 #include <set>
+#include <utility>
+#include <vector>
 
 namespace limber::json {
 namespace {
+
+constexpr const char* kNoSuchField = "there is no such field";
 
 bool is_space(char c) { return std::isspace(static_cast<unsigned char>(c)) != 0; }
 
@@ -132,8 +137,8 @@ bool remove_suffix(std::string& text, std::string_view suffix) {
 }
 
 /// Protobuf's sentences: "(frames): invalid value 1.5 for type TYPE_UINT32", "fram: Cannot find
-/// field.", "(linkage) sektion: Cannot find field.", ": Root element must be a message.", or a parse error with the place on lines of its
-/// own.
+/// field.", "(linkage) sektion: Cannot find field.", ": Root element must be a message.", or a
+/// parse error with the place on lines of its own.
 Fault fault_of(std::string text) {
   std::replace(text.begin(), text.end(), '\n', ' ');
   text.erase(
@@ -152,7 +157,7 @@ Fault fault_of(std::string text) {
     }
   }
   if (text == "Root element must be a message.") text = "a JSON object is expected: {...}";
-  if (remove_suffix(text, "Cannot find field.")) text = "there is no such field";
+  if (remove_suffix(text, "Cannot find field.")) text = kNoSuchField;
   if (const auto type = text.find(" for type "); type != std::string::npos) {
     const std::string name = text.substr(type + 10);
     text.resize(type);
@@ -163,6 +168,47 @@ Fault fault_of(std::string text) {
   }
   fault.message = text;
   return fault;
+}
+
+/// Letters to insert, remove or replace; protobuf's keys are short.
+std::size_t edit_distance(std::string_view a, std::string_view b) {
+  std::vector<std::size_t> row(b.size() + 1);
+  for (std::size_t j = 0; j <= b.size(); ++j) row[j] = j;
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    std::size_t diagonal = std::exchange(row[0], i + 1);
+    for (std::size_t j = 0; j < b.size(); ++j) {
+      const std::size_t replaced = diagonal + (a[i] == b[j] ? 0 : 1);
+      diagonal = row[j + 1];
+      row[j + 1] = std::min({row[j] + 1, row[j + 1] + 1, replaced});
+    }
+  }
+  return row.back();
+}
+
+/// The field of the message at the path ("beams.structure.loads[2].forse") that its last name most
+/// likely means; empty where the path leads to no message or no field is near.
+std::string nearest_field(const google::protobuf::Message& message, std::string_view path) {
+  const auto* type = message.GetDescriptor();
+  while (true) {
+    const std::size_t dot = path.find('.');
+    const std::string_view name = path.substr(0, dot);
+    if (dot == std::string_view::npos) break;
+    const auto* const field = type->FindFieldByName(std::string(name.substr(0, name.find('['))));
+    if (field == nullptr || field->message_type() == nullptr) return {};
+    type = field->message_type();
+    path.remove_prefix(dot + 1);
+  }
+  std::string nearest;
+  std::size_t least = path.size() + 1;
+  for (int i = 0; i < type->field_count() && path.size() < 100; ++i) {
+    const std::string& name = type->field(i)->name();
+    const std::size_t away = edit_distance(one_spelling(path), one_spelling(name));
+    // At most a third of the letters differ.
+    if (away >= least || 3 * away > std::max(path.size(), name.size())) continue;
+    least = away;
+    nearest = name;
+  }
+  return nearest;
 }
 
 /// Whoever writes nodes or elements at the top means a structure of beams: scenes have no such
@@ -177,19 +223,28 @@ bool is_structure(std::string_view text) {
 }  // namespace
 
 std::optional<Fault> read_message(std::string_view text, google::protobuf::Message& message) {
+  if (text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);  // a byte order mark
   const auto status =
       google::protobuf::util::JsonStringToMessage({text.data(), text.size()}, &message);
   // Asked first: of some fields protobuf refuses the second value, in words of its own.
   KeyWalk walk(text);
   walk.walk();
   if (const auto& field = walk.repeated()) return Fault{*field, "given twice"};
-  if (!status.ok()) return fault_of(std::string(status.message()));
+  if (!status.ok()) {
+    Fault fault = fault_of(std::string(status.message()));
+    if (fault.message == kNoSuchField) {
+      const std::string meant = nearest_field(message, fault.field);
+      if (!meant.empty()) fault.message += ": did you mean " + meant + "?";
+    }
+    return fault;
+  }
   if (const auto comma = walk.dangling())
     return Fault{"", "not JSON: nothing follows the comma at " + place(text, *comma)};
   return std::nullopt;
 }
 
 std::optional<Fault> read_scene(std::string_view text, google::protobuf::Message& scene) {
+  if (text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);
   const auto fault = read_message(text, scene);
   if (!fault || !is_structure(text)) return fault;
   scene.Clear();

@@ -51,7 +51,8 @@ bool is_beam_job(const fs::path& path) {
 v1::BeamScene load_beams(const fs::path& given) {
   std::error_code ignored;
   const fs::path path = fs::is_directory(given, ignored) ? given / kJob : given;
-  const std::string content = read_bytes(path, "structure");
+  std::string content = read_bytes(path, "structure");
+  if (content.starts_with("\xEF\xBB\xBF")) content.erase(0, 3);  // a byte order mark
   v1::BeamScene scene;
   const google::protobuf::Struct document = document_of(content);
   const std::string mesh = mesh_of_job(document);

@@ -33,8 +33,10 @@ proto::SolveBeamsResponse Service::solve_beams(const proto::SolveBeamsRequest& r
         JobProduct product;
         product.beams = encode_beams(analysis);
         product.files = beam_files(analysis, decoded);
-        for (const auto& issue : session::beam_remarks(decoded.model))
+        for (const auto& issue : session::beam_remarks(decoded.model)) {
           product.issues.push_back(encode_issue(issue, "structure."));
+          *product.beams->add_issues() = product.issues.back();
+        }
         return product;
       }));
   return response;

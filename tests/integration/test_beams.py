@@ -233,8 +233,55 @@ def test_a_structure_alone_is_a_scene_too(cli, server, tmp_path):
     alone.write_text(json.dumps(cantilever(6) | {"lods": []}))
     for refused in (cli("validate", alone), cli("open", alone)):
         assert refused.returncode == 1
-        assert "beams.structure.lods: there is no such field" in refused.stdout or (
-            "there is no such field (field scene.beams.structure.lods)" in refused.stderr)
+        told = "there is no such field: did you mean loads?"
+        assert f"beams.structure.lods: {told}" in refused.stdout or (
+            f"{told} (field scene.beams.structure.lods)" in refused.stderr)
+    assert 'there is no field "lods": did you mean "loads"?' in str(refusal(server, alone))
+
+
+def test_misspelt_keys_of_jobs_are_refused_with_the_nearest_one(cli, server, tmp_path):
+    folder = job_folder(tmp_path)
+    job = folder / "SimulationJob.json"
+    job.write_text(job.read_text().replace('"forces"', '"force"'))
+    told = 'force is no key of SimulationJob.json: did you mean "forces"?'
+    assert told in str(refusal(server, folder))
+    for refused in (cli("beams", folder), cli("validate", folder), cli("open", folder)):
+        assert refused.returncode == 1 and told in refused.stdout + refused.stderr
+
+
+def test_unused_vertices_are_left_out_with_a_warning(cli, server, tmp_path):
+    wanted = server.solve_beams(job_folder(tmp_path), progress=False)
+    drawing = tmp_path / "beam.ply"
+    drawing.write_text(drawing.read_text().replace("vertex 11", "vertex 13").replace(
+        "1.0 0 0 0 0 1\n", "1.0 0 0 0 0 1\n7 8 9 0 0 1\n2000000 0 0 0 0 1\n"))
+    told = "no element uses nodes 11, 12: left out; the others keep their numbers"
+    for method in ("choose", "relaxation"):
+        answer = server.solve_beams(tmp_path, method=method, progress=False)
+        assert answer.converged and told in answer.issues[0], answer.message
+        assert np.abs(answer.positions[:11] - wanted.positions).max() < 1e-4
+        assert answer.positions[11].tolist() == [7, 8, 9]
+    for done in (cli("beams", tmp_path), cli("validate", tmp_path), cli("open", tmp_path, "--session", "loose")):
+        assert done.returncode == 0 and told in done.stdout + done.stderr
+    session = server.session("loose")
+    assert session.wait().status == "CONVERGED"
+    with pytest.raises(limber.LimberError) as caught:
+        session.load(12, force=(0, 0, 1))
+    assert "a node of no element" in str(caught.value)
+    session.close()
+
+
+def test_a_byte_order_mark_is_skipped(cli, server, tmp_path):
+    mark = b"\xef\xbb\xbf"
+    folder = job_folder(tmp_path)
+    for name in ("SimulationJob.json", "beam.ply"):
+        (folder / name).write_bytes(mark + (folder / name).read_bytes())
+    alone = tmp_path / "arm.json"
+    alone.write_bytes(mark + json.dumps(cantilever(6)).encode())
+    for path in (folder, alone):
+        assert server.solve_beams(path, progress=False).converged
+        assert cli("beams", path).returncode == 0 and cli("validate", path).returncode == 0
+    session = server.open(alone, progress=False)
+    session.close()
 
 
 def test_gravity_that_nothing_feels_warns(cli, server, tmp_path):

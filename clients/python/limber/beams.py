@@ -73,7 +73,7 @@ class BeamSolution:
     shapes: np.ndarray  # (shapes, nodes, 3), float32: positions on the way
     job: int  # 0: of a session
     snaps: tuple[BeamSnap, ...] = ()  # where Newton's method followed the branch
-    issues: tuple[str, ...] = ()  # warnings: what was asked for but has no effect
+    issues: tuple[str, ...] = ()  # warnings: what has no effect, and what is left out
     _files: tuple = field(repr=False, default=())
 
     @property
@@ -180,4 +180,4 @@ def from_message(answer: "messages.BeamSolution", job: int = 0, files: tuple = (
         bending_moments=forces[:, 4:].reshape(-1, 2, 2), stresses=stresses[:, 3], utilisations=stresses[:, 4],
         element_stresses=stresses, element_energies=rows("element_energies"), energies=energies,
         largest_bend=answer.largest_bend, shapes=rows("shapes"), job=job,
-        snaps=snaps_of(answer.snaps), issues=issues, _files=files)
+        snaps=snaps_of(answer.snaps), issues=issues or tuple(issue_text(issue) for issue in answer.issues), _files=files)

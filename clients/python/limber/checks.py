@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 import numbers
 import operator
 import os
@@ -117,6 +118,11 @@ def json_fault(error: Exception) -> tuple[str, str]:
         path, why = found[2], f"a finite number is expected, not {found[1]}"
     if found := re.match(r"repeated field (\w+) must be in \[\] which is (.*?)( at \S+)?$", why, re.DOTALL):
         why = f"a list is expected, not {found[2]}"
+    if found := re.search(r'has no field named "(.*?)"( at .*?)?\.\s*Available Fields\(except extensions\): "?\[(.*?)\]', why,
+                          re.DOTALL):
+        names = [re.sub(r"[A-Z]", lambda c: "_" + c[0].lower(), name) for name in re.findall(r"'(\w+)'", found[3])]
+        near = difflib.get_close_matches(re.sub(r"[A-Z]", lambda c: "_" + c[0].lower(), found[1]), names, 1)
+        why = f'there is no field "{found[1]}"' + (f': did you mean "{near[0]}"?' if near else f", only {', '.join(names)}")
     return path, f"{path[1:]}: {why}" if path else why
 
 

@@ -32,7 +32,7 @@ def _read_scene(path: "str | os.PathLike[str]") -> "tuple[messages.Scene, Path]"
         scene.beams.job.CopyFrom(beams.load_structure(path))
         return scene, path.parent
     try:
-        text = motions.read(path, "scene").decode("utf-8")
+        text = motions.read(path, "scene").decode("utf-8-sig")
         scene = _parse(_each_key_once(json.loads(text, object_pairs_hook=_Pairs), "scene", str(path)), str(path))
     except ValueError as error:
         raise invalid("scene", f"{path} is not JSON: {error}") from error

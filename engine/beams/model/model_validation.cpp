@@ -48,6 +48,14 @@ void require_not_negative(double value, const std::string& field) {
     refuse(field, fmt::format("= {}, must be >= 0, and at most {:g}", value, kLargest));
 }
 
+/// Per node; a model without elements uses all of them.
+std::vector<char> used_nodes(const BeamModel& model) {
+  std::vector<char> used(model.nodes.size(), model.elements.empty() ? 1 : 0);
+  for (const BeamElement& e : model.elements)
+    used[static_cast<std::size_t>(e.start)] = used[static_cast<std::size_t>(e.finish)] = 1;
+  return used;
+}
+
 void check_nodes(const BeamModel& model) {
   if (model.nodes.empty()) refuse("nodes", "is empty", ErrorCode::kFailedPrecondition);
   for (std::size_t i = 0; i < model.nodes.size(); ++i) {
@@ -200,17 +208,21 @@ void check_holds(const BeamModel& model) {
   }
 }
 
-void check_load(const BeamModel& model, const NodalLoad& load, const char* list, std::size_t i) {
+void check_load(const BeamModel& model, const std::vector<char>& used, const NodalLoad& load,
+                const char* list, std::size_t i) {
   require_index(load.node, model.nodes.size(), at(list, i, "node"), "nodes");
+  if (used[static_cast<std::size_t>(load.node)] == 0)
+    refuse(at(list, i, "node"), fmt::format("= {}, a node of no element", load.node));
   require_finite(load.force, at(list, i, "force"));
   require_finite(load.moment, at(list, i, "moment"));
 }
 
 void check_loads(const BeamModel& model) {
+  const std::vector<char> used = used_nodes(model);
   for (std::size_t i = 0; i < model.loads.size(); ++i)
-    check_load(model, model.loads[i], "loads", i);
+    check_load(model, used, model.loads[i], "loads", i);
   for (std::size_t i = 0; i < model.temporary_loads.size(); ++i)
-    check_load(model, model.temporary_loads[i], "temporary_loads", i);
+    check_load(model, used, model.temporary_loads[i], "temporary_loads", i);
   for (std::size_t i = 0; i < model.distributed_loads.size(); ++i) {
     require_index(model.distributed_loads[i].element, model.elements.size(),
                   at("distributed_loads", i, "element"), "elements");
@@ -219,7 +231,7 @@ void check_loads(const BeamModel& model) {
   require_finite(model.gravity, "gravity");
 }
 
-/// Every part that hangs together needs something that holds it.
+/// Every part that hangs together needs something that holds it. Nodes of no element are no part.
 void check_held(const BeamModel& model) {
   if (model.supports.empty() && model.motions.empty())
     refuse("supports", "is empty, and no motion holds the structure",
@@ -248,8 +260,9 @@ void check_held(const BeamModel& model) {
   for (const PrescribedMotion& m : model.motions) {
     if (m.rotates_any() || m.translates_any()) held[static_cast<std::size_t>(root(m.node))] = 1;
   }
+  const std::vector<char> used = used_nodes(model);
   for (std::size_t i = 0; i < model.nodes.size(); ++i) {
-    if (held[static_cast<std::size_t>(root(static_cast<int>(i)))] == 0)
+    if (used[i] != 0 && held[static_cast<std::size_t>(root(static_cast<int>(i)))] == 0)
       refuse(at("nodes", i), "belongs to a part that no support and no motion holds",
              ErrorCode::kFailedPrecondition);
   }
@@ -263,9 +276,10 @@ void check_place(const BeamModel& model) {
     };
     shortest = std::min(shortest, (place(e.finish) - place(e.start)).norm());
   }
+  const std::vector<char> used = used_nodes(model);
   for (std::size_t i = 0; i < model.nodes.size(); ++i) {
     const double away = model.nodes[i].position.cwiseAbs().maxCoeff();
-    if (away <= kFarthest * shortest) continue;
+    if (used[i] == 0 || away <= kFarthest * shortest) continue;
     refuse(at("nodes", i, "position"),
            fmt::format("lies {:g} from the origin, more than {:g} times the shortest element "
                        "({:g}): move the structure there",

@@ -15,9 +15,11 @@ std::size_t index(int i) { return static_cast<std::size_t>(i); }
 Balance::Balance(const BeamStructure& structure) : structure_(structure) {
   const BeamModel& model = structure.model();
   Eigen::Vector3d low = model.nodes[0].position, high = low;
-  for (const BeamNode& node : model.nodes) {
-    low = low.cwiseMin(node.position);
-    high = high.cwiseMax(node.position);
+  if (structure.elements() > 0) low = high = model.nodes[index(model.elements[0].start)].position;
+  for (int i = 0; i < structure.nodes(); ++i) {
+    if (structure.elements() > 0 && !(structure.tributary_length(i) > 0)) continue;
+    low = low.cwiseMin(model.nodes[index(i)].position);
+    high = high.cwiseMax(model.nodes[index(i)].position);
   }
   extent_ = (high - low).norm();
   farthest_ = std::max(low.cwiseAbs().maxCoeff(), high.cwiseAbs().maxCoeff());

@@ -121,6 +121,10 @@ void BeamStructure::hold() {
   for (int node = 0; node < nodes(); ++node) {
     for (int k = 3; k < 6 && turns[index(node)] == 0; ++k) held_[index(6 * node + k)] = 1;
   }
+  // Nodes of no element are left out: they stay where they are drawn, or are brought.
+  for (int node = 0; elements() > 0 && node < nodes(); ++node) {
+    for (int k = 0; k < 3 && !(tributary_[index(node)] > 0); ++k) held_[index(6 * node + k)] = 1;
+  }
   for (const BeamSupport& s : model_.supports) {
     for (int k = 0; k < 6; ++k) {
       if (s.fixed[index(k)]) held_[index(6 * s.node + k)] = 1;

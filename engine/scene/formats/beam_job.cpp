@@ -1,9 +1,12 @@
 #include "engine/scene/formats/beam_job.h"
 
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <span>
 
 #include "engine/base/error.h"
+#include "engine/base/nearest_name.h"
 #include "engine/scene/formats/edge_formats.h"
 #include "engine/scene/formats/mesh_formats.h"
 
@@ -21,6 +24,37 @@ Json parse(std::string_view text, const char* name) {
   if (document.is_discarded()) refuse(name, "is not JSON");
   if (!document.is_object()) refuse(name, "is not a JSON object");
   return document;
+}
+
+/// Of a job; "meshLabel" is read by the public code alone.
+constexpr std::string_view kJobKeys[] = {
+    "label",  "mesh filename",        "meshLabel",     "cross section dim", "beam material",
+    "forces", "forced displacements", "fixed vertices"};
+/// Of the settings only these are read; the public code has many more, and in each version others.
+constexpr std::string_view kSettingsKeys[] = {"initialDistortion"};
+constexpr std::string_view kDistortionKeys[] = {"duration", "load"};
+
+bool is_one_of(std::string_view key, std::span<const std::string_view> keys) {
+  return std::find(keys.begin(), keys.end(), key) != keys.end();
+}
+
+/// Refuses keys that are none of these, e.g. "force" for "forces", which would be passed over.
+void check_keys(const Json& object, std::span<const std::string_view> keys, const char* what) {
+  for (const auto& [key, value] : object.items()) {
+    if (is_one_of(key, keys)) continue;
+    const std::string_view meant = nearest_name(key, keys);
+    std::string why = std::string("is no key of ") + what;
+    if (!meant.empty()) {
+      why += ": did you mean \"" + std::string(meant) + "\"?";
+    } else {
+      why += ", which are";
+      for (const std::string_view known : keys) {
+        why += known == keys.front() ? " \"" : ", \"";
+        why += std::string(known) + '"';
+      }
+    }
+    refuse(key, why);
+  }
 }
 
 double number(const Json& value, const std::string& field) {
@@ -77,8 +111,14 @@ std::string text(const Json& job, const char* name) {
 
 void read_settings(std::string_view settings, BeamJob& job) {
   const Json document = parse(settings, "DRMSettings.json");
+  for (const auto& [key, value] : document.items()) {
+    const std::string_view meant = nearest_name(key, kSettingsKeys);
+    if (!meant.empty() && meant != key)
+      refuse(key, "is no key of DRMSettings.json: did you mean \"" + std::string(meant) + "\"?");
+  }
   const auto distortion = document.find("initialDistortion");
   if (distortion == document.end() || distortion->is_null()) return;
+  if (distortion->is_object()) check_keys(*distortion, kDistortionKeys, "initialDistortion");
   if (!distortion->is_object() || !distortion->contains("load"))
     refuse("initialDistortion", "has no load");
   const auto load = numbers((*distortion)["load"], 6, "initialDistortion.load");
@@ -90,6 +130,7 @@ void read_settings(std::string_view settings, BeamJob& job) {
 
 BeamJob read_beam_job(std::string_view content, std::string_view settings) {
   const Json document = parse(content, "SimulationJob.json");
+  check_keys(document, kJobKeys, "SimulationJob.json");
   BeamJob job;
   job.label = text(document, "label");
   job.mesh_file = text(document, "mesh filename");

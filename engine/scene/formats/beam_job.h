@@ -9,7 +9,9 @@
 namespace limber::scene {
 
 /// Reads SimulationJob.json and, where `settings` is not empty, the initial distortion of
-/// DRMSettings.json. Members that are not known are passed over.
+/// DRMSettings.json. Keys that jobs do not
+/// have are refused, with the nearest one that they have. Of the settings, keys that are almost
+/// "initialDistortion" are refused and all others passed over.
 /// @throws Error{kInvalidArgument} with the member as field, e.g. "forces[3]"
 [[nodiscard]] BeamJob read_beam_job(std::string_view job, std::string_view settings = {});
 

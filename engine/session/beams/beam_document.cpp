@@ -132,8 +132,9 @@ class BeamDocument::Request {
   void take(const SetGravity& set) {
     begin_step();
     conditions_.gravity = set.gravity;
-    for (const scene::Issue& issue : beam_remarks(with_conditions(document_.model_, conditions_)))
-      warn(issue.field, issue.message);
+    for (const scene::Issue& issue : beam_remarks(with_conditions(document_.model_, conditions_))) {
+      if (issue.field == "gravity") warn(issue.field, issue.message);
+    }
   }
   void take(const Undo&) {
     close_step();

@@ -7,7 +7,8 @@
 
 namespace limber::session {
 
-/// Warnings: what acts on a structure of beams and cannot have an effect. Fields are members of the
+/// Warnings: nodes that no element uses, which are left out, and what acts on a structure of beams
+/// and cannot have an effect. Fields are members of the
 /// model.
 [[nodiscard]] std::vector<scene::Issue> beam_remarks(const beams::BeamModel& model);
 

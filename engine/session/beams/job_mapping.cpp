@@ -34,8 +34,13 @@ beams::BeamModel model_of(const scene::BeamJobFiles& files) {
   }
   give_motions_precedence(model);
   if (job.initial_force.isZero(0) && job.initial_moment.isZero(0)) return model;
-  for (int i = 0; i < static_cast<int>(model.nodes.size()); ++i)
-    model.temporary_loads.push_back({i, job.initial_force, job.initial_moment});
+  std::vector<char> used(model.nodes.size(), 0);
+  for (const auto& [start, finish] : files.mesh.edges)
+    used[static_cast<std::size_t>(start)] = used[static_cast<std::size_t>(finish)] = 1;
+  for (std::size_t i = 0; i < used.size(); ++i) {
+    if (used[i] != 0)
+      model.temporary_loads.push_back({static_cast<int>(i), job.initial_force, job.initial_moment});
+  }
   return model;
 }
 

@@ -1,8 +1,13 @@
 #include <gtest/gtest.h>
 
+#include <functional>
+#include <initializer_list>
+
 #include "engine/base/error.h"
 #include "engine/scene/formats/beam_job.h"
 #include "engine/scene/formats/edge_formats.h"
+#include "engine/scene/formats/line_formats.h"
+#include "engine/scene/formats/surface_formats.h"
 #include "tests/engine/scene/shared_data.h"
 
 namespace limber::scene {
@@ -42,6 +47,22 @@ TEST(EdgeFiles, ObjLines) {
   EXPECT_EQ(mesh.normals.col(0), Eigen::Vector3d(0, 0, 1));
 }
 
+TEST(EdgeFiles, ObjThatCountsFromZeroIsToldThatObjCountsFromOne) {
+  const std::string zero = "v 0 0 0\nv 1 0 0\nl 0 1\n";
+  const std::string told = "a.obj:3: vertex index 0: OBJ files count vertices from 1";
+  for (const auto& read : std::initializer_list<std::function<void()>>{
+           [&] { (void)read_edge_mesh("a.obj", zero); },
+           [&] { (void)read_line_mesh("a.obj", zero); },
+           [&] { (void)read_surface("a.obj", "v 0 0 0\nv 1 0 0\nf 0/1 1/1 0/2\n"); }}) {
+    try {
+      read();
+      ADD_FAILURE() << "accepted";
+    } catch (const Error& error) {
+      EXPECT_TRUE(std::string_view(error.what()).starts_with(told)) << error.what();
+    }
+  }
+}
+
 TEST(EdgeFiles, BadFilesAreRefused) {
   std::string text = kPly;
   text.replace(text.find("2 1 0\n"), 5, "2 3 0");
@@ -62,7 +83,7 @@ TEST(EdgeFiles, BadFilesAreRefused) {
 constexpr const char* kJob =
     R"({"beam material":[0.3,1e9],"cross section dim":[0.02,0.03],"fixed vertices":[[0,[0,1,2]]],
 "forces":[[2,[1,2,3,4,5,6]]],"forced displacements":[[1,[0.1,0,-0.2]]],"mesh filename":"frame.ply",
-"unknown":{}})";
+"meshLabel":"frame"})";
 
 TEST(BeamJobs, AreReadAsTheyAre) {
   const BeamJob job =
@@ -85,6 +106,43 @@ TEST(BeamJobs, AreReadAsTheyAre) {
   EXPECT_TRUE(read_beam_job(kJob, R"({"initialDistortion":null})").initial_force.isZero(0));
 }
 
+std::string refusal_of(const std::string& job, const std::string& settings = {}) {
+  try {
+    (void)read_beam_job(job, settings);
+  } catch (const Error& error) {
+    return error.what();
+  }
+  return "accepted";
+}
+
+TEST(BeamJobs, MisspeltKeysAreRefusedByNameWithTheNearestOne) {
+  const auto misspelt = [](const std::string& from, const std::string& to) {
+    std::string text = kJob;
+    text.replace(text.find(from), from.size(), to);
+    return refusal_of(text);
+  };
+  EXPECT_EQ(misspelt("\"forces\"", "\"force\""),
+            "force is no key of SimulationJob.json: did you mean \"forces\"?");
+  EXPECT_EQ(misspelt("fixed vertices", "fixedVertices"),
+            "fixedVertices is no key of SimulationJob.json: did you mean \"fixed vertices\"?");
+  EXPECT_EQ(misspelt("beam material", "beam matreial"),
+            "beam matreial is no key of SimulationJob.json: did you mean \"beam material\"?");
+  EXPECT_NE(misspelt("meshLabel", "colour").find("which are \"label\", \"mesh filename\""),
+            std::string::npos);
+  EXPECT_EQ(refusal_of(kJob, R"({"initialDistorsion":{"load":[0,0,7,0,0,8]}})"),
+            "initialDistorsion is no key of DRMSettings.json: did you mean \"initialDistortion\"?");
+  EXPECT_EQ(refusal_of(kJob, R"({"initialDistortion":{"loads":[0,0,7,0,0,8]}})"),
+            "loads is no key of initialDistortion: did you mean \"load\"?");
+  EXPECT_EQ(refusal_of(kJob, R"({"isBreakOnDivergence":true,"Dtini":1})"), "accepted");
+}
+
+TEST(BeamJobs, AByteOrderMarkIsSkipped) {
+  const std::string mark = "\xEF\xBB\xBF";
+  EXPECT_EQ(read_beam_job(mark + kJob, mark + "{}").forces.size(), 1U);
+  EXPECT_EQ(read_edge_mesh("frame.ply", mark + kPly).edges.size(), 2U);
+  EXPECT_EQ(read_edge_mesh("a.obj", mark + "v 0 0 0\nv 1 0 0\nl 1 2\n").vertices.cols(), 2);
+}
+
 TEST(BeamJobs, BadOnesNameTheMember) {
   const auto spoiled = [](const std::string& from, const std::string& to) {
     std::string text = kJob;
@@ -95,7 +153,7 @@ TEST(BeamJobs, BadOnesNameTheMember) {
   EXPECT_EQ(spoiled("[0,[0,1,2]]", "[-1,[0]]"), "fixed vertices[0]");
   EXPECT_EQ(spoiled("[1,2,3,4,5,6]", "[1,2,3]"), "forces[0]");
   EXPECT_EQ(spoiled("-0.2", "null"), "forced displacements[0]");
-  EXPECT_EQ(spoiled("\"beam material\"", "\"material\""), "beam material");
+  EXPECT_EQ(spoiled("\"beam material\":[0.3,1e9],", ""), "beam material");
   EXPECT_EQ(spoiled("[0.02,0.03]", "0.02"), "cross section dim");
   EXPECT_EQ(spoiled("\"frame.ply\"", "3"), "mesh filename");
   EXPECT_EQ(field_of([] { (void)read_beam_job("{"); }), "SimulationJob.json");

@@ -60,8 +60,10 @@ TEST(JsonText, WhatProtobufSaysIsToldWithTheFieldApart) {
         Case{R"({"material": {"density": "x"}})", "material.density",
              "invalid value \"x\", a number is expected"},
         Case{R"({"first_end": "X"})", "first_end", "invalid value \"X\", which is no EndCondition"},
-        Case{R"({"fram": 3})", "fram", "there is no such field"},
-        Case{R"({"linkage": {"sektion": {}}})", "linkage.sektion", "there is no such field"},
+        Case{R"({"fram": 3})", "fram", "there is no such field: did you mean frames?"},
+        Case{R"({"linkage": {"sektion": {}}})", "linkage.sektion",
+             "there is no such field: did you mean section?"},
+        Case{R"({"quite_another": 1})", "quite_another", "there is no such field"},
         Case{R"({"linkage": {"conditions": {"angles": [{"joint": 2, "angle": 3}]}}})",
              "linkage.conditions.angles[0].angle", "there is no such field"}}) {
     const auto fault = fault_of(text);
@@ -70,6 +72,8 @@ TEST(JsonText, WhatProtobufSaysIsToldWithTheFieldApart) {
     EXPECT_EQ(fault->message, message);
   }
 }
+
+TEST(JsonText, AByteOrderMarkIsSkipped) { EXPECT_FALSE(fault_of("\xEF\xBB\xBF{\"frames\": 3}")); }
 
 TEST(JsonText, BrokenTextIsOneSentenceOnOneLine) {
   for (const char* text :
