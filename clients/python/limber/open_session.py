@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Iterable, Sequence
 
 import numpy as np
 
-from . import checks, edits, exports
+from . import arrays, checks, edits, exports
 from .errors import LimberError
 from .exports import Export
 from .messages import common, service

@@ -55,7 +55,7 @@ MeshReading MeshBuilder::finish() {
   if (tets_.empty()) {
     std::string others;
     for (const auto& [kind, count] : ignored_) {
-    if (count == 0) continue;  // an empty section
+      if (count == 0) continue;  // an empty section
       others += (others.empty() ? " (but " : ", ") + std::to_string(count) + " " + kind;
     }
     file_.fail("the file has no tetrahedra" + others + (others.empty() ? "" : ")"));
@@ -83,6 +83,7 @@ MeshReading MeshBuilder::finish() {
     }
   }
   for (const auto& [kind, count] : ignored_) {
+    if (count == 0) continue;  // an empty section
     warnings_.push_back(std::to_string(count) + " cells that are no tetrahedra are ignored (" +
                         kind + ")");
   }
