@@ -124,8 +124,8 @@ class MixingProblem {
   mutable int taken_ = 0;
 };
 
-/// Section 5.4: each a quotient, one after the other, clipped at zero.
-void fit_dynamics(const MatrixXd& z, spacetime::ModeDynamics& dynamics) {
+/// Section 5.4: each a quotient, one after the other, clipped at its bounds.
+void fit_dynamics(const MatrixXd& z, double max_stiffness, spacetime::ModeDynamics& dynamics) {
   const Index inner = z.cols() - 2;
   for (Index k = 0; k < z.rows(); ++k) {
     const RowVectorXd here = z.row(k).segment(1, inner);
@@ -135,7 +135,8 @@ void fit_dynamics(const MatrixXd& z, spacetime::ModeDynamics& dynamics) {
       const double square = along.squaredNorm();
       return square > 0 ? std::max(0.0, -force.dot(along) / square) : 0.0;
     };
-    dynamics.stiffness[k] = quotient(acceleration + dynamics.damping[k] * velocity, here);
+    dynamics.stiffness[k] =
+        std::min(max_stiffness, quotient(acceleration + dynamics.damping[k] * velocity, here));
     dynamics.damping[k] = quotient(acceleration + dynamics.stiffness[k] * here, velocity);
   }
 }
@@ -152,7 +153,14 @@ LiteralMaterialResult literal_material(
   spacetime::SolverOptions z_options;
   z_options.gradient_tolerance = options.z_tolerance;
   z_options.max_iterations = options.z_iterations;
+  const bool fits_dynamics = options.variables != spacetime::MaterialVariables::kMotion;
   for (int round = 0; round < options.outer_rounds; ++round) {
+    const double frequency = round < options.slow_rounds
+                                 ? std::min(options.slow_frequency, options.max_frequency)
+                                 : options.max_frequency;
+    const double max_stiffness = spacetime::stiffness_of(frequency);
+    auto& stiffness = result.material.dynamics.stiffness;
+    if (fits_dynamics) stiffness = stiffness.cwiseMin(max_stiffness);
     testing::LiteralSpacetime method(
         std::make_shared<const MixedKinematics>(kinematics, result.material.mixing),
         result.material.dynamics, timeline, constraints, z_options);
@@ -160,8 +168,8 @@ LiteralMaterialResult literal_material(
         round == 0 ? method.solve_continued() : method.solve_from(result.motion);
     result.motion = solved.z;
     result.inner_iterations += solved.iterations;
-    if (options.variables != spacetime::MaterialVariables::kMotion) {
-      fit_dynamics(result.motion, result.material.dynamics);
+    if (fits_dynamics) {
+      fit_dynamics(result.motion, max_stiffness, result.material.dynamics);
       ++result.inner_iterations;
     }
     const MixingProblem problem(*kinematics, constraints, result.motion, options.column_weight);

@@ -6,6 +6,7 @@
 
 #include "engine/reduced/kinematics.h"
 #include "engine/spacetime/material.h"
+#include "engine/spacetime/material_solver.h"
 #include "engine/spacetime/problem.h"
 
 namespace limber::bench {
@@ -17,6 +18,10 @@ struct LiteralMaterialOptions {
   int z_iterations = 30;       // at most, a round
   double z_tolerance = 1e-4;   // scaled gradient, as SolverOptions::gradient_tolerance
   int mixing_iterations = 50;  // of L-BFGS, a round
+  // The bounds of spacetime::MaterialOptions, in rounds instead of steps; 1/2 and 0: the paper's.
+  double max_frequency = 1.0 / 8;  // [1/frame]
+  int slow_rounds = 10;
+  double slow_frequency = spacetime::MaterialOptions::kSlowestNeeded;  // [1/frame]
 };
 
 struct LiteralMaterialResult {
@@ -30,7 +35,8 @@ struct LiteralMaterialResult {
 
 /// Material optimisation as the paper has it (space-time editing, section 5), written plainly: in
 /// turn z by Gauss-Newton with CHOLMOD (testing::LiteralSpacetime), Lambda, then D, each alone and
-/// clipped at zero, and S by at most 50 iterations of L-BFGS (liblbfgs). Baseline of the benchmark.
+/// clipped at its bounds (zero, and for Lambda those of the options too), and S by at most 50
+/// iterations of L-BFGS (liblbfgs). Baseline of the benchmark.
 ///
 /// What it is not slowed down by: the first z is led through rising weights (solve_continued())
 /// where that ends lower, H_f and the pattern of H_z are made once a round, z starts from the round

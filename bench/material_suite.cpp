@@ -1,6 +1,7 @@
 // Material optimisation, the paper's alternation (bench/literal_material.h) and limber's joint
-// steps, side by side in one run: same kinematics (R = 80, r = 30, h = 80), constraints, mu and
-// initial material (S = (I, 0), D = 0).
+// steps, side by side in one run: same kinematics (R = 80, r = 30, h = 80), constraints, mu,
+// initial material (S = (I, 0), D = 0), and bounds of frequencies: an eighth of the frame rate
+// after ten slow rounds of the alternation, ten slow joint steps.
 //
 // literal_ms: 30 outer rounds from z = 0, the first z led through rising weights. ours_ms: a cold
 // solve for z, then MaterialSolver with its defaults. ms_to_literal_energy: from the same start
@@ -14,6 +15,9 @@
 // default at which no constraint is missed by more than kMissed of the body's length. Both are
 // taken with columns of S of unit norm.
 //
+// high_share, literal_high_share: power of the motion above half the Nyquist frequency
+// (spacetime::high_frequency_share).
+//
 // live_first_ms: a session that has optimised all, one target moved by 2 % of the body: until the
 // first motion with a material optimised for it (not just the material of before) is there, frames
 // ready to stream.
@@ -26,7 +30,9 @@
 #include "bench/spacetime_problems.h"
 #include "bench/suite.h"
 #include "engine/reduced/reduced_model.h"
+#include "engine/reduced/scaled_modes.h"
 #include "engine/spacetime/material_solver.h"
+#include "engine/spacetime/motion_spectrum.h"
 
 namespace limber::bench {
 namespace {
@@ -48,10 +54,11 @@ struct Prepared {
   std::shared_ptr<ReducedKinematics> kinematics;
   std::vector<PositionConstraint> constraints;
   Material material;  // as it starts
+  double slow_frequency = 0;
 };
 
 Prepared prepare(const SpacetimeProblem& problem) {
-  Prepared prepared{std::make_shared<ReducedKinematics>(problem.model), {}, {}};
+  Prepared prepared{std::make_shared<ReducedKinematics>(problem.model), {}, {}, 0};
   for (const NodeConstraint& item : problem.constraints) {
     prepared.constraints.push_back(item.constraint);
     prepared.constraints.back().site = prepared.kinematics->add_site(item.nodes);
@@ -59,7 +66,18 @@ Prepared prepare(const SpacetimeProblem& problem) {
   prepared.material = {problem.dynamics, spacetime::first_coordinates(
                                              problem.model->coordinate_count(),
                                              static_cast<int>(problem.dynamics.stiffness.size()))};
+  prepared.slow_frequency = spacetime::slow_frequency_of(
+      problem.dynamics,
+      reduced::reference_mode(problem.model->coordinate_count(), problem.model->rigid_count,
+                              problem.model->mechanism_count));
   return prepared;
+}
+
+MaterialOptions options_of(const Prepared& prepared, MaterialVariables variables) {
+  MaterialOptions options;
+  options.variables = variables;
+  options.slow_frequency = prepared.slow_frequency;
+  return options;
 }
 
 Solver z_solver(const SpacetimeProblem& problem, const Prepared& prepared,
@@ -69,17 +87,24 @@ Solver z_solver(const SpacetimeProblem& problem, const Prepared& prepared,
   return solver;
 }
 
+double high_share(const SpacetimeProblem& problem, const Material& material,
+                  const Eigen::MatrixXd& motion) {
+  const Eigen::VectorXd sizes = problem.model->modes.colwise().norm();
+  return spacetime::high_frequency_share(sizes.asDiagonal() * (material.mixing * motion))
+      .value_or(0);
+}
+
 struct Ours {
   std::vector<double> times, to_literal;
   MaterialReport report;
+  double high_share = 0;
 };
 
 /// @param target  energy that `to_literal` waits for
 Ours run_ours(const SpacetimeProblem& problem, const Prepared& prepared,
               MaterialVariables variables, double target, int repeats) {
   Ours ours;
-  MaterialOptions options;
-  options.variables = variables;
+  const MaterialOptions options = options_of(prepared, variables);
   for (int i = 0; i < repeats; ++i) {
     double reached = -1;
     const auto start = std::chrono::steady_clock::now();
@@ -97,6 +122,7 @@ Ours run_ours(const SpacetimeProblem& problem, const Prepared& prepared,
     });
     static_cast<void>(material.motion());
     ours.times.push_back(since());
+    ours.high_share = high_share(problem, material.material(), material.motion());
     if (reached >= 0) ours.to_literal.push_back(reached);
   }
   return ours;
@@ -120,8 +146,7 @@ AtEqualError at_equal_error(const SpacetimeProblem& problem, Prepared prepared,
     found = {z_only.force_energy, z_only.max_constraint_error / length,
              prepared.constraints.front().weight};
     if (variables != MaterialVariables::kMotion) {
-      MaterialOptions options;
-      options.variables = variables;
+      MaterialOptions options = options_of(prepared, variables);
       options.column_weight = 0.01 * prepared.constraints.front().weight;
       MaterialSolver material(prepared.kinematics, problem.timeline, solver.constraint_set(),
                               prepared.material, solver.motion(), options);
@@ -162,8 +187,10 @@ Live run_live(const SpacetimeProblem& problem, const Prepared& prepared, int mov
     prepared.kinematics->coordinates(0, material.mixing * solver.motion(), coordinates);
     const double first = since();
     solver.solve();
+    MaterialOptions options = options_of(prepared, MaterialVariables::kAll);
+    if (i > 0) options.slow_steps = 0;  // on from a material that is fitted
     MaterialSolver joint(prepared.kinematics, problem.timeline, solver.constraint_set(), material,
-                         solver.motion(), {});
+                         solver.motion(), options);
     double material_first = -1;
     joint.solve({}, [&](const MaterialReport&) {
       if (material_first < 0) {
@@ -195,6 +222,7 @@ void run(const SpacetimeProblem& problem, const SuiteOptions& options, Recorder&
     recorder.note(fmt::format("material: {}, {}", problem.scene, name));
     LiteralMaterialOptions literal_options;
     literal_options.variables = variables;
+    literal_options.slow_frequency = prepared.slow_frequency;
     const LiteralMaterialResult literal =
         literal_material(prepared.kinematics, problem.timeline, prepared.constraints,
                          prepared.material, literal_options);
@@ -212,6 +240,8 @@ void run(const SpacetimeProblem& problem, const SuiteOptions& options, Recorder&
     result["speedup"] =
         ours.to_literal.empty() ? 0.0 : literal.milliseconds.back() / median(ours.to_literal);
     result["outer_iterations"] = ours.report.iterations;
+    result["high_share"] = ours.high_share;
+    result["literal_high_share"] = high_share(problem, literal.material, literal.motion);
     result["force_energy_z_only"] = z_only.force_energy;
     result["force_energy_all"] = all.force_energy;
     result["error_z_only"] = z_only.miss;

@@ -187,6 +187,10 @@ std::string describe(const v1::ResultInfo& result) {
     text +=
         fmt::format("material          {} steps, control forces {:.6g} with modes of unit size\n",
                     result.material_iterations(), result.unit_force_energy());
+  if (result.has_high_frequency_share())
+    text += fmt::format(
+        "high frequencies  {:.2g} of the motion's power above half the Nyquist frequency\n",
+        result.high_frequency_share());
   if (result.max_keyframe_error() > 0)
     text += fmt::format("keyframe error    {:.3g} at most\n", result.max_keyframe_error());
   if (result.rank_deficient() && result.message().empty())

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <optional>
 
 #include "clients/cli/context.h"
 #include "clients/cli/material_variables.h"
@@ -55,6 +56,8 @@ void sample(Context& context, const std::string& name, const std::string& out) {
 
 struct OpenOptions {
   std::string scene, sample, session, optimise;
+  std::optional<double> max_frequency_hz;
+  std::optional<std::uint32_t> slow_steps;
   bool no_wait = false;
   double wait_s = 600;
 };
@@ -138,10 +141,14 @@ void open(Context& context, const OpenOptions& options) {
     wanted.set_name(named ? options.scene : options.sample);
     *request.mutable_scene() = context.client().call(wanted, Milliseconds{60000}).scene();
   }
+  auto& scene = *request.mutable_scene();
   if (!options.optimise.empty()) {
-    request.mutable_scene()->mutable_material_optimisation()->set_variables(
-        kMaterialVariables.at(options.optimise));
+    scene.mutable_material_optimisation()->set_variables(kMaterialVariables.at(options.optimise));
   }
+  if (options.max_frequency_hz)
+    scene.mutable_material_optimisation()->set_max_frequency_hz(*options.max_frequency_hz);
+  if (options.slow_steps)
+    scene.mutable_material_optimisation()->set_slow_steps(*options.slow_steps);
   v1::OpenSessionResponse opened;
   {
     const DeferInterrupts defer;  // what has been opened must be known, to be closed again
@@ -308,6 +315,12 @@ void add_scene_commands(CLI::App& app, Context& context) {
                    "In place of what the scene says: motion (control forces), dynamics (and "
                    "frequencies and damping), all (and the modes, mixed from 80)")
       ->check(CLI::IsMember({"motion", "dynamics", "all"}));
+  command->add_option("--max-frequency", options->max_frequency_hz,
+                      "Highest frequency of a fitted mode [Hz], at most half the frames per second "
+                      "(default: an eighth of the frames per second)");
+  command->add_option("--slow-steps", options->slow_steps,
+                      "Steps at the beginning of a fit that keep frequencies below 1/24 of the "
+                      "frames per second and those of the scene, at most 1000 (default: 10)");
   command->add_flag("--no-wait", options->no_wait, "Return while the model is still being built");
   command->add_option("--wait", options->wait_s, "Seconds to wait for it")
       ->check(seconds_in(0.1, 1e6))

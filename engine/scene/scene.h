@@ -55,6 +55,12 @@ enum class MaterialVariables {
 struct MaterialOptimisation {
   MaterialVariables variables = MaterialVariables::kMotion;
   double column_weight = 1;  // mu >= 0: keeps mixed modes near unit size
+  /// Of fitted modes [Hz], in (0, half the frames per second]; nothing: an eighth of the frames per
+  /// second, as they are.
+  std::optional<double> max_frequency_hz;
+  int slow_steps = 10;  // of a fit from the scene's own material, in [0, kMostSlowSteps]
+
+  static constexpr int kMostSlowSteps = 1000;
 };
 
 /// "In this frame, the (mean) position of these nodes is there."

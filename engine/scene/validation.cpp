@@ -137,6 +137,7 @@ class SceneValidator {
       error("material_optimisation.column_weight",
             fmt::format("must be in [0, {:g}], is {}", kGreatestWeight, number(column_weight)));
     }
+    check_fitted_frequencies();
     const auto& within = scene_.constraint_tolerance;
     if (within && !(*within > 0 && std::isfinite(*within)))
       error("constraint_tolerance", "must be > 0, is " + number(*within));
@@ -152,6 +153,23 @@ class SceneValidator {
       error("model.cubature_size", "is " + std::to_string(model.cubature_size) +
                                        ", more than the mesh's " +
                                        std::to_string(scene_.mesh.tet_count()) + " tets");
+    }
+  }
+
+  void check_fitted_frequencies() {
+    const MaterialOptimisation& optimisation = scene_.material_optimisation;
+    const double nyquist = 0.5 * scene_.dynamics.frames_per_second;
+    if (const auto& frequency = optimisation.max_frequency_hz;
+        frequency && !(*frequency > 0 && *frequency <= nyquist)) {
+      error("material_optimisation.max_frequency_hz",
+            fmt::format("must be > 0 and <= {:g} Hz, half of dynamics.frames_per_second, is {}",
+                        nyquist, number(*frequency)));
+    }
+    if (optimisation.slow_steps < 0 ||
+        optimisation.slow_steps > MaterialOptimisation::kMostSlowSteps) {
+      error("material_optimisation.slow_steps",
+            fmt::format("must be in [0, {}], is {}", MaterialOptimisation::kMostSlowSteps,
+                        optimisation.slow_steps));
     }
   }
 

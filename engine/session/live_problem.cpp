@@ -1,7 +1,11 @@
 #include "engine/session/live_problem.h"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
+
+#include "engine/reduced/scaled_modes.h"
+#include "engine/spacetime/motion_spectrum.h"
 
 namespace limber::session {
 
@@ -22,6 +26,7 @@ LiveProblem::LiveProblem(std::shared_ptr<const reduced::ReducedModel> model,
       targets_(std::move(targets)),
       keyframe_targets_(std::move(keyframe_targets)),
       terms_(terms),
+      mode_sizes_(model_->modes.colwise().norm().transpose() / std::sqrt(model_->node_count)),
       options_(options),
       limits_(limits) {}
 
@@ -32,6 +37,7 @@ void LiveProblem::start(const EditBatch& whole) {
   held_.clear();
   projected_.clear();
   variables_ = whole.material->variables;
+  frames_per_second_ = whole.dynamics->frames_per_second;
   auto initial = std::make_shared<const spacetime::Material>(
       map_material(*whole.dynamics, terms_.mode_count, *model_));
   // Made anew after a failure: what was fitted is as good as it was.
@@ -40,6 +46,7 @@ void LiveProblem::start(const EditBatch& whole) {
   epoch_ = whole.material->epoch;
   initial_ = std::move(initial);
   if (!again) material_ = initial_;
+  unfinished_.reset();
   make_solver({terms_.frame_count, map_end(whole.ends->first), map_end(whole.ends->last)});
   for (const scene::Constraint& constraint : whole.set) set(constraint);
   set_keyframes(whole.keyframes.value());
@@ -74,6 +81,7 @@ void LiveProblem::enter_epoch(std::uint64_t epoch) {
 
 /// What was fitted to other dynamics starts anew from these.
 void LiveProblem::set_dynamics(const scene::Dynamics& dynamics) {
+  frames_per_second_ = dynamics.frames_per_second;
   auto mapped = std::make_shared<const spacetime::Material>(
       map_material(dynamics, terms_.mode_count, *model_));
   if (same_dynamics(*mapped, *initial_)) return;
@@ -85,20 +93,35 @@ void LiveProblem::set_dynamics(const scene::Dynamics& dynamics) {
 void LiveProblem::set_material(std::shared_ptr<const spacetime::Material> material) {
   if (material == material_) return;
   material_ = std::move(material);
+  unfinished_.reset();
   solver_->set_material(*material_);
 }
 
 double LiveProblem::column_energy() const {
-  return terms_.column_weight * spacetime::column_energy(material_->mixing);
+  return terms_.material.column_weight * spacetime::column_energy(material_->mixing);
 }
 
 spacetime::MaterialSolver LiveProblem::material_solver() const {
   spacetime::MaterialOptions options;
   options.variables = map_variables(variables_);
-  options.column_weight = terms_.column_weight;
+  options.column_weight = terms_.material.column_weight;
   options.held = model_->rigid_count;
-  return {kinematics_, solver_->timeline(), solver_->constraint_set(),
-          *material_,  solver_->motion(),   options};
+  if (terms_.material.max_frequency_hz)
+    options.max_frequency = std::min(0.5, *terms_.material.max_frequency_hz / frames_per_second_);
+  options.slow_frequency = spacetime::slow_frequency_of(
+      initial_->dynamics, reduced::reference_mode(model_->coordinate_count(), model_->rigid_count,
+                                                  model_->mechanism_count));
+  const int taken = unfinished_ ? unfinished_->steps : 0;
+  options.slow_steps = material_ == initial_ ? std::max(0, terms_.material.slow_steps - taken) : 0;
+  spacetime::MaterialSolver solver(kinematics_, solver_->timeline(), solver_->constraint_set(),
+                                   *material_, solver_->motion(), options);
+  if (unfinished_) solver.resume(unfinished_->material, unfinished_->motion);
+  return solver;
+}
+
+void LiveProblem::keep_unfinished(const spacetime::MaterialSolver& fit, int steps) {
+  const int before = unfinished_ ? unfinished_->steps : 0;
+  unfinished_ = Unfinished{fit.material(), fit.motion(), before + steps};
 }
 
 void LiveProblem::coordinates(const spacetime::Material& material, const Eigen::MatrixXd& motion,
@@ -107,6 +130,11 @@ void LiveProblem::coordinates(const spacetime::Material& material, const Eigen::
       motion.rows() == material.coordinates() && spacetime::are_first_coordinates(material.mixing);
   if (plain) return kinematics_->coordinates(0, motion, q);
   kinematics_->coordinates(0, material.mixing * motion, q);
+}
+
+std::optional<double> LiveProblem::high_frequency_share(const spacetime::Material& material,
+                                                        const Eigen::MatrixXd& motion) const {
+  return spacetime::high_frequency_share(mode_sizes_.asDiagonal() * (material.mixing * motion));
 }
 
 void LiveProblem::set(const scene::Constraint& constraint) {

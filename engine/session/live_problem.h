@@ -26,7 +26,7 @@ struct SiteLimits {
 struct ProblemTerms {
   int frame_count = 0;
   int mode_count = 0;  // elastic modes that swing, r without rigid unknowns
-  double column_weight = 1;
+  scene::MaterialOptimisation material;
 };
 
 /// The warm solver of a session, the material it has fitted so far and the sites its constraints
@@ -58,22 +58,37 @@ class LiveProblem {
   }
   /// Another fitted material; the solver keeps its z.
   void set_material(std::shared_ptr<const spacetime::Material> material);
-  void reset_material() { set_material(initial_); }
+  void reset_material() {
+    unfinished_.reset();
+    set_material(initial_);
+  }
   /// mu E_s of material().
   [[nodiscard]] double column_energy() const;
   [[nodiscard]] scene::MaterialVariables variables() const { return variables_; }
-  /// A material optimisation of the present problem from the solver's motion and material().
+  /// A material optimisation of the present problem from the solver's motion and material(). One
+  /// that begins with the scene's own material takes its slow steps first.
   [[nodiscard]] spacetime::MaterialSolver material_solver() const;
+  /// A fit that an edit has interrupted where it was still above its start: material_solver() goes
+  /// on from here, as long as its start has the same material.
+  void keep_unfinished(const spacetime::MaterialSolver& fit, int steps);
 
   /// q of all frames of a motion (z, r x N) with a material, h x N.
   void coordinates(const spacetime::Material& material, const Eigen::MatrixXd& motion,
                    Eigen::MatrixXf& q) const;
+  /// Share of power that shakes, of a motion (z, r x N) with a material; of few frames none.
+  [[nodiscard]] std::optional<double> high_frequency_share(const spacetime::Material& material,
+                                                           const Eigen::MatrixXd& motion) const;
   /// How far a motion (q, h x N) misses the keyframes.
   [[nodiscard]] KeyframeMiss keyframe_miss(const Eigen::MatrixXf& q) const {
     return keyframe_targets_->miss(keyframes_, q);
   }
 
  private:
+  struct Unfinished {
+    spacetime::Material material;
+    Eigen::MatrixXd motion;
+    int steps = 0;
+  };
   struct Held {
     Eigen::Vector3d origin;  // taken off targets [scene units]
     std::vector<int> nodes;  // compact
@@ -96,6 +111,9 @@ class LiveProblem {
   std::map<std::uint64_t, spacetime::KeyframeConstraint> projected_;  // the same, as it has them
   ProblemTerms terms_;
   std::shared_ptr<const spacetime::Material> initial_, material_;
+  std::optional<Unfinished> unfinished_;
+  Eigen::VectorXd mode_sizes_;  // R, root mean square displacements [m]
+  double frames_per_second_ = 0;
   scene::MaterialVariables variables_ = scene::MaterialVariables::kMotion;
   std::uint64_t epoch_ = 0;
   static constexpr std::size_t kMostEpochs = 64;

@@ -38,6 +38,9 @@ struct Result {
   double unit_force_energy = 0;  // control forces, comparable between materials
   /// Of a final result: the largest distance of a node from its place in a keyframe [m].
   double max_keyframe_error = 0;
+  /// Of a final result: power of the motion above half the Nyquist frequency, in [0, 1]
+  /// (spacetime/motion_spectrum.h); nothing for a few frames.
+  std::optional<double> high_frequency_share;
   double weight_scale = 1;      // of soft constraints, to meet Scene::constraint_tolerance
   Eigen::MatrixXf coordinates;  // q, h x N (float32: what is streamed); displacement [m] = B q
   double since_edit_ms = 0;     // from the newest edit contained to publication

@@ -132,6 +132,9 @@ scene::Scene Session::Impl::scene() const {
   if (scene.model.candidate_modes == 0 && variables != scene.material_optimisation.variables)
     scene.model.candidate_modes = scene::wanted_candidate_modes(*unedited);
   scene.material_optimisation.variables = variables;
+  // At a lower frame rate than it was opened with, as a fit takes it.
+  if (auto& frequency = scene.material_optimisation.max_frequency_hz)
+    frequency = std::min(*frequency, 0.5 * dynamics.frames_per_second);
   return scene;
 }
 

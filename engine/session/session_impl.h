@@ -2,6 +2,7 @@
 
 #include <atomic>
 #include <chrono>
+#include <limits>
 #include <memory>
 #include <mutex>
 #include <string>
@@ -92,13 +93,20 @@ class Session::Impl : public std::enable_shared_from_this<Session::Impl> {
   /// it out of date
   std::optional<spacetime::SolveReport> solve_whole(const Round& round);
   /// solver().solve(), published on the way. @returns nothing where an edit made it out of date
-  std::optional<spacetime::SolveReport> solve_motion(const Round& round);
+  /// @param ceiling  motions of a higher total energy are not published
+  std::optional<spacetime::SolveReport> solve_motion(
+      const Round& round, double ceiling = std::numeric_limits<double>::infinity());
   [[nodiscard]] bool stay_with_answer(const Round& round, const spacetime::SolveReport& ended);
 
   // session_material.cpp: the task's part of it that fits materials.
-  /// On from the answer of the solver, which gets the material and the motion that were found.
+  /// On from the answer of the solver, which gets the material and the motion that were found where
+  /// these are better. Nothing above the energy of the start is published.
   /// @returns nothing where an edit made it out of date
   std::optional<spacetime::MaterialReport> optimise_material(const Round& round);
+  /// optimise_material() and the motion for what it has found; the start, converged before, where
+  /// that is better after all. @returns as above
+  std::optional<spacetime::SolveReport> fit_material(const Round& round,
+                                                     const spacetime::SolveReport& start);
   void publish_material(const Round& round, const spacetime::MaterialReport& report,
                         const spacetime::MaterialSolver& solver);
   /// Coordinates and energies of result.modal and result.report with this material.

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <utility>
 
 #include "engine/session/material_outcome.h"
@@ -37,7 +38,7 @@ std::optional<MaterialReport> Session::Impl::optimise_material(const Round& roun
       solver->solve({round.cancellation, {}}, [&](const MaterialReport& improved) {
         out_of_date = interrupt_.load(std::memory_order_relaxed);
         if (out_of_date) return false;
-        if (Clock::now() - published >= kPublishInterval) {
+        if (improved.below_start && Clock::now() - published >= kPublishInterval) {
           publish_material(round, improved, *solver);
           published = Clock::now();
         }
@@ -45,10 +46,37 @@ std::optional<MaterialReport> Session::Impl::optimise_material(const Round& roun
       });
   material_iterations_ = report.iterations;
   // What was found so far is where the next edit's optimisation goes on.
-  problem_->set_material(std::make_shared<const spacetime::Material>(solver->material()));
-  problem_->solver().warm_start(solver->motion(), spacetime::Known::kAnswer);
+  if (report.below_start) {
+    problem_->set_material(std::make_shared<const spacetime::Material>(solver->material()));
+    problem_->solver().warm_start(solver->motion(), spacetime::Known::kAnswer);
+  } else if (out_of_date) {
+    problem_->keep_unfinished(*solver, report.iterations);
+  }
   if (out_of_date) return std::nullopt;
   return report;
+}
+
+std::optional<spacetime::SolveReport> Session::Impl::fit_material(
+    const Round& round, const spacetime::SolveReport& start) {
+  const auto material = problem_->material();
+  const Eigen::MatrixXd motion = problem_->solver().motion();
+  const double energy = start.total_energy + problem_->column_energy();
+  const std::optional<MaterialReport> fitted = optimise_material(round);
+  if (!fitted) return std::nullopt;
+  std::optional<spacetime::SolveReport> ended = solve_motion(round, energy);
+  if (!ended) return ended;
+  // Exact constraints are only approached while the material is fitted: meeting them may cost more.
+  const double exact_limit = std::max(options_.solver.constraint_tolerance * built_->model->length,
+                                      1.1 * ended->max_exact_error);
+  if (ended->total_energy + problem_->column_energy() > energy &&
+      start.max_exact_error <= exact_limit) {
+    problem_->set_material(material);
+    problem_->solver().warm_start(motion, spacetime::Known::kAnswer);
+    *ended = start;
+  }
+  solved_ = ended->status == SolveStatus::kConverged;
+  tell_outcome(*fitted, *ended);
+  return ended;
 }
 
 void Session::Impl::publish_material(const Round& round, const MaterialReport& report,

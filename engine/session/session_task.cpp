@@ -101,11 +101,11 @@ Session::Impl::Built Session::Impl::build_model(const JobContext& job) {
   const std::string notes = model_notes(scene.model, *built.model);
   if (!built.message.empty() && !notes.empty()) built.message += "; ";
   built.message += notes;
-  problem_ = std::make_unique<LiveProblem>(built.model, base, TargetFrame(scene, mapped),
-                                           std::make_unique<KeyframeTargets>(scene, built.model),
-                                           ProblemTerms{scene.frame_count, scene.model.mode_count,
-                                                        scene.material_optimisation.column_weight},
-                                           options_.solver);
+  problem_ = std::make_unique<LiveProblem>(
+      built.model, base, TargetFrame(scene, mapped),
+      std::make_unique<KeyframeTargets>(scene, built.model),
+      ProblemTerms{scene.frame_count, scene.model.mode_count, scene.material_optimisation},
+      options_.solver);
   return built;
 }
 
@@ -233,16 +233,11 @@ std::optional<spacetime::SolveReport> Session::Impl::solve_whole(const Round& ro
       ended->status == spacetime::SolveStatus::kCancelled)
     return ended;
   publish(round, *ended, false);
-  const std::optional<spacetime::MaterialReport> material = optimise_material(round);
-  if (!material) return std::nullopt;
-  ended = solve_motion(round);
-  if (!ended) return ended;
-  solved_ = ended->status == spacetime::SolveStatus::kConverged;
-  tell_outcome(*material, *ended);
-  return ended;
+  return fit_material(round, *ended);
 }
 
-std::optional<spacetime::SolveReport> Session::Impl::solve_motion(const Round& round) {
+std::optional<spacetime::SolveReport> Session::Impl::solve_motion(const Round& round,
+                                                                  double ceiling) {
   spacetime::Solver& solver = problem_->solver();
   Clock::time_point published = Clock::now();
   bool out_of_date = false;
@@ -250,7 +245,8 @@ std::optional<spacetime::SolveReport> Session::Impl::solve_motion(const Round& r
       solver.solve({round.cancellation, {}}, [&](const spacetime::SolveReport& improved) {
         out_of_date = interrupt_.load(std::memory_order_relaxed);
         if (out_of_date) return false;
-        if (Clock::now() - published >= kPublishInterval) {
+        const bool is_low = improved.total_energy + problem_->column_energy() <= ceiling;
+        if (is_low && Clock::now() - published >= kPublishInterval) {
           publish(round, improved, false);
           published = Clock::now();
         }
@@ -308,6 +304,7 @@ std::shared_ptr<const Result> Session::Impl::publish(const Round& round,
   fill_material(*problem_->material(), *result);
   result->material = problem_->material();
   if (final) {
+    result->high_frequency_share = problem_->high_frequency_share(*result->material, result->modal);
     const KeyframeMiss miss = problem_->keyframe_miss(result->coordinates);
     result->max_keyframe_error = miss.distance;
     if (miss.poor_id != 0) {

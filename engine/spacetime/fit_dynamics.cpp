@@ -1,7 +1,6 @@
 #include "engine/spacetime/fit_dynamics.h"
 
 #include <algorithm>
-#include <array>
 #include <limits>
 
 #include "engine/base/error.h"
@@ -14,15 +13,18 @@ namespace {
 constexpr double kProportional = 1e-10;
 constexpr double kRounding = 8 * std::numeric_limits<double>::epsilon();
 
-/// Best multiple x >= 0 of `column` in |acceleration + x column|^2.
-double best_multiple(const Eigen::RowVectorXd& acceleration, const Eigen::RowVectorXd& column) {
+constexpr double kUnbounded = std::numeric_limits<double>::infinity();
+
+/// Best multiple x of `column` in |acceleration + x column|^2, 0 <= x <= limit.
+double best_multiple(const Eigen::RowVectorXd& acceleration, const Eigen::RowVectorXd& column,
+                     double limit) {
   const double square = column.squaredNorm();
-  return square > 0 ? std::max(0.0, -acceleration.dot(column) / square) : 0.0;
+  return square > 0 ? std::clamp(-acceleration.dot(column) / square, 0.0, limit) : 0.0;
 }
 
 }  // namespace
 
-ModeFit fit_mode(const Eigen::Ref<const Eigen::RowVectorXd>& z) {
+ModeFit fit_mode(const Eigen::Ref<const Eigen::RowVectorXd>& z, double max_stiffness) {
   if (!z.allFinite()) {
     throw Error(ErrorCode::kInvalidArgument, "z", "a motion has numbers that are not finite");
   }
@@ -43,16 +45,23 @@ ModeFit fit_mode(const Eigen::Ref<const Eigen::RowVectorXd>& z) {
     if (apart.norm() > kProportional * velocity.norm() + kRounding * unit.norm()) {
       const double damping = -acceleration.dot(apart) / apart.squaredNorm();
       const double stiffness = -(acceleration + damping * velocity).dot(position) / square;
-      if (stiffness >= 0 && damping >= 0) return {stiffness, damping};
+      if (stiffness >= 0 && stiffness <= max_stiffness && damping >= 0) return {stiffness, damping};
     }
   }
-  // The problem is convex: otherwise the minimum has one of the two at its bound.
-  const std::array<ModeFit, 2> candidates = {ModeFit{best_multiple(acceleration, position), 0},
-                                             ModeFit{0, best_multiple(acceleration, velocity)}};
+  // The problem is convex: otherwise the minimum has one of the two at a bound.
   const auto cost = [&](const ModeFit& fit) {
     return (acceleration + fit.damping * velocity + fit.stiffness * position).squaredNorm();
   };
-  return cost(candidates[1]) < cost(candidates[0]) ? candidates[1] : candidates[0];
+  ModeFit best{best_multiple(acceleration, position, max_stiffness), 0};
+  const auto consider = [&](const ModeFit& fit) {
+    if (cost(fit) < cost(best)) best = fit;
+  };
+  consider({0, best_multiple(acceleration, velocity, kUnbounded)});
+  if (max_stiffness < kUnbounded) {
+    const Eigen::RowVectorXd held = acceleration + max_stiffness * position;
+    consider({max_stiffness, best_multiple(held, velocity, kUnbounded)});
+  }
+  return best;
 }
 
 }  // namespace limber::spacetime

@@ -1,5 +1,6 @@
 #include "engine/spacetime/material.h"
 
+#include <algorithm>
 #include <cmath>
 #include <complex>
 #include <numbers>
@@ -50,6 +51,15 @@ double unit_force_energy(const Material& material,
                                                                     motion.row(k));
   }
   return sum;
+}
+
+double frequency_of(double stiffness) {
+  return std::asin(std::sqrt(std::clamp(stiffness / 4, 0.0, 1.0))) / std::numbers::pi;
+}
+
+double stiffness_of(double frequency) {
+  const double sine = std::sin(std::numbers::pi * frequency);
+  return 4 * sine * sine;
 }
 
 ModeResponse mode_response(double stiffness, double damping, double frames_per_second) {

@@ -35,6 +35,12 @@ struct Material {
 [[nodiscard]] double unit_force_energy(const Material& material,
                                        const Eigen::Ref<const Eigen::MatrixXd>& motion);
 
+/// Undamped frequency [1/frame] of an oscillator of this stiffness [1/frame^2], lambda = 2 - 2
+/// cos(2 pi s): 1/2, the Nyquist frequency, from lambda = 4 on.
+[[nodiscard]] double frequency_of(double stiffness);
+/// The other way round, for 0 <= frequency <= 1/2.
+[[nodiscard]] double stiffness_of(double frequency);
+
 /// How a mode swings when nothing holds it, in the frames that are shown: from the roots of
 /// (1 + d) x^2 - (2 + d - lambda) x + 1 = 0, what E_f = 0 makes of two frames (eq. 17a).
 struct ModeResponse {

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <optional>
 #include <utility>
 
 #include "engine/base/error.h"
@@ -21,7 +22,7 @@ constexpr double kLeastDamping = 1e-9, kStiffDamping = 1e4;
 constexpr double kSettled = 1e-6;
 constexpr double kLeastPart = 1e-6;   // of a step, before it counts as none
 constexpr double kSufficient = 1e-4;  // part of the promised decrease that makes a step good enough
-constexpr int kWindow = 10;           // steps that the tolerance looks back
+constexpr std::size_t kWindow = 10;   // steps that the tolerance looks back
 /// An energy of this part of that at rest is none.
 constexpr double kNoEnergy = 1e-12;
 /// A mode that moves less than this part of the largest one tells nothing of its dynamics.
@@ -69,18 +70,6 @@ void validate(const reduced::Kinematics& kinematics, const Timeline& timeline,
 
 }  // namespace
 
-void MaterialOptions::validate() const {
-  if (!(column_weight >= 0) || !std::isfinite(column_weight))
-    refuse("options.column_weight",
-           fmt::format("options.column_weight = {} must be >= 0", column_weight));
-  if (!(tolerance > 0) || !(tolerance < 1))
-    refuse("options.tolerance", fmt::format("options.tolerance = {} must be in (0, 1)", tolerance));
-  if (max_iterations <= 0)
-    refuse("options.max_iterations",
-           fmt::format("options.max_iterations = {} must be > 0", max_iterations));
-  if (held < 0) refuse("options.held", fmt::format("options.held = {} must be >= 0", held));
-}
-
 class MaterialSolver::Impl {
  public:
   Impl(std::shared_ptr<const reduced::Kinematics> kinematics, const Timeline& timeline,
@@ -109,13 +98,19 @@ class MaterialSolver::Impl {
   }
 
   MaterialReport solve(const JobContext& job,
-                       const std::function<bool(const MaterialReport&)>& on_improved);
+                       const std::function<bool(const MaterialReport&)>& on_step);
   const Eigen::MatrixXd& motion() {
     systems_.interpolate(point_.z, motion_);
     return motion_;
   }
 
   [[nodiscard]] const Material& material() const { return material_; }
+  [[nodiscard]] const reduced::Kinematics& kinematics() const { return *kinematics_; }
+  [[nodiscard]] const Timeline& timeline() const { return timeline_; }
+  [[nodiscard]] const MaterialOptions& options() const { return options_; }
+  void resume(const Material& material, const Eigen::MatrixXd& motion) {
+    resumed_.emplace(material, motion);
+  }
 
  private:
   void evaluate(MaterialPoint& point) {
@@ -134,6 +129,12 @@ class MaterialSolver::Impl {
     return systems.energy(point.z) + rows_.merit(point.rows.residual) +
            options_.column_weight * column_energy(point.mixing);
   }
+  /// energy_ with exact rows weighted and without their multipliers, which change from step to
+  /// step.
+  [[nodiscard]] double total_energy() const;
+  /// Frequencies above this [1/frame] are lowered to it, those of later fits do not exceed it.
+  void bound_frequencies(double frequency);
+  void set_dynamics(ModeDynamics dynamics);
   void fit_dynamics();
   [[nodiscard]] bool step();
   /// trial_ <- this part of step_, bettered by what the rows did that the step did not foresee
@@ -149,8 +150,13 @@ class MaterialSolver::Impl {
     Material material;
     ModeSystems systems;
     MaterialPoint point;
-    double nu, energy;
+    Eigen::VectorXd multiplier;
+    double nu, energy, total;
   };
+  void restore(const Start& start);
+  void take_up_resumed();
+  /// The end of a solve: the start where that is lower.
+  [[nodiscard]] MaterialReport finish(SolveStatus status, int iterations, const Start& start);
 
   MaterialOptions options_;
   std::shared_ptr<const reduced::Kinematics> kinematics_;
@@ -165,9 +171,37 @@ class MaterialSolver::Impl {
   MaterialPoint point_, trial_, candidate_;
   Lanes hat_;
   Eigen::MatrixXd knots_z_, motion_;
-  double nu_ = kFirstDamping, energy_ = 0;
+  double nu_ = kFirstDamping, energy_ = 0, start_total_ = 0;
+  double max_stiffness_ = std::numeric_limits<double>::infinity();
+  std::optional<std::pair<Material, Eigen::MatrixXd>> resumed_;
   int evaluations_ = 0;
 };
+
+double MaterialSolver::Impl::total_energy() const {
+  const Eigen::VectorXd& residual = point_.rows.residual;
+  double exact = 0;
+  for (int row = 0; row < rows_.count(); ++row) {
+    if (rows_.exact(row)) exact += rows_.weight()[row] * residual[row] * residual[row];
+  }
+  return systems_.energy(point_.z) + rows_.soft_energy(residual) + 0.5 * exact +
+         options_.column_weight * column_energy(point_.mixing);
+}
+
+void MaterialSolver::Impl::set_dynamics(ModeDynamics dynamics) {
+  material_.dynamics = std::move(dynamics);
+  systems_ = ModeSystems(material_.dynamics, timeline_);
+  systems_.set_knots(rows_.knots());
+  energy_ = merit(point_, systems_);
+}
+
+void MaterialSolver::Impl::bound_frequencies(double frequency) {
+  max_stiffness_ = stiffness_of(frequency);
+  ModeDynamics bounded = material_.dynamics;
+  auto free = bounded.stiffness.tail(bounded.stiffness.size() - options_.held);
+  if ((free.array() <= max_stiffness_).all()) return;
+  free = free.cwiseMin(max_stiffness_);
+  set_dynamics(std::move(bounded));
+}
 
 void MaterialSolver::Impl::fit_dynamics() {
   systems_.interpolate(point_.z, motion_);
@@ -175,7 +209,7 @@ void MaterialSolver::Impl::fit_dynamics() {
   ModeDynamics fitted = material_.dynamics;
   for (Eigen::Index k = options_.held; k < motion_.rows(); ++k) {
     if (!(motion_.row(k).cwiseAbs().maxCoeff() > still)) continue;
-    const ModeFit fit = fit_mode(motion_.row(k));
+    const ModeFit fit = fit_mode(motion_.row(k), max_stiffness_);
     fitted.stiffness[k] = fit.stiffness;
     fitted.damping[k] = fit.damping;
   }
@@ -270,39 +304,82 @@ void MaterialSolver::Impl::accept(double part) {
   energy_ = merit(point_, systems_);
 }
 
+void MaterialSolver::Impl::restore(const Start& start) {
+  material_ = start.material;
+  systems_ = start.systems;
+  point_ = start.point;
+  rows_.set_multipliers(start.multiplier);
+  nu_ = start.nu;
+  energy_ = start.energy;
+}
+
+void MaterialSolver::Impl::take_up_resumed() {
+  if (!resumed_) return;
+  const auto [material, motion] = *std::exchange(resumed_, std::nullopt);
+  material_.mixing = point_.mixing = material.mixing;
+  set_dynamics(material.dynamics);
+  systems_.gather(motion, point_.z);
+  evaluate(point_);
+  energy_ = merit(point_, systems_);
+}
+
 MaterialReport MaterialSolver::Impl::solve(
-    const JobContext& job, const std::function<bool(const MaterialReport&)>& on_improved) {
+    const JobContext& job, const std::function<bool(const MaterialReport&)>& on_step) {
+  start_total_ = total_energy();
   if (rows_.count() == 0) return report(SolveStatus::kConverged, 0);
-  Start start{material_, systems_, point_, nu_, energy_};
-  std::vector<double> energies{energy_};
+  const Start start{material_, systems_, point_, rows_.multiplier(), nu_, energy_, start_total_};
+  take_up_resumed();
+  const bool fits_dynamics = options_.variables != MaterialVariables::kMotion;
+  bool slow = fits_dynamics && options_.slow_steps > 0;
+  const bool may_be_settled = !slow;
+  if (slow) bound_frequencies(std::min(options_.slow_frequency, options_.max_frequency));
+  if (fits_dynamics && !slow) bound_frequencies(options_.max_frequency);
+  std::vector<double> energies{energy_};  // with the bound of now
+  const auto end_slow_steps = [&] {
+    slow = false;
+    bound_frequencies(options_.max_frequency);
+    energies = {energy_};
+  };
   for (int iteration = 0; iteration < options_.max_iterations;) {
-    if (job.cancellation.requested()) return report(SolveStatus::kCancelled, iteration);
-    if (options_.variables != MaterialVariables::kMotion) fit_dynamics();
+    if (job.cancellation.requested()) return finish(SolveStatus::kCancelled, iteration, start);
+    if (slow && iteration >= options_.slow_steps) end_slow_steps();
+    if (fits_dynamics) fit_dynamics();
     if (!step()) {
+      if (slow) {
+        end_slow_steps();
+        continue;
+      }
       // Nothing is left to gain but what rounding hides.
       const double worth = energy_ + kNoEnergy * rows_.rest_energy();
       const bool done = !(step_.promise > options_.tolerance * worth);
-      return report(done ? SolveStatus::kConverged : SolveStatus::kStalled, iteration);
+      return finish(done ? SolveStatus::kConverged : SolveStatus::kStalled, iteration, start);
     }
     ++iteration;
     energies.push_back(energy_);
-    if (iteration >= kWindow &&
+    if (!slow && energies.size() > kWindow &&
         energies[energies.size() - 1 - kWindow] - energy_ <=
             options_.tolerance * (energy_ + kNoEnergy * rows_.rest_energy())) {
-      if (iteration == kWindow) {
-        material_ = std::move(start.material);
-        systems_ = std::move(start.systems);
-        point_ = std::move(start.point);
-        nu_ = start.nu;
-        energy_ = start.energy;
-      }
-      return report(SolveStatus::kConverged, iteration);
+      if (may_be_settled && iteration == kWindow) restore(start);
+      return finish(SolveStatus::kConverged, iteration, start);
     }
-    if (!on_improved) continue;
+    if (!on_step) continue;
     const MaterialReport now = report(SolveStatus::kImproved, iteration);
-    if (!on_improved(now)) return now;
+    if (!on_step(now)) return now;
   }
-  return report(SolveStatus::kIterationLimit, options_.max_iterations);
+  return finish(SolveStatus::kIterationLimit, options_.max_iterations, start);
+}
+
+MaterialReport MaterialSolver::Impl::finish(SolveStatus status, int iterations,
+                                            const Start& start) {
+  const double total = total_energy();
+  const bool is_higher = total > start.total + kNoEnergy * rows_.rest_energy();
+  if (!(total < start.total)) restore(start);
+  if (!is_higher || status == SolveStatus::kCancelled) return report(status, iterations);
+  MaterialReport result = report(SolveStatus::kStalled, iterations);
+  result.message = fmt::format(
+      "no material of at most {:.3g} swings a frame has less energy than the start, which is kept",
+      options_.max_frequency);
+  return result;
 }
 
 MaterialReport MaterialSolver::Impl::report(SolveStatus status, int iterations) {
@@ -314,6 +391,7 @@ MaterialReport MaterialSolver::Impl::report(SolveStatus status, int iterations) 
   result.constraint_energy = rows_.soft_energy(point_.rows.residual);
   result.column_energy = options_.column_weight * column_energy(point_.mixing);
   result.total_energy = result.force_energy + result.constraint_energy + result.column_energy;
+  result.below_start = total_energy() < start_total_;
   double square = 0;
   const auto misses = rows_.misses(point_.rows.residual);
   for (const auto& miss : misses) {
@@ -354,9 +432,16 @@ MaterialSolver::~MaterialSolver() = default;
 MaterialSolver::MaterialSolver(MaterialSolver&&) noexcept = default;
 MaterialSolver& MaterialSolver::operator=(MaterialSolver&&) noexcept = default;
 
-MaterialReport MaterialSolver::solve(
-    const JobContext& job, const std::function<bool(const MaterialReport&)>& on_improved) {
-  return impl_->solve(job, on_improved);
+MaterialReport MaterialSolver::solve(const JobContext& job,
+                                     const std::function<bool(const MaterialReport&)>& on_step) {
+  return impl_->solve(job, on_step);
+}
+void MaterialSolver::resume(const Material& material, const Eigen::MatrixXd& motion) {
+  validate(impl_->kinematics(), impl_->timeline(), material, motion, impl_->options());
+  if (material.modes() != impl_->material().modes())
+    refuse("material", fmt::format("material has {} modes, the solver's {}", material.modes(),
+                                   impl_->material().modes()));
+  impl_->resume(material, motion);
 }
 const Eigen::MatrixXd& MaterialSolver::motion() const { return impl_->motion(); }
 const Material& MaterialSolver::material() const { return impl_->material(); }

@@ -21,10 +21,26 @@ struct MaterialOptions {
   // in long flat valleys: the energy goes on falling slowly for hundreds of steps.
   double tolerance = 1e-4;
   int max_iterations = 300;  // > 0
+  // Highest frequency of a mode [1/frame], in (0, 1/2]: lambda <= stiffness_of(max_frequency).
+  // Where swings of few frames are allowed, E_f is small for motions that shake: its differences
+  // have the frame as their step.
+  double max_frequency = 1.0 / 8;
+  // The first steps keep all frequencies below slow_frequency, the others below max_frequency. From
+  // slow modes they reach lower energies and slower motions than from stiff ones. >= 0
+  int slow_steps = 10;
+  double slow_frequency = kSlowestNeeded;  // [1/frame], in (0, 1/2]
   int held = 0;  // first modes whose dynamics and columns stay: rigid unknowns of a free body
+
+  /// See slow_frequency_of().
+  static constexpr double kSlowestNeeded = 1.0 / 24;
 
   void validate() const;
 };
+
+/// Frequency [1/frame] of the slow steps of a fit that starts with these dynamics: that of the
+/// lowest elastic mode that is not a mechanism's, at most kSlowestNeeded.
+/// @param held  modes before it: rigid unknowns and mechanisms
+[[nodiscard]] double slow_frequency_of(const ModeDynamics& dynamics, int held);
 
 /// Energies are unitless (body lengths, frames).
 struct MaterialReport {
@@ -37,6 +53,9 @@ struct MaterialReport {
   double constraint_energy = 0;  // gamma E_c over soft constraints
   double column_energy = 0;      // mu E_s
   double total_energy = 0;       // their sum
+  // Lower than the start of the solve, errors of exact rows weighted. Steps in between may not be:
+  // bounds raise the energy first.
+  bool below_start = false;
   double max_constraint_error = 0, rms_constraint_error = 0;  // as SolveReport [m]
   double max_exact_error = 0;                                 // as SolveReport [m]
   double max_keyframe_error = 0;                              // as SolveReport
@@ -48,8 +67,11 @@ struct MaterialReport {
 /// (MaterialSpace), then the exact best (lambda_k, d_k) of each mode (fit_dynamics.h). Starts from
 /// any motion; best from the answer of a Solver with the material it starts from.
 ///
-/// Local minima are many: what it finds is never worse than where it starts. Where ten steps gain
-/// less than the tolerance it stays at the start, so that a settled answer is left as it is.
+/// Frequencies above the bounds of MaterialOptions are lowered to them before the first step, which
+/// raises the energy, also where S mixes soft shapes into modes that were stiff. Local minima are
+/// many: where the steps end no lower than the start, the start is the answer, as it was given,
+/// frequencies above the bounds included. Where the first ten steps gain less than the tolerance it
+/// is the answer too, so that a settled one is left as it is.
 class MaterialSolver {
  public:
   static constexpr int kMostRows = 2048;  // a step factors a dense matrix of this size
@@ -64,10 +86,15 @@ class MaterialSolver {
   MaterialSolver(MaterialSolver&&) noexcept;
   MaterialSolver& operator=(MaterialSolver&&) noexcept;
 
-  /// Iterates to convergence. `on_improved` is called after each accepted step (motion() and
-  /// material() are valid inside); return false from it to stop with kImproved.
+  /// Iterates to convergence. `on_step` is called after each accepted step (motion() and
+  /// material() are valid inside, and may still be above the start: MaterialReport::below_start);
+  /// return false from it to stop with kImproved where the steps are. All other ends are at most as
+  /// high as the start.
   MaterialReport solve(const JobContext& job = {},
-                       const std::function<bool(const MaterialReport&)>& on_improved = {});
+                       const std::function<bool(const MaterialReport&)>& on_step = {});
+  /// Makes the next solve() take its steps from here, where an earlier one was stopped, and not
+  /// from its start. Errors as the constructor's.
+  void resume(const Material& material, const Eigen::MatrixXd& motion);
 
   [[nodiscard]] const Eigen::MatrixXd& motion() const;  // z, r x N
   [[nodiscard]] const Material& material() const;

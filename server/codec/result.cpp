@@ -62,6 +62,7 @@ proto::ResultInfo encode_result(const session::Result& result, double length_uni
   info.set_unit_force_energy(result.unit_force_energy);
   info.set_max_keyframe_error(result.max_keyframe_error / length_unit);
   info.set_weight_scale(result.weight_scale);
+  if (result.high_frequency_share) info.set_high_frequency_share(*result.high_frequency_share);
   return info;
 }
 

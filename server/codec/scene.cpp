@@ -324,6 +324,16 @@ DecodedScene decode_scene(const proto::Scene& message, const std::string& prefix
       decode_variables(message.material_optimisation().variables());
   if (message.material_optimisation().has_column_weight())
     scene.material_optimisation.column_weight = message.material_optimisation().column_weight();
+  if (message.material_optimisation().has_max_frequency_hz())
+    scene.material_optimisation.max_frequency_hz =
+        message.material_optimisation().max_frequency_hz();
+  if (message.material_optimisation().has_slow_steps()) {
+    faults.try_to([&] {
+      scene.material_optimisation.slow_steps =
+          decode_index(message.material_optimisation().slow_steps(),
+                       prefix + "material_optimisation.slow_steps");
+    });
+  }
   if (message.has_constraint_tolerance())
     scene.constraint_tolerance = message.constraint_tolerance();
   scene.fixed_nodes.assign(static_cast<std::size_t>(message.fixed_nodes_size()),
@@ -392,6 +402,9 @@ proto::Scene encode_scene(const scene::Scene& scene) {
   optimisation->set_variables(encode_variables(scene.material_optimisation.variables));
   if (scene.constraint_tolerance) message.set_constraint_tolerance(*scene.constraint_tolerance);
   optimisation->set_column_weight(scene.material_optimisation.column_weight);
+  if (scene.material_optimisation.max_frequency_hz)
+    optimisation->set_max_frequency_hz(*scene.material_optimisation.max_frequency_hz);
+  optimisation->set_slow_steps(static_cast<std::uint32_t>(scene.material_optimisation.slow_steps));
   for (const auto& constraint : scene.constraints)
     *message.add_constraints() = encode_constraint(constraint);
   for (const auto& keyframe : scene.keyframes) *message.add_keyframes() = encode_keyframe(keyframe);

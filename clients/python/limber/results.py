@@ -42,6 +42,8 @@ class Result:
     unit_force_energy: float = 0.0  # control forces, comparable between materials
     max_keyframe_error: float = 0.0  # largest distance of a node in a keyframe [length unit]; of final results
     weight_scale: float = 1.0       # soft constraints weigh so many times more, to meet constraint_tolerance
+    # Of the motion's power, above half the Nyquist frequency; of final results, None for few frames.
+    high_frequency_share: "float | None" = None
 
     @staticmethod
     def from_message(info: "service.ResultInfo") -> "Result":
@@ -51,7 +53,8 @@ class Result:
                       info.constraint_energy, info.total_energy, info.gradient, info.max_constraint_error,
                       info.rms_constraint_error, info.rank_deficient, info.message, info.since_edit_ms,
                       info.max_exact_error, info.solve_failed, info.material_iterations, info.column_energy,
-                      info.unit_force_energy, info.max_keyframe_error, info.weight_scale)
+                      info.unit_force_energy, info.max_keyframe_error, info.weight_scale,
+                      info.high_frequency_share if info.HasField("high_frequency_share") else None)
 
 
 @dataclass(frozen=True)

@@ -19,7 +19,7 @@ int most_sites(SiteLimits limits) {
   const MappedBody mapped = map_body(scene);
   LiveProblem problem(live.session.model(), nullptr, TargetFrame(scene, mapped),
                       std::make_unique<KeyframeTargets>(scene, live.session.model()),
-                      ProblemTerms{scene.frame_count, scene.model.mode_count, 1}, {}, limits);
+                      ProblemTerms{scene.frame_count, scene.model.mode_count, {}}, {}, limits);
   Document document(scene);
   problem.start(whole_batch(document));
   int most = 0;

@@ -84,6 +84,34 @@ TEST(FitDynamics, NoOtherDynamicsNeedLessForce) {
   EXPECT_GT(stiffness_bound, 0);
 }
 
+TEST(FitDynamics, NoOtherDynamicsWithinABoundNeedLessForce) {
+  Random random(11);
+  const double bound = 0.3;
+  int at_bound = 0, at_bound_damped = 0, inside = 0;
+  for (int trial = 1; trial <= 24; ++trial) {
+    Eigen::RowVectorXd z = free_motion(trial % 3 == 0 ? 0.1 : 0.8, trial % 2 == 0 ? 0.1 : 0.6, 12);
+    for (int i = 0; i < z.size(); ++i) z[i] += 0.002 * trial * random.normal();
+    const ModeFit fit = fit_mode(z, bound);
+    EXPECT_GE(fit.stiffness, 0);
+    EXPECT_LE(fit.stiffness, bound);
+    EXPECT_GE(fit.damping, 0);
+    const double best = minimum(
+        [&](double damping) {
+          return minimum([&](double stiffness) { return cost(z, stiffness, damping); }, bound);
+        },
+        100);
+    const double found = cost(z, fit.stiffness, fit.damping);
+    EXPECT_LE(found, best * (1 + 1e-10)) << trial;
+    EXPECT_GE(found, best * (1 - 1e-6)) << trial;
+    at_bound += fit.stiffness == bound;
+    at_bound_damped += fit.stiffness == bound && fit.damping > 0;
+    inside += fit.stiffness > 0 && fit.stiffness < bound;
+  }
+  EXPECT_GT(at_bound, 0);
+  EXPECT_GT(at_bound_damped, 0);
+  EXPECT_GT(inside, 0);
+}
+
 TEST(FitDynamics, ALambdaDrivenToItsBound) {
   // Growing, z'' > 0 with z > 0: stiffness would be negative.
   Eigen::RowVectorXd z(20);

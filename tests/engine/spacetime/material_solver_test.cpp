@@ -194,9 +194,12 @@ TEST(MaterialSolver, LowersTheEnergyOfEachSetOfVariablesBelowTheOneBefore) {
     options.variables = variables;
     MaterialSolver solver = solver_of(scene, options);
     double last = std::numeric_limits<double>::infinity();
+    int steps = 0;
     const MaterialReport report = solver.solve({}, [&](const MaterialReport& now) {
-      EXPECT_LE(now.total_energy, last);
+      EXPECT_LE(now.total_energy, last) << steps;
+      EXPECT_EQ(now.below_start, now.total_energy < scene.z_only.total_energy) << steps;
       last = now.total_energy;
+      ++steps;
       return true;
     });
     EXPECT_LT(report.total_energy, 0.9 * before);
@@ -263,6 +266,7 @@ TEST(MaterialSolver, RestartingFromAConvergedResultChangesNothing) {
   ASSERT_EQ(first.solve().status, SolveStatus::kConverged);
   scene.material = first.material();
   scene.motion = first.motion();
+  options.slow_steps = 0;  // on from what is fitted
   MaterialSolver again = solver_of(scene, options);
   EXPECT_EQ(again.solve().status, SolveStatus::kConverged);
   EXPECT_EQ(again.material().mixing, first.material().mixing);
@@ -333,7 +337,7 @@ TEST(MaterialHardCases, AConstraintFarOutsideWhatTheModesCanReach) {
   const MaterialReport report = solver.solve();
   EXPECT_TRUE(finite(solver));
   EXPECT_LE(report.total_energy, energy_of(scene, scene.material, scene.motion, 1));
-  EXPECT_GT(report.max_constraint_error, 10);
+  EXPECT_GT(report.max_constraint_error, 0.5 * scene.kinematics->length());  // never reached
 }
 
 TEST(MaterialHardCases, TwoContradictoryConstraintsAtOneNodeAndFrame) {
@@ -518,6 +522,13 @@ TEST(MaterialBadInput, NamesTheMember) {
             "material.dynamics");
   EXPECT_EQ(field_of([](Scene& s, auto&) { s.motion(0, 0) = std::nan(""); }), "motion");
   EXPECT_EQ(field_of([](Scene&, MaterialOptions& o) { o.tolerance = 0; }), "options.tolerance");
+  for (const double bad : {0.0, -0.1, 0.51, std::nan("")}) {
+    EXPECT_EQ(field_of([&](Scene&, MaterialOptions& o) { o.max_frequency = bad; }),
+              "options.max_frequency");
+    EXPECT_EQ(field_of([&](Scene&, MaterialOptions& o) { o.slow_frequency = bad; }),
+              "options.slow_frequency");
+  }
+  EXPECT_EQ(field_of([](Scene&, MaterialOptions& o) { o.slow_steps = -1; }), "options.slow_steps");
   EXPECT_EQ(field_of([](Scene&, MaterialOptions& o) { o.column_weight = -1; }),
             "options.column_weight");
   EXPECT_EQ(field_of([](Scene&, MaterialOptions& o) { o.held = kModes + 1; }), "options.held");

@@ -100,6 +100,8 @@ proto::Scene full_scene() {
   scene.mutable_model()->set_basis(proto::BASIS_SNAPSHOTS);
   scene.mutable_material_optimisation()->set_variables(proto::MATERIAL_VARIABLES_ALL);
   scene.mutable_material_optimisation()->set_column_weight(0.5);
+  scene.mutable_material_optimisation()->set_max_frequency_hz(2.5);
+  scene.mutable_material_optimisation()->set_slow_steps(4);
   auto* second = scene.add_constraints();
   second->set_id(7);
   second->set_frame(3);
