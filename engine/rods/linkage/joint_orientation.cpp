@@ -6,8 +6,13 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <numeric>
+#include <tuple>
+#include <utility>
 
 #include "engine/base/error.h"
+#include "engine/rods/linkage/odd_cycle.h"
+#include "engine/rods/linkage/parity_forest.h"
 
 namespace limber::rods::detail {
 namespace {
@@ -16,42 +21,49 @@ namespace {
 constexpr double kLeastSine = 1e-5;
 // How far an opening angle may lie beyond 0 or pi where the neighbours are on that side [rad].
 constexpr double kOvershoot = 0.3;
-// Cosine between a normal and its neighbour's, carried along the segment, below which the surface
-// has turned over.
-constexpr double kTurnedOver = -0.5;
+// Cosine between a normal and its neighbour's, carried along the segment, above which it is clear
+// which of its two normals the neighbour has.
+constexpr double kClear = 0.5;
+constexpr std::size_t kMostCorners = 6;  // of a cell of the grid
 
 struct Neighbour {
   int joint;
-  int own_rod;
-  int other_rod;
+  int link;
 };
 
 class Orientation {
  public:
   Orientation(const std::vector<RodPair>& pairs, const std::vector<JointLink>& links,
-              const std::vector<int>& vertices)
-      : pairs_(pairs), links_(links), vertices_(vertices), neighbours_(pairs.size()) {
-    for (const JointLink& link : links) {
-      neighbours_[link.joints[0]].push_back({link.joints[1], link.rods[0], link.rods[1]});
-      neighbours_[link.joints[1]].push_back({link.joints[0], link.rods[1], link.rods[0]});
+              const std::vector<JointPlace>& places)
+      : pairs_(pairs), links_(links), places_(places), neighbours_(pairs.size()) {
+    for (std::size_t i = 0; i < links.size(); ++i) {
+      const auto [a, b] = links[i].joints;
+      neighbours_[a].push_back({b, static_cast<int>(i)});
+      neighbours_[b].push_back({a, static_cast<int>(i)});
     }
+    for (std::vector<Neighbour>& neighbours : neighbours_) {
+      std::sort(neighbours.begin(), neighbours.end(), [&](const auto& a, const auto& b) {
+        return places[a.joint].rank < places[b.joint].rank;
+      });
+    }
+    by_rank_.resize(pairs.size());
+    std::iota(by_rank_.begin(), by_rank_.end(), 0);
+    std::sort(by_rank_.begin(), by_rank_.end(),
+              [&](int a, int b) { return places[a].rank < places[b].rank; });
   }
 
   JointOrientations run() {
     const std::size_t count = pairs_.size();
     result_ = {std::vector<Eigen::Vector3d>(count, Eigen::Vector3d::Zero()),
-               std::vector<int>(count, -1), std::vector<double>(count, 0),
+               std::vector<int>(count, 0), std::vector<double>(count, 0),
                std::vector<int>(count, 1)};
-    visited_.assign(count, false);
-    // Joints whose own normal is good start first, so that closed ones learn from them.
-    for (const bool open : {true, false}) {
-      for (std::size_t joint = 0; joint < count; ++joint) {
-        if (!visited_[joint] && is_open(static_cast<int>(joint)) == open) {
-          orient_component(static_cast<int>(joint));
-        }
-      }
+    find_axes();
+    set_sides();
+    set_letters();
+    for (const std::vector<int>& joints : components()) {
+      settle_normals(joints);
+      settle_angles(joints);
     }
-    check_links();
     return std::move(result_);
   }
 
@@ -61,72 +73,227 @@ class Orientation {
   }
   bool is_open(int joint) const { return own_normal(joint).norm() > kLeastSine; }
 
-  /// The normal of `from` turned with the rod's tangent on its way to the neighbour.
-  Eigen::Vector3d carried_normal(int from, const Neighbour& to) const {
-    const Eigen::Vector3d& before = pairs_[from].tangents[to.own_rod];
-    Eigen::Vector3d after = pairs_[to.joint].tangents[to.other_rod];
-    if (before.dot(after) < 0) after = -after;  // tangents of rods have no direction yet
-    return Eigen::Quaterniond::FromTwoVectors(before, after) * result_.normals[from];
+  /// The normal of the joint at one end of a link, turned with the rod on its way to the other.
+  Eigen::Vector3d carried_normal(const JointLink& link, int end) const {
+    const auto tangent = [&](int at) -> Eigen::Vector3d {
+      const Eigen::Vector3d& t = pairs_[link.joints[at]].tangents[link.rods[at]];
+      return t.dot(link.direction) < 0 ? Eigen::Vector3d(-t) : t;
+    };
+    return Eigen::Quaterniond::FromTwoVectors(link.direction, tangent(1 - end)) *
+           (Eigen::Quaterniond::FromTwoVectors(tangent(end), link.direction) *
+            result_.normals[link.joints[end]]);
   }
 
-  void set_normal(int joint, const Eigen::Vector3d& hint) {
-    Eigen::Vector3d normal = own_normal(joint);
-    if (!is_open(joint)) {
+  /// Normals but for their sign. Those of closed joints come from the nearest open ones.
+  void find_axes() {
+    std::vector<char> known(pairs_.size(), 0);
+    std::vector<int> order;
+    const auto set = [&](int joint, const Eigen::Vector3d& normal) {
+      known[joint] = 1;
+      order.push_back(joint);
+      result_.normals[joint] = normal.normalized();
+    };
+    const auto across = [&](int joint, const Eigen::Vector3d& hint) -> Eigen::Vector3d {
       const Eigen::Vector3d& t = pairs_[joint].tangents[0];
-      normal = hint - t * t.dot(hint);
-      if (normal.norm() < 1e-3) normal = t.unitOrthogonal();
-    }
-    if (normal.dot(hint) < 0) normal = -normal;
-    result_.normals[joint] = normal.normalized();
-  }
-
-  void orient_component(int first) {
-    std::vector<int> order = {first};
-    visited_[first] = true;
-    set_normal(first, own_normal(first));
-    result_.rod_a[first] = 0;
-    for (std::size_t next = 0; next < order.size(); ++next) {
-      const int joint = order[next];
-      for (const Neighbour& neighbour : neighbours_[joint]) {
-        // Along a rod the opening angle stays on the same side, hence the rod keeps its letter.
-        const bool is_a = neighbour.own_rod == result_.rod_a[joint];
-        const int rod_a = is_a ? neighbour.other_rod : 1 - neighbour.other_rod;
-        if (!visited_[neighbour.joint]) {
-          visited_[neighbour.joint] = true;
-          order.push_back(neighbour.joint);
-          set_normal(neighbour.joint, carried_normal(joint, neighbour));
-          result_.rod_a[neighbour.joint] = rod_a;
-        } else if (result_.rod_a[neighbour.joint] != rod_a) {
-          refuse(neighbour.joint,
-                 "no choice of opening angles is consistent along the rods: around a loop of rods "
-                 "that ends at the joint at vertex {} the angle turns into its supplement");
+      const Eigen::Vector3d normal = hint - t * t.dot(hint);
+      return normal.norm() < 1e-3 ? t.unitOrthogonal() : normal;
+    };
+    std::size_t next = 0;
+    const auto spread = [&] {
+      for (; next < order.size(); ++next) {
+        const int joint = order[next];
+        for (const Neighbour& neighbour : neighbours_[joint]) {
+          if (known[neighbour.joint]) continue;
+          const JointLink& link = links_[neighbour.link];
+          set(neighbour.joint,
+              across(neighbour.joint, carried_normal(link, link.joints[0] == joint ? 0 : 1)));
         }
       }
+    };
+    for (const int joint : by_rank_)
+      if (is_open(joint)) set(joint, own_normal(joint));
+    spread();
+    for (const int joint : by_rank_) {
+      if (known[joint]) continue;
+      set(joint, across(joint, own_normal(joint)));
+      spread();
     }
-    settle_normals(order);
-    settle_angles(order);
   }
 
-  [[noreturn]] void refuse(int joint, const char* text) const {
-    const int vertex = vertices_[joint];
-    throw Error(ErrorCode::kInvalidArgument, fmt::format("vertices[{}]", vertex),
-                fmt::format(fmt::runtime(text), vertex));
-  }
-
-  /// Of the two sides of a component's surface, the one whose normals point up on the whole.
-  void settle_normals(const std::vector<int>& joints) {
-    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-    for (const int joint : joints) sum += result_.normals[joint];
-    for (const int axis : {2, 1, 0}) {
-      if (std::abs(sum[axis]) < 1e-3 * static_cast<double>(joints.size())) continue;
-      if (sum[axis] > 0) return;
-      for (const int joint : joints) {
-        result_.normals[joint] = -result_.normals[joint];
-        result_.rod_a[joint] =
-            1 - result_.rod_a[joint];  // the same pair of sectors, seen from behind
+  /// Which of the two normals each joint has.
+  void set_sides() {
+    cosines_.clear();
+    for (const JointLink& link : links_)
+      cosines_.push_back(carried_normal(link, 0).dot(result_.normals[link.joints[1]]));
+    is_ignored_.assign(links_.size(), 0);
+    ParityForest sides(pairs_.size());
+    if (!join_sides(sides)) {
+      ignore_crumpled_cells();
+      sides = ParityForest(pairs_.size());
+      (void)join_sides(sides);
+    }
+    std::vector<int> reference(pairs_.size(), -1);  // of each root: the side of an open joint
+    for (const bool open : {true, false}) {
+      for (std::size_t j = 0; j < pairs_.size(); ++j) {
+        const auto [root, parity] = sides.root(static_cast<int>(j));
+        if (reference[root] < 0 && is_open(static_cast<int>(j)) == open) reference[root] = parity;
       }
+    }
+    for (std::size_t j = 0; j < pairs_.size(); ++j) {
+      const auto [root, parity] = sides.root(static_cast<int>(j));
+      if (parity != reference[root]) result_.normals[j] = -result_.normals[j];
+    }
+  }
+
+  /// The clearest links first. @returns whether all clear ones agree
+  [[nodiscard]] bool join_sides(ParityForest& sides) const {
+    std::vector<int> order(links_.size());
+    std::iota(order.begin(), order.end(), 0);
+    const auto key = [&](int i) {
+      const auto [a, b] = links_[i].joints;
+      return std::tuple(is_ignored_[i], -std::abs(cosines_[i]),
+                        std::minmax({places_[a].rank, places_[b].rank}));
+    };
+    std::sort(order.begin(), order.end(), [&](int a, int b) { return key(a) < key(b); });
+    bool agree = true;
+    for (const int i : order) {
+      const auto [a, b] = links_[i].joints;
+      if (!sides.join(a, b, cosines_[i] < 0 ? 1 : 0) && is_clear(i)) agree = false;
+    }
+    return agree;
+  }
+
+  [[nodiscard]] bool is_clear(int link) const {
+    return is_ignored_[link] == 0 && std::abs(cosines_[link]) > kClear;
+  }
+
+  /// A loop around one cell of the grid, or a rectangle of them, bounds a piece of the surface,
+  /// however crumpled that is: its least clear link says nothing. Other loops that contradict
+  /// themselves have one side.
+  void ignore_crumpled_cells() {
+    std::vector<int> place(pairs_.size());  // in the order by rank
+    for (std::size_t i = 0; i < by_rank_.size(); ++i) place[by_rank_[i]] = static_cast<int>(i);
+    std::vector<std::pair<std::pair<int, int>, int>> by_places;
+    for (std::size_t i = 0; i < links_.size(); ++i) {
+      const auto [a, b] = links_[i].joints;
+      by_places.push_back({std::minmax({place[a], place[b]}), static_cast<int>(i)});
+    }
+    std::sort(by_places.begin(), by_places.end());
+    for (;;) {
+      std::vector<ParityLink> clear;
+      for (const auto& [places, link] : by_places)
+        if (is_clear(link))
+          clear.push_back({{places.first, places.second}, cosines_[link] < 0 ? 1 : 0});
+      std::vector<int> loop = shortest_odd_cycle(static_cast<int>(pairs_.size()), clear);
+      if (loop.empty()) return;
+      for (int& joint : loop) joint = by_rank_[joint];
+      const std::vector<int> links = links_around(loop);
+      if (!is_cell(loop, links)) refuse_one_sided(loop);
+      is_ignored_[*std::min_element(links.begin(), links.end(), [&](int a, int b) {
+        return std::abs(cosines_[a]) < std::abs(cosines_[b]);
+      })] = 1;
+    }
+  }
+
+  /// From each joint of a loop to the next.
+  [[nodiscard]] std::vector<int> links_around(const std::vector<int>& loop) const {
+    std::vector<int> links;
+    for (std::size_t i = 0; i < loop.size(); ++i) {
+      const int next = loop[(i + 1) % loop.size()];
+      const auto& neighbours = neighbours_[loop[i]];
+      links.push_back(std::find_if(neighbours.begin(), neighbours.end(), [&](const Neighbour& n) {
+                        return n.joint == next;
+                      })->link);
+    }
+    return links;
+  }
+
+  /// Does a loop go from one rod to the other at each of a few joints, or at four as around a
+  /// rectangle of cells? Loops along a band turn less, or more often.
+  [[nodiscard]] bool is_cell(const std::vector<int>& loop, const std::vector<int>& links) const {
+    std::size_t turns = 0;
+    for (std::size_t i = 0; i < loop.size(); ++i) {
+      const auto rod_at = [&](int link) {
+        return links_[link].rods[links_[link].joints[0] == loop[i] ? 0 : 1];
+      };
+      if (rod_at(links[i]) != rod_at(links[(i + loop.size() - 1) % loop.size()])) ++turns;
+    }
+    return turns == 4 || (turns == loop.size() && turns <= kMostCorners);
+  }
+
+  [[noreturn]] void refuse_one_sided(std::vector<int> loop) const {
+    for (int& joint : loop) joint = places_[joint].vertex;
+    throw Error(ErrorCode::kInvalidArgument, fmt::format("vertices[{}]", loop.front()),
+                fmt::format("the surface through the joints has one side only: around the loop of "
+                            "{} the normal comes back reversed. Cut the loop, or close it with a "
+                            "whole turn in place of a half one",
+                            loop_text(loop)));
+  }
+
+  /// Along a rod the opening angle stays on the same side, hence the rod keeps its letter.
+  void set_letters() {
+    ParityForest letters(pairs_.size());
+    for (const JointLink& link : links_) {
+      const bool is_consistent =
+          letters.join(link.joints[0], link.joints[1], link.rods[0] ^ link.rods[1]);
+      LIMBER_DEMAND(is_consistent);
+    }
+    std::vector<int> reference(pairs_.size(), -1);
+    for (const bool open : {true, false}) {
+      for (std::size_t j = 0; j < pairs_.size(); ++j) {
+        const auto [root, parity] = letters.root(static_cast<int>(j));
+        if (reference[root] < 0 && is_open(static_cast<int>(j)) == open) reference[root] = parity;
+        result_.rod_a[j] = parity ^ std::max(reference[root], 0);
+      }
+    }
+  }
+
+  /// Joints of each connected part, by rank.
+  [[nodiscard]] std::vector<std::vector<int>> components() const {
+    ParityForest parts(pairs_.size());
+    for (const JointLink& link : links_) {
+      const auto a = parts.root(link.joints[0]), b = parts.root(link.joints[1]);
+      if (a.item != b.item) (void)parts.join(a.item, b.item, 0);
+    }
+    std::vector<int> numbers(pairs_.size(), -1);
+    std::vector<std::vector<int>> all;
+    for (const int joint : by_rank_) {
+      int& number = numbers[parts.root(joint).item];
+      if (number < 0) {
+        number = static_cast<int>(all.size());
+        all.emplace_back();
+      }
+      all[number].push_back(joint);
+    }
+    return all;
+  }
+
+  void turn_over(const std::vector<int>& joints) {
+    for (const int joint : joints) {
+      result_.normals[joint] = -result_.normals[joint];
+      // The same pair of sectors, seen from behind.
+      result_.rod_a[joint] = 1 - result_.rod_a[joint];
+    }
+  }
+
+  /// Of the two sides of a component's surface, the one whose normals point up on the whole; where
+  /// they point nowhere, the outer one.
+  void settle_normals(const std::vector<int>& joints) {
+    const auto count = static_cast<double>(joints.size());
+    Eigen::Vector3d sum = Eigen::Vector3d::Zero(), middle = Eigen::Vector3d::Zero();
+    for (const int joint : joints) {
+      sum += result_.normals[joint];
+      middle += places_[joint].position / count;
+    }
+    for (const int axis : {2, 1, 0}) {
+      if (std::abs(sum[axis]) < 1e-3 * count) continue;
+      if (sum[axis] < 0) turn_over(joints);
       return;
     }
+    double outward = 0;
+    for (const int joint : joints)
+      outward += (places_[joint].position - middle).dot(result_.normals[joint]);
+    if (outward < 0) turn_over(joints);
   }
 
   double angle_in_half_turn(int joint, int& sign_b) const {
@@ -180,23 +347,13 @@ class Orientation {
     }
   }
 
-  void check_links() const {
-    for (const JointLink& link : links_) {
-      const Eigen::Vector3d carried =
-          carried_normal(link.joints[0], {link.joints[1], link.rods[0], link.rods[1]});
-      if (carried.dot(result_.normals[link.joints[1]]) < kTurnedOver) {
-        refuse(link.joints[1],
-               "the surface through the joints has one side only: around a loop that ends at the "
-               "joint at vertex {} the normal comes back reversed");
-      }
-    }
-  }
-
   const std::vector<RodPair>& pairs_;
   const std::vector<JointLink>& links_;
-  const std::vector<int>& vertices_;
+  const std::vector<JointPlace>& places_;
   std::vector<std::vector<Neighbour>> neighbours_;
-  std::vector<bool> visited_;
+  std::vector<int> by_rank_;
+  std::vector<double> cosines_;   // of links: see kClear
+  std::vector<char> is_ignored_;  // what a link says of the sides
   JointOrientations result_;
 };
 
@@ -204,8 +361,8 @@ class Orientation {
 
 JointOrientations orient_joints(const std::vector<RodPair>& pairs,
                                 const std::vector<JointLink>& links,
-                                const std::vector<int>& vertices) {
-  return Orientation(pairs, links, vertices).run();
+                                const std::vector<JointPlace>& places) {
+  return Orientation(pairs, links, places).run();
 }
 
 }  // namespace limber::rods::detail

@@ -12,7 +12,15 @@ namespace limber::rods::detail {
 struct JointLink {
   int segment;
   std::array<int, 2> joints;
-  std::array<int, 2> rods;  // index into RodPair
+  std::array<int, 2> rods;    // index into RodPair
+  Eigen::Vector3d direction;  // of the segment, from the first to the second, unit
+};
+
+/// What is said of a joint beside its rods.
+struct JointPlace {
+  int vertex;  // of the line mesh, for messages
+  int rank;    // in an order that says nothing of how the mesh was numbered
+  Eigen::Vector3d position;
 };
 
 /// What the joints of a linkage agree on.
@@ -25,12 +33,19 @@ struct JointOrientations {
   std::vector<int> signs_b;
 };
 
-/// @param pairs      one for each joint
-/// @param vertices   vertex numbers of the joints, for messages
-/// @throws Error{kInvalidArgument} naming the vertex where no consistent choice of the opening
-/// angle exists, or where the normals come back reversed
+/// Normals are carried along the segments. Where that says clearly which of its two a joint's
+/// normal is, on all segments, they follow it; the surface has one side only where these contradict
+/// each other, other than around single cells, which are crumpled then. Other segments are followed
+/// in the order of how clear they are. So nothing depends
+/// on how joints and segments are numbered, but the side of surfaces that have no upper and no
+/// outer one, and which family of rods is A where as many angles are acute as obtuse.
+/// @pre letters of the rods are consistent: see choose_pairings
+/// @param pairs   one for each joint
+/// @param places  of the joints
+/// @throws Error{kInvalidArgument} naming the smallest loop around which the normal comes back
+/// reversed
 [[nodiscard]] JointOrientations orient_joints(const std::vector<RodPair>& pairs,
                                               const std::vector<JointLink>& links,
-                                              const std::vector<int>& vertices);
+                                              const std::vector<JointPlace>& places);
 
 }  // namespace limber::rods::detail

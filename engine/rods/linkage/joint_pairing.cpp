@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include <limits>
+#include <algorithm>
 
 #include "engine/base/error.h"
 
@@ -11,45 +11,65 @@ namespace {
 
 // A bend this close to a full turn back leaves nothing of the tangent.
 constexpr double kLeastTangent = 1e-6;
+// Added to the bend of what folds back: more than any mesh can save by it.
+constexpr double kFold = 1e6;
 
-using Partition = std::array<std::vector<int>, 2>;
-
-std::vector<Partition> partitions(std::size_t valence) {
+std::vector<Pairing> partitions(std::size_t valence) {
   switch (valence) {
     case 2:
-      return {{{{0}, {1}}}};
+      return {{{{{0}, {1}}}}};
     case 3:
-      return {{{{0, 1}, {2}}}, {{{0, 2}, {1}}}, {{{1, 2}, {0}}}};
+      return {{{{{0, 1}, {2}}}}, {{{{0, 2}, {1}}}}, {{{{1, 2}, {0}}}}};
     default:
-      return {{{{0, 1}, {2, 3}}}, {{{0, 2}, {1, 3}}}, {{{0, 3}, {1, 2}}}};
+      return {{{{{0, 1}, {2, 3}}}}, {{{{0, 2}, {1, 3}}}}, {{{{0, 3}, {1, 2}}}}};
   }
 }
 
-/// Sum of the cosines between the directions of a rod's two spokes: -1 for each straight rod.
-double bend(const Partition& partition, const std::vector<Spoke>& spokes) {
+double bend(const Pairing& pairing, const std::vector<Spoke>& spokes) {
   double sum = 0;
-  for (const std::vector<int>& rod : partition) {
+  for (const std::vector<int>& rod : pairing.rods) {
     if (rod.size() == 2) sum += spokes[rod[0]].direction.dot(spokes[rod[1]].direction);
   }
   return sum;
 }
 
+bool folds_back(const Pairing& pairing, const std::vector<Spoke>& spokes) {
+  return std::any_of(pairing.rods.begin(), pairing.rods.end(), [&](const std::vector<int>& rod) {
+    return rod.size() == 2 &&
+           (spokes[rod[0]].direction - spokes[rod[1]].direction).norm() < kLeastTangent;
+  });
+}
+
+/// By which pairings of equal bend are ordered, whatever the order of the spokes.
+int rank_of(const Pairing& pairing, const std::vector<int>& ranks) {
+  if (ranks.size() == 3) return ranks[pairing.rods[1][0]];
+  const auto first = static_cast<int>(std::min_element(ranks.begin(), ranks.end()) - ranks.begin());
+  for (const std::vector<int>& rod : pairing.rods) {
+    if (rod.size() != 2) continue;
+    if (rod[0] == first) return ranks[rod[1]];
+    if (rod[1] == first) return ranks[rod[0]];
+  }
+  return 0;
+}
+
 }  // namespace
 
-RodPair pair_spokes(const std::vector<Spoke>& spokes, int vertex) {
-  LIMBER_DEMAND(spokes.size() >= 2 && spokes.size() <= 4);
-  Partition best;
-  double least = std::numeric_limits<double>::infinity();
-  for (const Partition& partition : partitions(spokes.size())) {
-    const double value = bend(partition, spokes);
-    if (value < least) {
-      least = value;
-      best = partition;
-    }
-  }
+std::vector<Pairing> possible_pairings(const std::vector<Spoke>& spokes,
+                                       const std::vector<int>& ranks) {
+  LIMBER_DEMAND(spokes.size() >= 2 && spokes.size() <= 4 && ranks.size() == spokes.size());
+  std::vector<Pairing> all = partitions(spokes.size());
+  for (Pairing& pairing : all)
+    pairing.bend = bend(pairing, spokes) + (folds_back(pairing, spokes) ? kFold : 0);
+  std::sort(all.begin(), all.end(), [&](const Pairing& a, const Pairing& b) {
+    return a.bend != b.bend ? a.bend < b.bend : rank_of(a, ranks) < rank_of(b, ranks);
+  });
+  return all;
+}
+
+RodPair form_rods(const std::vector<Spoke>& spokes, const Pairing& pairing, int vertex) {
   RodPair pair;
   for (int r = 0; r < 2; ++r) {
-    for (const int spoke : best[r]) pair.rods[r].push_back(spokes[spoke]);
+    for (const int spoke : pairing.rods[r]) pair.rods[r].push_back(spokes[spoke]);
     Eigen::Vector3d tangent = pair.rods[r][0].direction;
     if (pair.rods[r].size() == 2) tangent -= pair.rods[r][1].direction;
     if (tangent.norm() < kLeastTangent) {

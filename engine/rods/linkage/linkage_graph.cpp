@@ -3,15 +3,18 @@
 #include <fmt/format.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 #include <numeric>
 
 #include "engine/base/error.h"
 #include "engine/rods/linkage/joint_orientation.h"
+#include "engine/rods/linkage/pairing_choice.h"
 
 namespace limber::rods {
 namespace {
 
+using detail::JointChoices;
 using detail::JointLink;
 using detail::JointOrientations;
 using detail::RodPair;
@@ -36,28 +39,78 @@ std::vector<std::vector<Spoke>> collect_spokes(const LineMesh& mesh) {
   return spokes;
 }
 
-/// Which of a joint's rods a segment end belongs to, and whether it lies ahead (1) or behind (0).
-struct Seat {
-  int rod = 0;
-  int ahead = 1;
-};
-
-void find_seats(const RodPair& pair, std::vector<std::array<Seat, 2>>& seats) {
-  for (int r = 0; r < 2; ++r) {
-    for (std::size_t k = 0; k < pair.rods[r].size(); ++k) {
-      const Spoke& spoke = pair.rods[r][k];
-      seats[spoke.segment][spoke.end] = {r, k == 0 ? 1 : 0};
+/// The place of each vertex in an order by coordinates, which does not know how they are numbered.
+std::vector<int> rank_vertices(const LineMesh& mesh) {
+  std::vector<int> order(static_cast<std::size_t>(mesh.vertex_count()));
+  std::iota(order.begin(), order.end(), 0);
+  std::sort(order.begin(), order.end(), [&](int a, int b) {
+    for (int axis = 0; axis < 3; ++axis) {
+      const double of_a = mesh.vertices(axis, a), of_b = mesh.vertices(axis, b);
+      if (of_a != of_b) return of_a < of_b;
     }
-  }
+    return a < b;
+  });
+  std::vector<int> ranks(order.size());
+  for (std::size_t i = 0; i < order.size(); ++i) ranks[order[i]] = static_cast<int>(i);
+  return ranks;
 }
 
-std::vector<JointLink> find_links(const LinkageGraph& graph,
-                                  const std::vector<std::array<Seat, 2>>& seats) {
+/// The rods of the joints, chosen for the whole mesh.
+/// @param vertices  of the joints
+/// @param ranks     of the mesh's vertices
+/// @param bent      becomes the number of joints without their straightest rods
+std::vector<RodPair> pair_segments(const LineMesh& mesh,
+                                   const std::vector<std::vector<Spoke>>& spokes,
+                                   const std::vector<int>& vertices, const std::vector<int>& ranks,
+                                   int& bent) {
+  std::vector<int> order(vertices.size());
+  std::iota(order.begin(), order.end(), 0);
+  std::sort(order.begin(), order.end(),
+            [&](int a, int b) { return ranks[vertices[a]] < ranks[vertices[b]]; });
+  std::vector<JointChoices> choices;
+  std::vector<int> ordered_vertices;
+  for (const int j : order) {
+    const int vertex = vertices[j];
+    JointChoices joint;
+    std::vector<int> far_ranks;
+    for (const Spoke& spoke : spokes[vertex]) {
+      joint.segments.push_back(spoke.segment);
+      far_ranks.push_back(ranks[mesh.edges(spoke.end == kStart ? 1 : 0, spoke.segment)]);
+    }
+    joint.pairings = detail::possible_pairings(spokes[vertex], far_ranks);
+    choices.push_back(std::move(joint));
+    ordered_vertices.push_back(vertex);
+  }
+  const detail::PairingChoice choice =
+      detail::choose_pairings(mesh.edge_count(), choices, ordered_vertices);
+  bent = choice.bent;
+  std::vector<RodPair> pairs(vertices.size());
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    const int vertex = ordered_vertices[i];
+    pairs[order[i]] =
+        detail::form_rods(spokes[vertex], choices[i].pairings[choice.pairings[i]], vertex);
+  }
+  return pairs;
+}
+
+/// Which of its joints' rods each end of a segment belongs to.
+std::vector<std::array<int, 2>> rods_of_ends(const std::vector<RodPair>& pairs, int segments) {
+  std::vector<std::array<int, 2>> rods(static_cast<std::size_t>(segments), {0, 0});
+  for (const RodPair& pair : pairs)
+    for (int r = 0; r < 2; ++r)
+      for (const Spoke& spoke : pair.rods[r]) rods[spoke.segment][spoke.end] = r;
+  return rods;
+}
+
+std::vector<JointLink> find_links(const LinkageGraph& graph, const std::vector<RodPair>& pairs) {
+  const std::vector<std::array<int, 2>> rods =
+      rods_of_ends(pairs, static_cast<int>(graph.segments.size()));
   std::vector<JointLink> links;
   for (std::size_t s = 0; s < graph.segments.size(); ++s) {
     const Segment& segment = graph.segments[s];
     if (segment.joints[0] < 0 || segment.joints[1] < 0) continue;
-    links.push_back({static_cast<int>(s), segment.joints, {seats[s][0].rod, seats[s][1].rod}});
+    links.push_back({static_cast<int>(s), segment.joints, rods[s],
+                     (segment.points[kFinish] - segment.points[kStart]).normalized()});
   }
   return links;
 }
@@ -117,15 +170,11 @@ LinkageGraph build_linkage_graph(const LineMesh& mesh) {
   const std::vector<std::vector<Spoke>> spokes = collect_spokes(mesh);
   LinkageGraph graph;
   std::vector<int> joint_of(spokes.size(), -1);
-  std::vector<RodPair> pairs;
   std::vector<int> vertices;
-  std::vector<std::array<Seat, 2>> seats(static_cast<std::size_t>(mesh.edge_count()));
   for (int v = 0; v < mesh.vertex_count(); ++v) {
     if (spokes[v].size() < 2) continue;
     joint_of[v] = static_cast<int>(vertices.size());
     vertices.push_back(v);
-    pairs.push_back(detail::pair_spokes(spokes[v], v));
-    find_seats(pairs.back(), seats);
     Joint joint;
     joint.vertex = v;
     joint.valence = static_cast<int>(spokes[v].size());
@@ -142,8 +191,13 @@ LinkageGraph build_linkage_graph(const LineMesh& mesh) {
                               {mesh.vertices.col(a), mesh.vertices.col(b)},
                               (mesh.vertices.col(b) - mesh.vertices.col(a)).norm()});
   }
+  const std::vector<int> ranks = rank_vertices(mesh);
+  const std::vector<RodPair> pairs =
+      pair_segments(mesh, spokes, vertices, ranks, graph.bent_joints);
+  std::vector<detail::JointPlace> places;
+  for (const int v : vertices) places.push_back({v, ranks[v], mesh.vertices.col(v)});
   const JointOrientations orientations =
-      detail::orient_joints(pairs, find_links(graph, seats), vertices);
+      detail::orient_joints(pairs, find_links(graph, pairs), places);
   for (std::size_t j = 0; j < pairs.size(); ++j)
     set_joint(pairs[j], orientations, static_cast<int>(j), graph);
   number_components(mesh, graph);

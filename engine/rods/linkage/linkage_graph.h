@@ -47,7 +47,9 @@ struct Joint {
 ///
 /// Joints are numbered in the order of their vertices, segments are the mesh's edges in order. Of
 /// the edges at a vertex the straightest pairs are one rod: valence 2 pins two ends, valence 3 the
-/// end of one rod to another that passes, valence 4 two that pass. Normals are oriented
+/// end of one rod to another that passes, valence 4 two that pass. Where the straightest pairs of
+/// all joints allow no opening angles that are consistent along the rods, other pairs are taken
+/// that bend the rods least as a whole (see detail::choose_pairings). Normals are oriented
 /// continuously over each component. Which of the two supplementary angles of a joint is "the"
 /// opening angle is continuous too: along a rod the angle stays on the same side, so that crossing
 /// rods are A and B by turns; of the two choices that a component leaves, most angles are acute.
@@ -57,11 +59,13 @@ struct LinkageGraph {
   std::vector<Joint> joints;
   std::vector<int> segment_components;  // component of each segment, from 0
   int components = 0;
+  int bent_joints = 0;  // whose rods are not the straightest pairs there
 };
 
 /// Vertices that no edge uses are passed over.
 /// @throws Error as check_line_mesh; {kInvalidArgument} with field vertices[v]: valence above 4,
-/// rods that fold back on themselves, no consistent opening angle, a one-sided surface
+/// rods that fold back on themselves, no consistent opening angle whatever the pairs, a one-sided
+/// surface. Neither that nor the pairs depend on how vertices and edges are numbered
 [[nodiscard]] LinkageGraph build_linkage_graph(const LineMesh& mesh);
 
 }  // namespace limber::rods

@@ -1,0 +1,276 @@
+#include "engine/rods/linkage/pairing_choice.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <limits>
+#include <utility>
+
+#include "engine/base/error.h"
+#include "engine/rods/linkage/alternating_letters.h"
+#include "engine/rods/linkage/odd_cycle.h"
+#include "engine/rods/linkage/parity_forest.h"
+
+namespace limber::rods::detail {
+namespace {
+
+// Letters of the frontier kept at a time, in turn until the choice is proven least.
+constexpr std::array<std::size_t, 3> kWidths = {32, 512, 8192};
+constexpr std::size_t kMostKept = std::size_t{1} << 22;  // over all joints of a part
+constexpr std::size_t kWindow = 40;                      // joints of an improvement
+constexpr std::size_t kWindowWidth = 512;
+constexpr int kMostRounds = 4;  // of improvements over a part
+
+class Choice {
+ public:
+  Choice(int segments, const std::vector<JointChoices>& joints, const std::vector<int>& vertices)
+      : joints_(joints), vertices_(vertices), letters_(static_cast<std::size_t>(segments), -1) {
+    choice_.pairings.assign(joints.size(), 0);
+    joints_of_.assign(letters_.size(), {-1, -1});
+    for (std::size_t j = 0; j < joints.size(); ++j) {
+      for (const int segment : joints[j].segments) {
+        auto& of = joints_of_[segment];
+        of[of[0] < 0 ? 0 : 1] = static_cast<int>(j);
+      }
+    }
+  }
+
+  PairingChoice run() {
+    for (const std::vector<int>& part : parts())
+      if (!fits(part)) choose(part);
+    choice_.bent = static_cast<int>(std::count_if(choice_.pairings.begin(), choice_.pairings.end(),
+                                                  [](int pairing) { return pairing != 0; }));
+    return std::move(choice_);
+  }
+
+ private:
+  [[nodiscard]] std::vector<std::vector<int>> parts() const {
+    std::vector<std::vector<int>> all;
+    std::vector<char> visited(joints_.size(), 0);
+    for (std::size_t j = 0; j < joints_.size(); ++j) {
+      if (visited[j]) continue;
+      all.push_back(around(static_cast<int>(j), joints_.size(), visited));
+      std::sort(all.back().begin(), all.back().end());
+    }
+    return all;
+  }
+
+  /// The nearest joints to one, breadth first.
+  std::vector<int> around(int joint, std::size_t count, std::vector<char>& visited) const {
+    std::vector<int> near = {joint};
+    visited[joint] = 1;
+    for (std::size_t i = 0; i < near.size(); ++i) {
+      for (const int segment : joints_[near[i]].segments) {
+        for (const int other : joints_of_[segment]) {
+          if (other < 0 || near.size() >= count || std::exchange(visited[other], 1)) continue;
+          near.push_back(other);
+        }
+      }
+    }
+    return near;
+  }
+
+  /// Can segments have letters under the pairings chosen?
+  [[nodiscard]] bool fits(const std::vector<int>& part) const {
+    ParityForest forest(letters_.size());
+    bool all = true;
+    for (const int j : part) {
+      const JointChoices& joint = joints_[j];
+      const Pairing& pairing = joint.pairings[choice_.pairings[j]];
+      const int first = joint.segments[pairing.rods[0][0]];
+      for (int r = 0; r < 2; ++r)
+        for (const int spoke : pairing.rods[r])
+          all = forest.join(first, joint.segments[spoke], r) && all;
+    }
+    return all;
+  }
+
+  void choose(const std::vector<int>& part) {
+    if (cannot_alternate(part)) refuse(part);
+    for (const int j : part)
+      for (const int segment : joints_[j].segments) letters_[segment] = -1;
+    const PairingSweep sweep(joints_, part, letters_);
+    PairingSweep::Result best;
+    best.cost = std::numeric_limits<double>::infinity();
+    for (const std::size_t width : kWidths) {
+      PairingSweep::Result result =
+          sweep.run(std::min(width, std::max<std::size_t>(64, kMostKept / part.size())), best.cost);
+      best.is_least = result.is_least;
+      if (result.found) best = std::move(result);
+      if (best.is_least) break;
+    }
+    if (best.found) {
+      for (std::size_t m = 0; m < part.size(); ++m) choice_.pairings[part[m]] = best.pairings[m];
+      note_letters(part);
+    } else {
+      alternate_letters(joints_, part, letters_);
+      for (const int j : part) choice_.pairings[j] = pairing_under_letters(j);
+    }
+    if (best.is_least) return;
+    choice_.is_least = false;
+    improve(part);
+  }
+
+  /// Each segment has two ends: with none free, twice the segments of one letter are half of all.
+  [[nodiscard]] bool cannot_alternate(const std::vector<int>& part) const {
+    std::size_t ends = 0;
+    for (const int j : part) {
+      const std::vector<int>& segments = joints_[j].segments;
+      if (segments.size() % 2 == 1) return false;
+      for (const int segment : segments)
+        if (joints_of_[segment][1] < 0) return false;
+      ends += segments.size();
+    }
+    return ends % 4 == 2;
+  }
+
+  /// Of the pairings chosen, which fit together.
+  void note_letters(const std::vector<int>& part) {
+    const auto letter_of = [&](const JointChoices& joint, const Pairing& pairing) {
+      for (int r = 0; r < 2; ++r)
+        for (const int spoke : pairing.rods[r])
+          if (letters_[joint.segments[spoke]] >= 0) return letters_[joint.segments[spoke]] ^ r;
+      return 0;
+    };
+    std::vector<char> visited(joints_.size(), 0);
+    for (const int j : around(part.front(), joints_.size(), visited)) {
+      const JointChoices& joint = joints_[j];
+      const Pairing& pairing = joint.pairings[choice_.pairings[j]];
+      const int first = letter_of(joint, pairing);
+      for (int r = 0; r < 2; ++r)
+        for (const int spoke : pairing.rods[r])
+          letters_[joint.segments[spoke]] = static_cast<signed char>(first ^ r);
+    }
+  }
+
+  [[nodiscard]] int pairing_under_letters(int j) const {
+    const JointChoices& joint = joints_[j];
+    const auto same = [&](const std::vector<int>& rod, int letter) {
+      return std::all_of(rod.begin(), rod.end(),
+                         [&](int spoke) { return letters_[joint.segments[spoke]] == letter; });
+    };
+    for (std::size_t p = 0; p < joint.pairings.size(); ++p) {
+      const auto& rods = joint.pairings[p].rods;
+      const int letter = letters_[joint.segments[rods[0][0]]];
+      if (same(rods[0], letter) && same(rods[1], 1 - letter)) return static_cast<int>(p);
+    }
+    LIMBER_DEMAND(false);
+    return 0;
+  }
+
+  /// Chooses anew around joints that do not take their straightest pairing, the letters around
+  /// staying as they are.
+  void improve(const std::vector<int>& part) {
+    for (int round = 0; round < kMostRounds; ++round) {
+      bool any = false;
+      for (const int j : part)
+        if (choice_.pairings[j] != 0) any = improve_around(j) || any;
+      if (!any) return;
+    }
+  }
+
+  bool improve_around(int joint) {
+    std::vector<char> visited(joints_.size(), 0);
+    const std::vector<int> window = around(joint, kWindow, visited);
+    double cost = 0;
+    SegmentLetters letters = letters_;
+    for (const int j : window) {
+      const std::vector<Pairing>& pairings = joints_[j].pairings;
+      cost += pairings[choice_.pairings[j]].bend - pairings[0].bend;
+      for (const int segment : joints_[j].segments) {
+        const auto& ends = joints_of_[segment];
+        if (ends[1] < 0 || (visited[ends[0]] && visited[ends[1]])) letters[segment] = -1;
+      }
+    }
+    const PairingSweep sweep(joints_, window, letters);
+    const PairingSweep::Result result = sweep.run(kWindowWidth, cost - 1e-9);
+    if (!result.found) return false;
+    for (std::size_t m = 0; m < window.size(); ++m)
+      choice_.pairings[window[m]] = result.pairings[m];
+    for (const int j : window)
+      for (const int segment : joints_[j].segments) letters_[segment] = letters[segment];
+    // From the letters around, which have not changed.
+    if (!has_letter(window)) letters_[joints_[window.front()].segments.front()] = 0;
+    for (bool more = true; more;) {
+      more = false;
+      for (const int j : window) more = spread_letters(j) || more;
+    }
+    return true;
+  }
+
+  [[nodiscard]] bool has_letter(const std::vector<int>& window) const {
+    return std::any_of(window.begin(), window.end(), [&](int j) {
+      const std::vector<int>& segments = joints_[j].segments;
+      return std::any_of(segments.begin(), segments.end(),
+                         [&](int segment) { return letters_[segment] >= 0; });
+    });
+  }
+
+  /// To the segments of a joint that have none, where one has.
+  bool spread_letters(int j) {
+    const JointChoices& joint = joints_[j];
+    const Pairing& pairing = joint.pairings[choice_.pairings[j]];
+    int first = -1;
+    bool is_missing = false;
+    for (int r = 0; r < 2; ++r) {
+      for (const int spoke : pairing.rods[r]) {
+        const int letter = letters_[joint.segments[spoke]];
+        is_missing = is_missing || letter < 0;
+        if (letter >= 0) first = letter ^ r;
+      }
+    }
+    if (first < 0 || !is_missing) return false;
+    for (int r = 0; r < 2; ++r)
+      for (const int spoke : pairing.rods[r])
+        letters_[joint.segments[spoke]] = static_cast<signed char>(first ^ r);
+    return true;
+  }
+
+  [[noreturn]] void refuse(const std::vector<int>& part) const;
+
+  const std::vector<JointChoices>& joints_;
+  const std::vector<int>& vertices_;
+  SegmentLetters letters_;
+  std::vector<std::array<int, 2>> joints_of_;  // of segments; -1: a free end
+  PairingChoice choice_;
+};
+
+/// Joints as nodes: is the rod called first in one the rod called first in the other?
+void Choice::refuse(const std::vector<int>& part) const {
+  std::vector<std::vector<int>> rods(letters_.size());  // of segments, at the joints met
+  std::vector<ParityLink> links;
+  std::size_t ends = 0;
+  for (const int j : part) {
+    const JointChoices& joint = joints_[j];
+    for (int r = 0; r < 2; ++r) {
+      for (const int spoke : joint.pairings[0].rods[r]) {
+        const int segment = joint.segments[spoke];
+        rods[segment].push_back(r);
+        if (rods[segment].size() == 2)
+          links.push_back({joints_of_[segment], rods[segment][0] ^ rods[segment][1]});
+        ++ends;
+      }
+    }
+  }
+  std::vector<int> loop = shortest_odd_cycle(static_cast<int>(joints_.size()), links);
+  for (int& joint : loop) joint = vertices_[joint];
+  throw Error(
+      ErrorCode::kInvalidArgument, fmt::format("vertices[{}]", loop.front()),
+      fmt::format("no choice of opening angles is consistent: along each rod the angle must stay "
+                  "on the same side, but around the loop of {} it turns into its supplement, and "
+                  "pairing the segments in another way does not help, because {} segments, an odd "
+                  "number, form a closed part in which 2 or 4 meet at every joint. Add or remove "
+                  "a segment, or give one a free end",
+                  loop_text(loop), ends / 2));
+}
+
+}  // namespace
+
+PairingChoice choose_pairings(int segments, const std::vector<JointChoices>& joints,
+                              const std::vector<int>& vertices) {
+  return Choice(segments, joints, vertices).run();
+}
+
+}  // namespace limber::rods::detail

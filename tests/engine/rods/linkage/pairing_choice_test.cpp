@@ -1,0 +1,246 @@
+#include "engine/rods/linkage/pairing_choice.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <limits>
+#include <numeric>
+#include <random>
+#include <set>
+#include <utility>
+#include <vector>
+
+#include "engine/base/error.h"
+#include "engine/rods/linkage/alternating_letters.h"
+#include "engine/rods/linkage/odd_cycle.h"
+#include "engine/rods/linkage/parity_forest.h"
+
+namespace limber::rods::detail {
+namespace {
+
+using ::testing::HasSubstr;
+
+/// Joints and the segments between them, with bends of pairings that no drawing need have.
+struct Network {
+  int segments = 0;
+  std::vector<JointChoices> joints;
+
+  [[nodiscard]] std::vector<int> vertices() const {
+    std::vector<int> numbers(joints.size());
+    std::iota(numbers.begin(), numbers.end(), 0);
+    return numbers;
+  }
+};
+
+double random_number(std::mt19937& random) {
+  return static_cast<double>(random()) / static_cast<double>(std::mt19937::max());
+}
+
+void give_pairings(Network& network, std::mt19937& random) {
+  for (JointChoices& joint : network.joints) {
+    std::vector<Spoke> spokes;
+    std::vector<int> ranks;
+    for (const int segment : joint.segments) {
+      spokes.push_back({segment, kStart, Eigen::Vector3d::UnitX()});
+      ranks.push_back(segment);
+    }
+    joint.pairings = possible_pairings(spokes, ranks);
+    for (Pairing& pairing : joint.pairings) pairing.bend = 4 * random_number(random) - 2;
+    std::sort(joint.pairings.begin(), joint.pairings.end(),
+              [](const Pairing& a, const Pairing& b) { return a.bend < b.bend; });
+  }
+}
+
+/// Every joint with two to four segments, at random; about one in ten ends in a free end.
+Network random_network(int joints, std::mt19937& random, bool has_free_ends) {
+  for (;;) {
+    Network network;
+    network.joints.resize(static_cast<std::size_t>(joints));
+    std::vector<int> ends;
+    for (int j = 0; j < joints; ++j) {
+      const int valence =
+          has_free_ends ? 2 + static_cast<int>(random() % 3) : (random() % 5 > 0 ? 4 : 2);
+      ends.insert(ends.end(), static_cast<std::size_t>(valence), j);
+    }
+    for (std::size_t i = ends.size(); i-- > 1;) std::swap(ends[i], ends[random() % (i + 1)]);
+    std::set<std::pair<int, int>> known;
+    bool is_simple = true;
+    while (!ends.empty() && is_simple) {
+      const int a = ends.back();
+      ends.pop_back();
+      network.joints[a].segments.push_back(network.segments);
+      if (!ends.empty() && !(has_free_ends && random() % 10 == 0)) {
+        const int b = ends.back();
+        ends.pop_back();
+        network.joints[b].segments.push_back(network.segments);
+        is_simple = a != b && known.insert(std::minmax(a, b)).second;
+      } else {
+        is_simple = has_free_ends;
+      }
+      ++network.segments;
+    }
+    if (!is_simple) continue;
+    give_pairings(network, random);
+    return network;
+  }
+}
+
+bool fits(const Network& network, const std::vector<int>& pairings) {
+  ParityForest forest(static_cast<std::size_t>(network.segments));
+  for (std::size_t j = 0; j < network.joints.size(); ++j) {
+    const JointChoices& joint = network.joints[j];
+    const Pairing& pairing = joint.pairings[pairings[j]];
+    for (int r = 0; r < 2; ++r)
+      for (const int spoke : pairing.rods[r])
+        if (!forest.join(joint.segments[pairing.rods[0][0]], joint.segments[spoke], r))
+          return false;
+  }
+  return true;
+}
+
+double cost(const Network& network, const std::vector<int>& pairings) {
+  double sum = 0;
+  for (std::size_t j = 0; j < network.joints.size(); ++j)
+    sum += network.joints[j].pairings[pairings[j]].bend - network.joints[j].pairings[0].bend;
+  return sum;
+}
+
+/// By trying all; infinite where none fits.
+double least_cost(const Network& network) {
+  std::vector<int> pairings(network.joints.size(), 0);
+  double least = std::numeric_limits<double>::infinity();
+  for (;;) {
+    const double value = cost(network, pairings);
+    if (value < least && fits(network, pairings)) least = value;
+    std::size_t j = 0;
+    while (j < pairings.size() &&
+           ++pairings[j] == static_cast<int>(network.joints[j].pairings.size()))
+      pairings[j++] = 0;
+    if (j == pairings.size()) return least;
+  }
+}
+
+TEST(PairingChoice, IsTheLeastOfAllPairingsOfSmallNetworks) {
+  std::mt19937 random(7);
+  int bent = 0, refused = 0;
+  for (int round = 0; round < 300; ++round) {
+    const Network network =
+        random_network(4 + static_cast<int>(random() % 5), random, round % 2 == 0);
+    const double least = least_cost(network);
+    try {
+      const PairingChoice choice =
+          choose_pairings(network.segments, network.joints, network.vertices());
+      EXPECT_TRUE(fits(network, choice.pairings)) << "round " << round;
+      EXPECT_NEAR(cost(network, choice.pairings), least, 1e-12) << "round " << round;
+      EXPECT_TRUE(choice.is_least);
+      bent += choice.bent > 0 ? 1 : 0;
+    } catch (const Error& error) {
+      ++refused;
+      EXPECT_EQ(least, std::numeric_limits<double>::infinity()) << error.what();
+    }
+  }
+  EXPECT_GT(bent, 100);  // most are no case for the straightest
+  EXPECT_GT(refused, 10);
+}
+
+TEST(PairingChoice, DoesNotDependOnTheOrderOfSpokes) {
+  std::mt19937 random(11);
+  for (int round = 0; round < 30; ++round) {
+    Network network = random_network(12, random, true);
+    const PairingChoice choice =
+        choose_pairings(network.segments, network.joints, network.vertices());
+    std::vector<int> numbers(static_cast<std::size_t>(network.segments));
+    std::iota(numbers.begin(), numbers.end(), 0);
+    std::reverse(numbers.begin(), numbers.end());
+    for (JointChoices& joint : network.joints)
+      for (int& segment : joint.segments) segment = numbers[segment];
+    EXPECT_EQ(choose_pairings(network.segments, network.joints, network.vertices()).pairings,
+              choice.pairings);
+  }
+}
+
+/// No cut of such a network is narrow: what is proven is that letters exist.
+TEST(PairingChoice, ThousandJointsInATangleAreStillPaired) {
+  std::mt19937 random(3);
+  const Network network = random_network(1000, random, true);
+  const PairingChoice choice =
+      choose_pairings(network.segments, network.joints, network.vertices());
+  EXPECT_TRUE(fits(network, choice.pairings));
+  EXPECT_FALSE(choice.is_least);
+}
+
+TEST(PairingChoice, NoneExistsOnlyInClosedPartsOfAnOddNumberOfSegments) {
+  std::mt19937 random(5);
+  for (int round = 0; round < 40; ++round) {
+    const Network network = random_network(30, random, false);
+    std::size_t parity = 0;
+    ParityForest forest(static_cast<std::size_t>(network.segments));
+    for (const JointChoices& joint : network.joints)
+      for (const int segment : joint.segments) {
+        const auto a = forest.root(joint.segments[0]), b = forest.root(segment);
+        (void)(a.item != b.item && forest.join(a.item, b.item, 0));
+      }
+    std::vector<int> sizes(static_cast<std::size_t>(network.segments), 0);
+    for (int s = 0; s < network.segments; ++s) ++sizes[forest.root(s).item];
+    for (const int size : sizes) parity += size % 2;
+    if (parity == 0) {
+      EXPECT_TRUE(fits(
+          network, choose_pairings(network.segments, network.joints, network.vertices()).pairings));
+      continue;
+    }
+    try {
+      (void)choose_pairings(network.segments, network.joints, network.vertices());
+      ADD_FAILURE() << "round " << round;
+    } catch (const Error& error) {
+      EXPECT_THAT(error.what(), HasSubstr("around the loop of"));
+    }
+  }
+}
+
+TEST(AlternatingLetters, LeaveEachJointBalanced) {
+  std::mt19937 random(13);
+  for (int round = 0; round < 20; ++round) {
+    const Network network = random_network(40, random, true);
+    SegmentLetters letters(static_cast<std::size_t>(network.segments), -1);
+    std::vector<int> all = network.vertices();
+    // Connected or not: part by part.
+    std::vector<char> placed(all.size(), 0);
+    for (const int first : all) {
+      if (placed[first]) continue;
+      std::vector<int> part = {first};
+      placed[first] = 1;
+      for (std::size_t i = 0; i < part.size(); ++i)
+        for (const int other : all) {
+          const auto& a = network.joints[part[i]].segments;
+          const auto& b = network.joints[other].segments;
+          if (!placed[other] &&
+              std::find_first_of(a.begin(), a.end(), b.begin(), b.end()) != a.end()) {
+            placed[other] = 1;
+            part.push_back(other);
+          }
+        }
+      alternate_letters(network.joints, part, letters);
+    }
+    for (const JointChoices& joint : network.joints) {
+      const auto of_b = std::count_if(joint.segments.begin(), joint.segments.end(),
+                                      [&](int segment) { return letters[segment] == 1; });
+      EXPECT_LE(std::abs(2 * of_b - static_cast<long>(joint.segments.size())),
+                static_cast<long>(joint.segments.size() % 2));
+    }
+  }
+}
+
+TEST(ShortestOddCycle, IsFoundAmongLongerAndEvenOnes) {
+  // A square with even parity, one with odd parity, and an odd triangle.
+  const std::vector<ParityLink> links = {{{0, 1}, 1}, {{1, 2}, 0}, {{2, 3}, 1},
+                                         {{3, 0}, 0}, {{2, 4}, 1}, {{4, 5}, 1},
+                                         {{5, 3}, 0}, {{4, 6}, 0}, {{6, 5}, 0}};
+  const std::vector<int> cycle = shortest_odd_cycle(7, links);
+  EXPECT_THAT(cycle, ::testing::UnorderedElementsAre(4, 5, 6));
+  EXPECT_TRUE(shortest_odd_cycle(4, {{{0, 1}, 1}, {{1, 2}, 1}, {{2, 0}, 0}}).empty());
+}
+
+}  // namespace
+}  // namespace limber::rods::detail
