@@ -242,8 +242,9 @@ struct LinkageDesign::Impl {
                      LinkageState& state, DesignTrial& trial,
                      std::unique_ptr<HessianFactor>& factor) {
     if (to.diverges || !(to.turned <= limits.largest_move)) {
-      trial.message = to.diverges ? "the shape's way bends too much to be foreseen"
-                                  : "the shape would move too far";
+      trial.message = to.diverges
+                          ? "the equilibrium path turns too sharply for prediction: reduce the step"
+                          : "the shape would move too far";
       return TrialStatus::kTooFar;
     }
     equilibrium.expect_step(state, to.linear);
@@ -256,10 +257,13 @@ struct LinkageDesign::Impl {
         std::min(limits.largest_surprise,
                  std::max(limits.small_surprise, limits.surprise_share * to.turned));
     if (report.turned > surprise || report.escapes > 0) {
-      trial.message = report.escapes > 0
-                          ? "the shape that was foreseen is no longer stable"
-                          : fmt::format("the equilibrium lies {:.1f} degrees beside its prediction",
-                                        report.turned * (180 / std::numbers::pi));
+      trial.message =
+          report.escapes > 0
+              ? "the predicted shape is no longer stable"
+              : fmt::format(
+                    "the structure jumped: the nearest equilibrium is {:.1f} degrees from "
+                    "its prediction",
+                    report.turned * (180 / std::numbers::pi));
       return TrialStatus::kJumped;
     }
     factor = take_factor();

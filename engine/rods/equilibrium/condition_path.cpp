@@ -1,5 +1,6 @@
 #include "engine/rods/equilibrium/condition_path.h"
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <tuple>
@@ -138,6 +139,25 @@ std::vector<JointLoad> without_pushes(const LinkageModel& model, std::vector<Joi
   }
   std::erase_if(released, [](const JointLoad& load) { return !is_load(load); });
   return released;
+}
+
+Conditions without_loads_on_released(const LinkageModel& model, Conditions from,
+                                     const Conditions& to) {
+  const int joints = model.variables().joints();
+  const std::vector<int> components = joint_components(model.graph());
+  std::vector<char> released = anchored(model, components, Held(joints, from), from);
+  const std::vector<char> after = anchored(model, components, Held(joints, to), to);
+  for (std::size_t c = 0; c < released.size(); ++c)
+    if (after[c] != 0) released[c] = 0;
+  if (std::find(released.begin(), released.end(), 1) == released.end()) return from;
+  for (JointLoad& load : from.loads) {
+    if (released[components[load.joint]] == 0) continue;
+    load.force.setZero();
+    load.moment.setZero();
+  }
+  std::erase_if(from.loads, [](const JointLoad& load) { return !is_load(load); });
+  from.gravity.acceleration.setZero();
+  return from;
 }
 
 ConditionPath::ConditionPath(const LinkageState& start, Conditions from, Conditions to,

@@ -39,4 +39,9 @@ class ConditionPath {
                                                     std::vector<JointLoad> released,
                                                     const Conditions& to);
 
+/// Without the loads on components that `from` keeps in place and `to` leaves floating, and without
+/// the weight if there are such components: nothing would balance them while they fade.
+[[nodiscard]] Conditions without_loads_on_released(const LinkageModel& model, Conditions from,
+                                                   const Conditions& to);
+
 }  // namespace limber::rods::detail

@@ -51,10 +51,10 @@ class Deployment {
         model_(equilibrium.model()),
         scales_(equilibrium.model()),
         state_(state),
+        from_(detail::without_loads_on_released(model_, from, to)),
         released_(detail::released_reactions(model_, equilibrium.reactions(state, from), from, to)),
-        path_(state, from, to, {}),
+        path_(state, from_, to, {}),
         start_(state),
-        from_(from),
         to_(to),
         options_(options),
         length_(std::min(options.first_step, options.largest_step)) {
@@ -71,7 +71,7 @@ class Deployment {
     }
     if (progress_ > 0) report_.held = path_.at(progress_);
     if (report_.status == DeploymentStatus::kReached) report_.message = "reached";
-    const std::string events = detail::told_events(report_.path);
+    const std::string events = detail::describe_events(report_.path);
     if (!events.empty()) report_.message += "; " + events;
     return report_;
   }
@@ -248,16 +248,16 @@ class Deployment {
     const int iterations = report_.iterations - tenth_iterations_;
     std::string reason;
     if (ends >= options_.most_ends) {
-      reason = fmt::format("its branch has ended {}",
-                           ends == 1 ? "once" : fmt::format("{} times", ends));
+      reason = fmt::format("the structure has snapped or buckled {} (limit {})",
+                           ends == 1 ? "once" : fmt::format("{} times", ends), options_.most_ends);
     } else if (iterations >= options_.most_iterations) {
-      reason = fmt::format("{} Newton steps took it only from {:.4f} to {:.4f}", iterations, tenth_,
-                           progress_);
+      reason = fmt::format("{} steps of the solver advanced it only from {:.4g} % to {:.4g} %",
+                           iterations, 100 * tenth_, 100 * progress_);
     } else {
       return false;
     }
     report_.end.status = EquilibriumStatus::kStalled;
-    report_.end.message = reason + ", so what is asked for is too much";
+    report_.end.message = reason + ", so the request exceeds what this structure can reach";
     stop();
     return true;
   }
@@ -265,8 +265,8 @@ class Deployment {
   void stop() {
     ++report_.steps_failed;
     report_.status = DeploymentStatus::kStopped;
-    report_.message =
-        fmt::format("stopped at {:.4f} of the way: {}", progress_, report_.end.message);
+    report_.message = fmt::format("stopped at {:.4g} % of the requested change: {}",
+                                  100 * progress_, report_.end.message);
     report_.resistance = detail::greatest_resistance(equilibrium_, state_, path_.at(progress_));
   }
 
@@ -307,8 +307,10 @@ class Deployment {
       report_.end = trial.report;
       if (over) {
         report_.end.status = EquilibriumStatus::kStalled;
-        report_.end.message = fmt::format("joint {} would turn over, to {:.0f} degrees", *over,
-                                          trial.state.joints()[*over].opening_angle * kDegrees);
+        report_.end.message = fmt::format(
+            "joint {} would turn over, to an opening angle of {:.0f} degrees: request "
+            "less, or set the angle of that joint",
+            *over, trial.state.joints()[*over].opening_angle * kDegrees);
       }
       if (!report_.end.converged()) {
         stop();
@@ -389,10 +391,11 @@ class Deployment {
   const LinkageModel& model_;
   detail::UnknownScales scales_;
   LinkageState& state_;
+  const Conditions from_;
   std::vector<JointLoad> released_;
   detail::ConditionPath path_;
   const LinkageState start_;
-  const Conditions &from_, &to_;
+  const Conditions& to_;
   const DeploymentOptions& options_;
   detail::Prediction prediction_{kPlaces};
   Eigen::VectorXd way_;  // the last step's, unless it was an event

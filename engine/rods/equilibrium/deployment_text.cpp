@@ -12,14 +12,14 @@ namespace {
 constexpr double kDegrees = 180 / std::numbers::pi;
 constexpr std::size_t kLongText = 300;
 
-const char* told(BranchEvent event) {
+const char* name_of(BranchEvent event) {
   switch (event) {
     case BranchEvent::kBranching:
-      return "the branch lost its stability";
+      return "the structure buckled to a stable shape beside";
     case BranchEvent::kLimitPoint:
-      return "the branch ended at a limit point and the shape jumped to another";
+      return "the structure snapped to another shape (limit point)";
     case BranchEvent::kJump:
-      return "the shape jumped to another branch";
+      return "the structure jumped to a distant shape";
     case BranchEvent::kNone:
       break;
   }
@@ -44,7 +44,7 @@ Resistance greatest_resistance(LinkageEquilibrium& equilibrium, const LinkageSta
   return greatest;
 }
 
-std::string told_events(const std::vector<DeploymentStep>& path) {
+std::string describe_events(const std::vector<DeploymentStep>& path) {
   std::string text;
   int more = 0;
   for (const DeploymentStep& step : path) {
@@ -53,8 +53,8 @@ std::string told_events(const std::vector<DeploymentStep>& path) {
       ++more;
       continue;
     }
-    text += fmt::format("{}{} at {:.4f} of the way (mean angle {:.2f} degrees)",
-                        text.empty() ? "" : ", ", told(step.event), step.progress,
+    text += fmt::format("{}{} at {:.4g} % of the change (mean angle {:.2f} degrees)",
+                        text.empty() ? "" : ", ", name_of(step.event), 100 * step.progress,
                         step.mean_opening_angle * kDegrees);
   }
   if (more > 0) text += fmt::format(", and {} more", more);

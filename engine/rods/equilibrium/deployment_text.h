@@ -11,6 +11,6 @@ namespace limber::rods::detail {
                                              const LinkageState& state, const Conditions& held);
 
 /// What happened to the branch and where; empty where nothing did.
-[[nodiscard]] std::string told_events(const std::vector<DeploymentStep>& path);
+[[nodiscard]] std::string describe_events(const std::vector<DeploymentStep>& path);
 
 }  // namespace limber::rods::detail

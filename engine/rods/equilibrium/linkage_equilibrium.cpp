@@ -19,12 +19,15 @@ void refuse(const char* name, const char* rule, double value) {
               fmt::format("{} must be {}, got {}", name, rule, value));
 }
 
-/// A component as one who sees joints would call it.
-std::string part_of(const LinkageModel& model, const std::vector<int>& components, std::size_t c) {
-  if (model.graph().components == 1) return "the linkage";
+/// A component as one who sees joints would call it, and what would hold it.
+struct Part {
+  std::string name, remedy;
+};
+Part part_of(const LinkageModel& model, const std::vector<int>& components, std::size_t c) {
   const auto joint = std::find(components.begin(), components.end(), static_cast<int>(c));
-  if (joint == components.end()) return "a rod without joints";
-  return fmt::format("the part of joint {}", joint - components.begin());
+  if (joint == components.end()) return {"a rod without joints", "attach it to a target"};
+  if (model.graph().components == 1) return {"the linkage", "pin a joint"};
+  return {fmt::format("the part of joint {}", joint - components.begin()), "pin one of its joints"};
 }
 
 /// A component that loads push and nothing holds has no equilibrium.
@@ -44,15 +47,20 @@ std::string unbalanced_component(const LinkageModel& model, const Conditions& co
   for (std::size_t c = 0; c < resultants.size(); ++c) {
     const double force = resultants[c].force.norm();
     if (held[c] == 0 && force > 1e-9 * resultants[c].magnitudes) {
-      return fmt::format("loads push {} and nothing holds it in place",
-                         part_of(model, components, c));
+      const Part part = part_of(model, components, c);
+      return fmt::format(
+          "the loads on {} have a resultant of {:.3g} N, and no support holds it: {}", part.name,
+          force, part.remedy);
     }
     // Forces, if there are any, may turn into a couple that balances moments.
     const double moment = resultants[c].moment.norm();
     if (held[c] == 0 && resultants[c].magnitudes == 0 &&
         moment > 1e-9 * resultants[c].moment_magnitudes) {
-      return fmt::format("moments turn {} and nothing holds it in place",
-                         part_of(model, components, c));
+      const Part part = part_of(model, components, c);
+      return fmt::format(
+          "the moments on {} have a resultant of {:.2g} % of their sum, and no support holds it: "
+          "{}",
+          part.name, 100 * moment / resultants[c].moment_magnitudes, part.remedy);
     }
   }
   return {};

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <limits>
 
+#include "engine/rods/equilibrium/equilibrium_text.h"
+
 namespace limber::rods::detail {
 namespace {
 
@@ -88,6 +90,13 @@ void NewtonRun::finish(EquilibriumStatus status, std::string message) {
   report_.message = std::move(message);
 }
 
+std::string NewtonRun::imbalance_text() const {
+  Eigen::VectorXd free;
+  (void)free_gradient(free);
+  return detail::imbalance_text(model_.variables(), work_.scales, free, scale_, options_.tolerance,
+                                beyond_);
+}
+
 const Eigen::VectorXd& NewtonRun::gradient_at(const LinkageState& state) {
   work_.certified = false;
   evaluate(state);
@@ -111,14 +120,17 @@ EquilibriumReport NewtonRun::run(LinkageState& state, const JobContext& context,
       break;
     }
     if (!std::isfinite(potential_)) {
-      finish(EquilibriumStatus::kStalled, "the shape has an edge without length or folded back");
+      finish(EquilibriumStatus::kStalled, degenerate_text(model_, state));
       break;
     }
     if (balanced()) {
       if (!stable_ && !certify(state)) {
         if (report_.escapes < options_.max_escapes && escape(state)) continue;
-        finish(EquilibriumStatus::kSaddle, fmt::format("balanced, but unstable in {} directions",
-                                                       report_.negative_eigenvalues));
+        finish(EquilibriumStatus::kSaddle,
+               fmt::format("the shape is balanced but unstable in {} {}, and no stable one was "
+                           "found near it: hold more joints, or request a smaller change",
+                           report_.negative_eigenvalues,
+                           report_.negative_eigenvalues == 1 ? "direction" : "directions"));
         break;
       }
       if (!hides_loads(state)) {
@@ -133,8 +145,9 @@ EquilibriumReport NewtonRun::run(LinkageState& state, const JobContext& context,
     }
     if (report_.iterations >= options_.max_iterations) {
       finish(EquilibriumStatus::kIterationLimit,
-             fmt::format("{} Newton steps left an imbalance of {:.1e}", report_.iterations,
-                         report_.max_gradient_scaled));
+             fmt::format("no equilibrium was found in {} steps: {}; request a smaller change, or "
+                         "release what holds the linkage there",
+                         report_.iterations, imbalance_text()));
       break;
     }
     if (chords(state)) continue;
@@ -143,15 +156,16 @@ EquilibriumReport NewtonRun::run(LinkageState& state, const JobContext& context,
     if (towards_saddle(step)) {
       if (report_.escapes < options_.max_escapes && escape(state)) continue;
       if (options_.max_escapes == 0) {
-        finish(EquilibriumStatus::kSaddle, "on the way to a shape that is unstable");
+        finish(EquilibriumStatus::kSaddle, "the shapes ahead are unstable");
         break;
       }
     }
     if (!take(state, step)) {
       finish(EquilibriumStatus::kStalled,
              balanced() ? kHiddenLoads
-                        : fmt::format("no step lowers the potential; the imbalance is {:.1e}",
-                                      report_.max_gradient_scaled));
+                        : fmt::format("the search for an equilibrium is stuck after {} steps: {}; "
+                                      "request a smaller change, or begin from another shape",
+                                      report_.iterations, imbalance_text()));
       break;
     }
     if (on_iterate) on_iterate(report_.iterations, state);

@@ -126,6 +126,7 @@ class NewtonRun {
               const Eigen::VectorXd& linear = {});
   void set_active_bounds(const LinkageState& state);
   void finish(EquilibriumStatus status, std::string message);
+  [[nodiscard]] std::string imbalance_text() const;
 
   NewtonWorkspace& work_;
   const LinkageModel& model_;

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "engine/base/error.h"
+#include "engine/rods/equilibrium/equilibrium_text.h"
 
 namespace limber::rods::detail {
 namespace {
@@ -68,8 +69,7 @@ RestLengthReport RestLengthRun::run() {
     if (context_.cancellation.requested())
       return finish(RestLengthStatus::kCancelled, "cancelled by the caller");
     if (!std::isfinite(report_.energies.total())) {
-      return finish(RestLengthStatus::kStalled,
-                    "the shape has an edge without length or folded back");
+      return finish(RestLengthStatus::kStalled, degenerate_text(model_, state_));
     }
     if (balanced()) {
       return finish(RestLengthStatus::kConverged,
@@ -77,15 +77,19 @@ RestLengthReport RestLengthRun::run() {
     }
     if (report_.iterations == options_.max_iterations) {
       return finish(RestLengthStatus::kIterationLimit,
-                    fmt::format("{} Newton steps left an imbalance of {:.1e}", report_.iterations,
-                                report_.max_gradient_scaled));
+                    fmt::format("the stress is not least after {} steps: the forces are out of "
+                                "balance by {:.2g} % of the largest (limit {:.2g} %)",
+                                report_.iterations, 100 * report_.max_gradient_scaled,
+                                100 * options_.tolerance));
     }
     ++report_.iterations;
     if (!improve()) {
       if (context_.cancellation.requested()) continue;
       return finish(RestLengthStatus::kStalled,
-                    fmt::format("no step lowers the energy; the imbalance is {:.1e}",
-                                report_.max_gradient_scaled));
+                    fmt::format("the search is stuck after {} steps: the forces are out of "
+                                "balance by {:.2g} % of the largest (limit {:.2g} %)",
+                                report_.iterations, 100 * report_.max_gradient_scaled,
+                                100 * options_.tolerance));
     }
     if (context_.progress) context_.progress("rest lengths", progress());
   }

@@ -161,6 +161,22 @@ double UnknownScales::imbalance(const Eigen::Ref<const Eigen::VectorXd>& gradien
   return largest;
 }
 
+int UnknownScales::most_unbalanced(const Eigen::Ref<const Eigen::VectorXd>& gradient,
+                                   const GradientSize& present, double tolerance,
+                                   double beyond) const {
+  int worst = -1;
+  double largest = 0;
+  for (Eigen::Index i = 0; i < gradient.size(); ++i) {
+    const double scale = kinds_[i] == UnknownKind::kLength ? present.force : present.moment;
+    const double rounding = rounding_[i] + beyond * rounding_per_distance_[i];
+    const double size = std::abs(gradient[i]) / (scale + rounding / tolerance);
+    if (size <= largest) continue;
+    largest = size;
+    worst = static_cast<int>(i);
+  }
+  return worst;
+}
+
 GradientSize UnknownScales::size_of(const Eigen::Ref<const Eigen::VectorXd>& gradient) const {
   GradientSize result;
   for (Eigen::Index i = 0; i < gradient.size(); ++i) {

@@ -58,6 +58,10 @@ class UnknownScales {
   [[nodiscard]] double imbalance(const Eigen::Ref<const Eigen::VectorXd>& gradient,
                                  const GradientSize& present, double tolerance,
                                  double beyond = 0) const;
+  /// The unknown that has it; -1: nothing is out of balance.
+  [[nodiscard]] int most_unbalanced(const Eigen::Ref<const Eigen::VectorXd>& gradient,
+                                    const GradientSize& present, double tolerance,
+                                    double beyond = 0) const;
   [[nodiscard]] GradientSize size_of(const Eigen::Ref<const Eigen::VectorXd>& gradient) const;
   /// Typical force and moment of rods that hold these energies: what a rod of the whole length
   /// would feel if they were spread evenly.

@@ -13,7 +13,7 @@ namespace limber::session {
 namespace {
 
 constexpr double kDegrees = 180 / std::numbers::pi;
-constexpr std::size_t kMostTold = 3;
+constexpr std::size_t kMaxNamed = 3;
 
 template <class Item, class Same>
 bool has(const std::vector<Item>& items, const Same& same) {
@@ -45,15 +45,15 @@ std::string target_text(const scene::LinkageTarget& target, double length_unit) 
 
 std::vector<std::string> requests(const scene::LinkageConditions& before,
                                   const scene::LinkageConditions& wanted, double length_unit) {
-  std::vector<std::string> told;
+  std::vector<std::string> found;
   if (wanted.mean_angle && wanted.mean_angle != before.mean_angle)
-    told.push_back(fmt::format("a mean angle of {:.4g} degrees", *wanted.mean_angle * kDegrees));
+    found.push_back(fmt::format("a mean angle of {:.4g} degrees", *wanted.mean_angle * kDegrees));
   for (const scene::JointAngle& set : wanted.angles) {
     if (has(before.angles, [&](const scene::JointAngle& known) {
           return known.joint == set.joint && known.angle == set.angle;
         }))
       continue;
-    told.push_back(
+    found.push_back(
         fmt::format("an angle of {:.4g} degrees at joint {}", set.angle * kDegrees, set.joint));
   }
   for (const scene::JointLoad& load : wanted.loads) {
@@ -62,7 +62,7 @@ std::vector<std::string> requests(const scene::LinkageConditions& before,
                  known.moment == load.moment && known.torque == load.torque;
         }))
       continue;
-    told.push_back(load_text(load));
+    found.push_back(load_text(load));
   }
   for (const scene::LinkageTarget& target : wanted.targets) {
     if (has(before.targets, [&](const scene::LinkageTarget& known) {
@@ -71,45 +71,46 @@ std::vector<std::string> requests(const scene::LinkageConditions& before,
                  known.position == target.position && known.stiffness == target.stiffness;
         }))
       continue;
-    told.push_back(target_text(target, length_unit));
+    found.push_back(target_text(target, length_unit));
   }
   for (const scene::JointPin& pin : wanted.pins) {
     if (!pin.position || has(before.pins, [&](const scene::JointPin& known) {
           return known.joint == pin.joint && known.position == pin.position;
         }))
       continue;
-    told.push_back(
+    found.push_back(
         fmt::format("joint {} at {}", pin.joint, place_text(*pin.position, length_unit)));
   }
   if (!wanted.gravity.isZero(0) && wanted.gravity != before.gravity)
-    told.push_back(fmt::format("gravity of {:.4g} m/s^2", wanted.gravity.stableNorm()));
-  return told;
+    found.push_back(fmt::format("gravity of {:.4g} m/s^2", wanted.gravity.stableNorm()));
+  return found;
 }
 
 }  // namespace
 
-std::string told_resistance(const rods::Resistance& resistance, double length_unit) {
+std::string describe_resistance(const rods::Resistance& resistance, double length_unit) {
   std::string text;
   if (resistance.pin) {
-    text += fmt::format("; the pin that is pulled at most is joint {}'s, with a force of {:.3g} N",
+    text += fmt::format("; the most loaded pin is at joint {}, with a force of {:.3g} N",
                         resistance.pin->joint, resistance.pin->force.norm());
   }
   if (resistance.angle) {
-    text += fmt::format("; the angle that resists most is joint {}'s, with a torque of {:.3g} N m",
-                        resistance.angle->joint, resistance.angle->opening_torque * length_unit);
+    text +=
+        fmt::format("; the set angle that resists most is at joint {}, with a torque of {:.3g} N m",
+                    resistance.angle->joint, resistance.angle->opening_torque * length_unit);
   }
   return text;
 }
 
-std::string told_request(const scene::LinkageConditions& before,
-                         const scene::LinkageConditions& wanted, double length_unit) {
-  const std::vector<std::string> told = requests(before, wanted, length_unit);
-  if (told.empty()) return {};
-  const std::size_t count = std::min(told.size(), kMostTold);
-  std::string text =
-      fmt::format("; asked for: {}",
-                  fmt::join(told.begin(), told.begin() + static_cast<std::ptrdiff_t>(count), "; "));
-  if (told.size() > count) text += fmt::format(", and {} more", told.size() - count);
+std::string describe_request(const scene::LinkageConditions& before,
+                             const scene::LinkageConditions& wanted, double length_unit) {
+  const std::vector<std::string> found = requests(before, wanted, length_unit);
+  if (found.empty()) return {};
+  const std::size_t count = std::min(found.size(), kMaxNamed);
+  std::string text = fmt::format(
+      "; requested: {}",
+      fmt::join(found.begin(), found.begin() + static_cast<std::ptrdiff_t>(count), "; "));
+  if (found.size() > count) text += fmt::format(", and {} more", found.size() - count);
   return text;
 }
 

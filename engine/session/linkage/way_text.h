@@ -12,10 +12,12 @@ namespace limber::session {
 
 /// Which joints resist most, in N and N m.
 /// @param length_unit  of the scene [m]
-[[nodiscard]] std::string told_resistance(const rods::Resistance& resistance, double length_unit);
+[[nodiscard]] std::string describe_resistance(const rods::Resistance& resistance,
+                                              double length_unit);
 
 /// What `wanted` asks for that `before` did not: loads, angles, targets, places of pins, gravity.
-[[nodiscard]] std::string told_request(const scene::LinkageConditions& before,
-                                       const scene::LinkageConditions& wanted, double length_unit);
+[[nodiscard]] std::string describe_request(const scene::LinkageConditions& before,
+                                           const scene::LinkageConditions& wanted,
+                                           double length_unit);
 
 }  // namespace limber::session

@@ -217,7 +217,8 @@ TEST(LinkageDesign, WhatLandsFartherFromItsPredictionThanAllowedHasJumped) {
     limits.small_surprise = small * free.surprise;
     const DesignTrial trial = trial_within(limits, 2, kSize);
     if (trial.status == TrialStatus::kJumped) {
-      EXPECT_NE(trial.message.find("beside its prediction"), std::string::npos) << trial.message;
+      EXPECT_NE(trial.message.find("degrees from its prediction"), std::string::npos)
+          << trial.message;
       EXPECT_NE(trial.lost, LostShape::kNone);
     }
     return trial.status;

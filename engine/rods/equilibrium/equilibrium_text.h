@@ -1,0 +1,27 @@
+#pragma once
+
+#include <string>
+
+#include "engine/rods/equilibrium/unknown_scales.h"
+#include "engine/rods/linkage/linkage_model.h"
+#include "engine/rods/linkage/linkage_state.h"
+
+// What is said of equilibria that were not found: what, where, how much, and what to do.
+namespace limber::rods::detail {
+
+/// "joint 7", or "segment 3".
+[[nodiscard]] std::string place_of(const ReducedVariables& variables, int unknown);
+
+/// "the force at joint 7 is out of balance by 3.2 N, 9.6 % of the largest (limit 1e-06 %)"; of
+/// moments without their size, whose unit is not known here.
+/// @param gradient  without the reactions of what is held
+[[nodiscard]] std::string imbalance_text(const ReducedVariables& variables,
+                                         const UnknownScales& scales,
+                                         const Eigen::VectorXd& gradient,
+                                         const GradientSize& present, double tolerance,
+                                         double beyond);
+
+/// Of a shape whose energy is not finite: the segment where an edge has no length or folds back.
+[[nodiscard]] std::string degenerate_text(const LinkageModel& model, const LinkageState& state);
+
+}  // namespace limber::rods::detail
