@@ -21,6 +21,8 @@ class SnapshotHistory {
   explicit SnapshotHistory(Value first) : now_(std::make_shared<const Value>(std::move(first))) {}
 
   [[nodiscard]] const Snapshot& now() const { return now_; }
+  /// What undo goes back to, the newest last.
+  [[nodiscard]] const std::deque<Snapshot>& undo_steps() const { return undo_; }
   [[nodiscard]] std::size_t undo_count() const { return undo_.size(); }
   [[nodiscard]] std::size_t redo_count() const { return redo_.size(); }
 

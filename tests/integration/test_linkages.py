@@ -228,14 +228,14 @@ def test_releases_of_what_is_not_held_are_said(linkage, cli):
              lambda: linkage.load(3))
     told = [call().issues for call in calls]
     assert [len(issues) for issues in told] == [1, 1, 1, 1]
-    for issues, start in zip(told, ("pin_joint.pin.joint: nothing pins joint 3",
-                                    "set_joint_angle.joint: no angle of joint 3 is set",
+    for issues, start in zip(told, ("pin_joint.pin.joint: joint 3 is not pinned",
+                                    "set_joint_angle.joint: the angle of joint 3 is not set",
                                     "set_mean_angle.angle_degrees: the mean angle is not set",
-                                    "set_joint_load.load.joint: nothing loads joint 3")):
+                                    "set_joint_load.load.joint: joint 3 carries no load")):
         assert issues[0].startswith("warning: edits[0]." + start)
     assert linkage.pin(3).issues == linkage.release(3).issues == ()
     command = cli("pin", linkage.id, 3, "--held", "nothing")
-    assert command.returncode == 0 and "nothing pins joint 3" in command.stderr
+    assert command.returncode == 0 and "joint 3 is not pinned" in command.stderr
 
 
 def test_what_has_no_equilibrium_keeps_the_last_good_shape(linkage):

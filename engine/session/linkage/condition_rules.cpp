@@ -6,6 +6,7 @@
 
 #include "engine/base/error.h"
 #include "engine/rods/linkage/edge_counts.h"
+#include "engine/rods/linkage/linkage_state.h"
 
 namespace limber::session {
 namespace {
@@ -89,6 +90,15 @@ void ConditionRules::check_shape(const rods::StateNumbers& shape) const {
                             "is drawn",
                             j, PlaceReach::kFarthest));
   }
+}
+
+std::size_t ConditionRules::answer_bytes() const {
+  std::size_t vertices = 0;
+  for (int s = 0; s < variables_.segments(); ++s)
+    vertices += static_cast<std::size_t>(variables_.edges(s)) + 1;
+  return 1024 + vertices * rods::LinkageState::kFields * sizeof(double) +
+         graph_.joints.size() * sizeof(rods::JointState<double>) +
+         graph_.segments.size() * sizeof(double);
 }
 
 }  // namespace limber::session

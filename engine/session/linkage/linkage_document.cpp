@@ -84,23 +84,23 @@ class LinkageDocument::Request {
   std::uint64_t take(const PinJoint& pin) {
     demand_joint(pin.joint);
     if (!erase_of_joint(conditions_.pins, pin.joint) && !pin.held)
-      warn("joint", fmt::format("nothing pins joint {}: there is nothing to release", pin.joint));
+      warn("joint", fmt::format("joint {} is not pinned; nothing was released", pin.joint));
     if (pin.held) conditions_.pins.push_back({pin.joint, *pin.held, pin.position});
     return changed();
   }
   std::uint64_t take(const SetJointAngle& wanted) {
     demand_joint(wanted.joint);
     if (!erase_of_joint(conditions_.angles, wanted.joint) && !wanted.angle) {
-      warn("joint", fmt::format("no angle of joint {} is set: {}", wanted.joint,
-                                pins_angle(wanted.joint) ? "what holds it is the joint's pin"
-                                                         : "there is nothing to free"));
+      warn("joint", fmt::format("the angle of joint {} is not set; {}", wanted.joint,
+                                pins_angle(wanted.joint) ? "its pin holds it: release that"
+                                                         : "nothing was released"));
     }
     if (wanted.angle) conditions_.angles.push_back({wanted.joint, *wanted.angle});
     return changed();
   }
   std::uint64_t take(const SetMeanAngle& wanted) {
     if (!conditions_.mean_angle && !wanted.angle)
-      warn("mean_angle", "the mean angle is not set: there is nothing to free");
+      warn("mean_angle", "the mean angle is not set; nothing was released");
     conditions_.mean_angle = wanted.angle;
     return changed();
   }
@@ -133,8 +133,7 @@ class LinkageDocument::Request {
     if (!is_nothing(set.load)) {
       conditions_.loads.push_back(set.load);
     } else if (!loaded) {
-      warn("joint",
-           fmt::format("nothing loads joint {}: there is nothing to take away", set.load.joint));
+      warn("joint", fmt::format("joint {} carries no load; nothing was removed", set.load.joint));
     }
     return changed();
   }
@@ -159,12 +158,14 @@ class LinkageDocument::Request {
   std::uint64_t take(const Undo&) {
     close_step();
     state_.history.undo();
+    state_.is_return = true;
     conditions_ = *state_.history.now();
     return 0;
   }
   std::uint64_t take(const Redo&) {
     close_step();
     state_.history.redo();
+    state_.is_return = true;
     conditions_ = *state_.history.now();
     return 0;
   }
@@ -199,7 +200,10 @@ class LinkageDocument::Request {
     if (!issues.empty()) throw Error(issues[0].code, last_name(issues[0].field), issues[0].message);
     state_.history.step_to(
         conditions_, document_.limits_.undo_depth, document_.limits_.undo_bytes,
-        [](const LinkageConditions& conditions) { return bytes_of(conditions); });
+        [shape = document_.limits_.shape_bytes](const LinkageConditions& conditions) {
+          return bytes_of(conditions) + shape;
+        });
+    state_.is_return = false;
   }
 
   const LinkageDocument& document_;
@@ -235,6 +239,12 @@ LinkageDocument::LinkageDocument(LinkageConditions conditions, int joints, int s
         ErrorCode::kLimitExceeded, "targets",
         fmt::format("{} targets, the limit is {}", first.targets.size(), limits.max_targets));
   }
+}
+
+std::vector<std::shared_ptr<const LinkageConditions>> LinkageDocument::steps_before_return() const {
+  if (!state_.is_return) return {};
+  const auto& steps = state_.history.undo_steps();
+  return {steps.rbegin(), steps.rend()};
 }
 
 EditReceipt LinkageDocument::apply(const std::vector<LinkageEdit>& edits,

@@ -17,7 +17,10 @@ namespace limber::session {
 struct LinkageLimits {
   int undo_depth = 1000;  // requests that can be undone, >= 0
   int max_targets = 4096;
-  std::size_t undo_bytes = std::size_t{64} << 20;  // kept for undo; the newest request always is
+  std::size_t undo_bytes = std::size_t{256} << 20;  // kept for undo; the newest request always is
+  /// Of them, what the shape of each request takes: with the conditions go their answers, see
+  /// EquilibriumCache.
+  std::size_t shape_bytes = 0;
 
   /// @throws Error{kInvalidArgument} naming the member
   void validate() const;
@@ -51,11 +54,16 @@ class LinkageDocument {
   }
   [[nodiscard]] std::size_t undo_count() const { return state_.history.undo_count(); }
   [[nodiscard]] std::size_t redo_count() const { return state_.history.redo_count(); }
+  /// What undo can go back to, the newest first, where the last thing done was an undo or a redo;
+  /// else empty.
+  [[nodiscard]] std::vector<std::shared_ptr<const scene::LinkageConditions>> steps_before_return()
+      const;
 
  private:
   struct State {
     SnapshotHistory<scene::LinkageConditions> history;
     std::uint64_t last_id = 0;  // of targets
+    bool is_return = false;     // does undo or redo end the last request
   };
   class Request;
   static State first_state(scene::LinkageConditions conditions);

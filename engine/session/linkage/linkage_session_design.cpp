@@ -208,7 +208,7 @@ void LinkageSession::Impl::tell_design(const LiveDesign* design, const DesignInf
   result->frames = std::make_shared<const Eigen::MatrixXf>(design->shapes());
   result->mean_angle = design->mean_angle();
   result->section_scales = design->section_scales();
-  hand_out(std::move(result), {round.revision, round.conditions, Clock::now(), {}, {}});
+  hand_out(std::move(result), {round.revision, round.conditions, Clock::now(), {}, {}, {}});
 }
 
 /// Says how it stands, waits while it is paused, and brings the design what clients want from now

@@ -26,6 +26,7 @@ LinkageDocument LinkageSession::Impl::opened(const scene::Linkage& linkage, Link
     const auto rules = std::make_shared<const ConditionRules>(
         rods::build_linkage_graph(linkage.lines), linkage.edges_per_segment,
         linkage.length_unit_in_metres);
+    limits.shape_bytes = rules->answer_bytes();
     return {
         linkage.conditions, check.joints, check.segments, limits,
         [rules](const scene::LinkageConditions& conditions) { return rules->check(conditions); }};
@@ -67,12 +68,12 @@ bool LinkageSession::Impl::holds_where_it_is(const std::vector<LinkageEdit>& edi
 
 /// What there was before an edit is solved to its end before the edit is looked at. Called with
 /// the lock.
-void LinkageSession::Impl::finish_first(Revision revision, Conditions conditions) {
+void LinkageSession::Impl::finish_first(Round round) {
   const Revision taken = first_.empty() ? taken_ : first_.back().revision;
-  if (task_.is_running() && taken == revision && !work_) {
+  if (task_.is_running() && taken == round.revision && !work_) {
     must_finish_ = true;  // it is just being solved
-  } else if (taken != revision || work_) {
-    first_.push_back({revision, std::move(conditions), edited_at_, {}, {}});
+  } else if (taken != round.revision || work_) {
+    first_.push_back(std::move(round));
   }
 }
 
@@ -84,10 +85,10 @@ EditReceipt LinkageSession::Impl::edit(const std::vector<LinkageEdit>& edits,
     throw Error(ErrorCode::kFailedPrecondition, "",
                 "a design is under way: change that, or stop or take it first");
   }
-  const Revision before = document_.revision();
-  const auto conditions = document_.conditions();
+  Round before = {document_.revision(),           document_.conditions(), edited_at_, {}, {},
+                  document_.steps_before_return()};
   EditReceipt receipt = document_.apply(edits, expected);
-  if (holds_where_it_is(edits)) finish_first(before, conditions);
+  if (holds_where_it_is(edits)) finish_first(std::move(before));
   edited_at_ = Clock::now();
   work_ = true;
   cancelled_ = false;

@@ -65,6 +65,7 @@ class LinkageSession::Impl : public std::enable_shared_from_this<LinkageSession:
     Clock::time_point edited_at;
     Cancellation cancellation;
     std::vector<Lesson> lessons;
+    std::vector<Conditions> origins = {};  // see LiveLinkage::solve
     [[nodiscard]] double since_edit_ms() const {
       return std::chrono::duration<double, std::milli>(Clock::now() - edited_at).count();
     }
@@ -83,7 +84,7 @@ class LinkageSession::Impl : public std::enable_shared_from_this<LinkageSession:
   // With the lock:
   void demand_open() const;
   void post(std::unique_lock<std::mutex> lock);
-  void finish_first(Revision revision, Conditions conditions);
+  void finish_first(Round round);
   EditReceipt apply_design(std::optional<Revision> expected);
   void stop_design();
 

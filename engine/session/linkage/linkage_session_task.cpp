@@ -136,7 +136,8 @@ LinkageSession::Impl::Round LinkageSession::Impl::next_round() {
   work_ = must_finish_ = false;
   if (cancelled_) round_.request();
   taken_ = document_.revision();
-  return {taken_, document_.conditions(), edited_at_, round_, std::exchange(lessons_, {})};
+  return {taken_, document_.conditions(),      edited_at_,
+          round_, std::exchange(lessons_, {}), document_.steps_before_return()};
 }
 
 void LinkageSession::Impl::solve(const Round& round) {
@@ -145,8 +146,9 @@ void LinkageSession::Impl::solve(const Round& round) {
   try {
     for (const Lesson& lesson : round.lessons)
       live_->learn(lesson.conditions, lesson.candidate->deployed);
-    outcome = live_->solve(round.conditions, JobContext{round.cancellation, {}},
-                           [&] { publish_iterate(round); });
+    outcome = live_->solve(
+        round.conditions, JobContext{round.cancellation, {}}, [&] { publish_iterate(round); },
+        round.origins);
   } catch (const std::exception& error) {
     live_->restore();
     outcome.report.status = rods::EquilibriumStatus::kStalled;

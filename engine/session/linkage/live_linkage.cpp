@@ -23,10 +23,7 @@ using rods::EquilibriumStatus;
 constexpr double kFarAngle = 2 * 3.14159265358979323846 / 180;  // [rad]
 constexpr double kFarShare = 0.01;                              // of the linkage's extent
 constexpr double kTurnOfStep = 0.05;  // of steps, where one solve turned too far [rad]
-// Shapes that undo comes back to, and what one takes of memory.
-constexpr std::size_t kKnownBytes = std::size_t{64} << 20;
-constexpr std::size_t kBytesPerUnknown = 100;
-constexpr double kMostSteps = 200;  // a pin far away is no reason to remember every step there
+constexpr double kMostSteps = 200;    // a pin far away is no reason to remember every step there
 
 double extent_of(const rods::LinkageGraph& graph) {
   Eigen::Vector3d low = graph.segments[0].points[0], high = low;
@@ -78,7 +75,8 @@ void LiveLinkage::refuse_turned_over(EquilibriumReport& report) {
   if (!joint) return;
   if (report.converged()) {
     report.status = EquilibriumStatus::kStalled;
-    report.message = fmt::format("joint {} would turn over", *joint);
+    report.message = fmt::format(
+        "joint {} would turn over: request less, or set the angle of that joint", *joint);
   } else if (settled_ && report.status == EquilibriumStatus::kCancelled) {
     restore();
   }
@@ -95,7 +93,7 @@ bool LiveLinkage::follow_to(const RodSizes& wanted, const JobContext& job,
   EquilibriumReport& report = outcome.report;
   refuse_turned_over(report);
   if (report.converged()) return true;
-  report.message = "on the way to other sizes of rods: " + report.message;
+  report.message = "while rod sizes changed to the requested ones: " + report.message;
   return false;
 }
 
@@ -201,6 +199,11 @@ void LiveLinkage::lead(const rods::Conditions& wanted, double step, const JobCon
                      iterate_ = nullptr;
                    });
   rods::keep_in_place(model(), held_, wanted, shown, state_);
+  if (!outcome.frames.empty()) {  // the last is the shape, in every digit
+    outcome.frames.pop_back();
+    outcome.strains.pop_back();
+    note_step(state_, outcome);
+  }
   EquilibriumReport& sum = outcome.report;
   const int iterations = sum.iterations, corrections = sum.corrections;
   const int factorizations = sum.factorizations;
@@ -209,7 +212,7 @@ void LiveLinkage::lead(const rods::Conditions& wanted, double step, const JobCon
   sum.corrections = corrections + report.corrections;
   sum.factorizations = factorizations + report.factorizations;
   if (!report.message.empty())
-    sum.message = report.message + told_resistance(report.resistance, length_unit_);
+    sum.message = report.message + describe_resistance(report.resistance, length_unit_);
   held_ = std::move(report.held);
   turned_ = 0;
   outcome.way_end = report.reached;
@@ -243,7 +246,9 @@ void LiveLinkage::go_again(const rods::Conditions& wanted, const JobContext& job
   }
   state_ = found;
   outcome.path.back().event = rods::BranchEvent::kJump;
-  outcome.report.message += "; far away, and no way there was found: " + slow.report.message;
+  outcome.report.message +=
+      "; the structure jumped to this distant shape, and no continuous path to it was found: " +
+      slow.report.message;
 }
 
 void LiveLinkage::stay_near() {
@@ -259,35 +264,6 @@ EquilibriumReport LiveLinkage::report_of_shape(const EquilibriumReport& attempt)
   report.factorizations = attempt.factorizations;
   report.escapes = attempt.escapes;
   return report;
-}
-
-void LiveLinkage::come_back_to(const Known& known) {
-  state_ = good_ = known.state;
-  held_ = good_held_ = known.held;
-  good_report_ = known.report;
-  good_sizes_ = known.sizes;
-  set_sizes(known.sizes);
-  turned_ = 0;
-}
-
-void LiveLinkage::recall(const SharedConditions& conditions) {
-  for (const Known& known : known_) {
-    if (known.conditions == conditions) return come_back_to(known);
-  }
-}
-
-void LiveLinkage::learn(const SharedConditions& conditions, const rods::LinkageState& state) {
-  std::erase_if(known_, [&](const Known& known) { return known.conditions == conditions; });
-  known_.push_back({conditions, state, map_conditions(*conditions, mapped_, length_unit_),
-                    good_report_, sizes_of(*conditions)});
-}
-
-void LiveLinkage::remember(const SharedConditions& conditions) {
-  std::erase_if(known_, [&](const Known& known) { return known.conditions == conditions; });
-  known_.push_back({conditions, good_, good_held_, good_report_, good_sizes_});
-  const std::size_t bytes =
-      kBytesPerUnknown * static_cast<std::size_t>(mapped_.model.variables().size());
-  while (known_.size() > 1 && known_.size() * bytes > kKnownBytes) known_.pop_front();
 }
 
 /// In one solve or step by step, as far as the way is.
@@ -315,7 +291,7 @@ void LiveLinkage::attempt(const scene::LinkageConditions& conditions,
   std::string remark;
   if (in_shape_ && !begin_in_shape(conditions, job, outcome)) {
     if (outcome.report.status == EquilibriumStatus::kCancelled) return;
-    remark = "the scene's shape is near no equilibrium: begun as drawn";
+    remark = "the scene's shape is near no equilibrium: the linkage was opened as drawn";
   }
   if (bring_sizes(sizes, conditions, wanted, job, on_iterate, outcome)) {
     outcome.report.message = contradiction(conditions);
@@ -330,55 +306,52 @@ void LiveLinkage::attempt(const scene::LinkageConditions& conditions,
   message = message.empty() ? remark : remark + "; " + message;
 }
 
-LiveLinkage::Outcome LiveLinkage::solve(const SharedConditions& conditions, const JobContext& job,
-                                        const OnIterate& on_iterate) {
-  LIMBER_DEMAND(conditions != nullptr);
-  recall(conditions);
+/// Once from where the shape is, and where that is no equilibrium, once more from the last one:
+/// there may be no way on from where the last solve stopped.
+LiveLinkage::Outcome LiveLinkage::attempt_from_here(const SharedConditions& conditions,
+                                                    const JobContext& job,
+                                                    const OnIterate& on_iterate) {
   const rods::Conditions wanted = map_conditions(*conditions, mapped_, length_unit_);
   const RodSizes sizes = sizes_of(*conditions);
-  const bool astray = sound_ && !settled_under_;
+  const bool astray = reached_ && !settled_under_;
   Outcome outcome;
   attempt(*conditions, wanted, sizes, job, on_iterate, outcome);
   const auto failed = [](const Outcome& tried) {
     return !tried.reached && tried.report.status != EquilibriumStatus::kCancelled;
   };
-  if (astray && failed(outcome)) {  // there may be no way on from where the last one stopped
-    const rods::LinkageState stopped = state_;
-    const rods::Conditions stopped_held = held_;
-    come_back_to(*sound_);
-    Outcome again;
-    attempt(*conditions, wanted, sizes, job, on_iterate, again);
-    if (!failed(again) || !again.path.empty() || outcome.path.empty()) {
-      outcome = std::move(again);
-    } else {
-      state_ = stopped;
-      held_ = stopped_held;
-      set_sizes(sizes);
+  if (!astray || !failed(outcome)) return outcome;
+  const rods::LinkageState stopped = state_;
+  const rods::Conditions stopped_held = held_;
+  come_back_to(*reached_);
+  Outcome again;
+  attempt(*conditions, wanted, sizes, job, on_iterate, again);
+  if (!failed(again) || !again.path.empty() || outcome.path.empty()) return again;
+  state_ = stopped;
+  held_ = stopped_held;
+  set_sizes(sizes);
+  return outcome;
+}
+
+LiveLinkage::Outcome LiveLinkage::solve(const SharedConditions& conditions, const JobContext& job,
+                                        const OnIterate& on_iterate,
+                                        const std::vector<SharedConditions>& origins) {
+  LIMBER_DEMAND(conditions != nullptr);
+  if (const Answer answer = cache_.find(conditions)) {
+    if (answer->kind != CachedEquilibrium::Kind::kGuess) return cached_outcome(conditions, answer);
+    come_back_to(*answer);
+  } else {
+    for (const SharedConditions& origin : origins) {
+      const Answer nearest = cache_.find(origin);
+      if (!nearest) continue;
+      (void)cached_outcome(origin, nearest);
+      break;
     }
   }
+  Outcome outcome = attempt_from_here(conditions, job, on_iterate);
   if (outcome.reached) {
-    settled_ = true;
-    turned_ = 0;
-    good_ = state_;
-    good_held_ = held_ = wanted;
-    good_report_ = outcome.report;
-    good_sizes_ = sizes;
-    settled_under_ = conditions;
-    sound_ = Known{conditions, good_, good_held_, good_report_, good_sizes_};
-    remember(conditions);
+    note_reached(conditions, outcome);
   } else if (outcome.report.status != EquilibriumStatus::kCancelled) {
-    outcome.report.message += told_request(
-        sound_ ? *sound_->conditions : scene::LinkageConditions(), *conditions, length_unit_);
-    settled_under_.reset();
-    if (outcome.path.empty()) {
-      restore();
-    } else {  // as far as it went
-      good_report_ = outcome.way_end;
-      good_ = state_;
-      good_held_ = held_;
-      good_sizes_ = sizes;
-      remember(conditions);
-    }
+    note_stopped(conditions, outcome);
   }
   return outcome;
 }

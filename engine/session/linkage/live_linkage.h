@@ -1,6 +1,5 @@
 #pragma once
 
-#include <deque>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -8,6 +7,7 @@
 
 #include "engine/base/job.h"
 #include "engine/rods/equilibrium/deployment.h"
+#include "engine/session/linkage/equilibrium_cache.h"
 #include "engine/session/linkage/linkage_mapping.h"
 #include "engine/session/linkage/linkage_shape.h"
 #include "engine/session/linkage/linkage_statics.h"
@@ -62,11 +62,16 @@ class LiveLinkage {
   /// Where it is not reached, the shape is the last equilibrium on the way there, or the one
   /// before; cancelled, the last iterate. The first solve begins in the shape of the scene, if it
   /// has one; where there is no equilibrium near that, with the drawing, and the message says so.
-  /// Conditions that were solved before, the very same object as undo brings them back, begin from
-  /// the shape they had then: what is done on the way there and back is undone with it.
+  /// Conditions that were solved before, the very same object as undo brings them back, are not
+  /// solved again: the outcome is the one they had then, in every digit of its shape and report (no
+  /// steps were made, and no path). Cancelled solves have none.
   /// @pre there are conditions
+  /// @param origins  where undo or redo led here: the conditions before these in the history, the
+  /// nearest first. Conditions that were not solved then, because later edits came sooner, begin
+  /// from the nearest of them that was, as when their edit had been waited for
   Outcome solve(const std::shared_ptr<const scene::LinkageConditions>& conditions,
-                const JobContext& job, const OnIterate& on_iterate);
+                const JobContext& job, const OnIterate& on_iterate,
+                const std::vector<std::shared_ptr<const scene::LinkageConditions>>& origins = {});
   /// An equilibrium under conditions that were not solved yet, found elsewhere (by a design): their
   /// solve begins there, as where they had been solved before.
   void learn(const std::shared_ptr<const scene::LinkageConditions>& conditions,
@@ -86,15 +91,14 @@ class LiveLinkage {
   static constexpr double kFarTurn = 0.2;
 
   using SharedConditions = std::shared_ptr<const scene::LinkageConditions>;
-  struct Known {
-    SharedConditions conditions;  // kept, so that no other object gets its address
-    rods::LinkageState state;
-    rods::Conditions held;
-    rods::EquilibriumReport report;
-    RodSizes sizes;
-  };
-  void come_back_to(const Known& known);
-  void recall(const SharedConditions& conditions);
+  using Answer = EquilibriumCache::Answer;
+  void come_back_to(const CachedEquilibrium& answer);
+  [[nodiscard]] Outcome cached_outcome(const SharedConditions& conditions, const Answer& answer);
+  [[nodiscard]] Answer good_answer() const;
+  [[nodiscard]] Outcome attempt_from_here(const SharedConditions& conditions, const JobContext& job,
+                                          const OnIterate& on_iterate);
+  void note_reached(const SharedConditions& conditions, const Outcome& outcome);
+  void note_stopped(const SharedConditions& conditions, Outcome& outcome);
   void attempt(const scene::LinkageConditions& conditions, const rods::Conditions& wanted,
                const RodSizes& sizes, const JobContext& job, const OnIterate& on_iterate,
                Outcome& outcome);
@@ -112,7 +116,6 @@ class LiveLinkage {
   [[nodiscard]] bool bring_sizes(const RodSizes& wanted, const scene::LinkageConditions& conditions,
                                  const rods::Conditions& then_held, const JobContext& job,
                                  const OnIterate& on_iterate, Outcome& outcome);
-  void remember(const SharedConditions& conditions);
   [[nodiscard]] double share_of_step(const rods::Conditions& wanted) const;
   void go(const rods::Conditions& wanted, const JobContext& job, const OnIterate& on_iterate,
           Outcome& outcome);
@@ -138,13 +141,14 @@ class LiveLinkage {
   rods::LinkageState good_;
   RodSizes good_sizes_;
   SharedConditions settled_under_;
-  std::optional<Known> sound_;  // the last equilibrium that was asked for and reached
+  Answer reached_;  // the last equilibrium that was requested and reached
+  SharedConditions reached_under_;
   bool settled_ = false;        // is good_ an equilibrium
   rods::Conditions held_;       // the last that state_ was in equilibrium under
   rods::Conditions good_held_;  // those of good_
   rods::EquilibriumReport good_report_;
   const rods::LinkageState* iterate_ = nullptr;  // within a solve
-  std::deque<Known> known_;                      // the latest last
+  EquilibriumCache cache_;
   bool in_shape_ = false;  // that of the scene, which nothing has begun in yet
   double turned_ = 0;      // by the interrupted solves since state_ was an equilibrium [rad]
 };

@@ -83,10 +83,10 @@ TEST(LinkageDocument, ReleasesOfWhatIsNotHeldAreSaid) {
       {SetGravity{{0, 0, -1}}, PinJoint{1, {}}, SetJointAngle{2, {}}, SetMeanAngle{}, none}, {});
   EXPECT_EQ(idle.revision, 1u);
   const std::pair<const char*, const char*> expected[] = {
-      {"edits[1].joint", "nothing pins joint 1"},
-      {"edits[2].joint", "no angle of joint 2 is set"},
+      {"edits[1].joint", "joint 1 is not pinned"},
+      {"edits[2].joint", "the angle of joint 2 is not set"},
       {"edits[3].mean_angle", "the mean angle is not set"},
-      {"edits[4].joint", "nothing loads joint 3"}};
+      {"edits[4].joint", "joint 3 carries no load"}};
   ASSERT_EQ(idle.issues.size(), 4u);
   for (std::size_t i = 0; i < 4; ++i) {
     EXPECT_EQ(idle.issues[i].severity, scene::Issue::Severity::kWarning);
@@ -98,7 +98,7 @@ TEST(LinkageDocument, ReleasesOfWhatIsNotHeldAreSaid) {
                       SetJointLoad{{3, {0, 0, 0}, {0, 0, 0}, 1}}, SetJointAngle{1, {}}},
                      {});
   ASSERT_EQ(held.issues.size(), 1u);
-  EXPECT_NE(held.issues[0].message.find("the joint's pin"), std::string::npos)
+  EXPECT_NE(held.issues[0].message.find("its pin holds it"), std::string::npos)
       << held.issues[0].message;
   EXPECT_TRUE(document.apply({PinJoint{1, {}}, SetJointAngle{2, {}}, SetMeanAngle{}, none}, {})
                   .issues.empty());
@@ -120,6 +120,35 @@ TEST(LinkageDocument, UndoIsBoundedInBytes) {
   for (int i = 0; i < 20; ++i) document.apply({SetMeanAngle{0.1 + 0.01 * i}}, {});
   EXPECT_GE(document.undo_count(), 1U);
   EXPECT_LT(document.undo_count(), 4U);
+}
+
+TEST(LinkageDocument, UndoReachesAsFarAsThereIsRoomForShapes) {
+  LinkageLimits limits;
+  limits.undo_bytes = 100'000;
+  limits.shape_bytes = 19'000;
+  LinkageDocument document({}, 6, 7, limits);
+  for (int i = 1; i <= 20; ++i) document.apply({SetMeanAngle{0.1 + 0.01 * i}}, {});
+  EXPECT_EQ(document.undo_count(), 5U);
+  limits.shape_bytes = 1'000'000;  // the newest always
+  LinkageDocument large({}, 6, 7, limits);
+  for (int i = 1; i <= 3; ++i) large.apply({SetMeanAngle{0.1 * i}}, {});
+  EXPECT_EQ(large.undo_count(), 1U);
+}
+
+TEST(LinkageDocument, SaysWhatComesBeforeAReturn) {
+  LinkageDocument document({}, 6, 7);
+  const auto first = document.conditions();
+  document.apply({SetMeanAngle{0.2}}, {});
+  const auto second = document.conditions();
+  document.apply({SetMeanAngle{0.3}}, {});
+  EXPECT_TRUE(document.steps_before_return().empty()) << "edits go on from where they are";
+  document.apply({Undo{}}, {});
+  EXPECT_EQ(document.conditions(), second);
+  EXPECT_EQ(document.steps_before_return(), std::vector{first});
+  document.apply({Redo{}}, {});
+  EXPECT_EQ(document.steps_before_return(), (std::vector{second, first}));
+  document.apply({Undo{}, SetMeanAngle{0.5}}, {});
+  EXPECT_TRUE(document.steps_before_return().empty());
 }
 
 TEST(LinkageDocument, EditsOfARequestAreJudgedTogether) {

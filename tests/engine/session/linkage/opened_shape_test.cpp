@@ -48,7 +48,7 @@ TEST(OpenedShape, PinnedScenesOpenInTheShapeTheyHad) {
   LiveSession again(saved);
   const auto is = again.recorder->wait_final(0);
   ASSERT_TRUE(is && !is->solve_failed) << is->report.message;
-  EXPECT_EQ(is->report.message.find("begun as drawn"), std::string::npos);
+  EXPECT_EQ(is->report.message.find("opened as drawn"), std::string::npos);
   EXPECT_LE(is->report.iterations, 1) << "it is the equilibrium already";
   expect_same_energy(*is, *was);
   expect_same_shape(*is, *was);
@@ -156,7 +156,7 @@ TEST(OpenedShape, NearNoEquilibriumItOpensAsDrawnAndSaysSo) {
   LiveSession again(wound);
   const auto is = again.recorder->wait_final(0);
   ASSERT_TRUE(is && !is->solve_failed) << is->report.message;
-  EXPECT_NE(is->report.message.find("begun as drawn"), std::string::npos) << is->report.message;
+  EXPECT_NE(is->report.message.find("opened as drawn"), std::string::npos) << is->report.message;
   EXPECT_NEAR(is->mean_angle, 40 * kDegree, 1e-9);
   expect_same_energy(*is, *was);
 }
@@ -205,7 +205,7 @@ TEST(OpenedShape, AnglesThatNoneCanBeSetToOpenAsDrawn) {
   LiveSession again(wound);
   const auto is = again.recorder->wait_final(0);
   ASSERT_TRUE(is);
-  EXPECT_NE(is->report.message.find("begun as drawn"), std::string::npos) << is->report.message;
+  EXPECT_NE(is->report.message.find("opened as drawn"), std::string::npos) << is->report.message;
   const auto next = again.edit({SetMeanAngle{30 * kDegree}});
   ASSERT_TRUE(next && !next->solve_failed) << next->report.message;
 }
