@@ -379,14 +379,14 @@ void run_script(Context& context, const ScriptOptions& options) {
     v1::WaitRequest wait;
     wait.set_session(options.session);
     wait.set_revision(response.revision());
-    wait.set_until(options.wait == "first" ? v1::WaitRequest::UNTIL_FIRST
-                                           : v1::WaitRequest::UNTIL_FINAL);
+    wait.set_until(wait_until(options.wait));
     const auto result = context.client().call(wait, client::Milliseconds{70000}).result();
     if (context.json)
       print_json(result);
     else
-      fmt::print("  {}, energy {:.6g}, constraint error {:.3g}, {:.2f} ms\n", status_words(result),
-                 result.total_energy(), result.max_constraint_error(), result.since_edit_ms());
+      fmt::print("  {}, energy {:.6g}, constraint error {:.3g}, {:.2f} ms{}\n",
+                 status_words(result), result.total_energy(), result.max_constraint_error(),
+                 result.since_edit_ms(), motion_words(result));
     note_failure(context, result);
   }
 }
@@ -405,8 +405,8 @@ void script_command(CLI::App& app, Context& context) {
   command->add_option("file", options->file, "JSON lines; - for standard input")->required();
   command
       ->add_option("--wait", options->wait,
-                   "After each line, wait for its result: none, first or final")
-      ->check(CLI::IsMember({"none", "first", "final"}))
+                   "After each line, wait for its result: none, first, final or checked")
+      ->check(CLI::IsMember({"none", "first", "final", "checked"}))
       ->capture_default_str();
   command->callback([&context, options] { run_script(context, *options); });
 }

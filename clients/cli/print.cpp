@@ -137,6 +137,17 @@ std::string describe_linkage(const v1::ResultInfo& result) {
   return text;
 }
 
+std::string describe(const v1::MotionError& error) {
+  return fmt::format(
+      "motion error      {:.2g} % ({:.2g} % in frame {}; tolerance {:.2g} %), {:.3g} at most, "
+      "constraints {:.3g} at most; of {} frames\n"
+      "inverted tets     {}{}\n",
+      100 * error.shape_error(), 100 * error.worst_frame_error(), error.worst_frame(),
+      100 * error.tolerance(), error.max_distance(), error.max_constraint_error(), error.frames(),
+      error.inverted_tets(),
+      error.inverted_tets() > 0 ? fmt::format(" in frame {}", error.inverted_frame()) : "");
+}
+
 std::string describe_beams(const v1::ResultInfo& result) {
   const auto& beams = result.beams();
   const auto& energies = beams.energies();
@@ -193,10 +204,19 @@ std::string describe(const v1::ResultInfo& result) {
         result.high_frequency_share());
   if (result.max_keyframe_error() > 0)
     text += fmt::format("keyframe error    {:.3g} at most\n", result.max_keyframe_error());
+  if (result.has_motion_error()) text += describe(result.motion_error());
   if (result.rank_deficient() && result.message().empty())
     text += "exact constraints contradict or repeat each other: a least-squares answer\n";
   if (!result.message().empty()) text += result.message() + "\n";
   return text;
+}
+
+std::string motion_words(const v1::ResultInfo& result) {
+  if (!result.has_motion_error()) return "";
+  const auto& error = result.motion_error();
+  return fmt::format(
+      ", motion error {:.2g} %{}", 100 * error.shape_error(),
+      error.inverted_tets() > 0 ? fmt::format(", {} tets inverted", error.inverted_tets()) : "");
 }
 
 std::string describe(const v1::ModelInfo& model) {
@@ -205,6 +225,11 @@ std::string describe(const v1::ModelInfo& model) {
       model.modes(), model.basis_size(), words(v1::Basis_Name(model.basis()), "BASIS_"),
       model.cubature_size(), model.error_mean(), model.error_max(),
       model.met_tolerance() ? "" : ", tolerance NOT met");
+}
+
+v1::WaitRequest::Until wait_until(const std::string& word) {
+  if (word == "first") return v1::WaitRequest::UNTIL_FIRST;
+  return word == "checked" ? v1::WaitRequest::UNTIL_CHECKED : v1::WaitRequest::UNTIL_FINAL;
 }
 
 std::string describe(const v1::Issue& issue) {

@@ -58,8 +58,12 @@ void note_failure(Context& context, const v1::ResultInfo& result);
 
 /// One result as lines "name  value".
 [[nodiscard]] std::string describe(const v1::ResultInfo& result);
+/// ", motion error 2 %, 3 tets inverted": empty where it is not known.
+[[nodiscard]] std::string motion_words(const v1::ResultInfo& result);
 /// Sizes and errors of a model, on one line.
 [[nodiscard]] std::string describe(const v1::ModelInfo& model);
+/// What a wait ends with: "first", "final" or "checked".
+[[nodiscard]] v1::WaitRequest::Until wait_until(const std::string& word);
 /// "warning: mesh.tets[7]: ..."
 [[nodiscard]] std::string describe(const v1::Issue& issue);
 /// One constraint as a row; heading in constraint_heading().

@@ -134,9 +134,9 @@ void print_result(const Context& context, const v1::ResultInfo& result, std::uin
                              : linkage
                                  ? fmt::format("{:.5g}", result.linkage().mean_angle_degrees())
                                  : fmt::format("{:.5g}", result.max_constraint_error());
-    fmt::print("{:>8}  {:>8}  {:<15}  {:>12}  {:>16}  {:>9.2f}{}\n", result.revision(),
+    fmt::print("{:>8}  {:>8}  {:<15}  {:>12}  {:>16}  {:>9.2f}{}{}\n", result.revision(),
                result.sequence(), status_words(result), energy, last, result.since_edit_ms(),
-               missed > 0 ? fmt::format("  ({} missed)", missed) : "");
+               motion_words(result), missed > 0 ? fmt::format("  ({} missed)", missed) : "");
   }
   std::fflush(stdout);
 }

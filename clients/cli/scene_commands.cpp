@@ -167,12 +167,15 @@ void open(Context& context, const OpenOptions& options) {
   status_request.set_session(opened.session());
   const auto status = context.client().call(status_request).status();
   if (status.has_result()) note_failure(context, status.result());
+  if (status.has_model() && !status.model().met_tolerance())
+    fmt::print(stderr, "warning: the model misses its tolerance: {}\n", status.model().message());
   if (context.json) return print_json(status);
   fmt::print("session {}: {}, {}\n", title(status), sizes(status), state_words(status));
   if (!status.has_model()) return;
   fmt::print("model: {}, {:.2f} s{}\n", describe(status.model()), status.model().build_s(),
              status.model().from_cache() ? ", from the cache" : "");
-  if (!status.model().message().empty()) fmt::print("note: {}\n", status.model().message());
+  if (status.model().met_tolerance() && !status.model().message().empty())
+    fmt::print("note: {}\n", status.model().message());
 }
 
 struct RecoverArguments {

@@ -148,8 +148,7 @@ void wait(Context& context, const WaitOptions& options) {
     newest.set_session(options.session);
     request.set_revision(context.client().call(newest).status().revision());
   }
-  request.set_until(options.until == "first" ? v1::WaitRequest::UNTIL_FIRST
-                                             : v1::WaitRequest::UNTIL_FINAL);
+  request.set_until(wait_until(options.until));
   const auto result = wait_with_progress(context, request, options.wait_s);
   note_failure(context, result);
   if (context.json) return print_json(result);
@@ -182,8 +181,9 @@ void add_session_commands(CLI::App& app, Context& context) {
   command->add_option("--revision", options->revision, "Revision (default: the newest)");
   command
       ->add_option("--until", options->until,
-                   "first: any result that contains it; final: the last one of it")
-      ->check(CLI::IsMember({"first", "final"}))
+                   "first: any result that contains it; final: the last one of it; checked: that, "
+                   "of a body with the error of its motion")
+      ->check(CLI::IsMember({"first", "final", "checked"}))
       ->capture_default_str();
   command->add_option("--wait", options->wait_s, "Seconds to wait; exit code 4 after that")
       ->check(seconds_in(0.001, 1e6))

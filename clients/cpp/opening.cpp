@@ -29,6 +29,16 @@ void wait_built(Client& client, std::uint64_t job, Milliseconds timeout) {
   }
 }
 
+v1::ResultInfo wait_until(Client& client, const std::string& session, std::uint64_t revision,
+                          v1::WaitRequest::Until until, Milliseconds timeout) {
+  v1::WaitRequest request;
+  request.set_session(session);
+  request.set_revision(revision);
+  request.set_until(until);
+  request.set_timeout_s(seconds(timeout));
+  return client.call(request, timeout + client.options().timeout).result();
+}
+
 }  // namespace
 
 Milliseconds large(const Client& client) { return std::max(client.options().timeout, kLarge); }
@@ -55,12 +65,12 @@ std::string open_session(Client& client, const v1::Scene& scene, const std::stri
 
 v1::ResultInfo wait_final(Client& client, const std::string& session, std::uint64_t revision,
                           Milliseconds timeout) {
-  v1::WaitRequest request;
-  request.set_session(session);
-  request.set_revision(revision);
-  request.set_until(v1::WaitRequest::UNTIL_FINAL);
-  request.set_timeout_s(seconds(timeout));
-  return client.call(request, timeout + client.options().timeout).result();
+  return wait_until(client, session, revision, v1::WaitRequest::UNTIL_FINAL, timeout);
+}
+
+v1::ResultInfo wait_checked(Client& client, const std::string& session, std::uint64_t revision,
+                            Milliseconds timeout) {
+  return wait_until(client, session, revision, v1::WaitRequest::UNTIL_CHECKED, timeout);
 }
 
 }  // namespace limber::client

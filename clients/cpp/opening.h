@@ -18,6 +18,11 @@ inline constexpr Milliseconds kLarge{60000};  // for answers that may be many me
 [[nodiscard]] std::string open_session(Client& client, const v1::Scene& scene,
                                        const std::string& session, Milliseconds timeout);
 
+/// The final result of at least this revision, of a body with its motion_error: that is there a
+/// moment after the final result itself. @throws ClientError TIMEOUT
+[[nodiscard]] v1::ResultInfo wait_checked(Client& client, const std::string& session,
+                                          std::uint64_t revision, Milliseconds timeout);
+
 /// The final result of at least this revision. @throws ClientError TIMEOUT
 [[nodiscard]] v1::ResultInfo wait_final(Client& client, const std::string& session,
                                         std::uint64_t revision, Milliseconds timeout);

@@ -254,8 +254,10 @@ Eigen::MatrixXd FullReconstruction::from_linear(const Eigen::Ref<const Eigen::Ma
       }
       std::fill(lanes_f.begin(), lanes_f.end(), 0.0);
       for (int offset = 0; offset < kGroup; offset += kPack) {
+        job.throw_if_cancelled();
         impl_->add_forces<Pack<double>>(lanes_v.data(), lanes_f.data(), kGroup, offset);
       }
+      job.throw_if_cancelled();
       impl_->gather(lanes_f.data(), kGroup, rhs);
       impl_->laplacian.solve_in_place(rhs, workspace);
       for (Eigen::Index p = 0; p < count; ++p) {

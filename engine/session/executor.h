@@ -4,7 +4,8 @@
 
 namespace limber::session {
 
-/// Runs a task later on some thread. A session posts at most one task at a time.
+/// Runs a task later on some thread. A session posts at most one task at a
+/// time, and those of bodies one that checks final results besides.
 using Executor = std::function<void(std::function<void()>)>;
 
 }  // namespace limber::session

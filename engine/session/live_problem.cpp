@@ -137,18 +137,29 @@ std::optional<double> LiveProblem::high_frequency_share(const spacetime::Materia
   return spacetime::high_frequency_share(mode_sizes_.asDiagonal() * (material.mixing * motion));
 }
 
+CheckRequest LiveProblem::check_request() const {
+  CheckRequest request;
+  for (const spacetime::PositionConstraint& constraint : solver_->constraints()) {
+    request.targets.push_back(
+        {constraint.frame, held_.at(constraint.id).nodes, constraint.axes, constraint.target});
+  }
+  for (const scene::Keyframe& keyframe : keyframes_)
+    request.keyframe_frames.push_back(keyframe.frame);
+  return request;
+}
+
 void LiveProblem::set(const scene::Constraint& constraint) {
   Held held;
-  held.nodes = targets_.compact_nodes(constraint.nodes);
-  held.origin = targets_.origin(constraint.kind, held.nodes);
+  held.nodes = std::make_shared<const std::vector<int>>(targets_.compact_nodes(constraint.nodes));
+  held.origin = targets_.origin(constraint.kind, *held.nodes);
   spacetime::PositionConstraint mapped;
   mapped.id = constraint.id;
   mapped.frame = constraint.frame;
-  mapped.site = kinematics_->add_site(held.nodes);
+  mapped.site = kinematics_->add_site(*held.nodes);
   mapped.axes = constraint.axes;
   mapped.target = targets_.displacement(constraint.target, held.origin);
   mapped.weight = constraint.weight;  // infinity is kExact
-  note_site(mapped.site, held.nodes.size());
+  note_site(mapped.site, held.nodes->size());
   if (held_.contains(constraint.id)) {
     solver_->replace(mapped);
   } else {
@@ -193,7 +204,7 @@ void LiveProblem::note_site(int site, std::size_t nodes) {
 bool LiveProblem::mostly_unused_sites() const {
   if (site_count_ <= limits_.sites && site_nodes_ <= limits_.nodes) return false;
   std::size_t used = 0;
-  for (const auto& [id, held] : held_) used += held.nodes.size();
+  for (const auto& [id, held] : held_) used += held.nodes->size();
   return held_.size() < static_cast<std::size_t>(limits_.sites) / 4 && used <= limits_.nodes / 4;
 }
 
@@ -202,7 +213,7 @@ void LiveProblem::shed_sites() {
   const double scale = solver_->weight_scale();
   make_solver(spacetime::Timeline(solver_->timeline()));
   for (auto constraint : constraints) {
-    const std::vector<int>& nodes = held_.at(constraint.id).nodes;
+    const std::vector<int>& nodes = *held_.at(constraint.id).nodes;
     constraint.site = kinematics_->add_site(nodes);
     note_site(constraint.site, nodes.size());
     solver_->add(constraint);

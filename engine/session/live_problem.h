@@ -9,6 +9,7 @@
 #include "engine/reduced/reduced_model.h"
 #include "engine/session/edit_batch.h"
 #include "engine/session/keyframe_targets.h"
+#include "engine/session/motion_check.h"
 #include "engine/session/problem_mapping.h"
 #include "engine/spacetime/material_solver.h"
 #include "engine/spacetime/solver.h"
@@ -82,6 +83,8 @@ class LiveProblem {
   [[nodiscard]] KeyframeMiss keyframe_miss(const Eigen::MatrixXf& q) const {
     return keyframe_targets_->miss(keyframes_, q);
   }
+  /// Targets and frames that a motion of the present problem is checked at; without the motion.
+  [[nodiscard]] CheckRequest check_request() const;
 
  private:
   struct Unfinished {
@@ -90,8 +93,8 @@ class LiveProblem {
     int steps = 0;
   };
   struct Held {
-    Eigen::Vector3d origin;  // taken off targets [scene units]
-    std::vector<int> nodes;  // compact
+    Eigen::Vector3d origin;                         // taken off targets [scene units]
+    std::shared_ptr<const std::vector<int>> nodes;  // compact
   };
 
   void set(const scene::Constraint& constraint);

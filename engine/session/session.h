@@ -14,11 +14,19 @@
 #include "engine/session/edit.h"
 #include "engine/session/executor.h"
 #include "engine/session/model_cache.h"
+#include "engine/session/motion_check.h"
 #include "engine/spacetime/solver.h"
 
 namespace limber::session {
 
 enum class State { kBuilding, kReady, kFailed, kClosed };
+
+/// Whether a final result has been compared with full reconstructions.
+enum class Check {
+  kNone,     // it is not compared: not final, or the solve failed
+  kPending,  // an amendment will follow, unless an edit is quicker
+  kDone,     // this is the amendment
+};
 
 /// One published iterate: immutable, shared between threads.
 struct Result {
@@ -46,7 +54,14 @@ struct Result {
   double since_edit_ms = 0;     // from the newest edit contained to publication
   std::uint64_t cold_request =
       0;  // the newest that was given to solve_cold() and is in it; 0: none
+  /// A final result is published again with its check, as an amendment: the same but for sequence,
+  /// check, motion_check and a longer message.
+  Check check = Check::kNone;
+  std::shared_ptr<const MotionCheck> motion_check;  // of kDone; null where it failed (see message)
 };
+
+/// Appends a sentence to a message that may be empty or lack its full stop.
+void add_sentence(std::string& message, const std::string& sentence);
 
 /// What is published where a solve threw, for lack of anything better: the motion of `newest`, or
 /// rest where there is none.

@@ -29,7 +29,8 @@ Session::Impl::Impl(std::string id, scene::Scene scene, SessionOptions options,
       listener_(std::move(listener)),
       document_(validated(std::move(scene)), {options.undo_depth, options.max_constraints,
                                               options.undo_bytes, options.max_constraint_nodes}),
-      task_(mutex_, std::move(executor), [this] { say_closed(); }),
+      task_(mutex_, executor, [this] { say_closed(); }),
+      check_task_(mutex_, executor, [] {}),
       edited_at_(Clock::now()) {
   options_.solver.validate();
 }
@@ -47,6 +48,7 @@ void Session::Impl::open() {
 /// Sees to it that a task runs. Called with the lock, leaves without it.
 void Session::Impl::post(std::unique_lock<std::mutex> lock) {
   interrupt_.store(true, std::memory_order_relaxed);
+  stop_check();
   task_.post(
       std::move(lock), [self = shared_from_this()] { self->run(); }, message_);
 }
@@ -98,7 +100,9 @@ void Session::Impl::shut(Farewell farewell) {
   state_ = State::kClosed;
   cancellation_.request();
   interrupt_.store(true, std::memory_order_relaxed);
+  stop_check();
   task_.close(std::move(lock), farewell);
+  check_task_.close(std::unique_lock(mutex_), Farewell::kSilent);
 }
 
 void Session::Impl::say_closed() {

@@ -12,6 +12,7 @@
 #include "engine/session/answer_book.h"
 #include "engine/session/document.h"
 #include "engine/session/live_problem.h"
+#include "engine/session/motion_check.h"
 #include "engine/session/serial_task.h"
 #include "engine/session/session.h"
 
@@ -52,7 +53,8 @@ class Session::Impl : public std::enable_shared_from_this<Session::Impl> {
     std::shared_ptr<const reduced::ReducedModel> model;
     Geometry geometry;
     std::vector<int> compact_of_source;
-    std::string message;  // of the model's report, and what it has otherwise than asked for
+    std::string message;   // of the model's report, and what it has otherwise than asked for
+    std::string accuracy;  // of results, where the model misses its tolerance
     double seconds = 0;
     bool from_cache = false;
   };
@@ -73,6 +75,13 @@ class Session::Impl : public std::enable_shared_from_this<Session::Impl> {
     }
     Depth depth = Depth::kSolve;
     Cancellation cancellation;
+  };
+
+  /// What the check of a result ends with: what was found out, or why it was not.
+  struct Amendment {
+    std::shared_ptr<const Result> result;
+    std::shared_ptr<const MotionCheck> check;
+    std::string failure;
   };
 
   // session_impl.cpp: the shared half.
@@ -116,7 +125,16 @@ class Session::Impl : public std::enable_shared_from_this<Session::Impl> {
                                         bool final);
   void publish_failure(const Round& round, const std::string& reason);
   void hand_out(std::shared_ptr<Result> result, const Round& round);
+  void hand_out(std::shared_ptr<Result> result);
   void tell_progress(const std::string& stage, double fraction);
+
+  // session_check.cpp: the check of final results, its task and its place in the session's.
+  [[nodiscard]] bool is_check_due() const;
+  void begin_check(std::unique_lock<std::mutex> lock);
+  void stop_check();  // called with the lock
+  void run_check();
+  std::optional<Amendment> check(const CheckRequest& request, const Cancellation& cancellation);
+  void amend(const Amendment& amendment);
 
   const std::string id_;
   const SessionOptions options_;
@@ -125,7 +143,7 @@ class Session::Impl : public std::enable_shared_from_this<Session::Impl> {
 
   mutable std::mutex mutex_;
   Document document_;
-  SerialTask task_;
+  SerialTask task_, check_task_;
   Touched touched_;              // since the task last looked
   Clock::time_point edited_at_;  // when the newest revision was accepted
   bool work_ = false;            // something to solve
@@ -140,13 +158,19 @@ class Session::Impl : public std::enable_shared_from_this<Session::Impl> {
   std::uint64_t sequence_ = 0;
   std::shared_ptr<const Result> newest_, converged_;
   std::shared_ptr<const Built> built_;
-  std::atomic<bool> interrupt_{false};  // the running solve is out of date
+  std::uint64_t check_begun_for_ = 0;  // sequence of the result whose check was begun; 0: none
+  Cancellation check_cancellation_;    // of that check
+  std::optional<CheckRequest> check_request_;  // begun, and not taken by its task yet
+  std::optional<Amendment> amendment_;         // of the newest result, not published yet
+  std::atomic<bool> interrupt_{false};         // the running solve is out of date
 
   std::unique_ptr<LiveProblem> problem_;  // the task's
   AnswerBook answers_;                    // the task's
   bool solved_ = false;              // the task's: the motion has converged for the material it has
   int material_iterations_ = 0;      // the task's: in what is published next
   Clock::time_point progress_told_;  // the task's
+
+  std::unique_ptr<MotionChecker> checker_;  // the check's task's
 };
 
 }  // namespace limber::session

@@ -101,6 +101,7 @@ Session::Impl::Built Session::Impl::build_model(const JobContext& job) {
   const std::string notes = model_notes(scene.model, *built.model);
   if (!built.message.empty() && !notes.empty()) built.message += "; ";
   built.message += notes;
+  built.accuracy = describe_accuracy(built.model->report, scene.model.tolerance);
   problem_ = std::make_unique<LiveProblem>(
       built.model, base, TargetFrame(scene, mapped),
       std::make_unique<KeyframeTargets>(scene, built.model),
@@ -129,6 +130,16 @@ void Session::Impl::build_failed(const Error& error) {
 
 std::optional<Session::Impl::Round> Session::Impl::next_round() {
   std::unique_lock lock(mutex_);
+  while (!task_.is_closed() && !work_ && (amendment_ || is_check_due())) {
+    if (amendment_) {
+      const Amendment amendment = *std::exchange(amendment_, std::nullopt);
+      lock.unlock();
+      amend(amendment);
+    } else {
+      begin_check(std::move(lock));
+    }
+    lock = std::unique_lock(mutex_);
+  }
   if (task_.is_closed() || !work_) {
     skip_solve_ = false;
     task_.finish(std::move(lock));
@@ -305,6 +316,9 @@ std::shared_ptr<const Result> Session::Impl::publish(const Round& round,
   result->material = problem_->material();
   if (final) {
     result->high_frequency_share = problem_->high_frequency_share(*result->material, result->modal);
+    result->check = Check::kPending;
+    add_sentence(result->report.message,
+                 read([](const Impl& impl) { return impl.built_->accuracy; }));
     const KeyframeMiss miss = problem_->keyframe_miss(result->coordinates);
     result->max_keyframe_error = miss.distance;
     if (miss.poor_id != 0) {
@@ -331,6 +345,10 @@ void Session::Impl::publish_failure(const Round& round, const std::string& reaso
 void Session::Impl::hand_out(std::shared_ptr<Result> result, const Round& round) {
   result->revision = round.revision;
   result->cold_request = round.cold_request;
+  hand_out(std::move(result));
+}
+
+void Session::Impl::hand_out(std::shared_ptr<Result> result) {
   std::shared_ptr<const Result> older, older_final;  // freed without the lock: they may be large
   {
     const std::lock_guard lock(mutex_);

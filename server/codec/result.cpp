@@ -36,6 +36,24 @@ proto::Basis encode_basis_kind(reduced::BasisKind kind) {
   return proto::BASIS_UNSPECIFIED;
 }
 
+proto::MotionError encode_motion_error(const session::MotionCheck& check, double length_unit) {
+  const reduced::MotionError& error = check.error;
+  proto::MotionError message;
+  message.set_shape_error(error.shape_error);
+  message.set_worst_frame_error(error.worst_frame_error);
+  message.set_worst_frame(static_cast<std::uint32_t>(error.worst_frame));
+  message.set_max_distance(error.max_distance / length_unit);
+  message.set_max_distance_share(error.max_distance / check.length);
+  message.set_max_constraint_error(error.max_constraint_error / length_unit);
+  message.set_inverted_tets(static_cast<std::uint32_t>(error.inverted_tets));
+  message.set_inverted_frame(static_cast<std::uint32_t>(error.inverted_frame));
+  message.set_frames(static_cast<std::uint32_t>(error.frames));
+  message.set_tolerance(check.tolerance);
+  message.set_within_tolerance(check.within_tolerance());
+  message.set_check_ms(check.check_ms);
+  return message;
+}
+
 }  // namespace
 
 proto::ResultInfo encode_result(const session::Result& result, double length_unit) {
@@ -63,6 +81,8 @@ proto::ResultInfo encode_result(const session::Result& result, double length_uni
   info.set_max_keyframe_error(result.max_keyframe_error / length_unit);
   info.set_weight_scale(result.weight_scale);
   if (result.high_frequency_share) info.set_high_frequency_share(*result.high_frequency_share);
+  if (result.motion_check)
+    *info.mutable_motion_error() = encode_motion_error(*result.motion_check, length_unit);
   return info;
 }
 

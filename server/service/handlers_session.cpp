@@ -179,9 +179,10 @@ void Service::wait(const proto::WaitRequest& request, const SharedTicket& ticket
   const auto record = sessions_.find(request.session());
   const double timeout = request.has_timeout_s() ? request.timeout_s() : 60.0;
   if (!(timeout > 0)) throw invalid("timeout_s", fmt::format("{} must be > 0", timeout));
-  const auto until = request.until() == proto::WaitRequest::UNTIL_FIRST
-                         ? ResultWaiters::Until::kFirst
-                         : ResultWaiters::Until::kFinal;
+  const auto until =
+      request.until() == proto::WaitRequest::UNTIL_FIRST     ? ResultWaiters::Until::kFirst
+      : request.until() == proto::WaitRequest::UNTIL_CHECKED ? ResultWaiters::Until::kChecked
+                                                             : ResultWaiters::Until::kFinal;
   demand_room_to_wait(*ticket);
   record->waiters().wait(request.revision(), until, checked_seconds(timeout, "timeout_s"), ticket);
 }

@@ -142,7 +142,8 @@ void Record::note_state(session::State state, const std::string& message) {
 
 /// Any final result ends the opening.
 void Record::note_result(const std::shared_ptr<const proto::ResultInfo>& info,
-                         const std::function<std::shared_ptr<const FrameSource>()>& keep) {
+                         const std::function<std::shared_ptr<const FrameSource>()>& keep,
+                         ResultWaiters::Check check) {
   std::vector<JobId> ended;
   std::shared_ptr<const FrameSource> frames;
   {
@@ -155,7 +156,7 @@ void Record::note_result(const std::shared_ptr<const proto::ResultInfo>& info,
     }
   }
   if (frames) streams_->note(frames);
-  waiters_.note(info);
+  waiters_.note(info, check);
   for (const JobId job : ended) hub_.jobs.done(job);
   publish_status();
 }

@@ -71,8 +71,10 @@ class Record : public std::enable_shared_from_this<Record> {
   void note_progress(const session::Progress& progress);
   void note_state(session::State state, const std::string& message);
   /// @param keep  called with the lock: keeps the result, and says what of it is streamed, if any
+  /// @param check  whether an amendment of this result, if it is final, will follow
   void note_result(const std::shared_ptr<const proto::ResultInfo>& info,
-                   const std::function<std::shared_ptr<const FrameSource>()>& keep);
+                   const std::function<std::shared_ptr<const FrameSource>()>& keep,
+                   ResultWaiters::Check check = ResultWaiters::Check::kDone);
 
   Hub& hub_;
   ResultWaiters waiters_;

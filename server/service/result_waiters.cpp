@@ -6,9 +6,10 @@
 
 namespace limber::server {
 
-bool ResultWaiters::answers(const proto::ResultInfo& result, std::uint64_t revision,
-                            Until until) const {
-  return result.revision() >= revision && (until == Until::kFirst || result.converged());
+bool ResultWaiters::answers(const Noted& noted, std::uint64_t revision, Until until) {
+  if (!noted.result || noted.result->revision() < revision) return false;
+  if (until == Until::kFirst) return true;
+  return noted.result->converged() && (until == Until::kFinal || noted.check == Check::kDone);
 }
 
 void ResultWaiters::answer(Ticket& ticket, const proto::ResultInfo& result) const {
@@ -20,8 +21,8 @@ void ResultWaiters::answer(Ticket& ticket, const proto::ResultInfo& result) cons
 void ResultWaiters::wait(std::uint64_t revision, Until until, double timeout_s,
                          const SharedTicket& ticket) {
   const std::lock_guard lock(mutex_);
-  for (const auto& result : {newest_, converged_}) {
-    if (result && answers(*result, revision, until)) return answer(*ticket, *result);
+  for (const Noted& noted : {newest_, converged_, checked_}) {
+    if (answers(noted, revision, until)) return answer(*ticket, *noted.result);
   }
   if (refusal_.code() != proto::ERROR_CODE_UNSPECIFIED) {
     proto::Reply reply;
@@ -34,12 +35,13 @@ void ResultWaiters::wait(std::uint64_t revision, Until until, double timeout_s,
        call_after(control_, timeout_s, [this, ticket, timeout_s] { late(ticket, timeout_s); })});
 }
 
-void ResultWaiters::note(const std::shared_ptr<const proto::ResultInfo>& result) {
+void ResultWaiters::note(const std::shared_ptr<const proto::ResultInfo>& result, Check check) {
   const std::lock_guard lock(mutex_);
-  newest_ = result;
-  if (result->converged()) converged_ = result;
+  newest_ = {result, check};
+  if (result->converged()) converged_ = newest_;
+  if (result->converged() && check == Check::kDone) checked_ = newest_;
   std::erase_if(waiters_, [&](const Waiter& waiter) {
-    if (!answers(*result, waiter.revision, waiter.until)) return false;
+    if (!answers(newest_, waiter.revision, waiter.until)) return false;
     answer(*waiter.ticket, *result);
     return true;
   });

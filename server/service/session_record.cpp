@@ -140,12 +140,15 @@ void SessionRecord::take_ended_jobs(std::vector<JobId>& jobs) {
 }
 
 void SessionRecord::on_result(const std::shared_ptr<const session::Result>& result) {
-  note_result(std::make_shared<proto::ResultInfo>(encode_result(*result, opened_.length_unit)),
-              [&]() -> std::shared_ptr<const FrameSource> {
-                newest_ = result;
-                if (!geometry_) return nullptr;
-                return std::make_shared<BodyFrames>(result, geometry_, opened_.length_unit);
-              });
+  note_result(
+      std::make_shared<proto::ResultInfo>(encode_result(*result, opened_.length_unit)),
+      [&]() -> std::shared_ptr<const FrameSource> {
+        newest_ = result;
+        if (!geometry_) return nullptr;
+        return std::make_shared<BodyFrames>(result, geometry_, opened_.length_unit);
+      },
+      result->check == session::Check::kPending ? ResultWaiters::Check::kPending
+                                                : ResultWaiters::Check::kDone);
 }
 
 }  // namespace limber::server

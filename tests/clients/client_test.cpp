@@ -2,6 +2,7 @@
 
 #include <gmock/gmock.h>
 
+#include "clients/cpp/opening.h"
 #include "tests/clients/fake_router.h"
 #include "tests/clients/refusal.h"
 
@@ -158,6 +159,22 @@ TEST(Client, AnInterruptionEndsTheWaitWithoutTheDeadline) {
   options.interrupted = [&] { return ++asked > 3; };
   Client client(router.requests(), options);
   EXPECT_EQ(refusal([&] { client.call(v1::EditRequest{}); }).code(), v1::ERROR_CODE_CANCELLED);
+}
+
+TEST(Client, AWaitForTheErrorOfAMotionSaysSo) {
+  FakeRouter router([](const v1::Request& request) {
+    v1::Reply reply;
+    auto& result = *reply.mutable_wait()->mutable_result();
+    result.set_revision(request.wait().revision());
+    if (request.wait().until() == v1::WaitRequest::UNTIL_CHECKED)
+      result.mutable_motion_error()->set_shape_error(0.02);
+    return std::vector{bytes(reply, request)};
+  });
+  Client client(router.requests());
+  const auto checked = wait_checked(client, "s", 4, Milliseconds{1000});
+  EXPECT_EQ(checked.revision(), 4u);
+  EXPECT_DOUBLE_EQ(checked.motion_error().shape_error(), 0.02);
+  EXPECT_FALSE(wait_final(client, "s", 4, Milliseconds{1000}).has_motion_error());
 }
 
 TEST(Client, OptionsAreValidated) {

@@ -25,11 +25,11 @@ from .launching import LaunchedServer, launch
 from .motions import base_motion
 from .pictures import picture
 from .recoveries import Recovery
-from .results import Geometry, Material, Mode, Result
+from .results import Geometry, Material, Mode, MotionError, Result
 from .mesh_files import mesh_file
 from .scenes import load_scene, scene_from_arrays, scene_from_mesh
 from .server import DEFAULT_ENDPOINT, Server, connect
-from .open_session import Receipt
+from .open_session import AccuracyWarning, Receipt
 from .session import Constraint, Session
 from .simulations import Simulation, force, simulation
 from .stream import FrameStream, StreamedFrames
@@ -37,8 +37,8 @@ from .stream import FrameStream, StreamedFrames
 __version__ = "0.1.0"
 
 __all__ = [
-    "Axes", "BeamGeometry", "BeamResult", "BeamSession", "BeamSnap", "BeamSolution", "Constraint", "DEFAULT_ENDPOINT", "Design", "DesignInfo", "DesignTerms", "Export", "FrameStream", "Geometry", "Keyframe", "LaunchedServer",
-    "LimberError", "LinkageGeometry", "LinkageResult", "LinkageSession", "LinkageStep", "Material", "Mode", "OtherOptimum", "Placement", "Receipt", "Recovery", "Result", "Server", "ServerUnreachable", "Session", "Shape",
+    "AccuracyWarning", "Axes", "BeamGeometry", "BeamResult", "BeamSession", "BeamSnap", "BeamSolution", "Constraint", "DEFAULT_ENDPOINT", "Design", "DesignInfo", "DesignTerms", "Export", "FrameStream", "Geometry", "Keyframe", "LaunchedServer",
+    "LimberError", "LinkageGeometry", "LinkageResult", "LinkageSession", "LinkageStep", "Material", "Mode", "MotionError", "OtherOptimum", "Placement", "Receipt", "Recovery", "Result", "Server", "ServerUnreachable", "Session", "Shape",
     "Simulation", "StartingGrid", "StreamedFrames", "Target", "add", "add_keyframe", "base_motion", "beam_edits", "beam_scene", "connect", "dynamics", "ends", "force",
     "keyframe", "launch", "linkage_scene", "load_scene", "mesh_file", "move", "move_keyframe", "optimise", "picture", "redo", "remove",
     "remove_keyframe", "replace", "reset_material", "scene_from_arrays", "scene_from_mesh", "simulation", "undo",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import warnings
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Iterable, Sequence
 
@@ -19,7 +20,12 @@ from .stream import FrameStream
 if TYPE_CHECKING:
     from .server import Server
 
-_UNTIL = {"first": service.WaitRequest.UNTIL_FIRST, "final": service.WaitRequest.UNTIL_FINAL}
+_UNTIL = {"first": service.WaitRequest.UNTIL_FIRST, "final": service.WaitRequest.UNTIL_FINAL,
+          "checked": service.WaitRequest.UNTIL_CHECKED}
+
+
+class AccuracyWarning(UserWarning):
+    """A body's model misses the tolerance that its scene asks for: every motion is off by about as much."""
 
 
 @dataclass(frozen=True)
@@ -42,6 +48,7 @@ class OpenSession:
         self.job = job                    # that builds the model
         self.issues = tuple(issues)       # repairs and warnings of the mesh
         self.revision = 0                 # newest this client made or saw
+        self._is_accuracy_told = False    # of the model, by a warning where it misses its tolerance
 
     @property
     def connection(self):
@@ -60,6 +67,15 @@ class OpenSession:
     def geometry_for(self, frames: "service.Frames") -> Any:
         """What decode() needs for these frames."""
         raise NotImplementedError
+
+    def warn_of_accuracy(self, status: "service.SessionStatus", stacklevel: int) -> None:
+        """Once, of a model that misses its tolerance. stacklevel: as of warnings.warn, of whoever calls this."""
+        if self._is_accuracy_told or not status.HasField("model"):
+            return
+        self._is_accuracy_told = True
+        if not status.model.met_tolerance:
+            warnings.warn(f"the model of session {self.id} misses its tolerance: {status.model.message}",
+                          AccuracyWarning, stacklevel=stacklevel + 1)
 
     # ---- edits ----
 
@@ -86,7 +102,8 @@ class OpenSession:
     def wait(self, revision: int | None = None, until: str = "final", timeout: float = 60.0) -> Result:
         """Waits for a result that contains a revision (default: the newest this client made or saw).
 
-        until: "first" for the first such result, "final" for its final one (result.status says whether it converged). Raises LimberError TIMEOUT.
+        until: "first" for the first such result, "final" for its final one (result.status says whether it converged),
+        "checked" for that with what is found out a moment later: of a body result.motion_error. Raises LimberError TIMEOUT.
         """
         checks.one_of(until, _UNTIL, "until")
         checks.duration(timeout, "timeout")
@@ -153,7 +170,14 @@ class OpenSession:
         self.connection.call("cancel", service.CancelRequest(session=self.id))
 
     def wait_ready(self, progress: ProgressOption = None, timeout: float = 600.0) -> "service.SessionStatus":
-        """Waits until the model is built and the scene as opened is solved. Raises what the build failed with."""
+        """Waits until the model is built and the scene as opened is solved. Raises what the build failed with, and warns
+        (AccuracyWarning) of a model that misses its tolerance.
+        """
+        status = self._wait_ready(progress, timeout)
+        self.warn_of_accuracy(status, stacklevel=2)
+        return status
+
+    def _wait_ready(self, progress: ProgressOption, timeout: float) -> "service.SessionStatus":
         checks.seconds(timeout, "timeout")
         if self.job:
             self.server.wait_job(self.job, progress, timeout)

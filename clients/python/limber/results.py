@@ -18,6 +18,30 @@ ENCODINGS = {
 
 
 @dataclass(frozen=True)
+class MotionError:
+    """What the model is worth for one motion: its shown shapes against full reconstructions of the same modes."""
+
+    shape_error: float           # rms distance of nodes over rms displacement, over all compared frames
+    worst_frame_error: float     # of the worst single frame
+    worst_frame: int
+    max_distance: float          # of a node between both [length unit]
+    max_distance_share: float    # of the body's length
+    max_constraint_error: float  # of the full reconstruction [length unit]; compare with Result.max_error
+    inverted_tets: int           # of the shown frame that has most of them
+    inverted_frame: int
+    frames: int                  # that were compared
+    tolerance: float             # for shape_error: the scene's model.tolerance
+    within_tolerance: bool
+    check_ms: float              # that it took, on the server
+
+    @staticmethod
+    def from_message(error: "service.MotionError") -> "MotionError":
+        return MotionError(error.shape_error, error.worst_frame_error, error.worst_frame, error.max_distance,
+                           error.max_distance_share, error.max_constraint_error, error.inverted_tets,
+                           error.inverted_frame, error.frames, error.tolerance, error.within_tolerance, error.check_ms)
+
+
+@dataclass(frozen=True)
 class Result:
     """One published solution of a session. Energies are unitless (body lengths, frames)."""
 
@@ -44,6 +68,7 @@ class Result:
     weight_scale: float = 1.0       # soft constraints weigh so many times more, to meet constraint_tolerance
     # Of the motion's power, above half the Nyquist frequency; of final results, None for few frames.
     high_frequency_share: "float | None" = None
+    motion_error: MotionError | None = None  # of a final result that has been checked: wait(until="checked")
 
     @staticmethod
     def from_message(info: "service.ResultInfo") -> "Result":
@@ -54,7 +79,8 @@ class Result:
                       info.rms_constraint_error, info.rank_deficient, info.message, info.since_edit_ms,
                       info.max_exact_error, info.solve_failed, info.material_iterations, info.column_energy,
                       info.unit_force_energy, info.max_keyframe_error, info.weight_scale,
-                      info.high_frequency_share if info.HasField("high_frequency_share") else None)
+                      info.high_frequency_share if info.HasField("high_frequency_share") else None,
+                      motion_error=MotionError.from_message(info.motion_error) if info.HasField("motion_error") else None)
 
 
 @dataclass(frozen=True)

@@ -83,7 +83,7 @@ class Server:
         session: a name for it (default: the server chooses); optimise: "motion", "dynamics" or "all" in place of what
         the scene says (see Session.optimise; modes are mixed of as many as the model gets now); wait: until the model is built and the scene solved.
         progress: a callback (stage, fraction), True / False, or None for a bar on terminals. Ctrl-C while waiting
-        closes the session.
+        closes the session. Warns (limber.AccuracyWarning) of a model that misses its tolerance.
         """
         if (scene is None) == (sample is None):
             raise invalid("scene", "give either a scene or sample=")
@@ -102,10 +102,11 @@ class Server:
         opened = kind(self, response.session, response.job, [issue_text(issue) for issue in response.issues])
         if wait:
             try:
-                opened.wait_ready(progress, timeout)
+                status = opened._wait_ready(progress, timeout)
             except KeyboardInterrupt:
                 opened.close()
                 raise
+            opened.warn_of_accuracy(status, stacklevel=2)
         return opened
 
     def session(self, id: str) -> Any:
@@ -114,6 +115,7 @@ class Server:
         kind = LinkageSession if status.segments else BeamSession if status.beam_nodes else Session
         attached = kind(self, id)
         attached.revision = status.revision
+        attached.warn_of_accuracy(status, stacklevel=2)
         return attached
 
     def sessions(self) -> "list[service.SessionStatus]":

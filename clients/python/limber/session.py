@@ -12,7 +12,7 @@ from .errors import LimberError, invalid
 from .keyframes import Keyframe, keyframe
 from .messages import scene as scenes, service
 from .open_session import OpenSession, Receipt
-from .results import Geometry, Material
+from .results import Geometry, Material, Result
 
 
 class Constraint:
@@ -102,6 +102,13 @@ class Session(OpenSession):
         request = service.GetSessionRequest(session=self.id, with_scene=True)
         scene = self.connection.call("get_session", request).scene
         return [Keyframe(self, message) for message in scene.keyframes]
+
+    def wait(self, revision: int | None = None, until: str = "final", timeout: float = 60.0) -> Result:
+        """As OpenSession.wait; the first time it warns of a model that misses its tolerance."""
+        result = super().wait(revision, until, timeout)
+        if not self._is_accuracy_told:  # opened without waiting
+            self.warn_of_accuracy(self.status(), stacklevel=2)
+        return result
 
     # ---- edits ----
 

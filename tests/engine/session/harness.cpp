@@ -93,17 +93,48 @@ void Recorder::on_result(const std::shared_ptr<const Result>& result) {
   results_.push_back(result);
 }
 
+namespace {
+
+bool is_amendment(const Result& result, const Result* before) {
+  return result.check == Check::kDone && before != nullptr && before->check == Check::kPending;
+}
+
+}  // namespace
+
+std::shared_ptr<const Result> Recorder::next_solved(std::uint64_t sequence) const {
+  const std::lock_guard lock(mutex_);
+  for (std::size_t i = sequence; i < results_.size(); ++i) {
+    if (!is_amendment(*results_[i], i > 0 ? results_[i - 1].get() : nullptr)) return results_[i];
+  }
+  return nullptr;
+}
+
 std::shared_ptr<const Result> Recorder::wait_final(Revision revision,
                                                    std::uint64_t after_sequence) {
+  return wait_result(after_sequence, [=](const Result& result, const Result* before) {
+    return result.converged && !is_amendment(result, before) && result.revision >= revision;
+  });
+}
+
+std::shared_ptr<const Result> Recorder::wait_checked(Revision revision,
+                                                     std::uint64_t after_sequence) {
+  return wait_result(after_sequence, [=](const Result& result, const Result*) {
+    return result.check == Check::kDone && result.revision >= revision;
+  });
+}
+
+std::shared_ptr<const Result> Recorder::wait_result(
+    std::uint64_t after_sequence,
+    const std::function<bool(const Result&, const Result* before)>& is_wanted) {
   std::unique_lock lock(mutex_);
   std::shared_ptr<const Result> found;
   changed_.wait_for(lock, 120s, [&] {
-    for (auto result = results_.rbegin(); result != results_.rend(); ++result) {
-      if ((*result)->sequence <= after_sequence) break;
-      if ((*result)->converged && (*result)->revision >= revision) found = *result;
-      if (found) return true;
+    for (std::size_t i = results_.size(); i-- > 0 && !found;) {
+      if (results_[i]->sequence <= after_sequence) break;
+      const Result* before = i > 0 ? results_[i - 1].get() : nullptr;
+      if (is_wanted(*results_[i], before)) found = results_[i];
     }
-    return false;
+    return found != nullptr;
   });
   return found;
 }

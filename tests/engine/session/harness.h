@@ -39,8 +39,12 @@ class Recorder : public Listener {
   void on_result(const std::shared_ptr<const Result>& result) override;
 
   /// Waits until a final result of at least this revision has come, null if none comes within a
-  /// minute or so.
+  /// minute or so. Amendments do not count.
   std::shared_ptr<const Result> wait_final(Revision revision, std::uint64_t after_sequence = 0);
+  /// The same of one that has been checked.
+  std::shared_ptr<const Result> wait_checked(Revision revision, std::uint64_t after_sequence = 0);
+  /// What came first after this one and is no amendment, null if nothing did.
+  [[nodiscard]] std::shared_ptr<const Result> next_solved(std::uint64_t sequence) const;
   bool wait_state(State state);
   [[nodiscard]] std::vector<std::shared_ptr<const Result>> results() const;
   [[nodiscard]] std::vector<State> states() const;
@@ -54,6 +58,10 @@ class Recorder : public Listener {
 
  private:
   struct Turn;
+  /// The newest result that is wanted, once there is one; before: the one published before it.
+  std::shared_ptr<const Result> wait_result(
+      std::uint64_t after_sequence,
+      const std::function<bool(const Result&, const Result* before)>& is_wanted);
   mutable std::mutex mutex_;
   std::condition_variable changed_;
   bool inside_ = false;

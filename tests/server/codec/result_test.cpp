@@ -17,6 +17,28 @@ TEST(ResultCodec, LengthsComeInTheScenesUnit) {
   EXPECT_FALSE(info.solve_failed());
 }
 
+TEST(ResultCodec, TheErrorOfAMotionComesInTheScenesUnit) {
+  session::Result result;
+  EXPECT_FALSE(encode_result(result, 0.001).has_motion_error());
+  session::MotionCheck check;
+  check.error.shape_error = 0.03;
+  check.error.max_distance = 0.004;
+  check.error.max_constraint_error = 0.002;
+  check.error.inverted_tets = 7;
+  check.error.inverted_frame = 40;
+  check.length = 0.5;
+  check.tolerance = 0.01;
+  result.motion_check = std::make_shared<const session::MotionCheck>(check);
+  const proto::ResultInfo info = encode_result(result, 0.001);
+  EXPECT_DOUBLE_EQ(info.motion_error().shape_error(), 0.03);
+  EXPECT_DOUBLE_EQ(info.motion_error().max_distance(), 4);
+  EXPECT_DOUBLE_EQ(info.motion_error().max_distance_share(), 0.008);
+  EXPECT_DOUBLE_EQ(info.motion_error().max_constraint_error(), 2);
+  EXPECT_EQ(info.motion_error().inverted_tets(), 7u);
+  EXPECT_EQ(info.motion_error().inverted_frame(), 40u);
+  EXPECT_FALSE(info.motion_error().within_tolerance());
+}
+
 TEST(ResultCodec, AFailedSolveIsMarked) {
   session::Result result;
   result.converged = true;

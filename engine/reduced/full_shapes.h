@@ -1,0 +1,47 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <memory>
+#include <span>
+
+#include "engine/base/job.h"
+#include "engine/bodies/elastic_body.h"
+#include "engine/reduced/full_reconstruction.h"
+#include "engine/reduced/reduced_model.h"
+
+namespace limber::reduced {
+
+/// Full reconstructions of the motions of a reduced model: the same modal coordinates, over the
+/// same base motion, without basis and cubature. One scalar Laplacian is factored by the
+/// constructor. RS coordinates of base frames are found when they are first asked for, in the order
+/// of frames, and some of them are kept. Not thread-safe; the work itself uses all threads.
+class FullShapes {
+ public:
+  /// @param body  that the model was built of
+  /// @param base  displacements of the base motion, 3n x N [m]; empty: none
+  FullShapes(const bodies::ElasticBody& body, std::shared_ptr<const ReducedModel> model,
+             Eigen::MatrixXd base = {});
+  ~FullShapes();
+  FullShapes(FullShapes&&) noexcept;
+  FullShapes& operator=(FullShapes&&) noexcept;
+
+  [[nodiscard]] const ReducedModel& model() const { return *model_; }
+  [[nodiscard]] const bodies::GradientOperator& gradient() const { return full_.gradient(); }
+
+  /// @param frames  ascending; of the base motion, if there is one in [0, N)
+  /// @param linear  W-hat z, a column a frame, 3n x k [m]
+  /// @returns displacements from rest, base motion included, 3n x k [m]
+  /// @throws Error{kCancelled}
+  [[nodiscard]] Eigen::MatrixXd displacements(std::span<const int> frames,
+                                              const Eigen::Ref<const Eigen::MatrixXd>& linear,
+                                              const JobContext& job = {});
+
+ private:
+  class Base;
+
+  std::shared_ptr<const ReducedModel> model_;
+  FullReconstruction full_;
+  std::unique_ptr<Base> base_;  // null: no base motion
+};
+
+}  // namespace limber::reduced

@@ -1,0 +1,146 @@
+#include "engine/session/motion_check.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <utility>
+
+#include "engine/session/problem_mapping.h"
+#include "engine/session/session.h"
+
+namespace limber::session {
+namespace {
+
+/// Training poses reach 1.25 times the amplitude of a typical one (reduced::PoseLevels).
+constexpr double kTrainedShare = 1.25;
+
+std::string percent(double share) { return fmt::format("{:.2g} %", 100 * share); }
+
+/// Of `count` numbered things at most `most`, evenly, first and last included.
+std::vector<int> spread(int count, int most) {
+  std::vector<int> chosen;
+  if (count <= most) most = count;
+  for (int i = 0; i < most; ++i) {
+    const std::int64_t last = count - 1;
+    chosen.push_back(most == 1 ? 0 : static_cast<int>((last * i + (most - 1) / 2) / (most - 1)));
+  }
+  return chosen;
+}
+
+void sort_once(std::vector<int>& frames) {
+  std::sort(frames.begin(), frames.end());
+  frames.erase(std::unique(frames.begin(), frames.end()), frames.end());
+}
+
+}  // namespace
+
+std::string describe_motion(const MotionCheck& check) {
+  const reduced::MotionError& error = check.error;
+  if (check.within_tolerance() && error.inverted_tets == 0) return {};
+  std::string text;
+  const auto say = [&](const std::string& sentence) {
+    if (!text.empty()) text += ' ';
+    text += sentence;
+  };
+  if (!check.within_tolerance()) {
+    say(fmt::format(
+        "The shown motion is off by {} from the full reconstruction of the same modes, {} in frame "
+        "{} (model.tolerance is {}): energies and constraint errors are those of the model.",
+        percent(error.shape_error), percent(error.worst_frame_error), error.worst_frame,
+        percent(check.tolerance)));
+  }
+  if (error.inverted_tets > 0) {
+    say(fmt::format("{} {} inverted in frame {}.", error.inverted_tets,
+                    error.inverted_tets == 1 ? "tet is" : "tets are", error.inverted_frame));
+  }
+  // Training poses scatter about their typical reach by nearly a factor of two.
+  if (error.linear_reach > 2 * check.trained_reach) {
+    say(fmt::format(
+        "The motion is far outside of what the model was trained for: its linear displacement is "
+        "{:.2g} body lengths in frame {}, that of training poses about {:.2g}. Move targets nearer "
+        "to where the body can go, spread them over more frames, or use keyframes or a base motion "
+        "that leads there.",
+        error.linear_reach / check.length, error.reach_frame, check.trained_reach / check.length));
+  } else if (!check.within_tolerance()) {
+    say("A smaller model.tolerance, or a larger model.basis_size and model.cubature_size, makes "
+        "the model finer; targets that are nearer make the error smaller.");
+  } else {
+    say("Move targets nearer, constrain groups of nodes rather than single ones, or repair thin "
+        "tets of the mesh.");
+  }
+  return text;
+}
+
+std::string describe_accuracy(const reduced::ModelReport& report, double tolerance) {
+  if (report.met_tolerance) return {};
+  return fmt::format(
+      "The model misses its tolerance: mean error {} on poses held out of its training, "
+      "model.tolerance is {}. Results are no better than that: ask for a larger model.tolerance, "
+      "or "
+      "give a larger model.basis_size and model.cubature_size.",
+      percent(report.error_mean), percent(tolerance));
+}
+
+std::vector<int> frames_to_compare(std::vector<int> constrained,
+                                   const Eigen::MatrixXf& coordinates) {
+  sort_once(constrained);
+  std::vector<int> frames;
+  for (const int i : spread(static_cast<int>(constrained.size()), kMaxConstrainedFrames))
+    frames.push_back(constrained[static_cast<std::size_t>(i)]);
+  for (const int frame : spread(static_cast<int>(coordinates.cols()), kSpreadFrames))
+    frames.push_back(frame);
+  if (coordinates.cols() > 0) {
+    Eigen::Index farthest =
+        0;  // B is orthonormal: |q| is the root of the sum of squares over nodes
+    coordinates.colwise().squaredNorm().maxCoeff(&farthest);
+    frames.push_back(static_cast<int>(farthest));
+  }
+  sort_once(frames);
+  return frames;
+}
+
+MotionChecker::MotionChecker(std::shared_ptr<const scene::Scene> scene,
+                             std::shared_ptr<const reduced::ReducedModel> model)
+    : scene_(std::move(scene)), model_(std::move(model)) {}
+MotionChecker::~MotionChecker() = default;
+
+MotionCheck MotionChecker::check(const CheckRequest& request, const JobContext& job) {
+  const auto begin = std::chrono::steady_clock::now();
+  if (!full_) {
+    const MappedBody mapped = map_body(*scene_);
+    job.throw_if_cancelled();
+    Eigen::MatrixXd base;
+    if (scene_->base_motion.size() > 0) base = map_base_motion(*scene_, mapped.source_of_compact);
+    full_ = std::make_unique<reduced::FullShapes>(mapped.body, model_, std::move(base));
+  }
+  const Result& result = *request.result;
+  std::vector<int> constrained = request.keyframe_frames;
+  for (const CheckRequest::Target& target : request.targets) constrained.push_back(target.frame);
+  reduced::ShownFrames shown;
+  shown.frames = frames_to_compare(std::move(constrained), result.coordinates);
+  const auto count = static_cast<Eigen::Index>(shown.frames.size());
+  Eigen::MatrixXd modal(result.modal.rows(), count);
+  shown.coordinates.resize(result.coordinates.rows(), count);
+  for (Eigen::Index i = 0; i < count; ++i) {
+    modal.col(i) = result.modal.col(shown.frames[static_cast<std::size_t>(i)]);
+    shown.coordinates.col(i) = result.coordinates.col(shown.frames[static_cast<std::size_t>(i)]);
+  }
+  shown.modal = result.material ? Eigen::MatrixXd(result.material->mixing * modal) : modal;
+  for (const CheckRequest::Target& target : request.targets) {
+    const auto at = std::lower_bound(shown.frames.begin(), shown.frames.end(), target.frame);
+    if (at == shown.frames.end() || *at != target.frame) continue;
+    shown.targets.push_back(
+        {static_cast<int>(at - shown.frames.begin()), target.nodes, target.axes, target.target});
+  }
+  MotionCheck check;
+  check.error = reduced::motion_error(*full_, shown, job);
+  check.length = model_->length;
+  check.tolerance = scene_->model.tolerance;
+  check.trained_reach = kTrainedShare * reduced::ModelOptions().amplitude * model_->length;
+  check.check_ms =
+      std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
+  return check;
+}
+
+}  // namespace limber::session
