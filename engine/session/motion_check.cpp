@@ -15,7 +15,7 @@ namespace {
 /// Training poses reach 1.25 times the amplitude of a typical one (reduced::PoseLevels).
 constexpr double kTrainedShare = 1.25;
 
-std::string percent(double share) { return fmt::format("{:.2g} %", 100 * share); }
+std::string percent(double share) { return fmt::format("{:.3g} %", 100 * share); }
 
 /// Of `count` numbered things at most `most`, evenly, first and last included.
 std::vector<int> spread(int count, int most) {
@@ -57,10 +57,11 @@ std::string describe_motion(const MotionCheck& check) {
   // Training poses scatter about their typical reach by nearly a factor of two.
   if (error.linear_reach > 2 * check.trained_reach) {
     say(fmt::format(
-        "The motion is far outside of what the model was trained for: its linear displacement is "
+        "The motion is {}outside of what the model was trained for: its linear displacement is "
         "{:.2g} body lengths in frame {}, that of training poses about {:.2g}. Move targets nearer "
         "to where the body can go, spread them over more frames, or use keyframes or a base motion "
         "that leads there.",
+        error.linear_reach > 4 * check.trained_reach ? "far " : "",
         error.linear_reach / check.length, error.reach_frame, check.trained_reach / check.length));
   } else if (!check.within_tolerance()) {
     say("A smaller model.tolerance, or a larger model.basis_size and model.cubature_size, makes "

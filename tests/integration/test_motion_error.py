@@ -12,10 +12,10 @@ from linkage_inputs import linkage  # noqa: F401
 
 def test_a_final_result_is_followed_by_its_error(session):
     session.wait(until="checked")
-    with session.stream(encoding="positions", timeout=30, snapshot=False) as stream:
-        session.add(node=tip_of(session), frame=30, displacement=(0, 0, 0.6))
+    with session.stream(timeout=30, snapshot=False) as stream:
+        edited = session.add(node=tip_of(session), frame=30, displacement=(0, 0, 0.6)).session.revision
         read = []
-        while not read or read[-1].result.motion_error is None:
+        while not read or read[-1].result.revision < edited or read[-1].result.motion_error is None:
             read.append(next(stream))
     final, checked = read[-2:]
     assert final.result.converged and final.result.motion_error is None
