@@ -377,7 +377,9 @@ TEST(MotionCheck, TargetsBeyondReachAreReported) {
     EXPECT_GT(checked->motion_check->error.inverted_tets, 0) << lengths;
     EXPECT_THAT(message, HasSubstr("inverted in frame")) << lengths;
     EXPECT_THAT(message, HasSubstr("outside of what the model was trained for")) << lengths;
-    if (lengths >= 10) EXPECT_THAT(message, HasSubstr("The motion is far outside")) << lengths;
+    if (lengths >= 10) {
+      EXPECT_THAT(message, HasSubstr("The motion is far outside")) << lengths;
+    }
     EXPECT_THAT(message, HasSubstr("Move targets nearer")) << lengths;
   }
 }

@@ -144,6 +144,11 @@ TEST(Session, EditsWhileBuildingAreInTheFirstResult) {
     std::exchange(task, nullptr)();
     EXPECT_EQ(recorder->results().front()->revision, 2u);
     EXPECT_TRUE(recorder->results().back()->converged);
+    for (const char* what : {"the check", "the amendment"}) {
+      ASSERT_TRUE(task) << what;
+      std::exchange(task, nullptr)();
+    }
+    EXPECT_EQ(recorder->results().back()->check, Check::kDone);
     EXPECT_FALSE(task);
   }
 }
