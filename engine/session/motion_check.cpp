@@ -109,8 +109,8 @@ MotionChecker::~MotionChecker() = default;
 MotionCheck MotionChecker::check(const CheckRequest& request, const JobContext& job) {
   const auto begin = std::chrono::steady_clock::now();
   if (!full_) {
+    // Once, whoever interrupts: a drag would begin it again with every edit.
     const MappedBody mapped = map_body(*scene_);
-    job.throw_if_cancelled();
     Eigen::MatrixXd base;
     if (scene_->base_motion.size() > 0) base = map_base_motion(*scene_, mapped.source_of_compact);
     full_ = std::make_unique<reduced::FullShapes>(mapped.body, model_, std::move(base));
