@@ -124,12 +124,20 @@ void cancel_quietly(const Context& context, std::uint64_t job) {
   }
 }
 
+/// Nothing at a minimum, and where nothing balances.
+std::string inertia_words(const v1::BeamSolution& answer) {
+  const auto negative = answer.negative_eigenvalues();
+  if (negative == 0) return "";
+  return fmt::format(" ({} negative eigenvalue{})", negative, negative == 1 ? "" : "s");
+}
+
 void print_solution(const v1::BeamSolution& answer) {
   const auto& energies = answer.energies();
   const double total =
       energies.stretching() + energies.torsion() + energies.bending_2() + energies.bending_3();
-  fmt::print("status       {}, residual {:.2g}\n",
-             words(v1::BeamStatus_Name(answer.status()), "BEAM_STATUS_"), answer.residual());
+  fmt::print("status       {}{}, residual {:.2g}\n",
+             words(v1::BeamStatus_Name(answer.status()), "BEAM_STATUS_"), inertia_words(answer),
+             answer.residual());
   fmt::print("method       {}: {} steps of relaxation, {} of Newton's\n",
              words(v1::BeamMethod_Name(answer.method()), "BEAM_METHOD_"), answer.relaxation_steps(),
              answer.newton_iterations());

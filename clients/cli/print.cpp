@@ -148,6 +148,13 @@ std::string describe(const v1::MotionError& error) {
       error.inverted_tets() > 0 ? fmt::format(" in frame {}", error.inverted_frame()) : "");
 }
 
+/// Nothing at a minimum, and where nothing balances.
+std::string inertia_words(const v1::BeamInfo& beams) {
+  const auto negative = beams.negative_eigenvalues();
+  if (negative == 0) return "";
+  return fmt::format(" ({} negative eigenvalue{})", negative, negative == 1 ? "" : "s");
+}
+
 std::string describe_beams(const v1::ResultInfo& result) {
   const auto& beams = result.beams();
   const auto& energies = beams.energies();
@@ -158,14 +165,14 @@ std::string describe_beams(const v1::ResultInfo& result) {
           : "";
   std::string text = fmt::format(
       "revision          {}\n"
-      "status            {}{}\n"
+      "status            {}{}{}\n"
       "steps             {} of loads, {} of Newton's, {} of the relaxation\n"
       "energy            {:.6g} J  (stretching {:.4g} + torsion {:.4g} + bending {:.4g})\n"
       "{}"
       "since the edit    {:.2f} ms\n",
-      result.revision(), status_words(result), result.converged() ? ", final" : "",
-      beams.load_steps(), beams.newton_iterations(), beams.relaxation_steps(),
-      result.total_energy(), energies.stretching(), energies.torsion(),
+      result.revision(), status_words(result), inertia_words(beams),
+      result.converged() ? ", final" : "", beams.load_steps(), beams.newton_iterations(),
+      beams.relaxation_steps(), result.total_energy(), energies.stretching(), energies.torsion(),
       energies.bending_2() + energies.bending_3(), utilisation, result.since_edit_ms());
   for (const auto& snap : beams.snaps())
     text += fmt::format("snap              at {:.3f} of the way: node {} turns by {:.3g} rad\n",

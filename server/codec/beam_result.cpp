@@ -33,6 +33,8 @@ void encode_report(const beams::BeamReport& report, proto::BeamInfo& info) {
   info.set_residual(report.residual);
   info.set_load_factor(report.load_factor);
   if (report.node >= 0) info.set_node(static_cast<std::uint32_t>(report.node));
+  if (report.negative_eigenvalues)
+    info.set_negative_eigenvalues(static_cast<std::uint32_t>(*report.negative_eigenvalues));
   encode_beam_snaps(report.snaps, *info.mutable_snaps());
 }
 

@@ -97,6 +97,8 @@ void encode_report(const beams::BeamReport& report, proto::BeamSolution& message
   message.set_residual(report.residual);
   message.set_load_factor(report.load_factor);
   if (report.node >= 0) message.set_node(static_cast<std::uint32_t>(report.node));
+  if (report.negative_eigenvalues)
+    message.set_negative_eigenvalues(static_cast<std::uint32_t>(*report.negative_eigenvalues));
   message.set_message(report.message);
   encode_beam_snaps(report.snaps, *message.mutable_snaps());
 }

@@ -323,3 +323,26 @@ def test_the_example_bends_an_arch(limberd, tmp_path):
     assert done.returncode == 0 and "converged" in done.stdout, done.stderr
     rise = float(re.search(r"rise ([\d.]+) m", done.stdout)[1])
     assert 0.7 < rise < 1.2 and (tmp_path / "out" / "arch" / "arch.vtu").is_file()
+
+
+def test_a_column_beyond_its_load_tells_its_negative_eigenvalues(server):
+    """Clamped and pinned, 2.97 times Euler's load: a relaxation ends straight, Newton's method buckles it."""
+    column = {"nodes": [{"position": {"z": i / 8}, "normal": {"x": 1}} for i in range(9)],
+              "sections": [{"rectangle": {"width": 0.02, "height": 0.01}, "young": 1e10, "poisson": 0.3}],
+              "elements": [{"start": i, "finish": i + 1} for i in range(8)],
+              "supports": [{"node": 0, **CLAMPED}, {"node": 8, "fix_x": True, "fix_y": True}],
+              "loads": [{"node": 8, "force": {"z": -1000}}]}
+    buckled = server.solve_beams(column, progress=False)
+    assert buckled.converged and buckled.negative_eigenvalues == 0, buckled.message
+    assert np.abs(buckled.positions[:, :2]).max() > 0.1
+    column["loads"][0]["force"]["z"] = -300  # below Euler's 337 N
+    straight = server.solve_beams(column, progress=False)
+    assert straight.converged and straight.negative_eigenvalues == 0, straight.message
+    assert np.abs(straight.positions[:, :2]).max() < 1e-6
+    column["loads"][0]["force"]["z"] = -400
+    relaxed = server.solve_beams(column, method="relaxation", progress=False)
+    if np.abs(relaxed.positions[:, :2]).max() < 1e-6:
+        assert relaxed.status == "UNSTABLE" and relaxed.negative_eigenvalues == 1, relaxed.message
+        assert "balanced but unstable" in relaxed.message and relaxed.node is not None
+    else:
+        assert relaxed.negative_eigenvalues == 0

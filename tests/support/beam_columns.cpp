@@ -6,7 +6,7 @@
 #include <limits>
 #include <numbers>
 
-#include "engine/beams/structure/elastic.h"
+#include "engine/beams/structure/element_unknowns.h"
 
 namespace limber::testing {
 
@@ -159,22 +159,33 @@ BeamState straight_state(const Column& column) {
 }
 
 Eigen::VectorXd scaled_eigenvalues(const BeamStructure& structure, const BeamState& state) {
-  std::vector<int> free;
-  for (int u = 0; u < structure.unknowns(); ++u) {
-    if (structure.held()[static_cast<std::size_t>(u)] == 0) free.push_back(u);
+  std::vector<int> row_of(static_cast<std::size_t>(structure.unknowns()), -1);
+  int n = 0;
+  for (std::size_t u = 0; u < row_of.size(); ++u) {
+    if (structure.held()[u] == 0) row_of[u] = n++;
   }
-  const auto n = static_cast<Eigen::Index>(free.size());
-  Eigen::MatrixXd hessian(n, n);
-  for (Eigen::Index j = 0; j < n; ++j) {
-    const int u = free[static_cast<std::size_t>(j)];
-    const bool is_length = u < 6 * structure.nodes() && u % 6 < 3;
-    const double step = kDifference * (is_length ? structure.tributary_length(u / 6) : 1.0);
-    const auto forces = [&](double by) -> Eigen::VectorXd {
-      return elastic_gradient(
-          structure, structure.moved(state, by * Eigen::VectorXd::Unit(structure.unknowns(), u)));
-    };
-    const Eigen::VectorXd change = (forces(step) - forces(-step)) / (2 * step);
-    for (Eigen::Index i = 0; i < n; ++i) hessian(i, j) = change[free[static_cast<std::size_t>(i)]];
+  Eigen::MatrixXd hessian = Eigen::MatrixXd::Zero(n, n);
+  Eigen::VectorXd increments = Eigen::VectorXd::Zero(structure.unknowns());
+  for (int e = 0; e < structure.elements(); ++e) {
+    const ElementUnknowns unknowns = unknowns_of(structure, e);
+    for (int j = 0; j < unknowns.count; ++j) {
+      const int u = unknowns.at[static_cast<std::size_t>(j)];
+      const int column = row_of[static_cast<std::size_t>(u)];
+      if (column < 0) continue;
+      const bool is_length = u < 6 * structure.nodes() && u % 6 < 3;
+      const double step = kDifference * (is_length ? structure.constants(e).length : 1.0);
+      const auto forces = [&](double by) -> LocalVector {
+        increments[u] = by;
+        const BeamState moved = structure.moved(state, increments);
+        increments[u] = 0;
+        return local_gradient(structure, moved, e);
+      };
+      const LocalVector change = (forces(step) - forces(-step)) / (2 * step);
+      for (int i = 0; i < unknowns.count; ++i) {
+        const int row = row_of[static_cast<std::size_t>(unknowns.at[static_cast<std::size_t>(i)])];
+        if (row >= 0) hessian(row, column) += change[i];
+      }
+    }
   }
   const Eigen::VectorXd scale = hessian.diagonal().cwiseAbs().cwiseSqrt().cwiseInverse();
   const Eigen::MatrixXd scaled =

@@ -57,6 +57,7 @@ class BeamResult(Result):
     largest_bend: float = 0.0   # between an end and its chord [radian]; above 0.5 the elements are too long
     steps: int = 0              # frames of a final result: shapes on the way, the shape itself last
     snaps: tuple[beams.BeamSnap, ...] = ()
+    negative_eigenvalues: int | None = None  # of the stiffness: 0 at a minimum; None where nothing balances
 
     @staticmethod
     def from_message(info: "service.ResultInfo") -> "BeamResult":
@@ -66,7 +67,8 @@ class BeamResult(Result):
                           load_steps=more.load_steps, relaxation_steps=more.relaxation_steps,
                           load_factor=more.load_factor, node=more.node if more.HasField("node") else None,
                           utilisation=more.largest_utilisation, largest_bend=more.largest_bend, steps=more.steps,
-                          snaps=beams.snaps_of(more.snaps))
+                          snaps=beams.snaps_of(more.snaps),
+                          negative_eigenvalues=beams.negative_eigenvalues_of(more))
 
 
 @dataclass(frozen=True)

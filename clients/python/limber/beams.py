@@ -38,6 +38,10 @@ class BeamSnap:
     node: int        # where
 
 
+def negative_eigenvalues_of(answer: "messages.BeamSolution | service.BeamInfo") -> int | None:
+    return answer.negative_eigenvalues if answer.HasField("negative_eigenvalues") else None
+
+
 def snaps_of(snaps: "Iterable[messages.BeamSnap]") -> tuple[BeamSnap, ...]:
     return tuple(BeamSnap(snap.progress, snap.turn, snap.node) for snap in snaps)
 
@@ -74,6 +78,7 @@ class BeamSolution:
     job: int  # 0: of a session
     snaps: tuple[BeamSnap, ...] = ()  # where Newton's method followed the branch
     issues: tuple[str, ...] = ()  # warnings: what has no effect, and what is left out
+    negative_eigenvalues: int | None = None  # of the stiffness: 0 at a minimum; None where nothing balances
     _files: tuple = field(repr=False, default=())
 
     @property
@@ -180,4 +185,5 @@ def from_message(answer: "messages.BeamSolution", job: int = 0, files: tuple = (
         bending_moments=forces[:, 4:].reshape(-1, 2, 2), stresses=stresses[:, 3], utilisations=stresses[:, 4],
         element_stresses=stresses, element_energies=rows("element_energies"), energies=energies,
         largest_bend=answer.largest_bend, shapes=rows("shapes"), job=job,
-        snaps=snaps_of(answer.snaps), issues=issues or tuple(issue_text(issue) for issue in answer.issues), _files=files)
+        snaps=snaps_of(answer.snaps), issues=issues or tuple(issue_text(issue) for issue in answer.issues),
+        negative_eigenvalues=negative_eigenvalues_of(answer), _files=files)

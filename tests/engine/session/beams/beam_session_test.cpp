@@ -148,7 +148,7 @@ TEST(BeamSession, ASnapIsToldAndUndoComesBackBeforeIt) {
   Live live(test::shallow_arch(5));
   const Shared opened = live.recorder->wait_final(0);
   ASSERT_TRUE(opened);
-  const Shared snapped = live.edit({SetNodeLoad{test::force_on(8, 0, 0, -12)}});
+  const Shared snapped = live.edit({SetNodeLoad{test::force_on(8, 0, 0, -20)}});
   ASSERT_TRUE(snapped && snapped->report.converged()) << snapped->report.message;
   ASSERT_EQ(snapped->report.snaps.size(), 1U);
   EXPECT_LT(node_at(*snapped, 8).z(), -0.03);
@@ -261,9 +261,11 @@ TEST(BeamSession, APushChoosesTheSideAndIsGone) {
   }
 }
 
-/// Straight, clamped and pressed by a tenth; its own temporary loads push it down.
+/// Straight, wide, clamped and pressed by a tenth; its own temporary loads push it down.
 beams::BeamModel pressed_and_pushed() {
   beams::BeamModel model = test::cantilever(12, 0);
+  // Equally stiff sideways, it would roll over to where loads that stay push it.
+  model.sections[0].bending_3 *= 2;
   beams::BeamSupport end = test::held(12);
   end.fixed[0] = false;
   model.supports.push_back(end);

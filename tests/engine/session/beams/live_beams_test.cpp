@@ -44,6 +44,33 @@ TEST(LiveBeams, ASideThatIsGivenIsKept) {
   EXPECT_LT((again.state().positions - below.state().positions).norm(), 1e-9);
 }
 
+/// Clamped and pinned, pressed along its axis after it was at rest without a load.
+TEST(LiveBeams, AStraightColumnBeyondItsLoadBucklesOrIsSaidToBeUnstable) {
+  beams::BeamModel model = cantilever(8, 0);
+  model.sections[0].bending_3 *= 4;
+  model.supports.push_back({8, {false, true, true, false, false, false}});
+  const double euler = 20.1907;  // EI / L^2 = 1 N
+  LiveBeams live(model);
+  ASSERT_TRUE(settle(live, model).reached);
+  model.loads.push_back(test::force_on(8, -0.9 * euler));
+  const LiveBeams::Outcome below = settle(live, model);
+  ASSERT_TRUE(below.reached) << below.report.message;
+  EXPECT_EQ(below.report.negative_eigenvalues, 0);
+  EXPECT_LT(live.state().positions.row(2).cwiseAbs().maxCoeff(), 1e-6);
+  for (const double times : {1.2, 2.0, 5.0}) {
+    model.loads.back() = test::force_on(8, -times * euler);
+    const LiveBeams::Outcome outcome = settle(live, model);
+    if (outcome.reached) {
+      EXPECT_GT(live.state().positions.row(2).cwiseAbs().maxCoeff(), 0.05) << times;
+      EXPECT_EQ(outcome.report.negative_eigenvalues, 0) << times;
+    } else {
+      EXPECT_NE(outcome.report.status, beams::BeamStatus::kConverged) << times;
+    }
+    // Twice the load leaves the branch of the first mode in one piece.
+    EXPECT_TRUE(outcome.reached || times > 2) << times << ": " << outcome.report.message;
+  }
+}
+
 TEST(LiveBeams, AShapeOutOfBalanceIsFollowedToOneInBalance) {
   const beams::BeamModel model = cantilever(20, 1);
   LiveBeams live(model, beams::BeamStructure(model).rest_state());
