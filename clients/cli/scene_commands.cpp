@@ -260,15 +260,27 @@ void add_scene_commands(CLI::App& app, Context& context) {
   auto tets = std::make_shared<unsigned>(5000);
   command = subcommand(app, "tetrahedralize",
                        "Fill a closed triangle surface with tets (needs no server)",
-                       "limber tetrahedralize bunny.obj -o bunny.msh --tets 8000");
+                       "limber tetrahedralize bunny.obj -o bunny.msh --tets 8000 --within 0.01");
   command->add_option("surface", *surface, ".obj, .ply or .stl")->required();
   command->add_option("-o,--out", *mesh, "Mesh file to write")->capture_default_str();
   command->add_option("--tets", *tets, "About how many tets")
       ->check(CLI::Range(50U, 5000000U))
       ->capture_default_str();
-  command->callback([surface, mesh, tets] {
+  auto within = std::make_shared<double>(0.02);
+  command
+      ->add_option("--within", *within,
+                   "Largest distance between the surface and that of the tets, either way, as a "
+                   "share of the body's length (diagonal of its bounding box): fails, and says how "
+                   "many tets would do, where it is not kept. 1 allows any")
+      ->check(CLI::Range(0.0, 1.0))
+      ->capture_default_str();
+  command->callback([surface, mesh, tets, within, &context] {
     demand_readable(*surface, "surface");
-    become_limberd({"tetrahedralize", *surface, *mesh, "--tets", std::to_string(*tets)});
+    std::vector<std::string> arguments = {
+        "tetrahedralize",          *surface, *mesh, "--tets", std::to_string(*tets), "--within",
+        fmt::format("{}", *within)};
+    if (context.json) arguments.emplace_back("--json");
+    become_limberd(arguments);
   });
 
   auto motion = std::make_shared<std::string>();

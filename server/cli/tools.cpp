@@ -4,13 +4,8 @@
 
 #include <map>
 
-#include "engine/scene/formats/mesh_formats.h"
-#include "engine/scene/formats/mesh_writers.h"
-#include "engine/scene/formats/surface_formats.h"
 #include "engine/scene/samples/samples.h"
-#include "engine/scene/tetrahedralize/tetrahedralize.h"
 #include "server/cli/local_files.h"
-#include "server/cli/progress_bar.h"
 #include "server/cli/simulate.h"
 #include "server/codec/errors.h"
 #include "server/codec/scene_json.h"
@@ -83,37 +78,6 @@ int write_sample(const std::string& name, const fs::path& folder) {
   return 0;
 }
 
-void check_mesh_name(const fs::path& path) {
-  if (path.extension() != ".msh" && path.extension() != ".vtu") {
-    throw invalid("output", "a file name ending in .msh or .vtu is expected");
-  }
-}
-
-std::string mesh_bytes(const fs::path& path, const bodies::TetMesh& mesh) {
-  return path.extension() == ".msh" ? scene::write_msh(mesh) : scene::write_vtu(mesh);
-}
-
-int tetrahedralize_file(const fs::path& input, const fs::path& output, int tets) {
-  check_mesh_name(output);
-  scene::TetrahedralizeOptions options;
-  options.target_tets = tets;
-  options.validate();
-  const scene::TriangleSurface surface = scene::read_surface_file(input);
-  scene::Tetrahedralization result;
-  {
-    ProgressBar bar;
-    JobContext job;
-    job.progress = [&](const std::string& stage, double fraction) { bar.show(stage, fraction); };
-    result = scene::tetrahedralize(surface, options, job);
-    bar.show("done", 1);
-  }
-  for (const auto& text : result.notes) fmt::print(stderr, "warning: {}\n", text);
-  write_file(output, mesh_bytes(output, result.mesh));
-  fmt::print("{}: {} nodes, {} tets\n", output.string(), result.mesh.node_count(),
-             result.mesh.tet_count());
-  return 0;
-}
-
 int make_keys(const fs::path& file) {
   const CurveKeys keys = make_curve_keys();
   write_curve_keys(file, keys);
@@ -148,14 +112,7 @@ void ToolCommands::add_to(CLI::App& app) {
   sample->add_option("dir", output_, "Folder, made if missing")->required();
   sample->callback([this] { chosen_ = [this] { return write_sample(name_, output_); }; });
 
-  auto* tets = app.add_subcommand(
-      "tetrahedralize", "A closed triangle surface (.obj, .ply, .stl) to a tet mesh (.msh, .vtu)");
-  tets->add_option("surface", input_, "Surface file")->required();
-  tets->add_option("-o,--output,output", output_, "Mesh file to write (.msh, .vtu)")->required();
-  tets->add_option("--tets", tets_, "Wanted number of tets, met within a tenth")
-      ->capture_default_str();
-  tets->callback(
-      [this] { chosen_ = [this] { return tetrahedralize_file(input_, output_, tets_); }; });
+  add_tetrahedralize(app);
 
   auto* simulate = app.add_subcommand(
       "simulate", "The motion that a scene's `simulation` describes, as files (.pc2, .pvd)");
@@ -173,6 +130,25 @@ void ToolCommands::add_to(CLI::App& app) {
   auto* keygen = app.add_subcommand("keygen", "Make a CURVE key pair: FILE (secret) and FILE.pub");
   keygen->add_option("file", output_, "File of the secret key; must not exist")->required();
   keygen->callback([this] { chosen_ = [this] { return make_keys(output_); }; });
+}
+
+void ToolCommands::add_tetrahedralize(CLI::App& app) {
+  auto& line = tetrahedralize_;
+  auto* command = app.add_subcommand(
+      "tetrahedralize", "A closed triangle surface (.obj, .ply, .stl) to a tet mesh (.msh, .vtu)");
+  command->add_option("surface", line.surface, "Surface file")->required();
+  command->add_option("-o,--output,output", line.output, "Mesh file to write (.msh, .vtu)")
+      ->required();
+  command
+      ->add_option("--tets", line.options.target_tets, "Wanted number of tets, met within a tenth")
+      ->capture_default_str();
+  command
+      ->add_option("--within", line.options.within,
+                   "Largest distance between the surface and that of the tets, as a share of the "
+                   "body's length; 1 allows any")
+      ->capture_default_str();
+  command->add_flag("--json", line.json, "The report as JSON");
+  command->callback([this] { chosen_ = [this] { return tetrahedralize_file(tetrahedralize_); }; });
 }
 
 void ToolCommands::add_recover(CLI::App& app) {

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "server/cli/recover.h"
+#include "server/cli/tetrahedralize.h"
 
 namespace limber::server {
 
@@ -20,10 +21,11 @@ class ToolCommands {
 
  private:
   void add_recover(CLI::App& app);
+  void add_tetrahedralize(CLI::App& app);
 
   std::filesystem::path input_, output_, scene_output_;
   std::string name_;
-  int tets_ = 5000;
+  TetrahedralizeCommand tetrahedralize_;
   RecoverOptions recovery_;
   std::function<int()> chosen_;
 };

@@ -6,6 +6,7 @@
 #include "engine/scene/tetrahedralize/tetrahedralize.h"
 #include "engine/session/beams/beam_samples.h"
 #include "server/codec/errors.h"
+#include "server/codec/tetrahedralization.h"
 #include "server/service/base_motions.h"
 #include "server/service/beam_scenes.h"
 #include "server/service/linkage_scenes.h"
@@ -103,6 +104,7 @@ proto::TetrahedralizeResponse Service::tetrahedralize(const proto::Tetrahedraliz
     }
     options.target_tets = static_cast<int>(request.target_tets());
   }
+  if (request.has_within()) options.within = request.within();
   options.validate();
   auto surface = read_surface(request.surface());
   proto::TetrahedralizeResponse response;
@@ -111,6 +113,7 @@ proto::TetrahedralizeResponse Service::tetrahedralize(const proto::Tetrahedraliz
                                const auto result = scene::tetrahedralize(surface, options, context);
                                JobProduct product;
                                product.mesh = encode_mesh(result.mesh);
+                               product.tetrahedralization = encode_report(result);
                                for (const auto& text : result.notes)
                                  product.issues.push_back(encode_warning("surface", text));
                                return product;

@@ -139,6 +139,8 @@ proto::Reply JobRegistry::reply_of(const Job& job) {
   for (const auto& issue : job.product.issues) *response->add_issues() = issue;
   if (job.product.simulation) *response->mutable_simulation() = *job.product.simulation;
   if (job.product.recovery) *response->mutable_recovery() = *job.product.recovery;
+  if (job.product.tetrahedralization)
+    *response->mutable_tetrahedralization() = *job.product.tetrahedralization;
   if (job.product.beams) *response->mutable_beams() = *job.product.beams;
   for (const auto& file : job.product.files) *response->add_files() = file;
   return reply;

@@ -33,6 +33,7 @@ struct JobProduct {
   std::shared_ptr<const ComputedMotion> motion;
   std::optional<proto::SimulationReport> simulation;
   std::optional<proto::RecoveryReport> recovery;
+  std::optional<proto::TetrahedralizationReport> tetrahedralization;
   std::vector<proto::Issue> issues;
   std::optional<proto::BeamSolution> beams;
   std::vector<proto::ExportedFile> files;

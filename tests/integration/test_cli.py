@@ -392,6 +392,11 @@ def test_tetrahedralize(cli, tmp_path):
         out.writelines(f"v {x} {y} {z}\n" for x, y, z in points)
         out.writelines("f {} {} {}\n".format(*(np.array(face) + 1)) for face in faces)
     done(cli("tetrahedralize", tmp_path / "ball.obj", "-o", tmp_path / "ball.msh", "--tets", 1500))
+    report = json.loads(done(cli("--json", "tetrahedralize", tmp_path / "ball.obj", "-o", tmp_path / "ball.msh", "--tets", 1500)))
+    assert 0 < report["distance_share"] < 0.02 == report["within"] and report["share_beyond"] == 0
+    assert report["mesh_volume"] == pytest.approx(report["surface_volume"], rel=0.1)
+    text = failed(cli("tetrahedralize", tmp_path / "ball.obj", "-o", tmp_path / "x.msh", "--tets", 100, "--within", 0.01), 1)
+    assert re.search(r"100 tets come within .* not 1 %. About \d+ tets keep it", text), text
     mesh = meshio.read(tmp_path / "ball.msh")
     tets = mesh.cells_dict["tetra"]
     edges = mesh.points[tets[:, 1:]] - mesh.points[tets[:, :1]]

@@ -28,6 +28,26 @@ from .session import Session
 DEFAULT_ENDPOINT = "tcp://127.0.0.1:7801"
 
 
+class FilledSurface(tuple):
+    """`nodes, tets = filled`; `filled.report` has the tets, distances [length unit], their share of the body's length,
+    and the volumes."""
+
+    report: "service.TetrahedralizationReport"
+
+    def __new__(cls, nodes: np.ndarray, tets: np.ndarray, report: "service.TetrahedralizationReport"):
+        filled = super().__new__(cls, (nodes, tets))
+        filled.report = report
+        return filled
+
+    @property
+    def nodes(self) -> np.ndarray:
+        return self[0]
+
+    @property
+    def tets(self) -> np.ndarray:
+        return self[1]
+
+
 class Server:
     """A connection to a limberd. A context manager; leaving it keeps the sessions alive. Thread-safe."""
 
@@ -149,18 +169,26 @@ class Server:
         self.connection.call("cancel", service.CancelRequest(job=checks.whole(job, "job", most=2 ** 64 - 1)))
 
     def tetrahedralize(self, surface: "str | os.PathLike[str]", tets: int = 5000, progress: ProgressOption = None,
-                       timeout: float = 600.0) -> tuple[np.ndarray, np.ndarray]:
-        """Nodes (n x 3) and tets (m x 4) that fill a closed triangle surface (.obj, .ply, .stl)."""
+                       timeout: float = 600.0, within: float = 0.02) -> "FilledSurface":
+        """Nodes (n x 3) and tets (m x 4) that fill a closed triangle surface (.obj, .ply, .stl), and as `.report` how
+        near they are to it.
+
+        within: largest distance between the surface and that of the tets, either way, as a share of the body's length
+        (diagonal of its bounding box), in (0, 1]. Where `tets` do not keep it, a LimberError says how many would;
+        1 allows any distance.
+        """
         checks.seconds(timeout, "timeout")
         request = service.TetrahedralizeRequest(surface=scenes.mesh_file(checks.path(surface, "surface")),
-                                                target_tets=checks.whole(tets, "tets"))
+                                                target_tets=checks.whole(tets, "tets"),
+                                                within=checks.real(within, "within"))
         job = self.connection.call("tetrahedralize", request, timeout=60.0).job
         try:
-            mesh = self.wait_job(job, progress, timeout).mesh
+            done = self.wait_job(job, progress, timeout)
         except KeyboardInterrupt:
             self.cancel_job(job)
             raise
-        return arrays.to_numpy(mesh.nodes, "nodes"), arrays.to_numpy(mesh.tets, "tets")
+        return FilledSurface(arrays.to_numpy(done.mesh.nodes, "nodes"), arrays.to_numpy(done.mesh.tets, "tets"),
+                             done.tetrahedralization)
 
     def simulate(self, scene: scenes.SceneLike, simulation: "scene_messages.Simulation | None" = None,
                  progress: ProgressOption = None, timeout: float = 3600.0) -> simulations.Simulation:

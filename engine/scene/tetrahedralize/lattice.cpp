@@ -7,6 +7,8 @@
 #include <cmath>
 #include <unordered_map>
 
+#include "engine/scene/tetrahedralize/stencils.h"
+
 namespace limber::scene::lattice {
 namespace {
 
@@ -30,7 +32,7 @@ Vector3d cells_across(const ImplicitSolid& solid, double cell) {
 class Lattice {
  public:
   Lattice(const ImplicitSolid& solid, double cell, const Vector3d& phase, int max_points)
-      : solid_(solid), half_(cell / 2) {
+      : solid_(solid), cutter_(solid, 1e-4 * cell / 2), half_(cell / 2) {
     if (!(lattice_points(solid, cell) < max_points)) {
       throw Error(ErrorCode::kLimitExceeded, "",
                   "the lattice would have more than " + std::to_string(max_points) +
@@ -62,13 +64,6 @@ class Lattice {
   }
 
   [[nodiscard]] double value(int point) const { return value_[static_cast<std::size_t>(point)]; }
-  [[nodiscard]] double at(const Vector3d& x) const {
-    const double f = solid_.distance(x);
-    if (!std::isfinite(f))
-      throw Error(ErrorCode::kInvalidArgument, "", "the distance function is not finite");
-    return f;
-  }
-
   /// Evaluates the function at all points; blocks that the Lipschitz bound shows to be wholly in or
   /// out are filled.
   void sample(const JobContext& job) {
@@ -82,35 +77,12 @@ class Lattice {
     check_outermost();
   }
 
-  [[nodiscard]] Vector3d position(int point, const Vector3i& d) const {
+  [[nodiscard]] const SurfaceCutter& cutter() const { return cutter_; }
+  [[nodiscard]] Corner corner(const Vector3i& d) const {
+    const int point = index(d);
+    const Vector3d rest = lattice_position(d);
     const auto moved = moved_.find(point);
-    return moved == moved_.end() ? lattice_position(d) : moved->second;
-  }
-
-  /// Where the surface cuts the edge from p (value fp) to q (fq, of the other sign), as a fraction
-  /// from p: regula falsi with the Illinois rule, so that kinks of a blended function cannot stall
-  /// it.
-  [[nodiscard]] double cut(const Vector3d& p, double fp, const Vector3d& q, double fq) const {
-    double a = 0, b = 1, fa = fp, fb = fq;
-    int side = 0;
-    double t = fa / (fa - fb);
-    for (int iteration = 0; iteration < 12; ++iteration) {
-      const double f = at(p + t * (q - p));
-      if (std::abs(f) < 1e-4 * half_ * solid_.lipschitz) break;
-      if ((f < 0) == (fa < 0)) {
-        a = t;
-        fa = f;
-        if (side == 1) fb /= 2;
-        side = 1;
-      } else {
-        b = t;
-        fb = f;
-        if (side == 2) fa /= 2;
-        side = 2;
-      }
-      t = a + (b - a) * fa / (fa - fb);
-    }
-    return std::clamp(t, 1e-6, 1 - 1e-6);
+    return {point, value(point), rest, moved == moved_.end() ? rest : moved->second};
   }
 
   void move(int point, const Vector3d& x) {
@@ -141,19 +113,21 @@ class Lattice {
         origin_ + half_ * (0.5 * (begin + end).cast<double>() - Vector3d::Constant(0.5));
     // The +2 keeps a layer of exactly evaluated points around the surface.
     const double reach = half_ * std::sqrt(3.0) * (0.5 * size + 2) * solid_.lipschitz;
-    const double f_middle = at(middle);
+    const double f_middle = cutter_.value(middle);
     const bool far = std::abs(f_middle) > reach;
     for (int z = begin[2]; z < end[2]; ++z) {
       for (int y = begin[1] + ((begin[1] ^ z) & 1); y < end[1]; y += 2) {
         for (int x = begin[0] + ((begin[0] ^ z) & 1); x < end[0]; x += 2) {
           const Vector3i d(x, y, z);
-          value_[static_cast<std::size_t>(index(d))] = far ? f_middle : at(lattice_position(d));
+          value_[static_cast<std::size_t>(index(d))] =
+              far ? f_middle : cutter_.value(lattice_position(d));
         }
       }
     }
   }
 
   const ImplicitSolid& solid_;
+  SurfaceCutter cutter_;
   double half_;
   Vector3d origin_;
   Vector3i cells_, points_per_row_;
@@ -203,7 +177,7 @@ void snap_points(Lattice& lattice, const JobContext& job) {
       const double g = lattice.value(lattice.index(e));
       if (g == 0 || (f < 0) == (g < 0)) continue;
       const Vector3d p = lattice.lattice_position(d), q = lattice.lattice_position(e);
-      const double t = lattice.cut(p, f, q, g);
+      const double t = lattice.cutter().cut(p, f, q, g);
       if (t >= (n < 6 ? kSnapLong : kSnapShort)) continue;
       const double length = t * (q - p).norm();
       if (length < nearest) {
@@ -215,123 +189,27 @@ void snap_points(Lattice& lattice, const JobContext& job) {
   });
 }
 
-/// Turns lattice tets into output tets: the stencils of the paper's figure 3.
-class Stencils {
- public:
-  explicit Stencils(const Lattice& lattice) : lattice_(lattice) {}
-
-  void add(const std::array<Vector3i, 4>& corners) {
-    std::array<Corner, 4> all;
-    Corner inside[4], outside[4], on[4];
-    int in = 0, out = 0, zero = 0;
-    for (std::size_t i = 0; i < 4; ++i) {
-      all[i] = {corners[i], lattice_.index(corners[i]), 0};
-      all[i].value = lattice_.value(all[i].point);
-      if (all[i].value < 0) {
-        // Quadrilaterals are shared with neighbours: their diagonal starts at the first inside
-        // corner of one global order.
-        int place = in++;
-        for (; place > 0 && inside[place - 1].point > all[i].point; --place) {
-          inside[place] = inside[place - 1];
-        }
-        inside[place] = all[i];
-      } else if (all[i].value > 0) {
-        outside[out++] = all[i];
-      } else {
-        on[zero++] = all[i];
-      }
-    }
-    if (in == 0) return;
-    if (out == 0) {
-      emit(node(all[0]), node(all[1]), node(all[2]), node(all[3]));
-    } else if (in == 1) {
-      int rest[3], n = 0;
-      for (int i = 0; i < zero; ++i) rest[n++] = node(on[i]);
-      for (int i = 0; i < out; ++i) rest[n++] = cut(inside[0], outside[i]);
-      emit(node(inside[0]), rest[0], rest[1], rest[2]);
-    } else if (in == 2 && out == 1) {
-      const int a = node(inside[0]), b = node(inside[1]), z = node(on[0]);
-      const int a_cut = cut(inside[0], outside[0]), b_cut = cut(inside[1], outside[0]);
-      emit(a, b, b_cut, z);
-      emit(a, b_cut, a_cut, z);
-    } else if (in == 2) {
-      add_two_and_two(inside, outside);
-    } else {
-      const int a = node(inside[0]), b = node(inside[1]), c = node(inside[2]);
-      const int a_cut = cut(inside[0], outside[0]), b_cut = cut(inside[1], outside[0]);
-      const int c_cut = cut(inside[2], outside[0]);
-      emit(a, b, c, c_cut);
-      emit(a, b, b_cut, c_cut);
-      emit(a, a_cut, b_cut, c_cut);
-    }
-  }
-
-  Stuffing take() { return std::move(result_); }
-
- private:
-  struct Corner {
-    Vector3i d;
-    int point;
-    double value;
-  };
-
-  void add_two_and_two(const Corner* inside, const Corner* outside) {
-    const int a = node(inside[0]), b = node(inside[1]);
-    const int a_n = cut(inside[0], outside[0]), a_m = cut(inside[0], outside[1]);
-    const int b_n = cut(inside[1], outside[0]), b_m = cut(inside[1], outside[1]);
-    emit(a, b, b_n, b_m);
-    // What is left is a pyramid over the cut itself, which no neighbour shares: take the shorter
-    // diagonal.
-    if (squared(a_n, b_m) <= squared(a_m, b_n)) {
-      emit(a, a_n, b_m, a_m);
-      emit(a, a_n, b_m, b_n);
-    } else {
-      emit(a, a_m, b_n, a_n);
-      emit(a, a_m, b_n, b_m);
-    }
-  }
-
-  [[nodiscard]] const Vector3d& at(int id) const {
-    return result_.nodes[static_cast<std::size_t>(id)];
-  }
-  [[nodiscard]] double squared(int a, int b) const { return (at(a) - at(b)).squaredNorm(); }
-
-  int add_node(const Vector3d& x) {
-    result_.nodes.push_back(x);
-    return static_cast<int>(result_.nodes.size()) - 1;
-  }
-
-  int node(const Corner& corner) {
-    const auto [entry, is_new] = points_.try_emplace(corner.point, -1);
-    if (is_new) entry->second = add_node(lattice_.position(corner.point, corner.d));
-    return entry->second;
-  }
-
-  int cut(const Corner& inside, const Corner& outside) {
-    const std::uint64_t key =
-        static_cast<std::uint64_t>(inside.point) << 32 | static_cast<std::uint32_t>(outside.point);
-    const auto [entry, is_new] = cuts_.try_emplace(key, -1);
-    if (is_new) {
-      // Points beside a cut have not moved: moved ones lie on the surface and cut nothing.
-      const Vector3d p = lattice_.lattice_position(inside.d),
-                     q = lattice_.lattice_position(outside.d);
-      entry->second = add_node(p + lattice_.cut(p, inside.value, q, outside.value) * (q - p));
-    }
-    return entry->second;
-  }
-
-  void emit(int a, int b, int c, int d) {
-    const double volume = (at(b) - at(a)).cross(at(c) - at(a)).dot(at(d) - at(a));
-    result_.tets.emplace_back(a, b, volume >= 0 ? c : d, volume >= 0 ? d : c);
-  }
-
-  const Lattice& lattice_;
-  Stuffing result_;
-  std::unordered_map<int, int> points_;
-  std::unordered_map<std::uint64_t, int> cuts_;
-};
+void add_tet(Stencils& stencils, const Lattice& lattice, const std::array<Vector3i, 4>& corners) {
+  const auto is_inside = [&](const Vector3i& d) { return lattice.value(lattice.index(d)) < 0; };
+  if (std::none_of(corners.begin(), corners.end(), is_inside)) return;
+  stencils.add({lattice.corner(corners[0]), lattice.corner(corners[1]), lattice.corner(corners[2]),
+                lattice.corner(corners[3])});
+}
 
 }  // namespace
+
+bodies::TetMesh as_mesh(const Stuffing& stuffing) {
+  bodies::TetMesh mesh;
+  mesh.nodes.resize(3, static_cast<Eigen::Index>(stuffing.nodes.size()));
+  for (std::size_t i = 0; i < stuffing.nodes.size(); ++i) {
+    mesh.nodes.col(static_cast<Eigen::Index>(i)) = stuffing.nodes[i];
+  }
+  mesh.tets.resize(4, static_cast<Eigen::Index>(stuffing.tets.size()));
+  for (std::size_t t = 0; t < stuffing.tets.size(); ++t) {
+    mesh.tets.col(static_cast<Eigen::Index>(t)) = stuffing.tets[t];
+  }
+  return mesh;
+}
 
 double lattice_points(const ImplicitSolid& solid, double cell) {
   const Vector3d cells = cells_across(solid, cell);
@@ -343,7 +221,7 @@ Stuffing stuff(const ImplicitSolid& solid, double cell, const Vector3d& phase,
   Lattice lattice(solid, cell, phase, max_lattice_points);
   lattice.sample(job);
   snap_points(lattice, job);
-  Stencils stencils(lattice);
+  Stencils stencils(lattice.cutter());
   // Every lattice tet has one edge between the centres of two cells and one edge of the face
   // between those cells.
   const Vector3i cells = lattice.cells();
@@ -359,7 +237,7 @@ Stuffing stuff(const ImplicitSolid& solid, double cell, const Vector3d& phase,
           const Vector3i middle = centre + Vector3i::Unit(axis);
           const Vector3i ring[4] = {middle + u + v, middle - u + v, middle - u - v, middle + u - v};
           for (int side = 0; side < 4; ++side)
-            stencils.add({centre, next, ring[side], ring[(side + 1) % 4]});
+            add_tet(stencils, lattice, {centre, next, ring[side], ring[(side + 1) % 4]});
         }
       }
     }

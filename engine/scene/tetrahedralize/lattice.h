@@ -11,6 +11,8 @@ struct Stuffing {
   std::vector<Eigen::Vector4i> tets;  // positively oriented
 };
 
+[[nodiscard]] bodies::TetMesh as_mesh(const Stuffing& stuffing);
+
 /// One pass of isosurface stuffing with lattice cells of side `cell`. Deterministic.
 /// @param phase  where the lattice lies: its middle is shifted from the middle of the box by this
 /// many cells. Zero gives

@@ -1,8 +1,11 @@
 #include "engine/scene/tetrahedralize/tetrahedralize.h"
 
+#include <array>
 #include <cmath>
+#include <cstdio>
 #include <limits>
 
+#include "engine/scene/tetrahedralize/graded_search.h"
 #include "engine/scene/tetrahedralize/lattice.h"
 #include "engine/scene/tetrahedralize/repair.h"
 #include "engine/scene/tetrahedralize/smoothing.h"
@@ -88,6 +91,74 @@ Candidate search(const ImplicitSolid& solid, const TetrahedralizeOptions& option
   return best;
 }
 
+Candidate uniform(const ImplicitSolid& solid, const TetrahedralizeOptions& options,
+                  const JobContext& job) {
+  const bool is_given = options.cell_size > 0;
+  Candidate best = is_given
+                       ? stuff_with(options.cell_size, Eigen::Vector3d::Zero(), solid, options, job)
+                       : search(solid, options, job.part(0, 0.7));
+  if (!std::isfinite(best.misfit)) {
+    throw Error(ErrorCode::kNumerical, "",
+                "no cell size gives a single tet: the body is empty or far too thin");
+  }
+  lattice::smooth(best.stuffing, solid, best.cell, options.smoothing_passes, job.part(0.7, 1));
+  return best;
+}
+
+Tetrahedralization finished(const lattice::Stuffing& stuffing, const lattice::Repair& repair,
+                            double cell, const TetrahedralizeOptions& options) {
+  Tetrahedralization result;
+  result.cell_size = cell;
+  result.mesh = lattice::as_mesh(stuffing);
+  result.quality = measure_quality(result.mesh);
+  if (repair.pieces_dropped > 0) {
+    result.notes.push_back("only the largest piece is kept; " +
+                           std::to_string(repair.pieces_dropped) + " smaller pieces are left out");
+  }
+  if (repair.nodes_separated > 0) {
+    result.notes.push_back(std::to_string(repair.nodes_separated) +
+                           " nodes where parts only touched are separated");
+  }
+  if (repair.tets_dropped > 0) {
+    result.notes.push_back(std::to_string(repair.tets_dropped) +
+                           " tets of smaller pieces or touching edges are left out");
+  }
+  const double misfit =
+      std::abs(std::log(static_cast<double>(result.mesh.tet_count()) / options.target_tets));
+  if (!(options.cell_size > 0) && misfit > std::log1p(options.count_tolerance)) {
+    result.notes.push_back("the nearest number of tets found is " +
+                           std::to_string(result.mesh.tet_count()) + ", not " +
+                           std::to_string(options.target_tets));
+  }
+  return result;
+}
+
+std::string percent(double share) {
+  std::array<char, 32> text{};
+  std::snprintf(text.data(), text.size(), "%.3g %%", 100 * share);
+  return text.data();
+}
+
+[[noreturn]] void refuse_distance(const lattice::SurfaceBody& body,
+                                  const TetrahedralizeOptions& options, double nearest_share,
+                                  const lattice::GradedSearch& search) {
+  std::string advice;
+  const double length = body.tree.bounds().diagonal().norm();
+  if (lattice::has_far_part(body.surface, options.within * length)) {
+    advice =
+        "The surface has separate parts, of which only the largest is filled: no number of tets "
+        "keeps it";
+  } else if (search.needed_tets > 0) {
+    advice = "About " + std::to_string(search.needed_tets) + " tets keep it";
+  } else {
+    advice = "More than " + std::to_string(search.searched_tets) + " tets would be needed";
+  }
+  throw Error(ErrorCode::kLimitExceeded, "within",
+              std::to_string(options.target_tets) + " tets come within " + percent(nearest_share) +
+                  " of the surface (share of the body's length), not " + percent(options.within) +
+                  ". " + advice + "; or allow a larger distance.");
+}
+
 }  // namespace
 
 void TetrahedralizeOptions::validate() const {
@@ -103,53 +174,15 @@ void TetrahedralizeOptions::validate() const {
     refuse("smoothing_passes", ">= 0, is " + std::to_string(smoothing_passes));
   if (max_lattice_points <= 0)
     refuse("max_lattice_points", "> 0, is " + std::to_string(max_lattice_points));
+  if (!(within > 0 && within <= 1)) refuse("within", "in (0, 1]: a share of the body's length");
 }
 
 Tetrahedralization tetrahedralize(const ImplicitSolid& solid, const TetrahedralizeOptions& options,
                                   const JobContext& job) {
   options.validate();
   check(solid);
-  const bool given = options.cell_size > 0;
-  Candidate best = given
-                       ? stuff_with(options.cell_size, Eigen::Vector3d::Zero(), solid, options, job)
-                       : search(solid, options, job.part(0, 0.7));
-  if (!std::isfinite(best.misfit)) {
-    throw Error(ErrorCode::kNumerical, "",
-                "no cell size gives a single tet: the body is empty or far too thin");
-  }
-  lattice::smooth(best.stuffing, solid, best.cell, options.smoothing_passes, job.part(0.7, 1));
-
-  Tetrahedralization result;
-  const lattice::Stuffing& stuffing = best.stuffing;
-  result.cell_size = best.cell;
-  result.mesh.nodes.resize(3, static_cast<Eigen::Index>(stuffing.nodes.size()));
-  for (std::size_t i = 0; i < stuffing.nodes.size(); ++i) {
-    result.mesh.nodes.col(static_cast<Eigen::Index>(i)) = stuffing.nodes[i];
-  }
-  result.mesh.tets.resize(4, static_cast<Eigen::Index>(stuffing.tets.size()));
-  for (std::size_t t = 0; t < stuffing.tets.size(); ++t) {
-    result.mesh.tets.col(static_cast<Eigen::Index>(t)) = stuffing.tets[t];
-  }
-  result.quality = measure_quality(result.mesh);
-  if (best.repair.pieces_dropped > 0) {
-    result.notes.push_back("only the largest piece is kept; " +
-                           std::to_string(best.repair.pieces_dropped) +
-                           " smaller pieces are left out");
-  }
-  if (best.repair.nodes_separated > 0) {
-    result.notes.push_back(std::to_string(best.repair.nodes_separated) +
-                           " nodes where parts only touched are separated");
-  }
-  if (best.repair.tets_dropped > 0) {
-    result.notes.push_back(std::to_string(best.repair.tets_dropped) +
-                           " tets of smaller pieces or touching edges are left out");
-  }
-  if (!given && best.misfit > std::log1p(options.count_tolerance)) {
-    result.notes.push_back("the nearest number of tets found is " +
-                           std::to_string(result.mesh.tet_count()) + ", not " +
-                           std::to_string(options.target_tets));
-  }
-  return result;
+  const Candidate best = uniform(solid, options, job);
+  return finished(best.stuffing, best.repair, best.cell, options);
 }
 
 Tetrahedralization tetrahedralize(const TriangleSurface& surface,
@@ -164,7 +197,40 @@ Tetrahedralization tetrahedralize(const TriangleSurface& surface,
   // A flat side of the box must not coincide with lattice points.
   const Eigen::Vector3d margin = Eigen::Vector3d::Constant(1e-3 * solid.bounds.diagonal().norm());
   solid.bounds = Eigen::AlignedBox3d(solid.bounds.min() - margin, solid.bounds.max() + margin);
-  Tetrahedralization result = tetrahedralize(solid, options, job.part(0.05, 1));
+  const lattice::SurfaceBody body{closed, tree, solid};
+  constexpr double kNothing = std::numeric_limits<double>::infinity();
+
+  Tetrahedralization result;
+  const double most_tets = options.target_tets * (1 + options.count_tolerance);
+  double nearest_share = 1;
+  // First guess of a cell where one size gives nothing, as in the search for one.
+  double cell = std::cbrt(0.2 * 12 * solid.bounds.volume() / options.target_tets);
+  try {
+    const Candidate best = uniform(solid, options, job.part(0.05, 0.45));
+    result = finished(best.stuffing, best.repair, best.cell, options);
+    cell = best.cell;
+  } catch (const Error& error) {
+    // Cells of several sizes may still do.
+    const bool is_too_thin =
+        error.code() == ErrorCode::kNumerical || error.code() == ErrorCode::kLimitExceeded;
+    if (!is_too_thin || options.cell_size > 0 || options.within >= 1) throw;
+  }
+  if (result.mesh.tet_count() > 0) {
+    job.report("measuring the distance", 0.45);
+    result.fit = lattice::measure_fit(closed, tree, result.mesh, options.within, kNothing, job).fit;
+    if (result.mesh.tet_count() <= most_tets) nearest_share = result.fit->distance_share;
+  }
+  const bool is_near = result.fit && result.fit->distance_share <= options.within &&
+                       (options.within >= 1 || result.mesh.tet_count() <= most_tets);
+  if (!is_near && !(options.cell_size > 0)) {
+    lattice::GradedSearch graded;
+    if (!lattice::has_far_part(closed, options.within * tree.bounds().diagonal().norm()))
+      graded = search_graded(body, options, cell, job.part(0.5, 1));
+    if (!graded.is_found)
+      refuse_distance(body, options, std::min(nearest_share, graded.nearest_share), graded);
+    result = finished(graded.best.stuffing, graded.best.repair, graded.best.cell_size, options);
+    result.fit = graded.best.fit;
+  }
   result.notes.insert(result.notes.begin(), closed.warnings.begin(), closed.warnings.end());
   return result;
 }

@@ -109,7 +109,13 @@ void TriangleTree::summarise(Node& node) const {
   }
 }
 
-double TriangleTree::distance(const Vector3d& x) const {
+double TriangleTree::distance(const Vector3d& x, int triangle) const {
+  return std::sqrt(
+      squared_distance(x, corner(triangle, 0), corner(triangle, 1), corner(triangle, 2)));
+}
+
+TriangleTree::Nearest TriangleTree::nearest(const Vector3d& x) const {
+  int triangle = -1;
   double best = std::numeric_limits<double>::infinity();
   struct Entry {
     int node;
@@ -125,7 +131,10 @@ double TriangleTree::distance(const Vector3d& x) const {
     if (node.left < 0) {
       for (int i = node.begin; i < node.end; ++i) {
         const int t = order_[static_cast<std::size_t>(i)];
-        best = std::min(best, squared_distance(x, corner(t, 0), corner(t, 1), corner(t, 2)));
+        const double square = squared_distance(x, corner(t, 0), corner(t, 1), corner(t, 2));
+        if (square >= best) continue;
+        best = square;
+        triangle = t;
       }
       continue;
     }
@@ -137,7 +146,7 @@ double TriangleTree::distance(const Vector3d& x) const {
     if (far.bound < best) stack[size++] = far;
     if (near.bound < best) stack[size++] = near;
   }
-  return std::sqrt(best);
+  return {std::sqrt(best), triangle};
 }
 
 double TriangleTree::winding_number(const Vector3d& x) const {

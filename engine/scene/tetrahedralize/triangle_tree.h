@@ -14,8 +14,15 @@ class TriangleTree {
   /// @param surface  closed and oriented outward (closed_outward); must outlive the tree
   explicit TriangleTree(const TriangleSurface& surface);
 
+  struct Nearest {
+    double distance = 0;
+    int triangle = -1;
+  };
+  [[nodiscard]] Nearest nearest(const Eigen::Vector3d& x) const;
   /// Unsigned distance to the nearest triangle.
-  [[nodiscard]] double distance(const Eigen::Vector3d& x) const;
+  [[nodiscard]] double distance(const Eigen::Vector3d& x) const { return nearest(x).distance; }
+  /// Unsigned distance to one triangle.
+  [[nodiscard]] double distance(const Eigen::Vector3d& x, int triangle) const;
   /// Generalised winding number: 1 inside, 0 outside, 2 where two parts overlap. Far clusters of
   /// triangles count as a dipole (Barill et al. 2018, order 1), near ones exactly: good to about
   /// 1e-2.

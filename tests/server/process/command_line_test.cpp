@@ -97,11 +97,18 @@ TEST_F(ServerCommandLine, TetrahedralizeWritesAMesh) {
       << "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\n"
          "f 4 3 2 1\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n";
   for (const char* name : {"box.msh", "box.vtu"}) {
-    ASSERT_EQ(run({"tetrahedralize", path("box.obj"), path(name), "--tets", "300"}), 0) << text;
+    ASSERT_EQ(
+        run({"tetrahedralize", path("box.obj"), path(name), "--tets", "300", "--within", "0.2"}), 0)
+        << text;
     EXPECT_GT(scene::read_mesh_file(folder.path() / name).mesh.tet_count(), 200);
   }
-  EXPECT_EQ(run({"tetrahedralize", path("box.obj"), "-o", path("other.msh"), "--tets", "300"}), 0)
+  EXPECT_EQ(run({"tetrahedralize", path("box.obj"), "-o", path("other.msh"), "--tets", "300",
+                 "--within", "0.2"}),
+            0)
       << text;
+  EXPECT_NE(text.find("distance: surface to mesh"), std::string::npos) << text;
+  EXPECT_EQ(run({"tetrahedralize", path("box.obj"), path("other.msh"), "--tets", "300"}), 1);
+  EXPECT_NE(text.find("300 tets come within"), std::string::npos) << text;
   EXPECT_EQ(run({"tetrahedralize", path("box.obj"), path("box.txt")}), 1);
   EXPECT_EQ(run({"tetrahedralize", path("missing.obj"), path("box.msh")}), 1);
 }

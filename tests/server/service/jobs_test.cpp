@@ -79,6 +79,12 @@ TEST_F(ServerJobs, TetrahedralizeReturnsAMeshThatCanBeOpened) {
   const auto job = client.call(job_request(started.tetrahedralize().job(), 60)).get_job();
   ASSERT_EQ(job.status().state(), proto::JOB_STATE_DONE) << job.status().ShortDebugString();
   EXPECT_NEAR(static_cast<double>(job.mesh().tets().shape(0)), 500, 100);
+  const auto& report = job.tetrahedralization();
+  EXPECT_EQ(static_cast<std::int64_t>(report.tets()), job.mesh().tets().shape(0));
+  EXPECT_LE(report.distance_share(), 0.02);
+  EXPECT_GT(report.surface_to_mesh(), 0);
+  EXPECT_EQ(report.within(), 0.02);
+  EXPECT_NEAR(report.mesh_volume(), report.surface_volume(), 0.1 * report.surface_volume());
   int cut = 0;
   for (const auto& issue : job.issues())
     cut += issue.message() == "6 polygons are cut into triangles" ? 1 : 0;
@@ -93,6 +99,20 @@ TEST_F(ServerJobs, TetrahedralizeReturnsAMeshThatCanBeOpened) {
   for (const auto& issue : reply.validate_scene().issues()) {
     EXPECT_NE(issue.severity(), proto::Issue::SEVERITY_ERROR) << issue.ShortDebugString();
   }
+}
+
+TEST_F(ServerJobs, TetrahedralizeWithTooFewTetsFailsWithTheNumberThatWouldDo) {
+  proto::Request request;
+  request.mutable_tetrahedralize()->mutable_surface()->set_name("box.obj");
+  request.mutable_tetrahedralize()->mutable_surface()->set_content(kBox);
+  request.mutable_tetrahedralize()->set_target_tets(50);
+  const auto started = client.call(request);
+  const auto job = client.call(job_request(started.tetrahedralize().job(), 60)).get_job();
+  ASSERT_EQ(job.status().state(), proto::JOB_STATE_FAILED) << job.status().ShortDebugString();
+  EXPECT_EQ(job.status().error().code(), proto::ERROR_CODE_LIMIT_EXCEEDED);
+  EXPECT_EQ(job.status().error().field(), "within");
+  request.mutable_tetrahedralize()->set_within(0);
+  EXPECT_EQ(client.call(request).error().code(), proto::ERROR_CODE_INVALID_ARGUMENT);
 }
 
 TEST_F(ServerJobs, SurfacesThatEncloseNothingAreRefused) {

@@ -1,0 +1,76 @@
+#include "server/cli/tetrahedralize.h"
+
+#include <fmt/format.h>
+#include <google/protobuf/util/json_util.h>
+
+#include "engine/scene/formats/mesh_writers.h"
+#include "engine/scene/formats/surface_formats.h"
+#include "server/cli/local_files.h"
+#include "server/cli/progress_bar.h"
+#include "server/codec/errors.h"
+#include "server/codec/tetrahedralization.h"
+
+namespace limber::server {
+namespace {
+
+namespace fs = std::filesystem;
+
+void check_mesh_name(const fs::path& path) {
+  if (path.extension() != ".msh" && path.extension() != ".vtu") {
+    throw invalid("output", "a file name ending in .msh or .vtu is expected");
+  }
+}
+
+std::string mesh_bytes(const fs::path& path, const bodies::TetMesh& mesh) {
+  return path.extension() == ".msh" ? scene::write_msh(mesh) : scene::write_vtu(mesh);
+}
+
+void print_json(const proto::TetrahedralizationReport& report) {
+  google::protobuf::util::JsonPrintOptions options;
+  options.preserve_proto_field_names = true;
+  options.always_print_primitive_fields = true;
+  std::string text;
+  const auto status = google::protobuf::util::MessageToJsonString(report, &text, options);
+  LIMBER_DEMAND(status.ok());
+  fmt::print("{}\n", text);
+}
+
+void print_text(const TetrahedralizeCommand& command, const scene::Tetrahedralization& result) {
+  fmt::print("{}: {} nodes, {} tets\n", command.output.string(), result.mesh.node_count(),
+             result.mesh.tet_count());
+  const scene::SurfaceFit& fit = result.fit.value();
+  fmt::print(
+      "distance: surface to mesh {:.3g}, mesh to surface {:.3g}: {:.2g} % of the body's length "
+      "(within {:.3g} %)\n",
+      fit.surface_to_mesh, fit.mesh_to_surface, 100 * fit.distance_share, 100 * fit.within);
+  if (fit.share_beyond > 0)
+    fmt::print("{:.2g} % of the surface's vertices are farther away\n", 100 * fit.share_beyond);
+  fmt::print("volume: surface {:.4g}, mesh {:.4g} ({:+.2g} %)\n", fit.surface_volume,
+             fit.mesh_volume, 100 * (fit.mesh_volume / fit.surface_volume - 1));
+}
+
+}  // namespace
+
+int tetrahedralize_file(const TetrahedralizeCommand& command) {
+  check_mesh_name(command.output);
+  command.options.validate();
+  const scene::TriangleSurface surface = scene::read_surface_file(command.surface);
+  scene::Tetrahedralization result;
+  {
+    ProgressBar bar;
+    JobContext job;
+    job.progress = [&](const std::string& stage, double fraction) { bar.show(stage, fraction); };
+    result = scene::tetrahedralize(surface, command.options, job);
+    bar.show("done", 1);
+  }
+  for (const auto& text : result.notes) fmt::print(stderr, "warning: {}\n", text);
+  write_file(command.output, mesh_bytes(command.output, result.mesh));
+  if (command.json) {
+    print_json(encode_report(result));
+  } else {
+    print_text(command, result);
+  }
+  return 0;
+}
+
+}  // namespace limber::server
