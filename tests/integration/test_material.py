@@ -46,6 +46,20 @@ def test_forces_fall_and_the_material_is_told_in_si_units(server, fitted):
     plain.close()
 
 
+def test_fitted_motions_do_not_shake(server, fitted):
+    result, material = fitted.wait(), fitted.material()
+    assert 0 <= result.high_frequency_share <= 1e-5
+    # An eighth of the frames per second; the difference equation's own frequency is not above it.
+    assert all(mode.frequency <= FPS / 8 * (1 + 1e-9) for mode in material.modes if mode.damping == 0)
+    slow = server.open(swinging(optimise="all", modes=6, candidate_modes=12, max_frequency_hz=2.0, slow_steps=3),
+                       progress=False)
+    slow.wait()
+    assert all(mode.frequency <= 2.0 * (1 + 1e-9) for mode in slow.material().modes if mode.damping == 0)
+    optimisation = slow.scene().material_optimisation
+    assert (optimisation.max_frequency_hz, optimisation.slow_steps) == (2.0, 3)
+    slow.close()
+
+
 def test_freeze_reset_and_undo(fitted):
     first, material = fitted.wait(), fitted.material()
     fitted.freeze_material()
@@ -81,6 +95,9 @@ def test_the_stream_shows_forces_first_and_then_the_material(fitted):
     (dict(modes=6, candidate_modes=100000), "scene.model.candidate_modes"),
     (dict(modes=100000), "scene.model.modes"),
     (dict(modes=6, column_weight=-1.0), "scene.material_optimisation.column_weight"),
+    (dict(modes=6, max_frequency_hz=0.0), "scene.material_optimisation.max_frequency_hz"),
+    (dict(modes=6, max_frequency_hz=15.1, frames_per_second=FPS), "scene.material_optimisation.max_frequency_hz"),
+    (dict(modes=6, slow_steps=1001), "scene.material_optimisation.slow_steps"),
     (dict(constraint_tolerance=0.0), "scene.constraint_tolerance"),
     (dict(modes=6, period_frames=-3.0), "scene.dynamics.period_frames"),
 ])
