@@ -37,7 +37,9 @@ constexpr Measure kMeasures[] = {{"", &rods::DesignMeasures<double>::objective,
                                  {"_flatness", &rods::DesignMeasures<double>::flatness,
                                   &rods::DesignMeasures<Eigen::VectorXd>::flatness},
                                  {"_angle", &rods::DesignMeasures<double>::smallest_angle,
-                                  &rods::DesignMeasures<Eigen::VectorXd>::smallest_angle}};
+                                  &rods::DesignMeasures<Eigen::VectorXd>::smallest_angle},
+                                 {"_area", &rods::DesignMeasures<double>::deployed_area,
+                                  &rods::DesignMeasures<Eigen::VectorXd>::deployed_area}};
 
 struct Mismatch {
   bool has_differences = false;  // with some step
@@ -90,7 +92,7 @@ Mismatch differences(rods::LinkageDesign& design, const Eigen::VectorXd& v,
   constexpr double kNothing = 1e-8;  // of a radian, of the objective, of squared lengths
   const double length = design.criteria().length_scale;
   const std::array<double, std::size(kMeasures)> units{design.values(design.point()).objective,
-                                                       length * length, 1};
+                                                       length * length, 1, length * length};
   for (const double step : steps) {
     const std::optional<Sides> sides = sides_of(design, v, step, best.beside);
     if (!sides) continue;

@@ -32,7 +32,7 @@ struct Options {
   std::optional<double> shortest, longest, flat_height, smallest_angle;
   std::optional<unsigned> iterations;
   std::string lengths, sections, guard;
-  std::optional<double> thinnest, thickest;
+  std::optional<double> thinnest, thickest, least_cover;
   bool detach = false;
   // Of a linkage that begins with the surface alone:
   std::string grid, section;  // COLUMNSxROWS, WIDTHxHEIGHT
@@ -85,8 +85,10 @@ std::string end_words(const v1::DesignInfo& info) {
 
 void print_heading() {
   fmt::print(
-      "rms in the scene's length unit\n{:>5}  {:>12}  {:>11}  {:>11}  {:>11}  {:>9}  {:>11}\n",
-      "step", "objective", "target rms", "surface rms", "energy [J]", "flat", "angle [deg]");
+      "rms in the scene's length unit\n{:>5}  {:>12}  {:>11}  {:>11}  {:>11}  {:>7}  {:>9}  "
+      "{:>11}\n",
+      "step", "objective", "target rms", "surface rms", "energy [J]", "cover", "flat",
+      "angle [deg]");
 }
 
 void print_step(const Context& context, const v1::DesignInfo& info) {
@@ -97,9 +99,11 @@ void print_step(const Context& context, const v1::DesignInfo& info) {
                            : !info.refusal().empty()                  ? "not believed"
                            : info.iteration() > 0 && !info.accepted() ? "refused"
                                                                       : "";
-  fmt::print("{:>5}  {:>12.6g}  {:>11.4g}  {:>11.4g}  {:>11.4g}  {:>9.2e}  {:>11.2f}  {}\n",
+  fmt::print("{:>5}  {:>12.6g}  {:>11.4g}  {:>11.4g}  {:>11.4g}  {:>7}  {:>9.2e}  {:>11.2f}  {}\n",
              info.iteration(), now.objective(), now.target_rms(), now.surface_rms(),
-             now.deployed_energy(), now.flat_height(), now.smallest_angle_degrees(), mark);
+             now.deployed_energy(),
+             info.has_surface() ? fmt::format("{:.1f} %", 100 * now.cover()) : "-",
+             now.flat_height(), now.smallest_angle_degrees(), mark);
 }
 
 void print_other(const v1::DesignInfo& info, const v1::OtherOptimum& other) {
@@ -141,6 +145,16 @@ void follow(Context& context, client::Subscription& stream, const std::string& s
     fmt::print("best: step {}, target rms {:.4g} (was {:.4g}), surface rms {:.4g} (was {:.4g})\n",
                info.best_iteration(), best.target_rms(), before.target_rms(), best.surface_rms(),
                before.surface_rms());
+    if (info.has_surface()) {
+      fmt::print("cover: {:.4g} of the surface's area, {:.1f} % of the start's {:.4g}\n",
+                 best.covered_area(), 100 * best.cover(), before.covered_area());
+    }
+    if (info.has_erection()) {
+      fmt::print("opens from flat to {:.4g} degrees {}\n", info.erection().mean_angle_degrees(),
+                 info.erection().push_size() == 0
+                     ? "by itself"
+                     : "pushed out of its plane on the way, as set-mean-angle does it");
+    }
   };
   while (true) {
     const auto event = stream.next(Milliseconds{500});
@@ -236,6 +250,7 @@ v1::StartDesignResponse begin(Context& context, const Options& options,
   if (!options.guard.empty()) request.set_guard(kGuards.at(options.guard));
   if (options.thinnest) request.set_thinnest(*options.thinnest);
   if (options.thickest) request.set_thickest(*options.thickest);
+  if (options.least_cover) request.set_least_cover(*options.least_cover);
   auto& goal = *request.mutable_goal();
   put_goal(options, goal);
   put_targets(options.targets, *goal.mutable_targets());
@@ -373,6 +388,9 @@ void add_limits(CLI::App& command, Options& options) {
       "--smallest-angle", options.smallest_angle,
       "Bound on the flat shape's opening angles in degrees (default: a tenth of the "
       "start's smallest where that lies open, else none; of a --grid half its flat angle)");
+  command.add_option("--least-cover", options.least_cover,
+                     "Share of the area that the start covers of the surface which the design "
+                     "keeps, 0 to 1 (default: 0.9)");
   command
       .add_option("--lengths", options.lengths,
                   "Rest lengths that are varied: segments (default), edges or kept")

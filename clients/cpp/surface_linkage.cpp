@@ -1,7 +1,6 @@
 #include "clients/cpp/surface_linkage.h"
 
 #include <utility>
-#include <vector>
 
 #include "clients/cpp/linkage_design.h"
 
@@ -12,29 +11,34 @@ constexpr double kFlatAngle = 25;        // [degree]
 constexpr double kFlatShare = 0.5;       // of it, that no joint of the flat grid is to close beyond
 constexpr double kYoungsModulus = 10e9;  // of a scene that has none [Pa]
 
-/// Forces that push the flat grid to its surface's side, in the scene's units.
-void push(v1::Scene& scene, const v1::MakeStartingGridResponse& grid) {
+/// Forces that push the flat grid to its surface's side while it opens, in the scene's units.
+void push(v1::Scene& scene, const v1::MakeStartingGridResponse& grid, double flat_angle) {
   v1::RodLinkage& linkage = *scene.mutable_linkage();
   const double modulus = linkage.material().has_youngs_modulus()
                              ? linkage.material().youngs_modulus()
                              : kYoungsModulus;
   const double unit = scene.has_length_unit_in_metres() ? scene.length_unit_in_metres() : 1;
+  v1::LinkageErection& erection = *linkage.mutable_erection();
+  erection.set_mean_angle_degrees(grid.mean_angle_degrees());
+  erection.add_path_degrees(flat_angle);
+  erection.add_path_degrees(grid.mean_angle_degrees());
   for (int j = 0; j < grid.push_size(); ++j) {
     if (grid.push(j) == 0) continue;
-    v1::JointLoad& load = *linkage.mutable_conditions()->add_loads();
+    v1::JointLoad& load = *erection.add_push();
     load.set_joint(static_cast<unsigned>(j));
     load.mutable_force()->set_z(modulus * unit * unit * grid.push(j));
   }
 }
 
-void let_go(LinkageSession& session, const v1::MakeStartingGridResponse& grid) {
-  std::vector<v1::Edit> edits;
-  for (int j = 0; j < grid.push_size(); ++j) {
-    if (grid.push(j) == 0) continue;
-    v1::Edit& edit = edits.emplace_back();
-    edit.mutable_set_joint_load()->mutable_load()->set_joint(static_cast<unsigned>(j));
+/// What is unlikely of the grid, as its size in kilometres.
+void add_warnings(Client& client, const v1::Scene& scene, std::string& remark) {
+  v1::ValidateSceneRequest request;
+  *request.mutable_scene() = scene;
+  for (const v1::Issue& issue : client.call(request).issues()) {
+    if (issue.severity() != v1::Issue::SEVERITY_WARNING) continue;
+    if (!remark.empty()) remark += "; ";
+    remark += issue.message();
   }
-  if (!edits.empty()) session.edit(edits);
 }
 
 void demand_open(LinkageSession& session, Milliseconds timeout) {
@@ -54,7 +58,7 @@ SurfaceLinkage open_on_surface(Client& client, v1::MakeStartingGridRequest grid,
   const unsigned rows = grid.has_rows() ? grid.rows() : kDefault;
   const unsigned middle = rows / 2 * columns + columns / 2;
   if (rods.linkage().has_section()) *grid.mutable_section() = rods.linkage().section();
-  const v1::MakeStartingGridResponse made = client.call(grid, LinkageDesign::kLarge);
+  v1::MakeStartingGridResponse made = client.call(grid, LinkageDesign::kLarge);
   v1::RodLinkage& linkage = *rods.mutable_linkage();
   *linkage.mutable_lines()->mutable_arrays() = made.flat();
   auto& conditions = *linkage.mutable_conditions();
@@ -62,11 +66,10 @@ SurfaceLinkage open_on_surface(Client& client, v1::MakeStartingGridRequest grid,
   auto& pin = *conditions.add_pins();
   pin.set_joint(middle);
   pin.set_held(v1::HELD_MOTION);
-  push(rods, made);
+  push(rods, made, grid.flat_angle_degrees());
+  add_warnings(client, rods, *made.mutable_remark());
   LinkageSession opened = LinkageSession::open(client, rods, session, timeout);
   try {
-    demand_open(opened, timeout);
-    let_go(opened, made);
     demand_open(opened, timeout);
   } catch (...) {
     opened.close();

@@ -13,8 +13,9 @@ struct SurfaceLinkage {
   /// Begins its design: the surface, put where the grid fits the joints, the flat grid held at
   /// its angle, and none of its joints below half of that. Add what else is wanted.
   v1::StartDesignRequest design;
-  double misfit = 0;   // largest difference of a length from that on the surface, as a share
-  std::string remark;  // what will stand in the design's way; empty: nothing
+  double misfit = 0;  // largest difference of a length from that on the surface, as a share
+  /// What will stand in the design's way, and warnings of the scene; empty: nothing.
+  std::string remark;
 };
 
 /// @param grid  the surface and the size of the grid; flat angle 25 degrees where it has none

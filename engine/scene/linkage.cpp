@@ -32,6 +32,7 @@ class ConditionsValidator {
     check_loads();
     check_sizes();
     check_gravity();
+    if (conditions_.erection) check_erection(*conditions_.erection);
     return std::move(issues_);
   }
 
@@ -51,6 +52,24 @@ class ConditionsValidator {
           fmt::format("{} of {:g} degrees cannot be reached, must be in (-180, 180)", what,
                       angle * kDegrees),
           ErrorCode::kOutOfRange);
+  }
+
+  void check_erection(const LinkageErection& erection) {
+    check_angle("erection.mean_angle", "a mean angle", erection.mean_angle);
+    for (std::size_t i = 0; i < erection.path.size(); ++i)
+      check_angle(fmt::format("erection.path[{}]", i), "a mean angle", erection.path[i]);
+    std::set<int> pushed;
+    for (std::size_t i = 0; i < erection.push.size(); ++i) {
+      const JointLoad& load = erection.push[i];
+      const std::string field = fmt::format("erection.push[{}]", i);
+      if (!check_joint(field + ".joint", load.joint)) continue;
+      if (!pushed.insert(load.joint).second)
+        error(field + ".joint", fmt::format("joint {} is pushed twice", load.joint));
+      if (!load.force.allFinite() || !load.moment.allFinite() || !std::isfinite(load.torque))
+        error(field, "must be finite");
+    }
+    if (!std::isfinite(erection.distance) || erection.distance < 0)
+      error("erection.distance", "must be finite and >= 0");
   }
 
   void check_pins() {

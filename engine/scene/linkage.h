@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -50,6 +51,18 @@ struct JointLoad {
   double torque = 0;                                 // [N m], opens the joint
 };
 
+/// How a linkage is opened from flat to the shape it was designed for: forces push it out of its
+/// plane while it opens and are removed where it is open, since without them it may open to another
+/// branch.
+struct LinkageErection {
+  double mean_angle = 0;          // that it leads to [rad], in (-pi, pi)
+  std::vector<JointLoad> push;    // at most one for each joint; empty: it opens by itself
+  std::vector<double> path = {};  // mean opening angles [rad], from flat to mean_angle
+  /// Root mean square distance of joints from the designed shape to which it leads, after the best
+  /// rigid motion [scene length unit].
+  double distance = 0;
+};
+
 /// What acts on a linkage; edits change this and nothing else.
 struct LinkageConditions {
   std::vector<JointPin> pins;
@@ -68,6 +81,8 @@ struct LinkageConditions {
   Eigen::VectorXd edge_lengths = {};
   /// Of each segment, > 0: its section is as large times this in both directions; empty: 1.
   Eigen::VectorXd section_scales = {};
+  /// With these sizes of rods; null: not known.
+  std::shared_ptr<const LinkageErection> erection = {};
 };
 
 /// Rest lengths of segments: those of the line mesh, or those for which the linkage as drawn has

@@ -205,6 +205,8 @@ void encode_terms(const session::DesignTerms& terms, double length_unit,
   message.set_flat_height(terms.flat_height);
   message.set_smallest_angle_degrees(to_degrees(terms.smallest_angle));
   message.set_holds(terms.holds);
+  message.set_covered_area(terms.covered_area);
+  message.set_cover(terms.cover);
 }
 
 void encode_placement(const rods::SurfacePlacement& placement, proto::SurfacePlacement& message) {
@@ -258,6 +260,7 @@ session::DesignRequest decode_design(const proto::StartDesignRequest& request,
   }
   if (request.has_flat_angle_degrees())
     design.flat_angle = decode_angle(request.flat_angle_degrees(), "flat_angle_degrees");
+  if (request.has_least_cover()) design.least_cover = request.least_cover();
   if (request.has_max_iterations())
     design.max_iterations = decode_index(request.max_iterations(), "max_iterations");
   design.shortest_lengths = decode_numbers(request.shortest_lengths());
@@ -378,6 +381,8 @@ proto::DesignInfo encode_design(const session::DesignInfo& info, double length_u
   if (info.smallest_angle_allowed)
     message.set_smallest_angle_degrees(to_degrees(*info.smallest_angle_allowed));
   if (info.flat_angle) message.set_flat_angle_degrees(to_degrees(*info.flat_angle));
+  message.set_least_cover(info.least_cover);
+  if (info.erection) *message.mutable_erection() = encode_erection(*info.erection);
   message.set_flat_share(info.goal.flat_share);
   message.set_distance_weight(info.goal.distance_weight);
   message.set_surface_weight(info.goal.surface_weight);

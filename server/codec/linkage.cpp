@@ -102,6 +102,27 @@ scene::LinkageConditions decode_conditions(const proto::LinkageConditions& messa
   return conditions;
 }
 
+void encode_load(const scene::JointLoad& load, proto::JointLoad& message) {
+  message.set_joint(static_cast<std::uint32_t>(load.joint));
+  encode_vector(load.force, *message.mutable_force());
+  encode_vector(load.moment, *message.mutable_moment());
+  message.set_torque(load.torque);
+}
+
+std::shared_ptr<const scene::LinkageErection> decode_erection(const proto::LinkageErection& message,
+                                                              const std::string& field) {
+  auto erection = std::make_shared<scene::LinkageErection>();
+  erection->mean_angle = decode_angle(message.mean_angle_degrees(), field + ".mean_angle_degrees");
+  for (int i = 0; i < message.push_size(); ++i)
+    erection->push.push_back(decode_load(message.push(i), fmt::format("{}.push[{}]", field, i)));
+  for (int i = 0; i < message.path_degrees_size(); ++i) {
+    erection->path.push_back(
+        decode_angle(message.path_degrees(i), fmt::format("{}.path_degrees[{}]", field, i)));
+  }
+  erection->distance = message.distance();
+  return erection;
+}
+
 void encode_conditions(const scene::LinkageConditions& conditions,
                        proto::LinkageConditions& message) {
   for (const auto& pin : conditions.pins) {
@@ -128,13 +149,7 @@ void encode_conditions(const scene::LinkageConditions& conditions,
     encode_vector(target.position, *added.mutable_position());
     added.set_stiffness(target.stiffness);
   }
-  for (const auto& load : conditions.loads) {
-    auto& added = *message.add_loads();
-    added.set_joint(static_cast<std::uint32_t>(load.joint));
-    encode_vector(load.force, *added.mutable_force());
-    encode_vector(load.moment, *added.mutable_moment());
-    added.set_torque(load.torque);
-  }
+  for (const auto& load : conditions.loads) encode_load(load, *message.add_loads());
   if (!conditions.gravity.isZero(0)) encode_vector(conditions.gravity, *message.mutable_gravity());
   encode_numbers(conditions.segment_lengths, *message.mutable_segment_lengths());
   encode_numbers(conditions.edge_lengths, *message.mutable_edge_lengths());
@@ -180,6 +195,15 @@ proto::RodBending encode_bending(rods::BendingForm form) {
 }
 
 }  // namespace
+
+proto::LinkageErection encode_erection(const scene::LinkageErection& erection) {
+  proto::LinkageErection message;
+  message.set_mean_angle_degrees(to_degrees(erection.mean_angle));
+  for (const auto& load : erection.push) encode_load(load, *message.add_push());
+  for (const double angle : erection.path) message.add_path_degrees(to_degrees(angle));
+  message.set_distance(erection.distance);
+  return message;
+}
 
 double to_degrees(double radian) { return radian * (180 / kPi); }
 
@@ -255,6 +279,8 @@ scene::Linkage decode_linkage(const proto::Scene& message, const std::string& pr
   if (material.has_poissons_ratio()) linkage.poissons_ratio = material.poissons_ratio();
   if (material.has_density()) linkage.density = material.density();
   linkage.conditions = decode_conditions(given.conditions(), field + ".conditions");
+  if (given.has_erection())
+    linkage.conditions.erection = decode_erection(given.erection(), field + ".erection");
   if (given.has_shape()) linkage.shape = decode_linkage_shape(given.shape(), field + ".shape");
   if (given.shape().has_conditions()) {
     linkage.shape_conditions =
@@ -286,6 +312,8 @@ proto::Scene encode_linkage(const scene::Linkage& linkage) {
   given.mutable_material()->set_poissons_ratio(linkage.poissons_ratio);
   given.mutable_material()->set_density(linkage.density);
   encode_conditions(linkage.conditions, *given.mutable_conditions());
+  if (linkage.conditions.erection)
+    *given.mutable_erection() = encode_erection(*linkage.conditions.erection);
   if (linkage.shape) *given.mutable_shape() = encode_linkage_shape(*linkage.shape);
   if (linkage.shape_conditions)
     encode_conditions(*linkage.shape_conditions, *given.mutable_shape()->mutable_conditions());
@@ -303,6 +331,12 @@ std::string linkage_field_in(const proto::Scene& message, const std::string& fie
     return "linkage.lines" + name + (given.lines().has_arrays() ? after("lines") : "");
   }
   if (field.starts_with("section.")) return "linkage." + section_field_in(given.section(), field);
+  if (field.starts_with("conditions.erection.")) {
+    std::string name = after("conditions.");
+    if (name == "erection.mean_angle") name += "_degrees";
+    replace_first(name, ".path[", ".path_degrees[");
+    return "linkage." + name;
+  }
   if (field.starts_with("conditions."))
     return "linkage.conditions." + condition_field(after("conditions."));
   if (field == "youngs_modulus" || field == "poissons_ratio" || field == "density")

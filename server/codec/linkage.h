@@ -30,6 +30,7 @@ void demand_body(const proto::Scene& message, const std::string& prefix);
 /// sent. What has no other name stays.
 [[nodiscard]] std::string linkage_field_in(const proto::Scene& message, const std::string& field);
 
+[[nodiscard]] proto::LinkageErection encode_erection(const scene::LinkageErection& erection);
 [[nodiscard]] scene::JointPin decode_pin(const proto::JointPin& message, const std::string& field);
 [[nodiscard]] scene::LinkageTarget decode_target(const proto::LinkageTarget& message,
                                                  const std::string& field);

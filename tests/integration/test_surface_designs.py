@@ -273,3 +273,118 @@ def test_a_surface_as_file_triangles_and_points_is_the_same_and_can_be_moved(ser
     until(lambda: design.info().state == "ended")
     assert design.info().best.surface_rms < near
     linkage.close()
+
+
+def rigid_distance(a, b):
+    """Root mean square distance of points after the best rigid motion, which does not mirror."""
+    a, b = a - a.mean(axis=0), b - b.mean(axis=0)
+    u, _, v = np.linalg.svd(a.T @ b)
+    turn = u @ np.diag([1, 1, np.sign(np.linalg.det(u @ v))]) @ v
+    return np.sqrt(((a @ turn - b) ** 2).sum(axis=1).mean())
+
+
+def cell_area(joints, columns):
+    """Of the cells of a grid, each four triangles about its middle."""
+    at = joints.reshape(-1, columns, 3)
+    around = [at[:-1, :-1], at[:-1, 1:], at[1:, 1:], at[1:, :-1]]
+    middle = sum(around) / 4
+    return sum(np.linalg.norm(np.cross(p - middle, q - middle), axis=-1).sum() / 2
+               for p, q in zip(around, around[1:] + around[:1]))
+
+
+def high_dome(n=15):
+    x, y = np.meshgrid(np.linspace(-1, 1, n), np.linspace(-0.7, 0.7, n), indexing="ij")
+    return sheet(x, y, 0.4 * (1 - x ** 2 - y ** 2))
+
+
+def test_a_grid_covers_what_its_start_covers(server, tmp_path):
+    """It comes nearer to a dome by covering less of it: that is measured, told, and bounded."""
+    design = server.design_surface(high_dome(), columns=6, rows=5, section=STRIP, progress=False, max_iterations=60,
+                                   least_cover=0)
+    shrunk = design.wait()
+    assert shrunk.least_cover == 0 and shrunk.best.holds and shrunk.best.cover < 0.88
+    assert shrunk.best.covered_area == pytest.approx(shrunk.best.cover * shrunk.start.covered_area, rel=1e-9)
+    design.session.close()
+    design = server.design_surface(high_dome(), columns=6, rows=5, section=STRIP, progress=False, max_iterations=60)
+    info = design.wait()
+    assert info.least_cover == 0.9 and info.start.cover == pytest.approx(1)
+    assert info.best.holds and info.best.cover > 0.9 * (1 - 1e-3), info.message
+    assert info.best.surface_rms < 0.6 * info.start.surface_rms, "and is nearer all the same"
+    joints = design.session.shape().joints
+    assert info.best.covered_area == pytest.approx(cell_area(joints, 6), rel=1e-4)
+    assert refusal(lambda: design.session.design(high_dome(), least_cover=1.2)) == ("INVALID_ARGUMENT", "least_cover")
+    design.session.close()
+    write_obj(tmp_path / "dome.obj", *high_dome())
+    done = run(server, "design", "dome", "--surface", str(tmp_path / "dome.obj"), "--grid", "6x5", "--section",
+               "0.02x0.004", "--iterations", "3", "--least-cover", "0.95")
+    assert "cover" in done.stdout and "of the surface's area" in done.stdout, done.stdout + done.stderr
+    assert server.session("dome").current_design().info().least_cover == pytest.approx(0.95)
+    server.session("dome").close()
+
+
+def test_a_design_without_a_surface_has_no_cover(server):
+    linkage = server.open(strip_scene(), progress=False)
+    targets = linkage.shape().joints + (0, 0, 1)
+    info = linkage.design(targets=targets, flat_height=0.3, max_iterations=2).wait()
+    assert info.best.covered_area == 0 and info.best.cover == 0
+    linkage.close()
+
+
+def test_a_design_that_is_taken_opens_from_flat_to_its_shape(server, tmp_path):
+    """Without a push it opens to either side of its plane, as rounding has it."""
+    x, y = np.meshgrid(np.linspace(-1, 1, 15), np.linspace(-0.8, 0.8, 15), indexing="ij")
+    bowl = sheet(x, y, 0.15 * (x ** 2 + y ** 2))
+    for name, surface in (("hill", hill()), ("bowl", bowl)):
+        design = server.design_surface(surface, columns=6, rows=5, section=STRIP, session=name, progress=False,
+                                       max_iterations=25)
+        info, linkage = design.wait(), design.session
+        if info.taken is None:
+            design.take()
+        linkage.wait()
+        designed = linkage.shape().joints
+        assert info.erection is not None, info.message
+        assert len(info.erection.push) == 30 and info.erection.path[0] == pytest.approx(25)
+        assert info.erection.distance < 1e-4 * 2.5
+        opened_at = info.erection.mean_angle
+
+        def opens(session, what):
+            for angle in (25, opened_at):
+                session.deploy(angle)
+                assert not session.wait().solve_failed, what
+            assert rigid_distance(session.shape().joints, designed) < 1e-3, what
+            assert session.scene().linkage.conditions.loads == [], "nothing pushes it any more"
+
+        opens(linkage, name)
+        linkage.export(tmp_path, formats=("scene",), stem=name, progress=False)
+        again = server.open(tmp_path / f"{name}.json", progress=False)
+        again.wait()
+        opens(again, f"{name} from its file")
+        again.set_lengths(again.lengths())
+        assert not again.scene().linkage.HasField("erection"), "of rods of other lengths it is not known"
+        again.undo()
+        assert again.scene().linkage.HasField("erection")
+        again.close()
+        linkage.close()
+
+
+def test_the_same_roof_in_metres_in_millimetres_and_without_a_unit_ends_the_same_way(server):
+    """Millimetres that are taken for metres are a roof of 12 km, which is told."""
+    x, y = np.meshgrid(np.linspace(-1, 1, 13), np.linspace(-0.8, 0.8, 13), indexing="ij")
+    vertices, triangles = sheet(6 * x, 6 * y, 0.9 * (1 - x ** 2 - y ** 2))
+    ends = []
+    for scale, unit in ((1, None), (1000, 1e-3), (1000, None)):
+        options = {} if unit is None else {"length_unit_in_metres": unit}
+        call = lambda: server.design_surface(  # noqa: E731
+            (scale * vertices, triangles), columns=6, rows=5, section={"rectangle": (0.12 * scale, 0.024 * scale)},
+            progress=False, max_iterations=12, **options)
+        if (scale, unit) == (1000, None):
+            with pytest.warns(UserWarning, match="12 km"):
+                design = call()
+        else:
+            design = call()
+        info = design.wait()
+        ends.append((info.end, info.best.surface_rms / scale, info.best.cover, info.erection is not None))
+        design.session.close()
+    for end in ends[1:]:
+        assert end[0] == ends[0][0] and end[3] == ends[0][3]
+        assert end[1:3] == pytest.approx(ends[0][1:3], rel=0.02)

@@ -14,7 +14,7 @@ streamed coordinates into numpy arrays. Lengths are in the scene's length unit, 
 from . import beam_edits
 from .beam_sessions import BeamGeometry, BeamResult, BeamSession, beam_scene
 from .beams import BeamSnap, BeamSolution
-from .designs import Design, DesignInfo, DesignTerms, OtherOptimum, Placement, StartingGrid
+from .designs import Design, DesignInfo, DesignTerms, Erection, OtherOptimum, Placement, StartingGrid
 from .edits import Axes, add, dynamics, ends, move, optimise, redo, remove, replace, reset_material, undo
 from .errors import LimberError, ServerUnreachable
 from .exports import Export
@@ -37,7 +37,7 @@ from .stream import FrameStream, StreamedFrames
 __version__ = "0.1.0"
 
 __all__ = [
-    "AccuracyWarning", "Axes", "BeamGeometry", "BeamResult", "BeamSession", "BeamSnap", "BeamSolution", "Constraint", "DEFAULT_ENDPOINT", "Design", "DesignInfo", "DesignTerms", "Export", "FrameStream", "Geometry", "Keyframe", "LaunchedServer",
+    "AccuracyWarning", "Axes", "BeamGeometry", "BeamResult", "BeamSession", "BeamSnap", "BeamSolution", "Constraint", "DEFAULT_ENDPOINT", "Design", "DesignInfo", "DesignTerms", "Erection", "Export", "FrameStream", "Geometry", "Keyframe", "LaunchedServer",
     "LimberError", "LinkageGeometry", "LinkageResult", "LinkageSession", "LinkageStep", "Material", "Mode", "MotionError", "OtherOptimum", "Placement", "Receipt", "Recovery", "Result", "Server", "ServerUnreachable", "Session", "Shape",
     "Simulation", "StartingGrid", "StreamedFrames", "Target", "add", "add_keyframe", "base_motion", "beam_edits", "beam_scene", "connect", "dynamics", "ends", "force",
     "keyframe", "launch", "linkage_scene", "load_scene", "mesh_file", "move", "move_keyframe", "optimise", "picture", "redo", "remove",

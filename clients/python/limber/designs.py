@@ -14,6 +14,7 @@ from . import arrays, checks, edits
 from .errors import LimberError, from_message, invalid
 from .mesh_files import mesh_file
 from .messages import design as messages
+from .messages import scene as scene_messages
 from .progress import ProgressOption
 
 if TYPE_CHECKING:
@@ -45,12 +46,15 @@ class DesignTerms:
     surface_rms: float      # of all joints, to the surface [length unit]
     flat_height: float      # of the flat shape's joints over their plane, as a share of the linkage's extent
     smallest_angle: float   # at most the smallest opening angle of the flat shape [degree]
-    holds: bool             # both constraints are kept
+    holds: bool             # all constraints are kept
+    covered_area: float     # of the surface, by the deployed shape's cells [length unit^2]; 0 without a surface
+    cover: float            # the same as a share of what the start covers
 
     @staticmethod
     def from_message(terms: "messages.DesignTerms") -> "DesignTerms":
         return DesignTerms(terms.objective, terms.flat_energy, terms.deployed_energy, terms.target_rms,
-                           terms.surface_rms, terms.flat_height, terms.smallest_angle_degrees, terms.holds)
+                           terms.surface_rms, terms.flat_height, terms.smallest_angle_degrees, terms.holds,
+                           terms.covered_area, terms.cover)
 
 
 @dataclass(frozen=True)
@@ -96,6 +100,22 @@ class OtherOptimum:
 
 
 @dataclass(frozen=True)
+class Erection:
+    """How a linkage is opened from flat to the shape it was designed for: pushed out of its plane along the way."""
+
+    mean_angle: float        # that it leads to [degree]
+    push: dict[int, tuple[float, float, float]]  # forces at joints [N], removed at the end; {}: it opens by itself
+    path: tuple[float, ...]  # mean angles from flat [degree]
+    distance: float          # of the shape it leads to from the designed one, root mean square of joints [length unit]
+
+    @staticmethod
+    def from_message(erection: "scene_messages.LinkageErection") -> "Erection":
+        return Erection(erection.mean_angle_degrees,
+                        {load.joint: (load.force.x, load.force.y, load.force.z) for load in erection.push},
+                        tuple(erection.path_degrees), erection.distance)
+
+
+@dataclass(frozen=True)
 class DesignInfo:
     """How a design stands."""
 
@@ -125,6 +145,8 @@ class DesignInfo:
     other_optima: tuple[OtherOptimum, ...]  # of one that has ended by itself: earlier ones that ended elsewhere
     placement: Placement    # of the surface
     flat_angle: float | None  # mean angle that the flat shape is held at [degree]; None: nothing holds it
+    least_cover: float      # required, of what the start covers
+    erection: Erection | None  # how the best shape is opened from flat; None: not ended, or no way was found (message)
 
     @staticmethod
     def from_message(info: "messages.DesignInfo") -> "DesignInfo":
@@ -137,7 +159,8 @@ class DesignInfo:
                           tuple(info.sections_at_bound), info.refused, info.not_believed, info.flat_lost, info.guarded,
                           info.refusal, tuple(OtherOptimum.from_message(other) for other in info.other_optima),
                           Placement.from_message(info.placement),
-                          info.flat_angle_degrees if info.HasField("flat_angle_degrees") else None)
+                          info.flat_angle_degrees if info.HasField("flat_angle_degrees") else None, info.least_cover,
+                          Erection.from_message(info.erection) if info.HasField("erection") else None)
 
 
 def targets_of(targets: Any, field: str, joints: "Callable[[], int]") -> "list[messages.DesignTarget]":
@@ -222,7 +245,7 @@ def request(session: str, joints: "Callable[[], int]", *, surface: Any, targets:
             sections: str | None = None, thinnest: float | None = None, thickest: float | None = None,
             thinnest_sections: Any = None, thickest_sections: Any = None, guard: str | None = None,
             fitted_points: Any = None, flat_angle: float | None = None,
-            placement: "Placement | None" = None) -> "messages.StartDesignRequest":
+            placement: "Placement | None" = None, least_cover: float | None = None) -> "messages.StartDesignRequest":
     made = messages.StartDesignRequest(session=session)
     made.goal.SetInParent()
     if surface is not None:
@@ -235,7 +258,8 @@ def request(session: str, joints: "Callable[[], int]", *, surface: Any, targets:
     weights = {"flat_share": flat_share, "distance_weight": distance_weight, "surface_weight": surface_weight}
     _set_given(made.goal, weights)
     _set_given(made, {"shortest": shortest, "longest": longest, "flat_height": flat_height,
-                      "smallest_angle_degrees": smallest_angle, "flat_angle_degrees": flat_angle, "thinnest": thinnest, "thickest": thickest})
+                      "smallest_angle_degrees": smallest_angle, "flat_angle_degrees": flat_angle,
+                      "least_cover": least_cover, "thinnest": thinnest, "thickest": thickest})
     for name, names, chosen in (("lengths", LENGTHS, lengths), ("sections", SECTIONS, sections),
                                 ("guard", GUARDS, guard)):
         if chosen is not None:

@@ -298,7 +298,8 @@ class LinkageSession(OpenSession):
                joint_weights: Any = None, lengths: str | None = None, sections: str | None = None,
                thinnest: float | None = None, thickest: float | None = None, thinnest_sections: Any = None,
                thickest_sections: Any = None, guard: str | None = None, fitted_points: Any = None,
-               flat_angle: float | None = None, placement: "designs.Placement | None" = None) -> Design:
+               flat_angle: float | None = None, placement: "designs.Placement | None" = None,
+               least_cover: float | None = None) -> Design:
         """Begins a search for rest lengths with which the shape without angles lies flat, or that at a mean angle, and the one that pins and
         angles ask for now is near to a surface or targets, at little stress. limber.v1.DesignGoal has the objective.
 
@@ -314,9 +315,10 @@ class LinkageSession(OpenSession):
         against buckling of the flat shape, "when_needed" (default), "from_start" or "never". fitted_points: of the
         surface, one for each joint: it is put where these are nearest to the joints. flat_angle: mean opening angle that
         the flat shape is held at [degree]; nothing holds it by default. placement: in place of scale, rotation and
-        translation, as info.placement of an earlier design. What is not given has the server's default.
+        translation, as info.placement of an earlier design. least_cover: share of the area that the start covers of the
+        surface which the design keeps (0.9). What is not given has the server's default.
 
-        A design that ends by itself with flat_height and smallest_angle kept is taken: a revision that undo() takes
+        A design that ends by itself with flat_height, smallest_angle and least_cover kept is taken: a revision that undo() takes
         back. Until it has ended, edits are refused.
         """
         request = designs.request(self.id, self.joint_count, surface=surface, targets=targets, flat_share=flat_share,
@@ -327,7 +329,7 @@ class LinkageSession(OpenSession):
                                   joint_weights=joint_weights, lengths=lengths, sections=sections,
                                   thinnest=thinnest, thickest=thickest, thinnest_sections=thinnest_sections,
                                   thickest_sections=thickest_sections, guard=guard, fitted_points=fitted_points,
-                                  flat_angle=flat_angle, placement=placement)
+                                  flat_angle=flat_angle, placement=placement, least_cover=least_cover)
         response = self.connection.call("start_design", request, timeout=max(60.0, self.connection.timeout))
         return Design(self, response.job)
 

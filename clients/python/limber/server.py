@@ -288,7 +288,7 @@ class Server:
     def open_grid(self, grid: "designs.StartingGrid", *, section: Any, session: str = "", edges_per_segment: int = 6,
                   progress: ProgressOption = None, timeout: float = 600.0, **options: Any) -> LinkageSession:
         """Opens a starting grid as a session: flat, deployed to the angle that it has on its surface, and pushed to the
-        surface's side until it is there; held in its middle. section: that the grid was made with;
+        surface's side until it is there (RodLinkage.erection); held in its middle. section: that the grid was made with;
         edges_per_segment, options: of limber.linkage_scene().
         """
         if grid.push.size == 0:
@@ -297,22 +297,18 @@ class Server:
             raise invalid("stiff_axis", "grids leave their plane with rods that are stiffer sideways, which is d1")
         scene = linkage_scene(grid.vertices, grid.edges, section=section, edges_per_segment=edges_per_segment, **options)
         linkage = scene.linkage
-        linkage.conditions.mean_angle_degrees = grid.mean_angle
+        linkage.conditions.mean_angle_degrees = linkage.erection.mean_angle_degrees = grid.mean_angle
         middle = len(grid.vertices) // grid.columns // 2 * grid.columns + grid.columns // 2
         linkage.conditions.pins.add(joint=middle, held=scene_messages.HELD_MOTION)
         modulus = linkage.material.youngs_modulus if linkage.material.HasField("youngs_modulus") else 10e9
         unit = scene.length_unit_in_metres if scene.HasField("length_unit_in_metres") else 1.0
-        pushed = [int(joint) for joint in np.flatnonzero(grid.push)]
-        for joint in pushed:
-            linkage.conditions.loads.add(joint=joint).force.z = modulus * unit ** 2 * grid.push[joint]
+        for joint in np.flatnonzero(grid.push):
+            linkage.erection.push.add(joint=int(joint)).force.z = modulus * unit ** 2 * grid.push[joint]
         opened = self.open(scene, session=session, progress=progress, timeout=timeout)
         with self._closing(opened):
-            for changes in ([], [{"set_joint_load": {"load": {"joint": joint}}} for joint in pushed]):
-                if changes:
-                    opened.edit(changes)
-                if opened.wait(timeout=timeout).solve_failed:
-                    raise LimberError("FAILED_PRECONDITION", "the grid does not open to the angle that it has on the "
-                                      "surface: try fewer rods, another flat_angle or another section", "surface")
+            if opened.wait(timeout=timeout).solve_failed:
+                raise LimberError("FAILED_PRECONDITION", "the grid does not open to the angle that it has on the "
+                                  "surface: try fewer rods, another flat_angle or another section", "surface")
         return opened
 
     @staticmethod
@@ -331,7 +327,7 @@ class Server:
                        timeout: float = 600.0, design: Any = None, **options: Any) -> "designs.Design":
         """A linkage for a patch of surface, from the surface alone: starting_grid(), open_grid(), and a design that begins
         with the surface put where the grid fits. Its `session` is the linkage. Warns where something will stand in the
-        design's way (StartingGrid.remark).
+        design's way (StartingGrid.remark), and where the linkage is unlikely large (its issues).
 
         surface, columns, rows, flat_angle, margin: as starting_grid(). section, edges_per_segment and options of
         limber.linkage_scene(): as there. Options of LinkageSession.design(), as max_iterations, go to the design; so do
@@ -346,6 +342,8 @@ class Server:
             warnings.warn(grid.remark, stacklevel=2)
         opened = self.open_grid(grid, section=section, session=session, edges_per_segment=edges_per_segment,
                                 progress=progress, timeout=timeout, **linkage)
+        for issue in opened.issues:
+            warnings.warn(issue, stacklevel=2)
         with self._closing(opened):
             return opened.design(surface, scale=scale, fitted_points=grid.deployed, flat_angle=flat_angle,
                                  **{"smallest_angle": 0.5 * flat_angle, **wanted})

@@ -81,26 +81,33 @@ double DesignMerit::flat_height(const DesignValues& values) const {
 }
 
 void DesignMerit::begin() {
-  flat_ = angle_ = {};
+  flat_ = angle_ = area_ = {};
   guard_ = {};
 }
 
 DesignRank DesignMerit::rank(const DesignValues& values) const {
-  const double flat = flat_room(values);
-  return DesignRank::of(values.objective,
-                        bounds_angle() ? std::min(flat, angle_room(values)) : flat);
+  return DesignRank::of(values.objective, least_room(values));
+}
+
+double DesignMerit::least_room(const DesignValues& values) const {
+  double room = flat_room(values);
+  if (bounds_angle()) room = std::min(room, angle_room(values));
+  if (bounds_area()) room = std::min(room, area_room(values));
+  return room;
 }
 
 bool DesignMerit::settled(const DesignValues& values) const {
   const auto little = [](double left) { return left <= DesignRank::kHolds; };
   return little(flat_.left(flat_room(values))) &&
-         (!bounds_angle() || little(angle_.left(angle_room(values))));
+         (!bounds_angle() || little(angle_.left(angle_room(values)))) &&
+         (!bounds_area() || little(area_.left(area_room(values))));
 }
 
 double DesignMerit::value(const DesignValues& values) const {
   double sum =
       values.objective + flat_.value(flat_room(values)) + guard_.weight() * values.flat_energy;
   if (bounds_angle()) sum += angle_.value(angle_room(values));
+  if (bounds_area()) sum += area_.value(area_room(values));
   return sum;
 }
 
@@ -108,8 +115,9 @@ double DesignMerit::value(const DesignValues& values) const {
 DesignMerit::Forces DesignMerit::forces(const DesignValues& values) const {
   const double flat = flat_.force(flat_room(values));
   const double angle = bounds_angle() ? angle_.force(angle_room(values)) : 0;
+  const double area = bounds_area() ? area_.force(area_room(values)) : 0;
   using Which = LinkageDesign::Which;
-  return {flat, angle, flat > 0 || angle > 0 ? Which::kAll : Which::kObjective};
+  return {flat, angle, area, flat > 0 || angle > 0 || area > 0 ? Which::kAll : Which::kObjective};
 }
 
 Eigen::VectorXd DesignMerit::gradient(const DesignValues& values) {
@@ -118,6 +126,7 @@ Eigen::VectorXd DesignMerit::gradient(const DesignValues& values) {
   Eigen::VectorXd sum = by.objective + guard_.weight() * by.flat_energy;
   if (press.flat > 0) sum += press.flat / flatness_allowed() * by.flatness;
   if (press.angle > 0) sum -= press.angle * by.smallest_angle;
+  if (press.area > 0) sum -= press.area / design_.criteria().least_area * by.deployed_area;
   return sum;
 }
 
@@ -135,12 +144,18 @@ Eigen::VectorXd DesignMerit::product(const DesignValues& values, const Eigen::Ve
     sum += angle_.penalty() * by.smallest_angle.dot(v) * by.smallest_angle -
            press.angle * bent.smallest_angle;
   }
+  if (press.area > 0) {
+    const double least = design_.criteria().least_area;
+    sum += area_.penalty() / (least * least) * by.deployed_area.dot(v) * by.deployed_area -
+           press.area / least * bent.deployed_area;
+  }
   return sum;
 }
 
 void DesignMerit::update_multipliers(const DesignValues& values) {
   flat_.update(flat_room(values));
   if (bounds_angle()) angle_.update(angle_room(values));
+  if (bounds_area()) area_.update(area_room(values));
 }
 
 }  // namespace limber::rods::detail

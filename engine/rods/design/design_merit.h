@@ -73,7 +73,7 @@ class ViolationWatch {
   int since_ = 0, raised_ = 0;
 };
 
-/// What a search over rest lengths minimises: the objective, both constraints, and the guard.
+/// What a search over rest lengths minimises: the objective, its constraints, and the guard.
 class DesignMerit {
  public:
   DesignMerit(LinkageDesign& design, const DesignOptimizerOptions& options)
@@ -95,24 +95,29 @@ class DesignMerit {
   [[nodiscard]] GuardWeight& guard() { return guard_; }
 
  private:
-  /// Both >= 0 where they hold; of the order of 1.
+  /// All >= 0 where they hold; of the order of 1.
   [[nodiscard]] double flat_room(const DesignValues& values) const {
     return 1 - values.flatness / flatness_allowed();
   }
   [[nodiscard]] double angle_room(const DesignValues& values) const {
     return values.smallest_angle - options_.smallest_angle;
   }
+  [[nodiscard]] double area_room(const DesignValues& values) const {
+    return values.deployed_area / design_.criteria().least_area - 1;
+  }
+  [[nodiscard]] double least_room(const DesignValues& values) const;
   [[nodiscard]] double flatness_allowed() const;
   struct Forces {
-    double flat, angle;  // >= 0, those of both constraints
+    double flat, angle, area;  // >= 0, those of the constraints
     LinkageDesign::Which which;
   };
   [[nodiscard]] Forces forces(const DesignValues& values) const;
   [[nodiscard]] bool bounds_angle() const;
+  [[nodiscard]] bool bounds_area() const { return design_.criteria().least_area > 0; }
 
   LinkageDesign& design_;
   const DesignOptimizerOptions& options_;
-  AugmentedConstraint flat_, angle_;
+  AugmentedConstraint flat_, angle_, area_;
   GuardWeight guard_;
 };
 

@@ -55,9 +55,9 @@ struct DesignOptimizerOptions {
 };
 
 enum class DesignStatus {
-  kConverged,       // the projected gradient, or what Newton's step would gain, is small, and both
+  kConverged,       // the projected gradient, or what Newton's step would gain, is small, and all
                     // constraints hold
-  kSettled,         // nothing is gained any more, both constraints hold
+  kSettled,         // nothing is gained any more, all constraints hold
   kInfeasible,      // nothing is gained any more, and a constraint does not hold
   kStuck,           // no trial near the design was believed: an equilibrium ends here
   kIterationLimit,  // out of steps
@@ -104,16 +104,17 @@ using DesignCallback = std::function<void(const DesignProgress& progress, Linkag
 /// steps left, and is asked again at its next end.
 using DesignEndCallback = std::function<void(const DesignReport& report, LinkageDesign& design)>;
 
-/// Variables of a design of least objective, flat enough and with no angle below its bound.
+/// Variables of a design of least objective, flat enough, with no angle below its bound, and with
+/// cells of DesignCriteria::least_area.
 ///
 /// Newton's method with conjugate gradients in a trust region (Steihaug 1983) on the variables that
 /// are not at their bounds, scales of sections in units of a mean rest length, preconditioned by
-/// what earlier steps learned of the curvature (CurvatureMemory); the two constraints
-/// by an augmented Lagrangian (Rockafellar 1973). A trial that lands on another branch, or nowhere,
-/// shrinks the region; where that is the flat shape's fault and little is left of it, a guard
-/// against buckling goes up; where it is the deployed shape's, whose branch then ends, the search
-/// goes on from what that falls to if the merit found there, not foreseen, is less. The design
-/// stands at the best point that was accepted, also where the search stops early.
+/// what earlier steps learned of the curvature (CurvatureMemory); the constraints by an augmented
+/// Lagrangian (Rockafellar 1973). A trial that lands on another branch, or nowhere, shrinks the
+/// region; where that is the flat shape's fault and little is left of it, a guard against buckling
+/// goes up; where it is the deployed shape's, whose branch then ends, the search goes on from what
+/// that falls to if the merit found there, not foreseen, is less. The design stands at the best
+/// point that was accepted, also where the search stops early.
 /// @throws Error as DesignOptimizerOptions::validate; {kInvalidArgument} with field
 /// shortest_lengths, longest_lengths, thinnest_sections or thickest_sections, and [i] where the
 /// start lies beyond a bound

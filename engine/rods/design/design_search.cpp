@@ -395,6 +395,11 @@ void DesignSearch::tell_end() {
           fmt::format(", its smallest angle {:.2f} degrees (asked {:.2f})",
                       values_.smallest_angle / kDegree, options_.smallest_angle / kDegree);
     }
+    if (design_.criteria().least_area > 0) {
+      report_.message +=
+          fmt::format(", the deployed linkage covers {:.4g} (at least {:.4g} is required)",
+                      values_.deployed_area, design_.criteria().least_area);
+    }
   }
   if (report_.branches_left > 0) {
     report_.message += fmt::format(

@@ -30,6 +30,7 @@ void DesignCriteria::validate() const {
   demand_scale("energy_scale", energy_scale);
   demand_scale("length_scale", length_scale);
   demand_design_weight("surface_weight", surface_weight);
+  demand_scale("least_area", least_area);
 }
 
 void DesignLimits::validate() const {

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "engine/base/error.h"
+#include "engine/rods/design/cell_area.h"
 #include "engine/rods/design/equilibrium_sensitivity.h"
 #include "engine/rods/design/kept_factors.h"
 #include "engine/rods/equilibrium/unknown_scales.h"
@@ -45,6 +46,7 @@ struct LinkageDesign::Impl {
     Measures(const LinkageModel& model, ElasticEnergy& energy, const DesignCriteria& criteria)
         : flatness(model, criteria.plane),
           angle(model, criteria.angle_sharpness),
+          area(model),
           distance(model, criteria.targets, criteria.surface.get(), criteria.surface_weight,
                    criteria.joint_surface_weights),
           flat(energy),
@@ -53,6 +55,7 @@ struct LinkageDesign::Impl {
                     {criteria.distance_weight / std::pow(criteria.length_scale, 2), distance}}) {}
     Flatness flatness;
     SmallestAngle angle;
+    CellArea area;
     TargetDistance distance;
     ElasticEnergy& flat;  // times its weight it is the flat shape's part of J
     double flat_weight;
@@ -62,8 +65,8 @@ struct LinkageDesign::Impl {
   struct Derivatives {
     using Adjoint = EquilibriumSensitivity::Adjoint;
     EquilibriumSensitivity flat, deployed;
-    std::optional<Adjoint> flat_part = {}, deployed_part = {};  // both or none
-    std::optional<Adjoint> flatness = {}, angle = {};           // both or none
+    std::optional<Adjoint> flat_part = {}, deployed_part = {};    // both or none
+    std::optional<Adjoint> flatness = {}, angle = {}, area = {};  // all or none
     DesignMeasures<Eigen::VectorXd> gradients = {};
 
     void forget() {
@@ -71,6 +74,7 @@ struct LinkageDesign::Impl {
       deployed_part.reset();
       flatness.reset();
       angle.reset();
+      area.reset();
       gradients = {};
     }
   };
@@ -189,8 +193,10 @@ struct LinkageDesign::Impl {
     if (here.flatness) return here;
     here.flatness = here.flat.adjoint(measures->flatness);
     here.angle = here.flat.adjoint(measures->angle);
+    here.area = here.deployed.adjoint(measures->area);
     here.gradients.flatness = here.flatness->gradient;
     here.gradients.smallest_angle = here.angle->gradient;
+    here.gradients.deployed_area = here.area->gradient;
     return here;
   }
   Derivatives& gradients(Which which) {
@@ -346,6 +352,7 @@ DesignValues LinkageDesign::values(const DesignPoint& point) {
   values.distance = measures.distance.value(point.deployed);
   values.flatness = measures.flatness.value(point.flat);
   values.smallest_angle = measures.angle.value(point.flat);
+  values.deployed_area = measures.area.value(point.deployed);
   values.objective =
       measures.flat_weight * values.flat_energy + measures.deployed.value(point.deployed);
   return values;
@@ -384,12 +391,14 @@ DesignMeasures<Eigen::VectorXd> LinkageDesign::products(const Eigen::VectorXd& d
   const Eigen::VectorXd flat = here.flat.shape_change(direction);
   DesignMeasures<Eigen::VectorXd> result;
   result.flat_energy = here.flat.product(measures.flat, *here.flat_part, direction, flat);
-  result.objective = here.deployed.product(measures.deployed, *here.deployed_part, direction,
-                                           here.deployed.shape_change(direction)) +
-                     measures.flat_weight * result.flat_energy;
+  const Eigen::VectorXd deployed = here.deployed.shape_change(direction);
+  result.objective =
+      here.deployed.product(measures.deployed, *here.deployed_part, direction, deployed) +
+      measures.flat_weight * result.flat_energy;
   if (which == Which::kObjective) return result;
   result.flatness = here.flat.product(measures.flatness, *here.flatness, direction, flat);
   result.smallest_angle = here.flat.product(measures.angle, *here.angle, direction, flat);
+  result.deployed_area = here.deployed.product(measures.area, *here.area, direction, deployed);
   return result;
 }
 

@@ -20,7 +20,8 @@ namespace limber::rods {
 ///       + beta/(2 l_0^2) (sum of w |x - t|^2 + w_surf sum of |x - P(x)|^2)
 ///
 /// over the deployed joints x; beside it c, the squared distances of the flat linkage's joints from
-/// their plane, and a smooth number below its smallest opening angle.
+/// their plane, a smooth number below its smallest opening angle, and the area of the deployed
+/// linkage's cells.
 struct DesignCriteria {
   double flat_share = 0.9;     // gamma, in [0, 1]
   double distance_weight = 1;  // beta, >= 0
@@ -36,6 +37,9 @@ struct DesignCriteria {
   /// Of each joint's distance to the surface, >= 0, e.g. 0 for those that may hang over its rim;
   /// empty: all 1.
   Eigen::VectorXd joint_surface_weights;
+  /// Of the deployed linkage's cells [length^2], >= 0, that a search keeps: without it a grid comes
+  /// near to a surface by covering less of it. 0: any.
+  double least_area = 0;
 
   /// @throws Error{kInvalidArgument} naming the member
   void validate() const;
@@ -49,6 +53,7 @@ struct DesignMeasures {
   Value flatness;        // c [length^2]
   Value smallest_angle;  // [rad]
   Value flat_energy;     // [force length]; part of the objective too
+  Value deployed_area;   // CellArea [length^2]
 };
 
 struct DesignValues : DesignMeasures<double> {
@@ -151,9 +156,10 @@ class LinkageDesign {
   enum class Which { kAll, kObjective };
   // At the present point, with the factors of the trial that led there, or of the start. Those of
   // other points are made anew.
-  /// A solve for the deployed shape, and one for each constraint; once at a point.
+  /// A solve for the deployed shape, and one for each constraint; once at a point. Without cells
+  /// the area's derivatives are zero.
   [[nodiscard]] const DesignMeasures<Eigen::VectorXd>& gradients(Which which = Which::kAll);
-  /// Second derivatives times a direction: five solves, or three for the objective alone.
+  /// Second derivatives times a direction: six solves, or three for the objective alone.
   [[nodiscard]] DesignMeasures<Eigen::VectorXd> products(const Eigen::VectorXd& direction,
                                                          Which which = Which::kAll);
   /// Hessians that derivatives have had factored anew so far.

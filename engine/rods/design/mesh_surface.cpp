@@ -1,5 +1,6 @@
 #include "engine/rods/design/mesh_surface.h"
 
+#include <Eigen/Geometry>
 #include <limits>
 #include <unsupported/Eigen/BVH>
 #include <utility>
@@ -26,6 +27,15 @@ Boxes boxes_of(const SurfaceMesh& mesh) {
     volumes.emplace_back(triangle.rowwise().minCoeff(), triangle.rowwise().maxCoeff());
   }
   return {triangles.begin(), triangles.end(), volumes.begin(), volumes.end()};
+}
+
+double area_of(const SurfaceMesh& mesh) {
+  double sum = 0;
+  for (Eigen::Index t = 0; t < mesh.triangles.cols(); ++t) {
+    const Eigen::Matrix3d at = corners(mesh, t);
+    sum += 0.5 * (at.col(1) - at.col(0)).cross(at.col(2) - at.col(0)).norm();
+  }
+  return sum;
 }
 
 /// What Eigen's search asks. Boxes come in the order of their distances, those beyond the nearest
@@ -63,7 +73,8 @@ struct MeshSurface::Impl {
   Boxes boxes;
 };
 
-MeshSurface::MeshSurface(SurfaceMesh mesh) : impl_(std::make_unique<Impl>(std::move(mesh))) {}
+MeshSurface::MeshSurface(SurfaceMesh mesh)
+    : impl_(std::make_unique<Impl>(std::move(mesh))), area_(area_of(impl_->mesh)) {}
 MeshSurface::~MeshSurface() = default;
 
 const SurfaceMesh& MeshSurface::mesh() const { return impl_->mesh; }

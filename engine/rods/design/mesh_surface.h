@@ -22,11 +22,13 @@ class MeshSurface final : public TargetSurface {
   /// Of equally near triangles one that depends on the mesh alone.
   /// @pre the point is finite
   [[nodiscard]] ClosestPoint closest(const Eigen::Vector3d& point) const override;
+  [[nodiscard]] double area() const override { return area_; }
   [[nodiscard]] const SurfaceMesh& mesh() const;
 
  private:
   struct Impl;
   std::unique_ptr<Impl> impl_;
+  double area_;
 };
 
 }  // namespace limber::rods

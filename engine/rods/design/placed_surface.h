@@ -32,6 +32,7 @@ class PlacedSurface final : public TargetSurface {
   PlacedSurface(std::shared_ptr<const TargetSurface> surface, const SurfacePlacement& placement);
 
   [[nodiscard]] ClosestPoint closest(const Eigen::Vector3d& point) const override;
+  [[nodiscard]] double area() const override { return scale_ * scale_ * surface_->area(); }
 
  private:
   std::shared_ptr<const TargetSurface> surface_;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <limits>
 
 namespace limber::rods {
 
@@ -21,6 +22,8 @@ class TargetSurface {
   virtual ~TargetSurface() = default;
 
   [[nodiscard]] virtual ClosestPoint closest(const Eigen::Vector3d& point) const = 0;
+  /// Of all of it [length^2]; infinite for what has no end.
+  [[nodiscard]] virtual double area() const { return std::numeric_limits<double>::infinity(); }
 };
 
 }  // namespace limber::rods

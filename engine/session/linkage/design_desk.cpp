@@ -28,6 +28,7 @@ void DesignDesk::begin(DesignRequest request, std::uint64_t tag) {
   info->variables = request.variables;
   info->guard = request.guard;
   info->flat_angle = request.flat_angle;
+  info->least_cover = request.least_cover;
   info_ = std::move(info);
   order_ = Order{std::move(request), tag, stop_};
 }

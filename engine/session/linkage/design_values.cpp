@@ -103,6 +103,7 @@ void DesignRequest::validate(int joints, const DesignStart& start) const {
              *smallest_angle * (180 / std::numbers::pi));
     }
   }
+  demand(least_cover >= 0 && least_cover <= 1, "least_cover", "in [0, 1]", least_cover);
   demand(max_iterations > 0, "max_iterations", "> 0", max_iterations);
   demand(thinnest > 0 && thinnest < 1, "thinnest",
          "in (0, 1): scales begin at 1, which bounds may not exclude", thinnest);

@@ -12,6 +12,7 @@
 #include "engine/rods/design/design_optimizer.h"
 #include "engine/rods/design/linkage_design.h"
 #include "engine/rods/design/placed_surface.h"
+#include "engine/scene/linkage.h"
 #include "engine/session/edit.h"
 #include "engine/session/linkage/rod_sizes.h"
 
@@ -75,6 +76,9 @@ struct DesignRequest {
   /// Mean opening angle that the flat shape is held at [rad], in (-pi, pi); nothing: it is not
   /// held, but for linkages that deploy without stress, which are as they lie.
   std::optional<double> flat_angle = {};
+  /// The deployed linkage's cells have at least this share of the area that they have at the start,
+  /// or of the surface's where that is less, in [0, 1]. Means nothing without a surface.
+  double least_cover = 0.9;
 
   /// @param start  with its sizes, which it begins with
   /// @throws Error as DesignGoal::validate with field goal...., {kInvalidArgument} naming members,
@@ -103,7 +107,11 @@ struct DesignTerms {
   double surface_rms = 0;      // of all joints to the surface [length unit]
   double flat_height = 0;      // share of the extent
   double smallest_angle = 0;   // of the flat linkage [rad]
-  bool holds = false;          // both constraints
+  bool holds = false;          // all constraints
+  /// Area of the surface that the deployed linkage's cells cover [length unit^2]: theirs
+  /// (rods::CellArea), up to all of the surface's. 0 without a surface.
+  double covered_area = 0;
+  double cover = 0;  // as a share of the start's; 0 without a surface, or cells
 };
 
 enum class DesignState { kStarting, kRunning, kPaused, kEnded };
@@ -149,7 +157,7 @@ struct DesignInfo {
   double flat_height_allowed = 0;
   std::optional<double> smallest_angle_allowed;
   DesignTerms start, now;
-  /// Of least objective among those that keep both constraints; where none does, the one that is
+  /// Of least objective among those that keep all constraints; where none does, the one that is
   /// nearest to. Counted anew when the goal changes.
   DesignTerms best;
   int best_iteration = 0;
@@ -163,6 +171,9 @@ struct DesignInfo {
   std::vector<OtherOptimum> other_optima;  // of a design that has ended by itself
   ErrorCode fault = ErrorCode::kInternal;  // of one that failed, beside message and fault_field
   std::optional<double> flat_angle = {};   // that the flat shape is held at [rad]
+  double least_cover = 0;                  // that is required, see DesignRequest
+  /// Of the best, where the design has ended; null: none was found, or looked for.
+  std::shared_ptr<const scene::LinkageErection> erection = {};
 };
 
 /// Sizes of rods that can be taken, and the equilibrium that was found with them.

@@ -52,6 +52,7 @@ std::vector<OtherOptimum> EndedDesigns::others_than(
     if (!same_variables(ended.info.variables, info.variables) ||
         !same_weights(ended.info.goal, info.goal) ||
         ended.asked_flat_angle != design.asked_flat_angle() ||
+        ended.info.least_cover != info.least_cover ||
         !same_conditions(*ended.conditions, conditions))
       continue;
     OtherOptimum other{ended.info.tag, design.terms_of(*ended.best),

@@ -142,17 +142,24 @@ class LinkageDocument::Request {
     return changed();
   }
   std::uint64_t take(const SetSegmentLengths& set) {
+    conditions_.erection.reset();
     conditions_.segment_lengths = set.lengths;
     conditions_.edge_lengths.resize(0);
     return changed();
   }
   std::uint64_t take(const SetEdgeLengths& set) {
+    conditions_.erection.reset();
     conditions_.edge_lengths = set.lengths;
     conditions_.segment_lengths.resize(0);
     return changed();
   }
   std::uint64_t take(const SetSectionScales& set) {
+    conditions_.erection.reset();
     conditions_.section_scales = set.scales;
+    return changed();
+  }
+  std::uint64_t take(const SetErection& set) {
+    conditions_.erection = set.erection;
     return changed();
   }
   std::uint64_t take(const Undo&) {

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <variant>
 
@@ -59,8 +60,14 @@ struct SetSectionScales {
   Eigen::VectorXd scales;
 };
 
-using LinkageEdit = std::variant<PinJoint, SetJointAngle, SetMeanAngle, AddTarget, MoveTarget,
-                                 ReplaceTarget, RemoveTarget, SetJointLoad, SetGravity,
-                                 SetSegmentLengths, SetEdgeLengths, SetSectionScales, Undo, Redo>;
+/// What a design brings with its sizes. Edits of sizes put an end to it.
+struct SetErection {
+  std::shared_ptr<const scene::LinkageErection> erection;  // null: not known
+};
+
+using LinkageEdit =
+    std::variant<PinJoint, SetJointAngle, SetMeanAngle, AddTarget, MoveTarget, ReplaceTarget,
+                 RemoveTarget, SetJointLoad, SetGravity, SetSegmentLengths, SetEdgeLengths,
+                 SetSectionScales, SetErection, Undo, Redo>;
 
 }  // namespace limber::session

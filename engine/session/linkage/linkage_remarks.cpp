@@ -59,6 +59,20 @@ std::optional<std::string> told_of_size(const scene::Linkage& linkage, const std
       wide, middle, fmt::arg("unit", unit));
 }
 
+/// What is said of linkages of the size of landscapes: files do not say their unit.
+std::optional<std::string> told_of_unit(const scene::Linkage& linkage) {
+  constexpr double kLargest = 1000;  // [m]
+  const auto& vertices = linkage.lines.vertices;
+  const Eigen::Vector3d box = vertices.rowwise().maxCoeff() - vertices.rowwise().minCoeff();
+  const double unit = linkage.length_unit_in_metres;
+  if (!(box.maxCoeff() * unit > kLargest)) return {};
+  return fmt::format(
+      "the linkage is {:.3g} km x {:.3g} km x {:.3g} km large, with {:g} m in a length unit: if "
+      "its "
+      "lines are in millimetres, set length_unit_in_metres to 0.001",
+      1e-3 * unit * box.x(), 1e-3 * unit * box.y(), 1e-3 * unit * box.z(), unit);
+}
+
 }  // namespace
 
 std::vector<scene::Issue> linkage_remarks(const scene::Linkage& linkage) {
@@ -66,6 +80,8 @@ std::vector<scene::Issue> linkage_remarks(const scene::Linkage& linkage) {
   const rods::LineMeetings meetings = rods::find_line_meetings(linkage.lines);
   const std::string unit = unit_name(linkage.length_unit_in_metres);
   std::vector<scene::Issue> issues;
+  if (const auto large = told_of_unit(linkage))
+    issues.push_back({kWarning, "length_unit_in_metres", *large});
   if (const auto size = told_of_size(linkage, unit)) issues.push_back({kWarning, "section", *size});
   for (const LineMeeting& meeting : meetings.listed) {
     const Eigen::Vector3d& place = meeting.place;

@@ -102,7 +102,7 @@ class LinkageSession {
   // ask for is near to targets or a surface. At most one at a time, on the session's task, after
   // what was edited before. Steps are published as results.
 
-  /// One that ends by itself with both constraints kept is taken at once; others leave the session
+  /// One that ends by itself with all constraints kept is taken at once; others leave the session
   /// as it was.
   /// @param tag  of the infos about it
   /// @throws Error as DesignRequest::validate and demand_near; {kFailedPrecondition} before the

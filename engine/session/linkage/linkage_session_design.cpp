@@ -61,7 +61,8 @@ DesignStart start_of(const LinkageResult& result) {
 }
 
 /// What brings a candidate's sizes, as one step of undo.
-std::vector<LinkageEdit> edits_of(const DesignCandidate& candidate) {
+std::vector<LinkageEdit> edits_of(const DesignCandidate& candidate,
+                                  const std::shared_ptr<const scene::LinkageErection>& erection) {
   std::vector<LinkageEdit> edits;
   const RodSizes& sizes = candidate.sizes;
   switch (candidate.variables.lengths) {
@@ -76,6 +77,7 @@ std::vector<LinkageEdit> edits_of(const DesignCandidate& candidate) {
   }
   if (candidate.variables.sections == rods::SectionVariables::kSegments)
     edits.emplace_back(SetSectionScales{sizes.sections});
+  if (erection) edits.emplace_back(SetErection{erection});
   return edits;
 }
 
@@ -170,7 +172,7 @@ EditReceipt LinkageSession::Impl::apply_design(std::optional<Revision> expected)
     receipt.revision = *taken;
     return receipt;
   }
-  EditReceipt receipt = document_.apply(edits_of(*candidate), expected);
+  EditReceipt receipt = document_.apply(edits_of(*candidate, desk_.info()->erection), expected);
   if (before == designed_) lessons_.push_back({document_.conditions(), candidate});
   desk_.note_taken(receipt.revision);
   edited_at_ = Clock::now();
@@ -271,6 +273,19 @@ void LinkageSession::Impl::search(const DesignRound& round, DesignInfo& info) {
       [&](const rods::DesignReport& report) { end_search(design, info, round, report); });
 }
 
+/// What is taken brings it: it is known before the design ends. A stop interrupts the search.
+void LinkageSession::Impl::find_erection(const LiveDesign& design, const DesignRound& round,
+                                         DesignInfo& info) {
+  if (info.end == DesignEnd::kStopped) return;
+  try {
+    LiveDesign::FoundErection found = design.find_erection({round.order.stop, {}});
+    info.erection = std::move(found.erection);
+    if (!found.message.empty()) info.message += (info.message.empty() ? "" : "; ") + found.message;
+  } catch (const Error& error) {
+    if (error.code() != ErrorCode::kCancelled) throw;
+  }
+}
+
 /// Ends the design, unless clients want it to go on to another goal by now: then that is set.
 void LinkageSession::Impl::end_search(LiveDesign& design, DesignInfo& info,
                                       const DesignRound& round, const rods::DesignReport& report) {
@@ -292,6 +307,7 @@ void LinkageSession::Impl::end_search(LiveDesign& design, DesignInfo& info,
   const std::string released = design.release({round.order.stop, {}});
   if (!released.empty()) last.message += (last.message.empty() ? "" : "; ") + released;
   if (is_optimum(last)) last.other_optima = ended_.others_than(design, last, *round.conditions);
+  find_erection(design, round, last);
   while (!end_design(last))
     if (between_steps(design, info, round)) return;
   if (is_optimum(last)) ended_.note(design, last, round.conditions);
@@ -343,6 +359,9 @@ bool LinkageSession::Impl::end_design(DesignInfo& info) {
     }
     const bool was_taken = desk_.info()->taken.has_value();
     if (!was_taken && is_taken_at_once(info)) {
+      auto known = std::make_shared<DesignInfo>(*desk_.info());
+      known->erection = info.erection;
+      desk_.note(std::move(known), desk_.best());
       try {
         (void)apply_design({});
       } catch (const Error& error) {  // e.g. a length beyond what a document allows

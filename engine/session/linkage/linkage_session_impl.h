@@ -106,6 +106,7 @@ class LinkageSession::Impl : public std::enable_shared_from_this<LinkageSession:
   bool between_steps(LiveDesign& design, DesignInfo& info, const DesignRound& round);
   void end_search(LiveDesign& design, DesignInfo& info, const DesignRound& round,
                   const rods::DesignReport& report);
+  void find_erection(const LiveDesign& design, const DesignRound& round, DesignInfo& info);
   void tell_design(const LiveDesign* design, const DesignInfo& info, const DesignRound& round);
   [[nodiscard]] std::shared_ptr<LinkageResult> shape_from_before() const;
   bool end_design(DesignInfo& info);

@@ -8,6 +8,8 @@
 #include <utility>
 
 #include "engine/base/error.h"
+#include "engine/rods/design/cell_area.h"
+#include "engine/rods/design/erection.h"
 #include "engine/rods/equilibrium/deployment.h"
 #include "engine/rods/linkage/joint_positions.h"
 #include "engine/session/linkage/design_release.h"
@@ -52,25 +54,16 @@ rods::DesignPoint point_of(const DesignCandidate& candidate) {
   return {sizes.segments, candidate.flat, candidate.deployed, sizes.edges, sizes.sections};
 }
 
-rods::DesignCriteria criteria_of(const DesignGoal& goal) {
-  rods::DesignCriteria criteria;
-  criteria.flat_share = goal.flat_share;
-  criteria.distance_weight = goal.distance_weight;
-  criteria.surface_weight = goal.surface_weight;
-  criteria.joint_surface_weights = goal.joint_surface_weights;
-  criteria.targets = goal.targets;
-  criteria.surface = goal.placed_surface();
-  return criteria;
-}
-
 }  // namespace
 
 LiveDesign::LiveDesign(const LiveLinkage& live, const DesignRequest& request, double energy_scale,
                        const JobContext& job)
     : shape_(live.shape()),
+      length_unit_(live.length_unit()),
       goal_(request.goal),
       smallest_angle_(request.smallest_angle),
-      asked_flat_angle_(request.flat_angle) {
+      asked_flat_angle_(request.flat_angle),
+      least_cover_(request.least_cover) {
   rods::Conditions deployed = live.held(), flat;
   const int anchor = anchor_of(deployed, live.state());
   flat.pins = {{anchor, rods::Hold::kMotion}};
@@ -115,7 +108,8 @@ LiveDesign::LiveDesign(const LiveLinkage& live, const DesignRequest& request, do
                           sizes.sections};
   // By now they are what those of segments say.
   if (request.variables.lengths == rods::LengthVariables::kSegments) start.edges.resize(0);
-  rods::DesignCriteria criteria = criteria_of(goal_);
+  start_area_ = rods::CellArea(model).value(start.deployed);
+  rods::DesignCriteria criteria = this->criteria();
   criteria.energy_scale = energy_scale;
   design_.emplace(model, flat, deployed, std::move(start), std::move(criteria),
                   rods::DesignLimits{}, request.variables);
@@ -129,6 +123,20 @@ LiveDesign::LiveDesign(const LiveLinkage& live, const DesignRequest& request, do
   start_point_ = design_->point();
   start_ = now_;
   begin_best();
+}
+
+/// Of the present goal, at any size of the linkage's.
+rods::DesignCriteria LiveDesign::criteria() const {
+  rods::DesignCriteria criteria;
+  criteria.flat_share = goal_.flat_share;
+  criteria.distance_weight = goal_.distance_weight;
+  criteria.surface_weight = goal_.surface_weight;
+  criteria.joint_surface_weights = goal_.joint_surface_weights;
+  criteria.targets = goal_.targets;
+  criteria.surface = goal_.placed_surface();
+  if (criteria.surface)
+    criteria.least_area = least_cover_ * std::min(start_area_, criteria.surface->area());
+  return criteria;
 }
 
 DesignTerms LiveDesign::measure(const rods::DesignPoint& point) {
@@ -151,6 +159,9 @@ DesignTerms LiveDesign::measure(const rods::DesignPoint& point) {
     for (const auto& joint : joints)
       sum += (criteria.surface->closest(joint.position).position - joint.position).squaredNorm();
     terms.surface_rms = std::sqrt(sum / count);
+    const double whole = criteria.surface->area(), start = std::min(start_area_, whole);
+    terms.covered_area = std::min(values.deployed_area, whole);
+    if (start > 0) terms.cover = terms.covered_area / start;
   }
   terms.flat_height = std::sqrt(values.flatness / count) / criteria.length_scale;
   terms.smallest_angle = values.smallest_angle;
@@ -167,6 +178,8 @@ void LiveDesign::measure_here() {
 rods::DesignRank LiveDesign::rank(const DesignTerms& terms) const {
   double room = 1 - std::pow(terms.flat_height / options_.flat_height, 2);
   if (smallest_angle_) room = std::min(room, terms.smallest_angle - *smallest_angle_);
+  const double least_area = design_->criteria().least_area;
+  if (least_area > 0) room = std::min(room, terms.covered_area / least_area - 1);
   return rods::DesignRank::of(terms.objective, room);
 }
 
@@ -190,8 +203,14 @@ void LiveDesign::see_here() {
 }
 
 void LiveDesign::set_goal(const DesignGoal& goal) {
-  design_->set_criteria(criteria_of(goal));
-  goal_ = goal;
+  DesignGoal wanted = goal;
+  std::swap(goal_, wanted);
+  try {
+    design_->set_criteria(criteria());
+  } catch (...) {
+    std::swap(goal_, wanted);
+    throw;
+  }
   start_ = measure(*start_point_);
   measure_here();
   begin_best();
@@ -253,6 +272,22 @@ std::string LiveDesign::release(const JobContext& job) const {
     told += part;
   }
   return told;
+}
+
+LiveDesign::FoundErection LiveDesign::find_erection(const JobContext& job) const {
+  const rods::ErectionSearch search = rods::find_erection(
+      design_->model(), design_->flat(), design_->deployed(), design_->point(), job);
+  if (!search.found) return {nullptr, search.message};
+  const rods::Erection& found = *search.found;
+  auto erection = std::make_shared<scene::LinkageErection>();
+  erection->mean_angle = found.mean_angle;
+  erection->path = {found.flat_angle, found.mean_angle};
+  erection->distance = found.distance;
+  for (const rods::JointLoad& load : found.push) {
+    erection->push.push_back(
+        {load.joint, load.force, length_unit_ * load.moment, length_unit_ * load.opening_torque});
+  }
+  return {std::move(erection), ""};
 }
 
 double LiveDesign::mean_angle() const { return design_->point().deployed.mean_opening_angle(); }

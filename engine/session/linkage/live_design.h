@@ -65,6 +65,12 @@ class LiveDesign {
   [[nodiscard]] double mean_angle() const;  // of the deployed shape [rad]
   /// What is to be said of where it stands: see design_release.h.
   [[nodiscard]] std::string release(const JobContext& job) const;
+  struct FoundErection {
+    std::shared_ptr<const scene::LinkageErection> erection;  // null: none
+    std::string message;                                     // why there is none
+  };
+  /// How what it stands at is opened. @throws Error{kCancelled}
+  [[nodiscard]] FoundErection find_erection(const JobContext& job) const;
   /// That was asked for, see DesignRequest.
   [[nodiscard]] const std::optional<double>& asked_flat_angle() const { return asked_flat_angle_; }
   /// Of those shapes; empty: all 1.
@@ -80,6 +86,7 @@ class LiveDesign {
 
  private:
   [[nodiscard]] RodSizes sizes() const;  // as a document would have them
+  [[nodiscard]] rods::DesignCriteria criteria() const;
   [[nodiscard]] DesignTerms measure(const rods::DesignPoint& point);
   [[nodiscard]] rods::DesignRank rank(const DesignTerms& terms) const;
   [[nodiscard]] bool has_moved() const { return design_->parameters() != measured_; }
@@ -88,10 +95,13 @@ class LiveDesign {
   void begin_best();
 
   const LinkageShape shape_;
+  const double length_unit_;
   DesignGoal goal_;
   rods::DesignOptimizerOptions options_;
   std::optional<double> smallest_angle_;
   const std::optional<double> asked_flat_angle_;
+  const double least_cover_;
+  double start_area_ = 0;  // of the deployed linkage's cells [length unit^2]
   std::optional<rods::LinkageDesign> design_;
   std::optional<rods::DesignPoint> start_point_;
   DesignTerms start_, now_, best_;

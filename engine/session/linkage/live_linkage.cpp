@@ -296,7 +296,8 @@ void LiveLinkage::attempt(const scene::LinkageConditions& conditions,
   if (bring_sizes(sizes, conditions, wanted, job, on_iterate, outcome)) {
     outcome.report.message = contradiction(conditions);
     if (outcome.report.message.empty()) {
-      go(wanted, job, on_iterate, outcome);
+      if (!erect(conditions, wanted, job, on_iterate, outcome))
+        go(wanted, job, on_iterate, outcome);
     } else {
       outcome.report.status = EquilibriumStatus::kStalled;
     }

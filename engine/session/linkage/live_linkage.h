@@ -35,6 +35,7 @@ class LiveLinkage {
   [[nodiscard]] const rods::Conditions& held() const { return good_held_; }
   /// The same with the sizes it has, as a scene would have them.
   [[nodiscard]] scene::LinkageConditions conditions_of_shape() const;
+  [[nodiscard]] double length_unit() const { return length_unit_; }  // [m]
   /// Of the rods, as the scene has them.
   [[nodiscard]] const RodSizes& first_sizes() const { return first_sizes_; }
   /// As the model has them.
@@ -123,6 +124,11 @@ class LiveLinkage {
                    const OnIterate& on_iterate, Outcome& outcome);
   void go_again(const rods::Conditions& wanted, const JobContext& job, const OnIterate& on_iterate,
                 Outcome& outcome);
+  [[nodiscard]] bool is_erected_by(const scene::LinkageConditions& conditions,
+                                   const rods::Conditions& wanted) const;
+  [[nodiscard]] bool erect(const scene::LinkageConditions& conditions,
+                           const rods::Conditions& wanted, const JobContext& job,
+                           const OnIterate& on_iterate, Outcome& outcome);
   void note_step(const rods::LinkageState& state, Outcome& outcome) const;
   void lead(const rods::Conditions& wanted, double step, const JobContext& job,
             const OnIterate& on_iterate, Outcome& outcome);

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "engine/base/error.h"
+#include "engine/rods/design/design_rank.h"
 #include "tests/engine/rods/design/small_designs.h"
 
 namespace limber::rods {
@@ -68,6 +69,37 @@ struct AngleBound {
 TEST(DesignOptimizer, KeepsTheSmallestAngleAtItsBound) {
   const AngleBound bound{Known()};
   EXPECT_GT(bound.report.after.objective, bound.unbound.after.objective);
+}
+
+TEST(DesignOptimizer, KeepsTheAreaOfTheDeployedCells) {
+  Known known;
+  known.criteria.distance_weight = 1e6;
+  for (JointTarget& target : known.criteria.targets) target.position *= 0.9;
+  LinkageDesign free = known.design();
+  const DesignReport shrunk = optimize_design(free, known.options);
+  const double before = shrunk.before.deployed_area;
+  EXPECT_LT(shrunk.after.deployed_area, 0.9 * before) << shrunk.message;
+  known.criteria.least_area = 0.95 * before;
+  LinkageDesign design = known.design();
+  const DesignReport kept = optimize_design(design, known.options);
+  EXPECT_TRUE(kept.status == DesignStatus::kConverged || kept.status == DesignStatus::kSettled)
+      << kept.message;
+  EXPECT_GE(kept.after.deployed_area, known.criteria.least_area * (1 - DesignRank::kHolds));
+  EXPECT_LT(kept.after.deployed_area, known.criteria.least_area * 1.01) << "it presses";
+  EXPECT_LT(kept.after.objective, kept.before.objective);
+  EXPECT_GT(kept.after.objective, shrunk.after.objective);
+}
+
+TEST(DesignOptimizer, AnAreaThatCannotBeKeptIsTold) {
+  Known known;
+  LinkageDesign start = known.design();
+  known.criteria.least_area = 4 * start.values(start.point()).deployed_area;
+  known.options.longest = 1.2;
+  LinkageDesign design = known.design();
+  const DesignReport report = optimize_design(design, known.options);
+  EXPECT_EQ(report.status, DesignStatus::kInfeasible) << report.message;
+  EXPECT_NE(report.message.find("the deployed linkage covers"), std::string::npos)
+      << report.message;
 }
 
 /// A search that begins where one has converged gains next to nothing.

@@ -41,6 +41,8 @@ TEST(LinkageDesign, GradientsAndProductsAgreeWithDifferencesOfTrials) {
               1e-6 * gradients.flatness.norm());
   EXPECT_NEAR(gradients.smallest_angle.dot(v), slope(&Values::smallest_angle),
               1e-6 * gradients.smallest_angle.norm());
+  EXPECT_NEAR(gradients.deployed_area.dot(v), slope(&Values::deployed_area),
+              1e-6 * gradients.deployed_area.norm());
   const DesignPoint forward = at(1e-3), backward = at(-1e-3);
   design.move_to(forward);
   const DesignMeasures<Eigen::VectorXd> after = design.gradients();
@@ -53,6 +55,7 @@ TEST(LinkageDesign, GradientsAndProductsAgreeWithDifferencesOfTrials) {
   check(&DesignMeasures<Eigen::VectorXd>::objective);
   check(&DesignMeasures<Eigen::VectorXd>::flatness);
   check(&DesignMeasures<Eigen::VectorXd>::smallest_angle);
+  check(&DesignMeasures<Eigen::VectorXd>::deployed_area);
 }
 
 /// Trials leave the factors that certified their equilibria; points that are no trial's do not.

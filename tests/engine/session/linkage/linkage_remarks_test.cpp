@@ -52,5 +52,22 @@ TEST(LinkageRemarks, SectionsInAnotherUnitThanTheLinesAreTold) {
               testing::HasSubstr("the section is 200 mm wide, and half of the lines are shorter"));
 }
 
+/// A roof of 12 m in millimetres whose unit is not given, so that it is taken for metres.
+TEST(LinkageRemarks, ARoofOfTwelveKilometresIsTold) {
+  scene::Linkage linkage = lattice(1, 1);
+  linkage.lines.vertices *= 6000;
+  linkage.section = rods::Rectangle{120, 24};
+  const auto large = [&] {
+    const auto issues = linkage_remarks(linkage);
+    return issues.front().field == "length_unit_in_metres" ? issues.front().message : "";
+  };
+  EXPECT_EQ(
+      large(),
+      "the linkage is 12 km x 12 km x 0 km large, with 1 m in a length unit: if its lines are "
+      "in millimetres, set length_unit_in_metres to 0.001");
+  linkage.length_unit_in_metres = 1e-3;
+  EXPECT_EQ(large(), "");
+}
+
 }  // namespace
 }  // namespace limber::session

@@ -1,0 +1,172 @@
+#include "engine/rods/design/erection.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "engine/rods/design/placed_surface.h"
+#include "engine/rods/equilibrium/deployment.h"
+#include "engine/rods/equilibrium/unknown_scales.h"
+#include "engine/rods/linkage/joint_positions.h"
+
+namespace limber::rods {
+namespace {
+
+constexpr double kSame = 1e-4;   // of the extent: distance of shapes that are one
+constexpr double kPlane = 1e-6;  // of the extent: height of what lies in a plane
+constexpr double kShare = 0.3;   // of E I/L^2, as starting grids are pushed
+// Shares of the path, of the first opening and of the one that confirms it.
+constexpr double kStep = 0.03, kShortStep = 0.02;
+
+int middle_joint(const LinkageState& state) {
+  const Eigen::Matrix3Xd joints = joint_positions(state);
+  Eigen::Index middle = 0;
+  (joints.colwise() - joints.rowwise().mean()).colwise().norm().minCoeff(&middle);
+  return static_cast<int>(middle);
+}
+
+/// Least squares; its normal may point to either side.
+Plane nearest_plane(const Eigen::Matrix3Xd& points) {
+  const Eigen::Vector3d mean = points.rowwise().mean();
+  const Eigen::Matrix3Xd offsets = points.colwise() - mean;
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(offsets * offsets.transpose());
+  return {mean, axes.eigenvectors().col(0)};
+}
+
+Eigen::VectorXd heights_over(const Plane& plane, const Eigen::Matrix3Xd& points) {
+  return (plane.normal.transpose() * (points.colwise() - plane.point)).transpose();
+}
+
+double rms(const Eigen::VectorXd& values) {
+  return values.norm() / std::sqrt(static_cast<double>(std::max<Eigen::Index>(1, values.size())));
+}
+
+/// Along the flat shape's normal, by the deployed shape's heights beyond the flat one's; nothing
+/// where it has none.
+std::vector<JointLoad> push_of(const LinkageModel& model, const DesignPoint& point) {
+  const Eigen::Matrix3Xd flat = joint_positions(point.flat);
+  const Plane plane = nearest_plane(flat);
+  Eigen::VectorXd heights =
+      heights_over(plane, joint_positions(point.deployed)) - heights_over(plane, flat);
+  heights.array() -= heights.mean();
+  const double highest = heights.cwiseAbs().maxCoeff();
+  const double extent = detail::UnknownScales(model).extent();
+  if (!(highest > kPlane * extent)) return {};
+  const RodStiffness& rods = model.stiffness();
+  const double force = kShare * std::min(rods.bending_1, rods.bending_2) / (extent * extent);
+  std::vector<JointLoad> push;
+  for (Eigen::Index j = 0; j < heights.size(); ++j)
+    push.push_back({static_cast<int>(j), force * heights[j] / highest * plane.normal});
+  return push;
+}
+
+std::vector<JointLoad> scaled(std::vector<JointLoad> push, double factor) {
+  for (JointLoad& load : push) load.force *= factor;
+  return push;
+}
+
+struct Opened {
+  bool reached = false;
+  double distance = 0;
+  std::string message;
+};
+
+Opened open(const LinkageModel& model, const Conditions& flat, const Conditions& deployed,
+            const DesignPoint& point, const std::vector<JointLoad>& push, double step,
+            const JobContext& job) {
+  LinkageEquilibrium equilibrium(model);
+  LinkageState state = point.flat;
+  Conditions held = flat;
+  DeploymentOptions options;
+  options.smallest_step = step / 64;
+  options.most_ends = 5;
+  options.most_iterations = 500;
+  for (const Conditions& stage : erection_stages(point.flat, deployed, push)) {
+    const bool opens =
+        std::abs(*stage.mean_opening_angle - state.mean_opening_angle()) > 1e-6;  // [rad]
+    options.first_step = options.largest_step = opens ? step : 0.25;
+    const DeploymentReport report =
+        deploy(equilibrium, state, held, stage, options, JobContext{job.cancellation, {}});
+    job.throw_if_cancelled();
+    if (report.status != DeploymentStatus::kReached) return {false, 0, report.message};
+    held = stage;
+  }
+  return {true, distance_between_shapes(state, point.deployed), ""};
+}
+
+}  // namespace
+
+double distance_between_shapes(const LinkageState& a, const LinkageState& b) {
+  const Eigen::Matrix3Xd from = joint_positions(a), to = joint_positions(b);
+  const SurfacePlacement moved = fitted({}, from, to);
+  const Eigen::Matrix3Xd apart =
+      ((moved.rotation.toRotationMatrix() * from).colwise() + moved.translation) - to;
+  return rms(apart.colwise().norm().transpose());
+}
+
+std::vector<Conditions> erection_stages(const LinkageState& flat, const Conditions& to,
+                                        const std::vector<JointLoad>& push) {
+  if (push.empty()) return {to};
+  Conditions pushed = to;
+  pushed.loads.insert(pushed.loads.end(), push.begin(), push.end());
+  const bool is_held = std::any_of(to.pins.begin(), to.pins.end(),
+                                   [](const JointPin& pin) { return pin.hold != Hold::kAngle; });
+  if (!is_held) {
+    const int middle = middle_joint(flat);
+    const auto pin = std::find_if(pushed.pins.begin(), pushed.pins.end(),
+                                  [&](const JointPin& other) { return other.joint == middle; });
+    if (pin != pushed.pins.end()) {
+      pin->hold = Hold::kMotionAndAngle;
+    } else {
+      pushed.pins.push_back({middle, Hold::kMotion});
+    }
+  }
+  Conditions first = pushed;
+  first.mean_opening_angle = flat.mean_opening_angle();
+  return {first, pushed, to};
+}
+
+ErectionSearch find_erection(const LinkageModel& model, const Conditions& flat,
+                             const Conditions& deployed, const DesignPoint& point,
+                             const JobContext& job) {
+  if (!deployed.mean_opening_angle) return {};
+  const double extent = detail::UnknownScales(model).extent();
+  const Eigen::Matrix3Xd joints = joint_positions(point.flat);
+  const bool in_plane = rms(heights_over(nearest_plane(joints), joints)) <= kPlane * extent;
+  const std::vector<JointLoad> push = push_of(model, point);
+  std::vector<std::vector<JointLoad>> tries;
+  if (!in_plane || push.empty()) tries.emplace_back();
+  if (!push.empty())
+    for (const double factor : {1.0, 4.0, 16.0}) tries.push_back(scaled(push, factor));
+  double nearest = std::numeric_limits<double>::infinity();
+  std::string stopped;
+  for (const std::vector<JointLoad>& tried : tries) {
+    Opened opened;
+    for (const double step : {kStep, kShortStep}) {
+      opened = open(model, flat, deployed, point, tried, step, job);
+      if (!opened.reached || opened.distance > kSame * extent) break;
+    }
+    if (!opened.reached) {
+      stopped = opened.message;
+      continue;
+    }
+    nearest = std::min(nearest, opened.distance);
+    if (opened.distance > kSame * extent) continue;
+    return {Erection{point.flat.mean_opening_angle(), *deployed.mean_opening_angle, tried,
+                     opened.distance},
+            ""};
+  }
+  if (std::isfinite(nearest)) {
+    return {std::nullopt, fmt::format("opened from flat, with and without forces that push it out "
+                                      "of its plane, the linkage reaches another shape, {:.3g} "
+                                      "away (rms of joints): no erection was found",
+                                      nearest)};
+  }
+  return {std::nullopt, "opened from flat, the linkage does not reach the designed angle: " +
+                            stopped + "; no erection was found"};
+}
+
+}  // namespace limber::rods
