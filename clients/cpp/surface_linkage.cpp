@@ -34,7 +34,8 @@ void push(v1::Scene& scene, const v1::MakeStartingGridResponse& grid, double fla
 void add_warnings(Client& client, const v1::Scene& scene, std::string& remark) {
   v1::ValidateSceneRequest request;
   *request.mutable_scene() = scene;
-  for (const v1::Issue& issue : client.call(request).issues()) {
+  const v1::ValidateSceneResponse response = client.call(request);
+  for (const v1::Issue& issue : response.issues()) {
     if (issue.severity() != v1::Issue::SEVERITY_WARNING) continue;
     if (!remark.empty()) remark += "; ";
     remark += issue.message();

@@ -352,7 +352,7 @@ def test_a_design_that_is_taken_opens_from_flat_to_its_shape(server, tmp_path):
                 session.deploy(angle)
                 assert not session.wait().solve_failed, what
             assert rigid_distance(session.shape().joints, designed) < 1e-3, what
-            assert session.scene().linkage.conditions.loads == [], "nothing pushes it any more"
+            assert len(session.scene().linkage.conditions.loads) == 0, "nothing pushes it any more"
 
         opens(linkage, name)
         linkage.export(tmp_path, formats=("scene",), stem=name, progress=False)
@@ -368,7 +368,7 @@ def test_a_design_that_is_taken_opens_from_flat_to_its_shape(server, tmp_path):
 
 
 def test_the_same_roof_in_metres_in_millimetres_and_without_a_unit_ends_the_same_way(server):
-    """Millimetres that are taken for metres are a roof of 12 km, which is told."""
+    """Millimetres that are taken for metres are a roof of 12 km (flat, closed and narrow, its grid is longer): that is told."""
     x, y = np.meshgrid(np.linspace(-1, 1, 13), np.linspace(-0.8, 0.8, 13), indexing="ij")
     vertices, triangles = sheet(6 * x, 6 * y, 0.9 * (1 - x ** 2 - y ** 2))
     ends = []
@@ -378,7 +378,7 @@ def test_the_same_roof_in_metres_in_millimetres_and_without_a_unit_ends_the_same
             (scale * vertices, triangles), columns=6, rows=5, section={"rectangle": (0.12 * scale, 0.024 * scale)},
             progress=False, max_iterations=12, **options)
         if (scale, unit) == (1000, None):
-            with pytest.warns(UserWarning, match="12 km"):
+            with pytest.warns(UserWarning, match="km large"):
                 design = call()
         else:
             design = call()
@@ -387,4 +387,4 @@ def test_the_same_roof_in_metres_in_millimetres_and_without_a_unit_ends_the_same
         design.session.close()
     for end in ends[1:]:
         assert end[0] == ends[0][0] and end[3] == ends[0][3]
-        assert end[1:3] == pytest.approx(ends[0][1:3], rel=0.02)
+        assert end[1:3] == pytest.approx(ends[0][1:3], rel=1e-3), "longer searches part by rounding"

@@ -73,21 +73,17 @@ TEST(DesignOptimizer, KeepsTheSmallestAngleAtItsBound) {
 
 TEST(DesignOptimizer, KeepsTheAreaOfTheDeployedCells) {
   Known known;
-  known.criteria.distance_weight = 1e6;
-  for (JointTarget& target : known.criteria.targets) target.position *= 0.9;
   LinkageDesign free = known.design();
-  const DesignReport shrunk = optimize_design(free, known.options);
-  const double before = shrunk.before.deployed_area;
-  EXPECT_LT(shrunk.after.deployed_area, 0.9 * before) << shrunk.message;
-  known.criteria.least_area = 0.95 * before;
+  const DesignReport unbound = optimize_design(free, known.options);
+  const double area = unbound.after.deployed_area;
+  known.criteria.least_area = 1.02 * std::max(area, unbound.before.deployed_area);
   LinkageDesign design = known.design();
   const DesignReport kept = optimize_design(design, known.options);
   EXPECT_TRUE(kept.status == DesignStatus::kConverged || kept.status == DesignStatus::kSettled)
       << kept.message;
   EXPECT_GE(kept.after.deployed_area, known.criteria.least_area * (1 - DesignRank::kHolds));
-  EXPECT_LT(kept.after.deployed_area, known.criteria.least_area * 1.01) << "it presses";
-  EXPECT_LT(kept.after.objective, kept.before.objective);
-  EXPECT_GT(kept.after.objective, shrunk.after.objective);
+  EXPECT_LT(kept.after.deployed_area, known.criteria.least_area * 1.002) << "it presses";
+  EXPECT_GT(kept.after.objective, unbound.after.objective);
 }
 
 TEST(DesignOptimizer, AnAreaThatCannotBeKeptIsTold) {
