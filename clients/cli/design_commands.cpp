@@ -142,9 +142,6 @@ void follow(Context& context, client::Subscription& stream, const std::string& s
     if (info.flat_lost() > 0)
       fmt::print("refused: {} trials whose flat shape had buckled\n", info.flat_lost());
     for (const auto& other : info.other_optima()) print_other(info, other);
-    fmt::print("best: step {}, target rms {:.4g} (was {:.4g}), surface rms {:.4g} (was {:.4g})\n",
-               info.best_iteration(), best.target_rms(), before.target_rms(), best.surface_rms(),
-               before.surface_rms());
     if (info.has_surface()) {
       fmt::print("cover: {:.4g} of the surface's area, {:.1f} % of the start's {:.4g}\n",
                  best.covered_area(), 100 * best.cover(), before.covered_area());
@@ -153,8 +150,11 @@ void follow(Context& context, client::Subscription& stream, const std::string& s
       fmt::print("opens from flat to {:.4g} degrees {}\n", info.erection().mean_angle_degrees(),
                  info.erection().push_size() == 0
                      ? "by itself"
-                     : "pushed out of its plane on the way, as set-mean-angle does it");
+                     : "pushed out of its plane on the way, as deploy does it");
     }
+    fmt::print("best: step {}, target rms {:.4g} (was {:.4g}), surface rms {:.4g} (was {:.4g})\n",
+               info.best_iteration(), best.target_rms(), before.target_rms(), best.surface_rms(),
+               before.surface_rms());
   };
   while (true) {
     const auto event = stream.next(Milliseconds{500});
