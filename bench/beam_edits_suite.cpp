@@ -1,0 +1,298 @@
+// Random edits of beam structures in a live session, and a large grid under its own weight.
+
+#include <sys/resource.h>
+
+#include <chrono>
+#include <condition_variable>
+#include <filesystem>
+#include <memory>
+#include <mutex>
+#include <thread>
+#include <utility>
+
+#include "bench/suite.h"
+#include "engine/base/error.h"
+#include "engine/base/random.h"
+#include "engine/session/beams/beam_document.h"
+#include "engine/session/beams/live_beams.h"
+#include "tests/support/beam_grid.h"
+#include "tests/support/beam_structures.h"
+
+namespace limber::bench {
+namespace {
+
+using session::BeamConditions;
+using session::LiveBeams;
+using Conditions = std::shared_ptr<const BeamConditions>;
+
+// Nobody waits longer for an edit; the case says "cancelled".
+constexpr std::chrono::seconds kPatience{150};
+
+/// User CPU time of the process [s]: other processes on the machine do not change it much.
+double user_seconds() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return static_cast<double>(usage.ru_utime.tv_sec) +
+         1e-6 * static_cast<double>(usage.ru_utime.tv_usec);
+}
+
+/// Cancels a job that takes too long.
+class Deadline {
+ public:
+  explicit Deadline(Cancellation cancellation)
+      : thread_([this, cancellation]() mutable {
+          std::unique_lock lock(mutex_);
+          if (!ended_.wait_for(lock, kPatience, [this] { return is_over_; }))
+            cancellation.request();
+        }) {}
+  ~Deadline() {
+    {
+      const std::lock_guard lock(mutex_);
+      is_over_ = true;
+    }
+    ended_.notify_all();
+    thread_.join();
+  }
+  Deadline(const Deadline&) = delete;
+  Deadline& operator=(const Deadline&) = delete;
+
+ private:
+  std::mutex mutex_;
+  std::condition_variable ended_;
+  bool is_over_ = false;
+  std::thread thread_;
+};
+
+struct Solved {
+  LiveBeams::Outcome outcome;
+  double wall_ms = 0, user_ms = 0;
+};
+
+Solved solve(LiveBeams& live, const Conditions& conditions) {
+  Solved solved;
+  JobContext job;
+  const Deadline deadline(job.cancellation);
+  const double before = user_seconds();
+  solved.wall_ms = milliseconds(
+      [&] { solved.outcome = live.solve(conditions, job, [](const beams::BeamState&) {}); });
+  solved.user_ms = 1e3 * (user_seconds() - before);
+  return solved;
+}
+
+void add_work(const Solved& solved, Case& result) {
+  const beams::BeamReport& report = solved.outcome.report;
+  result["ended"] = to_string(report.status);
+  result["load_factor"] = report.load_factor;
+  result["edit_ms"] = solved.wall_ms;
+  result["user_ms"] = solved.user_ms;
+  result["factorizations"] = report.factorizations;
+  result["newton_iterations"] = report.newton_iterations;
+  result["load_steps"] = report.load_steps;
+  result["relaxation_steps"] = report.relaxation_steps;
+  result["snaps"] = report.snaps.size();
+  result["message"] = report.message;
+}
+
+/// Nodes where they are in the shape that is edited.
+class ShownPlaces final : public session::BeamDocument::Places {
+ public:
+  explicit ShownPlaces(const beams::BeamModel& model, const beams::BeamState& state)
+      : model_(model), state_(state) {}
+  [[nodiscard]] beams::PrescribedMotion of(int node) const override {
+    beams::PrescribedMotion motion;
+    motion.node = node;
+    motion.translates = {true, true, true};
+    motion.translation =
+        state_.positions.col(node) - model_.nodes[static_cast<std::size_t>(node)].position;
+    return motion;
+  }
+
+ private:
+  const beams::BeamModel& model_;
+  const beams::BeamState& state_;
+};
+
+double extent_of(const beams::BeamModel& model) {
+  Eigen::Vector3d low = model.nodes[0].position, high = low;
+  for (const beams::BeamNode& node : model.nodes) {
+    low = low.cwiseMin(node.position);
+    high = high.cwiseMax(node.position);
+  }
+  return (high - low).norm();
+}
+
+Eigen::Vector3d random_direction(Random& random) {
+  Eigen::Vector3d v;
+  for (double& x : v) x = random.normal();
+  return v.normalized();
+}
+
+/// What random edits are drawn from.
+struct Drawing {
+  const beams::BeamModel& model;
+  const beams::BeamState& state;
+  double extent = 0;
+  std::vector<int> held{}, free{};
+
+  Drawing(const beams::BeamModel& m, const beams::BeamState& s)
+      : model(m), state(s), extent(extent_of(m)) {
+    std::vector<char> is_held(m.nodes.size(), 0);
+    for (const auto& support : m.supports) is_held[static_cast<std::size_t>(support.node)] = 1;
+    for (const auto& motion : m.motions) is_held[static_cast<std::size_t>(motion.node)] = 1;
+    for (int i = 0; i < static_cast<int>(m.nodes.size()); ++i)
+      (is_held[static_cast<std::size_t>(i)] != 0 ? held : free).push_back(i);
+  }
+
+  [[nodiscard]] session::BeamEdit move(const std::vector<int>& nodes, double share,
+                                       Random& random) const {
+    const int node = nodes[random.index(nodes.size())];
+    beams::PrescribedMotion motion = ShownPlaces(model, state).of(node);
+    motion.translation += share * extent * random_direction(random);
+    return session::MoveNode{motion};
+  }
+  /// A force by which the softest section, as long as the extent, would bend by about a share of
+  /// it.
+  [[nodiscard]] session::BeamEdit load(double share, Random& random) const {
+    double bending = 0;
+    for (const auto& section : model.sections) bending = std::max(bending, section.bending_2);
+    beams::NodalLoad load;
+    load.node = free[random.index(free.size())];
+    load.force = 48 * share * bending / (extent * extent) * random_direction(random);
+    return session::SetNodeLoad{load};
+  }
+};
+
+struct EditKind {
+  const char* name;
+  double least, most;  // shares of the extent
+  session::BeamEdit (*draw)(const Drawing&, double share, Random& random);
+};
+
+constexpr EditKind kKinds[] = {
+    {"move a held node", 0.01, 0.04,
+     [](const Drawing& d, double share, Random& r) { return d.move(d.held, share, r); }},
+    {"move a free node", 0.01, 0.04,
+     [](const Drawing& d, double share, Random& r) { return d.move(d.free, share, r); }},
+    {"load a node", 0.2, 2,
+     [](const Drawing& d, double share, Random& r) { return d.load(share, r); }},
+};
+constexpr EditKind kSmallKinds[] = {
+    {"move a held node by 0.5 %", 0.005, 0.005,
+     [](const Drawing& d, double share, Random& r) { return d.move(d.held, share, r); }},
+    {"move a free node by 0.5 %", 0.005, 0.005,
+     [](const Drawing& d, double share, Random& r) { return d.move(d.free, share, r); }},
+};
+
+/// Each edit begins from the structure as opened, so that edits do not depend on each other's ends.
+void run_kind(const std::string& structure, const beams::BeamModel& model, const LiveBeams& opened,
+              const EditKind& kind, int count, Recorder& recorder) {
+  Random random(2026);
+  const Drawing drawing(model, opened.state());
+  std::vector<double> wall, user, factorizations, factors;
+  int reached = 0;
+  for (int i = 0; i < count; ++i) {
+    session::BeamDocument document(model);
+    const double share = random.uniform(kind.least, kind.most);
+    try {
+      document.apply({kind.draw(drawing, share, random)}, {}, ShownPlaces(model, opened.state()));
+    } catch (const Error& error) {
+      recorder.note(structure + ", " + kind.name + ": refused: " + error.what());
+      continue;
+    }
+    LiveBeams live(opened);
+    const Solved solved = solve(live, document.conditions());
+    Case result;
+    result["structure"] = structure;
+    result["edit"] = kind.name;
+    result["number"] = i;
+    result["share_of_extent"] = share;
+    add_work(solved, result);
+    recorder.add(result);
+    recorder.note(result.dump());
+    wall.push_back(solved.wall_ms);
+    user.push_back(solved.user_ms);
+    factorizations.push_back(solved.outcome.report.factorizations);
+    factors.push_back(solved.outcome.report.load_factor);
+    reached += solved.outcome.reached ? 1 : 0;
+  }
+  if (wall.empty()) return;
+  Case summary;
+  summary["structure"] = structure;
+  summary["edit"] = std::string(kind.name) + ", all";
+  summary["number"] = wall.size();
+  summary["ended"] = std::to_string(reached) + " converged";
+  summary["load_factor"] = median(factors);
+  summary["edit_ms"] = median(wall);
+  summary["edit_ms_max"] = quantile(wall, 1);
+  summary["user_ms"] = median(user);
+  summary["user_ms_max"] = quantile(user, 1);
+  summary["factorizations"] = median(factorizations);
+  summary["factorizations_max"] = quantile(factorizations, 1);
+  recorder.add(summary);
+  recorder.note(summary.dump());
+}
+
+void run_structure(const std::string& name, const SuiteOptions& options, Recorder& recorder) {
+  const auto folder = std::filesystem::path(options.shared_folder) / "data" / "beams" / name;
+  const beams::BeamModel model = testing::model_of(scene::read_beam_job_folder(folder));
+  LiveBeams opened(model);
+  const Solved solved =
+      solve(opened, std::make_shared<const BeamConditions>(session::conditions_of(model)));
+  Case result;
+  result["structure"] = name;
+  result["edit"] = "open";
+  add_work(solved, result);
+  recorder.add(result);
+  recorder.note(result.dump());
+  if (!solved.outcome.reached) return;
+  const int count = options.quick ? 3 : 8;
+  for (const EditKind& kind : kSmallKinds) run_kind(name, model, opened, kind, count, recorder);
+  if (options.quick && name == "torus") return;
+  for (const EditKind& kind : kKinds) run_kind(name, model, opened, kind, count, recorder);
+}
+
+void run_grid(const testing::BeamGrid& grid, const std::string& name, Recorder& recorder) {
+  const beams::BeamModel model = testing::beam_grid(grid);
+  LiveBeams live(model);
+  const Solved solved =
+      solve(live, std::make_shared<const BeamConditions>(session::conditions_of(model)));
+  Case result;
+  result["structure"] = name;
+  result["edit"] = "open";
+  result["number"] = model.elements.size();
+  add_work(solved, result);
+  const Eigen::RowVectorXd z = live.state().positions.row(2);
+  result["sag"] = -z.minCoeff();
+  recorder.add(result);
+  recorder.note(result.dump());
+}
+
+}  // namespace
+
+// $LIMBER_BENCH_ONLY: only structures whose names contain it.
+void beam_edits_suite(const SuiteOptions& options, Recorder& recorder) {
+  const char* const only = std::getenv("LIMBER_BENCH_ONLY");
+  const auto wanted = [only](const std::string& name) {
+    return only == nullptr || name.find(only) != std::string::npos;
+  };
+  const int nodes = options.quick ? 31 : 71;
+  using Held = testing::BeamGrid::Held;
+  const std::pair<Held, const char*> holds[] = {
+      {Held::kRim, "rim"}, {Held::kCorners, "corners"}, {Held::kRimClamped, "clamped rim"}};
+  for (const auto& [held, where] : holds) {
+    for (const double radius : {0.1, 0.01, 0.002}) {
+      const std::string name = std::string("grid, radius ") + nlohmann::json(1e3 * radius).dump() +
+                               " mm, held at " + where;
+      if (wanted(name)) run_grid({nodes, 20, radius, held}, name, recorder);
+    }
+  }
+  if (options.shared_folder.empty() ||
+      !std::filesystem::exists(std::filesystem::path(options.shared_folder) / "data" / "beams")) {
+    recorder.note("the public structures are left out: no shared folder");
+    return;
+  }
+  for (const char* name : {"roof", "torus"})
+    if (wanted(name)) run_structure(name, options, recorder);
+}
+
+}  // namespace limber::bench
