@@ -258,7 +258,7 @@ def test_a_client_that_dies_while_it_settles_leaves_the_session_alive(server, ar
     (lambda s: s["loads"][0].update(node=99), "OUT_OF_RANGE", "loads[0].node"),
     (lambda s: s.update(supports=[]), "FAILED_PRECONDITION", "supports"),
     (lambda s: s["sections"][0].update(young=0), "INVALID_ARGUMENT", "sections[0].young"),
-    (lambda s: s.update(motions=[{"node": 0, "z": 0.1}]), "INVALID_ARGUMENT", "motions[0]"),
+    (lambda s: s.update(motions=[{"node": 4, "z": 0.1}, {"node": 4, "z": 0.2}]), "INVALID_ARGUMENT", "motions[1].node"),
 ])
 def test_bad_structures_are_refused_by_name_and_open_nothing(server, change, code, field):
     structure = cantilever(4)

@@ -1,9 +1,10 @@
 #include "engine/scene/tetrahedralize/tetrahedralize.h"
 
-#include <array>
 #include <cmath>
-#include <cstdio>
+#include <iomanip>
 #include <limits>
+#include <sstream>
+#include <string>
 
 #include "engine/scene/tetrahedralize/graded_search.h"
 #include "engine/scene/tetrahedralize/lattice.h"
@@ -134,9 +135,9 @@ Tetrahedralization finished(const lattice::Stuffing& stuffing, const lattice::Re
 }
 
 std::string percent(double share) {
-  std::array<char, 32> text{};
-  std::snprintf(text.data(), text.size(), "%.3g %%", 100 * share);
-  return text.data();
+  std::ostringstream text;
+  text << std::setprecision(3) << 100 * share << " %";
+  return text.str();
 }
 
 [[noreturn]] void refuse_distance(const lattice::SurfaceBody& body,
