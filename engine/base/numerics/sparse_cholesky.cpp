@@ -14,6 +14,7 @@
 #include "engine/base/parallel.h"
 
 extern "C" void openblas_set_num_threads(int threads);
+extern "C" void omp_set_max_active_levels(int levels);
 
 namespace limber {
 namespace {
@@ -143,6 +144,9 @@ class SparseCholesky::Impl {
 
   void factor_values(const Matrix& a) {
     factored_ = false;
+    // CHOLMOD spreads copies over threads of OpenMP: waiting for these takes longer, most of all on
+    // a busy machine.
+    omp_set_max_active_levels(0);
     cholmod_sparse view = lower_view(a);
     cholmod_factorize(&view, factor_, &common_.value);
     const Eigen::VectorXd diagonal = a.diagonal();

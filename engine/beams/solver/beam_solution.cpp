@@ -2,6 +2,7 @@
 
 #include <fmt/core.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "engine/base/error.h"
@@ -13,6 +14,18 @@ namespace {
 // Load steps go on as those before but for this much [rad].
 constexpr double kSwerve = 0.05;
 constexpr int kIterationsOfBranch = 3000;
+constexpr double kLiveResolution = 1.0 / 64;
+constexpr int kSmall = 250;  // elements: fine steps take no time
+// Of a live edit: factorizations and steps of the relaxation times elements, about 3 s of work.
+constexpr int kLiveFactorizations = 400000;
+constexpr int kLeastLiveFactorizations = 100;
+constexpr int kLiveSteps = 10000000;
+constexpr int kLeastLiveSteps = 6000;
+// The same of any solve whose method is chosen: some 10 s, half a minute of 10,000 elements.
+constexpr int kFactorizations = 2500000;
+constexpr int kLeastFactorizations = 120;
+constexpr int kSteps = 200000000;
+constexpr int kLeastSteps = 10000;
 
 void require(bool holds, const char* member, double value, const char* rule) {
   if (!holds)
@@ -61,6 +74,25 @@ BeamSolveOptions BeamSolveOptions::following() noexcept {
   return options;
 }
 
+BeamSolveOptions BeamSolveOptions::live(int elements) noexcept {
+  BeamSolveOptions options = following();
+  if (elements > kSmall) options.snap_resolution = kLiveResolution;
+  const int size = std::max(1, elements);
+  options.factorizations = std::max(kLeastLiveFactorizations, kLiveFactorizations / size);
+  options.relaxation_steps =
+      std::min(options.relaxation_steps, std::max(kLeastLiveSteps, kLiveSteps / size));
+  return options;
+}
+
+BeamSolveOptions BeamSolveOptions::bounded_by_size(int elements) const noexcept {
+  BeamSolveOptions options = *this;
+  const int size = std::max(1, elements);
+  if (factorizations == 0)
+    options.factorizations = std::max(kLeastFactorizations, kFactorizations / size);
+  options.relaxation_steps = std::min(relaxation_steps, std::max(kLeastSteps, kSteps / size));
+  return options;
+}
+
 void BeamSolveOptions::validate() const {
   require(tolerance > 0 && tolerance < 1, "tolerance", tolerance, "in (0, 1)");
   require(relaxation_tolerance > 0 && relaxation_tolerance < 1, "relaxation_tolerance",
@@ -73,6 +105,9 @@ void BeamSolveOptions::validate() const {
   require(hand_over > 0 && hand_over < 1, "hand_over", hand_over, "in (0, 1)");
   require(largest_swerve >= 0 && largest_swerve <= 3, "largest_swerve", largest_swerve,
           "in [0, 3]");
+  require(snap_resolution > 0 && snap_resolution <= 1, "snap_resolution", snap_resolution,
+          "in (0, 1]");
+  require(factorizations >= 0, "factorizations", factorizations, ">= 0");
 }
 
 }  // namespace limber::beams

@@ -50,9 +50,25 @@ struct BeamSolveOptions {
   /// before, but for this much turning [rad]; what no cutting makes smaller is a snap. 0: not
   /// looked at but by kChoose, which then takes that of following(); in [0, 3].
   double largest_swerve = 0;
+  /// Where steps are watched for swerves: share of the path to which the end of a branch is
+  /// located; in (0, 1]. A longer one takes less work. What a step so short makes is then a snap
+  /// unless the structure returns when the step is taken back.
+  double snap_resolution = kFineResolution;
+  static constexpr double kFineResolution = 1.0 / 8192;
+  /// Of the stiffness, over all load steps: the solve ends at the last load step that this many
+  /// allow; 0: not limited, but by kChoose, which then takes a number by size; >= 0.
+  int factorizations = 0;
 
   /// Newton's method follows the branch of equilibria, and tells its snaps.
   [[nodiscard]] static BeamSolveOptions following() noexcept;
+  /// The same for edits that somebody waits for: of more than 250 elements ends of branches are
+  /// located to 1/64, and work is bounded by the number of elements. Never by time: answers are the
+  /// same on any machine.
+  [[nodiscard]] static BeamSolveOptions live(int elements) noexcept;
+
+  /// What kChoose makes of them: no more factorizations and steps of the relaxation than suit the
+  /// number of elements, so that large structures end, too.
+  [[nodiscard]] BeamSolveOptions bounded_by_size(int elements) const noexcept;
 
   /// @throws Error{kInvalidArgument} naming member, value and inequality
   void validate() const;

@@ -1,5 +1,7 @@
 #include "engine/beams/solver/equilibrium.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <utility>
 
@@ -168,13 +170,26 @@ struct Attempt {
       path.varies() ? followed(solution) : newton(solution);
     if (is_found(solution)) return;
     const BeamStatus status = solution.report.status;
+    const double end_of_branch = solution.report.load_factor;
     BeamSolution other;
     relaxes_first ? newton(other) : both(other);
     add_work(solution.report, other.report);
     // A saddle says more than that no balance was found.
     const BeamStatus found = other.report.status;
-    if (is_found(other) || (found == BeamStatus::kUnstable && status != BeamStatus::kUnstable))
-      solution = std::move(other);
+    const bool is_other = is_found(other);
+    if (!is_other && (found != BeamStatus::kUnstable || status == BeamStatus::kUnstable)) {
+      solution.report.relaxation_steps = other.report.relaxation_steps;
+      return;
+    }
+    solution = std::move(other);
+    if (relaxes_first) return;
+    if (is_other && end_of_branch < 1)
+      solution.report.message += fmt::format(
+          "; found by relaxation: the equilibria that lead on from the start were followed to "
+          "{:.3g} %",
+          100 * end_of_branch);
+    else if (!is_other)
+      solution.report.load_factor = end_of_branch;
   }
 };
 
@@ -192,9 +207,14 @@ BeamSolution solve(const Attempt& attempt) {
       case BeamMethod::kNewton:
         attempt.newton(solution);
         break;
-      case BeamMethod::kChoose:
-        attempt.chosen(solution);
+      case BeamMethod::kChoose: {
+        const BeamSolveOptions bounded =
+            attempt.options.bounded_by_size(attempt.structure.elements());
+        Attempt{attempt.structure, attempt.start,   attempt.path,
+                bounded,           attempt.context, attempt.observer}
+            .chosen(solution);
         break;
+      }
     }
     attempt.keep_to_the_side(solution);
   } catch (const Error& error) {

@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "engine/base/error.h"
 #include "engine/base/random.h"
@@ -14,6 +15,7 @@ namespace {
 constexpr double kLargestTurn = 0.7;  // of one iteration [rad]
 constexpr int kBadSteps = 4;
 constexpr int kCareful = 3;
+constexpr int kAfterFork = 4;  // iterations where forks are avoided
 constexpr double kSameSide = 1e-9;
 constexpr double kFirstOfFork = 1e-5;  // [rad]
 constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
@@ -43,7 +45,7 @@ bool NewtonSolver::factor_at(double shift) {
   return true;
 }
 
-NewtonSolver::Definiteness NewtonSolver::factor_positive(const BeamState& state) {
+NewtonSolver::Definiteness NewtonSolver::factor_positive(const BeamState& state, Forks forks) {
   const double before = shift_;
   shift_ = 0;
   stiffness_.assemble(state);
@@ -52,9 +54,13 @@ NewtonSolver::Definiteness NewtonSolver::factor_positive(const BeamState& state)
   if (!is_positive_) return Definiteness::kNotFinite;
   is_positive_ = factor_at(0);
   if (is_positive_) return Definiteness::kPositive;
-  stiffness_.assemble(state, Compression::kLeftOut);
-  if (!stiffness_.matrix().coeffs().allFinite()) return Definiteness::kNotFinite;
-  if (factor_at(0)) return Definiteness::kNot;
+  // Without what compression does, steps are sure and short: off the end of a branch the stiffness
+  // is but little below a positive one, and a shift as little leads on.
+  if (forks != Forks::kDescended) {
+    stiffness_.assemble(state, Compression::kLeftOut);
+    if (!stiffness_.matrix().coeffs().allFinite()) return Definiteness::kNotFinite;
+    if (factor_at(0)) return Definiteness::kNot;
+  }
   // Begin below the shift that did last time.
   shift_ = before > 0 ? 0.1 * before : balance_.softest();
   while (!factor_at(shift_)) {
@@ -278,14 +284,17 @@ NewtonOutcome NewtonSolver::balance(BeamState& state, const LoadPath& path, doub
   const NodeLoads loads = path.loads(s);
   watch_.bad_steps = watch_.careful = 0;
   has_forked_ = false;
+  int since_fork = 0;
+  bool has_taken = false;  // in the iteration before
   for (int i = 0; i <= iterations; ++i) {
     context_.throw_if_cancelled();
     const Eigen::VectorXd held = path.held_increments(state, s);
     const bool moves = balance_.size_of(held) > 1e-12;
     const Eigen::VectorXd here = residual(state, loads);
     left_ = balance_.imbalance(here, balance_.present(state, loads));
-    if (!here.allFinite() || factor_positive(state) == Definiteness::kNotFinite)
+    if (!here.allFinite() || factor_positive(state, forks) == Definiteness::kNotFinite)
       return NewtonOutcome::kNoProgress;
+    if (most_factorizations_ > 0 && factorizations_ >= most_factorizations_) break;
     if (!moves && left_.scaled <= tolerance) {
       const Verdict verdict = judge_factored(state);
       if (verdict.stability == Stability::kMechanism) return NewtonOutcome::kMechanism;
@@ -297,10 +306,14 @@ NewtonOutcome NewtonSolver::balance(BeamState& state, const LoadPath& path, doub
     }
     if (i == iterations) break;
     ++iterations_;
-    if (!moves && !has_forked_ && !is_positive_) {
-      has_forked_ = true;
-      if (forks == Forks::kTaken && take_fork(state, loads)) continue;
+    if (!moves && !is_positive_) {
+      const bool is_first = !std::exchange(has_forked_, true);
+      const bool takes =
+          forks == Forks::kDescended ? !has_taken : is_first && forks == Forks::kTaken;
+      has_taken = takes && take_fork(state, loads);
+      if (has_taken) continue;
     }
+    if (has_forked_ && forks == Forks::kAvoided && ++since_fork > kAfterFork) break;
     Eigen::VectorXd right = -stiffness_.restricted(here);
     if (moves) right -= stiffness_.from_held(held);
     Eigen::VectorXd step = stiffness_.extended(factor_.solve(right));

@@ -21,8 +21,10 @@ enum class NewtonOutcome {
 
 /// What a balance does where the stiffness ceases to be positive definite on its way.
 enum class Forks {
-  kIgnored,  // nothing
-  kTaken,    // buckles to the side that loads push to, little as it may be: sure close to a fork
+  kIgnored,    // nothing
+  kTaken,      // buckles to the side that loads push to, little as it may be: sure close to a fork
+  kDescended,  // the same wherever it is not: off a branch that has ended, into the next valley
+  kAvoided,    // gives up soon after: a shorter step tells more
 };
 
 /// Newton's method on the potential U - W by free unknowns, from state to state of a load path.
@@ -40,6 +42,9 @@ class NewtonSolver {
   /// @param iterations  at most this many; the state is the best found in any case
   NewtonOutcome balance(BeamState& state, const LoadPath& path, double s, double tolerance,
                         int iterations, Forks forks = Forks::kIgnored);
+
+  /// balance() ends with kLimit once so many factorizations are done, in all calls; 0: not limited.
+  void limit_factorizations(int most) { most_factorizations_ = most; }
 
   /// Where the last balance() ended.
   [[nodiscard]] const Imbalance& left() const { return left_; }
@@ -72,7 +77,7 @@ class NewtonSolver {
   [[nodiscard]] int negative_eigenvalues(const BeamState& state);
 
  private:
-  Definiteness factor_positive(const BeamState& state);
+  Definiteness factor_positive(const BeamState& state, Forks forks = Forks::kIgnored);
   bool factor_at(double shift);
   [[nodiscard]] Verdict judge_factored(const BeamState& state);
   [[nodiscard]] Verdict judge_positive() const;
@@ -124,6 +129,7 @@ class NewtonSolver {
   } watch_;
   int iterations_ = 0;
   int factorizations_ = 0;
+  int most_factorizations_ = 0;
   int saddles_ = 0;
   int saddle_unknown_ = -1;
   bool is_positive_ = true;

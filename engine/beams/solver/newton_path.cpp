@@ -34,7 +34,9 @@ constexpr double kSnapOfLeap = 2;  // of the largest swerve: a column that buckl
 constexpr int kIterationsOfWatched = 40;
 constexpr double kNear = 1.0 / 64;  // to where it is known to go
 constexpr double kAfterJump = 1.0 / 16;
-constexpr int kIterationsOfLeap = 150;
+constexpr int kIterationsDown = 50;
+constexpr int kIterationsBack = 40;
+constexpr double kReturned = 0.1;  // of what a step turned by
 // Moments of fixed directions have no potential where nodes may turn about several axes: Newton's
 // method may circle for ever. Where so many steps in a row, each a quarter of the one before, end
 // where the stiffness is not positive, there is nothing to fall to.
@@ -114,7 +116,7 @@ class Follower {
         state_(state),
         report_(report),
         newton_(structure, context),
-        watch_(structure, options.largest_swerve),
+        watch_(structure, options.largest_swerve, options.snap_resolution),
         approaches_forks_(is_watched()),
         has_moments_(turns_free_nodes(structure, path.loads(1).moments)),
         s_(s),
@@ -122,6 +124,7 @@ class Follower {
         longest_(kMostTurn / std::max(kMostTurn, path.turn())) {
     step_ = path.varies() ? options.first_load_step * (1 - s) : 1 - s;
     step_ = std::min(step_, longest_);
+    newton_.limit_factorizations(options.factorizations);
   }
 
   /// Temporary loads bend what is straight before motions press on it.
@@ -136,9 +139,11 @@ class Follower {
     const double next = s_ + step_ > 1 - 1e-9 ? 1 : s_ + step_;
     BeamState trial = state_;
     const int before = newton_.iterations(), saddles = newton_.saddles();
-    NewtonOutcome outcome = balance(trial, next, Forks::kIgnored);
+    const bool avoids = is_coarse() && approaches_forks_;
+    NewtonOutcome outcome = balance(trial, next, avoids ? Forks::kAvoided : Forks::kIgnored);
+    if (is_out_of_work()) return end_out_of_work();
     if (is_fork(trial, next, outcome)) {
-      if (step_ > kShortestFork) {
+      if (step_ > shortest_fork()) {
         if (outcome == NewtonOutcome::kBalanced) {
           const StepWatch::Verdict seen = watch_.look(state_, trial, next - s_);
           jump_ = {std::move(trial), next, newton_.left().scaled, outcome, seen};
@@ -146,6 +151,7 @@ class Follower {
         step_ *= kToForks;
         return true;
       }
+      if (is_coarse()) return leave_branch(context, observer);
       trial = state_;
       outcome = balance(trial, next, Forks::kTaken);
     }
@@ -216,6 +222,28 @@ class Follower {
   }
 
   [[nodiscard]] bool is_watched() const { return options_.largest_swerve > 0; }
+  /// Are ends of branches located roughly?
+  [[nodiscard]] bool is_coarse() const {
+    return is_watched() && options_.snap_resolution > BeamSolveOptions::kFineResolution;
+  }
+  [[nodiscard]] double shortest_fork() const {
+    return is_coarse() ? options_.snap_resolution : kShortestFork;
+  }
+  [[nodiscard]] double shortest_watched() const {
+    return is_coarse() ? options_.snap_resolution : kShortestWatched;
+  }
+  [[nodiscard]] bool is_out_of_work() const {
+    return options_.factorizations > 0 && newton_.factorizations() >= options_.factorizations;
+  }
+  bool end_out_of_work() {
+    report_.status = BeamStatus::kIterationLimit;
+    report_.node = -1;
+    report_.message = fmt::format(
+        "{} factorizations did not suffice; the last equilibrium is at {:.3g} %: edit in smaller "
+        "steps",
+        newton_.factorizations(), 100 * s_);
+    return false;
+  }
   [[nodiscard]] double on_the_way() const { return is_watched() ? kOnTheWayWatched : kOnTheWay; }
 
   /// @returns false: once more, with a shorter step
@@ -226,9 +254,21 @@ class Follower {
       jump_ = {trial, next, newton_.left().scaled, outcome, watch_.seen()};
       return false;
     }
-    if (seen == StepWatch::Judgement::kSnap)
+    if (seen == StepWatch::Judgement::kSnap && !returns_from(trial, watch_.seen().turn))
       report_.snaps.push_back({next, watch_.seen().turn, watch_.seen().node});
     return true;
+  }
+
+  /// Does the structure come back to where it is when a step is taken back? Then it went there on
+  /// one branch, steep as it may be. Known without, where steps are short.
+  [[nodiscard]] bool returns_from(const BeamState& state, double turn) {
+    if (!is_coarse()) return false;
+    BeamState back = state;
+    const NewtonOutcome outcome = newton_.balance(back, path_, s_, on_the_way(), kIterationsBack);
+    report_.newton_iterations = newton_.iterations();
+    report_.factorizations = newton_.factorizations();
+    if (outcome != NewtonOutcome::kBalanced) return false;
+    return watch_.turn_between(state_, back) < kReturned * turn;
   }
 
   [[nodiscard]] bool is_near_jump() const { return jump_ && jump_->s - s_ <= kNear; }
@@ -236,15 +276,47 @@ class Follower {
   bool jump(const JobContext& context, const BeamObserver& observer) {
     Step step = std::move(*jump_);
     jump_.reset();
-    if (step.seen.swerve > options_.largest_swerve)
+    if (step.seen.swerve > options_.largest_swerve && !returns_from(step.state, step.seen.turn))
       report_.snaps.push_back({step.s, step.seen.turn, step.seen.node});
     watch_.forget();
     step_ = kAfterJump;
     return take(std::move(step), context, observer);
   }
 
+  /// Down from where the branch ended, by directions in which the energy falls. @returns whether to
+  /// a minimum
+  bool descend() {
+    const double next = std::min(1.0, s_ + std::max(options_.snap_resolution, step_));
+    BeamState trial = state_;
+    const NewtonOutcome outcome =
+        newton_.balance(trial, path_, next, next < 1 ? on_the_way() : options_.tolerance,
+                        kIterationsDown, Forks::kDescended);
+    report_.newton_iterations = newton_.iterations();
+    report_.factorizations = newton_.factorizations();
+    if (outcome != NewtonOutcome::kBalanced) return false;
+    const StepWatch::Verdict seen = watch_.look(state_, trial, next - s_);
+    jump_ = {std::move(trial), next, newton_.left().scaled, outcome, seen};
+    return true;
+  }
+
+  /// To where the structure goes from the end of its branch, which is near.
+  bool leave_branch(const JobContext& context, const BeamObserver& observer) {
+    if (may_leap_ && leap(context, observer)) return jump(context, observer);
+    if (is_out_of_work()) return end_out_of_work();
+    report_.status = BeamStatus::kStalled;
+    report_.node = Balance(structure_).node_of(newton_.left().unknown);
+    report_.residual = newton_.left().scaled;
+    report_.message = fmt::format(
+        "the equilibria that lead on from the start end at {:.3g} %, and none was found beyond, "
+        "where {}",
+        100 * s_, where(structure_, newton_.left().unknown));
+    return false;
+  }
+
   /// Relaxed at a load that is a little higher. @returns whether that balances
   bool leap(const JobContext& context, const BeamObserver& observer) {
+    if (is_coarse() && descend()) return true;
+    if (is_out_of_work()) return false;
     may_leap_ = false;
     BeamSolveOptions options = options_;
     options.relaxation_steps = std::min(options.relaxation_steps, kStepsOfLeap);
@@ -307,8 +379,9 @@ class Follower {
     if (outcome != NewtonOutcome::kTooFar) ++failures_;
     const bool stuck = failures_ > 1 && step_ < kShortWatched;
     if (is_watched() && may_leap_ && newton_.iterations() < options_.newton_iterations &&
-        (stuck || step_ < kShortestWatched) && leap(context, observer))
+        (stuck || step_ < shortest_watched()) && leap(context, observer))
       return jump(context, observer);
+    if (is_out_of_work()) return end_out_of_work();
     if (newton_.iterations() < options_.newton_iterations && step_ >= kSmallestStep) return true;
     report_.residual = newton_.left().scaled;
     if (newton_.iterations() >= options_.newton_iterations) {

@@ -11,9 +11,6 @@ namespace {
 
 std::size_t index(int i) { return static_cast<std::size_t>(i); }
 
-// What so short a step does not make small is a snap: with the root of the step, turns of a column
-// that buckles under its load are smaller.
-constexpr double kShortest = 1.0 / 8192;
 // Twice not smaller, in steps of a quarter each, will not get smaller; where it is, is known so
 // well then.
 constexpr double kSame = 0.75;
@@ -24,7 +21,7 @@ constexpr double kSurprise = 0.5;  // of what the step before leads to
 constexpr double kBack = -0.5;     // cosine between what two steps make
 constexpr double kClear = 2;       // of the largest swerve: less may be a bend that is steep
 
-Eigen::Vector3d turn_between(const Eigen::Quaterniond& from, const Eigen::Quaterniond& to) {
+Eigen::Vector3d rotation_between(const Eigen::Quaterniond& from, const Eigen::Quaterniond& to) {
   return rotations::logarithm((to * from.conjugate()).normalized());
 }
 
@@ -35,9 +32,10 @@ Eigen::Matrix3Xd StepWatch::change(const BeamState& from, const BeamState& to) c
   Eigen::Matrix3Xd change(3, 2 * nodes + hinges);
   change.leftCols(nodes) = to.positions - from.positions;
   for (int i = 0; i < nodes; ++i)
-    change.col(nodes + i) = turn_between(from.rotations[index(i)], to.rotations[index(i)]);
+    change.col(nodes + i) = rotation_between(from.rotations[index(i)], to.rotations[index(i)]);
   for (int i = 0; i < hinges; ++i)
-    change.col(2 * nodes + i) = turn_between(from.hinge_turns[index(i)], to.hinge_turns[index(i)]);
+    change.col(2 * nodes + i) =
+        rotation_between(from.hinge_turns[index(i)], to.hinge_turns[index(i)]);
   return change;
 }
 
@@ -81,7 +79,7 @@ bool StepWatch::goes_back(const Eigen::Matrix3Xd& made, double step) const {
 }
 
 bool StepWatch::is_snap(double step, double next) const {
-  if (step <= kShortest) return true;
+  if (step <= shortest_) return true;
   const bool again = next <= too_far_at_ && seen_.swerve > kSame * too_far_swerve_;
   return again && times_ >= 1 && step <= kShortEnough && seen_.swerve > kClear * largest_;
 }

@@ -14,8 +14,9 @@ namespace limber::beams::detail {
 class StepWatch {
  public:
   /// @param largest_swerve  of a step that is taken [rad], > 0
-  StepWatch(const BeamStructure& structure, double largest_swerve)
-      : structure_(structure), largest_(largest_swerve) {}
+  /// @param shortest  steps are not cut below it: what such a step does not make small is a snap
+  StepWatch(const BeamStructure& structure, double largest_swerve, double shortest)
+      : structure_(structure), largest_(largest_swerve), shortest_(shortest) {}
 
   enum class Judgement {
     kGoesOn,  // the next step is compared with this one
@@ -38,6 +39,10 @@ class StepWatch {
   [[nodiscard]] Verdict look(const BeamState& from, const BeamState& to, double step) const {
     return look(change(from, to), step);
   }
+  /// The largest turn between two states.
+  [[nodiscard]] double turn_between(const BeamState& from, const BeamState& to) const {
+    return size_of(change(from, to)).turn;
+  }
   /// What the last step judged did.
   [[nodiscard]] const Verdict& seen() const { return seen_; }
   /// By which the next step may be longer, or must be shorter, than the last one judged.
@@ -54,6 +59,7 @@ class StepWatch {
 
   const BeamStructure& structure_;
   const double largest_;
+  const double shortest_;
   Eigen::Matrix3Xd last_;
   double step_ = 0;  // 0: there is no last
   Verdict seen_;

@@ -1,5 +1,7 @@
 #include "engine/session/beams/live_beams.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <set>
 #include <utility>
@@ -117,7 +119,8 @@ beams::BeamSolution LiveBeams::settle(const beams::BeamStructure& structure, con
                                       const beams::BeamObserver& observer) const {
   return is_drawn_ ? find_equilibrium(structure, {}, job, observer)
                    : follow_equilibrium(structure, state_, turned_,
-                                        beams::BeamSolveOptions::following(), job, observer);
+                                        beams::BeamSolveOptions::live(structure.elements()), job,
+                                        observer);
 }
 
 LiveBeams::Outcome LiveBeams::solve_as_drawn(const SharedConditions& conditions,
@@ -167,6 +170,10 @@ LiveBeams::Outcome LiveBeams::solve(const SharedConditions& conditions, const Jo
   } else if (solution.report.status == BeamStatus::kCancelled) {
     stay_on_the_way(*conditions, solution);
   } else {
+    if (outcome.report.load_factor < 1)
+      outcome.report.message =
+          fmt::format("Stopped at {:.3g} % of the requested change: {}",
+                      100 * outcome.report.load_factor, outcome.report.message);
     restore();
   }
   return outcome;

@@ -1,0 +1,119 @@
+// Equilibria that are followed within a bound of work, ends of branches located roughly.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "engine/base/error.h"
+#include "engine/beams/solver/equilibrium.h"
+#include "tests/support/beam_problems.h"
+
+namespace limber::beams {
+namespace {
+
+using testing::cantilever_model;
+using testing::clamped;
+using testing::straight_beam;
+
+constexpr double kPi = 3.14159265358979323846;
+
+/// As of a large structure.
+BeamSolveOptions coarse() {
+  BeamSolveOptions options = BeamSolveOptions::live(1000);
+  options.factorizations = 0;
+  return options;
+}
+
+BeamSolution follow_live(const BeamModel& model, const BeamState& start,
+                         const BeamSolveOptions& options = coarse()) {
+  return follow_equilibrium(BeamStructure(model), start, {}, options);
+}
+
+BeamModel shallow_arch(double load) {
+  const int n = 16;
+  BeamModel model = straight_beam(n, 1, 500);
+  for (int i = 0; i <= n; ++i)
+    model.nodes[static_cast<std::size_t>(i)].position.z() = 0.05 * std::sin(kPi * i / n);
+  model.supports = {clamped(0), clamped(n)};
+  for (int i = 1; i < n; ++i)
+    model.supports.push_back({i, {false, true, false, true, false, true}});
+  model.loads.push_back({n / 2, {0, 0, -load}});
+  return model;
+}
+
+TEST(BeamLiveEdits, AnArchThatSnapsThroughIsToldWithAPlaceGoodToTheResolution) {
+  const BeamSolution first = find_equilibrium(BeamStructure(shallow_arch(5)));
+  const BeamSolution live = follow_live(shallow_arch(25), first.state);
+  const BeamSolution fine = follow_equilibrium(BeamStructure(shallow_arch(25)), first.state, {},
+                                               BeamSolveOptions::following());
+  ASSERT_TRUE(live.report.converged()) << live.report.message;
+  ASSERT_TRUE(fine.report.converged()) << fine.report.message;
+  EXPECT_LT((live.state.positions - fine.state.positions).norm(), 1e-6);
+  ASSERT_EQ(live.report.snaps.size(), 1U);
+  ASSERT_EQ(fine.report.snaps.size(), 1U);
+  const double resolution = coarse().snap_resolution;
+  EXPECT_NEAR(live.report.snaps[0].load_factor, fine.report.snaps[0].load_factor, 2 * resolution);
+  EXPECT_GT(live.report.snaps[0].turn, 0.1);
+  EXPECT_LT(live.report.factorizations, fine.report.factorizations);
+}
+
+/// The step across the buckling load is long, but taken back it leads back.
+TEST(BeamLiveEdits, AColumnThatBucklesDoesNotSnap) {
+  BeamModel model = straight_beam(16, 1, 1000);
+  model.supports = {clamped(0)};
+  model.loads.push_back({16, {-1, 0, 1e-3}});
+  const BeamSolution first = find_equilibrium(BeamStructure(model));
+  ASSERT_TRUE(first.report.converged());
+  model.loads[0].force.x() = -3.5;  // beyond pi^2 / 4
+  const BeamSolution found = follow_live(model, first.state);
+  ASSERT_TRUE(found.report.converged()) << found.report.message;
+  EXPECT_GT(found.state.positions(2, 16), 0.5) << "to the side that the load pushes to";
+  EXPECT_TRUE(found.report.snaps.empty());
+}
+
+TEST(BeamLiveEdits, WorkThatIsUsedUpEndsWithTheShareThatWasReached) {
+  BeamModel model = cantilever_model(20, 1);
+  const BeamSolution first = find_equilibrium(BeamStructure(model));
+  model.loads[0].force.z() = 10;
+  BeamSolveOptions options = coarse();
+  options.method = BeamMethod::kNewton;
+  BeamSolution found;
+  for (options.factorizations = 40; found.report.load_factor == 0; options.factorizations += 20)
+    found = follow_live(model, first.state, options);
+  options.factorizations -= 20;
+  EXPECT_EQ(found.report.status, BeamStatus::kIterationLimit);
+  EXPECT_GT(found.report.load_factor, 0);
+  EXPECT_LT(found.report.load_factor, 1);
+  EXPECT_LE(found.report.factorizations, options.factorizations + 5);  // those of an iteration
+  // It is the equilibrium at that share.
+  BeamModel reached = model;
+  reached.loads[0].force.z() = 1 + 9 * found.report.load_factor;
+  const BeamSolution there = find_equilibrium(BeamStructure(reached));
+  EXPECT_LT((there.state.positions - found.state.positions).norm(), 1e-5);
+  options.factorizations = 0;
+  EXPECT_TRUE(follow_live(model, first.state, options).report.converged());
+}
+
+TEST(BeamLiveEdits, WorkIsBoundedByTheNumberOfElements) {
+  const BeamSolveOptions small = BeamSolveOptions::live(100), large = BeamSolveOptions::live(10000);
+  EXPECT_GT(small.factorizations, large.factorizations);
+  EXPECT_GT(small.relaxation_steps, large.relaxation_steps);
+  EXPECT_LT(small.snap_resolution, large.snap_resolution);
+  const BeamSolveOptions chosen = BeamSolveOptions{}.bounded_by_size(10000);
+  EXPECT_GT(chosen.factorizations, 0);
+  EXPECT_LE(chosen.relaxation_steps, 20000);
+  EXPECT_EQ(BeamSolveOptions{}.bounded_by_size(100).relaxation_steps,
+            BeamSolveOptions{}.relaxation_steps);
+}
+
+TEST(BeamLiveEdits, ResolutionAndBoundOfWorkAreValidated) {
+  BeamSolveOptions options;
+  options.snap_resolution = 0;
+  EXPECT_THROW(options.validate(), Error);
+  options = {};
+  options.factorizations = -1;
+  EXPECT_THROW(options.validate(), Error);
+}
+
+}  // namespace
+}  // namespace limber::beams
