@@ -6,6 +6,7 @@
 
 #include "engine/base/error.h"
 #include "engine/beams/solver/equilibrium.h"
+#include "tests/support/beam_grid.h"
 #include "tests/support/beam_problems.h"
 
 namespace limber::beams {
@@ -104,6 +105,29 @@ TEST(BeamLiveEdits, WorkIsBoundedByTheNumberOfElements) {
   EXPECT_LE(chosen.relaxation_steps, 20000);
   EXPECT_EQ(BeamSolveOptions{}.bounded_by_size(100).relaxation_steps,
             BeamSolveOptions{}.relaxation_steps);
+}
+
+/// Rods so slender that they hang like cables.
+TEST(BeamLiveEdits, AGridOfSlenderRodsUnderItsOwnWeightTakesBoundedWork) {
+  testing::BeamGrid grid;
+  grid.nodes = 15;
+  grid.radius = 0.002;
+  const BeamStructure structure(testing::beam_grid(grid));
+  const BeamSolution found = find_equilibrium(structure);
+  ASSERT_TRUE(found.report.converged()) << found.report.message;
+  EXPECT_EQ(found.report.negative_eigenvalues.value_or(-1), 0);
+  EXPECT_LT(found.state.positions.row(2).minCoeff(), -0.1) << "it hangs";
+  // Five times what it takes; the bound by size is thousands.
+  EXPECT_LE(found.report.factorizations, 200);
+  EXPECT_EQ(found.report.relaxation_steps, 0);
+
+  BeamSolveOptions options = BeamSolveOptions::live(structure.elements());
+  options.factorizations = 20;
+  options.method = BeamMethod::kNewton;
+  const BeamSolution less = find_equilibrium(structure, options);
+  EXPECT_EQ(less.report.status, BeamStatus::kIterationLimit) << less.report.message;
+  EXPECT_LT(less.report.load_factor, 1);
+  EXPECT_LE(less.report.factorizations, 25);  // those of an iteration
 }
 
 TEST(BeamLiveEdits, ResolutionAndBoundOfWorkAreValidated) {
