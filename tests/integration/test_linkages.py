@@ -395,7 +395,7 @@ def test_what_kept_lengths_from_changing_may_be_taken_away(server):
         grid.pin(corner, "motion")
     grid.set_lengths(np.full(len(edges), 1.05))
     stuck = grid.wait(timeout=60)
-    assert stuck.solve_failed and "other sizes of rods" in stuck.message
+    assert stuck.solve_failed and "while rod sizes changed to the requested ones" in stuck.message
     for corner in corners:
         grid.release(corner)
     free = grid.wait(timeout=60)

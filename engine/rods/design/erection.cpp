@@ -15,9 +15,10 @@
 namespace limber::rods {
 namespace {
 
-constexpr double kSame = 1e-4;   // of the extent: distance of shapes that are one
-constexpr double kPlane = 1e-6;  // of the extent: height of what lies in a plane
-constexpr double kShare = 0.3;   // of E I/L^2, as starting grids are pushed
+constexpr double kSame = 1e-4;         // of the extent: distance of shapes that are one
+constexpr double kPlane = 1e-6;        // of the extent: height of what lies in a plane
+constexpr double kShare = 0.3;         // of E I/L^2, as starting grids are pushed
+constexpr int kMostIterations = 4000;  // Newton steps of all openings, after which none begins
 // Shares of the path, of the first opening and of the one that confirms it.
 constexpr double kStep = 0.03, kShortStep = 0.02;
 
@@ -70,6 +71,7 @@ std::vector<JointLoad> scaled(std::vector<JointLoad> push, double factor) {
 
 struct Opened {
   bool reached = false;
+  int iterations = 0;  // Newton steps
   double distance = 0;
   std::string message;
 };
@@ -80,6 +82,7 @@ Opened open(const LinkageModel& model, const Conditions& flat, const Conditions&
   LinkageEquilibrium equilibrium(model);
   LinkageState state = point.flat;
   Conditions held = flat;
+  Opened opened;
   DeploymentOptions options;
   options.smallest_step = step / 64;
   options.most_ends = 5;
@@ -91,10 +94,14 @@ Opened open(const LinkageModel& model, const Conditions& flat, const Conditions&
     const DeploymentReport report =
         deploy(equilibrium, state, held, stage, options, JobContext{job.cancellation, {}});
     job.throw_if_cancelled();
-    if (report.status != DeploymentStatus::kReached) return {false, 0, report.message};
+    opened.iterations += report.iterations;
+    opened.message = report.message;
+    if (report.status != DeploymentStatus::kReached) return opened;
     held = stage;
   }
-  return {true, distance_between_shapes(state, point.deployed), ""};
+  opened.reached = true;
+  opened.distance = distance_between_shapes(state, point.deployed);
+  return opened;
 }
 
 }  // namespace
@@ -132,7 +139,11 @@ std::vector<Conditions> erection_stages(const LinkageState& flat, const Conditio
 ErectionSearch find_erection(const LinkageModel& model, const Conditions& flat,
                              const Conditions& deployed, const DesignPoint& point,
                              const JobContext& job) {
-  if (!deployed.mean_opening_angle) return {};
+  if (!deployed.mean_opening_angle) {
+    return {std::nullopt,
+            "no erection was looked for: no mean angle is set that the flat shape could be opened "
+            "to"};
+  }
   const double extent = detail::UnknownScales(model).extent();
   const Eigen::Matrix3Xd joints = joint_positions(point.flat);
   const bool in_plane = rms(heights_over(nearest_plane(joints), joints)) <= kPlane * extent;
@@ -143,10 +154,13 @@ ErectionSearch find_erection(const LinkageModel& model, const Conditions& flat,
     for (const double factor : {1.0, 4.0, 16.0}) tries.push_back(scaled(push, factor));
   double nearest = std::numeric_limits<double>::infinity();
   std::string stopped;
+  int iterations = 0;
   for (const std::vector<JointLoad>& tried : tries) {
+    if (iterations > kMostIterations) break;
     Opened opened;
     for (const double step : {kStep, kShortStep}) {
       opened = open(model, flat, deployed, point, tried, step, job);
+      iterations += opened.iterations;
       if (!opened.reached || opened.distance > kSame * extent) break;
     }
     if (!opened.reached) {

@@ -34,8 +34,8 @@ struct Erection {
 
 struct ErectionSearch {
   std::optional<Erection> found;
-  /// Why nothing was found; empty also where nothing was to be found: the deployed shape has no
-  /// mean angle that it is opened to.
+  /// Why nothing was found, or looked for: the deployed shape may have no mean angle that it is
+  /// opened to.
   std::string message;
 };
 
@@ -44,7 +44,7 @@ struct ErectionSearch {
 /// plane that are proportional to the deployed shape's heights over it: together about the weight
 /// of rods that sag under it by their length (E I/L^2), then four and sixteen times as much.
 /// Accepted is what ends at the deployed shape within 1e-4 of the linkage's extent, opened in two
-/// step sizes. Takes up to eight deployments.
+/// step sizes. Takes up to eight deployments, and begins no other after 4000 Newton steps.
 /// @param model  with the point's sizes
 /// @throws Error{kCancelled}
 [[nodiscard]] ErectionSearch find_erection(const LinkageModel& model, const Conditions& flat,

@@ -65,8 +65,9 @@ struct LinkageDesign::Impl {
   struct Derivatives {
     using Adjoint = EquilibriumSensitivity::Adjoint;
     EquilibriumSensitivity flat, deployed;
-    std::optional<Adjoint> flat_part = {}, deployed_part = {};    // both or none
-    std::optional<Adjoint> flatness = {}, angle = {}, area = {};  // all or none
+    std::optional<Adjoint> flat_part = {}, deployed_part = {};  // both or none
+    std::optional<Adjoint> flatness = {}, angle = {};           // both or none
+    std::optional<Adjoint> area = {};  // with them, where areas are bounded
     DesignMeasures<Eigen::VectorXd> gradients = {};
 
     void forget() {
@@ -193,10 +194,11 @@ struct LinkageDesign::Impl {
     if (here.flatness) return here;
     here.flatness = here.flat.adjoint(measures->flatness);
     here.angle = here.flat.adjoint(measures->angle);
-    here.area = here.deployed.adjoint(measures->area);
+    if (criteria.least_area > 0) here.area = here.deployed.adjoint(measures->area);
     here.gradients.flatness = here.flatness->gradient;
     here.gradients.smallest_angle = here.angle->gradient;
-    here.gradients.deployed_area = here.area->gradient;
+    here.gradients.deployed_area =
+        here.area ? here.area->gradient : Eigen::VectorXd::Zero(parameters.size());
     return here;
   }
   Derivatives& gradients(Which which) {
@@ -398,7 +400,9 @@ DesignMeasures<Eigen::VectorXd> LinkageDesign::products(const Eigen::VectorXd& d
   if (which == Which::kObjective) return result;
   result.flatness = here.flat.product(measures.flatness, *here.flatness, direction, flat);
   result.smallest_angle = here.flat.product(measures.angle, *here.angle, direction, flat);
-  result.deployed_area = here.deployed.product(measures.area, *here.area, direction, deployed);
+  result.deployed_area = here.area
+                             ? here.deployed.product(measures.area, *here.area, direction, deployed)
+                             : Eigen::VectorXd::Zero(direction.size());
   return result;
 }
 

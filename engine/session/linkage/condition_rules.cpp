@@ -93,12 +93,14 @@ void ConditionRules::check_shape(const rods::StateNumbers& shape) const {
 }
 
 std::size_t ConditionRules::answer_bytes() const {
+  constexpr std::size_t kStates = 2;  // where it failed, that and the last that was reached
   std::size_t vertices = 0;
   for (int s = 0; s < variables_.segments(); ++s)
     vertices += static_cast<std::size_t>(variables_.edges(s)) + 1;
-  return 1024 + vertices * rods::LinkageState::kFields * sizeof(double) +
-         graph_.joints.size() * sizeof(rods::JointState<double>) +
-         graph_.segments.size() * sizeof(double);
+  const std::size_t sizes = 2 * graph_.segments.size() + static_cast<std::size_t>(edges_.size());
+  return kStates *
+         (1024 + vertices * rods::LinkageState::kFields * sizeof(double) +
+          graph_.joints.size() * sizeof(rods::JointState<double>) + sizes * sizeof(double));
 }
 
 }  // namespace limber::session

@@ -34,8 +34,9 @@ class ConditionRules {
   /// @throws Error as rods::validate(StateNumbers); {kOutOfRange, "positions"} for a shape that is
   /// as far away as no target may be
   void check_shape(const rods::StateNumbers& shape) const;
-  /// What one answer takes that undo comes back to: 56 bytes for each vertex of a segment, 104 for
-  /// each joint, 8 for each segment's rest length, and 1 KiB.
+  /// What one answer takes at most that undo comes back to. Two shapes, since an answer that failed
+  /// keeps the last that was reached, too: of each, 56 bytes for each vertex of a segment, 104 for
+  /// each joint, 8 for each rest length of segments and edges and each scale, and 1 KiB.
   [[nodiscard]] std::size_t answer_bytes() const;
 
  private:

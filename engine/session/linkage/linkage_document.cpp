@@ -83,8 +83,14 @@ class LinkageDocument::Request {
  private:
   std::uint64_t take(const PinJoint& pin) {
     demand_joint(pin.joint);
-    if (!erase_of_joint(conditions_.pins, pin.joint) && !pin.held)
+    const bool was_pinned = erase_of_joint(conditions_.pins, pin.joint);
+    if (!was_pinned && !pin.held)
       warn("joint", fmt::format("joint {} is not pinned; nothing was released", pin.joint));
+    if ((was_pinned || pin.held) && conditions_.erection && !conditions_.erection->push.empty()) {
+      warn("joint",
+           "the erection of this design was found with other supports: opened from flat, the shape "
+           "may be on another branch");
+    }
     if (pin.held) conditions_.pins.push_back({pin.joint, *pin.held, pin.position});
     return changed();
   }

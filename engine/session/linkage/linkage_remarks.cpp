@@ -37,7 +37,8 @@ std::string told(const LineMeeting& meeting) {
 }
 
 /// What is said of sections that are likely in another unit than the lines.
-std::optional<std::string> told_of_size(const scene::Linkage& linkage, const std::string& unit) {
+std::optional<std::string> describe_section_size(const scene::Linkage& linkage,
+                                                 const std::string& unit) {
   const auto& [vertices, edges] = linkage.lines;
   const Eigen::Array2d size = rods::outline_size(linkage.section);
   const double thick = size.minCoeff(), wide = size.maxCoeff();
@@ -60,7 +61,7 @@ std::optional<std::string> told_of_size(const scene::Linkage& linkage, const std
 }
 
 /// What is said of linkages of the size of landscapes: files do not say their unit.
-std::optional<std::string> told_of_unit(const scene::Linkage& linkage) {
+std::optional<std::string> describe_large_extent(const scene::Linkage& linkage) {
   constexpr double kLargest = 1000;  // [m]
   const auto& vertices = linkage.lines.vertices;
   const Eigen::Vector3d box = vertices.rowwise().maxCoeff() - vertices.rowwise().minCoeff();
@@ -80,9 +81,10 @@ std::vector<scene::Issue> linkage_remarks(const scene::Linkage& linkage) {
   const rods::LineMeetings meetings = rods::find_line_meetings(linkage.lines);
   const std::string unit = unit_name(linkage.length_unit_in_metres);
   std::vector<scene::Issue> issues;
-  if (const auto large = told_of_unit(linkage))
+  if (const auto large = describe_large_extent(linkage))
     issues.push_back({kWarning, "length_unit_in_metres", *large});
-  if (const auto size = told_of_size(linkage, unit)) issues.push_back({kWarning, "section", *size});
+  if (const auto size = describe_section_size(linkage, unit))
+    issues.push_back({kWarning, "section", *size});
   for (const LineMeeting& meeting : meetings.listed) {
     const Eigen::Vector3d& place = meeting.place;
     issues.push_back(

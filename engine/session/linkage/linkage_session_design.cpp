@@ -100,6 +100,12 @@ bool has_sizes(const scene::LinkageConditions& conditions, const DesignCandidate
          same(conditions.section_scales, sizes.sections);
 }
 
+void append(std::string& message, const std::string& part) {
+  if (part.empty()) return;
+  if (!message.empty()) message += "; ";
+  message += part;
+}
+
 /// What derivatives are not known under.
 void demand_unloaded(const scene::LinkageConditions& conditions) {
   const auto refuse = [](const char* field, const char* message) {
@@ -277,10 +283,14 @@ void LinkageSession::Impl::search(const DesignRound& round, DesignInfo& info) {
 void LinkageSession::Impl::find_erection(const LiveDesign& design, const DesignRound& round,
                                          DesignInfo& info) {
   if (info.end == DesignEnd::kStopped) return;
+  DesignInfo running = info;
+  running.end = DesignEnd::kNone;
+  running.message = "finding the erection";
+  tell_design(&design, running, round);
   try {
     LiveDesign::FoundErection found = design.find_erection({round.order.stop, {}});
     info.erection = std::move(found.erection);
-    if (!found.message.empty()) info.message += (info.message.empty() ? "" : "; ") + found.message;
+    append(info.message, found.message);
   } catch (const Error& error) {
     if (error.code() != ErrorCode::kCancelled) throw;
   }
@@ -305,7 +315,7 @@ void LinkageSession::Impl::end_search(LiveDesign& design, DesignInfo& info,
   }
   last.message = report.message;
   const std::string released = design.release({round.order.stop, {}});
-  if (!released.empty()) last.message += (last.message.empty() ? "" : "; ") + released;
+  append(last.message, released);
   if (is_optimum(last)) last.other_optima = ended_.others_than(design, last, *round.conditions);
   find_erection(design, round, last);
   while (!end_design(last))
@@ -368,6 +378,8 @@ bool LinkageSession::Impl::end_design(DesignInfo& info) {
         info.message = error.what();
       }
     }
+    if (info.end == DesignEnd::kStopped && desk_.best() && !info.erection)
+      append(info.message, "no erection was looked for: the design was stopped");
     desk_.end(info);
     told = desk_.info();
     if (told->taken) {

@@ -296,8 +296,11 @@ void LiveLinkage::attempt(const scene::LinkageConditions& conditions,
   if (bring_sizes(sizes, conditions, wanted, job, on_iterate, outcome)) {
     outcome.report.message = contradiction(conditions);
     if (outcome.report.message.empty()) {
-      if (!erect(conditions, wanted, job, on_iterate, outcome))
+      std::string erection;
+      if (!erect(conditions, wanted, job, on_iterate, outcome, erection))
         go(wanted, job, on_iterate, outcome);
+      std::string& message = outcome.report.message;
+      if (!erection.empty()) message += (message.empty() ? "" : "; ") + erection;
     } else {
       outcome.report.status = EquilibriumStatus::kStalled;
     }

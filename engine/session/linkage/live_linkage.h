@@ -3,6 +3,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "engine/base/job.h"
@@ -128,7 +129,7 @@ class LiveLinkage {
                                    const rods::Conditions& wanted) const;
   [[nodiscard]] bool erect(const scene::LinkageConditions& conditions,
                            const rods::Conditions& wanted, const JobContext& job,
-                           const OnIterate& on_iterate, Outcome& outcome);
+                           const OnIterate& on_iterate, Outcome& outcome, std::string& remark);
   void note_step(const rods::LinkageState& state, Outcome& outcome) const;
   void lead(const rods::Conditions& wanted, double step, const JobContext& job,
             const OnIterate& on_iterate, Outcome& outcome);

@@ -1,5 +1,7 @@
 // Opening a linkage from flat as its design knows it.
 
+#include <fmt/format.h>
+
 #include <cmath>
 #include <utility>
 
@@ -29,6 +31,15 @@ void append(LiveLinkage::Outcome& whole, LiveLinkage::Outcome part, double from,
   whole.reached = part.reached;
 }
 
+std::string describe_failed_erection(const LiveLinkage::Outcome& erected) {
+  const double share = erected.path.empty() ? 0 : erected.path.back().progress;
+  return fmt::format(
+      "the erection of this design stopped at {:.0f} % ({}); opened without its push, the shape "
+      "may "
+      "be on another branch",
+      100 * share, erected.report.message);
+}
+
 }  // namespace
 
 /// Does the linkage lie about flat, and is it to open?
@@ -47,10 +58,12 @@ bool LiveLinkage::is_erected_by(const scene::LinkageConditions& conditions,
   return from < kFlatShare && to > from + kOpenShare;
 }
 
+/// @param remark  gets what is to be said of it
 /// @returns false where it is not to be erected, or was not to be reached so: then it is where it
 /// was, and the outcome is empty
 bool LiveLinkage::erect(const scene::LinkageConditions& conditions, const rods::Conditions& wanted,
-                        const JobContext& job, const OnIterate& on_iterate, Outcome& outcome) {
+                        const JobContext& job, const OnIterate& on_iterate, Outcome& outcome,
+                        std::string& remark) {
   if (!is_erected_by(conditions, wanted)) return false;
   std::vector<rods::JointLoad> push;
   for (const scene::JointLoad& load : conditions.erection->push) {
@@ -67,8 +80,16 @@ bool LiveLinkage::erect(const scene::LinkageConditions& conditions, const rods::
     if (!erected.reached) break;
   }
   if (!erected.reached && erected.report.status != rods::EquilibriumStatus::kCancelled) {
+    remark = describe_failed_erection(erected);
     restore();
     return false;
+  }
+  const bool is_loaded =
+      !conditions.loads.empty() || !conditions.targets.empty() || !conditions.gravity.isZero(0);
+  if (erected.reached && is_loaded) {
+    remark =
+        "the erection of this design was found without loads, springs and weight: under these the "
+        "shape may be on another branch";
   }
   outcome = std::move(erected);
   return true;
