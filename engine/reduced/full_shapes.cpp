@@ -21,7 +21,7 @@ class FullShapes::Base {
         most_(std::clamp<std::size_t>(
             kCoordinateBytes / (sizeof(float) * kRsSize *
                                 static_cast<std::size_t>(std::max(1, gradient.tet_count()))),
-            1, kMostFrames)) {}
+            1, kMaxKeptFrames)) {}
 
   [[nodiscard]] const Eigen::MatrixXd& motion() const { return motion_; }
 
@@ -39,10 +39,10 @@ class FullShapes::Base {
     }
     // The nearest frame before this one whose track is known.
     if (const auto after = checkpoints_.upper_bound(frame - 1); after != checkpoints_.begin()) {
-      const auto& [at, known] = *std::prev(after);
+      const auto& [at, checkpoint] = *std::prev(after);
       if (at + 1 > next) {
         next = at + 1;
-        track = known;
+        track = checkpoint;
       }
     }
     Eigen::VectorXd y;
@@ -63,7 +63,7 @@ class FullShapes::Base {
 
  private:
   static constexpr int kCheckpoints = 16;
-  static constexpr std::size_t kMostFrames = 128;
+  static constexpr std::size_t kMaxKeptFrames = 128;
   static constexpr std::size_t kCoordinateBytes = std::size_t{256} << 20;
 
   RsInverse inverse_;

@@ -63,6 +63,8 @@ void LiveProblem::apply(const EditBatch& batch) {
   if (batch.ends) solver_->set_timeline(map_end(batch.ends->first), map_end(batch.ends->last));
   if (batch.dynamics) set_dynamics(*batch.dynamics);
   if (batch.material) {
+    // What a fit of other variables has mixed or tuned may not be changed by the next one.
+    if (variables_ != batch.material->variables) unfinished_.reset();
     variables_ = batch.material->variables;
     enter_epoch(batch.material->epoch);
   }
@@ -91,9 +93,9 @@ void LiveProblem::set_dynamics(const scene::Dynamics& dynamics) {
 }
 
 void LiveProblem::set_material(std::shared_ptr<const spacetime::Material> material) {
+  unfinished_.reset();
   if (material == material_) return;
   material_ = std::move(material);
-  unfinished_.reset();
   solver_->set_material(*material_);
 }
 

@@ -57,12 +57,10 @@ class LiveProblem {
   [[nodiscard]] const std::shared_ptr<const spacetime::Material>& initial_material() const {
     return initial_;
   }
-  /// Another fitted material; the solver keeps its z.
+  /// Another fitted material; the solver keeps its z. Ends an unfinished fit, also where the
+  /// material is the same: its motion is of another problem.
   void set_material(std::shared_ptr<const spacetime::Material> material);
-  void reset_material() {
-    unfinished_.reset();
-    set_material(initial_);
-  }
+  void reset_material() { set_material(initial_); }
   /// mu E_s of material().
   [[nodiscard]] double column_energy() const;
   [[nodiscard]] scene::MaterialVariables variables() const { return variables_; }
@@ -70,7 +68,7 @@ class LiveProblem {
   /// that begins with the scene's own material takes its slow steps first.
   [[nodiscard]] spacetime::MaterialSolver material_solver() const;
   /// A fit that an edit has interrupted where it was still above its start: material_solver() goes
-  /// on from here, as long as its start has the same material.
+  /// on from here until set_material() is called or the variables change.
   void keep_unfinished(const spacetime::MaterialSolver& fit, int steps);
 
   /// q of all frames of a motion (z, r x N) with a material, h x N.

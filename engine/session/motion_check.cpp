@@ -106,14 +106,25 @@ MotionChecker::MotionChecker(std::shared_ptr<const scene::Scene> scene,
     : scene_(std::move(scene)), model_(std::move(model)) {}
 MotionChecker::~MotionChecker() = default;
 
+/// Cancelled between stages only, after each: a drag that interrupts every check repeats none.
+void MotionChecker::prepare(const JobContext& job) {
+  if (!mapped_) {
+    mapped_ = std::make_unique<const MappedBody>(map_body(*scene_));
+    job.throw_if_cancelled();
+  }
+  if (scene_->base_motion.size() > 0 && base_.size() == 0) {
+    base_ = map_base_motion(*scene_, mapped_->source_of_compact);
+    job.throw_if_cancelled();
+  }
+  full_ = std::make_unique<reduced::FullShapes>(mapped_->body, model_, std::exchange(base_, {}));
+  mapped_.reset();
+}
+
 MotionCheck MotionChecker::check(const CheckRequest& request, const JobContext& job) {
   const auto begin = std::chrono::steady_clock::now();
   if (!full_) {
-    // Once, whoever interrupts: a drag would begin it again with every edit.
-    const MappedBody mapped = map_body(*scene_);
-    Eigen::MatrixXd base;
-    if (scene_->base_motion.size() > 0) base = map_base_motion(*scene_, mapped.source_of_compact);
-    full_ = std::make_unique<reduced::FullShapes>(mapped.body, model_, std::move(base));
+    prepare(job);
+    job.throw_if_cancelled();
   }
   const Result& result = *request.result;
   std::vector<int> constrained = request.keyframe_frames;

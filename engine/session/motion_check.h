@@ -10,6 +10,7 @@
 
 namespace limber::session {
 
+struct MappedBody;
 struct Result;
 
 /// What a session has found out about a motion that it shows.
@@ -59,7 +60,8 @@ inline constexpr int kSpreadFrames = 16;
 
 /// Compares motions of one session with full reconstructions of the same modal coordinates. What
 /// that takes (a factored Laplacian of the mesh, RS coordinates of a base motion) is made by the
-/// first check, so that models from a cache cost nothing until then. For one thread at a time.
+/// first check, so that models from a cache cost nothing until then; where that is cancelled, the
+/// next one continues with the stages that are left. For one thread at a time.
 class MotionChecker {
  public:
   MotionChecker(std::shared_ptr<const scene::Scene> scene,
@@ -70,9 +72,13 @@ class MotionChecker {
   [[nodiscard]] MotionCheck check(const CheckRequest& request, const JobContext& job = {});
 
  private:
+  void prepare(const JobContext& job);
+
   std::shared_ptr<const scene::Scene> scene_;
   std::shared_ptr<const reduced::ReducedModel> model_;
-  std::unique_ptr<reduced::FullShapes> full_;  // null before the first check
+  std::unique_ptr<const MappedBody> mapped_;   // finished stages of full_, until it is made
+  Eigen::MatrixXd base_;                       // as above
+  std::unique_ptr<reduced::FullShapes> full_;  // null until all stages are finished
 };
 
 }  // namespace limber::session

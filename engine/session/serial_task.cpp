@@ -74,12 +74,12 @@ void SerialTask::finish(std::unique_lock<std::mutex> lock) {
   idle_.notify_all();
 }
 
-void SerialTask::close(std::unique_lock<std::mutex> lock, Farewell farewell) {
+void SerialTask::close(std::unique_lock<std::mutex> lock, Farewell farewell, Wait wait) {
   closed_ = true;
   if (farewell == Farewell::kSaid) say_closed_ = true;
   // Called from a listener, by the task itself: it ends, and says so, once the listener has
   // returned.
-  if (running_ && worker_ == std::this_thread::get_id()) return;
+  if (is_current() || (running_ && wait == Wait::kNone)) return;
   idle_.wait(lock, [&] { return !running_; });
   say_farewell(lock);
 }

@@ -15,6 +15,7 @@ namespace limber::session {
 class SerialTask {
  public:
   enum class Farewell { kSilent, kSaid };
+  enum class Wait { kUntilIdle, kNone };
 
   /// @param mutex  the owner's; must outlive this
   /// @param farewell  called without the lock, once, when a close that is to be said is complete
@@ -25,6 +26,10 @@ class SerialTask {
   [[nodiscard]] bool is_pending() const { return posted_ || running_; }
   [[nodiscard]] bool is_running() const { return running_; }
   [[nodiscard]] bool is_closed() const { return closed_; }
+  /// Whether the calling thread is inside of the task.
+  [[nodiscard]] bool is_current() const {
+    return running_ && worker_ == std::this_thread::get_id();
+  }
 
   /// Sees to it that `run` is called, unless it is pending already or all is closed. Takes the
   /// lock, leaves without it. What the executor does not take or drops is posted again by the next
@@ -37,9 +42,9 @@ class SerialTask {
   [[nodiscard]] bool begin();
   /// Takes the lock: the task's last deed, in the same breath as finding nothing to do.
   void finish(std::unique_lock<std::mutex> lock);
-  /// Takes the lock. Returns when no task runs any more; called by the task itself, at once, and
-  /// finish() says farewell.
-  void close(std::unique_lock<std::mutex> lock, Farewell farewell);
+  /// Takes the lock. Returns when no task runs any more; called by the task itself or with
+  /// Wait::kNone, at once, and finish() says farewell.
+  void close(std::unique_lock<std::mutex> lock, Farewell farewell, Wait wait = Wait::kUntilIdle);
 
  private:
   class Ticket;

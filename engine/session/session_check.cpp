@@ -32,6 +32,7 @@ void Session::Impl::begin_check(std::unique_lock<std::mutex> lock) {
       std::move(lock), [self = shared_from_this()] { self->run_check(); }, refused);
   if (refused.empty()) return;
   lock = std::unique_lock(mutex_);
+  if (check_begun_for_ != result->sequence) return;  // an edit came while the executor refused
   check_request_.reset();
   amendment_ = Amendment{result, {}, refused};
 }

@@ -101,8 +101,10 @@ void Session::Impl::shut(Farewell farewell) {
   cancellation_.request();
   interrupt_.store(true, std::memory_order_relaxed);
   stop_check();
+  // A listener must not block: the check's task ends by itself and calls no listener.
+  const auto wait = task_.is_current() ? SerialTask::Wait::kNone : SerialTask::Wait::kUntilIdle;
   task_.close(std::move(lock), farewell);
-  check_task_.close(std::unique_lock(mutex_), Farewell::kSilent);
+  check_task_.close(std::unique_lock(mutex_), Farewell::kSilent, wait);
 }
 
 void Session::Impl::say_closed() {

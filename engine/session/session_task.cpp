@@ -133,8 +133,9 @@ std::optional<Session::Impl::Round> Session::Impl::next_round() {
   while (!task_.is_closed() && !work_ && (amendment_ || is_check_due())) {
     if (amendment_) {
       const Amendment amendment = *std::exchange(amendment_, std::nullopt);
+      const bool is_newest = amendment.result == newest_;
       lock.unlock();
-      amend(amendment);
+      if (is_newest) amend(amendment);
     } else {
       begin_check(std::move(lock));
     }

@@ -138,11 +138,11 @@ class Search {
                      [](const Gap& a, const Gap& b) { return a.distance > b.distance; });
     // All leaves are looked up first: a place whose leaf was just split is not split again.
     std::vector<Octree::Cell> cells;
-    std::set<std::uint64_t> seen;
+    std::set<std::uint64_t> chosen_keys;
     for (const Gap& gap : gaps) {
       if (cells.size() >= count) break;
       const Octree::Cell cell = lattice.octree().leaf_at(gap.at);
-      if (seen.insert(lattice.octree().point_key(cell)).second) cells.push_back(cell);
+      if (chosen_keys.insert(lattice.octree().point_key(cell)).second) cells.push_back(cell);
     }
     std::size_t done = 0;
     for (const Octree::Cell& cell : cells) done += lattice.octree().split(cell) ? 1 : 0;

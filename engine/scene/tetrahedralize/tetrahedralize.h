@@ -74,8 +74,8 @@ struct Tetrahedralization {
 /// cells are split (an octree's leaves, Labelle and Shewchuk 2007, section 4) where the distance is
 /// too large; about `target_tets` are spent all the same, so that cells elsewhere are larger. With
 /// `cell_size` given, nothing is split: the distance is measured and reported only.
-/// @throws Error{kOutOfRange, "within"} if the number of tets does not suffice: how near it came,
-///   and a number that does; also as closed_outward of triangle_surface.h throws
+/// @throws Error{kLimitExceeded, "within"} if the number of tets does not suffice: how near it
+///   came, and a number that does; also as closed_outward of triangle_surface.h throws
 [[nodiscard]] Tetrahedralization tetrahedralize(const TriangleSurface& surface,
                                                 const TetrahedralizeOptions& options = {},
                                                 const JobContext& job = {});

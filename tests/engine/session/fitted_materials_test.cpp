@@ -19,7 +19,7 @@ using test::bent_bar;
 using test::held;
 using test::Live;
 
-constexpr double kMostHighShare = 1e-5;
+constexpr double kMaxHighFrequencyShare = 1e-5;
 
 double body_size(const scene::Scene& scene) {
   return (scene.mesh.nodes.rowwise().maxCoeff() - scene.mesh.nodes.rowwise().minCoeff()).maxCoeff();
@@ -71,7 +71,7 @@ struct Fit {
   void expect_quiet() const {
     ASSERT_TRUE(before && after && after->material_iterations > 0);
     ASSERT_TRUE(after->high_frequency_share);
-    EXPECT_LE(*after->high_frequency_share, kMostHighShare);
+    EXPECT_LE(*after->high_frequency_share, kMaxHighFrequencyShare);
     EXPECT_LE(largest_step(live.session, *after), largest_step(live.session, *before));
     EXPECT_LT(after->report.total_energy, before->report.total_energy);
     EXPECT_LE(highest_frequency(*after->material), 0.125 * (1 + 1e-9));
@@ -135,7 +135,7 @@ TEST(FittedMaterials, EightMovesOfATargetStayQuiet) {
     target.target += 0.05 * body_size(scene) * direction.normalized();
     const auto result = live.edit({MoveConstraint{target.id, target.target}});
     ASSERT_TRUE(result && result->high_frequency_share) << i;
-    EXPECT_LE(*result->high_frequency_share, kMostHighShare) << i;
+    EXPECT_LE(*result->high_frequency_share, kMaxHighFrequencyShare) << i;
     EXPECT_LE(highest_frequency(*result->material), 0.125 * (1 + 1e-9)) << i;
   }
   expect_nothing_above_its_start(live.recorder->results());
@@ -209,7 +209,7 @@ TEST(FittedMaterials, AMechanismStaysQuietAndDoesNotSetTheSlowStart) {
   const auto final = live.recorder->wait_final(0);
   ASSERT_TRUE(final && final->high_frequency_share);
   ASSERT_GT(live.session.model()->mechanism_count, 0);
-  EXPECT_LE(*final->high_frequency_share, kMostHighShare);
+  EXPECT_LE(*final->high_frequency_share, kMaxHighFrequencyShare);
   EXPECT_LE(highest_frequency(*final->material), 0.125 * (1 + 1e-9));
   // Fitted: a slow start at the mechanism's frequency of about 0 would leave it no modes to move.
   EXPECT_LT(final->report.total_energy, live.recorder->results().front()->report.total_energy);
@@ -238,7 +238,7 @@ TEST(FittedMaterials, EditsDuringTheSlowStartDoNotBeginItAnew) {
   }
   const auto final = live.recorder->wait_final(20);
   ASSERT_TRUE(final && final->high_frequency_share);
-  EXPECT_LE(*final->high_frequency_share, kMostHighShare);
+  EXPECT_LE(*final->high_frequency_share, kMaxHighFrequencyShare);
   EXPECT_FALSE(final->material == final->initial_material);
   expect_nothing_above_its_start(live.recorder->results());
 }

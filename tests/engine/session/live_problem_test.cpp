@@ -42,6 +42,65 @@ TEST(LiveProblem, ForgetsSitesOnceThereAreManyOrTheyNameManyNodes) {
   EXPECT_LE(most_sites({20000, 16}), 8);
 }
 
+/// A problem whose fit of all variables an edit has interrupted after its first step.
+class InterruptedFit : public testing::Test {
+ protected:
+  void SetUp() override {
+    scene::Scene scene = bent_bar();
+    scene.material_optimisation.variables = scene::MaterialVariables::kAll;
+    const Live live(scene);
+    ASSERT_TRUE(live.recorder->wait_final(0));
+    const MappedBody mapped = map_body(scene);
+    problem_.emplace(
+        live.session.model(), nullptr, TargetFrame(scene, mapped),
+        std::make_unique<KeyframeTargets>(scene, live.session.model()),
+        ProblemTerms{scene.frame_count, scene.model.mode_count, scene.material_optimisation},
+        spacetime::SolverOptions());
+    document_.emplace(scene);
+    problem_->start(whole_batch(*document_));
+    problem_->solver().solve();
+    spacetime::MaterialSolver fit = first_step();
+    first_mixing_ = fit.material().mixing;
+    ASSERT_NE(first_mixing_, problem_->material()->mixing);
+    problem_->keep_unfinished(fit, 1);
+  }
+
+  [[nodiscard]] spacetime::MaterialSolver first_step() const {
+    spacetime::MaterialSolver fit = problem_->material_solver();
+    fit.solve({}, [](const spacetime::MaterialReport&) { return false; });
+    return fit;
+  }
+  void edit(const Edit& edit) {
+    Touched touched;
+    document_->apply({edit}, {}, touched);
+    problem_->apply(batch_of(*document_, touched));
+  }
+
+  std::optional<LiveProblem> problem_;
+  std::optional<Document> document_;
+  Eigen::MatrixXd first_mixing_;
+};
+
+TEST_F(InterruptedFit, ContinuesAfterAMove) {
+  edit(MoveConstraint{document_->constraint_list().front().id, {0, 0.11, 0.05}});
+  const spacetime::MaterialSolver second = first_step();
+  EXPECT_GT((second.material().mixing - first_mixing_).norm(), 0);
+  EXPECT_LT((second.material().mixing - first_mixing_).norm(),
+            (second.material().mixing - problem_->material()->mixing).norm());
+}
+
+TEST_F(InterruptedFit, IsForgottenWithOtherVariables) {
+  edit(SetMaterialVariables{scene::MaterialVariables::kDynamics});
+  EXPECT_EQ(first_step().material().mixing, problem_->material()->mixing);
+}
+
+TEST_F(InterruptedFit, IsForgottenWithAnAnswerOfTheSameMaterial) {
+  const Eigen::MatrixXd motion = problem_->solver().motion();
+  problem_->set_material(problem_->material());
+  problem_->solver().warm_start(motion, spacetime::Known::kAnswer);
+  EXPECT_EQ(first_step().material().mixing, first_mixing_);
+}
+
 TEST(LiveProblem, KeepsSitesThatAreInUse) { EXPECT_GT(most_sites({20000, 6}), 40); }
 
 }  // namespace

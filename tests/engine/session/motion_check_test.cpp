@@ -364,6 +364,48 @@ TEST(MotionCheck, AnExecutorThatRefusesTheCheck) {
   EXPECT_THAT(result->report.message, HasSubstr("no more threads"));
 }
 
+TEST(MotionCheck, AnEditWhileTheExecutorRefusesTheCheckIsPublishedLast) {
+  int taken = 0;
+  Session* open = nullptr;
+  std::deque<std::function<void()>> tasks;
+  const Executor executor = [&](std::function<void()> task) {
+    if (++taken == 2) {  // the check
+      open->edit({MoveConstraint{1, {0, 0.12, 0.05}}});
+      throw std::runtime_error("no more threads");
+    }
+    tasks.push_back(std::move(task));
+  };
+  const auto recorder = std::make_shared<Recorder>();
+  Session session("refused", bent_bar(), {}, test::shared_cache(), executor, recorder);
+  open = &session;
+  for (; !tasks.empty(); tasks.pop_front()) tasks.front()();
+  EXPECT_EQ(taken, 4);  // the session, its check, that of the edit, and its amendment
+  Revision newest = 0;
+  for (const auto& result : recorder->results()) {
+    EXPECT_GE(result->revision, newest) << result->sequence;
+    newest = result->revision;
+  }
+  EXPECT_EQ(newest, 1u);
+  EXPECT_TRUE(session.newest_result()->motion_check);
+  EXPECT_EQ(recorder->fault(), "");
+}
+
+TEST(MotionCheck, ChecksThatAreAlwaysCancelledFinishTheirPreparation) {
+  const Live live(bent_bar());
+  CheckRequest request;
+  request.result = live.recorder->wait_final(0);
+  ASSERT_TRUE(request.result);
+  scene::Scene scene = *live.session.unedited();
+  scene.base_motion = Eigen::MatrixXd::Zero(scene.mesh.nodes.size(), scene.frame_count);
+  const auto with_base = std::make_shared<const scene::Scene>(scene);
+  MotionChecker interrupted(with_base, live.session.model());
+  MotionChecker at_once(with_base, live.session.model());
+  JobContext job;
+  job.cancellation.request();
+  for (int i = 0; i < 5; ++i) EXPECT_THROW((void)interrupted.check(request, job), Error) << i;
+  EXPECT_EQ(interrupted.check(request).error.shape_error, at_once.check(request).error.shape_error);
+}
+
 TEST(MotionCheck, TargetsBeyondReachAreReported) {
   for (const double lengths : {2.0, 10.0, 50.0}) {
     scene::Scene scene = test::bar(test::kCells, 30);
