@@ -138,6 +138,7 @@ void check_all_derivatives(const DesignProblem& problem, const KnownDesign& know
   const rods::DesignCriteria judged = design.criteria();
   rods::DesignCriteria criteria = judged;
   criteria.plane = aslant(problem.start.flat);
+  criteria.least_area = design.values(design.point()).deployed_area;  // else it has no derivatives
   design.set_criteria(criteria);
   check_derivatives(design, known_way(problem, known, design), quick, "", result);
   check_derivatives(design, random_way(design), quick, "_random", result);

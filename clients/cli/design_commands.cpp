@@ -143,8 +143,9 @@ void follow(Context& context, client::Subscription& stream, const std::string& s
       fmt::print("refused: {} trials whose flat shape had buckled\n", info.flat_lost());
     for (const auto& other : info.other_optima()) print_other(info, other);
     if (info.has_surface()) {
-      fmt::print("cover: {:.4g} of the surface's area, {:.1f} % of the start's {:.4g}\n",
-                 best.covered_area(), 100 * best.cover(), before.covered_area());
+      fmt::print(
+          "cover: the linkage's cells have an area of {:.4g}, {:.1f} % of the start's {:.4g}\n",
+          best.covered_area(), 100 * best.cover(), before.covered_area());
     }
     if (info.has_erection()) {
       fmt::print("opens from flat to {:.4g} degrees {}\n", info.erection().mean_angle_degrees(),
@@ -389,8 +390,8 @@ void add_limits(CLI::App& command, Options& options) {
       "Bound on the flat shape's opening angles in degrees (default: a tenth of the "
       "start's smallest where that lies open, else none; of a --grid half its flat angle)");
   command.add_option("--least-cover", options.least_cover,
-                     "Share of the area that the start covers of the surface which the design "
-                     "keeps, 0 to 1 (default: 0.9)");
+                     "Share of the area of the start's cells (at most the surface's) that the "
+                     "design keeps, 0 to 1 (default: 0.9)");
   command
       .add_option("--lengths", options.lengths,
                   "Rest lengths that are varied: segments (default), edges or kept")

@@ -47,8 +47,8 @@ class DesignTerms:
     flat_height: float      # of the flat shape's joints over their plane, as a share of the linkage's extent
     smallest_angle: float   # at most the smallest opening angle of the flat shape [degree]
     holds: bool             # all constraints are kept
-    covered_area: float     # of the surface, by the deployed shape's cells [length unit^2]; 0 without a surface
-    cover: float            # the same as a share of what the start covers
+    covered_area: float     # of the deployed shape's cells, at most the surface's [length unit^2]; 0 without a surface
+    cover: float            # the same as a share of the start's
 
     @staticmethod
     def from_message(terms: "messages.DesignTerms") -> "DesignTerms":
@@ -145,7 +145,7 @@ class DesignInfo:
     other_optima: tuple[OtherOptimum, ...]  # of one that has ended by itself: earlier ones that ended elsewhere
     placement: Placement    # of the surface
     flat_angle: float | None  # mean angle that the flat shape is held at [degree]; None: nothing holds it
-    least_cover: float      # required, of what the start covers
+    least_cover: float      # required share of the start's area of cells
     erection: Erection | None  # how the best shape is opened from flat; None: not ended, or no way was found (message)
 
     @staticmethod

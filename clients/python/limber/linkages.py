@@ -315,8 +315,8 @@ class LinkageSession(OpenSession):
         against buckling of the flat shape, "when_needed" (default), "from_start" or "never". fitted_points: of the
         surface, one for each joint: it is put where these are nearest to the joints. flat_angle: mean opening angle that
         the flat shape is held at [degree]; nothing holds it by default. placement: in place of scale, rotation and
-        translation, as info.placement of an earlier design. least_cover: share of the area that the start covers of the
-        surface which the design keeps (0.9). What is not given has the server's default.
+        translation, as info.placement of an earlier design. least_cover: share of the area of the start's cells
+        (at most the surface's) that the design keeps (0.9). What is not given has the server's default.
 
         A design that ends by itself with flat_height, smallest_angle and least_cover kept is taken: a revision that undo() takes
         back. Until it has ended, edits are refused.

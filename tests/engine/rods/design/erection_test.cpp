@@ -81,6 +81,14 @@ TEST(Erection, WhereNoneLeadsToTheShapeTheMessageSaysHowFarItIs) {
   EXPECT_NE(search.message.find("another shape"), std::string::npos) << search.message;
 }
 
+TEST(Erection, WithoutAMeanAngleNoneIsLookedForAndTheMessageSaysSo) {
+  Dome dome(1);
+  dome.deployed.mean_opening_angle.reset();
+  const ErectionSearch search = find_erection(dome.model, dome.flat, dome.deployed, dome.point);
+  EXPECT_FALSE(search.found);
+  EXPECT_NE(search.message.find("no mean angle is set"), std::string::npos) << search.message;
+}
+
 TEST(Erection, CancelledItThrows) {
   const Dome dome(1);
   JobContext job;

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -200,6 +201,11 @@ TEST(DesignSession, AFlatHeightOfNothingDoesNotMakeGradientsLookSmall) {
     const auto end = live.watcher->wait_end();
     ASSERT_TRUE(end);
     EXPECT_EQ(end->end, DesignEnd::kIterationLimit) << end->message;
+    const auto infos = live.watcher->infos();
+    EXPECT_TRUE(std::any_of(infos.begin(), infos.end(), [](const auto& info) {
+      return info->message == "finding the erection" && info->state == DesignState::kRunning;
+    })) << "the last stage is told";
+    EXPECT_NE(end->message, "finding the erection");
     if (end->taken) live.edit({Undo{}});
   }
 }

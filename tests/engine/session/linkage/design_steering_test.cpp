@@ -348,6 +348,9 @@ DesignChange heavier() {
 
 void LastStretch::expect_not_taken(const DesignInfo& end) {
   EXPECT_EQ(end.end, DesignEnd::kStopped) << end.message;
+  const bool is_told =
+      end.message.find("no erection was looked for: the design was stopped") != std::string::npos;
+  EXPECT_EQ(is_told, end.erection == nullptr) << end.message;
   EXPECT_EQ(end.iteration, alone_.iteration);
   EXPECT_FALSE(end.taken);
   EXPECT_EQ(live_->session.revision(), kBefore);
