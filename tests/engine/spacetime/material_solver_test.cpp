@@ -337,7 +337,10 @@ TEST(MaterialHardCases, AConstraintFarOutsideWhatTheModesCanReach) {
   const MaterialReport report = solver.solve();
   EXPECT_TRUE(finite(solver));
   EXPECT_LE(report.total_energy, energy_of(scene, scene.material, scene.motion, 1));
-  EXPECT_GT(report.max_constraint_error, 0.5 * scene.kinematics->length());  // never reached
+  // Never reached. Without the bound of frequencies and the slow steps the fit ends in another
+  // local minimum, 10.5 m from the target at 4.7 times the total energy (3440, here 730); with them
+  // at 1.13 m, of a chain 2 m long.
+  EXPECT_NEAR(report.max_constraint_error, 1.13, 0.15);
 }
 
 TEST(MaterialHardCases, TwoContradictoryConstraintsAtOneNodeAndFrame) {
