@@ -230,6 +230,8 @@ TEST(Tetrahedralize, CanBeCancelledAndReportsProgress) {
   }
 }
 
+// By default 6000 tets of the dolphin are refused (they come within 6.84 %, about 12000 are named),
+// after 14 s of one core: too long for a test. SurfaceFit tests the default on spot.obj.
 TEST(Tetrahedralize, SurfacesOfRealBodiesAreFilled) {
   for (const char* file : {"bunny.msh", "Armadillo13K.msh", "dolphin5K.msh"}) {
     const std::filesystem::path path = testing::shared_body(file);
