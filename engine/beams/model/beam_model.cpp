@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <unordered_map>
 
 namespace limber::beams {
 
@@ -49,14 +50,17 @@ std::optional<PrescribedMotion> by_axes(const PrescribedMotion& motion,
 }
 
 void give_motions_precedence(BeamModel& model) {
+  // The first one of each node: validate() refuses others.
+  std::unordered_map<int, BeamSupport*> support_of;
+  for (BeamSupport& support : model.supports) support_of.emplace(support.node, &support);
   for (const PrescribedMotion& motion : model.motions) {
-    for (BeamSupport& support : model.supports) {
-      if (support.node != motion.node) continue;
-      const auto moved = by_axes(motion, support.axes);
-      for (std::size_t k = 0; moved && k < 3; ++k) {
-        support.fixed[k] = support.fixed[k] && !moved->translates[k];
-        support.fixed[3 + k] = support.fixed[3 + k] && !moved->rotates[k];
-      }
+    const auto found = support_of.find(motion.node);
+    if (found == support_of.end()) continue;
+    BeamSupport& support = *found->second;
+    const auto moved = by_axes(motion, support.axes);
+    for (std::size_t k = 0; moved && k < 3; ++k) {
+      support.fixed[k] = support.fixed[k] && !moved->translates[k];
+      support.fixed[3 + k] = support.fixed[3 + k] && !moved->rotates[k];
     }
   }
 }

@@ -100,8 +100,9 @@ struct BeamReport {
   double residual = 0;        // largest scaled force or moment that is left
   double load_factor = 0;     // 1 where everything is on
   double elastic_energy = 0;  // [force length]
-  /// Of the stiffness at the answer, those of rounding left out: 0 at a minimum. None where the
-  /// state is no equilibrium under all loads and motions.
+  /// Of the stiffness at the answer, those of rounding left out: 0 at a minimum. Under loads that
+  /// follow, directions that diverge instead. None where the state is no equilibrium under all
+  /// loads and motions, at a mechanism, and where that is not judged.
   std::optional<int> negative_eigenvalues;
   int node = -1;        // that moves most freely (mechanism), buckles, or is worst balanced
   std::string message;  // a sentence for people

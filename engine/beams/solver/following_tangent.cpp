@@ -1,5 +1,7 @@
 #include "engine/beams/solver/following_tangent.h"
 
+#include <Eigen/Eigenvalues>
+#include <Eigen/SparseCholesky>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -17,6 +19,8 @@ std::size_t index(int i) { return static_cast<std::size_t>(i); }
 constexpr int kIterations = 30;
 constexpr int kPatience = 5;  // iterations without half of the best residual
 constexpr double kLargestTurn = 0.3;
+constexpr Eigen::Index kMostOfAllEigenvalues = 600;  // free unknowns: seconds, not cancellable
+constexpr double kRoundings = 4;
 
 }  // namespace
 
@@ -48,7 +52,7 @@ void FollowingTangent::add_loads(const BeamState& state, const NodeLoads& loads,
   }
 }
 
-bool FollowingTangent::factor(const BeamState& state, const NodeLoads& loads) {
+FollowingTangent::Matrix FollowingTangent::full(const BeamState& state, const NodeLoads& loads) {
   stiffness_.assemble(state);
   std::vector<Eigen::Triplet<double>> entries;
   const Matrix& lower = stiffness_.matrix();
@@ -60,12 +64,39 @@ bool FollowingTangent::factor(const BeamState& state, const NodeLoads& loads) {
     }
   }
   add_loads(state, loads, entries);
-  Matrix full(stiffness_.size(), stiffness_.size());
-  full.setFromTriplets(entries.begin(), entries.end());
-  full.makeCompressed();
-  if (!full.coeffs().allFinite()) return false;
-  factors_.compute(full);
+  Matrix result(stiffness_.size(), stiffness_.size());
+  result.setFromTriplets(entries.begin(), entries.end());
+  result.makeCompressed();
+  return result;
+}
+
+bool FollowingTangent::factor(const BeamState& state, const NodeLoads& loads) {
+  const Matrix tangent = full(state, loads);
+  if (!tangent.coeffs().allFinite()) return false;
+  factors_.compute(tangent);
   return factors_.info() == Eigen::Success;
+}
+
+std::optional<int> FollowingTangent::diverging(const BeamState& state, const NodeLoads& loads,
+                                               const JobContext& context) {
+  const Matrix tangent = full(state, loads);
+  if (!tangent.coeffs().allFinite()) return {};
+  const Balance balance(structure_);
+  const Eigen::VectorXd scales =
+      stiffness_.restricted(balance.weights()).cwiseSqrt().cwiseInverse();
+  const Matrix scaled = scales.asDiagonal() * tangent * scales.asDiagonal();
+  const Matrix transposed = scaled.transpose();
+  const Matrix symmetric = 0.5 * (scaled + transposed);
+  Eigen::SimplicialLLT<Matrix, Eigen::Lower> positive(symmetric);
+  if (positive.info() == Eigen::Success) return 0;
+  context.throw_if_cancelled();
+  if (scaled.rows() > kMostOfAllEigenvalues) return {};
+  const Eigen::MatrixXd dense(scaled);
+  const Eigen::EigenSolver<Eigen::MatrixXd> solver(dense, false);
+  if (solver.info() != Eigen::Success) return {};
+  const double rounding =
+      1e-7 * balance.softest() + kRoundings * std::numeric_limits<double>::epsilon() * dense.norm();
+  return static_cast<int>((solver.eigenvalues().real().array() < -rounding).count());
 }
 
 bool balance_following(const BeamStructure& structure, const NodeLoads& loads, double tolerance,

@@ -2,6 +2,7 @@
 
 #include <Eigen/SparseCore>
 #include <Eigen/SparseLU>
+#include <optional>
 #include <vector>
 
 #include "engine/base/job.h"
@@ -23,15 +24,20 @@ class FollowingTangent {
   [[nodiscard]] Eigen::VectorXd solve(const Eigen::VectorXd& right) {
     return factors_.solve(right);
   }
-  /// Of the determinant. It changes where equilibria end or divide (divergence), not where a
-  /// structure begins to flutter, which masses decide.
-  [[nodiscard]] int sign() { return factors_.signDeterminant() < 0 ? -1 : 1; }
+  /// In how many directions a structure diverges that rests at a state: eigenvalues of the tangent
+  /// whose real parts are negative. Not whether it flutters, which masses decide. None where that
+  /// is not judged: the tangent is not finite, or too large for all eigenvalues while its symmetric
+  /// part is not positive definite (which would suffice).
+  [[nodiscard]] std::optional<int> diverging(const BeamState& state, const NodeLoads& loads,
+                                             const JobContext& context);
   [[nodiscard]] const Stiffness& stiffness() const { return stiffness_; }
 
  private:
   using Matrix = Eigen::SparseMatrix<double>;
   void add_loads(const BeamState& state, const NodeLoads& loads,
                  std::vector<Eigen::Triplet<double>>& entries) const;
+
+  [[nodiscard]] Matrix full(const BeamState& state, const NodeLoads& loads);
 
   const BeamStructure& structure_;
   Stiffness stiffness_;

@@ -197,6 +197,7 @@ NewtonSolver::Verdict NewtonSolver::judge_positive() const {
   v = v.cwiseQuotient(weights_.cwiseSqrt());
   double previous = 0, value = 0;
   for (int i = 0; i < 40; ++i) {
+    context_.throw_if_cancelled();
     v = factor_.solve(weights_.cwiseProduct(v));
     v /= std::sqrt(v.dot(weights_.cwiseProduct(v)));
     previous = value;
@@ -213,10 +214,11 @@ NewtonSolver::Verdict NewtonSolver::judge_factored(const BeamState& state) {
   if (is_positive_) return judge_positive();
   stiffness_.assemble(state);
   const Eigen::VectorXd rounding = noise();
-  const Eigen::VectorXd v = lowest_quotient(stiffness_.matrix(), factor_, weights_).direction;
+  const Eigen::VectorXd v =
+      lowest_quotient(stiffness_.matrix(), factor_, weights_, context_).direction;
   if (v.dot(stiffness_.times(v)) < -v.dot(rounding.cwiseProduct(v)))
     return verdict(Stability::kSaddle, v);
-  const Inertia inertia = inertia_of(stiffness_.matrix(), rounding);
+  const Inertia inertia = inertia_of(stiffness_.matrix(), rounding, context_);
   if (inertia.negative > 0) return verdict(Stability::kSaddle, inertia.direction);
   return verdict(Stability::kMechanism, v);
 }
@@ -225,7 +227,7 @@ int NewtonSolver::negative_eigenvalues(const BeamState& state) {
   stiffness_.assemble(state);
   if (!stiffness_.matrix().coeffs().allFinite()) return 0;
   ++factorizations_;
-  return inertia_of(stiffness_.matrix(), noise()).negative;
+  return inertia_of(stiffness_.matrix(), noise(), context_).negative;
 }
 
 bool NewtonSolver::leave_saddle(BeamState& state, const NodeLoads& loads, const Verdict& saddle) {

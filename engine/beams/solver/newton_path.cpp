@@ -213,7 +213,9 @@ class Follower {
       const bool loose = step.outcome == NewtonOutcome::kMechanism;
       say(structure_, loose ? BeamStatus::kMechanism : BeamStatus::kConverged,
           loose ? newton_.judge(state_).unknown : -1, report_);
-      report_.negative_eigenvalues = 0;
+      if (!loose) report_.negative_eigenvalues = 0;
+      if (const NodeLoads loads = path_.loads(1); !loose && loads.follows())
+        certify(structure_, context, loads, state_, report_);
       return false;
     }
     step_ = std::min({step_, 1 - s_, longest_});
@@ -426,6 +428,38 @@ void follow_path(const BeamStructure& structure, const LoadPath& path, double s,
   }
 }
 
+namespace {
+
+/// Loads that follow have no potential: the tangent with them says whether anything diverges.
+void certify_following(const BeamStructure& structure, const JobContext& context,
+                       const NodeLoads& loads, const BeamState& state, int softest,
+                       BeamReport& report) {
+  FollowingTangent tangent(structure);
+  report.negative_eigenvalues = tangent.diverging(state, loads, context);
+  ++report.factorizations;
+  if (report.negative_eigenvalues == 0) {
+    report.status = BeamStatus::kConverged;
+    report.node = -1;
+    report.message =
+        "forces and moments balance, and no direction diverges; loads that follow have no "
+        "potential: whether they make it flutter is not judged";
+    return;
+  }
+  report.status = BeamStatus::kUnstable;
+  report.node = Balance(structure).node_of(softest);
+  report.message =
+      report.negative_eigenvalues
+          ? fmt::format(
+                "balanced, but not stable under loads that follow: {} direction{}, where {}",
+                *report.negative_eigenvalues,
+                report.negative_eigenvalues == 1 ? " diverges" : "s diverge",
+                where(structure, softest))
+          : "balanced, but its stability under loads that follow is not judged: that would take "
+            "fewer nodes";
+}
+
+}  // namespace
+
 void certify(const BeamStructure& structure, const JobContext& context, const NodeLoads& loads,
              const BeamState& state, BeamReport& report) {
   using Stability = NewtonSolver::Stability;
@@ -441,17 +475,10 @@ void certify(const BeamStructure& structure, const JobContext& context, const No
   // A direction along which the energy falls was found.
   report.negative_eigenvalues = is_saddle ? std::max(1, newton.negative_eigenvalues(state)) : 0;
   if (verdict.stability == Stability::kMechanism) {
+    report.negative_eigenvalues.reset();
     say(structure, BeamStatus::kMechanism, verdict.unknown, report);
-  } else if (is_saddle && loads.follows()) {
-    FollowingTangent tangent(structure);
-    const bool diverges = !tangent.factor(state, loads) || tangent.sign() < 0;
-    report.status = diverges ? BeamStatus::kUnstable : BeamStatus::kConverged;
-    report.node = diverges ? Balance(structure).node_of(verdict.unknown) : -1;
-    report.message =
-        diverges ? "balanced, but not stable under loads that follow, where " +
-                       where(structure, verdict.unknown)
-                 : "forces and moments balance; loads that follow have no potential: whether they "
-                   "make it flutter is not judged";
+  } else if (loads.follows()) {
+    certify_following(structure, context, loads, state, verdict.unknown, report);
   } else if (is_saddle) {
     say(structure, BeamStatus::kUnstable, verdict.unknown, report);
   }

@@ -87,12 +87,14 @@ class KrylovSpace {
 }  // namespace
 
 CurvedDirection lowest_quotient(const Eigen::SparseMatrix<double>& lower,
-                                const SparseCholesky& factor, const Eigen::VectorXd& weights) {
+                                const SparseCholesky& factor, const Eigen::VectorXd& weights,
+                                const JobContext& context) {
   Random random(20);
   Eigen::VectorXd start(weights.size());
   for (double& entry : start) entry = random.uniform() - 0.5;
   KrylovSpace space(lower, factor, start.cwiseProduct(weights.cwiseSqrt()));
   while (space.step()) {
+    context.throw_if_cancelled();
     if (space.steps_done() % kStepsBetweenChecks != 0) continue;
     KrylovSpace::Ritz ritz = space.lowest();
     if (ritz.found.quotient < 0 && ritz.residual < kSharpEnough * -ritz.found.quotient)
@@ -101,13 +103,15 @@ CurvedDirection lowest_quotient(const Eigen::SparseMatrix<double>& lower,
   return space.lowest().found;
 }
 
-Inertia inertia_of(const Eigen::SparseMatrix<double>& lower, const Eigen::VectorXd& noise) {
+Inertia inertia_of(const Eigen::SparseMatrix<double>& lower, const Eigen::VectorXd& noise,
+                   const JobContext& context) {
   Eigen::SparseMatrix<double> shifted = lower;
   Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>, Eigen::Lower> ldlt;
   ldlt.analyzePattern(lower);
   Inertia result;
   // A pivot that is exactly zero ends it: numbers so even are not met twice.
   for (int round = 0; round < kRounds; ++round) {
+    context.throw_if_cancelled();
     for (int i = 0; i < shifted.outerSize(); ++i)
       shifted.valuePtr()[shifted.outerIndexPtr()[i]] += noise[i];
     ldlt.factorize(shifted);

@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <Eigen/SparseCore>
 
+#include "engine/base/job.h"
 #include "engine/base/numerics/sparse_cholesky.h"
 
 namespace limber::beams::detail {
@@ -26,7 +27,8 @@ struct CurvedDirection {
 /// @param weights  positive; what the directions that the search begins with are scaled by
 [[nodiscard]] CurvedDirection lowest_quotient(const Eigen::SparseMatrix<double>& lower,
                                               const SparseCholesky& factor,
-                                              const Eigen::VectorXd& weights);
+                                              const Eigen::VectorXd& weights,
+                                              const JobContext& context);
 
 /// The stiffness at a state by its L D L^T, without exchanges.
 struct Inertia {
@@ -36,6 +38,6 @@ struct Inertia {
 /// @param lower  lower triangle
 /// @param noise  what is added to the diagonal, so that zeros are not taken for negative
 [[nodiscard]] Inertia inertia_of(const Eigen::SparseMatrix<double>& lower,
-                                 const Eigen::VectorXd& noise);
+                                 const Eigen::VectorXd& noise, const JobContext& context);
 
 }  // namespace limber::beams::detail

@@ -111,9 +111,11 @@ TEST(BeamCodec, WhatIsWrongIsSaidByTheNamesOfTheMessage) {
   auto* motion = structure->add_motions();
   motion->set_node(support->node());
   motion->set_y(0.1);
-  EXPECT_EQ(told(bad).second,
-            fmt::format("motions[{}] moves node {}, which supports[0] holds along y",
-                        structure->motions_size() - 1, support->node()));
+  EXPECT_FALSE(decode(bad).model.supports[0].fixed[1]) << "motions go before supports";
+  *structure->add_motions() = *motion;
+  const int last = structure->motions_size() - 1;
+  EXPECT_EQ(told(bad).second, fmt::format("motions[{}].node = {}, as that of motions[{}]", last,
+                                          structure->supports(0).node(), last - 1));
 }
 
 TEST(BeamCodec, ShapesComeBack) {

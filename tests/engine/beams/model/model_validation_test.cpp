@@ -75,7 +75,15 @@ INSTANTIATE_TEST_SUITE_P(
         BadInput{"LoadNotANumber", "loads[0].force", kInvalid,
                  [](BeamModel& m) { m.loads[0].force.x() = kNaN; }},
         BadInput{"NoSupports", "supports", kPrecondition, [](BeamModel& m) { m.supports.clear(); }},
-        BadInput{"AnIslandWithoutSupport", "nodes[4]", kPrecondition,
+        BadInput{"AnIslandWithoutSupport", "nodes[5]", kPrecondition,
+                 [](BeamModel& m) {
+                   m.nodes.push_back(m.nodes[3]);
+                   m.nodes.push_back(m.nodes[4]);
+                   m.elements.push_back(m.elements[3]);
+                   m.elements[4].start = 5;
+                   m.elements[4].finish = 6;
+                 }},
+        BadInput{"LoadOnANodeOfNoElement", "loads[0].node", kInvalid,
                  [](BeamModel& m) { m.elements.pop_back(); }},
         BadInput{"LeftHandedAxes", "supports[0].axes", kInvalid,
                  [](BeamModel& m) { m.supports[0].axes(2, 2) = -1; }},

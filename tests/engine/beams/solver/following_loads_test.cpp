@@ -1,5 +1,7 @@
 #include <gtest/gtest.h>
 
+#include <string>
+
 #include "engine/beams/solver/following_tangent.h"
 #include "tests/support/beam_problems.h"
 
@@ -43,6 +45,43 @@ TEST(BeamFollowingLoads, WhatLoadStepsDoNotFindIsSaidToNeedARelaxation) {
   const BeamSolution found = find_equilibrium(BeamStructure(follower(20, 10, true)), options);
   EXPECT_FALSE(found.report.converged());
   EXPECT_NE(found.report.message.find("relaxation"), std::string::npos) << found.report.message;
+}
+
+/// Equally stiff in both planes, it diverges in two directions at once: the determinant is
+/// positive.
+TEST(BeamFollowingLoads, AColumnEquallyStiffInBothPlanesDivergesInBoth) {
+  BeamModel model = limber::testing::straight_beam(8);
+  model.sections[0].bending_3 = model.sections[0].bending_2;
+  model.supports = {{0, {true, true, true, true, false, false}},
+                    {8, {false, true, true, false, false, false}}};
+  NodalLoad load;
+  load.node = 8;
+  load.direction = LoadDirection::kFollowing;
+  for (const double euler : {0.9, 3.0}) {
+    load.force = {-euler * 9.8696, 0, 0};
+    model.loads = {load};
+    for (const BeamMethod method : {BeamMethod::kNewton, BeamMethod::kRelaxation,
+                                    BeamMethod::kRelaxationThenNewton, BeamMethod::kChoose}) {
+      BeamSolveOptions options;
+      options.method = method;
+      const BeamSolution found = find_equilibrium(BeamStructure(model), options);
+      const std::string text = std::string(to_string(method)) + ": " + found.report.message;
+      EXPECT_EQ(found.report.message.find("minimum"), std::string::npos) << text;
+      const double aside = found.state.positions.bottomRows(2).cwiseAbs().maxCoeff();
+      if (euler < 1) {
+        EXPECT_TRUE(found.report.converged()) << text;
+        EXPECT_EQ(found.report.negative_eigenvalues, 0) << text;
+        EXPECT_NE(found.report.message.find("no direction diverges"), std::string::npos) << text;
+      } else if (aside < 1e-6) {
+        EXPECT_FALSE(found.report.converged()) << text;
+      }
+      if (euler > 1 && method == BeamMethod::kRelaxation) {
+        EXPECT_LT(aside, 1e-6);
+        EXPECT_EQ(found.report.status, BeamStatus::kUnstable) << text;
+        EXPECT_EQ(found.report.negative_eigenvalues, 2) << text;
+      }
+    }
+  }
 }
 
 /// Pressed along itself by a load that keeps to its axis, a column never diverges; by one that
