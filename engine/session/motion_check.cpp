@@ -15,6 +15,9 @@ namespace {
 /// Training poses reach 1.25 times the amplitude of a typical one (reduced::PoseLevels).
 constexpr double kTrainedShare = 1.25;
 
+/// A soft target that is missed by more than this is no compromise of weights [body lengths].
+constexpr double kMaxMissedLengths = 0.5;
+
 std::string percent(double share) { return fmt::format("{:.3g} %", 100 * share); }
 
 /// Of `count` numbered things at most `most`, evenly, first and last included.
@@ -37,7 +40,8 @@ void sort_once(std::vector<int>& frames) {
 
 std::string describe_motion(const MotionCheck& check) {
   const reduced::MotionError& error = check.error;
-  if (check.within_tolerance() && error.inverted_tets == 0) return {};
+  const bool is_missed = error.max_constraint_error > kMaxMissedLengths * check.length;
+  if (check.within_tolerance() && error.inverted_tets == 0 && !is_missed) return {};
   std::string text;
   const auto say = [&](const std::string& sentence) {
     if (!text.empty()) text += ' ';
@@ -54,6 +58,12 @@ std::string describe_motion(const MotionCheck& check) {
     say(fmt::format("{} {} inverted in frame {}.", error.inverted_tets,
                     error.inverted_tets == 1 ? "tet is" : "tets are", error.inverted_frame));
   }
+  if (is_missed) {
+    say(
+        fmt::format("A constraint is missed by {:.2g} body lengths: its target is beyond the reach "
+                    "of its nodes, or its weight is too small.",
+                    error.max_constraint_error / check.length));
+  }
   // Training poses scatter about their typical reach by nearly a factor of two.
   if (error.linear_reach > 2 * check.trained_reach) {
     say(fmt::format(
@@ -66,6 +76,9 @@ std::string describe_motion(const MotionCheck& check) {
   } else if (!check.within_tolerance()) {
     say("A smaller model.tolerance, or a larger model.basis_size and model.cubature_size, makes "
         "the model finer; targets that are nearer make the error smaller.");
+  } else if (error.inverted_tets == 0) {
+    say("Move the target nearer, constrain a node that is farther from fixed ones, or raise the "
+        "weight.");
   } else {
     say("Move targets nearer, constrain groups of nodes rather than single ones, or repair thin "
         "tets of the mesh.");

@@ -25,8 +25,8 @@ struct MotionCheck {
   [[nodiscard]] bool within_tolerance() const { return error.shape_error <= tolerance; }
 };
 
-/// What is wrong with the motion and what to do; empty where its error is within the tolerance and
-/// no tet is inverted.
+/// What is wrong with the motion and what to do; empty where its error is within the tolerance, no
+/// tet is inverted and no constraint is missed by more than half a body length.
 [[nodiscard]] std::string describe_motion(const MotionCheck& check);
 
 /// Says that a model misses its tolerance, and what to do; empty where it does not.

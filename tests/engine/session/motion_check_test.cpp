@@ -426,6 +426,18 @@ TEST(MotionCheck, TargetsBeyondReachAreReported) {
   }
 }
 
+TEST(MotionCheck, ATargetMissedByBodyLengthsIsReportedWhereTheShapesAreExact) {
+  limber::session::MotionCheck check;
+  check.length = 2;
+  check.tolerance = 0.01;
+  check.trained_reach = 1;
+  check.error.max_constraint_error = 0.9;
+  EXPECT_EQ(describe_motion(check), "");
+  check.error.max_constraint_error = 20;
+  EXPECT_THAT(describe_motion(check), HasSubstr("A constraint is missed by 10 body lengths"));
+  EXPECT_THAT(describe_motion(check), HasSubstr("raise the weight"));
+}
+
 TEST(MotionCheck, SmallTargetsWithinTheToleranceGetNoMessage) {
   scene::Scene scene = bent_bar();
   scene.constraints = {held(10, kTip, {0, 0.01, 0.005})};
