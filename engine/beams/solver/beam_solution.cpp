@@ -76,7 +76,8 @@ BeamSolveOptions BeamSolveOptions::following() noexcept {
 
 BeamSolveOptions BeamSolveOptions::live(int elements) noexcept {
   BeamSolveOptions options = following();
-  if (elements > kSmall) options.snap_resolution = kLiveResolution;
+  if (elements <= kSmall) return options;
+  options.snap_resolution = kLiveResolution;
   const int size = std::max(1, elements);
   options.factorizations = std::max(kLeastLiveFactorizations, kLiveFactorizations / size);
   options.relaxation_steps =
