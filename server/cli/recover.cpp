@@ -1,13 +1,13 @@
 #include "server/cli/recover.h"
 
 #include <fmt/format.h>
-#include <google/protobuf/util/json_util.h>
 
 #include "engine/base/error.h"
 #include "engine/scene/formats/mesh_formats.h"
 #include "engine/session/recovery.h"
 #include "server/cli/local_files.h"
 #include "server/cli/motion_files.h"
+#include "server/cli/print_json.h"
 #include "server/cli/progress_bar.h"
 #include "server/codec/errors.h"
 #include "server/codec/linkage.h"
@@ -48,16 +48,6 @@ session::MaterialRecovery run(const scene::Scene& scene, const session::Recovery
   auto recovery = session::recover(scene, wanted, job);
   bar.show("done", 1);
   return recovery;
-}
-
-void print_json(const proto::RecoveryReport& report) {
-  google::protobuf::util::JsonPrintOptions options;
-  options.preserve_proto_field_names = true;
-  options.always_print_primitive_fields = true;
-  std::string text;
-  const auto status = google::protobuf::util::MessageToJsonString(report, &text, options);
-  LIMBER_DEMAND(status.ok());
-  fmt::print("{}\n", text);
 }
 
 void print_table(const proto::RecoveryReport& report) {

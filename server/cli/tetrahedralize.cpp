@@ -1,11 +1,11 @@
 #include "server/cli/tetrahedralize.h"
 
 #include <fmt/format.h>
-#include <google/protobuf/util/json_util.h>
 
 #include "engine/scene/formats/mesh_writers.h"
 #include "engine/scene/formats/surface_formats.h"
 #include "server/cli/local_files.h"
+#include "server/cli/print_json.h"
 #include "server/cli/progress_bar.h"
 #include "server/codec/errors.h"
 #include "server/codec/tetrahedralization.h"
@@ -23,16 +23,6 @@ void check_mesh_name(const fs::path& path) {
 
 std::string mesh_bytes(const fs::path& path, const bodies::TetMesh& mesh) {
   return path.extension() == ".msh" ? scene::write_msh(mesh) : scene::write_vtu(mesh);
-}
-
-void print_json(const proto::TetrahedralizationReport& report) {
-  google::protobuf::util::JsonPrintOptions options;
-  options.preserve_proto_field_names = true;
-  options.always_print_primitive_fields = true;
-  std::string text;
-  const auto status = google::protobuf::util::MessageToJsonString(report, &text, options);
-  LIMBER_DEMAND(status.ok());
-  fmt::print("{}\n", text);
 }
 
 void print_text(const TetrahedralizeCommand& command, const scene::Tetrahedralization& result) {
