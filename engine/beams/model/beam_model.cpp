@@ -65,6 +65,13 @@ void give_motions_precedence(BeamModel& model) {
   }
 }
 
+std::vector<char> used_nodes(const BeamModel& model) {
+  std::vector<char> used(model.nodes.size(), model.elements.empty() ? 1 : 0);
+  for (const BeamElement& e : model.elements)
+    used[static_cast<std::size_t>(e.start)] = used[static_cast<std::size_t>(e.finish)] = 1;
+  return used;
+}
+
 double drawn_length(const BeamModel& model, int element) {
   const BeamElement& e = model.elements[static_cast<std::size_t>(element)];
   return (model.nodes[static_cast<std::size_t>(e.finish)].position -

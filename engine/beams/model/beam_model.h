@@ -142,6 +142,10 @@ void validate(const BeamModel& model);
 /// support are left to validate().
 void give_motions_precedence(BeamModel& model);
 
+/// Of each node 1 where an element uses it, else 0; a model without elements uses all of them.
+/// @pre nodes of elements exist
+[[nodiscard]] std::vector<char> used_nodes(const BeamModel& model);
+
 /// Length between the nodes as drawn.
 [[nodiscard]] double drawn_length(const BeamModel& model, int element);
 

@@ -48,14 +48,6 @@ void require_not_negative(double value, const std::string& field) {
     refuse(field, fmt::format("= {}, must be >= 0, and at most {:g}", value, kLargest));
 }
 
-/// Per node; a model without elements uses all of them.
-std::vector<char> used_nodes(const BeamModel& model) {
-  std::vector<char> used(model.nodes.size(), model.elements.empty() ? 1 : 0);
-  for (const BeamElement& e : model.elements)
-    used[static_cast<std::size_t>(e.start)] = used[static_cast<std::size_t>(e.finish)] = 1;
-  return used;
-}
-
 void check_nodes(const BeamModel& model) {
   if (model.nodes.empty()) refuse("nodes", "is empty", ErrorCode::kFailedPrecondition);
   for (std::size_t i = 0; i < model.nodes.size(); ++i) {

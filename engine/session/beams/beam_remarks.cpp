@@ -20,10 +20,7 @@ std::string names_of(const std::vector<std::size_t>& nodes) {
 }
 
 void remark_unused_nodes(const beams::BeamModel& model, std::vector<scene::Issue>& remarks) {
-  if (model.elements.empty()) return;
-  std::vector<char> used(model.nodes.size(), 0);
-  for (const beams::BeamElement& e : model.elements)
-    used[static_cast<std::size_t>(e.start)] = used[static_cast<std::size_t>(e.finish)] = 1;
+  const std::vector<char> used = used_nodes(model);
   std::vector<std::size_t> unused;
   for (std::size_t i = 0; i < used.size(); ++i) {
     if (used[i] == 0) unused.push_back(i);

@@ -34,9 +34,7 @@ beams::BeamModel model_of(const scene::BeamJobFiles& files) {
   }
   give_motions_precedence(model);
   if (job.initial_force.isZero(0) && job.initial_moment.isZero(0)) return model;
-  std::vector<char> used(model.nodes.size(), 0);
-  for (const auto& [start, finish] : files.mesh.edges)
-    used[static_cast<std::size_t>(start)] = used[static_cast<std::size_t>(finish)] = 1;
+  const std::vector<char> used = used_nodes(model);
   for (std::size_t i = 0; i < used.size(); ++i) {
     if (used[i] != 0)
       model.temporary_loads.push_back({static_cast<int>(i), job.initial_force, job.initial_moment});
