@@ -36,6 +36,7 @@ using Suite = void (*)(const SuiteOptions& options, Recorder& recorder);
 
 void spacetime_suite(const SuiteOptions& options, Recorder& recorder);
 void material_suite(const SuiteOptions& options, Recorder& recorder);
+void material_bodies_suite(const SuiteOptions& options, Recorder& recorder);
 void reconstruct_suite(const SuiteOptions& options, Recorder& recorder);
 void service_suite(const SuiteOptions& options, Recorder& recorder);
 void build_suite(const SuiteOptions& options, Recorder& recorder);

@@ -1,0 +1,106 @@
+// What fitted materials do to motions, on all samples and on the bodies of the public data: beside
+// the motion of forces alone its share of high frequencies, largest step between frames [body
+// lengths] and energy, and published results above the energy that the fit started from.
+//
+// Samples: "sample" is the scene as it comes. All bodies: the tasks of
+// tests/support/material_bodies.h with default models. --quick: bodies of up to 10,000 tets, two
+// tasks. $LIMBER_BENCH_ONLY: only bodies whose names contain it.
+#include <fmt/core.h>
+
+#include <cstdlib>
+#include <ctime>
+
+#include "bench/suite.h"
+#include "engine/base/error.h"
+#include "engine/scene/samples/samples.h"
+#include "tests/support/material_bodies.h"
+#include "tests/support/temporary_folder.h"
+
+namespace limber::bench {
+namespace {
+
+using testing::BodyTask;
+
+constexpr Eigen::Index kQuickTets = 10'000;
+
+class BodySuite {
+ public:
+  BodySuite(const SuiteOptions& options, Recorder& recorder)
+      : options_(options), recorder_(recorder) {}
+
+  void run_tasks(const scene::Scene& body) {
+    if (options_.quick && body.mesh.tets.cols() > kQuickTets)
+      return recorder_.note("material_bodies: " + body.name + " left out by --quick");
+    for (const BodyTask task :
+         {BodyTask::kConstraints, BodyTask::kLastEndFree, BodyTask::kBothEndsFree,
+          BodyTask::kKeyframes, BodyTask::kFreeBody}) {
+      const bool is_quick = task == BodyTask::kConstraints || task == BodyTask::kBothEndsFree;
+      if (options_.quick && !is_quick) continue;
+      run(body.name, name_of(task), [&] { return with_task(body, task, cache_); });
+    }
+  }
+
+  void run(const std::string& body, const std::string& task,
+           const std::function<scene::Scene()>& make) {
+    recorder_.note(fmt::format("material_bodies: {}, {}", body, task));
+    testing::FittedMotion motion;
+    const auto begin = std::clock();
+    try {
+      motion = testing::fit_motion(make(), cache_);
+    } catch (const Error& error) {
+      return recorder_.note(fmt::format("material_bodies: {}, {}: {}", body, task, error.what()));
+    }
+    Case result;
+    result["body"] = body;
+    result["task"] = task;
+    result["tets"] = motion.tets;
+    result["high_frequency_share_forces"] = motion.high_frequency_share_forces;
+    result["high_frequency_share"] = motion.high_frequency_share;
+    result["largest_step_forces"] = motion.largest_step_forces;
+    result["largest_step"] = motion.largest_step;
+    result["largest_step_ratio"] = motion.largest_step_ratio();
+    result["energy_forces"] = motion.energy_forces;
+    result["energy"] = motion.energy;
+    result["published"] = motion.published;
+    result["published_above_start"] = motion.published_above_start;
+    result["shape_error"] = motion.shape_error;
+    result["inverted_tets"] = motion.inverted_tets;
+    result["status"] = motion.status;
+    result["cpu_s"] = static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC;
+    recorder_.add(result);
+  }
+
+ private:
+  const SuiteOptions& options_;
+  Recorder& recorder_;
+  TemporaryFolder folder_;
+  std::shared_ptr<session::ModelCache> cache_ =
+      std::make_shared<session::ModelCache>(folder_.path());
+};
+
+}  // namespace
+
+void material_bodies_suite(const SuiteOptions& options, Recorder& recorder) {
+  const char* const only = std::getenv("LIMBER_BENCH_ONLY");
+  const auto is_wanted = [only](const std::string& name) {
+    return only == nullptr || name.find(only) != std::string::npos;
+  };
+  BodySuite suite(options, recorder);
+  for (const std::string& name : scene::sample_names()) {
+    if (!is_wanted(name)) continue;
+    const scene::Scene sample = scene::make_sample(name);
+    suite.run(name, "sample", [&] { return sample; });
+    suite.run_tasks(sample);
+  }
+  const auto folder = std::filesystem::path(options.shared_folder) / "data" / "bodies";
+  for (const testing::BodyFile& file : testing::public_bodies()) {
+    if (!is_wanted(file.name)) continue;
+    if (const auto body = read_body(file, folder)) {
+      suite.run_tasks(*body);
+    } else {
+      recorder.note("material_bodies: " + file.name + " left out, the public data is not there");
+    }
+  }
+}
+
+}  // namespace limber::bench
