@@ -2,9 +2,9 @@
 // the motion of forces alone its share of high frequencies, largest step between frames [body
 // lengths] and energy, and published results above the energy that the fit started from.
 //
-// Samples: "sample" is the scene as it comes. All bodies: the tasks of
-// tests/support/material_bodies.h with default models. --quick: bodies of up to 10,000 tets, two
-// tasks. $LIMBER_BENCH_ONLY: only bodies whose names contain it.
+// Samples: "sample" is the scene as it comes, "sample, free ends" the same with both ends free. All
+// bodies: the tasks of tests/support/material_bodies.h with default models. --quick: bodies of up
+// to 10,000 tets, two tasks. $LIMBER_BENCH_ONLY: only bodies whose names contain it.
 #include <fmt/core.h>
 
 #include <cstdlib>
@@ -59,6 +59,7 @@ class BodySuite {
     result["largest_step_forces"] = motion.largest_step_forces;
     result["largest_step"] = motion.largest_step;
     result["largest_step_ratio"] = motion.largest_step_ratio();
+    result["largest_step_frame"] = motion.largest_step_frame;
     result["energy_forces"] = motion.energy_forces;
     result["energy"] = motion.energy;
     result["published"] = motion.published;
@@ -67,6 +68,10 @@ class BodySuite {
     result["inverted_tets"] = motion.inverted_tets;
     result["status"] = motion.status;
     result["cpu_s"] = static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC;
+    recorder_.note(
+        fmt::format("  share {:.2g}, largest step ratio {:.3g}, {} of {} above start, {:.3g} s",
+                    motion.high_frequency_share, motion.largest_step_ratio(),
+                    motion.published_above_start, motion.published, result["cpu_s"].get<double>()));
     recorder_.add(result);
   }
 
@@ -90,6 +95,9 @@ void material_bodies_suite(const SuiteOptions& options, Recorder& recorder) {
     if (!is_wanted(name)) continue;
     const scene::Scene sample = scene::make_sample(name);
     suite.run(name, "sample", [&] { return sample; });
+    scene::Scene with_free_ends = sample;
+    with_free_ends.first_end = with_free_ends.last_end = scene::End::kFree;
+    suite.run(name, "sample, free ends", [&] { return with_free_ends; });
     suite.run_tasks(sample);
   }
   const auto folder = std::filesystem::path(options.shared_folder) / "data" / "bodies";

@@ -137,14 +137,20 @@ std::string describe_linkage(const v1::ResultInfo& result) {
   return text;
 }
 
+/// Of an error.
+std::string percent(double share) {
+  if (share > 10) return "more than 1000 %";
+  return share < 0.1 ? fmt::format("{:.2g} %", 100 * share) : fmt::format("{:.0f} %", 100 * share);
+}
+
 std::string describe(const v1::MotionError& error) {
   return fmt::format(
-      "motion error      {:.2g} % ({:.2g} % in frame {}; tolerance {:.2g} %), {:.3g} at most, "
+      "motion error      {} ({} in frame {}; tolerance {}), {:.3g} at most, "
       "constraints {:.3g} at most; of {} frames\n"
       "inverted tets     {}{}\n",
-      100 * error.shape_error(), 100 * error.worst_frame_error(), error.worst_frame(),
-      100 * error.tolerance(), error.max_distance(), error.max_constraint_error(), error.frames(),
-      error.inverted_tets(),
+      percent(error.shape_error()), percent(error.worst_frame_error()), error.worst_frame(),
+      percent(error.tolerance()), error.max_distance(), error.max_constraint_error(),
+      error.frames(), error.inverted_tets(),
       error.inverted_tets() > 0 ? fmt::format(" in frame {}", error.inverted_frame()) : "");
 }
 
@@ -222,7 +228,7 @@ std::string motion_words(const v1::ResultInfo& result) {
   if (!result.has_motion_error()) return "";
   const auto& error = result.motion_error();
   return fmt::format(
-      ", motion error {:.2g} %{}", 100 * error.shape_error(),
+      ", motion error {}{}", percent(error.shape_error()),
       error.inverted_tets() > 0 ? fmt::format(", {} tets inverted", error.inverted_tets()) : "");
 }
 

@@ -18,7 +18,13 @@ constexpr double kTrainedShare = 1.25;
 /// A soft target that is missed by more than this is no compromise of weights [body lengths].
 constexpr double kMaxMissedLengths = 0.5;
 
-std::string percent(double share) { return fmt::format("{:.3g} %", 100 * share); }
+/// Beyond this the number says nothing more.
+constexpr double kMaxShare = 10;
+
+std::string percent(double share) {
+  if (share > kMaxShare) return fmt::format("more than {:.0f} %", 100 * kMaxShare);
+  return share < 1 ? fmt::format("{:.3g} %", 100 * share) : fmt::format("{:.0f} %", 100 * share);
+}
 
 /// Of `count` numbered things at most `most`, evenly, first and last included.
 std::vector<int> spread(int count, int most) {

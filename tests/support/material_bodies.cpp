@@ -141,12 +141,17 @@ void add_keyframes(scene::Scene& scene, const std::shared_ptr<session::ModelCach
   }
 }
 
-/// [scene units]
-double largest_step(const Eigen::MatrixXd& positions) {
-  double largest = 0;
+struct Step {
+  double distance = 0;  // [scene units]
+  int frame = 0;        // after which
+};
+
+Step largest_step(const Eigen::MatrixXd& positions) {
+  Step largest;
   for (Index i = 0; i + 1 < positions.cols(); ++i) {
     const Eigen::VectorXd step = positions.col(i + 1) - positions.col(i);
-    largest = std::max(largest, step.reshaped(3, step.size() / 3).colwise().norm().maxCoeff());
+    const double distance = step.reshaped(3, step.size() / 3).colwise().norm().maxCoeff();
+    if (distance > largest.distance) largest = {distance, static_cast<int>(i)};
   }
   return largest;
 }
@@ -261,8 +266,10 @@ FittedMotion fit_motion(scene::Scene scene, const std::shared_ptr<session::Model
                                       (before->material->mixing * before->modal))
           .value_or(0);
   motion.high_frequency_share = final.high_frequency_share.value_or(0);
-  motion.largest_step_forces = largest_step(solved.positions(*before)) / length;
-  motion.largest_step = largest_step(solved.positions(final)) / length;
+  motion.largest_step_forces = largest_step(solved.positions(*before)).distance / length;
+  const Step step = largest_step(solved.positions(final));
+  motion.largest_step = step.distance / length;
+  motion.largest_step_frame = step.frame;
   motion.energy_forces = before->report.total_energy;
   motion.energy = final.report.total_energy;
   if (final.motion_check) {

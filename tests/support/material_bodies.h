@@ -43,6 +43,7 @@ struct FittedMotion {
   int tets = 0;
   double high_frequency_share_forces = 0, high_frequency_share = 0;
   double largest_step_forces = 0, largest_step = 0;
+  int largest_step_frame = 0;  // the fitted motion makes it after this frame
   double energy_forces = 0, energy = 0;
   int published = 0;              // results after those of forces alone, the final one included
   int published_above_start = 0;  // of these, with a higher energy

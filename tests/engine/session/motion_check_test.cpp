@@ -438,6 +438,23 @@ TEST(MotionCheck, ATargetMissedByBodyLengthsIsReportedWhereTheShapesAreExact) {
   EXPECT_THAT(describe_motion(check), HasSubstr("raise the weight"));
 }
 
+TEST(MotionCheck, PercentagesOfAnySizeAreReadable) {
+  limber::session::MotionCheck check;
+  check.length = 1;
+  check.tolerance = 0.01;
+  check.error.worst_frame = 7;
+  for (const auto& [share, text] :
+       {std::pair{0.0123, "off by 1.23 %"}, std::pair{0.9999, "off by 100 %"},
+        std::pair{1.234, "off by 123 %"}, std::pair{9.996, "off by 1000 %"},
+        std::pair{24.3, "off by more than 1000 %"}}) {
+    check.error.shape_error = share;
+    check.error.worst_frame_error = 1e12;
+    EXPECT_THAT(describe_motion(check), HasSubstr(text));
+    EXPECT_THAT(describe_motion(check), HasSubstr("more than 1000 % in frame 7"));
+    EXPECT_THAT(describe_motion(check), Not(HasSubstr("e+")));
+  }
+}
+
 TEST(MotionCheck, SmallTargetsWithinTheToleranceGetNoMessage) {
   scene::Scene scene = bent_bar();
   scene.constraints = {held(10, kTip, {0, 0.01, 0.005})};
