@@ -45,6 +45,7 @@ void editors_suite(const SuiteOptions& options, Recorder& recorder);
 void table1_suite(const SuiteOptions& options, Recorder& recorder);
 void cubature_suite(const SuiteOptions& options, Recorder& recorder);
 void basis_suite(const SuiteOptions& options, Recorder& recorder);
+void cholesky_suite(const SuiteOptions& options, Recorder& recorder);
 void linkage_solver_suite(const SuiteOptions& options, Recorder& recorder);
 void linkage_suite(const SuiteOptions& options, Recorder& recorder);
 void design_suite(const SuiteOptions& options, Recorder& recorder);

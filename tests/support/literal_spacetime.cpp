@@ -1,6 +1,5 @@
 #include "tests/support/literal_spacetime.h"
 
-#include <Eigen/CholmodSupport>
 #include <Eigen/Sparse>
 #include <algorithm>
 #include <chrono>
@@ -11,6 +10,9 @@
 #ifdef __SSE2__
 #include <xmmintrin.h>
 #endif
+
+#include "engine/base/error.h"
+#include "engine/base/numerics/sparse_cholesky.h"
 
 namespace limber::testing {
 
@@ -57,7 +59,7 @@ class LiteralSpacetime::Impl {
   Sparse hessian;           // H_z, the pattern of H_f and of the constrained frames' blocks
   VectorXd force_values;    // values of H_f in that pattern
   bool analysed = false;
-  Eigen::CholmodSupernodalLLT<Sparse, Eigen::Lower> cholmod;
+  SparseCholesky cholesky;
   MatrixXd columns_z, jacobian;
   Eigen::Matrix3Xd u;
 
@@ -211,11 +213,14 @@ class LiteralSpacetime::Impl {
     for (int i = 0; i < limit; ++i, ++result.iterations) {
       const VectorXd g = gradient(free_z, state.residual);
       assemble();
-      if (!analysed) cholmod.analyzePattern(hessian);
+      if (!analysed) cholesky.analyse(hessian);
       analysed = true;
-      cholmod.factorize(hessian);
-      if (cholmod.info() != Eigen::Success) return false;
-      const VectorXd step = -cholmod.solve(g);
+      try {
+        cholesky.refactor(hessian);
+      } catch (const Error&) {
+        return false;
+      }
+      const VectorXd step = -cholesky.solve(g);
       const double decrement2 = -g.dot(step);
       result.gradient = std::sqrt(std::max(0.0, decrement2) / (2 * (state.energy + 1e-6 * rest)));
       if (result.gradient <= tolerance) return true;

@@ -7,8 +7,17 @@
 
 namespace limber {
 
-/// P A P^T = L L^T of a symmetric positive definite sparse matrix: supernodal CHOLMOD, with BLAS
-/// pinned to one thread so that results do not depend on the number of cores.
+enum class CholeskyLibrary {
+  kCholmodSupernodal,  // under the GPL
+  kOwnMultifrontal,
+};
+
+/// What this build factors with.
+[[nodiscard]] CholeskyLibrary cholesky_library() noexcept;
+
+/// P A P^T = L L^T of a symmetric positive definite sparse matrix: by CHOLMOD's supernodal module,
+/// or by our own multifrontal one in builds without it (LIMBER_SUPERNODAL=OFF, see NOTICE.md).
+/// Results do not depend on the number of cores.
 ///
 /// `factor`, `analyse` and `refactor` need exclusive access; solves are const and may run
 /// concurrently from several threads.

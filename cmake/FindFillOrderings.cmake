@@ -1,0 +1,13 @@
+# FillOrderings::FillOrderings: AMD and METIS, which find orders of elimination. Debian 12 ships no CMake configs of them.
+find_path(AMD_INCLUDE_DIR amd.h PATH_SUFFIXES suitesparse)
+find_library(AMD_LIBRARY amd)
+find_path(METIS_INCLUDE_DIR metis.h)
+find_library(METIS_LIBRARY metis)
+include(FindPackageHandleStandardArgs)
+find_package_handle_standard_args(FillOrderings REQUIRED_VARS AMD_LIBRARY AMD_INCLUDE_DIR METIS_LIBRARY METIS_INCLUDE_DIR)
+if(FillOrderings_FOUND AND NOT TARGET FillOrderings::FillOrderings)
+  add_library(FillOrderings::FillOrderings INTERFACE IMPORTED)
+  target_include_directories(FillOrderings::FillOrderings SYSTEM INTERFACE "${AMD_INCLUDE_DIR}" "${METIS_INCLUDE_DIR}")
+  target_link_libraries(FillOrderings::FillOrderings INTERFACE "${AMD_LIBRARY}" "${METIS_LIBRARY}")
+endif()
+mark_as_advanced(AMD_INCLUDE_DIR AMD_LIBRARY METIS_INCLUDE_DIR METIS_LIBRARY)
