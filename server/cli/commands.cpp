@@ -7,6 +7,7 @@
 #include <cstdlib>
 #include <map>
 
+#include "engine/base/numerics/sparse_cholesky.h"
 #include "server/cli/serve.h"
 #include "server/cli/tools.h"
 #include "server/codec/errors.h"
@@ -23,6 +24,19 @@ fs::path default_cache() {
   if (const char* home = std::getenv("HOME"); home != nullptr && *home == '/')
     return fs::path(home) / ".cache" / "limber";
   return {};
+}
+
+const char* licence_text() {
+  switch (cholesky_library()) {
+    case CholeskyLibrary::kCholmodSupernodal:
+      return "Sources under the Apache License 2.0. This program links parts of CHOLMOD that are under "
+             "the GPL,\nand so is as a whole under the GNU General Public License, version 3 or "
+             "later. NOTICE.md has all libraries.";
+    case CholeskyLibrary::kOwnMultifrontal:
+      break;
+  }
+  return "Under the Apache License 2.0 (built without the parts of CHOLMOD that are under the GPL). "
+         "NOTICE.md has\nall libraries.";
 }
 
 struct CommandLine {
@@ -134,7 +148,7 @@ int run(int argc, char** argv) {
       "while clients edit them.\n"
       "Without a command it serves; the protocol is described in docs/protocol.md.",
       program_name(argv[0])};
-  app.set_version_flag("--version", std::string("limberd ") + LIMBER_VERSION);
+  app.set_version_flag("--version", fmt::format("limberd {}\n{}", LIMBER_VERSION, licence_text()));
   app.get_formatter()->column_width(34);
   app.require_subcommand(0, 1);
   CommandLine line;
