@@ -300,7 +300,7 @@ void material_command(CLI::App& app, Context& context) {
   command->add_option("session", options->session, "Session")->required();
   auto* optimise =
       command
-          ->add_option("--optimise", options->optimise,
+          ->add_option("--optimise,--optimize", options->optimise,
                        "motion: control forces only; dynamics: and frequencies and damping; all: "
                        "and the modes (open the scene with \"material_optimisation\": "
                        "{\"variables\": \"MATERIAL_VARIABLES_ALL\"} for more modes to mix)")

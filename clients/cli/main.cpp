@@ -55,7 +55,8 @@ int main(int argc, char** argv) {
       "shape by\n"
       "constraints, and fetches the frames. `limber COMMAND --help` explains each command."};
   app.name("limber");
-  app.set_version_flag("--version", std::string("limber ") + LIMBER_VERSION + "\nUnder the Apache License 2.0.");
+  app.set_version_flag("--version",
+                       std::string("limber ") + LIMBER_VERSION + "\nUnder the Apache License 2.0.");
   app.require_subcommand(1);
   app.fallthrough();
   app.footer(

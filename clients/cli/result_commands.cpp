@@ -244,16 +244,18 @@ void add_result_commands(CLI::App& app, Context& context) {
   auto export_options = std::make_shared<ExportOptions>();
   command = subcommand(
       app, "export",
-      "Write files: of bodies for ParaView (pvd) or Blender (pc2), of rod linkages with what "
+      "Write files: of bodies for ParaView (pvd) or Blender (blender), of rod linkages with what "
       "they carry (vtp, json) or their shape (obj), of structures of beams with what they carry "
       "(vtu, csv, json), of all the scene as edited (scene)",
-      "limber export flower --format pvd pc2 --out motion\n"
+      "limber export flower --format pvd blender --out motion\n"
       "  limber export shelter --format vtp obj json --out shape");
   command->add_option("session", export_options->session, "Session")->required();
   command
       ->add_option(
           "--format", export_options->formats,
-          "pvd: a .vtu per frame and a .pvd; pc2: a .pc2 beside an .obj; vtp: a .vtp per step "
+          "pvd: a .vtu per frame and a .pvd; blender: an .obj of the surface and a .pc2 of its "
+          "vertices; "
+          "pc2: a .pc2 of all nodes; vtp: a .vtp per step "
           "with forces and stresses and a .pvd; obj: centrelines and swept surface; json: "
           "joints and segments with curvatures, forces, stresses; vtu, csv, json of beams: nodes "
           "and elements with reactions, forces, stresses; scene: the scene as edited; several are "

@@ -11,6 +11,7 @@
 #include "clients/cli/material_variables.h"
 #include "clients/cli/print.h"
 #include "clients/cpp/beam_files.h"
+#include "clients/cpp/plain_files.h"
 #include "clients/cpp/scene_files.h"
 
 namespace limber::cli {
@@ -121,6 +122,58 @@ bool is_sample(Context& context, const std::string& scene) {
                                 scene, fmt::join(names, ", ")));
 }
 
+/// The tets that fill a surface, as a scene with the server's defaults.
+v1::Scene filled(Context& context, const std::string& path, double wait_s) {
+  v1::TetrahedralizeRequest request;
+  *request.mutable_surface() = client::mesh_file(path, "scene");
+  const std::uint64_t job = context.client().call(request, Milliseconds{60000}).job();
+  try {
+    follow(context, job, wait_s);
+  } catch (const ClientError&) {
+    if (interrupted()) {
+      v1::CancelRequest cancel;
+      cancel.set_job(job);
+      (void)context.client().call(cancel);
+    }
+    throw;
+  }
+  v1::GetJobRequest wanted;
+  wanted.set_job(job);
+  v1::GetJobResponse done = context.client().call(wanted, Milliseconds{60000});
+  v1::Scene scene;
+  scene.set_name(std::filesystem::path(path).stem().string());
+  scene.set_frames(client::kFramesOfPlainFiles);
+  *scene.mutable_mesh()->mutable_arrays() = std::move(*done.mutable_mesh());
+  return scene;
+}
+
+/// @throws ClientError of a file that is no scene
+v1::Scene scene_of(Context& context, const std::string& path, client::FileKind kind,
+                   double wait_s) {
+  switch (kind) {
+    case client::FileKind::kTets:
+      return client::scene_of_tets(path);
+    case client::FileKind::kTriangles:
+      return filled(context, path, wait_s);
+    case client::FileKind::kLines:
+      return client::scene_of_lines(path);
+    case client::FileKind::kScene:
+      break;
+  }
+  return client::load_scene(path);
+}
+
+/// What was chosen for a file that is no scene.
+void tell_assumed(Context& context, const std::string& path, const std::string& session) {
+  v1::GetSessionRequest request;
+  request.set_session(session);
+  request.set_with_scene(true);
+  fmt::print(stderr,
+             "note: {} is opened as {}. To change that: limber export {} --format scene, edit the "
+             "file, open it\n",
+             path, client::assumed(context.client().call(request).scene()), session);
+}
+
 /// What `open` is short of, as far as a server can be asked.
 std::string what_to_open(Context& context) {
   try {
@@ -134,8 +187,10 @@ void open(Context& context, const OpenOptions& options) {
   v1::OpenSessionRequest request;
   request.set_session(options.session);
   const bool named = options.sample.empty() && is_sample(context, options.scene);
+  client::FileKind kind = client::FileKind::kScene;
   if (options.sample.empty() && !named) {
-    *request.mutable_scene() = client::load_scene(options.scene);
+    kind = client::kind_of_file(options.scene);
+    *request.mutable_scene() = scene_of(context, options.scene, kind, options.wait_s);
   } else {
     v1::GetSampleRequest wanted;
     wanted.set_name(named ? options.scene : options.sample);
@@ -155,6 +210,7 @@ void open(Context& context, const OpenOptions& options) {
     opened = context.client().call(request, Milliseconds{60000});
   }
   for (const auto& issue : opened.issues()) fmt::print(stderr, "{}\n", describe(issue));
+  if (kind != client::FileKind::kScene) tell_assumed(context, options.scene, opened.session());
   if (!options.no_wait) {
     try {
       follow(context, opened.job(), options.wait_s);
@@ -313,12 +369,15 @@ void add_scene_commands(CLI::App& app, Context& context) {
   auto options = std::make_shared<OpenOptions>();
   command =
       subcommand(app, "open", "Open a scene as a session: upload it, build its model, solve it",
-                 "limber open scene.json --session robot\n  limber open --sample flower --optimise "
-                 "all");
+                 "limber open scene.json --session robot\n  limber open mesh.msh\n  limber open "
+                 "--sample flower --optimise all");
   auto* file =
       command->add_option("scene", options->scene,
                           "Scene file (JSON), whose mesh file is uploaded; a job of the public "
-                          "relaxation code (its folder); or the name of a sample");
+                          "relaxation code (its folder); the name of a sample; or, with defaults "
+                          "that are told, a mesh of tets (.msh, .vtk, .vtu, .mesh, .ele, .veg, "
+                          ".abq), a closed surface to be filled with tets (.obj, .ply, .stl), or "
+                          "lines of a linkage (.obj with `l`)");
   auto* known = command
                     ->add_option("--sample", options->sample,
                                  "A sample scene instead; `limber sample` lists them")
@@ -326,7 +385,7 @@ void add_scene_commands(CLI::App& app, Context& context) {
   command->add_option("--session", options->session,
                       "Name for the session (default: the server chooses)");
   command
-      ->add_option("--optimise", options->optimise,
+      ->add_option("--optimise,--optimize", options->optimise,
                    "In place of what the scene says: motion (control forces), dynamics (and "
                    "frequencies and damping), all (and the modes, mixed from 80)")
       ->check(CLI::IsMember({"motion", "dynamics", "all"}));

@@ -20,6 +20,15 @@ namespace {
 constexpr std::size_t kPc2Header = 32,
                       kPc2SampleCount = 28;  // bytes; offset of the number of samples
 
+/// Nodes of the surface, ascending.
+std::vector<int> surface_nodes(const session::Geometry& geometry) {
+  std::vector<int> nodes(geometry.surface.data(),
+                         geometry.surface.data() + geometry.surface.size());
+  std::sort(nodes.begin(), nodes.end());
+  nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
+  return nodes;
+}
+
 }  // namespace
 
 void add_file(proto::ExportResponse& response, std::string name, std::string content, bool append) {
@@ -33,12 +42,13 @@ void demand_body_format(proto::ExportFormat format) {
   switch (format) {
     case proto::EXPORT_FORMAT_PVD:
     case proto::EXPORT_FORMAT_PC2:
+    case proto::EXPORT_FORMAT_BLENDER:
     case proto::EXPORT_FORMAT_SCENE:
       return;
     case proto::EXPORT_FORMAT_UNSPECIFIED:
       throw invalid("format", "unspecified");
     default:
-      throw invalid("format", "an elastic body is exported as PVD, PC2 or SCENE");
+      throw invalid("format", "an elastic body is exported as PVD, PC2, BLENDER or SCENE");
   }
 }
 
@@ -46,7 +56,7 @@ int MotionExport::frames_per_part(proto::ExportFormat format) const {
   const auto nodes = static_cast<std::uint64_t>(geometry->rest.cols());
   const auto tets = static_cast<std::uint64_t>(geometry->tets.cols());
   const std::uint64_t per_frame =
-      format == proto::EXPORT_FORMAT_PC2 ? 12 * nodes : 24 * nodes + 40 * tets + 2000;
+      format == proto::EXPORT_FORMAT_PVD ? 24 * nodes + 40 * tets + 2000 : 12 * nodes;
   return static_cast<int>(
       std::clamp<std::uint64_t>(kPartBytes / std::max<std::uint64_t>(1, per_frame), 1, 1u << 20));
 }
@@ -69,6 +79,8 @@ proto::ExportResponse MotionExport::part(proto::ExportFormat format, std::uint32
   response.set_part_count(parts);
   if (format == proto::EXPORT_FORMAT_PC2) {
     add_pc2(first, count, response);
+  } else if (format == proto::EXPORT_FORMAT_BLENDER) {
+    add_surface(first, count, response);
   } else {
     add_pvd(first, count, response);
   }
@@ -96,18 +108,44 @@ void MotionExport::add_pvd(int first, int count, proto::ExportResponse& response
   }
 }
 
-/// The header says how many samples there are in all; parts after the first are bytes to append.
 void MotionExport::add_pc2(int first, int count, proto::ExportResponse& response) const {
+  if (first == 0)
+    add_file(response, stem + ".obj", scene::write_obj(geometry->rest, geometry->surface));
+  add_cache(stem + ".pc2", positions(first, count).cast<float>(), first, response);
+}
+
+void MotionExport::add_surface(int first, int count, proto::ExportResponse& response) const {
+  const std::vector<int> nodes = surface_nodes(*geometry);
+  const std::string name = stem + "_surface";
+  if (first == 0) {
+    std::vector<int> vertex(static_cast<std::size_t>(geometry->rest.cols()), -1);
+    for (std::size_t k = 0; k < nodes.size(); ++k)
+      vertex[static_cast<std::size_t>(nodes[k])] = static_cast<int>(k);
+    Eigen::Matrix3Xi triangles = geometry->surface;
+    for (int& node : triangles.reshaped()) node = vertex[static_cast<std::size_t>(node)];
+    add_file(response, name + ".obj",
+             scene::write_obj(geometry->rest(Eigen::all, nodes), triangles));
+  }
+  const Eigen::MatrixXd moved = positions(first, count);
+  Eigen::MatrixXf own(static_cast<Eigen::Index>(3 * nodes.size()), count);
+  for (std::size_t k = 0; k < nodes.size(); ++k)
+    own.middleRows<3>(static_cast<Eigen::Index>(3 * k)) =
+        moved.middleRows<3>(Eigen::Index{3} * nodes[k]).cast<float>();
+  add_cache(name + ".pc2", std::move(own), first, response);
+}
+
+/// The header says how many samples there are in all; parts after the first are bytes to append.
+void MotionExport::add_cache(const std::string& name, Eigen::MatrixXf positions, int first,
+                             proto::ExportResponse& response) const {
   scene::PointCache cache;
-  cache.positions = positions(first, count).cast<float>();
+  cache.positions = std::move(positions);
   std::string bytes = scene::write_pc2(cache);
   if (first == 0) {
     const auto samples = static_cast<std::int32_t>(frame_count);
     std::memcpy(bytes.data() + kPc2SampleCount, &samples, sizeof samples);
-    add_file(response, stem + ".obj", scene::write_obj(geometry->rest, geometry->surface));
-    add_file(response, stem + ".pc2", std::move(bytes));
+    add_file(response, name, std::move(bytes));
   } else {
-    add_file(response, stem + ".pc2", bytes.substr(kPc2Header), true);
+    add_file(response, name, bytes.substr(kPc2Header), true);
   }
 }
 

@@ -37,6 +37,9 @@ struct MotionExport {
   [[nodiscard]] int frames_per_part(proto::ExportFormat format) const;
   void add_pvd(int first, int count, proto::ExportResponse& response) const;
   void add_pc2(int first, int count, proto::ExportResponse& response) const;
+  void add_surface(int first, int count, proto::ExportResponse& response) const;
+  void add_cache(const std::string& name, Eigen::MatrixXf positions, int first,
+                 proto::ExportResponse& response) const;
 };
 
 /// A scene as .json with the mesh as .vtu and the base motion, if there is one, as .pc2 beside it:

@@ -146,7 +146,8 @@ class OpenSession:
                progress: ProgressOption = None, timeout: float = 120.0) -> Export:
         """Writes files into a folder.
 
-        formats: of a body "pvd" (a .vtu per frame, one .pvd), "pc2" (beside an .obj), together the default; of a
+        formats: of a body "pvd" (a .vtu per frame, one .pvd), "blender" (an .obj of the surface, a .pc2 of its
+        vertices), together the default, "pc2" (of all nodes, for base motions); of a
         linkage "vtp" (a .vtp per step with forces and stresses, one .pvd), "obj" (centrelines and swept surface), "json"
         (joints, segments and what they carry), by default vtp and json; of a structure of beams "vtu" (lines with
         reactions, forces, stresses), "csv" (a table of nodes, one of elements), by default both, "json"; of all "scene",

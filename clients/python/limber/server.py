@@ -12,7 +12,7 @@ from urllib.parse import urlsplit
 
 import numpy as np
 
-from . import arrays, beams, checks, designs, edits, recoveries, scenes, simulations
+from . import arrays, beams, checks, designs, edits, plain_files, recoveries, scenes, simulations
 from .connection import VERSION, Connection, CurveKeys
 from .errors import LimberError, ServerUnreachable, from_message, invalid
 from .messages import scene as scene_messages
@@ -98,7 +98,8 @@ class Server:
              optimise: str | None = None, wait: bool = True, progress: ProgressOption = None, timeout: float = 600.0) -> Any:
         """Opens a scene (file name, mapping, message) or a sample as a session: a Session of an elastic body, a
         LinkageSession of a rod linkage, or a BeamSession of a structure of beams (also: a job of the public relaxation
-        code, its folder or SimulationJob.json; see limber.beam_scene for structures).
+        code, its folder or SimulationJob.json; see limber.beam_scene for structures). A mesh of tets (.msh, .vtk, ...),
+        a closed surface (.obj, .ply, .stl) or lines of a linkage (.obj) open with defaults; session.issues says which.
 
         session: a name for it (default: the server chooses); optimise: "motion", "dynamics" or "all" in place of what
         the scene says (see Session.optimise; modes are mixed of as many as the model gets now); wait: until the model is built and the scene solved.
@@ -109,7 +110,13 @@ class Server:
             raise invalid("scene", "give either a scene or sample=")
         checks.flag(wait, "wait")
         checks.seconds(timeout, "timeout")
-        message = self.sample(sample) if sample is not None else scenes.to_message(scene)
+        plain = isinstance(scene, (str, os.PathLike)) and plain_files.kind(checks.path(scene, "scene")) != ""
+        if sample is not None:
+            message = self.sample(sample)
+        elif plain:
+            message = plain_files.scene_of(self, checks.path(scene, "scene"), progress, timeout)
+        else:
+            message = scenes.to_message(scene)
         if optimise is not None:
             if message.HasField("linkage") or message.HasField("beams"):
                 raise invalid("optimise", "linkages and beams have no material to optimise")
@@ -120,6 +127,9 @@ class Server:
         response = self.connection.call("open_session", request, timeout=max(60.0, self.connection.timeout))
         kind = LinkageSession if message.HasField("linkage") else BeamSession if message.HasField("beams") else Session
         opened = kind(self, response.session, response.job, [issue_text(issue) for issue in response.issues])
+        if plain:
+            known = self.connection.call("get_session", service.GetSessionRequest(session=opened.id, with_scene=True))
+            opened.issues += (f"note: {scene} is opened as {plain_files.assumed(known.scene)}",)
         if wait:
             try:
                 status = opened._wait_ready(progress, timeout)

@@ -84,7 +84,7 @@ class Session(OpenSession):
     """A session of an elastic body. Made by Server.open() or Server.session(); several may name the same session."""
 
     FORMATS = exports.BODY
-    DEFAULT_FORMATS = ("pvd", "pc2")
+    DEFAULT_FORMATS = ("pvd", "blender")
 
     def scene(self) -> "scenes.Scene":
         """The scene as edited, with its base motion and poses, without the mesh's bytes."""

@@ -63,6 +63,38 @@ TEST_F(ServerExport, PointCachesHoldTheFrames) {
   EXPECT_EQ(files.at("film.obj").find("film"), std::string::npos);
 }
 
+TEST_F(ServerExport, BlenderGetsVerticesOfTheSurfaceAloneInOneOrder) {
+  open_and_solve(client, "s", small_scene(3, 20));
+  const auto files = fetch(proto::EXPORT_FORMAT_BLENDER);
+  ASSERT_EQ(files.size(), 2u);
+  std::set<int> of_faces;
+  std::vector<std::array<double, 3>> vertices;
+  std::istringstream lines(files.at("film_surface.obj"));
+  for (std::string line; std::getline(lines, line);) {
+    std::istringstream words(line);
+    std::string word;
+    words >> word;
+    if (word == "v") {
+      std::array<double, 3> point{};
+      words >> point[0] >> point[1] >> point[2];
+      vertices.push_back(point);
+    }
+    for (int vertex = 0; word == "f" && words >> vertex;) of_faces.insert(vertex - 1);
+  }
+  ASSERT_FALSE(vertices.empty());
+  EXPECT_EQ(of_faces.size(), vertices.size());
+  EXPECT_EQ(*of_faces.rbegin() + 1, static_cast<int>(vertices.size()));
+  const auto cache = scene::read_pc2("film.pc2", files.at("film_surface.pc2"));
+  ASSERT_EQ(cache.positions.rows(), static_cast<Eigen::Index>(3 * vertices.size()));
+  // The first frame is the shape at rest; each later one has the positions of the nodes behind it.
+  for (std::size_t k = 0; k < vertices.size(); ++k) {
+    for (int axis = 0; axis < 3; ++axis)
+      EXPECT_NEAR(cache.positions(static_cast<Eigen::Index>(3 * k) + axis, 0),
+                  vertices[k][static_cast<std::size_t>(axis)], 1e-6);
+  }
+  EXPECT_GT((cache.positions.rightCols(1) - cache.positions.leftCols(1)).norm(), 1e-3f);
+}
+
 TEST_F(ServerExport, LongMotionsComeInPartsOfOneResult) {
   open_and_solve(client, "s", small_scene(300, 2000));  // 1204 nodes: 29 MB
   std::uint32_t parts = 0;

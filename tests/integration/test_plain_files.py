@@ -1,0 +1,105 @@
+"""Files that are opened without a scene: what they are is known, and what is assumed is told."""
+
+import pathlib
+
+import numpy as np
+import pytest
+
+SPLIT_CUBE = """$MeshFormat
+2.2 0 8
+$EndMeshFormat
+$Nodes
+8
+1 0 0 0
+2 1 0 0
+3 1 1 0
+4 0 1 0
+5 0 0 1
+6 1 0 1
+7 1 1 1
+8 0 1 1
+$EndNodes
+$Elements
+5
+1 4 2 0 0 1 2 3 6
+2 4 2 0 0 1 3 4 8
+3 4 2 0 0 1 6 8 5
+4 4 2 0 0 3 8 6 7
+5 4 2 0 0 1 3 8 6
+$EndElements
+"""
+
+
+@pytest.fixture
+def mesh(tmp_path):
+    path = tmp_path / "cube.msh"
+    path.write_text(SPLIT_CUBE)
+    return path
+
+
+@pytest.fixture
+def surface(tmp_path):
+    points = [(x, y, z) for z in (0, 1) for y in (0, 1) for x in (0, 3)]
+    faces = [(1, 3, 4, 2), (5, 6, 8, 7), (1, 2, 6, 5), (3, 7, 8, 4), (1, 5, 7, 3), (2, 4, 8, 6)]
+    triangles = [face for a, b, c, d in faces for face in ((a, b, c), (a, c, d))]
+    path = tmp_path / "box.obj"
+    path.write_text("".join(f"v {x} {y} {z}\n" for x, y, z in points)
+                    + "".join(f"f {a} {b} {c}\n" for a, b, c in triangles))
+    return path
+
+
+@pytest.fixture
+def lines(tmp_path):
+    """Two rods by two: a scissor that opens."""
+    path = tmp_path / "scissor.obj"
+    points = [(0, 0), (2, 0), (4, 0), (1, 1), (3, 1), (0, 2), (2, 2), (4, 2)]
+    path.write_text("".join(f"v {x} {y} 0\n" for x, y in points) + "l 1 4 7\nl 2 5 8\nl 6 4 2\nl 7 5 3\n")
+    return path
+
+
+def test_a_mesh_opens_with_defaults_that_are_told(cli, server, mesh):
+    opened = cli("open", mesh, "--session", "cube")
+    assert opened.returncode == 0, opened.stderr
+    assert "cube.msh is opened as an elastic body of which nothing is fixed, 120 frames" in opened.stderr
+    assert "Young's modulus 1e+06 Pa" in opened.stderr
+    server.session("cube").close()
+    with server.open(mesh) as session:
+        assert any("an elastic body of which nothing is fixed, 120 frames" in issue for issue in session.issues)
+        assert session.frames().shape == (120, 8, 3)
+
+
+def test_a_surface_is_filled_with_tets(cli, server, surface):
+    opened = cli("open", surface, "--session", "box")
+    assert opened.returncode == 0, opened.stderr
+    assert "box.obj is opened as an elastic body" in opened.stderr
+    attached = server.session("box")
+    assert np.allclose(np.ptp(attached.geometry().rest, axis=0), [3, 1, 1], atol=0.1)
+    attached.close()
+    with server.open(surface) as session:
+        assert len(session.geometry().tets) > 100
+
+
+def test_lines_open_as_a_linkage(cli, server, lines):
+    opened = cli("open", lines, "--session", "scissor")
+    assert opened.returncode == 0, opened.stderr
+    assert "scissor.obj is opened as a rod linkage of laths 0.141 wide and 0.0707 high" in opened.stderr
+    server.session("scissor").close()
+    with server.open(lines) as session:
+        assert any("a rod linkage of laths 0.141 wide" in issue for issue in session.issues)
+
+
+def test_optimise_may_be_spelt_with_z_and_unknown_options_are_named(cli, server, mesh):
+    opened = cli("open", mesh, "--session", "z", "--optimize", "dynamics")
+    assert opened.returncode == 0, opened.stderr
+    server.session("z").close()
+    refused = cli("open", mesh, "--optimist", "all")
+    assert refused.returncode == 2
+    assert "--optimist" in refused.stderr
+
+
+def test_other_files_are_still_said_to_be_no_scene(cli, server, tmp_path):
+    path = pathlib.Path(tmp_path / "notes.txt")
+    path.write_text("not a scene")
+    refused = cli("open", path)
+    assert refused.returncode == 1
+    assert "notes.txt" in refused.stderr
