@@ -93,6 +93,25 @@ void add_work(const Solved& solved, Case& result) {
   result["message"] = report.message;
 }
 
+/// Beside the table, so that cases are seen as they end.
+void record(const Case& result, Recorder& recorder) {
+  recorder.add(result);
+  recorder.note(result.dump());
+}
+
+/// A case of its own: a structure that is opened.
+Case opening_of(const std::string& structure, const Solved& solved) {
+  Case result;
+  result["structure"] = structure;
+  result["edit"] = "open";
+  add_work(solved, result);
+  return result;
+}
+
+Conditions drawn_conditions(const beams::BeamModel& model) {
+  return std::make_shared<const BeamConditions>(session::conditions_of(model));
+}
+
 /// Nodes where they are in the shape that is edited.
 class ShownPlaces final : public session::BeamDocument::Places {
  public:
@@ -112,21 +131,6 @@ class ShownPlaces final : public session::BeamDocument::Places {
   const beams::BeamState& state_;
 };
 
-double extent_of(const beams::BeamModel& model) {
-  Eigen::Vector3d low = model.nodes[0].position, high = low;
-  for (const beams::BeamNode& node : model.nodes) {
-    low = low.cwiseMin(node.position);
-    high = high.cwiseMax(node.position);
-  }
-  return (high - low).norm();
-}
-
-Eigen::Vector3d random_direction(Random& random) {
-  Eigen::Vector3d v;
-  for (double& x : v) x = random.normal();
-  return v.normalized();
-}
-
 /// What random edits are drawn from.
 struct Drawing {
   const beams::BeamModel& model;
@@ -135,7 +139,7 @@ struct Drawing {
   std::vector<int> held{}, free{};
 
   Drawing(const beams::BeamModel& m, const beams::BeamState& s)
-      : model(m), state(s), extent(extent_of(m)) {
+      : model(m), state(s), extent(testing::extent_of(m)) {
     std::vector<char> is_held(m.nodes.size(), 0);
     for (const auto& support : m.supports) is_held[static_cast<std::size_t>(support.node)] = 1;
     for (const auto& motion : m.motions) is_held[static_cast<std::size_t>(motion.node)] = 1;
@@ -147,7 +151,7 @@ struct Drawing {
                                        Random& random) const {
     const int node = nodes[random.index(nodes.size())];
     beams::PrescribedMotion motion = ShownPlaces(model, state).of(node);
-    motion.translation += share * extent * random_direction(random);
+    motion.translation += share * extent * testing::random_direction(random);
     return session::MoveNode{motion};
   }
   /// A force by which the softest section, as long as the extent, would bend by about a share of
@@ -157,7 +161,7 @@ struct Drawing {
     for (const auto& section : model.sections) bending = std::max(bending, section.bending_2);
     beams::NodalLoad load;
     load.node = free[random.index(free.size())];
-    load.force = 48 * share * bending / (extent * extent) * random_direction(random);
+    load.force = 48 * share * bending / (extent * extent) * testing::random_direction(random);
     return session::SetNodeLoad{load};
   }
 };
@@ -183,13 +187,39 @@ constexpr EditKind kSmallKinds[] = {
      [](const Drawing& d, double share, Random& r) { return d.move(d.free, share, r); }},
 };
 
+Case summary_of(const std::string& structure, const EditKind& kind,
+                const std::vector<Solved>& all) {
+  std::vector<double> wall, user, factorizations, factors;
+  int reached = 0;
+  for (const Solved& solved : all) {
+    wall.push_back(solved.wall_ms);
+    user.push_back(solved.user_ms);
+    factorizations.push_back(solved.outcome.report.factorizations);
+    factors.push_back(solved.outcome.report.load_factor);
+    reached += solved.outcome.reached ? 1 : 0;
+  }
+  Case summary;
+  summary["structure"] = structure;
+  summary["edit"] = std::string(kind.name) + ", all";
+  summary["number"] = all.size();
+  summary["ended"] = std::to_string(reached) + " converged";
+  summary["load_factor"] = median(factors);
+  const auto add = [&summary](const std::string& name, const std::vector<double>& values) {
+    summary[name] = median(values);
+    summary[name + "_max"] = quantile(values, 1);
+  };
+  add("edit_ms", wall);
+  add("user_ms", user);
+  add("factorizations", factorizations);
+  return summary;
+}
+
 /// Each edit begins from the structure as opened, so that edits do not depend on each other's ends.
 void run_kind(const std::string& structure, const beams::BeamModel& model, const LiveBeams& opened,
               const EditKind& kind, int count, Recorder& recorder) {
   Random random(2026);
   const Drawing drawing(model, opened.state());
-  std::vector<double> wall, user, factorizations, factors;
-  int reached = 0;
+  std::vector<Solved> all;
   for (int i = 0; i < count; ++i) {
     session::BeamDocument document(model);
     const double share = random.uniform(kind.least, kind.most);
@@ -200,50 +230,24 @@ void run_kind(const std::string& structure, const beams::BeamModel& model, const
       continue;
     }
     LiveBeams live(opened);
-    const Solved solved = solve(live, document.conditions());
+    all.push_back(solve(live, document.conditions()));
     Case result;
     result["structure"] = structure;
     result["edit"] = kind.name;
     result["number"] = i;
     result["share_of_extent"] = share;
-    add_work(solved, result);
-    recorder.add(result);
-    recorder.note(result.dump());
-    wall.push_back(solved.wall_ms);
-    user.push_back(solved.user_ms);
-    factorizations.push_back(solved.outcome.report.factorizations);
-    factors.push_back(solved.outcome.report.load_factor);
-    reached += solved.outcome.reached ? 1 : 0;
+    add_work(all.back(), result);
+    record(result, recorder);
   }
-  if (wall.empty()) return;
-  Case summary;
-  summary["structure"] = structure;
-  summary["edit"] = std::string(kind.name) + ", all";
-  summary["number"] = wall.size();
-  summary["ended"] = std::to_string(reached) + " converged";
-  summary["load_factor"] = median(factors);
-  summary["edit_ms"] = median(wall);
-  summary["edit_ms_max"] = quantile(wall, 1);
-  summary["user_ms"] = median(user);
-  summary["user_ms_max"] = quantile(user, 1);
-  summary["factorizations"] = median(factorizations);
-  summary["factorizations_max"] = quantile(factorizations, 1);
-  recorder.add(summary);
-  recorder.note(summary.dump());
+  if (!all.empty()) record(summary_of(structure, kind, all), recorder);
 }
 
 void run_structure(const std::string& name, const SuiteOptions& options, Recorder& recorder) {
   const auto folder = std::filesystem::path(options.shared_folder) / "data" / "beams" / name;
   const beams::BeamModel model = testing::model_of(scene::read_beam_job_folder(folder));
   LiveBeams opened(model);
-  const Solved solved =
-      solve(opened, std::make_shared<const BeamConditions>(session::conditions_of(model)));
-  Case result;
-  result["structure"] = name;
-  result["edit"] = "open";
-  add_work(solved, result);
-  recorder.add(result);
-  recorder.note(result.dump());
+  const Solved solved = solve(opened, drawn_conditions(model));
+  record(opening_of(name, solved), recorder);
   if (!solved.outcome.reached) return;
   const int count = options.quick ? 3 : 8;
   for (const EditKind& kind : kSmallKinds) run_kind(name, model, opened, kind, count, recorder);
@@ -254,17 +258,12 @@ void run_structure(const std::string& name, const SuiteOptions& options, Recorde
 void run_grid(const testing::BeamGrid& grid, const std::string& name, Recorder& recorder) {
   const beams::BeamModel model = testing::beam_grid(grid);
   LiveBeams live(model);
-  const Solved solved =
-      solve(live, std::make_shared<const BeamConditions>(session::conditions_of(model)));
-  Case result;
-  result["structure"] = name;
-  result["edit"] = "open";
+  const Solved solved = solve(live, drawn_conditions(model));
+  Case result = opening_of(name, solved);
   result["number"] = model.elements.size();
-  add_work(solved, result);
   const Eigen::RowVectorXd z = live.state().positions.row(2);
   result["sag"] = -z.minCoeff();
-  recorder.add(result);
-  recorder.note(result.dump());
+  record(result, recorder);
 }
 
 }  // namespace

@@ -6,21 +6,13 @@
 #include <vector>
 
 #include "engine/session/beams/live_beams.h"
+#include "tests/support/beam_structures.h"
 
 namespace limber::bench {
 namespace {
 
 using session::BeamConditions;
 using Conditions = std::shared_ptr<const BeamConditions>;
-
-Eigen::Vector3d extent_of(const beams::BeamModel& model) {
-  Eigen::Vector3d low = model.nodes[0].position, high = low;
-  for (const beams::BeamNode& node : model.nodes) {
-    low = low.cwiseMin(node.position);
-    high = high.cwiseMax(node.position);
-  }
-  return high - low;
-}
 
 /// A node that is held, brought on by so much: along its motion, else towards the middle.
 Conditions brought_on(const BeamConditions& conditions, const beams::BeamModel& model, int which,
@@ -58,7 +50,7 @@ void add_live_figures(const beams::BeamModel& model, int supports, LiveEdits whi
   bool reached = false;
   result["live_open_s"] = 1e-3 * milliseconds([&] { reached = solve(drawn).reached; });
   if (!reached) return;
-  const double extent = extent_of(model).norm();
+  const double extent = testing::extent_of(model);
   const int places = static_cast<int>(std::max<std::size_t>(
       1, model.motions.empty() ? model.supports.size() : model.motions.size()));
   int failed = 0;

@@ -3,6 +3,8 @@
 #include <google/protobuf/struct.pb.h>
 #include <google/protobuf/util/json_util.h>
 
+#include <algorithm>
+#include <iterator>
 #include <string>
 
 #include "clients/cpp/error.h"
@@ -16,6 +18,7 @@ namespace fs = std::filesystem;
 
 constexpr const char* kJob = "SimulationJob.json";
 constexpr const char* kSettings = "DRMSettings.json";
+constexpr const char* kJobKeys[] = {"mesh filename", "cross section dim", "beam material"};
 
 google::protobuf::Struct document_of(const std::string& content) {
   google::protobuf::Struct document;
@@ -23,7 +26,13 @@ google::protobuf::Struct document_of(const std::string& content) {
   return document;
 }
 
-/// What a job names as its mesh; empty: the file is no job.
+/// Any of these keys identifies a job: one of them may be misspelt.
+bool is_job_document(const google::protobuf::Struct& document) {
+  return std::any_of(std::begin(kJobKeys), std::end(kJobKeys),
+                     [&](const char* key) { return document.fields().contains(key); });
+}
+
+/// Name of the mesh file; empty where the job has none, which the server refuses.
 std::string mesh_of_job(const google::protobuf::Struct& document) {
   const auto found = document.fields().find("mesh filename");
   if (found == document.fields().end()) return {};
@@ -35,7 +44,7 @@ void read_job(const fs::path& path, const std::string& content, const std::strin
   job.set_name(path.filename().string());
   job.set_content(content);
   auto& companions = *job.mutable_companions();
-  companions[mesh] = read_bytes(path.parent_path() / mesh, "job");
+  if (!mesh.empty()) companions[mesh] = read_bytes(path.parent_path() / mesh, "job");
   std::error_code ignored;
   if (fs::is_regular_file(path.parent_path() / kSettings, ignored))
     companions[kSettings] = read_bytes(path.parent_path() / kSettings, "job");
@@ -55,9 +64,8 @@ v1::BeamScene load_beams(const fs::path& given) {
   if (content.starts_with("\xEF\xBB\xBF")) content.erase(0, 3);  // a byte order mark
   v1::BeamScene scene;
   const google::protobuf::Struct document = document_of(content);
-  const std::string mesh = mesh_of_job(document);
-  if (!mesh.empty()) {
-    read_job(path, content, mesh, *scene.mutable_job());
+  if (path.filename() == kJob || is_job_document(document)) {
+    read_job(path, content, mesh_of_job(document), *scene.mutable_job());
     return scene;
   }
   if (document.fields().contains("beams")) return load_scene(path).beams();

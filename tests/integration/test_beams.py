@@ -239,11 +239,12 @@ def test_a_structure_alone_is_a_scene_too(cli, server, tmp_path):
     assert 'there is no field "lods": did you mean "loads"?' in str(refusal(server, alone))
 
 
-def test_misspelt_keys_of_jobs_are_refused_with_the_nearest_one(cli, server, tmp_path):
+@pytest.mark.parametrize("key, misspelt", [("forces", "force"), ("mesh filename", "mesh_filename")])
+def test_misspelt_keys_of_jobs_are_refused_with_the_nearest_one(cli, server, tmp_path, key, misspelt):
     folder = job_folder(tmp_path)
     job = folder / "SimulationJob.json"
-    job.write_text(job.read_text().replace('"forces"', '"force"'))
-    told = 'force is no key of SimulationJob.json: did you mean "forces"?'
+    job.write_text(job.read_text().replace(f'"{key}"', f'"{misspelt}"'))
+    told = f'{misspelt} is no key of SimulationJob.json: did you mean "{key}"?'
     assert told in str(refusal(server, folder))
     for refused in (cli("beams", folder), cli("validate", folder), cli("open", folder)):
         assert refused.returncode == 1 and told in refused.stdout + refused.stderr
@@ -267,7 +268,13 @@ def test_unused_vertices_are_left_out_with_a_warning(cli, server, tmp_path):
     with pytest.raises(limber.LimberError) as caught:
         session.load(12, force=(0, 0, 1))
     assert "a node of no element" in str(caught.value)
+    with pytest.raises(limber.LimberError) as caught:
+        session.move_support(12, z=1.0)
+    assert "a node of no element" in str(caught.value)
     session.close()
+    job = json.loads((tmp_path / "SimulationJob.json").read_text())
+    (tmp_path / "SimulationJob.json").write_text(json.dumps(job | {"forced displacements": [[12, [0, 0, 1]]]}))
+    assert "a node of no element" in str(refusal(server, tmp_path))
 
 
 def test_a_byte_order_mark_is_skipped(cli, server, tmp_path):

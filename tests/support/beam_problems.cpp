@@ -36,6 +36,25 @@ BeamModel cantilever_model(int elements, double alpha, double length, double sle
   return model;
 }
 
+BeamModel shallow_arch(double load, ArchMoves moves) {
+  const int n = 16;
+  BeamModel model = straight_beam(n, 1, 500);
+  for (int i = 0; i <= n; ++i)
+    model.nodes[static_cast<std::size_t>(i)].position.z() = 0.05 * std::sin(kPi * i / n);
+  model.supports = {clamped(0), clamped(n)};
+  for (int i = 1; i < n && moves == ArchMoves::kInItsPlane; ++i)
+    model.supports.push_back({i, {false, true, false, true, false, true}});
+  model.loads.push_back({n / 2, {0, 0, -load}});
+  return model;
+}
+
+BeamModel pressed_cantilever(double load) {
+  BeamModel model = straight_beam(16, 1, 1000);
+  model.supports = {clamped(0)};
+  model.loads.push_back({16, {-load, 0, 1e-3}});
+  return model;
+}
+
 BeamAnswer beam_cantilever(int elements, double alpha, double deflection, double shortening,
                            const BeamSolveOptions& options) {
   const BeamStructure structure(cantilever_model(elements, alpha));

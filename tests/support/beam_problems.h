@@ -42,6 +42,14 @@ enum class BeamEnds { kHinged, kClamped };
                                    const Eigen::Vector3d& tip,
                                    const beams::BeamSolveOptions& options = {});
 
+enum class ArchMoves { kInItsPlane, kInSpace };
+/// A sine of 16 elements, span 1, rise 0.05, clamped at both ends, with a force down at its crown.
+[[nodiscard]] beams::BeamModel shallow_arch(double load, ArchMoves moves = ArchMoves::kInItsPlane);
+
+/// A cantilever of 16 elements under an axial force; a small force selects the side. It buckles at
+/// pi^2 / 4.
+[[nodiscard]] beams::BeamModel pressed_cantilever(double load);
+
 /// Supports by node: all six directions, or the three translations and spins given.
 [[nodiscard]] beams::BeamSupport clamped(int node);
 

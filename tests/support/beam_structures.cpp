@@ -36,4 +36,19 @@ beams::BeamModel refined(const beams::BeamModel& model, int parts) {
   return result;
 }
 
+double extent_of(const beams::BeamModel& model) {
+  Eigen::Vector3d low = model.nodes[0].position, high = low;
+  for (const beams::BeamNode& node : model.nodes) {
+    low = low.cwiseMin(node.position);
+    high = high.cwiseMax(node.position);
+  }
+  return (high - low).norm();
+}
+
+Eigen::Vector3d random_direction(Random& random) {
+  Eigen::Vector3d v;
+  for (double& x : v) x = random.normal();
+  return v.normalized();
+}
+
 }  // namespace limber::testing

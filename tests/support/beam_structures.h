@@ -1,5 +1,6 @@
 #pragma once
 
+#include "engine/base/random.h"
 #include "engine/beams/model/beam_model.h"
 #include "engine/scene/formats/beam_job.h"
 
@@ -18,5 +19,10 @@ enum class JobTorsion {
 
 /// The same with each element cut into equal parts; nodes of the model come first.
 [[nodiscard]] beams::BeamModel refined(const beams::BeamModel& model, int parts);
+
+/// Diagonal of the box around all nodes [length].
+[[nodiscard]] double extent_of(const beams::BeamModel& model);
+
+[[nodiscard]] Eigen::Vector3d random_direction(Random& random);
 
 }  // namespace limber::testing

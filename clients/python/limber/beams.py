@@ -27,6 +27,7 @@ METHODS = {"choose": messages.BEAM_METHOD_UNSPECIFIED, "newton": messages.BEAM_M
 FORMATS = {"vtu": messages.BEAM_FILE_FORMAT_VTU, "csv": messages.BEAM_FILE_FORMAT_CSV,
            "json": messages.BEAM_FILE_FORMAT_JSON}
 _JOB, _SETTINGS = "SimulationJob.json", "DRMSettings.json"
+_JOB_KEYS = ("mesh filename", "cross section dim", "beam material")  # any of them identifies a job
 
 
 @dataclass(frozen=True)
@@ -112,11 +113,12 @@ def load_structure(path: "str | os.PathLike[str]") -> "beam_structure.BeamStruct
         value = json.loads(content)
     except ValueError as error:
         raise invalid("structure", f"{path} is not JSON: {error}") from error
-    if not isinstance(value, Mapping) or "mesh filename" not in value:
+    if not isinstance(value, Mapping) or not (path.name == _JOB or any(key in value for key in _JOB_KEYS)):
         return _parse(value, str(path))
     made = scene.MeshFile(name=path.name, content=content)
-    mesh = Path(checks.text(value["mesh filename"], "job")).name  # a job does not reach out of its folder
-    made.companions[mesh] = motions.read(path.with_name(mesh), "job")
+    if "mesh filename" in value:  # otherwise the server names the misspelt key
+        mesh = Path(checks.text(value["mesh filename"], "job")).name  # a job does not reach out of its folder
+        made.companions[mesh] = motions.read(path.with_name(mesh), "job")
     if path.with_name(_SETTINGS).is_file():
         made.companions[_SETTINGS] = motions.read(path.with_name(_SETTINGS), "job")
     return made

@@ -173,7 +173,13 @@ void check_turn(const BeamSupport* support, const PrescribedMotion& m, std::size
                        m.node));
 }
 
+void require_used(const std::vector<char>& used, int node, const std::string& field) {
+  if (used[static_cast<std::size_t>(node)] == 0)
+    refuse(field, fmt::format("= {}, a node of no element", node));
+}
+
 void check_holds(const BeamModel& model) {
+  const std::vector<char> used = used_nodes(model);
   std::map<int, std::size_t> support_of, motion_of;
   for (std::size_t i = 0; i < model.supports.size(); ++i) {
     const BeamSupport& s = model.supports[i];
@@ -186,6 +192,7 @@ void check_holds(const BeamModel& model) {
   for (std::size_t i = 0; i < model.motions.size(); ++i) {
     const PrescribedMotion& m = model.motions[i];
     require_index(m.node, model.nodes.size(), at("motions", i, "node"), "nodes");
+    require_used(used, m.node, at("motions", i, "node"));
     require_finite(m.translation, at("motions", i, "translation"));
     require_finite(m.rotation, at("motions", i, "rotation"));
     require_frame(m.axes, at("motions", i, "axes"));
@@ -203,8 +210,7 @@ void check_holds(const BeamModel& model) {
 void check_load(const BeamModel& model, const std::vector<char>& used, const NodalLoad& load,
                 const char* list, std::size_t i) {
   require_index(load.node, model.nodes.size(), at(list, i, "node"), "nodes");
-  if (used[static_cast<std::size_t>(load.node)] == 0)
-    refuse(at(list, i, "node"), fmt::format("= {}, a node of no element", load.node));
+  require_used(used, load.node, at(list, i, "node"));
   require_finite(load.force, at(list, i, "force"));
   require_finite(load.moment, at(list, i, "moment"));
 }

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "engine/beams/solver/buckling_estimate.h"
 #include "engine/beams/solver/element_doubts.h"
 #include "engine/beams/solver/finite_state.h"
 #include "engine/beams/solver/following_tangent.h"
@@ -159,6 +160,23 @@ struct Attempt {
     return !is_folded(solution.state);
   }
 
+  /// A relaxation may fold elements where a column buckles under its whole load: then by load steps
+  /// from the start.
+  void both_or_newton(BeamSolution& solution) const {
+    both(solution);
+    const NodeLoads loads = path.loads(1);
+    if (is_found(solution) || loads.follows() || path.nudged()) return;
+    BeamSolution other;
+    newton(other);
+    if (!is_found(other)) {
+      add_work(other.report, solution.report);
+      return;
+    }
+    add_work(solution.report, other.report);
+    solution = std::move(other);
+    solution.report.message += "; found by load steps: the relaxation led to no equilibrium";
+  }
+
   /// Long load steps may end on another branch, and say nothing: Newton's method follows the one
   /// that begins where the structure was drawn. Where temporary loads choose among many ways to
   /// buckle, it loses its time at saddles that the relaxation never sees (limber-bench beams).
@@ -193,6 +211,15 @@ struct Attempt {
   }
 };
 
+void explain_failure(const Attempt& attempt, BeamReport& report) {
+  try {
+    detail::explain_failure(attempt.structure, attempt.start, attempt.path, attempt.context,
+                            report);
+  } catch (const Error& error) {
+    if (error.code() != ErrorCode::kCancelled) throw;
+  }
+}
+
 BeamSolution solve(const Attempt& attempt) {
   attempt.options.validate();
   BeamSolution solution{attempt.start, {}};
@@ -202,7 +229,7 @@ BeamSolution solve(const Attempt& attempt) {
         attempt.relaxation(solution);
         break;
       case BeamMethod::kRelaxationThenNewton:
-        attempt.both(solution);
+        attempt.both_or_newton(solution);
         break;
       case BeamMethod::kNewton:
         attempt.newton(solution);
@@ -225,7 +252,7 @@ BeamSolution solve(const Attempt& attempt) {
   if (!detail::is_finite(solution.state)) {
     solution.state = attempt.start;
     solution.report.status = BeamStatus::kUnstable;
-    solution.report.message = "the structure flies apart";
+    solution.report.message = "the solve diverged: positions are no longer finite";
   }
   if (solution.report.converged()) {
     if (const auto doubt = detail::doubt_elements(attempt.structure, solution.state)) {
@@ -241,6 +268,7 @@ BeamSolution solve(const Attempt& attempt) {
       }
     }
   }
+  explain_failure(attempt, solution.report);
   solution.report.elastic_energy = elastic_energies(attempt.structure, solution.state).total();
   return solution;
 }

@@ -121,6 +121,13 @@ LoadPath LoadPath::let_go() const {
   return path;
 }
 
+LoadPath LoadPath::without_temporary_loads() const {
+  LoadPath path = *this;
+  if (nudged_) path.first_ = first_ + temporary_ * -1;
+  path.nudged_ = false;
+  return path;
+}
+
 Eigen::Vector3d LoadPath::common_move() const {
   Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
   Eigen::Vector3d moved = Eigen::Vector3d::Zero();

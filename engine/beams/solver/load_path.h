@@ -32,6 +32,8 @@ class LoadPath {
   [[nodiscard]] LoadPath pushed() const;
   [[nodiscard]] LoadPath let_go() const;
 
+  [[nodiscard]] LoadPath without_temporary_loads() const;
+
   [[nodiscard]] NodeLoads loads(double s) const;
 
   /// Increments of all unknowns (free ones: zero) that bring held ones from a state to where they

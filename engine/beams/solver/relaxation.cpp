@@ -76,7 +76,8 @@ Relaxation::Relaxation(const BeamStructure& structure, const BeamState& start, E
       responses_(kResponseRows, elements_.batches()),
       bounds_(kAllBoundRows, elements_.batches()),
       slots_(index(elements_.slots())),
-      rows_(index(structure.nodes())) {
+      rows_(index(structure.nodes())),
+      used_(used_nodes(structure.model())) {
   for (int i = 0; i < structure.nodes(); ++i) {
     Row& row = rows_[index(i)];
     row = Row{};

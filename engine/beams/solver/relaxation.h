@@ -97,6 +97,7 @@ class Relaxation {
   LaneRows responses_, bounds_;
   std::vector<FrameSlot> slots_;
   std::vector<Row> rows_;
+  std::vector<char> used_;        // per node: 1 where an element uses it
   std::vector<int> first_place_;  // per node, and one more
   std::vector<Place> places_;
   std::vector<Hinge> hinges_;

@@ -50,8 +50,10 @@ double Relaxation::bend() const {
 
 double Relaxation::farthest() const {
   double result = 0;
-  for (const Row& row : rows_) {
-    for (const double coordinate : row.position) result = std::max(result, std::abs(coordinate));
+  for (std::size_t i = 0; i < rows_.size(); ++i) {
+    if (used_[i] == 0) continue;
+    for (const double coordinate : rows_[i].position)
+      result = std::max(result, std::abs(coordinate));
   }
   return result;
 }

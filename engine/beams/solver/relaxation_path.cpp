@@ -81,7 +81,7 @@ class Run {
       step(1);
       if (slips()) return;
       if (report_.relaxation_steps % kStepsBetweenChecks != 0) continue;
-      if (!look()) return finish(BeamStatus::kUnstable, "the structure flies apart");
+      if (!look()) return finish(BeamStatus::kUnstable, divergence_text());
       if (report_.residual <= tolerance)
         return finish(BeamStatus::kConverged, "forces and moments balance");
       if (report_.residual < 0.9 * best) {
@@ -89,7 +89,8 @@ class Run {
         best_step = report_.relaxation_steps;
       }
       if (report_.relaxation_steps - best_step > kPatience)
-        return finish(BeamStatus::kStalled, fmt::format("no progress below {:.2g}", best));
+        return finish(BeamStatus::kStalled,
+                      fmt::format("the dynamic relaxation stagnates at residual {:.2g}", best));
       if (report_.relaxation_steps >= options_.relaxation_steps) return finish_at_limit();
     }
   }
@@ -130,6 +131,12 @@ class Run {
   void finish_at_limit() {
     finish(BeamStatus::kIterationLimit,
            fmt::format("residual {:.2g} after all steps", report_.residual));
+  }
+
+  [[nodiscard]] static std::string divergence_text() {
+    return fmt::format(
+        "the dynamic relaxation diverged: nodes moved more than {:g} times the structure's extent",
+        kFarAway);
   }
 
   /// Residual of the last step; false where the numbers have grown beyond meaning.

@@ -134,6 +134,7 @@ BeamJob read_beam_job(std::string_view content, std::string_view settings) {
   BeamJob job;
   job.label = text(document, "label");
   job.mesh_file = text(document, "mesh filename");
+  if (job.mesh_file.empty()) refuse("mesh filename", "is missing");
   const auto [width, height] = pair(document, "cross section dim");
   job.section_width = width;
   job.section_height = height;

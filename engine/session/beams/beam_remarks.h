@@ -7,9 +7,9 @@
 
 namespace limber::session {
 
-/// Warnings: nodes that no element uses, which are left out, and what acts on a structure of beams
-/// and cannot have an effect. Fields are members of the
-/// model.
+/// Warnings: nodes that no element uses, which are left out; elements without normals that continue
+/// each other with sections rotated against each other; gravity that has no effect. Fields are
+/// members of the model.
 [[nodiscard]] std::vector<scene::Issue> beam_remarks(const beams::BeamModel& model);
 
 }  // namespace limber::session

@@ -125,6 +125,8 @@ TEST(BeamJobs, MisspeltKeysAreRefusedByNameWithTheNearestOne) {
             "force is no key of SimulationJob.json: did you mean \"forces\"?");
   EXPECT_EQ(misspelt("fixed vertices", "fixedVertices"),
             "fixedVertices is no key of SimulationJob.json: did you mean \"fixed vertices\"?");
+  EXPECT_EQ(misspelt("mesh filename", "mesh_filename"),
+            "mesh_filename is no key of SimulationJob.json: did you mean \"mesh filename\"?");
   EXPECT_EQ(misspelt("beam material", "beam matreial"),
             "beam matreial is no key of SimulationJob.json: did you mean \"beam material\"?");
   EXPECT_NE(misspelt("meshLabel", "colour").find("which are \"label\", \"mesh filename\""),
@@ -156,6 +158,7 @@ TEST(BeamJobs, BadOnesNameTheMember) {
   EXPECT_EQ(spoiled("\"beam material\":[0.3,1e9],", ""), "beam material");
   EXPECT_EQ(spoiled("[0.02,0.03]", "0.02"), "cross section dim");
   EXPECT_EQ(spoiled("\"frame.ply\"", "3"), "mesh filename");
+  EXPECT_EQ(spoiled("\"mesh filename\":\"frame.ply\",", ""), "mesh filename");
   EXPECT_EQ(field_of([] { (void)read_beam_job("{"); }), "SimulationJob.json");
   EXPECT_EQ(field_of([] { (void)read_beam_job(kJob, "[]"); }), "DRMSettings.json");
 }

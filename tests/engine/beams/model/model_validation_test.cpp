@@ -141,6 +141,12 @@ INSTANTIATE_TEST_SUITE_P(
                                [](BeamModel& m) {
                                  m.motions = {motion_of(3), motion_of(3)};
                                }},
+                      BadInput{"OfANodeOfNoElement", "motions[0].node", kInvalid,
+                               [](BeamModel& m) {
+                                 m.loads.clear();
+                                 m.elements.pop_back();
+                                 translate(m, 4, {true, true, true});
+                               }},
                       BadInput{"AcrossLocalAxes", "motions[0]", kInvalid,
                                [](BeamModel& m) {
                                  m.supports.push_back(askew_support(0));

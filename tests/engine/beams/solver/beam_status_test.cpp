@@ -45,6 +45,18 @@ TEST(BeamStatus, RelaxationSaysThatAStraightColumnIsASaddle) {
       << found.report.message;
 }
 
+/// A thousand extents of the structure away, and more.
+TEST(BeamStatus, RelaxationIgnoresAnUnusedNodeFarAway) {
+  BeamSolveOptions options;
+  options.method = BeamMethod::kRelaxation;
+  BeamModel model = cantilever_model(10, 1);
+  const BeamSolution alone = find_equilibrium(BeamStructure(model), options);
+  model.nodes.push_back({Eigen::Vector3d(5000, 0, 0)});
+  const BeamSolution found = find_equilibrium(BeamStructure(model), options);
+  ASSERT_TRUE(found.report.converged()) << found.report.message;
+  EXPECT_EQ((found.state.positions.leftCols(11) - alone.state.positions).norm(), 0);
+}
+
 /// Its nodes move along it only: nothing in the stiffness tells that elements buckle between them.
 TEST(BeamStatus, AnElementPressedBeyondItsOwnBucklingIsNoMinimum) {
   BeamModel model = limber::testing::straight_beam(5, 1, 200);

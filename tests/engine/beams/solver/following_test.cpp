@@ -11,8 +11,11 @@
 namespace limber::beams {
 namespace {
 
+using testing::ArchMoves;
 using testing::cantilever_model;
 using testing::clamped;
+using testing::pressed_cantilever;
+using testing::shallow_arch;
 using testing::straight_beam;
 
 constexpr double kPi = 3.14159265358979323846;
@@ -33,20 +36,6 @@ BeamSolution follow(const BeamModel& model, const BeamState& start,
 /// Distance of the farthest node.
 double apart(const BeamState& a, const BeamState& b) {
   return (a.positions - b.positions).colwise().norm().maxCoeff();
-}
-
-enum class ArchMoves { kInItsPlane, kInSpace };
-
-BeamModel shallow_arch(double load, ArchMoves moves = ArchMoves::kInItsPlane) {
-  const int n = 16;
-  BeamModel model = straight_beam(n, 1, 500);
-  for (int i = 0; i <= n; ++i)
-    model.nodes[static_cast<std::size_t>(i)].position.z() = 0.05 * std::sin(kPi * i / n);
-  model.supports = {clamped(0), clamped(n)};
-  for (int i = 1; i < n && moves == ArchMoves::kInItsPlane; ++i)
-    model.supports.push_back({i, {false, true, false, true, false, true}});
-  model.loads.push_back({n / 2, {0, 0, -load}});
-  return model;
 }
 
 TEST(BeamFollowing, ALoadThatChangesLeadsToTheKnownAnswerInSmallSteps) {
@@ -116,13 +105,9 @@ TEST(BeamFollowing, AnArchInSpaceRollsSidewaysWithoutASnap) {
 }
 
 TEST(BeamFollowing, AColumnThatBucklesDoesNotSnap) {
-  BeamModel model = straight_beam(16, 1, 1000);
-  model.supports = {clamped(0)};
-  model.loads.push_back({16, {-1, 0, 1e-3}});
-  const BeamSolution first = find_equilibrium(BeamStructure(model));
+  const BeamSolution first = find_equilibrium(BeamStructure(pressed_cantilever(1)));
   ASSERT_TRUE(first.report.converged());
-  model.loads[0].force.x() = -3.5;  // beyond pi^2 / 4
-  const BeamSolution found = follow(model, first.state);
+  const BeamSolution found = follow(pressed_cantilever(3.5), first.state);
   ASSERT_TRUE(found.report.converged()) << found.report.message;
   EXPECT_GT(found.state.positions(2, 16), 0.5);
   EXPECT_TRUE(found.report.snaps.empty());

@@ -2,8 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <cmath>
-
 #include "engine/base/error.h"
 #include "engine/beams/solver/equilibrium.h"
 #include "tests/support/beam_grid.h"
@@ -14,9 +12,8 @@ namespace {
 
 using testing::cantilever_model;
 using testing::clamped;
-using testing::straight_beam;
-
-constexpr double kPi = 3.14159265358979323846;
+using testing::pressed_cantilever;
+using testing::shallow_arch;
 
 /// As of a large structure.
 BeamSolveOptions coarse() {
@@ -28,18 +25,6 @@ BeamSolveOptions coarse() {
 BeamSolution follow_live(const BeamModel& model, const BeamState& start,
                          const BeamSolveOptions& options = coarse()) {
   return follow_equilibrium(BeamStructure(model), start, {}, options);
-}
-
-BeamModel shallow_arch(double load) {
-  const int n = 16;
-  BeamModel model = straight_beam(n, 1, 500);
-  for (int i = 0; i <= n; ++i)
-    model.nodes[static_cast<std::size_t>(i)].position.z() = 0.05 * std::sin(kPi * i / n);
-  model.supports = {clamped(0), clamped(n)};
-  for (int i = 1; i < n; ++i)
-    model.supports.push_back({i, {false, true, false, true, false, true}});
-  model.loads.push_back({n / 2, {0, 0, -load}});
-  return model;
 }
 
 TEST(BeamLiveEdits, AnArchThatSnapsThroughIsToldWithAPlaceGoodToTheResolution) {
@@ -60,13 +45,9 @@ TEST(BeamLiveEdits, AnArchThatSnapsThroughIsToldWithAPlaceGoodToTheResolution) {
 
 /// The step across the buckling load is long, but taken back it leads back.
 TEST(BeamLiveEdits, AColumnThatBucklesDoesNotSnap) {
-  BeamModel model = straight_beam(16, 1, 1000);
-  model.supports = {clamped(0)};
-  model.loads.push_back({16, {-1, 0, 1e-3}});
-  const BeamSolution first = find_equilibrium(BeamStructure(model));
+  const BeamSolution first = find_equilibrium(BeamStructure(pressed_cantilever(1)));
   ASSERT_TRUE(first.report.converged());
-  model.loads[0].force.x() = -3.5;  // beyond pi^2 / 4
-  const BeamSolution found = follow_live(model, first.state);
+  const BeamSolution found = follow_live(pressed_cantilever(3.5), first.state);
   ASSERT_TRUE(found.report.converged()) << found.report.message;
   EXPECT_GT(found.state.positions(2, 16), 0.5) << "to the side that the load pushes to";
   EXPECT_TRUE(found.report.snaps.empty());

@@ -9,6 +9,7 @@
 #include "engine/scene/formats/beam_job.h"
 #include "engine/session/beams/job_mapping.h"
 #include "engine/session/beams/live_beams.h"
+#include "tests/support/beam_structures.h"
 
 namespace limber::session {
 namespace {
@@ -25,22 +26,12 @@ LiveBeams::Outcome solve(LiveBeams& live, const Conditions& conditions) {
   return live.solve(conditions, {}, [](const beams::BeamState&) {});
 }
 
-double extent_of(const beams::BeamModel& model) {
-  Eigen::Vector3d low = model.nodes[0].position, high = low;
-  for (const beams::BeamNode& node : model.nodes) {
-    low = low.cwiseMin(node.position);
-    high = high.cwiseMax(node.position);
-  }
-  return (high - low).norm();
-}
-
 /// One of the nodes that motions bring somewhere is brought further, by a share of the extent.
 Conditions moved(const beams::BeamModel& model, double share, Random& random) {
   auto conditions = std::make_shared<BeamConditions>(conditions_of(model));
-  Eigen::Vector3d by;
-  for (double& x : by) x = random.normal();
+  const Eigen::Vector3d direction = limber::testing::random_direction(random);
   auto& motion = conditions->motions[random.index(conditions->motions.size())];
-  motion.translation += share * extent_of(model) * by.normalized();
+  motion.translation += share * limber::testing::extent_of(model) * direction;
   return conditions;
 }
 
@@ -67,7 +58,7 @@ bool edit_ends(LiveBeams& live, const Conditions& conditions, const beams::BeamM
   return outcome.reached;
 }
 
-class LiveStructure : public testing::TestWithParam<const char*> {};
+class LiveStructure : public ::testing::TestWithParam<const char*> {};
 
 TEST_P(LiveStructure, SmallEditsEndWithAnEquilibriumOrTheShareUpToWhichThereIsOne) {
   const auto folder = structure_folder(GetParam());
@@ -87,7 +78,7 @@ TEST_P(LiveStructure, SmallEditsEndWithAnEquilibriumOrTheShareUpToWhichThereIsOn
   EXPECT_GE(reached, 1);
 }
 
-INSTANTIATE_TEST_SUITE_P(LiveBeams, LiveStructure, testing::Values("roof", "torus"),
+INSTANTIATE_TEST_SUITE_P(LiveBeams, LiveStructure, ::testing::Values("roof", "torus"),
                          [](const auto& of) { return std::string(of.param); });
 
 }  // namespace
