@@ -123,10 +123,10 @@ void warn_of_unused_material(const proto::Scene& message, DecodedScene& decoded)
       low->youngs_modulus == high->youngs_modulus
           ? fmt::format("{:g} Pa", low->youngs_modulus)
           : fmt::format("{:g} to {:g} Pa", low->youngs_modulus, high->youngs_modulus);
-  decoded.mesh_warnings.push_back(
-      fmt::format("the scene's material (youngs_modulus {:g} Pa) is ignored: the mesh file brings "
-                  "its own (youngs_modulus {}); material_groups override it",
-                  scenes.youngs_modulus, range));
+  decoded.material_warning = fmt::format(
+      "the scene's material (youngs_modulus {:g} Pa) is ignored: the mesh file brings "
+      "its own (youngs_modulus {}); material_groups override it",
+      scenes.youngs_modulus, range);
 }
 
 void check_frames(const proto::Scene& message, const std::string& prefix,

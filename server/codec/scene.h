@@ -35,6 +35,7 @@ using MotionReader = std::function<Eigen::MatrixXd(const proto::BaseMotion& moti
 struct DecodedScene {
   scene::Scene scene;
   std::vector<std::string> mesh_warnings;
+  std::string material_warning;  // that the scene's material has no effect; empty if it has
 };
 
 /// The message as a scene value; enums left unspecified and absent fields get the defaults the

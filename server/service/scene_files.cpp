@@ -30,6 +30,14 @@ bool is_error(const scene::Issue& issue) {
   return issue.severity == scene::Issue::Severity::kError;
 }
 
+void warn_of_file(const DecodedScene& decoded, const std::string& prefix,
+                  std::vector<proto::Issue>& issues) {
+  for (const auto& text : decoded.mesh_warnings)
+    issues.push_back(encode_warning(prefix + "mesh", text));
+  if (!decoded.material_warning.empty())
+    issues.push_back(encode_warning(prefix + "material", decoded.material_warning));
+}
+
 }  // namespace
 
 std::vector<scene::Issue> all_issues(const scene::Scene& scene) {
@@ -61,8 +69,7 @@ proto::Scene sample_scene(const std::string& name) {
 std::vector<proto::Issue> remarks(const proto::Scene& message, const DecodedScene& decoded,
                                   const std::string& prefix) {
   std::vector<proto::Issue> warnings;
-  for (const auto& text : decoded.mesh_warnings)
-    warnings.push_back(encode_warning(prefix + "mesh", text));
+  warn_of_file(decoded, prefix, warnings);
   for (auto issue : all_issues(decoded.scene)) {
     issue.field = field_in(message, decoded.scene, issue.field);
     if (is_error(issue)) throw Error(issue.code, prefix + issue.field, issue.message);
@@ -85,8 +92,7 @@ std::vector<proto::Issue> scene_issues(const proto::Scene& scene, const std::str
   const bool no_mesh =
       std::any_of(complained.begin(), complained.end(),
                   [&](const std::string& field) { return is_of_mesh(prefix, field); });
-  for (const auto& text : decoded.mesh_warnings)
-    issues.push_back(encode_warning(prefix + "mesh", text));
+  warn_of_file(decoded, prefix, issues);
   std::set<std::pair<std::string, std::string>> said;
   for (auto issue : all_issues(decoded.scene)) {
     issue.field = field_in(scene, decoded.scene, issue.field);

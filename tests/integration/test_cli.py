@@ -8,6 +8,7 @@ import select
 import signal
 import subprocess
 import time
+import warnings
 
 import limber
 import meshio
@@ -515,15 +516,35 @@ def test_cancel(cli, launch):
 
 
 def test_a_material_beside_a_mesh_file_that_brings_its_own_warns(cli, tmp_path):
-    (tmp_path / "a.mesh").write_text("MeshVersionFormatted 2\nDimension 3\nVertices\n4\n0 0 0 0\n1 0 0 0\n0 1 0 0\n0 0 1 0\n"
-                                     "Triangles\n0\nTetrahedra\n1\n1 2 3 4 0\nEnd\n")
-    (tmp_path / "a.elastic").write_text("*MATERIAL, NAME=A\n*ELASTIC\n7e+06, 0.45\n*DENSITY 100")
-    scene = tmp_path / "scene.json"
     told = ("the scene's material (youngs_modulus 500000 Pa) is ignored: "
             "the mesh file brings its own (youngs_modulus 7e+06 Pa)")
-    for material, is_told in (({"youngs_modulus": 5e5}, True), ({}, False),
-                              ({"youngs_modulus": 7e6, "poissons_ratio": 0.45, "density": 100}, False)):
-        scene.write_text(json.dumps({"mesh": {"path": "a.mesh"}, "frames": 20, "material": material}))
+    scene = tmp_path / "scene.json"
+    for material, is_told in scenes_beside_a_material_file(scene):
         text = cli("validate", scene).stdout
         assert (told in text) == is_told, text
         assert "0 cells" not in text
+
+
+def test_python_warns_of_a_material_beside_a_mesh_file_that_brings_its_own(server, tmp_path):
+    scene = tmp_path / "scene.json"
+    for material, is_told in scenes_beside_a_material_file(scene):
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always", limber.MaterialWarning)
+            server.open(scene, wait=False).close()
+        told = [w for w in caught if w.category is limber.MaterialWarning]
+        assert len(told) == is_told, (material, told)
+        for warning in told:
+            assert "youngs_modulus 500000 Pa) is ignored" in str(warning.message)
+            assert warning.filename == __file__  # names the line that opened the scene
+
+
+def scenes_beside_a_material_file(scene):
+    """Writes to `scene` one after the other; yields each one's material and whether it has no effect."""
+    folder = scene.parent
+    (folder / "a.mesh").write_text("MeshVersionFormatted 2\nDimension 3\nVertices\n4\n0 0 0 0\n1 0 0 0\n0 1 0 0\n0 0 1 0\n"
+                                  "Triangles\n0\nTetrahedra\n1\n1 2 3 4 0\nEnd\n")
+    (folder / "a.elastic").write_text("*MATERIAL, NAME=A\n*ELASTIC\n7e+06, 0.45\n*DENSITY 100")
+    for material, is_told in (({"youngs_modulus": 5e5}, True), ({}, False),
+                              ({"youngs_modulus": 7e6, "poissons_ratio": 0.45, "density": 100}, False)):
+        scene.write_text(json.dumps({"mesh": {"path": "a.mesh"}, "frames": 20, "material": material}))
+        yield material, is_told

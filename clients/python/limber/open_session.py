@@ -28,6 +28,10 @@ class AccuracyWarning(UserWarning):
     """A body's model misses the tolerance that its scene asks for: every motion is off by about as much."""
 
 
+class MaterialWarning(UserWarning):
+    """A scene's material has no effect: the mesh file brings its own."""
+
+
 @dataclass(frozen=True)
 class Receipt:
     """What the server says to accepted edits."""

@@ -22,7 +22,7 @@ from .reach import advice
 from .results import Geometry, issue_text
 from .beam_sessions import BeamSession
 from .linkages import LinkageSession, linkage_scene, put_section
-from .open_session import OpenSession, job_error
+from .open_session import MaterialWarning, OpenSession, job_error
 from .session import Session
 
 DEFAULT_ENDPOINT = "tcp://127.0.0.1:7801"
@@ -104,7 +104,8 @@ class Server:
         session: a name for it (default: the server chooses); optimise: "motion", "dynamics" or "all" in place of what
         the scene says (see Session.optimise; modes are mixed of as many as the model gets now); wait: until the model is built and the scene solved.
         progress: a callback (stage, fraction), True / False, or None for a bar on terminals. Ctrl-C while waiting
-        closes the session. Warns (limber.AccuracyWarning) of a model that misses its tolerance.
+        closes the session. Warns of a model that misses its tolerance
+        (limber.AccuracyWarning) and of a material that the mesh file overrides (limber.MaterialWarning).
         """
         if (scene is None) == (sample is None):
             raise invalid("scene", "give either a scene or sample=")
@@ -125,6 +126,7 @@ class Server:
             message.material_optimisation.variables = edits.optimise(optimise).set_material.variables
         request = service.OpenSessionRequest(scene=message, session=checks.text(session, "session"))
         response = self.connection.call("open_session", request, timeout=max(60.0, self.connection.timeout))
+        _warn_of_material(response.issues)
         kind = LinkageSession if message.HasField("linkage") else BeamSession if message.HasField("beams") else Session
         opened = kind(self, response.session, response.job, [issue_text(issue) for issue in response.issues])
         if plain:
@@ -211,6 +213,7 @@ class Server:
         checks.seconds(timeout, "timeout")
         request = simulations.request(scene, simulation)
         response = self.connection.call("simulate", request, timeout=max(60.0, self.connection.timeout))
+        _warn_of_material(response.issues)
         try:
             done = self.wait_job(response.job, progress, timeout)
         except (KeyboardInterrupt, LimberError):
@@ -239,6 +242,7 @@ class Server:
                                      recovered_frames=recovered_frames, driven_frames=driven_frames,
                                      total_frames=total_frames, weight=weight, column_weight=column_weight, start=start)
         response = self.connection.call("recover", request, timeout=max(60.0, self.connection.timeout))
+        _warn_of_material(response.issues)
         try:
             done = self.wait_job(response.job, progress, timeout)
         except (KeyboardInterrupt, LimberError):
@@ -361,6 +365,13 @@ class Server:
     def shutdown(self) -> None:
         """Asks limberd to end."""
         self.connection.call("shutdown", service.ShutdownRequest())
+
+
+def _warn_of_material(issues: "Iterable[service.Issue]") -> None:
+    """Of a material that a mesh file overrides, at the line that called the public method that calls this."""
+    for issue in issues:
+        if issue.field == "scene.material":
+            warnings.warn(issue.message, MaterialWarning, stacklevel=3)
 
 
 class _Bounded(OrderedDict):
