@@ -14,6 +14,7 @@ namespace limber::json {
 namespace {
 
 constexpr const char* kNoSuchField = "there is no such field";
+constexpr int kMostLevels = 100;  // of objects and arrays in each other
 
 bool is_space(char c) { return std::isspace(static_cast<unsigned char>(c)) != 0; }
 
@@ -122,6 +123,27 @@ class KeyWalk {
   std::optional<std::size_t> dangling_;
 };
 
+/// Where objects and arrays are nested deeper than `most` levels. protobuf goes no deeper into
+/// messages, but into what it is going to refuse it does, in a time that grows with the square.
+std::optional<std::size_t> too_deep(std::string_view text, int most) {
+  int depth = 0;
+  char quote = '\0';
+  for (std::size_t at = 0; at < text.size(); ++at) {
+    const char c = text[at];
+    if (quote != '\0') {
+      if (c == '\\') ++at;
+      if (c == quote) quote = '\0';
+    } else if (c == '"' || c == '\'') {
+      quote = c;
+    } else if (c == '{' || c == '[') {
+      if (++depth > most) return at;
+    } else if (c == '}' || c == ']') {
+      --depth;
+    }
+  }
+  return std::nullopt;
+}
+
 /// "line 3 column 7", both from 1.
 std::string place(std::string_view text, std::size_t at) {
   const std::string_view before = text.substr(0, at);
@@ -224,6 +246,9 @@ bool is_structure(std::string_view text) {
 
 std::optional<Fault> read_message(std::string_view text, google::protobuf::Message& message) {
   if (text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);  // a byte order mark
+  if (const auto at = too_deep(text, kMostLevels))
+    return Fault{
+        "", "nested deeper than " + std::to_string(kMostLevels) + " levels at " + place(text, *at)};
   const auto status =
       google::protobuf::util::JsonStringToMessage({text.data(), text.size()}, &message);
   // Asked first: of some fields protobuf refuses the second value, in words of its own.
@@ -246,7 +271,7 @@ std::optional<Fault> read_message(std::string_view text, google::protobuf::Messa
 std::optional<Fault> read_scene(std::string_view text, google::protobuf::Message& scene) {
   if (text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);
   const auto fault = read_message(text, scene);
-  if (!fault || !is_structure(text)) return fault;
+  if (!fault || too_deep(text, kMostLevels) || !is_structure(text)) return fault;
   scene.Clear();
   return read_message(R"({"beams": {"structure": )" + std::string(text) + "}}", scene);
 }

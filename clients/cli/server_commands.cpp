@@ -125,7 +125,8 @@ std::vector<std::string> limberd_command(const Context& context, const StartOpti
   if (stream_handed_over && !options.stream.empty())
     throw ClientError(v1::ERROR_CODE_INVALID_ARGUMENT, "--stream",
                       "--stream is given both before and after --");
-  std::vector<std::string> arguments = {find_limberd(), "--bind", context.endpoint};
+  std::vector<std::string> arguments = {find_limberd(), "--bind", context.endpoint,
+                                        "--allow-shutdown"};
   if (!stream_handed_over) {
     arguments.emplace_back("--stream");
     arguments.push_back(options.stream.empty() ? stream_beside(context.endpoint) : options.stream);

@@ -1,14 +1,19 @@
 #include "clients/cpp/scene_files.h"
 #include "clients/cpp/beam_files.h"
 
+#include <fcntl.h>
 #include <google/protobuf/util/json_util.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cctype>
+#include <cerrno>
 #include <charconv>
 #include <cstring>
 #include <fstream>
 #include <iterator>
+#include <memory>
 #include <sstream>
 #include <system_error>
 #include <vector>
@@ -91,11 +96,26 @@ bool stays_below(const fs::path& path) {
 }  // namespace
 
 std::string read_bytes(const fs::path& path, const std::string& field) {
-  std::error_code ignored;
-  std::ifstream in(path, std::ios::binary);
-  if (!in || fs::is_directory(path, ignored))
-    throw ClientError(v1::ERROR_CODE_IO, field, "cannot read " + path.string());
-  return {std::istreambuf_iterator<char>(in), {}};
+  const auto refuse = [&](const char* why) {
+    throw ClientError(v1::ERROR_CODE_IO, field, "cannot read " + path.string() + why);
+  };
+  // A pipe without a writer is not waited for.
+  const int file = ::open(path.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC);
+  if (file < 0) refuse("");
+  const std::unique_ptr<const int, void (*)(const int*)> closed(&file,
+                                                                [](const int* f) { ::close(*f); });
+  struct stat status {};
+  if (::fstat(file, &status) != 0 || !S_ISREG(status.st_mode)) refuse(": it is no regular file");
+  std::string bytes;
+  constexpr std::size_t kChunk = std::size_t{1} << 20;
+  while (true) {
+    const std::size_t size = bytes.size();
+    bytes.resize(size + kChunk);
+    const auto count = ::read(file, bytes.data() + size, kChunk);
+    bytes.resize(size + static_cast<std::size_t>(std::max<ssize_t>(count, 0)));
+    if (count == 0) return bytes;
+    if (count < 0 && errno != EINTR) refuse("");
+  }
 }
 
 void write_bytes(const fs::path& path, const std::string& bytes, WriteMode mode) {

@@ -44,6 +44,7 @@ struct CommandLine {
   log::Level level = log::Level::kInfo;
   fs::path cache = default_cache();
   bool no_cache = false;
+  bool allow_shutdown = false;
   fs::path curve_secret, curve_allow;
 };
 
@@ -67,7 +68,10 @@ void add_sockets(CLI::App& app, CommandLine& line) {
                  "Secret key (Z85): encrypt, and allow binding beyond loopback")
       ->group("Security");
   app.add_option("--curve-allow", line.curve_allow,
-                 "Public keys of the clients that may connect, one a line")
+                 "Public keys of the clients that may connect, one a line; read again on SIGHUP")
+      ->group("Security");
+  app.add_flag("--allow-shutdown", line.allow_shutdown,
+               "Clients may stop the server by a request (`limber stop`); else only signals do")
       ->group("Security");
   app.add_option("--mesh-root", line.serve.server.mesh_roots,
                  "Clients may name mesh files below this folder (repeatable)")
@@ -83,6 +87,8 @@ void add_limits(CLI::App& app, CommandLine& line) {
   option("--max-message-bytes", line.serve.server.transport.message_bytes, "Largest message");
   option("--max-unread-bytes", line.serve.server.transport.unread_bytes,
          "Replies one client may leave unread");
+  option("--max-unread-total-bytes", line.serve.server.transport.unread_total_bytes,
+         "Replies all clients together may leave unread");
   option("--max-sessions", limits.sessions, "Open sessions");
   option("--max-tets", limits.mesh_tets, "Tets of a mesh");
   option("--max-frames", limits.frames, "Frames of a scene");
@@ -116,11 +122,13 @@ void add_server_options(CLI::App& app, CommandLine& line) {
 int serve_command(CommandLine& line) {
   auto& server = line.serve.server;
   if (!line.no_cache) server.cache_folder = line.cache;
+  if (line.allow_shutdown) server.shutdown_requests = ShutdownRequests::kAllowed;
   if (line.curve_secret.empty() != line.curve_allow.empty()) {
     throw invalid("--curve-secret-file", "--curve-secret-file and --curve-allow go together");
   }
   if (!line.curve_secret.empty())
     server.transport.curve = read_curve_setup(line.curve_secret, line.curve_allow);
+  line.serve.curve_allow = line.curve_allow;
   return serve(line.serve);
 }
 

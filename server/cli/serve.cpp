@@ -12,6 +12,7 @@
 #include "engine/base/error.h"
 #include "server/log/log.h"
 #include "server/service/server.h"
+#include "server/transport/curve.h"
 
 namespace limber::server {
 namespace {
@@ -42,7 +43,10 @@ void write_ready_file(const std::filesystem::path& path, const Server& server) {
 
 class Signals {
  public:
-  explicit Signals(Server& server) : server_(server), set_(server.control(), SIGINT, SIGTERM) {
+  Signals(Server& server, std::filesystem::path curve_allow)
+      : server_(server),
+        curve_allow_(std::move(curve_allow)),
+        set_(server.control(), SIGINT, SIGTERM, SIGHUP) {
     listen();
   }
 
@@ -50,6 +54,10 @@ class Signals {
   void listen() {
     set_.async_wait([this](const boost::system::error_code& fault, int signal) {
       if (fault) return;
+      if (signal == SIGHUP) {
+        read_allowed_keys_again();
+        return listen();
+      }
       if (++count_ > 1) {
         log::warn("signal {} again: leaving at once", signal);
         std::_Exit(128 + signal);
@@ -59,7 +67,20 @@ class Signals {
       listen();
     });
   }
+  /// A list that cannot be read leaves the one that is there.
+  void read_allowed_keys_again() {
+    if (curve_allow_.empty()) return log::info("SIGHUP: there is no list of keys to read again");
+    try {
+      auto keys = read_allowed_keys(curve_allow_);
+      log::info("SIGHUP: {} keys are allowed by {}", keys.size(), curve_allow_.string());
+      server_.allow(std::move(keys));
+    } catch (const Error& error) {
+      log::error("SIGHUP: the allowed keys stay as they were: {}: {}", error.field(), error.what());
+    }
+  }
+
   Server& server_;
+  const std::filesystem::path curve_allow_;
   boost::asio::signal_set set_;
   int count_ = 0;
 };
@@ -69,7 +90,7 @@ class Signals {
 int serve(const ServeOptions& options) {
   std::signal(SIGPIPE, SIG_IGN);
   Server server(options.server);
-  const Signals signals(server);
+  const Signals signals(server, options.curve_allow);
   write_ready_file(options.ready_file, server);
   log::info("limberd {} ready: requests {}, stream {}", LIMBER_VERSION, server.request_endpoint(),
             server.stream_endpoint());

@@ -8,10 +8,12 @@ namespace limber::server {
 
 struct ServeOptions {
   ServerOptions server;
-  std::filesystem::path ready_file;  // written once the sockets are bound; empty: none
+  std::filesystem::path ready_file;   // written once the sockets are bound; empty: none
+  std::filesystem::path curve_allow;  // read again on SIGHUP; empty: none
 };
 
-/// Runs until SIGINT, SIGTERM or a shutdown request; a second signal ends the process at once.
+/// Runs until SIGINT, SIGTERM or a shutdown request; a second of these signals ends the process at
+/// once. SIGHUP reads the allowed keys again.
 int serve(const ServeOptions& options);
 
 }  // namespace limber::server

@@ -4,6 +4,8 @@
 
 #include <new>
 
+#include "server/codec/abbreviate.h"
+
 namespace limber::server {
 
 Refusal invalid(const std::string& field, const std::string& message) {
@@ -52,15 +54,24 @@ proto::ErrorCode to_proto(ErrorCode code) {
   return proto::ERROR_CODE_INTERNAL;
 }
 
+namespace {
+
+// Messages repeat names and paths of requests, which may have the size of a request.
+constexpr std::size_t kMostOfMessage = 4000, kMostOfField = 1000;
+
+}  // namespace
+
 proto::Error error_to_proto(const std::exception& fault, const std::string& prefix) {
   proto::Error error;
   if (const auto* refusal = dynamic_cast<const Refusal*>(&fault)) {
     error.set_code(refusal->code());
-    error.set_field(refusal->field());
-    for (const auto& [key, value] : refusal->details()) (*error.mutable_details())[key] = value;
+    error.set_field(abbreviate(refusal->field(), kMostOfField));
+    for (const auto& [key, value] : refusal->details())
+      (*error.mutable_details())[key] = abbreviate(value, kMostOfField);
   } else if (const auto* engine = dynamic_cast<const Error*>(&fault)) {
     error.set_code(to_proto(engine->code()));
-    if (!engine->field().empty()) error.set_field(prefix + engine->field());
+    if (!engine->field().empty())
+      error.set_field(abbreviate(prefix + engine->field(), kMostOfField));
   } else if (dynamic_cast<const std::bad_alloc*>(&fault) != nullptr) {
     error.set_code(proto::ERROR_CODE_LIMIT_EXCEEDED);
     error.set_message("out of memory");
@@ -68,7 +79,7 @@ proto::Error error_to_proto(const std::exception& fault, const std::string& pref
   } else {
     error.set_code(proto::ERROR_CODE_INTERNAL);
   }
-  error.set_message(fault.what());
+  error.set_message(abbreviate(fault.what(), kMostOfMessage));
   return error;
 }
 

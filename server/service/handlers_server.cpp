@@ -33,6 +33,9 @@ proto::GetServerInfoResponse Service::server_info() const {
   out["replaced"] = counters.replaced.load();
   out["forced"] = counters.forced.load();
   out["refused_handshakes"] = counters.refused_handshakes.load();
+  out["refused_replies"] = counters.refused_replies.load();
+  out["cut_off"] = counters.cut_off.load();
+  out["unread_bytes"] = hub_.transport.unread_bytes();
   out["open_requests"] = hub_.open_requests.total();
   return info;
 }
@@ -47,6 +50,13 @@ double Service::checked_seconds(double seconds, const char* field) {
 void Service::get_job(const proto::GetJobRequest& request, const SharedTicket& ticket) {
   if (request.wait_s() > 0) demand_room_to_wait(*ticket);
   hub_.jobs.get(request.job(), checked_seconds(request.wait_s(), "wait_s"), ticket);
+}
+
+void Service::demand_shutdown_allowed() const {
+  if (hub_.options.shutdown_requests == ShutdownRequests::kAllowed) return;
+  throw Refusal(proto::ERROR_CODE_UNSUPPORTED, "shutdown",
+                "This limberd was started without --allow-shutdown: clients cannot stop it; send "
+                "SIGTERM to its process.");
 }
 
 proto::ListJobsResponse Service::list_jobs() const {

@@ -197,6 +197,17 @@ void JobRegistry::late(JobId id, const SharedTicket& ticket) {
   std::erase_if(it->second.waiters, [&](const Waiter& waiter) { return waiter.ticket == ticket; });
 }
 
+void JobRegistry::abandon(const std::string& client) {
+  const std::lock_guard lock(mutex_);
+  for (auto& [id, job] : jobs_) {
+    std::erase_if(job.waiters, [&](const Waiter& waiter) {
+      if (waiter.ticket->client() != client) return false;
+      waiter.ticket->abandon();
+      return true;
+    });
+  }
+}
+
 void JobRegistry::shut_down() {
   std::vector<Waiter> waiters;
   std::vector<Cancel> cancels;

@@ -70,6 +70,8 @@ class JobRegistry {
   [[nodiscard]] std::shared_ptr<const ComputedMotion> motion(JobId job) const;
   /// Answers at once, or when the job has ended, or after `seconds` with the state then.
   void get(JobId job, double seconds, const SharedTicket& ticket);
+  /// Nobody reads the answers to this client's requests: it is gone.
+  void abandon(const std::string& client);
   /// Asks every running job to stop and answers everybody who waits.
   void shut_down();
 

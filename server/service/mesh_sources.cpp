@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "engine/scene/samples/samples.h"
+#include "server/codec/abbreviate.h"
 
 namespace limber::server {
 namespace {
@@ -65,7 +66,8 @@ fs::path MeshSources::resolve(const std::string& path, const std::string& field)
   throw Refusal(proto::ERROR_CODE_NOT_FOUND, field,
                 roots_.empty()
                     ? "this server has no mesh folder (--mesh-root); send the file instead"
-                    : fmt::format("'{}' is no file below this server's mesh folders", path));
+                    : fmt::format("'{}' is no file below this server's mesh folders",
+                                  abbreviate(path, 1000)));
 }
 
 LoadedMesh MeshSources::load(const proto::MeshSource& source, const std::string& field) const {

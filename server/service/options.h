@@ -15,11 +15,12 @@ struct ServiceLimits {
   std::uint32_t sessions = 16;
   std::uint64_t mesh_tets = 500'000;
   std::uint32_t frames = 100'000;
-  std::uint32_t constraints = 4096;                 // per session
-  std::uint32_t jobs = 8;                           // running at once
-  std::uint64_t session_bytes = 8ull << 30;         // estimated before a session is built
-  std::uint32_t waits = 10'000;                     // requests that wait for a result or a job
-  std::uint32_t client_requests = 1000;             // of one client that wait or run
+  std::uint32_t constraints = 4096;          // per session
+  std::uint32_t jobs = 8;                    // running at once
+  std::uint64_t session_bytes = 8ull << 30;  // estimated before a session is built
+  std::uint32_t waits = 10'000;              // requests that wait for a result or a job
+  std::uint32_t client_requests = 1000;      // of one client that wait or run
+  std::uint32_t sure_requests = 64;  // of one client that may wait whatever others have waiting
   std::uint64_t queued_request_bytes = 1ull << 30;  // of heavy requests that wait for a thread
 };
 
@@ -28,8 +29,12 @@ struct ServiceLimits {
   return {limits.mesh_tets, limits.frames, limits.constraints, limits.session_bytes};
 }
 
+/// Whether a client may end the server by a Shutdown request. Signals always may.
+enum class ShutdownRequests { kRefused, kAllowed };
+
 struct ServerOptions {
   TransportOptions transport;
+  ShutdownRequests shutdown_requests = ShutdownRequests::kRefused;
   ServiceLimits limits;
   std::vector<std::filesystem::path> mesh_roots;  // MeshSource.path may name files below these
   std::filesystem::path cache_folder;             // of built models; empty: none

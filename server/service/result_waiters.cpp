@@ -61,6 +61,15 @@ void ResultWaiters::refuse_all(const std::exception& fault, Later later) {
   if (later == Later::kRefuse) refusal_ = error_to_proto(fault);
 }
 
+void ResultWaiters::abandon(const std::string& client) {
+  const std::lock_guard lock(mutex_);
+  std::erase_if(waiters_, [&](const Waiter& waiter) {
+    if (waiter.ticket->client() != client) return false;
+    waiter.ticket->abandon();
+    return true;
+  });
+}
+
 void ResultWaiters::accept() {
   const std::lock_guard lock(mutex_);
   refusal_.Clear();

@@ -27,6 +27,8 @@ class ResultWaiters {
   /// Everybody gets this error; with `Later::kRefuse` also those who come later.
   enum class Later { kAccept, kRefuse };
   void refuse_all(const std::exception& fault, Later later);
+  /// Nobody reads the answers to this client's requests: it is gone.
+  void abandon(const std::string& client);
   /// After a failed build that is tried again.
   void accept();
   [[nodiscard]] std::size_t size() const;

@@ -19,8 +19,11 @@ Server::Server(ServerOptions options)
                           service_.handle(std::move(address), std::move(payload));
                         },
                         [this](const std::string& prefix) { service_.subscribed(prefix); },
-                        [this](const Address& address) { return service_.overflow_reply(address); },
-                        [this](const std::string& client) { service_.gone(client); }});
+                        [this](const Address& address, const UnreadReplies::Excess& excess) {
+                          return service_.overflow_reply(address, excess);
+                        },
+                        [this](const std::string& client) { service_.gone(client); },
+                        [this](const std::string& client) { service_.disconnected(client); }});
 }
 
 Server::~Server() {

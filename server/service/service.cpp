@@ -248,6 +248,7 @@ void Service::answer(const SharedTicket& ticket, const Request& request) {
       *reply.mutable_list_jobs() = list_jobs();
       break;
     case Request::kShutdown:
+      demand_shutdown_allowed();
       reply.mutable_shutdown();
       ticket->answer(std::move(reply));
       return request_stop_();
@@ -267,6 +268,12 @@ void Service::gone(const std::string& client) {
   for (auto& request : heavy_.take(client)) request.ticket->abandon();
 }
 
+void Service::disconnected(const std::string& client) {
+  if (hub_.open_requests.of(client) == 0) return;
+  for (const auto& record : sessions_.all()) record->waiters().abandon(client);
+  hub_.jobs.abandon(client);
+}
+
 void Service::refuse_waiting(const Refusal& refusal) {
   for (auto& request : heavy_.take_all()) request.ticket->refuse(refusal);
 }
@@ -280,18 +287,24 @@ void Service::demand_room_of_client(const Ticket& ticket) const {
 
 void Service::demand_room_to_wait(const Ticket& ticket) const {
   demand_room_of_client(ticket);
+  if (hub_.open_requests.of(ticket.client()) <= hub_.options.limits.sure_requests) return;
   const std::uint64_t waiting = hub_.open_requests.total();
   const std::uint64_t limit = hub_.options.limits.waits;
   if (waiting > limit) throw limit_exceeded("body", "requests that wait", limit, waiting);
 }
 
-std::string Service::overflow_reply(const Address& address) const {
+std::string Service::overflow_reply(const Address& address,
+                                    const UnreadReplies::Excess& excess) const {
+  const bool is_own = excess.of == UnreadReplies::Excess::Of::kClient;
   proto::Reply reply;
   reply.set_version(kVersion);
   reply.set_id(address.request_id);
   *reply.mutable_error() = error_to_proto(Refusal(
-      proto::ERROR_CODE_LIMIT_EXCEEDED, "", "this client leaves too many bytes of replies unread",
-      {{"limit", std::to_string(hub_.options.transport.unread_bytes)}}));
+      proto::ERROR_CODE_LIMIT_EXCEEDED, "",
+      fmt::format("With this reply {} would have {} bytes of unread replies (limit {}); read "
+                  "replies before you send more requests.",
+                  is_own ? "this client" : "all clients together", excess.value, excess.limit),
+      {{"limit", std::to_string(excess.limit)}, {"value", std::to_string(excess.value)}}));
   return reply.SerializeAsString();
 }
 

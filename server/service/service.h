@@ -33,9 +33,12 @@ class Service {
   /// On the transport's thread. Never throws.
   void handle(Address address, zmq::message_t payload) noexcept;
   void subscribed(const std::string& prefix);
-  [[nodiscard]] std::string overflow_reply(const Address& address) const;
+  [[nodiscard]] std::string overflow_reply(const Address& address,
+                                           const UnreadReplies::Excess& excess) const;
   /// A reply did not reach this client: what it has waiting for a thread is dropped.
   void gone(const std::string& client);
+  /// Its connection has ended: what waits for a result or a job for it is released.
+  void disconnected(const std::string& client);
 
   /// Any thread: those that wait for a thread.
   void refuse_waiting(const Refusal& refusal);
@@ -125,6 +128,8 @@ class Service {
   proto::GetServerInfoResponse server_info() const;
   void get_job(const proto::GetJobRequest& request, const SharedTicket& ticket);
   proto::ListJobsResponse list_jobs() const;
+  /// @throws Refusal UNSUPPORTED
+  void demand_shutdown_allowed() const;
   // @throws Refusal LIMIT_EXCEEDED: one more that is not answered at once, of this client, of all
   void demand_room_of_client(const Ticket& ticket) const;
   void demand_room_to_wait(const Ticket& ticket) const;

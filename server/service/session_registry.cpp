@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cctype>
 
+#include "server/codec/abbreviate.h"
 #include "server/codec/errors.h"
 
 namespace limber::server {
@@ -14,13 +15,15 @@ void check_name(const std::string& name) {
   const auto allowed = [](unsigned char c) {
     return (std::isalnum(c) != 0 && c < 0x80) || c == '.' || c == '_' || c == '-';
   };
-  if (name.size() > 64 || !std::all_of(name.begin(), name.end(), allowed)) {
-    throw invalid("session", "a session's name is 1 to 64 of [A-Za-z0-9._-]");
+  if (name.size() > 64 || name == "." || name == ".." ||
+      !std::all_of(name.begin(), name.end(), allowed)) {
+    throw invalid("session", "a session's name is 1 to 64 of [A-Za-z0-9._-], not . or ..");
   }
 }
 
 Refusal not_found(const std::string& name) {
-  return {proto::ERROR_CODE_NOT_FOUND, "session", fmt::format("there is no session '{}'", name)};
+  return {proto::ERROR_CODE_NOT_FOUND, "session",
+          fmt::format("there is no session '{}'", abbreviate(name))};
 }
 
 Refusal exists(const std::string& name) {

@@ -19,6 +19,8 @@ struct Counters {
   std::atomic<std::uint64_t> forced{
       0};  // sent past a subscriber that did not keep up: it missed them
   std::atomic<std::uint64_t> refused_handshakes{0};  // CURVE keys not on the list
+  std::atomic<std::uint64_t> refused_replies{0};     // too much is unread: an error in their place
+  std::atomic<std::uint64_t> cut_off{0};  // connections: too many subscriptions, key revoked
 };
 
 }  // namespace limber::server

@@ -7,9 +7,10 @@
 #include <zmq.h>
 
 #include <array>
-#include <fstream>
+#include <sstream>
 
 #include "engine/base/error.h"
+#include "engine/scene/formats/mesh_formats.h"
 
 namespace limber::server {
 namespace {
@@ -55,7 +56,7 @@ std::string read_secret(const std::filesystem::path& path) {
         fmt::format("a secret key may be readable by its owner only (mode {:03o}; chmod 600)",
                     status.st_mode & 0777u));
   }
-  std::ifstream in(path);
+  std::istringstream in(scene::read_bytes(path));
   std::string line;
   std::getline(in, line);
   line = first_word(line);
@@ -79,6 +80,22 @@ void write_curve_keys(const std::filesystem::path& path, const CurveKeys& keys) 
   write_new_file(path, keys.secret_key + "\n", 0600);
 }
 
+std::set<std::string> read_allowed_keys(const std::filesystem::path& file) {
+  std::istringstream in(scene::read_bytes(file));
+  std::set<std::string> keys;
+  std::string line;
+  for (int number = 1; std::getline(in, line); ++number) {
+    line = first_word(line);
+    if (line.empty()) continue;
+    if (!is_key(line)) {
+      throw Error(ErrorCode::kInvalidArgument, fmt::format("{}:{}", file.string(), number),
+                  "is not a Z85 public key of 40 characters");
+    }
+    keys.insert(line);
+  }
+  return keys;
+}
+
 CurveSetup read_curve_setup(const std::filesystem::path& secret_file,
                             const std::filesystem::path& allow_file) {
   CurveSetup setup;
@@ -88,18 +105,7 @@ CurveSetup read_curve_setup(const std::filesystem::path& secret_file,
     throw Error(ErrorCode::kInvalidArgument, secret_file.string(), "has no public key");
   }
   setup.server.public_key = open.data();
-  std::ifstream in(allow_file);
-  if (!in) throw Error(ErrorCode::kIo, allow_file.string(), "cannot be read");
-  std::string line;
-  for (int number = 1; std::getline(in, line); ++number) {
-    line = first_word(line);
-    if (line.empty()) continue;
-    if (!is_key(line)) {
-      throw Error(ErrorCode::kInvalidArgument, fmt::format("{}:{}", allow_file.string(), number),
-                  "is not a Z85 public key of 40 characters");
-    }
-    setup.allowed.insert(line);
-  }
+  setup.allowed = read_allowed_keys(allow_file);
   return setup;
 }
 

@@ -24,8 +24,12 @@ struct CurveSetup {
 /// @throws Error{kIo, kAlreadyExists}
 void write_curve_keys(const std::filesystem::path& path, const CurveKeys& keys);
 
+/// @param file  one Z85 public key per line; empty lines and lines from # on are comments
+/// @throws Error{kIo, kInvalidArgument} naming the file and line
+[[nodiscard]] std::set<std::string> read_allowed_keys(const std::filesystem::path& file);
+
 /// @param secret_file  one Z85 key; refused if others than the owner may read it
-/// @param allow_file   one Z85 public key per line; empty lines and lines from # on are comments
+/// @param allow_file   see read_allowed_keys()
 /// @throws Error{kIo, kInvalidArgument} naming the file and line
 [[nodiscard]] CurveSetup read_curve_setup(const std::filesystem::path& secret_file,
                                           const std::filesystem::path& allow_file);

@@ -1,29 +1,43 @@
 #pragma once
 
-#include <mutex>
-#include <optional>
+#include <cstdint>
 #include <shared_mutex>
 #include <string>
 #include <string_view>
+#include <unordered_map>
 #include <unordered_set>
 
 namespace limber::server {
 
-/// What subscribers asked for: prefixes of topics. Thread-safe.
+/// What subscribers asked for: prefixes of topics, by connection. Thread-safe.
 class Subscriptions {
  public:
-  /// A message from the XPUB socket: 1 or 0, then the prefix. @returns the prefix where it is a
-  /// subscription
-  std::optional<std::string> note(std::string_view message);
+  static constexpr std::size_t kLongestTopic = 128;    // longer prefixes match no topic of ours
+  static constexpr std::size_t kMostOfOne = 1024;      // prefixes of one connection
+  static constexpr std::size_t kMostPrefixes = 65536;  // different ones, of all
+
+  enum class Noted {
+    kSubscription,  // to a prefix that topics of ours may have
+    kTooMany,       // not noted; said once of a connection, whose messages are ignored from then on
+    kNothing
+  };
+  /// @param connection  Peer::number
+  /// @param message  from the XPUB socket: 1 or 0, then the prefix
+  Noted note(std::uint64_t connection, std::string_view message);
+  /// The connection has ended.
+  void forget(std::uint64_t connection);
   [[nodiscard]] bool wanted(std::string_view topic) const;
 
  private:
-  static constexpr std::size_t kLongestTopic = 128;    // longer prefixes match no topic of ours
-  static constexpr std::size_t kMostPrefixes = 65536;  // beyond: everything counts as wanted
+  struct Subscriber {
+    std::unordered_set<std::string> prefixes;
+    bool is_cut_off = false;
+  };
+  void release(const std::string& prefix);
 
   mutable std::shared_mutex mutex_;
-  std::unordered_set<std::string> prefixes_;
-  bool overflow_ = false;
+  std::unordered_map<std::uint64_t, Subscriber> subscribers_;
+  std::unordered_map<std::string, std::size_t> prefixes_;  // how many connections have each
 };
 
 }  // namespace limber::server

@@ -10,6 +10,7 @@
 #include "server/codec/errors.h"
 #include "server/log/log.h"
 #include "server/transport/endpoint.h"
+#include "server/transport/ipc_claim.h"
 #include "server/transport/zap.h"
 
 namespace limber::server {
@@ -17,15 +18,18 @@ namespace {
 
 constexpr int kLingerMs = 500;
 constexpr int kRequestsPerRound = 256;  // then replies and streams get their turn
-constexpr std::size_t kMostClients = 4096;
 constexpr std::size_t kMostTopics = 100'000;
-constexpr int kSubscriptionBytes = 4096;
+constexpr int kSubscriptionsPerRound = 256;
+// Longer ones match no topic of ours, and libzmq spends some 30 bytes on each of their bytes. The
+// handshake counts, too: that of CURVE takes 350.
+constexpr int kSubscriptionBytes = 192, kSubscriptionBytesWithKeys = 512;
 
 void add(std::atomic<std::uint64_t>& counter, std::uint64_t amount = 1) {
   counter.fetch_add(amount, std::memory_order_relaxed);
 }
 
 void bind_socket(zmq::socket_t& socket, const std::string& endpoint, const char* option) {
+  const IpcClaim claim(endpoint, option);
   if (endpoint.find('[') != std::string::npos) socket.set(zmq::sockopt::ipv6, true);
   try {
     socket.bind(for_bind(endpoint));
@@ -35,10 +39,10 @@ void bind_socket(zmq::socket_t& socket, const std::string& endpoint, const char*
 }
 
 void secure(zmq::socket_t& socket, const std::optional<CurveSetup>& curve) {
+  ZapHandler::guard(socket);
   if (!curve) return;
   socket.set(zmq::sockopt::curve_server, true);
   socket.set(zmq::sockopt::curve_secretkey, curve->server.secret_key);
-  socket.set(zmq::sockopt::zap_domain, "limber");
 }
 
 void tune(zmq::socket_t& socket) {
@@ -74,13 +78,21 @@ void TransportOptions::validate() const {
   if (stream_queue <= 0) throw invalid("--stream-queue", "must be > 0");
   if (message_bytes < 1024) throw invalid("--max-message-bytes", "must be >= 1024");
   if (message_bytes > (1ull << 30)) throw invalid("--max-message-bytes", "must be <= 1 GiB");
+  if (unread_total_bytes < message_bytes)
+    throw invalid("--max-unread-total-bytes", "must be >= --max-message-bytes");
 }
 
 Transport::Transport(TransportOptions options, Counters& counters)
-    : options_(std::move(options)), counters_(counters), context_(1), slots_(options_.patience) {
+    : options_(std::move(options)),
+      counters_(counters),
+      unread_({options_.unread_bytes, options_.unread_total_bytes}),
+      context_(1),
+      slots_(options_.patience) {
   options_.validate();
-  if (options_.curve)
-    zap_ = std::make_unique<ZapHandler>(context_, options_.curve->allowed, counters_);
+  // One thread of the context: what it tells comes in the order in which it happened.
+  zap_ = std::make_unique<ZapHandler>(
+      context_, options_.curve ? std::optional(options_.curve->allowed) : std::nullopt, counters_,
+      [this](const EndedConnections& ended) { enqueue(ended); });
   router_ = zmq::socket_t(context_, ZMQ_ROUTER);
   xpub_ = zmq::socket_t(context_, ZMQ_XPUB);
   for (auto* socket : {&router_, &xpub_}) {
@@ -95,16 +107,19 @@ Transport::Transport(TransportOptions options, Counters& counters)
   router_.set(zmq::sockopt::maxmsgsize,
               static_cast<std::int64_t>(2 * options_.message_bytes + (1 << 20)));
   xpub_.set(zmq::sockopt::sndhwm, options_.stream_queue);
-  xpub_.set(zmq::sockopt::maxmsgsize, std::int64_t{kSubscriptionBytes});
-  xpub_.set(zmq::sockopt::xpub_verbose,
-            true);  // every subscriber is heard, not only the first of a topic
+  xpub_.set(zmq::sockopt::maxmsgsize,
+            std::int64_t{options_.curve ? kSubscriptionBytesWithKeys : kSubscriptionBytes});
+  // Every subscriber is heard, not only the first and the last of a topic.
+  xpub_.set(zmq::sockopt::xpub_verboser, true);
   xpub_.set(zmq::sockopt::xpub_nodrop, true);
+  for (auto* socket : {&router_, &xpub_}) zap_->watch(*socket);
+  wake_fd_ = ::eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC);
+  if (wake_fd_ < 0) throw Error(ErrorCode::kInternal, "", "no eventfd");
+  zap_->start();
   bind_socket(router_, options_.bind, "--bind");
   bind_socket(xpub_, options_.stream, "--stream");
   request_endpoint_ = router_.get(zmq::sockopt::last_endpoint);
   stream_endpoint_ = xpub_.get(zmq::sockopt::last_endpoint);
-  wake_fd_ = ::eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC);
-  if (wake_fd_ < 0) throw Error(ErrorCode::kInternal, "", "no eventfd");
 }
 
 Transport::~Transport() {
@@ -124,14 +139,35 @@ void Transport::stop() {
   if (thread_.joinable()) {
     thread_.join();
   } else {
-    router_.close();
-    xpub_.close();
+    close_sockets();
+  }
+}
+
+void Transport::close_sockets() {
+  for (auto* socket : {&router_, &xpub_}) {
+    if (socket->handle() == nullptr) continue;
+    ZapHandler::stop_watching(*socket);
+    socket->close();
   }
 }
 
 void Transport::send(Address address, std::string bytes) {
-  enqueue(Outgoing{std::move(address), std::move(bytes)});
+  const std::string& client = address.envelope.front();
+  UnreadReplies::Excess excess;
+  auto unread = unread_.admit(client, bytes.size(), excess);
+  if (!unread) {
+    bytes = handlers_.overflow_reply(address, excess);
+    unread = unread_.admit_error(client, bytes.size());
+    add(counters_.refused_replies);
+  }
+  if (!unread) {
+    add(counters_.dropped_replies);
+    return;
+  }
+  enqueue(Outgoing{std::move(address), std::move(bytes), std::move(*unread)});
 }
+
+void Transport::allow(std::set<std::string> keys) { enqueue(AllowedKeys{std::move(keys)}); }
 
 void Transport::publish(const std::string& topic, std::vector<StreamBytes> messages) {
   {
@@ -193,8 +229,7 @@ void Transport::loop() {
   } catch (const std::exception& fault) {
     log::error("transport: {}", fault.what());
   }
-  router_.close();
-  xpub_.close();
+  close_sockets();
 }
 
 void Transport::drain() {
@@ -209,14 +244,38 @@ void Transport::drain() {
   for (auto& item : items) {
     if (auto* outgoing = std::get_if<Outgoing>(&item)) {
       send_now(*outgoing);
-    } else {
-      auto& publication = std::get<Publication>(item);
-      add(counters_.replaced, slots_.put(publication.topic, std::move(publication.messages), now));
+    } else if (auto* publication = std::get_if<Publication>(&item)) {
+      add(counters_.replaced,
+          slots_.put(publication->topic, std::move(publication->messages), now));
       slots_.flush(send, now);  // in the order of publication as long as nobody is full
+    } else if (const auto* ended = std::get_if<EndedConnections>(&item)) {
+      end_connections(*ended);
+    } else {
+      apply(std::get<AllowedKeys>(item));
     }
   }
   if (!slots_.empty()) slots_.flush(send, now);
-  if (unread_.size() > kMostClients) forget_idle_clients();
+}
+
+void Transport::end_connections(const EndedConnections& ended) {
+  const auto connection = connections_.end(ended);
+  if (!connection) return;
+  subscriptions_.forget(connection->number);
+  if (!connection->client.empty()) handlers_.on_disconnected(connection->client);
+}
+
+void Transport::apply(AllowedKeys& allowed) {
+  if (!options_.curve) return;
+  options_.curve->allowed = allowed.keys;
+  zap_->allow(std::move(allowed.keys));
+  add(counters_.cut_off, connections_.cut_off_others(options_.curve->allowed));
+}
+
+bool Transport::is_revoked(const Peer& peer) {
+  if (!options_.curve || options_.curve->allowed.contains(peer.key)) return false;
+  // Only of one that let the handshake be done before the list was changed.
+  Connections::cut_off(peer);
+  return true;
 }
 
 TopicSlots::Sent Transport::publish_now(const std::string& topic, const StreamBytes& bytes,
@@ -255,6 +314,11 @@ bool Transport::receive_request() {
       too_many = true;
     }
   }
+  const Peer peer = peer_of(frame);
+  if (is_revoked(peer)) {
+    add(counters_.dropped_requests);
+    return true;
+  }
   add(counters_.requests);
   // [routing id] payload, or [routing id] ... [empty] payload. What lies between is sent back as it
   // came.
@@ -262,27 +326,31 @@ bool Transport::receive_request() {
     add(counters_.dropped_requests);
     return true;
   }
+  const std::string client = frames.front();
+  if (connections_.note_client(peer, client)) handlers_.on_disconnected(client);
   handlers_.on_request(Address{std::move(frames), 0}, std::move(frame));
+  if (connections_.note(peer) == Connections::State::kEnded) handlers_.on_disconnected(client);
   return true;
 }
 
 void Transport::receive_subscriptions() {
   zmq::message_t message;
-  while (xpub_.recv(message, zmq::recv_flags::dontwait)) {
-    if (const auto prefix = subscriptions_.note(message.to_string_view()))
-      handlers_.on_subscription(*prefix);
-  }
-}
-
-std::shared_ptr<std::atomic<std::int64_t>> Transport::unread_of(const std::string& client) {
-  auto& unread = unread_[client];
-  if (!unread) unread = std::make_shared<std::atomic<std::int64_t>>(0);
-  return unread;
-}
-
-void Transport::forget_idle_clients() {
-  for (auto it = unread_.begin(); it != unread_.end();) {
-    it = it->second->load(std::memory_order_relaxed) == 0 ? unread_.erase(it) : std::next(it);
+  for (int i = 0; i < kSubscriptionsPerRound; ++i) {
+    if (!xpub_.recv(message, zmq::recv_flags::dontwait)) return;
+    const Peer peer = peer_of(message);
+    if (is_revoked(peer) || connections_.note(peer) == Connections::State::kEnded) continue;
+    switch (subscriptions_.note(peer.number, message.to_string_view())) {
+      case Subscriptions::Noted::kSubscription:
+        handlers_.on_subscription(std::string(message.to_string_view().substr(1)));
+        break;
+      case Subscriptions::Noted::kTooMany:
+        log::warn("cut off a subscriber with more than {} prefixes", Subscriptions::kMostOfOne);
+        add(counters_.cut_off);
+        Connections::cut_off(peer);
+        break;
+      case Subscriptions::Noted::kNothing:
+        break;
+    }
   }
 }
 
@@ -290,14 +358,9 @@ void Transport::send_now(Outgoing& outgoing) {
   struct Held {  // lives until libzmq has written the bytes: so it is known what a client leaves
                  // unread
     std::string bytes;
-    std::shared_ptr<std::atomic<std::int64_t>> unread;
+    UnreadReplies::Hold unread;
   };
   const auto& envelope = outgoing.address.envelope;
-  auto unread = unread_of(envelope.front());
-  const auto pending = static_cast<std::uint64_t>(unread->load(std::memory_order_relaxed));
-  if (pending > 0 && pending + outgoing.bytes.size() > options_.unread_bytes) {
-    outgoing.bytes = handlers_.overflow_reply(outgoing.address);
-  }
   try {
     for (std::size_t i = 0; i < envelope.size(); ++i) {
       const auto flags = zmq::send_flags::sndmore | zmq::send_flags::dontwait;
@@ -306,18 +369,10 @@ void Transport::send_now(Outgoing& outgoing) {
         return;
       }
     }
-    const auto size = static_cast<std::int64_t>(outgoing.bytes.size());
-    auto* held = new Held{std::move(outgoing.bytes), std::move(unread)};
-    held->unread->fetch_add(size, std::memory_order_relaxed);
+    auto* held = new Held{std::move(outgoing.bytes), std::move(outgoing.unread)};
     zmq::message_t message(
         held->bytes.data(), held->bytes.size(),
-        [](void*, void* hint) {
-          auto* done = static_cast<Held*>(hint);
-          done->unread->fetch_sub(static_cast<std::int64_t>(done->bytes.size()),
-                                  std::memory_order_relaxed);
-          delete done;
-        },
-        held);
+        [](void*, void* hint) { delete static_cast<Held*>(hint); }, held);
     router_.send(std::move(message), zmq::send_flags::dontwait);
     add(counters_.replies);
   } catch (const zmq::error_t& fault) {

@@ -13,10 +13,12 @@
 #include <zmq.hpp>
 
 #include "server/transport/address.h"
+#include "server/transport/connections.h"
 #include "server/transport/counters.h"
 #include "server/transport/curve.h"
 #include "server/transport/subscriptions.h"
 #include "server/transport/topic_slots.h"
+#include "server/transport/unread_replies.h"
 
 namespace limber::server {
 
@@ -27,8 +29,9 @@ struct TransportOptions {
   std::string stream = "tcp://127.0.0.1:7802";  // streams (XPUB)
   std::uint64_t message_bytes =
       256ull << 20;  // larger requests are refused; from twice this on the peer is cut off
-  std::uint64_t unread_bytes = 512ull << 20;  // replies one client may leave unread
-  int request_queue = 1000;                   // requests per client that wait to be read, > 0
+  std::uint64_t unread_bytes = 512ull << 20;      // replies one client may leave unread
+  std::uint64_t unread_total_bytes = 2ull << 30;  // and all together
+  int request_queue = 1000;                       // requests per client that wait to be read, > 0
   // Replies per client, > 0; those past it are lost. More than a client has unanswered: a thousand
   // waits may end at once, and small edits are not counted. Their bytes are bounded by
   // unread_bytes.
@@ -45,10 +48,13 @@ struct TransportOptions {
 struct TransportHandlers {
   std::function<void(Address address, zmq::message_t payload)> on_request;
   std::function<void(const std::string& prefix)> on_subscription;
-  /// A short reply in place of one that passes unread_bytes.
-  std::function<std::string(const Address& address)> overflow_reply;
+  /// A short reply in place of one that passes a limit of unread bytes. Any thread.
+  std::function<std::string(const Address& address, const UnreadReplies::Excess& excess)>
+      overflow_reply;
   /// A reply found its client gone. What that client sent before may still come.
   std::function<void(const std::string& client)> on_gone = [](const std::string&) {};
+  /// A client's connection has ended. Called again after each request of it that comes later.
+  std::function<void(const std::string& client)> on_disconnected = [](const std::string&) {};
 };
 
 /// The two sockets and the one thread that owns them. Others hand over through a queue and wake it
@@ -75,43 +81,53 @@ class Transport {
   /// order of calls
   void publish(const std::string& topic, std::vector<StreamBytes> messages);
   [[nodiscard]] bool wanted(std::string_view topic) const { return subscriptions_.wanted(topic); }
+  /// With CURVE: these clients' public keys in place of those that were allowed. Connections of
+  /// others are cut off.
+  void allow(std::set<std::string> keys);
+  [[nodiscard]] std::uint64_t unread_bytes() const { return unread_.total(); }
 
  private:
   struct Outgoing {
     Address address;
     std::string bytes;
+    UnreadReplies::Hold unread;
+  };
+  struct AllowedKeys {
+    std::set<std::string> keys;
   };
   struct Publication {
     std::string topic;
     std::vector<StreamBytes> messages;
   };
-  using Item = std::variant<Outgoing, Publication>;
+  using Item = std::variant<Outgoing, Publication, EndedConnections, AllowedKeys>;
 
   void enqueue(Item item);
   void wake() const;
   void loop();
   void drain();
+  void close_sockets();
   void send_now(Outgoing& outgoing);
+  void end_connections(const EndedConnections& ended);
+  void apply(AllowedKeys& allowed);
+  /// @returns whether its key was taken off the list; it is cut off then
+  bool is_revoked(const Peer& peer);
   void receive_requests();
   bool receive_request();
   void receive_subscriptions();
   TopicSlots::Sent publish_now(const std::string& topic, const StreamBytes& bytes,
                                TopicSlots::Force force);
-  std::shared_ptr<std::atomic<std::int64_t>> unread_of(const std::string& client);
-  void forget_idle_clients();
-
   TransportOptions options_;
   Counters& counters_;
   TransportHandlers handlers_;
+  UnreadReplies unread_;  // messages of the context hold parts of it
   zmq::context_t context_;
   std::unique_ptr<ZapHandler> zap_;
   zmq::socket_t router_, xpub_;
   std::string request_endpoint_, stream_endpoint_;
   int wake_fd_ = -1;
   Subscriptions subscriptions_;
-  TopicSlots slots_;  // the thread's
-  std::unordered_map<std::string, std::shared_ptr<std::atomic<std::int64_t>>>
-      unread_;  // the thread's
+  TopicSlots slots_;         // the thread's
+  Connections connections_;  // the thread's
   std::thread thread_;
   std::atomic<std::thread::id> thread_id_{};
   std::atomic<bool> stopping_{false};

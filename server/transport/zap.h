@@ -1,31 +1,68 @@
 #pragma once
 
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <optional>
 #include <set>
 #include <string>
 #include <thread>
+#include <vector>
 #include <zmq.hpp>
 
+#include "server/transport/connections.h"
 #include "server/transport/counters.h"
 
 namespace limber::server {
 
-/// Decides which CURVE clients may connect (RFC 27, ZAP): a thread at inproc://zeromq.zap.01 of one
-/// context. Must live before the sockets it guards are bound: without a handler libzmq lets
-/// everybody in.
+/// Decides which clients may connect (RFC 27, ZAP), gives each connection its number, and tells of
+/// its end: a thread at inproc://zeromq.zap.01 of one context. Without keys every peer of ZMTP 3 is
+/// let in; what matters there is that libzmq refuses older peers, which know no handshake and which
+/// any text looks like (HTTP too), on sockets that have a ZAP domain.
+///
+/// Must live before the sockets it guards are bound, and until they are closed.
 class ZapHandler {
  public:
-  /// @param allowed  public keys, Z85; everybody else is answered 400
-  ZapHandler(zmq::context_t& context, std::set<std::string> allowed, Counters& counters);
+  using OnEnd = std::function<void(const EndedConnections&)>;
+  /// @param allowed  public keys, Z85: CURVE clients with others are answered 400, and so is who
+  ///                 has no key. Nothing: the sockets have no keys.
+  /// @param on_end   called on the handler's thread
+  ZapHandler(zmq::context_t& context, std::optional<std::set<std::string>> allowed,
+             Counters& counters, OnEnd on_end);
   ~ZapHandler();
   ZapHandler(const ZapHandler&) = delete;
   ZapHandler& operator=(const ZapHandler&) = delete;
 
- private:
-  void answer(zmq::socket_t& socket);
+  /// Before the socket is bound: its connections are handed to this handler.
+  static void guard(zmq::socket_t& socket);
+  /// Before start(): the ends of this socket's connections are told.
+  void watch(zmq::socket_t& socket);
+  /// Before the socket is closed, on its thread.
+  static void stop_watching(zmq::socket_t& socket);
+  /// Before any connection is made.
+  void start();
 
-  zmq::socket_t stop_;  // inproc PAIR: a message ends the thread
-  std::set<std::string> allowed_;
+  /// In place of those that were; for handshakes that come. Any thread.
+  void allow(std::set<std::string> allowed);
+
+ private:
+  void run();
+  void answer();
+  void read_ends();
+  [[nodiscard]] std::optional<std::string> refusal_of(const std::vector<zmq::message_t>& request,
+                                                      std::string& key) const;
+
+  zmq::context_t& context_;
+  zmq::socket_t handler_;                // REP
+  zmq::socket_t stop_, stopped_;         // inproc PAIRs: a message ends the thread
+  std::vector<zmq::socket_t> monitors_;  // PAIRs
   Counters& counters_;
+  const OnEnd on_end_;
+  const bool has_keys_;
+  std::uint64_t last_ = 0;    // number that was given
+  mutable std::mutex mutex_;  // of what follows
+  std::set<std::string> allowed_;
   std::thread thread_;
 };
 

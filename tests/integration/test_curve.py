@@ -1,12 +1,14 @@
 """Beyond loopback: keys, and who is let in."""
 
 import json
+import os
 import signal
 import subprocess
 
 import limber
 import pytest
 from conftest import small_scene, tip_of
+from limber.v1 import service_pb2 as service
 
 
 @pytest.fixture
@@ -18,8 +20,8 @@ def keys(limberd, tmp_path):
 
 
 @pytest.fixture
-def endpoint(limberd, keys, cache_dir):
-    """A server that encrypts. The package's launch() is for servers without keys."""
+def running(limberd, keys, cache_dir):
+    """A server that encrypts, as its ready file says. The package's launch() is for servers without keys."""
     ready = keys / "ready"
     process = subprocess.Popen([str(limberd), "--bind", "tcp://127.0.0.1:0", "--stream", "tcp://127.0.0.1:0",
                                 "--ready-file", ready, "--cache-dir", cache_dir, "--curve-secret-file", keys / "server.key",
@@ -30,10 +32,15 @@ def endpoint(limberd, keys, cache_dir):
                 break
             with pytest.raises(subprocess.TimeoutExpired):
                 process.wait(0.02)
-        yield json.loads(ready.read_text())["requests"]
+        yield json.loads(ready.read_text())
     finally:
         process.terminate()
         assert process.wait(10) == 0
+
+
+@pytest.fixture
+def endpoint(running):
+    return running["requests"]
 
 
 def test_who_is_let_in(endpoint, keys, cli):
@@ -93,3 +100,34 @@ def test_bad_key_files(keys):
             limber.connect("tcp://127.0.0.1:1", **arguments)
         assert caught.value.field == field
         assert "x" * 39 not in str(caught.value), "keys are not shown"
+
+
+def test_a_list_of_keys_that_changes_is_read_again(running, keys):
+    """SIGHUP: who was added is let in, who was taken off is cut off; a list that cannot be read changes nothing."""
+    connect = lambda name, timeout: limber.connect(  # noqa: E731
+        running["requests"], server_key=keys / "server.key.pub", key=keys / f"{name}.key", timeout=timeout)
+
+    def hang_up():
+        os.kill(running["pid"], signal.SIGHUP)
+
+    def until(name):
+        for _ in range(40):
+            try:
+                return connect(name, 0.5)
+            except limber.ServerUnreachable:
+                pass
+        raise AssertionError(f"{name} is not let in")
+
+    with connect("friend", 20) as friend:
+        with pytest.raises(limber.ServerUnreachable):
+            connect("stranger", 0.4)
+        (keys / "allowed").write_text("no key")
+        hang_up()
+        assert friend.info().protocol_versions == [1]
+        (keys / "allowed").write_text((keys / "stranger.key.pub").read_text())
+        hang_up()
+        with until("stranger") as stranger:
+            assert stranger.info().counters["cut_off"] >= 1
+            with pytest.raises(limber.LimberError):
+                friend.connection.call("get_server_info", service.GetServerInfoRequest(), timeout=1.0)
+            assert stranger.info().protocol_versions == [1]

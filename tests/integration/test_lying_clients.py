@@ -210,7 +210,7 @@ def test_bad_scenes_are_refused_with_their_field(server, field, code, change):
                 if issue.severity == common.Issue.SEVERITY_ERROR][0] == (code, f"scene.{field}")
 
 
-@pytest.mark.parametrize("name", ["../x", "a b", "x" * 65, "ä", "a/b"])
+@pytest.mark.parametrize("name", [".", "..", "../x", "a b", "x" * 65, "ä", "a/b"])
 def test_session_names(server, name):
     with pytest.raises(limber.LimberError) as caught:
         server.connection.call("open_session", service.OpenSessionRequest(scene=small_scene(), session=name))

@@ -314,9 +314,19 @@ def test_sigterm_during_a_build(launch, tmp_path):
 
 
 def test_shutdown_request(launch):
-    server = launch()
+    server = launch("--allow-shutdown")
     server.shutdown()
     assert server.process.wait(10) == 0, server.log
+
+
+def test_shutdown_request_where_it_is_not_allowed(launch, cli):
+    server = launch()
+    with pytest.raises(limber.LimberError, match="--allow-shutdown") as caught:
+        server.shutdown()
+    assert caught.value.code == "UNSUPPORTED"
+    stopped = cli("stop", endpoint=server.connection.endpoint)
+    assert stopped.returncode == 1 and "--allow-shutdown" in stopped.stderr
+    assert server.info().protocol_versions == [1]
 
 
 def test_tcp_on_loopback(launch):

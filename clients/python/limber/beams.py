@@ -113,6 +113,8 @@ def load_structure(path: "str | os.PathLike[str]") -> "beam_structure.BeamStruct
         value = json.loads(content)
     except ValueError as error:
         raise invalid("structure", f"{path} is not JSON: {error}") from error
+    except RecursionError:
+        raise invalid("structure", f"{path} is nested too deeply") from None
     if not isinstance(value, Mapping) or not (path.name == _JOB or any(key in value for key in _JOB_KEYS)):
         return _parse(value, str(path))
     made = scene.MeshFile(name=path.name, content=content)

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import itertools
 import os
+import stat
 import threading
 import time
 import weakref
@@ -51,7 +52,10 @@ class CurveKeys:
 
 def _read_key(path: "str | os.PathLike[str]", name: str) -> str:
     try:
-        with open(path, encoding="ascii", errors="replace") as file:
+        with open(path, encoding="ascii", errors="replace",
+                  opener=lambda name, flags: os.open(name, flags | os.O_NONBLOCK)) as file:
+            if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
+                raise LimberError("IO", f"cannot read {path}: it is no regular file", name)
             key = file.read(4096).strip()
     except OSError as error:
         raise LimberError("IO", f"cannot read {path}: {error.strerror}", name) from error

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import stat
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
@@ -57,8 +58,11 @@ def _read_path(path: Path) -> "messages.BaseMotion":
 
 
 def read(path: Path, field: str) -> bytes:
-    """The bytes of a file."""
+    """The bytes of a regular file; of a pipe nobody is waited for."""
     try:
-        return path.read_bytes()
+        with open(path, "rb", opener=lambda name, flags: os.open(name, flags | os.O_NONBLOCK)) as file:
+            if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
+                raise LimberError("IO", f"cannot read {path}: it is no regular file", field)
+            return file.read()
     except OSError as error:
         raise LimberError("IO", f"cannot read {path}: {error.strerror}", field) from error

@@ -36,6 +36,8 @@ def _read_scene(path: "str | os.PathLike[str]") -> "tuple[messages.Scene, Path]"
         scene = _parse(_each_key_once(json.loads(text, object_pairs_hook=_Pairs), "scene", str(path)), str(path))
     except ValueError as error:
         raise invalid("scene", f"{path} is not JSON: {error}") from error
+    except RecursionError:
+        raise invalid("scene", f"{path} is nested too deeply") from None
     return scene, path.parent
 
 

@@ -363,7 +363,7 @@ class Server:
                                  **{"smallest_angle": 0.5 * flat_angle, **wanted})
 
     def shutdown(self) -> None:
-        """Asks limberd to end."""
+        """Asks limberd to end; UNSUPPORTED unless it was started by `limber start` or with --allow-shutdown."""
         self.connection.call("shutdown", service.ShutdownRequest())
 
 

@@ -18,8 +18,11 @@ void SurfacePlacement::validate() const {
   if (!rotation.coeffs().allFinite() || !(rotation.norm() > 0))
     refuse("rotation", "must be finite and not zero");
   if (!translation.allFinite()) refuse("translation", "must be finite");
-  if (!(scale > 0) || !std::isfinite(scale))
-    refuse("scale", fmt::format("must be > 0 and finite, is {:g}", scale));
+  // Beyond, squares of lengths and of their quotients leave the range of numbers.
+  constexpr double kLeastScale = 1e-12, kMostScale = 1e12;
+  if (!(scale >= kLeastScale && scale <= kMostScale))
+    refuse("scale",
+           fmt::format("must be in [{:g}, {:g}], is {:g}", kLeastScale, kMostScale, scale));
 }
 
 SurfacePlacement fitted(const SurfacePlacement& placement, const Eigen::Matrix3Xd& points,

@@ -11,7 +11,7 @@ namespace limber::rods {
 struct SurfacePlacement {
   Eigen::Quaterniond rotation = Eigen::Quaterniond::Identity();  // is normalised
   Eigen::Vector3d translation = Eigen::Vector3d::Zero();         // [length]
-  double scale = 1;                                              // > 0
+  double scale = 1;                                              // in [1e-12, 1e12]
 
   /// @throws Error{kInvalidArgument} naming the member
   void validate() const;

@@ -20,7 +20,14 @@ using Json = nlohmann::json;
 }
 
 Json parse(std::string_view text, const char* name) {
-  Json document = Json::parse(text, nullptr, false);
+  // Values of jobs have four levels at most.
+  constexpr int kMostLevels = 100;
+  const auto check_depth = [&](int depth, Json::parse_event_t, const Json&) {
+    if (depth > kMostLevels)
+      refuse(name, "is nested deeper than " + std::to_string(kMostLevels) + " levels");
+    return true;
+  };
+  Json document = Json::parse(text, check_depth, false);
   if (document.is_discarded()) refuse(name, "is not JSON");
   if (!document.is_object()) refuse(name, "is not a JSON object");
   return document;

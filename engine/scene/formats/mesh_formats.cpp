@@ -1,6 +1,11 @@
 #include "engine/scene/formats/mesh_formats.h"
 
-#include <fstream>
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
 
 #include "engine/scene/formats/material_files.h"
 #include "engine/scene/formats/readers.h"
@@ -18,6 +23,31 @@ std::string ending_of(const std::string& name) {
 bool begins_with(std::string_view text, std::string_view start) {
   return text.substr(0, start.size()) == start;
 }
+
+/// Opened for reading without waiting for anybody, as a pipe without a writer would.
+class RegularFile {
+ public:
+  enum class Kind { kRegular, kFolder, kOther, kNone };
+  explicit RegularFile(const fs::path& path)
+      : file_(::open(path.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC)) {
+    struct stat status {};
+    if (file_ < 0 || ::fstat(file_, &status) != 0) return;
+    kind_ = S_ISREG(status.st_mode)   ? Kind::kRegular
+            : S_ISDIR(status.st_mode) ? Kind::kFolder
+                                      : Kind::kOther;
+  }
+  ~RegularFile() {
+    if (file_ >= 0) ::close(file_);
+  }
+  RegularFile(const RegularFile&) = delete;
+  RegularFile& operator=(const RegularFile&) = delete;
+  [[nodiscard]] Kind kind() const { return kind_; }
+  [[nodiscard]] int descriptor() const { return file_; }
+
+ private:
+  int file_;
+  Kind kind_ = Kind::kNone;
+};
 
 /// The companion with this ending and, if there are several, the stem of the main file.
 const std::pair<const std::string, std::string>* companion_with_ending(const MeshFileSet& files,
@@ -94,26 +124,26 @@ MeshReading read_mesh(const MeshFileSet& files) {
 }
 
 std::string read_bytes(const fs::path& path, std::size_t max_bytes) {
-  std::error_code status;
-  if (fs::is_directory(path, status)) {
-    throw Error(ErrorCode::kIo, path.string(), path.string() + ": is a folder, not a file");
-  }
-  std::ifstream stream(path, std::ios::binary);
-  if (!stream) throw Error(ErrorCode::kIo, path.string(), path.string() + ": cannot be opened");
+  const auto refuse = [&](ErrorCode code, const std::string& why) {
+    throw Error(code, path.string(), path.string() + ": " + why);
+  };
+  const RegularFile file(path);
+  if (file.kind() == RegularFile::Kind::kNone) refuse(ErrorCode::kIo, "cannot be opened");
+  if (file.kind() == RegularFile::Kind::kFolder) refuse(ErrorCode::kIo, "is a folder, not a file");
+  if (file.kind() == RegularFile::Kind::kOther)
+    refuse(ErrorCode::kIo, "is a pipe, a socket or a device, not a regular file");
   std::string bytes;
   constexpr std::size_t kChunk = std::size_t{1} << 20;
-  while (stream) {
+  while (true) {
     const std::size_t size = bytes.size();
     bytes.resize(size + kChunk);
-    stream.read(bytes.data() + size, static_cast<std::streamsize>(kChunk));
-    bytes.resize(size + static_cast<std::size_t>(stream.gcount()));
-    if (bytes.size() > max_bytes) {
-      throw Error(ErrorCode::kLimitExceeded, path.string(),
-                  path.string() + ": has more than " + std::to_string(max_bytes) + " bytes");
-    }
+    const auto count = ::read(file.descriptor(), bytes.data() + size, kChunk);
+    bytes.resize(size + static_cast<std::size_t>(std::max<ssize_t>(count, 0)));
+    if (count == 0) return bytes;
+    if (count < 0 && errno != EINTR) refuse(ErrorCode::kIo, "cannot be read");
+    if (bytes.size() > max_bytes)
+      refuse(ErrorCode::kLimitExceeded, "has more than " + std::to_string(max_bytes) + " bytes");
   }
-  if (stream.bad()) throw Error(ErrorCode::kIo, path.string(), path.string() + ": cannot be read");
-  return bytes;
 }
 
 MeshReading read_mesh_file(const fs::path& path, std::size_t max_bytes) {

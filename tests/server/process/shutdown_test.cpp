@@ -75,13 +75,36 @@ TEST_F(ServerShutdown, SessionsThatAreJustBeingOpened) {
 }
 
 TEST_F(ServerShutdown, ByRequest) {
-  Daemon daemon(folder.path());
+  Daemon daemon(folder.path(), {"--allow-shutdown"});
   Client client(daemon.requests);
   proto::Request request;
   request.mutable_shutdown();
   EXPECT_TRUE(client.call(request).has_shutdown());
   EXPECT_EQ(daemon.process().wait(milliseconds(5000)), 0);
   EXPECT_THAT(daemon.process().err(), HasSubstr("stopped after"));
+}
+
+TEST_F(ServerShutdown, ByRequestOnlyWhereItIsAllowed) {
+  Daemon daemon(folder.path());
+  Client client(daemon.requests);
+  proto::Request request;
+  request.mutable_shutdown();
+  const auto refused = client.call(request);
+  EXPECT_EQ(refused.error().code(), proto::ERROR_CODE_UNSUPPORTED);
+  EXPECT_THAT(refused.error().message(), HasSubstr("--allow-shutdown"));
+  EXPECT_TRUE(client.call(info_request()).has_get_server_info());
+}
+
+TEST_F(ServerShutdown, AHangupDoesNotEndTheServer) {
+  Daemon daemon(folder.path());
+  Client client(daemon.requests);
+  open_and_solve(client, "s");
+  for (int i = 0; i < 3; ++i) daemon.process().signal(SIGHUP);
+  EXPECT_TRUE(client.call(move_request("s", 1, 0, 0.2, 0)).has_edit());
+  EXPECT_FALSE(daemon.process().wait(milliseconds(200)).has_value());
+  EXPECT_THAT(daemon.process().err(), HasSubstr("SIGHUP"));
+  daemon.process().signal(SIGTERM);
+  EXPECT_EQ(daemon.process().wait(), 0);
 }
 
 TEST_F(ServerShutdown, WithFrozenSubscribersAndDeafClients) {

@@ -176,7 +176,10 @@ TEST(ServerLimits, RunningJobs) {
 }
 
 TEST(ServerLimits, RequestsThatWait) {
-  RunningServer server(options_with([](auto& options) { options.limits.waits = 10; }));
+  RunningServer server(options_with([](auto& options) {
+    options.limits.waits = 10;
+    options.limits.sure_requests = 0;
+  }));
   Client client(server->request_endpoint());
   open_and_solve(client, "s");
   for (int i = 0; i < 30; ++i) client.send(wait_request("s", 1, 0.5));
@@ -190,6 +193,56 @@ TEST(ServerLimits, RequestsThatWait) {
   EXPECT_EQ(refused + late, 30);
   EXPECT_GE(refused, 19);
   EXPECT_GE(late, 9);
+}
+
+TEST(ServerLimits, AFewWaitsOfAClientAreNeverRefusedForThoseOfOthers) {
+  RunningServer server(options_with([](auto& options) {
+    options.limits.waits = 10;
+    options.limits.sure_requests = 3;
+  }));
+  Client greedy(server->request_endpoint()), modest(server->request_endpoint());
+  open_and_solve(greedy, "s");
+  for (int i = 0; i < 11; ++i) greedy.send(wait_request("s", 1, 60));
+  expect_limit(*greedy.receive(), "10", "11");
+  for (int i = 0; i < 4; ++i) modest.send(wait_request("s", 1, 60));
+  const auto refused = modest.receive();
+  ASSERT_TRUE(refused.has_value());
+  EXPECT_EQ(refused->id(), 4u);  // three wait, and are answered when there is something
+  EXPECT_EQ(refused->error().code(), proto::ERROR_CODE_LIMIT_EXCEEDED);
+  EXPECT_TRUE(greedy.send(move_request("s", 1, 0, 0.2, 0)));
+  for (int i = 0; i < 3; ++i) {
+    const auto answered = modest.receive();
+    ASSERT_TRUE(answered.has_value());
+    EXPECT_TRUE(answered->has_wait()) << answered->ShortDebugString();
+  }
+}
+
+TEST(ServerLimits, WaitsOfAClientThatIsGoneAreReleasedAtOnce) {
+  RunningServer server(options_with([](auto& options) { options.limits.jobs = 2; }));
+  Client client(server->request_endpoint());
+  open_and_solve(client, "s");
+  const auto opened = client.call(open_request(small_scene(2000, 300), "slow"));
+  ASSERT_TRUE(opened.has_open_session());
+  const auto open = [&] {
+    return client.call(info_request()).get_server_info().counters().at("open_requests");
+  };
+  Client staying(server->request_endpoint());
+  staying.send(wait_request("s", 1000, 3600));
+  while (open() < 2) std::this_thread::sleep_for(milliseconds(1));
+  for (int round = 0; round < 5; ++round) {  // the next one has the same descriptor
+    Client gone(server->request_endpoint());
+    proto::Request job;
+    job.mutable_get_job()->set_job(opened.open_session().job());
+    job.mutable_get_job()->set_wait_s(3600);
+    for (int i = 0; i < 400; ++i) gone.send(wait_request("s", 1000, 3600));
+    gone.send(job);
+    if (round % 2 == 0) {  // else it is gone before its requests are read, perhaps
+      for (int i = 0; i < 5000 && open() < 100; ++i) std::this_thread::sleep_for(milliseconds(1));
+    }
+  }
+  for (int i = 0; i < 5000 && open() > 2; ++i) std::this_thread::sleep_for(milliseconds(1));
+  EXPECT_EQ(open(), 2u);  // that of the client which stays, and this one
+  EXPECT_TRUE(client.call(move_request("s", 1, 0, 0.2, 0)).has_edit());
 }
 
 TEST(ServerLimits, RequestsOfOneClient) {
@@ -306,6 +359,60 @@ TEST(ServerLimits, UnreadRepliesOfAClientWhoDoesNotRead) {
   EXPECT_GE(answers, 1);
   // How many answers the transport takes before it says no depends on who is faster.
   EXPECT_GE(refusals, 20);
+}
+
+TEST(ServerLimits, UnreadRepliesOfAllClientsTogether) {
+  RunningServer server(options_with([](auto& options) {
+    options.transport.message_bytes = 8 << 20;
+    options.transport.unread_total_bytes = 24 << 20;
+  }));
+  Client client(server->request_endpoint());
+  open_and_solve(client, "s", small_scene(150, 400));
+  proto::Request request;
+  request.mutable_get_frames()->set_session("s");
+  request.mutable_get_frames()->set_encoding(proto::ENCODING_POSITIONS);  // 2.9 MB
+  std::vector<std::unique_ptr<Client>> deaf;
+  for (int i = 0; i < 3; ++i)
+    deaf.push_back(std::make_unique<Client>(server->request_endpoint(), 1));
+  for (int i = 0; i < 30; ++i) {
+    for (const auto& each : deaf) each->send(request);
+  }
+  const auto counter = [&](const char* name) {
+    return client.call(info_request()).get_server_info().counters().at(name);
+  };
+  std::uint64_t most = 0;
+  for (int i = 0;
+       i < 3000 && (server->counters().requests.load() < 90 || counter("open_requests") > 1); ++i) {
+    most = std::max(most, counter("unread_bytes"));
+    std::this_thread::sleep_for(milliseconds(5));
+  }
+  most = std::max(most, counter("unread_bytes"));
+  // Short errors, which are 250 bytes, are bounded apart.
+  EXPECT_LE(most, (24u << 20) + 100 * 1024);
+  EXPECT_GT(most, 6u << 20);
+  EXPECT_GT(counter("refused_replies"), 0u);
+  // Who reads gets its answer, however much others leave.
+  EXPECT_TRUE(client.call(request).has_get_frames());
+}
+
+TEST(ServerLimits, NamesOfSessions) {
+  RunningServer server;
+  Client client(server->request_endpoint());
+  const std::vector<std::string> names{".", "..", "a/b", std::string(100'000'000, 'x')};
+  for (const auto& name : names) {
+    const auto refused = client.call(open_request(small_scene(), name));
+    EXPECT_EQ(refused.error().code(), proto::ERROR_CODE_INVALID_ARGUMENT);
+    EXPECT_EQ(refused.error().field(), "session");
+    EXPECT_LT(refused.ByteSizeLong(), 1000u);
+    proto::Request request;
+    request.mutable_get_session()->set_session(name);
+    const auto unknown = client.call(request);
+    EXPECT_EQ(unknown.error().code(), proto::ERROR_CODE_NOT_FOUND);
+    EXPECT_LT(unknown.ByteSizeLong(), 1000u);
+  }
+  proto::Request request;
+  request.mutable_get_sample()->set_name(std::string(100'000'000, 'y'));
+  EXPECT_LT(client.call(request).ByteSizeLong(), 10'000u);
 }
 
 TEST(MemoryEstimate, GrowsWithEverySize) {

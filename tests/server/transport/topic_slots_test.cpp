@@ -78,24 +78,51 @@ TEST(TopicSlots, PatienceEndsEvenWhileNewerOnesArrive) {
 TEST(Subscriptions, PrefixesMatch) {
   Subscriptions subscriptions;
   EXPECT_FALSE(subscriptions.wanted("jobs"));
-  EXPECT_EQ(subscriptions.note(std::string("\1session/a/", 11)), "session/a/");
+  using Noted = Subscriptions::Noted;
+  EXPECT_EQ(subscriptions.note(1, std::string("\1session/a/", 11)), Noted::kSubscription);
+  EXPECT_EQ(subscriptions.note(2, std::string("\1session/a/", 11)), Noted::kSubscription);
   EXPECT_TRUE(subscriptions.wanted("session/a/status"));
   EXPECT_FALSE(subscriptions.wanted("session/ab/status"));
   EXPECT_FALSE(subscriptions.wanted("session/a"));
-  EXPECT_FALSE(subscriptions.note(std::string("\0session/a/", 11)).has_value());
+  EXPECT_EQ(subscriptions.note(1, std::string("\0session/a/", 11)), Noted::kNothing);
+  EXPECT_TRUE(subscriptions.wanted("session/a/status"));  // by the other connection
+  EXPECT_EQ(subscriptions.note(0, std::string("\0session/a/", 11)), Noted::kNothing);
+  EXPECT_TRUE(subscriptions.wanted("session/a/status"));
+  subscriptions.forget(2);
   EXPECT_FALSE(subscriptions.wanted("session/a/status"));
-  EXPECT_EQ(subscriptions.note(std::string("\1", 1)), "");
+  EXPECT_EQ(subscriptions.note(3, std::string("\1", 1)), Noted::kSubscription);
   EXPECT_TRUE(subscriptions.wanted("anything"));
 }
 
 TEST(Subscriptions, HostileOnesCostNothing) {
+  using Noted = Subscriptions::Noted;
   Subscriptions subscriptions;
-  EXPECT_FALSE(subscriptions.note(std::string(5000, '\1')).has_value());
-  EXPECT_FALSE(subscriptions.note("").has_value());
-  EXPECT_FALSE(subscriptions.note("\7jobs").has_value());
-  for (int i = 0; i < 70000; ++i) (void)subscriptions.note(fmt::format("\1{}", i));
-  EXPECT_TRUE(subscriptions.wanted(
-      "jobs"));  // beyond what is kept, all is wanted rather than something missed
+  EXPECT_EQ(subscriptions.note(1, std::string(500, '\1')), Noted::kNothing);
+  EXPECT_EQ(subscriptions.note(1, ""), Noted::kNothing);
+  EXPECT_EQ(subscriptions.note(1, "\7jobs"), Noted::kNothing);
+  int cut_off = 0;
+  for (int i = 0; i < 70000; ++i)
+    cut_off += subscriptions.note(2, fmt::format("\1p{:05}", i)) == Noted::kTooMany ? 1 : 0;
+  EXPECT_EQ(cut_off, 1);
+  EXPECT_TRUE(subscriptions.wanted("p01023"));
+  EXPECT_FALSE(subscriptions.wanted("p01024"));
+  EXPECT_EQ(subscriptions.note(3, "\1jobs"), Noted::kSubscription);  // others are not concerned
+  subscriptions.forget(2);
+  EXPECT_FALSE(subscriptions.wanted("p01023"));
+  EXPECT_TRUE(subscriptions.wanted("jobs"));
+}
+
+TEST(Subscriptions, OfAllTogetherAreBounded) {
+  using Noted = Subscriptions::Noted;
+  Subscriptions subscriptions;
+  for (int i = 0; i < 65536; ++i) {
+    const auto connection = static_cast<std::uint64_t>(1 + i / 1000);
+    ASSERT_EQ(subscriptions.note(connection, fmt::format("\1{}", i)), Noted::kSubscription);
+  }
+  EXPECT_EQ(subscriptions.note(100, "\1jobs"), Noted::kTooMany);
+  EXPECT_EQ(subscriptions.note(101, "\0017"), Noted::kSubscription);  // which somebody has
+  subscriptions.forget(1);
+  EXPECT_EQ(subscriptions.note(102, "\1jobs"), Noted::kSubscription);
 }
 
 }  // namespace

@@ -1,0 +1,23 @@
+#pragma once
+
+#include <string>
+
+namespace limber::server {
+
+/// While a socket is bound to ipc://PATH: libzmq takes the place of whatever is at the path.
+/// Refused where a server listens there, or where there is something else than a socket; what a
+/// killed server left is taken over. Starting servers take turns: no two take the same path. For
+/// other endpoints nothing is done.
+class IpcClaim {
+ public:
+  /// @throws Error{kIo, option}
+  IpcClaim(const std::string& endpoint, const char* option);
+  ~IpcClaim();
+  IpcClaim(const IpcClaim&) = delete;
+  IpcClaim& operator=(const IpcClaim&) = delete;
+
+ private:
+  int folder_ = -1;  // locked
+};
+
+}  // namespace limber::server

@@ -1,0 +1,52 @@
+#include "server/transport/unread_replies.h"
+
+namespace limber::server {
+
+std::optional<UnreadReplies::Hold> UnreadReplies::admit(const std::string& client,
+                                                        std::uint64_t bytes, Excess& excess) {
+  const std::uint64_t cost = bytes + kMessageBytes;
+  const std::lock_guard lock(mutex_);
+  const auto found = by_client_.find(client);
+  const std::uint64_t own = found == by_client_.end() ? 0 : found->second.replies;
+  if (own > 0 && own + cost > limits_.client_bytes) {
+    excess = {Excess::Of::kClient, limits_.client_bytes, own + cost};
+    return std::nullopt;
+  }
+  if (own + cost > limits_.total_bytes - total_.replies) {
+    excess = {Excess::Of::kAll, limits_.total_bytes, total_.replies + cost};
+    return std::nullopt;
+  }
+  by_client_[client].replies += cost;
+  total_.replies += cost;
+  return Hold(*this, client, Kind::kReply, cost);
+}
+
+std::optional<UnreadReplies::Hold> UnreadReplies::admit_error(const std::string& client,
+                                                              std::uint64_t bytes) {
+  const std::uint64_t cost = bytes + kMessageBytes;
+  const std::lock_guard lock(mutex_);
+  Unread& own = by_client_[client];
+  if (own.errors + cost > kErrorBytesOfClient || total_.errors + cost > kErrorBytes) {
+    if (own.replies + own.errors == 0) by_client_.erase(client);
+    return std::nullopt;
+  }
+  own.errors += cost;
+  total_.errors += cost;
+  return Hold(*this, client, Kind::kError, cost);
+}
+
+std::uint64_t UnreadReplies::total() const {
+  const std::lock_guard lock(mutex_);
+  return total_.replies + total_.errors;
+}
+
+void UnreadReplies::release(const std::string& client, Kind kind, std::uint64_t bytes) {
+  const auto part = kind == Kind::kReply ? &Unread::replies : &Unread::errors;
+  const std::lock_guard lock(mutex_);
+  total_.*part -= bytes;
+  const auto found = by_client_.find(client);
+  found->second.*part -= bytes;
+  if (found->second.replies + found->second.errors == 0) by_client_.erase(found);
+}
+
+}  // namespace limber::server
