@@ -135,14 +135,14 @@ void MotionExport::add_surface(int first, int count, proto::ExportResponse& resp
 }
 
 /// The header says how many samples there are in all; parts after the first are bytes to append.
-void MotionExport::add_cache(const std::string& name, Eigen::MatrixXf positions, int first,
+void MotionExport::add_cache(const std::string& name, Eigen::MatrixXf samples, int first,
                              proto::ExportResponse& response) const {
   scene::PointCache cache;
-  cache.positions = std::move(positions);
+  cache.positions = std::move(samples);
   std::string bytes = scene::write_pc2(cache);
   if (first == 0) {
-    const auto samples = static_cast<std::int32_t>(frame_count);
-    std::memcpy(bytes.data() + kPc2SampleCount, &samples, sizeof samples);
+    const auto count = static_cast<std::int32_t>(frame_count);
+    std::memcpy(bytes.data() + kPc2SampleCount, &count, sizeof count);
     add_file(response, name, std::move(bytes));
   } else {
     add_file(response, name, bytes.substr(kPc2Header), true);
