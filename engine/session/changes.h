@@ -28,7 +28,7 @@ struct DynamicsChange {
   scene::Dynamics dynamics;
 };
 
-/// A keyframe comes or goes.
+/// A keyframe comes, goes or is replaced.
 struct KeyframeChange {
   std::uint64_t id = 0;
   std::optional<scene::Keyframe> value;  // what holds from now on; none: the keyframe is gone
@@ -61,6 +61,7 @@ struct Touched {
   bool keyframes = false;
 
   void note(const Change& change);
+  void add(const Touched& more);
   [[nodiscard]] bool empty() const {
     return constraints.empty() && !ends && !dynamics && !keyframes;
   }

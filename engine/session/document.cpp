@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <span>
 #include <type_traits>
 #include <utility>
 
@@ -24,19 +25,6 @@ std::string joined(std::string path, const std::string& field) {
   path += field;
   if (!path.empty() && path.back() == '.') path.pop_back();
   return path;
-}
-
-std::size_t bytes_of(const ChangeGroup& group) {
-  std::size_t bytes = group.size() * sizeof(Change);
-  for (const Change& change : group) {
-    const auto* constraint = std::get_if<ConstraintChange>(&change);
-    if (constraint != nullptr && constraint->value)
-      bytes += constraint->value->nodes.size() * sizeof(int);
-    const auto* keyframe = std::get_if<KeyframeChange>(&change);
-    if (keyframe != nullptr && keyframe->value)
-      bytes += static_cast<std::size_t>(keyframe->value->pose->size()) * sizeof(double);
-  }
-  return bytes;
 }
 
 /// The first three basis columns of a free body are its translations.
@@ -72,6 +60,17 @@ void Touched::note(const Change& change) {
   } else {
     keyframes = true;
   }
+}
+
+void Touched::add(const Touched& more) {
+  for (const auto& [id, how] : more.constraints) {
+    How& here = constraints.try_emplace(id, how).first->second;
+    if (how == How::kAnything) here = how;
+  }
+  ends = ends || more.ends;
+  dynamics = dynamics || more.dynamics;
+  material = material || more.material;
+  keyframes = keyframes || more.keyframes;
 }
 
 void DocumentLimits::validate() const {
@@ -113,30 +112,14 @@ std::vector<scene::Issue> document_issues(const scene::Scene& scene) {
   return issues;
 }
 
-void Document::Steps::push(std::shared_ptr<const ChangeGroup> group, std::uint64_t content) {
-  const std::size_t bytes = bytes_of(*group);
-  steps_.push_back({std::move(group), content, bytes});
-  bytes_ += bytes;
-}
-
-Document::Steps::Step Document::Steps::pop_newest() {
-  Step step = std::move(steps_.back());
-  steps_.pop_back();
-  bytes_ -= step.bytes;
-  return step;
-}
-
-void Document::Steps::drop_oldest() {
-  bytes_ -= steps_.front().bytes;
-  steps_.pop_front();
-}
-
 /// One call of apply(): how to take back what it did so far.
 struct Document::Request {
-  Touched& touched;                 // may name more than what changes in the end: harmless
-  ChangeGroup back;                 // inverses, oldest first, of everything done
-  std::size_t step_begin = 0;       // back[step_begin ...] belongs to the step under way
-  std::optional<Steps> undo, redo;  // the stacks as they were, once they have been changed
+  Touched& touched;            // may name more than what changes in the end: harmless
+  ChangeGroup back;            // inverses, oldest first, of everything done
+  std::size_t step_begin = 0;  // back[step_begin ...] belongs to the step under way
+  /// Steps that undo (< 0) and redo (> 0) have asked for and that are not made yet, see settle().
+  std::ptrdiff_t shift = 0;
+  std::optional<ChangeSteps> undo, redo;  // the stacks as they were, once they have been changed
 
   void keep_stacks(const Document& document) {
     if (undo) return;
@@ -207,7 +190,7 @@ EditReceipt Document::apply(const std::vector<Edit>& edits, std::optional<Revisi
   EditReceipt receipt;
   receipt.constraint_ids.reserve(edits.size());
   receipt.keyframe_ids.reserve(edits.size());
-  Request request{touched, {}, 0, {}, {}};
+  Request request{touched, {}, 0, 0, {}, {}};
   std::size_t i = 0;
   const auto take_back = [&] {
     for (auto change = request.back.rbegin(); change != request.back.rend(); ++change)
@@ -224,6 +207,7 @@ EditReceipt Document::apply(const std::vector<Edit>& edits, std::optional<Revisi
       receipt.constraint_ids.push_back(ids.constraint);
       receipt.keyframe_ids.push_back(ids.keyframe);
     }
+    settle(request);
     close_step(request);
     receipt.issues = warnings(edits, receipt);
   } catch (const Error& error) {
@@ -239,25 +223,62 @@ EditReceipt Document::apply(const std::vector<Edit>& edits, std::optional<Revisi
   return receipt;
 }
 
+bool Document::is_long(const std::vector<Edit>& edits) const {
+  constexpr std::size_t kShort = 256;  // changes
+  std::size_t changes = edits.size();
+  std::size_t undone = 0, redone = 0;  // at most
+  for (const Edit& edit : edits) {
+    if (std::holds_alternative<Undo>(edit) && undone < undo_.size())
+      changes += undo_.at_age(undone++).group->size();
+    if (std::holds_alternative<Redo>(edit) && redone < redo_.size())
+      changes += redo_.at_age(redone++).group->size();
+    if (changes > kShort) return true;
+  }
+  return false;
+}
+
+void Document::exchange_edited(Document& copy) {
+  // All but unedited_ and what follows from it, which is read without a lock.
+  std::swap(first_end_, copy.first_end_);
+  std::swap(last_end_, copy.last_end_);
+  std::swap(dynamics_, copy.dynamics_);
+  std::swap(material_, copy.material_);
+  std::swap(epochs_, copy.epochs_);
+  std::swap(constraints_, copy.constraints_);
+  keyframes_.exchange_edited(copy.keyframes_);
+  std::swap(next_id_, copy.next_id_);
+  std::swap(revision_, copy.revision_);
+  std::swap(content_, copy.content_);
+  std::swap(contents_, copy.contents_);
+  std::swap(nodes_, copy.nodes_);
+  std::swap(undo_, copy.undo_);
+  std::swap(redo_, copy.redo_);
+}
+
 /// Of what the edits set, as far as later ones of the request left it there.
 std::vector<scene::Issue> Document::warnings(const std::vector<Edit>& edits,
                                              const EditReceipt& receipt) const {
   constexpr std::size_t kMostWarnings = 20;
   std::vector<scene::Issue> found;
-  const auto add = [&](std::size_t i, const char* part, std::vector<scene::Issue> issues) {
-    for (scene::Issue& issue : issues) {
+  const auto add = [&](std::size_t i, const char* part, const std::vector<scene::Issue>& issues) {
+    for (scene::Issue issue : issues) {
       issue.field = fmt::format("edits[{}].{}{}{}", i, name_of(edits[i]), part, issue.field);
       found.push_back(std::move(issue));
     }
   };
+  std::optional<std::vector<scene::Issue>> of_ends;
+  std::map<std::uint64_t, std::vector<scene::Issue>> of_constraints;  // that are there
   for (std::size_t i = 0; i < edits.size() && found.size() < kMostWarnings; ++i) {
     if (std::holds_alternative<SetEnds>(edits[i])) {
-      add(i, "", warnings_of_ends());
+      if (!of_ends) of_ends = warnings_of_ends();
+      add(i, "", *of_ends);
     } else if (std::holds_alternative<AddConstraint>(edits[i]) ||
                std::holds_alternative<ReplaceConstraint>(edits[i])) {
       const auto held = constraints_.find(receipt.constraint_ids[i]);
-      if (held != constraints_.end())
-        add(i, "constraint.", rules_.warnings(held->second, first_end_, last_end_));
+      if (held == constraints_.end()) continue;
+      const auto [known, is_new] = of_constraints.try_emplace(held->first);
+      if (is_new) known->second = rules_.warnings(held->second, first_end_, last_end_);
+      add(i, "constraint.", known->second);
     } else if (const bool added = std::holds_alternative<AddKeyframe>(edits[i]);
                added || std::holds_alternative<MoveKeyframe>(edits[i])) {
       const auto held = keyframes_.all().find(receipt.keyframe_ids[i]);
@@ -294,7 +315,8 @@ std::vector<scene::Issue> Document::warnings_of_ends() const {
   return found;
 }
 
-Document::TouchedIds Document::apply_edit(const Edit& edit, Request& request) {
+TouchedIds Document::apply_edit(const Edit& edit, Request& request) {
+  if (!std::holds_alternative<Undo>(edit) && !std::holds_alternative<Redo>(edit)) settle(request);
   return std::visit(
       [&](const auto& e) -> TouchedIds {
         using T = std::decay_t<decltype(e)>;
@@ -341,17 +363,9 @@ Document::TouchedIds Document::apply_edit(const Edit& edit, Request& request) {
           make(keyframes_.removed(e.id), request);
           return {0, e.id};
         } else if constexpr (std::is_same_v<T, Undo>) {
-          request.keep_stacks(*this);
-          close_step(request);
-          if (undo_.empty())
-            throw Error(ErrorCode::kFailedPrecondition, "", "there is nothing to undo");
-          return step(undo_, redo_, request);
+          return turn(Turn::kUndo, request);
         } else {
-          request.keep_stacks(*this);
-          close_step(request);
-          if (redo_.empty())
-            throw Error(ErrorCode::kFailedPrecondition, "", "there is nothing to redo");
-          return step(redo_, undo_, request);
+          return turn(Turn::kRedo, request);
         }
       },
       edit);
@@ -386,28 +400,57 @@ std::uint64_t Document::add(const scene::Keyframe& wanted, Request& request) {
   return id;
 }
 
-Document::TouchedIds Document::touched_by(const Change& change) {
-  if (const auto* constraint = std::get_if<ConstraintChange>(&change)) return {constraint->id, 0};
-  if (const auto* moved = std::get_if<TargetChange>(&change)) return {moved->id, 0};
-  if (const auto* keyframe = std::get_if<KeyframeChange>(&change)) return {0, keyframe->id};
-  if (const auto* shifted = std::get_if<KeyframeShift>(&change)) return {0, shifted->id};
-  return {};
+/// Notes one step more. Of steps there and back again only those that are left in the end are made:
+/// a request that takes a step of a thousand changes back and forth a thousand times makes none.
+TouchedIds Document::turn(Turn turn, Request& request) {
+  request.keep_stacks(*this);
+  close_step(request);
+  const bool undoes = turn == Turn::kUndo;
+  const ChangeSteps& ahead = undoes ? undo_ : redo_;
+  const ChangeSteps& behind = undoes ? redo_ : undo_;
+  const std::ptrdiff_t direction = undoes ? -1 : 1;
+  const std::ptrdiff_t gone = direction * request.shift;  // steps of `ahead` that are noted
+  TouchedIds ids;
+  if (gone < 0) {  // of `behind`, the newest of which are noted
+    ids = behind.at_age(static_cast<std::size_t>(-gone - 1)).ids;
+  } else if (static_cast<std::size_t>(gone) < ahead.size()) {
+    ids = ahead.at_age(static_cast<std::size_t>(gone)).ids;
+  } else {
+    throw Error(ErrorCode::kFailedPrecondition, "",
+                fmt::format("there is nothing to {}", undoes ? "undo" : "redo"));
+  }
+  request.shift += direction;
+  return ids;
+}
+
+/// Makes the steps that are noted. Any edit after them drops what could be redone: what steps cost
+/// was paid for when their edits were made.
+void Document::settle(Request& request) {
+  for (; request.shift < 0; ++request.shift) step(undo_, redo_, request);
+  for (; request.shift > 0; --request.shift) step(redo_, undo_, request);
 }
 
 /// Takes the newest group of `from`, applies it backwards in time and leaves its inverse on `to`.
-Document::TouchedIds Document::step(Steps& from, Steps& to, Request& request) {
-  const auto [group, content, bytes] = from.pop_newest();
-  const TouchedIds ids = touched_by(group->front());
-  bool single = true;
-  for (auto change = group->rbegin(); change != group->rend(); ++change) {
-    single = single && touched_by(*change) == ids;
+void Document::step(ChangeSteps& from, ChangeSteps& to, Request& request) {
+  const ChangeSteps::Step taken = from.pop_newest();
+  for (auto change = taken.group->rbegin(); change != taken.group->rend(); ++change)
     make(*change, request);
-  }
-  const auto begin = request.back.begin() + static_cast<std::ptrdiff_t>(request.step_begin);
-  to.push(std::make_shared<const ChangeGroup>(begin, request.back.end()), content_);
-  content_ = content;
+  to.push(group_of(request), content_);
+  content_ = taken.content;
   request.step_begin = request.back.size();
-  return single ? ids : TouchedIds{};
+}
+
+/// What takes back the step under way.
+std::shared_ptr<const ChangeGroup> Document::group_of(const Request& request) const {
+  ChangeGroup group = merged(std::span(request.back).subspan(request.step_begin));
+  std::erase_if(group, [&](const Change& change) {
+    const auto* const constraint = std::get_if<ConstraintChange>(&change);
+    const auto* const keyframe = std::get_if<KeyframeChange>(&change);
+    return (constraint != nullptr && !constraint->value &&
+            !constraints_.contains(constraint->id)) ||
+           (keyframe != nullptr && !keyframe->value && !keyframes_.all().contains(keyframe->id));
+  });
+  return std::make_shared<const ChangeGroup>(std::move(group));
 }
 
 void Document::make(Change change, Request& request) {
@@ -420,8 +463,7 @@ void Document::make(Change change, Request& request) {
 
 void Document::close_step(Request& request) {
   if (request.step_begin == request.back.size()) return;
-  const auto begin = request.back.begin() + static_cast<std::ptrdiff_t>(request.step_begin);
-  undo_.push(std::make_shared<const ChangeGroup>(begin, request.back.end()), content_);
+  undo_.push(group_of(request), content_);
   content_ = ++contents_;
   while (undo_.size() > static_cast<std::size_t>(limits_.undo_depth) ||
          (undo_.bytes() > limits_.undo_bytes && undo_.size() > 1))

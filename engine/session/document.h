@@ -1,13 +1,13 @@
 #pragma once
 
 #include <cstdint>
-#include <deque>
 #include <map>
 #include <memory>
 #include <optional>
 #include <vector>
 
 #include "engine/scene/scene.h"
+#include "engine/session/change_steps.h"
 #include "engine/session/changes.h"
 #include "engine/session/constraint_rules.h"
 #include "engine/session/edit.h"
@@ -47,6 +47,11 @@ class Document {
   EditReceipt apply(const std::vector<Edit>& edits, std::optional<Revision> expected,
                     Touched& touched);
 
+  /// May apply() take longer than a copy of this?
+  [[nodiscard]] bool is_long(const std::vector<Edit>& edits) const;
+  /// Takes over what edits have made of a copy, and leaves it what there was.
+  void exchange_edited(Document& copy);
+
   [[nodiscard]] Revision revision() const { return revision_; }
   [[nodiscard]] scene::End first_end() const { return first_end_; }
   [[nodiscard]] scene::End last_end() const { return last_end_; }
@@ -68,41 +73,19 @@ class Document {
   [[nodiscard]] const std::shared_ptr<const scene::Scene>& unedited() const { return unedited_; }
 
  private:
-  /// Groups that each take the document one step back (or forth), newest last, and their size.
-  class Steps {
-   public:
-    struct Step {
-      std::shared_ptr<const ChangeGroup> group;
-      std::uint64_t content = 0;  // of the document once it is applied
-      std::size_t bytes = 0;
-    };
-    void push(std::shared_ptr<const ChangeGroup> group, std::uint64_t content);
-    Step pop_newest();
-    void drop_oldest();
-    void clear() { *this = {}; }
-    [[nodiscard]] bool empty() const { return steps_.empty(); }
-    [[nodiscard]] std::size_t size() const { return steps_.size(); }
-    [[nodiscard]] std::size_t bytes() const { return bytes_; }
-
-   private:
-    std::deque<Step> steps_;
-    std::size_t bytes_ = 0;
-  };
   struct Request;
-  /// What an edit touched; 0: none of its kind, or several.
-  struct TouchedIds {
-    std::uint64_t constraint = 0, keyframe = 0;
-    bool operator==(const TouchedIds&) const = default;
-  };
 
   TouchedIds apply_edit(const Edit& edit, Request& request);
-  [[nodiscard]] static TouchedIds touched_by(const Change& change);
   [[nodiscard]] std::vector<scene::Issue> warnings(const std::vector<Edit>& edits,
                                                    const EditReceipt& receipt) const;
   [[nodiscard]] std::vector<scene::Issue> warnings_of_ends() const;
   std::uint64_t add(const scene::Constraint& wanted, Request& request);
   std::uint64_t add(const scene::Keyframe& wanted, Request& request);
-  TouchedIds step(Steps& from, Steps& to, Request& request);
+  enum class Turn { kUndo, kRedo };
+  TouchedIds turn(Turn turn, Request& request);
+  void settle(Request& request);
+  void step(ChangeSteps& from, ChangeSteps& to, Request& request);
+  [[nodiscard]] std::shared_ptr<const ChangeGroup> group_of(const Request& request) const;
   void make(Change change, Request& request);
   void close_step(Request& request);
   Change exchange(Change change);
@@ -123,7 +106,7 @@ class Document {
   Revision revision_ = 0;
   std::uint64_t content_ = 0, contents_ = 0;  // now; newest given
   std::size_t nodes_ = 0;                     // named by constraints_
-  Steps undo_, redo_;
+  ChangeSteps undo_, redo_;
 };
 
 }  // namespace limber::session

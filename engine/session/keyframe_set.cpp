@@ -73,8 +73,9 @@ void KeyframeSet::exchange(KeyframeChange& change) {
     LIMBER_DEMAND(change.value.has_value());
     keyframes_.emplace(change.id, std::move(*change.value));
     change.value.reset();  // the inverse: gone again
+  } else if (change.value) {
+    std::swap(*change.value, held->second);
   } else {
-    LIMBER_DEMAND(!change.value.has_value());
     change.value = std::move(held->second);
     keyframes_.erase(held);
   }

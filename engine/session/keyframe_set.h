@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <map>
+#include <utility>
 #include <vector>
 
 #include "engine/scene/keyframe_rules.h"
@@ -27,6 +28,12 @@ class KeyframeSet {
   /// Makes a change; it becomes its inverse.
   void exchange(KeyframeChange& change);
   void exchange(KeyframeShift& shift);
+
+  /// Takes over the keyframes of a copy, and leaves it those there were.
+  void exchange_edited(KeyframeSet& copy) {
+    std::swap(keyframes_, copy.keyframes_);
+    std::swap(next_id_, copy.next_id_);
+  }
 
   [[nodiscard]] const std::map<std::uint64_t, scene::Keyframe>& all() const { return keyframes_; }
   [[nodiscard]] std::vector<scene::Keyframe> list() const;  // by id

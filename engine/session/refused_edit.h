@@ -8,29 +8,37 @@
 
 namespace limber::session {
 
-/// Runs `attempt(count)`, which tries so many edits from the first on and throws where they
-/// together are not valid. What is thrown from here names the edit that made them so: the last of
-/// the shortest beginnings that are refused.
+/// Runs `attempt(count, taken)`, which takes so many edits from the first on, counts those it has
+/// taken in `taken` and throws where one cannot be taken or where they together are not valid. What
+/// is thrown from here names the edit that made them so: the one that cannot be taken, or the last
+/// of a beginning that is refused while the one without it is not. An edit that cannot be taken
+/// costs two attempts, one that makes the others invalid as many as halving takes.
 /// @throws Error with field "edits[i]" and, behind a dot, the field of the attempt's error
 template <class Attempt>
 void try_edits(std::size_t count, const Attempt& attempt) {
-  try {
-    attempt(count);
-    return;
-  } catch (const Error&) {
-  }
+  const auto is_refused = [&](std::size_t beginning, std::size_t& taken) {
+    try {
+      taken = 0;
+      attempt(beginning, taken);
+      return false;
+    } catch (const Error&) {
+      return true;
+    }
+  };
+  std::size_t taken = 0, ignored = 0;
+  if (!is_refused(count, taken)) return;
   std::size_t good = 0, bad = count;
+  if (taken < count) {
+    bad = taken + 1;
+    (taken == 0 || !is_refused(taken, ignored) ? good : bad) = taken;
+  }
   while (bad - good > 1) {
     const std::size_t middle = good + (bad - good) / 2;
-    try {
-      attempt(middle);
-      good = middle;
-    } catch (const Error&) {
-      bad = middle;
-    }
+    (is_refused(middle, ignored) ? bad : good) = middle;
   }
   try {
-    attempt(bad);
+    ignored = 0;
+    attempt(bad, ignored);
   } catch (const Error& error) {
     throw Error(
         error.code(),

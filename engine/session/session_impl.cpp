@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <optional>
 #include <utility>
 
 #include "engine/session/geometry.h"
@@ -58,13 +59,29 @@ void Session::Impl::demand_usable() const {
 }
 
 EditReceipt Session::Impl::edit(const std::vector<Edit>& edits, std::optional<Revision> expected) {
-  std::unique_lock lock(mutex_);
-  demand_usable();
-  if (state_ == State::kFailed) {
+  const std::lock_guard one_at_a_time(edits_);
+  const auto demand_editable = [this] {
+    demand_usable();
+    if (state_ != State::kFailed) return;
     throw Error(ErrorCode::kFailedPrecondition, "",
                 fmt::format("the session has no model: {}", message_));
+  };
+  EditReceipt receipt;
+  Touched touched;
+  std::optional<Document> edited;
+  if (document_.is_long(edits)) {
+    read([&](const Impl&) { demand_editable(); });
+    edited.emplace(document_);
+    receipt = edited->apply(edits, expected, touched);
   }
-  EditReceipt receipt = document_.apply(edits, expected, touched_);
+  std::unique_lock lock(mutex_);
+  demand_editable();
+  if (edited) {
+    document_.exchange_edited(*edited);
+    touched_.add(touched);
+  } else {
+    receipt = document_.apply(edits, expected, touched_);
+  }
   edited_at_ = Clock::now();
   work_ = true;
   skip_solve_ = false;

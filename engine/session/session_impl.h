@@ -141,6 +141,9 @@ class Session::Impl : public std::enable_shared_from_this<Session::Impl> {
   const std::shared_ptr<ModelCache> cache_;
   const std::shared_ptr<Listener> listener_;
 
+  /// Held by the edit under way, before mutex_: the document changes under both, so that either is
+  /// enough to read it and many edits hold up no reader.
+  std::mutex edits_;
   mutable std::mutex mutex_;
   Document document_;
   SerialTask task_, check_task_;

@@ -4,6 +4,9 @@
 
 #include <charconv>
 
+#include "engine/session/beams/beam_document.h"
+#include "engine/session/linkage/linkage_document.h"
+
 namespace limber::server {
 namespace {
 
@@ -51,6 +54,17 @@ std::string edit_field_in(const proto::EditRequest& message, const std::string& 
   const std::string name =
       rest.empty() ? "" : name_in(*descriptor, rest.substr(rest.rfind('.') + 1));
   return name.empty() ? path : path + "." + name;
+}
+
+bool is_too_many_steps(const Error& error) {
+  return error.code() == ErrorCode::kLimitExceeded && error.field().ends_with(".steps_at_once");
+}
+
+Refusal too_many_steps(const std::string& field, const Error& error) {
+  constexpr int kLimit = session::LinkageLimits{}.steps_at_once;
+  static_assert(session::BeamLimits{}.steps_at_once == kLimit);
+  return Refusal(proto::ERROR_CODE_LIMIT_EXCEEDED, field, error.what(),
+                 {{"limit", std::to_string(kLimit)}, {"value", std::to_string(kLimit + 1)}});
 }
 
 }  // namespace limber::server

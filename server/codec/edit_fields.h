@@ -15,4 +15,9 @@ namespace limber::server {
 [[nodiscard]] std::string edit_field_in(const proto::EditRequest& message,
                                         const std::string& field);
 
+/// Of a request whose edits begin more steps of undo than one request may.
+[[nodiscard]] bool is_too_many_steps(const Error& error);
+/// @pre is_too_many_steps
+[[nodiscard]] Refusal too_many_steps(const std::string& field, const Error& error);
+
 }  // namespace limber::server

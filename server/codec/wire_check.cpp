@@ -23,6 +23,8 @@ constexpr int kMaxDepth = 64;
 constexpr int kMaxFields = 64;
 constexpr int kPeekedFields =
     8;  // more than a request has: what is longer is not walked on arrival
+constexpr int kPeekedEdits = 70'000;  // the same of a body, which has at most 65,536 edits
+constexpr int kLongestName = 128;
 
 /// The way down to a field; built on the stack, turned into text only when something is wrong.
 struct Step {
@@ -214,6 +216,37 @@ RequestPeek peek_request(std::string_view bytes) {
         fmt::format("the bytes are not a protobuf message (from byte {})", in.CurrentPosition());
   }
   return peek;
+}
+
+std::string peek_session(std::string_view bytes, int body) {
+  const FieldDescriptor* const request = proto::Request::descriptor()->FindFieldByNumber(body);
+  if (request == nullptr || request->message_type() == nullptr) return "";
+  const FieldDescriptor* const session = request->message_type()->FindFieldByName("session");
+  if (session == nullptr || session->type() != FieldDescriptor::TYPE_STRING) return "";
+  CodedInputStream in = stream_of(bytes);
+  int wanted = body;
+  for (int field = 0; field < kPeekedEdits; ++field) {
+    const std::uint32_t tag = in.ReadTag();
+    if (tag == 0 || Wire::GetTagWireType(tag) == Wire::WIRETYPE_START_GROUP) return "";
+    if (Wire::GetTagFieldNumber(tag) != wanted) {
+      if (!Wire::SkipField(&in, tag)) return "";
+      continue;
+    }
+    int length = 0;
+    if (Wire::GetTagWireType(tag) != Wire::WIRETYPE_LENGTH_DELIMITED ||
+        !in.ReadVarintSizeAsInt(&length))
+      return "";
+    if (wanted == body) {  // into the body
+      in.PushLimit(length);
+      wanted = session->number();
+      body = 0;
+      continue;
+    }
+    std::string name;
+    if (length > kLongestName || !in.ReadString(&name, length)) return "";
+    return name.substr(0, name.find('@'));
+  }
+  return "";
 }
 
 void check_wire(std::string_view bytes, const Descriptor& type, const WireLimits& limits) {

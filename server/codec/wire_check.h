@@ -22,6 +22,11 @@ struct RequestPeek {
 /// throws, whatever the bytes are.
 [[nodiscard]] RequestPeek peek_request(std::string_view bytes);
 
+/// The session that the body of a request names, without a uid behind it ("NAME@UID"). Empty where
+/// it names none, or only behind more fields than a request may have; never throws.
+/// @param body  as peeked
+[[nodiscard]] std::string peek_session(std::string_view bytes, int body);
+
 struct WireLimits {
   /// Submessages in one message, all levels: two bytes on the wire become a hundred in memory.
   std::uint64_t submessages = 1'000'000;

@@ -96,7 +96,9 @@ proto::EditResponse Service::edit_beams(BeamRecord& record, const proto::EditReq
     }
     return response;
   } catch (const Error& error) {
-    throw Error(error.code(), edit_field_in(request, error.field()), error.what());
+    const std::string field = edit_field_in(request, error.field());
+    if (is_too_many_steps(error)) throw too_many_steps(field, error);
+    throw Error(error.code(), field, error.what());
   }
 }
 

@@ -93,6 +93,7 @@ proto::EditResponse Service::edit_linkage(LinkageRecord& record,
     return response;
   } catch (const Error& error) {
     const std::string field = edit_field_in(request, error.field());
+    if (is_too_many_steps(error)) throw too_many_steps(field, error);
     if (error.code() == ErrorCode::kLimitExceeded) {
       const std::uint64_t limit = hub_.options.limits.constraints;
       throw limit_exceeded(field, "targets", limit, limit + 1);

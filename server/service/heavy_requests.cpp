@@ -34,6 +34,7 @@ void HeavyRequests::add(Request&& request) {
     Line& line = lines_[client];
     line.bytes += more;
     bytes_ += more;
+    if (!request.session.empty()) ++sessions_[request.session].requests;
     line.requests.push_back(std::move(request));
     if (runners_ == threads_) return;  // one of them will come to it
     ++runners_;
@@ -42,28 +43,62 @@ void HeavyRequests::add(Request&& request) {
 }
 
 void HeavyRequests::run_one() {
-  Request request;
+  std::optional<Request> request;
   {
     const std::lock_guard lock(mutex_);
-    if (turns_.empty()) {
+    request = next();
+    if (!request) {  // what waits for a session is for the thread that works for it
       --runners_;
       return;
     }
+  }
+  const std::string session = request->session;
+  work_(std::move(*request));
+  if (!session.empty()) {
+    const std::lock_guard lock(mutex_);
+    sessions_.at(session).is_running = false;
+    leave(session);
+  }
+  boost::asio::post(pool_, [this] { run_one(); });
+}
+
+/// The first, of the client whose turn it is, whose session nothing else is done for.
+std::optional<HeavyRequests::Request> HeavyRequests::next() {
+  for (std::size_t clients = turns_.size(); clients > 0; --clients) {
     const std::string client = std::move(turns_.front());
     turns_.pop_front();
     Line& line = lines_.at(client);
-    request = std::move(line.requests.front());
-    line.requests.pop_front();
-    line.bytes -= request.payload.size();
-    bytes_ -= request.payload.size();
+    const auto found =
+        std::find_if(line.requests.begin(), line.requests.end(), [&](const Request& request) {
+          return request.session.empty() || !sessions_.at(request.session).is_running;
+        });
+    std::optional<Request> request;
+    if (found != line.requests.end()) {
+      request = std::move(*found);
+      line.requests.erase(found);
+      line.bytes -= request->payload.size();
+      bytes_ -= request->payload.size();
+      if (!request->session.empty()) sessions_.at(request->session).is_running = true;
+    }
     if (line.requests.empty()) {
       lines_.erase(client);
     } else {
       turns_.push_back(client);
     }
+    if (request) return request;
   }
-  work_(std::move(request));
-  boost::asio::post(pool_, [this] { run_one(); });
+  return std::nullopt;
+}
+
+void HeavyRequests::leave(const std::string& session) {
+  if (session.empty()) return;
+  const auto found = sessions_.find(session);
+  if (--found->second.requests == 0) sessions_.erase(found);
+}
+
+bool HeavyRequests::is_busy(const std::string& session) const {
+  const std::lock_guard lock(mutex_);
+  return sessions_.contains(session);
 }
 
 std::vector<HeavyRequests::Request> HeavyRequests::take(const std::string& client) {
@@ -73,6 +108,7 @@ std::vector<HeavyRequests::Request> HeavyRequests::take(const std::string& clien
   auto& waiting = found->second.requests;
   std::vector<Request> taken(std::make_move_iterator(waiting.begin()),
                              std::make_move_iterator(waiting.end()));
+  for (const Request& request : taken) leave(request.session);
   bytes_ -= found->second.bytes;
   lines_.erase(found);
   std::erase(turns_, client);
@@ -84,6 +120,7 @@ std::vector<HeavyRequests::Request> HeavyRequests::take_all() {
   std::vector<Request> taken;
   for (auto& [client, line] : lines_)
     std::move(line.requests.begin(), line.requests.end(), std::back_inserter(taken));
+  for (const Request& request : taken) leave(request.session);
   lines_.clear();
   turns_.clear();
   bytes_ = 0;

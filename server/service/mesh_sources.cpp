@@ -50,8 +50,10 @@ auto load_at(const std::string& field, const Load& load) {
 
 }  // namespace
 
-LoadedMesh load_mesh_file(const fs::path& file, const std::string& field) {
-  return load_at(field, [&] { return loaded(scene::read_mesh_file(file)); });
+LoadedMesh load_mesh_file(const fs::path& file, const std::string& field,
+                          const scene::MeshReadLimits& limits) {
+  return load_at(field,
+                 [&] { return loaded(scene::read_mesh_file(file, std::size_t{1} << 30, limits)); });
 }
 
 std::string read_file_at(const fs::path& file, const std::string& field) {
@@ -73,10 +75,10 @@ fs::path MeshSources::resolve(const std::string& path, const std::string& field)
 LoadedMesh MeshSources::load(const proto::MeshSource& source, const std::string& field) const {
   switch (source.source_case()) {
     case proto::MeshSource::kPath:
-      return load_mesh_file(resolve(source.path(), field + ".path"), field + ".path");
+      return load_mesh_file(resolve(source.path(), field + ".path"), field + ".path", limits_);
     case proto::MeshSource::kFile:
       return load_at(field + ".file",
-                     [&] { return loaded(scene::read_mesh(file_set(source.file()))); });
+                     [&] { return loaded(scene::read_mesh(file_set(source.file()), limits_)); });
     case proto::MeshSource::kSample:
       return load_at(field + ".sample", [&] {
         return LoadedMesh{scene::make_sample(source.sample()).mesh, {}};

@@ -13,7 +13,8 @@ namespace limber::server {
 class MeshSources {
  public:
   /// @param roots  folders below which MeshSource.path may name files
-  explicit MeshSources(std::vector<std::filesystem::path> roots) : roots_(std::move(roots)) {}
+  explicit MeshSources(std::vector<std::filesystem::path> roots, scene::MeshReadLimits limits = {})
+      : roots_(std::move(roots)), limits_(limits) {}
 
   /// Path, file or sample. @throws Refusal or Error naming `field` + ".path", ...
   [[nodiscard]] LoadedMesh load(const proto::MeshSource& source, const std::string& field) const;
@@ -26,11 +27,12 @@ class MeshSources {
 
  private:
   std::vector<std::filesystem::path> roots_;
+  scene::MeshReadLimits limits_;
 };
 
 /// A file of this machine, with what lies beside it. @throws Error naming `field`
-[[nodiscard]] LoadedMesh load_mesh_file(const std::filesystem::path& file,
-                                        const std::string& field);
+[[nodiscard]] LoadedMesh load_mesh_file(const std::filesystem::path& file, const std::string& field,
+                                        const scene::MeshReadLimits& limits = {});
 
 /// The bytes of a file of this machine. @throws Error naming `field`
 [[nodiscard]] std::string read_file_at(const std::filesystem::path& file, const std::string& field);

@@ -60,6 +60,18 @@ bool has_poses(const proto::Request& request) {
                      [](const proto::Edit& edit) { return edit.has_add_keyframe(); });
 }
 
+/// Edits that are soon done, whatever they are; others are for the pool.
+constexpr std::uint64_t kShortEditBytes = 8 << 10;
+bool is_short(const proto::EditRequest& request) {
+  constexpr int kEdits = 64;
+  constexpr auto kSteps = 1;  // of undo: each as many changes as there are constraints
+  const auto& edits = request.edits();
+  return edits.size() <= kEdits &&
+         std::count_if(edits.begin(), edits.end(), [](const proto::Edit& edit) {
+           return edit.has_undo() || edit.has_redo();
+         }) <= kSteps;
+}
+
 proto::Request parse(const zmq::message_t& payload) {
   check_wire(payload.to_string_view(), *proto::Request::descriptor());
   proto::Request request;
@@ -90,7 +102,7 @@ void check_envelope(const Address& address, const RequestPeek& peek) {
 Service::Service(Hub& hub, std::function<void()> request_stop)
     : hub_(hub),
       request_stop_(std::move(request_stop)),
-      meshes_(hub.options.mesh_roots),
+      meshes_(hub.options.mesh_roots, mesh_read_limits(hub.options.limits)),
       sessions_(hub.options.limits.sessions),
       heavy_(hub.request_pool, hub.options.request_threads, hub.options.limits.queued_request_bytes,
              [this](HeavyRequests::Request request) { work_on(std::move(request)); }) {}
@@ -122,14 +134,25 @@ void Service::handle(Address address, zmq::message_t payload) noexcept try {
 
 void Service::dispatch(const SharedTicket& ticket, int body, zmq::message_t payload) {
   const bool large = payload.size() > kLightBytes;
-  if (!is_heavy(body) && !(large && body == proto::Request::kEdit)) {
+  const bool is_edit = body == proto::Request::kEdit;
+  const std::string session = peek_session(payload.to_string_view(), body);
+  // Behind edits of the session that wait for a thread: what is sent after them finds them made.
+  const bool is_behind = !session.empty() && heavy_.is_busy(session);
+  if (!is_heavy(body) && !(large && is_edit)) {
     if (large)
       throw limit_exceeded("", "bytes of a request of this kind", kLightBytes, payload.size());
-    const Request request = parse(payload);
-    if (!reads_files(request)) return answer(ticket, request);
+    if (!is_behind && !(is_edit && payload.size() > kShortEditBytes)) {
+      const Request request = parse(payload);
+      if (!is_edit || (is_short(request.edit()) && !reads_files(request)))
+        return answer(ticket, request);
+    }
   }
-  demand_room_of_client(*ticket);
-  heavy_.add({ticket, std::move(payload)});
+  if (is_behind && !is_heavy(body) && payload.size() <= kShortEditBytes) {
+    demand_room_behind(*ticket);
+  } else {
+    demand_room_of_client(*ticket);
+  }
+  heavy_.add({ticket, std::move(payload), is_edit || is_behind ? session : ""});
 }
 
 void Service::work_on(HeavyRequests::Request heavy) {
@@ -283,6 +306,13 @@ void Service::demand_room_of_client(const Ticket& ticket) const {
   const std::uint64_t limit = hub_.options.limits.client_requests;
   if (open > limit)
     throw limit_exceeded("body", "requests of this client that wait or run", limit, open);
+}
+
+void Service::demand_room_behind(const Ticket& ticket) const {
+  constexpr std::uint64_t kMost = 20'000;
+  const std::uint64_t open = hub_.open_requests.of(ticket.client());
+  if (open > kMost)
+    throw limit_exceeded("body", "requests of this client behind edits under way", kMost, open);
 }
 
 void Service::demand_room_to_wait(const Ticket& ticket) const {

@@ -22,9 +22,10 @@ class BeamRecord;
 class LinkageRecord;
 class SessionRecord;
 
-/// Requests to answers. Light ones (edits, waits, status) are handled where they arrive, on the
+/// Requests to answers. Light ones (few edits, waits, status) are handled where they arrive, on the
 /// transport's thread, in the order of arrival; heavy ones (meshes, frames, exports) on a pool, in
-/// any order.
+/// any order. Many edits of a session are made on the pool, too: as long as they are under way,
+/// what else a client sends to this session is handled behind them, in the order of arrival.
 class Service {
  public:
   /// @param request_stop  called when a client asks for shutdown
@@ -132,6 +133,7 @@ class Service {
   void demand_shutdown_allowed() const;
   // @throws Refusal LIMIT_EXCEEDED: one more that is not answered at once, of this client, of all
   void demand_room_of_client(const Ticket& ticket) const;
+  void demand_room_behind(const Ticket& ticket) const;  // of requests that are soon done
   void demand_room_to_wait(const Ticket& ticket) const;
   /// @throws Refusal INVALID_ARGUMENT for a time that is negative or longer than a day
   static double checked_seconds(double seconds, const char* field);

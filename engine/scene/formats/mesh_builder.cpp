@@ -33,8 +33,12 @@ int LabelMap::find(std::int64_t label) const {
 }
 
 void MeshBuilder::reserve_nodes(std::int64_t count) {
-  nodes_.reserve(nodes_.size() + static_cast<std::size_t>(count));
-  labels_.reserve(nodes_.size() + static_cast<std::size_t>(count));
+  // Of many small parts each would be copied with those before it.
+  const std::size_t needed = nodes_.size() + static_cast<std::size_t>(count);
+  if (needed <= nodes_.capacity()) return;
+  const std::size_t reserved = std::max(needed, 2 * nodes_.capacity());
+  nodes_.reserve(reserved);
+  labels_.reserve(reserved);
 }
 
 void MeshBuilder::add_node(std::int64_t label, double x, double y, double z) {

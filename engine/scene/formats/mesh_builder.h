@@ -34,6 +34,9 @@ class LabelMap {
 /// nothing guessed.
 class MeshBuilder {
  public:
+  /// What each takes, here and in the mesh that is made; lists that grow take twice as much.
+  static constexpr std::size_t kBytesOfNode = 96, kBytesOfTet = 144;
+
   explicit MeshBuilder(const TextCursor& file) : file_(file) {}
 
   void reserve_nodes(std::int64_t count);

@@ -74,7 +74,8 @@ MeshReading read_tetgen_pair(const MeshFileSet& files) {
   return nodes_given ? formats::read_tetgen(first, second) : formats::read_tetgen(second, first);
 }
 
-MeshReading read_by_ending(const MeshFileSet& files, std::string_view content) {
+MeshReading read_by_ending(const MeshFileSet& files, std::string_view content,
+                           const MeshReadLimits& limits) {
   const std::string ending = ending_of(files.name);
   TextCursor file(files.name, content);
   if (ending == ".node" || ending == ".ele") return read_tetgen_pair(files);
@@ -86,7 +87,7 @@ MeshReading read_by_ending(const MeshFileSet& files, std::string_view content) {
                 files.name + ":1: a .msh file begins with '$MeshFormat' or '$NOD'");
   }
   if (ending == ".vtk") return formats::read_vtk_legacy(file);
-  if (ending == ".vtu") return formats::read_vtu(files.name, content);
+  if (ending == ".vtu") return formats::read_vtu(files.name, content, limits.array_bytes);
   if (begins_with(formats::to_lower(formats::trim(content.substr(0, 200))), "*node"))
     return formats::read_abaqus(file);
   throw Error(ErrorCode::kUnsupported, files.name,
@@ -96,7 +97,7 @@ MeshReading read_by_ending(const MeshFileSet& files, std::string_view content) {
                   "and .veg");
 }
 
-MeshReading read_by_content(const MeshFileSet& files) {
+MeshReading read_by_content(const MeshFileSet& files, const MeshReadLimits& limits) {
   std::string_view content = files.content;
   if (begins_with(content, "\xEF\xBB\xBF")) content.remove_prefix(3);
   const std::string_view start = formats::trim(content.substr(0, 200));
@@ -106,16 +107,16 @@ MeshReading read_by_content(const MeshFileSet& files) {
   if (begins_with(start, "$NOD")) return formats::read_gmsh_1(file);
   if (begins_with(start, "# vtk DataFile")) return formats::read_vtk_legacy(file);
   if (begins_with(start, "<?xml") || begins_with(start, "<VTKFile")) {
-    return formats::read_vtu(files.name, content);
+    return formats::read_vtu(files.name, content, limits.array_bytes);
   }
   if (begins_with(start, "MeshVersionFormatted")) return formats::read_medit(file);
-  return read_by_ending(files, content);
+  return read_by_ending(files, content, limits);
 }
 
 }  // namespace
 
-MeshReading read_mesh(const MeshFileSet& files) {
-  MeshReading reading = read_by_content(files);
+MeshReading read_mesh(const MeshFileSet& files, const MeshReadLimits& limits) {
+  MeshReading reading = read_by_content(files, limits);
   if (const auto* const materials = companion_with_ending(files, ".elastic")) {
     read_materials(materials->first, materials->second, reading);
     reading.warnings.push_back("materials are taken from " + materials->first);
@@ -146,7 +147,8 @@ std::string read_bytes(const fs::path& path, std::size_t max_bytes) {
   }
 }
 
-MeshReading read_mesh_file(const fs::path& path, std::size_t max_bytes) {
+MeshReading read_mesh_file(const fs::path& path, std::size_t max_bytes,
+                           const MeshReadLimits& limits) {
   MeshFileSet files;
   files.name = path.filename().string();
   files.content = read_bytes(path, max_bytes);
@@ -165,7 +167,7 @@ MeshReading read_mesh_file(const fs::path& path, std::size_t max_bytes) {
     }
   }
   take(fs::path(path).replace_extension(".elastic"));
-  return read_mesh(files);
+  return read_mesh(files, limits);
 }
 
 }  // namespace limber::scene

@@ -24,6 +24,12 @@ struct MeshReading {
   std::vector<std::string> warnings;  // what was skipped or is missing, in words with counts
 };
 
+struct MeshReadLimits {
+  /// Of the data arrays of a .vtu with what is made of them. Compressed, they can be a thousand
+  /// times larger than the file; what other formats make is a few times their size.
+  std::size_t array_bytes = std::size_t{1} << 30;
+};
+
 /// Reads a tetrahedral mesh: Gmsh 1, 2.x and 4.1 (.msh), Medit (.mesh), TetGen (.node + .ele),
 /// legacy VTK (.vtk), VTU
 /// (.vtu), Abaqus (.inp, .abq), VegaFEM (.veg). The content decides where it can be recognised,
@@ -38,15 +44,16 @@ struct MeshReading {
 /// for truncated,
 ///   inconsistent or non-numeric content and for a file without tets; {kUnsupported} for a format,
 ///   version or encoding that is not read; {kNotFound} for a companion without which there is no
-///   mesh.
-[[nodiscard]] MeshReading read_mesh(const MeshFileSet& files);
+///   mesh; {kLimitExceeded} for arrays beyond the limits.
+[[nodiscard]] MeshReading read_mesh(const MeshFileSet& files, const MeshReadLimits& limits = {});
 
 /// The same from disk. Companions are found beside the file: the other half of a TetGen pair
 /// (either may be given), the includes of a VegaFEM file, and materials in a file of the same stem
 /// ending in .elastic; taking the latter is said in a warning.
 /// @throws Error{kIo} if the file cannot be read, {kLimitExceeded} if it has more than `max_bytes`.
 [[nodiscard]] MeshReading read_mesh_file(const std::filesystem::path& path,
-                                         std::size_t max_bytes = std::size_t{1} << 30);
+                                         std::size_t max_bytes = std::size_t{1} << 30,
+                                         const MeshReadLimits& limits = {});
 
 /// @throws Error{kIo} or {kLimitExceeded}
 [[nodiscard]] std::string read_bytes(const std::filesystem::path& path,

@@ -23,8 +23,11 @@ using Companions = std::map<std::string, std::string>;
 /// nowhere else.
 [[nodiscard]] std::vector<std::string> vega_includes(std::string_view content);
 [[nodiscard]] MeshReading read_vtk_legacy(TextCursor& file);
-[[nodiscard]] MeshReading read_vtu(const std::string& name, std::string_view content);
+/// @param array_bytes  see MeshReadLimits
+[[nodiscard]] MeshReading read_vtu(const std::string& name, std::string_view content,
+                                   std::size_t array_bytes);
 /// The points of all pieces, 3 x points, in their order; no cells.
-[[nodiscard]] Eigen::Matrix3Xd read_vtu_points(const std::string& name, std::string_view content);
+[[nodiscard]] Eigen::Matrix3Xd read_vtu_points(const std::string& name, std::string_view content,
+                                               std::size_t array_bytes);
 
 }  // namespace limber::scene::formats

@@ -32,10 +32,10 @@ pugi::xml_node array_named(const pugi::xml_node& cells, const char* name, const 
 
 /// x y z of every point.
 std::vector<double> read_points(const pugi::xml_node& piece, const VtuEncoding& encoding,
-                                const TextCursor& file) {
+                                const TextCursor& file, ArrayBudget& budget) {
   const pugi::xml_node points = piece.child("Points").child("DataArray");
   if (!points) file.fail("a <Piece> has no points");
-  std::vector<double> coordinates = read_real_array(points, encoding, file);
+  std::vector<double> coordinates = read_real_array(points, encoding, file, budget);
   const std::size_t point_count = coordinates.size() / 3;
   if (coordinates.size() % 3 != 0 ||
       point_count != piece.attribute("NumberOfPoints").as_ullong(point_count)) {
@@ -46,9 +46,10 @@ std::vector<double> read_points(const pugi::xml_node& piece, const VtuEncoding& 
 }
 
 void read_piece(const pugi::xml_node& piece, const VtuEncoding& encoding, const TextCursor& file,
-                MeshBuilder& builder) {
-  const std::vector<double> coordinates = read_points(piece, encoding, file);
+                ArrayBudget& budget, MeshBuilder& builder) {
+  const std::vector<double> coordinates = read_points(piece, encoding, file, budget);
   const std::size_t point_count = coordinates.size() / 3;
+  budget.take(point_count * MeshBuilder::kBytesOfNode, file);
   const std::int64_t first_node = static_cast<std::int64_t>(builder.node_count());
   builder.reserve_nodes(static_cast<std::int64_t>(point_count));
   for (std::size_t i = 0; i < point_count; ++i) {
@@ -57,15 +58,18 @@ void read_piece(const pugi::xml_node& piece, const VtuEncoding& encoding, const 
   }
   const pugi::xml_node xml_cells = piece.child("Cells");
   VtkCells cells;
-  cells.connectivity =
-      read_integer_array(array_named(xml_cells, "connectivity", file), encoding, file);
-  cells.ends = read_integer_array(array_named(xml_cells, "offsets", file), encoding, file);
-  cells.types = read_integer_array(array_named(xml_cells, "types", file), encoding, file);
+  const auto read = [&](const char* name) {
+    return read_integer_array(array_named(xml_cells, name, file), encoding, file, budget);
+  };
+  cells.connectivity = read("connectivity");
+  cells.ends = read("offsets");
+  cells.types = read("types");
   if (cells.types.size() != cells.ends.size() ||
       cells.types.size() != piece.attribute("NumberOfCells").as_ullong(cells.types.size())) {
     file.fail("the numbers of cell types (" + std::to_string(cells.types.size()) +
               ") and offsets (" + std::to_string(cells.ends.size()) + ") are not NumberOfCells");
   }
+  budget.take(cells.types.size() * MeshBuilder::kBytesOfTet, file);
   add_vtk_cells(cells, first_node, static_cast<std::int64_t>(point_count), file, builder);
 }
 
@@ -102,26 +106,29 @@ VtuEncoding parse_vtu(std::string_view content, const TextCursor& file,
 
 }  // namespace
 
-MeshReading read_vtu(const std::string& name, std::string_view content) {
+MeshReading read_vtu(const std::string& name, std::string_view content, std::size_t array_bytes) {
   const TextCursor file(name, content);
   pugi::xml_document document;
   const VtuEncoding encoding = parse_vtu(content, file, document);
   MeshBuilder builder(file);
+  ArrayBudget budget(array_bytes);
   for (const pugi::xml_node piece :
        document.child("VTKFile").child("UnstructuredGrid").children("Piece")) {
-    read_piece(piece, encoding, file, builder);
+    read_piece(piece, encoding, file, budget, builder);
   }
   return builder.finish();
 }
 
-Eigen::Matrix3Xd read_vtu_points(const std::string& name, std::string_view content) {
+Eigen::Matrix3Xd read_vtu_points(const std::string& name, std::string_view content,
+                                 std::size_t array_bytes) {
   const TextCursor file(name, content);
   pugi::xml_document document;
   const VtuEncoding encoding = parse_vtu(content, file, document);
+  ArrayBudget budget(array_bytes);
   std::vector<double> all;
   for (const pugi::xml_node piece :
        document.child("VTKFile").child("UnstructuredGrid").children("Piece")) {
-    const std::vector<double> points = read_points(piece, encoding, file);
+    const std::vector<double> points = read_points(piece, encoding, file, budget);
     all.insert(all.end(), points.begin(), points.end());
   }
   return Eigen::Map<const Eigen::Matrix3Xd>(all.data(), 3,

@@ -13,32 +13,33 @@
 namespace limber::scene::formats {
 namespace {
 
-/// No array of a mesh we can compute with comes near; stops decompression bombs.
+/// No array of a mesh we can compute with comes near; keeps sums of claims from overflowing.
 constexpr std::size_t kMaxArrayBytes = std::size_t{1} << 30;
 
 class VtuArray {
  public:
-  VtuArray(const pugi::xml_node& node, const VtuEncoding& encoding, const TextCursor& file)
+  VtuArray(const pugi::xml_node& node, const VtuEncoding& encoding, const TextCursor& file,
+           ArrayBudget& budget)
       : node_(node),
         encoding_(encoding),
         file_(file),
+        budget_(budget),
         format_(node.attribute("format").as_string("ascii")),
         type_(node.attribute("type").as_string()) {}
 
   template <typename Number>
   std::vector<Number> read() const {
     if (format_ == "ascii") return read_ascii<Number>();
-    const std::string bytes = encoding_.zlib ? compressed_bytes() : plain_bytes();
-    if (type_ == "Float32") return convert<float, Number>(bytes);
-    if (type_ == "Float64") return convert<double, Number>(bytes);
-    if (type_ == "Int8") return convert<std::int8_t, Number>(bytes);
-    if (type_ == "UInt8") return convert<std::uint8_t, Number>(bytes);
-    if (type_ == "Int16") return convert<std::int16_t, Number>(bytes);
-    if (type_ == "UInt16") return convert<std::uint16_t, Number>(bytes);
-    if (type_ == "Int32") return convert<std::int32_t, Number>(bytes);
-    if (type_ == "UInt32") return convert<std::uint32_t, Number>(bytes);
-    if (type_ == "Int64") return convert<std::int64_t, Number>(bytes);
-    if (type_ == "UInt64") return convert<std::uint64_t, Number>(bytes);
+    if (type_ == "Float32") return read_stored<float, Number>();
+    if (type_ == "Float64") return read_stored<double, Number>();
+    if (type_ == "Int8") return read_stored<std::int8_t, Number>();
+    if (type_ == "UInt8") return read_stored<std::uint8_t, Number>();
+    if (type_ == "Int16") return read_stored<std::int16_t, Number>();
+    if (type_ == "UInt16") return read_stored<std::uint16_t, Number>();
+    if (type_ == "Int32") return read_stored<std::int32_t, Number>();
+    if (type_ == "UInt32") return read_stored<std::uint32_t, Number>();
+    if (type_ == "Int64") return read_stored<std::int64_t, Number>();
+    if (type_ == "UInt64") return read_stored<std::uint64_t, Number>();
     fail("has the unknown type " + in_quotes(type_), ErrorCode::kUnsupported);
   }
 
@@ -61,7 +62,17 @@ class VtuArray {
         result.push_back(text.integer("a whole number"));
       }
     }
+    budget_.take(result.size() * sizeof(Number), file_);  // a few times its text at most
     return result;
+  }
+
+  template <typename Stored, typename Number>
+  std::vector<Number> read_stored() const {
+    // Decoded bytes and the numbers made of them are there at the same time.
+    const auto take = [this](std::uint64_t bytes) {
+      budget_.take(bytes + bytes / sizeof(Stored) * sizeof(Number), file_);
+    };
+    return convert<Stored, Number>(encoding_.zlib ? compressed_bytes(take) : plain_bytes(take));
   }
 
   template <typename Stored, typename Number>
@@ -106,13 +117,16 @@ class VtuArray {
                                        : decode<std::uint32_t>(at, encoding_.order);
   }
 
-  std::string plain_bytes() const {
+  /// @param take  called with the size of what is to be decoded
+  template <class Take>
+  std::string plain_bytes(const Take& take) const {
     const std::size_t header = encoding_.header_bytes;
     const std::string first = stored_bytes(header);
     if (first.size() < header) fail("ends inside its header");
     const std::uint64_t size = header_entry(first, 0);
     if (size > kMaxArrayBytes)
       fail("claims " + std::to_string(size) + " bytes", ErrorCode::kLimitExceeded);
+    take(size);
     std::string bytes = stored_bytes(header + static_cast<std::size_t>(size));
     if (bytes.size() != header + size) fail("is cut off");
     return bytes.substr(header);
@@ -120,7 +134,8 @@ class VtuArray {
 
   /// Header: number of blocks, size of a block, size of the last block if shorter (else 0),
   /// compressed sizes.
-  std::string compressed_bytes() const {
+  template <class Take>
+  std::string compressed_bytes(const Take& take) const {
     const std::size_t entry = encoding_.header_bytes;
     const std::string first = stored_bytes(3 * entry);
     if (first.size() < 3 * entry) fail("ends inside its header");
@@ -135,6 +150,7 @@ class VtuArray {
                " bytes",
            ErrorCode::kLimitExceeded);
     }
+    take((blocks - 1) * block_size + (last_size != 0 ? last_size : block_size));
     const std::size_t header = static_cast<std::size_t>(3 + blocks) * entry;
     const std::string sizes = stored_bytes(header);
     if (sizes.size() < header) fail("ends inside its header");
@@ -175,20 +191,32 @@ class VtuArray {
   pugi::xml_node node_;
   const VtuEncoding& encoding_;
   const TextCursor& file_;
+  ArrayBudget& budget_;
   std::string format_;
   std::string type_;
 };
 
 }  // namespace
 
+void ArrayBudget::take(std::uint64_t bytes, const TextCursor& file) {
+  if (bytes > left_) {
+    file.fail_at(file.line(),
+                 "the data arrays take more than " + std::to_string(bytes_ >> 20) +
+                     " MiB once decoded, which is the limit of one file",
+                 ErrorCode::kLimitExceeded);
+  }
+  left_ -= static_cast<std::size_t>(bytes);
+}
+
 std::vector<double> read_real_array(const pugi::xml_node& array, const VtuEncoding& encoding,
-                                    const TextCursor& file) {
-  return VtuArray(array, encoding, file).read<double>();
+                                    const TextCursor& file, ArrayBudget& budget) {
+  return VtuArray(array, encoding, file, budget).read<double>();
 }
 
 std::vector<std::int64_t> read_integer_array(const pugi::xml_node& array,
-                                             const VtuEncoding& encoding, const TextCursor& file) {
-  return VtuArray(array, encoding, file).read<std::int64_t>();
+                                             const VtuEncoding& encoding, const TextCursor& file,
+                                             ArrayBudget& budget) {
+  return VtuArray(array, encoding, file, budget).read<std::int64_t>();
 }
 
 }  // namespace limber::scene::formats

@@ -24,14 +24,30 @@ struct VtuEncoding {
   std::string_view appended;  // what follows the '_' of AppendedData
 };
 
+/// What the arrays of a file may take in memory together: compressed or named many times, a small
+/// file can claim any size.
+class ArrayBudget {
+ public:
+  explicit ArrayBudget(std::size_t bytes) : bytes_(bytes), left_(bytes) {}
+  /// To be called before memory is taken.
+  /// @throws Error{kLimitExceeded} through `file` where more is asked for than is left
+  void take(std::uint64_t bytes, const TextCursor& file);
+
+ private:
+  std::size_t bytes_, left_;
+};
+
 /// All numbers of a <DataArray>, from any of its encodings: ascii, inline base64, appended raw or
 /// base64, zlib or not.
-/// @throws Error through `file` for broken encodings, {kUnsupported} for unknown types.
+/// @param budget  the numbers and their decoded bytes are taken from it
+/// @throws Error through `file` for broken encodings, {kUnsupported} for unknown types,
+/// {kLimitExceeded} beyond the budget.
 [[nodiscard]] std::vector<double> read_real_array(const pugi::xml_node& array,
                                                   const VtuEncoding& encoding,
-                                                  const TextCursor& file);
+                                                  const TextCursor& file, ArrayBudget& budget);
 [[nodiscard]] std::vector<std::int64_t> read_integer_array(const pugi::xml_node& array,
                                                            const VtuEncoding& encoding,
-                                                           const TextCursor& file);
+                                                           const TextCursor& file,
+                                                           ArrayBudget& budget);
 
 }  // namespace limber::scene::formats

@@ -12,8 +12,9 @@
 namespace limber::scene {
 namespace {
 
-[[noreturn]] void refuse(const std::string& name, const std::string& message) {
-  throw Error(ErrorCode::kInvalidArgument, name, message);
+[[noreturn]] void refuse(const std::string& name, const std::string& message,
+                         ErrorCode code = ErrorCode::kInvalidArgument) {
+  throw Error(code, name, message);
 }
 
 struct TimedFile {
@@ -60,7 +61,7 @@ std::vector<std::string> pvd_files(const std::string& name, std::string_view con
 
 Eigen::MatrixXd read_vtu_series(const std::string& name, std::size_t count,
                                 const std::function<VtuFrame(std::size_t)>& frame,
-                                Eigen::Index node_count) {
+                                Eigen::Index node_count, std::size_t max_bytes) {
   if (count == 0) refuse(name, "has no frames");
   std::vector<double> positions;  // grows with what is there, not with what `count` promises
   for (std::size_t i = 0; i < count; ++i) {
@@ -68,7 +69,7 @@ Eigen::MatrixXd read_vtu_series(const std::string& name, std::size_t count,
     const std::string where = fmt::format("frame {} ({})", i, file.name);
     Eigen::Matrix3Xd points;
     try {
-      points = formats::read_vtu_points(file.name, file.content);
+      points = formats::read_vtu_points(file.name, file.content, max_bytes);
     } catch (const Error& error) {
       throw Error(error.code(), name, where + ": " + error.what());
     }
@@ -80,6 +81,13 @@ Eigen::MatrixXd read_vtu_series(const std::string& name, std::size_t count,
                                node_count > 0 ? "the mesh" : "the first frame", wanted));
     }
     if (points.cols() == 0) refuse(name, where + " has no points");
+    // All have as many: known from the first on.
+    if (count > max_bytes / sizeof(double) / static_cast<std::size_t>(points.size())) {
+      refuse(name,
+             fmt::format("{} frames of {} points take more than {} MiB, which is the limit", count,
+                         points.cols(), max_bytes >> 20),
+             ErrorCode::kLimitExceeded);
+    }
     for (Eigen::Index point = 0; point < points.cols(); ++point) {
       if (!points.col(point).allFinite())
         refuse(name, fmt::format("{}: point {} is not finite", where, point));

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstddef>
 #include <functional>
 #include <string>
 #include <string_view>
@@ -25,11 +26,14 @@ struct VtuFrame {
 /// @param count       frames
 /// @param frame       file of frame i; asked once, in order, so that only one need be in memory
 /// @param node_count  points that each must have, or 0: as many as the first
+/// @param max_bytes   of the positions of all frames, and of the arrays of one file
 /// @returns 3 nodes x frames, 3 * node + axis
 /// @throws Error naming frame and file in its message, `name` as field: as readers of meshes do;
-/// {kInvalidArgument} for another number of points or a coordinate that is not finite
+/// {kInvalidArgument} for another number of points or a coordinate that is not finite;
+/// {kLimitExceeded} beyond `max_bytes`, before so much is taken
 [[nodiscard]] Eigen::MatrixXd read_vtu_series(const std::string& name, std::size_t count,
                                               const std::function<VtuFrame(std::size_t)>& frame,
-                                              Eigen::Index node_count);
+                                              Eigen::Index node_count,
+                                              std::size_t max_bytes = std::size_t{1} << 31);
 
 }  // namespace limber::scene

@@ -7,6 +7,7 @@
 
 #include "engine/base/rotations/logarithm.h"
 #include "engine/session/beams/beam_remarks.h"
+#include "engine/session/keyed_items.h"
 #include "engine/session/refused_edit.h"
 
 namespace limber::session {
@@ -19,18 +20,6 @@ using beams::PrescribedMotion;
 std::string last_name(const std::string& path) {
   const std::string name = path.substr(path.rfind('.') + 1);
   return name.find('[') == std::string::npos ? name : "";
-}
-
-template <class Item>
-void erase_of_node(std::vector<Item>& items, int node) {
-  std::erase_if(items, [&](const Item& item) { return item.node == node; });
-}
-
-template <class Item>
-Item* find_of_node(std::vector<Item>& items, int node) {
-  const auto found =
-      std::find_if(items.begin(), items.end(), [&](const Item& item) { return item.node == node; });
-  return found == items.end() ? nullptr : &*found;
 }
 
 bool is_nothing(const beams::NodalLoad& load) {
@@ -47,16 +36,44 @@ void BeamLimits::validate() const {
   if (undo_depth < 0)
     throw Error(ErrorCode::kInvalidArgument, "undo_depth",
                 fmt::format("undo_depth = {}, must be >= 0", undo_depth));
+  if (steps_at_once < 0)
+    throw Error(ErrorCode::kInvalidArgument, "steps_at_once",
+                fmt::format("steps_at_once = {}, must be >= 0", steps_at_once));
 }
+
+namespace {
+
+/// Conditions under edits.
+struct ConditionEdits {
+  explicit ConditionEdits(const BeamConditions& from)
+      : supports(from.supports, &BeamSupport::node),
+        motions(from.motions, &PrescribedMotion::node),
+        loads(from.loads, &beams::NodalLoad::node),
+        distributed_loads(from.distributed_loads, &beams::DistributedLoad::element),
+        gravity(from.gravity),
+        temporary_loads(from.temporary_loads) {}
+
+  [[nodiscard]] BeamConditions made() const {
+    return {supports.list(),          motions.list(), loads.list(),
+            distributed_loads.list(), gravity,        temporary_loads};
+  }
+
+  KeyedItems<BeamSupport, int> supports;
+  KeyedItems<PrescribedMotion, int> motions;
+  KeyedItems<beams::NodalLoad, int> loads;
+  KeyedItems<beams::DistributedLoad, int> distributed_loads;
+  // As of BeamConditions:
+  Eigen::Vector3d gravity;
+  std::vector<beams::NodalLoad> temporary_loads;
+};
+
+}  // namespace
 
 /// One request under way on a copy of the history.
 class BeamDocument::Request {
  public:
   Request(const BeamDocument& document, const Places& places)
-      : document_(document),
-        places_(places),
-        history_(document.history_),
-        conditions_(*history_.now()) {}
+      : document_(document), places_(places), history_(document.history_) {}
 
   void apply(const BeamEdit& edit) {
     std::visit([this](const auto& what) { take(what); }, edit);
@@ -74,15 +91,15 @@ class BeamDocument::Request {
   void take(const SetSupport& set) {
     demand_node(set.support.node);
     begin_step();
-    erase_of_node(conditions_.supports, set.support.node);
-    if (holds_anything(set.support)) conditions_.supports.push_back(set.support);
+    conditions().supports.erase_all(set.support.node);
+    if (holds_anything(set.support)) conditions().supports.push_back(set.support);
   }
   void take(const MoveNode& move) { bring(move.motion); }
   void take(const HoldNode& hold) {
     demand_node(hold.node);
     PrescribedMotion motion = *by_axes(places_.of(hold.node), axes_of(hold.node));
     // The attitude does not tell turns that are known.
-    if (const PrescribedMotion* const found = find_of_node(conditions_.motions, hold.node);
+    if (const PrescribedMotion* const found = conditions().motions.find(hold.node);
         found != nullptr && found->rotates_all())
       motion.rotation = rotations::nearest_branch(motion.rotation, found->rotation);
     motion.node = hold.node;
@@ -93,19 +110,19 @@ class BeamDocument::Request {
   void take(const ReleaseNode& release) {
     demand_node(release.node);
     begin_step();
-    if (find_of_node(conditions_.supports, release.node) == nullptr &&
-        find_of_node(conditions_.motions, release.node) == nullptr)
+    if (conditions().supports.find(release.node) == nullptr &&
+        conditions().motions.find(release.node) == nullptr)
       warn("node", fmt::format("nothing holds node {}: there is nothing to release", release.node));
-    erase_of_node(conditions_.supports, release.node);
-    erase_of_node(conditions_.motions, release.node);
+    conditions().supports.erase_all(release.node);
+    conditions().motions.erase_all(release.node);
   }
   void take(const SetNodeLoad& set) {
     demand_node(set.load.node);
     begin_step();
-    const bool loaded = find_of_node(conditions_.loads, set.load.node) != nullptr;
-    erase_of_node(conditions_.loads, set.load.node);
+    const bool loaded = conditions().loads.find(set.load.node) != nullptr;
+    conditions().loads.erase_all(set.load.node);
     if (!is_nothing(set.load)) {
-      conditions_.loads.push_back(set.load);
+      conditions().loads.push_back(set.load);
     } else if (!loaded) {
       warn("node",
            fmt::format("nothing loads node {}: there is nothing to take away", set.load.node));
@@ -114,11 +131,9 @@ class BeamDocument::Request {
   void take(const SetElementLoad& set) {
     demand(set.load.element, document_.model_.elements.size(), "element");
     begin_step();
-    const auto erased = std::erase_if(
-        conditions_.distributed_loads,
-        [&](const beams::DistributedLoad& load) { return load.element == set.load.element; });
+    const auto erased = conditions().distributed_loads.erase_all(set.load.element);
     if (!set.load.force.isZero(0)) {
-      conditions_.distributed_loads.push_back(set.load);
+      conditions().distributed_loads.push_back(set.load);
     } else if (erased == 0) {
       warn("element", fmt::format("nothing loads element {}: there is nothing to take away",
                                   set.load.element));
@@ -127,32 +142,46 @@ class BeamDocument::Request {
   void take(const PushNode& push) {
     demand_node(push.load.node);
     begin_step();
-    conditions_.temporary_loads.push_back(push.load);
+    conditions().temporary_loads.push_back(push.load);
   }
   void take(const SetGravity& set) {
     begin_step();
-    conditions_.gravity = set.gravity;
-    for (const scene::Issue& issue : beam_remarks(with_conditions(document_.model_, conditions_))) {
-      if (issue.field == "gravity") warn(issue.field, issue.message);
-    }
+    conditions().gravity = set.gravity;
+    if (!set.gravity.isZero(0) && !remark_on_gravity().empty())
+      warn("gravity", remark_on_gravity());
   }
   void take(const Undo&) {
-    close_step();
+    close_step_inside();
     history_.undo();
-    conditions_ = *history_.now();
+    conditions_.reset();
   }
   void take(const Redo&) {
-    close_step();
+    close_step_inside();
     history_.redo();
-    conditions_ = *history_.now();
+    conditions_.reset();
+  }
+
+  /// Those that hold now; steps back and forth copy none.
+  ConditionEdits& conditions() {
+    if (!conditions_) conditions_.emplace(*history_.now());
+    return *conditions_;
+  }
+  /// What is said of gravity that nothing feels; empty: something does.
+  const std::string& remark_on_gravity() {
+    if (remark_on_gravity_) return *remark_on_gravity_;
+    beams::BeamModel model = document_.model_;
+    model.gravity = Eigen::Vector3d::UnitZ();
+    remark_on_gravity_.emplace();
+    for (const scene::Issue& issue : beam_remarks(model)) {
+      if (issue.field == "gravity") remark_on_gravity_ = issue.message;
+    }
+    return *remark_on_gravity_;
   }
 
   /// Of what holds the node.
   [[nodiscard]] Eigen::Matrix3d axes_of(int node) {
-    if (const BeamSupport* const support = find_of_node(conditions_.supports, node))
-      return support->axes;
-    if (const PrescribedMotion* const motion = find_of_node(conditions_.motions, node))
-      return motion->axes;
+    if (const BeamSupport* const support = conditions().supports.find(node)) return support->axes;
+    if (const PrescribedMotion* const motion = conditions().motions.find(node)) return motion->axes;
     return Eigen::Matrix3d::Identity();
   }
 
@@ -164,17 +193,17 @@ class BeamDocument::Request {
                   fmt::format("the motion of node {} gives no direction", given.node));
     begin_step();
     PrescribedMotion motion = by_axes(given, axes_of(given.node)).value_or(given);
-    if (BeamSupport* const support = find_of_node(conditions_.supports, motion.node)) {
+    if (BeamSupport* const support = conditions().supports.find(motion.node)) {
       // By other axes than the support's it is refused.
       const bool fits = by_axes(motion, support->axes).has_value();
       for (std::size_t k = 0; fits && k < 3; ++k) {
         support->fixed[k] = support->fixed[k] && !motion.translates[k];
         support->fixed[3 + k] = support->fixed[3 + k] && !motion.rotates[k];
       }
-      if (!holds_anything(*support)) erase_of_node(conditions_.supports, motion.node);
+      if (!holds_anything(*support)) conditions().supports.erase_all(motion.node);
     }
-    PrescribedMotion* const found = find_of_node(conditions_.motions, motion.node);
-    found == nullptr ? conditions_.motions.push_back(motion) : add(motion, *found);
+    PrescribedMotion* const found = conditions().motions.find(motion.node);
+    found == nullptr ? conditions().motions.push_back(motion) : add(motion, *found);
   }
 
   /// What one motion gives takes the place of what the other gives; the rest of that stays.
@@ -219,27 +248,40 @@ class BeamDocument::Request {
 
   /// Temporary loads of the step before are over.
   void begin_step() {
-    if (!std::exchange(is_open_, true)) conditions_.temporary_loads.clear();
+    if (!std::exchange(is_open_, true)) conditions().temporary_loads.clear();
   }
 
+  /// Of a step that is not the request's last.
+  void close_step_inside() {
+    if (is_open_ && ++steps_ > document_.limits_.steps_at_once)
+      throw Error(
+          ErrorCode::kLimitExceeded, "steps_at_once",
+          fmt::format("the edits of one request begin more than {} steps of undo: send them "
+                      "in several requests",
+                      document_.limits_.steps_at_once));
+    close_step();
+  }
   /// Refuses what the conditions may not be.
   void close_step() {
     if (!std::exchange(is_open_, false)) return;
+    BeamConditions made = conditions().made();
     try {
-      validate(with_conditions(document_.model_, conditions_));
+      validate(with_conditions(document_.model_, made));
     } catch (const Error& error) {
       throw Error(error.code(), last_name(error.field()), error.what());
     }
-    history_.step_to(conditions_, document_.limits_.undo_depth, document_.limits_.undo_bytes,
+    history_.step_to(std::move(made), document_.limits_.undo_depth, document_.limits_.undo_bytes,
                      [](const BeamConditions& conditions) { return bytes_of(conditions); });
   }
 
   const BeamDocument& document_;
   const Places& places_;
   History history_;
-  BeamConditions conditions_;
-  bool is_open_ = false;  // edits since the last step
-  int edits_ = 0;         // taken
+  std::optional<ConditionEdits> conditions_;  // of history_, with the edits since; none: no edits
+  bool is_open_ = false;                      // edits since the last step
+  int steps_ = 0;                             // closed inside the request
+  std::optional<std::string> remark_on_gravity_;
+  int edits_ = 0;  // taken
   std::vector<scene::Issue> warnings_;
 };
 
@@ -249,8 +291,9 @@ BeamDocument::BeamDocument(beams::BeamModel model, BeamLimits limits)
   validate(model_);
 }
 
-EditReceipt BeamDocument::apply(const std::vector<BeamEdit>& edits,
-                                std::optional<Revision> expected, const Places& places) {
+BeamDocument::Prepared BeamDocument::prepare(const std::vector<BeamEdit>& edits,
+                                             std::optional<Revision> expected,
+                                             const Places& places) const {
   if (expected && *expected != revision_) {
     throw Error(ErrorCode::kFailedPrecondition, "expected_revision",
                 fmt::format("the session is at revision {}, not {}", revision_, *expected));
@@ -258,20 +301,24 @@ EditReceipt BeamDocument::apply(const std::vector<BeamEdit>& edits,
   if (edits.empty()) throw Error(ErrorCode::kInvalidArgument, "edits", "there are no edits");
   std::optional<History> done;
   std::vector<scene::Issue> warnings;
-  try_edits(edits.size(), [&](std::size_t count) {
+  try_edits(edits.size(), [&](std::size_t count, std::size_t& taken) {
     Request request(*this, places);
-    for (std::size_t i = 0; i < count; ++i) request.apply(edits[i]);
+    for (; taken < count; ++taken) request.apply(edits[taken]);
     done.emplace(request.finish());
     warnings = request.take_warnings();
   });
   LIMBER_DEMAND(done.has_value());
-  history_ = std::move(*done);
   EditReceipt receipt;
-  receipt.revision = ++revision_;
   receipt.issues = std::move(warnings);
   receipt.constraint_ids.assign(edits.size(), 0);
   receipt.keyframe_ids.assign(edits.size(), 0);
-  return receipt;
+  return {std::move(*done), std::move(receipt)};
+}
+
+EditReceipt BeamDocument::commit(Prepared&& prepared) {
+  std::swap(history_, prepared.history);
+  prepared.receipt.revision = ++revision_;
+  return std::move(prepared.receipt);
 }
 
 }  // namespace limber::session

@@ -14,6 +14,7 @@ namespace limber::session {
 struct BeamLimits {
   int undo_depth = 1000;                           // requests that can be undone, >= 0
   std::size_t undo_bytes = std::size_t{64} << 20;  // kept for undo; the newest request always is
+  int steps_at_once = 16;                          // as of LinkageLimits, >= 0
 
   /// @throws Error{kInvalidArgument} naming the member
   void validate() const;
@@ -27,6 +28,8 @@ struct BeamLimits {
 /// inside a request they end the step begun by the edits before. Temporary loads are of the step
 /// that has them.
 class BeamDocument {
+  using History = SnapshotHistory<BeamConditions>;
+
  public:
   /// Where a node is in the newest shape, by the motion that would hold it there.
   /// @throws Error where that is not known
@@ -46,7 +49,17 @@ class BeamDocument {
   /// kFailedPrecondition (nothing to undo); Error{kFailedPrecondition, "expected_revision"};
   /// nothing has changed
   EditReceipt apply(const std::vector<BeamEdit>& edits, std::optional<Revision> expected,
-                    const Places& places);
+                    const Places& places) {
+    return commit(prepare(edits, expected, places));
+  }
+  /// apply() in two parts, as LinkageDocument has them.
+  struct Prepared {
+    History history;
+    EditReceipt receipt;
+  };
+  [[nodiscard]] Prepared prepare(const std::vector<BeamEdit>& edits,
+                                 std::optional<Revision> expected, const Places& places) const;
+  EditReceipt commit(Prepared&& prepared);
 
   [[nodiscard]] Revision revision() const { return revision_; }
   [[nodiscard]] const std::shared_ptr<const BeamConditions>& conditions() const {
@@ -58,7 +71,6 @@ class BeamDocument {
   [[nodiscard]] std::size_t redo_count() const { return history_.redo_count(); }
 
  private:
-  using History = SnapshotHistory<BeamConditions>;
   class Request;
 
   const beams::BeamModel model_;

@@ -89,6 +89,9 @@ class BeamSession::Impl : public std::enable_shared_from_this<BeamSession::Impl>
   };
 
   // With the lock:
+  void demand_open() const {
+    if (task_.is_closed()) throw Error(ErrorCode::kFailedPrecondition, "", "the session is closed");
+  }
   void post(std::unique_lock<std::mutex> lock);
   [[nodiscard]] bool chooses_side(const BeamConditions& conditions) const;
   void finish_first(Revision revision, Conditions conditions);
@@ -108,6 +111,9 @@ class BeamSession::Impl : public std::enable_shared_from_this<BeamSession::Impl>
   const std::string id_;
   const std::shared_ptr<BeamListener> listener_;
 
+  /// Held by the edit under way, before mutex_: the document changes under both, so that either is
+  /// enough to read it and many edits hold up no reader.
+  std::mutex edits_;
   mutable std::mutex mutex_;
   BeamDocument document_;
   SerialTask task_;
@@ -156,13 +162,20 @@ void BeamSession::Impl::finish_first(Revision revision, Conditions conditions) {
 
 EditReceipt BeamSession::Impl::edit(const std::vector<BeamEdit>& edits,
                                     std::optional<Revision> expected) {
+  const std::lock_guard one_at_a_time(edits_);
+  const std::shared_ptr<const BeamResult> settled = read([](const Impl& impl) {
+    impl.demand_open();
+    const bool is_settled =
+        impl.final_ && impl.final_->revision == impl.document_.revision() && !impl.work_;
+    return is_settled ? impl.final_ : nullptr;
+  });
+  BeamDocument::Prepared prepared =
+      document_.prepare(edits, expected, KnownPlaces(document_, settled));
   std::unique_lock lock(mutex_);
-  if (task_.is_closed()) throw Error(ErrorCode::kFailedPrecondition, "", "the session is closed");
-  const bool settled = final_ && final_->revision == document_.revision() && !work_;
+  demand_open();
   const Revision before = document_.revision();
   const Conditions conditions = document_.conditions();
-  EditReceipt receipt =
-      document_.apply(edits, expected, KnownPlaces(document_, settled ? final_ : nullptr));
+  EditReceipt receipt = document_.commit(std::move(prepared));
   finish_first(before, conditions);
   edited_at_ = Clock::now();
   work_ = true;

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "engine/base/error.h"
+#include "engine/session/keyed_items.h"
 #include "engine/session/refused_edit.h"
 
 namespace limber::session {
@@ -18,20 +19,6 @@ using scene::LinkageTarget;
 std::string last_name(const std::string& path) {
   const auto dot = path.rfind('.');
   return dot == std::string::npos ? path : path.substr(dot + 1);
-}
-
-std::vector<LinkageTarget>::iterator find_target(LinkageConditions& conditions, std::uint64_t id) {
-  const auto found = std::find_if(conditions.targets.begin(), conditions.targets.end(),
-                                  [&](const LinkageTarget& target) { return target.id == id; });
-  if (found == conditions.targets.end())
-    throw Error(ErrorCode::kNotFound, "id", fmt::format("there is no target {}", id));
-  return found;
-}
-
-/// @returns whether there was any
-template <class Item>
-bool erase_of_joint(std::vector<Item>& items, int joint) {
-  return std::erase_if(items, [&](const Item& item) { return item.joint == joint; }) > 0;
 }
 
 std::size_t bytes_of(const LinkageConditions& conditions) {
@@ -58,13 +45,50 @@ void LinkageLimits::validate() const {
   if (max_targets < 0)
     throw Error(ErrorCode::kInvalidArgument, "max_targets",
                 fmt::format("max_targets = {}, must be >= 0", max_targets));
+  if (steps_at_once < 0)
+    throw Error(ErrorCode::kInvalidArgument, "steps_at_once",
+                fmt::format("steps_at_once = {}, must be >= 0", steps_at_once));
 }
+
+namespace {
+
+/// Conditions under edits.
+struct ConditionEdits {
+  explicit ConditionEdits(const LinkageConditions& from)
+      : pins(from.pins, &scene::JointPin::joint),
+        angles(from.angles, &scene::JointAngle::joint),
+        targets(from.targets, &LinkageTarget::id),
+        loads(from.loads, &scene::JointLoad::joint),
+        mean_angle(from.mean_angle),
+        gravity(from.gravity),
+        segment_lengths(from.segment_lengths),
+        edge_lengths(from.edge_lengths),
+        section_scales(from.section_scales),
+        erection(from.erection) {}
+
+  [[nodiscard]] LinkageConditions made() const {
+    return {pins.list(), angles.list(),   mean_angle,   targets.list(), loads.list(),
+            gravity,     segment_lengths, edge_lengths, section_scales, erection};
+  }
+
+  KeyedItems<scene::JointPin, int> pins;
+  KeyedItems<scene::JointAngle, int> angles;
+  KeyedItems<LinkageTarget, std::uint64_t> targets;
+  KeyedItems<scene::JointLoad, int> loads;
+  // As of LinkageConditions:
+  std::optional<double> mean_angle;
+  Eigen::Vector3d gravity;
+  Eigen::VectorXd segment_lengths, edge_lengths, section_scales;
+  std::shared_ptr<const scene::LinkageErection> erection;
+};
+
+}  // namespace
 
 /// One request under way on a copy of the state.
 class LinkageDocument::Request {
  public:
-  Request(const LinkageDocument& document)
-      : document_(document), state_(document.state_), conditions_(*state_.history.now()) {}
+  explicit Request(const LinkageDocument& document)
+      : document_(document), state_(document.state_) {}
 
   /// @returns the target the edit touched, 0 if none
   std::uint64_t apply(const LinkageEdit& edit) {
@@ -83,110 +107,123 @@ class LinkageDocument::Request {
  private:
   std::uint64_t take(const PinJoint& pin) {
     demand_joint(pin.joint);
-    const bool was_pinned = erase_of_joint(conditions_.pins, pin.joint);
+    const bool was_pinned = conditions().pins.erase_all(pin.joint) > 0;
     if (!was_pinned && !pin.held)
       warn("joint", fmt::format("joint {} is not pinned; nothing was released", pin.joint));
-    if ((was_pinned || pin.held) && conditions_.erection && !conditions_.erection->push.empty()) {
+    if ((was_pinned || pin.held) && conditions().erection && !conditions().erection->push.empty()) {
       warn("joint",
            "the erection of this design was found with other supports: opened from flat, the shape "
            "may be on another branch");
     }
-    if (pin.held) conditions_.pins.push_back({pin.joint, *pin.held, pin.position});
+    if (pin.held) conditions().pins.push_back({pin.joint, *pin.held, pin.position});
     return changed();
   }
   std::uint64_t take(const SetJointAngle& wanted) {
     demand_joint(wanted.joint);
-    if (!erase_of_joint(conditions_.angles, wanted.joint) && !wanted.angle) {
+    if (conditions().angles.erase_all(wanted.joint) == 0 && !wanted.angle) {
       warn("joint", fmt::format("the angle of joint {} is not set; {}", wanted.joint,
                                 pins_angle(wanted.joint) ? "its pin holds it: release that"
                                                          : "nothing was released"));
     }
-    if (wanted.angle) conditions_.angles.push_back({wanted.joint, *wanted.angle});
+    if (wanted.angle) conditions().angles.push_back({wanted.joint, *wanted.angle});
     return changed();
   }
   std::uint64_t take(const SetMeanAngle& wanted) {
-    if (!conditions_.mean_angle && !wanted.angle)
+    if (!conditions().mean_angle && !wanted.angle)
       warn("mean_angle", "the mean angle is not set; nothing was released");
-    conditions_.mean_angle = wanted.angle;
+    conditions().mean_angle = wanted.angle;
     return changed();
   }
   std::uint64_t take(const AddTarget& add) {
-    if (conditions_.targets.size() >= static_cast<std::size_t>(document_.limits_.max_targets)) {
+    if (conditions().targets.size() >= static_cast<std::size_t>(document_.limits_.max_targets)) {
       throw Error(ErrorCode::kLimitExceeded, "target",
                   fmt::format("{} targets are the limit", document_.limits_.max_targets));
     }
     LinkageTarget target = add.target;
     if (target.id == 0) target.id = state_.last_id + 1;
     state_.last_id = std::max(state_.last_id, target.id);
-    conditions_.targets.push_back(target);
+    conditions().targets.push_back(target);
     return changed(target.id);
   }
   std::uint64_t take(const MoveTarget& move) {
-    find_target(conditions_, move.id)->position = move.position;
+    find_target(move.id).position = move.position;
     return changed(move.id);
   }
   std::uint64_t take(const ReplaceTarget& replace) {
-    *find_target(conditions_, replace.target.id) = replace.target;
+    find_target(replace.target.id) = replace.target;
     return changed(replace.target.id);
   }
   std::uint64_t take(const RemoveTarget& remove) {
-    conditions_.targets.erase(find_target(conditions_, remove.id));
+    (void)find_target(remove.id);
+    conditions().targets.erase_first(remove.id);
     return changed(remove.id);
   }
   std::uint64_t take(const SetJointLoad& set) {
     demand_joint(set.load.joint);
-    const bool loaded = erase_of_joint(conditions_.loads, set.load.joint);
+    const bool loaded = conditions().loads.erase_all(set.load.joint) > 0;
     if (!is_nothing(set.load)) {
-      conditions_.loads.push_back(set.load);
+      conditions().loads.push_back(set.load);
     } else if (!loaded) {
       warn("joint", fmt::format("joint {} carries no load; nothing was removed", set.load.joint));
     }
     return changed();
   }
   std::uint64_t take(const SetGravity& set) {
-    conditions_.gravity = set.gravity;
+    conditions().gravity = set.gravity;
     return changed();
   }
   std::uint64_t take(const SetSegmentLengths& set) {
-    conditions_.erection.reset();
-    conditions_.segment_lengths = set.lengths;
-    conditions_.edge_lengths.resize(0);
+    conditions().erection.reset();
+    conditions().segment_lengths = set.lengths;
+    conditions().edge_lengths.resize(0);
     return changed();
   }
   std::uint64_t take(const SetEdgeLengths& set) {
-    conditions_.erection.reset();
-    conditions_.edge_lengths = set.lengths;
-    conditions_.segment_lengths.resize(0);
+    conditions().erection.reset();
+    conditions().edge_lengths = set.lengths;
+    conditions().segment_lengths.resize(0);
     return changed();
   }
   std::uint64_t take(const SetSectionScales& set) {
-    conditions_.erection.reset();
-    conditions_.section_scales = set.scales;
+    conditions().erection.reset();
+    conditions().section_scales = set.scales;
     return changed();
   }
   std::uint64_t take(const SetErection& set) {
-    conditions_.erection = set.erection;
+    conditions().erection = set.erection;
     return changed();
   }
   std::uint64_t take(const Undo&) {
-    close_step();
+    close_step_inside();
     state_.history.undo();
-    state_.is_return = true;
-    conditions_ = *state_.history.now();
-    return 0;
+    return returned();
   }
   std::uint64_t take(const Redo&) {
-    close_step();
+    close_step_inside();
     state_.history.redo();
-    state_.is_return = true;
-    conditions_ = *state_.history.now();
-    return 0;
+    return returned();
   }
 
-  [[nodiscard]] bool pins_angle(int joint) const {
-    return std::any_of(conditions_.pins.begin(), conditions_.pins.end(), [&](const auto& pin) {
-      return pin.joint == joint && pin.held != scene::Held::kMotion;
-    });
+  std::uint64_t returned() {
+    state_.is_return = true;
+    conditions_.reset();
+    return 0;
+  }
+  /// Those that hold now; steps back and forth copy none.
+  ConditionEdits& conditions() {
+    if (!conditions_) conditions_.emplace(*state_.history.now());
+    return *conditions_;
+  }
+  LinkageTarget& find_target(std::uint64_t id) {
+    LinkageTarget* const found = conditions().targets.find(id);
+    if (found == nullptr)
+      throw Error(ErrorCode::kNotFound, "id", fmt::format("there is no target {}", id));
+    return *found;
+  }
+
+  [[nodiscard]] bool pins_angle(int joint) {
+    const scene::JointPin* const pin = conditions().pins.find(joint);
+    return pin != nullptr && pin->held != scene::Held::kMotion;
   }
 
   void warn(const char* field, std::string message) {
@@ -205,14 +242,25 @@ class LinkageDocument::Request {
     return id;
   }
 
+  /// Of a step that is not the request's last.
+  void close_step_inside() {
+    if (is_open_ && ++steps_ > document_.limits_.steps_at_once)
+      throw Error(
+          ErrorCode::kLimitExceeded, "steps_at_once",
+          fmt::format("the edits of one request begin more than {} steps of undo: send them "
+                      "in several requests",
+                      document_.limits_.steps_at_once));
+    close_step();
+  }
   /// Refuses what the conditions may not be.
   void close_step() {
     if (!std::exchange(is_open_, false)) return;
-    auto issues = scene::validate(conditions_, document_.joints_, document_.segments_);
-    if (issues.empty() && document_.check_) issues = document_.check_(conditions_);
+    LinkageConditions made = conditions().made();
+    auto issues = scene::validate(made, document_.joints_, document_.segments_);
+    if (issues.empty() && document_.check_) issues = document_.check_(made);
     if (!issues.empty()) throw Error(issues[0].code, last_name(issues[0].field), issues[0].message);
     state_.history.step_to(
-        conditions_, document_.limits_.undo_depth, document_.limits_.undo_bytes,
+        std::move(made), document_.limits_.undo_depth, document_.limits_.undo_bytes,
         [shape = document_.limits_.shape_bytes](const LinkageConditions& conditions) {
           return bytes_of(conditions) + shape;
         });
@@ -221,9 +269,10 @@ class LinkageDocument::Request {
 
   const LinkageDocument& document_;
   State state_;
-  LinkageConditions conditions_;
-  bool is_open_ = false;  // edits since the last step
-  int edits_ = 0;         // taken
+  std::optional<ConditionEdits> conditions_;  // of state_, with the edits since; none: no edits
+  bool is_open_ = false;                      // edits since the last step
+  int steps_ = 0;                             // closed inside the request
+  int edits_ = 0;                             // taken
   std::vector<scene::Issue> warnings_;
 };
 
@@ -260,8 +309,8 @@ std::vector<std::shared_ptr<const LinkageConditions>> LinkageDocument::steps_bef
   return {steps.rbegin(), steps.rend()};
 }
 
-EditReceipt LinkageDocument::apply(const std::vector<LinkageEdit>& edits,
-                                   std::optional<Revision> expected) {
+LinkageDocument::Prepared LinkageDocument::prepare(const std::vector<LinkageEdit>& edits,
+                                                   std::optional<Revision> expected) const {
   if (expected && *expected != revision_) {
     throw Error(ErrorCode::kFailedPrecondition, "expected_revision",
                 fmt::format("the session is at revision {}, not {}", revision_, *expected));
@@ -269,19 +318,22 @@ EditReceipt LinkageDocument::apply(const std::vector<LinkageEdit>& edits,
   if (edits.empty()) throw Error(ErrorCode::kInvalidArgument, "edits", "there are no edits");
   EditReceipt receipt;
   std::optional<State> done;
-  try_edits(edits.size(), [&](std::size_t count) {
+  try_edits(edits.size(), [&](std::size_t count, std::size_t& taken) {
     Request request(*this);
     receipt.constraint_ids.clear();
-    for (std::size_t i = 0; i < count; ++i)
-      receipt.constraint_ids.push_back(request.apply(edits[i]));
+    for (; taken < count; ++taken) receipt.constraint_ids.push_back(request.apply(edits[taken]));
     done.emplace(request.finish());
     receipt.issues = request.take_warnings();
   });
   LIMBER_DEMAND(done.has_value());
-  state_ = std::move(*done);
-  receipt.revision = ++revision_;
   receipt.keyframe_ids.assign(edits.size(), 0);
-  return receipt;
+  return {std::move(*done), std::move(receipt)};
+}
+
+EditReceipt LinkageDocument::commit(Prepared&& prepared) {
+  std::swap(state_, prepared.state);
+  prepared.receipt.revision = ++revision_;
+  return std::move(prepared.receipt);
 }
 
 }  // namespace limber::session

@@ -21,6 +21,9 @@ struct LinkageLimits {
   /// Of them, what the shape of each request takes: with the conditions go their answers, see
   /// EquilibriumCache.
   std::size_t shape_bytes = 0;
+  /// Steps of undo that the edits of one request can begin besides the last, by an Undo or Redo
+  /// behind them, >= 0: each is validated as a whole.
+  int steps_at_once = 16;
 
   /// @throws Error{kInvalidArgument} naming the member
   void validate() const;
@@ -33,6 +36,12 @@ struct LinkageLimits {
 /// they make new revisions. Inside a request, an Undo or Redo ends the step begun by the edits
 /// before it.
 class LinkageDocument {
+  struct State {
+    SnapshotHistory<scene::LinkageConditions> history;
+    std::uint64_t last_id = 0;  // of targets
+    bool is_return = false;     // does undo or redo end the last request
+  };
+
  public:
   /// Issues that more is needed for than the conditions and these numbers.
   using Check = std::function<std::vector<scene::Issue>(const scene::LinkageConditions&)>;
@@ -46,7 +55,19 @@ class LinkageDocument {
   /// @throws Error with field "edits[i]....": kNotFound, kAlreadyExists, kOutOfRange,
   /// kInvalidArgument, kLimitExceeded, kFailedPrecondition (nothing to undo);
   /// Error{kFailedPrecondition, "expected_revision"}; nothing has changed
-  EditReceipt apply(const std::vector<LinkageEdit>& edits, std::optional<Revision> expected);
+  EditReceipt apply(const std::vector<LinkageEdit>& edits, std::optional<Revision> expected) {
+    return commit(prepare(edits, expected));
+  }
+  /// apply() in two parts: what may take long and changes nothing, and what takes no time. The
+  /// document must not change between them.
+  struct Prepared {
+    State state;
+    EditReceipt receipt;
+  };
+  [[nodiscard]] Prepared prepare(const std::vector<LinkageEdit>& edits,
+                                 std::optional<Revision> expected) const;
+  /// @param prepared  the state there was before is left in it: freeing it may take long
+  EditReceipt commit(Prepared&& prepared);
 
   [[nodiscard]] Revision revision() const { return revision_; }
   [[nodiscard]] const std::shared_ptr<const scene::LinkageConditions>& conditions() const {
@@ -60,11 +81,6 @@ class LinkageDocument {
       const;
 
  private:
-  struct State {
-    SnapshotHistory<scene::LinkageConditions> history;
-    std::uint64_t last_id = 0;  // of targets
-    bool is_return = false;     // does undo or redo end the last request
-  };
   class Request;
   static State first_state(scene::LinkageConditions conditions);
 

@@ -188,6 +188,7 @@ EditReceipt LinkageSession::Impl::apply_design(std::optional<Revision> expected)
 }
 
 EditReceipt LinkageSession::Impl::take_design(std::optional<Revision> expected) {
+  const std::lock_guard one_at_a_time(edits_);
   std::unique_lock lock(mutex_);
   demand_open();
   const Revision before = document_.revision();

@@ -79,15 +79,24 @@ void LinkageSession::Impl::finish_first(Round round) {
 
 EditReceipt LinkageSession::Impl::edit(const std::vector<LinkageEdit>& edits,
                                        std::optional<Revision> expected) {
-  std::unique_lock lock(mutex_);
-  demand_open();
-  if (desk_.is_under_way()) {
-    throw Error(ErrorCode::kFailedPrecondition, "",
-                "a design is under way: change that, or stop or take it first");
+  const std::lock_guard one_at_a_time(edits_);
+  const auto demand_editable = [this] {
+    demand_open();
+    if (desk_.is_under_way()) {
+      throw Error(ErrorCode::kFailedPrecondition, "",
+                  "a design is under way: change that, or stop or take it first");
+    }
+  };
+  {
+    const std::lock_guard lock(mutex_);
+    demand_editable();
   }
+  LinkageDocument::Prepared prepared = document_.prepare(edits, expected);
+  std::unique_lock lock(mutex_);
+  demand_editable();
   Round before = {document_.revision(),           document_.conditions(), edited_at_, {}, {},
                   document_.steps_before_return()};
-  EditReceipt receipt = document_.apply(edits, expected);
+  EditReceipt receipt = document_.commit(std::move(prepared));
   if (holds_where_it_is(edits)) finish_first(std::move(before));
   edited_at_ = Clock::now();
   work_ = true;

@@ -115,6 +115,9 @@ class LinkageSession::Impl : public std::enable_shared_from_this<LinkageSession:
   const scene::Linkage linkage_;
   const std::shared_ptr<LinkageListener> listener_;
 
+  /// Held by the edit under way, before mutex_: the document changes under both, so that either is
+  /// enough to read it and many edits hold up no reader.
+  std::mutex edits_;
   mutable std::mutex mutex_;
   LinkageDocument document_;
   SerialTask task_;

@@ -412,5 +412,43 @@ TEST(Document, RandomEditsAgreeWithWholeCopies) {
   EXPECT_GT(refused, 500);
 }
 
+TEST(Document, LongRandomRequestsAgreeWithWholeCopies) {
+  Random random(21);
+  int accepted = 0;
+  for (int run = 0; run < 10; ++run) {
+    Document document = with_two();
+    NaiveModel naive(see(document));
+    for (int request = 0; request < 40; ++request) {
+      std::vector<Edit> edits;
+      NaiveModel trial = naive;
+      for (int count = 1 + test::below(random, 60); count > 0; --count) {
+        edits.push_back(test::random_edit(random));
+        if (!trial.apply({edits.back()})) edits.pop_back();
+      }
+      if (edits.empty()) continue;
+      bool ok = true;
+      try {
+        edit_all(document, edits);
+      } catch (const Error&) {
+        ok = false;
+      }
+      ASSERT_EQ(naive.apply(edits), ok) << run << " " << request;
+      ASSERT_TRUE(see(document) == naive.state()) << run << " " << request;
+      accepted += ok;
+    }
+    // Every step, back to the scene as opened and forth again.
+    const Seen last = see(document);
+    const auto steps = document.undo_count();
+    const std::vector<Edit> undos(steps, Undo{}), redos(steps, Redo{});
+    if (steps == 0) continue;
+    ASSERT_TRUE(naive.apply(undos));
+    edit_all(document, undos);
+    ASSERT_TRUE(see(document) == naive.state()) << run;
+    edit_all(document, redos);
+    ASSERT_TRUE(see(document) == last) << run;
+  }
+  EXPECT_GT(accepted, 200);
+}
+
 }  // namespace
 }  // namespace limber::session

@@ -172,5 +172,38 @@ TEST(PeekRequest, DoesNotWalkWhatIsLongerThanARequest) {
   EXPECT_THAT(refusal_of(group).what(), HasSubstr("unknown field number 5"));
 }
 
+TEST(PeekSession, IsNamedByAnyBodyThatHasOne) {
+  const auto peeked = [](const proto::Request& request) {
+    const std::string bytes = request.SerializeAsString();
+    return peek_session(bytes, peek_request(bytes).body);
+  };
+  EXPECT_EQ(peeked(wait_request("arm", 1)), "arm");
+  EXPECT_EQ(peeked(wait_request("arm@123", 1)), "arm") << "with its uid it is the same session";
+  EXPECT_EQ(peeked(info_request()), "");
+  proto::Request request;
+  request.set_version(1);
+  for (int i = 0; i < 3000; ++i) request.mutable_edit()->add_edits()->mutable_undo();
+  EXPECT_EQ(peeked(request), "");
+  request.mutable_edit()->set_session("s");
+  EXPECT_EQ(peeked(request), "s");
+  // Behind the edits, where another writer may put it.
+  proto::Request late;
+  late.set_version(1);
+  for (int i = 0; i < 3000; ++i) late.mutable_edit()->add_edits()->mutable_undo();
+  std::string edit = late.edit().SerializeAsString();
+  edit += std::string("\x0a\x01t", 3);
+  late.clear_edit();
+  std::string bytes = late.SerializeAsString();
+  bytes += static_cast<char>(0x80 | ((proto::Request::kEdit << 3 | 2) & 0x7f));
+  bytes += static_cast<char>(proto::Request::kEdit << 3 >> 7);
+  bytes += static_cast<char>(0x80 | (edit.size() & 0x7f));
+  bytes += static_cast<char>(edit.size() >> 7);
+  bytes += edit;
+  EXPECT_EQ(peek_session(bytes, proto::Request::kEdit), "t");
+  for (std::size_t cut = 0; cut < bytes.size(); cut += 7)
+    EXPECT_EQ(peek_session(bytes.substr(0, cut), proto::Request::kEdit), "");
+  EXPECT_EQ(peek_session("GET / HTTP/1.1", 12), "");
+}
+
 }  // namespace
 }  // namespace limber::server

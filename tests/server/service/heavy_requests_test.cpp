@@ -4,6 +4,7 @@
 
 #include <boost/asio/post.hpp>
 #include <future>
+#include <mutex>
 
 #include "server/codec/errors.h"
 #include "tests/server/support/running_server.h"
@@ -19,9 +20,9 @@ struct ServerHeavyRequests : ::testing::Test {
   ServerHeavyRequests() {
     boost::asio::post(pool, [held = gate.get_future().share()] { held.wait(); });
   }
-  void add(const std::string& client, const std::string& payload) {
+  void add(const std::string& client, const std::string& payload, const std::string& session = "") {
     requests.add({std::make_shared<Ticket>(transport, counters, open, Address{{client}, 0}, 1),
-                  zmq::message_t(payload)});
+                  zmq::message_t(payload), session});
   }
   std::vector<std::string> order() {
     gate.set_value();
@@ -89,6 +90,65 @@ TEST_F(ServerHeavyRequests, BytesAreLimitedOfOneAndOfAll) {
   EXPECT_EQ(requests.take_all().size(), 2u);
   EXPECT_EQ(refused("a", 5000), "");  // alone: the limit of a message is another
   EXPECT_EQ(order().size(), 1u);
+}
+
+TEST_F(ServerHeavyRequests, SessionsAreBusyUntilTheirLastRequestIsDone) {
+  EXPECT_FALSE(requests.is_busy("s"));
+  add("a", "a1", "s");
+  add("a", "a2");
+  add("b", "b1", "t");
+  EXPECT_TRUE(requests.is_busy("s"));
+  EXPECT_TRUE(requests.is_busy("t"));
+  EXPECT_EQ(requests.take("b").size(), 1u);
+  EXPECT_FALSE(requests.is_busy("t"));
+  EXPECT_THAT(order(), ElementsAre("a1", "a2"));
+  EXPECT_FALSE(requests.is_busy("s"));
+}
+
+/// Three threads; the work of a session waits for a word of the test.
+TEST(ServerHeavyRequestsOfSessions, AreWorkedOnOneAtATimeAndInOrder) {
+  Counters counters;
+  Transport transport(test_options().transport, counters);
+  OpenRequests open;
+  boost::asio::thread_pool pool(3);
+  std::mutex mutex;
+  std::vector<std::string> began, other;
+  int running = 0, most = 0;
+  std::promise<void> gate, others;
+  const std::shared_future<void> opened = gate.get_future().share();
+  HeavyRequests requests(pool, 3, 1000, [&](HeavyRequests::Request request) {
+    const std::string payload = request.payload.to_string();
+    if (request.session.empty()) {
+      const std::lock_guard lock(mutex);
+      other.push_back(payload);
+      if (other.size() == 2) others.set_value();
+    } else {
+      {
+        const std::lock_guard lock(mutex);
+        began.push_back(payload);
+        most = std::max(most, ++running);
+      }
+      opened.wait();
+      const std::lock_guard lock(mutex);
+      --running;
+    }
+    request.ticket->abandon();
+  });
+  const auto add = [&](const std::string& payload, const std::string& session) {
+    requests.add({std::make_shared<Ticket>(transport, counters, open, Address{{"a"}, 0}, 1),
+                  zmq::message_t(payload), session});
+  };
+  for (const char* payload : {"1", "2", "3", "4"}) add(payload, "s");
+  add("x", "");
+  add("y", "");
+  // Neither waits for the session, whose first request holds one thread.
+  EXPECT_EQ(others.get_future().wait_for(std::chrono::seconds(20)), std::future_status::ready);
+  EXPECT_TRUE(requests.is_busy("s"));
+  gate.set_value();
+  pool.join();
+  EXPECT_THAT(began, ElementsAre("1", "2", "3", "4"));
+  EXPECT_EQ(most, 1);
+  EXPECT_FALSE(requests.is_busy("s"));
 }
 
 }  // namespace

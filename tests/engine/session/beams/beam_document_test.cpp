@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
+#include <limits>
 
 #include "engine/base/error.h"
 #include "tests/engine/session/beams/beam_scenes.h"
@@ -242,6 +243,51 @@ TEST(BeamDocument, ExpectedRevisionsAndLimitsAreKept) {
     EXPECT_EQ(error.field(), "expected_revision");
   }
   EXPECT_THROW(BeamLimits{-1}.validate(), Error);
+}
+
+TEST(BeamDocument, AWrongLastEditOfTwentyThousandIsNamed) {
+  BeamDocument document(test::cantilever(300, 1));
+  std::vector<BeamEdit> edits;
+  for (int i = 0; i < 20'000; ++i)
+    edits.emplace_back(MoveNode{test::moved(1 + i % 300, {}, {}, 1e-6 * i)});
+  edits.emplace_back(SetNodeLoad{test::force_on(301, 0, 0, 1)});  // by itself
+  EXPECT_EQ(refusal(document, edits).field(), "edits[20000].node");
+  edits.back() = MoveNode{test::moved(3, {}, std::numeric_limits<double>::infinity(), {})};
+  EXPECT_EQ(refusal(document, edits).field(), "edits[20000].translation");  // with the others
+  edits.back() = Redo{};
+  EXPECT_EQ(refusal(document, edits).field(), "edits[20000]");
+  edits.pop_back();
+  document.apply(edits, {}, Nowhere());
+  ASSERT_EQ(document.conditions()->motions.size(), 300u);
+  EXPECT_EQ(document.conditions()->motions[0].node, 1);
+  EXPECT_EQ(document.conditions()->motions[299].translation.z(), 1e-6 * 19'799);
+}
+
+TEST(BeamDocument, UndoAndRedoInTurnComeBackToTheVerySameConditions) {
+  Edited edited;
+  edited.apply({SetNodeLoad{test::force_on(3, 0, 0, 1)}});
+  const auto before = edited.document.conditions();
+  std::vector<BeamEdit> edits;
+  for (int i = 0; i < 20'000; ++i) edits.push_back(i % 2 == 0 ? BeamEdit(Undo{}) : Redo{});
+  edited.apply(edits);
+  EXPECT_EQ(edited.document.conditions(), before);
+  EXPECT_EQ(edited.document.undo_count(), 1u);
+}
+
+TEST(BeamDocument, OneRequestBeginsSoManyStepsOfUndoAndNoMore) {
+  Edited edited;
+  std::vector<BeamEdit> edits;
+  for (int i = 0; i < BeamLimits{}.steps_at_once; ++i) {
+    edits.emplace_back(SetNodeLoad{test::force_on(3, 0, 0, 1 + i)});
+    edits.emplace_back(Undo{});
+  }
+  edited.apply(edits);
+  EXPECT_EQ(edited.document.redo_count(), 1u);
+  edits.emplace_back(SetNodeLoad{test::force_on(3, 0, 0, 1)});
+  edits.emplace_back(Undo{});
+  const Error error = refusal(edited.document, edits);
+  EXPECT_EQ(error.code(), ErrorCode::kLimitExceeded);
+  EXPECT_EQ(error.field(), "edits[33].steps_at_once");
 }
 
 }  // namespace

@@ -247,5 +247,75 @@ TEST(LinkageDocument, OpensWithConditionsThatAreNumbered) {
   EXPECT_THROW(LinkageDocument(conditions, 6, 7), Error);
 }
 
+std::vector<LinkageEdit> moves_of(int targets, int count) {
+  std::vector<LinkageEdit> edits;
+  for (int i = 0; i < count; ++i)
+    edits.emplace_back(MoveTarget{1 + static_cast<std::uint64_t>(i % targets), {0, 0, 1e-4 * i}});
+  return edits;
+}
+
+TEST(LinkageDocument, AWrongLastEditOfTwentyThousandIsNamed) {
+  LinkageDocument document({}, 6, 7);
+  std::vector<LinkageEdit> targets(500, AddTarget{at_joint(4, 1)});
+  document.apply(targets, {});
+  const auto before = document.conditions();
+  std::vector<LinkageEdit> edits = moves_of(500, 20'000);
+  const auto refusal = [&](const LinkageEdit& last) {
+    edits.resize(20'000, Undo{});
+    edits.push_back(last);
+    try {
+      document.apply(edits, {});
+    } catch (const Error& error) {
+      return error.field();
+    }
+    return std::string("accepted");
+  };
+  EXPECT_EQ(refusal(MoveTarget{501, {0, 0, 0}}), "edits[20000].id");  // by itself
+  EXPECT_EQ(refusal(MoveTarget{3, {0, 0, std::numeric_limits<double>::infinity()}}),
+            "edits[20000].position");  // with the others
+  EXPECT_EQ(refusal(Redo{}), "edits[20000]");
+  EXPECT_EQ(document.conditions(), before);
+  EXPECT_EQ(document.revision(), 1u);
+}
+
+TEST(LinkageDocument, UndoAndRedoInTurnComeBackToTheVerySameConditions) {
+  LinkageDocument document({}, 6, 7);
+  document.apply({SetMeanAngle{0.5}}, {});
+  document.apply({SetMeanAngle{0.6}}, {});
+  const auto before = document.conditions();
+  std::vector<LinkageEdit> edits;
+  for (int i = 0; i < 20'000; ++i) edits.push_back(i % 2 == 0 ? LinkageEdit(Undo{}) : Redo{});
+  document.apply(edits, {});
+  EXPECT_EQ(document.conditions(), before);
+  EXPECT_EQ(document.undo_count(), 2u);
+}
+
+TEST(LinkageDocument, OneRequestBeginsSoManyStepsOfUndoAndNoMore) {
+  LinkageLimits limits;
+  limits.steps_at_once = 3;
+  LinkageDocument document({}, 6, 7, limits);
+  std::vector<LinkageEdit> edits;
+  for (int i = 0; i < 3; ++i) {
+    edits.emplace_back(SetMeanAngle{0.1 * (i + 1)});
+    edits.emplace_back(Undo{});
+  }
+  edits.emplace_back(SetMeanAngle{0.9});
+  document.apply(edits, {});
+  EXPECT_EQ(document.conditions()->mean_angle, 0.9);
+  EXPECT_EQ(document.undo_count(), 1u);
+  edits.emplace_back(Undo{});
+  try {
+    document.apply(edits, {});
+    ADD_FAILURE() << "it was accepted";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.code(), ErrorCode::kLimitExceeded);
+    EXPECT_EQ(error.field(), "edits[7].steps_at_once");
+  }
+  EXPECT_EQ(document.conditions()->mean_angle, 0.9);
+  EXPECT_EQ(document.revision(), 1u);
+  limits.steps_at_once = -1;
+  EXPECT_THROW(limits.validate(), Error);
+}
+
 }  // namespace
 }  // namespace limber::session
