@@ -71,10 +71,10 @@ std::optional<Issue> KeyframeRules::idle_frame(int frame, End first_end, End las
 
 std::vector<Issue> keyframe_issues(const Scene& scene) {
   std::vector<Issue> issues;
-  if (scene.keyframes.size() > static_cast<std::size_t>(kMostKeyframes)) {
+  if (scene.keyframes.size() > static_cast<std::size_t>(kMaxKeyframes)) {
     issues.push_back(
         error("keyframes",
-              fmt::format("{} keyframes, the limit is {}", scene.keyframes.size(), kMostKeyframes),
+              fmt::format("{} keyframes, the limit is {}", scene.keyframes.size(), kMaxKeyframes),
               ErrorCode::kLimitExceeded));
     return issues;
   }

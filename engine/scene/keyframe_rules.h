@@ -8,7 +8,7 @@
 namespace limber::scene {
 
 /// Every one of them is a row of the solver for each candidate mode.
-inline constexpr int kMostKeyframes = 512;
+inline constexpr int kMaxKeyframes = 512;
 
 /// What a keyframe of a given scene may be.
 class KeyframeRules {

@@ -58,9 +58,9 @@ struct MaterialOptimisation {
   /// Of fitted modes [Hz], in (0, half the frames per second]; nothing: an eighth of the frames per
   /// second, as they are.
   std::optional<double> max_frequency_hz;
-  int slow_steps = 10;  // of a fit from the scene's own material, in [0, kMostSlowSteps]
+  int slow_steps = 10;  // of a fit from the scene's own material, in [0, kMaxSlowSteps]
 
-  static constexpr int kMostSlowSteps = 1000;
+  static constexpr int kMaxSlowSteps = 1000;
 };
 
 /// "In this frame, the (mean) position of these nodes is there."

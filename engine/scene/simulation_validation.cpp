@@ -9,7 +9,7 @@ namespace limber::scene {
 namespace {
 
 /// Enough of a list to see what is wrong with it.
-constexpr int kMostOfAList = 20;
+constexpr int kMaxListedIssues = 20;
 
 class SimulationValidator {
  public:
@@ -78,7 +78,7 @@ class SimulationValidator {
     bool movable = false;
     std::unordered_set<int> seen;
     int wrong = 0;
-    for (std::size_t i = 0; i < nodes.size() && wrong < kMostOfAList; ++i) {
+    for (std::size_t i = 0; i < nodes.size() && wrong < kMaxListedIssues; ++i) {
       const int node = nodes[i];
       const std::string entry = fmt::format("{}[{}]", field, i);
       if (node < 0 || node >= count) {
@@ -137,7 +137,7 @@ class SimulationValidator {
       if (node < 0 || node >= scene_.mesh.node_count()) continue;
       if (values.segment<3>(3 * node).isZero(0)) continue;
       error(field, fmt::format("moves node {}, which is fixed", node));
-      if (++wrong == kMostOfAList) return;
+      if (++wrong == kMaxListedIssues) return;
     }
   }
 
@@ -149,8 +149,8 @@ class SimulationValidator {
     if (const auto& fps = simulation_.frames_per_second;
         fps && (!(*fps > 0) || !std::isfinite(*fps)))
       error("frames_per_second", fmt::format("must be > 0 and finite, is {:g}", *fps));
-    if (simulation_.steps_per_frame < 1 || simulation_.steps_per_frame > kMostStepsPerFrame) {
-      error("steps_per_frame", fmt::format("must be in [1, {}], is {}", kMostStepsPerFrame,
+    if (simulation_.steps_per_frame < 1 || simulation_.steps_per_frame > kMaxStepsPerFrame) {
+      error("steps_per_frame", fmt::format("must be in [1, {}], is {}", kMaxStepsPerFrame,
                                            simulation_.steps_per_frame));
     }
     not_negative("mass_damping", simulation_.mass_damping);

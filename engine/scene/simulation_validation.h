@@ -6,7 +6,7 @@
 
 namespace limber::scene {
 
-inline constexpr int kMostStepsPerFrame = 10'000;
+inline constexpr int kMaxStepsPerFrame = 10'000;
 
 /// Everything that is wrong with a scene's simulation, each with its field
 /// ("simulation.forces[1].nodes[0]"); nothing if it has none.

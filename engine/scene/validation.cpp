@@ -21,7 +21,7 @@ constexpr int kMaxIssuesPerKind = 20;
 
 /// Of E [Pa], rho [kg/m^3] and the body's length [m]: a model is built at every corner of these
 /// bounds, whereas the products of far larger or smaller values leave the range of double.
-constexpr double kLeast = 1e-30, kMost = 1e30;
+constexpr double kSmallest = 1e-30, kLargest = 1e30;
 
 std::string number(double value) { return fmt::format("{:g}", value); }
 
@@ -104,9 +104,9 @@ class SceneValidator {
   }
 
   bool check_magnitude(const std::string& field, double value, const char* unit) {
-    if (value >= kLeast && value <= kMost) return true;
+    if (value >= kSmallest && value <= kLargest) return true;
     const std::string rule = value > 0 && std::isfinite(value)
-                                 ? fmt::format("in [{:g}, {:g}] {}", kLeast, kMost, unit)
+                                 ? fmt::format("in [{:g}, {:g}] {}", kSmallest, kLargest, unit)
                                  : "> 0 and finite";
     error(field, "must be " + rule + ", is " + number(value));
     return false;
@@ -166,9 +166,9 @@ class SceneValidator {
                         nyquist, number(*frequency)));
     }
     if (optimisation.slow_steps < 0 ||
-        optimisation.slow_steps > MaterialOptimisation::kMostSlowSteps) {
+        optimisation.slow_steps > MaterialOptimisation::kMaxSlowSteps) {
       error("material_optimisation.slow_steps",
-            fmt::format("must be in [0, {}], is {}", MaterialOptimisation::kMostSlowSteps,
+            fmt::format("must be in [0, {}], is {}", MaterialOptimisation::kMaxSlowSteps,
                         optimisation.slow_steps));
     }
   }
@@ -198,9 +198,9 @@ class SceneValidator {
     const double length = scene_.length_unit_in_metres *
                           (nodes.rowwise().maxCoeff() - nodes.rowwise().minCoeff()).stableNorm();
     if (length == 0) return true;  // its tets have no volume: said below, of each
-    if (length >= kLeast && length <= kMost) return true;
-    error("mesh.nodes",
-          fmt::format("the body must be {:g} to {:g} m long, is {:g}", kLeast, kMost, length));
+    if (length >= kSmallest && length <= kLargest) return true;
+    error("mesh.nodes", fmt::format("the body must be {:g} to {:g} m long, is {:g}", kSmallest,
+                                    kLargest, length));
     return false;
   }
 

@@ -258,7 +258,7 @@ void Document::exchange_edited(Document& copy) {
 /// Of what the edits set, as far as later ones of the request left it there.
 std::vector<scene::Issue> Document::warnings(const std::vector<Edit>& edits,
                                              const EditReceipt& receipt) const {
-  constexpr std::size_t kMostWarnings = 20;
+  constexpr std::size_t kMaxWarnings = 20;
   std::vector<scene::Issue> found;
   const auto add = [&](std::size_t i, const char* part, const std::vector<scene::Issue>& issues) {
     for (scene::Issue issue : issues) {
@@ -268,7 +268,7 @@ std::vector<scene::Issue> Document::warnings(const std::vector<Edit>& edits,
   };
   std::optional<std::vector<scene::Issue>> of_ends;
   std::map<std::uint64_t, std::vector<scene::Issue>> of_constraints;  // that are there
-  for (std::size_t i = 0; i < edits.size() && found.size() < kMostWarnings; ++i) {
+  for (std::size_t i = 0; i < edits.size() && found.size() < kMaxWarnings; ++i) {
     if (std::holds_alternative<SetEnds>(edits[i])) {
       if (!of_ends) of_ends = warnings_of_ends();
       add(i, "", *of_ends);

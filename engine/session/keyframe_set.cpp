@@ -33,10 +33,10 @@ KeyframeSet::KeyframeSet(const scene::Scene& scene) : rules_(scene) {
 
 KeyframeChange KeyframeSet::added(const scene::Keyframe& wanted) {
   for (const scene::Issue& fault : rules_.faults(wanted)) throw_if(fault, "keyframe.");
-  if (keyframes_.size() >= static_cast<std::size_t>(scene::kMostKeyframes)) {
+  if (keyframes_.size() >= static_cast<std::size_t>(scene::kMaxKeyframes)) {
     throw Error(ErrorCode::kLimitExceeded, "keyframe",
                 fmt::format("the scene has {} keyframes, the limit is {}", keyframes_.size(),
-                            scene::kMostKeyframes));
+                            scene::kMaxKeyframes));
   }
   demand_free_frame(wanted.frame, 0, "keyframe.frame");
   scene::Keyframe keyframe = wanted;

@@ -76,7 +76,7 @@ void LiveProblem::apply(const EditBatch& batch) {
 void LiveProblem::enter_epoch(std::uint64_t epoch) {
   if (epoch == epoch_) return;
   fitted_.insert_or_assign(std::exchange(epoch_, epoch), material_);
-  if (fitted_.size() > kMostEpochs) fitted_.erase(fitted_.begin());
+  if (fitted_.size() > kMaxEpochs) fitted_.erase(fitted_.begin());
   const auto known = fitted_.find(epoch);
   set_material(known == fitted_.end() ? initial_ : known->second);
 }

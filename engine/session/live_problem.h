@@ -117,7 +117,7 @@ class LiveProblem {
   double frames_per_second_ = 0;
   scene::MaterialVariables variables_ = scene::MaterialVariables::kMotion;
   std::uint64_t epoch_ = 0;
-  static constexpr std::size_t kMostEpochs = 64;
+  static constexpr std::size_t kMaxEpochs = 64;
   std::map<std::uint64_t, std::shared_ptr<const spacetime::Material>> fitted_;  // of epochs left
   spacetime::SolverOptions options_;
   std::shared_ptr<reduced::ReducedKinematics> kinematics_;

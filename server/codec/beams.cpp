@@ -12,7 +12,7 @@
 namespace limber::server {
 namespace {
 
-constexpr std::uint32_t kMostShapes = 256;
+constexpr std::uint32_t kMaxShapes = 256;
 
 beams::BeamMethod decode_method(proto::BeamMethod method) {
   switch (method) {
@@ -183,8 +183,8 @@ BeamRequest decode_beams(const proto::SolveBeamsRequest& request) {
   if (request.has_tolerance())
     decoded.options.tolerance = decoded.options.relaxation_tolerance = request.tolerance();
   decoded.options.validate();
-  if (request.shapes() > kMostShapes)
-    throw limit_exceeded("shapes", "shapes to keep", kMostShapes, request.shapes());
+  if (request.shapes() > kMaxShapes)
+    throw limit_exceeded("shapes", "shapes to keep", kMaxShapes, request.shapes());
   decoded.shapes = static_cast<int>(request.shapes());
   for (int i = 0; i < request.files_size(); ++i) {
     if (request.files(i) == proto::BEAM_FILE_FORMAT_UNSPECIFIED)

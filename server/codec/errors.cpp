@@ -57,7 +57,7 @@ proto::ErrorCode to_proto(ErrorCode code) {
 namespace {
 
 // Messages repeat names and paths of requests, which may have the size of a request.
-constexpr std::size_t kMostOfMessage = 4000, kMostOfField = 1000;
+constexpr std::size_t kMaxOfMessage = 4000, kMaxOfField = 1000;
 
 }  // namespace
 
@@ -65,13 +65,13 @@ proto::Error error_to_proto(const std::exception& fault, const std::string& pref
   proto::Error error;
   if (const auto* refusal = dynamic_cast<const Refusal*>(&fault)) {
     error.set_code(refusal->code());
-    error.set_field(abbreviate(refusal->field(), kMostOfField));
+    error.set_field(abbreviate(refusal->field(), kMaxOfField));
     for (const auto& [key, value] : refusal->details())
-      (*error.mutable_details())[key] = abbreviate(value, kMostOfField);
+      (*error.mutable_details())[key] = abbreviate(value, kMaxOfField);
   } else if (const auto* engine = dynamic_cast<const Error*>(&fault)) {
     error.set_code(to_proto(engine->code()));
     if (!engine->field().empty())
-      error.set_field(abbreviate(prefix + engine->field(), kMostOfField));
+      error.set_field(abbreviate(prefix + engine->field(), kMaxOfField));
   } else if (dynamic_cast<const std::bad_alloc*>(&fault) != nullptr) {
     error.set_code(proto::ERROR_CODE_LIMIT_EXCEEDED);
     error.set_message("out of memory");
@@ -79,7 +79,7 @@ proto::Error error_to_proto(const std::exception& fault, const std::string& pref
   } else {
     error.set_code(proto::ERROR_CODE_INTERNAL);
   }
-  error.set_message(abbreviate(fault.what(), kMostOfMessage));
+  error.set_message(abbreviate(fault.what(), kMaxOfMessage));
   return error;
 }
 

@@ -35,13 +35,13 @@ class Faults {
     return false;
   }
 
-  /// Reads entry i of a list for i in [0, count), but no further than kMostOfAList faults.
+  /// Reads entry i of a list for i in [0, count), but no further than kMaxListedIssues faults.
   /// @param field  of the list
   template <class Read>
   void try_each(const std::string& field, int count, const Read& read) {
     int wrong = 0;
     for (int i = 0; i < count; ++i) {
-      if (try_to([&] { read(i); }) || ++wrong < kMostOfAList) continue;
+      if (try_to([&] { read(i); }) || ++wrong < kMaxListedIssues) continue;
       found_.push_back(
           {proto::ERROR_CODE_INVALID_ARGUMENT, field,
            "there may be more such values; the first " + std::to_string(wrong) + " are listed"});
@@ -52,7 +52,7 @@ class Faults {
   [[nodiscard]] const std::vector<Fault>& found() const { return found_; }
 
  private:
-  static constexpr int kMostOfAList = 20;
+  static constexpr int kMaxListedIssues = 20;
 
   Mode mode_;
   std::vector<Fault> found_;

@@ -14,7 +14,7 @@ namespace limber::server {
 namespace {
 
 constexpr double kPi = 3.14159265358979323846;
-constexpr std::uint32_t kMostEdges = 1000;  // of a segment
+constexpr std::uint32_t kMaxEdges = 1000;  // of a segment
 
 void demand_no_body(const proto::Scene& message, const std::string& prefix) {
   static const std::set<std::string> allowed{"name", "length_unit_in_metres", "linkage"};
@@ -261,9 +261,9 @@ scene::Linkage decode_linkage(const proto::Scene& message, const std::string& pr
   if (message.has_length_unit_in_metres())
     linkage.length_unit_in_metres = message.length_unit_in_metres();
   if (given.has_edges_per_segment()) {
-    if (given.edges_per_segment() < 3 || given.edges_per_segment() > kMostEdges) {
+    if (given.edges_per_segment() < 3 || given.edges_per_segment() > kMaxEdges) {
       throw Refusal(proto::ERROR_CODE_OUT_OF_RANGE, field + ".edges_per_segment",
-                    fmt::format("{} must be in [3, {}]", given.edges_per_segment(), kMostEdges));
+                    fmt::format("{} must be in [3, {}]", given.edges_per_segment(), kMaxEdges));
     }
     linkage.edges_per_segment = static_cast<int>(given.edges_per_segment());
   }

@@ -145,8 +145,8 @@ void check_constraints(const proto::Scene& message, const std::string& prefix,
 }
 
 void check_keyframes(const proto::Scene& message, const std::string& prefix) {
-  if (message.keyframes_size() > scene::kMostKeyframes) {
-    throw limit_exceeded(prefix + "keyframes", "keyframes", scene::kMostKeyframes,
+  if (message.keyframes_size() > scene::kMaxKeyframes) {
+    throw limit_exceeded(prefix + "keyframes", "keyframes", scene::kMaxKeyframes,
                          static_cast<std::uint64_t>(message.keyframes_size()));
   }
 }

@@ -168,7 +168,7 @@ proto::EditResponse Service::edit(const proto::EditRequest& request) {
     if (error.code() != ErrorCode::kLimitExceeded || field.ends_with(".nodes"))
       throw Error(error.code(), field, error.what());
     if (field.ends_with(".keyframe"))
-      throw limit_exceeded(field, "keyframes", scene::kMostKeyframes, scene::kMostKeyframes + 1);
+      throw limit_exceeded(field, "keyframes", scene::kMaxKeyframes, scene::kMaxKeyframes + 1);
     const auto limit = hub_.options.limits.constraints;
     throw Refusal(proto::ERROR_CODE_LIMIT_EXCEEDED, field, error.what(),
                   {{"limit", std::to_string(limit)}, {"value", std::to_string(before + 1)}});

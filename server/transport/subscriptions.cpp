@@ -17,8 +17,8 @@ Subscriptions::Noted Subscriptions::note(std::uint64_t connection, std::string_v
   if (subscriber.is_cut_off) return Noted::kNothing;
   const bool is_new_of_all = !prefixes_.contains(prefix);
   if (!subscriber.prefixes.contains(prefix) &&
-      (subscriber.prefixes.size() >= kMostOfOne ||
-       (is_new_of_all && prefixes_.size() >= kMostPrefixes))) {
+      (subscriber.prefixes.size() >= kMaxOfOne ||
+       (is_new_of_all && prefixes_.size() >= kMaxPrefixes))) {
     subscriber.is_cut_off = true;
     return Noted::kTooMany;
   }

@@ -13,8 +13,8 @@ namespace limber::server {
 class Subscriptions {
  public:
   static constexpr std::size_t kLongestTopic = 128;    // longer prefixes match no topic of ours
-  static constexpr std::size_t kMostOfOne = 1024;      // prefixes of one connection
-  static constexpr std::size_t kMostPrefixes = 65536;  // different ones, of all
+  static constexpr std::size_t kMaxOfOne = 1024;      // prefixes of one connection
+  static constexpr std::size_t kMaxPrefixes = 65536;  // different ones, of all
 
   enum class Noted {
     kSubscription,  // to a prefix that topics of ours may have

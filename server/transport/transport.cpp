@@ -18,7 +18,7 @@ namespace {
 
 constexpr int kLingerMs = 500;
 constexpr int kRequestsPerRound = 256;  // then replies and streams get their turn
-constexpr std::size_t kMostTopics = 100'000;
+constexpr std::size_t kMaxTopics = 100'000;
 constexpr int kSubscriptionsPerRound = 256;
 // Longer ones match no topic of ours, and libzmq spends some 30 bytes on each of their bytes. The
 // handshake counts, too: that of CURVE takes 350.
@@ -174,7 +174,7 @@ void Transport::publish(const std::string& topic, std::vector<StreamBytes> messa
     const std::lock_guard lock(mutex_);
     // A long life sees many sessions; forgetting their counts only means that they begin at 1
     // again.
-    if (sequences_.size() >= kMostTopics) sequences_.clear();
+    if (sequences_.size() >= kMaxTopics) sequences_.clear();
     std::uint64_t& sequence = sequences_[topic];
     for (auto& bytes : messages) append_sequence(bytes, ++sequence);
     queue_.emplace_back(Publication{topic, std::move(messages)});
@@ -301,14 +301,14 @@ void Transport::receive_requests() {
 }
 
 bool Transport::receive_request() {
-  constexpr std::size_t kMostFrames = 16;
+  constexpr std::size_t kMaxFrames = 16;
   std::vector<std::string> frames;
   zmq::message_t frame;
   bool too_many = false;
   while (true) {
     if (!router_.recv(frame, zmq::recv_flags::dontwait)) return false;
     if (!frame.more()) break;
-    if (frames.size() < kMostFrames) {
+    if (frames.size() < kMaxFrames) {
       frames.push_back(frame.to_string());
     } else {
       too_many = true;
@@ -344,7 +344,7 @@ void Transport::receive_subscriptions() {
         handlers_.on_subscription(std::string(message.to_string_view().substr(1)));
         break;
       case Subscriptions::Noted::kTooMany:
-        log::warn("cut off a subscriber with more than {} prefixes", Subscriptions::kMostOfOne);
+        log::warn("cut off a subscriber with more than {} prefixes", Subscriptions::kMaxOfOne);
         add(counters_.cut_off);
         Connections::cut_off(peer);
         break;

@@ -16,7 +16,7 @@ void CurvatureMemory::note(const Eigen::VectorXd& v, const Eigen::VectorXd& curv
   if (!(curvature > kFlat * length * curved.norm())) return;
   // Of unit length, so that sums do not depend on how long the directions were.
   pairs_.push_back({v / length, curved / length, curvature / (length * length)});
-  if (pairs_.size() > kMost) pairs_.pop_front();
+  if (pairs_.size() > kMaxPairs) pairs_.pop_front();
 }
 
 double CurvatureMemory::typical() const {

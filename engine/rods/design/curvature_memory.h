@@ -21,7 +21,7 @@ class CurvatureMemory {
   [[nodiscard]] double size(const Eigen::VectorXd& v) const;
 
  private:
-  static constexpr std::size_t kMost = 60;
+  static constexpr std::size_t kMaxPairs = 60;
   struct Pair {
     Eigen::VectorXd v, curved;
     double curvature;  // v^T curved

@@ -11,7 +11,7 @@ void AugmentedConstraint::update(double g) {
   constexpr double kShare = 0.25;  // of what was left that may be left for the penalty to stay
   const double now = left(g);
   const bool slow = now > DesignRank::kHolds && left_ > 0 && now > kShare * left_;
-  // What is violated is pressed harder at once; what is pressed too much is let go gently.
+  // What is violated is pressed harder at once; what is pressed too much is released gradually.
   if (slow && g < 0) penalty_ *= kGrowth;
   multiplier_ = force(g);
   if (slow && g >= 0) penalty_ *= kGrowth;

@@ -19,7 +19,7 @@ constexpr double kShrink = 0.25;
 constexpr double kGrow = 2;
 constexpr double kLeastRadius = 1e-9;  // of the mean length
 // Of a slope, what conjugate gradients may leave: at most, and where an end depends on it.
-constexpr double kMostLeft = 0.1;
+constexpr double kMaxLinearResidual = 0.1;
 constexpr double kLeastLeft = 1e-3;
 constexpr double kInner = 1e-2;  // gradient at which multipliers are updated
 constexpr int kIdle = 10;
@@ -160,7 +160,7 @@ ModelStep DesignSearch::newton_step(const Eigen::VectorXd& slope, double left) {
 /// @returns nothing where Newton's method, carried on, says that none near by is worth taking
 std::optional<ModelStep> DesignSearch::worthwhile_step(const Eigen::VectorXd& slope) {
   ModelStep step =
-      newton_step(slope, std::min(kMostLeft, std::sqrt(slope.norm() / first_gradient_)));
+      newton_step(slope, std::min(kMaxLinearResidual, std::sqrt(slope.norm() / first_gradient_)));
   if (!step.complete || promise_of(slope, step) > worth()) return step;
   // What is soft comes late.
   step = newton_step(slope, kLeastLeft);

@@ -20,8 +20,8 @@ void demand_scale(const char* field, double value) {
 }  // namespace
 
 void demand_design_weight(const std::string& field, double weight) {
-  constexpr double kMost = 1e30;
-  if (!(weight >= 0 && weight <= kMost)) refuse(field, "in [0, 1e30]", weight);
+  constexpr double kMaxWeight = 1e30;
+  if (!(weight >= 0 && weight <= kMaxWeight)) refuse(field, "in [0, 1e30]", weight);
 }
 
 void DesignCriteria::validate() const {

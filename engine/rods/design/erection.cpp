@@ -15,10 +15,10 @@
 namespace limber::rods {
 namespace {
 
-constexpr double kSame = 1e-4;         // of the extent: distance of shapes that are one
-constexpr double kPlane = 1e-6;        // of the extent: height of what lies in a plane
-constexpr double kShare = 0.3;         // of E I/L^2, as starting grids are pushed
-constexpr int kMostIterations = 4000;  // Newton steps of all openings, after which none begins
+constexpr double kSame = 1e-4;        // of the extent: distance of shapes that are one
+constexpr double kPlane = 1e-6;       // of the extent: height of what lies in a plane
+constexpr double kShare = 0.3;        // of E I/L^2, as starting grids are pushed
+constexpr int kMaxIterations = 4000;  // Newton steps of all openings, after which none begins
 // Shares of the path, of the first opening and of the one that confirms it.
 constexpr double kStep = 0.03, kShortStep = 0.02;
 
@@ -156,7 +156,7 @@ ErectionSearch find_erection(const LinkageModel& model, const Conditions& flat,
   std::string stopped;
   int iterations = 0;
   for (const std::vector<JointLoad>& tried : tries) {
-    if (iterations > kMostIterations) break;
+    if (iterations > kMaxIterations) break;
     Opened opened;
     for (const double step : {kStep, kShortStep}) {
       opened = open(model, flat, deployed, point, tried, step, job);

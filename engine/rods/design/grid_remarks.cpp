@@ -54,8 +54,8 @@ std::string told_thickness(double height, double thick) {
 }
 
 std::string told_fan(double share) {
-  constexpr double kMost = 0.9;
-  if (share > kMost) return "";
+  constexpr double kMaxShare = 0.9;
+  if (share > kMaxShare) return "";
   return fmt::format(
       "rods fan out by {:.0f} % of what the patch's sides ask for: a larger "
       "flat_angle leaves them more room",

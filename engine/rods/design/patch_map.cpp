@@ -208,10 +208,10 @@ class MeanOfBothWays {
 /// of the time that those of a matrix without symmetry take: these are for what is left.
 Eigen::MatrixX2d solve_nearly_symmetric(const Eigen::SparseMatrix<double>& matrix,
                                         const Eigen::MatrixX2d& right) {
-  constexpr int kMostIterations = 100;
+  constexpr int kMaxIterations = 100;
   Eigen::BiCGSTAB<Eigen::SparseMatrix<double>, MeanOfBothWays> iterations;
   iterations.setTolerance(1e-14);
-  iterations.setMaxIterations(kMostIterations);
+  iterations.setMaxIterations(kMaxIterations);
   iterations.compute(matrix);
   if (iterations.info() == Eigen::Success) {
     constexpr double kSolved = 1e-11;  // beyond 1e-14 rounding says where it ends

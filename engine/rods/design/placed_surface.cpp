@@ -19,10 +19,10 @@ void SurfacePlacement::validate() const {
     refuse("rotation", "must be finite and not zero");
   if (!translation.allFinite()) refuse("translation", "must be finite");
   // Beyond, squares of lengths and of their quotients leave the range of numbers.
-  constexpr double kLeastScale = 1e-12, kMostScale = 1e12;
-  if (!(scale >= kLeastScale && scale <= kMostScale))
+  constexpr double kLeastScale = 1e-12, kMaxScale = 1e12;
+  if (!(scale >= kLeastScale && scale <= kMaxScale))
     refuse("scale",
-           fmt::format("must be in [{:g}, {:g}], is {:g}", kLeastScale, kMostScale, scale));
+           fmt::format("must be in [{:g}, {:g}], is {:g}", kLeastScale, kMaxScale, scale));
 }
 
 SurfacePlacement fitted(const SurfacePlacement& placement, const Eigen::Matrix3Xd& points,

@@ -141,11 +141,11 @@ void StartingGridOptions::validate() const {
   };
   demand(columns >= 3, "columns", ">= 3", columns);
   demand(rows >= 3, "rows", ">= 3", rows);
-  if (std::int64_t{columns} * rows > kMostJoints) {
+  if (std::int64_t{columns} * rows > kMaxJoints) {
     throw Error(ErrorCode::kInvalidArgument, columns >= rows ? "columns" : "rows",
                 fmt::format("{} columns of {} rows are {} joints, and a grid may have {}: take "
                             "fewer columns or rows",
-                            columns, rows, std::int64_t{columns} * rows, kMostJoints));
+                            columns, rows, std::int64_t{columns} * rows, kMaxJoints));
   }
   demand(flat_angle >= 0.1 && flat_angle <= std::numbers::pi / 2, "flat_angle", "in [0.1, pi/2]",
          flat_angle);
@@ -232,12 +232,12 @@ void demand_room(const StartingGrid& grid, const StartingGridOptions& options,
   };
   demand("columns", options.columns, grid.columns_apart);
   demand("rows", options.rows, grid.rows_apart);
-  if (longest > kMostSlender * thick) {
+  if (longest > kMaxSlenderness * thick) {
     throw Error(
         ErrorCode::kInvalidArgument, "section",
         fmt::format("the rods would be {:.3g} long and {:.3g} thick, more than {:g} to 1: is "
                     "the section in the surface's length unit?",
-                    longest, thick, kMostSlender));
+                    longest, thick, kMaxSlenderness));
   }
 }
 

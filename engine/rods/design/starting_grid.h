@@ -14,7 +14,7 @@
 namespace limber::rods {
 
 struct StartingGridOptions {
-  static constexpr int kMostJoints = 2500;  // columns times rows: beyond that it takes seconds
+  static constexpr int kMaxJoints = 2500;  // columns times rows: beyond that it takes seconds
 
   int columns = 8;  // joints of each rod along the patch's longer sides, >= 3
   int rows = 8;     // and of those that cross them, >= 3

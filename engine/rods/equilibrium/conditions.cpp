@@ -101,10 +101,10 @@ void check_spring(const TargetSpring& spring, std::size_t i, const ReducedVariab
 
 /// Squares of larger loads overflow.
 void check_size(const std::string& name, double size) {
-  constexpr double kMost = 1e100;
-  if (size <= kMost) return;
+  constexpr double kMaxSize = 1e100;
+  if (size <= kMaxSize) return;
   throw Error(ErrorCode::kInvalidArgument, name,
-              fmt::format("is {:.3g}: no more than {:g} can be reckoned with", size, kMost));
+              fmt::format("is {:.3g}: no more than {:g} can be reckoned with", size, kMaxSize));
 }
 
 void check_load(const JointLoad& load, std::size_t i, int joints) {

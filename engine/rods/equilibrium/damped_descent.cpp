@@ -16,18 +16,18 @@ constexpr double kShare = 0.02;
 // jump.
 constexpr double kFar = 4;
 constexpr double kStronger = 8;
-constexpr int kMostTries = 8;
+constexpr int kMaxTries = 8;
 // Newton steps after which such a try is given up.
 constexpr int kPatience = 15;
 // Springs get at most so much weaker or stiffer from step to step.
-constexpr double kMostFading = 1.0 / 32;
-constexpr double kMostGrowth = 1.5;
+constexpr double kMaxFading = 1.0 / 32;
+constexpr double kMaxGrowth = 1.5;
 // The same, of those that had to be made stronger: something falls where they are too weak.
 constexpr double kCarefulFading = 0.4;
 // Of what a step should move: what has gone less far with springs of next to no stiffness is there.
 constexpr double kNear = 0.02;
 constexpr double kNoStiffness = 1e-4;  // of the first
-constexpr int kMostSteps = 400;
+constexpr int kMaxSteps = 400;
 
 }  // namespace
 
@@ -94,17 +94,17 @@ DampedDescent::End DampedDescent::run(LinkageState& state, const EquilibriumOpti
                                       const OnFailure& on_failure, const Allows& allows) {
   int tries = 0;
   double too_weak = 0;  // springs that let the shape fall from near here
-  for (int steps = 0; steps < kMostSteps;) {
+  for (int steps = 0; steps < kMaxSteps;) {
     place_springs(state);
     LinkageState next = state;
     EquilibriumOptions limits = options;
-    if (tries + 1 < kMostTries) limits.max_iterations = std::min(limits.max_iterations, kPatience);
+    if (tries + 1 < kMaxTries) limits.max_iterations = std::min(limits.max_iterations, kPatience);
     Step step{equilibrium_.solve(next, held_, limits, context)};
     if (step.report.status == EquilibriumStatus::kCancelled) return End::kCancelled;
     step.turned = step.report.turned;
     const double moved = std::max(step.turned / kTurn, farthest(next) / kShare);
     step.jumped = moved > kFar;
-    if ((step.jumped || !step.report.converged()) && ++tries < kMostTries) {
+    if ((step.jumped || !step.report.converged()) && ++tries < kMaxTries) {
       on_failure(step.report);
       too_weak = std::max(too_weak, stiffness_);
       stiffness_ *= kStronger;
@@ -124,7 +124,7 @@ DampedDescent::End DampedDescent::run(LinkageState& state, const EquilibriumOpti
     // Nothing pushes it, be that a minimum or a saddle.
     if (moved < kNear && (too_weak == 0 ? stiffness_ <= least_ : step.report.iterations == 0))
       return End::kThere;
-    stiffness_ *= std::clamp(moved, too_weak == 0 ? kMostFading : kCarefulFading, kMostGrowth);
+    stiffness_ *= std::clamp(moved, too_weak == 0 ? kMaxFading : kCarefulFading, kMaxGrowth);
   }
   return End::kStuck;
 }

@@ -14,7 +14,7 @@ namespace limber::rods::detail {
 /// Rockafellar 1976), as weak as lets a step move far enough and no farther. The potential falls
 /// with every step, and the shape is led continuously through what is unstable without the medium.
 ///
-/// For what is let go: a reaction that fades as a load does not lead there, since what is stable
+/// For what is released: a reaction that fades as a load does not lead there, since what is stable
 /// while a place is held need not be so under its force. And for branches that are lost.
 class DampedDescent {
  public:

@@ -90,7 +90,7 @@ using StepCallback = std::function<void(const DeploymentStep& step, const Linkag
 ///
 /// Opening angles, single ones and the mean, and pins with a position go from where they are to
 /// where `to` wants them; springs, loads and weight fade from those of `from` to those of `to`; all
-/// else is as in `to`. What `from` holds and `to` releases is let go before, as in a medium that
+/// else is as in `to`. What `from` holds and `to` does not is released before, as in a medium that
 /// resists (steps with progress 0, along which the potential falls); where that finds no
 /// equilibrium its reactions fade along the way like loads. Where the present shape is no
 /// equilibrium the first step brings it to one. Follows one branch: each step starts from an

@@ -20,12 +20,12 @@ constexpr double kHard = 0.01;
 constexpr double kCreeping = 0.05;
 // Of the work of loads: what rounding may leave of it, at once and where Newton's steps leave it.
 constexpr double kNoise = 1e-6;
-constexpr double kMostNoise = 1e-2;
+constexpr double kMaxNoise = 1e-2;
 // A step that moves nothing: turns [rad], and motions as shares of the extent.
 constexpr double kStill = 1e-10;
 constexpr double kNoBend = 1e-6;  // [rad]
 constexpr int kDoubts = 2;
-constexpr int kMostDoubts = 4;
+constexpr int kMaxDoubts = 4;
 constexpr const char* kHiddenLoads =
     "the shortest edges are so stiff that rounding hides the loads: take fewer edges per segment, "
     "or longer segments";
@@ -138,7 +138,7 @@ EquilibriumReport NewtonRun::run(LinkageState& state, const JobContext& context,
                fmt::format("balanced to {:.1e}", report_.max_gradient_scaled));
         break;
       }
-      if (++doubts_ > kMostDoubts) {
+      if (++doubts_ > kMaxDoubts) {
         finish(EquilibriumStatus::kStalled, kHiddenLoads);
         break;
       }
@@ -277,7 +277,7 @@ bool NewtonRun::hides_loads(const LinkageState& state) {
   }
   const double left = std::max(std::abs(work_.gradient.dot(step)), std::abs(loads.dot(step)));
   // What Newton's steps leave is rounding, if it is not all.
-  return !(left <= (doubts_ < kDoubts ? kNoise : kMostNoise) * work);
+  return !(left <= (doubts_ < kDoubts ? kNoise : kMaxNoise) * work);
 }
 
 /// Adds to the lengths on their bound those that a step would shorten at once.

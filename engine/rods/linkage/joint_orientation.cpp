@@ -24,7 +24,7 @@ constexpr double kOvershoot = 0.3;
 // Cosine between a normal and its neighbour's, carried along the segment, above which it is clear
 // which of its two normals the neighbour has.
 constexpr double kClear = 0.5;
-constexpr std::size_t kMostCorners = 6;  // of a cell of the grid
+constexpr std::size_t kMaxCorners = 6;  // of a cell of the grid
 
 struct Neighbour {
   int joint;
@@ -218,7 +218,7 @@ class Orientation {
       };
       if (rod_at(links[i]) != rod_at(links[(i + loop.size() - 1) % loop.size()])) ++turns;
     }
-    return turns == 4 || (turns == loop.size() && turns <= kMostCorners);
+    return turns == 4 || (turns == loop.size() && turns <= kMaxCorners);
   }
 
   [[noreturn]] void refuse_one_sided(std::vector<int> loop) const {

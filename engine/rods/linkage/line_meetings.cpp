@@ -17,7 +17,7 @@ constexpr double kParallel = 0.1;  // sine below which edges lie side by side
 constexpr int kLeaf = 8;           // edges
 // Pairs that are looked at, for each edge, and meetings after which nothing more is looked for.
 constexpr std::int64_t kPairsOfEdge = 300;
-constexpr std::size_t kMostFound = 1000;
+constexpr std::size_t kMaxFound = 1000;
 
 using Box = Eigen::AlignedBox3d;
 
@@ -205,7 +205,7 @@ class Search {
       key = {2, meeting.edges[0], meeting.edges[1]};
     }
     if (seen_.count(key) > 0) return true;
-    if (seen_.size() == kMostFound) return false;
+    if (seen_.size() == kMaxFound) return false;
     seen_.insert(key);
     meetings_.push_back(meeting);
     return true;

@@ -76,8 +76,8 @@ std::vector<int> shortest_odd_cycle(int nodes, const std::vector<ParityLink>& li
 }
 
 std::string loop_text(const std::vector<int>& vertices) {
-  constexpr std::size_t kMostNamed = 12;
-  const std::size_t count = std::min(vertices.size(), kMostNamed);
+  constexpr std::size_t kMaxNamed = 12;
+  const std::size_t count = std::min(vertices.size(), kMaxNamed);
   const auto end = vertices.begin() + static_cast<std::ptrdiff_t>(count);
   std::string text = fmt::format("the {} joints at vertices {}", vertices.size(),
                                  fmt::join(vertices.begin(), end, ", "));

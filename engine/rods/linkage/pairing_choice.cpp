@@ -18,10 +18,10 @@ namespace {
 
 // Letters of the frontier kept at a time, in turn until the choice is proven least.
 constexpr std::array<std::size_t, 3> kWidths = {32, 512, 8192};
-constexpr std::size_t kMostKept = std::size_t{1} << 22;  // over all joints of a part
-constexpr std::size_t kWindow = 40;                      // joints of an improvement
+constexpr std::size_t kMaxRetainedStates = std::size_t{1} << 22;  // over all joints of a part
+constexpr std::size_t kWindow = 40;                               // joints of an improvement
 constexpr std::size_t kWindowWidth = 512;
-constexpr int kMostRounds = 4;  // of improvements over a part
+constexpr int kMaxRounds = 4;  // of improvements over a part
 
 class Choice {
  public:
@@ -95,8 +95,8 @@ class Choice {
     PairingSweep::Result best;
     best.cost = std::numeric_limits<double>::infinity();
     for (const std::size_t width : kWidths) {
-      PairingSweep::Result result =
-          sweep.run(std::min(width, std::max<std::size_t>(64, kMostKept / part.size())), best.cost);
+      PairingSweep::Result result = sweep.run(
+          std::min(width, std::max<std::size_t>(64, kMaxRetainedStates / part.size())), best.cost);
       best.is_least = result.is_least;
       if (result.found) best = std::move(result);
       if (best.is_least) break;
@@ -163,7 +163,7 @@ class Choice {
   /// Chooses anew around joints that do not take their straightest pairing, the letters around
   /// staying as they are.
   void improve(const std::vector<int>& part) {
-    for (int round = 0; round < kMostRounds; ++round) {
+    for (int round = 0; round < kMaxRounds; ++round) {
       bool any = false;
       for (const int j : part)
         if (choice_.pairings[j] != 0) any = improve_around(j) || any;

@@ -9,14 +9,14 @@ Eigen::VectorXd gmres(const std::function<Eigen::VectorXd(const Eigen::VectorXd&
                       const Eigen::VectorXd& b, double tolerance) {
   const double size = b.norm();
   if (size == 0) return Eigen::VectorXd::Zero(b.size());
-  constexpr int kMost = 400;
-  Eigen::MatrixXd h = Eigen::MatrixXd::Zero(kMost + 1, kMost);
-  Eigen::VectorXd residual = Eigen::VectorXd::Zero(kMost + 1);
+  constexpr int kMaxIterations = 400;
+  Eigen::MatrixXd h = Eigen::MatrixXd::Zero(kMaxIterations + 1, kMaxIterations);
+  Eigen::VectorXd residual = Eigen::VectorXd::Zero(kMaxIterations + 1);
   residual[0] = size;
   std::vector<Eigen::VectorXd> basis{b / size};
   std::vector<Eigen::JacobiRotation<double>> rotations;
   int k = 0;
-  for (; k < kMost && std::abs(residual[k]) > tolerance * size; ++k) {
+  for (; k < kMaxIterations && std::abs(residual[k]) > tolerance * size; ++k) {
     Eigen::VectorXd w = apply(basis[static_cast<std::size_t>(k)]);
     for (int pass = 0; pass < 2; ++pass) {  // twice is orthogonal to rounding
       for (int i = 0; i <= k; ++i) {

@@ -16,7 +16,7 @@ namespace limber::rods {
 
 /// Rods longer than so many times their least thickness open slowly, if at all: their section is
 /// likely told in another unit of length.
-inline constexpr double kMostSlender = 2e4;
+inline constexpr double kMaxSlenderness = 2e4;
 
 /// How far a section reaches from its centroid: what bending strains most.
 class SectionReach {

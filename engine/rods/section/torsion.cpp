@@ -207,12 +207,12 @@ Nodes place_nodes(const std::vector<Side>& sides, const GaussLegendre& rule) {
   Nodes nodes;
   for (std::size_t i = 0; i < sides.size(); ++i)
     add_panels(sides, i, 0, sides[i].length, rule, nodes);
-  constexpr std::size_t kMostNodes = 8000;  // 512 MB of matrix
-  if (nodes.point.size() > kMostNodes) {
+  constexpr std::size_t kMaxNodes = 8000;  // 512 MB of matrix
+  if (nodes.point.size() > kMaxNodes) {
     throw Error(ErrorCode::kLimitExceeded, "section.outline",
                 fmt::format("the torsion problem of this section needs {} points, more than {}: "
                             "too many vertices or walls too thin",
-                            nodes.point.size(), kMostNodes));
+                            nodes.point.size(), kMaxNodes));
   }
   return nodes;
 }

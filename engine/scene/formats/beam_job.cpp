@@ -21,10 +21,10 @@ using Json = nlohmann::json;
 
 Json parse(std::string_view text, const char* name) {
   // Values of jobs have four levels at most.
-  constexpr int kMostLevels = 100;
+  constexpr int kMaxLevels = 100;
   const auto check_depth = [&](int depth, Json::parse_event_t, const Json&) {
-    if (depth > kMostLevels)
-      refuse(name, "is nested deeper than " + std::to_string(kMostLevels) + " levels");
+    if (depth > kMaxLevels)
+      refuse(name, "is nested deeper than " + std::to_string(kMaxLevels) + " levels");
     return true;
   };
   Json document = Json::parse(text, check_depth, false);

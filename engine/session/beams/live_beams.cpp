@@ -14,7 +14,7 @@ namespace {
 
 using beams::BeamStatus;
 
-constexpr int kMostFrames = 128;  // of one way
+constexpr int kMaxFrames = 128;  // of one way
 // Shapes that undo comes back to, and what one takes of memory.
 constexpr std::size_t kKnownBytes = std::size_t{64} << 20;
 constexpr std::size_t kBytesPerElement = 1000;
@@ -143,7 +143,7 @@ LiveBeams::Outcome LiveBeams::solve(const SharedConditions& conditions, const Jo
                                  model_.temporary_loads.end());
   }
   beams::BeamStructure structure(std::move(model));
-  ShapeKeeper<Eigen::VectorXf> keeper(kMostFrames);
+  ShapeKeeper<Eigen::VectorXf> keeper(kMaxFrames);
   const beams::BeamObserver observer = [&](const beams::BeamProgress& progress) {
     keeper.keep([&] { return beam_coordinates(*progress.state); });
     on_iterate(*progress.state);

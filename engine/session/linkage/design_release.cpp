@@ -41,17 +41,17 @@ double largest_angle_between(const rods::LinkageState& a, const rods::LinkageSta
 
 }  // namespace
 
-std::string told_plane(const rods::LinkageModel& model, const rods::DesignPoint& point,
-                       double length_scale) {
+std::string describe_plane(const rods::LinkageModel& model, const rods::DesignPoint& point,
+                           double length_scale) {
   constexpr double kPlane = 1e-6;  // of its size
   if (height_of(model, point.deployed) > kPlane * length_scale) return "";
   return "the deployed shape lies in a plane, which by symmetry no lengths near its own bring it "
          "out of";
 }
 
-std::string told_springing_up(const rods::LinkageModel& model, const rods::Conditions& flat,
-                              const rods::DesignPoint& point, double length_scale,
-                              const JobContext& job) {
+std::string describe_springing_up(const rods::LinkageModel& model, const rods::Conditions& flat,
+                                  const rods::DesignPoint& point, double length_scale,
+                                  const JobContext& job) {
   if (!flat.mean_opening_angle || rods::is_without_stress(model, point.flat)) return "";
   if (height_of(model, point.flat) > kFlat * length_scale) return "";
   rods::Conditions free = flat;
@@ -62,18 +62,17 @@ std::string told_springing_up(const rods::LinkageModel& model, const rods::Condi
       rods::deploy(equilibrium, state, flat, free, {}, JobContext{job.cancellation, {}});
   if (report.status == rods::DeploymentStatus::kCancelled) return "";
   if (report.status != rods::DeploymentStatus::kReached)
-    return "whether it stays flat when it is let go of is unknown: " + report.message;
+    return "whether it stays flat when it is released is unknown: " + report.message;
   const double height = height_of(model, state) / length_scale;
   if (height <= kFlat) return "";
   return fmt::format(
-      "held at its mean angle of {:.1f} degrees the linkage lies flat, let go of it opens to "
-      "{:.1f} "
+      "held at its mean angle of {:.1f} degrees the linkage lies flat, released it opens to {:.1f} "
       "degrees and a height of {:.2e} of its size",
       *flat.mean_opening_angle / kDegree, state.mean_opening_angle() / kDegree, height);
 }
 
-std::string told_flatness(const rods::LinkageModel& model, const rods::DesignPoint& point,
-                          double length_scale) {
+std::string describe_flatness(const rods::LinkageModel& model, const rods::DesignPoint& point,
+                              double length_scale) {
   constexpr double kShare = 0.25;  // of the deployed shape's height
   const double flat = height_of(model, point.flat) / length_scale,
                deployed = height_of(model, point.deployed) / length_scale;
@@ -84,9 +83,9 @@ std::string told_flatness(const rods::LinkageModel& model, const rods::DesignPoi
       flat, deployed);
 }
 
-std::string told_release(const rods::LinkageModel& model, const rods::Conditions& flat,
-                         const rods::Conditions& deployed, const rods::DesignPoint& point,
-                         const JobContext& job) {
+std::string describe_release(const rods::LinkageModel& model, const rods::Conditions& flat,
+                             const rods::Conditions& deployed, const rods::DesignPoint& point,
+                             const JobContext& job) {
   rods::LinkageEquilibrium equilibrium(model);
   rods::LinkageState state = point.deployed;
   const rods::DeploymentReport report =

@@ -43,11 +43,11 @@ std::optional<std::string> describe_section_size(const scene::Linkage& linkage,
   const Eigen::Array2d size = rods::outline_size(linkage.section);
   const double thick = size.minCoeff(), wide = size.maxCoeff();
   const double across = (vertices.rowwise().maxCoeff() - vertices.rowwise().minCoeff()).norm();
-  if (across > rods::kMostSlender * thick) {
+  if (across > rods::kMaxSlenderness * thick) {
     return fmt::format(
         "the linkage is {:.3g} {unit} across and its rods {:.3g} {unit} thick, more "
         "than {:g} to 1: is the section in the unit of the lines?",
-        across, thick, rods::kMostSlender, fmt::arg("unit", unit));
+        across, thick, rods::kMaxSlenderness, fmt::arg("unit", unit));
   }
   std::vector<double> lengths;
   for (Eigen::Index k = 0; k < edges.cols(); ++k)

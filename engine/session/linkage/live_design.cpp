@@ -264,10 +264,10 @@ std::string LiveDesign::release(const JobContext& job) const {
   const double size = extent();
   std::string told;
   for (const std::string& part :
-       {now_.surface_rms + now_.target_rms > kNear * size ? told_plane(model, point, size) : "",
-        told_flatness(model, point, size),
-        told_release(model, design_->flat(), design_->deployed(), point, job),
-        told_springing_up(model, design_->flat(), point, size, job)}) {
+       {now_.surface_rms + now_.target_rms > kNear * size ? describe_plane(model, point, size) : "",
+        describe_flatness(model, point, size),
+        describe_release(model, design_->flat(), design_->deployed(), point, job),
+        describe_springing_up(model, design_->flat(), point, size, job)}) {
     if (!told.empty() && !part.empty()) told += "; ";
     told += part;
   }

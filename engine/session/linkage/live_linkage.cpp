@@ -23,7 +23,7 @@ using rods::EquilibriumStatus;
 constexpr double kFarAngle = 2 * 3.14159265358979323846 / 180;  // [rad]
 constexpr double kFarShare = 0.01;                              // of the linkage's extent
 constexpr double kTurnOfStep = 0.05;  // of steps, where one solve turned too far [rad]
-constexpr double kMostSteps = 200;    // a pin far away is no reason to remember every step there
+constexpr double kMaxSteps = 200;     // a pin far away is no reason to remember every step there
 
 double extent_of(const rods::LinkageGraph& graph) {
   Eigen::Vector3d low = graph.segments[0].points[0], high = low;
@@ -145,7 +145,7 @@ double LiveLinkage::share_of_step(const rods::Conditions& wanted) const {
     const auto& joint = state_.joints()[static_cast<std::size_t>(pin.joint)];
     steps = std::max(steps, (*pin.position - joint.position).norm() / (kFarShare * extent_));
   }
-  return 1 / std::min(steps, kMostSteps);
+  return 1 / std::min(steps, kMaxSteps);
 }
 
 /// In one solve.
@@ -239,7 +239,7 @@ void LiveLinkage::go_again(const rods::Conditions& wanted, const JobContext& job
   const double turns = std::isfinite(slow.report.turned) ? slow.report.turned : 1;
   const rods::LinkageState found = state_;
   restore();
-  lead(wanted, 1 / std::clamp(turns / kTurnOfStep, 4.0, kMostSteps), job, on_iterate, slow);
+  lead(wanted, 1 / std::clamp(turns / kTurnOfStep, 4.0, kMaxSteps), job, on_iterate, slow);
   if (slow.reached || !outcome.reached || slow.report.status == EquilibriumStatus::kCancelled) {
     outcome = std::move(slow);
     return;

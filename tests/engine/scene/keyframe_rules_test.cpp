@@ -72,7 +72,7 @@ TEST(KeyframeRules, IdsAndFramesAreTakenOnce) {
   scene.keyframes[0].id = scene.keyframes[2].id = 4;
   EXPECT_THAT(fields(scene), ElementsAre("keyframes[2].id", "keyframes[2].frame"));
   EXPECT_EQ(validate(scene)[1].code, ErrorCode::kAlreadyExists);
-  scene.keyframes.assign(kMostKeyframes + 1, keyframe(scene, 10));
+  scene.keyframes.assign(kMaxKeyframes + 1, keyframe(scene, 10));
   EXPECT_THAT(fields(scene), ElementsAre("keyframes"));
 }
 

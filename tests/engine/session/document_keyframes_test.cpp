@@ -103,7 +103,7 @@ TEST(DocumentKeyframes, WhatIsWrongIsNamed) {
 TEST(DocumentKeyframes, ThereIsALimit) {
   scene::Scene scene = two_tets();
   scene.frame_count = 600;
-  for (int frame = 0; frame < scene::kMostKeyframes; ++frame)
+  for (int frame = 0; frame < scene::kMaxKeyframes; ++frame)
     scene.keyframes.push_back(keyed(frame));
   Document document(scene);
   const Error full = refusal(document, {AddKeyframe{keyed(550)}});

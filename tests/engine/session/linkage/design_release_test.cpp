@@ -31,7 +31,7 @@ struct Opened {
 
 TEST(DesignRelease, NothingIsSaidWhereItFallsFlat) {
   const Opened opened;
-  EXPECT_EQ(told_release(opened.model, opened.flat, opened.deployed, opened.point, {}), "");
+  EXPECT_EQ(describe_release(opened.model, opened.flat, opened.deployed, opened.point, {}), "");
 }
 
 TEST(DesignRelease, AnotherFlatShapeIsToldWithItsEnergyAndAngle) {
@@ -42,7 +42,7 @@ TEST(DesignRelease, AnotherFlatShapeIsToldWithItsEnergyAndAngle) {
   ASSERT_EQ(rods::deploy(equilibrium, opened.point.flat, opened.flat, elsewhere).status,
             rods::DeploymentStatus::kReached);
   const std::string told =
-      told_release(opened.model, opened.flat, opened.deployed, opened.point, {});
+      describe_release(opened.model, opened.flat, opened.deployed, opened.point, {});
   EXPECT_NE(told.find("does not fall to the flat one"), std::string::npos) << told;
   EXPECT_NE(told.find("times its energy"), std::string::npos) << told;
 }
@@ -51,23 +51,23 @@ TEST(DesignRelease, CancelledItSaysNothing) {
   const Opened opened;
   JobContext job;
   job.cancellation.request();
-  EXPECT_EQ(told_release(opened.model, opened.flat, opened.deployed, opened.point, job), "");
+  EXPECT_EQ(describe_release(opened.model, opened.flat, opened.deployed, opened.point, job), "");
 }
 
 TEST(DesignRelease, AFlatShapeAsHighAsTheDeployedOneIsTold) {
   Opened opened;
   const double size = 120;
-  EXPECT_EQ(told_flatness(opened.model, opened.point, size), "") << "it opens within a plane";
+  EXPECT_EQ(describe_flatness(opened.model, opened.point, size), "") << "it opens within a plane";
   opened.point.flat = opened.point.deployed = rods::LinkageState(opened.model);  // as drawn: a wave
-  const std::string told = told_flatness(opened.model, opened.point, size);
+  const std::string told = describe_flatness(opened.model, opened.point, size);
   EXPECT_EQ(told.find("the shape that is to be flat is not: its height is "), 0U) << told;
-  EXPECT_EQ(told_flatness(opened.model, opened.point, 100 * size), "")
+  EXPECT_EQ(describe_flatness(opened.model, opened.point, 100 * size), "")
       << "a height of less than a hundredth";
 }
 
 TEST(DesignRelease, AFlatShapeThatSpringsUpIsTold) {
   Opened opened;
-  EXPECT_EQ(told_springing_up(opened.model, opened.flat, opened.point, 120, {}), "")
+  EXPECT_EQ(describe_springing_up(opened.model, opened.flat, opened.point, 120, {}), "")
       << "nothing holds it";
   // Rods that are longest in the middle of their grid, which rises by that whatever its angle is.
   rods::LinkageModel tall = rods::testing::grid_model(6, 6, 1.5);
@@ -100,22 +100,25 @@ TEST(DesignRelease, AFlatShapeThatSpringsUpIsTold) {
   ASSERT_GT(height(free), 1.1 * height(point.flat));
   // A size of which a hundredth lies between both.
   const double size = 100 * std::sqrt(height(free) * height(point.flat));
-  const std::string told = told_springing_up(tall, closed, point, size, {});
-  EXPECT_EQ(told.find("held at its mean angle of 5.7 degrees the linkage lies flat, let go of it"),
+  const std::string told = describe_springing_up(tall, closed, point, size, {});
+  EXPECT_EQ(told.find("held at its mean angle of 5.7 degrees the linkage lies flat, released it"),
             0U)
       << told;
-  EXPECT_EQ(told_springing_up(tall, closed, point, 2 * size, {}), "") << "as flat let go of";
-  EXPECT_EQ(told_springing_up(tall, closed, point, size / 2, {}), "") << "not flat to begin with";
+  EXPECT_EQ(describe_springing_up(tall, closed, point, 2 * size, {}), "")
+      << "as flat when released";
+  EXPECT_EQ(describe_springing_up(tall, closed, point, size / 2, {}), "")
+      << "not flat to begin with";
   JobContext job;
   job.cancellation.request();
-  EXPECT_EQ(told_springing_up(tall, closed, point, size, job), "");
+  EXPECT_EQ(describe_springing_up(tall, closed, point, size, job), "");
 }
 
 TEST(DesignRelease, ADeployedShapeInAPlaneIsTold) {
   Opened opened;
-  EXPECT_NE(told_plane(opened.model, opened.point, 120).find("lies in a plane"), std::string::npos);
+  EXPECT_NE(describe_plane(opened.model, opened.point, 120).find("lies in a plane"),
+            std::string::npos);
   opened.point.deployed = rods::LinkageState(opened.model);
-  EXPECT_EQ(told_plane(opened.model, opened.point, 120), "");
+  EXPECT_EQ(describe_plane(opened.model, opened.point, 120), "");
 }
 
 }  // namespace
