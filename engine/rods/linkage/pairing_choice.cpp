@@ -20,13 +20,19 @@ namespace {
 constexpr std::array<std::size_t, 3> kWidths = {32, 512, 8192};
 constexpr std::size_t kMaxRetainedStates = std::size_t{1} << 22;  // over all joints of a part
 constexpr std::size_t kWindow = 40;                               // joints of an improvement
+constexpr std::array<std::size_t, 3> kWindows = {40, 160, 640};   // of a first choice, in turn
 constexpr std::size_t kWindowWidth = 512;
-constexpr int kMaxRounds = 4;  // of improvements over a part
+constexpr int kMaxRounds = 4;      // of improvements over a part
+constexpr int kMaxWindows = 4000;  // improvements tried in a mesh, of some milliseconds each
 
 class Choice {
  public:
   Choice(int segments, const std::vector<JointChoices>& joints, const std::vector<int>& vertices)
-      : joints_(joints), vertices_(vertices), letters_(static_cast<std::size_t>(segments), -1) {
+      : joints_(joints),
+        vertices_(vertices),
+        letters_(static_cast<std::size_t>(segments), -1),
+        straight_(static_cast<std::size_t>(segments)),
+        visits_(joints.size(), 0) {
     choice_.pairings.assign(joints.size(), 0);
     joints_of_.assign(letters_.size(), {-1, -1});
     for (std::size_t j = 0; j < joints.size(); ++j) {
@@ -46,25 +52,34 @@ class Choice {
   }
 
  private:
-  [[nodiscard]] std::vector<std::vector<int>> parts() const {
+  [[nodiscard]] std::vector<std::vector<int>> parts() {
     std::vector<std::vector<int>> all;
-    std::vector<char> visited(joints_.size(), 0);
+    begin_visit();
     for (std::size_t j = 0; j < joints_.size(); ++j) {
-      if (visited[j]) continue;
-      all.push_back(around(static_cast<int>(j), joints_.size(), visited));
+      if (is_visited(static_cast<int>(j))) continue;
+      all.push_back(add_around(static_cast<int>(j), joints_.size()));
       std::sort(all.back().begin(), all.back().end());
     }
     return all;
   }
 
-  /// The nearest joints to one, breadth first.
-  std::vector<int> around(int joint, std::size_t count, std::vector<char>& visited) const {
+  void begin_visit() { ++visit_; }
+  [[nodiscard]] bool is_visited(int joint) const { return visits_[joint] == visit_; }
+
+  /// The nearest joints to one, breadth first; these are visited then, and no others.
+  std::vector<int> around(int joint, std::size_t count) {
+    begin_visit();
+    return add_around(joint, count);
+  }
+  /// The same of those that are not visited yet.
+  std::vector<int> add_around(int joint, std::size_t count) {
     std::vector<int> near = {joint};
-    visited[joint] = 1;
+    visits_[joint] = visit_;
     for (std::size_t i = 0; i < near.size(); ++i) {
       for (const int segment : joints_[near[i]].segments) {
         for (const int other : joints_of_[segment]) {
-          if (other < 0 || near.size() >= count || std::exchange(visited[other], 1)) continue;
+          if (other < 0 || near.size() >= count || is_visited(other)) continue;
+          visits_[other] = visit_;
           near.push_back(other);
         }
       }
@@ -72,9 +87,8 @@ class Choice {
     return near;
   }
 
-  /// Can segments have letters under the pairings chosen?
-  [[nodiscard]] bool fits(const std::vector<int>& part) const {
-    ParityForest forest(letters_.size());
+  /// Can segments have letters under the straightest pairings? Asked once of each part.
+  [[nodiscard]] bool fits(const std::vector<int>& part) {
     bool all = true;
     for (const int j : part) {
       const JointChoices& joint = joints_[j];
@@ -82,7 +96,7 @@ class Choice {
       const int first = joint.segments[pairing.rods[0][0]];
       for (int r = 0; r < 2; ++r)
         for (const int spoke : pairing.rods[r])
-          all = forest.join(first, joint.segments[spoke], r) && all;
+          all = straight_.join(first, joint.segments[spoke], r) && all;
     }
     return all;
   }
@@ -104,13 +118,62 @@ class Choice {
     if (best.found) {
       for (std::size_t m = 0; m < part.size(); ++m) choice_.pairings[part[m]] = best.pairings[m];
       note_letters(part);
-    } else {
+    } else if (!keep_straightest(part)) {
       alternate_letters(joints_, part, letters_);
-      for (const int j : part) choice_.pairings[j] = pairing_under_letters(j);
+      for (const int j : part) take_pairing_under_letters(j);
     }
     if (best.is_least) return;
     choice_.is_least = false;
     improve(part);
+  }
+
+  /// Takes the straightest pairings of as many joints as fit together, from neighbour to
+  /// neighbour so that what does not fit is near its cause, and chooses anew around the rest.
+  /// @returns false where that finds no letters
+  bool keep_straightest(const std::vector<int>& part) {
+    ParityForest forest(letters_.size());
+    std::vector<int> others;
+    for (const int j : around(part.front(), joints_.size())) {
+      choice_.pairings[j] = 0;
+      if (!join_if_fits(j, 0, forest)) others.push_back(j);
+    }
+    std::vector<int> left;
+    for (const int j : others) {
+      const int count = static_cast<int>(joints_[j].pairings.size());
+      int p = 1;
+      while (p < count && !join_if_fits(j, p, forest)) ++p;
+      choice_.pairings[j] = p < count ? p : 0;
+      if (p == count) left.push_back(j);
+    }
+    for (const int j : part) {
+      for (const int segment : joints_[j].segments)
+        letters_[segment] = static_cast<signed char>(forest.root(segment).parity);
+    }
+    return std::all_of(left.begin(), left.end(), [&](int j) {
+      return fits_letters(j) ||
+             std::any_of(kWindows.begin(), kWindows.end(), [&](std::size_t joints) {
+               return ++windows_ < kMaxWindows && choose_around(j, joints, Aim::kAnyThatFits);
+             });
+    });
+  }
+
+  bool join_if_fits(int j, int p, ParityForest& forest) const {
+    const JointChoices& joint = joints_[j];
+    const Pairing& pairing = joint.pairings[p];
+    std::vector<ParityForest::Root> roots;
+    for (int r = 0; r < 2; ++r) {
+      for (const int spoke : pairing.rods[r]) {
+        const auto [item, parity] = forest.root(joint.segments[spoke]);
+        for (const auto& other : roots)
+          if (other.item == item && other.parity != (parity ^ r)) return false;
+        roots.push_back({item, parity ^ r});
+      }
+    }
+    const int first = joint.segments[pairing.rods[0][0]];
+    for (int r = 0; r < 2; ++r)
+      for (const int spoke : pairing.rods[r])
+        LIMBER_DEMAND(forest.join(first, joint.segments[spoke], r));
+    return true;
   }
 
   /// Each segment has two ends: with none free, twice the segments of one letter are half of all.
@@ -134,8 +197,7 @@ class Choice {
           if (letters_[joint.segments[spoke]] >= 0) return letters_[joint.segments[spoke]] ^ r;
       return 0;
     };
-    std::vector<char> visited(joints_.size(), 0);
-    for (const int j : around(part.front(), joints_.size(), visited)) {
+    for (const int j : around(part.front(), joints_.size())) {
       const JointChoices& joint = joints_[j];
       const Pairing& pairing = joint.pairings[choice_.pairings[j]];
       const int first = letter_of(joint, pairing);
@@ -145,19 +207,22 @@ class Choice {
     }
   }
 
-  [[nodiscard]] int pairing_under_letters(int j) const {
+  [[nodiscard]] bool fits_letters(int j) const {
     const JointChoices& joint = joints_[j];
     const auto same = [&](const std::vector<int>& rod, int letter) {
       return std::all_of(rod.begin(), rod.end(),
                          [&](int spoke) { return letters_[joint.segments[spoke]] == letter; });
     };
-    for (std::size_t p = 0; p < joint.pairings.size(); ++p) {
-      const auto& rods = joint.pairings[p].rods;
-      const int letter = letters_[joint.segments[rods[0][0]]];
-      if (same(rods[0], letter) && same(rods[1], 1 - letter)) return static_cast<int>(p);
-    }
+    const auto& rods = joint.pairings[choice_.pairings[j]].rods;
+    const int letter = letters_[joint.segments[rods[0][0]]];
+    return same(rods[0], letter) && same(rods[1], 1 - letter);
+  }
+
+  void take_pairing_under_letters(int j) {
+    const int count = static_cast<int>(joints_[j].pairings.size());
+    for (int& p = choice_.pairings[j] = 0; p < count; ++p)
+      if (fits_letters(j)) return;
     LIMBER_DEMAND(false);
-    return 0;
   }
 
   /// Chooses anew around joints that do not take their straightest pairing, the letters around
@@ -166,31 +231,38 @@ class Choice {
     for (int round = 0; round < kMaxRounds; ++round) {
       bool any = false;
       for (const int j : part)
-        if (choice_.pairings[j] != 0) any = improve_around(j) || any;
-      if (!any) return;
+        if (choice_.pairings[j] != 0 && windows_++ < kMaxWindows)
+          any = choose_around(j, kWindow, Aim::kStraighter) || any;
+      if (!any || windows_ >= kMaxWindows) return;
     }
   }
 
-  bool improve_around(int joint) {
-    std::vector<char> visited(joints_.size(), 0);
-    const std::vector<int> window = around(joint, kWindow, visited);
+  enum class Aim { kStraighter, kAnyThatFits };
+
+  bool choose_around(int joint, std::size_t joints, Aim aim) {
+    const std::vector<int> window = around(joint, joints);
     double cost = 0;
-    SegmentLetters letters = letters_;
+    std::vector<std::pair<int, signed char>> before;  // segments and their letters
     for (const int j : window) {
       const std::vector<Pairing>& pairings = joints_[j].pairings;
       cost += pairings[choice_.pairings[j]].bend - pairings[0].bend;
       for (const int segment : joints_[j].segments) {
         const auto& ends = joints_of_[segment];
-        if (ends[1] < 0 || (visited[ends[0]] && visited[ends[1]])) letters[segment] = -1;
+        if (ends[1] >= 0 && !(is_visited(ends[0]) && is_visited(ends[1]))) continue;
+        if (letters_[segment] >= 0) before.emplace_back(segment, letters_[segment]);
+        letters_[segment] = -1;
       }
     }
-    const PairingSweep sweep(joints_, window, letters);
-    const PairingSweep::Result result = sweep.run(kWindowWidth, cost - 1e-9);
-    if (!result.found) return false;
+    const PairingSweep sweep(joints_, window, letters_);
+    const PairingSweep::Result result =
+        sweep.run(kWindowWidth,
+                  aim == Aim::kStraighter ? cost - 1e-9 : std::numeric_limits<double>::infinity());
+    if (!result.found) {
+      for (const auto& [segment, letter] : before) letters_[segment] = letter;
+      return false;
+    }
     for (std::size_t m = 0; m < window.size(); ++m)
       choice_.pairings[window[m]] = result.pairings[m];
-    for (const int j : window)
-      for (const int segment : joints_[j].segments) letters_[segment] = letters[segment];
     // From the letters around, which have not changed.
     if (!has_letter(window)) letters_[joints_[window.front()].segments.front()] = 0;
     for (bool more = true; more;) {
@@ -233,7 +305,10 @@ class Choice {
   const std::vector<JointChoices>& joints_;
   const std::vector<int>& vertices_;
   SegmentLetters letters_;
+  ParityForest straight_;                      // segments under the straightest pairings
   std::vector<std::array<int, 2>> joints_of_;  // of segments; -1: a free end
+  std::vector<int> visits_;                    // of joints: the last visit that met them
+  int visit_ = 0, windows_ = 0;
   PairingChoice choice_;
 };
 

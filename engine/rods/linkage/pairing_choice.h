@@ -17,8 +17,8 @@ struct PairingChoice {
 /// together. Elsewhere the sum of the bends beyond that is least: exactly, as PairingSweep proves
 /// (parts whose narrowest cut crosses up to about 14 segments always; wider ones where few joints
 /// differ from their straightest pairing); beyond that it is a choice which no change within 40
-/// neighbouring joints improves. The result does not depend on the order of joints but for equal
-/// bends, where the earlier joint counts.
+/// neighbouring joints improves, as far as 4000 such changes tried in the mesh say. The result does
+/// not depend on the order of joints but for equal bends, where the earlier joint counts.
 ///
 /// Segments need letters, A or B: at each joint two of each (four segments), two and one (three),
 /// one and one (two). Such letters alternate along a closed walk over all segments of a part

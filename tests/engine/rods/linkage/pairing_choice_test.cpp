@@ -232,6 +232,114 @@ TEST(AlternatingLetters, LeaveEachJointBalanced) {
   }
 }
 
+/// A grid too wide for any frontier, in which a few joints say that their rods turn.
+TEST(PairingChoice, FewWrongJointsOfALargeGridBendFewRods) {
+  constexpr int kSide = 300, kWrong = 20;
+  Network network;
+  const auto along = [](int row, int column) { return row * (kSide + 1) + column; };
+  const auto across = [&](int row, int column) {
+    return kSide * (kSide + 1) + row * kSide + column;
+  };
+  network.segments = 2 * kSide * (kSide + 1);
+  for (int row = 0; row < kSide; ++row)
+    for (int column = 0; column < kSide; ++column)
+      network.joints.push_back({{along(row, column), along(row, column + 1), across(row, column),
+                                 across(row + 1, column)},
+                                {}});
+  std::mt19937 random(29);
+  give_pairings(network, random);
+  for (JointChoices& joint : network.joints) {
+    for (Pairing& pairing : joint.pairings)
+      pairing.bend = pairing.rods[0] == std::vector<int>{0, 1} ? -2 : random_number(random);
+    std::sort(joint.pairings.begin(), joint.pairings.end(),
+              [](const Pairing& a, const Pairing& b) { return a.bend < b.bend; });
+  }
+  for (int i = 0; i < kWrong; ++i) {
+    std::vector<Pairing>& pairings = network.joints[random() % network.joints.size()].pairings;
+    std::swap(pairings[0].bend, pairings[1].bend);
+    std::swap(pairings[0], pairings[1]);
+  }
+  const PairingChoice choice =
+      choose_pairings(network.segments, network.joints, network.vertices());
+  EXPECT_TRUE(fits(network, choice.pairings));
+  EXPECT_GT(choice.bent, 0);
+  EXPECT_LE(choice.bent, kWrong);
+}
+
+/// Parts that none of the straightest pairings fit, many times over.
+TEST(PairingChoice, EqualPartsAreChosenAlikeHoweverManyThereAre) {
+  std::mt19937 random(17);
+  Network one = random_network(6, random, true);
+  while (fits(one, std::vector<int>(6, 0)) || least_cost(one) > 100)
+    one = random_network(6, random, true);
+  const PairingChoice alone = choose_pairings(one.segments, one.joints, one.vertices());
+  Network many;
+  constexpr int kCopies = 2000;
+  for (int copy = 0; copy < kCopies; ++copy) {
+    for (JointChoices joint : one.joints) {
+      for (int& segment : joint.segments) segment += many.segments;
+      many.joints.push_back(std::move(joint));
+    }
+    many.segments += one.segments;
+  }
+  const PairingChoice choice = choose_pairings(many.segments, many.joints, many.vertices());
+  EXPECT_TRUE(choice.is_least);
+  EXPECT_EQ(choice.bent, kCopies * alone.bent);
+  for (std::size_t j = 0; j < many.joints.size(); ++j)
+    EXPECT_EQ(choice.pairings[j], alone.pairings[j % 6]);
+}
+
+/// The shortest walk of a node and a parity back to the node, by repeated relaxation.
+std::vector<std::size_t> odd_walk_lengths(int nodes, const std::vector<ParityLink>& links) {
+  constexpr std::size_t kNone = 1000;
+  std::vector<std::size_t> lengths;
+  for (int start = 0; start < nodes; ++start) {
+    std::vector<std::array<std::size_t, 2>> away(static_cast<std::size_t>(nodes), {kNone, kNone});
+    away[start][0] = 0;
+    for (int round = 0; round < 2 * nodes; ++round) {
+      for (const ParityLink& link : links) {
+        const auto [a, b] = link.nodes;
+        for (const int parity : {0, 1}) {
+          away[b][parity ^ link.parity] =
+              std::min(away[b][parity ^ link.parity], away[a][parity] + 1);
+          away[a][parity ^ link.parity] =
+              std::min(away[a][parity ^ link.parity], away[b][parity] + 1);
+        }
+      }
+    }
+    lengths.push_back(away[start][1] < kNone ? away[start][1] : 0);
+  }
+  return lengths;
+}
+
+TEST(ShortestOddCycle, IsTheShortestThroughTheSmallestNodeOfRandomGraphs) {
+  std::mt19937 random(23);
+  int found = 0;
+  for (int round = 0; round < 200; ++round) {
+    const int nodes = 6 + static_cast<int>(random() % 12);
+    std::vector<ParityLink> links;
+    std::set<std::pair<int, int>> known;
+    for (int i = 0; i < nodes + static_cast<int>(random() % 6); ++i) {
+      const int a = static_cast<int>(random() % nodes), b = static_cast<int>(random() % nodes);
+      if (a != b && known.insert(std::minmax(a, b)).second)
+        links.push_back({{a, b}, random() % 4 == 0 ? 1 : 0});
+    }
+    const std::vector<std::size_t> lengths = odd_walk_lengths(nodes, links);
+    std::size_t shortest = 0, through = 0;
+    for (std::size_t node = 0; node < lengths.size(); ++node) {
+      if (lengths[node] == 0 || (shortest > 0 && lengths[node] >= shortest)) continue;
+      shortest = lengths[node];
+      through = node;
+    }
+    const std::vector<int> cycle = shortest_odd_cycle(nodes, links);
+    ASSERT_EQ(cycle.size(), shortest) << "round " << round;
+    if (shortest == 0) continue;
+    ++found;
+    EXPECT_EQ(cycle.front(), static_cast<int>(through)) << "round " << round;
+  }
+  EXPECT_GT(found, 100);
+}
+
 TEST(ShortestOddCycle, IsFoundAmongLongerAndEvenOnes) {
   // A square with even parity, one with odd parity, and an odd triangle.
   const std::vector<ParityLink> links = {{{0, 1}, 1}, {{1, 2}, 0}, {{2, 3}, 1},
