@@ -249,7 +249,7 @@ def test_a_smallest_angle_that_no_design_has_is_given_up(server):
     info = dome.design(surface=(joints - middle) * (1, 1, 1.3) + middle, flat_height=0.05, smallest_angle=80).wait()
     # Whether a last tiny step still brings the bound nearer, and the search is stuck after it, is up to the last digits.
     assert info.end in ("infeasible", "stuck") and info.iteration < 200 and not info.best.holds
-    assert "degrees (asked 80.00)" in info.message
+    assert "degrees (limit 80.00)" in info.message
     dome.close()
 
 

@@ -7,6 +7,8 @@
 #include <numbers>
 #include <utility>
 
+#include "engine/rods/design/design_text.h"
+
 namespace limber::rods::detail {
 namespace {
 
@@ -88,7 +90,10 @@ void DesignSearch::report_end() {
   return_to_best();
   if (report_.status == DesignStatus::kInfeasible && merit_.rank(values_).holds()) {
     report_.status = DesignStatus::kSettled;
-    report_.message = "what would be nearer does not keep a constraint";
+    report_.message =
+        "nearer designs violate a constraint: to come nearer, allow a larger flat height, a "
+        "smaller "
+        "least angle or less cover";
   }
   report_.after = values_;
   report_.flat_height = merit_.flat_height(values_);
@@ -178,14 +183,18 @@ double DesignSearch::radius_in_memory() const {
 bool DesignSearch::step(const JobContext& context, const DesignCallback& on_step) {
   if (context.cancellation.requested()) return end(DesignStatus::kCancelled, "cancelled");
   if (report_.iterations == options_.max_iterations)
-    return end(DesignStatus::kIterationLimit, fmt::format("{} steps", report_.iterations));
-  if (hopeless()) return end(DesignStatus::kInfeasible, "nothing brings it nearer");
+    return end(
+        DesignStatus::kIterationLimit,
+        fmt::format("the limit of {} steps was reached: start again from the best design, or "
+                    "allow more steps",
+                    report_.iterations));
+  if (hopeless()) return end(DesignStatus::kInfeasible, kNothingNearer);
   const Eigen::VectorXd slope = projected(merit_.gradient(values_));
   const double size = first_gradient_ > 0 ? slope.norm() / first_gradient_ : 0;
   if (size <= options_.tolerance || (size <= kInner && !merit_.settled(values_)))
     return arrived("the gradient is small");
   std::optional<ModelStep> model = worthwhile_step(slope);
-  if (!model) return arrived("no step near by would gain anything worth it");
+  if (!model) return arrived("no step nearby gains a relevant amount");
   ++report_.iterations;
   const Eigen::VectorXd& here = design_.parameters();
   const Eigen::VectorXd wanted = here + model->p.cwiseQuotient(units_);
@@ -207,10 +216,10 @@ bool DesignSearch::step(const JobContext& context, const DesignCallback& on_step
   if (radius_ < kLeastRadius * mean_length_) {
     if (trial.status == TrialStatus::kFound)
       return idle(DesignStatus::kSettled, "no smaller step gains anything");
-    return idle(DesignStatus::kStuck, trial.message);
+    return idle(DesignStatus::kStuck, stuck_text(trial));
   }
   if (idle_ < kIdle) return true;
-  return idle(DesignStatus::kSettled, "ten steps gained next to nothing");
+  return idle(DesignStatus::kSettled, "ten steps gained hardly anything");
 }
 
 /// @returns whether there is another goal now
@@ -231,9 +240,8 @@ bool DesignSearch::arrived(const std::string& message) {
   if (lower_guard()) return true;
   if (merit_.settled(values_)) return end(DesignStatus::kConverged, message);
   if (update_multipliers()) return true;
-  if (!merit_.rank(values_).holds())
-    return end(DesignStatus::kInfeasible, "nothing brings it nearer");
-  return end(DesignStatus::kSettled, "a constraint holds with room to spare");
+  if (!merit_.rank(values_).holds()) return end(DesignStatus::kInfeasible, kNothingNearer);
+  return end(DesignStatus::kSettled, "the constraints hold, with a margin");
 }
 
 /// Nothing moves any more: at an end only if the constraints hold.
@@ -241,9 +249,8 @@ bool DesignSearch::idle(DesignStatus status, const std::string& message) {
   if (status == DesignStatus::kSettled && lower_guard()) return true;
   if (status == DesignStatus::kStuck || merit_.settled(values_)) return end(status, message);
   if (!update_multipliers()) {
-    return merit_.rank(values_).holds()
-               ? end(status, message)
-               : end(DesignStatus::kInfeasible, "nothing brings it nearer");
+    return merit_.rank(values_).holds() ? end(status, message)
+                                        : end(DesignStatus::kInfeasible, kNothingNearer);
   }
   idle_ = 0;
   radius_ = std::max(radius_, 1e-3 * mean_length_);
@@ -388,11 +395,11 @@ void DesignSearch::tell_end() {
   constexpr double kDegree = std::numbers::pi / 180;
   if (report_.status != DesignStatus::kCancelled && !merit_.rank(values_).holds()) {
     report_.message +=
-        fmt::format("; the flat linkage's height is {:.2e} of its size (asked {:.2e})",
+        fmt::format("; the flat linkage's height is {:.2e} of its size (limit {:.2e})",
                     report_.flat_height, options_.flat_height);
     if (options_.smallest_angle > -std::numbers::pi) {
       report_.message +=
-          fmt::format(", its smallest angle {:.2f} degrees (asked {:.2f})",
+          fmt::format(", its smallest angle {:.2f} degrees (limit {:.2f})",
                       values_.smallest_angle / kDegree, options_.smallest_angle / kDegree);
     }
     if (design_.criteria().least_area > 0) {
@@ -403,8 +410,9 @@ void DesignSearch::tell_end() {
   }
   if (report_.branches_left > 0) {
     report_.message += fmt::format(
-        "; the deployed shape's branch ended {} times on the way, and "
-        "the search went on from the next one",
+        "; the branch of the deployed shape ended {} times along the path, and the search "
+        "continued "
+        "on the next one",
         report_.branches_left);
   }
 }

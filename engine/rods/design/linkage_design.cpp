@@ -250,9 +250,8 @@ struct LinkageDesign::Impl {
                      LinkageState& state, DesignTrial& trial,
                      std::unique_ptr<HessianFactor>& factor) {
     if (to.diverges || !(to.turned <= limits.largest_move)) {
-      trial.message = to.diverges
-                          ? "the equilibrium path turns too sharply for prediction: reduce the step"
-                          : "the shape would move too far";
+      trial.message = to.diverges ? "the equilibrium path turns too sharply for prediction"
+                                  : "the shape would move too far in one step";
       return TrialStatus::kTooFar;
     }
     equilibrium.expect_step(state, to.linear);

@@ -257,7 +257,9 @@ class Deployment {
       return false;
     }
     report_.end.status = EquilibriumStatus::kStalled;
-    report_.end.message = reason + ", so the request exceeds what this structure can reach";
+    report_.end.message =
+        reason +
+        ", so the request exceeds what this structure can reach: request less, or edit in stages";
     stop();
     return true;
   }
@@ -310,7 +312,7 @@ class Deployment {
         report_.end.message = fmt::format(
             "joint {} would turn over, to an opening angle of {:.0f} degrees: request "
             "less, or set the angle of that joint",
-            *over, trial.state.joints()[*over].opening_angle * kDegrees);
+            *over, std::remainder(trial.state.joints()[*over].opening_angle * kDegrees, 360.0));
       }
       if (!report_.end.converged()) {
         stop();

@@ -156,7 +156,8 @@ EquilibriumReport NewtonRun::run(LinkageState& state, const JobContext& context,
     if (towards_saddle(step)) {
       if (report_.escapes < options_.max_escapes && escape(state)) continue;
       if (options_.max_escapes == 0) {
-        finish(EquilibriumStatus::kSaddle, "the shapes ahead are unstable");
+        finish(EquilibriumStatus::kSaddle,
+               "the shapes ahead are unstable: request a smaller change, or hold more joints");
         break;
       }
     }

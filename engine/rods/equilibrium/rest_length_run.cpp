@@ -76,20 +76,24 @@ RestLengthReport RestLengthRun::run() {
                     fmt::format("balanced to {:.1e}", report_.max_gradient_scaled));
     }
     if (report_.iterations == options_.max_iterations) {
-      return finish(RestLengthStatus::kIterationLimit,
-                    fmt::format("the stress is not least after {} steps: the forces are out of "
-                                "balance by {:.2g} % of the largest (limit {:.2g} %)",
-                                report_.iterations, 100 * report_.max_gradient_scaled,
-                                100 * options_.tolerance));
+      return finish(
+          RestLengthStatus::kIterationLimit,
+          fmt::format("the stress is not least after {} steps: the forces are out of "
+                      "balance by {:.2g} % of the largest (limit {:.2g} %); use rest lengths as "
+                      "drawn, or draw smoother rods",
+                      report_.iterations, 100 * report_.max_gradient_scaled,
+                      100 * options_.tolerance));
     }
     ++report_.iterations;
     if (!improve()) {
       if (context_.cancellation.requested()) continue;
-      return finish(RestLengthStatus::kStalled,
-                    fmt::format("the search is stuck after {} steps: the forces are out of "
-                                "balance by {:.2g} % of the largest (limit {:.2g} %)",
-                                report_.iterations, 100 * report_.max_gradient_scaled,
-                                100 * options_.tolerance));
+      return finish(
+          RestLengthStatus::kStalled,
+          fmt::format("the search is stuck after {} steps: the forces are out of "
+                      "balance by {:.2g} % of the largest (limit {:.2g} %); use rest lengths as "
+                      "drawn, or draw smoother rods",
+                      report_.iterations, 100 * report_.max_gradient_scaled,
+                      100 * options_.tolerance));
     }
     if (context_.progress) context_.progress("rest lengths", progress());
   }

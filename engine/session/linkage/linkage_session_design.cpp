@@ -128,7 +128,8 @@ void LinkageSession::Impl::start_design(DesignRequest request, std::uint64_t tag
   });
   if (!newest) {
     throw Error(ErrorCode::kFailedPrecondition, "",
-                "the linkage has no shape yet that a design could begin from");
+                "the linkage has no shape yet that a design could begin from: wait for its first "
+                "result");
   }
   const Eigen::Matrix3Xd joints = shape->joints(newest->frames->rightCols<1>());
   if (joints.cols() < 2) {
@@ -170,7 +171,7 @@ void LinkageSession::Impl::stop_design() {
 EditReceipt LinkageSession::Impl::apply_design(std::optional<Revision> expected) {
   const auto candidate = desk_.best();
   if (!candidate)
-    throw Error(ErrorCode::kFailedPrecondition, "", "there is no design that could be taken");
+    throw Error(ErrorCode::kFailedPrecondition, "", "there is no design to take: start one first");
   const Conditions before = document_.conditions();
   const std::optional<Revision> taken = desk_.info()->taken;
   if (taken && (!expected || *expected == document_.revision()) && has_sizes(*before, *candidate)) {
@@ -263,8 +264,10 @@ bool LinkageSession::Impl::between_steps(LiveDesign& design, DesignInfo& info,
 void LinkageSession::Impl::search(const DesignRound& round, DesignInfo& info) {
   const JobContext job{round.order.stop, {}};
   if (live_->settled_under() != round.conditions) {
-    throw Error(ErrorCode::kFailedPrecondition, "",
-                "the linkage is not in equilibrium under what acts on it");
+    throw Error(
+        ErrorCode::kFailedPrecondition, "",
+        "the linkage is not in equilibrium under its conditions: undo the edit that left it so, "
+        "or request less");
   }
   LiveDesign design(*live_, round.order.request, ended_.energy_scale(*round.conditions), job);
   info.state = DesignState::kRunning;
@@ -380,7 +383,9 @@ bool LinkageSession::Impl::end_design(DesignInfo& info) {
       }
     }
     if (info.end == DesignEnd::kStopped && desk_.best() && !info.erection)
-      append(info.message, "no erection was looked for: the design was stopped");
+      append(info.message,
+             "no erection was searched for, since the design was stopped: start a design from the "
+             "taken one to find it");
     desk_.end(info);
     told = desk_.info();
     if (told->taken) {

@@ -214,7 +214,7 @@ TEST_F(HardDesigns, ASmallestAngleThatNoDesignHas) {
   const DesignReport report = optimize_design(design, options_);
   EXPECT_EQ(report.status, DesignStatus::kInfeasible) << report.message;
   EXPECT_LT(report.iterations, options_.max_iterations);
-  EXPECT_NE(report.message.find("asked 171.89"), std::string::npos) << report.message;
+  EXPECT_NE(report.message.find("limit 171.89"), std::string::npos) << report.message;
 }
 
 TEST_F(HardDesigns, AnEquilibriumThatDisappearsUnderAParameterStep) {

@@ -349,7 +349,8 @@ DesignChange heavier() {
 void LastStretch::expect_not_taken(const DesignInfo& end) {
   EXPECT_EQ(end.end, DesignEnd::kStopped) << end.message;
   const bool is_told =
-      end.message.find("no erection was looked for: the design was stopped") != std::string::npos;
+      end.message.find("no erection was searched for, since the design was stopped") !=
+      std::string::npos;
   EXPECT_EQ(is_told, end.erection == nullptr) << end.message;
   EXPECT_EQ(end.iteration, alone_.iteration);
   EXPECT_FALSE(end.taken);
