@@ -29,13 +29,15 @@ fs::path default_cache() {
 const char* licence_text() {
   switch (cholesky_library()) {
     case CholeskyLibrary::kCholmodSupernodal:
-      return "Sources under the Apache License 2.0. This program links parts of CHOLMOD that are under "
+      return "Sources under the Apache License 2.0. This program links parts of CHOLMOD that are "
+             "under "
              "the GPL,\nand so is as a whole under the GNU General Public License, version 3 or "
              "later. NOTICE.md has all libraries.";
     case CholeskyLibrary::kOwnMultifrontal:
       break;
   }
-  return "Under the Apache License 2.0 (built without the parts of CHOLMOD that are under the GPL). "
+  return "Under the Apache License 2.0 (built without the parts of CHOLMOD that are under the "
+         "GPL). "
          "NOTICE.md has\nall libraries.";
 }
 

@@ -12,7 +12,7 @@ namespace limber::server {
 /// What subscribers asked for: prefixes of topics, by connection. Thread-safe.
 class Subscriptions {
  public:
-  static constexpr std::size_t kLongestTopic = 128;    // longer prefixes match no topic of ours
+  static constexpr std::size_t kLongestTopic = 128;   // longer prefixes match no topic of ours
   static constexpr std::size_t kMaxOfOne = 1024;      // prefixes of one connection
   static constexpr std::size_t kMaxPrefixes = 65536;  // different ones, of all
 

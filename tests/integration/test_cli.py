@@ -546,5 +546,6 @@ def scenes_beside_a_material_file(scene):
     (folder / "a.elastic").write_text("*MATERIAL, NAME=A\n*ELASTIC\n7e+06, 0.45\n*DENSITY 100")
     for material, is_told in (({"youngs_modulus": 5e5}, True), ({}, False),
                               ({"youngs_modulus": 7e6, "poissons_ratio": 0.45, "density": 100}, False)):
-        scene.write_text(json.dumps({"mesh": {"path": "a.mesh"}, "frames": 20, "material": material}))
+        scene.write_text(json.dumps({"mesh": {"path": "a.mesh"}, "frames": 20, "material": material,
+                                     "model": {"modes": 6}}))
         yield material, is_told

@@ -56,7 +56,7 @@ def test_readme_shell_block_runs_as_written(limberd, cache_dir, tmp_path):
     assert re.search(r"^status +converged, final$", process.stdout, re.MULTILINE), process.stdout
     assert float(re.search(r"^constraint error +(\S+) at most", process.stdout, re.MULTILINE)[1]) < 0.01
     assert "warning" not in process.stderr
-    assert (tmp_path / "out/motion/motion.pvd").is_file() and (tmp_path / "out/motion/motion.pc2").is_file()
+    assert (tmp_path / "out/motion/motion.pvd").is_file() and (tmp_path / "out/motion/motion_surface.pc2").is_file()
 
 
 @pytest.mark.timeout(150)
@@ -70,7 +70,7 @@ def test_demo_prints_its_table_and_leaves_frames(limberd, cache_dir, tmp_path):
         # Not in an order: frames are timed when they arrive, the acknowledgement when the caller goes on.
         assert 0 < acknowledged and 0 < first <= final and error >= 0
         assert total == pytest.approx(forces + constraints, rel=2e-3)
-    assert (tmp_path / "out/motion.pvd").is_file() and (tmp_path / "out/motion.pc2").is_file()
+    assert (tmp_path / "out/motion.pvd").is_file() and (tmp_path / "out/motion_surface.pc2").is_file()
     assert not list(left_behind(tmp_path))
 
 

@@ -1,39 +1,36 @@
 """Files that are opened without a scene: what they are is known, and what is assumed is told."""
 
+import itertools
 import pathlib
 
 import numpy as np
 import pytest
 
-SPLIT_CUBE = """$MeshFormat
-2.2 0 8
-$EndMeshFormat
-$Nodes
-8
-1 0 0 0
-2 1 0 0
-3 1 1 0
-4 0 1 0
-5 0 0 1
-6 1 0 1
-7 1 1 1
-8 0 1 1
-$EndNodes
-$Elements
-5
-1 4 2 0 0 1 2 3 6
-2 4 2 0 0 1 3 4 8
-3 4 2 0 0 1 6 8 5
-4 4 2 0 0 3 8 6 7
-5 4 2 0 0 1 3 8 6
-$EndElements
-"""
+CELLS = 2  # along each side of a cube
+
+
+def split_cube():
+    """Gmsh 2.2: each cell as six tets around its diagonal."""
+    def node(*place):
+        return 1 + place[0] + (CELLS + 1) * (place[1] + (CELLS + 1) * place[2])
+
+    side = range(CELLS + 1)
+    nodes = [f"{node(x, y, z)} {x} {y} {z}" for z in side for y in side for x in side]
+    tets = []
+    for cell in itertools.product(range(CELLS), repeat=3):
+        for order in itertools.permutations(range(3)):
+            corners = [np.array(cell)]
+            for axis in order:
+                corners.append(corners[-1] + np.eye(3, dtype=int)[axis])
+            tets.append(f"{len(tets) + 1} 4 2 0 0 " + " ".join(str(node(*corner)) for corner in corners))
+    return "\n".join(["$MeshFormat", "2.2 0 8", "$EndMeshFormat", "$Nodes", str(len(nodes)), *nodes, "$EndNodes", "$Elements",
+                      str(len(tets)), *tets, "$EndElements", ""])
 
 
 @pytest.fixture
 def mesh(tmp_path):
     path = tmp_path / "cube.msh"
-    path.write_text(SPLIT_CUBE)
+    path.write_text(split_cube())
     return path
 
 
@@ -65,7 +62,7 @@ def test_a_mesh_opens_with_defaults_that_are_told(cli, server, mesh):
     server.session("cube").close()
     with server.open(mesh) as session:
         assert any("an elastic body of which nothing is fixed, 120 frames" in issue for issue in session.issues)
-        assert session.frames().shape == (120, 8, 3)
+        assert session.frames().shape == (120, (CELLS + 1) ** 3, 3)
 
 
 def test_a_surface_is_filled_with_tets(cli, server, surface):

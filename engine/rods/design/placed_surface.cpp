@@ -21,8 +21,7 @@ void SurfacePlacement::validate() const {
   // Beyond, squares of lengths and of their quotients leave the range of numbers.
   constexpr double kLeastScale = 1e-12, kMaxScale = 1e12;
   if (!(scale >= kLeastScale && scale <= kMaxScale))
-    refuse("scale",
-           fmt::format("must be in [{:g}, {:g}], is {:g}", kLeastScale, kMaxScale, scale));
+    refuse("scale", fmt::format("must be in [{:g}, {:g}], is {:g}", kLeastScale, kMaxScale, scale));
 }
 
 SurfacePlacement fitted(const SurfacePlacement& placement, const Eigen::Matrix3Xd& points,
