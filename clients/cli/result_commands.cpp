@@ -199,7 +199,15 @@ void watch(Context& context, const WatchOptions& options) {
       continue;
     }
     heard_at = Clock::now();
-    if (event->topic == status && event->message.status().state() == v1::SESSION_STATE_CLOSED) {
+    const bool is_of_another =  // that took its name
+        event->message.session_uid() != 0 && event->message.session_uid() != snapshot.uid();
+    const auto& told = event->message.status();
+    if (event->topic == status && told.server_stopped()) {
+      throw ClientError(
+          v1::ERROR_CODE_SHUTTING_DOWN, "",
+          fmt::format("limberd was stopped, and session {} with it", options.session));
+    }
+    if (is_of_another || (event->topic == status && told.state() == v1::SESSION_STATE_CLOSED)) {
       if (!context.json) fmt::print("session {} is closed\n", options.session);
       return;
     }

@@ -204,9 +204,9 @@ void info(Context& context) {
   if (context.json) return print_json(info);
   std::string versions;
   for (const auto version : info.protocol_versions()) versions += fmt::format(" {}", version);
-  fmt::print("limberd {}, protocol{}, up {:.0f} s\nrequests  {}\nstream    {}\n",
+  fmt::print("limberd {}, protocol{}, up {:.0f} s\nrequests  {}\nstream    {}\ninstance  {}\n",
              info.server_version(), versions, info.uptime_s(), context.endpoint,
-             info.stream_endpoint());
+             info.stream_endpoint(), info.instance());
   const auto& limits = info.limits();
   Table table({"limit", "value"});
   table.add({"bytes of a message", std::to_string(limits.message_bytes())});

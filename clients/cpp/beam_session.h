@@ -25,7 +25,7 @@ struct BeamMove {
 /// of its result says how the solve went and where it snapped.
 class BeamSession : public OpenSession {
  public:
-  /// A session that is there already, of any client; nothing is sent.
+  /// A session that is there already, of any client, as NAME or NAME@UID; nothing is sent.
   BeamSession(Client& client, std::string session);
   /// Opens a scene with a structure of beams and waits until it is in equilibrium.
   /// @throws ClientError as open_session

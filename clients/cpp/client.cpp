@@ -1,6 +1,7 @@
 #include "clients/cpp/client.h"
 
 #include <algorithm>
+#include <random>
 #include <utility>
 
 namespace limber::client {
@@ -16,6 +17,30 @@ ClientError invalid(const std::string& field, const std::string& message) {
 
 Milliseconds left_until(Clock::time_point deadline) {
   return std::max(Milliseconds{0}, std::chrono::ceil<Milliseconds>(deadline - Clock::now()));
+}
+
+/// 32 hexadecimal digits.
+std::string random_id() {
+  std::random_device random;  // of the operating system
+  std::string id;
+  while (id.size() < 32) id += "0123456789abcdef"[random() % 16];
+  return id;
+}
+
+/// Could another run of limberd take the request for something else? Jobs and sessions given as
+/// NAME@UID are of one run.
+bool needs_instance(const v1::Request& request) {
+  if (request.has_shutdown()) return true;
+  if (request.has_open_session()) return false;
+  const auto* reflection = request.GetReflection();
+  const auto* member = reflection->GetOneofFieldDescriptor(
+      request, v1::Request::descriptor()->FindOneofByName("body"));
+  if (member == nullptr) return false;
+  const auto& body = reflection->GetMessage(request, member);
+  const auto* field = body.GetDescriptor()->FindFieldByName("session");
+  if (field == nullptr) return false;
+  const std::string session = body.GetReflection()->GetString(body, field);
+  return !session.empty() && session.find('@') == std::string::npos;
 }
 
 }  // namespace
@@ -35,7 +60,7 @@ void ClientOptions::validate() const {
 }
 
 Client::Client(std::string endpoint, ClientOptions options)
-    : endpoint_(std::move(endpoint)), options_(std::move(options)) {
+    : endpoint_(std::move(endpoint)), options_(std::move(options)), id_(random_id()) {
   options_.validate();
   open_socket();
 }
@@ -68,6 +93,8 @@ void Client::open_socket() {
 std::string Client::stamped(v1::Request& request) {
   request.set_version(kProtocolVersion);
   request.set_id(++last_id_);
+  request.set_client(id_);
+  if (needs_instance(request)) request.set_instance(instance_);
   std::string bytes;
   if (!request.SerializeToString(&bytes))
     throw ClientError(v1::ERROR_CODE_LIMIT_EXCEEDED, "",
@@ -142,13 +169,19 @@ v1::Reply Client::receive(std::uint64_t id, Milliseconds timeout, const char* wh
     v1::Reply reply;
     if (more || !reply.ParseFromArray(message.data(), static_cast<int>(message.size()))) continue;
     ++heard_;
+    note_instance(reply);
     const auto waiting = pending_.find(reply.id());
     if (waiting != pending_.end()) waiting->second = std::move(reply);
   }
   v1::Reply reply = std::move(*known->second);
   pending_.erase(known);
-  if (reply.has_error()) throw ClientError(reply.error());
+  if (reply.has_error()) throw_refusal(reply.error());
   return reply;
+}
+
+void Client::note_instance(const v1::Reply& reply) {
+  const bool is_told = reply.has_open_session() || reply.error().code() == v1::ERROR_CODE_RESTARTED;
+  if (!reply.instance().empty() && (is_told || instance_.empty())) instance_ = reply.instance();
 }
 
 v1::GetServerInfoResponse greet(Client& client, std::optional<Milliseconds> timeout) {

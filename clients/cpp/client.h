@@ -6,6 +6,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <type_traits>
 #include <zmq.hpp>
 
 #include "clients/cpp/error.h"
@@ -39,8 +40,11 @@ inline constexpr const char* kDefaultEndpoint = "tcp://127.0.0.1:7801";
 ///
 /// Lazy Pirate (zguide, chapter 4): a request has a deadline. If it passes and the server was
 /// silent meanwhile, the socket is closed and opened again, so that nothing queued for a dead
-/// server reaches the next one. A request that may be repeated is sent once more after half of its
-/// time, under the same id: the first answer counts.
+/// server reaches the next one. A request is sent once more after half of its time, under the same
+/// id: limberd applies what changes something once and answers it again; the first answer counts.
+///
+/// A restart of limberd is told by ServerRestarted: requests that name a session are meant for the
+/// run that instance() says, or, as NAME@UID, for that very session.
 class Client {
  public:
   /// Connects; nothing is sent. @throws ClientError INVALID_ARGUMENT for a malformed endpoint,
@@ -58,8 +62,8 @@ class Client {
     Rpc<RequestBody>::put(request, body);
     const std::string bytes = stamped(request);
     send(bytes);
-    return collect<RequestBody>(last_id_, timeout,
-                                Rpc<RequestBody>::kRepeatable ? &bytes : nullptr);
+    return collect<RequestBody>(
+        last_id_, timeout, std::is_same_v<RequestBody, v1::ShutdownRequest> ? nullptr : &bytes);
   }
 
   /// Sends a request and returns its id at once; collect() its answer later, in any order.
@@ -82,6 +86,9 @@ class Client {
   void abandon(std::uint64_t id);
 
   [[nodiscard]] const std::string& endpoint() const { return endpoint_; }
+  /// The run of limberd that plain names of sessions are meant for: that of the first answer; a
+  /// later one once a restart was told, or a session was opened there. Empty before any answer.
+  [[nodiscard]] const std::string& instance() const { return instance_; }
   [[nodiscard]] const ClientOptions& options() const { return options_; }
   [[nodiscard]] zmq::context_t& context() { return context_; }
 
@@ -108,6 +115,7 @@ class Client {
   void send(const std::string& bytes);
   v1::Reply receive(std::uint64_t id, Milliseconds timeout, const char* what,
                     const std::string* again);
+  void note_instance(const v1::Reply& reply);
   [[noreturn]] static void refuse_kind(const char* what);
   void open_socket();
 
@@ -115,6 +123,8 @@ class Client {
   ClientOptions options_;
   zmq::context_t context_;
   zmq::socket_t socket_;
+  const std::string id_;  // by which limberd knows repeated requests, also on a new connection
+  std::string instance_;
   std::uint64_t last_id_ = 0;
   std::map<std::uint64_t, std::optional<v1::Reply>> pending_;  // submitted and not collected yet
   std::uint64_t heard_ = 0;                                    // messages received so far

@@ -22,6 +22,11 @@ std::string ClientError::code_name() const {
   return name.starts_with(prefix) ? name.substr(prefix.size()) : name;
 }
 
+void throw_refusal(const v1::Error& error) {
+  if (error.code() == v1::ERROR_CODE_RESTARTED) throw ServerRestarted(error);
+  throw ClientError(error);
+}
+
 Unreachable::Unreachable(const std::string& message)
     : ClientError(v1::ERROR_CODE_TIMEOUT, "", message) {}
 

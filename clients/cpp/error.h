@@ -29,6 +29,16 @@ class ClientError : public std::runtime_error {
   std::map<std::string, std::string> details_;
 };
 
+/// limberd was restarted: the session or job that is asked for is gone, whatever has its name now.
+/// Code RESTARTED.
+class ServerRestarted : public ClientError {
+ public:
+  using ClientError::ClientError;
+};
+
+/// @throws what a client tells of an error of the server: ServerRestarted, else ClientError
+[[noreturn]] void throw_refusal(const v1::Error& error);
+
 /// Nothing answers at the endpoint, or the answer did not come in time. Code TIMEOUT.
 class Unreachable : public ClientError {
  public:

@@ -6,22 +6,22 @@
 namespace limber::client {
 
 LinkageDesign::LinkageDesign(Client& client, std::string session)
-    : client_(&client), session_(std::move(session)) {}
+    : client_(&client), session_(client, std::move(session)) {}
 
 std::uint64_t LinkageDesign::start(v1::StartDesignRequest request) {
-  request.set_session(session_);
+  request.set_session(session_.get(*client_));
   return client_->call(request, kLarge).job();
 }
 
 void LinkageDesign::change(v1::ChangeDesignRequest request) {
-  request.set_session(session_);
+  request.set_session(session_.get(*client_));
   (void)client_->call(request, kLarge);
 }
 
 template <class Request>
 void LinkageDesign::act() {
   Request request;
-  request.set_session(session_);
+  request.set_session(session_.get(*client_));
   (void)client_->call(request);
 }
 
@@ -34,7 +34,7 @@ void LinkageDesign::stop(Milliseconds timeout) {
 
 std::uint64_t LinkageDesign::take(std::optional<std::uint64_t> expected_revision) {
   v1::TakeDesignRequest request;
-  request.set_session(session_);
+  request.set_session(session_.get(*client_));
   if (expected_revision) request.set_expected_revision(*expected_revision);
   const std::uint64_t revision = client_->call(request).revision();
   wait_until_ended(kLarge);
@@ -43,7 +43,7 @@ std::uint64_t LinkageDesign::take(std::optional<std::uint64_t> expected_revision
 
 v1::GetDesignResponse LinkageDesign::get() {
   v1::GetDesignRequest request;
-  request.set_session(session_);
+  request.set_session(session_.get(*client_));
   return client_->call(request);
 }
 
@@ -72,7 +72,7 @@ v1::DesignInfo LinkageDesign::wait_until_ended(Milliseconds timeout) {
     const std::optional<v1::DesignInfo> now = info();
     if (!now) {
       throw ClientError(v1::ERROR_CODE_FAILED_PRECONDITION, "session",
-                        "session " + session_ + " has no design");
+                        "session " + session_.name() + " has no design");
     }
     if (now->state() == v1::DESIGN_STATE_ENDED) return *now;
     const auto left = std::chrono::duration_cast<Milliseconds>(deadline - Clock::now());

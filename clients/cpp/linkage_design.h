@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "clients/cpp/client.h"
+#include "clients/cpp/session_reference.h"
 
 namespace limber::client {
 
@@ -45,7 +46,7 @@ class LinkageDesign {
   void act();
 
   Client* client_;
-  std::string session_;
+  SessionReference session_;
 };
 
 }  // namespace limber::client

@@ -25,7 +25,7 @@ class LinkageSession : public OpenSession {
  public:
   static constexpr double kStiffness = 1000;  // of springs to targets [N/m]
 
-  /// A session that is there already, of any client; nothing is sent.
+  /// A session that is there already, of any client, as NAME or NAME@UID; nothing is sent.
   LinkageSession(Client& client, std::string session);
   /// Opens a scene with a linkage and waits until it is in equilibrium.
   /// @param session  its name; empty: chosen by the server

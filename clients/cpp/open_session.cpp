@@ -16,7 +16,7 @@ v1::Vector3 message(const Vector& vector) {
 }
 
 OpenSession::OpenSession(Client& client, std::string session)
-    : client_(&client), session_(std::move(session)) {}
+    : client_(&client), session_(client, std::move(session)) {}
 
 v1::SessionStatus OpenSession::status() {
   v1::SessionStatus status = client_->call(request<v1::GetSessionRequest>()).status();
@@ -51,7 +51,7 @@ v1::EditResponse OpenSession::redo() {
 }
 
 v1::ResultInfo OpenSession::wait(Milliseconds timeout) {
-  return wait_final(*client_, session_, revision_, timeout);
+  return wait_final(*client_, reference(), revision_, timeout);
 }
 
 void OpenSession::cancel() { client_->call(request<v1::CancelRequest>()); }

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "clients/cpp/client.h"
+#include "clients/cpp/session_reference.h"
 
 namespace limber::client {
 
@@ -20,7 +21,9 @@ class OpenSession {
  public:
   static constexpr Milliseconds kPatience{600000};
 
-  [[nodiscard]] const std::string& id() const { return session_; }
+  [[nodiscard]] std::string id() const { return session_.name(); }
+  /// NAME@UID, by which requests reach this very session and never another one of its name.
+  [[nodiscard]] const std::string& reference() { return session_.get(*client_); }
   [[nodiscard]] std::uint64_t revision() const { return revision_; }  // newest made or seen here
   v1::SessionStatus status();
 
@@ -39,7 +42,8 @@ class OpenSession {
   void close();
 
  protected:
-  /// A session that is there already, of any client; nothing is sent.
+  /// A session that is there already, of any client, as NAME or NAME@UID; nothing is sent. Of a
+  /// name, the uid is asked for with the first request.
   OpenSession(Client& client, std::string session);
   ~OpenSession() = default;
   OpenSession(const OpenSession&) = default;
@@ -53,16 +57,16 @@ class OpenSession {
   [[nodiscard]] v1::Frames frames(v1::Encoding encoding);
   /// A request about this session.
   template <class Request>
-  [[nodiscard]] Request request() const {
+  [[nodiscard]] Request request() {
     Request result;
-    result.set_session(session_);
+    result.set_session(reference());
     return result;
   }
   [[nodiscard]] Client& client() { return *client_; }
 
  private:
   Client* client_;
-  std::string session_;
+  SessionReference session_;
   std::uint64_t revision_ = 0;
 };
 

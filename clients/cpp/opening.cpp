@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "clients/cpp/session_reference.h"
+
 namespace limber::client {
 namespace {
 
@@ -49,18 +51,19 @@ std::string open_session(Client& client, const v1::Scene& scene, const std::stri
   *request.mutable_scene() = scene;
   request.set_session(session);
   const auto opened = client.call(request, large(client));
+  const std::string reference = session_reference(opened.session(), opened.uid());
   try {
     wait_built(client, opened.job(), timeout);
   } catch (...) {
     try {
       v1::CloseSessionRequest close;
-      close.set_session(opened.session());
+      close.set_session(reference);
       client.call(close, large(client));
     } catch (const ClientError&) {  // why it was not built matters more
     }
     throw;
   }
-  return opened.session();
+  return reference;
 }
 
 v1::ResultInfo wait_final(Client& client, const std::string& session, std::uint64_t revision,

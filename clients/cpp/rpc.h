@@ -4,16 +4,14 @@
 
 namespace limber::client {
 
-/// Which member of Request's and Reply's body a request type is, at compile time. `kRepeatable`:
-/// sending it twice does no harm, so that it may be sent again if no answer comes.
+/// Which member of Request's and Reply's body a request type is, at compile time.
 template <class RequestBody>
 struct Rpc;
 
-#define LIMBER_RPC(Type, member, repeatable)                                        \
+#define LIMBER_RPC(Type, member)                                                    \
   template <>                                                                       \
   struct Rpc<v1::Type##Request> {                                                   \
     using Response = v1::Type##Response;                                            \
-    static constexpr bool kRepeatable = repeatable;                                 \
     static constexpr const char* kName = #member;                                   \
     static void put(v1::Request& r, const v1::Type##Request& body) {                \
       *r.mutable_##member() = body;                                                 \
@@ -22,36 +20,36 @@ struct Rpc;
     static Response take(v1::Reply& r) { return std::move(*r.mutable_##member()); } \
   };
 
-LIMBER_RPC(GetServerInfo, get_server_info, true)
-LIMBER_RPC(OpenSession, open_session, false)
-LIMBER_RPC(ListSessions, list_sessions, true)
-LIMBER_RPC(GetSession, get_session, true)
-LIMBER_RPC(CloseSession, close_session, false)
-LIMBER_RPC(Edit, edit, false)
-LIMBER_RPC(Wait, wait, true)
-LIMBER_RPC(GetMaterial, get_material, true)
-LIMBER_RPC(GetGeometry, get_geometry, true)
-LIMBER_RPC(GetFrames, get_frames, true)
-LIMBER_RPC(Export, export_, true)
-LIMBER_RPC(Cancel, cancel, true)
-LIMBER_RPC(SolveCold, solve_cold, false)
-LIMBER_RPC(ValidateScene, validate_scene, true)
-LIMBER_RPC(GetSample, get_sample, true)
-LIMBER_RPC(Tetrahedralize, tetrahedralize, false)
-LIMBER_RPC(Simulate, simulate, false)
-LIMBER_RPC(GetJob, get_job, true)
-LIMBER_RPC(ListJobs, list_jobs, true)
-LIMBER_RPC(StartDesign, start_design, false)
-LIMBER_RPC(ChangeDesign, change_design, true)
-LIMBER_RPC(PauseDesign, pause_design, false)
-LIMBER_RPC(ResumeDesign, resume_design, false)
-LIMBER_RPC(StopDesign, stop_design, false)
-LIMBER_RPC(TakeDesign, take_design, false)
-LIMBER_RPC(GetDesign, get_design, true)
-LIMBER_RPC(MakeStartingGrid, make_starting_grid, true)
-LIMBER_RPC(SolveBeams, solve_beams, false)
-LIMBER_RPC(GetBeamSolution, get_beam_solution, true)
-LIMBER_RPC(Shutdown, shutdown, false)
+LIMBER_RPC(GetServerInfo, get_server_info)
+LIMBER_RPC(OpenSession, open_session)
+LIMBER_RPC(ListSessions, list_sessions)
+LIMBER_RPC(GetSession, get_session)
+LIMBER_RPC(CloseSession, close_session)
+LIMBER_RPC(Edit, edit)
+LIMBER_RPC(Wait, wait)
+LIMBER_RPC(GetMaterial, get_material)
+LIMBER_RPC(GetGeometry, get_geometry)
+LIMBER_RPC(GetFrames, get_frames)
+LIMBER_RPC(Export, export_)
+LIMBER_RPC(Cancel, cancel)
+LIMBER_RPC(SolveCold, solve_cold)
+LIMBER_RPC(ValidateScene, validate_scene)
+LIMBER_RPC(GetSample, get_sample)
+LIMBER_RPC(Tetrahedralize, tetrahedralize)
+LIMBER_RPC(Simulate, simulate)
+LIMBER_RPC(GetJob, get_job)
+LIMBER_RPC(ListJobs, list_jobs)
+LIMBER_RPC(StartDesign, start_design)
+LIMBER_RPC(ChangeDesign, change_design)
+LIMBER_RPC(PauseDesign, pause_design)
+LIMBER_RPC(ResumeDesign, resume_design)
+LIMBER_RPC(StopDesign, stop_design)
+LIMBER_RPC(TakeDesign, take_design)
+LIMBER_RPC(GetDesign, get_design)
+LIMBER_RPC(MakeStartingGrid, make_starting_grid)
+LIMBER_RPC(SolveBeams, solve_beams)
+LIMBER_RPC(GetBeamSolution, get_beam_solution)
+LIMBER_RPC(Shutdown, shutdown)
 #undef LIMBER_RPC
 
 }  // namespace limber::client

@@ -6,6 +6,7 @@
 #include <chrono>
 #include <utility>
 
+#include "clients/cpp/session_reference.h"
 #include "clients/cpp/socket_monitor.h"
 
 namespace limber::client {
@@ -21,6 +22,7 @@ constexpr char kSubscribe = '+', kUnsubscribe = '-', kEnd = '.';
 
 Subscription::Subscription(Client& client, const std::string& endpoint)
     : client_(client),
+      instance_(client.instance()),
       socket_(client.context(), ZMQ_SUB),
       orders_(client.context(), ZMQ_PAIR),
       obeyed_(client.context(), ZMQ_PAIR),
@@ -126,6 +128,10 @@ std::optional<StreamEvent> Subscription::next(Milliseconds timeout) {
         std::max(Milliseconds{0},
                  std::chrono::ceil<Milliseconds>(deadline - std::chrono::steady_clock::now()));
     if (auto event = queue_.pop(std::min(left, kSlice))) {
+      if (!instance_.empty() && !event->message.instance().empty() &&
+          event->message.instance() != instance_)
+        throw ServerRestarted(v1::ERROR_CODE_RESTARTED, "",
+                              "limberd was restarted: sessions and jobs of before are gone");
       missed_ += event->missed;
       return event;
     }
@@ -137,12 +143,16 @@ std::string frames_topic(const std::string& session, v1::Encoding encoding) {
   const char* name = "coordinates";
   if (encoding == v1::ENCODING_POSITIONS) name = "positions";
   if (encoding == v1::ENCODING_POSITIONS_QUANTISED) name = "quantised";
-  return "session/" + session + "/body/0/" + name;
+  return "session/" + session_name(session) + "/body/0/" + name;
 }
 
-std::string status_topic(const std::string& session) { return "session/" + session + "/status"; }
+std::string status_topic(const std::string& session) {
+  return "session/" + session_name(session) + "/status";
+}
 
-std::string design_topic(const std::string& session) { return "session/" + session + "/design"; }
+std::string design_topic(const std::string& session) {
+  return "session/" + session_name(session) + "/design";
+}
 
 std::string reachable(const std::string& stream, const std::string& requests) {
   const std::string tcp = "tcp://";

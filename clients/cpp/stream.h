@@ -33,7 +33,8 @@ class Subscription {
 
   /// The next message of a subscribed topic, or nothing after the timeout. Bytes that are no
   /// message are skipped.
-  /// @throws ClientError CANCELLED if interrupted
+  /// @throws ClientError CANCELLED if interrupted; ServerRestarted for a message of another run of
+  /// limberd than the client had heard of when this was made
   [[nodiscard]] std::optional<StreamEvent> next(Milliseconds timeout);
 
   /// Messages lost so far, all topics, up to the one that was read last.
@@ -46,6 +47,7 @@ class Subscription {
   void receive();
 
   Client& client_;
+  const std::string instance_;
   zmq::socket_t socket_;                           // the thread's, once it runs
   zmq::socket_t orders_, obeyed_;                  // two ends: ours, the thread's
   std::map<std::string, std::uint64_t> sequence_;  // newest by topic; the thread's
@@ -54,7 +56,8 @@ class Subscription {
   std::thread thread_;
 };
 
-/// Topic of a session's frames in an encoding (UNSPECIFIED: coordinates).
+/// Topic of a session's frames in an encoding (UNSPECIFIED: coordinates). Sessions as NAME or
+/// NAME@UID.
 [[nodiscard]] std::string frames_topic(const std::string& session, v1::Encoding encoding);
 [[nodiscard]] std::string status_topic(const std::string& session);
 [[nodiscard]] std::string design_topic(const std::string& session);

@@ -77,7 +77,7 @@ SurfaceLinkage open_on_surface(Client& client, v1::MakeStartingGridRequest grid,
     throw;
   }
   v1::StartDesignRequest design;
-  design.set_session(opened.id());
+  design.set_session(opened.reference());
   *design.mutable_goal()->mutable_surface() = grid.surface();
   if (grid.has_placement()) *design.mutable_goal()->mutable_placement() = grid.placement();
   *design.mutable_fitted_points() = made.deployed().vertices();

@@ -32,9 +32,10 @@ void write_ready_file(const std::filesystem::path& path, const Server& server) {
   const std::filesystem::path aside = fmt::format("{}.{}", path.string(), ::getpid());
   {
     std::ofstream out(aside);
-    out << fmt::format("{{\"requests\": {}, \"stream\": {}, \"pid\": {}}}\n",
+    out << fmt::format("{{\"requests\": {}, \"stream\": {}, \"pid\": {}, \"instance\": {}}}\n",
                        json_string(server.request_endpoint()),
-                       json_string(server.stream_endpoint()), ::getpid());
+                       json_string(server.stream_endpoint()), ::getpid(),
+                       json_string(server.instance()));
     if (!out.flush())
       throw Error(ErrorCode::kIo, "--ready-file", path.string() + " cannot be written");
   }
@@ -92,8 +93,8 @@ int serve(const ServeOptions& options) {
   Server server(options.server);
   const Signals signals(server, options.curve_allow);
   write_ready_file(options.ready_file, server);
-  log::info("limberd {} ready: requests {}, stream {}", LIMBER_VERSION, server.request_endpoint(),
-            server.stream_endpoint());
+  log::info("limberd {} ready: requests {}, stream {}, instance {}", LIMBER_VERSION,
+            server.request_endpoint(), server.stream_endpoint(), server.instance());
   const Server::Ending ending = server.run();
   std::error_code ignored;
   if (!options.ready_file.empty()) std::filesystem::remove(options.ready_file, ignored);

@@ -25,6 +25,7 @@ constexpr int kPeekedFields =
     8;  // more than a request has: what is longer is not walked on arrival
 constexpr int kPeekedEdits = 70'000;  // the same of a body, which has at most 65,536 edits
 constexpr int kLongestName = 128;
+constexpr int kPeekedText = 64;  // bytes of Request.instance and Request.client
 
 /// The way down to a field; built on the stack, turned into text only when something is wrong.
 struct Step {
@@ -202,6 +203,18 @@ RequestPeek peek_request(std::string_view bytes) {
       if (!in.ReadVarint64(&value)) break;
       if (number == 1) peek.version = static_cast<std::uint32_t>(value);
       if (number == 2) peek.id = value;
+      continue;
+    }
+    const bool text = Wire::GetTagWireType(tag) == Wire::WIRETYPE_LENGTH_DELIMITED;
+    if (text && (number == 3 || number == 4)) {
+      int length = 0;
+      if (!in.ReadVarintSizeAsInt(&length)) break;
+      if (length > kPeekedText) {
+        peek.fault = fmt::format("{}: {} bytes, at most {} are allowed",
+                                 number == 3 ? "instance" : "client", length, kPeekedText);
+        return peek;
+      }
+      if (!in.ReadString(number == 3 ? &peek.instance : &peek.client, length)) break;
       continue;
     }
     if (number >= 10) peek.body = number;

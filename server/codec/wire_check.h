@@ -14,8 +14,9 @@ namespace limber::server {
 struct RequestPeek {
   std::uint64_t id = 0;  // 0 where none could be read
   std::uint32_t version = 0;
-  int body = 0;       // field number of the body; 0: none
-  std::string fault;  // why the bytes are no protobuf message; empty: they may be one
+  int body = 0;                  // field number of the body; 0: none
+  std::string instance, client;  // as given
+  std::string fault;             // why the bytes are no protobuf message; empty: they may be one
 };
 
 /// Reads only the first few outermost fields, in a time that does not depend on their length; never

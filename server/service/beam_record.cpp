@@ -6,8 +6,8 @@
 
 namespace limber::server {
 
-BeamRecord::BeamRecord(Hub& hub, std::string id, DecodedBeams opened, JobId open_job)
-    : Record(hub, std::move(id), opened.name, open_job), opened_(std::move(opened)) {}
+BeamRecord::BeamRecord(Hub& hub, SessionKey key, DecodedBeams opened, JobId open_job)
+    : Record(hub, std::move(key), opened.name, open_job), opened_(std::move(opened)) {}
 
 void BeamRecord::attach(std::shared_ptr<session::BeamSession> session) {
   const std::lock_guard lock(mutex_);

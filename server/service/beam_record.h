@@ -14,7 +14,7 @@ namespace limber::server {
 class BeamRecord final : public Record, public session::BeamListener {
  public:
   /// @param opened  as it was opened: what answers need that the session does not keep
-  BeamRecord(Hub& hub, std::string id, DecodedBeams opened, JobId open_job);
+  BeamRecord(Hub& hub, SessionKey key, DecodedBeams opened, JobId open_job);
 
   /// Right after the session is made. Before, answers come from what was opened alone.
   void attach(std::shared_ptr<session::BeamSession> session);

@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <boost/asio/post.hpp>
 
-#include "limber/v1/stream.pb.h"
 #include "server/log/log.h"
+#include "server/service/stream_message.h"
 
 namespace limber::server {
 namespace {
@@ -20,9 +20,8 @@ constexpr unsigned kCoordinates = 1, kAll = 7;
 
 }  // namespace
 
-FrameStreams::FrameStreams(Hub& hub, std::string session)
-    : hub_(hub), session_(std::move(session)) {
-  const std::string base = fmt::format("session/{}/body/0/", session_);
+FrameStreams::FrameStreams(Hub& hub, SessionKey session) : hub_(hub), session_(std::move(session)) {
+  const std::string base = fmt::format("session/{}/body/0/", session_.name);
   topics_ = {base + "coordinates", base + "positions", base + "quantised"};
 }
 
@@ -92,7 +91,7 @@ void FrameStreams::encode_due() {
         if (order) order.unlock();
       }
     } catch (const std::exception& fault) {  // out of memory: this publication is lost
-      log::error("frames of {}: {}", session_, fault.what());
+      log::error("frames of {}: {}", session_.name, fault.what());
     }
   }
 }
@@ -104,9 +103,7 @@ void FrameStreams::publish(std::size_t topic, const FrameSource& result) {
       static_cast<int>(std::clamp<std::uint64_t>(kChunkBytes / per_frame, 1, 1u << 30));
   std::vector<StreamBytes> messages;
   for (int first = 0; first < frames; first += std::min(step, frames - first)) {
-    proto::StreamMessage message;
-    message.set_version(1);
-    message.set_session(session_);
+    auto message = stream_message(hub_.run, session_.name, session_.uid);
     *message.mutable_frames() =
         result.encode(kEncodings[topic], {first, std::min(step, frames - first)});
     messages.push_back(message.SerializeAsString());

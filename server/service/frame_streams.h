@@ -16,7 +16,7 @@ namespace limber::server {
 /// subscribers. Thread-safe.
 class FrameStreams : public std::enable_shared_from_this<FrameStreams> {
  public:
-  FrameStreams(Hub& hub, std::string session);
+  FrameStreams(Hub& hub, SessionKey session);
 
   void note(const std::shared_ptr<const FrameSource>& result);
   /// Somebody subscribed to `prefix`: the newest frames of matching topics are sent again, so that
@@ -31,7 +31,7 @@ class FrameStreams : public std::enable_shared_from_this<FrameStreams> {
   void encode_due();
 
   Hub& hub_;
-  std::string session_;
+  const SessionKey session_;
   std::array<std::string, kTopics> topics_;
   std::mutex coordinates_;  // one publication at a time, so that none overtakes a newer one
   std::mutex mutex_;        // of what follows

@@ -52,12 +52,12 @@ proto::OpenSessionResponse Service::open_beams(const proto::OpenSessionRequest& 
   const auto name = sessions_.reserve(request.session());
   DecodedBeams structure = decode_beam_scene(request.scene(), "scene.", edge_loader());
   demand_beam_memory(structure.model, hub_.options.limits.session_bytes);
-  const std::string id = name->name();
-  const JobId job = start_open_job(id);
+  const std::string& id = name->key().name;
+  const JobId job = start_open_job(name->key());
   JobGuard guard(hub_.jobs, job);
   beams::BeamModel model = structure.model;
   std::optional<beams::BeamState> shape = structure.shape;
-  const auto record = std::make_shared<BeamRecord>(hub_, id, std::move(structure), job);
+  const auto record = std::make_shared<BeamRecord>(hub_, name->key(), std::move(structure), job);
   put(record);
   try {
     record->attach(std::make_shared<session::BeamSession>(
@@ -76,6 +76,7 @@ proto::OpenSessionResponse Service::open_beams(const proto::OpenSessionRequest& 
             record->opened().model.nodes.size(), record->opened().model.elements.size());
   proto::OpenSessionResponse response;
   response.set_session(id);
+  response.set_uid(name->key().uid);
   response.set_job(job);
   for (const auto& issue : session::beam_remarks(record->opened().model))
     *response.add_issues() = encode_issue(issue, "scene.beams.structure.");
@@ -118,7 +119,7 @@ proto::GetBeamSolutionResponse Service::get_beam_solution(
   if (const auto record = std::dynamic_pointer_cast<BeamRecord>(found))
     return beam_solution(*record);
   throw Error(ErrorCode::kFailedPrecondition, "session",
-              fmt::format("session '{}' is of {}: there is no solution of beams", request.session(),
+              fmt::format("session '{}' is of {}: there is no solution of beams", found->id(),
                           found->subject()));
 }
 

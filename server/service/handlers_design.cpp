@@ -26,8 +26,9 @@ auto with_design_fields(const Request& request, const Call& call) {
 std::shared_ptr<LinkageRecord> Service::find_linkage(const std::string& name) const {
   const auto record = sessions_.find(name);
   if (auto linkage = std::dynamic_pointer_cast<LinkageRecord>(record)) return linkage;
-  throw Error(ErrorCode::kFailedPrecondition, "session",
-              fmt::format("session '{}' is of {}: there is no design", name, record->subject()));
+  throw Error(
+      ErrorCode::kFailedPrecondition, "session",
+      fmt::format("session '{}' is of {}: there is no design", record->id(), record->subject()));
 }
 
 SurfaceLoader Service::surface_loader() const {
@@ -45,7 +46,7 @@ proto::StartDesignResponse Service::start_design(const proto::StartDesignRequest
   const auto record = find_linkage(request.session());
   const auto session = record->session();
   session::DesignRequest design = decode_design(request, surface_loader());
-  const JobId job = hub_.jobs.start("design", request.session(), [session] {
+  const JobId job = hub_.jobs.start("design", record->id(), [session] {
     try {
       session->stop_design();
     } catch (const std::exception& fault) {  // it has just ended

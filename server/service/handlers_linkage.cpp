@@ -42,11 +42,11 @@ proto::OpenSessionResponse Service::open_linkage(const proto::OpenSessionRequest
   const session::LinkageCheck sizes = check_linkage(linkage, hub_.options.limits.session_bytes);
   with_linkage_fields(message, "scene.", [&] { session::demand_sound(sizes); });
   const auto remarks = session::linkage_remarks(linkage);
-  const std::string id = name->name();
-  const JobId job = start_open_job(id);
+  const std::string& id = name->key().name;
+  const JobId job = start_open_job(name->key());
   JobGuard guard(hub_.jobs, job);
-  const auto record =
-      std::make_shared<LinkageRecord>(hub_, describe(id, message, linkage, sizes), job);
+  const auto record = std::make_shared<LinkageRecord>(hub_, name->key(),
+                                                      describe(id, message, linkage, sizes), job);
   session::LinkageLimits limits;
   limits.max_targets = static_cast<int>(hub_.options.limits.constraints);
   put(record);
@@ -69,6 +69,7 @@ proto::OpenSessionResponse Service::open_linkage(const proto::OpenSessionRequest
   log::info("session {} opened: {} segments, {} joints", id, sizes.segments, sizes.joints);
   proto::OpenSessionResponse response;
   response.set_session(id);
+  response.set_uid(name->key().uid);
   response.set_job(job);
   for (scene::Issue issue : remarks) {
     issue.field = linkage_field_in(message, issue.field);

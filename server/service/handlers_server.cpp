@@ -8,6 +8,7 @@ namespace limber::server {
 proto::GetServerInfoResponse Service::server_info() const {
   proto::GetServerInfoResponse info;
   info.set_server_version(LIMBER_VERSION);
+  info.set_instance(hub_.run.instance);
   info.add_protocol_versions(1);
   info.set_stream_endpoint(hub_.transport.stream_endpoint());
   const auto& given = hub_.options.limits;
@@ -29,6 +30,7 @@ proto::GetServerInfoResponse Service::server_info() const {
   out["malformed"] = counters.malformed.load();
   out["dropped_requests"] = counters.dropped_requests.load();
   out["dropped_replies"] = counters.dropped_replies.load();
+  out["repeated_requests"] = counters.repeated_requests.load();
   out["published"] = counters.published.load();
   out["replaced"] = counters.replaced.load();
   out["forced"] = counters.forced.load();

@@ -76,16 +76,17 @@ void close_quietly(Record& record) {
 std::shared_ptr<SessionRecord> Service::find_body(const std::string& name, const char* what) const {
   const auto record = sessions_.find(name);
   if (auto body = std::dynamic_pointer_cast<SessionRecord>(record)) return body;
-  throw Error(ErrorCode::kFailedPrecondition, "session",
-              fmt::format("session '{}' is of {}: there is no {}", name, record->subject(), what));
+  throw Error(
+      ErrorCode::kFailedPrecondition, "session",
+      fmt::format("session '{}' is of {}: there is no {}", record->id(), record->subject(), what));
 }
 
-JobId Service::start_open_job(const std::string& id) {
-  return hub_.jobs.start("open_session", id, [this, id] {
+JobId Service::start_open_job(const SessionKey& key) {
+  return hub_.jobs.start("open_session", key.name, [this, reference = key.reference()] {
     try {
-      sessions_.find(id)->cancel();
+      sessions_.find(reference)->cancel();
     } catch (const std::exception& fault) {
-      log::debug("cancelling {}: {}", id, fault.what());
+      log::debug("cancelling {}: {}", reference, fault.what());
     }
   });
 }
@@ -103,11 +104,11 @@ proto::OpenSessionResponse Service::open(const proto::OpenSessionRequest& reques
   for (auto& issue : remarks(request.scene(), decoded, "scene."))
     *response.add_issues() = std::move(issue);
   demand_memory(decoded.scene, scene_limits(hub_.options.limits));
-  const std::string id = name->name();
-  const JobId job = start_open_job(id);
+  const std::string& id = name->key().name;
+  const JobId job = start_open_job(name->key());
   JobGuard guard(hub_.jobs, job);
-  const auto record =
-      std::make_shared<SessionRecord>(hub_, describe(id, request.scene(), decoded.scene), job);
+  const auto record = std::make_shared<SessionRecord>(
+      hub_, name->key(), describe(id, request.scene(), decoded.scene), job);
   session::SessionOptions options;
   options.max_constraints = static_cast<int>(hub_.options.limits.constraints);
   put(record);
@@ -131,6 +132,7 @@ proto::OpenSessionResponse Service::open(const proto::OpenSessionRequest& reques
   log::info("session {} opened: {} nodes, {} tets, {} frames", id, record->opened().nodes,
             record->opened().tets, record->opened().frames);
   response.set_session(id);
+  response.set_uid(name->key().uid);
   response.set_job(job);
   return response;
 }
@@ -248,7 +250,7 @@ proto::CancelResponse Service::cancel(const proto::CancelRequest& request) {
 proto::SolveColdResponse Service::solve_cold(const proto::SolveColdRequest& request) {
   const auto record = find_body(request.session(), "cold solve");
   const auto session = record->session();
-  const JobId job = hub_.jobs.start("solve_cold", request.session(), [record] {
+  const JobId job = hub_.jobs.start("solve_cold", record->id(), [record] {
     try {
       record->cancel();
     } catch (const std::exception& fault) {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <thread>
 
-#include "limber/v1/stream.pb.h"
+#include "server/service/stream_message.h"
 
 namespace limber::server {
 namespace {
@@ -24,17 +24,16 @@ std::size_t session_threads(const ServerOptions& options) {
 Hub::Hub(ServerOptions given)
     : options(validated(std::move(given))),
       transport(options.transport, counters),
-      jobs(control, options.limits.jobs,
-           [this](const proto::JobStatus& status) { publish_job(status); }),
+      jobs(
+          control, options.limits.jobs,
+          [this](const proto::JobStatus& status) { publish_job(status); }, run.first_id),
       cache(std::make_shared<session::ModelCache>(options.cache_folder)),
       session_pool(session_threads(options)),
       request_pool(static_cast<std::size_t>(options.request_threads)) {}
 
 void Hub::publish_job(const proto::JobStatus& status) {
   if (!transport.wanted(kJobsTopic)) return;
-  proto::StreamMessage message;
-  message.set_version(1);
-  message.set_session(status.session());
+  auto message = stream_message(run, status.session(), 0);
   *message.mutable_job() = status;
   transport.publish(kJobsTopic, {message.SerializeAsString()});
 }

@@ -8,6 +8,7 @@
 #include "server/service/job_registry.h"
 #include "server/service/open_requests.h"
 #include "server/service/options.h"
+#include "server/service/run.h"
 #include "server/transport/transport.h"
 
 namespace limber::server {
@@ -18,6 +19,8 @@ struct Hub {
   void publish_job(const proto::JobStatus& status);
 
   ServerOptions options;
+  const Run run = Run::begin();
+  RunIds session_ids{run.first_id};
   Counters counters;
   boost::asio::io_context control{1};  // timers and signals, one thread
   Transport transport;

@@ -21,7 +21,7 @@ JobId JobRegistry::start(const std::string& kind, const std::string& session, Ca
   {
     const std::lock_guard lock(mutex_);
     if (running_ >= limit_) throw limit_exceeded("", "running jobs", limit_, running_ + 1);
-    id = ++last_;
+    id = ids_.next();
     Job& job = jobs_[id];
     job.status.set_job(id);
     job.status.set_kind(kind);
@@ -119,6 +119,8 @@ void JobRegistry::cancel(JobId id) {
 
 const JobRegistry::Job& JobRegistry::find(JobId id) const {
   const auto it = jobs_.find(id);
+  if (it == jobs_.end() && ids_.is_of_another_run(id))
+    throw restarted("job", fmt::format("job {}", id));
   if (it == jobs_.end())
     throw Refusal(proto::ERROR_CODE_NOT_FOUND, "job", fmt::format("there is no job {}", id));
   return it->second;

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "engine/session/session.h"
+#include "server/service/run.h"
 #include "server/service/ticket.h"
 #include "server/service/timers.h"
 
@@ -48,8 +49,10 @@ class JobRegistry {
   using Told = std::function<void(const proto::JobStatus&)>;
   using Cancel = std::function<void()>;
 
-  JobRegistry(boost::asio::io_context& control, std::uint32_t limit, Told told)
-      : control_(control), limit_(limit), told_(std::move(told)) {}
+  /// @param first_id  ids are greater
+  JobRegistry(boost::asio::io_context& control, std::uint32_t limit, Told told,
+              std::uint64_t first_id = 0)
+      : control_(control), limit_(limit), told_(std::move(told)), ids_(first_id) {}
 
   /// @param cancel  what to do when somebody asks the job to stop; called without locks
   /// @throws Refusal LIMIT_EXCEEDED when as many are running as may
@@ -62,7 +65,8 @@ class JobRegistry {
   /// @throws Refusal NOT_FOUND; a job that has ended is left as it is
   void cancel(JobId job);
 
-  [[nodiscard]] proto::JobStatus status(JobId job) const;  // throws Refusal NOT_FOUND
+  /// @throws Refusal NOT_FOUND; RESTARTED for a job of another run, as all calls with a job
+  [[nodiscard]] proto::JobStatus status(JobId job) const;
   [[nodiscard]] std::vector<proto::JobStatus> list() const;
   /// Tells of every running job once more, for a listener that has just come.
   void tell_running() const;
@@ -105,7 +109,7 @@ class JobRegistry {
   std::map<JobId, Job> jobs_;
   std::deque<JobId> finished_;  // oldest first
   std::deque<JobId> motions_;   // of these, those whose motion is kept
-  JobId last_ = 0;
+  RunIds ids_;
   std::uint32_t running_ = 0;
 };
 

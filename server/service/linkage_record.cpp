@@ -4,14 +4,14 @@
 
 #include <utility>
 
-#include "limber/v1/stream.pb.h"
 #include "server/codec/design.h"
 #include "server/codec/linkage_result.h"
+#include "server/service/stream_message.h"
 
 namespace limber::server {
 
-LinkageRecord::LinkageRecord(Hub& hub, Opened opened, JobId open_job)
-    : Record(hub, opened.id, opened.name, open_job),
+LinkageRecord::LinkageRecord(Hub& hub, SessionKey key, Opened opened, JobId open_job)
+    : Record(hub, std::move(key), opened.name, open_job),
       opened_(std::move(opened)),
       design_topic_(fmt::format("session/{}/design", opened_.id)) {}
 
@@ -83,9 +83,7 @@ void LinkageRecord::on_design(const std::shared_ptr<const session::DesignInfo>& 
 
 void LinkageRecord::publish_design(const session::DesignInfo& info) {
   if (!hub_.transport.wanted(design_topic_)) return;
-  proto::StreamMessage message;
-  message.set_version(1);
-  message.set_session(id());
+  auto message = stream_message(hub_.run, id(), key().uid);
   *message.mutable_design() = encode_design(info, opened_.length_unit);
   hub_.transport.publish(design_topic_, {message.SerializeAsString()});
 }

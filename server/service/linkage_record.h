@@ -19,7 +19,7 @@ class LinkageRecord final : public Record, public session::LinkageListener {
     int joints = 0, segments = 0;
     double length_unit = 1;
   };
-  LinkageRecord(Hub& hub, Opened opened, JobId open_job);
+  LinkageRecord(Hub& hub, SessionKey key, Opened opened, JobId open_job);
 
   /// Right after the session is made. Before, answers come from `Opened` alone.
   void attach(std::shared_ptr<session::LinkageSession> session);

@@ -4,20 +4,20 @@
 
 #include <utility>
 
-#include "limber/v1/stream.pb.h"
 #include "server/codec/errors.h"
 #include "server/codec/result.h"
 #include "server/log/log.h"
+#include "server/service/stream_message.h"
 
 namespace limber::server {
 
-Record::Record(Hub& hub, std::string id, std::string name, JobId open_job)
+Record::Record(Hub& hub, SessionKey key, std::string name, JobId open_job)
     : hub_(hub),
       waiters_(hub.control),
-      streams_(std::make_shared<FrameStreams>(hub, id)),
-      id_(std::move(id)),
+      streams_(std::make_shared<FrameStreams>(hub, key)),
+      key_(std::move(key)),
       name_(std::move(name)),
-      status_topic_(fmt::format("session/{}/status", id_)),
+      status_topic_(fmt::format("session/{}/status", id())),
       open_job_(open_job) {}
 
 bool Record::failed() const {
@@ -26,22 +26,24 @@ bool Record::failed() const {
 }
 
 Error Record::closed() const {
-  return {ErrorCode::kNotFound, "session", fmt::format("session '{}' is closed", id_)};
+  return {ErrorCode::kNotFound, "session", fmt::format("session '{}' is closed", id())};
 }
 
 void Record::close() {
   close_session();
   end(Error(ErrorCode::kFailedPrecondition, "session",
-            fmt::format("session '{}' was closed", id_)));
+            fmt::format("session '{}' was closed", id())));
 }
 
 proto::SessionStatus Record::status() const {
   proto::SessionStatus status;
-  status.set_session(id_);
+  status.set_session(id());
   status.set_name(name_);
+  status.set_uid(key_.uid);
   {
     const std::lock_guard lock(mutex_);
     status.set_state(encode_state(state_));
+    status.set_server_stopped(state_ == session::State::kClosed && hub_.stopping.load());
     status.set_message(message_);
     if (newest_info_) *status.mutable_result() = *newest_info_;
     if (state_ == session::State::kBuilding)
@@ -125,7 +127,7 @@ void Record::note_state(session::State state, const std::string& message) {
     attached = is_attached();
     cancelled = std::exchange(build_cancelled_, false);
   }
-  log::info("session {} {}{}{}", id_, proto::SessionState_Name(encode_state(state)),
+  log::info("session {} {}{}{}", id(), proto::SessionState_Name(encode_state(state)),
             message.empty() ? "" : ": ", message);
   if (state == session::State::kFailed) {
     const Error fault(ErrorCode::kFailedPrecondition, "",
@@ -163,9 +165,7 @@ void Record::note_result(const std::shared_ptr<const proto::ResultInfo>& info,
 
 void Record::publish_status() {
   if (!hub_.transport.wanted(status_topic_)) return;
-  proto::StreamMessage message;
-  message.set_version(1);
-  message.set_session(id_);
+  auto message = stream_message(hub_.run, id(), key_.uid);
   *message.mutable_status() = status();
   hub_.transport.publish(status_topic_, {message.SerializeAsString()});
 }

@@ -21,12 +21,13 @@ namespace limber::server {
 class Record : public std::enable_shared_from_this<Record> {
  public:
   /// The job of the building is told how it goes.
-  Record(Hub& hub, std::string id, std::string name, JobId open_job);
+  Record(Hub& hub, SessionKey key, std::string name, JobId open_job);
   virtual ~Record() = default;
   Record(const Record&) = delete;
   Record& operator=(const Record&) = delete;
 
-  [[nodiscard]] const std::string& id() const { return id_; }
+  [[nodiscard]] const std::string& id() const { return key_.name; }
+  [[nodiscard]] const SessionKey& key() const { return key_; }
   /// For messages: what a session of this kind is of.
   [[nodiscard]] virtual const char* subject() const = 0;
   /// The build failed or was cancelled, and nobody has asked for another.
@@ -89,7 +90,8 @@ class Record : public std::enable_shared_from_this<Record> {
   [[nodiscard]] std::vector<JobId> take_jobs();
   [[nodiscard]] std::optional<JobId> take_job(std::optional<JobId>& job);
 
-  const std::string id_, name_, status_topic_;
+  const SessionKey key_;
+  const std::string name_, status_topic_;
   session::Progress progress_;
   std::shared_ptr<const proto::ResultInfo> newest_info_;
   bool build_cancelled_ = false;

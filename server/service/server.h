@@ -27,6 +27,8 @@ class Server {
   [[nodiscard]] const std::string& stream_endpoint() const {
     return hub_.transport.stream_endpoint();
   }
+  /// Of this run.
+  [[nodiscard]] const std::string& instance() const { return hub_.run.instance; }
   /// Timers and signals run here.
   [[nodiscard]] boost::asio::io_context& control() { return hub_.control; }
   [[nodiscard]] const Counters& counters() const { return hub_.counters; }

@@ -45,6 +45,40 @@ bool is_heavy(int body) {
   }
 }
 
+/// Requests that leave something behind: done once, however often they come.
+bool changes_something(int body) {
+  switch (body) {
+    case proto::Request::kOpenSession:
+    case proto::Request::kCloseSession:
+    case proto::Request::kEdit:
+    case proto::Request::kCancel:
+    case proto::Request::kSolveCold:
+    case proto::Request::kTetrahedralize:
+    case proto::Request::kSimulate:
+    case proto::Request::kRecover:
+    case proto::Request::kStartDesign:
+    case proto::Request::kChangeDesign:
+    case proto::Request::kPauseDesign:
+    case proto::Request::kResumeDesign:
+    case proto::Request::kStopDesign:
+    case proto::Request::kTakeDesign:
+    case proto::Request::kSolveBeams:
+    case proto::Request::kShutdown:
+      return true;
+    default:
+      return false;
+  }
+}
+
+/// By what the client calls itself, else by its connection, proxies included.
+std::string client_of(const Address& address, const RequestPeek& peek) {
+  if (!peek.client.empty()) return "client " + peek.client;
+  std::string connection = "connection";
+  for (const auto& frame : address.envelope)
+    connection += fmt::format(" {}:", frame.size()) + frame;
+  return connection;
+}
+
 /// An edit may bring poses as files.
 bool reads_files(const proto::Request& request) {
   const auto& edits = request.edit().edits();
@@ -103,7 +137,7 @@ Service::Service(Hub& hub, std::function<void()> request_stop)
     : hub_(hub),
       request_stop_(std::move(request_stop)),
       meshes_(hub.options.mesh_roots, mesh_read_limits(hub.options.limits)),
-      sessions_(hub.options.limits.sessions),
+      sessions_(hub.options.limits.sessions, hub.run, hub.session_ids),
       heavy_(hub.request_pool, hub.options.request_threads, hub.options.limits.queued_request_bytes,
              [this](HeavyRequests::Request request) { work_on(std::move(request)); }) {}
 
@@ -111,14 +145,16 @@ void Service::handle(Address address, zmq::message_t payload) noexcept try {
   const RequestPeek peek = peek_request(payload.to_string_view());
   const Address original = address;
   const auto ticket = std::make_shared<Ticket>(hub_.transport, hub_.counters, hub_.open_requests,
-                                               std::move(address), peek.id);
+                                               std::move(address), peek.id, hub_.run.instance);
   try {
     if (payload.size() > hub_.options.transport.message_bytes) {
       throw limit_exceeded("", "bytes of a request", hub_.options.transport.message_bytes,
                            payload.size());
     }
     check_envelope(original, peek);
+    if (!peek.instance.empty() && peek.instance != hub_.run.instance) throw restarted("", "");
     if (hub_.stopping.load()) throw shutting_down();
+    if (came_before(ticket, original, peek, payload)) return;
     dispatch(ticket, peek.body, std::move(payload));
   } catch (const Refusal& refusal) {
     if (refusal.code() == proto::ERROR_CODE_MALFORMED)
@@ -132,10 +168,42 @@ void Service::handle(Address address, zmq::message_t payload) noexcept try {
   log::error("request dropped: {}", fault.what());
 }
 
+bool Service::came_before(const SharedTicket& ticket, const Address& address,
+                          const RequestPeek& peek, const zmq::message_t& payload) {
+  if (peek.id == 0 || !changes_something(peek.body)) return false;
+  RequestKey key{client_of(address, peek), peek.id};
+  auto finding = replies_.begin(key, content_hash(payload.to_string_view()), ticket,
+                                StoredReplies::Clock::now());
+  using Verdict = StoredReplies::Verdict;
+  switch (finding.verdict) {
+    case Verdict::kNew:
+      ticket->keep_reply(replies_, std::move(key));
+      return false;
+    case Verdict::kDifferent:
+      throw invalid("id", fmt::format("request id {} was used for another request: every request "
+                                      "that changes something needs an id of its own (or 0)",
+                                      peek.id));
+    case Verdict::kTooLarge:
+      throw Refusal(proto::ERROR_CODE_FAILED_PRECONDITION, "id",
+                    fmt::format("request {} was answered before, and its reply was too large to "
+                                "be kept",
+                                peek.id));
+    case Verdict::kAnswered:
+      ticket->answer_again(std::move(finding.reply));
+      break;
+    case Verdict::kRunning:
+      break;
+  }
+  hub_.counters.repeated_requests.fetch_add(1, std::memory_order_relaxed);
+  return true;
+}
+
 void Service::dispatch(const SharedTicket& ticket, int body, zmq::message_t payload) {
   const bool large = payload.size() > kLightBytes;
   const bool is_edit = body == proto::Request::kEdit;
-  const std::string session = peek_session(payload.to_string_view(), body);
+  // Of NAME and NAME@UID the name: requests of both are in one order.
+  std::string session = peek_session(payload.to_string_view(), body);
+  session.resize(std::min(session.size(), session.find('@')));
   // Behind edits of the session that wait for a thread: what is sent after them finds them made.
   const bool is_behind = !session.empty() && heavy_.is_busy(session);
   if (!is_heavy(body) && !(large && is_edit)) {
@@ -288,7 +356,15 @@ void Service::subscribed(const std::string& prefix) {
 }
 
 void Service::gone(const std::string& client) {
-  for (auto& request : heavy_.take(client)) request.ticket->abandon();
+  for (auto& request : heavy_.take(client)) {
+    const auto heir = request.ticket->abandon();
+    if (!heir) continue;
+    try {
+      heavy_.add({heir, std::move(request.payload), std::move(request.session)});
+    } catch (const Refusal& refusal) {
+      heir->refuse(refusal);
+    }
+  }
 }
 
 void Service::disconnected(const std::string& client) {
@@ -329,6 +405,7 @@ std::string Service::overflow_reply(const Address& address,
   proto::Reply reply;
   reply.set_version(kVersion);
   reply.set_id(address.request_id);
+  reply.set_instance(hub_.run.instance);
   *reply.mutable_error() = error_to_proto(Refusal(
       proto::ERROR_CODE_LIMIT_EXCEEDED, "",
       fmt::format("With this reply {} would have {} bytes of unread replies (limit {}); read "

@@ -10,10 +10,12 @@
 #include "server/codec/design.h"
 #include "server/codec/linkage.h"
 #include "server/codec/scene.h"
+#include "server/codec/wire_check.h"
 #include "server/service/heavy_requests.h"
 #include "server/service/hub.h"
 #include "server/service/mesh_sources.h"
 #include "server/service/session_registry.h"
+#include "server/service/stored_replies.h"
 #include "server/service/ticket.h"
 
 namespace limber::server {
@@ -49,6 +51,10 @@ class Service {
  private:
   using Request = proto::Request;
 
+  /// Whether the request came before: then its reply is sent again, or will be when it is there.
+  /// @throws Refusal for another request under the id of an earlier one
+  [[nodiscard]] bool came_before(const SharedTicket& ticket, const Address& address,
+                                 const RequestPeek& peek, const zmq::message_t& payload);
   void dispatch(const SharedTicket& ticket, int body, zmq::message_t payload);
   void work_on(HeavyRequests::Request request);
   void answer(const SharedTicket& ticket, const Request& request);
@@ -67,7 +73,7 @@ class Service {
   /// @throws Error{kFailedPrecondition, "session"} for a session that is of no body
   [[nodiscard]] std::shared_ptr<SessionRecord> find_body(const std::string& name,
                                                          const char* what) const;
-  [[nodiscard]] JobId start_open_job(const std::string& id);
+  [[nodiscard]] JobId start_open_job(const SessionKey& key);
   void put(const std::shared_ptr<Record>& record);
 
   // handlers_linkage.cpp
@@ -142,6 +148,7 @@ class Service {
   std::function<void()> request_stop_;
   MeshSources meshes_;
   SessionRegistry sessions_;
+  StoredReplies replies_;
   HeavyRequests heavy_;
 };
 

@@ -19,8 +19,8 @@ std::shared_ptr<const session::Geometry> geometry_of(const session::Session& ses
   return geometry;
 }
 
-SessionRecord::SessionRecord(Hub& hub, Opened opened, JobId open_job)
-    : Record(hub, opened.id, opened.name, open_job), opened_(std::move(opened)) {}
+SessionRecord::SessionRecord(Hub& hub, SessionKey key, Opened opened, JobId open_job)
+    : Record(hub, std::move(key), opened.name, open_job), opened_(std::move(opened)) {}
 
 void SessionRecord::attach(std::shared_ptr<session::Session> session) {
   const std::size_t constraints = session->constraints().size();

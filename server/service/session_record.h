@@ -26,7 +26,7 @@ class SessionRecord final : public Record, public session::Listener {
     int keyframe_rows = 0;    // of the solver, at most
     std::uint64_t bytes = 0;  // estimated memory without constraints and keyframes
   };
-  SessionRecord(Hub& hub, Opened opened, JobId open_job);
+  SessionRecord(Hub& hub, SessionKey key, Opened opened, JobId open_job);
 
   /// Right after the session is made. Before, answers come from `Opened` alone.
   void attach(std::shared_ptr<session::Session> session);

@@ -43,9 +43,9 @@ std::unique_ptr<SessionRegistry::Reservation> SessionRegistry::reserve(const std
   if (open >= limit_) throw limit_exceeded("", "open sessions", limit_, open + 1);
   std::string name = wanted;
   while (name.empty() || (name != wanted && (sessions_.count(name) + reserved_.count(name)) > 0))
-    name = fmt::format("session-{}", ++last_);
+    name = fmt::format("session-{}-{}", names_of_run_, ++last_);
   reserved_.insert(name);
-  return std::make_unique<Reservation>(*this, name);
+  return std::make_unique<Reservation>(*this, SessionKey{name, ids_.next()});
 }
 
 void SessionRegistry::release(const std::string& name) {
@@ -88,10 +88,17 @@ std::vector<std::shared_ptr<Record>> SessionRegistry::put(const std::shared_ptr<
   return gone;
 }
 
-std::shared_ptr<Record> SessionRegistry::find(const std::string& name) const {
+std::shared_ptr<Record> SessionRegistry::find(const std::string& reference) const {
+  const SessionKey wanted = SessionKey::parse(reference);
+  if (ids_.is_of_another_run(wanted.uid))
+    throw restarted("session", fmt::format("session '{}'", wanted.name));
   const std::lock_guard lock(mutex_);
-  const auto it = sessions_.find(name);
-  if (it == sessions_.end()) throw not_found(name);
+  const auto it = sessions_.find(wanted.name);
+  if (it == sessions_.end()) throw not_found(wanted.name);
+  if (wanted.uid != 0 && it->second.record->key().uid != wanted.uid) {
+    throw Refusal(proto::ERROR_CODE_NOT_FOUND, "session",
+                  fmt::format("session '{}' was closed; another one has its name", wanted.name));
+  }
   return it->second.record;
 }
 

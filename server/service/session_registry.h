@@ -18,24 +18,25 @@ namespace limber::server {
 /// when its place is needed.
 class SessionRegistry {
  public:
-  explicit SessionRegistry(std::uint32_t limit) : limit_(limit) {}
+  SessionRegistry(std::uint32_t limit, const Run& run, RunIds& ids)
+      : limit_(limit), names_of_run_(run.instance.substr(0, 8)), ids_(ids) {}
 
   /// A name taken while its session is being made; given back unless a record is put under it.
   class Reservation {
    public:
-    Reservation(SessionRegistry& registry, std::string name)
-        : registry_(registry), name_(std::move(name)) {}
-    ~Reservation() { registry_.release(name_); }
+    Reservation(SessionRegistry& registry, SessionKey key)
+        : registry_(registry), key_(std::move(key)) {}
+    ~Reservation() { registry_.release(key_.name); }
     Reservation(const Reservation&) = delete;
     Reservation& operator=(const Reservation&) = delete;
-    [[nodiscard]] const std::string& name() const { return name_; }
+    [[nodiscard]] const SessionKey& key() const { return key_; }
 
    private:
     SessionRegistry& registry_;
-    std::string name_;
+    SessionKey key_;
   };
 
-  /// @param wanted  1 to 64 of [A-Za-z0-9._-]; empty: chosen here
+  /// @param wanted  1 to 64 of [A-Za-z0-9._-]; empty: chosen here, never to be reused
   /// Changes nothing that others see: the scene may still be refused.
   /// @throws Refusal INVALID_ARGUMENT, ALREADY_EXISTS, LIMIT_EXCEEDED
   [[nodiscard]] std::unique_ptr<Reservation> reserve(const std::string& wanted);
@@ -43,8 +44,10 @@ class SessionRegistry {
   /// @returns failed ones that had to go, for the caller to close
   /// @throws Refusal as reserve() does, where a failed session was taken up again meanwhile
   [[nodiscard]] std::vector<std::shared_ptr<Record>> put(const std::shared_ptr<Record>& record);
-  /// @throws Refusal NOT_FOUND
-  [[nodiscard]] std::shared_ptr<Record> find(const std::string& name) const;
+  /// @param reference  NAME or NAME@UID
+  /// @throws Refusal NOT_FOUND, also where the name is another session's by now; RESTARTED for a
+  /// UID of another run
+  [[nodiscard]] std::shared_ptr<Record> find(const std::string& reference) const;
   /// Unless its name is another's by now.
   void remove(const Record& record);
   [[nodiscard]] std::vector<std::shared_ptr<Record>> all() const;
@@ -60,6 +63,8 @@ class SessionRegistry {
   [[nodiscard]] Sessions::iterator oldest_failed();
 
   const std::uint32_t limit_;
+  const std::string names_of_run_;  // in names that are chosen here
+  RunIds& ids_;
   mutable std::mutex mutex_;
   Sessions sessions_;
   std::set<std::string> reserved_;

@@ -7,6 +7,7 @@
 
 #include "limber/v1/service.pb.h"
 #include "server/service/open_requests.h"
+#include "server/service/stored_replies.h"
 #include "server/transport/transport.h"
 
 namespace limber::server {
@@ -18,8 +19,9 @@ namespace proto = limber::v1;
 /// nobody waits forever.
 class Ticket {
  public:
+  /// @param instance  of the run, for the reply
   Ticket(Transport& transport, Counters& counters, OpenRequests& open, Address address,
-         std::uint64_t id);
+         std::uint64_t id, std::string instance = "");
   ~Ticket();
   Ticket(const Ticket&) = delete;
   Ticket& operator=(const Ticket&) = delete;
@@ -28,18 +30,31 @@ class Ticket {
   bool answer(proto::Reply reply);
   /// @param prefix  for fields the engine named, e.g. "scene."
   bool refuse(const std::exception& fault, const std::string& prefix = "");
+  /// From now on its end is told to `replies`. Before it is shared.
+  void keep_reply(StoredReplies& replies, RequestKey key);
+  /// The bytes of a reply that the same request got before.
+  void answer_again(std::string reply);
   /// For a client that is gone: nothing is sent.
-  void abandon();
+  /// @returns the ticket that the request belongs to now, where the client repeated it on another
+  /// connection; else null
+  std::shared_ptr<Ticket> abandon();
+  /// A repetition to which another ticket's reply will go.
+  void absorb();
   [[nodiscard]] const std::string& client() const { return client_; }
   [[nodiscard]] bool answered() const { return answered_.load(); }
 
  private:
+  void deliver(std::string reply);
+
   Transport& transport_;
   Counters& counters_;
   OpenRequests& open_;
   const std::string client_;  // its routing id
   Address address_;
   std::uint64_t id_;
+  const std::string instance_;
+  StoredReplies* replies_ = nullptr;
+  RequestKey key_;
   std::atomic<bool> answered_{false};
 };
 

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 
 #include "clients/cpp/opening.h"
+#include "clients/cpp/session_reference.h"
 #include "tests/clients/fake_router.h"
 #include "tests/clients/refusal.h"
 
@@ -71,13 +72,88 @@ TEST(Client, ARefusalCarriesCodeFieldMessageAndDetails) {
   EXPECT_EQ(error.details().at("limit"), "120");
 }
 
-TEST(Client, ASilentServerIsAskedTwiceForWhatMayBeRepeatedAndOnceForAnEdit) {
-  FakeRouter router([](const v1::Request&) { return std::vector<std::string>{}; });
+TEST(Client, ASilentServerIsAskedTwiceUnderOneIdAndOnceToShutDown) {
+  std::vector<std::string> seen;
+  FakeRouter router([&](const v1::Request& request) {
+    seen.push_back(request.SerializeAsString());
+    return std::vector<std::string>{};
+  });
   Client client(router.requests(), impatient());
-  EXPECT_THROW(client.call(v1::ListJobsRequest{}), Unreachable);
-  EXPECT_EQ(router.seen(), 2);
   EXPECT_THROW(client.call(v1::EditRequest{}), Unreachable);
+  EXPECT_EQ(router.seen(), 2);
+  ASSERT_EQ(seen.size(), 2u);
+  EXPECT_EQ(seen[0], seen[1]);
+  v1::Request request;
+  ASSERT_TRUE(request.ParseFromString(seen[0]));
+  EXPECT_EQ(request.client().size(), 32u);
+  EXPECT_THROW(client.call(v1::ShutdownRequest{}), Unreachable);
   EXPECT_EQ(router.seen(), 3);
+}
+
+/// Answers as one run of limberd after another.
+struct ClientOfARestartedServer : ::testing::Test {
+  std::vector<std::string> answer(const v1::Request& request) {
+    last = request;
+    v1::Reply reply = session_reply("cup");
+    reply.set_instance(instance);
+    reply.mutable_get_session()->mutable_status()->set_uid(uid);
+    const bool is_stale = !request.instance().empty() && request.instance() != instance;
+    const std::string& session = request.get_session().session();
+    if (is_stale || (session.starts_with("cup@") && session != "cup@" + std::to_string(uid))) {
+      reply.mutable_error()->set_code(v1::ERROR_CODE_RESTARTED);
+      reply.mutable_error()->set_message("the server was restarted");
+    } else if (request.has_open_session()) {
+      reply.mutable_open_session()->set_session("cup");
+    } else if (request.has_get_server_info()) {
+      reply.mutable_get_server_info();
+    }
+    return {bytes(reply, request)};
+  }
+  static v1::GetSessionRequest cup(const char* session = "cup") {
+    v1::GetSessionRequest request;
+    request.set_session(session);
+    return request;
+  }
+
+  std::string instance = "first";
+  std::uint64_t uid = 1;
+  v1::Request last;
+  FakeRouter router{[this](const v1::Request& request) { return answer(request); }};
+  Client client{router.requests()};
+};
+
+TEST_F(ClientOfARestartedServer, IsToldByAnExceptionOfItsOwn) {
+  (void)client.call(cup());
+  EXPECT_EQ(client.instance(), "first");
+  instance = "second";
+  uid = 2;
+  (void)client.call(v1::GetServerInfoRequest{});
+  EXPECT_EQ(client.instance(), "first");  // nobody was told so far
+  EXPECT_THROW((void)client.call(cup()), ServerRestarted);
+  EXPECT_EQ(client.call(cup()).status().uid(), 2u);  // who asks again means the new one
+  EXPECT_THROW((void)client.call(cup("cup@1")), ServerRestarted);
+}
+
+TEST_F(ClientOfARestartedServer, GoesOnWithASessionThatItOpensThere) {
+  (void)client.call(cup());
+  instance = "second";
+  (void)client.call(v1::OpenSessionRequest{});
+  EXPECT_EQ(client.instance(), "second");
+  EXPECT_EQ(client.call(cup()).status().session(), "cup");
+}
+
+TEST_F(ClientOfARestartedServer, HoldsToTheSessionThatAHandleIsOf) {
+  (void)client.call(v1::GetServerInfoRequest{});
+  SessionReference used(client, "cup"), unused(client, "cup");
+  EXPECT_EQ(used.name(), "cup");
+  EXPECT_EQ(used.get(client), "cup@1");
+  instance = "second";
+  uid = 2;
+  EXPECT_THROW((void)client.call(cup()), ServerRestarted);
+  EXPECT_EQ(used.get(client), "cup@1");
+  EXPECT_THROW((void)unused.get(client), ServerRestarted);
+  SessionReference fresh(client, "cup");
+  EXPECT_EQ(fresh.get(client), "cup@2");
 }
 
 TEST(Client, ARepeatedRequestThatIsAnsweredSucceeds) {

@@ -63,16 +63,22 @@ def test_an_unknown_error_code_is_still_an_error(fake):
     assert caught.value.code == "99"
 
 
-def test_a_repeatable_request_is_sent_twice_an_edit_once(fake):
+def test_a_request_is_sent_twice_under_one_id_a_shutdown_once(fake):
     fake.handlers["list_sessions"] = lambda request: None if fake.seen.count("list_sessions") == 1 \
         else service.ListSessionsResponse()
     connection = Connection(fake.requests, timeout=0.3)
     assert connection.call("list_sessions", service.ListSessionsRequest()) is not None
     assert fake.seen.count("list_sessions") == 2
+    edits = []
+    fake.handlers["edit"] = lambda request: edits.append(request.SerializeToString())
     with pytest.raises(limber.ServerUnreachable):
         connection.call("edit", service.EditRequest())
+    assert len(edits) == 2 and edits[0] == edits[1]
+    assert service.Request.FromString(edits[0]).client == connection.client and len(connection.client) == 32
+    with pytest.raises(limber.ServerUnreachable):
+        connection.call("shutdown", service.ShutdownRequest())
     time.sleep(0.2)
-    assert fake.seen.count("edit") == 1
+    assert fake.seen.count("shutdown") == 1
     connection.close()
 
 

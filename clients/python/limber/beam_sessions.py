@@ -110,7 +110,7 @@ class BeamSession(OpenSession):
 
     def scene(self) -> "messages.Scene":
         """The scene as edited."""
-        request = service.GetSessionRequest(session=self.id, with_scene=True)
+        request = service.GetSessionRequest(session=self.reference, with_scene=True)
         return self.connection.call("get_session", request, timeout=max(60.0, self.connection.timeout)).scene
 
     def structure(self) -> "messages.BeamScene":
@@ -167,7 +167,7 @@ class BeamSession(OpenSession):
     def geometry(self) -> BeamGeometry:
         """What stays the same for all shapes; fetched once."""
         if self._geometry is None:
-            message = self.connection.call("get_geometry", service.GetGeometryRequest(session=self.id),
+            message = self.connection.call("get_geometry", service.GetGeometryRequest(session=self.reference),
                                            timeout=max(60.0, self.connection.timeout))
             self._geometry = BeamGeometry.from_message(message)
         return self._geometry
@@ -181,6 +181,6 @@ class BeamSession(OpenSession):
 
     def solution(self) -> beams.BeamSolution:
         """Positions, reactions, forces, stresses and energies of the newest equilibrium, in full precision."""
-        request = service.GetBeamSolutionRequest(session=self.id)
+        request = service.GetBeamSolutionRequest(session=self.reference)
         response = self.connection.call("get_beam_solution", request, timeout=max(60.0, self.connection.timeout))
         return beams.from_message(response.solution)

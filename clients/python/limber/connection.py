@@ -2,13 +2,15 @@
 
 Lazy Pirate (zguide, chapter 4): a request has a deadline; one that passes it is abandoned, and if the server was silent
 meanwhile the socket is closed and opened again, so that nothing queued for a dead server is delivered to the next one.
-Requests that change nothing are sent once more after half of their time, under the same id: the first answer counts.
+A request is sent once more after half of its time, under the same id: limberd applies what changes something once and
+answers it again, and the first answer counts.
 """
 
 from __future__ import annotations
 
 import itertools
 import os
+import secrets
 import stat
 import threading
 import time
@@ -22,15 +24,13 @@ from google.protobuf.message import DecodeError
 
 from . import checks
 from .errors import LimberError, ServerUnreachable, from_message
-from .messages import service
+from .messages import common, service
 
 VERSION = 1
 _SEND, _REOPEN, _STOP = b"s", b"r", b"x"
 
-# Requests that may be repeated without harm.
-REPEATABLE = frozenset({"get_server_info", "list_sessions", "get_session", "wait", "get_geometry", "get_material", "get_frames",
-                        "export", "validate_scene", "get_sample", "get_job", "list_jobs", "cancel", "get_design",
-                        "make_starting_grid"})
+# Not sent again: a limberd that was started meanwhile is not meant.
+SENT_ONCE = frozenset({"shutdown"})
 
 
 @dataclass(frozen=True)
@@ -78,6 +78,12 @@ def configure(socket: zmq.Socket, keys: CurveKeys | None) -> None:
         socket.setsockopt(zmq.CURVE_SECRETKEY, keys.secret.encode())
 
 
+def _needs_instance(kind: str, message: Any) -> bool:
+    """Could another run of limberd take it for something else? Jobs and sessions given as NAME@UID are of one run."""
+    session = getattr(message, "session", "")
+    return kind == "shutdown" or (kind != "open_session" and bool(session) and "@" not in session)
+
+
 class Connection:
     """Requests to one limberd. Thread-safe."""
 
@@ -89,6 +95,10 @@ class Connection:
         self.keys = keys
         self.timeout = timeout
         self.context = zmq.Context()
+        self.client = secrets.token_hex(16)  # by which limberd knows repeated requests, also on a new connection
+        # The run of limberd that is meant by plain names of sessions: that of the first answer; a later one once a
+        # restart was told by ServerRestarted, or a session was opened there.
+        self.instance = ""
         self._ids = itertools.count(1)
         self._pending: dict[int, futures.Future] = {}
         self._lock = threading.Lock()
@@ -112,12 +122,13 @@ class Connection:
         """Sends one request and returns its response message; raises LimberError.
 
         kind: the member of limber.v1.Request's body, e.g. "get_frames"; timeout [s], default that of the connection.
+        What names a session is refused by another run of limberd than `instance`: ServerRestarted is raised.
         """
         timeout = self.timeout if timeout is None else timeout
         sent = time.monotonic()
         identifier, data, future = self._submit(kind, message)
         try:
-            reply = self._await(future, timeout, data if kind in REPEATABLE else None)
+            reply = self._await(future, timeout, None if kind in SENT_ONCE else data)
         except futures.TimeoutError:
             self._abandon(identifier, reopen=self._last_heard < sent)
             raise ServerUnreachable(f"no answer from {self.endpoint} to {kind} within {timeout:g} s") from None
@@ -163,7 +174,8 @@ class Connection:
         self.context.destroy(linger=0)
 
     def _submit(self, kind: str, message) -> tuple[int, bytes, futures.Future]:
-        request = service.Request(version=VERSION, id=next(self._ids), **{kind: message})
+        request = service.Request(version=VERSION, id=next(self._ids), client=self.client,
+                                  instance=self.instance if _needs_instance(kind, message) else "", **{kind: message})
         data = request.SerializeToString()
         future: futures.Future = futures.Future()
         with self._lock:
@@ -235,6 +247,10 @@ class Connection:
         except DecodeError:
             return  # no message of ours; whoever waits for one meets the deadline
         self._last_heard = time.monotonic()
+        body = reply.WhichOneof("body")
+        is_told = body == "open_session" or body == "error" and reply.error.code == common.ERROR_CODE_RESTARTED
+        if reply.instance and (is_told or not self.instance):
+            self.instance = reply.instance
         with self._lock:
             future = self._pending.pop(reply.id, None)
         if future is not None:

@@ -379,7 +379,7 @@ class Design:
         self.job = job
 
     def _get(self) -> "messages.GetDesignResponse":
-        response = self.session.connection.call("get_design", messages.GetDesignRequest(session=self.session.id))
+        response = self.session.connection.call("get_design", messages.GetDesignRequest(session=self.session.reference))
         if not response.HasField("design"):
             raise LimberError("FAILED_PRECONDITION", f"session {self.session.id} has no design", "session")
         return response
@@ -407,7 +407,7 @@ class Design:
         rotation and scale: where the surface is put, all three in place of what they were; or a placement, as
         info().placement with some of it replaced (dataclasses.replace). joint_weights: of each
         joint's distance to the surface; [] makes them all 1 again."""
-        made = messages.ChangeDesignRequest(session=self.session.id)
+        made = messages.ChangeDesignRequest(session=self.session.reference)
         _set_given(made, {"flat_share": flat_share, "distance_weight": distance_weight,
                           "surface_weight": surface_weight})
         if targets is not None:
@@ -425,17 +425,17 @@ class Design:
 
     def pause(self) -> None:
         """When the step under way is done; edits stay refused."""
-        self.session.connection.call("pause_design", messages.PauseDesignRequest(session=self.session.id))
+        self.session.connection.call("pause_design", messages.PauseDesignRequest(session=self.session.reference))
 
     def resume(self) -> None:
-        self.session.connection.call("resume_design", messages.ResumeDesignRequest(session=self.session.id))
+        self.session.connection.call("resume_design", messages.ResumeDesignRequest(session=self.session.reference))
 
     def stop(self, timeout: float = 60.0) -> None:
         """The session goes back to the shape it had, and takes edits again; the best so far can still be taken.
 
         timeout: how long the step under way may take to end [s] before LimberError TIMEOUT.
         """
-        self.session.connection.call("stop_design", messages.StopDesignRequest(session=self.session.id))
+        self.session.connection.call("stop_design", messages.StopDesignRequest(session=self.session.reference))
         self._wait_for_end(timeout)
 
     def _wait_for_end(self, timeout: float) -> None:
@@ -448,7 +448,7 @@ class Design:
     def take(self) -> int:
         """The best rest lengths become the session's: an edit, which undo() takes back. Its revision. A design under way
         ends: edits are taken again."""
-        response = self.session.connection.call("take_design", messages.TakeDesignRequest(session=self.session.id))
+        response = self.session.connection.call("take_design", messages.TakeDesignRequest(session=self.session.reference))
         self.session.revision = max(self.session.revision, response.revision)
         self._wait_for_end(60.0)
         return response.revision

@@ -33,6 +33,13 @@ class ServerUnreachable(LimberError):
         super().__init__("TIMEOUT", message)
 
 
+class ServerRestarted(LimberError):
+    """limberd was restarted: the session or job that is asked for is gone, whatever has its name now. Code "RESTARTED"."""
+
+    def __init__(self, message: str, field: str = "", details: Mapping[str, str] | None = None):
+        super().__init__("RESTARTED", message, field, details)
+
+
 def code_name(code: int) -> str:
     """"OUT_OF_RANGE"; the number of a code that this client does not know."""
     try:
@@ -43,6 +50,8 @@ def code_name(code: int) -> str:
 
 def from_message(error: "common.Error") -> LimberError:
     """The exception for a limber.v1.Error."""
+    if error.code == common.ERROR_CODE_RESTARTED:
+        return ServerRestarted(error.message, error.field, error.details)
     return LimberError(code_name(error.code), error.message, error.field, error.details)
 
 

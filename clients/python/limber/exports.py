@@ -43,7 +43,7 @@ def export(session: "OpenSession", formats: Sequence[str], folder: Path, stem: s
     for name in formats:
         part = count = sequence = 0
         while part == 0 or part < count:
-            request = service.ExportRequest(session=session.id, format=session.FORMATS[name], stem=stem, part=part,
+            request = service.ExportRequest(session=session.reference, format=session.FORMATS[name], stem=stem, part=part,
                                             result_sequence=sequence)
             response = session.connection.call("export", request, timeout=timeout)
             sequence = response.result.sequence

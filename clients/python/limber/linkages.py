@@ -181,7 +181,7 @@ class LinkageSession(OpenSession):
 
     def scene(self) -> "messages.Scene":
         """The scene as edited, without lines that were sent."""
-        return self.connection.call("get_session", service.GetSessionRequest(session=self.id, with_scene=True)).scene
+        return self.connection.call("get_session", service.GetSessionRequest(session=self.reference, with_scene=True)).scene
 
     def conditions(self) -> "messages.LinkageConditions":
         """Pins, angles, targets and loads of every client, as of now."""
@@ -348,7 +348,7 @@ class LinkageSession(OpenSession):
     def geometry(self) -> LinkageGeometry:
         """What stays the same for all shapes; fetched once."""
         if self._geometry is None:
-            message = self.connection.call("get_geometry", service.GetGeometryRequest(session=self.id),
+            message = self.connection.call("get_geometry", service.GetGeometryRequest(session=self.reference),
                                            timeout=max(60.0, self.connection.timeout))
             self._geometry = LinkageGeometry.from_message(message)
         return self._geometry

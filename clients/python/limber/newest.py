@@ -39,6 +39,7 @@ class Newest:
         self._sequence: int | None = None
         self._lost = 0                   # before the next frames that are new
         self._closed = False
+        self.reason: Exception | None = None  # why it was closed, where that is no ordinary end
 
     def begin_with(self, frames: "service.Frames") -> None:
         """Frames that were asked for come before all that is newer, and in the place of what is not."""
@@ -72,9 +73,11 @@ class Newest:
             self._status = status
             self._changed.notify_all()
 
-    def close(self) -> None:
-        """Wakes who waits: nothing will come any more."""
+    def close(self, reason: Exception | None = None) -> None:
+        """Wakes who waits: nothing will come any more. reason: what the reader is to hear after the frames that wait."""
         with self._changed:
+            if not self._closed:
+                self.reason = reason
             self._closed = True
             self._changed.notify_all()
 
@@ -86,7 +89,7 @@ class Newest:
         """The oldest frames, else the newest status; None after `timeout` seconds without either, or once closed."""
         with self._changed:
             self._changed.wait_for(lambda: self._frames or self._status is not None or self._closed, timeout)
-            if self._closed:
+            if self._closed and self.reason is None:
                 return None
             if self._frames:
                 taken = self._frames.popleft()

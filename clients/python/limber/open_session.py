@@ -46,9 +46,11 @@ class Receipt:
 class OpenSession:
     """A session on a server; several may name the same session."""
 
-    def __init__(self, server: "Server", id: str, job: int = 0, issues: Iterable[str] = ()):
+    def __init__(self, server: "Server", id: str, job: int = 0, issues: Iterable[str] = (), uid: int = 0):
         self.server = server
         self.id = id
+        self.uid = uid                    # never reused, as `id` may be; 0: not known
+        self.instance = server.connection.instance  # the run of limberd that it is of
         self.job = job                    # that builds the model
         self.issues = tuple(issues)       # repairs and warnings of the mesh
         self.revision = 0                 # newest this client made or saw
@@ -58,11 +60,16 @@ class OpenSession:
     def connection(self):
         return self.server.connection
 
+    @property
+    def reference(self) -> str:
+        """By which requests reach this very session and never another one of its name: `id@uid`."""
+        return f"{self.id}@{self.uid}" if self.uid else self.id
+
     # ---- state ----
 
     def status(self) -> "service.SessionStatus":
         """State, sizes, model and newest result."""
-        return self.connection.call("get_session", service.GetSessionRequest(session=self.id)).status
+        return self.connection.call("get_session", service.GetSessionRequest(session=self.reference)).status
 
     def result_of(self, info: "service.ResultInfo") -> Any:
         """A result as sessions of this kind tell it."""
@@ -88,7 +95,7 @@ class OpenSession:
         raise NotImplementedError
 
     def _send(self, messages: "list[service.Edit]", expected_revision: int | None) -> Receipt:
-        request = service.EditRequest(session=self.id, edits=messages, expected_revision=expected_revision)
+        request = service.EditRequest(session=self.reference, edits=messages, expected_revision=expected_revision)
         response = self.connection.call("edit", request)
         self.revision = max(self.revision, response.revision)
         return Receipt(response.revision, tuple(response.constraint_ids),
@@ -112,7 +119,7 @@ class OpenSession:
         checks.one_of(until, _UNTIL, "until")
         checks.duration(timeout, "timeout")
         wanted = self.revision if revision is None else checks.whole(revision, "revision", most=2 ** 64 - 1)
-        request = service.WaitRequest(session=self.id, revision=wanted, until=_UNTIL[until], timeout_s=timeout)
+        request = service.WaitRequest(session=self.reference, revision=wanted, until=_UNTIL[until], timeout_s=timeout)
         response = self.connection.call("wait", request, timeout=timeout + self.connection.timeout)
         return self.result_of(response.result)
 
@@ -120,7 +127,7 @@ class OpenSession:
                    final: bool = False) -> "service.Frames":
         """Frames as the server sends them."""
         request = service.GetFramesRequest(
-            session=self.id, first_frame=checks.whole(first, "first_frame"),
+            session=self.reference, first_frame=checks.whole(first, "first_frame"),
             frame_count=checks.whole(count, "frame_count"), final_only=checks.flag(final, "final"),
             encoding=ENCODINGS[checks.one_of(encoding, ENCODINGS, "encoding")])
         return self.connection.call("get_frames", request, timeout=max(60.0, self.connection.timeout)).frames
@@ -172,7 +179,7 @@ class OpenSession:
 
     def cancel(self) -> None:
         """Stops a running build or solve; the session keeps its newest result."""
-        self.connection.call("cancel", service.CancelRequest(session=self.id))
+        self.connection.call("cancel", service.CancelRequest(session=self.reference))
 
     def wait_ready(self, progress: ProgressOption = None, timeout: float = 600.0) -> "service.SessionStatus":
         """Waits until the model is built and the scene as opened is solved. Raises what the build failed with, and warns
@@ -194,7 +201,7 @@ class OpenSession:
 
     def close(self) -> None:
         """Ends the session on the server, for every client."""
-        self.connection.call("close_session", service.CloseSessionRequest(session=self.id), timeout=60.0)
+        self.connection.call("close_session", service.CloseSessionRequest(session=self.reference), timeout=60.0)
 
     def __repr__(self) -> str:
         return f"Session({self.id!r} at {self.connection.endpoint})"

@@ -9,12 +9,17 @@ from __future__ import annotations
 
 import itertools
 import threading
+from typing import TYPE_CHECKING
 
 import zmq
 from google.protobuf.message import DecodeError
 
+from .errors import ServerRestarted
 from .messages import stream
 from .newest import Newest
+
+if TYPE_CHECKING:
+    from .open_session import OpenSession
 
 _numbers = itertools.count(1)
 
@@ -22,8 +27,10 @@ _numbers = itertools.count(1)
 class Reception:
     """Puts what arrives on a connected SUB socket into a Newest. Owns the socket from now on."""
 
-    def __init__(self, context: zmq.Context, socket: zmq.Socket, frames_topic: bytes, status_topic: bytes):
+    def __init__(self, context: zmq.Context, socket: zmq.Socket, session: "OpenSession", frames_topic: bytes,
+                 status_topic: bytes):
         self.newest = Newest()
+        self._session = (session.id, session.uid, session.instance)
         self._topics = (frames_topic, status_topic)
         self._lock = threading.RLock()  # the garbage collector may close what is being closed
         address = f"inproc://limber-reception-{next(_numbers)}"
@@ -66,6 +73,12 @@ class Reception:
         try:
             message = stream.StreamMessage.FromString(parts[-1])
         except DecodeError:
+            return
+        name, uid, instance = self._session
+        if uid and message.session_uid not in (0, uid):  # not ours: it was closed, or went with its server
+            restarted = ServerRestarted(f"limberd was restarted: session {name} is gone, another one has its name",
+                                        "session")
+            self.newest.close(restarted if message.instance != instance else None)
             return
         kind = message.WhichOneof("payload")
         if kind == "frames" and parts[0] == frames_topic:

@@ -128,9 +128,10 @@ class Server:
         response = self.connection.call("open_session", request, timeout=max(60.0, self.connection.timeout))
         _warn_of_material(response.issues)
         kind = LinkageSession if message.HasField("linkage") else BeamSession if message.HasField("beams") else Session
-        opened = kind(self, response.session, response.job, [issue_text(issue) for issue in response.issues])
+        opened = kind(self, response.session, response.job, [issue_text(issue) for issue in response.issues],
+                      response.uid)
         if plain:
-            known = self.connection.call("get_session", service.GetSessionRequest(session=opened.id, with_scene=True))
+            known = self.connection.call("get_session", service.GetSessionRequest(session=opened.reference, with_scene=True))
             opened.issues += (f"note: {scene} is opened as {plain_files.assumed(known.scene)}",)
         if wait:
             try:
@@ -142,10 +143,11 @@ class Server:
         return opened
 
     def session(self, id: str) -> Any:
-        """Attaches to a session of any client: a Session, LinkageSession or BeamSession."""
+        """Attaches to a session of any client: a Session, LinkageSession or BeamSession. id: its name, or `name@uid`
+        (OpenSession.reference), which never is another session of that name."""
         status = OpenSession(self, checks.text(id, "session")).status()
         kind = LinkageSession if status.segments else BeamSession if status.beam_nodes else Session
-        attached = kind(self, id)
+        attached = kind(self, status.session or id, uid=status.uid)
         attached.revision = status.revision
         attached.warn_of_accuracy(status, stacklevel=2)
         return attached

@@ -88,18 +88,18 @@ class Session(OpenSession):
 
     def scene(self) -> "scenes.Scene":
         """The scene as edited, with its base motion and poses, without the mesh's bytes."""
-        request = service.GetSessionRequest(session=self.id, with_base_motion=True)
+        request = service.GetSessionRequest(session=self.reference, with_base_motion=True)
         return self.connection.call("get_session", request, timeout=max(60.0, self.connection.timeout)).scene
 
     def constraints(self) -> list[Constraint]:
         """Those of every client, as of now."""
-        request = service.GetSessionRequest(session=self.id, with_scene=True)
+        request = service.GetSessionRequest(session=self.reference, with_scene=True)
         scene = self.connection.call("get_session", request).scene
         return [Constraint(self, message) for message in scene.constraints]
 
     def keyframes(self) -> list[Keyframe]:
         """Those of every client, as of now, without their poses."""
-        request = service.GetSessionRequest(session=self.id, with_scene=True)
+        request = service.GetSessionRequest(session=self.reference, with_scene=True)
         scene = self.connection.call("get_session", request).scene
         return [Keyframe(self, message) for message in scene.keyframes]
 
@@ -125,7 +125,7 @@ class Session(OpenSession):
         # What stays is read first, and whoever edits in between is not undone by it.
         deadline = time.monotonic() + self.connection.timeout
         while True:
-            known = self.connection.call("get_session", service.GetSessionRequest(session=self.id, with_scene=True))
+            known = self.connection.call("get_session", service.GetSessionRequest(session=self.reference, with_scene=True))
             messages = edits.to_messages(changes, known.scene.dynamics)
             try:
                 return self._send(messages, known.status.revision if expected_revision is None else expected_revision)
@@ -194,13 +194,13 @@ class Session(OpenSession):
 
     def material(self) -> Material:
         """The material of the newest result: frequencies and damping of its modes in SI units, and what they mix."""
-        return Material.from_message(self.connection.call("get_material", service.GetMaterialRequest(session=self.id)))
+        return Material.from_message(self.connection.call("get_material", service.GetMaterialRequest(session=self.reference)))
 
     def geometry(self) -> Geometry:
         """Rest shape, surface and basis; the basis is fetched once for its content hash."""
         cache = self.server.geometry_cache
         known = next((geometry for owner, geometry in reversed(cache.values()) if owner == self.id), None)
-        request = service.GetGeometryRequest(session=self.id, known_basis_hash=known.basis_hash if known else "")
+        request = service.GetGeometryRequest(session=self.reference, known_basis_hash=known.basis_hash if known else "")
         message = self.connection.call("get_geometry", request, timeout=max(60.0, self.connection.timeout))
         geometry = Geometry.from_message(message, known)
         cache[geometry.basis_hash] = (self.id, geometry)
@@ -218,4 +218,4 @@ class Session(OpenSession):
     def solve_cold(self) -> int:
         """Solves the current problem again from the base motion, the better of the two motions stays;
         the job's number."""
-        return self.connection.call("solve_cold", service.SolveColdRequest(session=self.id)).job
+        return self.connection.call("solve_cold", service.SolveColdRequest(session=self.reference)).job

@@ -49,7 +49,8 @@ class FrameStream:
 
     Subscribes first, then asks for the newest frames (the Clone pattern), so nothing falls between the two. At most 8
     messages wait for a reader that pauses: the newest, and `missed` counts the others. Ends when the session is closed;
-    raises ServerUnreachable when the server is gone. Not for several threads at once.
+    raises ServerUnreachable when the server is gone, ServerRestarted when it was restarted, LimberError SHUTTING_DOWN
+    when it was stopped. Not for several threads at once.
     """
 
     def __init__(self, session: "OpenSession", encoding: str = "coordinates", timeout: float | None = None,
@@ -71,7 +72,7 @@ class FrameStream:
             socket.subscribe(frames_topic)
             socket.subscribe(status_topic)
             self._connect(socket, session.server.stream_endpoint)
-            self._reception = Reception(connection.context, socket, frames_topic, status_topic)
+            self._reception = Reception(connection.context, socket, session, frames_topic, status_topic)
         except BaseException:
             socket.close()
             raise
@@ -110,7 +111,9 @@ class FrameStream:
             now = time.monotonic()
             suspicious = max(newest.heard, self._checked) + SILENCE
             taken = newest.take(max(0.0, min(suspicious, suspicious if deadline is None else deadline) - now))
-            if newest.closed:
+            if newest.closed and taken is None:
+                if newest.reason is not None:
+                    raise newest.reason
                 raise StopIteration
             if isinstance(taken, service.SessionStatus):
                 self._obey(taken)
@@ -151,6 +154,8 @@ class FrameStream:
     def _obey(self, status: "service.SessionStatus") -> None:
         if status.state == service.SESSION_STATE_CLOSED:
             self.close()
+            if status.server_stopped:
+                raise LimberError("SHUTTING_DOWN", f"limberd was stopped, and session {self._session.id} with it")
             raise StopIteration
         if status.state == service.SESSION_STATE_FAILED:
             raise LimberError("FAILED_PRECONDITION", f"session {self._session.id} failed: {status.message}")

@@ -1,0 +1,229 @@
+"""limberd dies and is started again at the same address, where a stranger takes the same name for a session."""
+
+import json
+import os
+import signal
+import socket
+import subprocess
+import threading
+import time
+
+import limber
+import pytest
+import zmq
+from conftest import small_scene, tip_of
+from limber.connection import Connection
+from limber.launching import find_binary
+from limber.messages import service
+from limber.server import Server
+
+
+class Restartable:
+    """A limberd at one address, again and again."""
+
+    def __init__(self, limberd, folder, cache_dir):
+        ports = []
+        for _ in range(2):
+            with socket.socket() as free:
+                free.bind(("127.0.0.1", 0))
+                ports.append(free.getsockname()[1])
+        self.endpoint, stream = (f"tcp://127.0.0.1:{port}" for port in ports)
+        self.ready = folder / "ready"
+        self.command = [str(limberd), "--bind", self.endpoint, "--stream", stream, "--ready-file", str(self.ready),
+                        "--cache-dir", str(cache_dir)]
+        self.log = open(folder / "log", "ab")
+        self.start()
+
+    def start(self):
+        self.ready.unlink(missing_ok=True)
+        self.process = subprocess.Popen(self.command, stdout=self.log, stderr=self.log)
+        deadline = time.monotonic() + 30
+        while not self.ready.exists():
+            assert self.process.poll() is None and time.monotonic() < deadline
+            time.sleep(0.01)
+        self.instance = json.loads(self.ready.read_text())["instance"]
+
+    def end(self, sign=signal.SIGKILL):
+        self.process.send_signal(sign)
+        self.process.wait(20)
+
+    def restart(self):
+        self.end()
+        self.start()
+
+    def close(self):
+        if self.process.poll() is None:
+            self.end()
+        self.log.close()
+
+
+@pytest.fixture
+def limberd_at(limberd, tmp_path, cache_dir):
+    running = Restartable(limberd, tmp_path, cache_dir)
+    yield running
+    running.close()
+
+
+def test_a_stale_handle_never_reaches_a_strangers_session(limberd_at, tmp_path):
+    with limber.connect(limberd_at.endpoint) as server:
+        session = server.open(small_scene(), session="cup", progress=False)
+        assert server.info().instance == limberd_at.instance
+        held = session.add(node=tip_of(session), frame=30, displacement=(0, 0.1, 0))
+        limberd_at.restart()
+        with limber.connect(limberd_at.endpoint) as elsewhere:
+            stranger = elsewhere.open(small_scene(), session="cup", progress=False)
+            server.info()  # that the client has heard of the new run makes no difference
+            attempts = [lambda: held.move((0, 0.2, 0)), session.undo, session.status, session.wait, session.frames,
+                        session.cancel, session.solve_cold, lambda: session.export(tmp_path), session.constraints,
+                        lambda: session.stream(), session.close]
+            for attempt in attempts * 2:
+                with pytest.raises(limber.ServerRestarted, match="it was restarted"):
+                    attempt()
+            assert stranger.status().revision == 0
+            assert stranger.status().state == service.SESSION_STATE_READY
+            assert stranger.uid != session.uid
+        # The same client goes on with the new run.
+        opened = server.open(small_scene(), session="bowl", progress=False)
+        opened.add(node=tip_of(opened), frame=30, displacement=(0, 0.1, 0))
+        assert opened.wait().revision == 1
+        with pytest.raises(limber.ServerRestarted):
+            session.status()
+
+
+def test_jobs_of_before_are_told_from_those_of_strangers(limberd_at):
+    with limber.connect(limberd_at.endpoint) as server:
+        session = server.open(small_scene(), session="cup", progress=False)
+        job = session.solve_cold()
+        limberd_at.restart()
+        with limber.connect(limberd_at.endpoint) as elsewhere:
+            elsewhere.open(small_scene(), session="cup", progress=False).solve_cold()
+            assert job not in [one.job for one in elsewhere.jobs()]
+            for _ in range(2):
+                with pytest.raises(limber.ServerRestarted, match=f"job {job} is of another run"):
+                    server.wait_job(job)
+                with pytest.raises(limber.ServerRestarted):
+                    server.cancel_job(job)
+            with pytest.raises(limber.LimberError) as caught:
+                elsewhere.wait_job(7)
+            assert caught.value.code == "NOT_FOUND"
+
+
+@pytest.mark.parametrize("name_is_taken", [True, False])
+def test_a_stream_says_that_the_server_was_restarted(limberd_at, monkeypatch, name_is_taken):
+    monkeypatch.setattr(limber.stream, "SILENCE", 1.0)
+    with limber.connect(limberd_at.endpoint) as server:
+        session = server.open(small_scene(), session="cup", progress=False)
+        stream = session.stream()
+        assert stream.next(10).result.revision == 0
+        limberd_at.restart()
+        with limber.connect(limberd_at.endpoint) as elsewhere:
+            elsewhere.open(small_scene(), session="cup" if name_is_taken else "bowl", progress=False)
+            with pytest.raises(limber.ServerRestarted, match="restarted"):
+                while True:  # what was on its way before comes first
+                    assert stream.next(20).result.sequence <= 2
+
+
+def test_a_stream_says_that_the_server_was_stopped(limberd_at):
+    with limber.connect(limberd_at.endpoint) as server:
+        stream = server.open(small_scene(), session="cup", progress=False).stream(snapshot=False)
+        limberd_at.end(signal.SIGTERM)
+        with pytest.raises(limber.LimberError) as caught:
+            while True:
+                stream.next(20)
+        assert caught.value.code == "SHUTTING_DOWN" and "session cup with it" in str(caught.value)
+
+
+def test_a_stream_ends_when_its_session_is_closed_and_its_name_taken(launch):
+    server = launch()
+    session = server.open(small_scene(), session="cup", progress=False)
+    stream = session.stream(snapshot=False)
+    session.close()
+    again = server.open(small_scene(), session="cup", progress=False)
+    assert all(frames.result.sequence <= 2 for frames in stream)  # ends: none of them is waited for
+    with pytest.raises(limber.LimberError) as caught:
+        session.status()
+    assert caught.value.code == "NOT_FOUND" and "another one has its name" in str(caught.value)
+    assert server.session("cup").uid == again.uid != session.uid
+    assert server.session(again.reference).id == "cup"
+
+
+class LosesReplies:
+    """Between a client and limberd: hands on everything but the first reply to an edit."""
+
+    def __init__(self, endpoint, folder):
+        self.endpoint = f"ipc://{folder}/lossy"
+        self._context = zmq.Context()
+        self._front, self._back = self._context.socket(zmq.ROUTER), self._context.socket(zmq.DEALER)
+        self._front.bind(self.endpoint)
+        self._back.connect(endpoint)
+        self.edits = self.lost = 0
+        self._stop = threading.Event()
+        self._thread = threading.Thread(target=self._run)
+        self._thread.start()
+
+    def _run(self):
+        while not self._stop.is_set():
+            if self._front.poll(5):
+                parts = self._front.recv_multipart()
+                self.edits += service.Request.FromString(parts[-1]).HasField("edit")
+                self._back.send_multipart([parts[0], b"", parts[-1]])
+            while self._back.poll(0):
+                parts = self._back.recv_multipart()
+                if service.Reply.FromString(parts[-1]).HasField("edit") and self.lost == 0:
+                    self.lost = 1
+                else:
+                    self._front.send_multipart(parts)
+
+    def close(self):
+        self._stop.set()
+        self._thread.join()
+        self._context.destroy(linger=0)
+
+
+def test_an_edit_whose_answer_is_lost_is_applied_once(launch, tmp_path):
+    server = launch()
+    session = server.open(small_scene(), session="cup", progress=False)
+    lossy = LosesReplies(server.connection.endpoint, tmp_path)
+    try:
+        with Server(Connection(lossy.endpoint, timeout=4.0)) as behind:
+            receipt = behind.session("cup").add(node=tip_of(session), frame=30, displacement=(0, 0.1, 0))
+    finally:
+        lossy.close()
+    assert (lossy.edits, lossy.lost) == (2, 1)
+    assert receipt.id > 0 and session.status().revision == 1 and len(session.constraints()) == 1
+    assert server.info().counters["repeated_requests"] == 1
+
+
+def limber_command(*arguments):
+    return [str(find_binary("limber")), *arguments]
+
+
+def test_limber_watch_says_that_the_server_was_restarted(limberd_at):
+    with limber.connect(limberd_at.endpoint) as server:
+        server.open(small_scene(), session="cup", progress=False)
+    watching = subprocess.Popen(limber_command("--endpoint", limberd_at.endpoint, "watch", "cup"), text=True,
+                                stdout=subprocess.PIPE, stderr=subprocess.PIPE, env=dict(os.environ, LC_ALL="C"))
+    watching.stdout.readline()
+    limberd_at.restart()
+    with limber.connect(limberd_at.endpoint) as elsewhere:
+        elsewhere.open(small_scene(), session="cup", progress=False)
+        _, said = watching.communicate(timeout=30)
+    assert watching.returncode == 1
+    assert "restarted: sessions and jobs of before are gone" in said and "[RESTARTED]" in said
+
+
+def test_limber_takes_sessions_with_their_uid(limberd_at):
+    def run(*arguments):
+        return subprocess.run(limber_command("--endpoint", limberd_at.endpoint, *arguments), capture_output=True, text=True,
+                              timeout=30)
+
+    with limber.connect(limberd_at.endpoint) as server:
+        reference = server.open(small_scene(), session="cup", progress=False).reference
+    assert run("show", reference).returncode == 0
+    assert json.loads(run("--json", "show", "cup").stdout)["uid"] == reference.partition("@")[2]
+    limberd_at.restart()
+    with limber.connect(limberd_at.endpoint) as elsewhere:
+        stranger = elsewhere.open(small_scene(), session="cup", progress=False)
+        refused = run("close", reference)
+        assert refused.returncode == 1 and "[RESTARTED]" in refused.stderr
+        assert stranger.status().state == service.SESSION_STATE_READY
