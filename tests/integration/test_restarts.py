@@ -220,7 +220,7 @@ def test_limber_takes_sessions_with_their_uid(limberd_at):
     with limber.connect(limberd_at.endpoint) as server:
         reference = server.open(small_scene(), session="cup", progress=False).reference
     assert run("show", reference).returncode == 0
-    assert json.loads(run("--json", "show", "cup").stdout)["uid"] == reference.partition("@")[2]
+    assert json.loads(run("--json", "show", "cup").stdout)["status"]["uid"] == reference.partition("@")[2]
     limberd_at.restart()
     with limber.connect(limberd_at.endpoint) as elsewhere:
         stranger = elsewhere.open(small_scene(), session="cup", progress=False)

@@ -46,11 +46,12 @@ class Receipt:
 class OpenSession:
     """A session on a server; several may name the same session."""
 
-    def __init__(self, server: "Server", id: str, job: int = 0, issues: Iterable[str] = (), uid: int = 0):
+    def __init__(self, server: "Server", id: str, job: int = 0, issues: Iterable[str] = (), uid: int = 0,
+                 instance: str = ""):
         self.server = server
         self.id = id
         self.uid = uid                    # never reused, as `id` may be; 0: not known
-        self.instance = server.connection.instance  # the run of limberd that it is of
+        self.instance = instance          # the run of limberd that it is of
         self.job = job                    # that builds the model
         self.issues = tuple(issues)       # repairs and warnings of the mesh
         self.revision = 0                 # newest this client made or saw

@@ -129,7 +129,7 @@ class Server:
         _warn_of_material(response.issues)
         kind = LinkageSession if message.HasField("linkage") else BeamSession if message.HasField("beams") else Session
         opened = kind(self, response.session, response.job, [issue_text(issue) for issue in response.issues],
-                      response.uid)
+                      response.uid, self.connection.instance)
         if plain:
             known = self.connection.call("get_session", service.GetSessionRequest(session=opened.reference, with_scene=True))
             opened.issues += (f"note: {scene} is opened as {plain_files.assumed(known.scene)}",)
@@ -147,7 +147,7 @@ class Server:
         (OpenSession.reference), which never is another session of that name."""
         status = OpenSession(self, checks.text(id, "session")).status()
         kind = LinkageSession if status.segments else BeamSession if status.beam_nodes else Session
-        attached = kind(self, status.session or id, uid=status.uid)
+        attached = kind(self, status.session or id, uid=status.uid, instance=self.connection.instance)
         attached.revision = status.revision
         attached.warn_of_accuracy(status, stacklevel=2)
         return attached

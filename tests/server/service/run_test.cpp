@@ -15,7 +15,7 @@ TEST(ServerRun, IdsOfTwoRunsDifferAndAreExactInJson) {
   std::set<std::string> instances;
   std::set<std::uint64_t> firsts;
   for (int i = 0; i < 100; ++i) {
-    const Run run = Run::begin();
+    const server::Run run = server::Run::begin();
     instances.insert(run.instance);
     firsts.insert(run.first_id);
     EXPECT_EQ(run.instance.size(), 16u);
@@ -24,14 +24,14 @@ TEST(ServerRun, IdsOfTwoRunsDifferAndAreExactInJson) {
     EXPECT_LT(id, 1ull << 52);
     EXPECT_EQ(std::to_string(id).size(), 16u);
     EXPECT_FALSE(ids.is_of_another_run(id));
-    EXPECT_TRUE(ids.is_of_another_run(Run::begin().first_id + 1));
+    EXPECT_TRUE(ids.is_of_another_run(server::Run::begin().first_id + 1));
   }
   EXPECT_EQ(instances.size(), 100u);
   EXPECT_EQ(firsts.size(), 100u);
 }
 
 TEST(ServerRun, SmallNumbersAreOfNoRun) {
-  const RunIds ids(Run::begin().first_id);
+  const RunIds ids(server::Run::begin().first_id);
   for (const std::uint64_t id : {0ull, 7ull, 1'000'000ull, ~0ull})
     EXPECT_FALSE(ids.is_of_another_run(id));
 }
