@@ -115,6 +115,7 @@ TEST_F(ServerOfAnotherRun, KnowsJobsThatAreNotItsOwn) {
   requests[1].mutable_cancel()->set_job(job);
   requests[2].mutable_get_frames()->set_job(job);
   requests[3].mutable_export_()->set_job(job);
+  requests[3].mutable_export_()->set_format(proto::EXPORT_FORMAT_PC2);
   for (const auto& request : requests) {
     EXPECT_EQ(refusal(request).code(), proto::ERROR_CODE_RESTARTED) << request.ShortDebugString();
   }

@@ -12,8 +12,8 @@ using namespace limber::server::testing;
 struct ServerSessionRecord : ::testing::Test {
   Hub hub{test_options()};
   const JobId opening = hub.jobs.start("open_session", "s", {});
-  std::shared_ptr<SessionRecord> record =
-      std::make_shared<SessionRecord>(hub, SessionKey{"s", 1}, SessionRecord::Opened{"s", "s", {}, 4, 1, 10}, opening);
+  std::shared_ptr<SessionRecord> record = std::make_shared<SessionRecord>(
+      hub, SessionKey{"s", 1}, SessionRecord::Opened{"s", "s", {}, 4, 1, 10}, opening);
 
   void publish(std::uint64_t sequence, JobId cold_request) {
     auto result = std::make_shared<session::Result>();
