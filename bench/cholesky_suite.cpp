@@ -15,7 +15,7 @@ using Matrix = Eigen::SparseMatrix<double>;
 
 /// Stiffness of a body with a little mass, so that it is positive definite without supports.
 Matrix stiffness_of(const NamedBody& named) {
-  Matrix a = bodies::stiffness_matrix(named.body.mesh());
+  Matrix a = bodies::stiffness_matrix(named.body.mesh);
   const double shift = 1e-3 * a.diagonal().mean();
   for (int k = 0; k < a.rows(); ++k) a.coeffRef(k, k) += shift;
   a.makeCompressed();
