@@ -47,7 +47,7 @@ def run(server: limber.Server, sample: str, out: pathlib.Path) -> None:
         for text, edit in edits(session, node, status.frames, size):
             measure(session, stream, text, edit)
         print(f"\n{stream.missed} stream messages missed\n")
-    files = session.export(out, formats=("pvd", "pc2"))
+    files = session.export(out, formats=("pvd", "blender"))
     pvd, pc2, obj = (next(file for file in files if file.suffix == ending) for ending in (".pvd", ".pc2", ".obj"))
     print(f"{len(files)} files in {out}:\n"
           f"  {pvd}  ParaView: open it, press Apply, play\n"

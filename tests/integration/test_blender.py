@@ -1,5 +1,6 @@
 """What Blender shows is what the session holds."""
 
+import contextlib
 import json
 import shutil
 import subprocess
@@ -39,7 +40,7 @@ def surface_of(folder):
 
 @pytest.fixture
 def exported(server, tmp_path):
-    with server.open(server.sample("flower")) as session:
+    with contextlib.closing(server.open(server.sample("flower"))) as session:
         session.wait()
         session.export(tmp_path, formats="blender")
         geometry = session.geometry()

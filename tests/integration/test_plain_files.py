@@ -1,5 +1,6 @@
 """Files that are opened without a scene: what they are is known, and what is assumed is told."""
 
+import contextlib
 import itertools
 import pathlib
 
@@ -60,7 +61,7 @@ def test_a_mesh_opens_with_defaults_that_are_told(cli, server, mesh):
     assert "cube.msh is opened as an elastic body of which nothing is fixed, 120 frames" in opened.stderr
     assert "Young's modulus 1e+06 Pa" in opened.stderr
     server.session("cube").close()
-    with server.open(mesh) as session:
+    with contextlib.closing(server.open(mesh)) as session:
         assert any("an elastic body of which nothing is fixed, 120 frames" in issue for issue in session.issues)
         assert session.frames().shape == (120, (CELLS + 1) ** 3, 3)
 
@@ -72,7 +73,7 @@ def test_a_surface_is_filled_with_tets(cli, server, surface):
     attached = server.session("box")
     assert np.allclose(np.ptp(attached.geometry().rest, axis=0), [3, 1, 1], atol=0.1)
     attached.close()
-    with server.open(surface) as session:
+    with contextlib.closing(server.open(surface)) as session:
         assert len(session.geometry().tets) > 100
 
 
@@ -81,7 +82,7 @@ def test_lines_open_as_a_linkage(cli, server, lines):
     assert opened.returncode == 0, opened.stderr
     assert "scissor.obj is opened as a rod linkage of laths 0.141 wide and 0.0707 high" in opened.stderr
     server.session("scissor").close()
-    with server.open(lines) as session:
+    with contextlib.closing(server.open(lines)) as session:
         assert any("a rod linkage of laths 0.141 wide" in issue for issue in session.issues)
 
 

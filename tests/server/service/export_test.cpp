@@ -86,13 +86,13 @@ TEST_F(ServerExport, BlenderGetsVerticesOfTheSurfaceAloneInOneOrder) {
   EXPECT_EQ(*of_faces.rbegin() + 1, static_cast<int>(vertices.size()));
   const auto cache = scene::read_pc2("film.pc2", files.at("film_surface.pc2"));
   ASSERT_EQ(cache.positions.rows(), static_cast<Eigen::Index>(3 * vertices.size()));
-  // The first frame is the shape at rest; each later one has the positions of the nodes behind it.
+  // The first frame is the shape at rest.
   for (std::size_t k = 0; k < vertices.size(); ++k) {
     for (int axis = 0; axis < 3; ++axis)
       EXPECT_NEAR(cache.positions(static_cast<Eigen::Index>(3 * k) + axis, 0),
                   vertices[k][static_cast<std::size_t>(axis)], 1e-6);
   }
-  EXPECT_GT((cache.positions.rightCols(1) - cache.positions.leftCols(1)).norm(), 1e-3f);
+  EXPECT_GT((cache.positions.col(10) - cache.positions.col(0)).norm(), 1e-3f);  // the ends are held
 }
 
 TEST_F(ServerExport, LongMotionsComeInPartsOfOneResult) {
