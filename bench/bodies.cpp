@@ -1,12 +1,12 @@
 #include <algorithm>
 #include <filesystem>
-#include <fstream>
 
 #include "bench/suite.h"
 #include "engine/base/error.h"
 #include "engine/bodies/mesh_validation.h"
 #include "engine/scene/formats/mesh_formats.h"
 #include "engine/scene/samples/samples.h"
+#include "tests/support/material_bodies.h"
 
 namespace limber::bench {
 namespace {
@@ -29,15 +29,6 @@ NamedBody prepare(std::string name, bodies::TetMesh mesh, const bodies::Material
   result.body.fixed_nodes.erase(last, result.body.fixed_nodes.end());
   result.compact_of_source = std::move(prepared.compact_of_source);
   return result;
-}
-
-std::vector<int> read_fixed_nodes(const std::filesystem::path& path) {
-  std::ifstream file(path);
-  std::size_t count = 0;
-  file >> count;
-  std::vector<int> nodes;
-  for (int node = 0; nodes.size() < count && file >> node;) nodes.push_back(node);
-  return nodes;
 }
 
 std::vector<int> lowest_nodes(const bodies::TetMesh& mesh, double fraction) {
@@ -70,7 +61,7 @@ std::optional<NamedBody> load_body(const std::string& name, const SuiteOptions& 
     mesh.materials.clear();
     mesh.tet_material.clear();
     return prepare(name, std::move(mesh), bodies::Material{},
-                   read_fixed_nodes(folder / name / "con_nodes.bou"));
+                   testing::read_node_list(folder / name / "con_nodes.bou"));
   }
   if (std::filesystem::exists(folder / (name + ".msh"))) {
     bodies::TetMesh mesh = scene::read_mesh_file(folder / (name + ".msh")).mesh;

@@ -23,15 +23,6 @@ constexpr double kNearestTarget = 0.1, kFarthestTarget = 0.3;  // body lengths
 constexpr double kPoseReach = 0.2;  // largest displacement of a keyframe [body lengths]
 constexpr std::uint64_t kSeed = 24;
 
-std::vector<int> read_node_list(const std::filesystem::path& path) {
-  std::ifstream file(path);
-  std::size_t count = 0;
-  file >> count;
-  std::vector<int> nodes;
-  for (int node = 0; nodes.size() < count && file >> node;) nodes.push_back(node);
-  return nodes;
-}
-
 std::vector<int> used_nodes(const bodies::TetMesh& mesh) {
   std::vector<int> nodes(mesh.tets.data(), mesh.tets.data() + mesh.tets.size());
   std::sort(nodes.begin(), nodes.end());
@@ -173,6 +164,15 @@ std::string status_name(spacetime::SolveStatus status) {
 }
 
 }  // namespace
+
+std::vector<int> read_node_list(const std::filesystem::path& path) {
+  std::ifstream file(path);
+  std::size_t count = 0;
+  file >> count;
+  std::vector<int> nodes;
+  for (int node = 0; nodes.size() < count && file >> node;) nodes.push_back(node);
+  return nodes;
+}
 
 const std::vector<BodyFile>& public_bodies() {
   static const std::vector<BodyFile> files = {

@@ -21,6 +21,9 @@ struct BodyFile {
 /// All of them, small ones first.
 [[nodiscard]] const std::vector<BodyFile>& public_bodies();
 
+/// Nodes of a .bou file: their count, then each.
+[[nodiscard]] std::vector<int> read_node_list(const std::filesystem::path& path);
+
 /// The body with default options and no targets; its own materials where it brings some.
 /// @param bodies  the folder data/bodies
 /// @returns nothing where the file is not there

@@ -5,7 +5,6 @@
 
 #include "engine/base/error.h"
 #include "engine/base/numerics/dense_front.h"
-#include "engine/base/numerics/fill_ordering.h"
 #include "engine/base/numerics/front_tree.h"
 
 namespace limber::detail {
@@ -16,16 +15,6 @@ constexpr std::size_t kEntries = static_cast<std::size_t>(kBlock) * kBlock;
 constexpr double kTaskShare = 0.08;
 // Multiplications of blocks below which one thread does it all: waking another takes longer.
 constexpr double kWorthSharing = 1500;
-
-FrontTree cheapest_tree(int nodes, const std::vector<std::pair<int, int>>& edges) {
-  FrontTree best;
-  for (const FillOrdering method :
-       {FillOrdering::kMinimumDegree, FillOrdering::kNestedDissection}) {
-    FrontTree tree = build_front_tree(nodes, edges, fill_reducing_order(nodes, edges, method));
-    if (best.fronts.empty() || tree.cost < best.cost) best = std::move(tree);
-  }
-  return best;
-}
 
 void place_sources(const std::vector<std::pair<int, int>>& edges, int nodes, FrontPlan& plan) {
   std::vector<int> front_of(static_cast<std::size_t>(nodes));
@@ -163,7 +152,7 @@ void lay_out_memory(FrontPlan& plan) {
 }  // namespace
 
 FrontPlan plan_fronts(int nodes, const std::vector<std::pair<int, int>>& edges) {
-  const FrontTree tree = cheapest_tree(nodes, edges);
+  const FrontTree tree = cheapest_front_tree(nodes, edges);
   FrontPlan plan;
   for (const Front& front : tree.fronts) {
     PlannedFront planned;

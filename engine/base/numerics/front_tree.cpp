@@ -6,6 +6,7 @@
 #include <numeric>
 
 #include "engine/base/error.h"
+#include "engine/base/numerics/fill_ordering.h"
 
 namespace limber::detail {
 namespace {
@@ -130,6 +131,16 @@ FrontTree build_front_tree(int nodes, const std::vector<std::pair<int, int>>& ed
     for (int& node : front.rows) node = order[node];
   }
   return tree;
+}
+
+FrontTree cheapest_front_tree(int nodes, const std::vector<std::pair<int, int>>& edges) {
+  FrontTree best;
+  for (const FillOrdering method :
+       {FillOrdering::kMinimumDegree, FillOrdering::kNestedDissection}) {
+    FrontTree tree = build_front_tree(nodes, edges, fill_reducing_order(nodes, edges, method));
+    if (best.fronts.empty() || tree.cost < best.cost) best = std::move(tree);
+  }
+  return best;
 }
 
 }  // namespace limber::detail

@@ -31,6 +31,10 @@ struct FrontTree {
 [[nodiscard]] FrontTree build_front_tree(int nodes, const std::vector<std::pair<int, int>>& edges,
                                          const std::vector<int>& order);
 
+/// That of the cheapest of the known orders.
+[[nodiscard]] FrontTree cheapest_front_tree(int nodes,
+                                            const std::vector<std::pair<int, int>>& edges);
+
 /// Multiplications of blocks to eliminate `columns` of a front of `size`.
 [[nodiscard]] double front_cost(double columns, double size);
 

@@ -8,7 +8,6 @@
 #include <utility>
 
 #include "engine/base/error.h"
-#include "engine/base/numerics/fill_ordering.h"
 #include "engine/base/numerics/front_tree.h"
 
 namespace limber::detail {
@@ -65,23 +64,11 @@ CompressedGraph compress(const MultifrontalCholesky::Matrix& a) {
   return graph;
 }
 
-FrontTree cheapest_tree(const CompressedGraph& graph) {
-  const int nodes = static_cast<int>(graph.members.size());
-  FrontTree best;
-  for (const FillOrdering method :
-       {FillOrdering::kMinimumDegree, FillOrdering::kNestedDissection}) {
-    FrontTree tree =
-        build_front_tree(nodes, graph.edges, fill_reducing_order(nodes, graph.edges, method));
-    if (best.fronts.empty() || tree.cost < best.cost) best = std::move(tree);
-  }
-  return best;
-}
-
 }  // namespace
 
 void MultifrontalCholesky::analyse(const Matrix& a) {
   const CompressedGraph graph = compress(a);
-  const FrontTree tree = cheapest_tree(graph);
+  const FrontTree tree = cheapest_front_tree(static_cast<int>(graph.members.size()), graph.edges);
   order_.clear();
   fronts_.clear();
   std::vector<int> first(graph.members.size());  // place of a node's first row in the order

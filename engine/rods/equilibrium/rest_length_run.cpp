@@ -62,6 +62,12 @@ RestLengthReport RestLengthRun::run() {
     report_.message = std::move(message);
     return report_;
   };
+  const auto unbalanced_text = [&](const char* end) {
+    return fmt::format(
+        "{} after {} steps: the forces are out of balance by {:.2g} % of the largest "
+        "(limit {:.2g} %); use rest lengths as drawn, or draw smoother rods",
+        end, report_.iterations, 100 * report_.max_gradient_scaled, 100 * options_.tolerance);
+  };
   evaluate();
   report_.before = report_.energies;
   first_imbalance_ = report_.max_gradient_scaled;
@@ -76,24 +82,12 @@ RestLengthReport RestLengthRun::run() {
                     fmt::format("balanced to {:.1e}", report_.max_gradient_scaled));
     }
     if (report_.iterations == options_.max_iterations) {
-      return finish(
-          RestLengthStatus::kIterationLimit,
-          fmt::format("the stress is not least after {} steps: the forces are out of "
-                      "balance by {:.2g} % of the largest (limit {:.2g} %); use rest lengths as "
-                      "drawn, or draw smoother rods",
-                      report_.iterations, 100 * report_.max_gradient_scaled,
-                      100 * options_.tolerance));
+      return finish(RestLengthStatus::kIterationLimit, unbalanced_text("the stress is not least"));
     }
     ++report_.iterations;
     if (!improve()) {
       if (context_.cancellation.requested()) continue;
-      return finish(
-          RestLengthStatus::kStalled,
-          fmt::format("the search is stuck after {} steps: the forces are out of "
-                      "balance by {:.2g} % of the largest (limit {:.2g} %); use rest lengths as "
-                      "drawn, or draw smoother rods",
-                      report_.iterations, 100 * report_.max_gradient_scaled,
-                      100 * options_.tolerance));
+      return finish(RestLengthStatus::kStalled, unbalanced_text("the search is stuck"));
     }
     if (context_.progress) context_.progress("rest lengths", progress());
   }

@@ -8,6 +8,7 @@
 #include "engine/base/rotations/logarithm.h"
 #include "engine/session/beams/beam_remarks.h"
 #include "engine/session/keyed_items.h"
+#include "engine/session/limit_checks.h"
 #include "engine/session/refused_edit.h"
 
 namespace limber::session {
@@ -33,12 +34,8 @@ bool holds_anything(const BeamSupport& support) {
 }  // namespace
 
 void BeamLimits::validate() const {
-  if (undo_depth < 0)
-    throw Error(ErrorCode::kInvalidArgument, "undo_depth",
-                fmt::format("undo_depth = {}, must be >= 0", undo_depth));
-  if (steps_at_once < 0)
-    throw Error(ErrorCode::kInvalidArgument, "steps_at_once",
-                fmt::format("steps_at_once = {}, must be >= 0", steps_at_once));
+  demand_not_negative(undo_depth, "undo_depth");
+  demand_not_negative(steps_at_once, "steps_at_once");
 }
 
 namespace {

@@ -7,6 +7,7 @@
 
 #include "engine/base/error.h"
 #include "engine/session/keyed_items.h"
+#include "engine/session/limit_checks.h"
 #include "engine/session/refused_edit.h"
 
 namespace limber::session {
@@ -39,15 +40,9 @@ bool is_nothing(const scene::JointLoad& load) {
 }  // namespace
 
 void LinkageLimits::validate() const {
-  if (undo_depth < 0)
-    throw Error(ErrorCode::kInvalidArgument, "undo_depth",
-                fmt::format("undo_depth = {}, must be >= 0", undo_depth));
-  if (max_targets < 0)
-    throw Error(ErrorCode::kInvalidArgument, "max_targets",
-                fmt::format("max_targets = {}, must be >= 0", max_targets));
-  if (steps_at_once < 0)
-    throw Error(ErrorCode::kInvalidArgument, "steps_at_once",
-                fmt::format("steps_at_once = {}, must be >= 0", steps_at_once));
+  demand_not_negative(undo_depth, "undo_depth");
+  demand_not_negative(max_targets, "max_targets");
+  demand_not_negative(steps_at_once, "steps_at_once");
 }
 
 namespace {
