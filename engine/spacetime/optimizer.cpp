@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "engine/base/error.h"
+#include "engine/base/start_shift.h"
 
 namespace limber::spacetime {
 Optimizer::Optimizer(std::shared_ptr<const reduced::Kinematics> kinematics,
@@ -81,7 +82,13 @@ void Optimizer::start_from_rest_if_there() {
 /// Left on the ramp, it would be led away again by weights that hardly pull.
 void Optimizer::warm_start(const Eigen::MatrixXd& motion, Known known) {
   challenger_.reset();
-  systems_.gather(motion, z_);
+  if (start_shift() > 0 && known == Known::kGuess && motion.size() > 0) {
+    const Eigen::MatrixXd moves = (start_moves(motion.size()) * motion.cwiseAbs().maxCoeff())
+                                      .reshaped(motion.rows(), motion.cols());
+    systems_.gather(motion + moves, z_);
+  } else {
+    systems_.gather(motion, z_);
+  }
   residual_valid_ = jacobian_valid_ = motion_valid_ = curvature_valid_ = false;
   rows_.forget_multipliers();
   set_scale(1);

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "engine/base/start_shift.h"
 #include "engine/beams/solver/buckling_estimate.h"
 #include "engine/beams/solver/element_doubts.h"
 #include "engine/beams/solver/finite_state.h"
@@ -21,6 +22,21 @@ void add_work(const BeamReport& of, BeamReport& to) {
   to.newton_iterations += of.newton_iterations;
   to.factorizations += of.factorizations;
   to.relaxation_steps += of.relaxation_steps;
+}
+
+/// As other processors' last digits might have it: see start_shift().
+BeamState begun(const BeamStructure& structure, const BeamState& start) {
+  Eigen::VectorXd moves = start_moves(structure.unknowns());
+  if (moves.size() == 0) return start;
+  const double extent =
+      (start.positions.rowwise().maxCoeff() - start.positions.rowwise().minCoeff()).maxCoeff();
+  for (Eigen::Index unknown = 0; unknown < moves.size(); ++unknown) {
+    if (structure.held()[static_cast<std::size_t>(unknown)])
+      moves[unknown] = 0;
+    else if (unknown < 6 * structure.nodes() && unknown % 6 < 3)
+      moves[unknown] *= extent;
+  }
+  return structure.moved(start, moves);
 }
 
 /// One attempt from `start`.
@@ -277,22 +293,24 @@ BeamSolution solve(const Attempt& attempt) {
 
 BeamSolution find_equilibrium(const BeamStructure& structure, const BeamSolveOptions& options,
                               const JobContext& context, const BeamObserver& observer) {
-  const BeamState start = structure.rest_state();
+  const BeamState start = begun(structure, structure.rest_state());
   const detail::LoadPath path = detail::LoadPath::from_drawn(structure);
   return solve({structure, start, path, options, context, observer});
 }
 
-BeamSolution find_equilibrium_from(const BeamStructure& structure, const BeamState& start,
+BeamSolution find_equilibrium_from(const BeamStructure& structure, const BeamState& given,
                                    const BeamSolveOptions& options, const JobContext& context,
                                    const BeamObserver& observer) {
+  const BeamState start = begun(structure, given);
   const detail::LoadPath path = detail::LoadPath::at_once(structure, start);
   return solve({structure, start, path, options, context, observer});
 }
 
-BeamSolution follow_equilibrium(const BeamStructure& structure, const BeamState& start,
+BeamSolution follow_equilibrium(const BeamStructure& structure, const BeamState& given,
                                 const std::vector<HeldTurn>& turned,
                                 const BeamSolveOptions& options, const JobContext& context,
                                 const BeamObserver& observer) {
+  const BeamState start = begun(structure, given);
   const detail::LoadPath path = detail::LoadPath::following(structure, start, turned);
   return solve({structure, start, path, options, context, observer});
 }

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "engine/base/error.h"
+#include "engine/base/start_shift.h"
 #include "engine/rods/equilibrium/newton_run.h"
 
 namespace limber::rods {
@@ -158,6 +159,27 @@ std::unique_ptr<HessianFactor> LinkageEquilibrium::take_factor(
   return taken;
 }
 
+namespace {
+
+/// Where the last solve ended is no start.
+bool ended_at(const detail::NewtonWorkspace& work, const LinkageState& state) {
+  return std::equal(work.end.begin(), work.end.end(), state.joints().begin(), state.joints().end(),
+                    [](const JointState<double>& a, const JointState<double>& b) {
+                      return a.position == b.position;
+                    });
+}
+
+/// As other processors' last digits might have it: see start_shift().
+LinkageState begun(const detail::NewtonWorkspace& work, const LinkageState& state) {
+  Eigen::VectorXd moves = start_moves(work.scales.weights().size());
+  for (Eigen::Index unknown = 0; unknown < moves.size(); ++unknown)
+    if (work.scales.kind(static_cast<int>(unknown)) == detail::UnknownKind::kLength)
+      moves[unknown] *= work.scales.extent();
+  return state.moved(work.model, moves);
+}
+
+}  // namespace
+
 void LinkageEquilibrium::expect_step(const LinkageState& from, const Eigen::VectorXd& step) {
   workspace_->factor->bordered.reset();
   workspace_->tensions.expect(workspace_->model, from, step);
@@ -179,6 +201,7 @@ EquilibriumReport LinkageEquilibrium::solve(LinkageState& state, const Condition
     report.energies = workspace_->assembly.energies(state);
     return report;
   }
+  if (start_shift() > 0 && !ended_at(*workspace_, state)) state = begun(*workspace_, state);
   workspace_->begin_at(state);
   detail::NewtonRun run(*workspace_, conditions, options, state);
   EquilibriumReport report = run.run(state, context, on_iterate);

@@ -109,7 +109,9 @@ class SizeWalk {
     if (number >= batch_.begin() && number + 4 <= batch_.end()) {
       Lanes numbers[kChainLanes];
       load_across(own_, number, numbers);
-      return {{V(numbers[0]), V(numbers[1]), V(numbers[2])}, V(numbers[3])};
+      // By memory: where lanes are wider than the processor's registers, V is no vector of these.
+      const double* const values = reinterpret_cast<const double*>(numbers);
+      return {load_lanes3(values), load_lane(values + 3 * kChainLanes)};
     }
     VertexChange result;
     if (batch_.has_start && i == 1) {

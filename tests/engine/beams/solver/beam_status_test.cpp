@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 
 #include "engine/base/error.h"
+#include "engine/base/start_shift.h"
 #include "engine/beams/results/beam_results.h"
 #include "engine/beams/solver/element_doubts.h"
 #include "tests/support/beam_problems.h"
@@ -54,7 +55,9 @@ TEST(BeamStatus, RelaxationIgnoresAnUnusedNodeFarAway) {
   model.nodes.push_back({Eigen::Vector3d(5000, 0, 0)});
   const BeamSolution found = find_equilibrium(BeamStructure(model), options);
   ASSERT_TRUE(found.report.converged()) << found.report.message;
-  EXPECT_EQ((found.state.positions.leftCols(11) - alone.state.positions).norm(), 0);
+  // Equal but for starts that are moved on purpose, by shares of the extent.
+  EXPECT_LE((found.state.positions.leftCols(11) - alone.state.positions).norm(),
+            5e4 * start_shift());
 }
 
 /// Its nodes move along it only: nothing in the stiffness tells that elements buckle between them.

@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "engine/base/error.h"
+#include "engine/base/start_shift.h"
 #include "engine/rods/design/compare_designs.h"
 #include "engine/rods/design/design_optimizer.h"
 #include "engine/rods/design/linkage_cells.h"
@@ -272,7 +273,7 @@ TEST_F(HardDesigns, WhereTheDeployedShapesBranchEndsTheSearchGoesOnFromTheNext) 
     LinkageState state = design.point().deployed;
     const EquilibriumReport here = equilibrium.solve(state, deployed_, {.max_escapes = 0});
     EXPECT_TRUE(here.converged()) << here.message;
-    EXPECT_EQ(here.iterations, 0);
+    EXPECT_LE(here.iterations, start_shift() > 0 ? 1 : 0);
   }
   EXPECT_GT(left, 0);
 }
