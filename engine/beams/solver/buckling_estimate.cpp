@@ -17,6 +17,8 @@ namespace limber::beams::detail {
 namespace {
 
 constexpr double kFirstShare = 1e-3;
+// What rounding of the start, or a solve before, leaves of forces: far below the first share.
+constexpr double kUnloaded = 1e-6;
 constexpr double kTolerance = 1e-8;
 constexpr int kIterations = 20;
 constexpr double kMinCompressed = 1e-6;  // share of the buckling load that is told from rounding
@@ -96,7 +98,8 @@ std::optional<BucklingEstimate> estimate_buckling(const BeamStructure& structure
                                                   const BeamState& start, const LoadPath& path,
                                                   const JobContext& context) {
   const LoadPath loading = path.without_temporary_loads();
-  if (!loading.loads(0).empty() || !loading.varies()) return {};
+  if (!loading.begins_unloaded(kUnloaded, Balance(structure).extent()) || !loading.varies())
+    return {};
   NewtonSolver newton(structure, context);
   BeamState state = start;
   if (newton.balance(state, loading, kFirstShare, kTolerance, kIterations) !=

@@ -74,11 +74,23 @@ struct Attempt {
     report.method = BeamMethod::kRelaxationThenNewton;
     detail::relax(structure, path, options.hand_over, options, context, observer, solution.state,
                   report);
+    if (report.status == BeamStatus::kStalled && settled(solution)) return;
     if (!report.converged()) return;
     if (const NodeLoads loads = path.loads(1); loads.follows())
       following(loads, solution);
     else
       detail::follow_path(structure, path, 1, options, context, observer, solution.state, report);
+  }
+
+  /// Cables that go slack and taut may keep the dynamics from settling close to balance: does
+  /// Newton's method find it from there?
+  bool settled(BeamSolution& solution) const {
+    if (path.loads(1).follows()) return false;
+    BeamSolution other = solution;
+    detail::follow_path(structure, path, 1, options, context, observer, other.state, other.report);
+    if (!other.report.converged()) return false;
+    solution = std::move(other);
+    return true;
   }
 
   /// Loads that follow have no potential that Newton's method could lower: it finishes on forces.

