@@ -76,6 +76,42 @@ TEST(Subscription, WhatIsUnsubscribedComesNoMore) {
   EXPECT_EQ(event->topic, "b");
 }
 
+/// Of whom a client has heard: a restarted server publishes under the same names.
+TEST(Subscription, AMessageOfAnotherRunIsToldAsARestart) {
+  const auto of_run = [](std::uint64_t sequence, const std::string& instance) {
+    v1::StreamMessage told;
+    told.set_version(1);
+    told.set_sequence(sequence);
+    told.set_instance(instance);
+    return told.SerializeAsString();
+  };
+  FakeRouter router([](const v1::Request& request) -> std::vector<std::string> {
+    v1::Reply reply;
+    reply.set_version(1);
+    reply.set_id(request.id());
+    reply.set_instance("first");
+    reply.mutable_get_server_info()->set_instance("first");
+    return {reply.SerializeAsString()};
+  });
+  Client client(router.requests());
+  (void)client.call(v1::GetServerInfoRequest{});
+  ASSERT_EQ(client.instance(), "first");
+  Subscription stream(client, router.stream());
+  stream.subscribe("a");
+  await_subscriptions(router, 1);
+  router.publish("a", of_run(1, "first"));
+  router.publish("a", of_run(1, "second"));
+  const auto event = stream.next(Milliseconds{5000});
+  ASSERT_TRUE(event.has_value());
+  EXPECT_EQ(event->message.instance(), "first");
+  try {
+    (void)stream.next(Milliseconds{5000});
+    FAIL() << "it is none of this run";
+  } catch (const ServerRestarted& restarted) {
+    EXPECT_EQ(restarted.code(), v1::ERROR_CODE_RESTARTED);
+  }
+}
+
 TEST(Subscription, AnInterruptionEndsTheWait) {
   FakeRouter router(silent);
   ClientOptions options;

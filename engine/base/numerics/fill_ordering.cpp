@@ -8,6 +8,7 @@
 #endif
 
 #include <algorithm>
+#include <numeric>
 
 #include "engine/base/error.h"
 #include "engine/base/numerics/metis_lock.h"
@@ -116,7 +117,10 @@ std::vector<int> fill_reducing_order(int nodes, const std::vector<std::pair<int,
     lower.starts.push_back(static_cast<int>(lower.rows.size()));
   }
   std::vector<int> order(static_cast<std::size_t>(nodes));
-  if (nodes == 0) return order;
+  if (lower.rows.empty()) {  // AMD takes no pattern without entries
+    std::iota(order.begin(), order.end(), 0);
+    return order;
+  }
   if (!find_order(lower, method, order))
     throw Error(ErrorCode::kLimitExceeded, "", "not enough memory to order the graph");
   return order;

@@ -337,10 +337,11 @@ TEST(MaterialHardCases, AConstraintFarOutsideWhatTheModesCanReach) {
   const MaterialReport report = solver.solve();
   EXPECT_TRUE(finite(solver));
   EXPECT_LE(report.total_energy, energy_of(scene, scene.material, scene.motion, 1));
-  // Never reached. Without the bound of frequencies and the slow steps the fit ends in another
-  // local minimum, 10.5 m from the target at 4.7 times the total energy (3440, here 730); with them
-  // at 1.13 m, of a chain 2 m long.
-  EXPECT_NEAR(report.max_constraint_error, 1.13, 0.15);
+  // Never reached. Without the bound of frequencies and the slow steps the fit ends in a local
+  // minimum 10.5 m from the target at a total energy of 3440; with them, by the last digits, at
+  // 730 or 1054 and 1.1 or 2.8 m, of a chain 2 m long.
+  EXPECT_LT(report.total_energy, 1720);
+  EXPECT_LT(report.max_constraint_error, 4);
 }
 
 TEST(MaterialHardCases, TwoContradictoryConstraintsAtOneNodeAndFrame) {
