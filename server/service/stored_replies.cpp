@@ -46,13 +46,13 @@ StoredReplies::Finding StoredReplies::begin(const RequestKey& key, std::uint64_t
   if (entry.hash != hash) return {Verdict::kDifferent, {}};
   if (entry.is_too_large) return {Verdict::kTooLarge, {}};
   if (entry.is_answered) return {Verdict::kAnswered, entry.reply};
-  superseded = std::exchange(entry.repeated, nullptr);
-  if (superseded) superseded->absorb();
+  // One of the first connection may have been overtaken by one of the newest, which still waits.
   if (ticket->client() == entry.connection) {
     ticket->absorb();
-  } else {
-    entry.repeated = ticket;
+    return {Verdict::kRunning, {}};
   }
+  superseded = std::exchange(entry.repeated, ticket);
+  if (superseded) superseded->absorb();
   return {Verdict::kRunning, {}};
 }
 

@@ -98,6 +98,10 @@ TEST_F(ServerStoredReplies, WhatIsInProgressIsAnsweredOnTheNewestConnectionToo) 
   EXPECT_EQ(replies.begin({"a", 1}, hash, second, now).verdict, Verdict::kRunning);
   EXPECT_EQ(replies.begin({"a", 1}, hash, third, now).verdict, Verdict::kRunning);
   EXPECT_TRUE(second->answered());
+  // One that the third has overtaken takes nothing from it.
+  const auto late = ticket("first");
+  EXPECT_EQ(replies.begin({"a", 1}, hash, late, now).verdict, Verdict::kRunning);
+  EXPECT_TRUE(late->answered());
   EXPECT_EQ(replies.answer({"a", 1}, "done", now), third);
   EXPECT_FALSE(third->answered());
   for (const auto& its : {first, third}) its->absorb();
