@@ -244,6 +244,29 @@ TEST_F(ServerSessions, PipelinedEditsKeepTheirOrder) {
   }
 }
 
+/// A session's name with its uid is the same session: its edits wait behind each other, those that
+/// take long too.
+TEST_F(ServerSessions, PipelinedEditsKeepTheirOrderUnderBothNames) {
+  open_and_solve(client, "s");
+  proto::Request status;
+  status.mutable_get_session()->set_session("s");
+  const std::string names[] = {
+      "s", "s@" + std::to_string(client.call(status).get_session().status().uid())};
+  std::vector<std::uint64_t> ids;
+  for (int i = 0; i < 200; ++i) {
+    proto::Request request = move_request(names[i % 2], 1, 0, 0.001 * i, 0);
+    const proto::Edit edit = request.edit().edits(0);
+    for (int k = 0; i % 20 == 0 && k < 5000; ++k) *request.mutable_edit()->add_edits() = edit;
+    ids.push_back(client.send(request));
+  }
+  for (std::size_t i = 0; i < ids.size(); ++i) {
+    const auto reply = client.receive();
+    ASSERT_TRUE(reply.has_value());
+    EXPECT_EQ(reply->id(), ids[i]);
+    EXPECT_EQ(reply->edit().revision(), i + 1) << reply->ShortDebugString();
+  }
+}
+
 TEST_F(ServerSessions, WaitsEndByTimeout) {
   open_and_solve(client, "s");
   const auto begin = std::chrono::steady_clock::now();
