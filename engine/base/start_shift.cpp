@@ -3,8 +3,9 @@
 #include <charconv>
 #include <cstdint>
 #include <cstdlib>
-#include <cstring>
+#include <string>
 
+#include "engine/base/error.h"
 #include "engine/base/random.h"
 
 namespace limber {
@@ -14,27 +15,32 @@ constexpr double kMaximalShift = 1e-6;
 
 double shift_of_environment() {
   const char* text = std::getenv("LIMBER_START_SHIFT");
-  if (text == nullptr) return 0;
-  double value = 0;
-  const char* end = text + std::strlen(text);
-  const auto [rest, error] = std::from_chars(text, end, value);
-  if (error != std::errc() || rest != end || !(value >= 0 && value <= kMaximalShift)) return 0;
-  return value;
+  return text == nullptr ? 0 : parse_start_shift(text);
 }
 
 }  // namespace
 
-double start_shift() noexcept {
+double parse_start_shift(std::string_view text) {
+  double value = 0;
+  const char* const end = text.data() + text.size();
+  const auto [rest, error] = std::from_chars(text.data(), end, value);
+  if (error != std::errc() || rest != end || !(value >= 0 && value <= kMaximalShift))
+    throw Error(ErrorCode::kInvalidArgument, "LIMBER_START_SHIFT",
+                "LIMBER_START_SHIFT is '" + std::string(text) +
+                    "': a number from 0 to 1e-6 is expected, or nothing set");
+  return value;
+}
+
+double start_shift() {
   static const double shift = shift_of_environment();
   return shift;
 }
 
-Eigen::VectorXd start_moves(Eigen::Index count) {
-  const double shift = start_shift();
-  if (shift == 0) return {};
+Eigen::VectorXd start_moves(Eigen::Index count, double share) {
+  if (share == 0) return {};
   Random random(static_cast<std::uint64_t>(count));
   Eigen::VectorXd moves(count);
-  for (double& move : moves) move = random.uniform(-shift, shift);
+  for (double& move : moves) move = random.uniform(-share, share);
   return moves;
 }
 
