@@ -73,6 +73,12 @@ void Connections::cut_off(const Peer& peer) {
   if (peer.file >= 0) ::shutdown(peer.file, SHUT_RDWR);  // of what is no socket: ENOTSOCK
 }
 
+void Connections::cut_off(std::uint64_t number) const {
+  for (const auto& [file, known] : by_file_) {
+    if (known.peer.number == number) cut_off(known.peer);
+  }
+}
+
 std::size_t Connections::cut_off_others(const std::set<std::string>& allowed) {
   std::size_t count = 0;
   for (const auto& [file, known] : by_file_) {

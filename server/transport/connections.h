@@ -53,6 +53,8 @@ class Connections {
   /// between its end and the notice of it another file may have it. If that is a socket of another
   /// client, that client is cut off and connects again; nothing else can be shut down so.
   static void cut_off(const Peer& peer);
+  /// The open one with this number, if there is one.
+  void cut_off(std::uint64_t number) const;
   /// Cuts off those whose key is not allowed. @returns their number
   std::size_t cut_off_others(const std::set<std::string>& allowed);
 

@@ -1,6 +1,7 @@
 #include "server/transport/subscriptions.h"
 
 #include <mutex>
+#include <utility>
 
 namespace limber::server {
 
@@ -17,13 +18,44 @@ Subscriptions::Noted Subscriptions::note(std::uint64_t connection, std::string_v
   if (subscriber.is_cut_off) return Noted::kNothing;
   const bool is_new_of_all = !prefixes_.contains(prefix);
   if (!subscriber.prefixes.contains(prefix) &&
-      (subscriber.prefixes.size() >= kMaxOfOne ||
-       (is_new_of_all && prefixes_.size() >= kMaxPrefixes))) {
+      (subscriber.prefixes.size() >= kMaxOfOne || (is_new_of_all && !make_room_for(connection)))) {
     subscriber.is_cut_off = true;
     return Noted::kTooMany;
   }
   if (subscriber.prefixes.insert(prefix).second) ++prefixes_[prefix];
   return prefix.size() <= kLongestTopic ? Noted::kSubscription : Noted::kNothing;
+}
+
+/// @returns false where no other connection has more than this one
+bool Subscriptions::make_room_for(std::uint64_t connection) {
+  while (prefixes_.size() >= kMaxPrefixes) {
+    const std::uint64_t most = greediest(connection);
+    if (most == connection) return false;
+    Subscriber& displaced = subscribers_.at(most);
+    for (const auto& prefix : displaced.prefixes) release(prefix);
+    displaced.prefixes.clear();
+    displaced.is_cut_off = true;
+    displaced_.push_back(most);
+  }
+  return true;
+}
+
+/// The connection with most prefixes; of several the given one, else the oldest.
+std::uint64_t Subscriptions::greediest(std::uint64_t of_equals) const {
+  std::uint64_t found = of_equals;
+  std::size_t most = subscribers_.at(of_equals).prefixes.size();
+  for (const auto& [connection, subscriber] : subscribers_) {
+    const std::size_t count = subscriber.prefixes.size();
+    if (count < most || (count == most && (found == of_equals || connection > found))) continue;
+    found = connection;
+    most = count;
+  }
+  return found;
+}
+
+std::vector<std::uint64_t> Subscriptions::take_displaced() {
+  const std::unique_lock lock(mutex_);
+  return std::exchange(displaced_, {});
 }
 
 void Subscriptions::release(const std::string& prefix) {

@@ -6,6 +6,7 @@
 #include <string_view>
 #include <unordered_map>
 #include <unordered_set>
+#include <vector>
 
 namespace limber::server {
 
@@ -24,6 +25,10 @@ class Subscriptions {
   /// @param connection  Peer::number
   /// @param message  from the XPUB socket: 1 or 0, then the prefix
   Noted note(std::uint64_t connection, std::string_view message);
+  /// Connections that had to make room, each told once: where all together have kMaxPrefixes, the
+  /// one that has most gives all of its own for a new one of another. Messages of it are ignored
+  /// from then on.
+  [[nodiscard]] std::vector<std::uint64_t> take_displaced();
   /// The connection has ended.
   void forget(std::uint64_t connection);
   [[nodiscard]] bool wanted(std::string_view topic) const;
@@ -34,10 +39,14 @@ class Subscriptions {
     bool is_cut_off = false;
   };
   void release(const std::string& prefix);
+  // With the lock:
+  [[nodiscard]] bool make_room_for(std::uint64_t connection);
+  [[nodiscard]] std::uint64_t greediest(std::uint64_t of_equals) const;
 
   mutable std::shared_mutex mutex_;
   std::unordered_map<std::uint64_t, Subscriber> subscribers_;
   std::unordered_map<std::string, std::size_t> prefixes_;  // how many connections have each
+  std::vector<std::uint64_t> displaced_;                   // not yet told
 };
 
 }  // namespace limber::server

@@ -341,6 +341,7 @@ void Transport::receive_subscriptions() {
     if (is_revoked(peer) || connections_.note(peer) == Connections::State::kEnded) continue;
     switch (subscriptions_.note(peer.number, message.to_string_view())) {
       case Subscriptions::Noted::kSubscription:
+        cut_off_displaced();
         handlers_.on_subscription(std::string(message.to_string_view().substr(1)));
         break;
       case Subscriptions::Noted::kTooMany:
@@ -349,8 +350,18 @@ void Transport::receive_subscriptions() {
         Connections::cut_off(peer);
         break;
       case Subscriptions::Noted::kNothing:
+        cut_off_displaced();
         break;
     }
+  }
+}
+
+void Transport::cut_off_displaced() {
+  for (const std::uint64_t connection : subscriptions_.take_displaced()) {
+    log::warn("cut off the subscriber with most prefixes: all together had {}",
+              Subscriptions::kMaxPrefixes);
+    add(counters_.cut_off);
+    connections_.cut_off(connection);
   }
 }
 

@@ -114,6 +114,7 @@ class Transport {
   void receive_requests();
   bool receive_request();
   void receive_subscriptions();
+  void cut_off_displaced();
   TopicSlots::Sent publish_now(const std::string& topic, const StreamBytes& bytes,
                                TopicSlots::Force force);
   TransportOptions options_;

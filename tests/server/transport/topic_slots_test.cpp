@@ -119,10 +119,31 @@ TEST(Subscriptions, OfAllTogetherAreBounded) {
     const auto connection = static_cast<std::uint64_t>(1 + i / 1000);
     ASSERT_EQ(subscriptions.note(connection, fmt::format("\1{}", i)), Noted::kSubscription);
   }
-  EXPECT_EQ(subscriptions.note(100, "\1jobs"), Noted::kTooMany);
   EXPECT_EQ(subscriptions.note(101, "\0017"), Noted::kSubscription);  // which somebody has
+  EXPECT_TRUE(subscriptions.take_displaced().empty());
+  // A newcomer takes the place of one that has most, not of one that has few.
+  EXPECT_EQ(subscriptions.note(100, "\1jobs"), Noted::kSubscription);
+  EXPECT_EQ(subscriptions.take_displaced(), std::vector<std::uint64_t>{1});
+  EXPECT_TRUE(subscriptions.take_displaced().empty());
+  EXPECT_TRUE(subscriptions.wanted("jobs"));
+  EXPECT_TRUE(subscriptions.wanted("7"));  // the other one that has it
+  EXPECT_TRUE(subscriptions.wanted("65535"));
+  EXPECT_EQ(subscriptions.note(1, "\1again"), Noted::kNothing);
+  subscriptions.forget(1);
+}
+
+TEST(Subscriptions, WhoHasMostMakesRoomForNobodyElse) {
+  using Noted = Subscriptions::Noted;
+  Subscriptions subscriptions;
+  for (int i = 0; i < 65536; ++i) {
+    const auto connection = static_cast<std::uint64_t>(1 + i / 1000);
+    ASSERT_EQ(subscriptions.note(connection, fmt::format("\1{}", i)), Noted::kSubscription);
+  }
+  EXPECT_EQ(subscriptions.note(5, "\1one more"), Noted::kTooMany);
+  EXPECT_TRUE(subscriptions.take_displaced().empty());
   subscriptions.forget(1);
   EXPECT_EQ(subscriptions.note(102, "\1jobs"), Noted::kSubscription);
+  EXPECT_TRUE(subscriptions.take_displaced().empty());
 }
 
 }  // namespace
