@@ -106,7 +106,7 @@ void add_server_options(CLI::App& app, CommandLine& line) {
                  "Threads for builds and solves; 0: as many as jobs and cores together")
       ->capture_default_str();
   app.add_option("--request-threads", line.serve.server.request_threads,
-                 "Threads for reading meshes and encoding frames")
+                 "Threads for reading meshes, encoding frames and long edits")
       ->capture_default_str();
   app.add_option("--cache-dir", line.cache, "Folder of built models")->capture_default_str();
   app.add_flag("--no-cache", line.no_cache, "Build every model anew");

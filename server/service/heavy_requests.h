@@ -2,8 +2,9 @@
 
 #include <boost/asio/thread_pool.hpp>
 #include <cstdint>
-#include <deque>
 #include <functional>
+#include <list>
+#include <map>
 #include <mutex>
 #include <optional>
 #include <string>
@@ -20,13 +21,15 @@ namespace limber::server {
 /// thread from here, so that what else is posted to it (frames of streams) has its turn too.
 ///
 /// Of a session, requests that name it here are worked on one at a time, those of a client in the
-/// order in which they came; all others in any order.
+/// order in which they came; all others in any order. One thread, where there are several, is left
+/// to the others: long edits of several sessions hold up no export.
 class HeavyRequests {
  public:
   struct Request {
     SharedTicket ticket;
     zmq::message_t payload;
     std::string session = {};  // empty: in any order
+    std::uint64_t number = 0;  // in the order of arrival; 0: add() gives the next one
   };
   using Work = std::function<void(Request request)>;
 
@@ -35,41 +38,63 @@ class HeavyRequests {
   ///                    taken whatever its size.
   HeavyRequests(boost::asio::thread_pool& pool, int threads, std::uint64_t most_bytes, Work work);
 
+  /// One that was taken, and has another ticket now, keeps its place by its number.
   /// @throws Refusal LIMIT_EXCEEDED; the request is whole then
   void add(Request&& request);
   /// Does any request that names the session wait or run?
   [[nodiscard]] bool is_busy(const std::string& session) const;
-  /// What waits, of one client or of all: it is the caller's to answer.
+  /// What waits, of one client or of all: it is the caller's to answer. Of one client in the order
+  /// of arrival.
   [[nodiscard]] std::vector<Request> take(const std::string& client);
   [[nodiscard]] std::vector<Request> take_all();
 
+  /// How often anything waiting was looked at, and how often a thread was asked for, so far: both
+  /// grow with the number of requests alone.
+  struct Steps {
+    std::uint64_t looks = 0, posts = 0;
+  };
+  [[nodiscard]] Steps steps() const;
+
  private:
+  using Queue = std::map<std::uint64_t, Request>;  // by number
+
+  /// What one client has waiting.
   struct Line {
-    std::deque<Request> requests;
+    std::unordered_map<std::string, Queue> queues;  // by session; none is empty
+    // The queues that may go on, by the number of their first: those of sessions that nothing runs
+    // for, and the one without a session.
+    std::map<std::uint64_t, std::string> ready;
     std::uint64_t bytes = 0;
+    std::list<std::string>::iterator turn;
   };
 
-  /// Of those that wait or run.
+  /// For which something waits or runs.
   struct Session {
-    std::size_t requests = 0;
+    std::list<std::string> clients;  // that have a queue for it
     bool is_running = false;
   };
 
   void run_one();
   // With the lock:
   [[nodiscard]] std::optional<Request> next();
-  void leave(const std::string& session);
+  [[nodiscard]] Request start(Line& line, std::map<std::uint64_t, std::string>::iterator first);
+  void end(const std::string& session);
+  void insert(const std::string& client, Line& line, Request&& request);
+  void erase_from(const std::string& session, const std::string& client);
 
   boost::asio::thread_pool& pool_;
-  const int threads_;
+  const int threads_, session_threads_;
   const std::uint64_t most_bytes_;
   const Work work_;
   mutable std::mutex mutex_;                     // of what follows
   std::unordered_map<std::string, Line> lines_;  // of clients that have something waiting
-  std::deque<std::string> turns_;                // the same clients, whose turn is next first
+  std::list<std::string> turns_;                 // the same clients, whose turn is next first
   std::unordered_map<std::string, Session> sessions_;
-  std::uint64_t bytes_ = 0;  // of all lines
-  int runners_ = 0;          // in the pool
+  std::uint64_t bytes_ = 0;   // of all lines
+  std::uint64_t last_ = 0;    // number
+  int runners_ = 0;           // in the pool
+  int running_sessions_ = 0;  // of the runners, those that work for a session
+  Steps steps_;
 };
 
 }  // namespace limber::server

@@ -52,7 +52,7 @@ struct ServerOptions {
   std::vector<std::filesystem::path> mesh_roots;  // MeshSource.path may name files below these
   std::filesystem::path cache_folder;             // of built models; empty: none
   int session_threads = 0;  // builds and solves; 0: --max-jobs and the number of cores together
-  int request_threads = 2;  // heavy requests: parsing of meshes, encoding of frames
+  int request_threads = 3;  // heavy requests: parsing of meshes, encoding of frames, long edits
   std::chrono::milliseconds grace{2000};  // from the wish to stop to the end
 
   /// How often the status of every session is told again to its subscribers: whoever missed the

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 
 #include <boost/asio/post.hpp>
+#include <condition_variable>
 #include <future>
 #include <mutex>
 
@@ -148,6 +149,99 @@ TEST(ServerHeavyRequestsOfSessions, AreWorkedOnOneAtATimeAndInOrder) {
   pool.join();
   EXPECT_THAT(began, ElementsAre("1", "2", "3", "4"));
   EXPECT_EQ(most, 1);
+  EXPECT_FALSE(requests.is_busy("s"));
+}
+
+/// Threads whose every work waits for a word of the test.
+struct ServerHeavyRequestsHeldUp : ::testing::Test {
+  void add(const std::string& client, const std::string& payload, const std::string& session = "",
+           std::uint64_t number = 0) {
+    requests.add({std::make_shared<Ticket>(transport, counters, open, Address{{client}, 0}, 1),
+                  zmq::message_t(payload), session, number});
+  }
+  /// Until so many have begun. @returns whether they have
+  bool wait_for(std::size_t count) {
+    std::unique_lock lock(mutex);
+    return changed.wait_for(lock, std::chrono::seconds(20), [&] { return began.size() >= count; });
+  }
+  std::vector<std::string> so_far() {
+    const std::lock_guard lock(mutex);
+    return began;
+  }
+  std::vector<std::string> rest() {
+    gate.set_value();
+    pool.join();
+    return began;
+  }
+
+  Counters counters;
+  Transport transport{test_options().transport, counters};
+  OpenRequests open;
+  std::mutex mutex;
+  std::condition_variable changed;
+  std::vector<std::string> began;
+  std::promise<void> gate;
+  std::shared_future<void> opened = gate.get_future().share();
+  boost::asio::thread_pool pool{3};
+  HeavyRequests requests{pool, 3, 100'000'000, [this](HeavyRequests::Request request) {
+                           {
+                             const std::lock_guard lock(mutex);
+                             began.push_back(request.payload.to_string());
+                           }
+                           changed.notify_all();
+                           opened.wait();
+                           request.ticket->abandon();
+                         }};
+};
+
+TEST_F(ServerHeavyRequestsHeldUp, WorkIsLinearInWhatWaitsBehindASession) {
+  constexpr std::uint64_t kMany = 20'000;
+  add("a", "first", "s");
+  ASSERT_TRUE(wait_for(1));
+  for (std::uint64_t i = 1; i < kMany; ++i) add("a", std::to_string(i), "s");
+  EXPECT_EQ(requests.steps().posts, 1u) << "no thread is asked for what it cannot do";
+  // Others of the client, and of another one, are found beside these.
+  for (std::uint64_t i = 0; i < kMany; ++i) {
+    add("a", "x");
+    add("b", "y", "s");
+  }
+  const auto done = rest();
+  EXPECT_EQ(done.size(), 3 * kMany);
+  EXPECT_LT(requests.steps().looks, 10 * 3 * kMany);
+  EXPECT_LT(requests.steps().posts, 10u);
+  EXPECT_FALSE(requests.is_busy("s"));
+}
+
+TEST_F(ServerHeavyRequestsHeldUp, SessionsLeaveAThreadToTheRest) {
+  add("a", "s1", "s");
+  add("a", "t1", "t");
+  add("a", "u1", "u");
+  add("b", "v1", "v");
+  add("b", "export");
+  ASSERT_TRUE(wait_for(3));
+  EXPECT_EQ(so_far().size(), 3u);
+  EXPECT_THAT(so_far(), ::testing::Contains("export"));
+  EXPECT_EQ(rest().size(), 5u);
+}
+
+TEST_F(ServerHeavyRequestsHeldUp, ASessionThatClientsShareIsTheirsByTurns) {
+  add("a", "a1", "s");
+  ASSERT_TRUE(wait_for(1));
+  for (const char* payload : {"a2", "a3", "a4"}) add("a", payload, "s");
+  for (const char* payload : {"b1", "b2"}) add("b", payload, "s");
+  EXPECT_THAT(rest(), ElementsAre("a1", "a2", "b1", "a3", "b2", "a4"));
+}
+
+/// As those that a client repeated on another connection, where it sends more meanwhile.
+TEST_F(ServerHeavyRequestsHeldUp, WhatIsTakenMayComeBackToItsPlace) {
+  add("z", "z", "s");
+  ASSERT_TRUE(wait_for(1));
+  for (const char* payload : {"1", "2", "3"}) add("old", payload, "s");
+  for (const char* payload : {"4", "5"}) add("new", payload, "s");
+  for (auto& request : requests.take("old"))
+    add("new", request.payload.to_string(), request.session, request.number);
+  EXPECT_TRUE(requests.is_busy("s"));
+  EXPECT_THAT(rest(), ElementsAre("z", "1", "2", "3", "4", "5"));
   EXPECT_FALSE(requests.is_busy("s"));
 }
 

@@ -115,7 +115,7 @@ TEST_F(ServerRepeatedRequests, ReadsAreAnsweredAnewUnderTheSameId) {
 }
 
 TEST_F(ServerRepeatedRequests, AnOpeningRepeatedWhileItRunsOpensOneSession) {
-  // The request pool has two threads: these keep them busy, so that the opening has to wait.
+  // The request pool has three threads: these keep them busy, so that the opening has to wait.
   for (int i = 0; i < 6; ++i) client.send(open_request(small_scene(), "busy" + std::to_string(i)));
   const std::string open = bytes_of(open_request(small_scene()), 1'000'001, "an opening client");
   other.send_bytes(open);
