@@ -13,6 +13,8 @@ namespace limber::server {
 /// The record of a session of a structure of beams, and the session's listener.
 class BeamRecord final : public Record, public session::BeamListener {
  public:
+  static constexpr std::size_t kLightElements = 2000;  // an edit of one load takes 2 ms
+
   /// @param opened  as it was opened: what answers need that the session does not keep
   BeamRecord(Hub& hub, SessionKey key, DecodedBeams opened, JobId open_job);
 
@@ -25,6 +27,10 @@ class BeamRecord final : public Record, public session::BeamListener {
   /// What exports are made of: final results.
   [[nodiscard]] ExportBook<session::BeamResult>& exports() { return exports_; }
   [[nodiscard]] const char* subject() const override { return "a structure of beams"; }
+  /// An edit validates the whole structure.
+  [[nodiscard]] bool edits_are_light() const override {
+    return opened_.model.elements.size() <= kLightElements;
+  }
   [[nodiscard]] std::shared_ptr<const FrameSource> frames(bool final_only) const override;
   [[nodiscard]] proto::GetGeometryResponse geometry(
       const std::string& known_basis_hash) const override;

@@ -30,6 +30,9 @@ class Record : public std::enable_shared_from_this<Record> {
   [[nodiscard]] const SessionKey& key() const { return key_; }
   /// For messages: what a session of this kind is of.
   [[nodiscard]] virtual const char* subject() const = 0;
+  /// Whether one edit is soon done, whatever it is: what it validates is small. Any thread, without
+  /// waiting.
+  [[nodiscard]] virtual bool edits_are_light() const { return true; }
   /// The build failed or was cancelled, and nobody has asked for another.
   [[nodiscard]] bool failed() const;
   [[nodiscard]] proto::SessionStatus status() const;

@@ -11,6 +11,7 @@ namespace {
 constexpr std::uint64_t kIdsPerRun = 1'000'000;
 // Runs are numbered by 31 random bits with the 32nd set: ids have 16 digits and are below 2^52.
 constexpr std::uint64_t kFirstRun = 1ull << 31, kEndOfRuns = 1ull << 32;
+constexpr std::size_t kUidDigits = 16;
 
 }  // namespace
 
@@ -31,10 +32,15 @@ SessionKey SessionKey::parse(const std::string& text) {
   const auto at = text.find('@');
   SessionKey key{text.substr(0, at), 0};
   if (at == std::string::npos) return key;
+  // Each session has one reference: with leading zeros it would have more, of any length.
+  const std::size_t digits = text.size() - at - 1;
+  const bool is_written_so = digits > 0 && digits <= kUidDigits && text[at + 1] != '0';
   const char* const end = text.data() + text.size();
   const auto [rest, fault] = std::from_chars(text.data() + at + 1, end, key.uid);
-  if (fault != std::errc() || rest != end || key.uid == 0)
-    throw invalid("session", "a session is given as NAME or NAME@UID, its uid being a number > 0");
+  if (!is_written_so || fault != std::errc() || rest != end)
+    throw invalid("session",
+                  "a session is given as NAME or NAME@UID, its uid being a number > 0 of at most "
+                  "16 digits without leading zeros");
   return key;
 }
 

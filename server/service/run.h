@@ -40,7 +40,7 @@ struct SessionKey {
   /// "NAME@UID", by which requests reach this very session.
   [[nodiscard]] std::string reference() const;
   /// @param text  NAME or NAME@UID; uid is 0 without one
-  /// @throws Refusal INVALID_ARGUMENT for a UID that is no number
+  /// @throws Refusal INVALID_ARGUMENT for a UID that is none, or not written as reference() does
   [[nodiscard]] static SessionKey parse(const std::string& text);
 };
 

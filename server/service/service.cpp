@@ -106,6 +106,10 @@ bool is_short(const proto::EditRequest& request) {
          }) <= kSteps;
 }
 
+/// In the place of a session's name, of edits whose session is not where it can be peeked. No name:
+/// it has a character that none has.
+constexpr const char* kHiddenSession = "?";
+
 proto::Request parse(const zmq::message_t& payload) {
   check_wire(payload.to_string_view(), *proto::Request::descriptor());
   proto::Request request;
@@ -159,9 +163,9 @@ void Service::handle(Address address, zmq::message_t payload) noexcept try {
   } catch (const Refusal& refusal) {
     if (refusal.code() == proto::ERROR_CODE_MALFORMED)
       hub_.counters.malformed.fetch_add(1, std::memory_order_relaxed);
-    ticket->refuse(refusal);
+    ticket->refuse_unbegun(refusal);
   } catch (const std::exception& fault) {
-    ticket->refuse(fault);
+    ticket->refuse_unbegun(fault);
   }
 } catch (const std::exception& fault) {  // no memory even for the refusal
   hub_.counters.dropped_requests.fetch_add(1, std::memory_order_relaxed);
@@ -204,15 +208,17 @@ void Service::dispatch(const SharedTicket& ticket, int body, zmq::message_t payl
   // Of NAME and NAME@UID the name: requests of both are in one order.
   std::string session = peek_session(payload.to_string_view(), body);
   session.resize(std::min(session.size(), session.find('@')));
+  // Edits that hide their session are all in one order, behind nothing else.
+  if (is_edit && session.empty()) session = kHiddenSession;
   // Behind edits of the session that wait for a thread: what is sent after them finds them made.
   const bool is_behind = !session.empty() && heavy_.is_busy(session);
   if (!is_heavy(body) && !(large && is_edit)) {
     if (large)
       throw limit_exceeded("", "bytes of a request of this kind", kLightBytes, payload.size());
-    if (!is_behind && !(is_edit && payload.size() > kShortEditBytes)) {
+    if (!is_behind &&
+        !(is_edit && (payload.size() > kShortEditBytes || session == kHiddenSession))) {
       const Request request = parse(payload);
-      if (!is_edit || (is_short(request.edit()) && !reads_files(request)))
-        return answer(ticket, request);
+      if (!is_edit || is_light_edit(request)) return carry_out(ticket, request);
     }
   }
   if (is_behind && !is_heavy(body) && payload.size() <= kShortEditBytes) {
@@ -221,6 +227,22 @@ void Service::dispatch(const SharedTicket& ticket, int body, zmq::message_t payl
     demand_room_of_client(*ticket);
   }
   heavy_.add({ticket, std::move(payload), is_edit || is_behind ? session : ""});
+}
+
+bool Service::is_light_edit(const Request& request) const {
+  if (!is_short(request.edit()) || reads_files(request)) return false;
+  const std::string& reference = request.edit().session();
+  const auto record = sessions_.look_up(reference.substr(0, reference.find('@')));
+  return !record || record->edits_are_light();
+}
+
+/// Its faults are the reply, which a repetition gets, too: something may have been done.
+void Service::carry_out(const SharedTicket& ticket, const Request& request) {
+  try {
+    answer(ticket, request);
+  } catch (const std::exception& fault) {
+    ticket->refuse(fault);
+  }
 }
 
 void Service::work_on(HeavyRequests::Request heavy) {
@@ -233,7 +255,7 @@ void Service::work_on(HeavyRequests::Request heavy) {
                            heavy.payload.size());
     }
     heavy.payload.rebuild();  // its bytes live on in the request
-    answer(ticket, request);
+    carry_out(ticket, request);
   } catch (const Refusal& refusal) {
     if (refusal.code() == proto::ERROR_CODE_MALFORMED)
       hub_.counters.malformed.fetch_add(1, std::memory_order_relaxed);
@@ -355,20 +377,23 @@ void Service::subscribed(const std::string& prefix) {
   hub_.jobs.tell_running();
 }
 
-void Service::gone(const std::string& client) {
+void Service::gone(const std::string& client) { drop_waiting(client); }
+
+void Service::drop_waiting(const std::string& client) {
   for (auto& request : heavy_.take(client)) {
     const auto heir = request.ticket->abandon();
     if (!heir) continue;
     try {
-      heavy_.add({heir, std::move(request.payload), std::move(request.session)});
+      heavy_.add({heir, std::move(request.payload), std::move(request.session), request.number});
     } catch (const Refusal& refusal) {
-      heir->refuse(refusal);
+      heir->refuse_unbegun(refusal);
     }
   }
 }
 
 void Service::disconnected(const std::string& client) {
   if (hub_.open_requests.of(client) == 0) return;
+  drop_waiting(client);
   for (const auto& record : sessions_.all()) record->waiters().abandon(client);
   hub_.jobs.abandon(client);
 }

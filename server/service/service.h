@@ -40,7 +40,7 @@ class Service {
                                            const UnreadReplies::Excess& excess) const;
   /// A reply did not reach this client: what it has waiting for a thread is dropped.
   void gone(const std::string& client);
-  /// Its connection has ended: what waits for a result or a job for it is released.
+  /// Its connection has ended: what waits for a result, a job or a thread for it is released.
   void disconnected(const std::string& client);
 
   /// Any thread: those that wait for a thread.
@@ -57,7 +57,12 @@ class Service {
                                  const RequestPeek& peek, const zmq::message_t& payload);
   void dispatch(const SharedTicket& ticket, int body, zmq::message_t payload);
   void work_on(HeavyRequests::Request request);
+  /// Drops what the client has waiting for a thread, unless it was repeated on another connection.
+  void drop_waiting(const std::string& client);
+  /// May it be made on the transport's thread?
+  [[nodiscard]] bool is_light_edit(const Request& request) const;
   void answer(const SharedTicket& ticket, const Request& request);
+  void carry_out(const SharedTicket& ticket, const Request& request);
 
   // handlers_session.cpp
   proto::OpenSessionResponse open(const proto::OpenSessionRequest& request);

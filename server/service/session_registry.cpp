@@ -102,6 +102,12 @@ std::shared_ptr<Record> SessionRegistry::find(const std::string& reference) cons
   return it->second.record;
 }
 
+std::shared_ptr<Record> SessionRegistry::look_up(const std::string& name) const {
+  const std::lock_guard lock(mutex_);
+  const auto it = sessions_.find(name);
+  return it == sessions_.end() ? nullptr : it->second.record;
+}
+
 void SessionRegistry::remove(const Record& record) {
   const std::lock_guard lock(mutex_);
   const auto it = sessions_.find(record.id());

@@ -48,6 +48,8 @@ class SessionRegistry {
   /// @throws Refusal NOT_FOUND, also where the name is another session's by now; RESTARTED for a
   /// UID of another run
   [[nodiscard]] std::shared_ptr<Record> find(const std::string& reference) const;
+  /// @returns null where there is none
+  [[nodiscard]] std::shared_ptr<Record> look_up(const std::string& name) const;
   /// Unless its name is another's by now.
   void remove(const Record& record);
   [[nodiscard]] std::vector<std::shared_ptr<Record>> all() const;

@@ -99,6 +99,18 @@ std::shared_ptr<Ticket> StoredReplies::abandon(const RequestKey& key) {
   return nullptr;
 }
 
+std::shared_ptr<Ticket> StoredReplies::forget(const RequestKey& key) {
+  const std::lock_guard lock(mutex_);
+  const auto client = clients_.find(key.client);
+  if (client == clients_.end()) return nullptr;
+  const auto it = client->second.entries.find(key.id);
+  if (it == client->second.entries.end() || it->second.is_answered) return nullptr;
+  auto repeated = std::exchange(it->second.repeated, nullptr);
+  client->second.entries.erase(it);
+  if (client->second.entries.empty()) clients_.erase(client);
+  return repeated;
+}
+
 /// Called with the lock, for a client that has some.
 void StoredReplies::drop_oldest_of(const std::string& name) {
   const auto client = clients_.find(name);

@@ -63,6 +63,10 @@ class StoredReplies {
   /// @returns who repeated the request on another connection: the request is theirs now; or null,
   /// then it is forgotten
   [[nodiscard]] std::shared_ptr<Ticket> abandon(const RequestKey& key);
+  /// The request is refused before anything was done: it is forgotten, so that the same request may
+  /// come again.
+  /// @returns who repeated the request meanwhile and is to get the same refusal; may be null
+  [[nodiscard]] std::shared_ptr<Ticket> forget(const RequestKey& key);
 
   [[nodiscard]] std::size_t bytes() const;  // that count against Limits.total_bytes
   [[nodiscard]] std::size_t size() const;   // requests answered and kept, of all clients

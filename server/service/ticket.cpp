@@ -22,7 +22,9 @@ Ticket::~Ticket() {
   if (!answered()) refuse(shutting_down());
 }
 
-bool Ticket::answer(proto::Reply reply) {
+bool Ticket::answer(proto::Reply reply) { return answer(std::move(reply), Keep::kReply); }
+
+bool Ticket::answer(proto::Reply reply, Keep keep) {
   if (answered_.exchange(true)) return false;
   reply.set_version(1);
   reply.set_id(id_);
@@ -34,7 +36,10 @@ bool Ticket::answer(proto::Reply reply) {
   }
   std::string bytes = reply.SerializeAsString();
   std::shared_ptr<Ticket> repeated;
-  if (replies_ != nullptr) repeated = replies_->answer(key_, bytes, StoredReplies::Clock::now());
+  if (replies_ != nullptr) {
+    repeated = keep == Keep::kReply ? replies_->answer(key_, bytes, StoredReplies::Clock::now())
+                                    : replies_->forget(key_);
+  }
   if (repeated) repeated->answer_again(bytes);
   deliver(std::move(bytes));
   return true;
@@ -74,11 +79,19 @@ void Ticket::absorb() {
 }
 
 bool Ticket::refuse(const std::exception& fault, const std::string& prefix) {
+  return refuse(fault, prefix, Keep::kReply);
+}
+
+bool Ticket::refuse_unbegun(const std::exception& fault) {
+  return refuse(fault, "", Keep::kNothing);
+}
+
+bool Ticket::refuse(const std::exception& fault, const std::string& prefix, Keep keep) {
   proto::Reply reply;
   *reply.mutable_error() = error_to_proto(fault, prefix);
   log::debug("request {} refused: {} {}: {}", id_, proto::ErrorCode_Name(reply.error().code()),
              reply.error().field(), reply.error().message());
-  return answer(std::move(reply));
+  return answer(std::move(reply), keep);
 }
 
 }  // namespace limber::server

@@ -30,6 +30,8 @@ class Ticket {
   bool answer(proto::Reply reply);
   /// @param prefix  for fields the engine named, e.g. "scene."
   bool refuse(const std::exception& fault, const std::string& prefix = "");
+  /// As refuse(), before anything of the request was done: it may come again under the same id.
+  bool refuse_unbegun(const std::exception& fault);
   /// From now on its end is told to `replies`. Before it is shared.
   void keep_reply(StoredReplies& replies, RequestKey key);
   /// The bytes of a reply that the same request got before.
@@ -44,6 +46,9 @@ class Ticket {
   [[nodiscard]] bool answered() const { return answered_.load(); }
 
  private:
+  enum class Keep { kReply, kNothing };  // in the stored replies
+  bool answer(proto::Reply reply, Keep keep);
+  bool refuse(const std::exception& fault, const std::string& prefix, Keep keep);
   void deliver(std::string reply);
 
   Transport& transport_;

@@ -48,6 +48,15 @@ TEST(ServerRun, SessionsAreGivenByNameOrNameAndUid) {
     EXPECT_THROW((void)SessionKey::parse(text), Refusal) << text;
 }
 
+TEST(ServerRun, EachSessionHasOneReference) {
+  const std::uint64_t id = server::Run::begin().first_id + 1;
+  const std::string uid = std::to_string(id);
+  EXPECT_EQ(SessionKey::parse("cup@" + uid).uid, id);
+  for (const auto& text :
+       {std::string("cup@007"), "cup@0" + uid, "cup@1" + uid, "cup@" + std::string(200, '0') + uid})
+    EXPECT_THROW((void)SessionKey::parse(text), Refusal) << text;
+}
+
 /// What a client of one run asks of another run, on which a stranger has a session of that name.
 struct ServerOfAnotherRun : ::testing::Test {
   /// A uid and a job of a run that has ended.

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "server/codec/errors.h"
 #include "server/service/ticket.h"
 #include "tests/server/support/running_server.h"
 
@@ -122,6 +123,23 @@ TEST_F(ServerStoredReplies, ARequestOfAClientThatIsGoneBelongsToItsRepetition) {
   alone->keep_reply(replies, {"a", 2});
   EXPECT_EQ(alone->abandon(), nullptr);
   EXPECT_EQ(begin({"a", 2}), Verdict::kNew);
+}
+
+TEST_F(ServerStoredReplies, RefusalsBeforeTheWorkBeganAreNotKept) {
+  const auto first = ticket("first"), second = ticket("second");
+  const auto hash = content_hash("x");
+  EXPECT_EQ(replies.begin({"a", 1}, hash, first, now).verdict, Verdict::kNew);
+  first->keep_reply(replies, {"a", 1});
+  EXPECT_EQ(replies.begin({"a", 1}, hash, second, now).verdict, Verdict::kRunning);
+  EXPECT_TRUE(first->refuse_unbegun(limit_exceeded("body", "requests", 1, 2)));
+  EXPECT_TRUE(second->answered());  // by the same refusal
+  EXPECT_EQ(replies.size(), 0u);
+  EXPECT_EQ(open.total(), 0u);
+  const auto again = ticket("first");
+  EXPECT_EQ(replies.begin({"a", 1}, hash, again, now).verdict, Verdict::kNew);
+  again->keep_reply(replies, {"a", 1});
+  again->refuse(limit_exceeded("edits", "constraints", 1, 2));  // by the work itself
+  EXPECT_EQ(begin({"a", 1}), Verdict::kAnswered);
 }
 
 }  // namespace
