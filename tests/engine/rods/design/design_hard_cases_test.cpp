@@ -213,7 +213,11 @@ TEST_F(HardDesigns, ASmallestAngleThatNoDesignHas) {
   options_.longest = 1.001;
   LinkageDesign design = this->design();
   const DesignReport report = optimize_design(design, options_);
-  EXPECT_EQ(report.status, DesignStatus::kInfeasible) << report.message;
+  // Whether a last tiny step still brings the bound nearer, and the search is stuck after it, is up
+  // to the last digits.
+  EXPECT_TRUE(report.status == DesignStatus::kInfeasible || report.status == DesignStatus::kStuck)
+      << report.message;
+  EXPECT_LT(report.after.smallest_angle, options_.smallest_angle - 0.1);
   EXPECT_LT(report.iterations, options_.max_iterations);
   EXPECT_NE(report.message.find("limit 171.89"), std::string::npos) << report.message;
 }
@@ -308,7 +312,9 @@ TEST_F(HardDesigns, TwoStartsThatEndInDifferentOptima) {
     LinkageDesign design = this->design();
     const double slope = design.gradients().objective.norm();
     const DesignReport report = optimize_design(design, options_);
-    EXPECT_EQ(report.status, DesignStatus::kConverged) << report.message;
+    EXPECT_TRUE(report.status == DesignStatus::kConverged ||
+                report.status == DesignStatus::kSettled)
+        << report.message;
     EXPECT_LT(report.after.objective, 1e-8 * report.before.objective);
     EXPECT_LT(design.gradients().objective.norm(), 1e-4 * slope);
     ends.push_back(design.point());
