@@ -14,9 +14,9 @@ struct Named {
   reduced::BasisKind kind;
   const char* name;
 };
-constexpr Named kKinds[] = {{reduced::BasisKind::kSnapshots, "snapshots"},
-                            {reduced::BasisKind::kModalDerivatives, "modal_derivatives"},
-                            {reduced::BasisKind::kMapDerivatives, "map_derivatives"}};
+constexpr Named kBasisKinds[] = {{reduced::BasisKind::kSnapshots, "snapshots"},
+                                 {reduced::BasisKind::kModalDerivatives, "modal_derivatives"},
+                                 {reduced::BasisKind::kMapDerivatives, "map_derivatives"}};
 
 double mean_error(const reduced::Snapshots& poses, const Eigen::MatrixXd& basis) {
   const reduced::PoseData seen = poses.project(basis);
@@ -48,7 +48,7 @@ void basis_suite(const SuiteOptions& options, Recorder& recorder) {
       row["scene"] = name;
       row["tets"] = body.mesh.tet_count();
       row["basis"] = size;
-      for (const auto& [kind, key] : kKinds) {
+      for (const auto& [kind, key] : kBasisKinds) {
         wanted.basis = kind;
         wanted.basis_size = size;
         reduced::ModelReport report;

@@ -63,13 +63,13 @@ class Deadline {
   std::thread thread_;
 };
 
-struct Solved {
+struct SolvedEdit {
   LiveBeams::Outcome outcome;
   double wall_ms = 0, user_ms = 0;
 };
 
-Solved solve(LiveBeams& live, const Conditions& conditions) {
-  Solved solved;
+SolvedEdit solve(LiveBeams& live, const Conditions& conditions) {
+  SolvedEdit solved;
   JobContext job;
   const Deadline deadline(job.cancellation);
   const double before = user_seconds();
@@ -79,7 +79,7 @@ Solved solve(LiveBeams& live, const Conditions& conditions) {
   return solved;
 }
 
-void add_work(const Solved& solved, Case& result) {
+void add_work(const SolvedEdit& solved, Case& result) {
   const beams::BeamReport& report = solved.outcome.report;
   result["ended"] = to_string(report.status);
   result["load_factor"] = report.load_factor;
@@ -100,7 +100,7 @@ void record(const Case& result, Recorder& recorder) {
 }
 
 /// A case of its own: a structure that is opened.
-Case opening_of(const std::string& structure, const Solved& solved) {
+Case opening_of(const std::string& structure, const SolvedEdit& solved) {
   Case result;
   result["structure"] = structure;
   result["edit"] = "open";
@@ -172,7 +172,7 @@ struct EditKind {
   session::BeamEdit (*draw)(const Drawing&, double share, Random& random);
 };
 
-constexpr EditKind kKinds[] = {
+constexpr EditKind kEditKinds[] = {
     {"move a held node", 0.01, 0.04,
      [](const Drawing& d, double share, Random& r) { return d.move(d.held, share, r); }},
     {"move a free node", 0.01, 0.04,
@@ -188,10 +188,10 @@ constexpr EditKind kSmallKinds[] = {
 };
 
 Case summary_of(const std::string& structure, const EditKind& kind,
-                const std::vector<Solved>& all) {
+                const std::vector<SolvedEdit>& all) {
   std::vector<double> wall, user, factorizations, factors;
   int reached = 0;
-  for (const Solved& solved : all) {
+  for (const SolvedEdit& solved : all) {
     wall.push_back(solved.wall_ms);
     user.push_back(solved.user_ms);
     factorizations.push_back(solved.outcome.report.factorizations);
@@ -219,7 +219,7 @@ void run_kind(const std::string& structure, const beams::BeamModel& model, const
               const EditKind& kind, int count, Recorder& recorder) {
   Random random(2026);
   const Drawing drawing(model, opened.state());
-  std::vector<Solved> all;
+  std::vector<SolvedEdit> all;
   for (int i = 0; i < count; ++i) {
     session::BeamDocument document(model);
     const double share = random.uniform(kind.least, kind.most);
@@ -246,19 +246,19 @@ void run_structure(const std::string& name, const SuiteOptions& options, Recorde
   const auto folder = std::filesystem::path(options.shared_folder) / "data" / "beams" / name;
   const beams::BeamModel model = testing::model_of(scene::read_beam_job_folder(folder));
   LiveBeams opened(model);
-  const Solved solved = solve(opened, drawn_conditions(model));
+  const SolvedEdit solved = solve(opened, drawn_conditions(model));
   record(opening_of(name, solved), recorder);
   if (!solved.outcome.reached) return;
   const int count = options.quick ? 3 : 8;
   for (const EditKind& kind : kSmallKinds) run_kind(name, model, opened, kind, count, recorder);
   if (options.quick && name == "torus") return;
-  for (const EditKind& kind : kKinds) run_kind(name, model, opened, kind, count, recorder);
+  for (const EditKind& kind : kEditKinds) run_kind(name, model, opened, kind, count, recorder);
 }
 
 void run_grid(const testing::BeamGrid& grid, const std::string& name, Recorder& recorder) {
   const beams::BeamModel model = testing::beam_grid(grid);
   LiveBeams live(model);
-  const Solved solved = solve(live, drawn_conditions(model));
+  const SolvedEdit solved = solve(live, drawn_conditions(model));
   Case result = opening_of(name, solved);
   result["number"] = model.elements.size();
   const Eigen::RowVectorXd z = live.state().positions.row(2);

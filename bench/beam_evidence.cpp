@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "engine/base/index.h"
+#include "engine/base/rotations/shortest_rotation.h"
 #include "engine/beams/results/beam_results.h"
 #include "engine/beams/solver/balance.h"
 #include "tests/support/beam_structures.h"
@@ -15,8 +17,6 @@ using beams::BeamModel;
 using beams::BeamState;
 using beams::BeamStructure;
 using beams::ElementEnd;
-
-std::size_t index(int i) { return static_cast<std::size_t>(i); }
 
 double largest_distance(const Eigen::Matrix3Xd& a, const Eigen::Matrix3Xd& b) {
   return (a - b).colwise().norm().maxCoeff();
@@ -106,7 +106,7 @@ BeamState cut_state(const BeamStructure& structure, const BeamState& state, int 
           state.rotations[index(element.start)].slerp(t, state.rotations[index(element.finish)]);
       const Eigen::Vector3d tangent = (6 * t2 - 6 * t) * (from - to) +
                                       (3 * t2 - 4 * t + 1) * leaves + (3 * t2 - 2 * t) * arrives;
-      cut.rotations.push_back(Eigen::Quaterniond::FromTwoVectors(turned * axis, tangent) * turned);
+      cut.rotations.push_back(rotations::shortest_rotation(turned * axis, tangent) * turned);
     }
   }
   return cut;

@@ -13,17 +13,17 @@
 namespace limber::bench {
 namespace {
 
-struct Built {
+struct BuildCost {
   double build_s = 0, peak_mb = 0, error_mean = 0, error_max = 0, modes_s = 0, poses_s = 0,
          basis_s = 0, cubature_s = 0;
   int tets = 0, basis = 0, cubature_tets = 0, met_tolerance = 0;
 };
 
-Built build_here(const std::string& name, const SuiteOptions& options) {
+BuildCost build_here(const std::string& name, const SuiteOptions& options) {
   const auto named = load_body(name, options);
   if (!named) throw std::runtime_error("no body " + name);
   reduced::ReducedModel model;
-  Built built;
+  BuildCost built;
   built.build_s = 1e-3 * milliseconds([&] { model = reduced::build_model(named->body, {}); });
   rusage usage{};
   getrusage(RUSAGE_SELF, &usage);
@@ -42,12 +42,12 @@ Built build_here(const std::string& name, const SuiteOptions& options) {
 }
 
 /// In a process of its own, so that the peak of memory is this build's.
-Built build_aside(const std::string& name, const SuiteOptions& options) {
+BuildCost build_aside(const std::string& name, const SuiteOptions& options) {
   int ends[2];
   if (pipe(ends) != 0) throw std::runtime_error("pipe failed");
   const pid_t child = fork();
   if (child == 0) {
-    Built built;
+    BuildCost built;
     try {
       built = build_here(name, options);
     } catch (const std::exception& error) {
@@ -58,7 +58,7 @@ Built build_aside(const std::string& name, const SuiteOptions& options) {
     _exit(written ? 0 : 1);
   }
   close(ends[1]);
-  Built built;
+  BuildCost built;
   const bool whole = read(ends[0], &built, sizeof built) == static_cast<ssize_t>(sizeof built);
   close(ends[0]);
   int status = 0;
@@ -80,7 +80,7 @@ void build_suite(const SuiteOptions& options, Recorder& recorder) {
       continue;
     }
     recorder.note(fmt::format("build: {}", name));
-    const Built built = build_aside(name, options);
+    const BuildCost built = build_aside(name, options);
     Case result;
     result["scene"] = name;
     result["tets"] = built.tets;

@@ -19,7 +19,7 @@ using testing::ChartedUnknowns;
 
 constexpr const char* kMethod = "the paper's chart";
 
-struct KnownAnswer {
+struct ChartedAnswer {
   std::string name;
   std::function<BeamModel(int)> model;
   std::function<double(const ChartedUnknowns&)> error;
@@ -52,13 +52,13 @@ BeamModel in_unit(BeamModel model, double unit) {
   return model;
 }
 
-KnownAnswer cantilever(double alpha, double deflection, double shortening) {
+ChartedAnswer cantilever(double alpha, double deflection, double shortening) {
   return {"cantilever, alpha " + nlohmann::json(alpha).dump(),
           [alpha](int n) { return testing::cantilever_model(n, alpha); },
           distance_of_tip({1 - shortening, 0, deflection}, 1), unit_options()};
 }
 
-KnownAnswer compressed(const std::string& name, BeamEnds ends) {
+ChartedAnswer compressed(const std::string& name, BeamEnds ends) {
   // Slow enough not to buckle into waves, the load on until the ends have come: else it does.
   ChartedOptions options = unit_options();
   options.motion_from = 0;
@@ -70,7 +70,7 @@ KnownAnswer compressed(const std::string& name, BeamEnds ends) {
           options};
 }
 
-KnownAnswer bend(double force, const Eigen::Vector3d& tip, double unit) {
+ChartedAnswer bend(double force, const Eigen::Vector3d& tip, double unit) {
   constexpr double kLength = 78.539816339744831;
   ChartedOptions options = unit_options();
   options.residual *= force;
@@ -80,7 +80,7 @@ KnownAnswer bend(double force, const Eigen::Vector3d& tip, double unit) {
           distance_of_tip(tip / unit, kLength / unit), options};
 }
 
-std::vector<KnownAnswer> known_answers() {
+std::vector<ChartedAnswer> charted_answers() {
   return {cantilever(0.2, .06636, .00265),
           cantilever(1, .30172, .05643),
           cantilever(4, .66996, .32894),
@@ -111,7 +111,7 @@ void run_charted_answers(const SuiteOptions& options, Recorder& recorder) {
     recorder.note(
         "the paper's chart with 20 and 40 elements, on elasticas and beyond 100000 steps is left "
         "out: --quick");
-  for (KnownAnswer known : known_answers()) {
+  for (ChartedAnswer known : charted_answers()) {
     if (options.quick && known.options.motion_until > kQuickSteps) continue;
     if (options.quick) known.options.steps = kQuickSteps;
     for (const int elements : {10, 20, 40}) {

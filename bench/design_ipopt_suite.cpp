@@ -13,21 +13,18 @@
 // Built where Ipopt is: apt-get install coinor-libipopt-dev.
 #include <fmt/core.h>
 
-#include <numbers>
-
 #include "bench/design_trace.h"
 #include "bench/ipopt_design.h"
 #include "bench/known_designs.h"
 #include "bench/linkage_models.h"
 #include "bench/suite.h"
+#include "engine/base/degrees.h"
 #include "engine/base/parallel.h"
 
 namespace limber::bench {
 namespace {
 
-constexpr double kDegree = std::numbers::pi / 180;
-constexpr double kPerturbed = 0.03;  // rest lengths of the known design
-constexpr int kSteps = 200, kQuickSteps = 20;
+constexpr int kOurSteps = 200, kOurQuickSteps = 20;
 // Iterations with one weight of the guard, at least: what L-BFGS learns of one it has to forget.
 constexpr int kExactHeld = 3, kMemoryHeld = 15;
 constexpr int kFewParameters = 300;  // exact second derivatives are a product for each
@@ -114,7 +111,7 @@ class Contest {
     result["rms_half"] = rms(trace.best_at(unit_ / 2));
     result["rms_all"] = rms(trace.best_at(unit_));
     result["rms_twice"] = rms(trace.best_at(2 * unit_));
-    result["rms_200"] = rms(trace.best_after(kSteps));
+    result["rms_200"] = rms(trace.best_after(kOurSteps));
     result["target_rms_after"] = after;
     result["factor"] = before / after;
     result["objective"] = trace.best().values.objective;
@@ -132,13 +129,13 @@ class Contest {
   double unit_ = 0;  // CPU seconds of our search
 };
 
-void measure(const LinkageCase& named, const std::string& path, const SuiteOptions& options,
-             Recorder& recorder) {
+void compare_searches(const LinkageCase& named, const std::string& path,
+                      const SuiteOptions& options, Recorder& recorder) {
   const auto tell = [&](const std::string& what) {
     recorder.note(fmt::format("design_ipopt: {}: {}", named.name, what));
   };
   tell("opens, and moves to a known design");
-  Contest contest(named, path, options.quick ? kQuickSteps : kSteps);
+  Contest contest(named, path, options.quick ? kOurQuickSteps : kOurSteps);
   if (options.quick && contest.parameters() > kFewParameters) {
     tell("left out where little time is");
     return;
@@ -164,7 +161,7 @@ void design_ipopt_suite(const SuiteOptions& options, Recorder& recorder) {
   const int threads = thread_count();
   set_thread_count(1);
   for_each_design(options, recorder, [&](const LinkageCase& named, const std::string& path) {
-    measure(named, path, options, recorder);
+    compare_searches(named, path, options, recorder);
   });
   set_thread_count(threads);
 }

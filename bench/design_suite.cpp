@@ -5,7 +5,6 @@
 #include <cmath>
 #include <functional>
 #include <limits>
-#include <numbers>
 #include <optional>
 #include <utility>
 
@@ -14,6 +13,7 @@
 #include "bench/known_designs.h"
 #include "bench/linkage_models.h"
 #include "bench/suite.h"
+#include "engine/base/degrees.h"
 #include "engine/base/parallel.h"
 #include "engine/base/random.h"
 #include "engine/rods/design/design_optimizer.h"
@@ -30,9 +30,6 @@ double cpu_milliseconds(const Work& work) {
   work();
   return 1e3 * (thread_seconds() - start);
 }
-
-constexpr double kDegree = std::numbers::pi / 180;
-constexpr double kPerturbed = 0.03;  // rest lengths of the known design
 
 /// Of sizes one by one: what presses rods of the flat shape at once.
 Eigen::VectorXd random_way(const rods::LinkageDesign& design) {
@@ -188,8 +185,8 @@ void measure_search(const KnownDesign& known, rods::LinkageDesign& design, int s
   result["status"] = static_cast<int>(report.status);
 }
 
-Case measure(const LinkageCase& named, const std::string& path, const SuiteOptions& options,
-             Recorder& recorder) {
+Case measure_design(const LinkageCase& named, const std::string& path, const SuiteOptions& options,
+                    Recorder& recorder) {
   const auto tell = [&](const std::string& what) {
     recorder.note(fmt::format("design: {}: {}", named.name, what));
   };
@@ -219,7 +216,7 @@ Case measure(const LinkageCase& named, const std::string& path, const SuiteOptio
 
 void design_suite(const SuiteOptions& options, Recorder& recorder) {
   for_each_design(options, recorder, [&](const LinkageCase& named, const std::string& path) {
-    recorder.add(measure(named, path, options, recorder));
+    recorder.add(measure_design(named, path, options, recorder));
   });
 }
 

@@ -29,7 +29,7 @@ namespace {
 using reduced::Reconstruction;
 using reduced::ScaledModes;
 
-constexpr int kModes = 30, kManyModes = 200;
+constexpr int kEditorModes = 30, kManyModes = 200;
 constexpr double kWeight = 1e4;
 
 struct Path {
@@ -50,7 +50,7 @@ struct Body {
 Body make_body(NamedBody named) {
   Body body{std::move(named), {}, {}, {}, 0};
   reduced::ModelOptions options;
-  options.mode_count = kModes;
+  options.mode_count = kEditorModes;
   options.basis_size = 80;
   options.cubature_size = 32;
   body.model =
@@ -92,14 +92,14 @@ Targets targets_of(const Body& body, const Path& path) {
   return targets;
 }
 
-struct Solved {
+struct SolvedPath {
   Eigen::MatrixXd motion;
   spacetime::SolveReport report;
   double solve_ms = 0;
 };
 
-Solved solve(const Body& body, const Path& path, const Targets& targets, const ScaledModes& modes,
-             std::shared_ptr<Reconstruction> editor) {
+SolvedPath solve(const Body& body, const Path& path, const Targets& targets,
+                 const ScaledModes& modes, std::shared_ptr<Reconstruction> editor) {
   scene::Dynamics dynamics;
   dynamics.period_frames = 40;
   const auto mapped =
@@ -107,7 +107,7 @@ Solved solve(const Body& body, const Path& path, const Targets& targets, const S
   const reduced::SiteId site = editor->add_site({body.node});
   spacetime::Timeline timeline;
   timeline.frame_count = path.frames;
-  Solved solved;
+  SolvedPath solved;
   solved.solve_ms = milliseconds([&] {
     spacetime::Solver solver(editor, mapped, timeline);
     for (std::size_t i = 0; i < targets.frames.size(); ++i) {
@@ -126,7 +126,7 @@ Solved solve(const Body& body, const Path& path, const Targets& targets, const S
 }
 
 /// A row: an answer in the shapes of a reconstruction.
-Case describe(const Body& body, const Path& path, const Targets& targets, const Solved& solved,
+Case describe(const Body& body, const Path& path, const Targets& targets, const SolvedPath& solved,
               const Reconstruction& shapes, const Reconstruction& full) {
   Eigen::MatrixXd u;
   const double ms = milliseconds([&] { u = shapes.displacements(0, solved.motion); });
@@ -169,7 +169,7 @@ void run(const Body& body, const Path& path, Recorder& recorder) {
                                   full = make_full_reconstruction(elastic, body.modes),
                                   full_many = make_full_reconstruction(elastic, body.many_modes),
                                   reduced = reduced::make_reduced_reconstruction(body.model);
-  const auto add = [&](const char* editor, const char* reconstruction, const Solved& solved,
+  const auto add = [&](const char* editor, const char* reconstruction, const SolvedPath& solved,
                        const Reconstruction& shapes, const Reconstruction& truth) {
     Case row = describe(body, path, targets, solved, shapes, truth);
     Case named;
@@ -181,16 +181,16 @@ void run(const Body& body, const Path& path, Recorder& recorder) {
     }
     recorder.add(named);
   };
-  const Solved by_linear = solve(body, path, targets, body.modes, linear);
+  const SolvedPath by_linear = solve(body, path, targets, body.modes, linear);
   add("linear", "linear", by_linear, *linear, *full);
   add("post-warped", "full RS", by_linear, *full, *full);
-  const Solved by_many = solve(body, path, targets, body.many_modes, many);
+  const SolvedPath by_many = solve(body, path, targets, body.many_modes, many);
   add("linear", "linear", by_many, *many, *full_many);
   add("post-warped", "full RS", by_many, *full_many, *full_many);
   add("modal warping", "modal warping", solve(body, path, targets, body.modes, warped), *warped,
       *full);
   add("full RS", "full RS", solve(body, path, targets, body.modes, full), *full, *full);
-  const Solved by_reduced = solve(body, path, targets, body.modes, reduced);
+  const SolvedPath by_reduced = solve(body, path, targets, body.modes, reduced);
   add("reduced RS", "reduced RS", by_reduced, *reduced, *full);
   add("reduced RS", "full RS", by_reduced, *full, *full);
 }

@@ -8,6 +8,7 @@
 #include <numbers>
 #include <utility>
 
+#include "engine/base/degrees.h"
 #include "engine/base/error.h"
 #include "engine/base/random.h"
 #include "engine/rods/design/linkage_cells.h"
@@ -20,7 +21,6 @@
 namespace limber::bench {
 namespace {
 
-constexpr double kDegree = std::numbers::pi / 180;
 constexpr double kDistanceWeight = 1e7;
 
 /// Smooth, and of a wavelength about the linkage's size: so that a moved drawing is a drawing.

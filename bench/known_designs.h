@@ -27,6 +27,8 @@ struct DesignProblem {
 /// @param path  of the linkage's drawing
 [[nodiscard]] DesignProblem open_design(const LinkageCase& named, const std::string& path);
 
+inline constexpr double kPerturbed = 0.03;  // rest lengths of the known design
+
 /// A design that is known: both equilibria followed from the start.
 struct KnownDesign {
   rods::DesignPoint point;

@@ -4,10 +4,10 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <numbers>
 
 #include "bench/linkage_models.h"
 #include "bench/suite.h"
+#include "engine/base/degrees.h"
 #include "engine/base/parallel.h"
 #include "engine/rods/equilibrium/deployment.h"
 #include "engine/rods/equilibrium/rest_length_solve.h"
@@ -18,8 +18,6 @@
 
 namespace limber::bench {
 namespace {
-
-constexpr double kDegree = std::numbers::pi / 180;
 
 /// Medians of the parts of one Newton step at a state.
 void measure_parts(const rods::LinkageModel& model, const rods::LinkageState& state, int repeats,
@@ -139,7 +137,8 @@ rods::DeploymentReport measure_deployment(const LinkageCase& named,
   return report;
 }
 
-Case measure(const LinkageCase& named, const std::string& path, const SuiteOptions& options) {
+Case measure_linkage(const LinkageCase& named, const std::string& path,
+                     const SuiteOptions& options) {
   rods::LinkageModel model(rods::build_linkage_graph(scene::read_line_mesh_file(path)), named.edges,
                            named.stiffness);
   rods::LinkageState state(model);
@@ -183,7 +182,7 @@ void linkage_suite(const SuiteOptions& options, Recorder& recorder) {
       recorder.note(fmt::format("{} left out: {} is not there", named.name, path));
       continue;
     }
-    recorder.add(measure(named, path, options));
+    recorder.add(measure_linkage(named, path, options));
   }
 }
 

@@ -11,7 +11,6 @@
 namespace limber::bench {
 namespace {
 
-using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::RowVectorXd;
 
@@ -52,9 +51,9 @@ class MixingProblem {
     }
     for (const auto& constraint : constraints)
       queries_.push_back({constraint.site, column_of[constraint.frame]});
-    z_.resize(z.rows(), static_cast<Index>(frames_.size()));
+    z_.resize(z.rows(), static_cast<Eigen::Index>(frames_.size()));
     for (std::size_t i = 0; i < frames_.size(); ++i)
-      z_.col(static_cast<Index>(i)) = z.col(frames_[i]);
+      z_.col(static_cast<Eigen::Index>(i)) = z.col(frames_[i]);
   }
 
   double evaluate(const MatrixXd& mixing, MatrixXd* gradient) const {
@@ -73,8 +72,9 @@ class MixingProblem {
       const auto& constraint = constraints_[i];
       for (int axis = 0; axis < 3; ++axis) {
         if ((constraint.axes >> axis & 1U) == 0) continue;
-        const Index row = 3 * static_cast<Index>(i) + axis;
-        const double residual = scale * (constraint.target[axis] - u(axis, static_cast<Index>(i)));
+        const Eigen::Index row = 3 * static_cast<Eigen::Index>(i) + axis;
+        const double residual =
+            scale * (constraint.target[axis] - u(axis, static_cast<Eigen::Index>(i)));
         energy += 0.5 * constraint.weight * residual * residual;
         if (gradient == nullptr) continue;
         *gradient -= constraint.weight * residual * scale * jacobian.row(row).transpose() *
@@ -120,14 +120,14 @@ class MixingProblem {
   std::vector<int> frames_;
   std::vector<reduced::SiteQuery> queries_;
   MatrixXd z_;
-  mutable std::pair<Index, Index> shape_;
+  mutable std::pair<Eigen::Index, Eigen::Index> shape_;
   mutable int taken_ = 0;
 };
 
 /// Section 5.4: each a quotient, one after the other, clipped at its bounds.
 void fit_dynamics(const MatrixXd& z, double max_stiffness, spacetime::ModeDynamics& dynamics) {
-  const Index inner = z.cols() - 2;
-  for (Index k = 0; k < z.rows(); ++k) {
+  const Eigen::Index inner = z.cols() - 2;
+  for (Eigen::Index k = 0; k < z.rows(); ++k) {
     const RowVectorXd here = z.row(k).segment(1, inner);
     const RowVectorXd velocity = z.row(k).tail(inner) - here;
     const RowVectorXd acceleration = velocity - here + z.row(k).head(inner);

@@ -54,8 +54,9 @@ class BodySuite {
     result["body"] = body;
     result["task"] = task;
     result["tets"] = motion.tets;
-    result["high_frequency_share_forces"] = motion.high_frequency_share_forces;
-    result["high_frequency_share"] = motion.high_frequency_share;
+    constexpr double kNone = std::numeric_limits<double>::quiet_NaN();  // null in the file
+    result["high_frequency_share_forces"] = motion.high_frequency_share_forces.value_or(kNone);
+    result["high_frequency_share"] = motion.high_frequency_share.value_or(kNone);
     result["largest_step_forces"] = motion.largest_step_forces;
     result["largest_step"] = motion.largest_step;
     result["largest_step_ratio"] = motion.largest_step_ratio();
@@ -70,7 +71,7 @@ class BodySuite {
     result["cpu_s"] = static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC;
     recorder_.note(
         fmt::format("  share {:.2g}, largest step ratio {:.3g}, {} of {} above start, {:.3g} s",
-                    motion.high_frequency_share, motion.largest_step_ratio(),
+                    motion.high_frequency_share.value_or(kNone), motion.largest_step_ratio(),
                     motion.published_above_start, motion.published, result["cpu_s"].get<double>()));
     recorder_.add(result);
   }

@@ -50,15 +50,15 @@ constexpr int kCoordinates = 80;  // R, as in the paper's table 1
 constexpr double kMissed = 1e-3;
 constexpr double kSameEnergy = 1e-5;  // relative
 
-struct Prepared {
+struct PreparedMaterial {
   std::shared_ptr<ReducedKinematics> kinematics;
   std::vector<PositionConstraint> constraints;
   Material material;  // as it starts
   double slow_frequency = 0;
 };
 
-Prepared prepare(const SpacetimeProblem& problem) {
-  Prepared prepared{std::make_shared<ReducedKinematics>(problem.model), {}, {}, 0};
+PreparedMaterial prepare(const SpacetimeProblem& problem) {
+  PreparedMaterial prepared{std::make_shared<ReducedKinematics>(problem.model), {}, {}, 0};
   for (const NodeConstraint& item : problem.constraints) {
     prepared.constraints.push_back(item.constraint);
     prepared.constraints.back().site = prepared.kinematics->add_site(item.nodes);
@@ -73,14 +73,14 @@ Prepared prepare(const SpacetimeProblem& problem) {
   return prepared;
 }
 
-MaterialOptions options_of(const Prepared& prepared, MaterialVariables variables) {
+MaterialOptions options_of(const PreparedMaterial& prepared, MaterialVariables variables) {
   MaterialOptions options;
   options.variables = variables;
   options.slow_frequency = prepared.slow_frequency;
   return options;
 }
 
-Solver z_solver(const SpacetimeProblem& problem, const Prepared& prepared,
+Solver z_solver(const SpacetimeProblem& problem, const PreparedMaterial& prepared,
                 const Material& material) {
   Solver solver(prepared.kinematics, material.dynamics, problem.timeline, {}, material.mixing);
   for (const PositionConstraint& constraint : prepared.constraints) solver.add(constraint);
@@ -101,7 +101,7 @@ struct Ours {
 };
 
 /// @param target  energy that `to_literal` waits for
-Ours run_ours(const SpacetimeProblem& problem, const Prepared& prepared,
+Ours run_ours(const SpacetimeProblem& problem, const PreparedMaterial& prepared,
               MaterialVariables variables, double target, int repeats) {
   Ours ours;
   const MaterialOptions options = options_of(prepared, variables);
@@ -134,7 +134,7 @@ struct AtEqualError {
   double force_energy = 0, miss = 0, weight = 0;
 };
 
-AtEqualError at_equal_error(const SpacetimeProblem& problem, Prepared prepared,
+AtEqualError at_equal_error(const SpacetimeProblem& problem, PreparedMaterial prepared,
                             MaterialVariables variables) {
   AtEqualError found;
   const double length = problem.model->length;
@@ -163,7 +163,7 @@ struct Live {
   std::vector<double> z_first, material_first;
 };
 
-Live run_live(const SpacetimeProblem& problem, const Prepared& prepared, int moves) {
+Live run_live(const SpacetimeProblem& problem, const PreparedMaterial& prepared, int moves) {
   Live live;
   Solver solver = z_solver(problem, prepared, prepared.material);
   solver.solve();
@@ -210,8 +210,9 @@ Live run_live(const SpacetimeProblem& problem, const Prepared& prepared, int mov
   return live;
 }
 
-void run(const SpacetimeProblem& problem, const SuiteOptions& options, Recorder& recorder) {
-  const Prepared prepared = prepare(problem);
+void run_material(const SpacetimeProblem& problem, const SuiteOptions& options,
+                  Recorder& recorder) {
+  const PreparedMaterial prepared = prepare(problem);
   recorder.note("material: " + problem.scene + ", live and at equal error");
   const Live live = run_live(problem, prepared, options.quick ? 4 : 12);
   const AtEqualError z_only = at_equal_error(problem, prepared, MaterialVariables::kMotion);
@@ -266,10 +267,10 @@ void run(const SpacetimeProblem& problem, const SuiteOptions& options, Recorder&
 }  // namespace
 
 void material_suite(const SuiteOptions& options, Recorder& recorder) {
-  run(sample_problem("flower", kCoordinates, recorder), options, recorder);
-  run(sample_problem("dino", kCoordinates, recorder), options, recorder);
+  run_material(sample_problem("flower", kCoordinates, recorder), options, recorder);
+  run_material(sample_problem("dino", kCoordinates, recorder), options, recorder);
   if (const auto problem = tyrannosaurus_problem(kCoordinates, options, recorder)) {
-    run(*problem, options, recorder);
+    run_material(*problem, options, recorder);
   } else {
     recorder.note("material: tyrannosaurus left out, the public data is not there");
   }

@@ -12,7 +12,15 @@ namespace limber::bench {
 
 namespace {
 
-using namespace rods;
+using rods::BendingForm;
+using rods::Lane;
+using rods::MaterialFrame;
+using rods::RodAtSource;
+using rods::RodLayout;
+using rods::RodParameters;
+using rods::RodState;
+using rods::SourceFrames;
+using rods::VertexMaterial;
 
 double nanoseconds(int repeats, auto&& work) {
   double best = 1e300;
@@ -37,8 +45,8 @@ Element<V> element(const V& disturbance) {
   const Vec3<V> x0{0.0, 0.0, 0.0}, x1{1.0, 0.1, disturbance}, x2{2.0, disturbance, 0.3};
   const Vec3<V> along{1.0, 0.0, 0.0}, across{0.0, 1.0, 0.0};
   const V one(1.0);
-  return {material_frame<V>(x0, x1, V(0.2), along, across),
-          material_frame<V>(x1, x2, V(0.4) + disturbance, along, across),
+  return {rods::material_frame<V>(x0, x1, V(0.2), along, across),
+          rods::material_frame<V>(x1, x2, V(0.4) + disturbance, along, across),
           {V(2.0), V(0.5), V(0.8), length_weights(one, one, BendingForm::kMaterialFrames), {}}};
 }
 
@@ -55,12 +63,12 @@ double element_time(int repeats) {
       const auto stresses = vertex_stresses(k.strains, e.material);
       const auto n = vertex_stress_vectors(e.before, e.after, k, stresses);
       const Vec3<V> moment = vertex_moment(n, stresses);
-      const auto s = stretch(e.after.length, V(1.0), V(100.0));
+      const auto s = rods::stretch(e.after.length, V(1.0), V(100.0));
       if constexpr (kHessian) {
         const Sym3<V> a = vertex_stiffness(e.before, e.after, k, n, stresses, e.material);
         const auto own = edge_block(e.after, moment, a);
         const auto cross = cross_block(e.before, e.after, moment, a);
-        const Sym3<V> ee = own.ee + stretch_stiffness(s, e.after.tangent, e.after.length);
+        const Sym3<V> ee = own.ee + rods::stretch_stiffness(s, e.after.tangent, e.after.length);
         results[static_cast<std::size_t>(i)] =
             ee.xx + ee.yx + ee.yy + ee.zx + ee.zy + ee.zz + own.et.x + own.et.y + own.et.z +
             own.tt + dot(cross.ee.column[0], cross.ee.column[1]) +

@@ -25,7 +25,7 @@ std::shared_ptr<const ReducedModel> build(const bodies::ElasticBody& body, int m
 }
 
 /// r of all problems.
-constexpr int kModes = 30;
+constexpr int kProblemModes = 30;
 
 void keep_first_modes(int modes, spacetime::ModeDynamics& dynamics) {
   dynamics.stiffness.conservativeResize(modes);
@@ -45,7 +45,7 @@ SpacetimeProblem sample_problem(const std::string& name, int coordinates, Record
   problem.dynamics =
       session::map_dynamics(scene.dynamics, problem.model->eigenvalues, problem.model->rigid_count,
                             problem.model->mechanism_count);
-  keep_first_modes(kModes, problem.dynamics);
+  keep_first_modes(kProblemModes, problem.dynamics);
   problem.timeline = {scene.frame_count, session::map_end(scene.first_end),
                       session::map_end(scene.last_end)};
   const session::TargetFrame frame(scene, mapped);
@@ -105,7 +105,7 @@ std::optional<SpacetimeProblem> tyrannosaurus_problem(int coordinates, const Sui
   scene::Dynamics dynamics;
   dynamics.period_frames = 60;
   problem.dynamics = session::map_dynamics(dynamics, problem.model->eigenvalues, 0);
-  keep_first_modes(kModes, problem.dynamics);
+  keep_first_modes(kProblemModes, problem.dynamics);
   problem.timeline.frame_count = kFrames;
   const std::vector<int> nodes = outer_nodes(named->body, *problem.model, 3);
 

@@ -44,7 +44,7 @@ using spacetime::Solver;
 constexpr double kTolerance = 1e-4;
 
 /// What the constraints add to a model: site tables, and the constraints in their terms.
-struct Prepared {
+struct PreparedSites {
   std::shared_ptr<ReducedKinematics> kinematics;
   std::vector<PositionConstraint> constraints;
 };
@@ -53,8 +53,9 @@ std::shared_ptr<ReducedKinematics> without_sites(const SpacetimeProblem& problem
   return std::make_shared<ReducedKinematics>(problem.model);
 }
 
-Prepared prepare(const SpacetimeProblem& problem, std::shared_ptr<ReducedKinematics> kinematics) {
-  Prepared prepared{std::move(kinematics), {}};
+PreparedSites prepare(const SpacetimeProblem& problem,
+                      std::shared_ptr<ReducedKinematics> kinematics) {
+  PreparedSites prepared{std::move(kinematics), {}};
   for (const NodeConstraint& item : problem.constraints) {
     prepared.constraints.push_back(item.constraint);
     prepared.constraints.back().site = prepared.kinematics->add_site(item.nodes);
@@ -62,7 +63,7 @@ Prepared prepare(const SpacetimeProblem& problem, std::shared_ptr<ReducedKinemat
   return prepared;
 }
 
-std::unique_ptr<Solver> make_solver(const SpacetimeProblem& problem, const Prepared& prepared,
+std::unique_ptr<Solver> make_solver(const SpacetimeProblem& problem, const PreparedSites& prepared,
                                     const spacetime::SolverOptions& options) {
   auto solver =
       std::make_unique<Solver>(prepared.kinematics, problem.dynamics, problem.timeline, options);
@@ -82,7 +83,7 @@ Cold run_cold(const SpacetimeProblem& problem, double tolerance, int repeats) {
   for (int i = 0; i < repeats; ++i) {
     auto kinematics = without_sites(problem);
     cold.times.push_back(milliseconds([&] {
-      const Prepared prepared = prepare(problem, kinematics);
+      const PreparedSites prepared = prepare(problem, kinematics);
       const auto solver = make_solver(problem, prepared, options);
       cold.report = solver->solve();
       static_cast<void>(solver->motion());
@@ -91,7 +92,7 @@ Cold run_cold(const SpacetimeProblem& problem, double tolerance, int repeats) {
     kinematics = without_sites(problem);
     std::vector<double> energies, when;
     const auto start = std::chrono::steady_clock::now();
-    const Prepared prepared = prepare(problem, kinematics);
+    const PreparedSites prepared = prepare(problem, kinematics);
     const auto solver = make_solver(problem, prepared, options);
     solver->solve({}, [&](const spacetime::SolveReport& report) {
       const std::chrono::duration<double, std::milli> since =
@@ -128,7 +129,7 @@ Literal run_literal(const SpacetimeProblem& problem, LiteralStart start, int rep
     const double all = milliseconds([&] {
       std::unique_ptr<testing::LiteralSpacetime> method;
       before = milliseconds([&] {
-        const Prepared prepared = prepare(problem, kinematics);
+        const PreparedSites prepared = prepare(problem, kinematics);
         method = std::make_unique<testing::LiteralSpacetime>(
             prepared.kinematics, problem.dynamics, problem.timeline, prepared.constraints, options);
       });
@@ -155,7 +156,7 @@ struct Warm {
 
 /// Moves the constraints in turn to 2 % of the body's length beside their first targets.
 Warm run_warm(const SpacetimeProblem& problem, int moves) {
-  const Prepared prepared = prepare(problem, without_sites(problem));
+  const PreparedSites prepared = prepare(problem, without_sites(problem));
   const auto solver = make_solver(problem, prepared, {});
   solver->solve();
   Warm warm;
@@ -224,7 +225,8 @@ void add_warm(Case& result, const Warm& warm) {
   result["warm_energy_against_cold"] = warm.cold_energy_difference;
 }
 
-void run(const SpacetimeProblem& problem, const SuiteOptions& options, Recorder& recorder) {
+void run_spacetime(const SpacetimeProblem& problem, const SuiteOptions& options,
+                   Recorder& recorder) {
   recorder.note("spacetime: " + problem.scene + ", cold");
   const int repeats = options.quick ? 3 : options.repeats;
   const Cold cold = run_cold(problem, kTolerance, repeats);
@@ -281,9 +283,9 @@ void run(const SpacetimeProblem& problem, const SuiteOptions& options, Recorder&
 }  // namespace
 
 void spacetime_suite(const SuiteOptions& options, Recorder& recorder) {
-  run(sample_problem("flower", 30, recorder), options, recorder);
+  run_spacetime(sample_problem("flower", 30, recorder), options, recorder);
   if (const auto problem = tyrannosaurus_problem(30, options, recorder)) {
-    run(*problem, options, recorder);
+    run_spacetime(*problem, options, recorder);
   } else {
     recorder.note("spacetime: tyrannosaurus left out, the public data is not there");
   }

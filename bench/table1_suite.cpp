@@ -47,7 +47,7 @@ constexpr PaperRow kRows[] = {
 };
 constexpr int kColumns = 80, kFittedTets = 32;
 
-struct Built {
+struct BuiltBody {
   NamedBody named;
   reduced::ModelReport paper, paper_of_30, ours_of_30;
   int weighted_tets = 0;
@@ -73,9 +73,9 @@ reduced::ModelOptions our_way(int modes) {
   return options;
 }
 
-Built build(NamedBody named, const PaperRow& row) {
+BuiltBody build(NamedBody named, const PaperRow& row) {
   constexpr int kLeading = 30;
-  Built built{std::move(named), {}, {}, {}, 0, {}, {}};
+  BuiltBody built{std::move(named), {}, {}, {}, 0, {}, {}};
   const bodies::ElasticBody& body = built.named.body;
   const reduced::ReducedModel paper =
       reduced::build_model(body, papers_way(kColumns, row.cubature_tets));
@@ -102,7 +102,7 @@ const char* name_of(reduced::BasisKind kind) {
   return "";
 }
 
-Case describe(const PaperRow& row, const Built& built, const Optimised& optimised) {
+Case describe(const PaperRow& row, const BuiltBody& built, const Optimised& optimised) {
   const reduced::ModelReport& ours = built.ours->report;
   Case result;
   result["scene"] = row.scene;
@@ -154,7 +154,7 @@ Case describe(const PaperRow& row, const Built& built, const Optimised& optimise
 
 bool is_recovery(const PaperRow& row) { return row.constraints == row.frames; }
 
-Optimised optimise(const PaperRow& row, Built& body, const SuiteOptions& options) {
+Optimised optimise(const PaperRow& row, BuiltBody& body, const SuiteOptions& options) {
   if (is_recovery(row)) {
     if (!body.recovery) body.recovery = recovery_scene(row.scene, row.frames, options);
     return optimise_recovery(*body.recovery, *body.ours, row.modes, options.repeats);
@@ -167,7 +167,8 @@ Optimised optimise(const PaperRow& row, Built& body, const SuiteOptions& options
 }  // namespace
 
 void table1_suite(const SuiteOptions& options, Recorder& recorder) {
-  std::map<std::string, Built> built;  // the paper's two beams, and its two dinosaurs, share one
+  std::map<std::string, BuiltBody>
+      built;  // the paper's two beams, and its two dinosaurs, share one
   for (const PaperRow& row : kRows) {
     if (options.quick && std::string(row.scene) != "flower") {
       recorder.note(
@@ -183,7 +184,7 @@ void table1_suite(const SuiteOptions& options, Recorder& recorder) {
       recorder.note(fmt::format("table1: building {}", row.scene));
       built.emplace(row.scene, build(std::move(*named), row));
     }
-    Built& body = built.at(row.scene);
+    BuiltBody& body = built.at(row.scene);
     recorder.note(
         fmt::format("table1: {} (figure {}), {} modes", row.scene, row.figure, row.modes));
     recorder.add(describe(row, body, optimise(row, body, options)));

@@ -3,7 +3,7 @@
 #
 # limber_precompile(TARGET KIND [HEADER ...]): HEADERs, the standard library, and as KIND says numerics (for the engine),
 # messages (for clients) or both (service, for the server).
-# limber_precompile_tests(TARGET KIND): the same after tests/support/printing/print.h, with GoogleTest.
+# limber_precompile_tests(TARGET KIND): the same after tests/support/printing/print.h, with GoogleTest; once for each kind.
 
 set(limber_standard_headers <algorithm> <array> <atomic> <charconv> <chrono> <cmath> <cstddef> <cstdint> <cstring> <deque>
   <filesystem> <fstream> <functional> <limits> <map> <memory> <mutex> <numbers> <numeric> <optional> <random> <set> <span>
@@ -31,6 +31,12 @@ function(limber_precompile target kind)
 endfunction()
 
 function(limber_precompile_tests target kind)
+  get_property(first GLOBAL PROPERTY limber_tests_precompiled_${kind})
+  if(first)
+    target_precompile_headers(${target} REUSE_FROM ${first})
+    return()
+  endif()
+  set_property(GLOBAL PROPERTY limber_tests_precompiled_${kind} ${target})
   limber_precompile(${target} ${kind} "${PROJECT_SOURCE_DIR}/tests/support/printing/print.h")
   target_precompile_headers(${target} PRIVATE <gtest/gtest.h> <gmock/gmock.h>)
 endfunction()

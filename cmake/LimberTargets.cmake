@@ -1,11 +1,13 @@
-# limber_wing(NAME [DEPENDS ...] [PRIVATE ...]): the library limber_NAME from every .cpp below the current folder.
+# limber_wing(NAME [DEPENDS ...] [PRIVATE ...] [APART ...]): the library limber_NAME from every .cpp below the current
+# folder. APART: files that are compiled alone, as of limber_unite.
 function(limber_wing name)
-  cmake_parse_arguments(ARG "" "" "DEPENDS;PRIVATE" ${ARGN})
+  cmake_parse_arguments(ARG "" "" "DEPENDS;PRIVATE;APART" ${ARGN})
   file(GLOB_RECURSE sources CONFIGURE_DEPENDS "${CMAKE_CURRENT_SOURCE_DIR}/*.cpp" "${CMAKE_CURRENT_SOURCE_DIR}/*.h")
   add_library(limber_${name} STATIC ${sources})
   set_target_properties(limber_${name} PROPERTIES LINKER_LANGUAGE CXX)
   target_include_directories(limber_${name} PUBLIC "${PROJECT_SOURCE_DIR}")
   target_link_libraries(limber_${name} PUBLIC ${ARG_DEPENDS} Eigen3::Eigen PRIVATE limber_flags ${ARG_PRIVATE})
+  limber_unite(limber_${name} APART ${ARG_APART})
   if(name STREQUAL "base")
     limber_precompile(limber_base numerics)
   else()
@@ -27,6 +29,7 @@ function(limber_test name)
   target_include_directories(${name}_test PRIVATE "${PROJECT_SOURCE_DIR}")
   target_link_libraries(${name}_test PRIVATE ${ARG_DEPENDS} GTest::gmock GTest::gtest_main limber_flags)
   target_link_libraries(${name}_test PRIVATE limber_test_printing)
+  limber_unite(${name}_test)
   if(NOT ARG_PRECOMPILED)
     set(ARG_PRECOMPILED numerics)
   endif()

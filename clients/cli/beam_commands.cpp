@@ -20,7 +20,7 @@ namespace fs = std::filesystem;
 using client::ClientError;
 using client::Milliseconds;
 
-constexpr Milliseconds kLarge{120000};
+constexpr Milliseconds kSolutionTimeout{120000};
 
 const std::map<std::string, v1::BeamMethod> kMethods = {
     {"choose", v1::BEAM_METHOD_UNSPECIFIED},
@@ -32,7 +32,7 @@ const std::map<std::string, v1::BeamFileFormat> kFormats = {{".vtu", v1::BEAM_FI
                                                             {".csv", v1::BEAM_FILE_FORMAT_CSV},
                                                             {".json", v1::BEAM_FILE_FORMAT_JSON}};
 
-struct Options {
+struct BeamOptions {
   std::string file, method = "choose";
   std::vector<std::string> exports;
   double wait_s = 3600;
@@ -56,7 +56,7 @@ void read_source(const std::string& path, v1::SolveBeamsRequest& request) {
 }
 
 /// Asks for the formats of the files; names are given when they are written.
-void ask_for_files(const Options& options, v1::SolveBeamsRequest& request) {
+void ask_for_files(const BeamOptions& options, v1::SolveBeamsRequest& request) {
   for (const auto& path : options.exports) {
     const auto format = kFormats.find(fs::path(path).extension().string());
     if (format == kFormats.end())
@@ -69,7 +69,7 @@ void ask_for_files(const Options& options, v1::SolveBeamsRequest& request) {
 }
 
 /// @returns what was written: FILE.vtu, FILE.json; of FILE.csv FILE_nodes.csv, FILE_elements.csv
-std::vector<std::string> write_files(const Options& options, const v1::GetJobResponse& job) {
+std::vector<std::string> write_files(const BeamOptions& options, const v1::GetJobResponse& job) {
   std::vector<std::string> written;
   for (const auto& path : options.exports) {
     const fs::path wanted(path);
@@ -90,7 +90,7 @@ v1::GetJobResponse wait_for(Context& context, std::uint64_t job, double wait_s) 
     v1::GetJobRequest request;
     request.set_job(job);
     request.set_wait_s(0.2);
-    auto response = context.client().call(request, kLarge);
+    auto response = context.client().call(request, kSolutionTimeout);
     const auto& status = response.status();
     if (status.state() == v1::JOB_STATE_DONE) {
       bar.show("beams", 1);
@@ -125,7 +125,7 @@ void cancel_quietly(const Context& context, std::uint64_t job) {
 }
 
 /// Nothing at a minimum, and where nothing balances.
-std::string inertia_words(const v1::BeamSolution& answer) {
+std::string solution_inertia_words(const v1::BeamSolution& answer) {
   const auto negative = answer.negative_eigenvalues();
   if (negative == 0) return "";
   return fmt::format(" ({} negative eigenvalue{})", negative, negative == 1 ? "" : "s");
@@ -136,8 +136,8 @@ void print_solution(const v1::BeamSolution& answer) {
   const double total =
       energies.stretching() + energies.torsion() + energies.bending_2() + energies.bending_3();
   fmt::print("status       {}{}, residual {:.2g}\n",
-             words(v1::BeamStatus_Name(answer.status()), "BEAM_STATUS_"), inertia_words(answer),
-             answer.residual());
+             words(v1::BeamStatus_Name(answer.status()), "BEAM_STATUS_"),
+             solution_inertia_words(answer), answer.residual());
   fmt::print("method       {}: {} steps of relaxation, {} of Newton's\n",
              words(v1::BeamMethod_Name(answer.method()), "BEAM_METHOD_"), answer.relaxation_steps(),
              answer.newton_iterations());
@@ -154,13 +154,13 @@ void print_solution(const v1::BeamSolution& answer) {
   if (!answer.message().empty()) fmt::print("{}\n", answer.message());
 }
 
-void solve(Context& context, const Options& options) {
+void solve(Context& context, const BeamOptions& options) {
   v1::SolveBeamsRequest request;
   read_source(options.file, request);
   request.set_method(kMethods.at(options.method));
   request.set_follow(options.follow);
   ask_for_files(options, request);
-  const std::uint64_t job = context.client().call(request, kLarge).job();
+  const std::uint64_t job = context.client().call(request, kSolutionTimeout).job();
   v1::GetJobResponse response;
   try {
     response = wait_for(context, job, options.wait_s);
@@ -179,7 +179,7 @@ void solve(Context& context, const Options& options) {
 }  // namespace
 
 void add_beam_commands(CLI::App& app, Context& context) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<BeamOptions>();
   auto* command = subcommand(
       app, "beams",
       "Find the equilibrium of a structure of beams that bend far; exit code 1 where there is none",

@@ -12,11 +12,11 @@
 namespace limber::cli {
 namespace {
 
-void add_session(CLI::App& command, std::string& session) {
+void add_beam_session(CLI::App& command, std::string& session) {
   command.add_option("session", session, "Session of a structure of beams")->required();
 }
 
-std::string check_axes(const std::string& axes) {
+std::string check_beam_axes(const std::string& axes) {
   for (std::size_t i = 0; i < axes.size(); ++i)
     if (std::string("xyz").find(axes[i]) == std::string::npos ||
         axes.find(axes[i], i + 1) != std::string::npos)
@@ -54,9 +54,9 @@ void add_support(CLI::App& app, Context& context) {
                  "limber support roof 12 --rotations \"\"\n"
                  "  limber support roof 12 --translations z --rotations xyz\n"
                  "  limber support roof 12 --translations x --rotations yz --axes 1 1 0 -1 1 0");
-  add_session(*command, options->session);
+  add_beam_session(*command, options->session);
   command->add_option("node", options->node, "Node, from 0")->required();
-  const CLI::Validator axes(check_axes, "AXES");
+  const CLI::Validator axes(check_beam_axes, "AXES");
   command->add_option("--translations", options->translations, "Along these (default: xyz)")
       ->check(axes);
   command->add_option("--rotations", options->rotations, "About these (default: xyz)")->check(axes);
@@ -91,7 +91,7 @@ void add_bring(CLI::App& app, Context& context) {
                  "limber bring arch 40 --x -0.5\n  limber bring arch 0 --rotation 0 0.3 0\n"
                  "  limber bring arch 0 --rotation-y 0.3\n"
                  "  limber bring roof 12 --x 0.1 --axes 1 1 0 -1 1 0");
-  add_session(*command, options->session);
+  add_beam_session(*command, options->session);
   command->add_option("node", options->node, "Node, from 0")->required();
   auto* way = command->add_option_group("way", "Where to");
   auto* x = way->add_option("--x", options->x, "From where it is drawn, in m");
@@ -137,7 +137,7 @@ void add_of_node(CLI::App& app, Context& context, const char* name, const char* 
   auto session = std::make_shared<std::string>();
   auto node = std::make_shared<unsigned>(0);
   auto* command = subcommand(app, name, description, fmt::format("limber {} arch 40", name));
-  add_session(*command, *session);
+  add_beam_session(*command, *session);
   command->add_option("node", *node, "Node, from 0")->required();
   command->callback([&context, session, node, fill] {
     v1::Edit edit;
@@ -215,7 +215,7 @@ void add_push(CLI::App& app, Context& context) {
                  "Push a node of a structure of beams and let it go: does it come back, "
                  "or snap to another shape?",
                  "limber push arch 20 --force 0 0 -500");
-  add_session(*command, options->session);
+  add_beam_session(*command, options->session);
   command->add_option("node", options->node, "Node, from 0")->required();
   auto* how = command->add_option_group("how", "What pushes");
   how->add_option("--force", options->force, "x y z in N")->expected(3);

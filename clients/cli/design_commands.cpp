@@ -22,9 +22,9 @@ namespace {
 using client::ClientError;
 using client::Milliseconds;
 
-constexpr Milliseconds kLarge{120000};  // for answers to requests that bring a surface
+constexpr Milliseconds kSurfaceTimeout{120000};  // for answers to requests that bring a surface
 
-struct Options {
+struct DesignOptions {
   std::string session, action = "start", surface;
   std::vector<double> targets;  // joint x y z, one after the other
   std::vector<double> translation, rotation;
@@ -55,7 +55,7 @@ void put_targets(const std::vector<double>& values, List& targets) {
   }
 }
 
-std::optional<v1::SurfacePlacement> placement(const Options& options) {
+std::optional<v1::SurfacePlacement> placement(const DesignOptions& options) {
   if (options.translation.empty() && options.rotation.empty() && !options.scale) return {};
   v1::SurfacePlacement placement;
   if (!options.translation.empty()) *placement.mutable_translation() = vector(options.translation);
@@ -66,7 +66,7 @@ std::optional<v1::SurfacePlacement> placement(const Options& options) {
 
 /// What a goal and a change of it have in common.
 template <class Message>
-void put_goal(const Options& options, Message& message) {
+void put_goal(const DesignOptions& options, Message& message) {
   if (options.flat_share) message.set_flat_share(*options.flat_share);
   if (options.distance_weight) message.set_distance_weight(*options.distance_weight);
   if (options.surface_weight) message.set_surface_weight(*options.surface_weight);
@@ -117,13 +117,13 @@ void print_other(const v1::DesignInfo& info, const v1::OtherOptimum& other) {
 
 /// The newest design, to its end.
 /// @param job  of the design; 0: whichever there is
-void follow(Context& context, client::Subscription& stream, const std::string& session,
-            std::uint64_t job) {
+void follow_design(Context& context, client::Subscription& stream, const std::string& session,
+                   std::uint64_t job) {
   if (!context.json) print_heading();
   v1::GetDesignRequest request;
   request.set_session(session);
   std::optional<v1::DesignInfo> last;
-  const auto show = [&](const v1::DesignInfo& info) {
+  const auto show_design = [&](const v1::DesignInfo& info) {
     if (job != 0 && info.job() != job) return false;
     const bool news = !last || info.iteration() != last->iteration() ||
                       info.state() != last->state() ||
@@ -160,9 +160,9 @@ void follow(Context& context, client::Subscription& stream, const std::string& s
   while (true) {
     const auto event = stream.next(Milliseconds{500});
     if (event && event->message.has_design()) {
-      if (!show(event->message.design())) continue;
+      if (!show_design(event->message.design())) continue;
     } else if (const auto answer = context.client().call(request);
-               !answer.has_design() || !show(answer.design())) {
+               !answer.has_design() || !show_design(answer.design())) {
       continue;
     }
     end(*last);
@@ -197,7 +197,7 @@ unsigned count_of(double number, const char* field) {
 }
 
 /// A session of its own for a surface that there is no linkage for yet. @returns its design
-v1::StartDesignRequest open_grid(Context& context, const Options& options) {
+v1::StartDesignRequest open_grid(Context& context, const DesignOptions& options) {
   if (options.surface.empty())
     throw ClientError(v1::ERROR_CODE_INVALID_ARGUMENT, "surface", "a grid is laid on a surface");
   for (const auto& [given, field] : {std::pair{!options.translation.empty(), "translation"},
@@ -243,7 +243,7 @@ v1::SurfacePlacement newest_place(Context& context, const std::string& session) 
                     "the session has no design yet whose place could be taken");
 }
 
-v1::StartDesignResponse begin(Context& context, const Options& options,
+v1::StartDesignResponse begin(Context& context, const DesignOptions& options,
                               v1::StartDesignRequest request) {
   request.set_session(options.session);
   if (!options.lengths.empty()) request.set_lengths(kLengths.at(options.lengths));
@@ -262,10 +262,10 @@ v1::StartDesignResponse begin(Context& context, const Options& options,
   if (options.flat_angle) request.set_flat_angle_degrees(*options.flat_angle);
   if (options.smallest_angle) request.set_smallest_angle_degrees(*options.smallest_angle);
   if (options.iterations) request.set_max_iterations(*options.iterations);
-  return context.client().call(request, kLarge);
+  return context.client().call(request, kSurfaceTimeout);
 }
 
-void start(Context& context, const Options& options) {
+void start_design(Context& context, const DesignOptions& options) {
   const bool is_new = !options.grid.empty();
   v1::StartDesignRequest request;
   if (is_new) request = open_grid(context, options);
@@ -279,24 +279,24 @@ void start(Context& context, const Options& options) {
     if (is_new) client::LinkageSession(context.client(), options.session).close();
     throw;
   }
-  if (!options.detach) return follow(context, stream, options.session, response.job());
+  if (!options.detach) return follow_design(context, stream, options.session, response.job());
   if (context.json) return print_json(response);
   fmt::print("job {}\n", response.job());
 }
 
-void change(Context& context, const Options& options) {
+void change(Context& context, const DesignOptions& options) {
   v1::ChangeDesignRequest request;
   request.set_session(options.session);
   put_goal(options, request);
   if (!options.targets.empty())
     put_targets(options.targets, *request.mutable_targets()->mutable_targets());
-  const auto response = context.client().call(request, kLarge);
+  const auto response = context.client().call(request, kSurfaceTimeout);
   if (context.json) return print_json(response);
   fmt::print("changed\n");
 }
 
 template <class Request>
-void act(Context& context, const Options& options, const char* done) {
+void act(Context& context, const DesignOptions& options, const char* done) {
   Request request;
   request.set_session(options.session);
   const auto response = context.client().call(request);
@@ -304,7 +304,7 @@ void act(Context& context, const Options& options, const char* done) {
   fmt::print("{}\n", done);
 }
 
-void take(Context& context, const Options& options) {
+void take(Context& context, const DesignOptions& options) {
   v1::TakeDesignRequest request;
   request.set_session(options.session);
   const auto response = context.client().call(request);
@@ -313,7 +313,7 @@ void take(Context& context, const Options& options) {
   fmt::print("revision {}\n", response.revision());
 }
 
-void show(Context& context, const Options& options) {
+void show_design(Context& context, const DesignOptions& options) {
   v1::GetDesignRequest request;
   request.set_session(options.session);
   const auto response = context.client().call(request);
@@ -327,16 +327,16 @@ void show(Context& context, const Options& options) {
   print_step(context, info);
 }
 
-void watch(Context& context, const Options& options) {
+void watch_design(Context& context, const DesignOptions& options) {
   const auto info = context.client().call(v1::GetServerInfoRequest{});
   client::Subscription stream(context.client(), info.stream_endpoint());
   stream.subscribe(client::design_topic(options.session));
-  follow(context, stream, options.session, 0);
+  follow_design(context, stream, options.session, 0);
 }
 
-void run(Context& context, const Options& options) {
-  if (options.action == "start") return start(context, options);
-  if (options.action == "watch") return watch(context, options);
+void run(Context& context, const DesignOptions& options) {
+  if (options.action == "start") return start_design(context, options);
+  if (options.action == "watch") return watch_design(context, options);
   if (options.action == "change") return change(context, options);
   if (options.action == "pause") return act<v1::PauseDesignRequest>(context, options, "paused");
   if (options.action == "resume") return act<v1::ResumeDesignRequest>(context, options, "goes on");
@@ -346,10 +346,10 @@ void run(Context& context, const Options& options) {
     return;
   }
   if (options.action == "take") return take(context, options);
-  show(context, options);
+  show_design(context, options);
 }
 
-void add_goal(CLI::App& command, Options& options) {
+void add_goal(CLI::App& command, DesignOptions& options) {
   command
       .add_option("--surface", options.surface,
                   "Triangles to deploy towards, .obj, .ply or .stl, in the scene's length unit")
@@ -375,7 +375,7 @@ void add_goal(CLI::App& command, Options& options) {
                      "Weight of the surface against targets (default: 1)");
 }
 
-void add_limits(CLI::App& command, Options& options) {
+void add_limits(CLI::App& command, DesignOptions& options) {
   command.add_option("--shortest", options.shortest,
                      "Bound of rest lengths, as a share of the start (default: 0.5)");
   command.add_option("--longest", options.longest, "The same (default: 2)");
@@ -413,7 +413,7 @@ void add_limits(CLI::App& command, Options& options) {
   command.add_flag("--detach", options.detach, "Do not wait for the end");
 }
 
-void add_grid(CLI::App& command, Options& options) {
+void add_grid(CLI::App& command, DesignOptions& options) {
   auto* section =
       command.add_option("--section", options.section,
                          "WIDTHxHEIGHT of the grid's rods, in the surface's length unit");
@@ -435,7 +435,7 @@ void add_grid(CLI::App& command, Options& options) {
 }  // namespace
 
 void add_design_commands(CLI::App& app, Context& context) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<DesignOptions>();
   auto* command = subcommand(
       app, "design",
       "Search rest lengths with which a rod linkage lies flat and deploys towards a surface",

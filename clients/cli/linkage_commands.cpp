@@ -12,7 +12,7 @@
 namespace limber::cli {
 namespace {
 
-void add_session(CLI::App& command, std::string& session) {
+void add_linkage_session(CLI::App& command, std::string& session) {
   command.add_option("session", session, "Session of a rod linkage")->required();
 }
 
@@ -27,7 +27,7 @@ void add_deploy(CLI::App& app, Context& context) {
   auto* command =
       subcommand(app, "deploy", "Open a rod linkage to a mean angle, or one of its joints",
                  "limber deploy shelter --angle 60\n  limber deploy shelter --joint 4 --free");
-  add_session(*command, options->session);
+  add_linkage_session(*command, options->session);
   auto* way = command->add_option_group("way", "Where to");
   way->add_option("--angle", options->angle, "Opening angle in degrees, between -180 and 180");
   way->add_flag("--free", options->free, "From now on it may take any");
@@ -61,7 +61,7 @@ void add_pin(CLI::App& app, Context& context) {
   auto* command =
       subcommand(app, "pin", "Hold a joint of a rod linkage, or release it",
                  "limber pin shelter 0 --held motion\n  limber pin shelter 0 --held nothing");
-  add_session(*command, options->session);
+  add_linkage_session(*command, options->session);
   command->add_option("joint", options->joint, "Joint, from 0")->required();
   command->add_option("--held", options->held, "motion, angle, both (default) or nothing")
       ->check(CLI::IsMember({"motion", "angle", "both", "nothing"}));
@@ -91,7 +91,7 @@ void add_attach(CLI::App& app, Context& context) {
       "limber attach shelter --joint 5 --position 0 0 1.2 --stiffness 500\n"
       "  limber attach shelter --move 1 --position 0 0 1.3\n"
       "  limber attach shelter --remove 1");
-  add_session(*command, options->session);
+  add_linkage_session(*command, options->session);
   auto* position = command->add_option("--position", options->position, "x y z")->expected(3);
   auto* at = command->add_option_group("at", "Which point");
   at->add_option("--joint", options->joint, "A joint, from 0")->needs(position);

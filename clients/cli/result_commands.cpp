@@ -22,7 +22,7 @@ const std::map<std::string, v1::Encoding> kEncodings = {
     {"coordinates", v1::ENCODING_COORDINATES},
     {"positions", v1::ENCODING_POSITIONS},
     {"quantised", v1::ENCODING_POSITIONS_QUANTISED}};
-constexpr Milliseconds kLarge{120000};  // for answers that bring megabytes
+constexpr Milliseconds kLargeAnswerTimeout{120000};  // for answers that bring megabytes
 
 struct FramesOptions {
   std::string session, out, encoding = "coordinates";
@@ -51,16 +51,16 @@ void frames(Context& context, const FramesOptions& options) {
   const auto folder = std::filesystem::path(options.out).parent_path();
   if (!folder.empty() && !std::filesystem::is_directory(folder))
     throw ClientError(v1::ERROR_CODE_IO, "out", "there is no folder " + folder.string());
-  auto frames = context.client().call(request, kLarge).frames();
+  auto frames = context.client().call(request, kLargeAnswerTimeout).frames();
   v1::GetGeometryResponse geometry;
   if (frames.encoding() == v1::ENCODING_COORDINATES) {
     v1::GetGeometryRequest wanted;
     wanted.set_session(options.session);
-    geometry = context.client().call(wanted, kLarge);
+    geometry = context.client().call(wanted, kLargeAnswerTimeout);
     // Of linkages only the server sweeps the surface; of beams, positions are all there is to see.
     if (geometry.has_linkage() || geometry.has_beams()) {
       request.set_encoding(v1::ENCODING_POSITIONS);
-      frames = context.client().call(request, kLarge).frames();
+      frames = context.client().call(request, kLargeAnswerTimeout).frames();
     }
   }
   const auto positions = client::decode(frames, &geometry);
@@ -93,7 +93,7 @@ void export_files(Context& context, const ExportOptions& options) {
         request.set_stem(options.stem);
         request.set_part(part);
         if (part > 0) request.set_result_sequence(result_sequence);
-        const auto response = context.client().call(request, kLarge);
+        const auto response = context.client().call(request, kLargeAnswerTimeout);
         count = response.part_count();
         result_sequence = response.result().sequence();
         for (const auto& file : response.files())

@@ -69,7 +69,7 @@ std::string default_log(const std::string& endpoint) {
 
 /// Starts a program in a session of its own, its output appended to a file.
 pid_t spawn(const std::vector<std::string>& arguments, const std::string& log) {
-  const int out = open(log.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0644);
+  const int out = ::open(log.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0644);
   if (out < 0) throw ClientError(v1::ERROR_CODE_IO, "log", "cannot write " + log);
   std::vector<char*> argv;
   for (const auto& argument : arguments) argv.push_back(const_cast<char*>(argument.c_str()));
@@ -77,7 +77,7 @@ pid_t spawn(const std::vector<std::string>& arguments, const std::string& log) {
   const pid_t child = fork();
   if (child == 0) {
     setsid();
-    const int nothing = open("/dev/null", O_RDONLY);
+    const int nothing = ::open("/dev/null", O_RDONLY);
     dup2(nothing, STDIN_FILENO);
     dup2(out, STDOUT_FILENO);
     dup2(out, STDERR_FILENO);

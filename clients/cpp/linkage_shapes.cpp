@@ -10,7 +10,7 @@ namespace {
 
 constexpr double kDegree = 3.14159265358979323846 / 180;
 
-ClientError malformed(const std::string& message) {
+ClientError malformed_shape(const std::string& message) {
   return {v1::ERROR_CODE_MALFORMED, "", message};
 }
 
@@ -35,27 +35,29 @@ LinkageGeometry::LinkageGeometry(const v1::GetGeometryResponse& message) {
                                           "joints of segments");
   const auto segments = static_cast<std::size_t>(given.edges_size());
   if (given.joints_of_segment().shape(1) != 2 || ends.size() != 2 * segments)
-    throw malformed("joints of segments are not two a segment");
+    throw malformed_shape("joints of segments are not two a segment");
   for (const auto vertex : given.vertex_of_joint())
     vertex_of_joint_.push_back(static_cast<int>(vertex));
   coordinates_ = vertex_of_joint_.size();
   for (std::size_t s = 0; s < segments; ++s) {
     const auto edges = given.edges(static_cast<int>(s));
-    if (edges < 1 || edges > given.coordinates()) throw malformed("a segment has no edges");
+    if (edges < 1 || edges > given.coordinates()) throw malformed_shape("a segment has no edges");
     edges_.push_back(static_cast<int>(edges));
     coordinates_ += 6 * std::size_t{edges} + 3;
     ends_.push_back({ends[2 * s], ends[2 * s + 1]});
     for (const int joint : ends_.back())
-      if (joint < -1 || joint >= joints()) throw malformed("a segment ends at no joint");
+      if (joint < -1 || joint >= joints()) throw malformed_shape("a segment ends at no joint");
   }
-  if (coordinates_ != given.coordinates()) throw malformed("a shape is not the sum of its parts");
+  if (coordinates_ != given.coordinates())
+    throw malformed_shape("a shape is not the sum of its parts");
 }
 
 std::vector<LinkageShape> LinkageGeometry::shapes(const v1::Frames& frames) const {
   if (frames.encoding() != v1::ENCODING_COORDINATES)
-    throw malformed("shapes are made of coordinates, not of positions");
+    throw malformed_shape("shapes are made of coordinates, not of positions");
   const auto rows = numbers<float>(frames.data(), v1::DATA_TYPE_FLOAT32, 2, "coordinates");
-  if (frames.data().shape(1) != coordinates_) throw malformed("coordinates of another linkage");
+  if (frames.data().shape(1) != coordinates_)
+    throw malformed_shape("coordinates of another linkage");
   std::vector<LinkageShape> shapes;
   for (std::size_t at = 0; at < rows.size(); at += coordinates_)
     shapes.push_back(shape(rows.data() + at));

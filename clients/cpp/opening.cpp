@@ -9,7 +9,7 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr Milliseconds kSlice{5000};  // of waiting on the server
+constexpr Milliseconds kSliceOfOpening{5000};  // of waiting on the server
 
 double seconds(Milliseconds time) { return std::chrono::duration<double>(time).count(); }
 
@@ -17,7 +17,7 @@ void wait_built(Client& client, std::uint64_t job, Milliseconds timeout) {
   const auto deadline = Clock::now() + timeout;
   for (;;) {
     const auto left = std::chrono::duration_cast<Milliseconds>(deadline - Clock::now());
-    const Milliseconds slice = std::clamp(left, Milliseconds{0}, kSlice);
+    const Milliseconds slice = std::clamp(left, Milliseconds{0}, kSliceOfOpening);
     v1::GetJobRequest request;
     request.set_job(job);
     request.set_wait_s(seconds(slice));

@@ -14,7 +14,7 @@ namespace {
 
 /// Messages of one topic that wait for a reader that is slow; a motion may have megabytes.
 constexpr std::size_t kQueue = 8;
-constexpr Milliseconds kSlice{100};
+constexpr Milliseconds kSliceOfReceiving{100};
 /// What the thread is told, a letter before the topic.
 constexpr char kSubscribe = '+', kUnsubscribe = '-', kEnd = '.';
 
@@ -127,7 +127,7 @@ std::optional<StreamEvent> Subscription::next(Milliseconds timeout) {
     const auto left =
         std::max(Milliseconds{0},
                  std::chrono::ceil<Milliseconds>(deadline - std::chrono::steady_clock::now()));
-    if (auto event = queue_.pop(std::min(left, kSlice))) {
+    if (auto event = queue_.pop(std::min(left, kSliceOfReceiving))) {
       if (!instance_.empty() && !event->message.instance().empty() &&
           event->message.instance() != instance_)
         throw ServerRestarted(v1::ERROR_CODE_RESTARTED, "",

@@ -1,7 +1,6 @@
 #include "engine/bodies/modal_analysis.h"
 
 #include <fmt/format.h>
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -10,6 +9,7 @@
 #include <vector>
 
 #include "engine/base/error.h"
+#include "engine/base/numerics/dense.h"
 #include "engine/base/parallel.h"
 #include "engine/base/random.h"
 #include "engine/bodies/dof_map.h"
@@ -53,8 +53,8 @@ Eigen::MatrixXd dense_modes(const ShiftInvert& op, const Eigen::MatrixXd& rigid,
     const double beyond = 10 * (stiffness.diagonal().array() / mass.diagonal().array()).sum();
     stiffness += beyond * mass_rigid * mass_rigid.transpose();
   }
-  const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> solver(stiffness, mass);
-  if (solver.info() != Eigen::Success) {
+  const GeneralizedSymmetricEigen solver(stiffness, mass);
+  if (!solver.has_converged()) {
     throw Error(ErrorCode::kNumerical, "modes", "the dense eigenproblem could not be solved");
   }
   return solver.eigenvectors().leftCols(count);

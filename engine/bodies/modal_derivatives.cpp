@@ -13,7 +13,7 @@
 namespace limber::bodies {
 namespace {
 
-constexpr const char* kStage = "modal derivatives";
+constexpr const char* kDerivativesStage = "modal derivatives";
 // Pairs that one pass over the tets takes along.
 constexpr std::int64_t kPairs = 48;
 // Columns that are solved between two looks at the cancellation.
@@ -160,20 +160,21 @@ Eigen::MatrixXd modal_derivatives(const ElasticBody& body, const ModalBasis& bas
     LIMBER_DEMAND(std::min(pair.first, pair.second) >= 0 &&
                   std::max(pair.first, pair.second) < basis.modes.cols());
   }
-  job.report(kStage, 0);
+  job.report(kDerivativesStage, 0);
   const GradientOperator gradient(body.mesh);
   const DofMap dofs = DofMap::of_vectors(body.mesh.node_count(), body.fixed_nodes);
   const StaticSolver solver(body, gradient, basis, dofs);
-  job.report(kStage, 0.2);
+  job.report(kDerivativesStage, 0.2);
   const Eigen::MatrixXd all = loads(body, gradient, basis.modes, pairs);
   Eigen::MatrixXd result(all.rows(), all.cols());
   for (Eigen::Index first = 0; first < all.cols(); first += kSolved) {
-    job.report(kStage, 0.4 + 0.6 * static_cast<double>(first) / static_cast<double>(all.cols()));
+    job.report(kDerivativesStage,
+               0.4 + 0.6 * static_cast<double>(first) / static_cast<double>(all.cols()));
     const Eigen::Index count = std::min(kSolved, all.cols() - first);
     result.middleCols(first, count) =
         dofs.expand_rows(solver.solve(dofs.restrict_rows(all.middleCols(first, count))));
   }
-  job.report(kStage, 1);
+  job.report(kDerivativesStage, 1);
   return result;
 }
 

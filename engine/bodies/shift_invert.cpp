@@ -1,11 +1,11 @@
 #include "engine/bodies/shift_invert.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
 #include "engine/base/error.h"
+#include "engine/base/numerics/dense.h"
 #include "engine/base/parallel.h"
 #include "engine/base/random.h"
 
@@ -22,7 +22,7 @@ constexpr double kLargestShare = 0.5;
 constexpr double kWantedShare = 0.05;
 constexpr int kAttempts = 6;
 
-constexpr const char* kStage = "modes";
+constexpr const char* kModesStage = "modes";
 // Of an attempt's time; of the remaining progress that an attempt leaves to the others.
 constexpr double kAnalysisShare = 0.4;
 constexpr double kFactorShare = 0.7;
@@ -68,15 +68,15 @@ ShiftInvert::ShiftInvert(Eigen::SparseMatrix<double> stiffness, Eigen::SparseMat
 }
 
 void ShiftInvert::factor(double shift, const JobContext& job) {
-  job.report(kStage, 0);
+  job.report(kModesStage, 0);
   shift_ = shift;
   const Eigen::SparseMatrix<double> shifted = stiffness_ + shift * mass_;
   // CHOLMOD cannot be stopped inside its two halves, of which either takes seconds for large
   // bodies.
   if (cholesky_.size() == 0) cholesky_.analyse(shifted);
-  job.report(kStage, kAnalysisShare);
+  job.report(kModesStage, kAnalysisShare);
   cholesky_.refactor(shifted);
-  job.report(kStage, kFactorShare);
+  job.report(kModesStage, kFactorShare);
 }
 
 double ShiftInvert::estimate_first_eigenvalue(const JobContext& job) const {
@@ -89,7 +89,7 @@ double ShiftInvert::estimate_first_eigenvalue(const JobContext& job) const {
   RitzBlock ritz;
   ritz.mass_vectors = multiply_mass(x);
   for (int step = 0; step < kEstimateSteps; ++step) {
-    job.report(kStage, static_cast<double>(step) / kEstimateSteps);
+    job.report(kModesStage, static_cast<double>(step) / kEstimateSteps);
     ritz = subspace_step(*this, ritz.mass_vectors);
   }
   return std::max(0.0, ritz.eigenvalues[0]);
@@ -131,8 +131,8 @@ RitzBlock subspace_step(const ShiftInvert& op, const Eigen::MatrixXd& mass_x) {
   projected_stiffness = scale.asDiagonal() * projected_stiffness * scale.asDiagonal();
   projected_mass = scale.asDiagonal() * projected_mass * scale.asDiagonal();
   const Eigen::MatrixXd symmetric = (projected_stiffness + projected_stiffness.transpose()) / 2;
-  const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> solver(symmetric, projected_mass);
-  if (solver.info() != Eigen::Success) {
+  const GeneralizedSymmetricEigen solver(symmetric, projected_mass);
+  if (!solver.has_converged()) {
     throw Error(ErrorCode::kNumerical, "modes", "the projected eigenproblem could not be solved");
   }
   const Eigen::MatrixXd combination = scale.asDiagonal() * solver.eigenvectors();

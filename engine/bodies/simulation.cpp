@@ -12,35 +12,38 @@ namespace {
 
 constexpr int kMostHalvings = 10;
 
-[[noreturn]] void refuse(ErrorCode code, const std::string& field, const std::string& message) {
+[[noreturn]] void refuse_simulation(ErrorCode code, const std::string& field,
+                                    const std::string& message) {
   throw Error(code, field, field + " " + message);
 }
 
 void check(const Loads& loads, int node_count) {
-  if (!loads.gravity.allFinite()) refuse(ErrorCode::kInvalidArgument, "gravity", "must be finite");
+  if (!loads.gravity.allFinite())
+    refuse_simulation(ErrorCode::kInvalidArgument, "gravity", "must be finite");
   for (std::size_t i = 0; i < loads.forces.size(); ++i) {
     const PointForce& load = loads.forces[i];
     const std::string field = fmt::format("forces[{}]", i);
     if (load.nodes.empty())
-      refuse(ErrorCode::kInvalidArgument, field + ".nodes", "must name at least one node");
+      refuse_simulation(ErrorCode::kInvalidArgument, field + ".nodes",
+                        "must name at least one node");
     for (const int node : load.nodes) {
       if (node < 0 || node >= node_count) {
-        refuse(ErrorCode::kOutOfRange, field + ".nodes",
-               fmt::format("has node {}, the mesh has {}", node, node_count));
+        refuse_simulation(ErrorCode::kOutOfRange, field + ".nodes",
+                          fmt::format("has node {}, the mesh has {}", node, node_count));
       }
     }
     if (!load.force.allFinite())
-      refuse(ErrorCode::kInvalidArgument, field + ".force", "must be finite");
+      refuse_simulation(ErrorCode::kInvalidArgument, field + ".force", "must be finite");
     if (!(load.until > load.from)) {
-      refuse(ErrorCode::kInvalidArgument, field + ".until",
-             fmt::format("= {:g} must be > from = {:g}", load.until, load.from));
+      refuse_simulation(ErrorCode::kInvalidArgument, field + ".until",
+                        fmt::format("= {:g} must be > from = {:g}", load.until, load.from));
     }
     if (load.profile == ForceProfile::kRamp && !std::isfinite(load.until))
-      refuse(ErrorCode::kInvalidArgument, field + ".until", "must be finite for a ramp");
+      refuse_simulation(ErrorCode::kInvalidArgument, field + ".until", "must be finite for a ramp");
     if (load.profile == ForceProfile::kSine &&
         (!(load.period > 0) || !std::isfinite(load.period))) {
-      refuse(ErrorCode::kInvalidArgument, field + ".period",
-             fmt::format("= {:g} must be > 0 and finite", load.period));
+      refuse_simulation(ErrorCode::kInvalidArgument, field + ".period",
+                        fmt::format("= {:g} must be > 0 and finite", load.period));
     }
   }
 }
@@ -142,7 +145,8 @@ class Run {
 void SimulationOptions::validate() const {
   const auto demand = [](bool ok, const char* field, double value, const char* rule) {
     if (!ok)
-      refuse(ErrorCode::kInvalidArgument, field, fmt::format("= {:g} must be {}", value, rule));
+      refuse_simulation(ErrorCode::kInvalidArgument, field,
+                        fmt::format("= {:g} must be {}", value, rule));
   };
   demand(frame_count >= 1, "frame_count", frame_count, ">= 1");
   demand(std::isfinite(frames_per_second) && frames_per_second > 0, "frames_per_second",

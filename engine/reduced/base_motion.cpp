@@ -12,7 +12,7 @@ namespace limber::reduced {
 namespace {
 
 // Frames that are projected at once: bounds how long a cancellation is not heard.
-constexpr Eigen::Index kFrames = 64;
+constexpr Eigen::Index kFramesAtOnce = 64;
 
 // Share of the work that is finding RS coordinates.
 constexpr double kInverseShare = 0.9;
@@ -66,10 +66,10 @@ BaseMotion base_motion(const bodies::ElasticBody& body, const ReducedModel& mode
   const Eigen::Index count = displacements.cols();
   result.direct.resize(model.basis_size(), count);
   Eigen::VectorXd g(result.rs.rows());
-  for (Eigen::Index first = 0; first < count; first += kFrames) {
+  for (Eigen::Index first = 0; first < count; first += kFramesAtOnce) {
     job.report("base motion", kInverseShare + (1 - kInverseShare) * static_cast<double>(first) /
                                                   static_cast<double>(count));
-    const Eigen::Index frames = std::min(kFrames, count - first);
+    const Eigen::Index frames = std::min(kFramesAtOnce, count - first);
     result.direct.middleCols(first, frames).noalias() =
         model.basis.transpose() * displacements.middleCols(first, frames);
     for (Eigen::Index frame = first; frame < first + frames; ++frame) {

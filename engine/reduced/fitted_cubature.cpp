@@ -1,11 +1,10 @@
 #include "engine/reduced/fitted_cubature.h"
 
 #include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 
+#include "engine/base/numerics/dense.h"
 #include "engine/base/parallel.h"
 #include "engine/reduced/rs_coordinates.h"
 #include "engine/reduced/rs_kernel.h"
@@ -113,7 +112,7 @@ bool FittedCubature::add_best_tet(const JobContext& job) {
 
   // Directions of the chosen tet with more than noise in them, orthonormal.
   const Eigen::MatrixXd phi = pool_features_.middleCols<kRsSize>(kRsSize * chosen);
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(phi.transpose() * phi);
+  const SymmetricEigen solver(phi.transpose() * phi);
   Eigen::Index kept = 0;
   while (kept < kRsSize && solver.eigenvalues()[kRsSize - 1 - kept] > noise_floor_) ++kept;
   const Eigen::MatrixXd direction =
@@ -170,7 +169,7 @@ FittedCubature::Fit FittedCubature::fit() const {
     best.validation_mean = mean_error_by_size(validation_, base);
     return best;
   }
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(gram);
+  const SymmetricEigen solver(gram);
   const Eigen::VectorXd values = solver.eigenvalues().cwiseMax(0.0);
   const double largest = values.maxCoeff();
   const Eigen::MatrixXd& vectors = solver.eigenvectors();

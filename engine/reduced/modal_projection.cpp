@@ -2,13 +2,12 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Eigenvalues>
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cstdint>
 #include <optional>
 
 #include "engine/base/error.h"
+#include "engine/base/numerics/dense.h"
 #include "engine/base/parallel.h"
 #include "engine/bodies/gradient_operator.h"
 #include "engine/bodies/mass.h"
@@ -33,18 +32,16 @@ class Fit {
     modes_ = model.modes.rightCols(unknowns);
     if (tets_ == ProjectionTets::kCubature) {
       rs_modes_ = model.rs_modes.rightCols(unknowns);
-      const Eigen::BDCSVD<Eigen::MatrixXd> svd(rs_modes_,
-                                               Eigen::ComputeThinU | Eigen::ComputeThinV);
-      count_rank(svd.singularValues(), options.rank_tolerance);
-      inverse_ = svd.matrixV().leftCols(rank_) *
-                 svd.singularValues().head(rank_).cwiseInverse().asDiagonal() *
-                 svd.matrixU().leftCols(rank_).transpose();
+      const ThinSvd svd = thin_svd(rs_modes_);
+      count_rank(svd.values, options.rank_tolerance);
+      inverse_ = svd.v.leftCols(rank_) * svd.values.head(rank_).cwiseInverse().asDiagonal() *
+                 svd.u.leftCols(rank_).transpose();
     } else {
       Eigen::MatrixXd gram(unknowns, unknowns);
       for (int k = 0; k < unknowns; ++k)
         gram.col(k) = transposed(linear_coordinates(gradient, modes_.col(k)));
       // Largest first. The square root is why a tolerance below 1e-7 would mean nothing here.
-      const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(-0.5 * (gram + gram.transpose()));
+      const SymmetricEigen eigen(-0.5 * (gram + gram.transpose()));
       const Eigen::VectorXd values = (-eigen.eigenvalues()).cwiseMax(0);
       count_rank(values.cwiseSqrt(), options.rank_tolerance);
       const auto vectors = eigen.eigenvectors().leftCols(rank_);

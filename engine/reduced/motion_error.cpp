@@ -10,7 +10,7 @@
 namespace limber::reduced {
 namespace {
 
-constexpr Eigen::Index kFrames = 16;  // reconstructed at once: bounds memory
+constexpr Eigen::Index kFramesReconstructedAtOnce = 16;  // reconstructed at once: bounds memory
 constexpr Eigen::Index kRows = 3072;  // of a product, between two looks at the cancellation
 
 /// One compared frame.
@@ -119,8 +119,8 @@ MotionError motion_error(FullShapes& full, const ShownFrames& shown, const JobCo
   if (count == 0) return error;
   const int rigid = model.rigid_count, elastic = model.coordinate_count() - rigid;
   std::vector<FrameError> errors(shown.frames.size());
-  for (Eigen::Index first = 0; first < count; first += kFrames) {
-    const Eigen::Index frames = std::min(kFrames, count - first);
+  for (Eigen::Index first = 0; first < count; first += kFramesReconstructedAtOnce) {
+    const Eigen::Index frames = std::min(kFramesReconstructedAtOnce, count - first);
     const auto modal = shown.modal.middleCols(first, frames);
     Eigen::MatrixXd linear =
         product(model.modes.rightCols(elastic), modal.bottomRows(elastic), job);
@@ -140,8 +140,9 @@ MotionError motion_error(FullShapes& full, const ShownFrames& shown, const JobCo
     });
     for (const ShapeTarget& target : shown.targets) {
       if (target.column < first || target.column >= first + frames) continue;
-      error.max_constraint_error =
-          std::max(error.max_constraint_error, distance_from(target, u.col(target.column - first)));
+      const double missed = distance_from(target, u.col(target.column - first));
+      error.max_constraint_error = std::max(error.max_constraint_error, missed);
+      if (target.is_exact) error.max_exact_error = std::max(error.max_exact_error, missed);
     }
   }
   sum_up(errors, shown.frames, error);

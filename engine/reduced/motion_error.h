@@ -15,6 +15,7 @@ struct ShapeTarget {
   std::shared_ptr<const std::vector<int>> nodes;  // compact ids
   unsigned axes = 7;                              // bit 0: x, bit 1: y, bit 2: z
   Eigen::Vector3d target = {0, 0, 0};             // displacement from rest [m]
+  bool is_exact = false;                          // of a constraint that is to hold exactly
 };
 
 /// Some frames of a motion as they are shown, and what they were to meet.
@@ -39,7 +40,8 @@ struct MotionError {
   /// Largest distance of a target from where the full reconstruction has its nodes, over its axes
   /// [m].
   double max_constraint_error = 0;
-  int inverted_tets = 0;  // of the shown frame that has most of them
+  double max_exact_error = 0;  // the same of exact targets only [m]
+  int inverted_tets = 0;       // of the shown frame that has most of them
   int inverted_frame = 0;
   int frames = 0;  // that were compared
   /// Largest displacement of a node in the linear pose W-hat z, rigid motions left out, and its

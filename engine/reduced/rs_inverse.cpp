@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <queue>
 #include <tuple>
 #include <utility>
@@ -56,7 +57,7 @@ struct Step {
 constexpr int kFromRest = -1;
 constexpr int kFromBefore = -2;  // the tet itself in the frame before
 
-constexpr double kTurn = 2 * 3.14159265358979323846;
+constexpr double kTurn = 2 * std::numbers::pi;
 
 /// Beyond most of a first turn [rad] ...
 constexpr double kFirstTurn = 4.0;

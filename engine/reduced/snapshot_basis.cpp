@@ -1,10 +1,9 @@
 #include "engine/reduced/snapshot_basis.h"
 
-#include <Eigen/Eigenvalues>
-#include <Eigen/QR>
 #include <algorithm>
 
 #include "engine/base/error.h"
+#include "engine/base/numerics/dense.h"
 #include "engine/base/parallel.h"
 
 namespace limber::reduced {
@@ -30,14 +29,11 @@ Eigen::MatrixXd gram_matrix(const Eigen::Ref<const Eigen::MatrixXd>& x) {
 }
 
 void orthonormalise(Eigen::MatrixXd& b) {
-  Eigen::HouseholderQR<Eigen::Ref<Eigen::MatrixXd>> qr(b);
   // Signs of R made positive: columns keep the direction of what they came from.
-  const Eigen::VectorXd diagonal = qr.matrixQR().diagonal();
-  Eigen::MatrixXd q = qr.householderQ() * Eigen::MatrixXd::Identity(b.rows(), b.cols());
-  for (Eigen::Index k = 0; k < q.cols(); ++k) {
-    if (diagonal[k] < 0) q.col(k) = -q.col(k);
+  const Eigen::VectorXd diagonal = orthonormalise_columns(b);
+  for (Eigen::Index k = 0; k < b.cols(); ++k) {
+    if (diagonal[k] < 0) b.col(k) = -b.col(k);
   }
-  b = std::move(q);
 }
 
 }  // namespace
@@ -70,7 +66,7 @@ Eigen::MatrixXd snapshot_basis(const Eigen::Ref<const Eigen::MatrixXd>& u,
 
   // Eigenvectors of the Gram matrix give the left singular vectors down to sqrt(eps), ample for a
   // basis.
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(gram_matrix(x));
+  const SymmetricEigen solver(gram_matrix(x));
   const Eigen::VectorXd& values = solver.eigenvalues();  // ascending
   const double largest = values[values.size() - 1];
   Eigen::Index count = 0;

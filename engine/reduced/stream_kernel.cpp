@@ -10,7 +10,7 @@ constexpr int kWidth = static_cast<int>(Vec::size());
 static_assert(StreamTables::kBlock % kWidth == 0);
 
 /// Column 9 t + c -> column c * T + t, in single precision.
-Eigen::MatrixXf by_component(const Eigen::MatrixXd& by_tet, int tets) {
+Eigen::MatrixXf component_rows(const Eigen::MatrixXd& by_tet, int tets) {
   Eigen::MatrixXf result(by_tet.rows(), by_tet.cols());
   for (int t = 0; t < tets; ++t) {
     for (int c = 0; c < kRsSize; ++c)
@@ -35,11 +35,11 @@ Eigen::MatrixXd linear_image(const ReducedModel& model, const Eigen::MatrixXd& r
 
 StreamTables::StreamTables(const ReducedModel& model, const BaseMotion* base)
     : tets(model.cubature_size()),
-      rs_modes_transposed(by_component(model.rs_modes.transpose(), tets)),
-      map(by_component(model.map, tets)),
+      rs_modes_transposed(component_rows(model.rs_modes.transpose(), tets)),
+      map(component_rows(model.map, tets)),
       direct((model.direct + linear_image(model, model.rs_modes)).cast<float>()) {
   if (base == nullptr) return;
-  base_rs_transposed = by_component(base->rs.transpose(), tets);
+  base_rs_transposed = component_rows(base->rs.transpose(), tets);
   base_q = (base->direct + linear_image(model, base->rs)).cast<float>();
 }
 

@@ -4,18 +4,19 @@
 
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <set>
+
+#include "engine/base/degrees.h"
 
 namespace limber::scene {
 namespace {
 
 constexpr std::uint64_t kLargestId = std::uint64_t{1} << 62;  // leaves room for those given later
-constexpr double kPi = 3.14159265358979323846;
-constexpr double kDegrees = 180 / kPi;
 constexpr double kGreatestLoad = 1e90;  // [N], [N m]: squares of what solvers make of it overflow
 
 /// The greatest coordinate, whose square might overflow; infinite where one is not finite.
-double size_of(const Eigen::Vector3d& vector) {
+double largest_entry(const Eigen::Vector3d& vector) {
   return vector.allFinite() ? vector.cwiseAbs().maxCoeff()
                             : std::numeric_limits<double>::infinity();
 }
@@ -47,10 +48,10 @@ class ConditionsValidator {
     return false;
   }
   void check_angle(const std::string& field, const std::string& what, double angle) {
-    if (std::isfinite(angle) && std::abs(angle) < kPi) return;
+    if (std::isfinite(angle) && std::abs(angle) < std::numbers::pi) return;
     error(field,
           fmt::format("{} of {:g} degrees cannot be reached, must be in (-180, 180)", what,
-                      angle * kDegrees),
+                      angle * kDegreesPerRadian),
           ErrorCode::kOutOfRange);
   }
 
@@ -113,11 +114,11 @@ class ConditionsValidator {
     double rest = joints_ * *conditions_.mean_angle;
     for (const JointAngle& set : conditions_.angles) rest -= set.angle;
     rest /= static_cast<double>(joints_ - static_cast<int>(seen.size()));
-    if (std::abs(rest) < kPi) return;
+    if (std::abs(rest) < std::numbers::pi) return;
     error("mean_angle",
           fmt::format("cannot be reached: what single angles leave to each other joint is {:.4g} "
                       "degrees, and must be in (-180, 180)",
-                      rest * kDegrees));
+                      rest * kDegreesPerRadian));
   }
 
   void check_targets() {
@@ -169,8 +170,8 @@ class ConditionsValidator {
       const std::string field = fmt::format("loads[{}]", i);
       if (check_joint(field + ".joint", load.joint) && !seen.insert(load.joint).second)
         error(field + ".joint", fmt::format("joint {} has two loads", load.joint));
-      check_load(field + ".force", load.joint, "force", size_of(load.force), "N");
-      check_load(field + ".moment", load.joint, "moment", size_of(load.moment), "N m");
+      check_load(field + ".force", load.joint, "force", largest_entry(load.force), "N");
+      check_load(field + ".moment", load.joint, "moment", largest_entry(load.moment), "N m");
       check_load(field + ".torque", load.joint, "torque", std::abs(load.torque), "N m");
     }
   }
@@ -186,7 +187,7 @@ class ConditionsValidator {
   }
 
   void check_gravity() {
-    const double size = size_of(conditions_.gravity);
+    const double size = largest_entry(conditions_.gravity);
     if (!std::isfinite(size)) return error("gravity", "must be finite");
     if (size <= kGreatestLoad) return;
     error("gravity",

@@ -32,7 +32,9 @@ struct Dynamics {
 
 /// Sizes of 0 are chosen so that the mean relative error on held-out poses is below the tolerance.
 struct ModelRequest {
-  int mode_count = 30;
+  /// r, > 0. kDefaultModes are as many as a smaller mesh has; any other number must be below the
+  /// mesh's elastic degrees of freedom.
+  int mode_count = kDefaultModes;
   double tolerance = 0.01;
   int basis_size = 0;
   int cubature_size = 0;
@@ -42,6 +44,7 @@ struct ModelRequest {
   /// scene is opened with MaterialVariables::kAll (or as many as the mesh has), else mode_count.
   int candidate_modes = 0;
 
+  static constexpr int kDefaultModes = 30;
   static constexpr int kDefaultCandidates = 80;  // as in the paper's table 1
 };
 

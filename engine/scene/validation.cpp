@@ -304,6 +304,13 @@ class SceneValidator {
   void check_mode_count(int elastic_degrees) {
     if (elastic_degrees <= 0) {
       error("fixed_nodes", "every node is fixed: nothing can move");
+    } else if (scene_.model.mode_count == ModelRequest::kDefaultModes && elastic_degrees > 1) {
+      if (scene_.model.mode_count >= elastic_degrees) {
+        warning("model.modes",
+                fmt::format("the mesh has fewer elastic degrees of freedom ({}) than the default "
+                            "number of modes ({}): {} are used",
+                            elastic_degrees, scene_.model.mode_count, elastic_degrees - 1));
+      }
     } else if (scene_.model.mode_count >= elastic_degrees) {
       error("model.modes", "must be below the " + std::to_string(elastic_degrees) +
                                " elastic degrees of freedom, is " +

@@ -6,21 +6,22 @@
 namespace limber::session {
 namespace {
 
-std::size_t bytes_of(const Result& result) {
+std::size_t bytes_of_answer(const Result& result) {
   const Eigen::Index mixing = result.material ? result.material->mixing.size() : 0;
   return static_cast<std::size_t>(result.modal.size() + mixing) * sizeof(double) +
-         static_cast<std::size_t>(result.coordinates.size()) * sizeof(float);
+         static_cast<std::size_t>(result.coordinates.size() * (result.start_of_fit ? 2 : 1)) *
+             sizeof(float);
 }
 
 }  // namespace
 
 void AnswerBook::keep(std::uint64_t content, std::shared_ptr<const Result> answer) {
   const auto forget = [&](std::deque<Entry>::const_iterator entry) {
-    bytes_ -= bytes_of(*entry->answer);
+    bytes_ -= bytes_of_answer(*entry->answer);
     entries_.erase(entry);
   };
   if (const auto known = entry_of(content); known != entries_.end()) forget(known);
-  bytes_ += bytes_of(*answer);
+  bytes_ += bytes_of_answer(*answer);
   entries_.push_back({content, std::move(answer)});
   while (entries_.size() > 1 && (entries_.size() > most_ || bytes_ > most_bytes_))
     forget(entries_.begin());

@@ -11,7 +11,7 @@
 namespace limber::session {
 namespace {
 
-std::size_t bytes_of(const ChangeGroup& group) {
+std::size_t bytes_of_group(const ChangeGroup& group) {
   std::size_t bytes = group.size() * sizeof(Change);
   for (const Change& change : group) {
     const auto* constraint = std::get_if<ConstraintChange>(&change);
@@ -94,7 +94,7 @@ ChangeGroup merged(std::span<const Change> changes) {
 }
 
 void ChangeSteps::push(std::shared_ptr<const ChangeGroup> group, std::uint64_t content) {
-  const std::size_t bytes = bytes_of(*group);
+  const std::size_t bytes = bytes_of_group(*group);
   const TouchedIds ids = touched_by(*group);
   steps_.push_back({std::move(group), content, ids, bytes});
   bytes_ += bytes;

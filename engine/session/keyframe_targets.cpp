@@ -25,7 +25,7 @@ reduced::ProjectionOptions projection_options() {
   return options;
 }
 
-[[noreturn]] void refuse(const Keyframe& keyframe, const std::string& why) {
+[[noreturn]] void refuse_keyframe(const Keyframe& keyframe, const std::string& why) {
   throw Error(ErrorCode::kNumerical, "keyframes",
               fmt::format("keyframe {} in frame {} has no modal coordinates: {}", keyframe.id,
                           keyframe.frame, why));
@@ -71,12 +71,12 @@ Eigen::MatrixXd KeyframeTargets::project_poses(const std::vector<Keyframe>& orde
                            : with.projector.keyframes(poses);
   } catch (const Error& error) {
     for (std::size_t k = 0; k < ordered.size(); ++k)
-      if (error.field() == fmt::format("poses[{}]", k)) refuse(ordered[k], error.what());
+      if (error.field() == fmt::format("poses[{}]", k)) refuse_keyframe(ordered[k], error.what());
     throw;
   }
   for (std::size_t k = 0; k < ordered.size(); ++k) {
     if (!projection.z.col(static_cast<Eigen::Index>(k)).allFinite())
-      refuse(ordered[k], "they are not finite");
+      refuse_keyframe(ordered[k], "they are not finite");
   }
   return projection.z;
 }

@@ -142,8 +142,9 @@ std::optional<double> LiveProblem::high_frequency_share(const spacetime::Materia
 CheckRequest LiveProblem::check_request() const {
   CheckRequest request;
   for (const spacetime::PositionConstraint& constraint : solver_->constraints()) {
-    request.targets.push_back(
-        {constraint.frame, held_.at(constraint.id).nodes, constraint.axes, constraint.target});
+    request.targets.push_back({constraint.frame, held_.at(constraint.id).nodes, constraint.axes,
+                               constraint.target,
+                               constraint.weight == spacetime::PositionConstraint::kExact});
   }
   for (const scene::Keyframe& keyframe : keyframes_)
     request.keyframe_frames.push_back(keyframe.frame);

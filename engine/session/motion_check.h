@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -18,6 +19,14 @@ struct MotionCheck {
   reduced::MotionError error;
   double length = 0;     // of the body [m]
   double tolerance = 0;  // of shape_error: the scene's model.tolerance
+  /// Largest distance of a target from where the shown motion has its nodes: the
+  /// max_constraint_error of the result's report [m].
+  double shown_constraint_error = 0;
+  std::optional<double> constraint_tolerance;  // the scene's [m]
+  double length_unit = 1;                      // of the scene [m]: numbers of messages are in it
+  /// Of a fitted motion: largest distance of a node from one frame to the next, shown, and of the
+  /// motion with forces alone that the fit began with [m]; both 0 where nothing was fitted.
+  double largest_step = 0, largest_step_of_start = 0;
   /// Typical largest displacement of the widest training poses, as linear_reach [m].
   double trained_reach = 0;
   double check_ms = 0;  // that it took
@@ -25,8 +34,16 @@ struct MotionCheck {
   [[nodiscard]] bool within_tolerance() const { return error.shape_error <= tolerance; }
 };
 
-/// What is wrong with the motion and what to do; empty where its error is within the tolerance, no
-/// tet is inverted and no constraint is missed by more than half a body length.
+/// Of a body's length: misses below it cannot be seen.
+inline constexpr double kMinVisibleMiss = 1e-3;
+
+/// What is wrong with the motion and what to do. Empty where
+/// - its error and that of its worst frame are within the tolerance,
+/// - no tet is inverted in the compared frames,
+/// - the full shapes miss no constraint by more than half a body length, constraint_tolerance, or
+///   1.5 times what the shown ones miss (and kMinVisibleMiss more), and no exact constraint by more
+///   than kMinVisibleMiss,
+/// - a fitted motion makes no larger step from frame to frame than the one it began with.
 [[nodiscard]] std::string describe_motion(const MotionCheck& check);
 
 /// Says that a model misses its tolerance, and what to do; empty where it does not.
@@ -39,11 +56,15 @@ struct CheckRequest {
     std::shared_ptr<const std::vector<int>> nodes;  // compact
     unsigned axes = 7;
     Eigen::Vector3d target = {0, 0, 0};  // displacement from rest [m]
+    bool is_exact = false;
   };
 
   std::shared_ptr<const Result> result;
   std::vector<Target> targets;       // of constraints
   std::vector<int> keyframe_frames;  // of keyframes
+  /// q of the motion with forces alone that the fit of the result's material began with; null where
+  /// none was fitted.
+  std::shared_ptr<const Eigen::MatrixXf> start_of_fit;
 };
 
 /// At most so many constrained frames are compared, evenly chosen among them, ..

@@ -17,7 +17,11 @@ std::string model_notes(const scene::ModelRequest& request, const reduced::Reduc
     if (!notes.empty()) notes += "; ";
     notes += text;
   };
-  if (model.rigid_count > 0) {
+  const int elastic = static_cast<int>(model.eigenvalues.size()) - model.rigid_count;
+  if (elastic < request.mode_count) {
+    note(fmt::format("model.modes: {} used, {} asked for: the mesh has no more", elastic,
+                     request.mode_count));
+  } else if (model.rigid_count > 0) {
     note(fmt::format("model.modes: {} used, the {} asked for and {} rigid motions of the free body",
                      request.mode_count + model.rigid_count, request.mode_count,
                      model.rigid_count));
@@ -86,8 +90,8 @@ reduced::ModelOptions map_model(const scene::Scene& scene, const bodies::Elastic
   const int free_nodes = body.mesh.node_count() - static_cast<int>(body.fixed_nodes.size());
   const int elastic = 3 * free_nodes - (body.fixed_nodes.empty() ? 6 : 0);
   reduced::ModelOptions options;
-  options.mode_count =
-      std::max(request.mode_count, std::min(scene::wanted_candidate_modes(scene), elastic - 1));
+  const int wanted = std::max(request.mode_count, scene::wanted_candidate_modes(scene));
+  options.mode_count = std::min(wanted, elastic - 1);
   options.tolerance = request.tolerance;
   options.basis_size = request.basis_size;
   options.cubature_size = request.cubature_size;

@@ -25,7 +25,7 @@ constexpr double kPoorProjection = 0.1;
 /// Frames that are reconstructed at a time.
 constexpr Eigen::Index kChunk = 64;
 
-[[noreturn]] void refuse(const char* field, const std::string& message) {
+[[noreturn]] void refuse_recovery(const char* field, const std::string& message) {
   throw Error(ErrorCode::kInvalidArgument, field, message);
 }
 
@@ -204,19 +204,21 @@ RecoveryRequest RecoveryRequest::resolved(int base_frames) const {
   if (total_frames == 0) result.total_frames = base_frames;
   const int frames = result.recovered_frames;
   if (frames - kLeastFrames < driven_frames) {
-    refuse("recovered_frames",
-           fmt::format("a recovery needs {} frames that are not driven, there are {} frames{} and "
-                       "{} of them are driven",
-                       kLeastFrames, frames,
-                       recovered_frames == 0 ? " (half of the base motion)" : "", driven_frames));
+    refuse_recovery(
+        "recovered_frames",
+        fmt::format("a recovery needs {} frames that are not driven, there are {} frames{} and "
+                    "{} of them are driven",
+                    kLeastFrames, frames, recovered_frames == 0 ? " (half of the base motion)" : "",
+                    driven_frames));
   }
   if (frames > base_frames) {
-    refuse("recovered_frames",
-           fmt::format("{} frames, the base motion has {}", frames, base_frames));
+    refuse_recovery("recovered_frames",
+                    fmt::format("{} frames, the base motion has {}", frames, base_frames));
   }
   if (result.total_frames < frames) {
-    refuse("total_frames", fmt::format("{} frames are fewer than the {} that are recovered from",
-                                       result.total_frames, frames));
+    refuse_recovery("total_frames",
+                    fmt::format("{} frames are fewer than the {} that are recovered from",
+                                result.total_frames, frames));
   }
   return result;
 }
@@ -224,15 +226,16 @@ RecoveryRequest RecoveryRequest::resolved(int base_frames) const {
 MaterialRecovery recover(const scene::Scene& scene, const RecoveryRequest& request,
                          const JobContext& job) {
   if (scene.base_motion.size() == 0)
-    refuse("base_motion", "the scene has no base motion to recover a material from");
+    refuse_recovery("base_motion", "the scene has no base motion to recover a material from");
   const RecoveryRequest wanted = request.resolved(scene.frame_count);
   const Recoverable from = prepare(scene, job.part(0, 0.5));
   const Eigen::Index rigid = from.model.rigid_count;
   const Eigen::Index elastic = from.model.coordinate_count() - rigid;
-  const spacetime::Recovery recovery =
-      spacetime::recover(from.seen.z.bottomRows(elastic).leftCols(wanted.recovered_frames),
-                         from.model.eigenvalues.tail(elastic),
-                         options_of(wanted, scene.model.mode_count), job.part(0.5, 0.7));
+  const spacetime::Recovery recovery = spacetime::recover(
+      from.seen.z.bottomRows(elastic).leftCols(wanted.recovered_frames),
+      from.model.eigenvalues.tail(elastic),
+      options_of(wanted, std::min(scene.model.mode_count, static_cast<int>(elastic))),
+      job.part(0.5, 0.7));
   const Continued continued = continue_motion(from, recovery.motion, wanted.total_frames);
 
   MaterialRecovery result;

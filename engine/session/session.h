@@ -41,6 +41,9 @@ struct Result {
   /// What the motion swings with, and what the scene itself says: the same where nothing was
   /// optimised. Null in a failed result that nothing came before.
   std::shared_ptr<const spacetime::Material> material, initial_material;
+  /// q, h x N, of the motion with forces alone that the fit of the material began with, maybe in an
+  /// earlier revision; null where nothing was fitted.
+  std::shared_ptr<const Eigen::MatrixXf> start_of_fit;
   int material_iterations = 0;   // of the material's optimisation for this revision
   double column_energy = 0;      // mu E_s, part of report.total_energy
   double unit_force_energy = 0;  // control forces, comparable between materials

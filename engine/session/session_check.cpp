@@ -24,6 +24,7 @@ void Session::Impl::begin_check(std::unique_lock<std::mutex> lock) {
   lock.unlock();
   CheckRequest request = problem_->check_request();
   request.result = result;
+  request.start_of_fit = result->start_of_fit;
   lock.lock();
   if (check_begun_for_ != result->sequence) return;  // an edit was quicker
   check_request_ = std::move(request);

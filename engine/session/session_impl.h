@@ -169,7 +169,9 @@ class Session::Impl : public std::enable_shared_from_this<Session::Impl> {
 
   std::unique_ptr<LiveProblem> problem_;  // the task's
   AnswerBook answers_;                    // the task's
-  bool solved_ = false;              // the task's: the motion has converged for the material it has
+  bool solved_ = false;  // the task's: the motion has converged for the material it has
+  /// The task's: q of the motion with forces alone that the fit of the material began with.
+  std::shared_ptr<const Eigen::MatrixXf> start_of_fit_;
   int material_iterations_ = 0;      // the task's: in what is published next
   Clock::time_point progress_told_;  // the task's
 

@@ -61,6 +61,11 @@ std::optional<spacetime::SolveReport> Session::Impl::fit_material(
   const auto material = problem_->material();
   const Eigen::MatrixXd motion = problem_->solver().motion();
   const double energy = start.total_energy + problem_->column_energy();
+  if (material == problem_->initial_material()) {  // else the fit began with an earlier motion
+    auto coordinates = std::make_shared<Eigen::MatrixXf>();
+    problem_->coordinates(*material, motion, *coordinates);
+    start_of_fit_ = std::move(coordinates);
+  }
   const std::optional<MaterialReport> fitted = optimise_material(round);
   if (!fitted) return std::nullopt;
   std::optional<spacetime::SolveReport> ended = solve_motion(round, energy);
@@ -101,6 +106,9 @@ void Session::Impl::publish_material(const Round& round, const MaterialReport& r
 
 void Session::Impl::fill_material(const spacetime::Material& material, Result& result) const {
   result.initial_material = problem_->initial_material();
+  if (problem_->variables() != scene::MaterialVariables::kMotion &&
+      problem_->material() != result.initial_material)
+    result.start_of_fit = start_of_fit_;
   result.weight_scale = problem_->solver().weight_scale();
   result.material_iterations = material_iterations_;
   result.column_energy = document_.unedited()->material_optimisation.column_weight *

@@ -201,6 +201,7 @@ void Session::Impl::bring_up_to_date(const Round& round) {
   const auto known = answers_.find(round.content);
   if (!known) return;
   problem_->set_material(known->material);
+  start_of_fit_ = known->start_of_fit;
   problem_->solver().set_weight_scale(known->weight_scale);
   problem_->solver().warm_start(known->modal, spacetime::Known::kAnswer);
 }
@@ -292,6 +293,7 @@ bool Session::Impl::stay_with_answer(const Round& round, const spacetime::SolveR
                                       : answer->report.force_energy <= ended.force_energy;
   if (cancelled ? !complete && solver.prefers(whole, answer->report) : !answer_wins) return false;
   problem_->set_material(answer->material);
+  start_of_fit_ = answer->start_of_fit;
   solver.set_weight_scale(answer->weight_scale);
   solver.warm_start(answer->modal, complete ? spacetime::Known::kAnswer : spacetime::Known::kGuess);
   if (answer == newest) return true;

@@ -28,6 +28,10 @@ inline constexpr int kLaneWidth = 4;
   return (s0 + s2) + (s1 + s3);
 }
 
+[[nodiscard]] inline double lane_dot(const Lanes& a, const Lanes& b) {
+  return lane_dot(a.data(), b.data(), static_cast<int>(a.size()));
+}
+
 /// y_k += alpha x_k
 inline void lane_axpy(double alpha, const double* __restrict x, double* __restrict y, int lanes) {
   for (int k = 0; k < lanes; ++k) y[k] += alpha * x[k];

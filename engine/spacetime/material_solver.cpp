@@ -28,7 +28,7 @@ constexpr double kNoEnergy = 1e-12;
 /// A mode that moves less than this part of the largest one tells nothing of its dynamics.
 constexpr double kAtRest = 1e-9;
 
-[[noreturn]] void refuse(const char* field, const std::string& message) {
+[[noreturn]] void refuse_material(const char* field, const std::string& message) {
   throw Error(ErrorCode::kInvalidArgument, field, message);
 }
 
@@ -38,34 +38,37 @@ void validate(const reduced::Kinematics& kinematics, const Timeline& timeline,
   options.validate();
   const int modes = material.modes();
   if (material.coordinates() != kinematics.coordinate_count()) {
-    refuse("material.mixing",
-           fmt::format("material.mixing has {} rows, the kinematics {} coordinates",
-                       material.coordinates(), kinematics.coordinate_count()));
+    refuse_material("material.mixing",
+                    fmt::format("material.mixing has {} rows, the kinematics {} coordinates",
+                                material.coordinates(), kinematics.coordinate_count()));
   }
   if (modes > material.coordinates()) {
-    refuse("material.mixing", fmt::format("material.mixing mixes {} coordinates into {} modes: "
-                                          "there cannot be more modes than coordinates",
-                                          material.coordinates(), modes));
+    refuse_material("material.mixing",
+                    fmt::format("material.mixing mixes {} coordinates into {} modes: "
+                                "there cannot be more modes than coordinates",
+                                material.coordinates(), modes));
   }
   const ModeDynamics& dynamics = material.dynamics;
   if (dynamics.stiffness.size() != modes || dynamics.damping.size() != modes) {
-    refuse("material.dynamics",
-           fmt::format("material.dynamics has {} stiffnesses and {} dampings, there are {} modes",
-                       dynamics.stiffness.size(), dynamics.damping.size(), modes));
+    refuse_material(
+        "material.dynamics",
+        fmt::format("material.dynamics has {} stiffnesses and {} dampings, there are {} modes",
+                    dynamics.stiffness.size(), dynamics.damping.size(), modes));
   }
   const auto bad = [](const Eigen::VectorXd& values) {
     return !values.allFinite() || (values.array() < 0).any();
   };
   if (bad(dynamics.stiffness) || bad(dynamics.damping))
-    refuse("material.dynamics", "material.dynamics must be finite and >= 0");
-  if (!material.mixing.allFinite()) refuse("material.mixing", "material.mixing must be finite");
+    refuse_material("material.dynamics", "material.dynamics must be finite and >= 0");
+  if (!material.mixing.allFinite())
+    refuse_material("material.mixing", "material.mixing must be finite");
   if (motion.rows() != modes || motion.cols() != timeline.frame_count || !motion.allFinite()) {
-    refuse("motion", fmt::format("motion must be {} x {} finite values, is {} x {}", modes,
-                                 timeline.frame_count, motion.rows(), motion.cols()));
+    refuse_material("motion", fmt::format("motion must be {} x {} finite values, is {} x {}", modes,
+                                          timeline.frame_count, motion.rows(), motion.cols()));
   }
   if (options.held > modes)
-    refuse("options.held",
-           fmt::format("options.held = {} must be <= {} modes", options.held, modes));
+    refuse_material("options.held",
+                    fmt::format("options.held = {} must be <= {} modes", options.held, modes));
 }
 
 }  // namespace
@@ -422,7 +425,7 @@ MaterialSolver::MaterialSolver(std::shared_ptr<const reduced::Kinematics> kinema
                                Timeline timeline, const ConstraintSet& constraints,
                                Material material, const Eigen::MatrixXd& motion,
                                MaterialOptions options) {
-  if (!kinematics) refuse("kinematics", "kinematics must not be null");
+  if (!kinematics) refuse_material("kinematics", "kinematics must not be null");
   validate(*kinematics, timeline, material, motion, options);
   impl_ = std::make_unique<Impl>(std::move(kinematics), timeline, constraints, std::move(material),
                                  motion, options);
@@ -439,8 +442,8 @@ MaterialReport MaterialSolver::solve(const JobContext& job,
 void MaterialSolver::resume(const Material& material, const Eigen::MatrixXd& motion) {
   validate(impl_->kinematics(), impl_->timeline(), material, motion, impl_->options());
   if (material.modes() != impl_->material().modes())
-    refuse("material", fmt::format("material has {} modes, the solver's {}", material.modes(),
-                                   impl_->material().modes()));
+    refuse_material("material", fmt::format("material has {} modes, the solver's {}",
+                                            material.modes(), impl_->material().modes()));
   impl_->resume(material, motion);
 }
 const Eigen::MatrixXd& MaterialSolver::motion() const { return impl_->motion(); }

@@ -8,10 +8,6 @@
 namespace limber::spacetime {
 namespace {
 
-double inner(const Lanes& a, const Lanes& b) {
-  return lane_dot(a.data(), b.data(), static_cast<int>(a.size()));
-}
-
 /// A step in S moves the rows of keyframes too: all rows stay in C.
 std::vector<RowBlock> all_rows(const ConstraintRows& rows) {
   std::vector<RowBlock> blocks;
@@ -126,7 +122,7 @@ double MaterialSpace::model_decrease(const ModeSystems& systems, const Constrain
                                      const MaterialPoint& point, const MaterialStep& step) {
   Lanes product;
   systems.apply(point.z + 0.5 * step.z, product);
-  double decrease = -inner(product, step.z);
+  double decrease = -lane_dot(product, step.z);
   Eigen::VectorXd shifted;
   rows.shifted(point.rows.residual, shifted);
   const Eigen::MatrixXd turned = step.mixing.transpose() * hat_;  // r x rows

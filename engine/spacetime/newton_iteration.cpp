@@ -17,10 +17,6 @@ constexpr double kNear = 0.3;
 /// row that hardly shrink.
 constexpr int kSlowTruncated = 3;
 
-double inner(const Lanes& a, const Lanes& b) {
-  return lane_dot(a.data(), b.data(), static_cast<int>(a.size()));
-}
-
 }  // namespace
 
 void Optimizer::update_curvature() {
@@ -90,7 +86,7 @@ void Optimizer::descend() {
 }
 
 void Optimizer::finish_newton_step() {
-  step_.decrement2 = std::max(0.0, inner(descent_, step_.d));
+  step_.decrement2 = std::max(0.0, lane_dot(descent_, step_.d));
   if (guard_.shift() > 0) {
     step_.m = rows_.multiplier();  // what a shortened step leaves undone is no multiplier
     return;
@@ -116,7 +112,7 @@ bool Optimizer::truncated_newton_step(Curvature curvature) {
   for (int round = 0; round < kTruncatedRounds; ++round) {
     product_ = left_;
     space_.saddle(systems_, rows_, product_, no_rows_, preconditioned_, multiplier_left_);
-    const double square = inner(left_, preconditioned_);
+    const double square = lane_dot(left_, preconditioned_);
     if (round == 0) {
       first = square;
       direction_ = preconditioned_;
@@ -131,7 +127,7 @@ bool Optimizer::truncated_newton_step(Curvature curvature) {
     if (!(square > 0)) return false;
     before = square;
     apply_newton(direction_, product_);
-    const double bend = inner(direction_, product_);
+    const double bend = lane_dot(direction_, product_);
     if (!(bend > 1e-14 * square)) return false;
     step_.d += square / bend * direction_;
     left_ -= square / bend * product_;
@@ -141,14 +137,14 @@ bool Optimizer::truncated_newton_step(Curvature curvature) {
 
 void Optimizer::refine_newton_step() {
   // Conjugate gradients take the proximal term out. It shows for free ends and at resonance only.
-  double before = inner(descent_, step_.d);
+  double before = lane_dot(descent_, step_.d);
   const double enough = 1e-8 * before;
   direction_ = step_.d;
   step_.d.setZero();
   left_ = descent_;
   for (int round = 0; round < 30; ++round) {
     apply_newton(direction_, product_);
-    const double bend = inner(direction_, product_);
+    const double bend = lane_dot(direction_, product_);
     if (!(bend > 1e-14 * before)) {
       // No minimum of the true model along here: the proximal step itself still descends.
       if (round == 0) step_.d = direction_;
@@ -159,7 +155,7 @@ void Optimizer::refine_newton_step() {
     if (!(left_.squaredNorm() > 1e-10 * descent_.squaredNorm())) break;
     preconditioned_ = left_;
     newton_.solve(preconditioned_);
-    const double square = inner(left_, preconditioned_);
+    const double square = lane_dot(left_, preconditioned_);
     if (!(square > enough)) break;
     direction_ = preconditioned_ + square / before * direction_;
     before = square;

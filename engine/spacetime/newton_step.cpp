@@ -9,10 +9,6 @@
 namespace limber::spacetime {
 namespace {
 
-double inner(const Lanes& a, const Lanes& b) {
-  return lane_dot(a.data(), b.data(), static_cast<int>(a.size()));
-}
-
 constexpr int kMaxInner = 60;
 
 }  // namespace
@@ -117,7 +113,7 @@ void ConstraintSpace::refine(const ModeSystems& systems, const ConstraintRows& r
   for (int iteration = 0; iteration < kMaxInner; ++iteration) {
     work_ = residual_;
     saddle(systems, rows, work_, zero_, x_, mu_);
-    const double square = inner(residual_, x_);
+    const double square = lane_dot(residual_, x_);
     if (!(square > target) || (iteration > 0 && square > 1e6 * before)) break;
     if (iteration == 0) {
       direction_ = x_;
@@ -129,7 +125,7 @@ void ConstraintSpace::refine(const ModeSystems& systems, const ConstraintRows& r
     }
     before = square;
     systems.apply(direction_, product_);
-    double bend = inner(direction_, product_);
+    double bend = lane_dot(direction_, product_);
     for (int row = 0; row < rows.count(); ++row)
       bend += mu_direction_[row] * mu_direction_[row] / rows.weight()[row];
     mu_ = -mu_direction_;

@@ -14,7 +14,7 @@ namespace {
 
 constexpr Eigen::Index kLeastFrames = 8;
 /// An energy of this share of the target's own is rounding.
-constexpr double kRounding = 1e-20;
+constexpr double kNegligibleEnergy = 1e-20;
 // Beyond them the other energies are lost in rounding.
 constexpr double kLeastWeight = 1e-12, kGreatestWeight = 1e12, kLeastColumnWeight = 1e-30;
 
@@ -118,7 +118,7 @@ Recovery recover(const Eigen::Ref<const Eigen::MatrixXd>& target,
     report.steps = 1;
   }
   RecoveryStep step(energy);
-  const double nothing = kRounding * 0.5 * options.weight * target.squaredNorm();
+  const double nothing = kNegligibleEnergy * 0.5 * options.weight * target.squaredNorm();
   double now = report.start.total;
   while (report.status != RecoveryStatus::kConverged && report.steps < options.max_steps) {
     job.report("recovering material", static_cast<double>(report.steps) / options.max_steps);

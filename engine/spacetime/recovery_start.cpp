@@ -1,9 +1,10 @@
 #include "engine/spacetime/recovery_start.h"
 
-#include <Eigen/Eigenvalues>
 #include <complex>
 #include <unsupported/Eigen/FFT>
 #include <vector>
+
+#include "engine/base/numerics/dense.h"
 
 namespace limber::spacetime {
 namespace {
@@ -36,7 +37,7 @@ Spectrum spectrum_of(const Eigen::RowVectorXd& z) {
   return result;
 }
 
-RecoveredMotion begin(const Eigen::MatrixXd& target, Eigen::MatrixXd mixing) {
+RecoveredMotion begin_recovery(const Eigen::MatrixXd& target, Eigen::MatrixXd mixing) {
   RecoveredMotion result;
   result.z = mixing.transpose() * target;
   result.dynamics = {Eigen::VectorXd::Zero(mixing.cols()), Eigen::VectorXd::Zero(mixing.cols())};
@@ -48,7 +49,7 @@ RecoveredMotion begin(const Eigen::MatrixXd& target, Eigen::MatrixXd mixing) {
 
 RecoveredMotion spectrum_start(const Eigen::MatrixXd& target, const Eigen::VectorXd& eigenvalues,
                                int modes) {
-  RecoveredMotion result = begin(target, Eigen::MatrixXd::Identity(target.rows(), modes));
+  RecoveredMotion result = begin_recovery(target, Eigen::MatrixXd::Identity(target.rows(), modes));
   // The most significant mode that can swing: rigid ones have no frequency to be scaled.
   Spectrum most;
   double eigenvalue = 0;
@@ -66,8 +67,8 @@ RecoveredMotion spectrum_start(const Eigen::MatrixXd& target, const Eigen::Vecto
 }
 
 RecoveredMotion principal_start(const Eigen::MatrixXd& target, int modes) {
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(target * target.transpose());
-  return begin(target, eigen.eigenvectors().rowwise().reverse().leftCols(modes));
+  const SymmetricEigen eigen(target * target.transpose());
+  return begin_recovery(target, eigen.eigenvectors().rowwise().reverse().leftCols(modes));
 }
 
 }  // namespace limber::spacetime

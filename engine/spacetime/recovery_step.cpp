@@ -1,16 +1,16 @@
 #include "engine/spacetime/recovery_step.h"
 
 #include <Eigen/Cholesky>
-#include <Eigen/QR>
 #include <optional>
 #include <utility>
 
+#include "engine/base/numerics/dense.h"
 #include "engine/base/parallel.h"
 
 namespace limber::spacetime {
 namespace {
 
-constexpr double kLeastDamping = 1e-9;
+constexpr double kLeastRecoveredDamping = 1e-9;
 constexpr int kTrials = 16;                // dampings tried in one step
 constexpr double kDependent = 1e-10;       // of columns of S
 constexpr double kTiny = 1e-13;            // of a diagonal, keeps unknowns without effect still
@@ -34,10 +34,7 @@ void revive_columns(const RecoveryEnergy& energy, RecoveredMotion& at) {
 
 /// Orthonormal columns that span those of S.
 Eigen::MatrixXd range_of(const Eigen::MatrixXd& mixing) {
-  Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(mixing.rows(), mixing.cols());
-  qr.setThreshold(kDependent);
-  qr.compute(mixing);
-  return qr.householderQ() * Eigen::MatrixXd::Identity(mixing.rows(), qr.rank());
+  return orthonormal_range(mixing, kDependent);
 }
 
 /// Rows l * r + k: sum over frames i of z_ki times row l of G E_i, E_i the rows of frame i: the
@@ -183,7 +180,7 @@ double RecoveryStep::take(RecoveredMotion& at, const JobContext& job) {
       const double after = energy_.value(candidate).total;
       if (after < before) {
         at = std::move(candidate);
-        damping_ = std::max(damping_ / 3, kLeastDamping);
+        damping_ = std::max(damping_ / 3, kLeastRecoveredDamping);
         return before - after;
       }
     }

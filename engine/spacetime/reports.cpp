@@ -1,9 +1,10 @@
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <sstream>
 
 #include "engine/spacetime/optimizer.h"
+
+#include "engine/base/numerics/dense.h"
 
 namespace limber::spacetime {
 namespace {
@@ -20,7 +21,7 @@ std::vector<int> exact_rows(const ConstraintRows& rows, int knot) {
 /// Two frames never depend on each other (no z is excluded, only costly), so dependence is a matter
 /// of one frame's Jacobian: pivots of J J^T, as squares of those of a pivoted QR of J^T.
 struct FrameRank {
-  Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr;
+  PivotedQr qr;
   Eigen::Index rank = 0;
 };
 
@@ -29,8 +30,8 @@ FrameRank frame_rank(const Lanes& jacobian, const std::vector<int>& rows, double
   for (std::size_t i = 0; i < rows.size(); ++i) {
     transposed.col(static_cast<Eigen::Index>(i)) = jacobian.col(rows[i]);
   }
-  FrameRank result{Eigen::ColPivHouseholderQR<Eigen::MatrixXd>(transposed), 0};
-  const auto pivots = result.qr.matrixR().diagonal();
+  FrameRank result{pivoted_qr(transposed), 0};
+  const auto pivots = result.qr.r.diagonal();
   for (Eigen::Index i = 0; i < pivots.size(); ++i) {
     if (pivots[i] != 0 && pivots[i] * pivots[i] > tolerance * pivots[0] * pivots[0]) ++result.rank;
   }
@@ -57,13 +58,9 @@ bool Optimizer::only_contradiction_left() const {
     if (frame.rank == static_cast<Eigen::Index>(rows.size())) return false;
     deficient = true;
     // The part of the residual that some change of z would lower: its projection on the range of J.
-    const Eigen::VectorXd permuted = frame.qr.colsPermutation().transpose() * residual;
-    const Eigen::MatrixXd range = frame.qr.matrixR()
-                                      .topRows(frame.rank)
-                                      .template triangularView<Eigen::Upper>()
-                                      .toDenseMatrix();
-    const Eigen::HouseholderQR<Eigen::MatrixXd> basis(range.transpose());
-    Eigen::VectorXd rotated = basis.householderQ().transpose() * permuted;
+    const Eigen::VectorXd permuted = frame.qr.permuted(residual);
+    const Eigen::VectorXd rotated =
+        rotate_by_qr(frame.qr.r.topRows(frame.rank).transpose(), permuted);
     if (rotated.head(frame.rank).cwiseAbs().maxCoeff() > tolerance) return false;
   }
   return deficient;

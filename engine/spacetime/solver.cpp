@@ -10,13 +10,13 @@
 namespace limber::spacetime {
 namespace {
 
-[[noreturn]] void refuse(const std::string& field, const std::string& message) {
+[[noreturn]] void refuse_problem(const std::string& field, const std::string& message) {
   throw Error(ErrorCode::kInvalidArgument, field, message);
 }
 
 int checked_pinned_frames(EndCondition end, const std::string& field) {
   const std::optional<int> frames = pinned_frames(end);
-  if (!frames) refuse(field, field + " is not an end condition");
+  if (!frames) refuse_problem(field, field + " is not an end condition");
   return *frames;
 }
 
@@ -24,39 +24,41 @@ void validate(const Timeline& timeline) {
   const int pinned = checked_pinned_frames(timeline.first, "timeline.first") +
                      checked_pinned_frames(timeline.last, "timeline.last");
   if (timeline.frame_count < 3) {
-    refuse("timeline.frame_count",
-           "timeline.frame_count = " + std::to_string(timeline.frame_count) + " must be >= 3");
+    refuse_problem(
+        "timeline.frame_count",
+        "timeline.frame_count = " + std::to_string(timeline.frame_count) + " must be >= 3");
   }
   if (timeline.frame_count <= pinned) {
-    refuse("timeline.frame_count",
-           "timeline.frame_count = " + std::to_string(timeline.frame_count) + " must be > " +
-               std::to_string(pinned) + ", the frames that the end conditions pin");
+    refuse_problem("timeline.frame_count",
+                   "timeline.frame_count = " + std::to_string(timeline.frame_count) +
+                       " must be > " + std::to_string(pinned) +
+                       ", the frames that the end conditions pin");
   }
 }
 
 void validate_column(const Eigen::VectorXd& values, const std::string& name) {
   for (Eigen::Index k = 0; k < values.size(); ++k) {
     if (!(values[k] >= 0) || !(values[k] <= 1e12)) {
-      refuse(name, name + "[" + std::to_string(k) + "] = " + std::to_string(values[k]) +
-                       " must be in [0, 1e12]");
+      refuse_problem(name, name + "[" + std::to_string(k) + "] = " + std::to_string(values[k]) +
+                               " must be in [0, 1e12]");
     }
   }
 }
 
 void validate(const ModeDynamics& dynamics) {
   if (dynamics.stiffness.size() == 0)
-    refuse("dynamics.stiffness", "dynamics.stiffness must name at least one mode");
+    refuse_problem("dynamics.stiffness", "dynamics.stiffness must name at least one mode");
   if (dynamics.damping.size() != dynamics.stiffness.size()) {
-    refuse("dynamics.damping", "dynamics.damping has " + std::to_string(dynamics.damping.size()) +
-                                   " modes, stiffness " +
-                                   std::to_string(dynamics.stiffness.size()));
+    refuse_problem("dynamics.damping",
+                   "dynamics.damping has " + std::to_string(dynamics.damping.size()) +
+                       " modes, stiffness " + std::to_string(dynamics.stiffness.size()));
   }
   validate_column(dynamics.stiffness, "dynamics.stiffness");
   validate_column(dynamics.damping, "dynamics.damping");
 }
 
 void validate_target(const Eigen::Vector3d& target) {
-  if (!target.allFinite()) refuse("constraint.target", "constraint.target must be finite");
+  if (!target.allFinite()) refuse_problem("constraint.target", "constraint.target must be finite");
 }
 
 void validate(const PositionConstraint& constraint, int frame_count) {
@@ -70,28 +72,30 @@ void validate(const PositionConstraint& constraint, int frame_count) {
                 "constraint.site = " + std::to_string(constraint.site) + " must be >= 0");
   }
   if (constraint.axes == 0 || constraint.axes > 7) {
-    refuse("constraint.axes",
-           "constraint.axes = " + std::to_string(constraint.axes) + " must be in [1, 7]");
+    refuse_problem("constraint.axes",
+                   "constraint.axes = " + std::to_string(constraint.axes) + " must be in [1, 7]");
   }
-  if (!(constraint.weight > 0)) refuse("constraint.weight", "constraint.weight must be > 0");
+  if (!(constraint.weight > 0))
+    refuse_problem("constraint.weight", "constraint.weight must be > 0");
   if (std::isfinite(constraint.weight) && constraint.weight > 1e12) {
-    refuse("constraint.weight", "constraint.weight must be <= 1e12, or infinite to hold exactly");
+    refuse_problem("constraint.weight",
+                   "constraint.weight must be <= 1e12, or infinite to hold exactly");
   }
   validate_target(constraint.target);
 }
 
 void validate_mixing(const Eigen::MatrixXd& mixing, Eigen::Index modes, int coordinates) {
   if (mixing.size() == 0 && modes > coordinates) {
-    refuse("dynamics.stiffness", "dynamics.stiffness has " + std::to_string(modes) +
-                                     " modes, the kinematics only " + std::to_string(coordinates) +
-                                     " coordinates");
+    refuse_problem("dynamics.stiffness", "dynamics.stiffness has " + std::to_string(modes) +
+                                             " modes, the kinematics only " +
+                                             std::to_string(coordinates) + " coordinates");
   }
   if (mixing.size() != 0 && (mixing.rows() != coordinates || mixing.cols() != modes)) {
-    refuse("mixing", "mixing is " + std::to_string(mixing.rows()) + " x " +
-                         std::to_string(mixing.cols()) + ", it must be " +
-                         std::to_string(coordinates) + " x " + std::to_string(modes));
+    refuse_problem("mixing", "mixing is " + std::to_string(mixing.rows()) + " x " +
+                                 std::to_string(mixing.cols()) + ", it must be " +
+                                 std::to_string(coordinates) + " x " + std::to_string(modes));
   }
-  if (!mixing.allFinite()) refuse("mixing", "mixing must be finite");
+  if (!mixing.allFinite()) refuse_problem("mixing", "mixing must be finite");
 }
 
 void validate(const KeyframeConstraint& keyframe, int frame_count, int coordinates) {
@@ -101,13 +105,14 @@ void validate(const KeyframeConstraint& keyframe, int frame_count, int coordinat
                     std::to_string(frame_count) + ")");
   }
   if (keyframe.coordinates.size() != coordinates || !keyframe.coordinates.allFinite()) {
-    refuse("keyframe.coordinates", "keyframe.coordinates must be " + std::to_string(coordinates) +
-                                       " finite values, it has " +
-                                       std::to_string(keyframe.coordinates.size()));
+    refuse_problem("keyframe.coordinates",
+                   "keyframe.coordinates must be " + std::to_string(coordinates) +
+                       " finite values, it has " + std::to_string(keyframe.coordinates.size()));
   }
-  if (!(keyframe.weight > 0)) refuse("keyframe.weight", "keyframe.weight must be > 0");
+  if (!(keyframe.weight > 0)) refuse_problem("keyframe.weight", "keyframe.weight must be > 0");
   if (std::isfinite(keyframe.weight) && keyframe.weight > 1e12)
-    refuse("keyframe.weight", "keyframe.weight must be <= 1e12, or infinite to hold exactly");
+    refuse_problem("keyframe.weight",
+                   "keyframe.weight must be <= 1e12, or infinite to hold exactly");
 }
 
 Error not_found(ConstraintId id) {
@@ -119,15 +124,16 @@ Error not_found(ConstraintId id) {
 void SolverOptions::validate() const {
   auto inside = [](double value, double upper, const char* name, const char* rule) {
     if (!(value > 0) || !(value < upper)) {
-      refuse(name, std::string(name) + " = " + std::to_string(value) + " must be in " + rule);
+      refuse_problem(name,
+                     std::string(name) + " = " + std::to_string(value) + " must be in " + rule);
     }
   };
   inside(gradient_tolerance, 1, "options.gradient_tolerance", "(0, 1)");
   inside(constraint_tolerance, 1, "options.constraint_tolerance", "(0, 1)");
   inside(rank_tolerance, std::nextafter(1e-3, 1.0), "options.rank_tolerance", "(0, 1e-3]");
   if (max_iterations <= 0) {
-    refuse("options.max_iterations",
-           "options.max_iterations = " + std::to_string(max_iterations) + " must be > 0");
+    refuse_problem("options.max_iterations",
+                   "options.max_iterations = " + std::to_string(max_iterations) + " must be > 0");
   }
 }
 
@@ -165,7 +171,7 @@ class Solver::Impl {
 
 Solver::Solver(std::shared_ptr<const reduced::Kinematics> kinematics, ModeDynamics dynamics,
                Timeline timeline, SolverOptions options, Eigen::MatrixXd mixing) {
-  if (!kinematics) refuse("kinematics", "kinematics must not be null");
+  if (!kinematics) refuse_problem("kinematics", "kinematics must not be null");
   options.validate();
   validate(timeline);
   validate(dynamics);
@@ -173,7 +179,7 @@ Solver::Solver(std::shared_ptr<const reduced::Kinematics> kinematics, ModeDynami
   const int coordinates = kinematics->coordinate_count();
   validate_mixing(mixing, modes, coordinates);
   if (!(kinematics->length() > 0) || !std::isfinite(kinematics->length())) {
-    refuse("kinematics.length", "kinematics.length must be positive and finite");
+    refuse_problem("kinematics.length", "kinematics.length must be positive and finite");
   }
   impl_ = std::make_unique<Impl>(std::move(kinematics), std::move(dynamics), timeline, options,
                                  std::move(mixing));
@@ -238,7 +244,7 @@ ConstraintSet Solver::constraint_set() const { return impl_->weighed(); }
 
 void Solver::set_weight_scale(double scale) {
   if (!(scale >= 1e-12 && scale <= 1e12))
-    refuse("weight_scale", "weight_scale must be in [1e-12, 1e12]");
+    refuse_problem("weight_scale", "weight_scale must be in [1e-12, 1e12]");
   if (std::exchange(impl_->weight_scale_, scale) != scale) impl_->stale_ = true;
 }
 
@@ -256,9 +262,10 @@ void Solver::set_timeline(EndCondition first, EndCondition last) {
 void Solver::set_dynamics(ModeDynamics dynamics) {
   validate(dynamics);
   if (dynamics.stiffness.size() != impl_->dynamics_.stiffness.size()) {
-    refuse("dynamics.stiffness",
-           "dynamics.stiffness has " + std::to_string(dynamics.stiffness.size()) +
-               " modes, it must keep its " + std::to_string(impl_->dynamics_.stiffness.size()));
+    refuse_problem("dynamics.stiffness", "dynamics.stiffness has " +
+                                             std::to_string(dynamics.stiffness.size()) +
+                                             " modes, it must keep its " +
+                                             std::to_string(impl_->dynamics_.stiffness.size()));
   }
   impl_->dynamics_ = std::move(dynamics);
   impl_->optimizer_.set_systems(impl_->dynamics_, impl_->timeline_, impl_->weighed());
@@ -269,9 +276,9 @@ void Solver::set_material(Material material) {
   validate(material.dynamics);
   const Eigen::Index modes = material.dynamics.stiffness.size();
   if (modes != impl_->dynamics_.stiffness.size()) {
-    refuse("dynamics.stiffness", "dynamics.stiffness has " + std::to_string(modes) +
-                                     " modes, it must keep its " +
-                                     std::to_string(impl_->dynamics_.stiffness.size()));
+    refuse_problem("dynamics.stiffness", "dynamics.stiffness has " + std::to_string(modes) +
+                                             " modes, it must keep its " +
+                                             std::to_string(impl_->dynamics_.stiffness.size()));
   }
   validate_mixing(material.mixing, modes, impl_->coordinates_);
   impl_->dynamics_ = std::move(material.dynamics);
@@ -295,8 +302,8 @@ void Solver::cold_start() {
 void Solver::warm_start(const Eigen::MatrixXd& motion, Known known) {
   const Eigen::MatrixXd& now = impl_->optimizer_.motion();
   if (motion.rows() != now.rows() || motion.cols() != now.cols() || !motion.allFinite()) {
-    refuse("motion", "motion must be " + std::to_string(now.rows()) + " x " +
-                         std::to_string(now.cols()) + " finite values");
+    refuse_problem("motion", "motion must be " + std::to_string(now.rows()) + " x " +
+                                 std::to_string(now.cols()) + " finite values");
   }
   impl_->bring_up_to_date();
   impl_->optimizer_.warm_start(motion, known);

@@ -41,7 +41,8 @@ DecodedScene read_scene(const RecoverOptions& options) {
   return decoded;
 }
 
-session::MaterialRecovery run(const scene::Scene& scene, const session::RecoveryRequest& wanted) {
+session::MaterialRecovery recover_material(const scene::Scene& scene,
+                                           const session::RecoveryRequest& wanted) {
   ProgressBar bar;
   JobContext job;
   job.progress = [&](const std::string& stage, double fraction) { bar.show(stage, fraction); };
@@ -82,7 +83,7 @@ int recover_file(const RecoverOptions& options) {
     throw limit_exceeded("total_frames", "frames", most, options.request.total_frames());
   const session::RecoveryRequest wanted =
       decode_recovery(options.request).resolved(decoded.scene.frame_count);
-  session::MaterialRecovery recovery = run(decoded.scene, wanted);
+  session::MaterialRecovery recovery = recover_material(decoded.scene, wanted);
   const proto::RecoveryReport report = encode_report(recovery);
   if (!options.output.empty()) {
     const auto motion = std::make_shared<const ComputedMotion>(

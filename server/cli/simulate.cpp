@@ -18,7 +18,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-DecodedScene read_scene(const fs::path& file) {
+DecodedScene read_simulated_scene(const fs::path& file) {
   proto::Scene message = scene_from_json(scene::read_bytes(file));
   demand_body(message, "");
   message.clear_base_motion();  // what is simulated now
@@ -29,7 +29,7 @@ DecodedScene read_scene(const fs::path& file) {
   return decoded;
 }
 
-session::SimulatedMotion run(const scene::Scene& scene) {
+session::SimulatedMotion simulate_scene(const scene::Scene& scene) {
   ProgressBar bar;
   JobContext job;
   job.progress = [&](const std::string& stage, double fraction) { bar.show(stage, fraction); };
@@ -38,7 +38,7 @@ session::SimulatedMotion run(const scene::Scene& scene) {
   return motion;
 }
 
-void describe(const session::SimulatedMotion& motion) {
+void print_motion(const session::SimulatedMotion& motion) {
   const session::SimulationReport& report = motion.report;
   fmt::print("{} frames, {} nodes; {} steps ({} halved), {} of Newton's method\n",
              motion.positions.cols(), motion.positions.rows() / 3, report.steps,
@@ -60,8 +60,8 @@ int simulate_file(const fs::path& input, const fs::path& output, const fs::path&
     throw invalid("scene-out", "a file name ending in .json is expected");
   demand_folder(output, "output");
   demand_folder(scene_output, "scene-out");
-  DecodedScene decoded = read_scene(input);
-  session::SimulatedMotion simulated = run(decoded.scene);
+  DecodedScene decoded = read_simulated_scene(input);
+  session::SimulatedMotion simulated = simulate_scene(decoded.scene);
   const auto motion = std::make_shared<const ComputedMotion>(
       ComputedMotion{std::move(decoded.scene), std::move(simulated.geometry), simulated.positions,
                      simulated.report.frames_per_second});
@@ -74,7 +74,7 @@ int simulate_file(const fs::path& input, const fs::path& output, const fs::path&
     write_motion(motion, proto::EXPORT_FORMAT_SCENE, scene_output);
     fmt::print("{}\n", scene_output.string());
   }
-  describe(simulated);
+  print_motion(simulated);
   return 0;
 }
 

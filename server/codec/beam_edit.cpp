@@ -6,17 +6,18 @@
 #include "server/codec/edit_fields.h"
 #include "server/codec/linkage.h"
 #include "server/codec/scene.h"
+#include "server/codec/vectors.h"
 
 namespace limber::server {
 namespace {
 
-void demand(bool given, const std::string& field) {
+void require_given(bool given, const std::string& field) {
   if (!given) throw invalid(field, "missing");
 }
 
-session::BeamEdit decode_move(const proto::MoveBeamNode& message, const std::string& field,
-                              const std::vector<beams::BeamNode>& nodes) {
-  demand(message.has_motion(), field + ".motion");
+session::BeamEdit decode_node_move(const proto::MoveBeamNode& message, const std::string& field,
+                                   const std::vector<beams::BeamNode>& nodes) {
+  require_given(message.has_motion(), field + ".motion");
   session::MoveNode edit{decode_beam_motion(message.motion(), field + ".motion")};
   if (!message.has_position()) return edit;
   const auto& given = message.motion();
@@ -39,32 +40,32 @@ session::BeamEdit decode_hold(const proto::HoldBeamNode& message, const std::str
   return edit;
 }
 
-session::BeamEdit decode_edit(const proto::Edit& message, const std::string& field,
-                              const std::vector<beams::BeamNode>& nodes) {
+session::BeamEdit decode_beam_edit(const proto::Edit& message, const std::string& field,
+                                   const std::vector<beams::BeamNode>& nodes) {
   const auto* kind = edit_kind(message);
   if (kind == nullptr) throw invalid(field, "an edit without content");
   const std::string path = field + "." + kind->name();
   switch (message.edit_case()) {
     case proto::Edit::kSetBeamSupport:
-      demand(message.set_beam_support().has_support(), path + ".support");
+      require_given(message.set_beam_support().has_support(), path + ".support");
       return session::SetSupport{
           decode_support(message.set_beam_support().support(), path + ".support")};
     case proto::Edit::kMoveBeamNode:
-      return decode_move(message.move_beam_node(), path, nodes);
+      return decode_node_move(message.move_beam_node(), path, nodes);
     case proto::Edit::kReleaseBeamNode:
       return session::ReleaseNode{decode_index(message.release_beam_node().node(), path + ".node")};
     case proto::Edit::kHoldBeamNode:
       return decode_hold(message.hold_beam_node(), path);
     case proto::Edit::kSetBeamLoad:
-      demand(message.set_beam_load().has_load(), path + ".load");
+      require_given(message.set_beam_load().has_load(), path + ".load");
       return session::SetNodeLoad{
           decode_nodal_load(message.set_beam_load().load(), path + ".load")};
     case proto::Edit::kSetBeamElementLoad:
-      demand(message.set_beam_element_load().has_load(), path + ".load");
+      require_given(message.set_beam_element_load().has_load(), path + ".load");
       return session::SetElementLoad{
           decode_distributed(message.set_beam_element_load().load(), path + ".load")};
     case proto::Edit::kPushBeamNode:
-      demand(message.push_beam_node().has_load(), path + ".load");
+      require_given(message.push_beam_node().has_load(), path + ".load");
       return session::PushNode{decode_nodal_load(message.push_beam_node().load(), path + ".load")};
     case proto::Edit::kSetGravity:
       return session::SetGravity{decode_vector(message.set_gravity().gravity())};
@@ -85,7 +86,7 @@ std::vector<session::BeamEdit> decode_beam_edits(const proto::EditRequest& reque
   std::vector<session::BeamEdit> edits;
   edits.reserve(static_cast<std::size_t>(request.edits_size()));
   for (int i = 0; i < request.edits_size(); ++i)
-    edits.push_back(decode_edit(request.edits(i), fmt::format("edits[{}]", i), nodes));
+    edits.push_back(decode_beam_edit(request.edits(i), fmt::format("edits[{}]", i), nodes));
   return edits;
 }
 

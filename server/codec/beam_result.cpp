@@ -24,7 +24,7 @@ proto::SolveStatus encode_solve_status(beams::BeamStatus status) {
   return proto::SOLVE_STATUS_UNSPECIFIED;
 }
 
-void encode_report(const beams::BeamReport& report, proto::BeamInfo& info) {
+void encode_beam_report(const beams::BeamReport& report, proto::BeamInfo& info) {
   info.set_status(encode_beam_status(report.status));
   info.set_method(encode_beam_method(report.method));
   info.set_newton_iterations(static_cast<std::uint32_t>(report.newton_iterations));
@@ -55,7 +55,7 @@ proto::ResultInfo encode_beam_result(const session::BeamResult& result) {
   info.set_message(result.report.message);
   info.set_iterations(static_cast<std::uint32_t>(result.report.newton_iterations));
   info.set_gradient(result.report.residual);
-  encode_report(result.report, told);
+  encode_beam_report(result.report, told);
   told.set_steps(static_cast<std::uint32_t>(result.frames->cols()));
   if (!result.analysis) return info;
   const beams::BeamResults& results = result.analysis->results;

@@ -10,6 +10,7 @@
 #include "engine/session/beams/job_mapping.h"
 #include "server/codec/linkage.h"
 #include "server/codec/scene.h"
+#include "server/codec/vectors.h"
 
 namespace limber::server {
 namespace {

@@ -68,7 +68,7 @@ void encode_motion(const beams::PrescribedMotion& motion, proto::BeamMotion& mes
   encode_own_axes(motion.axes, message);
 }
 
-void encode_load(const beams::NodalLoad& load, proto::BeamLoad& message) {
+void encode_node_load(const beams::NodalLoad& load, proto::BeamLoad& message) {
   message.set_node(static_cast<std::uint32_t>(load.node));
   set_vector(load.force, *message.mutable_force());
   set_vector(load.moment, *message.mutable_moment());
@@ -96,11 +96,12 @@ proto::BeamStructure encode_beam_structure(const DecodedBeams& structure) {
   for (const auto& element : model.elements) encode_element(element, *message.add_elements());
   for (const auto& support : model.supports) encode_support(support, *message.add_supports());
   for (const auto& motion : model.motions) encode_motion(motion, *message.add_motions());
-  for (const auto& load : model.loads) encode_load(load, *message.add_loads());
+  for (const auto& load : model.loads) encode_node_load(load, *message.add_loads());
   for (const auto& load : model.distributed_loads)
     encode_distributed(load, *message.add_distributed_loads());
   if (!model.gravity.isZero(0)) set_vector(model.gravity, *message.mutable_gravity());
-  for (const auto& load : model.temporary_loads) encode_load(load, *message.add_temporary_loads());
+  for (const auto& load : model.temporary_loads)
+    encode_node_load(load, *message.add_temporary_loads());
   return message;
 }
 

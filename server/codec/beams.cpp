@@ -88,7 +88,7 @@ proto::Array encode_shapes(const session::BeamAnalysis& analysis) {
   return array;
 }
 
-void encode_report(const beams::BeamReport& report, proto::BeamSolution& message) {
+void encode_solution_report(const beams::BeamReport& report, proto::BeamSolution& message) {
   message.set_status(encode_beam_status(report.status));
   message.set_method(encode_beam_method(report.method));
   message.set_newton_iterations(static_cast<std::uint32_t>(report.newton_iterations));
@@ -203,7 +203,7 @@ proto::BeamSolution encode_beams(const session::BeamAnalysis& analysis) {
   const beams::BeamState& state = analysis.solution.state;
   const beams::BeamResults& results = analysis.results;
   proto::BeamSolution message;
-  encode_report(analysis.solution.report, message);
+  encode_solution_report(analysis.solution.report, message);
   *message.mutable_positions() = encode_points_float64(state.positions);
   *message.mutable_rotations() = encode_matrix(rotation_rows(state));
   *message.mutable_reaction_forces() = encode_points_float64(results.reaction_forces);

@@ -19,7 +19,7 @@ namespace {
 /// Stands in for an index that is too large: as far out of range, so that it passes for no other.
 constexpr int kNoIndex = std::numeric_limits<int>::max();
 
-unsigned decode_axes(const proto::Constraint& message, const std::string& field) {
+unsigned axis_bits(const proto::Constraint& message, const std::string& field) {
   if (message.axes_size() == 0) return 7;
   unsigned axes = 0;
   for (int i = 0; i < message.axes_size(); ++i) {
@@ -71,7 +71,7 @@ scene::Constraint decode_constraint(const proto::Constraint& message, const std:
     constraint.nodes[static_cast<std::size_t>(i)] =
         decode_index(message.nodes(i), fmt::format("{}.nodes[{}]", field, i));
   });
-  faults.try_to([&] { constraint.axes = decode_axes(message, field); });
+  faults.try_to([&] { constraint.axes = axis_bits(message, field); });
   faults.try_to([&] { decode_target(message, field, constraint); });
   if (message.enforcement_case() == proto::Constraint::kWeight) {
     constraint.weight = message.weight();

@@ -6,6 +6,7 @@
 #include <string_view>
 #include <utility>
 
+#include "engine/base/degrees.h"
 #include "engine/rods/design/mesh_surface.h"
 #include "engine/rods/design/starting_grid.h"
 #include "engine/rods/design/surface_through_points.h"
@@ -15,11 +16,10 @@
 #include "server/codec/linkage.h"
 #include "server/codec/linkage_section.h"
 #include "server/codec/scene.h"
+#include "server/codec/vectors.h"
 
 namespace limber::server {
 namespace {
-
-constexpr double kDegree = 3.14159265358979323846 / 180;
 
 using Surface = std::shared_ptr<const rods::TargetSurface>;
 
@@ -38,7 +38,7 @@ std::vector<rods::JointTarget> decode_targets(
   return targets;
 }
 
-rods::DesignVariables decode_variables(const proto::StartDesignRequest& request) {
+rods::DesignVariables decode_design_variables(const proto::StartDesignRequest& request) {
   rods::DesignVariables variables;
   if (request.lengths() == proto::DESIGN_LENGTHS_EDGES)
     variables.lengths = rods::LengthVariables::kEdges;
@@ -265,7 +265,7 @@ session::DesignRequest decode_design(const proto::StartDesignRequest& request,
     design.max_iterations = decode_index(request.max_iterations(), "max_iterations");
   design.shortest_lengths = decode_numbers(request.shortest_lengths());
   design.longest_lengths = decode_numbers(request.longest_lengths());
-  design.variables = decode_variables(request);
+  design.variables = decode_design_variables(request);
   if (request.has_thinnest()) design.thinnest = request.thinnest();
   if (request.has_thickest()) design.thickest = request.thickest();
   design.thinnest_sections = decode_numbers(request.thinnest_sections());

@@ -39,8 +39,8 @@ session::Edit decode_add_keyframe(const proto::AddKeyframe& message, const std::
                                               poses.load_mesh, faults)};
 }
 
-session::Edit decode_edit(const proto::Edit& message, const std::string& field,
-                          const Poses& poses) {
+session::Edit decode_body_edit(const proto::Edit& message, const std::string& field,
+                               const Poses& poses) {
   switch (message.edit_case()) {
     case proto::Edit::kAdd:
       if (!message.add().has_constraint()) throw invalid(field + ".add.constraint", "missing");
@@ -95,7 +95,8 @@ std::vector<session::Edit> decode_edits(const proto::EditRequest& request,
   std::vector<session::Edit> edits;
   edits.reserve(static_cast<std::size_t>(request.edits_size()));
   for (int i = 0; i < request.edits_size(); ++i)
-    edits.push_back(decode_edit(request.edits(i), fmt::format("edits[{}]", i), {rest, load_mesh}));
+    edits.push_back(
+        decode_body_edit(request.edits(i), fmt::format("edits[{}]", i), {rest, load_mesh}));
   return edits;
 }
 

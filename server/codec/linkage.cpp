@@ -3,17 +3,18 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <numbers>
 #include <set>
 
 #include "server/codec/arrays.h"
 #include "server/codec/linkage_section.h"
 #include "server/codec/linkage_shape.h"
 #include "server/codec/scene.h"
+#include "server/codec/vectors.h"
 
 namespace limber::server {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
 constexpr std::uint32_t kMaxEdges = 1000;  // of a segment
 
 void demand_no_body(const proto::Scene& message, const std::string& prefix) {
@@ -62,10 +63,6 @@ proto::Held encode_held(scene::Held held) {
       break;
   }
   return proto::HELD_MOTION_AND_ANGLE;
-}
-
-void encode_vector(const Eigen::Vector3d& vector, proto::Vector3& message) {
-  message.set_x(vector.x()), message.set_y(vector.y()), message.set_z(vector.z());
 }
 
 scene::LinkageConditions decode_conditions(const proto::LinkageConditions& message,
@@ -205,17 +202,13 @@ proto::LinkageErection encode_erection(const scene::LinkageErection& erection) {
   return message;
 }
 
-double to_degrees(double radian) { return radian * (180 / kPi); }
+double to_degrees(double radian) { return radian * (180 / std::numbers::pi); }
 
 double decode_angle(double degrees, const std::string& field, std::optional<int> joint) {
-  if (std::abs(degrees) < 180) return degrees * (kPi / 180);  // NaN is none
+  if (std::abs(degrees) < 180) return degrees * (std::numbers::pi / 180);  // NaN is none
   throw Refusal(proto::ERROR_CODE_OUT_OF_RANGE, field,
                 fmt::format("{:g} degrees cannot be reached{}, must be in (-180, 180)", degrees,
                             joint ? fmt::format(" by joint {}", *joint) : ""));
-}
-
-Eigen::Vector3d decode_vector(const proto::Vector3& message) {
-  return {message.x(), message.y(), message.z()};
 }
 
 scene::JointPin decode_pin(const proto::JointPin& message, const std::string& field) {

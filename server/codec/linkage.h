@@ -41,6 +41,5 @@ void demand_body(const proto::Scene& message, const std::string& prefix);
 [[nodiscard]] double decode_angle(double degrees, const std::string& field,
                                   std::optional<int> joint = {});
 [[nodiscard]] double to_degrees(double radian);
-[[nodiscard]] Eigen::Vector3d decode_vector(const proto::Vector3& message);
 
 }  // namespace limber::server

@@ -6,6 +6,7 @@
 #include "server/codec/edit_fields.h"
 #include "server/codec/linkage.h"
 #include "server/codec/scene.h"
+#include "server/codec/vectors.h"
 
 namespace limber::server {
 namespace {
@@ -40,7 +41,7 @@ session::LinkageEdit decode_set_mean_angle(const proto::SetMeanAngle& message,
   return edit;
 }
 
-session::LinkageEdit decode_edit(const proto::Edit& message, const std::string& field) {
+session::LinkageEdit decode_linkage_edit(const proto::Edit& message, const std::string& field) {
   const auto* kind = edit_kind(message);
   if (kind == nullptr) throw invalid(field, "an edit without content");
   const std::string path = field + "." + kind->name();
@@ -91,7 +92,7 @@ std::vector<session::LinkageEdit> decode_linkage_edits(const proto::EditRequest&
   std::vector<session::LinkageEdit> edits;
   edits.reserve(static_cast<std::size_t>(request.edits_size()));
   for (int i = 0; i < request.edits_size(); ++i)
-    edits.push_back(decode_edit(request.edits(i), fmt::format("edits[{}]", i)));
+    edits.push_back(decode_linkage_edit(request.edits(i), fmt::format("edits[{}]", i)));
   return edits;
 }
 

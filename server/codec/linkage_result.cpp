@@ -7,7 +7,7 @@
 namespace limber::server {
 namespace {
 
-proto::SolveStatus encode_status(rods::EquilibriumStatus status) {
+proto::SolveStatus encode_equilibrium_status(rods::EquilibriumStatus status) {
   switch (status) {
     case rods::EquilibriumStatus::kConverged:
       return proto::SOLVE_STATUS_CONVERGED;
@@ -41,7 +41,7 @@ proto::BranchEvent encode_event(rods::BranchEvent event) {
 
 void encode_report(const rods::EquilibriumReport& report, double length_unit,
                    proto::ResultInfo& info) {
-  info.set_status(encode_status(report.status));
+  info.set_status(encode_equilibrium_status(report.status));
   info.set_iterations(static_cast<std::uint32_t>(report.iterations));
   info.set_message(report.message);
   info.set_total_energy(report.potential() * length_unit);

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "server/codec/arrays.h"
+#include "server/codec/vectors.h"
 
 namespace limber::server {
 namespace {
@@ -18,17 +19,7 @@ int decode_count(std::uint32_t value, const std::string& field) {
   return static_cast<int>(value);
 }
 
-Eigen::Vector3d decode_vector(const proto::Vector3& vector) {
-  return {vector.x(), vector.y(), vector.z()};
-}
-
-void encode_vector(const Eigen::Vector3d& vector, proto::Vector3& message) {
-  message.set_x(vector.x());
-  message.set_y(vector.y());
-  message.set_z(vector.z());
-}
-
-bodies::ForceProfile decode_profile(proto::ForceProfile profile) {
+bodies::ForceProfile decode_force_profile(proto::ForceProfile profile) {
   switch (profile) {
     case proto::FORCE_PROFILE_RAMP:
       return bodies::ForceProfile::kRamp;
@@ -62,7 +53,7 @@ scene::NodalForce decode_force(const proto::NodalForce& message, const std::stri
   force.force = decode_vector(message.force());
   force.from_frame = message.from_frame();
   if (message.has_until_frame()) force.until_frame = message.until_frame();
-  force.profile = decode_profile(message.profile());
+  force.profile = decode_force_profile(message.profile());
   if (message.has_period_frames()) force.period_frames = message.period_frames();
   return force;
 }

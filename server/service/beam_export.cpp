@@ -44,8 +44,8 @@ proto::Scene scene_in_shape(const BeamRecord& record) {
   return encode_beam_scene(scene);
 }
 
-std::shared_ptr<const session::BeamResult> result_of(BeamRecord& record,
-                                                     const proto::ExportRequest& request) {
+std::shared_ptr<const session::BeamResult> beam_result_of(BeamRecord& record,
+                                                          const proto::ExportRequest& request) {
   if (request.part() == 0) record.exports().begin(in_balance(record.final_result()));
   return record.exports().find(request.part() == 0 ? 0 : request.result_sequence());
 }
@@ -67,7 +67,7 @@ proto::ExportResponse export_beams(BeamRecord& record, const proto::ExportReques
     default:
       throw invalid("format", "a structure of beams is exported as VTU, CSV, JSON or SCENE");
   }
-  const auto result = result_of(record, request);
+  const auto result = beam_result_of(record, request);
   proto::ExportResponse response =
       cut_into_parts(files_of(*result->analysis, request.format(), stem), request.part());
   *response.mutable_result() = encode_beam_result(*result);

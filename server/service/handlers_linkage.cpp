@@ -16,8 +16,9 @@
 namespace limber::server {
 namespace {
 
-LinkageRecord::Opened describe(const std::string& id, const proto::Scene& message,
-                               const scene::Linkage& linkage, const session::LinkageCheck& sizes) {
+LinkageRecord::Opened describe_linkage(const std::string& id, const proto::Scene& message,
+                                       const scene::Linkage& linkage,
+                                       const session::LinkageCheck& sizes) {
   const auto& lines = message.linkage().lines();
   return {id,
           linkage.name,
@@ -45,8 +46,8 @@ proto::OpenSessionResponse Service::open_linkage(const proto::OpenSessionRequest
   const std::string& id = name->key().name;
   const JobId job = start_open_job(name->key());
   JobGuard guard(hub_.jobs, job);
-  const auto record = std::make_shared<LinkageRecord>(hub_, name->key(),
-                                                      describe(id, message, linkage, sizes), job);
+  const auto record = std::make_shared<LinkageRecord>(
+      hub_, name->key(), describe_linkage(id, message, linkage, sizes), job);
   session::LinkageLimits limits;
   limits.max_targets = static_cast<int>(hub_.options.limits.constraints);
   put(record);

@@ -22,8 +22,8 @@ namespace {
 
 constexpr std::uint64_t kEditsAtOnce = 65536;
 
-SessionRecord::Opened describe(const std::string& id, const proto::Scene& message,
-                               const scene::Scene& scene) {
+SessionRecord::Opened describe_body(const std::string& id, const proto::Scene& message,
+                                    const scene::Scene& scene) {
   SessionRecord::Opened opened;
   opened.id = id;
   opened.name = scene.name;
@@ -108,7 +108,7 @@ proto::OpenSessionResponse Service::open(const proto::OpenSessionRequest& reques
   const JobId job = start_open_job(name->key());
   JobGuard guard(hub_.jobs, job);
   const auto record = std::make_shared<SessionRecord>(
-      hub_, name->key(), describe(id, request.scene(), decoded.scene), job);
+      hub_, name->key(), describe_body(id, request.scene(), decoded.scene), job);
   session::SessionOptions options;
   options.max_constraints = static_cast<int>(hub_.options.limits.constraints);
   put(record);

@@ -7,7 +7,7 @@
 namespace limber::client {
 namespace {
 
-std::string message(std::uint64_t sequence) {
+std::string stream_message(std::uint64_t sequence) {
   v1::StreamMessage message;
   message.set_version(1);
   message.set_sequence(sequence);
@@ -29,12 +29,12 @@ TEST(Subscription, CountsGapsPerTopic) {
   stream.subscribe("a");
   stream.subscribe("b");
   await_subscriptions(router, 2);
-  router.publish("a", message(5));
-  router.publish("b", message(9));
-  router.publish("a", message(6));
+  router.publish("a", stream_message(5));
+  router.publish("b", stream_message(9));
+  router.publish("a", stream_message(6));
   router.publish("a", "\xff\xff garbage");
-  router.publish("a", message(10));
-  router.publish("b", message(10));
+  router.publish("a", stream_message(10));
+  router.publish("b", stream_message(10));
   std::vector<std::uint64_t> missed;
   for (int i = 0; i < 5; ++i) {
     const auto event = stream.next(Milliseconds{5000});
@@ -52,7 +52,7 @@ TEST(Subscription, WhoPausesFindsTheNewest) {
   Subscription stream(client, router.stream());
   stream.subscribe("a");
   await_subscriptions(router, 1);
-  for (std::uint64_t i = 1; i <= 100; ++i) router.publish("a", message(i));
+  for (std::uint64_t i = 1; i <= 100; ++i) router.publish("a", stream_message(i));
   std::this_thread::sleep_for(Milliseconds{500});
   std::vector<std::uint64_t> read;
   while (const auto event = stream.next(Milliseconds{20}))
@@ -69,8 +69,8 @@ TEST(Subscription, WhatIsUnsubscribedComesNoMore) {
   stream.subscribe("b");
   stream.unsubscribe("a");
   await_subscriptions(router, 3);
-  router.publish("a", message(1));
-  router.publish("b", message(2));
+  router.publish("a", stream_message(1));
+  router.publish("b", stream_message(2));
   const auto event = stream.next(Milliseconds{5000});
   ASSERT_TRUE(event.has_value());
   EXPECT_EQ(event->topic, "b");

@@ -2,29 +2,33 @@
 
 import contextlib
 import json
+import re
 import shutil
 import subprocess
 
 import numpy as np
 import pytest
+from conftest import ROOT
 
-PLAY = """
-import json, sys, bpy
-obj, cache, frames, out = sys.argv[sys.argv.index("--") + 1:]
-bpy.ops.wm.read_factory_settings(use_empty=True)
-bpy.ops.wm.obj_import(filepath=obj, forward_axis="Y", up_axis="Z")
-body = bpy.context.selected_objects[0]
-modifier = body.modifiers.new("motion", "MESH_CACHE")
-modifier.cache_format, modifier.filepath = "PC2", cache
-modifier.forward_axis, modifier.up_axis = "POS_Y", "POS_Z"
-modifier.frame_start = 0
+# Behind the block of the guide, which defines `body`.
+LOOK = """
+import json, sys
+frames, out = sys.argv[sys.argv.index("--") + 1:]
+scene = bpy.context.scene
 shapes = []
 for frame in range(int(frames)):
-    bpy.context.scene.frame_set(frame)
+    scene.frame_set(scene.frame_start + frame)
     shown = body.evaluated_get(bpy.context.evaluated_depsgraph_get())
     shapes.append([list(body.matrix_world @ vertex.co) for vertex in shown.data.vertices])
 json.dump(shapes, open(out, "w"))
 """
+
+
+def block_of_the_guide():
+    """For a file beside motion_surface.obj and motion_surface.pc2."""
+    (block,) = [text for text in re.findall(r"```python\n(.*?)```", (ROOT / "docs" / "guide.md").read_text(), re.DOTALL)
+                if "import bpy" in text]
+    return block
 
 
 def surface_of(folder):
@@ -57,16 +61,26 @@ def test_exports_for_blender_hold_the_surface_alone(exported):
     assert np.abs(positions - expected).max() < 1e-5 * np.ptp(vertices)
 
 
+def test_the_guide_plays_motions_in_step():
+    block = block_of_the_guide()
+    assert 'filepath="motion_surface.obj"' in block and '"//motion_surface.pc2"' in block
+    assert "cache.frame_start = bpy.context.scene.frame_start" in block
+    compile(block, "guide", "exec")
+
+
 def test_blender_plays_the_motion(exported):
+    """By the script of the guide, letter for letter."""
     blender = shutil.which("blender")
     if blender is None:
         pytest.skip("blender is not installed (apt-get install blender)")
     folder, expected = exported
     obj, cache, *_ = surface_of(folder)
+    obj.rename(folder / "motion_surface.obj")
+    cache.rename(folder / "motion_surface.pc2")
     script, out = folder / "play.py", folder / "shapes.json"
-    script.write_text(PLAY)
-    subprocess.run([blender, "--background", "--factory-startup", "--python-exit-code", "1", "--python", script, "--", obj,
-                    cache, str(len(expected)), out], check=True, capture_output=True, text=True, timeout=110)
+    script.write_text(block_of_the_guide() + LOOK)
+    subprocess.run([blender, "--background", "--factory-startup", "--python-exit-code", "1", "--python", script, "--",
+                    str(len(expected)), out], check=True, capture_output=True, text=True, timeout=110, cwd=folder)
     shown = np.array(json.loads(out.read_text()))
     assert shown.shape == expected.shape
     assert np.abs(shown - expected).max() < 1e-4 * np.ptp(expected)

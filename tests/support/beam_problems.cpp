@@ -1,16 +1,13 @@
 #include "tests/support/beam_problems.h"
 
 #include <cmath>
+#include <numbers>
 
 namespace limber::testing {
 
 using namespace beams;
 
-namespace {
-
-constexpr double kPi = 3.14159265358979323846;
-
-}  // namespace
+namespace {}  // namespace
 
 BeamSupport clamped(int node) { return {node, {true, true, true, true, true, true}}; }
 
@@ -40,7 +37,8 @@ BeamModel shallow_arch(double load, ArchMoves moves) {
   const int n = 16;
   BeamModel model = straight_beam(n, 1, 500);
   for (int i = 0; i <= n; ++i)
-    model.nodes[static_cast<std::size_t>(i)].position.z() = 0.05 * std::sin(kPi * i / n);
+    model.nodes[static_cast<std::size_t>(i)].position.z() =
+        0.05 * std::sin(std::numbers::pi * i / n);
   model.supports = {clamped(0), clamped(n)};
   for (int i = 1; i < n && moves == ArchMoves::kInItsPlane; ++i)
     model.supports.push_back({i, {false, true, false, true, false, true}});
@@ -71,7 +69,7 @@ BeamModel roll_up_model(int elements) {
     model.supports.push_back({i, {false, true, false, true, false, true}});
   NodalLoad load;
   load.node = elements;
-  load.moment = Eigen::Vector3d(0, -2 * kPi, 0);
+  load.moment = Eigen::Vector3d(0, -2 * std::numbers::pi, 0);
   model.loads.push_back(load);
   return model;
 }
@@ -118,7 +116,7 @@ BeamModel bend_model(int elements, double force, double torsion_constant) {
   model.sections.push_back(
       {kModulus, 0.5 * kModulus * torsion_constant, kModulus / 12, kModulus / 12});
   for (int i = 0; i <= elements; ++i) {
-    const double phi = 0.25 * kPi * i / elements;
+    const double phi = 0.25 * std::numbers::pi * i / elements;
     model.nodes.push_back(
         {Eigen::Vector3d(kRadius * std::sin(phi), kRadius * (1 - std::cos(phi)), 0)});
   }
@@ -138,7 +136,7 @@ BeamAnswer beam_bend(int elements, double force, double torsion_constant,
   const BeamSolution found =
       find_equilibrium(BeamStructure(bend_model(elements, force, torsion_constant)), options);
   const Eigen::Vector3d place = found.state.positions.col(elements);
-  return {(place - tip).norm() / (25 * kPi), found.report};
+  return {(place - tip).norm() / (25 * std::numbers::pi), found.report};
 }
 
 }  // namespace limber::testing

@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 
 #include "engine/base/error.h"
+#include "engine/base/index.h"
 #include "engine/beams/element/normal_chart.h"
 
 namespace limber::testing {
@@ -15,8 +16,6 @@ namespace {
 using Kind = ChartedReference::Kind;
 
 constexpr double kRim = 1e-5;  // of the public code
-
-std::size_t index(int i) { return static_cast<std::size_t>(i); }
 
 void demand(bool holds, const char* field, const char* message) {
   if (!holds) throw Error(ErrorCode::kUnsupported, field, message);

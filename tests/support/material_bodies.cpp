@@ -261,11 +261,9 @@ FittedMotion fit_motion(scene::Scene scene, const std::shared_ptr<session::Model
   const auto model = solved.session.model();
   const Eigen::VectorXd sizes = model->modes.colwise().norm();
   motion.tets = static_cast<int>(solved.session.geometry()->tets.cols());
-  motion.high_frequency_share_forces =
-      spacetime::high_frequency_share(sizes.asDiagonal() *
-                                      (before->material->mixing * before->modal))
-          .value_or(0);
-  motion.high_frequency_share = final.high_frequency_share.value_or(0);
+  motion.high_frequency_share_forces = spacetime::high_frequency_share(
+      sizes.asDiagonal() * (before->material->mixing * before->modal));
+  motion.high_frequency_share = final.high_frequency_share;
   motion.largest_step_forces = largest_step(solved.positions(*before)).distance / length;
   const Step step = largest_step(solved.positions(final));
   motion.largest_step = step.distance / length;

@@ -44,7 +44,7 @@ enum class BodyTask {
 /// Steps are the largest distances of a node from one frame to the next [body lengths].
 struct FittedMotion {
   int tets = 0;
-  double high_frequency_share_forces = 0, high_frequency_share = 0;
+  std::optional<double> high_frequency_share_forces, high_frequency_share;  // none: not determined
   double largest_step_forces = 0, largest_step = 0;
   int largest_step_frame = 0;  // the fitted motion makes it after this frame
   double energy_forces = 0, energy = 0;

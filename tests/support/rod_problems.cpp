@@ -3,14 +3,13 @@
 #include <Eigen/Dense>
 #include <Eigen/Geometry>
 #include <cmath>
+#include <numbers>
 
 namespace limber::testing {
 
 using namespace rods;
 
 namespace {
-
-constexpr double kPi = 3.14159265358979323846;
 
 Eigen::Vector3d eigen(const Vec3<double>& v) { return {v.x, v.y, v.z}; }
 
@@ -95,7 +94,7 @@ RodAnswer roll_up(int edges, BendingForm form) {
   RodState state = rod.drawn;
   RodReport report;
   for (int step = 1; step <= kSteps; ++step) {
-    loads.moments(2, edges - 1) = 2 * kPi * step / kSteps;
+    loads.moments(2, edges - 1) = 2 * std::numbers::pi * step / kSteps;
     const auto found = find_equilibrium(state, rod.parameters, loads, fixed);
     state = found.at.state();
     report = added(report, found.report);
@@ -124,8 +123,8 @@ RodAnswer compressed(int edges, Ends ends, double span, double height, BendingFo
     Eigen::VectorXd x = rod.drawn.unknowns();
     for (int i = 0; i < edges; ++i) {
       const double s = (i + 0.5) * h + start;
-      const double angle =
-          ends == Ends::kHinged ? slope * std::cos(kPi * s) : slope * std::sin(2 * kPi * s);
+      const double angle = ends == Ends::kHinged ? slope * std::cos(std::numbers::pi * s)
+                                                 : slope * std::sin(2 * std::numbers::pi * s);
       x.segment<2>(4 * i + 4) =
           x.segment<2>(4 * i) + h * Eigen::Vector2d(std::cos(angle), std::sin(angle));
     }
@@ -151,7 +150,7 @@ RodAnswer compressed(int edges, Ends ends, double span, double height, BendingFo
 
 RodAnswer forty_five_degree_bend(int edges, double force, double torsion_constant,
                                  const Eigen::Vector3d& expected, BendingForm form) {
-  const double radius = 100, modulus = 1e7, step = 0.25 * kPi / (edges - 0.5);
+  const double radius = 100, modulus = 1e7, step = 0.25 * std::numbers::pi / (edges - 0.5);
   Eigen::Matrix3Xd nodes(3, edges + 1);
   // From the origin along y, bending towards x: the tip is at (29.29, 70.71) there.
   for (int i = 0; i <= edges; ++i) {
@@ -168,8 +167,8 @@ RodAnswer forty_five_degree_bend(int edges, double force, double torsion_constan
   loads.forces(2, edges) = force;
   const auto found = find_equilibrium(rod.drawn, rod.parameters, loads, fixed);
   const Eigen::Vector3d tip = found.at.state().unknowns().segment<3>(4 * edges);
-  return {tip.z(), expected.z(), (tip - expected).norm() / (radius * kPi / 4), found.report,
-          nodes_of(found.at.state(), edges)};
+  return {tip.z(), expected.z(), (tip - expected).norm() / (radius * std::numbers::pi / 4),
+          found.report, nodes_of(found.at.state(), edges)};
 }
 
 namespace {
@@ -219,7 +218,9 @@ RodAnswer localised_helix(int edges, BendingForm form) {
   const Eigen::Vector3d end = eigen(rod.drawn.frame(edges - 1).d1);
   const double transported = std::atan2(end.z(), end.y());
   const double wanted = kHelixMoment * kBending / kTorsion;
-  const double last = -transported + 2 * kPi * std::round((wanted + transported) / (2 * kPi));
+  const double last =
+      -transported +
+      2 * std::numbers::pi * std::round((wanted + transported) / (2 * std::numbers::pi));
   Eigen::VectorXd x = rod.drawn.unknowns();
   for (int slot = 0; slot < edges; ++slot) x[4 * slot + 3] = last * slot / (edges - 1);
   auto fixed = free_unknowns(rod);
@@ -240,7 +241,7 @@ RodAnswer ring_threshold(int edges, BendingForm form) {
   const double bending = 1, torsion = 0.7;
   Eigen::Matrix3Xd nodes(3, edges + 2);
   for (int i = 0; i < edges + 2; ++i) {
-    const double phi = 2 * kPi * i / edges;
+    const double phi = 2 * std::numbers::pi * i / edges;
     nodes.col(i) << std::cos(phi), std::sin(phi), 0;
   }
   Rod rod(nodes, {1e4, bending, bending, torsion}, {.rest = RestShape::kStraight, .form = form});
@@ -263,7 +264,7 @@ RodAnswer ring_threshold(int edges, BendingForm form) {
     // stretching is far below a millionth of that.
     return (spectrum.eigenvalues().array() < -1e-5 * bending / edges).count() > 0;
   };
-  const double expected = 2 * kPi * std::sqrt(3.0) * bending / torsion;
+  const double expected = 2 * std::numbers::pi * std::sqrt(3.0) * bending / torsion;
   double low = 0, high = 2 * expected;
   while (!negative(high) && high < 50 * expected) high *= 2;
   for (int step = 0; step < 30; ++step) {

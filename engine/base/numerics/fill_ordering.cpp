@@ -27,17 +27,17 @@ struct LowerGraph {
 // Parts of this many nodes are not dissected further.
 constexpr double kSmallestPart = 12;
 
-struct Common {
-  Common() {
+struct OrderingCommon {
+  OrderingCommon() {
     cholmod_start(&value);
     value.print = 0;
     value.current = 0;
     value.method[0].nd_small = kSmallestPart;
     value.method[0].nd_components = 1;
   }
-  ~Common() { cholmod_finish(&value); }
-  Common(const Common&) = delete;
-  Common& operator=(const Common&) = delete;
+  ~OrderingCommon() { cholmod_finish(&value); }
+  OrderingCommon(const OrderingCommon&) = delete;
+  OrderingCommon& operator=(const OrderingCommon&) = delete;
   cholmod_common value{};
 };
 
@@ -53,7 +53,7 @@ bool find_order(LowerGraph& lower, FillOrdering method, std::vector<int>& order)
   graph.xtype = CHOLMOD_PATTERN;
   graph.sorted = 1;
   graph.packed = 1;
-  Common common;
+  OrderingCommon common;
   if (method == FillOrdering::kMinimumDegree)
     return cholmod_amd(&graph, nullptr, 0, order.data(), &common.value) != 0;
   std::vector<int> parents(order.size()), parts(order.size());

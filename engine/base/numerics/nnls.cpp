@@ -11,8 +11,8 @@
 namespace limber {
 namespace {
 
-void check_input(const Eigen::Ref<const Eigen::MatrixXd>& gram,
-                 const Eigen::Ref<const Eigen::VectorXd>& rhs) {
+void check_gram(const Eigen::Ref<const Eigen::MatrixXd>& gram,
+                const Eigen::Ref<const Eigen::VectorXd>& rhs) {
   if (gram.rows() != gram.cols() || gram.rows() != rhs.size()) {
     throw Error(ErrorCode::kInvalidArgument, "gram",
                 fmt::format("gram is {} x {} and rhs has {} entries: they must agree", gram.rows(),
@@ -179,7 +179,7 @@ NnlsResult nnls(const Eigen::Ref<const Eigen::MatrixXd>& gram,
                 const Eigen::Ref<const Eigen::VectorXd>& rhs, const NnlsOptions& options,
                 const std::vector<int>& warm_support) {
   options.validate();
-  check_input(gram, rhs);
+  check_gram(gram, rhs);
   for (const int column : warm_support) {
     if (column < 0 || column >= rhs.size()) {
       throw Error(ErrorCode::kOutOfRange, "warm_support",

@@ -31,7 +31,7 @@ constexpr CholeskyLibrary kLibrary = CholeskyLibrary::kOwnMultifrontal;
 // between threads.
 constexpr Eigen::Index kColumnsPerBlock = 16;
 
-void check_input(const SparseCholesky::Matrix& a) {
+void check_symmetric_matrix(const SparseCholesky::Matrix& a) {
   if (a.rows() != a.cols() || a.rows() == 0) {
     throw Error(ErrorCode::kInvalidArgument, "matrix",
                 fmt::format("a square matrix is needed, this one is {} x {}", a.rows(), a.cols()));
@@ -80,7 +80,7 @@ SparseCholesky::Workspace& SparseCholesky::Workspace::operator=(Workspace&&) noe
 class SparseCholesky::Impl {
  public:
   void analyse(const Matrix& a) {
-    check_input(a);
+    check_symmetric_matrix(a);
     factored_ = false;
     pattern_.clear();
     factor_.analyse(a);
@@ -97,7 +97,7 @@ class SparseCholesky::Impl {
     if (pattern_.empty()) {
       throw Error(ErrorCode::kFailedPrecondition, "", "refactor needs a factor to start from");
     }
-    check_input(a);
+    check_symmetric_matrix(a);
     if (a.cols() != size() || pattern_of(a) != pattern_) {
       throw Error(ErrorCode::kInvalidArgument, "matrix",
                   "refactor needs the pattern of the factored matrix");

@@ -22,17 +22,17 @@ void pin_blas_to_one_thread() {
   std::call_once(once, [] { openblas_set_num_threads(1); });
 }
 
-struct Common {
-  Common() {
+struct FactorCommon {
+  FactorCommon() {
     pin_blas_to_one_thread();
     cholmod_start(&value);
     value.print = 0;
     value.supernodal = CHOLMOD_SUPERNODAL;
     value.final_ll = 1;
   }
-  ~Common() { cholmod_finish(&value); }
-  Common(const Common&) = delete;
-  Common& operator=(const Common&) = delete;
+  ~FactorCommon() { cholmod_finish(&value); }
+  FactorCommon(const FactorCommon&) = delete;
+  FactorCommon& operator=(const FactorCommon&) = delete;
   cholmod_common value{};
 };
 
@@ -70,7 +70,7 @@ cholmod_sparse lower_view(const SupernodalCholesky::Matrix& a) {
 }  // namespace
 
 struct SupernodalCholesky::Workspace::State {
-  Common common;
+  FactorCommon common;
   cholmod_dense* y = nullptr;
   cholmod_dense* e = nullptr;
   ~State() {
@@ -83,7 +83,7 @@ SupernodalCholesky::Workspace::Workspace() : state_(std::make_unique<State>()) {
 SupernodalCholesky::Workspace::~Workspace() = default;
 
 struct SupernodalCholesky::State {
-  Common common;
+  FactorCommon common;
   cholmod_factor* factor = nullptr;
   ~State() { cholmod_free_factor(&factor, &common.value); }
 

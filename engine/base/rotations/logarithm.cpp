@@ -1,6 +1,7 @@
 #include "engine/base/rotations/logarithm.h"
 
 #include <cmath>
+#include <numbers>
 
 namespace limber::rotations {
 
@@ -18,7 +19,7 @@ Eigen::Vector3d logarithm(const Eigen::Matrix3d& rotation) {
 }
 
 Eigen::Vector3d nearest_branch(const Eigen::Vector3d& principal, const Eigen::Vector3d& reference) {
-  constexpr double kTurn = 2 * 3.14159265358979323846;
+  constexpr double kTurn = 2 * std::numbers::pi;
   constexpr double kIdentity = 1e-13;
   const double angle = principal.norm();
   if (angle < kIdentity) {

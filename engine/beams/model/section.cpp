@@ -3,6 +3,7 @@
 #include <fmt/core.h>
 
 #include <cmath>
+#include <numbers>
 
 #include "engine/base/error.h"
 
@@ -10,14 +11,12 @@ namespace limber::beams {
 
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
-
-void require_positive(const char* field, double value) {
+void require_positive_size(const char* field, double value) {
   if (!(value > 0) || !std::isfinite(value))
     throw Error(ErrorCode::kInvalidArgument, field,
                 fmt::format("{} = {}, must be > 0", field, value));
 }
-void require_not_negative(const char* field, double value) {
+void require_no_negative_size(const char* field, double value) {
   if (!(value >= 0) || !std::isfinite(value))
     throw Error(ErrorCode::kInvalidArgument, field,
                 fmt::format("{} = {}, must be >= 0", field, value));
@@ -33,9 +32,9 @@ struct RectangleTorsion {
 RectangleTorsion rectangle_torsion(double ratio) {
   RectangleTorsion result{1.0 / 3, 1};
   for (int n = 1; n < 60; n += 2) {
-    const double x = 0.5 * n * kPi * ratio;
-    result.constant -= 64 / (std::pow(kPi, 5) * std::pow(n, 5) * ratio) * std::tanh(x);
-    result.shear -= 8 / (kPi * kPi * n * n) / std::cosh(x);
+    const double x = 0.5 * n * std::numbers::pi * ratio;
+    result.constant -= 64 / (std::pow(std::numbers::pi, 5) * std::pow(n, 5) * ratio) * std::tanh(x);
+    result.shear -= 8 / (std::numbers::pi * std::numbers::pi * n * n) / std::cosh(x);
   }
   return result;
 }
@@ -43,8 +42,8 @@ RectangleTorsion rectangle_torsion(double ratio) {
 }  // namespace
 
 SectionShape rectangle(double width_along_2, double height_along_3) {
-  require_positive("width", width_along_2);
-  require_positive("height", height_along_3);
+  require_positive_size("width", width_along_2);
+  require_positive_size("height", height_along_3);
   const double b = width_along_2, h = height_along_3;
   const double longer = std::max(b, h), shorter = std::min(b, h);
   const RectangleTorsion torsion = rectangle_torsion(longer / shorter);
@@ -62,25 +61,26 @@ SectionShape rectangle(double width_along_2, double height_along_3) {
 SectionShape circle(double radius) { return tube(radius, 0); }
 
 SectionShape tube(double outer_radius, double inner_radius) {
-  require_positive("outer_radius", outer_radius);
-  require_not_negative("inner_radius", inner_radius);
+  require_positive_size("outer_radius", outer_radius);
+  require_no_negative_size("inner_radius", inner_radius);
   if (inner_radius >= outer_radius)
     throw Error(
         ErrorCode::kInvalidArgument, "inner_radius",
         fmt::format("inner_radius = {}, must be < outer_radius = {}", inner_radius, outer_radius));
   const double outer_2 = outer_radius * outer_radius, inner_2 = inner_radius * inner_radius;
   SectionShape shape;
-  shape.area = kPi * (outer_2 - inner_2);
-  shape.moment_2 = shape.moment_3 = 0.25 * kPi * (outer_2 * outer_2 - inner_2 * inner_2);
+  shape.area = std::numbers::pi * (outer_2 - inner_2);
+  shape.moment_2 = shape.moment_3 =
+      0.25 * std::numbers::pi * (outer_2 * outer_2 - inner_2 * inner_2);
   shape.torsion = 2 * shape.moment_2;
   shape.fibre_2 = shape.fibre_3 = shape.shear_arm = outer_radius;
   return shape;
 }
 
 BeamSection make_section(const SectionShape& shape, const BeamMaterial& material) {
-  require_positive("young", material.young);
-  require_not_negative("density", material.density);
-  require_not_negative("yield_stress", material.yield_stress);
+  require_positive_size("young", material.young);
+  require_no_negative_size("density", material.density);
+  require_no_negative_size("yield_stress", material.yield_stress);
   if (!(material.poisson > -1 && material.poisson <= 0.5))
     throw Error(ErrorCode::kInvalidArgument, "poisson",
                 fmt::format("poisson = {}, must be in (-1, 0.5]", material.poisson));

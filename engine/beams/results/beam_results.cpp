@@ -3,13 +3,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "engine/base/index.h"
 #include "engine/beams/structure/node_loads.h"
 
 namespace limber::beams {
 
 namespace {
-
-std::size_t index(int i) { return static_cast<std::size_t>(i); }
 
 ElementForces forces_of(const ElementResponse<double>& r, double chord) {
   ElementForces f;

@@ -4,13 +4,9 @@
 #include <cmath>
 #include <limits>
 
+#include "engine/base/index.h"
+
 namespace limber::beams::detail {
-
-namespace {
-
-std::size_t index(int i) { return static_cast<std::size_t>(i); }
-
-}  // namespace
 
 Balance::Balance(const BeamStructure& structure) : structure_(structure) {
   const BeamModel& model = structure.model();

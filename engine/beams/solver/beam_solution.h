@@ -97,11 +97,16 @@ struct BeamReport {
   int factorizations = 0;
   int load_steps = 0;
   int relaxation_steps = 0;
-  double residual = 0;        // largest scaled force or moment that is left
-  double load_factor = 0;     // 1 where everything is on
+  double residual = 0;     // largest scaled force or moment that is left
+  double load_factor = 0;  // 1 where everything is on
+  /// Where a branch of equilibria was followed: share of loads and motions up to which one was
+  /// found, 1 where the answer is one. Below load_factor where the rest balances without being an
+  /// equilibrium: elements too long to resolve it, or a mechanism.
+  std::optional<double> equilibrium_share;
   double elastic_energy = 0;  // [force length]
   /// Of the stiffness at the answer, those of rounding left out: 0 at a minimum. Under loads that
-  /// follow, directions that diverge instead. None where the state is no equilibrium under all
+  /// follow, and moments of fixed direction on nodes that turn about several axes, directions that
+  /// diverge instead. None where the state is no equilibrium under all
   /// loads and motions, at a mechanism, and where that is not judged.
   std::optional<int> negative_eigenvalues;
   int node = -1;        // that moves most freely (mechanism), buckles, or is worst balanced

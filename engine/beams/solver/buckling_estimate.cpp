@@ -20,7 +20,7 @@ constexpr double kFirstShare = 1e-3;
 // What rounding of the start, or a solve before, leaves of forces: far below the first share.
 constexpr double kUnloaded = 1e-6;
 constexpr double kTolerance = 1e-8;
-constexpr int kIterations = 20;
+constexpr int kLanczosIterations = 20;
 constexpr double kMinCompressed = 1e-6;  // share of the buckling load that is told from rounding
 
 /// What compression takes from the stiffness, over the stiffness without it: the lowest quotient,
@@ -102,7 +102,7 @@ std::optional<BucklingEstimate> estimate_buckling(const BeamStructure& structure
     return {};
   NewtonSolver newton(structure, context);
   BeamState state = start;
-  if (newton.balance(state, loading, kFirstShare, kTolerance, kIterations) !=
+  if (newton.balance(state, loading, kFirstShare, kTolerance, kLanczosIterations) !=
       NewtonOutcome::kBalanced)
     return {};
   const auto mode = buckling_mode(structure, Balance(structure), state, context);

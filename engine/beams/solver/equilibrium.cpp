@@ -3,10 +3,12 @@
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <optional>
 #include <utility>
 
 #include "engine/base/start_shift.h"
 #include "engine/beams/solver/buckling_estimate.h"
+#include "engine/beams/solver/certificate.h"
 #include "engine/beams/solver/element_doubts.h"
 #include "engine/beams/solver/finite_state.h"
 #include "engine/beams/solver/following_tangent.h"
@@ -143,6 +145,7 @@ struct Attempt {
     for (BeamSnap& snap : report.snaps) snap.load_factor = 1;  // loads and motions are on
     report.snaps.insert(report.snaps.begin(), on.snaps.begin(), on.snaps.end());
     if (options.largest_swerve == 0) report.snaps.clear();
+    report.equilibrium_share.reset();  // of the loads: they are on while the push fades
   }
 
   [[nodiscard]] bool is_folded(const BeamState& state) const {
@@ -217,6 +220,7 @@ struct Attempt {
     if (is_found(solution)) return;
     const BeamStatus status = solution.report.status;
     const double end_of_branch = solution.report.load_factor;
+    const std::optional<double> share = solution.report.equilibrium_share;
     BeamSolution other;
     relaxes_first ? newton(other) : both(other);
     add_work(solution.report, other.report);
@@ -229,6 +233,7 @@ struct Attempt {
     }
     solution = std::move(other);
     if (relaxes_first) return;
+    solution.report.equilibrium_share = share;
     if (is_other && end_of_branch < 1)
       solution.report.message += fmt::format(
           "; found by relaxation: the equilibria that lead on from the start were followed to "
@@ -289,13 +294,16 @@ BeamSolution solve(const Attempt& attempt) {
       if (doubt->hopeless) {
         solution.report.status = BeamStatus::kUnstable;
         solution.report.node = element.start;
-        solution.report.message = "balanced, but " + doubt->message;
+        solution.report.message =
+            fmt::format("balanced{}, but {}", solution.report.equilibrium_share ? " at 100 %" : "",
+                        doubt->message);
         solution.report.negative_eigenvalues.reset();  // elements so few cannot tell
       } else {
         solution.report.message += "; " + doubt->message;
       }
     }
   }
+  if (solution.report.converged()) solution.report.equilibrium_share = 1;
   explain_failure(attempt, solution.report);
   solution.report.elastic_energy = elastic_energies(attempt.structure, solution.state).total();
   return solution;

@@ -7,6 +7,7 @@
 #include <limits>
 #include <utility>
 
+#include "engine/base/index.h"
 #include "engine/base/rotations/exponential_map.h"
 #include "engine/beams/solver/balance.h"
 
@@ -14,11 +15,9 @@ namespace limber::beams::detail {
 
 namespace {
 
-std::size_t index(int i) { return static_cast<std::size_t>(i); }
-
-constexpr int kIterations = 30;
-constexpr int kPatience = 5;  // iterations without half of the best residual
-constexpr double kLargestTurn = 0.3;
+constexpr int kMaxFollowingIterations = 30;
+constexpr int kFollowingPatience = 5;  // iterations without half of the best residual
+constexpr double kLargestFollowingTurn = 0.3;
 constexpr Eigen::Index kMostOfAllEigenvalues = 600;  // free unknowns: seconds, not cancellable
 constexpr double kRoundings = 4;
 
@@ -112,7 +111,7 @@ bool balance_following(const BeamStructure& structure, const NodeLoads& loads, d
   BeamState at = state;
   double best = std::numeric_limits<double>::infinity();
   int since = 0;
-  for (int i = 0; i <= kIterations && since <= kPatience; ++i) {
+  for (int i = 0; i <= kMaxFollowingIterations && since <= kFollowingPatience; ++i) {
     context.throw_if_cancelled();
     const Eigen::VectorXd here = residual(at);
     const Imbalance left = balance.imbalance(here, balance.present(at, loads));
@@ -130,14 +129,14 @@ bool balance_following(const BeamStructure& structure, const NodeLoads& loads, d
     Eigen::VectorXd step = -solve(here);
     const double size = balance.size_of(step);
     if (!std::isfinite(size)) return false;
-    if (size > kLargestTurn) step *= kLargestTurn / size;
+    if (size > kLargestFollowingTurn) step *= kLargestFollowingTurn / size;
     if (size > 1e-5) {
       // Along a curve, so that slender beams keep their lengths.
       const double e = 1e-3 / std::max(balance.size_of(step), 1e-3);
       const Eigen::VectorXd third = residual(structure.moved(at, e * step)) +
                                     residual(structure.moved(at, -e * step)) - 2 * here;
       const Eigen::VectorXd bend = -solve(third) / (e * e);
-      if (balance.size_of(bend) < 2 * kLargestTurn) step += 0.5 * bend;
+      if (balance.size_of(bend) < 2 * kLargestFollowingTurn) step += 0.5 * bend;
     }
     at = structure.moved(at, step);
   }

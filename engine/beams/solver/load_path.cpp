@@ -7,14 +7,13 @@
 #include <optional>
 #include <utility>
 
+#include "engine/base/index.h"
 #include "engine/base/rotations/logarithm.h"
 #include "engine/beams/structure/elastic.h"
 
 namespace limber::beams::detail {
 
 namespace {
-
-std::size_t index(int i) { return static_cast<std::size_t>(i); }
 
 constexpr double kStays = 1e-12;  // [rad]
 

@@ -12,7 +12,7 @@ namespace limber::beams::detail {
 
 namespace {
 
-constexpr double kLargestTurn = 0.7;  // of one iteration [rad]
+constexpr double kLargestTurnOfIteration = 0.7;  // of one iteration [rad]
 constexpr int kBadSteps = 4;
 constexpr int kCareful = 3;
 constexpr int kAfterFork = 4;  // iterations where forks are avoided
@@ -123,7 +123,7 @@ bool NewtonSolver::search(BeamState& state, const NodeLoads& loads,
   const double slope = residual_here.dot(step);
   const double rounding = 100 * kEpsilon * (energy + std::abs(load.dot(step)));
   for (double t = 1; t > 1e-6; t *= 0.5) {
-    if (balance_.size_of(t * step + (0.5 * t * t) * bend) > 3 * kLargestTurn) continue;
+    if (balance_.size_of(t * step + (0.5 * t * t) * bend) > 3 * kLargestTurnOfIteration) continue;
     Trial trial = try_step(state, loads, energy, load, step, bend, t);
     // Steps whose gain is lost in rounding are judged by forces.
     if (trial.change <= 1e-4 * t * slope ||
@@ -142,7 +142,7 @@ bool NewtonSolver::advance(BeamState& state, const NodeLoads& loads,
   const double slope = residual_here.dot(step);
   Eigen::VectorXd bend = Eigen::VectorXd::Zero(step.size());
   if (balance_.size_of(step) > 1e-5) bend = curvature(state, loads, residual_here, step);
-  if (!(balance_.size_of(step + 0.5 * bend) < 3 * kLargestTurn)) bend.setZero();
+  if (!(balance_.size_of(step + 0.5 * bend) < 3 * kLargestTurnOfIteration)) bend.setZero();
   if (watch_.careful > 0) {
     --watch_.careful;
     return search(state, loads, residual_here, step, bend);
@@ -269,7 +269,7 @@ bool NewtonSolver::take_fork(BeamState& state, const NodeLoads& loads) {
   // Down to the first valley: the next one may be that of the other side.
   double lowest = 0;
   BeamState valley;
-  for (double t = kFirstOfFork; t < kLargestTurn; t *= 2) {
+  for (double t = kFirstOfFork; t < kLargestTurnOfIteration; t *= 2) {
     Trial trial = go_along(state, loads, energy, load, unit, bend, t);
     // Close by, the gain is lost in rounding.
     if (lowest == 0 && std::abs(trial.change) <= rounding) continue;
@@ -321,14 +321,14 @@ NewtonOutcome NewtonSolver::balance(BeamState& state, const LoadPath& path, doub
     Eigen::VectorXd step = stiffness_.extended(factor_.solve(right));
     if (moves) {
       step += held;
-      if (balance_.size_of(step) > kLargestTurn) return NewtonOutcome::kTooFar;
+      if (balance_.size_of(step) > kLargestTurnOfIteration) return NewtonOutcome::kTooFar;
       const Eigen::VectorXd bend = curvature(state, loads, here, step);
       state = structure_.moved(state, step + 0.5 * bend);
       continue;
     }
     const double size = balance_.size_of(step);
     if (!(size < std::numeric_limits<double>::infinity())) return NewtonOutcome::kNoProgress;
-    if (size > kLargestTurn) step *= kLargestTurn / size;
+    if (size > kLargestTurnOfIteration) step *= kLargestTurnOfIteration / size;
     if (!advance(state, loads, here, step)) return NewtonOutcome::kNoProgress;
   }
   return NewtonOutcome::kLimit;

@@ -6,6 +6,9 @@
 #include <cmath>
 #include <optional>
 
+#include "engine/beams/solver/certificate.h"
+#include "engine/beams/solver/element_doubts.h"
+#include "engine/beams/solver/equilibrium_share.h"
 #include "engine/beams/solver/following_tangent.h"
 #include "engine/beams/solver/newton.h"
 #include "engine/beams/solver/relaxation_path.h"
@@ -19,9 +22,9 @@ namespace {
 constexpr double kSmallestStep = 1e-5;
 constexpr double kOnTheWay = 1e-4;  // tolerance of states that are only passed
 constexpr int kIterationsOfStep = 60;
-constexpr double kMostTurn = 0.6;          // of what is held, in one load step [rad]
-constexpr int kEasy = 8;                   // iterations
-constexpr double kOnTheWayWatched = 1e-7;  // states that are compared with each other
+constexpr double kMaxTurnOfLoadStep = 0.6;  // of what is held, in one load step [rad]
+constexpr int kEasy = 8;                    // iterations
+constexpr double kOnTheWayWatched = 1e-7;   // states that are compared with each other
 // Just behind a fold the forces that drive the structure away are too small for Newton's method to
 // get it anywhere: where steps so short fail again and again, it is relaxed over a step so long.
 constexpr double kShortWatched = 1.0 / 64;
@@ -41,68 +44,7 @@ constexpr double kReturned = 0.1;  // of what a step turned by
 // method may circle for ever. Where so many steps in a row, each a quarter of the one before, end
 // where the stiffness is not positive, there is nothing to fall to.
 constexpr int kFailuresOfMoments = 5;
-
-std::string where(const BeamStructure& structure, int unknown) {
-  if (unknown < 0) return "nowhere";
-  if (unknown < 6 * structure.nodes())
-    return fmt::format("node {} {}", unknown / 6, unknown % 6 < 3 ? "moves" : "turns");
-  for (const ReleasedEnd& r : structure.released_ends()) {
-    if (unknown >= r.unknown && unknown < r.unknown + r.axes)
-      return fmt::format("the {} of element {} turns",
-                         r.end == ElementEnd::kStart ? "start" : "finish", r.element);
-  }
-  return "nowhere";
-}
-
-std::string saddle_text(int negative, const std::string& where) {
-  return fmt::format(
-      "the shape is balanced but unstable, a saddle: the stiffness has {} negative eigenvalue{}, "
-      "and the energy falls where {}; push it aside there with a small temporary load, or hold it",
-      negative, negative == 1 ? "" : "s", where);
-}
-
-void say(const BeamStructure& structure, BeamStatus status, int unknown, BeamReport& report) {
-  report.status = status;
-  report.node = Balance(structure).node_of(unknown);
-  switch (status) {
-    case BeamStatus::kConverged:
-      report.message = "forces and moments balance at a minimum";
-      break;
-    case BeamStatus::kUnstable:
-      report.message =
-          saddle_text(report.negative_eigenvalues.value_or(1), where(structure, unknown));
-      break;
-    case BeamStatus::kMechanism:
-      report.message = where(structure, unknown) + " without any resistance";
-      break;
-    default:
-      if (!std::isfinite(report.residual)) {
-        report.message = fmt::format(
-            "forces grow beyond all bounds at load factor {:.6g}, where {}: is an element brought "
-            "to no length?",
-            report.load_factor, where(structure, unknown));
-        return;
-      }
-      report.message = fmt::format("residual {:.2g} at load factor {:.6g}, worst where {}",
-                                   report.residual, report.load_factor, where(structure, unknown));
-  }
-}
-
-}  // namespace
-
-namespace {
-
-/// Does any of the moments act on a node that may turn about more than one axis?
-bool turns_free_nodes(const BeamStructure& structure, const Eigen::Matrix3Xd& moments) {
-  for (int i = 0; i < structure.nodes(); ++i) {
-    if (moments.col(i).isZero(0)) continue;
-    int axes = 0;
-    for (int k = 3; k < 6; ++k)
-      axes += structure.held()[static_cast<std::size_t>(6 * i + k)] == 0 ? 1 : 0;
-    if (axes > 1) return true;
-  }
-  return false;
-}
+constexpr double kMinShareResolution = 1.0 / 1024;  // of the end of the equilibria
 
 /// Load steps of one call.
 class Follower {
@@ -119,9 +61,10 @@ class Follower {
         watch_(structure, options.largest_swerve, options.snap_resolution),
         approaches_forks_(is_watched()),
         has_moments_(turns_free_nodes(structure, path.loads(1).moments)),
+        share_(s, state),
         s_(s),
         // Attitudes are told apart by less than half a turn.
-        longest_(kMostTurn / std::max(kMostTurn, path.turn())) {
+        longest_(kMaxTurnOfLoadStep / std::max(kMaxTurnOfLoadStep, path.turn())) {
     step_ = path.varies() ? options.first_load_step * (1 - s) : 1 - s;
     step_ = std::min(step_, longest_);
     newton_.limit_factorizations(options.factorizations);
@@ -168,7 +111,47 @@ class Follower {
                 observer);
   }
 
+  /// Reports up to where there is an equilibrium: not all states that balance are.
+  void report_share(const JobContext& context) {
+    if (!is_watched()) return;
+    if (report_.status == BeamStatus::kCancelled) return;
+    if (path_.loads(1).follows()) share_.record(s_, state_, verdict_on(s_, state_, context));
+    const double resolution = std::max(options_.snap_resolution, kMinShareResolution);
+    report_.equilibrium_share = share_.locate(resolution, [&](double s, BeamState& trial) {
+      const NewtonOutcome outcome =
+          newton_.balance(trial, path_, s, on_the_way(), kIterationsOfWatched);
+      return outcome == NewtonOutcome::kBalanced &&
+             verdict_on(s, trial, context) == EquilibriumShare::Verdict::kEquilibrium;
+    });
+    report_.newton_iterations = newton_.iterations();
+    report_.factorizations = newton_.factorizations();
+    if (report_.converged() || *report_.equilibrium_share >= s_) return;
+    if (const auto doubt = doubt_elements(structure_, state_); doubt && doubt->hopeless)
+      report_.message += fmt::format("; above {:.3g} % elements do not resolve it: {}",
+                                     100 * *report_.equilibrium_share, doubt->message);
+  }
+
  private:
+  /// Of a balanced state whose stiffness is positive definite.
+  [[nodiscard]] EquilibriumShare::Verdict verdict_on(double s, const BeamState& state,
+                                                     const JobContext& context) const {
+    using Verdict = EquilibriumShare::Verdict;
+    const auto doubt = doubt_elements(structure_, state);
+    if (doubt && doubt->hopeless) return Verdict::kNone;
+    const NodeLoads loads = path_.loads(s);
+    if (!loads.follows()) return Verdict::kEquilibrium;
+    const auto diverging = FollowingTangent(structure_).diverging(state, loads, context);
+    return diverging == 0 ? Verdict::kEquilibrium : Verdict::kNone;
+  }
+
+  void record_share(NewtonOutcome outcome, const JobContext& context) {
+    // Under loads that follow it takes longer: of the last step only.
+    if (!is_watched() || path_.loads(1).follows()) return;
+    share_.record(s_, state_,
+                  outcome == NewtonOutcome::kBalanced ? verdict_on(s_, state_, context)
+                                                      : EquilibriumShare::Verdict::kNone);
+  }
+
   NewtonOutcome balance(BeamState& trial, double next, Forks forks) {
     const int left = options_.newton_iterations - newton_.iterations();
     const int most = is_watched() ? kIterationsOfWatched : kIterationsOfStep;
@@ -207,14 +190,15 @@ class Follower {
     report_.load_factor = s_;
     report_.residual = step.residual;
     if (observer) observer({&state_, s_, report_.residual, report_.load_steps});
+    record_share(step.outcome, context);
     const ElementTwist twist = most_twisted(structure_, state_);
     if (std::abs(twist.angle) > kMostTwist) return end_twisted(twist);
     if (s_ >= 1) {
       const bool loose = step.outcome == NewtonOutcome::kMechanism;
-      say(structure_, loose ? BeamStatus::kMechanism : BeamStatus::kConverged,
-          loose ? newton_.judge(state_).unknown : -1, report_);
+      report_status(structure_, loose ? BeamStatus::kMechanism : BeamStatus::kConverged,
+                    loose ? newton_.judge(state_).unknown : -1, report_);
       if (!loose) report_.negative_eigenvalues = 0;
-      if (const NodeLoads loads = path_.loads(1); !loose && loads.follows())
+      if (const NodeLoads loads = path_.loads(1); !loose && (loads.follows() || has_moments_))
         certify(structure_, context, loads, state_, report_);
       return false;
     }
@@ -241,8 +225,7 @@ class Follower {
     report_.status = BeamStatus::kIterationLimit;
     report_.node = -1;
     report_.message = fmt::format(
-        "{} factorizations did not suffice; the last equilibrium is at {:.3g} %: edit in smaller "
-        "steps",
+        "{} factorizations did not suffice to go beyond {:.3g} %: edit in smaller steps",
         newton_.factorizations(), 100 * s_);
     return false;
   }
@@ -311,7 +294,7 @@ class Follower {
     report_.message = fmt::format(
         "the equilibria that lead on from the start end at {:.3g} %, and none was found beyond, "
         "where {}",
-        100 * s_, where(structure_, newton_.left().unknown));
+        100 * s_, location_text(structure_, newton_.left().unknown));
     return false;
   }
 
@@ -366,7 +349,7 @@ class Follower {
     report_.node = Balance(structure_).node_of(unknown);
     report_.residual = newton_.left().scaled;
     report_.message = fmt::format("no stable balance was found {} load factor {:.3g}, where {}",
-                                  s_ < 1 ? "beyond" : "at", s_, where(structure_, unknown));
+                                  s_ < 1 ? "beyond" : "at", s_, location_text(structure_, unknown));
     tell_of_moments();
     return false;
   }
@@ -393,15 +376,15 @@ class Follower {
     report_.residual = newton_.left().scaled;
     if (newton_.iterations() >= options_.newton_iterations) {
       if (falls_ > 0) return end_unstable();
-      say(structure_, BeamStatus::kIterationLimit, unknown, report_);
+      report_status(structure_, BeamStatus::kIterationLimit, unknown, report_);
       tell_of_moments();
       return false;
     }
     const NewtonSolver::Verdict drawn = newton_.judge(structure_.rest_state());
     const bool loose = drawn.stability == NewtonSolver::Stability::kMechanism;
     if (!loose && falls_ > 0) return end_unstable();
-    say(structure_, loose ? BeamStatus::kMechanism : BeamStatus::kStalled,
-        loose ? drawn.unknown : unknown, report_);
+    report_status(structure_, loose ? BeamStatus::kMechanism : BeamStatus::kStalled,
+                  loose ? drawn.unknown : unknown, report_);
     if (!loose) tell_of_moments();
     return false;
   }
@@ -419,6 +402,7 @@ class Follower {
   int falls_ = 0;             // steps in a row that led to what is not stable
   bool approaches_forks_;     // the step before was stable throughout
   const bool has_moments_;    // of fixed direction, on what may turn about several axes
+  EquilibriumShare share_;
   double s_;
   double step_ = 1;
   double longest_;
@@ -433,62 +417,7 @@ void follow_path(const BeamStructure& structure, const LoadPath& path, double s,
   follower.nudge(observer);
   while (follower.advance(context, observer)) {
   }
-}
-
-namespace {
-
-/// Loads that follow have no potential: the tangent with them says whether anything diverges.
-void certify_following(const BeamStructure& structure, const JobContext& context,
-                       const NodeLoads& loads, const BeamState& state, int softest,
-                       BeamReport& report) {
-  FollowingTangent tangent(structure);
-  report.negative_eigenvalues = tangent.diverging(state, loads, context);
-  ++report.factorizations;
-  if (report.negative_eigenvalues == 0) {
-    report.status = BeamStatus::kConverged;
-    report.node = -1;
-    report.message =
-        "forces and moments balance, and no direction diverges; loads that follow have no "
-        "potential: whether they make it flutter is not judged";
-    return;
-  }
-  report.status = BeamStatus::kUnstable;
-  report.node = Balance(structure).node_of(softest);
-  report.message =
-      report.negative_eigenvalues
-          ? fmt::format(
-                "balanced, but not stable under loads that follow: {} direction{}, where {}",
-                *report.negative_eigenvalues,
-                report.negative_eigenvalues == 1 ? " diverges" : "s diverge",
-                where(structure, softest))
-          : "balanced, but its stability under loads that follow is not judged: that would take "
-            "fewer nodes";
-}
-
-}  // namespace
-
-void certify(const BeamStructure& structure, const JobContext& context, const NodeLoads& loads,
-             const BeamState& state, BeamReport& report) {
-  using Stability = NewtonSolver::Stability;
-  NewtonSolver newton(structure, context);
-  const NewtonSolver::Verdict verdict = newton.judge(state);
-  report.factorizations += newton.factorizations();
-  if (verdict.stability == Stability::kNotFinite) {
-    report.status = BeamStatus::kUnstable;
-    report.message = "balanced, but its stiffness is not finite: do nodes of an element coincide?";
-    return;
-  }
-  const bool is_saddle = verdict.stability == Stability::kSaddle;
-  // A direction along which the energy falls was found.
-  report.negative_eigenvalues = is_saddle ? std::max(1, newton.negative_eigenvalues(state)) : 0;
-  if (verdict.stability == Stability::kMechanism) {
-    report.negative_eigenvalues.reset();
-    say(structure, BeamStatus::kMechanism, verdict.unknown, report);
-  } else if (loads.follows()) {
-    certify_following(structure, context, loads, state, verdict.unknown, report);
-  } else if (is_saddle) {
-    say(structure, BeamStatus::kUnstable, verdict.unknown, report);
-  }
+  if (s < 1) follower.report_share(context);
 }
 
 }  // namespace limber::beams::detail

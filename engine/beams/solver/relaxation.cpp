@@ -4,15 +4,15 @@
 #include <algorithm>
 #include <cmath>
 
+#include "engine/base/index.h"
+
 namespace limber::beams::detail {
 
 namespace {
 
-std::size_t index(int i) { return static_cast<std::size_t>(i); }
-
-constexpr int kStepsOfMasses = 10;    // until they are computed anew
-constexpr double kMassFactor = 0.3;   // of the bounds; above 1/4 by what a few steps change
-constexpr double kLargestTurn = 0.2;  // of a step [rad]
+constexpr int kStepsOfMasses = 10;          // until they are computed anew
+constexpr double kMassFactor = 0.3;         // of the bounds; above 1/4 by what a few steps change
+constexpr double kLargestTurnOfStep = 0.2;  // of a step [rad]
 
 [[gnu::always_inline]] inline void multiply(const double m[6], const double v[3], double out[3]) {
   out[0] = m[0] * v[0] + m[1] * v[1] + m[3] * v[2];
@@ -293,7 +293,7 @@ void Relaxation::step() {
 
 void Relaxation::move() {
   // Far from balance, nothing turns or moves by more than an element can follow in one step.
-  const double share = fastest_ > kLargestTurn ? kLargestTurn / fastest_ : 1;
+  const double share = fastest_ > kLargestTurnOfStep ? kLargestTurnOfStep / fastest_ : 1;
   for (Row& row : rows_) {
     if (share < 1) {
       for (int c = 0; c < 3; ++c) {

@@ -5,13 +5,9 @@
 
 #include "engine/beams/solver/relaxation.h"
 
+#include "engine/base/index.h"
+
 namespace limber::beams::detail {
-
-namespace {
-
-std::size_t index(int i) { return static_cast<std::size_t>(i); }
-
-}  // namespace
 
 bool Relaxation::drives(int node) const {
   const auto first = structure_.held().begin() + 6 * node;

@@ -15,16 +15,16 @@ namespace limber::beams::detail {
 
 namespace {
 
-constexpr int kStepsBetweenChecks = 25;
+constexpr int kRelaxationStepsBetweenChecks = 25;
 constexpr int kStepsBetweenFrames = 200;
 /// Without a residual a tenth below the best in as many steps, rounding is all that is left.
-constexpr int kPatience = 200000;
-constexpr double kMostPressure = 0.05;  // of elements during the ramp, see Relaxation::pressure
-constexpr double kMostBend = 0.5;       // the same, see Relaxation::bend
-constexpr double kSlowest = 0.05;       // of the ramp's pace
-constexpr double kFarAway = 1e3;        // extents
-constexpr double kMostTurn = 0.1;       // of what is held, in one step of the ramp [rad]
-constexpr int kStepsBetweenTwists = 5;  // each turns nodes by at most 0.2 rad
+constexpr int kRelaxationPatience = 200000;
+constexpr double kMostPressure = 0.05;      // of elements during the ramp, see Relaxation::pressure
+constexpr double kMostBend = 0.5;           // the same, see Relaxation::bend
+constexpr double kSlowest = 0.05;           // of the ramp's pace
+constexpr double kFarAway = 1e3;            // extents
+constexpr double kMaxTurnOfRampStep = 0.1;  // of what is held, in one step of the ramp [rad]
+constexpr int kStepsBetweenTwists = 5;      // each turns nodes by at most 0.2 rad
 
 /// One run of the relaxation, with what it tells its caller.
 class Run {
@@ -57,7 +57,8 @@ class Run {
           std::max(relaxation_.pressure() / kMostPressure, relaxation_.bend() / kMostBend);
       const double calm = std::max(0.0, 1 - strain);
       const double pace = std::max(calm, kSlowest) / ramp;
-      at = std::min(1.0, at + std::min(pace, kMostTurn / std::max(kMostTurn, path_.turn())));
+      at = std::min(1.0, at + std::min(pace, kMaxTurnOfRampStep /
+                                                 std::max(kMaxTurnOfRampStep, path_.turn())));
       loads_ = path_.loads(at);
       relaxation_.set_loads(loads_);
       relaxation_.drive(path_, at);
@@ -80,7 +81,7 @@ class Run {
     for (;;) {
       step(1);
       if (slips()) return;
-      if (report_.relaxation_steps % kStepsBetweenChecks != 0) continue;
+      if (report_.relaxation_steps % kRelaxationStepsBetweenChecks != 0) continue;
       if (!look()) return finish(BeamStatus::kUnstable, divergence_text());
       if (report_.residual <= tolerance)
         return finish(BeamStatus::kConverged, "forces and moments balance");
@@ -88,7 +89,7 @@ class Run {
         best = report_.residual;
         best_step = report_.relaxation_steps;
       }
-      if (report_.relaxation_steps - best_step > kPatience)
+      if (report_.relaxation_steps - best_step > kRelaxationPatience)
         return finish(BeamStatus::kStalled,
                       fmt::format("the dynamic relaxation stagnates at residual {:.2g}", best));
       if (report_.relaxation_steps >= options_.relaxation_steps) return finish_at_limit();

@@ -1,10 +1,10 @@
 #include "engine/beams/solver/stability.h"
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/SparseCholesky>
 #include <algorithm>
 #include <cmath>
 
+#include "engine/base/numerics/dense.h"
 #include "engine/base/random.h"
 
 namespace limber::beams::detail {
@@ -12,7 +12,7 @@ namespace limber::beams::detail {
 namespace {
 
 constexpr int kMaxSteps = 120;
-constexpr int kStepsBetweenChecks = 5;
+constexpr int kLanczosStepsBetweenChecks = 5;
 // Of the quotient of a direction that is taken: what its residual may be.
 constexpr double kSharpEnough = 1e-2;
 constexpr int kRounds = 4;
@@ -61,8 +61,7 @@ class KrylovSpace {
   /// Of all steps that were done.
   [[nodiscard]] Ritz lowest() const {
     const Eigen::Index n = steps_done_;
-    Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> small;
-    small.computeFromTridiagonal(diagonal_.head(n), beside_.head(n - 1));
+    const SymmetricEigen small(diagonal_.head(n), beside_.head(n - 1));
     const Eigen::VectorXd shares = small.eigenvectors().col(0);
     return {{small.eigenvalues()[0], q_.leftCols(n) * shares},
             std::abs(beside_[n - 1] * shares[n - 1])};
@@ -95,7 +94,7 @@ CurvedDirection lowest_quotient(const Eigen::SparseMatrix<double>& lower,
   KrylovSpace space(lower, factor, start.cwiseProduct(weights.cwiseSqrt()));
   while (space.step()) {
     context.throw_if_cancelled();
-    if (space.steps_done() % kStepsBetweenChecks != 0) continue;
+    if (space.steps_done() % kLanczosStepsBetweenChecks != 0) continue;
     KrylovSpace::Ritz ritz = space.lowest();
     if (ritz.found.quotient < 0 && ritz.residual < kSharpEnough * -ritz.found.quotient)
       return std::move(ritz.found);

@@ -3,13 +3,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "engine/base/index.h"
 #include "engine/base/rotations/logarithm.h"
 
 namespace limber::beams::detail {
 
 namespace {
-
-std::size_t index(int i) { return static_cast<std::size_t>(i); }
 
 // Twice not smaller, in steps of a quarter each, will not get smaller; where it is, is known so
 // well then.

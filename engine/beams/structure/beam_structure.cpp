@@ -5,12 +5,12 @@
 #include <utility>
 
 #include "engine/base/error.h"
+#include "engine/base/index.h"
+#include "engine/base/rotations/shortest_rotation.h"
 
 namespace limber::beams {
 
 namespace {
-
-std::size_t index(int i) { return static_cast<std::size_t>(i); }
 
 /// Stiffness of bending in one plane; shear that is released leaves uniform bending only.
 void set_plane(double stiffness_per_length, bool slides, double& near, double& far) {
@@ -47,7 +47,7 @@ ElementConstants<double> constants_of(const BeamElement& e, const BeamSection& s
 Eigen::Matrix3d cable_frame(const BeamModel& model, const BeamElement& e) {
   const Eigen::Vector3d along =
       model.nodes[index(e.finish)].position - model.nodes[index(e.start)].position;
-  return Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitX(), along).toRotationMatrix();
+  return rotations::shortest_rotation(Eigen::Vector3d::UnitX(), along).toRotationMatrix();
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "engine/base/index.h"
 #include "engine/base/parallel.h"
 #include "engine/beams/structure/element_unknowns.h"
 
@@ -9,7 +10,6 @@ namespace limber::beams {
 
 namespace {
 
-std::size_t index(int i) { return static_cast<std::size_t>(i); }
 constexpr std::int64_t kGrain = 64;  // elements: some 100 microseconds of second derivatives
 
 }  // namespace

@@ -1,10 +1,10 @@
 #include "engine/beams/structure/node_loads.h"
 
+#include "engine/base/index.h"
+
 namespace limber::beams {
 
 namespace {
-
-std::size_t index(int i) { return static_cast<std::size_t>(i); }
 
 NodeLoads none(const BeamModel& model) {
   const auto n = static_cast<Eigen::Index>(model.nodes.size());

@@ -8,7 +8,7 @@
 namespace limber::rods {
 namespace {
 
-double distance(const LinkageState& a, const LinkageState& b) {
+double distance_of_joints(const LinkageState& a, const LinkageState& b) {
   LIMBER_DEMAND(a.joints().size() == b.joints().size());
   double sum = 0;
   for (std::size_t j = 0; j < a.joints().size(); ++j)
@@ -31,8 +31,8 @@ DesignDifference compare_designs(const DesignPoint& a, const DesignPoint& b) {
   const auto sections = [&](const DesignPoint& point) -> const Eigen::VectorXd& {
     return point.sections.size() > 0 ? point.sections : same;
   };
-  return {std::max(sizes, relative(sections(a), sections(b))), distance(a.flat, b.flat),
-          distance(a.deployed, b.deployed)};
+  return {std::max(sizes, relative(sections(a), sections(b))), distance_of_joints(a.flat, b.flat),
+          distance_of_joints(a.deployed, b.deployed)};
 }
 
 }  // namespace limber::rods

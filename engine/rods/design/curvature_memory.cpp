@@ -7,13 +7,14 @@
 namespace limber::rods::detail {
 namespace {
 
-constexpr double kFlat = 1e-12;  // curvature over the largest that the direction could have
+constexpr double kNegligibleCurvature =
+    1e-12;  // curvature over the largest that the direction could have
 
 }  // namespace
 
 void CurvatureMemory::note(const Eigen::VectorXd& v, const Eigen::VectorXd& curved) {
   const double length = v.norm(), curvature = v.dot(curved);
-  if (!(curvature > kFlat * length * curved.norm())) return;
+  if (!(curvature > kNegligibleCurvature * length * curved.norm())) return;
   // Of unit length, so that sums do not depend on how long the directions were.
   pairs_.push_back({v / length, curved / length, curvature / (length * length)});
   if (pairs_.size() > kMaxPairs) pairs_.pop_front();

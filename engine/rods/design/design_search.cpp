@@ -7,6 +7,7 @@
 #include <numbers>
 #include <utility>
 
+#include "engine/base/degrees.h"
 #include "engine/rods/design/design_text.h"
 
 namespace limber::rods::detail {
@@ -15,11 +16,11 @@ namespace {
 // Of the trust region: a step that gains this share of what the model promised is taken; below and
 // above these the region shrinks and grows.
 constexpr double kTaken = 1e-4;
-constexpr double kPoor = 0.25;
-constexpr double kGood = 0.75;
+constexpr double kPoorDesignModel = 0.25;
+constexpr double kGoodDesignModel = 0.75;
 constexpr double kShrink = 0.25;
 constexpr double kGrow = 2;
-constexpr double kLeastRadius = 1e-9;  // of the mean length
+constexpr double kLeastDesignRadius = 1e-9;  // of the mean length
 // Of a slope, what conjugate gradients may leave: at most, and where an end depends on it.
 constexpr double kMaxLinearResidual = 0.1;
 constexpr double kLeastLeft = 1e-3;
@@ -213,7 +214,7 @@ bool DesignSearch::step(const JobContext& context, const DesignCallback& on_step
   if (context.progress)
     context.progress("designing", report_.iterations / double(options_.max_iterations));
   if (tell(trial, taken, size, on_step)) return true;
-  if (radius_ < kLeastRadius * mean_length_) {
+  if (radius_ < kLeastDesignRadius * mean_length_) {
     if (trial.status == TrialStatus::kFound)
       return idle(DesignStatus::kSettled, "no smaller step gains anything");
     return idle(DesignStatus::kStuck, stuck_text(trial));
@@ -286,8 +287,8 @@ bool DesignSearch::judge(DesignTrial& trial, double length, double promised, boo
   const DesignValues values = design_.values(trial.point);
   const double gained = merit_.value(values_) - merit_.value(values);
   const double ratio = promised > 0 ? gained / promised : -1;
-  if (ratio < kPoor) radius_ = kShrink * length;
-  if (ratio > kGood && at_rim) radius_ = kGrow * std::max(length, radius_);
+  if (ratio < kPoorDesignModel) radius_ = kShrink * length;
+  if (ratio > kGoodDesignModel && at_rim) radius_ = kGrow * std::max(length, radius_);
   if (!(ratio > kTaken)) {
     ++report_.refused;
     return false;
@@ -392,7 +393,6 @@ bool DesignSearch::end(DesignStatus status, std::string message) {
 
 /// What else is to be said of the design that was kept.
 void DesignSearch::tell_end() {
-  constexpr double kDegree = std::numbers::pi / 180;
   if (report_.status != DesignStatus::kCancelled && !merit_.rank(values_).holds()) {
     report_.message +=
         fmt::format("; the flat linkage's height is {:.2e} of its size (limit {:.2e})",

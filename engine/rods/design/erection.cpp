@@ -15,9 +15,9 @@
 namespace limber::rods {
 namespace {
 
-constexpr double kSame = 1e-4;        // of the extent: distance of shapes that are one
+constexpr double kSameShape = 1e-4;   // of the extent: distance of shapes that are one
 constexpr double kPlane = 1e-6;       // of the extent: height of what lies in a plane
-constexpr double kShare = 0.3;        // of E I/L^2, as starting grids are pushed
+constexpr double kPushShare = 0.3;    // of E I/L^2, as starting grids are pushed
 constexpr int kMaxIterations = 4000;  // Newton steps of all openings, after which none begins
 // Shares of the path, of the first opening and of the one that confirms it.
 constexpr double kStep = 0.03, kShortStep = 0.02;
@@ -47,7 +47,7 @@ double rms(const Eigen::VectorXd& values) {
 
 /// Along the flat shape's normal, by the deployed shape's heights beyond the flat one's; nothing
 /// where it has none.
-std::vector<JointLoad> push_of(const LinkageModel& model, const DesignPoint& point) {
+std::vector<JointLoad> erecting_push(const LinkageModel& model, const DesignPoint& point) {
   const Eigen::Matrix3Xd flat = joint_positions(point.flat);
   const Plane plane = nearest_plane(flat);
   Eigen::VectorXd heights =
@@ -57,7 +57,7 @@ std::vector<JointLoad> push_of(const LinkageModel& model, const DesignPoint& poi
   const double extent = detail::UnknownScales(model).extent();
   if (!(highest > kPlane * extent)) return {};
   const RodStiffness& rods = model.stiffness();
-  const double force = kShare * std::min(rods.bending_1, rods.bending_2) / (extent * extent);
+  const double force = kPushShare * std::min(rods.bending_1, rods.bending_2) / (extent * extent);
   std::vector<JointLoad> push;
   for (Eigen::Index j = 0; j < heights.size(); ++j)
     push.push_back({static_cast<int>(j), force * heights[j] / highest * plane.normal});
@@ -147,7 +147,7 @@ ErectionSearch find_erection(const LinkageModel& model, const Conditions& flat,
   const double extent = detail::UnknownScales(model).extent();
   const Eigen::Matrix3Xd joints = joint_positions(point.flat);
   const bool in_plane = rms(heights_over(nearest_plane(joints), joints)) <= kPlane * extent;
-  const std::vector<JointLoad> push = push_of(model, point);
+  const std::vector<JointLoad> push = erecting_push(model, point);
   std::vector<std::vector<JointLoad>> tries;
   if (!in_plane || push.empty()) tries.emplace_back();
   if (!push.empty())
@@ -161,14 +161,14 @@ ErectionSearch find_erection(const LinkageModel& model, const Conditions& flat,
     for (const double step : {kStep, kShortStep}) {
       opened = open(model, flat, deployed, point, tried, step, job);
       iterations += opened.iterations;
-      if (!opened.reached || opened.distance > kSame * extent) break;
+      if (!opened.reached || opened.distance > kSameShape * extent) break;
     }
     if (!opened.reached) {
       stopped = opened.message;
       continue;
     }
     nearest = std::min(nearest, opened.distance);
-    if (opened.distance > kSame * extent) continue;
+    if (opened.distance > kSameShape * extent) continue;
     return {Erection{point.flat.mean_opening_angle(), *deployed.mean_opening_angle, tried,
                      opened.distance},
             ""};

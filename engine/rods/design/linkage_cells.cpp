@@ -19,9 +19,9 @@ struct Leg {
 };
 
 /// Which way around is next, and by how much it turns.
-class Walk {
+class CellWalk {
  public:
-  explicit Walk(const LinkageGraph& graph)
+  explicit CellWalk(const LinkageGraph& graph)
       : graph_(graph), legs_(graph.joints.size()), slots_(graph.segments.size()) {
     for (std::size_t s = 0; s < graph.segments.size(); ++s) {
       const Segment& segment = graph.segments[s];
@@ -69,7 +69,7 @@ class Walk {
 }  // namespace
 
 std::vector<std::vector<int>> linkage_cells(const LinkageGraph& graph) {
-  const Walk walk(graph);
+  const CellWalk walk(graph);
   std::vector<std::array<bool, 2>> left(graph.segments.size(), {false, false});
   std::vector<std::vector<int>> cells;
   for (std::size_t s = 0; s < graph.segments.size(); ++s) {
@@ -80,7 +80,7 @@ std::vector<std::vector<int>> linkage_cells(const LinkageGraph& graph) {
       for (Leg leg{static_cast<int>(s), end}; !left[leg.segment][leg.end];) {
         left[leg.segment][leg.end] = true;
         loop.push_back(walk.joint(leg));
-        const Walk::Turn turn = walk.turn({leg.segment, leg.end == kStart ? kFinish : kStart});
+        const CellWalk::Turn turn = walk.turn({leg.segment, leg.end == kStart ? kFinish : kStart});
         turned += turn.turned;
         leg = turn.next;
       }

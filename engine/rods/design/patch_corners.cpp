@@ -13,7 +13,7 @@ namespace {
 
 using Corners = std::array<std::size_t, 4>;
 
-constexpr double kEqual = 1e-6;  // what differs by less differs by rounding
+constexpr double kEqualAngles = 1e-6;  // what differs by less differs by rounding
 
 /// Points in the plane in which they spread most, x along the principal axis, or along the x axis
 /// where there is no such.
@@ -24,7 +24,7 @@ Eigen::Matrix2Xd flattened(const Eigen::Matrix3Xd& points) {
   if (points_backward(normal)) normal = -normal;
   Eigen::Vector3d along = eigen.eigenvectors().col(2);
   const Eigen::Vector3d& spread = eigen.eigenvalues();
-  if (spread[2] - spread[1] <= kEqual * spread[2]) {
+  if (spread[2] - spread[1] <= kEqualAngles * spread[2]) {
     constexpr double kAlmostAcross = 0.9;
     const int axis = std::abs(normal.x()) < kAlmostAcross ? 0 : 1;
     along = Eigen::Vector3d::Unit(axis) - normal[axis] * normal;
@@ -46,7 +46,7 @@ Corners farthest_along_diagonals(const Eigen::Matrix2Xd& flat) {
     const Eigen::Vector2d way(kWays[k][0] / size.x(), kWays[k][1] / size.y());
     const Eigen::RowVectorXd along = way.transpose() * flat;
     const Eigen::RowVectorXd round = Eigen::RowVector2d(-way.y(), way.x()) * flat;
-    const double farthest = along.maxCoeff() - kEqual;
+    const double farthest = along.maxCoeff() - kEqualAngles;
     Eigen::Index corner = -1;
     for (Eigen::Index i = 0; i < along.size(); ++i)
       if (along[i] >= farthest && (corner < 0 || round[i] > round[corner])) corner = i;
@@ -69,7 +69,7 @@ double enclosed_area(const Eigen::Matrix2Xd& flat, const Corners& corners) {
 
 /// Is the vertex farther from the middle, or as far and farther along x, or else y, or else z?
 bool farther_out(const Eigen::Vector3d& one, const Eigen::Vector3d& than) {
-  const double tolerance = kEqual * than.norm();
+  const double tolerance = kEqualAngles * than.norm();
   if (std::abs(one.norm() - than.norm()) > tolerance) return one.norm() > than.norm();
   for (int axis = 0; axis < 3; ++axis)
     if (std::abs(one[axis] - than[axis]) > tolerance) return one[axis] > than[axis];
@@ -107,7 +107,7 @@ Corners quarters(const Eigen::Matrix3Xd& points, const Eigen::Matrix2Xd& flat) {
     };
     Eigen::Index nearest = last + 1;
     for (Eigen::Index i = last + 2; i <= count - (4 - k); ++i)
-      if (missed(i) < missed(nearest) - kEqual * length.back()) nearest = i;
+      if (missed(i) < missed(nearest) - kEqualAngles * length.back()) nearest = i;
     last = nearest;
     corners[static_cast<std::size_t>(k)] = static_cast<std::size_t>(place(last));
   }
@@ -118,7 +118,7 @@ Corners quarters(const Eigen::Matrix3Xd& points, const Eigen::Matrix2Xd& flat) {
 }  // namespace
 
 bool points_backward(const Eigen::Vector3d& way) {
-  const double most = (1 - kEqual) * way.cwiseAbs().maxCoeff();
+  const double most = (1 - kEqualAngles) * way.cwiseAbs().maxCoeff();
   int axis = 0;
   while (std::abs(way[axis]) < most) ++axis;
   return way[axis] < 0;

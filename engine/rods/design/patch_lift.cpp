@@ -10,22 +10,23 @@
 namespace limber::rods {
 namespace {
 
-using Boxes = Eigen::KdBVH<double, 2, int>;
+using ImageBoxes = Eigen::KdBVH<double, 2, int>;
 
-constexpr double kRounding = 1e-9;  // of the square's side: triangles beside a point count as well
+constexpr double kSquareRounding =
+    1e-9;  // of the square's side: triangles beside a point count as well
 
 }  // namespace
 
 struct PatchLift::Impl {
   explicit Impl(const SurfaceMesh& given) : surface(given), map(map_patch_to_square(given)) {
     std::vector<int> triangles;
-    std::vector<Boxes::Volume> volumes;
+    std::vector<ImageBoxes::Volume> volumes;
     for (int t = 0; t < surface.triangles.cols(); ++t) {
       Eigen::Matrix<double, 2, 3> places;
       for (int k = 0; k < 3; ++k) places.col(k) = map.col(surface.triangles(k, t));
       triangles.push_back(t);
-      volumes.emplace_back(places.rowwise().minCoeff().array() - kRounding,
-                           places.rowwise().maxCoeff().array() + kRounding);
+      volumes.emplace_back(places.rowwise().minCoeff().array() - kSquareRounding,
+                           places.rowwise().maxCoeff().array() + kSquareRounding);
     }
     boxes.init(triangles.begin(), triangles.end(), volumes.begin(), volumes.end());
   }
@@ -39,7 +40,7 @@ struct PatchLift::Impl {
 
   const SurfaceMesh& surface;
   const Eigen::Matrix2Xd map;
-  Boxes boxes;
+  ImageBoxes boxes;
 };
 
 namespace {
@@ -48,7 +49,9 @@ namespace {
 /// least share of a corner.
 template <class Shares>
 struct Deepest {
-  [[nodiscard]] bool intersectVolume(const Boxes::Volume& box) const { return box.contains(at); }
+  [[nodiscard]] bool intersectVolume(const ImageBoxes::Volume& box) const {
+    return box.contains(at);
+  }
   bool intersectObject(int candidate) {
     const Eigen::Vector3d found = shares_of(at, candidate);
     if (found.allFinite() && found.minCoeff() > least) {

@@ -19,7 +19,7 @@
 namespace limber::rods {
 namespace {
 
-[[noreturn]] void refuse(const std::string& message) {
+[[noreturn]] void refuse_patch(const std::string& message) {
   throw Error(ErrorCode::kInvalidArgument, "surface.triangles", message);
 }
 
@@ -47,8 +47,8 @@ PatchEdges edges_of(const SurfaceMesh& surface) {
   for (auto side = sides.begin(); side != sides.end();) {
     const auto next = std::upper_bound(side, std::min(side + 4, sides.end()), *side);
     if (next - side > 2) {
-      refuse(fmt::format("more than two triangles share the edge of vertices {} and {}",
-                         side->first, side->second));
+      refuse_patch(fmt::format("more than two triangles share the edge of vertices {} and {}",
+                               side->first, side->second));
     }
     if (next - side == 1) edges.rim.push_back(*side);
     ++edges.count;
@@ -67,9 +67,9 @@ std::vector<int> rim_of(const SurfaceMesh& surface) {
   }
   std::vector<char> used(static_cast<std::size_t>(surface.vertices.cols()), 0);
   for (const int vertex : surface.triangles.reshaped()) used[static_cast<std::size_t>(vertex)] = 1;
-  if (next.empty()) refuse("the surface is closed: a grid needs a rim");
+  if (next.empty()) refuse_patch("the surface is closed: a grid needs a rim");
   for (const auto& [vertex, neighbours] : next) {
-    if (neighbours.size() != 2) refuse(fmt::format("rims meet at vertex {}", vertex));
+    if (neighbours.size() != 2) refuse_patch(fmt::format("rims meet at vertex {}", vertex));
   }
   std::vector<int> rim{next.begin()->first};
   for (int at = next.begin()->second[0]; at != rim.front();) {
@@ -77,12 +77,13 @@ std::vector<int> rim_of(const SurfaceMesh& surface) {
     rim.push_back(at);
     at = next[at][0] == before ? next[at][1] : next[at][0];
   }
-  if (rim.size() != next.size()) refuse("the surface has more than one rim: cut it or fill holes");
+  if (rim.size() != next.size())
+    refuse_patch("the surface has more than one rim: cut it or fill holes");
   const auto vertices = std::count(used.begin(), used.end(), 1);
   const auto characteristic =
       static_cast<std::int64_t>(vertices) - edges.count + surface.triangles.cols();
   // Further pieces that are closed have a rim as little as a handle has.
-  if (characteristic != 1) refuse("the surface has a handle or more than one piece");
+  if (characteristic != 1) refuse_patch("the surface has a handle or more than one piece");
   return rim;
 }
 

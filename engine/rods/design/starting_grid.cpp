@@ -11,6 +11,7 @@
 #include <string>
 #include <utility>
 
+#include "engine/base/degrees.h"
 #include "engine/base/error.h"
 #include "engine/rods/design/grid_on_surface.h"
 #include "engine/rods/design/grid_remarks.h"
@@ -20,9 +21,9 @@
 namespace limber::rods {
 namespace {
 
-constexpr double kDegree = std::numbers::pi / 180;
-constexpr double kUnknownDrive = 3;    // where nothing is known of the rods
-constexpr double kFlat = 1e-4;         // heights that are nothing, as a share of the patch's size
+constexpr double kUnknownDrive = 3;  // where nothing is known of the rods
+constexpr double kFlatHeightShare =
+    1e-4;                              // heights that are nothing, as a share of the patch's size
 constexpr double kMissed = 0.2;        // of the surface's height: that is no opening
 constexpr double kThin = 0.5;          // of a rod's thickness: heights that it hides
 constexpr double kFan = 0.02;          // of sides over the patch's size: what is told about
@@ -177,7 +178,7 @@ StartingGrid starting_grid(const SurfaceMesh& surface, const StartingGridOptions
   };
   if (options.section)  // before linkages of it are opened
     demand_room(drawn(on_surface, parallel(layout)), options, *options.section);
-  const bool is_flat = height_of(on_surface.points) < kFlat * size_of(layout);
+  const bool is_flat = height_of(on_surface.points) < kFlatHeightShare * size_of(layout);
   if (!(layout.open_angle > options.flat_angle + kLeastOpening)) {
     if (is_flat) return as_driven(0);
     throw Error(ErrorCode::kInvalidArgument, "flat_angle",

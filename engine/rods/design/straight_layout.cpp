@@ -22,9 +22,9 @@ Eigen::VectorXd integral(const Eigen::VectorXd& x, const Eigen::VectorXd& values
 
 constexpr int kSizings = 6;  // lengths come nearer to what they are to be by a digit in each
 
-Eigen::Vector2d direction(double angle) { return {std::cos(angle), std::sin(angle)}; }
+Eigen::Vector2d unit_direction(double angle) { return {std::cos(angle), std::sin(angle)}; }
 
-double cross(const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
+double cross_product(const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
   return a.x() * b.y() - a.y() * b.x();
 }
 
@@ -35,12 +35,12 @@ Eigen::Matrix3Xd crossings(const GridLines& grid, const Eigen::VectorXd& columns
                            const Eigen::VectorXd& row_angles, const Eigen::Vector2d& upward) {
   Eigen::Matrix3Xd points = Eigen::Matrix3Xd::Zero(3, grid.joints());
   for (int r = 0; r < grid.rows; ++r) {
-    const Eigen::Vector2d begin = rows[r] * upward, along = direction(row_angles[r]);
+    const Eigen::Vector2d begin = rows[r] * upward, along = unit_direction(row_angles[r]);
     for (int c = 0; c < grid.columns; ++c) {
-      const Eigen::Vector2d across = direction(column_angles[c]);
+      const Eigen::Vector2d across = unit_direction(column_angles[c]);
       const Eigen::Vector2d way = columns[c] * Eigen::Vector2d::UnitX() - begin;
       points.col(grid.at(c, r)).head<2>() =
-          begin + cross(way, across) / cross(along, across) * along;
+          begin + cross_product(way, across) / cross_product(along, across) * along;
     }
   }
   return points;
@@ -80,7 +80,7 @@ Eigen::Matrix3Xd draw(const GridLines& grid, const StraightLayout& layout) {
   Eigen::VectorXd columns = layout.columns, rows = layout.rows;  // along the middle rods
   for (int k = 0;; ++k) {
     Eigen::Matrix3Xd points = crossings(grid, columns, of_columns.array() * -1 + layout.flat_angle,
-                                        rows, of_rows, direction(layout.flat_angle));
+                                        rows, of_rows, unit_direction(layout.flat_angle));
     if (k == kSizings) return points;
     stretch(columns, layout.columns, [&](int c) {
       double sum = 0;
@@ -133,7 +133,7 @@ bool is_regular(const GridLines& grid, const Eigen::Matrix3Xd& points, double le
         const int dc = k % 2, dr = k / 2;
         const Eigen::Vector2d along = way(grid.at(c, r + dr), grid.at(c + 1, r + dr)),
                               across = way(grid.at(c + dc, r), grid.at(c + dc, r + 1));
-        const double angle = std::atan2(cross(along, across), along.dot(across));
+        const double angle = std::atan2(cross_product(along, across), along.dot(across));
         if (angle < least_angle || angle > std::numbers::pi - least_angle) return false;
       }
     }

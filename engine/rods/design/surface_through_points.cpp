@@ -19,20 +19,20 @@ namespace {
 
 using Cell = boost::polygon::point_data<int>;
 
-[[noreturn]] void refuse(const std::string& field, const std::string& message) {
+[[noreturn]] void refuse_points(const std::string& field, const std::string& message) {
   throw Error(ErrorCode::kInvalidArgument, field, message);
 }
 
 /// Principal axes of the points, the one across their plane first.
 Eigen::Matrix3d axes_of(const Eigen::Matrix3Xd& points) {
-  if (points.cols() < 3) refuse("points", fmt::format("{} make no surface", points.cols()));
+  if (points.cols() < 3) refuse_points("points", fmt::format("{} make no surface", points.cols()));
   for (Eigen::Index i = 0; i < points.cols(); ++i)
-    if (!points.col(i).allFinite()) refuse(fmt::format("points[{}]", i), "must be finite");
+    if (!points.col(i).allFinite()) refuse_points(fmt::format("points[{}]", i), "must be finite");
   const Eigen::Matrix3Xd centred = points.colwise() - points.rowwise().mean();
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(centred * centred.transpose());
   constexpr double kLine = 1e-12;  // squared width over squared length
   if (!(eigen.eigenvalues()[1] > kLine * eigen.eigenvalues()[2]))
-    refuse("points", "lie on a line: they make no surface");
+    refuse_points("points", "lie on a line: they make no surface");
   return eigen.eigenvectors();
 }
 
@@ -54,8 +54,9 @@ std::vector<Cell> gridded(const Eigen::Matrix3Xd& points, const Eigen::Matrix3d&
   std::sort(sorted.begin(), sorted.end());
   for (std::size_t i = 1; i < sorted.size(); ++i) {
     if (sorted[i].first != sorted[i - 1].first) continue;
-    refuse(fmt::format("points[{}]", sorted[i].second),
-           fmt::format("lies over point {}: they are on no height field", sorted[i - 1].second));
+    refuse_points(
+        fmt::format("points[{}]", sorted[i].second),
+        fmt::format("lies over point {}: they are on no height field", sorted[i - 1].second));
   }
   return result;
 }
@@ -105,19 +106,20 @@ void demand_height_field(const SurfaceMesh& mesh, const Eigen::Vector3d& up, dou
     if (std::abs(normal.dot(up)) < std::cos(steepest) * normal.norm()) steep += normal.norm();
   }
   if (steep <= kShare * area) return;
-  refuse("points",
-         fmt::format("are no height field over their plane: {:.0f} % of the surface is steeper "
-                     "than {:.0f} degrees",
-                     100 * steep / area, steepest * (180 / std::numbers::pi)));
+  refuse_points(
+      "points",
+      fmt::format("are no height field over their plane: {:.0f} % of the surface is steeper "
+                  "than {:.0f} degrees",
+                  100 * steep / area, steepest * (180 / std::numbers::pi)));
 }
 
 }  // namespace
 
 void PointSurfaceOptions::validate() const {
   if (!(largest_gap >= 0) || !std::isfinite(largest_gap))
-    refuse("largest_gap", fmt::format("must be >= 0 and finite, is {:g}", largest_gap));
+    refuse_points("largest_gap", fmt::format("must be >= 0 and finite, is {:g}", largest_gap));
   if (!(steepest > 0 && steepest < std::numbers::pi / 2))
-    refuse("steepest", fmt::format("must be in (0, pi/2), is {:g}", steepest));
+    refuse_points("steepest", fmt::format("must be in (0, pi/2), is {:g}", steepest));
 }
 
 SurfaceMesh surface_through_points(const Eigen::Matrix3Xd& points,

@@ -7,6 +7,7 @@
 #include <numbers>
 #include <set>
 
+#include "engine/base/degrees.h"
 #include "engine/base/error.h"
 #include "engine/rods/linkage/opening_limit.h"
 
@@ -30,11 +31,12 @@ void check_finite(const std::string& name, const Eigen::Vector3d& value) {
 
 void check_angle(const std::string& name, double value, double most) {
   if (std::abs(value) < most) return;
-  constexpr double kDegrees = 180 / std::numbers::pi;
+  constexpr double kDegreesPerRadian = 180 / std::numbers::pi;
   throw Error(ErrorCode::kInvalidArgument, name,
               fmt::format("{} = {:g} degrees cannot be reached: opening angles are set between "
                           "{:g} and {:g} degrees",
-                          name, value * kDegrees, -most * kDegrees, most * kDegrees));
+                          name, value * kDegreesPerRadian, -most * kDegreesPerRadian,
+                          most * kDegreesPerRadian));
 }
 
 bool pins_angle(Hold hold) { return hold != Hold::kMotion; }

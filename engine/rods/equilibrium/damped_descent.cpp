@@ -11,21 +11,21 @@ namespace {
 
 // What a step should move: turns [rad], lengths as shares of the linkage's extent.
 constexpr double kTurn = 0.08;
-constexpr double kShare = 0.02;
+constexpr double kDampingShare = 0.02;
 // Beyond this, as a multiple, a step is tried again with stronger springs, and at last taken for a
 // jump.
-constexpr double kFar = 4;
+constexpr double kFarFactor = 4;
 constexpr double kStronger = 8;
 constexpr int kMaxTries = 8;
 // Newton steps after which such a try is given up.
-constexpr int kPatience = 15;
+constexpr int kDescentPatience = 15;
 // Springs get at most so much weaker or stiffer from step to step.
 constexpr double kMaxFading = 1.0 / 32;
 constexpr double kMaxGrowth = 1.5;
 // The same, of those that had to be made stronger: something falls where they are too weak.
 constexpr double kCarefulFading = 0.4;
 // Of what a step should move: what has gone less far with springs of next to no stiffness is there.
-constexpr double kNear = 0.02;
+constexpr double kNearMinimum = 0.02;
 constexpr double kNoStiffness = 1e-4;  // of the first
 constexpr int kMaxSteps = 400;
 
@@ -58,8 +58,8 @@ void DampedDescent::take_over(const std::vector<JointLoad>& loads) {
         if (segment >= 0) arm = std::max(arm, graph.segments[segment].length / 2);
     }
     const double moment = load.moment.norm() + std::abs(load.opening_torque);
-    stiffness = std::max(
-        {stiffness, load.force.norm() / (kShare * scales_.extent()), moment / (kTurn * arm * arm)});
+    stiffness = std::max({stiffness, load.force.norm() / (kDampingShare * scales_.extent()),
+                          moment / (kTurn * arm * arm)});
   }
   if (!(stiffness > 0)) return;
   stiffness_ = stiffness;
@@ -98,12 +98,13 @@ DampedDescent::End DampedDescent::run(LinkageState& state, const EquilibriumOpti
     place_springs(state);
     LinkageState next = state;
     EquilibriumOptions limits = options;
-    if (tries + 1 < kMaxTries) limits.max_iterations = std::min(limits.max_iterations, kPatience);
+    if (tries + 1 < kMaxTries)
+      limits.max_iterations = std::min(limits.max_iterations, kDescentPatience);
     Step step{equilibrium_.solve(next, held_, limits, context)};
     if (step.report.status == EquilibriumStatus::kCancelled) return End::kCancelled;
     step.turned = step.report.turned;
-    const double moved = std::max(step.turned / kTurn, farthest(next) / kShare);
-    step.jumped = moved > kFar;
+    const double moved = std::max(step.turned / kTurn, farthest(next) / kDampingShare);
+    step.jumped = moved > kFarFactor;
     if ((step.jumped || !step.report.converged()) && ++tries < kMaxTries) {
       on_failure(step.report);
       too_weak = std::max(too_weak, stiffness_);
@@ -122,7 +123,8 @@ DampedDescent::End DampedDescent::run(LinkageState& state, const EquilibriumOpti
     if (allows && !allows(state)) return End::kForbidden;
     if (stiffness_ <= too_weak) too_weak = 0;
     // Nothing pushes it, be that a minimum or a saddle.
-    if (moved < kNear && (too_weak == 0 ? stiffness_ <= least_ : step.report.iterations == 0))
+    if (moved < kNearMinimum &&
+        (too_weak == 0 ? stiffness_ <= least_ : step.report.iterations == 0))
       return End::kThere;
     stiffness_ *= std::clamp(moved, too_weak == 0 ? kMaxFading : kCarefulFading, kMaxGrowth);
   }

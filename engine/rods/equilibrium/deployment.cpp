@@ -7,6 +7,7 @@
 #include <limits>
 #include <numbers>
 
+#include "engine/base/degrees.h"
 #include "engine/base/error.h"
 #include "engine/rods/equilibrium/condition_path.h"
 #include "engine/rods/equilibrium/damped_descent.h"
@@ -25,7 +26,6 @@ void check_share(const char* name, double value) {
               fmt::format("{} must be in (0, 1], got {}", name, value));
 }
 
-constexpr double kDegrees = 180 / std::numbers::pi;
 /// Above this share of its squared length, weighed, the way went along the softest direction.
 constexpr double kAlongSoftest = 0.5;
 
@@ -320,7 +320,8 @@ class Deployment {
         report_.end.message = fmt::format(
             "joint {} would turn over, to an opening angle of {:.0f} degrees: request "
             "less, or set the angle of that joint",
-            *over, std::remainder(trial.state.joints()[*over].opening_angle * kDegrees, 360.0));
+            *over,
+            std::remainder(trial.state.joints()[*over].opening_angle * kDegreesPerRadian, 360.0));
       }
       if (!report_.end.converged()) {
         stop();

@@ -6,10 +6,11 @@
 #include <cmath>
 #include <numbers>
 
+#include "engine/base/degrees.h"
+
 namespace limber::rods::detail {
 namespace {
 
-constexpr double kDegrees = 180 / std::numbers::pi;
 constexpr std::size_t kLongText = 300;
 
 const char* name_of(BranchEvent event) {
@@ -55,7 +56,7 @@ std::string describe_events(const std::vector<DeploymentStep>& path) {
     }
     text += fmt::format("{}{} at {:.4g} % of the change (mean angle {:.2f} degrees)",
                         text.empty() ? "" : ", ", name_of(step.event), 100 * step.progress,
-                        step.mean_opening_angle * kDegrees);
+                        step.mean_opening_angle * kDegreesPerRadian);
   }
   if (more > 0) text += fmt::format(", and {} more", more);
   return text;

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <vector>
 
+#include "engine/base/rotations/shortest_rotation.h"
 #include "engine/rods/equilibrium/condition_terms.h"
 #include "engine/rods/equilibrium/holding.h"
 
@@ -15,7 +16,7 @@ namespace {
 /// Of the longest extent, squared: points that spread less beside a line lie on it.
 constexpr double kLine = 1e-12;
 /// Of a motion: what others leave of it is none of its own.
-constexpr double kSame = 1e-6;
+constexpr double kSamePosition = 1e-6;
 
 /// From what nothing touches to what does not move freely at all.
 enum class Touch : char { kNothing, kLoads, kHeld };
@@ -69,7 +70,7 @@ Eigen::Matrix3d best_rotation(const Eigen::Matrix3Xd& points, const Eigen::Matri
   const Eigen::Matrix3d& v = svd.matrixV();
   // Points on a line do not tell how they have turned about it.
   if (svd.singularValues()[1] <= kLine * svd.singularValues()[0])
-    return Eigen::Quaterniond::FromTwoVectors(v.col(0), u.col(0)).toRotationMatrix();
+    return rotations::shortest_rotation(v.col(0), u.col(0)).toRotationMatrix();
   const double side = (u * v.transpose()).determinant() < 0 ? -1 : 1;
   return u * Eigen::Vector3d(1, 1, side).asDiagonal() * v.transpose();
 }
@@ -174,7 +175,7 @@ void FreeMotions::add(const LinkageModel& model, const LinkageState& state, int 
     motion -= share * motions_[k];
     places -= share * places_[k];
   }
-  if (!(places.norm() > kSame * size)) return;
+  if (!(places.norm() > kSamePosition * size)) return;
   motions_.push_back(motion / places.norm());
   places_.push_back(places / places.norm());
 }

@@ -30,7 +30,7 @@ std::vector<int> lengths_on_their_bound(const LinkageModel& model, const Linkage
                                         const Eigen::VectorXd& gradient, double shortest) {
   std::vector<int> bounded;
   for (int j = 0; j < model.variables().joints(); ++j) {
-    for (const Rod rod : {kRodA, kRodB}) {
+    for (const RodOfJoint rod : {kRodA, kRodB}) {
       const int unknown = model.variables().joint_begin(j) + kJointLengthA + rod;
       const double least = shortest * model.rest_lengths().terminal(rod, j);
       const bool there = state.joints()[j].lengths[rod] <= least * (1 + 1e-12);

@@ -15,7 +15,7 @@ namespace {
 /// Of the forces present: what pins exert by rounding.
 constexpr double kNoReaction = 1e-6;
 
-void refuse(const char* name, const char* rule, double value) {
+void refuse_equilibrium_option(const char* name, const char* rule, double value) {
   throw Error(ErrorCode::kInvalidArgument, name,
               fmt::format("{} must be {}, got {}", name, rule, value));
 }
@@ -70,11 +70,12 @@ std::string unbalanced_component(const LinkageModel& model, const Conditions& co
 }  // namespace
 
 void EquilibriumOptions::validate() const {
-  if (max_iterations <= 0) refuse("max_iterations", "> 0", max_iterations);
-  if (!(tolerance > 0 && tolerance < 1)) refuse("tolerance", "in (0, 1)", tolerance);
+  if (max_iterations <= 0) refuse_equilibrium_option("max_iterations", "> 0", max_iterations);
+  if (!(tolerance > 0 && tolerance < 1))
+    refuse_equilibrium_option("tolerance", "in (0, 1)", tolerance);
   if (!(largest_turn > 0 && largest_turn <= 1.5))
-    refuse("largest_turn", "in (0, 1.5]", largest_turn);
-  if (max_escapes < 0) refuse("max_escapes", ">= 0", max_escapes);
+    refuse_equilibrium_option("largest_turn", "in (0, 1.5]", largest_turn);
+  if (max_escapes < 0) refuse_equilibrium_option("max_escapes", ">= 0", max_escapes);
 }
 
 LinkageEquilibrium::LinkageEquilibrium(const LinkageModel& model)

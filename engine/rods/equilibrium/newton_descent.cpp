@@ -1,9 +1,9 @@
 // From a step to the next shape: along curves and valleys, and away from saddles.
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 
+#include "engine/base/numerics/dense.h"
 #include "engine/base/random.h"
 #include "engine/rods/equilibrium/newton_run.h"
 
@@ -20,11 +20,11 @@ constexpr int kRecentrings = 2;
 constexpr double kLeastRecentred = 0.05;  // share of a step
 constexpr double kWild = 0.5;             // of a step: corrections that turn more are none
 // Shares of the gain that a step promised: poor and good ones; and what follows from them.
-constexpr double kPoor = 0.1;
-constexpr double kGood = 0.5;
+constexpr double kPoorModel = 0.1;
+constexpr double kGoodModel = 0.5;
 constexpr double kShrinking = 0.25;
-constexpr double kLeastRadius = 1e-4;  // [rad]
-constexpr double kFading = 0.2;        // of shifts
+constexpr double kLeastTrustRadiusRad = 1e-4;  // [rad]
+constexpr double kFading = 0.2;                // of shifts
 // Times the curvature along a step: what resists more is held while the step is bent.
 constexpr double kStiff = 1e5;
 constexpr Eigen::Index kLanczosSteps = 60;
@@ -228,14 +228,14 @@ void NewtonRun::learn(const Step& step, double fraction, double gain) {
   const double expected = -step.slope * fraction * (1 - fraction / 2);
   const double ratio = gain / expected;
   const double turn = fraction * step.turn;
-  if (ratio < kPoor) {
+  if (ratio < kPoorModel) {
     radius_ = kShrinking * turn;
   } else if (fraction < 1) {
     radius_ = turn;
-  } else if (ratio > kGood && turn > 0.5 * radius_) {
+  } else if (ratio > kGoodModel && turn > 0.5 * radius_) {
     radius_ = std::min(2 * std::max(turn, radius_), options_.largest_turn);
   }
-  radius_ = std::max(radius_, kLeastRadius);
+  radius_ = std::max(radius_, kLeastTrustRadiusRad);
   damping_ = step_shift_ * kFading;
   if (damping_ < work_.scales.softest_eigenvalue()) damping_ = 0;
 }
@@ -273,7 +273,7 @@ Eigen::VectorXd NewtonRun::softest_direction(const LinkageState& state) {
     projected.col(k).head(k + 1) = known.transpose() * weights.cwiseProduct(next);
     next -= known * projected.col(k).head(k + 1);
     next -= known * (known.transpose() * weights.cwiseProduct(next));
-    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(
+    const SymmetricEigen eigen(
         projected.topLeftCorner(k + 1, k + 1).selfadjointView<Eigen::Upper>().toDenseMatrix());
     mix = eigen.eigenvectors().col(k);
     if (!(size_of(next) * std::abs(mix[k]) > kSettledDirection * eigen.eigenvalues()[k])) break;

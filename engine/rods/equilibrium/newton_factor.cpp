@@ -12,7 +12,7 @@ namespace {
 // Of the shift that makes a Hessian positive definite, from one trial to the next.
 constexpr double kShiftGrowth = 6;
 // Imbalance that no equilibrium is near to.
-constexpr double kFar = 0.3;
+constexpr double kFarShare = 0.3;
 // Of the forces that balance leaves, at this tolerance at most, how many times count as nothing.
 constexpr double kLeft = 10;
 constexpr double kFinest = 1e-8;
@@ -26,7 +26,7 @@ constexpr double kChordContraction = 0.3;
 constexpr int kShortenings = 3;
 constexpr double kLoose = 1.5;
 
-bool same(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b) {
+bool same_matrix(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b) {
   return a.rows() == b.rows() && a == b;
 }
 
@@ -67,7 +67,7 @@ void NewtonRun::factor_positive(double least, const LinkageState& state) {
   stable_ = least == 0 && mechanism && factor(rounding);
   work_.mechanism = stable_;
   if (stable_) return;
-  if (least == 0 && report_.max_gradient_scaled > kFar) {
+  if (least == 0 && report_.max_gradient_scaled > kFarShare) {
     // Far from balance rods are compressed by steps, not by what they carry.
     assemble(state, Compression::kLeftOut);
     const bool convex = factor(0);
@@ -97,7 +97,7 @@ void NewtonRun::solve(Eigen::VectorXd& right_side, const Eigen::VectorXd& rows) 
 
 NewtonRun::Step NewtonRun::newton_step(const LinkageState& state) {
   // A guess compresses rods by mistake: the first step lets them have their length again.
-  const bool far = report_.max_gradient_scaled > kFar;
+  const bool far = report_.max_gradient_scaled > kFarShare;
   if (damping_ == 0 && report_.iterations == 1 && far && !work_.expected) {
     assemble(state, Compression::kLeftOut);
     if (!factor(0)) factor_shifted(work_.guess_shift / kShiftGrowth, work_.guess_shift);
@@ -157,8 +157,8 @@ LinkageEquilibrium::Motion NewtonRun::motion_to(NewtonRun& ahead, const LinkageS
   const HessianFactor& made = *work_.factor;
   const bool same_pins = ahead.holding_.pinned() == pinned && made.fixed.size() >= pinned.size() &&
                          std::equal(pinned.begin(), pinned.end(), made.fixed.begin());
-  if (!work_.certified || !same_pins || !same(made.rows, holding_.rows()) ||
-      !same(ahead.holding_.rows(), made.rows))
+  if (!work_.certified || !same_pins || !same_matrix(made.rows, holding_.rows()) ||
+      !same_matrix(ahead.holding_.rows(), made.rows))
     return {};
   LinkageEquilibrium::Motion motion;
   motion.left = -work_.gradient;
@@ -188,7 +188,7 @@ LinkageEquilibrium::Motion NewtonRun::motion_to(NewtonRun& ahead, const LinkageS
 bool NewtonRun::chords(LinkageState& state) {
   for (int round = 0; round < kChords; ++round) {
     if (!work_.factor->bordered || work_.factor->fixed != fixed()) return false;
-    if (!same(work_.factor->rows, holding_.rows())) work_.factor->border(holding_.rows());
+    if (!same_matrix(work_.factor->rows, holding_.rows())) work_.factor->border(holding_.rows());
     Step step = step_with_factor(state);
     if (along_.size() > 0 && !step.prescribed) step.x = beside(step.x, along_);
     if (!step.x.allFinite() || bound_fraction(state, step.x) < 1) return false;

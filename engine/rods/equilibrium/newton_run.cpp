@@ -14,12 +14,12 @@ namespace {
 constexpr double kGapTolerance = 1e-12;
 constexpr double kRelativeRounding = 1e-13;
 // Imbalance below which edges carry what they are expected to.
-constexpr double kNear = 1e-3;
+constexpr double kNearSolution = 1e-3;
 // Imbalance, and share of the turn that steps may have, that creep up to a saddle.
 constexpr double kHard = 0.01;
 constexpr double kCreeping = 0.05;
 // Of the work of loads: what rounding may leave of it, at once and where Newton's steps leave it.
-constexpr double kNoise = 1e-6;
+constexpr double kEnergyNoise = 1e-6;
 constexpr double kMaxNoise = 1e-2;
 // A step that moves nothing: turns [rad], and motions as shares of the extent.
 constexpr double kStill = 1e-10;
@@ -278,14 +278,14 @@ bool NewtonRun::hides_loads(const LinkageState& state) {
   }
   const double left = std::max(std::abs(work_.gradient.dot(step)), std::abs(loads.dot(step)));
   // What Newton's steps leave is rounding, if it is not all.
-  return !(left <= (doubts_ < kDoubts ? kNoise : kMaxNoise) * work);
+  return !(left <= (doubts_ < kDoubts ? kEnergyNoise : kMaxNoise) * work);
 }
 
 /// Adds to the lengths on their bound those that a step would shorten at once.
 bool NewtonRun::block(const LinkageState& state, const Eigen::VectorXd& x) {
   bool any = false;
   for (int j = 0; j < model_.variables().joints(); ++j) {
-    for (const Rod rod : {kRodA, kRodB}) {
+    for (const RodOfJoint rod : {kRodA, kRodB}) {
       const int unknown = model_.variables().joint_begin(j) + kJointLengthA + rod;
       const double least = shortest_ * model_.rest_lengths().terminal(rod, j);
       const double room = state.joints()[j].lengths[rod] - least;
@@ -303,7 +303,7 @@ bool NewtonRun::block(const LinkageState& state, const Eigen::VectorXd& x) {
 double NewtonRun::bound_fraction(const LinkageState& state, const Eigen::VectorXd& x) const {
   double fraction = 1;
   for (int j = 0; j < model_.variables().joints(); ++j) {
-    for (const Rod rod : {kRodA, kRodB}) {
+    for (const RodOfJoint rod : {kRodA, kRodB}) {
       const double change = x[model_.variables().joint_begin(j) + kJointLengthA + rod];
       const double room =
           state.joints()[j].lengths[rod] - shortest_ * model_.rest_lengths().terminal(rod, j);
@@ -330,7 +330,7 @@ void NewtonRun::accept(LinkageState& state, LinkageState next, const Eigen::Vect
   stable_ = false;
   std::swap(state, next);
   evaluate(state);
-  if (linear.size() == 0 || report_.max_gradient_scaled < kNear) return;
+  if (linear.size() == 0 || report_.max_gradient_scaled < kNearSolution) return;
   work_.tensions.expect(model_, next, linear);
   work_.expected = true;
 }

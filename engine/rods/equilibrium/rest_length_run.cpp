@@ -11,12 +11,12 @@
 namespace limber::rods::detail {
 namespace {
 
-constexpr double kArmijo = 1e-4;
-constexpr double kShortestFraction = 1e-8;
-constexpr double kRelativeRounding = 1e-13;
-constexpr double kGrowth = 8;           // of shifts
-constexpr double kShortestEdge = 1e-3;  // of joints, as a share of rest
-constexpr double kLargestTurn = 0.5;    // of a step [rad]
+constexpr double kSufficientDecrease = 1e-4;
+constexpr double kShortestStepFraction = 1e-8;
+constexpr double kResidualRounding = 1e-13;
+constexpr double kGrowth = 8;                     // of shifts
+constexpr double kShortestEdge = 1e-3;            // of joints, as a share of rest
+constexpr double kLargestTurnOfLengthStep = 0.5;  // of a step [rad]
 constexpr int kShifts = 60;
 
 }  // namespace
@@ -196,7 +196,7 @@ bool RestLengthRun::block(const LinkageVector& step) {
     const double change = step.lengths[s], length = model_.segment_lengths()[s];
     if (active_[s] != 0 || change == 0) continue;
     const double left = (change < 0 ? low_[s] : high_[s]) - length;
-    if (std::abs(left) > kShortestFraction * std::abs(change)) continue;
+    if (std::abs(left) > kShortestStepFraction * std::abs(change)) continue;
     active_[s] = 1;
     any = true;
   }
@@ -212,13 +212,14 @@ bool RestLengthRun::take(const LinkageVector& newton) {
   }
   const double slope = gradient_.unknowns.dot(step.unknowns) + gradient_.lengths.dot(step.lengths);
   const double energy = report_.energies.total();
-  const double rounding = kRelativeRounding * energy + scales_.energy_rounding();
+  const double rounding = kResidualRounding * energy + scales_.energy_rounding();
   double fraction = std::min(
       room(step),
-      kLargestTurn / std::max(kLargestTurn, scales_.largest_turn(model_, state_, step.unknowns)));
+      kLargestTurnOfLengthStep /
+          std::max(kLargestTurnOfLengthStep, scales_.largest_turn(model_, state_, step.unknowns)));
   LinkageVector bend;
-  while (fraction > kShortestFraction) {
-    const double below = energy + kArmijo * fraction * slope + rounding;
+  while (fraction > kShortestStepFraction) {
+    const double below = energy + kSufficientDecrease * fraction * slope + rounding;
     LinkageVector part{fraction * step.unknowns, fraction * step.lengths};
     if (bend.unknowns.size() > 0) {
       part.unknowns += 0.5 * fraction * fraction * bend.unknowns;
@@ -254,7 +255,7 @@ bool RestLengthRun::try_step(const LinkageVector& step, double energy_below) {
 /// Whether an edge of a joint has all but vanished.
 bool RestLengthRun::is_short(const LinkageState& trial) const {
   for (std::size_t j = 0; j < trial.joints().size(); ++j) {
-    for (const Rod rod : {kRodA, kRodB}) {
+    for (const RodOfJoint rod : {kRodA, kRodB}) {
       const double rest = model_.rest_lengths().terminal(rod, static_cast<Eigen::Index>(j));
       if (std::isfinite(rest) && !(trial.joints()[j].lengths[rod] > kShortestEdge * rest))
         return true;

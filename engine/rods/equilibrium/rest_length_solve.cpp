@@ -8,7 +8,7 @@
 namespace limber::rods {
 namespace {
 
-void refuse(const char* name, const char* rule, double value) {
+void refuse_length_option(const char* name, const char* rule, double value) {
   throw Error(ErrorCode::kInvalidArgument, name,
               fmt::format("{} must be {}, got {}", name, rule, value));
 }
@@ -16,10 +16,10 @@ void refuse(const char* name, const char* rule, double value) {
 }  // namespace
 
 void RestLengthOptions::validate() const {
-  if (max_iterations <= 0) refuse("max_iterations", "> 0", max_iterations);
-  if (!(tolerance > 0 && tolerance < 1)) refuse("tolerance", "in (0, 1)", tolerance);
-  if (!(shortest > 0 && shortest < 1)) refuse("shortest", "in (0, 1)", shortest);
-  if (!(longest > 1 && longest < 1e6)) refuse("longest", "in (1, 1e6)", longest);
+  if (max_iterations <= 0) refuse_length_option("max_iterations", "> 0", max_iterations);
+  if (!(tolerance > 0 && tolerance < 1)) refuse_length_option("tolerance", "in (0, 1)", tolerance);
+  if (!(shortest > 0 && shortest < 1)) refuse_length_option("shortest", "in (0, 1)", shortest);
+  if (!(longest > 1 && longest < 1e6)) refuse_length_option("longest", "in (1, 1e6)", longest);
 }
 
 RestLengthReport solve_rest_lengths(LinkageModel& model, LinkageState& state,

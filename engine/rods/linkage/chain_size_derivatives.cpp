@@ -164,7 +164,7 @@ class SizeWalk {
       if (batch_.chains[lane] < 0) continue;
       const Segment& segment = model_.graph().segments[batch_.chains[lane]];
       const double* const own = v_ + model_.chains()->joint_begin(segment.joints[end]);
-      const Rod rod = segment.rods[end];
+      const RodOfJoint rod = segment.rods[end];
       const Eigen::Vector3d& normal = state_.joints()[segment.joints[end]].normal;
       const double half = (rod == kRodA ? -0.5 : 0.5) * own[kJointAngle];
       for (int axis = 0; axis < 3; ++axis) {

@@ -49,7 +49,7 @@ Eigen::VectorXd EdgeNumbers::listed(const RestLengths& rest) const {
     }
   }
   for (std::size_t j = 0; j < terminals_.size(); ++j) {
-    for (const Rod rod : {kRodA, kRodB}) {
+    for (const RodOfJoint rod : {kRodA, kRodB}) {
       if (terminals_[j][rod] >= 0)
         result[terminals_[j][rod]] = rest.terminal(rod, static_cast<Eigen::Index>(j));
     }
@@ -62,7 +62,7 @@ RestLengths EdgeNumbers::distributed(const Eigen::Ref<const Eigen::VectorXd>& ed
   RestLengths rest{Eigen::Matrix2Xd(2, static_cast<Eigen::Index>(terminals_.size())),
                    Eigen::VectorXd(segments())};
   for (std::size_t j = 0; j < terminals_.size(); ++j) {
-    for (const Rod rod : {kRodA, kRodB}) {
+    for (const RodOfJoint rod : {kRodA, kRodB}) {
       rest.terminal(rod, static_cast<Eigen::Index>(j)) =
           terminals_[j][rod] >= 0 ? edges[terminals_[j][rod]]
                                   : std::numeric_limits<double>::infinity();

@@ -23,7 +23,7 @@ class EdgeNumbers {
   [[nodiscard]] int first_free(int segment) const { return segments_[segment].first; }
   [[nodiscard]] int free_edges(int segment) const { return segments_[segment].free_edges; }
   /// -1: the joint has no such rod.
-  [[nodiscard]] int terminal(int joint, Rod rod) const { return terminals_[joint][rod]; }
+  [[nodiscard]] int terminal(int joint, RodOfJoint rod) const { return terminals_[joint][rod]; }
   /// Of edge i of a segment.
   [[nodiscard]] int edge(int segment, int edge) const;
 

@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "engine/base/error.h"
+#include "engine/base/rotations/shortest_rotation.h"
 #include "engine/rods/linkage/odd_cycle.h"
 #include "engine/rods/linkage/parity_forest.h"
 
@@ -79,8 +80,8 @@ class Orientation {
       const Eigen::Vector3d& t = pairs_[link.joints[at]].tangents[link.rods[at]];
       return t.dot(link.direction) < 0 ? Eigen::Vector3d(-t) : t;
     };
-    return Eigen::Quaterniond::FromTwoVectors(link.direction, tangent(1 - end)) *
-           (Eigen::Quaterniond::FromTwoVectors(tangent(end), link.direction) *
+    return rotations::shortest_rotation(link.direction, tangent(1 - end)) *
+           (rotations::shortest_rotation(tangent(end), link.direction) *
             result_.normals[link.joints[end]]);
   }
 

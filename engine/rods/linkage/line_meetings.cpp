@@ -12,9 +12,9 @@
 namespace limber::rods {
 namespace {
 
-constexpr double kNear = 1e-3;     // of the shorter edge
-constexpr double kParallel = 0.1;  // sine below which edges lie side by side
-constexpr int kLeaf = 8;           // edges
+constexpr double kMeetingDistance = 1e-3;  // of the shorter edge
+constexpr double kParallel = 0.1;          // sine below which edges lie side by side
+constexpr int kLeaf = 8;                   // edges
 // Pairs that are looked at, for each edge, and meetings after which nothing more is looked for.
 constexpr std::int64_t kPairsOfEdge = 300;
 constexpr std::size_t kMaxFound = 1000;
@@ -151,7 +151,9 @@ class Search {
   }
 
  private:
-  [[nodiscard]] double near(double length) const { return std::min(kNear * length, shortest_ / 2); }
+  [[nodiscard]] double near(double length) const {
+    return std::min(kMeetingDistance * length, shortest_ / 2);
+  }
 
   /// False: they meet where that was not known, and nothing more is to be looked for.
   bool look_at(int e, int other) {

@@ -11,7 +11,7 @@ namespace limber::rods {
 namespace {
 
 /// Of coordinates: squares of what is larger overflow.
-constexpr double kLargest = 1e100;
+constexpr double kLargestCoordinate = 1e100;
 
 LineMeshFault fault_of_edge(int edge, const std::string& message,
                             ErrorCode code = ErrorCode::kInvalidArgument) {
@@ -22,9 +22,10 @@ LineMeshFault fault_of_edge(int edge, const std::string& message,
 
 std::optional<LineMeshFault> fault_of(const LineMesh& mesh) {
   for (int v = 0; v < mesh.vertex_count(); ++v) {
-    if ((mesh.vertices.col(v).array().abs() <= kLargest).all()) continue;  // NaN is not
-    const std::string what = mesh.vertices.col(v).allFinite() ? fmt::format("beyond {:g}", kLargest)
-                                                              : "that is not finite";
+    if ((mesh.vertices.col(v).array().abs() <= kLargestCoordinate).all()) continue;  // NaN is not
+    const std::string what = mesh.vertices.col(v).allFinite()
+                                 ? fmt::format("beyond {:g}", kLargestCoordinate)
+                                 : "that is not finite";
     return LineMeshFault{ErrorCode::kInvalidArgument, v, -1,
                          fmt::format("vertex {} (from 0) has a coordinate {}", v, what)};
   }

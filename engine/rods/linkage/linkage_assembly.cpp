@@ -4,17 +4,11 @@
 #include "engine/base/parallel.h"
 #include "engine/rods/linkage/chain_energy.h"
 #include "engine/rods/linkage/chain_size_forces.h"
+#include "engine/rods/linkage/chunk_sizes.h"
 #include "engine/rods/linkage/rest_directions.h"
 #include "engine/rods/solver/lane_transpose.h"
 
 namespace limber::rods {
-namespace {
-
-constexpr std::int64_t kBatchesPerChunk = 4;
-constexpr std::int64_t kJointsPerChunk = 16;
-
-}  // namespace
-
 LinkageAssembly::LinkageAssembly(const LinkageModel& model)
     : model_(model), ends_(static_cast<std::size_t>(model.chains()->joints())) {
   const ChainBatches& chains = *model.chains();
@@ -33,8 +27,8 @@ LinkageAssembly::LinkageAssembly(const LinkageModel& model)
 }
 
 RodEnergies LinkageAssembly::energies(const LinkageState& state) {
-  parallel_for(static_cast<std::int64_t>(model_.chains()->batches().size()), kBatchesPerChunk,
-               [&](std::int64_t begin, std::int64_t end) {
+  parallel_for(static_cast<std::int64_t>(model_.chains()->batches().size()),
+               detail::kBatchesPerChunk, [&](std::int64_t begin, std::int64_t end) {
                  for (std::int64_t i = begin; i < end; ++i) {
                    const int b = static_cast<int>(i);
                    detail::evaluate_chains(model_.chains()->batches()[b], state.slots(model_, b),
@@ -48,8 +42,8 @@ RodEnergies LinkageAssembly::energies(const LinkageState& state) {
 RodEnergies LinkageAssembly::gradient(const LinkageState& state,
                                       Eigen::Ref<Eigen::VectorXd> gradient) {
   LIMBER_DEMAND(gradient.size() == model_.chains()->size());
-  parallel_for(static_cast<std::int64_t>(model_.chains()->batches().size()), kBatchesPerChunk,
-               [&](std::int64_t begin, std::int64_t end) {
+  parallel_for(static_cast<std::int64_t>(model_.chains()->batches().size()),
+               detail::kBatchesPerChunk, [&](std::int64_t begin, std::int64_t end) {
                  for (std::int64_t i = begin; i < end; ++i) {
                    const int b = static_cast<int>(i);
                    detail::evaluate_chains(model_.chains()->batches()[b], state.slots(model_, b),
@@ -81,8 +75,8 @@ RodEnergies LinkageAssembly::hessian_as(const LinkageState& state,
                                         const EdgeTensions* tensions) {
   LIMBER_DEMAND(gradient.size() == model_.chains()->size());
   LIMBER_DEMAND(hessian.shared_structure() == model_.chains());
-  parallel_for(static_cast<std::int64_t>(model_.chains()->batches().size()), kBatchesPerChunk,
-               [&](std::int64_t begin, std::int64_t end) {
+  parallel_for(static_cast<std::int64_t>(model_.chains()->batches().size()),
+               detail::kBatchesPerChunk, [&](std::int64_t begin, std::int64_t end) {
                  for (std::int64_t i = begin; i < end; ++i) {
                    const int b = static_cast<int>(i);
                    detail::evaluate_chains(
@@ -115,8 +109,8 @@ void LinkageAssembly::gradient_change(const LinkageState& state, const LinkageVe
                                        numbers_[first_number_[b]].values);
     collect(b, change);
   };
-  parallel_for(static_cast<std::int64_t>(model_.chains()->batches().size()), kBatchesPerChunk,
-               [&](std::int64_t begin, std::int64_t end) {
+  parallel_for(static_cast<std::int64_t>(model_.chains()->batches().size()),
+               detail::kBatchesPerChunk, [&](std::int64_t begin, std::int64_t end) {
                  for (std::int64_t b = begin; b < end; ++b) change_batch(static_cast<int>(b));
                });
   finish_joints(state, change, nullptr);
@@ -153,7 +147,7 @@ void LinkageAssembly::finish_joints(const LinkageState& state, Eigen::Ref<Eigen:
     for (const int index : ends_[joint]) {
       const Segment& segment = model_.graph().segments[index / 2];
       const int end = index % 2;
-      const Rod rod = segment.rods[end];
+      const RodOfJoint rod = segment.rods[end];
       const TerminalEdgeSource<double> source = {here.position, here.normal,
                                                  tangents[rod], here.lengths[rod],
                                                  rod,           double(segment.signs[end])};
@@ -165,7 +159,7 @@ void LinkageAssembly::finish_joints(const LinkageState& state, Eigen::Ref<Eigen:
     gradient.segment<kJointUnknowns>(chains.joint_begin(joint)) = sum;
     if (hessian != nullptr) Eigen::Map<Block>(hessian->joint(joint)) = curvature;
   };
-  parallel_for(chains.joints(), kJointsPerChunk, [&](std::int64_t begin, std::int64_t end) {
+  parallel_for(chains.joints(), detail::kJointsPerChunk, [&](std::int64_t begin, std::int64_t end) {
     for (std::int64_t j = begin; j < end; ++j) finish(static_cast<int>(j));
   });
 }

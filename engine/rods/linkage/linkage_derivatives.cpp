@@ -5,13 +5,12 @@
 #include "engine/base/error.h"
 #include "engine/base/parallel.h"
 #include "engine/rods/linkage/chain_derivatives.h"
+#include "engine/rods/linkage/chunk_sizes.h"
 #include "engine/rods/linkage/length_pattern.h"
 #include "engine/rods/linkage/rest_directions.h"
 
 namespace limber::rods {
 namespace {
-
-constexpr std::int64_t kBatchesPerChunk = 4;
 
 /// What a batch's kernel leaves.
 struct Outputs {
@@ -93,8 +92,8 @@ LinkageVector LinkageDerivatives::evaluate(const LinkagePoint& at, int order,
                        {},
                        Eigen::VectorXd(model_.edge_numbers().size()),
                        Eigen::VectorXd(model_.variables().segments())};
-  parallel_for(static_cast<std::int64_t>(model_.chains()->batches().size()), kBatchesPerChunk,
-               [&](std::int64_t begin, std::int64_t end) {
+  parallel_for(static_cast<std::int64_t>(model_.chains()->batches().size()),
+               detail::kBatchesPerChunk, [&](std::int64_t begin, std::int64_t end) {
                  for (std::int64_t b = begin; b < end; ++b)
                    evaluate_batch(point, static_cast<int>(b), order, result);
                });
@@ -148,7 +147,7 @@ void LinkageDerivatives::gather(LinkageVector& result) const {
   for (int s = 0; s < model_.variables().segments(); ++s) by_edge.free_edge[s] = by_rest_[s][2];
   result.lengths = model_.rest_length_map().transposed(by_edge);
   for (int j = 0; j < joints; ++j) {
-    for (const Rod rod : {kRodA, kRodB}) {
+    for (const RodOfJoint rod : {kRodA, kRodB}) {
       const int edge = model_.edge_numbers().terminal(j, rod);
       if (edge >= 0) result.edges[edge] = by_edge.terminal(rod, j);
     }

@@ -58,11 +58,13 @@ std::vector<int> rank_vertices(const LineMesh& mesh) {
 /// The rods of the joints, chosen for the whole mesh.
 /// @param vertices  of the joints
 /// @param ranks     of the mesh's vertices
-/// @param bent      becomes the number of joints without their straightest rods
+/// @param graph     gets the number of joints without their straightest rods, and whether their
+/// bend
+///                  is the least
 std::vector<RodPair> pair_segments(const LineMesh& mesh,
                                    const std::vector<std::vector<Spoke>>& spokes,
                                    const std::vector<int>& vertices, const std::vector<int>& ranks,
-                                   int& bent) {
+                                   LinkageGraph& graph) {
   std::vector<int> order(vertices.size());
   std::iota(order.begin(), order.end(), 0);
   std::sort(order.begin(), order.end(),
@@ -83,7 +85,8 @@ std::vector<RodPair> pair_segments(const LineMesh& mesh,
   }
   const detail::PairingChoice choice =
       detail::choose_pairings(mesh.edge_count(), choices, ordered_vertices);
-  bent = choice.bent;
+  graph.bent_joints = choice.bent;
+  graph.is_bend_least = choice.is_least;
   std::vector<RodPair> pairs(vertices.size());
   for (std::size_t i = 0; i < order.size(); ++i) {
     const int vertex = ordered_vertices[i];
@@ -126,7 +129,7 @@ void set_joint(const RodPair& pair, const JointOrientations& orientations, int i
   const Eigen::Vector3d flat = (tangent - joint.normal * joint.normal.dot(tangent)).normalized();
   joint.bisector = std::cos(joint.opening_angle / 2) * flat +
                    std::sin(joint.opening_angle / 2) * joint.normal.cross(flat);
-  for (const Rod rod : {kRodA, kRodB}) {
+  for (const RodOfJoint rod : {kRodA, kRodB}) {
     const int source = rod == kRodA ? rod_a : 1 - rod_a;
     const int direction = rod == kRodA ? 1 : orientations.signs_b[index];
     joint.segments[rod] = {-1, -1};
@@ -160,7 +163,7 @@ void number_components(const LineMesh& mesh, LinkageGraph& graph) {
 
 }  // namespace
 
-Eigen::Vector3d Joint::tangent(Rod rod) const {
+Eigen::Vector3d Joint::tangent(RodOfJoint rod) const {
   const double sine = rod == kRodA ? -std::sin(opening_angle / 2) : std::sin(opening_angle / 2);
   return std::cos(opening_angle / 2) * bisector + sine * normal.cross(bisector);
 }
@@ -192,8 +195,7 @@ LinkageGraph build_linkage_graph(const LineMesh& mesh) {
                               (mesh.vertices.col(b) - mesh.vertices.col(a)).norm()});
   }
   const std::vector<int> ranks = rank_vertices(mesh);
-  const std::vector<RodPair> pairs =
-      pair_segments(mesh, spokes, vertices, ranks, graph.bent_joints);
+  const std::vector<RodPair> pairs = pair_segments(mesh, spokes, vertices, ranks, graph);
   std::vector<detail::JointPlace> places;
   for (const int v : vertices) places.push_back({v, ranks[v], mesh.vertices.col(v)});
   const JointOrientations orientations =

@@ -10,16 +10,16 @@ namespace limber::rods {
 
 /// The two rods that meet at a joint. Seen along the normal (which points at the viewer), turning
 /// rod A counter-clockwise by the opening angle brings it onto rod B.
-enum Rod : int { kRodA = 0, kRodB = 1 };
+enum RodOfJoint : int { kRodA = 0, kRodB = 1 };
 
 /// The two ends of a segment.
 enum End : int { kStart = 0, kFinish = 1 };
 
 /// A stretch of rod between two graph vertices: one edge of the line mesh, with its direction.
 struct Segment {
-  std::array<int, 2> vertices;  // of the mesh, start and finish
-  std::array<int, 2> joints;    // at its ends; -1: a free end
-  std::array<Rod, 2> rods;      // which rod of the joint it belongs to; kRodA at a free end
+  std::array<int, 2> vertices;     // of the mesh, start and finish
+  std::array<int, 2> joints;       // at its ends; -1: a free end
+  std::array<RodOfJoint, 2> rods;  // which rod of the joint it belongs to; kRodA at a free end
   /// +1 where the segment's direction agrees with the joint's vector of that rod, -1 where it runs
   /// against it; +1 at a free end.
   std::array<int, 2> signs;
@@ -40,7 +40,7 @@ struct Joint {
   Eigen::Vector3d bisector = Eigen::Vector3d::UnitX();  // b, unit, orthogonal to n
   double opening_angle = 0;                             // a [rad]
 
-  [[nodiscard]] Eigen::Vector3d tangent(Rod rod) const;  // t_A or t_B, unit
+  [[nodiscard]] Eigen::Vector3d tangent(RodOfJoint rod) const;  // t_A or t_B, unit
 };
 
 /// Segments and joints of a rod linkage (rod linkages, sec. 1.1, 1.2).
@@ -60,6 +60,8 @@ struct LinkageGraph {
   std::vector<int> segment_components;  // component of each segment, from 0
   int components = 0;
   int bent_joints = 0;  // whose rods are not the straightest pairs there
+  /// Proven: no other pairs bend the rods less as a whole.
+  bool is_bend_least = true;
 };
 
 /// Vertices that no edge uses are passed over.

@@ -10,8 +10,8 @@
 namespace limber::rods {
 namespace {
 
-void demand_positive(const char* field, const char* what,
-                     const Eigen::Ref<const Eigen::VectorXd>& values) {
+void demand_positive_sizes(const char* field, const char* what,
+                           const Eigen::Ref<const Eigen::VectorXd>& values) {
   for (Eigen::Index i = 0; i < values.size(); ++i) {
     if (values[i] > 0 && std::isfinite(values[i])) continue;
     throw Error(ErrorCode::kInvalidArgument, fmt::format("{}[{}]", field, i),
@@ -65,7 +65,7 @@ void LinkageModel::set_segment_lengths(const Eigen::Ref<const Eigen::VectorXd>& 
 
 void LinkageModel::set_edge_lengths(const Eigen::Ref<const Eigen::VectorXd>& edges) {
   LIMBER_DEMAND(edges.size() == edges_.size());
-  demand_positive("edges", "the rest length of edge", edges);
+  demand_positive_sizes("edges", "the rest length of edge", edges);
   rest_ = edges_.distributed(edges);
   lengths_ = edges_.segment_lengths(edges);
   fill_parameters();
@@ -73,7 +73,7 @@ void LinkageModel::set_edge_lengths(const Eigen::Ref<const Eigen::VectorXd>& edg
 
 void LinkageModel::set_section_scales(const Eigen::Ref<const Eigen::VectorXd>& scales) {
   LIMBER_DEMAND(scales.size() == sections_.size());
-  demand_positive("sections", "the section's scale of segment", scales);
+  demand_positive_sizes("sections", "the section's scale of segment", scales);
   sections_ = scales;
   fill_parameters();
 }

@@ -6,7 +6,9 @@
 
 #include "engine/base/error.h"
 #include "engine/base/parallel.h"
+#include "engine/base/rotations/shortest_rotation.h"
 #include "engine/rods/linkage/chain_lane.h"
+#include "engine/rods/linkage/chunk_sizes.h"
 #include "engine/rods/linkage/state_slots.h"
 #include "engine/rods/rod/vertex_element.h"
 
@@ -36,9 +38,6 @@ using detail::store_lanes3;
 using detail::write3;
 using detail::write_terminal;
 
-constexpr std::int64_t kBatchesPerChunk = 4;
-constexpr std::int64_t kJointsPerChunk = 16;
-
 /// Interior vertices of a drawn segment, one lane: straight, and the twist between its ends spread
 /// by length.
 class Drawing {
@@ -65,7 +64,7 @@ class Drawing {
     std::vector<double> lengths = {0};
     for (int e = 0; e < edges; ++e) {
       if (e > 0) {
-        current = Eigen::Quaterniond::FromTwoVectors(tangent(e - 1), tangent(e)) * current;
+        current = rotations::shortest_rotation(tangent(e - 1), tangent(e)) * current;
         lengths.push_back(lengths.back() + (length(e - 1) + length(e)) / 2);
       }
       carried.push_back(current);
@@ -189,7 +188,7 @@ LinkageState LinkageState::moved(const LinkageModel& model,
   LIMBER_DEMAND(increment.size() == chains.size());
   LinkageState result = *this;
   std::vector<JointEdges> joint_edges(joints_.size());
-  parallel_for(chains.joints(), kJointsPerChunk, [&](std::int64_t begin, std::int64_t end) {
+  parallel_for(chains.joints(), detail::kJointsPerChunk, [&](std::int64_t begin, std::int64_t end) {
     for (std::int64_t i = begin; i < end; ++i) {
       const int j = static_cast<int>(i);
       const JointIncrement<double> change =
@@ -199,11 +198,11 @@ LinkageState LinkageState::moved(const LinkageModel& model,
       if (parts == Parts::kVertices) continue;
       const detail::JointTurn<double> turn(joints_[j].normal, change);
       const auto before = joints_[j].tangents();
-      for (const Rod rod : {kRodA, kRodB})
+      for (const RodOfJoint rod : {kRodA, kRodB})
         joint_edges[j].turns[rod] = detail::twist_about(turn.of(rod), before[rod]);
     }
   });
-  parallel_for(static_cast<std::int64_t>(chains.batches().size()), kBatchesPerChunk,
+  parallel_for(static_cast<std::int64_t>(chains.batches().size()), detail::kBatchesPerChunk,
                [&](std::int64_t begin, std::int64_t end) {
                  std::vector<double> turns;
                  for (std::int64_t b = begin; b < end; ++b) {
@@ -235,7 +234,7 @@ void LinkageState::place_batch(const LinkageModel& model, int index,
       const int joint = segment.joints[end];
       if (joint < 0) continue;
       const int edge = end == kStart ? 0 : batch.edges - 1;
-      const Rod rod = segment.rods[end];
+      const RodOfJoint rod = segment.rods[end];
       write_terminal(own, edge, lane, joints_[joint], rod,
                      segment.signs[end] * joint_edges[joint].tangents[rod]);
       turns[edge * kChainLanes + lane] = segment.signs[end] * joint_edges[joint].turns[rod];

@@ -12,7 +12,7 @@
 namespace limber::rods::detail {
 namespace {
 
-constexpr double kRounding = 1e-12;  // of costs
+constexpr double kCostRounding = 1e-12;  // of costs
 
 /// Which members each segment touches.
 std::map<int, std::vector<int>> members_of_segments(const std::vector<JointChoices>& joints,
@@ -200,7 +200,7 @@ PairingSweep::Result PairingSweep::run(std::size_t width, double below) const {
   const auto best = std::min_element(kept.begin(), kept.end(), by_cost);
   result.found = true;
   result.cost = best->cost;
-  result.is_least = best->cost <= left_out + kRounding;
+  result.is_least = best->cost <= left_out + kCostRounding;
   result.pairings.assign(members_.size(), 0);
   int at = static_cast<int>(best - kept.begin());
   for (std::size_t i = stops_.size(); i-- > 0;) {

@@ -51,7 +51,7 @@ RestLengths RestLengthMap::apply_to_change(const Eigen::Ref<const Eigen::VectorX
                             std::numeric_limits<double>::infinity());
   rest.free_edge.resize(segments());
   for (std::size_t j = 0; j < givers_.size(); ++j) {
-    for (const Rod rod : {kRodA, kRodB}) {
+    for (const RodOfJoint rod : {kRodA, kRodB}) {
       const int giver = givers_[j][rod];
       if (giver >= 0)
         rest.terminal(rod, static_cast<Eigen::Index>(j)) = change[giver] / segments_[giver].uniform;
@@ -88,7 +88,7 @@ Eigen::VectorXd RestLengthMap::transposed(const RestLengths& derivatives) const 
       if (end.joint >= 0) terminal(end.rod, end.joint) -= result[s] / 2;
   }
   for (std::size_t j = 0; j < givers_.size(); ++j) {
-    for (const Rod rod : {kRodA, kRodB}) {
+    for (const RodOfJoint rod : {kRodA, kRodB}) {
       const int giver = givers_[j][rod];
       if (giver >= 0)
         result[giver] += terminal(rod, static_cast<Eigen::Index>(j)) / segments_[giver].uniform;

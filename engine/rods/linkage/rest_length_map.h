@@ -32,7 +32,7 @@ class RestLengthMap {
   /// A terminal edge of a segment.
   struct Terminal {
     int joint = -1;  // -1: none
-    Rod rod = kRodA;
+    RodOfJoint rod = kRodA;
   };
   struct Shares {
     std::array<Terminal, 2> ends;

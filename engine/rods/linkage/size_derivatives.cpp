@@ -3,14 +3,9 @@
 #include "engine/base/error.h"
 #include "engine/base/parallel.h"
 #include "engine/rods/linkage/chain_size_derivatives.h"
+#include "engine/rods/linkage/chunk_sizes.h"
 
 namespace limber::rods {
-namespace {
-
-constexpr std::int64_t kBatchesPerChunk = 4;
-
-}  // namespace
-
 SizeDerivatives::SizeDerivatives(const LinkageModel& model)
     : model_(model),
       by_slot_(model.slots()),
@@ -35,7 +30,7 @@ const LinkageVector& SizeDerivatives::evaluate(const LinkageState& state, double
 
 void SizeDerivatives::evaluate_batches(const LinkageState& state, double share, const double* v) {
   const auto batches = static_cast<std::int64_t>(model_.chains()->batches().size());
-  parallel_for(batches, kBatchesPerChunk, [&](std::int64_t begin, std::int64_t end) {
+  parallel_for(batches, detail::kBatchesPerChunk, [&](std::int64_t begin, std::int64_t end) {
     for (std::int64_t b = begin; b < end; ++b) evaluate_batch(state, share, v, static_cast<int>(b));
   });
   gather();
@@ -77,7 +72,7 @@ void SizeDerivatives::gather() {
   }
   result_.lengths = model_.rest_length_map().transposed(by_edge_);
   for (int j = 0; j < model_.variables().joints(); ++j) {
-    for (const Rod rod : {kRodA, kRodB}) {
+    for (const RodOfJoint rod : {kRodA, kRodB}) {
       const int edge = model_.edge_numbers().terminal(j, rod);
       if (edge >= 0) result_.edges[edge] = by_edge_.terminal(rod, j);
     }

@@ -13,25 +13,25 @@ namespace limber::rods {
 namespace {
 
 /// Squares of what is larger overflow.
-constexpr double kLargest = 1e100;
+constexpr double kLargestNumber = 1e100;
 /// Of unit vectors and right angles: numbers may be float32, or rounded by hand.
 constexpr double kSlack = 1e-3;
 /// Of the farthest coordinate: what is shorter has no direction.
 constexpr double kShortest = 1e-12;
 
-[[noreturn]] void refuse(const char* field, const std::string& message) {
+[[noreturn]] void refuse_state(const char* field, const std::string& message) {
   throw Error(ErrorCode::kInvalidArgument, field, message);
 }
 
 void demand_numbers(const Eigen::Ref<const Eigen::MatrixXd>& numbers, Eigen::Index count,
                     const char* field, const char* what) {
   if (numbers.cols() != count)
-    refuse(field,
-           fmt::format("has {} rows, the linkage {} {}; leave the shape out to open as drawn",
-                       numbers.cols(), count, what));
+    refuse_state(field,
+                 fmt::format("has {} rows, the linkage {} {}; leave the shape out to open as drawn",
+                             numbers.cols(), count, what));
   for (Eigen::Index i = 0; i < count; ++i) {
-    if ((numbers.col(i).array().abs() <= kLargest).all()) continue;  // NaN is not
-    refuse(field, fmt::format("row {} is not finite, or beyond {:g}", i, kLargest));
+    if ((numbers.col(i).array().abs() <= kLargestNumber).all()) continue;  // NaN is not
+    refuse_state(field, fmt::format("row {} is not finite, or beyond {:g}", i, kLargestNumber));
   }
 }
 
@@ -39,7 +39,7 @@ void demand_unit(const Eigen::Matrix3Xd& vectors, const char* field) {
   for (Eigen::Index i = 0; i < vectors.cols(); ++i) {
     const double norm = vectors.col(i).norm();
     if (std::abs(norm - 1) > kSlack)
-      refuse(field, fmt::format("row {} is of length {:g}, must be 1", i, norm));
+      refuse_state(field, fmt::format("row {} is of length {:g}, must be 1", i, norm));
   }
 }
 
@@ -54,12 +54,13 @@ void demand_joints(const StateNumbers& numbers, const LinkageGraph& graph) {
   demand_unit(numbers.bisectors, "bisectors");
   for (Eigen::Index j = 0; j < joints; ++j) {
     if (std::abs(numbers.normals.col(j).dot(numbers.bisectors.col(j))) > kSlack)
-      refuse("bisectors", fmt::format("row {} is not across the normal of joint {}", j, j));
-    for (const Rod rod : {kRodA, kRodB}) {
+      refuse_state("bisectors", fmt::format("row {} is not across the normal of joint {}", j, j));
+    for (const RodOfJoint rod : {kRodA, kRodB}) {
       const auto& segments = graph.joints[static_cast<std::size_t>(j)].segments[rod];
       const bool is_there = segments[0] >= 0 || segments[1] >= 0;
       if (is_there && !(numbers.lengths(rod, j) > 0))
-        refuse("lengths", fmt::format("row {} has {:g}, must be > 0", j, numbers.lengths(rod, j)));
+        refuse_state("lengths",
+                     fmt::format("row {} has {:g}, must be > 0", j, numbers.lengths(rod, j)));
     }
   }
 }
@@ -126,13 +127,14 @@ void validate(const StateNumbers& numbers, const LinkageGraph& graph,
                             &to = chain[static_cast<std::size_t>(e) + 1];
       const double length = (to - from).norm();
       if (!(length > kShortest * std::max(from.cwiseAbs().maxCoeff(), to.cwiseAbs().maxCoeff())))
-        refuse("vertices", fmt::format("edge {} of segment {} has no length", e, s));
+        refuse_state("vertices", fmt::format("edge {} of segment {} has no length", e, s));
       if (variables.angle(s, e) < 0) continue;
       const double along = numbers.directors.col(director).dot(to - from) / length;
       if (std::abs(along) > kSlack) {
-        refuse("directors",
-               fmt::format("row {} is not across edge {} of segment {}: either is of another shape",
-                           director, e, s));
+        refuse_state(
+            "directors",
+            fmt::format("row {} is not across edge {} of segment {}: either is of another shape",
+                        director, e, s));
       }
       ++director;
     }

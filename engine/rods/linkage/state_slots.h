@@ -31,7 +31,7 @@ inline Eigen::Vector3d read3(const double* slots, int slot, int field, int lane)
 
 /// Places a segment's terminal edge.
 inline void write_terminal(double* slots, int first_slot, int lane, const JointState<double>& joint,
-                           Rod rod, const Eigen::Vector3d& tangent) {
+                           RodOfJoint rod, const Eigen::Vector3d& tangent) {
   const Eigen::Vector3d half = tangent * (joint.lengths[rod] / 2);
   write3(slots, first_slot, LinkageState::kPosition, lane, joint.position - half);
   write3(slots, first_slot + 1, LinkageState::kPosition, lane, joint.position + half);
@@ -44,7 +44,7 @@ inline void write_terminals(double* slots, int edges, int lane, const Segment& s
   for (const End end : {kStart, kFinish}) {
     if (segment.joints[end] < 0) continue;
     const JointState<double>& joint = joints[static_cast<std::size_t>(segment.joints[end])];
-    const Rod rod = segment.rods[end];
+    const RodOfJoint rod = segment.rods[end];
     write_terminal(slots, end == kStart ? 0 : edges - 1, lane, joint, rod,
                    segment.signs[end] * joint.tangent(rod));
   }

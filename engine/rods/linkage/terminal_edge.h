@@ -33,7 +33,7 @@ struct JointState {
     const Eigen::Matrix<T, 3, 1> beside = normal.cross(bisector) * sin(half);
     return {along - beside, along + beside};
   }
-  [[nodiscard]] Eigen::Matrix<T, 3, 1> tangent(Rod rod) const { return tangents()[rod]; }
+  [[nodiscard]] Eigen::Matrix<T, 3, 1> tangent(RodOfJoint rod) const { return tangents()[rod]; }
 };
 
 /// What a terminal edge sees of its joint.
@@ -43,12 +43,12 @@ struct TerminalEdgeSource {
   Eigen::Matrix<T, 3, 1> normal;
   Eigen::Matrix<T, 3, 1> tangent;  // of the rod, unit
   T length;
-  Rod rod;
+  RodOfJoint rod;
   double sign;  // +1: the segment runs along the tangent, -1: against it
 };
 
 template <class T>
-[[nodiscard]] TerminalEdgeSource<T> terminal_edge_source(const JointState<T>& joint, Rod rod,
+[[nodiscard]] TerminalEdgeSource<T> terminal_edge_source(const JointState<T>& joint, RodOfJoint rod,
                                                          int sign) {
   return {joint.position, joint.normal, joint.tangent(rod), joint.lengths[rod], rod, double(sign)};
 }
@@ -102,7 +102,7 @@ class JointTurn {
     sine_ = sin(quarter);
   }
 
-  [[nodiscard]] Turn<T> of(Rod rod) const {
+  [[nodiscard]] Turn<T> of(RodOfJoint rod) const {
     const T sine = rod == kRodA ? T(-sine_) : sine_;
     return {scalar_ * cosine_ - sine * vector_.dot(normal_),
             vector_ * cosine_ + normal_ * (scalar_ * sine) + vector_.cross(normal_) * sine};

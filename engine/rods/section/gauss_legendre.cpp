@@ -1,6 +1,7 @@
 #include "engine/rods/section/gauss_legendre.h"
 
 #include <cmath>
+#include <numbers>
 
 namespace limber::rods {
 
@@ -8,7 +9,7 @@ GaussLegendre gauss_legendre(int n) {
   GaussLegendre result;
   for (int i = 0; i < n; ++i) {
     // Newton's method on P_n from an asymptotic guess.
-    double x = std::cos(3.14159265358979323846 * (i + 0.75) / (n + 0.5)), slope = 1;
+    double x = std::cos(std::numbers::pi * (i + 0.75) / (n + 0.5)), slope = 1;
     for (int step = 0; step < 20; ++step) {
       double p = x, before = 1;
       for (int k = 2; k <= n; ++k) {

@@ -46,7 +46,7 @@ bool contains(const Polygon& polygon, const Eigen::Vector2d& p) {
   return inside;
 }
 
-[[noreturn]] void refuse(const std::string& field, const std::string& message) {
+[[noreturn]] void refuse_profile(const std::string& field, const std::string& message) {
   throw Error(ErrorCode::kInvalidArgument, field, message);
 }
 
@@ -54,18 +54,20 @@ void validate_alone(const Polygon& polygon, const std::string& name, double tole
   const std::size_t n = polygon.size();
   for (std::size_t i = 0; i < n; ++i) {
     if (!((next(polygon, i) - polygon[i]).norm() > tolerance))
-      refuse(fmt::format("{}[{}]", name, i), "this vertex and the next are the same point");
+      refuse_profile(fmt::format("{}[{}]", name, i), "this vertex and the next are the same point");
     const Eigen::Vector2d before = polygon[i] - polygon[(i + n - 1) % n],
                           after = next(polygon, i) - polygon[i];
     if (std::abs(cross(before, after)) <= 1e-12 * before.norm() * after.norm() &&
         before.dot(after) < 0)
-      refuse(fmt::format("{}[{}]", name, i), "the outline turns back onto itself at this vertex");
+      refuse_profile(fmt::format("{}[{}]", name, i),
+                     "the outline turns back onto itself at this vertex");
   }
   for (std::size_t i = 0; i < n; ++i) {
     for (std::size_t j = i + 2; j < n; ++j) {
       if (i == 0 && j == n - 1) continue;
       if (touch(polygon[i], next(polygon, i), polygon[j], next(polygon, j), tolerance))
-        refuse(name, fmt::format("the edges after vertices {} and {} cross or touch", i, j));
+        refuse_profile(name,
+                       fmt::format("the edges after vertices {} and {} cross or touch", i, j));
     }
   }
 }
@@ -75,7 +77,7 @@ void validate_apart(const Polygon& a, const Polygon& b, const std::string& name,
   for (std::size_t i = 0; i < a.size(); ++i)
     for (std::size_t j = 0; j < b.size(); ++j)
       if (touch(a[i], next(a, i), b[j], next(b, j), tolerance))
-        refuse(name, fmt::format("edge {} crosses or touches edge {} of {}", i, j, other));
+        refuse_profile(name, fmt::format("edge {} crosses or touches edge {} of {}", i, j, other));
 }
 
 std::string hole_name(std::size_t h) { return fmt::format("section.holes[{}]", h); }
@@ -94,10 +96,10 @@ void Profile::validate() const {
   double size = 0;
   const auto count_and_numbers = [&](const Polygon& polygon, const std::string& name) {
     if (polygon.size() < 3)
-      refuse(name, fmt::format("a polygon needs three vertices, got {}", polygon.size()));
+      refuse_profile(name, fmt::format("a polygon needs three vertices, got {}", polygon.size()));
     for (std::size_t i = 0; i < polygon.size(); ++i) {
       if (!polygon[i].allFinite())
-        refuse(fmt::format("{}[{}]", name, i), "coordinates must be finite");
+        refuse_profile(fmt::format("{}[{}]", name, i), "coordinates must be finite");
       size = std::max(size, (polygon[i] - polygon[0]).norm());
     }
   };
@@ -108,11 +110,12 @@ void Profile::validate() const {
   for (std::size_t h = 0; h < holes.size(); ++h) {
     validate_alone(holes[h], hole_name(h), tolerance);
     validate_apart(holes[h], outline, hole_name(h), outer, tolerance);
-    if (!contains(outline, holes[h][0])) refuse(hole_name(h), "a hole must lie inside the outline");
+    if (!contains(outline, holes[h][0]))
+      refuse_profile(hole_name(h), "a hole must lie inside the outline");
     for (std::size_t g = 0; g < h; ++g) {
       validate_apart(holes[h], holes[g], hole_name(h), hole_name(g), tolerance);
       if (contains(holes[g], holes[h][0]) || contains(holes[h], holes[g][0]))
-        refuse(hole_name(h), "a hole must not lie inside " + hole_name(g));
+        refuse_profile(hole_name(h), "a hole must not lie inside " + hole_name(g));
     }
   }
 }

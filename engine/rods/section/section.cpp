@@ -5,6 +5,7 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "engine/base/error.h"
 #include "engine/rods/section/torsion.h"
@@ -12,8 +13,6 @@
 namespace limber::rods {
 
 namespace {
-
-constexpr double kPi = 3.14159265358979323846;
 
 void demand_positive(const char* name, double value) {
   if (!(value > 0) || !std::isfinite(value)) {
@@ -58,7 +57,7 @@ Polygon outline(const Rectangle& s) {
 Polygon outline(const Ellipse& s) {
   Polygon result;
   for (int i = 0; i < kRoundCorners; ++i) {
-    const double angle = 2 * kPi * i / kRoundCorners;
+    const double angle = 2 * std::numbers::pi * i / kRoundCorners;
     result.emplace_back(0.5 * s.width * std::cos(angle), 0.5 * s.height * std::sin(angle));
   }
   return result;
@@ -141,7 +140,7 @@ SectionProperties properties(const Rectangle& s) {
 }
 
 SectionProperties properties(const Ellipse& s) {
-  const double a = 0.5 * s.width, b = 0.5 * s.height, area = kPi * a * b;
+  const double a = 0.5 * s.width, b = 0.5 * s.height, area = std::numbers::pi * a * b;
   return symmetric(area, area * a * a / 4, area * b * b / 4, area * a * a * b * b / (a * a + b * b),
                    2 * a * b * std::max(a, b) / (a * a + b * b));
 }
@@ -149,7 +148,7 @@ SectionProperties properties(const Ellipse& s) {
 SectionProperties properties(const Tube& s) {
   const double outer = 0.5 * s.diameter, inner = outer - s.wall_thickness;
   // (outer^2 - inner^2) as a product keeps its digits for thin walls.
-  const double area = kPi * s.wall_thickness * (outer + inner);
+  const double area = std::numbers::pi * s.wall_thickness * (outer + inner);
   const double second = 0.25 * area * (outer * outer + inner * inner);
   return symmetric(area, second, second, 2 * second, outer);
 }
@@ -220,13 +219,13 @@ double rectangle_torsion_constant(double width, double height) {
   // (n pi b / 2t) > 20 makes tanh one to rounding; the rest of sum 1/n^5 is known.
   constexpr double kOddFifths = 1.00452376279513961613;  // 31/32 zeta(5)
   double ones = 0;
-  for (int n = 1; n * kPi * b / (2 * t) < 20; n += 2) {
+  for (int n = 1; n * std::numbers::pi * b / (2 * t) < 20; n += 2) {
     const double fifth = std::pow(n, -5);
-    sum += fifth * std::tanh(n * kPi * b / (2 * t));
+    sum += fifth * std::tanh(n * std::numbers::pi * b / (2 * t));
     ones += fifth;
   }
   sum += kOddFifths - ones;
-  return b * t * t * t / 3 * (1 - 192 * t / (std::pow(kPi, 5) * b) * sum);
+  return b * t * t * t / 3 * (1 - 192 * t / (std::pow(std::numbers::pi, 5) * b) * sum);
 }
 
 double rectangle_torsion_shear(double width, double height) {
@@ -234,9 +233,9 @@ double rectangle_torsion_shear(double width, double height) {
   // (Timoshenko and Goodier, Theory of Elasticity, sec. 109); terms fall below rounding by n = 25
   // in squares, earlier in all else.
   double sum = 0;
-  for (int n = 1; n * kPi * b / (2 * t) < 40; n += 2)
-    sum += 1 / (n * n * std::cosh(n * kPi * b / (2 * t)));
-  return t * (1 - 8 / (kPi * kPi) * sum);
+  for (int n = 1; n * std::numbers::pi * b / (2 * t) < 40; n += 2)
+    sum += 1 / (n * n * std::cosh(n * std::numbers::pi * b / (2 * t)));
+  return t * (1 - 8 / (std::numbers::pi * std::numbers::pi) * sum);
 }
 
 }  // namespace limber::rods

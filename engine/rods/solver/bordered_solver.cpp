@@ -1,8 +1,7 @@
 #include "engine/rods/solver/bordered_solver.h"
 
-#include <Eigen/Eigenvalues>
-
 #include "engine/base/error.h"
+#include "engine/base/numerics/dense.h"
 
 namespace limber::rods {
 namespace {
@@ -30,7 +29,7 @@ BorderedSolver::BorderedSolver(CondensedSolver& solver,
     }
   }
   // Rows of different units: an angle, a position, a mean over hundreds of angles.
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(small);
+  const SymmetricEigen eigen(small);
   values_ = eigen.eigenvalues();
   vectors_ = eigen.eigenvectors();
   const double largest = values_.cwiseAbs().maxCoeff();

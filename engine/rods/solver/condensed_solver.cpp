@@ -8,6 +8,7 @@
 #include "engine/base/error.h"
 #include "engine/base/numerics/block_ldlt.h"
 #include "engine/base/parallel.h"
+#include "engine/rods/linkage/chunk_sizes.h"
 #include "engine/rods/solver/chain_elimination.h"
 #include "engine/rods/solver/lane_transpose.h"
 #include "engine/rods/solver/terminal_transform.h"
@@ -23,10 +24,7 @@ using detail::Lanes;
 
 constexpr std::ptrdiff_t kTerminalLanes = kTerminalSize * kJointSize;
 constexpr std::ptrdiff_t kBlockEntries = kJointSize * kJointSize;
-// A few microseconds of work: sharing a loop costs one while threads spin for the next.
-constexpr std::int64_t kBatchesPerChunk = 4;
 constexpr std::int64_t kBatchesPerSolveChunk = 8;
-constexpr std::int64_t kJointsPerChunk = 16;
 
 /// One end of a chain at a joint, as an index 2 chain + end.
 struct Incidence {
@@ -125,14 +123,16 @@ class CondensedSolver::Impl {
 
   PivotCount factor(const CondensedMatrix& matrix, double shift) {
     LIMBER_DEMAND(matrix.shared_structure() == shared_);
-    parallel_for(static_cast<std::int64_t>(structure_.batches().size()), kBatchesPerChunk,
+    parallel_for(static_cast<std::int64_t>(structure_.batches().size()), detail::kBatchesPerChunk,
                  [&](std::int64_t begin, std::int64_t end) {
                    for (std::int64_t b = begin; b < end; ++b)
                      condense(matrix, static_cast<int>(b), shift);
                  });
-    parallel_for(structure_.joints(), kJointsPerChunk, [&](std::int64_t begin, std::int64_t end) {
-      for (std::int64_t j = begin; j < end; ++j) assemble_joint(matrix, static_cast<int>(j), shift);
-    });
+    parallel_for(structure_.joints(), detail::kJointsPerChunk,
+                 [&](std::int64_t begin, std::int64_t end) {
+                   for (std::int64_t j = begin; j < end; ++j)
+                     assemble_joint(matrix, static_cast<int>(j), shift);
+                 });
     pivots_ = joints_.factor();
     for (const PivotCount& count : counts_) pivots_ += count;
     factored_ = true;

@@ -15,7 +15,7 @@ namespace {
 
 using Json = nlohmann::json;
 
-[[noreturn]] void refuse(const std::string& field, const std::string& why) {
+[[noreturn]] void refuse_job(const std::string& field, const std::string& why) {
   throw Error(ErrorCode::kInvalidArgument, field, field + " " + why);
 }
 
@@ -24,12 +24,12 @@ Json parse(std::string_view text, const char* name) {
   constexpr int kMaxLevels = 100;
   const auto check_depth = [&](int depth, Json::parse_event_t, const Json&) {
     if (depth > kMaxLevels)
-      refuse(name, "is nested deeper than " + std::to_string(kMaxLevels) + " levels");
+      refuse_job(name, "is nested deeper than " + std::to_string(kMaxLevels) + " levels");
     return true;
   };
   Json document = Json::parse(text, check_depth, false);
-  if (document.is_discarded()) refuse(name, "is not JSON");
-  if (!document.is_object()) refuse(name, "is not a JSON object");
+  if (document.is_discarded()) refuse_job(name, "is not JSON");
+  if (!document.is_object()) refuse_job(name, "is not a JSON object");
   return document;
 }
 
@@ -60,14 +60,14 @@ void check_keys(const Json& object, std::span<const std::string_view> keys, cons
         why += std::string(known) + '"';
       }
     }
-    refuse(key, why);
+    refuse_job(key, why);
   }
 }
 
-double number(const Json& value, const std::string& field) {
-  if (!value.is_number()) refuse(field, "is not a number");
+double read_number(const Json& value, const std::string& field) {
+  if (!value.is_number()) refuse_job(field, "is not a number");
   const auto result = value.get<double>();
-  if (!std::isfinite(result)) refuse(field, "is not finite");
+  if (!std::isfinite(result)) refuse_job(field, "is not finite");
   return result;
 }
 
@@ -75,15 +75,15 @@ double number(const Json& value, const std::string& field) {
 const Json* list(const Json& from, const char* name) {
   const auto found = from.find(name);
   if (found == from.end() || found->is_null()) return nullptr;
-  if (!found->is_array()) refuse(name, "is not a list");
+  if (!found->is_array()) refuse_job(name, "is not a list");
   return &*found;
 }
 
 std::vector<double> numbers(const Json& value, std::size_t count, const std::string& field) {
   if (!value.is_array() || value.size() != count)
-    refuse(field, "is not a list of " + std::to_string(count) + " numbers");
+    refuse_job(field, "is not a list of " + std::to_string(count) + " numbers");
   std::vector<double> result;
-  for (const Json& entry : value) result.push_back(number(entry, field));
+  for (const Json& entry : value) result.push_back(read_number(entry, field));
   return result;
 }
 
@@ -97,14 +97,14 @@ void for_each_vertex(const Json& job, const char* name, Visit&& visit) {
     const Json& entry = (*entries)[i];
     if (!entry.is_array() || entry.size() != 2 || !entry[0].is_number_integer() ||
         entry[0].get<std::int64_t>() < 0 || entry[0].get<std::int64_t>() > 2000000000)
-      refuse(field, "is not [vertex, numbers]");
+      refuse_job(field, "is not [vertex, numbers]");
     visit(entry[0].get<int>(), entry[1], field);
   }
 }
 
 std::array<double, 2> pair(const Json& job, const char* name) {
   const auto found = job.find(name);
-  if (found == job.end()) refuse(name, "is missing");
+  if (found == job.end()) refuse_job(name, "is missing");
   const auto values = numbers(*found, 2, name);
   return {values[0], values[1]};
 }
@@ -112,7 +112,7 @@ std::array<double, 2> pair(const Json& job, const char* name) {
 std::string text(const Json& job, const char* name) {
   const auto found = job.find(name);
   if (found == job.end()) return {};
-  if (!found->is_string()) refuse(name, "is not a text");
+  if (!found->is_string()) refuse_job(name, "is not a text");
   return found->get<std::string>();
 }
 
@@ -121,13 +121,14 @@ void read_settings(std::string_view settings, BeamJob& job) {
   for (const auto& [key, value] : document.items()) {
     const std::string_view meant = nearest_name(key, kSettingsKeys);
     if (!meant.empty() && meant != key)
-      refuse(key, "is no key of DRMSettings.json: did you mean \"" + std::string(meant) + "\"?");
+      refuse_job(key,
+                 "is no key of DRMSettings.json: did you mean \"" + std::string(meant) + "\"?");
   }
   const auto distortion = document.find("initialDistortion");
   if (distortion == document.end() || distortion->is_null()) return;
   if (distortion->is_object()) check_keys(*distortion, kDistortionKeys, "initialDistortion");
   if (!distortion->is_object() || !distortion->contains("load"))
-    refuse("initialDistortion", "has no load");
+    refuse_job("initialDistortion", "has no load");
   const auto load = numbers((*distortion)["load"], 6, "initialDistortion.load");
   job.initial_force = Eigen::Vector3d(load[0], load[1], load[2]);
   job.initial_moment = Eigen::Vector3d(load[3], load[4], load[5]);
@@ -141,7 +142,7 @@ BeamJob read_beam_job(std::string_view content, std::string_view settings) {
   BeamJob job;
   job.label = text(document, "label");
   job.mesh_file = text(document, "mesh filename");
-  if (job.mesh_file.empty()) refuse("mesh filename", "is missing");
+  if (job.mesh_file.empty()) refuse_job("mesh filename", "is missing");
   const auto [width, height] = pair(document, "cross section dim");
   job.section_width = width;
   job.section_height = height;
@@ -150,13 +151,13 @@ BeamJob read_beam_job(std::string_view content, std::string_view settings) {
   job.young = young;
   for_each_vertex(document, "fixed vertices",
                   [&](int vertex, const Json& value, const auto& field) {
-                    if (!value.is_array()) refuse(field, "is not [vertex, list]");
+                    if (!value.is_array()) refuse_job(field, "is not [vertex, list]");
                     BeamJob::Fixed fixed;
                     fixed.vertex = vertex;
                     for (const Json& direction : value) {
                       if (!direction.is_number_integer() || direction.get<int>() < 0 ||
                           direction.get<int>() > 5)
-                        refuse(field, "has a direction that is not 0 to 5");
+                        refuse_job(field, "has a direction that is not 0 to 5");
                       fixed.directions[direction.get<std::size_t>()] = true;
                     }
                     job.fixed.push_back(fixed);

@@ -6,7 +6,7 @@
 namespace limber::scene::formats {
 namespace {
 
-std::size_t size_of(PlyType type) {
+std::size_t bytes_of_type(PlyType type) {
   switch (type) {
     case PlyType::kInt8:
     case PlyType::kUint8:
@@ -34,7 +34,7 @@ void PlyFile::check_count(const PlyElement& element) const {
 std::size_t PlyFile::least_bytes(const PlyElement& element) const {
   std::size_t bytes = 0;
   for (const PlyProperty& property : element.properties) {
-    bytes += text_ ? 2 : size_of(property.list ? property.count_type : property.type);
+    bytes += text_ ? 2 : bytes_of_type(property.list ? property.count_type : property.type);
   }
   return bytes;
 }
@@ -108,7 +108,7 @@ void PlyFile::read_format(std::string_view format) {
 
 double PlyFile::number(PlyType type) {
   if (text_) return file_.real("a number");
-  const char* const at = file_.bytes(size_of(type), "a number").data();
+  const char* const at = file_.bytes(bytes_of_type(type), "a number").data();
   switch (type) {
     case PlyType::kInt8:
       return decode<std::int8_t>(at, order_);
@@ -137,7 +137,7 @@ const std::vector<double>& PlyFile::read(const PlyProperty& property) {
     const double claimed = number(property.count_type);
     if (!(claimed >= 0 && claimed <= 2e9)) file_.fail("a list of wrong length");
     count = static_cast<std::int64_t>(claimed);
-    file_.check_count(count, "the length of a list", text_ ? 2 : size_of(property.type));
+    file_.check_count(count, "the length of a list", text_ ? 2 : bytes_of_type(property.type));
   }
   for (std::int64_t i = 0; i < count; ++i) values_.push_back(number(property.type));
   return values_;

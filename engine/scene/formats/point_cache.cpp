@@ -13,11 +13,11 @@ namespace {
 /// Header: char[12] "POINTCACHE2\0", int32 version, int32 points, float start, float rate, int32
 /// samples.
 constexpr std::string_view kMagic("POINTCACHE2\0", 12);
-constexpr std::size_t kHeader = 32;
+constexpr std::size_t kCacheHeaderBytes = 32;
 constexpr auto kOrder = formats::ByteOrder::kLittle;
 
-[[noreturn]] void refuse(const std::string& name, const std::string& message,
-                         ErrorCode code = ErrorCode::kInvalidArgument) {
+[[noreturn]] void refuse_cache(const std::string& name, const std::string& message,
+                               ErrorCode code = ErrorCode::kInvalidArgument) {
   throw Error(code, name, message);
 }
 
@@ -31,33 +31,36 @@ void append(std::string& bytes, Number number) {
 }  // namespace
 
 PointCache read_pc2(const std::string& name, std::string_view content) {
-  if (content.substr(0, kMagic.size()) != kMagic) refuse(name, "does not begin with 'POINTCACHE2'");
-  if (content.size() < kHeader) refuse(name, "ends inside its header");
+  if (content.substr(0, kMagic.size()) != kMagic)
+    refuse_cache(name, "does not begin with 'POINTCACHE2'");
+  if (content.size() < kCacheHeaderBytes) refuse_cache(name, "ends inside its header");
   const auto version = formats::decode<std::int32_t>(content.data() + 12, kOrder);
   if (version != 1) {
-    refuse(name, "version " + std::to_string(version) + " is not supported (1 is)",
-           ErrorCode::kUnsupported);
+    refuse_cache(name, "version " + std::to_string(version) + " is not supported (1 is)",
+                 ErrorCode::kUnsupported);
   }
   const std::int64_t points = formats::decode<std::int32_t>(content.data() + 16, kOrder);
   const std::int64_t samples = formats::decode<std::int32_t>(content.data() + 28, kOrder);
-  if (points < 0 || samples < 0) refuse(name, "a negative number of points or samples");
+  if (points < 0 || samples < 0) refuse_cache(name, "a negative number of points or samples");
   // Both fit 31 bits, so the product cannot overflow 64.
   const auto expected = static_cast<std::uint64_t>(points) * static_cast<std::uint64_t>(samples);
-  if (expected > content.size() || content.size() != kHeader + 12 * expected) {
-    refuse(name, "has " + std::to_string(content.size()) + " bytes, not those of " +
-                     std::to_string(samples) + " samples of " + std::to_string(points) + " points");
+  if (expected > content.size() || content.size() != kCacheHeaderBytes + 12 * expected) {
+    refuse_cache(name, "has " + std::to_string(content.size()) + " bytes, not those of " +
+                           std::to_string(samples) + " samples of " + std::to_string(points) +
+                           " points");
   }
   PointCache cache;
   cache.start_frame = formats::decode<float>(content.data() + 20, kOrder);
   cache.frames_per_sample = formats::decode<float>(content.data() + 24, kOrder);
   cache.positions.resize(static_cast<Eigen::Index>(3 * points), static_cast<Eigen::Index>(samples));
-  if (expected > 0) std::memcpy(cache.positions.data(), content.data() + kHeader, 12 * expected);
+  if (expected > 0)
+    std::memcpy(cache.positions.data(), content.data() + kCacheHeaderBytes, 12 * expected);
   for (Eigen::Index sample = 0; sample < cache.positions.cols(); ++sample) {
     if (cache.positions.col(sample).allFinite()) continue;
     Eigen::Index at = 0;
     while (std::isfinite(cache.positions(at, sample))) ++at;
-    refuse(name, "the position of point " + std::to_string(at / 3) + " in sample " +
-                     std::to_string(sample) + " is not finite");
+    refuse_cache(name, "the position of point " + std::to_string(at / 3) + " in sample " +
+                           std::to_string(sample) + " is not finite");
   }
   return cache;
 }

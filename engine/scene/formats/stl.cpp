@@ -10,7 +10,7 @@
 namespace limber::scene::formats {
 namespace {
 
-constexpr std::size_t kHeader = 84;
+constexpr std::size_t kStlHeaderBytes = 84;
 constexpr std::size_t kTriangle = 50;
 
 /// Gives equal corners one vertex; -0 and 0 are equal.
@@ -38,9 +38,9 @@ TriangleSurface read_binary(const TextCursor& file, std::string_view content) {
     for (std::size_t corner = 0; corner < 3; ++corner) {
       double at[3];
       for (std::size_t axis = 0; axis < 3; ++axis) {
-        at[axis] = static_cast<double>(
-            decode<float>(content.data() + kHeader + t * kTriangle + 12 + 12 * corner + 4 * axis,
-                          ByteOrder::kLittle));
+        at[axis] = static_cast<double>(decode<float>(
+            content.data() + kStlHeaderBytes + t * kTriangle + 12 + 12 * corner + 4 * axis,
+            ByteOrder::kLittle));
         if (!std::isfinite(at[axis]))
           file.fail("a coordinate of triangle " + std::to_string(t) + " is not finite");
       }
@@ -83,9 +83,9 @@ TriangleSurface read_text(TextCursor& file) {
 }  // namespace
 
 TriangleSurface read_stl(TextCursor& file, std::string_view content) {
-  if (content.size() >= kHeader) {
+  if (content.size() >= kStlHeaderBytes) {
     const std::uint64_t count = decode<std::uint32_t>(content.data() + 80, ByteOrder::kLittle);
-    if (content.size() == kHeader + count * kTriangle) return read_binary(file, content);
+    if (content.size() == kStlHeaderBytes + count * kTriangle) return read_binary(file, content);
   }
   if (trim(content.substr(0, 80)).substr(0, 5) != "solid") {
     file.fail(

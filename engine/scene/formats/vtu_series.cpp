@@ -12,8 +12,8 @@
 namespace limber::scene {
 namespace {
 
-[[noreturn]] void refuse(const std::string& name, const std::string& message,
-                         ErrorCode code = ErrorCode::kInvalidArgument) {
+[[noreturn]] void refuse_series(const std::string& name, const std::string& message,
+                                ErrorCode code = ErrorCode::kInvalidArgument) {
   throw Error(code, name, message);
 }
 
@@ -28,8 +28,9 @@ std::vector<TimedFile> data_sets(const std::string& name, const pugi::xml_node& 
     // Without a time, as some programs write them: the order is that of the file.
     const double time = set.attribute("timestep").as_double(static_cast<double>(found.size()));
     const std::string file = set.attribute("file").as_string();
-    if (file.empty()) refuse(name, fmt::format("DataSet {} names no file", found.size()));
-    if (!std::isfinite(time)) refuse(name, fmt::format("{} has no time that is finite", file));
+    if (file.empty()) refuse_series(name, fmt::format("DataSet {} names no file", found.size()));
+    if (!std::isfinite(time))
+      refuse_series(name, fmt::format("{} has no time that is finite", file));
     found.push_back({time, file});
   }
   return found;
@@ -40,19 +41,20 @@ std::vector<TimedFile> data_sets(const std::string& name, const pugi::xml_node& 
 std::vector<std::string> pvd_files(const std::string& name, std::string_view content) {
   pugi::xml_document document;
   const pugi::xml_parse_result parsed = document.load_buffer(content.data(), content.size());
-  if (!parsed) refuse(name, std::string("not valid XML: ") + parsed.description());
+  if (!parsed) refuse_series(name, std::string("not valid XML: ") + parsed.description());
   const pugi::xml_node root = document.child("VTKFile");
   if (std::string_view(root.attribute("type").as_string()) != "Collection")
-    refuse(name, "is no .pvd: a VTKFile of type 'Collection' is expected");
+    refuse_series(name, "is no .pvd: a VTKFile of type 'Collection' is expected");
   std::vector<TimedFile> sets = data_sets(name, root.child("Collection"));
-  if (sets.empty()) refuse(name, "lists no files");
+  if (sets.empty()) refuse_series(name, "lists no files");
   std::stable_sort(sets.begin(), sets.end(),
                    [](const TimedFile& a, const TimedFile& b) { return a.time < b.time; });
   std::vector<std::string> files;
   for (std::size_t i = 1; i < sets.size(); ++i) {
     if (sets[i].time == sets[i - 1].time) {
-      refuse(name, fmt::format("{} and {} are of the same time {:g}: one file per frame is read",
-                               sets[i - 1].file, sets[i].file, sets[i].time));
+      refuse_series(name,
+                    fmt::format("{} and {} are of the same time {:g}: one file per frame is read",
+                                sets[i - 1].file, sets[i].file, sets[i].time));
     }
   }
   for (TimedFile& set : sets) files.push_back(std::move(set.file));
@@ -62,7 +64,7 @@ std::vector<std::string> pvd_files(const std::string& name, std::string_view con
 Eigen::MatrixXd read_vtu_series(const std::string& name, std::size_t count,
                                 const std::function<VtuFrame(std::size_t)>& frame,
                                 Eigen::Index node_count, std::size_t max_bytes) {
-  if (count == 0) refuse(name, "has no frames");
+  if (count == 0) refuse_series(name, "has no frames");
   std::vector<double> positions;  // grows with what is there, not with what `count` promises
   for (std::size_t i = 0; i < count; ++i) {
     const VtuFrame file = frame(i);
@@ -77,20 +79,20 @@ Eigen::MatrixXd read_vtu_series(const std::string& name, std::size_t count,
                                     ? node_count
                                     : static_cast<Eigen::Index>(positions.size() / (3 * i));
     if (wanted > 0 && points.cols() != wanted) {
-      refuse(name, fmt::format("{} has {} points, {} has {} nodes", where, points.cols(),
-                               node_count > 0 ? "the mesh" : "the first frame", wanted));
+      refuse_series(name, fmt::format("{} has {} points, {} has {} nodes", where, points.cols(),
+                                      node_count > 0 ? "the mesh" : "the first frame", wanted));
     }
-    if (points.cols() == 0) refuse(name, where + " has no points");
+    if (points.cols() == 0) refuse_series(name, where + " has no points");
     // All have as many: known from the first on.
     if (count > max_bytes / sizeof(double) / static_cast<std::size_t>(points.size())) {
-      refuse(name,
-             fmt::format("{} frames of {} points take more than {} MiB, which is the limit", count,
-                         points.cols(), max_bytes >> 20),
-             ErrorCode::kLimitExceeded);
+      refuse_series(name,
+                    fmt::format("{} frames of {} points take more than {} MiB, which is the limit",
+                                count, points.cols(), max_bytes >> 20),
+                    ErrorCode::kLimitExceeded);
     }
     for (Eigen::Index point = 0; point < points.cols(); ++point) {
       if (!points.col(point).allFinite())
-        refuse(name, fmt::format("{}: point {} is not finite", where, point));
+        refuse_series(name, fmt::format("{}: point {} is not finite", where, point));
     }
     positions.insert(positions.end(), points.data(), points.data() + points.size());
   }

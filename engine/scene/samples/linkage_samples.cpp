@@ -2,13 +2,12 @@
 
 #include <cmath>
 #include <functional>
+#include <numbers>
 
 #include "engine/base/error.h"
 
 namespace limber::scene {
 namespace {
-
-constexpr double kPi = 3.14159265358979323846;
 
 /// Rods along both directions of a grid of vertices.
 rods::LineMesh grid_lines(int rows, int columns,
@@ -30,7 +29,7 @@ rods::LineMesh grid_lines(int rows, int columns,
 
 Linkage make_grid() {
   constexpr int kRods = 9;
-  constexpr double kCell = 0.15, kHalfAngle = 10 * kPi / 180;
+  constexpr double kCell = 0.15, kHalfAngle = 10 * std::numbers::pi / 180;
   Linkage linkage;
   linkage.name = "grid";
   linkage.lines = grid_lines(kRods, kRods, [&](int i, int j) -> Eigen::Vector3d {
@@ -42,7 +41,7 @@ Linkage make_grid() {
 
 Linkage make_dome() {
   constexpr int kRods = 9;
-  constexpr double kCell = 0.15, kHalfAngle = 10 * kPi / 180, kLonger = 0.3;
+  constexpr double kCell = 0.15, kHalfAngle = 10 * std::numbers::pi / 180, kLonger = 0.3;
   // Along a rod, cells grow towards its middle; the more, the nearer the rod is to the middle.
   const auto along = [](double s, double across) {
     const double t = 2 * s / (kRods - 1) - 1, u = 2 * across / (kRods - 1) - 1;
@@ -63,12 +62,12 @@ Linkage make_dome() {
 /// cross at azimuths that are multiples of D / 2.
 Linkage make_hyperboloid() {
   constexpr int kRods = 12, kSteps = 3, kLevels = 2 * kSteps + 1;
-  constexpr double kRadius = 0.6, kHalfHeight = 0.9, kTurn = 2 * kPi / kRods;
+  constexpr double kRadius = 0.6, kHalfHeight = 0.9, kTurn = 2 * std::numbers::pi / kRods;
   const double half_turn = 0.5 * kSteps * kTurn;
   Linkage linkage;
   linkage.name = "hyperboloid";
   // Left alone, straight rods would close to a bundle: their rulings cross with a twist.
-  linkage.conditions.mean_angle = 20 * kPi / 180;
+  linkage.conditions.mean_angle = 20 * std::numbers::pi / 180;
   rods::LineMesh& lines = linkage.lines;
   lines.vertices.resize(3, kRods * kLevels);
   lines.edges.resize(2, 2 * kRods * (kLevels - 1));
@@ -92,11 +91,11 @@ Linkage make_hyperboloid() {
   return linkage;
 }
 
-struct Sample {
+struct LinkageSample {
   const char* name;
   Linkage (*make)();
 };
-constexpr Sample kSamples[] = {
+constexpr LinkageSample kLinkageSamples[] = {
     {"grid", make_grid}, {"hyperboloid", make_hyperboloid}, {"dome", make_dome}};
 
 }  // namespace
@@ -104,17 +103,17 @@ constexpr Sample kSamples[] = {
 const std::vector<std::string>& linkage_sample_names() {
   static const std::vector<std::string> names = [] {
     std::vector<std::string> result;
-    for (const Sample& sample : kSamples) result.emplace_back(sample.name);
+    for (const LinkageSample& sample : kLinkageSamples) result.emplace_back(sample.name);
     return result;
   }();
   return names;
 }
 
 Linkage make_linkage_sample(const std::string& name) {
-  for (const Sample& sample : kSamples)
+  for (const LinkageSample& sample : kLinkageSamples)
     if (name == sample.name) return sample.make();
   std::string known;
-  for (const Sample& sample : kSamples)
+  for (const LinkageSample& sample : kLinkageSamples)
     known += (known.empty() ? "" : ", ") + std::string(sample.name);
   throw Error(ErrorCode::kNotFound, "sample",
               "there is no linkage '" + name + "'; there are " + known);

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 
 namespace limber::scene::samples {
 namespace {
@@ -97,7 +98,7 @@ double Blade::distance(const Vector3d& x) const {
     if (angle > 0 && angle <= total) {
       n = sign * (radius - norm2(s, to_centre));
       s = radius * angle;
-    } else if (angle > total || angle < -std::max(0.5, (2 * 3.141592653589793 - total) / 2)) {
+    } else if (angle > total || angle < -std::max(0.5, (2 * std::numbers::pi - total) / 2)) {
       const double dx = s - radius * std::sin(total);
       const double dn = sign * n - radius * (1 - std::cos(total));
       s = length + dx * std::cos(total) + dn * std::sin(total);

@@ -12,8 +12,8 @@ using Eigen::Vector3d;
 /// A point is moved onto the surface if that is nearer than this share of its smallest cell: the
 /// bounds of Labelle and Shewchuk for uniform cells, along edges between centres or corners (of one
 /// cell side) and between a centre and a corner (of 0.866).
-constexpr double kSnapLong = 0.24999;
-constexpr double kSnapShort = 0.41189 * 0.8660254;
+constexpr double kGradedSnapLong = 0.24999;
+constexpr double kGradedSnapShort = 0.41189 * 0.8660254;
 
 double six_volumes(const std::vector<Vector3d>& x, const BackgroundTet& tet) {
   const auto at = [&](std::size_t c) { return x[static_cast<std::size_t>(tet[c])]; };
@@ -144,7 +144,7 @@ void GradedLattice::snap(const std::vector<BackgroundTet>& tets, const Octree::P
       const Vector3d edge = points.rest[q] - points.rest[p];
       // Edges along an axis are the long ones.
       const double along = edge.cwiseAbs().maxCoeff() / edge.norm();
-      const double limit = (along > 0.99 ? kSnapLong : kSnapShort) * points.spacing[p];
+      const double limit = (along > 0.99 ? kGradedSnapLong : kGradedSnapShort) * points.spacing[p];
       const double length = t * edge.norm();
       if (length >= limit || length >= nearest) continue;
       nearest = length;

@@ -30,9 +30,9 @@ struct Trial {
   std::shared_ptr<GradedLattice> lattice;
 };
 
-class Search {
+class RungSearch {
  public:
-  Search(const SurfaceBody& body, const TetrahedralizeOptions& options)
+  RungSearch(const SurfaceBody& body, const TetrahedralizeOptions& options)
       : body_(body),
         options_(options),
         length_(body.tree.bounds().diagonal().norm()),
@@ -171,7 +171,7 @@ int rounded_up(std::size_t count) {
 }
 
 /// The smallest cells that do with the requested tets, searched downward from uniform ones.
-Trial search_rungs(Search& search, int first, int target_tets, const JobContext& job) {
+Trial search_rungs(RungSearch& search, int first, int target_tets, const JobContext& job) {
   constexpr int kMaxTrials = 8;
   Trial best;
   int finest_tried = kMaxRung + 1;
@@ -204,7 +204,7 @@ Trial search_rungs(Search& search, int first, int target_tets, const JobContext&
 
 GradedSearch search_graded(const SurfaceBody& body, const TetrahedralizeOptions& options,
                            double uniform_cell, const JobContext& job) {
-  Search search(body, options);
+  RungSearch search(body, options);
   GradedSearch result;
   const double rungs = kRungsPerHalving * std::log2(search.side(0) / uniform_cell);
   const int first = std::clamp(static_cast<int>(std::ceil(rungs)), 0, kMaxRung);

@@ -41,8 +41,8 @@ void BeamLimits::validate() const {
 namespace {
 
 /// Conditions under edits.
-struct ConditionEdits {
-  explicit ConditionEdits(const BeamConditions& from)
+struct BeamConditionEdits {
+  explicit BeamConditionEdits(const BeamConditions& from)
       : supports(from.supports, &BeamSupport::node),
         motions(from.motions, &PrescribedMotion::node),
         loads(from.loads, &beams::NodalLoad::node),
@@ -159,7 +159,7 @@ class BeamDocument::Request {
   }
 
   /// Those that hold now; steps back and forth copy none.
-  ConditionEdits& conditions() {
+  BeamConditionEdits& conditions() {
     if (!conditions_) conditions_.emplace(*history_.now());
     return *conditions_;
   }
@@ -274,9 +274,10 @@ class BeamDocument::Request {
   const BeamDocument& document_;
   const Places& places_;
   History history_;
-  std::optional<ConditionEdits> conditions_;  // of history_, with the edits since; none: no edits
-  bool is_open_ = false;                      // edits since the last step
-  int steps_ = 0;                             // closed inside the request
+  std::optional<BeamConditionEdits>
+      conditions_;        // of history_, with the edits since; none: no edits
+  bool is_open_ = false;  // edits since the last step
+  int steps_ = 0;         // closed inside the request
   std::optional<std::string> remark_on_gravity_;
   int edits_ = 0;  // taken
   std::vector<scene::Issue> warnings_;

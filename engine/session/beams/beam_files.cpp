@@ -77,7 +77,7 @@ void write_cells(const BeamAnalysis& analysis, VtkXmlWriter& vtu) {
   vtu.close("Cells");
 }
 
-void write_units(const std::vector<BeamColumn>& columns, JsonWriter& json) {
+void write_beam_units(const std::vector<BeamColumn>& columns, JsonWriter& json) {
   for (const BeamColumn& column : columns) json.member(column.name, column.unit);
 }
 
@@ -147,8 +147,8 @@ std::string beam_json(const BeamAnalysis& analysis) {
   write_report(analysis, json);
   json.key("units");
   json.begin_object();
-  write_units(nodes, json);
-  write_units(elements, json);
+  write_beam_units(nodes, json);
+  write_beam_units(elements, json);
   json.end_object();
   json.key("nodes");
   json.begin_array();

@@ -11,11 +11,11 @@ namespace limber::session {
 namespace {
 
 constexpr auto kWarning = scene::Issue::Severity::kWarning;
-constexpr std::size_t kMaxNamed = 5;
+constexpr std::size_t kMaxNamedNodes = 5;
 
 /// "node 7", "nodes 7, 8, 9", "nodes 7, 8, 9, 10, 11 and 12 more".
 std::string names_of(const std::vector<std::size_t>& nodes) {
-  const std::size_t named = std::min(nodes.size(), kMaxNamed);
+  const std::size_t named = std::min(nodes.size(), kMaxNamedNodes);
   std::string text = nodes.size() == 1 ? "node " : "nodes ";
   text += fmt::format("{}", fmt::join(nodes.begin(), nodes.begin() + std::ptrdiff_t(named), ", "));
   if (nodes.size() > named) text += fmt::format(" and {} more", nodes.size() - named);
@@ -77,7 +77,7 @@ void remark_rotated_sections(const beams::BeamModel& model, std::vector<scene::I
     }
   }
   if (pairs.empty()) return;
-  const std::size_t named = std::min(pairs.size(), kMaxNamed);
+  const std::size_t named = std::min(pairs.size(), kMaxNamedNodes);
   std::string names =
       fmt::format("{}", fmt::join(pairs.begin(), pairs.begin() + std::ptrdiff_t(named), ", "));
   if (pairs.size() > named) names += fmt::format(" and {} more pairs", pairs.size() - named);

@@ -4,14 +4,13 @@
 
 #include <cmath>
 #include <map>
+#include <numbers>
 #include <utility>
 
 #include "engine/base/error.h"
 
 namespace limber::session {
 namespace {
-
-constexpr double kPi = 3.14159265358979323846;
 
 /// Pulled pipes of glass fibre, as gridshells are made of.
 const beams::BeamMaterial kGlassFibre{25e9, 0.3, 1850, 400e6};
@@ -58,7 +57,7 @@ BeamSample arch() {
   for (int i = 0; i <= kElements; ++i) {
     beams::BeamNode node;
     const double share = static_cast<double>(i) / kElements;
-    node.position = {kLength * share, 0, kRise * std::sin(kPi * share)};
+    node.position = {kLength * share, 0, kRise * std::sin(std::numbers::pi * share)};
     model.nodes.push_back(node);
     if (i > 0) add_element(i - 1, i, model);
   }
@@ -109,7 +108,7 @@ class Gridshell {
     beams::BeamModel& model = sample_.model;
     for (int step = -2 * kHalf; step < 2 * kHalf; ++step)
       add_element(at(step), at(step + 1), model);
-    const double share = std::cos(0.5 * kPi * line / kHalf);
+    const double share = std::cos(0.5 * std::numbers::pi * line / kHalf);
     for (const int side : {-1, 1}) {
       const int end = at(2 * kHalf * side);
       std::array<bool, 6> fixed{true, true, true, false, false, false};

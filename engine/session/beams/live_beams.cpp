@@ -14,7 +14,8 @@ namespace {
 
 using beams::BeamStatus;
 
-constexpr int kMaxFrames = 128;  // of one way
+constexpr int kMaxFrames = 128;           // of one way
+constexpr double kMinToldShare = 0.0005;  // less is told as 0 %
 // Shapes that undo comes back to, and what one takes of memory.
 constexpr std::size_t kKnownBytes = std::size_t{64} << 20;
 constexpr std::size_t kBytesPerElement = 1000;
@@ -170,6 +171,11 @@ LiveBeams::Outcome LiveBeams::solve(const SharedConditions& conditions, const Jo
   } else if (solution.report.status == BeamStatus::kCancelled) {
     stay_on_the_way(*conditions, solution);
   } else {
+    if (!is_drawn_) {
+      outcome.report.load_factor = outcome.report.equilibrium_share.value_or(0);
+      if (outcome.report.load_factor < kMinToldShare)
+        outcome.report.message += "; the shape before this change is the last equilibrium";
+    }
     if (outcome.report.load_factor < 1)
       outcome.report.message =
           fmt::format("Stopped at {:.3g} % of the requested change: {}",

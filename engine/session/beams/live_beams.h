@@ -36,6 +36,8 @@ class LiveBeams {
 
   struct Outcome {
     bool reached = false;  // an equilibrium under these conditions
+    /// Of an edit that was not reached, load_factor is the share of the change up to which there is
+    /// an equilibrium, and the message begins with it.
     beams::BeamReport report;
     /// Shapes on the way, the equilibrium last; empty where it was not reached.
     std::vector<Eigen::VectorXf> frames;

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "engine/base/degrees.h"
 #include "engine/rods/design/shape_functions.h"
 #include "engine/rods/equilibrium/deployment.h"
 #include "engine/rods/linkage/joint_positions.h"
@@ -13,7 +14,6 @@
 namespace limber::session {
 namespace {
 
-constexpr double kDegree = 3.14159265358979323846 / 180;
 // What two shapes that are the same may differ by.
 constexpr double kAngle = 1 * kDegree;  // of a joint's opening
 constexpr double kDistance = 0.01;      // of a joint from the middle, of the farthest one's

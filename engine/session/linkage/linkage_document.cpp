@@ -17,7 +17,7 @@ using scene::LinkageConditions;
 using scene::LinkageTarget;
 
 /// The last name of a path: "pins[2].joint" is about a joint, "mean_angle" about itself.
-std::string last_name(const std::string& path) {
+std::string last_field(const std::string& path) {
   const auto dot = path.rfind('.');
   return dot == std::string::npos ? path : path.substr(dot + 1);
 }
@@ -33,7 +33,7 @@ std::size_t bytes_of(const LinkageConditions& conditions) {
                                                    conditions.section_scales.size());
 }
 
-bool is_nothing(const scene::JointLoad& load) {
+bool loads_nothing(const scene::JointLoad& load) {
   return load.force.isZero(0) && load.moment.isZero(0) && load.torque == 0;
 }
 
@@ -48,8 +48,8 @@ void LinkageLimits::validate() const {
 namespace {
 
 /// Conditions under edits.
-struct ConditionEdits {
-  explicit ConditionEdits(const LinkageConditions& from)
+struct LinkageConditionEdits {
+  explicit LinkageConditionEdits(const LinkageConditions& from)
       : pins(from.pins, &scene::JointPin::joint),
         angles(from.angles, &scene::JointAngle::joint),
         targets(from.targets, &LinkageTarget::id),
@@ -156,7 +156,7 @@ class LinkageDocument::Request {
   std::uint64_t take(const SetJointLoad& set) {
     demand_joint(set.load.joint);
     const bool loaded = conditions().loads.erase_all(set.load.joint) > 0;
-    if (!is_nothing(set.load)) {
+    if (!loads_nothing(set.load)) {
       conditions().loads.push_back(set.load);
     } else if (!loaded) {
       warn("joint", fmt::format("joint {} carries no load; nothing was removed", set.load.joint));
@@ -205,7 +205,7 @@ class LinkageDocument::Request {
     return 0;
   }
   /// Those that hold now; steps back and forth copy none.
-  ConditionEdits& conditions() {
+  LinkageConditionEdits& conditions() {
     if (!conditions_) conditions_.emplace(*state_.history.now());
     return *conditions_;
   }
@@ -253,7 +253,8 @@ class LinkageDocument::Request {
     LinkageConditions made = conditions().made();
     auto issues = scene::validate(made, document_.joints_, document_.segments_);
     if (issues.empty() && document_.check_) issues = document_.check_(made);
-    if (!issues.empty()) throw Error(issues[0].code, last_name(issues[0].field), issues[0].message);
+    if (!issues.empty())
+      throw Error(issues[0].code, last_field(issues[0].field), issues[0].message);
     state_.history.step_to(
         std::move(made), document_.limits_.undo_depth, document_.limits_.undo_bytes,
         [shape = document_.limits_.shape_bytes](const LinkageConditions& conditions) {
@@ -264,10 +265,11 @@ class LinkageDocument::Request {
 
   const LinkageDocument& document_;
   State state_;
-  std::optional<ConditionEdits> conditions_;  // of state_, with the edits since; none: no edits
-  bool is_open_ = false;                      // edits since the last step
-  int steps_ = 0;                             // closed inside the request
-  int edits_ = 0;                             // taken
+  std::optional<LinkageConditionEdits>
+      conditions_;        // of state_, with the edits since; none: no edits
+  bool is_open_ = false;  // edits since the last step
+  int steps_ = 0;         // closed inside the request
+  int edits_ = 0;         // taken
   std::vector<scene::Issue> warnings_;
 };
 

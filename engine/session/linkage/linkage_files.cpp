@@ -3,14 +3,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "engine/base/degrees.h"
 #include "engine/scene/formats/json_writer.h"
 
 namespace limber::session {
 namespace {
 
 using scene::formats::JsonWriter;
-
-constexpr double kDegree = 3.14159265358979323846 / 180;
 
 constexpr RodFieldName kNames[rods::kRodFields] = {
     {"axial_strain", "1"},           {"axial_force", "N"},

@@ -10,6 +10,7 @@
 
 #include "engine/base/numerics/median.h"
 #include "engine/rods/linkage/line_meetings.h"
+#include "engine/rods/linkage/linkage_graph.h"
 #include "engine/rods/section/section_reach.h"
 #include "engine/session/linkage/unit_name.h"
 
@@ -74,6 +75,17 @@ std::optional<std::string> describe_large_extent(const scene::Linkage& linkage) 
       1e-3 * unit * box.x(), 1e-3 * unit * box.y(), 1e-3 * unit * box.z(), unit);
 }
 
+/// What is said of meshes that are too wide for the least bend of rods to be proven.
+std::optional<std::string> describe_pairing(const scene::Linkage& linkage) {
+  const rods::LinkageGraph graph = rods::build_linkage_graph(linkage.lines);
+  if (graph.is_bend_least) return {};
+  return fmt::format(
+      "the straightest pairs of segments do not fit together as two families of rods: at {} of {} "
+      "joints others were chosen that may bend the rods more than necessary; check the rods there, "
+      "or draw straighter ones",
+      graph.bent_joints, graph.joints.size());
+}
+
 }  // namespace
 
 std::vector<scene::Issue> linkage_remarks(const scene::Linkage& linkage) {
@@ -85,6 +97,8 @@ std::vector<scene::Issue> linkage_remarks(const scene::Linkage& linkage) {
     issues.push_back({kWarning, "length_unit_in_metres", *large});
   if (const auto size = describe_section_size(linkage, unit))
     issues.push_back({kWarning, "section", *size});
+  if (const auto pairing = describe_pairing(linkage))
+    issues.push_back({kWarning, "lines", *pairing});
   for (const LineMeeting& meeting : meetings.listed) {
     const Eigen::Vector3d& place = meeting.place;
     issues.push_back(

@@ -100,7 +100,7 @@ bool has_sizes(const scene::LinkageConditions& conditions, const DesignCandidate
          same(conditions.section_scales, sizes.sections);
 }
 
-void append(std::string& message, const std::string& part) {
+void append_sentence(std::string& message, const std::string& part) {
   if (part.empty()) return;
   if (!message.empty()) message += "; ";
   message += part;
@@ -294,7 +294,7 @@ void LinkageSession::Impl::find_erection(const LiveDesign& design, const DesignR
   try {
     LiveDesign::FoundErection found = design.find_erection({round.order.stop, {}});
     info.erection = std::move(found.erection);
-    append(info.message, found.message);
+    append_sentence(info.message, found.message);
   } catch (const Error& error) {
     if (error.code() != ErrorCode::kCancelled) throw;
   }
@@ -319,7 +319,7 @@ void LinkageSession::Impl::end_search(LiveDesign& design, DesignInfo& info,
   }
   last.message = report.message;
   const std::string released = design.release({round.order.stop, {}});
-  append(last.message, released);
+  append_sentence(last.message, released);
   if (is_optimum(last)) last.other_optima = ended_.others_than(design, last, *round.conditions);
   find_erection(design, round, last);
   while (!end_design(last))
@@ -383,9 +383,10 @@ bool LinkageSession::Impl::end_design(DesignInfo& info) {
       }
     }
     if (info.end == DesignEnd::kStopped && desk_.best() && !info.erection)
-      append(info.message,
-             "no erection was searched for, since the design was stopped: start a design from the "
-             "taken one to find it");
+      append_sentence(
+          info.message,
+          "no erection was searched for, since the design was stopped: start a design from the "
+          "taken one to find it");
     desk_.end(info);
     told = desk_.info();
     if (told->taken) {

@@ -8,7 +8,7 @@
 namespace limber::session {
 namespace {
 
-std::shared_ptr<const Eigen::MatrixXf> columns(const std::vector<Eigen::VectorXf>& path) {
+std::shared_ptr<const Eigen::MatrixXf> shape_columns(const std::vector<Eigen::VectorXf>& path) {
   auto frames = std::make_shared<Eigen::MatrixXf>(path.empty() ? 0 : path[0].size(),
                                                   static_cast<Eigen::Index>(path.size()));
   for (std::size_t i = 0; i < path.size(); ++i) frames->col(static_cast<Eigen::Index>(i)) = path[i];
@@ -169,9 +169,9 @@ void LinkageSession::Impl::solve(const Round& round) {
   result->report = outcome.reached ? outcome.report : live_->report_of_shape(outcome.report);
   const bool moved = !cancelled && !outcome.path.empty();
   if (moved) result->path = std::move(outcome.path);
-  result->frames = moved ? columns(outcome.frames) : columns({shape_now()});
-  result->strains =
-      moved ? columns(outcome.strains) : columns({live_->statics()->strains(live_->state())});
+  result->frames = moved ? shape_columns(outcome.frames) : shape_columns({shape_now()});
+  result->strains = moved ? shape_columns(outcome.strains)
+                          : shape_columns({live_->statics()->strains(live_->state())});
   result->statics = live_->statics();
   result->state = std::make_shared<const rods::LinkageState>(live_->state());
   result->conditions =
@@ -184,7 +184,7 @@ void LinkageSession::Impl::publish_iterate(const Round& round) {
   if (now - published_at_ < kPublishInterval) return;
   published_at_ = now;
   auto result = std::make_shared<LinkageResult>();
-  result->frames = columns({shape_now()});
+  result->frames = shape_columns({shape_now()});
   hand_out(std::move(result), round);
 }
 

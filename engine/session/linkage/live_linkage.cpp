@@ -6,6 +6,7 @@
 #include <cmath>
 #include <utility>
 
+#include "engine/base/degrees.h"
 #include "engine/base/error.h"
 #include "engine/rods/equilibrium/floating_parts.h"
 #include "engine/rods/linkage/joint_positions.h"
@@ -20,10 +21,10 @@ using rods::EquilibriumReport;
 using rods::EquilibriumStatus;
 
 /// What one solve is trusted with: farther, the linkage might find itself on another branch.
-constexpr double kFarAngle = 2 * 3.14159265358979323846 / 180;  // [rad]
-constexpr double kFarShare = 0.01;                              // of the linkage's extent
-constexpr double kTurnOfStep = 0.05;  // of steps, where one solve turned too far [rad]
-constexpr double kMaxSteps = 200;     // a pin far away is no reason to remember every step there
+constexpr double kFarAngle = 2 * kDegree;  // [rad]
+constexpr double kFarShare = 0.01;         // of the linkage's extent
+constexpr double kTurnOfStep = 0.05;       // of steps, where one solve turned too far [rad]
+constexpr double kMaxSteps = 200;  // a pin far away is no reason to remember every step there
 
 double extent_of(const rods::LinkageGraph& graph) {
   Eigen::Vector3d low = graph.segments[0].points[0], high = low;

@@ -126,7 +126,7 @@ class LiveLinkage {
   void go_again(const rods::Conditions& wanted, const JobContext& job, const OnIterate& on_iterate,
                 Outcome& outcome);
   [[nodiscard]] bool is_erected_by(const scene::LinkageConditions& conditions,
-                                   const rods::Conditions& wanted) const;
+                                   const rods::Conditions& wanted, std::string& remark) const;
   [[nodiscard]] bool erect(const scene::LinkageConditions& conditions,
                            const rods::Conditions& wanted, const JobContext& job,
                            const OnIterate& on_iterate, Outcome& outcome, std::string& remark);

@@ -5,7 +5,9 @@
 #include <cmath>
 #include <utility>
 
+#include "engine/base/degrees.h"
 #include "engine/rods/design/erection.h"
+#include "engine/rods/linkage/joint_positions.h"
 #include "engine/session/linkage/live_linkage.h"
 
 namespace limber::session {
@@ -13,8 +15,12 @@ namespace {
 
 constexpr double kPushStep = 0.25;  // share of the push, at angles that stay
 
+/// share_along of shapes that have left the plane for one of its sides.
+constexpr double kLeastSide = 0.01;
+
 /// Paths one after the other, as one.
-void append(LiveLinkage::Outcome& whole, LiveLinkage::Outcome part, double from, double share) {
+void append_outcome(LiveLinkage::Outcome& whole, LiveLinkage::Outcome part, double from,
+                    double share) {
   for (rods::DeploymentStep step : part.path) {
     step.progress = from + share * step.progress;
     whole.path.push_back(step);
@@ -40,13 +46,29 @@ std::string describe_failed_erection(const LiveLinkage::Outcome& erected) {
       100 * share, erected.report.message);
 }
 
+/// How far the joints are displaced the way the push acts, as a share of the linkage's size, both
+/// root mean square: 0 in the plane that the push is normal to, and of opposite signs to its sides.
+double share_along(const std::vector<scene::JointLoad>& push, const Eigen::Matrix3Xd& joints) {
+  const Eigen::Matrix3Xd offsets = joints.colwise() - joints.rowwise().mean();
+  double work = 0, squares = 0;
+  for (const scene::JointLoad& load : push) {
+    work += load.force.dot(offsets.col(load.joint));
+    squares += load.force.squaredNorm();
+  }
+  const double size = std::sqrt(squares) * offsets.norm();
+  return size > 0 ? work / size : 0;
+}
+
 }  // namespace
 
-/// Does the linkage lie about flat, and is it to open?
+/// Is the linkage to open from where its branch is not decided: from the beginning of the path, or
+/// from a shape that is still about flat? Below the angle at which it buckles, the equilibrium
+/// without the push is flat again after each step, however far along the path that is.
 bool LiveLinkage::is_erected_by(const scene::LinkageConditions& conditions,
-                                const rods::Conditions& wanted) const {
-  constexpr double kFlatShare = 0.25, kOpenShare = 0.25;  // of the erection's path
-  constexpr double kLeastPath = 0.02;                     // [rad]
+                                const rods::Conditions& wanted, std::string& remark) const {
+  constexpr double kFlatShare = 0.25;  // of the erection's path
+  constexpr double kLeastStep = 1e-3;  // of the same: smaller rises are rounding
+  constexpr double kLeastPath = 0.02;  // [rad]
   const auto& erection = conditions.erection;
   if (!erection || erection->push.empty() || !wanted.mean_opening_angle) return false;
   const double now = state_.mean_opening_angle();
@@ -55,7 +77,16 @@ bool LiveLinkage::is_erected_by(const scene::LinkageConditions& conditions,
   if (!(std::abs(path) > kLeastPath)) return false;
   const double from = (now - flat) / path;
   const double to = (*wanted.mean_opening_angle - flat) / path;
-  return from < kFlatShare && to > from + kOpenShare;
+  if (!(to > from + kLeastStep)) return false;
+  if (from < kFlatShare) return true;
+  const double side = share_along(erection->push, rods::joint_positions(state_));
+  if (side < -kLeastSide) {
+    remark = fmt::format(
+        "the shape is on the other side of its plane than the designed one: deploy it to {:.4g} "
+        "degrees and open it again from there",
+        flat / kDegree);
+  }
+  return std::abs(side) <= kLeastSide;
 }
 
 /// @param remark  gets what is to be said of it
@@ -64,7 +95,7 @@ bool LiveLinkage::is_erected_by(const scene::LinkageConditions& conditions,
 bool LiveLinkage::erect(const scene::LinkageConditions& conditions, const rods::Conditions& wanted,
                         const JobContext& job, const OnIterate& on_iterate, Outcome& outcome,
                         std::string& remark) {
-  if (!is_erected_by(conditions, wanted)) return false;
+  if (!is_erected_by(conditions, wanted, remark)) return false;
   std::vector<rods::JointLoad> push;
   for (const scene::JointLoad& load : conditions.erection->push) {
     push.push_back(
@@ -76,7 +107,7 @@ bool LiveLinkage::erect(const scene::LinkageConditions& conditions, const rods::
     Outcome part;
     lead(stages[k], std::min(share_of_step(stages[k]), kPushStep), job, on_iterate, part);
     const double share = 1 / static_cast<double>(stages.size());
-    append(erected, std::move(part), static_cast<double>(k) * share, share);
+    append_outcome(erected, std::move(part), static_cast<double>(k) * share, share);
     if (!erected.reached) break;
   }
   if (!erected.reached && erected.report.status != rods::EquilibriumStatus::kCancelled) {

@@ -7,12 +7,12 @@
 #include <numbers>
 #include <vector>
 
+#include "engine/base/degrees.h"
 #include "engine/session/linkage/unit_name.h"
 
 namespace limber::session {
 namespace {
 
-constexpr double kDegrees = 180 / std::numbers::pi;
 constexpr std::size_t kMaxNamed = 3;
 
 template <class Item, class Same>
@@ -47,14 +47,15 @@ std::vector<std::string> requests(const scene::LinkageConditions& before,
                                   const scene::LinkageConditions& wanted, double length_unit) {
   std::vector<std::string> found;
   if (wanted.mean_angle && wanted.mean_angle != before.mean_angle)
-    found.push_back(fmt::format("a mean angle of {:.4g} degrees", *wanted.mean_angle * kDegrees));
+    found.push_back(
+        fmt::format("a mean angle of {:.4g} degrees", *wanted.mean_angle * kDegreesPerRadian));
   for (const scene::JointAngle& set : wanted.angles) {
     if (has(before.angles, [&](const scene::JointAngle& known) {
           return known.joint == set.joint && known.angle == set.angle;
         }))
       continue;
-    found.push_back(
-        fmt::format("an angle of {:.4g} degrees at joint {}", set.angle * kDegrees, set.joint));
+    found.push_back(fmt::format("an angle of {:.4g} degrees at joint {}",
+                                set.angle * kDegreesPerRadian, set.joint));
   }
   for (const scene::JointLoad& load : wanted.loads) {
     if (has(before.loads, [&](const scene::JointLoad& known) {

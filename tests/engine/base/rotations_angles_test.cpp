@@ -3,11 +3,10 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numbers>
 
 namespace limber::rotations {
 namespace {
-
-constexpr double kPi = 3.14159265358979323846;
 
 TEST(RotationsAngles, CosineAndSineAgreeWithTheLibrary) {
   for (int i = -4000; i <= 4000; ++i) {
@@ -20,7 +19,7 @@ TEST(RotationsAngles, CosineAndSineAgreeWithTheLibrary) {
 
 TEST(RotationsAngles, AngleOfAVectorAgreesWithTheLibrary) {
   for (int i = -3600; i <= 3600; ++i) {
-    const double angle = kPi * i / 3600;
+    const double angle = std::numbers::pi * i / 3600;
     for (const double length : {1e-9, 1.0, 1e9}) {
       const double c = length * std::cos(angle), s = length * std::sin(angle);
       const double expected = std::atan2(s, c);
@@ -38,7 +37,7 @@ TEST(RotationsAngles, PacksAgreeWithScalars) {
   const V back = angle_of(3.0 * k.cosine, 3.0 * k.sine);
   for (int lane = 0; lane < static_cast<int>(V::size()); ++lane) {
     EXPECT_NEAR(k.sine[lane], std::sin(1.7 * lane - 2.5), 1e-15);
-    EXPECT_NEAR(back[lane], std::remainder(1.7 * lane - 2.5, 2 * kPi), 1e-15);
+    EXPECT_NEAR(back[lane], std::remainder(1.7 * lane - 2.5, 2 * std::numbers::pi), 1e-15);
   }
 }
 
@@ -54,8 +53,8 @@ TEST(RotationsAngles, DerivativesTravelWithTheValue) {
 }
 
 TEST(RotationsAngles, NearestTurnKeepsAnAngleContinuousPastPi) {
-  EXPECT_NEAR(nearest_turn(-3.1, 3.1), 2 * kPi - 3.1, 1e-15);
-  EXPECT_NEAR(nearest_turn(0.2, 40.0), 0.2 + 12 * kPi, 1e-14);
+  EXPECT_NEAR(nearest_turn(-3.1, 3.1), 2 * std::numbers::pi - 3.1, 1e-15);
+  EXPECT_NEAR(nearest_turn(0.2, 40.0), 0.2 + 12 * std::numbers::pi, 1e-14);
   EXPECT_EQ(nearest_turn(0.2, 0.1), 0.2);
 }
 

@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <random>
 #include <vector>
 
@@ -13,8 +14,6 @@
 
 namespace limber::rotations {
 namespace {
-
-constexpr double kPi = 3.14159265358979323846;
 
 // sum over k of term(k) x^k in long double: an independent value of the coefficients wherever it
 // does not cancel.
@@ -44,8 +43,9 @@ TEST(RotationsExponential, CoefficientsAreGoodToUlpsUpToPi) {
   for (int i = 0; i <= 20000; ++i) {
     // Half of the samples logarithmic from 1e-12 (where the closed forms have no digit left), half
     // linear to pi.
-    const double n = i % 2 == 0 ? std::pow(10.0, -12 + 12.4 * i / 20000.0) : kPi * i / 20000.0;
-    if (n > kPi) continue;
+    const double n =
+        i % 2 == 0 ? std::pow(10.0, -12 + 12.4 * i / 20000.0) : std::numbers::pi * i / 20000.0;
+    if (n > std::numbers::pi) continue;
     const double squared = n * n;
     const auto k = exponential_coefficients(squared);
     const auto r = reference_coefficients(std::sqrt(static_cast<long double>(squared)));
@@ -60,7 +60,8 @@ TEST(RotationsExponential, CoefficientsAreGoodToUlpsUpToPi) {
 }
 
 TEST(RotationsExponential, CoefficientsStayAccurateOverManyTurns) {
-  for (double n : {3.2, 4.49, 6.28, 2 * kPi, 6.3, 12.5, 12.6, 40.0, 1000.0, 12345.678}) {
+  for (double n :
+       {3.2, 4.49, 6.28, 2 * std::numbers::pi, 6.3, 12.5, 12.6, 40.0, 1000.0, 12345.678}) {
     const auto k = exponential_coefficients(n * n);
     const auto r = reference_coefficients(std::sqrt(static_cast<long double>(n * n)));
     const double unit = 1e-15 * n;  // a rounding of n itself moves sin n by n eps
@@ -97,10 +98,12 @@ Eigen::Matrix3d by_quaternion(const Eigen::Vector3d& theta) {
 std::vector<Eigen::Vector3d> sample_vectors() {
   std::mt19937_64 random(7);
   std::normal_distribution<double> normal;
-  std::vector<Eigen::Vector3d> result = {
-      Eigen::Vector3d::Zero(), {0, 0, kPi}, {2 * kPi, 0, 0}, {0, 4 * kPi, 0}};
-  for (double length : {1e-300, 1e-20, 1e-9, 1e-5, 1e-3, 0.1, 1.0, 1.99, 2.0, 2.01, 3.0, kPi, 3.2,
-                        6.2, 6.29, 12.0, 50.0}) {
+  std::vector<Eigen::Vector3d> result = {Eigen::Vector3d::Zero(),
+                                         {0, 0, std::numbers::pi},
+                                         {2 * std::numbers::pi, 0, 0},
+                                         {0, 4 * std::numbers::pi, 0}};
+  for (double length : {1e-300, 1e-20, 1e-9, 1e-5, 1e-3, 0.1, 1.0, 1.99, 2.0, 2.01, 3.0,
+                        std::numbers::pi, 3.2, 6.2, 6.29, 12.0, 50.0}) {
     for (int i = 0; i < 20; ++i) {
       const Eigen::Vector3d direction(normal(random), normal(random), normal(random));
       result.push_back(length * direction.normalized());

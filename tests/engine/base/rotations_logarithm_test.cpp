@@ -3,14 +3,13 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Dense>
+#include <numbers>
 #include <random>
 
 #include "engine/base/rotations/exponential_map.h"
 
 namespace limber::rotations {
 namespace {
-
-constexpr double kPi = 3.14159265358979323846;
 
 Eigen::Vector3d random_direction(std::mt19937_64& random) {
   std::normal_distribution<double> normal;
@@ -23,7 +22,7 @@ Eigen::Quaterniond turn(const Eigen::Vector3d& theta) {
 
 TEST(RotationsLogarithm, InvertsTheExponential) {
   std::mt19937_64 random(1);
-  for (double angle : {1e-12, 1e-8, 1e-4, 0.1, 1.0, 2.0, 3.0, 3.14, kPi - 1e-9}) {
+  for (double angle : {1e-12, 1e-8, 1e-4, 0.1, 1.0, 2.0, 3.0, 3.14, std::numbers::pi - 1e-9}) {
     for (int i = 0; i < 50; ++i) {
       const Eigen::Vector3d theta = angle * random_direction(random);
       EXPECT_LT((logarithm(exponential(theta)) - theta).norm(), 1e-14) << angle;
@@ -39,7 +38,7 @@ TEST(RotationsLogarithm, HalfTurnGivesOneOfTheTwoAxes) {
     const Eigen::Vector3d axis = random_direction(random);
     const Eigen::Matrix3d half = 2 * axis * axis.transpose() - Eigen::Matrix3d::Identity();
     const Eigen::Vector3d theta = logarithm(half);
-    EXPECT_NEAR(theta.norm(), kPi, 1e-14);
+    EXPECT_NEAR(theta.norm(), std::numbers::pi, 1e-14);
     EXPECT_LT((exponential(theta) - half).norm(), 1e-14);
   }
 }
@@ -64,7 +63,7 @@ TEST(RotationsLogarithm, NearestBranchIsNearestOfAll) {
     const Eigen::Vector3d best = nearest_branch(theta, reference);
     EXPECT_LT((exponential(best) - exponential(theta)).norm(), 1e-13);
     for (int k = -4; k <= 4; ++k) {
-      const Eigen::Vector3d other = theta + 2 * kPi * k * theta.normalized();
+      const Eigen::Vector3d other = theta + 2 * std::numbers::pi * k * theta.normalized();
       EXPECT_LE((best - reference).norm(), (other - reference).norm() + 1e-12);
     }
   }
@@ -73,7 +72,7 @@ TEST(RotationsLogarithm, NearestBranchIsNearestOfAll) {
 TEST(RotationsLogarithm, FullTurnsOfTheIdentityTakeTheReferencesAxis) {
   const Eigen::Vector3d reference(0.1, 0, 6.2);
   const Eigen::Vector3d theta = logarithm_near(Eigen::Quaterniond::Identity(), reference);
-  EXPECT_NEAR(theta.norm(), 2 * kPi, 1e-14);
+  EXPECT_NEAR(theta.norm(), 2 * std::numbers::pi, 1e-14);
   EXPECT_LT(theta.cross(reference).norm(), 1e-13);
   EXPECT_EQ(0, logarithm_near(Eigen::Quaterniond::Identity(), Eigen::Vector3d(0, 1, 0)).norm());
 }

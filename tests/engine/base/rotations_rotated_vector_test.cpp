@@ -4,6 +4,7 @@
 
 #include <Eigen/Dense>
 #include <limits>
+#include <numbers>
 #include <random>
 
 #include "engine/base/rotations/exponential_map.h"
@@ -11,7 +12,6 @@
 namespace limber::rotations {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
 using Real = long double;
 using RealVector = Eigen::Matrix<Real, 3, 1>;
 using RealMatrix = Eigen::Matrix<Real, 3, 3>;
@@ -89,7 +89,8 @@ TEST_P(RotatedVector, AndBothDerivativesAreGoodToAFewUlps) {
 }
 INSTANTIATE_TEST_SUITE_P(Angles, RotatedVector,
                          ::testing::Values(0.0, 1e-300, 1e-12, 1e-9, 1e-6, 3e-6, 1e-5, 1e-3, 1e-2,
-                                           0.1, 0.7, 1.99, 2.01, 3.0, kPi - 1e-3, kPi - 1e-9, kPi));
+                                           0.1, 0.7, 1.99, 2.01, 3.0, std::numbers::pi - 1e-3,
+                                           std::numbers::pi - 1e-9, std::numbers::pi));
 
 TEST(RotatedVectorPack, AgreesWithTheScalar) {
   using V = Pack<double>;

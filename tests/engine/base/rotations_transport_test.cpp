@@ -2,14 +2,13 @@
 
 #include <Eigen/Dense>
 #include <cmath>
+#include <numbers>
 
 #include "engine/base/numerics/dual.h"
 #include "engine/base/rotations/parallel_transport.h"
 
 namespace limber::rotations {
 namespace {
-
-constexpr double kPi = 3.14159265358979323846;
 
 TEST(RotationsTransport, IsTheSmallestRotationBetweenTwoDirections) {
   const Eigen::Vector3d from = Eigen::Vector3d(1, 2, -0.5).normalized();
@@ -26,7 +25,8 @@ TEST(RotationsTransport, IsTheSmallestRotationBetweenTwoDirections) {
 TEST(RotationsTransport, StaysARotationAlmostUpToOppositeDirections) {
   const Eigen::Vector3d from(1, 0, 0), director(0, 0.6, 0.8);
   for (const double missing : {1e-2, 1e-4, 1e-6}) {
-    const Eigen::Vector3d to(std::cos(kPi - missing), std::sin(kPi - missing), 0);
+    const Eigen::Vector3d to(std::cos(std::numbers::pi - missing),
+                             std::sin(std::numbers::pi - missing), 0);
     EXPECT_FALSE(are_opposite(from, to));
     const Eigen::Vector3d moved = parallel_transport(from, to, director);
     EXPECT_NEAR(moved.norm(), 1, 1e-9 * 1e-6 / missing + 1e-15) << missing;

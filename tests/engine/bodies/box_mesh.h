@@ -80,4 +80,9 @@ inline ElasticBody box_body(std::array<int, 3> cells, Eigen::Vector3d size, Hold
   return body;
 }
 
+/// 60 x 10 x 10 cm, of rubber unless given.
+inline ElasticBody slender_beam(Hold hold, Material material = {2e5, 0.4, 1000}) {
+  return box_body({6, 2, 2}, {0.6, 0.1, 0.1}, hold, material);
+}
+
 }  // namespace limber::bodies::testing

@@ -16,15 +16,9 @@
 namespace limber::bodies {
 namespace {
 
-using testing::box_body;
 using testing::Hold;
+using testing::slender_beam;
 using Status = StepReport::Status;
-
-constexpr Material kRubber{2e5, 0.4, 1000};
-
-ElasticBody beam(Hold hold, Material material = kRubber) {
-  return box_body({6, 2, 2}, {0.6, 0.1, 0.1}, hold, material);
-}
 
 Eigen::VectorXd gravity(const FullDynamics& dynamics, const Eigen::Vector3d& g) {
   const auto nodes = dynamics.mass().rows() / 3;
@@ -61,7 +55,7 @@ Momenta momenta(const ElasticBody& body, const FullDynamics& dynamics) {
 /// Largest relative departure of the energy from where it was, over a second of a spinning,
 /// stretching free body.
 double energy_band(TimeStepping scheme, double time_step) {
-  const ElasticBody body = beam(Hold::kFree);
+  const ElasticBody body = slender_beam(Hold::kFree);
   DynamicsOptions options;
   options.scheme = scheme;
   options.time_step = time_step;
@@ -78,7 +72,7 @@ double energy_band(TimeStepping scheme, double time_step) {
 }
 
 TEST(FullDynamics, FallsAsGalileoSays) {
-  const ElasticBody body = beam(Hold::kFree);
+  const ElasticBody body = slender_beam(Hold::kFree);
   FullDynamics dynamics(body, {});
   const Eigen::VectorXd weight = gravity(dynamics, {0, 0, -9.81});
   for (int i = 0; i < 120; ++i) ASSERT_EQ(dynamics.step(weight).status, Status::kConverged);
@@ -89,7 +83,7 @@ TEST(FullDynamics, FallsAsGalileoSays) {
 }
 
 TEST(FullDynamics, MidpointKeepsMomentaOfASpinningBody) {
-  const ElasticBody body = beam(Hold::kFree);
+  const ElasticBody body = slender_beam(Hold::kFree);
   FullDynamics dynamics(body, {});
   DynamicState state = spinning(body, {2, 12, 5});
   for (int a = 0; a < body.mesh.node_count(); ++a) state.velocity[3 * a] += 0.5;
@@ -110,7 +104,7 @@ TEST(FullDynamics, MidpointKeepsEnergyInABandOfSecondOrder) {
 }
 
 TEST(FullDynamics, EulerOnlyLosesEnergy) {
-  const ElasticBody body = beam(Hold::kFree);
+  const ElasticBody body = slender_beam(Hold::kFree);
   DynamicsOptions options;
   options.scheme = TimeStepping::kImplicitEuler;
   FullDynamics dynamics(body, options);
@@ -128,7 +122,7 @@ TEST(FullDynamics, EulerOnlyLosesEnergy) {
 }
 
 TEST(FullDynamics, SmallSwingsHaveTheFrequencyOfTheMode) {
-  const ElasticBody body = beam(Hold::kLeftFace);
+  const ElasticBody body = slender_beam(Hold::kLeftFace);
   const ModalBasis modes = modal_analysis(body, ModalOptions{});
   const double omega = std::sqrt(modes.eigenvalues[0]);
   const double period = 2 * std::numbers::pi / omega;
@@ -148,7 +142,7 @@ TEST(FullDynamics, SmallSwingsHaveTheFrequencyOfTheMode) {
 }
 
 TEST(FullDynamics, ComesToRestInStaticEquilibrium) {
-  const ElasticBody body = beam(Hold::kLeftFace);
+  const ElasticBody body = slender_beam(Hold::kLeftFace);
   DynamicsOptions options;
   options.scheme = TimeStepping::kImplicitEuler;
   options.mass_damping = 5;
@@ -163,7 +157,7 @@ TEST(FullDynamics, ComesToRestInStaticEquilibrium) {
 }
 
 TEST(FullDynamics, DampingOfTheStrainLetsRigidMotionsGo) {
-  const ElasticBody body = beam(Hold::kFree, {1e9, 0.3, 1000});
+  const ElasticBody body = slender_beam(Hold::kFree, {1e9, 0.3, 1000});
   DynamicsOptions options;
   options.relaxation_time = 0.01;
   FullDynamics dynamics(body, options);
@@ -174,7 +168,7 @@ TEST(FullDynamics, DampingOfTheStrainLetsRigidMotionsGo) {
   for (int i = 0; i < 240; ++i) ASSERT_EQ(dynamics.step(none).status, Status::kConverged);
   EXPECT_NEAR(dynamics.kinetic_energy() / first, 1, 1e-3);
   // A soft one that rings comes to a rest of its strain: what is left is its turn.
-  const ElasticBody soft = beam(Hold::kFree);
+  const ElasticBody soft = slender_beam(Hold::kFree);
   options.relaxation_time = 0.05;
   FullDynamics ringing(soft, options);
   state = {Eigen::VectorXd::Zero(none.size()), Eigen::VectorXd::Zero(none.size())};
@@ -187,7 +181,7 @@ TEST(FullDynamics, DampingOfTheStrainLetsRigidMotionsGo) {
 }
 
 TEST(FullDynamics, AStepThatDoesNotConvergeChangesNothing) {
-  const ElasticBody body = beam(Hold::kLeftFace);
+  const ElasticBody body = slender_beam(Hold::kLeftFace);
   DynamicsOptions options;
   options.max_newton_steps = 1;
   options.tolerance = 1e-12;
@@ -200,7 +194,7 @@ TEST(FullDynamics, AStepThatDoesNotConvergeChangesNothing) {
 }
 
 TEST(FullDynamics, RefusesWhatIsNoStateAndNoOption) {
-  const ElasticBody body = beam(Hold::kLeftFace);
+  const ElasticBody body = slender_beam(Hold::kLeftFace);
   FullDynamics dynamics(body, {});
   const Eigen::VectorXd zero = Eigen::VectorXd::Zero(3 * body.mesh.node_count());
   Eigen::VectorXd moved = zero;

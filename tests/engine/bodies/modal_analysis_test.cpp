@@ -20,13 +20,8 @@ using testing::box_mesh;
 using testing::expect_orthonormal;
 using testing::Hold;
 using testing::jitter;
+using testing::modes_of;
 using testing::worst_relative_residual;
-
-ModalBasis modes_of(const ElasticBody& body, int count) {
-  ModalOptions options;
-  options.mode_count = count;
-  return modal_analysis(body, options);
-}
 
 double first_frequency(int cells_across) {
   // A cantilever of 1 x 1 x 10; nu = 0, so that the one-dimensional theory has no Poisson terms.

@@ -14,6 +14,12 @@
 
 namespace limber::bodies::testing {
 
+inline ModalBasis modes_of(const ElasticBody& body, int count) {
+  ModalOptions options;
+  options.mode_count = count;
+  return modal_analysis(body, options);
+}
+
 inline DofMap free_dofs(const ElasticBody& body) {
   return DofMap::of_vectors(body.mesh.node_count(), body.fixed_nodes);
 }

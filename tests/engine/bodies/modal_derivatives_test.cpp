@@ -12,6 +12,7 @@
 #include "engine/bodies/stiffness.h"
 #include "engine/bodies/stvk.h"
 #include "tests/engine/bodies/box_mesh.h"
+#include "tests/engine/bodies/modal_checks.h"
 
 namespace limber::bodies {
 namespace {
@@ -19,17 +20,12 @@ namespace {
 using testing::box_body;
 using testing::Hold;
 using testing::jitter;
+using testing::modes_of;
 
 ElasticBody some_body(Hold hold) {
   ElasticBody body = box_body({5, 2, 2}, {1, 0.4, 0.3}, hold, {2e5, 0.4, 700});
   body.mesh = jitter(body.mesh, 0.02);
   return body;
-}
-
-ModalBasis modes_of(const ElasticBody& body) {
-  ModalOptions options;
-  options.mode_count = 8;
-  return modal_analysis(body, options);
 }
 
 Eigen::VectorXd random_field(const ElasticBody& body, std::uint64_t seed) {
@@ -87,7 +83,7 @@ TEST(ModalDerivatives, ForceDerivativeAlongARotation) {
 
 TEST(ModalDerivatives, HeldBodyIsInBalanceAndSymmetric) {
   const ElasticBody body = some_body(Hold::kLeftFace);
-  const ModalBasis basis = modes_of(body);
+  const ModalBasis basis = modes_of(body, 8);
   const Eigen::MatrixXd value = modal_derivatives(body, basis, {{0, 0}, {1, 4}, {4, 1}});
   EXPECT_LT((value.col(1) - value.col(2)).norm(), 1e-12 * value.col(1).norm());
   for (const auto& [column, pair] : {std::pair{0, ModePair{0, 0}}, std::pair{1, ModePair{1, 4}}}) {
@@ -101,7 +97,7 @@ TEST(ModalDerivatives, HeldBodyIsInBalanceAndSymmetric) {
 
 TEST(ModalDerivatives, FreeBodyIsInBalanceButForInertia) {
   const ElasticBody body = some_body(Hold::kFree);
-  const ModalBasis basis = modes_of(body);
+  const ModalBasis basis = modes_of(body, 8);
   ASSERT_EQ(6, basis.rigid_count);
   const std::vector<ModePair> pairs = {{6, 6}, {7, 9}, {4, 8}};
   const Eigen::MatrixXd value = modal_derivatives(body, basis, pairs);
@@ -123,7 +119,7 @@ TEST(ModalDerivatives, BodyWithAMechanism) {
   for (int i = 0; i < body.mesh.node_count(); ++i) {
     if (body.mesh.nodes(0, i) == 0 && body.mesh.nodes(1, i) == 0) body.fixed_nodes.push_back(i);
   }
-  const ModalBasis basis = modes_of(body);
+  const ModalBasis basis = modes_of(body, 8);
   ASSERT_EQ(1, basis.mechanism_count);
   const std::vector<ModePair> pairs = {{0, 0}, {0, 2}, {1, 1}};
   const Eigen::MatrixXd value = modal_derivatives(body, basis, pairs);
@@ -142,7 +138,7 @@ TEST(ModalDerivatives, BodyWithAMechanism) {
 
 TEST(ModalDerivatives, CancelsAndRefusesNothingElse) {
   const ElasticBody body = some_body(Hold::kLeftFace);
-  const ModalBasis basis = modes_of(body);
+  const ModalBasis basis = modes_of(body, 8);
   JobContext job;
   job.cancellation.request();
   EXPECT_THROW(static_cast<void>(modal_derivatives(body, basis, {{0, 0}}, job)), Error);

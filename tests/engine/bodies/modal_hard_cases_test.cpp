@@ -17,14 +17,9 @@ using testing::box_body;
 using testing::box_mesh;
 using testing::expect_orthonormal;
 using testing::Hold;
+using testing::modes_of;
 using testing::worst_energy_residual;
 using testing::worst_relative_residual;
-
-ModalBasis modes_of(const ElasticBody& body, int count) {
-  ModalOptions options;
-  options.mode_count = count;
-  return modal_analysis(body, options);
-}
 
 /// Gives the tets whose centre satisfies `where` a stiffness `contrast` times the first material's.
 void stiffen(ElasticBody& body, double contrast,

@@ -9,11 +9,9 @@
 namespace limber::bodies {
 namespace {
 
-using testing::box_body;
 using ::testing::HasSubstr;
 using testing::Hold;
-
-ElasticBody beam(Hold hold) { return box_body({6, 2, 2}, {0.6, 0.1, 0.1}, hold, {2e5, 0.4, 1000}); }
+using testing::slender_beam;
 
 std::vector<int> tip(const ElasticBody& body) {
   std::vector<int> nodes;
@@ -41,7 +39,7 @@ std::string field_of(const ElasticBody& body, const Loads& loads,
 }
 
 TEST(Simulation, EnergyOfALoadedBeamIsTheWorkOfItsLoads) {
-  const ElasticBody body = beam(Hold::kLeftFace);
+  const ElasticBody body = slender_beam(Hold::kLeftFace);
   Loads loads;
   loads.gravity = {0, 0, -9.81};
   SimulationOptions options = seconds(0.5);
@@ -65,7 +63,7 @@ TEST(Simulation, EnergyOfALoadedBeamIsTheWorkOfItsLoads) {
 
 TEST(Simulation, AForceActsWhileItActsHoweverShort) {
   // A free body: momentum is force times time, whether the steps see the blow's ends or not.
-  const ElasticBody body = beam(Hold::kFree);
+  const ElasticBody body = slender_beam(Hold::kFree);
   Loads loads;
   loads.forces = {{tip(body), {0, 0, 2}, 0.0301, 0.0342}};
   const Simulation result = simulate(body, loads, {}, seconds(0.2));
@@ -81,7 +79,7 @@ TEST(Simulation, AForceActsWhileItActsHoweverShort) {
 
 /// Momentum along z of a free beam after 0.2 s of this force [kg m/s].
 double momentum_after(const PointForce& force) {
-  const ElasticBody body = beam(Hold::kFree);
+  const ElasticBody body = slender_beam(Hold::kFree);
   Loads loads;
   loads.forces = {force};
   const Simulation result = simulate(body, loads, {}, seconds(0.2));
@@ -96,7 +94,7 @@ double momentum_after(const PointForce& force) {
 
 TEST(Simulation, ProfilesGiveTheImpulseOfTheirIntegral) {
   // None of the times is one of a step.
-  const std::vector<int> nodes = tip(beam(Hold::kFree));
+  const std::vector<int> nodes = tip(slender_beam(Hold::kFree));
   const PointForce ramp{nodes, {0, 0, 2}, 0.0103, 0.1507, ForceProfile::kRamp};
   EXPECT_NEAR(momentum_after(ramp), 2 * 0.5 * (0.1507 - 0.0103), 1e-7);
   const double period = 0.0877;
@@ -106,7 +104,7 @@ TEST(Simulation, ProfilesGiveTheImpulseOfTheirIntegral) {
 }
 
 TEST(Simulation, WorkOfTheLoadsIsTheEnergyOfTheBody) {
-  const ElasticBody body = beam(Hold::kLeftFace);
+  const ElasticBody body = slender_beam(Hold::kLeftFace);
   Loads loads;
   loads.gravity = {0, 0, -9.81};
   loads.forces = {{tip(body), {0, 1, 0}, 0.03, 0.25, ForceProfile::kSine, 0.1}};
@@ -120,7 +118,7 @@ TEST(Simulation, WorkOfTheLoadsIsTheEnergyOfTheBody) {
 }
 
 TEST(Simulation, ACrushingBlowIsTakenInShorterStepsAndSaidSo) {
-  const ElasticBody body = beam(Hold::kLeftFace);
+  const ElasticBody body = slender_beam(Hold::kLeftFace);
   Loads loads;
   loads.forces = {{tip(body), {-500, 0, 0}, 0, 0.2}};
   SimulationOptions options = seconds(0.5);
@@ -133,7 +131,7 @@ TEST(Simulation, ACrushingBlowIsTakenInShorterStepsAndSaidSo) {
 }
 
 TEST(Simulation, IsTheSameTwiceOver) {
-  const ElasticBody body = beam(Hold::kLeftFace);
+  const ElasticBody body = slender_beam(Hold::kLeftFace);
   Loads loads;
   loads.gravity = {1, 2, -9.81};
   const auto once = simulate(body, loads, {}, seconds(0.1));
@@ -142,7 +140,7 @@ TEST(Simulation, IsTheSameTwiceOver) {
 }
 
 TEST(Simulation, CanBeCancelled) {
-  const ElasticBody body = beam(Hold::kLeftFace);
+  const ElasticBody body = slender_beam(Hold::kLeftFace);
   JobContext job;
   job.progress = [&](const std::string&, double fraction) {
     if (fraction > 0.3) job.cancellation.request();
@@ -151,7 +149,7 @@ TEST(Simulation, CanBeCancelled) {
 }
 
 TEST(Simulation, RefusesBadInputByField) {
-  const ElasticBody body = beam(Hold::kLeftFace);
+  const ElasticBody body = slender_beam(Hold::kLeftFace);
   Loads loads;
   EXPECT_EQ(field_of(body, loads, {}), "frame_count");
   SimulationOptions options = seconds(0.1);

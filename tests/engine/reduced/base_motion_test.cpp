@@ -16,7 +16,7 @@
 namespace limber::reduced {
 namespace {
 
-ModelOptions small_options() {
+ModelOptions moving_base_options() {
   ModelOptions options;
   options.mode_count = 10;
   options.basis_size = 40;
@@ -30,7 +30,8 @@ ModelOptions small_options() {
 TEST(BaseMotion, RestOfTheEditIsTheBaseMotion) {
   for (const bool held : {true, false}) {
     const bodies::ElasticBody body = testing::block(6, 3, 2, 0.1, held);
-    const auto model = std::make_shared<const ReducedModel>(build_model(body, small_options()));
+    const auto model =
+        std::make_shared<const ReducedModel>(build_model(body, moving_base_options()));
     const FullReconstruction full(body);
     constexpr int kFrames = 12;
     Random random(4);
@@ -66,7 +67,8 @@ Eigen::VectorXd small_pose(const ReducedModel& model, double size, std::uint64_t
 TEST(BaseMotion, EditsAddToItsRsCoordinates) {
   for (const bool held : {true, false}) {
     const bodies::ElasticBody body = testing::block(6, 3, 2, 0.1, held);
-    const auto model = std::make_shared<const ReducedModel>(build_model(body, small_options()));
+    const auto model =
+        std::make_shared<const ReducedModel>(build_model(body, moving_base_options()));
     const FullReconstruction full(body);
     const RsInverse inverse(body, full.gradient());
     constexpr int kFrames = 6;
@@ -151,7 +153,7 @@ std::array<double, 2> roughness(const Eigen::MatrixXd& offsets, double step) {
 // stays.
 TEST(BaseMotion, OffsetsOfASpinningFreeBodyAreSmoothThroughFullTurns) {
   const bodies::ElasticBody body = testing::block(6, 2, 2, 0.1, false);
-  const auto model = std::make_shared<const ReducedModel>(build_model(body, small_options()));
+  const auto model = std::make_shared<const ReducedModel>(build_model(body, moving_base_options()));
   for (const double wobble : {0.0, 0.01, 0.05, 0.2}) {
     for (const double step : {0.1, 0.02, 0.01}) {
       const int frames = static_cast<int>(std::lround(14 / step));  // through 2 pi and 4 pi
@@ -177,7 +179,7 @@ TEST(BaseMotion, OffsetsOfASpinningFreeBodyAreSmoothThroughFullTurns) {
 
 TEST(BaseMotion, SaysHowFarItIsAndStops) {
   const bodies::ElasticBody body = testing::block(4, 2, 2, 0.1, true);
-  const ReducedModel model = build_model(body, small_options());
+  const ReducedModel model = build_model(body, moving_base_options());
   const Eigen::MatrixXd u = Eigen::MatrixXd::Zero(3 * body.mesh.node_count(), 100);
   JobContext job;
   int reports = 0;
@@ -207,7 +209,7 @@ TEST(BaseMotion, SaysHowFarItIsAndStops) {
 
 TEST(BaseMotion, BadDisplacementsAreRefused) {
   const bodies::ElasticBody body = testing::block(4, 2, 2, 0.1, true);
-  const ReducedModel model = build_model(body, small_options());
+  const ReducedModel model = build_model(body, moving_base_options());
   const Eigen::Index rows = 3 * body.mesh.node_count();
   EXPECT_THROW((void)base_motion(body, model, Eigen::MatrixXd::Zero(rows - 3, 4)), Error);
   EXPECT_THROW(

@@ -5,10 +5,14 @@
 #include <cmath>
 
 #include "engine/base/random.h"
+#include "tests/engine/reduced/basis_checks.h"
 #include "tests/engine/reduced/sample_bodies.h"
 
 namespace limber::reduced {
 namespace {
+
+using testing::left_over;
+using testing::modes_of;
 
 ModelOptions options_of(BasisKind kind, int basis_size) {
   ModelOptions options;
@@ -24,18 +28,6 @@ ModelOptions options_of(BasisKind kind, int basis_size) {
 const bodies::ElasticBody& held_block() {
   static const bodies::ElasticBody body = testing::block(7, 2, 2, 0.1, true);
   return body;
-}
-
-ScaledModes modes_of(const bodies::ElasticBody& body) {
-  bodies::ModalOptions options;
-  options.mode_count = 8;
-  return scale_modes(body, bodies::modal_analysis(body, options));
-}
-
-/// Largest part of a column of u, relative, that b does not span.
-double left_over(const Eigen::MatrixXd& b, const Eigen::MatrixXd& u) {
-  const Eigen::MatrixXd rest = u - b * (b.transpose() * u);
-  return (rest.colwise().norm().array() / u.colwise().norm().array()).maxCoeff();
 }
 
 void expect_second_derivatives(const bodies::ElasticBody& body, const bodies::ModePair& pair) {

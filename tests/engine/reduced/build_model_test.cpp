@@ -17,7 +17,7 @@
 namespace limber::reduced {
 namespace {
 
-ModelOptions small_options() {
+ModelOptions build_options() {
   ModelOptions options;
   options.mode_count = 10;
   options.basis_size = 30;
@@ -71,7 +71,7 @@ void expect_sound(const bodies::ElasticBody& body, const ReducedModel& model,
 TEST(BuildModel, ReportsTheErrorsOfPosesItHasNotSeen) {
   for (const bool held : {true, false}) {
     const bodies::ElasticBody body = testing::block(7, 3, 2, 0.1, held);
-    const ModelOptions options = small_options();
+    const ModelOptions options = build_options();
     const ReducedModel model = build_model(body, options);
     EXPECT_EQ(held ? 10 : 16, model.coordinate_count());
     EXPECT_EQ(30, model.basis_size());
@@ -82,7 +82,7 @@ TEST(BuildModel, ReportsTheErrorsOfPosesItHasNotSeen) {
 
 TEST(BuildModel, WeightsAreWeightsAndFittedMapsAreBetterAtEqualCount) {
   const bodies::ElasticBody body = testing::block(8, 3, 3, 0.1, true);
-  ModelOptions options = small_options();
+  ModelOptions options = build_options();
   options.cubature_size = 15;
   const ReducedModel fitted = build_model(body, options);
   options.cubature = CubatureKind::kWeights;
@@ -110,7 +110,7 @@ TEST(BuildModel, WeightsAreWeightsAndFittedMapsAreBetterAtEqualCount) {
 
 TEST(BuildModel, LargerBasesErrLess) {
   const bodies::ElasticBody body = testing::block(7, 3, 2, 0.1, true);
-  ModelOptions options = small_options();
+  ModelOptions options = build_options();
   double last = 1;
   for (const int h : {10, 20, 40}) {
     options.basis_size = h;
@@ -122,7 +122,7 @@ TEST(BuildModel, LargerBasesErrLess) {
 
 TEST(BuildModel, MeetsATolerance) {
   const bodies::ElasticBody body = testing::block(7, 3, 2, 0.1, true);
-  ModelOptions options = small_options();
+  ModelOptions options = build_options();
   options.basis_size = options.cubature_size = 0;
   options.tolerance = 0.05;
   options.training_poses = 400;
@@ -135,7 +135,7 @@ TEST(BuildModel, MeetsATolerance) {
 
 TEST(BuildModel, SaysSoWhereTheToleranceIsNotMet) {
   const bodies::ElasticBody body = testing::block(5, 2, 2, 0.1, true);
-  ModelOptions options = small_options();
+  ModelOptions options = build_options();
   options.basis_size = 5;
   options.cubature_size = 2;
   options.tolerance = 1e-4;
@@ -154,7 +154,7 @@ std::string bytes_without_times(ReducedModel model) {
 TEST(BuildModel, GivesTheSameBitsWhateverTheThreads) {
   const bodies::ElasticBody body = testing::block(6, 3, 2, 0.1, true);
   for (const CubatureKind kind : {CubatureKind::kFittedMaps, CubatureKind::kWeights}) {
-    ModelOptions options = small_options();
+    ModelOptions options = build_options();
     options.cubature = kind;
     const int before = thread_count();
     set_thread_count(1);
@@ -170,7 +170,7 @@ TEST(BuildModel, GivesTheSameBitsWhateverTheThreads) {
 
 // z has no unit, so nothing of the reduced model but B's lengths may know of one.
 TEST(BuildModel, MillimetresAndMetresGiveTheSameModel) {
-  const ModelOptions options = small_options();
+  const ModelOptions options = build_options();
   const ReducedModel metres = build_model(testing::block(6, 3, 2, 0.1, true), options),
                      millimetres = build_model(testing::block(6, 3, 2, 100, true), options);
   EXPECT_EQ(metres.tets, millimetres.tets);
@@ -187,14 +187,14 @@ TEST(BuildModel, MillimetresAndMetresGiveTheSameModel) {
 TEST(BuildModel, NearlyIncompressible) {
   bodies::ElasticBody body = testing::block(6, 3, 2, 0.1, true);
   body.mesh.materials[0].poissons_ratio = 0.4999;
-  expect_sound(body, build_model(body, small_options()), small_options());
+  expect_sound(body, build_model(body, build_options()), build_options());
 }
 
 TEST(BuildModel, StiffnessContrastOfEightDecades) {
   bodies::ElasticBody body = testing::block(6, 3, 2, 0.1, true);
   body.mesh.materials.push_back({1e14, 0.4, 1000});
   for (int e = 0; e < body.mesh.tet_count() / 2; ++e) body.mesh.tet_material[e] = 1;
-  expect_sound(body, build_model(body, small_options()), small_options());
+  expect_sound(body, build_model(body, build_options()), build_options());
 }
 
 TEST(BuildModel, StopsWhereverItIsCancelled) {
@@ -210,7 +210,7 @@ TEST(BuildModel, StopsWhereverItIsCancelled) {
       if (at == stage) cancellation.request();
     };
     try {
-      (void)build_model(body, small_options(), job);
+      (void)build_model(body, build_options(), job);
       ADD_FAILURE() << "not cancelled at " << stage;
     } catch (const Error& error) {
       EXPECT_EQ(ErrorCode::kCancelled, error.code());
@@ -221,7 +221,7 @@ TEST(BuildModel, StopsWhereverItIsCancelled) {
 TEST(BuildModel, BadOptionsAreNamed) {
   const bodies::ElasticBody body = testing::block(2, 1, 1, 0.1, true);
   const auto expect_refused = [&](const char* field, auto change) {
-    ModelOptions options = small_options();
+    ModelOptions options = build_options();
     change(options);
     try {
       (void)build_model(body, options);
@@ -248,7 +248,7 @@ TEST(BuildModel, BadOptionsAreNamed) {
 // training poses (1.9 rad).
 TEST(BuildModel, FreeBodyTurnedByThreeRadians) {
   const bodies::ElasticBody body = testing::block(6, 3, 2, 0.1, false);
-  ModelOptions options = small_options();
+  ModelOptions options = build_options();
   options.basis_size = 60;
   options.cubature_size = 15;
   const ReducedModel model = build_model(body, options);
@@ -276,7 +276,7 @@ TEST(BuildModel, FreeBodyTurnedByThreeRadians) {
 // follows theta across the axis, of which training poses (up to 1.9 rad) know nothing.
 TEST(BuildModel, DeformedFreeBodyTurnedTwice) {
   const bodies::ElasticBody body = testing::block(6, 3, 2, 0.1, false);
-  ModelOptions options = small_options();
+  ModelOptions options = build_options();
   options.basis_size = 100;
   options.cubature_size = 30;
   options.training_poses = 0;

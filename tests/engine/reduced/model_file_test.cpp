@@ -5,15 +5,12 @@
 #include "engine/base/error.h"
 #include "engine/base/hash.h"
 #include "engine/base/random.h"
+#include "tests/engine/reduced/random_values.h"
 
 namespace limber::reduced {
 namespace {
 
-Eigen::MatrixXd random_matrix(int rows, int cols, Random& random) {
-  Eigen::MatrixXd result(rows, cols);
-  for (Eigen::Index i = 0; i < result.size(); ++i) result.data()[i] = random.normal();
-  return result;
-}
+using testing::random_matrix;
 
 ReducedModel some_model() {
   Random random(5);

@@ -7,13 +7,15 @@
 #include <functional>
 
 #include "engine/base/error.h"
-#include "engine/base/random.h"
 #include "engine/base/rotations/exponential_map.h"
 #include "engine/reduced/full_reconstruction.h"
+#include "tests/engine/reduced/random_values.h"
 #include "tests/engine/reduced/sample_bodies.h"
 
 namespace limber::reduced {
 namespace {
+
+using testing::random_motion;
 
 struct Sample {
   bodies::ElasticBody body;
@@ -30,13 +32,6 @@ const Sample& sample(bool held) {
   };
   static const Sample with = make(true), without = make(false);
   return held ? with : without;
-}
-
-Eigen::MatrixXd random_motion(Eigen::Index rows, int frames, double size, std::uint64_t seed) {
-  Random random(seed);
-  Eigen::MatrixXd z(rows, frames);
-  for (double& value : z.reshaped()) value = size * random.normal();
-  return z;
 }
 
 /// Some motion of the body that holds its fixed nodes: a shape of full RS per frame.

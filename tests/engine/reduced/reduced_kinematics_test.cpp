@@ -8,12 +8,15 @@
 #include "engine/reduced/full_reconstruction.h"
 #include "engine/reduced/reduced_model.h"
 #include "engine/reduced/rs_coordinates.h"
+#include "tests/engine/reduced/random_values.h"
 #include "tests/engine/reduced/sample_bodies.h"
 
 namespace limber::reduced {
 namespace {
 
-ModelOptions small_options() {
+using testing::random_motion;
+
+ModelOptions padded_options() {
   ModelOptions options;
   options.mode_count = 12;
   options.basis_size = 30;
@@ -25,26 +28,18 @@ ModelOptions small_options() {
 
 std::shared_ptr<const ReducedModel> beam_model() {
   static const auto model = std::make_shared<const ReducedModel>(
-      build_model(testing::block(8, 3, 3, 0.1, true), small_options()));
+      build_model(testing::block(8, 3, 3, 0.1, true), padded_options()));
   return model;
 }
 std::shared_ptr<const ReducedModel> free_model() {
   static const auto model = [] {
-    ModelOptions options = small_options();
+    ModelOptions options = padded_options();
     options.basis_size = 60;
     options.cubature_size = 15;
     return std::make_shared<const ReducedModel>(
         build_model(testing::block(6, 3, 2, 0.1, false), options));
   }();
   return model;
-}
-
-Eigen::MatrixXd random_motion(const ReducedModel& model, int frames, double size,
-                              std::uint64_t seed) {
-  Random random(seed);
-  Eigen::MatrixXd z(model.coordinate_count(), frames);
-  for (Eigen::Index i = 0; i < z.size(); ++i) z.data()[i] = size * random.normal();
-  return z;
 }
 
 BaseMotion some_base(const ReducedModel& model, int frames) {
@@ -76,7 +71,7 @@ Eigen::VectorXd plain_displacements(const ReducedModel& model, const BaseMotion*
 void expect_plain_values(const std::shared_ptr<const ReducedModel>& model,
                          const std::shared_ptr<const BaseMotion>& base) {
   ReducedKinematics kinematics(model, base);
-  const Eigen::MatrixXd z = random_motion(*model, 7, 0.3, 1);
+  const Eigen::MatrixXd z = random_motion(model->coordinate_count(), 7, 0.3, 1);
   const std::vector<int> frames = {3, 0, 5, 6, 1, 2, 4};
   const std::vector<int> group = {5, 17, 40};
   const SiteId tip = kinematics.add_site({31}), patch = kinematics.add_site(group);
@@ -152,7 +147,7 @@ TEST(ReducedKinematics, StreamedCoordinatesAgreeWithDoublePrecision) {
     const ReducedKinematics kinematics(model, with_base ? base : nullptr);
     for (const int count : {0, 1, 7, 8, 127, 128, 129, 391}) {
       for (const double size : {1e-4, 1e-2, 0.5}) {
-        const Eigen::MatrixXd z = random_motion(*model, count, size, 9);
+        const Eigen::MatrixXd z = random_motion(model->coordinate_count(), count, size, 9);
         Eigen::MatrixXf q;
         kinematics.coordinates(with_base ? 9 : 0, z, q);
         ASSERT_EQ(model->basis_size(), q.rows());
@@ -206,7 +201,7 @@ TEST(ReducedKinematics, WrongSitesAndFramesAreRefused) {
   const SiteId site = kinematics.add_site({0});
   Eigen::Matrix3Xd u;
   Eigen::MatrixXf q;
-  const Eigen::MatrixXd z = random_motion(*model, 4, 0.1, 2);
+  const Eigen::MatrixXd z = random_motion(model->coordinate_count(), 4, 0.1, 2);
   const std::vector<int> frames = {0, 1, 2, 3};
   const std::vector<SiteQuery> inside = {{site, 2}}, outside = {{site, 3}};
   EXPECT_NO_THROW(kinematics.evaluate(frames, z, inside, u, nullptr));

@@ -6,17 +6,12 @@
 
 #include "engine/base/random.h"
 #include "engine/base/rotations/exponential_map.h"
+#include "tests/engine/reduced/random_values.h"
 
 namespace limber::reduced {
 namespace {
 
-RsVector random_coordinates(double angle, double strain, Random& random) {
-  RsVector y;
-  for (int i = 0; i < 3; ++i) y[i] = random.normal();
-  y.head<3>() *= angle / y.head<3>().norm();
-  for (int i = 3; i < 9; ++i) y[i] = strain * random.normal();
-  return y;
-}
+using testing::random_coordinates;
 
 TEST(RsCoordinates, PartsOfAGradient) {
   Random random(1);

@@ -5,10 +5,12 @@
 
 #include "engine/base/random.h"
 #include "engine/reduced/rs_coordinates.h"
+#include "tests/engine/reduced/random_values.h"
 
 namespace limber::reduced {
 namespace {
 
+using testing::random_coordinates;
 using LongMatrix = Eigen::Matrix<long double, 3, 3>;
 
 LongMatrix cross(const RsVector& y) {
@@ -21,14 +23,6 @@ LongMatrix stretch(const RsVector& y) {
   s << 1 + static_cast<long double>(y[3]), y[8], y[7], y[8], 1 + static_cast<long double>(y[4]),
       y[6], y[7], y[6], 1 + static_cast<long double>(y[5]);
   return s;
-}
-
-RsVector random_coordinates(double angle, double strain, Random& random) {
-  RsVector y;
-  for (int i = 0; i < 9; ++i) y[i] = random.normal();
-  y.head<3>() *= angle / y.head<3>().norm();
-  y.tail<6>() *= strain;
-  return y;
 }
 
 // Pade approximation with scaling and squaring, in extended precision: shares nothing with our

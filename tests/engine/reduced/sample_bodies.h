@@ -5,6 +5,8 @@
 #include <utility>
 
 #include "engine/bodies/elastic_body.h"
+#include "engine/bodies/modal_analysis.h"
+#include "engine/reduced/scaled_modes.h"
 
 namespace limber::reduced::testing {
 
@@ -48,6 +50,11 @@ inline bodies::ElasticBody block(int nx, int ny, int nz, double cell, bool fixed
   body.mesh.materials = {{1e6, 0.4, 1000}};
   body.mesh.tet_material.assign(static_cast<std::size_t>(e), 0);
   return body;
+}
+
+/// The first eight.
+inline ScaledModes modes_of(const bodies::ElasticBody& body) {
+  return scale_modes(body, bodies::modal_analysis(body, {.mode_count = 8}));
 }
 
 }  // namespace limber::reduced::testing

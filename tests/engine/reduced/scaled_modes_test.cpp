@@ -9,6 +9,8 @@
 namespace limber::reduced {
 namespace {
 
+using testing::modes_of;
+
 /// Two beams that share the edge at the end of the first, which may be held at its other end.
 bodies::ElasticBody hinged_beams(bool held) {
   const bodies::ElasticBody beam = testing::block(6, 2, 2, 0.1, held);
@@ -25,10 +27,6 @@ bodies::ElasticBody hinged_beams(bool held) {
   for (const int node : beam.fixed_nodes)
     body.fixed_nodes.push_back(prepared.compact_of_source[node]);
   return body;
-}
-
-ScaledModes modes_of(const bodies::ElasticBody& body) {
-  return scale_modes(body, bodies::modal_analysis(body, {.mode_count = 8}));
 }
 
 TEST(ScaledModes, ReferenceModeIsTheFirstThatSomethingHolds) {

@@ -2,28 +2,19 @@
 
 #include <gtest/gtest.h>
 
-#include "engine/base/random.h"
+#include "tests/engine/reduced/basis_checks.h"
+#include "tests/engine/reduced/random_values.h"
 
 namespace limber::reduced {
 namespace {
 
-Eigen::MatrixXd random_matrix(Eigen::Index rows, Eigen::Index cols, std::uint64_t seed) {
-  Random random(seed);
-  Eigen::MatrixXd result(rows, cols);
-  for (Eigen::Index i = 0; i < result.size(); ++i) result.data()[i] = random.normal();
-  return result;
-}
+using testing::left_over;
+using testing::random_matrix;
 
 Eigen::VectorXd masses(Eigen::Index nodes) { return Eigen::VectorXd::LinSpaced(nodes, 0.5, 4); }
 
 void expect_orthonormal(const Eigen::MatrixXd& b) {
   EXPECT_LT((b.transpose() * b - Eigen::MatrixXd::Identity(b.cols(), b.cols())).norm(), 1e-12);
-}
-
-/// Largest part of a column of u, relative, that b does not span.
-double left_over(const Eigen::MatrixXd& b, const Eigen::MatrixXd& u) {
-  const Eigen::MatrixXd rest = u - b * (b.transpose() * u);
-  return (rest.colwise().norm().array() / u.colwise().norm().array()).maxCoeff();
 }
 
 TEST(SnapshotBasis, AsManyColumnsAsThePosesSpan) {

@@ -101,10 +101,10 @@ INSTANTIATE_TEST_SUITE_P(Fixtures, DamagedMeshes,
                            return name;
                          });
 
-bodies::TetMesh small_mesh() { return read_mesh_file(testing::fixture("abaqus.inp")).mesh; }
+bodies::TetMesh fixture_mesh() { return read_mesh_file(testing::fixture("abaqus.inp")).mesh; }
 
 TEST(DamagedFiles, AppendedVtu) {
-  bodies::TetMesh mesh = small_mesh();
+  bodies::TetMesh mesh = fixture_mesh();
   torment(
       [](const std::string& content) {
         static_cast<void>(read_mesh({"a.vtu", content, {}}));
@@ -133,7 +133,7 @@ TEST(DamagedFiles, Vega) {
 }
 
 TEST(DamagedFiles, Materials) {
-  const MeshReading mesh{small_mesh(), {}};
+  const MeshReading mesh{fixture_mesh(), {}};
   torment(
       [&](const std::string& content) {
         MeshReading copy = mesh;

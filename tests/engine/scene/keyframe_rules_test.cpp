@@ -3,18 +3,16 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <limits>
-
 #include "engine/scene/samples/samples.h"
+#include "tests/engine/scene/not_finite.h"
 
 namespace limber::scene {
 namespace {
 
-using testing::ElementsAre;
-using testing::IsEmpty;
-
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
+using ::testing::ElementsAre;
+using ::testing::IsEmpty;
+using testing::kInfinity;
+using testing::kNan;
 
 Keyframe keyframe(const Scene& scene, int frame, double value = 0.01) {
   Keyframe made;

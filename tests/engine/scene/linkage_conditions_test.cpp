@@ -3,14 +3,14 @@
 #include <gtest/gtest.h>
 
 #include <functional>
-#include <limits>
 
 #include "engine/scene/linkage.h"
+#include "tests/engine/scene/not_finite.h"
 
 namespace limber::scene {
 namespace {
 
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+using testing::kNan;
 
 LinkageConditions good() {
   LinkageConditions conditions;

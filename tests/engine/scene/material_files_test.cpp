@@ -24,7 +24,7 @@ const std::string kHeader =
     "2\n\n*MATERIAL, NAME=B\n*ELASTIC\n"
     "5e+04, 0.3\n*DENSITY 200\n*num_of_tets 3\n\n";
 
-std::string refusal(const std::string& text) {
+std::string material_refusal(const std::string& text) {
   MeshReading reading = five_tets();
   try {
     read_materials("m.elastic", text, reading);
@@ -67,17 +67,19 @@ TEST(Materials, TetsLeftOverGetTheDefaultAndAWarning) {
 }
 
 TEST(Materials, ContradictionsAreRefused) {
-  EXPECT_THAT(refusal(kHeader + "*ELSET, ELSET=A\n0, 5\n*ELSET, ELSET=B\n1, 3, 4\n"),
+  EXPECT_THAT(material_refusal(kHeader + "*ELSET, ELSET=A\n0, 5\n*ELSET, ELSET=B\n1, 3, 4\n"),
               HasSubstr("run from 0 to 5"));
-  EXPECT_THAT(refusal(kHeader + "*ELSET, ELSET=A\n0, 1\n*ELSET, ELSET=B\n1, 3, 4\n"),
+  EXPECT_THAT(material_refusal(kHeader + "*ELSET, ELSET=A\n0, 1\n*ELSET, ELSET=B\n1, 3, 4\n"),
               HasSubstr("has a material already"));
-  EXPECT_THAT(refusal(kHeader + "*ELSET, ELSET=A\n0\n*ELSET, ELSET=B\n1, 3, 4\n"),
+  EXPECT_THAT(material_refusal(kHeader + "*ELSET, ELSET=A\n0\n*ELSET, ELSET=B\n1, 3, 4\n"),
               HasSubstr("announces 2 tets, its list has 1"));
-  EXPECT_THAT(refusal(kHeader + "*ELSET, ELSET=C\n0\n"), HasSubstr("no material for the set 'C'"));
-  EXPECT_THAT(refusal(kHeader + "*ELSET, ELSET=A\n0, 6\n*ELSET, ELSET=B\n1, 3, 4\n"),
+  EXPECT_THAT(material_refusal(kHeader + "*ELSET, ELSET=C\n0\n"),
+              HasSubstr("no material for the set 'C'"));
+  EXPECT_THAT(material_refusal(kHeader + "*ELSET, ELSET=A\n0, 6\n*ELSET, ELSET=B\n1, 3, 4\n"),
               HasSubstr("tet id 6 of a mesh of 5"));
-  EXPECT_THAT(refusal("0, 1"), HasSubstr("m.elastic:1: expected a line that begins with '*'"));
-  EXPECT_THAT(refusal(""), HasSubstr("no materials"));
+  EXPECT_THAT(material_refusal("0, 1"),
+              HasSubstr("m.elastic:1: expected a line that begins with '*'"));
+  EXPECT_THAT(material_refusal(""), HasSubstr("no materials"));
 }
 
 TEST(FixedNodes, AreSortedUniqueAndChecked) {

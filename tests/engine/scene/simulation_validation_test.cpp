@@ -4,18 +4,18 @@
 
 #include <cmath>
 #include <functional>
-#include <limits>
 
 #include "engine/scene/samples/samples.h"
+#include "tests/engine/scene/not_finite.h"
 
 namespace limber::scene {
 namespace {
 
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
+using testing::kInfinity;
+using testing::kNan;
 
 /// 150 frames, 1377 nodes, held at node 0.
-Scene good_scene() {
+Scene simulated_beam() {
   Scene scene = make_sample("beam");
   Simulation simulation;
   simulation.gravity = {0, -9.81, 0};
@@ -26,7 +26,7 @@ Scene good_scene() {
   return scene;
 }
 
-struct Fault {
+struct SimulationFault {
   const char* field;
   std::function<void(Simulation&)> make;
   Issue::Severity severity = Issue::Severity::kError;
@@ -34,15 +34,15 @@ struct Fault {
 };
 
 TEST(SimulationValidation, AGoodOneHasNoIssues) {
-  EXPECT_TRUE(validate(good_scene()).empty());
-  Scene without = good_scene();
+  EXPECT_TRUE(validate(simulated_beam()).empty());
+  Scene without = simulated_beam();
   without.simulation.reset();
   EXPECT_TRUE(simulation_issues(without).empty());
 }
 
 TEST(SimulationValidation, EachFaultIsNamedAloneWithItsField) {
-  const int fixed = good_scene().fixed_nodes.front();
-  const Fault faults[] = {
+  const int fixed = simulated_beam().fixed_nodes.front();
+  const SimulationFault faults[] = {
       {"simulation.gravity", [](Simulation& s) { s.gravity[1] = kNan; }},
       {"simulation.forces[1].nodes", [](Simulation& s) { s.forces[1].nodes.clear(); }},
       {"simulation.forces[1].nodes[0]", [](Simulation& s) { s.forces[1].nodes = {1377}; },
@@ -86,8 +86,8 @@ TEST(SimulationValidation, EachFaultIsNamedAloneWithItsField) {
       {"simulation.mass_damping", [](Simulation& s) { s.mass_damping = -1; }},
       {"simulation.relaxation_time", [](Simulation& s) { s.relaxation_time = kInfinity; }},
   };
-  for (const Fault& fault : faults) {
-    Scene scene = good_scene();
+  for (const SimulationFault& fault : faults) {
+    Scene scene = simulated_beam();
     fault.make(*scene.simulation);
     const std::vector<Issue> issues = simulation_issues(scene);
     ASSERT_EQ(issues.size(), 1u) << fault.field;
@@ -98,7 +98,7 @@ TEST(SimulationValidation, EachFaultIsNamedAloneWithItsField) {
 }
 
 TEST(SimulationValidation, AllFaultsAreListedWithThoseOfTheScene) {
-  Scene scene = good_scene();
+  Scene scene = simulated_beam();
   scene.dynamics.frames_per_second = 0;
   scene.simulation->steps_per_frame = 0;
   scene.simulation->forces[1].nodes = {-1};

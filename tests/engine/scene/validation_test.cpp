@@ -3,20 +3,31 @@
 
 #include <cmath>
 #include <functional>
-#include <limits>
 
 #include "engine/scene/samples/samples.h"
 #include "engine/scene/scene.h"
+#include "tests/engine/scene/not_finite.h"
 
 namespace limber::scene {
 namespace {
 
 using ::testing::HasSubstr;
-
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
+using testing::kInfinity;
+using testing::kNan;
 
 Scene good_scene() { return make_sample("beam"); }
+
+/// The scene with a mesh of one tet, three of its nodes fixed: three degrees of freedom.
+Scene of_one_tet(Scene scene) {
+  scene.mesh = {};
+  scene.mesh.nodes.resize(3, 4);
+  scene.mesh.nodes.transpose() << 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1;
+  scene.mesh.tets.resize(4, 1);
+  scene.mesh.tets << 0, 1, 2, 3;
+  scene.fixed_nodes = {0, 1, 2};
+  scene.constraints.clear();
+  return scene;
+}
 
 int errors(const std::vector<Issue>& issues) {
   return static_cast<int>(std::count_if(issues.begin(), issues.end(), [](const Issue& issue) {
@@ -24,7 +35,7 @@ int errors(const std::vector<Issue>& issues) {
   }));
 }
 
-struct Fault {
+struct SceneFault {
   const char* field;
   std::function<void(Scene&)> make;
   Issue::Severity severity = Issue::Severity::kError;
@@ -48,7 +59,7 @@ TEST(Validation, BaseMotionsSayWhatDiffers) {
 }
 
 TEST(Validation, EachFaultIsNamedAloneWithItsField) {
-  const Fault faults[] = {
+  const SceneFault faults[] = {
       {"length_unit_in_metres", [](Scene& s) { s.length_unit_in_metres = 0; }},
       {"length_unit_in_metres", [](Scene& s) { s.length_unit_in_metres = kNan; }},
       {"length_unit_in_metres", [](Scene& s) { s.length_unit_in_metres = 1e-31; }},
@@ -78,6 +89,12 @@ TEST(Validation, EachFaultIsNamedAloneWithItsField) {
       {"dynamics.damping_ratio", [](Scene& s) { s.dynamics.damping_ratio = 1; }},
       {"model.modes", [](Scene& s) { s.model.mode_count = 0; }},
       {"model.modes", [](Scene& s) { s.model.mode_count = 3 * (1377 - 162); }},
+      {"model.modes",
+       [](Scene& s) {
+         s = of_one_tet(s);
+         s.model.mode_count = 31;
+       }},
+      {"model.modes", [](Scene& s) { s = of_one_tet(s); }, Issue::Severity::kWarning},
       {"model.tolerance", [](Scene& s) { s.model.tolerance = kNan; }},
       {"model.basis_size", [](Scene& s) { s.model.basis_size = -1; }},
       {"model.basis_size", [](Scene& s) { s.model.basis_size = 5000; }, Issue::Severity::kWarning},
@@ -137,7 +154,7 @@ TEST(Validation, EachFaultIsNamedAloneWithItsField) {
        [](Scene& s) { s.base_motion = Eigen::MatrixXd::Constant(3 * 1377, 150, 1e39); }, kError,
        ErrorCode::kOutOfRange},
   };
-  for (const Fault& fault : faults) {
+  for (const SceneFault& fault : faults) {
     Scene scene = good_scene();
     fault.make(scene);
     const std::vector<Issue> issues = validate(scene);

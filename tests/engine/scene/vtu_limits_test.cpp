@@ -64,7 +64,7 @@ std::string bomb(const std::vector<Array>& arrays, int pieces = 1) {
          "</AppendedData></VTKFile>";
 }
 
-std::string refusal(const std::function<void()>& action) {
+std::string limit_refusal(const std::function<void()>& action) {
   try {
     action();
   } catch (const Error& error) {
@@ -74,7 +74,7 @@ std::string refusal(const std::function<void()>& action) {
   return "accepted";
 }
 
-void read(const std::string& content, std::size_t limit) {
+void read_within(const std::string& content, std::size_t limit) {
   (void)read_mesh({"a.vtu", content, {}}, {limit});
 }
 
@@ -111,7 +111,7 @@ TEST(VtuLimits, ArraysAreLimitedInTheirSum) {
   const std::string content =
       bomb({{"Float64", 24 * kMiB}, {"Int64", 24 * kMiB}, {"Int64", kMiB}, {"UInt8", kMiB}});
   EXPECT_LT(content.size(), kMiB / 8);
-  const std::string told = refusal([&] { read(content, 64 * kMiB); });
+  const std::string told = limit_refusal([&] { read_within(content, 64 * kMiB); });
   EXPECT_THAT(told, HasSubstr("a.vtu:"));
   EXPECT_THAT(told, HasSubstr("64 MiB"));
 }
@@ -120,14 +120,14 @@ TEST(VtuLimits, OneArrayThatManyPiecesNameCountsForEach) {
   const std::string content =
       bomb({{"Float32", 3 * kMiB}, {"UInt8", kMiB}, {"UInt8", kMiB}, {"UInt8", kMiB}}, 1000);
   EXPECT_LT(content.size(), 2 * kMiB);
-  EXPECT_THAT(refusal([&] { read(content, 512 * kMiB); }), HasSubstr("512 MiB"));
+  EXPECT_THAT(limit_refusal([&] { read_within(content, 512 * kMiB); }), HasSubstr("512 MiB"));
 }
 
 TEST(VtuLimits, BytesThatBecomeEightTimesAsLargeCountAsWhatTheyBecome) {
   // 60 MiB of cell types, a byte each.
   const std::string content =
       bomb({{"Float32", 3 * kMiB}, {"UInt8", kMiB}, {"UInt8", 60 * kMiB}, {"UInt8", kMiB}});
-  EXPECT_THAT(refusal([&] { read(content, 256 * kMiB); }), HasSubstr("256 MiB"));
+  EXPECT_THAT(limit_refusal([&] { read_within(content, 256 * kMiB); }), HasSubstr("256 MiB"));
 }
 
 TEST(VtuLimits, PeakMemoryStaysBelowTheLimit) {
@@ -139,7 +139,7 @@ TEST(VtuLimits, PeakMemoryStaysBelowTheLimit) {
       {{"Float32", 6 * kMiB}, {"UInt8", kMiB}, {"UInt8", kMiB}, {"UInt8", kMiB}}};
   for (std::size_t i = 0; i < bombs.size(); ++i) {
     const std::string content = bomb(bombs[i]);
-    const double peak = peak_of([&] { read(content, kLimit); });
+    const double peak = peak_of([&] { read_within(content, kLimit); });
     ASSERT_GE(peak, 0);
     // The text of the file is there three times.
     EXPECT_LT(peak, 96 + 4.0 * static_cast<double>(content.size()) / kMiB + 8) << i;
@@ -157,7 +157,7 @@ TEST(VtuLimits, AMeshOfItsOwnSizeIsRead) {
   // A tet with four nodes of its own has a KiB, as servers give it by --max-tets.
   const MeshReading reading = read_mesh({"a.vtu", content, {}}, {1024 * kTets});
   EXPECT_EQ(reading.mesh.tets.cols(), kTets);
-  EXPECT_EQ(refusal([&] { read(content, 64 * kTets); }).substr(0, 6), "a.vtu:");
+  EXPECT_EQ(limit_refusal([&] { read_within(content, 64 * kTets); }).substr(0, 6), "a.vtu:");
 }
 
 TEST(VtuLimits, AMotionIsRefusedAtItsFirstFrame) {
@@ -173,7 +173,8 @@ TEST(VtuLimits, AMotionIsRefusedAtItsFirstFrame) {
         },
         0, std::size_t{1} << 30);
   };
-  EXPECT_THAT(refusal(series), HasSubstr("100000 frames of 131072 points take more than 1024 MiB"));
+  EXPECT_THAT(limit_refusal(series),
+              HasSubstr("100000 frames of 131072 points take more than 1024 MiB"));
   EXPECT_EQ(asked, 1);
 }
 

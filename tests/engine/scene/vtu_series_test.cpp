@@ -14,7 +14,7 @@ namespace {
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
-bodies::TetMesh small_mesh() {
+bodies::TetMesh two_tets() {
   bodies::TetMesh mesh;
   mesh.nodes.resize(3, 5);
   mesh.nodes << 0, 1, 0, 0, 1, 0, 0, 1, 0, 1, 0, 0, 0, 1, 1;
@@ -27,17 +27,17 @@ std::vector<VtuFrame> series(int frames, const Eigen::MatrixXd& displacements) {
   std::vector<VtuFrame> files;
   for (int i = 0; i < frames; ++i) {
     files.push_back({"m_" + std::to_string(i) + ".vtu",
-                     write_vtu_frame(small_mesh(), displacements.col(i), Precision::kFloat64)});
+                     write_vtu_frame(two_tets(), displacements.col(i), Precision::kFloat64)});
   }
   return files;
 }
 
-Eigen::MatrixXd read(const std::vector<VtuFrame>& files, Eigen::Index nodes = 5) {
+Eigen::MatrixXd read_series(const std::vector<VtuFrame>& files, Eigen::Index nodes = 5) {
   return read_vtu_series(
       "motion", files.size(), [&](std::size_t i) { return files[i]; }, nodes);
 }
 
-std::string refusal(const std::function<void()>& action) {
+std::string series_refusal(const std::function<void()>& action) {
   try {
     action();
   } catch (const Error& error) {
@@ -49,19 +49,19 @@ std::string refusal(const std::function<void()>& action) {
 
 TEST(VtuSeries, FramesAreThePointsOfTheFiles) {
   const Eigen::MatrixXd displacements = Eigen::MatrixXd::Random(15, 4);
-  const Eigen::MatrixXd positions = read(series(4, displacements));
-  const bodies::TetMesh mesh = small_mesh();
+  const Eigen::MatrixXd positions = read_series(series(4, displacements));
+  const bodies::TetMesh mesh = two_tets();
   const Eigen::Map<const Eigen::VectorXd> rest(mesh.nodes.data(), 15);
   ASSERT_EQ(positions.cols(), 4);
   EXPECT_LT((positions.colwise() - rest - displacements).cwiseAbs().maxCoeff(), 1e-15);
-  EXPECT_EQ(read(series(4, displacements), 0), positions);  // nodes as many as the first has
+  EXPECT_EQ(read_series(series(4, displacements), 0), positions);  // nodes as many as the first has
 }
 
 TEST(VtuSeries, FilesOfOtherProgramsAreRead) {
   std::vector<VtuFrame> files;
   for (const char* name : {"vtu_ascii.vtu", "vtu_binary.vtu", "vtu_zlib.vtu"})
     files.push_back({name, read_bytes(testing::fixture(name))});
-  const Eigen::MatrixXd positions = read(files, 0);
+  const Eigen::MatrixXd positions = read_series(files, 0);
   const bodies::TetMesh mesh = read_mesh_file(testing::fixture("vtu_ascii.vtu")).mesh;
   ASSERT_EQ(positions.rows(), mesh.nodes.size());
   for (int i = 0; i < 3; ++i)
@@ -71,17 +71,19 @@ TEST(VtuSeries, FilesOfOtherProgramsAreRead) {
 TEST(VtuSeries, FaultsNameFrameAndFile) {
   const Eigen::MatrixXd displacements = Eigen::MatrixXd::Random(15, 4);
   auto files = series(4, displacements);
-  EXPECT_THAT(refusal([&] { (void)read(files, 6); }),
+  EXPECT_THAT(series_refusal([&] { (void)read_series(files, 6); }),
               HasSubstr("frame 0 (m_0.vtu) has 5 points, the mesh has 6 nodes"));
   files[2] = {"odd.vtu", read_bytes(testing::fixture("vtu_ascii.vtu"))};
-  EXPECT_THAT(refusal([&] { (void)read(files); }), HasSubstr("frame 2 (odd.vtu) has 12 points"));
+  EXPECT_THAT(series_refusal([&] { (void)read_series(files); }),
+              HasSubstr("frame 2 (odd.vtu) has 12 points"));
   files[2].content = files[2].content.substr(0, 500);
-  EXPECT_THAT(refusal([&] { (void)read(files); }), HasSubstr("frame 2 (odd.vtu): odd.vtu:"));
+  EXPECT_THAT(series_refusal([&] { (void)read_series(files); }),
+              HasSubstr("frame 2 (odd.vtu): odd.vtu:"));
   Eigen::MatrixXd broken = displacements;
   broken(3, 1) = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_THAT(refusal([&] { (void)read(series(4, broken)); }),
+  EXPECT_THAT(series_refusal([&] { (void)read_series(series(4, broken)); }),
               HasSubstr("frame 1 (m_1.vtu): point 1 is not finite"));
-  EXPECT_THAT(refusal([&] { (void)read({}); }), HasSubstr("no frames"));
+  EXPECT_THAT(series_refusal([&] { (void)read_series({}); }), HasSubstr("no frames"));
 }
 
 TEST(VtuSeries, PvdFilesAreInTheOrderOfTime) {
@@ -95,7 +97,7 @@ TEST(VtuSeries, PvdFilesAreInTheOrderOfTime) {
 
 TEST(VtuSeries, BadPvdFilesAreRefused) {
   const auto said = [](const std::string& text) {
-    return refusal([&] { (void)pvd_files("motion", text); });
+    return series_refusal([&] { (void)pvd_files("motion", text); });
   };
   EXPECT_THAT(said("nonsense"), HasSubstr("XML"));
   EXPECT_THAT(said("<VTKFile type=\"UnstructuredGrid\"/>"), HasSubstr("Collection"));

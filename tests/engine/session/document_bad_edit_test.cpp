@@ -16,6 +16,7 @@ using scene::End;
 using test::edit_all;
 using test::held;
 using test::ids;
+using test::kInfinity;
 using test::see;
 using test::Seen;
 using test::with_two;
@@ -39,7 +40,6 @@ Edit dynamics(double fps, double period, double damping) {
 }
 
 const double kNan = std::numeric_limits<double>::quiet_NaN();
-const double kInfinity = std::numeric_limits<double>::infinity();
 
 const std::vector<BadEdit>& bad_edits() {
   using C = scene::Constraint;
@@ -137,7 +137,7 @@ const std::vector<BadEdit>& bad_edits() {
   return kBad;
 }
 
-class DocumentBadEdit : public testing::TestWithParam<BadEdit> {};
+class DocumentBadEdit : public ::testing::TestWithParam<BadEdit> {};
 
 TEST_P(DocumentBadEdit, IsNamedAndLeavesEverythingAsItWas) {
   Document document = with_two();
@@ -161,10 +161,10 @@ TEST_P(DocumentBadEdit, IsNamedAndLeavesEverythingAsItWas) {
   EXPECT_EQ(document.redo_count(), 1u);
   // The refused request did not eat the redo step.
   EXPECT_EQ(edit_all(document, {Redo{}}).revision, 4u);
-  EXPECT_THAT(ids(document), testing::ElementsAre(1, 3));
+  EXPECT_THAT(ids(document), ::testing::ElementsAre(1, 3));
 }
 
-INSTANTIATE_TEST_SUITE_P(, DocumentBadEdit, testing::ValuesIn(bad_edits()),
+INSTANTIATE_TEST_SUITE_P(, DocumentBadEdit, ::testing::ValuesIn(bad_edits()),
                          [](const auto& test) { return std::string(test.param.name); });
 
 }  // namespace

@@ -15,7 +15,7 @@ using test::held;
 using test::keyed;
 using test::see;
 using test::two_tets;
-using testing::ElementsAre;
+using ::testing::ElementsAre;
 
 std::vector<int> frames(const Document& document) {
   std::vector<int> list;

@@ -28,7 +28,7 @@ TEST(Document, KeepsGivenIdsAndNumbersTheRest) {
   scene.constraints = {held(1, 0), held(2, 0), held(3, 0)};
   scene.constraints[1].id = 7;
   Document document(scene);
-  EXPECT_THAT(ids(document), testing::ElementsAre(7, 8, 9));
+  EXPECT_THAT(ids(document), ::testing::ElementsAre(7, 8, 9));
   EXPECT_EQ(document.constraints().at(7).frame, 2);
   EXPECT_EQ(document.revision(), 0u);
 }
@@ -67,8 +67,8 @@ TEST(Document, WhatHasNoEffectIsAcceptedWithAWarning) {
     }
     return fields;
   };
-  using testing::ElementsAre;
-  using testing::IsEmpty;
+  using ::testing::ElementsAre;
+  using ::testing::IsEmpty;
   Document document = with_two();
   EXPECT_THAT(said(edit_all(document, {AddConstraint{held(5, 3)}})), IsEmpty());
   EXPECT_THAT(said(edit_all(document, {AddConstraint{held(5, 0)}})),
@@ -95,14 +95,14 @@ TEST(Document, AddMoveReplaceRemove) {
   Document document = with_two();
   EditReceipt receipt = edit_all(document, {AddConstraint{held(5, 0)}});
   EXPECT_EQ(receipt.revision, 1u);
-  EXPECT_THAT(receipt.constraint_ids, testing::ElementsAre(3));
+  EXPECT_THAT(receipt.constraint_ids, ::testing::ElementsAre(3));
 
   receipt = edit_all(document, {MoveConstraint{3, {1, 2, 3}}, RemoveConstraint{1},
                                 SetEnds{End::kFree, End::kFree}});
   EXPECT_EQ(receipt.revision, 2u);
-  EXPECT_THAT(receipt.constraint_ids, testing::ElementsAre(3, 1, 0));
+  EXPECT_THAT(receipt.constraint_ids, ::testing::ElementsAre(3, 1, 0));
   EXPECT_EQ(document.constraints().at(3).target, Eigen::Vector3d(1, 2, 3));
-  EXPECT_THAT(ids(document), testing::ElementsAre(2, 3));
+  EXPECT_THAT(ids(document), ::testing::ElementsAre(2, 3));
 
   scene::Constraint other = held(6, 2);
   other.id = 2;
@@ -112,7 +112,7 @@ TEST(Document, AddMoveReplaceRemove) {
   // Ids are never given twice, even when the newest was removed.
   edit_all(document, {RemoveConstraint{3}});
   EXPECT_THAT(edit_all(document, {AddConstraint{held(5, 0)}}).constraint_ids,
-              testing::ElementsAre(4));
+              ::testing::ElementsAre(4));
 }
 
 TEST(Document, NumbersPastTheLargestId) {
@@ -122,7 +122,7 @@ TEST(Document, NumbersPastTheLargestId) {
   edit_all(document, {AddConstraint{last}});
   EXPECT_THAT(
       edit_all(document, {AddConstraint{held(3, 0)}, AddConstraint{held(4, 0)}}).constraint_ids,
-      testing::ElementsAre(1, 2));
+      ::testing::ElementsAre(1, 2));
 }
 
 TEST(Document, RefusedUndoInsideARequestTakesEverythingBack) {
@@ -184,7 +184,7 @@ TEST(Document, LimitOnConstraints) {
     EXPECT_EQ(error.code(), ErrorCode::kLimitExceeded);
     EXPECT_EQ(error.field(), "edits[2].add.constraint");
   }
-  EXPECT_THAT(ids(document), testing::ElementsAre(1, 2));
+  EXPECT_THAT(ids(document), ::testing::ElementsAre(1, 2));
 }
 
 TEST(Document, EndsMustLeaveAFrame) {
@@ -269,7 +269,7 @@ TEST(Document, UndoNamesTheOneConstraintItTouched) {
   Document document = with_two();
   edit_all(document, {MoveConstraint{2, {1, 0, 0}}});
   edit_all(document, {MoveConstraint{1, {1, 0, 0}}, MoveConstraint{2, {2, 0, 0}}});
-  EXPECT_THAT(edit_all(document, {Undo{}, Undo{}}).constraint_ids, testing::ElementsAre(0, 2));
+  EXPECT_THAT(edit_all(document, {Undo{}, Undo{}}).constraint_ids, ::testing::ElementsAre(0, 2));
 }
 
 TEST(Document, TouchedIsCoalesced) {

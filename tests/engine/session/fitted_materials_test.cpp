@@ -17,9 +17,8 @@ namespace {
 using scene::MaterialVariables;
 using test::bent_bar;
 using test::held;
+using test::kMaxHighFrequencyShare;
 using test::Live;
-
-constexpr double kMaxHighFrequencyShare = 1e-5;
 
 double body_size(const scene::Scene& scene) {
   return (scene.mesh.nodes.rowwise().maxCoeff() - scene.mesh.nodes.rowwise().minCoeff()).maxCoeff();

@@ -43,7 +43,7 @@ TEST(LiveProblem, ForgetsSitesOnceThereAreManyOrTheyNameManyNodes) {
 }
 
 /// A problem whose fit of all variables an edit has interrupted after its first step.
-class InterruptedFit : public testing::Test {
+class InterruptedFit : public ::testing::Test {
  protected:
   void SetUp() override {
     scene::Scene scene = bent_bar();

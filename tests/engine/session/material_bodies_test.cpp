@@ -3,24 +3,33 @@
 // and tasks: limber-bench material_bodies.
 #include "tests/support/material_bodies.h"
 
+#include <fmt/format.h>
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cstdlib>
 
 #include "engine/scene/samples/samples.h"
-#include "tests/engine/session/harness.h"
+#include "tests/engine/session/session_support.h"
 
 namespace limber::session {
 namespace {
 
 using limber::testing::BodyTask;
 using limber::testing::FittedMotion;
+using test::kMaxHighFrequencyShare;
+using ::testing::HasSubstr;
+using ::testing::Not;
 
-constexpr double kMaxHighFrequencyShare = 1e-5;
+void expect_quiet_motion(const FittedMotion& motion) {
+  ASSERT_TRUE(motion.high_frequency_share) << "nothing was determined";
+  EXPECT_LE(*motion.high_frequency_share, kMaxHighFrequencyShare);
+}
 
 void expect_true_motion(const FittedMotion& motion) {
-  EXPECT_LE(motion.high_frequency_share, kMaxHighFrequencyShare);
+  expect_quiet_motion(motion);
   EXPECT_LE(motion.largest_step, motion.largest_step_forces);
+  EXPECT_THAT(motion.message, Not(HasSubstr("times as far as the motion with forces alone")));
   EXPECT_LT(motion.energy, motion.energy_forces);
   EXPECT_GT(motion.published, 0);
   EXPECT_EQ(motion.published_above_start, 0);
@@ -49,6 +58,7 @@ TEST(MaterialBodies, LiverWithBothEndsFree) {
   expect_true_motion("liver", BodyTask::kBothEndsFree);
 }
 TEST(MaterialBodies, Mushroom) { expect_true_motion("mushroom", BodyTask::kConstraints); }
+TEST(MaterialBodies, PublicDino) { expect_true_motion("public dino", BodyTask::kConstraints); }
 TEST(MaterialBodies, FishWithItsLastEndFree) { expect_true_motion("fish", BodyTask::kLastEndFree); }
 
 // The targets of samples are those of FittedMaterials; here they have those of the other bodies.
@@ -63,6 +73,19 @@ TEST(MaterialBodies, SampleBird) {
 }
 TEST(MaterialBodies, SampleDino) {
   expect_true_motion(scene::make_sample("dino"), BodyTask::kConstraints);
+}
+
+/// Nothing bounds how far it swings between its targets: that is told with the factor.
+TEST(MaterialBodies, SampleFlowerWithBothEndsFreeSaysThatItMovesFartherThanWithForcesAlone) {
+  scene::Scene scene = scene::make_sample("flower");
+  scene.first_end = scene.last_end = scene::End::kFree;
+  const FittedMotion motion = limber::testing::fit_motion(scene, test::shared_cache());
+  expect_quiet_motion(motion);
+  EXPECT_LT(motion.energy, motion.energy_forces);
+  ASSERT_GT(motion.largest_step_ratio(), 1.01);
+  EXPECT_THAT(motion.message,
+              HasSubstr(fmt::format("{:.3g} times as far as the motion with forces alone",
+                                    motion.largest_step_ratio())));
 }
 
 }  // namespace

@@ -17,7 +17,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-reduced::ReducedModel model_of(int nodes, double value) {
+reduced::ReducedModel filled_model(int nodes, double value) {
   reduced::ReducedModel model;
   model.node_count = nodes;
   model.length = 1;
@@ -46,19 +46,19 @@ TEST(ModelCache, WhatWasStoredIsLoaded) {
   const TemporaryFolder folder;
   const ModelCache cache(folder.path() / "made" / "on demand");
   EXPECT_FALSE(cache.load("abc"));
-  ASSERT_TRUE(cache.store("abc", model_of(4, 0.1)));
+  ASSERT_TRUE(cache.store("abc", filled_model(4, 0.1)));
   const auto loaded = cache.load("abc");
   ASSERT_TRUE(loaded);
-  EXPECT_EQ(reduced::encode_model(*loaded), reduced::encode_model(model_of(4, 0.1)));
+  EXPECT_EQ(reduced::encode_model(*loaded), reduced::encode_model(filled_model(4, 0.1)));
   EXPECT_FALSE(cache.load("abd"));
-  ASSERT_TRUE(cache.store("abc", model_of(4, 0.2)));
+  ASSERT_TRUE(cache.store("abc", filled_model(4, 0.2)));
   EXPECT_EQ(cache.load("abc")->map(0, 0), 0.2);
   EXPECT_EQ(files(folder.path() / "made" / "on demand").size(), 1u);
 }
 
 TEST(ModelCache, WithoutAFolderItIsAlwaysEmpty) {
   const ModelCache cache("");
-  EXPECT_FALSE(cache.store("abc", model_of(4, 0.1)));
+  EXPECT_FALSE(cache.store("abc", filled_model(4, 0.1)));
   EXPECT_FALSE(cache.load("abc"));
 }
 
@@ -71,7 +71,7 @@ TEST(ModelCache, AFileInPlaceOfTheFolder) {
 TEST(ModelCache, DamagedAndForeignFilesCountAsAbsent) {
   const TemporaryFolder folder;
   const ModelCache cache(folder.path());
-  ASSERT_TRUE(cache.store("abc", model_of(4, 0.1)));
+  ASSERT_TRUE(cache.store("abc", filled_model(4, 0.1)));
   const fs::path path = files(folder.path()).front();
   std::string bytes(fs::file_size(path), '\0');
   std::ifstream(path, std::ios::binary)
@@ -91,27 +91,27 @@ TEST(ModelCache, DamagedAndForeignFilesCountAsAbsent) {
   EXPECT_FALSE(cache.load("abc"));
   write(bytes);
   EXPECT_TRUE(cache.load("abc"));
-  ASSERT_TRUE(cache.store("abc", model_of(4, 0.3)));
+  ASSERT_TRUE(cache.store("abc", filled_model(4, 0.3)));
   EXPECT_TRUE(cache.load("abc"));
 }
 
 TEST(ModelCache, TheOldestGoFirst) {
   const TemporaryFolder folder;
-  const std::uint64_t size = reduced::encode_model(model_of(40, 0.1)).size();
+  const std::uint64_t size = reduced::encode_model(filled_model(40, 0.1)).size();
   const ModelCache cache(folder.path(), 3 * size + size / 2);
   const auto now = fs::file_time_type::clock::now();
   for (int i = 0; i < 3; ++i) {
     const std::string key = "key" + std::to_string(i);
-    ASSERT_TRUE(cache.store(key, model_of(40, 0.1)));
+    ASSERT_TRUE(cache.store(key, filled_model(40, 0.1)));
     fs::last_write_time(folder.path() / (key + ".model"), now - std::chrono::hours(10 - i));
   }
   ASSERT_TRUE(cache.load("key0"));  // used now: no longer the oldest
-  ASSERT_TRUE(cache.store("key3", model_of(40, 0.1)));
+  ASSERT_TRUE(cache.store("key3", filled_model(40, 0.1)));
   EXPECT_TRUE(cache.load("key0"));
   EXPECT_FALSE(cache.load("key1"));
   EXPECT_TRUE(cache.load("key2"));
   EXPECT_TRUE(cache.load("key3"));
-  EXPECT_FALSE(cache.store("large", model_of(400, 0.1)));
+  EXPECT_FALSE(cache.store("large", filled_model(400, 0.1)));
   EXPECT_TRUE(cache.load("key3"));
 }
 
@@ -123,7 +123,7 @@ TEST(ModelCache, ForgottenTemporaryFilesAreRemoved) {
   std::ofstream(old) << "x";
   std::ofstream(fresh) << "x";
   fs::last_write_time(old, fs::file_time_type::clock::now() - std::chrono::hours(5));
-  ASSERT_TRUE(cache.store("abc", model_of(4, 0.1)));
+  ASSERT_TRUE(cache.store("abc", filled_model(4, 0.1)));
   EXPECT_FALSE(fs::exists(old));
   EXPECT_TRUE(fs::exists(fresh));  // someone may be writing it
 }
@@ -131,12 +131,12 @@ TEST(ModelCache, ForgottenTemporaryFilesAreRemoved) {
 TEST(ModelCache, ReadersSeeWholeFilesWhileWritersReplaceThem) {
   const TemporaryFolder folder;
   const ModelCache cache(folder.path());
-  ASSERT_TRUE(cache.store("abc", model_of(50, 0)));
+  ASSERT_TRUE(cache.store("abc", filled_model(50, 0)));
   std::vector<std::thread> threads;
   for (int t = 0; t < 2; ++t) {
     threads.emplace_back([&, t] {
       for (int i = 0; i < 50; ++i)
-        EXPECT_TRUE(ModelCache(folder.path()).store("abc", model_of(50, t + 0.01 * i)));
+        EXPECT_TRUE(ModelCache(folder.path()).store("abc", filled_model(50, t + 0.01 * i)));
     });
     threads.emplace_back([&] {
       for (int i = 0; i < 50; ++i) EXPECT_TRUE(ModelCache(folder.path()).load("abc"));

@@ -8,6 +8,7 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <deque>
+#include <limits>
 #include <map>
 
 #include "engine/base/parallel.h"
@@ -27,8 +28,8 @@ using test::kTip;
 using test::Live;
 using test::Pool;
 using test::Recorder;
-using testing::HasSubstr;
-using testing::Not;
+using ::testing::HasSubstr;
+using ::testing::Not;
 
 /// Full reconstructions by dense least squares on the gradients of all tets.
 class Literal {
@@ -431,11 +432,106 @@ TEST(MotionCheck, ATargetMissedByBodyLengthsIsReportedWhereTheShapesAreExact) {
   check.length = 2;
   check.tolerance = 0.01;
   check.trained_reach = 1;
-  check.error.max_constraint_error = 0.9;
+  check.error.max_constraint_error = check.shown_constraint_error = 0.9;
   EXPECT_EQ(describe_motion(check), "");
-  check.error.max_constraint_error = 20;
+  check.error.max_constraint_error = check.shown_constraint_error = 20;
   EXPECT_THAT(describe_motion(check), HasSubstr("A constraint is missed by 10 body lengths"));
   EXPECT_THAT(describe_motion(check), HasSubstr("raise the weight"));
+}
+
+/// A check that finds nothing wrong, of a body of 2 m in a scene in millimetres.
+limber::session::MotionCheck sound_check() {
+  limber::session::MotionCheck check;
+  check.length = 2;
+  check.length_unit = 1e-3;
+  check.tolerance = 0.01;
+  check.trained_reach = 1;
+  check.error.shape_error = 0.004;
+  check.error.worst_frame_error = 0.009;
+  check.error.worst_frame = 7;
+  check.error.frames = 33;
+  check.error.max_constraint_error = check.shown_constraint_error = 0.05;
+  return check;
+}
+
+TEST(MotionCheck, FullShapesThatMissTheScenesConstraintToleranceAreReported) {
+  limber::session::MotionCheck check = sound_check();
+  EXPECT_EQ(describe_motion(check), "");
+  check.constraint_tolerance = 0.06;
+  EXPECT_EQ(describe_motion(check), "");
+  check.constraint_tolerance = 0.04;
+  EXPECT_THAT(
+      describe_motion(check),
+      HasSubstr("The full shapes miss a constraint by 50 (2.5 % of the body's length), more "
+                "than constraint_tolerance, 40. A smaller model.tolerance"));
+}
+
+TEST(MotionCheck, FullShapesThatMissAnExactConstraintAreReported) {
+  limber::session::MotionCheck check = sound_check();
+  check.error.max_exact_error = 0.9 * kMinVisibleMiss * check.length;
+  EXPECT_EQ(describe_motion(check), "");
+  check.error.max_exact_error = 0.01;
+  EXPECT_THAT(describe_motion(check), HasSubstr("The full shapes miss an exact constraint by 10 "
+                                                "(0.5 % of the body's length)."));
+}
+
+TEST(MotionCheck, FullShapesThatMissByHalfMoreThanTheShownOnesAreReported) {
+  limber::session::MotionCheck check = sound_check();
+  check.error.max_constraint_error = 0.074;
+  EXPECT_EQ(describe_motion(check), "");
+  check.error.max_constraint_error = 0.076;
+  EXPECT_THAT(describe_motion(check),
+              HasSubstr("Constraints are missed by up to 76 (3.8 % of the body's length) in the "
+                        "full shapes, 50 in the shown ones."));
+  check.shown_constraint_error = 0;
+  check.error.max_constraint_error = 0.9 * kMinVisibleMiss * check.length;
+  EXPECT_EQ(describe_motion(check), "") << "cannot be seen";
+}
+
+TEST(MotionCheck, AFrameThatIsOffByMoreThanTheToleranceIsReported) {
+  limber::session::MotionCheck check = sound_check();
+  check.error.worst_frame_error = 0.03;
+  EXPECT_THAT(
+      describe_motion(check),
+      HasSubstr("off by 3 % from the full reconstruction of the same modes in frame 7, more "
+                "than model.tolerance (1 %), though by 0.4 % only over all"));
+}
+
+TEST(MotionCheck, InvertedTetsAreReportedWithTheNumberOfFramesThatWereCompared) {
+  limber::session::MotionCheck check = sound_check();
+  check.error.inverted_tets = 2;
+  check.error.inverted_frame = 9;
+  EXPECT_THAT(describe_motion(check),
+              HasSubstr("2 tets are inverted in frame 9, the worst of the 33 frames compared."));
+}
+
+TEST(MotionCheck, AFittedMotionWithLargerStepsThanForcesAloneIsReported) {
+  limber::session::MotionCheck check = sound_check();
+  check.largest_step = check.largest_step_of_start = 0.02;
+  EXPECT_EQ(describe_motion(check), "");
+  check.largest_step = 0.026;
+  EXPECT_THAT(describe_motion(check),
+              HasSubstr("moves a node by up to 26 from one frame to the next, 1.3 times as far as "
+                        "the motion with forces alone that the fit began with"));
+}
+
+/// A model of few shapes cannot do what an exact constraint and a tolerance of the scene ask for.
+TEST(MotionCheck, OfACoarseModelSaysWhatTheFullShapesMiss) {
+  scene::Scene scene = bent_bar();
+  scene.model.basis_size = 4;
+  scene.constraints[0].weight = std::numeric_limits<double>::infinity();
+  scene.constraint_tolerance = 1e-3;
+  Live live(scene);
+  const auto checked = live.recorder->wait_checked(0);
+  ASSERT_TRUE(checked);
+  const reduced::MotionError& error = checked->motion_check->error;
+  EXPECT_LT(checked->report.max_exact_error, 1e-5);
+  ASSERT_GT(error.max_exact_error, kMinVisibleMiss * checked->motion_check->length);
+  EXPECT_LE(error.max_exact_error, error.max_constraint_error);
+  EXPECT_EQ(checked->motion_check->shown_constraint_error, checked->report.max_constraint_error);
+  EXPECT_THAT(checked->report.message, HasSubstr("more than constraint_tolerance, 0.001"));
+  EXPECT_THAT(checked->report.message, HasSubstr("The full shapes miss an exact constraint by"));
+  EXPECT_THAT(checked->report.message, HasSubstr("in the shown ones"));
 }
 
 TEST(MotionCheck, PercentagesOfAnySizeAreReadable) {
@@ -495,7 +591,7 @@ TEST(FramesToCompare, AreBoundedForThousandsOfConstraintsAndFrames) {
 
 TEST(FramesToCompare, AreAllOfAShortMotionAndEveryConstrainedOne) {
   const Eigen::MatrixXf still = Eigen::MatrixXf::Zero(4, 7);
-  EXPECT_THAT(frames_to_compare({}, still), testing::ElementsAre(0, 1, 2, 3, 4, 5, 6));
+  EXPECT_THAT(frames_to_compare({}, still), ::testing::ElementsAre(0, 1, 2, 3, 4, 5, 6));
   const Eigen::MatrixXf longer = Eigen::MatrixXf::Zero(4, 301);
   const std::vector<int> frames = frames_to_compare({77, 78, 3}, longer);
   for (const int frame : {0, 3, 20, 77, 78, 300})

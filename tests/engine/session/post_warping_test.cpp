@@ -15,15 +15,15 @@ namespace {
 
 using reduced::Reconstruction;
 
-struct Edited {
+struct EditedMotion {
   Eigen::MatrixXd motion;
   spacetime::SolveReport report;
 };
 
-constexpr int kFrame = 30;
+constexpr int kEditedFrame = 30;
 
-Edited edit(const std::shared_ptr<Reconstruction>& editor, const reduced::ScaledModes& modes,
-            int node, const Eigen::Vector3d& target) {
+EditedMotion edit(const std::shared_ptr<Reconstruction>& editor, const reduced::ScaledModes& modes,
+                  int node, const Eigen::Vector3d& target) {
   spacetime::Timeline timeline;
   timeline.frame_count = 60;
   spacetime::Solver solver(
@@ -31,12 +31,12 @@ Edited edit(const std::shared_ptr<Reconstruction>& editor, const reduced::Scaled
       timeline);
   spacetime::PositionConstraint constraint;
   constraint.id = 1;
-  constraint.frame = kFrame;
+  constraint.frame = kEditedFrame;
   constraint.site = editor->add_site({node});
   constraint.target = target;
   constraint.weight = 1e6;
   solver.add(constraint);
-  Edited edited;
+  EditedMotion edited;
   edited.report = solver.solve();
   edited.motion = solver.motion();
   return edited;
@@ -52,22 +52,22 @@ TEST(PostWarping, LeavesTargetsThatTheLinearEditorMet) {
   const std::shared_ptr<Reconstruction> full = reduced::make_full_reconstruction(body, modes);
   const double length = full->length();
   const int tip = body.mesh.node_count() - 1;
-  const auto miss = [&](const Reconstruction& shapes, const Edited& edited,
+  const auto miss = [&](const Reconstruction& shapes, const EditedMotion& edited,
                         const Eigen::Vector3d& target) {
-    const Eigen::MatrixXd u = shapes.displacements(kFrame, edited.motion.col(kFrame));
+    const Eigen::MatrixXd u = shapes.displacements(kEditedFrame, edited.motion.col(kEditedFrame));
     return (u.col(0).segment<3>(3 * Eigen::Index{tip}) - target).norm() / length;
   };
   double before = 0;
   for (const double far : {0.05, 0.1, 0.2, 0.4}) {
     const Eigen::Vector3d target(0, 0, far * length);
-    const Edited by_linear = edit(linear, modes, tip, target);
+    const EditedMotion by_linear = edit(linear, modes, tip, target);
     ASSERT_EQ(by_linear.report.status, spacetime::SolveStatus::kConverged);
     EXPECT_LT(miss(*linear, by_linear, target), 1e-4) << far;
     const double warped = miss(*full, by_linear, target);
     EXPECT_GT(warped, 0.1 * far * far) << far;  // of second order in what is asked
     EXPECT_GT(warped, 2 * before) << far;
     before = warped;
-    const Edited by_full = edit(full, modes, tip, target);
+    const EditedMotion by_full = edit(full, modes, tip, target);
     ASSERT_EQ(by_full.report.status, spacetime::SolveStatus::kConverged);
     EXPECT_LT(miss(*full, by_full, target), 1e-4) << far;
   }

@@ -32,10 +32,10 @@ TEST(ProblemMapping, BodyIsCompactAndInMetres) {
   scene.length_unit_in_metres = 0.001;
   const MappedBody mapped = map_body(scene);
   EXPECT_EQ(mapped.body.mesh.node_count(), 5);
-  EXPECT_THAT(mapped.compact_of_source, testing::ElementsAre(0, 1, 2, 3, 4, -1, 1));
-  EXPECT_THAT(mapped.body.fixed_nodes, testing::ElementsAre(0, 2));
+  EXPECT_THAT(mapped.compact_of_source, ::testing::ElementsAre(0, 1, 2, 3, 4, -1, 1));
+  EXPECT_THAT(mapped.body.fixed_nodes, ::testing::ElementsAre(0, 2));
   EXPECT_EQ(mapped.body.mesh.nodes.col(1), Eigen::Vector3d(0.001, 0, 0));
-  EXPECT_THAT(mapped.repairs, testing::Not(testing::IsEmpty()));
+  EXPECT_THAT(mapped.repairs, ::testing::Not(::testing::IsEmpty()));
   ASSERT_EQ(mapped.body.mesh.tet_material.size(), 2u);
   EXPECT_EQ(mapped.body.mesh.materials.at(0), scene.material);
 }
@@ -56,9 +56,13 @@ TEST(ProblemMapping, WhatAModelHasOtherwiseThanAskedForIsNoted) {
   request.basis_size = 5000;
   request.cubature_size = 41;
   const std::string notes = model_notes(request, model);
-  EXPECT_THAT(notes, testing::HasSubstr("model.modes: 36 used, the 30 asked for and 6 rigid"));
-  EXPECT_THAT(notes, testing::HasSubstr("; model.basis_size: 511 used, 5000 asked for"));
-  EXPECT_THAT(notes, testing::HasSubstr("; model.cubature_size: 40 used, 41 asked for"));
+  EXPECT_THAT(notes, ::testing::HasSubstr("model.modes: 36 used, the 30 asked for and 6 rigid"));
+  EXPECT_THAT(notes, ::testing::HasSubstr("; model.basis_size: 511 used, 5000 asked for"));
+  EXPECT_THAT(notes, ::testing::HasSubstr("; model.cubature_size: 40 used, 41 asked for"));
+  request = {};
+  model.eigenvalues.setZero(35);
+  EXPECT_EQ(model_notes(request, model),
+            "model.modes: 29 used, 30 asked for: the mesh has no more");
 }
 
 TEST(ProblemMapping, TheMeshsOwnMaterialsWin) {
@@ -161,7 +165,7 @@ TEST(ProblemMapping, TargetsOfGroups) {
   const TargetFrame targets(scene, mapped);
   // A merged node counts once, however often its copies are named.
   const std::vector<int> group = targets.compact_nodes({6, 3, 1});
-  EXPECT_THAT(group, testing::ElementsAre(1, 3));
+  EXPECT_THAT(group, ::testing::ElementsAre(1, 3));
   EXPECT_EQ(targets.origin(TargetKind::kDisplacement, group), Eigen::Vector3d::Zero());
   const Eigen::Vector3d origin = targets.origin(TargetKind::kPosition, group);
   EXPECT_EQ(origin, Eigen::Vector3d(0.5, 0, 0.5));

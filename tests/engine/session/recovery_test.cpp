@@ -18,7 +18,6 @@
 namespace limber::session {
 namespace {
 
-using spacetime::MaterialVariables;
 using spacetime::RecoveryStart;
 using ::testing::HasSubstr;
 
@@ -140,7 +139,7 @@ TEST(SceneRecovery, MixedModesAreNeededWhereTheMotionIsAMixture) {
   }();
   RecoveryRequest request;
   const RecoveryReport all = recover(scene, request).report;
-  request.variables = MaterialVariables::kMotionAndDynamics;
+  request.variables = spacetime::MaterialVariables::kMotionAndDynamics;
   const RecoveryReport dynamics = recover(scene, request).report;
   EXPECT_LT(100 * all.energies.constraint, dynamics.energies.constraint);
   EXPECT_LT(5 * all.recovered_error, dynamics.recovered_error);

@@ -1,10 +1,14 @@
 #pragma once
 
+#include <limits>
+
 #include "engine/base/random.h"
 #include "engine/scene/scene.h"
 #include "engine/session/edit.h"
 
 namespace limber::session::test {
+
+inline constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 /// Uniform in 0 .. bound - 1.
 int below(Random& random, int bound);

@@ -18,15 +18,15 @@ using test::held;
 using test::Pool;
 using test::Recorder;
 
-constexpr int kCells = 4;
-const int kTip = bar_node(kCells, kCells, 1, 2);
+constexpr int kSmallCells = 4;
+const int kSmallTip = bar_node(kSmallCells, kSmallCells, 1, 2);
 
 scene::Scene small_bar(int frames = 24) {
-  scene::Scene scene = test::bar(kCells, frames);
+  scene::Scene scene = test::bar(kSmallCells, frames);
   scene.model.mode_count = 6;
   scene.model.basis_size = 12;
   scene.model.cubature_size = 6;
-  scene.constraints = {held(8, kTip, {0, 0.05, 0.02}), held(16, kTip, {0, -0.05, 0})};
+  scene.constraints = {held(8, kSmallTip, {0, 0.05, 0.02}), held(16, kSmallTip, {0, -0.05, 0})};
   return scene;
 }
 
@@ -54,7 +54,7 @@ TEST(SessionConcurrency, AStormOfEditsIsCoalescedAndNoneIsLost) {
           switch (test::below(random, 12)) {
             case 0:
               if (own == 0)
-                own = session.edit({AddConstraint{held(4 + 5 * t, kTip - 1, target)}})
+                own = session.edit({AddConstraint{held(4 + 5 * t, kSmallTip - 1, target)}})
                           .constraint_ids[0];
               else
                 session.edit({RemoveConstraint{std::exchange(own, 0)}});
@@ -112,7 +112,7 @@ TEST(SessionConcurrency, CancelDuringTheBuildThenTryAgain) {
   hooked.promise.set_value(&session);
   ASSERT_TRUE(hooked.recorder->wait_state(State::kFailed));
   EXPECT_EQ(session.state(), State::kFailed);
-  EXPECT_THAT(session.state_message(), testing::HasSubstr("cancelled"));
+  EXPECT_THAT(session.state_message(), ::testing::HasSubstr("cancelled"));
   EXPECT_FALSE(session.newest_result());
   EXPECT_FALSE(session.model());
   EXPECT_THROW(session.edit({RemoveConstraint{1}}), Error);
@@ -272,7 +272,7 @@ TEST(SessionConcurrency, CloseWhileRunning) {
     session.cancel();
     session.close();
     EXPECT_EQ(recorder->results().size(), heard);
-    EXPECT_THAT(recorder->states(), testing::SizeIs(testing::Le(2u)));
+    EXPECT_THAT(recorder->states(), ::testing::SizeIs(::testing::Le(2u)));
     EXPECT_EQ(session.scene().constraints.size(), 2u);
     EXPECT_EQ(recorder->fault(), "");
   }
@@ -286,10 +286,10 @@ TEST(SessionConcurrency, CloseFromItsOwnListener) {
                   hooked.recorder);
   hooked.promise.set_value(&session);
   ASSERT_TRUE(hooked.recorder->wait_state(State::kClosed));
-  EXPECT_THAT(hooked.recorder->results(), testing::SizeIs(1));
+  EXPECT_THAT(hooked.recorder->results(), ::testing::SizeIs(1));
   EXPECT_EQ(hooked.recorder->fault(), "");
   session.close();
-  EXPECT_THAT(hooked.recorder->states(), testing::ElementsAre(State::kReady, State::kClosed));
+  EXPECT_THAT(hooked.recorder->states(), ::testing::ElementsAre(State::kReady, State::kClosed));
 }
 
 TEST(SessionConcurrency, DestroyedByItsOwnListener) {
@@ -306,7 +306,7 @@ TEST(SessionConcurrency, DestroyedByItsOwnListener) {
   while (recorder->results().empty()) std::this_thread::yield();
   pool.executor()([&] { after.set_value(); });  // the thread came back from the session
   after.get_future().wait();
-  EXPECT_THAT(recorder->results(), testing::SizeIs(1));
+  EXPECT_THAT(recorder->results(), ::testing::SizeIs(1));
 }
 
 TEST(SessionConcurrency, ListenersMayCallEverything) {
@@ -356,7 +356,7 @@ TEST(SessionConcurrency, AnExecutorThatRefusesOrDropsTasks) {
   mood = Mood::kThrow;
   EXPECT_EQ(session.edit({MoveConstraint{1, {0, 0.02, 0}}}).revision,
             2u);  // accepted, not yet solved
-  EXPECT_THAT(session.state_message(), testing::HasSubstr("full"));
+  EXPECT_THAT(session.state_message(), ::testing::HasSubstr("full"));
   EXPECT_EQ(session.converged_result()->revision, 1u);
   mood = Mood::kRun;
   session.edit({MoveConstraint{2, {0, 0.02, 0}}});
@@ -375,8 +375,8 @@ TEST(SessionConcurrency, ClosingDoesNotWaitForATaskThatNeverStarts) {
   }
   ASSERT_EQ(tasks.size(), 1u);
   tasks[0]();  // wakes up after its session has gone
-  EXPECT_THAT(recorder->states(), testing::ElementsAre(State::kClosed));
-  EXPECT_THAT(recorder->results(), testing::IsEmpty());
+  EXPECT_THAT(recorder->states(), ::testing::ElementsAre(State::kClosed));
+  EXPECT_THAT(recorder->results(), ::testing::IsEmpty());
 }
 
 TEST(SessionConcurrency, ManySessionsShareAPool) {

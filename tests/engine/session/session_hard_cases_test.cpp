@@ -1,5 +1,6 @@
 // What users do to sessions when nobody looks.
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -75,6 +76,30 @@ TEST(SessionHardCase, AFailedSolveShowsTheOldMotionWithoutItsNumbers) {
   const Result first = failed_result(nullptr, *model, 30, "because");
   EXPECT_EQ(first.coordinates, Eigen::MatrixXf::Zero(model->basis_size(), 30));
   EXPECT_EQ(first.modal, Eigen::MatrixXd::Zero(model->coordinate_count(), 30));
+}
+
+/// Meshes with fewer degrees of freedom than default modes, down to one tet with one free node.
+TEST(SessionHardCase, TinyMeshesUseAsManyModesAsTheyHaveAndSaySo) {
+  for (const auto variables : {scene::MaterialVariables::kMotion, scene::MaterialVariables::kAll}) {
+    for (const bool is_one_tet : {true, false}) {
+      scene::Scene scene = test::two_tets();
+      if (is_one_tet) {
+        scene.mesh.nodes = scene.mesh.nodes.leftCols(4).eval();
+        scene.mesh.tets = scene.mesh.tets.leftCols(1).eval();
+      }
+      scene.frame_count = 40;
+      scene.constraints = {held(20, 3, {0.02, 0.01, 0.03})};
+      scene.material_optimisation.variables = variables;
+      Live live(scene);
+      const auto result = live.recorder->wait_final(0);
+      ASSERT_TRUE(result) << live.session.state_message();
+      EXPECT_FALSE(result->solve_failed) << result->report.message;
+      const int modes = is_one_tet ? 2 : 5;
+      EXPECT_EQ(result->modal.rows(), modes);
+      EXPECT_EQ(live.session.state_message(),
+                fmt::format("model.modes: {} used, 30 asked for: the mesh has no more", modes));
+    }
+  }
 }
 
 TEST(SessionHardCase, ThreeFramesOneFree) {
@@ -217,8 +242,9 @@ TEST(SessionHardCase, AHundredThousandRandomEditsEndAtAColdSolve) {
       newest_id = std::max(newest_id, receipt.constraint_ids[0]);
       ++accepted;
     } catch (const Error& error) {  // no such constraint, nothing to undo, too many constraints
-      ASSERT_THAT(error.code(), testing::AnyOf(ErrorCode::kNotFound, ErrorCode::kFailedPrecondition,
-                                               ErrorCode::kLimitExceeded))
+      ASSERT_THAT(error.code(),
+                  ::testing::AnyOf(ErrorCode::kNotFound, ErrorCode::kFailedPrecondition,
+                                   ErrorCode::kLimitExceeded))
           << error.what();
     }
     if (i % 500 == 0) {

@@ -133,7 +133,7 @@ TEST(SessionKeyframes, APoseInsideOutHarmsNobody) {
   ASSERT_TRUE(odd);
   EXPECT_TRUE(odd->modal.allFinite());
   if (odd->solve_failed) {
-    EXPECT_THAT(odd->report.message, testing::HasSubstr("keyframe 1 in frame 15"));
+    EXPECT_THAT(odd->report.message, ::testing::HasSubstr("keyframe 1 in frame 15"));
   }
   const auto after = live.edit({RemoveKeyframe{1}});
   ASSERT_TRUE(after);

@@ -14,7 +14,7 @@ using test::Live;
 
 /// The sample bird: its first answer is not the lowest there is, and an edit there and back finds
 /// another.
-constexpr int kNode = 961, kFrame = 60;
+constexpr int kPulledNode = 961, kPulledFrame = 60;
 const Eigen::Vector3d kPull = {0, 0, 0.1};
 
 double distance(const Result& a, const Result& b) {
@@ -27,7 +27,7 @@ TEST(SessionMinima, UndoAndRedoBringBackTheMotionThatWasThere) {
   ASSERT_TRUE(first);
   ASSERT_EQ(first->report.status, SolveStatus::kConverged);
   for (int i = 0; i < 3; ++i) {
-    const auto added = live.edit({AddConstraint{held(kFrame, kNode, kPull)}});
+    const auto added = live.edit({AddConstraint{held(kPulledFrame, kPulledNode, kPull)}});
     ASSERT_TRUE(added);
     EXPECT_GT(distance(*added, *first), 0.01);
     const auto undone = live.edit({Undo{}});
@@ -47,7 +47,7 @@ TEST(SessionMinima, AColdSolveThatEndsHigherReplacesNothing) {
   Live live(scene::make_sample("bird"));
   const auto first = live.recorder->wait_final(0);
   ASSERT_TRUE(first);
-  const auto added = live.edit({AddConstraint{held(kFrame, kNode, kPull)}});
+  const auto added = live.edit({AddConstraint{held(kPulledFrame, kPulledNode, kPull)}});
   ASSERT_TRUE(added);
   // Not an undo: that would come back to the first answer.
   const auto revision =

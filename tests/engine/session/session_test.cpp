@@ -37,8 +37,8 @@ TEST(Session, FirstResultThenFinalForTheSceneAsOpened) {
   EXPECT_EQ(results.front()->revision, 0u);
   EXPECT_EQ(final->report.status, SolveStatus::kConverged) << final->report.message;
   EXPECT_GT(final->since_edit_ms, 0);
-  EXPECT_THAT(live.recorder->states(), testing::ElementsAre(State::kReady));
-  EXPECT_THAT(live.recorder->progress(), testing::Not(testing::IsEmpty()));
+  EXPECT_THAT(live.recorder->states(), ::testing::ElementsAre(State::kReady));
+  EXPECT_THAT(live.recorder->progress(), ::testing::Not(::testing::IsEmpty()));
   EXPECT_EQ(live.recorder->fault(), "");
 
   const auto model = live.session.model();
@@ -198,7 +198,7 @@ TEST(Session, SavedAndReopenedItIsTheSame) {
              SetEnds{End::kPinnedPositionVelocity, End::kPinnedPosition},
              SetDynamics{{25, 22, 0.1}}});
   const scene::Scene saved = live.session.scene();
-  EXPECT_THAT(saved.constraints, testing::SizeIs(2));
+  EXPECT_THAT(saved.constraints, ::testing::SizeIs(2));
   EXPECT_EQ(saved.constraints[1].id, 3u);
   EXPECT_EQ(saved.last_end, End::kPinnedPosition);
   EXPECT_EQ(saved.dynamics.damping_ratio, 0.1);
@@ -207,7 +207,7 @@ TEST(Session, SavedAndReopenedItIsTheSame) {
   const double energy = live.session.converged_result()->report.total_energy;
   EXPECT_NEAR(again.recorder->wait_final(0)->report.total_energy, energy, 1e-6 * energy);
   EXPECT_THAT(again.session.edit({AddConstraint{held(3, kTip)}}).constraint_ids,
-              testing::ElementsAre(4));
+              ::testing::ElementsAre(4));
 }
 
 TEST(Session, SolveColdForgetsTheWarmStart) {

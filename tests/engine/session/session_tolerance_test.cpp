@@ -63,7 +63,8 @@ TEST(ConstraintTolerance, WhatCannotBeMetIsSaid) {
   const auto result = live.recorder->wait_final(0);
   ASSERT_TRUE(result);
   EXPECT_EQ(result->weight_scale, kGreatestWeightScale);
-  EXPECT_THAT(result->report.message, testing::HasSubstr("constraint_tolerance 0.0001 is not met"));
+  EXPECT_THAT(result->report.message,
+              ::testing::HasSubstr("constraint_tolerance 0.0001 is not met"));
   EXPECT_TRUE(result->modal.allFinite());
 }
 

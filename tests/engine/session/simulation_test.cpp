@@ -20,7 +20,7 @@ scene::Scene pushed_bar() {
   return scene;
 }
 
-Eigen::MatrixXd moved(const scene::Scene& scene, const SimulatedMotion& motion) {
+Eigen::MatrixXd moved_nodes(const scene::Scene& scene, const SimulatedMotion& motion) {
   return with_base_motion(scene, motion.positions).base_motion;
 }
 
@@ -29,8 +29,8 @@ TEST(SceneSimulation, TheUnitOfLengthDoesNotMatter) {
   scene::Scene millimetres = metres;
   millimetres.length_unit_in_metres = 0.001;
   millimetres.mesh.nodes *= 1000;
-  const Eigen::MatrixXd u = moved(metres, simulate(metres));
-  const Eigen::MatrixXd v = moved(millimetres, simulate(millimetres));
+  const Eigen::MatrixXd u = moved_nodes(metres, simulate(metres));
+  const Eigen::MatrixXd v = moved_nodes(millimetres, simulate(millimetres));
   EXPECT_GT(u.cwiseAbs().maxCoeff(), 1e-4);
   EXPECT_LT((v / 1000 - u).cwiseAbs().maxCoeff(), 1e-6 * u.cwiseAbs().maxCoeff() + 1e-7);
 }
@@ -42,7 +42,7 @@ TEST(SceneSimulation, UnusedNodesRestAndFixedOnesToo) {
   scene.fixed_nodes = {0, 1};
   scene.simulation->initial.common_velocity = {1, 0, 0};
   const SimulatedMotion motion = simulate(scene);
-  const Eigen::MatrixXd u = moved(scene, motion);
+  const Eigen::MatrixXd u = moved_nodes(scene, motion);
   ASSERT_EQ(u.rows(), 18);
   for (const int node : {0, 1, 5}) EXPECT_TRUE(u.middleRows(3 * node, 3).isZero(1e-6)) << node;
   EXPECT_GT(u.middleRows(9, 3).norm(), 0.01);
@@ -55,7 +55,7 @@ TEST(SceneSimulation, ModesOfTheInitialStateAreAmplitudes) {
   scene.mesh.nodes *= 100;
   scene.simulation->initial.modes = {0, 0.3};
   const SimulatedMotion motion = simulate(scene);
-  const Eigen::VectorXd start = moved(scene, motion).col(0);
+  const Eigen::VectorXd start = moved_nodes(scene, motion).col(0);
   EXPECT_NEAR(start.reshaped(3, start.size() / 3).colwise().norm().maxCoeff(), 0.3, 1e-5);
   Eigen::Index at = 0;
   start.cwiseAbs().maxCoeff(&at);
@@ -84,8 +84,8 @@ TEST(SceneSimulation, FramesPerSecondAreTheSimulationsOwnIfItHasSome) {
   fast.simulation->frames_per_second = 60;
   fast.simulation->steps_per_frame = 1;
   fast.simulation->forces[0].until_frame = 12;
-  const Eigen::MatrixXd u = moved(slow, simulate(slow));
-  const Eigen::MatrixXd v = moved(fast, simulate(fast));
+  const Eigen::MatrixXd u = moved_nodes(slow, simulate(slow));
+  const Eigen::MatrixXd v = moved_nodes(fast, simulate(fast));
   EXPECT_LT((v.col(22) - u.col(11)).norm(), 1e-5 * u.col(11).norm());
 }
 

@@ -14,8 +14,8 @@ namespace {
 using testing::ChainKinematics;
 
 /// A bending chain led through targets, z optimised for modes of which most are fast.
-struct Scene {
-  explicit Scene(double period_frames = 12, double weight = 100) {
+struct BoundedScene {
+  explicit BoundedScene(double period_frames = 12, double weight = 100) {
     chain = std::make_shared<ChainKinematics>(10, 8, 1.0, 2.0, 3);
     timeline.frame_count = 80;
     for (const auto& constraint : test_constraints(*chain, 6, timeline, 0.5, weight, 5))
@@ -52,7 +52,7 @@ TEST(BoundedMaterial, FrequencyAndStiffnessAreInverse) {
 }
 
 TEST(BoundedMaterial, NoFittedModeIsAboveTheBoundInAnyStep) {
-  const Scene scene;
+  const BoundedScene scene;
   ASSERT_GT(highest(scene.material), 0.125);
   for (const auto variables : {MaterialVariables::kMotionAndDynamics, MaterialVariables::kAll}) {
     for (const int slow_steps : {0, 10}) {
@@ -76,7 +76,7 @@ TEST(BoundedMaterial, NoFittedModeIsAboveTheBoundInAnyStep) {
 }
 
 TEST(BoundedMaterial, ASlowStartEndsLowerThanTheBoundAlone) {
-  const Scene scene;
+  const BoundedScene scene;
   MaterialOptions bound_only;
   bound_only.slow_steps = 0;
   MaterialSolver slow = scene.solver(), other = scene.solver(bound_only);
@@ -136,7 +136,7 @@ TEST(BoundedMaterial, AStartThatNoBoundedMaterialReachesIsKeptAsItWas) {
 }
 
 TEST(BoundedMaterial, ACancelledFitAboveItsStartIsTheStart) {
-  const Scene scene(6);
+  const BoundedScene scene(6);
   MaterialSolver solver = scene.solver();
   JobContext job;
   int steps = 0;
@@ -156,7 +156,7 @@ TEST(BoundedMaterial, ACancelledFitAboveItsStartIsTheStart) {
 }
 
 TEST(BoundedMaterial, AnInterruptedFitGoesOnWhereItWas) {
-  const Scene scene;
+  const BoundedScene scene;
   MaterialSolver whole = scene.solver();
   const MaterialReport expected = whole.solve();
   MaterialSolver first = scene.solver();
@@ -189,7 +189,7 @@ TEST(BoundedMaterial, TheSlowestNeededIsTheElasticModeOfReference) {
 }
 
 TEST(BoundedMaterial, ExactConstraintsAreApproached) {
-  const Scene scene(12, PositionConstraint::kExact);
+  const BoundedScene scene(12, PositionConstraint::kExact);
   MaterialSolver solver = scene.solver();
   const MaterialReport report = solver.solve();
   EXPECT_TRUE(report.below_start);

@@ -23,15 +23,15 @@ enum class Modes { kFirst, kMixed, kFewer };  // S = I; a full square S; R > r
 enum class Rows { kSoft, kExact, kBoth };
 
 /// Keyframes and positions in random frames, neighbours and the same frame among them.
-struct Random {
+struct RandomProblem {
   std::shared_ptr<LinearKinematics> kinematics;
   ModeDynamics dynamics;
   Timeline timeline;
   Eigen::MatrixXd mixing;
   ConstraintSet set;
 
-  Random(unsigned seed, Modes kind, Rows rows, Ends ends, int keyframes, int positions,
-         int frame_count = 24) {
+  RandomProblem(unsigned seed, Modes kind, Rows rows, Ends ends, int keyframes, int positions,
+                int frame_count = 24) {
     std::mt19937_64 generator(seed);
     const int modes = 3, coordinates = kind == Modes::kFewer ? 5 : 3;
     kinematics = std::make_shared<LinearKinematics>(coordinates, 4, 2.0, seed + 1);
@@ -91,7 +91,7 @@ struct Parts {
   ConstraintRows rows;
   RowState state;
 
-  explicit Parts(const Random& problem)
+  explicit Parts(const RandomProblem& problem)
       : systems(problem.dynamics, problem.timeline),
         rows(problem.kinematics, problem.mixing,
              static_cast<int>(problem.dynamics.stiffness.size())) {
@@ -149,9 +149,9 @@ class KeyframeSystems : public ::testing::TestWithParam<Modes> {};
 TEST_P(KeyframeSystems, AreTheDenseSystemWithTheKeyframesRows) {
   for (const Rows rows : {Rows::kSoft, Rows::kExact, Rows::kBoth}) {
     for (const int keyframes : {0, 1, 2, 9}) {
-      const Random problem(41 + static_cast<unsigned>(keyframes), GetParam(), rows,
-                           {EndCondition::kPinnedPositionVelocity, EndCondition::kPinnedPosition},
-                           keyframes, 5);
+      const RandomProblem problem(
+          41 + static_cast<unsigned>(keyframes), GetParam(), rows,
+          {EndCondition::kPinnedPositionVelocity, EndCondition::kPinnedPosition}, keyframes, 5);
       SCOPED_TRACE(keyframes);
       Parts parts(problem);
       Eigen::MatrixXd all = parts.dense();
@@ -196,8 +196,8 @@ TEST_P(KeyframeSystems, AreTheDenseSystemWithTheKeyframesRows) {
 /// Both lines of the system that NOTATION.md states, for right-hand sides at random.
 TEST_P(KeyframeSystems, LetTheSaddleBeSolved) {
   for (const int positions : {0, 5}) {
-    const Random problem(51, GetParam(), Rows::kBoth, {EndCondition::kFree, EndCondition::kFree}, 7,
-                         positions);
+    const RandomProblem problem(51, GetParam(), Rows::kBoth,
+                                {EndCondition::kFree, EndCondition::kFree}, 7, positions);
     Parts parts(problem);
     std::mt19937_64 generator(52);
     Eigen::VectorXd r(parts.size()), c(parts.rows.count()), m;
@@ -218,8 +218,8 @@ TEST_P(KeyframeSystems, LetTheSaddleBeSolved) {
 
 /// The factor stands for weights that are no more.
 TEST_P(KeyframeSystems, SeeThatAWeightHasChanged) {
-  const Random problem(53, GetParam(), Rows::kExact, {EndCondition::kFree, EndCondition::kFree}, 4,
-                       0);
+  const RandomProblem problem(53, GetParam(), Rows::kExact,
+                              {EndCondition::kFree, EndCondition::kFree}, 4, 0);
   Parts parts(problem);
   KeyframeSystem system;
   system.factor(parts.systems, parts.rows);
@@ -251,7 +251,7 @@ TEST_P(KeyframeMixes, MeetTheDenseAnswer) {
     // Exact rows must be independent: as many of a keyframe as there are modes.
     const bool soft = rows == Rows::kSoft;
     const Modes modes = static_cast<Modes>((seed / 3) % (soft ? 3 : 2));
-    const Random problem(60 + seed, modes, rows, GetParam(), 1 + static_cast<int>(seed), 4);
+    const RandomProblem problem(60 + seed, modes, rows, GetParam(), 1 + static_cast<int>(seed), 4);
     SCOPED_TRACE(seed);
     Solver solver = problem.solver();
     const SolveReport report = solver.solve();
@@ -271,8 +271,8 @@ INSTANTIATE_TEST_SUITE_P(All, KeyframeMixes, ::testing::ValuesIn(all_ends()),
 
 TEST(KeyframeSystem, TwoKeyframesInOneFrameAddUp) {
   for (const Modes modes : {Modes::kFirst, Modes::kFewer}) {
-    Random problem(80, modes, Rows::kSoft, {EndCondition::kFree, EndCondition::kPinnedPosition}, 4,
-                   3);
+    RandomProblem problem(80, modes, Rows::kSoft,
+                          {EndCondition::kFree, EndCondition::kPinnedPosition}, 4, 3);
     problem.set.keyframes.at(2).frame = problem.set.keyframes.at(1).frame;
     Solver solver = problem.solver();
     const DenseAnswer dense = problem.dense();
@@ -286,9 +286,9 @@ TEST(KeyframeSystem, TwoKeyframesInOneFrameAddUp) {
 TEST(KeyframeSystem, ManyKeyframesTakeOneStep) {
   constexpr int kFrames = 400;
   for (const Modes modes : {Modes::kFirst, Modes::kMixed}) {
-    const Random problem(90, modes, Rows::kSoft,
-                         {EndCondition::kPinnedPositionVelocity, EndCondition::kFree}, 300, 0,
-                         kFrames);
+    const RandomProblem problem(90, modes, Rows::kSoft,
+                                {EndCondition::kPinnedPositionVelocity, EndCondition::kFree}, 300,
+                                0, kFrames);
     Solver solver = problem.solver();
     const SolveReport report = solver.solve();
     EXPECT_EQ(report.status, SolveStatus::kConverged) << report.message;
@@ -304,7 +304,8 @@ TEST(KeyframeSystem, ManyKeyframesTakeOneStep) {
 /// Heavy keyframes in every other frame, soft ones between: eight decades of weight in one band.
 TEST(KeyframeSystem, WeightsOfEightDecades) {
   for (const Modes modes : {Modes::kFirst, Modes::kMixed}) {
-    Random problem(91, modes, Rows::kSoft, {EndCondition::kFree, EndCondition::kFree}, 12, 3);
+    RandomProblem problem(91, modes, Rows::kSoft, {EndCondition::kFree, EndCondition::kFree}, 12,
+                          3);
     for (auto& [id, keyframe] : problem.set.keyframes) keyframe.weight = id % 2 == 0 ? 1e6 : 1e-2;
     Solver solver = problem.solver();
     const DenseAnswer dense = problem.dense();

@@ -13,26 +13,26 @@ using testing::ChainKinematics;
 using testing::LinearKinematics;
 using testing::uniform;
 
-constexpr int kCoordinates = 7, kModes = 4, kFrames = 40;
+constexpr int kKeyedCoordinates = 7, kKeyedModes = 4, kKeyedFrames = 40;
 
-struct Scene {
+struct KeyedScene {
   std::shared_ptr<const reduced::Kinematics> kinematics =
-      std::make_shared<LinearKinematics>(kCoordinates, 3, 2.0, 5);
-  Timeline timeline{kFrames, EndCondition::kPinnedPositionVelocity, EndCondition::kFree};
-  Material material{test_dynamics(kModes, 30, 0.02), {}};
+      std::make_shared<LinearKinematics>(kKeyedCoordinates, 3, 2.0, 5);
+  Timeline timeline{kKeyedFrames, EndCondition::kPinnedPositionVelocity, EndCondition::kFree};
+  Material material{test_dynamics(kKeyedModes, 30, 0.02), {}};
   std::vector<PositionConstraint> positions;
   std::vector<KeyframeConstraint> keyframes;
 
-  Scene() {
+  KeyedScene() {
     std::mt19937_64 generator(11);
-    material.mixing = first_coordinates(kCoordinates, kModes);
+    material.mixing = first_coordinates(kKeyedCoordinates, kKeyedModes);
     for (auto& value : material.mixing.reshaped()) value += 0.2 * uniform(generator);
     for (const int frame : {9, 21, 22, 39}) {
       KeyframeConstraint keyframe;
       keyframe.id = static_cast<ConstraintId>(frame);
       keyframe.frame = frame;
       keyframe.weight = 3 + frame;
-      keyframe.coordinates.resize(kCoordinates);
+      keyframe.coordinates.resize(kKeyedCoordinates);
       for (auto& value : keyframe.coordinates) value = uniform(generator);
       keyframes.push_back(keyframe);
     }
@@ -71,14 +71,14 @@ struct Scene {
 
 /// The problem is a convex quadratic one: where its gradient vanishes is the answer.
 TEST(Keyframes, WithPositionsAndMixedModesMeetTheQuadraticOptimum) {
-  const Scene scene;
+  const KeyedScene scene;
   Solver solver = scene.solver();
   const SolveReport report = solver.solve();
   ASSERT_EQ(report.status, SolveStatus::kConverged) << report.message;
   EXPECT_NEAR(report.total_energy, scene.energy(solver.motion()), 1e-10 * report.total_energy);
   Eigen::MatrixXd z = solver.motion();
-  for (Eigen::Index i = 2; i < kFrames; ++i) {
-    for (Eigen::Index k = 0; k < kModes; ++k) {
+  for (Eigen::Index i = 2; i < kKeyedFrames; ++i) {
+    for (Eigen::Index k = 0; k < kKeyedModes; ++k) {
       const double before = z(k, i), h = 1e-3;
       z(k, i) = before + h;
       const double above = scene.energy(z);
@@ -97,8 +97,8 @@ TEST(Keyframes, WithPositionsAndMixedModesMeetTheQuadraticOptimum) {
 }
 
 TEST(Keyframes, WhatNoModeMovesIsAMissAndNoRow) {
-  Scene scene;
-  scene.material.mixing = first_coordinates(kCoordinates, kModes);
+  KeyedScene scene;
+  scene.material.mixing = first_coordinates(kKeyedCoordinates, kKeyedModes);
   Solver plain(scene.kinematics, scene.material.dynamics, scene.timeline);
   Solver mixed = scene.solver();
   for (const auto& constraint : scene.positions) plain.add(constraint);
@@ -110,10 +110,10 @@ TEST(Keyframes, WhatNoModeMovesIsAMissAndNoRow) {
 }
 
 TEST(Keyframes, ExactOnesAreMet) {
-  Scene scene;
+  KeyedScene scene;
   scene.positions.clear();
-  scene.material.mixing = Eigen::MatrixXd::Identity(kCoordinates, kCoordinates);
-  scene.material.dynamics = test_dynamics(kCoordinates, 30, 0.02);
+  scene.material.mixing = Eigen::MatrixXd::Identity(kKeyedCoordinates, kKeyedCoordinates);
+  scene.material.dynamics = test_dynamics(kKeyedCoordinates, 30, 0.02);
   for (auto& keyframe : scene.keyframes) keyframe.weight = PositionConstraint::kExact;
   Solver solver = scene.solver();
   const SolveReport report = solver.solve();
@@ -122,7 +122,7 @@ TEST(Keyframes, ExactOnesAreMet) {
 }
 
 TEST(Keyframes, ComeAndGoLikeOtherConstraints) {
-  const Scene scene;
+  const KeyedScene scene;
   Solver solver = scene.solver();
   const double with = solver.solve().total_energy;
   solver.remove_keyframe(21);
@@ -133,7 +133,7 @@ TEST(Keyframes, ComeAndGoLikeOtherConstraints) {
   EXPECT_THROW(solver.remove_keyframe(5), Error);
   KeyframeConstraint wrong = scene.keyframes[0];
   wrong.id = 99;
-  wrong.coordinates.conservativeResize(kCoordinates - 1);
+  wrong.coordinates.conservativeResize(kKeyedCoordinates - 1);
   try {
     solver.add_keyframe(wrong);
     FAIL();
@@ -144,9 +144,9 @@ TEST(Keyframes, ComeAndGoLikeOtherConstraints) {
 
 /// A body that bends: material optimisation moves S to where the poses are.
 TEST(Keyframes, MaterialOptimisationMixesModesTowardsThePoses) {
-  Scene scene;
-  scene.kinematics = std::make_shared<ChainKinematics>(kCoordinates, 8, 1.0, 2.0, 3);
-  scene.material.mixing = first_coordinates(kCoordinates, kModes);
+  KeyedScene scene;
+  scene.kinematics = std::make_shared<ChainKinematics>(kKeyedCoordinates, 8, 1.0, 2.0, 3);
+  scene.material.mixing = first_coordinates(kKeyedCoordinates, kKeyedModes);
   scene.positions.resize(1);
   Solver solver = scene.solver();
   const SolveReport z_only = solver.solve();

@@ -18,13 +18,13 @@ namespace {
 using testing::ChainKinematics;
 using testing::LinearKinematics;
 
-constexpr int kCoordinates = 10, kModes = 4;
+constexpr int kChainCoordinates = 10, kChainModes = 4;
 
 Material first_modes(int coordinates, int modes) {
   return {test_dynamics(modes, 40, 0.01), first_coordinates(coordinates, modes)};
 }
 
-struct Scene {
+struct MaterialScene {
   std::shared_ptr<const reduced::Kinematics> kinematics;
   Timeline timeline;
   std::vector<PositionConstraint> constraints;
@@ -34,9 +34,9 @@ struct Scene {
 };
 
 /// A bending chain led through targets, z optimised.
-Scene chain_scene(int frames = 60, int constraints = 6, int modes = kModes,
-                  int coordinates = kCoordinates) {
-  Scene scene;
+MaterialScene chain_scene(int frames = 60, int constraints = 6, int modes = kChainModes,
+                          int coordinates = kChainCoordinates) {
+  MaterialScene scene;
   const auto chain = std::make_shared<ChainKinematics>(coordinates, 8, 1.0, 2.0, 3);
   scene.kinematics = chain;
   scene.timeline.frame_count = frames;
@@ -50,19 +50,19 @@ Scene chain_scene(int frames = 60, int constraints = 6, int modes = kModes,
   return scene;
 }
 
-ConstraintSet set_of(const Scene& scene) {
+ConstraintSet set_of(const MaterialScene& scene) {
   ConstraintSet set;
   for (const auto& constraint : scene.constraints) set.positions[constraint.id] = constraint;
   return set;
 }
 
-MaterialSolver solver_of(const Scene& scene, const MaterialOptions& options = {}) {
+MaterialSolver solver_of(const MaterialScene& scene, const MaterialOptions& options = {}) {
   return {scene.kinematics, scene.timeline, set_of(scene), scene.material, scene.motion, options};
 }
 
 /// Of eqs. 17a, 17b and 20, straight from the motion and the material.
-double energy_of(const Scene& scene, const Material& material, const Eigen::MatrixXd& motion,
-                 double column_weight) {
+double energy_of(const MaterialScene& scene, const Material& material,
+                 const Eigen::MatrixXd& motion, double column_weight) {
   double energy = column_weight * column_energy(material.mixing);
   for (Eigen::Index k = 0; k < motion.rows(); ++k) {
     for (Eigen::Index i = 1; i + 1 < motion.cols(); ++i) {
@@ -94,28 +94,28 @@ bool finite(const MaterialSolver& solver) {
          solver.material().dynamics.damping.allFinite();
 }
 
-void expect_no_worse(const Scene& scene, const MaterialReport& report) {
+void expect_no_worse(const MaterialScene& scene, const MaterialReport& report) {
   EXPECT_TRUE(std::isfinite(report.total_energy));
   EXPECT_LE(report.total_energy, scene.z_only.total_energy * (1 + 1e-9));
 }
 
 /// The step is that of the assembled Gauss-Newton matrix over every z and every entry of S.
 TEST(MaterialStep, IsThatOfTheAssembledSystem) {
-  const Scene scene = chain_scene();
-  ConstraintRows rows(scene.kinematics, {}, kCoordinates);
+  const MaterialScene scene = chain_scene();
+  ConstraintRows rows(scene.kinematics, {}, kChainCoordinates);
   ModeSystems systems(scene.material.dynamics, scene.timeline);
   rows.rebuild(set_of(scene), systems.frames().first(), systems.frames().last());
   systems.set_knots(rows.knots());
   MaterialPoint point;
   point.mixing = scene.material.mixing;
-  point.mixing(kCoordinates - 1, 1) = 0.3;
+  point.mixing(kChainCoordinates - 1, 1) = 0.3;
   point.mixing(2, 0) = -0.2;
   systems.gather(scene.motion, point.z);
   const auto knots = static_cast<Eigen::Index>(rows.knots().size());
-  Lanes hat = Lanes::Zero(padded_lanes(kCoordinates), knots);
+  Lanes hat = Lanes::Zero(padded_lanes(kChainCoordinates), knots);
   for (int knot = 0; knot < knots; ++knot)
-    hat.col(knot).head(kCoordinates) =
-        point.mixing * point.z.col(systems.kept_of_knot(knot)).head(kModes);
+    hat.col(knot).head(kChainCoordinates) =
+        point.mixing * point.z.col(systems.kept_of_knot(knot)).head(kChainModes);
   rows.evaluate(hat, ConstraintRows::Jacobian::kYes, point.rows);
 
   for (const int held : {0, 1}) {
@@ -125,15 +125,15 @@ TEST(MaterialStep, IsThatOfTheAssembledSystem) {
     space.step(systems, rows, point, {nu, mu, held}, step);
 
     const int kept = systems.kept_count();
-    const int z_size = kept * kModes, s_size = kCoordinates * kModes;
-    const auto z_at = [&](int frame, int mode) { return frame * kModes + mode; };
+    const int z_size = kept * kChainModes, s_size = kChainCoordinates * kChainModes;
+    const auto z_at = [&](int frame, int mode) { return frame * kChainModes + mode; };
     const auto s_at = [&](Eigen::Index row, Eigen::Index mode) {
-      return z_size + static_cast<int>(mode * kCoordinates + row);
+      return z_size + static_cast<int>(mode * kChainCoordinates + row);
     };
     Eigen::MatrixXd hessian = Eigen::MatrixXd::Zero(z_size + s_size, z_size + s_size);
     Eigen::VectorXd gradient = Eigen::VectorXd::Zero(z_size + s_size);
     for (int frame = 0; frame < kept; ++frame) {
-      for (int mode = 0; mode < kModes; ++mode) {
+      for (int mode = 0; mode < kChainModes; ++mode) {
         Lanes unit = Lanes::Zero(systems.lanes(), kept), product;
         unit(mode, frame) = 1;
         systems.apply(unit, product);
@@ -146,22 +146,24 @@ TEST(MaterialStep, IsThatOfTheAssembledSystem) {
     for (int row = 0; row < rows.count(); ++row) {
       Eigen::VectorXd along = Eigen::VectorXd::Zero(z_size + s_size);
       const int frame = systems.kept_of_knot(rows.knot_of(row));
-      const Eigen::VectorXd j = point.rows.jacobian.col(row).head(kCoordinates);
-      for (int mode = 0; mode < kModes; ++mode) {
+      const Eigen::VectorXd j = point.rows.jacobian.col(row).head(kChainCoordinates);
+      for (int mode = 0; mode < kChainModes; ++mode) {
         along[z_at(frame, mode)] = j.dot(point.mixing.col(mode));
-        for (int c = 0; c < kCoordinates; ++c) along[s_at(c, mode)] = point.z(mode, frame) * j[c];
+        for (int c = 0; c < kChainCoordinates; ++c)
+          along[s_at(c, mode)] = point.z(mode, frame) * j[c];
       }
       hessian += rows.weight()[row] * along * along.transpose();
       gradient -= rows.weight()[row] * point.rows.residual[row] * along;
     }
-    for (int mode = 0; mode < kModes; ++mode) {
+    for (int mode = 0; mode < kChainModes; ++mode) {
       const Eigen::VectorXd s = point.mixing.col(mode);
-      hessian.block(s_at(0, mode), s_at(0, mode), kCoordinates, kCoordinates) +=
-          8 * mu * s * s.transpose() + nu * Eigen::MatrixXd::Identity(kCoordinates, kCoordinates);
-      gradient.segment(s_at(0, mode), kCoordinates) += 4 * mu * (s.squaredNorm() - 1) * s;
+      hessian.block(s_at(0, mode), s_at(0, mode), kChainCoordinates, kChainCoordinates) +=
+          8 * mu * s * s.transpose() +
+          nu * Eigen::MatrixXd::Identity(kChainCoordinates, kChainCoordinates);
+      gradient.segment(s_at(0, mode), kChainCoordinates) += 4 * mu * (s.squaredNorm() - 1) * s;
     }
-    for (int mode = 0; mode < kModes; ++mode) {
-      for (int c = 0; c < kCoordinates; ++c) {
+    for (int mode = 0; mode < kChainModes; ++mode) {
+      for (int c = 0; c < kChainCoordinates; ++c) {
         if (mode >= held && c >= held) continue;  // these entries of S stay
         hessian.row(s_at(c, mode)).setZero();
         hessian.col(s_at(c, mode)).setZero();
@@ -172,14 +174,14 @@ TEST(MaterialStep, IsThatOfTheAssembledSystem) {
     const Eigen::VectorXd expected = -hessian.ldlt().solve(gradient);
     Eigen::VectorXd found(z_size + s_size);
     for (int frame = 0; frame < kept; ++frame)
-      found.segment(z_at(frame, 0), kModes) = step.z.col(frame).head(kModes);
+      found.segment(z_at(frame, 0), kChainModes) = step.z.col(frame).head(kChainModes);
     found.tail(s_size) = step.mixing.reshaped();
     EXPECT_LT((found - expected).norm(), 1e-8 * expected.norm()) << "held " << held;
     // The promise is the decrease of the model without Levenberg's and the proximal term.
     Eigen::MatrixXd undamped = hessian;
     undamped.diagonal().head(z_size).array() -= ModeSystems::kProximal;
-    for (int mode = held; mode < kModes; ++mode) {
-      for (int c = held; c < kCoordinates; ++c) undamped(s_at(c, mode), s_at(c, mode)) -= nu;
+    for (int mode = held; mode < kChainModes; ++mode) {
+      for (int c = held; c < kChainCoordinates; ++c) undamped(s_at(c, mode), s_at(c, mode)) -= nu;
     }
     EXPECT_NEAR(step.promise, -gradient.dot(found) - 0.5 * found.dot(undamped * found),
                 1e-8 * step.promise);
@@ -187,7 +189,7 @@ TEST(MaterialStep, IsThatOfTheAssembledSystem) {
 }
 
 TEST(MaterialSolver, LowersTheEnergyOfEachSetOfVariablesBelowTheOneBefore) {
-  const Scene scene = chain_scene();
+  const MaterialScene scene = chain_scene();
   double before = scene.z_only.total_energy;
   for (const auto variables : {MaterialVariables::kMotionAndDynamics, MaterialVariables::kAll}) {
     MaterialOptions options;
@@ -232,7 +234,7 @@ TEST(MaterialSolver, FindsTheStiffnessAndDampingThatTargetsWereMadeWith) {
           ((2 + damping[k] - stiffness[k]) * truth(k, i) - truth(k, i - 1)) / (1 + damping[k]);
     }
   }
-  Scene scene;
+  MaterialScene scene;
   scene.kinematics = kinematics;
   scene.timeline = {frames, EndCondition::kFree, EndCondition::kFree};
   for (int frame = 0; frame < frames; frame += 3) {
@@ -259,7 +261,7 @@ TEST(MaterialSolver, FindsTheStiffnessAndDampingThatTargetsWereMadeWith) {
 }
 
 TEST(MaterialSolver, RestartingFromAConvergedResultChangesNothing) {
-  Scene scene = chain_scene();
+  MaterialScene scene = chain_scene();
   MaterialOptions options;
   options.max_iterations = 2000;
   MaterialSolver first = solver_of(scene, options);
@@ -276,7 +278,7 @@ TEST(MaterialSolver, RestartingFromAConvergedResultChangesNothing) {
 }
 
 TEST(MaterialSolver, DoesNotDependOnTheScaleOfColumns) {
-  const Scene scene = chain_scene();
+  const MaterialScene scene = chain_scene();
   MaterialSolver solver = solver_of(scene);
   const MaterialReport report = solver.solve();
   Material scaled = solver.material();
@@ -287,7 +289,7 @@ TEST(MaterialSolver, DoesNotDependOnTheScaleOfColumns) {
 }
 
 TEST(MaterialSolver, RigidUnknownsKeepTheirModesAndHaveNoDynamics) {
-  Scene scene = chain_scene();
+  MaterialScene scene = chain_scene();
   scene.material.dynamics.stiffness.head(2).setZero();
   scene.material.dynamics.damping.head(2).setZero();
   MaterialOptions options;
@@ -297,13 +299,13 @@ TEST(MaterialSolver, RigidUnknownsKeepTheirModesAndHaveNoDynamics) {
   EXPECT_EQ(solver.material().dynamics.stiffness.head(2), Eigen::Vector2d::Zero());
   EXPECT_EQ(solver.material().dynamics.damping.head(2), Eigen::Vector2d::Zero());
   EXPECT_EQ(solver.material().mixing.leftCols(2), scene.material.mixing.leftCols(2));
-  EXPECT_TRUE(solver.material().mixing.topRows(2).rightCols(kModes - 2).isZero(0));
-  EXPECT_FALSE(solver.material().mixing.rightCols(kModes - 2) ==
-               scene.material.mixing.rightCols(kModes - 2));
+  EXPECT_TRUE(solver.material().mixing.topRows(2).rightCols(kChainModes - 2).isZero(0));
+  EXPECT_FALSE(solver.material().mixing.rightCols(kChainModes - 2) ==
+               scene.material.mixing.rightCols(kChainModes - 2));
 }
 
 TEST(MaterialSolver, StopsWhenAskedAndKeepsWhatItHas) {
-  const Scene scene = chain_scene();
+  const MaterialScene scene = chain_scene();
   MaterialSolver solver = solver_of(scene);
   int steps = 0;
   MaterialReport report = solver.solve({}, [&](const MaterialReport&) { return ++steps < 3; });
@@ -319,7 +321,7 @@ TEST(MaterialSolver, StopsWhenAskedAndKeepsWhatItHas) {
 }
 
 TEST(MaterialSolver, ExactConstraintsAreApproached) {
-  Scene scene = chain_scene();
+  MaterialScene scene = chain_scene();
   for (auto& constraint : scene.constraints) constraint.weight = PositionConstraint::kExact;
   MaterialSolver solver = solver_of(scene);
   const MaterialReport report = solver.solve();
@@ -331,7 +333,7 @@ TEST(MaterialSolver, ExactConstraintsAreApproached) {
 // Hard cases of material optimisation.
 
 TEST(MaterialHardCases, AConstraintFarOutsideWhatTheModesCanReach) {
-  Scene scene = chain_scene();
+  MaterialScene scene = chain_scene();
   scene.constraints[0].target = Eigen::Vector3d(30, -20, 40);
   MaterialSolver solver = solver_of(scene);
   const MaterialReport report = solver.solve();
@@ -345,7 +347,7 @@ TEST(MaterialHardCases, AConstraintFarOutsideWhatTheModesCanReach) {
 }
 
 TEST(MaterialHardCases, TwoContradictoryConstraintsAtOneNodeAndFrame) {
-  Scene scene = chain_scene();
+  MaterialScene scene = chain_scene();
   scene.constraints[1] = scene.constraints[0];
   scene.constraints[1].id = 77;
   scene.constraints[1].target += Eigen::Vector3d(0.4, 0, 0);
@@ -359,7 +361,7 @@ TEST(MaterialHardCases, TwoContradictoryConstraintsAtOneNodeAndFrame) {
 }
 
 TEST(MaterialHardCases, ConstraintsAtAdjacentFramesWithLargeJumps) {
-  Scene scene = chain_scene();
+  MaterialScene scene = chain_scene();
   scene.constraints.resize(4);
   for (int i = 0; i < 4; ++i) {
     auto& constraint = scene.constraints[static_cast<std::size_t>(i)];
@@ -375,12 +377,12 @@ TEST(MaterialHardCases, ConstraintsAtAdjacentFramesWithLargeJumps) {
 }
 
 TEST(MaterialHardCases, FourFrames) {
-  Scene scene = chain_scene();
+  MaterialScene scene = chain_scene();
   scene.timeline = {4, EndCondition::kPinnedPosition, EndCondition::kFree};
   scene.constraints.resize(2);
   scene.constraints[0].frame = 1;
   scene.constraints[1].frame = 3;
-  scene.motion.setZero(kModes, 4);
+  scene.motion.setZero(kChainModes, 4);
   MaterialSolver solver = solver_of(scene);
   const MaterialReport report = solver.solve();
   EXPECT_TRUE(finite(solver));
@@ -388,7 +390,7 @@ TEST(MaterialHardCases, FourFrames) {
 }
 
 TEST(MaterialHardCases, TwentyThousandFrames) {
-  const Scene scene = chain_scene(20000, 8);
+  const MaterialScene scene = chain_scene(20000, 8);
   MaterialOptions options;
   options.max_iterations = 20;
   MaterialSolver solver = solver_of(scene, options);
@@ -398,14 +400,14 @@ TEST(MaterialHardCases, TwentyThousandFrames) {
 }
 
 TEST(MaterialHardCases, OneMode) {
-  const Scene scene = chain_scene(60, 6, 1);
+  const MaterialScene scene = chain_scene(60, 6, 1);
   MaterialSolver solver = solver_of(scene);
   expect_no_worse(scene, solver.solve());
   EXPECT_TRUE(finite(solver));
 }
 
 TEST(MaterialHardCases, AsManyModesAsCoordinates) {
-  const Scene scene = chain_scene(60, 6, kCoordinates);
+  const MaterialScene scene = chain_scene(60, 6, kChainCoordinates);
   MaterialSolver solver = solver_of(scene);
   expect_no_worse(scene, solver.solve());
   EXPECT_TRUE(finite(solver));
@@ -413,7 +415,7 @@ TEST(MaterialHardCases, AsManyModesAsCoordinates) {
 
 TEST(MaterialHardCases, ATargetThatJumpsFarAfterTheFit) {
   for (const double jump : {0.3, 1.0, 3.0}) {
-    Scene scene = chain_scene();
+    MaterialScene scene = chain_scene();
     MaterialSolver first = solver_of(scene);
     first.solve();
     scene.material = first.material();
@@ -433,7 +435,7 @@ TEST(MaterialHardCases, ATargetThatJumpsFarAfterTheFit) {
 }
 
 TEST(MaterialHardCases, AMotionThatIsZero) {
-  Scene scene = chain_scene();
+  MaterialScene scene = chain_scene();
   for (auto& constraint : scene.constraints) constraint.target.setZero();
   scene.motion.setZero();
   MaterialSolver solver = solver_of(scene);
@@ -446,7 +448,7 @@ TEST(MaterialHardCases, AMotionThatIsZero) {
 }
 
 TEST(MaterialHardCases, OneConstraintThatAFreeSwingMeetsIsConverged) {
-  Scene scene = chain_scene();
+  MaterialScene scene = chain_scene();
   scene.timeline = {60, EndCondition::kFree, EndCondition::kFree};
   scene.constraints.resize(1);
   Solver solver(scene.kinematics, scene.material.dynamics, scene.timeline, {},
@@ -461,7 +463,7 @@ TEST(MaterialHardCases, OneConstraintThatAFreeSwingMeetsIsConverged) {
 
 TEST(MaterialHardCases, ALambdaDrivenToItsBound) {
   // A target that is reached by moving evenly: any stiffness is in the way.
-  Scene scene;
+  MaterialScene scene;
   scene.kinematics = std::make_shared<LinearKinematics>(LinearKinematics::translation(1.0));
   scene.timeline = {40, EndCondition::kFree, EndCondition::kFree};
   for (int i = 0; i < 5; ++i) {
@@ -486,7 +488,7 @@ TEST(MaterialHardCases, ALambdaDrivenToItsBound) {
 }
 
 TEST(MaterialHardCases, SWithAColumnGoingToZero) {
-  Scene scene = chain_scene();
+  MaterialScene scene = chain_scene();
   scene.material.mixing.col(2) *= 1e-9;
   scene.motion.row(2).setZero();
   const double start = energy_of(scene, scene.material, scene.motion, 1);
@@ -502,9 +504,9 @@ TEST(MaterialHardCases, SWithAColumnGoingToZero) {
 }
 
 TEST(MaterialBadInput, NamesTheMember) {
-  const Scene scene = chain_scene();
+  const MaterialScene scene = chain_scene();
   const auto field_of = [&](const auto& change) {
-    Scene bad = scene;
+    MaterialScene bad = scene;
     MaterialOptions options;
     change(bad, options);
     try {
@@ -515,27 +517,32 @@ TEST(MaterialBadInput, NamesTheMember) {
     }
     return std::string("nothing");
   };
-  EXPECT_EQ(field_of([](Scene& s, auto&) { s.material.mixing.conservativeResize(9, kModes); }),
-            "material.mixing");
-  EXPECT_EQ(field_of([](Scene& s, auto&) {
-              s.material = first_modes(kCoordinates, kCoordinates + 1);
-              s.motion.setZero(kCoordinates + 1, 60);
+  EXPECT_EQ(field_of([](MaterialScene& s, auto&) {
+              s.material.mixing.conservativeResize(9, kChainModes);
             }),
             "material.mixing");
-  EXPECT_EQ(field_of([](Scene& s, auto&) { s.material.dynamics.damping[0] = -1; }),
+  EXPECT_EQ(field_of([](MaterialScene& s, auto&) {
+              s.material = first_modes(kChainCoordinates, kChainCoordinates + 1);
+              s.motion.setZero(kChainCoordinates + 1, 60);
+            }),
+            "material.mixing");
+  EXPECT_EQ(field_of([](MaterialScene& s, auto&) { s.material.dynamics.damping[0] = -1; }),
             "material.dynamics");
-  EXPECT_EQ(field_of([](Scene& s, auto&) { s.motion(0, 0) = std::nan(""); }), "motion");
-  EXPECT_EQ(field_of([](Scene&, MaterialOptions& o) { o.tolerance = 0; }), "options.tolerance");
+  EXPECT_EQ(field_of([](MaterialScene& s, auto&) { s.motion(0, 0) = std::nan(""); }), "motion");
+  EXPECT_EQ(field_of([](MaterialScene&, MaterialOptions& o) { o.tolerance = 0; }),
+            "options.tolerance");
   for (const double bad : {0.0, -0.1, 0.51, std::nan("")}) {
-    EXPECT_EQ(field_of([&](Scene&, MaterialOptions& o) { o.max_frequency = bad; }),
+    EXPECT_EQ(field_of([&](MaterialScene&, MaterialOptions& o) { o.max_frequency = bad; }),
               "options.max_frequency");
-    EXPECT_EQ(field_of([&](Scene&, MaterialOptions& o) { o.slow_frequency = bad; }),
+    EXPECT_EQ(field_of([&](MaterialScene&, MaterialOptions& o) { o.slow_frequency = bad; }),
               "options.slow_frequency");
   }
-  EXPECT_EQ(field_of([](Scene&, MaterialOptions& o) { o.slow_steps = -1; }), "options.slow_steps");
-  EXPECT_EQ(field_of([](Scene&, MaterialOptions& o) { o.column_weight = -1; }),
+  EXPECT_EQ(field_of([](MaterialScene&, MaterialOptions& o) { o.slow_steps = -1; }),
+            "options.slow_steps");
+  EXPECT_EQ(field_of([](MaterialScene&, MaterialOptions& o) { o.column_weight = -1; }),
             "options.column_weight");
-  EXPECT_EQ(field_of([](Scene&, MaterialOptions& o) { o.held = kModes + 1; }), "options.held");
+  EXPECT_EQ(field_of([](MaterialScene&, MaterialOptions& o) { o.held = kChainModes + 1; }),
+            "options.held");
 }
 
 TEST(ModeResponse, OfAModeThatWasMadeFromItsRates) {

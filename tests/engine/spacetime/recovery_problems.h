@@ -5,17 +5,17 @@
 #include "engine/base/random.h"
 #include "engine/spacetime/recovery.h"
 
-namespace limber::spacetime::testing {
+namespace limber::testing {
 
 /// Free motion of given dynamics, r x frames; modes begin apart from each other.
-inline Eigen::MatrixXd free_motion(const ModeDynamics& dynamics, int frames) {
-  RecoveredMotion begun{Eigen::MatrixXd(dynamics.stiffness.size(), 2), {}, dynamics};
+inline Eigen::MatrixXd free_motion(const spacetime::ModeDynamics& dynamics, int frames) {
+  spacetime::RecoveredMotion begun{Eigen::MatrixXd(dynamics.stiffness.size(), 2), {}, dynamics};
   for (Eigen::Index k = 0; k < begun.z.rows(); ++k) {
     begun.z(k, 0) = 1 + 0.3 * static_cast<double>(k);
     begun.z(k, 1) = 0.8 - 0.4 * static_cast<double>(k);
   }
   Eigen::MatrixXd z(begun.z.rows(), frames);
-  z << begun.z, continue_freely(begun, frames - 2).z;
+  z << begun.z, spacetime::continue_freely(begun, frames - 2).z;
   return z;
 }
 
@@ -31,7 +31,7 @@ inline Eigen::MatrixXd unit_columns(int rows, int columns, std::uint64_t seed) {
   return random_matrix(rows, columns, 1, seed).colwise().normalized();
 }
 
-inline ModeDynamics three_modes() {
+inline spacetime::ModeDynamics three_modes() {
   return {Eigen::Vector3d(0.04, 0.3, 0.9), Eigen::Vector3d(0.004, 0.02, 0.1)};
 }
 
@@ -40,4 +40,4 @@ inline Eigen::VectorXd eigenvalues(int count) {
   return Eigen::VectorXd::LinSpaced(count, 1, count).array().square();
 }
 
-}  // namespace limber::spacetime::testing
+}  // namespace limber::testing

@@ -9,6 +9,8 @@
 
 namespace limber::spacetime {
 
+inline constexpr double kExact = PositionConstraint::kExact;
+
 /// Modes as a beam has them: the first swings once in `period` frames, the others are stiffer;
 /// Rayleigh-like damping.
 inline ModeDynamics test_dynamics(int modes, double period, double damping_ratio) {

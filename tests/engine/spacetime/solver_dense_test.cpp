@@ -13,8 +13,6 @@ namespace {
 
 using testing::LinearKinematics;
 
-constexpr double kExact = PositionConstraint::kExact;
-
 constexpr double kEnergyAccuracy = 1e-9, kMotionAccuracy = 1e-6;  // relative
 
 /// The same problem without the frames beyond the outermost constraints at free ends, but the one

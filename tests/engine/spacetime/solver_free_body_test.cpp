@@ -77,7 +77,7 @@ class DiscreteSpline {
   DenseVector solution_;
 };
 
-constexpr int kFrames = 20000;
+constexpr int kManyFrames = 20000;
 
 struct Case {
   const char* name;
@@ -92,7 +92,7 @@ TEST_P(FreeBodyTwentyThousandFrames, FollowsTheCubicSpline) {
   const auto kinematics =
       std::make_shared<testing::LinearKinematics>(testing::LinearKinematics::translation(2.0));
   ModeDynamics dynamics{Eigen::VectorXd::Zero(3), Eigen::VectorXd::Zero(3)};
-  Solver solver(kinematics, dynamics, {kFrames, GetParam().first, GetParam().last});
+  Solver solver(kinematics, dynamics, {kManyFrames, GetParam().first, GetParam().last});
   const int frames[] = {1200, 4000, 4001, 9000, 15000, 18300};
   std::mt19937_64 generator(61);
   std::vector<DiscreteSpline::Knot> knots[3];
@@ -114,16 +114,16 @@ TEST_P(FreeBodyTwentyThousandFrames, FollowsTheCubicSpline) {
   for (auto& axis : knots) {
     for (int i = 0; i < static_cast<int>(GetParam().first); ++i) axis.push_back({i, 0, exact});
     for (int i = 0; i < static_cast<int>(GetParam().last); ++i)
-      axis.push_back({kFrames - 1 - i, 0, exact});
+      axis.push_back({kManyFrames - 1 - i, 0, exact});
   }
   const SolveReport report = solver.solve();
   EXPECT_EQ(report.status, SolveStatus::kConverged) << report.message;
   Real energy = 0;
   double worst = 0, largest = 0;
   for (int axis = 0; axis < 3; ++axis) {
-    const DiscreteSpline spline(knots[axis], kFrames);
+    const DiscreteSpline spline(knots[axis], kManyFrames);
     energy += spline.force_energy();
-    for (int i = 0; i < kFrames; i += 37) {
+    for (int i = 0; i < kManyFrames; i += 37) {
       const double expected = static_cast<double>(spline.at(i));
       worst = std::max(worst, std::abs(solver.motion()(axis, i) - expected));
       largest = std::max(largest, std::abs(expected));
@@ -135,14 +135,13 @@ TEST_P(FreeBodyTwentyThousandFrames, FollowsTheCubicSpline) {
 }
 
 using enum EndCondition;
-constexpr double kExact = PositionConstraint::kExact;
 INSTANTIATE_TEST_SUITE_P(
     Ends, FreeBodyTwentyThousandFrames,
     ::testing::Values(Case{"NaturalSoft", kFree, kFree, 100},
-                      Case{"NaturalExact", kFree, kFree, kExact},
+                      Case{"NaturalExact", kFree, kFree, PositionConstraint::kExact},
                       Case{"ClampedSoft", kPinnedPositionVelocity, kPinnedPositionVelocity, 100},
                       Case{"ClampedExact", kPinnedPositionVelocity, kPinnedPositionVelocity,
-                           kExact},
+                           PositionConstraint::kExact},
                       Case{"PositionSoft", kPinnedPosition, kPinnedPosition, 100},
                       Case{"MixedSoft", kFree, kPinnedPositionVelocity, 1e-8}),
     [](const auto& tested) { return std::string(tested.param.name); });

@@ -16,8 +16,6 @@ using ::testing::HasSubstr;
 using testing::LinearKinematics;
 using testing::LiteralSpacetime;
 
-constexpr double kExact = PositionConstraint::kExact;
-
 SolveReport solve_all(Solver& solver, const std::vector<PositionConstraint>& constraints) {
   for (const auto& constraint : constraints) solver.add(constraint);
   return solver.solve();

@@ -11,9 +11,12 @@
 #include "server/codec/beam_scene.h"
 #include "server/codec/beams.h"
 #include "server/codec/edit_fields.h"
+#include "tests/server/codec/refused_field.h"
 
 namespace limber::server {
 namespace {
+
+using testing::refused_field;
 
 constexpr const char* kStructure = R"({
   "name": "portal",
@@ -36,29 +39,17 @@ proto::Scene scene() {
   return message;
 }
 
-DecodedBeams decode(const proto::Scene& message) {
+DecodedBeams decode_structure(const proto::Scene& message) {
   return decode_beam_scene(message, "scene.", [](const proto::LineSource&, const std::string&) {
     return scene::EdgeMesh();
   });
-}
-
-template <class Call>
-std::string field_of(const Call& call) {
-  try {
-    call();
-  } catch (const Refusal& refusal) {
-    return refusal.field();
-  } catch (const Error& error) {
-    return error.field();
-  }
-  return "accepted";
 }
 
 TEST(BeamCodec, ScenesComeBackAsTheyWent) {
   proto::Scene sent = scene();
   auto& slope = *sent.mutable_beams()->mutable_structure()->mutable_supports(1);
   slope.mutable_x_axis()->set_x(0);  // axes that nothing rounds
-  const DecodedBeams first = decode(sent);
+  const DecodedBeams first = decode_structure(sent);
   EXPECT_EQ(first.name, "portal");
   const beams::BeamModel& model = first.model;
   EXPECT_EQ(model.elements[0].start_release.rotations, (std::array<bool, 3>{false, true, false}));
@@ -66,30 +57,32 @@ TEST(BeamCodec, ScenesComeBackAsTheyWent) {
   EXPECT_EQ(model.motions[0].translates, (std::array<bool, 3>{false, true, true}));
   EXPECT_EQ(model.loads[0].direction, beams::LoadDirection::kFollowing);
   const proto::Scene told = encode_beam_scene(first);
-  const DecodedBeams second = decode(told);
+  const DecodedBeams second = decode_structure(told);
   EXPECT_EQ(told.SerializeAsString(), encode_beam_scene(second).SerializeAsString());
   EXPECT_EQ(second.model.supports[1].fixed, model.supports[1].fixed);
   EXPECT_EQ(second.model.sections[0].bending_2, model.sections[0].bending_2);
 }
 
 TEST(BeamCodec, AxesOfSupportsAreMadePerpendicular) {
-  const beams::BeamSupport support = decode(scene()).model.supports[1];
+  const beams::BeamSupport support = decode_structure(scene()).model.supports[1];
   const double half = std::sqrt(0.5);
   Eigen::Matrix3d wanted;
   wanted << half, -half, 0, half, half, 0, 0, 0, 1;
   EXPECT_LT((support.axes - wanted).norm(), 1e-12);
   proto::Scene bad = scene();
   bad.mutable_beams()->mutable_structure()->mutable_supports(1)->clear_x_axis();
-  EXPECT_EQ(field_of([&] { decode(bad); }), "scene.beams.structure.supports[1].x_axis");
+  EXPECT_EQ(refused_field([&] { decode_structure(bad); }),
+            "scene.beams.structure.supports[1].x_axis");
   bad = scene();
   bad.mutable_beams()->mutable_structure()->mutable_supports(1)->clear_y_axis();
-  EXPECT_EQ(field_of([&] { decode(bad); }), "scene.beams.structure.supports[1].y_axis");
+  EXPECT_EQ(refused_field([&] { decode_structure(bad); }),
+            "scene.beams.structure.supports[1].y_axis");
 }
 
 TEST(BeamCodec, WhatIsWrongIsSaidByTheNamesOfTheMessage) {
   const auto told = [](const proto::Scene& bad) -> std::pair<std::string, std::string> {
     try {
-      decode(bad);
+      decode_structure(bad);
     } catch (const Error& error) {
       return {error.field(), error.what()};
     }
@@ -111,7 +104,7 @@ TEST(BeamCodec, WhatIsWrongIsSaidByTheNamesOfTheMessage) {
   auto* motion = structure->add_motions();
   motion->set_node(support->node());
   motion->set_y(0.1);
-  EXPECT_FALSE(decode(bad).model.supports[0].fixed[1]) << "motions go before supports";
+  EXPECT_FALSE(decode_structure(bad).model.supports[0].fixed[1]) << "motions go before supports";
   *structure->add_motions() = *motion;
   const int last = structure->motions_size() - 1;
   EXPECT_EQ(told(bad).second, fmt::format("motions[{}].node = {}, as that of motions[{}]", last,
@@ -119,31 +112,31 @@ TEST(BeamCodec, WhatIsWrongIsSaidByTheNamesOfTheMessage) {
 }
 
 TEST(BeamCodec, ShapesComeBack) {
-  DecodedBeams first = decode(scene());
+  DecodedBeams first = decode_structure(scene());
   beams::BeamState shape = beams::BeamStructure(first.model).rest_state();
   shape.positions.col(1) += Eigen::Vector3d(0.1, 0.2, 0.3);
   shape.rotations[1] = beams::rotation_by({0.3, -0.2, 1.7});
   for (auto& turn : shape.hinge_turns) turn = beams::rotation_by({0, 0.4, 0});
   first.shape = shape;
   proto::Scene told = encode_beam_scene(first);
-  const DecodedBeams second = decode(told);
+  const DecodedBeams second = decode_structure(told);
   ASSERT_TRUE(second.shape);
   EXPECT_EQ(second.shape->positions, shape.positions);
   EXPECT_LT(second.shape->rotations[1].angularDistance(shape.rotations[1]), 1e-14);
   EXPECT_EQ(second.shape->hinge_turns.size(), shape.hinge_turns.size());
   auto* message = told.mutable_beams()->mutable_shape();
   *message->mutable_rotations() = encode_points_float64(Eigen::Matrix3Xd::Zero(3, 1));
-  EXPECT_EQ(field_of([&] { decode(told); }), "scene.beams.shape.rotations");
+  EXPECT_EQ(refused_field([&] { decode_structure(told); }), "scene.beams.shape.rotations");
 }
 
 TEST(BeamCodec, ShapesThatNoElementCanHaveAreRefused) {
-  DecodedBeams first = decode(scene());
+  DecodedBeams first = decode_structure(scene());
   const beams::BeamState rest = beams::BeamStructure(first.model).rest_state();
   const auto told = [&](auto&& spoil) -> std::pair<std::string, std::string> {
     first.shape = rest;
     spoil(*first.shape);
     try {
-      decode(encode_beam_scene(first));
+      decode_structure(encode_beam_scene(first));
     } catch (const Refusal& refusal) {
       return {refusal.field(), refusal.what()};
     }
@@ -171,20 +164,20 @@ TEST(BeamCodec, RelaxationsFollowNoBranch) {
   for (const auto method :
        {proto::BEAM_METHOD_RELAXATION, proto::BEAM_METHOD_RELAXATION_THEN_NEWTON}) {
     request.set_method(method);
-    EXPECT_EQ(field_of([&] { (void)decode_beams(request); }), "follow");
+    EXPECT_EQ(refused_field([&] { (void)decode_beams(request); }), "follow");
   }
 }
 
 TEST(BeamCodec, SourcesExcludeEachOther) {
   proto::Scene both = scene();
   both.mutable_beams()->mutable_lines()->set_path("x.obj");
-  EXPECT_EQ(field_of([&] { decode(both); }), "scene.beams.structure.nodes");
+  EXPECT_EQ(refused_field([&] { decode_structure(both); }), "scene.beams.structure.nodes");
   both = scene();
   both.mutable_beams()->mutable_job()->set_name("SimulationJob.json");
-  EXPECT_EQ(field_of([&] { decode(both); }), "scene.beams.job");
+  EXPECT_EQ(refused_field([&] { decode_structure(both); }), "scene.beams.job");
   proto::Scene unit = scene();
   unit.set_length_unit_in_metres(0.001);
-  EXPECT_EQ(field_of([&] { decode(unit); }), "scene.length_unit_in_metres");
+  EXPECT_EQ(refused_field([&] { decode_structure(unit); }), "scene.length_unit_in_metres");
 }
 
 TEST(BeamCodec, MotionsMayHaveAxesAndSingleRotations) {
@@ -196,7 +189,7 @@ TEST(BeamCodec, MotionsMayHaveAxesAndSingleRotations) {
   told.set_rotation_z(0.3);
   *told.mutable_x_axis() = message.beams().structure().supports(1).x_axis();
   *told.mutable_y_axis() = message.beams().structure().supports(1).y_axis();
-  const DecodedBeams structure = decode(message);
+  const DecodedBeams structure = decode_structure(message);
   const beams::PrescribedMotion& motion = structure.model.motions[1];
   EXPECT_EQ(motion.rotates, (std::array<bool, 3>{false, false, true}));
   EXPECT_EQ(motion.rotation, Eigen::Vector3d(0, 0, 0.3));
@@ -215,14 +208,16 @@ TEST(BeamCodec, MotionsMayHaveAxesAndSingleRotations) {
   const auto& moved = std::get<session::MoveNode>(edits[0]).motion;
   EXPECT_LT((moved.axes * moved.translation - Eigen::Vector3d(0.5, 0, -2)).norm(), 1e-15);
   told.mutable_rotation()->set_x(1);
-  EXPECT_EQ(field_of([&] { decode(message); }), "scene.beams.structure.motions[1].rotation");
+  EXPECT_EQ(refused_field([&] { decode_structure(message); }),
+            "scene.beams.structure.motions[1].rotation");
   told.clear_rotation();
   told.clear_y_axis();
-  EXPECT_EQ(field_of([&] { decode(message); }), "scene.beams.structure.motions[1].y_axis");
+  EXPECT_EQ(refused_field([&] { decode_structure(message); }),
+            "scene.beams.structure.motions[1].y_axis");
 }
 
 TEST(BeamCodec, EditsAreReadAndNamed) {
-  const auto nodes = decode(scene()).model.nodes;
+  const auto nodes = decode_structure(scene()).model.nodes;
   proto::EditRequest request;
   auto& move = *request.add_edits()->mutable_move_beam_node();
   move.mutable_motion()->set_node(2);
@@ -238,10 +233,11 @@ TEST(BeamCodec, EditsAreReadAndNamed) {
   EXPECT_EQ(edit_field_in(request, "edits[1].node"), "edits[1].hold_beam_node.node");
   EXPECT_EQ(edit_field_in(request, "edits[2].force"), "edits[2].set_beam_load.load.force");
   move.mutable_motion()->set_x(1);
-  EXPECT_EQ(field_of([&] { (void)decode_beam_edits(request, nodes); }),
+  EXPECT_EQ(refused_field([&] { (void)decode_beam_edits(request, nodes); }),
             "edits[0].move_beam_node.position");
   request.mutable_edits(0)->mutable_set_mean_angle();
-  EXPECT_EQ(field_of([&] { (void)decode_beam_edits(request, nodes); }), "edits[0].set_mean_angle");
+  EXPECT_EQ(refused_field([&] { (void)decode_beam_edits(request, nodes); }),
+            "edits[0].set_mean_angle");
 }
 
 }  // namespace

@@ -38,15 +38,15 @@ proto::Keyframe positions(double shift) {
   return message;
 }
 
-scene::Keyframe decode(const proto::Keyframe& message,
-                       const bodies::NodePositions& nodes = rest()) {
+scene::Keyframe decode_alone(const proto::Keyframe& message,
+                             const bodies::NodePositions& nodes = rest()) {
   Faults faults(Faults::Mode::kThrow);
   return decode_keyframe(message, "k", nodes, load, faults);
 }
 
 std::string field_of(const proto::Keyframe& message) {
   try {
-    (void)decode(message);
+    (void)decode_alone(message);
   } catch (const Refusal& refusal) {
     return refusal.field();
   }
@@ -54,7 +54,7 @@ std::string field_of(const proto::Keyframe& message) {
 }
 
 TEST(KeyframeCodec, PosesBecomeDisplacements) {
-  scene::Keyframe keyframe = decode(positions(0.25));
+  scene::Keyframe keyframe = decode_alone(positions(0.25));
   EXPECT_EQ(keyframe.frame, 7);
   EXPECT_EQ(keyframe.weight, 100);
   ASSERT_EQ(keyframe.pose->size(), 12);
@@ -62,12 +62,12 @@ TEST(KeyframeCodec, PosesBecomeDisplacements) {
   proto::Keyframe named;
   named.set_path("moved");
   named.set_exact(true);
-  keyframe = decode(named);
+  keyframe = decode_alone(named);
   EXPECT_TRUE(std::isinf(keyframe.weight));
   EXPECT_EQ(keyframe.pose->segment<3>(9), Eigen::Vector3d(1, 2, 3));
   named.mutable_file()->set_name("moved");
   named.set_weight(3);
-  keyframe = decode(named);
+  keyframe = decode_alone(named);
   EXPECT_EQ(keyframe.weight, 3);
   EXPECT_EQ(keyframe.pose->segment<3>(0), Eigen::Vector3d(1, 2, 3));
 }
@@ -97,7 +97,7 @@ TEST(KeyframeCodec, AllThatIsWrongIsCollectedAndHasADefault) {
   EXPECT_EQ(faults.found().size(), 2u);
   EXPECT_EQ(*keyframe.pose, Eigen::VectorXd::Zero(12));
   // Without a mesh, nothing is said of sizes.
-  EXPECT_EQ(decode(positions(0), bodies::NodePositions(3, 0)).pose->size(), 0);
+  EXPECT_EQ(decode_alone(positions(0), bodies::NodePositions(3, 0)).pose->size(), 0);
 }
 
 TEST(KeyframeCodec, ComesBackWithAndWithoutItsPose) {
@@ -109,7 +109,7 @@ TEST(KeyframeCodec, ComesBackWithAndWithoutItsPose) {
     } else {
       message.set_weight(2);
     }
-    const scene::Keyframe keyframe = decode(message);
+    const scene::Keyframe keyframe = decode_alone(message);
     proto::Keyframe again = encode_keyframe(keyframe);
     EXPECT_EQ(again.pose_case(), proto::Keyframe::POSE_NOT_SET);
     *again.mutable_positions() = encode_pose(keyframe, rest());

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstring>
 #include <functional>
+#include <numbers>
 
 #include "engine/rods/linkage/linkage_state.h"
 #include "engine/scene/samples/linkage_samples.h"
@@ -15,8 +16,6 @@
 
 namespace limber::server {
 namespace {
-
-constexpr double kPi = 3.14159265358979323846;
 
 /// Samples and files, but no paths.
 const LineLoader no_lines =
@@ -49,7 +48,7 @@ proto::Scene cross() {
 }
 
 /// The field that opening the scene is refused with; "" if it is not.
-std::string refused(const proto::Scene& scene) {
+std::string refused_scene(const proto::Scene& scene) {
   const auto issues = linkage_issues(scene, "scene.", no_lines, 0);
   return issues.empty() ? "" : issues[0].field();
 }
@@ -71,7 +70,7 @@ TEST(LinkageCodec, DefaultsAreThoseOfTheEngine) {
   EXPECT_EQ(linkage.rest_lengths, standard.rest_lengths);
   EXPECT_EQ(linkage.lines.vertices.col(4), Eigen::Vector3d(0, 1, 0));
   EXPECT_EQ(linkage.lines.edges.col(2), Eigen::Vector2i(3, 1));
-  EXPECT_EQ(refused(cross()), "");
+  EXPECT_EQ(refused_scene(cross()), "");
 }
 
 TEST(LinkageCodec, ValidationTellsEverything) {
@@ -147,19 +146,19 @@ TEST(LinkageCodec, TheShapeComesBackBitForBit) {
   ASSERT_TRUE(back.shape_conditions);
   EXPECT_NEAR(*back.shape_conditions->mean_angle, 0.5, 1e-15);
   EXPECT_EQ(back.shape_conditions->pins[0].joint, 3);
-  EXPECT_EQ(refused(message), "");
+  EXPECT_EQ(refused_scene(message), "");
 
   message.mutable_linkage()->set_edges_per_segment(4);
-  EXPECT_EQ(refused(message), "scene.linkage.shape.vertices");
+  EXPECT_EQ(refused_scene(message), "scene.linkage.shape.vertices");
   message.mutable_linkage()->set_edges_per_segment(10);
   message.mutable_linkage()->mutable_shape()->mutable_conditions()->mutable_pins(0)->set_joint(999);
-  EXPECT_EQ(refused(message), "scene.linkage.shape.conditions.pins[0].joint");
+  EXPECT_EQ(refused_scene(message), "scene.linkage.shape.conditions.pins[0].joint");
   message = encode_linkage(linkage);
   message.mutable_linkage()->mutable_lines()->set_sample("hyperboloid");
   message.mutable_linkage()->mutable_shape()->mutable_lengths()->set_shape(1, 3);
-  EXPECT_EQ(refused(message), "scene.linkage.shape.lengths.data");
+  EXPECT_EQ(refused_scene(message), "scene.linkage.shape.lengths.data");
   message.mutable_linkage()->mutable_shape()->clear_lengths();
-  EXPECT_EQ(refused(message), "scene.linkage.shape.lengths");
+  EXPECT_EQ(refused_scene(message), "scene.linkage.shape.lengths");
 }
 
 TEST(LinkageCodec, FormsOfBendingAndRestLengthsComeBack) {
@@ -187,7 +186,8 @@ TEST(LinkageCodec, FormsOfBendingAndRestLengthsComeBack) {
 TEST(LinkageCodec, AnglesOnTheWireAreDegrees) {
   proto::Scene scene = cross();
   scene.mutable_linkage()->mutable_conditions()->set_mean_angle_degrees(60);
-  EXPECT_DOUBLE_EQ(*decode_linkage(scene, "", no_lines).conditions.mean_angle, kPi / 3);
+  EXPECT_DOUBLE_EQ(*decode_linkage(scene, "", no_lines).conditions.mean_angle,
+                   std::numbers::pi / 3);
 }
 
 using Spoil = std::function<void(proto::Scene&)>;
@@ -270,7 +270,7 @@ TEST(LinkageCodec, BadInputNamesItsField) {
   for (const auto& [field, spoil] : cases) {
     proto::Scene scene = cross();
     spoil(scene);
-    EXPECT_EQ(refused(scene), "scene." + field);
+    EXPECT_EQ(refused_scene(scene), "scene." + field);
   }
 }
 
@@ -295,7 +295,7 @@ TEST(LinkageCodec, EditsAndTheirFields) {
   const auto edits = decode_linkage_edits(request);
   ASSERT_EQ(edits.size(), 5u);
   EXPECT_FALSE(std::get<session::PinJoint>(edits[0]).held);
-  EXPECT_DOUBLE_EQ(*std::get<session::SetMeanAngle>(edits[1]).angle, kPi / 2);
+  EXPECT_DOUBLE_EQ(*std::get<session::SetMeanAngle>(edits[1]).angle, std::numbers::pi / 2);
   EXPECT_FALSE(std::get<session::SetJointAngle>(edits[2]).angle) << "absent: the joint is free";
   EXPECT_EQ(std::get<session::AddTarget>(edits[3]).target.segment, 5);
   EXPECT_TRUE(std::holds_alternative<session::Undo>(edits[4]));
@@ -324,7 +324,7 @@ TEST(LinkageCodec, EnergiesAreInJouleWhateverTheLengthUnit) {
   result.report.status = rods::EquilibriumStatus::kSaddle;
   result.report.energies = {1000, 2000, 3000};
   result.report.spring_energy = 4000;
-  result.mean_angle = kPi / 4;
+  result.mean_angle = std::numbers::pi / 4;
   const auto info = encode_linkage_result(result, 0.001);
   EXPECT_EQ(info.status(), proto::SOLVE_STATUS_SADDLE);
   EXPECT_DOUBLE_EQ(info.linkage().stretching_energy(), 1);

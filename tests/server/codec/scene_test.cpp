@@ -21,7 +21,7 @@ LoadedMesh no_loader(const proto::MeshSource& /*source*/, const std::string& fie
   throw invalid(field, "no loader");
 }
 
-DecodedScene decode(const proto::Scene& scene, const SceneLimits& limits = {}) {
+DecodedScene decode_without_files(const proto::Scene& scene, const SceneLimits& limits = {}) {
   return decode_scene(scene, "scene.", limits, no_loader,
                       [](const auto&, const std::string& field, int) -> Eigen::MatrixXd {
                         throw invalid(field, "no reader");
@@ -118,7 +118,7 @@ proto::Scene full_scene() {
 
 TEST(SceneCodec, ComesBackAsItWas) {
   proto::Scene wanted = full_scene();
-  const DecodedScene decoded = decode(wanted);
+  const DecodedScene decoded = decode_without_files(wanted);
   wanted.clear_mesh();
   EXPECT_TRUE(
       google::protobuf::util::MessageDifferencer::Equals(encode_scene(decoded.scene), wanted))
@@ -128,7 +128,7 @@ TEST(SceneCodec, ComesBackAsItWas) {
 TEST(SceneCodec, AbsentFieldsGetTheDocumentedDefaults) {
   proto::Scene message;
   *message.mutable_mesh()->mutable_arrays() = mesh_of(make_bar(1));
-  const scene::Scene scene = decode(message).scene;
+  const scene::Scene scene = decode_without_files(message).scene;
   EXPECT_EQ(scene.length_unit_in_metres, 1);
   EXPECT_EQ(scene.material.youngs_modulus, 1e6);
   EXPECT_EQ(scene.material.poissons_ratio, 0.45);
@@ -148,7 +148,7 @@ TEST(SceneCodec, ZeroGivenIsNotZeroAbsent) {
   proto::Scene message = small_scene();
   message.mutable_model()->set_modes(0);
   message.mutable_dynamics()->set_period_frames(0);
-  const scene::Scene scene = decode(message).scene;
+  const scene::Scene scene = decode_without_files(message).scene;
   EXPECT_EQ(scene.model.mode_count, 0);
   EXPECT_EQ(scene.dynamics.period_frames, 0);
 }
@@ -167,23 +167,26 @@ TEST(SceneCodec, ConstraintDefaultsAndExactness) {
 TEST(SceneCodec, BadConstraintsAreNamed) {
   proto::Scene scene = full_scene();
   scene.mutable_constraints(1)->clear_target();
-  EXPECT_EQ(refusal_of([&] { (void)decode(scene); }).field(), "scene.constraints[1].target");
+  EXPECT_EQ(refusal_of([&] { (void)decode_without_files(scene); }).field(),
+            "scene.constraints[1].target");
   scene = full_scene();
   scene.mutable_constraints(1)->set_axes(1, proto::AXIS_UNSPECIFIED);
-  EXPECT_EQ(refusal_of([&] { (void)decode(scene); }).field(), "scene.constraints[1].axes[1]");
+  EXPECT_EQ(refusal_of([&] { (void)decode_without_files(scene); }).field(),
+            "scene.constraints[1].axes[1]");
   scene = full_scene();
   scene.mutable_constraints(1)->clear_axes();
   for (const auto axis : {proto::AXIS_Z, proto::AXIS_X, proto::AXIS_Z})
     scene.mutable_constraints(1)->add_axes(axis);
-  EXPECT_EQ(refusal_of([&] { (void)decode(scene); }).field(), "scene.constraints[1].axes[2]");
+  EXPECT_EQ(refusal_of([&] { (void)decode_without_files(scene); }).field(),
+            "scene.constraints[1].axes[2]");
   scene = full_scene();
   scene.mutable_constraints(1)->set_nodes(1, 0xffffffffu);
-  const Refusal refusal = refusal_of([&] { (void)decode(scene); });
+  const Refusal refusal = refusal_of([&] { (void)decode_without_files(scene); });
   EXPECT_EQ(refusal.field(), "scene.constraints[1].nodes[1]");
   EXPECT_EQ(refusal.code(), proto::ERROR_CODE_OUT_OF_RANGE);
   scene = full_scene();
   scene.set_frames(0xffffffffu);
-  EXPECT_EQ(refusal_of([&] { (void)decode(scene); }).field(), "scene.frames");
+  EXPECT_EQ(refusal_of([&] { (void)decode_without_files(scene); }).field(), "scene.frames");
 }
 
 TEST(SceneCodec, MaterialGroupsOverrideTheRest) {
@@ -192,14 +195,16 @@ TEST(SceneCodec, MaterialGroupsOverrideTheRest) {
   group->mutable_material()->set_youngs_modulus(5);
   group->add_tets(2);
   group->add_tets(4);
-  const auto mesh = decode(message).scene.mesh;
+  const auto mesh = decode_without_files(message).scene.mesh;
   ASSERT_EQ(mesh.tet_material.size(), 36u);
   EXPECT_EQ(mesh.materials.at(static_cast<std::size_t>(mesh.tet_material[2])).youngs_modulus, 5);
   EXPECT_EQ(mesh.materials.at(static_cast<std::size_t>(mesh.tet_material[3])).youngs_modulus, 1e6);
   message.add_material_groups()->add_tets(4);
-  EXPECT_EQ(refusal_of([&] { (void)decode(message); }).field(), "scene.material_groups[1].tets[0]");
+  EXPECT_EQ(refusal_of([&] { (void)decode_without_files(message); }).field(),
+            "scene.material_groups[1].tets[0]");
   message.mutable_material_groups(1)->set_tets(0, 36);
-  EXPECT_EQ(refusal_of([&] { (void)decode(message); }).code(), proto::ERROR_CODE_OUT_OF_RANGE);
+  EXPECT_EQ(refusal_of([&] { (void)decode_without_files(message); }).code(),
+            proto::ERROR_CODE_OUT_OF_RANGE);
 }
 
 TEST(SceneCodec, MaterialGroupsComeBack) {
@@ -209,11 +214,11 @@ TEST(SceneCodec, MaterialGroupsComeBack) {
     group->mutable_material()->set_youngs_modulus(5 + first);
     for (std::uint32_t tet = first; tet < 30; tet += 2) group->add_tets(tet);
   }
-  const auto mesh = decode(message).scene.mesh;
-  proto::Scene encoded = encode_scene(decode(message).scene);
+  const auto mesh = decode_without_files(message).scene.mesh;
+  proto::Scene encoded = encode_scene(decode_without_files(message).scene);
   ASSERT_EQ(encoded.material_groups_size(), 3);  // and the tets of no group
   *encoded.mutable_mesh() = message.mesh();
-  const auto again = decode(encoded).scene.mesh;
+  const auto again = decode_without_files(encoded).scene.mesh;
   for (std::size_t tet = 0; tet < mesh.tet_material.size(); ++tet) {
     const auto of = [&](const bodies::TetMesh& m) {
       return m.materials.at(static_cast<std::size_t>(m.tet_material[tet])).youngs_modulus;
@@ -224,23 +229,29 @@ TEST(SceneCodec, MaterialGroupsComeBack) {
 
 TEST(SceneCodec, BaseMotionComesBack) {
   proto::Scene message = small_scene(2, 3);
-  auto decoded = decode(message).scene;
+  auto decoded = decode_without_files(message).scene;
   decoded.base_motion = Eigen::MatrixXd::Random(3 * decoded.mesh.node_count(), 3);
   *message.mutable_base_motion() = encode_base_motion(decoded);
-  const Eigen::MatrixXd again = decode(message).scene.base_motion;
+  const Eigen::MatrixXd again = decode_without_files(message).scene.base_motion;
   ASSERT_EQ(again.cols(), 3);
   EXPECT_LT((again - decoded.base_motion).cwiseAbs().maxCoeff(), 1e-15);
 }
 
 TEST(SceneCodec, LimitsAreNamedWithTheirValues) {
   const proto::Scene scene = full_scene();
-  EXPECT_NO_THROW((void)decode(scene, {36, 20, 2}));
-  Refusal refusal = refusal_of([&] { (void)decode(scene, {35, 20, 2}); });
+  EXPECT_NO_THROW((void)decode_without_files(scene, {36, 20, 2}));
+  Refusal refusal = refusal_of([&] { (void)decode_without_files(scene, {35, 20, 2}); });
   EXPECT_EQ(refusal.code(), proto::ERROR_CODE_LIMIT_EXCEEDED);
   EXPECT_EQ(refusal.details().at("limit"), "35");
   EXPECT_EQ(refusal.details().at("value"), "36");
-  EXPECT_EQ(refusal_of([&] { (void)decode(scene, {36, 19, 2}); }).field(), "scene.frames");
-  EXPECT_EQ(refusal_of([&] { (void)decode(scene, {36, 20, 1}); }).field(), "scene.constraints");
+  EXPECT_EQ(refusal_of([&] {
+              (void)decode_without_files(scene, {36, 19, 2});
+            }).field(),
+            "scene.frames");
+  EXPECT_EQ(refusal_of([&] {
+              (void)decode_without_files(scene, {36, 20, 1});
+            }).field(),
+            "scene.constraints");
 }
 
 TEST(SceneCodec, BaseMotionsBecomeDisplacements) {
@@ -255,16 +266,17 @@ TEST(SceneCodec, BaseMotionsBecomeDisplacements) {
   array->set_type(proto::DATA_TYPE_FLOAT64);
   for (const std::uint64_t extent : {3ull, 8ull, 3ull}) array->add_shape(extent);
   array->set_data(bytes_of(motion));
-  const Eigen::MatrixXd base = decode(scene).scene.base_motion;
+  const Eigen::MatrixXd base = decode_without_files(scene).scene.base_motion;
   ASSERT_EQ(base.rows(), 24);
   EXPECT_DOUBLE_EQ(base(3 * 5 + 1, 2), 1.0);
   EXPECT_DOUBLE_EQ(base(3 * 5, 2), 0.0);
   array->set_shape(1, 9);
-  EXPECT_EQ(refusal_of([&] { (void)decode(scene); }).field(), "scene.base_motion.positions.data");
+  EXPECT_EQ(refusal_of([&] { (void)decode_without_files(scene); }).field(),
+            "scene.base_motion.positions.data");
 }
 
 TEST(SceneCodec, AMeshIsNeeded) {
-  EXPECT_EQ(refusal_of([] { (void)decode(proto::Scene()); }).field(), "scene.mesh");
+  EXPECT_EQ(refusal_of([] { (void)decode_without_files(proto::Scene()); }).field(), "scene.mesh");
 }
 
 TEST(EditCodec, EveryKindOfEdit) {

@@ -10,13 +10,6 @@ namespace {
 
 using namespace limber::server::testing;
 
-proto::Request job_request(std::uint64_t job, double wait_s) {
-  proto::Request request;
-  request.mutable_get_job()->set_job(job);
-  request.mutable_get_job()->set_wait_s(wait_s);
-  return request;
-}
-
 /// A closed box from 0 to 1.
 constexpr const char* kBox =
     "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\n"

@@ -13,13 +13,6 @@ using ::testing::HasSubstr;
 
 constexpr int kNodes = 28;  // of small_scene()
 
-proto::Request job_request(std::uint64_t job, double wait_s) {
-  proto::Request request;
-  request.mutable_get_job()->set_job(job);
-  request.mutable_get_job()->set_wait_s(wait_s);
-  return request;
-}
-
 /// A bar that nothing holds and that falls: 20 frames at 30 frames a second.
 proto::Scene falling_bar() {
   proto::Scene scene = small_scene();

@@ -125,6 +125,13 @@ inline proto::Request move_request(const std::string& session, std::uint64_t id,
   return request;
 }
 
+inline proto::Request job_request(std::uint64_t job, double wait_s) {
+  proto::Request request;
+  request.mutable_get_job()->set_job(job);
+  request.mutable_get_job()->set_wait_s(wait_s);
+  return request;
+}
+
 inline proto::Request info_request() {
   proto::Request request;
   request.mutable_get_server_info();

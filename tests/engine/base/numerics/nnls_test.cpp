@@ -7,17 +7,12 @@
 #include <limits>
 
 #include "engine/base/error.h"
-#include "engine/base/random.h"
+#include "tests/engine/base/numerics/random_matrix.h"
 
 namespace limber {
 namespace {
 
-Eigen::MatrixXd random_matrix(Eigen::Index rows, Eigen::Index columns, std::uint64_t seed) {
-  Random random(seed);
-  Eigen::MatrixXd result(rows, columns);
-  for (double& entry : result.reshaped()) entry = random.normal();
-  return result;
-}
+using testing::random_matrix;
 
 // x >= 0, gradient A^T (A x - b) >= 0, and their product 0: necessary and sufficient.
 void expect_optimal(const Eigen::MatrixXd& a, const Eigen::VectorXd& b, const NnlsResult& result,

@@ -11,11 +11,12 @@
 
 #include "engine/base/error.h"
 #include "engine/base/parallel.h"
-#include "engine/base/random.h"
+#include "tests/engine/base/numerics/random_matrix.h"
 
 namespace limber {
 namespace {
 
+using testing::random_matrix;
 using Matrix = Eigen::SparseMatrix<double>;
 
 // The 7-point Laplacian of a side^3 grid plus `shift`.
@@ -44,16 +45,9 @@ Matrix grid_matrix(int side, double shift) {
   return result;
 }
 
-Eigen::MatrixXd random_block(Eigen::Index rows, Eigen::Index columns, std::uint64_t seed) {
-  Random random(seed);
-  Eigen::MatrixXd result(rows, columns);
-  for (double& entry : result.reshaped()) entry = random.normal();
-  return result;
-}
-
 TEST(SparseCholesky, AgreesWithAnIndependentSolver) {
   const Matrix a = grid_matrix(9, 0.1);
-  const Eigen::MatrixXd b = random_block(a.rows(), 5, 1);
+  const Eigen::MatrixXd b = random_matrix(a.rows(), 5, 1);
   const Eigen::SimplicialLDLT<Matrix> reference(a);
   const Eigen::MatrixXd expected = reference.solve(b);
   const SparseCholesky cholesky(a);
@@ -66,7 +60,7 @@ TEST(SparseCholesky, AgreesWithAnIndependentSolver) {
 TEST(SparseCholesky, LowerTriangleIsEnough) {
   const Matrix a = grid_matrix(6, 0.5);
   const Matrix lower = a.triangularView<Eigen::Lower>();
-  const Eigen::MatrixXd b = random_block(a.rows(), 1, 2);
+  const Eigen::MatrixXd b = random_matrix(a.rows(), 1, 2);
   EXPECT_EQ(SparseCholesky(a).solve(b), SparseCholesky(lower).solve(b));
 }
 
@@ -76,7 +70,7 @@ TEST(SparseCholesky, RefactorKeepsThePatternOnly) {
   a *= 3.0;
   a.coeffRef(5, 5) += 2;
   cholesky.refactor(a);
-  const Eigen::MatrixXd b = random_block(a.rows(), 2, 3);
+  const Eigen::MatrixXd b = random_matrix(a.rows(), 2, 3);
   EXPECT_LT((a * cholesky.solve(b) - b).norm(), 1e-12 * b.norm());
   Matrix other = a;
   other.coeffRef(40, 0) = 1e-3;
@@ -91,7 +85,7 @@ TEST(SparseCholesky, RefactorKeepsThePatternOnly) {
 
 TEST(SparseCholesky, FactorInTwoHalvesGivesTheSameBits) {
   const Matrix a = grid_matrix(7, 0.3);
-  const Eigen::MatrixXd b = random_block(a.rows(), 2, 4);
+  const Eigen::MatrixXd b = random_matrix(a.rows(), 2, 4);
   SparseCholesky cholesky;
   cholesky.analyse(a);
   EXPECT_EQ(cholesky.size(), a.rows());
@@ -104,7 +98,7 @@ TEST(SparseCholesky, FactorInTwoHalvesGivesTheSameBits) {
 TEST(SparseCholesky, SolvesInTheCallersMemory) {
   const Matrix a = grid_matrix(6, 0.3);
   const SparseCholesky cholesky(a);
-  const Eigen::MatrixXd b = random_block(a.rows() + 4, 40, 4);
+  const Eigen::MatrixXd b = random_matrix(a.rows() + 4, 40, 4);
   Eigen::MatrixXd strided = b;  // the block below has an outer stride larger than its rows
   cholesky.solve_in_place(strided.topRows(a.rows()));
   EXPECT_EQ(strided.bottomRows(4), b.bottomRows(4));
@@ -116,7 +110,7 @@ TEST(SparseCholesky, SolvesInTheCallersMemory) {
   EXPECT_LT((a * one - b.col(0).head(a.rows())).norm(), 1e-12 * b.norm());
   // A workspace fits other shapes and other factors.
   const Matrix small = grid_matrix(3, 1.0);
-  Eigen::MatrixXd few = random_block(small.rows(), 3, 5);
+  Eigen::MatrixXd few = random_matrix(small.rows(), 3, 5);
   const Eigen::MatrixXd before = few;
   SparseCholesky(small).solve_in_place(few, workspace);
   EXPECT_LT((small * few - before).norm(), 1e-12 * before.norm());
@@ -124,7 +118,7 @@ TEST(SparseCholesky, SolvesInTheCallersMemory) {
 
 TEST(SparseCholesky, RerunsAndThreadCountsGiveTheSameBits) {
   const Matrix a = grid_matrix(10, 0.01);
-  const Eigen::MatrixXd b = random_block(a.rows(), 70, 6);
+  const Eigen::MatrixXd b = random_matrix(a.rows(), 70, 6);
   const int threads = thread_count();
   set_thread_count(1);
   const Eigen::MatrixXd alone = SparseCholesky(a).solve(b);
@@ -137,7 +131,7 @@ TEST(SparseCholesky, RerunsAndThreadCountsGiveTheSameBits) {
 TEST(SparseCholesky, ConcurrentSolves) {
   const Matrix a = grid_matrix(8, 0.1);
   const SparseCholesky cholesky(a);
-  const Eigen::MatrixXd b = random_block(a.rows(), 4, 7);
+  const Eigen::MatrixXd b = random_matrix(a.rows(), 4, 7);
   Eigen::MatrixXd expected = b;
   SparseCholesky::Workspace workspace;
   for (int k = 0; k < 4; ++k) cholesky.solve_in_place(expected.col(k), workspace);

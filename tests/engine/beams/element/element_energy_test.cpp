@@ -37,7 +37,7 @@ ElementEnds ends_of(const Attitude& at) {
   return ends;
 }
 
-Eigen::VectorXd unknowns_of(const ElementEnds& ends) {
+Eigen::VectorXd unknowns_at(const ElementEnds& ends) {
   Eigen::VectorXd x = Eigen::VectorXd::Zero(12);
   x.segment<3>(0) = ends.start;
   x.segment<3>(6) = ends.finish;
@@ -49,7 +49,7 @@ class ElementConforms : public ::testing::TestWithParam<Attitude> {};
 TEST_P(ElementConforms, InEveryAttitude) {
   const ElementEnds ends = ends_of(GetParam());
   const auto energy = testing::element_energy(strip(), ends);
-  limber::testing::expect_conforms(energy, unknowns_of(ends));
+  limber::testing::expect_conforms(energy, unknowns_at(ends));
 }
 
 const Matrix3d kTilted = rotations::exponential({0.7, -1.1, 0.4});
@@ -124,20 +124,20 @@ TEST(BeamElementEnergy, OfAnElementThatIsCurvedAndTwistedAtRest) {
   const ElementEnds straight = ends_of({kTilted, Vector3d::Zero(), Vector3d::Zero(), 0.5});
   EXPECT_GT(element_energies(k, straight).total(), 1e-3);
   const ElementEnds ends = ends_of({kTilted, {0.5, -0.7, 0.6}, {-0.4, 0.8, 0.3}, 0.47});
-  limber::testing::expect_conforms(testing::element_energy(k, ends), unknowns_of(ends));
+  limber::testing::expect_conforms(testing::element_energy(k, ends), unknowns_at(ends));
 }
 
 TEST(BeamElementEnergy, OfReleasedShearAndOfCables) {
   auto k = strip();
   k.near_2 = 1.3, k.far_2 = -1.3;
   const ElementEnds ends = ends_of({kTilted, {0.5, -0.7, 0.6}, {-0.4, 0.8, 0.3}, 0.47});
-  limber::testing::expect_conforms(testing::element_energy(k, ends), unknowns_of(ends));
+  limber::testing::expect_conforms(testing::element_energy(k, ends), unknowns_at(ends));
   ElementConstants<double> cable;
   cable.length = 0.5;
   cable.stretching = 40;
   cable.least_stretch = 0;
   const ElementEnds taut = ends_of({kTilted, {0.5, -0.7, 0.6}, {-0.4, 0.8, 0.3}, 0.56});
-  limber::testing::expect_conforms(testing::element_energy(cable, taut), unknowns_of(taut));
+  limber::testing::expect_conforms(testing::element_energy(cable, taut), unknowns_at(taut));
   const ElementEnds slack = ends_of({kTilted, {0.5, -0.7, 0.6}, {-0.4, 0.8, 0.3}, 0.47});
   EXPECT_EQ(element_energies(cable, slack).total(), 0);
   EXPECT_EQ(element_gradient(cable, slack).norm(), 0);

@@ -2,12 +2,12 @@
 
 #include <gtest/gtest.h>
 
+#include <numbers>
+
 #include "engine/base/error.h"
 
 namespace limber::beams {
 namespace {
-
-constexpr double kPi = 3.14159265358979323846;
 
 TEST(BeamSection, RectanglesAsTabulated) {
   // J = beta b t^3, largest shear T / (alpha b t^2) (Timoshenko and Goodier, table of sec. 109).
@@ -24,9 +24,9 @@ TEST(BeamSection, RectanglesAsTabulated) {
 }
 
 TEST(BeamSection, TubesAndCircles) {
-  EXPECT_NEAR(circle(2).torsion, 8 * kPi, 1e-12);
-  EXPECT_NEAR(tube(2, 1).area, 3 * kPi, 1e-12);
-  EXPECT_NEAR(tube(2, 1).moment_2, 15 * kPi / 4, 1e-12);
+  EXPECT_NEAR(circle(2).torsion, 8 * std::numbers::pi, 1e-12);
+  EXPECT_NEAR(tube(2, 1).area, 3 * std::numbers::pi, 1e-12);
+  EXPECT_NEAR(tube(2, 1).moment_2, 15 * std::numbers::pi / 4, 1e-12);
 }
 
 TEST(BeamSection, StiffnessesOfAMaterial) {

@@ -61,7 +61,7 @@ TEST(BeamStatus, RelaxationIgnoresAnUnusedNodeFarAway) {
 }
 
 /// Its nodes move along it only: nothing in the stiffness tells that elements buckle between them.
-TEST(BeamStatus, AnElementPressedBeyondItsOwnBucklingIsNoMinimum) {
+BeamModel pressed_between_nodes(double push) {
   BeamModel model = limber::testing::straight_beam(5, 1, 200);
   model.supports = {clamped(0), clamped(5)};
   model.supports[1].fixed[0] = false;
@@ -69,14 +69,49 @@ TEST(BeamStatus, AnElementPressedBeyondItsOwnBucklingIsNoMinimum) {
   PrescribedMotion motion;
   motion.node = 5;
   motion.translates = {true, false, false};
-  motion.translation = {-0.3, 0, 0};
+  motion.translation = {-push, 0, 0};
   model.motions.push_back(motion);
+  return model;
+}
+
+TEST(BeamStatus, AnElementPressedBeyondItsOwnBucklingIsNoMinimum) {
   BeamSolveOptions options;
   options.method = BeamMethod::kNewton;
-  const BeamSolution found = find_equilibrium(BeamStructure(model), options);
+  const BeamSolution found = find_equilibrium(BeamStructure(pressed_between_nodes(0.3)), options);
   EXPECT_EQ(found.report.status, BeamStatus::kUnstable) << found.report.message;
   EXPECT_NE(found.report.message.find("by itself"), std::string::npos) << found.report.message;
   EXPECT_FALSE(found.report.negative_eigenvalues.has_value());
+}
+
+/// EA / L = 40000 N/m over five elements of 4 pi^2 EI / l^2 = 987 N: once to twice that from pushes
+/// of 0.0247 to 0.0493 m.
+TEST(BeamStatus, AnElementPressedOnceToTwiceBeyondItsOwnBucklingIsNamedInTheMessage) {
+  for (const BeamMethod method : {BeamMethod::kNewton, BeamMethod::kChoose, BeamMethod::kRelaxation,
+                                  BeamMethod::kRelaxationThenNewton}) {
+    BeamSolveOptions options;
+    options.method = method;
+    for (const double push : {0.02, 0.03, 0.045}) {
+      const BeamSolution found =
+          find_equilibrium(BeamStructure(pressed_between_nodes(push)), options);
+      ASSERT_TRUE(found.report.converged()) << to_string(method) << ": " << found.report.message;
+      EXPECT_EQ(found.report.message.find("at which it buckles by itself") != std::string::npos,
+                push > 0.0247)
+          << push << ": " << found.report.message;
+    }
+  }
+}
+
+/// What balances at the end of a branch is no equilibrium where elements do not resolve it.
+TEST(BeamStatus, TheShareUpToWhichElementsResolveTheEquilibriumIsReported) {
+  const BeamStructure structure(pressed_between_nodes(0.1));
+  const BeamSolution found =
+      follow_equilibrium(structure, structure.rest_state(), {}, BeamSolveOptions::following());
+  EXPECT_EQ(found.report.status, BeamStatus::kUnstable) << found.report.message;
+  EXPECT_EQ(found.report.load_factor, 1);
+  ASSERT_TRUE(found.report.equilibrium_share.has_value());
+  EXPECT_NEAR(*found.report.equilibrium_share, 0.493, 0.01);
+  EXPECT_NE(found.report.message.find("balanced at 100 %, but element"), std::string::npos)
+      << found.report.message;
 }
 
 TEST(BeamStatus, AFoldedElementIsDoubted) {

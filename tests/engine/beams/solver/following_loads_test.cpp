@@ -99,6 +99,35 @@ TEST(BeamFollowingLoads, StabilityIsDivergence) {
   }
 }
 
+/// Moments of fixed direction have a potential where their node turns about one axis only.
+TEST(BeamFollowingLoads, MomentsOfFixedDirectionAreSaidToHaveNoPotential) {
+  for (const bool in_plane : {true, false}) {
+    BeamModel model = follower(10, 0, in_plane);
+    model.sections[0].bending_3 = 2;
+    model.loads = {{10, Eigen::Vector3d::Zero(), {0, -0.9, 0}, LoadDirection::kFixed}};
+    for (const BeamMethod method : {BeamMethod::kNewton, BeamMethod::kChoose,
+                                    BeamMethod::kRelaxation, BeamMethod::kRelaxationThenNewton}) {
+      BeamSolveOptions options;
+      options.method = method;
+      const BeamSolution found = find_equilibrium(BeamStructure(model), options);
+      const std::string text = std::string(to_string(method)) + ": " + found.report.message;
+      ASSERT_TRUE(found.report.converged()) << text;
+      EXPECT_EQ(found.report.negative_eigenvalues, 0) << text;
+      const auto says = [&](const char* what) {
+        return found.report.message.find(what) != std::string::npos;
+      };
+      EXPECT_EQ(says("no direction diverges"), !in_plane) << text;
+      EXPECT_EQ(says("moments of fixed direction on nodes that turn about several axes have no "
+                     "potential"),
+                !in_plane)
+          << text;
+      if (!in_plane) {
+        EXPECT_FALSE(says("minimum")) << text;
+      }
+    }
+  }
+}
+
 /// Along every free unknown, with forces and moments that follow and such that do not.
 TEST(BeamFollowingLoads, TangentIsTheDerivativeOfWhatIsOutOfBalance) {
   BeamModel model = follower(3, 0, false);

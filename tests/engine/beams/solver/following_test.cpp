@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numbers>
 
 #include "engine/beams/results/beam_results.h"
 #include "engine/beams/solver/equilibrium.h"
@@ -11,14 +12,12 @@
 namespace limber::beams {
 namespace {
 
-using testing::ArchMoves;
-using testing::cantilever_model;
-using testing::clamped;
-using testing::pressed_cantilever;
-using testing::shallow_arch;
-using testing::straight_beam;
-
-constexpr double kPi = 3.14159265358979323846;
+using limber::testing::ArchMoves;
+using limber::testing::cantilever_model;
+using limber::testing::clamped;
+using limber::testing::pressed_cantilever;
+using limber::testing::shallow_arch;
+using limber::testing::straight_beam;
 
 BeamSolveOptions watched() {
   BeamSolveOptions options;
@@ -138,20 +137,20 @@ TEST(BeamFollowing, PrescribedRotationsOfMoreThanATurnGoOnFromWhereTheyAre) {
   PrescribedMotion motion;
   motion.node = 40;
   motion.rotates = {true, true, true};
-  motion.rotation = {0, -2 * kPi, 0};
+  motion.rotation = {0, -2 * std::numbers::pi, 0};
   model.motions = {motion};
   const BeamState rest = BeamStructure(model).rest_state();
   const BeamSolution rolled = follow(model, rest, {{40, Eigen::Vector3d::Zero()}});
   ASSERT_TRUE(rolled.report.converged()) << rolled.report.message;
   EXPECT_LT(rolled.state.positions.col(40).norm(), 0.01) << "a closed circle";
   // On by half a turn, and all the way back.
-  model.motions[0].rotation.y() = -3 * kPi;
-  const BeamSolution more = follow(model, rolled.state, {{40, {0, -2 * kPi, 0}}});
+  model.motions[0].rotation.y() = -3 * std::numbers::pi;
+  const BeamSolution more = follow(model, rolled.state, {{40, {0, -2 * std::numbers::pi, 0}}});
   ASSERT_TRUE(more.report.converged()) << more.report.message;
-  const double radius = 1 / (3 * kPi);
+  const double radius = 1 / (3 * std::numbers::pi);
   EXPECT_NEAR(more.state.positions(2, 40), 2 * radius, 0.01);
   model.motions[0].rotation.setZero();
-  const BeamSolution back = follow(model, more.state, {{40, {0, -3 * kPi, 0}}});
+  const BeamSolution back = follow(model, more.state, {{40, {0, -3 * std::numbers::pi, 0}}});
   ASSERT_TRUE(back.report.converged()) << back.report.message;
   EXPECT_LT(apart(back.state, rest), 1e-5);
 }

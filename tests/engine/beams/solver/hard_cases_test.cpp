@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <cmath>
+#include <numbers>
 
 #include "engine/base/parallel.h"
 #include "engine/base/rotations/logarithm.h"
@@ -15,8 +16,6 @@ using Eigen::Vector3d;
 using limber::testing::cantilever_model;
 using limber::testing::clamped;
 using limber::testing::straight_beam;
-
-constexpr double kPi = 3.14159265358979323846;
 
 BeamSolution solve(const BeamModel& model, BeamMethod method) {
   BeamSolveOptions options;
@@ -117,7 +116,7 @@ TEST_P(BeamHardCases, AnUnloadedArcStaysPut) {
   for (const bool in_node_plane : {true, false}) {
     BeamModel model = straight_beam(12);
     for (int i = 0; i <= 12; ++i) {
-      const double phi = kPi / 3 * i / 12, across = 1 - std::cos(phi);
+      const double phi = std::numbers::pi / 3 * i / 12, across = 1 - std::cos(phi);
       model.nodes[static_cast<std::size_t>(i)].position =
           in_node_plane ? Vector3d(std::sin(phi), across, 0) : Vector3d(std::sin(phi), 0, across);
     }
@@ -134,13 +133,13 @@ TEST_P(BeamHardCases, AnUnloadedArcStaysPut) {
 TEST_P(BeamHardCases, CurvatureAtRestInAnyPlaneIsKept) {
   for (int axis = 1; axis < 3; ++axis) {
     BeamModel model = straight_beam(16);
-    for (BeamElement& e : model.elements) e.rest_curvature[axis] = kPi / 2;
+    for (BeamElement& e : model.elements) e.rest_curvature[axis] = std::numbers::pi / 2;
     model.supports.push_back(clamped(0));
     const BeamSolution found = solve(model, GetParam());
     ASSERT_TRUE(found.report.converged()) << found.report.message;
     EXPECT_LT(found.report.elastic_energy, 1e-9);
     // A quarter of a circle.
-    const double radius = 2 / kPi;
+    const double radius = 2 / std::numbers::pi;
     const Vector3d tip = axis == 1 ? Vector3d(radius, 0, -radius) : Vector3d(radius, radius, 0);
     EXPECT_LT((found.state.positions.col(16) - tip).norm(), 1e-4) << axis;
   }
@@ -150,7 +149,8 @@ TEST_P(BeamHardCases, SnapThroughOfAShallowArch) {
   const int n = 16;
   BeamModel model = straight_beam(n, 1, 500);
   for (int i = 0; i <= n; ++i)
-    model.nodes[static_cast<std::size_t>(i)].position.z() = 0.05 * std::sin(kPi * i / n);
+    model.nodes[static_cast<std::size_t>(i)].position.z() =
+        0.05 * std::sin(std::numbers::pi * i / n);
   model.supports = {clamped(0), clamped(n)};
   model.loads.push_back({n / 2, {0, 0, -5}});
   const BeamSolution before = solve(model, GetParam());
@@ -226,7 +226,7 @@ TEST_P(BeamHardCases, AClosedRing) {
   BeamModel model;
   model.sections.push_back({1e4, 1, 1, 1});
   for (int i = 0; i < n; ++i) {
-    const double phi = 2 * kPi * i / n;
+    const double phi = 2 * std::numbers::pi * i / n;
     model.nodes.push_back({Vector3d(std::sin(phi), 0, 1 - std::cos(phi)), Vector3d(0, 1, 0)});
     BeamElement e;
     e.start = i;
@@ -239,7 +239,7 @@ TEST_P(BeamHardCases, AClosedRing) {
   const BeamSolution found = solve(model, GetParam());
   ASSERT_TRUE(found.report.converged()) << found.report.message;
   // Small deflection of the diameter: (pi/4 - 2/pi) F R^3 / EI.
-  const double expected = (kPi / 4 - 2 / kPi) * force;
+  const double expected = (std::numbers::pi / 4 - 2 / std::numbers::pi) * force;
   EXPECT_NEAR(2 - found.state.positions(2, n / 2), expected, 0.01 * expected);
 }
 
@@ -248,7 +248,7 @@ TEST_P(BeamHardCases, ANodeWhereFiveBeamsMeet) {
   model.sections.push_back({1e4, 1, 1, 1});
   model.nodes.push_back({Vector3d::Zero()});
   for (int i = 0; i < 5; ++i) {
-    const double phi = 2 * kPi * i / 5;
+    const double phi = 2 * std::numbers::pi * i / 5;
     model.nodes.push_back({Vector3d(std::cos(phi), std::sin(phi), 0)});
     BeamElement e;
     e.start = i % 2 == 0 ? 0 : i + 1;
@@ -273,12 +273,12 @@ TEST_P(BeamHardCases, RotationPrescribedByAFullTurnRollsUp) {
   PrescribedMotion motion;
   motion.node = 16;
   motion.rotates = {true, true, true};
-  motion.rotation = Vector3d(0, -2 * kPi, 0);
+  motion.rotation = Vector3d(0, -2 * std::numbers::pi, 0);
   model.motions.push_back(motion);
   const BeamSolution found = solve(model, GetParam());
   ASSERT_TRUE(found.report.converged()) << found.report.message;
   EXPECT_LT(found.state.positions.col(16).norm(), 1e-3);
-  EXPECT_NEAR(found.report.elastic_energy, 0.5 * 4 * kPi * kPi, 0.01);
+  EXPECT_NEAR(found.report.elastic_energy, 0.5 * 4 * std::numbers::pi * std::numbers::pi, 0.01);
 }
 
 INSTANTIATE_TEST_SUITE_P(Methods, BeamHardCases,

@@ -16,8 +16,6 @@ using Eigen::Matrix3d;
 using Eigen::Quaterniond;
 using Eigen::Vector3d;
 
-constexpr double kPi = std::numbers::pi;
-
 Matrix3d oblique() { return rotation_by(Vector3d(0.4, -0.7, 1.1)).toRotationMatrix(); }
 
 /// exp(spin) by axes, from the left.
@@ -55,10 +53,11 @@ TEST(HeldRotation, AboutOneAxisAloneNothingIsAskedFor) {
 TEST(HeldRotation, GoesOnFromTurnsThatAreKnown) {
   // 5 turns about the first axis look like none.
   const Matrix3d axes = oblique();
-  const Quaterniond start = rotation_by(10 * kPi * axes.col(0));
+  const Quaterniond start = rotation_by(10 * std::numbers::pi * axes.col(0));
   for (const auto& held : {std::array{true, true, false}, {true, true, true}}) {
-    const HeldRotation known(held, axes, start, {11 * kPi, 0, 0}, Vector3d(10 * kPi, 0, 0));
-    EXPECT_NEAR(known.angle(), kPi, 1e-12);
+    const HeldRotation known(held, axes, start, {11 * std::numbers::pi, 0, 0},
+                             Vector3d(10 * std::numbers::pi, 0, 0));
+    EXPECT_NEAR(known.angle(), std::numbers::pi, 1e-12);
     const HeldRotation unknown(held, axes, start, {0, 0, 0}, {});
     EXPECT_NEAR(unknown.angle(), 0, 1e-12);
     // What is told wrongly is not believed.
@@ -70,7 +69,8 @@ TEST(HeldRotation, GoesOnFromTurnsThatAreKnown) {
 TEST(HeldRotation, ATiltByHalfATurnAndMoreLeavesTheTurntableDefined) {
   const Matrix3d axes = oblique();
   const double psi = 0.7;
-  for (const double tilt : {kPi - 1e-9, kPi, kPi + 1e-9, 1.7 * kPi, 4 * kPi}) {
+  for (const double tilt : {std::numbers::pi - 1e-9, std::numbers::pi, std::numbers::pi + 1e-9,
+                            1.7 * std::numbers::pi, 4 * std::numbers::pi}) {
     const Quaterniond start = rotation_by(psi * axes.col(2)) * rotation_by(tilt * axes.col(0));
     const HeldRotation held({true, true, false}, axes, start, {tilt + 0.1, 0, 0},
                             Vector3d(tilt, 0, 0));
@@ -130,7 +130,7 @@ TEST(BeamLocalAxes, ARotationByAFullTurnAboutOneAxisRollsUp) {
   for (int i = 1; i <= 24; ++i)
     rod.model.supports.push_back({i, {false, true, false, true, false, true}, rod.axes});
   rod.motion.rotates = {false, true, false};
-  rod.motion.rotation = {0, -2 * kPi, 0};
+  rod.motion.rotation = {0, -2 * std::numbers::pi, 0};
   const BeamSolution found = rod.solve();
   ASSERT_TRUE(found.report.converged()) << found.report.message;
   EXPECT_LT(rod.end(found).norm(), 1e-3);

@@ -10,10 +10,10 @@
 namespace limber::beams {
 namespace {
 
-using testing::cantilever_model;
-using testing::clamped;
-using testing::pressed_cantilever;
-using testing::shallow_arch;
+using limber::testing::cantilever_model;
+using limber::testing::clamped;
+using limber::testing::pressed_cantilever;
+using limber::testing::shallow_arch;
 
 /// As of a large structure.
 BeamSolveOptions coarse() {
@@ -93,10 +93,10 @@ TEST(BeamLiveEdits, WorkIsBoundedByTheNumberOfElements) {
 
 /// Rods so slender that they hang like cables.
 TEST(BeamLiveEdits, AGridOfSlenderRodsUnderItsOwnWeightTakesBoundedWork) {
-  testing::BeamGrid grid;
+  limber::testing::BeamGrid grid;
   grid.nodes = 15;
   grid.radius = 0.002;
-  const BeamStructure structure(testing::beam_grid(grid));
+  const BeamStructure structure(limber::testing::beam_grid(grid));
   const BeamSolution found = find_equilibrium(structure);
   ASSERT_TRUE(found.report.converged()) << found.report.message;
   EXPECT_EQ(found.report.negative_eigenvalues.value_or(-1), 0);

@@ -13,8 +13,8 @@ namespace {
 
 /// A linkage, and where its joints are when it is deployed with other rest lengths: a target that
 /// can be reached.
-struct Known : testing::SmallDesign {
-  Known() : SmallDesign(testing::curved_model(), testing::held_at(5), 0.4, 1e-10) {
+struct ReachableDesign : testing::SmallDesign {
+  ReachableDesign() : SmallDesign(testing::curved_model(), testing::held_at(5), 0.4, 1e-10) {
     LinkageDesign design = this->design();
     testing::lead(design, testing::varied(design.parameters(), 0.03, 17), 10);
     const auto& joints = design.point().deployed.joints();
@@ -41,7 +41,7 @@ bool is_given_up(DesignStatus status) {
 }
 
 TEST(DesignOptimizer, FindsATargetThatIsKnownToBeReachable) {
-  Known known;
+  ReachableDesign known;
   LinkageDesign design = known.design();
   int steps = 0;
   double last = std::numeric_limits<double>::infinity();
@@ -60,7 +60,8 @@ TEST(DesignOptimizer, FindsATargetThatIsKnownToBeReachable) {
 
 /// A search without a bound on angles, and one whose bound presses from its start to its end.
 struct AngleBound {
-  explicit AngleBound(const Known& known) : options(known.options), design(known.design()) {
+  explicit AngleBound(const ReachableDesign& known)
+      : options(known.options), design(known.design()) {
     LinkageDesign free = known.design();
     unbound = optimize_design(free, options);
     options.smallest_angle =
@@ -74,12 +75,12 @@ struct AngleBound {
 };
 
 TEST(DesignOptimizer, KeepsTheSmallestAngleAtItsBound) {
-  const AngleBound bound{Known()};
+  const AngleBound bound{ReachableDesign()};
   EXPECT_GT(bound.report.after.objective, bound.unbound.after.objective);
 }
 
 TEST(DesignOptimizer, KeepsTheAreaOfTheDeployedCells) {
-  Known known;
+  ReachableDesign known;
   LinkageDesign free = known.design();
   const DesignReport unbound = optimize_design(free, known.options);
   const double area = unbound.after.deployed_area;
@@ -93,7 +94,7 @@ TEST(DesignOptimizer, KeepsTheAreaOfTheDeployedCells) {
 }
 
 TEST(DesignOptimizer, AnAreaThatCannotBeKeptIsTold) {
-  Known known;
+  ReachableDesign known;
   LinkageDesign start = known.design();
   known.criteria.least_area = 4 * start.values(start.point()).deployed_area;
   known.options.longest = 1.2;
@@ -114,7 +115,7 @@ void expect_optimum(LinkageDesign& design, const DesignOptimizerOptions& options
 TEST(DesignOptimizer, AConstraintHoldsADesignOffNoMoreThanItMust) {
   int converged = 0;
   for (const double weight : {1e6, 1e8}) {
-    Known known;
+    ReachableDesign known;
     known.criteria.distance_weight = weight;
     AngleBound bound(known);
     const DesignReport& report = bound.report;
@@ -127,7 +128,7 @@ TEST(DesignOptimizer, AConstraintHoldsADesignOffNoMoreThanItMust) {
 }
 
 TEST(DesignOptimizer, KeepsALinkageFlatEnough) {
-  Known known;
+  ReachableDesign known;
   LinkageDesign free = known.design();
   const DesignReport unbound = optimize_design(free, known.options);
   LinkageDesign design = known.design();
@@ -141,7 +142,7 @@ TEST(DesignOptimizer, KeepsALinkageFlatEnough) {
 
 TEST(DesignOptimizer, EndsAtTheBestThatKeepsTheConstraints) {
   for (const BucklingGuard guard : {BucklingGuard::kNever, BucklingGuard::kFromStart}) {
-    Known known;
+    ReachableDesign known;
     known.criteria.distance_weight = 1e5;
     LinkageDesign free = known.design();
     DesignOptimizerOptions options = known.options;
@@ -162,7 +163,7 @@ TEST(DesignOptimizer, EndsAtTheBestThatKeepsTheConstraints) {
 }
 
 TEST(DesignOptimizer, RestLengthsStayWithinTheirBounds) {
-  Known known;
+  ReachableDesign known;
   LinkageDesign design = known.design();
   DesignOptimizerOptions options = known.options;
   options.shortest = 0.99;
@@ -177,7 +178,7 @@ TEST(DesignOptimizer, RestLengthsStayWithinTheirBounds) {
 }
 
 TEST(DesignOptimizer, ATargetThatCannotBeReachedEndsAtTheNearestThereIs) {
-  Known known;
+  ReachableDesign known;
   for (JointTarget& target : known.criteria.targets) target.position.z() += 50;
   known.options.tolerance = 1e-6;
   known.options.least_gain = 1e-9;
@@ -201,7 +202,7 @@ TEST(DesignOptimizer, ATargetThatCannotBeReachedEndsAtTheNearestThereIs) {
 }
 
 TEST(DesignOptimizer, ATargetFarBeyondReachIsApproached) {
-  Known known;
+  ReachableDesign known;
   for (JointTarget& target : known.criteria.targets) target.position.z() += 500;
   LinkageDesign design = known.design();
   const DesignReport report = optimize_design(design, known.options);
@@ -211,7 +212,7 @@ TEST(DesignOptimizer, ATargetFarBeyondReachIsApproached) {
 }
 
 TEST(DesignOptimizer, StopsWhenAskedToAndKeepsTheBest) {
-  Known known;
+  ReachableDesign known;
   LinkageDesign design = known.design();
   JobContext context;
   const DesignReport report = optimize_design(
@@ -225,7 +226,7 @@ TEST(DesignOptimizer, StopsWhenAskedToAndKeepsTheBest) {
 TEST(DesignOptimizer, CriteriaMayChangeWhileItRuns) {
   // The weight falls by orders of magnitude: measured by the old goal everything is small then.
   for (const double weight : {1e3, 1.0}) {
-    Known known;
+    ReachableDesign known;
     known.options.tolerance = 1e-4;
     LinkageDesign design = known.design();
     const DesignReport report = optimize_design(
@@ -246,7 +247,7 @@ TEST(DesignOptimizer, CriteriaMayChangeWhileItRuns) {
 }
 
 TEST(DesignOptimizer, CriteriaThatChangeAtTheEndAreGoneOnTo) {
-  Known known;
+  ReachableDesign known;
   DesignOptimizerOptions& options = known.options;
   options.longest = 1.02;
   int ends = 0, first = 0;

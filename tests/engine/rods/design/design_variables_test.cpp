@@ -7,9 +7,9 @@
 #include <cmath>
 #include <filesystem>
 #include <iterator>
-#include <numbers>
 #include <optional>
 
+#include "engine/base/degrees.h"
 #include "engine/base/error.h"
 #include "engine/rods/design/compare_designs.h"
 #include "engine/rods/design/design_optimizer.h"
@@ -18,8 +18,8 @@
 namespace limber::rods {
 namespace {
 
-using L = LengthVariables;
-using S = SectionVariables;
+using Lengths = LengthVariables;
+using Sections = SectionVariables;
 using testing::curved_design;
 using testing::random_direction;
 using testing::SmallDesign;
@@ -116,7 +116,6 @@ TEST_P(DesignVariablesTest, DerivativesAgreeWithDifferencesOfTrials) {
 TEST_P(DesignVariablesTest, DerivativesOfBurdAgreeWithDifferencesOfTrials) {
   const auto file = testing::linkage_file("burd_flat_opt_scaled");
   if (!std::filesystem::exists(file)) GTEST_SKIP() << "no data";
-  constexpr double kDegree = std::numbers::pi / 180;
   const LinkageModel model(build_linkage_graph(scene::read_line_mesh_file(file)), 10,
                            RodStiffness{6750, 5062.5, 316.40625, 386.3121963558732});
   Conditions flat;
@@ -134,7 +133,7 @@ TEST_P(DesignVariablesTest, PredictionsAreOfSecondOrder) {
   const Eigen::VectorXd home = design.parameters();
   const Eigen::VectorXd v = random_direction(home.size(), 6);
   // Scales are a share of 1, lengths of 40.
-  const double unit = GetParam().sections == S::kKept ? 0.125 : 0.03;
+  const double unit = GetParam().sections == Sections::kKept ? 0.125 : 0.03;
   const auto surprise = [&](double h) {
     const DesignTrial trial = design.trial(home + h * v);
     EXPECT_EQ(trial.status, TrialStatus::kFound) << trial.message;
@@ -185,23 +184,23 @@ TEST_P(DesignVariablesTest, FindsATargetThatIsKnownToBeReachable) {
   const DesignReport report = optimize_design(design, options);
   // Sections alone hardly move joints: the target is hundredths of a millimetre away, and energies
   // weigh as much as that.
-  const double factor = GetParam().lengths == L::kKept ? 5 : 50;
+  const double factor = GetParam().lengths == Lengths::kKept ? 5 : 50;
   EXPECT_LT(std::sqrt(report.after.distance), std::sqrt(report.before.distance) / factor)
       << report.message;
   EXPECT_LE(report.flat_height, options.flat_height * 1.001);
 }
 
 INSTANTIATE_TEST_SUITE_P(Kinds, DesignVariablesTest,
-                         ::testing::Values(DesignVariables{L::kSegments, S::kKept},
-                                           DesignVariables{L::kEdges, S::kKept},
-                                           DesignVariables{L::kKept, S::kSegments},
-                                           DesignVariables{L::kSegments, S::kSegments},
-                                           DesignVariables{L::kEdges, S::kSegments}));
+                         ::testing::Values(DesignVariables{Lengths::kSegments, Sections::kKept},
+                                           DesignVariables{Lengths::kEdges, Sections::kKept},
+                                           DesignVariables{Lengths::kKept, Sections::kSegments},
+                                           DesignVariables{Lengths::kSegments, Sections::kSegments},
+                                           DesignVariables{Lengths::kEdges, Sections::kSegments}));
 
 TEST(DesignVariables, WithoutTargetsSectionsGoToTheThinnest) {
   SmallDesign problem = curved_design();
   problem.criteria = {};
-  LinkageDesign design = problem.design({L::kKept, S::kSegments});
+  LinkageDesign design = problem.design({Lengths::kKept, Sections::kSegments});
   DesignOptimizerOptions options;
   options.thinnest = 0.9;
   options.flat_height = 0.5;
@@ -213,7 +212,7 @@ TEST(DesignVariables, WithoutTargetsSectionsGoToTheThinnest) {
 TEST(DesignVariables, OneScaleForAllSectionsIsAnotherEnergyAndTheSameShapeIfRodsOnlyBend) {
   // All stiffnesses but that of stretching times s^4: rods of this linkage hardly stretch.
   const SmallDesign problem = curved_design();
-  LinkageDesign design = problem.design({L::kKept, S::kSegments});
+  LinkageDesign design = problem.design({Lengths::kKept, Sections::kSegments});
   const double before = design.values(design.point()).deployed_energy;
   const DesignTrial trial =
       design.trial(Eigen::VectorXd::Constant(design.parameters().size(), 1.05));
@@ -231,17 +230,18 @@ TEST(DesignVariables, BadInputIsNamed) {
     return field_of([&] { (void)spoilt.design(variables); });
   };
   const Eigen::VectorXd edges = problem.model.edge_lengths();
-  EXPECT_EQ(with([](DesignPoint&) {}, {L::kKept, S::kKept}), "variables");
+  EXPECT_EQ(with([](DesignPoint&) {}, {Lengths::kKept, Sections::kKept}), "variables");
   EXPECT_EQ(with([&](DesignPoint& p) { p.edges = edges; }, {}), "start.edges");
-  EXPECT_EQ(with([&](DesignPoint& p) { p.edges = edges.head(3); }, {L::kEdges, S::kKept}),
-            "start.edges");
-  EXPECT_EQ(with([&](DesignPoint& p) { p.edges = -edges; }, {L::kEdges, S::kKept}),
+  EXPECT_EQ(
+      with([&](DesignPoint& p) { p.edges = edges.head(3); }, {Lengths::kEdges, Sections::kKept}),
+      "start.edges");
+  EXPECT_EQ(with([&](DesignPoint& p) { p.edges = -edges; }, {Lengths::kEdges, Sections::kKept}),
             "start.edges[0]");
   EXPECT_EQ(with([](DesignPoint& p) { p.sections = Eigen::VectorXd::Ones(2); }, {}),
             "start.sections");
   EXPECT_EQ(with([](DesignPoint& p) { p.lengths.conservativeResize(3); }, {}), "start.lengths");
   const auto search = [&](const auto& spoil) {
-    LinkageDesign design = problem.design({L::kEdges, S::kSegments});
+    LinkageDesign design = problem.design({Lengths::kEdges, Sections::kSegments});
     DesignOptimizerOptions options;
     spoil(options);
     return field_of([&] { (void)optimize_design(design, options); });

@@ -11,14 +11,14 @@
 namespace limber::rods {
 namespace {
 
-constexpr Rectangle kStrip{4, 1};
+constexpr Rectangle kWideStrip{4, 1};
 
 /// A grid that lies in its plane without stress, and opens to either side of it.
 struct Dome {
   explicit Dome(double side)
       : grid(starting_grid(
             testing::field(12, [](double x, double y) { return 15 * (1 - x * x - y * y); }),
-            {.columns = 5, .rows = 5, .section = kStrip})),
+            {.columns = 5, .rows = 5, .section = kWideStrip})),
         model(build_linkage_graph(grid.flat), 4, stiffness()),
         point{model.segment_lengths(), LinkageState(model), LinkageState(model), {}, {}} {
     flat.pins = deployed.pins = {{12}};
@@ -34,7 +34,7 @@ struct Dome {
       EXPECT_EQ(deploy(equilibrium, point.deployed, from, to).status, DeploymentStatus::kReached);
   }
   static RodStiffness stiffness() {
-    const SectionStiffness rods = section_stiffness(section_properties(kStrip), {1, 0.3});
+    const SectionStiffness rods = section_stiffness(section_properties(kWideStrip), {1, 0.3});
     return {rods.stretching, rods.bending_1, rods.bending_2, rods.torsion};
   }
   [[nodiscard]] LinkageState opened(const std::vector<JointLoad>& push) const {

@@ -37,7 +37,7 @@ Eigen::Vector3d random_point(Random& random, double low, double high) {
   return {random.uniform(low, high), random.uniform(low, high), random.uniform(low, high)};
 }
 
-std::string refused_field(const SurfaceMesh& mesh) {
+std::string refused_mesh(const SurfaceMesh& mesh) {
   try {
     const MeshSurface surface(mesh);
   } catch (const Error& error) {
@@ -195,17 +195,17 @@ TEST(MeshSurface, IsTheSameFromEveryFormat) {
 }
 
 TEST(MeshSurface, BadInputIsNamed) {
-  EXPECT_EQ(refused_field({}), "surface.triangles");
+  EXPECT_EQ(refused_mesh({}), "surface.triangles");
   SurfaceMesh mesh = corner();
   mesh.vertices(1, 2) = std::nan("");
-  EXPECT_EQ(refused_field(mesh), "surface.vertices[2]");
+  EXPECT_EQ(refused_mesh(mesh), "surface.vertices[2]");
   mesh = corner();
   mesh.triangles(0, 1) = 4;
-  EXPECT_EQ(refused_field(mesh), "surface.triangles[1]");
+  EXPECT_EQ(refused_mesh(mesh), "surface.triangles[1]");
   mesh = corner();
   mesh.triangles.setZero();
-  EXPECT_EQ(refused_field(mesh), "surface.triangles");
-  EXPECT_EQ(refused_field(corner()), "none");
+  EXPECT_EQ(refused_mesh(mesh), "surface.triangles");
+  EXPECT_EQ(refused_mesh(corner()), "none");
 }
 
 TEST(PlacedSurface, IsTheSurfaceWithItsVerticesMoved) {

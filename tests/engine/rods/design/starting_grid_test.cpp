@@ -165,7 +165,7 @@ TEST(PatchMap, OfAnUnevenPatchIsTheMeanOfNeighboursAndQuick) {
   }
 }
 
-double height_of(const Eigen::Matrix3Xd& points) {
+double measured_height(const Eigen::Matrix3Xd& points) {
   const Eigen::Matrix3Xd offsets = points.colwise() - points.rowwise().mean();
   return Eigen::JacobiSVD<Eigen::Matrix3Xd>(offsets).singularValues()[2] /
          std::sqrt(static_cast<double>(points.cols()));
@@ -238,7 +238,7 @@ SurfaceMesh quadric(double a, double b, double c = 0) {
   return field(24, [&](double x, double y) { return a * x * x + b * y * y + c * x * y; });
 }
 
-constexpr Rectangle kStrip{2, 0.4};
+constexpr Rectangle kNarrowStrip{2, 0.4};
 constexpr double kModulus = 200e3;
 
 /// Opened, free but for its mean angle.
@@ -248,7 +248,7 @@ struct Opened {
     LinkageState flat(model);
     const EquilibriumReport report = equilibrium.solve(flat, Conditions{});
     EXPECT_TRUE(report.converged()) << report.message;
-    flat_height = height_of(joint_positions(flat));
+    flat_height = measured_height(joint_positions(flat));
     flat_energy = ElasticEnergy(model).value(flat);
     LinkageState open = flat;
     Conditions opened;
@@ -256,7 +256,7 @@ struct Opened {
     const DeploymentReport way = deploy(equilibrium, open, opened);
     EXPECT_EQ(way.status, DeploymentStatus::kReached) << way.message;
     joints = joint_positions(open);
-    height = height_of(joints);
+    height = measured_height(joints);
     energy = ElasticEnergy(model).value(open);
   }
   static LinkageModel model_of(const StartingGrid& grid, const Section& section) {
@@ -272,30 +272,32 @@ struct Opened {
 
 TEST(StartingGrid, LiesFlatWithoutStressAndOpensToTheSurface) {
   for (const SurfaceMesh& mesh : {quadric(-10, -10), quadric(20, 20), quadric(12, -12)}) {
-    const StartingGrid grid = starting_grid(mesh, {.columns = 6, .rows = 7, .section = kStrip});
-    const Opened opened(grid, kStrip);
+    const StartingGrid grid =
+        starting_grid(mesh, {.columns = 6, .rows = 7, .section = kNarrowStrip});
+    const Opened opened(grid, kNarrowStrip);
     EXPECT_LT(opened.flat_height, 1e-9);
     EXPECT_LT(opened.flat_energy, 1e-12 * opened.energy);
-    EXPECT_NEAR(opened.height, height_of(grid.deployed.vertices),
-                0.1 * height_of(grid.deployed.vertices));
+    EXPECT_NEAR(opened.height, measured_height(grid.deployed.vertices),
+                0.1 * measured_height(grid.deployed.vertices));
   }
 }
 
 TEST(StartingGrid, LargeOnesOpenAsTheirSmallTwinsDo) {
   const SurfaceMesh mesh = quadric(-20, -20);
-  const StartingGrid grid = starting_grid(mesh, {.columns = 14, .rows = 11, .section = kStrip});
-  const double wanted = height_of(grid.deployed.vertices);
-  EXPECT_NEAR(Opened(grid, kStrip).height, wanted, 0.2 * wanted);
+  const StartingGrid grid =
+      starting_grid(mesh, {.columns = 14, .rows = 11, .section = kNarrowStrip});
+  const double wanted = measured_height(grid.deployed.vertices);
+  EXPECT_NEAR(Opened(grid, kNarrowStrip).height, wanted, 0.2 * wanted);
 }
 
 TEST(StartingGrid, StiffRodsTakeMoreThanTheSurfacesCurvature) {
   const SurfaceMesh mesh = quadric(-10, -10);
   StartingGridOptions options{.columns = 6, .rows = 6, .drive = 1.0};
-  EXPECT_LT(Opened(starting_grid(mesh, options), kStrip).height, 0.1);
+  EXPECT_LT(Opened(starting_grid(mesh, options), kNarrowStrip).height, 0.1);
   options.drive = 0;
   const StartingGrid parallel = starting_grid(mesh, options);
   EXPECT_EQ(parallel.flat.vertices.row(2).norm(), 0);
-  EXPECT_LT(Opened(parallel, kStrip).height, 1e-6);
+  EXPECT_LT(Opened(parallel, kNarrowStrip).height, 1e-6);
 }
 
 TEST(StartingGrid, RodsThatStayInThePlaneAreRefused) {
@@ -347,10 +349,11 @@ TEST(StartingGrid, OnPatchesThatWidenRodsFanOut) {
 TEST(StartingGrid, IsPushedToTheSideOfItsSurface) {
   for (const SurfaceMesh& mesh :
        {quadric(-20, -20), quadric(20, 20), quadric(20, -20), quadric(-20, 20)}) {
-    const StartingGrid grid = starting_grid(mesh, {.columns = 6, .rows = 6, .section = kStrip});
+    const StartingGrid grid =
+        starting_grid(mesh, {.columns = 6, .rows = 6, .section = kNarrowStrip});
     ASSERT_EQ(grid.push.size(), 36);
     EXPECT_NEAR(grid.push.sum(), 0, 1e-9 * grid.push.cwiseAbs().sum());
-    const LinkageModel model = Opened::model_of(grid, kStrip);
+    const LinkageModel model = Opened::model_of(grid, kNarrowStrip);
     // Far weaker and stronger ones tell the side as well.
     for (const double strength : {0.03, 1.0, 10.0}) {
       Conditions open;
@@ -370,13 +373,13 @@ TEST(StartingGrid, IsPushedToTheSideOfItsSurface) {
                             fit.translation - joints)
                                .norm() /
                            6;
-      EXPECT_LT(apart, 0.8 * height_of(grid.deployed.vertices)) << strength;
+      EXPECT_LT(apart, 0.8 * measured_height(grid.deployed.vertices)) << strength;
     }
   }
 }
 
 TEST(StartingGrid, SaysWhatWillStandInADesignsWay) {
-  const StartingGridOptions options{.columns = 6, .rows = 6, .section = kStrip};
+  const StartingGridOptions options{.columns = 6, .rows = 6, .section = kNarrowStrip};
   EXPECT_EQ(starting_grid(quadric(-20, -20), options).remark, "");
   EXPECT_EQ(starting_grid(quadric(10, -10), options).remark, "");
   const auto said = [&](const SurfaceMesh& mesh, const char* words) {
@@ -397,9 +400,9 @@ TEST(StartingGrid, SaysWhatWillStandInADesignsWay) {
 TEST(StartingGrid, ShallowSurfacesHaveShallowGrids) {
   for (const double rise : {3.0, 1.0, 0.3, 0.1}) {
     const StartingGrid grid =
-        starting_grid(quadric(-rise, -rise), {.columns = 6, .rows = 6, .section = kStrip});
-    const double wanted = height_of(grid.deployed.vertices);
-    EXPECT_NEAR(Opened(grid, kStrip).height, wanted, 0.3 * wanted) << rise;
+        starting_grid(quadric(-rise, -rise), {.columns = 6, .rows = 6, .section = kNarrowStrip});
+    const double wanted = measured_height(grid.deployed.vertices);
+    EXPECT_NEAR(Opened(grid, kNarrowStrip).height, wanted, 0.3 * wanted) << rise;
   }
 }
 

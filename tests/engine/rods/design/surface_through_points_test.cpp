@@ -26,7 +26,8 @@ Eigen::Matrix3Xd scattered(int count, const Eigen::Quaterniond& tilt) {
   return points;
 }
 
-std::string refused_field(const Eigen::Matrix3Xd& points, const PointSurfaceOptions& options = {}) {
+std::string refused_points(const Eigen::Matrix3Xd& points,
+                           const PointSurfaceOptions& options = {}) {
   try {
     (void)surface_through_points(points, options);
   } catch (const Error& error) {
@@ -100,24 +101,24 @@ TEST(SurfaceThroughPoints, AGridOfPointsOnCommonCirclesIsCovered) {
 }
 
 TEST(SurfaceThroughPoints, BadInputIsNamed) {
-  EXPECT_EQ(refused_field(Eigen::Matrix3Xd::Random(3, 2)), "points");
+  EXPECT_EQ(refused_points(Eigen::Matrix3Xd::Random(3, 2)), "points");
   Eigen::Matrix3Xd points = scattered(50, Eigen::Quaterniond::Identity());
   points(1, 7) = std::nan("");
-  EXPECT_EQ(refused_field(points), "points[7]");
+  EXPECT_EQ(refused_points(points), "points[7]");
   Eigen::Matrix3Xd line(3, 10);
   for (int i = 0; i < 10; ++i) line.col(i) = i * Eigen::Vector3d(1, 2, 3);
-  EXPECT_EQ(refused_field(line), "points");
+  EXPECT_EQ(refused_points(line), "points");
   points = scattered(50, Eigen::Quaterniond::Identity());
   points.col(31) = points.col(12);
-  EXPECT_EQ(refused_field(points), "points[31]");
+  EXPECT_EQ(refused_points(points), "points[31]");
   // A tube stands over no plane.
   Eigen::Matrix3Xd tube(3, 400);
   for (int i = 0; i < 400; ++i)
     tube.col(i) << std::cos(0.31 * i), std::sin(0.31 * i), 0.013 * i + 1e-3 * std::sin(7.0 * i);
-  EXPECT_EQ(refused_field(tube), "points");
-  EXPECT_EQ(refused_field(scattered(50, Eigen::Quaterniond::Identity()), {.largest_gap = -1}),
+  EXPECT_EQ(refused_points(tube), "points");
+  EXPECT_EQ(refused_points(scattered(50, Eigen::Quaterniond::Identity()), {.largest_gap = -1}),
             "largest_gap");
-  EXPECT_EQ(refused_field(scattered(50, Eigen::Quaterniond::Identity()), {.steepest = 2}),
+  EXPECT_EQ(refused_points(scattered(50, Eigen::Quaterniond::Identity()), {.steepest = 2}),
             "steepest");
 }
 

@@ -8,6 +8,7 @@
 
 #include "engine/rods/linkage/linkage_assembly.h"
 #include "tests/engine/rods/equilibrium/small_linkages.h"
+#include "tests/engine/rods/linkage/mixed_linkage.h"
 #include "tests/engine/rods/linkage/state_charts.h"
 #include "tests/support/energy_conformance.h"
 
@@ -17,8 +18,6 @@ namespace {
 using namespace testing;
 using detail::ConditionTerms;
 using limber::testing::EnergyUnderTest;
-
-constexpr RodStiffness kStiffness{50, 2.0, 0.7, 0.9};
 
 /// On joints, on vertices that joints move and on those that move themselves, on edges of every
 /// kind, at free ends and on the rod that touches nothing.
@@ -57,8 +56,8 @@ Conditions of(const LinkageModel& model, const std::string& kind) {
   return conditions;
 }
 
-struct Bent {
-  Bent() : model(build_linkage_graph(mixed_mesh()), 4, kStiffness), state(model) {
+struct BentModel {
+  BentModel() : model(build_linkage_graph(mixed_mesh()), 4, kStiffness), state(model) {
     Random random(12);
     for (int k = 0; k < 3; ++k)
       state = state.moved(model, random_increment(model.variables().size(), 0.06, random));
@@ -70,7 +69,7 @@ struct Bent {
 class ConditionTermsTest : public ::testing::TestWithParam<const char*> {};
 
 TEST_P(ConditionTermsTest, Conform) {
-  const Bent bent;
+  const BentModel bent;
   const Eigen::Index size = bent.model.variables().size();
   ConditionTerms terms(bent.model, of(bent.model, GetParam()));
   const Eigen::VectorXd origin = Eigen::VectorXd::Ones(size);
@@ -108,7 +107,7 @@ INSTANTIATE_TEST_SUITE_P(Kinds, ConditionTermsTest,
                          ::testing::Values("springs", "loads", "weight", "all"));
 
 TEST(ConditionTerms, MoveWithWhatTheyActOn) {
-  const Bent bent;
+  const BentModel bent;
   const Conditions before = of(bent.model, "all");
   const Eigen::Vector3d turn(0.7, 0.4, -1.3), shift(2, -3, 1);
   const Eigen::Matrix3d rotation = rotations::exponential(turn);
@@ -150,7 +149,7 @@ Eigen::Vector3d turn_of(const JointState<double>& from, const JointState<double>
 }
 
 TEST(ConditionTerms, AMomentDoesItsVirtualWorkAndNothingElse) {
-  const Bent bent;
+  const BentModel bent;
   const Eigen::Index size = bent.model.variables().size();
   Conditions conditions;
   conditions.loads = {{3, Eigen::Vector3d::Zero(), {1, -2, 0.5}, 0},

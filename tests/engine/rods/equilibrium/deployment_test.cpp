@@ -4,6 +4,7 @@
 
 #include <numbers>
 
+#include "engine/base/degrees.h"
 #include "engine/scene/samples/linkage_samples.h"
 #include "tests/engine/rods/equilibrium/small_linkages.h"
 
@@ -14,8 +15,6 @@ using testing::curved_model;
 using testing::grid_model;
 using testing::joint_distance;
 using testing::linkage_file;
-
-constexpr double kDegree = std::numbers::pi / 180;
 
 class BurdDeployment : public ::testing::TestWithParam<std::pair<int, double>> {};
 

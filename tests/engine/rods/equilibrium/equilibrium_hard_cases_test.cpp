@@ -7,6 +7,7 @@
 #include <numbers>
 #include <vector>
 
+#include "engine/base/degrees.h"
 #include "engine/rods/equilibrium/linkage_equilibrium.h"
 #include "engine/rods/linkage/edge_counts.h"
 #include "tests/engine/rods/equilibrium/small_linkages.h"
@@ -19,8 +20,6 @@ using testing::grid_model;
 using testing::joint_distance;
 using testing::kStrip;
 using testing::linkage_file;
-
-constexpr double kDegree = std::numbers::pi / 180;
 
 double widest_angle(const LinkageState& state) {
   double widest = 0;
@@ -339,7 +338,7 @@ TEST(HardEquilibria, EdgesOfJointsDoNotShrinkThroughZero) {
   const EquilibriumReport report = equilibrium.solve(state, conditions);
   double shortest = 1;
   for (int j = 0; j < 9; ++j) {
-    for (const Rod rod : {kRodA, kRodB}) {
+    for (const RodOfJoint rod : {kRodA, kRodB}) {
       shortest = std::min(shortest,
                           state.joints()[j].lengths[rod] / model.rest_lengths().terminal(rod, j));
     }

@@ -6,6 +6,7 @@
 
 #include "engine/rods/linkage/linkage_assembly.h"
 #include "tests/engine/rods/equilibrium/small_linkages.h"
+#include "tests/engine/rods/linkage/mixed_linkage.h"
 #include "tests/engine/rods/linkage/state_charts.h"
 
 namespace limber::rods {
@@ -14,8 +15,8 @@ namespace {
 using namespace testing;
 
 /// A linkage beside the same matrix written out.
-struct Case {
-  explicit Case(LinkageModel given, double stretch)
+struct LengthCase {
+  explicit LengthCase(LinkageModel given, double stretch)
       : model(std::move(given)), state(model), matrix(model.chains()), system(model) {
     model.set_segment_lengths(stretch * model.segment_lengths());
     state = LinkageState(model);
@@ -41,10 +42,8 @@ struct Case {
   Eigen::MatrixXd whole;
 };
 
-LinkageModel mixed_model() { return {build_linkage_graph(mixed_mesh()), 5, {50, 2.0, 0.7, 0.9}}; }
-
 /// Solves with a shift, a pinned unknown and a held length, and puts the answer into the matrix.
-void check_against_dense(Case& c) {
+void check_against_dense(LengthCase& c) {
   constexpr double kShift = 0.3, kWeight = 0.7;
   const Eigen::Index n = c.model.variables().size(), m = c.model.segment_lengths().size();
   const std::vector<int> pinned{0, static_cast<int>(n) - 1};
@@ -80,15 +79,15 @@ void check_against_dense(Case& c) {
 }
 
 TEST(LengthSystem, SolvesWhatTheMatrixWrittenOutSays) {
-  Case curved(curved_model(), 0.99);  // pulled: stable
+  LengthCase curved(curved_model(), 0.99);  // pulled: stable
   check_against_dense(curved);
-  Case mixed(mixed_model(), 0.99);  // free ends, lone rods, joints of every valence
+  LengthCase mixed(mixed_model(), 0.99);  // free ends, lone rods, joints of every valence
   check_against_dense(mixed);
 }
 
 TEST(LengthSystem, TellsWhatIsNotPositive) {
   // Pushed together by a third, rods buckle.
-  Case pushed(grid_model(3, 3, 1.0), 1.5);
+  LengthCase pushed(grid_model(3, 3, 1.0), 1.5);
   const std::vector<char> none(static_cast<std::size_t>(pushed.model.segment_lengths().size()), 0);
   EXPECT_LT(Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(pushed.whole).eigenvalues()[0], 0);
   EXPECT_FALSE(pushed.system.factor(pushed.matrix, pushed.mixed, 0, 1, none));

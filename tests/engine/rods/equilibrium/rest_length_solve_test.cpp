@@ -172,17 +172,17 @@ TEST(RestLengthSolve, StopsWhenCancelledOrOutOfSteps) {
 
 /// linkages.json, runs burd and darth_vader_pavilion: energies after the solve, of the equilibrium
 /// with one joint's position and rotation held.
-struct Known {
+struct KnownSolve {
   const char* file;
   RodStiffness stiffness;
   int held;
   double closed;
 };
 
-class RestLengthReference : public ::testing::TestWithParam<Known> {};
+class RestLengthReference : public ::testing::TestWithParam<KnownSolve> {};
 
 TEST_P(RestLengthReference, ClosesAsThePublicCode) {
-  const Known& known = GetParam();
+  const KnownSolve& known = GetParam();
   const auto path = linkage_file(known.file);
   if (!std::filesystem::exists(path)) GTEST_SKIP() << "no data";
   LinkageModel model(build_linkage_graph(scene::read_line_mesh_file(path)), 10, known.stiffness);
@@ -198,14 +198,15 @@ TEST_P(RestLengthReference, ClosesAsThePublicCode) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Known, RestLengthReference,
-                         ::testing::Values(Known{"burd_flat_opt_scaled",
-                                                 {6750, 5062.5, 316.40625, 386.3121963558732},
-                                                 20,
-                                                 0.06516696420644945},
-                                           Known{"darth_vader_pavilion",
-                                                 {2340000, 32955000, 15795000, 13920760.49380036},
-                                                 18,
-                                                 21314.890648254794}));
+                         ::testing::Values(KnownSolve{"burd_flat_opt_scaled",
+                                                      {6750, 5062.5, 316.40625, 386.3121963558732},
+                                                      20,
+                                                      0.06516696420644945},
+                                           KnownSolve{
+                                               "darth_vader_pavilion",
+                                               {2340000, 32955000, 15795000, 13920760.49380036},
+                                               18,
+                                               21314.890648254794}));
 
 }  // namespace
 }  // namespace limber::rods

@@ -9,15 +9,12 @@
 #include "engine/base/error.h"
 #include "engine/base/random.h"
 #include "engine/rods/linkage/linkage_assembly.h"
-#include "tests/engine/rods/linkage/linkage_files.h"
+#include "tests/engine/rods/linkage/mixed_linkage.h"
 
 namespace limber::rods {
 namespace {
 
-constexpr RodStiffness kStiffness{50, 2.0, 0.7, 0.9};
-
-/// Joints with one and two rods, free ends, and a rod alone.
-LinkageModel mixed_model() { return {build_linkage_graph(testing::mixed_mesh()), 5, kStiffness}; }
+using testing::mixed_model;
 
 Eigen::VectorXd changed(Eigen::VectorXd lengths) {
   Random random(3);

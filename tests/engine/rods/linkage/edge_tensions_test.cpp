@@ -5,11 +5,12 @@
 #include "engine/base/random.h"
 #include "engine/rods/linkage/linkage_assembly.h"
 #include "tests/engine/rods/linkage/linkage_files.h"
+#include "tests/engine/rods/linkage/mixed_linkage.h"
 
 namespace limber::rods {
 namespace {
 
-constexpr RodStiffness kStiffness{50, 2.0, 0.7, 0.9};
+using testing::kStiffness;
 
 class EdgeTensionsTest : public ::testing::Test {
  protected:

@@ -17,17 +17,7 @@
 namespace limber::rods {
 namespace {
 
-LineMesh mesh_of(const std::vector<Eigen::Vector3d>& vertices,
-                 const std::vector<Eigen::Vector2i>& edges) {
-  LineMesh mesh;
-  mesh.vertices.resize(3, static_cast<Eigen::Index>(vertices.size()));
-  mesh.edges.resize(2, static_cast<Eigen::Index>(edges.size()));
-  for (std::size_t v = 0; v < vertices.size(); ++v)
-    mesh.vertices.col(static_cast<Eigen::Index>(v)) = vertices[v];
-  for (std::size_t e = 0; e < edges.size(); ++e)
-    mesh.edges.col(static_cast<Eigen::Index>(e)) = edges[e];
-  return mesh;
-}
+using testing::mesh_of;
 
 TEST(LineMeetings, TwoLinesThatCross) {
   const double scales[] = {1e-3, 1, 1e6};

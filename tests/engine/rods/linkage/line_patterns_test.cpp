@@ -27,8 +27,6 @@ using testing::known_linkages;
 using testing::linkage_file;
 using testing::sheared_grid;
 
-constexpr double kPi = std::numbers::pi;
-
 /// Lines by their ends; ends that coincide are one vertex.
 class Drawing {
  public:
@@ -88,7 +86,8 @@ LineMesh honeycomb(int cells) {
     for (int j = 0; j < cells; ++j) {
       const Eigen::Vector3d middle = std::sqrt(3) * skew(i, j);
       const auto corner = [&](int k) -> Eigen::Vector3d {
-        return middle + Eigen::Vector3d(std::sin(k * kPi / 3), std::cos(k * kPi / 3), 0);
+        return middle + Eigen::Vector3d(std::sin(k * std::numbers::pi / 3),
+                                        std::cos(k * std::numbers::pi / 3), 0);
       };
       for (int k = 0; k < 6; ++k) drawing.line(corner(k), corner(k + 1));
     }
@@ -112,7 +111,7 @@ LineMesh triangle_strip(int cells) {
 LineMesh band(int cells, int rows, int half_turns) {
   Drawing drawing;
   const auto point = [&](double u, double v) -> Eigen::Vector3d {  // v in -1 .. 1
-    const double along = 2 * kPi * u / cells, turn = half_turns * along / 2;
+    const double along = 2 * std::numbers::pi * u / cells, turn = half_turns * along / 2;
     const double radius = 6 + v * std::cos(turn);
     return {radius * std::cos(along), radius * std::sin(along), v * std::sin(turn)};
   };

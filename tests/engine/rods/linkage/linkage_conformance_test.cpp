@@ -10,6 +10,7 @@
 #include "engine/rods/equilibrium/linkage_equilibrium.h"
 #include "engine/rods/linkage/linkage_assembly.h"
 #include "tests/engine/rods/linkage/linkage_files.h"
+#include "tests/engine/rods/linkage/mixed_linkage.h"
 #include "tests/engine/rods/linkage/state_charts.h"
 #include "tests/support/energy_conformance.h"
 
@@ -19,10 +20,8 @@ namespace {
 using namespace testing;
 using limber::testing::EnergyUnderTest;
 
-constexpr RodStiffness kStiffness{50, 2.0, 0.7, 0.9};
-
-struct Bent {
-  explicit Bent(BendingForm form, int edges = 4)
+struct BentAssembly {
+  explicit BentAssembly(BendingForm form, int edges = 4)
       : model(build_linkage_graph(mixed_mesh()), edges, kStiffness, form),
         assembly(model),
         state(model) {
@@ -38,7 +37,7 @@ struct Bent {
 class LinkageConformance : public ::testing::TestWithParam<BendingForm> {};
 
 TEST_P(LinkageConformance, OfTheElasticEnergy) {
-  Bent bent(GetParam());
+  BentAssembly bent(GetParam());
   const Eigen::Index size = bent.model.variables().size();
   // Coordinates count from one, so that the suite's steps have a scale.
   const Eigen::VectorXd origin = Eigen::VectorXd::Ones(size);
@@ -66,7 +65,7 @@ TEST_P(LinkageConformance, OfTheElasticEnergy) {
 }
 
 TEST_P(LinkageConformance, OfGradientsFarFromWhereUnknownsAreCounted) {
-  Bent bent(GetParam());
+  BentAssembly bent(GetParam());
   Random random(5);
   const Eigen::VectorXd far = random_increment(bent.model.variables().size(), 0.3, random);
   EnergyUnderTest energy;
@@ -175,7 +174,7 @@ class WrittenDown {
 
 TEST_P(LinkageConformance, EnergyOfADeployedLinkageIsTheOneWrittenDown) {
   for (const int edges : {4, 9}) {
-    Bent bent(GetParam(), edges);
+    BentAssembly bent(GetParam(), edges);
     std::vector<int> of_valence(5, 0);
     for (const Joint& joint : bent.model.graph().joints) ++of_valence[joint.valence];
     EXPECT_GT(of_valence[2], 0);

@@ -8,6 +8,7 @@
 #include "engine/base/parallel.h"
 #include "engine/rods/linkage/linkage_assembly.h"
 #include "tests/engine/rods/linkage/linkage_files.h"
+#include "tests/engine/rods/linkage/mixed_linkage.h"
 #include "tests/engine/rods/linkage/state_charts.h"
 #include "tests/support/energy_conformance.h"
 
@@ -16,8 +17,6 @@ namespace {
 
 using namespace testing;
 using limber::testing::EnergyUnderTest;
-
-constexpr RodStiffness kStiffness{50, 2.0, 0.7, 0.9};
 
 enum class Place { kAtTheSource, kAway };
 
@@ -234,7 +233,7 @@ TEST(RestLengthMap, IsLinearAndItsTransposeIsIts) {
   pull.free_edge = random_increment(segments, 1, random);
   double work = 0;
   for (int j = 0; j < model.variables().joints(); ++j) {
-    for (const Rod rod : {kRodA, kRodB}) {
+    for (const RodOfJoint rod : {kRodA, kRodB}) {
       if (!std::isfinite(change.terminal(rod, j))) continue;  // no such rod
       work += change.terminal(rod, j) * pull.terminal(rod, j);
       EXPECT_NEAR(rest.terminal(rod, j),

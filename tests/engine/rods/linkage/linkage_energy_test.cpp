@@ -9,24 +9,18 @@
 #include "engine/base/random.h"
 #include "engine/rods/linkage/linkage_assembly.h"
 #include "engine/rods/rod/rod_state.h"
+#include "tests/engine/rods/linkage/differences.h"
 #include "tests/engine/rods/linkage/linkage_files.h"
+#include "tests/engine/rods/linkage/mixed_linkage.h"
+#include "tests/engine/rods/linkage/state_charts.h"
 
 namespace limber::rods {
 namespace {
 
+using testing::derivative;
+using testing::kStiffness;
 using testing::mixed_mesh;
-
-constexpr RodStiffness kStiffness{50, 2.0, 0.7, 0.9};
-
-Eigen::VectorXd random_increment(Eigen::Index size, double amount, Random& random) {
-  return Eigen::VectorXd::NullaryExpr(size, [&] { return random.uniform(-amount, amount); });
-}
-
-/// Fourth-order difference of a function of a step along `direction`.
-template <class Function>
-auto derivative(const Function& function, double h) -> decltype(function(h)) {
-  return ((function(h) - function(-h)) * 8.0 - (function(2 * h) - function(-2 * h))) / (12 * h);
-}
+using testing::random_increment;
 
 class LinkageEnergyTest : public ::testing::TestWithParam<BendingForm> {
  protected:

@@ -44,6 +44,18 @@ inline const std::vector<KnownLinkage>& known_linkages() {
   return all;
 }
 
+inline LineMesh mesh_of(const std::vector<Eigen::Vector3d>& vertices,
+                        const std::vector<Eigen::Vector2i>& edges) {
+  LineMesh mesh;
+  mesh.vertices.resize(3, static_cast<Eigen::Index>(vertices.size()));
+  for (std::size_t i = 0; i < vertices.size(); ++i)
+    mesh.vertices.col(static_cast<Eigen::Index>(i)) = vertices[i];
+  mesh.edges.resize(2, static_cast<Eigen::Index>(edges.size()));
+  for (std::size_t i = 0; i < edges.size(); ++i)
+    mesh.edges.col(static_cast<Eigen::Index>(i)) = edges[i];
+  return mesh;
+}
+
 /// The cells of a flat scissor grid: columns x rows joints, rods along both diagonals of a lattice
 /// sheared so that its rods cross at `angle` [rad].
 inline LineMesh sheared_grid(int columns, int rows, double angle, double length = 1.0) {

@@ -11,6 +11,7 @@
 #include <set>
 #include <sstream>
 
+#include "engine/base/degrees.h"
 #include "engine/base/error.h"
 #include "tests/engine/rods/linkage/linkage_files.h"
 
@@ -21,21 +22,8 @@ using ::testing::HasSubstr;
 using testing::known_linkages;
 using testing::KnownLinkage;
 using testing::linkage_file;
+using testing::mesh_of;
 using testing::sheared_grid;
-
-constexpr double kDegree = std::numbers::pi / 180;
-
-LineMesh mesh_of(const std::vector<Eigen::Vector3d>& vertices,
-                 const std::vector<Eigen::Vector2i>& edges) {
-  LineMesh mesh;
-  mesh.vertices.resize(3, static_cast<Eigen::Index>(vertices.size()));
-  for (std::size_t i = 0; i < vertices.size(); ++i)
-    mesh.vertices.col(static_cast<Eigen::Index>(i)) = vertices[i];
-  mesh.edges.resize(2, static_cast<Eigen::Index>(edges.size()));
-  for (std::size_t i = 0; i < edges.size(); ++i)
-    mesh.edges.col(static_cast<Eigen::Index>(i)) = edges[i];
-  return mesh;
-}
 
 /// Edges from vertex 0 in the given directions [degree] of the plane.
 LineMesh star(const std::vector<double>& degrees) {
@@ -67,7 +55,7 @@ void expect_frames_fit(const LinkageGraph& graph, const LineMesh& mesh) {
     for (const End end : {kStart, kFinish}) {
       if (segment.joints[end] < 0) continue;
       const Joint& joint = graph.joints[segment.joints[end]];
-      const Rod rod = segment.rods[end];
+      const RodOfJoint rod = segment.rods[end];
       const bool ahead = (segment.signs[end] > 0) == (end == kStart);
       EXPECT_EQ(joint.segments[rod][ahead ? 1 : 0], static_cast<int>(s));
       EXPECT_GT(segment.signs[end] * joint.tangent(rod).dot(along), 0.5) << "segment " << s;
@@ -138,7 +126,7 @@ TEST(LinkageGraph, AgreesWithThePublicCodeOnBurd) {
     // Equilibrium moves the closed angles a little; their supplements are far away.
     EXPECT_NEAR(joint.opening_angle, reference[j].closed_angle, 2 * kDegree) << "joint " << j;
     mean += joint.opening_angle / static_cast<double>(reference.size());
-    for (const Rod rod : {kRodA, kRodB}) {
+    for (const RodOfJoint rod : {kRodA, kRodB}) {
       std::set<int> own;
       for (const int segment : joint.segments[rod]) {
         if (segment >= 0) own.insert(segment);

@@ -4,9 +4,9 @@
 
 #include <cmath>
 #include <fstream>
-#include <numbers>
 #include <sstream>
 
+#include "engine/base/degrees.h"
 #include "tests/engine/rods/linkage/linkage_files.h"
 #include "tests/engine/rods/linkage/newton_path.h"
 
@@ -16,12 +16,11 @@ namespace {
 using testing::linkage_file;
 using testing::NewtonPath;
 
-constexpr double kDegree = std::numbers::pi / 180;
 constexpr int kDriver = 20;
 // A rectangle 3 x 0.75 of E = 3000, nu = 0.38; GJ from the public code's finite elements.
 constexpr RodStiffness kBurd{6750, 5062.5, 316.40625, 386.3121963558732};
 
-struct Known {
+struct KnownBurd {
   int edges;
   BendingForm form;
   double closed;
@@ -29,7 +28,7 @@ struct Known {
   double deployed;  // 0: takes too long for a test
 };
 
-class BurdTest : public ::testing::TestWithParam<Known> {};
+class BurdTest : public ::testing::TestWithParam<KnownBurd> {};
 
 std::vector<std::vector<double>> read_rows(const std::string& name) {
   std::ifstream file(testing::shared_file("reference/" + name));
@@ -46,7 +45,7 @@ std::vector<std::vector<double>> read_rows(const std::string& name) {
 
 TEST_P(BurdTest, ClosesAndDeploysAsThePublicCode) {
   if (!std::filesystem::exists(linkage_file("burd_flat_opt_scaled"))) GTEST_SKIP() << "no data";
-  const Known& known = GetParam();
+  const KnownBurd& known = GetParam();
   const LinkageModel model(
       build_linkage_graph(scene::read_line_mesh_file(linkage_file("burd_flat_opt_scaled"))),
       known.edges, kBurd, known.form);
@@ -78,18 +77,18 @@ TEST_P(BurdTest, ClosesAndDeploysAsThePublicCode) {
 
 INSTANTIATE_TEST_SUITE_P(
     AllSubdivisions, BurdTest,
-    ::testing::Values(Known{5, BendingForm::kMaterialFrames, 0.06551205849886217, 4.033412271125626,
-                            43.49874337567044},
-                      Known{10, BendingForm::kMaterialFrames, 0.06523042613060336,
-                            4.0293544329659845, 43.312507597142925},
-                      Known{20, BendingForm::kMaterialFrames, 0.0651515779525022, 4.027778902521677,
-                            43.27535043206037},
-                      Known{40, BendingForm::kMaterialFrames, 0.06512391871666919,
-                            4.027078547971706, 43.267049465093265},
-                      Known{80, BendingForm::kMaterialFrames, 0.06511264696364637,
-                            4.026747701921831, 0},
-                      Known{10, BendingForm::kAveragedFrames, 0.06523042613060545,
-                            4.029354432957529, 43.28301686520897}));
+    ::testing::Values(KnownBurd{5, BendingForm::kMaterialFrames, 0.06551205849886217,
+                                4.033412271125626, 43.49874337567044},
+                      KnownBurd{10, BendingForm::kMaterialFrames, 0.06523042613060336,
+                                4.0293544329659845, 43.312507597142925},
+                      KnownBurd{20, BendingForm::kMaterialFrames, 0.0651515779525022,
+                                4.027778902521677, 43.27535043206037},
+                      KnownBurd{40, BendingForm::kMaterialFrames, 0.06512391871666919,
+                                4.027078547971706, 43.267049465093265},
+                      KnownBurd{80, BendingForm::kMaterialFrames, 0.06511264696364637,
+                                4.026747701921831, 0},
+                      KnownBurd{10, BendingForm::kAveragedFrames, 0.06523042613060545,
+                                4.029354432957529, 43.28301686520897}));
 
 }  // namespace
 }  // namespace limber::rods

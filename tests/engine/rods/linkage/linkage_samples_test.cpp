@@ -12,15 +12,16 @@
 namespace limber::rods {
 namespace {
 
-struct Known {
+struct KnownSample {
   const char* name;
   int joints, segments;
 };
-constexpr Known kKnown[] = {{"grid", 81, 144}, {"hyperboloid", 84, 144}, {"dome", 81, 144}};
+constexpr KnownSample kKnownSamples[] = {
+    {"grid", 81, 144}, {"hyperboloid", 84, 144}, {"dome", 81, 144}};
 
 TEST(LinkageSamples, HaveConsistentAngles) {
-  ASSERT_EQ(scene::linkage_sample_names().size(), std::size(kKnown));
-  for (const Known& known : kKnown) {
+  ASSERT_EQ(scene::linkage_sample_names().size(), std::size(kKnownSamples));
+  for (const KnownSample& known : kKnownSamples) {
     const scene::Linkage linkage = scene::make_linkage_sample(known.name);
     const LinkageGraph graph = build_linkage_graph(linkage.lines);
     EXPECT_EQ(static_cast<int>(graph.joints.size()), known.joints) << known.name;

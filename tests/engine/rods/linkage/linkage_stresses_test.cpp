@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numbers>
 
 #include "engine/rods/equilibrium/linkage_equilibrium.h"
 #include "tests/engine/rods/equilibrium/small_linkages.h"
@@ -11,7 +12,6 @@
 namespace limber::rods {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
 constexpr double kYoung = 2e9, kPoisson = 0.3;  // Pa
 
 /// A rod of 1 m along x with a joint at either end, where short rods cross it that carry nothing.
@@ -101,9 +101,10 @@ TEST(LinkageStresses, AScaledSectionIsTheLargerSection) {
 }
 
 TEST(LinkageStresses, AMomentRollsARodToAnArc) {
-  const double diameter = 0.01, angle = 0.5 * kPi;
+  const double diameter = 0.01, angle = 0.5 * std::numbers::pi;
   Beam beam(Ellipse{diameter, diameter}, 1, 40);
-  const double inertia = kPi * std::pow(diameter, 4) / 64, moment = kYoung * inertia * angle;
+  const double inertia = std::numbers::pi * std::pow(diameter, 4) / 64,
+               moment = kYoung * inertia * angle;
   const auto stations = beam.loaded({0, 0, 0}, {0, -moment, 0});
   for (int i = 1; i < 40; ++i) {
     EXPECT_NEAR(std::hypot(stations(kBendingMoment1, i), stations(kBendingMoment2, i)), moment,
@@ -123,7 +124,7 @@ TEST(LinkageStresses, ATorqueShearsAsTabulated) {
   const auto of_square = square.loaded({0, 0, 0}, {torque, 0, 0});
   for (int i = 0; i <= 20; ++i) {
     EXPECT_NEAR(std::abs(stations(kTorque, i)), torque, 1e-6 * torque);
-    EXPECT_NEAR(stations(kTorsionShear, i), 16 * torque / (kPi * std::pow(side, 3)),
+    EXPECT_NEAR(stations(kTorsionShear, i), 16 * torque / (std::numbers::pi * std::pow(side, 3)),
                 1e-5 * torque / std::pow(side, 3));
     // Timoshenko and Goodier, sec. 109: torque / (0.208 side^3)
     EXPECT_NEAR(of_square(kTorsionShear, i), torque / (0.208 * std::pow(side, 3)),

@@ -18,7 +18,7 @@ using testing::sheared_grid;
 
 /// A free rod, a rod from a joint to a free end, one from a free end to a joint, one between
 /// joints.
-LineMesh mixed_mesh() {
+LineMesh rods_of_every_kind() {
   LineMesh mesh;
   mesh.vertices.resize(3, 8);
   mesh.vertices << 0, 1, 2, 0, 1, 5, 6, 2,  //
@@ -31,7 +31,7 @@ LineMesh mixed_mesh() {
 }
 
 TEST(ReducedVariables, EveryUnknownIsFoundOnceAndInOrder) {
-  const LinkageGraph graph = build_linkage_graph(mixed_mesh());
+  const LinkageGraph graph = build_linkage_graph(rods_of_every_kind());
   const ReducedVariables variables(graph, {4, 3, 2, 1, 5});
   int next = 0;
   for (int s = 0; s < variables.segments(); ++s) {
@@ -69,7 +69,7 @@ TEST(ReducedVariables, CountsAreThoseOfThePublicCode) {
 }
 
 TEST(ReducedVariables, MoreUnknownsThanCanBeCountedNameTheSegment) {
-  const LinkageGraph graph = build_linkage_graph(mixed_mesh());
+  const LinkageGraph graph = build_linkage_graph(rods_of_every_kind());
   try {
     (void)ReducedVariables(graph, 200'000'000);
     FAIL();
@@ -80,7 +80,7 @@ TEST(ReducedVariables, MoreUnknownsThanCanBeCountedNameTheSegment) {
 }
 
 TEST(ReducedVariables, TooFewEdgesNameTheSegment) {
-  const LinkageGraph graph = build_linkage_graph(mixed_mesh());
+  const LinkageGraph graph = build_linkage_graph(rods_of_every_kind());
   const auto field = [&](std::vector<int> edges) {
     try {
       (void)ReducedVariables(graph, std::move(edges));
@@ -97,7 +97,7 @@ TEST(ReducedVariables, TooFewEdgesNameTheSegment) {
 }
 
 TEST(RestLengths, AddUpToTheSegmentsFromJointToJoint) {
-  const LineMesh mesh = mixed_mesh();
+  const LineMesh mesh = rods_of_every_kind();
   const LinkageGraph graph = build_linkage_graph(mesh);
   const ReducedVariables variables(graph, {7, 5, 4, 3, 6});
   const RestLengths rest = distribute_rest_lengths(graph, variables, drawn_lengths(graph));
@@ -123,7 +123,7 @@ TEST(RestLengths, TerminalEdgesTakeTheShorterOfTheirSegments) {
   const RestLengths rest = distribute_rest_lengths(graph, variables, drawn_lengths(graph));
   int shorter = 0;
   for (std::size_t j = 0; j < graph.joints.size(); ++j) {
-    for (const Rod rod : {kRodA, kRodB}) {
+    for (const RodOfJoint rod : {kRodA, kRodB}) {
       const std::array<int, 2>& pair = graph.joints[j].segments[rod];
       double least = 1e9;
       for (const int s : pair) {

@@ -5,14 +5,13 @@
 #include "engine/base/parallel.h"
 #include "engine/rods/linkage/linkage_assembly.h"
 #include "tests/engine/rods/linkage/linkage_files.h"
+#include "tests/engine/rods/linkage/mixed_linkage.h"
 #include "tests/engine/rods/linkage/state_charts.h"
 
 namespace limber::rods {
 namespace {
 
 using namespace testing;
-
-constexpr RodStiffness kStiffness{50, 2.0, 0.7, 0.9};
 
 /// A bent linkage with joints of all valences and free ends, sizes of its own.
 class SizeDerivativesTest : public ::testing::TestWithParam<std::tuple<BendingForm, int>> {

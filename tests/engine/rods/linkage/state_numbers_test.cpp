@@ -24,7 +24,7 @@ LinkageState bent(const LinkageModel& model) {
 }
 
 /// Joints of valence 2 to 4, rods that end free, and one that is no joint's.
-LinkageModel mixed_model() {
+LinkageModel large_mixed_model() {
   LineMesh mesh = testing::mixed_mesh();
   mesh.vertices *= 40;
   return {build_linkage_graph(mesh), 5, testing::kStrip};
@@ -55,7 +55,7 @@ void expect_same(const LinkageModel& model, const LinkageState& is, const Linkag
 
 TEST(StateNumbers, AStateComesBack) {
   for (const LinkageModel& model :
-       {testing::curved_model(), testing::grid_model(3, 2, 1.2), mixed_model()}) {
+       {testing::curved_model(), testing::grid_model(3, 2, 1.2), large_mixed_model()}) {
     const LinkageState state = bent(model);
     expect_same(model, LinkageState(model, state.numbers(model)), state);
   }
@@ -100,7 +100,7 @@ TEST(StateNumbers, RoundedNumbersAreMadeOrthonormal) {
 }
 
 TEST(StateNumbers, WhatIsNoShapeOfTheLinkageIsRefusedByName) {
-  const LinkageModel model = mixed_model();
+  const LinkageModel model = large_mixed_model();
   const StateNumbers good = LinkageState(model).numbers(model);
   const auto refused = [&](const char* field, const std::function<void(StateNumbers&)>& spoil) {
     StateNumbers numbers = good;

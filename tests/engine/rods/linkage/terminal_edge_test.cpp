@@ -7,30 +7,32 @@
 
 #include "engine/base/random.h"
 #include "engine/base/rotations/exponential_map.h"
+#include "tests/engine/rods/linkage/differences.h"
 #include "tests/engine/rods/linkage/linkage_files.h"
 
 namespace limber::rods {
 namespace {
 
+using testing::derivative;
 using Vector7 = Eigen::Matrix<double, 7, 1>;
 using Vector9 = JointIncrement<double>;
 
-Eigen::Vector3d random_vector(Random& random, double size = 1) {
+Eigen::Vector3d random_point(Random& random, double size = 1) {
   return {random.uniform(-size, size), random.uniform(-size, size), random.uniform(-size, size)};
 }
 
 JointState<double> random_joint(Random& random) {
   JointState<double> joint;
-  joint.position = random_vector(random);
-  joint.normal = random_vector(random).normalized();
-  joint.bisector = joint.normal.cross(random_vector(random)).normalized();
+  joint.position = random_point(random);
+  joint.normal = random_point(random).normalized();
+  joint.bisector = joint.normal.cross(random_point(random)).normalized();
   joint.opening_angle = random.uniform(-0.5, 3.5);
   joint.lengths[0] = random.uniform(0.5, 2);
   joint.lengths[1] = random.uniform(0.5, 2);
   return joint;
 }
 
-Vector9 random_increment(Random& random, double size) {
+Vector9 random_step(Random& random, double size) {
   Vector9 x;
   for (int i = 0; i < 9; ++i) x[i] = random.uniform(-size, size);
   return x;
@@ -46,7 +48,8 @@ Vector7 numbers(const TerminalEdge<double>& edge) {
 
 /// The same edge from the definitions: Rodrigues' formula, and the angle from the transported
 /// director to the normal.
-Vector7 edge_by_definition(const JointState<double>& joint, Rod rod, int sign, const Vector9& x) {
+Vector7 edge_by_definition(const JointState<double>& joint, RodOfJoint rod, int sign,
+                           const Vector9& x) {
   const Eigen::Matrix3d rotation = rotations::exponential(x.segment<3>(3));
   JointState<double> moved = joint;
   moved.opening_angle += x[6];
@@ -65,25 +68,19 @@ Vector7 edge_by_definition(const JointState<double>& joint, Rod rod, int sign, c
   return v;
 }
 
-/// Fourth-order differences.
-template <class Function>
-auto derivative(const Function& function, double h = 2e-3) -> decltype(function(h)) {
-  return ((function(h) - function(-h)) * 8.0 - (function(2 * h) - function(-2 * h))) / (12 * h);
-}
-
-struct Case {
-  Rod rod;
+struct EndCase {
+  RodOfJoint rod;
   int sign;
 };
 
-class TerminalEdgeTest : public ::testing::TestWithParam<Case> {};
+class TerminalEdgeTest : public ::testing::TestWithParam<EndCase> {};
 
 TEST_P(TerminalEdgeTest, IsWhatTheDefinitionsSay) {
   Random random(1);
   const auto [rod, sign] = GetParam();
   for (int k = 0; k < 50; ++k) {
     const JointState<double> joint = random_joint(random);
-    const Vector9 x = random_increment(random, k < 25 ? 0.7 : 1e-4);
+    const Vector9 x = random_step(random, k < 25 ? 0.7 : 1e-4);
     const Vector7 direct = numbers(terminal_edge(terminal_edge_source(joint, rod, sign), x));
     EXPECT_LT((direct - edge_by_definition(joint, rod, sign, x)).norm(), 1e-13);
   }
@@ -97,7 +94,8 @@ TEST_P(TerminalEdgeTest, JacobianAgreesWithDifferences) {
     const TerminalJacobian<double> jacobian = terminal_jacobian(source);
     for (int i = 0; i < 9; ++i) {
       const Vector7 difference = derivative(
-          [&](double h) { return numbers(terminal_edge<double>(source, h * Vector9::Unit(i))); });
+          [&](double h) { return numbers(terminal_edge<double>(source, h * Vector9::Unit(i))); },
+          2e-3);
       EXPECT_LT((difference - jacobian.col(i)).norm(), 1e-10) << "unknown " << i;
     }
   }
@@ -145,7 +143,7 @@ TEST_P(TerminalEdgeTest, IncrementsFromANewStateContinue) {
   Random random(4);
   const auto [rod, sign] = GetParam();
   const JointState<double> joint = random_joint(random);
-  const Vector9 x = random_increment(random, 0.8);
+  const Vector9 x = random_step(random, 0.8);
   const JointState<double> moved = advanced(joint, x);
   const TerminalEdge<double> there = terminal_edge(terminal_edge_source(joint, rod, sign), x);
   const TerminalEdge<double> again =
@@ -157,8 +155,8 @@ TEST_P(TerminalEdgeTest, IncrementsFromANewStateContinue) {
 }
 
 INSTANTIATE_TEST_SUITE_P(BothRodsBothWays, TerminalEdgeTest,
-                         ::testing::Values(Case{kRodA, 1}, Case{kRodA, -1}, Case{kRodB, 1},
-                                           Case{kRodB, -1}));
+                         ::testing::Values(EndCase{kRodA, 1}, EndCase{kRodA, -1}, EndCase{kRodB, 1},
+                                           EndCase{kRodB, -1}));
 
 TEST(TerminalEdge, TurnsOfAlmostHalfARoundAreFollowed) {
   Random random(5);
@@ -182,8 +180,8 @@ TEST(TerminalEdge, SegmentsOfARodShareOneEdgeAtEveryValence) {
     ++seen[joint.valence];
     const JointState<double> state{
         joint.position, joint.normal, joint.bisector, joint.opening_angle, {0.1, 0.2}};
-    const Vector9 x = random_increment(random, 0.3);
-    for (const Rod rod : {kRodA, kRodB}) {
+    const Vector9 x = random_step(random, 0.3);
+    for (const RodOfJoint rod : {kRodA, kRodB}) {
       for (const int ahead : {0, 1}) {
         const int s = joint.segments[rod][ahead];
         if (s < 0) continue;

@@ -13,7 +13,7 @@ namespace limber::rods {
 namespace {
 
 constexpr auto kConverged = RodStatus::kConverged;
-constexpr SectionStiffness kStrip{1e4, 2.0, 0.5, 0.8};
+constexpr SectionStiffness kFlatRod{1e4, 2.0, 0.5, 0.8};
 
 Eigen::Matrix3Xd helix(int edges) {
   Eigen::Matrix3Xd nodes(3, edges + 1);
@@ -34,7 +34,7 @@ std::vector<char> fixed_edges(const Rod& rod, const std::vector<int>& edges) {
 
 TEST(RodHardCases, UnloadedArcStaysPutInAnyDirection) {
   const Eigen::Matrix3d turn = rotations::exponential({0.3, 1.9, -0.7});
-  const Rod rod(turn * helix(20), kStrip);
+  const Rod rod(turn * helix(20), kFlatRod);
   const auto found = find_equilibrium(rod.drawn, rod.parameters, {}, fixed_edges(rod, {0}));
   EXPECT_EQ(found.report.status, kConverged);
   EXPECT_EQ(found.report.iterations, 0);
@@ -43,7 +43,7 @@ TEST(RodHardCases, UnloadedArcStaysPutInAnyDirection) {
 
 TEST(RodHardCases, CurvatureAndTwistAtRestComeBack) {
   // Pulled straight and let go.
-  const Rod rod(helix(20), kStrip);
+  const Rod rod(helix(20), kFlatRod);
   Eigen::VectorXd x = rod.drawn.unknowns();
   const Eigen::Vector3d start = x.segment<3>(0), along = x.segment<3>(4) - start;
   for (int i = 2; i <= 20; ++i) x.segment<3>(4 * i) = start + i * along;
@@ -59,7 +59,7 @@ TEST(RodHardCases, CurvatureAndTwistAtRestComeBack) {
 
 TEST(RodHardCases, StraightDrawnRodRollsIntoItsArcByItself) {
   // 2 tan(phi/2) per vertex about d1 (kappa_2): an arc out of the plane of d1.
-  Rod rod(straight(12, 0.1), kStrip, {.rest = RestShape::kStraight, .first_director = {0, 0, 1}});
+  Rod rod(straight(12, 0.1), kFlatRod, {.rest = RestShape::kStraight, .first_director = {0, 0, 1}});
   const double phi = 3.14159265358979 / 11;
   for (int i = 1; i < 12; ++i) {
     rod.parameters(i, RodParameters::kRestBefore1) = 2 * std::tan(phi / 2);
@@ -78,7 +78,7 @@ TEST(RodHardCases, EdgesAlmostFoldedBackUnfold) {
     const double c = std::cos(missing), s = std::sin(missing);
     nodes.col(3) = nodes.col(2) + Eigen::Vector3d(-c, s, 0);
     nodes.col(4) = nodes.col(3) + Eigen::Vector3d(-c, s, 0);
-    const Rod rod(nodes, kStrip, {.rest = RestShape::kStraight});
+    const Rod rod(nodes, kFlatRod, {.rest = RestShape::kStraight});
     EXPECT_TRUE(rod.drawn.is_finite());
     EXPECT_GT(rod.drawn.energy(rod.parameters), 1 / (missing * missing));
     const auto found = find_equilibrium(rod.drawn, rod.parameters, {}, fixed_edges(rod, {0}));
@@ -89,7 +89,7 @@ TEST(RodHardCases, EdgesAlmostFoldedBackUnfold) {
 
 TEST(RodHardCases, EndsPushedTogetherAndPastEachOther) {
   // Two edges as a hairpin: the energy keeps them from folding flat.
-  const Rod rod(straight(2, 1), kStrip, {.rest = RestShape::kStraight});
+  const Rod rod(straight(2, 1), kFlatRod, {.rest = RestShape::kStraight});
   std::vector<char> fixed(12, 0);
   for (const int i : {0, 1, 2, 6, 8, 9, 10}) fixed[static_cast<std::size_t>(i)] = 1;
   Eigen::VectorXd x = rod.drawn.unknowns();
@@ -109,8 +109,8 @@ TEST(RodHardCases, EndsPushedTogetherAndPastEachOther) {
 }
 
 TEST(RodHardCases, EdgesOfAThousandthOfTheirRestLengthExpand) {
-  const Rod drawn(helix(12), kStrip);
-  const Rod tiny(1e-3 * helix(12), kStrip);
+  const Rod drawn(helix(12), kFlatRod);
+  const Rod tiny(1e-3 * helix(12), kFlatRod);
   const auto found = find_equilibrium(
       RodState(drawn.layout, drawn.drawn.shared_source(), tiny.drawn.unknowns()), drawn.parameters,
       {}, std::vector<char>(static_cast<std::size_t>(drawn.layout->unknowns()), 0));
@@ -140,7 +140,7 @@ TEST(RodHardCases, MillimetresAndMegapascalsGiveTheShapeOfMetresAndPascals) {
 }
 
 TEST(RodHardCases, TwistOfManyTurnsStaysInAFixedStraightRod) {
-  const Rod rod(straight(10, 0.1), kStrip, {.rest = RestShape::kStraight});
+  const Rod rod(straight(10, 0.1), kFlatRod, {.rest = RestShape::kStraight});
   std::vector<char> fixed(static_cast<std::size_t>(rod.layout->unknowns()), 1);
   for (int i = 1; i < 9; ++i) fixed[static_cast<std::size_t>(4 * i + 3)] = 0;
   Eigen::VectorXd x = rod.drawn.unknowns();
@@ -186,7 +186,7 @@ TEST(RodHardCases, StraightRodUnderMoreThanItsCriticalLoadBuckles) {
 }
 
 TEST(RodHardCases, WrongInputIsNamed) {
-  const Rod rod(straight(4, 1), kStrip);
+  const Rod rod(straight(4, 1), kFlatRod);
   const auto fixed = fixed_edges(rod, {0});
   const auto field_of = [&](const RodLoads& loads, const std::vector<char>& held,
                             const RodEquilibriumOptions& options) {
@@ -204,7 +204,7 @@ TEST(RodHardCases, WrongInputIsNamed) {
   EXPECT_EQ(field_of(loads, fixed, {}), "loads.forces");
   EXPECT_EQ(field_of({}, fixed, {.tolerance = 0}), "tolerance");
   EXPECT_EQ(field_of({}, fixed, {.max_iterations = 0}), "max_iterations");
-  EXPECT_THROW(Rod(straight(0, 1), kStrip), Error);
+  EXPECT_THROW(Rod(straight(0, 1), kFlatRod), Error);
   EXPECT_THROW(Rod(straight(3, 1), SectionStiffness{1, 1, -1, 1}), Error);
 }
 

@@ -10,8 +10,6 @@
 namespace limber::testing {
 namespace {
 
-constexpr auto kConverged = rods::RodStatus::kConverged;
-
 /// Errors at twice as many edges are a quarter: second order, until the table's digits end.
 template <class Problem>
 void expect_second_order(Problem&& problem, int edges, double at_the_end) {
@@ -34,7 +32,7 @@ TEST(RodKnownAnswers, CantileverUnderATipLoad) {
   for (const Row& row : {Row{0.2, 0.06636, 0.00265}, Row{1, 0.30172, 0.05643},
                          Row{4, 0.66996, 0.32894}, Row{10, 0.81061, 0.55500}}) {
     const RodAnswer answer = cantilever(40, row.alpha, row.deflection, row.shortening);
-    EXPECT_EQ(answer.report.status, kConverged);
+    EXPECT_EQ(answer.report.status, rods::RodStatus::kConverged);
     EXPECT_TRUE(answer.report.stable);
     EXPECT_LT(answer.report.iterations, 12);  // the whole load at once
     EXPECT_LT(answer.error, 1e-3) << row.alpha;
@@ -54,7 +52,7 @@ TEST(RodKnownAnswers, ElasticaCompressedPastVerticalEnds) {
   for (const auto& [span, height] :
        {std::pair{0.9, 0.194924}, {0.7, 0.314313}, {0.5, 0.373306}, {0.3, 0.399731}}) {
     const RodAnswer hinged = compressed(40, Ends::kHinged, span, height);
-    EXPECT_EQ(hinged.report.status, kConverged);
+    EXPECT_EQ(hinged.report.status, rods::RodStatus::kConverged);
     EXPECT_TRUE(hinged.report.stable);
     EXPECT_LT(hinged.error, 1e-3) << span;
     EXPECT_LT(compressed(40, Ends::kClamped, span, height).error, 4e-3) << span;
@@ -71,7 +69,7 @@ TEST(RodKnownAnswers, FortyFiveDegreeBend) {
        {Row{300, 1.0 / 6, {58.780, 22.245, 40.189}}, Row{600, 1.0 / 6, {47.152, 15.685, 53.472}},
         Row{450, 0.1406, {51.971, 18.370, 48.702}}}) {
     const RodAnswer answer = forty_five_degree_bend(40, row.force, row.j, row.tip);
-    EXPECT_EQ(answer.report.status, kConverged);
+    EXPECT_EQ(answer.report.status, rods::RodStatus::kConverged);
     EXPECT_LT(answer.error, 1e-3) << row.force;
   }
 }

@@ -10,6 +10,8 @@
 
 namespace limber::rods::testing {
 
+inline constexpr auto k2008 = BendingForm::kMaterialFrames;
+
 using LayoutPointer = std::shared_ptr<const RodLayout>;
 using SourcePointer = std::shared_ptr<const SourceFrames>;
 

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <numbers>
+
 #include "engine/base/error.h"
 #include "engine/base/parallel.h"
 #include "tests/engine/rods/rod/rod_samples.h"
@@ -10,8 +12,6 @@ namespace limber::rods {
 namespace {
 
 using namespace limber::rods::testing;
-constexpr auto k2008 = BendingForm::kMaterialFrames;
-constexpr double kPi = 3.14159265358979323846;
 
 TEST(RodState, MovingTheSourceKeepsFramesStrainsAndEnergy) {
   const Sample s = sample({7, 4}, k2008);
@@ -53,7 +53,7 @@ TEST(RodState, TwistGoesOnPastPi) {
       SourceFrames::without_twist(*layout, x, Eigen::Matrix3Xd::Zero(3, 1)));
   RodAtSource at(RodState(layout, source, x));
   for (int step = 1; step <= 40; ++step) {
-    x[7] = step * kPi / 4;
+    x[7] = step * std::numbers::pi / 4;
     at = RodAtSource(at.moved(x));
     EXPECT_NEAR(at.state().strains(1).twist, x[7], 1e-12);
   }
@@ -64,7 +64,7 @@ TEST(RodState, TwistGoesOnPastPi) {
   double previous = before;
   for (int turn = 0; turn < 3; ++turn) {
     for (int step = 1; step <= 60; ++step) {
-      const double phi = 2 * kPi * step / 60;
+      const double phi = 2 * std::numbers::pi * step / 60;
       x.segment<3>(8) << 1 + std::cos(opening), std::sin(opening) * std::cos(phi),
           std::sin(opening) * std::sin(phi);
       at = RodAtSource(at.moved(x));
@@ -75,7 +75,8 @@ TEST(RodState, TwistGoesOnPastPi) {
   // Three times the solid angle, less what the vertex's own transport takes away: a frame carried
   // parallel from the fixed edge before it stays put, so all of the loop's solid angle shows. The
   // loop is a polygon of 60 sides; its first closing side starts from the old direction.
-  EXPECT_NEAR(std::abs(previous - before), 3 * 2 * kPi * (1 - std::cos(opening)), 0.05);
+  EXPECT_NEAR(std::abs(previous - before), 3 * 2 * std::numbers::pi * (1 - std::cos(opening)),
+              0.05);
 }
 
 TEST(RodState, ResultsDoNotDependOnThreads) {

@@ -3,14 +3,13 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numbers>
 
 #include "engine/base/error.h"
 #include "engine/rods/section/torsion.h"
 
 namespace limber::rods {
 namespace {
-
-constexpr double kPi = 3.14159265358979323846;
 
 Profile rectangle_profile(double width, double height, double angle = 0) {
   const double x = 0.5 * width, y = 0.5 * height, c = std::cos(angle), s = std::sin(angle);
@@ -58,7 +57,8 @@ TEST(Torsion, AgreesWithTheSeriesOfRectangles) {
 TEST(Section, ProfilesTooFineForTheirTorsionAreKnownBefore) {
   Profile gear;
   for (int i = 0; i < 300; ++i) {
-    const double radius = 1 + 0.3 * std::cos(kPi * i / 30), angle = kPi * i / 150;
+    const double radius = 1 + 0.3 * std::cos(std::numbers::pi * i / 30),
+                 angle = std::numbers::pi * i / 150;
     gear.outline.emplace_back(radius * std::cos(angle), radius * std::sin(angle));
   }
   for (const bool solved : {false, true}) {
@@ -87,7 +87,8 @@ TEST(Torsion, ShearOfConvexProfiles) {
   EXPECT_NEAR(*torsion(triangle).shear, std::sqrt(3.0) / 2, 1e-3);
   Profile round;
   for (int i = 0; i < 48; ++i)
-    round.outline.emplace_back(1.5 * std::cos(kPi * i / 24), std::sin(kPi * i / 24));
+    round.outline.emplace_back(1.5 * std::cos(std::numbers::pi * i / 24),
+                               std::sin(std::numbers::pi * i / 24));
   EXPECT_NEAR(*torsion(round).shear, *section_properties(Ellipse{3, 2}).torsion_shear, 0.03);
   EXPECT_NEAR(*section_properties(Ellipse{3, 2}).torsion_shear, 2 * 1.5 * 1.5 / 3.25, 1e-12);
   EXPECT_EQ(section_properties(Tube{2, 0.1}).torsion_shear, 1.0);
@@ -108,10 +109,11 @@ TEST(Torsion, AgreesWithPolygonsInCirclesAndPipes) {
   const auto polygon = [](int n, double radius) {
     Polygon result;
     for (int i = 0; i < n; ++i)
-      result.emplace_back(radius * std::cos(2 * kPi * i / n), radius * std::sin(2 * kPi * i / n));
+      result.emplace_back(radius * std::cos(2 * std::numbers::pi * i / n),
+                          radius * std::sin(2 * std::numbers::pi * i / n));
     return result;
   };
-  const double disc = kPi / 2;
+  const double disc = std::numbers::pi / 2;
   double previous = 1;
   for (const int n : {6, 12, 24}) {
     const double error = 1 - torsion(Profile{polygon(n, 1), {}}).constant / disc;
@@ -119,7 +121,7 @@ TEST(Torsion, AgreesWithPolygonsInCirclesAndPipes) {
     EXPECT_LT(error, 0.35 * previous);
     previous = error;
   }
-  const double pipe = kPi / 2 * (1 - std::pow(0.8, 4));
+  const double pipe = std::numbers::pi / 2 * (1 - std::pow(0.8, 4));
   const double hollow = torsion(Profile{polygon(12, 1), {polygon(12, 0.8)}}).constant;
   EXPECT_NEAR(hollow / pipe, 1, 0.1);
   EXPECT_LT(hollow, pipe);
@@ -174,7 +176,7 @@ TEST(Section, ShapesByTheirParts) {
   EXPECT_NEAR(std::abs(l.axis_1.x()), std::sqrt(0.5), 1e-10);  // the diagonal
   EXPECT_NEAR(l.axis_1.x(), -l.axis_1.y(), 1e-10);
   const auto ellipse = section_properties(Ellipse{4, 2});
-  EXPECT_NEAR(ellipse.torsion_constant, kPi * 8 / 5, 1e-12);
+  EXPECT_NEAR(ellipse.torsion_constant, std::numbers::pi * 8 / 5, 1e-12);
 }
 
 TEST(Section, SameShapeAnyPlaceSenseAndUnit) {

@@ -54,7 +54,7 @@ Structure load(const KnownLinkage& known, int edges) {
   return chains_of(graph, ReducedVariables(graph, edges));
 }
 
-Eigen::VectorXd random_vector(Eigen::Index size, Random& random) {
+Eigen::VectorXd random_values(Eigen::Index size, Random& random) {
   return Eigen::VectorXd::NullaryExpr(size, [&] { return random.normal(); });
 }
 
@@ -78,7 +78,7 @@ TEST(CondensedMatrix, MultipliesAsItsSparseForm) {
   fill_randomly(matrix, 0.3, random);
   const Eigen::SparseMatrix<double> sparse = matrix.to_sparse();
   EXPECT_LT((Eigen::MatrixXd(sparse) - Eigen::MatrixXd(sparse).transpose()).norm(), 1e-13);
-  const Eigen::VectorXd x = random_vector(structure->size(), random);
+  const Eigen::VectorXd x = random_values(structure->size(), random);
   Eigen::VectorXd y(x.size());
   matrix.multiply(x, y);
   EXPECT_LT((y - sparse * x).norm(), 1e-12 * y.norm());
@@ -97,7 +97,7 @@ TEST(CondensedSolver, AgreesWithDenseForEveryKindOfChain) {
     EXPECT_EQ(pivots.positive + pivots.negative, dense.rows());
     EXPECT_EQ(pivots.positive_definite(), negative == 0);
     EXPECT_EQ(solver.pivots(), pivots);
-    Eigen::VectorXd b = random_vector(dense.rows(), random);
+    Eigen::VectorXd b = random_values(dense.rows(), random);
     for (const bool loads_on_joints_alone : {false, true}) {
       if (loads_on_joints_alone) b.head(structure->joint_begin(0)).setZero();
       Eigen::VectorXd x = b;
@@ -114,9 +114,9 @@ TEST(CondensedSolver, ShiftsByWeights) {
   CondensedMatrix matrix(structure);
   Random random(3);
   fill_randomly(matrix, 0.3, random);
-  Eigen::VectorXd weights = random_vector(structure->size(), random).cwiseAbs();
+  Eigen::VectorXd weights = random_values(structure->size(), random).cwiseAbs();
   weights[5] = 0;
-  const Eigen::VectorXd b = random_vector(structure->size(), random);
+  const Eigen::VectorXd b = random_values(structure->size(), random);
   for (const bool own : {false, true}) {
     if (own) solver.set_shift_weights(weights);
     for (const double shift : {0.0, 0.7, 40.0}) {
@@ -155,7 +155,7 @@ TEST(CondensedSolver, PinnedUnknownsStay) {
     dense(i, i) = 1;
   }
   solver.set_pinned(pinned);
-  const Eigen::VectorXd b = random_vector(dense.rows(), random);
+  const Eigen::VectorXd b = random_values(dense.rows(), random);
   EXPECT_TRUE(solver.factor(matrix).positive_definite());
   Eigen::VectorXd x = b;
   solver.solve_in_place(x);
@@ -182,7 +182,7 @@ TEST(CondensedSolver, AgreesWithCholmodOnEveryKnownLinkage) {
       const Eigen::SparseMatrix<double> sparse = matrix.to_sparse();
       CondensedSolver solver(structure);
       EXPECT_TRUE(solver.factor(matrix).positive_definite());
-      const Eigen::VectorXd b = random_vector(structure->size(), random);
+      const Eigen::VectorXd b = random_values(structure->size(), random);
       Eigen::VectorXd x = b;
       solver.solve_in_place(x);
       EXPECT_LT(backward_error(sparse, x, b), 1e-13);
@@ -205,7 +205,7 @@ TEST(CondensedSolver, TellsTheInertiaOfEveryKnownLinkage) {
     ASSERT_EQ(reference.info(), Eigen::Success);
     CondensedSolver solver(structure);
     EXPECT_EQ(solver.factor(matrix).negative, (reference.vectorD().array() < 0).count());
-    const Eigen::VectorXd b = random_vector(structure->size(), random);
+    const Eigen::VectorXd b = random_values(structure->size(), random);
     Eigen::VectorXd x = b;
     solver.solve_in_place(x);
     EXPECT_LT(backward_error(sparse, x, b), 1e-9);

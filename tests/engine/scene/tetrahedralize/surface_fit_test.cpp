@@ -5,30 +5,22 @@
 
 #include <cmath>
 #include <filesystem>
-#include <limits>
 #include <numbers>
 
 #include "engine/base/error.h"
 #include "engine/bodies/mesh_validation.h"
 #include "engine/scene/formats/surface_formats.h"
+#include "tests/engine/scene/not_finite.h"
 #include "tests/engine/scene/shared_data.h"
+#include "tests/engine/scene/tetrahedralize/box_surface.h"
 
 namespace limber::scene {
 namespace {
 
 using Eigen::Vector3d;
+using testing::box;
 using ::testing::HasSubstr;
-
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-
-TriangleSurface box(const Vector3d& low, const Vector3d& high) {
-  TriangleSurface surface =
-      read_surface("cube.obj",
-                   "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\n"
-                   "f 4 3 2 1\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n");
-  surface.vertices = ((high - low).asDiagonal() * surface.vertices).colwise() + low;
-  return surface;
-}
+using testing::kInfinity;
 
 TriangleSurface together(const TriangleSurface& a, const TriangleSurface& b) {
   TriangleSurface both;
@@ -104,7 +96,7 @@ Tetrahedralization fill(const TriangleSurface& surface, int tets, double within 
 }
 
 /// The message of the refusal; empty where there is none.
-std::string refusal(const TriangleSurface& surface, int tets, double within = 0.02) {
+std::string fit_refusal(const TriangleSurface& surface, int tets, double within = 0.02) {
   try {
     static_cast<void>(fill(surface, tets, within));
   } catch (const Error& error) {
@@ -174,7 +166,7 @@ TEST(SurfaceFit, WhereAnyDistanceIsAllowedItIsReported) {
 
 TEST(SurfaceFit, ATinyTargetIsRefusedWithANumberThatWorks) {
   const TriangleSurface surface = closed_outward(cone(0.2));
-  const std::string text = refusal(surface, 50);
+  const std::string text = fit_refusal(surface, 50);
   EXPECT_THAT(text, HasSubstr("50 tets come within"));
   const int needed = number_after(text, "About ");
   ASSERT_GT(needed, 500) << text;
@@ -185,7 +177,7 @@ TEST(SurfaceFit, ATinyTargetIsRefusedWithANumberThatWorks) {
 
 TEST(SurfaceFit, AThinPlateIsKeptOrRefusedWithANumberThatWorks) {
   const TriangleSurface plate = box({0, 0, 0}, {1, 1, 0.05});
-  const int needed = number_after(refusal(plate, 300), "About ");
+  const int needed = number_after(fit_refusal(plate, 300), "About ");
   ASSERT_GT(needed, 300);
   const Tetrahedralization result = fill(plate, needed);
   expect_sound_and_near(result, closed_outward(plate), 0.02);
@@ -226,7 +218,7 @@ TEST(SurfaceFit, UnitsOfMillionthsAndMillionsGiveTheSameMesh) {
 
 TEST(SurfaceFit, SeparatePartsAreRefusedWithoutANumber) {
   const TriangleSurface two = together(box({0, 0, 0}, {1, 1, 1}), box({2, 0, 0}, {2.3, 0.3, 0.3}));
-  EXPECT_THAT(refusal(two, 3000), HasSubstr("separate parts"));
+  EXPECT_THAT(fit_refusal(two, 3000), HasSubstr("separate parts"));
   EXPECT_EQ(fill(two, 3000, 1).fit->within, 1);  // allowed: the largest is filled
 }
 

@@ -6,21 +6,13 @@
 #include <random>
 
 #include "engine/scene/formats/surface_formats.h"
+#include "tests/engine/scene/tetrahedralize/box_surface.h"
 
 namespace limber::scene::lattice {
 namespace {
 
 using Eigen::Vector3d;
-
-/// An axis-aligned box as twelve triangles.
-TriangleSurface box(const Vector3d& low, const Vector3d& high) {
-  TriangleSurface surface =
-      read_surface("cube.obj",
-                   "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\n"
-                   "f 4 3 2 1\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n");
-  surface.vertices = ((high - low).asDiagonal() * surface.vertices).colwise() + low;
-  return surface;
-}
+using testing::box;
 
 /// Distance to a box from its formula, negative inside.
 double box_distance(const Vector3d& x, const Vector3d& low, const Vector3d& high) {

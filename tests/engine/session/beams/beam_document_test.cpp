@@ -24,7 +24,7 @@ class Lifted final : public BeamDocument::Places {
   }
 };
 
-struct Edited {
+struct EditedBeams {
   BeamDocument document{test::cantilever(6, 1)};
   EditReceipt apply(const std::vector<BeamEdit>& edits) {
     return document.apply(edits, {}, Nowhere());
@@ -48,7 +48,7 @@ Error refusal(BeamDocument& document, const std::vector<BeamEdit>& edits) {
 }
 
 TEST(BeamDocument, AMotionTakesOverWhatItGivesAndLeavesTheRest) {
-  Edited edited;
+  EditedBeams edited;
   EXPECT_EQ(edited.apply({MoveNode{test::moved(0, {}, {}, 0.1)}}).revision, 1U);
   ASSERT_EQ(edited.now().supports.size(), 1U);
   EXPECT_EQ(edited.now().supports[0].fixed,
@@ -68,7 +68,7 @@ TEST(BeamDocument, AMotionTakesOverWhatItGivesAndLeavesTheRest) {
 Eigen::Matrix3d slope() { return Eigen::AngleAxisd(0.5236, Eigen::Vector3d::UnitZ()).matrix(); }
 
 TEST(BeamDocument, MotionsAreByTheAxesOfWhatHoldsTheNode) {
-  Edited edited;
+  EditedBeams edited;
   beams::BeamSupport support{6, {true, true, true, true, true, true}, slope()};
   edited.apply({SetSupport{support}});
   // Along the slope: the support keeps the rest.
@@ -98,7 +98,7 @@ TEST(BeamDocument, MotionsAreByTheAxesOfWhatHoldsTheNode) {
 }
 
 TEST(BeamDocument, NodesAreHeldByTheAxesOfWhatHoldsThem) {
-  Edited edited;
+  EditedBeams edited;
   edited.apply({SetSupport{{6, {true, false, false, false, false, false}, slope()}}});
   HoldNode across{6};
   across.translations = {false, true, false};
@@ -110,7 +110,7 @@ TEST(BeamDocument, NodesAreHeldByTheAxesOfWhatHoldsThem) {
 }
 
 TEST(BeamDocument, NodesAreHeldWhereTheyAre) {
-  Edited edited;
+  EditedBeams edited;
   edited.document.apply({HoldNode{6}}, {}, Lifted());
   ASSERT_EQ(edited.now().motions.size(), 1U);
   EXPECT_EQ(edited.now().motions[0].node, 6);
@@ -128,14 +128,14 @@ class TurnedFar final : public BeamDocument::Places {
 };
 
 TEST(BeamDocument, WhatHasTurnedFarIsHeldAsFar) {
-  Edited edited;
+  EditedBeams edited;
   edited.apply({MoveNode{test::turned(6, {0, -4, 0})}});
   edited.document.apply({HoldNode{6}}, {}, TurnedFar());
   EXPECT_NEAR(edited.now().motions[0].rotation.y(), -4, 1e-12);
 }
 
 TEST(BeamDocument, LoadsReplaceEachOtherAndZerosTakeThemAway) {
-  Edited edited;
+  EditedBeams edited;
   edited.apply({SetNodeLoad{test::force_on(6, 0, 0, -2)}, SetElementLoad{{2, {0, 0, -3}}},
                 SetGravity{{0, 0, -9.81}}});
   ASSERT_EQ(edited.now().loads.size(), 1U);
@@ -148,7 +148,7 @@ TEST(BeamDocument, LoadsReplaceEachOtherAndZerosTakeThemAway) {
 }
 
 TEST(BeamDocument, PushesAreOfOneRequest) {
-  Edited edited;
+  EditedBeams edited;
   edited.apply({PushNode{test::force_on(3, 0, 0, 1)}, PushNode{test::force_on(4, 0, 0, 1)}});
   EXPECT_EQ(edited.now().temporary_loads.size(), 2U);
   edited.apply({SetGravity{{0, 0, -1}}});
@@ -156,7 +156,7 @@ TEST(BeamDocument, PushesAreOfOneRequest) {
 }
 
 TEST(BeamDocument, WhatHasNoEffectWarns) {
-  Edited edited;  // without a density
+  EditedBeams edited;  // without a density
   EditReceipt receipt =
       edited.apply({SetNodeLoad{test::force_on(2, 0, 0, -1)}, SetGravity{{0, 0, -9.81}}});
   ASSERT_EQ(receipt.issues.size(), 1U);
@@ -180,7 +180,7 @@ TEST(BeamDocument, WhatHasNoEffectWarns) {
 }
 
 TEST(BeamDocument, UndoComesBackToTheVerySameConditions) {
-  Edited edited;
+  EditedBeams edited;
   const auto first = edited.document.conditions();
   edited.apply({SetGravity{{0, 0, -1}}, SetNodeLoad{test::force_on(2, 1, 0, 0)}});
   const auto second = edited.document.conditions();
@@ -195,7 +195,7 @@ TEST(BeamDocument, UndoComesBackToTheVerySameConditions) {
 }
 
 TEST(BeamDocument, ContradictionsAreRefusedByTheEditThatMakesThem) {
-  Edited edited;
+  EditedBeams edited;
   // Held by a motion first, then by a support as well.
   Error error = refusal(
       edited.document,
@@ -222,7 +222,7 @@ TEST(BeamDocument, ContradictionsAreRefusedByTheEditThatMakesThem) {
 }
 
 TEST(BeamDocument, SupportsWithAxesOfTheirOwnAreNotMovedAlongX) {
-  Edited edited;
+  EditedBeams edited;
   beams::BeamSupport slope = test::held(6);
   slope.axes = Eigen::AngleAxisd(0.5, Eigen::Vector3d::UnitY()).toRotationMatrix();
   edited.apply({SetSupport{slope}});
@@ -264,7 +264,7 @@ TEST(BeamDocument, AWrongLastEditOfTwentyThousandIsNamed) {
 }
 
 TEST(BeamDocument, UndoAndRedoInTurnComeBackToTheVerySameConditions) {
-  Edited edited;
+  EditedBeams edited;
   edited.apply({SetNodeLoad{test::force_on(3, 0, 0, 1)}});
   const auto before = edited.document.conditions();
   std::vector<BeamEdit> edits;
@@ -275,7 +275,7 @@ TEST(BeamDocument, UndoAndRedoInTurnComeBackToTheVerySameConditions) {
 }
 
 TEST(BeamDocument, OneRequestBeginsSoManyStepsOfUndoAndNoMore) {
-  Edited edited;
+  EditedBeams edited;
   std::vector<BeamEdit> edits;
   for (int i = 0; i < BeamLimits{}.steps_at_once; ++i) {
     edits.emplace_back(SetNodeLoad{test::force_on(3, 0, 0, 1 + i)});

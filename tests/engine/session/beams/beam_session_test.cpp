@@ -76,8 +76,8 @@ class BeamRecorder : public BeamListener {
   std::function<void()> on_the_way_;
 };
 
-struct Live {
-  explicit Live(beams::BeamModel model)
+struct LiveBeamSession {
+  explicit LiveBeamSession(beams::BeamModel model)
       : session("live", std::move(model), {}, pool.executor(), recorder) {}
   std::shared_ptr<BeamRecorder> recorder = std::make_shared<BeamRecorder>();
   test::Pool pool{1};
@@ -103,7 +103,7 @@ double from_fresh(const BeamSession& session, const BeamResult& result) {
 }
 
 TEST(BeamSession, OpensInEquilibriumAndSettlesAfterEveryEdit) {
-  Live live(test::cantilever(20, 1));
+  LiveBeamSession live(test::cantilever(20, 1));
   const Shared opened = live.recorder->wait_final(0);
   ASSERT_TRUE(opened);
   EXPECT_TRUE(opened->report.converged()) << opened->report.message;
@@ -134,7 +134,7 @@ TEST(BeamSession, OpensInEquilibriumAndSettlesAfterEveryEdit) {
 }
 
 TEST(BeamSession, AManyEditedArchEndsWhereAFreshOneDoes) {
-  Live live(test::shallow_arch(2));
+  LiveBeamSession live(test::shallow_arch(2));
   live.edit({MoveNode{test::moved(16, -0.05, {}, {})}});
   live.edit({SetGravity{{0, 0, -9.81}}, SetElementLoad{{3, {0, 0.5, -4}}}});
   live.edit({SetNodeLoad{{5, {1, 2, 0}, {0, 0.05, 0}}}});
@@ -145,7 +145,7 @@ TEST(BeamSession, AManyEditedArchEndsWhereAFreshOneDoes) {
 }
 
 TEST(BeamSession, ASnapIsToldAndUndoComesBackBeforeIt) {
-  Live live(test::shallow_arch(5));
+  LiveBeamSession live(test::shallow_arch(5));
   const Shared opened = live.recorder->wait_final(0);
   ASSERT_TRUE(opened);
   const Shared snapped = live.edit({SetNodeLoad{test::force_on(8, 0, 0, -20)}});
@@ -159,7 +159,7 @@ TEST(BeamSession, ASnapIsToldAndUndoComesBackBeforeIt) {
 }
 
 TEST(BeamSession, NodesAreReleasedAndHeldWhereTheyAre) {
-  Live live(test::cantilever(12, 4));
+  LiveBeamSession live(test::cantilever(12, 4));
   ASSERT_TRUE(live.recorder->wait_final(0));
   const Shared held = live.edit({HoldNode{12}});
   ASSERT_TRUE(held && held->report.converged()) << held->report.message;
@@ -176,7 +176,7 @@ TEST(BeamSession, NodesAreReleasedAndHeldWhereTheyAre) {
 }
 
 TEST(BeamSession, WhatHasNoEquilibriumLeavesTheLastOne) {
-  Live live(test::cantilever(6, 1));
+  LiveBeamSession live(test::cantilever(6, 1));
   const Shared opened = live.recorder->wait_final(0);
   ASSERT_TRUE(opened);
   beams::BeamSupport hinge = test::held(0);
@@ -197,7 +197,7 @@ TEST(BeamSession, WhatHasNoEquilibriumLeavesTheLastOne) {
 }
 
 TEST(BeamSession, RefusedEditsChangeNothing) {
-  Live live(test::cantilever(4, 1));
+  LiveBeamSession live(test::cantilever(4, 1));
   ASSERT_TRUE(live.recorder->wait_final(0));
   const auto count = live.recorder->results().size();
   EXPECT_THROW(live.session.edit({ReleaseNode{0}}), Error);
@@ -208,7 +208,7 @@ TEST(BeamSession, RefusedEditsChangeNothing) {
 }
 
 TEST(BeamSession, ANewerEditInterruptsAndGoesOnFromTheWay) {
-  Live live(test::cantilever(60, 1));
+  LiveBeamSession live(test::cantilever(60, 1));
   ASSERT_TRUE(live.recorder->wait_final(0));
   // The second one comes while the first, a long way, is gone.
   std::atomic<Revision> last = 0;
@@ -227,7 +227,7 @@ TEST(BeamSession, ANewerEditInterruptsAndGoesOnFromTheWay) {
 }
 
 TEST(BeamSession, CancelledItIsWhereItWasAndCanGoOn) {
-  Live live(test::cantilever(60, 1));
+  LiveBeamSession live(test::cantilever(60, 1));
   const Shared opened = live.recorder->wait_final(0);
   ASSERT_TRUE(opened);
   live.recorder->on_the_way([&] { live.session.cancel(); });
@@ -249,7 +249,7 @@ TEST(BeamSession, APushChoosesTheSideAndIsGone) {
     beams::BeamSupport end = model.supports[0];
     end.node = 12;
     model.supports.push_back(end);
-    Live live(std::move(model));
+    LiveBeamSession live(std::move(model));
     ASSERT_TRUE(live.recorder->wait_final(0));
     live.session.edit(
         {PushNode{test::force_on(6, 0, 0, side)}, MoveNode{test::moved(12, -0.1, {}, {})}});
@@ -276,7 +276,7 @@ beams::BeamModel pressed_and_pushed() {
 
 TEST(BeamSession, TheStructuresTemporaryLoadsChooseTheSideAfterACancelledOpeningToo) {
   for (const bool waits : {true, false}) {
-    Live live(pressed_and_pushed());
+    LiveBeamSession live(pressed_and_pushed());
     live.session.cancel();
     if (waits) {
       const Shared opened = live.recorder->wait_final(0);
@@ -290,7 +290,7 @@ TEST(BeamSession, TheStructuresTemporaryLoadsChooseTheSideAfterACancelledOpening
 }
 
 TEST(BeamSession, ItsStructureKeepsTheTemporaryLoadsThatItCameWith) {
-  Live live(pressed_and_pushed());
+  LiveBeamSession live(pressed_and_pushed());
   ASSERT_TRUE(live.recorder->wait_final(0));
   EXPECT_EQ(live.session.model().temporary_loads.size(), 11U);
   EXPECT_TRUE(live.session.conditions()->temporary_loads.empty());
@@ -309,7 +309,7 @@ TEST(BeamSession, ItsStructureKeepsTheTemporaryLoadsThatItCameWith) {
 }
 
 TEST(BeamSession, ClosedItSaysSoAndRefuses) {
-  Live live(test::cantilever(40, 1));
+  LiveBeamSession live(test::cantilever(40, 1));
   live.session.close();
   EXPECT_EQ(live.session.state(), State::kClosed);
   EXPECT_EQ(live.recorder->states().back(), State::kClosed);

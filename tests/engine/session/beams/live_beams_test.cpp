@@ -6,6 +6,7 @@
 
 #include "engine/base/error.h"
 #include "tests/engine/session/beams/beam_scenes.h"
+#include "tests/support/beam_columns.h"
 
 namespace limber::session {
 namespace {
@@ -69,6 +70,90 @@ TEST(LiveBeams, AStraightColumnBeyondItsLoadBucklesOrIsSaidToBeUnstable) {
     // Twice the load leaves the branch of the first mode in one piece.
     EXPECT_TRUE(outcome.reached || times > 2) << times << ": " << outcome.report.message;
   }
+}
+
+/// All ends, alone and beside a softer body: from the unloaded column to below its load and beyond.
+TEST(LiveBeams, NoStraightColumnBeyondItsLoadIsSaidToBeInEquilibrium) {
+  using namespace limber::testing;
+  for (const Beside beside : {Beside::kNothing, Beside::kSoftCantilever}) {
+    for (const ColumnEnds ends :
+         {ColumnEnds::kPinnedPinned, ColumnEnds::kClampedFree, ColumnEnds::kClampedPinned,
+          ColumnEnds::kClampedGuided, ColumnEnds::kClampedClamped}) {
+      SCOPED_TRACE(limber::testing::to_string(ends));
+      Column column{ends, 8, 0, beside};
+      LiveBeams live(column_model(column));
+      ASSERT_TRUE(settle(live, column_model(column)).reached);
+      int reached = 0;
+      for (const double load : {0.9, 1.02, 1.2, 1.5, 3.0}) {
+        column.load = load;
+        const beams::BeamModel model = column_model(column);
+        const beams::BeamStructure structure(model);
+        const LiveBeams::Outcome outcome = settle(live, model);
+        if (!outcome.reached) {
+          EXPECT_GT(load, 1.5) << outcome.report.message;
+          EXPECT_EQ(outcome.report.message.rfind("Stopped at ", 0), 0U) << outcome.report.message;
+          EXPECT_LT(outcome.report.load_factor, 1);
+          continue;
+        }
+        ++reached;
+        EXPECT_EQ(outcome.report.negative_eigenvalues, 0) << load;
+        EXPECT_EQ(negative_by_differences(structure, live.state()), 0) << load;
+        const bool is_stable = negative_by_differences(structure, straight_state(column)) == 0;
+        // Turned over, hanging from its other end, it may be straight.
+        const bool is_straight = deflection(column, live.state()) < 1e-6 &&
+                                 live.state().positions(2, column.elements) > 0;
+        EXPECT_EQ(is_straight, is_stable) << load;
+      }
+      EXPECT_GE(reached, 4);
+    }
+  }
+}
+
+/// Clamped, its nodes moving along it only: nothing but the force in its elements tells that they
+/// buckle, twice their load at a push of 0.0493 m.
+TEST(LiveBeams, AnEditThatElementsDoNotResolveStopsAtTheShareUpToWhichTheyDo) {
+  beams::BeamModel model = cantilever(5, 0);
+  model.sections[0].stretching = 40000 * model.sections[0].bending_2;
+  for (int i = 1; i < 5; ++i) model.supports.push_back({i, {false, true, true, true, true, true}});
+  model.supports.push_back({5, {false, true, true, true, true, true}});
+  model.motions = {moved(5, 0, {}, {})};
+  LiveBeams live(model);
+  ASSERT_TRUE(settle(live, model).reached);
+  model.motions = {moved(5, -0.1, {}, {})};
+  const LiveBeams::Outcome outcome = settle(live, model);
+  EXPECT_FALSE(outcome.reached);
+  EXPECT_NEAR(outcome.report.load_factor, 0.493, 0.01);
+  EXPECT_EQ(outcome.report.message.rfind("Stopped at 49", 0), 0U) << outcome.report.message;
+  EXPECT_NE(outcome.report.message.find("balanced at 100 %, but element"), std::string::npos)
+      << outcome.report.message;
+  // Up to there it is reached, with a note; from there nothing of a further push is.
+  model.motions = {moved(5, -0.0492, {}, {})};
+  const LiveBeams::Outcome below = settle(live, model);
+  ASSERT_TRUE(below.reached) << below.report.message;
+  EXPECT_NE(below.report.message.find("at which it buckles by itself"), std::string::npos)
+      << below.report.message;
+  model.motions = {moved(5, -0.5, {}, {})};
+  const LiveBeams::Outcome beyond = settle(live, model);
+  EXPECT_FALSE(beyond.reached);
+  EXPECT_LT(beyond.report.load_factor, 0.002);
+}
+
+/// A released support leaves a mechanism from the first step on.
+TEST(LiveBeams, AnEditWithoutAnyEquilibriumStopsAtNothingAndSaysWhy) {
+  beams::BeamModel model = cantilever(6, 1);
+  LiveBeams live(model);
+  ASSERT_TRUE(settle(live, model).reached);
+  const beams::BeamState before = live.state();
+  model.supports[0].fixed[3] = false;
+  const LiveBeams::Outcome outcome = settle(live, model);
+  EXPECT_FALSE(outcome.reached);
+  EXPECT_EQ(outcome.report.load_factor, 0);
+  EXPECT_EQ(outcome.report.message.rfind("Stopped at 0 % of the requested change: ", 0), 0U)
+      << outcome.report.message;
+  for (const char* what :
+       {"without any resistance", "the shape before this change is the last equilibrium"})
+    EXPECT_NE(outcome.report.message.find(what), std::string::npos) << outcome.report.message;
+  EXPECT_EQ((live.state().positions - before.positions).norm(), 0);
 }
 
 TEST(LiveBeams, AShapeOutOfBalanceIsFollowedToOneInBalance) {

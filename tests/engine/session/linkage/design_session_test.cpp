@@ -16,7 +16,7 @@ namespace {
 using namespace limber::session::testing;
 
 TEST(DesignSession, FindsAKnownTargetAndKeepsItsLengths) {
-  Live live;
+  LiveDesignSession live;
   const auto before = live.watcher->wait_final(0);
   live.session.start_design(request(), 7);
   const auto end = live.watcher->wait_end();
@@ -49,7 +49,7 @@ TEST(DesignSession, FindsAKnownTargetAndKeepsItsLengths) {
 }
 
 TEST(DesignSession, StepsAreFramesOfTheFlatAndTheDeployedShape) {
-  Live live;
+  LiveDesignSession live;
   live.session.start_design(request());
   ASSERT_TRUE(live.watcher->wait_end());
   int steps = 0;
@@ -76,7 +76,7 @@ TEST(DesignSession, StepsAreFramesOfTheFlatAndTheDeployedShape) {
 }
 
 TEST(DesignSession, PausesChangesStopsAndIsTakenLater) {
-  Live live;
+  LiveDesignSession live;
   live.watcher->hook = [&](const DesignInfo& info) {
     if (info.iteration == 3 && info.state == DesignState::kRunning) live.session.pause_design();
   };
@@ -124,7 +124,7 @@ TEST(DesignSession, PausesChangesStopsAndIsTakenLater) {
 }
 
 TEST(DesignSession, TakenAgainItIsTheRevisionThatTookIt) {
-  Live live;
+  LiveDesignSession live;
   DesignRequest asked = request();
   asked.max_iterations = 5;
   live.session.start_design(asked);
@@ -135,7 +135,7 @@ TEST(DesignSession, TakenAgainItIsTheRevisionThatTookIt) {
   }
   EXPECT_EQ(live.session.take_design().revision, 1U);
   EXPECT_EQ(live.session.take_design(Revision{1}).revision, 1U);
-  EXPECT_EQ(refusal([&] { live.session.take_design(Revision{0}); }), "expected_revision");
+  EXPECT_EQ(refused_field([&] { live.session.take_design(Revision{0}); }), "expected_revision");
   EXPECT_EQ(live.session.revision(), 1U);
   live.edit({Undo{}});
   EXPECT_EQ(live.lengths().size(), 0) << "one step of undo";
@@ -145,7 +145,7 @@ TEST(DesignSession, TakenAgainItIsTheRevisionThatTookIt) {
 
 /// The flat sample opens without effort, and its flat shape is held where it lies.
 TEST(DesignSession, AMechanismReachesWhatItCanReach) {
-  Live live(scene::make_linkage_sample("grid"));
+  LiveDesignSession live(scene::make_linkage_sample("grid"));
   const auto opened = live.edit({SetMeanAngle{0.9}});
   ASSERT_FALSE(opened->solve_failed) << opened->report.message;
   const Eigen::Matrix3Xd joints = live.joints(*opened);
@@ -163,7 +163,7 @@ TEST(DesignSession, AMechanismReachesWhatItCanReach) {
 }
 
 TEST(DesignSession, TheFlatShapeIsHeldAtAnAngleWhereThatIsAsked) {
-  Live live;
+  LiveDesignSession live;
   live.session.start_design(request());
   ASSERT_TRUE(live.watcher->wait_end());
   EXPECT_FALSE(live.session.design()->flat_angle) << "nothing holds it";
@@ -184,7 +184,7 @@ TEST(DesignSession, TheFlatShapeIsHeldAtAnAngleWhereThatIsAsked) {
 
 /// A dome, whose flat shape rises: what it is to rise by is beyond all measure, and hides nothing.
 TEST(DesignSession, AFlatHeightOfNothingDoesNotMakeGradientsLookSmall) {
-  Live live(scene::make_linkage_sample("dome"));
+  LiveDesignSession live(scene::make_linkage_sample("dome"));
   const auto opened = live.edit({SetMeanAngle{1.047}});
   const Eigen::Matrix3Xd joints = live.joints(*opened);
   DesignRequest asked;
@@ -211,7 +211,7 @@ TEST(DesignSession, AFlatHeightOfNothingDoesNotMakeGradientsLookSmall) {
 }
 
 TEST(DesignSession, AnAngleThatTheLinkageDoesNotCloseToIsNamed) {
-  Live live(scene::make_linkage_sample("dome"));
+  LiveDesignSession live(scene::make_linkage_sample("dome"));
   const auto opened = live.edit({SetMeanAngle{1.0}});
   const Eigen::Matrix3Xd before = live.joints(*opened);
   DesignRequest asked;
@@ -230,7 +230,7 @@ TEST(DesignSession, AnAngleThatTheLinkageDoesNotCloseToIsNamed) {
 }
 
 TEST(DesignSession, TakenWhileItRunsItEnds) {
-  Live live;
+  LiveDesignSession live;
   live.watcher->hook = [&](const DesignInfo& info) {
     if (info.iteration == 4 && info.state == DesignState::kRunning && !info.taken) {
       EXPECT_EQ(live.session.take_design().revision, 1U);
@@ -248,7 +248,7 @@ TEST(DesignSession, TakenWhileItRunsItEnds) {
 }
 
 TEST(DesignSession, CancelStopsAndCloseEndsOneThatIsPaused) {
-  Live live;
+  LiveDesignSession live;
   live.watcher->hook = [&](const DesignInfo& info) {
     if (info.iteration == 2 && info.state == DesignState::kRunning) live.session.pause_design();
   };
@@ -271,11 +271,11 @@ TEST(DesignSession, CancelStopsAndCloseEndsOneThatIsPaused) {
 }
 
 TEST(DesignSession, BadGoalsAreRefusedAndTheDesignUnderWayIsIntact) {
-  Live live;
+  LiveDesignSession live;
   const auto start = [&](const std::function<void(DesignRequest&)>& spoil) {
     DesignRequest bad = request();
     spoil(bad);
-    return refusal([&] { live.session.start_design(bad); });
+    return refused_field([&] { live.session.start_design(bad); });
   };
   EXPECT_EQ(start([](DesignRequest& bad) { bad.goal.targets.clear(); }), "goal.targets");
   EXPECT_EQ(start([](DesignRequest& bad) { bad.goal.distance_weight = -1; }),
@@ -306,8 +306,8 @@ TEST(DesignSession, BadGoalsAreRefusedAndTheDesignUnderWayIsIntact) {
   far.targets = request().goal.targets;
   (*far.targets)[1].position.z() = -1e7;
   negative.surface_weight = -2;
-  EXPECT_EQ(refusal([&] { live.session.change_design(far); }), "targets[1].position");
-  EXPECT_EQ(refusal([&] { live.session.change_design(negative); }), "surface_weight");
+  EXPECT_EQ(refused_field([&] { live.session.change_design(far); }), "targets[1].position");
+  EXPECT_EQ(refused_field([&] { live.session.change_design(negative); }), "surface_weight");
   live.watcher->hook = {};
   live.session.resume_design();
   const auto end = live.watcher->wait_end();
@@ -326,29 +326,29 @@ TEST(DesignSession, ALinkageWithoutJointsIsNotDesigned) {
   testing::LiveSession live(rods);
   ASSERT_TRUE(live.recorder->wait_final(0));
   DesignRequest any = request();
-  EXPECT_EQ(refusal([&] { live.session.start_design(any); }), "");
+  EXPECT_EQ(refused_field([&] { live.session.start_design(any); }), "");
   any.goal.targets.clear();
-  EXPECT_EQ(refusal([&] { live.session.start_design(any); }), "");
+  EXPECT_EQ(refused_field([&] { live.session.start_design(any); }), "");
 }
 
 TEST(DesignSession, WhatDerivativesAreNotKnownUnderIsRefusedByName) {
-  Live live;
+  LiveDesignSession live;
   live.edit({SetGravity{{0, 0, -9.81}}});
-  EXPECT_EQ(refusal([&] { live.session.start_design(request()); }), "gravity");
+  EXPECT_EQ(refused_field([&] { live.session.start_design(request()); }), "gravity");
   scene::JointLoad load;
   load.joint = 3;
   load.torque = 1;
   live.edit({Undo{}, SetJointLoad{load}});
-  EXPECT_EQ(refusal([&] { live.session.start_design(request()); }), "loads");
+  EXPECT_EQ(refused_field([&] { live.session.start_design(request()); }), "loads");
   scene::LinkageTarget spring;
   spring.joint = 3;
   spring.stiffness = 10;
   live.edit({Undo{}, AddTarget{spring}});
-  EXPECT_EQ(refusal([&] { live.session.start_design(request()); }), "targets");
+  EXPECT_EQ(refused_field([&] { live.session.start_design(request()); }), "targets");
 }
 
 TEST(DesignSession, ALinkageOutOfBalanceIsNotDesigned) {
-  Live live;
+  LiveDesignSession live;
   // Opened between corners that stay where they are it has nowhere to go.
   std::vector<LinkageEdit> edits;
   for (const int corner : {0, 4, 20, 24})
@@ -366,12 +366,12 @@ TEST(DesignSession, ALinkageOutOfBalanceIsNotDesigned) {
 }
 
 TEST(DesignSession, LengthsAreEditsThatTheShapeFollows) {
-  Live live;
+  LiveDesignSession live;
   Eigen::VectorXd lengths = Eigen::VectorXd::Constant(40, 40);
-  EXPECT_EQ(refusal([&] { live.session.edit({SetSegmentLengths{lengths.head(3)}}); }),
+  EXPECT_EQ(refused_field([&] { live.session.edit({SetSegmentLengths{lengths.head(3)}}); }),
             "edits[0].segment_lengths");
   lengths[5] = 4000;
-  EXPECT_EQ(refusal([&] { live.session.edit({SetSegmentLengths{lengths}}); }),
+  EXPECT_EQ(refused_field([&] { live.session.edit({SetSegmentLengths{lengths}}); }),
             "edits[0].segment_lengths[5]");
   lengths[5] = 41;
   const auto shape = live.edit({SetSegmentLengths{lengths}});
@@ -382,7 +382,7 @@ TEST(DesignSession, LengthsAreEditsThatTheShapeFollows) {
   EXPECT_NEAR(detail.segments[5].rest_length, 41, 1e-9);
   EXPECT_NEAR(detail.segments[6].rest_length, 40, 1e-9);
   // A session opened with them has the same shape.
-  Live other(live.session.linkage());
+  LiveDesignSession other(live.session.linkage());
   const auto opened = other.watcher->wait_final(0);
   ASSERT_TRUE(opened);
   EXPECT_NEAR(opened->report.energies.total(), shape->report.energies.total(),

@@ -17,7 +17,7 @@ constexpr rods::DesignVariables kSections{rods::LengthVariables::kKept,
                                           rods::SectionVariables::kSegments};
 
 TEST(DesignSizes, OfEdgesAreTakenUndoneAndOpenedAgain) {
-  Live live;
+  LiveDesignSession live;
   const auto before = live.watcher->wait_final(0);
   DesignRequest wanted = request();
   wanted.variables = kEdges;
@@ -37,9 +37,9 @@ TEST(DesignSizes, OfEdgesAreTakenUndoneAndOpenedAgain) {
   // Lengths of segments would say other ones.
   EXPECT_TRUE(shape->statics->by_edges());
   DesignRequest segments = request();
-  EXPECT_EQ(refusal([&] { live.session.start_design(segments); }), "variables.lengths");
+  EXPECT_EQ(refused_field([&] { live.session.start_design(segments); }), "variables.lengths");
 
-  Live other(live.session.linkage());
+  LiveDesignSession other(live.session.linkage());
   const auto opened = other.watcher->wait_final(0);
   ASSERT_TRUE(opened);
   EXPECT_NEAR(opened->report.energies.total(), shape->report.energies.total(),
@@ -53,7 +53,7 @@ TEST(DesignSizes, OfEdgesAreTakenUndoneAndOpenedAgain) {
 }
 
 TEST(DesignSizes, SectionsAreTakenWithLengthsInOneStepOfUndo) {
-  Live live;
+  LiveDesignSession live;
   DesignRequest wanted = request();
   wanted.variables = kBoth;
   wanted.goal.distance_weight = 1e6;
@@ -86,7 +86,7 @@ TEST(DesignSizes, SectionsAreTakenWithLengthsInOneStepOfUndo) {
 }
 
 TEST(DesignSizes, SectionsAloneGoWhereEnergyIsLeastAndStopAtTheirBounds) {
-  Live live;
+  LiveDesignSession live;
   DesignRequest wanted = request();
   wanted.variables = kSections;
   wanted.goal.distance_weight = 0;
@@ -102,7 +102,7 @@ TEST(DesignSizes, SectionsAloneGoWhereEnergyIsLeastAndStopAtTheirBounds) {
 }
 
 TEST(DesignSizes, AreEditsThatTheShapeFollowsAndWeighs) {
-  Live live;
+  LiveDesignSession live;
   const auto before = live.watcher->wait_final(0);
   const Eigen::VectorXd twice = Eigen::VectorXd::Constant(40, 2);
   const auto thick = live.edit({SetSectionScales{twice}});
@@ -125,24 +125,24 @@ TEST(DesignSizes, AreEditsThatTheShapeFollowsAndWeighs) {
   const Eigen::VectorXd edges = thick->statics->model().edge_lengths();
   const auto same = live.edit({SetEdgeLengths{edges}});
   EXPECT_LT((live.joints(*same) - live.joints(*thick)).norm(), 1e-3);
-  EXPECT_EQ(refusal([&] { live.session.edit({SetEdgeLengths{edges.head(7)}}); }),
+  EXPECT_EQ(refused_field([&] { live.session.edit({SetEdgeLengths{edges.head(7)}}); }),
             "edits[0].edge_lengths");
-  EXPECT_EQ(refusal([&] { live.session.edit({SetEdgeLengths{100 * edges}}); }),
+  EXPECT_EQ(refused_field([&] { live.session.edit({SetEdgeLengths{100 * edges}}); }),
             "edits[0].edge_lengths[0]");
-  EXPECT_EQ(refusal([&] { live.session.edit({SetSectionScales{twice.head(7)}}); }),
+  EXPECT_EQ(refused_field([&] { live.session.edit({SetSectionScales{twice.head(7)}}); }),
             "edits[0].section_scales");
-  EXPECT_EQ(refusal([&] { live.session.edit({SetSectionScales{-twice}}); }),
+  EXPECT_EQ(refused_field([&] { live.session.edit({SetSectionScales{-twice}}); }),
             "edits[0].section_scales[0]");
-  EXPECT_EQ(refusal([&] { live.session.edit({SetSectionScales{20 * twice}}); }),
+  EXPECT_EQ(refused_field([&] { live.session.edit({SetSectionScales{20 * twice}}); }),
             "edits[0].section_scales[0]");
 }
 
 TEST(DesignSizes, BadVariablesAndBoundsAreNamed) {
-  Live live;
+  LiveDesignSession live;
   const auto start = [&](const std::function<void(DesignRequest&)>& spoil) {
     DesignRequest bad = request();
     spoil(bad);
-    return refusal([&] { live.session.start_design(bad); });
+    return refused_field([&] { live.session.start_design(bad); });
   };
   EXPECT_EQ(start([](DesignRequest& bad) {
               bad.variables = {rods::LengthVariables::kKept, rods::SectionVariables::kKept};
@@ -171,7 +171,7 @@ TEST(DesignSizes, BadVariablesAndBoundsAreNamed) {
 /// Two starts, one goal without a least: energies alone say next to nothing of lengths, so that
 /// each start stays where it is.
 TEST(DesignSizes, TwoStartsThatEndInDifferentOptimaAreToldOf) {
-  Live live;
+  LiveDesignSession live;
   DesignRequest wanted = request();
   // One joint only: there are many linkages that have it there.
   wanted.goal.targets.resize(1);
@@ -217,7 +217,7 @@ TEST(DesignSizes, TwoStartsThatEndInDifferentOptimaAreToldOf) {
 }
 
 TEST(DesignSizes, TrialsThatBuckleAreToldOf) {
-  Live live;
+  LiveDesignSession live;
   DesignRequest wanted = request();
   // Far more than the flat grid can be pressed.
   for (rods::JointTarget& target : wanted.goal.targets) target.position *= 1.4;

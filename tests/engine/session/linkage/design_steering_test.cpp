@@ -32,7 +32,7 @@ std::shared_ptr<const rods::TargetSurface> sheet(double away) {
 
 /// Neither of two changes is far away, and both together are.
 TEST(DesignSteering, AChangeIsJudgedTogetherWithThoseBeforeIt) {
-  Live live;
+  LiveDesignSession live;
   std::string second, third;
   live.watcher->hook = [&](const DesignInfo& info) {
     if (info.iteration != 2 || info.state != DesignState::kRunning || !second.empty()) return;
@@ -40,10 +40,10 @@ TEST(DesignSteering, AChangeIsJudgedTogetherWithThoseBeforeIt) {
     surface.surface = sheet(0);
     live.session.change_design(surface);
     away.placement = rods::SurfacePlacement{.translation = {kFarAway, 0, 0}};
-    second = refusal([&] { live.session.change_design(away); });
+    second = refused_field([&] { live.session.change_design(away); });
     back.surface = sheet(-kFarAway);
     back.placement = rods::SurfacePlacement{.translation = {kFarAway, 0, 0}};
-    third = refusal([&] { live.session.change_design(back); });
+    third = refused_field([&] { live.session.change_design(back); });
   };
   DesignRequest wanted = request();
   wanted.max_iterations = 6;
@@ -58,7 +58,7 @@ TEST(DesignSteering, AChangeIsJudgedTogetherWithThoseBeforeIt) {
 }
 
 TEST(DesignSteering, BeforeItsFirstStepChangesAreJudgedTogetherToo) {
-  Live live;
+  LiveDesignSession live;
   std::string refused;
   live.watcher->hook = [&](const DesignInfo& info) {
     if (info.state != DesignState::kStarting) return;
@@ -66,7 +66,7 @@ TEST(DesignSteering, BeforeItsFirstStepChangesAreJudgedTogetherToo) {
     surface.surface = sheet(0);
     live.session.change_design(surface);
     away.placement = rods::SurfacePlacement{.translation = {0, kFarAway, 0}};
-    refused = refusal([&] { live.session.change_design(away); });
+    refused = refused_field([&] { live.session.change_design(away); });
   };
   DesignRequest wanted = request();
   wanted.max_iterations = 3;
@@ -79,7 +79,7 @@ TEST(DesignSteering, BeforeItsFirstStepChangesAreJudgedTogetherToo) {
 }
 
 TEST(DesignSteering, WeightsOfJointsChangeWhileItRuns) {
-  Live live;
+  LiveDesignSession live;
   live.watcher->hook = [&](const DesignInfo& info) {
     if (info.iteration == 2 && info.state == DesignState::kRunning) live.session.pause_design();
   };
@@ -92,9 +92,9 @@ TEST(DesignSteering, WeightsOfJointsChangeWhileItRuns) {
   ASSERT_TRUE(paused);
   DesignChange bad, weights;
   bad.joint_surface_weights = Eigen::VectorXd::Ones(7);
-  EXPECT_EQ(refusal([&] { live.session.change_design(bad); }), "joint_surface_weights");
+  EXPECT_EQ(refused_field([&] { live.session.change_design(bad); }), "joint_surface_weights");
   bad.joint_surface_weights = -Eigen::VectorXd::Ones(25);
-  EXPECT_EQ(refusal([&] { live.session.change_design(bad); }), "joint_surface_weights[0]");
+  EXPECT_EQ(refused_field([&] { live.session.change_design(bad); }), "joint_surface_weights[0]");
   weights.joint_surface_weights = 0.01 * Eigen::VectorXd::Ones(25);
   live.session.change_design(weights);
   const auto changed = live.watcher->wait_design(
@@ -107,7 +107,8 @@ TEST(DesignSteering, WeightsOfJointsChangeWhileItRuns) {
 }
 
 /// Paused before its third step.
-std::shared_ptr<const DesignInfo> pause_early(Live& live, const DesignRequest& wanted) {
+std::shared_ptr<const DesignInfo> pause_early(LiveDesignSession& live,
+                                              const DesignRequest& wanted) {
   live.watcher->hook = [&live](const DesignInfo& info) {
     if (info.iteration == 2 && info.state == DesignState::kRunning) live.session.pause_design();
   };
@@ -119,7 +120,7 @@ std::shared_ptr<const DesignInfo> pause_early(Live& live, const DesignRequest& w
 }
 
 TEST(DesignSteering, WeightsThatNobodyCanReckonWithAreRefusedAtOnce) {
-  Live live;
+  LiveDesignSession live;
   const auto goals = [](const auto& spoil) {
     DesignRequest wanted = request();
     wanted.goal.surface = sheet(0);
@@ -127,7 +128,7 @@ TEST(DesignSteering, WeightsThatNobodyCanReckonWithAreRefusedAtOnce) {
     return wanted;
   };
   const auto start = [&](const auto& spoil) {
-    return refusal([&] { live.session.start_design(goals(spoil)); });
+    return refused_field([&] { live.session.start_design(goals(spoil)); });
   };
   const Eigen::VectorXd heavy = Eigen::VectorXd::Constant(25, 1e300);
   EXPECT_EQ(start([](DesignGoal& goal) { goal.distance_weight = 1e31; }), "goal.distance_weight");
@@ -141,7 +142,7 @@ TEST(DesignSteering, WeightsThatNobodyCanReckonWithAreRefusedAtOnce) {
   const auto change = [&](const auto& spoil) {
     DesignChange bad;
     spoil(bad);
-    return refusal([&] { live.session.change_design(bad); });
+    return refused_field([&] { live.session.change_design(bad); });
   };
   EXPECT_EQ(change([](DesignChange& bad) { bad.distance_weight = 1e31; }), "distance_weight");
   EXPECT_EQ(change([](DesignChange& bad) { bad.surface_weight = 1e200; }), "surface_weight");
@@ -162,7 +163,7 @@ TEST(DesignSteering, WeightsThatNobodyCanReckonWithAreRefusedAtOnce) {
 }
 
 TEST(DesignSteering, WhereItBeganIsJudgedByTheNewGoalToo) {
-  Live live;
+  LiveDesignSession live;
   const Eigen::Matrix3Xd joints = live.joints(*live.session.final_result());
   const auto paused = pause_early(live, request());
   ASSERT_TRUE(paused);
@@ -187,7 +188,7 @@ TEST(DesignSteering, WhereItBeganIsJudgedByTheNewGoalToo) {
 }
 
 TEST(DesignSteering, StoppedTheSessionHasItsShapeAtOnce) {
-  Live live;
+  LiveDesignSession live;
   const auto before = live.session.final_result();
   ASSERT_TRUE(before);
   int seen_at_stop = 0;
@@ -227,7 +228,7 @@ TEST(DesignSteering, StoppedTheSessionHasItsShapeAtOnce) {
 /// Of a design that buckles again and again.
 /// @param went_back  counts steps without a trial taken after which it stands elsewhere
 void demand_terms_of_shapes(double distance_weight, int& went_back) {
-  Live live;
+  LiveDesignSession live;
   DesignRequest wanted = request();
   for (rods::JointTarget& target : wanted.goal.targets) target.position *= 1.4;
   wanted.goal.distance_weight = distance_weight;
@@ -308,13 +309,13 @@ class LastStretch {
   static constexpr Revision kBefore = 2, kTaken = 3;
 
  private:
-  std::optional<Live> live_;
+  std::optional<LiveDesignSession> live_;
   Eigen::Matrix3Xd before_;
   DesignInfo alone_;
 };
 
 std::shared_ptr<const DesignInfo> LastStretch::run(const Want& want, const Want& then) {
-  Live& live = live_.emplace();
+  LiveDesignSession& live = live_.emplace();
   const auto plane = std::make_shared<AskedPlane>();
   DesignRequest wanted = request();
   wanted.goal.distance_weight = 1e6;

@@ -44,7 +44,7 @@ double first_distance(const LiveLinkage& live) {
 TEST(InterruptedSizes, AreNotTakenForReached) {
   for (int last = 1; last <= 3; ++last) {
     for (const int corners : {0, 1, 3}) {
-      SCOPED_TRACE(testing::Message() << "step " << last << ", corners " << corners);
+      SCOPED_TRACE(::testing::Message() << "step " << last << ", corners " << corners);
       LiveLinkage live(grid());
       ASSERT_TRUE(live.solve(held_at(4, 1), {}, [] {}).reached);
       // Part of the way: held apart as it is, the grid may take long or buckle.

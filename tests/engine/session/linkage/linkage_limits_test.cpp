@@ -5,6 +5,7 @@
 #include <cmath>
 #include <functional>
 
+#include "engine/base/degrees.h"
 #include "engine/base/error.h"
 #include "engine/session/linkage/linkage_mapping.h"
 #include "tests/engine/session/linkage/live_linkages.h"
@@ -16,7 +17,6 @@ using rods::EquilibriumStatus;
 using scene::Held;
 using testing::hyperboloid;
 using testing::joint_at;
-using testing::kDegree;
 using testing::LinkageRecorder;
 using testing::LiveSession;
 

@@ -5,6 +5,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <vector>
+
+#include "engine/base/random.h"
+#include "engine/session/linkage/linkage_mapping.h"
+
 namespace limber::session {
 namespace {
 
@@ -48,8 +54,48 @@ TEST(LinkageRemarks, SectionsInAnotherUnitThanTheLinesAreTold) {
             "the linkage is 2.83 mm across and its rods 5e-05 mm thick, more than 20000 to 1: is "
             "the section in the unit of the lines?");
   linkage.section = rods::Rectangle{200, 50};
-  EXPECT_THAT(linkage_remarks(linkage).front().message,
-              testing::HasSubstr("the section is 200 mm wide, and half of the lines are shorter"));
+  EXPECT_THAT(
+      linkage_remarks(linkage).front().message,
+      ::testing::HasSubstr("the section is 200 mm wide, and half of the lines are shorter"));
+}
+
+/// Hexagons whose vertices are moved at random: at each joint of three lines the straightest pair
+/// is another, and those of all joints do not fit together.
+scene::Linkage honeycomb(int size) {
+  Random random(8);
+  scene::Linkage linkage;
+  const auto vertex = [&](int i, int j) { return i * 2 * size + j; };
+  linkage.lines.vertices.resize(3, Eigen::Index{2} * size * size);
+  std::vector<Eigen::Vector2i> edges;
+  for (int i = 0; i < size; ++i) {
+    for (int j = 0; j < 2 * size; ++j) {  // zigzags, joined by every other vertex
+      const double up = (i + j) % 2 == 0 ? 0.25 : -0.25;
+      linkage.lines.vertices.col(vertex(i, j)) << std::sqrt(0.75) * j + random.uniform(-0.2, 0.2),
+          1.5 * i + up + random.uniform(-0.2, 0.2), 0;
+      if (j > 0) edges.emplace_back(vertex(i, j - 1), vertex(i, j));
+      if (i > 0 && (i + j) % 2 == 1) edges.emplace_back(vertex(i - 1, j), vertex(i, j));
+    }
+  }
+  linkage.lines.edges.resize(2, static_cast<Eigen::Index>(edges.size()));
+  for (std::size_t e = 0; e < edges.size(); ++e)
+    linkage.lines.edges.col(static_cast<Eigen::Index>(e)) = edges[e];
+  return linkage;
+}
+
+TEST(LinkageRemarks, PairsOfSegmentsWhoseBendIsNotProvenToBeTheLeastAreTold) {
+  for (const int size : {3, 30}) {
+    const scene::Linkage linkage = honeycomb(size);
+    const auto check = check_linkage(linkage);
+    ASSERT_TRUE(check.issues.empty()) << check.issues.front().message;
+    const auto issues = linkage_remarks(linkage);
+    if (size == 3) {
+      EXPECT_TRUE(issues.empty()) << "small meshes are solved exactly";
+      continue;
+    }
+    ASSERT_EQ(issues.size(), 1U);
+    EXPECT_EQ(issues[0].field, "lines");
+    EXPECT_THAT(issues[0].message, ::testing::HasSubstr("may bend the rods more than necessary"));
+  }
 }
 
 /// A roof of 12 m in millimetres whose unit is not given, so that it is taken for metres.

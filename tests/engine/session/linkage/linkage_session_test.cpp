@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "engine/base/degrees.h"
 #include "tests/engine/session/linkage/live_linkages.h"
 
 namespace limber::session {
@@ -11,7 +12,6 @@ using rods::EquilibriumStatus;
 using scene::Held;
 using testing::hyperboloid;
 using testing::joint_at;
-using testing::kDegree;
 using testing::LiveSession;
 
 TEST(LinkageSession, OpensInEquilibriumAndDeploysStepByStep) {

@@ -5,14 +5,13 @@
 
 #include <cmath>
 
+#include "engine/base/degrees.h"
 #include "engine/scene/samples/linkage_samples.h"
 #include "engine/session/linkage/linkage_files.h"
 #include "engine/session/linkage/live_linkage.h"
 
 namespace limber::session {
 namespace {
-
-constexpr double kDegree = 3.14159265358979323846 / 180;
 
 struct Solved {
   explicit Solved(const scene::Linkage& linkage) : live(linkage) {
@@ -26,7 +25,7 @@ struct Solved {
   LinkageDetail detail;
 };
 
-scene::Linkage hyperboloid() {
+scene::Linkage opened_hyperboloid() {
   scene::Linkage linkage = scene::make_linkage_sample("hyperboloid");
   linkage.edges_per_segment = 6;
   linkage.conditions = {};
@@ -44,7 +43,7 @@ scene::Linkage in_millimetres(scene::Linkage linkage) {
 }
 
 TEST(LinkageStatics, StressesDoNotDependOnTheUnit) {
-  const scene::Linkage linkage = hyperboloid();
+  const scene::Linkage linkage = opened_hyperboloid();
   ASSERT_EQ(linkage.length_unit_in_metres, 1);
   const Solved metres(linkage), millimetres(in_millimetres(linkage));
   const auto same = [&](rods::RodField field, double scale) {
@@ -62,7 +61,7 @@ TEST(LinkageStatics, StressesDoNotDependOnTheUnit) {
 }
 
 TEST(LinkageStatics, EnergyIsThatOfTheReport) {
-  const Solved solved(hyperboloid());
+  const Solved solved(opened_hyperboloid());
   // Over stations: half of moment times curvature, a rest length each; joints' edges count by
   // halves.
   double energy = 0;
@@ -84,7 +83,7 @@ TEST(LinkageStatics, EnergyIsThatOfTheReport) {
 }
 
 TEST(LinkageStatics, StationsReachFromJointToJoint) {
-  const Solved solved(hyperboloid());
+  const Solved solved(opened_hyperboloid());
   const LinkageDetail& detail = solved.detail;
   double angles = 0;
   for (std::size_t j = 0; j < detail.joints.size(); ++j) {
@@ -112,7 +111,7 @@ TEST(LinkageStatics, StationsReachFromJointToJoint) {
 }
 
 TEST(LinkageFiles, CentrelinesShareTheirJoints) {
-  const Solved solved(hyperboloid());
+  const Solved solved(opened_hyperboloid());
   const scene::Polylines lines = linkage_centrelines(solved.detail);
   ASSERT_EQ(lines.lines.size(), solved.detail.segments.size());
   for (std::size_t s = 0; s < lines.lines.size(); ++s) {
@@ -127,7 +126,7 @@ TEST(LinkageFiles, CentrelinesShareTheirJoints) {
 }
 
 TEST(LinkageFiles, StressesWithoutBoundAreLeftOut) {
-  scene::Linkage linkage = hyperboloid();
+  scene::Linkage linkage = opened_hyperboloid();
   linkage.section = rods::LSection{0.02, 0.02, 0.004};
   const Solved solved(linkage);
   for (const auto& array : linkage_lines(solved.detail).point_data) {

@@ -5,6 +5,7 @@
 #include <functional>
 #include <stdexcept>
 
+#include "engine/base/degrees.h"
 #include "engine/base/error.h"
 #include "tests/engine/session/linkage/live_linkages.h"
 
@@ -15,7 +16,6 @@ using rods::EquilibriumStatus;
 using scene::Held;
 using testing::hyperboloid;
 using testing::joint_at;
-using testing::kDegree;
 using testing::LinkageRecorder;
 using testing::LiveSession;
 

@@ -111,8 +111,8 @@ inline scene::Linkage curved_grid() {
   return linkage;
 }
 
-struct Live {
-  explicit Live(scene::Linkage linkage = curved_grid())
+struct LiveDesignSession {
+  explicit LiveDesignSession(scene::Linkage linkage = curved_grid())
       : session("live", std::move(linkage), {}, pool.executor(), watcher) {
     EXPECT_TRUE(watcher->wait_final(0));
   }
@@ -130,7 +130,7 @@ struct Live {
 
 /// Where the joints of the deployed linkage are with other rest lengths: known to be reachable.
 inline std::vector<rods::JointTarget> known_targets() {
-  Live other;
+  LiveDesignSession other;
   const auto before = other.watcher->wait_final(0);
   EXPECT_FALSE(before->solve_failed) << before->report.message;
   Random random(17);
@@ -161,7 +161,7 @@ inline DesignRequest request() {
 
 /// Field of what `call` is refused with.
 template <class Call>
-std::string refusal(const Call& call) {
+std::string refused_field(const Call& call) {
   try {
     call();
   } catch (const Error& error) {

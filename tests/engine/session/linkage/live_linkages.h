@@ -7,18 +7,18 @@
 #include <limits>
 #include <memory>
 #include <mutex>
-#include <numbers>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "engine/base/degrees.h"
 #include "engine/scene/samples/linkage_samples.h"
 #include "engine/session/linkage/linkage_session.h"
 #include "tests/engine/session/harness.h"
 
 namespace limber::session::testing {
 
-inline constexpr double kDegree = std::numbers::pi / 180;
+using limber::kDegree;
 
 /// Keeps what a session says of its states and shapes.
 class LinkageRecorder : public LinkageListener {

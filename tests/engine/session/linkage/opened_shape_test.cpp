@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "engine/base/degrees.h"
 #include "engine/rods/equilibrium/condition_path.h"
 #include "engine/session/linkage/live_linkage.h"
 #include "tests/engine/session/linkage/live_linkages.h"
@@ -13,7 +14,6 @@ namespace {
 
 using scene::Held;
 using testing::hyperboloid;
-using testing::kDegree;
 using testing::LiveSession;
 
 /// To where pins without positions and a held angle have other places than the drawing.

@@ -56,7 +56,7 @@ TEST(RestShape, LeastStressLowersTheEnergyAndEverybodyKnowsTheLengths) {
   EXPECT_NEAR(again.energies.total(), energy, 1e-8 * energy);
 }
 
-class Listener : public LinkageListener {
+class ShapeListener : public LinkageListener {
  public:
   void on_progress(const Progress& progress) override {
     stages.push_back(progress.stage);
@@ -88,7 +88,7 @@ struct Manual {
       task();
     }
   }
-  std::shared_ptr<Listener> listener = std::make_shared<Listener>();
+  std::shared_ptr<ShapeListener> listener = std::make_shared<ShapeListener>();
   std::vector<std::function<void()>> tasks;
   LinkageSession session;
 };

@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "engine/base/degrees.h"
 #include "engine/rods/linkage/joint_positions.h"
 #include "engine/rods/linkage/linkage_assembly.h"
 #include "engine/session/linkage/live_linkage.h"
@@ -13,7 +14,6 @@ namespace limber::session {
 namespace {
 
 using testing::hyperboloid;
-using testing::kDegree;
 using testing::LiveSession;
 
 double energy_of(const rods::LinkageModel& model, const rods::LinkageState& state) {

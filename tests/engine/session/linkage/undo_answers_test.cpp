@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "engine/base/degrees.h"
 #include "engine/session/linkage/equilibrium_cache.h"
 #include "engine/session/linkage/live_linkage.h"
 #include "tests/engine/session/linkage/live_linkages.h"
@@ -19,13 +20,11 @@ namespace {
 using rods::EquilibriumStatus;
 using scene::Held;
 using testing::hyperboloid;
-using testing::kDegree;
 using testing::LinkageRecorder;
 using testing::LiveSession;
-using Result = std::shared_ptr<const LinkageResult>;
-using Conditions = std::shared_ptr<const scene::LinkageConditions>;
+using SharedResult = std::shared_ptr<const LinkageResult>;
 
-void expect_the_same(const Result& now, const Result& then, const std::string& what) {
+void expect_the_same(const SharedResult& now, const SharedResult& then, const std::string& what) {
   ASSERT_TRUE(now && then) << what;
   EXPECT_EQ(now->solve_failed, then->solve_failed) << what;
   EXPECT_EQ(now->report.status, then->report.status) << what << ": " << now->report.message;
@@ -66,14 +65,14 @@ TEST(UndoAnswers, ThirtyEditsComeBackOneByOneAndAreRedone) {
   scene::Linkage linkage = hyperboloid();
   linkage.conditions.mean_angle = 20 * kDegree;
   LiveSession live(linkage);
-  std::vector<Result> answers = {live.recorder->wait_final(0)};
+  std::vector<SharedResult> answers = {live.recorder->wait_final(0)};
   for (int i = 0; i < kEdits; ++i) answers.push_back(live.edit(edit_number(i)));
   for (int i = kEdits; i-- > 0;)
     expect_the_same(live.edit({Undo{}}), answers[i], "undo to " + std::to_string(i));
   for (int i = 1; i <= kEdits; ++i)
     expect_the_same(live.edit({Redo{}}), answers[i], "redo to " + std::to_string(i));
   for (int i = kEdits; i-- > 0;) live.session.edit({Undo{}});  // those in between are passed over
-  const Result back = live.recorder->wait_final(live.session.revision());
+  const SharedResult back = live.recorder->wait_final(live.session.revision());
   expect_the_same(back, answers[0], "undo of all");
   const auto deployed = live.edit({SetMeanAngle{30 * kDegree}});
   ASSERT_TRUE(deployed);
@@ -82,17 +81,25 @@ TEST(UndoAnswers, ThirtyEditsComeBackOneByOneAndAreRedone) {
 }
 
 /// 64 MB of shapes would have been 18 of these.
-TEST(UndoAnswers, ManyEdgesDoNotShortenTheMemoryOfShapes) {
-  constexpr int kEdits = 22;
+TEST(UndoAnswers, ThirtyEditsComeBackWithSixtyEdgesASegmentAndTheLinkageDeploysAfterwards) {
+  constexpr int kEdits = 30;
   scene::Linkage linkage = hyperboloid();
   linkage.edges_per_segment = 60;
   linkage.conditions.mean_angle = 20 * kDegree;
   LiveSession live(linkage);
-  std::vector<Result> answers = {live.recorder->wait_final(0)};
+  std::vector<SharedResult> answers = {live.recorder->wait_final(0)};
   for (int i = 1; i <= kEdits; ++i)
     answers.push_back(live.edit({SetMeanAngle{(20 + 0.05 * i) * kDegree}}));
   for (int i = kEdits; i-- > 0;)
     expect_the_same(live.edit({Undo{}}), answers[i], "undo to " + std::to_string(i));
+  expect_the_same(live.edit({Redo{}}), answers[1], "redo");
+  const auto deployed = live.edit({SetMeanAngle{20 * kDegree}});
+  ASSERT_TRUE(deployed);
+  EXPECT_EQ(deployed->report.status, EquilibriumStatus::kConverged) << deployed->report.message;
+  EXPECT_FALSE(deployed->solve_failed);
+  EXPECT_NEAR(deployed->mean_angle, 20 * kDegree, 1e-9);
+  EXPECT_NEAR(deployed->report.energies.total(), answers[0]->report.energies.total(),
+              1e-6 * answers[0]->report.energies.total());
 }
 
 TEST(UndoAnswers, AFailedRevisionFailsInTheSameWordsWithTheSameShape) {
@@ -171,13 +178,13 @@ TEST(UndoAnswers, ARevisionThatWasPassedOverIsFoundFromTheOneBeforeIt) {
       }
       waiting.run();
     }
-    const Result result = session.final_result();
+    const SharedResult result = session.final_result();
     session.close();
     waiting.run();
     return result;
   };
-  const Result waited_for = answer({{0}, {1}});
-  const Result passed_over = answer({{0}, {1, 2}, {-1}});
+  const SharedResult waited_for = answer({{0}, {1}});
+  const SharedResult passed_over = answer({{0}, {1, 2}, {-1}});
   ASSERT_TRUE(waited_for && passed_over);
   EXPECT_EQ(passed_over->revision, 4U);
   EXPECT_EQ(passed_over->report.status, EquilibriumStatus::kConverged);

@@ -4,12 +4,10 @@
 
 #include <gtest/gtest.h>
 
-#include <numbers>
+#include "engine/base/degrees.h"
 
 namespace limber::session {
 namespace {
-
-constexpr double kDegree = std::numbers::pi / 180;
 
 TEST(WayText, WhatIsAskedForHasItsNameAndUnit) {
   scene::LinkageConditions before, wanted;

@@ -1,0 +1,10 @@
+#pragma once
+
+#include <numbers>
+
+namespace limber {
+
+inline constexpr double kDegree = std::numbers::pi / 180;  // [rad]
+inline constexpr double kDegreesPerRadian = 180 / std::numbers::pi;
+
+}  // namespace limber

@@ -1,0 +1,31 @@
+#pragma once
+
+#include <string>
+
+#include "engine/base/job.h"
+#include "engine/beams/solver/beam_solution.h"
+#include "engine/beams/structure/beam_structure.h"
+#include "engine/beams/structure/node_loads.h"
+
+namespace limber::beams::detail {
+
+/// "node 7 moves", "the start of element 3 turns".
+[[nodiscard]] std::string location_text(const BeamStructure& structure, int unknown);
+
+/// Status, node and message of a solve that ended so, by the largest unknown of what moves or is
+/// left; -1: none.
+void report_status(const BeamStructure& structure, BeamStatus status, int unknown,
+                   BeamReport& report);
+
+/// Does any of the moments act on a node that may turn about more than one axis?
+[[nodiscard]] bool turns_free_nodes(const BeamStructure& structure,
+                                    const Eigen::Matrix3Xd& moments);
+
+/// Is a balanced state a minimum? Changes the status of a report that says converged where it is a
+/// saddle (kUnstable) or something moves without resistance (kMechanism). Following loads, and
+/// moments of fixed direction on nodes that turn about several axes, have no potential: divergence
+/// is what counts, and the message says that it is all that is judged.
+void certify(const BeamStructure& structure, const JobContext& context, const NodeLoads& loads,
+             const BeamState& state, BeamReport& report);
+
+}  // namespace limber::beams::detail

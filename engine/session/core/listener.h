@@ -1,0 +1,32 @@
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "engine/session/core/values.h"
+
+namespace limber::session {
+
+/// What the owner of a session is told. Called from worker threads, one call at a time per session;
+/// must not block. May call any getter.
+template <class Result>
+class Listener {
+ public:
+  virtual ~Listener() = default;
+  virtual void on_progress(const Progress& progress) = 0;  // while building
+  virtual void on_state(State state, const std::string& message) = 0;
+  virtual void on_result(const std::shared_ptr<const Result>& result) = 0;
+};
+
+/// Calls a listener, if there is one: never with a lock held, since it may call any getter. One
+/// that throws does not take the session with it.
+template <class Listener, class Call>
+void notify(Listener* listener, const Call& call) noexcept {
+  if (listener == nullptr) return;
+  try {
+    call(*listener);
+  } catch (...) {
+  }
+}
+
+}  // namespace limber::session

@@ -1,0 +1,412 @@
+#pragma once
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdint>
+#include <deque>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include "engine/base/error.h"
+#include "engine/base/job.h"
+#include "engine/session/core/listener.h"
+#include "engine/session/core/result_header.h"
+#include "engine/session/core/serial_task.h"
+#include "engine/session/core/values.h"
+
+namespace limber::session {
+
+/// What is the same in sessions of every kind: the lock, the task, revisions and rounds, interruption
+/// by newer edits, cancellation, publication, and the end. A kind brings a document and a solver.
+///
+/// Two halves: what any thread may touch, under mutex_, never for longer than it takes to copy a few
+/// values; and what only the task touches, without a lock, since at most one task exists at a time.
+///
+/// The session's task: build() once, then rounds as long as there is something to solve, then
+/// do_other_work() as long as that finds any.
+///
+/// @tparam Result  derives from ResultHeader
+/// @tparam Order   what a round solves: values, no longer tied to the document
+template <class Result, class Order>
+class SessionCore : public std::enable_shared_from_this<SessionCore<Result, Order>> {
+ public:
+  using Clock = std::chrono::steady_clock;
+  using Farewell = SerialTask::Farewell;
+  using SharedResult = std::shared_ptr<const Result>;
+
+  /// One solve: what the task takes out of the shared half.
+  struct Round {
+    Revision revision = 0;
+    Clock::time_point edited_at;  // when that revision was accepted
+    Order order;
+    Cancellation cancellation = {};
+    /// cancel() was called after the newest edit: what it asked for is not solved any more.
+    bool is_cancelled = false;
+
+    [[nodiscard]] double since_edit_ms() const {
+      return std::chrono::duration<double, std::milli>(Clock::now() - edited_at).count();
+    }
+  };
+
+  virtual ~SessionCore() = default;
+  SessionCore(const SessionCore&) = delete;
+  SessionCore& operator=(const SessionCore&) = delete;
+
+  [[nodiscard]] const std::string& id() const { return id_; }
+
+  /// Starts the build. @throws Error{kInternal} where the executor takes nothing
+  void open() {
+    std::unique_lock lock(mutex_);
+    has_work_ = true;
+    post(std::move(lock));
+    lock = std::unique_lock(mutex_);
+    if (state_ == State::kBuilding && !task_.is_pending() && !message_.empty())
+      throw Error(ErrorCode::kInternal, "", message_);
+  }
+
+  /// Stops the build or the round under way, and what waits for one.
+  void cancel() {
+    const std::lock_guard lock(mutex_);
+    if (!task_.is_pending() || cancel_other_work()) return;
+    if (state_ == State::kBuilding) building_.request();
+    is_cancelled_ = true;
+    first_.clear();
+    round_.request();
+    note_cancel();
+  }
+
+  void shut(Farewell farewell) {
+    std::unique_lock lock(mutex_);
+    state_ = State::kClosed;
+    building_.request();
+    round_.request();
+    note_close();
+    // A listener must not block: another task of the session ends by itself then.
+    const auto wait = task_.is_current() ? SerialTask::Wait::kNone : SerialTask::Wait::kUntilIdle;
+    task_.close(std::move(lock), farewell);
+    close_other_tasks(wait);
+  }
+
+  template <class Read>
+  [[nodiscard]] auto read(const Read& get) const {
+    const std::lock_guard lock(mutex_);
+    return get();
+  }
+
+  [[nodiscard]] State state() const {
+    return read([this] { return state_; });
+  }
+  [[nodiscard]] std::string message() const {
+    return read([this] { return message_; });
+  }
+  [[nodiscard]] Progress progress() const {
+    return read([this] { return progress_; });
+  }
+  [[nodiscard]] SharedResult newest_result() const {
+    return read([this] { return newest_; });
+  }
+  [[nodiscard]] SharedResult final_result() const {
+    return read([this] { return final_; });
+  }
+
+ protected:
+  /// Between iterates of one solve that are published.
+  static constexpr std::chrono::milliseconds kPublishInterval{8};
+
+  SessionCore(std::string id, Executor executor, std::shared_ptr<Listener<Result>> listener)
+      : id_(std::move(id)),
+        listener_(std::move(listener)),
+        task_(mutex_, std::move(executor), [this] { say_closed(); }),
+        edited_at_(Clock::now()) {}
+
+  // What a kind implements.
+
+  /// The task's: makes the solver. @returns what is to be said of it. What it throws fails the build.
+  virtual std::string build(const JobContext& job) = 0;
+  /// With the lock: what the document says now. Rounds after this one see later edits only.
+  virtual Order take_order() = 0;
+  /// The task's: solves and publishes. What it throws is for solve_failed().
+  virtual void solve(const Round& round) = 0;
+  /// The task's: puts the solver right after solve() threw, and publishes a failed result.
+  virtual void solve_failed(const Round& round, const std::string& reason) = 0;
+
+  // What a kind may add.
+
+  /// With the lock: whether edits leave the round alone; it is solved to its end first.
+  virtual bool must_finish(const Order& /*order*/) const { return false; }
+  /// With the lock, called by edits: the round under way is out of date.
+  virtual void interrupt_round() { round_.request(); }
+  /// With the lock, the task's, when nothing is to be solved: takes the lock along and does one
+  /// thing without it. @returns false, and the lock is held, where there is nothing to do
+  virtual bool do_other_work(std::unique_lock<std::mutex>& /*lock*/) { return false; }
+  /// With the lock. @returns whether cancel() was for other work
+  virtual bool cancel_other_work() { return false; }
+  /// With the lock: cancel() is for rounds.
+  virtual void note_cancel() {}
+  /// With the lock: a round that was taken is lost, as memory ran out.
+  virtual void note_lost_round() {}
+  /// With the lock: the session closes.
+  virtual void note_close() {}
+  virtual void close_other_tasks(SerialTask::Wait /*wait*/) {}
+  /// With the lock: edits are refused. @throws Error{kFailedPrecondition}
+  virtual void demand_editable() const { demand_model(); }
+
+  // What a kind calls.
+
+  /// With the lock. @throws Error{kFailedPrecondition}
+  void demand_open() const {
+    if (task_.is_closed()) throw Error(ErrorCode::kFailedPrecondition, "", "the session is closed");
+  }
+  void demand_model() const {
+    demand_open();
+    if (state_ == State::kFailed) {
+      throw Error(ErrorCode::kFailedPrecondition, "",
+                  fmt::format("the session has no model: {}", message_));
+    }
+  }
+
+  /// One edit: `prepare` without the lock, beside readers and the task; `commit` with it.
+  /// @returns what `commit` returns
+  template <class Prepare, class Commit>
+  EditReceipt change(const Prepare& prepare, const Commit& commit) {
+    const std::lock_guard one_at_a_time(edits_);
+    read([this] { demand_editable(); });
+    prepare();
+    std::unique_lock lock(mutex_);
+    demand_editable();
+    EditReceipt receipt = commit();
+    note_change(std::move(lock));
+    return receipt;
+  }
+  /// The document has changed: takes the lock, and sees to it that it is solved.
+  void note_change(std::unique_lock<std::mutex> lock) {
+    mark_changed();
+    request_round(std::move(lock));
+  }
+  /// There is something to solve: takes the lock, and interrupts the round under way.
+  void request_round(std::unique_lock<std::mutex> lock) {
+    has_work_ = true;
+    is_cancelled_ = false;
+    if (!is_finishing_) interrupt_round();
+    post(std::move(lock));
+  }
+  /// The same with the lock and for the task itself, which will come to it.
+  void mark_changed() {
+    edited_at_ = Clock::now();
+    has_work_ = true;
+    is_cancelled_ = false;
+  }
+  /// With the lock: what there was before an edit is solved to its end before the edit.
+  void finish_first(Revision revision, Order order) {
+    const Revision taken = first_.empty() ? taken_ : first_.back().revision;
+    if (task_.is_running() && taken == revision && !has_work_) {
+      is_finishing_ = true;  // it is just being solved
+    } else if (taken != revision || has_work_) {
+      first_.push_back({revision, edited_at_, std::move(order)});
+    }
+  }
+
+  /// Sees to it that the task runs. Takes the lock, leaves without it.
+  void post(std::unique_lock<std::mutex> lock) {
+    task_.post(
+        std::move(lock), [self = this->shared_from_this()] { self->run(); }, message_);
+  }
+  /// With the lock: another try at a build that failed.
+  void build_again() {
+    state_ = State::kBuilding;
+    message_.clear();
+    progress_ = {};
+    building_ = {};
+  }
+
+  /// The task's: whether a round that ended cancelled was so for a newer edit, which goes on from
+  /// what was reached.
+  [[nodiscard]] bool is_out_of_date() const {
+    return read([this] { return task_.is_closed() || (has_work_ && !is_finishing_); });
+  }
+  /// The task's: a result of the round.
+  void publish(std::shared_ptr<Result> result, const Round& round) {
+    result->revision = round.revision;
+    result->since_edit_ms = round.since_edit_ms();
+    publish(std::move(result));
+  }
+  /// @param is_wanted  with the lock: whether it is published at all
+  template <class IsWanted>
+  void publish_if(std::shared_ptr<Result> result, const IsWanted& is_wanted) {
+    SharedResult older, older_final;  // freed without the lock: they may be large
+    {
+      const std::lock_guard lock(mutex_);
+      if (task_.is_closed() || !is_wanted()) return;
+      set_newest(result, older, older_final);
+    }
+    notify(listener_.get(), [&](Listener<Result>& listener) { listener.on_result(result); });
+  }
+  void publish(std::shared_ptr<Result> result) {
+    publish_if(std::move(result), [] { return true; });
+  }
+  /// With the lock: numbers the result. @param older, older_final  those before, for the caller to
+  /// free without it
+  void set_newest(const std::shared_ptr<Result>& result, SharedResult& older,
+                  SharedResult& older_final) {
+    result->sequence = ++sequence_;
+    older = std::exchange(newest_, result);
+    if (result->is_final) older_final = std::exchange(final_, result);
+  }
+  /// The task's: iterates come at most once in kPublishInterval.
+  [[nodiscard]] bool is_time_to_publish() {
+    const auto now = Clock::now();
+    if (now - published_at_ < kPublishInterval) return false;
+    published_at_ = now;
+    return true;
+  }
+
+  /// The task's, within build().
+  void report_progress(const std::string& stage, double fraction) {
+    const auto now = Clock::now();
+    const Progress progress{stage, std::clamp(fraction, 0.0, 1.0)};
+    {
+      const std::lock_guard lock(mutex_);
+      const bool is_same_stage = progress_.stage == stage;
+      progress_ = progress;
+      if (is_same_stage && now - progress_told_ < kProgressInterval) return;
+    }
+    progress_told_ = now;
+    notify(listener_.get(), [&](Listener<Result>& listener) { listener.on_progress(progress); });
+  }
+
+  const std::string id_;
+  const std::shared_ptr<Listener<Result>> listener_;
+
+  /// Held by the edit under way, before mutex_: the document changes under both, so that either is
+  /// enough to read it and many edits hold up no reader.
+  std::mutex edits_;
+  mutable std::mutex mutex_;
+  SerialTask task_;
+  State state_ = State::kBuilding;
+  std::string message_;
+  Progress progress_;
+  Clock::time_point edited_at_;  // when the newest revision was accepted
+  bool has_work_ = false;        // something to solve
+  std::uint64_t sequence_ = 0;
+  SharedResult newest_, final_;
+  Cancellation building_, round_;  // of the build and the round under way
+  bool is_finishing_ = false;      // edits do not interrupt the round under way
+
+ private:
+  static constexpr std::chrono::milliseconds kProgressInterval{20};  // between reports of a stage
+
+  void say_closed() {
+    notify(listener_.get(), [](Listener<Result>& listener) {
+      listener.on_state(State::kClosed, "");
+    });
+  }
+
+  void run() {
+    if (!task_.begin()) return;
+    try {
+      if (!is_built_ && !try_to_build()) return;
+      while (const std::optional<Round> round = next_round()) work(*round);
+    } catch (...) {  // out of memory between rounds: what was accepted waits for the next call
+      std::unique_lock lock(mutex_);
+      has_work_ = true;
+      note_lost_round();
+      task_.finish(std::move(lock));
+    }
+  }
+
+  bool try_to_build() {
+    std::string message;
+    try {
+      const JobContext job{read([this] { return building_; }),
+                           [this](const std::string& stage, double fraction) {
+                             report_progress(stage, fraction);
+                           }};
+      message = build(job);
+      is_built_ = true;
+      set_state(State::kReady, message);
+      return true;
+    } catch (const Error& error) {
+      message = error.field().empty() ? error.what()
+                                      : fmt::format("{}: {}", error.field(), error.what());
+    } catch (const std::exception& error) {
+      message = error.what();
+    } catch (...) {
+      message = "unknown exception";
+    }
+    set_state(State::kFailed, message);
+    std::unique_lock lock(mutex_);
+    const bool again = state_ == State::kBuilding && !task_.is_closed();  // asked for meanwhile
+    task_.finish(std::move(lock));
+    if (again) post(std::unique_lock(mutex_));
+    return false;
+  }
+
+  void set_state(State state, const std::string& message) {
+    {
+      const std::lock_guard lock(mutex_);
+      if (task_.is_closed()) return;
+      state_ = state;
+      message_ = message;
+    }
+    notify(listener_.get(),
+         [&](Listener<Result>& listener) { listener.on_state(state, message); });
+  }
+
+  /// Nothing to do: the task ends, in the same breath.
+  std::optional<Round> next_round() {
+    std::unique_lock lock(mutex_);
+    while (!task_.is_closed() && !has_work_ && do_other_work(lock)) {
+      if (!lock.owns_lock()) lock = std::unique_lock(mutex_);
+    }
+    if (task_.is_closed() || !has_work_) {
+      is_cancelled_ = false;
+      task_.finish(std::move(lock));
+      return std::nullopt;
+    }
+    round_ = Cancellation();
+    std::optional<Round> round;
+    if (first_.empty()) {
+      has_work_ = false;
+      round.emplace(Round{document_revision(), edited_at_, take_order()});
+      round->is_cancelled = std::exchange(is_cancelled_, false);
+      is_finishing_ = must_finish(round->order);
+    } else {
+      round = std::move(first_.front());
+      first_.pop_front();
+      is_finishing_ = true;
+    }
+    round->cancellation = round_;
+    taken_ = round->revision;
+    return round;
+  }
+
+  void work(const Round& round) {
+    published_at_ = Clock::now();
+    std::string reason;
+    try {
+      return solve(round);
+    } catch (const std::exception& error) {
+      reason = error.what();
+    } catch (...) {
+      reason = "unknown exception";
+    }
+    solve_failed(round, reason);
+  }
+
+  /// With the lock.
+  [[nodiscard]] virtual Revision document_revision() const = 0;
+
+  bool is_built_ = false;       // the task's
+  bool is_cancelled_ = false;   // no edit since cancel()
+  std::deque<Round> first_;     // to be solved before what the document says, whatever comes
+  Revision taken_ = 0;          // of the round under way, or the last
+  Clock::time_point published_at_, progress_told_;  // the task's
+};
+
+}  // namespace limber::session

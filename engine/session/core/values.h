@@ -1,0 +1,34 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "engine/scene/issue.h"
+
+namespace limber::session {
+
+enum class State { kBuilding, kReady, kFailed, kClosed };
+
+struct Progress {
+  std::string stage;
+  double fraction = 0;  // of the whole, in [0, 1]
+};
+
+/// 0: the scene as opened; every accepted request of edits adds 1.
+using Revision = std::uint64_t;
+
+struct EditReceipt {
+  Revision revision = 0;
+  std::vector<std::uint64_t> constraint_ids;  // per edit: the constraint it touched, 0 if none
+  std::vector<std::uint64_t> keyframe_ids;    // the same of keyframes
+  /// Warnings: what was accepted but has no effect as things are after the last edit. Fields are
+  /// "edits[i]....".
+  std::vector<scene::Issue> issues;
+};
+
+/// Edits of every kind: back to the step before the last, and on again.
+struct Undo {};
+struct Redo {};
+
+}  // namespace limber::session

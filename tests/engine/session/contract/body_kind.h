@@ -1,0 +1,159 @@
+#pragma once
+
+#include <cmath>
+#include <cstddef>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "engine/session/problem_mapping.h"
+#include "engine/session/session.h"
+#include "tests/engine/session/contract/recording.h"
+#include "tests/engine/session/harness.h"
+#include "tests/engine/session/scenes.h"
+#include "tests/support/temporary_folder.h"
+
+namespace limber::session::contract {
+
+/// A short bar, whose tip is held aside in two frames.
+struct BodyKind {
+  using Session = session::Session;
+  using Result = session::Result;
+  using Edit = session::Edit;
+  using Edits = std::vector<Edit>;
+
+  static constexpr const char* kName = "Bodies";
+  /// The session's and the one that checks final results.
+  static constexpr std::size_t kMaxTasks = 2;
+  static constexpr bool kTellsProgress = true;
+  static constexpr bool kHasStateMessage = true;
+  static constexpr bool kBuildCanFail = true;
+  /// Cancelled while it builds, it has no model.
+  static constexpr bool kCancelFailsBuild = true;
+
+  class Recorder final : public session::Listener, public Recording {
+    void on_progress(const Progress&) override { note_progress(); }
+    void on_state(State state, const std::string& message) override { note_state(state, message); }
+    void on_result(const std::shared_ptr<const Result>& result) override {
+      note_result(header(*result));
+    }
+  };
+
+  static std::unique_ptr<Session> open(const Executor& executor,
+                                       const std::shared_ptr<Recorder>& recorder) {
+    return open_with(test::shared_cache(), executor, recorder);
+  }
+  /// Its build fails once it runs.
+  static std::unique_ptr<Session> open_failing(const Executor& executor,
+                                               const std::shared_ptr<Recorder>& recorder) {
+    auto session = open(executor, recorder);
+    session->cancel();
+    return session;
+  }
+  /// Its solve fails after failing_edits().
+  static std::unique_ptr<Session> open_fragile(const Executor& executor,
+                                               const std::shared_ptr<Recorder>& recorder) {
+    return open_with(fragile_cache(), executor, recorder);
+  }
+
+  /// A small change of one variable of this client's, which an edit with another number replaces.
+  static Edits number(int i, int client = 0) {
+    const double y = 0.05 + kStep * i;
+    return {client == 0 ? MoveConstraint{1, {0, y, 0.02}} : MoveConstraint{2, {0, -y, 0}}};
+  }
+  /// The number of the client's newest edit, 0: none.
+  static int number_in(const Session& session, int client) {
+    const auto constraints = session.constraints();
+    const double y = std::abs(constraints.at(static_cast<std::size_t>(client)).target.y());
+    return static_cast<int>(std::lround((y - 0.05) / kStep));
+  }
+  /// So far from number(i) that its solve publishes an iterate long before it ends.
+  static Edits slow_edits() { return {MoveConstraint{1, {-0.1, 0.3, 0.1}}}; }
+  static Edit invalid_edit() { return RemoveConstraint{99}; }
+  /// The solve throws: displacements of the node overflow.
+  static Edits failing_edits() {
+    return {AddConstraint{test::held(12, fragile_node(), {0, 0, 0})}};
+  }
+  static Edits mending_edits() { return {RemoveConstraint{3}}; }
+
+  static std::shared_ptr<const Result> newest_result(const Session& session) {
+    return session.newest_result();
+  }
+  static std::shared_ptr<const Result> final_result(const Session& session) {
+    return session.converged_result();
+  }
+  static ResultHeader header(const Result& result) {
+    ResultHeader header;
+    header.revision = result.revision;
+    header.sequence = result.sequence;
+    header.is_final = result.converged;
+    header.solve_failed = result.solve_failed;
+    header.is_cancelled = result.report.status == spacetime::SolveStatus::kCancelled;
+    header.is_amendment = result.check == Check::kDone;
+    header.message = result.report.message;
+    return header;
+  }
+  /// All that a client sees of the motion.
+  static std::vector<double> answer(const Result& result) {
+    std::vector<double> answer(result.modal.data(), result.modal.data() + result.modal.size());
+    const Eigen::MatrixXf& q = result.coordinates;
+    answer.insert(answer.end(), q.data(), q.data() + q.size());
+    return answer;
+  }
+  static std::string state_message(const Session& session) { return session.state_message(); }
+  static void read_everything(const Session& session) {
+    (void)session.scene();
+    (void)session.keyframes();
+    (void)session.unedited();
+    (void)session.dynamics();
+    (void)session.material_variables();
+    (void)session.progress();
+    (void)session.geometry();
+    (void)session.model();
+    (void)session.model_message();
+    (void)session.build_seconds();
+    (void)session.model_from_cache();
+    if (const auto newest = session.newest_result()) (void)session.positions(*newest, 0, 1);
+  }
+
+ private:
+  static constexpr int kCells = 4;
+  static constexpr double kStep = 0.001;
+
+  static scene::Scene short_bar() {
+    const int tip = test::bar_node(kCells, kCells, 1, 2);
+    scene::Scene scene = test::bar(kCells, 24);
+    scene.model.mode_count = 6;
+    scene.model.basis_size = 12;
+    scene.model.cubature_size = 6;
+    scene.constraints = {test::held(8, tip, {0, 0.05, 0.02}), test::held(16, tip, {0, -0.05, 0})};
+    return scene;
+  }
+  static std::unique_ptr<Session> open_with(std::shared_ptr<ModelCache> cache,
+                                            const Executor& executor,
+                                            const std::shared_ptr<Recorder>& recorder) {
+    return std::make_unique<Session>("contract", short_bar(), SessionOptions(), std::move(cache),
+                                     executor, recorder);
+  }
+  static int fragile_node() { return test::bar_node(kCells, 2, 0, 1); }
+  /// Has the scene's model with numbers at one node whose squares overflow: constraints of that
+  /// node make the solve throw, and nothing else looks at it.
+  static std::shared_ptr<ModelCache> fragile_cache() {
+    static const TemporaryFolder folder;
+    static const auto cache = [] {
+      auto made = std::make_shared<ModelCache>(folder.path());
+      const scene::Scene scene = short_bar();
+      const MappedBody mapped = map_body(scene);
+      const reduced::ModelOptions options = map_model(scene, mapped.body);
+      reduced::ReducedModel model = reduced::build_model(mapped.body, options);
+      const int node = mapped.compact_of_source.at(static_cast<std::size_t>(fragile_node()));
+      model.basis.middleRows(3 * Eigen::Index{node}, 3).setConstant(1e200);
+      made->store(ModelCache::key(mapped.body, options), model);
+      return made;
+    }();
+    return cache;
+  }
+};
+
+}  // namespace limber::session::contract

@@ -1,0 +1,26 @@
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <string>
+
+#include "tests/engine/session/contract/beam_kind.h"
+#include "tests/engine/session/contract/body_kind.h"
+#include "tests/engine/session/contract/linkage_kind.h"
+
+// The kinds of sessions that the contract tests run over. A new kind adds an adapter, a struct with
+// the same members, and its name here.
+
+namespace limber::session::contract {
+
+using Kinds = ::testing::Types<BodyKind, LinkageKind, BeamKind>;
+
+/// Names of typed tests.
+struct KindNames {
+  template <class Kind>
+  static std::string GetName(int) {
+    return Kind::kName;
+  }
+};
+
+}  // namespace limber::session::contract
