@@ -13,7 +13,7 @@
 #include "bench/suite.h"
 #include "engine/base/error.h"
 #include "engine/base/random.h"
-#include "engine/session/beams/beam_document.h"
+#include "engine/session/beams/document.h"
 #include "engine/session/beams/live_beams.h"
 #include "tests/support/beam_grid.h"
 #include "tests/support/beam_structures.h"

@@ -20,7 +20,7 @@
 
 #include "bench/suite.h"
 #include "engine/reduced/reconstruction.h"
-#include "engine/session/problem_mapping.h"
+#include "engine/session/bodies/problem_mapping.h"
 #include "engine/spacetime/solver.h"
 
 namespace limber::bench {

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "engine/session/problem_mapping.h"
+#include "engine/session/bodies/problem_mapping.h"
 
 namespace limber::bench {
 namespace {

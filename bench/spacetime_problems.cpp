@@ -5,7 +5,7 @@
 #include <random>
 
 #include "engine/scene/samples/samples.h"
-#include "engine/session/problem_mapping.h"
+#include "engine/session/bodies/problem_mapping.h"
 #include "tests/support/chain_kinematics.h"
 
 namespace limber::bench {

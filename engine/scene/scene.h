@@ -9,6 +9,7 @@
 
 #include "engine/base/error.h"
 #include "engine/bodies/tet_mesh.h"
+#include "engine/scene/issue.h"
 #include "engine/scene/simulation.h"
 
 namespace limber::scene {
@@ -108,16 +109,6 @@ struct Scene {
   /// the rest shape.
   Eigen::MatrixXd base_motion;
   std::optional<Simulation> simulation;  // nothing that editing depends on
-};
-
-/// One thing that is wrong, and where: `field` is a path such as "constraints[3].frame".
-struct Issue {
-  enum class Severity { kWarning, kError };
-  Severity severity = Severity::kError;
-  std::string field;
-  std::string message;
-  ErrorCode code =
-      ErrorCode::kInvalidArgument;  // of errors: what opening the scene is refused with
 };
 
 /// Of a soft constraint.

@@ -4,7 +4,7 @@
 
 #include "engine/base/error.h"
 #include "engine/scene/formats/mesh_formats.h"
-#include "engine/session/recovery.h"
+#include "engine/session/bodies/recovery.h"
 #include "server/cli/local_files.h"
 #include "server/cli/motion_files.h"
 #include "server/cli/print_json.h"

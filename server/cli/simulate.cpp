@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 
 #include "engine/scene/formats/mesh_formats.h"
-#include "engine/session/simulation.h"
+#include "engine/session/bodies/simulation.h"
 #include "server/cli/local_files.h"
 #include "server/cli/motion_files.h"
 #include "server/cli/progress_bar.h"

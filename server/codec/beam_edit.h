@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "engine/session/beams/beam_edit.h"
+#include "engine/session/beams/edit.h"
 #include "limber/v1/service.pb.h"
 #include "server/codec/errors.h"
 

@@ -44,13 +44,13 @@ proto::ResultInfo encode_beam_result(const session::BeamResult& result) {
   proto::ResultInfo info;
   info.set_revision(result.revision);
   info.set_sequence(result.sequence);
-  info.set_converged(result.converged);
+  info.set_converged(result.is_final);
   info.set_status(proto::SOLVE_STATUS_IMPROVED);
   info.set_solve_failed(result.solve_failed);
   info.set_since_edit_ms(result.since_edit_ms);
   info.set_weight_scale(1);
   auto& told = *info.mutable_beams();
-  if (!result.converged) return info;
+  if (!result.is_final) return info;
   info.set_status(encode_solve_status(result.report.status));
   info.set_message(result.report.message);
   info.set_iterations(static_cast<std::uint32_t>(result.report.newton_iterations));

@@ -3,7 +3,7 @@
 #include <memory>
 #include <utility>
 
-#include "engine/session/beams/beam_session.h"
+#include "engine/session/beams/session.h"
 #include "server/codec/frame_source.h"
 
 namespace limber::server {

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "engine/session/beams/beam_files.h"
+#include "engine/session/beams/files.h"
 #include "server/codec/arrays.h"
 #include "server/codec/beam_structure.h"
 #include "server/codec/file_stem.h"

@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "engine/session/beams/beam_analysis.h"
+#include "engine/session/beams/analysis.h"
 #include "limber/v1/beams.pb.h"
 #include "limber/v1/service.pb.h"
 #include "server/codec/errors.h"

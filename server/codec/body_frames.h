@@ -10,7 +10,7 @@ namespace limber::server {
 /// Those of a body.
 class BodyFrames final : public FrameSource {
  public:
-  BodyFrames(std::shared_ptr<const session::Result> result,
+  BodyFrames(std::shared_ptr<const session::BodyResult> result,
              std::shared_ptr<const session::Geometry> geometry, double length_unit)
       : result_(std::move(result)), geometry_(std::move(geometry)), length_unit_(length_unit) {}
 
@@ -26,7 +26,7 @@ class BodyFrames final : public FrameSource {
   }
 
  private:
-  std::shared_ptr<const session::Result> result_;
+  std::shared_ptr<const session::BodyResult> result_;
   std::shared_ptr<const session::Geometry> geometry_;
   double length_unit_;
 };

@@ -5,7 +5,7 @@
 #include <string>
 
 #include "engine/scene/triangle_surface.h"
-#include "engine/session/linkage/design_values.h"
+#include "engine/session/linkages/design_values.h"
 #include "limber/v1/design.pb.h"
 #include "limber/v1/service.pb.h"
 #include "server/codec/errors.h"

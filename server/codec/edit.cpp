@@ -7,7 +7,7 @@
 namespace limber::server {
 namespace {
 
-session::Edit decode_move(const proto::MoveConstraint& message, const std::string& field) {
+session::BodyEdit decode_move(const proto::MoveConstraint& message, const std::string& field) {
   if (!message.has_target()) throw invalid(field + ".target", "where to move it is missing");
   return session::MoveConstraint{
       message.id(), {message.target().x(), message.target().y(), message.target().z()}};
@@ -21,7 +21,7 @@ scene::End decode_given_end(proto::EndCondition end, const std::string& field) {
   return decode_end(end);
 }
 
-session::Edit decode_set_ends(const proto::SetEnds& message, const std::string& field) {
+session::BodyEdit decode_set_ends(const proto::SetEnds& message, const std::string& field) {
   return session::SetEnds{decode_given_end(message.first_end(), field + ".first_end"),
                           decode_given_end(message.last_end(), field + ".last_end")};
 }
@@ -31,16 +31,16 @@ struct Poses {
   const MeshLoader& load_mesh;
 };
 
-session::Edit decode_add_keyframe(const proto::AddKeyframe& message, const std::string& field,
-                                  const Poses& poses) {
+session::BodyEdit decode_add_keyframe(const proto::AddKeyframe& message, const std::string& field,
+                                      const Poses& poses) {
   if (!message.has_keyframe()) throw invalid(field + ".keyframe", "missing");
   Faults faults(Faults::Mode::kThrow);
   return session::AddKeyframe{decode_keyframe(message.keyframe(), field + ".keyframe", poses.rest,
                                               poses.load_mesh, faults)};
 }
 
-session::Edit decode_body_edit(const proto::Edit& message, const std::string& field,
-                               const Poses& poses) {
+session::BodyEdit decode_body_edit(const proto::Edit& message, const std::string& field,
+                                   const Poses& poses) {
   switch (message.edit_case()) {
     case proto::Edit::kAdd:
       if (!message.add().has_constraint()) throw invalid(field + ".add.constraint", "missing");
@@ -88,11 +88,11 @@ session::Edit decode_body_edit(const proto::Edit& message, const std::string& fi
 
 }  // namespace
 
-std::vector<session::Edit> decode_edits(const proto::EditRequest& request,
-                                        const bodies::NodePositions& rest,
-                                        const MeshLoader& load_mesh) {
+std::vector<session::BodyEdit> decode_edits(const proto::EditRequest& request,
+                                            const bodies::NodePositions& rest,
+                                            const MeshLoader& load_mesh) {
   if (request.edits_size() == 0) throw invalid("edits", "a request needs at least one edit");
-  std::vector<session::Edit> edits;
+  std::vector<session::BodyEdit> edits;
   edits.reserve(static_cast<std::size_t>(request.edits_size()));
   for (int i = 0; i < request.edits_size(); ++i)
     edits.push_back(

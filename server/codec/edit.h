@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "engine/session/edit.h"
+#include "engine/session/bodies/edit.h"
 #include "limber/v1/service.pb.h"
 #include "server/codec/errors.h"
 #include "server/codec/scene.h"
@@ -11,9 +11,9 @@ namespace limber::server {
 
 /// @param rest, load_mesh  as decode_keyframe()
 /// @throws Refusal with fields "edits[i].add.constraint...."
-[[nodiscard]] std::vector<session::Edit> decode_edits(const proto::EditRequest& request,
-                                                      const bodies::NodePositions& rest,
-                                                      const MeshLoader& load_mesh);
+[[nodiscard]] std::vector<session::BodyEdit> decode_edits(const proto::EditRequest& request,
+                                                          const bodies::NodePositions& rest,
+                                                          const MeshLoader& load_mesh);
 [[nodiscard]] proto::EditResponse encode_receipt(const session::EditReceipt& receipt);
 
 }  // namespace limber::server

@@ -4,8 +4,8 @@
 
 #include <charconv>
 
-#include "engine/session/beams/beam_document.h"
-#include "engine/session/linkage/linkage_document.h"
+#include "engine/session/beams/document.h"
+#include "engine/session/linkages/document.h"
 
 namespace limber::server {
 namespace {

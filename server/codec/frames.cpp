@@ -20,7 +20,7 @@ void set_shape(proto::Array& array, proto::DataType type,
 /// rest + B q, column by column: 3 nodes x frames in single precision. What is rounded first is the
 /// displacement, so the error is relative to the motion and, once added, half a unit in the last
 /// place of the position.
-Eigen::MatrixXf positions_of(const session::Result& result, const session::Geometry& geometry,
+Eigen::MatrixXf positions_of(const session::BodyResult& result, const session::Geometry& geometry,
                              FrameRange range) {
   Eigen::MatrixXf positions(geometry.basis.rows(), range.count);
   positions.noalias() = geometry.basis * result.coordinates.middleCols(range.first, range.count);
@@ -77,7 +77,8 @@ void set_coordinates(const Eigen::Ref<const Eigen::MatrixXf>& coordinates, proto
   array.set_data(coordinates.data(), static_cast<std::size_t>(coordinates.size()) * sizeof(float));
 }
 
-FrameRange frame_range(std::uint32_t first, std::uint32_t count, const session::Result& result) {
+FrameRange frame_range(std::uint32_t first, std::uint32_t count,
+                       const session::BodyResult& result) {
   return frame_range(first, count, static_cast<int>(result.coordinates.cols()));
 }
 
@@ -95,7 +96,7 @@ FrameRange frame_range(std::uint32_t first, std::uint32_t count, int frame_count
   return {static_cast<int>(first), static_cast<int>(wanted)};
 }
 
-std::uint64_t frames_bytes(proto::Encoding encoding, int count, const session::Result& result,
+std::uint64_t frames_bytes(proto::Encoding encoding, int count, const session::BodyResult& result,
                            const session::Geometry& geometry) {
   const auto frames = static_cast<std::uint64_t>(count);
   const auto values = static_cast<std::uint64_t>(geometry.basis.rows());
@@ -105,7 +106,7 @@ std::uint64_t frames_bytes(proto::Encoding encoding, int count, const session::R
   return frames * static_cast<std::uint64_t>(result.coordinates.rows()) * sizeof(float);
 }
 
-proto::Frames encode_frames(const session::Result& result, const session::Geometry& geometry,
+proto::Frames encode_frames(const session::BodyResult& result, const session::Geometry& geometry,
                             proto::Encoding encoding, FrameRange range, double length_unit) {
   proto::Frames frames;
   *frames.mutable_result() = encode_result(result, length_unit);

@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "engine/session/session.h"
+#include "engine/session/bodies/session.h"
 #include "limber/v1/service.pb.h"
 
 namespace limber::server {

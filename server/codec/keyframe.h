@@ -3,7 +3,7 @@
 #include <string>
 
 #include "engine/scene/scene.h"
-#include "engine/session/edit.h"
+#include "engine/session/bodies/edit.h"
 #include "limber/v1/scene.pb.h"
 #include "limber/v1/service.pb.h"
 #include "server/codec/faults.h"

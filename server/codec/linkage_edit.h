@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "engine/session/linkage/linkage_edit.h"
+#include "engine/session/linkages/edit.h"
 #include "limber/v1/service.pb.h"
 #include "server/codec/errors.h"
 

@@ -65,12 +65,12 @@ proto::ResultInfo encode_linkage_result(const session::LinkageResult& result, do
   proto::ResultInfo info;
   info.set_revision(result.revision);
   info.set_sequence(result.sequence);
-  info.set_converged(result.converged);
+  info.set_converged(result.is_final);
   info.set_status(proto::SOLVE_STATUS_IMPROVED);
   info.set_solve_failed(result.solve_failed);
   info.set_since_edit_ms(result.since_edit_ms);
   info.set_weight_scale(1);
-  if (result.converged) encode_report(result.report, length_unit, info);
+  if (result.is_final) encode_report(result.report, length_unit, info);
   if (result.design) *info.mutable_design() = encode_design(*result.design, length_unit);
   info.mutable_linkage()->set_mean_angle_degrees(to_degrees(result.mean_angle));
   info.mutable_linkage()->set_steps(static_cast<std::uint32_t>(result.path.size()));

@@ -3,8 +3,8 @@
 #include <memory>
 #include <utility>
 
-#include "engine/session/linkage/linkage_session.h"
-#include "engine/session/linkage/linkage_shape.h"
+#include "engine/session/linkages/session.h"
+#include "engine/session/linkages/shape.h"
 #include "server/codec/frame_source.h"
 
 namespace limber::server {

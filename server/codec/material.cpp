@@ -18,7 +18,7 @@ void encode_modes(const spacetime::ModeDynamics& dynamics, double frames_per_sec
   }
 }
 
-proto::GetMaterialResponse encode_fitted_material(const session::Result& result,
+proto::GetMaterialResponse encode_fitted_material(const session::BodyResult& result,
                                                   double frames_per_second) {
   proto::GetMaterialResponse response;
   if (!result.material) return response;

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "engine/session/session.h"
+#include "engine/session/bodies/session.h"
 #include "limber/v1/service.pb.h"
 
 namespace limber::server {
@@ -12,7 +12,7 @@ void encode_modes(const spacetime::ModeDynamics& dynamics, double frames_per_sec
                   google::protobuf::RepeatedPtrField<proto::ModeDynamics>& modes);
 
 /// The material of a result, in SI units of these frames.
-[[nodiscard]] proto::GetMaterialResponse encode_fitted_material(const session::Result& result,
+[[nodiscard]] proto::GetMaterialResponse encode_fitted_material(const session::BodyResult& result,
                                                                 double frames_per_second);
 
 }  // namespace limber::server

@@ -4,7 +4,7 @@
 
 #include <limits>
 
-#include "engine/session/problem_mapping.h"
+#include "engine/session/bodies/problem_mapping.h"
 #include "server/codec/arrays.h"
 #include "server/codec/errors.h"
 #include "server/codec/material.h"

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "engine/session/recovery.h"
+#include "engine/session/bodies/recovery.h"
 #include "limber/v1/service.pb.h"
 
 namespace limber::server {

@@ -56,12 +56,12 @@ proto::MotionError encode_motion_error(const session::MotionCheck& check, double
 
 }  // namespace
 
-proto::ResultInfo encode_result(const session::Result& result, double length_unit) {
+proto::ResultInfo encode_result(const session::BodyResult& result, double length_unit) {
   proto::ResultInfo info;
   const auto& report = result.report;
   info.set_revision(result.revision);
   info.set_sequence(result.sequence);
-  info.set_converged(result.converged);
+  info.set_converged(result.is_final);
   info.set_status(encode_status(report.status));
   info.set_iterations(static_cast<std::uint32_t>(report.iterations));
   info.set_force_energy(report.force_energy);
@@ -108,7 +108,7 @@ proto::Progress encode_progress(const session::Progress& progress) {
   return message;
 }
 
-proto::ModelInfo encode_model(const session::Session& session) {
+proto::ModelInfo encode_model(const session::BodySession& session) {
   proto::ModelInfo info;
   const auto built = session.model();
   if (!built) return info;

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "engine/session/session.h"
+#include "engine/session/bodies/session.h"
 #include "limber/v1/service.pb.h"
 
 namespace limber::server {
@@ -9,10 +9,11 @@ namespace proto = limber::v1;
 
 /// @param length_unit  metres per scene unit: the engine reports errors in metres, the wire in
 /// scene units
-[[nodiscard]] proto::ResultInfo encode_result(const session::Result& result, double length_unit);
+[[nodiscard]] proto::ResultInfo encode_result(const session::BodyResult& result,
+                                              double length_unit);
 [[nodiscard]] proto::SessionState encode_state(session::State state);
 [[nodiscard]] proto::Progress encode_progress(const session::Progress& progress);
 /// Of a session that is ready; empty before.
-[[nodiscard]] proto::ModelInfo encode_model(const session::Session& session);
+[[nodiscard]] proto::ModelInfo encode_model(const session::BodySession& session);
 
 }  // namespace limber::server

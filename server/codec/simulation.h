@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "engine/session/simulation.h"
+#include "engine/session/bodies/simulation.h"
 #include "limber/v1/scene.pb.h"
 #include "limber/v1/service.pb.h"
 #include "server/codec/errors.h"

@@ -1,6 +1,6 @@
 #include "server/service/beam_export.h"
 
-#include "engine/session/beams/beam_files.h"
+#include "engine/session/beams/files.h"
 #include "server/codec/beam_result.h"
 #include "server/codec/beam_scene.h"
 #include "server/codec/beams.h"

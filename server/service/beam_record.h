@@ -3,7 +3,7 @@
 #include <memory>
 #include <string>
 
-#include "engine/session/beams/beam_session.h"
+#include "engine/session/beams/session.h"
 #include "server/codec/beam_structure.h"
 #include "server/service/export_book.h"
 #include "server/service/record.h"

@@ -4,8 +4,8 @@
 #include <utility>
 
 #include "engine/scene/formats/edge_formats.h"
-#include "engine/session/beams/beam_remarks.h"
-#include "engine/session/beams/beam_samples.h"
+#include "engine/session/beams/remarks.h"
+#include "engine/session/beams/samples.h"
 #include "server/codec/faults.h"
 #include "server/codec/scene.h"
 #include "server/service/memory_estimate.h"

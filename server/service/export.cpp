@@ -8,7 +8,7 @@
 #include "engine/scene/formats/mesh_writers.h"
 #include "engine/scene/formats/point_cache.h"
 #include "engine/scene/formats/surface_formats.h"
-#include "engine/session/geometry.h"
+#include "engine/session/bodies/geometry.h"
 #include "server/codec/errors.h"
 #include "server/codec/keyframe.h"
 #include "server/codec/scene.h"

@@ -5,7 +5,7 @@
 #include <memory>
 #include <string>
 
-#include "engine/session/session.h"
+#include "engine/session/bodies/session.h"
 #include "limber/v1/service.pb.h"
 #include "server/service/job_registry.h"
 

@@ -3,7 +3,7 @@
 
 #include <boost/asio/post.hpp>
 
-#include "engine/session/beams/beam_remarks.h"
+#include "engine/session/beams/remarks.h"
 #include "server/codec/beam_edit.h"
 #include "server/codec/beams.h"
 #include "server/codec/edit_fields.h"

@@ -3,7 +3,7 @@
 
 #include <boost/asio/post.hpp>
 
-#include "engine/session/linkage/linkage_remarks.h"
+#include "engine/session/linkages/remarks.h"
 #include "server/codec/edit_fields.h"
 #include "server/codec/linkage_edit.h"
 #include "server/codec/scene.h"

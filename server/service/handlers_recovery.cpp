@@ -1,4 +1,4 @@
-#include "engine/session/recovery.h"
+#include "engine/session/bodies/recovery.h"
 #include "server/codec/errors.h"
 #include "server/codec/recovery.h"
 #include "server/service/memory_estimate.h"

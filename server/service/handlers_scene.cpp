@@ -4,7 +4,7 @@
 #include "engine/scene/samples/linkage_samples.h"
 #include "engine/scene/samples/samples.h"
 #include "engine/scene/tetrahedralize/tetrahedralize.h"
-#include "engine/session/beams/beam_samples.h"
+#include "engine/session/beams/samples.h"
 #include "server/codec/errors.h"
 #include "server/codec/tetrahedralization.h"
 #include "server/service/base_motions.h"

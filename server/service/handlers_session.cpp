@@ -44,7 +44,7 @@ SessionRecord::Opened describe_body(const std::string& id, const proto::Scene& m
 
 /// Constraints after the edits, or nothing where only the session can tell.
 std::optional<std::size_t> count_after(std::size_t before,
-                                       const std::vector<session::Edit>& edits) {
+                                       const std::vector<session::BodyEdit>& edits) {
   for (const auto& edit : edits) {
     if (std::holds_alternative<session::Undo>(edit) || std::holds_alternative<session::Redo>(edit))
       return std::nullopt;
@@ -55,10 +55,10 @@ std::optional<std::size_t> count_after(std::size_t before,
 }
 
 template <class Kind>
-std::size_t count_of(const std::vector<session::Edit>& edits) {
-  return static_cast<std::size_t>(
-      std::count_if(edits.begin(), edits.end(),
-                    [](const session::Edit& edit) { return std::holds_alternative<Kind>(edit); }));
+std::size_t count_of(const std::vector<session::BodyEdit>& edits) {
+  return static_cast<std::size_t>(std::count_if(
+      edits.begin(), edits.end(),
+      [](const session::BodyEdit& edit) { return std::holds_alternative<Kind>(edit); }));
 }
 
 /// A session that had to go for another.
@@ -113,7 +113,7 @@ proto::OpenSessionResponse Service::open(const proto::OpenSessionRequest& reques
   options.max_constraints = static_cast<int>(hub_.options.limits.constraints);
   put(record);
   try {
-    record->attach(std::make_shared<session::Session>(
+    record->attach(std::make_shared<session::BodySession>(
         id, std::move(decoded.scene), options, hub_.cache,
         [this](std::function<void()> task) {
           boost::asio::post(hub_.session_pool, std::move(task));

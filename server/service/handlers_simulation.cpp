@@ -1,4 +1,4 @@
-#include "engine/session/simulation.h"
+#include "engine/session/bodies/simulation.h"
 
 #include "server/codec/errors.h"
 #include "server/codec/simulation.h"

@@ -4,7 +4,7 @@
 #include <boost/asio/thread_pool.hpp>
 #include <memory>
 
-#include "engine/session/model_cache.h"
+#include "engine/session/bodies/model_cache.h"
 #include "server/service/job_registry.h"
 #include "server/service/open_requests.h"
 #include "server/service/options.h"

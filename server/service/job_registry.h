@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "engine/session/session.h"
+#include "engine/session/bodies/session.h"
 #include "server/service/run.h"
 #include "server/service/ticket.h"
 #include "server/service/timers.h"

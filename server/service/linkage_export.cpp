@@ -9,7 +9,7 @@
 #include "engine/scene/formats/mesh_writers.h"
 #include "engine/scene/formats/polylines.h"
 #include "engine/scene/formats/surface_formats.h"
-#include "engine/session/linkage/linkage_files.h"
+#include "engine/session/linkages/files.h"
 #include "server/codec/errors.h"
 #include "server/codec/file_stem.h"
 #include "server/codec/linkage.h"

@@ -3,7 +3,7 @@
 #include <memory>
 #include <string>
 
-#include "engine/session/linkage/linkage_session.h"
+#include "engine/session/linkages/session.h"
 #include "server/service/export_book.h"
 #include "server/service/record.h"
 

@@ -5,7 +5,7 @@
 
 #include "engine/scene/formats/line_formats.h"
 #include "engine/scene/samples/linkage_samples.h"
-#include "engine/session/linkage/linkage_remarks.h"
+#include "engine/session/linkages/remarks.h"
 #include "server/codec/faults.h"
 #include "server/codec/scene.h"
 

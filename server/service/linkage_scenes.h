@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "engine/session/linkage/linkage_mapping.h"
+#include "engine/session/linkages/mapping.h"
 #include "limber/v1/scene.pb.h"
 #include "server/codec/linkage.h"
 #include "server/service/line_source.h"

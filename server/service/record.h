@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "engine/session/session.h"
+#include "engine/session/bodies/session.h"
 #include "server/service/frame_streams.h"
 #include "server/service/hub.h"
 #include "server/service/result_waiters.h"

@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "engine/scene/samples/samples.h"
-#include "engine/session/document.h"
+#include "engine/session/bodies/document.h"
 #include "server/codec/field_paths.h"
 #include "server/service/memory_estimate.h"
 

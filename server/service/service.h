@@ -4,7 +4,7 @@
 #include <memory>
 
 #include "engine/scene/tetrahedralize/tetrahedralize.h"
-#include "engine/session/recovery.h"
+#include "engine/session/bodies/recovery.h"
 #include "limber/v1/service.pb.h"
 #include "server/codec/beam_scene.h"
 #include "server/codec/design.h"

@@ -12,7 +12,7 @@
 
 namespace limber::server {
 
-std::shared_ptr<const session::Geometry> geometry_of(const session::Session& session) {
+std::shared_ptr<const session::Geometry> geometry_of(const session::BodySession& session) {
   auto geometry = session.geometry();
   if (!geometry)
     throw Error(ErrorCode::kFailedPrecondition, "session", "the model is not built yet");
@@ -22,7 +22,7 @@ std::shared_ptr<const session::Geometry> geometry_of(const session::Session& ses
 SessionRecord::SessionRecord(Hub& hub, SessionKey key, Opened opened, JobId open_job)
     : Record(hub, std::move(key), opened.name, open_job), opened_(std::move(opened)) {}
 
-void SessionRecord::attach(std::shared_ptr<session::Session> session) {
+void SessionRecord::attach(std::shared_ptr<session::BodySession> session) {
   const std::size_t constraints = session->constraints().size();
   bool ready = false;
   {
@@ -35,7 +35,7 @@ void SessionRecord::attach(std::shared_ptr<session::Session> session) {
 }
 
 void SessionRecord::adopt_model() {
-  std::shared_ptr<session::Session> session;
+  std::shared_ptr<session::BodySession> session;
   {
     const std::lock_guard lock(mutex_);
     session = session_;
@@ -43,7 +43,7 @@ void SessionRecord::adopt_model() {
   if (!session) return;
   auto info = encode_model(*session);
   auto geometry = session->geometry();
-  std::shared_ptr<const session::Result> newest;
+  std::shared_ptr<const session::BodyResult> newest;
   {
     const std::lock_guard lock(mutex_);
     model_ = std::move(info);
@@ -54,7 +54,7 @@ void SessionRecord::adopt_model() {
     streams_->note(std::make_shared<BodyFrames>(newest, geometry, opened_.length_unit));
 }
 
-std::shared_ptr<session::Session> SessionRecord::session() const {
+std::shared_ptr<session::BodySession> SessionRecord::session() const {
   const std::lock_guard lock(mutex_);
   if (!session_) throw closed();
   return session_;
@@ -62,7 +62,7 @@ std::shared_ptr<session::Session> SessionRecord::session() const {
 
 void SessionRecord::close_session() {
   session()->close();
-  std::shared_ptr<session::Session> gone;  // freed without the lock
+  std::shared_ptr<session::BodySession> gone;  // freed without the lock
   const std::lock_guard lock(mutex_);
   gone = std::exchange(session_, nullptr);
 }
@@ -70,7 +70,7 @@ void SessionRecord::close_session() {
 std::shared_ptr<const FrameSource> SessionRecord::frames(bool final_only) const {
   const auto session = this->session();
   auto geometry = geometry_of(*session);
-  auto result = final_only ? session->converged_result() : session->newest_result();
+  auto result = final_only ? session->final_result() : session->newest_result();
   if (!result) throw Error(ErrorCode::kFailedPrecondition, "session", "there is no result yet");
   return std::make_shared<BodyFrames>(std::move(result), std::move(geometry), opened_.length_unit);
 }
@@ -83,7 +83,7 @@ void SessionRecord::describe(proto::SessionStatus& status) const {
   status.set_nodes(static_cast<std::uint32_t>(opened_.nodes));
   status.set_tets(static_cast<std::uint32_t>(opened_.tets));
   status.set_frames(static_cast<std::uint32_t>(opened_.frames));
-  std::shared_ptr<session::Session> session;
+  std::shared_ptr<session::BodySession> session;
   {
     const std::lock_guard lock(mutex_);
     session = session_;
@@ -139,7 +139,7 @@ void SessionRecord::take_ended_jobs(std::vector<JobId>& jobs) {
     jobs.push_back(*std::exchange(later_job_, std::nullopt));
 }
 
-void SessionRecord::on_result(const std::shared_ptr<const session::Result>& result) {
+void SessionRecord::on_result(const std::shared_ptr<const session::BodyResult>& result) {
   note_result(
       std::make_shared<proto::ResultInfo>(encode_result(*result, opened_.length_unit)),
       [&]() -> std::shared_ptr<const FrameSource> {

@@ -4,17 +4,18 @@
 #include <optional>
 #include <string>
 
-#include "engine/session/session.h"
+#include "engine/session/bodies/session.h"
 #include "server/service/export_book.h"
 #include "server/service/record.h"
 
 namespace limber::server {
 
 /// @throws Error{kFailedPrecondition} until the session's model is built
-[[nodiscard]] std::shared_ptr<const session::Geometry> geometry_of(const session::Session& session);
+[[nodiscard]] std::shared_ptr<const session::Geometry> geometry_of(
+    const session::BodySession& session);
 
 /// The record of a session of an elastic body, and the session's listener.
-class SessionRecord final : public Record, public session::Listener {
+class SessionRecord final : public Record, public session::BodyListener {
  public:
   /// What the open request said, for answers that need no session.
   struct Opened {
@@ -29,9 +30,9 @@ class SessionRecord final : public Record, public session::Listener {
   SessionRecord(Hub& hub, SessionKey key, Opened opened, JobId open_job);
 
   /// Right after the session is made. Before, answers come from `Opened` alone.
-  void attach(std::shared_ptr<session::Session> session);
+  void attach(std::shared_ptr<session::BodySession> session);
   /// The session, for calls. @throws Error{kNotFound} once it is closed
-  [[nodiscard]] std::shared_ptr<session::Session> session() const;
+  [[nodiscard]] std::shared_ptr<session::BodySession> session() const;
 
   [[nodiscard]] const Opened& opened() const { return opened_; }
   [[nodiscard]] const char* subject() const override { return "an elastic body"; }
@@ -48,7 +49,7 @@ class SessionRecord final : public Record, public session::Listener {
   /// The final result that contains `solve_cold(job)` ends this job.
   void expect_cold(JobId job);
   /// What exports are made of.
-  [[nodiscard]] ExportBook<session::Result>& exports() { return exports_; }
+  [[nodiscard]] ExportBook<session::BodyResult>& exports() { return exports_; }
 
   void stop_work() override { session()->cancel(); }
   void close_session() override;
@@ -57,7 +58,7 @@ class SessionRecord final : public Record, public session::Listener {
   void on_state(session::State state, const std::string& message) override {
     note_state(state, message);
   }
-  void on_result(const std::shared_ptr<const session::Result>& result) override;
+  void on_result(const std::shared_ptr<const session::BodyResult>& result) override;
 
  private:
   void describe(proto::SessionStatus& status) const override;
@@ -66,12 +67,12 @@ class SessionRecord final : public Record, public session::Listener {
   void take_ended_jobs(std::vector<JobId>& jobs) override;
 
   const Opened opened_;
-  ExportBook<session::Result> exports_;
+  ExportBook<session::BodyResult> exports_;
 
   // Under the lock:
-  std::shared_ptr<session::Session> session_;
+  std::shared_ptr<session::BodySession> session_;
   std::shared_ptr<const session::Geometry> geometry_;  // once the model is adopted
-  std::shared_ptr<const session::Result> newest_;
+  std::shared_ptr<const session::BodyResult> newest_;
   std::size_t constraints_ = 0;
   std::optional<proto::ModelInfo> model_;
 };

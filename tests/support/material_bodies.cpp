@@ -7,14 +7,14 @@
 #include "engine/base/error.h"
 #include "engine/base/random.h"
 #include "engine/scene/formats/mesh_formats.h"
-#include "engine/session/problem_mapping.h"
-#include "engine/session/session.h"
+#include "engine/session/bodies/problem_mapping.h"
+#include "engine/session/bodies/session.h"
 #include "engine/spacetime/motion_spectrum.h"
 
 namespace limber::testing {
 
 using Eigen::Index;
-using session::Result;
+using session::BodyResult;
 
 namespace {
 
@@ -85,12 +85,14 @@ void add_constraints(scene::Scene& scene) {
   }
 }
 
-class Results final : public session::Listener {
+class Results final : public session::BodyListener {
  public:
   void on_progress(const session::Progress& /*progress*/) override {}
   void on_state(session::State /*state*/, const std::string& /*message*/) override {}
-  void on_result(const std::shared_ptr<const Result>& result) override { all.push_back(result); }
-  std::vector<std::shared_ptr<const Result>> all;
+  void on_result(const std::shared_ptr<const BodyResult>& result) override {
+    all.push_back(result);
+  }
+  std::vector<std::shared_ptr<const BodyResult>> all;
 };
 
 /// A session that has solved and checked its scene when its constructor returns.
@@ -104,12 +106,12 @@ struct Solved {
     if (results->all.empty() || results->all.back()->solve_failed)
       throw Error(ErrorCode::kNumerical, "", "the solve failed");
   }
-  [[nodiscard]] Eigen::MatrixXd positions(const Result& result) const {
+  [[nodiscard]] Eigen::MatrixXd positions(const BodyResult& result) const {
     return session.positions(result, 0, static_cast<int>(result.modal.cols()));
   }
 
   std::shared_ptr<Results> results = std::make_shared<Results>();
-  session::Session session;
+  session::BodySession session;
 };
 
 void add_keyframes(scene::Scene& scene, const std::shared_ptr<session::ModelCache>& cache) {
@@ -246,11 +248,11 @@ FittedMotion fit_motion(scene::Scene scene, const std::shared_ptr<session::Model
   const double length = body_length(scene.mesh);
   const Solved solved(scene, cache);
   const auto& results = solved.results->all;
-  const Result& final = *results.back();
-  std::shared_ptr<const Result> before;  // the newest of forces alone
+  const BodyResult& final = *results.back();
+  std::shared_ptr<const BodyResult> before;  // the newest of forces alone
   FittedMotion motion;
   for (const auto& result : results) {
-    if (result->material_iterations == 0 && !result->converged) {
+    if (result->material_iterations == 0 && !result->is_final) {
       before = result;
       continue;
     }

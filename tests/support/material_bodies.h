@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "engine/scene/scene.h"
-#include "engine/session/model_cache.h"
+#include "engine/session/bodies/model_cache.h"
 
 namespace limber::testing {
 

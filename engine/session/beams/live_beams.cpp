@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "engine/base/error.h"
-#include "engine/session/beams/shape_keeper.h"
+#include "engine/session/beams/shape_cache.h"
 
 namespace limber::session {
 namespace {
@@ -144,7 +144,7 @@ LiveBeams::Outcome LiveBeams::solve(const SharedConditions& conditions, const Jo
                                  model_.temporary_loads.end());
   }
   beams::BeamStructure structure(std::move(model));
-  ShapeKeeper<Eigen::VectorXf> keeper(kMaxFrames);
+  ShapeCache<Eigen::VectorXf> keeper(kMaxFrames);
   const beams::BeamObserver observer = [&](const beams::BeamProgress& progress) {
     keeper.keep([&] { return beam_coordinates(*progress.state); });
     on_iterate(*progress.state);

@@ -9,8 +9,8 @@
 
 #include "engine/base/job.h"
 #include "engine/beams/solver/equilibrium.h"
-#include "engine/session/beams/beam_analysis.h"
-#include "engine/session/beams/beam_conditions.h"
+#include "engine/session/beams/analysis.h"
+#include "engine/session/beams/conditions.h"
 
 namespace limber::session {
 

@@ -13,7 +13,7 @@ template <class Result>
 class Listener {
  public:
   virtual ~Listener() = default;
-  virtual void on_progress(const Progress& progress) = 0;  // while building
+  virtual void on_progress(const Progress&) {}  // while building
   virtual void on_state(State state, const std::string& message) = 0;
   virtual void on_result(const std::shared_ptr<const Result>& result) = 0;
 };

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -30,5 +31,9 @@ struct EditReceipt {
 /// Edits of every kind: back to the step before the last, and on again.
 struct Undo {};
 struct Redo {};
+/// Of structures that have weight.
+struct SetGravity {
+  Eigen::Vector3d gravity = Eigen::Vector3d::Zero();  // [m/s^2]
+};
 
 }  // namespace limber::session

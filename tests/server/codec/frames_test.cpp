@@ -9,7 +9,7 @@ namespace limber::server {
 namespace {
 
 struct Motion {
-  session::Result result;
+  session::BodyResult result;
   session::Geometry geometry;
 };
 

@@ -320,7 +320,7 @@ TEST(LinkageCodec, EditsAndTheirFields) {
 
 TEST(LinkageCodec, EnergiesAreInJouleWhateverTheLengthUnit) {
   session::LinkageResult result;
-  result.converged = true;
+  result.is_final = true;
   result.report.status = rods::EquilibriumStatus::kSaddle;
   result.report.energies = {1000, 2000, 3000};
   result.report.spring_energy = 4000;
@@ -332,7 +332,7 @@ TEST(LinkageCodec, EnergiesAreInJouleWhateverTheLengthUnit) {
   EXPECT_DOUBLE_EQ(info.linkage().twisting_energy(), 3);
   EXPECT_DOUBLE_EQ(info.total_energy(), 10);
   EXPECT_DOUBLE_EQ(info.linkage().mean_angle_degrees(), 45);
-  result.converged = false;
+  result.is_final = false;
   EXPECT_EQ(encode_linkage_result(result, 1).status(), proto::SOLVE_STATUS_IMPROVED);
 }
 

@@ -6,7 +6,7 @@ namespace limber::server {
 namespace {
 
 TEST(ResultCodec, LengthsComeInTheScenesUnit) {
-  session::Result result;
+  session::BodyResult result;
   result.report.max_constraint_error = 0.002;
   result.report.rms_constraint_error = 0.001;
   result.report.max_exact_error = 0.0005;
@@ -18,7 +18,7 @@ TEST(ResultCodec, LengthsComeInTheScenesUnit) {
 }
 
 TEST(ResultCodec, TheErrorOfAMotionComesInTheScenesUnit) {
-  session::Result result;
+  session::BodyResult result;
   EXPECT_FALSE(encode_result(result, 0.001).has_motion_error());
   session::MotionCheck check;
   check.error.shape_error = 0.03;
@@ -40,8 +40,8 @@ TEST(ResultCodec, TheErrorOfAMotionComesInTheScenesUnit) {
 }
 
 TEST(ResultCodec, AFailedSolveIsMarked) {
-  session::Result result;
-  result.converged = true;
+  session::BodyResult result;
+  result.is_final = true;
   result.solve_failed = true;
   result.report.status = spacetime::SolveStatus::kStalled;
   result.report.message = "the solve failed: because";

@@ -16,9 +16,9 @@ struct ServerSessionRecord : ::testing::Test {
       hub, SessionKey{"s", 1}, SessionRecord::Opened{"s", "s", {}, 4, 1, 10}, opening);
 
   void publish(std::uint64_t sequence, JobId cold_request) {
-    auto result = std::make_shared<session::Result>();
+    auto result = std::make_shared<session::BodyResult>();
     result->sequence = sequence;
-    result->converged = true;
+    result->is_final = true;
     result->cold_request = cold_request;
     record->on_result(result);
   }

@@ -5,7 +5,7 @@
 #include "engine/base/error.h"
 #include "engine/reduced/reduced_model.h"
 #include "engine/scene/scene.h"
-#include "engine/session/session.h"
+#include "engine/session/bodies/session.h"
 #include "engine/spacetime/problem.h"
 #include "engine/spacetime/solver.h"
 

@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "engine/base/error.h"
-#include "tests/engine/session/beams/beam_scenes.h"
+#include "tests/engine/session/beams/scenes.h"
 #include "tests/support/beam_columns.h"
 
 namespace limber::session {

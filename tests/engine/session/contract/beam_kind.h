@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "engine/session/beams/beam_session.h"
-#include "tests/engine/session/beams/beam_scenes.h"
+#include "engine/session/beams/session.h"
+#include "tests/engine/session/beams/scenes.h"
 #include "tests/engine/session/contract/recording.h"
 
 namespace limber::session::contract {
@@ -81,7 +81,7 @@ struct BeamKind {
     ResultHeader header;
     header.revision = result.revision;
     header.sequence = result.sequence;
-    header.is_final = result.converged;
+    header.is_final = result.is_final;
     header.solve_failed = result.solve_failed;
     header.is_cancelled = result.report.status == beams::BeamStatus::kCancelled;
     header.message = result.report.message;

@@ -2,26 +2,27 @@
 
 #include <cmath>
 #include <cstddef>
+#include <limits>
 #include <memory>
 #include <string>
 #include <utility>
 #include <vector>
 
-#include "engine/session/problem_mapping.h"
-#include "engine/session/session.h"
+#include "engine/session/bodies/problem_mapping.h"
+#include "engine/session/bodies/session.h"
+#include "tests/engine/session/bodies/harness.h"
+#include "tests/engine/session/bodies/scenes.h"
 #include "tests/engine/session/contract/recording.h"
-#include "tests/engine/session/harness.h"
-#include "tests/engine/session/scenes.h"
 #include "tests/support/temporary_folder.h"
 
 namespace limber::session::contract {
 
 /// A short bar, whose tip is held aside in two frames.
 struct BodyKind {
-  using Session = session::Session;
-  using Result = session::Result;
-  using Edit = session::Edit;
-  using Edits = std::vector<Edit>;
+  using Session = BodySession;
+  using Result = BodyResult;
+  using Edit = BodyEdit;
+  using Edits = std::vector<BodyEdit>;
 
   static constexpr const char* kName = "Bodies";
   /// The session's and the one that checks final results.
@@ -32,28 +33,28 @@ struct BodyKind {
   /// Cancelled while it builds, it has no model.
   static constexpr bool kCancelFailsBuild = true;
 
-  class Recorder final : public session::Listener, public Recording {
+  class Recorder final : public BodyListener, public Recording {
     void on_progress(const Progress&) override { note_progress(); }
     void on_state(State state, const std::string& message) override { note_state(state, message); }
-    void on_result(const std::shared_ptr<const Result>& result) override {
+    void on_result(const std::shared_ptr<const BodyResult>& result) override {
       note_result(header(*result));
     }
   };
 
-  static std::unique_ptr<Session> open(const Executor& executor,
-                                       const std::shared_ptr<Recorder>& recorder) {
+  static std::unique_ptr<BodySession> open(const Executor& executor,
+                                           const std::shared_ptr<Recorder>& recorder) {
     return open_with(test::shared_cache(), executor, recorder);
   }
   /// Its build fails once it runs.
-  static std::unique_ptr<Session> open_failing(const Executor& executor,
-                                               const std::shared_ptr<Recorder>& recorder) {
+  static std::unique_ptr<BodySession> open_failing(const Executor& executor,
+                                                   const std::shared_ptr<Recorder>& recorder) {
     auto session = open(executor, recorder);
     session->cancel();
     return session;
   }
   /// Its solve fails after failing_edits().
-  static std::unique_ptr<Session> open_fragile(const Executor& executor,
-                                               const std::shared_ptr<Recorder>& recorder) {
+  static std::unique_ptr<BodySession> open_fragile(const Executor& executor,
+                                                   const std::shared_ptr<Recorder>& recorder) {
     return open_with(fragile_cache(), executor, recorder);
   }
 
@@ -63,31 +64,31 @@ struct BodyKind {
     return {client == 0 ? MoveConstraint{1, {0, y, 0.02}} : MoveConstraint{2, {0, -y, 0}}};
   }
   /// The number of the client's newest edit, 0: none.
-  static int number_in(const Session& session, int client) {
+  static int number_in(const BodySession& session, int client) {
     const auto constraints = session.constraints();
     const double y = std::abs(constraints.at(static_cast<std::size_t>(client)).target.y());
     return static_cast<int>(std::lround((y - 0.05) / kStep));
   }
   /// So far from number(i) that its solve publishes an iterate long before it ends.
   static Edits slow_edits() { return {MoveConstraint{1, {-0.1, 0.3, 0.1}}}; }
-  static Edit invalid_edit() { return RemoveConstraint{99}; }
-  /// The solve throws: displacements of the node overflow.
+  static BodyEdit invalid_edit() { return RemoveConstraint{99}; }
+  /// The solve throws: displacements of the node are not numbers.
   static Edits failing_edits() {
     return {AddConstraint{test::held(12, fragile_node(), {0, 0, 0})}};
   }
   static Edits mending_edits() { return {RemoveConstraint{3}}; }
 
-  static std::shared_ptr<const Result> newest_result(const Session& session) {
+  static std::shared_ptr<const BodyResult> newest_result(const BodySession& session) {
     return session.newest_result();
   }
-  static std::shared_ptr<const Result> final_result(const Session& session) {
-    return session.converged_result();
+  static std::shared_ptr<const BodyResult> final_result(const BodySession& session) {
+    return session.final_result();
   }
-  static ResultHeader header(const Result& result) {
+  static ResultHeader header(const BodyResult& result) {
     ResultHeader header;
     header.revision = result.revision;
     header.sequence = result.sequence;
-    header.is_final = result.converged;
+    header.is_final = result.is_final;
     header.solve_failed = result.solve_failed;
     header.is_cancelled = result.report.status == spacetime::SolveStatus::kCancelled;
     header.is_amendment = result.check == Check::kDone;
@@ -95,14 +96,14 @@ struct BodyKind {
     return header;
   }
   /// All that a client sees of the motion.
-  static std::vector<double> answer(const Result& result) {
+  static std::vector<double> answer(const BodyResult& result) {
     std::vector<double> answer(result.modal.data(), result.modal.data() + result.modal.size());
     const Eigen::MatrixXf& q = result.coordinates;
     answer.insert(answer.end(), q.data(), q.data() + q.size());
     return answer;
   }
-  static std::string state_message(const Session& session) { return session.state_message(); }
-  static void read_everything(const Session& session) {
+  static std::string state_message(const BodySession& session) { return session.state_message(); }
+  static void read_everything(const BodySession& session) {
     (void)session.scene();
     (void)session.keyframes();
     (void)session.unedited();
@@ -130,15 +131,15 @@ struct BodyKind {
     scene.constraints = {test::held(8, tip, {0, 0.05, 0.02}), test::held(16, tip, {0, -0.05, 0})};
     return scene;
   }
-  static std::unique_ptr<Session> open_with(std::shared_ptr<ModelCache> cache,
-                                            const Executor& executor,
-                                            const std::shared_ptr<Recorder>& recorder) {
-    return std::make_unique<Session>("contract", short_bar(), SessionOptions(), std::move(cache),
-                                     executor, recorder);
+  static std::unique_ptr<BodySession> open_with(std::shared_ptr<ModelCache> cache,
+                                                const Executor& executor,
+                                                const std::shared_ptr<Recorder>& recorder) {
+    return std::make_unique<BodySession>("contract", short_bar(), SessionOptions(),
+                                         std::move(cache), executor, recorder);
   }
   static int fragile_node() { return test::bar_node(kCells, 2, 0, 1); }
-  /// Has the scene's model with numbers at one node whose squares overflow: constraints of that
-  /// node make the solve throw, and nothing else looks at it.
+  /// Has the scene's model without numbers at one node: constraints of that node make the solve
+  /// throw, and nothing else looks at it.
   static std::shared_ptr<ModelCache> fragile_cache() {
     static const TemporaryFolder folder;
     static const auto cache = [] {
@@ -148,7 +149,8 @@ struct BodyKind {
       const reduced::ModelOptions options = map_model(scene, mapped.body);
       reduced::ReducedModel model = reduced::build_model(mapped.body, options);
       const int node = mapped.compact_of_source.at(static_cast<std::size_t>(fragile_node()));
-      model.basis.middleRows(3 * Eigen::Index{node}, 3).setConstant(1e200);
+      model.basis.middleRows(3 * Eigen::Index{node}, 3)
+          .setConstant(std::numeric_limits<double>::quiet_NaN());
       made->store(ModelCache::key(mapped.body, options), model);
       return made;
     }();

@@ -7,9 +7,9 @@
 #include <string>
 #include <vector>
 
-#include "engine/session/linkage/linkage_session.h"
+#include "engine/session/linkages/session.h"
 #include "tests/engine/session/contract/recording.h"
-#include "tests/engine/session/linkage/live_linkages.h"
+#include "tests/engine/session/linkages/live_linkages.h"
 
 namespace limber::session::contract {
 
@@ -86,7 +86,7 @@ struct LinkageKind {
     ResultHeader header;
     header.revision = result.revision;
     header.sequence = result.sequence;
-    header.is_final = result.converged;
+    header.is_final = result.is_final;
     header.solve_failed = result.solve_failed;
     header.is_cancelled = result.report.status == rods::EquilibriumStatus::kCancelled;
     header.message = result.report.message;

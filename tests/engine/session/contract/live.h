@@ -11,9 +11,9 @@
 #include <vector>
 
 #include "engine/base/error.h"
+#include "tests/engine/session/bodies/harness.h"
 #include "tests/engine/session/contract/manual_executor.h"
 #include "tests/engine/session/contract/recording.h"
-#include "tests/engine/session/harness.h"
 
 namespace limber::session::contract {
 

@@ -8,7 +8,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "engine/session/executor.h"
+#include "engine/session/core/executor.h"
 
 namespace limber::session::contract {
 

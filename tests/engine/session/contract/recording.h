@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "engine/session/session.h"
+#include "engine/session/bodies/session.h"
 
 namespace limber::session::contract {
 

@@ -1,0 +1,322 @@
+#include "engine/session/beams/document.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "engine/base/rotations/logarithm.h"
+#include "engine/session/beams/remarks.h"
+#include "engine/session/core/keyed_items.h"
+#include "engine/session/core/limit_checks.h"
+#include "engine/session/core/refused_edit.h"
+
+namespace limber::session {
+namespace {
+
+using beams::BeamSupport;
+using beams::PrescribedMotion;
+
+/// The last name of a path: "loads[2].node" is about a node, "motions[1]" about the whole edit.
+std::string last_name(const std::string& path) {
+  const std::string name = path.substr(path.rfind('.') + 1);
+  return name.find('[') == std::string::npos ? name : "";
+}
+
+bool is_nothing(const beams::NodalLoad& load) {
+  return load.force.isZero(0) && load.moment.isZero(0);
+}
+
+bool holds_anything(const BeamSupport& support) {
+  return std::find(support.fixed.begin(), support.fixed.end(), true) != support.fixed.end();
+}
+
+}  // namespace
+
+void BeamLimits::validate() const {
+  demand_not_negative(undo_depth, "undo_depth");
+  demand_not_negative(steps_at_once, "steps_at_once");
+}
+
+namespace {
+
+/// Conditions under edits.
+struct BeamConditionEdits {
+  explicit BeamConditionEdits(const BeamConditions& from)
+      : supports(from.supports, &BeamSupport::node),
+        motions(from.motions, &PrescribedMotion::node),
+        loads(from.loads, &beams::NodalLoad::node),
+        distributed_loads(from.distributed_loads, &beams::DistributedLoad::element),
+        gravity(from.gravity),
+        temporary_loads(from.temporary_loads) {}
+
+  [[nodiscard]] BeamConditions made() const {
+    return {supports.list(),          motions.list(), loads.list(),
+            distributed_loads.list(), gravity,        temporary_loads};
+  }
+
+  KeyedItems<BeamSupport, int> supports;
+  KeyedItems<PrescribedMotion, int> motions;
+  KeyedItems<beams::NodalLoad, int> loads;
+  KeyedItems<beams::DistributedLoad, int> distributed_loads;
+  // As of BeamConditions:
+  Eigen::Vector3d gravity;
+  std::vector<beams::NodalLoad> temporary_loads;
+};
+
+}  // namespace
+
+/// One request under way on a copy of the history.
+class BeamDocument::Request {
+ public:
+  Request(const BeamDocument& document, const Places& places)
+      : document_(document), places_(places), history_(document.history_) {}
+
+  void apply(const BeamEdit& edit) {
+    std::visit([this](const auto& what) { take(what); }, edit);
+    ++edits_;
+  }
+
+  [[nodiscard]] std::vector<scene::Issue> take_warnings() { return std::move(warnings_); }
+
+  History finish() {
+    close_step();
+    return std::move(history_);
+  }
+
+ private:
+  void take(const SetSupport& set) {
+    demand_node(set.support.node);
+    begin_step();
+    conditions().supports.erase_all(set.support.node);
+    if (holds_anything(set.support)) conditions().supports.push_back(set.support);
+  }
+  void take(const MoveNode& move) { bring(move.motion); }
+  void take(const HoldNode& hold) {
+    demand_node(hold.node);
+    PrescribedMotion motion = *by_axes(places_.of(hold.node), axes_of(hold.node));
+    // The attitude does not tell turns that are known.
+    if (const PrescribedMotion* const found = conditions().motions.find(hold.node);
+        found != nullptr && found->rotates_all())
+      motion.rotation = rotations::nearest_branch(motion.rotation, found->rotation);
+    motion.node = hold.node;
+    motion.translates = hold.translations;
+    motion.rotates = {hold.rotations, hold.rotations, hold.rotations};
+    bring(motion);
+  }
+  void take(const ReleaseNode& release) {
+    demand_node(release.node);
+    begin_step();
+    if (conditions().supports.find(release.node) == nullptr &&
+        conditions().motions.find(release.node) == nullptr)
+      warn("node", fmt::format("nothing holds node {}: there is nothing to release", release.node));
+    conditions().supports.erase_all(release.node);
+    conditions().motions.erase_all(release.node);
+  }
+  void take(const SetNodeLoad& set) {
+    demand_node(set.load.node);
+    begin_step();
+    const bool loaded = conditions().loads.find(set.load.node) != nullptr;
+    conditions().loads.erase_all(set.load.node);
+    if (!is_nothing(set.load)) {
+      conditions().loads.push_back(set.load);
+    } else if (!loaded) {
+      warn("node",
+           fmt::format("nothing loads node {}: there is nothing to take away", set.load.node));
+    }
+  }
+  void take(const SetElementLoad& set) {
+    demand(set.load.element, document_.model_.elements.size(), "element");
+    begin_step();
+    const auto erased = conditions().distributed_loads.erase_all(set.load.element);
+    if (!set.load.force.isZero(0)) {
+      conditions().distributed_loads.push_back(set.load);
+    } else if (erased == 0) {
+      warn("element", fmt::format("nothing loads element {}: there is nothing to take away",
+                                  set.load.element));
+    }
+  }
+  void take(const PushNode& push) {
+    demand_node(push.load.node);
+    begin_step();
+    conditions().temporary_loads.push_back(push.load);
+  }
+  void take(const SetGravity& set) {
+    begin_step();
+    conditions().gravity = set.gravity;
+    if (!set.gravity.isZero(0) && !remark_on_gravity().empty())
+      warn("gravity", remark_on_gravity());
+  }
+  void take(const Undo&) {
+    close_step_inside();
+    history_.undo();
+    conditions_.reset();
+  }
+  void take(const Redo&) {
+    close_step_inside();
+    history_.redo();
+    conditions_.reset();
+  }
+
+  /// Those that hold now; steps back and forth copy none.
+  BeamConditionEdits& conditions() {
+    if (!conditions_) conditions_.emplace(*history_.now());
+    return *conditions_;
+  }
+  /// What is said of gravity that nothing feels; empty: something does.
+  const std::string& remark_on_gravity() {
+    if (remark_on_gravity_) return *remark_on_gravity_;
+    beams::BeamModel model = document_.model_;
+    model.gravity = Eigen::Vector3d::UnitZ();
+    remark_on_gravity_.emplace();
+    for (const scene::Issue& issue : beam_remarks(model)) {
+      if (issue.field == "gravity") remark_on_gravity_ = issue.message;
+    }
+    return *remark_on_gravity_;
+  }
+
+  /// Of what holds the node.
+  [[nodiscard]] Eigen::Matrix3d axes_of(int node) {
+    if (const BeamSupport* const support = conditions().supports.find(node)) return support->axes;
+    if (const PrescribedMotion* const motion = conditions().motions.find(node)) return motion->axes;
+    return Eigen::Matrix3d::Identity();
+  }
+
+  /// What the motion gives is no longer the support's; what it does not give stays.
+  void bring(const PrescribedMotion& given) {
+    demand_node(given.node);
+    if (!given.translates_any() && !given.rotates_any())
+      throw Error(ErrorCode::kInvalidArgument, "node",
+                  fmt::format("the motion of node {} gives no direction", given.node));
+    begin_step();
+    PrescribedMotion motion = by_axes(given, axes_of(given.node)).value_or(given);
+    if (BeamSupport* const support = conditions().supports.find(motion.node)) {
+      // By other axes than the support's it is refused.
+      const bool fits = by_axes(motion, support->axes).has_value();
+      for (std::size_t k = 0; fits && k < 3; ++k) {
+        support->fixed[k] = support->fixed[k] && !motion.translates[k];
+        support->fixed[3 + k] = support->fixed[3 + k] && !motion.rotates[k];
+      }
+      if (!holds_anything(*support)) conditions().supports.erase_all(motion.node);
+    }
+    PrescribedMotion* const found = conditions().motions.find(motion.node);
+    found == nullptr ? conditions().motions.push_back(motion) : add(motion, *found);
+  }
+
+  /// What one motion gives takes the place of what the other gives; the rest of that stays.
+  static void add(const PrescribedMotion& motion, PrescribedMotion& held) {
+    const auto by_these = by_axes(held, motion.axes);
+    if (!by_these) {
+      if ((motion.translates_all() || !held.translates_any()) &&
+          (motion.rotates_all() || !held.rotates_any())) {
+        held = motion;
+        return;
+      }
+      throw Error(ErrorCode::kInvalidArgument, "",
+                  fmt::format("node {} is held by other axes: give directions by these, all three, "
+                              "or release it first",
+                              motion.node));
+    }
+    held = *by_these;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const auto i = static_cast<Eigen::Index>(k);
+      if (motion.translates[k]) {
+        held.translates[k] = true;
+        held.translation[i] = motion.translation[i];
+      }
+      if (motion.rotates[k]) {
+        held.rotates[k] = true;
+        held.rotation[i] = motion.rotation[i];
+      }
+    }
+  }
+
+  void warn(const std::string& field, const std::string& message) {
+    warnings_.push_back(
+        {scene::Issue::Severity::kWarning, fmt::format("edits[{}].{}", edits_, field), message});
+  }
+
+  static void demand(int index, std::size_t count, const char* what) {
+    if (index >= 0 && static_cast<std::size_t>(index) < count) return;
+    throw Error(ErrorCode::kOutOfRange, what,
+                fmt::format("{} {} is outside 0 .. {}", what, index, count - 1));
+  }
+  void demand_node(int node) const { demand(node, document_.model_.nodes.size(), "node"); }
+
+  /// Temporary loads of the step before are over.
+  void begin_step() {
+    if (!std::exchange(is_open_, true)) conditions().temporary_loads.clear();
+  }
+
+  /// Of a step that is not the request's last.
+  void close_step_inside() {
+    if (is_open_ && ++steps_ > document_.limits_.steps_at_once)
+      throw Error(
+          ErrorCode::kLimitExceeded, "steps_at_once",
+          fmt::format("the edits of one request begin more than {} steps of undo: send them "
+                      "in several requests",
+                      document_.limits_.steps_at_once));
+    close_step();
+  }
+  /// Refuses what the conditions may not be.
+  void close_step() {
+    if (!std::exchange(is_open_, false)) return;
+    BeamConditions made = conditions().made();
+    try {
+      validate(with_conditions(document_.model_, made));
+    } catch (const Error& error) {
+      throw Error(error.code(), last_name(error.field()), error.what());
+    }
+    history_.step_to(std::move(made), document_.limits_.undo_depth, document_.limits_.undo_bytes,
+                     [](const BeamConditions& conditions) { return bytes_of(conditions); });
+  }
+
+  const BeamDocument& document_;
+  const Places& places_;
+  History history_;
+  std::optional<BeamConditionEdits>
+      conditions_;        // of history_, with the edits since; none: no edits
+  bool is_open_ = false;  // edits since the last step
+  int steps_ = 0;         // closed inside the request
+  std::optional<std::string> remark_on_gravity_;
+  int edits_ = 0;  // taken
+  std::vector<scene::Issue> warnings_;
+};
+
+BeamDocument::BeamDocument(beams::BeamModel model, BeamLimits limits)
+    : model_(std::move(model)), limits_(limits), history_(conditions_of(model_)) {
+  limits.validate();
+  validate(model_);
+}
+
+BeamDocument::Prepared BeamDocument::prepare(const std::vector<BeamEdit>& edits,
+                                             std::optional<Revision> expected,
+                                             const Places& places) const {
+  if (expected && *expected != revision_) {
+    throw Error(ErrorCode::kFailedPrecondition, "expected_revision",
+                fmt::format("the session is at revision {}, not {}", revision_, *expected));
+  }
+  if (edits.empty()) throw Error(ErrorCode::kInvalidArgument, "edits", "there are no edits");
+  std::optional<History> done;
+  std::vector<scene::Issue> warnings;
+  try_edits(edits.size(), [&](std::size_t count, std::size_t& taken) {
+    Request request(*this, places);
+    for (; taken < count; ++taken) request.apply(edits[taken]);
+    done.emplace(request.finish());
+    warnings = request.take_warnings();
+  });
+  LIMBER_DEMAND(done.has_value());
+  EditReceipt receipt;
+  receipt.issues = std::move(warnings);
+  receipt.constraint_ids.assign(edits.size(), 0);
+  receipt.keyframe_ids.assign(edits.size(), 0);
+  return {std::move(*done), std::move(receipt)};
+}
+
+EditReceipt BeamDocument::commit(Prepared&& prepared) {
+  std::swap(history_, prepared.history);
+  prepared.receipt.revision = ++revision_;
+  return std::move(prepared.receipt);
+}
+
+}  // namespace limber::session

@@ -1,0 +1,82 @@
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "engine/session/beams/conditions.h"
+#include "engine/session/beams/edit.h"
+#include "engine/session/core/snapshot_history.h"
+
+namespace limber::session {
+
+struct BeamLimits {
+  int undo_depth = 1000;                           // requests that can be undone, >= 0
+  std::size_t undo_bytes = std::size_t{64} << 20;  // kept for undo; the newest request always is
+  int steps_at_once = 16;                          // as of LinkageLimits, >= 0
+
+  /// @throws Error{kInvalidArgument} naming the member
+  void validate() const;
+};
+
+/// What acts on a structure of beams, under edits: as LinkageDocument is of linkages. Not
+/// thread-safe, solves nothing.
+///
+/// A request of edits is applied whole or not at all and is one revision and one step of undo: what
+/// its edits make together must be valid, in whatever order they are. Undo and redo are edits too;
+/// inside a request they end the step begun by the edits before. Temporary loads are of the step
+/// that has them.
+class BeamDocument {
+  using History = SnapshotHistory<BeamConditions>;
+
+ public:
+  /// Where a node is in the newest shape, by the motion that would hold it there.
+  /// @throws Error where that is not known
+  class Places {
+   public:
+    virtual ~Places() = default;
+    [[nodiscard]] virtual beams::PrescribedMotion of(int node) const = 0;
+  };
+
+  /// @throws Error as beams::validate and BeamLimits::validate
+  explicit BeamDocument(beams::BeamModel model, BeamLimits limits = {});
+
+  /// @param places  asked by HoldNode
+  /// @returns with warnings of gravity that nothing feels and of releases of what nothing holds
+  /// or loads
+  /// @throws Error with field "edits[i]....": as beams::validate, kOutOfRange, kInvalidArgument,
+  /// kFailedPrecondition (nothing to undo); Error{kFailedPrecondition, "expected_revision"};
+  /// nothing has changed
+  EditReceipt apply(const std::vector<BeamEdit>& edits, std::optional<Revision> expected,
+                    const Places& places) {
+    return commit(prepare(edits, expected, places));
+  }
+  /// apply() in two parts, as LinkageDocument has them.
+  struct Prepared {
+    History history;
+    EditReceipt receipt;
+  };
+  [[nodiscard]] Prepared prepare(const std::vector<BeamEdit>& edits,
+                                 std::optional<Revision> expected, const Places& places) const;
+  EditReceipt commit(Prepared&& prepared);
+
+  [[nodiscard]] Revision revision() const { return revision_; }
+  [[nodiscard]] const std::shared_ptr<const BeamConditions>& conditions() const {
+    return history_.now();
+  }
+  /// Under the conditions that it came with.
+  [[nodiscard]] const beams::BeamModel& model() const { return model_; }
+  [[nodiscard]] std::size_t undo_count() const { return history_.undo_count(); }
+  [[nodiscard]] std::size_t redo_count() const { return history_.redo_count(); }
+
+ private:
+  class Request;
+
+  const beams::BeamModel model_;
+  const BeamLimits limits_;
+  History history_;
+  Revision revision_ = 0;
+};
+
+}  // namespace limber::session

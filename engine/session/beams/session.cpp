@@ -1,0 +1,179 @@
+#include "engine/session/beams/session.h"
+
+#include <fmt/format.h>
+
+#include <optional>
+#include <utility>
+
+#include "engine/base/rotations/logarithm.h"
+#include "engine/session/beams/live_beams.h"
+#include "engine/session/core/matrix_of_columns.h"
+#include "engine/session/core/session_core.h"
+
+namespace limber::session {
+namespace {
+
+/// Nodes in a shape that is known to be the newest; null: it is not.
+class EquilibriumPositions final : public BeamDocument::Places {
+ public:
+  EquilibriumPositions(const BeamDocument& document, std::shared_ptr<const BeamResult> settled)
+      : document_(document), settled_(std::move(settled)) {}
+
+  [[nodiscard]] beams::PrescribedMotion of(int node) const override {
+    if (!settled_ || !settled_->analysis)
+      throw Error(ErrorCode::kFailedPrecondition, "node",
+                  fmt::format("node {} is not at rest yet: wait for revision {}", node,
+                              document_.revision()));
+    const beams::BeamState& state = settled_->analysis->solution.state;
+    const auto i = static_cast<std::size_t>(node);
+    beams::PrescribedMotion motion;
+    motion.node = node;
+    motion.translates = motion.rotates = {true, true, true};
+    motion.translation = state.positions.col(node) - document_.model().nodes[i].position;
+    motion.rotation = rotations::logarithm(state.rotations[i]);
+    return motion;
+  }
+
+ private:
+  const BeamDocument& document_;
+  std::shared_ptr<const BeamResult> settled_;
+};
+
+}  // namespace
+
+/// What the task of a session of beams works on.
+struct BeamOrder {
+  std::shared_ptr<const BeamConditions> conditions;
+};
+
+class BeamSession::Impl final : public SessionCore<BeamResult, BeamOrder> {
+ public:
+  Impl(std::string id, beams::BeamModel model, BeamLimits limits, Executor executor,
+       std::shared_ptr<BeamListener> listener, std::optional<beams::BeamState> shape)
+      : SessionCore(std::move(id), std::move(executor), std::move(listener)),
+        document_(std::move(model), limits),
+        live_(document_.model(), std::move(shape)) {}
+
+  EditReceipt edit(const std::vector<BeamEdit>& edits, std::optional<Revision> expected);
+
+  [[nodiscard]] const BeamDocument& document() const { return document_; }
+
+ private:
+  std::string build(const JobContext&) override { return {}; }  // nothing takes time
+  Revision document_revision() const override { return document_.revision(); }
+  BeamOrder take_order() override { return {document_.conditions()}; }
+  void solve(const Round& round) override;
+  void solve_failed(const Round& round, const std::string& reason) override;
+  bool must_finish(const BeamOrder& order) const override {
+    return selects_buckling_direction(*order.conditions);
+  }
+
+  [[nodiscard]] bool selects_buckling_direction(const BeamConditions& conditions) const;
+  void finish(const Round& round, LiveBeams::Outcome outcome);
+  void publish_iterate(const beams::BeamState& state, const Round& round);
+
+  BeamDocument document_;
+  LiveBeams live_;  // the task's
+};
+
+/// Do pushes act, or temporary loads of the structure, which is in no equilibrium yet? Called with
+/// the lock.
+bool BeamSession::Impl::selects_buckling_direction(const BeamConditions& conditions) const {
+  const bool is_solved = final_ && final_->analysis;
+  return !conditions.temporary_loads.empty() ||
+         (!is_solved && !document_.model().temporary_loads.empty());
+}
+
+EditReceipt BeamSession::Impl::edit(const std::vector<BeamEdit>& edits,
+                                    std::optional<Revision> expected) {
+  std::optional<BeamDocument::Prepared> prepared;
+  return change(
+      [&] {
+        const auto settled = read([this]() -> std::shared_ptr<const BeamResult> {
+          const bool is_settled = final_ && final_->revision == document_.revision() && !has_work_;
+          return is_settled ? final_ : nullptr;
+        });
+        prepared.emplace(
+            document_.prepare(edits, expected, EquilibriumPositions(document_, settled)));
+      },
+      [&] {
+        // What has temporary loads is solved to its end before an edit is looked at.
+        if (has_work_ && selects_buckling_direction(*document_.conditions()))
+          finish_first(document_.revision(), {document_.conditions()});
+        return document_.commit(std::move(*prepared));
+      });
+}
+
+void BeamSession::Impl::solve(const Round& round) {
+  if (round.is_cancelled) round.cancellation.request();
+  finish(round, live_.solve(round.order.conditions, JobContext{round.cancellation, {}},
+                            [&](const beams::BeamState& state) { publish_iterate(state, round); }));
+}
+
+void BeamSession::Impl::solve_failed(const Round& round, const std::string& reason) {
+  live_.restore();
+  LiveBeams::Outcome outcome;
+  outcome.report.status = beams::BeamStatus::kStalled;
+  outcome.report.message = reason;
+  finish(round, std::move(outcome));
+}
+
+void BeamSession::Impl::finish(const Round& round, LiveBeams::Outcome outcome) {
+  const bool cancelled = outcome.report.status == beams::BeamStatus::kCancelled;
+  if (cancelled && is_out_of_date()) return;
+  if (cancelled) live_.restore();
+  auto result = std::make_shared<BeamResult>();
+  result->is_final = true;
+  result->solve_failed = !outcome.reached && !cancelled;
+  result->report = std::move(outcome.report);
+  result->frames = matrix_of_columns(
+      outcome.reached ? outcome.frames : std::vector{beam_coordinates(live_.state())});
+  result->analysis = live_.analysis();
+  publish(std::move(result), round);
+}
+
+void BeamSession::Impl::publish_iterate(const beams::BeamState& state, const Round& round) {
+  if (!is_time_to_publish()) return;
+  auto result = std::make_shared<BeamResult>();
+  result->frames = matrix_of_columns({beam_coordinates(state)});
+  publish(std::move(result), round);
+}
+
+BeamSession::BeamSession(std::string id, beams::BeamModel model, BeamLimits limits,
+                         Executor executor, std::shared_ptr<BeamListener> listener,
+                         std::optional<beams::BeamState> shape)
+    : impl_(std::make_shared<Impl>(std::move(id), std::move(model), limits, std::move(executor),
+                                   std::move(listener), std::move(shape))) {
+  impl_->open();
+}
+BeamSession::~BeamSession() { impl_->shut(Impl::Farewell::kSilent); }
+
+const std::string& BeamSession::id() const { return impl_->id(); }
+State BeamSession::state() const { return impl_->state(); }
+Revision BeamSession::revision() const {
+  return impl_->read([this] { return impl_->document().revision(); });
+}
+beams::BeamModel BeamSession::model() const {
+  const beams::BeamModel& opened = impl_->document().model();
+  beams::BeamModel model = with_conditions(opened, *conditions());
+  model.temporary_loads.insert(model.temporary_loads.begin(), opened.temporary_loads.begin(),
+                               opened.temporary_loads.end());
+  return model;
+}
+std::shared_ptr<const BeamConditions> BeamSession::conditions() const {
+  return impl_->read([this] { return impl_->document().conditions(); });
+}
+EditReceipt BeamSession::edit(const std::vector<BeamEdit>& edits,
+                              std::optional<Revision> expected) {
+  return impl_->edit(edits, expected);
+}
+void BeamSession::cancel() { impl_->cancel(); }
+void BeamSession::close() { impl_->shut(Impl::Farewell::kSaid); }
+std::shared_ptr<const BeamResult> BeamSession::newest_result() const {
+  return impl_->newest_result();
+}
+std::shared_ptr<const BeamResult> BeamSession::final_result() const {
+  return impl_->final_result();
+}
+
+}  // namespace limber::session

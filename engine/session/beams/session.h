@@ -1,0 +1,70 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "engine/session/beams/analysis.h"
+#include "engine/session/beams/document.h"
+#include "engine/session/core/executor.h"
+#include "engine/session/core/listener.h"
+#include "engine/session/core/result_header.h"
+
+namespace limber::session {
+
+/// One published shape of a structure of beams: immutable, shared between threads. Where the solve
+/// failed, what was requested has no equilibrium that could be found: the shape is the last one.
+struct BeamResult : ResultHeader {
+  beams::BeamReport report;  // of a final result: of the attempt
+  /// Coordinates (see beam_coordinates), a column a shape: of a final result, the load steps or
+  /// shapes of the relaxation on the way to it; else the shape on the way. The last column is the
+  /// shape.
+  std::shared_ptr<const Eigen::MatrixXf> frames;
+  /// Of the shape, where it is final; null where there was never an equilibrium.
+  std::shared_ptr<const BeamAnalysis> analysis;
+};
+
+using BeamListener = Listener<BeamResult>;
+
+/// A structure of beams, what acts on it, its edits in order, and its newest shape; finds
+/// equilibrium again whenever an edit arrives, from the equilibrium there is. The same contract as
+/// Session: thread-safe, edits are numbered at once and solved later, a newer edit interrupts a
+/// solve, a refused edit leaves everything as it was.
+class BeamSession {
+ public:
+  /// @throws Error as BeamDocument
+  /// @param shape  where it begins, of the model's nodes and hinged ends; none: as drawn
+  BeamSession(std::string id, beams::BeamModel model, BeamLimits limits, Executor executor,
+              std::shared_ptr<BeamListener> listener, std::optional<beams::BeamState> shape = {});
+  ~BeamSession();  // cancels and waits for the running task
+
+  [[nodiscard]] const std::string& id() const;
+  [[nodiscard]] State state() const;
+  [[nodiscard]] Revision revision() const;  // newest accepted
+  /// As edited up to revision(), with the temporary loads that it came with: they matter where it
+  /// is solved as drawn.
+  [[nodiscard]] beams::BeamModel model() const;
+  [[nodiscard]] std::shared_ptr<const BeamConditions> conditions() const;
+
+  /// As Session::edit. A node is held where it is only once the newest revision is solved:
+  /// {kFailedPrecondition} before.
+  EditReceipt edit(const std::vector<BeamEdit>& edits, std::optional<Revision> expected = {});
+  /// Stops a running solve: a final result with status kCancelled, which holds the last
+  /// equilibrium.
+  void cancel();
+  /// Refuses everything from now on, cancels, tells the listener kClosed, and returns when no task
+  /// runs any more (called by the listener itself, at once).
+  void close();
+
+  [[nodiscard]] std::shared_ptr<const BeamResult> newest_result() const;  // null before the first
+  [[nodiscard]] std::shared_ptr<const BeamResult> final_result() const;
+
+ private:
+  class Impl;
+  std::shared_ptr<Impl> impl_;
+};
+
+}  // namespace limber::session

@@ -1,0 +1,112 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "engine/scene/scene.h"
+#include "engine/session/bodies/change_steps.h"
+#include "engine/session/bodies/changes.h"
+#include "engine/session/bodies/constraint_rules.h"
+#include "engine/session/bodies/edit.h"
+#include "engine/session/bodies/keyframe_set.h"
+
+namespace limber::session {
+
+struct DocumentLimits {
+  int undo_depth = 1000;                            // requests that can be undone, >= 0
+  int max_constraints = 4096;                       // >= 0
+  std::size_t undo_bytes = std::size_t{256} << 20;  // kept for undo; the newest step always is
+  std::size_t max_nodes = 4'000'000;                // named by all constraints together
+
+  void validate() const;
+};
+
+/// What a document refuses in a scene besides what scene::validate() says of it: constraints, ends,
+/// dynamics and model sizes that no edit or build takes. The first error of each member.
+[[nodiscard]] std::vector<scene::Issue> document_issues(const scene::Scene& scene);
+
+/// A scene under edits: what the session's answers are made of. Not thread-safe, solves nothing,
+/// copies no mesh.
+///
+/// A request of edits is applied whole or not at all and is one revision and one step of undo. Undo
+/// and redo are edits too: they make new revisions. Inside a request, an Undo or Redo ends the step
+/// begun by the edits before it.
+class Document {
+ public:
+  /// @throws Error with a field of the scene ("constraints[3].frame") for constraints, ends or
+  /// dynamics that an edit
+  ///   could not have made either
+  explicit Document(scene::Scene scene, DocumentLimits limits = {});
+
+  /// @param touched  what may have changed is added to it
+  /// @throws Error{...} with field "edits[i]....", Error{kFailedPrecondition, "expected_revision"};
+  /// nothing has changed
+  EditReceipt apply(const std::vector<BodyEdit>& edits, std::optional<Revision> expected,
+                    Touched& touched);
+
+  /// May apply() take longer than a copy of this?
+  [[nodiscard]] bool is_long(const std::vector<BodyEdit>& edits) const;
+  /// Takes over what edits have made of a copy, and leaves it what there was.
+  void exchange_edited(Document& copy);
+
+  [[nodiscard]] Revision revision() const { return revision_; }
+  [[nodiscard]] scene::End first_end() const { return first_end_; }
+  [[nodiscard]] scene::End last_end() const { return last_end_; }
+  [[nodiscard]] const scene::Dynamics& dynamics() const { return dynamics_; }
+  [[nodiscard]] const MaterialChange& material() const { return material_; }
+  [[nodiscard]] const std::map<std::uint64_t, scene::Constraint>& constraints() const {
+    return constraints_;
+  }
+  [[nodiscard]] std::vector<scene::Constraint> constraint_list() const;  // by id
+  [[nodiscard]] std::vector<scene::Keyframe> keyframe_list() const { return keyframes_.list(); }
+  /// Names what the edits have made of the scene: undo and redo come back to earlier names, any
+  /// other request makes a new one.
+  [[nodiscard]] std::uint64_t content() const { return content_; }
+  [[nodiscard]] std::size_t undo_count() const { return undo_.size(); }
+  [[nodiscard]] std::size_t redo_count() const { return redo_.size(); }
+
+  /// What edits never change: mesh, materials, fixed nodes, frames, model. Its constraints and
+  /// keyframes are empty, its ends and dynamics are those at opening.
+  [[nodiscard]] const std::shared_ptr<const scene::Scene>& unedited() const { return unedited_; }
+
+ private:
+  struct Request;
+
+  TouchedIds apply_edit(const BodyEdit& edit, Request& request);
+  [[nodiscard]] std::vector<scene::Issue> warnings(const std::vector<BodyEdit>& edits,
+                                                   const EditReceipt& receipt) const;
+  [[nodiscard]] std::vector<scene::Issue> warnings_of_ends() const;
+  std::uint64_t add(const scene::Constraint& wanted, Request& request);
+  std::uint64_t add(const scene::Keyframe& wanted, Request& request);
+  enum class Turn { kUndo, kRedo };
+  TouchedIds turn(Turn turn, Request& request);
+  void settle(Request& request);
+  void step(ChangeSteps& from, ChangeSteps& to, Request& request);
+  [[nodiscard]] std::shared_ptr<const ChangeGroup> group_of(const Request& request) const;
+  void make(Change change, Request& request);
+  void close_step(Request& request);
+  Change exchange(Change change);
+  void number(scene::Constraint& constraint);
+  void demand_room(std::size_t nodes) const;
+  void demand_known(std::uint64_t id, const char* field) const;
+
+  DocumentLimits limits_;
+  ConstraintRules rules_;
+  std::shared_ptr<const scene::Scene> unedited_;
+  scene::End first_end_, last_end_;
+  scene::Dynamics dynamics_;
+  MaterialChange material_;
+  std::uint64_t epochs_ = 0;  // newest given
+  std::map<std::uint64_t, scene::Constraint> constraints_;
+  KeyframeSet keyframes_;
+  std::uint64_t next_id_ = 1;  // never goes back, so that an id is not given twice
+  Revision revision_ = 0;
+  std::uint64_t content_ = 0, contents_ = 0;  // now; newest given
+  std::size_t nodes_ = 0;                     // named by constraints_
+  ChangeSteps undo_, redo_;
+};
+
+}  // namespace limber::session

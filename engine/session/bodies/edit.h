@@ -1,0 +1,56 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <optional>
+#include <variant>
+#include <vector>
+
+#include "engine/scene/scene.h"
+#include "engine/session/core/values.h"
+
+namespace limber::session {
+
+struct AddConstraint {
+  scene::Constraint constraint;  // id 0: numbered by the session
+};
+struct MoveConstraint {
+  std::uint64_t id = 0;
+  Eigen::Vector3d target = {0, 0, 0};  // [scene length unit], in the constraint's own target kind
+};
+struct ReplaceConstraint {
+  scene::Constraint constraint;  // id names the one to replace
+};
+struct RemoveConstraint {
+  std::uint64_t id = 0;
+};
+struct SetEnds {
+  scene::End first, last;
+};
+struct SetDynamics {
+  scene::Dynamics dynamics;
+};
+/// From now on this is optimised. What was fitted stays: kMotion freezes it.
+struct SetMaterialVariables {
+  scene::MaterialVariables variables = scene::MaterialVariables::kMotion;
+};
+/// Forgets what was fitted: the material of the scene, from which optimisation starts anew.
+struct ResetMaterial {};
+struct AddKeyframe {
+  scene::Keyframe keyframe;  // id 0: numbered by the session
+};
+/// To another frame, or with another weight; the pose stays.
+struct MoveKeyframe {
+  std::uint64_t id = 0;
+  std::optional<int> frame;
+  std::optional<double> weight;
+};
+struct RemoveKeyframe {
+  std::uint64_t id = 0;
+};
+
+using BodyEdit = std::variant<AddConstraint, MoveConstraint, ReplaceConstraint, RemoveConstraint,
+                              SetEnds, SetDynamics, SetMaterialVariables, ResetMaterial,
+                              AddKeyframe, MoveKeyframe, RemoveKeyframe, Undo, Redo>;
+
+}  // namespace limber::session

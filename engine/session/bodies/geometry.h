@@ -1,0 +1,36 @@
+#pragma once
+
+#include <Eigen/Core>
+
+#include "engine/reduced/reduced_model.h"
+#include "engine/scene/scene.h"
+#include "engine/session/bodies/problem_mapping.h"
+#include "engine/session/bodies/session.h"
+
+namespace limber::session {
+
+/// The mesh as the client sent it, with the surface of the prepared one and without a basis.
+[[nodiscard]] Geometry rest_geometry(const scene::Scene& scene, const MappedBody& mapped);
+
+/// The view of a model on the mesh as the client sent it. Unused nodes stay at rest (zero rows of
+/// the basis), merged duplicates move together (equal rows).
+[[nodiscard]] Geometry make_geometry(const scene::Scene& scene, const MappedBody& mapped,
+                                     const reduced::ReducedModel& model);
+
+/// Positions [scene units], 3 source nodes x columns of q: rest + basis q, computed in double.
+[[nodiscard]] Eigen::MatrixXd positions_of(const Geometry& geometry, const LengthUnit& unit,
+                                           const std::vector<int>& compact_of_source,
+                                           const reduced::ReducedModel& model,
+                                           const Eigen::Ref<const Eigen::MatrixXf>& coordinates);
+
+/// Positions [scene units] of displacements (3n x frames [m] of compact nodes), 3 source nodes x
+/// frames. Nodes of no tet stay where they are.
+[[nodiscard]] Eigen::MatrixXf source_positions(
+    const scene::Scene& scene, const MappedBody& mapped,
+    const Eigen::Ref<const Eigen::MatrixXd>& displacements);
+
+/// The scene with a motion (3 source nodes x frames [scene units]) as its base motion; it has the
+/// motion's frames, and neither constraints nor keyframes in others.
+[[nodiscard]] scene::Scene with_base_motion(scene::Scene scene, const Eigen::MatrixXf& positions);
+
+}  // namespace limber::session

@@ -1,0 +1,138 @@
+#include "engine/session/bodies/keyframe_targets.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <optional>
+#include <utility>
+
+#include "engine/base/error.h"
+#include "engine/reduced/modal_projection.h"
+#include "engine/session/bodies/problem_mapping.h"
+
+namespace limber::session {
+namespace {
+
+using scene::Keyframe;
+
+constexpr double kPoorShare = 0.02;  // body lengths
+
+reduced::ProjectionOptions projection_options() {
+  reduced::ProjectionOptions options;
+  options.tets = reduced::ProjectionTets::kAll;
+  return options;
+}
+
+[[noreturn]] void refuse_keyframe(const Keyframe& keyframe, const std::string& why) {
+  throw Error(ErrorCode::kNumerical, "keyframes",
+              fmt::format("keyframe {} in frame {} has no modal coordinates: {}", keyframe.id,
+                          keyframe.frame, why));
+}
+
+}  // namespace
+
+struct KeyframeTargets::Tools {
+  Tools(const scene::Scene& scene, const reduced::ReducedModel& model)
+      : mapped(map_body(scene)), projector(mapped.body, model, projection_options()) {
+    if (scene.base_motion.size() > 0)
+      base.emplace(projector.track(map_base_motion(scene, mapped.source_of_compact)));
+  }
+
+  MappedBody mapped;
+  reduced::ModalProjector projector;
+  std::optional<reduced::TrackedBase> base;
+};
+
+KeyframeTargets::KeyframeTargets(const scene::Scene& scene,
+                                 std::shared_ptr<const reduced::ReducedModel> model)
+    : scene_(scene), model_(std::move(model)) {}
+KeyframeTargets::~KeyframeTargets() = default;
+
+KeyframeTargets::Tools& KeyframeTargets::tools() {
+  if (!tools_) tools_ = std::make_unique<Tools>(scene_, *model_);
+  return *tools_;
+}
+
+Eigen::MatrixXd KeyframeTargets::project_poses(const std::vector<Keyframe>& ordered) {
+  Tools& with = tools();
+  Eigen::MatrixXd poses(3 * Eigen::Index{model_->node_count},
+                        static_cast<Eigen::Index>(ordered.size()));
+  std::vector<int> frames;
+  for (std::size_t k = 0; k < ordered.size(); ++k) {
+    poses.col(static_cast<Eigen::Index>(k)) =
+        map_displacements(scene_, *ordered[k].pose, with.mapped.source_of_compact);
+    frames.push_back(ordered[k].frame);
+  }
+  reduced::ModalProjection projection;
+  try {
+    projection = with.base ? with.projector.keyframes(poses, frames, *with.base)
+                           : with.projector.keyframes(poses);
+  } catch (const Error& error) {
+    for (std::size_t k = 0; k < ordered.size(); ++k)
+      if (error.field() == fmt::format("poses[{}]", k)) refuse_keyframe(ordered[k], error.what());
+    throw;
+  }
+  for (std::size_t k = 0; k < ordered.size(); ++k) {
+    if (!projection.z.col(static_cast<Eigen::Index>(k)).allFinite())
+      refuse_keyframe(ordered[k], "they are not finite");
+  }
+  return projection.z;
+}
+
+void KeyframeTargets::project_unknown(const std::vector<Keyframe>& ordered) {
+  std::erase_if(known_, [](const auto& entry) { return entry.first.pose.expired(); });
+  std::vector<Keyframe> unknown;
+  for (const Keyframe& keyframe : ordered)
+    if (!known_.contains(place(keyframe))) unknown.push_back(keyframe);
+  if (unknown.empty()) return;
+  const Eigen::MatrixXd z = project_poses(unknown);
+  for (std::size_t k = 0; k < unknown.size(); ++k)
+    known_[place(unknown[k])] = z.col(static_cast<Eigen::Index>(k));
+}
+
+std::vector<spacetime::KeyframeConstraint> KeyframeTargets::project(
+    const std::vector<Keyframe>& keyframes) {
+  if (keyframes.empty()) return {};
+  std::vector<Keyframe> ordered = keyframes;
+  std::sort(ordered.begin(), ordered.end(),
+            [](const Keyframe& a, const Keyframe& b) { return a.frame < b.frame; });
+  const bool alone = tools().projector.keyframes_are_independent();
+  Eigen::MatrixXd z;
+  if (alone) {
+    project_unknown(ordered);
+  } else {
+    z = project_poses(ordered);
+  }
+  std::vector<spacetime::KeyframeConstraint> targets;
+  for (std::size_t k = 0; k < ordered.size(); ++k) {
+    const Keyframe& keyframe = ordered[k];
+    targets.push_back(
+        {keyframe.id, keyframe.frame,
+         alone ? known_.at(place(keyframe)) : Eigen::VectorXd(z.col(static_cast<Eigen::Index>(k))),
+         keyframe.weight});  // infinity is kExact
+  }
+  return targets;
+}
+
+KeyframeMiss KeyframeTargets::miss(const std::vector<Keyframe>& keyframes,
+                                   const Eigen::MatrixXf& coordinates) {
+  KeyframeMiss most;
+  for (const Keyframe& keyframe : keyframes) {
+    const Eigen::VectorXd pose =
+        map_displacements(scene_, *keyframe.pose, tools().mapped.source_of_compact);
+    const Eigen::VectorXd miss =
+        model_->basis * coordinates.col(keyframe.frame).cast<double>() - pose;
+    const double distance = miss.reshaped(3, miss.size() / 3).colwise().norm().maxCoeff();
+    most.distance = std::max(most.distance, distance);
+    if (std::isfinite(keyframe.weight) || !(distance > kPoorShare * model_->length)) continue;
+    if (most.poor_id != 0 && distance <= most.poor_share * model_->length) continue;
+    most.poor_id = keyframe.id;
+    most.poor_frame = keyframe.frame;
+    most.poor_share = distance / model_->length;
+  }
+  return most;
+}
+
+}  // namespace limber::session

@@ -1,0 +1,228 @@
+#include "engine/session/bodies/live_problem.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "engine/reduced/scaled_modes.h"
+#include "engine/spacetime/motion_spectrum.h"
+
+namespace limber::session {
+
+namespace {
+
+bool same_dynamics(const spacetime::Material& a, const spacetime::Material& b) {
+  return a.dynamics.stiffness == b.dynamics.stiffness && a.dynamics.damping == b.dynamics.damping;
+}
+
+}  // namespace
+
+LiveProblem::LiveProblem(std::shared_ptr<const reduced::ReducedModel> model,
+                         std::shared_ptr<const reduced::BaseMotion> base, TargetFrame targets,
+                         std::unique_ptr<KeyframeTargets> keyframe_targets, ProblemTerms terms,
+                         spacetime::SolverOptions options, SiteLimits limits)
+    : model_(std::move(model)),
+      base_(std::move(base)),
+      targets_(std::move(targets)),
+      keyframe_targets_(std::move(keyframe_targets)),
+      terms_(terms),
+      mode_sizes_(model_->modes.colwise().norm().transpose() / std::sqrt(model_->node_count)),
+      options_(options),
+      limits_(limits) {}
+
+void LiveProblem::start(const EditBatch& whole) {
+  LIMBER_DEMAND(whole.ends && whole.dynamics && whole.material && whole.keyframes &&
+                whole.moved.empty() && whole.removed.empty());
+  solver_.reset();
+  held_.clear();
+  projected_.clear();
+  variables_ = whole.material->variables;
+  frames_per_second_ = whole.dynamics->frames_per_second;
+  auto initial = std::make_shared<const spacetime::Material>(
+      map_material(*whole.dynamics, terms_.mode_count, *model_));
+  // Made anew after a failure: what was fitted is as good as it was.
+  const bool again =
+      material_ && epoch_ == whole.material->epoch && same_dynamics(*initial, *initial_);
+  epoch_ = whole.material->epoch;
+  initial_ = std::move(initial);
+  if (!again) material_ = initial_;
+  unfinished_.reset();
+  make_solver({terms_.frame_count, map_end(whole.ends->first), map_end(whole.ends->last)});
+  for (const scene::Constraint& constraint : whole.set) set(constraint);
+  set_keyframes(whole.keyframes.value());
+}
+
+void LiveProblem::apply(const EditBatch& batch) {
+  for (const std::uint64_t id : batch.removed) {
+    if (held_.erase(id) > 0) solver_->remove(id);
+  }
+  for (const scene::Constraint& constraint : batch.set) set(constraint);
+  for (const TargetChange& move : batch.moved) {
+    solver_->move(move.id, targets_.displacement(move.target, held_.at(move.id).origin));
+  }
+  if (batch.ends) solver_->set_timeline(map_end(batch.ends->first), map_end(batch.ends->last));
+  if (batch.dynamics) set_dynamics(*batch.dynamics);
+  if (batch.material) {
+    // What a fit of other variables has mixed or tuned may not be changed by the next one.
+    if (variables_ != batch.material->variables) unfinished_.reset();
+    variables_ = batch.material->variables;
+    enter_epoch(batch.material->epoch);
+  }
+  if (batch.keyframes) set_keyframes(*batch.keyframes);
+  if (mostly_unused_sites()) shed_sites();
+}
+
+/// A reset can be undone: what was fitted before it is still there then.
+void LiveProblem::enter_epoch(std::uint64_t epoch) {
+  if (epoch == epoch_) return;
+  fitted_.insert_or_assign(std::exchange(epoch_, epoch), material_);
+  if (fitted_.size() > kMaxEpochs) fitted_.erase(fitted_.begin());
+  const auto known = fitted_.find(epoch);
+  set_material(known == fitted_.end() ? initial_ : known->second);
+}
+
+/// What was fitted to other dynamics starts anew from these.
+void LiveProblem::set_dynamics(const scene::Dynamics& dynamics) {
+  frames_per_second_ = dynamics.frames_per_second;
+  auto mapped = std::make_shared<const spacetime::Material>(
+      map_material(dynamics, terms_.mode_count, *model_));
+  if (same_dynamics(*mapped, *initial_)) return;
+  initial_ = std::move(mapped);
+  fitted_.clear();
+  reset_material();
+}
+
+void LiveProblem::set_material(std::shared_ptr<const spacetime::Material> material) {
+  unfinished_.reset();
+  if (material == material_) return;
+  material_ = std::move(material);
+  solver_->set_material(*material_);
+}
+
+double LiveProblem::column_energy() const {
+  return terms_.material.column_weight * spacetime::column_energy(material_->mixing);
+}
+
+spacetime::MaterialSolver LiveProblem::material_solver() const {
+  spacetime::MaterialOptions options;
+  options.variables = map_variables(variables_);
+  options.column_weight = terms_.material.column_weight;
+  options.held = model_->rigid_count;
+  if (terms_.material.max_frequency_hz)
+    options.max_frequency = std::min(0.5, *terms_.material.max_frequency_hz / frames_per_second_);
+  options.slow_frequency = spacetime::slow_frequency_of(
+      initial_->dynamics, reduced::reference_mode(model_->coordinate_count(), model_->rigid_count,
+                                                  model_->mechanism_count));
+  const int taken = unfinished_ ? unfinished_->steps : 0;
+  options.slow_steps = material_ == initial_ ? std::max(0, terms_.material.slow_steps - taken) : 0;
+  spacetime::MaterialSolver solver(kinematics_, solver_->timeline(), solver_->constraint_set(),
+                                   *material_, solver_->motion(), options);
+  if (unfinished_) solver.resume(unfinished_->material, unfinished_->motion);
+  return solver;
+}
+
+void LiveProblem::keep_unfinished(const spacetime::MaterialSolver& fit, int steps) {
+  const int before = unfinished_ ? unfinished_->steps : 0;
+  unfinished_ = Unfinished{fit.material(), fit.motion(), before + steps};
+}
+
+void LiveProblem::coordinates(const spacetime::Material& material, const Eigen::MatrixXd& motion,
+                              Eigen::MatrixXf& q) const {
+  const bool plain =
+      motion.rows() == material.coordinates() && spacetime::are_first_coordinates(material.mixing);
+  if (plain) return kinematics_->coordinates(0, motion, q);
+  kinematics_->coordinates(0, material.mixing * motion, q);
+}
+
+std::optional<double> LiveProblem::high_frequency_share(const spacetime::Material& material,
+                                                        const Eigen::MatrixXd& motion) const {
+  return spacetime::high_frequency_share(mode_sizes_.asDiagonal() * (material.mixing * motion));
+}
+
+CheckRequest LiveProblem::check_request() const {
+  CheckRequest request;
+  for (const spacetime::PositionConstraint& constraint : solver_->constraints()) {
+    request.targets.push_back({constraint.frame, held_.at(constraint.id).nodes, constraint.axes,
+                               constraint.target,
+                               constraint.weight == spacetime::PositionConstraint::kExact});
+  }
+  for (const scene::Keyframe& keyframe : keyframes_)
+    request.keyframe_frames.push_back(keyframe.frame);
+  return request;
+}
+
+void LiveProblem::set(const scene::Constraint& constraint) {
+  Held held;
+  held.nodes = std::make_shared<const std::vector<int>>(targets_.compact_nodes(constraint.nodes));
+  held.origin = targets_.origin(constraint.kind, *held.nodes);
+  spacetime::PositionConstraint mapped;
+  mapped.id = constraint.id;
+  mapped.frame = constraint.frame;
+  mapped.site = kinematics_->add_site(*held.nodes);
+  mapped.axes = constraint.axes;
+  mapped.target = targets_.displacement(constraint.target, held.origin);
+  mapped.weight = constraint.weight;  // infinity is kExact
+  note_site(mapped.site, held.nodes->size());
+  if (held_.contains(constraint.id)) {
+    solver_->replace(mapped);
+  } else {
+    solver_->add(mapped);
+  }
+  held_[constraint.id] = std::move(held);
+}
+
+/// A keyframe may change the turns of those after it: all are projected again. Those that come out
+/// the same stay in the solver as they are.
+void LiveProblem::set_keyframes(std::vector<scene::Keyframe> keyframes) {
+  const auto same = [](const spacetime::KeyframeConstraint& a,
+                       const spacetime::KeyframeConstraint& b) {
+    return a.frame == b.frame && a.weight == b.weight && a.coordinates == b.coordinates;
+  };
+  std::map<std::uint64_t, spacetime::KeyframeConstraint> wanted;
+  for (auto& target : keyframe_targets_->project(keyframes)) wanted[target.id] = std::move(target);
+  const auto stays = [&](std::uint64_t id) {
+    return wanted.contains(id) && projected_.contains(id) && same(wanted[id], projected_[id]);
+  };
+  for (const auto& [id, target] : projected_)
+    if (!stays(id)) solver_->remove_keyframe(id);
+  for (const auto& [id, target] : wanted)
+    if (!stays(id)) solver_->add_keyframe(target);
+  projected_ = std::move(wanted);
+  keyframes_ = std::move(keyframes);
+}
+
+void LiveProblem::make_solver(const spacetime::Timeline& timeline) {
+  kinematics_ = std::make_shared<reduced::ReducedKinematics>(model_, base_);
+  site_count_ = 0;
+  site_nodes_ = 0;
+  solver_.emplace(kinematics_, material_->dynamics, timeline, options_, material_->mixing);
+}
+
+void LiveProblem::note_site(int site, std::size_t nodes) {
+  if (site < site_count_) return;
+  site_count_ = site + 1;
+  site_nodes_ += nodes;
+}
+
+bool LiveProblem::mostly_unused_sites() const {
+  if (site_count_ <= limits_.sites && site_nodes_ <= limits_.nodes) return false;
+  std::size_t used = 0;
+  for (const auto& [id, held] : held_) used += held.nodes->size();
+  return held_.size() < static_cast<std::size_t>(limits_.sites) / 4 && used <= limits_.nodes / 4;
+}
+
+void LiveProblem::shed_sites() {
+  const std::vector<spacetime::PositionConstraint> constraints = solver_->constraints();
+  const double scale = solver_->weight_scale();
+  make_solver(spacetime::Timeline(solver_->timeline()));
+  for (auto constraint : constraints) {
+    const std::vector<int>& nodes = *held_.at(constraint.id).nodes;
+    constraint.site = kinematics_->add_site(nodes);
+    note_site(constraint.site, nodes.size());
+    solver_->add(constraint);
+  }
+  for (const auto& [id, keyframe] : projected_) solver_->add_keyframe(keyframe);
+  solver_->set_weight_scale(scale);
+}
+
+}  // namespace limber::session

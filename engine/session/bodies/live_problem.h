@@ -1,0 +1,131 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <map>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "engine/reduced/reduced_model.h"
+#include "engine/session/bodies/edit_batch.h"
+#include "engine/session/bodies/keyframe_targets.h"
+#include "engine/session/bodies/motion_check.h"
+#include "engine/session/bodies/problem_mapping.h"
+#include "engine/spacetime/material_solver.h"
+#include "engine/spacetime/solver.h"
+
+namespace limber::session {
+
+/// Sites are never forgotten by a model's kinematics. Past so many, and mostly unused, they are
+/// made anew.
+struct SiteLimits {
+  int sites = 20000;
+  std::size_t nodes = 16'000'000;  // that their groups name together
+};
+
+/// What a scene says once and for all of its problem.
+struct ProblemTerms {
+  int frame_count = 0;
+  int mode_count = 0;  // elastic modes that swing, r without rigid unknowns
+  scene::MaterialOptimisation material;
+};
+
+/// The warm solver of a session, the material it has fitted so far and the sites its constraints
+/// need. Driven by one thread.
+class LiveProblem {
+ public:
+  LiveProblem(std::shared_ptr<const reduced::ReducedModel> model,
+              std::shared_ptr<const reduced::BaseMotion> base, TargetFrame targets,
+              std::unique_ptr<KeyframeTargets> keyframe_targets, ProblemTerms terms,
+              spacetime::SolverOptions options, SiteLimits limits = {});
+
+  /// A new, cold solver of what `whole` says.
+  void start(const EditBatch& whole);
+  /// Passes edits on; a mere move stays a mere move. If it throws, the solver and the document no
+  /// longer agree: start().
+  void apply(const EditBatch& batch);
+
+  [[nodiscard]] bool started() const { return solver_.has_value(); }
+  [[nodiscard]] spacetime::Solver& solver() { return *solver_; }
+  [[nodiscard]] int site_count() const { return site_count_; }
+
+  /// The material the solver has now; shared, never changed.
+  [[nodiscard]] const std::shared_ptr<const spacetime::Material>& material() const {
+    return material_;
+  }
+  /// That of the scene, where optimisation starts.
+  [[nodiscard]] const std::shared_ptr<const spacetime::Material>& initial_material() const {
+    return initial_;
+  }
+  /// Another fitted material; the solver keeps its z. Ends an unfinished fit, also where the
+  /// material is the same: its motion is of another problem.
+  void set_material(std::shared_ptr<const spacetime::Material> material);
+  void reset_material() { set_material(initial_); }
+  /// mu E_s of material().
+  [[nodiscard]] double column_energy() const;
+  [[nodiscard]] scene::MaterialVariables variables() const { return variables_; }
+  /// A material optimisation of the present problem from the solver's motion and material(). One
+  /// that begins with the scene's own material takes its slow steps first.
+  [[nodiscard]] spacetime::MaterialSolver material_solver() const;
+  /// A fit that an edit has interrupted where it was still above its start: material_solver() goes
+  /// on from here until set_material() is called or the variables change.
+  void keep_unfinished(const spacetime::MaterialSolver& fit, int steps);
+
+  /// q of all frames of a motion (z, r x N) with a material, h x N.
+  void coordinates(const spacetime::Material& material, const Eigen::MatrixXd& motion,
+                   Eigen::MatrixXf& q) const;
+  /// Share of power that shakes, of a motion (z, r x N) with a material; of few frames none.
+  [[nodiscard]] std::optional<double> high_frequency_share(const spacetime::Material& material,
+                                                           const Eigen::MatrixXd& motion) const;
+  /// How far a motion (q, h x N) misses the keyframes.
+  [[nodiscard]] KeyframeMiss keyframe_miss(const Eigen::MatrixXf& q) const {
+    return keyframe_targets_->miss(keyframes_, q);
+  }
+  /// Targets and frames that a motion of the present problem is checked at; without the motion.
+  [[nodiscard]] CheckRequest check_request() const;
+
+ private:
+  struct Unfinished {
+    spacetime::Material material;
+    Eigen::MatrixXd motion;
+    int steps = 0;
+  };
+  struct Held {
+    Eigen::Vector3d origin;                         // taken off targets [scene units]
+    std::shared_ptr<const std::vector<int>> nodes;  // compact
+  };
+
+  void set(const scene::Constraint& constraint);
+  void set_keyframes(std::vector<scene::Keyframe> keyframes);
+  void note_site(int site, std::size_t nodes);
+  [[nodiscard]] bool mostly_unused_sites() const;
+  void make_solver(const spacetime::Timeline& timeline);
+  void set_dynamics(const scene::Dynamics& dynamics);
+  void enter_epoch(std::uint64_t epoch);
+  void shed_sites();
+
+  std::shared_ptr<const reduced::ReducedModel> model_;
+  std::shared_ptr<const reduced::BaseMotion> base_;
+  TargetFrame targets_;
+  std::unique_ptr<KeyframeTargets> keyframe_targets_;
+  std::vector<scene::Keyframe> keyframes_;                            // that the solver has
+  std::map<std::uint64_t, spacetime::KeyframeConstraint> projected_;  // the same, as it has them
+  ProblemTerms terms_;
+  std::shared_ptr<const spacetime::Material> initial_, material_;
+  std::optional<Unfinished> unfinished_;
+  Eigen::VectorXd mode_sizes_;  // R, root mean square displacements [m]
+  double frames_per_second_ = 0;
+  scene::MaterialVariables variables_ = scene::MaterialVariables::kMotion;
+  std::uint64_t epoch_ = 0;
+  static constexpr std::size_t kMaxEpochs = 64;
+  std::map<std::uint64_t, std::shared_ptr<const spacetime::Material>> fitted_;  // of epochs left
+  spacetime::SolverOptions options_;
+  std::shared_ptr<reduced::ReducedKinematics> kinematics_;
+  SiteLimits limits_;
+  int site_count_ = 0;
+  std::size_t site_nodes_ = 0;
+  std::map<std::uint64_t, Held> held_;
+  std::optional<spacetime::Solver> solver_;
+};
+
+}  // namespace limber::session

@@ -1,0 +1,281 @@
+#include "engine/session/bodies/motion_check.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <utility>
+
+#include "engine/base/parallel.h"
+#include "engine/session/bodies/problem_mapping.h"
+#include "engine/session/bodies/session.h"
+
+namespace limber::session {
+namespace {
+
+/// Training poses reach 1.25 times the amplitude of a typical one (reduced::PoseLevels).
+constexpr double kTrainedShare = 1.25;
+
+/// A soft target that is missed by more than this is no compromise of weights [body lengths].
+constexpr double kMaxMissedLengths = 0.5;
+
+/// Full shapes that miss a target by more than this times what the shown ones miss are told.
+constexpr double kMaxMissRatio = 1.5;
+
+/// Largest steps of fitted motions, over those with forces alone: beyond rounding.
+constexpr double kMaxStepRatio = 1.005;
+
+constexpr Eigen::Index kRowsAtOnce = 3072;  // of a product, between two looks at the cancellation
+
+/// Beyond this the number says nothing more.
+constexpr double kMaxShare = 10;
+
+std::string percent(double share) {
+  if (share > kMaxShare) return fmt::format("more than {:.0f} %", 100 * kMaxShare);
+  return share < 1 ? fmt::format("{:.3g} %", 100 * share) : fmt::format("{:.0f} %", 100 * share);
+}
+
+/// Of `count` numbered things at most `most`, evenly, first and last included.
+std::vector<int> spread(int count, int most) {
+  std::vector<int> chosen;
+  if (count <= most) most = count;
+  for (int i = 0; i < most; ++i) {
+    const std::int64_t last = count - 1;
+    chosen.push_back(most == 1 ? 0 : static_cast<int>((last * i + (most - 1) / 2) / (most - 1)));
+  }
+  return chosen;
+}
+
+void sort_once(std::vector<int>& frames) {
+  std::sort(frames.begin(), frames.end());
+  frames.erase(std::unique(frames.begin(), frames.end()), frames.end());
+}
+
+bool is_worst_frame_off(const MotionCheck& check) {
+  return check.error.worst_frame_error > check.tolerance;
+}
+
+bool is_out_of_reach(const MotionCheck& check) {
+  return check.error.max_constraint_error > kMaxMissedLengths * check.length;
+}
+
+bool has_larger_steps(const MotionCheck& check) {
+  return check.largest_step > kMaxStepRatio * check.largest_step_of_start;
+}
+
+void describe_shapes(const MotionCheck& check, std::vector<std::string>& sentences) {
+  const reduced::MotionError& error = check.error;
+  if (!check.within_tolerance()) {
+    sentences.push_back(fmt::format(
+        "The shown motion is off by {} from the full reconstruction of the same modes, {} in frame "
+        "{} (model.tolerance is {}): energies and constraint errors are those of the model.",
+        percent(error.shape_error), percent(error.worst_frame_error), error.worst_frame,
+        percent(check.tolerance)));
+  } else if (is_worst_frame_off(check)) {
+    sentences.push_back(fmt::format(
+        "The shown motion is off by {} from the full reconstruction of the same modes in frame {}, "
+        "more than model.tolerance ({}), though by {} only over all compared frames.",
+        percent(error.worst_frame_error), error.worst_frame, percent(check.tolerance),
+        percent(error.shape_error)));
+  }
+  if (error.inverted_tets > 0) {
+    sentences.push_back(fmt::format(
+        "{} {} inverted in frame {}, the worst of the {} frames compared.", error.inverted_tets,
+        error.inverted_tets == 1 ? "tet is" : "tets are", error.inverted_frame, error.frames));
+  }
+}
+
+/// How far the full shapes miss constraints, beside the shown ones.
+void describe_misses(const MotionCheck& check, std::vector<std::string>& sentences) {
+  const double missed = check.error.max_constraint_error;
+  const double exact = check.error.max_exact_error;
+  const double visible = kMinVisibleMiss * check.length;
+  const auto in_units = [&](double distance) {
+    return fmt::format("{:.3g} ({} of the body's length)", distance / check.length_unit,
+                       percent(distance / check.length));
+  };
+  if (is_out_of_reach(check)) {
+    sentences.push_back(
+        fmt::format("A constraint is missed by {:.2g} body lengths: its target is beyond the reach "
+                    "of its nodes, or its weight is too small.",
+                    missed / check.length));
+  }
+  if (check.constraint_tolerance && missed > *check.constraint_tolerance) {
+    sentences.push_back(fmt::format(
+        "The full shapes miss a constraint by {}, more than constraint_tolerance, {:g}.",
+        in_units(missed), *check.constraint_tolerance / check.length_unit));
+  }
+  if (exact > visible) {
+    sentences.push_back(
+        fmt::format("The full shapes miss an exact constraint by {}.", in_units(exact)));
+  }
+  if (missed > std::max(kMaxMissRatio * check.shown_constraint_error,
+                        check.shown_constraint_error + visible)) {
+    sentences.push_back(fmt::format(
+        "Constraints are missed by up to {} in the full shapes, {:.3g} in the shown ones.",
+        in_units(missed), check.shown_constraint_error / check.length_unit));
+  }
+}
+
+std::string describe_remedy(const MotionCheck& check) {
+  const reduced::MotionError& error = check.error;
+  // Training poses scatter about their typical reach by nearly a factor of two.
+  if (error.linear_reach > 2 * check.trained_reach) {
+    return fmt::format(
+        "The motion is {}outside of what the model was trained for: its linear displacement is "
+        "{:.2g} body lengths in frame {}, that of training poses about {:.2g}. Move targets nearer "
+        "to where the body can go, spread them over more frames, or use keyframes or a base motion "
+        "that leads there.",
+        error.linear_reach > 4 * check.trained_reach ? "far " : "",
+        error.linear_reach / check.length, error.reach_frame, check.trained_reach / check.length);
+  }
+  if (is_out_of_reach(check) && check.within_tolerance() && error.inverted_tets == 0) {
+    return "Move the target nearer, constrain a node that is farther from fixed ones, or raise the "
+           "weight.";
+  }
+  if (error.inverted_tets > 0 && check.within_tolerance()) {
+    return "Move targets nearer, constrain groups of nodes rather than single ones, or repair thin "
+           "tets of the mesh.";
+  }
+  return "A smaller model.tolerance, or a larger model.basis_size and model.cubature_size, makes "
+         "the model finer; targets that are nearer make the error smaller.";
+}
+
+std::string describe_steps(const MotionCheck& check) {
+  return fmt::format(
+      "The fitted motion moves a node by up to {:.3g} from one frame to the next, {:.3g} times as "
+      "far as the motion with forces alone that the fit began with: fix more frames or ends, set "
+      "targets between these, or fit fewer variables.",
+      check.largest_step / check.length_unit, check.largest_step / check.largest_step_of_start);
+}
+
+/// Largest distance that a node moves from one frame to the next [m].
+/// @param basis  B, 3n x h
+/// @param coordinates  q, h x N
+double largest_step(const Eigen::MatrixXd& basis, const Eigen::MatrixXf& coordinates,
+                    const JobContext& job) {
+  const Eigen::Index steps = coordinates.cols() - 1;
+  if (steps < 1) return 0;
+  const Eigen::MatrixXd differences =
+      (coordinates.rightCols(steps) - coordinates.leftCols(steps)).cast<double>();
+  std::vector<double> largest(
+      static_cast<std::size_t>((basis.rows() + kRowsAtOnce - 1) / kRowsAtOnce));
+  parallel_for(
+      static_cast<std::int64_t>(largest.size()), 1, [&](std::int64_t begin, std::int64_t end) {
+        for (std::int64_t i = begin; i < end; ++i) {
+          job.throw_if_cancelled();
+          const Eigen::Index row = i * kRowsAtOnce;
+          const Eigen::MatrixXd moved =
+              basis.middleRows(row, std::min(kRowsAtOnce, basis.rows() - row)) * differences;
+          largest[static_cast<std::size_t>(i)] =
+              std::sqrt(moved.reshaped(3, moved.size() / 3).colwise().squaredNorm().maxCoeff());
+        }
+      });
+  return *std::max_element(largest.begin(), largest.end());
+}
+
+}  // namespace
+
+std::string describe_motion(const MotionCheck& check) {
+  std::vector<std::string> sentences;
+  describe_shapes(check, sentences);
+  describe_misses(check, sentences);
+  if (sentences.empty() && !has_larger_steps(check)) return {};
+  if (!sentences.empty()) sentences.push_back(describe_remedy(check));
+  if (has_larger_steps(check)) sentences.push_back(describe_steps(check));
+  return fmt::format("{}", fmt::join(sentences, " "));
+}
+
+std::string describe_accuracy(const reduced::ModelReport& report, double tolerance) {
+  if (report.met_tolerance) return {};
+  return fmt::format(
+      "The model misses its tolerance: mean error {} on poses held out of its training, "
+      "model.tolerance is {}. Results are no better than that: ask for a larger model.tolerance, "
+      "or "
+      "give a larger model.basis_size and model.cubature_size.",
+      percent(report.error_mean), percent(tolerance));
+}
+
+std::vector<int> frames_to_compare(std::vector<int> constrained,
+                                   const Eigen::MatrixXf& coordinates) {
+  sort_once(constrained);
+  std::vector<int> frames;
+  for (const int i : spread(static_cast<int>(constrained.size()), kMaxConstrainedFrames))
+    frames.push_back(constrained[static_cast<std::size_t>(i)]);
+  for (const int frame : spread(static_cast<int>(coordinates.cols()), kSpreadFrames))
+    frames.push_back(frame);
+  if (coordinates.cols() > 0) {
+    Eigen::Index farthest =
+        0;  // B is orthonormal: |q| is the root of the sum of squares over nodes
+    coordinates.colwise().squaredNorm().maxCoeff(&farthest);
+    frames.push_back(static_cast<int>(farthest));
+  }
+  sort_once(frames);
+  return frames;
+}
+
+MotionChecker::MotionChecker(std::shared_ptr<const scene::Scene> scene,
+                             std::shared_ptr<const reduced::ReducedModel> model)
+    : scene_(std::move(scene)), model_(std::move(model)) {}
+MotionChecker::~MotionChecker() = default;
+
+/// Cancelled between stages only, after each: a drag that interrupts every check repeats none.
+void MotionChecker::prepare(const JobContext& job) {
+  if (!mapped_) {
+    mapped_ = std::make_unique<const MappedBody>(map_body(*scene_));
+    job.throw_if_cancelled();
+  }
+  if (scene_->base_motion.size() > 0 && base_.size() == 0) {
+    base_ = map_base_motion(*scene_, mapped_->source_of_compact);
+    job.throw_if_cancelled();
+  }
+  full_ = std::make_unique<reduced::FullShapes>(mapped_->body, model_, std::exchange(base_, {}));
+  mapped_.reset();
+}
+
+MotionCheck MotionChecker::check(const CheckRequest& request, const JobContext& job) {
+  const auto begin = std::chrono::steady_clock::now();
+  if (!full_) {
+    prepare(job);
+    job.throw_if_cancelled();
+  }
+  const BodyResult& result = *request.result;
+  std::vector<int> constrained = request.keyframe_frames;
+  for (const CheckRequest::Target& target : request.targets) constrained.push_back(target.frame);
+  reduced::ShownFrames shown;
+  shown.frames = frames_to_compare(std::move(constrained), result.coordinates);
+  const auto count = static_cast<Eigen::Index>(shown.frames.size());
+  Eigen::MatrixXd modal(result.modal.rows(), count);
+  shown.coordinates.resize(result.coordinates.rows(), count);
+  for (Eigen::Index i = 0; i < count; ++i) {
+    modal.col(i) = result.modal.col(shown.frames[static_cast<std::size_t>(i)]);
+    shown.coordinates.col(i) = result.coordinates.col(shown.frames[static_cast<std::size_t>(i)]);
+  }
+  shown.modal = result.material ? Eigen::MatrixXd(result.material->mixing * modal) : modal;
+  for (const CheckRequest::Target& target : request.targets) {
+    const auto at = std::lower_bound(shown.frames.begin(), shown.frames.end(), target.frame);
+    if (at == shown.frames.end() || *at != target.frame) continue;
+    shown.targets.push_back({static_cast<int>(at - shown.frames.begin()), target.nodes, target.axes,
+                             target.target, target.is_exact});
+  }
+  MotionCheck check;
+  check.error = reduced::motion_error(*full_, shown, job);
+  check.length = model_->length;
+  check.tolerance = scene_->model.tolerance;
+  check.length_unit = scene_->length_unit_in_metres;
+  check.shown_constraint_error = result.report.max_constraint_error;
+  if (scene_->constraint_tolerance)
+    check.constraint_tolerance = *scene_->constraint_tolerance * check.length_unit;
+  if (request.start_of_fit) {
+    check.largest_step = largest_step(model_->basis, result.coordinates, job);
+    check.largest_step_of_start = largest_step(model_->basis, *request.start_of_fit, job);
+  }
+  check.trained_reach = kTrainedShare * reduced::ModelOptions().amplitude * model_->length;
+  check.check_ms =
+      std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
+  return check;
+}
+
+}  // namespace limber::session

@@ -1,0 +1,105 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "engine/base/job.h"
+#include "engine/reduced/motion_error.h"
+#include "engine/scene/scene.h"
+
+namespace limber::session {
+
+struct MappedBody;
+struct BodyResult;
+
+/// What a session has found out about a motion that it shows.
+struct MotionCheck {
+  reduced::MotionError error;
+  double length = 0;     // of the body [m]
+  double tolerance = 0;  // of shape_error: the scene's model.tolerance
+  /// Largest distance of a target from where the shown motion has its nodes: the
+  /// max_constraint_error of the result's report [m].
+  double shown_constraint_error = 0;
+  std::optional<double> constraint_tolerance;  // the scene's [m]
+  double length_unit = 1;                      // of the scene [m]: numbers of messages are in it
+  /// Of a fitted motion: largest distance of a node from one frame to the next, shown, and of the
+  /// motion with forces alone that the fit began with [m]; both 0 where nothing was fitted.
+  double largest_step = 0, largest_step_of_start = 0;
+  /// Typical largest displacement of the widest training poses, as linear_reach [m].
+  double trained_reach = 0;
+  double check_ms = 0;  // that it took
+
+  [[nodiscard]] bool within_tolerance() const { return error.shape_error <= tolerance; }
+};
+
+/// Of a body's length: misses below it cannot be seen.
+inline constexpr double kMinVisibleMiss = 1e-3;
+
+/// What is wrong with the motion and what to do. Empty where
+/// - its error and that of its worst frame are within the tolerance,
+/// - no tet is inverted in the compared frames,
+/// - the full shapes miss no constraint by more than half a body length, constraint_tolerance, or
+///   1.5 times what the shown ones miss (and kMinVisibleMiss more), and no exact constraint by more
+///   than kMinVisibleMiss,
+/// - a fitted motion makes no larger step from frame to frame than the one it began with.
+[[nodiscard]] std::string describe_motion(const MotionCheck& check);
+
+/// Says that a model misses its tolerance, and what to do; empty where it does not.
+[[nodiscard]] std::string describe_accuracy(const reduced::ModelReport& report, double tolerance);
+
+/// A motion and what it was to meet.
+struct CheckRequest {
+  struct Target {
+    int frame = 0;
+    std::shared_ptr<const std::vector<int>> nodes;  // compact
+    unsigned axes = 7;
+    Eigen::Vector3d target = {0, 0, 0};  // displacement from rest [m]
+    bool is_exact = false;
+  };
+
+  std::shared_ptr<const BodyResult> result;
+  std::vector<Target> targets;       // of constraints
+  std::vector<int> keyframe_frames;  // of keyframes
+  /// q of the motion with forces alone that the fit of the result's material began with; null where
+  /// none was fitted.
+  std::shared_ptr<const Eigen::MatrixXf> start_of_fit;
+};
+
+/// At most so many constrained frames are compared, evenly chosen among them, ..
+inline constexpr int kMaxConstrainedFrames = 64;
+/// .. and so many others, evenly spread over the motion, its ends included; and the frame in which
+/// the shape is farthest from rest.
+inline constexpr int kSpreadFrames = 16;
+
+/// Frames to compare, ascending, each once.
+/// @param constrained  frames with constraints or keyframes, in any order
+/// @param coordinates  q of all frames, h x N
+[[nodiscard]] std::vector<int> frames_to_compare(std::vector<int> constrained,
+                                                 const Eigen::MatrixXf& coordinates);
+
+/// Compares motions of one session with full reconstructions of the same modal coordinates. What
+/// that takes (a factored Laplacian of the mesh, RS coordinates of a base motion) is made by the
+/// first check, so that models from a cache cost nothing until then; where that is cancelled, the
+/// next one continues with the stages that are left. For one thread at a time.
+class MotionChecker {
+ public:
+  MotionChecker(std::shared_ptr<const scene::Scene> scene,
+                std::shared_ptr<const reduced::ReducedModel> model);
+  ~MotionChecker();
+
+  /// @throws Error{kCancelled}
+  [[nodiscard]] MotionCheck check(const CheckRequest& request, const JobContext& job = {});
+
+ private:
+  void prepare(const JobContext& job);
+
+  std::shared_ptr<const scene::Scene> scene_;
+  std::shared_ptr<const reduced::ReducedModel> model_;
+  std::unique_ptr<const MappedBody> mapped_;   // finished stages of full_, until it is made
+  Eigen::MatrixXd base_;                       // as above
+  std::unique_ptr<reduced::FullShapes> full_;  // null until all stages are finished
+};
+
+}  // namespace limber::session

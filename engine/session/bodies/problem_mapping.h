@@ -1,0 +1,89 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "engine/bodies/elastic_body.h"
+#include "engine/bodies/mesh_validation.h"
+#include "engine/reduced/reduced_model.h"
+#include "engine/scene/scene.h"
+#include "engine/session/bodies/length_unit.h"
+#include "engine/spacetime/material.h"
+#include "engine/spacetime/problem.h"
+#include "engine/spacetime/solver.h"
+
+namespace limber::session {
+
+/// A scene in the engine's terms: SI, compact nodes.
+struct MappedBody {
+  bodies::ElasticBody body;
+  std::vector<int> compact_of_source;  // -1 where a source node is unused
+  std::vector<int> source_of_compact;
+  std::vector<std::string> repairs, warnings;
+};
+
+/// @throws Error with a field of the scene ("mesh.tets[17]", "fixed_nodes[2]")
+[[nodiscard]] MappedBody map_body(const scene::Scene& scene);
+
+/// Its modes are R: at most one less than the body's elastic degrees of freedom.
+[[nodiscard]] reduced::ModelOptions map_model(const scene::Scene& scene,
+                                              const bodies::ElasticBody& body);
+
+/// Lambda and D with the frame as the unit of time. With a period of L frames,
+/// lambda_k = (eigenvalue_k / eigenvalue_1) (2 pi / L)^2 (space-time editing, sec. 5.2),
+/// eigenvalue_1 the lowest elastic one that is not a mechanism's; with L = 0, lambda_k =
+/// eigenvalue_k / fps^2. Damping d_k = 2 zeta sqrt(lambda_k). Rigid unknowns: 0 and 0.
+/// @param eigenvalues  [1/s^2], the `rigid_count` zeros first, then those of `mechanism_count`
+///   mechanisms
+[[nodiscard]] spacetime::ModeDynamics map_dynamics(const scene::Dynamics& dynamics,
+                                                   const Eigen::VectorXd& eigenvalues,
+                                                   int rigid_count, int mechanism_count = 0);
+
+[[nodiscard]] spacetime::EndCondition map_end(scene::End end);
+
+/// What a model has otherwise than it was asked for, each with its field and what is used; empty:
+/// it has what was asked for. Sizes that were left to the builder are not remarked on.
+[[nodiscard]] std::string model_notes(const scene::ModelRequest& request,
+                                      const reduced::ReducedModel& model);
+
+/// The material a session starts with: the first r coordinates of the model (the rigid unknowns and
+/// `mode_count` elastic modes) with the dynamics of the scene.
+[[nodiscard]] spacetime::Material map_material(const scene::Dynamics& dynamics, int mode_count,
+                                               const reduced::ReducedModel& model);
+
+[[nodiscard]] spacetime::MaterialVariables map_variables(scene::MaterialVariables variables);
+
+/// Displacements [scene units] of source nodes, a pose a column, to [m] of compact nodes.
+[[nodiscard]] Eigen::MatrixXd map_displacements(
+    const scene::Scene& scene, const Eigen::Ref<const Eigen::MatrixXd>& displacements,
+    const std::vector<int>& source_of_compact);
+
+/// The same of the base motion, 3n x frames.
+[[nodiscard]] Eigen::MatrixXd map_base_motion(const scene::Scene& scene,
+                                              const std::vector<int>& source_of_compact);
+
+/// Where targets of a scene's constraints are measured from. Merged duplicates count once in the
+/// mean of a group.
+class TargetFrame {
+ public:
+  /// @param scene  outlives this
+  TargetFrame(const scene::Scene& scene, const MappedBody& mapped);
+
+  /// Compact ids of the group, sorted, each once: the same group is the same site however it was
+  /// written.
+  [[nodiscard]] std::vector<int> compact_nodes(const std::vector<int>& source_nodes) const;
+  /// What to take off a target of this kind to get a displacement [scene units]: the group's mean
+  /// rest position, or 0.
+  [[nodiscard]] Eigen::Vector3d origin(scene::TargetKind kind,
+                                       const std::vector<int>& compact_nodes) const;
+  /// [m] from rest.
+  [[nodiscard]] Eigen::Vector3d displacement(const Eigen::Vector3d& target,
+                                             const Eigen::Vector3d& origin) const;
+
+ private:
+  const bodies::NodePositions& rest_;
+  std::vector<int> compact_of_source_, source_of_compact_;
+  LengthUnit unit_;
+};
+
+}  // namespace limber::session

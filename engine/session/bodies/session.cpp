@@ -1,0 +1,100 @@
+#include "engine/session/bodies/session.h"
+
+#include "engine/session/bodies/session_impl.h"
+
+namespace limber::session {
+
+BodySession::BodySession(std::string id, scene::Scene scene, SessionOptions options,
+                         std::shared_ptr<ModelCache> cache, Executor executor,
+                         std::shared_ptr<BodyListener> listener)
+    : impl_(std::make_shared<Impl>(std::move(id), std::move(scene), options, std::move(cache),
+                                   std::move(executor), std::move(listener))) {
+  impl_->open();
+}
+
+BodySession::~BodySession() { impl_->shut(Impl::Farewell::kSilent); }
+
+const std::string& BodySession::id() const { return impl_->id(); }
+
+State BodySession::state() const { return impl_->state(); }
+
+std::string BodySession::state_message() const { return impl_->message(); }
+
+Progress BodySession::progress() const { return impl_->progress(); }
+
+Revision BodySession::revision() const {
+  return impl_->read([this] { return impl_->document().revision(); });
+}
+
+scene::Scene BodySession::scene() const { return impl_->scene(); }
+
+scene::Dynamics BodySession::dynamics() const {
+  return impl_->read([this] { return impl_->document().dynamics(); });
+}
+
+scene::MaterialVariables BodySession::material_variables() const {
+  return impl_->read([this] { return impl_->document().material().variables; });
+}
+
+std::vector<scene::Constraint> BodySession::constraints() const {
+  return impl_->read([this] { return impl_->document().constraint_list(); });
+}
+
+std::vector<scene::Keyframe> BodySession::keyframes() const {
+  return impl_->read([this] { return impl_->document().keyframe_list(); });
+}
+
+std::shared_ptr<const scene::Scene> BodySession::unedited() const {
+  return impl_->read([this] { return impl_->document().unedited(); });
+}
+
+EditReceipt BodySession::edit(const std::vector<BodyEdit>& edits,
+                              std::optional<Revision> expected) {
+  return impl_->edit(edits, expected);
+}
+
+void BodySession::solve_cold(std::uint64_t request) { impl_->solve_cold(request); }
+
+void BodySession::cancel() { impl_->cancel(); }
+
+void BodySession::close() { impl_->shut(Impl::Farewell::kSaid); }
+
+std::shared_ptr<const BodyResult> BodySession::newest_result() const {
+  return impl_->newest_result();
+}
+
+std::shared_ptr<const BodyResult> BodySession::final_result() const {
+  return impl_->final_result();
+}
+
+std::shared_ptr<const Geometry> BodySession::geometry() const {
+  const auto built = impl_->read([this] { return impl_->built(); });
+  return built ? std::shared_ptr<const Geometry>(built, &built->geometry) : nullptr;
+}
+
+std::shared_ptr<const reduced::ReducedModel> BodySession::model() const {
+  const auto built = impl_->read([this] { return impl_->built(); });
+  return built ? built->model : nullptr;
+}
+
+std::string BodySession::model_message() const {
+  const auto built = impl_->read([this] { return impl_->built(); });
+  return built ? built->message : std::string();
+}
+
+double BodySession::build_seconds() const {
+  const auto built = impl_->read([this] { return impl_->built(); });
+  return built ? built->seconds : 0;
+}
+
+bool BodySession::model_from_cache() const {
+  const auto built = impl_->read([this] { return impl_->built(); });
+  return built && built->from_cache;
+}
+
+Eigen::MatrixXd BodySession::positions(const BodyResult& result, int first_frame,
+                                       int frame_count) const {
+  return impl_->positions(result, first_frame, frame_count);
+}
+
+}  // namespace limber::session

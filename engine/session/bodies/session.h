@@ -1,0 +1,160 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <chrono>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "engine/base/error.h"
+#include "engine/reduced/reduced_model.h"
+#include "engine/scene/scene.h"
+#include "engine/session/bodies/edit.h"
+#include "engine/session/bodies/model_cache.h"
+#include "engine/session/bodies/motion_check.h"
+#include "engine/session/core/executor.h"
+#include "engine/session/core/listener.h"
+#include "engine/session/core/result_header.h"
+#include "engine/spacetime/solver.h"
+
+namespace limber::session {
+
+/// Whether a final result has been compared with full reconstructions.
+enum class Check {
+  kNone,     // it is not compared: not final, or the solve failed
+  kPending,  // an amendment will follow, unless an edit is quicker
+  kDone,     // this is the amendment
+};
+
+/// One published iterate: immutable, shared between threads. Where the solve failed, the solver
+/// threw: the motion is an earlier result's, or rest; the report is empty but for its message.
+struct BodyResult : ResultHeader {
+  spacetime::SolveReport report;
+  Eigen::MatrixXd modal;  // z, r x N, in the modes of `material`
+  /// What the motion swings with, and what the scene itself says: the same where nothing was
+  /// optimised. Null in a failed result that nothing came before.
+  std::shared_ptr<const spacetime::Material> material, initial_material;
+  /// q, h x N, of the motion with forces alone that the fit of the material began with, maybe in an
+  /// earlier revision; null where nothing was fitted.
+  std::shared_ptr<const Eigen::MatrixXf> start_of_fit;
+  int material_iterations = 0;   // of the material's optimisation for this revision
+  double column_energy = 0;      // mu E_s, part of report.total_energy
+  double unit_force_energy = 0;  // control forces, comparable between materials
+  /// Of a final result: the largest distance of a node from its place in a keyframe [m].
+  double max_keyframe_error = 0;
+  /// Of a final result: power of the motion above half the Nyquist frequency, in [0, 1]
+  /// (spacetime/motion_spectrum.h); nothing for a few frames.
+  std::optional<double> high_frequency_share;
+  double weight_scale = 1;      // of soft constraints, to meet Scene::constraint_tolerance
+  Eigen::MatrixXf coordinates;  // q, h x N (float32: what is streamed); displacement [m] = B q
+  std::uint64_t cold_request =
+      0;  // the newest that was given to solve_cold() and is in it; 0: none
+  /// A final result is published again with its check, as an amendment: the same but for sequence,
+  /// check, motion_check and a longer message.
+  Check check = Check::kNone;
+  std::shared_ptr<const MotionCheck> motion_check;  // of kDone; null where it failed (see message)
+};
+
+/// Appends a sentence to a message that may be empty or lack its full stop.
+void add_sentence(std::string& message, const std::string& sentence);
+
+/// What is published where a solve threw, for lack of anything better: the motion of `newest`, or
+/// rest where there is none.
+[[nodiscard]] BodyResult failed_result(const BodyResult* newest, const reduced::ReducedModel& model,
+                                       int frame_count, const std::string& reason);
+
+using BodyListener = Listener<BodyResult>;
+
+/// The mesh as the client sent it and how to make its frames from streamed coordinates.
+struct Geometry {
+  bodies::NodePositions rest;                     // 3 x source nodes, scene units
+  bodies::TetNodes tets;                          // source node ids
+  Eigen::Matrix<int, 3, Eigen::Dynamic> surface;  // boundary triangles, source node ids, outward
+  Eigen::MatrixXf basis;   // 3 source nodes x h, scene units: position = rest + basis q
+  std::string basis_hash;  // content hash, hex: same hash, same basis
+  std::vector<std::string> repairs, warnings;  // of the mesh
+};
+
+struct SessionOptions {
+  spacetime::SolverOptions solver;
+  int undo_depth = 1000;                            // requests that can be undone, >= 0
+  int max_constraints = 4096;                       // >= 0
+  std::size_t undo_bytes = std::size_t{256} << 20;  // kept for undo; the newest request always is
+  std::size_t max_constraint_nodes = 4'000'000;     // named by all constraints together
+};
+
+/// A scene, its model, its edits in order, and its newest result; re-optimises whenever an edit
+/// arrives.
+///
+/// Thread-safe. Edits are validated and numbered synchronously, solved asynchronously: those that
+/// arrive while a solve runs are coalesced, the newest revision wins, none is skipped in the final
+/// state. A refused edit leaves everything as it was.
+class BodySession {
+ public:
+  /// Validates the scene (throws Error for the first error) and starts building the model on the
+  /// executor.
+  BodySession(std::string id, scene::Scene scene, SessionOptions options,
+              std::shared_ptr<ModelCache> cache, Executor executor,
+              std::shared_ptr<BodyListener> listener);
+  ~BodySession();  // cancels and waits for the running task
+
+  [[nodiscard]] const std::string& id() const;
+  [[nodiscard]] State state() const;
+  [[nodiscard]] std::string state_message() const;
+  [[nodiscard]] Progress progress() const;
+  [[nodiscard]] Revision revision() const;   // newest accepted
+  [[nodiscard]] scene::Scene scene() const;  // as edited up to revision(); the mesh included
+  [[nodiscard]] std::vector<scene::Constraint> constraints() const;
+  [[nodiscard]] std::vector<scene::Keyframe> keyframes() const;
+  /// Mesh, unit and all else that edits never change; without constraints and keyframes.
+  [[nodiscard]] std::shared_ptr<const scene::Scene> unedited() const;
+  [[nodiscard]] scene::Dynamics dynamics() const;                     // as edited
+  [[nodiscard]] scene::MaterialVariables material_variables() const;  // as edited
+
+  /// All or nothing: applies the edits in order as one revision. Allowed while the model is still
+  /// being built; takes microseconds, whatever runs.
+  /// @param expected  if given, refuse with kFailedPrecondition unless it equals revision()
+  /// (optimistic locking)
+  /// @throws Error with field "edits[i]....": kNotFound, kAlreadyExists, kOutOfRange,
+  /// kInvalidArgument, kLimitExceeded,
+  ///   kFailedPrecondition (nothing to undo or redo; the session is closed or has no model)
+  EditReceipt edit(const std::vector<BodyEdit>& edits, std::optional<Revision> expected = {});
+
+  /// Solves the current problem from z = 0. The final result that is there already stays (published
+  /// again, with a message) unless this one is better. In state kFailed: tries to build again.
+  /// @param request  a number of the caller's, told again by the results that contain this solve:
+  /// a warm one may become final just when this is called
+  void solve_cold(std::uint64_t request = 0);
+  /// Stops a running build (state kFailed, until solve_cold()) or solve (a final result with status
+  /// kCancelled, which contains every edit accepted so far). The session keeps its newest result;
+  /// of a cold solve, the final one from before, which is published again if others came between.
+  /// Nothing running: no effect.
+  void cancel();
+  /// Refuses everything from now on, cancels, and tells the listener kClosed. Returns when no task
+  /// runs any more; called by the listener itself, returns at once, and kClosed follows. Results
+  /// stay readable.
+  void close();
+
+  [[nodiscard]] std::shared_ptr<const BodyResult> newest_result() const;  // null before the first
+  [[nodiscard]] std::shared_ptr<const BodyResult> final_result() const;   // newest converged one
+  [[nodiscard]] std::shared_ptr<const Geometry> geometry() const;         // null while building
+  [[nodiscard]] std::shared_ptr<const reduced::ReducedModel> model() const;  // null while building
+  /// What a person should know of the model: tolerance missed, mechanisms, sizes other than asked
+  /// for. Empty while building, or if there is nothing to say.
+  [[nodiscard]] std::string model_message() const;
+  [[nodiscard]] double build_seconds() const;   // 0 while building
+  [[nodiscard]] bool model_from_cache() const;  // false while building
+
+  /// Positions [scene units], 3 source nodes x frames, of a result: rest + basis q, computed in
+  /// double.
+  [[nodiscard]] Eigen::MatrixXd positions(const BodyResult& result, int first_frame,
+                                          int frame_count) const;
+
+ private:
+  class Impl;
+  std::shared_ptr<Impl> impl_;
+};
+
+}  // namespace limber::session

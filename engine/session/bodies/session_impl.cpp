@@ -1,0 +1,143 @@
+#include "engine/session/bodies/session_impl.h"
+
+#include <fmt/format.h>
+
+#include <optional>
+#include <utility>
+
+#include "engine/session/bodies/geometry.h"
+
+namespace limber::session {
+namespace {
+
+scene::Scene validated(scene::Scene scene) {
+  for (const scene::Issue& issue : scene::validate(scene)) {
+    if (issue.severity == scene::Issue::Severity::kError) {
+      throw Error(issue.code, issue.field, issue.message);
+    }
+  }
+  return scene;
+}
+
+}  // namespace
+
+BodySession::Impl::Impl(std::string id, scene::Scene scene, SessionOptions options,
+                        std::shared_ptr<ModelCache> cache, Executor executor,
+                        std::shared_ptr<BodyListener> listener)
+    : SessionCore(std::move(id), executor, std::move(listener)),
+      options_(options),
+      cache_(std::move(cache)),
+      document_(validated(std::move(scene)), {options.undo_depth, options.max_constraints,
+                                              options.undo_bytes, options.max_constraint_nodes}),
+      check_task_(mutex_, std::move(executor), [] {}) {
+  options_.solver.validate();
+}
+
+EditReceipt BodySession::Impl::edit(const std::vector<BodyEdit>& edits,
+                                    std::optional<Revision> expected) {
+  EditReceipt receipt;
+  Touched touched;
+  std::optional<Document> edited;
+  return change(
+      [&] {
+        if (!document_.is_long(edits)) return;
+        edited.emplace(document_);
+        receipt = edited->apply(edits, expected, touched);
+      },
+      [&] {
+        if (!edited) return document_.apply(edits, expected, touched_);
+        document_.exchange_edited(*edited);
+        touched_.add(touched);
+        return std::move(receipt);
+      });
+}
+
+void BodySession::Impl::solve_cold(std::uint64_t request) {
+  std::unique_lock lock(mutex_);
+  demand_open();
+  if (state_ == State::kFailed) build_again();
+  cold_ = true;
+  cold_asked_ = request;
+  request_round(std::move(lock));
+}
+
+void BodySession::Impl::interrupt_round() {
+  interrupt_.store(true, std::memory_order_relaxed);
+  stop_check();
+}
+
+BodyOrder BodySession::Impl::take_order() {
+  BodyOrder order;
+  order.content = document_.content();
+  order.is_whole = whole_;
+  order.batch = whole_ ? whole_batch(document_) : batch_of(document_, touched_);
+  order.start = cold_ ? BodyOrder::Start::kCold : BodyOrder::Start::kWarm;
+  if (cold_) cold_taken_ = cold_asked_;
+  order.cold_request = cold_taken_;
+  touched_ = {};
+  whole_ = cold_ = false;
+  interrupt_.store(false, std::memory_order_relaxed);
+  return order;
+}
+
+/// It calls no listener, and ends by itself.
+void BodySession::Impl::close_other_tasks(SerialTask::Wait wait) {
+  check_task_.close(std::unique_lock(mutex_), Farewell::kSilent, wait);
+}
+
+scene::Scene BodySession::Impl::scene() const {
+  std::shared_ptr<const scene::Scene> unedited;
+  std::vector<scene::Constraint> constraints;
+  std::vector<scene::Keyframe> keyframes;
+  scene::End first_end, last_end;
+  scene::Dynamics dynamics;
+  scene::MaterialVariables variables;
+  {
+    const std::lock_guard lock(mutex_);
+    unedited = document_.unedited();
+    constraints = document_.constraint_list();
+    keyframes = document_.keyframe_list();
+    first_end = document_.first_end();
+    last_end = document_.last_end();
+    dynamics = document_.dynamics();
+    variables = document_.material().variables;
+  }
+  scene::Scene scene = *unedited;
+  scene.constraints = std::move(constraints);
+  scene.keyframes = std::move(keyframes);
+  scene.first_end = first_end;
+  scene.last_end = last_end;
+  scene.dynamics = dynamics;
+  // What the session mixes: opened anew with other variables, the scene would take another number.
+  if (scene.model.candidate_modes == 0 && variables != scene.material_optimisation.variables)
+    scene.model.candidate_modes = scene::wanted_candidate_modes(*unedited);
+  scene.material_optimisation.variables = variables;
+  // At a lower frame rate than it was opened with, as a fit takes it.
+  if (auto& frequency = scene.material_optimisation.max_frequency_hz)
+    frequency = std::min(*frequency, 0.5 * dynamics.frames_per_second);
+  return scene;
+}
+
+Eigen::MatrixXd BodySession::Impl::positions(const BodyResult& result, int first_frame,
+                                             int frame_count) const {
+  const auto built = read([this] { return built_; });
+  if (!built) throw Error(ErrorCode::kFailedPrecondition, "", "the model is not built yet");
+  const Eigen::MatrixXf& q = result.coordinates;
+  if (q.rows() != built->model->basis_size()) {
+    throw Error(ErrorCode::kInvalidArgument, "result", "the result belongs to another model");
+  }
+  if (first_frame < 0 || first_frame >= q.cols()) {
+    throw Error(ErrorCode::kOutOfRange, "first_frame",
+                fmt::format("frame {} is outside 0 .. {}", first_frame, q.cols() - 1));
+  }
+  if (frame_count < 0 || frame_count > q.cols() - first_frame) {
+    throw Error(ErrorCode::kOutOfRange, "frame_count",
+                fmt::format("{} frames from frame {} on, there are {}", frame_count, first_frame,
+                            q.cols() - first_frame));
+  }
+  const LengthUnit unit(document_.unedited()->length_unit_in_metres);
+  return positions_of(built->geometry, unit, built->compact_of_source, *built->model,
+                      q.middleCols(first_frame, frame_count));
+}
+
+}  // namespace limber::session

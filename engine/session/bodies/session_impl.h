@@ -1,0 +1,146 @@
+#pragma once
+
+#include <atomic>
+#include <chrono>
+#include <limits>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include "engine/base/job.h"
+#include "engine/session/bodies/answer_cache.h"
+#include "engine/session/bodies/document.h"
+#include "engine/session/bodies/live_problem.h"
+#include "engine/session/bodies/motion_check.h"
+#include "engine/session/bodies/session.h"
+#include "engine/session/core/session_core.h"
+
+namespace limber::session {
+
+/// What the task of a session of a body works on.
+struct BodyOrder {
+  enum class Start { kWarm, kCold };
+  std::uint64_t content = 0;  // Document::content()
+  EditBatch batch;
+  bool is_whole = false;
+  Start start = Start::kWarm;
+  std::uint64_t cold_request = 0;  // the newest contained, of this round or an earlier one
+};
+
+class BodySession::Impl final : public SessionCore<BodyResult, BodyOrder> {
+ public:
+  Impl(std::string id, scene::Scene scene, SessionOptions options,
+       std::shared_ptr<ModelCache> cache, Executor executor,
+       std::shared_ptr<BodyListener> listener);
+
+  EditReceipt edit(const std::vector<BodyEdit>& edits, std::optional<Revision> expected);
+  void solve_cold(std::uint64_t request);
+
+  [[nodiscard]] scene::Scene scene() const;
+  [[nodiscard]] Eigen::MatrixXd positions(const BodyResult& result, int first_frame,
+                                          int frame_count) const;
+  /// What the build leaves behind for readers.
+  struct Built {
+    std::shared_ptr<const reduced::ReducedModel> model;
+    Geometry geometry;
+    std::vector<int> compact_of_source;
+    std::string message;   // of the model's report, and what it has otherwise than asked for
+    std::string accuracy;  // of results, where the model misses its tolerance
+    double seconds = 0;
+    bool from_cache = false;
+  };
+
+  // With the lock, see read():
+  [[nodiscard]] const Document& document() const { return document_; }
+  [[nodiscard]] const std::shared_ptr<const Built>& built() const { return built_; }
+
+ private:
+  /// What the check of a result ends with: what was found out, or why it was not.
+  struct Amendment {
+    std::shared_ptr<const BodyResult> result;
+    std::shared_ptr<const MotionCheck> check;
+    std::string failure;
+  };
+
+  // session_impl.cpp: the shared half.
+  Revision document_revision() const override { return document_.revision(); }
+  BodyOrder take_order() override;
+  void interrupt_round() override;
+  void note_cancel() override { cold_ = false; }
+  void note_lost_round() override { whole_ = true; }
+  void note_close() override { interrupt_round(); }
+  void close_other_tasks(SerialTask::Wait wait) override;
+
+  // session_task.cpp: the task.
+  std::string build(const JobContext& job) override;
+  Built build_model(const JobContext& job);
+  void solve(const Round& round) override;
+  void solve_failed(const Round& round, const std::string& reason) override;
+  std::shared_ptr<const BodyResult> bring_up_to_date(const Round& round);
+  void solve_order(const Round& round);
+  /// What `round` asks for, to the end, its material included. @returns nothing where an edit made
+  /// it out of date
+  std::optional<spacetime::SolveReport> solve_whole(const Round& round);
+  /// solver().solve(), published on the way. @returns nothing where an edit made it out of date
+  /// @param ceiling  motions of a higher total energy are not published
+  std::optional<spacetime::SolveReport> solve_motion(
+      const Round& round, double ceiling = std::numeric_limits<double>::infinity());
+  [[nodiscard]] bool stay_with_answer(const Round& round, const spacetime::SolveReport& ended);
+
+  // session_material.cpp: the task's part of it that fits materials.
+  /// On from the answer of the solver, which gets the material and the motion that were found where
+  /// these are better. Nothing above the energy of the start is published.
+  /// @returns nothing where an edit made it out of date
+  std::optional<spacetime::MaterialReport> optimise_material(const Round& round);
+  /// optimise_material() and the motion for what it has found; the start, converged before, where
+  /// that is better after all. @returns as above
+  std::optional<spacetime::SolveReport> fit_material(const Round& round,
+                                                     const spacetime::SolveReport& start);
+  void publish_material(const Round& round, const spacetime::MaterialReport& report,
+                        const spacetime::MaterialSolver& solver);
+  /// Coordinates and energies of result.modal and result.report with this material.
+  void fill_material(const spacetime::Material& material, BodyResult& result) const;
+
+  std::shared_ptr<const BodyResult> publish_motion(const Round& round,
+                                                   const spacetime::SolveReport& report,
+                                                   bool is_final);
+  void publish_of_round(std::shared_ptr<BodyResult> result, const Round& round);
+
+  // session_check.cpp: the check of final results, its task and its place in the session's.
+  bool do_other_work(std::unique_lock<std::mutex>& lock) override;
+  [[nodiscard]] bool is_check_due() const;
+  void begin_check(std::unique_lock<std::mutex>& lock);
+  void stop_check();  // called with the lock
+  void run_check();
+  std::optional<Amendment> check(const CheckRequest& request, const Cancellation& cancellation);
+  void amend(const Amendment& amendment);
+
+  const SessionOptions options_;
+  const std::shared_ptr<ModelCache> cache_;
+
+  // Under the lock:
+  Document document_;
+  SerialTask check_task_;
+  Touched touched_;    // since the task last looked
+  bool whole_ = true;  // the solver must be made anew from the whole document
+  bool cold_ = false;  // solve_cold() was called
+  std::uint64_t cold_asked_ = 0, cold_taken_ = 0;  // requests of solve_cold(): given, begun
+  std::shared_ptr<const Built> built_;
+  std::uint64_t check_begun_for_ = 0;  // sequence of the result whose check was begun; 0: none
+  Cancellation check_cancellation_;    // of that check
+  std::optional<CheckRequest> check_request_;  // begun, and not taken by its task yet
+  std::optional<Amendment> amendment_;         // of the newest result, not published yet
+  std::atomic<bool> interrupt_{false};         // the running solve is out of date
+
+  std::unique_ptr<LiveProblem> problem_;  // the task's
+  AnswerCache answers_;                   // the task's
+  bool solved_ = false;  // the task's: the motion has converged for the material it has
+  /// The task's: q of the motion with forces alone that the fit of the material began with.
+  std::shared_ptr<const Eigen::MatrixXf> start_of_fit_;
+  int material_iterations_ = 0;  // the task's: in what is published next
+
+  std::unique_ptr<MotionChecker> checker_;  // the check's task's
+};
+
+}  // namespace limber::session

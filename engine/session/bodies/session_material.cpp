@@ -1,0 +1,121 @@
+#include <algorithm>
+#include <utility>
+
+#include "engine/session/bodies/material_outcome.h"
+#include "engine/session/bodies/session_impl.h"
+
+namespace limber::session {
+namespace {
+
+using spacetime::MaterialReport;
+using spacetime::SolveStatus;
+
+}  // namespace
+
+void tell_outcome(const MaterialReport& material, spacetime::SolveReport& report) {
+  report.iterations += material.iterations;
+  if (material.message.empty()) return;
+  if (!report.message.empty()) report.message += "; ";
+  report.message += material.message;
+  if (report.status == SolveStatus::kConverged || material.status == SolveStatus::kCancelled)
+    report.status = material.status;
+}
+
+std::optional<MaterialReport> BodySession::Impl::optimise_material(const Round& round) {
+  std::optional<spacetime::MaterialSolver> solver;
+  try {
+    solver.emplace(problem_->material_solver());
+  } catch (const Error& error) {
+    if (error.code() != ErrorCode::kLimitExceeded) throw;
+    MaterialReport refused;
+    refused.status = SolveStatus::kStalled;
+    refused.message = error.what();
+    return refused;
+  }
+  Clock::time_point published;  // long ago: the first step is published at once
+  bool out_of_date = false;
+  const MaterialReport report =
+      solver->solve({round.cancellation, {}}, [&](const MaterialReport& improved) {
+        out_of_date = interrupt_.load(std::memory_order_relaxed);
+        if (out_of_date) return false;
+        if (improved.below_start && Clock::now() - published >= kPublishInterval) {
+          publish_material(round, improved, *solver);
+          published = Clock::now();
+        }
+        return true;
+      });
+  material_iterations_ = report.iterations;
+  // What was found so far is where the next edit's optimisation goes on.
+  if (report.below_start) {
+    problem_->set_material(std::make_shared<const spacetime::Material>(solver->material()));
+    problem_->solver().warm_start(solver->motion(), spacetime::Known::kAnswer);
+  } else if (out_of_date) {
+    problem_->keep_unfinished(*solver, report.iterations);
+  }
+  if (out_of_date) return std::nullopt;
+  return report;
+}
+
+std::optional<spacetime::SolveReport> BodySession::Impl::fit_material(
+    const Round& round, const spacetime::SolveReport& start) {
+  const auto material = problem_->material();
+  const Eigen::MatrixXd motion = problem_->solver().motion();
+  const double energy = start.total_energy + problem_->column_energy();
+  if (material == problem_->initial_material()) {  // else the fit began with an earlier motion
+    auto coordinates = std::make_shared<Eigen::MatrixXf>();
+    problem_->coordinates(*material, motion, *coordinates);
+    start_of_fit_ = std::move(coordinates);
+  }
+  const std::optional<MaterialReport> fitted = optimise_material(round);
+  if (!fitted) return std::nullopt;
+  std::optional<spacetime::SolveReport> ended = solve_motion(round, energy);
+  if (!ended) return ended;
+  // Exact constraints are only approached while the material is fitted: meeting them may cost more.
+  const double exact_limit = std::max(options_.solver.constraint_tolerance * built_->model->length,
+                                      1.1 * ended->max_exact_error);
+  if (ended->total_energy + problem_->column_energy() > energy &&
+      start.max_exact_error <= exact_limit) {
+    problem_->set_material(material);
+    problem_->solver().warm_start(motion, spacetime::Known::kAnswer);
+    *ended = start;
+  }
+  solved_ = ended->status == SolveStatus::kConverged;
+  tell_outcome(*fitted, *ended);
+  return ended;
+}
+
+void BodySession::Impl::publish_material(const Round& round, const MaterialReport& report,
+                                         const spacetime::MaterialSolver& solver) {
+  auto result = std::make_shared<BodyResult>();
+  result->report.status = SolveStatus::kImproved;
+  result->report.iterations = report.iterations;
+  result->report.force_energy = report.force_energy;
+  result->report.constraint_energy = report.constraint_energy;
+  result->report.total_energy = report.force_energy + report.constraint_energy;
+  result->report.gradient = 1;  // not determined on the way
+  result->report.max_constraint_error = report.max_constraint_error;
+  result->report.rms_constraint_error = report.rms_constraint_error;
+  result->report.max_exact_error = report.max_exact_error;
+  result->modal = solver.motion();
+  result->material = std::make_shared<const spacetime::Material>(solver.material());
+  material_iterations_ = report.iterations;
+  fill_material(*result->material, *result);
+  publish_of_round(std::move(result), round);
+}
+
+void BodySession::Impl::fill_material(const spacetime::Material& material,
+                                      BodyResult& result) const {
+  result.initial_material = problem_->initial_material();
+  if (problem_->variables() != scene::MaterialVariables::kMotion &&
+      problem_->material() != result.initial_material)
+    result.start_of_fit = start_of_fit_;
+  result.weight_scale = problem_->solver().weight_scale();
+  result.material_iterations = material_iterations_;
+  result.column_energy = document_.unedited()->material_optimisation.column_weight *
+                         spacetime::column_energy(material.mixing);
+  result.report.total_energy += result.column_energy;
+  result.unit_force_energy = spacetime::unit_force_energy(material, result.modal);
+  problem_->coordinates(material, result.modal, result.coordinates);
+}
+
+}  // namespace limber::session

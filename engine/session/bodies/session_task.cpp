@@ -1,0 +1,277 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "engine/session/bodies/geometry.h"
+#include "engine/session/bodies/material_outcome.h"
+#include "engine/session/bodies/session_impl.h"
+#include "engine/session/bodies/weight_scale.h"
+
+namespace limber::session {
+namespace {
+
+using Seconds = std::chrono::duration<double>;
+
+void demand_finite(const spacetime::SolveReport& report, const Eigen::MatrixXd& motion) {
+  if (!std::isfinite(report.total_energy) || !motion.allFinite()) {
+    throw Error(ErrorCode::kNumerical, "", "the solve left the finite numbers");
+  }
+}
+
+}  // namespace
+
+std::string BodySession::Impl::build(const JobContext& job) {
+  const auto begin = Clock::now();
+  try {
+    auto built = std::make_shared<Built>(build_model(job));
+    built->seconds = Seconds(Clock::now() - begin).count();
+    std::string message = built->message;
+    job.report("ready", 1);
+    const std::lock_guard lock(mutex_);
+    built_ = std::move(built);
+    whole_ = true;
+    return message;
+  } catch (...) {
+    problem_.reset();
+    throw;
+  }
+}
+
+BodySession::Impl::Built BodySession::Impl::build_model(const JobContext& job) {
+  const scene::Scene& scene = *document_.unedited();
+  job.report("mesh", 0);
+  const MappedBody mapped = map_body(scene);
+  const reduced::ModelOptions options = map_model(scene, mapped.body);
+
+  Built built;
+  Eigen::MatrixXd animation;
+  if (scene.base_motion.size() > 0) animation = map_base_motion(scene, mapped.source_of_compact);
+  const std::string key = cache_ ? ModelCache::key(mapped.body, options, animation) : std::string();
+  if (cache_) built.model = cache_->load(key);
+  if (built.model && built.model->node_count != mapped.body.mesh.node_count()) built.model.reset();
+  built.from_cache = built.model != nullptr;
+  if (!built.model) {
+    built.model = std::make_shared<const reduced::ReducedModel>(
+        reduced::build_model(mapped.body, options, job.part(0.02, 0.95), animation));
+    if (cache_) cache_->store(key, *built.model);
+  }
+  std::shared_ptr<const reduced::BaseMotion> base;
+  if (scene.base_motion.size() > 0) {
+    base = std::make_shared<const reduced::BaseMotion>(
+        reduced::base_motion(mapped.body, *built.model, animation, job.part(0.95, 0.98)));
+  }
+  job.report("geometry", 0.98);
+  built.geometry = make_geometry(scene, mapped, *built.model);
+  built.compact_of_source = mapped.compact_of_source;
+  built.message = built.model->report.message;
+  const std::string notes = model_notes(scene.model, *built.model);
+  if (!built.message.empty() && !notes.empty()) built.message += "; ";
+  built.message += notes;
+  built.accuracy = describe_accuracy(built.model->report, scene.model.tolerance);
+  problem_ = std::make_unique<LiveProblem>(
+      built.model, base, TargetFrame(scene, mapped),
+      std::make_unique<KeyframeTargets>(scene, built.model),
+      ProblemTerms{scene.frame_count, scene.model.mode_count, scene.material_optimisation},
+      options_.solver);
+  return built;
+}
+
+void BodySession::Impl::solve(const Round& round) {
+  const auto known = bring_up_to_date(round);
+  if (!known) return solve_order(round);
+  // What undo and redo come back to is the very answer, not another one beside it.
+  solved_ = true;
+  auto again = std::make_shared<BodyResult>(*known);
+  again->check = Check::kPending;
+  publish_of_round(std::move(again), round);
+}
+
+/// The solver's inside can no longer be trusted: the next round makes a new one.
+void BodySession::Impl::solve_failed(const Round& round, const std::string& reason) {
+  const auto [newest, model] = read([this] {
+    whole_ = true;
+    return std::pair{newest_, built_->model};
+  });
+  auto result = std::make_shared<BodyResult>(
+      failed_result(newest.get(), *model, document_.unedited()->frame_count, reason));
+  publish_of_round(std::move(result), round);
+}
+
+/// @returns the answer that is known already; null where there is none
+std::shared_ptr<const BodyResult> BodySession::Impl::bring_up_to_date(const Round& round) {
+  if (round.order.is_whole) {
+    problem_->start(round.order.batch);
+  } else {
+    problem_->apply(round.order.batch);
+  }
+  if (round.order.start == BodyOrder::Start::kCold) {
+    problem_->solver().set_weight_scale(1);
+    // A frozen material is not looked for again.
+    if (problem_->variables() != scene::MaterialVariables::kMotion) problem_->reset_material();
+    problem_->solver().cold_start();
+    return nullptr;
+  }
+  auto known = answers_.find(round.order.content);
+  if (!known) return nullptr;
+  problem_->set_material(known->material);
+  start_of_fit_ = known->start_of_fit;
+  problem_->solver().set_weight_scale(known->weight_scale);
+  problem_->solver().warm_start(known->modal, spacetime::Known::kAnswer);
+  return known;
+}
+
+void BodySession::Impl::solve_order(const Round& round) {
+  spacetime::Solver& solver = problem_->solver();
+  material_iterations_ = 0;
+  spacetime::SolveReport report = solver.correct();
+  demand_finite(report, solver.motion());
+  if (round.is_cancelled) {
+    report.status = spacetime::SolveStatus::kCancelled;
+    report.message = "cancelled before it was solved";
+    if (!stay_with_answer(round, report)) publish_motion(round, report, true);
+    return;
+  }
+  publish_motion(round, report, false);
+
+  std::optional<spacetime::SolveReport> ended = solve_whole(round);
+  const scene::Scene& scene = *document_.unedited();
+  for (bool raised = false; ended && scene.constraint_tolerance &&
+                            ended->status != spacetime::SolveStatus::kCancelled;) {
+    const double scale = next_weight_scale(
+        solver.weight_scale(), ended->max_constraint_error / scene.length_unit_in_metres,
+        *scene.constraint_tolerance, raised);
+    if (scale == solver.weight_scale()) break;
+    publish_motion(round, *ended, false);
+    solver.set_weight_scale(scale);
+    ended = solve_whole(round);
+  }
+  if (!ended) return;
+  tell_tolerance(scene, solver.weight_scale(), *ended);
+  if (stay_with_answer(round, *ended)) return;
+  const auto result = publish_motion(round, *ended, true);
+  if (solved_) answers_.keep(round.order.content, result);
+}
+
+std::optional<spacetime::SolveReport> BodySession::Impl::solve_whole(const Round& round) {
+  std::optional<spacetime::SolveReport> ended = solve_motion(round);
+  if (!ended) return ended;
+  solved_ = ended->status == spacetime::SolveStatus::kConverged;
+  if (problem_->variables() == scene::MaterialVariables::kMotion ||
+      ended->status == spacetime::SolveStatus::kCancelled)
+    return ended;
+  publish_motion(round, *ended, false);
+  return fit_material(round, *ended);
+}
+
+std::optional<spacetime::SolveReport> BodySession::Impl::solve_motion(const Round& round,
+                                                                      double ceiling) {
+  spacetime::Solver& solver = problem_->solver();
+  Clock::time_point published = Clock::now();
+  bool out_of_date = false;
+  const spacetime::SolveReport report =
+      solver.solve({round.cancellation, {}}, [&](const spacetime::SolveReport& improved) {
+        out_of_date = interrupt_.load(std::memory_order_relaxed);
+        if (out_of_date) return false;
+        const bool is_low = improved.total_energy + problem_->column_energy() <= ceiling;
+        if (is_low && Clock::now() - published >= kPublishInterval) {
+          publish_motion(round, improved, false);
+          published = Clock::now();
+        }
+        return true;
+      });
+  demand_finite(report, solver.motion());
+  if (out_of_date && report.status == spacetime::SolveStatus::kImproved) return std::nullopt;
+  return report;
+}
+
+/// Of a solve that no edit had asked for, a cold one: where it was cancelled or has found nothing
+/// better, the answer that the revision has already stays the newest, and the solver goes on from
+/// it.
+bool BodySession::Impl::stay_with_answer(const Round& round, const spacetime::SolveReport& ended) {
+  using spacetime::SolveStatus;
+  std::shared_ptr<const BodyResult> answer, newest;
+  {
+    const std::lock_guard lock(mutex_);
+    answer = final_;
+    newest = newest_;
+  }
+  if (!answer || answer->revision != round.revision || answer->solve_failed) return false;
+  const bool cancelled = ended.status == SolveStatus::kCancelled;
+  const bool complete = answer->report.status != SolveStatus::kCancelled;
+  spacetime::Solver& solver = problem_->solver();
+  spacetime::SolveReport whole = ended;
+  whole.total_energy += problem_->column_energy();
+  // Energies at other weights of the constraints are no comparison; the forces they take are.
+  const bool comparable = answer->weight_scale == solver.weight_scale();
+  const bool answer_wins = comparable ? solver.prefers(answer->report, whole)
+                                      : answer->report.force_energy <= ended.force_energy;
+  if (cancelled ? !complete && solver.prefers(whole, answer->report) : !answer_wins) return false;
+  problem_->set_material(answer->material);
+  start_of_fit_ = answer->start_of_fit;
+  solver.set_weight_scale(answer->weight_scale);
+  solver.warm_start(answer->modal, complete ? spacetime::Known::kAnswer : spacetime::Known::kGuess);
+  if (answer == newest) return true;
+  auto again = std::make_shared<BodyResult>(*answer);
+  if (!cancelled) {
+    again->report.message +=
+        fmt::format("{}A cold solve ended at the total energy {:.6g}: this answer is kept.",
+                    again->report.message.empty() ? "" : " ", whole.total_energy);
+  }
+  publish_of_round(std::move(again), round);
+  return true;
+}
+
+std::shared_ptr<const BodyResult> BodySession::Impl::publish_motion(
+    const Round& round, const spacetime::SolveReport& report, bool is_final) {
+  auto result = std::make_shared<BodyResult>();
+  result->is_final = is_final;
+  result->report = report;
+  result->modal = problem_->solver().motion();
+  fill_material(*problem_->material(), *result);
+  result->material = problem_->material();
+  if (is_final) {
+    result->high_frequency_share = problem_->high_frequency_share(*result->material, result->modal);
+    result->check = Check::kPending;
+    add_sentence(result->report.message, read([this] { return built_->accuracy; }));
+    const KeyframeMiss miss = problem_->keyframe_miss(result->coordinates);
+    result->max_keyframe_error = miss.distance;
+    if (miss.poor_id != 0) {
+      result->report.message += fmt::format(
+          "{}keyframe {} in frame {} is missed by {:.2g} of the body's length: its pose is beyond "
+          "the model's shapes (few modes, or twists near full turns).",
+          result->report.message.empty() ? "" : " ", miss.poor_id, miss.poor_frame,
+          miss.poor_share);
+    }
+  }
+  publish_of_round(result, round);
+  return result;
+}
+
+void BodySession::Impl::publish_of_round(std::shared_ptr<BodyResult> result, const Round& round) {
+  result->cold_request = round.order.cold_request;
+  publish(std::move(result), round);
+}
+
+/// The report is not copied: its energies and errors are of another problem.
+BodyResult failed_result(const BodyResult* newest, const reduced::ReducedModel& model,
+                         int frame_count, const std::string& reason) {
+  BodyResult result;
+  if (newest != nullptr) {
+    result.modal = newest->modal;
+    result.coordinates = newest->coordinates;
+    result.material = newest->material;
+    result.initial_material = newest->initial_material;
+  } else {
+    result.modal.setZero(model.coordinate_count(), frame_count);
+    result.coordinates.setZero(model.basis_size(), frame_count);
+  }
+  result.is_final = true;
+  result.solve_failed = true;
+  result.report.status = spacetime::SolveStatus::kStalled;
+  result.report.message = fmt::format("the solve failed: {}", reason);
+  return result;
+}
+
+}  // namespace limber::session

@@ -1,0 +1,94 @@
+#include "engine/session/core/serial_task.h"
+
+#include <fmt/format.h>
+
+#include <exception>
+#include <memory>
+#include <utility>
+
+#include "engine/base/error.h"
+
+namespace limber::session {
+
+/// What an executor holds. If it goes away without having run, the session must know: it may be
+/// asked to post again.
+class SerialTask::Ticket {
+ public:
+  Ticket(SerialTask& task, std::function<void()> run) : task_(task), run_(std::move(run)) {}
+  Ticket(const Ticket&) = delete;
+  Ticket& operator=(const Ticket&) = delete;
+  ~Ticket() {
+    if (!run_) return;
+    const std::lock_guard lock(task_.mutex_);
+    task_.posted_ = false;
+  }
+  void run() {
+    if (const std::function<void()> run = std::exchange(run_, nullptr)) run();
+  }
+
+ private:
+  SerialTask& task_;  // alive as long as run_ is
+  std::function<void()> run_;
+};
+
+SerialTask::SerialTask(std::mutex& mutex, Executor executor, std::function<void()> farewell)
+    : mutex_(mutex), executor_(std::move(executor)), farewell_(std::move(farewell)) {
+  if (!executor_)
+    throw Error(ErrorCode::kInvalidArgument, "executor", "a session needs an executor");
+}
+
+void SerialTask::post(std::unique_lock<std::mutex> lock, std::function<void()> run,
+                      std::string& message) {
+  if (posted_ || running_ || closed_) return;
+  posted_ = true;
+  lock.unlock();
+  std::string reason;
+  try {
+    const auto ticket = std::make_shared<Ticket>(*this, std::move(run));
+    executor_([ticket] { ticket->run(); });
+    return;
+  } catch (const std::exception& error) {
+    reason = error.what();
+  } catch (...) {
+    reason = "unknown exception";
+  }
+  // What was accepted stays accepted; the next call tries again.
+  lock.lock();
+  posted_ = false;
+  message = fmt::format("the executor took no task: {}", reason);
+}
+
+bool SerialTask::begin() {
+  const std::lock_guard lock(mutex_);
+  posted_ = false;
+  if (closed_ || running_) return false;
+  running_ = true;
+  worker_ = std::this_thread::get_id();
+  return true;
+}
+
+void SerialTask::finish(std::unique_lock<std::mutex> lock) {
+  say_farewell(lock);
+  running_ = false;
+  worker_ = {};
+  idle_.notify_all();
+}
+
+void SerialTask::close(std::unique_lock<std::mutex> lock, Farewell farewell, Wait wait) {
+  closed_ = true;
+  if (farewell == Farewell::kSaid) say_closed_ = true;
+  // Called from a listener, by the task itself: it ends, and says so, once the listener has
+  // returned.
+  if (is_current() || (running_ && wait == Wait::kNone)) return;
+  idle_.wait(lock, [&] { return !running_; });
+  say_farewell(lock);
+}
+
+void SerialTask::say_farewell(std::unique_lock<std::mutex>& lock) {
+  if (!closed_ || !say_closed_ || std::exchange(closed_said_, true)) return;
+  lock.unlock();
+  farewell_();
+  lock.lock();
+}
+
+}  // namespace limber::session

@@ -1,0 +1,62 @@
+#pragma once
+
+#include <condition_variable>
+#include <functional>
+#include <mutex>
+#include <string>
+#include <thread>
+
+#include "engine/session/core/executor.h"
+
+namespace limber::session {
+
+/// The one task of a session: on an executor when there is work, never twice at once, waited for
+/// when the session closes. Its state belongs to the owner's mutex: "with the lock" means that one.
+class SerialTask {
+ public:
+  enum class Farewell { kSilent, kSaid };
+  enum class Wait { kUntilIdle, kNone };
+
+  /// @param mutex  the owner's; must outlive this
+  /// @param farewell  called without the lock, once, when a close that is to be said is complete
+  /// @throws Error{kInvalidArgument} with field executor, if there is none
+  SerialTask(std::mutex& mutex, Executor executor, std::function<void()> farewell);
+
+  // With the lock:
+  [[nodiscard]] bool is_pending() const { return posted_ || running_; }
+  [[nodiscard]] bool is_running() const { return running_; }
+  [[nodiscard]] bool is_closed() const { return closed_; }
+  /// Whether the calling thread is inside of the task.
+  [[nodiscard]] bool is_current() const {
+    return running_ && worker_ == std::this_thread::get_id();
+  }
+
+  /// Sees to it that `run` is called, unless it is pending already or all is closed. Takes the
+  /// lock, leaves without it. What the executor does not take or drops is posted again by the next
+  /// call.
+  /// @param run  begins with begin() and ends with finish(); keeps the owner alive
+  /// @param message  gets the reason where the executor took nothing, with the lock
+  void post(std::unique_lock<std::mutex> lock, std::function<void()> run, std::string& message);
+
+  /// Without the lock, the task's first deed. @returns false where it must leave at once
+  [[nodiscard]] bool begin();
+  /// Takes the lock: the task's last deed, in the same breath as finding nothing to do.
+  void finish(std::unique_lock<std::mutex> lock);
+  /// Takes the lock. Returns when no task runs any more; called by the task itself or with
+  /// Wait::kNone, at once, and finish() says farewell.
+  void close(std::unique_lock<std::mutex> lock, Farewell farewell, Wait wait = Wait::kUntilIdle);
+
+ private:
+  class Ticket;
+  void say_farewell(std::unique_lock<std::mutex>& lock);
+
+  std::mutex& mutex_;
+  const Executor executor_;
+  const std::function<void()> farewell_;
+  std::condition_variable idle_;  // running_ has become false
+  bool posted_ = false, running_ = false;
+  bool closed_ = false, say_closed_ = false, closed_said_ = false;
+  std::thread::id worker_;
+};
+
+}  // namespace limber::session

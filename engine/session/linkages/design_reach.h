@@ -1,0 +1,14 @@
+#pragma once
+
+#include <Eigen/Core>
+
+#include "engine/session/linkages/design_values.h"
+
+namespace limber::session {
+
+/// Distances whose squares drown everything else are mistakes of units or origins.
+/// @param joints  positions of the deployed linkage's
+/// @throws Error{kOutOfRange} with fields targets[i].position, surface
+void demand_near(const DesignGoal& goal, const Eigen::Matrix3Xd& joints);
+
+}  // namespace limber::session

@@ -1,0 +1,94 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "engine/scene/linkage.h"
+#include "engine/session/core/snapshot_history.h"
+#include "engine/session/core/values.h"
+#include "engine/session/linkages/edit.h"
+
+namespace limber::session {
+
+struct LinkageLimits {
+  int undo_depth = 1000;  // requests that can be undone, >= 0
+  int max_targets = 4096;
+  std::size_t undo_bytes = std::size_t{256} << 20;  // kept for undo; the newest request always is
+  /// Of them, what the shape of each request takes: with the conditions go their answers, see
+  /// EquilibriumCache.
+  std::size_t shape_bytes = 0;
+  /// Steps of undo that the edits of one request can begin besides the last, by an Undo or Redo
+  /// behind them, >= 0: each is validated as a whole.
+  int steps_at_once = 16;
+
+  /// @throws Error{kInvalidArgument} naming the member
+  void validate() const;
+};
+
+/// What acts on a linkage, under edits: as Document is for bodies. Not thread-safe, solves nothing.
+///
+/// A request of edits is applied whole or not at all and is one revision and one step of undo: what
+/// its edits make together must be valid, in whatever order they are. Undo and redo are edits too:
+/// they make new revisions. Inside a request, an Undo or Redo ends the step begun by the edits
+/// before it.
+class LinkageDocument {
+  struct State {
+    SnapshotHistory<scene::LinkageConditions> history;
+    std::uint64_t last_id = 0;  // of targets
+    bool is_return = false;     // does undo or redo end the last request
+  };
+
+ public:
+  /// Issues that more is needed for than the conditions and these numbers.
+  using Check = std::function<std::vector<scene::Issue>(const scene::LinkageConditions&)>;
+
+  /// @param joints, segments  of the linkage
+  /// @throws Error with a field of the conditions ("targets[3].joint")
+  LinkageDocument(scene::LinkageConditions conditions, int joints, int segments,
+                  LinkageLimits limits = {}, Check check = {});
+
+  /// @returns with warnings of releases of what nothing holds, sets or loads
+  /// @throws Error with field "edits[i]....": kNotFound, kAlreadyExists, kOutOfRange,
+  /// kInvalidArgument, kLimitExceeded, kFailedPrecondition (nothing to undo);
+  /// Error{kFailedPrecondition, "expected_revision"}; nothing has changed
+  EditReceipt apply(const std::vector<LinkageEdit>& edits, std::optional<Revision> expected) {
+    return commit(prepare(edits, expected));
+  }
+  /// apply() in two parts: what may take long and changes nothing, and what takes no time. The
+  /// document must not change between them.
+  struct Prepared {
+    State state;
+    EditReceipt receipt;
+  };
+  [[nodiscard]] Prepared prepare(const std::vector<LinkageEdit>& edits,
+                                 std::optional<Revision> expected) const;
+  /// @param prepared  the state there was before is left in it: freeing it may take long
+  EditReceipt commit(Prepared&& prepared);
+
+  [[nodiscard]] Revision revision() const { return revision_; }
+  [[nodiscard]] const std::shared_ptr<const scene::LinkageConditions>& conditions() const {
+    return state_.history.now();
+  }
+  [[nodiscard]] std::size_t undo_count() const { return state_.history.undo_count(); }
+  [[nodiscard]] std::size_t redo_count() const { return state_.history.redo_count(); }
+  /// What undo can go back to, the newest first, where the last thing done was an undo or a redo;
+  /// else empty.
+  [[nodiscard]] std::vector<std::shared_ptr<const scene::LinkageConditions>> steps_before_return()
+      const;
+
+ private:
+  class Request;
+  static State first_state(scene::LinkageConditions conditions);
+
+  int joints_, segments_;
+  LinkageLimits limits_;
+  Check check_;
+  State state_;
+  Revision revision_ = 0;
+};
+
+}  // namespace limber::session

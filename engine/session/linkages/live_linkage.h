@@ -1,0 +1,163 @@
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "engine/base/job.h"
+#include "engine/rods/equilibrium/deployment.h"
+#include "engine/session/linkages/equilibrium_cache.h"
+#include "engine/session/linkages/mapping.h"
+#include "engine/session/linkages/pin_reach.h"
+#include "engine/session/linkages/rod_sizes.h"
+#include "engine/session/linkages/shape.h"
+#include "engine/session/linkages/statics.h"
+
+namespace limber::session {
+
+/// A linkage that is kept in equilibrium: what the task of a session works with. Driven by one
+/// thread.
+class LiveLinkage {
+ public:
+  /// @throws Error as map_linkage and rest_shape, with a field of the scene
+  explicit LiveLinkage(const scene::Linkage& linkage, const JobContext& job = {});
+
+  [[nodiscard]] const rods::LinkageModel& model() const { return mapped_.model; }
+  [[nodiscard]] const LinkageShape& shape() const { return shape_; }
+  /// With the sizes of the shape's rods; another object where those are others.
+  [[nodiscard]] const std::shared_ptr<const LinkageStatics>& statics() const { return statics_; }
+  /// Conditions that the shape is in equilibrium under; nothing where it is in none.
+  [[nodiscard]] std::shared_ptr<const scene::LinkageConditions> settled_under() const {
+    return settled_under_;
+  }
+  /// What the last equilibrium is held by.
+  [[nodiscard]] const rods::Conditions& held() const { return good_held_; }
+  /// The same with the sizes it has, as a scene would have them.
+  [[nodiscard]] scene::LinkageConditions conditions_of_shape() const;
+  [[nodiscard]] double length_unit() const { return length_unit_; }  // [m]
+  /// Of the rods, as the scene has them.
+  [[nodiscard]] const RodSizes& first_sizes() const { return first_sizes_; }
+  /// As the model has them.
+  [[nodiscard]] const RodSizes& sizes() const { return sizes_; }
+  /// The shape as drawn, in equilibrium under nothing yet.
+  [[nodiscard]] const rods::LinkageState& drawn() const { return drawn_; }
+  /// The shape now: of the last iterate.
+  [[nodiscard]] const rods::LinkageState& state() const { return iterate_ ? *iterate_ : state_; }
+
+  struct Outcome {
+    bool reached = false;            // an equilibrium under these conditions
+    rods::EquilibriumReport report;  // of the last solve; counts are sums
+    /// The equilibria on the way, the last included, and their coordinates and strains (see
+    /// LinkageStatics).
+    std::vector<rods::DeploymentStep> path;
+    std::vector<Eigen::VectorXf> frames;
+    std::vector<Eigen::VectorXf> strains;
+    rods::EquilibriumReport way_end;  // of the last of them, where the way was gone step by step
+  };
+  /// Called now and then with a shape on the way: no equilibrium yet.
+  using OnIterate = std::function<void()>;
+
+  /// The equilibrium under these conditions, followed from the shape there is: where angles and
+  /// pins have far to go, and where the shape turns out to move far, step by step (rods::deploy).
+  /// Where it is not reached, the shape is the last equilibrium on the way there, or the one
+  /// before; cancelled, the last iterate. The first solve begins in the shape of the scene, if it
+  /// has one; where there is no equilibrium near that, with the drawing, and the message says so.
+  /// Conditions that were solved before, the very same object as undo brings them back, are not
+  /// solved again: the outcome is the one they had then, in every digit of its shape and report (no
+  /// steps were made, and no path). Cancelled solves have none.
+  /// @pre there are conditions
+  /// @param origins  where undo or redo led here: the conditions before these in the history, the
+  /// nearest first. Conditions that were not solved then, because later edits came sooner, begin
+  /// from the nearest of them that was, as when their edit had been waited for
+  Outcome solve(const std::shared_ptr<const scene::LinkageConditions>& conditions,
+                const JobContext& job, const OnIterate& on_iterate,
+                const std::vector<std::shared_ptr<const scene::LinkageConditions>>& origins = {});
+  /// An equilibrium under conditions that were not solved yet, found elsewhere (by a design): their
+  /// solve begins there, as where they had been solved before.
+  void learn(const std::shared_ptr<const scene::LinkageConditions>& conditions,
+             const rods::LinkageState& state);
+  /// Back to the last equilibrium that was reached.
+  void restore();
+  /// The same, where the shape is no equilibrium and far from that one: what goes on from here
+  /// would not notice that it has left its branch.
+  void stay_near();
+  /// What is said of that one where another was not reached: its energies and balance, with the
+  /// status, the counts and the message of the attempt.
+  [[nodiscard]] rods::EquilibriumReport report_of_shape(
+      const rods::EquilibriumReport& attempt) const;
+
+ private:
+  /// A shape that one solve has turned so far might have left its branch [rad].
+  static constexpr double kFarTurn = 0.2;
+
+  using SharedConditions = std::shared_ptr<const scene::LinkageConditions>;
+  using Answer = EquilibriumCache::Answer;
+  void come_back_to(const CachedEquilibrium& answer);
+  [[nodiscard]] Outcome cached_outcome(const SharedConditions& conditions, const Answer& answer);
+  [[nodiscard]] Answer good_answer() const;
+  [[nodiscard]] Outcome attempt_from_here(const SharedConditions& conditions, const JobContext& job,
+                                          const OnIterate& on_iterate);
+  void note_reached(const SharedConditions& conditions, const Outcome& outcome);
+  void note_stopped(const SharedConditions& conditions, Outcome& outcome);
+  void attempt(const scene::LinkageConditions& conditions, const rods::Conditions& wanted,
+               const RodSizes& sizes, const JobContext& job, const OnIterate& on_iterate,
+               Outcome& outcome);
+  [[nodiscard]] std::string contradiction(const scene::LinkageConditions& conditions) const;
+  [[nodiscard]] RodSizes sizes_of(const scene::LinkageConditions& conditions) const;
+  void set_sizes(const RodSizes& sizes);
+  void refuse_turned_over(rods::EquilibriumReport& report);
+  [[nodiscard]] bool follow_to(const RodSizes& wanted, const JobContext& job,
+                               const OnIterate& on_iterate, Outcome& outcome);
+  [[nodiscard]] bool open_with(const RodSizes& wanted, const scene::LinkageConditions& conditions,
+                               const JobContext& job, const OnIterate& on_iterate,
+                               Outcome& outcome);
+  [[nodiscard]] bool begin_in_shape(const scene::LinkageConditions& conditions,
+                                    const JobContext& job, Outcome& outcome);
+  [[nodiscard]] bool bring_sizes(const RodSizes& wanted, const scene::LinkageConditions& conditions,
+                                 const rods::Conditions& then_held, const JobContext& job,
+                                 const OnIterate& on_iterate, Outcome& outcome);
+  [[nodiscard]] double share_of_step(const rods::Conditions& wanted) const;
+  void go(const rods::Conditions& wanted, const JobContext& job, const OnIterate& on_iterate,
+          Outcome& outcome);
+  void go_straight(const rods::Conditions& wanted, const JobContext& job,
+                   const OnIterate& on_iterate, Outcome& outcome);
+  void go_again(const rods::Conditions& wanted, const JobContext& job, const OnIterate& on_iterate,
+                Outcome& outcome);
+  [[nodiscard]] bool is_erected_by(const scene::LinkageConditions& conditions,
+                                   const rods::Conditions& wanted, std::string& remark) const;
+  [[nodiscard]] bool erect(const scene::LinkageConditions& conditions,
+                           const rods::Conditions& wanted, const JobContext& job,
+                           const OnIterate& on_iterate, Outcome& outcome, std::string& remark);
+  void note_step(const rods::LinkageState& state, Outcome& outcome) const;
+  void lead(const rods::Conditions& wanted, double step, const JobContext& job,
+            const OnIterate& on_iterate, Outcome& outcome);
+
+  MappedLinkage mapped_;
+  rods::LinkageState state_;  // before what follows: it may bring the model other rest lengths
+  const rods::LinkageState drawn_;
+  LinkageShape shape_;
+  const scene::Linkage linkage_;
+  const PinReach reach_;
+  const RodSizes first_sizes_;  // as the scene has them
+  RodSizes sizes_;              // of the model
+  std::shared_ptr<const LinkageStatics> statics_;
+  double length_unit_, extent_;
+  rods::LinkageEquilibrium equilibrium_;
+  rods::LinkageState good_;
+  RodSizes good_sizes_;
+  SharedConditions settled_under_;
+  Answer reached_;  // the last equilibrium that was requested and reached
+  SharedConditions reached_under_;
+  bool settled_ = false;        // is good_ an equilibrium
+  rods::Conditions held_;       // the last that state_ was in equilibrium under
+  rods::Conditions good_held_;  // those of good_
+  rods::EquilibriumReport good_report_;
+  const rods::LinkageState* iterate_ = nullptr;  // within a solve
+  EquilibriumCache cache_;
+  bool in_shape_ = false;  // that of the scene, which nothing has begun in yet
+  double turned_ = 0;      // by the interrupted solves since state_ was an equilibrium [rad]
+};
+
+}  // namespace limber::session

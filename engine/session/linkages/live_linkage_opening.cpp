@@ -1,0 +1,121 @@
+// Where a live linkage begins: in the shape of its scene, or as drawn.
+
+#include <utility>
+
+#include "engine/base/error.h"
+#include "engine/rods/equilibrium/deployment.h"
+#include "engine/rods/equilibrium/floating_parts.h"
+#include "engine/session/linkages/live_linkage.h"
+
+namespace limber::session {
+namespace {
+
+using rods::EquilibriumReport;
+using rods::EquilibriumStatus;
+
+/// Of the pins, what holds joints where they are drawn.
+scene::LinkageConditions pinned_as_drawn(const scene::LinkageConditions& conditions) {
+  scene::LinkageConditions drawn;
+  for (scene::JointPin pin : conditions.pins) {
+    if (pin.position && pin.held == scene::Held::kMotion) continue;
+    if (pin.position) pin.held = scene::Held::kAngle;
+    pin.position.reset();
+    drawn.pins.push_back(pin);
+  }
+  return drawn;
+}
+
+/// The same conditions, with the angles and the places that the shape has.
+rods::Conditions held_in(const rods::LinkageState& state, rods::Conditions conditions) {
+  const auto joint = [&](int j) -> const auto& {
+    return state.joints()[static_cast<std::size_t>(j)];
+  };
+  if (conditions.mean_opening_angle) conditions.mean_opening_angle = state.mean_opening_angle();
+  for (auto& setting : conditions.angles) setting.angle = joint(setting.joint).opening_angle;
+  for (auto& pin : conditions.pins)
+    if (pin.position) pin.position = joint(pin.joint).position;
+  return conditions;
+}
+
+/// Shapes may have angles that none can be set to.
+bool can_be_held(const rods::LinkageModel& model, const rods::Conditions& conditions) {
+  try {
+    conditions.validate(model);
+  } catch (const Error&) {
+    return false;
+  }
+  return true;
+}
+
+}  // namespace
+
+/// In the shape of a scene that has one: in equilibrium under what it is said to be, or near one
+/// under what is wanted, with the angles and the places that it has.
+bool LiveLinkage::begin_in_shape(const scene::LinkageConditions& conditions, const JobContext& job,
+                                 Outcome& outcome) {
+  const rods::LinkageState given = state_;
+  const scene::LinkageConditions& own = linkage_.shape_conditions.value_or(conditions);
+  good_sizes_ = sizes_of(own);
+  set_sizes(good_sizes_);
+  held_ = held_in(state_, map_conditions(own, mapped_, length_unit_));
+  EquilibriumReport& report = outcome.report;
+  report.status = EquilibriumStatus::kStalled;
+  if (can_be_held(model(), held_)) report = equilibrium_.solve(state_, held_, {}, job);
+  in_shape_ = report.status == EquilibriumStatus::kCancelled;  // then it begins there again
+  settled_ =
+      report.converged() && report.turned <= kFarTurn && !rods::overturned(model(), drawn_, state_);
+  if (settled_) {
+    rods::keep_in_place(model(), {}, held_, given, state_);
+    good_report_ = report;
+  } else if (in_shape_) {
+    state_ = given;
+  } else {
+    held_ = {};
+    state_ = drawn_;
+    good_sizes_ = first_sizes_;
+    set_sizes(good_sizes_);
+  }
+  good_ = state_;
+  good_held_ = held_;
+  return settled_;
+}
+
+scene::LinkageConditions LiveLinkage::conditions_of_shape() const {
+  scene::LinkageConditions told = scene_conditions(good_held_, mapped_, length_unit_);
+  if (good_sizes_.edges.size() > 0) {
+    told.edge_lengths = good_sizes_.edges;
+  } else if (good_sizes_.segments != first_sizes_.segments) {
+    told.segment_lengths = good_sizes_.segments;
+  }
+  told.section_scales = good_sizes_.sections;
+  return told;
+}
+
+/// To the sizes of a scene that is just opened, from the drawing; what is pinned where it is drawn
+/// stays there. First as a session goes that is given them by a design, from an equilibrium to an
+/// equilibrium. What falls far from its drawing, such as a ring that falls shut, goes from the
+/// drawing as it is; what has no way there begins with these sizes at once.
+bool LiveLinkage::open_with(const RodSizes& wanted, const scene::LinkageConditions& conditions,
+                            const JobContext& job, const OnIterate& on_iterate, Outcome& outcome) {
+  held_ = map_conditions(pinned_as_drawn(conditions), mapped_, length_unit_);
+  const auto lie = [&] {
+    outcome.report = equilibrium_.solve(state_, held_, {}, job);
+    refuse_turned_over(outcome.report);
+    return outcome.report.converged();
+  };
+  const auto begin = [&](const RodSizes& sizes) {
+    state_ = drawn_;
+    set_sizes(sizes);
+  };
+  const auto cancelled = [&] { return outcome.report.status == EquilibriumStatus::kCancelled; };
+  begin(first_sizes_);
+  if (lie() && follow_to(wanted, job, on_iterate, outcome) && lie()) return true;
+  if (cancelled()) return false;
+  begin(first_sizes_);
+  if (follow_to(wanted, job, on_iterate, outcome)) return true;
+  if (cancelled()) return false;
+  begin(wanted);
+  return lie();
+}
+
+}  // namespace limber::session

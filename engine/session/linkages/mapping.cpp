@@ -1,0 +1,237 @@
+#include "engine/session/linkages/mapping.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <optional>
+#include <utility>
+
+#include "engine/base/error.h"
+#include "engine/rods/linkage/edge_counts.h"
+#include "engine/session/linkages/condition_rules.h"
+
+namespace limber::session {
+namespace {
+
+/// Distance from the origin over the shortest segment.
+constexpr double kFarthest = 5e4;
+
+/// Collects errors of the rods wing as issues, with the scene's path.
+template <class Call>
+void note(std::vector<scene::Issue>& issues, const std::string& prefix, const Call& call) {
+  try {
+    call();
+  } catch (const Error& error) {
+    const bool whole = error.field().rfind(prefix, 0) == 0;
+    issues.push_back({scene::Issue::Severity::kError,
+                      whole ? error.field() : prefix + error.field(), error.what(), error.code()});
+  }
+}
+
+void check_numbers(const scene::Linkage& linkage, std::vector<scene::Issue>& issues) {
+  const auto refuse = [&](const char* field, const char* demand, double value) {
+    issues.push_back(
+        {scene::Issue::Severity::kError, field, fmt::format("must be {}, is {:g}", demand, value)});
+  };
+  const double unit = linkage.length_unit_in_metres, young = linkage.youngs_modulus;
+  if (!(unit > 0 && std::isfinite(unit))) refuse("length_unit_in_metres", "> 0 and finite", unit);
+  if (!(young > 0 && std::isfinite(young))) refuse("youngs_modulus", "> 0 and finite", young);
+  if (!(linkage.density >= 0 && std::isfinite(linkage.density)))
+    refuse("density", ">= 0 and finite", linkage.density);
+  if (!(linkage.poissons_ratio > -1 && linkage.poissons_ratio <= 0.5))
+    refuse("poissons_ratio", "in (-1, 0.5]", linkage.poissons_ratio);
+}
+
+constexpr std::pair<scene::Held, rods::Hold> kHolds[] = {
+    {scene::Held::kMotion, rods::Hold::kMotion},
+    {scene::Held::kAngle, rods::Hold::kAngle},
+    {scene::Held::kMotionAndAngle, rods::Hold::kMotionAndAngle},
+};
+
+rods::Hold map_hold(scene::Held held) {
+  return std::find_if(std::begin(kHolds), std::end(kHolds),
+                      [&](const auto& pair) { return pair.first == held; })
+      ->second;
+}
+scene::Held scene_hold(rods::Hold hold) {
+  return std::find_if(std::begin(kHolds), std::end(kHolds),
+                      [&](const auto& pair) { return pair.second == hold; })
+      ->first;
+}
+
+/// With rods of a mass per length. Between two conditions gravity has weights, and masses of 1.
+Eigen::Vector3d acceleration_of(const rods::Gravity& gravity, double mass_per_length) {
+  if (gravity.mass_per_length == mass_per_length) return gravity.acceleration;
+  if (!(mass_per_length > 0)) return Eigen::Vector3d::Zero();
+  return gravity.mass_per_length / mass_per_length * gravity.acceleration;
+}
+
+/// Rods reach half an edge beyond their joints: a share of the way from joint to joint as one of
+/// the way from a rod's first vertex to its last, both counted in edges.
+struct Reach {
+  double from, to, edges;
+};
+Reach reach_of(const rods::LinkageModel& model, int segment) {
+  const double edges = model.variables().edges(segment);
+  const auto& joints = model.graph().segments[static_cast<std::size_t>(segment)].joints;
+  return {joints[0] >= 0 ? 0.5 : 0, joints[1] >= 0 ? edges - 0.5 : edges, edges};
+}
+double share_of_rod(const rods::LinkageModel& model, int segment, double share) {
+  const Reach reach = reach_of(model, segment);
+  return (reach.from + share * (reach.to - reach.from)) / reach.edges;
+}
+double share_between_joints(const rods::LinkageModel& model, int segment, double share) {
+  const Reach reach = reach_of(model, segment);
+  return std::clamp((share * reach.edges - reach.from) / (reach.to - reach.from), 0.0, 1.0);
+}
+
+/// Coordinates are numbers of 16 digits: far from the origin too few are left for short edges.
+void check_place(const scene::Linkage& linkage, const rods::LinkageGraph& graph,
+                 std::vector<scene::Issue>& issues) {
+  const auto shortest = std::min_element(
+      graph.segments.begin(), graph.segments.end(),
+      [](const rods::Segment& a, const rods::Segment& b) { return a.length < b.length; });
+  const double farthest = linkage.lines.vertices.cwiseAbs().maxCoeff();
+  if (farthest <= kFarthest * shortest->length) return;
+  issues.push_back(
+      {scene::Issue::Severity::kError, "lines",
+       fmt::format("vertices lie up to {:g} from the origin, and edge {} is {:g} long: "
+                   "too little for numbers of 16 digits. Move the linkage to the "
+                   "origin, or leave out edges that short",
+                   farthest, shortest - graph.segments.begin(), shortest->length),
+       ErrorCode::kOutOfRange});
+}
+
+}  // namespace
+
+LinkageCheck check_linkage(const scene::Linkage& linkage) {
+  LinkageCheck check;
+  auto& issues = check.issues;
+  check_numbers(linkage, issues);
+  note(issues, "section.", [&] { rods::validate(linkage.section); });
+  if (linkage.lines.edge_count() == 0) {
+    issues.push_back({scene::Issue::Severity::kError, "lines", "there are no edges"});
+    return check;
+  }
+  std::optional<rods::LinkageGraph> graph;
+  note(issues, "lines.", [&] { graph = rods::build_linkage_graph(linkage.lines); });
+  if (!graph) return check;
+  check.joints = static_cast<int>(graph->joints.size());
+  check.segments = static_cast<int>(graph->segments.size());
+  std::optional<ConditionRules> rules;
+  try {
+    rules.emplace(*graph, linkage.edges_per_segment, linkage.length_unit_in_metres);
+  } catch (const Error& error) {  // the scene has one number for all segments
+    issues.push_back(
+        {scene::Issue::Severity::kError, "edges_per_segment", error.what(), error.code()});
+  }
+  check_place(linkage, *graph, issues);
+  auto faults = scene::validate(linkage.conditions, check.joints, check.segments);
+  // In a shape, pins that contradict each other are one of the things that may have no equilibrium.
+  if (faults.empty() && rules)
+    faults =
+        linkage.shape ? rules->check(linkage.conditions) : rules->check_drawn(linkage.conditions);
+  const auto add = [&](const char* prefix) {
+    for (auto& issue : faults) {
+      issue.field = prefix + issue.field;
+      issues.push_back(std::move(issue));
+    }
+  };
+  add("conditions.");
+  if (!linkage.shape || !rules) return check;
+  note(issues, "shape.", [&] { rules->check_shape(*linkage.shape); });
+  if (!linkage.shape_conditions) return check;
+  faults = scene::validate(*linkage.shape_conditions, check.joints, check.segments);
+  if (faults.empty()) faults = rules->check(*linkage.shape_conditions);
+  add("shape.conditions.");
+  return check;
+}
+
+void demand_sound(const LinkageCheck& check) {
+  if (check.issues.empty()) return;
+  const scene::Issue& first = check.issues.front();
+  throw Error(first.code, first.field, first.message);
+}
+
+MappedLinkage map_linkage(const scene::Linkage& linkage) {
+  demand_sound(check_linkage(linkage));
+  const double unit = linkage.length_unit_in_metres;
+  const rods::SectionProperties section = rods::section_properties(linkage.section);
+  const rods::SectionStiffness stiffness = rods::section_stiffness(
+      section, {linkage.youngs_modulus * unit * unit, linkage.poissons_ratio}, linkage.stiff_axis);
+  rods::LinkageGraph graph = rods::build_linkage_graph(linkage.lines);
+  std::vector<int> edges = rods::edges_by_length(graph, linkage.edges_per_segment);
+  return {rods::LinkageModel(
+              std::move(graph), std::move(edges),
+              {stiffness.stretching, stiffness.bending_1, stiffness.bending_2, stiffness.torsion},
+              linkage.bending),
+          section, linkage.density * section.area * unit * unit * unit};
+}
+
+rods::Conditions map_conditions(const scene::LinkageConditions& conditions,
+                                const MappedLinkage& linkage, double length_unit) {
+  rods::Conditions mapped;
+  for (const auto& pin : conditions.pins)
+    mapped.pins.push_back({pin.joint, map_hold(pin.held), pin.position});
+  for (const auto& wanted : conditions.angles)
+    mapped.angles.push_back({wanted.joint, wanted.angle});
+  mapped.mean_opening_angle = conditions.mean_angle;
+  for (const auto& target : conditions.targets) {
+    rods::TargetSpring spring;
+    if (target.joint >= 0) {
+      spring.at = rods::JointPoint{target.joint};
+    } else {
+      spring.at =
+          rods::ArcPoint{target.segment, share_of_rod(linkage.model, target.segment, target.share)};
+    }
+    spring.position = target.position;
+    spring.stiffness = target.stiffness * length_unit;
+    mapped.springs.push_back(spring);
+  }
+  for (const auto& load : conditions.loads) {
+    mapped.loads.push_back(
+        {load.joint, load.force, load.moment / length_unit, load.torque / length_unit});
+  }
+  mapped.gravity = {conditions.gravity, linkage.mass_per_length};
+  return mapped;
+}
+
+scene::LinkageConditions scene_conditions(const rods::Conditions& conditions,
+                                          const MappedLinkage& mapped, double length_unit) {
+  scene::LinkageConditions told;
+  for (const auto& pin : conditions.pins)
+    told.pins.push_back({pin.joint, scene_hold(pin.hold), pin.position});
+  for (const auto& setting : conditions.angles)
+    told.angles.push_back({setting.joint, setting.angle});
+  told.mean_angle = conditions.mean_opening_angle;
+  for (const auto& spring : conditions.springs) {
+    if (!(spring.stiffness > 0)) continue;
+    scene::LinkageTarget target;
+    if (const auto* const joint = std::get_if<rods::JointPoint>(&spring.at)) {
+      target.joint = joint->joint;
+    } else if (const auto* const arc = std::get_if<rods::ArcPoint>(&spring.at)) {
+      target.segment = arc->segment;
+      target.share = share_between_joints(mapped.model, arc->segment, arc->share);
+    } else {
+      continue;
+    }
+    target.position = spring.position;
+    target.stiffness = spring.stiffness / length_unit;
+    told.targets.push_back(target);
+  }
+  for (const auto& load : conditions.loads) {
+    auto at =
+        std::find_if(told.loads.begin(), told.loads.end(),
+                     [&](const scene::JointLoad& other) { return other.joint == load.joint; });
+    if (at == told.loads.end()) at = told.loads.insert(at, scene::JointLoad{load.joint});
+    at->force += load.force;
+    at->moment += load.moment * length_unit;
+    at->torque += load.opening_torque * length_unit;
+  }
+  told.gravity = acceleration_of(conditions.gravity, mapped.mass_per_length);
+  return told;
+}
+
+}  // namespace limber::session

@@ -1,0 +1,147 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "engine/rods/equilibrium/deployment.h"
+#include "engine/scene/linkage.h"
+#include "engine/session/core/executor.h"
+#include "engine/session/core/listener.h"
+#include "engine/session/core/result_header.h"
+#include "engine/session/linkages/design_values.h"
+#include "engine/session/linkages/document.h"
+#include "engine/session/linkages/shape.h"
+#include "engine/session/linkages/statics.h"
+
+namespace limber::session {
+
+/// One published shape of a linkage: immutable, shared between threads. Where the solve failed,
+/// what was requested has no equilibrium that could be found: the shape is the last one along the
+/// path there, or the one before.
+struct LinkageResult : ResultHeader {
+  rods::EquilibriumReport report;  // forces [N], lengths in the scene's unit
+  double mean_angle = 0;           // [rad]
+  /// The equilibria on the way of a final result: one for each of its frames, and what happened
+  /// there. Empty where there was none.
+  std::vector<rods::DeploymentStep> path;
+  /// Coordinates (see LinkageShape), a column a shape: of a final result, the equilibria on the way
+  /// to it; else the shape of the iterate. The last column is the shape.
+  std::shared_ptr<const Eigen::MatrixXf> frames;
+  /// Of the same shapes, see LinkageStatics; null while the result is not final.
+  std::shared_ptr<const Eigen::MatrixXf> strains;
+  /// Makes forces and stresses from coordinates and strains of this result; null while it is not
+  /// final.
+  std::shared_ptr<const LinkageStatics> statics = {};
+  /// Of a step of a design, never final: frames are the flat shape and the deployed one, for the
+  /// rest lengths of that step; what is said of an equilibrium's report and path is empty.
+  std::shared_ptr<const DesignInfo> design = {};
+  /// Of each segment's section in these shapes, as LinkageShape::surface sweeps it; empty: all 1.
+  Eigen::VectorXd section_scales = {};
+  /// The shape in full, from which a scene opens again; null while the result is not final.
+  std::shared_ptr<const rods::LinkageState> state = {};
+  /// What it is in equilibrium under; null with it.
+  std::shared_ptr<const scene::LinkageConditions> conditions = {};
+};
+
+class LinkageListener : public Listener<LinkageResult> {
+ public:
+  /// A design has begun, made a step, been paused or gone on, or ended; before that step's result.
+  virtual void on_design(const std::shared_ptr<const DesignInfo>&) {}
+};
+
+/// What stays the same for all shapes of a session.
+struct LinkageGeometry {
+  int coordinates = 0;                            // of one shape
+  std::vector<int> edges;                         // of each segment
+  Eigen::Matrix2Xi joints_of_segment;             // 2 x segments, -1: a free end
+  std::vector<int> vertex_of_joint;               // of the line mesh
+  std::vector<Eigen::Vector2d> outline;           // of the section, on (d_1, d_2)
+  Eigen::Matrix<int, 3, Eigen::Dynamic> surface;  // triangles of the swept surface
+  int surface_nodes = 0;
+};
+
+/// A rod linkage, what acts on it, its edits in order, and its newest shape; finds equilibrium
+/// again whenever an edit arrives. The same contract as Session: thread-safe, edits are numbered at
+/// once and solved later, a refused edit leaves everything as it was.
+class LinkageSession {
+ public:
+  /// Checks the linkage (throws Error as demand_sound) and starts building on the executor.
+  LinkageSession(std::string id, scene::Linkage linkage, LinkageLimits limits, Executor executor,
+                 std::shared_ptr<LinkageListener> listener);
+  ~LinkageSession();  // cancels and waits for the running task
+
+  [[nodiscard]] const std::string& id() const;
+  [[nodiscard]] State state() const;
+  [[nodiscard]] std::string state_message() const;
+  [[nodiscard]] Revision revision() const;       // newest accepted
+  [[nodiscard]] scene::Linkage linkage() const;  // as edited up to revision(), in no shape
+  /// The same, in the shape of the newest final result if there is one, with what that is in
+  /// equilibrium under: an edit that is not solved yet, or failed, has other conditions.
+  [[nodiscard]] scene::Linkage linkage_in_shape() const;
+  [[nodiscard]] std::shared_ptr<const scene::LinkageConditions> conditions() const;
+
+  /// As Session::edit; refused while a design is under way.
+  EditReceipt edit(const std::vector<LinkageEdit>& edits, std::optional<Revision> expected = {});
+  /// Stops a running solve: a final result with status kCancelled, which holds the last
+  /// equilibrium. While rest lengths are solved for: the build, which has failed then.
+  void cancel();
+
+  // Designs: rest lengths for which the free shape lies flat and the one that the conditions now
+  // ask for is near to targets or a surface. At most one at a time, on the session's task, after
+  // what was edited before. Steps are published as results.
+
+  /// One that ends by itself with all constraints kept is taken at once; others leave the session
+  /// as it was.
+  /// @param tag  of the infos about it
+  /// @throws Error as DesignRequest::validate and demand_near; {kFailedPrecondition} before the
+  /// session has a shape, while another is under way, and with field targets, loads or gravity of
+  /// conditions that no derivatives are known under. What can only be told from its equilibria ends
+  /// the design with DesignEnd::kFailed
+  void start_design(DesignRequest request, std::uint64_t tag = 0);
+  /// Goes on towards another goal. @throws Error as above, and the design goes on as it was;
+  /// {kFailedPrecondition} where none is under way, and so do the next three
+  void change_design(const DesignChange& change);
+  /// When the step under way is done; edits stay refused.
+  void pause_design();
+  void resume_design();
+  /// The session goes back to the shape it had, which is the newest result when this returns; the
+  /// best so far can still be taken.
+  void stop_design();
+  /// The best rest lengths of the newest design become the session's: an edit, which undo takes
+  /// back. One that is under way ends. While the session has the sizes that taking it brought, it
+  /// is the revision that did.
+  /// @throws Error{kFailedPrecondition} where there is none to take; as LinkageDocument::apply
+  EditReceipt take_design(std::optional<Revision> expected = {});
+  [[nodiscard]] NewestDesign newest_design() const;
+  /// The newest; null before the first.
+  [[nodiscard]] std::shared_ptr<const DesignInfo> design() const;
+  /// What would be taken; null where there is nothing.
+  [[nodiscard]] std::shared_ptr<const DesignCandidate> best_design() const;
+
+  /// Refuses everything from now on, cancels, tells the listener kClosed, and returns when no task
+  /// runs any more (called by the listener itself, at once).
+  void close();
+
+  [[nodiscard]] std::shared_ptr<const LinkageResult> newest_result()
+      const;  // null before the first
+  [[nodiscard]] std::shared_ptr<const LinkageResult> final_result() const;
+  [[nodiscard]] std::shared_ptr<const LinkageGeometry> geometry() const;  // null while building
+  /// Makes surfaces from coordinates, without the session; null while building.
+  [[nodiscard]] std::shared_ptr<const LinkageShape> shape() const;
+  /// Of the newest final result; null before there is one.
+  [[nodiscard]] std::shared_ptr<const LinkageStatics> statics() const;
+  /// The swept surface of a shape (coordinates), 3 surface nodes [scene length unit].
+  /// @param section_scales  those of its result; empty: all 1
+  [[nodiscard]] Eigen::VectorXf surface(const Eigen::Ref<const Eigen::VectorXf>& coordinates,
+                                        const Eigen::VectorXd& section_scales = {}) const;
+
+ private:
+  class Impl;
+  std::shared_ptr<Impl> impl_;
+};
+
+}  // namespace limber::session

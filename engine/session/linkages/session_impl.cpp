@@ -1,0 +1,77 @@
+#include "engine/session/linkages/session_impl.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "engine/session/linkages/condition_rules.h"
+
+namespace limber::session {
+
+LinkageSession::Impl::Impl(std::string id, scene::Linkage linkage, LinkageLimits limits,
+                           Executor executor, std::shared_ptr<LinkageListener> listener)
+    : SessionCore(std::move(id), std::move(executor), listener),
+      linkage_(std::move(linkage)),
+      design_listener_(std::move(listener)),
+      document_(document_of(linkage_, limits)),
+      design_(mutex_) {}
+
+/// Joints and segments must be known before the model is built.
+LinkageDocument LinkageSession::Impl::document_of(const scene::Linkage& linkage,
+                                                  LinkageLimits limits) {
+  const LinkageCheck check = check_linkage(linkage);
+  demand_sound(check);
+  try {
+    const auto rules = std::make_shared<const ConditionRules>(
+        rods::build_linkage_graph(linkage.lines), linkage.edges_per_segment,
+        linkage.length_unit_in_metres);
+    limits.shape_bytes = rules->answer_bytes();
+    return {
+        linkage.conditions, check.joints, check.segments, limits,
+        [rules](const scene::LinkageConditions& conditions) { return rules->check(conditions); }};
+  } catch (const Error& error) {
+    throw Error(error.code(), "conditions." + error.field(), error.what());
+  }
+}
+
+/// A pin without a position holds the joint where the edits before have it, not where an iterate
+/// on the way there happens to be.
+bool LinkageSession::Impl::holds_where_it_is(const std::vector<LinkageEdit>& edits) {
+  return std::any_of(edits.begin(), edits.end(), [](const LinkageEdit& edit) {
+    const auto* const pin = std::get_if<PinJoint>(&edit);
+    return pin != nullptr && pin->held && *pin->held != scene::Held::kAngle && !pin->position;
+  });
+}
+
+void LinkageSession::Impl::demand_editable() const {
+  demand_model();
+  if (design_.is_under_way()) {
+    throw Error(ErrorCode::kFailedPrecondition, "",
+                "a design is under way: change that, or stop or take it first");
+  }
+}
+
+EditReceipt LinkageSession::Impl::edit(const std::vector<LinkageEdit>& edits,
+                                       std::optional<Revision> expected) {
+  std::optional<LinkageDocument::Prepared> prepared;
+  return change([&] { prepared.emplace(document_.prepare(edits, expected)); },
+                [&] {
+                  if (holds_where_it_is(edits))
+                    finish_first(document_.revision(),
+                                 {document_.conditions(), {}, document_.steps_before_return()});
+                  return document_.commit(std::move(*prepared));
+                });
+}
+
+LinkageOrder LinkageSession::Impl::take_order() {
+  return {document_.conditions(), std::exchange(designed_equilibria_, {}),
+          document_.steps_before_return()};
+}
+
+bool LinkageSession::Impl::cancel_other_work() {
+  if (!design_.is_running()) return false;
+  stop_design();
+  return true;
+}
+
+}  // namespace limber::session

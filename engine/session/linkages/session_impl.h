@@ -1,0 +1,117 @@
+#pragma once
+
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "engine/session/core/session_core.h"
+#include "engine/session/linkages/design_job.h"
+#include "engine/session/linkages/ended_designs.h"
+#include "engine/session/linkages/live_design.h"
+#include "engine/session/linkages/live_linkage.h"
+#include "engine/session/linkages/session.h"
+
+namespace limber::session {
+
+/// What the task of a session of a linkage works on.
+struct LinkageOrder {
+  using Conditions = std::shared_ptr<const scene::LinkageConditions>;
+  /// An equilibrium that a design has found for conditions.
+  struct DesignedEquilibrium {
+    Conditions conditions;
+    std::shared_ptr<const DesignCandidate> candidate;
+  };
+
+  Conditions conditions;
+  std::vector<DesignedEquilibrium> designed;
+  std::vector<Conditions> origins;  // see LiveLinkage::solve
+};
+
+class LinkageSession::Impl final : public SessionCore<LinkageResult, LinkageOrder> {
+ public:
+  Impl(std::string id, scene::Linkage linkage, LinkageLimits limits, Executor executor,
+       std::shared_ptr<LinkageListener> listener);
+
+  EditReceipt edit(const std::vector<LinkageEdit>& edits, std::optional<Revision> expected);
+
+  void start_design(DesignRequest request, std::uint64_t tag);
+  void change_design(const DesignChange& change);
+  void stop_design();
+  EditReceipt take_design(std::optional<Revision> expected);
+  /// `call` on the design, with the lock; a task that the executor dropped is posted again.
+  template <class Call>
+  void steer_design(const Call& call) {
+    std::unique_lock lock(mutex_);
+    call(design_);
+    post(std::move(lock));
+  }
+
+  // With the lock, see read():
+  [[nodiscard]] const LinkageDocument& document() const { return document_; }
+  [[nodiscard]] const DesignJob& design() const { return design_; }
+  [[nodiscard]] const std::shared_ptr<const LinkageGeometry>& geometry() const { return geometry_; }
+  [[nodiscard]] const std::shared_ptr<const LinkageShape>& shape() const { return shape_; }
+  /// As opened; any thread.
+  [[nodiscard]] const scene::Linkage& opened() const { return linkage_; }
+
+ private:
+  using Conditions = LinkageOrder::Conditions;
+  /// One design, as the task runs it.
+  struct DesignRound {
+    DesignJob::Order order;
+    Revision revision = 0;
+    Conditions conditions;
+  };
+
+  static LinkageDocument document_of(const scene::Linkage& linkage, LinkageLimits limits);
+  static bool holds_where_it_is(const std::vector<LinkageEdit>& edits);
+
+  // With the lock:
+  Revision document_revision() const override { return document_.revision(); }
+  LinkageOrder take_order() override;
+  void demand_editable() const override;
+  bool cancel_other_work() override;
+  void note_cancel() override { design_.stop_any(); }
+  void note_close() override { design_.stop_any(); }
+  EditReceipt apply_design(std::optional<Revision> expected);
+
+  // The task's, linkage_session_task.cpp:
+  std::string build(const JobContext& job) override;
+  void solve(const Round& round) override;
+  void solve_failed(const Round& round, const std::string& reason) override;
+  bool do_other_work(std::unique_lock<std::mutex>& lock) override;
+  [[nodiscard]] LinkageGeometry describe() const;
+  void finish(const Round& round, LiveLinkage::Outcome outcome);
+  void publish_iterate(const Round& round);
+  void publish_shape(std::shared_ptr<LinkageResult> result, const Round& round);
+  [[nodiscard]] Eigen::VectorXf shape_now() const;
+
+  // linkage_session_design.cpp:
+  void run_design(const DesignRound& round);
+  void search(const DesignRound& round, DesignInfo& info);
+  bool between_steps(LiveDesign& design, DesignInfo& info, const DesignRound& round);
+  void end_search(LiveDesign& design, DesignInfo& info, const DesignRound& round,
+                  const rods::DesignReport& report);
+  void find_erection(const LiveDesign& design, const DesignRound& round, DesignInfo& info);
+  void publish_design(const LiveDesign* design, const DesignInfo& info, const DesignRound& round);
+  [[nodiscard]] std::shared_ptr<LinkageResult> shape_from_before() const;
+  bool end_design(DesignInfo& info);
+
+  const scene::Linkage linkage_;
+  const std::shared_ptr<LinkageListener> design_listener_;
+
+  // Under the lock:
+  LinkageDocument document_;
+  DesignJob design_;
+  std::shared_ptr<const LinkageGeometry> geometry_;
+  std::shared_ptr<const LinkageShape> shape_;
+  std::vector<LinkageOrder::DesignedEquilibrium> designed_equilibria_;  // no round has had them
+  Conditions designed_;  // that the newest design was made under
+
+  std::unique_ptr<LiveLinkage> live_;  // the task's
+  EndedDesigns ended_;                 // the task's
+};
+
+}  // namespace limber::session

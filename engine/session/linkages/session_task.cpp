@@ -1,0 +1,110 @@
+#include <utility>
+
+#include "engine/session/core/matrix_of_columns.h"
+#include "engine/session/linkages/session_impl.h"
+
+namespace limber::session {
+
+std::string LinkageSession::Impl::build(const JobContext& job) {
+  report_progress("linkage", 0);
+  try {
+    live_ = std::make_unique<LiveLinkage>(linkage_, job);
+    auto geometry = std::make_shared<const LinkageGeometry>(describe());
+    const std::lock_guard lock(mutex_);
+    geometry_ = std::move(geometry);
+    shape_ = std::make_shared<const LinkageShape>(live_->shape());
+  } catch (...) {
+    live_.reset();
+    throw;
+  }
+  return {};
+}
+
+LinkageGeometry LinkageSession::Impl::describe() const {
+  const rods::LinkageModel& model = live_->model();
+  const LinkageShape& shape = live_->shape();
+  LinkageGeometry geometry;
+  geometry.coordinates = shape.size();
+  geometry.outline = shape.outline();
+  geometry.surface = shape.triangles();
+  geometry.surface_nodes = shape.surface_nodes();
+  const auto& segments = model.graph().segments;
+  geometry.joints_of_segment.resize(2, static_cast<Eigen::Index>(segments.size()));
+  for (std::size_t s = 0; s < segments.size(); ++s) {
+    geometry.edges.push_back(model.variables().edges(static_cast<int>(s)));
+    geometry.joints_of_segment.col(static_cast<Eigen::Index>(s)) << segments[s].joints[0],
+        segments[s].joints[1];
+  }
+  for (const auto& joint : model.graph().joints) geometry.vertex_of_joint.push_back(joint.vertex);
+  return geometry;
+}
+
+/// Designs come after what was edited before.
+bool LinkageSession::Impl::do_other_work(std::unique_lock<std::mutex>& lock) {
+  if (!design_.is_waiting()) return false;
+  designed_ = document_.conditions();
+  const DesignRound round{design_.take_order(), document_.revision(), designed_};
+  lock.unlock();
+  run_design(round);
+  return true;
+}
+
+void LinkageSession::Impl::solve(const Round& round) {
+  for (const auto& known : round.order.designed)
+    live_->learn(known.conditions, known.candidate->deployed);
+  if (round.is_cancelled) round.cancellation.request();
+  finish(round, live_->solve(
+                    round.order.conditions, JobContext{round.cancellation, {}},
+                    [&] { publish_iterate(round); }, round.order.origins));
+}
+
+void LinkageSession::Impl::solve_failed(const Round& round, const std::string& reason) {
+  live_->restore();
+  LiveLinkage::Outcome outcome;
+  outcome.report.status = rods::EquilibriumStatus::kStalled;
+  outcome.report.message = reason;
+  finish(round, std::move(outcome));
+}
+
+void LinkageSession::Impl::finish(const Round& round, LiveLinkage::Outcome outcome) {
+  const bool cancelled = outcome.report.status == rods::EquilibriumStatus::kCancelled;
+  if (cancelled && is_out_of_date()) {  // a newer revision goes on from this iterate
+    live_->stay_near();
+    return;
+  }
+  if (cancelled) live_->restore();
+  auto result = std::make_shared<LinkageResult>();
+  result->is_final = true;
+  result->solve_failed = !outcome.reached && !cancelled;
+  result->report = outcome.reached ? outcome.report : live_->report_of_shape(outcome.report);
+  const bool moved = !cancelled && !outcome.path.empty();
+  if (moved) result->path = std::move(outcome.path);
+  result->frames = moved ? matrix_of_columns(outcome.frames) : matrix_of_columns({shape_now()});
+  result->strains = moved ? matrix_of_columns(outcome.strains)
+                          : matrix_of_columns({live_->statics()->strains(live_->state())});
+  result->statics = live_->statics();
+  result->state = std::make_shared<const rods::LinkageState>(live_->state());
+  result->conditions =
+      std::make_shared<const scene::LinkageConditions>(live_->conditions_of_shape());
+  publish_shape(std::move(result), round);
+}
+
+void LinkageSession::Impl::publish_iterate(const Round& round) {
+  if (!is_time_to_publish()) return;
+  auto result = std::make_shared<LinkageResult>();
+  result->frames = matrix_of_columns({shape_now()});
+  publish_shape(std::move(result), round);
+}
+
+Eigen::VectorXf LinkageSession::Impl::shape_now() const {
+  return live_->shape().coordinates(live_->model(), live_->state());
+}
+
+void LinkageSession::Impl::publish_shape(std::shared_ptr<LinkageResult> result,
+                                         const Round& round) {
+  result->mean_angle = live_->state().mean_opening_angle();
+  result->section_scales = live_->model().section_scales();
+  publish(std::move(result), round);
+}
+
+}  // namespace limber::session
