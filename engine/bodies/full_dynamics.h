@@ -8,16 +8,9 @@
 #include "engine/bodies/dof_map.h"
 #include "engine/bodies/elastic_body.h"
 #include "engine/bodies/stvk.h"
+#include "engine/bodies/time_stepping.h"
 
 namespace limber::bodies {
-
-enum class TimeStepping {
-  /// Backward Euler: loses energy with every step, more the faster the motion; never gains any.
-  kImplicitEuler,
-  /// Implicit midpoint rule: of second order, symplectic; keeps linear and angular momentum to the
-  /// tolerance and energy within a band that narrows with the square of the step.
-  kImplicitMidpoint,
-};
 
 struct DynamicsOptions {
   TimeStepping scheme = TimeStepping::kImplicitMidpoint;

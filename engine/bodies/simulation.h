@@ -7,16 +7,10 @@
 
 #include "engine/base/job.h"
 #include "engine/bodies/elastic_body.h"
+#include "engine/bodies/force_profile.h"
 #include "engine/bodies/full_dynamics.h"
 
 namespace limber::bodies {
-
-/// What a force is multiplied by while it acts, t seconds after it began.
-enum class ForceProfile {
-  kConstant,  // 1
-  kRamp,      // t / (until - from): from nothing to all of it
-  kSine,      // sin(2 pi t / period)
-};
 
 /// A force that acts for a while, shared equally by its nodes.
 struct PointForce {

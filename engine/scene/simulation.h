@@ -5,7 +5,8 @@
 #include <optional>
 #include <vector>
 
-#include "engine/bodies/simulation.h"
+#include "engine/bodies/force_profile.h"
+#include "engine/bodies/time_stepping.h"
 
 namespace limber::scene {
 

@@ -71,6 +71,26 @@ proto::ChangeDesignResponse Service::change_design(const proto::ChangeDesignRequ
   return {};
 }
 
+proto::PauseDesignResponse Service::pause_design(const proto::PauseDesignRequest& request) {
+  find_linkage(request.session())->session()->pause_design();
+  return {};
+}
+
+proto::ResumeDesignResponse Service::resume_design(const proto::ResumeDesignRequest& request) {
+  find_linkage(request.session())->session()->resume_design();
+  return {};
+}
+
+proto::StopDesignResponse Service::stop_design(const proto::StopDesignRequest& request) {
+  find_linkage(request.session())->session()->stop_design();
+  return {};
+}
+
+proto::MakeStartingGridResponse Service::starting_grid(
+    const proto::MakeStartingGridRequest& request) {
+  return make_starting_grid(request, surface_loader());
+}
+
 proto::TakeDesignResponse Service::take_design(const proto::TakeDesignRequest& request) {
   std::optional<session::Revision> expected;
   if (request.has_expected_revision()) expected = request.expected_revision();

@@ -5,7 +5,7 @@
 
 namespace limber::server {
 
-proto::GetServerInfoResponse Service::server_info() const {
+proto::GetServerInfoResponse Service::server_info(const proto::GetServerInfoRequest&) const {
   proto::GetServerInfoResponse info;
   info.set_server_version(LIMBER_VERSION);
   info.set_instance(hub_.run.instance);
@@ -54,14 +54,19 @@ void Service::get_job(const proto::GetJobRequest& request, const SharedTicket& t
   hub_.jobs.get(request.job(), checked_seconds(request.wait_s(), "wait_s"), ticket);
 }
 
-void Service::demand_shutdown_allowed() const {
-  if (hub_.options.shutdown_requests == ShutdownRequests::kAllowed) return;
-  throw Refusal(proto::ERROR_CODE_UNSUPPORTED, "shutdown",
-                "This limberd was started without --allow-shutdown: clients cannot stop it; send "
-                "SIGTERM to its process.");
+void Service::shut_down(const proto::ShutdownRequest&, const SharedTicket& ticket) {
+  if (hub_.options.shutdown_requests != ShutdownRequests::kAllowed) {
+    throw Refusal(proto::ERROR_CODE_UNSUPPORTED, "shutdown",
+                  "This limberd was started without --allow-shutdown: clients cannot stop it; send "
+                  "SIGTERM to its process.");
+  }
+  proto::Reply reply;
+  reply.mutable_shutdown();
+  ticket->answer(std::move(reply));
+  request_stop_();
 }
 
-proto::ListJobsResponse Service::list_jobs() const {
+proto::ListJobsResponse Service::list_jobs(const proto::ListJobsRequest&) const {
   proto::ListJobsResponse response;
   for (const auto& job : hub_.jobs.list()) *response.add_jobs() = job;
   return response;

@@ -189,7 +189,7 @@ void Service::wait(const proto::WaitRequest& request, const SharedTicket& ticket
   record->waiters().wait(request.revision(), until, checked_seconds(timeout, "timeout_s"), ticket);
 }
 
-proto::ListSessionsResponse Service::list_sessions() const {
+proto::ListSessionsResponse Service::list_sessions(const proto::ListSessionsRequest&) const {
   proto::ListSessionsResponse response;
   for (const auto& record : sessions_.all()) *response.add_sessions() = record->status();
   return response;

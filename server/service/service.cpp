@@ -10,65 +10,12 @@
 #include "server/codec/errors.h"
 #include "server/codec/wire_check.h"
 #include "server/log/log.h"
-#include "server/service/linkage_record.h"
 
 namespace limber::server {
 namespace {
 
 constexpr std::uint32_t kVersion = 1;
 constexpr std::uint64_t kLightBytes = 4 << 20;  // of what is handled on the transport's thread
-
-/// Requests whose work would hold up the others on the transport's thread.
-bool is_heavy(int body) {
-  switch (body) {
-    case proto::Request::kOpenSession:
-    case proto::Request::kCloseSession:
-    case proto::Request::kGetSession:
-    case proto::Request::kGetGeometry:
-    case proto::Request::kGetFrames:
-    case proto::Request::kGetMaterial:
-    case proto::Request::kExport:
-    case proto::Request::kValidateScene:
-    case proto::Request::kGetSample:
-    case proto::Request::kTetrahedralize:
-    case proto::Request::kSimulate:
-    case proto::Request::kRecover:
-    case proto::Request::kStartDesign:
-    case proto::Request::kChangeDesign:
-    case proto::Request::kGetDesign:
-    case proto::Request::kMakeStartingGrid:
-    case proto::Request::kSolveBeams:
-    case proto::Request::kGetBeamSolution:
-      return true;
-    default:
-      return false;
-  }
-}
-
-/// Requests that leave something behind: done once, however often they come.
-bool changes_something(int body) {
-  switch (body) {
-    case proto::Request::kOpenSession:
-    case proto::Request::kCloseSession:
-    case proto::Request::kEdit:
-    case proto::Request::kCancel:
-    case proto::Request::kSolveCold:
-    case proto::Request::kTetrahedralize:
-    case proto::Request::kSimulate:
-    case proto::Request::kRecover:
-    case proto::Request::kStartDesign:
-    case proto::Request::kChangeDesign:
-    case proto::Request::kPauseDesign:
-    case proto::Request::kResumeDesign:
-    case proto::Request::kStopDesign:
-    case proto::Request::kTakeDesign:
-    case proto::Request::kSolveBeams:
-    case proto::Request::kShutdown:
-      return true;
-    default:
-      return false;
-  }
-}
 
 /// By what the client calls itself, else by its connection, proxies included.
 std::string client_of(const Address& address, const RequestPeek& peek) {
@@ -174,7 +121,7 @@ void Service::handle(Address address, zmq::message_t payload) noexcept try {
 
 bool Service::came_before(const SharedTicket& ticket, const Address& address,
                           const RequestPeek& peek, const zmq::message_t& payload) {
-  if (peek.id == 0 || !changes_something(peek.body)) return false;
+  if (peek.id == 0 || verb_of(peek.body).effect == Effect::kNone) return false;
   RequestKey key{client_of(address, peek), peek.id};
   auto finding = replies_.begin(key, content_hash(payload.to_string_view()), ticket,
                                 StoredReplies::Clock::now());
@@ -204,6 +151,7 @@ bool Service::came_before(const SharedTicket& ticket, const Address& address,
 
 void Service::dispatch(const SharedTicket& ticket, int body, zmq::message_t payload) {
   const bool large = payload.size() > kLightBytes;
+  const bool is_heavy = verb_of(body).lane == Lane::kHeavy;
   const bool is_edit = body == proto::Request::kEdit;
   // Of NAME and NAME@UID the name: requests of both are in one order.
   std::string session = peek_session(payload.to_string_view(), body);
@@ -212,7 +160,7 @@ void Service::dispatch(const SharedTicket& ticket, int body, zmq::message_t payl
   if (is_edit && session.empty()) session = kHiddenSession;
   // Behind edits of the session that wait for a thread: what is sent after them finds them made.
   const bool is_behind = !session.empty() && heavy_.is_busy(session);
-  if (!is_heavy(body) && !(large && is_edit)) {
+  if (!is_heavy && !(large && is_edit)) {
     if (large)
       throw limit_exceeded("", "bytes of a request of this kind", kLightBytes, payload.size());
     if (!is_behind &&
@@ -221,7 +169,7 @@ void Service::dispatch(const SharedTicket& ticket, int body, zmq::message_t payl
       if (!is_edit || is_light_edit(request)) return carry_out(ticket, request);
     }
   }
-  if (is_behind && !is_heavy(body) && payload.size() <= kShortEditBytes) {
+  if (is_behind && !is_heavy && payload.size() <= kShortEditBytes) {
     demand_room_behind(*ticket);
   } else {
     demand_room_of_client(*ticket);
@@ -239,7 +187,7 @@ bool Service::is_light_edit(const Request& request) const {
 /// Its faults are the reply, which a repetition gets, too: something may have been done.
 void Service::carry_out(const SharedTicket& ticket, const Request& request) {
   try {
-    answer(ticket, request);
+    (this->*verb_of(request.body_case()).handle)(ticket, request);
   } catch (const std::exception& fault) {
     ticket->refuse(fault);
   }
@@ -263,112 +211,6 @@ void Service::work_on(HeavyRequests::Request heavy) {
   } catch (const std::exception& fault) {
     ticket->refuse(fault);
   }
-}
-
-void Service::answer(const SharedTicket& ticket, const Request& request) {
-  proto::Reply reply;
-  switch (request.body_case()) {
-    case Request::kGetServerInfo:
-      *reply.mutable_get_server_info() = server_info();
-      break;
-    case Request::kOpenSession:
-      *reply.mutable_open_session() = open(request.open_session());
-      break;
-    case Request::kListSessions:
-      *reply.mutable_list_sessions() = list_sessions();
-      break;
-    case Request::kGetSession:
-      *reply.mutable_get_session() = get_session(request.get_session());
-      break;
-    case Request::kCloseSession:
-      *reply.mutable_close_session() = close(request.close_session());
-      break;
-    case Request::kEdit:
-      *reply.mutable_edit() = edit(request.edit());
-      break;
-    case Request::kWait:
-      return wait(request.wait(), ticket);
-    case Request::kGetMaterial:
-      *reply.mutable_get_material() = get_material(request.get_material());
-      break;
-    case Request::kGetGeometry:
-      *reply.mutable_get_geometry() = get_geometry(request.get_geometry());
-      break;
-    case Request::kGetFrames:
-      *reply.mutable_get_frames() = get_frames(request.get_frames());
-      break;
-    case Request::kExport:
-      *reply.mutable_export_() = export_part(request.export_());
-      break;
-    case Request::kCancel:
-      *reply.mutable_cancel() = cancel(request.cancel());
-      break;
-    case Request::kSolveCold:
-      *reply.mutable_solve_cold() = solve_cold(request.solve_cold());
-      break;
-    case Request::kValidateScene:
-      *reply.mutable_validate_scene() = validate_scene(request.validate_scene());
-      break;
-    case Request::kGetSample:
-      *reply.mutable_get_sample() = get_sample(request.get_sample());
-      break;
-    case Request::kTetrahedralize:
-      *reply.mutable_tetrahedralize() = tetrahedralize(request.tetrahedralize());
-      break;
-    case Request::kSimulate:
-      *reply.mutable_simulate() = simulate(request.simulate());
-      break;
-    case Request::kRecover:
-      *reply.mutable_recover() = recover(request.recover());
-      break;
-    case Request::kStartDesign:
-      *reply.mutable_start_design() = start_design(request.start_design());
-      break;
-    case Request::kChangeDesign:
-      *reply.mutable_change_design() = change_design(request.change_design());
-      break;
-    case Request::kPauseDesign:
-      find_linkage(request.pause_design().session())->session()->pause_design();
-      reply.mutable_pause_design();
-      break;
-    case Request::kResumeDesign:
-      find_linkage(request.resume_design().session())->session()->resume_design();
-      reply.mutable_resume_design();
-      break;
-    case Request::kStopDesign:
-      find_linkage(request.stop_design().session())->session()->stop_design();
-      reply.mutable_stop_design();
-      break;
-    case Request::kTakeDesign:
-      *reply.mutable_take_design() = take_design(request.take_design());
-      break;
-    case Request::kGetDesign:
-      *reply.mutable_get_design() = get_design(request.get_design());
-      break;
-    case Request::kMakeStartingGrid:
-      *reply.mutable_make_starting_grid() =
-          make_starting_grid(request.make_starting_grid(), surface_loader());
-      break;
-    case Request::kSolveBeams:
-      *reply.mutable_solve_beams() = solve_beams(request.solve_beams());
-      break;
-    case Request::kGetBeamSolution:
-      *reply.mutable_get_beam_solution() = get_beam_solution(request.get_beam_solution());
-      break;
-    case Request::kGetJob:
-      return get_job(request.get_job(), ticket);
-    case Request::kListJobs:
-      *reply.mutable_list_jobs() = list_jobs();
-      break;
-    case Request::kShutdown:
-      demand_shutdown_allowed();
-      reply.mutable_shutdown();
-      ticket->answer(std::move(reply));
-      return request_stop_();
-    case Request::BODY_NOT_SET:
-      throw invalid("body", "a request without content");
-  }
-  ticket->answer(std::move(reply));
 }
 
 void Service::subscribed(const std::string& prefix) {

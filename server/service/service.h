@@ -51,6 +51,25 @@ class Service {
  private:
   using Request = proto::Request;
 
+  // verbs.cpp: one row for each kind of request.
+  /// Where it is handled: on the transport's thread, or on the pool.
+  enum class Lane { kLight, kHeavy };
+  /// Requests that leave something behind are done once, however often they come.
+  enum class Effect { kNone, kLasting };
+  struct Verb {
+    Lane lane = Lane::kLight;
+    Effect effect = Effect::kNone;
+    void (Service::*handle)(const SharedTicket& ticket, const Request& request) = nullptr;
+  };
+  /// @param body  Request::BodyCase, or any other number that a client may send
+  [[nodiscard]] static Verb verb_of(int body);
+  /// A row's handler of a handler that returns its response, or that answers the ticket itself.
+  template <auto kRequest, auto kReply, auto kHandler>
+  void reply(const SharedTicket& ticket, const Request& request);
+  template <auto kRequest, auto kHandler>
+  void reply_later(const SharedTicket& ticket, const Request& request);
+  void refuse_empty(const SharedTicket& ticket, const Request& request);
+
   /// Whether the request came before: then its reply is sent again, or will be when it is there.
   /// @throws Refusal for another request under the id of an earlier one
   [[nodiscard]] bool came_before(const SharedTicket& ticket, const Address& address,
@@ -61,14 +80,13 @@ class Service {
   void drop_waiting(const std::string& client);
   /// May it be made on the transport's thread?
   [[nodiscard]] bool is_light_edit(const Request& request) const;
-  void answer(const SharedTicket& ticket, const Request& request);
   void carry_out(const SharedTicket& ticket, const Request& request);
 
   // handlers_session.cpp
   proto::OpenSessionResponse open(const proto::OpenSessionRequest& request);
   proto::EditResponse edit(const proto::EditRequest& request);
   void wait(const proto::WaitRequest& request, const SharedTicket& ticket);
-  proto::ListSessionsResponse list_sessions() const;
+  proto::ListSessionsResponse list_sessions(const proto::ListSessionsRequest&) const;
   proto::GetSessionResponse get_session(const proto::GetSessionRequest& request) const;
   proto::CloseSessionResponse close(const proto::CloseSessionRequest& request);
   proto::CancelResponse cancel(const proto::CancelRequest& request);
@@ -91,7 +109,11 @@ class Service {
   // handlers_design.cpp
   proto::StartDesignResponse start_design(const proto::StartDesignRequest& request);
   proto::ChangeDesignResponse change_design(const proto::ChangeDesignRequest& request);
+  proto::PauseDesignResponse pause_design(const proto::PauseDesignRequest& request);
+  proto::ResumeDesignResponse resume_design(const proto::ResumeDesignRequest& request);
+  proto::StopDesignResponse stop_design(const proto::StopDesignRequest& request);
   proto::TakeDesignResponse take_design(const proto::TakeDesignRequest& request);
+  proto::MakeStartingGridResponse starting_grid(const proto::MakeStartingGridRequest& request);
   proto::GetDesignResponse get_design(const proto::GetDesignRequest& request) const;
   /// @throws Error{kFailedPrecondition, "session"} for a session that is of no linkage
   [[nodiscard]] std::shared_ptr<LinkageRecord> find_linkage(const std::string& name) const;
@@ -137,11 +159,10 @@ class Service {
   proto::ExportResponse export_computed_part(const proto::ExportRequest& request) const;
 
   // handlers_server.cpp
-  proto::GetServerInfoResponse server_info() const;
+  proto::GetServerInfoResponse server_info(const proto::GetServerInfoRequest&) const;
   void get_job(const proto::GetJobRequest& request, const SharedTicket& ticket);
-  proto::ListJobsResponse list_jobs() const;
-  /// @throws Refusal UNSUPPORTED
-  void demand_shutdown_allowed() const;
+  proto::ListJobsResponse list_jobs(const proto::ListJobsRequest&) const;
+  void shut_down(const proto::ShutdownRequest&, const SharedTicket& ticket);
   // @throws Refusal LIMIT_EXCEEDED: one more that is not answered at once, of this client, of all
   void demand_room_of_client(const Ticket& ticket) const;
   void demand_room_behind(const Ticket& ticket) const;  // of requests that are soon done

@@ -25,6 +25,11 @@ FORBIDDEN_IN_ENGINE = re.compile(r"zmq|boost/(?!polygon/)|google/protobuf|^proto
 PRIVATE = {"cholmod.h": "engine/base/numerics/", "Spectra/": "engine/bodies/", "pugixml.hpp": "engine/scene/",
            "boost/polygon/": "engine/rods/design/", "zlib.h": "engine/scene/", "nlohmann/": "engine/scene/",
            "xxhash.h": "engine/base/"}
+# Kinds of sessions know the core and nothing of each other; the core knows no kind.
+KINDS = ("bodies", "linkages", "beams")
+SESSION_ROOM = re.compile(r"engine/session/(\w+)/")
+# Headers of scenes are plain values: what they bring along must not contain these.
+NOT_FOR_SCENES = {"engine/bodies/full_dynamics.h", "engine/bodies/simulation.h", "engine/base/numerics/sparse_cholesky.h"}
 INCLUDE = re.compile(r'^\s*#\s*include\s*[<"]([^>"]+)[>"]', re.MULTILINE)
 
 
@@ -50,6 +55,9 @@ def faults_of_file(path: str, text: str) -> list[str]:
                 faults.append(f"{path}: <{included}> must stay out of headers")
         if not re.match(r"(engine|server|clients|bench|limber)/", included):
             continue
+        own_room, other_room = SESSION_ROOM.match(path), SESSION_ROOM.match(included)
+        if own_room and other_room and other_room[1] in KINDS and other_room[1] != own_room[1]:
+            faults.append(f"{path}: {own_room[1]} of sessions must not include {included}")
         other = part_of(included)
         allowed = ENGINE.get(own, OUTSIDE.get(own))
         if allowed is None or other == own:
@@ -86,11 +94,11 @@ def room_of(path: str) -> str:
     return path.rsplit("/", 1)[0]
 
 
-def room_cycles(files: dict[str, str]) -> list[str]:
-    """Folders of engine/ that include each other, directly or round about."""
+def room_cycles(files: dict[str, str], top: str) -> list[str]:
+    """Folders below `top` that include each other, directly or round about."""
     rooms: dict[str, set[str]] = {}
     for path, text in files.items():
-        others = {room_of(i) for i in INCLUDE.findall(text) if i.startswith("engine/")} - {room_of(path)}
+        others = {room_of(i) for i in INCLUDE.findall(text) if i.startswith(top)} - {room_of(path)}
         rooms.setdefault(room_of(path), set()).update(others)
     faults = []
     for start in sorted(rooms):
@@ -104,15 +112,34 @@ def room_cycles(files: dict[str, str]) -> list[str]:
     return faults
 
 
+def brought_along(start: str, files: dict[str, str]) -> set[str]:
+    """All that a header includes, directly or round about."""
+    reached, waiting = set(), [start]
+    while waiting:
+        fresh = {i for i in INCLUDE.findall(files.get(waiting.pop(), ""))} - reached
+        reached |= fresh
+        waiting += fresh
+    return reached
+
+
+def heavy_scene_headers(files: dict[str, str]) -> list[str]:
+    return [f"{path}: plain values must not bring {heavy} along"
+            for path in sorted(files) if re.fullmatch(r"engine/scene/[^/]+\.h", path)
+            for heavy in sorted(brought_along(path, files) & NOT_FOR_SCENES)]
+
+
 def check(root: pathlib.Path) -> list[str]:
     files = {}
-    for top in ("engine", "server", "clients"):
+    for top in ("engine", "server", "clients", "tests"):
         for path in sorted((root / top).rglob("*")):
             if path.suffix in (".h", ".cpp") and "node_modules" not in path.parts:
                 files[path.relative_to(root).as_posix()] = path.read_text(encoding="utf-8")
     faults = [fault for path, text in files.items() for fault in faults_of_file(path, text)]
     engine = {path: text for path, text in files.items() if path.startswith("engine/")}
-    return faults + room_cycles(engine) + cycles({p: t for p, t in engine.items() if p.endswith(".h")})
+    headers = {path: text for path, text in files.items() if path.endswith(".h")}
+    return (faults + room_cycles(engine, "engine/") +
+            room_cycles({path: text for path, text in files.items() if path.startswith("tests/")}, "tests/") +
+            heavy_scene_headers(engine) + cycles(headers))
 
 
 if __name__ == "__main__":

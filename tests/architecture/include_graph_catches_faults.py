@@ -16,6 +16,12 @@ FAULTS = {
     "engine/base/g.h": ('#include "engine/base/h.h"\n', "include cycle"),
     "engine/base/h.h": ('#include "engine/base/g.h"\n', "include cycle"),
     "engine/scene/one/i.cpp": ('#include "engine/scene/two/j.h"\n', "room cycle through engine/scene/one"),
+    "engine/session/beams/m.h": ('#include "engine/session/bodies/n.h"\n', "beams of sessions must not include"),
+    "engine/session/core/o.h": ('#include "engine/session/bodies/n.h"\n', "core of sessions must not include"),
+    "engine/scene/p.h": ('#include "engine/scene/q.h"\n', "engine/scene/p.h: plain values must not bring"),
+    "engine/scene/q.h": ('#include "engine/bodies/full_dynamics.h"\n', "plain values must not bring"),
+    "tests/one/r.h": ('#include "tests/two/s.h"\n', "room cycle through tests/one"),
+    "tests/two/t.h": ('#include "tests/one/u.h"\n', "room cycle through tests/two"),
     "engine/scene/two/k.h": ('#include "engine/scene/one/l.h"\n', "room cycle through engine/scene/two"),
 }
 ALLOWED = {"engine/spacetime/ok.h": '#include "engine/reduced/kinematics.h"\n#include "engine/base/error.h"\n',
@@ -23,7 +29,7 @@ ALLOWED = {"engine/spacetime/ok.h": '#include "engine/reduced/kinematics.h"\n#in
 
 with tempfile.TemporaryDirectory() as folder:
     root = pathlib.Path(folder)
-    for top in ("server", "engine", "clients"):
+    for top in ("server", "engine", "clients", "tests"):
         (root / top).mkdir()
     for path, text in ALLOWED.items():
         (root / path).parent.mkdir(parents=True, exist_ok=True)

@@ -262,13 +262,13 @@ class LiteralSpacetime::Impl {
       iterate(state, 3, options.gradient_tolerance, result, [](double) {});
     }
     weight = full;
-    result.is_final = iterate(state, options.max_iterations, options.gradient_tolerance, result,
-                              [&](double value) {
-                                const std::chrono::duration<double, std::milli> since =
-                                    std::chrono::steady_clock::now() - begin;
-                                result.energies.push_back(value);
-                                result.milliseconds.push_back(since.count());
-                              });
+    result.converged = iterate(state, options.max_iterations, options.gradient_tolerance, result,
+                               [&](double value) {
+                                 const std::chrono::duration<double, std::milli> since =
+                                     std::chrono::steady_clock::now() - begin;
+                                 result.energies.push_back(value);
+                                 result.milliseconds.push_back(since.count());
+                               });
     result.z = state.z;
     result.force_energy = force(state.z);
     result.constraint_energy = 0.5 * state.residual.cwiseAbs2().dot(weight);

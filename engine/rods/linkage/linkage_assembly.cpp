@@ -4,8 +4,8 @@
 #include "engine/base/parallel.h"
 #include "engine/rods/linkage/chain_energy.h"
 #include "engine/rods/linkage/chain_size_forces.h"
-#include "engine/rods/linkage/chunk_sizes.h"
 #include "engine/rods/linkage/rest_directions.h"
+#include "engine/rods/solver/chunk_sizes.h"
 #include "engine/rods/solver/lane_transpose.h"
 
 namespace limber::rods {

@@ -5,9 +5,9 @@
 #include "engine/base/error.h"
 #include "engine/base/parallel.h"
 #include "engine/rods/linkage/chain_derivatives.h"
-#include "engine/rods/linkage/chunk_sizes.h"
 #include "engine/rods/linkage/length_pattern.h"
 #include "engine/rods/linkage/rest_directions.h"
+#include "engine/rods/solver/chunk_sizes.h"
 
 namespace limber::rods {
 namespace {

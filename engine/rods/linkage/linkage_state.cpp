@@ -8,9 +8,9 @@
 #include "engine/base/parallel.h"
 #include "engine/base/rotations/shortest_rotation.h"
 #include "engine/rods/linkage/chain_lane.h"
-#include "engine/rods/linkage/chunk_sizes.h"
 #include "engine/rods/linkage/state_slots.h"
 #include "engine/rods/rod/vertex_element.h"
+#include "engine/rods/solver/chunk_sizes.h"
 
 namespace limber::rods {
 namespace detail {

@@ -3,7 +3,7 @@
 #include "engine/base/error.h"
 #include "engine/base/parallel.h"
 #include "engine/rods/linkage/chain_size_derivatives.h"
-#include "engine/rods/linkage/chunk_sizes.h"
+#include "engine/rods/solver/chunk_sizes.h"
 
 namespace limber::rods {
 SizeDerivatives::SizeDerivatives(const LinkageModel& model)

@@ -8,8 +8,8 @@
 #include "engine/base/error.h"
 #include "engine/base/numerics/block_ldlt.h"
 #include "engine/base/parallel.h"
-#include "engine/rods/linkage/chunk_sizes.h"
 #include "engine/rods/solver/chain_elimination.h"
+#include "engine/rods/solver/chunk_sizes.h"
 #include "engine/rods/solver/lane_transpose.h"
 #include "engine/rods/solver/terminal_transform.h"
 

@@ -5,6 +5,7 @@
 
 #include "engine/base/error.h"
 #include "engine/bodies/modal_analysis.h"
+#include "engine/bodies/simulation.h"
 #include "engine/session/bodies/geometry.h"
 #include "engine/session/bodies/length_unit.h"
 #include "engine/session/bodies/problem_mapping.h"

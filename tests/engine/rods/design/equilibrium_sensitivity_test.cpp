@@ -10,7 +10,7 @@
 #include "engine/rods/design/shape_functions.h"
 #include "engine/rods/equilibrium/deployment.h"
 #include "engine/rods/equilibrium/holding.h"
-#include "tests/engine/rods/equilibrium/small_linkages.h"
+#include "tests/engine/rods/linkage/small_linkages.h"
 
 namespace limber::rods {
 namespace {

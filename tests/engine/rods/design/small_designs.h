@@ -8,7 +8,7 @@
 #include "engine/base/random.h"
 #include "engine/rods/design/linkage_design.h"
 #include "engine/rods/equilibrium/deployment.h"
-#include "tests/engine/rods/equilibrium/small_linkages.h"
+#include "tests/engine/rods/linkage/small_linkages.h"
 
 namespace limber::rods::testing {
 

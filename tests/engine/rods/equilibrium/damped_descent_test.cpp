@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "tests/engine/rods/equilibrium/small_linkages.h"
+#include "tests/engine/rods/linkage/small_linkages.h"
 
 namespace limber::rods {
 namespace {

@@ -6,7 +6,7 @@
 
 #include "engine/base/degrees.h"
 #include "engine/scene/samples/linkage_samples.h"
-#include "tests/engine/rods/equilibrium/small_linkages.h"
+#include "tests/engine/rods/linkage/small_linkages.h"
 
 namespace limber::rods {
 namespace {

@@ -10,7 +10,7 @@
 #include "engine/base/degrees.h"
 #include "engine/rods/equilibrium/linkage_equilibrium.h"
 #include "engine/rods/linkage/edge_counts.h"
-#include "tests/engine/rods/equilibrium/small_linkages.h"
+#include "tests/engine/rods/linkage/small_linkages.h"
 
 namespace limber::rods {
 namespace {

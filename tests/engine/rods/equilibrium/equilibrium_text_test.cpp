@@ -6,8 +6,8 @@
 #include <gtest/gtest.h>
 
 #include "engine/rods/equilibrium/linkage_equilibrium.h"
-#include "tests/engine/rods/equilibrium/small_linkages.h"
 #include "tests/engine/rods/linkage/linkage_files.h"
+#include "tests/engine/rods/linkage/small_linkages.h"
 
 namespace limber::rods {
 namespace {

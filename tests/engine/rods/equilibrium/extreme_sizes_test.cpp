@@ -8,7 +8,7 @@
 
 #include "engine/rods/equilibrium/deployment.h"
 #include "engine/rods/equilibrium/linkage_equilibrium.h"
-#include "tests/engine/rods/equilibrium/small_linkages.h"
+#include "tests/engine/rods/linkage/small_linkages.h"
 
 namespace limber::rods {
 namespace {

@@ -6,7 +6,7 @@
 #include <numbers>
 
 #include "engine/base/random.h"
-#include "tests/engine/rods/equilibrium/small_linkages.h"
+#include "tests/engine/rods/linkage/small_linkages.h"
 
 namespace limber::rods {
 namespace {

@@ -5,8 +5,8 @@
 #include <Eigen/Dense>
 
 #include "engine/rods/linkage/linkage_assembly.h"
-#include "tests/engine/rods/equilibrium/small_linkages.h"
 #include "tests/engine/rods/linkage/mixed_linkage.h"
+#include "tests/engine/rods/linkage/small_linkages.h"
 #include "tests/engine/rods/linkage/state_charts.h"
 
 namespace limber::rods {

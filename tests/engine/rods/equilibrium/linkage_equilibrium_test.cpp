@@ -8,7 +8,7 @@
 #include "engine/base/parallel.h"
 #include "engine/rods/equilibrium/condition_terms.h"
 #include "engine/rods/equilibrium/unknown_scales.h"
-#include "tests/engine/rods/equilibrium/small_linkages.h"
+#include "tests/engine/rods/linkage/small_linkages.h"
 
 namespace limber::rods {
 namespace {

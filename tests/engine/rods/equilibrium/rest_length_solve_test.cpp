@@ -5,7 +5,7 @@
 #include "engine/base/error.h"
 #include "engine/rods/equilibrium/linkage_equilibrium.h"
 #include "engine/rods/linkage/linkage_derivatives.h"
-#include "tests/engine/rods/equilibrium/small_linkages.h"
+#include "tests/engine/rods/linkage/small_linkages.h"
 #include "tests/engine/rods/linkage/state_charts.h"
 
 namespace limber::rods {

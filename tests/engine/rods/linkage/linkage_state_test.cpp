@@ -8,7 +8,7 @@
 
 #include "engine/base/random.h"
 #include "engine/rods/linkage/linkage_assembly.h"
-#include "tests/engine/rods/equilibrium/small_linkages.h"
+#include "tests/engine/rods/linkage/small_linkages.h"
 #include "tests/engine/rods/linkage/state_charts.h"
 
 namespace limber::rods {

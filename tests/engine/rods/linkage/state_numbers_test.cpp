@@ -11,7 +11,7 @@
 #include "engine/base/random.h"
 #include "engine/rods/linkage/linkage_assembly.h"
 #include "engine/rods/linkage/linkage_state.h"
-#include "tests/engine/rods/equilibrium/small_linkages.h"
+#include "tests/engine/rods/linkage/small_linkages.h"
 #include "tests/engine/rods/linkage/state_charts.h"
 
 namespace limber::rods {
