@@ -4,6 +4,8 @@
 
 #include <cstdlib>
 #include <filesystem>
+#include <set>
+#include <vector>
 
 #include "engine/base/random.h"
 #include "engine/scene/formats/beam_job.h"
@@ -74,6 +76,41 @@ TEST_P(LiveStructure, SmallEditsEndWithAnEquilibriumOrTheShareUpToWhichThereIsOn
     EXPECT_TRUE(solve(live, drawn).reached);
   }
   EXPECT_GE(reached, 1);
+}
+
+/// The first held nodes that `limber-bench beam_edits` moves; the third move ends balanced, with an
+/// element pressed with more than twice its buckling load.
+TEST(LiveTorus, AMoveThatEndsWithAnUnresolvedElementHasAShare) {
+  const auto folder = structure_folder("torus");
+  if (!std::filesystem::exists(folder)) GTEST_SKIP() << folder << " is not there";
+  const beams::BeamModel model = model_of(scene::read_beam_job_folder(folder));
+  LiveBeams opened(model);
+  const auto drawn = std::make_shared<const BeamConditions>(conditions_of(model));
+  ASSERT_TRUE(solve(opened, drawn).reached);
+  std::set<int> unique;
+  for (const beams::BeamSupport& support : drawn->supports) unique.insert(support.node);
+  for (const beams::PrescribedMotion& motion : drawn->motions) unique.insert(motion.node);
+  const std::vector<int> held(unique.begin(), unique.end());
+  Random random(2026);
+  for (int i = 0; i < 3; ++i) {
+    const double share = random.uniform(0.005, 0.005);
+    beams::PrescribedMotion motion;
+    motion.node = held[random.index(held.size())];
+    motion.translates = {true, true, true};
+    motion.translation =
+        opened.state().positions.col(motion.node) -
+        model.nodes[static_cast<std::size_t>(motion.node)].position +
+        share * limber::testing::extent_of(model) * limber::testing::random_direction(random);
+    auto conditions = std::make_shared<BeamConditions>(*drawn);
+    std::erase_if(conditions->motions, [&](const auto& m) { return m.node == motion.node; });
+    for (beams::BeamSupport& support : conditions->supports) {
+      if (support.node == motion.node)
+        support.fixed[0] = support.fixed[1] = support.fixed[2] = false;
+    }
+    conditions->motions.push_back(motion);
+    LiveBeams live(opened);
+    (void)edit_ends(live, conditions, model);
+  }
 }
 
 INSTANTIATE_TEST_SUITE_P(LiveBeams, LiveStructure, ::testing::Values("roof", "torus"),
