@@ -30,7 +30,7 @@ JobId JobRegistry::start(const std::string& kind, const std::string& session, Ca
     job.started = Clock::now();
     job.cancel = std::move(cancel);
     ++running_;
-    told_(status_of(job));
+    on_change_(status_of(job));
   }
   log::info("job {} started: {} {}", id, kind, session);
   return id;
@@ -46,7 +46,7 @@ void JobRegistry::progress(JobId id, const session::Progress& progress) {
   const auto now = Clock::now();
   if (!new_stage && now - job.told < kProgressInterval) return;
   job.told = now;
-  told_(status_of(job));
+  on_change_(status_of(job));
 }
 
 void JobRegistry::done(JobId job, JobProduct product) {
@@ -83,7 +83,7 @@ void JobRegistry::end(JobId id, proto::JobState state, const proto::Error* error
     finished_.push_back(id);
     if (job.product.motion) motions_.push_back(id);
     forget_oldest();
-    told_(status);
+    on_change_(status);
   }
   log::info("job {} {} after {:.3f} s{}{}", id, proto::JobState_Name(status.state()),
             status.elapsed_s(), status.has_error() ? ": " : "", status.error().message());
@@ -169,7 +169,7 @@ std::shared_ptr<const ComputedMotion> JobRegistry::motion(JobId id) const {
 void JobRegistry::tell_running() const {
   const std::lock_guard lock(mutex_);
   for (const auto& [id, job] : jobs_) {
-    if (job.running()) told_(status_of(job));
+    if (job.running()) on_change_(status_of(job));
   }
 }
 

@@ -46,13 +46,13 @@ struct JobProduct {
 class JobRegistry {
  public:
   /// Called with the registry's lock, which is what keeps the order: it must not call back.
-  using Told = std::function<void(const proto::JobStatus&)>;
+  using OnChange = std::function<void(const proto::JobStatus&)>;
   using Cancel = std::function<void()>;
 
   /// @param first_id  ids are greater
-  JobRegistry(boost::asio::io_context& control, std::uint32_t limit, Told told,
+  JobRegistry(boost::asio::io_context& control, std::uint32_t limit, OnChange on_change,
               std::uint64_t first_id = 0)
-      : control_(control), limit_(limit), told_(std::move(told)), ids_(first_id) {}
+      : control_(control), limit_(limit), on_change_(std::move(on_change)), ids_(first_id) {}
 
   /// @param cancel  what to do when somebody asks the job to stop; called without locks
   /// @throws Refusal LIMIT_EXCEEDED when as many are running as may
@@ -104,7 +104,7 @@ class JobRegistry {
 
   boost::asio::io_context& control_;
   std::uint32_t limit_;
-  Told told_;
+  OnChange on_change_;
   mutable std::mutex mutex_;
   std::map<JobId, Job> jobs_;
   std::deque<JobId> finished_;  // oldest first

@@ -136,7 +136,7 @@ struct Attempt {
     const BeamReport on = report;
     report = {};
     report.method = BeamMethod::kNewton;
-    detail::follow_path(structure, path.let_go(), 0, careful, context, observer, solution.state,
+    detail::follow_path(structure, path.release(), 0, careful, context, observer, solution.state,
                         report);
     report.newton_iterations += on.newton_iterations;
     report.factorizations += on.factorizations;

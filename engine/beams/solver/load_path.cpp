@@ -114,7 +114,7 @@ LoadPath LoadPath::pushed() const {
   return path;
 }
 
-LoadPath LoadPath::let_go() const {
+LoadPath LoadPath::release() const {
   LoadPath path = resting_at(1);
   if (nudged_) path.first_ = last_ + temporary_;
   path.varies_ = nudged_;

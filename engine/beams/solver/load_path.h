@@ -30,7 +30,7 @@ class LoadPath {
   /// The same with temporary loads on to the end, from a start that has gone by common_move(), and
   /// from its end the way on which they fade.
   [[nodiscard]] LoadPath pushed() const;
-  [[nodiscard]] LoadPath let_go() const;
+  [[nodiscard]] LoadPath release() const;
 
   [[nodiscard]] LoadPath without_temporary_loads() const;
 

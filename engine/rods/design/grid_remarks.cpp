@@ -25,8 +25,8 @@ double distance_between(const Eigen::Matrix3Xd& joints, const Eigen::Matrix3Xd& 
   return std::min(apart(joints), apart(mirrored));
 }
 
-std::string told_distance(double distance, double height, double curved_height,
-                          const GridCurvature& curvature) {
+std::string describe_distance(double distance, double height, double curved_height,
+                              const GridCurvature& curvature) {
   constexpr double kFar = 0.6;  // of the height
   constexpr double kSmall = 0.5;
   if (distance <= kFar * height) return "";
@@ -46,14 +46,14 @@ std::string told_distance(double distance, double height, double curved_height,
       distance, height, why);
 }
 
-std::string told_thickness(double height, double thick) {
+std::string describe_thickness(double height, double thick) {
   return fmt::format(
       "the surface is {:.2g} high (root mean square), and rods are {:.2g} thick: "
       "thinner ones follow it better",
       height, thick);
 }
 
-std::string told_fan(double share) {
+std::string describe_fan(double share) {
   constexpr double kMaxShare = 0.9;
   if (share > kMaxShare) return "";
   return fmt::format(

@@ -18,16 +18,16 @@ namespace limber::rods {
 /// mean square [length]
 /// @param curvature  of the surface
 /// @param curved_height  what of the height its mean curvature makes up for
-[[nodiscard]] std::string told_distance(double distance, double height, double curved_height,
-                                        const GridCurvature& curvature);
+[[nodiscard]] std::string describe_distance(double distance, double height, double curved_height,
+                                            const GridCurvature& curvature);
 
 /// Says that a surface is not much higher than rods are thick: near where these begin to leave
 /// their plane, lengths tell little of how far.
 /// @param height  root mean square [length]
-[[nodiscard]] std::string told_thickness(double height, double thick);
+[[nodiscard]] std::string describe_thickness(double height, double thick);
 
 /// Says so where rods fan out by less than the patch's sides ask for.
 /// @param share  of that
-[[nodiscard]] std::string told_fan(double share);
+[[nodiscard]] std::string describe_fan(double share);
 
 }  // namespace limber::rods

@@ -128,8 +128,8 @@ FoundDrive drive_of(const GridOnSurface& twin, const StartingGridOptions& option
   }
   const GridCurvature curvature = grid_curvature(twin.lines, twin.points);
   return {found.drive,
-          told_distance(distance_between(found.joints, twin.points), height_of(twin.points),
-                        curved_height(twin.points, curvature.mean), curvature)};
+          describe_distance(distance_between(found.joints, twin.points), height_of(twin.points),
+                            curved_height(twin.points, curvature.mean), curvature)};
 }
 
 }  // namespace
@@ -171,7 +171,8 @@ StartingGrid starting_grid(const SurfaceMesh& surface, const StartingGridOptions
     }
     grid.remark = remark;
     if (drive > 0 && fan * size_of(layout) > kFan) {
-      const std::string told = told_fan(std::hypot(chosen.rows_widen, chosen.columns_widen) / fan);
+      const std::string told =
+          describe_fan(std::hypot(chosen.rows_widen, chosen.columns_widen) / fan);
       grid.remark += (remark.empty() || told.empty() ? "" : "; ") + told;
     }
     return grid;

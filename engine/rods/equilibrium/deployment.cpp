@@ -64,7 +64,7 @@ class Deployment {
   }
 
   DeploymentReport run(const JobContext& context, const StepCallback& on_step) {
-    const bool going = let_go(context, on_step);
+    const bool going = release(context, on_step);
     tenth_iterations_ = report_.iterations;
     while (going && progress_ < 1) {
       if (!advance(context)) break;
@@ -90,7 +90,7 @@ class Deployment {
 
   /// What is released goes first, the rest of the way after it; where that finds no equilibrium,
   /// the reactions fade along the way. @returns whether there is more to do
-  bool let_go(const JobContext& context, const StepCallback& on_step) {
+  bool release(const JobContext& context, const StepCallback& on_step) {
     if (released_.empty()) return true;
     detail::DampedDescent descent(equilibrium_, path_.at(0));
     descent.take_over(released_);

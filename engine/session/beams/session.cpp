@@ -146,7 +146,7 @@ BeamSession::BeamSession(std::string id, beams::BeamModel model, BeamLimits limi
                                    std::move(listener), std::move(shape))) {
   impl_->open();
 }
-BeamSession::~BeamSession() { impl_->shut(Impl::Farewell::kSilent); }
+BeamSession::~BeamSession() { impl_->shut(Impl::CloseNotification::kNone); }
 
 const std::string& BeamSession::id() const { return impl_->id(); }
 State BeamSession::state() const { return impl_->state(); }
@@ -168,7 +168,7 @@ EditReceipt BeamSession::edit(const std::vector<BeamEdit>& edits,
   return impl_->edit(edits, expected);
 }
 void BeamSession::cancel() { impl_->cancel(); }
-void BeamSession::close() { impl_->shut(Impl::Farewell::kSaid); }
+void BeamSession::close() { impl_->shut(Impl::CloseNotification::kSent); }
 std::shared_ptr<const BeamResult> BeamSession::newest_result() const {
   return impl_->newest_result();
 }

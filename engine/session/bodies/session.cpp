@@ -12,7 +12,7 @@ BodySession::BodySession(std::string id, scene::Scene scene, SessionOptions opti
   impl_->open();
 }
 
-BodySession::~BodySession() { impl_->shut(Impl::Farewell::kSilent); }
+BodySession::~BodySession() { impl_->shut(Impl::CloseNotification::kNone); }
 
 const std::string& BodySession::id() const { return impl_->id(); }
 
@@ -57,7 +57,7 @@ void BodySession::solve_cold(std::uint64_t request) { impl_->solve_cold(request)
 
 void BodySession::cancel() { impl_->cancel(); }
 
-void BodySession::close() { impl_->shut(Impl::Farewell::kSaid); }
+void BodySession::close() { impl_->shut(Impl::CloseNotification::kSent); }
 
 std::shared_ptr<const BodyResult> BodySession::newest_result() const {
   return impl_->newest_result();

@@ -82,7 +82,7 @@ BodyOrder BodySession::Impl::take_order() {
 
 /// It calls no listener, and ends by itself.
 void BodySession::Impl::close_other_tasks(SerialTask::Wait wait) {
-  check_task_.close(std::unique_lock(mutex_), Farewell::kSilent, wait);
+  check_task_.close(std::unique_lock(mutex_), CloseNotification::kNone, wait);
 }
 
 scene::Scene BodySession::Impl::scene() const {

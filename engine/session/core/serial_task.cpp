@@ -31,8 +31,8 @@ class SerialTask::Ticket {
   std::function<void()> run_;
 };
 
-SerialTask::SerialTask(std::mutex& mutex, Executor executor, std::function<void()> farewell)
-    : mutex_(mutex), executor_(std::move(executor)), farewell_(std::move(farewell)) {
+SerialTask::SerialTask(std::mutex& mutex, Executor executor, std::function<void()> on_closed)
+    : mutex_(mutex), executor_(std::move(executor)), on_closed_(std::move(on_closed)) {
   if (!executor_)
     throw Error(ErrorCode::kInvalidArgument, "executor", "a session needs an executor");
 }
@@ -68,26 +68,27 @@ bool SerialTask::begin() {
 }
 
 void SerialTask::finish(std::unique_lock<std::mutex> lock) {
-  say_farewell(lock);
+  notify_closed(lock);
   running_ = false;
   worker_ = {};
   idle_.notify_all();
 }
 
-void SerialTask::close(std::unique_lock<std::mutex> lock, Farewell farewell, Wait wait) {
+void SerialTask::close(std::unique_lock<std::mutex> lock, CloseNotification notification,
+                       Wait wait) {
   closed_ = true;
-  if (farewell == Farewell::kSaid) say_closed_ = true;
+  if (notification == CloseNotification::kSent) is_close_reported_ = true;
   // Called from a listener, by the task itself: it ends, and says so, once the listener has
   // returned.
   if (is_current() || (running_ && wait == Wait::kNone)) return;
   idle_.wait(lock, [&] { return !running_; });
-  say_farewell(lock);
+  notify_closed(lock);
 }
 
-void SerialTask::say_farewell(std::unique_lock<std::mutex>& lock) {
-  if (!closed_ || !say_closed_ || std::exchange(closed_said_, true)) return;
+void SerialTask::notify_closed(std::unique_lock<std::mutex>& lock) {
+  if (!closed_ || !is_close_reported_ || std::exchange(was_close_reported_, true)) return;
   lock.unlock();
-  farewell_();
+  on_closed_();
   lock.lock();
 }
 

@@ -14,13 +14,14 @@ namespace limber::session {
 /// when the session closes. Its state belongs to the owner's mutex: "with the lock" means that one.
 class SerialTask {
  public:
-  enum class Farewell { kSilent, kSaid };
+  enum class CloseNotification { kNone, kSent };
   enum class Wait { kUntilIdle, kNone };
 
   /// @param mutex  the owner's; must outlive this
-  /// @param farewell  called without the lock, once, when a close that is to be said is complete
+  /// @param on_closed  called without the lock, once, when a close that is to be reported is
+  /// complete
   /// @throws Error{kInvalidArgument} with field executor, if there is none
-  SerialTask(std::mutex& mutex, Executor executor, std::function<void()> farewell);
+  SerialTask(std::mutex& mutex, Executor executor, std::function<void()> on_closed);
 
   // With the lock:
   [[nodiscard]] bool is_pending() const { return posted_ || running_; }
@@ -43,19 +44,20 @@ class SerialTask {
   /// Takes the lock: the task's last deed, in the same breath as finding nothing to do.
   void finish(std::unique_lock<std::mutex> lock);
   /// Takes the lock. Returns when no task runs any more; called by the task itself or with
-  /// Wait::kNone, at once, and finish() says farewell.
-  void close(std::unique_lock<std::mutex> lock, Farewell farewell, Wait wait = Wait::kUntilIdle);
+  /// Wait::kNone, at once, and finish() reports it.
+  void close(std::unique_lock<std::mutex> lock, CloseNotification notification,
+             Wait wait = Wait::kUntilIdle);
 
  private:
   class Ticket;
-  void say_farewell(std::unique_lock<std::mutex>& lock);
+  void notify_closed(std::unique_lock<std::mutex>& lock);
 
   std::mutex& mutex_;
   const Executor executor_;
-  const std::function<void()> farewell_;
+  const std::function<void()> on_closed_;
   std::condition_variable idle_;  // running_ has become false
   bool posted_ = false, running_ = false;
-  bool closed_ = false, say_closed_ = false, closed_said_ = false;
+  bool closed_ = false, is_close_reported_ = false, was_close_reported_ = false;
   std::thread::id worker_;
 };
 

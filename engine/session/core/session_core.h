@@ -22,11 +22,13 @@
 
 namespace limber::session {
 
-/// What is the same in sessions of every kind: the lock, the task, revisions and rounds, interruption
-/// by newer edits, cancellation, publication, and the end. A kind brings a document and a solver.
+/// What is the same in sessions of every kind: the lock, the task, revisions and rounds,
+/// interruption by newer edits, cancellation, publication, and the end. A kind brings a document
+/// and a solver.
 ///
-/// Two halves: what any thread may touch, under mutex_, never for longer than it takes to copy a few
-/// values; and what only the task touches, without a lock, since at most one task exists at a time.
+/// Two halves: what any thread may touch, under mutex_, never for longer than it takes to copy a
+/// few values; and what only the task touches, without a lock, since at most one task exists at a
+/// time.
 ///
 /// The session's task: build() once, then rounds as long as there is something to solve, then
 /// do_other_work() as long as that finds any.
@@ -37,7 +39,7 @@ template <class Result, class Order>
 class SessionCore : public std::enable_shared_from_this<SessionCore<Result, Order>> {
  public:
   using Clock = std::chrono::steady_clock;
-  using Farewell = SerialTask::Farewell;
+  using CloseNotification = SerialTask::CloseNotification;
   using SharedResult = std::shared_ptr<const Result>;
 
   /// One solve: what the task takes out of the shared half.
@@ -81,7 +83,7 @@ class SessionCore : public std::enable_shared_from_this<SessionCore<Result, Orde
     note_cancel();
   }
 
-  void shut(Farewell farewell) {
+  void shut(CloseNotification notification) {
     std::unique_lock lock(mutex_);
     state_ = State::kClosed;
     building_.request();
@@ -89,7 +91,7 @@ class SessionCore : public std::enable_shared_from_this<SessionCore<Result, Orde
     note_close();
     // A listener must not block: another task of the session ends by itself then.
     const auto wait = task_.is_current() ? SerialTask::Wait::kNone : SerialTask::Wait::kUntilIdle;
-    task_.close(std::move(lock), farewell);
+    task_.close(std::move(lock), notification);
     close_other_tasks(wait);
   }
 
@@ -122,12 +124,13 @@ class SessionCore : public std::enable_shared_from_this<SessionCore<Result, Orde
   SessionCore(std::string id, Executor executor, std::shared_ptr<Listener<Result>> listener)
       : id_(std::move(id)),
         listener_(std::move(listener)),
-        task_(mutex_, std::move(executor), [this] { say_closed(); }),
+        task_(mutex_, std::move(executor), [this] { report_closed(); }),
         edited_at_(Clock::now()) {}
 
   // What a kind implements.
 
-  /// The task's: makes the solver. @returns what is to be said of it. What it throws fails the build.
+  /// The task's: makes the solver. @returns what is to be said of it. What it throws fails the
+  /// build.
   virtual std::string build(const JobContext& job) = 0;
   /// With the lock: what the document says now. Rounds after this one see later edits only.
   virtual Order take_order() = 0;
@@ -274,9 +277,9 @@ class SessionCore : public std::enable_shared_from_this<SessionCore<Result, Orde
       const std::lock_guard lock(mutex_);
       const bool is_same_stage = progress_.stage == stage;
       progress_ = progress;
-      if (is_same_stage && now - progress_told_ < kProgressInterval) return;
+      if (is_same_stage && now - progress_reported_at_ < kProgressInterval) return;
     }
-    progress_told_ = now;
+    progress_reported_at_ = now;
     notify(listener_.get(), [&](Listener<Result>& listener) { listener.on_progress(progress); });
   }
 
@@ -301,10 +304,9 @@ class SessionCore : public std::enable_shared_from_this<SessionCore<Result, Orde
  private:
   static constexpr std::chrono::milliseconds kProgressInterval{20};  // between reports of a stage
 
-  void say_closed() {
-    notify(listener_.get(), [](Listener<Result>& listener) {
-      listener.on_state(State::kClosed, "");
-    });
+  void report_closed() {
+    notify(listener_.get(),
+           [](Listener<Result>& listener) { listener.on_state(State::kClosed, ""); });
   }
 
   void run() {
@@ -323,17 +325,16 @@ class SessionCore : public std::enable_shared_from_this<SessionCore<Result, Orde
   bool try_to_build() {
     std::string message;
     try {
-      const JobContext job{read([this] { return building_; }),
-                           [this](const std::string& stage, double fraction) {
-                             report_progress(stage, fraction);
-                           }};
+      const JobContext job{
+          read([this] { return building_; }),
+          [this](const std::string& stage, double fraction) { report_progress(stage, fraction); }};
       message = build(job);
       is_built_ = true;
       set_state(State::kReady, message);
       return true;
     } catch (const Error& error) {
-      message = error.field().empty() ? error.what()
-                                      : fmt::format("{}: {}", error.field(), error.what());
+      message =
+          error.field().empty() ? error.what() : fmt::format("{}: {}", error.field(), error.what());
     } catch (const std::exception& error) {
       message = error.what();
     } catch (...) {
@@ -354,8 +355,7 @@ class SessionCore : public std::enable_shared_from_this<SessionCore<Result, Orde
       state_ = state;
       message_ = message;
     }
-    notify(listener_.get(),
-         [&](Listener<Result>& listener) { listener.on_state(state, message); });
+    notify(listener_.get(), [&](Listener<Result>& listener) { listener.on_state(state, message); });
   }
 
   /// Nothing to do: the task ends, in the same breath.
@@ -402,11 +402,11 @@ class SessionCore : public std::enable_shared_from_this<SessionCore<Result, Orde
   /// With the lock.
   [[nodiscard]] virtual Revision document_revision() const = 0;
 
-  bool is_built_ = false;       // the task's
-  bool is_cancelled_ = false;   // no edit since cancel()
-  std::deque<Round> first_;     // to be solved before what the document says, whatever comes
-  Revision taken_ = 0;          // of the round under way, or the last
-  Clock::time_point published_at_, progress_told_;  // the task's
+  bool is_built_ = false;      // the task's
+  bool is_cancelled_ = false;  // no edit since cancel()
+  std::deque<Round> first_;    // to be solved before what the document says, whatever comes
+  Revision taken_ = 0;         // of the round under way, or the last
+  Clock::time_point published_at_, progress_reported_at_;  // the task's
 };
 
 }  // namespace limber::session

@@ -12,7 +12,7 @@ LinkageSession::LinkageSession(std::string id, scene::Linkage linkage, LinkageLi
                                    std::move(listener))) {
   impl_->open();
 }
-LinkageSession::~LinkageSession() { impl_->shut(Impl::Farewell::kSilent); }
+LinkageSession::~LinkageSession() { impl_->shut(Impl::CloseNotification::kNone); }
 
 const std::string& LinkageSession::id() const { return impl_->id(); }
 State LinkageSession::state() const { return impl_->state(); }
@@ -79,7 +79,7 @@ std::shared_ptr<const DesignCandidate> LinkageSession::best_design() const {
   return newest_design().best;
 }
 void LinkageSession::cancel() { impl_->cancel(); }
-void LinkageSession::close() { impl_->shut(Impl::Farewell::kSaid); }
+void LinkageSession::close() { impl_->shut(Impl::CloseNotification::kSent); }
 std::shared_ptr<const LinkageResult> LinkageSession::newest_result() const {
   return impl_->newest_result();
 }

@@ -31,13 +31,14 @@ TEST(SerialTask, ClosesWithoutWaitingForWorkThatIsNotOver) {
       },
       message);
   begun.get_future().wait();
-  task.close(std::unique_lock(mutex), SerialTask::Farewell::kSaid, SerialTask::Wait::kNone);
+  task.close(std::unique_lock(mutex), SerialTask::CloseNotification::kSent,
+             SerialTask::Wait::kNone);
   EXPECT_TRUE(task.is_running());
   EXPECT_TRUE(task.is_closed());
   EXPECT_FALSE(task.is_current());
   EXPECT_EQ(closed, 0);
   may_end.set_value();
-  task.close(std::unique_lock(mutex), SerialTask::Farewell::kSaid);  // waits
+  task.close(std::unique_lock(mutex), SerialTask::CloseNotification::kSent);  // waits
   EXPECT_FALSE(task.is_running());
   thread.join();
   EXPECT_EQ(closed, 1);
