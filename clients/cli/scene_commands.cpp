@@ -73,7 +73,7 @@ void follow(Context& context, std::uint64_t job, double wait_s) {
     request.set_wait_s(0.2);
     const auto status = context.client().call(request).status();
     const std::string stage =
-        status.progress().stage().empty() ? status.kind() : status.progress().stage();
+        status.progress().stage().empty() ? "waiting" : status.progress().stage();
     if (status.state() == v1::JOB_STATE_DONE) return bar.show(stage, 1);
     if (status.state() == v1::JOB_STATE_FAILED || status.state() == v1::JOB_STATE_CANCELLED) {
       if (status.has_error()) throw ClientError(status.error());

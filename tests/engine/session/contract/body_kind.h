@@ -52,11 +52,8 @@ struct BodyKind {
     session->cancel();
     return session;
   }
-  /// Its solve fails after failing_edits().
-  static std::unique_ptr<BodySession> open_fragile(const Executor& executor,
-                                                   const std::shared_ptr<Recorder>& recorder) {
-    return open_with(fragile_cache(), executor, recorder);
-  }
+  /// No edit is known after which its solve throws: what could make it is refused.
+  static constexpr bool kSolveCanFail = false;
 
   /// A small change of one variable of this client's, which an edit with another number replaces.
   static Edits number(int i, int client = 0) {
@@ -72,15 +69,6 @@ struct BodyKind {
   /// So far from number(i) that its solve publishes an iterate long before it ends.
   static Edits slow_edits() { return {MoveConstraint{1, {-0.1, 0.3, 0.1}}}; }
   static BodyEdit invalid_edit() { return RemoveConstraint{99}; }
-  /// The solve throws: displacements of the node are not numbers.
-  static Edits failing_edits() {
-    return {AddConstraint{test::held(12, fragile_node(), {0, 0, 0})}};
-  }
-  static Edits mending_edits() { return {RemoveConstraint{3}}; }
-
-  static std::shared_ptr<const BodyResult> newest_result(const BodySession& session) {
-    return session.newest_result();
-  }
   static std::shared_ptr<const BodyResult> final_result(const BodySession& session) {
     return session.final_result();
   }
@@ -136,25 +124,6 @@ struct BodyKind {
                                                 const std::shared_ptr<Recorder>& recorder) {
     return std::make_unique<BodySession>("contract", short_bar(), SessionOptions(),
                                          std::move(cache), executor, recorder);
-  }
-  static int fragile_node() { return test::bar_node(kCells, 2, 0, 1); }
-  /// Has the scene's model without numbers at one node: constraints of that node make the solve
-  /// throw, and nothing else looks at it.
-  static std::shared_ptr<ModelCache> fragile_cache() {
-    static const TemporaryFolder folder;
-    static const auto cache = [] {
-      auto made = std::make_shared<ModelCache>(folder.path());
-      const scene::Scene scene = short_bar();
-      const MappedBody mapped = map_body(scene);
-      const reduced::ModelOptions options = map_model(scene, mapped.body);
-      reduced::ReducedModel model = reduced::build_model(mapped.body, options);
-      const int node = mapped.compact_of_source.at(static_cast<std::size_t>(fragile_node()));
-      model.basis.middleRows(3 * Eigen::Index{node}, 3)
-          .setConstant(std::numeric_limits<double>::quiet_NaN());
-      made->store(ModelCache::key(mapped.body, options), model);
-      return made;
-    }();
-    return cache;
   }
 };
 

@@ -48,6 +48,7 @@ struct LinkageKind {
     soft.youngs_modulus = 1e-305;
     return open_with(soft, executor, recorder);
   }
+  static constexpr bool kSolveCanFail = true;
   /// Its solve fails after failing_edits().
   static std::unique_ptr<Session> open_fragile(const Executor& executor,
                                                const std::shared_ptr<Recorder>& recorder) {
