@@ -81,7 +81,7 @@ def test_commands(cli, server, tmp_path):
     assert "11" in run("validate", str(tmp_path), code=1)
     run("load", "bow", "--node", "20", "--force", "0", "0", "0")
     run("edit-script", "bow", str(script(tmp_path, [{"release_beam_node": {"node": 0}}])), code=1)
-    assert "has no solution: node" in run("wait", "bow", code=1)
+    assert "has no solution: Stopped at" in run("wait", "bow", code=1)
     run("undo", "bow")
     run("wait", "bow")
     run("close", "bow")

@@ -69,6 +69,10 @@ struct BodyKind {
   /// So far from number(i) that its solve publishes an iterate long before it ends.
   static Edits slow_edits() { return {MoveConstraint{1, {-0.1, 0.3, 0.1}}}; }
   static BodyEdit invalid_edit() { return RemoveConstraint{99}; }
+
+  static std::shared_ptr<const BodyResult> newest_result(const BodySession& session) {
+    return session.newest_result();
+  }
   static std::shared_ptr<const BodyResult> final_result(const BodySession& session) {
     return session.final_result();
   }
