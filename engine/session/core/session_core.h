@@ -277,7 +277,8 @@ class SessionCore : public std::enable_shared_from_this<SessionCore<Result, Orde
       const std::lock_guard lock(mutex_);
       const bool is_same_stage = progress_.stage == stage;
       progress_ = progress;
-      if (is_same_stage && now - progress_reported_at_ < kProgressInterval) return;
+      const bool is_end = progress.fraction == 1;  // of a stage: always reported
+      if (is_same_stage && !is_end && now - progress_reported_at_ < kProgressInterval) return;
     }
     progress_reported_at_ = now;
     notify(listener_.get(), [&](Listener<Result>& listener) { listener.on_progress(progress); });
