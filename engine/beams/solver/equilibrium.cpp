@@ -329,8 +329,8 @@ BeamSolution find_equilibrium_from(const BeamStructure& structure, const BeamSta
 BeamSolution follow_equilibrium(const BeamStructure& structure, const BeamState& given,
                                 const std::vector<HeldTurn>& turned,
                                 const BeamSolveOptions& options, const JobContext& context,
-                                const BeamObserver& observer) {
-  const BeamState start = begun(structure, given);
+                                const BeamObserver& observer, FoundUnder found) {
+  const BeamState start = found == FoundUnder::kTheseConditions ? given : begun(structure, given);
   const detail::LoadPath path = detail::LoadPath::following(structure, start, turned);
   return solve({structure, start, path, options, context, observer});
 }

@@ -32,17 +32,19 @@ struct HeldTurn {
   Eigen::Vector3d rotation = Eigen::Vector3d::Zero();  // rotation vector from rest [rad], any size
 };
 
+/// Under what the state to begin at was found: an answer under the very same conditions is begun at
+/// as it is, so that it comes back to the last digit (start_shift() moves the others).
+enum class FoundUnder { kOtherConditions, kTheseConditions };
+
 /// Goes on from a state of the same elements that was in balance with other loads, supports and
 /// motions. What keeps it in balance fades while what is
 /// held goes to where it shall be, so that the equilibria in between are a branch that begins at
 /// the state.
 /// @param turned  what prescribed rotations were there, for those of more than half a turn
 /// @throws Error as BeamSolveOptions::validate
-[[nodiscard]] BeamSolution follow_equilibrium(const BeamStructure& structure,
-                                              const BeamState& start,
-                                              const std::vector<HeldTurn>& turned,
-                                              const BeamSolveOptions& options = {},
-                                              const JobContext& context = {},
-                                              const BeamObserver& observer = {});
+[[nodiscard]] BeamSolution follow_equilibrium(
+    const BeamStructure& structure, const BeamState& start, const std::vector<HeldTurn>& turned,
+    const BeamSolveOptions& options = {}, const JobContext& context = {},
+    const BeamObserver& observer = {}, FoundUnder found = FoundUnder::kOtherConditions);
 
 }  // namespace limber::beams

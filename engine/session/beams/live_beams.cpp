@@ -116,12 +116,13 @@ void LiveBeams::stay_on_the_way(const BeamConditions& conditions,
   state_ = solution.state;
 }
 
-beams::BeamSolution LiveBeams::settle(const beams::BeamStructure& structure, const JobContext& job,
+beams::BeamSolution LiveBeams::settle(const beams::BeamStructure& structure,
+                                      beams::FoundUnder found, const JobContext& job,
                                       const beams::BeamObserver& observer) const {
   return is_drawn_ ? find_equilibrium(structure, {}, job, observer)
                    : follow_equilibrium(structure, state_, turned_,
                                         beams::BeamSolveOptions::live(structure.elements()), job,
-                                        observer);
+                                        observer, found);
 }
 
 LiveBeams::Outcome LiveBeams::solve_as_drawn(const SharedConditions& conditions,
@@ -137,7 +138,8 @@ LiveBeams::Outcome LiveBeams::solve(const SharedConditions& conditions, const Jo
                                     const OnIterate& on_iterate) {
   beams::BeamModel model = with_conditions(model_, *conditions);
   const bool is_given = given_.has_value();
-  if (begin_at(conditions)) {
+  const bool was_solved = begin_at(conditions);
+  if (was_solved) {
     model.temporary_loads.clear();  // a side that was chosen before is not chosen again
   } else if (!is_given && good_.conditions == nullptr) {
     model.temporary_loads.insert(model.temporary_loads.end(), model_.temporary_loads.begin(),
@@ -151,7 +153,10 @@ LiveBeams::Outcome LiveBeams::solve(const SharedConditions& conditions, const Jo
   };
   beams::BeamSolution solution;
   try {
-    solution = settle(structure, job, observer);
+    solution = settle(
+        structure,
+        was_solved ? beams::FoundUnder::kTheseConditions : beams::FoundUnder::kOtherConditions, job,
+        observer);
   } catch (const std::exception&) {
     if (!is_given) throw;
     return solve_as_drawn(conditions, job, on_iterate);

@@ -72,7 +72,7 @@ class LiveBeams {
             beams::BeamSolution&& solution);
   void stay_on_the_way(const BeamConditions& conditions, const beams::BeamSolution& solution);
   [[nodiscard]] beams::BeamSolution settle(const beams::BeamStructure& structure,
-                                           const JobContext& job,
+                                           beams::FoundUnder found, const JobContext& job,
                                            const beams::BeamObserver& observer) const;
   [[nodiscard]] Outcome solve_as_drawn(const SharedConditions& conditions, const JobContext& job,
                                        const OnIterate& on_iterate);
