@@ -47,6 +47,8 @@ client::Client& Context::client() {
     const double patience = std::min(connect_timeout_s, timeout_s);
     try {
       (void)client::greet(*made, milliseconds(patience));
+    } catch (const client::ServerStopped&) {
+      throw;
     } catch (const client::Unreachable&) {
       const auto reach = client::probe(*made);
       throw client::Unreachable(

@@ -40,6 +40,17 @@ int usage(const CLI::App& app, const CLI::ParseError& error) {
                unknown.front());
     return limber::cli::kUsage;
   }
+  // A misspelt option is why another seems to be missing.
+  const auto all = app.remaining(true);
+  const auto option = std::find_if(all.begin(), all.end(), [](const std::string& word) {
+    return word.size() > 1 && word.starts_with('-');
+  });
+  if (error.get_name() == "RequiredError" && option != all.end()) {
+    const auto commands = app.get_subcommands();
+    fmt::print(stderr, "limber: there is no option {}; `limber {}--help` lists them\n", *option,
+               commands.empty() ? "" : commands.front()->get_name() + " ");
+    return limber::cli::kUsage;
+  }
   return app.exit(error) == 0 ? limber::cli::kDone : limber::cli::kUsage;
 }
 

@@ -147,6 +147,8 @@ void check_there(Context& context, const std::string& session) {
   constexpr Milliseconds kPatience{1500};
   try {
     (void)client::greet(context.client(), kPatience);
+  } catch (const client::ServerStopped&) {
+    throw;
   } catch (const client::Unreachable&) {
     throw client::Unreachable(fmt::format(
         "limberd at {} has ended or hangs: its stream is silent, and it does not answer",
@@ -203,8 +205,7 @@ void watch(Context& context, const WatchOptions& options) {
         event->message.session_uid() != 0 && event->message.session_uid() != snapshot.uid();
     const auto& told = event->message.status();
     if (event->topic == status && told.server_stopped()) {
-      throw ClientError(
-          v1::ERROR_CODE_SHUTTING_DOWN, "",
+      throw client::ServerStopped(
           fmt::format("limberd was stopped, and session {} with it", options.session));
     }
     if (is_of_another || (event->topic == status && told.state() == v1::SESSION_STATE_CLOSED)) {

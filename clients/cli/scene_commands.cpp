@@ -59,6 +59,8 @@ struct OpenOptions {
   std::string scene, sample, session, optimise;
   std::optional<double> max_frequency_hz;
   std::optional<std::uint32_t> slow_steps;
+  std::optional<std::uint32_t> tets;  // that fill a surface, with the next
+  std::optional<double> within;
   bool no_wait = false;
   double wait_s = 600;
 };
@@ -122,20 +124,37 @@ bool is_sample(Context& context, const std::string& scene) {
                                 scene, fmt::join(names, ", ")));
 }
 
+/// A .ply of lines beside the file of its job is no surface.
+ClientError with_hint_at_job(const ClientError& error, const std::filesystem::path& file) {
+  const std::filesystem::path folder = std::filesystem::absolute(file).parent_path();
+  std::error_code ignored;
+  if (!std::filesystem::exists(folder / "SimulationJob.json", ignored)) return error;
+  return {error.code(), error.field(),
+          fmt::format("{}; {} is a job of the public relaxation code: open the folder",
+                      error.what(), folder.string()),
+          error.details()};
+}
+
 /// The tets that fill a surface, as a scene with the server's defaults.
-v1::Scene filled(Context& context, const std::string& path, double wait_s) {
+v1::Scene filled(Context& context, const OpenOptions& options) {
+  const std::string& path = options.scene;
   v1::TetrahedralizeRequest request;
   *request.mutable_surface() = client::mesh_file(path, "scene");
+  if (options.tets) request.set_target_tets(*options.tets);
+  if (options.within) request.set_within(*options.within);
   const std::uint64_t job = context.client().call(request, Milliseconds{60000}).job();
   try {
-    follow(context, job, wait_s);
-  } catch (const ClientError&) {
+    follow(context, job, options.wait_s);
+  } catch (const client::Unreachable&) {
+    throw;
+  } catch (const ClientError& error) {
     if (interrupted()) {
       v1::CancelRequest cancel;
       cancel.set_job(job);
       (void)context.client().call(cancel);
+      throw;
     }
-    throw;
+    throw with_hint_at_job(error, path);
   }
   v1::GetJobRequest wanted;
   wanted.set_job(job);
@@ -148,19 +167,18 @@ v1::Scene filled(Context& context, const std::string& path, double wait_s) {
 }
 
 /// @throws ClientError of a file that is no scene
-v1::Scene scene_of(Context& context, const std::string& path, client::FileKind kind,
-                   double wait_s) {
+v1::Scene scene_of(Context& context, const OpenOptions& options, client::FileKind kind) {
   switch (kind) {
     case client::FileKind::kTets:
-      return client::scene_of_tets(path);
+      return client::scene_of_tets(options.scene);
     case client::FileKind::kTriangles:
-      return filled(context, path, wait_s);
+      return filled(context, options);
     case client::FileKind::kLines:
-      return client::scene_of_lines(path);
+      return client::scene_of_lines(options.scene);
     case client::FileKind::kScene:
       break;
   }
-  return client::load_scene(path);
+  return client::load_scene(options.scene);
 }
 
 /// What was chosen for a file that is no scene.
@@ -183,6 +201,14 @@ std::string what_to_open(Context& context) {
   }
 }
 
+/// @throws ClientError of options of filling for what is no surface
+void refuse_filling(const OpenOptions& options, client::FileKind kind) {
+  if (kind == client::FileKind::kTriangles || (!options.tets && !options.within)) return;
+  throw ClientError(v1::ERROR_CODE_INVALID_ARGUMENT, options.tets ? "tets" : "within",
+                    "--tets and --within are for a closed surface (.obj, .ply, .stl) that is to "
+                    "be filled");
+}
+
 void open(Context& context, const OpenOptions& options) {
   v1::OpenSessionRequest request;
   request.set_session(options.session);
@@ -190,8 +216,10 @@ void open(Context& context, const OpenOptions& options) {
   client::FileKind kind = client::FileKind::kScene;
   if (options.sample.empty() && !named) {
     kind = client::kind_of_file(options.scene);
-    *request.mutable_scene() = scene_of(context, options.scene, kind, options.wait_s);
+    refuse_filling(options, kind);
+    *request.mutable_scene() = scene_of(context, options, kind);
   } else {
+    refuse_filling(options, client::FileKind::kScene);
     v1::GetSampleRequest wanted;
     wanted.set_name(named ? options.scene : options.sample);
     *request.mutable_scene() = context.client().call(wanted, Milliseconds{60000}).scene();
@@ -395,6 +423,9 @@ void add_scene_commands(CLI::App& app, Context& context) {
   command->add_option("--slow-steps", options->slow_steps,
                       "Steps at the beginning of a fit that keep frequencies below 1/24 of the "
                       "frames per second and those of the scene, at most 1000 (default: 10)");
+  command->add_option("--tets", options->tets, "Of a surface: about so many tets (default: 5000)");
+  command->add_option("--within", options->within,
+                      "Of a surface: keep within this share of the body's length (default: 0.02)");
   command->add_flag("--no-wait", options->no_wait, "Return while the model is still being built");
   command->add_option("--wait", options->wait_s, "Seconds to wait for it")
       ->check(seconds_in(0.1, 1e6))

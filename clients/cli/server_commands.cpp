@@ -96,6 +96,8 @@ bool answers(const Context& context, Milliseconds patience, v1::GetServerInfoRes
   try {
     info = client::greet(client);
     return true;
+  } catch (const client::ServerStopped&) {
+    throw;
   } catch (const client::Unreachable&) {
     return false;
   }

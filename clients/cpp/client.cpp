@@ -86,7 +86,8 @@ void Client::open_socket() {
     socket.connect(endpoint_);
     socket_ = std::move(socket);
   } catch (const zmq::error_t& error) {
-    throw invalid("endpoint", "cannot connect to '" + endpoint_ + "': " + error.what());
+    throw invalid("endpoint", "cannot connect to '" + endpoint_ + "': " + error.what() +
+                                  "; endpoints look like tcp://HOST:PORT or ipc://PATH");
   }
 }
 

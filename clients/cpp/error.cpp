@@ -24,6 +24,7 @@ std::string ClientError::code_name() const {
 
 void throw_refusal(const v1::Error& error) {
   if (error.code() == v1::ERROR_CODE_RESTARTED) throw ServerRestarted(error);
+  if (error.code() == v1::ERROR_CODE_SHUTTING_DOWN) throw ServerStopped(error);
   throw ClientError(error);
 }
 

@@ -36,13 +36,25 @@ class ServerRestarted : public ClientError {
   using ClientError::ClientError;
 };
 
-/// @throws what a client tells of an error of the server: ServerRestarted, else ClientError
+/// @throws what a client makes of an error of the server: ServerRestarted, ServerStopped, else
+/// ClientError
 [[noreturn]] void throw_refusal(const v1::Error& error);
 
 /// Nothing answers at the endpoint, or the answer did not come in time. Code TIMEOUT.
 class Unreachable : public ClientError {
  public:
   explicit Unreachable(const std::string& message);
+
+ protected:
+  using ClientError::ClientError;
+};
+
+/// limberd was stopped in order, and said so. Code SHUTTING_DOWN.
+class ServerStopped : public Unreachable {
+ public:
+  explicit ServerStopped(const v1::Error& error) : Unreachable(error) {}
+  explicit ServerStopped(const std::string& message)
+      : Unreachable(v1::ERROR_CODE_SHUTTING_DOWN, "", message) {}
 };
 
 }  // namespace limber::client

@@ -9,7 +9,8 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr Milliseconds kSliceOfOpening{5000};  // of waiting on the server
+constexpr Milliseconds kSlice{
+    5000};  // of waiting on the server, so that one that is gone is noticed
 
 double seconds(Milliseconds time) { return std::chrono::duration<double>(time).count(); }
 
@@ -17,7 +18,7 @@ void wait_built(Client& client, std::uint64_t job, Milliseconds timeout) {
   const auto deadline = Clock::now() + timeout;
   for (;;) {
     const auto left = std::chrono::duration_cast<Milliseconds>(deadline - Clock::now());
-    const Milliseconds slice = std::clamp(left, Milliseconds{0}, kSliceOfOpening);
+    const Milliseconds slice = std::clamp(left, Milliseconds{0}, kSlice);
     v1::GetJobRequest request;
     request.set_job(job);
     request.set_wait_s(seconds(slice));
@@ -33,12 +34,23 @@ void wait_built(Client& client, std::uint64_t job, Milliseconds timeout) {
 
 v1::ResultInfo wait_until(Client& client, const std::string& session, std::uint64_t revision,
                           v1::WaitRequest::Until until, Milliseconds timeout) {
+  const auto deadline = Clock::now() + timeout;
   v1::WaitRequest request;
   request.set_session(session);
   request.set_revision(revision);
   request.set_until(until);
-  request.set_timeout_s(seconds(timeout));
-  return client.call(request, timeout + client.options().timeout).result();
+  for (;;) {
+    const auto left = std::chrono::duration_cast<Milliseconds>(deadline - Clock::now());
+    const Milliseconds slice = std::clamp(left, Milliseconds{0}, kSlice);
+    request.set_timeout_s(seconds(slice));
+    try {
+      return client.call(request, slice + client.options().timeout).result();
+    } catch (const Unreachable&) {
+      throw;
+    } catch (const ClientError& error) {
+      if (error.code() != v1::ERROR_CODE_TIMEOUT || left <= kSlice) throw;
+    }
+  }
 }
 
 }  // namespace

@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <set>
 #include <unordered_set>
@@ -78,11 +79,10 @@ class SceneValidator {
     }
     const int pinned =
         pinned_frames(scene_.first_end).value_or(0) + pinned_frames(scene_.last_end).value_or(0);
-    if (scene_.frame_count < 3) {
-      error("frames", "must be at least 3, is " + std::to_string(scene_.frame_count));
-    } else if (scene_.frame_count <= pinned) {
-      error("frames", "must be more than the " + std::to_string(pinned) +
-                          " frames that the ends hold, is " + std::to_string(scene_.frame_count));
+    if (const int least = std::max(3, pinned + 1); scene_.frame_count < least) {
+      error("frames", fmt::format("must be at least {}{}, is {}", least,
+                                  pinned < 3 ? "" : fmt::format(", as the ends hold {}", pinned),
+                                  scene_.frame_count));
     }
     const Dynamics& dynamics = scene_.dynamics;
     if (!(dynamics.frames_per_second > 0) || !std::isfinite(dynamics.frames_per_second)) {

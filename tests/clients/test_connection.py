@@ -1,6 +1,7 @@
 """Requests and replies against a fake limberd."""
 
 import concurrent.futures
+import threading
 import time
 
 import limber
@@ -30,9 +31,32 @@ def test_nobody_there(tmp_path):
 
 
 def test_malformed_endpoint():
-    with pytest.raises(limber.LimberError) as caught:
+    with pytest.raises(limber.LimberError, match="look like tcp://HOST:PORT") as caught:
         limber.connect("no endpoint")
     assert caught.value.code == "INVALID_ARGUMENT" and caught.value.field == "endpoint"
+
+
+def test_a_wait_notices_that_the_server_is_gone(fake, monkeypatch):
+    monkeypatch.setattr(limber.connection, "SILENCE", 0.2)
+    monkeypatch.setattr(limber.connection, "PATIENCE", 0.2)
+    fake.handlers["get_session"] = lambda request: service.GetSessionResponse()
+    with limber.connect(fake.requests) as server:
+        session = server.session("a")
+        fake.handlers.pop("wait", None)  # what is waited for takes its time
+        threading.Timer(1, lambda: fake.handlers.pop("get_server_info")).start()
+        start = time.monotonic()
+        with pytest.raises(limber.ServerUnreachable):
+            session.wait(timeout=60)
+        assert 1 < time.monotonic() - start < 4
+
+
+def test_a_stopped_server_is_unreachable(fake):
+    fake.handlers["list_jobs"] = lambda request: service.Reply(
+        id=request.id, error=common.Error(code=common.ERROR_CODE_SHUTTING_DOWN, message="the server is going down"))
+    with limber.connect(fake.requests) as server:
+        with pytest.raises(limber.ServerUnreachable, match="going down") as caught:
+            server.jobs()
+    assert isinstance(caught.value, limber.ServerStopped) and caught.value.code == "SHUTTING_DOWN"
 
 
 def test_other_protocol_version_is_named(fake):

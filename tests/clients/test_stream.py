@@ -195,7 +195,7 @@ def test_a_stream_that_is_closed_wakes_its_reader_and_leaves_no_thread(session):
 
 def test_a_silent_stream_asks_whether_the_server_is_there(fake, session, monkeypatch):
     monkeypatch.setattr(limber.stream, "SILENCE", 0.2)
-    monkeypatch.setattr(limber.stream, "PATIENCE", 0.2)
+    monkeypatch.setattr(limber.connection, "PATIENCE", 0.2)
     with session.stream(snapshot=False) as frames:
         with pytest.raises(limber.LimberError) as caught:
             frames.next(1)

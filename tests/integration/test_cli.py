@@ -344,6 +344,35 @@ def test_watch_tells_that_the_server_is_gone(launch):
         process.wait()
 
 
+def test_watch_tells_that_the_server_was_stopped(launch):
+    server = launch(transport="tcp")
+    session = server.open(small_scene(), progress=False)
+    process = subprocess.Popen([str(find_binary("limber")), "--endpoint", server.connection.endpoint, "--json", "watch",
+                                session.id], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    try:
+        assert json.loads(process.stdout.readline())["revision"] == "0"
+        server.process.terminate()
+        _, message = process.communicate(timeout=15)
+        assert process.returncode == 3 and "was stopped" in message
+    finally:
+        process.kill()
+        process.wait()
+
+
+def test_a_misspelt_option_is_named_before_what_is_missing(cli):
+    assert "no option --fisrt; `limber ends --help`" in failed(cli("ends", "s", "--fisrt", "free"), 2)
+
+
+def test_a_malformed_endpoint_shows_how_one_looks(cli):
+    assert "endpoints look like tcp://HOST:PORT" in failed(cli("info", "--endpoint", "foo"), 1)
+
+
+def test_frames_that_the_ends_leave_nothing_of_are_told_at_once(cli, scene_file):
+    scene = json.loads(scene_file.read_text())
+    scene.update(frames=2, first_end="position_velocity", last_end="position_velocity", constraints=[])
+    assert "must be at least 5, as the ends hold 4, is 2" in cli("validate", write(scene_file, json.dumps(scene))).stdout
+
+
 def test_validate(cli, scene_file):
     assert "can be opened" in done(cli("validate", scene_file))
     scene = json.loads(scene_file.read_text())

@@ -4,6 +4,7 @@ import contextlib
 import itertools
 import pathlib
 
+import limber
 import numpy as np
 import pytest
 
@@ -75,6 +76,31 @@ def test_a_surface_is_filled_with_tets(cli, server, surface):
     attached.close()
     with contextlib.closing(server.open(surface)) as session:
         assert len(session.geometry().tets) > 100
+
+
+def test_how_many_tets_fill_a_surface_is_chosen(cli, server, surface, mesh):
+    opened = cli("open", surface, "--session", "coarse", "--tets", 300, "--within", 0.3)
+    assert opened.returncode == 0, opened.stderr
+    attached = server.session("coarse")
+    coarse = len(attached.geometry().tets)
+    attached.close()
+    with contextlib.closing(server.open(surface, tets=3000)) as session:
+        assert coarse < 900 < len(session.geometry().tets)
+    refused = cli("open", mesh, "--tets", 300)
+    assert refused.returncode == 1 and "for a closed surface" in refused.stderr
+    with pytest.raises(limber.LimberError, match="for a closed surface"):
+        server.open(mesh, within=0.1)
+
+
+def test_lines_of_a_job_are_pointed_to_its_folder(cli, server, tmp_path):
+    (tmp_path / "SimulationJob.json").write_text("{}")
+    lines = tmp_path / "roof.ply"
+    lines.write_text("ply\nformat ascii 1.0\nelement vertex 2\nproperty float x\nproperty float y\nproperty float z\n"
+                     "element edge 1\nproperty int vertex1\nproperty int vertex2\nend_header\n0 0 0\n1 0 0\n0 1\n")
+    refused = cli("open", lines)
+    assert refused.returncode == 1 and f"{tmp_path} is a job of the public relaxation code" in refused.stderr
+    with pytest.raises(limber.LimberError, match="open the folder"):
+        server.open(lines)
 
 
 def test_lines_open_as_a_linkage(cli, server, lines):

@@ -127,7 +127,7 @@ def test_a_stream_says_that_the_server_was_stopped(limberd_at):
     with limber.connect(limberd_at.endpoint) as server:
         stream = server.open(small_scene(), session="cup", progress=False).stream(snapshot=False)
         limberd_at.end(signal.SIGTERM)
-        with pytest.raises(limber.LimberError) as caught:
+        with pytest.raises(limber.ServerUnreachable) as caught:
             while True:
                 stream.next(20)
         assert caught.value.code == "SHUTTING_DOWN" and "session cup with it" in str(caught.value)

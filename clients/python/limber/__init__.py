@@ -16,7 +16,7 @@ from .beam_sessions import BeamGeometry, BeamResult, BeamSession, beam_scene
 from .beams import BeamSnap, BeamSolution
 from .designs import Design, DesignInfo, DesignTerms, Erection, OtherOptimum, Placement, StartingGrid
 from .edits import Axes, add, dynamics, ends, move, optimise, redo, remove, replace, reset_material, undo
-from .errors import LimberError, ServerRestarted, ServerUnreachable
+from .errors import LimberError, ServerRestarted, ServerStopped, ServerUnreachable
 from .exports import Export
 from .keyframes import Keyframe, add_keyframe, keyframe, move_keyframe, remove_keyframe
 from .linkage_shapes import LinkageGeometry, Shape
@@ -38,7 +38,7 @@ __version__ = "0.1.0"
 
 __all__ = [
     "AccuracyWarning", "Axes", "BeamGeometry", "BeamResult", "BeamSession", "BeamSnap", "BeamSolution", "Constraint", "DEFAULT_ENDPOINT", "Design", "DesignInfo", "DesignTerms", "Erection", "Export", "FrameStream", "Geometry", "Keyframe", "LaunchedServer",
-    "LimberError", "LinkageGeometry", "LinkageResult", "LinkageSession", "LinkageStep", "Material", "MaterialWarning", "Mode", "MotionError", "OtherOptimum", "Placement", "Receipt", "Recovery", "Result", "Server", "ServerRestarted", "ServerUnreachable", "Session", "Shape",
+    "LimberError", "LinkageGeometry", "LinkageResult", "LinkageSession", "LinkageStep", "Material", "MaterialWarning", "Mode", "MotionError", "OtherOptimum", "Placement", "Receipt", "Recovery", "Result", "Server", "ServerRestarted", "ServerStopped", "ServerUnreachable", "Session", "Shape",
     "Simulation", "StartingGrid", "StreamedFrames", "Target", "add", "add_keyframe", "base_motion", "beam_edits", "beam_scene", "connect", "dynamics", "ends", "force",
     "keyframe", "launch", "linkage_scene", "load_scene", "mesh_file", "move", "move_keyframe", "optimise", "picture", "redo", "remove",
     "remove_keyframe", "replace", "reset_material", "scene_from_arrays", "scene_from_mesh", "simulation", "undo",

@@ -29,6 +29,11 @@ from .messages import common, service
 VERSION = 1
 _SEND, _REOPEN, _STOP = b"s", b"r", b"x"
 
+# A stream, which gets the status every two seconds, and a request that waits on the server ask after this long a silence
+# whether limberd is there, which it answers at once however busy it is, and wait that long for the answer [s].
+SILENCE = 5.0
+PATIENCE = 3.0
+
 # Not sent again: a limberd that was started meanwhile is not meant.
 SENT_ONCE = frozenset({"shutdown"})
 
@@ -114,7 +119,8 @@ class Connection:
         except zmq.ZMQError as error:
             self._control.close()
             self.context.term()
-            raise LimberError("INVALID_ARGUMENT", f"cannot connect to {endpoint!r}: {error}", "endpoint") from error
+            raise LimberError("INVALID_ARGUMENT", f"cannot connect to {endpoint!r}: {error}; endpoints look like "
+                              "tcp://HOST:PORT or ipc://PATH", "endpoint") from error
         self._thread = threading.Thread(target=self._run, args=(inside,), name="limber-io", daemon=True)
         self._thread.start()
 
@@ -128,7 +134,7 @@ class Connection:
         sent = time.monotonic()
         identifier, data, future = self._submit(kind, message)
         try:
-            reply = self._await(future, timeout, None if kind in SENT_ONCE else data)
+            reply = self._await(future, timeout, None if kind in SENT_ONCE else data, asks=kind == "wait")
         except futures.TimeoutError:
             self._abandon(identifier, reopen=self._last_heard < sent)
             raise ServerUnreachable(f"no answer from {self.endpoint} to {kind} within {timeout:g} s") from None
@@ -142,17 +148,33 @@ class Connection:
             raise LimberError("MALFORMED", f"the answer to {kind} is {body}")
         return getattr(reply, body)
 
-    def _await(self, future: futures.Future, timeout: float, again: bytes | None) -> "service.Reply":
-        """again: what is sent once more after half of the time if the server is silent."""
-        if again is None:
-            return future.result(timeout)
+    def ask_whether_there(self) -> None:
+        """Raises ServerUnreachable."""
+        self.call("get_server_info", service.GetServerInfoRequest(), timeout=min(PATIENCE, self.timeout))
+
+    def _await(self, future: futures.Future, timeout: float, again: bytes | None, asks: bool) -> "service.Reply":
+        """again: what is sent once more after half of the time if the server is silent; asks: whether it is there, while
+        it is silent."""
         begin = time.monotonic()
-        try:
-            return future.result(timeout / 2)
-        except futures.TimeoutError:
-            if self._last_heard < begin:
-                self._send(again)
-        return future.result(max(0.0, begin + timeout - time.monotonic()))
+        if again is not None:
+            try:
+                return self._attentive(future, begin + timeout / 2, asks)
+            except futures.TimeoutError:
+                if self._last_heard < begin:
+                    self._send(again)
+        return self._attentive(future, begin + timeout, asks)
+
+    def _attentive(self, future: futures.Future, deadline: float, asks: bool) -> "service.Reply":
+        while asks:
+            left = deadline - time.monotonic()
+            if left <= SILENCE:
+                break
+            try:
+                return future.result(SILENCE)
+            except futures.TimeoutError:
+                if time.monotonic() - self._last_heard >= SILENCE:
+                    self.ask_whether_there()
+        return future.result(max(0.0, deadline - time.monotonic()))
 
     def before_closing(self, other: Any) -> None:
         """Something with sockets of this connection's context: its close() is called first."""

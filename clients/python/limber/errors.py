@@ -29,8 +29,15 @@ class LimberError(Exception):
 class ServerUnreachable(LimberError):
     """Nothing answers at the endpoint, or an answer did not come in time. Code "TIMEOUT"."""
 
-    def __init__(self, message: str):
-        super().__init__("TIMEOUT", message)
+    def __init__(self, message: str, code: str = "TIMEOUT", field: str = "", details: Mapping[str, str] | None = None):
+        super().__init__(code, message, field, details)
+
+
+class ServerStopped(ServerUnreachable):
+    """limberd was stopped in order, and said so. Code "SHUTTING_DOWN"."""
+
+    def __init__(self, message: str, field: str = "", details: Mapping[str, str] | None = None):
+        super().__init__(message, "SHUTTING_DOWN", field, details)
 
 
 class ServerRestarted(LimberError):
@@ -52,6 +59,8 @@ def from_message(error: "common.Error") -> LimberError:
     """The exception for a limber.v1.Error."""
     if error.code == common.ERROR_CODE_RESTARTED:
         return ServerRestarted(error.message, error.field, error.details)
+    if error.code == common.ERROR_CODE_SHUTTING_DOWN:
+        return ServerStopped(error.message, error.field, error.details)
     return LimberError(code_name(error.code), error.message, error.field, error.details)
 
 

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from . import motions, scenes
-from .errors import invalid
+from .errors import LimberError, invalid
 from .linkages import linkage_scene
 from .messages import scene as messages
 from .progress import ProgressOption
@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
 TETS = {".msh", ".mesh", ".vtk", ".vtu", ".ele", ".node", ".veg", ".abq", ".inp"}
 TRIANGLES = {".ply", ".stl"}
+JOB = "SimulationJob.json"  # beside a .ply of lines, which is no surface
 WIDTH, HEIGHT = 0.1, 0.05  # of a lath, as shares of the median line
 
 
@@ -36,16 +37,22 @@ def kind(path: Path) -> str:
     return "lines" if b"l" in first and b"f" not in first else "triangles"
 
 
-def scene_of(server: "Server", path: Path, progress: ProgressOption, timeout: float) -> "messages.Scene":
-    """A scene of such a file, with the server's defaults; a surface is filled with tets, rods are laths a tenth of the
-    median line wide and a twentieth high."""
+def scene_of(server: "Server", path: Path, progress: ProgressOption, timeout: float, **filling: Any) -> "messages.Scene":
+    """A scene of such a file, with the server's defaults; a surface is filled with tets (`filling` as tetrahedralize()
+    takes it), rods are laths a tenth of the median line wide and a twentieth high."""
     what = kind(path)
     if what == "tets":
         return scenes.scene_from_mesh(path)
     if what == "lines":
         line = _median_line(path)
         return linkage_scene(path, section={"rectangle": (WIDTH * line, HEIGHT * line)})
-    filled = server.tetrahedralize(path, progress=progress, timeout=timeout)
+    try:
+        filled = server.tetrahedralize(path, progress=progress, timeout=timeout, **filling)
+    except LimberError as error:
+        if not (path.parent / JOB).is_file():
+            raise
+        raise LimberError(error.code, f"{error.message}; {path.parent} is a job of the public relaxation code: open the "
+                          "folder", error.field, error.details) from error
     return scenes.scene_from_arrays(filled.nodes, filled.tets, name=path.stem)
 
 

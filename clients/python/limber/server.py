@@ -14,7 +14,7 @@ import numpy as np
 
 from . import arrays, beams, checks, designs, edits, plain_files, recoveries, scenes, simulations
 from .connection import VERSION, Connection, CurveKeys
-from .errors import LimberError, ServerUnreachable, from_message, invalid
+from .errors import LimberError, ServerStopped, ServerUnreachable, from_message, invalid
 from .messages import scene as scene_messages
 from .messages import service
 from .progress import ProgressOption, Reporter
@@ -95,7 +95,8 @@ class Server:
         return [issue_text(issue) for issue in self.connection.call("validate_scene", request, timeout=60.0).issues]
 
     def open(self, scene: "scenes.SceneLike | None" = None, *, sample: str | None = None, session: str = "",
-             optimise: str | None = None, wait: bool = True, progress: ProgressOption = None, timeout: float = 600.0) -> Any:
+             optimise: str | None = None, wait: bool = True, progress: ProgressOption = None, timeout: float = 600.0,
+             tets: int | None = None, within: float | None = None) -> Any:
         """Opens a scene (file name, mapping, message) or a sample as a session: a Session of an elastic body, a
         LinkageSession of a rod linkage, or a BeamSession of a structure of beams (also: a job of the public relaxation
         code, its folder or SimulationJob.json; see limber.beam_scene for structures). A mesh of tets (.msh, .vtk, ...),
@@ -104,7 +105,7 @@ class Server:
         session: a name for it (default: the server chooses); optimise: "motion", "dynamics" or "all" in place of what
         the scene says (see Session.optimise; modes are mixed of as many as the model gets now); wait: until the model is built and the scene solved.
         progress: a callback (stage, fraction), True / False, or None for a bar on terminals. Ctrl-C while waiting
-        closes the session. Warns of a model that misses its tolerance
+        closes the session. tets, within: of a surface, as tetrahedralize() takes them. Warns of a model that misses its tolerance
         (limber.AccuracyWarning) and of a material that the mesh file overrides (limber.MaterialWarning).
         """
         if (scene is None) == (sample is None):
@@ -112,10 +113,14 @@ class Server:
         checks.flag(wait, "wait")
         checks.seconds(timeout, "timeout")
         plain = isinstance(scene, (str, os.PathLike)) and plain_files.kind(checks.path(scene, "scene")) != ""
+        filling = {name: value for name, value in (("tets", tets), ("within", within)) if value is not None}
+        for name in filling:
+            if not plain or plain_files.kind(checks.path(scene, "scene")) != "triangles":
+                raise invalid(name, f"{name}= is for a closed surface (.obj, .ply, .stl) that is to be filled")
         if sample is not None:
             message = self.sample(sample)
         elif plain:
-            message = plain_files.scene_of(self, checks.path(scene, "scene"), progress, timeout)
+            message = plain_files.scene_of(self, checks.path(scene, "scene"), progress, timeout, **filling)
         else:
             message = scenes.to_message(scene)
         if optimise is not None:
@@ -417,6 +422,9 @@ def connect(endpoint: str | None = None, *, timeout: float = 10.0, connect_timeo
     connection = Connection(endpoint or os.environ.get("LIMBER_ENDPOINT") or DEFAULT_ENDPOINT, keys, timeout)
     try:
         return Server(connection, min(timeout, connect_timeout))
+    except ServerStopped:
+        connection.close()
+        raise
     except ServerUnreachable:
         why = advice(connection)
         connection.close()

@@ -12,20 +12,14 @@ import zmq
 import zmq.utils.monitor
 
 from . import checks
-from .connection import configure
-from .errors import LimberError, ServerUnreachable
+from .connection import SILENCE, configure
+from .errors import LimberError, ServerStopped, ServerUnreachable
 from .messages import service
 from .reception import Reception
 from .results import ENCODINGS, Result, decode
 
 if TYPE_CHECKING:
     from .open_session import OpenSession
-
-# limberd sends the status every two seconds: who hears nothing for this long asks whether it is still there, and waits
-# that long for the answer [s].
-SILENCE = 5.0
-PATIENCE = 3.0
-
 
 @dataclass(frozen=True)
 class StreamedFrames:
@@ -49,8 +43,8 @@ class FrameStream:
 
     Subscribes first, then asks for the newest frames (the Clone pattern), so nothing falls between the two. At most 8
     messages wait for a reader that pauses: the newest, and `missed` counts the others. Ends when the session is closed;
-    raises ServerUnreachable when the server is gone, ServerRestarted when it was restarted, LimberError SHUTTING_DOWN
-    when it was stopped. Not for several threads at once.
+    raises ServerUnreachable when the server is gone (ServerStopped, one of those, when it was stopped in order) and
+    ServerRestarted when it was restarted. Not for several threads at once.
     """
 
     def __init__(self, session: "OpenSession", encoding: str = "coordinates", timeout: float | None = None,
@@ -155,7 +149,7 @@ class FrameStream:
         if status.state == service.SESSION_STATE_CLOSED:
             self.close()
             if status.server_stopped:
-                raise LimberError("SHUTTING_DOWN", f"limberd was stopped, and session {self._session.id} with it")
+                raise ServerStopped(f"limberd was stopped, and session {self._session.id} with it")
             raise StopIteration
         if status.state == service.SESSION_STATE_FAILED:
             raise LimberError("FAILED_PRECONDITION", f"session {self._session.id} failed: {status.message}")
@@ -164,7 +158,7 @@ class FrameStream:
         connection = self._session.connection
         try:
             # Answered at once however busy limberd is, which status() need not be.
-            connection.call("get_server_info", service.GetServerInfoRequest(), timeout=min(PATIENCE, connection.timeout))
+            connection.ask_whether_there()
             status = self._session.status()
         except ServerUnreachable:
             raise
