@@ -5,8 +5,8 @@
 #include <cmath>
 
 #include "engine/base/parallel.h"
-#include "engine/rods/rod/rod_derivatives.h"
 #include "engine/rods/rod/stretch_element.h"
+#include "tests/support/rod_derivatives.h"
 
 namespace limber::bench {
 
