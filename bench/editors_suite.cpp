@@ -19,9 +19,9 @@
 #include <numbers>
 
 #include "bench/suite.h"
-#include "engine/reduced/reconstruction.h"
 #include "engine/session/bodies/problem_mapping.h"
 #include "engine/spacetime/solver.h"
+#include "tests/support/reconstruction.h"
 
 namespace limber::bench {
 namespace {

@@ -5,8 +5,8 @@
 #include <cmath>
 
 #include "engine/base/parallel.h"
-#include "engine/rods/rod/rod_derivatives.h"
 #include "engine/rods/rod/stretch_element.h"
+#include "tests/support/rod_derivatives.h"
 
 namespace limber::bench {
 
@@ -54,6 +54,7 @@ template <class V, bool kHessian>
 double element_time(int repeats) {
   constexpr int kCount = 256;
   std::vector<Element<V>> elements;
+  elements.reserve(kCount);
   for (int i = 0; i < kCount; ++i) elements.push_back(element<V>(V(0.001 * i)));
   std::vector<V> results(kCount);
   const double time = nanoseconds(repeats * 20, [&] {
@@ -86,7 +87,9 @@ double element_time(int repeats) {
     else
       sink = sink + r[0];
   }
-  return time / kCount / (sizeof(V) / sizeof(double));
+  int lanes = 1;
+  if constexpr (!std::is_same_v<V, double>) lanes = static_cast<int>(V::size());
+  return time / kCount / lanes;
 }
 
 }  // namespace

@@ -15,15 +15,16 @@ function(limber_wing name)
   endif()
 endfunction()
 
-# limber_test(NAME [DEPENDS ...] [LABELS ...] [PRECOMPILED KIND]): one GoogleTest executable NAME_test from the *_test.cpp
-# below the current folder. KIND as of limber_precompile, numerics unless given.
+# limber_test(NAME [DEPENDS ...] [SUPPORT ...] [LABELS ...] [PRECOMPILED KIND]): one GoogleTest executable NAME_test from the
+# *_test.cpp below the current folder and tests/support/SUPPORT.cpp. KIND as of limber_precompile, numerics unless given.
 function(limber_test name)
-  cmake_parse_arguments(ARG "" "PRECOMPILED" "DEPENDS;LABELS" ${ARGN})
+  cmake_parse_arguments(ARG "" "PRECOMPILED" "DEPENDS;SUPPORT;LABELS" ${ARGN})
   file(GLOB_RECURSE sources CONFIGURE_DEPENDS "${CMAKE_CURRENT_SOURCE_DIR}/*_test.cpp")
   if(NOT sources)
     return()
   endif()
-  add_executable(${name}_test ${sources})
+  list(TRANSFORM ARG_SUPPORT REPLACE "(.+)" "${PROJECT_SOURCE_DIR}/tests/support/\\1.cpp")
+  add_executable(${name}_test ${sources} ${ARG_SUPPORT})
   set_target_properties(${name}_test PROPERTIES RUNTIME_OUTPUT_DIRECTORY "${CMAKE_BINARY_DIR}/tests")
   target_compile_definitions(${name}_test PRIVATE LIMBER_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
   target_include_directories(${name}_test PRIVATE "${PROJECT_SOURCE_DIR}")

@@ -26,6 +26,7 @@ void become_limberd(std::vector<std::string> arguments) {
   const std::string limberd = find_limberd();
   arguments.insert(arguments.begin(), "limber");
   std::vector<char*> argv;
+  argv.reserve(arguments.size() + 1);
   for (auto& argument : arguments) argv.push_back(argument.data());
   argv.push_back(nullptr);
   std::fflush(nullptr);

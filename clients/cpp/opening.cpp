@@ -63,7 +63,7 @@ std::string open_session(Client& client, const v1::Scene& scene, const std::stri
   *request.mutable_scene() = scene;
   request.set_session(session);
   const auto opened = client.call(request, large(client));
-  const std::string reference = session_reference(opened.session(), opened.uid());
+  std::string reference = session_reference(opened.session(), opened.uid());
   try {
     wait_built(client, opened.job(), timeout);
   } catch (...) {

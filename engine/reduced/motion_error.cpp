@@ -11,7 +11,7 @@ namespace limber::reduced {
 namespace {
 
 constexpr Eigen::Index kFramesReconstructedAtOnce = 16;  // reconstructed at once: bounds memory
-constexpr Eigen::Index kRows = 3072;  // of a product, between two looks at the cancellation
+constexpr Eigen::Index kRowsBetweenChecks = 3072;        // of a product; checks of cancellation
 
 /// One compared frame.
 struct FrameError {
@@ -24,7 +24,7 @@ struct FrameError {
 Eigen::MatrixXd product(const Eigen::Ref<const Eigen::MatrixXd>& a, const Eigen::MatrixXd& b,
                         const JobContext& job) {
   Eigen::MatrixXd result(a.rows(), b.cols());
-  parallel_for(a.rows(), kRows, [&](std::int64_t begin, std::int64_t end) {
+  parallel_for(a.rows(), kRowsBetweenChecks, [&](std::int64_t begin, std::int64_t end) {
     job.throw_if_cancelled();
     result.middleRows(begin, end - begin).noalias() = a.middleRows(begin, end - begin) * b;
   });

@@ -4,7 +4,7 @@
 
 #include "engine/base/error.h"
 #include "engine/base/index.h"
-#include "engine/beams/element/normal_chart.h"
+#include "tests/support/normal_chart.h"
 
 namespace limber::testing {
 

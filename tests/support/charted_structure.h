@@ -3,8 +3,8 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "engine/beams/element/charted_element.h"
 #include "engine/beams/model/beam_model.h"
+#include "tests/support/charted_element.h"
 
 namespace limber::testing {
 

@@ -2,8 +2,8 @@
 
 #include <vector>
 
-#include "engine/rods/rod/rod.h"
-#include "engine/rods/rod/rod_equilibrium.h"
+#include "tests/support/rod_equilibrium.h"
+#include "tests/support/single_rod.h"
 
 // Problems with known answers, for tests and for `limber-bench rods`. An end is clamped by holding
 // an edge and is then in the middle of it; free and hinged ends are nodes.

@@ -5,8 +5,6 @@
 #include <experimental/simd>
 #include <type_traits>
 
-#include "engine/base/numerics/dual.h"
-
 // Coefficients of the exponential map of so(3) and of its first derivative, one branch-free formula
 // for a scalar and for a SIMD pack. Written in the half angle m = n/2, where nothing cancels: the
 // closed forms in n lose all digits at small n (measured table in the papers' errata, "the switch
@@ -46,19 +44,15 @@ inline constexpr float kPiLow<float> = -8.74227766e-8F;
 
 constexpr double factorial(int k) { return k <= 1 ? 1.0 : k * factorial(k - 1); }
 
-// Taylor coefficients in the square of the angle: sin(r)/r, cos(r), (r cos r - sin r)/r^3 and
-// -(3 r cos r + (r^2 - 3) sin r)/r^5, which is the derivative of the one before, over r; and that
-// once more.
+// Taylor coefficients in the square of the angle: sin(r)/r, cos(r) and (r cos r - sin r)/r^3.
 constexpr int kTerms = 13;
-constexpr std::array<std::array<double, kTerms>, 5> taylor_coefficients() {
-  std::array<std::array<double, kTerms>, 5> result{};
+constexpr std::array<std::array<double, kTerms>, 3> taylor_coefficients() {
+  std::array<std::array<double, kTerms>, 3> result{};
   for (int k = 0; k < kTerms; ++k) {
     const double sign = k % 2 == 0 ? 1 : -1;
     result[0][k] = sign / factorial(2 * k + 1);
     result[1][k] = sign / factorial(2 * k);
     result[2][k] = -sign * (2 * k + 2) / factorial(2 * k + 3);
-    result[3][k] = sign * (2 * k + 2) * (2 * k + 4) / factorial(2 * k + 5);
-    result[4][k] = -sign * (2 * k + 2) * (2 * k + 4) * (2 * k + 6) / factorial(2 * k + 7);
   }
   return result;
 }
@@ -140,64 +134,6 @@ template <class V>
   const auto [m2, cosine, sinc, slope] = detail::half_angle(squared_angle);
   return {sinc * cosine, T(0.5) * sinc * sinc, T(0.25) * (slope * cosine - sinc * sinc),
           T(0.25) * sinc * slope};
-}
-
-/// The same and the second derivatives by n (the derivative of the derivative over n, over n).
-template <class V>
-struct SecondExponentialCoefficients {
-  ExponentialCoefficients<V> first;
-  V sine_second;    // -(3 n cos n + (n^2 - 3) sin n) / n^5
-  V cosine_second;  // (8 + (n^2 - 8) cos n - 5 n sin n) / n^6
-};
-
-namespace detail {
-// Derivatives of the half angle's slope by m, over m, once and twice. Closed forms lose two bits
-// where the series end, m^2 = 6 (n = 4.9), and less beyond.
-template <class V>
-[[gnu::always_inline]] inline V second_slope(const HalfAngle<V>& h) {
-  return select<V>(h.m2 < 6.0, taylor<3, 13>(h.m2), -(3.0 * h.slope + h.sinc) / h.m2);
-}
-template <class V>
-[[gnu::always_inline]] inline V third_slope(const HalfAngle<V>& h, const V& second) {
-  return select<V>(h.m2 < 6.0, taylor<4, 13>(h.m2), -(5.0 * second + h.slope) / h.m2);
-}
-template <class V>
-[[gnu::always_inline]] inline SecondExponentialCoefficients<V> second_coefficients(
-    const HalfAngle<V>& h, const V& second) {
-  return {{h.sinc * h.cosine, 0.5 * h.sinc * h.sinc, 0.25 * (h.slope * h.cosine - h.sinc * h.sinc),
-           0.25 * h.sinc * h.slope},
-          0.0625 * (second * h.cosine - 3.0 * h.sinc * h.slope),
-          0.0625 * (h.slope * h.slope + h.sinc * second)};
-}
-}  // namespace detail
-
-/// Accuracy as for `exponential_coefficients`: in the half angle neither is a difference. V: double
-/// or a pack of them.
-template <class V>
-[[gnu::always_inline]] inline SecondExponentialCoefficients<V> second_exponential_coefficients(
-    const V& squared_angle) {
-  const auto h = detail::half_angle(squared_angle);
-  return detail::second_coefficients(h, detail::second_slope(h));
-}
-
-/// The same with derivatives along a direction, for third derivatives of rotations.
-template <class V>
-[[gnu::always_inline]] inline SecondExponentialCoefficients<Dual<V>>
-second_exponential_coefficients(const Dual<V>& squared_angle) {
-  const auto h = detail::half_angle(squared_angle.value);
-  const V second = detail::second_slope(h);
-  const V third = detail::third_slope(h, second);
-  const auto [first, sine_second, cosine_second] = detail::second_coefficients(h, second);
-  const V sine_third =
-      0.015625 * (third * h.cosine - 4.0 * h.sinc * second - 3.0 * h.slope * h.slope);
-  const V cosine_third = 0.015625 * (3.0 * h.slope * second + h.sinc * third);
-  const V d = 0.5 * squared_angle.derivative;  // d/d n^2 is half the derivative by n, over n
-  return {{{first.sine, first.sine_derivative * d},
-           {first.cosine, first.cosine_derivative * d},
-           {first.sine_derivative, sine_second * d},
-           {first.cosine_derivative, cosine_second * d}},
-          {sine_second, sine_third * d},
-          {cosine_second, cosine_third * d}};
 }
 
 }  // namespace limber::rotations

@@ -1,22 +1,23 @@
 #include "engine/rods/section/gmres.h"
 
 #include <Eigen/Jacobi>
+#include <cmath>
+#include <utility>
 #include <vector>
 
 namespace limber::rods {
 
-Eigen::VectorXd gmres(const std::function<Eigen::VectorXd(const Eigen::VectorXd&)>& apply,
-                      const Eigen::VectorXd& b, double tolerance) {
+GmresResult gmres(const std::function<Eigen::VectorXd(const Eigen::VectorXd&)>& apply,
+                  const Eigen::VectorXd& b, double tolerance, int max_iterations) {
   const double size = b.norm();
-  if (size == 0) return Eigen::VectorXd::Zero(b.size());
-  constexpr int kMaxIterations = 400;
-  Eigen::MatrixXd h = Eigen::MatrixXd::Zero(kMaxIterations + 1, kMaxIterations);
-  Eigen::VectorXd residual = Eigen::VectorXd::Zero(kMaxIterations + 1);
+  if (size == 0) return {Eigen::VectorXd::Zero(b.size()), 0, 0, true};
+  Eigen::MatrixXd h = Eigen::MatrixXd::Zero(max_iterations + 1, max_iterations);
+  Eigen::VectorXd residual = Eigen::VectorXd::Zero(max_iterations + 1);
   residual[0] = size;
   std::vector<Eigen::VectorXd> basis{b / size};
   std::vector<Eigen::JacobiRotation<double>> rotations;
   int k = 0;
-  for (; k < kMaxIterations && std::abs(residual[k]) > tolerance * size; ++k) {
+  for (; k < max_iterations && std::abs(residual[k]) > tolerance * size; ++k) {
     Eigen::VectorXd w = apply(basis[static_cast<std::size_t>(k)]);
     for (int pass = 0; pass < 2; ++pass) {  // twice is orthogonal to rounding
       for (int i = 0; i <= k; ++i) {
@@ -44,7 +45,9 @@ Eigen::VectorXd gmres(const std::function<Eigen::VectorXd(const Eigen::VectorXd&
       h.topLeftCorner(k, k).triangularView<Eigen::Upper>().solve(residual.head(k));
   Eigen::VectorXd x = Eigen::VectorXd::Zero(b.size());
   for (int i = 0; i < k; ++i) x += y[i] * basis[static_cast<std::size_t>(i)];
-  return x;
+  const double reached = (b - apply(x)).norm() / size;
+  const bool is_converged = std::abs(residual[k]) <= tolerance * size && x.allFinite();
+  return {std::move(x), k, reached, is_converged};
 }
 
 }  // namespace limber::rods

@@ -1,4 +1,4 @@
-#include "engine/reduced/reconstruction.h"
+#include "tests/support/reconstruction.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "engine/beams/element/charted_element.h"
+#include "tests/support/charted_element.h"
 
 #include <gtest/gtest.h>
 
@@ -7,8 +7,8 @@
 
 #include "engine/base/rotations/exponential_map.h"
 #include "engine/beams/element/element_energy.h"
-#include "engine/beams/element/normal_chart.h"
 #include "tests/support/energy_conformance.h"
+#include "tests/support/normal_chart.h"
 
 namespace limber::beams {
 namespace {

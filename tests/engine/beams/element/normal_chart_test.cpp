@@ -1,4 +1,4 @@
-#include "engine/beams/element/normal_chart.h"
+#include "tests/support/normal_chart.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "engine/rods/rod/rod_derivatives.h"
+#include "tests/support/rod_derivatives.h"
 
 #include <gtest/gtest.h>
 

@@ -5,9 +5,9 @@
 
 #include "engine/base/error.h"
 #include "engine/base/rotations/exponential_map.h"
-#include "engine/rods/rod/rod.h"
-#include "engine/rods/rod/rod_equilibrium.h"
+#include "tests/support/rod_equilibrium.h"
 #include "tests/support/rod_problems.h"
+#include "tests/support/single_rod.h"
 
 namespace limber::rods {
 namespace {

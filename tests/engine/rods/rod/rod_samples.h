@@ -5,8 +5,8 @@
 #include <memory>
 #include <random>
 
-#include "engine/rods/rod/rod_derivatives.h"
 #include "engine/rods/rod/rod_state.h"
+#include "tests/support/rod_derivatives.h"
 
 namespace limber::rods::testing {
 

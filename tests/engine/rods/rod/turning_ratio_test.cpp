@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "engine/rods/rod/rod.h"
+#include "tests/support/single_rod.h"
 
 namespace limber::rods {
 namespace {

@@ -5,10 +5,10 @@
 #include <gtest/gtest.h>
 
 #include "engine/bodies/modal_analysis.h"
-#include "engine/reduced/reconstruction.h"
 #include "engine/session/bodies/problem_mapping.h"
 #include "engine/spacetime/solver.h"
 #include "tests/engine/reduced/sample_bodies.h"
+#include "tests/support/reconstruction.h"
 
 namespace limber::session {
 namespace {

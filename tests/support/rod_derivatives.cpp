@@ -1,4 +1,4 @@
-#include "engine/rods/rod/rod_derivatives.h"
+#include "tests/support/rod_derivatives.h"
 
 #include "engine/base/error.h"
 #include "engine/rods/rod/rod_passes.h"

@@ -9,9 +9,9 @@
 #include "engine/base/rotations/exponential_map.h"
 #include "engine/bodies/gradient_operator.h"
 #include "engine/reduced/base_frames.h"
-#include "engine/reduced/reconstruction.h"
 #include "engine/reduced/rs_coordinates.h"
 #include "engine/reduced/site_list.h"
+#include "tests/support/reconstruction.h"
 
 namespace limber::reduced {
 namespace {

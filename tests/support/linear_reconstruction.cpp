@@ -1,7 +1,7 @@
 #include "engine/base/error.h"
 #include "engine/reduced/base_frames.h"
-#include "engine/reduced/reconstruction.h"
 #include "engine/reduced/site_list.h"
+#include "tests/support/reconstruction.h"
 
 namespace limber::reduced {
 namespace {

@@ -1,4 +1,4 @@
-#include "engine/rods/rod/rod_equilibrium.h"
+#include "tests/support/rod_equilibrium.h"
 
 #include <fmt/core.h>
 

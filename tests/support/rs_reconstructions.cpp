@@ -4,10 +4,10 @@
 #include "engine/reduced/base_frames.h"
 #include "engine/reduced/full_reconstruction.h"
 #include "engine/reduced/kinematics_kernels.h"
-#include "engine/reduced/reconstruction.h"
 #include "engine/reduced/rs_coordinates.h"
 #include "engine/reduced/rs_inverse.h"
 #include "engine/reduced/site_list.h"
+#include "tests/support/reconstruction.h"
 
 namespace limber::reduced {
 namespace {

@@ -1,9 +1,9 @@
-#include "engine/beams/element/charted_element.h"
+#include "tests/support/charted_element.h"
 
 #include <Eigen/Geometry>
 #include <cmath>
 
-#include "engine/beams/element/normal_chart.h"
+#include "tests/support/normal_chart.h"
 
 namespace limber::beams {
 

@@ -11,19 +11,11 @@
 
 namespace limber::reduced {
 
-/// The ways from modal coordinates to a shape that the field compares (paper: space-time editing,
-/// figure 2).
-enum class ReconstructionKind {
-  kLinear,        // u = W z (eq. 4)
-  kModalWarping,  // nodal rotations from the curl of W z (Choi and Ko 2005)
-  kFull,          // RS, the sparse solve of every frame in full (Huang et al. 2011; eq. 5 to 8)
-  kReduced,       // RS on B and cubature tets (section 3)
-};
-
 /// A body's shapes as functions of z: for the solver one of the Kinematics it can edit in, for
-/// comparisons whole shapes. All kinds of a body take the same z, in the scales of ScaledModes.
-/// Over a base motion: linear modes and modal warping add their offset to its displacements, the RS
-/// ways add y = Q W z to its RS coordinates (section 6.1).
+/// comparisons whole shapes: the four that the field compares (paper: space-time editing, figure
+/// 2). All take the same z of a body, in the scales of ScaledModes. Over a base motion, linear
+/// modes and modal warping add their offset to its displacements; full and reduced RS add y = Q W z
+/// to its RS coordinates (section 6.1).
 ///
 /// The editor of Barbic, Sin and Grinspun 2012 is two of them: z solved for in the linear one, and
 /// `displacements` of that z in the full one (its warp of linear offsets, over the same base

@@ -1,4 +1,4 @@
-#include "engine/rods/rod/rod.h"
+#include "tests/support/single_rod.h"
 
 #include <string>
 
