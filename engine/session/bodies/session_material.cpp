@@ -72,9 +72,9 @@ std::optional<spacetime::SolveReport> BodySession::Impl::fit_material(
   if (!ended) return ended;
   // Exact constraints are only approached while the material is fitted: meeting them may cost more.
   const double exact_limit = std::max(options_.solver.constraint_tolerance * built_->model->length,
-                                      1.1 * ended->max_exact_error);
+                                      1.1 * ended->exact_error());
   if (ended->total_energy + problem_->column_energy() > energy &&
-      start.max_exact_error <= exact_limit) {
+      start.exact_error() <= exact_limit) {
     problem_->set_material(material);
     problem_->solver().warm_start(motion, spacetime::Known::kAnswer);
     *ended = start;
@@ -93,9 +93,7 @@ void BodySession::Impl::publish_material(const Round& round, const MaterialRepor
   result->report.constraint_energy = report.constraint_energy;
   result->report.total_energy = report.force_energy + report.constraint_energy;
   result->report.gradient = 1;  // not determined on the way
-  result->report.max_constraint_error = report.max_constraint_error;
-  result->report.rms_constraint_error = report.rms_constraint_error;
-  result->report.max_exact_error = report.max_exact_error;
+  static_cast<spacetime::ConstraintErrors&>(result->report) = report;
   result->modal = solver.motion();
   result->material = std::make_shared<const spacetime::Material>(solver.material());
   material_iterations_ = report.iterations;
@@ -109,6 +107,7 @@ void BodySession::Impl::fill_material(const spacetime::Material& material,
   if (problem_->variables() != scene::MaterialVariables::kMotion &&
       problem_->material() != result.initial_material)
     result.start_of_fit = start_of_fit_;
+  result.frames_per_second = problem_->frames_per_second();
   result.weight_scale = problem_->solver().weight_scale();
   result.material_iterations = material_iterations_;
   result.column_energy = document_.unedited()->material_optimisation.column_weight *
