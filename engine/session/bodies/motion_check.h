@@ -36,10 +36,11 @@ struct MotionCheck {
   [[nodiscard]] bool within_tolerance() const { return error.shape_error <= tolerance; }
 };
 
-/// Of a body's length: misses below it cannot be seen. A velocity is missed visibly where that
-/// makes such a distance in kVisibleFrames.
+/// Of a body's length: misses below it cannot be seen.
 inline constexpr double kMinVisibleMiss = 1e-3;
-inline constexpr double kVisibleFrames = 10;
+/// A velocity is missed visibly where it is off by what makes that distance in so many frames: the
+/// largest velocity of a swing of the default period, 40 frames, that just can be seen.
+inline constexpr double kVisibleFrames = 6.4;
 
 /// What is wrong with the motion and what to do. Empty where
 /// - its error and that of its worst frame are within the tolerance,
