@@ -30,6 +30,13 @@ struct MaterialOptions {
   int slow_steps = 10;
   double slow_frequency = kSlowestNeeded;  // [1/frame], in (0, 1/2]
   int held = 0;  // first modes whose dynamics and columns stay: rigid unknowns of a free body
+  /// E_f does not see how far what swings freely goes. Steps to motions whose size is above `most`
+  /// and above what it was before the step are refused; without `size` none are.
+  struct MotionLimit {
+    std::function<double(const Eigen::MatrixXd& mixing, const Eigen::MatrixXd& motion)> size;
+    double most = 0;
+  };
+  MotionLimit limit = {};
 
   /// See slow_frequency_of().
   static constexpr double kSlowestNeeded = 1.0 / 24;

@@ -385,7 +385,7 @@ def test_a_malformed_endpoint_shows_how_one_looks(cli):
 
 def test_frames_that_the_ends_leave_nothing_of_are_told_at_once(cli, scene_file):
     scene = json.loads(scene_file.read_text())
-    scene.update(frames=2, first_end="position_velocity", last_end="position_velocity", constraints=[])
+    scene.update(frames=2, first_end="END_CONDITION_PINNED_POSITION_VELOCITY", last_end="END_CONDITION_PINNED_POSITION_VELOCITY", constraints=[])
     assert "must be at least 5, as the ends hold 4, is 2" in cli("validate", write(scene_file, json.dumps(scene))).stdout
 
 

@@ -105,8 +105,16 @@ double LiveProblem::column_energy() const {
   return terms_.material.column_weight * spacetime::column_energy(material_->mixing);
 }
 
-spacetime::MaterialSolver LiveProblem::material_solver() const {
+bool LiveProblem::shakes_as_asked() const {
+  return terms_.material.max_frequency_hz &&
+         *terms_.material.max_frequency_hz / frames_per_second_ >
+             spacetime::MaterialOptions().max_frequency;
+}
+
+spacetime::MaterialSolver LiveProblem::material_solver(
+    spacetime::MaterialOptions::MotionLimit limit) const {
   spacetime::MaterialOptions options;
+  options.limit = std::move(limit);
   options.variables = map_variables(variables_);
   options.column_weight = terms_.material.column_weight;
   options.held = model_->rigid_count;

@@ -67,7 +67,10 @@ class LiveProblem {
   [[nodiscard]] double frames_per_second() const { return frames_per_second_; }
   /// A material optimisation of the present problem from the solver's motion and material(). One
   /// that begins with the scene's own material takes its slow steps first.
-  [[nodiscard]] spacetime::MaterialSolver material_solver() const;
+  [[nodiscard]] spacetime::MaterialSolver material_solver(
+      spacetime::MaterialOptions::MotionLimit limit = {}) const;
+  /// The scene allows higher frequencies than those that keep motions quiet.
+  [[nodiscard]] bool shakes_as_asked() const;
   /// A fit that an edit has interrupted where it was still above its start: material_solver() goes
   /// on from here until set_material() is called or the variables change.
   void keep_unfinished(const spacetime::MaterialSolver& fit, int steps);

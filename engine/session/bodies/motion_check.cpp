@@ -8,7 +8,7 @@
 #include <cmath>
 #include <utility>
 
-#include "engine/base/parallel.h"
+#include "engine/session/bodies/frame_steps.h"
 #include "engine/session/bodies/problem_mapping.h"
 #include "engine/session/bodies/session.h"
 
@@ -26,8 +26,6 @@ constexpr double kMaxMissRatio = 1.5;
 
 /// Largest steps of fitted motions, over those with forces alone: beyond rounding.
 constexpr double kMaxStepRatio = 1.005;
-
-constexpr Eigen::Index kRowsAtOnce = 3072;  // of a product, between two looks at the cancellation
 
 /// Beyond this the number says nothing more.
 constexpr double kMaxShare = 10;
@@ -169,31 +167,6 @@ std::string describe_steps(const MotionCheck& check) {
       check.largest_step / check.length_unit, check.largest_step / check.largest_step_of_start);
 }
 
-/// Largest distance that a node moves from one frame to the next [m].
-/// @param basis  B, 3n x h
-/// @param coordinates  q, h x N
-double largest_step(const Eigen::MatrixXd& basis, const Eigen::MatrixXf& coordinates,
-                    const JobContext& job) {
-  const Eigen::Index steps = coordinates.cols() - 1;
-  if (steps < 1) return 0;
-  const Eigen::MatrixXd differences =
-      (coordinates.rightCols(steps) - coordinates.leftCols(steps)).cast<double>();
-  std::vector<double> largest(
-      static_cast<std::size_t>((basis.rows() + kRowsAtOnce - 1) / kRowsAtOnce));
-  parallel_for(
-      static_cast<std::int64_t>(largest.size()), 1, [&](std::int64_t begin, std::int64_t end) {
-        for (std::int64_t i = begin; i < end; ++i) {
-          job.throw_if_cancelled();
-          const Eigen::Index row = i * kRowsAtOnce;
-          const Eigen::MatrixXd moved =
-              basis.middleRows(row, std::min(kRowsAtOnce, basis.rows() - row)) * differences;
-          largest[static_cast<std::size_t>(i)] =
-              std::sqrt(moved.reshaped(3, moved.size() / 3).colwise().squaredNorm().maxCoeff());
-        }
-      });
-  return *std::max_element(largest.begin(), largest.end());
-}
-
 }  // namespace
 
 std::string describe_motion(const MotionCheck& check) {
@@ -299,8 +272,8 @@ MotionCheck MotionChecker::check(const CheckRequest& request, const JobContext& 
   if (scene_->constraint_tolerance)
     check.constraint_tolerance = *scene_->constraint_tolerance * check.length_unit;
   if (request.start_of_fit) {
-    check.largest_step = largest_step(model_->basis, result.coordinates, job);
-    check.largest_step_of_start = largest_step(model_->basis, *request.start_of_fit, job);
+    check.largest_step = largest_frame_step(model_->basis, result.coordinates, job);
+    check.largest_step_of_start = largest_frame_step(model_->basis, *request.start_of_fit, job);
   }
   check.trained_reach = kTrainedShare * reduced::ModelOptions().amplitude * model_->length;
   check.check_ms =
