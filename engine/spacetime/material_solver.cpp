@@ -81,7 +81,6 @@ class MaterialSolver::Impl {
       : options_(options),
         kinematics_(std::move(kinematics)),
         constraints_(constraints),
-        length_(kinematics_->length()),
         timeline_(timeline),
         material_(std::move(material)),
         systems_(material_.dynamics, timeline_),
@@ -169,7 +168,6 @@ class MaterialSolver::Impl {
   MaterialOptions options_;
   std::shared_ptr<const reduced::Kinematics> kinematics_;
   ConstraintSet constraints_;
-  double length_;
   Timeline timeline_;
   Material material_;
   ModeSystems systems_;
@@ -413,18 +411,7 @@ MaterialReport MaterialSolver::Impl::report(SolveStatus status, int iterations) 
   result.column_energy = options_.column_weight * column_energy(point_.mixing);
   result.total_energy = result.force_energy + result.constraint_energy + result.column_energy;
   result.below_start = total_energy() < start_total_;
-  double square = 0;
-  const auto misses = rows_.misses(point_.rows.residual);
-  for (const auto& miss : misses) {
-    result.max_constraint_error = std::max(result.max_constraint_error, length_ * miss.distance);
-    if (miss.exact)
-      result.max_exact_error = std::max(result.max_exact_error, length_ * miss.distance);
-    square += miss.distance * miss.distance;
-  }
-  if (!misses.empty())
-    result.rms_constraint_error = length_ * std::sqrt(square / static_cast<double>(misses.size()));
-  for (const auto& miss : rows_.keyframe_misses(point_.rows.residual))
-    result.max_keyframe_error = std::max(result.max_keyframe_error, miss.distance);
+  static_cast<ConstraintErrors&>(result) = rows_.errors(point_.rows.residual);
   result.unit_force_energy =
       status == SolveStatus::kImproved ? 0 : unit_force_energy(material_, motion());
   if (status == SolveStatus::kIterationLimit) {

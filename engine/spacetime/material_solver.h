@@ -50,7 +50,7 @@ struct MaterialOptions {
 [[nodiscard]] double slow_frequency_of(const ModeDynamics& dynamics, int held);
 
 /// Energies are unitless (body lengths, frames).
-struct MaterialReport {
+struct MaterialReport : ConstraintErrors {
   // kConverged: the energy has settled (MaterialOptions::tolerance); lower ones may well exist.
   SolveStatus status = SolveStatus::kImproved;
   int iterations = 0;            // accepted steps
@@ -63,9 +63,6 @@ struct MaterialReport {
   // Lower than the start of the solve, errors of exact rows weighted. Steps in between may not be:
   // bounds raise the energy first.
   bool below_start = false;
-  double max_constraint_error = 0, rms_constraint_error = 0;  // as SolveReport [m]
-  double max_exact_error = 0;                                 // as SolveReport [m]
-  double max_keyframe_error = 0;                              // as SolveReport
   std::string message;  // one sentence for a person when status is not kConverged
 };
 

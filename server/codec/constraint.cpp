@@ -47,10 +47,14 @@ void decode_target(const proto::Constraint& message, const std::string& field,
       constraint.target = {message.displacement().x(), message.displacement().y(),
                            message.displacement().z()};
       return;
+    case proto::Constraint::kVelocity:
+      constraint.kind = scene::TargetKind::kVelocity;
+      constraint.target = {message.velocity().x(), message.velocity().y(), message.velocity().z()};
+      return;
     case proto::Constraint::TARGET_NOT_SET:
       break;
   }
-  throw invalid(field + ".target", "a constraint needs a position or a displacement");
+  throw invalid(field + ".target", "a constraint needs a position, a displacement or a velocity");
 }
 
 }  // namespace
@@ -91,8 +95,9 @@ proto::Constraint encode_constraint(const scene::Constraint& constraint) {
       if ((constraint.axes >> axis & 1u) != 0) message.add_axes(static_cast<proto::Axis>(axis + 1));
     }
   }
-  auto* target = constraint.kind == scene::TargetKind::kPosition ? message.mutable_position()
-                                                                 : message.mutable_displacement();
+  auto* target = constraint.kind == scene::TargetKind::kPosition   ? message.mutable_position()
+                 : constraint.kind == scene::TargetKind::kVelocity ? message.mutable_velocity()
+                                                                   : message.mutable_displacement();
   target->set_x(constraint.target.x());
   target->set_y(constraint.target.y());
   target->set_z(constraint.target.z());

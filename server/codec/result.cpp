@@ -36,6 +36,11 @@ proto::Basis encode_basis_kind(reduced::BasisKind kind) {
   return proto::BASIS_UNSPECIFIED;
 }
 
+/// [m/frame] to [length unit / s]
+double encode_velocity(double velocity, double frames_per_second, double length_unit) {
+  return velocity * frames_per_second / length_unit;
+}
+
 proto::MotionError encode_motion_error(const session::MotionCheck& check, double length_unit) {
   const reduced::MotionError& error = check.error;
   proto::MotionError message;
@@ -45,6 +50,8 @@ proto::MotionError encode_motion_error(const session::MotionCheck& check, double
   message.set_max_distance(error.max_distance / length_unit);
   message.set_max_distance_share(error.max_distance / check.length);
   message.set_max_constraint_error(error.max_constraint_error / length_unit);
+  message.set_max_velocity_error(
+      encode_velocity(error.max_velocity_error, check.frames_per_second, length_unit));
   message.set_inverted_tets(static_cast<std::uint32_t>(error.inverted_tets));
   message.set_inverted_frame(static_cast<std::uint32_t>(error.inverted_frame));
   message.set_frames(static_cast<std::uint32_t>(error.frames));
@@ -74,6 +81,10 @@ proto::ResultInfo encode_result(const session::BodyResult& result, double length
   info.set_message(report.message);
   info.set_since_edit_ms(result.since_edit_ms);
   info.set_max_exact_error(report.max_exact_error / length_unit);
+  info.set_max_velocity_error(
+      encode_velocity(report.max_velocity_error, result.frames_per_second, length_unit));
+  info.set_max_exact_velocity_error(
+      encode_velocity(report.max_exact_velocity_error, result.frames_per_second, length_unit));
   info.set_solve_failed(result.solve_failed);
   info.set_material_iterations(static_cast<std::uint32_t>(result.material_iterations));
   info.set_column_energy(result.column_energy);

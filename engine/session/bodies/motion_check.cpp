@@ -117,6 +117,24 @@ void describe_misses(const MotionCheck& check, std::vector<std::string>& sentenc
   }
 }
 
+/// How far the full shapes miss velocities, beside the shown ones.
+void describe_velocities(const MotionCheck& check, std::vector<std::string>& sentences) {
+  const double missed = check.error.max_velocity_error, shown = check.shown_velocity_error;
+  const double visible = kMinVisibleMiss * check.length / kVisibleFrames;
+  const auto in_units = [&](double velocity) {
+    return fmt::format("{:.3g} a second", velocity * check.frames_per_second / check.length_unit);
+  };
+  if (check.error.max_exact_velocity_error > visible) {
+    sentences.push_back(fmt::format("The full shapes miss an exact velocity by {}.",
+                                    in_units(check.error.max_exact_velocity_error)));
+  }
+  if (missed > std::max(kMaxMissRatio * shown, shown + visible)) {
+    sentences.push_back(
+        fmt::format("Velocities are missed by up to {} in the full shapes, {} in the shown ones.",
+                    in_units(missed), in_units(shown)));
+  }
+}
+
 std::string describe_remedy(const MotionCheck& check) {
   const reduced::MotionError& error = check.error;
   // Training poses scatter about their typical reach by nearly a factor of two.
@@ -155,6 +173,7 @@ std::string describe_motion(const MotionCheck& check) {
   std::vector<std::string> sentences;
   describe_shapes(check, sentences);
   describe_misses(check, sentences);
+  describe_velocities(check, sentences);
   if (sentences.empty() && !has_larger_steps(check)) return {};
   if (!sentences.empty()) sentences.push_back(describe_remedy(check));
   if (has_larger_steps(check)) sentences.push_back(describe_steps(check));
@@ -216,7 +235,10 @@ MotionCheck MotionChecker::check(const CheckRequest& request, const JobContext& 
   }
   const BodyResult& result = *request.result;
   std::vector<int> constrained = request.keyframe_frames;
-  for (const CheckRequest::Target& target : request.targets) constrained.push_back(target.frame);
+  for (const CheckRequest::Target& target : request.targets) {
+    constrained.push_back(target.frame);
+    if (target.since) constrained.push_back(*target.since);
+  }
   reduced::ShownFrames shown;
   shown.frames = frames_to_compare(std::move(constrained), result.coordinates);
   const auto count = static_cast<Eigen::Index>(shown.frames.size());
@@ -227,11 +249,17 @@ MotionCheck MotionChecker::check(const CheckRequest& request, const JobContext& 
     shown.coordinates.col(i) = result.coordinates.col(shown.frames[static_cast<std::size_t>(i)]);
   }
   shown.modal = result.material ? Eigen::MatrixXd(result.material->mixing * modal) : modal;
+  const auto column_of = [&](int frame) -> std::optional<int> {
+    const auto at = std::lower_bound(shown.frames.begin(), shown.frames.end(), frame);
+    if (at == shown.frames.end() || *at != frame) return std::nullopt;
+    return static_cast<int>(at - shown.frames.begin());
+  };
   for (const CheckRequest::Target& target : request.targets) {
-    const auto at = std::lower_bound(shown.frames.begin(), shown.frames.end(), target.frame);
-    if (at == shown.frames.end() || *at != target.frame) continue;
-    shown.targets.push_back({static_cast<int>(at - shown.frames.begin()), target.nodes, target.axes,
-                             target.target, target.is_exact});
+    const std::optional<int> at = column_of(target.frame);
+    const std::optional<int> since = target.since ? column_of(*target.since) : std::nullopt;
+    if (!at || since.has_value() != target.since.has_value()) continue;
+    shown.targets.push_back(
+        {*at, target.nodes, target.axes, target.target, target.is_exact, since});
   }
   MotionCheck check;
   check.error = reduced::motion_error(*full_, shown, job);
@@ -239,6 +267,8 @@ MotionCheck MotionChecker::check(const CheckRequest& request, const JobContext& 
   check.tolerance = scene_->model.tolerance;
   check.length_unit = scene_->length_unit_in_metres;
   check.shown_constraint_error = result.report.max_constraint_error;
+  check.shown_velocity_error = result.report.max_velocity_error;
+  check.frames_per_second = result.frames_per_second;
   if (scene_->constraint_tolerance)
     check.constraint_tolerance = *scene_->constraint_tolerance * check.length_unit;
   if (request.start_of_fit) {

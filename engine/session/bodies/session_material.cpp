@@ -94,9 +94,9 @@ std::optional<spacetime::SolveReport> BodySession::Impl::fit_material(
     // Exact constraints are only approached while the material is fitted: meeting them may cost
     // more.
     const double exact_limit = std::max(
-        options_.solver.constraint_tolerance * built_->model->length, 1.1 * ended->max_exact_error);
+        options_.solver.constraint_tolerance * built_->model->length, 1.1 * ended->exact_error());
     const bool is_higher = ended->total_energy + problem_->column_energy() > energy &&
-                           start.max_exact_error <= exact_limit;
+                           start.exact_error() <= exact_limit;
     const bool goes_far =
         !is_higher && largest_frame_step(basis, coordinates_now(), {}) > kMuchFarther * most;
     if (goes_far && steps == Steps::kFree && ended->status != SolveStatus::kCancelled) {
@@ -143,9 +143,7 @@ void BodySession::Impl::publish_material(const Round& round, const MaterialRepor
   result->report.constraint_energy = report.constraint_energy;
   result->report.total_energy = report.force_energy + report.constraint_energy;
   result->report.gradient = 1;  // not determined on the way
-  result->report.max_constraint_error = report.max_constraint_error;
-  result->report.rms_constraint_error = report.rms_constraint_error;
-  result->report.max_exact_error = report.max_exact_error;
+  static_cast<spacetime::ConstraintErrors&>(result->report) = report;
   result->modal = solver.motion();
   result->material = std::make_shared<const spacetime::Material>(solver.material());
   material_iterations_ = report.iterations;
@@ -159,6 +157,7 @@ void BodySession::Impl::fill_material(const spacetime::Material& material,
   if (problem_->variables() != scene::MaterialVariables::kMotion &&
       problem_->material() != result.initial_material)
     result.start_of_fit = start_of_fit_;
+  result.frames_per_second = problem_->frames_per_second();
   result.weight_scale = problem_->solver().weight_scale();
   result.material_iterations = material_iterations_;
   result.column_energy = document_.unedited()->material_optimisation.column_weight *

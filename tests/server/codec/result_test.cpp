@@ -10,10 +10,15 @@ TEST(ResultCodec, LengthsComeInTheScenesUnit) {
   result.report.max_constraint_error = 0.002;
   result.report.rms_constraint_error = 0.001;
   result.report.max_exact_error = 0.0005;
+  result.report.max_velocity_error = 0.003;  // per frame
+  result.report.max_exact_velocity_error = 0.001;
+  result.frames_per_second = 25;
   const proto::ResultInfo info = encode_result(result, 0.001);
   EXPECT_DOUBLE_EQ(info.max_constraint_error(), 2);
   EXPECT_DOUBLE_EQ(info.rms_constraint_error(), 1);
   EXPECT_DOUBLE_EQ(info.max_exact_error(), 0.5);
+  EXPECT_DOUBLE_EQ(info.max_velocity_error(), 75);  // a second
+  EXPECT_DOUBLE_EQ(info.max_exact_velocity_error(), 25);
   EXPECT_FALSE(info.solve_failed());
 }
 
@@ -26,6 +31,8 @@ TEST(ResultCodec, TheErrorOfAMotionComesInTheScenesUnit) {
   check.error.max_constraint_error = 0.002;
   check.error.inverted_tets = 7;
   check.error.inverted_frame = 40;
+  check.error.max_velocity_error = 0.001;
+  check.frames_per_second = 25;
   check.length = 0.5;
   check.tolerance = 0.01;
   result.motion_check = std::make_shared<const session::MotionCheck>(check);
@@ -34,6 +41,7 @@ TEST(ResultCodec, TheErrorOfAMotionComesInTheScenesUnit) {
   EXPECT_DOUBLE_EQ(info.motion_error().max_distance(), 4);
   EXPECT_DOUBLE_EQ(info.motion_error().max_distance_share(), 0.008);
   EXPECT_DOUBLE_EQ(info.motion_error().max_constraint_error(), 2);
+  EXPECT_DOUBLE_EQ(info.motion_error().max_velocity_error(), 25);
   EXPECT_EQ(info.motion_error().inverted_tets(), 7u);
   EXPECT_EQ(info.motion_error().inverted_frame(), 40u);
   EXPECT_FALSE(info.motion_error().within_tolerance());

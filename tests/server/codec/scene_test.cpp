@@ -111,6 +111,12 @@ proto::Scene full_scene() {
   second->add_axes(proto::AXIS_Z);
   second->mutable_position()->set_z(-2);
   second->set_exact(true);
+  auto* third = scene.add_constraints();
+  third->set_id(8);
+  third->set_frame(5);
+  third->add_nodes(2);
+  third->mutable_velocity()->set_y(1.5);
+  third->set_weight(3);
   scene.mutable_constraints(0)->set_weight(40);
   *scene.mutable_simulation() = full_simulation();
   return scene;
