@@ -10,8 +10,8 @@
 #include "engine/base/numerics/sparse_cholesky.h"
 #include "server/cli/serve.h"
 #include "server/cli/tools.h"
-#include "server/codec/errors.h"
 #include "server/log/log.h"
+#include "server/wire/errors.h"
 
 namespace limber::server {
 namespace {

@@ -5,10 +5,10 @@
 #include "engine/base/error.h"
 #include "engine/scene/formats/beam_job.h"
 #include "engine/scene/formats/mesh_formats.h"
-#include "server/service/base_motions.h"
-#include "server/service/beam_scenes.h"
-#include "server/service/linkage_scenes.h"
-#include "server/service/mesh_sources.h"
+#include "server/kinds/beams/scenes.h"
+#include "server/kinds/bodies/base_motions.h"
+#include "server/kinds/bodies/mesh_sources.h"
+#include "server/kinds/linkages/scenes.h"
 
 namespace limber::server {
 

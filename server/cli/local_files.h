@@ -3,9 +3,9 @@
 #include <filesystem>
 #include <string>
 
-#include "server/codec/beam_scene.h"
-#include "server/codec/linkage.h"
-#include "server/codec/scene.h"
+#include "server/kinds/beams/scene.h"
+#include "server/kinds/bodies/scene.h"
+#include "server/kinds/linkages/scene.h"
 
 namespace limber::server {
 

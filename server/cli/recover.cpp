@@ -9,12 +9,12 @@
 #include "server/cli/motion_files.h"
 #include "server/cli/print_json.h"
 #include "server/cli/progress_bar.h"
-#include "server/codec/errors.h"
-#include "server/codec/linkage.h"
-#include "server/codec/recovery.h"
-#include "server/codec/scene_json.h"
-#include "server/service/options.h"
-#include "server/service/scene_files.h"
+#include "server/kinds/bodies/recovery.h"
+#include "server/kinds/bodies/scenes.h"
+#include "server/kinds/linkages/scene.h"
+#include "server/runtime/options.h"
+#include "server/wire/errors.h"
+#include "server/wire/scene_json.h"
 
 namespace limber::server {
 namespace {

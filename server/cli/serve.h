@@ -2,7 +2,7 @@
 
 #include <filesystem>
 
-#include "server/service/options.h"
+#include "server/runtime/options.h"
 
 namespace limber::server {
 

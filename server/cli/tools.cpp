@@ -7,15 +7,15 @@
 #include "engine/scene/samples/samples.h"
 #include "server/cli/local_files.h"
 #include "server/cli/simulate.h"
-#include "server/codec/errors.h"
-#include "server/codec/scene_json.h"
-#include "server/service/beam_scenes.h"
-#include "server/service/export.h"
-#include "server/service/linkage_scenes.h"
-#include "server/service/mesh_sources.h"
-#include "server/service/options.h"
-#include "server/service/scene_files.h"
+#include "server/kinds/beams/scenes.h"
+#include "server/kinds/bodies/export.h"
+#include "server/kinds/bodies/mesh_sources.h"
+#include "server/kinds/bodies/scenes.h"
+#include "server/kinds/linkages/scenes.h"
+#include "server/runtime/options.h"
 #include "server/transport/curve.h"
+#include "server/wire/errors.h"
+#include "server/wire/scene_json.h"
 
 namespace limber::server {
 namespace {

@@ -1,9 +1,9 @@
 // Frames and files of motions that jobs made (simulate, recover).
-#include "server/codec/errors.h"
-#include "server/codec/file_stem.h"
-#include "server/codec/frames.h"
-#include "server/service/export.h"
+#include "server/kinds/bodies/export.h"
+#include "server/kinds/bodies/frames.h"
 #include "server/service/service.h"
+#include "server/wire/errors.h"
+#include "server/wire/file_stem.h"
 
 namespace limber::server {
 namespace {

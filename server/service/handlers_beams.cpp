@@ -4,17 +4,17 @@
 #include <boost/asio/post.hpp>
 
 #include "engine/session/beams/remarks.h"
-#include "server/codec/beam_edit.h"
-#include "server/codec/beams.h"
-#include "server/codec/edit_fields.h"
-#include "server/codec/scene.h"
+#include "server/kinds/beams/edit.h"
+#include "server/kinds/beams/export.h"
+#include "server/kinds/beams/record.h"
+#include "server/kinds/beams/scenes.h"
+#include "server/kinds/beams/solution.h"
+#include "server/kinds/bodies/memory_estimate.h"
+#include "server/kinds/bodies/scene.h"
 #include "server/log/log.h"
-#include "server/service/beam_export.h"
-#include "server/service/beam_record.h"
-#include "server/service/beam_scenes.h"
-#include "server/service/job_guard.h"
-#include "server/service/memory_estimate.h"
+#include "server/runtime/job_guard.h"
 #include "server/service/service.h"
+#include "server/wire/edit_fields.h"
 
 namespace limber::server {
 

@@ -2,11 +2,11 @@
 #include <fmt/format.h>
 
 #include "engine/scene/formats/surface_formats.h"
-#include "server/codec/arrays.h"
-#include "server/codec/design.h"
+#include "server/kinds/linkages/design.h"
+#include "server/kinds/linkages/record.h"
 #include "server/log/log.h"
-#include "server/service/linkage_record.h"
 #include "server/service/service.h"
+#include "server/wire/arrays.h"
 
 namespace limber::server {
 namespace {

@@ -1,16 +1,16 @@
 #include <fmt/format.h>
 
-#include "server/codec/errors.h"
-#include "server/codec/file_stem.h"
-#include "server/codec/frame_source.h"
-#include "server/codec/material.h"
-#include "server/codec/result.h"
-#include "server/codec/scene.h"
-#include "server/service/beam_export.h"
-#include "server/service/export.h"
-#include "server/service/linkage_export.h"
+#include "server/kinds/beams/export.h"
+#include "server/kinds/bodies/export.h"
+#include "server/kinds/bodies/material.h"
+#include "server/kinds/bodies/record.h"
+#include "server/kinds/bodies/result.h"
+#include "server/kinds/bodies/scene.h"
+#include "server/kinds/linkages/export.h"
 #include "server/service/service.h"
-#include "server/service/session_record.h"
+#include "server/wire/errors.h"
+#include "server/wire/file_stem.h"
+#include "server/wire/frame_source.h"
 
 namespace limber::server {
 proto::GetGeometryResponse Service::get_geometry(const proto::GetGeometryRequest& request) const {

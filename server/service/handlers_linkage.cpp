@@ -4,14 +4,14 @@
 #include <boost/asio/post.hpp>
 
 #include "engine/session/linkages/remarks.h"
-#include "server/codec/edit_fields.h"
-#include "server/codec/linkage_edit.h"
-#include "server/codec/scene.h"
+#include "server/kinds/bodies/scene.h"
+#include "server/kinds/linkages/edit.h"
+#include "server/kinds/linkages/record.h"
+#include "server/kinds/linkages/scenes.h"
 #include "server/log/log.h"
-#include "server/service/job_guard.h"
-#include "server/service/linkage_record.h"
-#include "server/service/linkage_scenes.h"
+#include "server/runtime/job_guard.h"
 #include "server/service/service.h"
+#include "server/wire/edit_fields.h"
 
 namespace limber::server {
 namespace {

@@ -1,9 +1,9 @@
 #include "engine/session/bodies/recovery.h"
-#include "server/codec/errors.h"
-#include "server/codec/recovery.h"
-#include "server/service/memory_estimate.h"
-#include "server/service/scene_files.h"
+#include "server/kinds/bodies/memory_estimate.h"
+#include "server/kinds/bodies/recovery.h"
+#include "server/kinds/bodies/scenes.h"
 #include "server/service/service.h"
+#include "server/wire/errors.h"
 
 namespace limber::server {
 

@@ -5,13 +5,13 @@
 #include "engine/scene/samples/samples.h"
 #include "engine/scene/tetrahedralize/tetrahedralize.h"
 #include "engine/session/beams/samples.h"
-#include "server/codec/errors.h"
-#include "server/codec/tetrahedralization.h"
-#include "server/service/base_motions.h"
-#include "server/service/beam_scenes.h"
-#include "server/service/linkage_scenes.h"
-#include "server/service/scene_files.h"
+#include "server/kinds/beams/scenes.h"
+#include "server/kinds/bodies/base_motions.h"
+#include "server/kinds/bodies/scenes.h"
+#include "server/kinds/bodies/tetrahedralization.h"
+#include "server/kinds/linkages/scenes.h"
 #include "server/service/service.h"
+#include "server/wire/errors.h"
 
 namespace limber::server {
 namespace {

@@ -4,18 +4,18 @@
 #include <boost/asio/post.hpp>
 
 #include "engine/scene/keyframe_rules.h"
-#include "server/codec/edit.h"
-#include "server/codec/errors.h"
-#include "server/codec/field_paths.h"
-#include "server/codec/keyframe.h"
+#include "server/kinds/beams/record.h"
+#include "server/kinds/bodies/edit.h"
+#include "server/kinds/bodies/field_paths.h"
+#include "server/kinds/bodies/keyframe.h"
+#include "server/kinds/bodies/memory_estimate.h"
+#include "server/kinds/bodies/record.h"
+#include "server/kinds/bodies/scenes.h"
+#include "server/kinds/linkages/record.h"
 #include "server/log/log.h"
-#include "server/service/beam_record.h"
-#include "server/service/job_guard.h"
-#include "server/service/linkage_record.h"
-#include "server/service/memory_estimate.h"
-#include "server/service/scene_files.h"
+#include "server/runtime/job_guard.h"
 #include "server/service/service.h"
-#include "server/service/session_record.h"
+#include "server/wire/errors.h"
 
 namespace limber::server {
 namespace {

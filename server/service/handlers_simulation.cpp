@@ -1,10 +1,10 @@
 #include "engine/session/bodies/simulation.h"
 
-#include "server/codec/errors.h"
-#include "server/codec/simulation.h"
-#include "server/service/memory_estimate.h"
-#include "server/service/scene_files.h"
+#include "server/kinds/bodies/memory_estimate.h"
+#include "server/kinds/bodies/scenes.h"
+#include "server/kinds/bodies/simulation.h"
 #include "server/service/service.h"
+#include "server/wire/errors.h"
 
 namespace limber::server {
 proto::SimulateResponse Service::simulate(const proto::SimulateRequest& request) {

@@ -1,8 +1,8 @@
 #include <boost/asio/post.hpp>
 #include <utility>
 
-#include "server/codec/errors.h"
 #include "server/service/service.h"
+#include "server/wire/errors.h"
 
 namespace limber::server {
 

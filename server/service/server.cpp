@@ -4,8 +4,8 @@
 
 #include <future>
 
-#include "server/codec/errors.h"
 #include "server/log/log.h"
+#include "server/wire/errors.h"
 
 namespace limber::server {
 

@@ -6,7 +6,7 @@
 #include <string>
 #include <thread>
 
-#include "server/service/hub.h"
+#include "server/runtime/hub.h"
 #include "server/service/service.h"
 
 namespace limber::server {

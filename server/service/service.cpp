@@ -7,9 +7,9 @@
 #include <boost/asio/post.hpp>
 
 #include "limber/v1/stream.pb.h"
-#include "server/codec/errors.h"
-#include "server/codec/wire_check.h"
 #include "server/log/log.h"
+#include "server/wire/errors.h"
+#include "server/wire/wire_check.h"
 
 namespace limber::server {
 namespace {

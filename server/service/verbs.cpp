@@ -1,7 +1,7 @@
 // The table of requests: for each kind where it is handled, whether it leaves something behind, and
 // by whom it is answered. A kind without a row does not compile: the switch has no default.
-#include "server/codec/errors.h"
 #include "server/service/service.h"
+#include "server/wire/errors.h"
 
 namespace limber::server {
 

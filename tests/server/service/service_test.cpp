@@ -5,7 +5,7 @@
 #include <boost/asio/post.hpp>
 #include <future>
 
-#include "server/service/beam_record.h"
+#include "server/kinds/beams/record.h"
 #include "tests/server/support/running_server.h"
 
 namespace limber::server {

@@ -1,0 +1,140 @@
+#include "server/kinds/linkages/record.h"
+
+#include <fmt/format.h>
+
+#include <utility>
+
+#include "server/kinds/linkages/design.h"
+#include "server/kinds/linkages/result.h"
+#include "server/runtime/stream_message.h"
+
+namespace limber::server {
+
+LinkageRecord::LinkageRecord(Hub& hub, SessionKey key, Opened opened, JobId open_job)
+    : Record(hub, std::move(key), opened.name, open_job),
+      opened_(std::move(opened)),
+      design_topic_(fmt::format("session/{}/design", opened_.id)) {}
+
+void LinkageRecord::attach(std::shared_ptr<session::LinkageSession> session) {
+  bool ready = false;
+  {
+    const std::lock_guard lock(mutex_);
+    session_ = std::move(session);
+    ready = state_ == session::State::kReady;
+  }
+  if (ready) adopt_model();  // it was quicker than this call: on_state() found no session to ask
+}
+
+void LinkageRecord::adopt_model() {
+  std::shared_ptr<session::LinkageSession> session;
+  {
+    const std::lock_guard lock(mutex_);
+    session = session_;
+  }
+  if (!session) return;
+  auto shape = session->shape();
+  std::shared_ptr<const session::LinkageResult> newest;
+  {
+    const std::lock_guard lock(mutex_);
+    shape_ = shape;  // results that come from now on find it
+    newest = newest_;
+  }
+  if (newest && shape)
+    streams_->note(std::make_shared<LinkageFrames>(newest, shape, opened_.length_unit));
+}
+
+std::shared_ptr<session::LinkageSession> LinkageRecord::session() const {
+  const std::lock_guard lock(mutex_);
+  if (!session_) throw closed();
+  return session_;
+}
+
+void LinkageRecord::close_session() {
+  session()->close();
+  std::shared_ptr<session::LinkageSession> gone;  // freed without the lock
+  {
+    const std::lock_guard lock(mutex_);
+    gone = std::exchange(session_, nullptr);
+  }
+  if (!gone) return;
+  // One that had not ended, or not even begun, is not told of any more.
+  if (const auto design = gone->design()) hub_.jobs.cancelled(design->tag);
+}
+
+void LinkageRecord::on_design(const std::shared_ptr<const session::DesignInfo>& info) {
+  {
+    const std::lock_guard lock(mutex_);
+    design_ = info;
+  }
+  publish_design(*info);
+  if (info->state != session::DesignState::kEnded) {
+    const char* const stage =
+        info->state == session::DesignState::kPaused ? "design paused" : "design";
+    hub_.jobs.progress(info->tag,
+                       {stage, static_cast<double>(info->iteration) / info->max_iterations});
+  } else if (info->end == session::DesignEnd::kFailed) {
+    hub_.jobs.failed(info->tag, encode_design(*info, opened_.length_unit).error());
+  } else if (info->end == session::DesignEnd::kStopped && !info->taken) {
+    hub_.jobs.cancelled(info->tag);
+  } else {
+    hub_.jobs.done(info->tag);
+  }
+}
+
+void LinkageRecord::publish_design(const session::DesignInfo& info) {
+  if (!hub_.transport.wanted(design_topic_)) return;
+  auto message = stream_message(hub_.run, id(), key().uid);
+  *message.mutable_design() = encode_design(info, opened_.length_unit);
+  hub_.transport.publish(design_topic_, {message.SerializeAsString()});
+}
+
+void LinkageRecord::welcome_more(const std::string& prefix) {
+  if (design_topic_.compare(0, prefix.size(), prefix) != 0) return;
+  std::shared_ptr<const session::DesignInfo> info;
+  {
+    const std::lock_guard lock(mutex_);
+    info = design_;
+  }
+  if (info) publish_design(*info);
+}
+
+std::shared_ptr<const FrameSource> LinkageRecord::frames(bool final_only) const {
+  const auto session = this->session();
+  auto shape = session->shape();
+  if (!shape) throw Error(ErrorCode::kFailedPrecondition, "session", "the model is not built yet");
+  auto result = final_only ? session->final_result() : session->newest_result();
+  if (!result) throw Error(ErrorCode::kFailedPrecondition, "session", "there is no result yet");
+  return std::make_shared<LinkageFrames>(std::move(result), std::move(shape), opened_.length_unit);
+}
+
+proto::GetGeometryResponse LinkageRecord::geometry(const std::string&) const {
+  const auto geometry = session()->geometry();
+  if (!geometry)
+    throw Error(ErrorCode::kFailedPrecondition, "session", "the model is not built yet");
+  return encode_linkage_geometry(*geometry);
+}
+
+void LinkageRecord::describe(proto::SessionStatus& status) const {
+  status.set_joints(static_cast<std::uint32_t>(opened_.joints));
+  status.set_segments(static_cast<std::uint32_t>(opened_.segments));
+  std::shared_ptr<session::LinkageSession> session;
+  {
+    const std::lock_guard lock(mutex_);
+    session = session_;
+  }
+  if (!session) return;
+  status.set_revision(session->revision());
+  status.set_targets(static_cast<std::uint32_t>(session->conditions()->targets.size()));
+}
+
+void LinkageRecord::on_result(const std::shared_ptr<const session::LinkageResult>& result) {
+  note_result(
+      std::make_shared<proto::ResultInfo>(encode_linkage_result(*result, opened_.length_unit)),
+      [&]() -> std::shared_ptr<const FrameSource> {
+        newest_ = result;
+        if (!shape_) return nullptr;
+        return std::make_shared<LinkageFrames>(result, shape_, opened_.length_unit);
+      });
+}
+
+}  // namespace limber::server
