@@ -4,9 +4,14 @@
 
 #include <algorithm>
 
-#include "server/kinds/bodies/export.h"
-
 namespace limber::server {
+
+void add_file(proto::ExportResponse& response, std::string name, std::string content, bool append) {
+  auto* file = response.add_files();
+  file->set_name(std::move(name));
+  file->set_content(std::move(content));
+  file->set_append(append);
+}
 
 void refuse_part(std::uint32_t part, std::uint32_t parts) {
   throw Refusal(proto::ERROR_CODE_OUT_OF_RANGE, "part", fmt::format("part {} of {}", part, parts));

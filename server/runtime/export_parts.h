@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -7,6 +8,13 @@
 #include "server/wire/errors.h"
 
 namespace limber::server {
+
+/// About so large is a part of an export.
+inline constexpr std::uint64_t kPartBytes = std::uint64_t{16} << 20;
+
+/// @param append  to what an earlier part has of the file
+void add_file(proto::ExportResponse& response, std::string name, std::string content,
+              bool append = false);
 
 /// A file that an export makes.
 struct TextFile {

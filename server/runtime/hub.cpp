@@ -1,6 +1,7 @@
 #include "server/runtime/hub.h"
 
 #include <algorithm>
+#include <boost/asio/post.hpp>
 #include <thread>
 
 #include "server/runtime/stream_message.h"
@@ -27,9 +28,12 @@ Hub::Hub(ServerOptions given)
       jobs(
           control, options.limits.jobs,
           [this](const proto::JobStatus& status) { publish_job(status); }, run.first_id),
-      cache(std::make_shared<session::ModelCache>(options.cache_folder)),
       session_pool(session_threads(options)),
       request_pool(static_cast<std::size_t>(options.request_threads)) {}
+
+session::Executor Hub::session_executor() {
+  return [this](std::function<void()> task) { boost::asio::post(session_pool, std::move(task)); };
+}
 
 void Hub::publish_job(const proto::JobStatus& status) {
   if (!transport.wanted(kJobsTopic)) return;

@@ -4,7 +4,7 @@
 #include <boost/asio/thread_pool.hpp>
 #include <memory>
 
-#include "engine/session/bodies/model_cache.h"
+#include "engine/session/core/executor.h"
 #include "server/runtime/job_registry.h"
 #include "server/runtime/open_requests.h"
 #include "server/runtime/options.h"
@@ -17,6 +17,8 @@ namespace limber::server {
 struct Hub {
   explicit Hub(ServerOptions given);
   void publish_job(const proto::JobStatus& status);
+  /// Runs tasks of sessions.
+  [[nodiscard]] session::Executor session_executor();
 
   ServerOptions options;
   const Run run = Run::begin();
@@ -25,7 +27,6 @@ struct Hub {
   boost::asio::io_context control{1};  // timers and signals, one thread
   Transport transport;
   JobRegistry jobs;
-  std::shared_ptr<session::ModelCache> cache;
   OpenRequests open_requests;
   std::atomic<bool> stopping{false};
   const std::chrono::steady_clock::time_point started = std::chrono::steady_clock::now();

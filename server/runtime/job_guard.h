@@ -18,7 +18,7 @@ class JobGuard {
   JobGuard(const JobGuard&) = delete;
   JobGuard& operator=(const JobGuard&) = delete;
   void fail(const std::exception& fault) {
-    jobs_.failed(std::exchange(job_, 0), error_to_proto(fault, "scene."));
+    jobs_.failed(std::exchange(job_, 0), error_to_proto(fault));
   }
   void release() { job_ = 0; }
 

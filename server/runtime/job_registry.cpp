@@ -4,9 +4,9 @@
 
 #include <algorithm>
 
-#include "server/kinds/bodies/result.h"
 #include "server/log/log.h"
 #include "server/wire/errors.h"
+#include "server/wire/session_values.h"
 
 namespace limber::server {
 namespace {
@@ -153,7 +153,7 @@ proto::JobStatus JobRegistry::status(JobId job) const {
   return status_of(find(job));
 }
 
-std::shared_ptr<const ComputedMotion> JobRegistry::motion(JobId id) const {
+std::shared_ptr<const JobMotion> JobRegistry::motion(JobId id) const {
   const std::lock_guard lock(mutex_);
   const Job& job = find(id);
   if (job.product.motion) return job.product.motion;

@@ -11,7 +11,8 @@
 #include <string>
 #include <vector>
 
-#include "engine/session/bodies/session.h"
+#include "engine/session/core/values.h"
+#include "server/runtime/job_motion.h"
 #include "server/runtime/run.h"
 #include "server/runtime/ticket.h"
 #include "server/runtime/timers.h"
@@ -20,18 +21,10 @@ namespace limber::server {
 
 using JobId = std::uint64_t;
 
-/// A motion that a job made, with the scene that it is of.
-struct ComputedMotion {
-  scene::Scene scene;
-  session::Geometry geometry;  // without a basis
-  Eigen::MatrixXf positions;   // 3 source nodes x frames [scene units]
-  double frames_per_second = 30;
-};
-
 /// What a job leaves behind besides its state.
 struct JobProduct {
   proto::MeshArrays mesh;
-  std::shared_ptr<const ComputedMotion> motion;
+  std::shared_ptr<const JobMotion> motion;
   std::optional<proto::SimulationReport> simulation;
   std::optional<proto::RecoveryReport> recovery;
   std::optional<proto::TetrahedralizationReport> tetrahedralization;
@@ -71,7 +64,7 @@ class JobRegistry {
   /// Tells of every running job once more, for a listener that has just come.
   void tell_running() const;
   /// @throws Refusal NOT_FOUND; FAILED_PRECONDITION where it runs, made no motion, or is too old
-  [[nodiscard]] std::shared_ptr<const ComputedMotion> motion(JobId job) const;
+  [[nodiscard]] std::shared_ptr<const JobMotion> motion(JobId job) const;
   /// Answers at once, or when the job has ended, or after `seconds` with the state then.
   void get(JobId job, double seconds, const SharedTicket& ticket);
   /// Nobody reads the answers to this client's requests: it is gone.

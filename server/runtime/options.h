@@ -1,13 +1,10 @@
 #pragma once
 
-#include <algorithm>
 #include <chrono>
 #include <cstdint>
 #include <filesystem>
 #include <vector>
 
-#include "engine/scene/formats/mesh_formats.h"
-#include "server/kinds/bodies/scene.h"
 #include "server/transport/transport.h"
 
 namespace limber::server {
@@ -26,24 +23,8 @@ struct ServiceLimits {
   std::uint64_t queued_request_bytes = 1ull << 30;  // of heavy requests that wait for a thread
 };
 
-/// Those that a scene can exceed.
-[[nodiscard]] inline SceneLimits scene_limits(const ServiceLimits& limits) {
-  return {limits.mesh_tets, limits.frames, limits.constraints, limits.session_bytes};
-}
-
 /// Whether a client may end the server by a Shutdown request. Signals always may.
 enum class ShutdownRequests { kRefused, kAllowed };
-
-/// What the arrays of a mesh file may take: room for so many tets with as many nodes of their own,
-/// and for cells that are no tets.
-[[nodiscard]] inline scene::MeshReadLimits mesh_read_limits(const ServiceLimits& limits) {
-  constexpr std::uint64_t kBytesOfTet = 1024, kLeast = 256ull << 20, kMost = 64ull << 30;
-  const std::uint64_t tets =
-      limits.mesh_tets > 0 ? std::min(limits.mesh_tets, kMost / kBytesOfTet) : kMost / kBytesOfTet;
-  const std::uint64_t bytes = std::max(kBytesOfTet * tets, kLeast);
-  return {static_cast<std::size_t>(limits.session_bytes > 0 ? std::min(bytes, limits.session_bytes)
-                                                            : bytes)};
-}
 
 struct ServerOptions {
   TransportOptions transport;

@@ -4,10 +4,10 @@
 
 #include <utility>
 
-#include "server/kinds/bodies/result.h"
 #include "server/log/log.h"
 #include "server/runtime/stream_message.h"
 #include "server/wire/errors.h"
+#include "server/wire/session_values.h"
 
 namespace limber::server {
 
@@ -27,6 +27,11 @@ bool Record::failed() const {
 
 Error Record::closed() const {
   return {ErrorCode::kNotFound, "session", fmt::format("session '{}' is closed", id())};
+}
+
+Error Record::lacks(const char* what) const {
+  return {ErrorCode::kFailedPrecondition, "session",
+          fmt::format("session '{}' is of {}: there is no {}", id(), subject(), what)};
 }
 
 void Record::close() {

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "engine/session/bodies/session.h"
+#include "engine/session/core/values.h"
 #include "server/runtime/frame_streams.h"
 #include "server/runtime/hub.h"
 #include "server/runtime/result_waiters.h"
@@ -44,6 +44,20 @@ class Record : public std::enable_shared_from_this<Record> {
   /// @throws as frames()
   [[nodiscard]] virtual proto::GetGeometryResponse geometry(
       const std::string& known_basis_hash) const = 0;
+
+  /// @throws Refusal or Error naming fields of the request
+  [[nodiscard]] virtual proto::EditResponse edit(const proto::EditRequest& request) = 0;
+  /// The scene as edited, as much of it as the request wants.
+  virtual void add_scene(const proto::GetSessionRequest& request,
+                         proto::GetSessionResponse& response) const = 0;
+  /// @throws Refusal naming `format` for one that this kind has not, OUT_OF_RANGE naming `part`
+  [[nodiscard]] virtual proto::ExportResponse export_part(const proto::ExportRequest& request) = 0;
+  /// Requests about a session that this kind alone has (such as solve_cold, start_design).
+  /// @returns false where it has no such request
+  [[nodiscard]] virtual bool answer(const proto::Request&, proto::Reply&) { return false; }
+  /// The refusal of such a request by the other kinds.
+  /// @param what  that they have not, for the message
+  [[nodiscard]] Error lacks(const char* what) const;
 
   /// Of CancelRequest: stops the session's work; who waits is told.
   void cancel();

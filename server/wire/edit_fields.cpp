@@ -4,9 +4,6 @@
 
 #include <charconv>
 
-#include "engine/session/beams/document.h"
-#include "engine/session/linkages/document.h"
-
 namespace limber::server {
 namespace {
 
@@ -60,11 +57,9 @@ bool is_too_many_steps(const Error& error) {
   return error.code() == ErrorCode::kLimitExceeded && error.field().ends_with(".steps_at_once");
 }
 
-Refusal too_many_steps(const std::string& field, const Error& error) {
-  constexpr int kLimit = session::LinkageLimits{}.steps_at_once;
-  static_assert(session::BeamLimits{}.steps_at_once == kLimit);
+Refusal too_many_steps(const std::string& field, const Error& error, int limit) {
   return Refusal(proto::ERROR_CODE_LIMIT_EXCEEDED, field, error.what(),
-                 {{"limit", std::to_string(kLimit)}, {"value", std::to_string(kLimit + 1)}});
+                 {{"limit", std::to_string(limit)}, {"value", std::to_string(limit + 1)}});
 }
 
 }  // namespace limber::server

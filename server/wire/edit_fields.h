@@ -18,6 +18,7 @@ namespace limber::server {
 /// Of a request whose edits begin more steps of undo than one request may.
 [[nodiscard]] bool is_too_many_steps(const Error& error);
 /// @pre is_too_many_steps
-[[nodiscard]] Refusal too_many_steps(const std::string& field, const Error& error);
+/// @param limit  how many it may
+[[nodiscard]] Refusal too_many_steps(const std::string& field, const Error& error, int limit);
 
 }  // namespace limber::server

@@ -3,7 +3,7 @@
 #include <cstdint>
 
 #include "limber/v1/service.pb.h"
-#include "server/kinds/bodies/frames.h"
+#include "server/wire/frames.h"
 
 namespace limber::server {
 

@@ -1,29 +1,14 @@
 #pragma once
 
 #include <filesystem>
-#include <functional>
 #include <optional>
 #include <string>
 
-#include "engine/base/error.h"
 #include "limber/v1/scene.pb.h"
+#include "server/wire/paths.h"
 
 namespace limber::server {
 namespace proto = limber::v1;
-
-/// From a path that a client names to one that may be read. @throws Error with the field
-using PathResolver =
-    std::function<std::filesystem::path(const std::string& path, const std::string& field)>;
-
-/// Readers name files and lines in their messages; the field is where the client gave the lines.
-template <class Read>
-auto read_at(const std::string& field, const Read& read) {
-  try {
-    return read();
-  } catch (const Error& error) {
-    throw Error(error.code(), field, error.what());
-  }
-}
 
 /// Lines from a file here or in the message, by its reader; nothing where the source is another.
 /// @param of_file     a path's mesh

@@ -3,9 +3,8 @@
 #include <fmt/format.h>
 
 #include "server/kinds/beams/structure.h"
-#include "server/kinds/bodies/scene.h"
-#include "server/kinds/linkages/scene.h"
 #include "server/wire/edit_fields.h"
+#include "server/wire/indices.h"
 #include "server/wire/vectors.h"
 
 namespace limber::server {

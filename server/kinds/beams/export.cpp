@@ -4,7 +4,6 @@
 #include "server/kinds/beams/result.h"
 #include "server/kinds/beams/scene.h"
 #include "server/kinds/beams/solution.h"
-#include "server/kinds/bodies/export.h"
 #include "server/runtime/export_parts.h"
 #include "server/wire/file_stem.h"
 #include "server/wire/scene_json.h"

@@ -2,29 +2,54 @@
 
 #include <utility>
 
+#include "engine/session/beams/document.h"
+#include "server/kinds/beams/edit.h"
+#include "server/kinds/beams/export.h"
 #include "server/kinds/beams/result.h"
+#include "server/kinds/beams/scene.h"
+#include "server/wire/edit_fields.h"
+#include "server/wire/issues.h"
 
 namespace limber::server {
 
 BeamRecord::BeamRecord(Hub& hub, SessionKey key, DecodedBeams opened, JobId open_job)
-    : Record(hub, std::move(key), opened.name, open_job), opened_(std::move(opened)) {}
+    : SessionRecord(hub, std::move(key), opened.name, open_job), opened_(std::move(opened)) {}
 
-void BeamRecord::attach(std::shared_ptr<session::BeamSession> session) {
-  const std::lock_guard lock(mutex_);
-  session_ = std::move(session);
+proto::EditResponse BeamRecord::edit(const proto::EditRequest& request) {
+  const auto session = this->session();
+  const auto edits = decode_beam_edits(request, opened_.model.nodes);
+  std::optional<session::Revision> expected;
+  if (request.has_expected_revision()) expected = request.expected_revision();
+  try {
+    const session::EditReceipt receipt = session->edit(edits, expected);
+    proto::EditResponse response = encode_beam_receipt(receipt);
+    for (scene::Issue issue : receipt.issues) {
+      issue.field = edit_field_in(request, issue.field);
+      *response.add_issues() = encode_issue(issue, "");
+    }
+    return response;
+  } catch (const Error& error) {
+    const std::string field = edit_field_in(request, error.field());
+    if (is_too_many_steps(error))
+      throw too_many_steps(field, error, session::BeamLimits{}.steps_at_once);
+    throw Error(error.code(), field, error.what());
+  }
 }
 
-std::shared_ptr<session::BeamSession> BeamRecord::session() const {
-  const std::lock_guard lock(mutex_);
-  if (!session_) throw closed();
-  return session_;
+void BeamRecord::add_scene(const proto::GetSessionRequest&,
+                           proto::GetSessionResponse& response) const {
+  *response.mutable_scene() =
+      encode_beam_scene({opened_.name, session()->model(), opened_.sections, std::nullopt});
 }
 
-void BeamRecord::close_session() {
-  session()->close();
-  std::shared_ptr<session::BeamSession> gone;  // freed without the lock
-  const std::lock_guard lock(mutex_);
-  gone = std::exchange(session_, nullptr);
+proto::ExportResponse BeamRecord::export_part(const proto::ExportRequest& request) {
+  return export_beams(*this, request);
+}
+
+bool BeamRecord::answer(const proto::Request& request, proto::Reply& reply) {
+  if (!request.has_get_beam_solution()) return false;
+  *reply.mutable_get_beam_solution() = beam_solution(*this);
+  return true;
 }
 
 std::shared_ptr<const FrameSource> BeamRecord::frames(bool final_only) const {
@@ -49,12 +74,7 @@ proto::GetGeometryResponse BeamRecord::geometry(const std::string&) const {
 void BeamRecord::describe(proto::SessionStatus& status) const {
   status.set_beam_nodes(static_cast<std::uint32_t>(opened_.model.nodes.size()));
   status.set_beam_elements(static_cast<std::uint32_t>(opened_.model.elements.size()));
-  std::shared_ptr<session::BeamSession> session;
-  {
-    const std::lock_guard lock(mutex_);
-    session = session_;
-  }
-  if (session) status.set_revision(session->revision());
+  if (const auto session = attached_session()) status.set_revision(session->revision());
 }
 
 void BeamRecord::on_result(const std::shared_ptr<const session::BeamResult>& result) {

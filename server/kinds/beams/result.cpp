@@ -2,6 +2,7 @@
 
 #include "server/kinds/beams/solution.h"
 #include "server/wire/arrays.h"
+#include "server/wire/session_values.h"
 
 namespace limber::server {
 namespace {
@@ -41,13 +42,8 @@ void encode_beam_report(const beams::BeamReport& report, proto::BeamInfo& info) 
 }  // namespace
 
 proto::ResultInfo encode_beam_result(const session::BeamResult& result) {
-  proto::ResultInfo info;
-  info.set_revision(result.revision);
-  info.set_sequence(result.sequence);
-  info.set_converged(result.is_final);
+  proto::ResultInfo info = encode_header(result);
   info.set_status(proto::SOLVE_STATUS_IMPROVED);
-  info.set_solve_failed(result.solve_failed);
-  info.set_since_edit_ms(result.since_edit_ms);
   info.set_weight_scale(1);
   auto& told = *info.mutable_beams();
   if (!result.is_final) return info;
@@ -85,14 +81,9 @@ std::uint64_t BeamFrames::bytes(proto::Encoding encoding, int count) const {
 }
 
 proto::Frames BeamFrames::encode(proto::Encoding encoding, FrameRange range) const {
-  proto::Frames frames;
-  *frames.mutable_result() = encode_beam_result(*result_);
-  frames.set_encoding(encoding == proto::ENCODING_UNSPECIFIED ? proto::ENCODING_COORDINATES
-                                                              : encoding);
-  frames.set_first_frame(static_cast<std::uint32_t>(range.first));
-  frames.set_frame_count(static_cast<std::uint32_t>(range.count));
+  proto::Frames frames = frames_of(encode_beam_result(*result_), encoding, range);
   const auto columns = result_->frames->middleCols(range.first, range.count);
-  if (encoding != proto::ENCODING_POSITIONS && encoding != proto::ENCODING_POSITIONS_QUANTISED) {
+  if (!is_of_positions(encoding)) {
     set_coordinates(columns, frames);
     return frames;
   }

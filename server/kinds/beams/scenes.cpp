@@ -6,9 +6,8 @@
 #include "engine/scene/formats/edge_formats.h"
 #include "engine/session/beams/remarks.h"
 #include "engine/session/beams/samples.h"
-#include "server/kinds/bodies/memory_estimate.h"
-#include "server/kinds/bodies/scene.h"
 #include "server/wire/faults.h"
+#include "server/wire/issues.h"
 
 namespace limber::server {
 namespace {
@@ -16,11 +15,6 @@ namespace {
 constexpr int kShapes = 256;  // that a session keeps of the ways to its results
 
 }  // namespace
-
-bool is_beam_sample(const std::string& name) {
-  const auto& names = session::beam_sample_names();
-  return std::find(names.begin(), names.end(), name) != names.end();
-}
 
 proto::Scene beam_sample_scene(const std::string& name) {
   session::BeamSample sample = session::make_beam_sample(name);
@@ -60,13 +54,7 @@ std::vector<proto::Issue> beam_issues(const proto::Scene& message, const std::st
     for (const auto& remark : session::beam_remarks(model))
       issues.push_back(encode_issue(remark, prefix + "beams.structure."));
   });
-  for (const auto& fault : faults.found()) {
-    auto& issue = issues.emplace_back();
-    issue.set_severity(proto::Issue::SEVERITY_ERROR);
-    issue.set_field(fault.field);
-    issue.set_message(fault.message);
-    issue.set_code(fault.code);
-  }
+  for (const auto& fault : faults.found()) issues.push_back(encode_fault(fault));
   return issues;
 }
 

@@ -10,7 +10,6 @@ namespace limber::server {
 
 /// One of limber's own structures of beams as a message.
 [[nodiscard]] proto::Scene beam_sample_scene(const std::string& name);
-[[nodiscard]] bool is_beam_sample(const std::string& name);
 
 /// @param resolve  the file of this machine that a path means, or throws naming the field
 [[nodiscard]] EdgeLoader edge_loader(PathResolver resolve);

@@ -8,8 +8,7 @@
 #include "engine/scene/formats/beam_job.h"
 #include "engine/scene/formats/edge_formats.h"
 #include "engine/session/beams/job_mapping.h"
-#include "server/kinds/bodies/scene.h"
-#include "server/kinds/linkages/scene.h"
+#include "server/wire/indices.h"
 #include "server/wire/vectors.h"
 
 namespace limber::server {

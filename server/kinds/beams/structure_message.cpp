@@ -1,6 +1,5 @@
 // Structures of beams as messages.
 #include "server/kinds/beams/structure.h"
-#include "server/kinds/bodies/scene.h"
 
 namespace limber::server {
 namespace {

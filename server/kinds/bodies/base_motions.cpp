@@ -9,6 +9,7 @@
 
 #include "engine/scene/formats/point_cache.h"
 #include "engine/scene/formats/vtu_series.h"
+#include "server/kinds/bodies/mesh_sources.h"
 #include "server/wire/errors.h"
 
 namespace limber::server {
@@ -112,10 +113,13 @@ Eigen::MatrixXd read_base_motion(const proto::BaseMotion& motion, const std::str
   throw invalid(field, "a base motion needs positions, pc2, vtu_series or path");
 }
 
-MotionReader motion_reader(FileReader read_file) {
-  return [read = std::move(read_file)](const proto::BaseMotion& motion, const std::string& field,
-                                       int nodes) {
-    return read_base_motion(motion, field, nodes, read);
+MotionReader base_motion_reader(PathResolver resolve) {
+  return [resolve = std::move(resolve)](const proto::BaseMotion& motion, const std::string& field,
+                                        int nodes) {
+    const FileReader read_file = [&](const std::string& path, const std::string& at) {
+      return read_file_at(resolve(path, at), at);
+    };
+    return read_base_motion(motion, field, nodes, read_file);
   };
 }
 

@@ -6,6 +6,7 @@
 
 #include "limber/v1/scene.pb.h"
 #include "server/kinds/bodies/scene.h"
+#include "server/wire/paths.h"
 
 namespace limber::server {
 
@@ -21,7 +22,8 @@ using FileReader = std::function<std::string(const std::string& path, const std:
                                                const std::string& field, int nodes,
                                                const FileReader& read_file);
 
-/// The same, of files that `read_file` finds.
-[[nodiscard]] MotionReader motion_reader(FileReader read_file);
+/// The same, of files of this machine.
+/// @param resolve  the file that a path means, or throws naming the field
+[[nodiscard]] MotionReader base_motion_reader(PathResolver resolve);
 
 }  // namespace limber::server

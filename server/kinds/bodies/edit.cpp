@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "server/kinds/bodies/keyframe.h"
+#include "server/wire/issues.h"
 
 namespace limber::server {
 namespace {

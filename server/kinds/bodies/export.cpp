@@ -11,7 +11,9 @@
 #include "engine/session/bodies/geometry.h"
 #include "server/kinds/bodies/keyframe.h"
 #include "server/kinds/bodies/scene.h"
+#include "server/runtime/export_parts.h"
 #include "server/wire/errors.h"
+#include "server/wire/file_stem.h"
 #include "server/wire/scene_json.h"
 
 namespace limber::server {
@@ -29,14 +31,40 @@ std::vector<int> surface_nodes(const session::Geometry& geometry) {
   return nodes;
 }
 
-}  // namespace
+/// What a job leaves behind.
+class ComputedFiles final : public JobMotion {
+ public:
+  explicit ComputedFiles(std::shared_ptr<const ComputedMotion> motion)
+      : motion_(std::move(motion)) {}
 
-void add_file(proto::ExportResponse& response, std::string name, std::string content, bool append) {
-  auto* file = response.add_files();
-  file->set_name(std::move(name));
-  file->set_content(std::move(content));
-  file->set_append(append);
-}
+  [[nodiscard]] int frame_count() const override {
+    return static_cast<int>(motion_->positions.cols());
+  }
+  [[nodiscard]] std::uint64_t bytes(int count) const override {
+    return static_cast<std::uint64_t>(motion_->positions.rows()) * sizeof(float) *
+           static_cast<std::uint64_t>(count);
+  }
+  [[nodiscard]] proto::Frames encode(FrameRange range) const override {
+    proto::Frames frames;
+    frames.set_encoding(proto::ENCODING_POSITIONS);
+    frames.set_first_frame(static_cast<std::uint32_t>(range.first));
+    frames.set_frame_count(static_cast<std::uint32_t>(range.count));
+    set_positions(motion_->positions.middleCols(range.first, range.count),
+                  proto::ENCODING_POSITIONS, frames);
+    return frames;
+  }
+  [[nodiscard]] proto::ExportResponse export_part(
+      const proto::ExportRequest& request) const override {
+    demand_body_format(request.format());
+    return export_computed(motion_, request.format(), decode_file_stem(request.stem(), "motion"),
+                           request.part());
+  }
+
+ private:
+  std::shared_ptr<const ComputedMotion> motion_;
+};
+
+}  // namespace
 
 void demand_body_format(proto::ExportFormat format) {
   switch (format) {
@@ -168,6 +196,10 @@ proto::ExportResponse export_scene(const scene::Scene& scene, const std::string&
     add_file(response, base, scene::write_pc2(cache));
   }
   return response;
+}
+
+std::shared_ptr<const JobMotion> job_motion(ComputedMotion motion) {
+  return std::make_shared<ComputedFiles>(std::make_shared<const ComputedMotion>(std::move(motion)));
 }
 
 proto::ExportResponse export_computed(const std::shared_ptr<const ComputedMotion>& motion,

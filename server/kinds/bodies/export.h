@@ -7,18 +7,21 @@
 
 #include "engine/session/bodies/session.h"
 #include "limber/v1/service.pb.h"
-#include "server/runtime/job_registry.h"
+#include "server/runtime/job_motion.h"
 
 namespace limber::server {
 
 namespace proto = limber::v1;
 
-/// About so large is a part of an export.
-inline constexpr std::uint64_t kPartBytes = std::uint64_t{16} << 20;
-
-/// @param append  to what an earlier part has of the file
-void add_file(proto::ExportResponse& response, std::string name, std::string content,
-              bool append = false);
+/// A motion that a job made, with the scene that it is of.
+struct ComputedMotion {
+  scene::Scene scene;
+  session::Geometry geometry;  // without a basis
+  Eigen::MatrixXf positions;   // 3 source nodes x frames [scene units]
+  double frames_per_second = 30;
+};
+/// As what a job leaves behind.
+[[nodiscard]] std::shared_ptr<const JobMotion> job_motion(ComputedMotion motion);
 
 /// A motion as files, cut into parts of about 16 MB so that none is larger than a message may be.
 struct MotionExport {

@@ -2,6 +2,7 @@
 
 #include "server/kinds/bodies/scene.h"
 #include "server/wire/arrays.h"
+#include "server/wire/issues.h"
 
 namespace limber::server {
 

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "server/wire/arrays.h"
+#include "server/wire/indices.h"
 
 namespace limber::server {
 namespace {

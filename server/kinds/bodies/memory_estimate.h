@@ -2,7 +2,6 @@
 
 #include <cstdint>
 
-#include "engine/beams/model/beam_model.h"
 #include "engine/scene/scene.h"
 
 namespace limber::server {
@@ -19,10 +18,6 @@ namespace limber::server {
 /// The same of a recovery that makes so many frames: modes, the projection and the reconstruction,
 /// the steps of the recovery (r^3 numbers a frame), and the motion.
 [[nodiscard]] std::uint64_t estimate_recovery_bytes(const scene::Scene& scene, int total_frames);
-
-/// The same of solving a structure of beams: second derivatives and their factor, states, the
-/// answer in numbers and in files, and the shapes on the way.
-[[nodiscard]] std::uint64_t estimate_beam_bytes(const beams::BeamModel& model, int shapes);
 
 /// The part of it that so many constraints need [bytes]: the solver keeps their system and the
 /// response of every constrained frame to every other, both dense.

@@ -2,37 +2,17 @@
 
 #include <filesystem>
 #include <string>
-#include <vector>
 
 #include "engine/scene/formats/mesh_formats.h"
 #include "server/kinds/bodies/scene.h"
+#include "server/wire/paths.h"
 
 namespace limber::server {
 
-/// Where meshes come from that are named, not sent.
-class MeshSources {
- public:
-  /// @param roots  folders below which MeshSource.path may name files
-  explicit MeshSources(std::vector<std::filesystem::path> roots, scene::MeshReadLimits limits = {})
-      : roots_(std::move(roots)), limits_(limits) {}
-
-  /// Path, file or sample. @throws Refusal or Error naming `field` + ".path", ...
-  [[nodiscard]] LoadedMesh load(const proto::MeshSource& source, const std::string& field) const;
-
-  /// The one existing file below a root that `path` means. Nothing outside is reached, by .. or
-  /// symbolic links, and whether it exists is not told.
-  /// @throws Refusal NOT_FOUND naming `field`
-  [[nodiscard]] std::filesystem::path resolve(const std::string& path,
-                                              const std::string& field) const;
-
- private:
-  std::vector<std::filesystem::path> roots_;
-  scene::MeshReadLimits limits_;
-};
-
-/// A file of this machine, with what lies beside it. @throws Error naming `field`
-[[nodiscard]] LoadedMesh load_mesh_file(const std::filesystem::path& file, const std::string& field,
-                                        const scene::MeshReadLimits& limits = {});
+/// Loads meshes that come as a path, a file or a sample.
+/// @param resolve  the file of this machine that a path means, or throws naming the field
+/// What is made throws Refusal or Error naming `field` + ".path", ...
+[[nodiscard]] MeshLoader mesh_loader(PathResolver resolve, scene::MeshReadLimits limits = {});
 
 /// The bytes of a file of this machine. @throws Error naming `field`
 [[nodiscard]] std::string read_file_at(const std::filesystem::path& file, const std::string& field);

@@ -4,14 +4,23 @@
 
 #include <utility>
 
-#include "server/kinds/bodies/frame_source.h"
+#include "server/kinds/bodies/export.h"
+#include "server/kinds/bodies/frames.h"
 #include "server/kinds/bodies/geometry.h"
+#include "server/kinds/bodies/keyframe.h"
+#include "server/kinds/bodies/material.h"
 #include "server/kinds/bodies/memory_estimate.h"
 #include "server/kinds/bodies/result.h"
+#include "server/kinds/bodies/scene.h"
+#include "server/log/log.h"
+#include "server/runtime/job_guard.h"
 #include "server/wire/errors.h"
+#include "server/wire/file_stem.h"
 
 namespace limber::server {
+namespace {
 
+/// @throws Error{kFailedPrecondition} until the session's model is built
 std::shared_ptr<const session::Geometry> geometry_of(const session::BodySession& session) {
   auto geometry = session.geometry();
   if (!geometry)
@@ -19,27 +28,19 @@ std::shared_ptr<const session::Geometry> geometry_of(const session::BodySession&
   return geometry;
 }
 
-SessionRecord::SessionRecord(Hub& hub, SessionKey key, Opened opened, JobId open_job)
-    : Record(hub, std::move(key), opened.name, open_job), opened_(std::move(opened)) {}
-
-void SessionRecord::attach(std::shared_ptr<session::BodySession> session) {
-  const std::size_t constraints = session->constraints().size();
-  bool ready = false;
-  {
-    const std::lock_guard lock(mutex_);
-    session_ = std::move(session);
-    constraints_ = constraints;
-    ready = state_ == session::State::kReady;
-  }
-  if (ready) adopt_model();  // it was quicker than this call: on_state() found no session to ask
+std::shared_ptr<const session::BodyResult> demand_result(
+    std::shared_ptr<const session::BodyResult> result) {
+  if (!result) throw Error(ErrorCode::kFailedPrecondition, "session", "there is no result yet");
+  return result;
 }
 
-void SessionRecord::adopt_model() {
-  std::shared_ptr<session::BodySession> session;
-  {
-    const std::lock_guard lock(mutex_);
-    session = session_;
-  }
+}  // namespace
+
+BodyRecord::BodyRecord(Hub& hub, SessionKey key, Opened opened, JobId open_job)
+    : SessionRecord(hub, std::move(key), opened.name, open_job), opened_(std::move(opened)) {}
+
+void BodyRecord::adopt_model() {
+  const auto session = attached_session();
   if (!session) return;
   auto info = encode_model(*session);
   auto geometry = session->geometry();
@@ -54,51 +55,127 @@ void SessionRecord::adopt_model() {
     streams_->note(std::make_shared<BodyFrames>(newest, geometry, opened_.length_unit));
 }
 
-std::shared_ptr<session::BodySession> SessionRecord::session() const {
-  const std::lock_guard lock(mutex_);
-  if (!session_) throw closed();
-  return session_;
+void BodyRecord::add_scene(const proto::GetSessionRequest& request,
+                           proto::GetSessionResponse& response) const {
+  const scene::Scene scene = session()->scene();
+  auto& message = *response.mutable_scene();
+  message = encode_scene(scene);
+  if (opened_.mesh_source.source_case() != proto::MeshSource::SOURCE_NOT_SET)
+    *message.mutable_mesh() = opened_.mesh_source;
+  if (!request.with_base_motion()) {
+    response.set_base_motion_left_out(scene.base_motion.size() > 0);
+    return;
+  }
+  const std::uint64_t bytes =
+      (static_cast<std::uint64_t>(scene.base_motion.size()) +
+       scene.keyframes.size() * static_cast<std::uint64_t>(scene.mesh.nodes.size())) *
+      sizeof(double);
+  const std::uint64_t limit = hub_.options.transport.message_bytes;
+  if (bytes > limit)
+    throw limit_exceeded("with_base_motion", "bytes of the motion and poses", limit, bytes);
+  encode_poses(scene, message);
+  if (scene.base_motion.size() > 0) *message.mutable_base_motion() = encode_base_motion(scene);
 }
 
-void SessionRecord::close_session() {
-  session()->close();
-  std::shared_ptr<session::BodySession> gone;  // freed without the lock
-  const std::lock_guard lock(mutex_);
-  gone = std::exchange(session_, nullptr);
-}
-
-std::shared_ptr<const FrameSource> SessionRecord::frames(bool final_only) const {
+std::shared_ptr<const FrameSource> BodyRecord::frames(bool final_only) const {
   const auto session = this->session();
   auto geometry = geometry_of(*session);
-  auto result = final_only ? session->final_result() : session->newest_result();
-  if (!result) throw Error(ErrorCode::kFailedPrecondition, "session", "there is no result yet");
+  auto result = demand_result(final_only ? session->final_result() : session->newest_result());
   return std::make_shared<BodyFrames>(std::move(result), std::move(geometry), opened_.length_unit);
 }
 
-proto::GetGeometryResponse SessionRecord::geometry(const std::string& known_basis_hash) const {
+proto::GetGeometryResponse BodyRecord::geometry(const std::string& known_basis_hash) const {
   return encode_geometry(*geometry_of(*session()), known_basis_hash);
 }
 
-void SessionRecord::describe(proto::SessionStatus& status) const {
+proto::ExportResponse BodyRecord::export_part(const proto::ExportRequest& request) {
+  const auto session = this->session();
+  const std::string stem = decode_file_stem(request.stem(), "motion");
+  demand_body_format(request.format());
+  if (request.format() == proto::EXPORT_FORMAT_SCENE) {
+    if (request.part() > 0)
+      throw Refusal(proto::ERROR_CODE_OUT_OF_RANGE, "part", "a scene has one part");
+    return export_scene(session->scene(), stem);
+  }
+  const auto geometry = geometry_of(*session);
+  if (request.part() == 0) exports_.begin(demand_result(session->newest_result()));
+  const auto result = exports_.find(request.part() == 0 ? 0 : request.result_sequence());
+  const double fps = session->scene().dynamics.frames_per_second;
+  const auto positions = [&](int first, int count) {
+    return session->positions(*result, first, count);
+  };
+  const int frames = static_cast<int>(result->coordinates.cols());
+  auto response =
+      MotionExport{geometry, frames, positions, stem, fps}.part(request.format(), request.part());
+  *response.mutable_result() = encode_result(*result, opened_.length_unit);
+  return response;
+}
+
+bool BodyRecord::answer(const proto::Request& request, proto::Reply& reply) {
+  switch (request.body_case()) {
+    case proto::Request::kGetMaterial:
+      *reply.mutable_get_material() = material();
+      return true;
+    case proto::Request::kSolveCold:
+      *reply.mutable_solve_cold() = solve_cold();
+      return true;
+    default:
+      return false;
+  }
+}
+
+proto::GetMaterialResponse BodyRecord::material() const {
+  const auto session = this->session();
+  const auto result = demand_result(session->newest_result());
+  proto::GetMaterialResponse response =
+      encode_fitted_material(*result, session->dynamics().frames_per_second);
+  response.set_variables(encode_variables(session->material_variables()));
+  *response.mutable_result() = encode_result(*result, opened_.length_unit);
+  return response;
+}
+
+proto::SolveColdResponse BodyRecord::solve_cold() {
+  const auto session = this->session();
+  const JobId job = hub_.jobs.start("solve_cold", id(), [record = shared_from_this()] {
+    try {
+      record->cancel();
+    } catch (const std::exception& fault) {
+      log::debug("cancelling a cold solve: {}", fault.what());
+    }
+  });
+  JobGuard guard(hub_.jobs, job);
+  expect_cold(job);
+  guard.release();
+  try {
+    session->solve_cold(job);
+  } catch (const std::exception& fault) {
+    hub_.jobs.failed(job, error_to_proto(fault));
+    throw;
+  }
+  proto::SolveColdResponse response;
+  response.set_job(job);
+  return response;
+}
+
+void BodyRecord::describe(proto::SessionStatus& status) const {
   status.set_nodes(static_cast<std::uint32_t>(opened_.nodes));
   status.set_tets(static_cast<std::uint32_t>(opened_.tets));
   status.set_frames(static_cast<std::uint32_t>(opened_.frames));
-  std::shared_ptr<session::BodySession> session;
+  const auto session = attached_session();
   {
     const std::lock_guard lock(mutex_);
-    session = session_;
     status.set_constraints(static_cast<std::uint32_t>(constraints_));
     if (model_) *status.mutable_model() = *model_;
   }
   if (session) status.set_revision(session->revision());
 }
 
-void SessionRecord::constraints_changed(std::size_t count) {
+void BodyRecord::constraints_changed(std::size_t count) {
   const std::lock_guard lock(mutex_);
   constraints_ = count;
 }
 
-void SessionRecord::demand_memory(std::size_t constraints, std::size_t keyframes) const {
+void BodyRecord::demand_memory(std::size_t constraints, std::size_t keyframes) const {
   const std::uint64_t limit = hub_.options.limits.session_bytes;
   const std::uint64_t bytes =
       opened_.bytes + estimate_constraint_bytes(constraints, opened_.lanes) +
@@ -113,12 +190,12 @@ void SessionRecord::demand_memory(std::size_t constraints, std::size_t keyframes
   }
 }
 
-std::size_t SessionRecord::constraint_count() const {
+std::size_t BodyRecord::constraint_count() const {
   const std::lock_guard lock(mutex_);
   return constraints_;
 }
 
-void SessionRecord::expect_cold(JobId job) {
+void BodyRecord::expect_cold(JobId job) {
   std::optional<JobId> earlier;
   {
     const std::lock_guard lock(mutex_);
@@ -134,12 +211,12 @@ void SessionRecord::expect_cold(JobId job) {
 
 /// A cold job waits for a result that has its own solve in it: a warm one may become final between
 /// the wish and its beginning.
-void SessionRecord::take_ended_jobs(std::vector<JobId>& jobs) {
+void BodyRecord::take_ended_jobs(std::vector<JobId>& jobs) {
   if (later_job_ && newest_->cold_request >= *later_job_)
     jobs.push_back(*std::exchange(later_job_, std::nullopt));
 }
 
-void SessionRecord::on_result(const std::shared_ptr<const session::BodyResult>& result) {
+void BodyRecord::on_result(const std::shared_ptr<const session::BodyResult>& result) {
   note_result(
       std::make_shared<proto::ResultInfo>(encode_result(*result, opened_.length_unit)),
       [&]() -> std::shared_ptr<const FrameSource> {

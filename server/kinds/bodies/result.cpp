@@ -1,7 +1,6 @@
 #include "server/kinds/bodies/result.h"
 
-#include <algorithm>
-#include <cmath>
+#include "server/wire/session_values.h"
 
 namespace limber::server {
 namespace {
@@ -57,11 +56,8 @@ proto::MotionError encode_motion_error(const session::MotionCheck& check, double
 }  // namespace
 
 proto::ResultInfo encode_result(const session::BodyResult& result, double length_unit) {
-  proto::ResultInfo info;
+  proto::ResultInfo info = encode_header(result);
   const auto& report = result.report;
-  info.set_revision(result.revision);
-  info.set_sequence(result.sequence);
-  info.set_converged(result.is_final);
   info.set_status(encode_status(report.status));
   info.set_iterations(static_cast<std::uint32_t>(report.iterations));
   info.set_force_energy(report.force_energy);
@@ -72,9 +68,7 @@ proto::ResultInfo encode_result(const session::BodyResult& result, double length
   info.set_rms_constraint_error(report.rms_constraint_error / length_unit);
   info.set_rank_deficient(report.rank_deficient);
   info.set_message(report.message);
-  info.set_since_edit_ms(result.since_edit_ms);
   info.set_max_exact_error(report.max_exact_error / length_unit);
-  info.set_solve_failed(result.solve_failed);
   info.set_material_iterations(static_cast<std::uint32_t>(result.material_iterations));
   info.set_column_energy(result.column_energy);
   info.set_unit_force_energy(result.unit_force_energy);
@@ -84,28 +78,6 @@ proto::ResultInfo encode_result(const session::BodyResult& result, double length
   if (result.motion_check)
     *info.mutable_motion_error() = encode_motion_error(*result.motion_check, length_unit);
   return info;
-}
-
-proto::SessionState encode_state(session::State state) {
-  switch (state) {
-    case session::State::kBuilding:
-      return proto::SESSION_STATE_BUILDING;
-    case session::State::kReady:
-      return proto::SESSION_STATE_READY;
-    case session::State::kFailed:
-      return proto::SESSION_STATE_FAILED;
-    case session::State::kClosed:
-      return proto::SESSION_STATE_CLOSED;
-  }
-  return proto::SESSION_STATE_UNSPECIFIED;
-}
-
-proto::Progress encode_progress(const session::Progress& progress) {
-  proto::Progress message;
-  message.set_stage(progress.stage);
-  message.set_fraction(
-      std::isfinite(progress.fraction) ? std::min(1.0, std::max(0.0, progress.fraction)) : 0.0);
-  return message;
 }
 
 proto::ModelInfo encode_model(const session::BodySession& session) {

@@ -11,8 +11,6 @@ namespace proto = limber::v1;
 /// scene units
 [[nodiscard]] proto::ResultInfo encode_result(const session::BodyResult& result,
                                               double length_unit);
-[[nodiscard]] proto::SessionState encode_state(session::State state);
-[[nodiscard]] proto::Progress encode_progress(const session::Progress& progress);
 /// Of a session that is ready; empty before.
 [[nodiscard]] proto::ModelInfo encode_model(const session::BodySession& session);
 

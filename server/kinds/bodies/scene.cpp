@@ -10,9 +10,28 @@
 #include "server/kinds/bodies/keyframe.h"
 #include "server/kinds/bodies/simulation.h"
 #include "server/wire/arrays.h"
+#include "server/wire/indices.h"
 
 namespace limber::server {
 namespace {
+
+/// The first field that a scene of a body has not; null where there is none.
+const google::protobuf::FieldDescriptor* foreign_field(const proto::Scene& message) {
+  static const std::set<std::string> kOwn{"name",        "mesh",
+                                          "material",    "length_unit_in_metres",
+                                          "frames",      "material_groups",
+                                          "first_end",   "merge_tolerance",
+                                          "last_end",    "fixed_nodes",
+                                          "dynamics",    "model",
+                                          "constraints", "material_optimisation",
+                                          "keyframes",   "constraint_tolerance",
+                                          "base_motion", "simulation"};
+  std::vector<const google::protobuf::FieldDescriptor*> fields;
+  message.GetReflection()->ListFields(message, &fields);
+  for (const auto* field : fields)
+    if (!kOwn.contains(field->name())) return field;
+  return nullptr;
+}
 
 bodies::Material decode_material(const proto::Material& message) {
   bodies::Material material;
@@ -420,23 +439,11 @@ proto::BaseMotion encode_base_motion(const scene::Scene& scene) {
   return message;
 }
 
-proto::Issue encode_issue(const scene::Issue& issue, const std::string& prefix) {
-  proto::Issue message;
-  message.set_severity(issue.severity == scene::Issue::Severity::kError
-                           ? proto::Issue::SEVERITY_ERROR
-                           : proto::Issue::SEVERITY_WARNING);
-  message.set_field(issue.field.empty() ? issue.field : prefix + issue.field);
-  message.set_message(issue.message);
-  if (issue.severity == scene::Issue::Severity::kError) message.set_code(to_proto(issue.code));
-  return message;
-}
+bool is_body(const proto::Scene& message) { return foreign_field(message) == nullptr; }
 
-proto::Issue encode_warning(const std::string& field, const std::string& text) {
-  proto::Issue message;
-  message.set_severity(proto::Issue::SEVERITY_WARNING);
-  message.set_field(field);
-  message.set_message(text);
-  return message;
+void demand_body(const proto::Scene& message, const std::string& prefix) {
+  if (const auto* field = foreign_field(message))
+    throw invalid(prefix + field->name(), "an elastic body is expected");
 }
 
 }  // namespace limber::server

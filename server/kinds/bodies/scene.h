@@ -63,8 +63,6 @@ struct DecodedScene {
 /// The base motion of a scene that has one, as positions.
 [[nodiscard]] proto::BaseMotion encode_base_motion(const scene::Scene& scene);
 
-/// A count, frame or node. @throws Refusal OUT_OF_RANGE naming `field`
-[[nodiscard]] int decode_index(std::uint32_t value, const std::string& field);
 [[nodiscard]] scene::Constraint decode_constraint(const proto::Constraint& message,
                                                   const std::string& field);
 [[nodiscard]] scene::Constraint decode_constraint(const proto::Constraint& message,
@@ -76,7 +74,11 @@ struct DecodedScene {
 [[nodiscard]] proto::MaterialVariables encode_variables(scene::MaterialVariables variables);
 [[nodiscard]] scene::Dynamics decode_dynamics(const proto::Dynamics& message);
 [[nodiscard]] proto::Dynamics encode_dynamics(const scene::Dynamics& dynamics);
-[[nodiscard]] proto::Issue encode_issue(const scene::Issue& issue, const std::string& prefix = "");
-[[nodiscard]] proto::Issue encode_warning(const std::string& field, const std::string& message);
+
+/// Whether the scene has no field of another kind.
+[[nodiscard]] bool is_body(const proto::Scene& message);
+/// For what bodies alone can do.
+/// @throws Refusal naming the field that makes the scene one of another kind
+void demand_body(const proto::Scene& message, const std::string& prefix);
 
 }  // namespace limber::server

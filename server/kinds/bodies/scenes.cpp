@@ -8,19 +8,10 @@
 #include "engine/session/bodies/document.h"
 #include "server/kinds/bodies/field_paths.h"
 #include "server/kinds/bodies/memory_estimate.h"
+#include "server/wire/issues.h"
 
 namespace limber::server {
 namespace {
-
-proto::Issue error_issue(proto::ErrorCode code, const std::string& field,
-                         const std::string& message) {
-  proto::Issue issue;
-  issue.set_severity(proto::Issue::SEVERITY_ERROR);
-  issue.set_field(field);
-  issue.set_message(message);
-  issue.set_code(code);
-  return issue;
-}
 
 bool is_of_mesh(const std::string& prefix, const std::string& field) {
   return field == prefix + "mesh" || field.starts_with(prefix + "mesh.");
@@ -86,8 +77,7 @@ std::vector<proto::Issue> scene_issues(const proto::Scene& scene, const std::str
   std::vector<proto::Issue> issues;
   std::set<std::string> complained;  // one complaint about a field is enough
   for (const auto& fault : faults.found()) {
-    if (complained.insert(fault.field).second)
-      issues.push_back(error_issue(fault.code, fault.field, fault.message));
+    if (complained.insert(fault.field).second) issues.push_back(encode_fault(fault));
   }
   const bool no_mesh =
       std::any_of(complained.begin(), complained.end(),
@@ -105,8 +95,7 @@ std::vector<proto::Issue> scene_issues(const proto::Scene& scene, const std::str
   if (!faults.found().empty()) return issues;  // what was not read has no size
   Faults memory(Faults::Mode::kCollect);
   memory.try_to([&] { demand_memory(decoded.scene, limits); });
-  for (const auto& fault : memory.found())
-    issues.push_back(error_issue(fault.code, fault.field, fault.message));
+  for (const auto& fault : memory.found()) issues.push_back(encode_fault(fault));
   return issues;
 }
 

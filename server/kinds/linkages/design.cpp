@@ -12,10 +12,10 @@
 #include "engine/rods/design/surface_through_points.h"
 #include "engine/rods/section/section.h"
 #include "engine/scene/formats/surface_formats.h"
-#include "server/kinds/bodies/scene.h"
 #include "server/kinds/linkages/scene.h"
 #include "server/kinds/linkages/section.h"
 #include "server/wire/arrays.h"
+#include "server/wire/indices.h"
 #include "server/wire/vectors.h"
 
 namespace limber::server {

@@ -2,10 +2,10 @@
 
 #include <fmt/format.h>
 
-#include "server/kinds/bodies/scene.h"
 #include "server/kinds/linkages/scene.h"
 #include "server/wire/arrays.h"
 #include "server/wire/edit_fields.h"
+#include "server/wire/indices.h"
 #include "server/wire/vectors.h"
 
 namespace limber::server {

@@ -10,7 +10,6 @@
 #include "engine/scene/formats/polylines.h"
 #include "engine/scene/formats/surface_formats.h"
 #include "engine/session/linkages/files.h"
-#include "server/kinds/bodies/export.h"
 #include "server/kinds/linkages/result.h"
 #include "server/kinds/linkages/scene.h"
 #include "server/runtime/export_parts.h"

@@ -4,33 +4,26 @@
 
 #include <utility>
 
+#include "engine/session/linkages/document.h"
 #include "server/kinds/linkages/design.h"
+#include "server/kinds/linkages/design_requests.h"
+#include "server/kinds/linkages/edit.h"
+#include "server/kinds/linkages/export.h"
 #include "server/kinds/linkages/result.h"
+#include "server/kinds/linkages/scene.h"
 #include "server/runtime/stream_message.h"
+#include "server/wire/edit_fields.h"
+#include "server/wire/issues.h"
 
 namespace limber::server {
 
 LinkageRecord::LinkageRecord(Hub& hub, SessionKey key, Opened opened, JobId open_job)
-    : Record(hub, std::move(key), opened.name, open_job),
+    : SessionRecord(hub, std::move(key), opened.name, open_job),
       opened_(std::move(opened)),
       design_topic_(fmt::format("session/{}/design", opened_.id)) {}
 
-void LinkageRecord::attach(std::shared_ptr<session::LinkageSession> session) {
-  bool ready = false;
-  {
-    const std::lock_guard lock(mutex_);
-    session_ = std::move(session);
-    ready = state_ == session::State::kReady;
-  }
-  if (ready) adopt_model();  // it was quicker than this call: on_state() found no session to ask
-}
-
 void LinkageRecord::adopt_model() {
-  std::shared_ptr<session::LinkageSession> session;
-  {
-    const std::lock_guard lock(mutex_);
-    session = session_;
-  }
+  const auto session = attached_session();
   if (!session) return;
   auto shape = session->shape();
   std::shared_ptr<const session::LinkageResult> newest;
@@ -43,22 +36,9 @@ void LinkageRecord::adopt_model() {
     streams_->note(std::make_shared<LinkageFrames>(newest, shape, opened_.length_unit));
 }
 
-std::shared_ptr<session::LinkageSession> LinkageRecord::session() const {
-  const std::lock_guard lock(mutex_);
-  if (!session_) throw closed();
-  return session_;
-}
-
-void LinkageRecord::close_session() {
-  session()->close();
-  std::shared_ptr<session::LinkageSession> gone;  // freed without the lock
-  {
-    const std::lock_guard lock(mutex_);
-    gone = std::exchange(session_, nullptr);
-  }
-  if (!gone) return;
-  // One that had not ended, or not even begun, is not told of any more.
-  if (const auto design = gone->design()) hub_.jobs.cancelled(design->tag);
+void LinkageRecord::note_closed(session::LinkageSession& session) {
+  // A design that had not ended, or not even begun, reports nothing any more.
+  if (const auto design = session.design()) hub_.jobs.cancelled(design->tag);
 }
 
 void LinkageRecord::on_design(const std::shared_ptr<const session::DesignInfo>& info) {
@@ -98,6 +78,46 @@ void LinkageRecord::welcome_more(const std::string& prefix) {
   if (info) publish_design(*info);
 }
 
+proto::EditResponse LinkageRecord::edit(const proto::EditRequest& request) {
+  const auto session = this->session();
+  const auto edits = decode_linkage_edits(request);
+  std::optional<session::Revision> expected;
+  if (request.has_expected_revision()) expected = request.expected_revision();
+  try {
+    const session::EditReceipt receipt = session->edit(edits, expected);
+    proto::EditResponse response = encode_linkage_receipt(receipt);
+    for (scene::Issue issue : receipt.issues) {
+      issue.field = edit_field_in(request, issue.field);
+      *response.add_issues() = encode_issue(issue, "");
+    }
+    return response;
+  } catch (const Error& error) {
+    const std::string field = edit_field_in(request, error.field());
+    if (is_too_many_steps(error))
+      throw too_many_steps(field, error, session::LinkageLimits{}.steps_at_once);
+    if (error.code() == ErrorCode::kLimitExceeded) {
+      const std::uint64_t limit = hub_.options.limits.constraints;
+      throw limit_exceeded(field, "targets", limit, limit + 1);
+    }
+    throw Error(error.code(), field, error.what());
+  }
+}
+
+void LinkageRecord::add_scene(const proto::GetSessionRequest&,
+                              proto::GetSessionResponse& response) const {
+  *response.mutable_scene() = encode_linkage(session()->linkage());
+  if (opened_.lines.source_case() != proto::LineSource::SOURCE_NOT_SET)
+    *response.mutable_scene()->mutable_linkage()->mutable_lines() = opened_.lines;
+}
+
+proto::ExportResponse LinkageRecord::export_part(const proto::ExportRequest& request) {
+  return export_linkage(*this, request);
+}
+
+bool LinkageRecord::answer(const proto::Request& request, proto::Reply& reply) {
+  return answer_design_request(*this, request, reply);
+}
+
 std::shared_ptr<const FrameSource> LinkageRecord::frames(bool final_only) const {
   const auto session = this->session();
   auto shape = session->shape();
@@ -117,11 +137,7 @@ proto::GetGeometryResponse LinkageRecord::geometry(const std::string&) const {
 void LinkageRecord::describe(proto::SessionStatus& status) const {
   status.set_joints(static_cast<std::uint32_t>(opened_.joints));
   status.set_segments(static_cast<std::uint32_t>(opened_.segments));
-  std::shared_ptr<session::LinkageSession> session;
-  {
-    const std::lock_guard lock(mutex_);
-    session = session_;
-  }
+  const auto session = attached_session();
   if (!session) return;
   status.set_revision(session->revision());
   status.set_targets(static_cast<std::uint32_t>(session->conditions()->targets.size()));

@@ -3,6 +3,7 @@
 #include "server/kinds/linkages/design.h"
 #include "server/kinds/linkages/scene.h"
 #include "server/wire/arrays.h"
+#include "server/wire/session_values.h"
 
 namespace limber::server {
 namespace {
@@ -62,13 +63,8 @@ void encode_report(const rods::EquilibriumReport& report, double length_unit,
 }  // namespace
 
 proto::ResultInfo encode_linkage_result(const session::LinkageResult& result, double length_unit) {
-  proto::ResultInfo info;
-  info.set_revision(result.revision);
-  info.set_sequence(result.sequence);
-  info.set_converged(result.is_final);
+  proto::ResultInfo info = encode_header(result);
   info.set_status(proto::SOLVE_STATUS_IMPROVED);
-  info.set_solve_failed(result.solve_failed);
-  info.set_since_edit_ms(result.since_edit_ms);
   info.set_weight_scale(1);
   if (result.is_final) encode_report(result.report, length_unit, info);
   if (result.design) *info.mutable_design() = encode_design(*result.design, length_unit);
@@ -109,14 +105,9 @@ std::uint64_t LinkageFrames::bytes(proto::Encoding encoding, int count) const {
 }
 
 proto::Frames LinkageFrames::encode(proto::Encoding encoding, FrameRange range) const {
-  proto::Frames frames;
-  *frames.mutable_result() = encode_linkage_result(*result_, length_unit_);
-  frames.set_encoding(encoding == proto::ENCODING_UNSPECIFIED ? proto::ENCODING_COORDINATES
-                                                              : encoding);
-  frames.set_first_frame(static_cast<std::uint32_t>(range.first));
-  frames.set_frame_count(static_cast<std::uint32_t>(range.count));
+  proto::Frames frames = frames_of(encode_linkage_result(*result_, length_unit_), encoding, range);
   const auto columns = result_->frames->middleCols(range.first, range.count);
-  if (encoding == proto::ENCODING_POSITIONS || encoding == proto::ENCODING_POSITIONS_QUANTISED) {
+  if (is_of_positions(encoding)) {
     Eigen::MatrixXf positions(3 * static_cast<Eigen::Index>(shape_->surface_nodes()), range.count);
     for (int i = 0; i < range.count; ++i)
       positions.col(i) = shape_->surface(columns.col(i), result_->section_scales);

@@ -6,10 +6,10 @@
 #include <numbers>
 #include <set>
 
-#include "server/kinds/bodies/scene.h"
 #include "server/kinds/linkages/section.h"
 #include "server/kinds/linkages/shape.h"
 #include "server/wire/arrays.h"
+#include "server/wire/indices.h"
 #include "server/wire/vectors.h"
 
 namespace limber::server {
@@ -281,11 +281,6 @@ scene::Linkage decode_linkage(const proto::Scene& message, const std::string& pr
   }
   linkage.lines = decode_lines(given.lines(), field + ".lines", load_lines);
   return linkage;
-}
-
-void demand_body(const proto::Scene& message, const std::string& prefix) {
-  if (message.has_linkage()) throw invalid(prefix + "linkage", "an elastic body is expected");
-  if (message.has_beams()) throw invalid(prefix + "beams", "an elastic body is expected");
 }
 
 proto::Scene encode_linkage(const scene::Linkage& linkage) {

@@ -21,8 +21,6 @@ using LineLoader =
 /// @throws Refusal or Error with a path below `prefix`; also for fields that only bodies have
 [[nodiscard]] scene::Linkage decode_linkage(const proto::Scene& message, const std::string& prefix,
                                             const LineLoader& load_lines);
-/// For what bodies alone can do. @throws Refusal naming `linkage` of a scene that has one
-void demand_body(const proto::Scene& message, const std::string& prefix);
 /// As a scene, without its lines: the caller sets those where it knows a short source.
 [[nodiscard]] proto::Scene encode_linkage(const scene::Linkage& linkage);
 

@@ -6,8 +6,8 @@
 #include "engine/scene/formats/line_formats.h"
 #include "engine/scene/samples/linkage_samples.h"
 #include "engine/session/linkages/remarks.h"
-#include "server/kinds/bodies/scene.h"
 #include "server/wire/faults.h"
+#include "server/wire/issues.h"
 
 namespace limber::server {
 namespace {
@@ -27,11 +27,6 @@ LineLoader line_loader(PathResolver resolve) {
     return read_at(field + ".sample",
                    [&] { return scene::make_linkage_sample(source.sample()).lines; });
   };
-}
-
-bool is_linkage_sample(const std::string& name) {
-  const auto& names = scene::linkage_sample_names();
-  return std::find(names.begin(), names.end(), name) != names.end();
 }
 
 proto::Scene linkage_sample_scene(const std::string& name) {
@@ -69,13 +64,7 @@ std::vector<proto::Issue> linkage_issues(const proto::Scene& message, const std:
       issues.push_back(encode_issue(issue, prefix));
     }
   });
-  for (const auto& fault : faults.found()) {
-    auto& issue = issues.emplace_back();
-    issue.set_severity(proto::Issue::SEVERITY_ERROR);
-    issue.set_field(fault.field);
-    issue.set_message(fault.message);
-    issue.set_code(fault.code);
-  }
+  for (const auto& fault : faults.found()) issues.push_back(encode_fault(fault));
   return issues;
 }
 

@@ -12,7 +12,6 @@ namespace limber::server {
 
 /// One of limber's own linkages as a message; its lines are named, not sent.
 [[nodiscard]] proto::Scene linkage_sample_scene(const std::string& name);
-[[nodiscard]] bool is_linkage_sample(const std::string& name);
 
 /// @param resolve  the file of this machine that a path means, or throws naming the field
 [[nodiscard]] LineLoader line_loader(PathResolver resolve);

@@ -80,7 +80,7 @@ struct ServerService : ::testing::Test {
   }
 
   Hub hub;
-  Service service{hub, [] {}};
+  Service service{hub, standard_kinds(hub.options), [] {}};
   std::promise<void> gate;
   bool held = false;
   Client client{hub.transport.request_endpoint()};

@@ -6,6 +6,7 @@
 
 #include "engine/scene/formats/mesh_writers.h"
 #include "server/kinds/bodies/scene.h"
+#include "server/runtime/file_roots.h"
 #include "tests/server/support/running_server.h"
 
 namespace limber::server {
@@ -28,7 +29,8 @@ struct MeshSourcesTest : ::testing::Test {
     proto::MeshSource source;
     source.set_path(path);
     try {
-      return std::to_string(MeshSources({root}).load(source, "scene.mesh").mesh.tet_count());
+      return std::to_string(
+          mesh_loader(FileRoots({root}).resolver())(source, "scene.mesh").mesh.tet_count());
     } catch (const Refusal& refusal) {
       EXPECT_EQ(refusal.code(), proto::ERROR_CODE_NOT_FOUND);
       EXPECT_EQ(refusal.field(), "scene.mesh.path");
@@ -73,7 +75,9 @@ TEST_F(MeshSourcesTest, ALinkToTheRootItselfIsARoot) {
   fs::create_directory_symlink(root, folder.path() / "alias");
   proto::MeshSource source;
   source.set_path("bar.msh");
-  EXPECT_EQ(MeshSources({folder.path() / "alias"}).load(source, "m").mesh.tet_count(), 12);
+  EXPECT_EQ(
+      mesh_loader(FileRoots({folder.path() / "alias"}).resolver())(source, "m").mesh.tet_count(),
+      12);
 }
 
 TEST_F(MeshSourcesTest, OverTheWire) {

@@ -9,11 +9,11 @@ namespace {
 
 using namespace limber::server::testing;
 
-struct ServerSessionRecord : ::testing::Test {
+struct ServerBodyRecord : ::testing::Test {
   Hub hub{test_options()};
   const JobId opening = hub.jobs.start("open_session", "s", {});
-  std::shared_ptr<SessionRecord> record = std::make_shared<SessionRecord>(
-      hub, SessionKey{"s", 1}, SessionRecord::Opened{"s", "s", {}, 4, 1, 10}, opening);
+  std::shared_ptr<BodyRecord> record = std::make_shared<BodyRecord>(
+      hub, SessionKey{"s", 1}, BodyRecord::Opened{"s", "s", {}, 4, 1, 10}, opening);
 
   void publish(std::uint64_t sequence, JobId cold_request) {
     auto result = std::make_shared<session::BodyResult>();
@@ -25,7 +25,7 @@ struct ServerSessionRecord : ::testing::Test {
   proto::JobState state(JobId job) { return hub.jobs.status(job).state(); }
 };
 
-TEST_F(ServerSessionRecord, AWarmResultThatBecomesFinalJustThenDoesNotEndAColdJob) {
+TEST_F(ServerBodyRecord, AWarmResultThatBecomesFinalJustThenDoesNotEndAColdJob) {
   publish(1, 0);
   EXPECT_EQ(state(opening), proto::JOB_STATE_DONE);
   const JobId first = hub.jobs.start("solve_cold", "s", {});

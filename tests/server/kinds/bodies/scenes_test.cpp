@@ -5,6 +5,7 @@
 #include <functional>
 
 #include "server/kinds/bodies/mesh_sources.h"
+#include "server/runtime/file_roots.h"
 #include "tests/server/support/running_server.h"
 
 namespace limber::server {
@@ -196,12 +197,10 @@ TEST(ServerSceneFiles, WeightsSayHowToHoldExactly) {
   for (const double weight : {-1.0, 1e-40, 1e13}) {
     proto::Scene scene = small_scene();
     scene.mutable_constraints(0)->set_weight(weight);
-    const auto issues = scene_issues(
-        scene, "", {},
-        [](const auto& source, const auto& field) { return MeshSources({}).load(source, field); },
-        [](const auto&, const auto& field, int) -> Eigen::MatrixXd {
-          throw invalid(field, "no reader");
-        });
+    const auto issues = scene_issues(scene, "", {}, mesh_loader(FileRoots({}).resolver()),
+                                     [](const auto&, const auto& field, int) -> Eigen::MatrixXd {
+                                       throw invalid(field, "no reader");
+                                     });
     ASSERT_EQ(issues.size(), 1u) << weight;
     EXPECT_THAT(issues[0].message(), ::testing::HasSubstr("`exact: true` (--exact)")) << weight;
   }
