@@ -6,6 +6,7 @@
 #include "engine/scene/formats/edge_formats.h"
 #include "engine/session/beams/remarks.h"
 #include "engine/session/beams/samples.h"
+#include "server/kinds/beams/memory_estimate.h"
 #include "server/wire/faults.h"
 #include "server/wire/issues.h"
 
