@@ -45,6 +45,7 @@ proto::SessionStatus Record::status() const {
   status.set_session(id());
   status.set_name(name_);
   status.set_uid(key_.uid);
+  status.set_kind(kind());
   {
     const std::lock_guard lock(mutex_);
     status.set_state(encode_state(state_));

@@ -28,6 +28,8 @@ class Record : public std::enable_shared_from_this<Record> {
 
   [[nodiscard]] const std::string& id() const { return key_.name; }
   [[nodiscard]] const SessionKey& key() const { return key_; }
+  /// Kind::name() of its kind.
+  [[nodiscard]] virtual const char* kind() const = 0;
   /// For messages: what a session of this kind is of.
   [[nodiscard]] virtual const char* subject() const = 0;
   /// Whether one edit is soon done, whatever it is: what it validates is small. Any thread, without

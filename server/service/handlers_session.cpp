@@ -58,6 +58,7 @@ proto::OpenSessionResponse Service::open(const proto::OpenSessionRequest& reques
   proto::OpenSessionResponse response;
   response.set_session(id);
   response.set_uid(name->key().uid);
+  response.set_kind(kind.name());
   response.set_job(job);
   for (auto& issue : opening->remarks()) *response.add_issues() = std::move(issue);
   return response;

@@ -32,22 +32,29 @@ const google::protobuf::FieldDescriptor* edit_kind(const proto::Edit& edit) {
       edit, proto::Edit::descriptor()->FindOneofByName("edit"));
 }
 
-std::string edit_field_in(const proto::EditRequest& message, const std::string& field) {
+std::optional<int> edit_index(const proto::EditRequest& message, const std::string& field) {
   const std::string opening = "edits[";
-  if (!field.starts_with(opening)) return field;
+  if (!field.starts_with(opening)) return std::nullopt;
   int index = -1;
   const char* const end = field.data() + field.size();
   const char* const stop = std::from_chars(field.data() + opening.size(), end, index).ptr;
-  if (stop == end || *stop != ']' || index < 0 || index >= message.edits_size()) return field;
-  const auto* kind = edit_kind(message.edits(index));
+  if (stop == end || *stop != ']' || index < 0 || index >= message.edits_size())
+    return std::nullopt;
+  return index;
+}
+
+std::string edit_field_in(const proto::EditRequest& message, const std::string& field) {
+  const auto index = edit_index(message, field);
+  if (!index) return field;
+  const auto* kind = edit_kind(message.edits(*index));
   if (kind == nullptr) return field;
-  std::string path = fmt::format("edits[{}].{}", index, kind->name());
+  std::string path = fmt::format("edits[{}].{}", *index, kind->name());
   const auto* descriptor = kind->message_type();
   if (const auto* inner = values_of(*descriptor)) {
     path += "." + inner->name();
     descriptor = inner->message_type();
   }
-  const std::string rest(stop + 1, end);
+  const std::string rest = field.substr(field.find(']') + 1);
   const std::string name =
       rest.empty() ? "" : name_in(*descriptor, rest.substr(rest.rfind('.') + 1));
   return name.empty() ? path : path + "." + name;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 
 #include "limber/v1/service.pb.h"
@@ -9,6 +10,11 @@ namespace limber::server {
 
 /// What an edit is of: the member of its oneof; null where it is empty.
 [[nodiscard]] const google::protobuf::FieldDescriptor* edit_kind(const proto::Edit& edit);
+
+/// The index of the edit that a field of the engine's errors is of, "edits[2].node"; nothing where
+/// it is of none in the request.
+[[nodiscard]] std::optional<int> edit_index(const proto::EditRequest& message,
+                                            const std::string& field);
 
 /// The engine names members of its own edits ("edits[2].node"); this is the same place in the
 /// request ("edits[2].set_beam_load.load.node"). Of linkages and of structures of beams.

@@ -21,6 +21,7 @@ class BeamRecord final : public SessionRecord<session::BeamSession, session::Bea
   [[nodiscard]] const DecodedBeams& opened() const { return opened_; }
   /// What exports are made of: final results.
   [[nodiscard]] ExportBook<session::BeamResult>& exports() { return exports_; }
+  [[nodiscard]] const char* kind() const override { return "beams"; }
   [[nodiscard]] const char* subject() const override { return "a structure of beams"; }
   /// An edit validates the whole structure.
   [[nodiscard]] bool edits_are_light() const override {

@@ -29,6 +29,7 @@ class BodyRecord final : public SessionRecord<session::BodySession, session::Bod
   BodyRecord(Hub& hub, SessionKey key, Opened opened, JobId open_job);
 
   [[nodiscard]] const Opened& opened() const { return opened_; }
+  [[nodiscard]] const char* kind() const override { return "bodies"; }
   [[nodiscard]] const char* subject() const override { return "an elastic body"; }
   [[nodiscard]] proto::EditResponse edit(const proto::EditRequest& request) override;
   void add_scene(const proto::GetSessionRequest& request,

@@ -29,6 +29,7 @@ class LinkageRecord final
   [[nodiscard]] JobRegistry& jobs() { return hub_.jobs; }
   /// What exports are made of: final results.
   [[nodiscard]] ExportBook<session::LinkageResult>& exports() { return exports_; }
+  [[nodiscard]] const char* kind() const override { return "linkages"; }
   [[nodiscard]] const char* subject() const override { return "a rod linkage"; }
   [[nodiscard]] proto::EditResponse edit(const proto::EditRequest& request) override;
   void add_scene(const proto::GetSessionRequest& request,
