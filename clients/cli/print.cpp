@@ -107,11 +107,17 @@ std::string title(const v1::SessionStatus& status) {
   return fmt::format("{} ({})", status.session(), status.name());
 }
 
+bool is_foreign(const v1::SessionStatus& status) {
+  return !status.kind().empty() && status.kind() != "bodies" && status.kind() != "linkages" &&
+         status.kind() != "beams";
+}
+
 std::string sizes(const v1::SessionStatus& status) {
   if (status.segments() > 0)
     return fmt::format("{} segments, {} joints", status.segments(), status.joints());
   if (status.beam_nodes() > 0)
     return fmt::format("{} elements, {} nodes", status.beam_elements(), status.beam_nodes());
+  if (is_foreign(status)) return "of the kind " + status.kind();
   return fmt::format("{} tets, {} nodes, {} frames", status.tets(), status.nodes(),
                      status.frames());
 }
@@ -195,6 +201,15 @@ std::string describe(const v1::ResultInfo& result) {
                        result.revision(), result.message());
   if (result.has_linkage()) return describe_linkage(result);
   if (result.has_beams()) return describe_beams(result);
+  if (result.has_extension()) {
+    return fmt::format(
+        "revision          {}\n"
+        "status            {}{}\n"
+        "energy            {:.6g}\n"
+        "since the edit    {:.2f} ms\n",
+        result.revision(), status_words(result), result.converged() ? ", final" : "",
+        result.total_energy(), result.since_edit_ms());
+  }
   std::string text = fmt::format(
       "revision          {}\n"
       "status            {}{}\n"

@@ -5,10 +5,6 @@
 #include "engine/base/error.h"
 #include "engine/scene/formats/beam_job.h"
 #include "engine/scene/formats/mesh_formats.h"
-#include "server/service/base_motions.h"
-#include "server/service/beam_scenes.h"
-#include "server/service/linkage_scenes.h"
-#include "server/service/mesh_sources.h"
 
 namespace limber::server {
 
@@ -21,29 +17,10 @@ constexpr const char* kSettings = "DRMSettings.json";
 
 }  // namespace
 
-MeshLoader local_loader(const fs::path& scene_file) {
-  return [folder = scene_file.parent_path()](const proto::MeshSource& source,
-                                             const std::string& field) {
-    if (!source.has_path()) return MeshSources({}).load(source, field);
-    return load_mesh_file(folder / source.path(), field + ".path");
+PathResolver paths_beside(const fs::path& scene_file) {
+  return [folder = scene_file.parent_path()](const std::string& path, const std::string&) {
+    return folder / path;
   };
-}
-
-LineLoader local_line_loader(const fs::path& scene_file) {
-  return line_loader([folder = scene_file.parent_path()](
-                         const std::string& path, const std::string&) { return folder / path; });
-}
-
-EdgeLoader local_edge_loader(const fs::path& scene_file) {
-  return edge_loader([folder = scene_file.parent_path()](
-                         const std::string& path, const std::string&) { return folder / path; });
-}
-
-MotionReader local_motion_reader(const fs::path& scene_file) {
-  return motion_reader(
-      [folder = scene_file.parent_path()](const std::string& path, const std::string& field) {
-        return read_file_at(folder / path, field);
-      });
 }
 
 bool is_local_beam_job(const fs::path& path) {
