@@ -27,11 +27,11 @@ std::vector<TiedRows> tied_exact_rows(const ConstraintRows& rows, const Lanes& j
     const std::size_t b = group[static_cast<std::size_t>(rows.knot_of(pair.second))];
     std::replace(group.begin(), group.end(), std::max(a, b), std::min(a, b));
   }
+  std::vector<std::vector<int>> groups(knots);
+  for (std::size_t knot = 0; knot < knots; ++knot)
+    groups[group[knot]].push_back(static_cast<int>(knot));
   std::vector<TiedRows> found;
-  for (std::size_t first = 0; first < knots; ++first) {
-    std::vector<int> members;
-    for (std::size_t knot = first; knot < knots; ++knot)
-      if (group[knot] == first) members.push_back(static_cast<int>(knot));
+  for (const std::vector<int>& members : groups) {
     TiedRows tied;
     for (const int knot : members) {
       for (int term = rows.first_term(knot); term < rows.first_term(knot + 1); ++term)
