@@ -4,9 +4,11 @@
 
 #include <map>
 
+#include "engine/scene/formats/mesh_formats.h"
 #include "engine/scene/samples/samples.h"
 #include "server/cli/local_files.h"
 #include "server/cli/simulate.h"
+#include "server/kinds/beams/job_folder.h"
 #include "server/kinds/bodies/export.h"
 #include "server/runtime/options.h"
 #include "server/transport/curve.h"
@@ -30,7 +32,7 @@ void print_error(proto::ErrorCode code, const std::string& field, const std::str
 
 std::vector<proto::Issue> issues_of(const fs::path& file, const Kinds& kinds) {
   const proto::Scene scene =
-      is_local_beam_job(file) ? local_beam_job(file) : scene_from_json(scene::read_bytes(file));
+      is_beam_job_folder(file) ? beam_job_scene(file) : scene_from_json(scene::read_bytes(file));
   return kinds.of(scene, "").validate(scene, "", {paths_beside(file), {}});
 }
 

@@ -177,7 +177,7 @@ def test_what_is_wrong_is_named_and_leaves_nothing(server, kind):
 
 def test_a_build_that_fails_says_why_and_gives_its_name_back(server, kind):
     if kind.unbuilt is None:
-        pytest.skip("whatever its validation lets pass can be built")
+        pytest.skip("what its validation lets pass can always be built")
     name = f"unbuilt-{kind.name}"
     code, _ = refusal(lambda: server.open(kind.unbuilt(), session=name, progress=False))
     assert code == "NUMERICAL"
