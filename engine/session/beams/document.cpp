@@ -7,9 +7,9 @@
 
 #include "engine/base/rotations/logarithm.h"
 #include "engine/session/beams/remarks.h"
+#include "engine/session/core/edit_request.h"
 #include "engine/session/core/keyed_items.h"
 #include "engine/session/core/limit_checks.h"
-#include "engine/session/core/refused_edit.h"
 
 namespace limber::session {
 namespace {
@@ -250,12 +250,7 @@ class BeamDocument::Request {
 
   /// Of a step that is not the request's last.
   void close_step_inside() {
-    if (is_open_ && ++steps_ > document_.limits_.steps_at_once)
-      throw Error(
-          ErrorCode::kLimitExceeded, "steps_at_once",
-          fmt::format("the edits of one request begin more than {} steps of undo: send them "
-                      "in several requests",
-                      document_.limits_.steps_at_once));
+    if (is_open_) demand_steps(++steps_, document_.limits_.steps_at_once);
     close_step();
   }
   /// Refuses what the conditions may not be.
@@ -292,31 +287,11 @@ BeamDocument::BeamDocument(beams::BeamModel model, BeamLimits limits)
 BeamDocument::Prepared BeamDocument::prepare(const std::vector<BeamEdit>& edits,
                                              std::optional<Revision> expected,
                                              const Places& places) const {
-  if (expected && *expected != revision_) {
-    throw Error(ErrorCode::kFailedPrecondition, "expected_revision",
-                fmt::format("the session is at revision {}, not {}", revision_, *expected));
-  }
-  if (edits.empty()) throw Error(ErrorCode::kInvalidArgument, "edits", "there are no edits");
-  std::optional<History> done;
-  std::vector<scene::Issue> warnings;
-  try_edits(edits.size(), [&](std::size_t count, std::size_t& taken) {
-    Request request(*this, places);
-    for (; taken < count; ++taken) request.apply(edits[taken]);
-    done.emplace(request.finish());
-    warnings = request.take_warnings();
-  });
-  LIMBER_DEMAND(done.has_value());
-  EditReceipt receipt;
-  receipt.issues = std::move(warnings);
-  receipt.constraint_ids.assign(edits.size(), 0);
-  receipt.keyframe_ids.assign(edits.size(), 0);
-  return {std::move(*done), std::move(receipt)};
+  return prepare_edits(edits, expected, revision_, [&] { return Request(*this, places); });
 }
 
 EditReceipt BeamDocument::commit(Prepared&& prepared) {
-  std::swap(history_, prepared.history);
-  prepared.receipt.revision = ++revision_;
-  return std::move(prepared.receipt);
+  return commit_edits(prepared, history_, revision_);
 }
 
 }  // namespace limber::session

@@ -7,6 +7,7 @@
 
 #include "engine/session/beams/conditions.h"
 #include "engine/session/beams/edit.h"
+#include "engine/session/core/edit_request.h"
 #include "engine/session/core/snapshot_history.h"
 
 namespace limber::session {
@@ -53,10 +54,7 @@ class BeamDocument {
     return commit(prepare(edits, expected, places));
   }
   /// apply() in two parts, as LinkageDocument has them.
-  struct Prepared {
-    History history;
-    EditReceipt receipt;
-  };
+  using Prepared = PreparedEdits<History>;
   [[nodiscard]] Prepared prepare(const std::vector<BeamEdit>& edits,
                                  std::optional<Revision> expected, const Places& places) const;
   EditReceipt commit(Prepared&& prepared);

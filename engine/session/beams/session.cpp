@@ -105,7 +105,6 @@ EditReceipt BeamSession::Impl::edit(const std::vector<BeamEdit>& edits,
 }
 
 void BeamSession::Impl::solve(const Round& round) {
-  if (round.is_cancelled) round.cancellation.request();
   finish(round, live_.solve(round.order.conditions, JobContext{round.cancellation, {}},
                             [&](const beams::BeamState& state) { publish_iterate(state, round); }));
 }

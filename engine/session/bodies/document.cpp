@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "engine/base/error.h"
+#include "engine/session/core/edit_request.h"
 
 namespace limber::session {
 namespace {
@@ -177,13 +178,7 @@ std::vector<scene::Constraint> Document::constraint_list() const {
 
 EditReceipt Document::apply(const std::vector<BodyEdit>& edits, std::optional<Revision> expected,
                             Touched& touched) {
-  if (expected && *expected != revision_) {
-    throw Error(
-        ErrorCode::kFailedPrecondition, "expected_revision",
-        fmt::format("revision {} was expected, the session is at {}", *expected, revision_));
-  }
-  if (edits.empty())
-    throw Error(ErrorCode::kInvalidArgument, "edits", "a request needs at least one edit");
+  demand_request(edits.size(), expected, revision_);
 
   const std::uint64_t next_id = next_id_, content = content_;
   const std::uint64_t next_keyframe_id = keyframes_.next_id();

@@ -48,7 +48,8 @@ class SessionCore : public std::enable_shared_from_this<SessionCore<Result, Orde
     Clock::time_point edited_at;  // when that revision was accepted
     Order order;
     Cancellation cancellation = {};
-    /// cancel() was called after the newest edit: what it asked for is not solved any more.
+    /// cancel() was called after the newest edit: that is not solved any more, and `cancellation`
+    /// is requested from the beginning.
     bool is_cancelled = false;
 
     [[nodiscard]] double since_edit_ms() const {
@@ -382,6 +383,7 @@ class SessionCore : public std::enable_shared_from_this<SessionCore<Result, Orde
       first_.pop_front();
       is_finishing_ = true;
     }
+    if (round->is_cancelled) round_.request();
     round->cancellation = round_;
     taken_ = round->revision;
     return round;

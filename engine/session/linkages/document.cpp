@@ -6,9 +6,9 @@
 #include <utility>
 
 #include "engine/base/error.h"
+#include "engine/session/core/edit_request.h"
 #include "engine/session/core/keyed_items.h"
 #include "engine/session/core/limit_checks.h"
-#include "engine/session/core/refused_edit.h"
 
 namespace limber::session {
 namespace {
@@ -239,12 +239,7 @@ class LinkageDocument::Request {
 
   /// Of a step that is not the request's last.
   void close_step_inside() {
-    if (is_open_ && ++steps_ > document_.limits_.steps_at_once)
-      throw Error(
-          ErrorCode::kLimitExceeded, "steps_at_once",
-          fmt::format("the edits of one request begin more than {} steps of undo: send them "
-                      "in several requests",
-                      document_.limits_.steps_at_once));
+    if (is_open_) demand_steps(++steps_, document_.limits_.steps_at_once);
     close_step();
   }
   /// Refuses what the conditions may not be.
@@ -308,29 +303,11 @@ std::vector<std::shared_ptr<const LinkageConditions>> LinkageDocument::steps_bef
 
 LinkageDocument::Prepared LinkageDocument::prepare(const std::vector<LinkageEdit>& edits,
                                                    std::optional<Revision> expected) const {
-  if (expected && *expected != revision_) {
-    throw Error(ErrorCode::kFailedPrecondition, "expected_revision",
-                fmt::format("the session is at revision {}, not {}", revision_, *expected));
-  }
-  if (edits.empty()) throw Error(ErrorCode::kInvalidArgument, "edits", "there are no edits");
-  EditReceipt receipt;
-  std::optional<State> done;
-  try_edits(edits.size(), [&](std::size_t count, std::size_t& taken) {
-    Request request(*this);
-    receipt.constraint_ids.clear();
-    for (; taken < count; ++taken) receipt.constraint_ids.push_back(request.apply(edits[taken]));
-    done.emplace(request.finish());
-    receipt.issues = request.take_warnings();
-  });
-  LIMBER_DEMAND(done.has_value());
-  receipt.keyframe_ids.assign(edits.size(), 0);
-  return {std::move(*done), std::move(receipt)};
+  return prepare_edits(edits, expected, revision_, [&] { return Request(*this); });
 }
 
 EditReceipt LinkageDocument::commit(Prepared&& prepared) {
-  std::swap(state_, prepared.state);
-  prepared.receipt.revision = ++revision_;
-  return std::move(prepared.receipt);
+  return commit_edits(prepared, state_, revision_);
 }
 
 }  // namespace limber::session

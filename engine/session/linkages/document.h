@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "engine/scene/linkage.h"
+#include "engine/session/core/edit_request.h"
 #include "engine/session/core/snapshot_history.h"
 #include "engine/session/core/values.h"
 #include "engine/session/linkages/edit.h"
@@ -60,10 +61,7 @@ class LinkageDocument {
   }
   /// apply() in two parts: what may take long and changes nothing, and what takes no time. The
   /// document must not change between them.
-  struct Prepared {
-    State state;
-    EditReceipt receipt;
-  };
+  using Prepared = PreparedEdits<State>;
   [[nodiscard]] Prepared prepare(const std::vector<LinkageEdit>& edits,
                                  std::optional<Revision> expected) const;
   /// @param prepared  the state there was before is left in it: freeing it may take long

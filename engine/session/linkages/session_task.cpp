@@ -52,7 +52,6 @@ bool LinkageSession::Impl::do_other_work(std::unique_lock<std::mutex>& lock) {
 void LinkageSession::Impl::solve(const Round& round) {
   for (const auto& known : round.order.designed)
     live_->learn(known.conditions, known.candidate->deployed);
-  if (round.is_cancelled) round.cancellation.request();
   finish(round, live_->solve(
                     round.order.conditions, JobContext{round.cancellation, {}},
                     [&] { publish_iterate(round); }, round.order.origins));

@@ -8,32 +8,20 @@
 
 #include "engine/session/beams/session.h"
 #include "tests/engine/session/beams/scenes.h"
-#include "tests/engine/session/contract/recording.h"
+#include "tests/engine/session/contract/kind_base.h"
 
 namespace limber::session::contract {
 
 /// A cantilever under a load, whose clamp is turned.
-struct BeamKind {
-  using Session = BeamSession;
-  using Result = BeamResult;
-  using Edit = BeamEdit;
-  using Edits = std::vector<Edit>;
-
+struct BeamKind : KindBase<BeamSession, BeamResult, BeamEdit> {
   static constexpr const char* kName = "Beams";
   static constexpr std::size_t kMaxTasks = 1;
-  static constexpr bool kTellsProgress = false;
-  /// A session keeps the reason why its executor refused a task, but tells nobody.
+  static constexpr bool kReportsProgress = false;
+  /// A session keeps the reason why its executor refused a task, but reports it to no listener.
   static constexpr bool kHasStateMessage = false;
   /// The structure is built by the constructor, which throws where it cannot be.
   static constexpr bool kBuildCanFail = false;
   static constexpr bool kCancelFailsBuild = false;
-
-  class Recorder final : public BeamListener, public Recording {
-    void on_state(State state, const std::string& message) override { note_state(state, message); }
-    void on_result(const std::shared_ptr<const Result>& result) override {
-      note_result(header(*result));
-    }
-  };
 
   static std::unique_ptr<Session> open(const Executor& executor,
                                        const std::shared_ptr<Recorder>& recorder) {
@@ -72,22 +60,6 @@ struct BeamKind {
   }
   static Edits mending_edits() { return {SetSupport{test::held(0)}}; }
 
-  static std::shared_ptr<const Result> newest_result(const Session& session) {
-    return session.newest_result();
-  }
-  static std::shared_ptr<const Result> final_result(const Session& session) {
-    return session.final_result();
-  }
-  static ResultHeader header(const Result& result) {
-    ResultHeader header;
-    header.revision = result.revision;
-    header.sequence = result.sequence;
-    header.is_final = result.is_final;
-    header.solve_failed = result.solve_failed;
-    header.is_cancelled = result.report.status == beams::BeamStatus::kCancelled;
-    header.message = result.report.message;
-    return header;
-  }
   /// The shape and its forces; not the path that led to it.
   static std::vector<double> answer(const Result& result) {
     std::vector<double> answer;

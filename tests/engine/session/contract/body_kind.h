@@ -12,34 +12,21 @@
 #include "engine/session/bodies/session.h"
 #include "tests/engine/session/bodies/harness.h"
 #include "tests/engine/session/bodies/scenes.h"
-#include "tests/engine/session/contract/recording.h"
+#include "tests/engine/session/contract/kind_base.h"
 #include "tests/support/temporary_folder.h"
 
 namespace limber::session::contract {
 
 /// A short bar, whose tip is held aside in two frames.
-struct BodyKind {
-  using Session = BodySession;
-  using Result = BodyResult;
-  using Edit = BodyEdit;
-  using Edits = std::vector<BodyEdit>;
-
+struct BodyKind : KindBase<BodySession, BodyResult, BodyEdit> {
   static constexpr const char* kName = "Bodies";
   /// The session's and the one that checks final results.
   static constexpr std::size_t kMaxTasks = 2;
-  static constexpr bool kTellsProgress = true;
+  static constexpr bool kReportsProgress = true;
   static constexpr bool kHasStateMessage = true;
   static constexpr bool kBuildCanFail = true;
   /// Cancelled while it builds, it has no model.
   static constexpr bool kCancelFailsBuild = true;
-
-  class Recorder final : public BodyListener, public Recording {
-    void on_progress(const Progress&) override { note_progress(); }
-    void on_state(State state, const std::string& message) override { note_state(state, message); }
-    void on_result(const std::shared_ptr<const BodyResult>& result) override {
-      note_result(header(*result));
-    }
-  };
 
   static std::unique_ptr<BodySession> open(const Executor& executor,
                                            const std::shared_ptr<Recorder>& recorder) {
@@ -70,23 +57,6 @@ struct BodyKind {
   static Edits slow_edits() { return {MoveConstraint{1, {-0.1, 0.3, 0.1}}}; }
   static BodyEdit invalid_edit() { return RemoveConstraint{99}; }
 
-  static std::shared_ptr<const BodyResult> newest_result(const BodySession& session) {
-    return session.newest_result();
-  }
-  static std::shared_ptr<const BodyResult> final_result(const BodySession& session) {
-    return session.final_result();
-  }
-  static ResultHeader header(const BodyResult& result) {
-    ResultHeader header;
-    header.revision = result.revision;
-    header.sequence = result.sequence;
-    header.is_final = result.is_final;
-    header.solve_failed = result.solve_failed;
-    header.is_cancelled = result.report.status == spacetime::SolveStatus::kCancelled;
-    header.is_amendment = result.check == Check::kDone;
-    header.message = result.report.message;
-    return header;
-  }
   /// All that a client sees of the motion.
   static std::vector<double> answer(const BodyResult& result) {
     std::vector<double> answer(result.modal.data(), result.modal.data() + result.modal.size());

@@ -128,7 +128,7 @@ TYPED_TEST(SessionEndingsContract, CancelWhileItBuilds) {
     live.run();
     expect_cancelled(live);
   }
-  if constexpr (TypeParam::kTellsProgress) {
+  if constexpr (TypeParam::kReportsProgress) {
     Live<TypeParam> live;
     live.edit(TypeParam::number(1));
     live.recorder->set_progress_hook([&] { live.session->cancel(); });
@@ -221,7 +221,7 @@ TYPED_TEST(SessionEndingsContract, CloseFromItsListener) {
     live.session->close();
     EXPECT_EQ(live.recorder->states(), states) << "told once";
   };
-  if constexpr (TypeParam::kTellsProgress) {
+  if constexpr (TypeParam::kReportsProgress) {
     Live<TypeParam> live;
     live.recorder->set_progress_hook([&] { live.session->close(); });
     live.run();

@@ -8,33 +8,20 @@
 #include <vector>
 
 #include "engine/session/linkages/session.h"
-#include "tests/engine/session/contract/recording.h"
+#include "tests/engine/session/contract/kind_base.h"
 #include "tests/engine/session/linkages/live_linkages.h"
 
 namespace limber::session::contract {
 
 /// A hyperboloid of rods, pinned at one joint and opened by its mean angle.
-struct LinkageKind {
-  using Session = LinkageSession;
-  using Result = LinkageResult;
-  using Edit = LinkageEdit;
-  using Edits = std::vector<Edit>;
-
+struct LinkageKind : KindBase<LinkageSession, LinkageResult, LinkageEdit, LinkageListener> {
   static constexpr const char* kName = "Linkages";
   static constexpr std::size_t kMaxTasks = 1;
-  static constexpr bool kTellsProgress = true;
+  static constexpr bool kReportsProgress = true;
   static constexpr bool kHasStateMessage = true;
   static constexpr bool kBuildCanFail = true;
   /// As drawn, it is built at once; cancelled is then the first solve.
   static constexpr bool kCancelFailsBuild = false;
-
-  class Recorder final : public LinkageListener, public Recording {
-    void on_progress(const Progress&) override { note_progress(); }
-    void on_state(State state, const std::string& message) override { note_state(state, message); }
-    void on_result(const std::shared_ptr<const Result>& result) override {
-      note_result(header(*result));
-    }
-  };
 
   static std::unique_ptr<Session> open(const Executor& executor,
                                        const std::shared_ptr<Recorder>& recorder) {
@@ -77,22 +64,6 @@ struct LinkageKind {
   static Edits failing_edits() { return {PinJoint{kPinned, std::nullopt}, loaded({0, 0, -1})}; }
   static Edits mending_edits() { return {loaded({0, 0, 0})}; }
 
-  static std::shared_ptr<const Result> newest_result(const Session& session) {
-    return session.newest_result();
-  }
-  static std::shared_ptr<const Result> final_result(const Session& session) {
-    return session.final_result();
-  }
-  static ResultHeader header(const Result& result) {
-    ResultHeader header;
-    header.revision = result.revision;
-    header.sequence = result.sequence;
-    header.is_final = result.is_final;
-    header.solve_failed = result.solve_failed;
-    header.is_cancelled = result.report.status == rods::EquilibriumStatus::kCancelled;
-    header.message = result.report.message;
-    return header;
-  }
   /// The shape, its strains and energies; not the path that led to it.
   static std::vector<double> answer(const Result& result) {
     std::vector<double> answer = {result.mean_angle, result.report.energies.total(),

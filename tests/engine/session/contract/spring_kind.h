@@ -6,32 +6,20 @@
 #include <string>
 #include <vector>
 
-#include "tests/engine/session/contract/recording.h"
+#include "tests/engine/session/contract/kind_base.h"
 #include "tests/engine/session/springs/session.h"
 
 namespace limber::session::contract {
 
 /// A chain in tension between two pins, of which one is moved.
-struct SpringKind {
-  using Session = springs::SpringSession;
-  using Result = springs::SpringResult;
-  using Edit = springs::SpringEdit;
-  using Edits = std::vector<Edit>;
-
+struct SpringKind : KindBase<springs::SpringSession, springs::SpringResult, springs::SpringEdit> {
   static constexpr const char* kName = "Springs";
   static constexpr std::size_t kMaxTasks = 1;
-  static constexpr bool kTellsProgress = false;
+  static constexpr bool kReportsProgress = false;
   static constexpr bool kHasStateMessage = true;
   /// The constructor throws where there is no chain.
   static constexpr bool kBuildCanFail = false;
   static constexpr bool kCancelFailsBuild = false;
-
-  class Recorder final : public springs::SpringListener, public Recording {
-    void on_state(State state, const std::string& message) override { note_state(state, message); }
-    void on_result(const std::shared_ptr<const Result>& result) override {
-      note_result(header(*result));
-    }
-  };
 
   static std::unique_ptr<Session> open(const Executor& executor,
                                        const std::shared_ptr<Recorder>& recorder) {
@@ -75,22 +63,6 @@ struct SpringKind {
     return {springs::MovePin{0, {0, 0, 0}}, springs::MovePin{kSprings, end(0)}};
   }
 
-  static std::shared_ptr<const Result> newest_result(const Session& session) {
-    return session.newest_result();
-  }
-  static std::shared_ptr<const Result> final_result(const Session& session) {
-    return session.final_result();
-  }
-  static ResultHeader header(const Result& result) {
-    ResultHeader header;
-    header.revision = result.revision;
-    header.sequence = result.sequence;
-    header.is_final = result.is_final;
-    header.solve_failed = result.solve_failed;
-    header.is_cancelled = result.report.status == springs::Status::kCancelled;
-    header.message = result.report.message;
-    return header;
-  }
   static std::vector<double> answer(const Result& result) {
     std::vector<double> answer(result.shape->data(), result.shape->data() + result.shape->size());
     answer.push_back(result.report.elastic);

@@ -5,8 +5,6 @@
 #include <cstddef>
 #include <utility>
 
-#include "engine/session/core/refused_edit.h"
-
 namespace limber::session::springs {
 
 /// One request under way on a copy of the history.
@@ -20,11 +18,11 @@ class SpringDocument::Request {
     std::visit([this](const auto& what) { take(what); }, edit);
     ++edits_;
   }
-  Prepared finish() {
+  [[nodiscard]] std::vector<scene::Issue> take_warnings() { return std::move(warnings_); }
+
+  History finish() {
     close_step();
-    receipt_.constraint_ids.assign(edits_, 0);
-    receipt_.keyframe_ids.assign(edits_, 0);
-    return {std::move(history_), std::move(receipt_)};
+    return std::move(history_);
   }
 
  private:
@@ -42,9 +40,8 @@ class SpringDocument::Request {
   void take(const ReleasePin& release) {
     demand_node(chain_, release.node, "node");
     if (changed().pins.erase(release.node) > 0) return;
-    receipt_.issues.push_back(
-        {scene::Issue::Severity::kWarning, fmt::format("edits[{}].node", edits_),
-         fmt::format("node {} is not pinned; nothing was released", release.node)});
+    warnings_.push_back({scene::Issue::Severity::kWarning, fmt::format("edits[{}].node", edits_),
+                         fmt::format("node {} is not pinned; nothing was released", release.node)});
   }
   void take(const Undo&) {
     close_step();
@@ -74,7 +71,7 @@ class SpringDocument::Request {
   History history_;
   std::optional<Conditions> step_;  // with the edits since the last step
   std::size_t edits_ = 0;           // taken
-  EditReceipt receipt_;
+  std::vector<scene::Issue> warnings_;
 };
 
 SpringDocument::SpringDocument(Chain chain)
@@ -84,23 +81,11 @@ SpringDocument::SpringDocument(Chain chain)
 
 SpringDocument::Prepared SpringDocument::prepare(const std::vector<SpringEdit>& edits,
                                                  std::optional<Revision> expected) const {
-  if (expected && *expected != revision_)
-    throw Error(ErrorCode::kFailedPrecondition, "expected_revision",
-                fmt::format("the session is at revision {}, not {}", revision_, *expected));
-  if (edits.empty()) throw Error(ErrorCode::kInvalidArgument, "edits", "there are no edits");
-  std::optional<Prepared> prepared;
-  try_edits(edits.size(), [&](std::size_t count, std::size_t& taken) {
-    Request request(*this);
-    for (; taken < count; ++taken) request.apply(edits[taken]);
-    prepared.emplace(request.finish());
-  });
-  return std::move(*prepared);
+  return prepare_edits(edits, expected, revision_, [&] { return Request(*this); });
 }
 
 EditReceipt SpringDocument::commit(Prepared&& prepared) {
-  std::swap(history_, prepared.history);  // the old one is freed without the session's lock
-  prepared.receipt.revision = ++revision_;
-  return std::move(prepared.receipt);
+  return commit_edits(prepared, history_, revision_);
 }
 
 }  // namespace limber::session::springs

@@ -6,6 +6,7 @@
 #include <variant>
 #include <vector>
 
+#include "engine/session/core/edit_request.h"
 #include "engine/session/core/snapshot_history.h"
 #include "engine/session/core/values.h"
 #include "tests/engine/session/springs/chain.h"
@@ -37,10 +38,7 @@ class SpringDocument {
   explicit SpringDocument(Chain chain);
 
   /// Edits in two parts: prepare() works on a copy beside readers, commit() takes a moment.
-  struct Prepared {
-    History history;
-    EditReceipt receipt;
-  };
+  using Prepared = PreparedEdits<History>;
   /// @throws Error with field "edits[i]....": kOutOfRange, kInvalidArgument, kFailedPrecondition
   /// (nothing to undo); Error{kFailedPrecondition, "expected_revision"}; nothing has changed
   [[nodiscard]] Prepared prepare(const std::vector<SpringEdit>& edits,

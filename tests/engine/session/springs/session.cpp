@@ -31,7 +31,6 @@ class SpringSession::Impl final : public SessionCore<SpringResult, SpringOrder> 
   SpringOrder take_order() override { return {document_.conditions()}; }
 
   void solve(const Round& round) override {
-    if (round.is_cancelled) round.cancellation.request();
     const auto known = answers_.find(round.order.conditions);
     if (known != answers_.end() && !round.is_cancelled) return finish(round, known->second);
     finish(round,
