@@ -245,17 +245,17 @@ TEST(SceneCodec, BaseMotionComesBack) {
 
 TEST(SceneCodec, LimitsAreNamedWithTheirValues) {
   const proto::Scene scene = full_scene();
-  EXPECT_NO_THROW((void)decode_without_files(scene, {36, 20, 2}));
-  Refusal refusal = refusal_of([&] { (void)decode_without_files(scene, {35, 20, 2}); });
+  EXPECT_NO_THROW((void)decode_without_files(scene, {36, 20, 3}));
+  Refusal refusal = refusal_of([&] { (void)decode_without_files(scene, {35, 20, 3}); });
   EXPECT_EQ(refusal.code(), proto::ERROR_CODE_LIMIT_EXCEEDED);
   EXPECT_EQ(refusal.details().at("limit"), "35");
   EXPECT_EQ(refusal.details().at("value"), "36");
   EXPECT_EQ(refusal_of([&] {
-              (void)decode_without_files(scene, {36, 19, 2});
+              (void)decode_without_files(scene, {36, 19, 3});
             }).field(),
             "scene.frames");
   EXPECT_EQ(refusal_of([&] {
-              (void)decode_without_files(scene, {36, 20, 1});
+              (void)decode_without_files(scene, {36, 20, 2});
             }).field(),
             "scene.constraints");
 }
