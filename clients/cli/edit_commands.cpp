@@ -55,7 +55,7 @@ struct ConstraintOptions {
   std::uint64_t id = 0;
   unsigned frame = 0;
   std::vector<unsigned> nodes;
-  std::vector<double> position, displacement;
+  std::vector<double> position, displacement, velocity;
   std::optional<double> weight;
   bool exact = false;
 };
@@ -69,6 +69,8 @@ v1::Constraint constraint(const ConstraintOptions& options) {
     message.add_axes(axis == 'x' ? v1::AXIS_X : axis == 'y' ? v1::AXIS_Y : v1::AXIS_Z);
   if (!options.position.empty())
     *message.mutable_position() = vector(options.position);
+  else if (!options.velocity.empty())
+    *message.mutable_velocity() = vector(options.velocity);
   else
     *message.mutable_displacement() = vector(options.displacement);
   if (options.exact) message.set_exact(true);
@@ -90,10 +92,17 @@ void add_constraint_options(CLI::App& command, ConstraintOptions& options) {
                   "Node ids, from 0; several are held by their mean")
       ->required();
   command.add_option("--frame", options.frame, "Frame, from 0")->required();
-  auto* target = command.add_option_group("target", "Where the node (or mean) shall be");
+  auto* target =
+      command.add_option_group("target", "Where the node (or mean) shall be, or how it shall move");
   target->add_option("--position", options.position, "A point x y z of the mesh's space")
       ->expected(3);
   target->add_option("--displacement", options.displacement, "From the rest position: x y z")
+      ->expected(3);
+  target
+      ->add_option(
+          "--velocity", options.velocity,
+          "Of the shown frames, half the way from the frame before to the frame after times "
+          "frames per second: x y z [length unit / s]")
       ->expected(3);
   target->require_option(1);
   command.add_option("--axes", options.axes, "Which axes count, e.g. xz (default: all)")
@@ -106,9 +115,10 @@ void add_constraint_options(CLI::App& command, ConstraintOptions& options) {
 void add_constraint_command(CLI::App& app, Context& context) {
   auto options = std::make_shared<ConstraintOptions>();
   auto* command = subcommand(
-      app, "add", "Add a constraint: in this frame, this node is there",
+      app, "add", "Add a constraint: in this frame, this node is there, or moves so",
       "limber add flower --node 12 --frame 40 --displacement 0 0 0.2\n"
-      "  limber add flower --node 3 4 5 --frame 60 --position 1 0.5 0 --axes xy --exact");
+      "  limber add flower --node 3 4 5 --frame 60 --position 1 0.5 0 --axes xy --exact\n"
+      "  limber add flower --node 12 --frame 50 --velocity 0 0 1.5");
   command->add_option("session", options->session, "Session")->required();
   add_constraint_options(*command, *options);
   command->callback([&context, options] {
@@ -145,7 +155,7 @@ void move_constraint_command(CLI::App& app, Context& context) {
   command->add_option("id", options->id, "Constraint")->required();
   command
       ->add_option("target", options->target,
-                   "x y z: a position or a displacement, as it was added")
+                   "x y z: a position, a displacement or a velocity, as it was added")
       ->required()
       ->expected(3);
   command->callback([&context, options] {

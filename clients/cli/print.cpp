@@ -107,11 +107,17 @@ std::string title(const v1::SessionStatus& status) {
   return fmt::format("{} ({})", status.session(), status.name());
 }
 
+bool is_foreign(const v1::SessionStatus& status) {
+  return !status.kind().empty() && status.kind() != "bodies" && status.kind() != "linkages" &&
+         status.kind() != "beams";
+}
+
 std::string sizes(const v1::SessionStatus& status) {
   if (status.segments() > 0)
     return fmt::format("{} segments, {} joints", status.segments(), status.joints());
   if (status.beam_nodes() > 0)
     return fmt::format("{} elements, {} nodes", status.beam_elements(), status.beam_nodes());
+  if (is_foreign(status)) return "of the kind " + status.kind();
   return fmt::format("{} tets, {} nodes, {} frames", status.tets(), status.nodes(),
                      status.frames());
 }
@@ -195,6 +201,15 @@ std::string describe(const v1::ResultInfo& result) {
                        result.revision(), result.message());
   if (result.has_linkage()) return describe_linkage(result);
   if (result.has_beams()) return describe_beams(result);
+  if (result.has_extension()) {
+    return fmt::format(
+        "revision          {}\n"
+        "status            {}{}\n"
+        "energy            {:.6g}\n"
+        "since the edit    {:.2f} ms\n",
+        result.revision(), status_words(result), result.converged() ? ", final" : "",
+        result.total_energy(), result.since_edit_ms());
+  }
   std::string text = fmt::format(
       "revision          {}\n"
       "status            {}{}\n"
@@ -207,6 +222,9 @@ std::string describe(const v1::ResultInfo& result) {
       result.iterations(), result.total_energy(), result.force_energy(), result.constraint_energy(),
       result.gradient(), result.max_constraint_error(), result.rms_constraint_error(),
       result.max_exact_error(), result.since_edit_ms());
+  if (result.max_velocity_error() > 0)
+    text += fmt::format("velocity error    {:.3g} a second at most; of exact ones {:.3g} at most\n",
+                        result.max_velocity_error(), result.max_exact_velocity_error());
   if (result.material_iterations() > 0)
     text +=
         fmt::format("material          {} steps, control forces {:.6g} with modes of unit size\n",
@@ -259,8 +277,12 @@ std::vector<std::string> row(const v1::Constraint& constraint) {
   std::string axes;
   for (const auto axis : constraint.axes())
     axes += axis == v1::AXIS_X ? "x" : axis == v1::AXIS_Y ? "y" : axis == v1::AXIS_Z ? "z" : "?";
-  const bool position = constraint.has_position();
-  const auto& target = position ? constraint.position() : constraint.displacement();
+  const char* kind = constraint.has_position()   ? "position"
+                     : constraint.has_velocity() ? "velocity"
+                                                 : "displacement";
+  const auto& target = constraint.has_position()   ? constraint.position()
+                       : constraint.has_velocity() ? constraint.velocity()
+                                                   : constraint.displacement();
   std::string weight = "100";
   if (constraint.enforcement_case() == v1::Constraint::kExact && constraint.exact())
     weight = "exact";
@@ -270,7 +292,7 @@ std::vector<std::string> row(const v1::Constraint& constraint) {
           std::to_string(constraint.frame()),
           node_list(constraint),
           axes.empty() ? "xyz" : axes,
-          position ? "position" : "displacement",
+          kind,
           fmt::format("({:.5g}, {:.5g}, {:.5g})", target.x(), target.y(), target.z()),
           weight};
 }

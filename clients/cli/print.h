@@ -53,6 +53,8 @@ void note_failure(Context& context, const v1::ResultInfo& result);
 /// "robot (robot arm)", or the session alone where the scene has no name.
 [[nodiscard]] std::string title(const v1::SessionStatus& status);
 
+/// Of a kind that limber.v1 does not know.
+[[nodiscard]] bool is_foreign(const v1::SessionStatus& status);
 /// "384 tets, 100 nodes, 60 frames", or what a rod linkage has.
 [[nodiscard]] std::string sizes(const v1::SessionStatus& status);
 

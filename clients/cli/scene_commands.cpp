@@ -136,34 +136,41 @@ ClientError with_hint_at_job(const ClientError& error, const std::filesystem::pa
           error.details()};
 }
 
-/// The tets that fill a surface, as a scene with the server's defaults.
-v1::Scene filled(Context& context, const OpenOptions& options) {
-  const std::string& path = options.scene;
+v1::MeshArrays tets_within(Context& context, const OpenOptions& options) {
   v1::TetrahedralizeRequest request;
-  *request.mutable_surface() = client::mesh_file(path, "scene");
+  *request.mutable_surface() = client::mesh_file(options.scene, "scene");
   if (options.tets) request.set_target_tets(*options.tets);
   if (options.within) request.set_within(*options.within);
   const std::uint64_t job = context.client().call(request, Milliseconds{60000}).job();
   try {
     follow(context, job, options.wait_s);
-  } catch (const client::Unreachable&) {
-    throw;
-  } catch (const ClientError& error) {
+  } catch (const ClientError&) {
     if (interrupted()) {
       v1::CancelRequest cancel;
       cancel.set_job(job);
       (void)context.client().call(cancel);
-      throw;
     }
-    throw with_hint_at_job(error, path);
+    throw;
   }
   v1::GetJobRequest wanted;
   wanted.set_job(job);
   v1::GetJobResponse done = context.client().call(wanted, Milliseconds{60000});
+  return std::move(*done.mutable_mesh());
+}
+
+/// The tets that fill a surface, as a scene with the server's defaults.
+v1::Scene filled(Context& context, const OpenOptions& options) {
   v1::Scene scene;
-  scene.set_name(std::filesystem::path(path).stem().string());
+  scene.set_name(std::filesystem::path(options.scene).stem().string());
   scene.set_frames(client::kFramesOfPlainFiles);
-  *scene.mutable_mesh()->mutable_arrays() = std::move(*done.mutable_mesh());
+  try {
+    *scene.mutable_mesh()->mutable_arrays() = tets_within(context, options);
+  } catch (const client::Unreachable&) {
+    throw;
+  } catch (const ClientError& error) {
+    if (error.code() != v1::ERROR_CODE_INVALID_ARGUMENT) throw;
+    throw with_hint_at_job(error, options.scene);
+  }
   return scene;
 }
 

@@ -22,6 +22,7 @@ void list(Context& context) {
                                                             s.result().converged() ? "" : "+")
                                               : "-";
     const bool linkage = s.segments() > 0, beams = s.beam_nodes() > 0;
+    const bool body = !linkage && !beams && !is_foreign(s);
     // That of a body has no unit.
     const std::string energy =
         !s.has_result() || (s.result().solve_failed() && s.result().total_energy() == 0)
@@ -30,13 +31,12 @@ void list(Context& context) {
     const std::string angle = s.result().has_linkage()
                                   ? fmt::format("{:.2f}", s.result().linkage().mean_angle_degrees())
                                   : "-";
-    table.add(
-        {s.session(), s.name(), state_words(s),
-         linkage || beams ? sizes(s) : fmt::format("{} tets, {} frames", s.tets(), s.frames()),
-         linkage ? fmt::format("{} targets", s.targets())
-         : beams ? "-"
-                 : fmt::format("{} constraints", s.constraints()),
-         std::to_string(s.revision()), solved, energy, angle});
+    table.add({s.session(), s.name(), state_words(s),
+               body ? fmt::format("{} tets, {} frames", s.tets(), s.frames()) : sizes(s),
+               linkage ? fmt::format("{} targets", s.targets())
+               : body  ? fmt::format("{} constraints", s.constraints())
+                       : "-",
+               std::to_string(s.revision()), solved, energy, angle});
   }
   fmt::print("{}", table.text());
 }
@@ -68,6 +68,13 @@ void show(Context& context, const std::string& session) {
   const auto& status = response.status();
   if (status.segments() > 0) return show_linkage(status);
   if (status.beam_nodes() > 0) return show_beams(response);
+  if (is_foreign(status)) {
+    fmt::print("session {}, {}{}{}\n{}, revision {}\n", title(status), state_words(status),
+               status.message().empty() ? "" : ": ", status.message(), sizes(status),
+               status.revision());
+    if (status.has_result()) fmt::print("\n{}", describe(status.result()));
+    return;
+  }
   fmt::print("session {}, {}{}{}\n{} nodes, {} tets, {} frames, {} constraints, revision {}\n",
              title(status), state_words(status), status.message().empty() ? "" : ": ",
              status.message(), status.nodes(), status.tets(), status.frames(), status.constraints(),

@@ -56,14 +56,29 @@ FrameError compare(const FullShapes& shapes, const Eigen::Ref<const Eigen::Vecto
   return error;
 }
 
-double distance_from(const ShapeTarget& target, const Eigen::Ref<const Eigen::VectorXd>& u) {
+Eigen::Vector3d mean_displacement(const ShapeTarget& target,
+                                  const Eigen::Ref<const Eigen::VectorXd>& u) {
   Eigen::Vector3d mean = Eigen::Vector3d::Zero();
   for (const int node : *target.nodes) mean += u.segment<3>(3 * Eigen::Index{node});
-  Eigen::Vector3d missed = mean / static_cast<double>(target.nodes->size()) - target.target;
+  return mean / static_cast<double>(target.nodes->size());
+}
+
+/// @param later, earlier  mean displacements in the target's frames; of a position the later only
+void note_miss(const ShapeTarget& target, const std::vector<int>& frames,
+               const Eigen::Vector3d& later, const Eigen::Vector3d& earlier, MotionError& error) {
+  Eigen::Vector3d missed = later - target.target;
+  if (target.since) {
+    const int span = frames[static_cast<std::size_t>(target.column)] -
+                     frames[static_cast<std::size_t>(*target.since)];
+    missed = (later - earlier) / span - target.target;
+  }
   for (int axis = 0; axis < 3; ++axis) {
     if ((target.axes >> axis & 1u) == 0) missed[axis] = 0;
   }
-  return missed.norm();
+  double& largest = target.since ? error.max_velocity_error : error.max_constraint_error;
+  double& exact = target.since ? error.max_exact_velocity_error : error.max_exact_error;
+  largest = std::max(largest, missed.norm());
+  if (target.is_exact) exact = std::max(exact, missed.norm());
 }
 
 void note_reach(const Eigen::MatrixXd& linear, const std::vector<int>& frames, Eigen::Index first,
@@ -119,6 +134,8 @@ MotionError motion_error(FullShapes& full, const ShownFrames& shown, const JobCo
   if (count == 0) return error;
   const int rigid = model.rigid_count, elastic = model.coordinate_count() - rigid;
   std::vector<FrameError> errors(shown.frames.size());
+  std::vector<Eigen::Vector3d> later(shown.targets.size(), Eigen::Vector3d::Zero());
+  std::vector<Eigen::Vector3d> earlier = later;  // of velocities
   for (Eigen::Index first = 0; first < count; first += kFramesReconstructedAtOnce) {
     const Eigen::Index frames = std::min(kFramesReconstructedAtOnce, count - first);
     const auto modal = shown.modal.middleCols(first, frames);
@@ -138,13 +155,19 @@ MotionError motion_error(FullShapes& full, const ShownFrames& shown, const JobCo
         errors[static_cast<std::size_t>(first + i)] = compare(full, u.col(i), s.col(i));
       }
     });
-    for (const ShapeTarget& target : shown.targets) {
-      if (target.column < first || target.column >= first + frames) continue;
-      const double missed = distance_from(target, u.col(target.column - first));
-      error.max_constraint_error = std::max(error.max_constraint_error, missed);
-      if (target.is_exact) error.max_exact_error = std::max(error.max_exact_error, missed);
+    const auto is_here = [&](Eigen::Index column) {
+      return column >= first && column < first + frames;
+    };
+    for (std::size_t i = 0; i < shown.targets.size(); ++i) {
+      const ShapeTarget& target = shown.targets[i];
+      if (is_here(target.column))
+        later[i] = mean_displacement(target, u.col(target.column - first));
+      if (target.since && is_here(*target.since))
+        earlier[i] = mean_displacement(target, u.col(*target.since - first));
     }
   }
+  for (std::size_t i = 0; i < shown.targets.size(); ++i)
+    note_miss(shown.targets[i], shown.frames, later[i], earlier[i], error);
   sum_up(errors, shown.frames, error);
   return error;
 }

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "engine/base/job.h"
@@ -9,13 +10,15 @@
 
 namespace limber::reduced {
 
-/// "In the frame of this column, the mean displacement of these nodes is that."
+/// "In the frame of this column, the mean displacement of these nodes is that", or their mean
+/// velocity from the frame of one column to that of another.
 struct ShapeTarget {
   int column = 0;
   std::shared_ptr<const std::vector<int>> nodes;  // compact ids
   unsigned axes = 7;                              // bit 0: x, bit 1: y, bit 2: z
-  Eigen::Vector3d target = {0, 0, 0};             // displacement from rest [m]
+  Eigen::Vector3d target = {0, 0, 0};             // displacement from rest [m], or [m/frame]
   bool is_exact = false;                          // of a constraint that is to hold exactly
+  std::optional<int> since = std::nullopt;        // of a velocity: the column where it begins
 };
 
 /// Some frames of a motion as they are shown, and what they were to meet.
@@ -41,7 +44,9 @@ struct MotionError {
   /// [m].
   double max_constraint_error = 0;
   double max_exact_error = 0;  // the same of exact targets only [m]
-  int inverted_tets = 0;       // of the shown frame that has most of them
+  /// The same of velocities [m/frame].
+  double max_velocity_error = 0, max_exact_velocity_error = 0;
+  int inverted_tets = 0;  // of the shown frame that has most of them
   int inverted_frame = 0;
   int frames = 0;  // that were compared
   /// Largest displacement of a node in the linear pose W-hat z, rigid motions left out, and its

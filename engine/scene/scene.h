@@ -21,6 +21,7 @@ enum class Basis { kBest, kSnapshots, kModalDerivatives, kMapDerivatives };
 enum class TargetKind {
   kDisplacement,  // relative to the rest position
   kPosition,      // a point in the mesh's space
+  kVelocity,      // of the shown frames, see velocity_span()
 };
 
 /// How fast the body moves: unit of time is the frame.
@@ -67,15 +68,17 @@ struct MaterialOptimisation {
   static constexpr int kMaxSlowSteps = 1000;
 };
 
-/// "In this frame, the (mean) position of these nodes is there."
+/// "In this frame, the (mean) position of these nodes is there", or their (mean) velocity is that.
 struct Constraint {
   std::uint64_t id = 0;  // 0: to be numbered by the session
   int frame = 0;
   std::vector<int> nodes;  // source node ids, one or more; a group is held by its mean
   unsigned axes = 7;       // bit 0: x, 1: y, 2: z
   TargetKind kind = TargetKind::kDisplacement;
-  Eigen::Vector3d target = {0, 0, 0};  // [scene length unit]
-  double weight = 100;                 // gamma, > 0; infinity holds exactly
+  Eigen::Vector3d target = {0, 0, 0};  // [scene length unit], of a velocity [scene length unit / s]
+  /// gamma, > 0, of gamma/2 |miss / body length|^2, of a velocity gamma/2 |miss 1 s / body
+  /// length|^2; infinity holds exactly
+  double weight = 100;
 };
 
 /// "In this frame, the body has this pose", as far as its modes can (paper: space-time editing,
@@ -123,9 +126,20 @@ inline constexpr const char* kHowToHoldExactly =
 
 /// How many frames an end condition holds; nothing for a number that is none.
 [[nodiscard]] std::optional<int> pinned_frames(End end);
+/// The velocity in a frame is the central difference of the shown frames,
+/// (u(until) - u(since)) / (until - since) x frames per second: the frames before and after it, at
+/// the first and the last frame the frame itself and its only neighbour.
+struct VelocitySpan {
+  int since = 0, until = 0;
+};
+[[nodiscard]] VelocitySpan velocity_span(int frame, int frame_count);
 /// What is to be said of a constraint in a frame that an end condition holds; nothing of others.
 [[nodiscard]] std::optional<std::string> idle_frame_warning(int frame, int frame_count,
                                                             End first_end, End last_end);
+/// As above; a velocity has no effect where both frames of its span are held.
+[[nodiscard]] std::optional<std::string> idle_frame_warning(const Constraint& constraint,
+                                                            int frame_count, End first_end,
+                                                            End last_end);
 /// What is to be said of a constraint all of whose nodes are fixed.
 inline constexpr const char* kIdleNodesWarning =
     "all of them are fixed: the constraint cannot move them";

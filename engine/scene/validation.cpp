@@ -365,8 +365,8 @@ class SceneValidator {
             "frame " + std::to_string(constraint.frame) + " is out of range: there are " +
                 std::to_string(frames) + " frames",
             ErrorCode::kOutOfRange);
-    } else if (const auto text = idle_frame_warning(constraint.frame, frames, scene_.first_end,
-                                                    scene_.last_end)) {
+    } else if (const auto text =
+                   idle_frame_warning(constraint, frames, scene_.first_end, scene_.last_end)) {
       warning(field + ".frame", *text);
     }
   }
@@ -449,6 +449,24 @@ std::optional<std::string> idle_frame_warning(int frame, int frame_count, End fi
     return std::nullopt;
   return fmt::format("frame {} is held by the end condition: the constraint cannot change it",
                      frame);
+}
+
+VelocitySpan velocity_span(int frame, int frame_count) {
+  return {std::max(0, frame - 1), std::min(frame_count - 1, frame + 1)};
+}
+
+std::optional<std::string> idle_frame_warning(const Constraint& constraint, int frame_count,
+                                              End first_end, End last_end) {
+  if (constraint.kind != TargetKind::kVelocity)
+    return idle_frame_warning(constraint.frame, frame_count, first_end, last_end);
+  const auto [since, until] = velocity_span(constraint.frame, frame_count);
+  if (!idle_frame_warning(since, frame_count, first_end, last_end) ||
+      !idle_frame_warning(until, frame_count, first_end, last_end))
+    return std::nullopt;
+  return fmt::format(
+      "frames {} and {}, whose difference is the velocity, are held by the end conditions: the "
+      "constraint cannot change it",
+      since, until);
 }
 
 std::vector<Issue> validate(const Scene& scene) { return SceneValidator(scene).run(); }

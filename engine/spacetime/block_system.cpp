@@ -10,7 +10,7 @@ Eigen::Index BlockSystem::place(int frame) const {
   return Eigen::Index{modes_} * (frame - first_[static_cast<std::size_t>(group)]);
 }
 
-void BlockSystem::group_frames(const ModeSystems& systems) {
+void BlockSystem::group_frames(const ModeSystems& systems, const std::vector<Tie>& ties) {
   const int count = systems.kept_count();
   // The last frame that each one, or one before it, couples to.
   std::vector<int> reach(static_cast<std::size_t>(count));
@@ -19,6 +19,10 @@ void BlockSystem::group_frames(const ModeSystems& systems) {
     const int last = std::min(count, row.start + static_cast<int>(row.values.cols())) - 1;
     auto& known = reach[static_cast<std::size_t>(row.start)];
     known = std::max(known, last);
+  }
+  for (const Tie& tie : ties) {
+    auto& known = reach[static_cast<std::size_t>(systems.kept_of_knot(tie.knot))];
+    known = std::max(known, systems.kept_of_knot(tie.later));
   }
   for (std::size_t frame = 1; frame < reach.size(); ++frame) {
     reach[frame] = std::max(reach[frame], reach[frame - 1]);
@@ -33,10 +37,11 @@ void BlockSystem::group_frames(const ModeSystems& systems) {
   }
 }
 
-void BlockSystem::assemble(const ModeSystems& systems, const AddBlock& add_block) {
+void BlockSystem::assemble(const ModeSystems& systems, const AddBlock& add_block,
+                           const std::vector<Tie>& ties) {
   const int count = systems.kept_count();
   modes_ = systems.modes();
-  group_frames(systems);
+  group_frames(systems, ties);
   const auto groups = static_cast<std::size_t>(group_count());
   diagonal_.resize(groups);
   below_.resize(groups);
@@ -48,28 +53,33 @@ void BlockSystem::assemble(const ModeSystems& systems, const AddBlock& add_block
     diagonal_[group].diagonal().setConstant(ModeSystems::kProximal);
     below_[group].setZero(size(group + 1), size(group));
   }
+  // Of a frame and one before it, or itself.
+  const auto block = [&](int frame, int other) {
+    const auto group = static_cast<std::size_t>(group_of_[static_cast<std::size_t>(other)]);
+    const bool inside = group_of_[static_cast<std::size_t>(frame)] == static_cast<int>(group);
+    auto& target = inside ? diagonal_[group] : below_[group];
+    return target.block(place(frame), place(other), modes_, modes_);
+  };
   for (const BandedRow& row : systems.rows()) {
     const int width = std::min(static_cast<int>(row.values.cols()), count - row.start);
     for (int i = 0; i < width; ++i) {
       for (int j = 0; j <= i; ++j) {
-        const int frame = row.start + i, other = row.start + j;
-        const auto group = static_cast<std::size_t>(group_of_[static_cast<std::size_t>(other)]);
-        const bool inside = group_of_[static_cast<std::size_t>(frame)] == static_cast<int>(group);
-        auto& target = inside ? diagonal_[group] : below_[group];
-        target.block(place(frame), place(other), modes_, modes_).diagonal() +=
+        block(row.start + i, row.start + j).diagonal() +=
             row.values.col(i).head(modes_).cwiseProduct(row.values.col(j).head(modes_));
       }
     }
   }
   for (int knot = 0; knot < static_cast<int>(systems.knots().size()); ++knot) {
     const int frame = systems.kept_of_knot(knot);
-    const auto group = static_cast<std::size_t>(group_of_[static_cast<std::size_t>(frame)]);
-    add_block(knot, diagonal_[group].block(place(frame), place(frame), modes_, modes_));
+    add_block(knot, block(frame, frame));
   }
+  for (const Tie& tie : ties)
+    block(systems.kept_of_knot(tie.later), systems.kept_of_knot(tie.knot)) += tie.block;
 }
 
-bool BlockSystem::factor(const ModeSystems& systems, const AddBlock& add_block) {
-  assemble(systems, add_block);
+bool BlockSystem::factor(const ModeSystems& systems, const AddBlock& add_block,
+                         const std::vector<Tie>& ties) {
+  assemble(systems, add_block, ties);
   const auto groups = static_cast<std::size_t>(group_count());
   for (std::size_t group = 0; group < groups; ++group) {
     auto& own = diagonal_[group];

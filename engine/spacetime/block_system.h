@@ -21,14 +21,21 @@ namespace limber::spacetime {
 ///   f3 [ d   d  | d   d  ]
 ///
 /// and factored by block tridiagonal Cholesky, H = F F^T: time linear in the number of knots, cubic
-/// in r.
+/// in r. Where a row of constraints ties two knots together (a velocity), the block between these
+/// is dense as well.
 class BlockSystem {
  public:
   /// Adds the block of a knot to the r x r matrix given.
   using AddBlock = std::function<void(int knot, Eigen::Ref<Eigen::MatrixXd> block)>;
+  /// Knots with a block between them.
+  struct Tie {
+    int knot = 0, later = 0;  // knot < later
+    Eigen::MatrixXd block;    // r x r, rows of `later`
+  };
 
   /// @returns false if H is not positive definite
-  [[nodiscard]] bool factor(const ModeSystems& systems, const AddBlock& add_block);
+  [[nodiscard]] bool factor(const ModeSystems& systems, const AddBlock& add_block,
+                            const std::vector<Tie>& ties = {});
   /// x <- H^-1 x, lanes x kept.
   void solve(Lanes& x) const;
   /// x <- F^-1 x, so that x^T H^-1 y is the inner product of both.
@@ -37,8 +44,9 @@ class BlockSystem {
   void half_solve(Eigen::MatrixXd& x, const std::vector<int>& starts) const;
 
  private:
-  void group_frames(const ModeSystems& systems);
-  void assemble(const ModeSystems& systems, const AddBlock& add_block);
+  void group_frames(const ModeSystems& systems, const std::vector<Tie>& ties);
+  void assemble(const ModeSystems& systems, const AddBlock& add_block,
+                const std::vector<Tie>& ties);
   [[nodiscard]] int group_count() const { return static_cast<int>(first_.size()) - 1; }
   /// Where a frame's modes begin in its group.
   [[nodiscard]] Eigen::Index place(int frame) const;

@@ -26,11 +26,12 @@ void ConstraintRows::set_mixing(Eigen::MatrixXd mixing) {
 
 /// Rows under way; multipliers are found again by what they belong to.
 struct ConstraintRows::Gathered {
-  enum class Kind { kPosition, kKeyframe };
+  enum class Kind { kPosition, kVelocity, kKeyframe };
   using Key = std::tuple<Kind, ConstraintId, int>;  // kind, id, axis or coordinate
 
   std::map<Key, double> known;  // multipliers of the exact rows before
   std::vector<double> targets, weights, multipliers;
+  std::map<ConstraintId, int> members;  // those begun, where in members_
 
   void add(const Key& key, double target, double weight) {
     const auto found = known.find(key);
@@ -43,9 +44,10 @@ struct ConstraintRows::Gathered {
 void ConstraintRows::rebuild(const ConstraintSet& constraints, int first_free, int last_free) {
   Gathered rows;
   for (const Member& member : members_) {
+    const auto kind = member.velocity ? Gathered::Kind::kVelocity : Gathered::Kind::kPosition;
     for (int axis = 0, row = member.row; axis < 3; ++axis) {
       if ((member.axes >> axis & 1U) == 0) continue;
-      if (exact(row)) rows.known[{Gathered::Kind::kPosition, member.id, axis}] = multiplier_[row];
+      if (exact(row)) rows.known[{kind, member.id, axis}] = multiplier_[row];
       ++row;
     }
   }
@@ -58,16 +60,30 @@ void ConstraintRows::rebuild(const ConstraintSet& constraints, int first_free, i
     }
   }
   const auto is_free = [&](int frame) { return frame >= first_free && frame <= last_free; };
-  std::map<int, std::vector<const PositionConstraint*>> positions;  // by frame, there by id
+  std::map<int, std::vector<Reading>> positions;  // by frame, there by id
   std::map<int, std::vector<const KeyframeConstraint*>> keyframes;
+  members_.clear();
   pinned_.clear();
   knots_.clear();
   for (const auto& [id, constraint] : constraints.positions) {
-    if (!is_free(constraint.frame) || !kinematics_->moves(constraint.site)) {
+    const auto read = readings(constraint);
+    const bool moves =
+        kinematics_->moves(constraint.site) &&
+        std::any_of(read.begin(), read.end(), [&](const auto& at) { return is_free(at.first); });
+    if (!moves) {
       pinned_.push_back(constraint);
-    } else {
-      positions[constraint.frame].push_back(&constraint);
-      knots_.push_back(constraint.frame);
+      continue;
+    }
+    rows.members[id] = static_cast<int>(members_.size());
+    members_.push_back(
+        {id, -1, -1, constraint.axes, Eigen::Vector3d::Zero(), constraint.is_velocity()});
+    for (const auto& [frame, factor] : read) {
+      if (is_free(frame)) {
+        positions[frame].push_back({&constraint, factor});
+        knots_.push_back(frame);
+      } else {
+        members_.back().constant += factor * held_displacement(frame, constraint.site);
+      }
     }
   }
   for (const auto& [id, keyframe] : constraints.keyframes) {
@@ -77,30 +93,31 @@ void ConstraintRows::rebuild(const ConstraintSet& constraints, int first_free, i
   }
   std::sort(knots_.begin(), knots_.end());
   knots_.erase(std::unique(knots_.begin(), knots_.end()), knots_.end());
-  first_row_.clear();
+  first_term_.clear();
   knot_of_.clear();
-  members_.clear();
+  row_of_.clear();
+  pairs_.clear();
+  parts_.clear();
   keyframes_.clear();
   queries_.clear();
   position_queries_.clear();
   position_blocks_.clear();
   keyframe_blocks_.clear();
-  position_count_ = 0;
+  position_rows_.clear();
+  position_places_.clear();
   idle_energy_ = 0;
   for (const int frame : knots_) {
-    const int knot = static_cast<int>(first_row_.size());
-    const int first = static_cast<int>(rows.targets.size());
-    first_row_.push_back(first);
+    const int knot = static_cast<int>(first_term_.size());
+    const int first = term_count();
+    first_term_.push_back(first);
     add_positions(positions[frame], rows);
-    const int behind = static_cast<int>(rows.targets.size());
+    const int behind = term_count();
     if (behind > first) position_blocks_.push_back({knot, first, behind - first});
-    position_count_ += behind - first;
     add_keyframes(keyframes[frame], rows);
-    const int end = static_cast<int>(rows.targets.size());
+    const int end = term_count();
     if (end > behind) keyframe_blocks_.push_back({knot, behind, end - behind});
-    knot_of_.resize(rows.targets.size(), static_cast<int>(first_row_.size()) - 1);
   }
-  first_row_.push_back(static_cast<int>(rows.targets.size()));
+  first_term_.push_back(term_count());
   const auto count = static_cast<Eigen::Index>(rows.targets.size());
   target_ = Eigen::Map<const Eigen::VectorXd>(rows.targets.data(), count);
   gamma_ = Eigen::Map<const Eigen::VectorXd>(rows.weights.data(), count);
@@ -116,30 +133,51 @@ void ConstraintRows::rebuild(const ConstraintSet& constraints, int first_free, i
   rebuild_fixed();
 }
 
-void ConstraintRows::add_positions(const std::vector<const PositionConstraint*>& positions,
-                                   Gathered& rows) {
-  const int knot = static_cast<int>(first_row_.size()) - 1;
-  for (const PositionConstraint* constraint : positions) {
-    members_.push_back(
-        {constraint->id, knot, static_cast<int>(rows.targets.size()), constraint->axes});
+std::vector<std::pair<int, double>> ConstraintRows::readings(const PositionConstraint& constraint) {
+  if (!constraint.since) return {{constraint.frame, 1.0}};
+  const double factor = 1.0 / (constraint.frame - *constraint.since);
+  return {{*constraint.since, -factor}, {constraint.frame, factor}};
+}
+
+void ConstraintRows::add_positions(const std::vector<Reading>& readings, Gathered& rows) {
+  const int knot = static_cast<int>(first_term_.size()) - 1;
+  for (const auto& [constraint, factor] : readings) {
+    const int index = rows.members.at(constraint->id);
+    Member& member = members_[static_cast<std::size_t>(index)];
+    const bool begun = member.row >= 0;
+    if (!begun) {
+      member.row = static_cast<int>(rows.targets.size());
+      member.term = term_count();
+    }
+    const auto kind = member.velocity ? Gathered::Kind::kVelocity : Gathered::Kind::kPosition;
+    parts_.push_back({index, term_count(), factor});
     queries_.push_back({constraint->site, knot});
     position_queries_.push_back({constraint->site, static_cast<int>(position_blocks_.size())});
-    for (int axis = 0; axis < 3; ++axis) {
+    for (int axis = 0, row = member.row; axis < 3; ++axis) {
       if ((constraint->axes >> axis & 1U) == 0) continue;
-      rows.add({Gathered::Kind::kPosition, constraint->id, axis},
-               constraint->target[axis] / length_, constraint->weight);
+      if (!begun) {
+        position_rows_.push_back(row);
+        rows.add({kind, constraint->id, axis},
+                 constraint->target[axis] / length_ - member.constant[axis], constraint->weight);
+      }
+      const auto at = std::lower_bound(position_rows_.begin(), position_rows_.end(), row);
+      position_places_.push_back(static_cast<int>(at - position_rows_.begin()));
+      if (begun) pairs_.push_back({member.term + row - member.row, term_count()});
+      knot_of_.push_back(knot);
+      row_of_.push_back(row++);
     }
   }
 }
 
 void ConstraintRows::add_keyframes(const std::vector<const KeyframeConstraint*>& keyframes,
                                    Gathered& rows) {
-  const int knot = static_cast<int>(first_row_.size()) - 1;
+  const int knot = static_cast<int>(first_term_.size()) - 1;
   const bool mixed = mixing_.size() != 0;
   for (const KeyframeConstraint* constraint : keyframes) {
     Keyframe keyframe{constraint->id,
                       knot,
                       static_cast<int>(rows.targets.size()),
+                      term_count(),
                       {},
                       0,
                       std::isinf(constraint->weight)};
@@ -150,6 +188,8 @@ void ConstraintRows::add_keyframes(const std::vector<const KeyframeConstraint*>&
         continue;
       }
       keyframe.coordinates.push_back(c);
+      knot_of_.push_back(knot);
+      row_of_.push_back(static_cast<int>(rows.targets.size()));
       rows.add({Gathered::Kind::kKeyframe, constraint->id, c}, target, constraint->weight);
     }
     if (!keyframe.exact) idle_energy_ += 0.5 * constraint->weight * keyframe.idle;
@@ -157,61 +197,32 @@ void ConstraintRows::add_keyframes(const std::vector<const KeyframeConstraint*>&
   }
 }
 
+Eigen::Vector3d ConstraintRows::held_displacement(int frame, reduced::SiteId site) const {
+  const Eigen::MatrixXd rest = Eigen::MatrixXd::Zero(kinematics_->coordinate_count(), 1);
+  const reduced::SiteQuery query{site, 0};
+  Eigen::Matrix3Xd u;
+  kinematics_->evaluate({&frame, 1}, rest, {&query, 1}, u, nullptr);
+  return u.col(0) / length_;
+}
+
 void ConstraintRows::rebuild_fixed() {
-  std::vector<int> frames;
-  std::vector<reduced::SiteQuery> queries;
-  for (const PositionConstraint& constraint : pinned_) {
-    queries.push_back({constraint.site, static_cast<int>(frames.size())});
-    frames.push_back(constraint.frame);
-  }
   std::vector<double> residual, weight;
   fixed_.owner.clear();
-  if (!frames.empty()) {
-    const Eigen::MatrixXd rest = Eigen::MatrixXd::Zero(kinematics_->coordinate_count(),
-                                                       static_cast<Eigen::Index>(frames.size()));
-    Eigen::Matrix3Xd u;
-    kinematics_->evaluate(frames, rest, queries, u, nullptr);
-    for (std::size_t i = 0; i < pinned_.size(); ++i) {
-      for (int axis = 0; axis < 3; ++axis) {
-        if ((pinned_[i].axes >> axis & 1U) == 0) continue;
-        residual.push_back((pinned_[i].target[axis] - u(axis, static_cast<Eigen::Index>(i))) /
-                           length_);
-        weight.push_back(pinned_[i].weight);
-        fixed_.owner.push_back(static_cast<int>(i));
-      }
+  for (std::size_t i = 0; i < pinned_.size(); ++i) {
+    const PositionConstraint& constraint = pinned_[i];
+    Eigen::Vector3d missed = constraint.target / length_;
+    for (const auto& [frame, factor] : readings(constraint))
+      missed -= factor * held_displacement(frame, constraint.site);
+    for (int axis = 0; axis < 3; ++axis) {
+      if ((constraint.axes >> axis & 1U) == 0) continue;
+      residual.push_back(missed[axis]);
+      weight.push_back(constraint.weight);
+      fixed_.owner.push_back(static_cast<int>(i));
     }
   }
   const auto rows = static_cast<Eigen::Index>(residual.size());
   fixed_.residual = Eigen::Map<const Eigen::VectorXd>(residual.data(), rows);
   fixed_.weight = Eigen::Map<const Eigen::VectorXd>(weight.data(), rows);
-}
-
-std::vector<ConstraintRows::Miss> ConstraintRows::misses(const Eigen::VectorXd& residual) const {
-  std::vector<Miss> misses;
-  for (const Member& member : members_) {
-    const int rows = std::popcount(member.axes & 7U);
-    misses.push_back({residual.segment(member.row, rows).norm(), exact(member.row)});
-  }
-  int owner = -1;
-  for (Eigen::Index row = 0; row < fixed_.residual.size(); ++row) {
-    if (fixed_.owner[static_cast<std::size_t>(row)] != owner) misses.emplace_back();
-    owner = fixed_.owner[static_cast<std::size_t>(row)];
-    Miss& miss = misses.back();
-    miss.distance = std::hypot(miss.distance, fixed_.residual[row]);
-    miss.exact = std::isinf(fixed_.weight[row]);
-  }
-  return misses;
-}
-
-std::vector<ConstraintRows::Miss> ConstraintRows::keyframe_misses(
-    const Eigen::VectorXd& residual) const {
-  std::vector<Miss> misses;
-  for (const Keyframe& keyframe : keyframes_) {
-    const auto rows = static_cast<Eigen::Index>(keyframe.coordinates.size());
-    const double moved = residual.segment(keyframe.row, rows).squaredNorm();
-    misses.push_back({std::sqrt(moved + keyframe.idle), keyframe.exact});
-  }
-  return misses;
 }
 
 void ConstraintRows::set_target(const PositionConstraint& constraint) {
@@ -225,7 +236,8 @@ void ConstraintRows::set_target(const PositionConstraint& constraint) {
                                    [&](const Member& m) { return m.id == constraint.id; });
   LIMBER_DEMAND(member != members_.end());
   for (int axis = 0, row = member->row; axis < 3; ++axis) {
-    if ((member->axes >> axis & 1U) != 0) target_[row++] = constraint.target[axis] / length_;
+    if ((member->axes >> axis & 1U) == 0) continue;
+    target_[row++] = constraint.target[axis] / length_ - member->constant[axis];
   }
 }
 
@@ -275,37 +287,38 @@ void ConstraintRows::evaluate(const Lanes& z, Jacobian wanted, RowState& state) 
   const bool mixed = mixing_.size() != 0;
   set_coordinates(z);
   kinematics_->evaluate(knots_, coordinates_, queries_, u_, with_jacobian ? &jacobian_ : nullptr);
-  state.residual.resize(count());
+  state.residual = target_;
   if (with_jacobian) {
-    if (state.jacobian.rows() != lanes_ || state.jacobian.cols() != count()) {
-      state.jacobian.setZero(lanes_, count());
+    if (state.jacobian.rows() != lanes_ || state.jacobian.cols() != term_count()) {
+      state.jacobian.setZero(lanes_, term_count());
     }
   }
-  const double scale = 1 / length_;
-  for (std::size_t i = 0; i < members_.size(); ++i) {
-    const Member& member = members_[i];
+  for (std::size_t i = 0; i < parts_.size(); ++i) {
+    const Part& part = parts_[i];
+    const unsigned axes = members_[static_cast<std::size_t>(part.member)].axes;
+    const double scale = part.factor / length_;
     const auto query = static_cast<Eigen::Index>(i);
-    for (int axis = 0, row = member.row; axis < 3; ++axis) {
-      if ((member.axes >> axis & 1U) == 0) continue;
-      state.residual[row] = target_[row] - scale * u_(axis, query);
+    for (int axis = 0, term = part.term; axis < 3; ++axis) {
+      if ((axes >> axis & 1U) == 0) continue;
+      state.residual[row_of(term)] -= scale * u_(axis, query);
       if (with_jacobian) {
         if (mixed) {
-          state.jacobian.col(row).head(modes_).noalias() =
+          state.jacobian.col(term).head(modes_).noalias() =
               scale * (mixing_.transpose() * jacobian_.row(3 * query + axis).transpose());
         } else {
-          state.jacobian.col(row).head(modes_) =
+          state.jacobian.col(term).head(modes_) =
               scale * jacobian_.row(3 * query + axis).head(modes_).transpose();
         }
       }
-      ++row;
+      ++term;
     }
   }
   for (const Keyframe& keyframe : keyframes_) {
-    int row = keyframe.row;
+    int row = keyframe.row, term = keyframe.term;
     for (const int c : keyframe.coordinates) {
-      state.residual[row] = target_[row] - coordinates_(c, keyframe.knot);
+      state.residual[row] -= coordinates_(c, keyframe.knot);
       if (with_jacobian) {
-        auto column = state.jacobian.col(row);
+        auto column = state.jacobian.col(term);
         column.setZero();
         if (mixed) {
           column.head(modes_) = mixing_.row(c).transpose();
@@ -314,6 +327,7 @@ void ConstraintRows::evaluate(const Lanes& z, Jacobian wanted, RowState& state) 
         }
       }
       ++row;
+      ++term;
     }
   }
 }
@@ -322,18 +336,19 @@ void ConstraintRows::curvature(const Lanes& z, const Eigen::VectorXd& m,
                                std::vector<Eigen::MatrixXd>& blocks) const {
   const bool mixed = mixing_.size() != 0;
   set_coordinates(z);
-  pull_.setZero(3, static_cast<Eigen::Index>(members_.size()));
-  for (std::size_t i = 0; i < members_.size(); ++i) {
-    const Member& member = members_[i];
-    for (int axis = 0, row = member.row; axis < 3; ++axis) {
-      if ((member.axes >> axis & 1U) == 0) continue;
-      pull_(axis, static_cast<Eigen::Index>(i)) = m[row++] / length_;
+  pull_.setZero(3, static_cast<Eigen::Index>(parts_.size()));
+  for (std::size_t i = 0; i < parts_.size(); ++i) {
+    const Part& part = parts_[i];
+    const unsigned axes = members_[static_cast<std::size_t>(part.member)].axes;
+    for (int axis = 0, term = part.term; axis < 3; ++axis) {
+      if ((axes >> axis & 1U) == 0) continue;
+      pull_(axis, static_cast<Eigen::Index>(i)) = part.factor * m[row_of(term++)] / length_;
     }
   }
   // Keyframes are linear: knots of theirs alone have no curvature.
   std::vector<int> frames;
   Eigen::MatrixXd at(coordinates_.rows(), static_cast<Eigen::Index>(position_blocks_.size()));
-  for (const RowBlock& block : position_blocks_) {
+  for (const TermBlock& block : position_blocks_) {
     at.col(static_cast<Eigen::Index>(frames.size())) = coordinates_.col(block.knot);
     frames.push_back(knots_[static_cast<std::size_t>(block.knot)]);
   }

@@ -3,29 +3,42 @@
 #include <Eigen/Core>
 #include <map>
 #include <memory>
+#include <utility>
 #include <vector>
 
 #include "engine/reduced/kinematics.h"
+#include "engine/spacetime/constraint_errors.h"
 #include "engine/spacetime/lanes.h"
 #include "engine/spacetime/problem.h"
 
 namespace limber::spacetime {
 
-/// Rows of one knot that stand together.
-struct RowBlock {
+/// Terms of one knot that stand together.
+struct TermBlock {
   int knot = 0;
   int first = 0, count = 0;  // count > 0
 };
 
-/// u and, if asked for, J of every row at some z. Unitless (body lengths).
+/// Two terms of one row, at different knots.
+struct TermPair {
+  int first = 0, second = 0;  // knot of first < knot of second
+};
+
+/// u and, if asked for, J of every row at some z. Unitless (body lengths, frames).
 struct RowState {
   Eigen::VectorXd residual;  // target - u, one per row
-  Lanes jacobian;            // lanes x rows: column i is d u_i / d z at the row's knot
+  Lanes jacobian;            // lanes x terms: column t is d u_row(t) / d z at the term's knot
 };
 
 /// The axes of all position constraints and the coordinates of all keyframes in free frames as
 /// rows: by frame, there positions by (id, axis), then keyframes by (id, coordinate), grouped by
 /// knot. A coordinate that no mode moves (a row of zeros in S) is no row but a miss for good.
+///
+/// What a row reads at one knot is a term of it. A position and a coordinate are read at one knot:
+/// one term. A mean velocity is (u(frame) - u(since)) / (frame - since): two terms at two knots, or
+/// one and a constant where an end holds one of the frames. Terms are ordered by knot, there those
+/// of positions and velocities before those of keyframes; rows by their first term. So without
+/// velocities terms and rows are the same.
 ///
 /// A soft row costs weight/2 residual^2. An exact row is a soft row with a large weight and a shift
 /// of its target: weight/2 (residual + multiplier/weight)^2, the method of multipliers, which needs
@@ -49,16 +62,25 @@ class ConstraintRows {
 
   [[nodiscard]] const std::vector<int>& knots() const { return knots_; }
   [[nodiscard]] int count() const { return static_cast<int>(target_.size()); }
-  [[nodiscard]] int first_row(int knot) const { return first_row_[static_cast<std::size_t>(knot)]; }
-  [[nodiscard]] int knot_of(int row) const { return knot_of_[static_cast<std::size_t>(row)]; }
+  [[nodiscard]] int term_count() const { return static_cast<int>(row_of_.size()); }
+  [[nodiscard]] int first_term(int knot) const {
+    return first_term_[static_cast<std::size_t>(knot)];
+  }
+  [[nodiscard]] int knot_of(int term) const { return knot_of_[static_cast<std::size_t>(term)]; }
+  [[nodiscard]] int row_of(int term) const { return row_of_[static_cast<std::size_t>(term)]; }
+  /// Rows of two terms, by their second one.
+  [[nodiscard]] const std::vector<TermPair>& pairs() const { return pairs_; }
   [[nodiscard]] bool exact(int row) const { return exact_[static_cast<std::size_t>(row)] != 0; }
   [[nodiscard]] int exact_count() const { return exact_count_; }
 
-  /// Rows of positions, by knot: the only ones whose Jacobians change with z.
-  [[nodiscard]] const std::vector<RowBlock>& position_blocks() const { return position_blocks_; }
-  [[nodiscard]] int position_count() const { return position_count_; }
-  /// Rows of keyframes, by knot: linear in z.
-  [[nodiscard]] const std::vector<RowBlock>& keyframe_blocks() const { return keyframe_blocks_; }
+  /// Terms of positions and velocities, by knot: the only ones whose Jacobians change with z.
+  [[nodiscard]] const std::vector<TermBlock>& position_blocks() const { return position_blocks_; }
+  /// Rows of positions and velocities, ascending, and for each term of position_blocks() in turn
+  /// the place of its row among them.
+  [[nodiscard]] const std::vector<int>& position_rows() const { return position_rows_; }
+  [[nodiscard]] const std::vector<int>& position_places() const { return position_places_; }
+  /// Terms of keyframes, one a row, by knot: linear in z.
+  [[nodiscard]] const std::vector<TermBlock>& keyframe_blocks() const { return keyframe_blocks_; }
   /// Per knot w with J^T W J = w S^T S over the rows of its keyframes.
   [[nodiscard]] Eigen::VectorXd keyframe_weights() const;
   /// S, R x r; empty: (I, 0)^T.
@@ -78,7 +100,7 @@ class ConstraintRows {
   enum class Jacobian { kNo, kYes };
   /// @param z  lanes x knots
   void evaluate(const Lanes& z, Jacobian wanted, RowState& state) const;
-  /// One symmetric modes x modes block per knot: sum over its rows of m_i d2 u_i / dz2.
+  /// One symmetric modes x modes block per knot: sum over its terms of m_row d2 u / dz2.
   void curvature(const Lanes& z, const Eigen::VectorXd& m,
                  std::vector<Eigen::MatrixXd>& blocks) const;
 
@@ -92,14 +114,17 @@ class ConstraintRows {
   /// What is minimised: soft energy and the exact rows' weight/2 (residual + multiplier/weight)^2.
   [[nodiscard]] double merit(const Eigen::VectorXd& residual) const;
 
-  /// How far each constraint is missed: the distance over its axes (unitless).
+  /// How far each constraint is missed: the distance over its axes (body lengths), of a velocity
+  /// their difference (body lengths per frame).
   struct Miss {
     double distance = 0;
     bool exact = false;
+    bool velocity = false;
   };
   [[nodiscard]] std::vector<Miss> misses(const Eigen::VectorXd& residual) const;
   /// How far each keyframe is missed: |S z - z-bar| (unitless).
   [[nodiscard]] std::vector<Miss> keyframe_misses(const Eigen::VectorXd& residual) const;
+  [[nodiscard]] ConstraintErrors errors(const Eigen::VectorXd& residual) const;
   /// Energy of what no mode moves, part of soft_energy().
   [[nodiscard]] double idle_energy() const { return idle_energy_; }
 
@@ -112,24 +137,42 @@ class ConstraintRows {
   [[nodiscard]] const Fixed& fixed() const { return fixed_; }
 
  private:
+  /// Of a position or a velocity.
   struct Member {
     ConstraintId id;
-    int knot, row;  // first row
+    int row, term;  // the first of each, -1 before its first knot
     unsigned axes;
+    Eigen::Vector3d constant;  // what a frame held by an end adds to u (unitless)
+    bool velocity;
+  };
+  /// What a member reads at one knot: factor times u, a term an axis. In step with queries_.
+  struct Part {
+    int member;
+    int term;  // first term
+    double factor;
   };
   /// A keyframe's rows.
   struct Keyframe {
     ConstraintId id;
-    int knot, row;                 // first row
+    int knot, row, term;           // the first of each
     std::vector<int> coordinates;  // of z-hat, one a row
     double idle = 0;               // |z-bar|^2 of the coordinates that no mode moves
     bool exact = false;
   };
   /// What rebuild() gathers before it becomes vectors.
   struct Gathered;
-  void add_positions(const std::vector<const PositionConstraint*>& positions, Gathered& rows);
+  /// What a constraint reads in one frame.
+  struct Reading {
+    const PositionConstraint* constraint;
+    double factor;
+  };
+  [[nodiscard]] static std::vector<std::pair<int, double>> readings(
+      const PositionConstraint& constraint);
+  void add_positions(const std::vector<Reading>& readings, Gathered& rows);
   void add_keyframes(const std::vector<const KeyframeConstraint*>& keyframes, Gathered& rows);
   void set_coordinates(const Lanes& z) const;
+  /// Displacements of constraints in a frame that an end holds: z = 0 (unitless).
+  [[nodiscard]] Eigen::Vector3d held_displacement(int frame, reduced::SiteId site) const;
   void rebuild_fixed();
   void refresh_weights();
 
@@ -139,11 +182,13 @@ class ConstraintRows {
   double length_;
   double exact_weight_ = 1e4;
   double scale_ = 1;
-  std::vector<int> knots_, first_row_, knot_of_;
-  std::vector<RowBlock> position_blocks_, keyframe_blocks_;
-  int position_count_ = 0;
+  std::vector<int> knots_, first_term_, knot_of_, row_of_;
+  std::vector<TermPair> pairs_;
+  std::vector<TermBlock> position_blocks_, keyframe_blocks_;
+  std::vector<int> position_rows_, position_places_;
   std::vector<char> exact_;
   std::vector<Member> members_;
+  std::vector<Part> parts_;
   std::vector<Keyframe> keyframes_;
   double idle_energy_ = 0;
   std::vector<reduced::SiteQuery> queries_;                      // columns: knots

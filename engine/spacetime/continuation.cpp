@@ -31,22 +31,27 @@ void Optimizer::begin_ramp() {
   stage_newton_ = false;
   guard_.reset();
   // What keyframes ask is linear: there is nothing to be led to.
-  if (rows_.position_count() == 0) return;
+  if (rows_.position_rows().empty()) return;
   // Compliance of a row times its weight: how much the constraint wins against the forces.
-  const bool keyframes = !rows_.keyframe_blocks().empty();
+  const bool only_diagonal = !rows_.keyframe_blocks().empty() && rows_.pairs().empty();
   Eigen::VectorXd own;
-  std::vector<double> pulls;
+  std::vector<double> pulls(static_cast<std::size_t>(rows_.count()), 0.0);
+  const auto add = [&](int term, int other, double times, const double* response) {
+    double compliance = 0;
+    for (int k = 0; k < systems_.lanes(); ++k)
+      compliance += response[k] * state_.jacobian(k, term) * state_.jacobian(k, other);
+    const int row = rows_.row_of(term);
+    pulls[static_cast<std::size_t>(row)] += times * compliance * rows_.weight()[row];
+  };
   for (int knot = 0; knot < static_cast<int>(rows_.knots().size()); ++knot) {
-    if (keyframes) systems_.response(knot, own);
-    const double* response = keyframes ? own.data() : systems_.green()(knot, knot);
-    for (int row = rows_.first_row(knot); row < rows_.first_row(knot + 1); ++row) {
-      double compliance = 0;
-      for (int k = 0; k < systems_.lanes(); ++k) {
-        const double j = state_.jacobian(k, row);
-        compliance += response[k] * j * j;
-      }
-      pulls.push_back(compliance * rows_.weight()[row]);
-    }
+    if (only_diagonal) systems_.response(knot, own);
+    const double* response = only_diagonal ? own.data() : systems_.green()(knot, knot);
+    for (int term = rows_.first_term(knot); term < rows_.first_term(knot + 1); ++term)
+      add(term, term, 1, response);
+  }
+  for (const TermPair& pair : rows_.pairs()) {
+    const int knot = rows_.knot_of(pair.first), other = rows_.knot_of(pair.second);
+    add(pair.first, pair.second, 2, systems_.green()(knot, other));
   }
   const auto middle = pulls.begin() + static_cast<std::ptrdiff_t>(pulls.size() / 2);
   std::nth_element(pulls.begin(), middle, pulls.end());

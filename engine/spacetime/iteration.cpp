@@ -206,8 +206,9 @@ SolveReport Optimizer::challenge(const JobContext& job,
 
 bool Optimizer::beats(const SolveReport& other, const SolveReport& answer) const {
   const double tolerance = options_.constraint_tolerance * length_;
-  if (other.max_exact_error > std::max(10 * tolerance, 1.1 * answer.max_exact_error)) return false;
-  if (answer.max_exact_error > std::max(10 * tolerance, 10 * other.max_exact_error)) return true;
+  const double its_error = answer.exact_error(), other_error = other.exact_error();
+  if (other_error > std::max(10 * tolerance, 1.1 * its_error)) return false;
+  if (its_error > std::max(10 * tolerance, 10 * other_error)) return true;
   const bool converged = answer.status == SolveStatus::kConverged;
   const bool other_converged = other.status == SolveStatus::kConverged;
   if (converged && !other_converged)

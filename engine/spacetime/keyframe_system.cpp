@@ -29,7 +29,7 @@ void KeyframeSystem::factor(const ModeSystems& systems, const ConstraintRows& ro
 void KeyframeSystem::factor_diagonal(const ModeSystems& systems, const ConstraintRows& rows) {
   std::vector<BandedRow> all;
   all.reserve(systems.rows().size() + rows.keyframe_blocks().size());
-  for (const RowBlock& block : rows.keyframe_blocks()) {
+  for (const TermBlock& block : rows.keyframe_blocks()) {
     BandedRow row{systems.kept_of_knot(block.knot), Lanes::Zero(systems.lanes(), 4)};
     row.values.col(0).setConstant(std::sqrt(weights_[block.knot]));
     all.push_back(std::move(row));
@@ -39,7 +39,7 @@ void KeyframeSystem::factor_diagonal(const ModeSystems& systems, const Constrain
                    [](const BandedRow& a, const BandedRow& b) { return a.start < b.start; });
   band_.factor(all, systems.kept_count(), systems.lanes(), ModeSystems::kProximal);
   std::vector<int> frames;
-  for (const RowBlock& block : rows.position_blocks())
+  for (const TermBlock& block : rows.position_blocks())
     frames.push_back(systems.kept_of_knot(block.knot));
   green_.compute(band_, systems.kept_count(), systems.lanes(), frames);
 }
@@ -75,9 +75,10 @@ void KeyframeSystem::solve(const ModeSystems& systems, Lanes& x) const {
 void KeyframeSystem::half_response(const ModeSystems& systems, const ConstraintRows& rows,
                                    const Lanes& jacobian) {
   const Eigen::Index modes = systems.modes();
-  half_.setZero(modes * systems.kept_count(), rows.position_count());
+  half_.setZero(modes * systems.kept_count(),
+                static_cast<Eigen::Index>(rows.position_places().size()));
   starts_.clear();
-  for (const RowBlock& block : rows.position_blocks()) {
+  for (const TermBlock& block : rows.position_blocks()) {
     const int kept = systems.kept_of_knot(block.knot);
     const auto column = static_cast<Eigen::Index>(starts_.size());
     half_.block(modes * kept, column, modes, block.count) =
@@ -89,11 +90,15 @@ void KeyframeSystem::half_response(const ModeSystems& systems, const ConstraintR
 
 void KeyframeSystem::response(const ModeSystems& systems, const ConstraintRows& rows,
                               const Lanes& jacobian, Eigen::MatrixXd& system) {
-  if (form_ != Form::kBlocks)
-    return response_of_rows(green(systems), rows.position_blocks(), jacobian, scaled_, system);
-  half_response(systems, rows, jacobian);
-  system.setZero(half_.cols(), half_.cols());
-  system.selfadjointView<Eigen::Lower>().rankUpdate(half_.transpose());
+  if (form_ == Form::kBlocks) {
+    half_response(systems, rows, jacobian);
+    system.setZero(half_.cols(), half_.cols());
+    system.selfadjointView<Eigen::Lower>().rankUpdate(half_.transpose());
+  } else {
+    response_of_terms(green(systems), rows.position_blocks(), jacobian, scaled_, system);
+  }
+  sum_terms(rows.position_places(), static_cast<Eigen::Index>(rows.position_rows().size()), system,
+            half_);
 }
 
 }  // namespace limber::spacetime

@@ -27,8 +27,8 @@ class KeyframeSystem {
 
   /// x <- P_key^-1 x, lanes x kept.
   void solve(const ModeSystems& systems, Lanes& x) const;
-  /// The lower triangle of J P_key^-1 J^T over the rows of positions.
-  /// @param jacobian  lanes x rows
+  /// The lower triangle of J P_key^-1 J^T over the rows of positions and velocities.
+  /// @param jacobian  lanes x terms
   void response(const ModeSystems& systems, const ConstraintRows& rows, const Lanes& jacobian,
                 Eigen::MatrixXd& system);
 
@@ -39,7 +39,7 @@ class KeyframeSystem {
   [[nodiscard]] const GreenBlocks& green(const ModeSystems& systems) const {
     return form_ == Form::kPlain ? systems.green() : green_;
   }
-  /// half_ <- F^-1 J^T over the rows of positions.
+  /// half_ <- F^-1 J^T over the terms of positions and velocities.
   void half_response(const ModeSystems& systems, const ConstraintRows& rows, const Lanes& jacobian);
 
   bool known_ = false;

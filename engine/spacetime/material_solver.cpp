@@ -81,7 +81,6 @@ class MaterialSolver::Impl {
       : options_(options),
         kinematics_(std::move(kinematics)),
         constraints_(constraints),
-        length_(kinematics_->length()),
         timeline_(timeline),
         material_(std::move(material)),
         systems_(material_.dynamics, timeline_),
@@ -144,6 +143,11 @@ class MaterialSolver::Impl {
   /// (second-order correction, NOTATION.md). @returns its merit
   double try_step(double part);
   void accept(double part);
+  /// By options_.limit; 0 where there is none.
+  [[nodiscard]] double size_of(const ModeSystems& systems, const MaterialPoint& point);
+  [[nodiscard]] bool is_within_limit(const ModeSystems& systems, const MaterialPoint& point) {
+    return !options_.limit.size || size_of(systems, point) <= std::max(size_, options_.limit.most);
+  }
   /// z alone to its optimum for the present material. @returns whether it was worth it
   [[nodiscard]] bool settle_motion();
   [[nodiscard]] MaterialReport report(SolveStatus status, int iterations);
@@ -164,7 +168,6 @@ class MaterialSolver::Impl {
   MaterialOptions options_;
   std::shared_ptr<const reduced::Kinematics> kinematics_;
   ConstraintSet constraints_;
-  double length_;
   Timeline timeline_;
   Material material_;
   ModeSystems systems_;
@@ -176,6 +179,7 @@ class MaterialSolver::Impl {
   Eigen::MatrixXd knots_z_, motion_;
   double nu_ = kFirstDamping, energy_ = 0, start_total_ = 0;
   double max_stiffness_ = std::numeric_limits<double>::infinity();
+  double size_ = 0;  // of point_, by options_.limit
   std::optional<std::pair<Material, Eigen::MatrixXd>> resumed_;
   int evaluations_ = 0;
 };
@@ -195,6 +199,13 @@ void MaterialSolver::Impl::set_dynamics(ModeDynamics dynamics) {
   systems_ = ModeSystems(material_.dynamics, timeline_);
   systems_.set_knots(rows_.knots());
   energy_ = merit(point_, systems_);
+  size_ = size_of(systems_, point_);
+}
+
+double MaterialSolver::Impl::size_of(const ModeSystems& systems, const MaterialPoint& point) {
+  if (!options_.limit.size) return 0;
+  systems.interpolate(point.z, motion_);
+  return options_.limit.size(point.mixing, motion_);
 }
 
 void MaterialSolver::Impl::bound_frequencies(double frequency) {
@@ -221,10 +232,11 @@ void MaterialSolver::Impl::fit_dynamics() {
   // Frames between knots follow the new dynamics: the energy falls. It may not where a free end's
   // last frames are held (NOTATION.md).
   const double energy = merit(point_, systems);
-  if (!(energy <= energy_)) return;
+  if (!(energy <= energy_) || !is_within_limit(systems, point_)) return;
   systems_ = std::move(systems);
   material_.dynamics = std::move(fitted);
   energy_ = energy;
+  size_ = size_of(systems_, point_);
 }
 
 bool MaterialSolver::Impl::step() {
@@ -237,7 +249,7 @@ bool MaterialSolver::Impl::step() {
     if (!(step_.promise > 0)) return settled;
     const double energy = try_step(part);
     const double gain = (energy_ - energy) / step_.promise;
-    if (gain > kArmijoShare * part) {
+    if (gain > kArmijoShare * part && is_within_limit(systems_, trial_)) {
       if (gain > 0.5) nu_ = std::max(kLeastDamping, nu_ / 3);
       if (gain < 0.1 && part == 1) nu_ *= 2;
       energy_ = energy;
@@ -271,9 +283,10 @@ bool MaterialSolver::Impl::settle_motion() {
   trial_.mixing = point_.mixing;
   evaluate(trial_);
   const double energy = merit(trial_, systems_);
-  if (!(energy < energy_ - kSettled * energy_)) return false;
+  if (!(energy < energy_ - kSettled * energy_) || !is_within_limit(systems_, trial_)) return false;
   std::swap(point_, trial_);
   energy_ = energy;
+  size_ = size_of(systems_, point_);
   return true;
 }
 
@@ -302,6 +315,7 @@ double MaterialSolver::Impl::try_step(double part) {
 void MaterialSolver::Impl::accept(double part) {
   std::swap(point_, trial_);
   material_.mixing = point_.mixing;
+  size_ = size_of(systems_, point_);
   if (rows_.exact_count() == 0) return;
   rows_.set_multipliers(rows_.multiplier() + part * (step_.m - rows_.multiplier()));
   energy_ = merit(point_, systems_);
@@ -314,6 +328,7 @@ void MaterialSolver::Impl::restore(const Start& start) {
   rows_.set_multipliers(start.multiplier);
   nu_ = start.nu;
   energy_ = start.energy;
+  size_ = size_of(systems_, point_);
 }
 
 void MaterialSolver::Impl::take_up_resumed() {
@@ -329,6 +344,7 @@ void MaterialSolver::Impl::take_up_resumed() {
 MaterialReport MaterialSolver::Impl::solve(
     const JobContext& job, const std::function<bool(const MaterialReport&)>& on_step) {
   start_total_ = total_energy();
+  size_ = size_of(systems_, point_);
   if (rows_.count() == 0) return report(SolveStatus::kConverged, 0);
   const Start start{material_, systems_, point_, rows_.multiplier(), nu_, energy_, start_total_};
   take_up_resumed();
@@ -395,18 +411,7 @@ MaterialReport MaterialSolver::Impl::report(SolveStatus status, int iterations) 
   result.column_energy = options_.column_weight * column_energy(point_.mixing);
   result.total_energy = result.force_energy + result.constraint_energy + result.column_energy;
   result.below_start = total_energy() < start_total_;
-  double square = 0;
-  const auto misses = rows_.misses(point_.rows.residual);
-  for (const auto& miss : misses) {
-    result.max_constraint_error = std::max(result.max_constraint_error, length_ * miss.distance);
-    if (miss.exact)
-      result.max_exact_error = std::max(result.max_exact_error, length_ * miss.distance);
-    square += miss.distance * miss.distance;
-  }
-  if (!misses.empty())
-    result.rms_constraint_error = length_ * std::sqrt(square / static_cast<double>(misses.size()));
-  for (const auto& miss : rows_.keyframe_misses(point_.rows.residual))
-    result.max_keyframe_error = std::max(result.max_keyframe_error, miss.distance);
+  static_cast<ConstraintErrors&>(result) = rows_.errors(point_.rows.residual);
   result.unit_force_energy =
       status == SolveStatus::kImproved ? 0 : unit_force_energy(material_, motion());
   if (status == SolveStatus::kIterationLimit) {

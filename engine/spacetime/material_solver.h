@@ -30,6 +30,13 @@ struct MaterialOptions {
   int slow_steps = 10;
   double slow_frequency = kSlowestNeeded;  // [1/frame], in (0, 1/2]
   int held = 0;  // first modes whose dynamics and columns stay: rigid unknowns of a free body
+  /// E_f does not see how far what swings freely goes. Steps to motions whose size is above `most`
+  /// and above what it was before the step are refused; without `size` none are.
+  struct MotionLimit {
+    std::function<double(const Eigen::MatrixXd& mixing, const Eigen::MatrixXd& motion)> size;
+    double most = 0;
+  };
+  MotionLimit limit = {};
 
   /// See slow_frequency_of().
   static constexpr double kSlowestNeeded = 1.0 / 24;
@@ -43,7 +50,7 @@ struct MaterialOptions {
 [[nodiscard]] double slow_frequency_of(const ModeDynamics& dynamics, int held);
 
 /// Energies are unitless (body lengths, frames).
-struct MaterialReport {
+struct MaterialReport : ConstraintErrors {
   // kConverged: the energy has settled (MaterialOptions::tolerance); lower ones may well exist.
   SolveStatus status = SolveStatus::kImproved;
   int iterations = 0;            // accepted steps
@@ -56,9 +63,6 @@ struct MaterialReport {
   // Lower than the start of the solve, errors of exact rows weighted. Steps in between may not be:
   // bounds raise the energy first.
   bool below_start = false;
-  double max_constraint_error = 0, rms_constraint_error = 0;  // as SolveReport [m]
-  double max_exact_error = 0;                                 // as SolveReport [m]
-  double max_keyframe_error = 0;                              // as SolveReport
   std::string message;  // one sentence for a person when status is not kConverged
 };
 

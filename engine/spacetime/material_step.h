@@ -19,14 +19,15 @@ struct MaterialStep {
 struct MaterialPoint {
   Lanes z;                 // lanes x kept
   Eigen::MatrixXd mixing;  // S, R x r
-  RowState rows;           // at S z; jacobian by z-hat = S z: padded R x rows
+  RowState rows;           // at S z; jacobian by z-hat = S z: padded R x terms
 };
 
 /// Gauss-Newton steps over (z, S) together, for the price of one in z: S too is seen only through
 /// the constraints' rows, du_a = J_a (S dz_a + dS z_a). With P = K + proximal I as in
 /// ConstraintSpace, Levenberg's nu on dS and the Gauss-Newton curvature of mu E_s,
 /// N_k = nu I + 8 mu s_k s_k^T, what is left is one dense system in the multipliers:
-///   C_ab = delta_ab / w_a + sum_k [ (J_a S)_k G_k(a,b) (J_b S)_k + z_ka z_kb J_a N_k^-1 J_b^T ].
+///   C_ab = delta_ab / w_a + sum_k [ (J_a S)_k G_k(a,b) (J_b S)_k + z_ka z_kb J_a N_k^-1 J_b^T ],
+/// for a velocity summed over its terms, each with the z of its knot.
 /// The first `held` coordinates and modes are left out of S: rigid motions of a free body stay
 /// what they are.
 class MaterialSpace {
@@ -56,8 +57,9 @@ class MaterialSpace {
                                       const MaterialPoint& point, const MaterialStep& step);
 
   Damping damping_;
-  Eigen::MatrixXd system_, hat_, free_hat_, mixing_, at_rows_, work_, weighted_;
+  Eigen::MatrixXd system_, hat_, free_hat_, mixing_, at_terms_, work_, weighted_;
   Lanes jacobian_, scaled_, lanes_work_;
+  Eigen::VectorXd along_;   // rows
   Eigen::VectorXd shrink_;  // per mode: 8 mu / (nu + 8 mu |s|^2), Sherman-Morrison
 };
 

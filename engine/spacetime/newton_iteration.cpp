@@ -42,18 +42,11 @@ bool Optimizer::factor_newton() {
   return true;
 }
 
-double Optimizer::along(const Lanes& d, int row) const {
-  return lane_dot(state_.jacobian.col(row).data(),
-                  d.col(systems_.kept_of_knot(rows_.knot_of(row))).data(), systems_.lanes());
-}
-
 void Optimizer::apply_newton(const Lanes& d, Lanes& out) {
   systems_.apply(d, out);
-  for (int row = 0; row < rows_.count(); ++row) {
-    const int kept = systems_.kept_of_knot(rows_.knot_of(row));
-    lane_axpy(rows_.weight()[row] * along(d, row), state_.jacobian.col(row).data(),
-              out.col(kept).data(), systems_.lanes());
-  }
+  products().multiply(d, along_);
+  along_.array() *= rows_.weight().array();
+  products().add_transposed(along_, out);
   for (int knot = 0; knot < static_cast<int>(rows_.knots().size()); ++knot) {
     const int kept = systems_.kept_of_knot(knot);
     out.col(kept).head(systems_.modes()).noalias() -=
@@ -82,7 +75,7 @@ void Optimizer::newton_step() {
 void Optimizer::descend() {
   multiplier_ = rows_.weight().cwiseProduct(shifted_);
   descent_ = -force_;
-  add_rows(multiplier_, descent_);
+  products().add_transposed(multiplier_, descent_);
 }
 
 void Optimizer::finish_newton_step() {
@@ -91,10 +84,8 @@ void Optimizer::finish_newton_step() {
     step_.m = rows_.multiplier();  // what a shortened step leaves undone is no multiplier
     return;
   }
-  step_.m.resize(rows_.count());
-  for (int row = 0; row < rows_.count(); ++row) {
-    step_.m[row] = multiplier_[row] - rows_.weight()[row] * along(step_.d, row);
-  }
+  products().multiply(step_.d, along_);
+  step_.m = multiplier_ - rows_.weight().cwiseProduct(along_);
 }
 
 bool Optimizer::truncated_newton_step(Curvature curvature) {

@@ -5,6 +5,7 @@
 
 #include "engine/base/error.h"
 #include "engine/spacetime/constraint_system.h"
+#include "engine/spacetime/row_products.h"
 
 namespace limber::spacetime {
 namespace {
@@ -19,70 +20,50 @@ void ConstraintSpace::factor(const ModeSystems& systems, const ConstraintRows& r
   keyframes_.factor(systems, rows);
   keyframes_.response(systems, rows, jacobian_, system_);
   Eigen::Index at = 0;
-  for (const RowBlock& block : rows.position_blocks()) {
-    system_.diagonal().segment(at, block.count) +=
-        rows.weight().segment(block.first, block.count).cwiseInverse();
-    at += block.count;
-  }
+  for (const int row : rows.position_rows()) system_.diagonal()[at++] += 1 / rows.weight()[row];
   factor_lifted(system_, work_);
   ready_ = true;
 }
 
-void ConstraintSpace::add_transposed(const ModeSystems& systems, const ConstraintRows& rows,
-                                     const Lanes& jacobian, const Eigen::VectorXd& m,
-                                     Lanes& out) const {
-  for (int row = 0; row < rows.count(); ++row) {
-    lane_axpy(m[row], jacobian.col(row).data(),
-              out.col(systems.kept_of_knot(rows.knot_of(row))).data(), systems.lanes());
-  }
-}
-
 void ConstraintSpace::saddle(const ModeSystems& systems, const ConstraintRows& rows, Lanes& r,
                              const Eigen::VectorXd& c, Lanes& d, Eigen::VectorXd& m) {
-  const auto along = [&](int row) {
-    return lane_dot(jacobian_.col(row).data(),
-                    d.col(systems.kept_of_knot(rows.knot_of(row))).data(), systems.lanes());
-  };
-  const auto push = [&](double force, int row) {
-    lane_axpy(force, jacobian_.col(row).data(),
-              r.col(systems.kept_of_knot(rows.knot_of(row))).data(), systems.lanes());
-  };
-  const auto each = [](const std::vector<RowBlock>& blocks, const auto& act) {
-    for (const RowBlock& block : blocks) {
-      for (int row = block.first; row < block.first + block.count; ++row) act(row);
-    }
-  };
+  const RowProducts j{systems, rows, jacobian_};
   const Eigen::VectorXd& weight = rows.weight();
-  each(rows.keyframe_blocks(), [&](int row) { push(weight[row] * c[row], row); });
-  m.resize(rows.count());
-  if (rows.position_count() > 0) {
+  m = weight.cwiseProduct(c);
+  j.add_transposed(rows.keyframe_blocks(), m, r);
+  if (!rows.position_rows().empty()) {
     d = r;
     keyframes_.solve(systems, d);
-    at_positions_.resize(rows.position_count());
+    along_.setZero(rows.count());
+    j.add_product(rows.position_blocks(), d, along_);
+    at_positions_.resize(static_cast<Eigen::Index>(rows.position_rows().size()));
     Eigen::Index at = 0;
-    each(rows.position_blocks(), [&](int row) { at_positions_[at++] = c[row] - along(row); });
+    for (const int row : rows.position_rows()) at_positions_[at++] = c[row] - along_[row];
     system_.triangularView<Eigen::Lower>().solveInPlace(at_positions_);
     system_.transpose().triangularView<Eigen::Upper>().solveInPlace(at_positions_);
     at = 0;
-    each(rows.position_blocks(), [&](int row) {
-      m[row] = at_positions_[at++];
-      push(m[row], row);
-    });
+    for (const int row : rows.position_rows()) m[row] = at_positions_[at++];
+    j.add_transposed(rows.position_blocks(), m, r);
   }
   d = r;
   keyframes_.solve(systems, d);
-  each(rows.keyframe_blocks(), [&](int row) { m[row] = weight[row] * (c[row] - along(row)); });
+  if (rows.keyframe_blocks().empty()) return;
+  along_.setZero(rows.count());
+  j.add_product(rows.keyframe_blocks(), d, along_);
+  for (const TermBlock& block : rows.keyframe_blocks()) {
+    for (int term = block.first; term < block.first + block.count; ++term) {
+      const int row = rows.row_of(term);
+      m[row] = weight[row] * (c[row] - along_[row]);
+    }
+  }
 }
 
 double ConstraintSpace::model_decrement2(const ModeSystems& systems, const ConstraintRows& rows,
                                          const Lanes& d) {
   double sum = 2 * systems.energy(d);
-  for (int row = 0; row < rows.count(); ++row) {
-    const double along =
-        lane_dot(jacobian_.col(row).data(), d.col(systems.kept_of_knot(rows.knot_of(row))).data(),
-                 systems.lanes());
-    sum += rows.weight()[row] * along * along;
-  }
+  RowProducts{systems, rows, jacobian_}.multiply(d, along_);
+  for (int row = 0; row < rows.count(); ++row)
+    sum += rows.weight()[row] * along_[row] * along_[row];
   return sum;
 }
 
@@ -107,7 +88,8 @@ void ConstraintSpace::refine(const ModeSystems& systems, const ConstraintRows& r
   // r = J^T m - K (z + d), in which only the proximal term is left.
   systems.apply(step.d, product_);
   residual_ = -force - product_;
-  add_transposed(systems, rows, jacobian_, step.m, residual_);
+  const RowProducts j{systems, rows, jacobian_};
+  j.add_transposed(step.m, residual_);
   double before = 0;
   const double target = tolerance * tolerance * step.decrement2;
   for (int iteration = 0; iteration < kMaxInner; ++iteration) {
@@ -129,7 +111,7 @@ void ConstraintSpace::refine(const ModeSystems& systems, const ConstraintRows& r
     for (int row = 0; row < rows.count(); ++row)
       bend += mu_direction_[row] * mu_direction_[row] / rows.weight()[row];
     mu_ = -mu_direction_;
-    add_transposed(systems, rows, jacobian_, mu_, product_);
+    j.add_transposed(mu_, product_);
     if (!(bend > 1e-14 * square)) break;  // nothing holds this direction
     const double alpha = square / bend;
     step.d += alpha * direction_;

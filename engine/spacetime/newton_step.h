@@ -18,7 +18,7 @@ struct Step {
 /// Gauss-Newton steps through the constraints' rows (see NOTATION.md): with P = K + proximal I,
 ///   | P  -J^T  | | d |   | r |
 ///   | J   W^-1 | | m | = | c |
-/// Rows of keyframes are eliminated into P (KeyframeSystem); of those of positions
+/// Rows of keyframes are eliminated into P (KeyframeSystem); of those of positions and velocities
 ///   C = W^-1 + J P_key^-1 J^T
 /// remains. One dense factor of the number of these; it serves any right-hand side until J, W or
 /// the knots change.
@@ -56,17 +56,15 @@ class ConstraintSpace {
  private:
   void refine(const ModeSystems& systems, const ConstraintRows& rows, const Lanes& force,
               double tolerance, Step& step);
-  void add_transposed(const ModeSystems& systems, const ConstraintRows& rows, const Lanes& jacobian,
-                      const Eigen::VectorXd& m, Lanes& out) const;
   [[nodiscard]] double model_decrement2(const ModeSystems& systems, const ConstraintRows& rows,
                                         const Lanes& d);
 
   bool ready_ = false;
   KeyframeSystem keyframes_;
-  Lanes jacobian_;          // lanes x rows, of the factor
+  Lanes jacobian_;          // lanes x terms, of the factor
   Eigen::MatrixXd system_;  // C, then its Cholesky factor (lower)
   Lanes work_, product_, residual_, x_, direction_;
-  Eigen::VectorXd at_positions_, mu_, mu_direction_, zero_;
+  Eigen::VectorXd at_positions_, along_, mu_, mu_direction_, zero_;
 };
 
 }  // namespace limber::spacetime

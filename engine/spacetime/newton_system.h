@@ -12,7 +12,7 @@ namespace limber::spacetime {
 
 /// The full second-order model at the kept frames,
 ///   H = K + proximal I + blocks at the knots of (J^T W J - theta sum_a m_a d2 u_a / dz2 + shift
-///   I).
+///   I), and blocks of J^T W J between the two knots of a velocity.
 class NewtonSystem {
  public:
   /// @param curvature  per knot sum_a m_a d2 u_a / dz2, r x r
@@ -25,8 +25,12 @@ class NewtonSystem {
   void solve(Lanes& x) const { system_.solve(x); }
 
  private:
+  void tie_knots(int modes, const ConstraintRows& rows, const Lanes& jacobian);
+
   BlockSystem system_;
+  std::vector<BlockSystem::Tie> ties_;
   Eigen::MatrixXd weighted_;
+  Eigen::VectorXd term_weight_;
 };
 
 }  // namespace limber::spacetime

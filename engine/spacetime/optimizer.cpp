@@ -39,7 +39,8 @@ void Optimizer::set_structure(const ConstraintSet& constraints) {
 void Optimizer::target_moved(const PositionConstraint& constraint, const Eigen::Vector3d& from) {
   rows_.set_target(constraint);
   const Eigen::Vector3d& origin = origins_.try_emplace(constraint.id, from).first->second;
-  doubted_ = doubted_ || (constraint.target - origin).norm() > kFarTravel * length_;
+  const double frames = constraint.is_velocity() ? kTravelFrames : 1;
+  doubted_ = doubted_ || frames * (constraint.target - origin).norm() > kFarTravel * length_;
   challenger_.reset();
   residual_valid_ = false;
 }
@@ -188,21 +189,16 @@ Optimizer::Search Optimizer::search(const Step& step, ConstraintRows::Jacobian w
 }
 
 double Optimizer::correct_for_curvature(const Step& step, double value) {
-  const auto foreseen = [&](int row) {
-    const auto& jacobian = step_kind_ == StepKind::kNewton ? state_.jacobian : space_.jacobian();
-    return state_.residual[row] -
-           lane_dot(jacobian.col(row).data(),
-                    step.d.col(systems_.kept_of_knot(rows_.knot_of(row))).data(), systems_.lanes());
-  };
-  promised_.resize(rows_.count());
-  for (int row = 0; row < rows_.count(); ++row) promised_[row] = foreseen(row);
+  const auto& jacobian = step_kind_ == StepKind::kNewton ? state_.jacobian : space_.jacobian();
+  RowProducts{systems_, rows_, jacobian}.multiply(step.d, along_);
+  promised_ = state_.residual - along_;
   double lowest = value;
   for (int round = 0; round < 3 && trial_state_.residual.allFinite(); ++round) {
     surprise_ = trial_state_.residual - promised_;
     if (step_kind_ == StepKind::kNewton) {
       multiplier_ = rows_.weight().cwiseProduct(surprise_);
       correction_.setZero(z_.rows(), z_.cols());
-      add_rows(multiplier_, correction_);
+      products().add_transposed(multiplier_, correction_);
       newton_.solve(correction_);
     } else {
       correction_.setZero(z_.rows(), z_.cols());
@@ -218,13 +214,6 @@ double Optimizer::correct_for_curvature(const Step& step, double value) {
     trial_state_.residual.swap(candidate_state_.residual);
   }
   return lowest;
-}
-
-void Optimizer::add_rows(const Eigen::VectorXd& m, Lanes& out) const {
-  for (int row = 0; row < rows_.count(); ++row) {
-    lane_axpy(m[row], state_.jacobian.col(row).data(),
-              out.col(systems_.kept_of_knot(rows_.knot_of(row))).data(), systems_.lanes());
-  }
 }
 
 void Optimizer::accept(const Step& step, double taken) {

@@ -8,6 +8,7 @@
 #include "engine/spacetime/mode_systems.h"
 #include "engine/spacetime/newton_step.h"
 #include "engine/spacetime/newton_system.h"
+#include "engine/spacetime/row_products.h"
 #include "engine/spacetime/solver.h"
 
 namespace limber::spacetime {
@@ -69,11 +70,9 @@ class Optimizer {
   /// Betters trial_ (z_ + step.d, of merit `value`) and its residuals; @returns the merit reached.
   double correct_for_curvature(const Step& step, double value);
   void accept(const Step& step, double taken);
-  /// out += J^T m at the knots.
-  void add_rows(const Eigen::VectorXd& m, Lanes& out) const;
 
   /// Keyframes only: a quadratic energy, of one minimum, which one Gauss-Newton step reaches.
-  [[nodiscard]] bool quadratic() const { return rows_.position_count() == 0; }
+  [[nodiscard]] bool quadratic() const { return rows_.position_rows().empty(); }
   void start_from_rest_if_there();
   /// Continuation in the weights (see NOTATION.md): goes back to weights that hardly pull.
   void begin_ramp();
@@ -97,8 +96,7 @@ class Optimizer {
   [[nodiscard]] bool factor_newton();
   void refine_newton_step();
   void apply_newton(const Lanes& d, Lanes& out);
-  /// J d of a row.
-  [[nodiscard]] double along(const Lanes& d, int row) const;
+  [[nodiscard]] RowProducts products() const { return {systems_, rows_, state_.jacobian}; }
   /// Takes step_. @returns the part taken, 0 where none lowers the merit.
   [[nodiscard]] double take();
   [[nodiscard]] bool newton_pays(double ratio, double gradient) const;
@@ -125,6 +123,8 @@ class Optimizer {
   /// A target this far (body lengths) from where it was when the answer was last challenged may
   /// have led the motion into the valley of a worse minimum.
   static constexpr double kFarTravel = 0.1;
+  /// .. a velocity's by the distance that it makes in so many frames.
+  static constexpr double kTravelFrames = 10;
   /// A decrease that is smaller than this part of the merit cannot be seen in the merit.
   static constexpr double kRounding = 1e-12;
 
@@ -142,7 +142,7 @@ class Optimizer {
       candidate_;
   mutable Lanes knots_z_;
   RowState trial_state_, candidate_state_;
-  Eigen::VectorXd shifted_, multiplier_, promised_, surprise_, no_rows_, multiplier_left_;
+  Eigen::VectorXd shifted_, multiplier_, along_, promised_, surprise_, no_rows_, multiplier_left_;
   NewtonSystem newton_;
   std::vector<Eigen::MatrixXd> curvature_;
   /// The answer may lie in the valley of a worse minimum: the set of constraints, ends or dynamics

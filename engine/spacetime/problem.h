@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <limits>
 #include <map>
+#include <optional>
 #include <vector>
 
 #include "engine/reduced/kinematics.h"
@@ -33,7 +34,9 @@ struct Timeline {
 
 using ConstraintId = std::uint64_t;
 
-/// "At this frame, this site is displaced so." Only the axes of the mask count.
+/// "At this frame, this site is displaced so", or "from that frame to this one, it moves at this
+/// mean velocity": u(frame) or, with `since`, (u(frame) - u(since)) / (frame - since) is the
+/// target. Only the axes of the mask count.
 struct PositionConstraint {
   static constexpr double kExact = std::numeric_limits<double>::infinity();
 
@@ -43,6 +46,11 @@ struct PositionConstraint {
   unsigned axes = 7;                   // bit 0: x, bit 1: y, bit 2: z; at least one
   Eigen::Vector3d target = {0, 0, 0};  // displacement from rest [m]
   double weight = 100;  // gamma > 0, on (|u - target| / body length)^2 / 2; kExact: hold exactly
+  /// Of a constraint on a mean velocity (target [m/frame], gamma on (|velocity - target| / body
+  /// length * 1 frame)^2 / 2) the frame where it begins, in [0, frame).
+  std::optional<int> since = std::nullopt;
+
+  [[nodiscard]] bool is_velocity() const { return since.has_value(); }
 };
 
 /// "At this frame, the body has this pose" (E_c^RS, paper: eq. 23): S z = z-bar, all of it.

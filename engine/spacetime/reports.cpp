@@ -9,28 +9,60 @@
 namespace limber::spacetime {
 namespace {
 
-/// The exact rows of one knot.
-std::vector<int> exact_rows(const ConstraintRows& rows, int knot) {
-  std::vector<int> found;
-  for (int row = rows.first_row(knot); row < rows.first_row(knot + 1); ++row) {
-    if (rows.exact(row)) found.push_back(row);
+/// Exact rows that may depend on each other: those of one frame, and of frames that the rows of
+/// velocities among them tie together. No z is excluded, only costly, so frames that nothing ties
+/// never do.
+struct TiedRows {
+  std::vector<int> rows;       // ascending
+  Eigen::MatrixXd transposed;  // J^T of these over the z of their knots
+};
+
+std::vector<TiedRows> tied_exact_rows(const ConstraintRows& rows, const Lanes& jacobian) {
+  const auto knots = rows.knots().size();
+  std::vector<std::size_t> group(knots);  // the first knot that each is tied to, itself if none
+  for (std::size_t knot = 0; knot < knots; ++knot) group[knot] = knot;
+  for (const TermPair& pair : rows.pairs()) {
+    if (!rows.exact(rows.row_of(pair.first))) continue;
+    const std::size_t a = group[static_cast<std::size_t>(rows.knot_of(pair.first))];
+    const std::size_t b = group[static_cast<std::size_t>(rows.knot_of(pair.second))];
+    std::replace(group.begin(), group.end(), std::max(a, b), std::min(a, b));
+  }
+  std::vector<std::vector<int>> groups(knots);
+  for (std::size_t knot = 0; knot < knots; ++knot)
+    groups[group[knot]].push_back(static_cast<int>(knot));
+  std::vector<TiedRows> found;
+  for (const std::vector<int>& members : groups) {
+    TiedRows tied;
+    for (const int knot : members) {
+      for (int term = rows.first_term(knot); term < rows.first_term(knot + 1); ++term)
+        if (rows.exact(rows.row_of(term))) tied.rows.push_back(rows.row_of(term));
+    }
+    if (tied.rows.empty()) continue;
+    std::sort(tied.rows.begin(), tied.rows.end());
+    tied.rows.erase(std::unique(tied.rows.begin(), tied.rows.end()), tied.rows.end());
+    tied.transposed.setZero(jacobian.rows() * static_cast<Eigen::Index>(members.size()),
+                            static_cast<Eigen::Index>(tied.rows.size()));
+    for (std::size_t i = 0; i < members.size(); ++i) {
+      for (int term = rows.first_term(members[i]); term < rows.first_term(members[i] + 1); ++term) {
+        if (!rows.exact(rows.row_of(term))) continue;
+        const auto at = std::lower_bound(tied.rows.begin(), tied.rows.end(), rows.row_of(term));
+        tied.transposed.block(jacobian.rows() * static_cast<Eigen::Index>(i),
+                              at - tied.rows.begin(), jacobian.rows(), 1) = jacobian.col(term);
+      }
+    }
+    found.push_back(std::move(tied));
   }
   return found;
 }
 
-/// Two frames never depend on each other (no z is excluded, only costly), so dependence is a matter
-/// of one frame's Jacobian: pivots of J J^T, as squares of those of a pivoted QR of J^T.
-struct FrameRank {
+/// Dependence is a matter of the pivots of J J^T, as squares of those of a pivoted QR of J^T.
+struct TiedRank {
   PivotedQr qr;
   Eigen::Index rank = 0;
 };
 
-FrameRank frame_rank(const Lanes& jacobian, const std::vector<int>& rows, double tolerance) {
-  Eigen::MatrixXd transposed(jacobian.rows(), static_cast<Eigen::Index>(rows.size()));
-  for (std::size_t i = 0; i < rows.size(); ++i) {
-    transposed.col(static_cast<Eigen::Index>(i)) = jacobian.col(rows[i]);
-  }
-  FrameRank result{pivoted_qr(transposed), 0};
+TiedRank rank_of(const Eigen::MatrixXd& transposed, double tolerance) {
+  TiedRank result{pivoted_qr(transposed), 0};
   const auto pivots = result.qr.r.diagonal();
   for (Eigen::Index i = 0; i < pivots.size(); ++i) {
     if (pivots[i] != 0 && pivots[i] * pivots[i] > tolerance * pivots[0] * pivots[0]) ++result.rank;
@@ -38,23 +70,30 @@ FrameRank frame_rank(const Lanes& jacobian, const std::vector<int>& rows, double
   return result;
 }
 
+std::string largest_error(const SolveReport& report) {
+  std::ostringstream text;
+  text << "largest error " << report.max_exact_error << " m";
+  if (report.max_exact_velocity_error > 0)
+    text << ", " << report.max_exact_velocity_error << " m per frame";
+  text << '.';
+  return text.str();
+}
+
 }  // namespace
 
 bool Optimizer::only_contradiction_left() const {
-  if (state_.jacobian.cols() != rows_.count()) return false;
+  if (state_.jacobian.cols() != rows_.term_count()) return false;
   bool deficient = false;
   // Contradiction times a heavy weight is what the merit then consists of: smaller errors than this
   // no longer show in it.
   const double seen = std::sqrt(kRounding * merit(z_, state_) / rows_.exact_weight());
   const double tolerance = std::max(options_.constraint_tolerance, seen);
-  for (int knot = 0; knot < static_cast<int>(rows_.knots().size()); ++knot) {
-    const std::vector<int> rows = exact_rows(rows_, knot);
-    if (rows.empty()) continue;
+  for (const auto& [rows, transposed] : tied_exact_rows(rows_, state_.jacobian)) {
     Eigen::VectorXd residual(static_cast<Eigen::Index>(rows.size()));
     for (std::size_t i = 0; i < rows.size(); ++i)
       residual[static_cast<Eigen::Index>(i)] = state_.residual[rows[i]];
     if (residual.cwiseAbs().maxCoeff() <= tolerance) continue;
-    const FrameRank frame = frame_rank(state_.jacobian, rows, options_.rank_tolerance);
+    const TiedRank frame = rank_of(transposed, options_.rank_tolerance);
     if (frame.rank == static_cast<Eigen::Index>(rows.size())) return false;
     deficient = true;
     // The part of the residual that some change of z would lower: its projection on the range of J.
@@ -73,13 +112,10 @@ void Optimizer::say_rank(SolveReport& report) const {
     if (std::isinf(fixed.weight[i])) ++unmovable;
   }
   report.dependent_rows = unmovable;
-  if (rows_.exact_count() > 0 && state_.jacobian.cols() == rows_.count()) {
-    for (int knot = 0; knot < static_cast<int>(rows_.knots().size()); ++knot) {
-      const std::vector<int> rows = exact_rows(rows_, knot);
-      if (rows.empty()) continue;
-      report.dependent_rows +=
-          static_cast<int>(static_cast<Eigen::Index>(rows.size()) -
-                           frame_rank(state_.jacobian, rows, options_.rank_tolerance).rank);
+  if (rows_.exact_count() > 0 && state_.jacobian.cols() == rows_.term_count()) {
+    for (const auto& [rows, transposed] : tied_exact_rows(rows_, state_.jacobian)) {
+      report.dependent_rows += static_cast<int>(static_cast<Eigen::Index>(rows.size()) -
+                                                rank_of(transposed, options_.rank_tolerance).rank);
     }
   }
   report.rank_deficient = report.dependent_rows > 0;
@@ -89,13 +125,12 @@ void Optimizer::say_rank(SolveReport& report) const {
        << " exact constraint axes depend on others or cannot move (pinned frames, fixed nodes)";
   const bool done = report.status == SolveStatus::kConverged;
   // Axes are held to the tolerance one by one.
-  if (report.max_exact_error <= std::sqrt(3.0) * options_.constraint_tolerance * length_) {
+  if (report.exact_error() <= std::sqrt(3.0) * options_.constraint_tolerance * length_) {
     text << "; all agree with each other.";
   } else if (done) {
-    text << " and contradict them: least-squares answer, largest error " << report.max_exact_error
-         << " m.";
+    text << " and contradict them: least-squares answer, " << largest_error(report);
   } else {
-    text << "; some are not met: largest error " << report.max_exact_error << " m.";
+    text << "; some are not met: " << largest_error(report);
   }
   if (!report.message.empty()) report.message += ' ';
   report.message += text.str();
@@ -108,19 +143,7 @@ SolveReport Optimizer::report(SolveStatus status, int iterations, double gradien
   report.gradient = gradient;
   report.force_energy = systems_.energy(z_);
   if (rows_.count() > 0) report.constraint_energy = rows_.soft_energy(state_.residual);
-  const std::vector<ConstraintRows::Miss> misses = rows_.misses(state_.residual);
-  double squares = 0;
-  for (const auto& miss : misses) {
-    squares += miss.distance * miss.distance;
-    report.max_constraint_error = std::max(report.max_constraint_error, length_ * miss.distance);
-    if (miss.exact)
-      report.max_exact_error = std::max(report.max_exact_error, length_ * miss.distance);
-  }
-  if (!misses.empty()) {
-    report.rms_constraint_error = length_ * std::sqrt(squares / static_cast<double>(misses.size()));
-  }
-  for (const auto& miss : rows_.keyframe_misses(state_.residual))
-    report.max_keyframe_error = std::max(report.max_keyframe_error, miss.distance);
+  static_cast<ConstraintErrors&>(report) = rows_.errors(state_.residual);
   const auto& fixed = rows_.fixed();
   for (Eigen::Index i = 0; i < fixed.residual.size(); ++i) {
     if (!std::isinf(fixed.weight[i]))

@@ -67,6 +67,11 @@ void validate(const PositionConstraint& constraint, int frame_count) {
                 "constraint.frame = " + std::to_string(constraint.frame) + " must be in [0, " +
                     std::to_string(frame_count) + ")");
   }
+  if (constraint.since && (*constraint.since < 0 || *constraint.since >= constraint.frame)) {
+    throw Error(ErrorCode::kOutOfRange, "constraint.since",
+                "constraint.since = " + std::to_string(*constraint.since) + " must be in [0, " +
+                    std::to_string(constraint.frame) + "), before constraint.frame");
+  }
   if (constraint.site < 0) {
     throw Error(ErrorCode::kOutOfRange, "constraint.site",
                 "constraint.site = " + std::to_string(constraint.site) + " must be >= 0");
@@ -213,7 +218,8 @@ void Solver::replace(const PositionConstraint& constraint) {
   PositionConstraint moved = found->second;
   moved.target = constraint.target;
   const bool only_target = moved.frame == constraint.frame && moved.site == constraint.site &&
-                           moved.axes == constraint.axes && moved.weight == constraint.weight;
+                           moved.since == constraint.since && moved.axes == constraint.axes &&
+                           moved.weight == constraint.weight;
   if (only_target) return move(constraint.id, constraint.target);
   found->second = constraint;
   impl_->stale_ = true;

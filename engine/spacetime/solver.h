@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "engine/base/job.h"
+#include "engine/spacetime/constraint_errors.h"
 #include "engine/spacetime/material.h"
 #include "engine/spacetime/problem.h"
 
@@ -35,7 +36,7 @@ struct SolverOptions {
 
 /// What a solve did and how good the current motion is. Energies are unitless (body lengths,
 /// frames).
-struct SolveReport {
+struct SolveReport : ConstraintErrors {
   SolveStatus status = SolveStatus::kImproved;
   int iterations = 0;
   double force_energy = 0;       // E_f, eq. 17a
@@ -43,10 +44,6 @@ struct SolveReport {
   double total_energy = 0;
   double gradient =
       0;  // scale-free norm of the gradient (definition in docs of the implementation)
-  double max_constraint_error = 0;  // over all constraints, distance over their axes [m]
-  double rms_constraint_error = 0;  // over the constraints [m]
-  double max_exact_error = 0;       // over exact constraints only [m]
-  double max_keyframe_error = 0;    // over keyframes, |S z - z-bar| (unitless)
   bool rank_deficient =
       false;  // exact constraints depend on or contradict each other: least-squares answer
   int dependent_rows = 0;

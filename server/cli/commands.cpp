@@ -10,8 +10,8 @@
 #include "engine/base/numerics/sparse_cholesky.h"
 #include "server/cli/serve.h"
 #include "server/cli/tools.h"
-#include "server/codec/errors.h"
 #include "server/log/log.h"
+#include "server/wire/errors.h"
 
 namespace limber::server {
 namespace {
@@ -121,7 +121,7 @@ void add_server_options(CLI::App& app, CommandLine& line) {
       ->default_str("info");
 }
 
-int serve_command(CommandLine& line) {
+int serve_command(CommandLine& line, const MakeKinds& make_kinds) {
   auto& server = line.serve.server;
   if (!line.no_cache) server.cache_folder = line.cache;
   if (line.allow_shutdown) server.shutdown_requests = ShutdownRequests::kAllowed;
@@ -131,7 +131,7 @@ int serve_command(CommandLine& line) {
   if (!line.curve_secret.empty())
     server.transport.curve = read_curve_setup(line.curve_secret, line.curve_allow);
   line.serve.curve_allow = line.curve_allow;
-  return serve(line.serve);
+  return serve(line.serve, make_kinds);
 }
 
 /// `limber validate` becomes limberd under its own name: it is limber that the user called.
@@ -149,7 +149,7 @@ int report(const std::string& program, const std::exception& fault) {
 
 }  // namespace
 
-int run(int argc, char** argv) {
+int run(int argc, char** argv, const MakeKinds& make_kinds) {
   google::protobuf::SetLogHandler(
       nullptr);  // what is wrong with a message is told to whom it concerns
   CLI::App app{
@@ -164,7 +164,7 @@ int run(int argc, char** argv) {
   CommandLine line;
   add_server_options(app, line);
   ToolCommands tools;
-  tools.add_to(app);
+  tools.add_to(app, make_kinds);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& fault) {
@@ -173,7 +173,7 @@ int run(int argc, char** argv) {
   log::set_level(line.level);
   try {
     if (const auto code = tools.run()) return *code;
-    return serve_command(line);
+    return serve_command(line, make_kinds);
   } catch (const std::exception& fault) {
     return report(app.get_name(), fault);
   }

@@ -3,68 +3,15 @@
 #include <fstream>
 
 #include "engine/base/error.h"
-#include "engine/scene/formats/beam_job.h"
-#include "engine/scene/formats/mesh_formats.h"
-#include "server/service/base_motions.h"
-#include "server/service/beam_scenes.h"
-#include "server/service/linkage_scenes.h"
-#include "server/service/mesh_sources.h"
 
 namespace limber::server {
 
 namespace fs = std::filesystem;
 
-namespace {
-
-constexpr const char* kJob = "SimulationJob.json";
-constexpr const char* kSettings = "DRMSettings.json";
-
-}  // namespace
-
-MeshLoader local_loader(const fs::path& scene_file) {
-  return [folder = scene_file.parent_path()](const proto::MeshSource& source,
-                                             const std::string& field) {
-    if (!source.has_path()) return MeshSources({}).load(source, field);
-    return load_mesh_file(folder / source.path(), field + ".path");
+PathResolver paths_beside(const fs::path& scene_file) {
+  return [folder = scene_file.parent_path()](const std::string& path, const std::string&) {
+    return folder / path;
   };
-}
-
-LineLoader local_line_loader(const fs::path& scene_file) {
-  return line_loader([folder = scene_file.parent_path()](
-                         const std::string& path, const std::string&) { return folder / path; });
-}
-
-EdgeLoader local_edge_loader(const fs::path& scene_file) {
-  return edge_loader([folder = scene_file.parent_path()](
-                         const std::string& path, const std::string&) { return folder / path; });
-}
-
-MotionReader local_motion_reader(const fs::path& scene_file) {
-  return motion_reader(
-      [folder = scene_file.parent_path()](const std::string& path, const std::string& field) {
-        return read_file_at(folder / path, field);
-      });
-}
-
-bool is_local_beam_job(const fs::path& path) {
-  std::error_code ignored;
-  return path.filename() == kJob || fs::is_directory(path, ignored);
-}
-
-proto::Scene local_beam_job(const fs::path& path) {
-  std::error_code ignored;
-  const fs::path file = fs::is_directory(path, ignored) ? path / kJob : path;
-  proto::Scene scene;
-  proto::MeshFile& job = *scene.mutable_beams()->mutable_job();
-  job.set_name(kJob);
-  job.set_content(scene::read_bytes(file));
-  auto& companions = *job.mutable_companions();
-  // The name alone: jobs do not reach out of their folder.
-  const fs::path mesh = fs::path(scene::read_beam_job(job.content()).mesh_file).filename();
-  companions[mesh.string()] = scene::read_bytes(file.parent_path() / mesh);
-  const fs::path settings = file.parent_path() / kSettings;
-  if (fs::is_regular_file(settings, ignored)) companions[kSettings] = scene::read_bytes(settings);
-  return scene;
 }
 
 void write_file(const fs::path& path, const std::string& content, WriteMode mode) {

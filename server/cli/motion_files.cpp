@@ -2,8 +2,8 @@
 
 #include "engine/base/error.h"
 #include "server/cli/local_files.h"
-#include "server/codec/errors.h"
-#include "server/service/export.h"
+#include "server/kinds/bodies/export.h"
+#include "server/wire/errors.h"
 
 namespace limber::server {
 

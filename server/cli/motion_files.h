@@ -4,7 +4,7 @@
 #include <memory>
 
 #include "limber/v1/service.pb.h"
-#include "server/service/job_registry.h"
+#include "server/kinds/bodies/export.h"
 
 namespace limber::server {
 

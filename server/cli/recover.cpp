@@ -9,12 +9,15 @@
 #include "server/cli/motion_files.h"
 #include "server/cli/print_json.h"
 #include "server/cli/progress_bar.h"
-#include "server/codec/errors.h"
-#include "server/codec/linkage.h"
-#include "server/codec/recovery.h"
-#include "server/codec/scene_json.h"
-#include "server/service/options.h"
-#include "server/service/scene_files.h"
+#include "server/kinds/bodies/base_motions.h"
+#include "server/kinds/bodies/export.h"
+#include "server/kinds/bodies/limits.h"
+#include "server/kinds/bodies/mesh_sources.h"
+#include "server/kinds/bodies/recovery.h"
+#include "server/kinds/bodies/scenes.h"
+#include "server/runtime/options.h"
+#include "server/wire/errors.h"
+#include "server/wire/scene_json.h"
 
 namespace limber::server {
 namespace {
@@ -33,9 +36,9 @@ DecodedScene read_scene(const RecoverOptions& options) {
     message.mutable_model()->set_candidate_modes(
         static_cast<std::uint32_t>(*options.candidate_modes));
   }
-  DecodedScene decoded =
-      decode_scene(message, "", scene_limits(ServiceLimits{}), local_loader(options.scene),
-                   local_motion_reader(options.scene));
+  DecodedScene decoded = decode_scene(message, "", scene_limits(ServiceLimits{}),
+                                      mesh_loader(paths_beside(options.scene)),
+                                      base_motion_reader(paths_beside(options.scene)));
   for (const auto& warning : remarks(message, decoded, ""))
     fmt::print(stderr, "warning: {}: {}\n", warning.field(), warning.message());
   return decoded;

@@ -88,9 +88,9 @@ class Signals {
 
 }  // namespace
 
-int serve(const ServeOptions& options) {
+int serve(const ServeOptions& options, const MakeKinds& make_kinds) {
   std::signal(SIGPIPE, SIG_IGN);
-  Server server(options.server);
+  Server server(options.server, make_kinds);
   const Signals signals(server, options.curve_allow);
   write_ready_file(options.ready_file, server);
   log::info("limberd {} ready: requests {}, stream {}, instance {}", LIMBER_VERSION,

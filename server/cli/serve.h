@@ -2,7 +2,7 @@
 
 #include <filesystem>
 
-#include "server/service/options.h"
+#include "server/kinds/registry.h"
 
 namespace limber::server {
 
@@ -14,6 +14,7 @@ struct ServeOptions {
 
 /// Runs until SIGINT, SIGTERM or a shutdown request; a second of these signals ends the process at
 /// once. SIGHUP reads the allowed keys again.
-int serve(const ServeOptions& options);
+/// @param make_kinds  the kinds that it has
+int serve(const ServeOptions& options, const MakeKinds& make_kinds);
 
 }  // namespace limber::server

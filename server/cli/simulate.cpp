@@ -7,11 +7,14 @@
 #include "server/cli/local_files.h"
 #include "server/cli/motion_files.h"
 #include "server/cli/progress_bar.h"
-#include "server/codec/errors.h"
-#include "server/codec/linkage.h"
-#include "server/codec/scene_json.h"
-#include "server/service/options.h"
-#include "server/service/scene_files.h"
+#include "server/kinds/bodies/base_motions.h"
+#include "server/kinds/bodies/export.h"
+#include "server/kinds/bodies/limits.h"
+#include "server/kinds/bodies/mesh_sources.h"
+#include "server/kinds/bodies/scenes.h"
+#include "server/runtime/options.h"
+#include "server/wire/errors.h"
+#include "server/wire/scene_json.h"
 
 namespace limber::server {
 namespace {
@@ -22,8 +25,9 @@ DecodedScene read_simulated_scene(const fs::path& file) {
   proto::Scene message = scene_from_json(scene::read_bytes(file));
   demand_body(message, "");
   message.clear_base_motion();  // what is simulated now
-  DecodedScene decoded = decode_scene(message, "", scene_limits(ServiceLimits{}),
-                                      local_loader(file), local_motion_reader(file));
+  DecodedScene decoded =
+      decode_scene(message, "", scene_limits(ServiceLimits{}), mesh_loader(paths_beside(file)),
+                   base_motion_reader(paths_beside(file)));
   for (const auto& warning : remarks(message, decoded, ""))
     fmt::print(stderr, "warning: {}: {}\n", warning.field(), warning.message());
   return decoded;

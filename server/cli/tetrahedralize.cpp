@@ -7,8 +7,8 @@
 #include "server/cli/local_files.h"
 #include "server/cli/print_json.h"
 #include "server/cli/progress_bar.h"
-#include "server/codec/errors.h"
-#include "server/codec/tetrahedralization.h"
+#include "server/kinds/bodies/tetrahedralization.h"
+#include "server/wire/errors.h"
 
 namespace limber::server {
 namespace {

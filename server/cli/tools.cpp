@@ -4,18 +4,16 @@
 
 #include <map>
 
+#include "engine/scene/formats/mesh_formats.h"
 #include "engine/scene/samples/samples.h"
 #include "server/cli/local_files.h"
 #include "server/cli/simulate.h"
-#include "server/codec/errors.h"
-#include "server/codec/scene_json.h"
-#include "server/service/beam_scenes.h"
-#include "server/service/export.h"
-#include "server/service/linkage_scenes.h"
-#include "server/service/mesh_sources.h"
-#include "server/service/options.h"
-#include "server/service/scene_files.h"
+#include "server/kinds/beams/job_folder.h"
+#include "server/kinds/bodies/export.h"
+#include "server/runtime/options.h"
 #include "server/transport/curve.h"
+#include "server/wire/errors.h"
+#include "server/wire/scene_json.h"
 
 namespace limber::server {
 namespace {
@@ -32,22 +30,16 @@ void print_error(proto::ErrorCode code, const std::string& field, const std::str
   fmt::print("error: {}{}{} [{}]\n", field, field.empty() ? "" : ": ", message, short_name(code));
 }
 
-std::vector<proto::Issue> issues_of(const fs::path& file) {
+std::vector<proto::Issue> issues_of(const fs::path& file, const Kinds& kinds) {
   const proto::Scene scene =
-      is_local_beam_job(file) ? local_beam_job(file) : scene_from_json(scene::read_bytes(file));
-  const ServiceLimits limits;
-  if (scene.has_linkage())
-    return linkage_issues(scene, "", local_line_loader(file), limits.session_bytes);
-  if (scene.has_beams())
-    return beam_issues(scene, "", local_edge_loader(file), limits.session_bytes);
-  return scene_issues(scene, "", scene_limits(limits), local_loader(file),
-                      local_motion_reader(file));
+      is_beam_job_folder(file) ? beam_job_scene(file) : scene_from_json(scene::read_bytes(file));
+  return kinds.of(scene, "").validate(scene, "", {paths_beside(file), {}});
 }
 
-int validate_file(const fs::path& file) {
+int validate_file(const fs::path& file, const Kinds& kinds) {
   std::vector<proto::Issue> issues;
   try {
-    issues = issues_of(file);
+    issues = issues_of(file, kinds);
   } catch (const Refusal& fault) {
     // No field where it is no JSON at all: the file is what is wrong.
     print_error(fault.code(), fault.field().empty() ? file.string() : fault.field(), fault.what());
@@ -93,7 +85,7 @@ const std::map<std::string, proto::MaterialVariables> kVariables = {
 
 }  // namespace
 
-void ToolCommands::add_to(CLI::App& app) {
+void ToolCommands::add_to(CLI::App& app, const MakeKinds& make_kinds) {
   auto* validate = app.add_subcommand("validate",
                                       "Say what is wrong with a scene file, or a job of the public "
                                       "relaxation code, and where; exit "
@@ -102,7 +94,9 @@ void ToolCommands::add_to(CLI::App& app) {
       ->add_option("scene", input_,
                    "Scene file (.json), a mesh path in it is relative to it; or a job's folder")
       ->required();
-  validate->callback([this] { chosen_ = [this] { return validate_file(input_); }; });
+  validate->callback([this, make_kinds] {
+    chosen_ = [this, make_kinds] { return validate_file(input_, make_kinds({})); };
+  });
 
   auto* sample =
       app.add_subcommand("sample", "Write one of limber's own scenes: DIR/NAME.json and its mesh");

@@ -8,6 +8,7 @@
 
 #include "server/cli/recover.h"
 #include "server/cli/tetrahedralize.h"
+#include "server/kinds/registry.h"
 
 namespace limber::server {
 
@@ -15,7 +16,8 @@ namespace limber::server {
 /// recover, keygen.
 class ToolCommands {
  public:
-  void add_to(CLI::App& app);
+  /// @param make_kinds  whose scenes can be validated
+  void add_to(CLI::App& app, const MakeKinds& make_kinds);
   /// The exit code of the command that was given; nothing if none was.
   std::optional<int> run() const;
 

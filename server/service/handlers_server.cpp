@@ -1,7 +1,7 @@
 #include <fmt/format.h>
 
-#include "server/codec/errors.h"
 #include "server/service/service.h"
+#include "server/wire/errors.h"
 
 namespace limber::server {
 

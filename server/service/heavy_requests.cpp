@@ -4,7 +4,7 @@
 #include <boost/asio/post.hpp>
 #include <utility>
 
-#include "server/codec/errors.h"
+#include "server/wire/errors.h"
 
 namespace limber::server {
 namespace {

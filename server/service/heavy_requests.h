@@ -12,7 +12,7 @@
 #include <vector>
 #include <zmq.hpp>
 
-#include "server/service/ticket.h"
+#include "server/runtime/ticket.h"
 
 namespace limber::server {
 

@@ -4,14 +4,14 @@
 
 #include <future>
 
-#include "server/codec/errors.h"
 #include "server/log/log.h"
+#include "server/wire/errors.h"
 
 namespace limber::server {
 
-Server::Server(ServerOptions options)
+Server::Server(ServerOptions options, const MakeKinds& make_kinds)
     : hub_(std::move(options)),
-      service_(hub_, [this] { request_stop(); }),
+      service_(hub_, make_kinds(hub_.options), [this] { request_stop(); }),
       control_work_(boost::asio::make_work_guard(hub_.control)) {
   tell_status_again();
   control_thread_ = std::thread([this] { hub_.control.run(); });

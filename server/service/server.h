@@ -6,7 +6,7 @@
 #include <string>
 #include <thread>
 
-#include "server/service/hub.h"
+#include "server/runtime/hub.h"
 #include "server/service/service.h"
 
 namespace limber::server {
@@ -15,7 +15,7 @@ namespace limber::server {
 class Server {
  public:
   /// @throws Refusal or Error naming the option
-  explicit Server(ServerOptions options);
+  explicit Server(ServerOptions options, const MakeKinds& make_kinds = standard_kinds);
   /// Stops and waits, if run() has not.
   ~Server();
   Server(const Server&) = delete;

@@ -7,9 +7,10 @@
 #include <boost/asio/post.hpp>
 
 #include "limber/v1/stream.pb.h"
-#include "server/codec/errors.h"
-#include "server/codec/wire_check.h"
 #include "server/log/log.h"
+#include "server/runtime/file_roots.h"
+#include "server/wire/errors.h"
+#include "server/wire/wire_check.h"
 
 namespace limber::server {
 namespace {
@@ -84,10 +85,11 @@ void check_envelope(const Address& address, const RequestPeek& peek) {
 
 }  // namespace
 
-Service::Service(Hub& hub, std::function<void()> request_stop)
+Service::Service(Hub& hub, Kinds kinds, std::function<void()> request_stop)
     : hub_(hub),
+      kinds_(std::move(kinds)),
+      scenes_{FileRoots(hub.options.mesh_roots).resolver(), hub.options.limits},
       request_stop_(std::move(request_stop)),
-      meshes_(hub.options.mesh_roots, mesh_read_limits(hub.options.limits)),
       sessions_(hub.options.limits.sessions, hub.run, hub.session_ids),
       heavy_(hub.request_pool, hub.options.request_threads, hub.options.limits.queued_request_bytes,
              [this](HeavyRequests::Request request) { work_on(std::move(request)); }) {}

@@ -3,26 +3,16 @@
 #include <functional>
 #include <memory>
 
-#include "engine/scene/tetrahedralize/tetrahedralize.h"
-#include "engine/session/bodies/recovery.h"
 #include "limber/v1/service.pb.h"
-#include "server/codec/beam_scene.h"
-#include "server/codec/design.h"
-#include "server/codec/linkage.h"
-#include "server/codec/scene.h"
-#include "server/codec/wire_check.h"
+#include "server/kinds/registry.h"
+#include "server/runtime/hub.h"
+#include "server/runtime/stored_replies.h"
+#include "server/runtime/ticket.h"
 #include "server/service/heavy_requests.h"
-#include "server/service/hub.h"
-#include "server/service/mesh_sources.h"
 #include "server/service/session_registry.h"
-#include "server/service/stored_replies.h"
-#include "server/service/ticket.h"
+#include "server/wire/wire_check.h"
 
 namespace limber::server {
-
-class BeamRecord;
-class LinkageRecord;
-class SessionRecord;
 
 /// Requests to answers. Light ones (few edits, waits, status) are handled where they arrive, on the
 /// transport's thread, in the order of arrival; heavy ones (meshes, frames, exports) on a pool, in
@@ -31,7 +21,7 @@ class SessionRecord;
 class Service {
  public:
   /// @param request_stop  called when a client asks for shutdown
-  Service(Hub& hub, std::function<void()> request_stop);
+  Service(Hub& hub, Kinds kinds, std::function<void()> request_stop);
 
   /// On the transport's thread. Never throws.
   void handle(Address address, zmq::message_t payload) noexcept;
@@ -60,6 +50,8 @@ class Service {
     Lane lane = Lane::kLight;
     Effect effect = Effect::kNone;
     void (Service::*handle)(const SharedTicket& ticket, const Request& request) = nullptr;
+    /// Of requests about a session: what it is that other kinds have not.
+    const char* subject = "";
   };
   /// @param body  Request::BodyCase, or any other number that a client may send
   [[nodiscard]] static Verb verb_of(int body);
@@ -82,6 +74,11 @@ class Service {
   [[nodiscard]] bool is_light_edit(const Request& request) const;
   void carry_out(const SharedTicket& ticket, const Request& request);
 
+  /// Requests about a session that not all kinds have: by its record.
+  void ask_session(const SharedTicket& ticket, const Request& request);
+  /// Requests without a session that one kind has.
+  void ask_kinds(const SharedTicket& ticket, const Request& request);
+
   // handlers_session.cpp
   proto::OpenSessionResponse open(const proto::OpenSessionRequest& request);
   proto::EditResponse edit(const proto::EditRequest& request);
@@ -90,73 +87,19 @@ class Service {
   proto::GetSessionResponse get_session(const proto::GetSessionRequest& request) const;
   proto::CloseSessionResponse close(const proto::CloseSessionRequest& request);
   proto::CancelResponse cancel(const proto::CancelRequest& request);
-  proto::SolveColdResponse solve_cold(const proto::SolveColdRequest& request);
-
-  /// @param what  bodies alone have, for the message
-  /// @throws Error{kFailedPrecondition, "session"} for a session that is of no body
-  [[nodiscard]] std::shared_ptr<SessionRecord> find_body(const std::string& name,
-                                                         const char* what) const;
   [[nodiscard]] JobId start_open_job(const SessionKey& key);
   void put(const std::shared_ptr<Record>& record);
 
-  // handlers_linkage.cpp
-  proto::OpenSessionResponse open_linkage(const proto::OpenSessionRequest& request);
-  proto::EditResponse edit_linkage(LinkageRecord& record, const proto::EditRequest& request);
-  proto::GetSessionResponse get_linkage_session(const LinkageRecord& record,
-                                                const proto::GetSessionRequest& request) const;
-  [[nodiscard]] LineLoader line_loader() const;
-
-  // handlers_design.cpp
-  proto::StartDesignResponse start_design(const proto::StartDesignRequest& request);
-  proto::ChangeDesignResponse change_design(const proto::ChangeDesignRequest& request);
-  proto::PauseDesignResponse pause_design(const proto::PauseDesignRequest& request);
-  proto::ResumeDesignResponse resume_design(const proto::ResumeDesignRequest& request);
-  proto::StopDesignResponse stop_design(const proto::StopDesignRequest& request);
-  proto::TakeDesignResponse take_design(const proto::TakeDesignRequest& request);
-  proto::MakeStartingGridResponse starting_grid(const proto::MakeStartingGridRequest& request);
-  proto::GetDesignResponse get_design(const proto::GetDesignRequest& request) const;
-  /// @throws Error{kFailedPrecondition, "session"} for a session that is of no linkage
-  [[nodiscard]] std::shared_ptr<LinkageRecord> find_linkage(const std::string& name) const;
-  [[nodiscard]] SurfaceLoader surface_loader() const;
-
   // handlers_frames.cpp
-  proto::GetMaterialResponse get_material(const proto::GetMaterialRequest& request) const;
   proto::GetGeometryResponse get_geometry(const proto::GetGeometryRequest& request) const;
   proto::GetFramesResponse get_frames(const proto::GetFramesRequest& request) const;
+  proto::GetFramesResponse get_job_frames(const proto::GetFramesRequest& request) const;
   proto::ExportResponse export_part(const proto::ExportRequest& request) const;
-
-  /// A job of its own on the session pool, cancelled and told of like all jobs.
-  /// @param prefix  before the fields of errors, which are the work's own
-  JobId start_job(const char* kind, const char* prefix,
-                  std::function<JobProduct(const JobContext&)> work);
+  void demand_message_room(std::uint64_t frame_bytes) const;
 
   // handlers_scene.cpp
   proto::ValidateSceneResponse validate_scene(const proto::ValidateSceneRequest& request) const;
   proto::GetSampleResponse get_sample(const proto::GetSampleRequest& request) const;
-  proto::TetrahedralizeResponse tetrahedralize(const proto::TetrahedralizeRequest& request);
-  [[nodiscard]] DecodedScene decode(const proto::Scene& message) const;
-  [[nodiscard]] MeshLoader mesh_loader() const;
-  [[nodiscard]] MotionReader base_motion_reader() const;
-
-  // handlers_simulation.cpp
-  proto::SimulateResponse simulate(const proto::SimulateRequest& request);
-
-  // handlers_beams.cpp
-  proto::SolveBeamsResponse solve_beams(const proto::SolveBeamsRequest& request);
-  proto::OpenSessionResponse open_beams(const proto::OpenSessionRequest& request);
-  proto::EditResponse edit_beams(BeamRecord& record, const proto::EditRequest& request);
-  proto::GetSessionResponse get_beam_session(const BeamRecord& record,
-                                             const proto::GetSessionRequest& request) const;
-  proto::GetBeamSolutionResponse get_beam_solution(
-      const proto::GetBeamSolutionRequest& request) const;
-  [[nodiscard]] EdgeLoader edge_loader() const;
-
-  // handlers_recovery.cpp
-  proto::RecoverResponse recover(const proto::RecoverRequest& request);
-
-  // computed_motions.cpp
-  proto::GetFramesResponse get_computed_frames(const proto::GetFramesRequest& request) const;
-  proto::ExportResponse export_computed_part(const proto::ExportRequest& request) const;
 
   // handlers_server.cpp
   proto::GetServerInfoResponse server_info(const proto::GetServerInfoRequest&) const;
@@ -171,8 +114,9 @@ class Service {
   static double checked_seconds(double seconds, const char* field);
 
   Hub& hub_;
+  const Kinds kinds_;
+  const SceneContext scenes_;
   std::function<void()> request_stop_;
-  MeshSources meshes_;
   SessionRegistry sessions_;
   StoredReplies replies_;
   HeavyRequests heavy_;

@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <cctype>
 
-#include "server/codec/abbreviate.h"
-#include "server/codec/errors.h"
+#include "server/wire/abbreviate.h"
+#include "server/wire/errors.h"
 
 namespace limber::server {
 namespace {

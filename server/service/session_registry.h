@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "server/service/record.h"
+#include "server/runtime/record.h"
 
 namespace limber::server {
 

@@ -1,9 +1,23 @@
-// The table of requests: for each kind where it is handled, whether it leaves something behind, and
-// by whom it is answered. A kind without a row does not compile: the switch has no default.
-#include "server/codec/errors.h"
+// The table of requests: for each where it is handled, whether it leaves something behind, and by
+// whom it is answered. A request without a row does not compile: the switch has no default.
 #include "server/service/service.h"
+#include "server/wire/errors.h"
 
 namespace limber::server {
+namespace {
+
+/// The member `session` that every request about a session has.
+std::string session_of(const proto::Request& request) {
+  const auto* body = request.GetReflection()->GetOneofFieldDescriptor(
+      request, proto::Request::descriptor()->FindOneofByName("body"));
+  LIMBER_DEMAND(body != nullptr);
+  const auto& message = request.GetReflection()->GetMessage(request, body);
+  const auto* session = message.GetDescriptor()->FindFieldByName("session");
+  LIMBER_DEMAND(session != nullptr);
+  return message.GetReflection()->GetString(message, session);
+}
+
+}  // namespace
 
 template <auto kRequest, auto kReply, auto kHandler>
 void Service::reply(const SharedTicket& ticket, const Request& request) {
@@ -15,6 +29,22 @@ void Service::reply(const SharedTicket& ticket, const Request& request) {
 template <auto kRequest, auto kHandler>
 void Service::reply_later(const SharedTicket& ticket, const Request& request) {
   (this->*kHandler)((request.*kRequest)(), ticket);
+}
+
+void Service::ask_session(const SharedTicket& ticket, const Request& request) {
+  const auto record = sessions_.find(session_of(request));
+  proto::Reply reply;
+  if (!record->answer(request, reply)) throw record->lacks(verb_of(request.body_case()).subject);
+  ticket->answer(std::move(reply));
+}
+
+void Service::ask_kinds(const SharedTicket& ticket, const Request& request) {
+  proto::Reply reply;
+  if (!kinds_.answer(request, reply, hub_, scenes_)) {
+    throw Refusal(proto::ERROR_CODE_UNSUPPORTED, "body",
+                  "this server has not the kind of scene that the request is for");
+  }
+  ticket->answer(std::move(reply));
 }
 
 void Service::refuse_empty(const SharedTicket&, const Request&) {
@@ -48,8 +78,7 @@ Service::Verb Service::verb_of(int body) {
     case Request::kWait:
       return {kLight, kNone, &S::reply_later<&Request::wait, &S::wait>};
     case Request::kGetMaterial:
-      return {kHeavy, kNone,
-              &S::reply<&Request::get_material, &Reply::mutable_get_material, &S::get_material>};
+      return {kHeavy, kNone, &S::ask_session, "fitted material"};
     case Request::kGetGeometry:
       return {kHeavy, kNone,
               &S::reply<&Request::get_geometry, &Reply::mutable_get_geometry, &S::get_geometry>};
@@ -62,8 +91,7 @@ Service::Verb Service::verb_of(int body) {
     case Request::kCancel:
       return {kLight, kLasting, &S::reply<&Request::cancel, &Reply::mutable_cancel, &S::cancel>};
     case Request::kSolveCold:
-      return {kLight, kLasting,
-              &S::reply<&Request::solve_cold, &Reply::mutable_solve_cold, &S::solve_cold>};
+      return {kLight, kLasting, &S::ask_session, "cold solve"};
     case Request::kValidateScene:
       return {
           kHeavy, kNone,
@@ -72,46 +100,31 @@ Service::Verb Service::verb_of(int body) {
       return {kHeavy, kNone,
               &S::reply<&Request::get_sample, &Reply::mutable_get_sample, &S::get_sample>};
     case Request::kTetrahedralize:
-      return {
-          kHeavy, kLasting,
-          &S::reply<&Request::tetrahedralize, &Reply::mutable_tetrahedralize, &S::tetrahedralize>};
+      return {kHeavy, kLasting, &S::ask_kinds};
     case Request::kSimulate:
-      return {kHeavy, kLasting,
-              &S::reply<&Request::simulate, &Reply::mutable_simulate, &S::simulate>};
+      return {kHeavy, kLasting, &S::ask_kinds};
     case Request::kRecover:
-      return {kHeavy, kLasting, &S::reply<&Request::recover, &Reply::mutable_recover, &S::recover>};
+      return {kHeavy, kLasting, &S::ask_kinds};
     case Request::kStartDesign:
-      return {kHeavy, kLasting,
-              &S::reply<&Request::start_design, &Reply::mutable_start_design, &S::start_design>};
+      return {kHeavy, kLasting, &S::ask_session, "design"};
     case Request::kChangeDesign:
-      return {kHeavy, kLasting,
-              &S::reply<&Request::change_design, &Reply::mutable_change_design, &S::change_design>};
+      return {kHeavy, kLasting, &S::ask_session, "design"};
     case Request::kPauseDesign:
-      return {kLight, kLasting,
-              &S::reply<&Request::pause_design, &Reply::mutable_pause_design, &S::pause_design>};
+      return {kLight, kLasting, &S::ask_session, "design"};
     case Request::kResumeDesign:
-      return {kLight, kLasting,
-              &S::reply<&Request::resume_design, &Reply::mutable_resume_design, &S::resume_design>};
+      return {kLight, kLasting, &S::ask_session, "design"};
     case Request::kStopDesign:
-      return {kLight, kLasting,
-              &S::reply<&Request::stop_design, &Reply::mutable_stop_design, &S::stop_design>};
+      return {kLight, kLasting, &S::ask_session, "design"};
     case Request::kTakeDesign:
-      return {kLight, kLasting,
-              &S::reply<&Request::take_design, &Reply::mutable_take_design, &S::take_design>};
+      return {kLight, kLasting, &S::ask_session, "design"};
     case Request::kGetDesign:
-      return {kHeavy, kNone,
-              &S::reply<&Request::get_design, &Reply::mutable_get_design, &S::get_design>};
+      return {kHeavy, kNone, &S::ask_session, "design"};
     case Request::kMakeStartingGrid:
-      return {kHeavy, kNone,
-              &S::reply<&Request::make_starting_grid, &Reply::mutable_make_starting_grid,
-                        &S::starting_grid>};
+      return {kHeavy, kNone, &S::ask_kinds};
     case Request::kSolveBeams:
-      return {kHeavy, kLasting,
-              &S::reply<&Request::solve_beams, &Reply::mutable_solve_beams, &S::solve_beams>};
+      return {kHeavy, kLasting, &S::ask_kinds};
     case Request::kGetBeamSolution:
-      return {kHeavy, kNone,
-              &S::reply<&Request::get_beam_solution, &Reply::mutable_get_beam_solution,
-                        &S::get_beam_solution>};
+      return {kHeavy, kNone, &S::ask_session, "solution of beams"};
     case Request::kGetJob:
       return {kLight, kNone, &S::reply_later<&Request::get_job, &S::get_job>};
     case Request::kListJobs:

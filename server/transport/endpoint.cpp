@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <charconv>
 
-#include "server/codec/errors.h"
+#include "server/wire/errors.h"
 
 namespace limber::server {
 namespace {

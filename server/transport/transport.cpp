@@ -7,11 +7,11 @@
 #include <array>
 #include <utility>
 
-#include "server/codec/errors.h"
 #include "server/log/log.h"
 #include "server/transport/endpoint.h"
 #include "server/transport/ipc_claim.h"
 #include "server/transport/zap.h"
+#include "server/wire/errors.h"
 
 namespace limber::server {
 namespace {

@@ -28,6 +28,21 @@ PRIVATE = {"cholmod.h": "engine/base/numerics/", "Spectra/": "engine/bodies/", "
 # Kinds of sessions know the core and nothing of each other; the core knows no kind.
 KINDS = ("bodies", "linkages", "beams")
 SESSION_ROOM = re.compile(r"engine/session/(\w+)/")
+# Rooms of the server, in which a kind knows what all kinds use and nothing of another; of the kinds, the service knows
+# kind.h and the registry, and the registry alone their rooms. The command line has tools of single kinds.
+SERVER = {
+    "server/log": set(),
+    "server/wire": set(),
+    "server/transport": {"server/wire", "server/log"},
+    "server/runtime": {"server/wire", "server/log", "server/transport"},
+    "server/kinds": {"server/wire", "server/log", "server/runtime"},
+    "server/service": {"server/wire", "server/log", "server/transport", "server/runtime", "server/kinds",
+                       "server/kinds/registry"},
+}
+KIND_ROOM = {"server/wire", "server/log", "server/runtime", "server/kinds"}
+REGISTRY_ROOM = {"server/kinds", *(f"server/kinds/{kind}" for kind in KINDS)}
+# Which kind a session or scene is of: asked by nobody but the kind itself.
+BRANCH_ON_KIND = re.compile(r"dynamic_(?:pointer_)?cast<[^>]*Record|\bhas_(?:linkage|beams)\(\)")
 # Headers of scenes are plain values: what they bring along must not contain these.
 NOT_FOR_SCENES = {"engine/bodies/full_dynamics.h", "engine/bodies/simulation.h", "engine/base/numerics/sparse_cholesky.h"}
 INCLUDE = re.compile(r'^\s*#\s*include\s*[<"]([^>"]+)[>"]', re.MULTILINE)
@@ -58,6 +73,8 @@ def faults_of_file(path: str, text: str) -> list[str]:
         own_room, other_room = SESSION_ROOM.match(path), SESSION_ROOM.match(included)
         if own_room and other_room and other_room[1] in KINDS and other_room[1] != own_room[1]:
             faults.append(f"{path}: {own_room[1]} of sessions must not include {included}")
+        if path.startswith("server/") and included.startswith("server/"):
+            faults += faults_of_rooms(path, included)
         other = part_of(included)
         allowed = ENGINE.get(own, OUTSIDE.get(own))
         if allowed is None or other == own:
@@ -66,6 +83,29 @@ def faults_of_file(path: str, text: str) -> list[str]:
             continue
         faults.append(f"{path}: {own} must not include {included}")
     return faults
+
+
+def server_rooms(path: str) -> "set[str] | None":
+    """Those that a file of the server may include besides its own; None: all."""
+    room = room_of(path)
+    if room == "server/kinds/registry":
+        return REGISTRY_ROOM
+    if room.startswith("server/kinds/"):
+        return KIND_ROOM
+    return SERVER.get(room)
+
+
+def faults_of_rooms(path: str, included: str) -> list[str]:
+    allowed, other = server_rooms(path), room_of(included)
+    if allowed is None or other == room_of(path) or other in allowed:
+        return []
+    return [f"{path}: {room_of(path)} must not include {included}"]
+
+
+def branches_on_kinds(path: str, text: str) -> list[str]:
+    own = re.match(r"server/kinds/(linkages|beams)/", path)
+    return [f"{path}: asks for a kind: {found[0]}" for found in BRANCH_ON_KIND.finditer(text)
+            if path.startswith("server/") and not (own and own[1][:4] in found[0])]
 
 
 def cycles(files: dict[str, str]) -> list[str]:
@@ -91,7 +131,9 @@ def cycles(files: dict[str, str]) -> list[str]:
 
 
 def room_of(path: str) -> str:
-    return path.rsplit("/", 1)[0]
+    """Its folder; the server's registry of kinds is a room of its own."""
+    folder, name = path.rsplit("/", 1)
+    return f"{folder}/registry" if folder == "server/kinds" and name.startswith("registry.") else folder
 
 
 def room_cycles(files: dict[str, str], top: str) -> list[str]:
@@ -135,9 +177,11 @@ def check(root: pathlib.Path) -> list[str]:
             if path.suffix in (".h", ".cpp") and "node_modules" not in path.parts:
                 files[path.relative_to(root).as_posix()] = path.read_text(encoding="utf-8")
     faults = [fault for path, text in files.items() for fault in faults_of_file(path, text)]
+    faults += [fault for path, text in files.items() for fault in branches_on_kinds(path, text)]
     engine = {path: text for path, text in files.items() if path.startswith("engine/")}
     headers = {path: text for path, text in files.items() if path.endswith(".h")}
     return (faults + room_cycles(engine, "engine/") +
+            room_cycles({path: text for path, text in files.items() if path.startswith("server/")}, "server/") +
             room_cycles({path: text for path, text in files.items() if path.startswith("tests/")}, "tests/") +
             heavy_scene_headers(engine) + cycles(headers))
 

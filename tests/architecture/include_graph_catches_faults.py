@@ -22,10 +22,21 @@ FAULTS = {
     "engine/scene/q.h": ('#include "engine/bodies/full_dynamics.h"\n', "plain values must not bring"),
     "tests/one/r.h": ('#include "tests/two/s.h"\n', "room cycle through tests/one"),
     "tests/two/t.h": ('#include "tests/one/u.h"\n', "room cycle through tests/two"),
+    "server/kinds/beams/v.h": ('#include "server/kinds/bodies/w.h"\n', "server/kinds/beams must not include"),
+    "server/wire/x.cpp": ('#include "server/kinds/kind.h"\n', "server/wire must not include"),
+    "server/service/y.cpp": ('#include "server/kinds/beams/v.h"\nif (scene.has_beams()) {}\n',
+                             "server/service must not include"),
+    "server/service/z.cpp": ("std::dynamic_pointer_cast<BeamRecord>(record)\n", "asks for a kind: dynamic_pointer_cast"),
+    "server/kinds/bodies/aa.cpp": ("if (scene.has_beams()) {}\n", "asks for a kind: has_beams()"),
+    "server/runtime/bb.h": ('#include "server/service/service.h"\n', "server/runtime must not include"),
     "engine/scene/two/k.h": ('#include "engine/scene/one/l.h"\n', "room cycle through engine/scene/two"),
 }
 ALLOWED = {"engine/spacetime/ok.h": '#include "engine/reduced/kinematics.h"\n#include "engine/base/error.h"\n',
-           "engine/session/ok.h": '#include "engine/scene/scene.h"\n'}
+           "engine/session/ok.h": '#include "engine/scene/scene.h"\n',
+           "server/kinds/kind.h": '#include "server/wire/ok.h"\n',
+           "server/kinds/registry.cpp": '#include "server/kinds/beams/kind.h"\n',
+           "server/kinds/beams/kind.h": '#include "server/kinds/kind.h"\n',
+           "server/kinds/beams/kind.cpp": "return scene.has_beams();\n"}
 
 with tempfile.TemporaryDirectory() as folder:
     root = pathlib.Path(folder)

@@ -266,6 +266,22 @@ def test_numbers_without_a_leading_zero(cli, session):
     assert (target.x, target.y, target.z) == (0, -0.1, 0.2)
 
 
+def test_velocities(cli, session):
+    tip = tip_of(session)
+    done(cli("add", session.id, "--node", tip, "--frame", 30, "--velocity", 0, 3, 0, "--weight", "0.05"))
+    shown = done(cli("show", session.id))
+    assert re.search(r"velocity +\(0, 3, 0\) +0.05", shown), shown
+    assert re.search(r"velocity error +[0-9.e-]+ a second at most; of exact ones 0 at most", done(cli("wait", session.id)))
+    done(cli("replace", session.id, 1, "--node", tip, "--frame", 31, "--velocity", 0, 2, 0, "--exact"))
+    done(cli("move", session.id, 1, 0, 1, 0))
+    done(cli("wait", session.id))
+    motion = session.frames()
+    assert abs((motion[32, tip] - motion[30, tip])[1] * 15 - 1) < 2e-4
+    assert "--velocity" in failed(cli("add", session.id, "--node", tip, "--frame", 30, "--velocity", 0, 1), 2)
+    both = ("--velocity", 0, 1, 0, "--displacement", 0, 1, 0)
+    failed(cli("add", session.id, "--node", tip, "--frame", 30, *both), 2)
+
+
 def test_what_the_command_line_does_not_know_is_named(cli):
     assert "no command 'frobnicate'" in failed(cli("frobnicate"), 2)
     message = failed(cli("ends", "s", "--first", "loose", "--last", "free"), 2)
@@ -369,7 +385,7 @@ def test_a_malformed_endpoint_shows_how_one_looks(cli):
 
 def test_frames_that_the_ends_leave_nothing_of_are_told_at_once(cli, scene_file):
     scene = json.loads(scene_file.read_text())
-    scene.update(frames=2, first_end="position_velocity", last_end="position_velocity", constraints=[])
+    scene.update(frames=2, first_end="END_CONDITION_PINNED_POSITION_VELOCITY", last_end="END_CONDITION_PINNED_POSITION_VELOCITY", constraints=[])
     assert "must be at least 5, as the ends hold 4, is 2" in cli("validate", write(scene_file, json.dumps(scene))).stdout
 
 

@@ -29,7 +29,8 @@ from .results import Geometry, Material, Mode, MotionError, Result
 from .mesh_files import mesh_file
 from .scenes import load_scene, scene_from_arrays, scene_from_mesh
 from .server import DEFAULT_ENDPOINT, Server, connect
-from .open_session import AccuracyWarning, MaterialWarning, Receipt
+from .kinds import register_kind
+from .open_session import AccuracyWarning, MaterialWarning, OpenSession, Receipt
 from .session import Constraint, Session
 from .simulations import Simulation, force, simulation
 from .stream import FrameStream, StreamedFrames
@@ -38,8 +39,8 @@ __version__ = "0.1.0"
 
 __all__ = [
     "AccuracyWarning", "Axes", "BeamGeometry", "BeamResult", "BeamSession", "BeamSnap", "BeamSolution", "Constraint", "DEFAULT_ENDPOINT", "Design", "DesignInfo", "DesignTerms", "Erection", "Export", "FrameStream", "Geometry", "Keyframe", "LaunchedServer",
-    "LimberError", "LinkageGeometry", "LinkageResult", "LinkageSession", "LinkageStep", "Material", "MaterialWarning", "Mode", "MotionError", "OtherOptimum", "Placement", "Receipt", "Recovery", "Result", "Server", "ServerRestarted", "ServerStopped", "ServerUnreachable", "Session", "Shape",
+    "LimberError", "LinkageGeometry", "LinkageResult", "LinkageSession", "LinkageStep", "Material", "MaterialWarning", "Mode", "MotionError", "OpenSession", "OtherOptimum", "Placement", "Receipt", "Recovery", "Result", "Server", "ServerRestarted", "ServerStopped", "ServerUnreachable", "Session", "Shape",
     "Simulation", "StartingGrid", "StreamedFrames", "Target", "add", "add_keyframe", "base_motion", "beam_edits", "beam_scene", "connect", "dynamics", "ends", "force",
-    "keyframe", "launch", "linkage_scene", "load_scene", "mesh_file", "move", "move_keyframe", "optimise", "picture", "redo", "remove",
+    "keyframe", "launch", "linkage_scene", "load_scene", "mesh_file", "move", "move_keyframe", "optimise", "picture", "redo", "register_kind", "remove",
     "remove_keyframe", "replace", "reset_material", "scene_from_arrays", "scene_from_mesh", "simulation", "undo",
 ]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from dataclasses import dataclass, field
-from typing import Any, Iterable
+from typing import Any
 
 import numpy as np
 
@@ -118,16 +118,6 @@ class BeamSession(OpenSession):
         return self.scene().beams.structure
 
     # ---- edits ----
-
-    def edit(self, changes: Iterable[edits.EditLike], expected_revision: int | None = None) -> Receipt:
-        """All or nothing, in order, as one revision: what limber.beam_edits makes, messages, or mappings (the JSON form
-        of limber.v1.Edit).
-
-        expected_revision: refuse (FAILED_PRECONDITION) unless this is the newest one.
-        """
-        if expected_revision is not None:
-            checks.whole(expected_revision, "expected_revision", most=2 ** 64 - 1)
-        return self._send(edits.to_messages(checks.several(changes, "edits")), expected_revision)
 
     def support(self, node: int, translations: str = "xyz", rotations: str = "xyz", axes: Any = None) -> Receipt:
         """Holds a node where it is drawn: see beam_edits.support()."""

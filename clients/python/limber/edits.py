@@ -33,27 +33,27 @@ def vector(values: Vector, field: str) -> "common.Vector3":
 
 
 def constraint(*, frame: int, node: int | None = None, nodes: Iterable[int] | None = None,
-               position: Vector | None = None, displacement: Vector | None = None, axes: Axes = None,
-               weight: float | None = None, exact: bool = False, id: int = 0) -> "scene.Constraint":
-    """"In this frame, the mean position of these nodes is there."
+               position: Vector | None = None, displacement: Vector | None = None, velocity: Vector | None = None,
+               axes: Axes = None, weight: float | None = None, exact: bool = False, id: int = 0) -> "scene.Constraint":
+    """"In this frame, the mean position of these nodes is there", or their mean velocity is that.
 
-    position: a point of the mesh's space; displacement: from the rest position (exactly one of them, length unit);
-    weight: gamma > 0 of a soft constraint (default 100); exact: hold exactly instead.
+    position: a point of the mesh's space; displacement: from the rest position [length unit]; velocity: of the shown
+    frames, (x[frame + 1] - x[frame - 1]) / 2 * frames per second [length unit / s] (exactly one of the three); weight: gamma > 0 of a soft constraint (default 100); exact: hold exactly instead.
     """
     if (node is None) == (nodes is None):
         raise invalid("nodes", "give either node or nodes")
-    if (position is None) == (displacement is None):
-        raise invalid("target", "give either position or displacement")
+    targets = {"position": position, "displacement": displacement, "velocity": velocity}
+    given = [(name, target) for name, target in targets.items() if target is not None]
+    if len(given) != 1:
+        raise invalid("target", "give one of position, displacement and velocity")
     if checks.flag(exact, "exact") and weight is not None:
         raise invalid("weight", "an exact constraint has no weight")
     message = scene.Constraint(id=_id(id), frame=checks.whole(frame, "frame"))
     message.nodes.extend([checks.whole(node, "node")] if nodes is None else checks.wholes(nodes, "nodes"))
     if axes is not None:
         message.axes.extend(_axes(axes))
-    if position is not None:
-        message.position.CopyFrom(vector(position, "position"))
-    else:
-        message.displacement.CopyFrom(vector(displacement, "displacement"))
+    name, target = given[0]
+    getattr(message, name).CopyFrom(vector(target, name))
     if exact:
         message.exact = True
     elif weight is not None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Iterable, Mapping, Sequence
+from typing import Any, Mapping, Sequence
 
 import numpy as np
 
@@ -192,15 +192,6 @@ class LinkageSession(OpenSession):
         return [Target(self, message) for message in self.conditions().targets]
 
     # ---- edits ----
-
-    def edit(self, changes: Iterable[edits.EditLike], expected_revision: int | None = None) -> Receipt:
-        """All or nothing, in order, as one revision: messages or mappings (the JSON form of limber.v1.Edit).
-
-        expected_revision: refuse (FAILED_PRECONDITION) unless this is the newest one.
-        """
-        if expected_revision is not None:
-            checks.whole(expected_revision, "expected_revision", most=2 ** 64 - 1)
-        return self._send(edits.to_messages(checks.several(changes, "edits")), expected_revision)
 
     def deploy(self, angle: float | None) -> Receipt:
         """The mean opening angle of all joints [degree]: the linkage goes there step by step. None: it is free."""

@@ -77,8 +77,11 @@ class OpenSession:
         return Result.from_message(info)
 
     def geometry_for(self, frames: "service.Frames") -> Any:
-        """What decode() needs for these frames."""
-        raise NotImplementedError
+        """What decode() needs for these frames: of coordinates an object with positions(coordinates) and basis_hash."""
+        if frames.encoding == service.ENCODING_COORDINATES:
+            raise LimberError("UNSUPPORTED", 'this client does not know what coordinates are of this kind of session: '
+                                             'ask for encoding="positions", or load the module of the kind', "encoding")
+        return None
 
     def warn_of_accuracy(self, status: "service.SessionStatus", stacklevel: int) -> None:
         """Once, of a model that misses its tolerance. stacklevel: as of warnings.warn, of whoever calls this."""
@@ -92,8 +95,13 @@ class OpenSession:
     # ---- edits ----
 
     def edit(self, changes: Iterable[Any], expected_revision: int | None = None) -> Receipt:
-        """All or nothing, in order, as one revision."""
-        raise NotImplementedError
+        """All or nothing, in order, as one revision: messages, or mappings (the JSON form of limber.v1.Edit).
+
+        expected_revision: refuse (FAILED_PRECONDITION) unless this is the newest one.
+        """
+        if expected_revision is not None:
+            checks.whole(expected_revision, "expected_revision", most=2 ** 64 - 1)
+        return self._send(edits.to_messages(checks.several(changes, "edits")), expected_revision)
 
     def _send(self, messages: "list[service.Edit]", expected_revision: int | None) -> Receipt:
         request = service.EditRequest(session=self.reference, edits=messages, expected_revision=expected_revision)

@@ -33,12 +33,14 @@ class MotionError:
     tolerance: float             # for shape_error: the scene's model.tolerance
     within_tolerance: bool
     check_ms: float              # that it took, on the server
+    max_velocity_error: float = 0.0  # of the full reconstruction [length unit / s]
 
     @staticmethod
     def from_message(error: "service.MotionError") -> "MotionError":
         return MotionError(error.shape_error, error.worst_frame_error, error.worst_frame, error.max_distance,
                            error.max_distance_share, error.max_constraint_error, error.inverted_tets,
-                           error.inverted_frame, error.frames, error.tolerance, error.within_tolerance, error.check_ms)
+                           error.inverted_frame, error.frames, error.tolerance, error.within_tolerance, error.check_ms,
+                           error.max_velocity_error)
 
 
 @dataclass(frozen=True)
@@ -54,8 +56,8 @@ class Result:
     constraint_energy: float
     energy: float        # sum of all
     gradient: float      # scale-free norm
-    max_error: float     # largest distance by which a constraint is missed, over the axes that it has [length unit]
-    rms_error: float     # root mean square of these distances over the constraints [length unit]
+    max_error: float     # largest distance by which a position is missed, over the axes that it has [length unit]
+    rms_error: float     # root mean square of these distances over the constraints on positions [length unit]
     rank_deficient: bool  # exact constraints contradict or repeat each other: a least-squares answer
     message: str
     since_edit_ms: float  # on the server, from the newest edit contained to publication
@@ -68,6 +70,8 @@ class Result:
     weight_scale: float = 1.0       # soft constraints weigh so many times more, to meet constraint_tolerance
     # Of the motion's power, above half the Nyquist frequency; of final results, None for few frames.
     high_frequency_share: "float | None" = None
+    max_velocity_error: float = 0.0  # largest difference by which a velocity is missed [length unit / s]
+    max_exact_velocity_error: float = 0.0  # the same of exact constraints alone [length unit / s]
     motion_error: MotionError | None = None  # of a final result that has been checked: wait(until="checked")
 
     @staticmethod
@@ -80,6 +84,8 @@ class Result:
                       info.max_exact_error, info.solve_failed, info.material_iterations, info.column_energy,
                       info.unit_force_energy, info.max_keyframe_error, info.weight_scale,
                       info.high_frequency_share if info.HasField("high_frequency_share") else None,
+                      max_velocity_error=info.max_velocity_error,
+                      max_exact_velocity_error=info.max_exact_velocity_error,
                       motion_error=MotionError.from_message(info.motion_error) if info.HasField("motion_error") else None)
 
 

@@ -12,7 +12,7 @@ from urllib.parse import urlsplit
 
 import numpy as np
 
-from . import arrays, beams, checks, designs, edits, plain_files, recoveries, scenes, simulations
+from . import arrays, beams, checks, designs, edits, kinds, plain_files, recoveries, scenes, simulations
 from .connection import VERSION, Connection, CurveKeys
 from .errors import LimberError, ServerStopped, ServerUnreachable, from_message, invalid
 from .messages import scene as scene_messages
@@ -20,10 +20,8 @@ from .messages import service
 from .progress import ProgressOption, Reporter
 from .reach import advice
 from .results import Geometry, issue_text
-from .beam_sessions import BeamSession
 from .linkages import LinkageSession, linkage_scene, put_section
 from .open_session import MaterialWarning, OpenSession, job_error
-from .session import Session
 
 DEFAULT_ENDPOINT = "tcp://127.0.0.1:7801"
 
@@ -132,8 +130,8 @@ class Server:
         request = service.OpenSessionRequest(scene=message, session=checks.text(session, "session"))
         response = self.connection.call("open_session", request, timeout=max(60.0, self.connection.timeout))
         _warn_of_material(response.issues)
-        kind = LinkageSession if message.HasField("linkage") else BeamSession if message.HasField("beams") else Session
-        opened = kind(self, response.session, response.job, [issue_text(issue) for issue in response.issues],
+        opened = kinds.session_class(response.kind)(
+            self, response.session, response.job, [issue_text(issue) for issue in response.issues],
                       response.uid, self.connection.instance)
         if plain:
             known = self.connection.call("get_session", service.GetSessionRequest(session=opened.reference, with_scene=True))
@@ -148,11 +146,10 @@ class Server:
         return opened
 
     def session(self, id: str) -> Any:
-        """Attaches to a session of any client: a Session, LinkageSession or BeamSession. id: its name, or `name@uid`
+        """Attaches to a session of any client: a Session, LinkageSession or BeamSession, or what register_kind() says. id: its name, or `name@uid`
         (OpenSession.reference), which never is another session of that name."""
         status = OpenSession(self, checks.text(id, "session")).status()
-        kind = LinkageSession if status.segments else BeamSession if status.beam_nodes else Session
-        attached = kind(self, status.session or id, uid=status.uid, instance=self.connection.instance)
+        attached = kinds.session_class(status.kind)(self, status.session or id, uid=status.uid, instance=self.connection.instance)
         attached.revision = status.revision
         attached.warn_of_accuracy(status, stacklevel=2)
         return attached

@@ -37,7 +37,7 @@ class Constraint:
 
     @property
     def kind(self) -> str:
-        """"position" or "displacement": what the target means."""
+        """"position", "displacement" or "velocity": what the target means."""
         return self.message.WhichOneof("target") or "displacement"
 
     @property
@@ -46,12 +46,15 @@ class Constraint:
         return (value.x, value.y, value.z)
 
     def move(self, target: Sequence[float] | None = None, *, position: Sequence[float] | None = None,
-             displacement: Sequence[float] | None = None) -> Receipt:
+             displacement: Sequence[float] | None = None, velocity: Sequence[float] | None = None) -> Receipt:
         """Another target: of the kind the constraint has, or of the kind named."""
-        if sum(value is not None for value in (target, position, displacement)) != 1:
-            raise invalid("target", "give exactly one of target, position and displacement")
-        named = "position" if position is not None else "displacement" if displacement is not None else self.kind
-        values = target if target is not None else position if position is not None else displacement
+        kinds = {self.kind: target} if target is not None else {}
+        kinds |= {kind: value for kind, value in (("position", position), ("displacement", displacement),
+                                                  ("velocity", velocity)) if value is not None}
+        count = sum(value is not None for value in (target, position, displacement, velocity))
+        if count != 1:
+            raise invalid("target", "give exactly one of target, position, displacement and velocity")
+        [(named, values)] = kinds.items()
         point = edits.vector(values, named)
         changed = scenes.Constraint()
         changed.CopyFrom(self.message)
@@ -137,14 +140,16 @@ class Session(OpenSession):
 
     def add(self, *, frame: int, node: int | None = None, nodes: Iterable[int] | None = None,
             position: Sequence[float] | None = None, displacement: Sequence[float] | None = None,
-            axes: edits.Axes = None, weight: float | None = None, exact: bool = False) -> Constraint:
-        """"In this frame, the (mean) position of the node(s) is there."
+            velocity: Sequence[float] | None = None, axes: edits.Axes = None, weight: float | None = None,
+            exact: bool = False) -> Constraint:
+        """"In this frame, the (mean) position of the node(s) is there", or their (mean) velocity is that.
 
-        position: a point of the mesh's space, or displacement: from rest [length unit]; axes: which count, e.g. "xz";
+        position: a point of the mesh's space, or displacement: from rest [length unit], or velocity: of the shown frames,
+        (x[frame + 1] - x[frame - 1]) / 2 * frames per second [length unit / s]; axes: which count, e.g. "xz";
         weight: gamma > 0 of a soft constraint (default 100), or exact=True.
         """
         message = edits.constraint(frame=frame, node=node, nodes=nodes, position=position, displacement=displacement,
-                                   axes=axes, weight=weight, exact=exact)
+                                   velocity=velocity, axes=axes, weight=weight, exact=exact)
         receipt = self.edit([service.Edit(add=service.AddConstraint(constraint=message))])
         message.id = receipt.constraint_ids[0]
         return Constraint(self, message, receipt.issues)

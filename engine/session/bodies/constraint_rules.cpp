@@ -53,9 +53,10 @@ void ConstraintRules::check(const scene::Constraint& constraint) const {
   check_nodes(constraint.nodes);
   check_axes(constraint.axes);
   if (constraint.kind != scene::TargetKind::kDisplacement &&
-      constraint.kind != scene::TargetKind::kPosition) {
+      constraint.kind != scene::TargetKind::kPosition &&
+      constraint.kind != scene::TargetKind::kVelocity) {
     throw Error(ErrorCode::kInvalidArgument, "kind",
-                "the kind of target is neither displacement nor position");
+                "the kind of target is neither displacement nor position nor velocity");
   }
   check_target(constraint.target);
   check_weight(constraint.weight);
@@ -90,7 +91,7 @@ std::vector<scene::Issue> ConstraintRules::warnings(const scene::Constraint& con
                                                     End last) const {
   constexpr auto kWarning = scene::Issue::Severity::kWarning;
   std::vector<scene::Issue> found;
-  if (const auto text = scene::idle_frame_warning(constraint.frame, frame_count_, first, last))
+  if (const auto text = scene::idle_frame_warning(constraint, frame_count_, first, last))
     found.push_back({kWarning, "frame", *text});
   const auto& nodes = constraint.nodes;
   if (std::all_of(nodes.begin(), nodes.end(), [&](int node) { return fixed_[node] != 0; }))

@@ -11,7 +11,7 @@ namespace limber::session {
 /// ("frame", "nodes[2]"); the caller puts its own path before it.
 class ConstraintRules {
  public:
-  static constexpr double kFarthestTarget = 1e6;  // [body lengths]
+  static constexpr double kFarthestTarget = 1e6;  // [body lengths], velocities: a second
   static constexpr double kLeastWeight = 1e-30;
 
   explicit ConstraintRules(const scene::Scene& scene);
@@ -37,7 +37,7 @@ class ConstraintRules {
 
  private:
   int frame_count_;
-  double reach_;             // bound of |target_axis| [scene length unit]
+  double reach_;             // bound of |target_axis| [scene length unit], velocities: a second
   std::vector<char> used_;   // per source node
   std::vector<char> fixed_;  // per source node
 };

@@ -288,14 +288,14 @@ std::vector<scene::Issue> Document::warnings(const std::vector<BodyEdit>& edits,
 /// New ends may hold frames in which there are constraints: said once for each end.
 std::vector<scene::Issue> Document::warnings_of_ends() const {
   int first = 0, last = 0;
-  const auto look_at = [&](int frame) {
+  const auto look_at = [&](const auto& where) {  // a frame or a constraint
     const auto idle = [&](scene::End at_first, scene::End at_last) {
-      return scene::idle_frame_warning(frame, unedited_->frame_count, at_first, at_last) ? 1 : 0;
+      return scene::idle_frame_warning(where, unedited_->frame_count, at_first, at_last) ? 1 : 0;
     };
     first += idle(first_end_, scene::End::kFree);
     last += idle(scene::End::kFree, last_end_);
   };
-  for (const auto& [id, constraint] : constraints_) look_at(constraint.frame);
+  for (const auto& [id, constraint] : constraints_) look_at(constraint);
   for (const auto& [id, keyframe] : keyframes_.all()) look_at(keyframe.frame);
   const char* const what = keyframes_.all().empty() ? "constraints" : "constraints and keyframes";
   std::vector<scene::Issue> found;

@@ -16,7 +16,7 @@ struct AddConstraint {
 };
 struct MoveConstraint {
   std::uint64_t id = 0;
-  Eigen::Vector3d target = {0, 0, 0};  // [scene length unit], in the constraint's own target kind
+  Eigen::Vector3d target = {0, 0, 0};  // in the constraint's own kind and unit
 };
 struct ReplaceConstraint {
   scene::Constraint constraint;  // id names the one to replace

@@ -56,9 +56,12 @@ void LiveProblem::apply(const EditBatch& batch) {
   for (const std::uint64_t id : batch.removed) {
     if (held_.erase(id) > 0) solver_->remove(id);
   }
+  if (batch.dynamics) set_frame_rate(batch.dynamics->frames_per_second);
   for (const scene::Constraint& constraint : batch.set) set(constraint);
   for (const TargetChange& move : batch.moved) {
-    solver_->move(move.id, targets_.displacement(move.target, held_.at(move.id).origin));
+    Held& held = held_.at(move.id);
+    if (held.velocity) held.velocity->target = move.target;
+    solver_->move(move.id, map_target(move.target, held));
   }
   if (batch.ends) solver_->set_timeline(map_end(batch.ends->first), map_end(batch.ends->last));
   if (batch.dynamics) set_dynamics(*batch.dynamics);
@@ -83,7 +86,6 @@ void LiveProblem::enter_epoch(std::uint64_t epoch) {
 
 /// What was fitted to other dynamics starts anew from these.
 void LiveProblem::set_dynamics(const scene::Dynamics& dynamics) {
-  frames_per_second_ = dynamics.frames_per_second;
   auto mapped = std::make_shared<const spacetime::Material>(
       map_material(dynamics, terms_.mode_count, *model_));
   if (same_dynamics(*mapped, *initial_)) return;
@@ -103,8 +105,16 @@ double LiveProblem::column_energy() const {
   return terms_.material.column_weight * spacetime::column_energy(material_->mixing);
 }
 
-spacetime::MaterialSolver LiveProblem::material_solver() const {
+bool LiveProblem::shakes_as_asked() const {
+  return terms_.material.max_frequency_hz &&
+         *terms_.material.max_frequency_hz / frames_per_second_ >
+             spacetime::MaterialOptions().max_frequency;
+}
+
+spacetime::MaterialSolver LiveProblem::material_solver(
+    spacetime::MaterialOptions::MotionLimit limit) const {
   spacetime::MaterialOptions options;
+  options.limit = std::move(limit);
   options.variables = map_variables(variables_);
   options.column_weight = terms_.material.column_weight;
   options.held = model_->rigid_count;
@@ -142,13 +152,26 @@ std::optional<double> LiveProblem::high_frequency_share(const spacetime::Materia
 CheckRequest LiveProblem::check_request() const {
   CheckRequest request;
   for (const spacetime::PositionConstraint& constraint : solver_->constraints()) {
-    request.targets.push_back({constraint.frame, held_.at(constraint.id).nodes, constraint.axes,
-                               constraint.target,
+    request.targets.push_back({constraint.frame, constraint.since, held_.at(constraint.id).nodes,
+                               constraint.axes, constraint.target,
                                constraint.weight == spacetime::PositionConstraint::kExact});
   }
   for (const scene::Keyframe& keyframe : keyframes_)
     request.keyframe_frames.push_back(keyframe.frame);
   return request;
+}
+
+Eigen::Vector3d LiveProblem::map_target(const Eigen::Vector3d& target, const Held& held) const {
+  const Eigen::Vector3d mapped = targets_.displacement(target, held.origin);
+  return held.velocity ? Eigen::Vector3d(mapped / frames_per_second_) : mapped;
+}
+
+void LiveProblem::set_frame_rate(double frames_per_second) {
+  if (std::exchange(frames_per_second_, frames_per_second) == frames_per_second) return;
+  std::vector<scene::Constraint> velocities;
+  for (const auto& [id, held] : held_)
+    if (held.velocity) velocities.push_back(*held.velocity);
+  for (const scene::Constraint& velocity : velocities) set(velocity);
 }
 
 void LiveProblem::set(const scene::Constraint& constraint) {
@@ -160,8 +183,18 @@ void LiveProblem::set(const scene::Constraint& constraint) {
   mapped.frame = constraint.frame;
   mapped.site = kinematics_->add_site(*held.nodes);
   mapped.axes = constraint.axes;
-  mapped.target = targets_.displacement(constraint.target, held.origin);
   mapped.weight = constraint.weight;  // infinity is kExact
+  if (constraint.kind == scene::TargetKind::kVelocity) {
+    held.velocity = constraint;
+    const auto span = scene::velocity_span(constraint.frame, terms_.frame_count);
+    mapped.since = span.since;
+    mapped.frame = span.until;
+    if (std::isfinite(mapped.weight)) {  // of errors per second to those per frame
+      mapped.weight =
+          std::min(scene::kGreatestWeight, mapped.weight * frames_per_second_ * frames_per_second_);
+    }
+  }
+  mapped.target = map_target(constraint.target, held);
   note_site(mapped.site, held.nodes->size());
   if (held_.contains(constraint.id)) {
     solver_->replace(mapped);

@@ -64,9 +64,13 @@ class LiveProblem {
   /// mu E_s of material().
   [[nodiscard]] double column_energy() const;
   [[nodiscard]] scene::MaterialVariables variables() const { return variables_; }
+  [[nodiscard]] double frames_per_second() const { return frames_per_second_; }
   /// A material optimisation of the present problem from the solver's motion and material(). One
   /// that begins with the scene's own material takes its slow steps first.
-  [[nodiscard]] spacetime::MaterialSolver material_solver() const;
+  [[nodiscard]] spacetime::MaterialSolver material_solver(
+      spacetime::MaterialOptions::MotionLimit limit = {}) const;
+  /// The scene allows higher frequencies than those that keep motions quiet.
+  [[nodiscard]] bool shakes_as_asked() const;
   /// A fit that an edit has interrupted where it was still above its start: material_solver() goes
   /// on from here until set_material() is called or the variables change.
   void keep_unfinished(const spacetime::MaterialSolver& fit, int steps);
@@ -93,8 +97,13 @@ class LiveProblem {
   struct Held {
     Eigen::Vector3d origin;                         // taken off targets [scene units]
     std::shared_ptr<const std::vector<int>> nodes;  // compact
+    std::optional<scene::Constraint> velocity;      // as it was set; its frames are those of a rate
   };
 
+  /// A target of the scene in the solver's terms: [m], of a velocity [m/frame].
+  [[nodiscard]] Eigen::Vector3d map_target(const Eigen::Vector3d& target, const Held& held) const;
+  /// Velocities are per second, the solver's per frame.
+  void set_frame_rate(double frames_per_second);
   void set(const scene::Constraint& constraint);
   void set_keyframes(std::vector<scene::Keyframe> keyframes);
   void note_site(int site, std::size_t nodes);

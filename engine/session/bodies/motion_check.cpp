@@ -8,7 +8,7 @@
 #include <cmath>
 #include <utility>
 
-#include "engine/base/parallel.h"
+#include "engine/session/bodies/frame_steps.h"
 #include "engine/session/bodies/problem_mapping.h"
 #include "engine/session/bodies/session.h"
 
@@ -26,8 +26,6 @@ constexpr double kMaxMissRatio = 1.5;
 
 /// Largest steps of fitted motions, over those with forces alone: beyond rounding.
 constexpr double kMaxStepRatio = 1.005;
-
-constexpr Eigen::Index kRowsAtOnce = 3072;  // of a product, between two looks at the cancellation
 
 /// Beyond this the number says nothing more.
 constexpr double kMaxShare = 10;
@@ -119,6 +117,24 @@ void describe_misses(const MotionCheck& check, std::vector<std::string>& sentenc
   }
 }
 
+/// How far the full shapes miss velocities, beside the shown ones.
+void describe_velocities(const MotionCheck& check, std::vector<std::string>& sentences) {
+  const double missed = check.error.max_velocity_error, shown = check.shown_velocity_error;
+  const double visible = kMinVisibleMiss * check.length / kVisibleFrames;
+  const auto in_units = [&](double velocity) {
+    return fmt::format("{:.3g} a second", velocity * check.frames_per_second / check.length_unit);
+  };
+  if (check.error.max_exact_velocity_error > visible) {
+    sentences.push_back(fmt::format("The full shapes miss an exact velocity by {}.",
+                                    in_units(check.error.max_exact_velocity_error)));
+  }
+  if (missed > std::max(kMaxMissRatio * shown, shown + visible)) {
+    sentences.push_back(
+        fmt::format("Velocities are missed by up to {} in the full shapes, {} in the shown ones.",
+                    in_units(missed), in_units(shown)));
+  }
+}
+
 std::string describe_remedy(const MotionCheck& check) {
   const reduced::MotionError& error = check.error;
   // Training poses scatter about their typical reach by nearly a factor of two.
@@ -151,37 +167,13 @@ std::string describe_steps(const MotionCheck& check) {
       check.largest_step / check.length_unit, check.largest_step / check.largest_step_of_start);
 }
 
-/// Largest distance that a node moves from one frame to the next [m].
-/// @param basis  B, 3n x h
-/// @param coordinates  q, h x N
-double largest_step(const Eigen::MatrixXd& basis, const Eigen::MatrixXf& coordinates,
-                    const JobContext& job) {
-  const Eigen::Index steps = coordinates.cols() - 1;
-  if (steps < 1) return 0;
-  const Eigen::MatrixXd differences =
-      (coordinates.rightCols(steps) - coordinates.leftCols(steps)).cast<double>();
-  std::vector<double> largest(
-      static_cast<std::size_t>((basis.rows() + kRowsAtOnce - 1) / kRowsAtOnce));
-  parallel_for(
-      static_cast<std::int64_t>(largest.size()), 1, [&](std::int64_t begin, std::int64_t end) {
-        for (std::int64_t i = begin; i < end; ++i) {
-          job.throw_if_cancelled();
-          const Eigen::Index row = i * kRowsAtOnce;
-          const Eigen::MatrixXd moved =
-              basis.middleRows(row, std::min(kRowsAtOnce, basis.rows() - row)) * differences;
-          largest[static_cast<std::size_t>(i)] =
-              std::sqrt(moved.reshaped(3, moved.size() / 3).colwise().squaredNorm().maxCoeff());
-        }
-      });
-  return *std::max_element(largest.begin(), largest.end());
-}
-
 }  // namespace
 
 std::string describe_motion(const MotionCheck& check) {
   std::vector<std::string> sentences;
   describe_shapes(check, sentences);
   describe_misses(check, sentences);
+  describe_velocities(check, sentences);
   if (sentences.empty() && !has_larger_steps(check)) return {};
   if (!sentences.empty()) sentences.push_back(describe_remedy(check));
   if (has_larger_steps(check)) sentences.push_back(describe_steps(check));
@@ -243,7 +235,10 @@ MotionCheck MotionChecker::check(const CheckRequest& request, const JobContext& 
   }
   const BodyResult& result = *request.result;
   std::vector<int> constrained = request.keyframe_frames;
-  for (const CheckRequest::Target& target : request.targets) constrained.push_back(target.frame);
+  for (const CheckRequest::Target& target : request.targets) {
+    constrained.push_back(target.frame);
+    if (target.since) constrained.push_back(*target.since);
+  }
   reduced::ShownFrames shown;
   shown.frames = frames_to_compare(std::move(constrained), result.coordinates);
   const auto count = static_cast<Eigen::Index>(shown.frames.size());
@@ -254,11 +249,17 @@ MotionCheck MotionChecker::check(const CheckRequest& request, const JobContext& 
     shown.coordinates.col(i) = result.coordinates.col(shown.frames[static_cast<std::size_t>(i)]);
   }
   shown.modal = result.material ? Eigen::MatrixXd(result.material->mixing * modal) : modal;
+  const auto column_of = [&](int frame) -> std::optional<int> {
+    const auto at = std::lower_bound(shown.frames.begin(), shown.frames.end(), frame);
+    if (at == shown.frames.end() || *at != frame) return std::nullopt;
+    return static_cast<int>(at - shown.frames.begin());
+  };
   for (const CheckRequest::Target& target : request.targets) {
-    const auto at = std::lower_bound(shown.frames.begin(), shown.frames.end(), target.frame);
-    if (at == shown.frames.end() || *at != target.frame) continue;
-    shown.targets.push_back({static_cast<int>(at - shown.frames.begin()), target.nodes, target.axes,
-                             target.target, target.is_exact});
+    const std::optional<int> at = column_of(target.frame);
+    const std::optional<int> since = target.since ? column_of(*target.since) : std::nullopt;
+    if (!at || since.has_value() != target.since.has_value()) continue;
+    shown.targets.push_back(
+        {*at, target.nodes, target.axes, target.target, target.is_exact, since});
   }
   MotionCheck check;
   check.error = reduced::motion_error(*full_, shown, job);
@@ -266,11 +267,13 @@ MotionCheck MotionChecker::check(const CheckRequest& request, const JobContext& 
   check.tolerance = scene_->model.tolerance;
   check.length_unit = scene_->length_unit_in_metres;
   check.shown_constraint_error = result.report.max_constraint_error;
+  check.shown_velocity_error = result.report.max_velocity_error;
+  check.frames_per_second = result.frames_per_second;
   if (scene_->constraint_tolerance)
     check.constraint_tolerance = *scene_->constraint_tolerance * check.length_unit;
   if (request.start_of_fit) {
-    check.largest_step = largest_step(model_->basis, result.coordinates, job);
-    check.largest_step_of_start = largest_step(model_->basis, *request.start_of_fit, job);
+    check.largest_step = largest_frame_step(model_->basis, result.coordinates, job);
+    check.largest_step_of_start = largest_frame_step(model_->basis, *request.start_of_fit, job);
   }
   check.trained_reach = kTrainedShare * reduced::ModelOptions().amplitude * model_->length;
   check.check_ms =

@@ -22,6 +22,8 @@ struct MotionCheck {
   /// Largest distance of a target from where the shown motion has its nodes: the
   /// max_constraint_error of the result's report [m].
   double shown_constraint_error = 0;
+  double shown_velocity_error = 0;             // the max_velocity_error of that report [m/frame]
+  double frames_per_second = 1;                // numbers of messages are per second
   std::optional<double> constraint_tolerance;  // the scene's [m]
   double length_unit = 1;                      // of the scene [m]: numbers of messages are in it
   /// Of a fitted motion: largest distance of a node from one frame to the next, shown, and of the
@@ -36,13 +38,16 @@ struct MotionCheck {
 
 /// Of a body's length: misses below it cannot be seen.
 inline constexpr double kMinVisibleMiss = 1e-3;
+/// A velocity is missed visibly where it is off by what makes that distance in so many frames: the
+/// largest velocity of a swing of the default period, 40 frames, that just can be seen.
+inline constexpr double kVisibleFrames = 6.4;
 
 /// What is wrong with the motion and what to do. Empty where
 /// - its error and that of its worst frame are within the tolerance,
 /// - no tet is inverted in the compared frames,
 /// - the full shapes miss no constraint by more than half a body length, constraint_tolerance, or
 ///   1.5 times what the shown ones miss (and kMinVisibleMiss more), and no exact constraint by more
-///   than kMinVisibleMiss,
+///   than kMinVisibleMiss; of velocities the same, without constraint_tolerance,
 /// - a fitted motion makes no larger step from frame to frame than the one it began with.
 [[nodiscard]] std::string describe_motion(const MotionCheck& check);
 
@@ -53,9 +58,10 @@ inline constexpr double kMinVisibleMiss = 1e-3;
 struct CheckRequest {
   struct Target {
     int frame = 0;
+    std::optional<int> since;  // of a velocity: the frame from which it is measured
     std::shared_ptr<const std::vector<int>> nodes;  // compact
     unsigned axes = 7;
-    Eigen::Vector3d target = {0, 0, 0};  // displacement from rest [m]
+    Eigen::Vector3d target = {0, 0, 0};  // displacement from rest [m], or velocity [m/frame]
     bool is_exact = false;
   };
 

@@ -202,7 +202,7 @@ std::vector<int> TargetFrame::compact_nodes(const std::vector<int>& source_nodes
 Eigen::Vector3d TargetFrame::origin(scene::TargetKind kind,
                                     const std::vector<int>& compact_nodes) const {
   Eigen::Vector3d mean = Eigen::Vector3d::Zero();
-  if (kind == scene::TargetKind::kDisplacement) return mean;
+  if (kind != scene::TargetKind::kPosition) return mean;
   for (const int node : compact_nodes)
     mean += rest_.col(source_of_compact_[static_cast<std::size_t>(node)]);
   return mean / static_cast<double>(compact_nodes.size());

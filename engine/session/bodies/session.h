@@ -39,6 +39,7 @@ struct BodyResult : ResultHeader {
   /// q, h x N, of the motion with forces alone that the fit of the material began with, maybe in an
   /// earlier revision; null where nothing was fitted.
   std::shared_ptr<const Eigen::MatrixXf> start_of_fit;
+  double frames_per_second = 1;  // that it was solved for: report's velocities are per frame
   int material_iterations = 0;   // of the material's optimisation for this revision
   double column_energy = 0;      // mu E_s, part of report.total_energy
   double unit_force_energy = 0;  // control forces, comparable between materials

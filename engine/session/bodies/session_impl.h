@@ -11,6 +11,7 @@
 #include "engine/base/job.h"
 #include "engine/session/bodies/answer_cache.h"
 #include "engine/session/bodies/document.h"
+#include "engine/session/bodies/frame_steps.h"
 #include "engine/session/bodies/live_problem.h"
 #include "engine/session/bodies/motion_check.h"
 #include "engine/session/bodies/session.h"
@@ -89,16 +90,29 @@ class BodySession::Impl final : public SessionCore<BodyResult, BodyOrder> {
   [[nodiscard]] bool stay_with_answer(const Round& round, const spacetime::SolveReport& ended);
 
   // session_material.cpp: the task's part of it that fits materials.
+  /// A material with its motion z, r x N.
+  struct Fit {
+    std::shared_ptr<const spacetime::Material> material;
+    Eigen::MatrixXd motion;
+  };
+  enum class Steps { kFree, kLimited };
   /// On from the answer of the solver, which gets the material and the motion that were found where
-  /// these are better. Nothing above the energy of the start is published.
+  /// these are better. Nothing above the energy of the start is published, nor what moves nodes
+  /// farther from one frame to the next than `most` [m].
+  /// @param steps  kLimited: those of the fit keep within that, as far as some nodes show
   /// @returns nothing where an edit made it out of date
-  std::optional<spacetime::MaterialReport> optimise_material(const Round& round);
+  std::optional<spacetime::MaterialReport> optimise_material(const Round& round, Steps steps,
+                                                             double most);
   /// optimise_material() and the motion for what it has found; the start, converged before, where
-  /// that is better after all. @returns as above
+  /// that is better after all. Where nodes would move much farther from one frame to the next than
+  /// at the start it is done again with limited steps. @returns as above
   std::optional<spacetime::SolveReport> fit_material(const Round& round,
                                                      const spacetime::SolveReport& start);
   void publish_material(const Round& round, const spacetime::MaterialReport& report,
                         const spacetime::MaterialSolver& solver);
+  void take_up(const Fit& fit);
+  /// Of what the solver has.
+  [[nodiscard]] Eigen::MatrixXf coordinates_now() const;
   /// Coordinates and energies of result.modal and result.report with this material.
   void fill_material(const spacetime::Material& material, BodyResult& result) const;
 

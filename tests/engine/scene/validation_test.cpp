@@ -128,6 +128,12 @@ TEST(Validation, EachFaultIsNamedAloneWithItsField) {
        ErrorCode::kOutOfRange},
       {"constraints[1].frame", [](Scene& s) { s.constraints[1].frame = 148; },
        Issue::Severity::kWarning},
+      {"constraints[1].frame",
+       [](Scene& s) {
+         s.constraints[1].frame = 149;
+         s.constraints[1].kind = TargetKind::kVelocity;
+       },
+       Issue::Severity::kWarning},
       {"constraints[1].nodes", [](Scene& s) { s.constraints[1].nodes.clear(); }},
       {"constraints[1].nodes[0]", [](Scene& s) { s.constraints[1].nodes = {5000}; }, kError,
        ErrorCode::kOutOfRange},
@@ -227,6 +233,33 @@ TEST(Validation, UnitsDoNotChangeTheVerdict) {
   scene.length_unit_in_metres = 1e-6;
   scene.merge_tolerance = 1.0;
   EXPECT_TRUE(validate(scene).empty());
+}
+
+TEST(VelocitySpan, IsCentralAndOneSidedAtTheEnds) {
+  const auto is = [](int frame, int since, int until) {
+    const VelocitySpan span = velocity_span(frame, 10);
+    return span.since == since && span.until == until;
+  };
+  EXPECT_TRUE(is(0, 0, 1));
+  EXPECT_TRUE(is(1, 0, 2));
+  EXPECT_TRUE(is(8, 7, 9));
+  EXPECT_TRUE(is(9, 8, 9));
+}
+
+TEST(VelocitySpan, HasNoEffectWhereBothFramesAreHeld) {
+  Constraint velocity;
+  velocity.kind = TargetKind::kVelocity;
+  const auto idle = [&](int frame, End first, End last) {
+    velocity.frame = frame;
+    return idle_frame_warning(velocity, 10, first, last).has_value();
+  };
+  constexpr End kFree = End::kFree, kHeld = End::kPinnedPositionVelocity;
+  EXPECT_TRUE(idle(0, kHeld, kFree));
+  EXPECT_FALSE(idle(1, kHeld, kFree)) << "frame 2 is free";
+  EXPECT_FALSE(idle(0, End::kPinnedPosition, kFree));
+  EXPECT_FALSE(idle(9, kHeld, kFree));
+  EXPECT_TRUE(idle(9, kFree, kHeld));
+  EXPECT_FALSE(idle(8, kFree, kHeld));
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 
 #include <Eigen/Dense>
 #include <cmath>
+#include <optional>
 #include <vector>
 
 #include "engine/spacetime/problem.h"
@@ -47,11 +48,14 @@ inline DenseAnswer dense_optimum(const testing::LinearKinematics& kinematics,
   std::vector<DenseVector> soft, exact;
   std::vector<Real> soft_target, exact_target, weights;
   if (mixing.size() == 0) mixing.setIdentity(kinematics.coordinate_count(), modes);
-  const auto add_row = [&](int frame, const Eigen::RowVectorXd& over_modes, Real target,
-                           double weight) {
+  const auto add_row = [&](int frame, std::optional<int> since,
+                           const Eigen::RowVectorXd& over_modes, Real target, double weight) {
     DenseVector row = DenseVector::Zero(size);
+    const Real span = since ? frame - *since : 1;
     if (frame >= first && frame <= last)
-      row.segment((frame - first) * modes, modes) = over_modes.transpose().cast<Real>();
+      row.segment((frame - first) * modes, modes) = over_modes.transpose().cast<Real>() / span;
+    if (since && *since >= first && *since <= last)
+      row.segment((*since - first) * modes, modes) = -over_modes.transpose().cast<Real>() / span;
     const bool hold = std::isinf(weight);
     (hold ? exact : soft).push_back(row);
     (hold ? exact_target : soft_target).push_back(target);
@@ -60,14 +64,15 @@ inline DenseAnswer dense_optimum(const testing::LinearKinematics& kinematics,
   for (const PositionConstraint& constraint : constraints) {
     for (int axis = 0; axis < 3; ++axis) {
       if ((constraint.axes >> axis & 1U) == 0) continue;
-      add_row(constraint.frame,
+      add_row(constraint.frame, constraint.since,
               kinematics.maps().row(3 * constraint.site + axis) * mixing / kinematics.length(),
               constraint.target[axis] / static_cast<Real>(kinematics.length()), constraint.weight);
     }
   }
   for (const KeyframeConstraint& keyframe : keyframes) {
     for (Eigen::Index c = 0; c < mixing.rows(); ++c)
-      add_row(keyframe.frame, mixing.row(c), keyframe.coordinates[c], keyframe.weight);
+      add_row(keyframe.frame, std::nullopt, mixing.row(c), keyframe.coordinates[c],
+              keyframe.weight);
   }
   const auto held = static_cast<Eigen::Index>(exact.size());
   DenseMatrix system = DenseMatrix::Zero(size + held, size + held);

@@ -21,6 +21,7 @@ using testing::uniform;
 
 enum class Modes { kFirst, kMixed, kFewer };  // S = I; a full square S; R > r
 enum class Rows { kSoft, kExact, kBoth };
+enum class Velocities { kNo, kYes };  // every second position is a mean velocity instead
 
 /// Keyframes and positions in random frames, neighbours and the same frame among them.
 struct RandomProblem {
@@ -31,7 +32,7 @@ struct RandomProblem {
   ConstraintSet set;
 
   RandomProblem(unsigned seed, Modes kind, Rows rows, Ends ends, int keyframes, int positions,
-                int frame_count = 24) {
+                int frame_count = 24, Velocities velocities = Velocities::kNo) {
     std::mt19937_64 generator(seed);
     const int modes = 3, coordinates = kind == Modes::kFewer ? 5 : 3;
     kinematics = std::make_shared<LinearKinematics>(coordinates, 4, 2.0, seed + 1);
@@ -65,6 +66,8 @@ struct RandomProblem {
       position.axes = 1 + static_cast<unsigned>(i) % 7;
       position.weight = weight(i);
       for (auto& value : position.target) value = uniform(generator);
+      if (velocities == Velocities::kYes && i % 2 == 1)
+        position.since = std::max(0, position.frame - 1 - i % 3);
       set.positions[position.id] = position;
     }
   }
@@ -115,16 +118,18 @@ struct Parts {
   /// J of all rows over all kept frames.
   [[nodiscard]] Eigen::MatrixXd jacobian() const {
     Eigen::MatrixXd all = Eigen::MatrixXd::Zero(rows.count(), size());
-    for (int row = 0; row < rows.count(); ++row) {
-      all.block(row, Eigen::Index{systems.modes()} * systems.kept_of_knot(rows.knot_of(row)), 1,
-                systems.modes()) = state.jacobian.col(row).head(systems.modes()).transpose();
+    for (int term = 0; term < rows.term_count(); ++term) {
+      all.block(rows.row_of(term),
+                Eigen::Index{systems.modes()} * systems.kept_of_knot(rows.knot_of(term)), 1,
+                systems.modes()) = state.jacobian.col(term).head(systems.modes()).transpose();
     }
     return all;
   }
   [[nodiscard]] bool of_keyframe(int row) const {
     return std::any_of(rows.keyframe_blocks().begin(), rows.keyframe_blocks().end(),
-                       [&](const RowBlock& block) {
-                         return row >= block.first && row < block.first + block.count;
+                       [&](const TermBlock& block) {
+                         const int first = rows.row_of(block.first);
+                         return row >= first && row < first + block.count;
                        });
   }
   /// K + proximal I, column by column.
@@ -149,45 +154,49 @@ class KeyframeSystems : public ::testing::TestWithParam<Modes> {};
 TEST_P(KeyframeSystems, AreTheDenseSystemWithTheKeyframesRows) {
   for (const Rows rows : {Rows::kSoft, Rows::kExact, Rows::kBoth}) {
     for (const int keyframes : {0, 1, 2, 9}) {
-      const RandomProblem problem(
-          41 + static_cast<unsigned>(keyframes), GetParam(), rows,
-          {EndCondition::kPinnedPositionVelocity, EndCondition::kPinnedPosition}, keyframes, 5);
-      SCOPED_TRACE(keyframes);
-      Parts parts(problem);
-      Eigen::MatrixXd all = parts.dense();
-      const Eigen::MatrixXd jacobian = parts.jacobian();
-      Eigen::MatrixXd positions(parts.rows.position_count(), parts.size());
-      Eigen::Index at = 0;
-      for (int row = 0; row < parts.rows.count(); ++row) {
-        if (parts.of_keyframe(row)) {
-          all += parts.rows.weight()[row] * jacobian.row(row).transpose() * jacobian.row(row);
-        } else {
-          positions.row(at++) = jacobian.row(row);
+      for (const Velocities velocities : {Velocities::kNo, Velocities::kYes}) {
+        const RandomProblem problem(
+            41 + static_cast<unsigned>(keyframes), GetParam(), rows,
+            {EndCondition::kPinnedPositionVelocity, EndCondition::kPinnedPosition}, keyframes, 5,
+            24, velocities);
+        SCOPED_TRACE(keyframes);
+        Parts parts(problem);
+        Eigen::MatrixXd all = parts.dense();
+        const Eigen::MatrixXd jacobian = parts.jacobian();
+        Eigen::MatrixXd positions(static_cast<Eigen::Index>(parts.rows.position_rows().size()),
+                                  parts.size());
+        Eigen::Index at = 0;
+        for (int row = 0; row < parts.rows.count(); ++row) {
+          if (parts.of_keyframe(row)) {
+            all += parts.rows.weight()[row] * jacobian.row(row).transpose() * jacobian.row(row);
+          } else {
+            positions.row(at++) = jacobian.row(row);
+          }
         }
-      }
-      ASSERT_EQ(at, positions.rows());
-      const Eigen::LLT<Eigen::MatrixXd> llt(all);
-      KeyframeSystem system;
-      system.factor(parts.systems, parts.rows);
-      const Eigen::VectorXd x = positions.colwise().sum().transpose();
-      Lanes solved = parts.lanes(x);
-      system.solve(parts.systems, solved);
-      EXPECT_LT(relative(parts.flat(solved), llt.solve(x)), 1e-8);
-      Eigen::MatrixXd response;
-      system.response(parts.systems, parts.rows, parts.state.jacobian, response);
-      const Eigen::MatrixXd wanted = positions * llt.solve(positions.transpose());
-      EXPECT_LT(relative(response.triangularView<Eigen::Lower>().toDenseMatrix(),
-                         wanted.triangularView<Eigen::Lower>().toDenseMatrix()),
-                1e-8);
-      // What the ramp measures weights by: K alone, at each knot.
-      const Eigen::MatrixXd inverse = parts.dense().inverse();
-      Eigen::VectorXd own;
-      for (int knot = 0; knot < static_cast<int>(parts.rows.knots().size()); ++knot) {
-        parts.systems.response(knot, own);
-        const Eigen::VectorXd diagonal = inverse.diagonal().segment(
-            Eigen::Index{parts.systems.modes()} * parts.systems.kept_of_knot(knot),
-            parts.systems.modes());
-        EXPECT_LT(relative(own.head(parts.systems.modes()), diagonal), 1e-7);
+        ASSERT_EQ(at, positions.rows());
+        const Eigen::LLT<Eigen::MatrixXd> llt(all);
+        KeyframeSystem system;
+        system.factor(parts.systems, parts.rows);
+        const Eigen::VectorXd x = positions.colwise().sum().transpose();
+        Lanes solved = parts.lanes(x);
+        system.solve(parts.systems, solved);
+        EXPECT_LT(relative(parts.flat(solved), llt.solve(x)), 1e-8);
+        Eigen::MatrixXd response;
+        system.response(parts.systems, parts.rows, parts.state.jacobian, response);
+        const Eigen::MatrixXd wanted = positions * llt.solve(positions.transpose());
+        EXPECT_LT(relative(response.triangularView<Eigen::Lower>().toDenseMatrix(),
+                           wanted.triangularView<Eigen::Lower>().toDenseMatrix()),
+                  1e-8);
+        // What the ramp measures weights by: K alone, at each knot.
+        const Eigen::MatrixXd inverse = parts.dense().inverse();
+        Eigen::VectorXd own;
+        for (int knot = 0; knot < static_cast<int>(parts.rows.knots().size()); ++knot) {
+          parts.systems.response(knot, own);
+          const Eigen::VectorXd diagonal = inverse.diagonal().segment(
+              Eigen::Index{parts.systems.modes()} * parts.systems.kept_of_knot(knot),
+              parts.systems.modes());
+          EXPECT_LT(relative(own.head(parts.systems.modes()), diagonal), 1e-7);
+        }
       }
     }
   }
@@ -195,9 +204,10 @@ TEST_P(KeyframeSystems, AreTheDenseSystemWithTheKeyframesRows) {
 
 /// Both lines of the system that NOTATION.md states, for right-hand sides at random.
 TEST_P(KeyframeSystems, LetTheSaddleBeSolved) {
-  for (const int positions : {0, 5}) {
+  for (const int positions : {0, 5, 6}) {
     const RandomProblem problem(51, GetParam(), Rows::kBoth,
-                                {EndCondition::kFree, EndCondition::kFree}, 7, positions);
+                                {EndCondition::kFree, EndCondition::kFree}, 7, positions, 24,
+                                positions == 6 ? Velocities::kYes : Velocities::kNo);
     Parts parts(problem);
     std::mt19937_64 generator(52);
     Eigen::VectorXd r(parts.size()), c(parts.rows.count()), m;

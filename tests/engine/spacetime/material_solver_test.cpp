@@ -100,8 +100,7 @@ void expect_no_worse(const MaterialScene& scene, const MaterialReport& report) {
 }
 
 /// The step is that of the assembled Gauss-Newton matrix over every z and every entry of S.
-TEST(MaterialStep, IsThatOfTheAssembledSystem) {
-  const MaterialScene scene = chain_scene();
+void expect_step_of_the_assembled_system(const MaterialScene& scene) {
   ConstraintRows rows(scene.kinematics, {}, kChainCoordinates);
   ModeSystems systems(scene.material.dynamics, scene.timeline);
   rows.rebuild(set_of(scene), systems.frames().first(), systems.frames().last());
@@ -145,12 +144,15 @@ TEST(MaterialStep, IsThatOfTheAssembledSystem) {
     }
     for (int row = 0; row < rows.count(); ++row) {
       Eigen::VectorXd along = Eigen::VectorXd::Zero(z_size + s_size);
-      const int frame = systems.kept_of_knot(rows.knot_of(row));
-      const Eigen::VectorXd j = point.rows.jacobian.col(row).head(kChainCoordinates);
-      for (int mode = 0; mode < kChainModes; ++mode) {
-        along[z_at(frame, mode)] = j.dot(point.mixing.col(mode));
-        for (int c = 0; c < kChainCoordinates; ++c)
-          along[s_at(c, mode)] = point.z(mode, frame) * j[c];
+      for (int term = 0; term < rows.term_count(); ++term) {
+        if (rows.row_of(term) != row) continue;
+        const int frame = systems.kept_of_knot(rows.knot_of(term));
+        const Eigen::VectorXd j = point.rows.jacobian.col(term).head(kChainCoordinates);
+        for (int mode = 0; mode < kChainModes; ++mode) {
+          along[z_at(frame, mode)] += j.dot(point.mixing.col(mode));
+          for (int c = 0; c < kChainCoordinates; ++c)
+            along[s_at(c, mode)] += point.z(mode, frame) * j[c];
+        }
       }
       hessian += rows.weight()[row] * along * along.transpose();
       gradient -= rows.weight()[row] * point.rows.residual[row] * along;
@@ -186,6 +188,19 @@ TEST(MaterialStep, IsThatOfTheAssembledSystem) {
     EXPECT_NEAR(step.promise, -gradient.dot(found) - 0.5 * found.dot(undamped * found),
                 1e-8 * step.promise);
   }
+}
+
+TEST(MaterialStep, IsThatOfTheAssembledSystem) {
+  expect_step_of_the_assembled_system(chain_scene());
+}
+
+TEST(MaterialStep, IsThatOfTheAssembledSystemWithVelocities) {
+  MaterialScene scene = chain_scene();
+  for (std::size_t i = 0; i < scene.constraints.size(); i += 2) {
+    scene.constraints[i].since = scene.constraints[i].frame - 2;
+    scene.constraints[i].weight *= 100;
+  }
+  expect_step_of_the_assembled_system(scene);
 }
 
 TEST(MaterialSolver, LowersTheEnergyOfEachSetOfVariablesBelowTheOneBefore) {

@@ -7,7 +7,7 @@
 #include <future>
 #include <mutex>
 
-#include "server/codec/errors.h"
+#include "server/wire/errors.h"
 #include "tests/server/support/running_server.h"
 
 namespace limber::server {

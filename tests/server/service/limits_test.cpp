@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "server/service/memory_estimate.h"
+#include "server/kinds/bodies/memory_estimate.h"
 #include "tests/server/support/running_server.h"
 
 namespace limber::server {

@@ -5,7 +5,7 @@
 #include <boost/asio/post.hpp>
 #include <future>
 
-#include "server/service/beam_record.h"
+#include "server/kinds/beams/record.h"
 #include "tests/server/support/running_server.h"
 
 namespace limber::server {
@@ -80,7 +80,7 @@ struct ServerService : ::testing::Test {
   }
 
   Hub hub;
-  Service service{hub, [] {}};
+  Service service{hub, standard_kinds(hub.options), [] {}};
   std::promise<void> gate;
   bool held = false;
   Client client{hub.transport.request_endpoint()};

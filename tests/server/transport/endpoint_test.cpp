@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "server/codec/errors.h"
+#include "server/wire/errors.h"
 
 namespace limber::server {
 namespace {

@@ -80,6 +80,7 @@ void PrintTo(TargetKind kind, std::ostream* out) {
   switch (kind) {
     LIMBER_NAME(TargetKind::kDisplacement);
     LIMBER_NAME(TargetKind::kPosition);
+    LIMBER_NAME(TargetKind::kVelocity);
   }
   *out << "TargetKind(" << static_cast<int>(kind) << ")";
 }

@@ -111,7 +111,14 @@ class Literal {
 
 std::vector<int> constrained_frames(const BodySession& session) {
   std::vector<int> frames;
-  for (const auto& constraint : session.constraints()) frames.push_back(constraint.frame);
+  for (const auto& constraint : session.constraints()) {
+    if (constraint.kind == scene::TargetKind::kVelocity) {
+      frames.push_back(constraint.frame - 1);
+      frames.push_back(constraint.frame + 1);
+    } else {
+      frames.push_back(constraint.frame);
+    }
+  }
   for (const auto& keyframe : session.keyframes()) frames.push_back(keyframe.frame);
   return frames;
 }
@@ -139,15 +146,23 @@ void expect_literal(const BodySession& session, const BodyResult& result) {
     distance = std::max(distance, (s - u).reshaped(3, u.size() / 3).colwise().norm().maxCoeff());
     inverted = std::max(inverted, literal.inverted(s));
   }
-  double worst = 0, missed = 0;
+  double worst = 0, missed = 0, velocity_missed = 0;
   const double least = 0.01 * displacements / static_cast<double>(frames.size());
   for (std::size_t i = 0; i < frames.size(); ++i)
     worst = std::max(worst, std::sqrt(alone[i] / std::max(moved[i], least)));
   for (const scene::Constraint& constraint : session.constraints()) {
-    Eigen::Vector3d mean = Eigen::Vector3d::Zero();
-    for (const int node : constraint.nodes) mean += full.at(constraint.frame).segment<3>(3 * node);
-    missed = std::max(
-        missed, (mean / static_cast<double>(constraint.nodes.size()) - constraint.target).norm());
+    const auto mean = [&](int frame) -> Eigen::Vector3d {
+      Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+      for (const int node : constraint.nodes) sum += full.at(frame).segment<3>(3 * node);
+      return sum / static_cast<double>(constraint.nodes.size());
+    };
+    if (constraint.kind == scene::TargetKind::kVelocity) {
+      const Eigen::Vector3d velocity =
+          (mean(constraint.frame + 1) - mean(constraint.frame - 1)) / 2 * result.frames_per_second;
+      velocity_missed = std::max(velocity_missed, (velocity - constraint.target).norm());
+    } else {
+      missed = std::max(missed, (mean(constraint.frame) - constraint.target).norm());
+    }
   }
   const double expected = std::sqrt(differences / displacements);
   EXPECT_GT(expected, 1e-5);  // else single precision of the frames is what is measured
@@ -156,6 +171,8 @@ void expect_literal(const BodySession& session, const BodyResult& result) {
   EXPECT_NEAR(error.worst_frame_error, worst, kSame * worst);
   EXPECT_NEAR(error.max_distance, distance, kSame * distance);
   EXPECT_NEAR(error.max_constraint_error, missed, kSame * distance + kSame * missed);
+  EXPECT_NEAR(error.max_velocity_error * result.frames_per_second, velocity_missed,
+              kSame * velocity_missed + kSame * distance * result.frames_per_second);
   EXPECT_EQ(error.inverted_tets, inverted);
   EXPECT_EQ(error.frames, static_cast<int>(frames.size()));
   EXPECT_EQ(result.motion_check->tolerance, session.unedited()->model.tolerance);
@@ -190,6 +207,23 @@ TEST(MotionCheck, OfAFreeBodyAndGroupsOfNodes) {
   Live live(scene);
   const auto checked = live.recorder->wait_checked(0);
   ASSERT_TRUE(checked);
+  expect_literal(live.session, *checked);
+}
+
+TEST(MotionCheck, OfVelocities) {
+  scene::Scene scene = bent_bar();
+  scene.constraints.push_back(held(15, kTip, {0, 1, -0.5}));
+  scene.constraints.back().kind = scene::TargetKind::kVelocity;
+  scene.constraints.back().weight = test::kInfinity;
+  scene.constraints.push_back(held(6, kTip, {0, 3, 0}));
+  scene.constraints.back().kind = scene::TargetKind::kVelocity;
+  scene.constraints.back().weight = 0.01;
+  Live live(scene);
+  const auto checked = live.recorder->wait_checked(0);
+  ASSERT_TRUE(checked);
+  EXPECT_GT(checked->motion_check->error.max_velocity_error, 1e-3);
+  EXPECT_GT(checked->motion_check->error.max_exact_velocity_error, 0);
+  EXPECT_EQ(checked->motion_check->shown_velocity_error, checked->report.max_velocity_error);
   expect_literal(live.session, *checked);
 }
 
@@ -488,6 +522,22 @@ TEST(MotionCheck, FullShapesThatMissByHalfMoreThanTheShownOnesAreReported) {
   check.shown_constraint_error = 0;
   check.error.max_constraint_error = 0.9 * kMinVisibleMiss * check.length;
   EXPECT_EQ(describe_motion(check), "") << "cannot be seen";
+}
+
+TEST(MotionCheck, FullShapesThatMissAVelocityAreReported) {
+  limber::session::MotionCheck check = sound_check();
+  const double visible = kMinVisibleMiss * check.length / kVisibleFrames;
+  check.frames_per_second = 25;
+  check.error.max_velocity_error = check.error.max_exact_velocity_error = 0.9 * visible;
+  EXPECT_EQ(describe_motion(check), "") << "cannot be seen";
+  check.error.max_velocity_error = check.error.max_exact_velocity_error = 0.004;
+  EXPECT_THAT(
+      describe_motion(check),
+      HasSubstr("The full shapes miss an exact velocity by 100 a second. Velocities are "
+                "missed by up to 100 a second in the full shapes, 0 a second in the shown"));
+  check.error.max_exact_velocity_error = 0;
+  check.shown_velocity_error = 0.003;
+  EXPECT_EQ(describe_motion(check), "") << "the shown ones miss as much";
 }
 
 TEST(MotionCheck, AFrameThatIsOffByMoreThanTheToleranceIsReported) {

@@ -45,7 +45,7 @@ BodyEdit random_edit(Random& random) {
     scene::Constraint c = held(below(random, 10), below(random, 5));
     if (below(random, 3) == 0) c.nodes = {0, 1 + below(random, 4)};
     c.axes = 1 + static_cast<unsigned>(below(random, 7));
-    c.kind = below(random, 2) ? scene::TargetKind::kPosition : scene::TargetKind::kDisplacement;
+    c.kind = static_cast<scene::TargetKind>(below(random, 3));
     c.target = {random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1)};
     if (below(random, 4) == 0) c.weight = std::numeric_limits<double>::infinity();
     return c;

@@ -1,0 +1,19 @@
+#pragma once
+
+#include <Eigen/Core>
+
+#include "engine/base/job.h"
+
+namespace limber::session {
+
+/// Largest distance that a node moves from one frame to the next [m]; 0 for fewer than two frames.
+/// @param basis  B, 3n x h
+/// @param coordinates  q, h x N
+/// @throws Error{kCancelled}
+[[nodiscard]] double largest_frame_step(const Eigen::MatrixXd& basis,
+                                        const Eigen::MatrixXf& coordinates, const JobContext& job);
+
+/// The rows of B of every so many nodes, at most `most` of them.
+[[nodiscard]] Eigen::MatrixXd rows_of_some_nodes(const Eigen::MatrixXd& basis, int most);
+
+}  // namespace limber::session

@@ -1,0 +1,14 @@
+#pragma once
+
+#include <cstdint>
+
+#include "engine/beams/model/beam_model.h"
+
+namespace limber::server {
+
+/// Peak memory of solving a structure of beams [bytes], from its sizes alone and rather too high:
+/// second derivatives and their factor, states, the answer in numbers and in files, and the shapes
+/// along the path.
+[[nodiscard]] std::uint64_t estimate_beam_bytes(const beams::BeamModel& model, int shapes);
+
+}  // namespace limber::server

@@ -1,0 +1,97 @@
+#include "server/kinds/beams/result.h"
+
+#include "server/kinds/beams/solution.h"
+#include "server/wire/arrays.h"
+#include "server/wire/session_values.h"
+
+namespace limber::server {
+namespace {
+
+proto::SolveStatus encode_solve_status(beams::BeamStatus status) {
+  switch (status) {
+    case beams::BeamStatus::kConverged:
+      return proto::SOLVE_STATUS_CONVERGED;
+    case beams::BeamStatus::kStalled:
+      return proto::SOLVE_STATUS_STALLED;
+    case beams::BeamStatus::kUnstable:
+      return proto::SOLVE_STATUS_SADDLE;
+    case beams::BeamStatus::kMechanism:
+      return proto::SOLVE_STATUS_UNBALANCED;
+    case beams::BeamStatus::kIterationLimit:
+      return proto::SOLVE_STATUS_ITERATION_LIMIT;
+    case beams::BeamStatus::kCancelled:
+      return proto::SOLVE_STATUS_CANCELLED;
+  }
+  return proto::SOLVE_STATUS_UNSPECIFIED;
+}
+
+void encode_beam_report(const beams::BeamReport& report, proto::BeamInfo& info) {
+  info.set_status(encode_beam_status(report.status));
+  info.set_method(encode_beam_method(report.method));
+  info.set_newton_iterations(static_cast<std::uint32_t>(report.newton_iterations));
+  info.set_load_steps(static_cast<std::uint32_t>(report.load_steps));
+  info.set_relaxation_steps(static_cast<std::uint32_t>(report.relaxation_steps));
+  info.set_residual(report.residual);
+  info.set_load_factor(report.load_factor);
+  if (report.node >= 0) info.set_node(static_cast<std::uint32_t>(report.node));
+  if (report.negative_eigenvalues)
+    info.set_negative_eigenvalues(static_cast<std::uint32_t>(*report.negative_eigenvalues));
+  encode_beam_snaps(report.snaps, *info.mutable_snaps());
+}
+
+}  // namespace
+
+proto::ResultInfo encode_beam_result(const session::BeamResult& result) {
+  proto::ResultInfo info = encode_header(result);
+  info.set_status(proto::SOLVE_STATUS_IMPROVED);
+  info.set_weight_scale(1);
+  auto& told = *info.mutable_beams();
+  if (!result.is_final) return info;
+  info.set_status(encode_solve_status(result.report.status));
+  info.set_message(result.report.message);
+  info.set_iterations(static_cast<std::uint32_t>(result.report.newton_iterations));
+  info.set_gradient(result.report.residual);
+  encode_beam_report(result.report, told);
+  told.set_steps(static_cast<std::uint32_t>(result.frames->cols()));
+  if (!result.analysis) return info;
+  const beams::BeamResults& results = result.analysis->results;
+  info.set_total_energy(results.energies.total());
+  *told.mutable_energies() = encode_beam_energies(results.energies);
+  told.set_largest_utilisation(results.largest_utilisation);
+  told.set_largest_bend(results.largest_bend);
+  return info;
+}
+
+proto::GetGeometryResponse encode_beam_geometry(const beams::BeamModel& model) {
+  Eigen::Matrix3Xd rest(3, static_cast<Eigen::Index>(model.nodes.size()));
+  for (std::size_t i = 0; i < model.nodes.size(); ++i)
+    rest.col(static_cast<Eigen::Index>(i)) = model.nodes[i].position;
+  proto::GetGeometryResponse response;
+  *response.mutable_rest() = encode_points(rest);
+  response.mutable_beams()->set_nodes(static_cast<std::uint32_t>(model.nodes.size()));
+  *response.mutable_beams()->mutable_elements() = encode_beam_elements(model);
+  return response;
+}
+
+std::uint64_t BeamFrames::bytes(proto::Encoding encoding, int count) const {
+  const auto values = static_cast<std::uint64_t>(count) * static_cast<std::uint64_t>(nodes());
+  if (encoding == proto::ENCODING_POSITIONS) return values * 3 * sizeof(float);
+  if (encoding == proto::ENCODING_POSITIONS_QUANTISED) return values * 3 * sizeof(std::uint16_t);
+  return values * 7 * sizeof(float);
+}
+
+proto::Frames BeamFrames::encode(proto::Encoding encoding, FrameRange range) const {
+  proto::Frames frames = frames_of(encode_beam_result(*result_), encoding, range);
+  const auto columns = result_->frames->middleCols(range.first, range.count);
+  if (!is_of_positions(encoding)) {
+    set_coordinates(columns, frames);
+    return frames;
+  }
+  Eigen::MatrixXf positions(3 * nodes(), range.count);
+  for (Eigen::Index i = 0; i < nodes(); ++i)
+    positions.middleRows<3>(3 * i) = columns.middleRows<3>(7 * i);
+  set_positions(positions, encoding, frames);
+  return frames;
+}
+
+}  // namespace limber::server

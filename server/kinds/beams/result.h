@@ -1,0 +1,34 @@
+#pragma once
+
+#include <memory>
+#include <utility>
+
+#include "engine/session/beams/session.h"
+#include "server/wire/frame_source.h"
+
+namespace limber::server {
+
+[[nodiscard]] proto::ResultInfo encode_beam_result(const session::BeamResult& result);
+
+[[nodiscard]] proto::GetGeometryResponse encode_beam_geometry(const beams::BeamModel& model);
+
+/// Frames of a structure of beams: positions and rotations of its nodes, or positions alone.
+class BeamFrames final : public FrameSource {
+ public:
+  explicit BeamFrames(std::shared_ptr<const session::BeamResult> result)
+      : result_(std::move(result)) {}
+
+  [[nodiscard]] std::uint64_t sequence() const override { return result_->sequence; }
+  [[nodiscard]] int frame_count() const override {
+    return static_cast<int>(result_->frames->cols());
+  }
+  [[nodiscard]] std::uint64_t bytes(proto::Encoding encoding, int count) const override;
+  [[nodiscard]] proto::Frames encode(proto::Encoding encoding, FrameRange range) const override;
+
+ private:
+  [[nodiscard]] Eigen::Index nodes() const { return result_->frames->rows() / 7; }
+
+  std::shared_ptr<const session::BeamResult> result_;
+};
+
+}  // namespace limber::server

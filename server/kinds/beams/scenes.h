@@ -1,0 +1,27 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "server/kinds/beams/scene.h"
+#include "server/wire/line_source.h"
+
+namespace limber::server {
+
+/// One of limber's own structures of beams as a message.
+[[nodiscard]] proto::Scene beam_sample_scene(const std::string& name);
+
+/// @param resolve  the file of this machine that a path means, or throws naming the field
+[[nodiscard]] EdgeLoader edge_loader(PathResolver resolve);
+
+/// @param session_bytes  a session may take, estimated; 0: no limit
+/// @throws Refusal LIMIT_EXCEEDED naming "scene"
+void demand_beam_memory(const beams::BeamModel& model, std::uint64_t session_bytes);
+
+/// What is wrong with a scene of beams: what opening it is refused with, or warnings, or nothing.
+[[nodiscard]] std::vector<proto::Issue> beam_issues(const proto::Scene& message,
+                                                    const std::string& prefix,
+                                                    const EdgeLoader& load_edges,
+                                                    std::uint64_t session_bytes);
+
+}  // namespace limber::server

@@ -1,0 +1,106 @@
+#include <fmt/format.h>
+
+#include <cmath>
+#include <limits>
+
+#include "server/kinds/bodies/scene.h"
+#include "server/wire/indices.h"
+
+namespace limber::server {
+
+namespace {
+
+/// Stands in for an index that is too large: as far out of range, so that it passes for no other.
+constexpr int kNoIndex = std::numeric_limits<int>::max();
+
+unsigned axis_bits(const proto::Constraint& message, const std::string& field) {
+  if (message.axes_size() == 0) return 7;
+  unsigned axes = 0;
+  for (int i = 0; i < message.axes_size(); ++i) {
+    if (message.axes(i) == proto::AXIS_UNSPECIFIED)
+      throw invalid(fmt::format("{}.axes[{}]", field, i), "unspecified axis");
+    const unsigned axis = 1u << (static_cast<unsigned>(message.axes(i)) - 1u);
+    if ((axes & axis) != 0) {
+      throw invalid(fmt::format("{}.axes[{}]", field, i),
+                    fmt::format("{} is given twice", proto::Axis_Name(message.axes(i))));
+    }
+    axes |= axis;
+  }
+  return axes;
+}
+
+void decode_target(const proto::Constraint& message, const std::string& field,
+                   scene::Constraint& constraint) {
+  switch (message.target_case()) {
+    case proto::Constraint::kPosition:
+      constraint.kind = scene::TargetKind::kPosition;
+      constraint.target = {message.position().x(), message.position().y(), message.position().z()};
+      return;
+    case proto::Constraint::kDisplacement:
+      constraint.kind = scene::TargetKind::kDisplacement;
+      constraint.target = {message.displacement().x(), message.displacement().y(),
+                           message.displacement().z()};
+      return;
+    case proto::Constraint::kVelocity:
+      constraint.kind = scene::TargetKind::kVelocity;
+      constraint.target = {message.velocity().x(), message.velocity().y(), message.velocity().z()};
+      return;
+    case proto::Constraint::TARGET_NOT_SET:
+      break;
+  }
+  throw invalid(field + ".target", "a constraint needs a position, a displacement or a velocity");
+}
+
+}  // namespace
+
+scene::Constraint decode_constraint(const proto::Constraint& message, const std::string& field) {
+  Faults faults(Faults::Mode::kThrow);
+  return decode_constraint(message, field, faults);
+}
+
+scene::Constraint decode_constraint(const proto::Constraint& message, const std::string& field,
+                                    Faults& faults) {
+  scene::Constraint constraint;
+  constraint.id = message.id();
+  constraint.frame = kNoIndex;
+  faults.try_to([&] { constraint.frame = decode_index(message.frame(), field + ".frame"); });
+  constraint.nodes.assign(static_cast<std::size_t>(message.nodes_size()), kNoIndex);
+  faults.try_each(field + ".nodes", message.nodes_size(), [&](int i) {
+    constraint.nodes[static_cast<std::size_t>(i)] =
+        decode_index(message.nodes(i), fmt::format("{}.nodes[{}]", field, i));
+  });
+  faults.try_to([&] { constraint.axes = axis_bits(message, field); });
+  faults.try_to([&] { decode_target(message, field, constraint); });
+  if (message.enforcement_case() == proto::Constraint::kWeight) {
+    constraint.weight = message.weight();
+  } else if (message.enforcement_case() == proto::Constraint::kExact && message.exact()) {
+    constraint.weight = std::numeric_limits<double>::infinity();
+  }
+  return constraint;
+}
+
+proto::Constraint encode_constraint(const scene::Constraint& constraint) {
+  proto::Constraint message;
+  message.set_id(constraint.id);
+  message.set_frame(static_cast<std::uint32_t>(constraint.frame));
+  for (const int node : constraint.nodes) message.add_nodes(static_cast<std::uint32_t>(node));
+  if (constraint.axes != 7) {
+    for (unsigned axis = 0; axis < 3; ++axis) {
+      if ((constraint.axes >> axis & 1u) != 0) message.add_axes(static_cast<proto::Axis>(axis + 1));
+    }
+  }
+  auto* target = constraint.kind == scene::TargetKind::kPosition   ? message.mutable_position()
+                 : constraint.kind == scene::TargetKind::kVelocity ? message.mutable_velocity()
+                                                                   : message.mutable_displacement();
+  target->set_x(constraint.target.x());
+  target->set_y(constraint.target.y());
+  target->set_z(constraint.target.z());
+  if (std::isinf(constraint.weight)) {
+    message.set_exact(true);
+  } else {
+    message.set_weight(constraint.weight);
+  }
+  return message;
+}
+
+}  // namespace limber::server

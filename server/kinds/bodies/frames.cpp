@@ -1,0 +1,50 @@
+#include "server/kinds/bodies/frames.h"
+
+#include "server/kinds/bodies/result.h"
+
+namespace limber::server {
+namespace {
+
+/// rest + B q, column by column: 3 nodes x frames in single precision. What is rounded first is the
+/// displacement, so the error is relative to the motion and, once added, half a unit in the last
+/// place of the position.
+Eigen::MatrixXf positions_of(const session::BodyResult& result, const session::Geometry& geometry,
+                             FrameRange range) {
+  Eigen::MatrixXf positions(geometry.basis.rows(), range.count);
+  positions.noalias() = geometry.basis * result.coordinates.middleCols(range.first, range.count);
+  const Eigen::VectorXf rest =
+      Eigen::Map<const Eigen::VectorXd>(geometry.rest.data(), geometry.rest.size()).cast<float>();
+  positions.colwise() += rest;
+  return positions;
+}
+
+}  // namespace
+
+FrameRange frame_range(std::uint32_t first, std::uint32_t count,
+                       const session::BodyResult& result) {
+  return frame_range(first, count, static_cast<int>(result.coordinates.cols()));
+}
+
+std::uint64_t frames_bytes(proto::Encoding encoding, int count, const session::BodyResult& result,
+                           const session::Geometry& geometry) {
+  const auto frames = static_cast<std::uint64_t>(count);
+  const auto values = static_cast<std::uint64_t>(geometry.basis.rows());
+  if (encoding == proto::ENCODING_POSITIONS) return frames * values * sizeof(float);
+  if (encoding == proto::ENCODING_POSITIONS_QUANTISED)
+    return frames * values * sizeof(std::uint16_t);
+  return frames * static_cast<std::uint64_t>(result.coordinates.rows()) * sizeof(float);
+}
+
+proto::Frames encode_frames(const session::BodyResult& result, const session::Geometry& geometry,
+                            proto::Encoding encoding, FrameRange range, double length_unit) {
+  proto::Frames frames = frames_of(encode_result(result, length_unit), encoding, range);
+  frames.set_basis_hash(geometry.basis_hash);
+  if (is_of_positions(encoding)) {
+    set_positions(positions_of(result, geometry, range), encoding, frames);
+  } else {
+    set_coordinates(result.coordinates.middleCols(range.first, range.count), frames);
+  }
+  return frames;
+}
+
+}  // namespace limber::server

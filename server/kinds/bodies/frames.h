@@ -1,0 +1,54 @@
+#pragma once
+
+#include <memory>
+#include <utility>
+
+#include "engine/session/bodies/session.h"
+#include "server/wire/frame_source.h"
+
+namespace limber::server {
+
+/// A request's range against a result. @throws Refusal as frame_range() of a number of frames
+[[nodiscard]] FrameRange frame_range(std::uint32_t first, std::uint32_t count,
+                                     const session::BodyResult& result);
+
+/// Bytes of `count` frames in an encoding, without the envelope.
+[[nodiscard]] std::uint64_t frames_bytes(proto::Encoding encoding, int count,
+                                         const session::BodyResult& result,
+                                         const session::Geometry& geometry);
+
+/// Frames of a result. ENCODING_UNSPECIFIED is COORDINATES.
+///
+/// COORDINATES copies q. POSITIONS is rest + B q in single precision: [nodes x 3] per frame [length
+/// unit]. POSITIONS_QUANTISED rounds those to 65536 levels of the box around the range's own
+/// frames.
+[[nodiscard]] proto::Frames encode_frames(const session::BodyResult& result,
+                                          const session::Geometry& geometry,
+                                          proto::Encoding encoding, FrameRange range,
+                                          double length_unit);
+
+/// Those of a body.
+class BodyFrames final : public FrameSource {
+ public:
+  BodyFrames(std::shared_ptr<const session::BodyResult> result,
+             std::shared_ptr<const session::Geometry> geometry, double length_unit)
+      : result_(std::move(result)), geometry_(std::move(geometry)), length_unit_(length_unit) {}
+
+  [[nodiscard]] std::uint64_t sequence() const override { return result_->sequence; }
+  [[nodiscard]] int frame_count() const override {
+    return static_cast<int>(result_->coordinates.cols());
+  }
+  [[nodiscard]] std::uint64_t bytes(proto::Encoding encoding, int count) const override {
+    return frames_bytes(encoding, count, *result_, *geometry_);
+  }
+  [[nodiscard]] proto::Frames encode(proto::Encoding encoding, FrameRange range) const override {
+    return encode_frames(*result_, *geometry_, encoding, range, length_unit_);
+  }
+
+ private:
+  std::shared_ptr<const session::BodyResult> result_;
+  std::shared_ptr<const session::Geometry> geometry_;
+  double length_unit_;
+};
+
+}  // namespace limber::server

@@ -1,0 +1,116 @@
+#include "server/kinds/bodies/kind.h"
+
+#include <fmt/format.h>
+
+#include <utility>
+
+#include "engine/scene/samples/samples.h"
+#include "server/kinds/bodies/base_motions.h"
+#include "server/kinds/bodies/limits.h"
+#include "server/kinds/bodies/memory_estimate.h"
+#include "server/kinds/bodies/mesh_sources.h"
+#include "server/kinds/bodies/record.h"
+#include "server/kinds/bodies/requests.h"
+#include "server/kinds/bodies/scenes.h"
+
+namespace limber::server {
+namespace {
+
+BodyRecord::Opened describe_body(const proto::Scene& message, const scene::Scene& scene,
+                                 const PathResolver& resolve) {
+  BodyRecord::Opened opened;
+  opened.name = scene.name;
+  if (message.mesh().has_path() || message.mesh().has_sample()) opened.mesh_source = message.mesh();
+  opened.nodes = scene.mesh.node_count();
+  opened.tets = scene.mesh.tet_count();
+  opened.frames = scene.frame_count;
+  opened.length_unit = scene.length_unit_in_metres;
+  opened.lanes = scene.model.mode_count;
+  opened.keyframe_rows = keyframe_rows(scene);
+  const std::size_t constraints = scene.constraints.size(), keyframes = scene.keyframes.size();
+  opened.bytes =
+      estimate_session_bytes(scene) - estimate_constraint_bytes(constraints, opened.lanes) -
+      estimate_keyframe_bytes(keyframes, opened.keyframe_rows, constraints, opened.lanes) -
+      estimate_pose_bytes(keyframes, opened.nodes);
+  opened.resolve = resolve;
+  return opened;
+}
+
+class BodyOpening final : public Opening {
+ public:
+  BodyOpening(const proto::Scene& message, const SceneContext& context,
+              std::shared_ptr<session::ModelCache> cache)
+      : cache_(std::move(cache)), decoded_(decode_body(message, "scene.", context)) {
+    remarks_ = server::remarks(message, decoded_, "scene.");
+    demand_memory(decoded_.scene, scene_limits(context.limits));
+    opened_ = describe_body(message, decoded_.scene, context.resolve);
+  }
+
+  [[nodiscard]] std::string size() const override {
+    return fmt::format("{} nodes, {} tets, {} frames", opened_.nodes, opened_.tets, opened_.frames);
+  }
+  [[nodiscard]] std::vector<proto::Issue> remarks() const override { return remarks_; }
+  [[nodiscard]] std::shared_ptr<Record> make_record(Hub& hub, const SessionKey& key,
+                                                    JobId open_job) override {
+    opened_.id = key.name;
+    return record_ = std::make_shared<BodyRecord>(hub, key, opened_, open_job);
+  }
+  void start(Hub& hub) override try {
+    session::SessionOptions options;
+    options.max_constraints = static_cast<int>(hub.options.limits.constraints);
+    record_->constraints_changed(decoded_.scene.constraints.size());
+    record_->attach(std::make_shared<session::BodySession>(
+        opened_.id, std::move(decoded_.scene), options, cache_, hub.session_executor(), record_));
+  } catch (const Error& error) {
+    if (error.field().empty()) throw;
+    throw Error(error.code(), "scene." + error.field(), error.what());
+  }
+
+ private:
+  std::shared_ptr<session::ModelCache> cache_;
+  DecodedScene decoded_;
+  std::vector<proto::Issue> remarks_;
+  BodyRecord::Opened opened_;
+  std::shared_ptr<BodyRecord> record_;
+};
+
+class BodyKind final : public Kind {
+ public:
+  explicit BodyKind(const ServerOptions& options)
+      : cache_(std::make_shared<session::ModelCache>(options.cache_folder)) {}
+
+  [[nodiscard]] const char* name() const override { return "bodies"; }
+  [[nodiscard]] bool accepts(const proto::Scene& scene) const override { return is_body(scene); }
+  [[nodiscard]] std::unique_ptr<Opening> read(const proto::Scene& scene,
+                                              const SceneContext& context) const override {
+    return std::make_unique<BodyOpening>(scene, context, cache_);
+  }
+  [[nodiscard]] std::vector<proto::Issue> validate(const proto::Scene& scene,
+                                                   const std::string& prefix,
+                                                   const SceneContext& context) const override {
+    return scene_issues(scene, prefix, scene_limits(context.limits),
+                        mesh_loader(context.resolve, mesh_read_limits(context.limits)),
+                        base_motion_reader(context.resolve));
+  }
+  [[nodiscard]] std::vector<std::string> sample_names() const override {
+    return scene::sample_names();
+  }
+  [[nodiscard]] proto::Scene sample(const std::string& name) const override {
+    return sample_scene(name);
+  }
+  [[nodiscard]] bool answer(const proto::Request& request, proto::Reply& reply, Hub& hub,
+                            const SceneContext& context) const override {
+    return answer_body_request(request, reply, hub, context);
+  }
+
+ private:
+  std::shared_ptr<session::ModelCache> cache_;
+};
+
+}  // namespace
+
+std::unique_ptr<const Kind> make_body_kind(const ServerOptions& options) {
+  return std::make_unique<BodyKind>(options);
+}
+
+}  // namespace limber::server

@@ -1,0 +1,27 @@
+#pragma once
+
+#include <algorithm>
+
+#include "engine/scene/formats/mesh_formats.h"
+#include "server/kinds/bodies/scene.h"
+#include "server/runtime/options.h"
+
+namespace limber::server {
+
+/// Those that a scene of a body can exceed.
+[[nodiscard]] inline SceneLimits scene_limits(const ServiceLimits& limits) {
+  return {limits.mesh_tets, limits.frames, limits.constraints, limits.session_bytes};
+}
+
+/// What the arrays of a mesh file may take: room for so many tets with as many nodes of their own,
+/// and for cells that are no tets.
+[[nodiscard]] inline scene::MeshReadLimits mesh_read_limits(const ServiceLimits& limits) {
+  constexpr std::uint64_t kBytesOfTet = 1024, kLeast = 256ull << 20, kMost = 64ull << 30;
+  const std::uint64_t tets =
+      limits.mesh_tets > 0 ? std::min(limits.mesh_tets, kMost / kBytesOfTet) : kMost / kBytesOfTet;
+  const std::uint64_t bytes = std::max(kBytesOfTet * tets, kLeast);
+  return {static_cast<std::size_t>(limits.session_bytes > 0 ? std::min(bytes, limits.session_bytes)
+                                                            : bytes)};
+}
+
+}  // namespace limber::server

@@ -1,0 +1,87 @@
+#include "server/kinds/bodies/memory_estimate.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "engine/spacetime/material_solver.h"
+
+namespace limber::server {
+
+std::uint64_t estimate_session_bytes(const scene::Scene& scene) {
+  const double n = scene.mesh.node_count(), m = scene.mesh.tet_count(), frames = scene.frame_count;
+  const double r = scene::wanted_candidate_modes(scene) + 6.0;
+  const double h = scene.model.basis_size > 0 ? scene.model.basis_size : 8 * r;
+  const double poses = 500 + 20 * r;   // training, test and mode-aligned poses, with room
+  double numbers = 3 * n * poses;      // snapshots of u
+  numbers += 3 * n * (2 * r + 2 * h);  // modes, Lanczos vectors, basis and its candidates
+  numbers += 3 * n * 60 *
+             std::cbrt(std::max(1.0, n));  // Cholesky factor of a 3D body under nested dissection
+  numbers += m * (9 * 12 + 9 * r + 64);    // gradient operator, RS modes, elements
+  numbers += 3 * n * frames * (scene.base_motion.size() > 0 ? 2 : 0);
+  numbers += 4 * frames * (r + h);  // newest, newest final, the solver's own
+  return static_cast<std::uint64_t>(numbers * sizeof(double)) +
+         estimate_constraint_bytes(scene.constraints.size(), scene.model.mode_count) +
+         estimate_keyframe_bytes(scene.keyframes.size(), keyframe_rows(scene),
+                                 scene.constraints.size(), scene.model.mode_count) +
+         estimate_pose_bytes(scene.keyframes.size(), scene.mesh.node_count());
+}
+
+std::uint64_t estimate_simulation_bytes(const scene::Scene& scene) {
+  const double n = scene.mesh.node_count(), m = scene.mesh.tet_count(), frames = scene.frame_count;
+  double numbers = 3 * n * 60 * std::cbrt(std::max(1.0, n));  // Cholesky factor of a step
+  numbers += 3 * n * 3 * 45;      // mass, second derivative, its free part
+  numbers += m * (9 * 12 + 64);   // gradient operator, elements
+  numbers += 3 * n * frames * 2;  // displacements; positions, float32, and a part to be sent
+  if (scene.simulation)           // modes of the initial state and Lanczos vectors
+    numbers += 3 * n * 4 * static_cast<double>(scene.simulation->initial.modes.size());
+  return static_cast<std::uint64_t>(numbers * sizeof(double));
+}
+
+std::uint64_t estimate_recovery_bytes(const scene::Scene& scene, int total_frames) {
+  const double n = scene.mesh.node_count(), m = scene.mesh.tet_count(), frames = scene.frame_count;
+  const double total = total_frames, r = scene.model.mode_count;
+  const double wanted = scene.model.candidate_modes > 0 ? scene.model.candidate_modes
+                                                        : scene::ModelRequest::kDefaultCandidates;
+  const double candidates = std::max(r, wanted) + 6;
+  double numbers = 3 * n * 60 * std::cbrt(std::max(1.0, n));  // Cholesky factor of the stiffness
+  numbers += 3 * n * candidates * 6;                          // modes, scaled ones, Lanczos vectors
+  numbers += m * (9 * 12 + 64) + 2 * 9 * m;                   // gradient operator, elements, a pose
+  numbers += 3 * n * (2 * frames + total + 3 * 64);  // base motion twice, positions, shapes
+  numbers += candidates * 4 * (frames + total);
+  // The band of z, cross terms by chunks on each core, and the coupling of up to 32 modes.
+  numbers += r * frames * (2 * r + 4 * 64) + 2 * std::pow(std::min(r, 32.0), 4);
+  return static_cast<std::uint64_t>(numbers * sizeof(double));
+}
+
+int keyframe_rows(const scene::Scene& scene) { return scene::wanted_candidate_modes(scene) + 6; }
+
+std::uint64_t estimate_pose_bytes(std::size_t keyframes, int nodes) {
+  return 2 * 3 * sizeof(double) * keyframes * static_cast<std::uint64_t>(nodes);
+}
+
+std::uint64_t estimate_constraint_bytes(std::size_t constraints, int modes) {
+  const auto c = static_cast<double>(constraints);
+  const double r = modes + 6.0;
+  double numbers = 2 * (3 * c) * (3 * c);  // the system of three rows each, and its factor
+  numbers += c * c / 2 * r;                // responses between constrained frames
+  numbers += 3 * c * 6 * r;                // Jacobians, sites
+  numbers += 3 * c * 4 * r * r;            // the second-order model at three kept frames each
+  return static_cast<std::uint64_t>(numbers * sizeof(double));
+}
+
+std::uint64_t estimate_keyframe_bytes(std::size_t keyframes, int rows_each, std::size_t constraints,
+                                      int modes) {
+  const auto k = static_cast<double>(keyframes), c = static_cast<double>(constraints);
+  if (keyframes == 0) return 0;
+  const double r = modes + 6.0, rows = k * rows_each;
+  const double solvers = 2;                            // the second one challenges the answer
+  double numbers = solvers * rows * 4 * r;             // Jacobians of iterate, trials and factor
+  numbers += solvers * k * 2 * 2 * (2 * r) * (2 * r);  // two block systems, two kept frames each
+  numbers += solvers * 2 * k * r * 3 * c;  // responses of the kept frames to constraints
+  // Material optimisation keeps all rows in one dense system, as long as it takes them.
+  const double dense = std::min<double>(spacetime::MaterialSolver::kMostRows, rows + 3 * c);
+  numbers += 4 * dense * dense + (k + c) * (k + c) / 2 * r;
+  return static_cast<std::uint64_t>(numbers * sizeof(double));
+}
+
+}  // namespace limber::server

@@ -1,0 +1,37 @@
+#pragma once
+
+#include <cstdint>
+
+#include "engine/scene/scene.h"
+
+namespace limber::server {
+
+/// Peak memory of building and keeping a session [bytes], from its sizes alone and rather too high:
+/// poses of the training (hundreds of columns of 3n), modes, basis, stiffness and its factor,
+/// per-tet operators, base motion, kept results, constraints. What undo keeps is bounded apart from
+/// it (session::SessionOptions).
+[[nodiscard]] std::uint64_t estimate_session_bytes(const scene::Scene& scene);
+
+/// The same of a simulation: the factor of its steps and the motion, as it is computed and kept.
+[[nodiscard]] std::uint64_t estimate_simulation_bytes(const scene::Scene& scene);
+
+/// The same of a recovery that makes so many frames: modes, the projection and the reconstruction,
+/// the steps of the recovery (r^3 numbers a frame), and the motion.
+[[nodiscard]] std::uint64_t estimate_recovery_bytes(const scene::Scene& scene, int total_frames);
+
+/// The part of it that so many constraints need [bytes]: the solver keeps their system and the
+/// response of every constrained frame to every other, both dense.
+[[nodiscard]] std::uint64_t estimate_constraint_bytes(std::size_t constraints, int modes);
+
+/// What keyframes add to it [bytes], without their poses: in proportion to their number, but for
+/// what material optimisation needs.
+/// @param rows_each  one for each modal coordinate
+[[nodiscard]] std::uint64_t estimate_keyframe_bytes(std::size_t keyframes, int rows_each,
+                                                    std::size_t constraints, int modes);
+
+/// Rows that a keyframe adds to a session of this scene, at most.
+[[nodiscard]] int keyframe_rows(const scene::Scene& scene);
+/// Poses of so many keyframes, as displacements and as an edit has them [bytes].
+[[nodiscard]] std::uint64_t estimate_pose_bytes(std::size_t keyframes, int nodes);
+
+}  // namespace limber::server

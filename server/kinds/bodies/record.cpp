@@ -1,0 +1,231 @@
+#include "server/kinds/bodies/record.h"
+
+#include <fmt/format.h>
+
+#include <utility>
+
+#include "server/kinds/bodies/export.h"
+#include "server/kinds/bodies/frames.h"
+#include "server/kinds/bodies/geometry.h"
+#include "server/kinds/bodies/keyframe.h"
+#include "server/kinds/bodies/material.h"
+#include "server/kinds/bodies/memory_estimate.h"
+#include "server/kinds/bodies/result.h"
+#include "server/kinds/bodies/scene.h"
+#include "server/log/log.h"
+#include "server/runtime/job_guard.h"
+#include "server/wire/errors.h"
+#include "server/wire/file_stem.h"
+
+namespace limber::server {
+namespace {
+
+/// @throws Error{kFailedPrecondition} until the session's model is built
+std::shared_ptr<const session::Geometry> geometry_of(const session::BodySession& session) {
+  auto geometry = session.geometry();
+  if (!geometry)
+    throw Error(ErrorCode::kFailedPrecondition, "session", "the model is not built yet");
+  return geometry;
+}
+
+std::shared_ptr<const session::BodyResult> demand_result(
+    std::shared_ptr<const session::BodyResult> result) {
+  if (!result) throw Error(ErrorCode::kFailedPrecondition, "session", "there is no result yet");
+  return result;
+}
+
+}  // namespace
+
+BodyRecord::BodyRecord(Hub& hub, SessionKey key, Opened opened, JobId open_job)
+    : SessionRecord(hub, std::move(key), opened.name, open_job), opened_(std::move(opened)) {}
+
+void BodyRecord::adopt_model() {
+  const auto session = attached_session();
+  if (!session) return;
+  auto info = encode_model(*session);
+  auto geometry = session->geometry();
+  std::shared_ptr<const session::BodyResult> newest;
+  {
+    const std::lock_guard lock(mutex_);
+    model_ = std::move(info);
+    geometry_ = geometry;  // results that come from now on find it
+    newest = newest_;
+  }
+  if (newest && geometry)
+    streams_->note(std::make_shared<BodyFrames>(newest, geometry, opened_.length_unit));
+}
+
+void BodyRecord::add_scene(const proto::GetSessionRequest& request,
+                           proto::GetSessionResponse& response) const {
+  const scene::Scene scene = session()->scene();
+  auto& message = *response.mutable_scene();
+  message = encode_scene(scene);
+  if (opened_.mesh_source.source_case() != proto::MeshSource::SOURCE_NOT_SET)
+    *message.mutable_mesh() = opened_.mesh_source;
+  if (!request.with_base_motion()) {
+    response.set_base_motion_left_out(scene.base_motion.size() > 0);
+    return;
+  }
+  const std::uint64_t bytes =
+      (static_cast<std::uint64_t>(scene.base_motion.size()) +
+       scene.keyframes.size() * static_cast<std::uint64_t>(scene.mesh.nodes.size())) *
+      sizeof(double);
+  const std::uint64_t limit = hub_.options.transport.message_bytes;
+  if (bytes > limit)
+    throw limit_exceeded("with_base_motion", "bytes of the motion and poses", limit, bytes);
+  encode_poses(scene, message);
+  if (scene.base_motion.size() > 0) *message.mutable_base_motion() = encode_base_motion(scene);
+}
+
+std::shared_ptr<const FrameSource> BodyRecord::frames(bool final_only) const {
+  const auto session = this->session();
+  auto geometry = geometry_of(*session);
+  auto result = demand_result(final_only ? session->final_result() : session->newest_result());
+  return std::make_shared<BodyFrames>(std::move(result), std::move(geometry), opened_.length_unit);
+}
+
+proto::GetGeometryResponse BodyRecord::geometry(const std::string& known_basis_hash) const {
+  return encode_geometry(*geometry_of(*session()), known_basis_hash);
+}
+
+proto::ExportResponse BodyRecord::export_part(const proto::ExportRequest& request) {
+  const auto session = this->session();
+  const std::string stem = decode_file_stem(request.stem(), "motion");
+  demand_body_format(request.format());
+  if (request.format() == proto::EXPORT_FORMAT_SCENE) {
+    if (request.part() > 0)
+      throw Refusal(proto::ERROR_CODE_OUT_OF_RANGE, "part", "a scene has one part");
+    return export_scene(session->scene(), stem);
+  }
+  const auto geometry = geometry_of(*session);
+  if (request.part() == 0) exports_.begin(demand_result(session->newest_result()));
+  const auto result = exports_.find(request.part() == 0 ? 0 : request.result_sequence());
+  const double fps = session->scene().dynamics.frames_per_second;
+  const auto positions = [&](int first, int count) {
+    return session->positions(*result, first, count);
+  };
+  const int frames = static_cast<int>(result->coordinates.cols());
+  auto response =
+      MotionExport{geometry, frames, positions, stem, fps}.part(request.format(), request.part());
+  *response.mutable_result() = encode_result(*result, opened_.length_unit);
+  return response;
+}
+
+bool BodyRecord::answer(const proto::Request& request, proto::Reply& reply) {
+  switch (request.body_case()) {
+    case proto::Request::kGetMaterial:
+      *reply.mutable_get_material() = material();
+      return true;
+    case proto::Request::kSolveCold:
+      *reply.mutable_solve_cold() = solve_cold();
+      return true;
+    default:
+      return false;
+  }
+}
+
+proto::GetMaterialResponse BodyRecord::material() const {
+  const auto session = this->session();
+  const auto result = demand_result(session->newest_result());
+  proto::GetMaterialResponse response =
+      encode_fitted_material(*result, session->dynamics().frames_per_second);
+  response.set_variables(encode_variables(session->material_variables()));
+  *response.mutable_result() = encode_result(*result, opened_.length_unit);
+  return response;
+}
+
+proto::SolveColdResponse BodyRecord::solve_cold() {
+  const auto session = this->session();
+  const JobId job = hub_.jobs.start("solve_cold", id(), [record = shared_from_this()] {
+    try {
+      record->cancel();
+    } catch (const std::exception& fault) {
+      log::debug("cancelling a cold solve: {}", fault.what());
+    }
+  });
+  JobGuard guard(hub_.jobs, job);
+  expect_cold(job);
+  guard.release();
+  try {
+    session->solve_cold(job);
+  } catch (const std::exception& fault) {
+    hub_.jobs.failed(job, error_to_proto(fault));
+    throw;
+  }
+  proto::SolveColdResponse response;
+  response.set_job(job);
+  return response;
+}
+
+void BodyRecord::describe(proto::SessionStatus& status) const {
+  status.set_nodes(static_cast<std::uint32_t>(opened_.nodes));
+  status.set_tets(static_cast<std::uint32_t>(opened_.tets));
+  status.set_frames(static_cast<std::uint32_t>(opened_.frames));
+  const auto session = attached_session();
+  {
+    const std::lock_guard lock(mutex_);
+    status.set_constraints(static_cast<std::uint32_t>(constraints_));
+    if (model_) *status.mutable_model() = *model_;
+  }
+  if (session) status.set_revision(session->revision());
+}
+
+void BodyRecord::constraints_changed(std::size_t count) {
+  const std::lock_guard lock(mutex_);
+  constraints_ = count;
+}
+
+void BodyRecord::demand_memory(std::size_t constraints, std::size_t keyframes) const {
+  const std::uint64_t limit = hub_.options.limits.session_bytes;
+  const std::uint64_t bytes =
+      opened_.bytes + estimate_constraint_bytes(constraints, opened_.lanes) +
+      estimate_keyframe_bytes(keyframes, opened_.keyframe_rows, constraints, opened_.lanes) +
+      estimate_pose_bytes(keyframes, opened_.nodes);
+  if (bytes > limit) {
+    throw limit_exceeded(
+        "edits",
+        fmt::format("estimated bytes of the session with {} constraints{}", constraints,
+                    keyframes > 0 ? fmt::format(" and {} keyframes", keyframes) : ""),
+        limit, bytes);
+  }
+}
+
+std::size_t BodyRecord::constraint_count() const {
+  const std::lock_guard lock(mutex_);
+  return constraints_;
+}
+
+void BodyRecord::expect_cold(JobId job) {
+  std::optional<JobId> earlier;
+  {
+    const std::lock_guard lock(mutex_);
+    earlier = std::exchange(later_job_, job);
+    if (state_ == session::State::kFailed) {  // a second try at the model
+      state_ = session::State::kBuilding;
+      message_.clear();
+    }
+  }
+  waiters_.accept();
+  if (earlier) hub_.jobs.cancelled(*earlier);  // started over
+}
+
+/// A cold job waits for a result that has its own solve in it: a warm one may become final between
+/// the wish and its beginning.
+void BodyRecord::take_ended_jobs(std::vector<JobId>& jobs) {
+  if (later_job_ && newest_->cold_request >= *later_job_)
+    jobs.push_back(*std::exchange(later_job_, std::nullopt));
+}
+
+void BodyRecord::on_result(const std::shared_ptr<const session::BodyResult>& result) {
+  note_result(
+      std::make_shared<proto::ResultInfo>(encode_result(*result, opened_.length_unit)),
+      [&]() -> std::shared_ptr<const FrameSource> {
+        newest_ = result;
+        if (!geometry_) return nullptr;
+        return std::make_shared<BodyFrames>(result, geometry_, opened_.length_unit);
+      },
+      result->check == session::Check::kPending ? ResultWaiters::Check::kPending
+                                                : ResultWaiters::Check::kDone);
+}
+
+}  // namespace limber::server

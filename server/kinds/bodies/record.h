@@ -1,0 +1,72 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "engine/session/bodies/session.h"
+#include "server/runtime/export_book.h"
+#include "server/runtime/session_record.h"
+#include "server/wire/paths.h"
+
+namespace limber::server {
+
+/// The record of a session of an elastic body.
+class BodyRecord final : public SessionRecord<session::BodySession, session::BodyListener> {
+ public:
+  /// What the open request said, for answers that need no session.
+  struct Opened {
+    std::string id, name;
+    proto::MeshSource mesh_source;  // where it is short enough to be sent back (path, sample)
+    int nodes = 0, tets = 0, frames = 0;
+    double length_unit = 1;
+    int lanes = 0;              // modes the scene asks for
+    int keyframe_rows = 0;      // of the solver, at most
+    std::uint64_t bytes = 0;    // estimated memory without constraints and keyframes
+    PathResolver resolve = {};  // of files that poses of edits name
+  };
+  BodyRecord(Hub& hub, SessionKey key, Opened opened, JobId open_job);
+
+  [[nodiscard]] const Opened& opened() const { return opened_; }
+  [[nodiscard]] const char* kind() const override { return "bodies"; }
+  [[nodiscard]] const char* subject() const override { return "an elastic body"; }
+  [[nodiscard]] proto::EditResponse edit(const proto::EditRequest& request) override;
+  void add_scene(const proto::GetSessionRequest& request,
+                 proto::GetSessionResponse& response) const override;
+  [[nodiscard]] std::shared_ptr<const FrameSource> frames(bool final_only) const override;
+  [[nodiscard]] proto::GetGeometryResponse geometry(
+      const std::string& known_basis_hash) const override;
+  [[nodiscard]] proto::ExportResponse export_part(const proto::ExportRequest& request) override;
+  /// Fitted materials, cold solves.
+  [[nodiscard]] bool answer(const proto::Request& request, proto::Reply& reply) override;
+
+  /// An edit went through, or the scene was opened: how many constraints there are now.
+  void constraints_changed(std::size_t count);
+  /// The final result that contains `solve_cold(job)` ends this job.
+  void expect_cold(JobId job);
+
+  void on_result(const std::shared_ptr<const session::BodyResult>& result) override;
+
+ private:
+  void describe(proto::SessionStatus& status) const override;
+  void adopt_model() override;
+  void take_ended_jobs(std::vector<JobId>& jobs) override;
+  [[nodiscard]] std::size_t constraint_count() const;
+  /// @throws Refusal LIMIT_EXCEEDED if so many constraints and keyframes would take the session
+  /// beyond its memory
+  void demand_memory(std::size_t constraints, std::size_t keyframes) const;
+  [[nodiscard]] proto::GetMaterialResponse material() const;
+  [[nodiscard]] proto::SolveColdResponse solve_cold();
+
+  const Opened opened_;
+  ExportBook<session::BodyResult> exports_;
+
+  // Under the lock:
+  std::shared_ptr<const session::Geometry> geometry_;  // once the model is adopted
+  std::shared_ptr<const session::BodyResult> newest_;
+  std::size_t constraints_ = 0;
+  std::optional<proto::ModelInfo> model_;
+};
+
+}  // namespace limber::server

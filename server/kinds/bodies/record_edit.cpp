@@ -1,0 +1,69 @@
+// Edits of sessions of elastic bodies.
+#include <algorithm>
+#include <optional>
+#include <utility>
+
+#include "engine/scene/keyframe_rules.h"
+#include "server/kinds/bodies/edit.h"
+#include "server/kinds/bodies/field_paths.h"
+#include "server/kinds/bodies/limits.h"
+#include "server/kinds/bodies/mesh_sources.h"
+#include "server/kinds/bodies/record.h"
+#include "server/wire/errors.h"
+
+namespace limber::server {
+namespace {
+
+/// Constraints after the edits, or nothing where only the session can tell.
+std::optional<std::size_t> count_after(std::size_t before,
+                                       const std::vector<session::BodyEdit>& edits) {
+  for (const auto& edit : edits) {
+    if (std::holds_alternative<session::Undo>(edit) || std::holds_alternative<session::Redo>(edit))
+      return std::nullopt;
+    if (std::holds_alternative<session::AddConstraint>(edit)) ++before;
+    if (std::holds_alternative<session::RemoveConstraint>(edit)) before -= before > 0 ? 1 : 0;
+  }
+  return before;
+}
+
+template <class Kind>
+std::size_t count_of(const std::vector<session::BodyEdit>& edits) {
+  return static_cast<std::size_t>(std::count_if(
+      edits.begin(), edits.end(),
+      [](const session::BodyEdit& edit) { return std::holds_alternative<Kind>(edit); }));
+}
+
+}  // namespace
+
+proto::EditResponse BodyRecord::edit(const proto::EditRequest& request) {
+  const auto session = this->session();
+  const auto edits =
+      decode_edits(request, session->unedited()->mesh.nodes,
+                   mesh_loader(opened_.resolve, mesh_read_limits(hub_.options.limits)));
+  std::optional<session::Revision> expected;
+  if (request.has_expected_revision()) expected = request.expected_revision();
+  const std::size_t before = constraint_count();
+  const auto after = count_after(before, edits);
+  const std::size_t added = count_of<session::AddConstraint>(edits);
+  const std::size_t poses = count_of<session::AddKeyframe>(edits);
+  if (added + poses > 0)
+    demand_memory(after.value_or(before + added), session->keyframes().size() + poses);
+  try {
+    const auto receipt = session->edit(edits, expected);
+    // Edits with poses may be worked on beside others.
+    const bool known = after && poses == 0;
+    constraints_changed(known ? *after : session->constraints().size());
+    return encode_receipt(receipt);
+  } catch (const Error& error) {
+    const std::string field = field_in(request, error.field());
+    if (error.code() != ErrorCode::kLimitExceeded || field.ends_with(".nodes"))
+      throw Error(error.code(), field, error.what());
+    if (field.ends_with(".keyframe"))
+      throw limit_exceeded(field, "keyframes", scene::kMaxKeyframes, scene::kMaxKeyframes + 1);
+    const auto limit = hub_.options.limits.constraints;
+    throw Refusal(proto::ERROR_CODE_LIMIT_EXCEEDED, field, error.what(),
+                  {{"limit", std::to_string(limit)}, {"value", std::to_string(before + 1)}});
+  }
+}
+
+}  // namespace limber::server

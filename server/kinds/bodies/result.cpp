@@ -1,0 +1,117 @@
+#include "server/kinds/bodies/result.h"
+
+#include "server/wire/session_values.h"
+
+namespace limber::server {
+namespace {
+
+proto::SolveStatus encode_status(spacetime::SolveStatus status) {
+  switch (status) {
+    case spacetime::SolveStatus::kConverged:
+      return proto::SOLVE_STATUS_CONVERGED;
+    case spacetime::SolveStatus::kImproved:
+      return proto::SOLVE_STATUS_IMPROVED;
+    case spacetime::SolveStatus::kIterationLimit:
+      return proto::SOLVE_STATUS_ITERATION_LIMIT;
+    case spacetime::SolveStatus::kStalled:
+      return proto::SOLVE_STATUS_STALLED;
+    case spacetime::SolveStatus::kCancelled:
+      return proto::SOLVE_STATUS_CANCELLED;
+  }
+  return proto::SOLVE_STATUS_UNSPECIFIED;
+}
+
+proto::Basis encode_basis_kind(reduced::BasisKind kind) {
+  switch (kind) {
+    case reduced::BasisKind::kBest:
+      break;
+    case reduced::BasisKind::kSnapshots:
+      return proto::BASIS_SNAPSHOTS;
+    case reduced::BasisKind::kModalDerivatives:
+      return proto::BASIS_MODAL_DERIVATIVES;
+    case reduced::BasisKind::kMapDerivatives:
+      return proto::BASIS_MAP_DERIVATIVES;
+  }
+  return proto::BASIS_UNSPECIFIED;
+}
+
+/// [m/frame] to [length unit / s]
+double encode_velocity(double velocity, double frames_per_second, double length_unit) {
+  return velocity * frames_per_second / length_unit;
+}
+
+proto::MotionError encode_motion_error(const session::MotionCheck& check, double length_unit) {
+  const reduced::MotionError& error = check.error;
+  proto::MotionError message;
+  message.set_shape_error(error.shape_error);
+  message.set_worst_frame_error(error.worst_frame_error);
+  message.set_worst_frame(static_cast<std::uint32_t>(error.worst_frame));
+  message.set_max_distance(error.max_distance / length_unit);
+  message.set_max_distance_share(error.max_distance / check.length);
+  message.set_max_constraint_error(error.max_constraint_error / length_unit);
+  message.set_max_velocity_error(
+      encode_velocity(error.max_velocity_error, check.frames_per_second, length_unit));
+  message.set_inverted_tets(static_cast<std::uint32_t>(error.inverted_tets));
+  message.set_inverted_frame(static_cast<std::uint32_t>(error.inverted_frame));
+  message.set_frames(static_cast<std::uint32_t>(error.frames));
+  message.set_tolerance(check.tolerance);
+  message.set_within_tolerance(check.within_tolerance());
+  message.set_check_ms(check.check_ms);
+  return message;
+}
+
+}  // namespace
+
+proto::ResultInfo encode_result(const session::BodyResult& result, double length_unit) {
+  proto::ResultInfo info = encode_header(result);
+  const auto& report = result.report;
+  info.set_status(encode_status(report.status));
+  info.set_iterations(static_cast<std::uint32_t>(report.iterations));
+  info.set_force_energy(report.force_energy);
+  info.set_constraint_energy(report.constraint_energy);
+  info.set_total_energy(report.total_energy);
+  info.set_gradient(report.gradient);
+  info.set_max_constraint_error(report.max_constraint_error / length_unit);
+  info.set_rms_constraint_error(report.rms_constraint_error / length_unit);
+  info.set_rank_deficient(report.rank_deficient);
+  info.set_message(report.message);
+  info.set_max_exact_error(report.max_exact_error / length_unit);
+  info.set_max_velocity_error(
+      encode_velocity(report.max_velocity_error, result.frames_per_second, length_unit));
+  info.set_max_exact_velocity_error(
+      encode_velocity(report.max_exact_velocity_error, result.frames_per_second, length_unit));
+  info.set_material_iterations(static_cast<std::uint32_t>(result.material_iterations));
+  info.set_column_energy(result.column_energy);
+  info.set_unit_force_energy(result.unit_force_energy);
+  info.set_max_keyframe_error(result.max_keyframe_error / length_unit);
+  info.set_weight_scale(result.weight_scale);
+  if (result.high_frequency_share) info.set_high_frequency_share(*result.high_frequency_share);
+  if (result.motion_check)
+    *info.mutable_motion_error() = encode_motion_error(*result.motion_check, length_unit);
+  return info;
+}
+
+proto::ModelInfo encode_model(const session::BodySession& session) {
+  proto::ModelInfo info;
+  const auto built = session.model();
+  if (!built) return info;
+  const reduced::ReducedModel& model = *built;
+  info.set_modes(static_cast<std::uint32_t>(model.coordinate_count()));
+  info.set_basis_size(static_cast<std::uint32_t>(model.basis_size()));
+  info.set_cubature_size(static_cast<std::uint32_t>(model.cubature_size()));
+  info.set_error_mean(model.report.error_mean);
+  info.set_error_max(model.report.error_max);
+  info.set_met_tolerance(model.report.met_tolerance);
+  info.set_message(session.model_message());
+  info.set_build_s(session.build_seconds());
+  info.set_from_cache(session.model_from_cache());
+  info.set_basis(encode_basis_kind(model.report.basis));
+  info.set_compared_size(static_cast<std::uint32_t>(model.report.compared_size));
+  if (model.report.snapshot_basis_error)
+    info.set_snapshot_basis_error(*model.report.snapshot_basis_error);
+  if (model.report.derivative_basis_error)
+    info.set_derivative_basis_error(*model.report.derivative_basis_error);
+  return info;
+}
+
+}  // namespace limber::server

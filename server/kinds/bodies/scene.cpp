@@ -1,0 +1,449 @@
+#include "server/kinds/bodies/scene.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <limits>
+#include <unordered_map>
+
+#include "engine/scene/keyframe_rules.h"
+#include "server/kinds/bodies/keyframe.h"
+#include "server/kinds/bodies/simulation.h"
+#include "server/wire/arrays.h"
+#include "server/wire/indices.h"
+
+namespace limber::server {
+namespace {
+
+/// The first field that a scene of a body has not; null where there is none.
+const google::protobuf::FieldDescriptor* foreign_field(const proto::Scene& message) {
+  static const std::set<std::string> kOwn{"name",        "mesh",
+                                          "material",    "length_unit_in_metres",
+                                          "frames",      "material_groups",
+                                          "first_end",   "merge_tolerance",
+                                          "last_end",    "fixed_nodes",
+                                          "dynamics",    "model",
+                                          "constraints", "material_optimisation",
+                                          "keyframes",   "constraint_tolerance",
+                                          "base_motion", "simulation"};
+  std::vector<const google::protobuf::FieldDescriptor*> fields;
+  message.GetReflection()->ListFields(message, &fields);
+  for (const auto* field : fields)
+    if (!kOwn.contains(field->name())) return field;
+  return nullptr;
+}
+
+bodies::Material decode_material(const proto::Material& message) {
+  bodies::Material material;
+  if (message.has_youngs_modulus()) material.youngs_modulus = message.youngs_modulus();
+  if (message.has_poissons_ratio()) material.poissons_ratio = message.poissons_ratio();
+  if (message.has_density()) material.density = message.density();
+  return material;
+}
+
+proto::Material encode_material(const bodies::Material& material) {
+  proto::Material message;
+  message.set_youngs_modulus(material.youngs_modulus);
+  message.set_poissons_ratio(material.poissons_ratio);
+  message.set_density(material.density);
+  return message;
+}
+
+scene::Basis decode_basis(proto::Basis basis) {
+  switch (basis) {
+    case proto::BASIS_SNAPSHOTS:
+      return scene::Basis::kSnapshots;
+    case proto::BASIS_MODAL_DERIVATIVES:
+      return scene::Basis::kModalDerivatives;
+    case proto::BASIS_MAP_DERIVATIVES:
+      return scene::Basis::kMapDerivatives;
+    default:
+      return scene::Basis::kBest;
+  }
+}
+
+proto::Basis encode_basis(scene::Basis basis) {
+  switch (basis) {
+    case scene::Basis::kBest:
+      break;
+    case scene::Basis::kSnapshots:
+      return proto::BASIS_SNAPSHOTS;
+    case scene::Basis::kModalDerivatives:
+      return proto::BASIS_MODAL_DERIVATIVES;
+    case scene::Basis::kMapDerivatives:
+      return proto::BASIS_MAP_DERIVATIVES;
+  }
+  return proto::BASIS_BEST;
+}
+
+scene::ModelRequest decode_model(const proto::ModelRequest& message, const std::string& field,
+                                 Faults& faults) {
+  scene::ModelRequest model;
+  const auto read = [&](std::uint32_t value, const char* name, int& into) {
+    faults.try_to([&] { into = decode_index(value, field + name); });
+  };
+  if (message.has_modes()) read(message.modes(), ".modes", model.mode_count);
+  if (message.has_tolerance()) model.tolerance = message.tolerance();
+  read(message.basis_size(), ".basis_size", model.basis_size);
+  read(message.cubature_size(), ".cubature_size", model.cubature_size);
+  read(message.candidate_modes(), ".candidate_modes", model.candidate_modes);
+  model.basis = decode_basis(message.basis());
+  if (message.cubature() == proto::CUBATURE_WEIGHTS) model.cubature = scene::Cubature::kWeights;
+  return model;
+}
+
+/// Groups override what the mesh brings: tets of no group keep the mesh's material, or the scene's.
+void apply_groups(const proto::Scene& message, const std::string& prefix,
+                  const bodies::Material& fallback, bodies::TetMesh& mesh, Faults& faults) {
+  if (message.material_groups_size() == 0) return;
+  const auto tets = static_cast<std::size_t>(mesh.tet_count());
+  if (mesh.materials.empty()) {
+    mesh.materials = {fallback};
+    mesh.tet_material.assign(tets, 0);
+  }
+  std::unordered_map<std::size_t, int> group_of;  // without a mesh, too, no tet is in two groups
+  for (int g = 0; g < message.material_groups_size(); ++g) {
+    const auto& group = message.material_groups(g);
+    const std::string list = fmt::format("{}material_groups[{}].tets", prefix, g);
+    mesh.materials.push_back(decode_material(group.material()));
+    faults.try_each(list, group.tets_size(), [&](int i) {
+      const std::size_t tet = group.tets(i);
+      if (tets > 0 && tet >= tets) {
+        throw Refusal(proto::ERROR_CODE_OUT_OF_RANGE, fmt::format("{}[{}]", list, i),
+                      fmt::format("tet {} of {}", tet, tets));
+      }
+      const int owner = group_of.try_emplace(tet, g).first->second;
+      if (owner != g) {
+        throw invalid(fmt::format("{}[{}]", list, i),
+                      fmt::format("tet {} is in group {} too", tet, owner));
+      }
+      if (tets > 0) mesh.tet_material[tet] = static_cast<int>(mesh.materials.size()) - 1;
+    });
+  }
+}
+
+/// A mesh that brings materials leaves the scene's without effect, wholly.
+void warn_of_unused_material(const proto::Scene& message, DecodedScene& decoded) {
+  const auto& given = message.material();
+  const auto& materials = decoded.scene.mesh.materials;
+  if (materials.empty() ||
+      (!given.has_youngs_modulus() && !given.has_poissons_ratio() && !given.has_density()))
+    return;
+  const bodies::Material& scenes = decoded.scene.material;
+  const bool is_same = std::all_of(materials.begin(), materials.end(),
+                                   [&](const auto& material) { return material == scenes; });
+  std::ptrdiff_t grouped = 0;
+  for (const auto& group : message.material_groups()) grouped += group.tets_size();
+  if (is_same || grouped >= decoded.scene.mesh.tet_count()) return;
+  const auto [low, high] = std::minmax_element(
+      materials.begin(), materials.end(),
+      [](const auto& a, const auto& b) { return a.youngs_modulus < b.youngs_modulus; });
+  const std::string range =
+      low->youngs_modulus == high->youngs_modulus
+          ? fmt::format("{:g} Pa", low->youngs_modulus)
+          : fmt::format("{:g} to {:g} Pa", low->youngs_modulus, high->youngs_modulus);
+  decoded.material_warning = fmt::format(
+      "the scene's material (youngs_modulus {:g} Pa) is ignored: the mesh file brings "
+      "its own (youngs_modulus {}); material_groups override it",
+      scenes.youngs_modulus, range);
+}
+
+void check_frames(const proto::Scene& message, const std::string& prefix,
+                  const SceneLimits& limits) {
+  if (limits.frames > 0 && message.frames() > limits.frames) {
+    throw limit_exceeded(prefix + "frames", "frames", limits.frames, message.frames());
+  }
+}
+
+void check_constraints(const proto::Scene& message, const std::string& prefix,
+                       const SceneLimits& limits) {
+  const auto constraints = static_cast<std::uint64_t>(message.constraints_size());
+  if (limits.constraints > 0 && constraints > limits.constraints) {
+    throw limit_exceeded(prefix + "constraints", "constraints", limits.constraints, constraints);
+  }
+}
+
+void check_keyframes(const proto::Scene& message, const std::string& prefix) {
+  if (message.keyframes_size() > scene::kMaxKeyframes) {
+    throw limit_exceeded(prefix + "keyframes", "keyframes", scene::kMaxKeyframes,
+                         static_cast<std::uint64_t>(message.keyframes_size()));
+  }
+}
+
+LoadedMesh load(const proto::MeshSource& source, const std::string& field,
+                const MeshLoader& load_mesh) {
+  switch (source.source_case()) {
+    case proto::MeshSource::kArrays:
+      return {decode_mesh(source.arrays(), field + ".arrays"), {}};
+    case proto::MeshSource::SOURCE_NOT_SET:
+      throw invalid(field, "a scene needs a mesh: path, file, arrays or sample");
+    default:
+      return load_mesh(source, field);
+  }
+}
+
+LoadedMesh load_within(const proto::MeshSource& source, const std::string& field,
+                       const SceneLimits& limits, const MeshLoader& load_mesh) {
+  LoadedMesh loaded = load(source, field, load_mesh);
+  const auto tets = static_cast<std::uint64_t>(loaded.mesh.tet_count());
+  if (limits.mesh_tets > 0 && tets > limits.mesh_tets)
+    throw limit_exceeded(field, "tets", limits.mesh_tets, tets);
+  return loaded;
+}
+
+/// The name of the source that the message gives, below `field`.
+std::string source_field(const proto::BaseMotion& message, const std::string& field) {
+  switch (message.source_case()) {
+    case proto::BaseMotion::kPositions:
+      return field + ".positions";
+    case proto::BaseMotion::kPc2:
+      return field + ".pc2";
+    case proto::BaseMotion::kVtuSeries:
+      return field + ".vtu_series";
+    case proto::BaseMotion::kPath:
+      return field + ".path";
+    case proto::BaseMotion::SOURCE_NOT_SET:
+      break;
+  }
+  return field;
+}
+
+Eigen::MatrixXd decode_base_motion(const proto::BaseMotion& message, const std::string& field,
+                                   const scene::Scene& scene, const MotionReader& read_motion) {
+  if (message.source_case() == proto::BaseMotion::SOURCE_NOT_SET) return {};
+  const int nodes = scene.mesh.node_count();
+  const bool comparable = nodes > 0;
+  const std::string source = source_field(message, field);
+  Eigen::MatrixXd positions;
+  if (message.has_positions()) {
+    check_array(message.positions(), source, 3);
+    if (!comparable) return {};
+    positions = decode_motion(message.positions(), source, nodes, scene.frame_count);
+  } else {
+    positions = read_motion(message, field, nodes);
+    if (!comparable) return {};
+  }
+  if (positions.rows() != 3 * static_cast<Eigen::Index>(nodes)) {
+    throw invalid(source,
+                  fmt::format("has {} nodes, the mesh has {}", positions.rows() / 3, nodes));
+  }
+  if (positions.cols() != scene.frame_count) {
+    throw invalid(source, fmt::format("has {} frames, the scene has {}", positions.cols(),
+                                      scene.frame_count));
+  }
+  positions.colwise() -=
+      Eigen::Map<const Eigen::VectorXd>(scene.mesh.nodes.data(), scene.mesh.nodes.size());
+  return positions;
+}
+
+}  // namespace
+
+bodies::TetMesh decode_mesh(const proto::MeshArrays& message, const std::string& field) {
+  bodies::TetMesh mesh;
+  mesh.nodes = decode_points(message.nodes(), field + ".nodes");
+  mesh.tets = decode_tets(message.tets(), field + ".tets");
+  return mesh;
+}
+
+proto::MeshArrays encode_mesh(const bodies::TetMesh& mesh) {
+  proto::MeshArrays message;
+  *message.mutable_nodes() = encode_points_float64(mesh.nodes);
+  *message.mutable_tets() = encode_indices(mesh.tets);
+  return message;
+}
+
+scene::End decode_end(proto::EndCondition end) {
+  switch (end) {
+    case proto::END_CONDITION_FREE:
+      return scene::End::kFree;
+    case proto::END_CONDITION_PINNED_POSITION:
+      return scene::End::kPinnedPosition;
+    default:
+      return scene::End::kPinnedPositionVelocity;
+  }
+}
+
+proto::EndCondition encode_end(scene::End end) {
+  switch (end) {
+    case scene::End::kFree:
+      return proto::END_CONDITION_FREE;
+    case scene::End::kPinnedPosition:
+      return proto::END_CONDITION_PINNED_POSITION;
+    case scene::End::kPinnedPositionVelocity:
+      break;
+  }
+  return proto::END_CONDITION_PINNED_POSITION_VELOCITY;
+}
+
+scene::MaterialVariables decode_variables(proto::MaterialVariables variables) {
+  switch (variables) {
+    case proto::MATERIAL_VARIABLES_DYNAMICS:
+      return scene::MaterialVariables::kDynamics;
+    case proto::MATERIAL_VARIABLES_ALL:
+      return scene::MaterialVariables::kAll;
+    default:
+      return scene::MaterialVariables::kMotion;
+  }
+}
+
+proto::MaterialVariables encode_variables(scene::MaterialVariables variables) {
+  switch (variables) {
+    case scene::MaterialVariables::kMotion:
+      break;
+    case scene::MaterialVariables::kDynamics:
+      return proto::MATERIAL_VARIABLES_DYNAMICS;
+    case scene::MaterialVariables::kAll:
+      return proto::MATERIAL_VARIABLES_ALL;
+  }
+  return proto::MATERIAL_VARIABLES_MOTION;
+}
+
+scene::Dynamics decode_dynamics(const proto::Dynamics& message) {
+  scene::Dynamics dynamics;
+  if (message.has_frames_per_second()) dynamics.frames_per_second = message.frames_per_second();
+  if (message.has_period_frames()) dynamics.period_frames = message.period_frames();
+  if (message.has_damping_ratio()) dynamics.damping_ratio = message.damping_ratio();
+  return dynamics;
+}
+
+proto::Dynamics encode_dynamics(const scene::Dynamics& dynamics) {
+  proto::Dynamics message;
+  message.set_frames_per_second(dynamics.frames_per_second);
+  message.set_period_frames(dynamics.period_frames);
+  message.set_damping_ratio(dynamics.damping_ratio);
+  return message;
+}
+
+DecodedScene decode_scene(const proto::Scene& message, const std::string& prefix,
+                          const SceneLimits& limits, const MeshLoader& load_mesh,
+                          const MotionReader& read_motion) {
+  Faults faults(Faults::Mode::kThrow);
+  return decode_scene(message, prefix, limits, load_mesh, read_motion, faults);
+}
+
+DecodedScene decode_scene(const proto::Scene& message, const std::string& prefix,
+                          const SceneLimits& limits, const MeshLoader& load_mesh,
+                          const MotionReader& read_motion, Faults& faults) {
+  DecodedScene decoded;
+  scene::Scene& scene = decoded.scene;
+  faults.try_to([&] { check_frames(message, prefix, limits); });
+  const bool few = faults.try_to([&] { check_constraints(message, prefix, limits); });
+  scene.name = message.name();
+  if (message.has_length_unit_in_metres())
+    scene.length_unit_in_metres = message.length_unit_in_metres();
+  scene.material = decode_material(message.material());
+  if (message.has_merge_tolerance()) scene.merge_tolerance = message.merge_tolerance();
+  scene.frame_count = std::numeric_limits<int>::max();
+  faults.try_to([&] { scene.frame_count = decode_index(message.frames(), prefix + "frames"); });
+  scene.first_end = decode_end(message.first_end());
+  scene.last_end = decode_end(message.last_end());
+  scene.dynamics = decode_dynamics(message.dynamics());
+  scene.model = decode_model(message.model(), prefix + "model", faults);
+  scene.material_optimisation.variables =
+      decode_variables(message.material_optimisation().variables());
+  if (message.material_optimisation().has_column_weight())
+    scene.material_optimisation.column_weight = message.material_optimisation().column_weight();
+  if (message.material_optimisation().has_max_frequency_hz())
+    scene.material_optimisation.max_frequency_hz =
+        message.material_optimisation().max_frequency_hz();
+  if (message.material_optimisation().has_slow_steps()) {
+    faults.try_to([&] {
+      scene.material_optimisation.slow_steps =
+          decode_index(message.material_optimisation().slow_steps(),
+                       prefix + "material_optimisation.slow_steps");
+    });
+  }
+  if (message.has_constraint_tolerance())
+    scene.constraint_tolerance = message.constraint_tolerance();
+  scene.fixed_nodes.assign(static_cast<std::size_t>(message.fixed_nodes_size()),
+                           std::numeric_limits<int>::max());
+  faults.try_each(prefix + "fixed_nodes", message.fixed_nodes_size(), [&](int i) {
+    scene.fixed_nodes[static_cast<std::size_t>(i)] =
+        decode_index(message.fixed_nodes(i), fmt::format("{}fixed_nodes[{}]", prefix, i));
+  });
+  for (int i = 0; few && i < message.constraints_size(); ++i) {
+    scene.constraints.push_back(decode_constraint(
+        message.constraints(i), fmt::format("{}constraints[{}]", prefix, i), faults));
+  }
+  faults.try_to([&] {
+    LoadedMesh loaded = load_within(message.mesh(), prefix + "mesh", limits, load_mesh);
+    scene.mesh = std::move(loaded.mesh);
+    decoded.mesh_warnings = std::move(loaded.warnings);
+    warn_of_unused_material(message, decoded);
+  });
+  apply_groups(message, prefix, scene.material, scene.mesh, faults);
+  faults.try_to([&] {
+    scene.base_motion =
+        decode_base_motion(message.base_motion(), prefix + "base_motion", scene, read_motion);
+  });
+  const bool few_poses = faults.try_to([&] { check_keyframes(message, prefix); });
+  for (int i = 0; few_poses && i < message.keyframes_size(); ++i) {
+    scene.keyframes.push_back(decode_keyframe(message.keyframes(i),
+                                              fmt::format("{}keyframes[{}]", prefix, i),
+                                              scene.mesh.nodes, load_mesh, faults));
+  }
+  if (message.has_simulation()) {
+    scene.simulation = decode_simulation(message.simulation(), prefix + "simulation",
+                                         scene.mesh.node_count(), faults);
+  }
+  return decoded;
+}
+
+proto::Scene encode_scene(const scene::Scene& scene) {
+  proto::Scene message;
+  message.set_name(scene.name);
+  message.set_length_unit_in_metres(scene.length_unit_in_metres);
+  *message.mutable_material() = encode_material(scene.material);
+  for (const auto& material : scene.mesh.materials)
+    *message.add_material_groups()->mutable_material() = encode_material(material);
+  for (std::size_t tet = 0; tet < scene.mesh.tet_material.size(); ++tet) {
+    message.mutable_material_groups(scene.mesh.tet_material[tet])
+        ->add_tets(static_cast<std::uint32_t>(tet));
+  }
+  if (scene.merge_tolerance) message.set_merge_tolerance(*scene.merge_tolerance);
+  for (const int node : scene.fixed_nodes)
+    message.add_fixed_nodes(static_cast<std::uint32_t>(node));
+  message.set_frames(static_cast<std::uint32_t>(scene.frame_count));
+  message.set_first_end(encode_end(scene.first_end));
+  message.set_last_end(encode_end(scene.last_end));
+  *message.mutable_dynamics() = encode_dynamics(scene.dynamics);
+  auto* model = message.mutable_model();
+  model->set_modes(static_cast<std::uint32_t>(scene.model.mode_count));
+  model->set_tolerance(scene.model.tolerance);
+  model->set_basis_size(static_cast<std::uint32_t>(scene.model.basis_size));
+  model->set_cubature_size(static_cast<std::uint32_t>(scene.model.cubature_size));
+  model->set_cubature(scene.model.cubature == scene::Cubature::kWeights
+                          ? proto::CUBATURE_WEIGHTS
+                          : proto::CUBATURE_FITTED_MAPS);
+  model->set_basis(encode_basis(scene.model.basis));
+  model->set_candidate_modes(static_cast<std::uint32_t>(scene.model.candidate_modes));
+  auto* optimisation = message.mutable_material_optimisation();
+  optimisation->set_variables(encode_variables(scene.material_optimisation.variables));
+  if (scene.constraint_tolerance) message.set_constraint_tolerance(*scene.constraint_tolerance);
+  optimisation->set_column_weight(scene.material_optimisation.column_weight);
+  if (scene.material_optimisation.max_frequency_hz)
+    optimisation->set_max_frequency_hz(*scene.material_optimisation.max_frequency_hz);
+  optimisation->set_slow_steps(static_cast<std::uint32_t>(scene.material_optimisation.slow_steps));
+  for (const auto& constraint : scene.constraints)
+    *message.add_constraints() = encode_constraint(constraint);
+  for (const auto& keyframe : scene.keyframes) *message.add_keyframes() = encode_keyframe(keyframe);
+  if (scene.simulation) *message.mutable_simulation() = encode_simulation(*scene.simulation);
+  return message;
+}
+
+proto::BaseMotion encode_base_motion(const scene::Scene& scene) {
+  const Eigen::Map<const Eigen::VectorXd> rest(scene.mesh.nodes.data(), scene.mesh.nodes.size());
+  const Eigen::MatrixXd positions = scene.base_motion.colwise() + rest;
+  proto::BaseMotion message;
+  *message.mutable_positions() = encode_motion(positions);
+  return message;
+}
+
+bool is_body(const proto::Scene& message) { return foreign_field(message) == nullptr; }
+
+void demand_body(const proto::Scene& message, const std::string& prefix) {
+  if (const auto* field = foreign_field(message))
+    throw invalid(prefix + field->name(), "an elastic body is expected");
+}
+
+}  // namespace limber::server

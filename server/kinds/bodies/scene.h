@@ -1,0 +1,84 @@
+#pragma once
+
+#include <functional>
+#include <string>
+
+#include "engine/scene/scene.h"
+#include "limber/v1/scene.pb.h"
+#include "server/wire/errors.h"
+#include "server/wire/faults.h"
+
+namespace limber::server {
+
+/// What a scene may at most hold; 0: no limit.
+struct SceneLimits {
+  std::uint64_t mesh_tets = 0;
+  std::uint32_t frames = 0;
+  std::uint32_t constraints = 0;
+  std::uint64_t session_bytes = 0;  // estimated
+};
+
+/// A mesh and what its reader skipped or supposed.
+struct LoadedMesh {
+  bodies::TetMesh mesh;
+  std::vector<std::string> warnings;
+};
+
+/// Resolves every source but arrays: files, samples. `field` is the path of the source for errors.
+using MeshLoader =
+    std::function<LoadedMesh(const proto::MeshSource& source, const std::string& field)>;
+/// Resolves every base motion but arrays: positions, 3 nodes x frames. `field` is the path of the
+/// motion for errors; `nodes` are those of the mesh.
+using MotionReader = std::function<Eigen::MatrixXd(const proto::BaseMotion& motion,
+                                                   const std::string& field, int nodes)>;
+
+struct DecodedScene {
+  scene::Scene scene;
+  std::vector<std::string> mesh_warnings;
+  std::string material_warning;  // that the scene's material has no effect; empty if it has
+};
+
+/// The message as a scene value; enums left unspecified and absent fields get the defaults the
+/// .proto states. Numbers are only checked as far as the wire goes (shape, range of types, limits);
+/// scene::validate does the rest.
+/// @param prefix  path of the message, "scene." or empty
+/// @throws Refusal or Error with a path below `prefix`
+[[nodiscard]] DecodedScene decode_scene(const proto::Scene& message, const std::string& prefix,
+                                        const SceneLimits& limits, const MeshLoader& load_mesh,
+                                        const MotionReader& read_motion);
+/// The same; where `faults` collects, what could not be read has a default in its place. A mesh
+/// that could not be read has no nodes, and what depends on it is not compared with it.
+[[nodiscard]] DecodedScene decode_scene(const proto::Scene& message, const std::string& prefix,
+                                        const SceneLimits& limits, const MeshLoader& load_mesh,
+                                        const MotionReader& read_motion, Faults& faults);
+
+/// Where a mesh comes as arrays. @throws Refusal
+[[nodiscard]] bodies::TetMesh decode_mesh(const proto::MeshArrays& message,
+                                          const std::string& field);
+[[nodiscard]] proto::MeshArrays encode_mesh(const bodies::TetMesh& mesh);
+
+/// Everything except the mesh, the base motion and poses of keyframes, which would be megabytes:
+/// the caller sets `mesh` where it knows a short source.
+[[nodiscard]] proto::Scene encode_scene(const scene::Scene& scene);
+/// The base motion of a scene that has one, as positions.
+[[nodiscard]] proto::BaseMotion encode_base_motion(const scene::Scene& scene);
+
+[[nodiscard]] scene::Constraint decode_constraint(const proto::Constraint& message,
+                                                  const std::string& field);
+[[nodiscard]] scene::Constraint decode_constraint(const proto::Constraint& message,
+                                                  const std::string& field, Faults& faults);
+[[nodiscard]] proto::Constraint encode_constraint(const scene::Constraint& constraint);
+[[nodiscard]] scene::End decode_end(proto::EndCondition end);
+[[nodiscard]] proto::EndCondition encode_end(scene::End end);
+[[nodiscard]] scene::MaterialVariables decode_variables(proto::MaterialVariables variables);
+[[nodiscard]] proto::MaterialVariables encode_variables(scene::MaterialVariables variables);
+[[nodiscard]] scene::Dynamics decode_dynamics(const proto::Dynamics& message);
+[[nodiscard]] proto::Dynamics encode_dynamics(const scene::Dynamics& dynamics);
+
+/// Whether the scene has no field of another kind.
+[[nodiscard]] bool is_body(const proto::Scene& message);
+/// For what bodies alone can do.
+/// @throws Refusal naming the field that makes the scene one of another kind
+void demand_body(const proto::Scene& message, const std::string& prefix);
+
+}  // namespace limber::server

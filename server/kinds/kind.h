@@ -1,0 +1,94 @@
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "server/runtime/record.h"
+#include "server/wire/paths.h"
+
+namespace limber::server {
+
+/// What reading a scene depends on besides its message.
+struct SceneContext {
+  PathResolver resolve;  // of files that a scene names
+  ServiceLimits limits;
+};
+
+/// A scene that was read and is sound: a session can be made of it, in two steps, since the record
+/// must be there before the session reports to it.
+class Opening {
+ public:
+  Opening() = default;
+  virtual ~Opening() = default;
+  Opening(const Opening&) = delete;
+  Opening& operator=(const Opening&) = delete;
+
+  /// How large it is, for the log: "12 nodes, 3 tets".
+  [[nodiscard]] virtual std::string size() const = 0;
+  /// Warnings, with fields of the request.
+  [[nodiscard]] virtual std::vector<proto::Issue> remarks() const { return {}; }
+  /// The record, without a session. Once.
+  [[nodiscard]] virtual std::shared_ptr<Record> make_record(Hub& hub, const SessionKey& key,
+                                                            JobId open_job) = 0;
+  /// Makes the session of that record. Once, after make_record().
+  /// @throws Error with fields of the request
+  virtual void start(Hub& hub) = 0;
+};
+
+/// What sessions are of: elastic bodies, rod linkages, structures of beams. An object of this class
+/// is what the service knows of a kind; everything else of the kind is in its own folder. Called
+/// from any thread.
+class Kind {
+ public:
+  Kind() = default;
+  virtual ~Kind() = default;
+  Kind(const Kind&) = delete;
+  Kind& operator=(const Kind&) = delete;
+
+  /// Short and unique: "beams".
+  [[nodiscard]] virtual const char* name() const = 0;
+  /// Whether this kind reads the scene; whether it is sound is found when it is read. Of several
+  /// kinds that would, the first in the registry does.
+  [[nodiscard]] virtual bool accepts(const proto::Scene& scene) const = 0;
+  /// @throws Refusal or Error naming fields below "scene."
+  [[nodiscard]] virtual std::unique_ptr<Opening> read(const proto::Scene& scene,
+                                                      const SceneContext& context) const = 0;
+  /// All that is wrong with a scene: the first error is the one that read() refuses it with.
+  /// @param prefix  of fields, "scene." or empty
+  [[nodiscard]] virtual std::vector<proto::Issue> validate(const proto::Scene& scene,
+                                                           const std::string& prefix,
+                                                           const SceneContext& context) const = 0;
+
+  /// Scenes of limber's own, by name.
+  [[nodiscard]] virtual std::vector<std::string> sample_names() const { return {}; }
+  /// @param name  one of these
+  [[nodiscard]] virtual proto::Scene sample(const std::string& name) const;
+
+  /// Requests without a session that this kind alone has (such as simulate, solve_beams).
+  /// @returns false where it has no such request
+  [[nodiscard]] virtual bool answer(const proto::Request&, proto::Reply&, Hub&,
+                                    const SceneContext&) const {
+    return false;
+  }
+};
+
+/// The kinds that a server has, in order.
+class Kinds {
+ public:
+  Kinds& add(std::unique_ptr<const Kind> kind);
+  /// @param field  of the scene in the request, for the refusal
+  /// @throws Refusal UNSUPPORTED where no kind accepts the scene
+  [[nodiscard]] const Kind& of(const proto::Scene& scene, const std::string& field) const;
+  [[nodiscard]] std::vector<std::string> sample_names() const;
+  /// @throws Error{kNotFound, "name"} where no kind has it
+  [[nodiscard]] proto::Scene sample(const std::string& name) const;
+  /// @returns whether some kind has such a request
+  [[nodiscard]] bool answer(const proto::Request& request, proto::Reply& reply, Hub& hub,
+                            const SceneContext& context) const;
+
+ private:
+  std::vector<std::unique_ptr<const Kind>> kinds_;
+};
+
+}  // namespace limber::server

@@ -1,0 +1,98 @@
+#include "server/kinds/linkages/kind.h"
+
+#include <fmt/format.h>
+
+#include <utility>
+
+#include "engine/scene/samples/linkage_samples.h"
+#include "engine/session/linkages/remarks.h"
+#include "server/kinds/linkages/design_requests.h"
+#include "server/kinds/linkages/record.h"
+#include "server/kinds/linkages/scenes.h"
+#include "server/wire/issues.h"
+
+namespace limber::server {
+namespace {
+
+class LinkageOpening final : public Opening {
+ public:
+  LinkageOpening(const proto::Scene& message, const SceneContext& context)
+      : message_(message),
+        linkage_(decode_linkage(message, "scene.", line_loader(context.resolve))) {
+    const session::LinkageCheck sizes = check_linkage(linkage_, context.limits.session_bytes);
+    with_linkage_fields(message, "scene.", [&] { session::demand_sound(sizes); });
+    for (scene::Issue issue : session::linkage_remarks(linkage_)) {
+      issue.field = linkage_field_in(message, issue.field);
+      remarks_.push_back(encode_issue(issue, "scene."));
+    }
+    const auto& lines = message.linkage().lines();
+    opened_.name = linkage_.name;
+    if (lines.has_path() || lines.has_sample()) opened_.lines = lines;
+    opened_.joints = sizes.joints;
+    opened_.segments = sizes.segments;
+    opened_.length_unit = linkage_.length_unit_in_metres;
+    opened_.resolve = context.resolve;
+  }
+
+  [[nodiscard]] std::string size() const override {
+    return fmt::format("{} segments, {} joints", opened_.segments, opened_.joints);
+  }
+  [[nodiscard]] std::vector<proto::Issue> remarks() const override { return remarks_; }
+  [[nodiscard]] std::shared_ptr<Record> make_record(Hub& hub, const SessionKey& key,
+                                                    JobId open_job) override {
+    opened_.id = key.name;
+    return record_ = std::make_shared<LinkageRecord>(hub, key, opened_, open_job);
+  }
+  void start(Hub& hub) override {
+    session::LinkageLimits limits;
+    limits.max_targets = static_cast<int>(hub.options.limits.constraints);
+    record_->attach(with_linkage_fields(message_, "scene.", [&] {
+      return std::make_shared<session::LinkageSession>(opened_.id, std::move(linkage_), limits,
+                                                       hub.session_executor(), record_);
+    }));
+  }
+
+ private:
+  const proto::Scene& message_;  // of the request, which outlives this
+  scene::Linkage linkage_;
+  std::vector<proto::Issue> remarks_;
+  LinkageRecord::Opened opened_;
+  std::shared_ptr<LinkageRecord> record_;
+};
+
+class LinkageKind final : public Kind {
+ public:
+  [[nodiscard]] const char* name() const override { return "linkages"; }
+  [[nodiscard]] bool accepts(const proto::Scene& scene) const override {
+    return scene.has_linkage();
+  }
+  [[nodiscard]] std::unique_ptr<Opening> read(const proto::Scene& scene,
+                                              const SceneContext& context) const override {
+    return std::make_unique<LinkageOpening>(scene, context);
+  }
+  [[nodiscard]] std::vector<proto::Issue> validate(const proto::Scene& scene,
+                                                   const std::string& prefix,
+                                                   const SceneContext& context) const override {
+    return linkage_issues(scene, prefix, line_loader(context.resolve),
+                          context.limits.session_bytes);
+  }
+  [[nodiscard]] std::vector<std::string> sample_names() const override {
+    return scene::linkage_sample_names();
+  }
+  [[nodiscard]] proto::Scene sample(const std::string& name) const override {
+    return linkage_sample_scene(name);
+  }
+  [[nodiscard]] bool answer(const proto::Request& request, proto::Reply& reply, Hub&,
+                            const SceneContext& context) const override {
+    if (!request.has_make_starting_grid()) return false;
+    *reply.mutable_make_starting_grid() =
+        make_starting_grid(request.make_starting_grid(), surface_loader(context.resolve));
+    return true;
+  }
+};
+
+}  // namespace
+
+std::unique_ptr<const Kind> make_linkage_kind() { return std::make_unique<LinkageKind>(); }
+
+}  // namespace limber::server

@@ -1,0 +1,156 @@
+#include "server/kinds/linkages/record.h"
+
+#include <fmt/format.h>
+
+#include <utility>
+
+#include "engine/session/linkages/document.h"
+#include "server/kinds/linkages/design.h"
+#include "server/kinds/linkages/design_requests.h"
+#include "server/kinds/linkages/edit.h"
+#include "server/kinds/linkages/export.h"
+#include "server/kinds/linkages/result.h"
+#include "server/kinds/linkages/scene.h"
+#include "server/runtime/stream_message.h"
+#include "server/wire/edit_fields.h"
+#include "server/wire/issues.h"
+
+namespace limber::server {
+
+LinkageRecord::LinkageRecord(Hub& hub, SessionKey key, Opened opened, JobId open_job)
+    : SessionRecord(hub, std::move(key), opened.name, open_job),
+      opened_(std::move(opened)),
+      design_topic_(fmt::format("session/{}/design", opened_.id)) {}
+
+void LinkageRecord::adopt_model() {
+  const auto session = attached_session();
+  if (!session) return;
+  auto shape = session->shape();
+  std::shared_ptr<const session::LinkageResult> newest;
+  {
+    const std::lock_guard lock(mutex_);
+    shape_ = shape;  // results that come from now on find it
+    newest = newest_;
+  }
+  if (newest && shape)
+    streams_->note(std::make_shared<LinkageFrames>(newest, shape, opened_.length_unit));
+}
+
+void LinkageRecord::note_closed(session::LinkageSession& session) {
+  // A design that had not ended, or not even begun, reports nothing any more.
+  if (const auto design = session.design()) hub_.jobs.cancelled(design->tag);
+}
+
+void LinkageRecord::on_design(const std::shared_ptr<const session::DesignInfo>& info) {
+  {
+    const std::lock_guard lock(mutex_);
+    design_ = info;
+  }
+  publish_design(*info);
+  if (info->state != session::DesignState::kEnded) {
+    const char* const stage =
+        info->state == session::DesignState::kPaused ? "design paused" : "design";
+    hub_.jobs.progress(info->tag,
+                       {stage, static_cast<double>(info->iteration) / info->max_iterations});
+  } else if (info->end == session::DesignEnd::kFailed) {
+    hub_.jobs.failed(info->tag, encode_design(*info, opened_.length_unit).error());
+  } else if (info->end == session::DesignEnd::kStopped && !info->taken) {
+    hub_.jobs.cancelled(info->tag);
+  } else {
+    hub_.jobs.done(info->tag);
+  }
+}
+
+void LinkageRecord::publish_design(const session::DesignInfo& info) {
+  if (!hub_.transport.wanted(design_topic_)) return;
+  auto message = stream_message(hub_.run, id(), key().uid);
+  *message.mutable_design() = encode_design(info, opened_.length_unit);
+  hub_.transport.publish(design_topic_, {message.SerializeAsString()});
+}
+
+void LinkageRecord::welcome_more(const std::string& prefix) {
+  if (design_topic_.compare(0, prefix.size(), prefix) != 0) return;
+  std::shared_ptr<const session::DesignInfo> info;
+  {
+    const std::lock_guard lock(mutex_);
+    info = design_;
+  }
+  if (info) publish_design(*info);
+}
+
+proto::EditResponse LinkageRecord::edit(const proto::EditRequest& request) {
+  const auto session = this->session();
+  const auto edits = decode_linkage_edits(request);
+  std::optional<session::Revision> expected;
+  if (request.has_expected_revision()) expected = request.expected_revision();
+  try {
+    const session::EditReceipt receipt = session->edit(edits, expected);
+    proto::EditResponse response = encode_linkage_receipt(receipt);
+    for (scene::Issue issue : receipt.issues) {
+      issue.field = edit_field_in(request, issue.field);
+      *response.add_issues() = encode_issue(issue, "");
+    }
+    return response;
+  } catch (const Error& error) {
+    const std::string field = edit_field_in(request, error.field());
+    if (is_too_many_steps(error))
+      throw too_many_steps(field, error, session::LinkageLimits{}.steps_at_once);
+    if (error.code() == ErrorCode::kLimitExceeded) {
+      const std::uint64_t limit = hub_.options.limits.constraints;
+      throw limit_exceeded(field, "targets", limit, limit + 1);
+    }
+    throw Error(error.code(), field, error.what());
+  }
+}
+
+void LinkageRecord::add_scene(const proto::GetSessionRequest&,
+                              proto::GetSessionResponse& response) const {
+  *response.mutable_scene() = encode_linkage(session()->linkage());
+  if (opened_.lines.source_case() != proto::LineSource::SOURCE_NOT_SET)
+    *response.mutable_scene()->mutable_linkage()->mutable_lines() = opened_.lines;
+}
+
+proto::ExportResponse LinkageRecord::export_part(const proto::ExportRequest& request) {
+  return export_linkage(*this, request);
+}
+
+bool LinkageRecord::answer(const proto::Request& request, proto::Reply& reply) {
+  return answer_design_request(*this, request, reply);
+}
+
+std::shared_ptr<const FrameSource> LinkageRecord::frames(bool final_only) const {
+  const auto session = this->session();
+  auto shape = session->shape();
+  if (!shape) throw Error(ErrorCode::kFailedPrecondition, "session", "the model is not built yet");
+  auto result = final_only ? session->final_result() : session->newest_result();
+  if (!result) throw Error(ErrorCode::kFailedPrecondition, "session", "there is no result yet");
+  return std::make_shared<LinkageFrames>(std::move(result), std::move(shape), opened_.length_unit);
+}
+
+proto::GetGeometryResponse LinkageRecord::geometry(const std::string&) const {
+  const auto geometry = session()->geometry();
+  if (!geometry)
+    throw Error(ErrorCode::kFailedPrecondition, "session", "the model is not built yet");
+  return encode_linkage_geometry(*geometry);
+}
+
+void LinkageRecord::describe(proto::SessionStatus& status) const {
+  status.set_joints(static_cast<std::uint32_t>(opened_.joints));
+  status.set_segments(static_cast<std::uint32_t>(opened_.segments));
+  const auto session = attached_session();
+  if (!session) return;
+  status.set_revision(session->revision());
+  status.set_targets(static_cast<std::uint32_t>(session->conditions()->targets.size()));
+}
+
+void LinkageRecord::on_result(const std::shared_ptr<const session::LinkageResult>& result) {
+  note_result(
+      std::make_shared<proto::ResultInfo>(encode_linkage_result(*result, opened_.length_unit)),
+      [&]() -> std::shared_ptr<const FrameSource> {
+        newest_ = result;
+        if (!shape_) return nullptr;
+        return std::make_shared<LinkageFrames>(result, shape_, opened_.length_unit);
+      });
+}
+
+}  // namespace limber::server

@@ -1,0 +1,121 @@
+#include "server/kinds/linkages/result.h"
+
+#include "server/kinds/linkages/design.h"
+#include "server/kinds/linkages/scene.h"
+#include "server/wire/arrays.h"
+#include "server/wire/session_values.h"
+
+namespace limber::server {
+namespace {
+
+proto::SolveStatus encode_equilibrium_status(rods::EquilibriumStatus status) {
+  switch (status) {
+    case rods::EquilibriumStatus::kConverged:
+      return proto::SOLVE_STATUS_CONVERGED;
+    case rods::EquilibriumStatus::kIterationLimit:
+      return proto::SOLVE_STATUS_ITERATION_LIMIT;
+    case rods::EquilibriumStatus::kStalled:
+      return proto::SOLVE_STATUS_STALLED;
+    case rods::EquilibriumStatus::kSaddle:
+      return proto::SOLVE_STATUS_SADDLE;
+    case rods::EquilibriumStatus::kUnbalanced:
+      return proto::SOLVE_STATUS_UNBALANCED;
+    case rods::EquilibriumStatus::kCancelled:
+      return proto::SOLVE_STATUS_CANCELLED;
+  }
+  return proto::SOLVE_STATUS_UNSPECIFIED;
+}
+
+proto::BranchEvent encode_event(rods::BranchEvent event) {
+  switch (event) {
+    case rods::BranchEvent::kNone:
+      return proto::BRANCH_EVENT_UNSPECIFIED;
+    case rods::BranchEvent::kBranching:
+      return proto::BRANCH_EVENT_BRANCHING;
+    case rods::BranchEvent::kLimitPoint:
+      return proto::BRANCH_EVENT_LIMIT_POINT;
+    case rods::BranchEvent::kJump:
+      return proto::BRANCH_EVENT_JUMP;
+  }
+  return proto::BRANCH_EVENT_UNSPECIFIED;
+}
+
+void encode_report(const rods::EquilibriumReport& report, double length_unit,
+                   proto::ResultInfo& info) {
+  info.set_status(encode_equilibrium_status(report.status));
+  info.set_iterations(static_cast<std::uint32_t>(report.iterations));
+  info.set_message(report.message);
+  info.set_total_energy(report.potential() * length_unit);
+  info.set_gradient(report.max_gradient_scaled);
+  auto& linkage = *info.mutable_linkage();
+  linkage.set_stretching_energy(report.energies.stretching * length_unit);
+  linkage.set_bending_energy(report.energies.bending * length_unit);
+  linkage.set_twisting_energy(report.energies.twisting * length_unit);
+  linkage.set_spring_energy(report.spring_energy * length_unit);
+  linkage.set_load_potential(report.load_potential * length_unit);
+  linkage.set_max_gradient_scaled(report.max_gradient_scaled);
+  linkage.set_negative_eigenvalues(static_cast<std::uint32_t>(report.negative_eigenvalues));
+  linkage.set_factorizations(static_cast<std::uint32_t>(report.factorizations));
+  linkage.set_escapes(static_cast<std::uint32_t>(report.escapes));
+  linkage.set_mean_angle_moment(report.mean_angle_moment * length_unit);
+}
+
+}  // namespace
+
+proto::ResultInfo encode_linkage_result(const session::LinkageResult& result, double length_unit) {
+  proto::ResultInfo info = encode_header(result);
+  info.set_status(proto::SOLVE_STATUS_IMPROVED);
+  info.set_weight_scale(1);
+  if (result.is_final) encode_report(result.report, length_unit, info);
+  if (result.design) *info.mutable_design() = encode_design(*result.design, length_unit);
+  info.mutable_linkage()->set_mean_angle_degrees(to_degrees(result.mean_angle));
+  info.mutable_linkage()->set_steps(static_cast<std::uint32_t>(result.path.size()));
+  for (const rods::DeploymentStep& step : result.path) {
+    auto& told = *info.mutable_linkage()->add_path();
+    told.set_progress(step.progress);
+    told.set_mean_angle_degrees(to_degrees(step.mean_opening_angle));
+    told.set_energy(step.energy * length_unit);
+    told.set_iterations(static_cast<std::uint32_t>(step.iterations));
+    told.set_event(encode_event(step.event));
+  }
+  return info;
+}
+
+proto::GetGeometryResponse encode_linkage_geometry(const session::LinkageGeometry& geometry) {
+  proto::GetGeometryResponse response;
+  *response.mutable_surface() = encode_indices(geometry.surface);
+  auto& linkage = *response.mutable_linkage();
+  linkage.set_coordinates(static_cast<std::uint32_t>(geometry.coordinates));
+  for (const int edges : geometry.edges) linkage.add_edges(static_cast<std::uint32_t>(edges));
+  *linkage.mutable_joints_of_segment() = encode_indices(geometry.joints_of_segment);
+  for (const int vertex : geometry.vertex_of_joint)
+    linkage.add_vertex_of_joint(static_cast<std::uint32_t>(vertex));
+  *linkage.mutable_outline() = encode_polygon(geometry.outline);
+  linkage.set_surface_nodes(static_cast<std::uint32_t>(geometry.surface_nodes));
+  return response;
+}
+
+std::uint64_t LinkageFrames::bytes(proto::Encoding encoding, int count) const {
+  const auto frames = static_cast<std::uint64_t>(count);
+  const auto values = 3 * static_cast<std::uint64_t>(shape_->surface_nodes());
+  if (encoding == proto::ENCODING_POSITIONS) return frames * values * sizeof(float);
+  if (encoding == proto::ENCODING_POSITIONS_QUANTISED)
+    return frames * values * sizeof(std::uint16_t);
+  return frames * static_cast<std::uint64_t>(result_->frames->rows()) * sizeof(float);
+}
+
+proto::Frames LinkageFrames::encode(proto::Encoding encoding, FrameRange range) const {
+  proto::Frames frames = frames_of(encode_linkage_result(*result_, length_unit_), encoding, range);
+  const auto columns = result_->frames->middleCols(range.first, range.count);
+  if (is_of_positions(encoding)) {
+    Eigen::MatrixXf positions(3 * static_cast<Eigen::Index>(shape_->surface_nodes()), range.count);
+    for (int i = 0; i < range.count; ++i)
+      positions.col(i) = shape_->surface(columns.col(i), result_->section_scales);
+    set_positions(positions, encoding, frames);
+  } else {
+    set_coordinates(columns, frames);
+  }
+  return frames;
+}
+
+}  // namespace limber::server

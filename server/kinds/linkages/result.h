@@ -1,0 +1,40 @@
+#pragma once
+
+#include <memory>
+#include <utility>
+
+#include "engine/session/linkages/session.h"
+#include "engine/session/linkages/shape.h"
+#include "server/wire/frame_source.h"
+
+namespace limber::server {
+
+/// @param length_unit  metres per scene unit: energies of the engine are in N times that unit, on
+/// the wire in J
+[[nodiscard]] proto::ResultInfo encode_linkage_result(const session::LinkageResult& result,
+                                                      double length_unit);
+
+[[nodiscard]] proto::GetGeometryResponse encode_linkage_geometry(
+    const session::LinkageGeometry& geometry);
+
+/// Frames of a linkage: coordinates, or nodes of the swept surface.
+class LinkageFrames final : public FrameSource {
+ public:
+  LinkageFrames(std::shared_ptr<const session::LinkageResult> result,
+                std::shared_ptr<const session::LinkageShape> shape, double length_unit)
+      : result_(std::move(result)), shape_(std::move(shape)), length_unit_(length_unit) {}
+
+  [[nodiscard]] std::uint64_t sequence() const override { return result_->sequence; }
+  [[nodiscard]] int frame_count() const override {
+    return static_cast<int>(result_->frames->cols());
+  }
+  [[nodiscard]] std::uint64_t bytes(proto::Encoding encoding, int count) const override;
+  [[nodiscard]] proto::Frames encode(proto::Encoding encoding, FrameRange range) const override;
+
+ private:
+  std::shared_ptr<const session::LinkageResult> result_;
+  std::shared_ptr<const session::LinkageShape> shape_;
+  double length_unit_;
+};
+
+}  // namespace limber::server

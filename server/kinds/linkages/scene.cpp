@@ -1,0 +1,339 @@
+#include "server/kinds/linkages/scene.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <numbers>
+#include <set>
+
+#include "server/kinds/linkages/section.h"
+#include "server/kinds/linkages/shape.h"
+#include "server/wire/arrays.h"
+#include "server/wire/indices.h"
+#include "server/wire/vectors.h"
+
+namespace limber::server {
+namespace {
+
+constexpr std::uint32_t kMaxEdges = 1000;  // of a segment
+
+void demand_no_body(const proto::Scene& message, const std::string& prefix) {
+  static const std::set<std::string> allowed{"name", "length_unit_in_metres", "linkage"};
+  std::vector<const google::protobuf::FieldDescriptor*> fields;
+  message.GetReflection()->ListFields(message, &fields);
+  for (const auto* field : fields) {
+    if (allowed.count(field->name()) > 0) continue;
+    throw invalid(prefix + field->name(), field->name() == "mesh"
+                                              ? "a scene has a mesh or a linkage, not both"
+                                              : "is of bodies: a linkage has no such field");
+  }
+}
+
+rods::LineMesh decode_lines(const proto::LineSource& source, const std::string& field,
+                            const LineLoader& load_lines) {
+  switch (source.source_case()) {
+    case proto::LineSource::kArrays:
+      return {decode_points(source.arrays().vertices(), field + ".arrays.vertices"),
+              decode_pairs(source.arrays().edges(), field + ".arrays.edges")};
+    case proto::LineSource::SOURCE_NOT_SET:
+      throw invalid(field, "a linkage needs lines: path, file, arrays or sample");
+    default:
+      return load_lines(source, field);
+  }
+}
+
+scene::Held decode_held(proto::Held held) {
+  switch (held) {
+    case proto::HELD_MOTION:
+      return scene::Held::kMotion;
+    case proto::HELD_ANGLE:
+      return scene::Held::kAngle;
+    default:
+      return scene::Held::kMotionAndAngle;
+  }
+}
+
+proto::Held encode_held(scene::Held held) {
+  switch (held) {
+    case scene::Held::kMotion:
+      return proto::HELD_MOTION;
+    case scene::Held::kAngle:
+      return proto::HELD_ANGLE;
+    case scene::Held::kMotionAndAngle:
+      break;
+  }
+  return proto::HELD_MOTION_AND_ANGLE;
+}
+
+scene::LinkageConditions decode_conditions(const proto::LinkageConditions& message,
+                                           const std::string& field) {
+  scene::LinkageConditions conditions;
+  for (int i = 0; i < message.pins_size(); ++i) {
+    const std::string path = fmt::format("{}.pins[{}]", field, i);
+    if (message.pins(i).held() == proto::HELD_NOTHING)
+      throw invalid(path + ".held", "a pin of a scene holds something");
+    conditions.pins.push_back(decode_pin(message.pins(i), path));
+  }
+  for (int i = 0; i < message.angles_size(); ++i) {
+    const std::string path = fmt::format("{}.angles[{}]", field, i);
+    const int joint = decode_index(message.angles(i).joint(), path + ".joint");
+    conditions.angles.push_back(
+        {joint, decode_angle(message.angles(i).angle_degrees(), path + ".angle_degrees", joint)});
+  }
+  if (message.has_mean_angle_degrees()) {
+    conditions.mean_angle =
+        decode_angle(message.mean_angle_degrees(), field + ".mean_angle_degrees");
+  }
+  for (int i = 0; i < message.targets_size(); ++i) {
+    conditions.targets.push_back(
+        decode_target(message.targets(i), fmt::format("{}.targets[{}]", field, i)));
+  }
+  for (int i = 0; i < message.loads_size(); ++i) {
+    conditions.loads.push_back(
+        decode_load(message.loads(i), fmt::format("{}.loads[{}]", field, i)));
+  }
+  conditions.gravity = decode_vector(message.gravity());
+  conditions.segment_lengths = decode_numbers(message.segment_lengths());
+  conditions.edge_lengths = decode_numbers(message.edge_lengths());
+  conditions.section_scales = decode_numbers(message.section_scales());
+  return conditions;
+}
+
+void encode_load(const scene::JointLoad& load, proto::JointLoad& message) {
+  message.set_joint(static_cast<std::uint32_t>(load.joint));
+  encode_vector(load.force, *message.mutable_force());
+  encode_vector(load.moment, *message.mutable_moment());
+  message.set_torque(load.torque);
+}
+
+std::shared_ptr<const scene::LinkageErection> decode_erection(const proto::LinkageErection& message,
+                                                              const std::string& field) {
+  auto erection = std::make_shared<scene::LinkageErection>();
+  erection->mean_angle = decode_angle(message.mean_angle_degrees(), field + ".mean_angle_degrees");
+  for (int i = 0; i < message.push_size(); ++i)
+    erection->push.push_back(decode_load(message.push(i), fmt::format("{}.push[{}]", field, i)));
+  for (int i = 0; i < message.path_degrees_size(); ++i) {
+    erection->path.push_back(
+        decode_angle(message.path_degrees(i), fmt::format("{}.path_degrees[{}]", field, i)));
+  }
+  erection->distance = message.distance();
+  return erection;
+}
+
+void encode_conditions(const scene::LinkageConditions& conditions,
+                       proto::LinkageConditions& message) {
+  for (const auto& pin : conditions.pins) {
+    auto& added = *message.add_pins();
+    added.set_joint(static_cast<std::uint32_t>(pin.joint));
+    added.set_held(encode_held(pin.held));
+    if (pin.position) encode_vector(*pin.position, *added.mutable_position());
+  }
+  for (const auto& wanted : conditions.angles) {
+    auto& added = *message.add_angles();
+    added.set_joint(static_cast<std::uint32_t>(wanted.joint));
+    added.set_angle_degrees(to_degrees(wanted.angle));
+  }
+  if (conditions.mean_angle) message.set_mean_angle_degrees(to_degrees(*conditions.mean_angle));
+  for (const auto& target : conditions.targets) {
+    auto& added = *message.add_targets();
+    added.set_id(target.id);
+    if (target.joint >= 0) {
+      added.set_joint(static_cast<std::uint32_t>(target.joint));
+    } else {
+      added.mutable_segment()->set_segment(static_cast<std::uint32_t>(target.segment));
+      added.mutable_segment()->set_share(target.share);
+    }
+    encode_vector(target.position, *added.mutable_position());
+    added.set_stiffness(target.stiffness);
+  }
+  for (const auto& load : conditions.loads) encode_load(load, *message.add_loads());
+  if (!conditions.gravity.isZero(0)) encode_vector(conditions.gravity, *message.mutable_gravity());
+  encode_numbers(conditions.segment_lengths, *message.mutable_segment_lengths());
+  encode_numbers(conditions.edge_lengths, *message.mutable_edge_lengths());
+  encode_numbers(conditions.section_scales, *message.mutable_section_scales());
+}
+
+void replace_first(std::string& text, const std::string& from, const std::string& to) {
+  if (const auto at = text.find(from); at != std::string::npos) text.replace(at, from.size(), to);
+}
+
+/// In the message, a point on a segment is one of the two kinds of place that a target has.
+std::string condition_field(std::string field) {
+  if (field == "mean_angle") return "mean_angle_degrees";
+  if (field.starts_with("angles[") && field.ends_with(".angle")) return field + "_degrees";
+  if (field.starts_with("targets[")) {
+    if (field.ends_with(".segment")) return field + ".segment";
+    replace_first(field, ".share", ".segment.share");
+  }
+  return field;
+}
+
+rods::BendingForm decode_bending(proto::RodBending bending) {
+  switch (bending) {
+    case proto::ROD_BENDING_AVERAGED_FRAMES:
+      return rods::BendingForm::kAveragedFrames;
+    case proto::ROD_BENDING_TURNING_ANGLE:
+      return rods::BendingForm::kTurningAngle;
+    default:
+      return rods::BendingForm::kMaterialFrames;
+  }
+}
+
+proto::RodBending encode_bending(rods::BendingForm form) {
+  switch (form) {
+    case rods::BendingForm::kAveragedFrames:
+      return proto::ROD_BENDING_AVERAGED_FRAMES;
+    case rods::BendingForm::kTurningAngle:
+      return proto::ROD_BENDING_TURNING_ANGLE;
+    case rods::BendingForm::kMaterialFrames:
+      break;
+  }
+  return proto::ROD_BENDING_MATERIAL_FRAMES;
+}
+
+}  // namespace
+
+proto::LinkageErection encode_erection(const scene::LinkageErection& erection) {
+  proto::LinkageErection message;
+  message.set_mean_angle_degrees(to_degrees(erection.mean_angle));
+  for (const auto& load : erection.push) encode_load(load, *message.add_push());
+  for (const double angle : erection.path) message.add_path_degrees(to_degrees(angle));
+  message.set_distance(erection.distance);
+  return message;
+}
+
+double to_degrees(double radian) { return radian * (180 / std::numbers::pi); }
+
+double decode_angle(double degrees, const std::string& field, std::optional<int> joint) {
+  if (std::abs(degrees) < 180) return degrees * (std::numbers::pi / 180);  // NaN is none
+  throw Refusal(proto::ERROR_CODE_OUT_OF_RANGE, field,
+                fmt::format("{:g} degrees cannot be reached{}, must be in (-180, 180)", degrees,
+                            joint ? fmt::format(" by joint {}", *joint) : ""));
+}
+
+scene::JointPin decode_pin(const proto::JointPin& message, const std::string& field) {
+  scene::JointPin pin;
+  pin.joint = decode_index(message.joint(), field + ".joint");
+  pin.held = decode_held(message.held());
+  if (message.has_position()) pin.position = decode_vector(message.position());
+  return pin;
+}
+
+scene::LinkageTarget decode_target(const proto::LinkageTarget& message, const std::string& field) {
+  scene::LinkageTarget target;
+  target.id = message.id();
+  switch (message.at_case()) {
+    case proto::LinkageTarget::kJoint:
+      target.joint = decode_index(message.joint(), field + ".joint");
+      break;
+    case proto::LinkageTarget::kSegment:
+      target.segment = decode_index(message.segment().segment(), field + ".segment.segment");
+      if (message.segment().has_share()) target.share = message.segment().share();
+      break;
+    case proto::LinkageTarget::AT_NOT_SET:
+      throw invalid(field, "a joint or a segment is expected");
+  }
+  if (!message.has_position()) throw invalid(field + ".position", "missing");
+  target.position = decode_vector(message.position());
+  target.stiffness = message.stiffness();
+  return target;
+}
+
+scene::JointLoad decode_load(const proto::JointLoad& message, const std::string& field) {
+  return {decode_index(message.joint(), field + ".joint"), decode_vector(message.force()),
+          decode_vector(message.moment()), message.torque()};
+}
+
+scene::Linkage decode_linkage(const proto::Scene& message, const std::string& prefix,
+                              const LineLoader& load_lines) {
+  demand_no_body(message, prefix);
+  const proto::RodLinkage& given = message.linkage();
+  const std::string field = prefix + "linkage";
+  scene::Linkage linkage;
+  linkage.name = message.name();
+  if (message.has_length_unit_in_metres())
+    linkage.length_unit_in_metres = message.length_unit_in_metres();
+  if (given.has_edges_per_segment()) {
+    if (given.edges_per_segment() < 3 || given.edges_per_segment() > kMaxEdges) {
+      throw Refusal(proto::ERROR_CODE_OUT_OF_RANGE, field + ".edges_per_segment",
+                    fmt::format("{} must be in [3, {}]", given.edges_per_segment(), kMaxEdges));
+    }
+    linkage.edges_per_segment = static_cast<int>(given.edges_per_segment());
+  }
+  linkage.section = decode_section(given.section(), field + ".section");
+  linkage.stiff_axis =
+      given.stiff_axis() == proto::STIFF_AXIS_D2 ? rods::StiffAxis::kD2 : rods::StiffAxis::kD1;
+  linkage.bending = decode_bending(given.bending());
+  linkage.rest_lengths = given.rest_lengths() == proto::REST_LENGTHS_LEAST_STRESS
+                             ? scene::RestLengthChoice::kLeastStress
+                             : scene::RestLengthChoice::kAsDrawn;
+  const auto& material = given.material();
+  if (material.has_youngs_modulus()) linkage.youngs_modulus = material.youngs_modulus();
+  if (material.has_poissons_ratio()) linkage.poissons_ratio = material.poissons_ratio();
+  if (material.has_density()) linkage.density = material.density();
+  linkage.conditions = decode_conditions(given.conditions(), field + ".conditions");
+  if (given.has_erection())
+    linkage.conditions.erection = decode_erection(given.erection(), field + ".erection");
+  if (given.has_shape()) linkage.shape = decode_linkage_shape(given.shape(), field + ".shape");
+  if (given.shape().has_conditions()) {
+    linkage.shape_conditions =
+        decode_conditions(given.shape().conditions(), field + ".shape.conditions");
+  }
+  linkage.lines = decode_lines(given.lines(), field + ".lines", load_lines);
+  return linkage;
+}
+
+proto::Scene encode_linkage(const scene::Linkage& linkage) {
+  proto::Scene message;
+  message.set_name(linkage.name);
+  message.set_length_unit_in_metres(linkage.length_unit_in_metres);
+  auto& given = *message.mutable_linkage();
+  given.set_edges_per_segment(static_cast<std::uint32_t>(linkage.edges_per_segment));
+  *given.mutable_section() = encode_section(linkage.section);
+  given.set_stiff_axis(linkage.stiff_axis == rods::StiffAxis::kD2 ? proto::STIFF_AXIS_D2
+                                                                  : proto::STIFF_AXIS_D1);
+  given.set_bending(encode_bending(linkage.bending));
+  given.set_rest_lengths(linkage.rest_lengths == scene::RestLengthChoice::kLeastStress
+                             ? proto::REST_LENGTHS_LEAST_STRESS
+                             : proto::REST_LENGTHS_AS_DRAWN);
+  given.mutable_material()->set_youngs_modulus(linkage.youngs_modulus);
+  given.mutable_material()->set_poissons_ratio(linkage.poissons_ratio);
+  given.mutable_material()->set_density(linkage.density);
+  encode_conditions(linkage.conditions, *given.mutable_conditions());
+  if (linkage.conditions.erection)
+    *given.mutable_erection() = encode_erection(*linkage.conditions.erection);
+  if (linkage.shape) *given.mutable_shape() = encode_linkage_shape(*linkage.shape);
+  if (linkage.shape_conditions)
+    encode_conditions(*linkage.shape_conditions, *given.mutable_shape()->mutable_conditions());
+  return message;
+}
+
+std::string linkage_field_in(const proto::Scene& message, const std::string& field) {
+  const proto::RodLinkage& given = message.linkage();
+  const auto after = [&](const char* start) { return field.substr(std::string(start).size()); };
+  if (field == "lines" || field.starts_with("lines.")) {
+    const auto* source = given.lines().GetReflection()->GetOneofFieldDescriptor(
+        given.lines(), proto::LineSource::descriptor()->FindOneofByName("source"));
+    const std::string name = source == nullptr ? "" : "." + source->name();
+    // Of a file the whole is meant: its lines are no fields of the message.
+    return "linkage.lines" + name + (given.lines().has_arrays() ? after("lines") : "");
+  }
+  if (field.starts_with("section.")) return "linkage." + section_field_in(given.section(), field);
+  if (field.starts_with("conditions.erection.")) {
+    std::string name = after("conditions.");
+    if (name == "erection.mean_angle") name += "_degrees";
+    replace_first(name, ".path[", ".path_degrees[");
+    return "linkage." + name;
+  }
+  if (field.starts_with("conditions."))
+    return "linkage.conditions." + condition_field(after("conditions."));
+  if (field == "youngs_modulus" || field == "poissons_ratio" || field == "density")
+    return "linkage.material." + field;
+  if (field.starts_with("shape.conditions."))
+    return "linkage.shape.conditions." + condition_field(after("shape.conditions."));
+  if (field.starts_with("shape.")) return "linkage." + field;
+  if (field.starts_with("edges_per_segment")) return "linkage.edges_per_segment";
+  return field;
+}
+
+}  // namespace limber::server

@@ -1,0 +1,43 @@
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <string>
+
+#include "engine/scene/linkage.h"
+#include "limber/v1/scene.pb.h"
+#include "server/wire/errors.h"
+
+namespace limber::server {
+
+/// Resolves every source of lines but arrays: files, samples. `field` is the path of the source for
+/// errors.
+using LineLoader =
+    std::function<rods::LineMesh(const proto::LineSource& source, const std::string& field)>;
+
+/// The linkage of a scene that has one; what is left out gets the defaults the .proto states.
+/// Numbers are checked as far as the wire goes; the engine does the rest.
+/// @param prefix  path of the message, "scene." or empty
+/// @throws Refusal or Error with a path below `prefix`; also for fields that only bodies have
+[[nodiscard]] scene::Linkage decode_linkage(const proto::Scene& message, const std::string& prefix,
+                                            const LineLoader& load_lines);
+/// As a scene, without its lines: the caller sets those where it knows a short source.
+[[nodiscard]] proto::Scene encode_linkage(const scene::Linkage& linkage);
+
+/// The engine names fields of its own values; this is the same place in the message that the client
+/// sent. What has no other name stays.
+[[nodiscard]] std::string linkage_field_in(const proto::Scene& message, const std::string& field);
+
+[[nodiscard]] proto::LinkageErection encode_erection(const scene::LinkageErection& erection);
+[[nodiscard]] scene::JointPin decode_pin(const proto::JointPin& message, const std::string& field);
+[[nodiscard]] scene::LinkageTarget decode_target(const proto::LinkageTarget& message,
+                                                 const std::string& field);
+[[nodiscard]] scene::JointLoad decode_load(const proto::JointLoad& message,
+                                           const std::string& field);
+/// In radian. @param joint  whose angle it is, for the message; empty: a mean, or a bound
+/// @throws Refusal OUT_OF_RANGE unless it is in (-180, 180)
+[[nodiscard]] double decode_angle(double degrees, const std::string& field,
+                                  std::optional<int> joint = {});
+[[nodiscard]] double to_degrees(double radian);
+
+}  // namespace limber::server

@@ -1,0 +1,71 @@
+#include "server/kinds/linkages/scenes.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "engine/scene/formats/line_formats.h"
+#include "engine/scene/samples/linkage_samples.h"
+#include "engine/session/linkages/remarks.h"
+#include "server/wire/faults.h"
+#include "server/wire/issues.h"
+
+namespace limber::server {
+namespace {
+
+/// Reduced variables, Hessian, its factor with room for fill, a path of shapes: a guess on the safe
+/// side.
+constexpr std::uint64_t kBytesPerEdge = 24'000;
+
+}  // namespace
+
+LineLoader line_loader(PathResolver resolve) {
+  return [resolve = std::move(resolve)](const proto::LineSource& source, const std::string& field) {
+    auto lines = read_lines(
+        source, field, resolve, [](const auto& path) { return scene::read_line_mesh_file(path); },
+        [](const auto& name, const auto& content) { return scene::read_line_mesh(name, content); });
+    if (lines) return std::move(*lines);
+    return read_at(field + ".sample",
+                   [&] { return scene::make_linkage_sample(source.sample()).lines; });
+  };
+}
+
+proto::Scene linkage_sample_scene(const std::string& name) {
+  proto::Scene message = encode_linkage(scene::make_linkage_sample(name));
+  message.mutable_linkage()->mutable_lines()->set_sample(name);
+  return message;
+}
+
+session::LinkageCheck check_linkage(const scene::Linkage& linkage, std::uint64_t session_bytes) {
+  const auto edges = static_cast<std::uint64_t>(linkage.lines.edge_count()) *
+                     static_cast<std::uint64_t>(linkage.edges_per_segment);
+  if (session_bytes > 0 && edges * kBytesPerEdge > session_bytes) {
+    throw limit_exceeded("scene", "estimated bytes of the session", session_bytes,
+                         edges * kBytesPerEdge);
+  }
+  return session::check_linkage(linkage);
+}
+
+std::vector<proto::Issue> linkage_issues(const proto::Scene& message, const std::string& prefix,
+                                         const LineLoader& load_lines,
+                                         std::uint64_t session_bytes) {
+  Faults faults(Faults::Mode::kCollect);
+  std::vector<proto::Issue> issues;
+  faults.try_to([&] {
+    const scene::Linkage linkage = decode_linkage(message, prefix, load_lines);
+    const auto check = check_linkage(linkage, session_bytes);
+    faults.try_each(prefix + "linkage", static_cast<int>(check.issues.size()), [&](int i) {
+      const scene::Issue& issue = check.issues[static_cast<std::size_t>(i)];
+      with_linkage_fields(message, prefix,
+                          [&] { throw Error(issue.code, issue.field, issue.message); });
+    });
+    if (!check.issues.empty()) return;
+    for (scene::Issue issue : session::linkage_remarks(linkage)) {
+      issue.field = linkage_field_in(message, issue.field);
+      issues.push_back(encode_issue(issue, prefix));
+    }
+  });
+  for (const auto& fault : faults.found()) issues.push_back(encode_fault(fault));
+  return issues;
+}
+
+}  // namespace limber::server

@@ -1,0 +1,114 @@
+#include "server/runtime/frame_streams.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <boost/asio/post.hpp>
+
+#include "server/log/log.h"
+#include "server/runtime/stream_message.h"
+
+namespace limber::server {
+namespace {
+
+/// A message of the stream holds at most so many bytes of frames; longer motions come in several.
+constexpr std::uint64_t kChunkBytes = 64ull << 20;
+
+constexpr std::array<proto::Encoding, 3> kEncodings{
+    proto::ENCODING_COORDINATES, proto::ENCODING_POSITIONS, proto::ENCODING_POSITIONS_QUANTISED};
+constexpr unsigned kCoordinates = 1, kAll = 7;
+
+}  // namespace
+
+FrameStreams::FrameStreams(Hub& hub, SessionKey session) : hub_(hub), session_(std::move(session)) {
+  const std::string base = fmt::format("session/{}/body/0/", session_.name);
+  topics_ = {base + "coordinates", base + "positions", base + "quantised"};
+}
+
+void FrameStreams::note(const std::shared_ptr<const FrameSource>& result) {
+  {
+    const std::lock_guard lock(mutex_);
+    // Two threads tell of results while a session opens: the older one never replaces the newer.
+    if (newest_ && newest_->sequence() > result->sequence()) return;
+    newest_ = result;
+  }
+  if (hub_.transport.wanted(topics_[0])) {
+    const std::lock_guard order(coordinates_);
+    publish(0, *result);
+  }
+  request(kAll & ~kCoordinates);
+}
+
+void FrameStreams::welcome(const std::string& prefix) {
+  unsigned topics = 0;
+  for (std::size_t i = 0; i < kTopics; ++i) {
+    if (topics_[i].compare(0, prefix.size(), prefix) == 0) topics |= 1u << i;
+  }
+  request(topics);
+}
+
+void FrameStreams::close() {
+  const std::lock_guard lock(mutex_);
+  closed_ = true;
+}
+
+void FrameStreams::request(unsigned topics) {
+  for (std::size_t i = 0; i < kTopics; ++i) {
+    if (!hub_.transport.wanted(topics_[i])) topics &= ~(1u << i);
+  }
+  if (topics == 0) return;
+  {
+    const std::lock_guard lock(mutex_);
+    if (closed_ || !newest_) return;
+    due_ |= topics;
+    if (std::exchange(encoding_, true)) return;
+  }
+  boost::asio::post(hub_.request_pool, [self = shared_from_this()] { self->encode_due(); });
+}
+
+void FrameStreams::encode_due() {
+  while (true) {
+    std::unique_lock<std::mutex> order;
+    unsigned due = 0;
+    {
+      const std::lock_guard lock(mutex_);
+      due = std::exchange(due_, 0);
+      if (due == 0 || closed_ || hub_.stopping.load()) {
+        encoding_ = false;
+        return;
+      }
+    }
+    try {
+      for (std::size_t i = 0; i < kTopics; ++i) {
+        if ((due >> i & 1u) == 0) continue;
+        if (i == 0) order = std::unique_lock(coordinates_);
+        std::shared_ptr<const FrameSource> newest;
+        {
+          const std::lock_guard lock(mutex_);
+          newest = newest_;
+        }
+        publish(i, *newest);
+        if (order) order.unlock();
+      }
+    } catch (const std::exception& fault) {  // out of memory: this publication is lost
+      log::error("frames of {}: {}", session_.name, fault.what());
+    }
+  }
+}
+
+void FrameStreams::publish(std::size_t topic, const FrameSource& result) {
+  const int frames = result.frame_count();
+  const std::uint64_t per_frame = std::max<std::uint64_t>(1, result.bytes(kEncodings[topic], 1));
+  const int step =
+      static_cast<int>(std::clamp<std::uint64_t>(kChunkBytes / per_frame, 1, 1u << 30));
+  std::vector<StreamBytes> messages;
+  for (int first = 0; first < frames; first += std::min(step, frames - first)) {
+    auto message = stream_message(hub_.run, session_.name, session_.uid);
+    *message.mutable_frames() =
+        result.encode(kEncodings[topic], {first, std::min(step, frames - first)});
+    messages.push_back(message.SerializeAsString());
+  }
+  hub_.transport.publish(topics_[topic], std::move(messages));
+}
+
+}  // namespace limber::server

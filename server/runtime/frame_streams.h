@@ -1,0 +1,43 @@
+#pragma once
+
+#include <array>
+#include <memory>
+#include <mutex>
+#include <string>
+
+#include "server/runtime/hub.h"
+#include "server/wire/frame_source.h"
+
+namespace limber::server {
+
+/// The three frame topics of one session. Coordinates leave the moment a result is published;
+/// positions, which have to be computed, are made on another thread from the newest result:
+/// results that come while one is made are skipped. Nothing is encoded for a topic without
+/// subscribers. Thread-safe.
+class FrameStreams : public std::enable_shared_from_this<FrameStreams> {
+ public:
+  FrameStreams(Hub& hub, SessionKey session);
+
+  void note(const std::shared_ptr<const FrameSource>& result);
+  /// Somebody subscribed to `prefix`: the newest frames of matching topics are sent again, so that
+  /// nobody has to wait for the next edit.
+  void welcome(const std::string& prefix);
+  void close();
+
+ private:
+  static constexpr std::size_t kTopics = 3;
+  void publish(std::size_t topic, const FrameSource& result);
+  void request(unsigned topics);  // bits
+  void encode_due();
+
+  Hub& hub_;
+  const SessionKey session_;
+  std::array<std::string, kTopics> topics_;
+  std::mutex coordinates_;  // one publication at a time, so that none overtakes a newer one
+  std::mutex mutex_;        // of what follows
+  std::shared_ptr<const FrameSource> newest_;
+  unsigned due_ = 0;  // topics to be made from newest_, by the encoder
+  bool encoding_ = false, closed_ = false;
+};
+
+}  // namespace limber::server

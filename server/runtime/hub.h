@@ -1,0 +1,41 @@
+#pragma once
+
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/thread_pool.hpp>
+#include <memory>
+
+#include "engine/session/core/executor.h"
+#include "server/runtime/job_registry.h"
+#include "server/runtime/open_requests.h"
+#include "server/runtime/options.h"
+#include "server/runtime/run.h"
+#include "server/transport/transport.h"
+
+namespace limber::server {
+
+/// What every part of the service shares. Outlives all sessions.
+struct Hub {
+  explicit Hub(ServerOptions given);
+  void publish_job(const proto::JobStatus& status);
+  /// Runs tasks of sessions.
+  [[nodiscard]] session::Executor session_executor();
+
+  ServerOptions options;
+  const Run run = Run::begin();
+  RunIds session_ids{run.first_id};
+  Counters counters;
+  boost::asio::io_context control{1};  // timers and signals, one thread
+  Transport transport;
+  JobRegistry jobs;
+  OpenRequests open_requests;
+  std::atomic<bool> stopping{false};
+  const std::chrono::steady_clock::time_point started = std::chrono::steady_clock::now();
+  // Last, so that their threads end before anything they use does.
+  boost::asio::thread_pool session_pool;  // builds and solves
+  boost::asio::thread_pool request_pool;  // heavy requests, encoding of frames
+};
+
+/// Topic of all jobs.
+inline constexpr const char* kJobsTopic = "jobs";
+
+}  // namespace limber::server

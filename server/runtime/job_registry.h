@@ -1,0 +1,109 @@
+#pragma once
+
+#include <boost/asio/io_context.hpp>
+#include <chrono>
+#include <deque>
+#include <functional>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "engine/session/core/values.h"
+#include "server/runtime/job_motion.h"
+#include "server/runtime/run.h"
+#include "server/runtime/ticket.h"
+#include "server/runtime/timers.h"
+
+namespace limber::server {
+
+using JobId = std::uint64_t;
+
+/// What a job leaves behind besides its state.
+struct JobProduct {
+  proto::MeshArrays mesh;
+  std::shared_ptr<const JobMotion> motion;
+  std::optional<proto::SimulationReport> simulation;
+  std::optional<proto::RecoveryReport> recovery;
+  std::optional<proto::TetrahedralizationReport> tetrahedralization;
+  std::vector<proto::Issue> issues;
+  std::optional<proto::BeamSolution> beams;
+  std::vector<proto::ExportedFile> files;
+};
+
+/// Long work: what it is, how far it is, how it ended. The newest finished ones are kept; the
+/// meshes and motions of fewer. Thread-safe. Every change is told to the listener of the registry
+/// (the stream), in order: after the end of a job nobody is told that it runs.
+class JobRegistry {
+ public:
+  /// Called with the registry's lock, which is what keeps the order: it must not call back.
+  using OnChange = std::function<void(const proto::JobStatus&)>;
+  using Cancel = std::function<void()>;
+
+  /// @param first_id  ids are greater
+  JobRegistry(boost::asio::io_context& control, std::uint32_t limit, OnChange on_change,
+              std::uint64_t first_id = 0)
+      : control_(control), limit_(limit), on_change_(std::move(on_change)), ids_(first_id) {}
+
+  /// @param cancel  what to do when somebody asks the job to stop; called without locks
+  /// @throws Refusal LIMIT_EXCEEDED when as many are running as may
+  JobId start(const std::string& kind, const std::string& session, Cancel cancel);
+  void progress(JobId job, const session::Progress& progress);
+  /// The first end counts; of a job that was asked to stop, failure means cancelled.
+  void done(JobId job, JobProduct product = {});
+  void failed(JobId job, const proto::Error& error);
+  void cancelled(JobId job);
+  /// @throws Refusal NOT_FOUND; a job that has ended is left as it is
+  void cancel(JobId job);
+
+  /// @throws Refusal NOT_FOUND; RESTARTED for a job of another run, as all calls with a job
+  [[nodiscard]] proto::JobStatus status(JobId job) const;
+  [[nodiscard]] std::vector<proto::JobStatus> list() const;
+  /// Tells of every running job once more, for a listener that has just come.
+  void tell_running() const;
+  /// @throws Refusal NOT_FOUND; FAILED_PRECONDITION where it runs, made no motion, or is too old
+  [[nodiscard]] std::shared_ptr<const JobMotion> motion(JobId job) const;
+  /// Answers at once, or when the job has ended, or after `seconds` with the state then.
+  void get(JobId job, double seconds, const SharedTicket& ticket);
+  /// Nobody reads the answers to this client's requests: it is gone.
+  void abandon(const std::string& client);
+  /// Asks every running job to stop and answers everybody who waits.
+  void shut_down();
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  struct Waiter {
+    SharedTicket ticket;
+    Deadline deadline;
+  };
+  struct Job {
+    proto::JobStatus status;
+    Clock::time_point started, told;
+    Cancel cancel;
+    bool asked_to_stop = false;
+    JobProduct product;
+    std::vector<Waiter> waiters;
+    [[nodiscard]] bool running() const { return status.state() == proto::JOB_STATE_RUNNING; }
+  };
+
+  void end(JobId job, proto::JobState state, const proto::Error* error, JobProduct product);
+  void late(JobId job, const SharedTicket& ticket);
+  [[nodiscard]] const Job& find(JobId job) const;
+  [[nodiscard]] static proto::JobStatus status_of(const Job& job);
+  [[nodiscard]] static proto::Reply reply_of(const Job& job);
+  void forget_oldest();
+
+  boost::asio::io_context& control_;
+  std::uint32_t limit_;
+  OnChange on_change_;
+  mutable std::mutex mutex_;
+  std::map<JobId, Job> jobs_;
+  std::deque<JobId> finished_;  // oldest first
+  std::deque<JobId> motions_;   // of these, those whose motion is kept
+  RunIds ids_;
+  std::uint32_t running_ = 0;
+};
+
+}  // namespace limber::server

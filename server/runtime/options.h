@@ -1,0 +1,47 @@
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <filesystem>
+#include <vector>
+
+#include "server/transport/transport.h"
+
+namespace limber::server {
+
+/// Enforced, and named in the errors that enforce them.
+struct ServiceLimits {
+  std::uint32_t sessions = 16;
+  std::uint64_t mesh_tets = 500'000;
+  std::uint32_t frames = 100'000;
+  std::uint32_t constraints = 4096;          // per session
+  std::uint32_t jobs = 8;                    // running at once
+  std::uint64_t session_bytes = 8ull << 30;  // estimated before a session is built
+  std::uint32_t waits = 10'000;              // requests that wait for a result or a job
+  std::uint32_t client_requests = 1000;      // of one client that wait or run
+  std::uint32_t sure_requests = 64;  // of one client that may wait whatever others have waiting
+  std::uint64_t queued_request_bytes = 1ull << 30;  // of heavy requests that wait for a thread
+};
+
+/// Whether a client may end the server by a Shutdown request. Signals always may.
+enum class ShutdownRequests { kRefused, kAllowed };
+
+struct ServerOptions {
+  TransportOptions transport;
+  ShutdownRequests shutdown_requests = ShutdownRequests::kRefused;
+  ServiceLimits limits;
+  std::vector<std::filesystem::path> mesh_roots;  // MeshSource.path may name files below these
+  std::filesystem::path cache_folder;             // of built models; empty: none
+  int session_threads = 0;  // builds and solves; 0: --max-jobs and the number of cores together
+  int request_threads = 3;  // heavy requests: parsing of meshes, encoding of frames, long edits
+  std::chrono::milliseconds grace{2000};  // from the wish to stop to the end
+
+  /// How often the status of every session is told again to its subscribers: whoever missed the
+  /// last frames of a motion learns from it that there are newer ones.
+  std::chrono::milliseconds status_interval{2000};
+
+  /// @throws Refusal naming the option
+  void validate() const;
+};
+
+}  // namespace limber::server

@@ -1,0 +1,120 @@
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "engine/session/core/values.h"
+#include "server/runtime/frame_streams.h"
+#include "server/runtime/hub.h"
+#include "server/runtime/result_waiters.h"
+
+namespace limber::server {
+
+/// What the service knows of one session besides the session, whatever it is of: who waits, who
+/// watches, which jobs are its.
+///
+/// Lock order: no lock of this class is held while the session is called.
+class Record : public std::enable_shared_from_this<Record> {
+ public:
+  /// The job of the building is told how it goes.
+  Record(Hub& hub, SessionKey key, std::string name, JobId open_job);
+  virtual ~Record() = default;
+  Record(const Record&) = delete;
+  Record& operator=(const Record&) = delete;
+
+  [[nodiscard]] const std::string& id() const { return key_.name; }
+  [[nodiscard]] const SessionKey& key() const { return key_; }
+  /// Kind::name() of its kind.
+  [[nodiscard]] virtual const char* kind() const = 0;
+  /// For messages: what a session of this kind is of.
+  [[nodiscard]] virtual const char* subject() const = 0;
+  /// Whether one edit is soon done, whatever it is: what it validates is small. Any thread, without
+  /// waiting.
+  [[nodiscard]] virtual bool edits_are_light() const { return true; }
+  /// The build failed or was cancelled, and nobody has asked for another.
+  [[nodiscard]] bool failed() const;
+  [[nodiscard]] proto::SessionStatus status() const;
+  [[nodiscard]] ResultWaiters& waiters() { return waiters_; }
+
+  /// Frames of the newest result, or of the newest final one.
+  /// @throws Error{kNotFound} once it is closed; {kFailedPrecondition} before there are any
+  [[nodiscard]] virtual std::shared_ptr<const FrameSource> frames(bool final_only) const = 0;
+  /// @throws as frames()
+  [[nodiscard]] virtual proto::GetGeometryResponse geometry(
+      const std::string& known_basis_hash) const = 0;
+
+  /// @throws Refusal or Error naming fields of the request
+  [[nodiscard]] virtual proto::EditResponse edit(const proto::EditRequest& request) = 0;
+  /// The scene as edited, as much of it as the request wants.
+  virtual void add_scene(const proto::GetSessionRequest& request,
+                         proto::GetSessionResponse& response) const = 0;
+  /// @throws Refusal naming `format` for one that this kind has not, OUT_OF_RANGE naming `part`
+  [[nodiscard]] virtual proto::ExportResponse export_part(const proto::ExportRequest& request) = 0;
+  /// Requests about a session that this kind alone has (such as solve_cold, start_design).
+  /// @returns false where it has no such request
+  [[nodiscard]] virtual bool answer(const proto::Request&, proto::Reply&) { return false; }
+  /// The refusal of such a request by the other kinds.
+  /// @param what  that they have not, for the message
+  [[nodiscard]] Error lacks(const char* what) const;
+
+  /// Of CancelRequest: stops the session's work; who waits is told.
+  void cancel();
+  void welcome(const std::string& prefix);
+  /// To the subscribers of the status topic, if there are any.
+  void publish_status();
+  /// Ends the session; no task of it runs any more. @throws Error{kNotFound} once it is closed
+  void close();
+  /// Everything that is open ends; who waits gets `fault`.
+  void end(const std::exception& fault);
+
+  /// Of the session alone. @throws Error{kNotFound} once it is closed
+  virtual void stop_work() = 0;
+  /// Closes the session and lets it go; who waits is not told. @throws Error{kNotFound}
+  virtual void close_session() = 0;
+
+ protected:
+  [[nodiscard]] Error closed() const;
+  /// What is told of a session of this kind. Called without the lock.
+  virtual void describe(proto::SessionStatus& status) const = 0;
+  /// The session and its model are there: streams may begin. Called without the lock.
+  virtual void adopt_model() = 0;
+  [[nodiscard]] virtual bool is_attached() const = 0;  // called with the lock
+  /// Somebody subscribed to a prefix: topics that sessions of this kind alone have.
+  virtual void welcome_more(const std::string&) {}
+  /// The newest result is final: jobs that it ends besides the opening. Called with the lock.
+  virtual void take_ended_jobs(std::vector<JobId>&) {}
+
+  void note_progress(const session::Progress& progress);
+  void note_state(session::State state, const std::string& message);
+  /// @param keep  called with the lock: keeps the result, and says what of it is streamed, if any
+  /// @param check  whether an amendment of this result, if it is final, will follow
+  void note_result(const std::shared_ptr<const proto::ResultInfo>& info,
+                   const std::function<std::shared_ptr<const FrameSource>()>& keep,
+                   ResultWaiters::Check check = ResultWaiters::Check::kDone);
+
+  Hub& hub_;
+  ResultWaiters waiters_;
+  const std::shared_ptr<FrameStreams> streams_;
+  mutable std::mutex mutex_;  // of what follows, and of what subclasses have
+  session::State state_ = session::State::kBuilding;
+  std::string message_;
+  /// Of work that was asked for after the opening.
+  std::optional<JobId> later_job_;
+
+ private:
+  [[nodiscard]] std::vector<JobId> take_jobs();
+  [[nodiscard]] std::optional<JobId> take_job(std::optional<JobId>& job);
+
+  const SessionKey key_;
+  const std::string name_, status_topic_;
+  session::Progress progress_;
+  std::shared_ptr<const proto::ResultInfo> newest_info_;
+  bool build_cancelled_ = false;
+  std::optional<JobId> open_job_;
+};
+
+}  // namespace limber::server

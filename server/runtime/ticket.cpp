@@ -1,0 +1,97 @@
+#include "server/runtime/ticket.h"
+
+#include "server/log/log.h"
+#include "server/wire/errors.h"
+
+namespace limber::server {
+
+Ticket::Ticket(Transport& transport, Counters& counters, OpenRequests& open, Address address,
+               std::uint64_t id, std::string instance)
+    : transport_(transport),
+      counters_(counters),
+      open_(open),
+      client_(address.envelope.front()),
+      address_(std::move(address)),
+      id_(id),
+      instance_(std::move(instance)) {
+  address_.request_id = id;
+  open_.begin(client_);
+}
+
+Ticket::~Ticket() {
+  if (!answered()) refuse(shutting_down());
+}
+
+bool Ticket::answer(proto::Reply reply) { return answer(std::move(reply), Keep::kReply); }
+
+bool Ticket::answer(proto::Reply reply, Keep keep) {
+  if (answered_.exchange(true)) return false;
+  reply.set_version(1);
+  reply.set_id(id_);
+  reply.set_instance(instance_);
+  if (reply.has_error()) {
+    counters_.errors.fetch_add(1, std::memory_order_relaxed);
+    if (reply.error().code() == proto::ERROR_CODE_INTERNAL)
+      log::error("internal fault: {}", reply.error().message());
+  }
+  std::string bytes = reply.SerializeAsString();
+  std::shared_ptr<Ticket> repeated;
+  if (replies_ != nullptr) {
+    repeated = keep == Keep::kReply ? replies_->answer(key_, bytes, StoredReplies::Clock::now())
+                                    : replies_->forget(key_);
+  }
+  if (repeated) repeated->answer_again(bytes);
+  deliver(std::move(bytes));
+  return true;
+}
+
+void Ticket::deliver(std::string reply) {
+  open_.answered(client_);
+  transport_.send(std::move(address_), std::move(reply));
+  open_.end();
+}
+
+void Ticket::keep_reply(StoredReplies& replies, RequestKey key) {
+  replies_ = &replies;
+  key_ = std::move(key);
+}
+
+void Ticket::answer_again(std::string reply) {
+  if (answered_.exchange(true)) return;
+  deliver(std::move(reply));
+}
+
+std::shared_ptr<Ticket> Ticket::abandon() {
+  if (answered_.exchange(true)) return nullptr;
+  counters_.dropped_replies.fetch_add(1, std::memory_order_relaxed);
+  open_.answered(client_);
+  open_.end();
+  if (replies_ == nullptr) return nullptr;
+  auto heir = replies_->abandon(key_);
+  if (heir) heir->keep_reply(*replies_, key_);
+  return heir;
+}
+
+void Ticket::absorb() {
+  if (answered_.exchange(true)) return;
+  open_.answered(client_);
+  open_.end();
+}
+
+bool Ticket::refuse(const std::exception& fault, const std::string& prefix) {
+  return refuse(fault, prefix, Keep::kReply);
+}
+
+bool Ticket::refuse_unbegun(const std::exception& fault) {
+  return refuse(fault, "", Keep::kNothing);
+}
+
+bool Ticket::refuse(const std::exception& fault, const std::string& prefix, Keep keep) {
+  proto::Reply reply;
+  *reply.mutable_error() = error_to_proto(fault, prefix);
+  log::debug("request {} refused: {} {}: {}", id_, proto::ErrorCode_Name(reply.error().code()),
+             reply.error().field(), reply.error().message());
+  return answer(std::move(reply), keep);
+}
+
+}  // namespace limber::server

@@ -1,0 +1,68 @@
+#pragma once
+
+#include <atomic>
+#include <exception>
+#include <memory>
+#include <string>
+
+#include "limber/v1/service.pb.h"
+#include "server/runtime/open_requests.h"
+#include "server/runtime/stored_replies.h"
+#include "server/transport/transport.h"
+
+namespace limber::server {
+
+namespace proto = limber::v1;
+
+/// One request that must be answered, once. Shared by whoever may answer; the first answer counts.
+/// If all let it go unanswered, it answers that the server is going down (its task was dropped), so
+/// nobody waits forever.
+class Ticket {
+ public:
+  /// @param instance  of the run, for the reply
+  Ticket(Transport& transport, Counters& counters, OpenRequests& open, Address address,
+         std::uint64_t id, std::string instance = "");
+  ~Ticket();
+  Ticket(const Ticket&) = delete;
+  Ticket& operator=(const Ticket&) = delete;
+
+  /// Sets version and id. @returns false if it was answered before
+  bool answer(proto::Reply reply);
+  /// @param prefix  for fields the engine named, e.g. "scene."
+  bool refuse(const std::exception& fault, const std::string& prefix = "");
+  /// As refuse(), before anything of the request was done: it may come again under the same id.
+  bool refuse_unbegun(const std::exception& fault);
+  /// From now on its end is told to `replies`. Before it is shared.
+  void keep_reply(StoredReplies& replies, RequestKey key);
+  /// The bytes of a reply that the same request got before.
+  void answer_again(std::string reply);
+  /// For a client that is gone: nothing is sent.
+  /// @returns the ticket that the request belongs to now, where the client repeated it on another
+  /// connection; else null
+  std::shared_ptr<Ticket> abandon();
+  /// A repetition to which another ticket's reply will go.
+  void absorb();
+  [[nodiscard]] const std::string& client() const { return client_; }
+  [[nodiscard]] bool answered() const { return answered_.load(); }
+
+ private:
+  enum class Keep { kReply, kNothing };  // in the stored replies
+  bool answer(proto::Reply reply, Keep keep);
+  bool refuse(const std::exception& fault, const std::string& prefix, Keep keep);
+  void deliver(std::string reply);
+
+  Transport& transport_;
+  Counters& counters_;
+  OpenRequests& open_;
+  const std::string client_;  // its routing id
+  Address address_;
+  std::uint64_t id_;
+  const std::string instance_;
+  StoredReplies* replies_ = nullptr;
+  RequestKey key_;
+  std::atomic<bool> answered_{false};
+};
+
+using SharedTicket = std::shared_ptr<Ticket>;
+
+}  // namespace limber::server

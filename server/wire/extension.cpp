@@ -1,0 +1,46 @@
+#include "server/wire/extension.h"
+
+#include <fmt/format.h>
+
+#include <vector>
+
+#include "server/wire/abbreviate.h"
+#include "server/wire/wire_check.h"
+
+namespace limber::server {
+
+void read_extension(const google::protobuf::Any& extension, const std::string& field,
+                    google::protobuf::Message& message) {
+  const std::string& wanted = message.GetDescriptor()->full_name();
+  std::string given;
+  if (!google::protobuf::Any::ParseAnyTypeUrl(extension.type_url(), &given) || given != wanted) {
+    throw invalid(field, fmt::format("a {} is expected, not '{}'", wanted,
+                                     abbreviate(extension.type_url(), 200)));
+  }
+  try {
+    check_wire(extension.value(), *message.GetDescriptor());
+  } catch (const Refusal& fault) {
+    throw Refusal(fault.code(), fault.field().empty() ? field : field + "." + fault.field(),
+                  fault.what(), fault.details());
+  }
+  if (!message.ParseFromString(extension.value()))
+    throw malformed(fmt::format("{}: the bytes are not a {}", field, wanted));
+}
+
+void demand_extension_alone(const proto::Scene& scene, const std::string& prefix) {
+  std::vector<const google::protobuf::FieldDescriptor*> fields;
+  scene.GetReflection()->ListFields(scene, &fields);
+  for (const auto* field : fields) {
+    if (field->name() == "name" || field->name() == "extension") continue;
+    throw invalid(prefix + field->name(),
+                  "is of other scenes: one with an extension has a name beside it, nothing else");
+  }
+}
+
+google::protobuf::Any write_extension(const google::protobuf::Message& message) {
+  google::protobuf::Any extension;
+  extension.PackFrom(message);
+  return extension;
+}
+
+}  // namespace limber::server

@@ -1,0 +1,28 @@
+#pragma once
+
+#include <cstdint>
+
+#include "limber/v1/service.pb.h"
+#include "server/wire/frames.h"
+
+namespace limber::server {
+
+/// The frames of one published result, whatever the session is of, to be encoded as they are
+/// wanted. Immutable, shared between threads.
+class FrameSource {
+ public:
+  FrameSource() = default;
+  virtual ~FrameSource() = default;
+  FrameSource(const FrameSource&) = delete;
+  FrameSource& operator=(const FrameSource&) = delete;
+
+  /// Of the result.
+  [[nodiscard]] virtual std::uint64_t sequence() const = 0;
+  [[nodiscard]] virtual int frame_count() const = 0;
+  /// Of so many frames, without the envelope.
+  [[nodiscard]] virtual std::uint64_t bytes(proto::Encoding encoding, int count) const = 0;
+  /// With the result that they are of. ENCODING_UNSPECIFIED is COORDINATES.
+  [[nodiscard]] virtual proto::Frames encode(proto::Encoding encoding, FrameRange range) const = 0;
+};
+
+}  // namespace limber::server

@@ -1,0 +1,33 @@
+#include "server/wire/issues.h"
+
+namespace limber::server {
+
+proto::Issue encode_issue(const scene::Issue& issue, const std::string& prefix) {
+  proto::Issue message;
+  message.set_severity(issue.severity == scene::Issue::Severity::kError
+                           ? proto::Issue::SEVERITY_ERROR
+                           : proto::Issue::SEVERITY_WARNING);
+  message.set_field(issue.field.empty() ? issue.field : prefix + issue.field);
+  message.set_message(issue.message);
+  if (issue.severity == scene::Issue::Severity::kError) message.set_code(to_proto(issue.code));
+  return message;
+}
+
+proto::Issue encode_warning(const std::string& field, const std::string& text) {
+  proto::Issue message;
+  message.set_severity(proto::Issue::SEVERITY_WARNING);
+  message.set_field(field);
+  message.set_message(text);
+  return message;
+}
+
+proto::Issue encode_fault(const Faults::Fault& fault) {
+  proto::Issue message;
+  message.set_severity(proto::Issue::SEVERITY_ERROR);
+  message.set_field(fault.field);
+  message.set_message(fault.message);
+  message.set_code(fault.code);
+  return message;
+}
+
+}  // namespace limber::server

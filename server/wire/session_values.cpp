@@ -1,0 +1,40 @@
+#include "server/wire/session_values.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace limber::server {
+
+proto::SessionState encode_state(session::State state) {
+  switch (state) {
+    case session::State::kBuilding:
+      return proto::SESSION_STATE_BUILDING;
+    case session::State::kReady:
+      return proto::SESSION_STATE_READY;
+    case session::State::kFailed:
+      return proto::SESSION_STATE_FAILED;
+    case session::State::kClosed:
+      return proto::SESSION_STATE_CLOSED;
+  }
+  return proto::SESSION_STATE_UNSPECIFIED;
+}
+
+proto::Progress encode_progress(const session::Progress& progress) {
+  proto::Progress message;
+  message.set_stage(progress.stage);
+  message.set_fraction(
+      std::isfinite(progress.fraction) ? std::min(1.0, std::max(0.0, progress.fraction)) : 0.0);
+  return message;
+}
+
+proto::ResultInfo encode_header(const session::ResultHeader& header) {
+  proto::ResultInfo info;
+  info.set_revision(header.revision);
+  info.set_sequence(header.sequence);
+  info.set_converged(header.is_final);
+  info.set_solve_failed(header.solve_failed);
+  info.set_since_edit_ms(header.since_edit_ms);
+  return info;
+}
+
+}  // namespace limber::server

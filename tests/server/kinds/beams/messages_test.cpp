@@ -1,0 +1,244 @@
+// Structures of beams and their edits between messages and values.
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "engine/beams/structure/beam_structure.h"
+#include "proto/json_text.h"
+#include "server/kinds/beams/edit.h"
+#include "server/kinds/beams/scene.h"
+#include "server/kinds/beams/solution.h"
+#include "server/wire/arrays.h"
+#include "server/wire/edit_fields.h"
+#include "tests/server/wire/refused_field.h"
+
+namespace limber::server {
+namespace {
+
+using testing::refused_field;
+
+constexpr const char* kStructure = R"({
+  "name": "portal",
+  "nodes": [{"position": {}}, {"position": {"x": 1}, "normal": {"y": 1}}, {"position": {"x": 1, "z": 2}}],
+  "sections": [{"tube": {"outer_radius": 0.02, "inner_radius": 0.01}, "young": 2e11, "poisson": 0.3, "density": 7800}],
+  "elements": [{"start": 0, "finish": 1, "start_release": {"rotations": [2]}, "rest_length": 1.01},
+               {"start": 1, "finish": 2, "kind": "BEAM_KIND_CABLE"}],
+  "supports": [{"node": 0, "fix_x": true, "fix_y": true, "fix_z": true, "fix_rotation_x": true},
+               {"node": 2, "fix_x": true, "x_axis": {"x": 1, "y": 1}, "y_axis": {"x": -3}}],
+  "motions": [{"node": 1, "y": 0, "z": 0.1, "rotation": {"x": 0.2}}],
+  "loads": [{"node": 1, "force": {"z": -5}, "moment": {"y": 1}, "follows": true}],
+  "distributed_loads": [{"element": 0, "force": {"z": -2}}],
+  "gravity": {"z": -9.81},
+  "temporary_loads": [{"node": 1, "force": {"y": 1}}]
+})";
+
+proto::Scene scene() {
+  proto::Scene message;
+  EXPECT_FALSE(json::read_message(kStructure, *message.mutable_beams()->mutable_structure()));
+  return message;
+}
+
+DecodedBeams decode_structure(const proto::Scene& message) {
+  return decode_beam_scene(message, "scene.", [](const proto::LineSource&, const std::string&) {
+    return scene::EdgeMesh();
+  });
+}
+
+TEST(BeamCodec, ScenesComeBackAsTheyWent) {
+  proto::Scene sent = scene();
+  auto& slope = *sent.mutable_beams()->mutable_structure()->mutable_supports(1);
+  slope.mutable_x_axis()->set_x(0);  // axes that nothing rounds
+  const DecodedBeams first = decode_structure(sent);
+  EXPECT_EQ(first.name, "portal");
+  const beams::BeamModel& model = first.model;
+  EXPECT_EQ(model.elements[0].start_release.rotations, (std::array<bool, 3>{false, true, false}));
+  EXPECT_EQ(model.elements[1].kind, beams::BeamKind::kCable);
+  EXPECT_EQ(model.motions[0].translates, (std::array<bool, 3>{false, true, true}));
+  EXPECT_EQ(model.loads[0].direction, beams::LoadDirection::kFollowing);
+  const proto::Scene told = encode_beam_scene(first);
+  const DecodedBeams second = decode_structure(told);
+  EXPECT_EQ(told.SerializeAsString(), encode_beam_scene(second).SerializeAsString());
+  EXPECT_EQ(second.model.supports[1].fixed, model.supports[1].fixed);
+  EXPECT_EQ(second.model.sections[0].bending_2, model.sections[0].bending_2);
+}
+
+TEST(BeamCodec, AxesOfSupportsAreMadePerpendicular) {
+  const beams::BeamSupport support = decode_structure(scene()).model.supports[1];
+  const double half = std::sqrt(0.5);
+  Eigen::Matrix3d wanted;
+  wanted << half, -half, 0, half, half, 0, 0, 0, 1;
+  EXPECT_LT((support.axes - wanted).norm(), 1e-12);
+  proto::Scene bad = scene();
+  bad.mutable_beams()->mutable_structure()->mutable_supports(1)->clear_x_axis();
+  EXPECT_EQ(refused_field([&] { decode_structure(bad); }),
+            "scene.beams.structure.supports[1].x_axis");
+  bad = scene();
+  bad.mutable_beams()->mutable_structure()->mutable_supports(1)->clear_y_axis();
+  EXPECT_EQ(refused_field([&] { decode_structure(bad); }),
+            "scene.beams.structure.supports[1].y_axis");
+}
+
+TEST(BeamCodec, WhatIsWrongIsSaidByTheNamesOfTheMessage) {
+  const auto told = [](const proto::Scene& bad) -> std::pair<std::string, std::string> {
+    try {
+      decode_structure(bad);
+    } catch (const Error& error) {
+      return {error.field(), error.what()};
+    }
+    return {"accepted", ""};
+  };
+  proto::Scene bad = scene();
+  auto* structure = bad.mutable_beams()->mutable_structure();
+  structure->mutable_sections(0)->mutable_rectangle()->set_width(0.01);
+  structure->mutable_sections(0)->mutable_rectangle()->set_height(-1);
+  EXPECT_EQ(told(bad), std::pair(std::string("scene.beams.structure.sections[0].rectangle.height"),
+                                 std::string("height = -1, must be > 0")));
+  structure->mutable_sections(0)->mutable_rectangle()->set_height(1e-200);
+  EXPECT_EQ(told(bad).first, "scene.beams.structure.sections[0]");
+  EXPECT_THAT(told(bad).second, ::testing::StartsWith("sections[0]: its stiffness"));
+  bad = scene();
+  structure = bad.mutable_beams()->mutable_structure();
+  auto* support = structure->mutable_supports(0);
+  support->set_fix_y(true);
+  auto* motion = structure->add_motions();
+  motion->set_node(support->node());
+  motion->set_y(0.1);
+  EXPECT_FALSE(decode_structure(bad).model.supports[0].fixed[1]) << "motions go before supports";
+  *structure->add_motions() = *motion;
+  const int last = structure->motions_size() - 1;
+  EXPECT_EQ(told(bad).second, fmt::format("motions[{}].node = {}, as that of motions[{}]", last,
+                                          structure->supports(0).node(), last - 1));
+}
+
+TEST(BeamCodec, ShapesComeBack) {
+  DecodedBeams first = decode_structure(scene());
+  beams::BeamState shape = beams::BeamStructure(first.model).rest_state();
+  shape.positions.col(1) += Eigen::Vector3d(0.1, 0.2, 0.3);
+  shape.rotations[1] = beams::rotation_by({0.3, -0.2, 1.7});
+  for (auto& turn : shape.hinge_turns) turn = beams::rotation_by({0, 0.4, 0});
+  first.shape = shape;
+  proto::Scene told = encode_beam_scene(first);
+  const DecodedBeams second = decode_structure(told);
+  ASSERT_TRUE(second.shape);
+  EXPECT_EQ(second.shape->positions, shape.positions);
+  EXPECT_LT(second.shape->rotations[1].angularDistance(shape.rotations[1]), 1e-14);
+  EXPECT_EQ(second.shape->hinge_turns.size(), shape.hinge_turns.size());
+  auto* message = told.mutable_beams()->mutable_shape();
+  *message->mutable_rotations() = encode_points_float64(Eigen::Matrix3Xd::Zero(3, 1));
+  EXPECT_EQ(refused_field([&] { decode_structure(told); }), "scene.beams.shape.rotations");
+}
+
+TEST(BeamCodec, ShapesThatNoElementCanHaveAreRefused) {
+  DecodedBeams first = decode_structure(scene());
+  const beams::BeamState rest = beams::BeamStructure(first.model).rest_state();
+  const auto told = [&](auto&& spoil) -> std::pair<std::string, std::string> {
+    first.shape = rest;
+    spoil(*first.shape);
+    try {
+      decode_structure(encode_beam_scene(first));
+    } catch (const Refusal& refusal) {
+      return {refusal.field(), refusal.what()};
+    }
+    return {"accepted", ""};
+  };
+  const auto [far_field, far_away] = told([](auto& shape) { shape.positions(2, 1) = 1e300; });
+  EXPECT_EQ(far_field, "scene.beams.shape.positions");
+  EXPECT_THAT(far_away, ::testing::HasSubstr("row 1"));
+  const beams::BeamElement& element = first.model.elements[1];
+  const auto [field, why] = told([&](auto& shape) {
+    shape.positions.col(element.finish) = shape.positions.col(element.start);
+  });
+  EXPECT_EQ(field, "scene.beams.shape.positions");
+  EXPECT_THAT(why, ::testing::HasSubstr("element 1"));
+}
+
+TEST(BeamCodec, RelaxationsFollowNoBranch) {
+  proto::SolveBeamsRequest request;
+  *request.mutable_structure() = scene().beams().structure();
+  request.set_follow(true);
+  for (const auto method : {proto::BEAM_METHOD_UNSPECIFIED, proto::BEAM_METHOD_NEWTON}) {
+    request.set_method(method);
+    EXPECT_GT(decode_beams(request).options.largest_swerve, 0);
+  }
+  for (const auto method :
+       {proto::BEAM_METHOD_RELAXATION, proto::BEAM_METHOD_RELAXATION_THEN_NEWTON}) {
+    request.set_method(method);
+    EXPECT_EQ(refused_field([&] { (void)decode_beams(request); }), "follow");
+  }
+}
+
+TEST(BeamCodec, SourcesExcludeEachOther) {
+  proto::Scene both = scene();
+  both.mutable_beams()->mutable_lines()->set_path("x.obj");
+  EXPECT_EQ(refused_field([&] { decode_structure(both); }), "scene.beams.structure.nodes");
+  both = scene();
+  both.mutable_beams()->mutable_job()->set_name("SimulationJob.json");
+  EXPECT_EQ(refused_field([&] { decode_structure(both); }), "scene.beams.job");
+  proto::Scene unit = scene();
+  unit.set_length_unit_in_metres(0.001);
+  EXPECT_EQ(refused_field([&] { decode_structure(unit); }), "scene.length_unit_in_metres");
+}
+
+TEST(BeamCodec, MotionsMayHaveAxesAndSingleRotations) {
+  proto::Scene message = scene();
+  message.mutable_beams()->mutable_structure()->mutable_supports(1)->set_fix_rotation_x(true);
+  auto& told = *message.mutable_beams()->mutable_structure()->add_motions();
+  told.set_node(2);
+  told.set_y(0.1);
+  told.set_rotation_z(0.3);
+  *told.mutable_x_axis() = message.beams().structure().supports(1).x_axis();
+  *told.mutable_y_axis() = message.beams().structure().supports(1).y_axis();
+  const DecodedBeams structure = decode_structure(message);
+  const beams::PrescribedMotion& motion = structure.model.motions[1];
+  EXPECT_EQ(motion.rotates, (std::array<bool, 3>{false, false, true}));
+  EXPECT_EQ(motion.rotation, Eigen::Vector3d(0, 0, 0.3));
+  EXPECT_TRUE(motion.axes.isApprox(structure.model.supports[1].axes));
+  const proto::BeamMotion back = encode_beam_structure(structure).motions(1);
+  EXPECT_TRUE(back.has_y() && back.has_rotation_z());
+  EXPECT_FALSE(back.has_x() || back.has_rotation() || back.has_rotation_x());
+  EXPECT_TRUE(decode_beam_motion(back, "").axes.isApprox(motion.axes));
+  // A position is a place, whatever the axes are.
+  proto::EditRequest request;
+  auto& move = *request.add_edits()->mutable_move_beam_node();
+  *move.mutable_motion() = told;
+  move.mutable_motion()->clear_y();
+  move.mutable_position()->set_x(1.5);
+  const auto edits = decode_beam_edits(request, structure.model.nodes);
+  const auto& moved = std::get<session::MoveNode>(edits[0]).motion;
+  EXPECT_LT((moved.axes * moved.translation - Eigen::Vector3d(0.5, 0, -2)).norm(), 1e-15);
+  told.mutable_rotation()->set_x(1);
+  EXPECT_EQ(refused_field([&] { decode_structure(message); }),
+            "scene.beams.structure.motions[1].rotation");
+  told.clear_rotation();
+  told.clear_y_axis();
+  EXPECT_EQ(refused_field([&] { decode_structure(message); }),
+            "scene.beams.structure.motions[1].y_axis");
+}
+
+TEST(BeamCodec, EditsAreReadAndNamed) {
+  const auto nodes = decode_structure(scene()).model.nodes;
+  proto::EditRequest request;
+  auto& move = *request.add_edits()->mutable_move_beam_node();
+  move.mutable_motion()->set_node(2);
+  move.mutable_position()->set_x(1.5);
+  request.add_edits()->mutable_hold_beam_node()->set_node(1);
+  request.add_edits()->mutable_set_beam_load()->mutable_load()->set_node(1);
+  const auto edits = decode_beam_edits(request, nodes);
+  const auto& motion = std::get<session::MoveNode>(edits[0]).motion;
+  EXPECT_EQ(motion.translates, (std::array<bool, 3>{true, true, true}));
+  EXPECT_EQ(motion.translation, Eigen::Vector3d(0.5, 0, -2)) << "from where it is drawn";
+  EXPECT_TRUE(std::get<session::HoldNode>(edits[1]).rotations) << "nothing given: all";
+  EXPECT_EQ(edit_field_in(request, "edits[0].node"), "edits[0].move_beam_node.motion.node");
+  EXPECT_EQ(edit_field_in(request, "edits[1].node"), "edits[1].hold_beam_node.node");
+  EXPECT_EQ(edit_field_in(request, "edits[2].force"), "edits[2].set_beam_load.load.force");
+  move.mutable_motion()->set_x(1);
+  EXPECT_EQ(refused_field([&] { (void)decode_beam_edits(request, nodes); }),
+            "edits[0].move_beam_node.position");
+  request.mutable_edits(0)->mutable_set_mean_angle();
+  EXPECT_EQ(refused_field([&] { (void)decode_beam_edits(request, nodes); }),
+            "edits[0].set_mean_angle");
+}
+
+}  // namespace
+}  // namespace limber::server

@@ -1,0 +1,79 @@
+#include "tests/server/kinds/springs/record.h"
+
+#include <optional>
+#include <utility>
+
+#include "server/runtime/export_parts.h"
+#include "server/wire/arrays.h"
+#include "server/wire/file_stem.h"
+#include "server/wire/issues.h"
+#include "server/wire/scene_json.h"
+#include "tests/server/kinds/springs/messages.h"
+
+namespace limber::server::springs {
+
+ChainRecord::ChainRecord(Hub& hub, const SessionKey& key, std::string name,
+                         session::springs::Chain opened, JobId open_job)
+    : SessionRecord(hub, key, name, open_job), name_(std::move(name)), opened_(std::move(opened)) {}
+
+proto::EditResponse ChainRecord::edit(const proto::EditRequest& request) {
+  const auto session = this->session();
+  const auto edits = decode_edits(request);
+  std::optional<session::Revision> expected;
+  if (request.has_expected_revision()) expected = request.expected_revision();
+  try {
+    const session::EditReceipt receipt = session->edit(edits, expected);
+    proto::EditResponse response;
+    response.set_revision(receipt.revision);
+    for (scene::Issue issue : receipt.issues) {
+      issue.field = edit_field_in(request, issue.field);
+      *response.add_issues() = encode_issue(issue);
+    }
+    return response;
+  } catch (const Error& error) {
+    throw Error(error.code(), edit_field_in(request, error.field()), error.what());
+  }
+}
+
+proto::Scene ChainRecord::edited_scene() const {
+  session::springs::Chain chain = opened_;
+  chain.conditions = *session()->conditions();
+  return encode_chain(chain, name_);
+}
+
+void ChainRecord::add_scene(const proto::GetSessionRequest&,
+                            proto::GetSessionResponse& response) const {
+  *response.mutable_scene() = edited_scene();
+}
+
+std::shared_ptr<const FrameSource> ChainRecord::frames(bool final_only) const {
+  const auto session = this->session();
+  auto result = final_only ? session->final_result() : session->newest_result();
+  if (!result) throw Error(ErrorCode::kFailedPrecondition, "session", "there is no result yet");
+  return std::make_shared<ChainFrames>(std::move(result));
+}
+
+proto::GetGeometryResponse ChainRecord::geometry(const std::string&) const {
+  (void)session();
+  proto::GetGeometryResponse response;
+  *response.mutable_rest() = encode_points(opened_.nodes);
+  return response;
+}
+
+proto::ExportResponse ChainRecord::export_part(const proto::ExportRequest& request) {
+  const std::string stem = decode_file_stem(request.stem(), "chain");
+  if (request.format() != proto::EXPORT_FORMAT_SCENE)
+    throw invalid("format", "a chain of springs is exported as SCENE");
+  return cut_into_parts({{stem + ".json", scene_to_json(edited_scene())}}, request.part());
+}
+
+void ChainRecord::describe(proto::SessionStatus& status) const {
+  if (const auto session = attached_session()) status.set_revision(session->revision());
+}
+
+void ChainRecord::on_result(const std::shared_ptr<const session::springs::SpringResult>& result) {
+  note_result(std::make_shared<proto::ResultInfo>(encode_result(*result)),
+              [&] { return std::make_shared<ChainFrames>(result); });
+}
+
+}  // namespace limber::server::springs
