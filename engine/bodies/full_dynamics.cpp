@@ -4,6 +4,7 @@
 #include <string>
 
 #include "engine/base/error.h"
+#include "engine/base/numerics/armijo.h"
 #include "engine/bodies/mass.h"
 
 namespace limber::bodies {
@@ -139,7 +140,7 @@ StepReport FullDynamics::minimise(const Potential& potential, Eigen::VectorXd& w
     int tries = 0;
     for (; tries < kLineSearchSteps; ++tries, part /= 2) {
       next = value(potential, w + part * direction);
-      if (next <= now - 1e-4 * part * decrement2) break;
+      if (next <= now - kArmijoShare * part * decrement2) break;
     }
     if (tries == kLineSearchSteps) break;
     w += part * direction;

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "engine/base/error.h"
+#include "engine/base/numerics/armijo.h"
 #include "engine/spacetime/fit_dynamics.h"
 #include "engine/spacetime/material_step.h"
 
@@ -20,9 +21,8 @@ constexpr double kFirstDamping = 1;  // Levenberg's nu
 constexpr double kLeastDamping = 1e-9, kStiffDamping = 1e4;
 /// A motion that gains less than this part of the energy is as good as it was.
 constexpr double kSettled = 1e-6;
-constexpr double kLeastPart = 1e-6;   // of a step, before it counts as none
-constexpr double kSufficient = 1e-4;  // part of the promised decrease that makes a step good enough
-constexpr std::size_t kWindow = 10;   // steps that the tolerance looks back
+constexpr double kLeastPart = 1e-6;  // of a step, before it counts as none
+constexpr std::size_t kWindow = 10;  // steps that the tolerance looks back
 /// An energy of this part of that at rest is none.
 constexpr double kNoEnergy = 1e-12;
 /// A mode that moves less than this part of the largest one tells nothing of its dynamics.
@@ -249,7 +249,7 @@ bool MaterialSolver::Impl::step() {
     if (!(step_.promise > 0)) return settled;
     const double energy = try_step(part);
     const double gain = (energy_ - energy) / step_.promise;
-    if (gain > kSufficient * part && is_within_limit(systems_, trial_)) {
+    if (gain > kArmijoShare * part && is_within_limit(systems_, trial_)) {
       if (gain > 0.5) nu_ = std::max(kLeastDamping, nu_ / 3);
       if (gain < 0.1 && part == 1) nu_ *= 2;
       energy_ = energy;

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "engine/base/error.h"
+#include "engine/base/numerics/armijo.h"
 #include "engine/base/start_shift.h"
 
 namespace limber::spacetime {
@@ -152,7 +153,7 @@ Optimizer::Search Optimizer::search(const Step& step, ConstraintRows::Jacobian w
   const double start = merit(z_, state_);
   double taken = 1;
   const auto sufficient = [&](double value) {
-    return value <= start - 1e-4 * taken * step.decrement2;
+    return value <= start - kArmijoShare * taken * step.decrement2;
   };
   const auto accepted = [&](double value) {
     return Search{taken, start, (start - value) / (0.5 * step.decrement2)};

@@ -1,6 +1,7 @@
 #include "engine/spacetime/recovery_start.h"
 
 #include <complex>
+#include <numbers>
 #include <unsupported/Eigen/FFT>
 #include <vector>
 
@@ -9,7 +10,7 @@
 namespace limber::spacetime {
 namespace {
 
-constexpr double kTwoPi = 6.283185307179586;
+constexpr double kTwoPi = 2 * std::numbers::pi;
 
 struct Spectrum {
   double energy = 0;

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "engine/base/error.h"
+#include "engine/base/numerics/armijo.h"
 #include "engine/base/random.h"
 #include "engine/beams/solver/stability.h"
 
@@ -126,7 +127,7 @@ bool NewtonSolver::search(BeamState& state, const NodeLoads& loads,
     if (balance_.size_of(t * step + (0.5 * t * t) * bend) > 3 * kLargestTurnOfIteration) continue;
     Trial trial = try_step(state, loads, energy, load, step, bend, t);
     // Steps whose gain is lost in rounding are judged by forces.
-    if (trial.change <= 1e-4 * t * slope ||
+    if (trial.change <= kArmijoShare * t * slope ||
         (trial.change <= rounding && trial.scaled < 0.5 * left_.scaled)) {
       state = std::move(trial.state);
       return true;
@@ -154,7 +155,7 @@ bool NewtonSolver::advance(BeamState& state, const NodeLoads& loads,
   }
   Trial trial = try_step(state, loads, energy, load, step, bend, 1);
   watch_.rise += trial.change;
-  if (watch_.rise <= 1e-4 * std::min(slope, 0.0) || trial.scaled < 0.5 * watch_.scaled) {
+  if (watch_.rise <= kArmijoShare * std::min(slope, 0.0) || trial.scaled < 0.5 * watch_.scaled) {
     watch_.bad_steps = 0;
   } else if (++watch_.bad_steps > kBadSteps || !std::isfinite(watch_.rise)) {
     watch_.bad_steps = 0;

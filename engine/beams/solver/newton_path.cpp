@@ -19,27 +19,31 @@ namespace limber::beams::detail {
 
 namespace {
 
-constexpr double kSmallestStep = 1e-5;
-constexpr double kOnTheWay = 1e-4;  // tolerance of states that are only passed
-constexpr int kIterationsOfStep = 60;
+// Steps and other shares are shares of the load path, from 0 (as it was) to 1 (as requested).
+// Tolerances are residuals as of Balance. None of these numbers is known to have been tuned, except
+// where a comment says what was tried.
+
+constexpr double kSmallestStep = 1e-5;      // below it the path ends as stalled
+constexpr double kPassedTolerance = 1e-4;   // of states that are only passed
+constexpr int kIterationsOfStep = 60;       // of Newton's method, before a step is shortened
 constexpr double kMaxTurnOfLoadStep = 0.6;  // of what is held, in one load step [rad]
-constexpr int kEasy = 8;                    // iterations
-constexpr double kOnTheWayWatched = 1e-7;   // states that are compared with each other
+constexpr int kEasy = 8;                    // iterations: the next step may then be twice as long
+constexpr double kPassedToleranceWatched = 1e-7;  // of states that are compared with each other
 // Just behind a fold the forces that drive the structure away are too small for Newton's method to
 // get it anywhere: where steps so short fail again and again, it is relaxed over a step so long.
 constexpr double kShortWatched = 1.0 / 64;
-constexpr double kShortestWatched = 1.0 / 8192;
-constexpr double kShortestFork = 1e-6;
-constexpr double kToForks = 0.125;
-constexpr double kLeap = 1.0 / 1024;
-constexpr int kStepsOfLeap = 50000;
+constexpr double kShortestFork = 1e-6;  // step at which a fork of branches is taken, not approached
+constexpr double kToForks = 0.125;      // factor of steps that approach a fork
+constexpr double kLeap = 1.0 / 1024;    // least step over which the structure is relaxed
+constexpr int kStepsOfLeap = 50000;     // of that relaxation, at most
 constexpr double kSnapOfLeap = 2;  // of the largest swerve: a column that buckles turns by less
-constexpr int kIterationsOfWatched = 40;
-constexpr double kNear = 1.0 / 64;  // to where it is known to go
-constexpr double kAfterJump = 1.0 / 16;
-constexpr int kIterationsDown = 50;
-constexpr int kIterationsBack = 40;
-constexpr double kReturned = 0.1;  // of what a step turned by
+constexpr int kIterationsOfWatched = 40;  // as kIterationsOfStep, where steps are watched
+constexpr double kNear = 1.0 / 64;        // distance from which a known jump is taken
+constexpr double kAfterJump = 1.0 / 16;   // first step after one
+constexpr int kIterationsDown = 50;       // of Newton's method, from the end of a branch down
+constexpr int kIterationsBack = 40;       // of Newton's method, when a step is taken back
+// Of what a step turned by: closer to where the step began, the structure has returned.
+constexpr double kReturned = 0.1;
 // Moments of fixed directions have no potential where nodes may turn about several axes: Newton's
 // method may circle for ever. Where so many steps in a row, each a quarter of the one before, end
 // where the stiffness is not positive, there is nothing to fall to.
@@ -73,7 +77,7 @@ class Follower {
   /// Temporary loads bend what is straight before motions press on it.
   void nudge(const BeamObserver& observer) {
     if (!path_.nudged() || s_ > 0) return;
-    newton_.balance(state_, path_, 0, kOnTheWay, kIterationsOfStep);
+    newton_.balance(state_, path_, 0, kPassedTolerance, kIterationsOfStep);
     if (observer) observer({&state_, 0, newton_.left().scaled, 0});
   }
 
@@ -119,7 +123,7 @@ class Follower {
     const double resolution = std::max(options_.snap_resolution, kMinShareResolution);
     report_.equilibrium_share = share_.locate(resolution, [&](double s, BeamState& trial) {
       const NewtonOutcome outcome =
-          newton_.balance(trial, path_, s, on_the_way(), kIterationsOfWatched);
+          newton_.balance(trial, path_, s, passed_tolerance(), kIterationsOfWatched);
       return outcome == NewtonOutcome::kBalanced &&
              verdict_on(s, trial, context) == EquilibriumShare::Verdict::kEquilibrium;
     });
@@ -156,7 +160,7 @@ class Follower {
     const int left = options_.newton_iterations - newton_.iterations();
     const int most = is_watched() ? kIterationsOfWatched : kIterationsOfStep;
     const NewtonOutcome outcome =
-        newton_.balance(trial, path_, next, next < 1 ? on_the_way() : options_.tolerance,
+        newton_.balance(trial, path_, next, next < 1 ? passed_tolerance() : options_.tolerance,
                         s_ < 1 || has_moments_ ? std::min(left, most) : left, forks);
     report_.newton_iterations = newton_.iterations();
     report_.factorizations = newton_.factorizations();
@@ -216,7 +220,7 @@ class Follower {
     return is_coarse() ? options_.snap_resolution : kShortestFork;
   }
   [[nodiscard]] double shortest_watched() const {
-    return is_coarse() ? options_.snap_resolution : kShortestWatched;
+    return is_coarse() ? options_.snap_resolution : BeamSolveOptions::kFineResolution;
   }
   [[nodiscard]] bool is_out_of_work() const {
     return options_.factorizations > 0 && newton_.factorizations() >= options_.factorizations;
@@ -229,7 +233,9 @@ class Follower {
         newton_.factorizations(), 100 * s_);
     return false;
   }
-  [[nodiscard]] double on_the_way() const { return is_watched() ? kOnTheWayWatched : kOnTheWay; }
+  [[nodiscard]] double passed_tolerance() const {
+    return is_watched() ? kPassedToleranceWatched : kPassedTolerance;
+  }
 
   /// @returns false: once more, with a shorter step
   bool watch(const BeamState& trial, double next, NewtonOutcome outcome) {
@@ -249,7 +255,8 @@ class Follower {
   [[nodiscard]] bool returns_from(const BeamState& state, double turn) {
     if (!is_coarse()) return false;
     BeamState back = state;
-    const NewtonOutcome outcome = newton_.balance(back, path_, s_, on_the_way(), kIterationsBack);
+    const NewtonOutcome outcome =
+        newton_.balance(back, path_, s_, passed_tolerance(), kIterationsBack);
     report_.newton_iterations = newton_.iterations();
     report_.factorizations = newton_.factorizations();
     if (outcome != NewtonOutcome::kBalanced) return false;
@@ -274,7 +281,7 @@ class Follower {
     const double next = std::min(1.0, s_ + std::max(options_.snap_resolution, step_));
     BeamState trial = state_;
     const NewtonOutcome outcome =
-        newton_.balance(trial, path_, next, next < 1 ? on_the_way() : options_.tolerance,
+        newton_.balance(trial, path_, next, next < 1 ? passed_tolerance() : options_.tolerance,
                         kIterationsDown, Forks::kDescended);
     report_.newton_iterations = newton_.iterations();
     report_.factorizations = newton_.factorizations();
@@ -317,7 +324,7 @@ class Follower {
     report_.relaxation_steps += relaxed.relaxation_steps;
     if (!relaxed.converged()) return false;
     const NewtonOutcome outcome =
-        newton_.balance(trial, path_, next, next < 1 ? on_the_way() : options_.tolerance,
+        newton_.balance(trial, path_, next, next < 1 ? passed_tolerance() : options_.tolerance,
                         options_.newton_iterations - newton_.iterations());
     report_.newton_iterations = newton_.iterations();
     report_.factorizations = newton_.factorizations();

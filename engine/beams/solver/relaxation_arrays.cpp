@@ -8,7 +8,8 @@ namespace limber::beams::detail {
 
 namespace {
 
-/// Of EA / L: cables that hang loose move under their weight by little in a step.
+/// Stiffness of a slack cable, as a share of its EA / L: enough that cables that hang loose move
+/// under their weight by little in a step. Not known to have been tuned.
 constexpr double kSlackShare = 1e-4;
 
 namespace stdx = std::experimental;

@@ -6,9 +6,12 @@
 
 namespace limber::rods::detail {
 
+// The numbers of this file are dimensionless: factors of weights, shares of the objective, counts
+// of iterations of the search. None is known to have been tuned.
+
 void AugmentedConstraint::update(double g) {
-  constexpr double kGrowth = 4;
-  constexpr double kShare = 0.25;  // of what was left that may be left for the penalty to stay
+  constexpr double kGrowth = 4;    // of the penalty, from one update to the next
+  constexpr double kShare = 0.25;  // of the violation: with more than that left, the penalty grows
   const double now = left(g);
   const bool slow = now > DesignRank::kHolds && left_ > 0 && now > kShare * left_;
   // What is violated is pressed harder at once; what is pressed too much is released gradually.
@@ -20,8 +23,8 @@ void AugmentedConstraint::update(double g) {
 
 bool GuardWeight::raise(double objective, double flat_energy) {
   constexpr double kShare = 1e-2;  // of the objective that the guard is at first
-  constexpr double kRise = 5;
-  constexpr int kOften = 12;
+  constexpr double kRise = 5;      // of the weight, from one raise to the next
+  constexpr int kOften = 12;       // raises in all; then there are no more
   if (raised_ == kOften) return false;
   if (first_ == 0) first_ = flat_energy > 0 ? kShare * std::abs(objective) / flat_energy : 0;
   const double lost = weight_ > 0 ? weight_ : last_;
@@ -30,7 +33,7 @@ bool GuardWeight::raise(double objective, double flat_energy) {
   // objective, which the guard is weighed against.
   weight_ = std::max(weight_, std::sqrt(lost * kept_ * std::abs(objective)));
   if (objective != 0) kept_ = weight_ / std::abs(objective);
-  constexpr double kGentlest = 0.6;
+  constexpr double kGentlest = 0.6;  // of lower()'s factor, which raises bring closer to one
   if (raised_ >= kAtOnce) fall_ = std::min(kGentlest, std::sqrt(fall_));
   ++raised_;
   return first_ > 0;
@@ -42,21 +45,21 @@ void GuardWeight::raise_at_once(double objective, double flat_energy) {
 }
 
 bool GuardWeight::hinders(double objective, double flat_energy) const {
-  constexpr double kShare = 0.5;
+  constexpr double kShare = 0.5;  // of the objective that the guard may be without hindering
   return weight_ * flat_energy > kShare * std::abs(objective);
 }
 
 void GuardWeight::lower() {
-  constexpr double kNothing = 1e-6;
+  constexpr double kNothing = 1e-6;  // of the first weight: below it the guard is off
   last_ = weight_;
   weight_ *= fall_;
   if (weight_ < kNothing * first_) weight_ = 0;
 }
 
 ViolationWatch::Verdict ViolationWatch::see(double violation, int iteration) {
-  constexpr double kNearer = 0.99;
-  constexpr int kPatience = 15;
-  constexpr int kVain = 4;
+  constexpr double kNearer = 0.99;  // of the least violation so far: what counts as progress
+  constexpr int kPatience = 15;     // iterations without progress, before the penalty is raised
+  constexpr int kVain = 4;          // raises without progress, before the search gives up
   const bool holds = violation <= DesignRank::kHolds;
   if (holds || violation < kNearer * least_) {
     least_ = holds ? std::numeric_limits<double>::infinity() : violation;

@@ -9,25 +9,27 @@
 namespace limber::rods::detail {
 namespace {
 
+// None of these numbers is known to have been tuned.
+
 // What a step should move: turns [rad], lengths as shares of the linkage's extent.
 constexpr double kTurn = 0.08;
 constexpr double kDampingShare = 0.02;
-// Beyond this, as a multiple, a step is tried again with stronger springs, and at last taken for a
-// jump.
+// A step that moves by more than this multiple is tried again with springs stiffer by a factor, so
+// many times at most, and then taken for a jump.
 constexpr double kFarFactor = 4;
 constexpr double kStronger = 8;
 constexpr int kMaxTries = 8;
 // Newton steps after which such a try is given up.
 constexpr int kDescentPatience = 15;
-// Springs get at most so much weaker or stiffer from step to step.
+// Factors by which springs get weaker or stiffer from step to step, at most.
 constexpr double kMaxFading = 1.0 / 32;
 constexpr double kMaxGrowth = 1.5;
 // The same, of those that had to be made stronger: something falls where they are too weak.
 constexpr double kCarefulFading = 0.4;
 // Of what a step should move: what has gone less far with springs of next to no stiffness is there.
 constexpr double kNearMinimum = 0.02;
-constexpr double kNoStiffness = 1e-4;  // of the first
-constexpr int kMaxSteps = 400;
+constexpr double kNoStiffness = 1e-4;  // of the first stiffness
+constexpr int kMaxSteps = 400;         // of one descent
 
 }  // namespace
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "engine/base/numerics/armijo.h"
 #include "engine/base/numerics/dense.h"
 #include "engine/base/random.h"
 #include "engine/rods/equilibrium/newton_run.h"
@@ -10,7 +11,6 @@
 namespace limber::rods::detail {
 namespace {
 
-constexpr double kArmijo = 1e-4;
 // Of the potential: gains that its rounding may swallow in large linkages.
 constexpr double kNoise = 1e-10;
 constexpr int kStifferTrials = 4;
@@ -195,7 +195,7 @@ bool NewtonRun::descend(LinkageState& state, const Step& step, double fraction) 
     if (bend.size() > 0) x += 0.5 * part * part * bend;
     if (bound_fraction(state, x) < 1) continue;
     LinkageState trial = state.moved(model_, x);
-    const double below = potential_ + kArmijo * part * step.slope + rounding();
+    const double below = potential_ + kArmijoShare * part * step.slope + rounding();
     bool low = potential(trial) + terms_.moment_potential(x) <= below ||
                (-step.slope < kNoise * potential_size_ && calmer(trial));
     if (!low && bend.size() == 0) {

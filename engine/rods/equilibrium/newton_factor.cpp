@@ -9,20 +9,24 @@
 namespace limber::rods::detail {
 namespace {
 
-// Of the shift that makes a Hessian positive definite, from one trial to the next.
+// "Imbalance" is max_gradient_scaled of the report, dimensionless. None of these numbers is known
+// to have been tuned.
+
+// Factor of the shift that makes a Hessian positive definite, from one trial to the next.
 constexpr double kShiftGrowth = 6;
 // Imbalance that no equilibrium is near to.
 constexpr double kFarShare = 0.3;
-// Of the forces that balance leaves, at this tolerance at most, how many times count as nothing.
+// Forces below kLeft times what balance leaves count as zero: the share of the scale of forces that
+// the tolerance allows, or kFinest where that is smaller.
 constexpr double kLeft = 10;
 constexpr double kFinest = 1e-8;
-// Imbalance from which the next part of a prescribed way is gone, in turns of this size [rad].
+// Imbalance below which the next part of a prescribed path begins; turns of that part [rad].
 constexpr double kSettled = 0.05;
 constexpr double kPrescribedTurn = 0.1;
-// Steps with one factor, and what each may leave of the imbalance.
+// Steps with one factor, and the share of the imbalance that each may leave.
 constexpr int kChords = 3;
 constexpr double kChordContraction = 0.3;
-// How often a step is shortened, and by how much it may turn beyond what is believed.
+// How often a step is shortened, and by which factor it may turn beyond the trust radius.
 constexpr int kShortenings = 3;
 constexpr double kLoose = 1.5;
 

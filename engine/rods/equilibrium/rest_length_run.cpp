@@ -6,12 +6,12 @@
 #include <cmath>
 
 #include "engine/base/error.h"
+#include "engine/base/numerics/armijo.h"
 #include "engine/rods/equilibrium/equilibrium_text.h"
 
 namespace limber::rods::detail {
 namespace {
 
-constexpr double kSufficientDecrease = 1e-4;
 constexpr double kShortestStepFraction = 1e-8;
 constexpr double kResidualRounding = 1e-13;
 constexpr double kGrowth = 8;                     // of shifts
@@ -219,7 +219,7 @@ bool RestLengthRun::take(const LinkageVector& newton) {
           std::max(kLargestTurnOfLengthStep, scales_.largest_turn(model_, state_, step.unknowns)));
   LinkageVector bend;
   while (fraction > kShortestStepFraction) {
-    const double below = energy + kSufficientDecrease * fraction * slope + rounding;
+    const double below = energy + kArmijoShare * fraction * slope + rounding;
     LinkageVector part{fraction * step.unknowns, fraction * step.lengths};
     if (bend.unknowns.size() > 0) {
       part.unknowns += 0.5 * fraction * fraction * bend.unknowns;

@@ -3,6 +3,7 @@
 #include <fmt/core.h>
 
 #include <cmath>
+#include <numbers>
 
 #include "engine/base/error.h"
 #include "engine/base/parallel.h"
@@ -13,7 +14,7 @@ namespace limber::rods {
 
 namespace {
 
-constexpr double kTwoPi = 6.28318530717958647692;
+constexpr double kTwoPi = 2 * std::numbers::pi;
 
 /// A straight edge of the boundary, the section to its left.
 struct Side {
