@@ -1,7 +1,6 @@
 // Derivatives of designs, and designs towards targets that are known to be reachable.
 #include <fmt/core.h>
 
-#include <Eigen/Eigenvalues>
 #include <cmath>
 #include <functional>
 #include <limits>
@@ -18,6 +17,7 @@
 #include "engine/base/random.h"
 #include "engine/rods/design/design_optimizer.h"
 #include "engine/rods/design/equilibrium_sensitivity.h"
+#include "engine/rods/design/principal_axes.h"
 #include "engine/rods/linkage/joint_positions.h"
 
 namespace limber::bench {
@@ -123,10 +123,8 @@ void measure_factors(const DesignProblem& problem, int repeats, Case& result) {
 /// one, and so are its derivatives.
 rods::Plane aslant(const rods::LinkageState& flat) {
   const Eigen::Matrix3Xd joints = rods::joint_positions(flat);
-  const Eigen::Vector3d mean = joints.rowwise().mean();
-  const Eigen::Matrix3Xd offsets = joints.colwise() - mean;
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(offsets * offsets.transpose());
-  return {mean, Eigen::Vector3d(axes.eigenvectors() * Eigen::Vector3d(1, 0.02, 0.01)).normalized()};
+  const Eigen::Vector3d normal = rods::principal_axes(joints) * Eigen::Vector3d(1, 0.02, 0.01);
+  return {joints.rowwise().mean(), normal.normalized()};
 }
 
 /// Against differences, along the way to the known design and along random ones.

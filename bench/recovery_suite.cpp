@@ -2,7 +2,7 @@
 // recovered modes (space-time editing, section 6.3, figures 10 to 13).
 #include <fmt/core.h>
 
-#include <Eigen/Eigenvalues>
+#include "tests/support/dense.h"
 
 #include "bench/recovery_scenes.h"
 #include "bench/suite.h"
@@ -48,9 +48,10 @@ double relative(const Eigen::MatrixXd& got, const Eigen::MatrixXd& wanted) {
 
 /// The least E_c^RS that any S and z of so many modes have: what principal components leave.
 double least_constraint(const Eigen::MatrixXd& z, int modes) {
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(z * z.transpose(),
-                                                             Eigen::EigenvaluesOnly);
-  return 0.5 * eigen.eigenvalues().head(z.rows() - modes).cwiseMax(0).sum();
+  return 0.5 * reference::symmetric_eigenvalues(z * z.transpose())
+                   .head(z.rows() - modes)
+                   .cwiseMax(0)
+                   .sum();
 }
 
 /// Whether forces in the frames in which the scene's loads act count.

@@ -1,12 +1,12 @@
 #include "tests/support/beam_columns.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numbers>
 
 #include "engine/beams/structure/element_unknowns.h"
+#include "tests/support/dense.h"
 
 namespace limber::testing {
 
@@ -190,8 +190,7 @@ Eigen::VectorXd scaled_eigenvalues(const BeamStructure& structure, const BeamSta
   const Eigen::VectorXd scale = hessian.diagonal().cwiseAbs().cwiseSqrt().cwiseInverse();
   const Eigen::MatrixXd scaled =
       scale.asDiagonal() * (0.5 * (hessian + hessian.transpose())) * scale.asDiagonal();
-  return Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(scaled, Eigen::EigenvaluesOnly)
-      .eigenvalues();
+  return reference::symmetric_eigenvalues(scaled);
 }
 
 int negative_by_differences(const BeamStructure& structure, const BeamState& state) {

@@ -5,6 +5,8 @@
 #include <Eigen/Dense>
 #include <random>
 
+#include "tests/support/dense.h"
+
 namespace limber::rotations {
 namespace {
 
@@ -17,10 +19,9 @@ Eigen::Matrix3d random_matrix(std::mt19937_64& random) {
 
 // The nearest proper rotation by singular values: an independent method.
 Eigen::Matrix3d by_svd(const Eigen::Matrix3d& f) {
-  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(f, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  Eigen::Matrix3d u = svd.matrixU();
-  if ((u * svd.matrixV().transpose()).determinant() < 0) u.col(2) = -u.col(2);
-  return u * svd.matrixV().transpose();
+  auto [u, values, v] = reference::svd(f);
+  if ((u * v.transpose()).determinant() < 0) u.col(2) = -u.col(2);
+  return u * v.transpose();
 }
 
 void expect_polar(const Eigen::Matrix3d& f, double tolerance) {
@@ -40,7 +41,7 @@ TEST(RotationsPolar, AgreesWithSingularValues) {
     const Eigen::Matrix3d f = random_matrix(random);
     inverted += f.determinant() < 0 ? 1 : 0;
     expect_polar(f, 1e-13);
-    const Eigen::Vector3d sigma = f.jacobiSvd().singularValues();
+    const Eigen::Vector3d sigma = reference::svd(f).values;
     const double gap = sigma[1] + (f.determinant() < 0 ? -sigma[2] : sigma[2]);
     const Eigen::Matrix3d r = polar_decomposition(f).rotation.toRotationMatrix();
     EXPECT_LT((r - by_svd(f)).norm(), 1e-14 * f.norm() / gap) << f;
@@ -54,7 +55,7 @@ TEST(RotationsPolar, PureRotationsAndStretchesComeBack) {
     const Eigen::Matrix3d r = by_svd(random_matrix(random));
     Eigen::Matrix3d s = random_matrix(random);
     s = (Eigen::Matrix3d::Identity() + 0.1 * (s + s.transpose())).eval();
-    if (Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(s).eigenvalues()[0] < 0.2) continue;
+    if (reference::symmetric_eigenvalues(s)[0] < 0.2) continue;
     const Polar polar = polar_decomposition(r * s);
     EXPECT_LT((polar.rotation.toRotationMatrix() - r).norm(), 1e-13);
     EXPECT_LT((polar.stretch - s).norm(), 1e-13);

@@ -2,6 +2,8 @@
 
 #include <Eigen/Dense>
 
+#include "tests/support/dense.h"
+
 #include "engine/base/error.h"
 #include "engine/base/parallel.h"
 #include "engine/base/random.h"
@@ -100,7 +102,7 @@ TEST(BuildModel, WeightsAreWeightsAndFittedMapsAreBetterAtEqualCount) {
   for (int t = 0; t < weighted.cubature_size(); ++t) {
     const Eigen::Index row = 9 * Eigen::Index{weighted.tets[t]};
     const Eigen::MatrixXd p =
-        volume[row] * gram.ldlt().solve(fields.middleRows(row, 9).transpose().eval());
+        volume[row] * reference::solve_symmetric(gram, fields.middleRows(row, 9).transpose());
     const Eigen::MatrixXd block = weighted.map.middleCols(9 * t, 9);
     const double weight = p.cwiseProduct(block).sum() / p.squaredNorm();
     EXPECT_GE(weight, 0) << t;

@@ -11,6 +11,7 @@
 #include "engine/reduced/rs_inverse.h"
 #include "tests/engine/reduced/sample_bodies.h"
 #include "tests/engine/reduced/test_poses.h"
+#include "tests/support/dense.h"
 
 namespace limber::reduced {
 namespace {
@@ -48,7 +49,8 @@ TEST(FullReconstruction, IsTheWeightedLeastSquaresSolution) {
     if (body.mesh.nodes(0, i / 3) > 0) columns.push_back(i);
   }
   const Eigen::MatrixXd weighted = weight.asDiagonal() * all(Eigen::all, columns);
-  const Eigen::VectorXd solution = weighted.householderQr().solve(weight.cwiseProduct(g));
+  const Eigen::VectorXd solution =
+      reference::ThinQr(weighted).least_squares(weight.cwiseProduct(g));
   Eigen::VectorXd expected = Eigen::VectorXd::Zero(all.cols());
   expected(columns) = solution;
   EXPECT_LT((full.from_gradients(g) - expected).norm(), 1e-11 * expected.norm());

@@ -2,10 +2,9 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/QR>
-
 #include "engine/bodies/modal_analysis.h"
 #include "tests/engine/reduced/sample_bodies.h"
+#include "tests/support/dense.h"
 
 namespace limber::reduced {
 namespace {
@@ -31,8 +30,7 @@ TEST(TrainingSet, PosesLeftForLaterAreTheSamePoses) {
   const TrainingSet set = make_training_set(body, modes, full, options, {});
   EXPECT_EQ(800, set.train.u.cols());
   ASSERT_EQ(100, set.more.cols());
-  const Eigen::MatrixXd basis =
-      modes.modes.householderQr().householderQ() * Eigen::MatrixXd::Identity(modes.modes.rows(), 5);
+  const Eigen::MatrixXd basis = reference::ThinQr(modes.modes).q();
   const PoseData poses = project_training(set, modes, full, basis, {});
   ASSERT_EQ(900, poses.count());
   const Eigen::MatrixXd u = full.from_linear(modes.modes * poses.z);

@@ -5,14 +5,16 @@
 #include <optional>
 #include <vector>
 
+#include "tests/support/dense.h"
+
 #include "engine/spacetime/problem.h"
 #include "tests/support/chain_kinematics.h"
 
 namespace limber::spacetime {
 
 using Real = long double;
-using DenseMatrix = Eigen::Matrix<Real, Eigen::Dynamic, Eigen::Dynamic>;
-using DenseVector = Eigen::Matrix<Real, Eigen::Dynamic, 1>;
+using DenseMatrix = reference::LongMatrix;
+using DenseVector = reference::LongVector;
 
 struct DenseAnswer {
   Eigen::MatrixXd z;  // r x N
@@ -90,7 +92,7 @@ inline DenseAnswer dense_optimum(const testing::LinearKinematics& kinematics,
   }
   DenseVector solution;
   if (held > 0) {
-    solution = Eigen::FullPivLU<DenseMatrix>(system).solve(right);
+    solution = reference::solve_in_long_double(system, right);
   } else {
     const auto rows = static_cast<Eigen::Index>(soft.size());
     DenseMatrix stacked(force.rows() + rows, size);
@@ -101,7 +103,7 @@ inline DenseAnswer dense_optimum(const testing::LinearKinematics& kinematics,
       stacked.row(force.rows() + i) = std::sqrt(weights[at]) * soft[at].transpose();
       wanted[force.rows() + i] = std::sqrt(weights[at]) * soft_target[at];
     }
-    solution = Eigen::HouseholderQR<DenseMatrix>(stacked).solve(wanted);
+    solution = reference::least_squares_in_long_double(stacked, wanted);
   }
   const DenseVector free = solution.head(size);
   DenseAnswer answer{Eigen::MatrixXd::Zero(modes, frames), 0};

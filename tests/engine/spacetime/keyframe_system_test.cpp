@@ -2,8 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/Cholesky>
-#include <Eigen/LU>
 #include <algorithm>
 #include <string>
 
@@ -12,6 +10,7 @@
 #include "tests/engine/spacetime/dense_reference.h"
 #include "tests/engine/spacetime/ends.h"
 #include "tests/engine/spacetime/scenes.h"
+#include "tests/support/dense.h"
 
 namespace limber::spacetime {
 namespace {
@@ -174,21 +173,22 @@ TEST_P(KeyframeSystems, AreTheDenseSystemWithTheKeyframesRows) {
           }
         }
         ASSERT_EQ(at, positions.rows());
-        const Eigen::LLT<Eigen::MatrixXd> llt(all);
         KeyframeSystem system;
         system.factor(parts.systems, parts.rows);
         const Eigen::VectorXd x = positions.colwise().sum().transpose();
         Lanes solved = parts.lanes(x);
         system.solve(parts.systems, solved);
-        EXPECT_LT(relative(parts.flat(solved), llt.solve(x)), 1e-8);
+        EXPECT_LT(relative(parts.flat(solved), reference::solve_symmetric(all, x)), 1e-8);
         Eigen::MatrixXd response;
         system.response(parts.systems, parts.rows, parts.state.jacobian, response);
-        const Eigen::MatrixXd wanted = positions * llt.solve(positions.transpose());
+        const Eigen::MatrixXd wanted =
+            positions * reference::solve_symmetric(all, positions.transpose());
         EXPECT_LT(relative(response.triangularView<Eigen::Lower>().toDenseMatrix(),
                            wanted.triangularView<Eigen::Lower>().toDenseMatrix()),
                   1e-8);
         // What the ramp measures weights by: K alone, at each knot.
-        const Eigen::MatrixXd inverse = parts.dense().inverse();
+        const Eigen::MatrixXd inverse = reference::solve_symmetric(
+            parts.dense(), Eigen::MatrixXd::Identity(parts.size(), parts.size()));
         Eigen::VectorXd own;
         for (int knot = 0; knot < static_cast<int>(parts.rows.knots().size()); ++knot) {
           parts.systems.response(knot, own);

@@ -2,8 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/Cholesky>
-
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -11,6 +9,7 @@
 #include "engine/spacetime/material_step.h"
 #include "tests/engine/spacetime/scenes.h"
 #include "tests/support/chain_kinematics.h"
+#include "tests/support/dense.h"
 
 namespace limber::spacetime {
 namespace {
@@ -173,7 +172,7 @@ void expect_step_of_the_assembled_system(const MaterialScene& scene) {
         gradient[s_at(c, mode)] = 0;
       }
     }
-    const Eigen::VectorXd expected = -hessian.ldlt().solve(gradient);
+    const Eigen::VectorXd expected = -reference::solve_symmetric(hessian, gradient);
     Eigen::VectorXd found(z_size + s_size);
     for (int frame = 0; frame < kept; ++frame)
       found.segment(z_at(frame, 0), kChainModes) = step.z.col(frame).head(kChainModes);

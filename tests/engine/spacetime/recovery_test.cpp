@@ -2,13 +2,13 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/Cholesky>
 #include <cmath>
 
 #include "engine/spacetime/recovery_energy.h"
 #include "engine/spacetime/recovery_start.h"
 #include "engine/spacetime/recovery_step.h"
 #include "tests/engine/spacetime/recovery_problems.h"
+#include "tests/support/dense.h"
 #include "tests/support/energy_conformance.h"
 
 namespace limber::spacetime {
@@ -73,7 +73,7 @@ TEST(Recovery, TheMotionOfGivenMaterialIsThatOfADenseSolve) {
     hessian.col(i) = Eigen::VectorXd(energy.gradient_of_motion(moved).reshaped()) - gradient;
   }
   const Eigen::VectorXd expected =
-      Eigen::VectorXd(at.z.reshaped()) - hessian.ldlt().solve(gradient);
+      Eigen::VectorXd(at.z.reshaped()) - reference::solve_symmetric(hessian, gradient);
   energy.fit_motion(at);
   EXPECT_LT((Eigen::VectorXd(at.z.reshaped()) - expected).norm(), 1e-9 * expected.norm());
 }
@@ -133,7 +133,8 @@ TEST(Recovery, EndsNoHigherThanTheAlternation) {
   RecoveredMotion at = principal_start(target, 2);
   for (int round = 0; round < 300; ++round) {
     energy.fit_dynamics(at);
-    at.mixing = (at.z * at.z.transpose()).ldlt().solve(at.z * target.transpose()).transpose();
+    at.mixing =
+        reference::solve_symmetric(at.z * at.z.transpose(), at.z * target.transpose()).transpose();
     energy.balance(at);
     energy.fit_motion(at);
   }

@@ -4,6 +4,8 @@
 #include <Eigen/Dense>
 #include <cmath>
 
+#include "tests/support/dense.h"
+
 #include "engine/spacetime/solver.h"
 #include "tests/engine/spacetime/dense_reference.h"
 
@@ -37,7 +39,7 @@ class DiscreteSpline {
       system(count, row) = 1;
       system(count + 1, row) = scaled(knot.frame);
     }
-    solution_ = Eigen::FullPivLU<DenseMatrix>(system).solve(right);
+    solution_ = reference::solve_in_long_double(system, right);
   }
 
   [[nodiscard]] Real at(int frame) const {

@@ -9,6 +9,7 @@
 #include "engine/base/numerics/fill_ordering.h"
 #include "engine/base/parallel.h"
 #include "engine/base/random.h"
+#include "tests/support/dense.h"
 
 namespace limber {
 namespace {
@@ -56,8 +57,7 @@ Eigen::MatrixXd fill(BlockLdlt& factor, const Edges& edges, double diagonal, Ran
 }
 
 PivotCount signs_of(const Eigen::MatrixXd& matrix) {
-  const Eigen::VectorXd values =
-      Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(matrix, Eigen::EigenvaluesOnly).eigenvalues();
+  const Eigen::VectorXd values = reference::symmetric_eigenvalues(matrix);
   PivotCount count;
   for (const double value : values) ++(value > 0 ? count.positive : count.negative);
   return count;

@@ -8,6 +8,7 @@
 
 #include "engine/base/error.h"
 #include "tests/engine/base/numerics/random_matrix.h"
+#include "tests/support/dense.h"
 
 namespace limber {
 namespace {
@@ -40,7 +41,7 @@ double best_energy(const Eigen::MatrixXd& a, const Eigen::VectorXd& b) {
       if (set >> j & 1) columns.push_back(j);
     }
     const Eigen::MatrixXd part = a(Eigen::all, columns);
-    const Eigen::VectorXd x = part.householderQr().solve(b);
+    const Eigen::VectorXd x = reference::ThinQr(part).least_squares(b);
     if (x.minCoeff() < 0) continue;
     best = std::min(best, 0.5 * (part * x - b).squaredNorm());
   }

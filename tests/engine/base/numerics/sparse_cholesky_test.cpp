@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Dense>
-#include <Eigen/SparseCholesky>
 #include <limits>
 #include <thread>
 #include <vector>
@@ -12,6 +11,7 @@
 #include "engine/base/error.h"
 #include "engine/base/parallel.h"
 #include "tests/engine/base/numerics/random_matrix.h"
+#include "tests/support/dense.h"
 
 namespace limber {
 namespace {
@@ -48,8 +48,7 @@ Matrix grid_matrix(int side, double shift) {
 TEST(SparseCholesky, AgreesWithAnIndependentSolver) {
   const Matrix a = grid_matrix(9, 0.1);
   const Eigen::MatrixXd b = random_matrix(a.rows(), 5, 1);
-  const Eigen::SimplicialLDLT<Matrix> reference(a);
-  const Eigen::MatrixXd expected = reference.solve(b);
+  const Eigen::MatrixXd expected = reference::SparseLdlt(a).solve(b);
   const SparseCholesky cholesky(a);
   EXPECT_EQ(cholesky.size(), a.rows());
   EXPECT_GT(cholesky.factor_nonzeros(), static_cast<std::size_t>(a.rows()));

@@ -8,6 +8,8 @@
 #include <cstdint>
 #include <string>
 
+#include "tests/support/dense.h"
+
 #include "engine/base/random.h"
 #include "tests/support/beam_columns.h"
 #include "tests/support/beam_problems.h"
@@ -75,8 +77,7 @@ BeamModel random_model(std::uint64_t seed) {
     }
     if (random.uniform() < 0.3) {
       BeamSupport support{from, {true, true, false, false, false, false}};
-      support.axes =
-          Eigen::Quaterniond::FromTwoVectors(Vector3d::UnitZ(), along).toRotationMatrix();
+      support.axes = reference::rotation_between(Vector3d::UnitZ(), along).toRotationMatrix();
       model.supports.push_back(support);
     }
     // Along the last bar it stays straight, whatever that is.

@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
-#include <Eigen/SVD>
 #include <cmath>
 #include <ctime>
 #include <numbers>
@@ -18,6 +17,7 @@
 #include "engine/rods/linkage/joint_positions.h"
 #include "engine/rods/linkage/linkage_graph.h"
 #include "tests/engine/rods/design/small_patches.h"
+#include "tests/support/dense.h"
 
 namespace limber::rods {
 namespace {
@@ -167,8 +167,7 @@ TEST(PatchMap, OfAnUnevenPatchIsTheMeanOfNeighboursAndQuick) {
 
 double measured_height(const Eigen::Matrix3Xd& points) {
   const Eigen::Matrix3Xd offsets = points.colwise() - points.rowwise().mean();
-  return Eigen::JacobiSVD<Eigen::Matrix3Xd>(offsets).singularValues()[2] /
-         std::sqrt(static_cast<double>(points.cols()));
+  return reference::singular_values(offsets)[2] / std::sqrt(static_cast<double>(points.cols()));
 }
 
 /// Largest sine of an angle between edges that follow each other along a rod.

@@ -3,10 +3,8 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/Cholesky>
-#include <Eigen/QR>
-
 #include "engine/base/random.h"
+#include "tests/support/dense.h"
 
 namespace limber::rods::detail {
 namespace {
@@ -18,7 +16,7 @@ struct Quadratic {
     Random random(7);
     Eigen::MatrixXd any(kSize, kSize);
     for (double& value : any.reshaped()) value = random.normal();
-    const Eigen::MatrixXd turn = Eigen::HouseholderQR<Eigen::MatrixXd>(any).householderQ();
+    const Eigen::MatrixXd turn = reference::ThinQr(any).q();
     Eigen::VectorXd eigenvalues(kSize);
     for (int i = 0; i < kSize; ++i) eigenvalues[i] = std::pow(10.0, 4.0 * i / (kSize - 1));
     eigenvalues[0] = least;
@@ -48,7 +46,7 @@ struct Quadratic {
 TEST(TrustRegionStep, IsNewtonsWhereTheRegionIsLarge) {
   Quadratic problem(1);
   const ModelStep step = problem.step({1e6, 1e-9 * problem.slope.norm(), 500});
-  const Eigen::VectorXd exact = problem.hessian.llt().solve(-problem.slope);
+  const Eigen::VectorXd exact = reference::solve_symmetric(problem.hessian, -problem.slope);
   EXPECT_TRUE(step.complete);
   EXPECT_FALSE(step.at_rim);
   EXPECT_LT((step.p - exact).norm(), 1e-7 * exact.norm());

@@ -2,13 +2,13 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/Eigenvalues>
 #include <cstring>
 
 #include "engine/base/parallel.h"
 #include "engine/rods/equilibrium/condition_terms.h"
 #include "engine/rods/equilibrium/unknown_scales.h"
 #include "tests/engine/rods/linkage/small_linkages.h"
+#include "tests/support/dense.h"
 
 namespace limber::rods {
 namespace {
@@ -73,11 +73,10 @@ LinkageState dense_newton(const LinkageModel& model, LinkageState state,
     terms.add(state, gradient, matrix);
     const Eigen::MatrixXd whole = matrix.to_sparse();
     const Eigen::MatrixXd part = whole(free, free);
-    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(part);
-    const Eigen::VectorXd stiff = eigen.eigenvalues().cwiseAbs().cwiseMax(1e-9);
+    const auto [values, vectors] = reference::symmetric_eigen(part);
+    const Eigen::VectorXd stiff = values.cwiseAbs().cwiseMax(1e-9);
     const Eigen::VectorXd local =
-        -eigen.eigenvectors() *
-        (eigen.eigenvectors().transpose() * gradient(free)).cwiseQuotient(stiff);
+        -vectors * (vectors.transpose() * gradient(free)).cwiseQuotient(stiff);
     Eigen::VectorXd step = Eigen::VectorXd::Zero(gradient.size());
     step(free) = local;
     const double here = total_potential(model, state, conditions);

@@ -7,6 +7,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "tests/support/dense.h"
+
 #include "engine/rods/equilibrium/linkage_equilibrium.h"
 #include "engine/rods/linkage/linkage_assembly.h"
 #include "tests/engine/rods/linkage/linkage_files.h"
@@ -162,7 +164,7 @@ class WrittenDown {
       energies.bending += energy((a0 + a1) / 2, (b0 + b1) / 2) / (l0 + l1);
     }
     // Transport t0 to t1 by the rotation in their plane, then measure the angle to d1.
-    const Eigen::Vector3d carried = Eigen::Quaterniond::FromTwoVectors(t0, t1) * b0;
+    const Eigen::Vector3d carried = reference::rotation_between(t0, t1) * b0;
     const double angle = std::atan2(t1.dot(carried.cross(b1)), carried.dot(b1));
     EXPECT_NEAR(std::remainder(state_.twist(model_, s, i) - angle, 2 * std::numbers::pi), 0, 1e-12);
     energies.twisting += kStiffness.torsion * angle * angle / (l0 + l1);

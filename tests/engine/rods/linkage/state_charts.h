@@ -3,6 +3,8 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
+#include "tests/support/dense.h"
+
 #include "engine/base/random.h"
 #include "engine/base/rotations/exponential_map.h"
 #include "engine/base/rotations/logarithm.h"
@@ -98,7 +100,7 @@ inline Eigen::VectorXd rigid_increment(const LinkageModel& model, const LinkageS
       if (i == variables.edges(s) || variables.angle(s, i) < 0) continue;
       const Eigen::Vector3d from = (state.vertex(model, s, i + 1) - place).normalized();
       const Eigen::Vector3d to = rotation * from, director = state.director(model, s, i);
-      const Eigen::Vector3d carried = Eigen::Quaterniond::FromTwoVectors(from, to) * director;
+      const Eigen::Vector3d carried = reference::rotation_between(from, to) * director;
       const Eigen::Vector3d wanted = rotation * director;
       x[variables.angle(s, i)] = std::atan2(to.dot(carried.cross(wanted)), carried.dot(wanted));
     }
