@@ -114,7 +114,7 @@ def measure(session: limber.Session, stream: limber.FrameStream, text: str, edit
         if frames.result.revision < session.revision:
             continue
         first = first or frames.received
-        if frames.result.converged:
+        if frames.result.final:
             break
     result = frames.result
     print(f"{text:<34}{1e3 * (acknowledged - start):8.2f}{1e3 * (first - start):9.2f}"

@@ -224,7 +224,7 @@ def test_another_client_watches(server, arm):
             assert first.positions.shape[1:] == (21, 3)
             revision = arm.move_support(0, rotation=(0, -2, 0)).revision
             for shown in stream:
-                if shown.result.converged and shown.result.revision == revision:
+                if shown.result.final and shown.result.revision == revision:
                     break
         assert np.abs(shown.positions[-1] - arm.frames()[-1]).max() < 1e-6
         assert len(shown.positions) == shown.result.steps > 3
@@ -331,7 +331,7 @@ def test_a_newer_edit_goes_on_from_the_way(server):
         heights = []
         for shown in stream:
             heights.append(shown.positions[-1][:, 2].max())
-            if shown.result.converged and shown.result.revision == revision:
+            if shown.result.final and shown.result.revision == revision:
                 break
     assert shown.result.status == "CONVERGED" and min(heights) > 0.5 * lowest
     moved = session.solution().positions[motion.node] - session.geometry().rest[motion.node]

@@ -84,7 +84,7 @@ def test_a_second_client_watches_changes_pauses_stops_and_takes(server, linkage,
                 for frames in stream:
                     started.set()
                     if frames.result.design is None:
-                        if seen and seen[-1].iteration > 0 and frames.result.converged:
+                        if seen and seen[-1].iteration > 0 and frames.result.final:
                             return
                         continue
                     seen.append(frames.result.design)

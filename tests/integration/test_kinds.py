@@ -194,7 +194,7 @@ def test_edits_are_numbered_and_answered(kind, opened):
         receipt = opened.edit(kind.small(opened, i))
         assert receipt.revision == first + i
         result = opened.wait()
-        assert result.revision == first + i and result.converged and not result.solve_failed, result.message
+        assert result.revision == first + i and result.final and not result.solve_failed, result.message
         answers.add(answer(opened))
     assert len(answers) == 3
 
@@ -241,7 +241,7 @@ def test_streams_bring_every_final_result_in_order(kind, opened):
                 streamed = stream.next(30)
                 sequences.append(streamed.result.sequence)
                 assert np.isfinite(streamed.positions).all()
-                if streamed.result.converged and streamed.result.revision == revision:
+                if streamed.result.final and streamed.result.revision == revision:
                     break
         assert sequences == sorted(set(sequences))
         opened.close()
@@ -269,7 +269,7 @@ def test_a_cancelled_solve_ends_and_the_session_goes_on(kind, opened):
     opened.edit(kind.slow(opened))
     opened.cancel()
     result = opened.wait()
-    assert result.converged and result.revision == opened.revision
+    assert result.final and result.revision == opened.revision
     if kind.name == "springs":
         assert result.status == "CANCELLED"
     opened.undo()

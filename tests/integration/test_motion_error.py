@@ -18,7 +18,7 @@ def test_a_final_result_is_followed_by_its_error(session):
         while not read or read[-1].result.revision < edited or read[-1].result.motion_error is None:
             read.append(next(stream))
     final, checked = read[-2:]
-    assert final.result.converged and final.result.motion_error is None
+    assert final.result.final and final.result.motion_error is None
     assert (checked.result.revision, checked.result.sequence) == (final.result.revision, final.result.sequence + 1)
     assert checked.result.since_edit_ms == final.result.since_edit_ms and checked.result.energy == final.result.energy
     np.testing.assert_array_equal(checked.positions, final.positions)

@@ -213,7 +213,7 @@ def test_a_cancelled_cold_solve_replaces_nothing(server):
         deadline = time.monotonic() + 20
         newest = limber.Result.from_message(session.status().result)
         calm_since = time.monotonic()
-        while not (newest.converged and time.monotonic() > calm_since + 0.3) and time.monotonic() < deadline:
+        while not (newest.final and time.monotonic() > calm_since + 0.3) and time.monotonic() < deadline:
             time.sleep(0.02)
             before, newest = newest, limber.Result.from_message(session.status().result)
             if newest.sequence != before.sequence:
@@ -234,7 +234,7 @@ def test_stream_shows_every_edit_and_ends_with_the_session(server):
             session.add(node=tip, frame=20 + step, displacement=(0, 0, 0.1))
             while True:
                 frames = stream.next(20)
-                if frames.result.revision == session.revision and frames.result.converged:
+                if frames.result.revision == session.revision and frames.result.final:
                     break
             revisions.append(frames.result.revision)
         np.testing.assert_allclose(frames.positions, session.frames(), atol=1e-6)

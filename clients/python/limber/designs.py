@@ -464,7 +464,7 @@ class Design:
             for frames in stream:
                 if frames.result.design is not None:
                     yield frames.result.design
-                elif frames.result.converged and self.info().state == "ended":
+                elif frames.result.final and self.info().state == "ended":
                     return
 
     def wait(self, progress: ProgressOption = None, timeout: float = 3600.0) -> DesignInfo:

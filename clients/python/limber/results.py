@@ -49,7 +49,7 @@ class Result:
 
     revision: int        # every edit up to this one is in it
     sequence: int        # counts the session's results from 1
-    converged: bool      # final for its revision; whether the solve converged is what status says
+    final: bool          # no better one of its revision will come; it need not have converged
     status: str          # "CONVERGED", "IMPROVED", "ITERATION_LIMIT", "STALLED", "CANCELLED"
     iterations: int
     force_energy: float
@@ -73,6 +73,11 @@ class Result:
     max_velocity_error: float = 0.0  # largest difference by which a velocity is missed [length unit / s]
     max_exact_velocity_error: float = 0.0  # the same of exact constraints alone [length unit / s]
     motion_error: MotionError | None = None  # of a final result that has been checked: wait(until="checked")
+
+    @property
+    def converged(self) -> bool:
+        """Final, and the solve converged. limber.v1.ResultInfo.converged means final."""
+        return self.final and self.status == "CONVERGED"
 
     @staticmethod
     def from_message(info: "service.ResultInfo") -> "Result":
