@@ -10,7 +10,6 @@
 #include <deque>
 #include <limits>
 #include <map>
-#include <optional>
 
 #include "engine/base/parallel.h"
 #include "engine/bodies/mass.h"
@@ -18,7 +17,6 @@
 #include "engine/reduced/rs_inverse.h"
 #include "engine/session/bodies/problem_mapping.h"
 #include "tests/engine/session/bodies/session_support.h"
-#include "tests/support/dense.h"
 
 namespace limber::session {
 namespace {
@@ -49,7 +47,7 @@ class Literal {
     weight_.resize(all.rows());
     for (int i = 0; i < all.rows(); ++i) weight_[i] = std::sqrt(gradient_.volumes()[i / 9]);
     const Eigen::MatrixXd weighted = weight_.asDiagonal() * all(Eigen::all, columns_);
-    solver_.emplace(weighted);
+    solver_.compute(weighted);
     base_ = Eigen::MatrixXd::Zero(all.cols(), session.unedited()->frame_count);
     if (session.unedited()->base_motion.size() > 0)
       base_ = map_base_motion(*session.unedited(), mapped_.source_of_compact);
@@ -69,7 +67,7 @@ class Literal {
       g.segment<9>(9 * e) = reduced::displacement_gradient(y).reshaped();
     }
     Eigen::VectorXd u = Eigen::VectorXd::Zero(linear.size());
-    const Eigen::VectorXd solution = solver_->least_squares(weight_.cwiseProduct(g));
+    const Eigen::VectorXd solution = solver_.solve(weight_.cwiseProduct(g));
     u(columns_) = solution;
     if (!mapped_.body.is_free()) return u;
     const Eigen::Vector3d shift =
@@ -106,7 +104,7 @@ class Literal {
   bodies::GradientOperator gradient_;
   Eigen::VectorXd mass_, weight_;
   std::vector<int> columns_;
-  std::optional<reference::ThinQr> solver_;
+  Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> solver_;
   Eigen::MatrixXd base_;
   std::vector<Eigen::VectorXd> base_rs_;
 };
