@@ -41,7 +41,7 @@ v1::ResultInfo wait_until(Client& client, const std::string& session, std::uint6
   request.set_until(until);
   for (;;) {
     const auto left = std::chrono::duration_cast<Milliseconds>(deadline - Clock::now());
-    const Milliseconds slice = std::clamp(left, Milliseconds{0}, kSlice);
+    const Milliseconds slice = std::clamp(left, Milliseconds{1}, kSlice);
     request.set_timeout_s(seconds(slice));
     try {
       return client.call(request, slice + client.options().timeout).result();

@@ -17,7 +17,16 @@ struct TiedRows {
   Eigen::MatrixXd transposed;  // J^T of these over the z of their knots
 };
 
-std::vector<TiedRows> tied_exact_rows(const ConstraintRows& rows, const Lanes& jacobian) {
+/// A pivoted QR of m x n takes about 2 m n^2 operations, which nothing interrupts: where velocities
+/// tie more than so many together (0.3 s), dependence is not looked for.
+constexpr double kMostProducts = 2e8;
+
+struct TiedGroups {
+  std::vector<TiedRows> groups;
+  bool are_all = true;  // false: some were too large to be looked at
+};
+
+TiedGroups tied_exact_rows(const ConstraintRows& rows, const Lanes& jacobian) {
   const auto knots = rows.knots().size();
   std::vector<std::size_t> group(knots);  // the first knot that each is tied to, itself if none
   for (std::size_t knot = 0; knot < knots; ++knot) group[knot] = knot;
@@ -30,7 +39,7 @@ std::vector<TiedRows> tied_exact_rows(const ConstraintRows& rows, const Lanes& j
   std::vector<std::vector<int>> groups(knots);
   for (std::size_t knot = 0; knot < knots; ++knot)
     groups[group[knot]].push_back(static_cast<int>(knot));
-  std::vector<TiedRows> found;
+  TiedGroups found;
   for (const std::vector<int>& members : groups) {
     TiedRows tied;
     for (const int knot : members) {
@@ -40,6 +49,13 @@ std::vector<TiedRows> tied_exact_rows(const ConstraintRows& rows, const Lanes& j
     if (tied.rows.empty()) continue;
     std::sort(tied.rows.begin(), tied.rows.end());
     tied.rows.erase(std::unique(tied.rows.begin(), tied.rows.end()), tied.rows.end());
+    const auto count = static_cast<double>(tied.rows.size());
+    const auto unknowns =
+        static_cast<double>(jacobian.rows()) * static_cast<double>(members.size());
+    if (members.size() > 1 && unknowns * count * count > kMostProducts) {
+      found.are_all = false;
+      continue;
+    }
     tied.transposed.setZero(jacobian.rows() * static_cast<Eigen::Index>(members.size()),
                             static_cast<Eigen::Index>(tied.rows.size()));
     for (std::size_t i = 0; i < members.size(); ++i) {
@@ -50,7 +66,7 @@ std::vector<TiedRows> tied_exact_rows(const ConstraintRows& rows, const Lanes& j
                               at - tied.rows.begin(), jacobian.rows(), 1) = jacobian.col(term);
       }
     }
-    found.push_back(std::move(tied));
+    found.groups.push_back(std::move(tied));
   }
   return found;
 }
@@ -88,7 +104,9 @@ bool Optimizer::only_contradiction_left() const {
   // no longer show in it.
   const double seen = std::sqrt(kRounding * merit(z_, state_) / rows_.exact_weight());
   const double tolerance = std::max(options_.constraint_tolerance, seen);
-  for (const auto& [rows, transposed] : tied_exact_rows(rows_, state_.jacobian)) {
+  const TiedGroups tied = tied_exact_rows(rows_, state_.jacobian);
+  if (!tied.are_all) return false;
+  for (const auto& [rows, transposed] : tied.groups) {
     Eigen::VectorXd residual(static_cast<Eigen::Index>(rows.size()));
     for (std::size_t i = 0; i < rows.size(); ++i)
       residual[static_cast<Eigen::Index>(i)] = state_.residual[rows[i]];
@@ -113,7 +131,7 @@ void Optimizer::say_rank(SolveReport& report) const {
   }
   report.dependent_rows = unmovable;
   if (rows_.exact_count() > 0 && state_.jacobian.cols() == rows_.term_count()) {
-    for (const auto& [rows, transposed] : tied_exact_rows(rows_, state_.jacobian)) {
+    for (const auto& [rows, transposed] : tied_exact_rows(rows_, state_.jacobian).groups) {
       report.dependent_rows += static_cast<int>(static_cast<Eigen::Index>(rows.size()) -
                                                 rank_of(transposed, options_.rank_tolerance).rank);
     }

@@ -11,8 +11,9 @@ namespace {
 using spacetime::MaterialReport;
 using spacetime::SolveStatus;
 
-// Limited steps look at so many nodes, 2 to 4 ms for 380 frames, and leave this share for others.
-constexpr int kNodesLookedAt = 128;
+// Steps are measured at so many nodes, those of a limited fit at fewer (2 to 4 ms for 380 frames),
+// which leaves this share for the others.
+constexpr int kSampledNodes = 512, kNodesInSteps = 128;
 constexpr double kLeftForOthers = 0.02;
 // Bodies that float take less forces by steps up to 1.3 times as long, which is reported; beyond
 // this factor motions throw parts about (7 to 10 times on the flower with both ends free).
@@ -32,7 +33,7 @@ void tell_outcome(const MaterialReport& material, spacetime::SolveReport& report
 std::optional<MaterialReport> BodySession::Impl::optimise_material(const Round& round, Steps steps,
                                                                    double most) {
   std::optional<spacetime::MaterialSolver> solver;
-  const Eigen::MatrixXd rows = rows_of_some_nodes(built_->model->basis, kNodesLookedAt);
+  const Eigen::MatrixXd rows = rows_of_some_nodes(built_->model->basis, kNodesInSteps);
   const auto size = [&](const Eigen::MatrixXd& mixing, const Eigen::MatrixXd& motion) {
     Eigen::MatrixXf coordinates;
     problem_->coordinates({{}, mixing}, motion, coordinates);
@@ -64,6 +65,8 @@ std::optional<MaterialReport> BodySession::Impl::optimise_material(const Round& 
       });
   material_iterations_ = report.iterations;
   // What was found so far is where the next edit's optimisation goes on.
+  if (out_of_date && size(solver->material().mixing, solver->motion()) > kMuchFarther * most)
+    return std::nullopt;
   if (report.below_start) {
     problem_->set_material(std::make_shared<const spacetime::Material>(solver->material()));
     problem_->solver().warm_start(solver->motion(), spacetime::Known::kAnswer);
@@ -76,19 +79,28 @@ std::optional<MaterialReport> BodySession::Impl::optimise_material(const Round& 
 
 std::optional<spacetime::SolveReport> BodySession::Impl::fit_material(
     const Round& round, const spacetime::SolveReport& start) {
-  const Eigen::MatrixXd& basis = built_->model->basis;
+  const Eigen::MatrixXd rows = rows_of_some_nodes(built_->model->basis, kSampledNodes);
   const Eigen::MatrixXf first = coordinates_now();
   const Fit before{problem_->material(), problem_->solver().motion()};
-  double most = largest_frame_step(basis, first, {});
+  double most = largest_frame_step(rows, first, {});
   if (before.material == problem_->initial_material())
     start_of_fit_ = std::make_shared<const Eigen::MatrixXf>(first);
-  else if (start_of_fit_)  // the fit began with an earlier motion
-    most = std::max(most, largest_frame_step(basis, *start_of_fit_, {}));
+  else if (start_of_fit_)  // the fit began with an earlier motion, and may have lengthened its
+                           // steps
+    most = std::max(most / kMuchFarther, largest_frame_step(rows, *start_of_fit_, {}));
   if (problem_->shakes_as_asked()) most = std::numeric_limits<double>::infinity();
   const double energy = start.total_energy + problem_->column_energy();
   for (Steps steps = Steps::kFree;; steps = Steps::kLimited) {
     std::optional<MaterialReport> fitted = optimise_material(round, steps, most);
     if (!fitted) return std::nullopt;
+    const bool was_cancelled = fitted->status == SolveStatus::kCancelled;
+    const auto moves_far = [&] {
+      return largest_frame_step(rows, coordinates_now(), {}) > kMuchFarther * most;
+    };
+    if (steps == Steps::kFree && !was_cancelled && moves_far()) {
+      take_up(before);
+      continue;
+    }
     std::optional<spacetime::SolveReport> ended = solve_motion(round, energy);
     if (!ended) return ended;
     // Exact constraints are only approached while the material is fitted: meeting them may cost
@@ -97,9 +109,9 @@ std::optional<spacetime::SolveReport> BodySession::Impl::fit_material(
         options_.solver.constraint_tolerance * built_->model->length, 1.1 * ended->exact_error());
     const bool is_higher = ended->total_energy + problem_->column_energy() > energy &&
                            start.exact_error() <= exact_limit;
-    const bool goes_far =
-        !is_higher && largest_frame_step(basis, coordinates_now(), {}) > kMuchFarther * most;
-    if (goes_far && steps == Steps::kFree && ended->status != SolveStatus::kCancelled) {
+    const bool is_cancelled = was_cancelled || ended->status == SolveStatus::kCancelled;
+    const bool goes_far = !is_higher && moves_far();
+    if (goes_far && steps == Steps::kFree && !is_cancelled) {
       take_up(before);
       continue;
     }
@@ -107,7 +119,10 @@ std::optional<spacetime::SolveReport> BodySession::Impl::fit_material(
       take_up(before);
       *ended = start;
     }
-    if (goes_far) {
+    if (is_cancelled) {
+      fitted->status = SolveStatus::kCancelled;
+      fitted->message = "the material's optimisation was cancelled";
+    } else if (goes_far) {
       fitted->status = SolveStatus::kStalled;
       fitted->message =
           "every better material that was found moves nodes much farther from one frame to the "
@@ -117,7 +132,7 @@ std::optional<spacetime::SolveReport> BodySession::Impl::fit_material(
           "materials with less energy move nodes farther from one frame to the next than they "
           "moved before";
     }
-    solved_ = ended->status == SolveStatus::kConverged;
+    solved_ = ended->status == SolveStatus::kConverged && !is_cancelled;
     tell_outcome(*fitted, *ended);
     return ended;
   }

@@ -27,7 +27,7 @@ BodyRecord::Opened describe_body(const proto::Scene& message, const scene::Scene
   opened.length_unit = scene.length_unit_in_metres;
   opened.lanes = scene.model.mode_count;
   opened.keyframe_rows = keyframe_rows(scene);
-  const std::size_t constraints = scene.constraints.size(), keyframes = scene.keyframes.size();
+  const std::size_t constraints = constraints_of(scene), keyframes = scene.keyframes.size();
   opened.bytes =
       estimate_session_bytes(scene) - estimate_constraint_bytes(constraints, opened.lanes) -
       estimate_keyframe_bytes(keyframes, opened.keyframe_rows, constraints, opened.lanes) -

@@ -7,6 +7,14 @@
 
 namespace limber::server {
 
+/// A velocity reads two frames, as two constraints do.
+std::size_t constraints_of(const scene::Scene& scene) {
+  std::size_t count = scene.constraints.size();
+  for (const scene::Constraint& constraint : scene.constraints)
+    if (constraint.kind == scene::TargetKind::kVelocity) ++count;
+  return count;
+}
+
 std::uint64_t estimate_session_bytes(const scene::Scene& scene) {
   const double n = scene.mesh.node_count(), m = scene.mesh.tet_count(), frames = scene.frame_count;
   const double r = scene::wanted_candidate_modes(scene) + 6.0;
@@ -20,9 +28,9 @@ std::uint64_t estimate_session_bytes(const scene::Scene& scene) {
   numbers += 3 * n * frames * (scene.base_motion.size() > 0 ? 2 : 0);
   numbers += 4 * frames * (r + h);  // newest, newest final, the solver's own
   return static_cast<std::uint64_t>(numbers * sizeof(double)) +
-         estimate_constraint_bytes(scene.constraints.size(), scene.model.mode_count) +
+         estimate_constraint_bytes(constraints_of(scene), scene.model.mode_count) +
          estimate_keyframe_bytes(scene.keyframes.size(), keyframe_rows(scene),
-                                 scene.constraints.size(), scene.model.mode_count) +
+                                 constraints_of(scene), scene.model.mode_count) +
          estimate_pose_bytes(scene.keyframes.size(), scene.mesh.node_count());
 }
 

@@ -21,6 +21,8 @@ namespace limber::server {
 
 /// The part of it that so many constraints need [bytes]: the solver keeps their system and the
 /// response of every constrained frame to every other, both dense.
+/// Constraints of a scene as estimate_constraint_bytes() counts them: velocities twice.
+[[nodiscard]] std::size_t constraints_of(const scene::Scene& scene);
 [[nodiscard]] std::uint64_t estimate_constraint_bytes(std::size_t constraints, int modes);
 
 /// What keyframes add to it [bytes], without their poses: in proportion to their number, but for
