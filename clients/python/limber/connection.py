@@ -23,7 +23,7 @@ import zmq
 from google.protobuf.message import DecodeError
 
 from . import checks
-from .errors import LimberError, ServerUnreachable, from_message
+from .errors import LimberError, ServerRestarted, ServerUnreachable, from_message
 from .messages import common, service
 
 VERSION = 1
@@ -109,6 +109,7 @@ class Connection:
         self._lock = threading.Lock()
         self._closed = False
         self._last_heard = 0.0
+        self._heard_instance = ""  # the run of limberd that answered last
         self._closed_first: "weakref.WeakSet" = weakref.WeakSet()
         inside = f"inproc://limber-{id(self)}"
         self._control = self.context.socket(zmq.PAIR)
@@ -165,6 +166,7 @@ class Connection:
         return self._attentive(future, begin + timeout, asks)
 
     def _attentive(self, future: futures.Future, deadline: float, asks: bool) -> "service.Reply":
+        meant = self.instance
         while asks:
             left = deadline - time.monotonic()
             if left <= SILENCE:
@@ -174,6 +176,8 @@ class Connection:
             except futures.TimeoutError:
                 if time.monotonic() - self._last_heard >= SILENCE:
                     self.ask_whether_there()
+                if meant and self._heard_instance != meant:
+                    raise ServerRestarted("limberd was restarted, and what is waited for is gone with it")
         return future.result(max(0.0, deadline - time.monotonic()))
 
     def before_closing(self, other: Any) -> None:
@@ -269,6 +273,7 @@ class Connection:
         except DecodeError:
             return  # no message of ours; whoever waits for one meets the deadline
         self._last_heard = time.monotonic()
+        self._heard_instance = reply.instance or self._heard_instance
         body = reply.WhichOneof("body")
         is_told = body == "open_session" or body == "error" and reply.error.code == common.ERROR_CODE_RESTARTED
         if reply.instance and (is_told or not self.instance):

@@ -82,8 +82,21 @@ std::optional<spacetime::SolveReport> BodySession::Impl::fit_material(
   const Eigen::MatrixXd rows = rows_of_some_nodes(built_->model->basis, kSampledNodes);
   const Eigen::MatrixXf first = coordinates_now();
   const Fit before{problem_->material(), problem_->solver().motion()};
+  const bool is_initial = before.material == problem_->initial_material();
+  // A material that was fitted to other targets may throw the body about for these: it is fitted
+  // anew then, from the motion with forces alone.
+  if (!is_initial && start_of_fit_ && !problem_->shakes_as_asked() &&
+      largest_frame_step(rows, first, {}) >
+          kMuchFarther * largest_frame_step(rows, *start_of_fit_, {})) {
+    problem_->reset_material();
+    problem_->solver().cold_start();
+    const std::optional<spacetime::SolveReport> again = solve_motion(round);
+    if (!again || again->status == SolveStatus::kCancelled) return again;
+    publish_motion(round, *again, false);
+    return fit_material(round, *again);
+  }
   double most = largest_frame_step(rows, first, {});
-  if (before.material == problem_->initial_material())
+  if (is_initial)
     start_of_fit_ = std::make_shared<const Eigen::MatrixXf>(first);
   else if (start_of_fit_)  // the fit began with an earlier motion, and may have lengthened its
                            // steps
