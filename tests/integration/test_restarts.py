@@ -123,6 +123,17 @@ def test_a_stream_says_that_the_server_was_restarted(limberd_at, monkeypatch, na
                     assert stream.next(20).result.sequence <= 2
 
 
+def test_a_wait_says_that_the_server_was_restarted(limberd_at, monkeypatch):
+    monkeypatch.setattr(limber.connection, "SILENCE", 0.5)
+    with limber.connect(limberd_at.endpoint) as server:
+        session = server.open(small_scene(), session="cup", progress=False)
+        threading.Timer(1, limberd_at.restart).start()
+        start = time.monotonic()
+        with pytest.raises((limber.ServerRestarted, limber.ServerUnreachable)):  # the latter: asked amid the restart
+            session.wait(revision=99, timeout=60)
+        assert time.monotonic() - start < 20
+
+
 def test_a_stream_says_that_the_server_was_stopped(limberd_at):
     with limber.connect(limberd_at.endpoint) as server:
         stream = server.open(small_scene(), session="cup", progress=False).stream(snapshot=False)
