@@ -145,8 +145,10 @@ class MaterialSolver::Impl {
   void accept(double part);
   /// By options_.limit; 0 where there is none.
   [[nodiscard]] double size_of(const ModeSystems& systems, const MaterialPoint& point);
+  /// The size that this finds is kept for the point's acceptance.
   [[nodiscard]] bool is_within_limit(const ModeSystems& systems, const MaterialPoint& point) {
-    return !options_.limit.size || size_of(systems, point) <= std::max(size_, options_.limit.most);
+    found_size_ = size_of(systems, point);
+    return !options_.limit.size || found_size_ <= std::max(size_, options_.limit.most);
   }
   /// z alone to its optimum for the present material. @returns whether it was worth it
   [[nodiscard]] bool settle_motion();
@@ -179,7 +181,7 @@ class MaterialSolver::Impl {
   Eigen::MatrixXd knots_z_, motion_;
   double nu_ = kFirstDamping, energy_ = 0, start_total_ = 0;
   double max_stiffness_ = std::numeric_limits<double>::infinity();
-  double size_ = 0;  // of point_, by options_.limit
+  double size_ = 0, found_size_ = 0;  // of point_ and of the one looked at last, by options_.limit
   std::optional<std::pair<Material, Eigen::MatrixXd>> resumed_;
   int evaluations_ = 0;
 };
@@ -236,7 +238,7 @@ void MaterialSolver::Impl::fit_dynamics() {
   systems_ = std::move(systems);
   material_.dynamics = std::move(fitted);
   energy_ = energy;
-  size_ = size_of(systems_, point_);
+  size_ = found_size_;
 }
 
 bool MaterialSolver::Impl::step() {
@@ -286,7 +288,7 @@ bool MaterialSolver::Impl::settle_motion() {
   if (!(energy < energy_ - kSettled * energy_) || !is_within_limit(systems_, trial_)) return false;
   std::swap(point_, trial_);
   energy_ = energy;
-  size_ = size_of(systems_, point_);
+  size_ = found_size_;
   return true;
 }
 
@@ -315,7 +317,7 @@ double MaterialSolver::Impl::try_step(double part) {
 void MaterialSolver::Impl::accept(double part) {
   std::swap(point_, trial_);
   material_.mixing = point_.mixing;
-  size_ = size_of(systems_, point_);
+  size_ = found_size_;
   if (rows_.exact_count() == 0) return;
   rows_.set_multipliers(rows_.multiplier() + part * (step_.m - rows_.multiplier()));
   energy_ = merit(point_, systems_);
