@@ -4,6 +4,8 @@
 
 #include <charconv>
 
+#include "server/wire/issues.h"
+
 namespace limber::server {
 namespace {
 
@@ -58,6 +60,19 @@ std::string edit_field_in(const proto::EditRequest& message, const std::string& 
   const std::string name =
       rest.empty() ? "" : name_in(*descriptor, rest.substr(rest.rfind('.') + 1));
   return name.empty() ? path : path + "." + name;
+}
+
+void add_issues(const proto::EditRequest& message, const std::vector<scene::Issue>& issues,
+                proto::EditResponse& response) {
+  for (scene::Issue issue : issues) {
+    issue.field = edit_field_in(message, issue.field);
+    *response.add_issues() = encode_issue(issue, "");
+  }
+}
+
+std::optional<std::uint64_t> expected_revision(const proto::EditRequest& message) {
+  if (!message.has_expected_revision()) return {};
+  return message.expected_revision();
 }
 
 bool is_too_many_steps(const Error& error) {

@@ -1,8 +1,11 @@
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <string>
+#include <vector>
 
+#include "engine/scene/scene.h"
 #include "limber/v1/service.pb.h"
 #include "server/wire/errors.h"
 
@@ -20,6 +23,13 @@ namespace limber::server {
 /// request ("edits[2].set_beam_load.load.node"). Of linkages and of structures of beams.
 [[nodiscard]] std::string edit_field_in(const proto::EditRequest& message,
                                         const std::string& field);
+
+/// The warnings of a receipt, with fields of the request as edit_field_in() finds them.
+void add_issues(const proto::EditRequest& message, const std::vector<scene::Issue>& issues,
+                proto::EditResponse& response);
+
+/// The revision that the session must be at, where the request names one.
+[[nodiscard]] std::optional<std::uint64_t> expected_revision(const proto::EditRequest& message);
 
 /// Of a request whose edits begin more steps of undo than one request may.
 [[nodiscard]] bool is_too_many_steps(const Error& error);

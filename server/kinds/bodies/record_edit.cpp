@@ -9,6 +9,7 @@
 #include "server/kinds/bodies/limits.h"
 #include "server/kinds/bodies/mesh_sources.h"
 #include "server/kinds/bodies/record.h"
+#include "server/wire/edit_fields.h"
 #include "server/wire/errors.h"
 
 namespace limber::server {
@@ -40,8 +41,6 @@ proto::EditResponse BodyRecord::edit(const proto::EditRequest& request) {
   const auto edits =
       decode_edits(request, session->unedited()->mesh.nodes,
                    mesh_loader(opened_.resolve, mesh_read_limits(hub_.options.limits)));
-  std::optional<session::Revision> expected;
-  if (request.has_expected_revision()) expected = request.expected_revision();
   const std::size_t before = constraint_count();
   const auto after = count_after(before, edits);
   const std::size_t added = count_of<session::AddConstraint>(edits);
@@ -49,7 +48,7 @@ proto::EditResponse BodyRecord::edit(const proto::EditRequest& request) {
   if (added + poses > 0)
     demand_memory(after.value_or(before + added), session->keyframes().size() + poses);
   try {
-    const auto receipt = session->edit(edits, expected);
+    const auto receipt = session->edit(edits, expected_revision(request));
     // Edits with poses may be worked on beside others.
     const bool known = after && poses == 0;
     constraints_changed(known ? *after : session->constraints().size());

@@ -81,15 +81,10 @@ void LinkageRecord::welcome_more(const std::string& prefix) {
 proto::EditResponse LinkageRecord::edit(const proto::EditRequest& request) {
   const auto session = this->session();
   const auto edits = decode_linkage_edits(request);
-  std::optional<session::Revision> expected;
-  if (request.has_expected_revision()) expected = request.expected_revision();
   try {
-    const session::EditReceipt receipt = session->edit(edits, expected);
+    const session::EditReceipt receipt = session->edit(edits, expected_revision(request));
     proto::EditResponse response = encode_linkage_receipt(receipt);
-    for (scene::Issue issue : receipt.issues) {
-      issue.field = edit_field_in(request, issue.field);
-      *response.add_issues() = encode_issue(issue, "");
-    }
+    add_issues(request, receipt.issues, response);
     return response;
   } catch (const Error& error) {
     const std::string field = edit_field_in(request, error.field());

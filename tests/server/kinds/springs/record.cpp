@@ -19,16 +19,11 @@ ChainRecord::ChainRecord(Hub& hub, const SessionKey& key, std::string name,
 proto::EditResponse ChainRecord::edit(const proto::EditRequest& request) {
   const auto session = this->session();
   const auto edits = decode_edits(request);
-  std::optional<session::Revision> expected;
-  if (request.has_expected_revision()) expected = request.expected_revision();
   try {
-    const session::EditReceipt receipt = session->edit(edits, expected);
+    const session::EditReceipt receipt = session->edit(edits, expected_revision(request));
     proto::EditResponse response;
     response.set_revision(receipt.revision);
-    for (scene::Issue issue : receipt.issues) {
-      issue.field = edit_field_in(request, issue.field);
-      *response.add_issues() = encode_issue(issue);
-    }
+    add_issues(request, receipt.issues, response);
     return response;
   } catch (const Error& error) {
     throw Error(error.code(), edit_field_in(request, error.field()), error.what());
