@@ -62,9 +62,10 @@ class FullShapes::Base {
   }
 
  private:
-  static constexpr int kCheckpoints = 16;
-  static constexpr std::size_t kMaxKeptFrames = 128;
-  static constexpr std::size_t kCoordinateBytes = std::size_t{256} << 20;
+  static constexpr int kCheckpoints = 16;             // frames whose track is kept, about
+  static constexpr std::size_t kMaxKeptFrames = 128;  // frames whose coordinates are kept at most
+  static constexpr std::size_t kCoordinateBytes = std::size_t{256}
+                                                  << 20;  // of kept coordinates at most
 
   RsInverse inverse_;
   Eigen::MatrixXd motion_;

@@ -48,7 +48,7 @@ void DesignGoal::validate(int joints) const {
   } catch (const Error& error) {
     throw Error(error.code(), "placement." + error.field(), error.what());
   }
-  std::set<int> seen;
+  std::set<int> distinct_joints;
   for (std::size_t i = 0; i < targets.size(); ++i) {
     const rods::JointTarget& target = targets[i];
     const std::string field = fmt::format("targets[{}]", i);
@@ -56,7 +56,7 @@ void DesignGoal::validate(int joints) const {
       throw Error(ErrorCode::kOutOfRange, field + ".joint",
                   fmt::format("joint {} is outside 0 .. {}", target.joint, joints - 1));
     }
-    if (!seen.insert(target.joint).second) {
+    if (!distinct_joints.insert(target.joint).second) {
       throw Error(ErrorCode::kInvalidArgument, field + ".joint",
                   fmt::format("joint {} has two targets", target.joint));
     }
