@@ -279,7 +279,7 @@ void check_place(const BeamModel& model) {
     const double away = model.nodes[i].position.cwiseAbs().maxCoeff();
     if (used[i] == 0 || away <= kFarthest * shortest) continue;
     refuse(at("nodes", i, "position"),
-           fmt::format("lies {:g} from the origin, more than {:g} times the shortest element "
+           fmt::format("is {:g} from the origin, more than {:g} times the shortest element "
                        "({:g}): move the structure there",
                        away, kFarthest, shortest));
   }

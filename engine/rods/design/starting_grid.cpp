@@ -184,7 +184,7 @@ StartingGrid starting_grid(const SurfaceMesh& surface, const StartingGridOptions
     if (is_flat) return as_driven(0);
     throw Error(ErrorCode::kInvalidArgument, "flat_angle",
                 fmt::format("the grid is to open, but rods cross at {:.3g} degrees on the surface, "
-                            "and at {:.3g} when it lies flat",
+                            "and at {:.3g} when it is flat",
                             layout.open_angle / kDegree, options.flat_angle / kDegree));
   }
   if (options.drive) return as_driven(*options.drive);
@@ -228,7 +228,7 @@ void demand_room(const StartingGrid& grid, const StartingGridOptions& options,
   const auto demand = [thick](const char* field, int count, double apart) {
     if (apart >= thick) return;
     throw Error(ErrorCode::kInvalidArgument, field,
-                fmt::format("the rods of {} {} lie {:.3g} apart when the grid lies flat, and are "
+                fmt::format("the rods of {} {} lie {:.3g} apart when the grid is flat, and are "
                             "{:.3g} thick: take fewer {}, or a smaller section",
                             count, field, apart, thick, field));
   };

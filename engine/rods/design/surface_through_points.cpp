@@ -56,7 +56,7 @@ std::vector<Cell> gridded(const Eigen::Matrix3Xd& points, const Eigen::Matrix3d&
     if (sorted[i].first != sorted[i - 1].first) continue;
     refuse_points(
         fmt::format("points[{}]", sorted[i].second),
-        fmt::format("lies over point {}: they are on no height field", sorted[i - 1].second));
+        fmt::format("is above point {}: they are on no height field", sorted[i - 1].second));
   }
   return result;
 }

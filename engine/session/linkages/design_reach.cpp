@@ -21,7 +21,7 @@ void demand_near(const DesignGoal& goal, const Eigen::Matrix3Xd& joints) {
     const double distance = (target.position - joints.col(target.joint)).norm();
     if (distance <= kMaxDistanceExtents * extent) continue;
     throw Error(ErrorCode::kOutOfRange, fmt::format("targets[{}].position", i),
-                fmt::format("lies {:g} from joint {}, and the linkage is {:g} large", distance,
+                fmt::format("is {:g} from joint {}, and the linkage is {:g} large", distance,
                             target.joint, extent));
   }
   if (!goal.surface) return;
@@ -32,7 +32,7 @@ void demand_near(const DesignGoal& goal, const Eigen::Matrix3Xd& joints) {
   }
   if (nearest <= kMaxDistanceExtents * extent) return;
   throw Error(ErrorCode::kOutOfRange, "surface",
-              fmt::format("lies {:g} from the nearest joint, and the linkage is {:g} large: is it "
+              fmt::format("is {:g} from the nearest joint, and the linkage is {:g} large: is it "
                           "in the linkage's length unit and place?",
                           nearest, extent));
 }

@@ -45,8 +45,8 @@ std::string describe_plane(const rods::LinkageModel& model, const rods::DesignPo
                            double length_scale) {
   constexpr double kPlane = 1e-6;  // of its size
   if (height_of(model, point.deployed) > kPlane * length_scale) return "";
-  return "the deployed shape lies in a plane, which by symmetry no lengths near its own bring it "
-         "out of";
+  return "the deployed shape is planar: by symmetry no lengths near its own bring it out of the "
+         "plane";
 }
 
 std::string describe_springing_up(const rods::LinkageModel& model, const rods::Conditions& flat,
@@ -66,7 +66,7 @@ std::string describe_springing_up(const rods::LinkageModel& model, const rods::C
   const double height = height_of(model, state) / length_scale;
   if (height <= kFlat) return "";
   return fmt::format(
-      "held at its mean angle of {:.1f} degrees the linkage lies flat, released it opens to {:.1f} "
+      "held at its mean angle of {:.1f} degrees the linkage is flat, released it opens to {:.1f} "
       "degrees and a height of {:.2e} of its size",
       *flat.mean_opening_angle / kDegree, state.mean_opening_angle() / kDegree, height);
 }

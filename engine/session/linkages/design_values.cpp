@@ -28,7 +28,7 @@ void demand_bounds(const char* field, const Eigen::VectorXd& bounds, const Eigen
   for (Eigen::Index s = 0; s < bounds.size(); ++s) {
     if (holds(bounds[s], start[s]) && std::isfinite(bounds[s])) continue;
     throw Error(ErrorCode::kInvalidArgument, fmt::format("{}[{}]", field, s),
-                fmt::format("the start, {:g}, lies beyond the bound {:g}", start[s], bounds[s]));
+                fmt::format("the start, {:g}, is beyond the bound {:g}", start[s], bounds[s]));
   }
 }
 

@@ -163,7 +163,7 @@ TEST_P(SensitivityTest, ProductAgreesWithDifferencesOfGradients) {
 TEST_P(SensitivityTest, ProductsAreSymmetric) {
   const EquilibriumSensitivity sensitivity(model_, state_, conditions_, variables_);
   const EquilibriumSensitivity::Adjoint adjoint = sensitivity.adjoint(function());
-  const Eigen::VectorXd u = direction(4), v = along(5);
+  const Eigen::VectorXd u = direction(4), v = direction(5);
   const auto product = [&](const Eigen::VectorXd& along) {
     return sensitivity.product(function(), adjoint, along, sensitivity.shape_change(along));
   };

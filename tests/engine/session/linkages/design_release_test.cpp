@@ -101,7 +101,7 @@ TEST(DesignRelease, AFlatShapeThatSpringsUpIsReported) {
   // A size of which a hundredth lies between both.
   const double size = 100 * std::sqrt(height(free) * height(point.flat));
   const std::string remark = describe_springing_up(tall, closed, point, size, {});
-  EXPECT_EQ(remark.find("held at its mean angle of 5.7 degrees the linkage lies flat, released it"),
+  EXPECT_EQ(remark.find("held at its mean angle of 5.7 degrees the linkage is flat, released it"),
             0U)
       << remark;
   EXPECT_EQ(describe_springing_up(tall, closed, point, 2 * size, {}), "")
@@ -115,8 +115,7 @@ TEST(DesignRelease, AFlatShapeThatSpringsUpIsReported) {
 
 TEST(DesignRelease, ADeployedShapeInAPlaneIsReported) {
   Opened opened;
-  EXPECT_NE(describe_plane(opened.model, opened.point, 120).find("lies in a plane"),
-            std::string::npos);
+  EXPECT_NE(describe_plane(opened.model, opened.point, 120).find("is planar"), std::string::npos);
   opened.point.deployed = rods::LinkageState(opened.model);
   EXPECT_EQ(describe_plane(opened.model, opened.point, 120), "");
 }
