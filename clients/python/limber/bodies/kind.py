@@ -15,7 +15,7 @@ from . import edits, scenes
 from .session import Session
 
 if TYPE_CHECKING:
-    from .requests import BodyRequests
+    from ..server import Server
 
 TETS = {".msh", ".mesh", ".vtk", ".vtu", ".ele", ".node", ".veg", ".abq", ".inp"}
 TRIANGLES = {".ply", ".stl"}
@@ -40,7 +40,7 @@ class Bodies(kind.Kind):
         ending = path.suffix.lower()
         return ending in TRIANGLES or ending == ".obj" and not has_only_lines(path, "scene")
 
-    def scene_of_file(self, server: "BodyRequests", path: Path, progress: ProgressOption, timeout: float,
+    def scene_of_file(self, server: "Server", path: Path, progress: ProgressOption, timeout: float,
                       **filling: Any) -> "messages.Scene":
         if path.suffix.lower() in TETS:
             return scenes.scene_from_mesh(path)
