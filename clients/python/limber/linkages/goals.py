@@ -43,9 +43,9 @@ class Placement:
 
     @staticmethod
     def from_message(placed: "messages.SurfacePlacement") -> "Placement":
-        vector = lambda v: (v.x, v.y, v.z)  # noqa: E731
-        return Placement(vector(placed.rotation_degrees), placed.scale if placed.HasField("scale") else 1.0,
-                         vector(placed.translation))
+        turn, shift = placed.rotation_degrees, placed.translation
+        return Placement((turn.x, turn.y, turn.z), placed.scale if placed.HasField("scale") else 1.0,
+                         (shift.x, shift.y, shift.z))
 
 
 def targets_of(targets: Any, field: str, joints: "Callable[[], int]") -> "list[messages.DesignTarget]":
