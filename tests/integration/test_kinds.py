@@ -364,7 +364,7 @@ def test_limberd_refuses_a_kind_that_it_has_not(launch):
 
 
 def test_a_client_without_the_module_still_waits_and_closes(server, monkeypatch):
-    monkeypatch.delitem(limber.kinds._CLASSES, "springs")
+    monkeypatch.delitem(limber.kind._KINDS, "springs")
     session = server.open(chain(), progress=False)
     assert type(session) is limber.OpenSession
     assert session.wait().status == "CONVERGED"

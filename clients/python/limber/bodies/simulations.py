@@ -7,11 +7,11 @@ from typing import Any, Callable, Iterable, Sequence
 
 import numpy as np
 
-from . import arrays, checks, scenes
-from .errors import invalid
-from .messages import common
-from .messages import scene as messages
-from .messages import service
+from .. import arrays, checks, scenes
+from ..errors import invalid
+from ..messages import common
+from ..messages import scene as messages
+from ..messages import service
 
 _PROFILES = {"constant": messages.FORCE_PROFILE_CONSTANT, "ramp": messages.FORCE_PROFILE_RAMP,
              "sine": messages.FORCE_PROFILE_SINE}

@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from . import checks, motions
-from .errors import invalid
+from .. import checks, files
+from ..errors import invalid
 
 # Of numbers, by both names that .ply has for them, the letter that struct has.
 _NUMBERS = {"char": "b", "uchar": "B", "short": "h", "ushort": "H", "int": "i", "uint": "I", "float": "f",
@@ -24,7 +24,7 @@ def read(path: "str | os.PathLike[str]", field: str) -> "tuple[np.ndarray, np.nd
     reader = readers.get(path.suffix.lower())
     if reader is None:
         raise invalid(field, f"{path.name} is no surface that can be read: .obj, .ply or .stl")
-    content = motions.read(path, field).removeprefix(b"\xef\xbb\xbf")  # a byte order mark
+    content = files.read(path, field).removeprefix(b"\xef\xbb\xbf")  # a byte order mark
     try:
         vertices, polygons = reader(content)
         triangles = [(p[0], p[k], p[k + 1]) for p in polygons for k in range(1, len(p) - 1)]

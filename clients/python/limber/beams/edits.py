@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import Sequence
 
-from . import checks
-from .edits import Vector, vector
-from .errors import invalid
-from .messages import beam_structure as messages
-from .messages import service
+from .. import checks
+from ..edits import Vector, vector
+from ..errors import invalid
+from ..messages import beam_structure as messages
+from ..messages import service
 
 _AXES = ("x", "y", "z")
 

@@ -6,9 +6,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from . import arrays
-from .errors import LimberError
-from .messages import service
+from .. import arrays
+from ..errors import LimberError
+from ..messages import service
 
 
 @dataclass(frozen=True)

@@ -1,143 +1,25 @@
-"""Rod linkages: scenes of them, and sessions that keep them in equilibrium."""
+"""Sessions of rod linkages, which keep them in equilibrium."""
 
 from __future__ import annotations
 
-import os
-from dataclasses import dataclass
-from pathlib import Path
-from typing import Any, Mapping, Sequence
+from typing import Any, Sequence
 
 import numpy as np
 
-from . import arrays, checks, designs, edits, exports
-from .designs import Design, DesignInfo
-from .errors import invalid
-from .linkage_shapes import LinkageGeometry, Shape
-from .mesh_files import mesh_file
-from .messages import scene as messages
-from .messages import service
-from .open_session import OpenSession, Receipt
-from .results import Result
+from .. import arrays, checks
+from ..edits import vector
+from ..errors import invalid
+from ..messages import scene as messages
+from ..messages import service
+from ..open_session import OpenSession, Receipt
+from . import goals
+from .designs import Design
+from .goals import Placement
+from .results import LinkageResult
+from .shapes import LinkageGeometry, Shape
 
 HELD = {"motion": messages.HELD_MOTION, "angle": messages.HELD_ANGLE, "both": messages.HELD_MOTION_AND_ANGLE}
-STIFF_AXES = {"d1": messages.STIFF_AXIS_D1, "d2": messages.STIFF_AXIS_D2}
-BENDING = {"material_frames": messages.ROD_BENDING_MATERIAL_FRAMES,
-           "averaged_frames": messages.ROD_BENDING_AVERAGED_FRAMES,
-           "turning_angle": messages.ROD_BENDING_TURNING_ANGLE}
-REST_LENGTHS = {"as_drawn": messages.REST_LENGTHS_AS_DRAWN, "least_stress": messages.REST_LENGTHS_LEAST_STRESS}
 STIFFNESS = 1000.0  # of the springs to targets where none is given [N/m]
-
-
-EVENTS = {service.BRANCH_EVENT_BRANCHING: "branching", service.BRANCH_EVENT_LIMIT_POINT: "limit_point",
-          service.BRANCH_EVENT_JUMP: "jump"}
-
-
-@dataclass(frozen=True)
-class LinkageStep:
-    """An equilibrium on the way from one to the next; each is a frame."""
-
-    progress: float    # share of the way, 0 .. 1
-    mean_angle: float  # [degree]
-    energy: float      # elastic [J]
-    iterations: int
-    # "": nothing happened. "branching": the branch lost its stability, the way goes on on a stable one beside it.
-    # "limit_point": it ended, "jump": it was lost; the shape jumped to another.
-    event: str
-
-
-@dataclass(frozen=True)
-class LinkageResult(Result):
-    """One published shape of a linkage. Of a result that is not final, the mean angle alone is known."""
-
-    stretching_energy: float = 0.0  # of the rods [J]
-    bending_energy: float = 0.0
-    twisting_energy: float = 0.0
-    spring_energy: float = 0.0      # of the springs to targets [J]
-    load_potential: float = 0.0     # of forces, torques and weight [J]
-    mean_angle: float = 0.0         # of all joints [degree]
-    steps: int = 0                  # equilibria on the way
-    negative_eigenvalues: int = 0   # directions in which the equilibrium is unstable
-    mean_angle_moment: float = 0.0  # on every joint, holds the mean angle [N m]
-    path: tuple[LinkageStep, ...] = ()  # of a final result, one for each of its frames; empty if none is new
-    design: DesignInfo | None = None    # of a step of a design: its frames are the flat shape and the deployed one
-
-    @property
-    def events(self) -> tuple[LinkageStep, ...]:
-        """Where on the way the branch of equilibria changed."""
-        return tuple(step for step in self.path if step.event)
-
-    @staticmethod
-    def from_message(info: "service.ResultInfo") -> "LinkageResult":
-        more = info.linkage
-        return LinkageResult(**vars(Result.from_message(info)), stretching_energy=more.stretching_energy,
-                             bending_energy=more.bending_energy, twisting_energy=more.twisting_energy,
-                             spring_energy=more.spring_energy, load_potential=more.load_potential,
-                             mean_angle=more.mean_angle_degrees, steps=more.steps,
-                             negative_eigenvalues=more.negative_eigenvalues, mean_angle_moment=more.mean_angle_moment,
-                             path=tuple(LinkageStep(step.progress, step.mean_angle_degrees, step.energy,
-                                                    step.iterations, EVENTS.get(step.event, "")) for step in more.path),
-                             design=DesignInfo.from_message(info.design) if info.HasField("design") else None)
-
-
-def linkage_scene(vertices: Any, edges: Any = None, *, section: Mapping[str, Any], name: str = "",
-                  edges_per_segment: int | None = None, stiff_axis: str = "d1", bending: str = "material_frames",
-                  rest_lengths: str = "as_drawn", length_unit_in_metres: float | None = None,
-                  youngs_modulus: float | None = None, poissons_ratio: float | None = None,
-                  density: float | None = None) -> "messages.Scene":
-    """A scene of a rod linkage: vertices (n x 3, length unit) and edges (m x 2, vertex ids from 0), or the path of an
-    .obj file with lines.
-
-    section: the shape of the rods and its dimensions, e.g. {"rectangle": (width, height)} or {"tube": {"diameter": 0.02,
-    "wall_thickness": 0.002}}: rectangle, ellipse, i, l, plus, tube; {"profile": corners} takes a closed polygon.
-    stiff_axis: "d1" (bending sideways is the stiffer) or "d2". bending: "material_frames", "averaged_frames" or
-    "turning_angle". rest_lengths: "as_drawn", or "least_stress": those for which the linkage as drawn has least elastic
-    energy. What is not given has the server's default.
-    """
-    scene = messages.Scene(name=checks.text(name, "name"))
-    linkage = scene.linkage
-    if edges is None:
-        linkage.lines.file.CopyFrom(mesh_file(checks.path(vertices, "vertices"), field="linkage.lines.path"))
-        scene.name = scene.name or Path(os.fspath(vertices)).stem
-    else:
-        points = checks.numeric(vertices, "linkage.lines.arrays.vertices")
-        pairs = checks.numeric(edges, "linkage.lines.arrays.edges")
-        linkage.lines.arrays.vertices.CopyFrom(arrays.to_message(points, np.float64))
-        linkage.lines.arrays.edges.CopyFrom(arrays.to_message(pairs, np.int32))
-    put_section(section, linkage.section)
-    if edges_per_segment is not None:
-        linkage.edges_per_segment = checks.whole(edges_per_segment, "edges_per_segment")
-    linkage.stiff_axis = STIFF_AXES[checks.one_of(stiff_axis, STIFF_AXES, "stiff_axis")]
-    linkage.bending = BENDING[checks.one_of(bending, BENDING, "bending")]
-    linkage.rest_lengths = REST_LENGTHS[checks.one_of(rest_lengths, REST_LENGTHS, "rest_lengths")]
-    if length_unit_in_metres is not None:
-        scene.length_unit_in_metres = checks.real(length_unit_in_metres, "length_unit_in_metres")
-    material = {"youngs_modulus": youngs_modulus, "poissons_ratio": poissons_ratio, "density": density}
-    for key, value in material.items():
-        if value is not None:
-            setattr(linkage.material, key, checks.real(value, key))
-    return scene
-
-
-def put_section(section: Any, message: "messages.RodSection") -> None:
-    """The shape of rods with its dimensions, as linkage_scene() takes it."""
-    shapes = message.DESCRIPTOR.fields_by_name
-    if not isinstance(section, Mapping) or len(section) != 1:
-        raise invalid("section", f"section takes one shape with its dimensions, e.g. {{'rectangle': (0.02, 0.005)}}, "
-                                 f"not {section!r}")
-    (shape, dimensions), = section.items()
-    made = getattr(message, checks.one_of(shape, shapes, "section"))
-    made.SetInParent()
-    if shape == "profile":
-        made.outer.CopyFrom(arrays.to_message(checks.numeric(dimensions, "section.profile"), np.float64))
-        return
-    names = [field.name for field in made.DESCRIPTOR.fields]
-    if not isinstance(dimensions, Mapping):
-        values = list(checks.several(dimensions, f"section.{shape}"))
-        if len(values) != len(names):
-            raise invalid(f"section.{shape}", f"{shape} takes {', '.join(names)}, not {dimensions!r}")
-        dimensions = dict(zip(names, values))
-    for key, value in dimensions.items():
-        setattr(made, checks.one_of(key, names, f"section.{shape}"), checks.real(value, f"section.{shape}.{key}"))
 
 
 class Target:
@@ -158,7 +40,7 @@ class Target:
 
     def move(self, position: Sequence[float]) -> Receipt:
         receipt = self.session.move(self, position)
-        self.message.position.CopyFrom(edits.vector(position, "position"))
+        self.message.position.CopyFrom(vector(position, "position"))
         return receipt
 
     def remove(self) -> Receipt:
@@ -172,7 +54,8 @@ class LinkageSession(OpenSession):
     """A session of a rod linkage. Made by Server.open() or Server.session(). Joints and segments count from 0; angles
     are in degrees."""
 
-    FORMATS = exports.LINKAGE
+    FORMATS = {"vtp": service.EXPORT_FORMAT_VTP, "obj": service.EXPORT_FORMAT_OBJ, "json": service.EXPORT_FORMAT_JSON,
+               "scene": service.EXPORT_FORMAT_SCENE}
     DEFAULT_FORMATS = ("vtp", "json")
     _geometry: LinkageGeometry | None = None
 
@@ -208,7 +91,7 @@ class LinkageSession(OpenSession):
         """Holds a joint: its "motion" (position and rotation), its "angle", or "both"; position: where to bring it."""
         pin = messages.JointPin(joint=checks.whole(joint, "joint"), held=HELD[checks.one_of(held, HELD, "held")])
         if position is not None:
-            pin.position.CopyFrom(edits.vector(position, "position"))
+            pin.position.CopyFrom(vector(position, "position"))
         return self.edit([service.Edit(pin_joint=service.PinJoint(pin=pin))])
 
     def release(self, joint: int) -> Receipt:
@@ -221,7 +104,7 @@ class LinkageSession(OpenSession):
         """A spring [N/m] from a joint, or from a point at a share of a segment's length, to a position."""
         if (joint is None) == (segment is None):
             raise invalid("joint", "give either a joint or a segment")
-        target = messages.LinkageTarget(position=edits.vector(position, "position"),
+        target = messages.LinkageTarget(position=vector(position, "position"),
                                         stiffness=checks.real(stiffness, "stiffness"))
         if segment is None:
             target.joint = checks.whole(joint, "joint")
@@ -233,7 +116,7 @@ class LinkageSession(OpenSession):
         return Target(self, target)
 
     def move(self, target: "Target | int", position: Sequence[float]) -> Receipt:
-        change = service.MoveTarget(id=_id(target), position=edits.vector(position, "position"))
+        change = service.MoveTarget(id=_id(target), position=vector(position, "position"))
         return self.edit([service.Edit(move_target=change)])
 
     def remove(self, target: "Target | int") -> Receipt:
@@ -242,13 +125,13 @@ class LinkageSession(OpenSession):
     def load(self, joint: int, *, force: Sequence[float] = (0, 0, 0), moment: Sequence[float] = (0, 0, 0),
              torque: float = 0.0) -> Receipt:
         """Replaces what loads a joint: a force [N], a moment [N m], a torque that opens it [N m]; nothing: no load."""
-        load = messages.JointLoad(joint=checks.whole(joint, "joint"), force=edits.vector(force, "force"),
-                                  moment=edits.vector(moment, "moment"), torque=checks.real(torque, "torque"))
+        load = messages.JointLoad(joint=checks.whole(joint, "joint"), force=vector(force, "force"),
+                                  moment=vector(moment, "moment"), torque=checks.real(torque, "torque"))
         return self.edit([service.Edit(set_joint_load=service.SetJointLoad(load=load))])
 
     def gravity(self, gravity: Sequence[float]) -> Receipt:
         """[m/s^2]"""
-        return self.edit([service.Edit(set_gravity=service.SetGravity(gravity=edits.vector(gravity, "gravity")))])
+        return self.edit([service.Edit(set_gravity=service.SetGravity(gravity=vector(gravity, "gravity")))])
 
     def set_lengths(self, lengths: Any) -> Receipt:
         """Rest lengths of all segments [length unit]; none ([]): those of the scene."""
@@ -289,7 +172,7 @@ class LinkageSession(OpenSession):
                joint_weights: Any = None, lengths: str | None = None, sections: str | None = None,
                thinnest: float | None = None, thickest: float | None = None, thinnest_sections: Any = None,
                thickest_sections: Any = None, guard: str | None = None, fitted_points: Any = None,
-               flat_angle: float | None = None, placement: "designs.Placement | None" = None,
+               flat_angle: float | None = None, placement: "Placement | None" = None,
                least_cover: float | None = None) -> Design:
         """Begins a search for rest lengths with which the shape without angles lies flat, or that at a mean angle, and the one that pins and
         angles ask for now is near to a surface or targets, at little stress. limber.v1.DesignGoal has the objective.
@@ -312,7 +195,7 @@ class LinkageSession(OpenSession):
         A design that ends by itself with flat_height, smallest_angle and least_cover kept is taken: a revision that undo() takes
         back. Until it has ended, edits are refused.
         """
-        request = designs.request(self.id, self.joint_count, surface=surface, targets=targets, flat_share=flat_share,
+        request = goals.request(self.id, self.joint_count, surface=surface, targets=targets, flat_share=flat_share,
                                   distance_weight=distance_weight, surface_weight=surface_weight,
                                   translation=translation, rotation=rotation, scale=scale, shortest=shortest, longest=longest,
                                   flat_height=flat_height, smallest_angle=smallest_angle, max_iterations=max_iterations,

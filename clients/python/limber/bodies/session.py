@@ -1,4 +1,4 @@
-"""One session of a server: its constraints, edits, results and frames."""
+"""Sessions of elastic bodies: their constraints, edits and results."""
 
 from __future__ import annotations
 
@@ -6,13 +6,16 @@ import random
 import time
 from typing import Any, Iterable, Sequence
 
-
-from . import checks, edits, exports
-from .errors import LimberError, invalid
+from .. import checks
+from ..edits import EditLike, to_messages, vector
+from ..errors import LimberError, invalid
+from ..messages import scene as scenes, service
+from ..open_session import OpenSession, Receipt
+from ..results import Result
+from . import edits
+from .geometry import Geometry
 from .keyframes import Keyframe, keyframe
-from .messages import scene as scenes, service
-from .open_session import OpenSession, Receipt
-from .results import Geometry, Material, Result
+from .material import Material
 
 
 class Constraint:
@@ -55,7 +58,7 @@ class Constraint:
         if count != 1:
             raise invalid("target", "give exactly one of target, position, displacement and velocity")
         [(named, values)] = kinds.items()
-        point = edits.vector(values, named)
+        point = vector(values, named)
         changed = scenes.Constraint()
         changed.CopyFrom(self.message)
         getattr(changed, named).CopyFrom(point)
@@ -86,7 +89,8 @@ class Constraint:
 class Session(OpenSession):
     """A session of an elastic body. Made by Server.open() or Server.session(); several may name the same session."""
 
-    FORMATS = exports.BODY
+    FORMATS = {"pvd": service.EXPORT_FORMAT_PVD, "pc2": service.EXPORT_FORMAT_PC2,
+               "blender": service.EXPORT_FORMAT_BLENDER, "scene": service.EXPORT_FORMAT_SCENE}
     DEFAULT_FORMATS = ("pvd", "blender")
 
     def scene(self) -> "scenes.Scene":
@@ -115,7 +119,7 @@ class Session(OpenSession):
 
     # ---- edits ----
 
-    def edit(self, changes: Iterable[edits.EditLike], expected_revision: int | None = None) -> Receipt:
+    def edit(self, changes: Iterable[EditLike], expected_revision: int | None = None) -> Receipt:
         """All or nothing, in order, as one revision.
 
         expected_revision: refuse (FAILED_PRECONDITION) unless this is the newest one.
@@ -124,12 +128,12 @@ class Session(OpenSession):
             checks.whole(expected_revision, "expected_revision", most=2 ** 64 - 1)
         changes = list(checks.several(changes, "edits"))
         if not any(isinstance(change, edits.DynamicsChange) for change in changes):
-            return self._send(edits.to_messages(changes), expected_revision)
+            return self._send(to_messages(changes), expected_revision)
         # What stays is read first, and whoever edits in between is not undone by it.
         deadline = time.monotonic() + self.connection.timeout
         while True:
             known = self.connection.call("get_session", service.GetSessionRequest(session=self.reference, with_scene=True))
-            messages = edits.to_messages(changes, known.scene.dynamics)
+            messages = to_messages(changes, known.scene)
             try:
                 return self._send(messages, known.status.revision if expected_revision is None else expected_revision)
             except LimberError as error:

@@ -1,33 +1,26 @@
-"""Structures of beams that bend far: what is solved, and the answer."""
+"""Equilibria of structures of beams: what is asked for, and the answer."""
 
 from __future__ import annotations
 
-import json
 import os
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Iterable, Mapping, Union
+from typing import Iterable
 
 import numpy as np
-from google.protobuf import json_format
 
-from . import arrays, checks, motions
-from .errors import invalid
-from .exports import write_exported
-from .messages import beam_structure
-from .messages import beams as messages
-from .messages import scene, service
-from .results import issue_text
-
-BeamsLike = Union["beam_structure.BeamStructure", Mapping[str, Any], str, "os.PathLike[str]"]
+from .. import arrays, checks
+from ..exports import write_exported
+from ..messages import beams as messages
+from ..messages import scene, service
+from ..results import issue_text
+from .structures import BeamsLike, structure_of
 
 METHODS = {"choose": messages.BEAM_METHOD_UNSPECIFIED, "newton": messages.BEAM_METHOD_NEWTON,
            "relaxation": messages.BEAM_METHOD_RELAXATION,
            "relaxation_then_newton": messages.BEAM_METHOD_RELAXATION_THEN_NEWTON}
 FORMATS = {"vtu": messages.BEAM_FILE_FORMAT_VTU, "csv": messages.BEAM_FILE_FORMAT_CSV,
            "json": messages.BEAM_FILE_FORMAT_JSON}
-_JOB, _SETTINGS = "SimulationJob.json", "DRMSettings.json"
-_JOB_KEYS = ("mesh filename", "cross section dim", "beam material")  # any of them identifies a job
 
 
 @dataclass(frozen=True)
@@ -95,61 +88,6 @@ class BeamSolution:
     def write(self, folder: "str | os.PathLike[str]" = ".") -> tuple[Path, ...]:
         """Writes the files that solve_beams(files=..) asked for."""
         return tuple(write_exported(checks.path(folder, "folder"), file) for file in self._files)
-
-
-def is_job(path: Path) -> bool:
-    """A job of the public relaxation code: its folder, or its SimulationJob.json."""
-    return path.is_dir() or path.name == _JOB
-
-
-def load_structure(path: "str | os.PathLike[str]") -> "beam_structure.BeamStructure | scene.MeshFile":
-    """A structure (JSON form of limber.v1.BeamStructure), that of a scene file, or a job of the public relaxation code:
-    its folder or its SimulationJob.json, with the mesh that it names and DRMSettings.json from beside it."""
-    path = checks.path(path, "structure")
-    if path.is_dir():
-        path = path / _JOB
-    content = motions.read(path, "structure")
-    try:
-        value = json.loads(content)
-    except ValueError as error:
-        raise invalid("structure", f"{path} is not JSON: {error}") from error
-    except RecursionError:
-        raise invalid("structure", f"{path} is nested too deeply") from None
-    if not isinstance(value, Mapping) or not (path.name == _JOB or any(key in value for key in _JOB_KEYS)):
-        return _parse(value, str(path))
-    made = scene.MeshFile(name=path.name, content=content)
-    if "mesh filename" in value:  # otherwise the server names the misspelt key
-        mesh = Path(checks.text(value["mesh filename"], "job")).name  # a job does not reach out of its folder
-        made.companions[mesh] = motions.read(path.with_name(mesh), "job")
-    if path.with_name(_SETTINGS).is_file():
-        made.companions[_SETTINGS] = motions.read(path.with_name(_SETTINGS), "job")
-    return made
-
-
-def _of_scene(read: "scene.Scene", what: str) -> "beam_structure.BeamStructure | scene.MeshFile":
-    """What a scene of beams is solved as when it is drawn."""
-    if read.beams.HasField("lines"):
-        raise invalid("structure.beams.lines", f"the nodes of {what} come from a file of lines: open() reads it")
-    return read.beams.job if read.beams.HasField("job") else read.beams.structure
-
-
-def _parse(value: Any, what: str) -> "beam_structure.BeamStructure | scene.MeshFile":
-    if not isinstance(value, Mapping):
-        raise invalid("structure", f"{what} is no structure: a JSON object is expected")
-    try:
-        if "beams" in value:
-            return _of_scene(json_format.ParseDict(checks.plain(value), scene.Scene()), what)
-        return json_format.ParseDict(checks.plain(value), beam_structure.BeamStructure())
-    except (json_format.ParseError, TypeError, AttributeError) as error:
-        path, why = checks.json_fault(error)
-        raise invalid(f"structure{path}", f"{what} is no structure: {why}") from error
-
-
-def structure_of(structure: BeamsLike) -> "beam_structure.BeamStructure | scene.MeshFile":
-    """A structure, or a job with its files."""
-    if isinstance(structure, (str, os.PathLike)):
-        return load_structure(structure)
-    return structure if isinstance(structure, beam_structure.BeamStructure) else _parse(structure, "the value")
 
 
 def request(structure: BeamsLike, *, method: str, tolerance: float | None, files: Iterable[str], stem: str,

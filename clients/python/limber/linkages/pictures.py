@@ -8,10 +8,11 @@ from typing import Any, Mapping, Sequence
 
 import numpy as np
 
-from . import checks, surface_files
-from .designs import surface_arrays
-from .errors import LimberError, invalid
-from .linkage_shapes import Shape
+from .. import checks
+from ..errors import LimberError, invalid
+from . import surfaces
+from .goals import surface_arrays
+from .shapes import Shape
 
 PANEL = 360.0   # width and height of one shape's panel [px]
 MARGIN = 24.0
@@ -84,7 +85,7 @@ def picture(path: "str | os.PathLike[str]", shapes: "Mapping[str, Shape | None]"
 def _surface(surface: Any) -> "tuple[np.ndarray, np.ndarray | None]":
     """Points and triangles that can be drawn. There is no server to say what is wrong with them."""
     if isinstance(surface, (str, os.PathLike)):
-        points, triangles = surface_files.read(surface, "surface")
+        points, triangles = surfaces.read(surface, "surface")
     else:
         points, triangles = surface_arrays(surface, "surface")
     if points.ndim != 2 or points.shape[1] != 3 or len(points) == 0:

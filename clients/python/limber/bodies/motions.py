@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import os
-import stat
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
 
 import numpy as np
 
-from . import arrays, checks
-from .errors import LimberError, invalid
-from .messages import scene as messages
+from .. import arrays, checks
+from ..errors import invalid
+from ..files import read
+from ..messages import scene as messages
 
 
 def base_motion(value: Any) -> "messages.BaseMotion":
@@ -55,14 +55,3 @@ def _read_path(path: Path) -> "messages.BaseMotion":
     for name in dict.fromkeys(item.get("file", "") for item in sets):  # what it says of them is the server's to read
         series.files.add(name=name, content=read(path.parent / name, field))
     return messages.BaseMotion(vtu_series=series)
-
-
-def read(path: Path, field: str) -> bytes:
-    """The bytes of a regular file; of a pipe nobody is waited for."""
-    try:
-        with open(path, "rb", opener=lambda name, flags: os.open(name, flags | os.O_NONBLOCK)) as file:
-            if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
-                raise LimberError("IO", f"cannot read {path}: it is no regular file", field)
-            return file.read()
-    except OSError as error:
-        raise LimberError("IO", f"cannot read {path}: {error.strerror}", field) from error

@@ -7,13 +7,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from . import arrays, checks
-from .errors import invalid
-from .mesh_files import mesh_file
-from .messages import scene as scenes, service
+from .. import arrays, checks
+from ..errors import invalid
+from ..files import mesh_file
+from ..messages import scene as scenes, service
 
 if TYPE_CHECKING:
-    from .session import Receipt, Session
+    from ..open_session import Receipt
+    from .session import Session
 
 
 def keyframe(*, frame: int, positions: Any, weight: float | None = None, exact: bool = False,

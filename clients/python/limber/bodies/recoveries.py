@@ -6,10 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from . import arrays, checks, edits, scenes
-from .messages import scene as scene_messages
-from .messages import service
-from .results import Mode
+from .. import arrays, checks, scenes
+from ..messages import scene as scene_messages
+from ..messages import service
+from . import edits
+from .material import Mode
 
 _STARTS = {"principal": service.RECOVERY_START_PRINCIPAL_COMPONENTS, "spectrum": service.RECOVERY_START_SPECTRUM}
 
