@@ -13,12 +13,12 @@ def refused(call):
 
 def test_sessions_have_the_class_of_their_kind(monkeypatch):
     monkeypatch.setattr(kind, "_KINDS", dict(kind._KINDS))
-    assert [kind.session_class(name) for name in ("", "bodies", "linkages", "beams", "springs")] == [
+    assert [kind.session_class(name) for name in ("", "bodies", "linkages", "beams", "shells")] == [
         limber.Session, limber.Session, limber.LinkageSession, limber.BeamSession, limber.OpenSession]
-    limber.register_kind("springs", limber.BeamSession)
-    assert kind.session_class("springs") is limber.BeamSession
+    limber.register_kind("shells", limber.BeamSession)
+    assert kind.session_class("shells") is limber.BeamSession
     assert refused(lambda: limber.register_kind("", limber.Session)) == ("INVALID_ARGUMENT", "kind")
-    assert refused(lambda: limber.register_kind("springs", int)) == ("INVALID_ARGUMENT", "session_class")
+    assert refused(lambda: limber.register_kind("shells", int)) == ("INVALID_ARGUMENT", "session_class")
 
 
 @pytest.mark.parametrize("name, text, kind_name, is_filled", [
