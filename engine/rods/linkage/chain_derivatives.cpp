@@ -4,9 +4,10 @@
 #include <vector>
 
 #include "engine/base/numerics/dual.h"
-#include "engine/rods/linkage/chain_walk.h"
 #include "engine/rods/linkage/terminal_lanes.h"
+#include "engine/rods/rod/edge_stiffness.h"
 #include "engine/rods/rod/stretch_element.h"
+#include "engine/rods/rod/vertex_response.h"
 
 namespace limber::rods::detail {
 namespace {
@@ -43,8 +44,9 @@ class DerivativeWalk {
   DerivativeWalk(const ChainPoint& point, int batch, const ChainDerivatives& out)
       : point_(point),
         batch_(point.model.chains()->batches()[batch]),
-        source_{point.source.slots(point.model, batch), point.model.slot_parameters(batch)},
-        moved_{point.moved.slots(point.model, batch), source_.parameters},
+        slots_(point.source.slots(point.model, batch)),
+        moved_(point.moved.slots(point.model, batch)),
+        parameters_(point.model.slot_parameters(batch)),
         first_slot_(point.model.first_slot(batch)),
         out_(out),
         share_(point.share),
@@ -62,66 +64,25 @@ class DerivativeWalk {
     square_ = growth_ * growth_;
     const V square = scale_ * scale_;
     const T inertia = square * square * (square_ * square_);
-    stiffness_ = ChainStiffness<T>::scaled(point.model.stiffness(), inertia);
+    const RodStiffness& stiffness = point.model.stiffness();
+    bending_1_ = stiffness.bending_1 * inertia;
+    bending_2_ = stiffness.bending_2 * inertia;
+    torsion_ = stiffness.torsion * inertia;
   }
 
   void run() {
     place();
-    walk_chain(batch_.edges, *this);
-    write();
-  }
-
-  [[nodiscard]] MaterialFrame<T> edge_at(int e) const {
-    const bool at_start = batch_.has_start && e == 0;
-    if (at_start || (batch_.has_finish && e == batch_.edges - 1)) {
-      const TerminalLanes<T>& edge = terminals_[at_start ? kStart : kFinish];
-      return {edge.tangent, edge.length, edge.director, edge.normal, {}};
+    MaterialFrame<T> frame = frame_of(0);
+    VertexResult<T> before{};
+    for (int e = 0; e < batch_.edges; ++e) {
+      const bool last = e + 1 == batch_.edges;
+      const MaterialFrame<T> next = last ? frame : frame_of(e + 1);
+      const VertexResult<T> after = last ? VertexResult<T>{} : vertex(e, frame, next);
+      edge(e, frame, before, after);
+      before = after;
+      frame = next;
     }
-    const MaterialFrame<V> source = source_.frame(e);
-    return material_frame(vertices_[e], vertices_[e + 1], turns_[e], constant<T>(source.tangent),
-                          constant<T>(source.d1));
-  }
-
-  [[nodiscard]] VertexResult<T> vertex(int e, const MaterialFrame<T>& frame,
-                                       const MaterialFrame<T>& next) {
-    const BendingForm form = point_.model.form();
-    const T before = rest(e), after = rest(e + 1);
-    const VertexStrains<T> none{T(0.0), T(0.0), T(0.0), T(0.0), T(0.0)};
-    VertexMaterial<T> material = stiffness_.vertex(length_weights(before, after, form));
-    const T twist = material_twist(frame, next, T(moved_.twist_after(e)));
-    const auto response = vertex_response<VertexOrder::kMoment>(frame, next, twist, material, form);
-    VertexResult<T> result;
-    result.moment = response.moment;
-    // Rest lengths only enter the weights, linearly.
-    const auto by_rest = [&](const T& first, const T& second) {
-      const auto weights = length_weights(Dual<T>(before, first), Dual<T>(after, second), form);
-      material.weights = {weights.before.derivative, weights.after.derivative,
-                          weights.both.derivative, weights.twist.derivative};
-      const auto& strains = response.strains;
-      const auto energy = vertex_energy(strains, vertex_stresses(strains, material), none);
-      return energy.bending + energy.twisting;
-    };
-    result.by_rest_before = by_rest(T(1.0), T(0.0));
-    result.by_rest_after = by_rest(T(0.0), T(1.0));
-    // The energy goes with one over both lengths (Euler).
-    turning_ -= before * result.by_rest_before + after * result.by_rest_after;
-    return result;
-  }
-
-  void edge(int e, const MaterialFrame<T>& frame, const MaterialFrame<T>&,
-            const VertexResult<T>& before, const VertexResult<T>& after) {
-    const T length = rest(e);
-    const auto s =
-        stretch(frame.length, length, source_.parameter(e, LinkageModel::kStretching) * square_);
-    stretching_ += s.energy;
-    const auto gradient = edge_gradient(frame, before.moment - after.moment, s.tension);
-    gradient_[e] -= gradient.force;
-    gradient_[e + 1] += gradient.force;
-    torques_[e] = gradient.torque;
-    // d/d rest of (l - rest)^2 / (2 rest).
-    const T by_rest = T(-0.5) * s.tension * (frame.length + length) / length +
-                      before.by_rest_after + after.by_rest_before;
-    store_lane(out_.rests + e * kChainLanes, asked(by_rest, share_));
+    write();
   }
 
  private:
@@ -158,7 +119,7 @@ class DerivativeWalk {
         turns_[slot] = moving(V(0.0), chain_unknown(number));
         continue;
       }
-      const V from = load_lane(source_.slots + slot * kSlotStride + axis * kChainLanes);
+      const V from = load_lane(slots_ + (slot * LinkageState::kFields + axis) * kChainLanes);
       const T at = moving(from, chain_unknown(number));
       (axis == 0 ? vertices_[slot].x : axis == 1 ? vertices_[slot].y : vertices_[slot].z) = at;
     }
@@ -222,15 +183,78 @@ class DerivativeWalk {
     return {{at(0), at(1), at(2)}, {at(3), at(4), at(5)}, at(kJointAngle), at(kJointLengthA)};
   }
 
+  [[nodiscard]] MaterialFrame<T> frame_of(int e) const {
+    const bool at_start = batch_.has_start && e == 0;
+    if (at_start || (batch_.has_finish && e == batch_.edges - 1)) {
+      const TerminalLanes<T>& edge = terminals_[at_start ? kStart : kFinish];
+      return {edge.tangent, edge.length, edge.director, edge.normal, {}};
+    }
+    const double* const slot = slots_ + std::ptrdiff_t{e} * LinkageState::kFields * kChainLanes;
+    const Vec3<V> source =
+        load_lanes3(slot + LinkageState::kFields * kChainLanes) - load_lanes3(slot);
+    const V inverse = 1.0 / norm(source);
+    return material_frame(vertices_[e], vertices_[e + 1], turns_[e], constant<T>(inverse * source),
+                          constant<T>(load_lanes3(slot + LinkageState::kDirector * kChainLanes)));
+  }
+
   [[nodiscard]] T rest(int e) const {
     const auto direction = [&](int k) {
       const LaneCell* const cells = point_.rests[k];
       return cells == nullptr ? V(0.0) : load_lane(cells[first_slot_ + e].values);
     };
     T result;
-    compose(source_.rest_length(e), direction(0), direction(1), result);
+    compose(parameter(e, LinkageModel::kRestLength), direction(0), direction(1), result);
     return result;
   }
+  [[nodiscard]] V parameter(int e, int field) const {
+    return load_lane(parameters_ + (e * LinkageModel::kFields + field) * kChainLanes);
+  }
+
+  /// The vertex after edge e.
+  [[nodiscard]] VertexResult<T> vertex(int e, const MaterialFrame<T>& frame,
+                                       const MaterialFrame<T>& next) {
+    const BendingForm form = point_.model.form();
+    const T before = rest(e), after = rest(e + 1);
+    const VertexStrains<T> none{T(0.0), T(0.0), T(0.0), T(0.0), T(0.0)};
+    VertexMaterial<T> material{bending_1_, bending_2_, torsion_,
+                               length_weights(before, after, form), none};
+    const V branch =
+        load_lane(moved_ + ((e + 1) * LinkageState::kFields + LinkageState::kTwist) * kChainLanes);
+    const auto response = vertex_response<VertexOrder::kMoment>(
+        frame, next, material_twist(frame, next, T(branch)), material, form);
+    VertexResult<T> result;
+    result.moment = response.moment;
+    // Rest lengths only enter the weights, linearly.
+    const auto by_rest = [&](const T& first, const T& second) {
+      const auto weights = length_weights(Dual<T>(before, first), Dual<T>(after, second), form);
+      material.weights = {weights.before.derivative, weights.after.derivative,
+                          weights.both.derivative, weights.twist.derivative};
+      const auto& strains = response.strains;
+      const auto energy = vertex_energy(strains, vertex_stresses(strains, material), none);
+      return energy.bending + energy.twisting;
+    };
+    result.by_rest_before = by_rest(T(1.0), T(0.0));
+    result.by_rest_after = by_rest(T(0.0), T(1.0));
+    // The energy goes with one over both lengths (Euler).
+    turning_ -= before * result.by_rest_before + after * result.by_rest_after;
+    return result;
+  }
+
+  void edge(int e, const MaterialFrame<T>& frame, const VertexResult<T>& before,
+            const VertexResult<T>& after) {
+    const T length = rest(e);
+    const auto s = stretch(frame.length, length, parameter(e, LinkageModel::kStretching) * square_);
+    stretching_ += s.energy;
+    const auto gradient = edge_gradient(frame, before.moment - after.moment, s.tension);
+    gradient_[e] -= gradient.force;
+    gradient_[e + 1] += gradient.force;
+    torques_[e] = gradient.torque;
+    // d/d rest of (l - rest)^2 / (2 rest).
+    const T by_rest = T(-0.5) * s.tension * (frame.length + length) / length +
+                      before.by_rest_after + after.by_rest_before;
+    store_lane(out_.rests + e * kChainLanes, asked(by_rest, share_));
+  }
+
   void write() const {
     for (int number = batch_.begin(); number < batch_.end(); ++number) {
       const int slot = number / 4, axis = number % 4;
@@ -263,7 +287,9 @@ class DerivativeWalk {
 
   const ChainPoint& point_;
   const ChainBatch& batch_;
-  const ChainSlots source_, moved_;
+  const double* slots_;
+  const double* moved_;
+  const double* parameters_;
   std::size_t first_slot_;
   const ChainDerivatives& out_;
   const V share_;
@@ -272,7 +298,7 @@ class DerivativeWalk {
   JointLanes joints_[2];
   JointChange<T> changes_[2];
   TerminalLanes<T> terminals_[2];
-  ChainStiffness<T> stiffness_;
+  T bending_1_, bending_2_, torsion_;
   V scale_ = 1.0;                             // of the section
   T growth_;                                  // over that, 1 with its directions
   T square_;                                  // of it

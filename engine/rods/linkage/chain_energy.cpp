@@ -2,8 +2,11 @@
 
 #include <algorithm>
 
-#include "engine/rods/linkage/chain_walk.h"
+#include "engine/rods/linkage/chain_lane.h"
+#include "engine/rods/linkage/linkage_state.h"
+#include "engine/rods/rod/edge_stiffness.h"
 #include "engine/rods/rod/stretch_element.h"
+#include "engine/rods/rod/vertex_response.h"
 
 namespace limber::rods::detail {
 namespace {
@@ -79,71 +82,117 @@ class BandWriter {
   double* band_;
 };
 
+/// Walks along the segments of a batch, edge by edge.
 template <Order kOrder, CurvatureMeasure kMeasure>
-class EnergyWalk {
+class Walk {
  public:
-  EnergyWalk(int edges, const ChainSlots& chains, const RodStiffness& section, BendingForm form,
-             const ChainOutputs& out)
-      : edges_(edges),
-        chains_(chains),
-        stiffness_(chains.stiffness(section)),
-        form_(form),
-        out_(out) {}
+  Walk(const double* slots, const double* parameters, const RodStiffness& stiffness,
+       BendingForm form, const ChainOutputs& out)
+      : slots_(slots), parameters_(parameters), form_(form), out_(out) {
+    const V scale = parameter(0, LinkageModel::kBending);
+    bending_1_ = stiffness.bending_1 * scale;
+    bending_2_ = stiffness.bending_2 * scale;
+    torsion_ = stiffness.torsion * scale;
+  }
 
-  void run() {
-    walk_chain(edges_, *this);
+  void run(int edges) {
+    MaterialFrame<V> frame = frame_of(0);
+    VertexResult before{};
+    for (int e = 0; e < edges; ++e) {
+      const MaterialFrame<V> next = e + 1 < edges ? frame_of(e + 1) : frame;
+      const VertexResult after = e + 1 < edges ? vertex(e, frame, next) : VertexResult{};
+      edge(e, frame, before, after);
+      if constexpr (kOrder == Order::kHessian) {
+        if (e + 1 < edges) {
+          BandWriter(out_.band, 4 * e)
+              .add_cross(cross_block(frame, next, after.moment, after.stiffness));
+        }
+      }
+      before = after;
+      frame = next;
+    }
     store_lane(out_.energies, stretching_);
     store_lane(out_.energies + kChainLanes, bending_);
     store_lane(out_.energies + 2 * kChainLanes, twisting_);
   }
 
-  [[gnu::always_inline]] MaterialFrame<V> edge_at(int e) const { return chains_.frame(e); }
+ private:
+  [[gnu::always_inline]] MaterialFrame<V> frame_of(int e) const {
+    const double* const slot = slots_ + e * LinkageState::kFields * kChainLanes;
+    const Vec3<V> difference =
+        load_lanes3(slot + LinkageState::kFields * kChainLanes) - load_lanes3(slot);
+    const V length = norm(difference);
+    const Vec3<V> tangent = (1.0 / length) * difference;
+    const Vec3<V> d1 = load_lanes3(slot + LinkageState::kDirector * kChainLanes);
+    return {tangent, length, d1, cross(tangent, d1), {}};
+  }
+  [[gnu::always_inline]] V parameter(int e, int field) const {
+    return load_lane(parameters_ + (e * LinkageModel::kFields + field) * kChainLanes);
+  }
 
+  /// The vertex after edge e.
   [[gnu::always_inline]] VertexResult vertex(int e, const MaterialFrame<V>& frame,
                                              const MaterialFrame<V>& next) {
+    const VertexMaterial<V> material{
+        bending_1_, bending_2_, torsion_,
+        length_weights(parameter(e, LinkageModel::kRestLength),
+                       parameter(e + 1, LinkageModel::kRestLength), form_),
+        VertexStrains<V>{V(0.0), V(0.0), V(0.0), V(0.0), V(0.0)}};
+    const V twist =
+        load_lane(slots_ + ((e + 1) * LinkageState::kFields + LinkageState::kTwist) * kChainLanes);
     constexpr VertexOrder kVertexOrder = kOrder == Order::kEnergy     ? VertexOrder::kEnergy
                                          : kOrder == Order::kGradient ? VertexOrder::kMoment
                                                                       : VertexOrder::kStiffness;
-    const auto weights = length_weights(chains_.rest_length(e), chains_.rest_length(e + 1), form_);
-    const auto response = vertex_response<kVertexOrder, kMeasure>(
-        frame, next, chains_.twist_after(e), stiffness_.vertex(weights));
+    const auto response = vertex_response<kVertexOrder, kMeasure>(frame, next, twist, material);
     bending_ += response.energy.bending;
     twisting_ += response.energy.twisting;
     return {response.moment, response.stiffness};
   }
 
-  [[gnu::always_inline]] void edge(int e, const MaterialFrame<V>& frame,
-                                   const MaterialFrame<V>& next, const VertexResult& before,
+  [[gnu::always_inline]] void edge(int e, const MaterialFrame<V>& frame, const VertexResult& before,
                                    const VertexResult& after) {
-    auto s = stretch(frame.length, chains_.rest_length(e),
-                     chains_.parameter(e, LinkageModel::kStretching));
+    auto s = stretch(frame.length, parameter(e, LinkageModel::kRestLength),
+                     parameter(e, LinkageModel::kStretching));
     stretching_ += s.energy;
     if constexpr (kOrder == Order::kHessian) {
       if (out_.tensions != nullptr) s.tension = load_lane(out_.tensions + e * kChainLanes);
     }
     if constexpr (kOrder != Order::kEnergy) {
       const Vec3<V> moment = before.moment - after.moment;
-      add_edge_gradient(out_.gradient, e, edge_gradient(frame, moment, s.tension));
+      const auto gradient = edge_gradient(frame, moment, s.tension);
+      double* const numbers = out_.gradient + 4 * e * kChainLanes;
+      store_lanes3(numbers, load_lanes3(numbers) - gradient.force);
+      store_lane(numbers + 3 * kChainLanes, gradient.torque);
+      store_lanes3(numbers + 4 * kChainLanes, gradient.force);
       if constexpr (kOrder == Order::kHessian) {
         EdgeBlock<V> block = edge_block(frame, moment, before.stiffness + after.stiffness);
         auto stiff = s;
         if (out_.compression == Compression::kLeftOut) stiff.tension = max(s.tension, V(0.0));
         block.ee += stretch_stiffness(stiff, frame.tangent, frame.length);
-        const BandWriter band(out_.band, 4 * e);
-        band.add_edge(block);
-        if (e + 1 < edges_) band.add_cross(cross_block(frame, next, after.moment, after.stiffness));
+        BandWriter(out_.band, 4 * e).add_edge(block);
       }
     }
   }
 
- private:
-  const int edges_;
-  const ChainSlots chains_;
-  const ChainStiffness<V> stiffness_;
+  const double* slots_;
+  const double* parameters_;
   BendingForm form_;
   const ChainOutputs& out_;
+  V bending_1_, bending_2_, torsion_;  // alike along a segment
   V stretching_ = 0.0, bending_ = 0.0, twisting_ = 0.0;
 };
+
+template <CurvatureMeasure kMeasure>
+void evaluate_as(const ChainBatch& batch, const double* slots, const double* parameters,
+                 const RodStiffness& stiffness, BendingForm form, const ChainOutputs& out) {
+  if (out.band != nullptr) {
+    Walk<Order::kHessian, kMeasure>(slots, parameters, stiffness, form, out).run(batch.edges);
+  } else if (out.gradient != nullptr) {
+    Walk<Order::kGradient, kMeasure>(slots, parameters, stiffness, form, out).run(batch.edges);
+  } else {
+    Walk<Order::kEnergy, kMeasure>(slots, parameters, stiffness, form, out).run(batch.edges);
+  }
+}
 
 }  // namespace
 
@@ -157,17 +206,11 @@ void evaluate_chains(const ChainBatch& batch, const double* slots, const double*
     std::fill_n(out.band, std::min<std::ptrdiff_t>(4, columns) * kColumn, 0.0);
     std::fill(out.band + last * kColumn, out.band + columns * kColumn, 0.0);
   }
-  const ChainSlots chains{slots, parameters};
-  with_measure(form, [&](auto measure) {
-    constexpr CurvatureMeasure kMeasure = decltype(measure)::value;
-    if (out.band != nullptr) {
-      EnergyWalk<Order::kHessian, kMeasure>(batch.edges, chains, stiffness, form, out).run();
-    } else if (out.gradient != nullptr) {
-      EnergyWalk<Order::kGradient, kMeasure>(batch.edges, chains, stiffness, form, out).run();
-    } else {
-      EnergyWalk<Order::kEnergy, kMeasure>(batch.edges, chains, stiffness, form, out).run();
-    }
-  });
+  if (measure_of(form) == CurvatureMeasure::kAngle) {
+    evaluate_as<CurvatureMeasure::kAngle>(batch, slots, parameters, stiffness, form, out);
+  } else {
+    evaluate_as<CurvatureMeasure::kTangent>(batch, slots, parameters, stiffness, form, out);
+  }
 }
 
 }  // namespace limber::rods::detail

@@ -4,7 +4,8 @@
 #include <cstddef>
 
 #include "engine/base/numerics/dual.h"
-#include "engine/rods/linkage/chain_walk.h"
+#include "engine/rods/linkage/chain_lane.h"
+#include "engine/rods/rod/vertex_response.h"
 #include "engine/rods/solver/lane_transpose.h"
 
 namespace limber::rods::detail {
@@ -17,7 +18,6 @@ struct MovingEdge {
   MaterialFrame<V> frame;
   Vec3<V> spin;  // of its frame
   V longer;      // change of its length
-  V rest;        // its rest length
 };
 
 /// Twice what a vertex's energy has beside its LengthWeights, and how that changes.
@@ -39,8 +39,8 @@ class SizeWalk {
       : model_(model),
         state_(state),
         batch_(model.chains()->batches()[batch]),
-        chains_{state.slots(model, batch), model.slot_parameters(batch)},
-        stiffness_(chains_.stiffness(model.stiffness())),
+        slots_(state.slots(model, batch)),
+        parameters_(model.slot_parameters(batch)),
         share_(share),
         v_(v),
         out_(out) {
@@ -48,55 +48,37 @@ class SizeWalk {
       const int segment = batch_.chains[lane];
       if (segment >= 0) scale_[lane] = model.section_scales()[segment];
     }
+    const V bending = parameter(0, LinkageModel::kBending);
+    bending_1_ = model.stiffness().bending_1 * bending;
+    bending_2_ = model.stiffness().bending_2 * bending;
+    torsion_ = model.stiffness().torsion * bending;
     if constexpr (kMoves) find_changes();
   }
 
   void run() {
-    walk_chain(batch_.edges, *this);
+    MovingEdge edge = edge_at(0);
+    V rest = parameter(0, LinkageModel::kRestLength);
+    VertexShares before;
+    for (int e = 0; e < batch_.edges; ++e) {
+      const bool last = e + 1 == batch_.edges;
+      const MovingEdge next = last ? edge : edge_at(e + 1);
+      const V next_rest = last ? rest : parameter(e + 1, LinkageModel::kRestLength);
+      const VertexShares after = last ? VertexShares{} : vertex(e, edge, next, rest, next_rest);
+      store_lane(out_.rests + e * kChainLanes,
+                 stretching(e, edge, rest) + before.by_after + after.by_before);
+      before = after;
+      edge = next;
+      rest = next_rest;
+    }
     // Energies go with the second and fourth power of the scale.
     store_lane(out_.section, (2.0 * stretched_ + 4.0 * turned_) / scale_);
   }
 
-  [[nodiscard]] MovingEdge edge_at(int e) {
-    if constexpr (kMoves) {
-      if (batch_.has_start && e == 0) return start_;
-      if (batch_.has_finish && e + 1 == batch_.edges) return finish_;
-    }
-    MovingEdge edge{chains_.frame(e), {}, V(0.0), chains_.rest_length(e)};
-    if constexpr (kMoves) {
-      const VertexChange next = change_at(e + 1);
-      const Vec3<V> change = next.vertex - here_.vertex;
-      const Vec3<V>& tangent = edge.frame.tangent;
-      edge.longer = dot(tangent, change);
-      edge.spin = (1.0 / edge.frame.length) * cross(tangent, change) + here_.angle * tangent;
-      here_ = next;
-    }
-    return edge;
-  }
-
-  [[nodiscard]] VertexShares vertex(int e, const MovingEdge& edge, const MovingEdge& next) {
-    const VertexParts parts =
-        vertex_parts(edge.frame, next.frame, chains_.twist_after(e), next.spin - edge.spin);
-    const auto share = [&](double of_before, double of_after) {
-      const auto weights = length_weights(Dual<V>(edge.rest, V(of_before)),
-                                          Dual<V>(next.rest, V(of_after)), model_.form());
-      return 0.5 *
-             (weights.before.derivative * parts.before + weights.after.derivative * parts.after +
-              2.0 * weights.both.derivative * parts.both + weights.twist.derivative * parts.twist);
-    };
-    const VertexShares result{share(1, 0), share(0, 1)};
-    // The energy goes with one over both lengths (Euler).
-    turned_ -= edge.rest * result.by_before + next.rest * result.by_after;
-    return result;
-  }
-
-  void edge(int e, const MovingEdge& edge, const MovingEdge&, const VertexShares& before,
-            const VertexShares& after) {
-    store_lane(out_.rests + e * kChainLanes,
-               stretching(e, edge) + before.by_after + after.by_before);
-  }
-
  private:
+  [[nodiscard]] V parameter(int e, int field) const {
+    return load_lane(parameters_ + (e * LinkageModel::kFields + field) * kChainLanes);
+  }
+
   /// Changes of a vertex and of the edge behind it.
   struct VertexChange {
     Vec3<V> vertex;
@@ -143,6 +125,34 @@ class SizeWalk {
     return result;
   }
 
+  [[nodiscard]] MaterialFrame<V> frame_at(int e) const {
+    const double* const slot = slots_ + std::ptrdiff_t{e} * LinkageState::kFields * kChainLanes;
+    const Vec3<V> difference =
+        load_lanes3(slot + LinkageState::kFields * kChainLanes) - load_lanes3(slot);
+    const V length = norm(difference);
+    const Vec3<V> tangent = (1.0 / length) * difference;
+    const Vec3<V> d1 = load_lanes3(slot + LinkageState::kDirector * kChainLanes);
+    return {tangent, length, d1, cross(tangent, d1), {}};
+  }
+
+  /// From the first edge to the last.
+  [[nodiscard]] MovingEdge edge_at(int e) {
+    if constexpr (kMoves) {
+      if (batch_.has_start && e == 0) return start_;
+      if (batch_.has_finish && e + 1 == batch_.edges) return finish_;
+    }
+    MovingEdge edge{frame_at(e), {}, V(0.0)};
+    if constexpr (kMoves) {
+      const VertexChange next = change_at(e + 1);
+      const Vec3<V> change = next.vertex - here_.vertex;
+      const Vec3<V>& tangent = edge.frame.tangent;
+      edge.longer = dot(tangent, change);
+      edge.spin = (1.0 / edge.frame.length) * cross(tangent, change) + here_.angle * tangent;
+      here_ = next;
+    }
+    return edge;
+  }
+
   /// The change of a joint as its segments' ends see it.
   struct JointMotion {
     Vec3<V> centre, spin;
@@ -174,11 +184,29 @@ class SizeWalk {
   /// The terminal edge; keeps how the vertex beside it changes.
   [[nodiscard]] MovingEdge joint_edge(End end) {
     const JointMotion joint = joint_motion(end);
-    const int e = end == kStart ? 0 : batch_.edges - 1;
-    const MovingEdge edge{chains_.frame(e), joint.spin, joint.longer, chains_.rest_length(e)};
+    const MovingEdge edge{frame_at(end == kStart ? 0 : batch_.edges - 1), joint.spin, joint.longer};
     const Vec3<V> half = half_change(joint, edge.frame);
     beside_[end] = end == kStart ? joint.centre + half : joint.centre - half;
     return edge;
+  }
+
+  /// The vertex after edge e.
+  [[nodiscard]] VertexShares vertex(int e, const MovingEdge& edge, const MovingEdge& next,
+                                    const V& rest, const V& next_rest) {
+    const V twist =
+        load_lane(slots_ + ((e + 1) * LinkageState::kFields + LinkageState::kTwist) * kChainLanes);
+    const VertexParts parts = vertex_parts(edge.frame, next.frame, twist, next.spin - edge.spin);
+    const auto share = [&](double of_before, double of_after) {
+      const auto weights = length_weights(Dual<V>(rest, V(of_before)),
+                                          Dual<V>(next_rest, V(of_after)), model_.form());
+      return 0.5 *
+             (weights.before.derivative * parts.before + weights.after.derivative * parts.after +
+              2.0 * weights.both.derivative * parts.both + weights.twist.derivative * parts.twist);
+    };
+    const VertexShares result{share(1, 0), share(0, 1)};
+    // The energy goes with one over both lengths (Euler).
+    turned_ -= rest * result.by_before + next_rest * result.by_after;
+    return result;
   }
 
   [[nodiscard]] VertexParts vertex_parts(const MaterialFrame<V>& before,
@@ -210,17 +238,16 @@ class SizeWalk {
       if constexpr (!kMoves) return share_ * p.value * q.value;
       return share_ * p.value * q.value + p.value * q.change + p.change * q.value;
     };
-    return {stiffness_.bending_1 * part(b1, b1) + stiffness_.bending_2 * part(b2, b2),
-            stiffness_.bending_1 * part(a1, a1) + stiffness_.bending_2 * part(a2, a2),
-            stiffness_.bending_1 * part(b1, a1) + stiffness_.bending_2 * part(b2, a2),
-            stiffness_.torsion * part(m, m)};
+    return {bending_1_ * part(b1, b1) + bending_2_ * part(b2, b2),
+            bending_1_ * part(a1, a1) + bending_2_ * part(a2, a2),
+            bending_1_ * part(b1, a1) + bending_2_ * part(b2, a2), torsion_ * part(m, m)};
   }
 
   /// By the edge's own rest length: d/d rest of (l - rest)^2 / (2 rest), and how it changes.
-  [[nodiscard]] V stretching(int e, const MovingEdge& edge) {
-    const V &length = edge.frame.length, &rest = edge.rest;
+  [[nodiscard]] V stretching(int e, const MovingEdge& edge, const V& rest) {
+    const V& length = edge.frame.length;
     const V change = length - rest;
-    const V slope = chains_.parameter(e, LinkageModel::kStretching) / rest;
+    const V slope = parameter(e, LinkageModel::kStretching) / rest;
     stretched_ += slope * change * (0.5 * share_ * change + edge.longer);
     const V across = length + rest;
     return -(slope / rest) * (0.5 * share_ * change * across + length * edge.longer);
@@ -229,11 +256,12 @@ class SizeWalk {
   const LinkageModel& model_;
   const LinkageState& state_;
   const ChainBatch& batch_;
-  const ChainSlots chains_;
-  const ChainStiffness<V> stiffness_;
+  const double* slots_;
+  const double* parameters_;
   const V share_;
   const double* v_;
   const ChainSizeDerivatives& out_;
+  V bending_1_, bending_2_, torsion_;
   V scale_ = 1.0;                        // of the section
   const double* own_[kChainLanes] = {};  // of v, by numbers of the chains
   Vec3<V> beside_[2];                    // changes of the vertices next to terminal edges
@@ -242,18 +270,25 @@ class SizeWalk {
   V stretched_ = 0.0, turned_ = 0.0;     // energies as asked
 };
 
+template <bool kMoves>
+void evaluate(const LinkageModel& model, const LinkageState& state, double share, const double* v,
+              int batch, const ChainSizeDerivatives& out) {
+  if (measure_of(model.form()) == CurvatureMeasure::kAngle) {
+    SizeWalk<CurvatureMeasure::kAngle, kMoves>(model, state, share, v, batch, out).run();
+  } else {
+    SizeWalk<CurvatureMeasure::kTangent, kMoves>(model, state, share, v, batch, out).run();
+  }
+}
+
 }  // namespace
 
 void evaluate_chain_sizes(const LinkageModel& model, const LinkageState& state, double share,
                           const double* v, int batch, const ChainSizeDerivatives& out) {
-  with_measure(model.form(), [&](auto measure) {
-    constexpr CurvatureMeasure kMeasure = decltype(measure)::value;
-    if (v == nullptr) {
-      SizeWalk<kMeasure, false>(model, state, share, v, batch, out).run();
-    } else {
-      SizeWalk<kMeasure, true>(model, state, share, v, batch, out).run();
-    }
-  });
+  if (v == nullptr) {
+    evaluate<false>(model, state, share, v, batch, out);
+  } else {
+    evaluate<true>(model, state, share, v, batch, out);
+  }
 }
 
 }  // namespace limber::rods::detail

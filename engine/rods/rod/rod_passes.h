@@ -171,9 +171,11 @@ void vertices_as(const RodLayout& layout, const SlotsIn& parameters, BendingForm
 template <class V>
 void vertices(const RodLayout& layout, const SlotsIn& parameters, BendingForm form,
               const SlotsIn& frames, const SlotsIn& twists, const VertexOut& out) {
-  with_measure(form, [&](auto measure) {
-    vertices_as<V, decltype(measure)::value>(layout, parameters, form, frames, twists, out);
-  });
+  if (measure_of(form) == CurvatureMeasure::kAngle) {
+    vertices_as<V, CurvatureMeasure::kAngle>(layout, parameters, form, frames, twists, out);
+  } else {
+    vertices_as<V, CurvatureMeasure::kTangent>(layout, parameters, form, frames, twists, out);
+  }
 }
 
 /// moments -> derivatives by e (3) and theta (1) of every edge, and its stretching energy.

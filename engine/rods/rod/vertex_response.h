@@ -1,7 +1,5 @@
 #pragma once
 
-#include <type_traits>
-
 #include "engine/rods/rod/turning_ratio.h"
 #include "engine/rods/rod/vertex_element.h"
 
@@ -18,16 +16,6 @@ enum class CurvatureMeasure { kTangent, kAngle };
 
 [[nodiscard]] inline CurvatureMeasure measure_of(BendingForm form) {
   return form == BendingForm::kTurningAngle ? CurvatureMeasure::kAngle : CurvatureMeasure::kTangent;
-}
-
-/// Calls work with the measure of a form as a std::integral_constant.
-template <class Work>
-[[gnu::always_inline]] inline void with_measure(BendingForm form, Work&& work) {
-  if (measure_of(form) == CurvatureMeasure::kAngle) {
-    work(std::integral_constant<CurvatureMeasure, CurvatureMeasure::kAngle>{});
-  } else {
-    work(std::integral_constant<CurvatureMeasure, CurvatureMeasure::kTangent>{});
-  }
 }
 
 template <class V>
