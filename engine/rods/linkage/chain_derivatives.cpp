@@ -252,7 +252,7 @@ class DerivativeWalk {
     // d/d rest of (l - rest)^2 / (2 rest).
     const T by_rest = T(-0.5) * s.tension * (frame.length + length) / length +
                       before.by_rest_after + after.by_rest_before;
-    store_lane(out_.rests + e * kChainLanes, asked(by_rest, share_));
+    store_lane(out_.rests + e * kChainLanes, requested_derivative(by_rest, share_));
   }
 
   void write() const {
