@@ -93,7 +93,7 @@ struct Manual {
   LinkageSession session;
 };
 
-TEST(RestShape, SessionsTellHowFarTheSolveIs) {
+TEST(RestShape, SessionsReportTheProgressOfTheSolve) {
   Manual manual(dome(RestLengthChoice::kLeastStress));
   std::vector<double> fractions;
   manual.listener->hook = [&](const Progress& progress) {
