@@ -1,7 +1,7 @@
 #include <utility>
 
 #include "engine/session/core/matrix_of_columns.h"
-#include "engine/session/linkages/session_impl.h"
+#include "engine/session/linkages/impl.h"
 
 namespace limber::session {
 

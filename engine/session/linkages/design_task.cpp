@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "engine/session/linkages/design_reach.h"
-#include "engine/session/linkages/session_impl.h"
+#include "engine/session/linkages/impl.h"
 
 namespace limber::session {
 namespace {

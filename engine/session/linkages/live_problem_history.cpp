@@ -2,7 +2,7 @@
 
 #include <utility>
 
-#include "engine/session/linkages/live_linkage.h"
+#include "engine/session/linkages/live_problem.h"
 #include "engine/session/linkages/path_summary.h"
 
 namespace limber::session {

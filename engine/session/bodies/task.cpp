@@ -6,8 +6,8 @@
 
 #include "engine/base/clauses.h"
 #include "engine/session/bodies/geometry.h"
+#include "engine/session/bodies/impl.h"
 #include "engine/session/bodies/material_outcome.h"
-#include "engine/session/bodies/session_impl.h"
 #include "engine/session/bodies/weight_scale.h"
 
 namespace limber::session {
