@@ -14,7 +14,7 @@
 #include "engine/base/error.h"
 #include "engine/base/random.h"
 #include "engine/session/beams/document.h"
-#include "engine/session/beams/live_beams.h"
+#include "engine/session/beams/live_problem.h"
 #include "tests/support/beam_grid.h"
 #include "tests/support/beam_structures.h"
 

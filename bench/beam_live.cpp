@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-#include "engine/session/beams/live_beams.h"
+#include "engine/session/beams/live_problem.h"
 #include "tests/support/beam_structures.h"
 
 namespace limber::bench {

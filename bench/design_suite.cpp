@@ -158,9 +158,9 @@ void measure_search(const KnownDesign& known, rods::LinkageDesign& design, int s
   const rods::DesignOptimizerOptions search = known_search(design, steps);
   const double joints = design.model().variables().joints();
   rods::DesignReport report;
-  constexpr int kTold = 20;  // every so many steps
+  constexpr int kReportInterval = 20;  // every so many steps
   const auto on_step = [&](const rods::DesignProgress& progress, rods::LinkageDesign&) {
-    if (progress.iteration % kTold != 0) return;
+    if (progress.iteration % kReportInterval != 0) return;
     tell(fmt::format("step {} of {}, joints {:.3g} from the target", progress.iteration, steps,
                      std::sqrt(2 * progress.values.distance / joints)));
   };

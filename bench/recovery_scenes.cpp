@@ -3,6 +3,7 @@
 #include <cmath>
 #include <filesystem>
 
+#include "engine/base/degrees.h"
 #include "engine/base/error.h"
 #include "engine/bodies/mass.h"
 #include "engine/bodies/mesh_validation.h"
@@ -14,7 +15,6 @@
 namespace limber::bench {
 namespace {
 
-constexpr double kTwoPi = 6.283185307179586;
 constexpr double kFramesPerSwing = 30;
 constexpr double kDampingRatio = 0.01;
 constexpr int kPush = 15;            // frames in each direction
@@ -90,7 +90,7 @@ std::optional<RecoveryScene> recovery_scene(const std::string& name, int frames,
   few.mode_count = 10;
   const bodies::ModalBasis modes = bodies::modal_analysis(real, few);
   const double omega = std::sqrt(modes.eigenvalues[0]);
-  scene.frames_per_second = kFramesPerSwing * omega / kTwoPi;
+  scene.frames_per_second = kFramesPerSwing * omega / kFullTurn;
 
   bodies::SimulationOptions simulation;
   simulation.frame_count = frames;

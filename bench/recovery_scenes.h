@@ -22,7 +22,7 @@ struct RecoveryScene {
 
 /// "beam": mesh.elastic (7 MPa at the fixed end, 50 kPa at the free one), pushed up at its end for
 /// 15 frames, down for 15, then left alone. "dino": mesh.elastic (200 kPa to 10 MPa), feet fixed,
-/// let go of where a sideways acceleration holds it.
+/// released where a sideways acceleration holds it.
 ///
 /// The paper gives no parameters. Here a swing of the body's lowest mode takes 30 frames and loses
 /// 2 pi % of its amplitude (1 % of critical damping, Kelvin-Voigt: higher modes lose more); one

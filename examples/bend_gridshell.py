@@ -8,7 +8,7 @@ import numpy as np
 OUT = sys.argv[1] if len(sys.argv) > 1 else "out/gridshell"
 
 
-def tell(shell, what, before):
+def report(shell, what, before):
     result, now = shell.wait(), shell.frames()[-1]
     jumped = "".join(f", node {snap.node} snaps by {snap.turn:.2f} rad" for snap in result.snaps)
     low, high = (round(float(z), 2) + 0.0 for z in (now[:, 2].min(), now[:, 2].max()))
@@ -19,11 +19,11 @@ def tell(shell, what, before):
 
 with limber.launch() as server:
     shell = server.open(sample="gridshell")
-    shape = tell(shell, "bent up", drawn := shell.geometry().rest)
+    shape = report(shell, "bent up", drawn := shell.geometry().rest)
     shell.edit([limber.beam_edits.load(node, (0, 0, -60)) for node in range(len(drawn)) if drawn[node, 0] > 0])
-    shape = tell(shell, "snow on one half", shape)
+    shape = report(shell, "snow on one half", shape)
     for motion in shell.structure().motions:
         shell.move_support(motion.node, **{axis: 0.7 * getattr(motion, axis) for axis in "xy" if motion.HasField(axis)})
-    tell(shell, "rim a third back", shape)
+    report(shell, "rim a third back", shape)
     for path in shell.export(OUT, ("vtu", "csv"), stem="gridshell", progress=False):
         print(path)

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Opens the sample flower, drags its top through space and time, and prints how fast the motion follows.
 
-Starts a limberd of its own on free ports of 127.0.0.1 and stops it at the end, whatever happens.
+Starts a limberd of its own on free ports of 127.0.0.1 and stops it at the end, also after an error.
 """
 
 import argparse

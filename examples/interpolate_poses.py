@@ -21,7 +21,7 @@ with limber.launch() as server:
     poses = {10: bent(rest, 1.5), 20: bent(rest, -1.0), 30: bent(rest, 1.5)}
     bird.edit([limber.add_keyframe(frame=frame, positions=pose) for frame, pose in poses.items()])
     tip = int(rest[:, 2].argmax())
-    bird.add(frame=25, node=tip, position=rest[tip], axes="y")  # on the way, one wing tip is level
+    bird.add(frame=25, node=tip, position=rest[tip], axes="y")  # in between, one wing tip is level
     print(f"optimised     energy  poses missed  tip missed   of a span of {np.ptp(rest[:, 2]):.3g}")
     for variables in ("motion", "all"):
         bird.optimise(variables)

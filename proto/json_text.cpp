@@ -14,7 +14,7 @@ namespace limber::json {
 namespace {
 
 constexpr const char* kNoSuchField = "there is no such field";
-constexpr int kMostLevels = 100;  // of objects and arrays in each other
+constexpr int kMaxLevels = 100;  // of objects and arrays in each other
 
 bool is_space(char c) { return std::isspace(static_cast<unsigned char>(c)) != 0; }
 
@@ -87,8 +87,8 @@ class KeyWalk {
   }
 
   void value(const std::string& path, int depth) {
-    constexpr int kMostDepth = 128;  // protobuf reads no more than 100
-    if (depth > kMostDepth) {
+    constexpr int kMaxDepth = 128;  // protobuf reads no more than 100
+    if (depth > kMaxDepth) {
       at_ = text_.size();
     } else if (take('{')) {
       object(path, depth);
@@ -246,9 +246,9 @@ bool is_structure(std::string_view text) {
 
 std::optional<Fault> read_message(std::string_view text, google::protobuf::Message& message) {
   if (text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);  // a byte order mark
-  if (const auto at = too_deep(text, kMostLevels))
+  if (const auto at = too_deep(text, kMaxLevels))
     return Fault{
-        "", "nested deeper than " + std::to_string(kMostLevels) + " levels at " + place(text, *at)};
+        "", "nested deeper than " + std::to_string(kMaxLevels) + " levels at " + place(text, *at)};
   const auto status =
       google::protobuf::util::JsonStringToMessage({text.data(), text.size()}, &message);
   // Asked first: of some fields protobuf refuses the second value, in words of its own.
@@ -271,7 +271,7 @@ std::optional<Fault> read_message(std::string_view text, google::protobuf::Messa
 std::optional<Fault> read_scene(std::string_view text, google::protobuf::Message& scene) {
   if (text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);
   const auto fault = read_message(text, scene);
-  if (!fault || too_deep(text, kMostLevels) || !is_structure(text)) return fault;
+  if (!fault || too_deep(text, kMaxLevels) || !is_structure(text)) return fault;
   scene.Clear();
   return read_message(R"({"beams": {"structure": )" + std::string(text) + "}}", scene);
 }

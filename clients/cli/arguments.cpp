@@ -22,7 +22,7 @@ bool is_option(const std::string& word) {
 
 bool is_any(const std::string& /*word*/) { return true; }
 
-/// An option that takes several values: at most so many, the first whatever it is.
+/// An option that takes several values: at most so many, of which the first is not checked.
 struct Several {
   const char* name;
   bool (*is_value)(const std::string&);

@@ -86,7 +86,7 @@ v1::Scene scene_of(Context& context, const OpenOptions& options, client::FileKin
 }
 
 /// What was chosen for a file that is no scene.
-void tell_assumed(Context& context, const std::string& path, const std::string& session) {
+void print_assumptions(Context& context, const std::string& path, const std::string& session) {
   v1::GetSessionRequest request;
   request.set_session(session);
   request.set_with_scene(true);
@@ -144,7 +144,7 @@ void open(Context& context, const OpenOptions& options) {
     opened = context.client().call(request, Milliseconds{60000});
   }
   for (const auto& issue : opened.issues()) fmt::print(stderr, "{}\n", describe(issue));
-  if (kind != client::FileKind::kScene) tell_assumed(context, options.scene, opened.session());
+  if (kind != client::FileKind::kScene) print_assumptions(context, options.scene, opened.session());
   if (!options.no_wait) {
     try {
       follow_job(context, opened.job(), options.wait_s);
@@ -181,7 +181,7 @@ void add_open_command(CLI::App& app, Context& context) {
       command->add_option("scene", options->scene,
                           "Scene file (JSON), whose mesh file is uploaded; a job of the public "
                           "relaxation code (its folder); the name of a sample; or, with defaults "
-                          "that are told, a mesh of tets (.msh, .vtk, .vtu, .mesh, .ele, .veg, "
+                          "that it prints, a mesh of tets (.msh, .vtk, .vtu, .mesh, .ele, .veg, "
                           ".abq), a closed surface to be filled with tets (.obj, .ply, .stl), or "
                           "lines of a linkage (.obj with `l`)");
   auto* known = command

@@ -85,7 +85,8 @@ void export_files(Context& context, const ExportOptions& options) {
     for (const auto& format : options.formats) {
       std::uint32_t part = 0;
       std::uint32_t count = 1;
-      std::uint64_t result_sequence = 0;  // all parts of one result, though edits may go on
+      std::uint64_t result_sequence =
+          0;  // all parts of one result, though there may be further edits
       for (; part < count; ++part) {
         v1::ExportRequest request;
         request.set_session(options.session);
@@ -197,12 +198,12 @@ void watch(Context& context, const WatchOptions& options) {
     heard_at = Clock::now();
     const bool is_of_another =  // that took its name
         event->message.session_uid() != 0 && event->message.session_uid() != snapshot.uid();
-    const auto& told = event->message.status();
-    if (event->topic == status && told.server_stopped()) {
+    const auto& news = event->message.status();
+    if (event->topic == status && news.server_stopped()) {
       throw client::ServerStopped(
           fmt::format("limberd was stopped, and session {} with it", options.session));
     }
-    if (is_of_another || (event->topic == status && told.state() == v1::SESSION_STATE_CLOSED)) {
+    if (is_of_another || (event->topic == status && news.state() == v1::SESSION_STATE_CLOSED)) {
       if (!context.json) fmt::print("session {} is closed\n", options.session);
       return;
     }

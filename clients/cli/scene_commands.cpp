@@ -140,10 +140,11 @@ void add_scene_commands(CLI::App& app, Context& context) {
       ->capture_default_str();
   auto within = std::make_shared<double>(0.02);
   command
-      ->add_option("--within", *within,
-                   "Largest distance between the surface and that of the tets, either way, as a "
-                   "share of the body's length (diagonal of its bounding box): fails, and says how "
-                   "many tets would do, where it is not kept. 1 allows any")
+      ->add_option(
+          "--within", *within,
+          "Largest distance between the surface and that of the tets, in either direction, as a "
+          "share of the body's length (diagonal of its bounding box): fails, and says how "
+          "many tets would do, where it is not kept. 1 allows any")
       ->check(CLI::Range(0.0, 1.0))
       ->capture_default_str();
   command->callback([surface, mesh, tets, within, &context] {

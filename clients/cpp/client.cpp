@@ -181,8 +181,9 @@ v1::Reply Client::receive(std::uint64_t id, Milliseconds timeout, const char* wh
 }
 
 void Client::note_instance(const v1::Reply& reply) {
-  const bool is_told = reply.has_open_session() || reply.error().code() == v1::ERROR_CODE_RESTARTED;
-  if (!reply.instance().empty() && (is_told || instance_.empty())) instance_ = reply.instance();
+  const bool is_adopted =
+      reply.has_open_session() || reply.error().code() == v1::ERROR_CODE_RESTARTED;
+  if (!reply.instance().empty() && (is_adopted || instance_.empty())) instance_ = reply.instance();
 }
 
 v1::GetServerInfoResponse greet(Client& client, std::optional<Milliseconds> timeout) {

@@ -43,8 +43,8 @@ inline constexpr const char* kDefaultEndpoint = "tcp://127.0.0.1:7801";
 /// server reaches the next one. A request is sent once more after half of its time, under the same
 /// id: limberd applies what changes something once and answers it again; the first answer counts.
 ///
-/// A restart of limberd is told by ServerRestarted: requests that name a session are meant for the
-/// run that instance() says, or, as NAME@UID, for that very session.
+/// A restart of limberd is reported by ServerRestarted: requests that name a session are meant for
+/// the run that instance() says, or, as NAME@UID, for that very session.
 class Client {
  public:
   /// Connects; nothing is sent. @throws ClientError INVALID_ARGUMENT for a malformed endpoint,
@@ -87,7 +87,7 @@ class Client {
 
   [[nodiscard]] const std::string& endpoint() const { return endpoint_; }
   /// The run of limberd that plain names of sessions are meant for: that of the first answer; a
-  /// later one once a restart was told, or a session was opened there. Empty before any answer.
+  /// later one once a restart was reported, or a session was opened there. Empty before any answer.
   [[nodiscard]] const std::string& instance() const { return instance_; }
   [[nodiscard]] const ClientOptions& options() const { return options_; }
   [[nodiscard]] zmq::context_t& context() { return context_; }

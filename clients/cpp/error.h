@@ -29,7 +29,7 @@ class ClientError : public std::runtime_error {
   std::map<std::string, std::string> details_;
 };
 
-/// limberd was restarted: the session or job that is asked for is gone, whatever has its name now.
+/// limberd was restarted: the requested session or job is gone, even if another has its name now.
 /// Code RESTARTED.
 class ServerRestarted : public ClientError {
  public:

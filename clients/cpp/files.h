@@ -22,7 +22,7 @@ void write_bytes(const std::filesystem::path& path, const std::string& bytes,
 [[nodiscard]] v1::MeshFile mesh_file(const std::filesystem::path& path,
                                      const std::string& field = "mesh.path");
 
-/// Writes one file of an export below the folder, whatever its name claims. @throws ClientError
+/// Writes one file of an export below the folder, for every name that it has. @throws ClientError
 /// MALFORMED, IO
 std::filesystem::path write_exported(const std::filesystem::path& folder,
                                      const v1::ExportedFile& file);

@@ -21,7 +21,7 @@ struct WaitOptions {
   std::optional<std::uint64_t> revision;  // default: the newest made or seen here
   v1::WaitRequest::Until until = v1::WaitRequest::UNTIL_FINAL;
   Milliseconds timeout{60000};
-  /// Told about twice a second how the session is while there is no result yet.
+  /// Called about twice a second with the status of the session until there is a result.
   WaitProgress progress;
 };
 

@@ -23,7 +23,7 @@ using WaitProgress = std::function<void(const v1::SessionStatus&)>;
                                        const std::string& session, Milliseconds timeout);
 
 /// What a wait on a session is answered with. @param request  its timeout is put in
-/// @param progress  told about twice a second while there is no answer; may be empty
+/// @param progress  called about twice a second while there is no answer; may be empty
 /// @throws ClientError TIMEOUT; Unreachable within 8 s of when the server falls silent
 [[nodiscard]] v1::ResultInfo wait_for_result(Client& client, v1::WaitRequest request,
                                              Milliseconds timeout, const WaitProgress& progress);

@@ -15,7 +15,7 @@ SocketMonitor::SocketMonitor(zmq::context_t& context, zmq::socket_t& watched, in
   events_.connect(address);
 }
 
-// Before events_ goes: told to a socket that is gone, an event would block.
+// Before events_ is closed: an event sent to a closed socket would block.
 SocketMonitor::~SocketMonitor() { zmq_socket_monitor(watched_.handle(), nullptr, 0); }
 
 std::uint16_t SocketMonitor::receive() {

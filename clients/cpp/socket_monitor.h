@@ -5,7 +5,7 @@
 
 namespace limber::client {
 
-/// Events of a socket, told to a socket of their own while this is there.
+/// Events of a socket, sent to a socket of their own while this exists.
 class SocketMonitor {
  public:
   /// @param kinds  of ZMQ_EVENT_..., or-ed. @throws zmq::error_t

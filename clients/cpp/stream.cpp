@@ -15,7 +15,7 @@ namespace {
 /// Messages of one topic that wait for a reader that is slow; a motion may have megabytes.
 constexpr std::size_t kQueue = 8;
 constexpr Milliseconds kSliceOfReceiving{100};
-/// What the thread is told, a letter before the topic.
+/// Commands to the thread, a letter before the topic.
 constexpr char kSubscribe = '+', kUnsubscribe = '-', kEnd = '.';
 
 }  // namespace

@@ -29,7 +29,7 @@ constexpr Eigen::Index kDenseSize = 300;
 // eigenvalues).
 constexpr int kGuards = 8;
 constexpr int kLeastSteps = 2;
-constexpr int kMostSteps = 12;
+constexpr int kMaxSteps = 12;
 // Eigenvalue given to mechanisms, relative to the first stiff one.
 constexpr double kMechanismShare = 1e-4;
 // A mode is a mechanism if its strain energy, which is free of cancellation, is below this share of
@@ -95,8 +95,8 @@ std::pair<RitzBlock, double> polish(const ShiftInvert& op, Eigen::MatrixXd block
   ritz.mass_vectors = op.multiply_mass(block);
   block.resize(0, 0);
   double residual = 0;
-  for (int step = 1; step <= kMostSteps; ++step) {
-    job.report("modes", static_cast<double>(step - 1) / kMostSteps);
+  for (int step = 1; step <= kMaxSteps; ++step) {
+    job.report("modes", static_cast<double>(step - 1) / kMaxSteps);
     ritz = subspace_step(op, ritz.mass_vectors);
     if (step < kLeastSteps) continue;
     const double before = residual;

@@ -19,7 +19,7 @@ constexpr double kFirstShift = 1e-6;
 // good as without.
 constexpr double kLargestShare = 0.5;
 // Else it becomes this share.
-constexpr double kWantedShare = 0.05;
+constexpr double kTargetShare = 0.05;
 constexpr int kAttempts = 6;
 
 constexpr const char* kModesStage = "modes";
@@ -61,7 +61,7 @@ ShiftInvert::ShiftInvert(Eigen::SparseMatrix<double> stiffness, Eigen::SparseMat
     if (shift <= kLargestShare * first_eigenvalue_ || attempt >= kAttempts) return;
     // A mechanism has lambda_1 = 0: approach it in bounded steps, and not below what rounding
     // resolves.
-    const double smaller = std::max(kWantedShare * first_eigenvalue_, 1e-3 * shift);
+    const double smaller = std::max(kTargetShare * first_eigenvalue_, 1e-3 * shift);
     if (smaller < 1e-12 * softest) return;
     shift = smaller;
   }

@@ -10,7 +10,7 @@
 namespace limber::bodies {
 namespace {
 
-constexpr int kMostHalvings = 10;
+constexpr int kMaxHalvings = 10;
 
 [[noreturn]] void refuse_simulation(ErrorCode code, const std::string& field,
                                     const std::string& message) {
@@ -106,7 +106,7 @@ class Run {
       work_ += force.dot(dynamics_.state().displacement - before);
       return;
     }
-    if (halvings == kMostHalvings) {
+    if (halvings == kMaxHalvings) {
       throw Error(ErrorCode::kNumerical, "",
                   fmt::format("the simulation fails at {:.6g} s: even a step of {:.3g} s does not "
                               "converge. Stiffer material, more damping or smaller loads may help",

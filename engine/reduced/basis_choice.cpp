@@ -16,11 +16,11 @@ namespace {
 
 constexpr int kLargestBasis = 200;  // columns at most where no number is requested
 constexpr int kLeadingModes = 30;   // space-time editing, section 3.1
-constexpr Eigen::Index kMostPairs =
+constexpr Eigen::Index kMaxPairs =
     kLeadingModes * (kLeadingModes + 1) / 2;  // all pairs of the leading modes
 constexpr Eigen::Index kTurnedPairs = 135;    // room for the turned modes of a free body
 // Numbers in all derivatives of a mesh: bounds memory, and the time of their solves.
-constexpr Eigen::Index kMostNumbers = 30'000'000;
+constexpr Eigen::Index kMaxDerivativeValues = 30'000'000;
 // More columns than those of this share of the tolerance would hardly let the cubature be smaller.
 constexpr double kEnough = 0.4;
 // The modes themselves come first where the basis is at least this many times their number.
@@ -37,7 +37,7 @@ std::vector<bodies::ModePair> all_pairs(int rigid_count, int columns) {
 }
 
 Eigen::Index affordable_pairs(Eigen::Index rows, int rigid_count) {
-  return std::min(kMostPairs + (rigid_count > 0 ? kTurnedPairs : 0), kMostNumbers / rows);
+  return std::min(kMaxPairs + (rigid_count > 0 ? kTurnedPairs : 0), kMaxDerivativeValues / rows);
 }
 
 /// Up to 200 frames, spread over the animation.

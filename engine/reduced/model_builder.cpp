@@ -15,7 +15,7 @@ namespace {
 
 // The validation poses are a sample: asked for a little more, so that the test poses agree.
 constexpr double kMargin = 0.9;
-constexpr int kMostAttempts = 3;  // cubatures that are tried at most
+constexpr int kMaxAttempts = 3;  // cubatures that are tried at most
 
 class Stopwatch {
  public:
@@ -132,7 +132,7 @@ ReducedModel build_model(const bodies::ElasticBody& body, const ModelOptions& op
     model.map = std::move(cubature.map);
     model.direct = std::move(cubature.direct);
     report_errors(set, options.tolerance, model);
-    if (model.report.met_tolerance || !chosen || !cubature.met_limit || attempt == kMostAttempts)
+    if (model.report.met_tolerance || !chosen || !cubature.met_limit || attempt == kMaxAttempts)
       break;
     // Sizes that the validation poses flattered: chosen again, more strictly, and judged by poses
     // that had no part in that.

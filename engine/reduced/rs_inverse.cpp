@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <queue>
 #include <tuple>
 #include <utility>
 
+#include "engine/base/degrees.h"
 #include "engine/base/error.h"
 #include "engine/base/parallel.h"
 #include "engine/base/rotations/logarithm.h"
@@ -57,8 +57,6 @@ struct Step {
 constexpr int kFromRest = -1;    // source of a tet that starts from rest
 constexpr int kFromBefore = -2;  // the tet itself in the frame before
 
-constexpr double kTurn = 2 * std::numbers::pi;
-
 /// Beyond most of a first turn [rad] ...
 constexpr double kFirstTurn = 4.0;
 /// ... a tet hands on its own theta only if it is this far from a full turn and this near to what
@@ -74,14 +72,14 @@ Eigen::Vector3d branch_for(const Eigen::Vector3d& principal, const Eigen::Vector
   if (expected_angle < kFirstTurn || angle < 1e-13)
     return rotations::nearest_branch(principal, expected);
   const double along = principal.dot(expected) >= 0 ? angle : -angle;
-  const double turns = std::max(0.0, std::round((expected_angle - along) / kTurn));
-  return principal * ((along + turns * kTurn) / along);
+  const double turns = std::max(0.0, std::round((expected_angle - along) / kFullTurn));
+  return principal * ((along + turns * kFullTurn) / along);
 }
 
 /// An expected theta of the frame before is no guide here as long as a neighbour is one.
 bool next_to_full_turn(const Eigen::Vector3d& theta) {
   const double angle = theta.norm();
-  return angle > kFirstTurn && std::abs(std::remainder(angle, kTurn)) < kClearOfFullTurn;
+  return angle > kFirstTurn && std::abs(std::remainder(angle, kFullTurn)) < kClearOfFullTurn;
 }
 constexpr double kLast = 100;  // added to a step, makes it one of the last resort
 
@@ -94,7 +92,7 @@ Eigen::Vector3d count_on(const Eigen::Vector3d& from, const Eigen::Quaterniond& 
   if (angle < counts_from) return from;
   const Eigen::Vector3d axis = from / angle;
   const double twist = 2 * std::atan2(rotation.vec().dot(axis), rotation.w());
-  return (angle + std::remainder(twist - angle, kTurn)) * axis;
+  return (angle + std::remainder(twist - angle, kFullTurn)) * axis;
 }
 
 std::vector<int> least_turned_first(const Eigen::VectorXd& y) {

@@ -8,8 +8,8 @@
 namespace limber::reduced {
 namespace {
 
-constexpr int kStride = 8;               // frames from checkpoint to checkpoint
-constexpr std::size_t kMostRecent = 32;  // poses kept: 15 numbers a tet each
+constexpr int kStride = 8;                   // frames from checkpoint to checkpoint
+constexpr std::size_t kMaxCachedPoses = 32;  // poses kept: 15 numbers a tet each
 
 }  // namespace
 
@@ -47,7 +47,7 @@ const TrackedBase::Pose& TrackedBase::at(int frame, const JobContext& job) {
   }
   pose.frame = frame;
   recent_.push_front(std::move(pose));
-  if (recent_.size() > kMostRecent) recent_.pop_back();
+  if (recent_.size() > kMaxCachedPoses) recent_.pop_back();
   return recent_.front();
 }
 

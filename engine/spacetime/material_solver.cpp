@@ -86,11 +86,11 @@ class MaterialSolver::Impl {
         systems_(material_.dynamics, timeline_),
         rows_(kinematics_, {}, material_.coordinates()) {
     rows_.rebuild(constraints, systems_.frames().first(), systems_.frames().last());
-    if (rows_.term_count() > kMostRows) {
+    if (rows_.term_count() > kMaxRows) {
       throw Error(ErrorCode::kLimitExceeded, "constraints",
                   fmt::format("material optimisation takes constraints of at most {} axes together,"
                               " those of velocities counted twice; these have {}",
-                              kMostRows, rows_.term_count()));
+                              kMaxRows, rows_.term_count()));
     }
     systems_.set_knots(rows_.knots());
     systems_.gather(motion, point_.z);

@@ -79,11 +79,11 @@ struct MaterialReport : ConstraintErrors {
 /// is the answer too, so that a settled one is left as it is.
 class MaterialSolver {
  public:
-  static constexpr int kMostRows = 2048;  // a step factors a dense matrix of this size
+  static constexpr int kMaxRows = 2048;  // a step factors a dense matrix of this size
 
   /// @param motion  z, r x N
   /// @throws Error{kInvalidArgument} naming the member for sizes, signs and non-finite values,
-  /// Error{kLimitExceeded} for more than kMostRows rows of constraints
+  /// Error{kLimitExceeded} for more than kMaxRows rows of constraints
   MaterialSolver(std::shared_ptr<const reduced::Kinematics> kinematics, Timeline timeline,
                  const ConstraintSet& constraints, Material material, const Eigen::MatrixXd& motion,
                  MaterialOptions options = {});

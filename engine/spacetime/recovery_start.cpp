@@ -1,16 +1,14 @@
 #include "engine/spacetime/recovery_start.h"
 
 #include <complex>
-#include <numbers>
 #include <unsupported/Eigen/FFT>
 #include <vector>
 
+#include "engine/base/degrees.h"
 #include "engine/base/numerics/dense.h"
 
 namespace limber::spacetime {
 namespace {
-
-constexpr double kTwoPi = 2 * std::numbers::pi;
 
 struct Spectrum {
   double energy = 0;
@@ -33,7 +31,7 @@ Spectrum spectrum_of(const Eigen::RowVectorXd& z) {
     result.energy += square;
     if (square <= strongest) continue;
     strongest = square;
-    result.frequency = kTwoPi * static_cast<double>(p) / static_cast<double>(frames);
+    result.frequency = kFullTurn * static_cast<double>(p) / static_cast<double>(frames);
   }
   return result;
 }

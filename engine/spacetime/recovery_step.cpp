@@ -13,8 +13,8 @@ namespace {
 constexpr double kLeastRecoveredDamping = 1e-9;  // lower bound of Levenberg's nu
 constexpr int kTrials = 16;                      // dampings tried in one step
 constexpr double kDependent = 1e-10;             // of columns of S
-constexpr double kTiny = 1e-13;            // of a diagonal, keeps unknowns without effect still
-constexpr Eigen::Index kMostCoupled = 32;  // modes; beyond, z and S take turns
+constexpr double kTiny = 1e-13;                // of a diagonal, keeps unknowns without effect still
+constexpr Eigen::Index kMaxCoupledModes = 32;  // modes; beyond, z and S take turns
 
 /// Columns of length zero are no use to anything but E_s, whose gradient there is zero: they get
 /// what is missing most, or any direction where nothing is missing.
@@ -169,7 +169,7 @@ double RecoveryStep::take(RecoveredMotion& at, const JobContext& job) {
   const double before = energy_.value(at).total;
   revive_columns(energy_, at);
   std::optional<Model> model;
-  if (at.z.rows() <= kMostCoupled) model.emplace(energy_, at, job);
+  if (at.z.rows() <= kMaxCoupledModes) model.emplace(energy_, at, job);
   for (int trial = 0; trial < kTrials; ++trial) {
     job.throw_if_cancelled();
     RecoveredMotion candidate =

@@ -19,7 +19,7 @@ struct TiedRows {
 
 /// A pivoted QR of m x n takes about 2 m n^2 operations, which nothing interrupts: where velocities
 /// tie more than so many together (0.3 s), dependence is not looked for.
-constexpr double kMostProducts = 2e8;
+constexpr double kMaxOperations = 2e8;
 
 struct TiedGroups {
   std::vector<TiedRows> groups;
@@ -52,7 +52,7 @@ TiedGroups tied_exact_rows(const ConstraintRows& rows, const Lanes& jacobian) {
     const auto count = static_cast<double>(tied.rows.size());
     const auto unknowns =
         static_cast<double>(jacobian.rows()) * static_cast<double>(members.size());
-    if (members.size() > 1 && unknowns * count * count > kMostProducts) {
+    if (members.size() > 1 && unknowns * count * count > kMaxOperations) {
       found.are_all = false;
       continue;
     }

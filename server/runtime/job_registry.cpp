@@ -166,7 +166,7 @@ std::shared_ptr<const JobMotion> JobRegistry::motion(JobId id) const {
   throw Refusal(proto::ERROR_CODE_FAILED_PRECONDITION, "job", fmt::format("job {} {}", id, why));
 }
 
-void JobRegistry::tell_running() const {
+void JobRegistry::publish_running() const {
   const std::lock_guard lock(mutex_);
   for (const auto& [id, job] : jobs_) {
     if (job.running()) on_change_(status_of(job));

@@ -61,8 +61,8 @@ class JobRegistry {
   /// @throws Refusal NOT_FOUND; RESTARTED for a job of another run, as all calls with a job
   [[nodiscard]] proto::JobStatus status(JobId job) const;
   [[nodiscard]] std::vector<proto::JobStatus> list() const;
-  /// Tells of every running job once more, for a listener that has just come.
-  void tell_running() const;
+  /// Publishes every running job once more, for a listener that has just come.
+  void publish_running() const;
   /// @throws Refusal NOT_FOUND; FAILED_PRECONDITION where it runs, made no motion, or is too old
   [[nodiscard]] std::shared_ptr<const JobMotion> motion(JobId job) const;
   /// Answers at once, or when the job has ended, or after `seconds` with the state then.

@@ -32,7 +32,7 @@ StoredReplies::StoredReplies() : StoredReplies(Limits{}) {}
 StoredReplies::Finding StoredReplies::begin(const RequestKey& key, std::uint64_t hash,
                                             const std::shared_ptr<Ticket>& ticket,
                                             Clock::time_point now) {
-  std::shared_ptr<Ticket> superseded;  // let go without the lock: a ticket's end comes back here
+  std::shared_ptr<Ticket> superseded;  // released without the lock: a ticket's end comes back here
   const std::lock_guard lock(mutex_);
   drop_expired(now);
   auto& entries = clients_[key.client].entries;

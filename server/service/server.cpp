@@ -13,7 +13,7 @@ Server::Server(ServerOptions options, const MakeKinds& make_kinds)
     : hub_(std::move(options)),
       service_(hub_, make_kinds(hub_.options), [this] { request_stop(); }),
       control_work_(boost::asio::make_work_guard(hub_.control)) {
-  tell_status_again();
+  republish_status();
   control_thread_ = std::thread([this] { hub_.control.run(); });
   hub_.transport.start({[this](Address address, zmq::message_t payload) {
                           service_.handle(std::move(address), std::move(payload));
@@ -33,11 +33,11 @@ Server::~Server() {
   }
 }
 
-void Server::tell_status_again() {
+void Server::republish_status() {
   const std::chrono::duration<double> interval = hub_.options.status_interval;
   status_again_ = call_after(hub_.control, interval.count(), [this] {
     for (const auto& record : service_.sessions().all()) record->publish_status();
-    tell_status_again();
+    republish_status();
   });
 }
 

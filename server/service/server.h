@@ -47,7 +47,7 @@ class Server {
 
  private:
   using Clock = std::chrono::steady_clock;
-  void tell_status_again();
+  void republish_status();
   Ending shut_down();
   void refuse_and_cancel();
   [[nodiscard]] bool close_sessions(Clock::time_point deadline);

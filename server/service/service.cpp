@@ -205,7 +205,7 @@ void Service::work_on(HeavyRequests::Request heavy) {
 void Service::subscribed(const std::string& prefix) {
   for (const auto& record : sessions_.all()) record->welcome(prefix);
   if (std::string(kJobsTopic).compare(0, prefix.size(), prefix) != 0) return;
-  hub_.jobs.tell_running();
+  hub_.jobs.publish_running();
 }
 
 void Service::gone(const std::string& client) { drop_waiting(client); }

@@ -51,8 +51,8 @@ auto with_fields_of(const google::protobuf::Message& message, const std::string&
       call);
 }
 
-/// Whatever the engine names, the error is at `field`: readers name files and lines in their
-/// messages.
+/// The error is at `field`, not at the field that the engine names: readers name files and lines in
+/// their messages.
 template <class Call>
 auto read_at(const std::string& field, const Call& call) {
   return with_fields([&](const std::string&) { return field; }, call);

@@ -145,7 +145,7 @@ TEST_F(ClientOfARestartedServer, ContinuesWithASessionThatItOpensThere) {
   EXPECT_EQ(client.call(cup()).status().session(), "cup");
 }
 
-TEST_F(ClientOfARestartedServer, HoldsToTheSessionThatAHandleIsOf) {
+TEST_F(ClientOfARestartedServer, AReferenceKeepsItsSession) {
   (void)client.call(v1::GetServerInfoRequest{});
   SessionReference used(client, "cup"), unused(client, "cup");
   EXPECT_EQ(used.name(), "cup");
@@ -274,12 +274,12 @@ struct SilentWaits : ::testing::Test {
   Client client{router.requests(), impatient(200)};
 };
 
-TEST_F(SilentWaits, GoOnWhereTheServerIsThere) {
+TEST_F(SilentWaits, ContinueWhileTheServerAnswers) {
   EXPECT_EQ(wait_final(client, "s", 4, Milliseconds{60000}).revision(), 4u);
   EXPECT_EQ(waits, 2);
 }
 
-TEST_F(SilentWaits, EndSoonWhereItIsNot) {
+TEST_F(SilentWaits, EndSoonWithoutAServer) {
   is_there = false;
   silent = 100;
   const auto begin = std::chrono::steady_clock::now();
@@ -287,7 +287,7 @@ TEST_F(SilentWaits, EndSoonWhereItIsNot) {
   EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds{5});
 }
 
-TEST(Client, ANameIsSentAsGivenWhereThatIsWanted) {
+TEST(Client, ANameIsSentAsGivenOnRequest) {
   std::vector<std::string> seen;
   FakeRouter router([&](const v1::Request& request) {
     v1::Reply reply;

@@ -193,7 +193,7 @@ def test_a_stream_that_is_closed_wakes_its_reader_and_leaves_no_thread(session):
         second.next(5)
 
 
-def test_a_silent_stream_asks_whether_the_server_is_there(fake, session, monkeypatch):
+def test_a_silent_stream_pings_the_server(fake, session, monkeypatch):
     monkeypatch.setattr(limber.stream, "SILENCE", 0.2)
     monkeypatch.setattr(limber.connection, "PATIENCE", 0.2)
     with session.stream(snapshot=False) as frames:

@@ -345,7 +345,7 @@ def test_watch(cli, server, session):
     assert failed(cli("watch", session.id, "--count", 5, "--silence", 0.3), 4)
 
 
-def test_watch_tells_that_the_server_is_gone(launch):
+def test_watch_reports_that_the_server_is_gone(launch):
     server = launch(transport="tcp")
     session = server.open(small_scene(), progress=False)
     process = subprocess.Popen([str(find_binary("limber")), "--endpoint", server.connection.endpoint, "--json", "watch",
@@ -360,7 +360,7 @@ def test_watch_tells_that_the_server_is_gone(launch):
         process.wait()
 
 
-def test_wait_tells_that_the_server_is_gone(launch):
+def test_wait_reports_that_the_server_is_gone(launch):
     """Within 8 s, and not before it has been asked whether it is there."""
     server = launch(transport="tcp")
     session = server.open(small_scene(), progress=False)
@@ -378,7 +378,7 @@ def test_wait_tells_that_the_server_is_gone(launch):
         process.wait()
 
 
-def test_watch_tells_that_the_server_was_stopped(launch):
+def test_watch_reports_that_the_server_was_stopped(launch):
     server = launch(transport="tcp")
     session = server.open(small_scene(), progress=False)
     process = subprocess.Popen([str(find_binary("limber")), "--endpoint", server.connection.endpoint, "--json", "watch",

@@ -297,7 +297,7 @@ def test_a_design_says_when_an_earlier_one_ended_elsewhere(linkage):
     assert missed == pytest.approx(second.best.target_rms, rel=1e-4)
 
 
-def test_what_acts_on_the_linkage_must_be_taken_away_first(linkage, targets):
+def test_designs_need_a_linkage_without_loads_or_pins(linkage, targets):
     linkage.pin(0, "motion")
     linkage.load(3, force=(0, 0, -0.01))
     linkage.wait()

@@ -384,7 +384,7 @@ def test_the_cpp_example_runs(cli, server):
     assert done.returncode == 1 and "cannot connect to 'nonsense'" in done.stderr
 
 
-def test_what_kept_lengths_from_changing_may_be_taken_away(server):
+def test_what_blocked_lengths_can_be_removed(server):
     rods = 5
     points = [(i, j, 0) for i in range(rods) for j in range(rods)]
     edges = ([(i * rods + j, (i + 1) * rods + j) for i in range(rods - 1) for j in range(rods)] +
@@ -407,7 +407,7 @@ def test_what_kept_lengths_from_changing_may_be_taken_away(server):
     grid.close()
 
 
-def test_what_a_load_has_wrecked_comes_back_when_it_is_taken_away(server):
+def test_a_wrecked_shape_recovers_without_its_load(server):
     scene = server.sample("dome")
     scene.linkage.edges_per_segment = 3
     dome = server.open(scene, progress=False)

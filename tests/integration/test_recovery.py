@@ -19,7 +19,7 @@ CANDIDATES = 40
 
 @pytest.fixture(scope="module")
 def swinging(server):
-    """A bar that was let go of, damped, with the motion of its simulation."""
+    """A bar that was released, damped, with the motion of its simulation."""
     scene = small_scene(FRAMES, modes=2, candidate_modes=CANDIDATES, youngs_modulus=4e6)
     made = server.simulate(scene, limber.simulation(modes=[0.1], steps_per_frame=2, mass_damping=0.5), progress=False)
     scene.base_motion.CopyFrom(limber.base_motion(made.positions))
@@ -32,7 +32,7 @@ def refusal(call):
     return caught.value
 
 
-def test_the_first_half_foretells_the_second(server, swinging):
+def test_the_first_half_predicts_the_second(server, swinging):
     scene, truth = swinging
     found = server.recover(scene, progress=False)
     assert found.positions.shape == truth.shape and found.positions.dtype == np.float32
@@ -207,7 +207,7 @@ def test_the_command_in_the_guide_works(cli, scene_file):
     assert process.returncode == 0 and "Hz" in process.stdout, process.stderr
 
 
-def test_the_example_foretells_the_second_half(limberd, tmp_path):
+def test_the_example_predicts_the_second_half(limberd, tmp_path):
     process = subprocess.run([sys.executable, str(ROOT / "examples" / "recover_material.py"), "60"], capture_output=True,
                              text=True, timeout=60, env=dict(os.environ, XDG_CACHE_HOME=str(tmp_path)))
     assert process.returncode == 0, process.stderr

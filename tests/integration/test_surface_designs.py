@@ -90,7 +90,7 @@ def test_one_call_designs_a_linkage_for_a_surface_alone(server):
     assert joints.shape == (30, 3) and height(joints) > 0.04
     session.deploy(None)
     assert not session.wait().solve_failed
-    assert height(session.shape().joints) < 1e-3 * 2.6, "let go, it falls flat"
+    assert height(session.shape().joints) < 1e-3 * 2.6, "released, it falls flat"
     session.close()
     bad = lambda **options: server.design_surface(hill(), section={"rectangle": (0.02, 0.004)}, **options)  # noqa: E731
     assert refusal(lambda: bad(columns=500)) == ("INVALID_ARGUMENT", "columns"), "rods would overlap"

@@ -306,7 +306,7 @@ std::optional<RodAtSource> Newton::lower(const RodAtSource& from, const Evaluati
   return std::nullopt;
 }
 
-/// Along the direction in which the energy falls most, by inverse iteration with the factor at
+/// Along the direction in which the energy decreases most, by inverse iteration with the factor at
 /// hand, to the side that is lower.
 std::optional<RodAtSource> Newton::off_saddle(const RodAtSource& at, const Evaluation& here) const {
   BandedCholesky::Columns v(layout_.unknowns(), 1);

@@ -15,7 +15,7 @@ struct RodLoads {
   Eigen::Matrix3Xd moments;
 };
 
-/// What to do where forces balance but the energy falls in some direction (a straight rod under
+/// What to do where forces balance but the energy decreases in some direction (a straight rod under
 /// more than its critical load). With dead moments, which need not have an energy, it is kStop.
 enum class AtSaddle { kStop, kLeave };
 

@@ -11,7 +11,7 @@ std::string inertia_words(unsigned negative_eigenvalues) {
 }
 
 std::string snap_words(const v1::BeamSnap& snap) {
-  return fmt::format("at {:.3f} of the way: node {} turns by {:.3g} rad", snap.progress(),
+  return fmt::format("at {:.3f} of the path: node {} turns by {:.3g} rad", snap.progress(),
                      snap.node(), snap.turn());
 }
 

@@ -70,10 +70,10 @@ void add_constraint_options(CLI::App& command, ConstraintOptions& options) {
   target->add_option("--displacement", options.displacement, "From the rest position: x y z")
       ->expected(3);
   target
-      ->add_option(
-          "--velocity", options.velocity,
-          "Of the shown frames, half the way from the frame before to the frame after times "
-          "frames per second: x y z [length unit / s]")
+      ->add_option("--velocity", options.velocity,
+                   "Of the shown frames, half the displacement from the frame before to the frame "
+                   "after times "
+                   "frames per second: x y z [length unit / s]")
       ->expected(3);
   target->require_option(1);
   command.add_option("--axes", options.axes, "Which axes count, e.g. xz (default: all)")

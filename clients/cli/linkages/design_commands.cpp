@@ -223,7 +223,7 @@ void run(Context& context, const DesignOptions& options) {
   if (options.action == "change")
     return print_done(context, change_design(design, options), "changed");
   if (options.action == "pause") return print_done(context, design.pause(), "paused");
-  if (options.action == "resume") return print_done(context, design.resume(), "goes on");
+  if (options.action == "resume") return print_done(context, design.resume(), "resumed");
   if (options.action == "stop") return print_done(context, design.stop(kEndTimeout), "stopped");
   if (options.action == "show") return show_design(context, design.newest());
   v1::TakeDesignResponse taken;

@@ -68,7 +68,7 @@ void print_end(const Context& context, const v1::DesignInfo& info) {
     fmt::print("opens from flat to {:.4g} degrees {}\n", info.erection().mean_angle_degrees(),
                info.erection().push_size() == 0
                    ? "by itself"
-                   : "pushed out of its plane on the way, as deploy does it");
+                   : "pushed out of its plane along the path, as deploy does it");
   }
   fmt::print("best: step {}, target rms {:.4g} (was {:.4g}), surface rms {:.4g} (was {:.4g})\n",
              info.best_iteration(), best.target_rms(), before.target_rms(), best.surface_rms(),

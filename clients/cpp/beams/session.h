@@ -60,7 +60,7 @@ class BeamSession : public OpenSession {
   /// another shape?
   v1::EditResponse push(unsigned node, const Vector& force, const Vector& moment = {});
 
-  /// Nodes of the shapes on the way of the newest result, the shape itself last.
+  /// Nodes of the shapes along the path of the newest result, the shape itself last.
   [[nodiscard]] Positions positions();
   /// Reactions, forces, stresses of the newest equilibrium.
   [[nodiscard]] v1::BeamSolution solution();

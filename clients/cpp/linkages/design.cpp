@@ -75,8 +75,9 @@ v1::DesignInfo LinkageDesign::wait_until_ended(Milliseconds timeout) {
     if (now->state() == v1::DESIGN_STATE_ENDED) return *now;
     const auto left = std::chrono::duration_cast<Milliseconds>(deadline - Clock::now());
     if (left.count() <= 0) {
-      throw ClientError(v1::ERROR_CODE_TIMEOUT, "",
-                        "the design goes on after " + std::to_string(timeout.count()) + " ms");
+      throw ClientError(
+          v1::ERROR_CODE_TIMEOUT, "",
+          "the design has not ended after " + std::to_string(timeout.count()) + " ms");
     }
     v1::GetJobRequest job;
     job.set_job(now->job());

@@ -29,7 +29,7 @@ class LinkageDesign {
   v1::ResumeDesignResponse resume();
   /// And waits until it has ended: edits are taken again. @throws ClientError TIMEOUT
   v1::StopDesignResponse stop(Milliseconds timeout = kLarge);
-  /// The best rest lengths become the session's; what is under way ends. @returns the revision
+  /// The best rest lengths become the session's; a running design ends. @returns the revision
   std::uint64_t take(std::optional<std::uint64_t> expected_revision = {},
                      Milliseconds timeout = kLarge);
   /// The newest, whoever began it, with the sizes that take() would bring.

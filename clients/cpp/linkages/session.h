@@ -62,7 +62,7 @@ class LinkageSession : public OpenSession {
 
   /// What stays the same for all shapes; fetched once.
   const LinkageGeometry& geometry();
-  /// The equilibria on the way of the newest result, the shape itself last.
+  /// The equilibria along the path of the newest result, the shape itself last.
   [[nodiscard]] std::vector<LinkageShape> shapes();
   [[nodiscard]] LinkageShape shape();
   /// The same as nodes of the swept surface, whose triangles are GetGeometryResponse.surface.
@@ -74,7 +74,7 @@ class LinkageSession : public OpenSession {
   std::optional<LinkageGeometry> geometry_;
 };
 
-/// Where on the way to a result the branch of equilibria changed.
+/// Where along the path to a result the branch of equilibria changed.
 [[nodiscard]] std::vector<v1::LinkageStep> events(const v1::ResultInfo& result);
 
 }  // namespace limber::client

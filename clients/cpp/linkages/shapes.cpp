@@ -2,13 +2,14 @@
 
 #include <cstdint>
 #include <limits>
+#include <numbers>
 
 #include "clients/cpp/array_numbers.h"
 
 namespace limber::client {
 namespace {
 
-constexpr double kDegree = 3.14159265358979323846 / 180;
+constexpr double kDegree = std::numbers::pi / 180;
 
 ClientError malformed_shape(const std::string& message) {
   return {v1::ERROR_CODE_MALFORMED, "", message};

@@ -127,7 +127,7 @@ def json_fault(error: Exception) -> tuple[str, str]:
 
 
 def numeric(values: Any, field: str) -> np.ndarray:
-    """An array of numbers, of whatever shape."""
+    """An array of numbers, of any shape."""
     try:
         array = np.asarray(values)
     except (TypeError, ValueError) as error:

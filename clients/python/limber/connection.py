@@ -103,7 +103,7 @@ class Connection:
         self.context = zmq.Context()
         self.client = secrets.token_hex(16)  # by which limberd knows repeated requests, also on a new connection
         # The run of limberd that is meant by plain names of sessions: that of the first answer; a later one once a
-        # restart was told by ServerRestarted, or a session was opened there.
+        # restart was reported by ServerRestarted, or a session was opened there.
         self.instance = ""
         self._ids = itertools.count(1)
         self._pending: dict[int, futures.Future] = {}
@@ -276,8 +276,8 @@ class Connection:
         self._last_heard = time.monotonic()
         self._heard_instance = reply.instance or self._heard_instance
         body = reply.WhichOneof("body")
-        is_told = body == "open_session" or body == "error" and reply.error.code == common.ERROR_CODE_RESTARTED
-        if reply.instance and (is_told or not self.instance):
+        is_adopted = body == "open_session" or body == "error" and reply.error.code == common.ERROR_CODE_RESTARTED
+        if reply.instance and (is_adopted or not self.instance):
             self.instance = reply.instance
         with self._lock:
             future = self._pending.pop(reply.id, None)

@@ -60,6 +60,6 @@ def to_message(edit: EditLike, field: str = "edit") -> "service.Edit":
         try:
             return json_format.ParseDict(checks.plain(edit), service.Edit())
         except (json_format.ParseError, TypeError, AttributeError) as error:
-            # Not every field of the way is named by protobuf: the message says what is known.
+            # Protobuf does not name every field of the path: the message says what is known.
             raise invalid(field, f"no edit: {checks.json_fault(error)[1]}") from error
     raise invalid(field, f"an edit is made by limber.add(), .move(), ... or is a mapping, not {type(edit).__name__}")

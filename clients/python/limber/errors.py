@@ -41,7 +41,7 @@ class ServerStopped(ServerUnreachable):
 
 
 class ServerRestarted(LimberError):
-    """limberd was restarted: the session or job that is asked for is gone, whatever has its name now. Code "RESTARTED"."""
+    """limberd was restarted: the requested session or job is gone, even if another has its name now. Code "RESTARTED"."""
 
     def __init__(self, message: str, field: str = "", details: Mapping[str, str] | None = None):
         super().__init__("RESTARTED", message, field, details)

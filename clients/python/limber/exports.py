@@ -51,7 +51,7 @@ def export(session: "OpenSession", formats: Sequence[str], folder: Path, stem: s
 
 
 def write_exported(folder: Path, file: "service.ExportedFile") -> Path:
-    """Writes one exported file below the folder, whatever its name claims."""
+    """Writes one exported file below the folder, for every name that it has."""
     relative = PurePosixPath(file.name)
     if not relative.parts or relative.is_absolute() or ".." in relative.parts:
         raise LimberError("MALFORMED", f"the server names a file outside the folder: {file.name!r}")

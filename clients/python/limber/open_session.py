@@ -55,7 +55,7 @@ class OpenSession:
         self.job = job                    # that builds the model
         self.issues = tuple(issues)       # repairs and warnings of the mesh
         self.revision = 0                 # newest this client made or saw
-        self._is_accuracy_told = False    # of the model, by a warning where it misses its tolerance
+        self._is_accuracy_reported = False  # of the model, by a warning where it misses its tolerance
 
     @property
     def connection(self):
@@ -85,9 +85,9 @@ class OpenSession:
 
     def warn_of_accuracy(self, status: "service.SessionStatus", stacklevel: int) -> None:
         """Once, of a model that misses its tolerance. stacklevel: as of warnings.warn, of whoever calls this."""
-        if self._is_accuracy_told or not status.HasField("model"):
+        if self._is_accuracy_reported or not status.HasField("model"):
             return
-        self._is_accuracy_told = True
+        self._is_accuracy_reported = True
         if not status.model.met_tolerance:
             warnings.warn(f"the model of session {self.id} misses its tolerance: {status.model.message}",
                           AccuracyWarning, stacklevel=stacklevel + 1)

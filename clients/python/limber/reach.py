@@ -10,7 +10,7 @@ import zmq.utils.monitor
 
 from .connection import Connection, configure
 
-# A refused client is let go without a word, as often as it comes: what it sees is a connection without a handshake.
+# A refused client is disconnected without a message at every attempt: it sees a connection without a handshake.
 # HANDSHAKE_FAILED_... is said for some of the reasons only.
 _EVENTS = (zmq.EVENT_CONNECTED | zmq.EVENT_CONNECT_RETRIED | zmq.EVENT_HANDSHAKE_SUCCEEDED
            | zmq.EVENT_HANDSHAKE_FAILED_NO_DETAIL | zmq.EVENT_HANDSHAKE_FAILED_PROTOCOL

@@ -41,7 +41,7 @@ class ServerCore:
         self.close()
 
     def close(self) -> None:
-        """Closes the connection. Sessions go on."""
+        """Closes the connection. Sessions remain open."""
         self.connection.close()
 
     def info(self) -> "service.GetServerInfoResponse":

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "engine/base/degrees.h"
 #include "engine/base/numerics/dual.h"
 #include "engine/base/rotations/exponential_coefficients.h"
 
@@ -81,8 +82,7 @@ template <class V>
 template <class V>
 [[gnu::always_inline]] inline V nearest_turn(const V& angle, const V& reference) {
   using std::floor;
-  constexpr double kTurn = 6.28318530717958647692;
-  return angle + kTurn * floor((reference - angle) * (1 / kTurn) + 0.5);
+  return angle + kFullTurn * floor((reference - angle) * (1 / kFullTurn) + 0.5);
 }
 template <class V>
 [[gnu::always_inline]] inline Dual<V> nearest_turn(const Dual<V>& angle, const Dual<V>& reference) {

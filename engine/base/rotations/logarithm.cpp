@@ -1,7 +1,8 @@
 #include "engine/base/rotations/logarithm.h"
 
 #include <cmath>
-#include <numbers>
+
+#include "engine/base/degrees.h"
 
 namespace limber::rotations {
 
@@ -19,18 +20,17 @@ Eigen::Vector3d logarithm(const Eigen::Matrix3d& rotation) {
 }
 
 Eigen::Vector3d nearest_branch(const Eigen::Vector3d& principal, const Eigen::Vector3d& reference) {
-  constexpr double kTurn = 2 * std::numbers::pi;
   constexpr double kIdentity = 1e-13;
   const double angle = principal.norm();
   if (angle < kIdentity) {
     const double length = reference.norm();
-    const double turns = std::round(length / kTurn);
+    const double turns = std::round(length / kFullTurn);
     if (turns == 0) return principal;
-    return reference * (turns * kTurn / length);
+    return reference * (turns * kFullTurn / length);
   }
   const Eigen::Vector3d axis = principal / angle;
-  const double turns = std::round((axis.dot(reference) - angle) / kTurn);
-  return turns == 0 ? principal : Eigen::Vector3d(axis * (angle + turns * kTurn));
+  const double turns = std::round((axis.dot(reference) - angle) / kFullTurn);
+  return turns == 0 ? principal : Eigen::Vector3d(axis * (angle + turns * kFullTurn));
 }
 
 Eigen::Vector3d logarithm_near(const Eigen::Quaterniond& rotation,

@@ -20,7 +20,7 @@ constexpr double kLargest = 1e100;
 /// Of the shortest element: farther from the origin, rounding of coordinates is strain that shows.
 constexpr double kFarthest = 1e6;
 /// Attitudes of ends that are twisted further come close to half a turn [rad].
-constexpr double kMostTwistAtRest = 2;
+constexpr double kMaxRestTwistRad = 2;
 
 std::string at(const char* list, std::size_t index, const char* member = "") {
   return fmt::format("{}[{}]{}{}", list, index, *member == 0 ? "" : ".", member);
@@ -92,7 +92,7 @@ void check_sections(const BeamModel& model) {
   }
 }
 
-/// An end that lets go of everything holds nothing; both ends letting go of the same force or of
+/// An end that releases everything holds nothing; both ends releasing the same force or
 /// twist leave a part of the element loose.
 void check_releases(const BeamElement& e, std::size_t i) {
   if (e.kind == BeamKind::kCable) {
@@ -135,12 +135,12 @@ void check_elements(const BeamModel& model) {
         !(e.normal.normalized().cross((q - p).normalized()).norm() > 1e-6))
       refuse(at("elements", i, "normal"), "runs along the element: axes 2 and 3 are not defined");
     const double length = e.rest_length > 0 ? e.rest_length : (q - p).norm();
-    if (!(std::abs(e.rest_curvature.x()) * length <= kMostTwistAtRest))
+    if (!(std::abs(e.rest_curvature.x()) * length <= kMaxRestTwistRad))
       refuse(
           at("elements", i, "rest_curvature"),
           fmt::format("twists the element by {:.3g} rad between its ends at rest, at most {} are "
                       "possible: take shorter elements",
-                      e.rest_curvature.x() * length, kMostTwistAtRest));
+                      e.rest_curvature.x() * length, kMaxRestTwistRad));
     check_releases(e, i);
   }
 }

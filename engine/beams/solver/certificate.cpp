@@ -16,7 +16,8 @@ namespace {
 std::string saddle_text(int negative, const std::string& location) {
   return fmt::format(
       "the shape is balanced but unstable, a saddle: the stiffness has {} negative eigenvalue{}, "
-      "and the energy falls where {}; push it aside there with a small temporary load, or hold it",
+      "and the energy decreases where {}; push it aside there with a small temporary load, or hold "
+      "it",
       negative, negative == 1 ? "" : "s", location);
 }
 
@@ -123,7 +124,7 @@ void certify(const BeamStructure& structure, const JobContext& context, const No
     return;
   }
   const bool is_saddle = verdict.stability == Stability::kSaddle;
-  // A direction along which the energy falls was found.
+  // A direction along which the energy decreases was found.
   report.negative_eigenvalues = is_saddle ? std::max(1, newton.negative_eigenvalues(state)) : 0;
   if (verdict.stability == Stability::kMechanism) {
     report.negative_eigenvalues.reset();

@@ -15,10 +15,10 @@ namespace limber::beams::detail {
 
 namespace {
 
-constexpr int kMaxFollowingIterations = 30;          // with the tangent of following loads
-constexpr int kFollowingPatience = 5;                // iterations without half of the best residual
-constexpr double kLargestFollowingTurn = 0.3;        // of one iteration [rad]
-constexpr Eigen::Index kMostOfAllEigenvalues = 600;  // free unknowns: seconds, not cancellable
+constexpr int kMaxFollowingIterations = 30;      // with the tangent of following loads
+constexpr int kFollowingPatience = 5;            // iterations without half of the best residual
+constexpr double kLargestFollowingTurn = 0.3;    // of one iteration [rad]
+constexpr Eigen::Index kMaxDenseUnknowns = 600;  // free unknowns: seconds, not cancellable
 constexpr double kRoundings = 4;  // times the rounding of the largest eigenvalue: below is zero
 
 }  // namespace
@@ -89,7 +89,7 @@ std::optional<int> FollowingTangent::diverging(const BeamState& state, const Nod
   Eigen::SimplicialLLT<Matrix, Eigen::Lower> positive(symmetric);
   if (positive.info() == Eigen::Success) return 0;
   context.throw_if_cancelled();
-  if (scaled.rows() > kMostOfAllEigenvalues) return {};
+  if (scaled.rows() > kMaxDenseUnknowns) return {};
   const Eigen::MatrixXd dense(scaled);
   const Eigen::EigenSolver<Eigen::MatrixXd> solver(dense, false);
   if (solver.info() != Eigen::Success) return {};

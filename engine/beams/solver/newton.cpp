@@ -249,7 +249,7 @@ bool NewtonSolver::leave_saddle(BeamState& state, const NodeLoads& loads, const 
     state = std::move(lower);
     return StepVerdict::accept();
   };
-  // Far enough that the gain is more than rounding, as the energy falls with the square only.
+  // Far enough that the gain is more than rounding, as the energy decreases with the square only.
   return backtrack({.first_step = 0.3, .shortest_step = 1e-5}, attempt).is_accepted;
 }
 

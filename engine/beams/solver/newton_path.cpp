@@ -104,7 +104,8 @@ class Follower {
     }
     const bool fails = outcome != NewtonOutcome::kBalanced && outcome != NewtonOutcome::kMechanism;
     const bool unstable = newton_.saddles() > saddles || (has_moments_ && !newton_.is_positive());
-    if (outcome != NewtonOutcome::kTooFar) falls_ = fails && unstable ? falls_ + 1 : 0;
+    if (outcome != NewtonOutcome::kTooFar)
+      unstable_failures_ = fails && unstable ? unstable_failures_ + 1 : 0;
     if (fails)
       return is_near_jump() ? jump(context, observer) : shorten(outcome, context, observer);
     if (is_watched() && !watch(trial, next, outcome)) return true;
@@ -197,7 +198,7 @@ class Follower {
     if (observer) observer({&state_, s_, report_.residual, report_.load_steps});
     record_share(step.outcome, context);
     const ElementTwist twist = most_twisted(structure_, state_);
-    if (std::abs(twist.angle) > kMostTwist) return end_twisted(twist);
+    if (std::abs(twist.angle) > kMaxTwistRad) return end_twisted(twist);
     if (s_ >= 1) {
       const bool loose = step.outcome == NewtonOutcome::kMechanism;
       report_status(structure_, loose ? BeamStatus::kMechanism : BeamStatus::kConverged,
@@ -279,8 +280,8 @@ class Follower {
     return take(std::move(step), context, observer);
   }
 
-  /// Down from where the branch ended, by directions in which the energy falls. @returns whether to
-  /// a minimum
+  /// Down from where the branch ended, by directions in which the energy decreases. @returns
+  /// whether to a minimum
   bool descend() {
     const double next = std::min(1.0, s_ + std::max(options_.snap_resolution, step_));
     BeamState trial = state_;
@@ -361,11 +362,11 @@ class Follower {
     report_.residual = newton_.left().scaled;
     report_.message = fmt::format("no stable balance was found {} load factor {:.3g}, where {}",
                                   s_ < 1 ? "beyond" : "at", s_, location_text(structure_, unknown));
-    tell_of_moments();
+    report_moments();
     return false;
   }
 
-  void tell_of_moments() {
+  void report_moments() {
     if (has_moments_)
       report_.message +=
           "; moments that keep their direction in space have no potential where nodes may turn "
@@ -374,7 +375,7 @@ class Follower {
   }
 
   bool shorten(NewtonOutcome outcome, const JobContext& context, const BeamObserver& observer) {
-    if (has_moments_ && falls_ >= kFailuresOfMoments) return end_unstable();
+    if (has_moments_ && unstable_failures_ >= kFailuresOfMoments) return end_unstable();
     const int unknown = newton_.left().unknown;
     step_ *= outcome == NewtonOutcome::kTooFar ? 0.5 : 0.25;
     if (outcome != NewtonOutcome::kTooFar) ++failures_;
@@ -386,17 +387,17 @@ class Follower {
     if (newton_.iterations() < options_.newton_iterations && step_ >= kSmallestStep) return true;
     report_.residual = newton_.left().scaled;
     if (newton_.iterations() >= options_.newton_iterations) {
-      if (falls_ > 0) return end_unstable();
+      if (unstable_failures_ > 0) return end_unstable();
       report_status(structure_, BeamStatus::kIterationLimit, unknown, report_);
-      tell_of_moments();
+      report_moments();
       return false;
     }
     const NewtonSolver::Verdict drawn = newton_.judge(structure_.rest_state());
     const bool loose = drawn.stability == NewtonSolver::Stability::kMechanism;
-    if (!loose && falls_ > 0) return end_unstable();
+    if (!loose && unstable_failures_ > 0) return end_unstable();
     report_status(structure_, loose ? BeamStatus::kMechanism : BeamStatus::kStalled,
                   loose ? drawn.unknown : unknown, report_);
-    if (!loose) tell_of_moments();
+    if (!loose) report_moments();
     return false;
   }
 
@@ -407,12 +408,12 @@ class Follower {
   BeamReport& report_;
   NewtonSolver newton_;
   StepWatch watch_;
-  std::optional<Step> jump_;  // the last one that went too far
-  bool may_leap_ = true;      // none has failed
-  int failures_ = 0;          // of the balance, since the last step that was taken
-  int falls_ = 0;             // steps in a row that led to what is not stable
-  bool approaches_forks_;     // the step before was stable throughout
-  const bool has_moments_;    // of fixed direction, on what may turn about several axes
+  std::optional<Step> jump_;   // the last one that went too far
+  bool may_leap_ = true;       // none has failed
+  int failures_ = 0;           // of the balance, since the last step that was taken
+  int unstable_failures_ = 0;  // steps in a row that led to what is not stable
+  bool approaches_forks_;      // the step before was stable throughout
+  const bool has_moments_;     // of fixed direction, on what may turn about several axes
   EquilibriumShare share_;
   double s_;
   double step_ = 1;

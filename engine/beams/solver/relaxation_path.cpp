@@ -19,8 +19,8 @@ constexpr int kRelaxationStepsBetweenChecks = 25;  // of the residual and of can
 constexpr int kStepsBetweenFrames = 200;           // for the observer
 /// Without a residual a tenth below the best in as many steps, rounding is all that is left.
 constexpr int kRelaxationPatience = 200000;
-constexpr double kMostPressure = 0.05;      // of elements during the ramp, see Relaxation::pressure
-constexpr double kMostBend = 0.5;           // the same, see Relaxation::bend
+constexpr double kMaxPressure = 0.05;       // of elements during the ramp, see Relaxation::pressure
+constexpr double kMaxBend = 0.5;            // the same, see Relaxation::bend
 constexpr double kSlowest = 0.05;           // of the ramp's pace
 constexpr double kFarAway = 1e3;            // extents
 constexpr double kMaxTurnOfRampStep = 0.1;  // of what is held, in one step of the ramp [rad]
@@ -54,7 +54,7 @@ class Run {
     double at = 0;
     while (ramp > 0 && at < 1) {
       const double strain =
-          std::max(relaxation_.pressure() / kMostPressure, relaxation_.bend() / kMostBend);
+          std::max(relaxation_.pressure() / kMaxPressure, relaxation_.bend() / kMaxBend);
       const double calm = std::max(0.0, 1 - strain);
       const double pace = std::max(calm, kSlowest) / ramp;
       at = std::min(1.0, at + std::min(pace, kMaxTurnOfRampStep /

@@ -111,7 +111,7 @@ StepWatch::Judgement StepWatch::judge(const BeamState& from, const BeamState& to
     step_ = step;
     // Steps do not grow towards where one went too far.
     factor_ = std::clamp(factor_to_limit, 0.5, next < too_far_at_ ? 1.0 : 2.0);
-    return Judgement::kGoesOn;
+    return Judgement::kContinues;
   }
   if (is_snap(step, next)) {
     forget();

@@ -19,9 +19,9 @@ class StepWatch {
       : structure_(structure), largest_(largest_swerve), shortest_(shortest) {}
 
   enum class Judgement {
-    kGoesOn,  // the next step is compared with this one
-    kTooFar,  // once more, shorter
-    kSnap,    // the structure went to another branch; the next step is a first one
+    kContinues,  // the next step is compared with this one
+    kTooFar,     // once more, shorter
+    kSnap,       // the structure went to another branch; the next step is a first one
   };
   /// Of a step from s to `next`, shares of the path.
   [[nodiscard]] Judgement judge(const BeamState& from, const BeamState& to, double s, double next);

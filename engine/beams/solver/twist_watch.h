@@ -10,7 +10,7 @@ namespace limber::beams::detail {
 
 /// From here on an element may let a whole turn slip through: its torque grows by little, then
 /// falls [rad].
-inline constexpr double kMostTwist = 2 * std::numbers::pi / 3;
+inline constexpr double kMaxTwistRad = 2 * std::numbers::pi / 3;
 
 struct ElementTwist {
   int element = -1;  // -1: there are no beams

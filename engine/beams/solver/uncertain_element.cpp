@@ -68,7 +68,7 @@ Uncertainty of_twist(const BeamStructure& structure, const ElementTwist& twist) 
   const double strain = twist.angle - element.rest_curvature.x() * k.length;
   const double torque = (measure.value - k.rest_twist) * measure.slope;  // over GJ / L
   const double off = std::abs(strain) > 1e-3 ? std::abs(1 - torque / strain) : 0;
-  const bool hopeless = std::abs(twist.angle) > kMostTwist;
+  const bool hopeless = std::abs(twist.angle) > kMaxTwistRad;
   return {off / kVisiblyOff, hopeless, twist.element, Uncertainty::Of::kTwist, twist.angle, off};
 }
 

@@ -8,7 +8,7 @@ namespace {
 
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
-using Transform = Eigen::Matrix<double, 12, Eigen::Dynamic, 0, 12, kMostElementUnknowns>;
+using Transform = Eigen::Matrix<double, 12, Eigen::Dynamic, 0, 12, kMaxElementUnknowns>;
 
 const ReleasedEnd* release_of(const BeamStructure& structure, int element, ElementEnd end) {
   const int r = structure.released(element, end);

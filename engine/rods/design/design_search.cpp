@@ -41,8 +41,8 @@ constexpr int kHeld = 5;
 constexpr double kSettledGuard = 0.1;  // of the gradient at the last change
 constexpr double kNoEnergy = 1e-12;    // share of the scale of energies that is rounding
 // Where branches end: how often another one is looked for from a point, and from all.
-constexpr int kFallsAtOnce = 3;
-constexpr int kFalls = 20;  // of one search
+constexpr int kMaxBranchAttemptsPerPoint = 3;
+constexpr int kMaxBranchAttempts = 20;  // of one search
 
 double mean_length(const LinkageDesign& design) {
   const int lengths = design.variables().lengths();
@@ -104,7 +104,7 @@ void DesignSearch::report_end() {
   for (Eigen::Index s = 0; s < parameters.size(); ++s)
     if (parameters[s] <= bounds_.low[s] || parameters[s] >= bounds_.high[s])
       report_.at_bound.push_back(static_cast<int>(s));
-  tell_end();
+  report_remarks();
 }
 
 /// Nothing that was learned of other criteria holds for these.
@@ -214,7 +214,7 @@ bool DesignSearch::step(const JobContext& context, const DesignCallback& on_step
   last_step_ = std::move(model->p);
   if (context.progress)
     context.progress("designing", report_.iterations / double(options_.max_iterations));
-  if (tell(trial, taken, size, on_step)) return true;
+  if (run_callback(trial, taken, size, on_step)) return true;
   if (radius_ < kLeastDesignRadius * mean_length_) {
     if (trial.status == TrialStatus::kFound)
       return idle(DesignStatus::kSettled, "no smaller step gains anything");
@@ -225,8 +225,8 @@ bool DesignSearch::step(const JobContext& context, const DesignCallback& on_step
 }
 
 /// @returns whether there is another goal now
-bool DesignSearch::tell(const DesignTrial& trial, bool taken, double gradient,
-                        const DesignCallback& on_step) {
+bool DesignSearch::run_callback(const DesignTrial& trial, bool taken, double gradient,
+                                const DesignCallback& on_step) {
   if (!on_step) return false;
   on_step({report_.iterations, values_, merit_.flat_height(values_), radius_, gradient, taken,
            trial.status == TrialStatus::kFound ? std::string() : trial.message, report_.refused,
@@ -303,7 +303,7 @@ bool DesignSearch::judge(DesignTrial& trial, double length, double promised, boo
 
 void DesignSearch::accept(DesignPoint point, const DesignValues& values) {
   ++report_.accepted;
-  falls_here_ = 0;
+  branch_attempts_here_ = 0;
   values_ = values;
   design_.move_to(std::move(point));
   best_.note(design_.point(), merit_.rank(values_));
@@ -313,9 +313,10 @@ void DesignSearch::accept(DesignPoint point, const DesignValues& values) {
 /// more. @returns whether it does; `trial` is the one that led there then
 bool DesignSearch::leave_branch(const Eigen::VectorXd& parameters, DesignTrial& trial,
                                 const JobContext& context) {
-  if (falls_here_ == kFallsAtOnce || falls_ == kFalls) return false;
-  ++falls_here_;
-  ++falls_;
+  if (branch_attempts_here_ == kMaxBranchAttemptsPerPoint || branch_attempts_ == kMaxBranchAttempts)
+    return false;
+  ++branch_attempts_here_;
+  ++branch_attempts_;
   DesignTrial fallen = design_.trial(parameters, context, Landing::kDeployedAnywhere);
   report_.newton_steps += fallen.iterations;
   if (fallen.status != TrialStatus::kFound) return false;
@@ -393,7 +394,7 @@ bool DesignSearch::end(DesignStatus status, std::string message) {
 }
 
 /// Further remarks on the design that was kept.
-void DesignSearch::tell_end() {
+void DesignSearch::report_remarks() {
   if (report_.status != DesignStatus::kCancelled && !merit_.rank(values_).holds()) {
     report_.message +=
         fmt::format("; the flat linkage's height is {:.2e} of its size (limit {:.2e})",

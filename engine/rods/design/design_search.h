@@ -36,7 +36,8 @@ class DesignSearch {
   void accept(DesignPoint point, const DesignValues& values);
   bool leave_branch(const Eigen::VectorXd& parameters, DesignTrial& trial,
                     const JobContext& context);
-  bool tell(const DesignTrial& trial, bool taken, double gradient, const DesignCallback& on_step);
+  bool run_callback(const DesignTrial& trial, bool taken, double gradient,
+                    const DesignCallback& on_step);
 
   void watch_guard();
   void raise_guard();
@@ -49,7 +50,7 @@ class DesignSearch {
   bool update_multipliers();
   bool end(DesignStatus status, std::string message);
   void report_end();
-  void tell_end();
+  void report_remarks();
 
   [[nodiscard]] Eigen::VectorXd product(const Eigen::VectorXd& v);
   [[nodiscard]] Eigen::VectorXd projected(Eigen::VectorXd gradient) const;
@@ -71,11 +72,12 @@ class DesignSearch {
   Eigen::VectorXd last_step_;  // taken or not
   int updates_ = 0, idle_ = 0;
   ViolationWatch watch_;
-  int astray_ = 0;                  // trials not believed more than those believed
-  int paused_ = 0, pause_ = 8;      // steps without a memory, and how many next time
-  int falls_ = 0, falls_here_ = 0;  // tried, of them since the last step that was taken
-  int held_ = 0;                    // steps taken since the guard was moved
-  double guarded_gradient_ = 0;     // at the first of them
+  int astray_ = 0;              // trials not believed more than those believed
+  int paused_ = 0, pause_ = 8;  // steps without a memory, and how many next time
+  int branch_attempts_ = 0;
+  int branch_attempts_here_ = 0;  // since the last step that was taken
+  int held_ = 0;                  // steps taken since the guard was moved
+  double guarded_gradient_ = 0;   // at the first of them
   BestDesign best_;
   std::optional<DesignPoint> safe_;  // where the guard was lowered last, or kept what it guards
   DesignReport report_;

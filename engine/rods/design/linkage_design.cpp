@@ -4,10 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <optional>
 #include <utility>
 
+#include "engine/base/degrees.h"
 #include "engine/base/error.h"
 #include "engine/rods/design/cell_area.h"
 #include "engine/rods/design/equilibrium_sensitivity.h"
@@ -271,7 +271,7 @@ struct LinkageDesign::Impl {
               : fmt::format(
                     "the structure jumped: the nearest equilibrium is {:.1f} degrees from "
                     "its prediction",
-                    report.turned * (180 / std::numbers::pi));
+                    report.turned * kDegreesPerRadian);
       return TrialStatus::kJumped;
     }
     factor = take_factor();

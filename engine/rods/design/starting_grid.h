@@ -1,10 +1,10 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <numbers>
 #include <optional>
 #include <string>
 
+#include "engine/base/degrees.h"
 #include "engine/rods/design/grid_on_surface.h"
 #include "engine/rods/design/placed_surface.h"
 #include "engine/rods/design/surface_mesh.h"
@@ -19,7 +19,7 @@ struct StartingGridOptions {
   int columns = 8;  // joints of each rod along the patch's longer sides, >= 3
   int rows = 8;     // and of those that cross them, >= 3
   /// At which rods cross when the grid lies flat, in the mean, in [0.1, pi/2].
-  double flat_angle = 25 * std::numbers::pi / 180;  // [rad]
+  double flat_angle = 25 * kDegree;  // [rad]
   /// Share of the patch that is left free at each side of its rim, in [0, 0.4].
   double margin = 0.02;
   /// How many times the surface's mean Gaussian curvature the layout is drawn for, in [0, 1000]:

@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "engine/base/degrees.h"
 #include "engine/base/error.h"
 #include "engine/base/numerics/median.h"
 
@@ -110,7 +111,7 @@ void demand_height_field(const SurfaceMesh& mesh, const Eigen::Vector3d& up, dou
       "points",
       fmt::format("are no height field over their plane: {:.0f} % of the surface is steeper "
                   "than {:.0f} degrees",
-                  100 * steep / area, steepest * (180 / std::numbers::pi)));
+                  100 * steep / area, steepest * kDegreesPerRadian));
 }
 
 }  // namespace

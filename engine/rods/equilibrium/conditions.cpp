@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <set>
 
 #include "engine/base/degrees.h"
@@ -31,7 +30,6 @@ void check_finite(const std::string& name, const Eigen::Vector3d& value) {
 
 void check_angle(const std::string& name, double value, double most) {
   if (std::abs(value) < most) return;
-  constexpr double kDegreesPerRadian = 180 / std::numbers::pi;
   throw Error(ErrorCode::kInvalidArgument, name,
               fmt::format("{} = {:g} degrees cannot be reached: opening angles are set between "
                           "{:g} and {:g} degrees",
@@ -128,7 +126,7 @@ void Conditions::validate(const LinkageModel& model) const {
   const ReducedVariables& variables = model.variables();
   const std::set<int> prescribed = check_joints(*this, model.graph());
   if (mean_opening_angle) {
-    double most = 2 * std::numbers::pi;
+    double most = kFullTurn;
     for (std::size_t j = 0; j < model.graph().joints.size(); ++j)
       most = std::min(most, largest_opening(model.graph(), j));
     check_angle("mean_opening_angle", *mean_opening_angle, most);

@@ -169,7 +169,7 @@ class Deployment {
     if (trial.report.status == EquilibriumStatus::kSaddle && options_.last.max_escapes > 0) {
       options.max_escapes = options_.last.max_escapes;
       // Another branch that is not near is looked for from as far along this one as it goes.
-      const bool near_only = shortenable(length) && !tells_loss(length);
+      const bool near_only = shortenable(length) && !locates_loss(length);
       options.max_iterations =
           std::min(options_.last.max_iterations, near_only ? kNearBranch : kFarBranch);
       solve(conditions, options, context, trial);
@@ -225,12 +225,12 @@ class Deployment {
     if (left < options_.smallest_step) {
       lost_at_ = kNoProgress;
     } else {
-      length_ = std::min(length_, tells_loss(left) ? left : left / 2);
+      length_ = std::min(length_, locates_loss(left) ? left : left / 2);
     }
   }
 
   /// Is a step short enough to tell where a branch is lost?
-  [[nodiscard]] bool tells_loss(double length) const {
+  [[nodiscard]] bool locates_loss(double length) const {
     return length < 1.5 / kLostSteps * options_.largest_step;
   }
 
@@ -242,7 +242,7 @@ class Deployment {
   /// went on for a while.
   [[nodiscard]] bool worth_retrying(const Trial& trial, double length) const {
     const bool lost = trial.report.escapes > 0;
-    return shortenable(length) && !(lost && tells_loss(length));
+    return shortenable(length) && !(lost && locates_loss(length));
   }
 
   void shorten() {

@@ -214,14 +214,14 @@ bool NewtonRun::descend(LinkageState& state, const Step& step, double fraction) 
     }
     const double before = potential_;
     accept(state, std::move(trial), x, straight ? part * step.x : Eigen::VectorXd());
-    learn(step, part, before - potential_ - terms_.moment_potential(x));
+    update_trust_radius(step, part, before - potential_ - terms_.moment_potential(x));
     return StepVerdict::accept();
   };
   return backtrack({fraction, kShortestFraction}, attempt).is_accepted;
 }
 
-/// What a step was worth tells how far the next ones are believed.
-void NewtonRun::learn(const Step& step, double fraction, double gain) {
+/// The trust region of the next steps, from how well the model predicted this one.
+void NewtonRun::update_trust_radius(const Step& step, double fraction, double gain) {
   const double expected = -step.slope * fraction * (1 - fraction / 2);
   const double ratio = gain / expected;
   const double turn = fraction * step.turn;

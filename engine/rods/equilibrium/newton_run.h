@@ -98,7 +98,7 @@ class NewtonRun {
   bool take(LinkageState& state, Step step);
   bool descend(LinkageState& state, const Step& step, double fraction);
   void shorten(const LinkageState& state, Step& step);
-  void learn(const Step& step, double fraction, double gain);
+  void update_trust_radius(const Step& step, double fraction, double gain);
   bool calmer(const LinkageState& trial);
   bool recentred(LinkageState& trial, double below, Eigen::VectorXd& x);
   void hold_soft(const Step& step);

@@ -3,8 +3,8 @@
 #include <fmt/core.h>
 
 #include <cmath>
-#include <numbers>
 
+#include "engine/base/degrees.h"
 #include "engine/base/error.h"
 #include "engine/base/parallel.h"
 #include "engine/rods/section/gauss_legendre.h"
@@ -13,8 +13,6 @@
 namespace limber::rods {
 
 namespace {
-
-constexpr double kTwoPi = 2 * std::numbers::pi;
 
 /// A straight edge of the boundary, the section to its left.
 struct Side {
@@ -66,7 +64,7 @@ std::vector<Side> sides_of(const Profile& profile, const AreaMoments& moments, d
       const double turn =
           std::atan2(before.along.x() * after.along.y() - before.along.y() * after.along.x(),
                      before.along.dot(after.along));
-      const double power = std::min(kTwoPi / (0.5 * kTwoPi - turn), 3.0);
+      const double power = std::min(kFullTurn / (0.5 * kFullTurn - turn), 3.0);
       before.smallest[1] = after.smallest[0] =
           std::pow(missed / std::max(turn * turn, missed), 1 / power);
     }
@@ -122,7 +120,7 @@ double single_layer(const std::vector<Side>& sides, const Eigen::Vector2d& x) {
     };
     sum += primitive(side.length - along) - primitive(-along);
   }
-  return -sum / kTwoPi;
+  return -sum / kFullTurn;
 }
 
 double perimeter_of(const Profile& profile) {
@@ -240,7 +238,8 @@ Solved solve(const std::vector<Side>& sides, int order) {
       for (std::size_t j = 0; j < nodes.point.size(); ++j) {
         const Eigen::Vector2d d = nodes.point[j] - x;
         const double r2 = d.squaredNorm();
-        const double k = r2 > 0 ? -d.dot(nodes.normal[j]) / (kTwoPi * r2) * nodes.weight[j] : 0.0;
+        const double k =
+            r2 > 0 ? -d.dot(nodes.normal[j]) / (kFullTurn * r2) * nodes.weight[j] : 0.0;
         row += k;
         matrix(i, static_cast<Eigen::Index>(j)) = k + nodes.weight[j] / perimeter;
       }

@@ -2,8 +2,8 @@
 
 #include <cmath>
 #include <functional>
-#include <numbers>
 
+#include "engine/base/degrees.h"
 #include "engine/base/error.h"
 
 namespace limber::scene {
@@ -29,7 +29,7 @@ rods::LineMesh grid_lines(int rows, int columns,
 
 Linkage make_grid() {
   constexpr int kRods = 9;
-  constexpr double kCell = 0.15, kHalfAngle = 10 * std::numbers::pi / 180;
+  constexpr double kCell = 0.15, kHalfAngle = 10 * kDegree;
   Linkage linkage;
   linkage.name = "grid";
   linkage.lines = grid_lines(kRods, kRods, [&](int i, int j) -> Eigen::Vector3d {
@@ -41,7 +41,7 @@ Linkage make_grid() {
 
 Linkage make_dome() {
   constexpr int kRods = 9;
-  constexpr double kCell = 0.15, kHalfAngle = 10 * std::numbers::pi / 180, kLonger = 0.3;
+  constexpr double kCell = 0.15, kHalfAngle = 10 * kDegree, kLonger = 0.3;
   // Along a rod, cells grow towards its middle; the more, the nearer the rod is to the middle.
   const auto along = [](double s, double across) {
     const double t = 2 * s / (kRods - 1) - 1, u = 2 * across / (kRods - 1) - 1;
@@ -62,12 +62,12 @@ Linkage make_dome() {
 /// direction; rods cross at azimuths that are multiples of D / 2.
 Linkage make_hyperboloid() {
   constexpr int kRods = 12, kSteps = 3, kLevels = 2 * kSteps + 1;
-  constexpr double kRadius = 0.6, kHalfHeight = 0.9, kTurn = 2 * std::numbers::pi / kRods;
+  constexpr double kRadius = 0.6, kHalfHeight = 0.9, kTurn = kFullTurn / kRods;
   const double half_turn = 0.5 * kSteps * kTurn;
   Linkage linkage;
   linkage.name = "hyperboloid";
   // Left alone, straight rods would close to a bundle: their rulings cross with a twist.
-  linkage.conditions.mean_angle = 20 * std::numbers::pi / 180;
+  linkage.conditions.mean_angle = 20 * kDegree;
   rods::LineMesh& lines = linkage.lines;
   lines.vertices.resize(3, kRods * kLevels);
   lines.edges.resize(2, 2 * kRods * (kLevels - 1));

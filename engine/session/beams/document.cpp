@@ -109,7 +109,7 @@ class BeamDocument::Request {
     begin_step();
     if (conditions().supports.find(release.node) == nullptr &&
         conditions().motions.find(release.node) == nullptr)
-      warn("node", fmt::format("nothing holds node {}: there is nothing to release", release.node));
+      warn("node", fmt::format("node {} is not held; nothing was released", release.node));
     conditions().supports.erase_all(release.node);
     conditions().motions.erase_all(release.node);
   }
@@ -121,8 +121,7 @@ class BeamDocument::Request {
     if (!is_nothing(set.load)) {
       conditions().loads.push_back(set.load);
     } else if (!loaded) {
-      warn("node",
-           fmt::format("nothing loads node {}: there is nothing to take away", set.load.node));
+      warn("node", fmt::format("node {} carries no load; nothing was removed", set.load.node));
     }
   }
   void take(const SetElementLoad& set) {
@@ -132,8 +131,8 @@ class BeamDocument::Request {
     if (!set.load.force.isZero(0)) {
       conditions().distributed_loads.push_back(set.load);
     } else if (erased == 0) {
-      warn("element", fmt::format("nothing loads element {}: there is nothing to take away",
-                                  set.load.element));
+      warn("element",
+           fmt::format("element {} carries no load; nothing was removed", set.load.element));
     }
   }
   void take(const PushNode& push) {

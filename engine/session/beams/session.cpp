@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "engine/base/rotations/logarithm.h"
-#include "engine/session/beams/live_beams.h"
+#include "engine/session/beams/live_problem.h"
 #include "engine/session/core/matrix_of_columns.h"
 #include "engine/session/core/session_core.h"
 

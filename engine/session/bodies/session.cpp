@@ -1,6 +1,6 @@
 #include "engine/session/bodies/session.h"
 
-#include "engine/session/bodies/session_impl.h"
+#include "engine/session/bodies/impl.h"
 
 namespace limber::session {
 

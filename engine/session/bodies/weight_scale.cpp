@@ -17,7 +17,8 @@ double next_weight_scale(double scale, double missed, double tolerance, bool& ra
   return scale;
 }
 
-void tell_tolerance(const scene::Scene& scene, double scale, spacetime::SolveReport& report) {
+void report_missed_tolerance(const scene::Scene& scene, double scale,
+                             spacetime::SolveReport& report) {
   if (!scene.constraint_tolerance) return;
   const double missed = report.max_constraint_error / scene.length_unit_in_metres;
   if (missed <= *scene.constraint_tolerance) return;

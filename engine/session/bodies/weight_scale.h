@@ -16,6 +16,7 @@ inline constexpr double kGreatestWeightScale = 1e6;
 [[nodiscard]] double next_weight_scale(double scale, double missed, double tolerance, bool& raised);
 
 /// Says so where the tolerance is not met.
-void tell_tolerance(const scene::Scene& scene, double scale, spacetime::SolveReport& report);
+void report_missed_tolerance(const scene::Scene& scene, double scale,
+                             spacetime::SolveReport& report);
 
 }  // namespace limber::session

@@ -8,7 +8,7 @@
 
 namespace limber::session {
 
-/// An edit would pass a limit, which the client may be told in numbers.
+/// An edit would pass a limit, which the client may get in numbers.
 class LimitError : public Error {
  public:
   LimitError(std::string field, const std::string& message, std::uint64_t limit,

@@ -6,6 +6,7 @@
 #include <numbers>
 #include <set>
 
+#include "engine/base/degrees.h"
 #include "engine/base/error.h"
 #include "engine/rods/design/design_weight.h"
 
@@ -92,15 +93,14 @@ void DesignRequest::validate(int joints, const DesignStart& start) const {
            *flat_height);
   if (flat_angle) {
     demand(std::abs(*flat_angle) < std::numbers::pi, "flat_angle", "in (-180, 180) degrees",
-           *flat_angle * (180 / std::numbers::pi));
+           *flat_angle * kDegreesPerRadian);
   }
   if (smallest_angle) {
     demand(std::abs(*smallest_angle) < std::numbers::pi, "smallest_angle", "in (-180, 180) degrees",
-           *smallest_angle * (180 / std::numbers::pi));
+           *smallest_angle * kDegreesPerRadian);
     if (flat_angle) {
       demand(*smallest_angle < *flat_angle, "smallest_angle",
-             "below the mean that the flat shape is held at",
-             *smallest_angle * (180 / std::numbers::pi));
+             "below the mean that the flat shape is held at", *smallest_angle * kDegreesPerRadian);
     }
   }
   demand(least_cover >= 0 && least_cover <= 1, "least_cover", "in [0, 1]", least_cover);

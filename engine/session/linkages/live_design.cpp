@@ -4,9 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <utility>
 
+#include "engine/base/degrees.h"
 #include "engine/base/error.h"
 #include "engine/rods/design/cell_area.h"
 #include "engine/rods/design/erection.h"
@@ -47,7 +47,7 @@ void close_to(rods::LinkageEquilibrium& equilibrium, rods::LinkageState& state,
   throw Error(ErrorCode::kFailedPrecondition, "flat_angle",
               fmt::format("the linkage does not go to a mean angle of {:.6g} degrees, at which it "
                           "is to be flat: {}",
-                          *held.mean_opening_angle * (180 / std::numbers::pi), deployment.message));
+                          *held.mean_opening_angle * kDegreesPerRadian, deployment.message));
 }
 
 rods::DesignPoint point_of(const DesignCandidate& candidate) {

@@ -9,7 +9,7 @@
 #include "engine/base/job.h"
 #include "engine/rods/design/design_rank.h"
 #include "engine/session/linkages/design_values.h"
-#include "engine/session/linkages/live_linkage.h"
+#include "engine/session/linkages/live_problem.h"
 
 namespace limber::session {
 

@@ -2,7 +2,7 @@
 
 #include <utility>
 
-#include "engine/session/linkages/session_impl.h"
+#include "engine/session/linkages/impl.h"
 
 namespace limber::session {
 

@@ -88,7 +88,7 @@ std::uint64_t estimate_keyframe_bytes(std::size_t keyframes, int rows_each, std:
   numbers += solvers * k * 2 * 2 * (2 * r) * (2 * r);  // two block systems, two kept frames each
   numbers += solvers * 2 * k * r * 3 * c;  // responses of the kept frames to constraints
   // Material optimisation keeps all rows in one dense system, as long as it takes them.
-  const double dense = std::min<double>(spacetime::MaterialSolver::kMostRows, rows + 3 * c);
+  const double dense = std::min<double>(spacetime::MaterialSolver::kMaxRows, rows + 3 * c);
   numbers += 4 * dense * dense + (k + c) * (k + c) / 2 * r;
   return static_cast<std::uint64_t>(numbers * sizeof(double));
 }

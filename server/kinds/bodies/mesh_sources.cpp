@@ -8,7 +8,7 @@
 namespace limber::server {
 namespace {
 
-constexpr std::size_t kMostFileBytes = std::size_t{1} << 30;
+constexpr std::size_t kMaxFileBytes = std::size_t{1} << 30;
 
 LoadedMesh loaded(scene::MeshReading reading) {
   return {std::move(reading.mesh), std::move(reading.warnings)};
@@ -20,7 +20,7 @@ LoadedMesh load_mesh(const proto::MeshSource& source, const std::string& field,
     case proto::MeshSource::kPath: {
       const std::filesystem::path file = resolve(source.path(), field + ".path");
       return read_at(field + ".path",
-                     [&] { return loaded(scene::read_mesh_file(file, kMostFileBytes, limits)); });
+                     [&] { return loaded(scene::read_mesh_file(file, kMaxFileBytes, limits)); });
     }
     case proto::MeshSource::kFile:
       return read_at(field + ".file",

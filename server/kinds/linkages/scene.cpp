@@ -3,8 +3,8 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <numbers>
 
+#include "engine/base/degrees.h"
 #include "server/kinds/linkages/section.h"
 #include "server/kinds/linkages/shape.h"
 #include "server/wire/arrays.h"
@@ -156,10 +156,10 @@ proto::LinkageErection encode_erection(const scene::LinkageErection& erection) {
   return message;
 }
 
-double to_degrees(double radian) { return radian * (180 / std::numbers::pi); }
+double to_degrees(double radian) { return radian * kDegreesPerRadian; }
 
 double decode_angle(double degrees, const std::string& field, std::optional<int> joint) {
-  if (std::abs(degrees) < 180) return degrees * (std::numbers::pi / 180);  // NaN is none
+  if (std::abs(degrees) < 180) return degrees * kDegree;  // NaN is none
   throw Refusal(proto::ERROR_CODE_OUT_OF_RANGE, field,
                 fmt::format("{:g} degrees cannot be reached{}, must be in (-180, 180)", degrees,
                             joint ? fmt::format(" by joint {}", *joint) : ""));

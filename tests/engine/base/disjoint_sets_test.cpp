@@ -15,7 +15,7 @@ TEST(DisjointSets, EachItemBeginsAlone) {
   for (int item = 0; item < 3; ++item) EXPECT_EQ(sets.lowest(item), item);
 }
 
-TEST(DisjointSets, AChainIsOneSetInWhateverOrderItIsJoined) {
+TEST(DisjointSets, AChainIsOneSetInEveryOrderOfJoins) {
   constexpr int kCount = 1000;
   DisjointSets ascending(kCount), descending(kCount);
   for (int i = 0; i + 1 < kCount; ++i) ascending.join(i, i + 1);

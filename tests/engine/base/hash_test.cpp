@@ -14,7 +14,7 @@ TEST(ContentHash, KnownDigestOfNothing) {
   EXPECT_EQ(ContentHash().hex(), "99aa06d3014798d86001c324468d497f");
 }
 
-TEST(ContentHash, FramingTellsSplitsApart) {
+TEST(ContentHash, FramingDistinguishesSplits) {
   std::set<std::string> digests;
   digests.insert(ContentHash().add("ab").add("c").hex());
   digests.insert(ContentHash().add("a").add("bc").hex());

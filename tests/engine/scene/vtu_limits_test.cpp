@@ -99,10 +99,10 @@ double peak_of(const std::function<void()>& action) {
   }
   close(ends[1]);
   long more = -1;
-  const bool is_told = ::read(ends[0], &more, sizeof more) == sizeof more;
+  const bool is_complete = ::read(ends[0], &more, sizeof more) == sizeof more;
   close(ends[0]);
   waitpid(child, nullptr, 0);
-  return is_told ? static_cast<double>(more) / 1024 : -1;
+  return is_complete ? static_cast<double>(more) / 1024 : -1;
 }
 
 TEST(VtuLimits, ArraysAreLimitedInTheirSum) {

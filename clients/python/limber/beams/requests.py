@@ -24,7 +24,7 @@ class BeamRequests(ServerCore):
         structure: a mapping or file (JSON form of limber.v1.BeamStructure, or a scene of one), a message, or a job of the
         public relaxation code (its folder, or SimulationJob.json). method: "choose", "newton", "relaxation",
         "relaxation_then_newton"; tolerance: largest force over forces present (1e-8, of relaxation 1e-6); files: of
-        "vtu", "csv" and "json", which solution.write(folder) writes as STEM...; shapes: how many on the way are kept;
+        "vtu", "csv" and "json", which solution.write(folder) writes as STEM...; shapes: how many along the path are kept;
         follow: Newton's method stays on the branch of equilibria where temporary loads push, too (without them "choose"
         does); answer.snaps tells where it ends.
         Ctrl-C while waiting, and the end of `timeout` [s], cancel the job.

@@ -19,11 +19,11 @@ class BeamResult(Result):
     method: str = ""            # of the answer: "newton" follows the branch, "relaxation_then_newton" does not
     load_steps: int = 0
     relaxation_steps: int = 0
-    load_factor: float = 0.0    # share of the way that was gone
+    load_factor: float = 0.0    # share of the path that was passed
     node: int | None = None     # that moves most freely or is worst balanced
     utilisation: float = 0.0    # the largest
     largest_bend: float = 0.0   # between an end and its chord [radian]; above 0.5 the elements are too long
-    steps: int = 0              # frames of a final result: shapes on the way, the shape itself last
+    steps: int = 0              # frames of a final result: shapes along the path, the shape itself last
     snaps: tuple[BeamSnap, ...] = ()
     negative_eigenvalues: int | None = None  # of the stiffness: 0 at a minimum; None where nothing balances
 

@@ -19,7 +19,7 @@ from .solutions import BeamSolution
 
 class BeamSession(OpenSession):
     """A session of a structure of beams. Made by Server.open() or Server.session(). Nodes and elements count from 0, SI
-    units. An edit goes on from the equilibrium there is: what changes is brought on step by step."""
+    units. An edit continues from the current equilibrium: what changes is brought on step by step."""
 
     FORMATS = {"vtu": service.EXPORT_FORMAT_VTU, "csv": service.EXPORT_FORMAT_CSV, "json": service.EXPORT_FORMAT_JSON,
                "scene": service.EXPORT_FORMAT_SCENE}

@@ -25,9 +25,9 @@ FORMATS = {"vtu": messages.BEAM_FILE_FORMAT_VTU, "csv": messages.BEAM_FILE_FORMA
 
 @dataclass(frozen=True)
 class BeamSnap:
-    """Where on the way the structure jumped to another shape."""
+    """Where along the path the structure jumped to another shape."""
 
-    progress: float  # share of the way, 0 .. 1
+    progress: float  # share of the path, 0 .. 1
     turn: float      # of a node or element, the largest [radian]
     node: int        # where
 
@@ -68,7 +68,7 @@ class BeamSolution:
     element_energies: np.ndarray  # (elements,) [J]
     energies: dict[str, float]  # "stretching", "torsion", "bending_2", "bending_3" [J]
     largest_bend: float  # between an end and its chord [rad]; above 0.5 the elements are too long
-    shapes: np.ndarray  # (shapes, nodes, 3), float32: positions on the way
+    shapes: np.ndarray  # (shapes, nodes, 3), float32: positions along the path
     job: int  # 0: of a session
     snaps: tuple[BeamSnap, ...] = ()  # where Newton's method followed the branch
     issues: tuple[str, ...] = ()  # warnings: what has no effect, and what is left out

@@ -1,4 +1,4 @@
-"""Materials of motions: what is recovered, and how the motion goes on with it."""
+"""Materials of motions: what is recovered, and how the motion continues with it."""
 
 from __future__ import annotations
 

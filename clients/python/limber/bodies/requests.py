@@ -45,7 +45,7 @@ class BodyRequests(ServerCore):
         """Nodes (n x 3) and tets (m x 4) that fill a closed triangle surface (.obj, .ply, .stl), and as `.report` how
         near they are to it.
 
-        within: largest distance between the surface and that of the tets, either way, as a share of the body's length
+        within: largest distance between the surface and that of the tets, in either direction, as a share of the body's length
         (diagonal of its bounding box), in (0, 1]. Where `tets` do not keep it, a LimberError says how many would;
         1 allows any distance.
         """
@@ -84,7 +84,7 @@ class BodyRequests(ServerCore):
                 total_frames: int = 0, weight: float = 1.0, column_weight: float = 1e-8, start: str = "principal",
                 progress: ProgressOption = None, timeout: float = 3600.0) -> recoveries.Recovery:
         """The material of the scene's base motion (frequencies, damping, mixed modes) from its first recovered_frames
-        (default: the first half), and how the motion goes on with it where no force acts, up to total_frames (default:
+        (default: the first half), and how the motion continues with it where no force acts, up to total_frames (default:
         those of the base motion).
 
         variables: "motion" (forces alone), "dynamics" (and frequencies and damping) or "all" (and the modes, as

@@ -113,7 +113,7 @@ class Session(OpenSession):
     def wait(self, revision: int | None = None, until: str = "final", timeout: float = 60.0) -> Result:
         """As OpenSession.wait; the first time it warns of a model that misses its tolerance."""
         result = super().wait(revision, until, timeout)
-        if not self._is_accuracy_told:  # opened without waiting
+        if not self._is_accuracy_reported:  # opened without waiting
             self.warn_of_accuracy(self.status(), stacklevel=2)
         return result
 

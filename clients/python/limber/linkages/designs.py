@@ -111,7 +111,7 @@ class DesignInfo:
     placement: Placement    # of the surface
     flat_angle: float | None  # mean angle that the flat shape is held at [degree]; None: nothing holds it
     least_cover: float      # required share of the start's area of cells
-    erection: Erection | None  # how the best shape is opened from flat; None: not ended, or no way was found (message)
+    erection: Erection | None  # how the best shape is opened from flat; None: not ended, or no path was found (message)
 
     @staticmethod
     def from_message(info: "messages.DesignInfo") -> "DesignInfo":
@@ -160,7 +160,7 @@ class Design:
                distance_weight: float | None = None, surface_weight: float | None = None,
                translation: Sequence[float] | None = None, rotation: Sequence[float] | None = None,
                scale: float | None = None, joint_weights: Any = None, placement: "Placement | None" = None) -> None:
-        """Goes on towards another goal; what is not given stays. targets: in place of all there are. translation,
+        """Continues towards another goal; what is not given stays. targets: in place of all there are. translation,
         rotation and scale: where the surface is put, all three in place of what they were; or a placement, as
         info().placement with some of it replaced (dataclasses.replace). joint_weights: of each
         joint's distance to the surface; [] makes them all 1 again."""
@@ -181,7 +181,7 @@ class Design:
         self.session.connection.call("change_design", made, timeout=max(60.0, self.session.connection.timeout))
 
     def pause(self) -> None:
-        """When the step under way is done; edits stay refused."""
+        """When the current step is done; edits stay refused."""
         self.session.connection.call("pause_design", messages.PauseDesignRequest(session=self.session.reference))
 
     def resume(self) -> None:
@@ -190,7 +190,7 @@ class Design:
     def stop(self, timeout: float = 60.0) -> None:
         """The session goes back to the shape it had, and takes edits again; the best so far can still be taken.
 
-        timeout: how long the step under way may take to end [s] before LimberError TIMEOUT.
+        timeout: how long the current step may take to end [s] before LimberError TIMEOUT.
         """
         self.session.connection.call("stop_design", messages.StopDesignRequest(session=self.session.reference))
         self._wait_for_end(timeout)
@@ -199,11 +199,11 @@ class Design:
         given_up = time.monotonic() + timeout
         while self.info().state != "ended":
             if time.monotonic() > given_up:
-                raise LimberError("TIMEOUT", f"the design was told to stop and has not ended for {timeout:g} s", "timeout")
+                raise LimberError("TIMEOUT", f"the design has not ended {timeout:g} s after its stop was requested", "timeout")
             time.sleep(0.005)
 
     def take(self) -> int:
-        """The best rest lengths become the session's: an edit, which undo() takes back. Its revision. A design under way
+        """The best rest lengths become the session's: an edit, which undo() takes back. Its revision. A running design
         ends: edits are taken again."""
         response = self.session.connection.call("take_design", messages.TakeDesignRequest(session=self.session.reference))
         self.session.revision = max(self.session.revision, response.revision)

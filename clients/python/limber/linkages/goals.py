@@ -172,7 +172,7 @@ def _not_empty(values: np.ndarray, field: str) -> np.ndarray:
 
 def sorted_options(options: "Mapping[str, Any]", design: Any, of_scene: Callable[..., Any],
                    of_design: Callable[..., Any]) -> "tuple[dict[str, Any], dict[str, Any]]":
-    """Keyword options of one call, told apart by the two calls that take them: of the scene, and of the design."""
+    """Keyword options of one call, sorted by the two calls that take them: of the scene, and of the design."""
     if design is not None and not isinstance(design, Mapping):
         raise invalid("design", f"design has options by name, as {{'max_iterations': 60}}, not {design!r}")
     known = {call: {name for name, parameter in signature(call).parameters.items()

@@ -151,10 +151,10 @@ def _distance(point: np.ndarray, corners: np.ndarray) -> float:
     inside = np.ones(len(corners), dtype=bool)
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     for k in range(3):
-        first, way = corners[:, k], corners[:, (k + 1) % 3] - corners[:, k]
-        share = np.einsum("ti,ti->t", point - first, way) / np.maximum(np.einsum("ti,ti->t", way, way), 1e-300)
-        least = min(least, np.linalg.norm(first + np.clip(share, 0, 1)[:, None] * way - point, axis=1).min())
-        inside &= np.einsum("ti,ti->t", np.cross(way, point - first), normals) >= 0
+        first, edge = corners[:, k], corners[:, (k + 1) % 3] - corners[:, k]
+        share = np.einsum("ti,ti->t", point - first, edge) / np.maximum(np.einsum("ti,ti->t", edge, edge), 1e-300)
+        least = min(least, np.linalg.norm(first + np.clip(share, 0, 1)[:, None] * edge - point, axis=1).min())
+        inside &= np.einsum("ti,ti->t", np.cross(edge, point - first), normals) >= 0
     sizes = np.linalg.norm(normals, axis=1)
     inside &= sizes > 0
     if inside.any():

@@ -86,8 +86,8 @@ class LinkageRequests(ServerCore):
                        session: str = "", edges_per_segment: int = 6, progress: ProgressOption = None,
                        timeout: float = 600.0, design: Any = None, **options: Any) -> "Design":
         """A linkage for a patch of surface, from the surface alone: starting_grid(), open_grid(), and a design that begins
-        with the surface put where the grid fits. Its `session` is the linkage. Warns where something will stand in the
-        design's way (StartingGrid.remark), and where the linkage is unlikely large (its issues).
+        with the surface put where the grid fits. Its `session` is the linkage. Warns where something will obstruct
+        the design (StartingGrid.remark), and where the linkage is unlikely large (its issues).
 
         surface, columns, rows, flat_angle, margin: as starting_grid(). section, edges_per_segment and options of
         limber.linkage_scene(): as there. Options of LinkageSession.design(), as max_iterations, go to the design; so do

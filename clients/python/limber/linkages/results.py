@@ -1,4 +1,4 @@
-"""Results of sessions of rod linkages, and the equilibria on the way to them."""
+"""Results of sessions of rod linkages, and the equilibria along the path to them."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ EVENTS = {service.BRANCH_EVENT_BRANCHING: "branching", service.BRANCH_EVENT_LIMI
 
 @dataclass(frozen=True)
 class LinkageStep:
-    """An equilibrium on the way from one to the next; each is a frame."""
+    """An equilibrium along the path from one to the next; each is a frame."""
 
-    progress: float    # share of the way, 0 .. 1
+    progress: float    # share of the path, 0 .. 1
     mean_angle: float  # [degree]
     energy: float      # elastic [J]
     iterations: int
-    # "": nothing happened. "branching": the branch lost its stability, the way goes on on a stable one beside it.
+    # "": nothing happened. "branching": the branch lost its stability, the path continues on a stable one beside it.
     # "limit_point": it ended, "jump": it was lost; the shape jumped to another.
     event: str
 
@@ -35,7 +35,7 @@ class LinkageResult(Result):
     spring_energy: float = 0.0      # of the springs to targets [J]
     load_potential: float = 0.0     # of forces, torques and weight [J]
     mean_angle: float = 0.0         # of all joints [degree]
-    steps: int = 0                  # equilibria on the way
+    steps: int = 0                  # equilibria along the path
     negative_eigenvalues: int = 0   # directions in which the equilibrium is unstable
     mean_angle_moment: float = 0.0  # on every joint, holds the mean angle [N m]
     path: tuple[LinkageStep, ...] = ()  # of a final result, one for each of its frames; empty if none is new
@@ -43,7 +43,7 @@ class LinkageResult(Result):
 
     @property
     def events(self) -> tuple[LinkageStep, ...]:
-        """Where on the way the branch of equilibria changed."""
+        """Where along the path the branch of equilibria changed."""
         return tuple(step for step in self.path if step.event)
 
     @staticmethod

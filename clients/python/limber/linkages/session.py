@@ -231,7 +231,7 @@ class LinkageSession(OpenSession):
         return self.geometry() if frames.encoding == service.ENCODING_COORDINATES else None
 
     def shapes(self, first: int = 0, count: int = 0, final: bool = False) -> list[Shape]:
-        """Centrelines, directors and angles of the newest result: the equilibria on the way, the shape itself last."""
+        """Centrelines, directors and angles of the newest result: the equilibria along the path, the shape itself last."""
         return self.geometry().shapes(arrays.to_numpy(self.raw_frames(first, count, final=final).data, "frames"))
 
     def shape(self, final: bool = False) -> Shape:

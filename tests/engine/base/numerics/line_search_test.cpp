@@ -141,7 +141,7 @@ TEST(LineSearch, TriesTheSameStepByOtherMeans) {
   EXPECT_EQ(found.trials, 2);
 }
 
-TEST(LineSearch, EndsWhereAnAttemptAsksForNoStep) {
+TEST(LineSearch, EndsWhereAnAttemptRequestsNoStep) {
   for (const double next : {0.0, -1.0, kNan}) {
     const auto found = backtrack({}, [&](double) { return StepVerdict::retry(next); });
     EXPECT_FALSE(found.is_accepted);
@@ -240,7 +240,7 @@ TEST(LineSearch, ExpandsNowhereUphillOrWhereItMayNotGo) {
     EXPECT_EQ(found.tried.size(), 1u);
     EXPECT_TRUE(found.kept.empty());
   }
-  // A limit on the way: the last step before it is kept.
+  // A limit along the path: the last step before it is kept.
   const Expansion found = expanded({0.125, 8}, [](double t) { return t > 0.6 ? kNan : -t; });
   EXPECT_EQ(found.change, -0.5);
 }

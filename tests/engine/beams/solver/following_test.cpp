@@ -155,7 +155,7 @@ TEST(BeamFollowing, PrescribedRotationsOfMoreThanATurnContinueFromWhereTheyAre) 
   EXPECT_LT(apart(back.state, rest), 1e-5);
 }
 
-TEST(BeamFollowing, AWatchThatAsksForNothingSensibleIsRefused) {
+TEST(BeamFollowing, RefusesInvalidWatchOptions) {
   BeamSolveOptions options;
   options.largest_swerve = -1;
   EXPECT_ANY_THROW(options.validate());

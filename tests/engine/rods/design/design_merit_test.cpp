@@ -91,7 +91,7 @@ TEST(AugmentedConstraint, ComesToItsBoundAndToTheForceThere) {
   }
 }
 
-TEST(AugmentedConstraint, LetsGoOfWhatItPressedTooMuch) {
+TEST(AugmentedConstraint, ReleasesWhatItPressedTooMuch) {
   Bounded problem{10, 0.6};
   // Violated for long, as by steps that were cut short.
   for (int k = 0; k < 4; ++k) problem.constraint.update(-0.5);

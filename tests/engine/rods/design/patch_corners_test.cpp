@@ -19,7 +19,7 @@ namespace {
 using testing::field;
 
 /// The map is of the surface, not of its file.
-void demand_same_whatever_the_order(const SurfaceMesh& mesh) {
+void demand_same_in_every_order(const SurfaceMesh& mesh) {
   const Eigen::Matrix2Xd map = map_patch_to_square(mesh);
   const auto count = static_cast<int>(mesh.vertices.cols());
   for (const int stride : {5, 7, 100}) {
@@ -46,7 +46,7 @@ TEST(PatchCorners, DirectionsDoNotDependOnTheOrderOfVertices) {
   const Eigen::Matrix2Xd map = map_patch_to_square(mesh);
   EXPECT_LT((map.rightCols<1>() - Eigen::Vector2d(1, 0)).norm(), 1e-12);  // first along y, upright
   EXPECT_LT((map.col(0) - Eigen::Vector2d(0, 1)).norm(), 1e-12);
-  demand_same_whatever_the_order(mesh);
+  demand_same_in_every_order(mesh);
 }
 
 SurfaceMesh turned(SurfaceMesh mesh, double degrees, const Eigen::Vector3d& about) {
@@ -68,7 +68,7 @@ TEST(PatchCorners, OfSquaresAreTheirs) {
         const Eigen::Matrix2Xd map = map_patch_to_square(mesh);
         for (const int corner : {0, 12, 12 * 13, 12 * 13 + 12})
           EXPECT_LT((map.col(corner) - map.col(corner).array().round().matrix()).norm(), 1e-12);
-        demand_same_whatever_the_order(mesh);
+        demand_same_in_every_order(mesh);
       }
     }
   }
@@ -145,7 +145,7 @@ TEST(PatchCorners, OfPolygonsDoNotDependOnTheOrderOfVerticesEither) {
         if (side == 0) side = twice > 0 ? 1 : -1;
         EXPECT_GT(side * twice, -1e-12);
       }
-      demand_same_whatever_the_order(mesh);
+      demand_same_in_every_order(mesh);
     }
   }
 }

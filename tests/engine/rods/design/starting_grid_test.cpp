@@ -482,7 +482,7 @@ TEST(StartingGrid, BadOptionsAreNamed) {
   EXPECT_EQ(field_of({}), "none");
 }
 
-TEST(StartingGrid, TellsHowNearItsRodsLie) {
+TEST(StartingGrid, ReportsTheDistanceOfItsRods) {
   const SurfaceMesh flat = field(8, [](double, double) { return 0.0; });
   StartingGridOptions options{.columns = 5, .rows = 9};
   options.margin = 0;

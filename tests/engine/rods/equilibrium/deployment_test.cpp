@@ -251,7 +251,7 @@ TEST(Deployment, WhatIsReleasedGoesStepByStepToo) {
 }
 
 /// Its shape is stable while the place is held, and would not be under the force that holds it.
-TEST(Deployment, APinThatWasPushedFarIsLetGoWithoutAJump) {
+TEST(Deployment, APinThatWasPushedFarIsReleasedWithoutAJump) {
   Balanced curved;
   auto& [model, equilibrium, state, free] = curved;
   const LinkageState start = state;

@@ -86,7 +86,7 @@ TEST(LengthSystem, SolvesWhatTheMatrixWrittenOutSays) {
   check_against_dense(mixed);
 }
 
-TEST(LengthSystem, TellsWhatIsNotPositive) {
+TEST(LengthSystem, DetectsIndefiniteMatrices) {
   // Pushed together by a third, rods buckle.
   LengthCase pushed(grid_model(3, 3, 1.0), 1.5);
   const std::vector<char> none(static_cast<std::size_t>(pushed.model.segment_lengths().size()), 0);

@@ -200,7 +200,7 @@ TEST(LinkageStresses, EnergiesOfEdgesAndVerticesAreTheStates) {
   EXPECT_NEAR(twisting, wanted.twisting, 1e-10 * wanted.twisting);
 }
 
-TEST(LinkageStresses, UnsymmetricSectionsTellTheirSides) {
+TEST(LinkageStresses, UnsymmetricSectionsDistinguishTheirSides) {
   // A triangle that points along d_1: its tip is twice as far from the centroid as its base.
   const Section section = Profile{{{-1, -0.1}, {2, 0}, {-1, 0.1}}, {}};
   const SectionProperties properties = section_properties(section);

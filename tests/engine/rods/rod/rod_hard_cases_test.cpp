@@ -42,7 +42,7 @@ TEST(RodHardCases, UnloadedArcStaysPutInAnyDirection) {
 }
 
 TEST(RodHardCases, CurvatureAndTwistAtRestComeBack) {
-  // Pulled straight and let go.
+  // Pulled straight and released.
   const Rod rod(helix(20), kFlatRod);
   Eigen::VectorXd x = rod.drawn.unknowns();
   const Eigen::Vector3d start = x.segment<3>(0), along = x.segment<3>(4) - start;

@@ -188,7 +188,7 @@ TEST(CondensedSolver, AgreesWithCholmodOnEveryKnownLinkage) {
   }
 }
 
-TEST(CondensedSolver, TellsTheInertiaOfEveryKnownLinkage) {
+TEST(CondensedSolver, ReportsTheInertiaOfEveryKnownLinkage) {
   if (!std::filesystem::exists(linkage_file("hourglass"))) GTEST_SKIP() << "no data";
   Random random(6);
   for (const KnownLinkage& known : known_linkages()) {

@@ -171,9 +171,9 @@ TEST(BeamDocument, WhatHasNoEffectWarns) {
                           SetElementLoad{{1, {0, 0, 0}}}});
   ASSERT_EQ(receipt.issues.size(), 2U);
   EXPECT_EQ(receipt.issues[0].field, "edits[1].node");
-  EXPECT_EQ(receipt.issues[0].message, "nothing loads node 2: there is nothing to take away");
+  EXPECT_EQ(receipt.issues[0].message, "node 2 carries no load; nothing was removed");
   EXPECT_EQ(receipt.issues[1].field, "edits[2].element");
-  EXPECT_EQ(receipt.issues[1].message, "nothing loads element 1: there is nothing to take away");
+  EXPECT_EQ(receipt.issues[1].message, "element 1 carries no load; nothing was removed");
   beams::BeamModel heavy = test::cantilever(6, 1);
   heavy.sections[0].mass_per_length = 1;
   EXPECT_TRUE(BeamDocument(heavy).apply({SetGravity{{0, 0, -9.81}}}, {}, Nowhere()).issues.empty());

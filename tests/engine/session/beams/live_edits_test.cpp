@@ -10,7 +10,7 @@
 #include "engine/base/random.h"
 #include "engine/scene/formats/beam_job.h"
 #include "engine/session/beams/job_mapping.h"
-#include "engine/session/beams/live_beams.h"
+#include "engine/session/beams/live_problem.h"
 #include "tests/support/beam_structures.h"
 
 namespace limber::session {

@@ -13,12 +13,12 @@ namespace limber::session {
 namespace {
 
 using scene::End;
+using test::DocumentState;
 using test::edit_all;
 using test::held;
 using test::ids;
 using test::kInfinity;
-using test::see;
-using test::Seen;
+using test::state_of;
 using test::with_two;
 
 struct BadEdit {
@@ -144,7 +144,7 @@ TEST_P(DocumentBadEdit, IsNamedAndLeavesEverythingAsItWas) {
   edit_all(document, {MoveConstraint{1, {5, 5, 5}}});
   edit_all(document, {RemoveConstraint{2}, AddConstraint{held(6, 3)}});
   edit_all(document, {Undo{}});
-  const Seen before = see(document);
+  const DocumentState before = state_of(document);
   try {
     edit_all(document, {MoveConstraint{1, {9, 9, 9}}, GetParam().edit()});
     FAIL() << "accepted";
@@ -155,7 +155,7 @@ TEST_P(DocumentBadEdit, IsNamedAndLeavesEverythingAsItWas) {
     const std::string member = error.field().substr(error.field().rfind('.') + 1);
     EXPECT_FALSE(std::string(error.what()).starts_with(member + " is ")) << error.what();
   }
-  EXPECT_TRUE(see(document) == before);
+  EXPECT_TRUE(state_of(document) == before);
   EXPECT_EQ(document.revision(), 3u);
   EXPECT_EQ(document.undo_count(), 1u);
   EXPECT_EQ(document.redo_count(), 1u);

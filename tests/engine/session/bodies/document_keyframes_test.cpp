@@ -13,7 +13,7 @@ namespace {
 using test::edit_all;
 using test::held;
 using test::keyed;
-using test::see;
+using test::state_of;
 using test::two_tets;
 using ::testing::ElementsAre;
 
@@ -24,11 +24,11 @@ std::vector<int> frames(const Document& document) {
 }
 
 Error refusal(Document& document, const std::vector<BodyEdit>& edits) {
-  const auto before = see(document);
+  const auto before = state_of(document);
   try {
     edit_all(document, edits);
   } catch (const Error& error) {
-    EXPECT_EQ(see(document), before);
+    EXPECT_EQ(state_of(document), before);
     return error;
   }
   ADD_FAILURE() << "was accepted";
@@ -58,18 +58,18 @@ TEST(DocumentKeyframes, UndoBringsBackTheVeryPose) {
   scene::Scene scene = two_tets();
   scene.keyframes = {keyed(4, 0.3)};
   Document document(scene);
-  const auto opened = see(document);
+  const auto opened = state_of(document);
   edit_all(document, {MoveKeyframe{1, 6, 2.0}});
-  const auto moved = see(document);
+  const auto moved = state_of(document);
   EXPECT_EQ(moved.keyframes[0].weight, 2.0);
   edit_all(document, {RemoveKeyframe{1}});
-  EXPECT_TRUE(see(document).keyframes.empty());
+  EXPECT_TRUE(state_of(document).keyframes.empty());
   EXPECT_THAT(edit_all(document, {Undo{}}).keyframe_ids, ElementsAre(1));
-  EXPECT_EQ(see(document), moved);
+  EXPECT_EQ(state_of(document), moved);
   EXPECT_THAT(edit_all(document, {Undo{}}).keyframe_ids, ElementsAre(1));
-  EXPECT_EQ(see(document), opened);
+  EXPECT_EQ(state_of(document), opened);
   edit_all(document, {Redo{}});
-  EXPECT_EQ(see(document), moved);
+  EXPECT_EQ(state_of(document), moved);
 }
 
 TEST(DocumentKeyframes, WhatIsWrongIsNamed) {

@@ -26,12 +26,12 @@ inline EditReceipt edit_all(Document& document, const std::vector<BodyEdit>& edi
 }
 
 /// Everything a client can see of a document, for comparison.
-struct Seen {
+struct DocumentState {
   std::vector<scene::Constraint> constraints;
   std::vector<scene::Keyframe> keyframes;
   scene::End first, last;
   scene::Dynamics dynamics;
-  bool operator==(const Seen& other) const {
+  bool operator==(const DocumentState& other) const {
     if (constraints.size() != other.constraints.size()) return false;
     for (std::size_t i = 0; i < constraints.size(); ++i) {
       if (!same(constraints[i], other.constraints[i])) return false;
@@ -49,7 +49,7 @@ struct Seen {
   }
 };
 
-inline Seen see(const Document& document) {
+inline DocumentState state_of(const Document& document) {
   return {document.constraint_list(), document.keyframe_list(), document.first_end(),
           document.last_end(), document.dynamics()};
 }

@@ -15,11 +15,11 @@ namespace limber::session {
 namespace {
 
 using scene::End;
+using test::DocumentState;
 using test::edit_all;
 using test::held;
 using test::ids;
-using test::see;
-using test::Seen;
+using test::state_of;
 using test::two_tets;
 using test::with_two;
 
@@ -127,9 +127,9 @@ TEST(Document, NumbersPastTheLargestId) {
 
 TEST(Document, RefusedUndoInsideARequestTakesEverythingBack) {
   Document document = with_two();
-  const Seen opened = see(document);
+  const DocumentState opened = state_of(document);
   edit_all(document, {MoveConstraint{1, {5, 5, 5}}});
-  const Seen moved = see(document);
+  const DocumentState moved = state_of(document);
   try {
     edit_all(document, {RemoveConstraint{2}, Undo{}, Undo{}, Undo{}});
     FAIL();
@@ -137,11 +137,11 @@ TEST(Document, RefusedUndoInsideARequestTakesEverythingBack) {
     EXPECT_EQ(error.code(), ErrorCode::kFailedPrecondition);
     EXPECT_EQ(error.field(), "edits[3].undo");
   }
-  EXPECT_TRUE(see(document) == moved);
+  EXPECT_TRUE(state_of(document) == moved);
   EXPECT_EQ(document.undo_count(), 1u);
   EXPECT_EQ(document.redo_count(), 0u);
   edit_all(document, {Undo{}});
-  EXPECT_TRUE(see(document) == opened);
+  EXPECT_TRUE(state_of(document) == opened);
 }
 
 TEST(Document, NothingToUndoOrRedo) {
@@ -292,7 +292,7 @@ TEST(Document, TouchedIsCoalesced) {
 /// The same rules by brute force: whole copies of the state.
 class NaiveModel {
  public:
-  explicit NaiveModel(Seen state) : state_(std::move(state)) {
+  explicit NaiveModel(DocumentState state) : state_(std::move(state)) {
     for (const auto& constraint : state_.constraints) next_ = std::max(next_, constraint.id + 1);
   }
   bool apply(const std::vector<BodyEdit>& edits) {
@@ -306,7 +306,7 @@ class NaiveModel {
     }
     return true;
   }
-  [[nodiscard]] const Seen& state() const { return state_; }
+  [[nodiscard]] const DocumentState& state() const { return state_; }
 
  private:
   bool one(const BodyEdit& edit, bool& open) {
@@ -320,7 +320,7 @@ class NaiveModel {
       from.pop_back();
       return true;
     }
-    const Seen before = state_;
+    const DocumentState before = state_;
     if (!change(edit)) return false;
     if (!open) past_.push_back(before);
     open = true;
@@ -380,8 +380,8 @@ class NaiveModel {
     }
     return true;
   }
-  Seen state_;
-  std::vector<Seen> past_, future_;
+  DocumentState state_;
+  std::vector<DocumentState> past_, future_;
   std::uint64_t next_ = 1, next_keyframe_ = 1;
 };
 
@@ -390,7 +390,7 @@ TEST(Document, RandomEditsAgreeWithWholeCopies) {
   int accepted = 0, refused = 0;
   for (int run = 0; run < 40; ++run) {
     Document document = with_two();
-    NaiveModel naive(see(document));
+    NaiveModel naive(state_of(document));
     Revision revision = 0;
     for (int request = 0; request < 250; ++request) {
       std::vector<BodyEdit> edits;
@@ -403,7 +403,7 @@ TEST(Document, RandomEditsAgreeWithWholeCopies) {
         ok = false;
       }
       ASSERT_EQ(naive.apply(edits), ok) << run << " " << request;
-      ASSERT_TRUE(see(document) == naive.state()) << run << " " << request;
+      ASSERT_TRUE(state_of(document) == naive.state()) << run << " " << request;
       revision += ok;
       ASSERT_EQ(document.revision(), revision);
       (ok ? accepted : refused) += 1;
@@ -418,7 +418,7 @@ TEST(Document, LongRandomRequestsAgreeWithWholeCopies) {
   int accepted = 0;
   for (int run = 0; run < 10; ++run) {
     Document document = with_two();
-    NaiveModel naive(see(document));
+    NaiveModel naive(state_of(document));
     for (int request = 0; request < 40; ++request) {
       std::vector<BodyEdit> edits;
       NaiveModel trial = naive;
@@ -434,19 +434,19 @@ TEST(Document, LongRandomRequestsAgreeWithWholeCopies) {
         ok = false;
       }
       ASSERT_EQ(naive.apply(edits), ok) << run << " " << request;
-      ASSERT_TRUE(see(document) == naive.state()) << run << " " << request;
+      ASSERT_TRUE(state_of(document) == naive.state()) << run << " " << request;
       accepted += ok;
     }
     // Every step, back to the scene as opened and forth again.
-    const Seen last = see(document);
+    const DocumentState last = state_of(document);
     const auto steps = document.undo_count();
     const std::vector<BodyEdit> undos(steps, Undo{}), redos(steps, Redo{});
     if (steps == 0) continue;
     ASSERT_TRUE(naive.apply(undos));
     edit_all(document, undos);
-    ASSERT_TRUE(see(document) == naive.state()) << run;
+    ASSERT_TRUE(state_of(document) == naive.state()) << run;
     edit_all(document, redos);
-    ASSERT_TRUE(see(document) == last) << run;
+    ASSERT_TRUE(state_of(document) == last) << run;
   }
   EXPECT_GT(accepted, 200);
 }

@@ -1,6 +1,7 @@
 // Fitted materials do not shake, in any scene: samples, live edits, and unusual bodies.
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <limits>

@@ -60,7 +60,7 @@ TEST(SceneSimulation, ModesOfTheInitialStateAreAmplitudes) {
   Eigen::Index at = 0;
   start.cwiseAbs().maxCoeff(&at);
   EXPECT_GT(start[at], 0);
-  // Let go, it swings: energy is kept and changes its kind.
+  // Released, it swings: energy is kept and changes its kind.
   EXPECT_LT(motion.report.energy_drift, 0.02);
   EXPECT_GT(motion.report.kinetic.maxCoeff(), 0.3 * motion.report.elastic[0]);
 }

@@ -14,7 +14,7 @@ TEST(WeightScale, ContinuesTheMessageOfTheSolve) {
   spacetime::SolveReport report;
   report.max_constraint_error = 0.5;
   report.message = "Stopped at the iteration limit before convergence.";
-  tell_tolerance(scene, 100, report);
+  report_missed_tolerance(scene, 100, report);
   EXPECT_EQ(report.message,
             "Stopped at the iteration limit before convergence; constraint_tolerance 0.01 is not "
             "met: 0.5 is missed with weights raised 100 times");

@@ -137,7 +137,7 @@ TYPED_TEST(SessionEndingsContract, CancelWhileItBuilds) {
   }
 }
 
-TYPED_TEST(SessionEndingsContract, ABuildThatFailsIsToldAndRefusesEdits) {
+TYPED_TEST(SessionEndingsContract, ABuildThatFailsIsReportedAndRefusesEdits) {
   if constexpr (TypeParam::kBuildCanFail) {
     Live<TypeParam> live(TypeParam::open_failing);
     live.run();
@@ -295,7 +295,7 @@ TYPED_TEST(SessionEndingsContract, ManyMayCloseAtOnce) {
   EXPECT_EQ(std::count(states.begin(), states.end(), State::kClosed), 1);
 }
 
-TYPED_TEST(SessionEndingsContract, DestroyedWithoutCloseItTellsNothing) {
+TYPED_TEST(SessionEndingsContract, DestroyedWithoutCloseItReportsNothing) {
   Live<TypeParam> idle;
   idle.run();
   idle.session.reset();

@@ -272,8 +272,8 @@ TEST(DesignSteering, TermsAreThoseOfTheShapeThatIsShown) {
   EXPECT_GT(went_back, 0) << "none of them has gone back";
 }
 
-/// A plane under the linkage that calls somebody, once, when it is asked for a point.
-class AskedPlane : public rods::TargetSurface {
+/// A plane under the linkage with a callback, called once, when a point is requested.
+class CallbackPlane : public rods::TargetSurface {
  public:
   [[nodiscard]] rods::ClosestPoint closest(const Eigen::Vector3d& point) const override {
     if (const auto call = std::exchange(call_, {})) call();
@@ -316,7 +316,7 @@ class LastStretch {
 
 std::shared_ptr<const DesignInfo> LastStretch::run(const Want& want, const Want& then) {
   LiveDesignSession& live = live_.emplace();
-  const auto plane = std::make_shared<AskedPlane>();
+  const auto plane = std::make_shared<CallbackPlane>();
   DesignRequest wanted = request();
   wanted.goal.distance_weight = 1e6;
   wanted.goal.surface = plane;
@@ -349,10 +349,10 @@ DesignChange heavier() {
 
 void LastStretch::expect_not_taken(const DesignInfo& end) {
   EXPECT_EQ(end.end, DesignEnd::kStopped) << end.message;
-  const bool is_told =
+  const bool is_reported =
       end.message.find("no erection was searched for, since the design was stopped") !=
       std::string::npos;
-  EXPECT_EQ(is_told, end.erection == nullptr) << end.message;
+  EXPECT_EQ(is_reported, end.erection == nullptr) << end.message;
   EXPECT_EQ(end.iteration, alone_.iteration);
   EXPECT_FALSE(end.taken);
   EXPECT_EQ(live_->session.revision(), kBefore);

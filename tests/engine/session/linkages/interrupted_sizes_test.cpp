@@ -8,7 +8,7 @@
 
 #include "engine/rods/linkage/joint_positions.h"
 #include "engine/scene/samples/linkage_samples.h"
-#include "engine/session/linkages/live_linkage.h"
+#include "engine/session/linkages/live_problem.h"
 #include "tests/engine/rods/linkage/linkage_files.h"
 
 namespace limber::session {

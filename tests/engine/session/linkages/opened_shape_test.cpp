@@ -6,7 +6,7 @@
 
 #include "engine/base/degrees.h"
 #include "engine/rods/equilibrium/condition_path.h"
-#include "engine/session/linkages/live_linkage.h"
+#include "engine/session/linkages/live_problem.h"
 #include "tests/engine/session/linkages/live_linkages.h"
 
 namespace limber::session {

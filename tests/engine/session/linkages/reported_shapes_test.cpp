@@ -7,7 +7,7 @@
 #include "engine/base/degrees.h"
 #include "engine/rods/linkage/joint_positions.h"
 #include "engine/rods/linkage/linkage_assembly.h"
-#include "engine/session/linkages/live_linkage.h"
+#include "engine/session/linkages/live_problem.h"
 #include "tests/engine/session/linkages/live_linkages.h"
 
 namespace limber::session {

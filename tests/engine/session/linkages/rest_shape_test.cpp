@@ -6,7 +6,7 @@
 
 #include "engine/base/error.h"
 #include "engine/scene/samples/linkage_samples.h"
-#include "engine/session/linkages/live_linkage.h"
+#include "engine/session/linkages/live_problem.h"
 #include "engine/session/linkages/session.h"
 
 namespace limber::session {
@@ -93,7 +93,7 @@ struct Manual {
   LinkageSession session;
 };
 
-TEST(RestShape, SessionsTellHowFarTheSolveIs) {
+TEST(RestShape, SessionsReportTheProgressOfTheSolve) {
   Manual manual(dome(RestLengthChoice::kLeastStress));
   std::vector<double> fractions;
   manual.listener->hook = [&](const Progress& progress) {

@@ -8,7 +8,7 @@
 #include "engine/base/degrees.h"
 #include "engine/scene/samples/linkage_samples.h"
 #include "engine/session/linkages/files.h"
-#include "engine/session/linkages/live_linkage.h"
+#include "engine/session/linkages/live_problem.h"
 
 namespace limber::session {
 namespace {

@@ -11,7 +11,7 @@
 
 #include "engine/base/degrees.h"
 #include "engine/session/linkages/equilibrium_cache.h"
-#include "engine/session/linkages/live_linkage.h"
+#include "engine/session/linkages/live_problem.h"
 #include "tests/engine/session/linkages/live_linkages.h"
 
 namespace limber::session {

@@ -225,7 +225,7 @@ TEST(DesignCodec, VariablesBoundsAndTheGuardArrive) {
   EXPECT_EQ(field_in(request, "lengths"), "lengths");
 }
 
-TEST(DesignCodec, InfosTellTrialsOtherOptimaAndWhereTheSurfaceIs) {
+TEST(DesignCodec, InfosHoldTrialsOtherOptimaAndThePlacement) {
   session::DesignInfo info;
   info.variables = {rods::LengthVariables::kKept, rods::SectionVariables::kSegments};
   info.guard = rods::BucklingGuard::kFromStart;

@@ -73,7 +73,7 @@ TEST(LinkageCodec, DefaultsAreThoseOfTheEngine) {
   EXPECT_EQ(refused_scene(cross()), "");
 }
 
-TEST(LinkageCodec, ValidationTellsEverything) {
+TEST(LinkageCodec, ValidationReportsEveryIssue) {
   proto::Scene scene = cross();
   auto& linkage = *scene.mutable_linkage();
   linkage.mutable_material()->set_youngs_modulus(-1);

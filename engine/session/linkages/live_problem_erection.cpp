@@ -8,7 +8,7 @@
 #include "engine/base/degrees.h"
 #include "engine/rods/design/erection.h"
 #include "engine/rods/linkage/joint_positions.h"
-#include "engine/session/linkages/live_linkage.h"
+#include "engine/session/linkages/live_problem.h"
 
 namespace limber::session {
 namespace {

@@ -1,7 +1,7 @@
 #include <utility>
 
 #include "engine/session/core/matrix_of_columns.h"
-#include "engine/session/linkages/session_impl.h"
+#include "engine/session/linkages/impl.h"
 
 namespace limber::session {
 
@@ -51,7 +51,7 @@ bool LinkageSession::Impl::do_other_work(std::unique_lock<std::mutex>& lock) {
 
 void LinkageSession::Impl::solve(const Round& round) {
   for (const auto& known : round.order.designed)
-    live_->learn(known.conditions, known.candidate->deployed);
+    live_->add_guess(known.conditions, known.candidate->deployed);
   finish(round, live_->solve(
                     round.order.conditions, JobContext{round.cancellation, {}},
                     [&] { publish_iterate(round); }, round.order.origins));

@@ -1,4 +1,4 @@
-#include "engine/session/bodies/session_impl.h"
+#include "engine/session/bodies/impl.h"
 
 #include <fmt/format.h>
 

@@ -1,4 +1,4 @@
-#include "engine/session/beams/live_beams.h"
+#include "engine/session/beams/live_problem.h"
 
 #include <fmt/format.h>
 

@@ -10,7 +10,7 @@
 #include "engine/session/linkages/design_job.h"
 #include "engine/session/linkages/ended_designs.h"
 #include "engine/session/linkages/live_design.h"
-#include "engine/session/linkages/live_linkage.h"
+#include "engine/session/linkages/live_problem.h"
 #include "engine/session/linkages/session.h"
 
 namespace limber::session {
@@ -77,7 +77,7 @@ class LinkageSession::Impl final : public SessionCore<LinkageResult, LinkageOrde
   void note_close() override { design_.stop_any(); }
   EditReceipt apply_design(std::optional<Revision> expected);
 
-  // The task's, linkage_session_task.cpp:
+  // task.cpp:
   std::string build(const JobContext& job) override;
   void solve(const Round& round) override;
   void solve_failed(const Round& round, const std::string& reason) override;
@@ -88,7 +88,7 @@ class LinkageSession::Impl final : public SessionCore<LinkageResult, LinkageOrde
   void publish_shape(std::shared_ptr<LinkageResult> result, const Round& round);
   [[nodiscard]] Eigen::VectorXf shape_now() const;
 
-  // linkage_session_design.cpp:
+  // design_task.cpp:
   void run_design(const DesignRound& round);
   void search(const DesignRound& round, DesignInfo& info);
   bool between_steps(LiveDesign& design, DesignInfo& info, const DesignRound& round);

@@ -76,8 +76,8 @@ class LiveLinkage {
                 const std::vector<std::shared_ptr<const scene::LinkageConditions>>& origins = {});
   /// An equilibrium under conditions that were not solved yet, found elsewhere (by a design): their
   /// solve begins there, as where they had been solved before.
-  void learn(const std::shared_ptr<const scene::LinkageConditions>& conditions,
-             const rods::LinkageState& state);
+  void add_guess(const std::shared_ptr<const scene::LinkageConditions>& conditions,
+                 const rods::LinkageState& state);
   /// Back to the last equilibrium that was reached.
   void restore();
   /// The same, where the shape is no equilibrium and far from that one: what continues from here

@@ -3,8 +3,8 @@
 #include <utility>
 
 #include "engine/base/clauses.h"
+#include "engine/session/bodies/impl.h"
 #include "engine/session/bodies/material_outcome.h"
-#include "engine/session/bodies/session_impl.h"
 
 namespace limber::session {
 namespace {

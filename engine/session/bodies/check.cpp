@@ -2,7 +2,7 @@
 
 #include <utility>
 
-#include "engine/session/bodies/session_impl.h"
+#include "engine/session/bodies/impl.h"
 
 // The check of final results: found out by a task of its own, once nothing is left to solve, and
 // published by the session's task, so that results keep their order. A newer edit interrupts it.

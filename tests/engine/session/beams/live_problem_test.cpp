@@ -1,6 +1,6 @@
 // Where a live structure of beams begins.
 
-#include "engine/session/beams/live_beams.h"
+#include "engine/session/beams/live_problem.h"
 
 #include <gtest/gtest.h>
 

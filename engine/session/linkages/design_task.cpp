@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "engine/session/linkages/design_reach.h"
-#include "engine/session/linkages/session_impl.h"
+#include "engine/session/linkages/impl.h"
 
 namespace limber::session {
 namespace {
@@ -224,7 +224,7 @@ void LinkageSession::Impl::publish_design(const LiveDesign* design, const Design
 bool LinkageSession::Impl::between_steps(LiveDesign& design, DesignInfo& info,
                                          const DesignRound& round) {
   bool changed = false;
-  const auto tell_now = [&] {
+  const auto publish_now = [&] {
     note_terms(design, info);
     publish_design(&design, info, round);
   };
@@ -233,13 +233,13 @@ bool LinkageSession::Impl::between_steps(LiveDesign& design, DesignInfo& info,
     info.goal = std::move(goal);
     changed = true;
   };
-  tell_now();
+  publish_now();
   std::unique_lock lock(mutex_);
   while (design_.is_paused()) {
     if (info.state != DesignState::kPaused) {
       info.state = DesignState::kPaused;
       lock.unlock();
-      tell_now();
+      publish_now();
       lock.lock();
     }
     design_.wait(lock);
@@ -247,7 +247,7 @@ bool LinkageSession::Impl::between_steps(LiveDesign& design, DesignInfo& info,
     if (auto goal = design_.take_goal()) {
       lock.unlock();
       go_to(std::move(*goal));
-      tell_now();
+      publish_now();
       lock.lock();
     }
   }

@@ -2,7 +2,7 @@
 
 #include <utility>
 
-#include "engine/session/linkages/live_linkage.h"
+#include "engine/session/linkages/live_problem.h"
 #include "engine/session/linkages/path_summary.h"
 
 namespace limber::session {
@@ -83,7 +83,7 @@ void LiveLinkage::note_stopped(const SharedConditions& conditions, Outcome& outc
   cache_.store(conditions, std::make_shared<const CachedEquilibrium>(std::move(stopped)));
 }
 
-void LiveLinkage::learn(const SharedConditions& conditions, const rods::LinkageState& state) {
+void LiveLinkage::add_guess(const SharedConditions& conditions, const rods::LinkageState& state) {
   CachedEquilibrium guess = {Kind::kGuess, state,
                              map_conditions(*conditions, mapped_, length_unit_),
                              sizes_of(*conditions), good_report_};

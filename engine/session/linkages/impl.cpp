@@ -1,4 +1,4 @@
-#include "engine/session/linkages/session_impl.h"
+#include "engine/session/linkages/impl.h"
 
 #include <fmt/format.h>
 

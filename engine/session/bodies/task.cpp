@@ -6,8 +6,8 @@
 
 #include "engine/base/clauses.h"
 #include "engine/session/bodies/geometry.h"
+#include "engine/session/bodies/impl.h"
 #include "engine/session/bodies/material_outcome.h"
-#include "engine/session/bodies/session_impl.h"
 #include "engine/session/bodies/weight_scale.h"
 
 namespace limber::session {
@@ -149,7 +149,7 @@ void BodySession::Impl::solve_order(const Round& round) {
     ended = solve_whole(round);
   }
   if (!ended) return;
-  tell_tolerance(scene, solver.weight_scale(), *ended);
+  report_missed_tolerance(scene, solver.weight_scale(), *ended);
   if (stay_with_answer(round, *ended)) return;
   const auto result = publish_motion(round, *ended, true);
   if (solved_) answers_.keep(round.order.content, result);

@@ -5,7 +5,7 @@
 #include "engine/base/error.h"
 #include "engine/rods/equilibrium/deployment.h"
 #include "engine/rods/equilibrium/floating_parts.h"
-#include "engine/session/linkages/live_linkage.h"
+#include "engine/session/linkages/live_problem.h"
 
 namespace limber::session {
 namespace {

@@ -64,7 +64,7 @@ class BodySession::Impl final : public SessionCore<BodyResult, BodyOrder> {
     std::string failure;
   };
 
-  // session_impl.cpp: the shared half.
+  // impl.cpp: the shared half.
   Revision document_revision() const override { return document_.revision(); }
   BodyOrder take_order() override;
   void interrupt_round() override;
@@ -73,7 +73,7 @@ class BodySession::Impl final : public SessionCore<BodyResult, BodyOrder> {
   void note_close() override { interrupt_round(); }
   void close_other_tasks(SerialTask::Wait wait) override;
 
-  // session_task.cpp: the task.
+  // task.cpp: the task.
   std::string build(const JobContext& job) override;
   Built build_model(const JobContext& job);
   void solve(const Round& round) override;
@@ -89,7 +89,7 @@ class BodySession::Impl final : public SessionCore<BodyResult, BodyOrder> {
       const Round& round, double ceiling = std::numeric_limits<double>::infinity());
   [[nodiscard]] bool stay_with_answer(const Round& round, const spacetime::SolveReport& ended);
 
-  // session_material.cpp: the task's part of it that fits materials.
+  // material_fit.cpp: the task's part of it that fits materials.
   /// A material with its motion z, r x N.
   struct Fit {
     std::shared_ptr<const spacetime::Material> material;
@@ -121,7 +121,7 @@ class BodySession::Impl final : public SessionCore<BodyResult, BodyOrder> {
                                                    bool is_final);
   void publish_of_round(std::shared_ptr<BodyResult> result, const Round& round);
 
-  // session_check.cpp: the check of final results, its task and its place in the session's.
+  // check.cpp: the check of final results, its task and its place in the session's.
   bool do_other_work(std::unique_lock<std::mutex>& lock) override;
   [[nodiscard]] bool is_check_due() const;
   void begin_check(std::unique_lock<std::mutex>& lock);

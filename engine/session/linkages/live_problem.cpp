@@ -1,4 +1,4 @@
-#include "engine/session/linkages/live_linkage.h"
+#include "engine/session/linkages/live_problem.h"
 
 #include <fmt/format.h>
 
