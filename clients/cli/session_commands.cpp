@@ -47,7 +47,7 @@ void show(Context& context, const std::string& session) {
   if (context.json) return print_json(response);
   const Kind& kind = kind_of(response.status());
   fmt::print("{}", kind.summary(response));
-  if (response.status().has_result()) fmt::print("\n{}", describe(response.status().result()));
+  if (response.status().has_result()) fmt::print("\n{}", describe(kind, response.status().result()));
   const std::string conditions = kind.conditions(response);
   if (!conditions.empty()) fmt::print("\n{}", conditions);
 }
@@ -98,11 +98,12 @@ v1::ResultInfo wait_with_progress(OpenSession& session, std::uint64_t revision,
 
 void wait(Context& context, const WaitLine& line) {
   auto session = context.session<OpenSession>(line.session);
-  const std::uint64_t revision = line.revision ? *line.revision : session.status().revision();
+  const v1::SessionStatus status = session.status();
+  const std::uint64_t revision = line.revision.value_or(status.revision());
   const auto result = wait_with_progress(session, revision, line);
   note_failure(context, result);
   if (context.json) return print_json(result);
-  fmt::print("{}", describe(result));
+  fmt::print("{}", describe(kind_of(status), result));
 }
 
 /// A subcommand that takes a session and does one thing to it.
