@@ -41,6 +41,13 @@ client::ClientOptions Context::client_options() const {
   return options;
 }
 
+client::ClientOptions Context::closing_options() const {
+  client::ClientOptions options = client_options();
+  options.interrupted = nullptr;
+  options.timeout = client::Milliseconds{5000};
+  return options;
+}
+
 client::Client& Context::client() {
   if (!client_) {
     auto made = std::make_unique<client::Client>(endpoint, client_options());
@@ -124,7 +131,8 @@ CLI::Validator seconds_in(double least, double most) {
 }
 
 client::Milliseconds milliseconds(double seconds) {
-  return client::Milliseconds{static_cast<std::int64_t>(std::ceil(seconds * 1000))};
+  constexpr double kRounding = 1e-6;  // 0.56 s are 560 ms
+  return client::Milliseconds{static_cast<std::int64_t>(std::ceil(seconds * 1000 - kRounding))};
 }
 
 CLI::App* subcommand(CLI::App& app, const std::string& name, const std::string& description,

@@ -34,6 +34,8 @@ class Context {
   /// The client, made when first asked for.
   [[nodiscard]] client::Client& client();
   [[nodiscard]] client::ClientOptions client_options() const;
+  /// Of a client that ends what is under way: it ignores Ctrl-C, and does not wait for long.
+  [[nodiscard]] client::ClientOptions closing_options() const;
   /// A session of one kind, or of any (OpenSession). Requests name it as it is given: a command
   /// makes one or two.
   template <class Session>

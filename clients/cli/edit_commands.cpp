@@ -59,6 +59,7 @@ void run_script(Context& context, const ScriptOptions& options) {
     if (!file) throw ClientError(v1::ERROR_CODE_IO, "file", "cannot read " + options.file);
   }
   std::istream& in = options.file == "-" ? std::cin : file;
+  const Kind* kind = nullptr;
   int number = 0;
   for (std::string line; std::getline(in, line);) {
     ++number;
@@ -69,6 +70,7 @@ void run_script(Context& context, const ScriptOptions& options) {
     const auto response = send_line(session, request, number);
     print_receipt(context, response);
     if (options.wait == "none") continue;
+    if (kind == nullptr) kind = &kind_of(session.status());
     client::WaitOptions wait;
     wait.revision = response.revision();
     wait.until = wait_until(options.wait);
@@ -78,7 +80,7 @@ void run_script(Context& context, const ScriptOptions& options) {
     else
       fmt::print("  {}, energy {:.6g}, constraint error {:.3g}, {:.2f} ms{}\n",
                  status_words(result), result.total_energy(), result.max_constraint_error(),
-                 result.since_edit_ms(), kind_of(result).remark(result));
+                 result.since_edit_ms(), kind->remark(result));
     note_failure(context, result);
   }
 }

@@ -2,33 +2,29 @@
 
 #include <fmt/format.h>
 
-#include <chrono>
-#include <string>
-
 #include "clients/cli/print.h"
+#include "clients/cpp/server.h"
+#include "clients/cpp/waiting.h"
 
 namespace limber::cli {
 
-void follow_job(Context& context, std::uint64_t job, double wait_s) {
+v1::GetJobResponse follow_job(Context& context, std::uint64_t job, double wait_s,
+                              const std::string& unnamed) {
   ProgressBar bar;
-  const auto deadline = std::chrono::steady_clock::now() + milliseconds(wait_s);
-  while (true) {
-    v1::GetJobRequest request;
-    request.set_job(job);
-    request.set_wait_s(0.2);
-    const auto status = context.client().call(request).status();
-    const std::string stage =
-        status.progress().stage().empty() ? "waiting" : status.progress().stage();
-    if (status.state() == v1::JOB_STATE_DONE) return bar.show(stage, 1);
-    if (status.state() == v1::JOB_STATE_FAILED || status.state() == v1::JOB_STATE_CANCELLED) {
-      if (status.has_error()) throw client::ClientError(status.error());
-      throw client::ClientError(v1::ERROR_CODE_CANCELLED, "",
-                                fmt::format("job {} ended without a result", job));
-    }
-    bar.show(stage, status.progress().fraction());
-    if (std::chrono::steady_clock::now() > deadline)
-      throw client::ClientError(v1::ERROR_CODE_TIMEOUT, "",
-                                fmt::format("job {} still runs after {} s", job, wait_s));
+  const auto show = [&](const v1::JobStatus& status) {
+    const v1::Progress& progress = status.progress();
+    bar.show(progress.stage().empty() ? unnamed : progress.stage(),
+             status.state() == v1::JOB_STATE_DONE ? 1 : progress.fraction());
+  };
+  return client::wait_job(context.client(), job, show, milliseconds(wait_s));
+}
+
+void cancel_quietly(const Context& context, std::uint64_t job) {
+  try {
+    client::Client client(context.endpoint, context.closing_options());
+    client::cancel_job(client, job);
+  } catch (const client::ClientError& error) {
+    fmt::print(stderr, "limber: job {} could not be cancelled: {}\n", job, error.what());
   }
 }
 

@@ -20,7 +20,6 @@ class Kind {
   /// As in SessionStatus.kind.
   [[nodiscard]] virtual const char* name() const { return ""; }
   [[nodiscard]] virtual bool is_of(const v1::SessionStatus& status) const;
-  [[nodiscard]] virtual bool is_of(const v1::ResultInfo& /*result*/) const { return false; }
 
   /// "384 tets, 100 nodes, 60 frames".
   [[nodiscard]] virtual std::string sizes(const v1::SessionStatus& status) const;

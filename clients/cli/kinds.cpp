@@ -10,29 +10,20 @@
 #include "clients/cli/linkages/kind.h"
 
 namespace limber::cli {
-namespace {
-
-/// The kind that a message is of.
-template <class Message>
-const Kind& find_kind(const Message& message) {
+const Kind& kind_of(const v1::SessionStatus& status) {
   static const Kind kForeign;
-  // Bodies last: what is said of them has no part of its own in limber.v1.
+  // Bodies last: a session of a server that does not name kinds may be of another one.
   static const Kind* const kKinds[] = {&linkages::kind(), &beams::kind(), &bodies::kind()};
   const auto* const found = std::find_if(std::begin(kKinds), std::end(kKinds),
-                                         [&](const Kind* kind) { return kind->is_of(message); });
+                                         [&](const Kind* kind) { return kind->is_of(status); });
   return found == std::end(kKinds) ? kForeign : **found;
 }
 
-}  // namespace
-
-const Kind& kind_of(const v1::SessionStatus& status) { return find_kind(status); }
-const Kind& kind_of(const v1::ResultInfo& result) { return find_kind(result); }
-
-std::string describe(const v1::ResultInfo& result) {
+std::string describe(const Kind& kind, const v1::ResultInfo& result) {
   if (result.solve_failed())
     return fmt::format("revision          {}\nstatus            failed, final\n{}\n",
                        result.revision(), result.message());
-  return kind_of(result).describe(result);
+  return kind.describe(result);
 }
 
 }  // namespace limber::cli

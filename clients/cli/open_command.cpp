@@ -7,6 +7,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "clients/cli/bodies/fill_surface.h"
@@ -17,14 +18,16 @@
 #include "clients/cli/print.h"
 #include "clients/cpp/bodies/plain_files.h"
 #include "clients/cpp/linkages/plain_files.h"
+#include "clients/cpp/open_session.h"
+#include "clients/cpp/opening.h"
 #include "clients/cpp/plain_files.h"
 #include "clients/cpp/scene_files.h"
+#include "clients/cpp/server.h"
 
 namespace limber::cli {
 namespace {
 
 using client::ClientError;
-using client::Milliseconds;
 
 struct OpenOptions {
   std::string scene, sample, session, optimise;
@@ -38,14 +41,10 @@ struct OpenOptions {
 /// After Ctrl-C: the session that was being opened is closed, over a connection that ignores the
 /// interrupt.
 void close_quietly(const Context& context, const std::string& session) {
-  auto options = context.client_options();
-  options.interrupted = nullptr;
-  options.timeout = Milliseconds{5000};
   try {
+    const client::ClientOptions options = context.closing_options();
     client::Client client(context.endpoint, options);
-    v1::CloseSessionRequest request;
-    request.set_session(session);
-    (void)client.call(request);
+    client::OpenSession(client, session, client::Naming::kAsGiven).close(options.timeout);
     fmt::print(stderr, "limber: cancelled, session {} is closed\n", session);
   } catch (const ClientError& error) {
     fmt::print(stderr, "limber: session {} could not be closed: {}\n", session, error.what());
@@ -54,7 +53,7 @@ void close_quietly(const Context& context, const std::string& session) {
 
 /// Of the server.
 std::vector<std::string> sample_names(Context& context) {
-  const auto known = context.client().call(v1::GetSampleRequest{}, Milliseconds{60000});
+  const auto known = client::sample(context.client());
   return {known.names().begin(), known.names().end()};
 }
 
@@ -87,10 +86,7 @@ v1::Scene scene_of(Context& context, const OpenOptions& options, client::FileKin
 
 /// What was chosen for a file that is no scene.
 void print_assumptions(Context& context, const std::string& path, const std::string& session) {
-  v1::GetSessionRequest request;
-  request.set_session(session);
-  request.set_with_scene(true);
-  const auto response = context.client().call(request);
+  const auto response = context.session<client::OpenSession>(session).status_and_scene();
   fmt::print(stderr,
              "note: {} is opened as {}. To change that: limber export {} --format scene, edit the "
              "file, open it\n",
@@ -115,21 +111,17 @@ void refuse_filling(const OpenOptions& options, client::FileKind kind) {
 }
 
 void open(Context& context, const OpenOptions& options) {
-  v1::OpenSessionRequest request;
-  request.set_session(options.session);
+  v1::Scene scene;
   const bool named = options.sample.empty() && is_sample(context, options.scene);
   client::FileKind kind = client::FileKind::kScene;
   if (options.sample.empty() && !named) {
     kind = client::kind_of_file(options.scene);
     refuse_filling(options, kind);
-    *request.mutable_scene() = scene_of(context, options, kind);
+    scene = scene_of(context, options, kind);
   } else {
     refuse_filling(options, client::FileKind::kScene);
-    v1::GetSampleRequest wanted;
-    wanted.set_name(named ? options.scene : options.sample);
-    *request.mutable_scene() = context.client().call(wanted, Milliseconds{60000}).scene();
+    scene = client::sample(context.client(), named ? options.scene : options.sample).scene();
   }
-  auto& scene = *request.mutable_scene();
   if (!options.optimise.empty()) {
     scene.mutable_material_optimisation()->set_variables(
         bodies::kMaterialVariables.at(options.optimise));
@@ -141,7 +133,7 @@ void open(Context& context, const OpenOptions& options) {
   v1::OpenSessionResponse opened;
   {
     const DeferInterrupts defer;  // what has been opened must be known, to be closed again
-    opened = context.client().call(request, Milliseconds{60000});
+    opened = client::begin_session(context.client(), std::move(scene), options.session);
   }
   for (const auto& issue : opened.issues()) fmt::print(stderr, "{}\n", describe(issue));
   if (kind != client::FileKind::kScene) print_assumptions(context, options.scene, opened.session());
@@ -153,9 +145,7 @@ void open(Context& context, const OpenOptions& options) {
       throw;
     }
   }
-  v1::GetSessionRequest status_request;
-  status_request.set_session(opened.session());
-  const auto status = context.client().call(status_request).status();
+  const auto status = context.session<client::OpenSession>(opened.session()).status();
   if (status.has_result()) note_failure(context, status.result());
   if (status.has_model() && !status.model().met_tolerance())
     fmt::print(stderr, "warning: the model misses its tolerance: {}\n", status.model().message());

@@ -11,6 +11,8 @@
 #include "clients/cli/print.h"
 #include "clients/cpp/files.h"
 #include "clients/cpp/frames.h"
+#include "clients/cpp/open_session.h"
+#include "clients/cpp/server.h"
 #include "clients/cpp/stream.h"
 
 namespace limber::cli {
@@ -18,14 +20,14 @@ namespace {
 
 using client::ClientError;
 using client::Milliseconds;
+using client::OpenSession;
 
 const std::map<std::string, v1::Encoding> kEncodings = {
     {"coordinates", v1::ENCODING_COORDINATES},
     {"positions", v1::ENCODING_POSITIONS},
     {"quantised", v1::ENCODING_POSITIONS_QUANTISED}};
-constexpr Milliseconds kLargeAnswerTimeout{120000};  // for answers that bring megabytes
 
-struct FramesOptions {
+struct FramesLine {
   std::string session, out, encoding = "coordinates";
   unsigned first = 0, count = 0;
   bool final_only = false;
@@ -42,25 +44,23 @@ std::string csv(const client::Positions& positions, unsigned first_frame) {
   return fmt::to_string(text);
 }
 
-void frames(Context& context, const FramesOptions& options) {
-  v1::GetFramesRequest request;
-  request.set_session(options.session);
-  request.set_first_frame(options.first);
-  request.set_frame_count(options.count);
-  request.set_encoding(kEncodings.at(options.encoding));
-  request.set_final_only(options.final_only);
+void frames(Context& context, const FramesLine& options) {
   const auto folder = std::filesystem::path(options.out).parent_path();
   if (!folder.empty() && !std::filesystem::is_directory(folder))
     throw ClientError(v1::ERROR_CODE_IO, "out", "there is no folder " + folder.string());
-  auto frames = context.client().call(request, kLargeAnswerTimeout).frames();
+  auto session = context.session<OpenSession>(options.session);
+  client::FrameOptions wanted;
+  wanted.encoding = kEncodings.at(options.encoding);
+  wanted.first = options.first;
+  wanted.count = options.count;
+  wanted.final_only = options.final_only;
+  v1::Frames frames = session.frames(wanted);
   v1::GetGeometryResponse geometry;
   if (frames.encoding() == v1::ENCODING_COORDINATES) {
-    v1::GetGeometryRequest wanted;
-    wanted.set_session(options.session);
-    geometry = context.client().call(wanted, kLargeAnswerTimeout);
+    geometry = session.geometry_message();
     if (!geometry.has_basis()) {  // these coordinates are no mixture of shapes
-      request.set_encoding(v1::ENCODING_POSITIONS);
-      frames = context.client().call(request, kLargeAnswerTimeout).frames();
+      wanted.encoding = v1::ENCODING_POSITIONS;
+      frames = session.frames(wanted);
     }
   }
   const auto positions = client::decode(frames, &geometry);
@@ -82,25 +82,13 @@ void export_files(Context& context, const ExportOptions& options) {
   std::set<std::string> written;
   {
     ProgressBar bar;
+    auto session = context.session<OpenSession>(options.session);
     for (const auto& format : options.formats) {
-      std::uint32_t part = 0;
-      std::uint32_t count = 1;
-      std::uint64_t result_sequence =
-          0;  // all parts of one result, though there may be further edits
-      for (; part < count; ++part) {
-        v1::ExportRequest request;
-        request.set_session(options.session);
-        request.set_format(kExportFormats.at(format));
-        request.set_stem(options.stem);
-        request.set_part(part);
-        if (part > 0) request.set_result_sequence(result_sequence);
-        const auto response = context.client().call(request, kLargeAnswerTimeout);
-        count = response.part_count();
-        result_sequence = response.result().sequence();
-        for (const auto& file : response.files())
-          written.insert(client::write_exported(options.out, file).string());
-        bar.show("exporting " + format, count > 0 ? (part + 1.0) / count : 1.0);
-      }
+      const auto show = [&](unsigned done, unsigned count) {
+        bar.show("exporting " + format, count > 0 ? static_cast<double>(done) / count : 1.0);
+      };
+      written.merge(
+          session.export_files(kExportFormats.at(format), options.out, options.stem, show));
     }
   }
   if (context.json) {
@@ -140,7 +128,7 @@ void print_result(const Context& context, const Kind& kind, const v1::ResultInfo
 
 /// limberd sends the status of a session every two seconds. Asked when nothing came for longer:
 /// is it there, and has it this session?
-void check_there(Context& context, const std::string& session) {
+void check_there(Context& context, OpenSession& session) {
   constexpr Milliseconds kPatience{1500};
   try {
     (void)client::greet(context.client(), kPatience);
@@ -151,21 +139,18 @@ void check_there(Context& context, const std::string& session) {
         "limberd at {} has ended or hangs: its stream is silent, and it does not answer",
         context.endpoint));
   }
-  v1::GetSessionRequest request;
-  request.set_session(session);
-  (void)context.client().call(request);
+  (void)session.status();
 }
 
 void watch(Context& context, const WatchOptions& options) {
-  const auto info = context.client().call(v1::GetServerInfoRequest{});
+  const auto info = client::server_info(context.client());
   client::Subscription stream(context.client(), info.stream_endpoint());
   const std::string frames = client::frames_topic(options.session, v1::ENCODING_COORDINATES);
   const std::string status = client::status_topic(options.session);
   stream.subscribe(frames);
   stream.subscribe(status);
-  v1::GetSessionRequest request;
-  request.set_session(options.session);
-  const auto snapshot = context.client().call(request).status();
+  auto session = context.session<OpenSession>(options.session);
+  const v1::SessionStatus snapshot = session.status();
   const Kind& kind = kind_of(snapshot);
   if (!context.json)
     fmt::print(
@@ -190,7 +175,7 @@ void watch(Context& context, const WatchOptions& options) {
         throw ClientError(v1::ERROR_CODE_TIMEOUT, "",
                           fmt::format("no result for {} s", options.silence_s));
       if (Clock::now() - heard_at > kSilence) {
-        check_there(context, options.session);
+        check_there(context, session);
         heard_at = Clock::now();
       }
       continue;
@@ -218,7 +203,7 @@ void watch(Context& context, const WatchOptions& options) {
 }  // namespace
 
 void add_result_commands(CLI::App& app, Context& context) {
-  auto frame_options = std::make_shared<FramesOptions>();
+  auto frame_options = std::make_shared<FramesLine>();
   auto* command = subcommand(
       app, "frames", "Write positions of the newest result: .npy (frames x nodes x 3) or .csv",
       "limber frames flower --out motion.npy\n"

@@ -10,12 +10,12 @@
 
 #include "clients/cli/context.h"
 #include "clients/cpp/scene_files.h"
+#include "clients/cpp/server.h"
 
 namespace limber::cli {
 namespace {
 
 using client::ClientError;
-using client::Milliseconds;
 
 /// Becomes limberd with these arguments, under the name of limber: validation, tetrahedralisation,
 /// simulation and recovery need the engine, which clients do not link.
@@ -39,9 +39,7 @@ void demand_readable(const std::string& path, const char* field) {
 }
 
 void sample(Context& context, const std::string& name, const std::string& out) {
-  v1::GetSampleRequest request;
-  request.set_name(name);
-  const auto response = context.client().call(request, Milliseconds{60000});
+  const auto response = client::sample(context.client(), name);
   if (name.empty()) {
     if (context.json) return print_json(response);
     for (const auto& known : response.names()) fmt::print("{}\n", known);

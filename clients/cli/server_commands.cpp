@@ -13,6 +13,7 @@
 
 #include "clients/cli/context.h"
 #include "clients/cli/print.h"
+#include "clients/cpp/server.h"
 
 namespace limber::cli {
 namespace {
@@ -183,7 +184,7 @@ void start(Context& context, const StartOptions& options) {
 }
 
 void stop(Context& context, double wait_s) {
-  (void)context.client().call(v1::ShutdownRequest{});
+  client::shut_down(context.client());
   v1::GetServerInfoResponse info;
   const auto deadline = std::chrono::steady_clock::now() + milliseconds(wait_s);
   while (true) {
@@ -203,7 +204,7 @@ void stop(Context& context, double wait_s) {
 }
 
 void info(Context& context) {
-  const auto info = context.client().call(v1::GetServerInfoRequest{});
+  const auto info = client::server_info(context.client());
   if (context.json) return print_json(info);
   std::string versions;
   for (const auto version : info.protocol_versions()) versions += fmt::format(" {}", version);
@@ -229,7 +230,7 @@ void info(Context& context) {
 }
 
 void jobs(Context& context) {
-  const auto response = context.client().call(v1::ListJobsRequest{});
+  const auto response = client::list_jobs(context.client());
   if (context.json) return print_json(response);
   Table table({"job", "kind", "session", "state", "stage", "done", "seconds"});
   for (const auto& job : response.jobs())

@@ -10,6 +10,7 @@
 #include "clients/cli/kinds.h"
 #include "clients/cli/print.h"
 #include "clients/cpp/open_session.h"
+#include "clients/cpp/server.h"
 
 namespace limber::cli {
 namespace {
@@ -18,7 +19,7 @@ using client::ClientError;
 using client::OpenSession;
 
 void list(Context& context) {
-  const auto response = context.client().call(v1::ListSessionsRequest{});
+  const auto response = client::list_sessions(context.client());
   if (context.json) return print_json(response);
   Table table({"session", "name", "state", "size", "conditions", "revision", "solved", "energy",
                "mean angle [deg]"});
@@ -40,14 +41,12 @@ void list(Context& context) {
 }
 
 void show(Context& context, const std::string& session) {
-  v1::GetSessionRequest request;
-  request.set_session(session);
-  request.set_with_scene(true);
-  const auto response = context.client().call(request);
+  const auto response = context.session<OpenSession>(session).status_and_scene();
   if (context.json) return print_json(response);
   const Kind& kind = kind_of(response.status());
   fmt::print("{}", kind.summary(response));
-  if (response.status().has_result()) fmt::print("\n{}", describe(response.status().result()));
+  if (response.status().has_result())
+    fmt::print("\n{}", describe(kind, response.status().result()));
   const std::string conditions = kind.conditions(response);
   if (!conditions.empty()) fmt::print("\n{}", conditions);
 }
@@ -98,11 +97,12 @@ v1::ResultInfo wait_with_progress(OpenSession& session, std::uint64_t revision,
 
 void wait(Context& context, const WaitLine& line) {
   auto session = context.session<OpenSession>(line.session);
-  const std::uint64_t revision = line.revision ? *line.revision : session.status().revision();
+  const v1::SessionStatus status = session.status();
+  const std::uint64_t revision = line.revision.value_or(status.revision());
   const auto result = wait_with_progress(session, revision, line);
   note_failure(context, result);
   if (context.json) return print_json(result);
-  fmt::print("{}", describe(result));
+  fmt::print("{}", describe(kind_of(status), result));
 }
 
 /// A subcommand that takes a session and does one thing to it.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "clients/cpp/files.h"
 #include "clients/cpp/opening.h"
 
 namespace limber::client {
@@ -53,7 +54,9 @@ v1::EditResponse OpenSession::redo() {
 }
 
 v1::ResultInfo OpenSession::wait(Milliseconds timeout) {
-  return wait_final(*client_, reference(), revision_, timeout);
+  WaitOptions options;
+  options.timeout = timeout;
+  return wait(options);
 }
 
 v1::ResultInfo OpenSession::wait(const WaitOptions& options) {
@@ -65,20 +68,50 @@ v1::ResultInfo OpenSession::wait(const WaitOptions& options) {
 
 v1::CancelResponse OpenSession::cancel() { return client_->call(request<v1::CancelRequest>()); }
 
-v1::CloseSessionResponse OpenSession::close() {
-  return client_->call(request<v1::CloseSessionRequest>(), large(*client_));
+v1::CloseSessionResponse OpenSession::close(std::optional<Milliseconds> timeout) {
+  return client_->call(request<v1::CloseSessionRequest>(), timeout.value_or(large(*client_)));
 }
 
-v1::Scene OpenSession::scene() {
+v1::Scene OpenSession::scene() { return std::move(*status_and_scene().mutable_scene()); }
+
+v1::GetSessionResponse OpenSession::status_and_scene() {
   auto wanted = request<v1::GetSessionRequest>();
   wanted.set_with_scene(true);
-  return client_->call(wanted, large(*client_)).scene();
+  return client_->call(wanted, large(*client_));
 }
 
-v1::Frames OpenSession::frames(v1::Encoding encoding) {
+v1::Frames OpenSession::frames(const FrameOptions& options) {
   auto wanted = request<v1::GetFramesRequest>();
-  wanted.set_encoding(encoding);
+  wanted.set_encoding(options.encoding);
+  wanted.set_first_frame(options.first);
+  wanted.set_frame_count(options.count);
+  wanted.set_final_only(options.final_only);
   return client_->call(wanted, large(*client_)).frames();
+}
+
+v1::GetGeometryResponse OpenSession::geometry_message() {
+  return client_->call(request<v1::GetGeometryRequest>(), large(*client_));
+}
+
+std::set<std::string> OpenSession::export_files(v1::ExportFormat format,
+                                                const std::filesystem::path& folder,
+                                                const std::string& stem,
+                                                const ExportProgress& progress) {
+  std::set<std::string> written;
+  auto wanted = request<v1::ExportRequest>();
+  wanted.set_format(format);
+  wanted.set_stem(stem);
+  unsigned count = 1;
+  for (unsigned part = 0; part < count; ++part) {
+    wanted.set_part(part);
+    const v1::ExportResponse response = client_->call(wanted, large(*client_));
+    count = response.part_count();
+    wanted.set_result_sequence(response.result().sequence());
+    for (const v1::ExportedFile& file : response.files())
+      written.insert(write_exported(folder, file).string());
+    if (progress) progress(part + 1, count);
+  }
+  return written;
 }
 
 }  // namespace limber::client

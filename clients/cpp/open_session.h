@@ -2,13 +2,16 @@
 
 #include <array>
 #include <cstdint>
+#include <filesystem>
+#include <functional>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
 #include "clients/cpp/client.h"
-#include "clients/cpp/opening.h"
 #include "clients/cpp/session_reference.h"
+#include "clients/cpp/waiting.h"
 
 namespace limber::client {
 
@@ -24,6 +27,17 @@ struct WaitOptions {
   /// Called about twice a second with the status of the session until there is a result.
   WaitProgress progress;
 };
+
+/// Which frames of the newest result, and as what.
+struct FrameOptions {
+  v1::Encoding encoding = v1::ENCODING_COORDINATES;
+  unsigned first = 0;
+  unsigned count = 0;       // 0: to the last
+  bool final_only = false;  // of the newest final result
+};
+
+/// How far an export is: parts that are written, of how many.
+using ExportProgress = std::function<void(unsigned done, unsigned count)>;
 
 /// What sessions of all kinds have in common. Edits return as soon as they are accepted; wait() for
 /// the result. Every call may throw ClientError as Client::call. Several may name the same session;
@@ -41,6 +55,10 @@ class OpenSession {
   [[nodiscard]] const std::string& reference() { return session_.get(*client_); }
   [[nodiscard]] std::uint64_t revision() const { return revision_; }  // newest made or seen here
   v1::SessionStatus status();
+  /// The scene as it is now, with all clients' edits.
+  [[nodiscard]] v1::Scene scene();
+  /// Both of the same revision.
+  [[nodiscard]] v1::GetSessionResponse status_and_scene();
 
   /// All or nothing, in order, as one revision.
   /// @param expected_revision  refused unless this is the newest
@@ -58,13 +76,21 @@ class OpenSession {
   /// Stops a running build or solve.
   v1::CancelResponse cancel();
   /// Ends the session for every client.
-  v1::CloseSessionResponse close();
+  /// @param timeout  default: that of large answers
+  v1::CloseSessionResponse close(std::optional<Milliseconds> timeout = {});
+
+  [[nodiscard]] v1::Frames frames(const FrameOptions& options = {});
+  /// What decode() makes positions of coordinates with.
+  [[nodiscard]] v1::GetGeometryResponse geometry_message();
+  /// Writes files of the newest result, all parts of the same one though edits may go on.
+  /// @param stem  of their names; empty: chosen by the server
+  /// @returns what was written, each file once
+  /// @throws ClientError also MALFORMED, IO
+  std::set<std::string> export_files(v1::ExportFormat format, const std::filesystem::path& folder,
+                                     const std::string& stem = "",
+                                     const ExportProgress& progress = {});
 
  protected:
-  /// The scene as it is now, with all clients' edits.
-  [[nodiscard]] v1::Scene scene();
-  /// Of the newest result.
-  [[nodiscard]] v1::Frames frames(v1::Encoding encoding);
   /// A request about this session.
   template <class Request>
   [[nodiscard]] Request request() {

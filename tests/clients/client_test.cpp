@@ -3,10 +3,11 @@
 #include <gmock/gmock.h>
 
 #include <chrono>
+#include <functional>
 
 #include "clients/cpp/open_session.h"
-#include "clients/cpp/opening.h"
 #include "clients/cpp/session_reference.h"
+#include "clients/cpp/waiting.h"
 #include "tests/clients/fake_router.h"
 #include "tests/clients/refusal.h"
 
@@ -250,21 +251,35 @@ TEST(Client, AWaitForTheErrorOfAMotionSaysSo) {
     return std::vector{bytes(reply, request)};
   });
   Client client(router.requests());
-  const auto checked = wait_checked(client, "s", 4, Milliseconds{1000});
+  OpenSession session(client, "s", Naming::kAsGiven);
+  WaitOptions options;
+  options.revision = 4;
+  options.until = v1::WaitRequest::UNTIL_CHECKED;
+  const auto checked = session.wait(options);
   EXPECT_EQ(checked.revision(), 4u);
   EXPECT_DOUBLE_EQ(checked.motion_error().shape_error(), 0.02);
-  EXPECT_FALSE(wait_final(client, "s", 4, Milliseconds{1000}).has_motion_error());
+  EXPECT_FALSE(session.wait(Milliseconds{1000}).has_motion_error());
 }
 
-/// A server that does not answer the first requests that wait for a result.
+/// A server that does not answer the first requests that wait for a result or a job.
 struct SilentWaits : ::testing::Test {
   std::vector<std::string> answer(const v1::Request& request) {
-    if (request.has_wait() && ++waits <= silent) return {};
+    const bool is_wait = request.has_wait() || request.has_get_job();
+    if (is_wait && ++waits <= silent) return {};
     if (request.has_get_server_info() && !is_there) return {};
     v1::Reply reply;
     if (request.has_wait()) reply.mutable_wait()->mutable_result()->set_revision(4);
+    if (request.has_get_job())
+      reply.mutable_get_job()->mutable_status()->set_state(v1::JOB_STATE_DONE);
     if (request.has_get_server_info()) reply.mutable_get_server_info()->add_protocol_versions(1);
     return {bytes(reply, request)};
+  }
+  void expect_soon_unreachable(const std::function<void()>& wait) {
+    is_there = false;
+    silent = 100;
+    const auto begin = std::chrono::steady_clock::now();
+    EXPECT_THROW(wait(), Unreachable);
+    EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds{5});
   }
 
   int silent = 1;
@@ -272,19 +287,79 @@ struct SilentWaits : ::testing::Test {
   int waits = 0;
   FakeRouter router{[this](const v1::Request& request) { return answer(request); }};
   Client client{router.requests(), impatient(200)};
+  OpenSession session{client, "s", Naming::kAsGiven};
 };
 
 TEST_F(SilentWaits, ContinueWhileTheServerAnswers) {
-  EXPECT_EQ(wait_final(client, "s", 4, Milliseconds{60000}).revision(), 4u);
+  EXPECT_EQ(session.wait().revision(), 4u);
   EXPECT_EQ(waits, 2);
 }
 
 TEST_F(SilentWaits, EndSoonWithoutAServer) {
-  is_there = false;
-  silent = 100;
-  const auto begin = std::chrono::steady_clock::now();
-  EXPECT_THROW((void)wait_final(client, "s", 4, Milliseconds{60000}), Unreachable);
-  EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds{5});
+  expect_soon_unreachable([&] { (void)session.wait(); });
+}
+
+TEST_F(SilentWaits, OfJobsContinueWhileTheServerAnswers) {
+  EXPECT_EQ(wait_job(client, 7, {}, Milliseconds{60000}).status().state(), v1::JOB_STATE_DONE);
+  EXPECT_EQ(waits, 2);
+}
+
+TEST_F(SilentWaits, OfJobsEndSoonWithoutAServer) {
+  expect_soon_unreachable([&] { (void)wait_job(client, 7, {}, Milliseconds{60000}); });
+}
+
+/// A server with job 7: half done at the first look, then as `ended` says.
+struct WaitsForAJob : ::testing::Test {
+  std::vector<std::string> answer(const v1::Request& request) {
+    v1::Reply reply;
+    *reply.mutable_get_job() = ended;
+    if (looks++ == 0 || is_running) {
+      auto& status = *reply.mutable_get_job()->mutable_status();
+      status.Clear();
+      status.set_state(v1::JOB_STATE_RUNNING);
+      status.mutable_progress()->set_fraction(0.5);
+    }
+    return {bytes(reply, request)};
+  }
+  v1::GetJobResponse wait(Milliseconds timeout = Milliseconds{60000}) {
+    return wait_job(
+        client, 7, [&](const v1::JobStatus& status) { states.push_back(status.state()); }, timeout);
+  }
+
+  v1::GetJobResponse ended;
+  bool is_running = false;
+  int looks = 0;
+  std::vector<v1::JobState> states;
+  FakeRouter router{[this](const v1::Request& request) { return answer(request); }};
+  Client client{router.requests(), impatient(1000)};
+};
+
+TEST_F(WaitsForAJob, ReturnTheResult) {
+  ended.mutable_status()->set_state(v1::JOB_STATE_DONE);
+  ended.mutable_tetrahedralization()->set_tets(12);
+  EXPECT_EQ(wait().tetrahedralization().tets(), 12u);
+  EXPECT_EQ(states, (std::vector{v1::JOB_STATE_RUNNING, v1::JOB_STATE_DONE}));
+}
+
+TEST_F(WaitsForAJob, ThrowWhatItFailedWith) {
+  ended.mutable_status()->set_state(v1::JOB_STATE_FAILED);
+  ended.mutable_status()->mutable_error()->set_code(v1::ERROR_CODE_NUMERICAL);
+  EXPECT_EQ(refusal([&] { wait(); }).code(), v1::ERROR_CODE_NUMERICAL);
+  EXPECT_EQ(states, std::vector{v1::JOB_STATE_RUNNING});
+}
+
+TEST_F(WaitsForAJob, SayThatItWasCancelled) {
+  ended.mutable_status()->set_state(v1::JOB_STATE_CANCELLED);
+  const auto error = refusal([&] { wait(); });
+  EXPECT_EQ(error.code(), v1::ERROR_CODE_CANCELLED);
+  EXPECT_STREQ(error.what(), "job 7 ended without a result");
+}
+
+TEST_F(WaitsForAJob, EndWithTheirTime) {
+  is_running = true;
+  const auto error = refusal([&] { wait(Milliseconds{20}); });
+  EXPECT_EQ(error.code(), v1::ERROR_CODE_TIMEOUT);
+  EXPECT_STREQ(error.what(), "job 7 still runs after 0.02 s");
 }
 
 TEST(Client, ANameIsSentAsGivenOnRequest) {

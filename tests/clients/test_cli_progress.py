@@ -66,3 +66,14 @@ def test_the_whole_time_counts_not_the_stretches(building):
         code=common.ERROR_CODE_TIMEOUT, message="no such result within 0.1 s", field="timeout_s"))
     late = subprocess.run(command(building, "--wait", "0.2"), capture_output=True, text=True, timeout=20)
     assert late.returncode == 4 and "no such result within 0.2 s" in late.stderr
+
+
+def test_an_iterate_is_shown_as_of_its_sessions_kind(building):
+    """Of a kind that limber.v1 does not know, only final results need bring something of their own."""
+    building.handlers |= {
+        "get_session": lambda request: service.GetSessionResponse(status=service.SessionStatus(
+            session="a", kind="springs", state=service.SESSION_STATE_READY)),
+        "wait": lambda request: service.WaitResponse(result=service.ResultInfo(revision=0))}
+    done = subprocess.run(command(building, "--until", "first"), capture_output=True, text=True, timeout=20)
+    assert done.returncode == 0, done.stderr
+    assert [line.split("  ")[0] for line in done.stdout.splitlines()] == ["revision", "status", "energy", "since the edit"]

@@ -14,9 +14,6 @@ class BeamKind final : public Kind {
   [[nodiscard]] bool is_of(const v1::SessionStatus& status) const override {
     return Kind::is_of(status) || status.beam_nodes() > 0;
   }
-  [[nodiscard]] bool is_of(const v1::ResultInfo& result) const override {
-    return result.has_beams();
-  }
 
   [[nodiscard]] std::string sizes(const v1::SessionStatus& status) const override {
     return fmt::format("{} elements, {} nodes", status.beam_elements(), status.beam_nodes());

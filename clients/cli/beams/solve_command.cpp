@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <chrono>
 #include <cstring>
 #include <filesystem>
 #include <map>
@@ -10,19 +9,18 @@
 
 #include "clients/cli/beams/commands.h"
 #include "clients/cli/beams/words.h"
+#include "clients/cli/jobs.h"
 #include "clients/cli/print.h"
 #include "clients/cpp/beams/files.h"
 #include "clients/cpp/error.h"
 #include "clients/cpp/files.h"
+#include "clients/cpp/server.h"
 
 namespace limber::cli::beams {
 namespace {
 
 namespace fs = std::filesystem;
 using client::ClientError;
-using client::Milliseconds;
-
-constexpr Milliseconds kSolutionTimeout{120000};
 
 const std::map<std::string, v1::BeamMethod> kMethods = {
     {"choose", v1::BEAM_METHOD_UNSPECIFIED},
@@ -85,47 +83,6 @@ std::vector<std::string> write_files(const BeamOptions& options, const v1::GetJo
   return written;
 }
 
-v1::GetJobResponse wait_for(Context& context, std::uint64_t job, double wait_s) {
-  ProgressBar bar;
-  const auto deadline = std::chrono::steady_clock::now() + milliseconds(wait_s);
-  while (true) {
-    v1::GetJobRequest request;
-    request.set_job(job);
-    request.set_wait_s(0.2);
-    auto response = context.client().call(request, kSolutionTimeout);
-    const auto& status = response.status();
-    if (status.state() == v1::JOB_STATE_DONE) {
-      bar.show("beams", 1);
-      return response;
-    }
-    if (status.has_error()) throw ClientError(status.error());
-    if (status.state() != v1::JOB_STATE_RUNNING) {
-      throw ClientError(v1::ERROR_CODE_CANCELLED, "",
-                        fmt::format("job {} ended without a result", job));
-    }
-    const auto& progress = status.progress();
-    bar.show(progress.stage().empty() ? "beams" : progress.stage(), progress.fraction());
-    if (std::chrono::steady_clock::now() > deadline) {
-      throw ClientError(v1::ERROR_CODE_TIMEOUT, "",
-                        fmt::format("job {} still runs after {} s", job, wait_s));
-    }
-  }
-}
-
-void cancel_quietly(const Context& context, std::uint64_t job) {
-  auto options = context.client_options();
-  options.interrupted = nullptr;
-  options.timeout = Milliseconds{5000};
-  try {
-    client::Client client(context.endpoint, options);
-    v1::CancelRequest request;
-    request.set_job(job);
-    (void)client.call(request);
-  } catch (const ClientError& error) {
-    fmt::print(stderr, "limber: job {} could not be cancelled: {}\n", job, error.what());
-  }
-}
-
 void print_solution(const v1::BeamSolution& answer) {
   const auto& energies = answer.energies();
   const double total =
@@ -153,10 +110,10 @@ void solve(Context& context, const BeamOptions& options) {
   request.set_method(kMethods.at(options.method));
   request.set_follow(options.follow);
   ask_for_files(options, request);
-  const std::uint64_t job = context.client().call(request, kSolutionTimeout).job();
+  const std::uint64_t job = client::start_job(context.client(), request);
   v1::GetJobResponse response;
   try {
-    response = wait_for(context, job, options.wait_s);
+    response = follow_job(context, job, options.wait_s, "beams");
   } catch (const ClientError&) {
     cancel_quietly(context, job);
     throw;

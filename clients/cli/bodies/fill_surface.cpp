@@ -11,18 +11,18 @@
 #include "clients/cli/print.h"
 #include "clients/cpp/bodies/plain_files.h"
 #include "clients/cpp/files.h"
+#include "clients/cpp/scene_files.h"
+#include "clients/cpp/server.h"
 
 namespace limber::cli::bodies {
 namespace {
 
 using client::ClientError;
-using client::Milliseconds;
 
 /// A .ply of lines beside the file of its job is no surface.
 ClientError with_hint_at_job(const ClientError& error, const std::filesystem::path& file) {
   const std::filesystem::path folder = std::filesystem::absolute(file).parent_path();
-  std::error_code ignored;
-  if (!std::filesystem::exists(folder / "SimulationJob.json", ignored)) return error;
+  if (client::file_of_scene(folder) == folder) return error;
   return {error.code(), error.field(),
           fmt::format("{}; {} is a job of the public relaxation code: open the folder",
                       error.what(), folder.string()),
@@ -36,20 +36,13 @@ v1::GetJobResponse tets_within(Context& context, const std::string& surface, con
   *request.mutable_surface() = client::mesh_file(surface, "scene");
   if (filling.tets) request.set_target_tets(*filling.tets);
   if (filling.within) request.set_within(*filling.within);
-  const std::uint64_t job = context.client().call(request, Milliseconds{60000}).job();
+  const std::uint64_t job = client::start_job(context.client(), request);
   try {
-    follow_job(context, job, wait_s);
+    return follow_job(context, job, wait_s);
   } catch (const ClientError&) {
-    if (interrupted()) {
-      v1::CancelRequest cancel;
-      cancel.set_job(job);
-      (void)context.client().call(cancel);
-    }
+    if (interrupted()) cancel_quietly(context, job);
     throw;
   }
-  v1::GetJobRequest wanted;
-  wanted.set_job(job);
-  return context.client().call(wanted, Milliseconds{60000});
 }
 
 /// Names the option that was typed in place of the field of the request that it fills.

@@ -76,10 +76,7 @@ void keyframes_command(CLI::App& app, Context& context) {
                  "limber keyframes bird");
   command->add_option("session", *session, "Session")->required();
   command->callback([&context, session] {
-    v1::GetSessionRequest request;
-    request.set_session(*session);
-    request.set_with_scene(true);
-    const auto response = context.client().call(request);
+    const auto response = context.session<client::BodySession>(*session).status_and_scene();
     if (context.json) {
       v1::Scene only;
       *only.mutable_keyframes() = response.scene().keyframes();

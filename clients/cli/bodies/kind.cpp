@@ -17,9 +17,6 @@ class BodyKind final : public Kind {
   [[nodiscard]] bool is_of(const v1::SessionStatus& status) const override {
     return Kind::is_of(status) || status.kind().empty();
   }
-  [[nodiscard]] bool is_of(const v1::ResultInfo& result) const override {
-    return !result.has_extension();
-  }
 
   [[nodiscard]] std::string sizes(const v1::SessionStatus& status) const override {
     return fmt::format("{} tets, {} nodes, {} frames", status.tets(), status.nodes(),

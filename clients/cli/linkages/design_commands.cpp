@@ -14,6 +14,7 @@
 #include "clients/cpp/files.h"
 #include "clients/cpp/linkages/design.h"
 #include "clients/cpp/linkages/on_surface.h"
+#include "clients/cpp/server.h"
 #include "clients/cpp/stream.h"
 
 namespace limber::cli::linkages {
@@ -173,7 +174,7 @@ void start_design(Context& context, const DesignOptions& options) {
   v1::StartDesignRequest request;
   if (is_new) request = open_grid(context, options);
   auto design = context.session<LinkageDesign>(options.session);
-  const auto info = context.client().call(v1::GetServerInfoRequest{});
+  const auto info = client::server_info(context.client());
   client::Subscription stream(context.client(), info.stream_endpoint());
   stream.subscribe(client::design_topic(options.session));
   v1::StartDesignResponse started;
@@ -190,7 +191,7 @@ void start_design(Context& context, const DesignOptions& options) {
 
 void watch_design(Context& context, const DesignOptions& options) {
   auto design = context.session<LinkageDesign>(options.session);
-  const auto info = context.client().call(v1::GetServerInfoRequest{});
+  const auto info = client::server_info(context.client());
   client::Subscription stream(context.client(), info.stream_endpoint());
   stream.subscribe(client::design_topic(options.session));
   follow_design(context, stream, design, 0);

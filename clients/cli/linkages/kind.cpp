@@ -14,9 +14,6 @@ class LinkageKind final : public Kind {
   [[nodiscard]] bool is_of(const v1::SessionStatus& status) const override {
     return Kind::is_of(status) || status.segments() > 0;
   }
-  [[nodiscard]] bool is_of(const v1::ResultInfo& result) const override {
-    return result.has_linkage();
-  }
 
   [[nodiscard]] std::string sizes(const v1::SessionStatus& status) const override {
     return fmt::format("{} segments, {} joints", status.segments(), status.joints());

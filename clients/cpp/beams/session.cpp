@@ -91,7 +91,9 @@ v1::EditResponse BeamSession::element_load(unsigned element, const Vector& force
   return edit({change});
 }
 
-Positions BeamSession::positions() { return decode(frames(v1::ENCODING_POSITIONS), nullptr); }
+Positions BeamSession::positions() {
+  return decode(frames({.encoding = v1::ENCODING_POSITIONS}), nullptr);
+}
 
 v1::BeamSolution BeamSession::solution() {
   return client().call(request<v1::GetBeamSolutionRequest>(), large(client())).solution();

@@ -64,9 +64,7 @@ v1::EditResponse BodySession::dynamics(const DynamicsChange& change) {
   using Clock = std::chrono::steady_clock;
   const auto deadline = Clock::now() + std::min(client().options().timeout, Milliseconds{10000});
   while (true) {
-    auto wanted = request<v1::GetSessionRequest>();
-    wanted.set_with_scene(true);
-    const v1::GetSessionResponse now = client().call(wanted);
+    const v1::GetSessionResponse now = status_and_scene();
     v1::Edit whole;
     v1::Dynamics& dynamics = *whole.mutable_set_dynamics();
     dynamics = now.scene().dynamics();
@@ -129,9 +127,8 @@ v1::ResultInfo BodySession::wait_checked(Milliseconds timeout) {
 }
 
 Positions BodySession::positions() {
-  const v1::Frames newest = frames(v1::ENCODING_COORDINATES);
-  if (!geometry_ || geometry_->basis_hash() != newest.basis_hash())
-    geometry_ = client().call(request<v1::GetGeometryRequest>(), large(client()));
+  const v1::Frames newest = frames();
+  if (!geometry_ || geometry_->basis_hash() != newest.basis_hash()) geometry_ = geometry_message();
   return decode(newest, &*geometry_);
 }
 

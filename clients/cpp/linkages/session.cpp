@@ -104,15 +104,11 @@ v1::EditResponse LinkageSession::load(unsigned joint, const JointLoad& load) {
 }
 
 const LinkageGeometry& LinkageSession::geometry() {
-  if (!geometry_) {
-    geometry_.emplace(client().call(request<v1::GetGeometryRequest>(), large(client())));
-  }
+  if (!geometry_) geometry_.emplace(geometry_message());
   return *geometry_;
 }
 
-std::vector<LinkageShape> LinkageSession::shapes() {
-  return geometry().shapes(frames(v1::ENCODING_COORDINATES));
-}
+std::vector<LinkageShape> LinkageSession::shapes() { return geometry().shapes(frames()); }
 
 LinkageShape LinkageSession::shape() {
   std::vector<LinkageShape> all = shapes();
@@ -120,7 +116,9 @@ LinkageShape LinkageSession::shape() {
   return std::move(all.back());
 }
 
-Positions LinkageSession::positions() { return decode(frames(v1::ENCODING_POSITIONS), nullptr); }
+Positions LinkageSession::positions() {
+  return decode(frames({.encoding = v1::ENCODING_POSITIONS}), nullptr);
+}
 
 std::vector<v1::LinkageStep> events(const v1::ResultInfo& result) {
   std::vector<v1::LinkageStep> found;

@@ -1,0 +1,29 @@
+#include "clients/cpp/server.h"
+
+namespace limber::client {
+
+v1::GetServerInfoResponse server_info(Client& client) {
+  return client.call(v1::GetServerInfoRequest{});
+}
+
+v1::ListSessionsResponse list_sessions(Client& client) {
+  return client.call(v1::ListSessionsRequest{});
+}
+
+v1::ListJobsResponse list_jobs(Client& client) { return client.call(v1::ListJobsRequest{}); }
+
+v1::GetSampleResponse sample(Client& client, const std::string& name) {
+  v1::GetSampleRequest request;
+  request.set_name(name);
+  return client.call(request, large(client));
+}
+
+v1::CancelResponse cancel_job(Client& client, std::uint64_t job) {
+  v1::CancelRequest request;
+  request.set_job(job);
+  return client.call(request);
+}
+
+v1::ShutdownResponse shut_down(Client& client) { return client.call(v1::ShutdownRequest{}); }
+
+}  // namespace limber::client

@@ -1,0 +1,114 @@
+#include "clients/cpp/waiting.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <optional>
+#include <utility>
+
+namespace limber::client {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+/// The server holds an answer back for so long at a time, so that one that is gone is noticed.
+constexpr Milliseconds kHoldTime{1000};
+/// After this long a silence it is asked whether it is there, which it answers at once however busy
+/// it is. With the slice, a server that is gone is noticed within 8 s.
+constexpr Milliseconds kSilence{3500}, kPatience{3000};
+/// What came of a job may be many megabytes: after each silence it gets twice the time, to this.
+constexpr Milliseconds kLongestSilence{120000};
+
+double seconds(Milliseconds time) { return std::chrono::duration<double>(time).count(); }
+
+Milliseconds first_silence(const Client& client) {
+  return std::min(kSilence, client.options().timeout);
+}
+
+/// The answer to a request that the server holds back for `slice`; nothing where it is there but
+/// has not answered within `silence` more. @throws Unreachable, and what is refused
+template <class Request>
+std::optional<typename Rpc<Request>::Response> held_answer(Client& client, const Request& request,
+                                                           Milliseconds slice,
+                                                           Milliseconds silence) {
+  try {
+    return client.collect<Request>(client.submit(request), slice + silence);
+  } catch (const ServerStopped&) {
+    throw;
+  } catch (const Unreachable&) {
+  }
+  try {
+    (void)greet(client, std::min(kPatience, client.options().timeout));
+  } catch (const ServerStopped&) {
+    throw;
+  } catch (const Unreachable&) {
+    throw Unreachable("limberd at " + client.endpoint() +
+                      " has ended or hangs: it does not answer");
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+v1::ResultInfo wait_for_result(Client& client, v1::WaitRequest request, Milliseconds timeout,
+                               const WaitProgress& progress) {
+  constexpr Milliseconds kToProgress{400};
+  const Milliseconds stretch = progress ? kToProgress : kHoldTime;
+  const Milliseconds silence = first_silence(client);
+  v1::GetSessionRequest look;
+  look.set_session(request.session());
+  const auto deadline = Clock::now() + timeout;
+  for (;;) {
+    const auto left = std::chrono::duration_cast<Milliseconds>(deadline - Clock::now());
+    const Milliseconds slice = std::clamp(left, Milliseconds{1}, stretch);
+    request.set_timeout_s(seconds(slice));
+    try {
+      if (auto answer = held_answer(client, request, slice, silence))
+        return std::move(*answer->mutable_result());
+    } catch (const Unreachable&) {
+      throw;
+    } catch (const ClientError& error) {
+      if (error.code() != v1::ERROR_CODE_TIMEOUT) throw;
+    }
+    if (progress) {
+      if (const auto answer = held_answer(client, look, Milliseconds{0}, silence))
+        progress(answer->status());
+    }
+    if (Clock::now() >= deadline) {
+      throw ClientError(v1::ERROR_CODE_TIMEOUT, "timeout_s",
+                        fmt::format("no such result within {} s", seconds(timeout)));
+    }
+  }
+}
+
+v1::GetJobResponse wait_job(Client& client, std::uint64_t job, const JobProgress& progress,
+                            Milliseconds timeout) {
+  constexpr Milliseconds kToProgress{200};
+  const Milliseconds stretch = progress ? kToProgress : kHoldTime;
+  v1::GetJobRequest request;
+  request.set_job(job);
+  Milliseconds silence = first_silence(client);
+  const auto deadline = Clock::now() + timeout;
+  for (;;) {
+    const auto left = std::chrono::duration_cast<Milliseconds>(deadline - Clock::now());
+    const Milliseconds slice = std::clamp(left, Milliseconds{0}, stretch);
+    request.set_wait_s(seconds(slice));
+    if (auto answer = held_answer(client, request, slice, silence)) {
+      const v1::JobStatus& status = answer->status();
+      const bool is_done = status.state() == v1::JOB_STATE_DONE;
+      if (!is_done && status.has_error()) throw ClientError(status.error());
+      if (!is_done && status.state() != v1::JOB_STATE_RUNNING)
+        throw ClientError(v1::ERROR_CODE_CANCELLED, "",
+                          fmt::format("job {} ended without a result", job));
+      if (progress) progress(status);
+      if (is_done) return std::move(*answer);
+    } else {
+      silence = std::min(2 * silence, kLongestSilence);
+    }
+    if (left <= Milliseconds{0})
+      throw ClientError(v1::ERROR_CODE_TIMEOUT, "",
+                        fmt::format("job {} still runs after {} s", job, seconds(timeout)));
+  }
+}
+
+}  // namespace limber::client
