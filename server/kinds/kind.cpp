@@ -45,12 +45,21 @@ proto::Scene Kinds::sample(const std::string& name) const {
       fmt::format("there is no sample '{}'; there are {}", name, fmt::join(sample_names(), ", ")));
 }
 
-bool Kinds::are_heavy(const proto::EditRequest& request) const {
+bool Kinds::any_edit(const proto::EditRequest& request,
+                     bool (Kind::*what)(const proto::Edit&) const) const {
   const auto& edits = request.edits();
   return std::any_of(edits.begin(), edits.end(), [&](const proto::Edit& edit) {
     return std::any_of(kinds_.begin(), kinds_.end(),
-                       [&](const auto& kind) { return kind->is_heavy(edit); });
+                       [&](const auto& kind) { return ((*kind).*what)(edit); });
   });
+}
+
+bool Kinds::are_heavy(const proto::EditRequest& request) const {
+  return any_edit(request, &Kind::is_heavy);
+}
+
+bool Kinds::may_be_large(const proto::EditRequest& request) const {
+  return any_edit(request, &Kind::may_be_large);
 }
 
 bool Kinds::answer(const proto::Request& request, proto::Reply& reply, Hub& hub,

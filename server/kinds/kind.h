@@ -65,9 +65,12 @@ class Kind {
   /// @param name  one of these
   [[nodiscard]] virtual proto::Scene sample(const std::string& name) const;
 
-  /// Whether an edit of this kind takes long to read, or is megabytes (such as poses, which may be
-  /// files): requests with such edits are for the pool, and may be large.
+  /// Whether an edit of this kind takes long to read, whatever its size (such as one that reads a
+  /// file): requests with such edits are for the pool.
   [[nodiscard]] virtual bool is_heavy(const proto::Edit&) const { return false; }
+  /// Whether an edit of this kind may be megabytes (such as poses): requests with such edits may be
+  /// as large as any.
+  [[nodiscard]] virtual bool may_be_large(const proto::Edit&) const { return false; }
 
   /// Requests without a session that this kind alone has (such as simulate, solve_beams).
   /// @returns false where it has no such request
@@ -89,11 +92,17 @@ class Kinds {
   [[nodiscard]] proto::Scene sample(const std::string& name) const;
   /// Whether the request has an edit that some kind calls heavy.
   [[nodiscard]] bool are_heavy(const proto::EditRequest& request) const;
+  /// Whether the request has an edit that may be large.
+  [[nodiscard]] bool may_be_large(const proto::EditRequest& request) const;
   /// @returns whether some kind has such a request
   [[nodiscard]] bool answer(const proto::Request& request, proto::Reply& reply, Hub& hub,
                             const SceneContext& context) const;
 
  private:
+  /// Whether some kind says `what` of some edit of the request.
+  [[nodiscard]] bool any_edit(const proto::EditRequest& request,
+                              bool (Kind::*what)(const proto::Edit&) const) const;
+
   std::vector<std::unique_ptr<const Kind>> kinds_;
 };
 

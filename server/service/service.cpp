@@ -187,7 +187,7 @@ void Service::work_on(HeavyRequests::Request heavy) {
     if (hub_.stopping.load()) throw shutting_down();
     const Request request = parse(heavy.payload);
     if (request.has_edit() && heavy.payload.size() > kLightBytes &&
-        !kinds_.are_heavy(request.edit())) {
+        !kinds_.may_be_large(request.edit())) {
       throw limit_exceeded("", "bytes of a request of this kind", kLightBytes,
                            heavy.payload.size());
     }

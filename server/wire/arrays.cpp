@@ -41,12 +41,17 @@ void demand_rows_fit(const proto::Array& array, const std::string& field) {
   }
 }
 
+/// All of the array's bytes. Of an empty one `to` may be null, which memcpy must not be given.
+void copy_bytes(const proto::Array& array, void* to) {
+  if (!array.data().empty()) std::memcpy(to, array.data().data(), array.data().size());
+}
+
 /// Copies row-major numbers of either precision to doubles; the layouts agree (last index fastest =
 /// first row of a column-major matrix fastest).
 void read_floats(const proto::Array& array, const std::string& field, double* out,
                  std::size_t count, std::size_t row_length) {
   if (array.type() == proto::DATA_TYPE_FLOAT64) {
-    std::memcpy(out, array.data().data(), count * sizeof(double));
+    copy_bytes(array, out);
   } else if (array.type() == proto::DATA_TYPE_FLOAT32) {
     const char* from = array.data().data();
     for (std::size_t i = 0; i < count; ++i) {
@@ -105,7 +110,7 @@ Eigen::Matrix<int, kColumns, Eigen::Dynamic> decode_rows(const proto::Array& arr
   demand_rows_fit(array, field);
   Eigen::Matrix<int, kColumns, Eigen::Dynamic> rows(kColumns,
                                                     static_cast<Eigen::Index>(array.shape(0)));
-  std::memcpy(rows.data(), array.data().data(), array.data().size());
+  copy_bytes(array, rows.data());
   return rows;
 }
 
@@ -143,7 +148,7 @@ bodies::TetNodes decode_tets(const proto::Array& array, const std::string& field
   demand_extent(array, field, 1, 4, "columns");
   demand_rows_fit(array, field);
   bodies::TetNodes tets(4, static_cast<Eigen::Index>(array.shape(0)));
-  std::memcpy(tets.data(), array.data().data(), array.data().size());
+  copy_bytes(array, tets.data());
   return tets;
 }
 

@@ -102,6 +102,10 @@ class BodyKind final : public Kind {
     return sample_scene(name);
   }
   [[nodiscard]] bool is_heavy(const proto::Edit& edit) const override {
+    const auto& keyframe = edit.add_keyframe().keyframe();
+    return keyframe.has_file() || keyframe.has_path();
+  }
+  [[nodiscard]] bool may_be_large(const proto::Edit& edit) const override {
     return edit.has_add_keyframe();
   }
   [[nodiscard]] bool answer(const proto::Request& request, proto::Reply& reply, Hub& hub,

@@ -73,6 +73,31 @@ TEST(ServerKinds, SamplesAreThoseOfAllKinds) {
   }
 }
 
+TEST(ServerKinds, EditsWithFilesAreHeavyAndPosesMayBeLarge) {
+  const Kinds kinds = standard_kinds({});
+  const auto request_with = [](auto fill) {
+    proto::EditRequest request;
+    request.add_edits()->mutable_undo();
+    fill(*request.add_edits());
+    return request;
+  };
+  const auto array = request_with(
+      [](auto& edit) { edit.mutable_add_keyframe()->mutable_keyframe()->mutable_positions(); });
+  const auto file = request_with(
+      [](auto& edit) { edit.mutable_add_keyframe()->mutable_keyframe()->mutable_file(); });
+  const auto path = request_with(
+      [](auto& edit) { edit.mutable_add_keyframe()->mutable_keyframe()->set_path("pose.vtu"); });
+  const auto move = request_with([](auto& edit) { edit.mutable_move_keyframe(); });
+  EXPECT_FALSE(kinds.are_heavy(array));
+  EXPECT_TRUE(kinds.are_heavy(file));
+  EXPECT_TRUE(kinds.are_heavy(path));
+  EXPECT_FALSE(kinds.are_heavy(move));
+  EXPECT_TRUE(kinds.may_be_large(array));
+  EXPECT_TRUE(kinds.may_be_large(file));
+  EXPECT_TRUE(kinds.may_be_large(path));
+  EXPECT_FALSE(kinds.may_be_large(move));
+}
+
 TEST(ServerKinds, StandardKindsReadTheirOwnScenes) {
   const Kinds kinds = standard_kinds({});
   for (const auto& [name, kind] :
