@@ -35,7 +35,7 @@ struct StepWatchOfATip : ::testing::Test {
 };
 
 TEST_F(StepWatchOfATip, AFirstStepSwervesByHalfOfWhatItTurns) {
-  EXPECT_EQ(judge(0, 0.4, 0, 0.1), Judgement::kGoesOn);
+  EXPECT_EQ(judge(0, 0.4, 0, 0.1), Judgement::kContinues);
   EXPECT_NEAR(watch.verdict().turn, 0.4, 1e-12);
   EXPECT_NEAR(watch.verdict().swerve, 0.2, 1e-12);
   EXPECT_NEAR(watch.factor(), std::sqrt(0.5 * kLargest / 0.2), 1e-12);
@@ -44,42 +44,42 @@ TEST_F(StepWatchOfATip, AFirstStepSwervesByHalfOfWhatItTurns) {
 }
 
 TEST_F(StepWatchOfATip, StraightOnIsNoSwerveHoweverFar) {
-  ASSERT_EQ(judge(0, 0.1, 0, 0.01), Judgement::kGoesOn);
-  EXPECT_EQ(judge(0.1, 1.1, 0.01, 0.11), Judgement::kGoesOn);  // ten times as long
+  ASSERT_EQ(judge(0, 0.1, 0, 0.01), Judgement::kContinues);
+  EXPECT_EQ(judge(0.1, 1.1, 0.01, 0.11), Judgement::kContinues);  // ten times as long
   EXPECT_NEAR(watch.verdict().swerve, 0, 1e-12);
   EXPECT_NEAR(watch.verdict().turn, 1, 1e-12);
   EXPECT_EQ(watch.factor(), 2);
-  EXPECT_EQ(judge(1.1, 1.2, 0.11, 0.12), Judgement::kGoesOn);
+  EXPECT_EQ(judge(1.1, 1.2, 0.11, 0.12), Judgement::kContinues);
   EXPECT_NEAR(watch.verdict().swerve, 0, 1e-12);
 }
 
 TEST_F(StepWatchOfATip, WhatBendsTooMuchIsDoneOnceMore) {
-  ASSERT_EQ(judge(0, 0.1, 0, 0.1), Judgement::kGoesOn);
+  ASSERT_EQ(judge(0, 0.1, 0, 0.1), Judgement::kContinues);
   EXPECT_EQ(judge(0.1, 0.8, 0.1, 0.2), Judgement::kTooFar);
   EXPECT_NEAR(watch.verdict().swerve, 0.6, 1e-12);
   EXPECT_EQ(watch.verdict().node, kTip);
   EXPECT_NEAR(watch.factor(), 0.5, 1e-12);
   // Half of it is fine, but is not followed by longer steps towards where it went too far.
-  EXPECT_EQ(judge(0.1, 0.16, 0.1, 0.15), Judgement::kGoesOn);
+  EXPECT_EQ(judge(0.1, 0.16, 0.1, 0.15), Judgement::kContinues);
   EXPECT_EQ(watch.factor(), 1);
-  EXPECT_EQ(judge(0.16, 0.28, 0.15, 0.25), Judgement::kGoesOn);
+  EXPECT_EQ(judge(0.16, 0.28, 0.15, 0.25), Judgement::kContinues);
   EXPECT_EQ(watch.factor(), 2);
 }
 
 TEST_F(StepWatchOfATip, WhatStaysHoweverShortTheStepIsASnap) {
-  ASSERT_EQ(judge(0, 0.001, 0, 0.001), Judgement::kGoesOn);
+  ASSERT_EQ(judge(0, 0.001, 0, 0.001), Judgement::kContinues);
   EXPECT_EQ(judge(0.001, 1, 0.001, 0.004), Judgement::kTooFar);
   EXPECT_EQ(judge(0.001, 1, 0.001, 0.002), Judgement::kTooFar);
   EXPECT_EQ(watch.factor(), 0.25);
   EXPECT_EQ(judge(0.001, 1, 0.001, 0.00125), Judgement::kSnap);
   EXPECT_EQ(watch.factor(), 2);
   // The next one is a first one.
-  EXPECT_EQ(judge(1, 1.2, 0.00125, 0.003), Judgement::kGoesOn);
+  EXPECT_EQ(judge(1, 1.2, 0.00125, 0.003), Judgement::kContinues);
   EXPECT_NEAR(watch.verdict().swerve, 0.1, 1e-12);
 }
 
 TEST_F(StepWatchOfATip, WhatGetsSmallerWithTheStepIsNoSnap) {
-  ASSERT_EQ(judge(0, 0.001, 0, 0.001), Judgement::kGoesOn);
+  ASSERT_EQ(judge(0, 0.001, 0, 0.001), Judgement::kContinues);
   double turn = 2, step = 0.003;
   while (turn > 0.35) {  // of a fold: with the root of the step
     EXPECT_EQ(judge(0.001, turn, 0.001, 0.001 + step), Judgement::kTooFar) << turn;
@@ -89,22 +89,22 @@ TEST_F(StepWatchOfATip, WhatGetsSmallerWithTheStepIsNoSnap) {
 }
 
 TEST_F(StepWatchOfATip, LongStepsAreNoSnapsAndTheShortestAre) {
-  ASSERT_EQ(judge(0, 0.001, 0, 0.1), Judgement::kGoesOn);
+  ASSERT_EQ(judge(0, 0.001, 0, 0.1), Judgement::kContinues);
   for (const double next : {0.5, 0.4, 0.3, 0.2})
     EXPECT_EQ(judge(0.001, 1, 0.1, next), Judgement::kTooFar);
   EXPECT_EQ(judge(0.001, 1, 0.1, 0.1 + kShortest / 2), Judgement::kSnap);
 }
 
 TEST_F(StepWatchOfATip, GoingBackByMoreThanItCameIsTooFarHoweverSmall) {
-  ASSERT_EQ(judge(0, 0.01, 0, 0.1), Judgement::kGoesOn);
+  ASSERT_EQ(judge(0, 0.01, 0, 0.1), Judgement::kContinues);
   EXPECT_EQ(judge(0.01, -0.02, 0.1, 0.2), Judgement::kTooFar);
   EXPECT_EQ(watch.factor(), 0.25);
-  EXPECT_EQ(judge(0.01, 0.005, 0.1, 0.2), Judgement::kGoesOn);  // by less: a fold does that
+  EXPECT_EQ(judge(0.01, 0.005, 0.1, 0.2), Judgement::kContinues);  // by less: a fold does that
 }
 
 TEST_F(StepWatchOfATip, SurprisesAreHalfOfWhatIsExpected) {
   EXPECT_TRUE(watch.surprises(turned(0), turned(0.001), 0.1));  // nothing is expected
-  ASSERT_EQ(judge(0, 0.2, 0, 0.1), Judgement::kGoesOn);
+  ASSERT_EQ(judge(0, 0.2, 0, 0.1), Judgement::kContinues);
   EXPECT_FALSE(watch.surprises(turned(0.2), turned(0.49), 0.1));
   EXPECT_TRUE(watch.surprises(turned(0.2), turned(0.51), 0.1));
   EXPECT_TRUE(watch.surprises(turned(0.2), turned(0.49), 0.05));
