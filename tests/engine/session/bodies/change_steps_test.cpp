@@ -23,17 +23,19 @@ ConstraintChange constraint_at(std::uint64_t id, const Eigen::Vector3d& target) 
 }
 
 TEST(ChangeSteps, NameTheOneThingTheyTouch) {
-  EXPECT_EQ(touched_by(Change(ConstraintChange{4, {}})), (TouchedIds{4, 0}));
-  EXPECT_EQ(touched_by(Change(TargetChange{5, {}})), (TouchedIds{5, 0}));
-  EXPECT_EQ(touched_by(Change(KeyframeChange{6, {}})), (TouchedIds{0, 6}));
+  EXPECT_EQ(touched_by(Change(ConstraintChange{4, std::nullopt})), (TouchedIds{4, 0}));
+  EXPECT_EQ(touched_by(Change(TargetChange{5, {0, 0, 0}})), (TouchedIds{5, 0}));
+  EXPECT_EQ(touched_by(Change(KeyframeChange{6, std::nullopt})), (TouchedIds{0, 6}));
   EXPECT_EQ(touched_by(Change(KeyframeShift{7, 1, 1})), (TouchedIds{0, 7}));
   EXPECT_EQ(touched_by(Change(EndsChange{})), TouchedIds{});
   EXPECT_EQ(touched_by(ChangeGroup{}), TouchedIds{});
-  EXPECT_EQ(touched_by(ChangeGroup{TargetChange{5, {}}, ConstraintChange{5, {}}}),
+  EXPECT_EQ(touched_by(ChangeGroup{TargetChange{5, {0, 0, 0}}, ConstraintChange{5, {}}}),
             (TouchedIds{5, 0}));
-  EXPECT_EQ(touched_by(ChangeGroup{TargetChange{5, {}}, TargetChange{6, {}}}), TouchedIds{});
+  EXPECT_EQ(touched_by(ChangeGroup{TargetChange{5, {0, 0, 0}}, TargetChange{6, {0, 0, 0}}}),
+            TouchedIds{});
   // A constraint and a keyframe of the same number are two things.
-  EXPECT_EQ(touched_by(ChangeGroup{TargetChange{5, {}}, KeyframeShift{5, 1, 1}}), TouchedIds{});
+  EXPECT_EQ(touched_by(ChangeGroup{TargetChange{5, {0, 0, 0}}, KeyframeShift{5, 1, 1}}),
+            TouchedIds{});
 }
 
 TEST(MergedChanges, ADragComesToItsBeginning) {
@@ -69,10 +71,13 @@ TEST(MergedChanges, WhatCameAndWentHasNoValue) {
 }
 
 TEST(MergedChanges, OthersAreOneOfEachKind) {
-  const ChangeGroup group =
-      merged(std::vector<Change>{EndsChange{scene::End::kFree, scene::End::kFree}, DynamicsChange{},
-                                 EndsChange{scene::End::kPinnedPosition, scene::End::kFree},
-                                 TargetChange{1, {1, 0, 0}}, KeyframeShift{1, 3, 4}});
+  std::vector<Change> changes;  // one after another: lists of these trouble the compiler's warnings
+  changes.emplace_back(EndsChange{scene::End::kFree, scene::End::kFree});
+  changes.emplace_back(DynamicsChange{});
+  changes.emplace_back(EndsChange{scene::End::kPinnedPosition, scene::End::kFree});
+  changes.emplace_back(TargetChange{1, {1, 0, 0}});
+  changes.emplace_back(KeyframeShift{1, 3, 4});
+  const ChangeGroup group = merged(changes);
   ASSERT_EQ(group.size(), 4u);
   int ends = 0;
   for (const Change& change : group) {
@@ -145,7 +150,7 @@ TEST(ChangeSteps, CountTheirBytesAndGoFromBothEnds) {
   three_nodes.value->nodes = {0, 1, 2};
   ChangeSteps steps;
   EXPECT_TRUE(steps.empty());
-  steps.push(group_of(TargetChange{1, {}}), 11);
+  steps.push(group_of(TargetChange{1, {0, 0, 0}}), 11);
   steps.push(group_of(three_nodes), 12);
   steps.push(group_of(KeyframeChange{2, keyed(4)}), 13);
   EXPECT_EQ(steps.size(), 3u);
