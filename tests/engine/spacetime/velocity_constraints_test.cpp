@@ -242,8 +242,7 @@ TEST_P(VelocityEnds, AreTheDenseOptimum) {
     EXPECT_EQ(report.status, SolveStatus::kConverged) << report.message;
     EXPECT_FALSE(report.rank_deficient) << report.message;
     // Exact rows are met to 1e-8, which their multipliers turn into energy.
-    EXPECT_NEAR(report.total_energy, dense.energy,
-                (weight == kExact ? 1e-7 : 1e-9) * dense.energy);
+    EXPECT_NEAR(report.total_energy, dense.energy, (weight == kExact ? 1e-7 : 1e-9) * dense.energy);
     EXPECT_LE((solver.motion() - dense.z).cwiseAbs().maxCoeff(),
               1e-6 * dense.z.cwiseAbs().maxCoeff());
   }
