@@ -1,6 +1,7 @@
 #include "clients/cli/context.h"
 
 #include <fmt/format.h>
+#include <google/protobuf/any.pb.h>
 #include <google/protobuf/util/json_util.h>
 #include <unistd.h>
 
@@ -69,7 +70,42 @@ client::Client& Context::client() {
   return *client_;
 }
 
-std::string to_json(const google::protobuf::Message& message) {
+namespace {
+
+/// What a kind that limber.v1 does not know has put into a message cannot be printed without its
+/// .proto.
+void leave_out_unknown(google::protobuf::Message& message) {
+  using google::protobuf::FieldDescriptor;
+  const auto& reflection = *message.GetReflection();
+  std::vector<const FieldDescriptor*> fields;
+  reflection.ListFields(message, &fields);
+  for (const FieldDescriptor* field : fields) {
+    if (field->cpp_type() != FieldDescriptor::CPPTYPE_MESSAGE || field->is_map()) continue;
+    if (field->is_repeated()) {
+      for (int i = 0; i < reflection.FieldSize(message, field); ++i)
+        leave_out_unknown(*reflection.MutableRepeatedMessage(&message, field, i));
+      continue;
+    }
+    auto& part = *reflection.MutableMessage(&message, field);
+    const auto* const any = dynamic_cast<const google::protobuf::Any*>(&part);
+    std::string type;
+    if (any == nullptr) {
+      leave_out_unknown(part);
+    } else if (!google::protobuf::Any::ParseAnyTypeUrl(any->type_url(), &type) ||
+               google::protobuf::DescriptorPool::generated_pool()->FindMessageTypeByName(type) ==
+                   nullptr) {
+      reflection.ClearField(&message, field);
+    }
+  }
+}
+
+}  // namespace
+
+std::string to_json(const google::protobuf::Message& given) {
+  const std::unique_ptr<google::protobuf::Message> copy(given.New());
+  copy->CopyFrom(given);
+  leave_out_unknown(*copy);
+  const google::protobuf::Message& message = *copy;
   google::protobuf::util::JsonPrintOptions options;
   options.preserve_proto_field_names = true;
   options.always_print_primitive_fields = true;

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <fstream>
 #include <iostream>
 #include <memory>
@@ -56,7 +57,9 @@ void run_script(Context& context, const ScriptOptions& options) {
   std::ifstream file;
   if (options.file != "-") {
     file.open(options.file);
-    if (!file) throw ClientError(v1::ERROR_CODE_IO, "file", "cannot read " + options.file);
+    // A folder can be opened and has no lines.
+    if (!file || std::filesystem::is_directory(options.file))
+      throw ClientError(v1::ERROR_CODE_IO, "file", "cannot read " + options.file);
   }
   std::istream& in = options.file == "-" ? std::cin : file;
   const Kind* kind = nullptr;

@@ -407,5 +407,7 @@ def test_the_command_line_says_of_any_kind_what_all_have(server, kind, tmp_path)
                                            "beams": ["[J]", "ms"]}.get(kind.name, ["energy", "ms"])
         run("frames", "any", "--out", tmp_path / "f.npy")
         assert np.load(tmp_path / "f.npy").shape == session.frames().shape
+        for command in (["list"], ["show", "any"], ["wait", "any"], ["watch", "any", "--count", 1]):
+            assert "\"revision\"" in run("--json", *command)
     finally:
         session.close()

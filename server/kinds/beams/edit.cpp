@@ -73,7 +73,7 @@ session::BeamEdit decode_beam_edit(const proto::Edit& message, const std::string
     case proto::Edit::kRedo:
       return session::Redo{};
     default:
-      throw invalid(path, "is no edit of structures of beams, and this session is of one");
+      throw invalid(path, "this is no edit of structures of beams, and the session is of one");
   }
 }
 

@@ -82,7 +82,7 @@ session::BodyEdit decode_body_edit(const proto::Edit& message, const std::string
       throw invalid(
           fmt::format("{}.{}", field,
                       proto::Edit::descriptor()->FindFieldByNumber(message.edit_case())->name()),
-          "is no edit of elastic bodies, and this session is of one");
+          "this is no edit of elastic bodies, and the session is of one");
   }
   throw invalid(field, "an edit without content");
 }

@@ -81,7 +81,7 @@ session::LinkageEdit decode_linkage_edit(const proto::Edit& message, const std::
     case proto::Edit::kRedo:
       return session::Redo{};
     default:
-      throw invalid(path, "is no edit of rod linkages, and this session is of one");
+      throw invalid(path, "this is no edit of rod linkages, and the session is of one");
   }
 }
 
