@@ -103,7 +103,7 @@ class Judge {
     Eigen::MatrixXd next = Eigen::MatrixXd::Zero(modes_, problem_.frame_count);
     for (Index k = 0; k < modes_; ++k)
       next.row(k).segment(kHeld, free_) = -(influence[static_cast<std::size_t>(k)] * m).transpose();
-    const Eigen::MatrixXd d = next - z;
+    Eigen::MatrixXd d = next - z;
     double before = 0, after = 0;
     for (Index k = 0; k < modes_; ++k) {
       before += 0.5 * (a_[static_cast<std::size_t>(k)] * z.row(k).transpose()).squaredNorm();
@@ -228,12 +228,15 @@ Judgement judge(const JudgedProblem& problem, const Eigen::MatrixXd& start, int 
       result.settled = true;
       break;
     }
+    constexpr int kHalvings = 20;
     double miss = 0, part = 1;
-    for (; part > 1e-6; part /= 2) {
-      const double energy = judge.energy(result.motion + part * d, miss);
-      if (energy < result.energy - 1e-4 * part * promised) break;
+    int halved = 0;
+    while (halved < kHalvings &&
+           judge.energy(result.motion + part * d, miss) >= result.energy - 1e-4 * part * promised) {
+      part /= 2;
+      ++halved;
     }
-    if (part <= 1e-6) break;
+    if (halved == kHalvings) break;
     result.motion += part * d;
     result.energy = judge.energy(result.motion, result.max_miss);
   }

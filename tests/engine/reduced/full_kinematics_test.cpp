@@ -44,6 +44,7 @@ void expect_full_values(const Bare& bare, const Eigen::MatrixXd& base) {
   FullShapes shapes(bare.body, bare.model, base);
   const std::vector<std::vector<int>> groups = {{31}, {5, 17, 40}, {23}};
   std::vector<SiteId> sites;
+  sites.reserve(groups.size());
   for (const auto& group : groups) sites.push_back(kinematics.add_site(group));
   const Eigen::MatrixXd z = random_motion(bare.model->coordinate_count(), 5, 0.15, 1);
   const std::vector<int> frames = {3, 0, 2, 4, 1};
@@ -145,6 +146,7 @@ TEST(FullKinematics, ResultsDoNotDependOnTheNumberOfThreads) {
   const Bare bare(testing::block(8, 3, 3, 0.1, true));
   FullKinematics kinematics(bare.body, bare.model, bare.full);
   std::vector<SiteQuery> queries;
+  queries.reserve(30);
   for (int i = 0; i < 30; ++i) queries.push_back({kinematics.add_site({40 + i}), i % 7});
   const Eigen::MatrixXd z = random_motion(bare.model->coordinate_count(), 7, 0.2, 2);
   const std::vector<int> frames(7, 0);

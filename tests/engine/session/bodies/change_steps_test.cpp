@@ -2,7 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <ranges>
 #include <set>
 #include <vector>
 
@@ -123,7 +122,8 @@ TEST(MergedChanges, TakeKeyframesBackAsAllOfThemWould) {
         to.exchange(std::get<KeyframeShift>(change));
       }
     };
-    for (const Change& change : std::views::reverse(inverses)) apply(by_steps, change);
+    for (auto change = inverses.rbegin(); change != inverses.rend(); ++change)
+      apply(by_steps, *change);
     const ChangeGroup group = merged(inverses);
     std::set<std::uint64_t> ids;
     for (const Change& change : group) {
