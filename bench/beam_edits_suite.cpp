@@ -270,10 +270,6 @@ void run_grid(const testing::BeamGrid& grid, const std::string& name, Recorder& 
 
 // $LIMBER_BENCH_ONLY: only structures whose names contain it.
 void beam_edits_suite(const SuiteOptions& options, Recorder& recorder) {
-  const char* const only = std::getenv("LIMBER_BENCH_ONLY");
-  const auto is_selected = [only](const std::string& name) {
-    return only == nullptr || name.find(only) != std::string::npos;
-  };
   const int nodes = options.quick ? 31 : 71;
   using Held = testing::BeamGrid::Held;
   const std::pair<Held, const char*> holds[] = {

@@ -1,13 +1,13 @@
 // The exact step against the judge: three soft constraints of 0.1 to 0.3 body lengths (task
 // kConstraints of tests/support/material_bodies.h), on bodies that nobody tuned for and on a beam
 // that is bent by 270 and twisted by 135 degrees; models of default options.
+// $LIMBER_BENCH_ONLY: only bodies whose names contain it.
 //
 // energy_reduced: of the optimum of the reduced model, by the reduced model. energy_shown: of the
 // same motion by the full map. energy_exact: after the exact step from there. energy_judge: of the
 // plainly written full-space solver from the same start.
 #include <fmt/core.h>
 
-#include <cstdlib>
 #include <numbers>
 
 #include "bench/full_space_judge.h"
@@ -99,7 +99,6 @@ class ExactSuite {
     JudgedProblem judged{mapped.body, model->modes, model->length, dynamics, scene.frame_count, {}};
     spacetime::Solver reduced_solver(reduced_kinematics, dynamics, timeline);
     spacetime::Solver exact_solver(full_kinematics, dynamics, timeline);
-    reduced::ShownFrames shown;
     for (const scene::Constraint& item : scene.constraints) {
       const std::vector<int> nodes = frame.compact_nodes(item.nodes);
       spacetime::PositionConstraint constraint;
@@ -184,18 +183,14 @@ class ExactSuite {
 }  // namespace
 
 void exact_suite(const SuiteOptions& options, Recorder& recorder) {
-  const char* const only = std::getenv("LIMBER_BENCH_ONLY");
-  const auto is_wanted = [only](const std::string& name) {
-    return only == nullptr || name.find(only) != std::string::npos;
-  };
   ExactSuite suite(options, recorder);
   constexpr double kDegree = std::numbers::pi / 180;
-  if (is_wanted("beam, bent by 270 degrees"))
+  if (is_selected("beam, bent by 270 degrees"))
     suite.run("beam, bent by 270 degrees", bent_beam(270 * kDegree));
-  if (is_wanted("beam, twisted by 135 degrees"))
+  if (is_selected("beam, twisted by 135 degrees"))
     suite.run("beam, twisted by 135 degrees", twisted_beam(135 * kDegree));
   for (const testing::BodyFile& file : testing::public_bodies())
-    if (is_wanted(file.name)) suite.run_public(file);
+    if (is_selected(file.name)) suite.run_public(file);
 }
 
 }  // namespace limber::bench

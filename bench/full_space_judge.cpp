@@ -228,17 +228,20 @@ Judgement judge(const JudgedProblem& problem, const Eigen::MatrixXd& start, int 
       result.settled = true;
       break;
     }
-    constexpr int kHalvings = 20;
-    double miss = 0, part = 1;
-    int halved = 0;
-    while (halved < kHalvings &&
-           judge.energy(result.motion + part * d, miss) >= result.energy - 1e-4 * part * promised) {
-      part /= 2;
-      ++halved;
+    constexpr int kTrials = 20;
+    double part = 1;
+    bool is_lower = false;
+    for (int trial = 0; trial < kTrials && !is_lower; ++trial, part /= 2) {
+      const Eigen::MatrixXd next = result.motion + part * d;
+      double miss = 0;
+      const double energy = judge.energy(next, miss);
+      is_lower = energy < result.energy - 1e-4 * part * promised;  // never where it is no number
+      if (!is_lower) continue;
+      result.motion = next;
+      result.energy = energy;
+      result.max_miss = miss;
     }
-    if (halved == kHalvings) break;
-    result.motion += part * d;
-    result.energy = judge.energy(result.motion, result.max_miss);
+    if (!is_lower) break;
   }
   return result;
 }

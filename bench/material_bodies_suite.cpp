@@ -7,7 +7,6 @@
 // to 10,000 tets, two tasks. $LIMBER_BENCH_ONLY: only bodies whose names contain it.
 #include <fmt/core.h>
 
-#include <cstdlib>
 #include <ctime>
 
 #include "bench/suite.h"
@@ -87,10 +86,6 @@ class BodySuite {
 }  // namespace
 
 void material_bodies_suite(const SuiteOptions& options, Recorder& recorder) {
-  const char* const only = std::getenv("LIMBER_BENCH_ONLY");
-  const auto is_selected = [only](const std::string& name) {
-    return only == nullptr || name.find(only) != std::string::npos;
-  };
   BodySuite suite(options, recorder);
   for (const std::string& name : scene::sample_names()) {
     if (!is_selected(name)) continue;

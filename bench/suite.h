@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cstdlib>
 #include <functional>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -69,6 +70,12 @@ struct NamedBody {
 
 /// The elastic body of a scene, in SI.
 [[nodiscard]] NamedBody body_of_scene(const scene::Scene& scene);
+
+/// Whether $LIMBER_BENCH_ONLY is part of the name, or not set.
+[[nodiscard]] inline bool is_selected(const std::string& name) {
+  const char* const only = std::getenv("LIMBER_BENCH_ONLY");
+  return only == nullptr || name.find(only) != std::string::npos;
+}
 
 /// Milliseconds of one call.
 template <typename Work>
