@@ -37,11 +37,10 @@ constexpr int kWidth = static_cast<int>(Vec::size());
 
 }  // namespace
 
-void CurvatureWorkspace::add_tets(const TangentTables& tables, const double* y, const double* p) {
+void CurvatureWorkspace::add_tets(int padded, const double* y, const double* p) {
   // Strain enters g linearly, so all second derivatives have a rotation among them: three central
   // differences of the gradient along theta give them all.
   constexpr double kStep = 1e-5;
-  const int padded = tables.padded;
   second.resize(27 * Eigen::Index{padded});
   for (int t = 0; t < padded; t += kWidth) {
     Vec at[9], pull[9], above[9], below[9];

@@ -11,6 +11,8 @@
 
 namespace limber::reduced {
 
+class BaseCoordinates;
+
 /// Full reconstructions of the motions of a reduced model: the same modal coordinates, over the
 /// same base motion, without basis and cubature. One scalar Laplacian is factored by the
 /// constructor. RS coordinates of base frames are found when they are first asked for, in the order
@@ -37,11 +39,9 @@ class FullShapes {
                                               const JobContext& job = {});
 
  private:
-  class Base;
-
   std::shared_ptr<const ReducedModel> model_;
   FullReconstruction full_;
-  std::unique_ptr<Base> base_;  // null: no base motion
+  std::unique_ptr<BaseCoordinates> base_;  // null: no base motion
 };
 
 }  // namespace limber::reduced

@@ -61,7 +61,8 @@ struct CurvatureWorkspace {
   Eigen::VectorXd second;   // 27 padded: d2 (p . g) / d theta_a d y_c at (9 a + c) padded + t
   Eigen::MatrixXd product;  // K Y
 
-  void add_tets(const TangentTables& tables, const double* y, const double* p);
+  /// @param padded  tets, a whole number of registers; y and p have 9 padded entries
+  void add_tets(int padded, const double* y, const double* p);
   void multiply(const TangentTables& tables);
 };
 

@@ -93,7 +93,7 @@ class ReducedKinematics::Impl {
         second.force.noalias() +=
             sites_[queries[i].site].map.transpose() * multipliers.col(static_cast<Eigen::Index>(i));
       }
-      second.add_tets(tangent_, work.y.col(work.slot[column]).data(), second.force.data());
+      second.add_tets(tangent_.padded, work.y.col(work.slot[column]).data(), second.force.data());
       second.multiply(tangent_);
       auto block = out.middleCols(size * column, size);
       block.template triangularView<Eigen::Lower>() =

@@ -105,7 +105,7 @@ class FullRsReconstruction final : public Reconstruction {
         second.force.noalias() += tables_[queries[i].site].map.transpose() *
                                   multipliers.col(static_cast<Eigen::Index>(i));
       }
-      second.add_tets(tangent_, work.y.col(work.slot[column]).data(), second.force.data());
+      second.add_tets(tangent_.padded, work.y.col(work.slot[column]).data(), second.force.data());
       second.multiply(tangent_);
       auto block = out.middleCols(size * column, size);
       block.noalias() = tangent_.rs_modes.transpose() * second.product;
