@@ -52,6 +52,7 @@ void design_suite(const SuiteOptions& options, Recorder& recorder);
 void design_ipopt_suite(const SuiteOptions& options, Recorder& recorder);  // where Ipopt is
 void rods_suite(const SuiteOptions& options, Recorder& recorder);
 void beams_suite(const SuiteOptions& options, Recorder& recorder);
+void exact_suite(const SuiteOptions& options, Recorder& recorder);
 void beam_edits_suite(const SuiteOptions& options, Recorder& recorder);
 
 /// A named body of the sample scenes or of the public data ("beam", "flower", "dino",

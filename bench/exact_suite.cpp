@@ -1,0 +1,201 @@
+// The exact step against the judge: three soft constraints of 0.1 to 0.3 body lengths (task
+// kConstraints of tests/support/material_bodies.h), on bodies that nobody tuned for and on a beam
+// that is bent by 270 and twisted by 135 degrees; models of default options.
+//
+// energy_reduced: of the optimum of the reduced model, by the reduced model. energy_shown: of the
+// same motion by the full map. energy_exact: after the exact step from there. energy_judge: of the
+// plainly written full-space solver from the same start.
+#include <fmt/core.h>
+
+#include <cstdlib>
+#include <numbers>
+
+#include "bench/full_space_judge.h"
+#include "bench/suite.h"
+#include "engine/reduced/full_kinematics.h"
+#include "engine/reduced/motion_error.h"
+#include "engine/scene/samples/samples.h"
+#include "engine/session/bodies/problem_mapping.h"
+#include "tests/support/material_bodies.h"
+#include "tests/support/temporary_folder.h"
+
+namespace limber::bench {
+namespace {
+
+using Eigen::Index;
+
+constexpr int kJudgeSteps = 400, kQuickJudgeSteps = 60;
+constexpr int kQuickTets = 12'000;
+
+/// Targets along an arc that bends the beam by `angle` [rad] in its plane of least stiffness.
+scene::Scene bent_beam(double angle) {
+  scene::Scene scene = scene::make_sample("beam");
+  scene.constraints.clear();
+  scene.keyframes.clear();
+  scene.frame_count = 200;
+  const auto& nodes = scene.mesh.nodes;
+  const double left = nodes.row(0).minCoeff(), length = nodes.row(0).maxCoeff() - left;
+  for (const double share : {1.0 / 3, 2.0 / 3, 1.0}) {
+    Index node = 0;
+    (nodes.row(0).array() - left - share * length).abs().minCoeff(&node);
+    const double along = nodes(0, node) - left, turn = angle * along / length;
+    const double radius = length / angle;
+    scene::Constraint constraint;
+    constraint.frame = 100;
+    constraint.nodes = {static_cast<int>(node)};
+    constraint.target =
+        Eigen::Vector3d(radius * std::sin(turn) - along, radius * (1 - std::cos(turn)), 0);
+    scene.constraints.push_back(constraint);
+  }
+  return scene;
+}
+
+/// Targets that twist the end of the beam by `angle` [rad].
+scene::Scene twisted_beam(double angle) {
+  scene::Scene scene = scene::make_sample("beam");
+  scene.constraints.clear();
+  scene.keyframes.clear();
+  scene.frame_count = 200;
+  const auto& nodes = scene.mesh.nodes;
+  const double end = nodes.row(0).maxCoeff();
+  const double middle_y = (nodes.row(1).maxCoeff() + nodes.row(1).minCoeff()) / 2;
+  const double middle_z = (nodes.row(2).maxCoeff() + nodes.row(2).minCoeff()) / 2;
+  int corners = 0;
+  for (Index i = 0; i < nodes.cols() && corners < 4; ++i) {
+    const double y = nodes(1, i) - middle_y, z = nodes(2, i) - middle_z;
+    const bool is_corner = nodes(0, i) > end - 1e-9 &&
+                           std::abs(y) > 0.999 * (nodes.row(1).maxCoeff() - middle_y) &&
+                           std::abs(z) > 0.999 * (nodes.row(2).maxCoeff() - middle_z);
+    if (!is_corner) continue;
+    ++corners;
+    scene::Constraint constraint;
+    constraint.frame = 100;
+    constraint.nodes = {static_cast<int>(i)};
+    const double c = std::cos(angle), s = std::sin(angle);
+    constraint.target = Eigen::Vector3d(0, c * y - s * z - y, s * y + c * z - z);
+    scene.constraints.push_back(constraint);
+  }
+  return scene;
+}
+
+class ExactSuite {
+ public:
+  ExactSuite(const SuiteOptions& options, Recorder& recorder)
+      : options_(options), recorder_(recorder) {}
+
+  void run(const std::string& name, const scene::Scene& scene) {
+    recorder_.note("exact: " + name);
+    const session::MappedBody mapped = session::map_body(scene);
+    const auto model = std::make_shared<const reduced::ReducedModel>(
+        reduced::build_model(mapped.body, session::map_model(scene, mapped.body)));
+    const spacetime::ModeDynamics dynamics = session::map_dynamics(
+        scene.dynamics, model->eigenvalues, model->rigid_count, model->mechanism_count);
+    spacetime::Timeline timeline;
+    timeline.frame_count = scene.frame_count;
+    const auto reduced_kinematics = std::make_shared<reduced::ReducedKinematics>(model);
+    const auto full_kinematics = std::make_shared<reduced::FullKinematics>(
+        mapped.body, model, std::make_shared<const reduced::FullReconstruction>(mapped.body));
+    const session::TargetFrame frame(scene, mapped);
+    JudgedProblem judged{mapped.body, model->modes, model->length, dynamics, scene.frame_count, {}};
+    spacetime::Solver reduced_solver(reduced_kinematics, dynamics, timeline);
+    spacetime::Solver exact_solver(full_kinematics, dynamics, timeline);
+    reduced::ShownFrames shown;
+    for (const scene::Constraint& item : scene.constraints) {
+      const std::vector<int> nodes = frame.compact_nodes(item.nodes);
+      spacetime::PositionConstraint constraint;
+      constraint.id = judged.targets.size() + 1;
+      constraint.frame = item.frame;
+      constraint.target = frame.displacement(item.target, frame.origin(item.kind, nodes));
+      constraint.weight = item.weight;
+      constraint.site = reduced_kinematics->add_site(nodes);
+      full_kinematics->add_site(nodes);
+      reduced_solver.add(constraint);
+      exact_solver.add(constraint);
+      judged.targets.push_back({nodes.front(), item.frame, constraint.target, item.weight});
+    }
+    Case result;
+    result["scene"] = name;
+    result["tets"] = mapped.body.mesh.tet_count();
+    result["constraints"] = judged.targets.size();
+    spacetime::SolveReport reduced_report, exact_report;
+    result["reduced_ms"] = milliseconds([&] { reduced_report = reduced_solver.solve(); });
+    const Eigen::MatrixXd start = reduced_solver.motion();
+    result["energy_reduced"] = reduced_report.total_energy;
+    result["energy_shown"] = judge(judged, start, 0).energy;
+    std::vector<double> times;
+    for (int i = 0; i < options_.repeats; ++i) {
+      exact_solver.warm_start(start, spacetime::Known::kAnswer);
+      times.push_back(milliseconds([&] { exact_report = exact_solver.solve(); }));
+    }
+    result["energy_exact"] = exact_report.total_energy;
+    result["polish_ms"] = median(times);
+    result["polish_steps"] = exact_report.iterations;
+    result["status"] = static_cast<int>(exact_report.status);
+    Judgement verdict;
+    result["judge_ms"] = milliseconds(
+        [&] { verdict = judge(judged, start, options_.quick ? kQuickJudgeSteps : kJudgeSteps); });
+    result["energy_judge"] = verdict.energy;
+    result["judge_steps"] = verdict.steps;
+    result["judge_settled"] = verdict.settled;
+    result["energy_error_reduced"] = reduced_report.total_energy / verdict.energy - 1;
+    result["energy_error_exact"] = exact_report.total_energy / verdict.energy - 1;
+    result["miss_difference"] =
+        std::abs(exact_report.max_constraint_error - verdict.max_miss) / model->length;
+    result["shape_error_before"] =
+        shape_error(mapped.body, model, *reduced_kinematics, exact_solver.motion());
+    recorder_.note(fmt::format("  energies {:.6g} {:.6g} {:.6g}, {:.3g} ms",
+                               reduced_report.total_energy, exact_report.total_energy,
+                               verdict.energy, median(times)));
+    recorder_.add(result);
+  }
+
+  void run_public(const testing::BodyFile& file) {
+    const auto folder = std::filesystem::path(options_.shared_folder) / "data" / "bodies";
+    const std::optional<scene::Scene> body = testing::read_body(file, folder);
+    if (!body) return recorder_.note("exact: " + file.name + " left out, no public data");
+    if (options_.quick && body->mesh.tets.cols() > kQuickTets)
+      return recorder_.note("exact: " + file.name + " left out by --quick");
+    run(file.name, testing::with_task(*body, testing::BodyTask::kConstraints, cache_));
+  }
+
+ private:
+  static double shape_error(const bodies::ElasticBody& body,
+                            const std::shared_ptr<const reduced::ReducedModel>& model,
+                            const reduced::ReducedKinematics& kinematics,
+                            const Eigen::MatrixXd& motion) {
+    reduced::FullShapes shapes(body, model);
+    reduced::ShownFrames shown;
+    constexpr int kStride = 4;
+    for (int i = 0; i < motion.cols(); i += kStride) shown.frames.push_back(i);
+    shown.modal = motion(Eigen::all, shown.frames);
+    Eigen::MatrixXf all;
+    kinematics.coordinates(0, motion, all);
+    shown.coordinates = all(Eigen::all, shown.frames);
+    return reduced::motion_error(shapes, shown).shape_error;
+  }
+
+  const SuiteOptions& options_;
+  Recorder& recorder_;
+  TemporaryFolder folder_;
+  std::shared_ptr<session::ModelCache> cache_ =
+      std::make_shared<session::ModelCache>(folder_.path());
+};
+
+}  // namespace
+
+void exact_suite(const SuiteOptions& options, Recorder& recorder) {
+  const char* const only = std::getenv("LIMBER_BENCH_ONLY");
+  const auto is_wanted = [only](const std::string& name) {
+    return only == nullptr || name.find(only) != std::string::npos;
+  };
+  ExactSuite suite(options, recorder);
+  constexpr double kDegree = std::numbers::pi / 180;
+  if (is_wanted("beam, bent by 270 degrees"))
+    suite.run("beam, bent by 270 degrees", bent_beam(270 * kDegree));
+  if (is_wanted("beam, twisted by 135 degrees"))
+    suite.run("beam, twisted by 135 degrees", twisted_beam(135 * kDegree));
+  for (const testing::BodyFile& file : testing::public_bodies())
+    if (is_wanted(file.name)) suite.run_public(file);
+}
+
+}  // namespace limber::bench
