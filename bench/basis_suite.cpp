@@ -19,8 +19,8 @@ constexpr Named kBasisKinds[] = {{reduced::BasisKind::kSnapshots, "snapshots"},
                                  {reduced::BasisKind::kMapDerivatives, "map_derivatives"}};
 
 double mean_error(const reduced::Snapshots& poses, const Eigen::MatrixXd& basis) {
-  const reduced::PoseData seen = poses.project(basis);
-  return reduced::relative_errors(seen, seen.q).mean();
+  const reduced::PoseData projected = poses.project(basis);
+  return reduced::relative_errors(projected, projected.q).mean();
 }
 
 }  // namespace
@@ -41,20 +41,22 @@ void basis_suite(const SuiteOptions& options, Recorder& recorder) {
     const bodies::ModalBasis modal = bodies::modal_analysis(body, {});
     const reduced::ScaledModes modes = reduced::scale_modes(body, modal);
     const reduced::FullReconstruction full(body);
-    reduced::ModelOptions wanted;
-    const reduced::TrainingSet set = reduced::make_training_set(body, modes, full, wanted, {});
+    reduced::ModelOptions model_options;
+    const reduced::TrainingSet set =
+        reduced::make_training_set(body, modes, full, model_options, {});
     for (const int size : {40, 60, 80, 120}) {
       Case row;
       row["scene"] = name;
       row["tets"] = body.mesh.tet_count();
       row["basis"] = size;
       for (const auto& [kind, key] : kBasisKinds) {
-        wanted.basis = kind;
-        wanted.basis_size = size;
+        model_options.basis = kind;
+        model_options.basis_size = size;
         reduced::ModelReport report;
         reduced::BasisChoice choice;
         const double ms = milliseconds([&] {
-          choice = reduced::choose_basis({body, modal, modes, full, set, {}, wanted}, report, {});
+          choice =
+              reduced::choose_basis({body, modal, modes, full, set, {}, model_options}, report, {});
         });
         row[std::string(key) + "_error"] = mean_error(set.test, choice.basis);
         row[std::string(key) + "_small_error"] = mean_error(set.small, choice.basis);

@@ -271,7 +271,7 @@ void run_grid(const testing::BeamGrid& grid, const std::string& name, Recorder& 
 // $LIMBER_BENCH_ONLY: only structures whose names contain it.
 void beam_edits_suite(const SuiteOptions& options, Recorder& recorder) {
   const char* const only = std::getenv("LIMBER_BENCH_ONLY");
-  const auto wanted = [only](const std::string& name) {
+  const auto is_selected = [only](const std::string& name) {
     return only == nullptr || name.find(only) != std::string::npos;
   };
   const int nodes = options.quick ? 31 : 71;
@@ -282,7 +282,7 @@ void beam_edits_suite(const SuiteOptions& options, Recorder& recorder) {
     for (const double radius : {0.1, 0.01, 0.002}) {
       const std::string name = std::string("grid, radius ") + nlohmann::json(1e3 * radius).dump() +
                                " mm, held at " + where;
-      if (wanted(name)) run_grid({nodes, 20, radius, held}, name, recorder);
+      if (is_selected(name)) run_grid({nodes, 20, radius, held}, name, recorder);
     }
   }
   if (options.shared_folder.empty() ||
@@ -291,7 +291,7 @@ void beam_edits_suite(const SuiteOptions& options, Recorder& recorder) {
     return;
   }
   for (const char* name : {"roof", "torus"})
-    if (wanted(name)) run_structure(name, options, recorder);
+    if (is_selected(name)) run_structure(name, options, recorder);
 }
 
 }  // namespace limber::bench

@@ -14,7 +14,7 @@ struct PlacesEvidence {
   /// Largest unbalanced force over the largest force present, moment over moment.
   double residual = 0;
   double energy = 0;        // elastic, at these places [force length]
-  double moved = 0;         // largest way of a node from there to the equilibrium next to it
+  double moved = 0;         // largest distance of a node from there to the equilibrium next to it
   double energy_after = 0;  // of that equilibrium
   double apart = 0;         // largest distance from it to `near`
   const char* status = "";  // of the solve from the places
@@ -33,7 +33,8 @@ struct PlacesEvidence {
 struct CutEvidence {
   int parts = 0;
   double energy = 0;
-  /// Of the nodes that all have: way from the shape cut less fine, largest and root mean square.
+  /// Of the nodes that all have: distance from the shape cut less fine, largest and root mean
+  /// square.
   double moved = 0, rms_moved = 0;
   Eigen::Matrix3Xd positions;   // of these nodes
   double largest_pressure = 0;  // of an element, over what it buckles at clamped at both ends

@@ -1,6 +1,6 @@
 // Error against the number of cubature tets on the flower, beside the curve that the author of
 // space-time editing published (flower_cubature_curve.txt; another flower, other poses): scalar
-// weights, the paper's way, and fitted maps, on the same basis of 80 columns and the same poses.
+// weights, the paper's method, and fitted maps, on the same basis of 80 columns and the same poses.
 //
 // *_training_error: root mean square over training poses of |q - q_hat| / |q| (eq. 15), what such
 // curves show. *_error: mean over poses held out of the training, of whole displacements against

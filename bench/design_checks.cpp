@@ -46,7 +46,7 @@ struct Mismatch {
   /// Relative, of each measure; empty: no differences could be taken, or it has no derivative to
   /// compare with.
   std::array<std::optional<double>, std::size(kMeasures)> gradient, product;
-  std::optional<rods::DesignPoint> beside;  // the farthest trial along the way
+  std::optional<rods::DesignPoint> beside;  // the farthest trial along the direction
 };
 
 /// Values and gradients at p + h v, p - h v, and where that is trusted p + 2 h v and p - 2 h v.
@@ -137,12 +137,14 @@ void check_derivatives(rods::LinkageDesign& design, Eigen::VectorXd v, bool quic
     mismatch = differences(design, v, steps);
     design.move_to(home);
   }
-  const auto told = [](const std::optional<double>& value) {
+  const auto json_value = [](const std::optional<double>& value) {
     return value ? Case(*value) : Case(nullptr);
   };
   for (std::size_t m = 0; m < std::size(kMeasures); ++m) {
-    result[std::string("gradient_check") + kMeasures[m].name + kind] = told(mismatch.gradient[m]);
-    result[std::string("hessvec_check") + kMeasures[m].name + kind] = told(mismatch.product[m]);
+    result[std::string("gradient_check") + kMeasures[m].name + kind] =
+        json_value(mismatch.gradient[m]);
+    result[std::string("hessvec_check") + kMeasures[m].name + kind] =
+        json_value(mismatch.product[m]);
   }
   result["off_crease" + kind] = crease;
 }

@@ -62,7 +62,7 @@ class Contest {
     result["not_believed"] = report.not_believed;
     result["newton_steps"] = report.newton_steps;
     result["products"] = report.products;
-    told(result, trace, search, seconds, wall);
+    add_figures(result, trace, search, seconds, wall);
     result["end"] =
         report.status == rods::DesignStatus::kIterationLimit ? "out of iterations" : report.message;
     return result;
@@ -86,7 +86,7 @@ class Contest {
     result["not_believed"] = report.not_believed;
     result["newton_steps"] = report.newton_steps;
     result["products"] = report.products;
-    told(result, trace, search, seconds, wall);
+    add_figures(result, trace, search, seconds, wall);
     result["end"] = report.end;
     return result;
   }
@@ -100,8 +100,8 @@ class Contest {
     return result;
   }
 
-  void told(Case& result, const DesignTrace& trace, const rods::DesignOptimizerOptions& asked,
-            double seconds, double wall) const {
+  void add_figures(Case& result, const DesignTrace& trace,
+                   const rods::DesignOptimizerOptions& options, double seconds, double wall) const {
     const auto rms = [&](const DesignTrace::Best& best) { return trace.distance(best.values); };
     const double before = rms(trace.best_after(0)), after = rms(trace.best());
     result["cpu_s"] = seconds;
@@ -117,9 +117,9 @@ class Contest {
     result["objective"] = trace.best().values.objective;
     result["constraints_kept"] = trace.best().rank.holds();
     result["flatness"] = trace.flat_height(trace.best().values);
-    result["flatness_asked"] = asked.flat_height;
+    result["flatness_asked"] = options.flat_height;
     result["min_angle"] = trace.best().values.smallest_angle / kDegree;
-    result["min_angle_asked"] = asked.smallest_angle / kDegree;
+    result["min_angle_asked"] = options.smallest_angle / kDegree;
   }
 
   const char* name_;

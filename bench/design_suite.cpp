@@ -32,16 +32,16 @@ double cpu_milliseconds(const Work& work) {
 }
 
 /// Of sizes one by one: what presses rods of the flat shape at once.
-Eigen::VectorXd random_way(const rods::LinkageDesign& design) {
+Eigen::VectorXd random_direction(const rods::LinkageDesign& design) {
   Random random(11);
   Eigen::VectorXd v(design.parameters().size());
   for (double& value : v) value = random.normal();
   return v;
 }
 
-/// To the known design: with the flat shape flat, as the ways of designs are.
-Eigen::VectorXd known_way(const DesignProblem& problem, const KnownDesign& known,
-                          const rods::LinkageDesign& design) {
+/// To the known design: with the flat shape flat, as the steps of designs are.
+Eigen::VectorXd known_direction(const DesignProblem& problem, const KnownDesign& known,
+                                const rods::LinkageDesign& design) {
   rods::LinkageModel model = problem.model;
   model.set_segment_lengths(known.point.lengths);
   return design.variables().values(model) - design.parameters();
@@ -127,7 +127,7 @@ rods::Plane aslant(const rods::LinkageState& flat) {
   return {joints.rowwise().mean(), normal.normalized()};
 }
 
-/// Against differences, along the way to the known design and along random ones.
+/// Against differences, along the direction to the known design and along random ones.
 void check_all_derivatives(const DesignProblem& problem, const KnownDesign& known,
                            rods::LinkageDesign& design, bool quick, Case& result) {
   const rods::DesignCriteria judged = design.criteria();
@@ -135,8 +135,8 @@ void check_all_derivatives(const DesignProblem& problem, const KnownDesign& know
   criteria.plane = aslant(problem.start.flat);
   criteria.least_area = design.values(design.point()).deployed_area;  // else it has no derivatives
   design.set_criteria(criteria);
-  check_derivatives(design, known_way(problem, known, design), quick, "", result);
-  check_derivatives(design, random_way(design), quick, "_random", result);
+  check_derivatives(design, known_direction(problem, known, design), quick, "", result);
+  check_derivatives(design, random_direction(design), quick, "_random", result);
   design.set_criteria(judged);
   if (quick) return;
   for (const auto& [kind, variables] :
@@ -146,8 +146,9 @@ void check_all_derivatives(const DesignProblem& problem, const KnownDesign& know
     rods::LinkageDesign other(problem.model, problem.flat, problem.deployed, problem.start,
                               criteria, {}, variables);
     const bool lengths = variables.lengths != rods::LengthVariables::kKept;
-    check_derivatives(other, lengths ? known_way(problem, known, other) : random_way(other), quick,
-                      kind, result);
+    check_derivatives(other,
+                      lengths ? known_direction(problem, known, other) : random_direction(other),
+                      quick, kind, result);
   }
 }
 
@@ -177,9 +178,9 @@ void measure_search(const KnownDesign& known, rods::LinkageDesign& design, int s
   result["min_angle"] = report.after.smallest_angle / kDegree;
   result["min_angle_asked"] = search.smallest_angle / kDegree;
   result["newton_steps"] = report.newton_steps;
-  const rods::DesignValues wanted = design.values(known.point);
-  result["known_flatness"] = std::sqrt(wanted.flatness / joints) / design.criteria().length_scale;
-  result["known_min_angle"] = wanted.smallest_angle / kDegree;
+  const rods::DesignValues expected = design.values(known.point);
+  result["known_flatness"] = std::sqrt(expected.flatness / joints) / design.criteria().length_scale;
+  result["known_min_angle"] = expected.smallest_angle / kDegree;
   result["status"] = static_cast<int>(report.status);
 }
 
@@ -198,11 +199,11 @@ Case measure_design(const LinkageCase& named, const std::string& path, const Sui
   result["target_found"] = known.found;
   rods::LinkageDesign design = design_towards(known, problem);
   tell("derivatives, timed");
-  // A part of the way to the known design, as the first steps of a search are.
-  const Eigen::VectorXd way = 0.01 * known_way(problem, known, design);
+  // A part of the step to the known design, as the first steps of a search are.
+  const Eigen::VectorXd direction = 0.01 * known_direction(problem, known, design);
   const int repeats = options.quick ? 3 : 9;
-  measure_derivatives(design, way, repeats, result);
-  measure_cpu(design, way, options.quick ? 20 : 100, result);
+  measure_derivatives(design, direction, repeats, result);
+  measure_cpu(design, direction, options.quick ? 20 : 100, result);
   measure_factors(problem, repeats, result);
   tell("derivatives against differences");
   check_all_derivatives(problem, known, design, options.quick, result);

@@ -13,16 +13,16 @@ double thread_seconds() {
 }
 
 DesignTrace::DesignTrace(const rods::LinkageDesign& design,
-                         const rods::DesignOptimizerOptions& asked)
+                         const rods::DesignOptimizerOptions& options)
     : start_(thread_seconds()),
       joints_(design.model().variables().joints()),
       length_scale_(design.criteria().length_scale),
-      flat_height_asked_(asked.flat_height),
-      angle_asked_(asked.smallest_angle) {}
+      target_flat_height_(options.flat_height),
+      target_angle_(options.smallest_angle) {}
 
 void DesignTrace::note(int iteration, const rods::DesignValues& values) {
-  const double flat_room = 1 - std::pow(flat_height(values) / flat_height_asked_, 2);
-  const double angle_room = values.smallest_angle - angle_asked_;
+  const double flat_room = 1 - std::pow(flat_height(values) / target_flat_height_, 2);
+  const double angle_room = values.smallest_angle - target_angle_;
   const auto rank = rods::DesignRank::of(values.objective, std::min(flat_room, angle_room));
   if (bests_.empty() || rank.before(bests_.back().rank))
     bests_.push_back({seconds(), iteration, values, rank});

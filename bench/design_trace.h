@@ -22,7 +22,7 @@ class DesignTrace {
   };
 
   /// Begins the clock. @param asked  both constraints
-  DesignTrace(const rods::LinkageDesign& design, const rods::DesignOptimizerOptions& asked);
+  DesignTrace(const rods::LinkageDesign& design, const rods::DesignOptimizerOptions& options);
 
   void note(int iteration, const rods::DesignValues& values);
   [[nodiscard]] double seconds() const { return thread_seconds() - start_; }
@@ -41,7 +41,7 @@ class DesignTrace {
 
  private:
   double start_, joints_, length_scale_;
-  double flat_height_asked_, angle_asked_;
+  double target_flat_height_, target_angle_;
   std::vector<Best> bests_;  // each comes before the one before
 };
 

@@ -9,7 +9,7 @@
 namespace limber::bench {
 namespace {
 
-std::string told(Ipopt::ApplicationReturnStatus status) {
+std::string describe(Ipopt::ApplicationReturnStatus status) {
   switch (status) {
     case Ipopt::Solve_Succeeded:
     case Ipopt::Solved_To_Acceptable_Level:
@@ -54,13 +54,13 @@ void set_options(Ipopt::IpoptApplication& application, IpoptHessian hessian) {
 
 }  // namespace
 
-IpoptReport ipopt_design(rods::LinkageDesign& design, const rods::DesignOptimizerOptions& asked,
+IpoptReport ipopt_design(rods::LinkageDesign& design, const rods::DesignOptimizerOptions& options,
                          const IpoptChoice& choice, double seconds, DesignTrace& trace) {
   using Interruption = IpoptProgram::Interruption;
   const Ipopt::SmartPtr<Ipopt::IpoptApplication> application = new Ipopt::IpoptApplication(false);
   set_options(*application, choice.hessian);
-  const Ipopt::SmartPtr<IpoptProgram> program = new IpoptProgram(design, asked, seconds, trace);
-  const Ipopt::SmartPtr<Ipopt::TNLP> asked_for = Ipopt::GetRawPtr(program);
+  const Ipopt::SmartPtr<IpoptProgram> program = new IpoptProgram(design, options, seconds, trace);
+  const Ipopt::SmartPtr<Ipopt::TNLP> problem = Ipopt::GetRawPtr(program);
   rods::detail::GuardWeight guard;
   if (choice.guarded) guard.raise_at_once(program->values().objective, program->flat_energy());
   rods::DesignPoint safe = design.point();
@@ -69,7 +69,7 @@ IpoptReport ipopt_design(rods::LinkageDesign& design, const rods::DesignOptimize
   while (end.empty()) {
     ++rounds;
     program->begin_round(guard, choice.held);
-    const Ipopt::ApplicationReturnStatus status = application->OptimizeTNLP(asked_for);
+    const Ipopt::ApplicationReturnStatus status = application->OptimizeTNLP(problem);
     const Interruption why = program->interruption();
     if (why == Interruption::kTime) {
       end = "out of time";
@@ -80,7 +80,7 @@ IpoptReport ipopt_design(rods::LinkageDesign& design, const rods::DesignOptimize
       safe = design.point();
       guard.lower();
     } else {
-      end = told(status);
+      end = describe(status);
     }
   }
   IpoptReport report = program->report();

@@ -37,9 +37,9 @@ struct IpoptReport {
 /// step.
 /// @param design  where the search begins; of lengths alone; stands at its last iterate afterwards
 /// @param seconds  CPU time of this thread after which it is stopped
-/// @param trace  is told each iterate, the start first
+/// @param trace  gets each iterate, the start first
 /// @throws Error{kInternal} where Ipopt does not begin
-IpoptReport ipopt_design(rods::LinkageDesign& design, const rods::DesignOptimizerOptions& asked,
+IpoptReport ipopt_design(rods::LinkageDesign& design, const rods::DesignOptimizerOptions& options,
                          const IpoptChoice& choice, double seconds, DesignTrace& trace);
 
 }  // namespace limber::bench

@@ -25,15 +25,15 @@ constexpr double kNoEnergy = 1e-12;  // share of the scale of energies that is r
 
 }  // namespace
 
-IpoptProgram::IpoptProgram(rods::LinkageDesign& design, const rods::DesignOptimizerOptions& asked,
+IpoptProgram::IpoptProgram(rods::LinkageDesign& design, const rods::DesignOptimizerOptions& options,
                            double seconds, DesignTrace& trace)
     : design_(design),
-      asked_(asked),
+      options_(options),
       seconds_(seconds),
       trace_(trace),
       start_(design.parameters()),
       unit_(start_.mean()),
-      flatness_allowed_(std::pow(asked.flat_height * design.criteria().length_scale, 2) *
+      flatness_allowed_(std::pow(options.flat_height * design.criteria().length_scale, 2) *
                         design.model().variables().joints()) {
   return_to(design.point());
   objective_unit_ = values().objective;
@@ -69,8 +69,8 @@ bool IpoptProgram::get_nlp_info(Index& n, Index& m, Index& jacobian, Index& hess
 
 bool IpoptProgram::get_bounds_info(Index n, Number* low, Number* high, Index m, Number* least,
                                    Number* most) {
-  Answer(low, n) = asked_.shortest * start_ / unit_;
-  Answer(high, n) = asked_.longest * start_ / unit_;
+  Answer(low, n) = options_.shortest * start_ / unit_;
+  Answer(high, n) = options_.longest * start_ / unit_;
   Answer(least, m).setZero();
   Answer(most, m).setConstant(2e19);  // none
   return true;
@@ -83,15 +83,15 @@ bool IpoptProgram::get_starting_point(Index n, bool, Number* x, bool, Number*, N
 }
 
 bool IpoptProgram::eval_f(Index n, const Number* x, bool, Number& objective) {
-  const Seen& here = see(Given(x, n));
+  const Evaluation& here = see(Given(x, n));
   objective = (here.values.objective + guard_.weight() * here.values.flat_energy) / objective_unit_;
   return here.point.has_value();
 }
 
 bool IpoptProgram::eval_g(Index n, const Number* x, bool, Index, Number* rooms) {
-  const Seen& here = see(Given(x, n));
+  const Evaluation& here = see(Given(x, n));
   rooms[0] = 1 - here.values.flatness / flatness_allowed_;
-  rooms[1] = here.values.smallest_angle - asked_.smallest_angle;
+  rooms[1] = here.values.smallest_angle - options_.smallest_angle;
   return here.point.has_value();
 }
 
@@ -160,34 +160,34 @@ bool IpoptProgram::intermediate_callback(Ipopt::AlgorithmMode, Index iteration, 
   return interruption_ == Interruption::kNone;
 }
 
-const IpoptProgram::Seen& IpoptProgram::see(const Vector& x) {
+const IpoptProgram::Evaluation& IpoptProgram::see(const Vector& x) {
   if (here_.x == x) return here_;
-  for (const Seen& seen : seen_)
-    if (seen.x == x) return seen;
+  for (const Evaluation& evaluation : evaluations_)
+    if (evaluation.x == x) return evaluation;
   ++report_.trials;
   rods::DesignTrial trial = design_.trial(unit_ * x);
   report_.newton_steps += trial.iterations;
-  Seen seen{x, {}, {}};
+  Evaluation evaluation{x, {}, {}};
   if (trial.status == rods::TrialStatus::kFound) {
-    seen.values = design_.values(trial.point);
-    seen.point = std::move(trial.point);
+    evaluation.values = design_.values(trial.point);
+    evaluation.point = std::move(trial.point);
   } else {
     ++report_.not_believed;
     lost_ = trial.lost;
   }
-  remember(std::move(seen));
-  return seen_.front();
+  remember(std::move(evaluation));
+  return evaluations_.front();
 }
 
-void IpoptProgram::remember(Seen seen) {
-  if (seen_.size() == kRemembered) seen_.pop_back();
-  seen_.push_front(std::move(seen));
+void IpoptProgram::remember(Evaluation evaluation) {
+  if (evaluations_.size() == kRemembered) evaluations_.pop_back();
+  evaluations_.push_front(std::move(evaluation));
 }
 
 /// @returns false where it cannot
 bool IpoptProgram::stand_at(const Vector& x) {
   if (x == here_.x) return true;
-  Seen there = see(x);
+  Evaluation there = see(x);
   if (!there.point) return false;
   design_.move_to(*there.point);
   std::swap(here_, there);

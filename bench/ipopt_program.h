@@ -28,11 +28,11 @@ class IpoptProgram final : public Ipopt::TNLP {
   };
 
   /// @param seconds  of the trace, after which rounds end
-  IpoptProgram(rods::LinkageDesign& design, const rods::DesignOptimizerOptions& asked,
+  IpoptProgram(rods::LinkageDesign& design, const rods::DesignOptimizerOptions& options,
                double seconds, DesignTrace& trace);
 
   /// From where the design stands.
-  /// @param held  iterations before the guard is asked whether it hinders
+  /// @param held  iterations before the guard is options whether it hinders
   void begin_round(const rods::detail::GuardWeight& guard, int held);
   [[nodiscard]] Interruption interruption() const { return interruption_; }
   [[nodiscard]] const rods::DesignValues& values() const { return here_.values; }
@@ -64,18 +64,18 @@ class IpoptProgram final : public Ipopt::TNLP {
                          Ipopt::IpoptCalculatedQuantities*) override {}
 
  private:
-  struct Seen {
+  struct Evaluation {
     Eigen::VectorXd x;
     std::optional<rods::DesignPoint> point;  // empty: not believed
     rods::DesignValues values;
   };
-  const Seen& see(const Eigen::VectorXd& x);
-  void remember(Seen seen);
+  const Evaluation& see(const Eigen::VectorXd& x);
+  void remember(Evaluation evaluation);
   bool stand_at(const Eigen::VectorXd& x);
   [[nodiscard]] Eigen::MatrixXd hessian(double objective, double flatness, double angle);
 
   rods::LinkageDesign& design_;
-  const rods::DesignOptimizerOptions& asked_;
+  const rods::DesignOptimizerOptions& options_;
   const double seconds_;
   DesignTrace& trace_;
   const Eigen::VectorXd start_;
@@ -85,8 +85,8 @@ class IpoptProgram final : public Ipopt::TNLP {
   int held_ = 0;
   int rounds_iterations_ = 0;  // of the rounds before
   Interruption interruption_ = Interruption::kNone;
-  Seen here_;                                      // where the design stands
-  std::deque<Seen> seen_;                          // of late, elsewhere
+  Evaluation here_;                                // where the design stands
+  std::deque<Evaluation> evaluations_;             // of late, elsewhere
   rods::LostShape lost_ = rods::LostShape::kNone;  // by the last trial that was not believed
   IpoptReport report_;
 };

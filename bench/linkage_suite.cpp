@@ -103,7 +103,7 @@ void solve_lengths(const LinkageCase& named, rods::LinkageModel& model, rods::Li
   result["rest_lengths_failed"] = !report.converged();
 }
 
-/// The same way again and again, from the same closed state.
+/// The same deployment again and again, from the same closed state.
 /// @param state  closed; deployed afterwards
 rods::DeploymentReport measure_deployment(const LinkageCase& named,
                                           rods::LinkageEquilibrium& equilibrium,

@@ -92,7 +92,7 @@ class MixingProblem {
     parameters.max_iterations = iterations;
     parameters.epsilon = 1e-10;
     taken_ = 0;
-    // Whatever stops it (even a failed line search), x is the best point so far.
+    // However it stops (even by a failed line search), x is the best point so far.
     lbfgs(static_cast<int>(mixing.size()), mixing.data(), nullptr, &MixingProblem::value,
           &MixingProblem::count, const_cast<MixingProblem*>(this), &parameters);
     return taken_;

@@ -22,8 +22,8 @@ std::string machine_name() {
   return "unknown";
 }
 
-/// Columns are as wide as their widest cell: the table comes at the end, what goes on until then is
-/// told on stderr.
+/// Columns are as wide as their widest cell: the table comes at the end, progress until then is
+/// printed on stderr.
 class Collector final : public limber::bench::Recorder {
  public:
   void add(const Case& result) override { cases_.push_back(result); }
@@ -65,8 +65,9 @@ int main(int argc, char** argv) {
   for (const auto& [name, unused] : suites) names += (names.empty() ? "" : ", ") + name;
   app.add_option("suite", suite, "One of: " + names)->required();
   app.add_option("--json", json, "Also write {\"machine\": ..., \"cases\": [...]} to this file");
-  app.add_flag("--quick", options.quick,
-               "Finish within 40 s: fewer or smaller cases (which are left out is said on stderr)");
+  app.add_flag(
+      "--quick", options.quick,
+      "Finish within 40 s: fewer or smaller cases (the omitted ones are listed on stderr)");
   app.add_option("--repeats", options.repeats, "Runs of each timed piece of work")
       ->check(CLI::Range(1, 1000));
   app.add_option("--shared", options.shared_folder,

@@ -88,12 +88,12 @@ class BodySuite {
 
 void material_bodies_suite(const SuiteOptions& options, Recorder& recorder) {
   const char* const only = std::getenv("LIMBER_BENCH_ONLY");
-  const auto is_wanted = [only](const std::string& name) {
+  const auto is_selected = [only](const std::string& name) {
     return only == nullptr || name.find(only) != std::string::npos;
   };
   BodySuite suite(options, recorder);
   for (const std::string& name : scene::sample_names()) {
-    if (!is_wanted(name)) continue;
+    if (!is_selected(name)) continue;
     const scene::Scene sample = scene::make_sample(name);
     suite.run(name, "sample", [&] { return sample; });
     scene::Scene with_free_ends = sample;
@@ -103,7 +103,7 @@ void material_bodies_suite(const SuiteOptions& options, Recorder& recorder) {
   }
   const auto folder = std::filesystem::path(options.shared_folder) / "data" / "bodies";
   for (const testing::BodyFile& file : testing::public_bodies()) {
-    if (!is_wanted(file.name)) continue;
+    if (!is_selected(file.name)) continue;
     if (const auto body = read_body(file, folder)) {
       suite.run_tasks(*body);
     } else {

@@ -97,31 +97,31 @@ void reconstruct_suite(const SuiteOptions& options, Recorder& recorder) {
       continue;
     }
     Reference truth;
-    auto add = [&](const reduced::ModelOptions& wanted, const char* kind) {
+    auto add = [&](const reduced::ModelOptions& requested, const char* kind) {
       recorder.note(fmt::format("reconstruct: {}, {}, h = {}, T = {}", name, kind,
-                                wanted.basis_size, wanted.cubature_size));
-      const reduced::ReducedModel model = reduced::build_model(named->body, wanted);
+                                requested.basis_size, requested.cubature_size));
+      const reduced::ReducedModel model = reduced::build_model(named->body, requested);
       if (truth.z.size() == 0)
         truth = reference(named->body, model, options.quick ? 40 : 100, options.repeats);
       recorder.add(measure(name, named->body, model, truth, kind, options));
     };
-    reduced::ModelOptions wanted;
-    add(wanted, "fitted maps, 1 % asked");
+    reduced::ModelOptions requested;
+    add(requested, "fitted maps, 1 % asked");
     if (options.quick) continue;
     const std::vector<int> bases = large ? std::vector<int>{80} : std::vector<int>{40, 80, 120};
     for (const int basis : bases) {
       for (const int tets : {10, 20, 40}) {
-        wanted.basis_size = basis;
-        wanted.cubature_size = tets;
-        wanted.cubature = reduced::CubatureKind::kFittedMaps;
-        add(wanted, "fitted maps");
+        requested.basis_size = basis;
+        requested.cubature_size = tets;
+        requested.cubature = reduced::CubatureKind::kFittedMaps;
+        add(requested, "fitted maps");
       }
     }
-    wanted.cubature = reduced::CubatureKind::kWeights;
+    requested.cubature = reduced::CubatureKind::kWeights;
     for (const int tets : {40, 80}) {
-      wanted.basis_size = 80;
-      wanted.cubature_size = tets;
-      add(wanted, "weights");
+      requested.basis_size = 80;
+      requested.cubature_size = tets;
+      add(requested, "weights");
     }
   }
 }

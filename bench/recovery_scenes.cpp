@@ -17,7 +17,7 @@ namespace {
 constexpr double kTwoPi = 6.283185307179586;
 constexpr double kFramesPerSwing = 30;
 constexpr double kDampingRatio = 0.01;
-constexpr int kPush = 15;            // frames each way
+constexpr int kPush = 15;            // frames in each direction
 constexpr double kPushForce = 0.5;   // [N] in all
 constexpr double kStaticSway = 0.1;  // body lengths, of the linear equilibrium
 

@@ -24,10 +24,10 @@ struct Truth {
 };
 
 Truth prepare(RecoveryScene scene, int coordinates) {
-  reduced::ModelOptions wanted;
-  wanted.mode_count = coordinates;
-  auto model =
-      std::make_shared<const reduced::ReducedModel>(reduced::build_model(scene.generic, wanted));
+  reduced::ModelOptions model_options;
+  model_options.mode_count = coordinates;
+  auto model = std::make_shared<const reduced::ReducedModel>(
+      reduced::build_model(scene.generic, model_options));
   const reduced::ModalProjector projector(scene.generic, *model);
   Eigen::MatrixXd z = projector.motion(scene.displacements).z;
   const auto known = static_cast<int>(z.cols() / 2);
@@ -42,8 +42,8 @@ Eigen::MatrixXd displacements(const Truth& truth, const Eigen::MatrixXd& z) {
   return truth.model->basis * q.cast<double>();
 }
 
-double relative(const Eigen::MatrixXd& got, const Eigen::MatrixXd& wanted) {
-  return (got - wanted).norm() / wanted.norm();
+double relative(const Eigen::MatrixXd& got, const Eigen::MatrixXd& expected) {
+  return (got - expected).norm() / expected.norm();
 }
 
 /// The least E_c^RS that any S and z of so many modes have: what principal components leave.
@@ -78,7 +78,7 @@ void recover(const Truth& truth, const Variant& variant, int modes, MaterialVari
   const auto ahead = static_cast<int>(truth.z.cols()) - truth.known;
   const auto continued = spacetime::continue_freely(recovery.motion, ahead);
   const Eigen::MatrixXd got = displacements(truth, recovery.motion.mixing * continued.z);
-  const Eigen::MatrixXd wanted = truth.scene.displacements.rightCols(ahead);
+  const Eigen::MatrixXd expected = truth.scene.displacements.rightCols(ahead);
   const char* const names[] = {"z", "z_lambda_d", "all"};
   Case row;
   row["scene"] = truth.scene.name + variant.suffix;
@@ -86,8 +86,8 @@ void recover(const Truth& truth, const Variant& variant, int modes, MaterialVari
   row["variables"] = names[static_cast<int>(variables)];
   row["e_force"] = recovery.report.energies.force;
   row["e_constraint"] = recovery.report.energies.constraint;
-  row["final_frame_error"] = relative(got.rightCols<1>(), wanted.rightCols<1>());
-  row["second_half_error"] = relative(got, wanted);
+  row["final_frame_error"] = relative(got.rightCols<1>(), expected.rightCols<1>());
+  row["second_half_error"] = relative(got, expected);
   row["least_constraint"] = least_constraint(truth.z.leftCols(truth.known), modes);
   row["start"] = variables != MaterialVariables::kAll || start == RecoveryStart::kSpectrum
                      ? "spectrum"
@@ -129,20 +129,20 @@ void recover_scene(const Truth& truth, const std::string& part, Recorder& record
 
 void recovery_suite(const SuiteOptions& options, Recorder& recorder) {
   const int frames = options.quick ? 120 : 300, coordinates = 80;
-  struct Wanted {
+  struct RecoveryCase {
     std::string name, part;
     double share;
   };
-  for (const Wanted& wanted :
-       {Wanted{"beam", "", 1}, Wanted{"dino", "", 1}, Wanted{"beam", ", quarter", 0.25},
-        Wanted{"dino", ", quarter", 0.25}}) {
-    const std::string title = wanted.name + wanted.part;
+  for (const RecoveryCase& recovery_case :
+       {RecoveryCase{"beam", "", 1}, RecoveryCase{"dino", "", 1},
+        RecoveryCase{"beam", ", quarter", 0.25}, RecoveryCase{"dino", ", quarter", 0.25}}) {
+    const std::string title = recovery_case.name + recovery_case.part;
     if (options.quick && title != "beam") {
       recorder.note(fmt::format("recovery: {} left out by --quick", title));
       continue;
     }
     recorder.note(fmt::format("recovery: {}, simulating {} frames", title, frames));
-    auto scene = recovery_scene(wanted.name, frames, options, wanted.share);
+    auto scene = recovery_scene(recovery_case.name, frames, options, recovery_case.share);
     if (!scene) {
       recorder.note(fmt::format("recovery: no {} (public data not found)", title));
       continue;
@@ -156,7 +156,7 @@ void recovery_suite(const SuiteOptions& options, Recorder& recorder) {
         fmt::format("recovery: {}, projected motion off by {:.2g} in the second half", title,
                     relative(displacements(truth, truth.z).rightCols(frames - truth.known),
                              truth.scene.displacements.rightCols(frames - truth.known))));
-    recover_scene(truth, wanted.part, recorder);
+    recover_scene(truth, recovery_case.part, recorder);
   }
 }
 

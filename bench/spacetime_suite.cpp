@@ -1,7 +1,8 @@
-// Space-time solve for z, the paper's own way (LiteralSpacetime) and limber's, side by side in one
-// run: same kinematics, same constraints, same start z = 0, same tolerance on the same scale-free
-// gradient (kTolerance: energies then agree to 1e-6, as energy_relative_difference shows; where it
-// does not, the two ended in different minima and the ratio of times means nothing).
+// Space-time solve for z, the paper's own method (LiteralSpacetime) and limber's, side by side in
+// one run: same kinematics, same constraints, same start z = 0, same tolerance on the same
+// scale-free gradient (kTolerance: energies then agree to 1e-6, as energy_relative_difference
+// shows; where it does not, the two ended in different minima and the ratio of times means
+// nothing).
 //
 // What is timed. cold_ms: tables of the constrained sites, solver, constraints, solve to
 // convergence, motion of all frames; nothing that depends on the model alone. literal_cold_ms: the

@@ -1,8 +1,8 @@
 // Table 1 of space-time editing, row by row: same sizes (its beam, dinosaur and tyrannosaurus; our
 // flower and bird), h = R = 80, beside the printed values (paper_*, seconds of a 2.93 GHz Core 2).
 //
-// Two models per body. The paper's way (md_*, weights_*): StVK modal derivatives, scalar weights on
-// as many tets as it prints. Ours: the better basis (basis_kind says which), fitted maps on 32
+// Two models per body. The paper's method (md_*, weights_*): StVK modal derivatives, scalar weights
+// on as many tets as it prints. Ours: the better basis (basis_kind says which), fitted maps on 32
 // tets. *_basis_s: modal analysis and B; *_cubature_s: training poses and cubature. Errors: mean
 // over held-out poses, of displacements against full RS. Their poses take all 80 modes at equal
 // energies, more than the simulated training poses of the paper can have; *_of_30: the same sizes
@@ -55,7 +55,7 @@ struct BuiltBody {
   std::optional<RecoveryScene> recovery;  // once a row asks for it
 };
 
-reduced::ModelOptions papers_way(int modes, int tets) {
+reduced::ModelOptions paper_options(int modes, int tets) {
   reduced::ModelOptions options;
   options.mode_count = modes;
   options.basis_size = kColumns;
@@ -65,7 +65,7 @@ reduced::ModelOptions papers_way(int modes, int tets) {
   return options;
 }
 
-reduced::ModelOptions our_way(int modes) {
+reduced::ModelOptions our_options(int modes) {
   reduced::ModelOptions options;
   options.mode_count = modes;
   options.basis_size = kColumns;
@@ -78,13 +78,13 @@ BuiltBody build(NamedBody named, const PaperRow& row) {
   BuiltBody built{std::move(named), {}, {}, {}, 0, {}, {}};
   const bodies::ElasticBody& body = built.named.body;
   const reduced::ReducedModel paper =
-      reduced::build_model(body, papers_way(kColumns, row.cubature_tets));
+      reduced::build_model(body, paper_options(kColumns, row.cubature_tets));
   built.paper = paper.report;
   built.weighted_tets = paper.cubature_size();
-  built.ours =
-      std::make_shared<const reduced::ReducedModel>(reduced::build_model(body, our_way(kColumns)));
-  built.paper_of_30 = reduced::build_model(body, papers_way(kLeading, row.cubature_tets)).report;
-  built.ours_of_30 = reduced::build_model(body, our_way(kLeading)).report;
+  built.ours = std::make_shared<const reduced::ReducedModel>(
+      reduced::build_model(body, our_options(kColumns)));
+  built.paper_of_30 = reduced::build_model(body, paper_options(kLeading, row.cubature_tets)).report;
+  built.ours_of_30 = reduced::build_model(body, our_options(kLeading)).report;
   return built;
 }
 

@@ -24,7 +24,7 @@ enum class ErrorCode {
 
 [[nodiscard]] const char* to_string(ErrorCode code) noexcept;
 
-/// Bad input, said so that the caller can mend it: which field, which value, which rule.
+/// Bad input, described so that the caller can correct it: which field, which value, which rule.
 class Error : public std::runtime_error {
  public:
   /// @param field  path of the offending value in the caller's terms, e.g. "mesh.tets[17]"; empty

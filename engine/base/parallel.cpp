@@ -115,14 +115,14 @@ class Loop {
     if (exception_) std::rethrow_exception(exception_);
   }
 
-  int helpers_wanted = 0;               // guarded by the pool's mutex
+  int helpers_missing = 0;              // guarded by the pool's mutex
   std::atomic<int> helpers_running{0};  // written under the pool's mutex
 
  private:
   static constexpr int kShares = 16;
 
   void run(std::int64_t chunk) {
-    // Lower ones still run: which exception is told does not depend on who was faster.
+    // Lower ones still run: which exception is rethrown does not depend on who was faster.
     if (chunk > failed_chunk_.load(std::memory_order_relaxed)) return;
     try {
       const std::int64_t begin = chunk * grain_;
@@ -166,7 +166,7 @@ void spin_until(const Predicate& there) {
   } while (std::chrono::steady_clock::now() < give_up);
 }
 
-/// Threads that live as long as the process and help with whatever loop is open.
+/// Threads that live as long as the process and help with any open loop.
 class Pool {
  public:
   static Pool& instance() {
@@ -190,7 +190,7 @@ class Pool {
         const int thread = static_cast<int>(threads_.size()) + 1;
         threads_.emplace_back([this, thread] { help(thread); });
       }
-      loop.helpers_wanted = helpers;
+      loop.helpers_missing = helpers;
       open_.push_back(&loop);
       openings_.fetch_add(1, std::memory_order_release);
     }
@@ -203,9 +203,9 @@ class Pool {
   }
 
  private:
-  Loop* wanted() const {
+  Loop* open_loop() const {
     for (Loop* loop : open_) {
-      if (loop->helpers_wanted > 0 && !loop->exhausted()) return loop;
+      if (loop->helpers_missing > 0 && !loop->exhausted()) return loop;
     }
     return nullptr;
   }
@@ -214,17 +214,17 @@ class Pool {
     std::unique_lock lock(mutex_);
     while (true) {
       Loop* loop = nullptr;
-      loop_opened_.wait(lock, [&] { return stopping_ || (loop = wanted()) != nullptr; });
+      loop_opened_.wait(lock, [&] { return stopping_ || (loop = open_loop()) != nullptr; });
       if (stopping_) return;
-      --loop->helpers_wanted;
+      --loop->helpers_missing;
       ++loop->helpers_running;
-      const std::uint64_t seen = openings_.load(std::memory_order_relaxed);
+      const std::uint64_t last_opening = openings_.load(std::memory_order_relaxed);
       lock.unlock();
       loop->work(thread);
       lock.lock();
       if (--loop->helpers_running == 0) helper_left_.notify_all();
       lock.unlock();
-      spin_until([&] { return openings_.load(std::memory_order_acquire) != seen; });
+      spin_until([&] { return openings_.load(std::memory_order_acquire) != last_opening; });
       lock.lock();
     }
   }

@@ -83,11 +83,11 @@ double FullDynamics::kinetic_energy() const {
 double FullDynamics::elastic_energy() const { return elasticity_.value(state_.displacement); }
 
 double FullDynamics::value(const Potential& potential, const Eigen::VectorXd& w) const {
-  const Eigen::VectorXd late = w - potential.inertial, way = w - potential.begin;
+  const Eigen::VectorXd late = w - potential.inertial, displacement = w - potential.begin;
   const double d = potential.reach;
   return late.dot(mass_ * late) / (2 * d * d) +
-         options_.mass_damping * way.dot(mass_ * way) / (2 * d) +
-         elasticity_.value(w, potential.memory) - potential.force.dot(way);
+         options_.mass_damping * displacement.dot(mass_ * displacement) / (2 * d) +
+         elasticity_.value(w, potential.memory) - potential.force.dot(displacement);
 }
 
 Eigen::VectorXd FullDynamics::gradient(const Potential& potential, const Eigen::VectorXd& w) const {

@@ -34,7 +34,7 @@ GradientOperator::GradientOperator(const TetMesh& mesh)
 }
 
 Eigen::Matrix3d GradientOperator::apply(const Eigen::Ref<const Eigen::VectorXd>& u, int tet) const {
-  // Differences against corner 0 first: rigid translations cancel exactly, whatever their size.
+  // Differences against corner 0 first: rigid translations cancel exactly, at any size.
   const ShapeGradients gradients = shape_gradients(tet);
   const Eigen::Vector3d origin = u.segment<3>(3 * tets_(0, tet));
   Eigen::Matrix3d result = Eigen::Matrix3d::Zero();

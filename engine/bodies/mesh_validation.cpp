@@ -82,13 +82,13 @@ void check_tet_nodes(const TetMesh& source) {
 }
 
 void check_materials(const TetMesh& source) {
-  const auto wanted = source.materials.empty() ? 0 : static_cast<std::size_t>(source.tet_count());
-  if (source.tet_material.size() != wanted) {
+  const auto expected = source.materials.empty() ? 0 : static_cast<std::size_t>(source.tet_count());
+  if (source.tet_material.size() != expected) {
     refuse(
         ErrorCode::kInvalidArgument, "mesh.tet_material",
         fmt::format("the mesh brings {} and {} tets, so tet_material must have {} entries, not {}",
                     plural(source.materials.size(), "material", "materials"), source.tet_count(),
-                    wanted, source.tet_material.size()));
+                    expected, source.tet_material.size()));
   }
   for (std::size_t i = 0; i < source.materials.size(); ++i) {
     source.materials[i].validate(fmt::format("mesh.materials[{}]", i).c_str());

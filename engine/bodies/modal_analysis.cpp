@@ -168,11 +168,11 @@ void fix_sign(Eigen::Ref<Eigen::VectorXd> mode) {
   }
 }
 
-void check_mode_count(int wanted, int available) {
-  if (wanted <= available) return;
+void check_mode_count(int requested, int available) {
+  if (requested <= available) return;
   throw Error(ErrorCode::kInvalidArgument, "mode_count",
-              fmt::format("{} modes wanted, the body has {} elastic degrees of freedom", wanted,
-                          std::max(0, available)));
+              fmt::format("{} modes requested, the body has {} elastic degrees of freedom",
+                          requested, std::max(0, available)));
 }
 
 }  // namespace

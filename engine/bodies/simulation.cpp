@@ -187,7 +187,7 @@ Simulation simulate(const ElasticBody& body, const Loads& loads, const DynamicSt
   if (result.smallest_volume_ratio <= 0) {
     result.message = fmt::format(
         "tets are turned inside out (worst: tet {} in frame {}): St. Venant-Kirchhoff "
-        "material gives way under strong compression; results there are not physical",
+        "material collapses under strong compression; results there are not physical",
         result.smallest_tet, result.smallest_frame);
   }
   return result;

@@ -27,7 +27,7 @@ struct StrainMemory {
 /// uses it say so (FullDynamics).
 ///
 /// Displacements u are 3n, ordered 3 * node + axis [m]. Const and thread-safe; sums are in the
-/// order of the tets, whatever the number of threads.
+/// order of the tets, for any number of threads.
 class StvkEnergy {
  public:
   enum class Curvature {

@@ -10,7 +10,7 @@ namespace limber::bodies {
 [[nodiscard]] Eigen::Matrix3d edge_matrix(const NodePositions& nodes, const Eigen::Vector4i& tet);
 
 /// det of the edge matrix by a triple product: six times the signed volume [m^3]. The one place
-/// that decides which way a tet is oriented.
+/// that decides the orientation of a tet.
 [[nodiscard]] double six_volumes(const Eigen::Matrix3d& edges);
 
 /// Sum and largest of the six squared edge lengths [m^2].

@@ -13,7 +13,7 @@ using TetNodes = Eigen::Matrix<int, 4, Eigen::Dynamic>;  // 4 x m, node indices 
 /// A tetrahedral mesh as read or sent: a plain value, not yet validated.
 ///
 /// Node ids everywhere in limber are columns of `nodes`, counted from 0 in the order of the file or
-/// message, whatever labels the file used.
+/// message, with any labels of the file.
 struct TetMesh {
   NodePositions nodes;
   TetNodes tets;

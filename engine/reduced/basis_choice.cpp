@@ -14,10 +14,11 @@
 namespace limber::reduced {
 namespace {
 
-constexpr int kLargestBasis = 200;
-constexpr int kLeadingModes = 30;  // space-time editing, section 3.1
-constexpr Eigen::Index kMostPairs = kLeadingModes * (kLeadingModes + 1) / 2;
-constexpr Eigen::Index kTurnedPairs = 135;  // room for the turned modes of a free body
+constexpr int kLargestBasis = 200;  // columns at most where no number is requested
+constexpr int kLeadingModes = 30;   // space-time editing, section 3.1
+constexpr Eigen::Index kMostPairs =
+    kLeadingModes * (kLeadingModes + 1) / 2;  // all pairs of the leading modes
+constexpr Eigen::Index kTurnedPairs = 135;    // room for the turned modes of a free body
 // Numbers in all derivatives of a mesh: bounds memory, and the time of their solves.
 constexpr Eigen::Index kMostNumbers = 30'000'000;
 // More columns than those of this share of the tolerance would hardly let the cubature be smaller.
@@ -41,8 +42,8 @@ Eigen::Index affordable_pairs(Eigen::Index rows, int rigid_count) {
 
 /// Up to 200 frames, spread over the animation.
 Eigen::MatrixXd chosen_frames(const Eigen::MatrixXd& animation) {
-  constexpr Eigen::Index kMost = 200;
-  const Eigen::Index taken = std::min(animation.cols(), kMost);
+  constexpr Eigen::Index kMaxFrames = 200;  // of an animation that join the snapshots
+  const Eigen::Index taken = std::min(animation.cols(), kMaxFrames);
   Eigen::MatrixXd frames(animation.rows(), taken);
   for (Eigen::Index i = 0; i < taken; ++i)
     frames.col(i) = animation.col(i * animation.cols() / taken);
@@ -57,10 +58,11 @@ Eigen::MatrixXd beside(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b) {
 
 /// Weighted fields with frames that count a quarter of what these do, all frames the same.
 Eigen::MatrixXd enriched(const Eigen::MatrixXd& fields, const Eigen::MatrixXd& animation) {
-  constexpr double kShare = 0.25;
+  constexpr double kAnimationShare = 0.25;  // of the fields' squared norm that frames get together
   if (animation.cols() == 0) return fields;
   Eigen::MatrixXd frames = chosen_frames(animation);
-  const double length = std::sqrt(kShare / static_cast<double>(frames.cols())) * fields.norm();
+  const double length =
+      std::sqrt(kAnimationShare / static_cast<double>(frames.cols())) * fields.norm();
   for (Eigen::Index i = 0; i < frames.cols(); ++i) {
     const double norm = frames.col(i).norm();
     if (norm > 0) frames.col(i) *= length / norm;
@@ -76,7 +78,7 @@ Eigen::MatrixXd exact_fields(const BasisInput& input) {
   const int size = input.options.basis_size, nodes = body.mesh.node_count();
   Eigen::MatrixXd fields(3 * nodes, 0);
   if (body.is_free()) {
-    constexpr int kTranslations = 3;
+    constexpr int kTranslations = 3;  // rigid translations come first
     fields = affine_fields(body);
     if (size > 0 && size <= fields.cols()) fields = fields.leftCols(kTranslations).eval();
   }

@@ -12,11 +12,11 @@
 namespace limber::reduced {
 namespace {
 
-constexpr int kLargestFitted = 100;
-constexpr int kLargestWeighted = 300;
+constexpr int kLargestFitted = 100;    // tets at most where no number is requested
+constexpr int kLargestWeighted = 300;  // the same with scalar weights
 // Which tets are there to choose from matters little (measured: 300 are as good as 3000).
 constexpr int kPoolSize = 400;
-constexpr Eigen::Index kWeightPoses = 400;
+constexpr Eigen::Index kWeightPoses = 400;  // training poses that weights are fitted to
 
 /// Tets that may be selected: a random subset, so that large meshes cost no more than small ones.
 std::vector<int> random_pool(int tet_count, int size, Random& random) {

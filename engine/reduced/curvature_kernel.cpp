@@ -6,7 +6,7 @@ namespace {
 
 using Vec = rotations::Pack<double>;
 namespace stdx = rotations::stdx;
-constexpr int kWidth = static_cast<int>(Vec::size());
+constexpr int kWidth = static_cast<int>(Vec::size());  // tets of one vector operation
 
 /// q[9] = d (p . g) / d y, one lane per tet.
 [[gnu::always_inline]] inline void pulled_back(const Vec* y, const Vec* p, Vec* q) {

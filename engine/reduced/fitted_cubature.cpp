@@ -12,7 +12,7 @@
 namespace limber::reduced {
 namespace {
 
-constexpr int kPoolGrain = 16;
+constexpr int kPoolGrain = 16;  // tets of one parallel chunk
 // Tets are ranked by the first so many training poses; maps are fitted to all. More poses make
 // better maps, hardly better choices, as long as they outnumber the features.
 constexpr int kRankingPoses = 1200;

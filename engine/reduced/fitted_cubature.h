@@ -12,7 +12,7 @@ namespace limber::reduced {
 
 /// Cubature with a full map per tet, exact to first order at z = 0:
 ///   q = B^T W z + sum over tets of H_e r(y_e),   r(y) = g(y) - g'(0) y,  y = (Q W)^c z.
-/// Only the part of g beyond its linearisation is fitted, so small poses are right whatever H is.
+/// Only the part of g beyond its linearisation is fitted, so small poses are right for any H.
 /// For a free body sum_e H_e is held at the map A from a matrix X to the field X (x - centre): with
 /// the same rotation in every tet, q is that of the rigid body, turned by any angle.
 class FittedCubature {

@@ -18,8 +18,8 @@ namespace stdx = rotations::stdx;
 
 /// Poses that one pass over the tets takes along: two registers' worth.
 constexpr int kPack = static_cast<int>(Pack<double>::size());
-constexpr int kGroup = 2 * kPack;
-constexpr int kSolveColumns = 3 * kGroup;
+constexpr int kGroup = 2 * kPack;          // poses
+constexpr int kSolveColumns = 3 * kGroup;  // right-hand sides of one solve: three axes of a group
 
 /// Pairs of modes that one pass over the tets takes along.
 constexpr int kPairs = 64;

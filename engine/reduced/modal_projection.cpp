@@ -54,11 +54,11 @@ class Fit {
 
   /// @param y  9m
   [[nodiscard]] Eigen::VectorXd solve(const Eigen::VectorXd& y) const {
-    return inverse_ * (tets_ == ProjectionTets::kCubature ? seen(y) : transposed(y));
+    return inverse_ * (tets_ == ProjectionTets::kCubature ? cubature_values(y) : transposed(y));
   }
   /// Of y (9m), as the fit measures it.
   [[nodiscard]] double norm(const Eigen::VectorXd& y) const {
-    if (tets_ == ProjectionTets::kCubature) return seen(y).norm();
+    if (tets_ == ProjectionTets::kCubature) return cubature_values(y).norm();
     double square = 0;
     for (int e = 0; e < gradient_.tet_count(); ++e)
       square +=
@@ -67,7 +67,7 @@ class Fit {
   }
   /// Of y - Q W-hat z.
   [[nodiscard]] double left(const Eigen::VectorXd& y, const Eigen::VectorXd& z) const {
-    if (tets_ == ProjectionTets::kCubature) return (seen(y) - rs_modes_ * z).norm();
+    if (tets_ == ProjectionTets::kCubature) return (cubature_values(y) - rs_modes_ * z).norm();
     return norm(y - linear_coordinates(gradient_, modes_ * z));
   }
 
@@ -76,7 +76,7 @@ class Fit {
     while (rank_ < singular.size() && singular[rank_] > tolerance * singular[0]) ++rank_;
     condition_ = rank_ > 0 ? singular[0] / singular[rank_ - 1] : 0;
   }
-  [[nodiscard]] Eigen::VectorXd seen(const Eigen::VectorXd& y) const {
+  [[nodiscard]] Eigen::VectorXd cubature_values(const Eigen::VectorXd& y) const {
     Eigen::VectorXd result(kRsSize * Eigen::Index{model_.cubature_size()});
     for (int t = 0; t < model_.cubature_size(); ++t) {
       result.segment<kRsSize>(kRsSize * Eigen::Index{t}) =
@@ -126,7 +126,7 @@ void require_finite(const Eigen::Ref<const Eigen::MatrixXd>& poses, const char* 
 
 enum class Tracking { kInTime, kPoseAlone };
 
-constexpr Eigen::Index kPosesAtOnce = 8;
+constexpr Eigen::Index kPosesAtOnce = 8;  // of one batch
 
 /// What the base motion contributes to a pose.
 struct BasePose {
@@ -277,7 +277,7 @@ class ModalProjector::Impl {
     RsTrack track;
   };
 
-  /// A keyframe over a base motion. A free body's turns go on from the base's, as the keyframe
+  /// A keyframe over a base motion. A free body's turns continue from the base's, as the keyframe
   /// before had them. A held body's are counted from its fixed nodes or from the base's, whichever
   /// modes fit better: near full turns the first alone need not say of the base's own pose that it
   /// is the base's.
@@ -296,8 +296,8 @@ class ModalProjector::Impl {
     KeyframePose alone;
     alone.y = smooth_coordinates(inverse_, pose, alone.track);
     const auto left = [&](const Eigen::VectorXd& y) {
-      const Eigen::VectorXd wanted = y - base.y;
-      return fit_.left(wanted, fit_.solve(wanted));
+      const Eigen::VectorXd difference = y - base.y;
+      return fit_.left(difference, fit_.solve(difference));
     };
     return left(on_base.y) < left(alone.y) ? on_base : alone;
   }
@@ -306,10 +306,10 @@ class ModalProjector::Impl {
   void fit(Eigen::Index k, const Eigen::Ref<const Eigen::VectorXd>& pose, const Eigen::VectorXd& y,
            const BasePose& base, const RsTrack& track, ModalProjection& result) const {
     const int fixed = translations(model_);
-    const Eigen::VectorXd wanted = y - base.y;
-    Eigen::VectorXd z = fit_.solve(wanted);
-    const double size = fit_.norm(wanted);
-    result.error[k] = size > 0 ? fit_.left(wanted, z) / size : 0;
+    const Eigen::VectorXd difference = y - base.y;
+    Eigen::VectorXd z = fit_.solve(difference);
+    const double size = fit_.norm(difference);
+    result.error[k] = size > 0 ? fit_.left(difference, z) / size : 0;
     if (options_.corrections > 0) correct(y, base, track, z);
     result.z.col(k).tail(z.size()) = z;
     if (fixed == 0) return;

@@ -15,7 +15,7 @@ namespace {
 
 // The validation poses are a sample: asked for a little more, so that the test poses agree.
 constexpr double kMargin = 0.9;
-constexpr int kMostAttempts = 3;
+constexpr int kMostAttempts = 3;  // cubatures that are tried at most
 
 class Stopwatch {
  public:

@@ -13,8 +13,8 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little, "models are written little-endian");
 
-constexpr std::string_view kMagic = "limberRS";
-constexpr std::size_t kHashSize = 16;
+constexpr std::string_view kMagic = "limberRS";  // first bytes of a file
+constexpr std::size_t kHashSize = 16;            // bytes
 
 [[noreturn]] void refuse(const std::string& what) {
   throw Error(ErrorCode::kInvalidArgument, "model_file", "reduced model file: " + what);

@@ -55,7 +55,7 @@ struct MotionError {
   int reach_frame = 0;
 };
 
-/// @returns the same whatever the number of threads
+/// @returns the same for any number of threads
 /// @throws Error{kCancelled}, within a pass over the tets
 [[nodiscard]] MotionError motion_error(FullShapes& full, const ShownFrames& shown,
                                        const JobContext& job = {});

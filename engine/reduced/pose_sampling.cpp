@@ -30,7 +30,7 @@ Eigen::Vector3d random_direction(Random& random) {
 
 Eigen::MatrixXd sample_poses(const ScaledModes& modes, double body_length, double amplitude,
                              PoseLevels levels, int count, Random& random) {
-  constexpr double kLargestTurn = 1.5;
+  constexpr double kLargestTurn = 1.5;  // of a sampled pose [rad]
   const int rigid = modes.rigid_count;
   const double lowest =
       modes.eigenvalues[reference_mode(modes.count(), rigid, modes.mechanism_count)];

@@ -36,7 +36,7 @@ class ReducedKinematics::Impl {
     const std::vector<int>& members = list_.nodes(added.id);
     Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(3, model_->basis_size());
     for (int node : members) rows += model_->basis.middleRows<3>(3 * Eigen::Index{node});
-    // Rows of fixed nodes are zero but for rounding, which would pass for a way to move them.
+    // Rows of fixed nodes are zero but for rounding, which would pass for a motion of theirs.
     constexpr double kRounding = 1e-12;
     if (rows.norm() <= kRounding * model_->basis.cwiseAbs().maxCoeff()) rows.setZero();
     sites_.emplace_back(*model_, tangent_, rows / static_cast<double>(members.size()));

@@ -59,8 +59,8 @@ struct ModelReport {
   double small_error_mean = 0;  // same at a hundredth of the amplitude (the linear regime)
   bool met_tolerance = true;
   BasisKind basis = BasisKind::kSnapshots;  // what B was made from, never kBest
-  // Mean relative errors of the two ways alone with `compared_size` columns, on poses that had no
-  // part in either (other ones than above); empty: not built.
+  // Mean relative errors of the two methods alone with `compared_size` columns, on poses that had
+  // no part in either (other ones than above); empty: not built.
   int compared_size = 0;
   std::optional<double> snapshot_basis_error;
   std::optional<double> derivative_basis_error;
@@ -98,7 +98,7 @@ struct ReducedModel {
 
 /// Builds a model. `animation` (3n x frames [m], may be empty) is an input motion that the basis
 /// must span too: up to 200 of its frames join the snapshots. Deterministic for given inputs,
-/// whatever the number of threads.
+/// for any number of threads.
 /// @throws Error for bad options, cancelled jobs, failed eigensolves.
 [[nodiscard]] ReducedModel build_model(const bodies::ElasticBody& body, const ModelOptions& options,
                                        const JobContext& job = {},

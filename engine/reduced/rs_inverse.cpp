@@ -17,7 +17,7 @@
 namespace limber::reduced {
 namespace {
 
-constexpr int kTetsPerChunk = 512;
+constexpr int kTetsPerChunk = 512;  // of one parallel chunk
 
 std::vector<std::array<int, 4>> face_neighbours(const bodies::TetNodes& tets) {
   struct Face {
@@ -54,7 +54,7 @@ struct Step {
     return std::tie(size, tet, source) > std::tie(other.size, other.tet, other.source);
   }
 };
-constexpr int kFromRest = -1;
+constexpr int kFromRest = -1;    // source of a tet that starts from rest
 constexpr int kFromBefore = -2;  // the tet itself in the frame before
 
 constexpr double kTurn = 2 * std::numbers::pi;
@@ -64,16 +64,17 @@ constexpr double kFirstTurn = 4.0;
 /// ... a tet hands on its own theta only if it is this far from a full turn and this near to what
 /// was expected.
 constexpr double kClearOfFullTurn = 1.0;
-constexpr double kNearBranch = 1.0;
+constexpr double kNearBranch = 1.0;  // [rad]
 
 /// The logarithm for a tet expected to have `expected`. Past the first turn the number of turns is
 /// kept even where the axis is far from the expected one, where the nearest branch would be the
 /// one with no turn at all.
 Eigen::Vector3d branch_for(const Eigen::Vector3d& principal, const Eigen::Vector3d& expected) {
-  const double angle = principal.norm(), wanted = expected.norm();
-  if (wanted < kFirstTurn || angle < 1e-13) return rotations::nearest_branch(principal, expected);
+  const double angle = principal.norm(), expected_angle = expected.norm();
+  if (expected_angle < kFirstTurn || angle < 1e-13)
+    return rotations::nearest_branch(principal, expected);
   const double along = principal.dot(expected) >= 0 ? angle : -angle;
-  const double turns = std::max(0.0, std::round((wanted - along) / kTurn));
+  const double turns = std::max(0.0, std::round((expected_angle - along) / kTurn));
   return principal * ((along + turns * kTurn) / along);
 }
 
@@ -85,8 +86,8 @@ bool next_to_full_turn(const Eigen::Vector3d& theta) {
 constexpr double kLast = 100;  // added to a step, makes it one of the last resort
 
 /// `from` (at least `counts_from` long) turned on about its own axis to the angle that `rotation`
-/// has about it (its twist), the nearest full turn of it. Not a sum of the steps on the way: those
-/// of a wobble that goes round, about other axes, add up to an angle although it comes back.
+/// has about it (its twist), the nearest full turn of it. Not a sum of the steps along the path:
+/// those of a wobble that goes round, about other axes, add up to an angle although it comes back.
 Eigen::Vector3d count_on(const Eigen::Vector3d& from, const Eigen::Quaterniond& rotation,
                          double counts_from) {
   const double angle = from.norm();

@@ -11,7 +11,7 @@ namespace {
 
 /// X^T X by blocks of rows: poses are many rows long and few.
 Eigen::MatrixXd gram_matrix(const Eigen::Ref<const Eigen::MatrixXd>& x) {
-  constexpr Eigen::Index kRows = 2048;
+  constexpr Eigen::Index kRows = 2048;  // of one block
   const Eigen::Index blocks = (x.rows() + kRows - 1) / kRows;
   // A fixed number of partial sums: the result does not depend on the threads.
   constexpr int kParts = 8;
@@ -42,6 +42,8 @@ Eigen::MatrixXd snapshot_basis(const Eigen::Ref<const Eigen::MatrixXd>& u,
                                const Eigen::VectorXd& node_mass,
                                const Eigen::Ref<const Eigen::MatrixXd>& exact, int size,
                                FieldScaling scaling) {
+  // Of the largest singular value: smaller ones are dropped; of columns: shorter ones depend on
+  // others.
   constexpr double kSmallest = 1e-7, kRounding = 1e-12;
   const Eigen::Index rows = u.rows();
   LIMBER_DEMAND(rows == 3 * node_mass.size() && size > exact.cols() && rows >= exact.cols());
@@ -77,7 +79,7 @@ Eigen::MatrixXd snapshot_basis(const Eigen::Ref<const Eigen::MatrixXd>& u,
   Eigen::MatrixXd basis(rows, exact.cols() + count);
   basis.leftCols(exact.cols()) = exact;
   const Eigen::MatrixXd weights = solver.eigenvectors().rightCols(count).rowwise().reverse();
-  constexpr Eigen::Index kRows = 1024;
+  constexpr Eigen::Index kRows = 1024;  // of one block
   parallel_for((rows + kRows - 1) / kRows, 1, [&](std::int64_t begin, std::int64_t end) {
     for (std::int64_t block = begin; block < end; ++block) {
       const Eigen::Index first = block * kRows, n = std::min(kRows, rows - block * kRows);

@@ -6,7 +6,7 @@ namespace {
 
 using Vec = rotations::Pack<float>;
 namespace stdx = rotations::stdx;
-constexpr int kWidth = static_cast<int>(Vec::size());
+constexpr int kWidth = static_cast<int>(Vec::size());  // tets of one vector operation
 static_assert(StreamTables::kBlock % kWidth == 0);
 
 /// Column 9 t + c -> column c * T + t, in single precision.

@@ -7,7 +7,7 @@ namespace {
 
 using Vec = rotations::Pack<double>;
 namespace stdx = rotations::stdx;
-constexpr int kWidth = static_cast<int>(Vec::size());
+constexpr int kWidth = static_cast<int>(Vec::size());  // tets of one vector operation
 
 void load(const double* from, std::ptrdiff_t stride, Vec* to) {
   for (int c = 0; c < 9; ++c) to[c].copy_from(from + c * stride, stdx::element_aligned);

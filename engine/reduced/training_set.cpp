@@ -9,7 +9,7 @@ namespace limber::reduced {
 
 PoseData Snapshots::project(const Eigen::MatrixXd& basis) const {
   PoseData poses{z, Eigen::MatrixXd(basis.cols(), u.cols()), u.colwise().norm()};
-  constexpr Eigen::Index kColumns = 32;
+  constexpr Eigen::Index kColumns = 32;  // poses of one parallel chunk
   parallel_for((u.cols() + kColumns - 1) / kColumns, 1, [&](std::int64_t begin, std::int64_t end) {
     for (std::int64_t block = begin; block < end; ++block) {
       const Eigen::Index first = block * kColumns, n = std::min(kColumns, u.cols() - first);
@@ -52,9 +52,10 @@ Snapshots reconstruct(const ScaledModes& modes, const FullReconstruction& full, 
 }  // namespace
 
 int automatic_training_poses(int tet_count) {
-  constexpr double kMost = 2400, kFewest = 600;
-  constexpr double kTetsAtMost = 60000;
-  return static_cast<int>(std::clamp(kMost * kTetsAtMost / tet_count, kFewest, kMost));
+  constexpr double kMaxPoses = 2400, kMinPoses = 600;
+  constexpr double kTetsAtMaxPoses = 60000;  // larger meshes get fewer poses
+  return static_cast<int>(
+      std::clamp(kMaxPoses * kTetsAtMaxPoses / tet_count, kMinPoses, kMaxPoses));
 }
 
 TrainingSet make_training_set(const bodies::ElasticBody& body, const ScaledModes& modes,

@@ -22,7 +22,7 @@ class KeyframeRules {
   /// The same of parts of it.
   [[nodiscard]] std::optional<Issue> frame_fault(int frame) const;
   [[nodiscard]] static std::optional<Issue> weight_fault(double weight);
-  /// What is to be said of a keyframe in a frame that an end condition holds; nothing of others.
+  /// The issue for a keyframe in a frame that an end condition holds; nothing for others.
   [[nodiscard]] std::optional<Issue> idle_frame(int frame, End first_end, End last_end) const;
 
  private:

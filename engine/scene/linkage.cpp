@@ -89,31 +89,31 @@ class ConditionsValidator {
   }
 
   void check_angles() {
-    std::set<int> seen;
+    std::set<int> distinct_joints;
     for (std::size_t i = 0; i < conditions_.angles.size(); ++i) {
-      const JointAngle& wanted = conditions_.angles[i];
+      const JointAngle& setting = conditions_.angles[i];
       const std::string field = fmt::format("angles[{}]", i);
-      check_angle(field + ".angle", fmt::format("an angle of joint {}", wanted.joint),
-                  wanted.angle);
-      if (!check_joint(field + ".joint", wanted.joint)) continue;
-      if (!seen.insert(wanted.joint).second)
-        error(field + ".joint", fmt::format("joint {} has two angles", wanted.joint));
-      if (held_angles_.count(wanted.joint) > 0) {
+      check_angle(field + ".angle", fmt::format("an angle of joint {}", setting.joint),
+                  setting.angle);
+      if (!check_joint(field + ".joint", setting.joint)) continue;
+      if (!distinct_joints.insert(setting.joint).second)
+        error(field + ".joint", fmt::format("joint {} has two angles", setting.joint));
+      if (held_angles_.count(setting.joint) > 0) {
         error(field + ".joint", fmt::format("the angle of joint {} is pinned: release it, or leave "
                                             "its angle alone",
-                                            wanted.joint));
+                                            setting.joint));
       }
     }
     if (!conditions_.mean_angle) return;
     check_angle("mean_angle", "a mean angle", *conditions_.mean_angle);
     if (joints_ == 0) return error("mean_angle", "the linkage has no joints that could open");
-    seen.insert(held_angles_.begin(), held_angles_.end());
-    if (static_cast<int>(seen.size()) == joints_)
+    distinct_joints.insert(held_angles_.begin(), held_angles_.end());
+    if (static_cast<int>(distinct_joints.size()) == joints_)
       return error("mean_angle", "the angles of all joints are given already");
     if (!held_angles_.empty() || !issues_.empty()) return;
     double rest = joints_ * *conditions_.mean_angle;
     for (const JointAngle& set : conditions_.angles) rest -= set.angle;
-    rest /= static_cast<double>(joints_ - static_cast<int>(seen.size()));
+    rest /= static_cast<double>(joints_ - static_cast<int>(distinct_joints.size()));
     if (std::abs(rest) < std::numbers::pi) return;
     error("mean_angle",
           fmt::format("cannot be reached: what single angles leave to each other joint is {:.4g} "
@@ -164,11 +164,11 @@ class ConditionsValidator {
   }
 
   void check_loads() {
-    std::set<int> seen;
+    std::set<int> distinct_joints;
     for (std::size_t i = 0; i < conditions_.loads.size(); ++i) {
       const JointLoad& load = conditions_.loads[i];
       const std::string field = fmt::format("loads[{}]", i);
-      if (check_joint(field + ".joint", load.joint) && !seen.insert(load.joint).second)
+      if (check_joint(field + ".joint", load.joint) && !distinct_joints.insert(load.joint).second)
         error(field + ".joint", fmt::format("joint {} has two loads", load.joint));
       check_load(field + ".force", load.joint, "force", largest_entry(load.force), "N");
       check_load(field + ".moment", load.joint, "moment", largest_entry(load.moment), "N m");

@@ -106,7 +106,7 @@ struct Linkage {
   /// Where opening begins; nothing: as drawn. Pins without positions hold joints where they are in
   /// it.
   std::optional<rods::StateNumbers> shape;
-  /// What that shape is in equilibrium under, from which it goes on to `conditions`; nothing:
+  /// What that shape is in equilibrium under, from which it continues to `conditions`; nothing:
   /// those.
   std::optional<LinkageConditions> shape_conditions = {};
 };

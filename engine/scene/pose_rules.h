@@ -10,7 +10,7 @@ namespace limber::scene {
 inline constexpr double kFarthestNode = 1e6;  // from rest [body lengths]
 
 /// The farthest that a node of a scene's poses may be from its rest position, along any axis [scene
-/// length unit]; no bound where the mesh has no extent (which is said of the mesh).
+/// length unit]; no bound where the mesh has no extent (which is reported of the mesh).
 [[nodiscard]] double reach_of_poses(const Scene& scene);
 
 /// What is wrong with a pose, after which nothing could be computed from it.

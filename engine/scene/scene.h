@@ -122,7 +122,7 @@ inline constexpr const char* kHowToHoldExactly =
 
 /// R that a scene asks for, rigid motions of a free body not counted. A small mesh has fewer than
 /// the default.
-[[nodiscard]] int wanted_candidate_modes(const Scene& scene);
+[[nodiscard]] int candidate_mode_count(const Scene& scene);
 
 /// How many frames an end condition holds; nothing for a number that is none.
 [[nodiscard]] std::optional<int> pinned_frames(End end);
@@ -133,14 +133,14 @@ struct VelocitySpan {
   int since = 0, until = 0;
 };
 [[nodiscard]] VelocitySpan velocity_span(int frame, int frame_count);
-/// What is to be said of a constraint in a frame that an end condition holds; nothing of others.
+/// The warning for a constraint in a frame that an end condition holds; nothing for others.
 [[nodiscard]] std::optional<std::string> idle_frame_warning(int frame, int frame_count,
                                                             End first_end, End last_end);
 /// As above; a velocity has no effect where both frames of its span are held.
 [[nodiscard]] std::optional<std::string> idle_frame_warning(const Constraint& constraint,
                                                             int frame_count, End first_end,
                                                             End last_end);
-/// What is to be said of a constraint all of whose nodes are fixed.
+/// The warning for a constraint all of whose nodes are fixed.
 inline constexpr const char* kIdleNodesWarning =
     "all of them are fixed: the constraint cannot move them";
 

@@ -74,9 +74,9 @@ class SimulationValidator {
   void check_nodes(const std::string& field, const std::vector<int>& nodes) {
     if (nodes.empty()) return error(field, "must name at least one node");
     const int count = scene_.mesh.node_count();
-    if (count == 0) return;  // said of the mesh already
+    if (count == 0) return;  // reported of the mesh already
     bool movable = false;
-    std::unordered_set<int> seen;
+    std::unordered_set<int> distinct_nodes;
     int wrong = 0;
     for (std::size_t i = 0; i < nodes.size() && wrong < kMaxListedIssues; ++i) {
       const int node = nodes[i];
@@ -86,7 +86,7 @@ class SimulationValidator {
               ErrorCode::kOutOfRange);
       } else if (!used_[static_cast<std::size_t>(node)]) {
         error(entry, fmt::format("node {} belongs to no tet", node));
-      } else if (!seen.insert(node).second) {
+      } else if (!distinct_nodes.insert(node).second) {
         error(entry, fmt::format("node {} is given twice", node));
       } else {
         movable = movable || !fixed_.contains(node);
@@ -126,8 +126,8 @@ class SimulationValidator {
   /// Of vectors of all nodes: nothing moves where it is held.
   void check_field(const std::string& field, const Eigen::VectorXd& values) {
     if (values.size() == 0 || scene_.mesh.node_count() == 0) return;
-    const Eigen::Index wanted = 3 * static_cast<Eigen::Index>(scene_.mesh.node_count());
-    if (values.size() != wanted) {
+    const Eigen::Index expected = 3 * static_cast<Eigen::Index>(scene_.mesh.node_count());
+    if (values.size() != expected) {
       return error(field, fmt::format("has {} nodes, the mesh has {}", values.size() / 3,
                                       scene_.mesh.node_count()));
     }

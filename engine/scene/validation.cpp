@@ -197,7 +197,7 @@ class SceneValidator {
     const auto& nodes = scene_.mesh.nodes;
     const double length = scene_.length_unit_in_metres *
                           (nodes.rowwise().maxCoeff() - nodes.rowwise().minCoeff()).stableNorm();
-    if (length == 0) return true;  // its tets have no volume: said below, of each
+    if (length == 0) return true;  // its tets have no volume: reported below, for each
     if (length >= kSmallest && length <= kLargest) return true;
     error("mesh.nodes", fmt::format("the body must be {:g} to {:g} m long, is {:g}", kSmallest,
                                     kLargest, length));
@@ -264,7 +264,7 @@ class SceneValidator {
   }
 
   bool check_node(const std::string& field, int node) {
-    if (scene_.mesh.node_count() == 0) return true;  // said of the mesh already
+    if (scene_.mesh.node_count() == 0) return true;  // reported of the mesh already
     if (node < 0 || node >= scene_.mesh.node_count()) {
       error(field,
             "node id " + std::to_string(node) + " is out of range: the mesh has " +
@@ -374,7 +374,7 @@ class SceneValidator {
   void check_constraint_nodes(const std::string& field, const Constraint& constraint) {
     if (constraint.nodes.empty()) error(field + ".nodes", "must name at least one node");
     bool movable = constraint.nodes.empty();
-    std::unordered_set<int> seen;
+    std::unordered_set<int> distinct_nodes;
     int wrong = 0;
     for (std::size_t n = 0; n < constraint.nodes.size(); ++n) {
       const std::string node_field = field + "." + indexed("nodes", n);
@@ -384,7 +384,7 @@ class SceneValidator {
         if (++wrong == kMaxIssuesPerKind) return;
         continue;
       }
-      if (!seen.insert(node).second) {
+      if (!distinct_nodes.insert(node).second) {
         error(node_field, "node " + std::to_string(node) + " is given twice");
         if (++wrong == kMaxIssuesPerKind) return;
       }
@@ -423,7 +423,7 @@ class SceneValidator {
 
 }  // namespace
 
-int wanted_candidate_modes(const Scene& scene) {
+int candidate_mode_count(const Scene& scene) {
   const ModelRequest& model = scene.model;
   if (model.candidate_modes > 0) return model.candidate_modes;
   if (scene.material_optimisation.variables != MaterialVariables::kAll) return model.mode_count;

@@ -24,7 +24,7 @@ void ConstraintRows::set_mixing(Eigen::MatrixXd mixing) {
   mixing_ = are_first_coordinates(mixing) ? Eigen::MatrixXd() : std::move(mixing);
 }
 
-/// Rows under way; multipliers are found again by what they belong to.
+/// Rows being built; multipliers are found again by what they belong to.
 struct ConstraintRows::Gathered {
   enum class Kind { kPosition, kVelocity, kKeyframe };
   using Key = std::tuple<Kind, ConstraintId, int>;  // kind, id, axis or coordinate
@@ -282,8 +282,8 @@ void ConstraintRows::set_coordinates(const Lanes& z) const {
   }
 }
 
-void ConstraintRows::evaluate(const Lanes& z, Jacobian wanted, RowState& state) const {
-  const bool with_jacobian = wanted == Jacobian::kYes;
+void ConstraintRows::evaluate(const Lanes& z, Jacobian jacobian, RowState& state) const {
+  const bool with_jacobian = jacobian == Jacobian::kYes;
   const bool mixed = mixing_.size() != 0;
   set_coordinates(z);
   kinematics_->evaluate(knots_, coordinates_, queries_, u_, with_jacobian ? &jacobian_ : nullptr);

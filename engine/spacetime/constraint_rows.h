@@ -99,7 +99,7 @@ class ConstraintRows {
 
   enum class Jacobian { kNo, kYes };
   /// @param z  lanes x knots
-  void evaluate(const Lanes& z, Jacobian wanted, RowState& state) const;
+  void evaluate(const Lanes& z, Jacobian jacobian, RowState& state) const;
   /// One symmetric modes x modes block per knot: sum over its terms of m_row d2 u / dz2.
   void curvature(const Lanes& z, const Eigen::VectorXd& m,
                  std::vector<Eigen::MatrixXd>& blocks) const;

@@ -9,10 +9,10 @@ namespace {
 
 /// At the first scale the constraints win about this much against the forces ...
 constexpr double kRampPull = 0.1;
-constexpr double kSmallestScale = 1e-10;
+constexpr double kSmallestScale = 1e-10;  // of the constraints at the start of the ramp
 /// ... a stage ends when a step promises less than this part of the merit, or after so many steps.
 constexpr double kStageDone = 0.1;
-constexpr int kStageSteps = 6;
+constexpr int kStageSteps = 6;  // of one stage at most
 
 }  // namespace
 

@@ -11,7 +11,8 @@ namespace {
 /// Velocity counts as proportional to displacement where its independent part is no more than this
 /// of it, or than differences of neighbouring frames lose to rounding.
 constexpr double kProportional = 1e-10;
-constexpr double kRounding = 8 * std::numeric_limits<double>::epsilon();
+constexpr double kRounding =
+    8 * std::numeric_limits<double>::epsilon();  // relative, of differences of frames
 
 constexpr double kUnbounded = std::numeric_limits<double>::infinity();
 

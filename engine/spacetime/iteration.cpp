@@ -6,8 +6,8 @@
 namespace limber::spacetime {
 namespace {
 
-constexpr double kExactWeightGrowth = 10;
-constexpr double kExactWeightCap = 1e7;
+constexpr double kExactWeightGrowth = 10;  // factor of the penalty of exact constraints
+constexpr double kExactWeightCap = 1e7;    // its largest value
 /// A Newton step's factor, or its curvature if it was truncated, serves again while steps shrink by
 /// at least this.
 constexpr double kChordRate = 0.3;
@@ -43,8 +43,8 @@ double Optimizer::take() {
 bool Optimizer::newton_pays(double ratio, double gradient) const {
   if (!(ratio > 0)) return false;
   if (ratio >= 1) return true;
-  const double wanted = options_.gradient_tolerance / std::max(gradient, 1e-300);
-  return std::log(wanted) / std::log(ratio) > kNewtonCost;
+  const double target_reduction = options_.gradient_tolerance / std::max(gradient, 1e-300);
+  return std::log(target_reduction) / std::log(ratio) > kNewtonCost;
 }
 
 Optimizer::Outcome Optimizer::advance(Course& course) {
@@ -160,17 +160,17 @@ SolveReport Optimizer::solve(const JobContext& job,
   const bool ended =
       answer.status != SolveStatus::kCancelled && answer.status != SolveStatus::kImproved;
   if (!ended) return answer;
-  const bool challenged =
-      !cold && !quadratic() && (doubted_ || answer.total_energy > kSuspectGrowth * settled_energy_);
+  const bool challenged = !cold && !quadratic() &&
+                          (needs_check_ || answer.total_energy > kSuspectGrowth * settled_energy_);
   if (challenged) {
     answer = challenge(job, on_improved, answer);
     if (answer.status == SolveStatus::kCancelled || answer.status == SolveStatus::kImproved) {
-      doubted_ = true;
+      needs_check_ = true;
       return answer;
     }
   }
   if (cold || challenged) origins_.clear();
-  doubted_ = from_rest_ = false;
+  needs_check_ = from_rest_ = false;
   settled_energy_ = answer.total_energy;
   return answer;
 }

@@ -9,7 +9,7 @@ namespace limber::spacetime {
 /// lanes belong to harmless modes at rest.
 using Lanes = Eigen::MatrixXd;
 
-inline constexpr int kLaneWidth = 4;
+inline constexpr int kLaneWidth = 4;  // doubles of one vector operation
 
 [[nodiscard]] constexpr int padded_lanes(int modes) {
   return (modes + kLaneWidth - 1) / kLaneWidth * kLaneWidth;

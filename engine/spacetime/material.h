@@ -38,7 +38,7 @@ struct Material {
 /// Undamped frequency [1/frame] of an oscillator of this stiffness [1/frame^2], lambda = 2 - 2
 /// cos(2 pi s): 1/2, the Nyquist frequency, from lambda = 4 on.
 [[nodiscard]] double frequency_of(double stiffness);
-/// The other way round, for 0 <= frequency <= 1/2.
+/// The inverse, for 0 <= frequency <= 1/2.
 [[nodiscard]] double stiffness_of(double frequency);
 
 /// How a mode swings when nothing holds it, in the frames that are shown: from the roots of

@@ -163,7 +163,7 @@ class MaterialSolver::Impl {
     double nu, energy, total;
   };
   void restore(const Start& start);
-  void take_up_resumed();
+  void apply_resumed();
   /// The end of a solve: the start where that is lower.
   [[nodiscard]] MaterialReport finish(SolveStatus status, int iterations, const Start& start);
 
@@ -333,7 +333,7 @@ void MaterialSolver::Impl::restore(const Start& start) {
   size_ = size_of(systems_, point_);
 }
 
-void MaterialSolver::Impl::take_up_resumed() {
+void MaterialSolver::Impl::apply_resumed() {
   if (!resumed_) return;
   const auto [material, motion] = *std::exchange(resumed_, std::nullopt);
   material_.mixing = point_.mixing = material.mixing;
@@ -349,7 +349,7 @@ MaterialReport MaterialSolver::Impl::solve(
   size_ = size_of(systems_, point_);
   if (rows_.count() == 0) return report(SolveStatus::kConverged, 0);
   const Start start{material_, systems_, point_, rows_.multiplier(), nu_, energy_, start_total_};
-  take_up_resumed();
+  apply_resumed();
   const bool fits_dynamics = options_.variables != MaterialVariables::kMotion;
   bool slow = fits_dynamics && options_.slow_steps > 0;
   const bool may_be_settled = !slow;

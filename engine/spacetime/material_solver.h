@@ -18,7 +18,7 @@ struct MaterialOptions {
   // goes with gamma = 1e-6; it is this ratio, 1e-2, times the default weight 100 of constraints.
   double column_weight = 1;
   // Ends when ten steps lower the energy by less than this part of it, in (0, 1). Material moves
-  // in long flat valleys: the energy goes on falling slowly for hundreds of steps.
+  // in long flat valleys: the energy keeps falling slowly for hundreds of steps.
   double tolerance = 1e-4;
   int max_iterations = 300;  // > 0
   // Highest frequency of a mode [1/frame], in (0, 1/2]: lambda <= stiffness_of(max_frequency).
@@ -53,10 +53,11 @@ struct MaterialOptions {
 struct MaterialReport : ConstraintErrors {
   // kConverged: the energy has settled (MaterialOptions::tolerance); lower ones may well exist.
   SolveStatus status = SolveStatus::kImproved;
-  int iterations = 0;            // accepted steps
-  int evaluations = 0;           // of u and J, refused trials included
-  double force_energy = 0;       // E_f
-  double unit_force_energy = 0;  // unit_force_energy(): comparable between materials; 0 on the way
+  int iterations = 0;       // accepted steps
+  int evaluations = 0;      // of u and J, refused trials included
+  double force_energy = 0;  // E_f
+  double unit_force_energy =
+      0;  // unit_force_energy(): comparable between materials; 0 while it runs
   double constraint_energy = 0;  // gamma E_c over soft constraints
   double column_energy = 0;      // mu E_s
   double total_energy = 0;       // their sum

@@ -7,20 +7,20 @@ namespace {
 
 /// Of the curvature's norm: the first shift, and the one below which it is dropped.
 constexpr double kSmallestShift = 1e-4;
-constexpr double kLargestShift = 1e3;
-constexpr double kCutShort = 0.1;
-constexpr int kCutsAllowed = 2;
-constexpr int kShortenedAllowed = 20;
+constexpr double kLargestShift = 1e3;  // of the curvature's norm: beyond, the model is given up
+constexpr double kCutShort = 0.1;      // of a step: less is a step that is cut short
+constexpr int kCutsAllowed = 2;        // cut steps before the method changes
+constexpr int kShortenedAllowed = 20;  // shortened steps before the method changes
 
 }  // namespace
 
 void NewtonGuard::set_curvature(double norm) {
   curvature_ = norm;
-  if (way_ == Way::kPart) part_ = std::clamp(2 * part_, 0.25, 1.0);
+  if (method_ == Method::kPart) part_ = std::clamp(2 * part_, 0.25, 1.0);
 }
 
 bool NewtonGuard::strengthen() {
-  if (way_ == Way::kPart) {
+  if (method_ == Method::kPart) {
     if (part_ == 0) return false;  // weights too far apart for a squared system
     part_ = part_ > 0.1 ? 0.5 * part_ : 0;
     return true;
@@ -32,10 +32,10 @@ bool NewtonGuard::strengthen() {
 
 void NewtonGuard::judge(double gain, double taken) {
   changed_ = false;
-  if (way_ == Way::kPart) {
+  if (method_ == Method::kPart) {
     if (gain > 0 && taken >= kCutShort) return;
     ++cut_;
-    if (gain <= 0 || cut_ >= kCutsAllowed) begin(Way::kShift);
+    if (gain <= 0 || cut_ >= kCutsAllowed) begin(Method::kShift);
     return;
   }
   if (gain < 0.25 || taken < 1) {
@@ -45,7 +45,7 @@ void NewtonGuard::judge(double gain, double taken) {
     if (shift_ < kSmallestShift * curvature_) shift_ = 0;
   }
   shortened_ = shift_ > 0 ? shortened_ + 1 : 0;
-  if (shortened_ > kShortenedAllowed) begin(Way::kPart);
+  if (shortened_ > kShortenedAllowed) begin(Method::kPart);
 }
 
 int NewtonGuard::attempts() const { return shift_may_grow() ? 3 : 30; }
@@ -53,11 +53,11 @@ int NewtonGuard::attempts() const { return shift_may_grow() ? 3 : 30; }
 bool NewtonGuard::may_retry() const { return changed_ || shift_may_grow(); }
 
 bool NewtonGuard::shift_may_grow() const {
-  return way_ == Way::kShift && shift_ < kLargestShift * curvature_;
+  return method_ == Method::kShift && shift_ < kLargestShift * curvature_;
 }
 
-void NewtonGuard::begin(Way way) {
-  way_ = way;
+void NewtonGuard::begin(Method method) {
+  method_ = method;
   changed_ = true;
   part_ = 1;
   shift_ = 0;

@@ -3,10 +3,10 @@
 namespace limber::spacetime {
 
 /// What a Newton system H = H_GN - part * curvature + shift I needs to be positive definite and to
-/// give steps that the merit accepts. Two ways, since each fails where the other does well:
+/// give steps that the merit accepts. Two methods, since each fails where the other does well:
 ///
-/// kShift bounds the length of the step at the knots (Levenberg's way to a trust region); a long
-/// way along a straight valley takes many of its steps.
+/// kShift bounds the length of the step at the knots (Levenberg's trust region); a long
+/// path along a straight valley takes many of its steps.
 /// kPart takes as much of the curvature as leaves H definite; the line search does the rest. An H
 /// close to singular gives steps of any length that are then cut to a thousandth.
 ///
@@ -33,14 +33,14 @@ class NewtonGuard {
   [[nodiscard]] bool may_retry() const;
 
  private:
-  enum class Way { kPart, kShift };
-  void begin(Way way);
+  enum class Method { kPart, kShift };
+  void begin(Method method);
   void raise_shift(double factor);
   [[nodiscard]] bool shift_may_grow() const;
 
-  Way way_ = Way::kShift;
+  Method method_ = Method::kShift;
   double part_ = 1, shift_ = 0, curvature_ = 0;
-  bool changed_ = false;  // the last judgement began another way
+  bool changed_ = false;  // the last judgement switched the method
   int cut_ = 0;           // kPart: steps cut short since it began
   int shortened_ = 0;     // kShift: steps in a row with a shift
 };

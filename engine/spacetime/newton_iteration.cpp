@@ -12,7 +12,7 @@ constexpr double kTruncatedLeft = 1e-2;
 constexpr int kTruncatedRounds = 40;
 /// Far out most of their work is spent on directions that a factor finds to have no minimum: they
 /// serve where the scaled gradient is below this.
-constexpr double kNear = 0.3;
+constexpr double kMaxTruncatedGradient = 0.3;
 /// They do not see a saddle that they stand on, a factor does: it looks after so many steps in a
 /// row that hardly shrink.
 constexpr int kSlowTruncated = 3;
@@ -93,7 +93,7 @@ bool Optimizer::truncated_newton_step(Curvature curvature) {
     space_.factor(systems_, rows_, state_.jacobian);
   } else {
     update_curvature();
-    if (scaled(step_.decrement2) > kNear) return false;
+    if (scaled(step_.decrement2) > kMaxTruncatedGradient) return false;
   }
   descend();
   step_.d.setZero(z_.rows(), z_.cols());

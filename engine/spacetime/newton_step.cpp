@@ -10,7 +10,7 @@
 namespace limber::spacetime {
 namespace {
 
-constexpr int kMaxInner = 60;
+constexpr int kMaxInner = 60;  // conjugate gradient iterations at most
 
 }  // namespace
 

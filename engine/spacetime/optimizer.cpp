@@ -31,7 +31,7 @@ void Optimizer::set_structure(const ConstraintSet& constraints) {
   }
   residual_valid_ = jacobian_valid_ = motion_valid_ = false;
   space_.forget();
-  doubted_ = true;
+  needs_check_ = true;
   challenger_.reset();
   start_from_rest_if_there();
 }
@@ -40,7 +40,8 @@ void Optimizer::target_moved(const PositionConstraint& constraint, const Eigen::
   rows_.set_target(constraint);
   const Eigen::Vector3d& origin = origins_.try_emplace(constraint.id, from).first->second;
   const double frames = constraint.is_velocity() ? kTravelFrames : 1;
-  doubted_ = doubted_ || frames * (constraint.target - origin).norm() > kFarTravel * length_;
+  needs_check_ =
+      needs_check_ || frames * (constraint.target - origin).norm() > kFarTravel * length_;
   challenger_.reset();
   residual_valid_ = false;
 }
@@ -57,7 +58,7 @@ void Optimizer::set_systems(const ModeDynamics& dynamics, const Timeline& timeli
   systems_.gather(motion_, z_);
   residual_valid_ = jacobian_valid_ = motion_valid_ = false;
   space_.forget();
-  doubted_ = true;
+  needs_check_ = true;
   challenger_.reset();
   start_from_rest_if_there();
 }
@@ -96,9 +97,9 @@ void Optimizer::warm_start(const Eigen::MatrixXd& motion, Known known) {
   set_scale(1);
   from_rest_ = false;
   if (known == Known::kGuess) return;
-  doubted_ = false;
+  needs_check_ = false;
   origins_.clear();
-  settled_energy_ = std::numeric_limits<double>::infinity();  // told by the next solve
+  settled_energy_ = std::numeric_limits<double>::infinity();  // set by the next solve
 }
 
 const Eigen::MatrixXd& Optimizer::motion() const {
@@ -109,13 +110,13 @@ const Eigen::MatrixXd& Optimizer::motion() const {
   return motion_;
 }
 
-void Optimizer::evaluate(const Lanes& z, ConstraintRows::Jacobian wanted, RowState& state) const {
+void Optimizer::evaluate(const Lanes& z, ConstraintRows::Jacobian jacobian, RowState& state) const {
   const auto knots = static_cast<Eigen::Index>(rows_.knots().size());
   knots_z_.resize(systems_.lanes(), knots);
   for (Eigen::Index knot = 0; knot < knots; ++knot) {
     knots_z_.col(knot) = z.col(systems_.kept_of_knot(static_cast<int>(knot)));
   }
-  rows_.evaluate(knots_z_, wanted, state);
+  rows_.evaluate(knots_z_, jacobian, state);
 }
 
 void Optimizer::linearise() {
@@ -149,7 +150,7 @@ bool Optimizer::exact_done() const {
   return max_exact(state_.residual) <= options_.constraint_tolerance || only_contradiction_left();
 }
 
-Optimizer::Search Optimizer::search(const Step& step, ConstraintRows::Jacobian wanted) {
+Optimizer::Search Optimizer::search(const Step& step, ConstraintRows::Jacobian jacobian) {
   const double start = merit(z_, state_);
   double taken = 1;
   const auto sufficient = [&](double value) {
@@ -159,13 +160,13 @@ Optimizer::Search Optimizer::search(const Step& step, ConstraintRows::Jacobian w
     return Search{taken, start, (start - value) / (0.5 * step.decrement2)};
   };
   const auto with_jacobian = [&](double value) {
-    if (wanted == ConstraintRows::Jacobian::kYes) evaluate(trial_, wanted, trial_state_);
+    if (jacobian == ConstraintRows::Jacobian::kYes) evaluate(trial_, jacobian, trial_state_);
     return accepted(value);
   };
   const int attempts = full_model() ? guard_.attempts() : 30;
   for (int attempt = 0; attempt < attempts; ++attempt) {
     trial_ = z_ + taken * step.d;
-    evaluate(trial_, attempt == 0 ? wanted : ConstraintRows::Jacobian::kNo, trial_state_);
+    evaluate(trial_, attempt == 0 ? jacobian : ConstraintRows::Jacobian::kNo, trial_state_);
     const double value = merit(trial_, trial_state_);
     if (attempt == 0) {
       if (value <= start - 0.25 * step.decrement2) return accepted(value);

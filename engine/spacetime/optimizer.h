@@ -59,14 +59,14 @@ class Optimizer {
     bool newton = false, ramped = false;
   };
 
-  void evaluate(const Lanes& z, ConstraintRows::Jacobian wanted, RowState& state) const;
+  void evaluate(const Lanes& z, ConstraintRows::Jacobian jacobian, RowState& state) const;
   /// Residuals, Jacobians, force and shifted residuals at z_.
   void linearise();
   [[nodiscard]] double merit(const Lanes& z, const RowState& state) const;
   [[nodiscard]] double scaled(double decrement2) const;
   [[nodiscard]] double max_exact(const Eigen::VectorXd& residual) const;
   [[nodiscard]] bool exact_done() const;
-  [[nodiscard]] Search search(const Step& step, ConstraintRows::Jacobian wanted);
+  [[nodiscard]] Search search(const Step& step, ConstraintRows::Jacobian jacobian);
   /// Betters trial_ (z_ + step.d, of merit `value`) and its residuals; @returns the merit reached.
   double correct_for_curvature(const Step& step, double value);
   void accept(const Step& step, double taken);
@@ -119,7 +119,7 @@ class Optimizer {
   /// contradiction.
   [[nodiscard]] bool only_contradiction_left() const;
 
-  static constexpr double kExactWeightStart = 1e4;
+  static constexpr double kExactWeightStart = 1e4;  // first penalty of exact constraints
   /// A target this far (body lengths) from where it was when the answer was last challenged may
   /// have led the motion into the valley of a worse minimum.
   static constexpr double kFarTravel = 0.1;
@@ -147,7 +147,7 @@ class Optimizer {
   std::vector<Eigen::MatrixXd> curvature_;
   /// The answer may lie in the valley of a worse minimum: the set of constraints, ends or dynamics
   /// changed, a target has come far, or a challenge was stopped.
-  bool doubted_ = false;
+  bool needs_check_ = false;
   bool from_rest_ = false;  // the ramp began at z = 0 with the constraints that are there now
   std::map<ConstraintId, Eigen::Vector3d> origins_;  // of targets moved since the last challenge
   double settled_energy_ = 0;                        // of the last answer

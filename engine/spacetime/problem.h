@@ -38,7 +38,8 @@ using ConstraintId = std::uint64_t;
 /// mean velocity": u(frame) or, with `since`, (u(frame) - u(since)) / (frame - since) is the
 /// target. Only the axes of the mask count.
 struct PositionConstraint {
-  static constexpr double kExact = std::numeric_limits<double>::infinity();
+  static constexpr double kExact =
+      std::numeric_limits<double>::infinity();  // weight of constraints that are held exactly
 
   ConstraintId id = 0;
   int frame = 0;  // in [0, N)

@@ -12,7 +12,7 @@
 namespace limber::spacetime {
 namespace {
 
-constexpr Eigen::Index kLeastFrames = 8;
+constexpr Eigen::Index kLeastFrames = 8;  // that a target must have
 /// An energy of this share of the target's own is rounding.
 constexpr double kNegligibleEnergy = 1e-20;
 // Beyond them the other energies are lost in rounding.

@@ -72,7 +72,7 @@ struct Recovery {
 /// Cost of a step: r^4 N, memory r^3 N numbers; without S, r^3 N.
 /// @param target       z-bar, R x N: modal RS coordinates of the motion (reduced::ModalProjector)
 /// @param eigenvalues  R, of the modes, ascending, >= 0 (only their ratios matter)
-/// @param warm         where to begin instead of options.start; S is taken from it whatever varies
+/// @param warm         where to begin instead of options.start; S is taken from it in all cases
 /// @throws Error{kInvalidArgument} naming the option, `target` (fewer than 8 frames that are not
 /// driven, numbers that are not finite), `modes` (R < r), `eigenvalues` or `warm`;
 /// Error{kCancelled}
@@ -87,7 +87,7 @@ struct Continuation {
   int bounded_modes = 0;
 };
 
-/// How the motion goes on without force after its last two frames:
+/// How the motion continues without force after its last two frames:
 ///   z_(i+1) = ((2 + d - lambda) z_i - z_(i-1)) / (1 + d).
 /// @throws Error{kInvalidArgument} naming `frames` (>= 0) or `motion` (fewer than 2 frames)
 [[nodiscard]] Continuation continue_freely(const RecoveredMotion& motion, int frames);

@@ -10,7 +10,7 @@
 namespace limber::spacetime {
 namespace {
 
-constexpr double kProximal = 1e-10;
+constexpr double kProximal = 1e-10;  // of the constraints' second derivative
 
 std::array<double, 3> row_of(const ModeDynamics& dynamics, Eigen::Index mode) {
   const double lambda = dynamics.stiffness[mode], d = dynamics.damping[mode];
@@ -112,10 +112,10 @@ void RecoveryEnergy::balance(RecoveredMotion& at) const {
     // E / tau + mu (tau - 1)^2, stationary at tau^2 (tau - 1) = E / (2 mu), convex from 1 on;
     // Newton from above.
     const double at_one = 0.5 * force(at, k).squaredNorm() * square;
-    const double wanted = at_one / (2 * column_weight_);
-    double tau = 1 + std::cbrt(wanted);
+    const double cubic_value = at_one / (2 * column_weight_);
+    double tau = 1 + std::cbrt(cubic_value);
     for (int round = 0; round < 100; ++round) {
-      const double step = (tau * tau * (tau - 1) - wanted) / (tau * (3 * tau - 2));
+      const double step = (tau * tau * (tau - 1) - cubic_value) / (tau * (3 * tau - 2));
       tau = std::max(1.0, tau - step);
       if (step <= 1e-15 * tau) break;
     }

@@ -24,7 +24,7 @@ class RecoveryEnergy {
   [[nodiscard]] Eigen::MatrixXd gradient_of_mixing(const RecoveredMotion& at) const;
 
   /// The second derivative by z, unknown r * frame + mode, and a proximal term of 1e-10 of the
-  /// constraints' (about the current motion: only the way depends on it) where S is deficient.
+  /// constraints' (about the current motion: only the path depends on it) where S is deficient.
   [[nodiscard]] BandedCholesky factor_motion(const RecoveredMotion& at) const;
 
   /// z <- arg min, the rest as it is.

@@ -10,9 +10,9 @@
 namespace limber::spacetime {
 namespace {
 
-constexpr double kLeastRecoveredDamping = 1e-9;
-constexpr int kTrials = 16;                // dampings tried in one step
-constexpr double kDependent = 1e-10;       // of columns of S
+constexpr double kLeastRecoveredDamping = 1e-9;  // lower bound of Levenberg's nu
+constexpr int kTrials = 16;                      // dampings tried in one step
+constexpr double kDependent = 1e-10;             // of columns of S
 constexpr double kTiny = 1e-13;            // of a diagonal, keeps unknowns without effect still
 constexpr Eigen::Index kMostCoupled = 32;  // modes; beyond, z and S take turns
 
@@ -101,7 +101,7 @@ struct RecoveryStep::Model {
 
   /// The second derivative by C with z eliminated, but for E_s: some columns at a time.
   void couple(const Eigen::MatrixXd& z, double weight, const JobContext& job) {
-    constexpr std::int64_t kTogether = 32;
+    constexpr std::int64_t kTogether = 32;  // columns of one pass
     const Eigen::Index r = z.rows();
     schur.resize(r * r, r * r);
     parallel_for(r * r, kTogether, [&](std::int64_t begin, std::int64_t end) {

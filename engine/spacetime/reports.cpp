@@ -102,8 +102,8 @@ bool Optimizer::only_contradiction_left() const {
   bool deficient = false;
   // Contradiction times a heavy weight is what the merit then consists of: smaller errors than this
   // no longer show in it.
-  const double seen = std::sqrt(kRounding * merit(z_, state_) / rows_.exact_weight());
-  const double tolerance = std::max(options_.constraint_tolerance, seen);
+  const double resolvable = std::sqrt(kRounding * merit(z_, state_) / rows_.exact_weight());
+  const double tolerance = std::max(options_.constraint_tolerance, resolvable);
   const TiedGroups tied = tied_exact_rows(rows_, state_.jacobian);
   if (!tied.are_all) return false;
   for (const auto& [rows, transposed] : tied.groups) {
@@ -172,7 +172,7 @@ SolveReport Optimizer::report(SolveStatus status, int iterations, double gradien
     case SolveStatus::kConverged:
       break;
     case SolveStatus::kImproved:
-      report.message = "Stopped before convergence as asked.";
+      report.message = "Stopped before convergence as requested.";
       break;
     case SolveStatus::kIterationLimit:
       report.message = "Stopped at the iteration limit before convergence.";

@@ -57,8 +57,8 @@ enum class Known { kAnswer, kGuess };
 /// Keeps the optimum of E_f + sum gamma E_c over z warm while constraints change (z only: Lambda,
 /// D, S given).
 ///
-/// Not thread-safe; one owner drives it. All state needed to go on warm is inside. `cold_start()`
-/// forgets it.
+/// Not thread-safe; one owner drives it. All state needed to continue warm is inside.
+/// `cold_start()` forgets it.
 class Solver {
  public:
   /// @param mixing  S, R x r; empty: the first r coordinates, S = (I, 0)^T
@@ -79,8 +79,8 @@ class Solver {
   void remove_keyframe(ConstraintId id);                      // kNotFound
   void set_timeline(EndCondition first, EndCondition last);
   void set_dynamics(ModeDynamics dynamics);
-  /// Other dynamics and other modes at once, of the same number: the present z is kept, whatever
-  /// it means in them. mixing empty: the first r coordinates. Errors as the constructor's.
+  /// Other dynamics and other modes at once, of the same number: the present z is kept, with
+  /// a new meaning in them. mixing empty: the first r coordinates. Errors as the constructor's.
   void set_material(Material material);
   [[nodiscard]] std::vector<PositionConstraint> constraints() const;  // ordered by id
   /// All of them with the weights that are solved for.

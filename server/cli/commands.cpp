@@ -141,9 +141,10 @@ std::string program_name(const char* called_as) {
 
 int report(const std::string& program, const std::exception& fault) {
   const proto::Error error = error_to_proto(fault);
-  const bool said = error.message().starts_with(error.field());  // readers begin with their file
-  fmt::print(stderr, "{}: {}{}{}\n", program, said ? "" : error.field(), said ? "" : ": ",
-             error.message());
+  const bool names_field =
+      error.message().starts_with(error.field());  // readers begin with their file
+  fmt::print(stderr, "{}: {}{}{}\n", program, names_field ? "" : error.field(),
+             names_field ? "" : ": ", error.message());
   return 1;
 }
 
@@ -151,7 +152,7 @@ int report(const std::string& program, const std::exception& fault) {
 
 int run(int argc, char** argv, const MakeKinds& make_kinds) {
   google::protobuf::SetLogHandler(
-      nullptr);  // what is wrong with a message is told to whom it concerns
+      nullptr);  // what is wrong with a message is reported to its sender
   CLI::App app{
       "limberd holds scenes (elastic bodies, rod linkages, beam structures) and keeps their "
       "optimum "

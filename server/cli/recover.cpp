@@ -45,11 +45,11 @@ DecodedScene read_scene(const RecoverOptions& options) {
 }
 
 session::MaterialRecovery recover_material(const scene::Scene& scene,
-                                           const session::RecoveryRequest& wanted) {
+                                           const session::RecoveryRequest& recovery_request) {
   ProgressBar bar;
   JobContext job;
   job.progress = [&](const std::string& stage, double fraction) { bar.show(stage, fraction); };
-  auto recovery = session::recover(scene, wanted, job);
+  auto recovery = session::recover(scene, recovery_request, job);
   bar.show("done", 1);
   return recovery;
 }
@@ -84,9 +84,9 @@ int recover_file(const RecoverOptions& options) {
   const std::uint32_t most = ServiceLimits{}.frames;
   if (options.request.total_frames() > most)
     throw limit_exceeded("total_frames", "frames", most, options.request.total_frames());
-  const session::RecoveryRequest wanted =
+  const session::RecoveryRequest recovery_request =
       decode_recovery(options.request).resolved(decoded.scene.frame_count);
-  session::MaterialRecovery recovery = recover_material(decoded.scene, wanted);
+  session::MaterialRecovery recovery = recover_material(decoded.scene, recovery_request);
   const proto::RecoveryReport report = encode_report(recovery);
   if (!options.output.empty()) {
     const auto motion = std::make_shared<const ComputedMotion>(

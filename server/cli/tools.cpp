@@ -147,7 +147,7 @@ void ToolCommands::add_tetrahedralize(CLI::App& app) {
 
 void ToolCommands::add_recover(CLI::App& app) {
   auto* recover = app.add_subcommand(
-      "recover", "The material of a scene's base motion, and how the motion goes on with it");
+      "recover", "The material of a scene's base motion, and how the motion continues with it");
   auto& request = recovery_.request;
   const auto number = [&](const char* name, auto set, const char* text) {
     recover->add_option_function<std::uint32_t>(

@@ -11,7 +11,7 @@
 namespace limber::server {
 
 /// The results that exports of one session are made of, kept so that all parts of an export agree
-/// although edits go on. Any thread.
+/// although edits continue. Any thread.
 template <class Result>
 class ExportBook {
  public:

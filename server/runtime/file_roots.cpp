@@ -17,11 +17,12 @@ bool is_below(const fs::path& path, const fs::path& root) {
   return end == root.end() && at != path.end();
 }
 
-std::optional<fs::path> below(const fs::path& root, const fs::path& wanted) {
+std::optional<fs::path> below(const fs::path& root, const fs::path& requested) {
   std::error_code fault;
   const fs::path home = fs::canonical(root, fault);
   if (fault) return std::nullopt;
-  const fs::path file = fs::canonical(wanted.is_absolute() ? wanted : home / wanted, fault);
+  const fs::path file =
+      fs::canonical(requested.is_absolute() ? requested : home / requested, fault);
   if (fault || !is_below(file, home) || !fs::is_regular_file(file, fault)) return std::nullopt;
   // Readers open companions in the same folder: none of those may lead out either.
   for (const auto& entry : fs::directory_iterator(file.parent_path(), fault)) {

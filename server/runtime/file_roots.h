@@ -15,7 +15,7 @@ class FileRoots {
   explicit FileRoots(std::vector<std::filesystem::path> roots) : roots_(std::move(roots)) {}
 
   /// The one existing file below a root that `path` means. Nothing outside is reached, by .. or
-  /// symbolic links, and whether it exists is not told.
+  /// symbolic links, and whether it exists is not disclosed.
   /// @throws Refusal NOT_FOUND naming `field`
   [[nodiscard]] std::filesystem::path resolve(const std::string& path,
                                               const std::string& field) const;

@@ -32,7 +32,7 @@ void FrameStreams::note(const std::shared_ptr<const FrameSource>& result) {
     if (newest_ && newest_->sequence() > result->sequence()) return;
     newest_ = result;
   }
-  if (hub_.transport.wanted(topics_[0])) {
+  if (hub_.transport.has_subscriber(topics_[0])) {
     const std::lock_guard order(coordinates_);
     publish(0, *result);
   }
@@ -54,7 +54,7 @@ void FrameStreams::close() {
 
 void FrameStreams::request(unsigned topics) {
   for (std::size_t i = 0; i < kTopics; ++i) {
-    if (!hub_.transport.wanted(topics_[i])) topics &= ~(1u << i);
+    if (!hub_.transport.has_subscriber(topics_[i])) topics &= ~(1u << i);
   }
   if (topics == 0) return;
   {

@@ -36,7 +36,7 @@ session::Executor Hub::session_executor() {
 }
 
 void Hub::publish_job(const proto::JobStatus& status) {
-  if (!transport.wanted(kJobsTopic)) return;
+  if (!transport.has_subscriber(kJobsTopic)) return;
   auto message = stream_message(run, status.session(), 0);
   *message.mutable_job() = status;
   transport.publish(kJobsTopic, {message.SerializeAsString()});

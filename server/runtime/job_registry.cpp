@@ -44,8 +44,8 @@ void JobRegistry::progress(JobId id, const session::Progress& progress) {
   const bool new_stage = job.status.progress().stage() != progress.stage;
   *job.status.mutable_progress() = encode_progress(progress);
   const auto now = Clock::now();
-  if (!new_stage && now - job.told < kProgressInterval) return;
-  job.told = now;
+  if (!new_stage && now - job.reported < kProgressInterval) return;
+  job.reported = now;
   on_change_(status_of(job));
 }
 
@@ -69,7 +69,7 @@ void JobRegistry::end(JobId id, proto::JobState state, const proto::Error* error
     const auto it = jobs_.find(id);
     if (it == jobs_.end() || !it->second.running()) return;
     Job& job = it->second;
-    const bool stopped = job.asked_to_stop && state == proto::JOB_STATE_FAILED;
+    const bool stopped = job.stop_requested && state == proto::JOB_STATE_FAILED;
     job.status.set_elapsed_s(std::chrono::duration<double>(Clock::now() - job.started).count());
     job.status.set_state(stopped ? proto::JOB_STATE_CANCELLED : state);
     if (error != nullptr && !stopped) *job.status.mutable_error() = *error;
@@ -111,7 +111,7 @@ void JobRegistry::cancel(JobId id) {
     (void)find(id);
     Job& job = jobs_[id];
     if (!job.running()) return;
-    job.asked_to_stop = true;
+    job.stop_requested = true;
     cancel = job.cancel;
   }
   if (cancel) cancel();
@@ -217,7 +217,7 @@ void JobRegistry::shut_down() {
     const std::lock_guard lock(mutex_);
     for (auto& [id, job] : jobs_) {
       if (!job.running()) continue;
-      job.asked_to_stop = true;
+      job.stop_requested = true;
       if (job.cancel) cancels.push_back(job.cancel);
       std::move(job.waiters.begin(), job.waiters.end(), std::back_inserter(waiters));
       job.waiters.clear();

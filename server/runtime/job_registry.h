@@ -34,8 +34,8 @@ struct JobProduct {
 };
 
 /// Long work: what it is, how far it is, how it ended. The newest finished ones are kept; the
-/// meshes and motions of fewer. Thread-safe. Every change is told to the listener of the registry
-/// (the stream), in order: after the end of a job nobody is told that it runs.
+/// meshes and motions of fewer. Thread-safe. Every change is reported to the listener of the
+/// registry (the stream), in order: after the end of a job it is not reported as running.
 class JobRegistry {
  public:
   /// Called with the registry's lock, which is what keeps the order: it must not call back.
@@ -80,9 +80,9 @@ class JobRegistry {
   };
   struct Job {
     proto::JobStatus status;
-    Clock::time_point started, told;
+    Clock::time_point started, reported;
     Cancel cancel;
-    bool asked_to_stop = false;
+    bool stop_requested = false;
     JobProduct product;
     std::vector<Waiter> waiters;
     [[nodiscard]] bool running() const { return status.state() == proto::JOB_STATE_RUNNING; }

@@ -13,9 +13,9 @@ class OpenRequests {
  public:
   /// @param client  its routing id
   void begin(const std::string& client);
-  /// Before the reply is on its way: whoever has it may send the next request at once.
+  /// Before the reply is sent: a client that has it may send the next request at once.
   void answered(const std::string& client);
-  /// After the reply is on its way: with a total of 0 every reply is.
+  /// After the reply is sent: with a total of 0 every reply is.
   void end() { total_.fetch_sub(1); }
 
   [[nodiscard]] std::uint64_t total() const;

@@ -19,7 +19,7 @@ struct ServiceLimits {
   std::uint64_t session_bytes = 8ull << 30;  // estimated before a session is built
   std::uint32_t waits = 10'000;              // requests that wait for a result or a job
   std::uint32_t client_requests = 1000;      // of one client that wait or run
-  std::uint32_t sure_requests = 64;  // of one client that may wait whatever others have waiting
+  std::uint32_t sure_requests = 64;          // of one client that may wait however many others wait
   std::uint64_t queued_request_bytes = 1ull << 30;  // of heavy requests that wait for a thread
 };
 
@@ -36,8 +36,8 @@ struct ServerOptions {
   int request_threads = 3;  // heavy requests: parsing of meshes, encoding of frames, long edits
   std::chrono::milliseconds grace{2000};  // from the wish to stop to the end
 
-  /// How often the status of every session is told again to its subscribers: whoever missed the
-  /// last frames of a motion learns from it that there are newer ones.
+  /// How often the status of every session is published again: subscribers that missed the
+  /// last frames of a motion learn from it that there are newer ones.
   std::chrono::milliseconds status_interval{2000};
 
   /// @throws Refusal naming the option

@@ -170,7 +170,7 @@ void Record::note_result(const std::shared_ptr<const proto::ResultInfo>& info,
 }
 
 void Record::publish_status() {
-  if (!hub_.transport.wanted(status_topic_)) return;
+  if (!hub_.transport.has_subscriber(status_topic_)) return;
   auto message = stream_message(hub_.run, id(), key_.uid);
   *message.mutable_status() = status();
   hub_.transport.publish(status_topic_, {message.SerializeAsString()});

@@ -14,13 +14,13 @@
 
 namespace limber::server {
 
-/// What the service knows of one session besides the session, whatever it is of: who waits, who
+/// What the service knows of one session besides the session, for every kind: who waits, who
 /// watches, which jobs are its.
 ///
 /// Lock order: no lock of this class is held while the session is called.
 class Record : public std::enable_shared_from_this<Record> {
  public:
-  /// The job of the building is told how it goes.
+  /// The job of the building gets its progress.
   Record(Hub& hub, SessionKey key, std::string name, JobId open_job);
   virtual ~Record() = default;
   Record(const Record&) = delete;
@@ -32,7 +32,7 @@ class Record : public std::enable_shared_from_this<Record> {
   [[nodiscard]] virtual const char* kind() const = 0;
   /// For messages: what a session of this kind is of.
   [[nodiscard]] virtual const char* subject() const = 0;
-  /// Whether one edit is soon done, whatever it is: what it validates is small. Any thread, without
+  /// Whether one edit is soon done, of any kind: what it validates is small. Any thread, without
   /// waiting.
   [[nodiscard]] virtual bool edits_are_light() const { return true; }
   /// The build failed or was cancelled, and nobody has asked for another.
@@ -61,7 +61,7 @@ class Record : public std::enable_shared_from_this<Record> {
   /// @param what  that they have not, for the message
   [[nodiscard]] Error lacks(const char* what) const;
 
-  /// Of CancelRequest: stops the session's work; who waits is told.
+  /// Of CancelRequest: stops the session's work; waiting clients are notified.
   void cancel();
   void welcome(const std::string& prefix);
   /// To the subscribers of the status topic, if there are any.
@@ -73,12 +73,12 @@ class Record : public std::enable_shared_from_this<Record> {
 
   /// Of the session alone. @throws Error{kNotFound} once it is closed
   virtual void stop_work() = 0;
-  /// Closes the session and lets it go; who waits is not told. @throws Error{kNotFound}
+  /// Closes the session and lets it go; waiting clients are not notified. @throws Error{kNotFound}
   virtual void close_session() = 0;
 
  protected:
   [[nodiscard]] Error closed() const;
-  /// What is told of a session of this kind. Called without the lock.
+  /// The status fields of a session of this kind. Called without the lock.
   virtual void describe(proto::SessionStatus& status) const = 0;
   /// The session and its model are there: streams may begin. Called without the lock.
   virtual void adopt_model() = 0;

@@ -32,7 +32,7 @@ class Ticket {
   bool refuse(const std::exception& fault, const std::string& prefix = "");
   /// As refuse(), before anything of the request was done: it may come again under the same id.
   bool refuse_unbegun(const std::exception& fault);
-  /// From now on its end is told to `replies`. Before it is shared.
+  /// From now on its end is reported to `replies`. Before it is shared.
   void keep_reply(StoredReplies& replies, RequestKey key);
   /// The bytes of a reply that the same request got before.
   void answer_again(std::string reply);

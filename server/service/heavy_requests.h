@@ -35,7 +35,7 @@ class HeavyRequests {
 
   /// @param work        on the pool; must not throw
   /// @param most_bytes  that may wait; half of it of one client. A request that would wait alone is
-  ///                    taken whatever its size.
+  ///                    taken at any size.
   HeavyRequests(boost::asio::thread_pool& pool, int threads, std::uint64_t most_bytes, Work work);
 
   /// One that was taken, and has another ticket now, keeps its place by its number.
@@ -61,8 +61,8 @@ class HeavyRequests {
   /// What one client has waiting.
   struct Line {
     std::unordered_map<std::string, Queue> queues;  // by session; none is empty
-    // The queues that may go on, by the number of their first: those of sessions that nothing runs
-    // for, and the one without a session.
+    // The queues that may continue, by the number of their first: those of sessions that nothing
+    // runs for, and the one without a session.
     std::map<std::uint64_t, std::string> ready;
     std::uint64_t bytes = 0;
     std::list<std::string>::iterator turn;

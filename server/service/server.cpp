@@ -59,7 +59,7 @@ Server::Ending Server::run() {
   return ending;
 }
 
-/// Who waits is told the true reason before the cancellations would give another.
+/// Waiting clients get the true reason before the cancellations would give another.
 void Server::refuse_and_cancel() {
   service_.refuse_waiting(shutting_down());
   const auto records = service_.sessions().all();
@@ -101,7 +101,7 @@ bool Server::close_sessions(Clock::time_point deadline) {
 }
 
 bool Server::answer_everybody(Clock::time_point deadline) {
-  // New ones go on coming, and are refused: that there was none for a moment is enough.
+  // New ones keep coming, and are refused: that there was none for a moment is enough.
   while (hub_.open_requests.total() > 0) {
     if (Clock::now() >= deadline) return false;
     std::this_thread::sleep_for(std::chrono::milliseconds(1));

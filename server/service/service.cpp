@@ -42,7 +42,7 @@ bool has_poses(const proto::Request& request) {
                      [](const proto::Edit& edit) { return edit.has_add_keyframe(); });
 }
 
-/// Edits that are soon done, whatever they are; others are for the pool.
+/// Edits that are soon done, of any kind; others are for the pool.
 constexpr std::uint64_t kShortEditBytes = 8 << 10;
 bool is_short(const proto::EditRequest& request) {
   constexpr int kEdits = 64;
@@ -254,10 +254,11 @@ void Service::demand_room_of_client(const Ticket& ticket) const {
 }
 
 void Service::demand_room_behind(const Ticket& ticket) const {
-  constexpr std::uint64_t kMost = 20'000;
+  constexpr std::uint64_t kMaxRequestsBehind = 20'000;
   const std::uint64_t open = hub_.open_requests.of(ticket.client());
-  if (open > kMost)
-    throw limit_exceeded("body", "requests of this client behind edits under way", kMost, open);
+  if (open > kMaxRequestsBehind)
+    throw limit_exceeded("body", "requests of this client behind running edits", kMaxRequestsBehind,
+                         open);
 }
 
 void Service::demand_room_to_wait(const Ticket& ticket) const {

@@ -16,7 +16,7 @@ namespace limber::server {
 
 /// Requests to answers. Light ones (few edits, waits, status) are handled where they arrive, on the
 /// transport's thread, in the order of arrival; heavy ones (meshes, frames, exports) on a pool, in
-/// any order. Many edits of a session are made on the pool, too: as long as they are under way,
+/// any order. Many edits of a session are made on the pool, too: as long as they run,
 /// what else a client sends to this session is handled behind them, in the order of arrival.
 class Service {
  public:

@@ -32,17 +32,19 @@ Refusal exists(const std::string& name) {
 
 }  // namespace
 
-std::unique_ptr<SessionRegistry::Reservation> SessionRegistry::reserve(const std::string& wanted) {
-  check_name(wanted);
+std::unique_ptr<SessionRegistry::Reservation> SessionRegistry::reserve(
+    const std::string& requested) {
+  check_name(requested);
   const std::lock_guard lock(mutex_);
-  const auto known = sessions_.find(wanted);
-  if (reserved_.count(wanted) > 0 || (known != sessions_.end() && !known->second.record->failed()))
-    throw exists(wanted);
+  const auto known = sessions_.find(requested);
+  if (reserved_.count(requested) > 0 ||
+      (known != sessions_.end() && !known->second.record->failed()))
+    throw exists(requested);
   std::uint64_t open = reserved_.size();
   for (const auto& [name, entry] : sessions_) open += entry.record->failed() ? 0 : 1;
   if (open >= limit_) throw limit_exceeded("", "open sessions", limit_, open + 1);
-  std::string name = wanted;
-  while (name.empty() || (name != wanted && (sessions_.count(name) + reserved_.count(name)) > 0))
+  std::string name = requested;
+  while (name.empty() || (name != requested && (sessions_.count(name) + reserved_.count(name)) > 0))
     name = fmt::format("session-{}-{}", names_of_run_, ++last_);
   reserved_.insert(name);
   return std::make_unique<Reservation>(*this, SessionKey{name, ids_.next()});
@@ -89,15 +91,15 @@ std::vector<std::shared_ptr<Record>> SessionRegistry::put(const std::shared_ptr<
 }
 
 std::shared_ptr<Record> SessionRegistry::find(const std::string& reference) const {
-  const SessionKey wanted = SessionKey::parse(reference);
-  if (ids_.is_of_another_run(wanted.uid))
-    throw restarted("session", fmt::format("session '{}'", wanted.name));
+  const SessionKey requested = SessionKey::parse(reference);
+  if (ids_.is_of_another_run(requested.uid))
+    throw restarted("session", fmt::format("session '{}'", requested.name));
   const std::lock_guard lock(mutex_);
-  const auto it = sessions_.find(wanted.name);
-  if (it == sessions_.end()) throw not_found(wanted.name);
-  if (wanted.uid != 0 && it->second.record->key().uid != wanted.uid) {
+  const auto it = sessions_.find(requested.name);
+  if (it == sessions_.end()) throw not_found(requested.name);
+  if (requested.uid != 0 && it->second.record->key().uid != requested.uid) {
     throw Refusal(proto::ERROR_CODE_NOT_FOUND, "session",
-                  fmt::format("session '{}' was closed; another one has its name", wanted.name));
+                  fmt::format("session '{}' was closed; another one has its name", requested.name));
   }
   return it->second.record;
 }

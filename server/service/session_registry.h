@@ -36,10 +36,10 @@ class SessionRegistry {
     SessionKey key_;
   };
 
-  /// @param wanted  1 to 64 of [A-Za-z0-9._-]; empty: chosen here, never to be reused
+  /// @param requested  1 to 64 of [A-Za-z0-9._-]; empty: chosen here, never to be reused
   /// Changes nothing that others see: the scene may still be refused.
   /// @throws Refusal INVALID_ARGUMENT, ALREADY_EXISTS, LIMIT_EXCEEDED
-  [[nodiscard]] std::unique_ptr<Reservation> reserve(const std::string& wanted);
+  [[nodiscard]] std::unique_ptr<Reservation> reserve(const std::string& requested);
   /// Under the name that was reserved for it.
   /// @returns failed ones that had to go, for the caller to close
   /// @throws Refusal as reserve() does, where a failed session was taken up again meanwhile

@@ -23,7 +23,7 @@ bool is_key(std::string text) {
 }
 
 /// The first word of a line, or nothing for an empty line and a comment. '#' is a Z85 digit too: a
-/// word that is a key is one, whatever it starts with.
+/// word that is a key is one, also where it starts with '#'.
 std::string first_word(const std::string& line) {
   constexpr const char* kBlanks = " \t\r";
   const auto first = line.find_first_not_of(kBlanks);

@@ -4,7 +4,7 @@
 
 namespace limber::server {
 
-/// While a socket is bound to ipc://PATH: libzmq takes the place of whatever is at the path.
+/// While a socket is bound to ipc://PATH: libzmq replaces anything at the path.
 /// Refused where a server listens there, or where there is something else than a socket; what a
 /// killed server left is taken over. Starting servers take turns, by a lock of the folder that is
 /// waited for one second: no two take the same path. For other endpoints nothing is done.

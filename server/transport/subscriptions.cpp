@@ -71,7 +71,7 @@ void Subscriptions::forget(std::uint64_t connection) {
   subscribers_.erase(found);
 }
 
-bool Subscriptions::wanted(std::string_view topic) const {
+bool Subscriptions::has_subscriber(std::string_view topic) const {
   const std::shared_lock lock(mutex_);
   for (std::size_t length = 0; length <= topic.size(); ++length) {
     if (prefixes_.contains(std::string(topic.substr(0, length)))) return true;

@@ -19,19 +19,19 @@ class Subscriptions {
 
   enum class Noted {
     kSubscription,  // to a prefix that topics of ours may have
-    kTooMany,       // not noted; said once of a connection, whose messages are ignored from then on
+    kTooMany,  // not noted; reported once per connection, whose messages are ignored from then on
     kNothing
   };
   /// @param connection  Peer::number
   /// @param message  from the XPUB socket: 1 or 0, then the prefix
   Noted note(std::uint64_t connection, std::string_view message);
-  /// Connections that had to make room, each told once: where all together have kMaxPrefixes, the
-  /// one that has most gives all of its own for a new one of another. Messages of it are ignored
-  /// from then on.
+  /// Connections that had to make room, each reported once: where all together have kMaxPrefixes,
+  /// the one that has most gives all of its own for a new one of another. Messages of it are
+  /// ignored from then on.
   [[nodiscard]] std::vector<std::uint64_t> take_displaced();
   /// The connection has ended.
   void forget(std::uint64_t connection);
-  [[nodiscard]] bool wanted(std::string_view topic) const;
+  [[nodiscard]] bool has_subscriber(std::string_view topic) const;
 
  private:
   struct Subscriber {
@@ -46,7 +46,7 @@ class Subscriptions {
   mutable std::shared_mutex mutex_;
   std::unordered_map<std::uint64_t, Subscriber> subscribers_;
   std::unordered_map<std::string, std::size_t> prefixes_;  // how many connections have each
-  std::vector<std::uint64_t> displaced_;                   // not yet told
+  std::vector<std::uint64_t> displaced_;                   // not yet reported
 };
 
 }  // namespace limber::server

@@ -10,7 +10,7 @@ std::size_t TopicSlots::put(const std::string& topic, std::vector<StreamBytes> m
   if (messages.empty()) return 0;
   auto [slot, fresh] = slots_.try_emplace(topic);
   const std::size_t given_up = slot->second.messages.size();
-  // The waiting time goes on: a stuck subscriber must not be waited for again with every new
+  // The waiting time continues: a stuck subscriber must not be waited for again with every new
   // message.
   if (fresh) slot->second.waiting_since = now;
   slot->second.messages.assign(std::make_move_iterator(messages.begin()),

@@ -217,7 +217,7 @@ void Transport::loop() {
       if (fault.num() == ETERM) break;
       if (fault.num() != EINTR) log::error("transport: {}", fault.what());
     } catch (const std::exception&
-                 fault) {  // out of memory: what was under way is lost, the loop is not
+                 fault) {  // out of memory: the message in progress is lost, the loop is not
       log::error("transport: {}", fault.what());
     }
   }

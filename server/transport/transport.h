@@ -80,7 +80,9 @@ class Transport {
   /// @param messages  serialised StreamMessages without `sequence`, which is appended here, in the
   /// order of calls
   void publish(const std::string& topic, std::vector<StreamBytes> messages);
-  [[nodiscard]] bool wanted(std::string_view topic) const { return subscriptions_.wanted(topic); }
+  [[nodiscard]] bool has_subscriber(std::string_view topic) const {
+    return subscriptions_.has_subscriber(topic);
+  }
   /// With CURVE: these clients' public keys in place of those that were allowed. Connections of
   /// others are cut off.
   void allow(std::set<std::string> keys);

@@ -36,7 +36,7 @@ class ZapHandler {
 
   /// Before the socket is bound: its connections are handed to this handler.
   static void guard(zmq::socket_t& socket);
-  /// Before start(): the ends of this socket's connections are told.
+  /// Before start(): the ends of this socket's connections are reported.
   void watch(zmq::socket_t& socket);
   /// Before the socket is closed, on its thread.
   static void stop_watching(zmq::socket_t& socket);

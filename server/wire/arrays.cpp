@@ -28,10 +28,10 @@ std::size_t size_of(proto::DataType type) {
 }
 
 void demand_extent(const proto::Array& array, const std::string& field, int dimension,
-                   std::uint64_t wanted, const char* what) {
-  if (array.shape(dimension) != wanted) {
+                   std::uint64_t expected, const char* what) {
+  if (array.shape(dimension) != expected) {
     throw invalid(fmt::format("{}.shape[{}]", field, dimension),
-                  fmt::format("{} {}, expected {}", array.shape(dimension), what, wanted));
+                  fmt::format("{} {}, expected {}", array.shape(dimension), what, expected));
   }
 }
 

@@ -11,10 +11,10 @@ namespace limber::server {
 
 void read_extension(const google::protobuf::Any& extension, const std::string& field,
                     google::protobuf::Message& message) {
-  const std::string& wanted = message.GetDescriptor()->full_name();
+  const std::string& expected = message.GetDescriptor()->full_name();
   std::string given;
-  if (!google::protobuf::Any::ParseAnyTypeUrl(extension.type_url(), &given) || given != wanted) {
-    throw invalid(field, fmt::format("a {} is expected, not '{}'", wanted,
+  if (!google::protobuf::Any::ParseAnyTypeUrl(extension.type_url(), &given) || given != expected) {
+    throw invalid(field, fmt::format("a {} is expected, not '{}'", expected,
                                      abbreviate(extension.type_url(), 200)));
   }
   try {
@@ -24,7 +24,7 @@ void read_extension(const google::protobuf::Any& extension, const std::string& f
                   fault.what(), fault.details());
   }
   if (!message.ParseFromString(extension.value()))
-    throw malformed(fmt::format("{}: the bytes are not a {}", field, wanted));
+    throw malformed(fmt::format("{}: the bytes are not a {}", field, expected));
 }
 
 void demand_extension_alone(const proto::Scene& scene, const std::string& prefix) {

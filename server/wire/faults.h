@@ -7,8 +7,8 @@
 
 namespace limber::server {
 
-/// What decoding does with what it cannot read: throws the first, for whoever wants the value; or
-/// notes each and goes on with a default in its place, for whoever wants all that is wrong.
+/// What decoding does with what it cannot read: throws the first, for callers that need the value;
+/// or notes each and continues with a default in its place, for callers that list all faults.
 class Faults {
  public:
   enum class Mode { kThrow, kCollect };

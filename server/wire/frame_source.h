@@ -7,8 +7,8 @@
 
 namespace limber::server {
 
-/// The frames of one published result, whatever the session is of, to be encoded as they are
-/// wanted. Immutable, shared between threads.
+/// The frames of one published result of a session of any kind, to be encoded as they are
+/// requested. Immutable, shared between threads.
 class FrameSource {
  public:
   FrameSource() = default;

@@ -81,12 +81,12 @@ FrameRange frame_range(std::uint32_t first, std::uint32_t count, int frame_count
     throw Refusal(proto::ERROR_CODE_OUT_OF_RANGE, "first_frame",
                   fmt::format("frame {} of {}", first, frames));
   }
-  const std::uint64_t wanted = count == 0 ? frames - first : count;
-  if (first + wanted > frames) {
+  const std::uint64_t requested = count == 0 ? frames - first : count;
+  if (first + requested > frames) {
     throw Refusal(proto::ERROR_CODE_OUT_OF_RANGE, "frame_count",
-                  fmt::format("{} frames from {}, there are {}", wanted, first, frames));
+                  fmt::format("{} frames from {}, there are {}", requested, first, frames));
   }
-  return {static_cast<int>(first), static_cast<int>(wanted)};
+  return {static_cast<int>(first), static_cast<int>(requested)};
 }
 
 }  // namespace limber::server

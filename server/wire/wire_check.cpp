@@ -27,7 +27,7 @@ constexpr int kPeekedEdits = 70'000;  // the same of a body, which has at most 6
 constexpr int kLongestName = 128;
 constexpr int kPeekedText = 64;  // bytes of Request.instance and Request.client
 
-/// The way down to a field; built on the stack, turned into text only when something is wrong.
+/// The path to a field; built on the stack, turned into text only when something is wrong.
 struct Step {
   const Step* parent;
   const FieldDescriptor* field;
@@ -60,7 +60,7 @@ class Walker {
   void message(const Descriptor& type, const Step* at, int depth) {
     if (depth > kMaxDepth) throw malformed(fmt::format("{}: nested too deeply", path_of(at)));
     LIMBER_DEMAND(type.field_count() <= kMaxFields);
-    std::array<int, kMaxFields> seen{};
+    std::array<int, kMaxFields> occurrences{};
     std::array<const FieldDescriptor*, kMaxFields> oneofs{};
     while (true) {
       const std::uint32_t tag = in_.ReadTag();
@@ -74,7 +74,7 @@ class Walker {
         const std::string path = path_of(at);
         throw invalid(path, fmt::format("unknown field number {} in {}", number, type.name()));
       }
-      const Step step{at, field, seen[static_cast<std::size_t>(field->index())]++};
+      const Step step{at, field, occurrences[static_cast<std::size_t>(field->index())]++};
       check_once(*field, step, oneofs);
       value(*field, Wire::GetTagWireType(tag), step, depth);
     }
@@ -102,19 +102,20 @@ class Walker {
   }
 
   void value(const FieldDescriptor& field, Wire::WireType wire, const Step& step, int depth) {
-    const auto wanted = Wire::WireTypeForFieldType(static_cast<Wire::FieldType>(field.type()));
-    if (wire == Wire::WIRETYPE_LENGTH_DELIMITED && wanted != wire && field.is_packable()) {
+    const auto expected = Wire::WireTypeForFieldType(static_cast<Wire::FieldType>(field.type()));
+    if (wire == Wire::WIRETYPE_LENGTH_DELIMITED && expected != wire && field.is_packable()) {
       packed(field, step);
-    } else if (wire != wanted) {
-      throw invalid(path_of(&step), fmt::format("wire type {} where {} is expected",
-                                                static_cast<int>(wire), static_cast<int>(wanted)));
+    } else if (wire != expected) {
+      throw invalid(path_of(&step),
+                    fmt::format("wire type {} where {} is expected", static_cast<int>(wire),
+                                static_cast<int>(expected)));
     } else if (field.type() == FieldDescriptor::TYPE_MESSAGE) {
       submessage(field, step, depth);
     } else if (wire == Wire::WIRETYPE_LENGTH_DELIMITED) {
       const int length = read_length(step);
       if (!in_.Skip(length)) throw truncated(&step);
     } else {
-      number(field, wanted, step);
+      number(field, expected, step);
     }
   }
 
@@ -140,12 +141,12 @@ class Walker {
   }
 
   void packed(const FieldDescriptor& field, const Step& step) {
-    const auto wanted = Wire::WireTypeForFieldType(static_cast<Wire::FieldType>(field.type()));
+    const auto expected = Wire::WireTypeForFieldType(static_cast<Wire::FieldType>(field.type()));
     const int length = read_length(step);
     const auto limit = in_.PushLimit(length);
     Step element = step;
     element.index = 0;
-    for (; in_.BytesUntilLimit() > 0; ++element.index) number(field, wanted, element);
+    for (; in_.BytesUntilLimit() > 0; ++element.index) number(field, expected, element);
     in_.PopLimit(limit);
   }
 
@@ -237,11 +238,11 @@ std::string peek_session(std::string_view bytes, int body) {
   const FieldDescriptor* const session = request->message_type()->FindFieldByName("session");
   if (session == nullptr || session->type() != FieldDescriptor::TYPE_STRING) return "";
   CodedInputStream in = stream_of(bytes);
-  int wanted = body;
+  int expected = body;
   for (int field = 0; field < kPeekedEdits; ++field) {
     const std::uint32_t tag = in.ReadTag();
     if (tag == 0 || Wire::GetTagWireType(tag) == Wire::WIRETYPE_START_GROUP) return "";
-    if (Wire::GetTagFieldNumber(tag) != wanted) {
+    if (Wire::GetTagFieldNumber(tag) != expected) {
       if (!Wire::SkipField(&in, tag)) return "";
       continue;
     }
@@ -249,9 +250,9 @@ std::string peek_session(std::string_view bytes, int body) {
     if (Wire::GetTagWireType(tag) != Wire::WIRETYPE_LENGTH_DELIMITED ||
         !in.ReadVarintSizeAsInt(&length))
       return "";
-    if (wanted == body) {  // into the body
+    if (expected == body) {  // into the body
       in.PushLimit(length);
-      wanted = session->number();
+      expected = session->number();
       body = 0;
       continue;
     }

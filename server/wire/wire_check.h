@@ -20,7 +20,7 @@ struct RequestPeek {
 };
 
 /// Reads only the first few outermost fields, in a time that does not depend on their length; never
-/// throws, whatever the bytes are.
+/// throws, for any bytes.
 [[nodiscard]] RequestPeek peek_request(std::string_view bytes);
 
 /// The session that the body of a request names, without a uid behind it ("NAME@UID"). Empty where

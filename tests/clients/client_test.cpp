@@ -72,22 +72,22 @@ TEST(Client, ARefusalCarriesCodeFieldMessageAndDetails) {
   EXPECT_EQ(error.details().at("limit"), "120");
 }
 
-TEST(Client, ASilentServerIsAskedTwiceUnderOneIdAndOnceToShutDown) {
-  std::vector<std::string> seen;
+TEST(Client, RequestsToASilentServerAreRepeatedUnderOneIdAndShutdownIsNot) {
+  std::vector<std::string> received;
   FakeRouter router([&](const v1::Request& request) {
-    seen.push_back(request.SerializeAsString());
+    received.push_back(request.SerializeAsString());
     return std::vector<std::string>{};
   });
   Client client(router.requests(), impatient());
   EXPECT_THROW(client.call(v1::EditRequest{}), Unreachable);
-  EXPECT_EQ(router.seen(), 2);
-  ASSERT_EQ(seen.size(), 2u);
-  EXPECT_EQ(seen[0], seen[1]);
+  EXPECT_EQ(router.received(), 2);
+  ASSERT_EQ(received.size(), 2u);
+  EXPECT_EQ(received[0], received[1]);
   v1::Request request;
-  ASSERT_TRUE(request.ParseFromString(seen[0]));
+  ASSERT_TRUE(request.ParseFromString(received[0]));
   EXPECT_EQ(request.client().size(), 32u);
   EXPECT_THROW(client.call(v1::ShutdownRequest{}), Unreachable);
-  EXPECT_EQ(router.seen(), 3);
+  EXPECT_EQ(router.received(), 3);
 }
 
 /// Answers as one run of limberd after another.
@@ -122,19 +122,19 @@ struct ClientOfARestartedServer : ::testing::Test {
   Client client{router.requests()};
 };
 
-TEST_F(ClientOfARestartedServer, IsToldByAnExceptionOfItsOwn) {
+TEST_F(ClientOfARestartedServer, ThrowsAnExceptionOfItsOwn) {
   (void)client.call(cup());
   EXPECT_EQ(client.instance(), "first");
   instance = "second";
   uid = 2;
   (void)client.call(v1::GetServerInfoRequest{});
-  EXPECT_EQ(client.instance(), "first");  // nobody was told so far
+  EXPECT_EQ(client.instance(), "first");  // not reported so far
   EXPECT_THROW((void)client.call(cup()), ServerRestarted);
   EXPECT_EQ(client.call(cup()).status().uid(), 2u);  // who asks again means the new one
   EXPECT_THROW((void)client.call(cup("cup@1")), ServerRestarted);
 }
 
-TEST_F(ClientOfARestartedServer, GoesOnWithASessionThatItOpensThere) {
+TEST_F(ClientOfARestartedServer, ContinuesWithASessionThatItOpensThere) {
   (void)client.call(cup());
   instance = "second";
   (void)client.call(v1::OpenSessionRequest{});
@@ -177,7 +177,7 @@ TEST(Client, ATimeoutIsTheWholeTimeOfARequest) {
   const auto start = std::chrono::steady_clock::now();
   EXPECT_THROW(client.call(v1::ListJobsRequest{}), Unreachable);
   EXPECT_LT(std::chrono::steady_clock::now() - start, Milliseconds{1700});
-  EXPECT_EQ(router.seen(), 2);
+  EXPECT_EQ(router.received(), 2);
 }
 
 TEST(Client, ASlowAnswerCountsThoughTheRequestWasRepeated) {
@@ -231,8 +231,8 @@ TEST(Client, AnInterruptionEndsTheWaitWithoutTheDeadline) {
   FakeRouter router([](const v1::Request&) { return std::vector<std::string>{}; });
   ClientOptions options;
   options.timeout = Milliseconds{60000};
-  int asked = 0;
-  options.interrupted = [&] { return ++asked > 3; };
+  int calls = 0;
+  options.interrupted = [&] { return ++calls > 3; };
   Client client(router.requests(), options);
   EXPECT_EQ(refusal([&] { client.call(v1::EditRequest{}); }).code(), v1::ERROR_CODE_CANCELLED);
 }

@@ -43,7 +43,7 @@ class FakeRouter {
   [[nodiscard]] std::string stream() const {
     return "ipc://" + (folder_.path() / "stream").string();
   }
-  [[nodiscard]] int seen() const { return seen_; }
+  [[nodiscard]] int received() const { return received_; }
   [[nodiscard]] int subscriptions() const { return subscriptions_; }
 
   void publish(const std::string& topic, const std::string& bytes) {
@@ -67,7 +67,7 @@ class FakeRouter {
       if (!router_.recv(sender) || !router_.recv(body)) continue;
       v1::Request request;
       request.ParseFromArray(body.data(), static_cast<int>(body.size()));
-      ++seen_;
+      ++received_;
       for (const auto& reply : handler_(request)) {
         router_.send(zmq::buffer(sender.data(), sender.size()), zmq::send_flags::sndmore);
         router_.send(zmq::buffer(reply), zmq::send_flags::none);
@@ -82,7 +82,7 @@ class FakeRouter {
   zmq::socket_t publisher_{context_, ZMQ_XPUB};
   std::mutex mutex_;
   std::atomic<bool> stop_{false};
-  std::atomic<int> seen_{0};
+  std::atomic<int> received_{0};
   std::atomic<int> subscriptions_{0};
   std::thread thread_;
 };

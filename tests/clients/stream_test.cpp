@@ -77,13 +77,13 @@ TEST(Subscription, WhatIsUnsubscribedComesNoMore) {
 }
 
 /// Of whom a client has heard: a restarted server publishes under the same names.
-TEST(Subscription, AMessageOfAnotherRunIsToldAsARestart) {
+TEST(Subscription, AMessageOfAnotherRunIsReportedAsARestart) {
   const auto of_run = [](std::uint64_t sequence, const std::string& instance) {
-    v1::StreamMessage told;
-    told.set_version(1);
-    told.set_sequence(sequence);
-    told.set_instance(instance);
-    return told.SerializeAsString();
+    v1::StreamMessage message;
+    message.set_version(1);
+    message.set_sequence(sequence);
+    message.set_instance(instance);
+    return message.SerializeAsString();
   };
   FakeRouter router([](const v1::Request& request) -> std::vector<std::string> {
     v1::Reply reply;

@@ -146,7 +146,7 @@ TEST(SceneFiles, BaseMotionsAreUploaded) {
             "base_motion.vtu_series.paths[1]");
 }
 
-TEST(SceneFiles, WhatCannotBeReadIsSaid) {
+TEST(SceneFiles, WhatCannotBeReadIsReported) {
   const limber::TemporaryFolder folder;
   EXPECT_EQ(refusal([&] { (void)load_scene(folder.path() / "none.json"); }).code(),
             v1::ERROR_CODE_IO);

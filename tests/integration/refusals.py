@@ -1,4 +1,4 @@
-"""What the service refuses, told by code and field."""
+"""What the service refuses, by code and field."""
 
 import limber
 import pytest

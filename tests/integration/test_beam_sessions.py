@@ -90,7 +90,7 @@ def test_hold_release_gravity_and_undo(arm):
     assert arm.structure().gravity.z == -9.81 and len(arm.structure().distributed_loads) == 1
 
 
-def test_a_snap_is_told(server):
+def test_a_snap_is_reported(server):
     arch = {"nodes": [{"position": {"x": i / 16, "z": 0.05 * np.sin(np.pi * i / 16)}} for i in range(17)],
             "sections": [{"rectangle": {"width": 0.02, "height": 0.006}, "young": 1e9, "poisson": 0.3}],
             "elements": [{"start": i, "finish": i + 1} for i in range(16)],
@@ -194,7 +194,7 @@ def test_supports_have_axes_of_their_own(server):
     assert np.abs(session.solution().positions - answer.positions).max() < 1e-7
     assert session.structure().supports[1].HasField("x_axis")
     assert refusal(lambda: session.move_support(10, x=0.1)) == ("INVALID_ARGUMENT", "edits[0].move_beam_node.motion")
-    # The third axis of the support, (-1, 0, -1) / sqrt 2, points up the plane's other way: it lifts the plane.
+    # The third axis of the support, (-1, 0, -1) / sqrt 2, points up the plane's other side: it lifts the plane.
     plane = ((1, 0, -1), (0, 1, 0))
     session.move_support(10, z=-0.01, axes=plane)
     assert session.wait().status == "CONVERGED"
@@ -318,7 +318,7 @@ def test_a_structure_without_equilibrium_is_a_session_to_mend(server):
     session.close()
 
 
-def test_a_newer_edit_goes_on_from_the_way(server):
+def test_a_newer_edit_continues_from_the_path(server):
     """Many edits while it settles: the last one counts, and what is shown never starts again from nothing."""
     session = server.open(sample="gridshell", progress=False)
     assert refusal(lambda: session.edit([beam_edits.gravity((0, 0, 0))], expected_revision=7))[1] == "expected_revision"

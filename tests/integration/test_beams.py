@@ -68,7 +68,7 @@ def test_a_cantilever_bends_as_the_elastica_does(server):
     assert answer.utilisations.argmax() == 0 and answer.utilisations[0] == pytest.approx(answer.stresses[0] / 1e9)
 
 
-def test_relaxation_agrees_and_shows_the_way(server):
+def test_relaxation_agrees_and_shows_the_path(server):
     wanted = server.solve_beams(cantilever(10), progress=False)
     answer = server.solve_beams(cantilever(10), method="relaxation", shapes=12, progress=False)
     assert answer.method == "relaxation" and answer.relaxation_steps > 0
@@ -148,7 +148,7 @@ def test_a_node_that_is_fixed_and_moved_along_the_same_axis_is_moved(server, tmp
 
 
 def test_a_vertical_member_gets_a_normal_by_rule(server):
-    """Its third axis is x, so the section's height is along x, and it bends (height / width)^2 less that way."""
+    """Its third axis is x, so the section's height is along x, and it bends (height / width)^2 less in that direction."""
     def tip(**force):
         column = cantilever(4)
         for i, node in enumerate(column["nodes"]):
@@ -178,7 +178,7 @@ def test_a_branch_that_is_followed_tells_its_snaps(server):
             "supports": [{"node": 0, **CLAMPED}, {"node": 16, **CLAMPED}],
             "loads": [{"node": 8, "force": {"z": -12}}]}
     plain, followed = (server.solve_beams(arch, follow=follow, progress=False) for follow in (False, True))
-    assert plain.converged and plain.snaps == followed.snaps and followed.converged, "the default way follows, too"
+    assert plain.converged and plain.snaps == followed.snaps and followed.converged, "the default method follows, too"
     assert np.abs(followed.positions - plain.positions).max() < 1e-6
     assert len(followed.snaps) == 1 and 0 < followed.snaps[0].progress < 1 and 0 < followed.snaps[0].node < 16
     arch["loads"][0]["force"]["z"] = -0.5
@@ -202,11 +202,11 @@ def test_the_command_line(cli, tmp_path):
     done = cli("beams", scene, "--method", "newton", "--export", tmp_path / "out.vtu", "--export", tmp_path / "out.csv")
     assert done.returncode == 0 and "converged" in done.stdout and "7 nodes, 6 elements" in done.stdout, done.stderr
     assert {path.name for path in tmp_path.glob("out*")} == {"out.vtu", "out_nodes.csv", "out_elements.csv"}
-    told = json.loads(cli("--json", "beams", scene).stdout)
-    assert told["status"] == "BEAM_STATUS_CONVERGED"
+    printed = json.loads(cli("--json", "beams", scene).stdout)
+    assert printed["status"] == "BEAM_STATUS_CONVERGED"
     assert cli("beams", job_folder(tmp_path)).returncode == 0
     scene.write_text(json.dumps({"beams": {"structure": cantilever(6)}}))
-    assert json.loads(cli("--json", "beams", scene).stdout)["positions"] == told["positions"]
+    assert json.loads(cli("--json", "beams", scene).stdout)["positions"] == printed["positions"]
     scene.write_text(json.dumps({"beams": {"lines": {"path": "beam.ply"}}}))
     advised = cli("beams", scene)
     assert advised.returncode == 1 and "limber open" in advised.stderr
@@ -233,9 +233,9 @@ def test_a_structure_alone_is_a_scene_too(cli, server, tmp_path):
     alone.write_text(json.dumps(cantilever(6) | {"lods": []}))
     for refused in (cli("validate", alone), cli("open", alone)):
         assert refused.returncode == 1
-        told = "there is no such field: did you mean loads?"
-        assert f"beams.structure.lods: {told}" in refused.stdout or (
-            f"{told} (field scene.beams.structure.lods)" in refused.stderr)
+        message = "there is no such field: did you mean loads?"
+        assert f"beams.structure.lods: {message}" in refused.stdout or (
+            f"{message} (field scene.beams.structure.lods)" in refused.stderr)
     assert 'there is no field "lods": did you mean "loads"?' in str(refusal(server, alone))
 
 
@@ -244,10 +244,10 @@ def test_misspelt_keys_of_jobs_are_refused_with_the_nearest_one(cli, server, tmp
     folder = job_folder(tmp_path)
     job = folder / "SimulationJob.json"
     job.write_text(job.read_text().replace(f'"{key}"', f'"{misspelt}"'))
-    told = f'{misspelt} is no key of SimulationJob.json: did you mean "{key}"?'
-    assert told in str(refusal(server, folder))
+    message = f'{misspelt} is no key of SimulationJob.json: did you mean "{key}"?'
+    assert message in str(refusal(server, folder))
     for refused in (cli("beams", folder), cli("validate", folder), cli("open", folder)):
-        assert refused.returncode == 1 and told in refused.stdout + refused.stderr
+        assert refused.returncode == 1 and message in refused.stdout + refused.stderr
 
 
 def test_unused_vertices_are_left_out_with_a_warning(cli, server, tmp_path):
@@ -255,14 +255,14 @@ def test_unused_vertices_are_left_out_with_a_warning(cli, server, tmp_path):
     drawing = tmp_path / "beam.ply"
     drawing.write_text(drawing.read_text().replace("vertex 11", "vertex 13").replace(
         "1.0 0 0 0 0 1\n", "1.0 0 0 0 0 1\n7 8 9 0 0 1\n20 0 0 0 0 1\n"))
-    told = "no element uses nodes 11, 12: left out; the others keep their numbers"
+    message = "no element uses nodes 11, 12: left out; the others keep their numbers"
     for method in ("choose", "relaxation"):
         answer = server.solve_beams(tmp_path, method=method, progress=False)
-        assert answer.converged and told in answer.issues[0], answer.message
+        assert answer.converged and message in answer.issues[0], answer.message
         assert np.abs(answer.positions[:11] - wanted.positions).max() < 1e-4
         assert answer.positions[11].tolist() == [7, 8, 9]
     for done in (cli("beams", tmp_path), cli("validate", tmp_path), cli("open", tmp_path, "--session", "loose")):
-        assert done.returncode == 0 and told in done.stdout + done.stderr
+        assert done.returncode == 0 and message in done.stdout + done.stderr
     session = server.session("loose")
     assert session.wait().status == "CONVERGED"
     with pytest.raises(limber.LimberError) as caught:
@@ -294,14 +294,14 @@ def test_a_byte_order_mark_is_skipped(cli, server, tmp_path):
 def test_gravity_that_nothing_feels_warns(cli, server, tmp_path):
     scene = tmp_path / "arm.json"
     scene.write_text(json.dumps(cantilever(6) | {"gravity": {"z": -9.81}}))
-    told = "gravity has no effect: no section of a beam has a density"
+    message = "gravity has no effect: no section of a beam has a density"
     validated = cli("validate", scene)
-    assert validated.returncode == 0 and f"warning: beams.structure.gravity: {told}" in validated.stdout
+    assert validated.returncode == 0 and f"warning: beams.structure.gravity: {message}" in validated.stdout
     for done in (cli("beams", scene), cli("open", scene, "--session", "light")):
-        assert done.returncode == 0 and told in done.stderr
-    assert told in server.solve_beams(scene, progress=False).issues[0]
+        assert done.returncode == 0 and message in done.stderr
+    assert message in server.solve_beams(scene, progress=False).issues[0]
     session = server.session("light")
-    assert told in session.gravity((0, 0, -1)).issues[0]
+    assert message in session.gravity((0, 0, -1)).issues[0]
     assert session.gravity((0, 0, 0)).issues == ()
     assert "nothing holds node 4" in session.release(4).issues[0]
     session.wait()

@@ -148,7 +148,7 @@ def test_refusals_are_exit_code_1_with_code_and_field(cli, session, tmp_path):
     assert "[NOT_FOUND]" in failed(cli("undo", "nobody"), 1)
 
 
-def test_what_has_no_effect_is_said_on_stderr(cli, session):
+def test_what_has_no_effect_is_reported_on_stderr(cli, session):
     process = cli("add", session.id, "--node", 0, "--frame", 59, "--displacement", 0, 0, 0.1)
     assert "revision 1" in done(process)
     assert re.findall(r"^warning: (\S+):", process.stderr, re.MULTILINE) == ["edits[0].add.constraint.frame",
@@ -246,7 +246,7 @@ def test_dynamics_keep_what_is_not_named(cli, session):
     assert "damping_ratio" in failed(cli("dynamics", session.id, "--damping-ratio", 2), 1)
 
 
-def test_what_a_model_has_otherwise_than_asked_for_is_said(cli, scene_file):
+def test_what_a_model_has_otherwise_than_requested_is_reported(cli, scene_file):
     scene = json.loads(scene_file.read_text())
     del scene["fixed_nodes"]
     scene["model"]["basis_size"] = 5000
@@ -254,8 +254,8 @@ def test_what_a_model_has_otherwise_than_asked_for_is_said(cli, scene_file):
     assert re.search(r"^warning: model.basis_size: is 5000, more than the 189 degrees", done(cli("validate", scene_file)),
                      re.MULTILINE)
     text = done(cli("open", scene_file, "--session", "free"))
-    assert "model.modes: 14 used, the 8 asked for and 6 rigid motions" in text
-    assert re.search(r"model.basis_size: \d+ used, 5000 asked for", text)
+    assert "model.modes: 14 used, the 8 requested and 6 rigid motions" in text
+    assert re.search(r"model.basis_size: \d+ used, 5000 requested", text)
     assert "model.modes: 14 used" in done(cli("show", "free"))
     done(cli("close", "free"))
 
@@ -319,7 +319,7 @@ def test_a_comma_that_nothing_follows_is_no_json_to_anybody(cli, tmp_path):
         limber.scenes.load_scene(scene)
 
 
-def test_what_is_no_place_is_not_said_to_be_empty(cli):
+def test_what_is_no_place_is_not_reported_as_empty(cli):
     for endpoint in ("tcp://127.0.0.1:99999", "tcp://nobody.invalid:7801"):
         message = failed(cli("--connect-timeout", 0.2, "info", endpoint=endpoint), 3)
         assert "name of its host" in message and "nothing listens" not in message
@@ -383,7 +383,7 @@ def test_a_malformed_endpoint_shows_how_one_looks(cli):
     assert "endpoints look like tcp://HOST:PORT" in failed(cli("info", "--endpoint", "foo"), 1)
 
 
-def test_frames_that_the_ends_leave_nothing_of_are_told_at_once(cli, scene_file):
+def test_frames_that_the_ends_leave_nothing_of_are_reported_at_once(cli, scene_file):
     scene = json.loads(scene_file.read_text())
     scene.update(frames=2, first_end="END_CONDITION_PINNED_POSITION_VELOCITY", last_end="END_CONDITION_PINNED_POSITION_VELOCITY", constraints=[])
     assert "must be at least 5, as the ends hold 4, is 2" in cli("validate", write(scene_file, json.dumps(scene))).stdout
@@ -561,24 +561,24 @@ def test_cancel(cli, launch):
 
 
 def test_a_material_beside_a_mesh_file_that_brings_its_own_warns(cli, tmp_path):
-    told = ("the scene's material (youngs_modulus 500000 Pa) is ignored: "
-            "the mesh file brings its own (youngs_modulus 7e+06 Pa)")
+    message = ("the scene's material (youngs_modulus 500000 Pa) is ignored: "
+               "the mesh file brings its own (youngs_modulus 7e+06 Pa)")
     scene = tmp_path / "scene.json"
-    for material, is_told in scenes_beside_a_material_file(scene):
+    for material, is_reported in scenes_beside_a_material_file(scene):
         text = cli("validate", scene).stdout
-        assert (told in text) == is_told, text
+        assert (message in text) == is_reported, text
         assert "0 cells" not in text
 
 
 def test_python_warns_of_a_material_beside_a_mesh_file_that_brings_its_own(server, tmp_path):
     scene = tmp_path / "scene.json"
-    for material, is_told in scenes_beside_a_material_file(scene):
+    for material, is_reported in scenes_beside_a_material_file(scene):
         with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("always", limber.MaterialWarning)
             server.open(scene, wait=False).close()
-        told = [w for w in caught if w.category is limber.MaterialWarning]
-        assert len(told) == is_told, (material, told)
-        for warning in told:
+        reported = [w for w in caught if w.category is limber.MaterialWarning]
+        assert len(reported) == is_reported, (material, reported)
+        for warning in reported:
             assert "youngs_modulus 500000 Pa) is ignored" in str(warning.message)
             assert warning.filename == __file__  # names the line that opened the scene
 
@@ -589,8 +589,8 @@ def scenes_beside_a_material_file(scene):
     (folder / "a.mesh").write_text("MeshVersionFormatted 2\nDimension 3\nVertices\n4\n0 0 0 0\n1 0 0 0\n0 1 0 0\n0 0 1 0\n"
                                   "Triangles\n0\nTetrahedra\n1\n1 2 3 4 0\nEnd\n")
     (folder / "a.elastic").write_text("*MATERIAL, NAME=A\n*ELASTIC\n7e+06, 0.45\n*DENSITY 100")
-    for material, is_told in (({"youngs_modulus": 5e5}, True), ({}, False),
+    for material, is_reported in (({"youngs_modulus": 5e5}, True), ({}, False),
                               ({"youngs_modulus": 7e6, "poissons_ratio": 0.45, "density": 100}, False)):
         scene.write_text(json.dumps({"mesh": {"path": "a.mesh"}, "frames": 20, "material": material,
                                      "model": {"modes": 5}}))
-        yield material, is_told
+        yield material, is_reported

@@ -66,7 +66,7 @@ def test_who_is_let_in(endpoint, keys, cli):
 
 
 def test_keys_where_there_are_none(server, keys, cli, tmp_path):
-    """The other way round: a limberd without keys, nobody, and a limberd that hangs."""
+    """The opposite case: a limberd without keys, nobody, and a limberd that hangs."""
     key = {"server_key": keys / "server.key.pub", "key": keys / "friend.key"}
     options = ("--server-key", key["server_key"], "--key", key["key"], "--timeout", 0.4, "info")
     with pytest.raises(limber.ServerUnreachable, match="or a limberd without keys"):
@@ -78,7 +78,7 @@ def test_keys_where_there_are_none(server, keys, cli, tmp_path):
         assert "nothing listens there" in cli(*options, endpoint=nobody).stderr
 
 
-def test_a_limberd_that_hangs_is_told_from_wrong_keys(launch, cli):
+def test_a_limberd_that_hangs_is_distinguished_from_wrong_keys(launch, cli):
     server = launch()
     server.process.send_signal(signal.SIGSTOP)
     try:

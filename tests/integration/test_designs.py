@@ -339,7 +339,7 @@ def test_the_command_line_designs_and_steers(server, linkage, tmp_path):
     until(lambda: design.info().state in ("running", "ended"))
     for action in ("pause", "resume", "stop"):
         acted = run(server, "design", linkage.id, action)
-        assert acted.returncode == 0 or "no design is under way" in acted.stderr, "or it was quicker"
+        assert acted.returncode == 0 or "no design is running" in acted.stderr, "or it was quicker"
     until(lambda: design.info().state == "ended")
     taken = run(server, "design", linkage.id, "take")
     assert taken.returncode == 0 and taken.stdout.startswith("revision "), taken.stderr

@@ -67,7 +67,7 @@ def test_demo_prints_its_table_and_leaves_frames(limberd, cache_dir, tmp_path):
     assert len(rows) >= 10, process.stdout
     for _, numbers in rows:
         acknowledged, first, final, error, forces, constraints, total = map(float, numbers.split())
-        # Not in an order: frames are timed when they arrive, the acknowledgement when the caller goes on.
+        # Not in an order: frames are timed when they arrive, the acknowledgement when the caller continues.
         assert 0 < acknowledged and 0 < first <= final and error >= 0
         assert total == pytest.approx(forces + constraints, rel=2e-3)
     assert (tmp_path / "out/motion.pvd").is_file() and (tmp_path / "out/motion_surface.pc2").is_file()

@@ -265,7 +265,7 @@ def test_exported_scenes_open_as_they_were(server, kind, opened, tmp_path):
     again.close()
 
 
-def test_a_cancelled_solve_ends_and_the_session_goes_on(kind, opened):
+def test_a_cancelled_solve_ends_and_the_session_continues(kind, opened):
     opened.edit(kind.slow(opened))
     opened.cancel()
     result = opened.wait()

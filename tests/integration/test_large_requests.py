@@ -1,4 +1,4 @@
-"""One client's largest requests: bounded in time and memory, and others go on meanwhile."""
+"""One client's largest requests: bounded in time and memory, and others continue meanwhile."""
 
 import base64
 import concurrent.futures

@@ -29,8 +29,8 @@ def test_clients_link_no_part_of_cholmod():
 
 def test_limberd_says_which_licence_it_is_under():
     program = launching.find_binary("limberd")
-    told = subprocess.run([program, "--version"], capture_output=True, text=True, check=True).stdout
+    printed = subprocess.run([program, "--version"], capture_output=True, text=True, check=True).stdout
     if "libcholmod" in linked(program):
-        assert "GNU General Public License, version 3 or later" in told
+        assert "GNU General Public License, version 3 or later" in printed
     else:
-        assert "GPL, and so" not in told and "Under the Apache License 2.0" in told
+        assert "GPL, and so" not in printed and "Under the Apache License 2.0" in printed

@@ -120,20 +120,20 @@ def test_a_scene_of_arrays_and_of_an_obj_file(server, tmp_path):
     np.testing.assert_array_equal(*angles)
 
 
-def test_lines_that_touch_without_a_joint_are_said(server, cli, tmp_path):
+def test_lines_that_touch_without_a_joint_are_reported(server, cli, tmp_path):
     (tmp_path / "cross.obj").write_text("v -1 0 0\nv 1 0 0\nv 0 -1 0\nv 0 1 0\nl 1 2\nl 3 4\n")
     scene = limber.linkage_scene(str(tmp_path / "cross.obj"), section=RECTANGLE)
-    told = ("edges 0 and 1 cross without a vertex (from 0), at (0, 0, 0) m: nothing joins them there")
-    assert [issue.split(": ", 2)[::2] for issue in server.validate(scene)] == [["warning", told]]
+    message = ("edges 0 and 1 cross without a vertex (from 0), at (0, 0, 0) m: nothing joins them there")
+    assert [issue.split(": ", 2)[::2] for issue in server.validate(scene)] == [["warning", message]]
     opened = server.open(scene, progress=False)
-    assert [issue.split(": ", 2)[::2] for issue in opened.issues] == [["warning", told]]
+    assert [issue.split(": ", 2)[::2] for issue in opened.issues] == [["warning", message]]
     opened.close()
     file = tmp_path / "cross.json"
     file.write_text('{"linkage": {"lines": {"path": "cross.obj"}, "section": {"ellipse": {"width": 0.1, "height": 0.1}}}}')
     process = cli("open", file, "--session", "cross")
-    assert process.returncode == 0 and "warning: scene.linkage.lines.file: " + told in process.stderr
+    assert process.returncode == 0 and "warning: scene.linkage.lines.file: " + message in process.stderr
     process = cli("validate", file)
-    assert process.returncode == 0 and "warning: linkage.lines.path: " + told in process.stdout
+    assert process.returncode == 0 and "warning: linkage.lines.path: " + message in process.stdout
     server.session("cross").close()
     vertices, edges = grid()
     assert server.validate(limber.linkage_scene(vertices, edges, section=RECTANGLE)) == []
@@ -222,13 +222,13 @@ def test_bad_edits_name_their_field_and_change_nothing(linkage):
     np.testing.assert_array_equal(linkage.shape().joints, shape.joints)
 
 
-def test_releases_of_what_is_not_held_are_said(linkage, cli):
+def test_releases_of_what_is_not_held_are_reported(linkage, cli):
     assert linkage.deploy(None).issues == ()  # the sample has a mean angle
     calls = (lambda: linkage.release(3), lambda: linkage.set_angle(3, None), lambda: linkage.deploy(None),
              lambda: linkage.load(3))
-    told = [call().issues for call in calls]
-    assert [len(issues) for issues in told] == [1, 1, 1, 1]
-    for issues, start in zip(told, ("pin_joint.pin.joint: joint 3 is not pinned",
+    issues_of_calls = [call().issues for call in calls]
+    assert [len(issues) for issues in issues_of_calls] == [1, 1, 1, 1]
+    for issues, start in zip(issues_of_calls, ("pin_joint.pin.joint: joint 3 is not pinned",
                                     "set_joint_angle.joint: the angle of joint 3 is not set",
                                     "set_mean_angle.angle_degrees: the mean angle is not set",
                                     "set_joint_load.load.joint: joint 3 carries no load")):

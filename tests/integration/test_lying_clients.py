@@ -116,7 +116,7 @@ def test_envelopes_with_too_many_parts(raw):
     assert reply.WhichOneof("body") == "get_server_info"
 
 
-def test_an_oversized_message_is_refused_and_the_rest_goes_on(launch):
+def test_an_oversized_message_is_refused_and_the_rest_continues(launch):
     """Beyond the limit a message is refused by name; beyond twice the limit the connection is cut."""
     server = launch("--max-message-bytes", "1000000")
     large = service.Request(version=1, id=41)

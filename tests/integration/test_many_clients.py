@@ -45,7 +45,7 @@ def test_concurrent_editors_never_lose_an_edit(server, session):
                     revisions.append(same.revision)
                     if i < 19:
                         revisions.append(held.remove().revision)
-        except Exception as error:  # noqa: BLE001 (told by the main thread)
+        except Exception as error:  # noqa: BLE001 (reported by the main thread)
             failures.append(error)
 
     threads = [threading.Thread(target=edit, args=(10 * n,)) for n in range(4)]
@@ -103,7 +103,7 @@ def test_a_client_is_killed_mid_edit_and_another_takes_over(server, session):
         editor.wait()
     with limber.connect(server.connection.endpoint) as heir_server:
         heir = heir_server.session(session.id)
-        # Everything acknowledged is there; at most the one edit that was on its way came after it.
+        # Everything acknowledged is there; at most the one edit that was in transit came after it.
         assert acknowledged <= heir.revision <= acknowledged + 1
         held, = heir.constraints()
         assert held.nodes == (tip,) and held.target[2] == pytest.approx(

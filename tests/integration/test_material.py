@@ -27,7 +27,7 @@ def fitted(server):
     session.close()
 
 
-def test_forces_fall_and_the_material_is_told_in_si_units(server, fitted):
+def test_forces_fall_and_the_material_is_reported_in_si_units(server, fitted):
     plain = server.open(swinging(modes=6), progress=False)
     before, after = plain.wait(), fitted.wait()
     assert after.material_iterations > 0 == before.material_iterations

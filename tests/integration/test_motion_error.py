@@ -28,7 +28,7 @@ def test_a_final_result_is_followed_by_its_error(session):
     assert error.tolerance == pytest.approx(0.05) and error.within_tolerance == (error.shape_error <= 0.05)
     assert error.max_distance == pytest.approx(3 * error.max_distance_share), "the bar is 3 units long"
     assert session.status().result.HasField("motion_error")
-    assert session.wait().motion_error == error, "what is there already is told to later waits, too"
+    assert session.wait().motion_error == error, "what is there already is returned by later waits, too"
 
 
 def test_waits_for_the_check_of_an_undone_edit(session):
@@ -59,8 +59,8 @@ def test_targets_beyond_reach_are_reported(session, cli):
     printed = cli("wait", session.id, "--until", "checked")
     assert printed.returncode == 0 and "motion error" in printed.stdout and "Move targets nearer" in printed.stdout
     assert f"inverted tets     {result.motion_error.inverted_tets} in frame" in printed.stdout
-    told = json.loads(cli("--json", "wait", session.id, "--until", "checked").stdout)
-    error = told.get("motionError", told.get("motion_error"))
+    printed = json.loads(cli("--json", "wait", session.id, "--until", "checked").stdout)
+    error = printed.get("motionError", printed.get("motion_error"))
     assert int(error.get("invertedTets", error.get("inverted_tets"))) == result.motion_error.inverted_tets
     assert "tets inverted" in cli("watch", session.id, "--count", "1").stdout
 

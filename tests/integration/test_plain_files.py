@@ -1,4 +1,4 @@
-"""Files that are opened without a scene: what they are is known, and what is assumed is told."""
+"""Files that are opened without a scene: what they are is known, and what is assumed is reported."""
 
 import contextlib
 import itertools
@@ -56,7 +56,7 @@ def lines(tmp_path):
     return path
 
 
-def test_a_mesh_opens_with_defaults_that_are_told(cli, server, mesh):
+def test_a_mesh_opens_with_defaults_that_are_reported(cli, server, mesh):
     opened = cli("open", mesh, "--session", "cube")
     assert opened.returncode == 0, opened.stderr
     assert "cube.msh is opened as an elastic body of which nothing is fixed, 120 frames" in opened.stderr
@@ -121,7 +121,7 @@ def test_optimise_may_be_spelt_with_z_and_unknown_options_are_named(cli, server,
     assert "--optimist" in refused.stderr
 
 
-def test_other_files_are_still_said_to_be_no_scene(cli, server, tmp_path):
+def test_other_files_are_still_reported_to_be_no_scene(cli, server, tmp_path):
     path = pathlib.Path(tmp_path / "notes.txt")
     path.write_text("not a scene")
     refused = cli("open", path)

@@ -74,7 +74,7 @@ def test_what_may_change_says_how_well_it_goes(server, swinging):
     assert one.mixing.shape == (5, 1)
 
 
-def test_the_motion_goes_on_behind_its_end(server, swinging):
+def test_the_motion_continues_behind_its_end(server, swinging):
     scene, truth = swinging
     found = server.recover(scene, recovered_frames=FRAMES, driven_frames=4, total_frames=2 * FRAMES, progress=False)
     assert found.positions.shape == (2 * FRAMES, *truth.shape[1:])

@@ -82,7 +82,7 @@ def test_a_stale_handle_never_reaches_a_strangers_session(limberd_at, tmp_path):
             assert stranger.status().revision == 0
             assert stranger.status().state == service.SESSION_STATE_READY
             assert stranger.uid != session.uid
-        # The same client goes on with the new run.
+        # The same client continues with the new run.
         opened = server.open(small_scene(), session="bowl", progress=False)
         opened.add(node=tip_of(opened), frame=30, displacement=(0, 0.1, 0))
         assert opened.wait().revision == 1
@@ -90,7 +90,7 @@ def test_a_stale_handle_never_reaches_a_strangers_session(limberd_at, tmp_path):
             session.status()
 
 
-def test_jobs_of_before_are_told_from_those_of_strangers(limberd_at):
+def test_jobs_of_before_are_distinguished_from_those_of_strangers(limberd_at):
     with limber.connect(limberd_at.endpoint) as server:
         session = server.open(small_scene(), session="cup", progress=False)
         job = session.solve_cold()
@@ -119,7 +119,7 @@ def test_a_stream_says_that_the_server_was_restarted(limberd_at, monkeypatch, na
         with limber.connect(limberd_at.endpoint) as elsewhere:
             elsewhere.open(small_scene(), session="cup" if name_is_taken else "bowl", progress=False)
             with pytest.raises(limber.ServerRestarted, match="restarted"):
-                while True:  # what was on its way before comes first
+                while True:  # what was in transit before comes first
                     assert stream.next(20).result.sequence <= 2
 
 
@@ -218,9 +218,9 @@ def test_limber_watch_says_that_the_server_was_restarted(limberd_at):
     limberd_at.restart()
     with limber.connect(limberd_at.endpoint) as elsewhere:
         elsewhere.open(small_scene(), session="cup", progress=False)
-        _, said = watching.communicate(timeout=30)
+        _, printed = watching.communicate(timeout=30)
     assert watching.returncode == 1
-    assert "restarted: sessions and jobs of before are gone" in said and "[RESTARTED]" in said
+    assert "restarted: sessions and jobs of before are gone" in printed and "[RESTARTED]" in printed
 
 
 def test_limber_takes_sessions_with_their_uid(limberd_at):

@@ -28,7 +28,7 @@ def test_open_edit_wait_frames(session):
     assert motion.shape == (60, 63, 3) and np.isfinite(motion).all()
     error = np.abs(motion[30, tip] - rest[tip] - (0, 0, 0.4)).max()
     assert error == pytest.approx(result.max_error, abs=1e-4)
-    assert error < 0.1, "the soft constraint pulls the tip most of the way"
+    assert error < 0.1, "the soft constraint pulls the tip most of the distance"
     np.testing.assert_allclose(motion[0], rest, atol=1e-4)   # both ends are pinned in position and velocity
     np.testing.assert_allclose(motion[1], rest, atol=1e-4)
     np.testing.assert_allclose(motion[-1], rest, atol=1e-4)
@@ -46,7 +46,7 @@ def test_exact_constraint_is_met(session):
     np.testing.assert_allclose(session.frames(25, 1)[0, tip], rest + (0, 0.3, 0), atol=1e-5)
 
 
-def test_the_error_of_exact_constraints_is_told_apart(session):
+def test_the_error_of_exact_constraints_is_reported_separately(session):
     tip = tip_of(session)
     session.add(node=tip, frame=25, displacement=(0, 0.3, 0), exact=True)
     session.add(node=tip, frame=28, displacement=(0, -0.3, 0), weight=1)
@@ -55,7 +55,7 @@ def test_the_error_of_exact_constraints_is_told_apart(session):
     assert not result.solve_failed
 
 
-def test_what_has_no_effect_is_said(session):
+def test_what_has_no_effect_is_reported(session):
     fixed = int(session.scene().fixed_nodes[0])
     assert session.add(node=tip_of(session), frame=30, displacement=(0, 0, 0.1)).issues == ()
     on_fixed = session.add(node=fixed, frame=30, displacement=(0, 0, 0.1))
@@ -241,7 +241,7 @@ def test_stream_shows_every_edit_and_ends_with_the_session(server):
         assert revisions == [1, 2, 3]
         session.close()
         for frames in stream:
-            assert frames.result.revision == 3  # what was still on its way
+            assert frames.result.revision == 3  # what was still in transit
 
 
 @pytest.mark.timeout(120)

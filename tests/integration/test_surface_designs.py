@@ -99,7 +99,7 @@ def test_one_call_designs_a_linkage_for_a_surface_alone(server):
     assert refusal(lambda: bad(drive=2)) == ("INVALID_ARGUMENT", "drive"), "it is found"
 
 
-def test_a_surface_that_stands_in_the_way_of_its_design_is_told(server, tmp_path):
+def test_a_surface_that_hinders_its_design_is_reported(server, tmp_path):
     x, y = np.meshgrid(np.linspace(-1, 1, 15), np.linspace(-0.8, 0.8, 15), indexing="ij")
     vault = np.stack([x, y, 0.15 * (1 - x ** 2)], axis=-1)
     with pytest.warns(UserWarning, match="in one direction only"):
@@ -108,9 +108,9 @@ def test_a_surface_that_stands_in_the_way_of_its_design_is_told(server, tmp_path
     assert "in a plane" not in info.message and info.best.surface_rms < 0.8 * info.start.surface_rms
     design.session.close()
     write_obj(tmp_path / "vault.obj", *sheet(x, y, 0.15 * (1 - x ** 2)))
-    told = run(server, "design", "vault", "--surface", str(tmp_path / "vault.obj"), "--grid", "6x5", "--section",
+    printed = run(server, "design", "vault", "--surface", str(tmp_path / "vault.obj"), "--grid", "6x5", "--section",
                "0.02x0.004", "--iterations", "1")
-    assert "note: " in told.stdout and "in one direction only" in told.stdout, told.stdout + told.stderr
+    assert "note: " in printed.stdout and "in one direction only" in printed.stdout, printed.stdout + printed.stderr
     server.session("vault").close()
 
 
@@ -200,7 +200,7 @@ def test_the_command_line_begins_with_a_surface_alone(server, tmp_path):
 
 
 def test_a_designed_dome_opens_again_in_the_shape_it_had(server, tmp_path):
-    """There are several; which one is found is up to the way there."""
+    """There are several; which one is found depends on the path there."""
     dome = server.open(sample="dome", progress=False)
     dome.deploy(60)
     dome.wait()
@@ -298,7 +298,7 @@ def high_dome(n=15):
 
 
 def test_a_grid_covers_what_its_start_covers(server, tmp_path):
-    """It comes nearer to a dome by covering less of it: that is measured, told, and bounded."""
+    """It comes nearer to a dome by covering less of it: that is measured, reported, and bounded."""
     design = server.design_surface(high_dome(), columns=6, rows=5, section=STRIP, progress=False, max_iterations=60,
                                    least_cover=0)
     shrunk = design.wait()
@@ -369,8 +369,8 @@ def test_a_design_that_is_taken_opens_from_flat_to_its_shape(server, tmp_path):
         linkage.close()
 
 
-def test_the_same_roof_in_metres_in_millimetres_and_without_a_unit_ends_the_same_way(server):
-    """Millimetres that are taken for metres are a roof of 12 km, whose grid is longer while it is closed: that is told."""
+def test_the_same_roof_in_metres_in_millimetres_and_without_a_unit_ends_alike(server):
+    """Millimetres that are taken for metres are a roof of 12 km, whose grid is longer while it is closed: that is reported."""
     x, y = np.meshgrid(np.linspace(-1, 1, 13), np.linspace(-0.8, 0.8, 13), indexing="ij")
     vertices, triangles = sheet(6 * x, 6 * y, 0.9 * (1 - x ** 2 - y ** 2))
     ends, runs = [], [(limit, *case) for limit in (6, None) for case in ((1, None), (1000, 1e-3), (1000, None))]

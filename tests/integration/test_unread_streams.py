@@ -18,7 +18,7 @@ with limber.connect(sys.argv[1]) as server:
     for step in range(40):
         held.move((0, 0.1 + 0.01 * step, 0))
         session.wait()
-    time.sleep(1)  # the last frames are on their way
+    time.sleep(1)  # the last frames are in transit
     os.kill(int(sys.argv[2]), signal.SIGKILL)
     time.sleep(4)  # the socket notices, and connects anew
     read = []

@@ -41,7 +41,7 @@ def test_an_exact_velocity_is_that_of_the_frames(session):
     assert session.wait().energy == pytest.approx(0, abs=1e-12)
 
 
-def test_a_soft_velocity_is_missed_by_what_is_said(session):
+def test_a_soft_velocity_is_missed_by_the_reported_error(session):
     tip = tip_of(session)
     session.add(node=tip, frame=30, displacement=(0, 0.3, 0))
     session.add(node=tip, frame=30, velocity=(0, 3, 0), weight=0.05)
@@ -66,7 +66,7 @@ def test_another_kind_of_target(session):
     assert result.max_exact_error < 1e-6 and result.max_velocity_error == 0
 
 
-def test_what_has_no_effect_is_said(session):
+def test_what_has_no_effect_is_reported(session):
     [issue] = session.add(node=tip_of(session), frame=0, velocity=(0, 1, 0)).issues
     assert "frames 0 and 1, whose difference is the velocity, are held by the end" in issue
     fixed = int(session.scene().fixed_nodes[0])

@@ -25,7 +25,7 @@ struct ChartedResult {
   /// kConverged, kStalled (at rest out of balance, which the public code calls converged),
   /// kUnstable, kIterationLimit. A balance is not tested for being a saddle.
   beams::BeamStatus status = beams::BeamStatus::kIterationLimit;
-  ChartedUnknowns unknowns;  // finite whatever happens: the last ones that were
+  ChartedUnknowns unknowns;  // always finite: the last ones that were
   int steps = 0, peaks = 0;
   double residual = 0;  // as in the options
 };

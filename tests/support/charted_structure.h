@@ -27,7 +27,7 @@ class ChartedStructure {
 
   [[nodiscard]] int nodes() const { return static_cast<int>(rest_.cols()); }
   [[nodiscard]] const ChartedUnknowns& rest() const { return rest_; }
-  /// Brings nodes with prescribed motions to a share of their way.
+  /// Brings nodes with prescribed motions to a share of their path.
   void drive(ChartedUnknowns& unknowns, double share) const;
 
   enum class Temporary { kOn, kOff };

@@ -9,7 +9,7 @@
 
 namespace limber::testing {
 
-/// The paper's own way to optimise z (space-time editing, section 5.3), written plainly: all z
+/// The paper's own method to optimise z (space-time editing, section 5.3), written plainly: all z
 /// stacked in one vector, H_z = H_f + gamma J^T J assembled as one sparse matrix (21), CHOLMOD for
 /// the steps (symbolic analysis once, numeric factor every iteration), Gauss-Newton with step
 /// halving. Baseline of the benchmark, reference of the tests. Soft constraints only.

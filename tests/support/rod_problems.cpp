@@ -91,7 +91,7 @@ RodAnswer roll_up(int edges, BendingForm form) {
   hold_plane(fixed);  // out of the plane, a moment of fixed direction has no potential
   RodLoads loads;
   loads.moments = Eigen::Matrix3Xd::Zero(3, edges + 1);
-  // In steps: the circle is the answer that lies on the way, others have turned more or less often.
+  // In steps: the circle is the answer along the path, others have turned more or less often.
   constexpr int kSteps = 8;
   RodState state = rod.drawn;
   RodReport report;

@@ -44,7 +44,7 @@ void place_sources(const std::vector<std::pair<int, int>>& edges, int nodes, Fro
   }
 }
 
-/// Subtrees of about equal work; whatever is above them is the top.
+/// Subtrees of about equal work; all above them is the top.
 void split_work(const FrontTree& tree, FrontPlan& plan) {
   std::vector<double> work(tree.fronts.size());
   double total = 0;

@@ -17,7 +17,7 @@ using Map = Eigen::Map<Eigen::MatrixXd>;
 using ConstMap = Eigen::Map<const Eigen::MatrixXd>;
 using Eigen::Index;
 
-constexpr std::size_t kNowhere = std::numeric_limits<std::size_t>::max();
+constexpr std::size_t kNoTarget = std::numeric_limits<std::size_t>::max();
 // Columns eliminated one by one before the dense kernels take over.
 constexpr Index kPanelColumns = 32;
 
@@ -136,7 +136,7 @@ void MultifrontalCholesky::place_values(const Matrix& a) {
   std::vector<int> front_of(order_.size());
   for (std::size_t f = 0; f < fronts_.size(); ++f)
     std::fill_n(front_of.begin() + fronts_[f].first, fronts_[f].columns, static_cast<int>(f));
-  targets_.assign(static_cast<std::size_t>(a.nonZeros()), kNowhere);
+  targets_.assign(static_cast<std::size_t>(a.nonZeros()), kNoTarget);
   std::size_t k = 0;
   for (int column = 0; column < a.cols(); ++column) {
     for (Matrix::InnerIterator entry(a, column); entry; ++entry, ++k) {
@@ -163,7 +163,7 @@ std::optional<FailedPivot> MultifrontalCholesky::factor(const Matrix& a) {
   std::fill(panels_.begin(), panels_.end(), 0.0);
   const double* const values = a.valuePtr();
   for (std::size_t k = 0; k < targets_.size(); ++k) {
-    if (targets_[k] != kNowhere) panels_[targets_[k]] += values[k];
+    if (targets_[k] != kNoTarget) panels_[targets_[k]] += values[k];
   }
   diagonal_.resize(size());
   for (const Front& front : fronts_) {

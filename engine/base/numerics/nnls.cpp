@@ -116,8 +116,8 @@ class ActiveSet {
     for (int k = index; k < static_cast<int>(active_.size()); ++k) position_[active_[k]] = k;
   }
 
-  /// Goes to the minimum over the active columns, dropping those that would turn negative on the
-  /// way.
+  /// Goes to the minimum over the active columns, dropping those that would turn negative
+  /// before it.
   void descend() {
     while (!active_.empty()) {
       ++iterations_;

@@ -6,7 +6,7 @@
 namespace limber::rotations {
 
 Eigen::Vector3d logarithm(const Eigen::Quaterniond& rotation) {
-  // q and -q are the same rotation; w >= 0 is the short way round.
+  // q and -q are the same rotation; w >= 0 is the shorter rotation.
   const double sign = rotation.w() < 0 ? -1 : 1;
   const Eigen::Vector3d v = sign * rotation.vec();
   const double sine = v.stableNorm();

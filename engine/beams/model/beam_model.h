@@ -62,7 +62,7 @@ struct BeamSupport {
 /// vector; about two: exp of one that has no component along the third, and then any rotation about
 /// the third. A support that holds one rotation alone lets the node not spin about it. No motion
 /// turns a node about one axis while both others are free: what that comes to would depend on the
-/// way there.
+/// path there.
 struct PrescribedMotion {
   int node = 0;
   std::array<bool, 3> translates{};  // which components of `translation` are prescribed

@@ -106,7 +106,7 @@ void check_releases(const BeamElement& e, std::size_t i) {
 }
 
 void check_elements(const BeamModel& model) {
-  std::map<std::pair<int, int>, std::size_t> seen;
+  std::map<std::pair<int, int>, std::size_t> edge_elements;
   for (std::size_t i = 0; i < model.elements.size(); ++i) {
     const BeamElement& e = model.elements[i];
     require_index(e.start, model.nodes.size(), at("elements", i, "start"), "nodes");
@@ -121,7 +121,7 @@ void check_elements(const BeamModel& model) {
     const double farthest = std::max(p.cwiseAbs().maxCoeff(), q.cwiseAbs().maxCoeff());
     if (e.start == e.finish || !((q - p).norm() > 1e-12 * farthest))
       refuse(at("elements", i), fmt::format("has zero length: nodes {} and {}", e.start, e.finish));
-    const auto [other, fresh] = seen.emplace(std::minmax(e.start, e.finish), i);
+    const auto [other, fresh] = edge_elements.emplace(std::minmax(e.start, e.finish), i);
     if (!fresh)
       refuse(at("elements", i), fmt::format("joins nodes {} and {}, as elements[{}] does", e.start,
                                             e.finish, other->second));
@@ -160,7 +160,7 @@ void check_motion_against(const BeamSupport& s, std::size_t support, const Presc
   }
 }
 
-/// About one axis alone, and freely about the others, attitudes depend on the way there.
+/// About one axis alone, and freely about the others, attitudes depend on the path there.
 void check_turn(const BeamSupport* support, const PrescribedMotion& m, std::size_t i) {
   if (!m.rotates_any()) return;
   auto held = std::count(m.rotates.begin(), m.rotates.end(), true);
@@ -279,7 +279,7 @@ void check_place(const BeamModel& model) {
     const double away = model.nodes[i].position.cwiseAbs().maxCoeff();
     if (used[i] == 0 || away <= kFarthest * shortest) continue;
     refuse(at("nodes", i, "position"),
-           fmt::format("lies {:g} from the origin, more than {:g} times the shortest element "
+           fmt::format("is {:g} from the origin, more than {:g} times the shortest element "
                        "({:g}): move the structure there",
                        away, kFarthest, shortest));
   }

@@ -24,7 +24,8 @@ Balance::Balance(const BeamStructure& structure) : structure_(structure) {
   arm_.assign(model.nodes.size(), 0);
   std::vector<int> valence(model.nodes.size(), 0);
   double bending = std::numeric_limits<double>::infinity();
-  constexpr double kEpsilon = 16 * std::numeric_limits<double>::epsilon();
+  constexpr double kEpsilon =
+      16 * std::numeric_limits<double>::epsilon();  // relative rounding of positions
   for (int e = 0; e < structure.elements(); ++e) {
     const BeamElement& element = model.elements[index(e)];
     const BeamSection& s = model.sections[index(element.section)];

@@ -19,7 +19,7 @@ struct Imbalance {
   int unknown = -1;
 };
 
-/// Measures by which forces, moments, steps and eigenvalues are judged, whatever the units.
+/// Measures by which forces, moments, steps and eigenvalues are judged, for any units.
 class Balance {
  public:
   explicit Balance(const BeamStructure& structure);

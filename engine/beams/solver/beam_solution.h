@@ -7,7 +7,7 @@
 
 #include "engine/beams/structure/beam_state.h"
 
-// What solvers of structures of beams are told and what they tell.
+// Input and output of the solvers of beam structures.
 
 namespace limber::beams {
 
@@ -23,7 +23,7 @@ enum class BeamStatus {
 
 enum class BeamMethod {
   /// Newton's method along the branch of equilibria, or relaxation first where temporary loads have
-  /// to choose among many ways to buckle; the other where that fails.
+  /// to choose among many buckling modes; the other where that fails.
   kChoose,
   kNewton,                // load steps, each solved by Newton's method
   kRelaxation,            // dynamic relaxation with kinetic damping
@@ -46,7 +46,7 @@ struct BeamSolveOptions {
   double first_load_step = 1;
   /// Relaxation hands over to Newton at this residual; in (0, 1).
   double hand_over = 2e-4;
-  /// Load steps of Newton's method are cut until the structure goes on as it went in the step
+  /// Load steps of Newton's method are cut until the structure continues as it went in the step
   /// before, but for this much turning [rad]; what no cutting makes smaller is a snap. 0: not
   /// looked at but by kChoose, which then takes that of following(); in [0, 3].
   double largest_swerve = 0;
@@ -54,7 +54,7 @@ struct BeamSolveOptions {
   /// located; in (0, 1]. A longer one takes less work. What a step so short makes is then a snap
   /// unless the structure returns when the step is taken back.
   double snap_resolution = kFineResolution;
-  static constexpr double kFineResolution = 1.0 / 8192;
+  static constexpr double kFineResolution = 1.0 / 8192;  // of the load path
   /// Of the stiffness, over all load steps: the solve ends at the last load step that this many
   /// allow; 0: not limited, but by kChoose, which then takes a number by size; >= 0.
   int factorizations = 0;
@@ -74,7 +74,7 @@ struct BeamSolveOptions {
   void validate() const;
 };
 
-/// A state on the way: after a load step, or every few steps of the relaxation.
+/// A state along the path: after a load step, or every few steps of the relaxation.
 struct BeamProgress {
   const BeamState* state = nullptr;
   double load_factor = 0;  // share of loads and motions that is on, in [0, 1]
@@ -83,7 +83,7 @@ struct BeamProgress {
 };
 using BeamObserver = std::function<void(const BeamProgress&)>;
 
-/// Where on the way of the loads the branch of equilibria ended and the structure went to another.
+/// Where along the load path the branch of equilibria ended and the structure went to another.
 struct BeamSnap {
   double load_factor = 0;
   double turn = 0;  // of a node, or of an element's chord, the largest [rad]

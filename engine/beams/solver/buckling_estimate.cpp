@@ -16,12 +16,13 @@ namespace limber::beams::detail {
 
 namespace {
 
-constexpr double kFirstShare = 1e-3;
+constexpr double kFirstShare = 1e-3;  // of the loads: the state that is extrapolated
 // What rounding of the start, or a solve before, leaves of forces: far below the first share.
 constexpr double kUnloaded = 1e-6;
-constexpr double kTolerance = 1e-8;
-constexpr int kLanczosIterations = 20;
-constexpr double kMinCompressed = 1e-6;  // share of the buckling load that is told from rounding
+constexpr double kTolerance = 1e-8;        // of the balance at that share
+constexpr int kMaxBalanceIterations = 20;  // Newton iterations of that solve at most
+constexpr double kMinCompressed =
+    1e-6;  // share of the buckling load that is distinguished from rounding
 
 /// What compression takes from the stiffness, over the stiffness without it: the lowest quotient,
 /// and the largest unknown of its direction. Nothing where factorization fails.
@@ -102,7 +103,7 @@ std::optional<BucklingEstimate> estimate_buckling(const BeamStructure& structure
     return {};
   NewtonSolver newton(structure, context);
   BeamState state = start;
-  if (newton.balance(state, loading, kFirstShare, kTolerance, kLanczosIterations) !=
+  if (newton.balance(state, loading, kFirstShare, kTolerance, kMaxBalanceIterations) !=
       NewtonOutcome::kBalanced)
     return {};
   const auto mode = buckling_mode(structure, Balance(structure), state, context);

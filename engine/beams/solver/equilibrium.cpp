@@ -9,11 +9,11 @@
 #include "engine/base/start_shift.h"
 #include "engine/beams/solver/buckling_estimate.h"
 #include "engine/beams/solver/certificate.h"
-#include "engine/beams/solver/element_doubts.h"
 #include "engine/beams/solver/finite_state.h"
 #include "engine/beams/solver/following_tangent.h"
 #include "engine/beams/solver/newton_path.h"
 #include "engine/beams/solver/relaxation_path.h"
+#include "engine/beams/solver/uncertain_element.h"
 #include "engine/beams/structure/elastic.h"
 
 namespace limber::beams {
@@ -149,8 +149,8 @@ struct Attempt {
   }
 
   [[nodiscard]] bool is_folded(const BeamState& state) const {
-    const auto doubt = detail::doubt_elements(structure, state);
-    return doubt && doubt->hopeless;
+    const auto uncertain = detail::find_uncertain_element(structure, state);
+    return uncertain && uncertain->hopeless;
   }
 
   /// Against the push, or with elements folded by a load step that was too long.
@@ -178,7 +178,7 @@ struct Attempt {
       solution.report.message += "; it rests on the other side than temporary loads push to";
   }
 
-  /// In steps so short that the branch is kept, and what ends it is told.
+  /// In steps so short that the branch is kept, and what ends it is reported.
   void followed(BeamSolution& solution) const {
     const BeamSolveOptions careful = careful_options();
     Attempt{structure, start, path, careful, context, observer}.newton(solution);
@@ -209,8 +209,9 @@ struct Attempt {
   }
 
   /// Long load steps may end on another branch, and say nothing: Newton's method follows the one
-  /// that begins where the structure was drawn. Where temporary loads choose among many ways to
-  /// buckle, it loses its time at saddles that the relaxation never sees (limber-bench beams).
+  /// that begins where the structure was drawn. Where temporary loads choose among many
+  /// buckling modes, it loses its time at saddles that the relaxation never sees (limber-bench
+  /// beams).
   void chosen(BeamSolution& solution) const {
     const bool relaxes_first = path.nudged() && options.largest_swerve == 0;
     if (relaxes_first)
@@ -288,18 +289,18 @@ BeamSolution solve(const Attempt& attempt) {
     solution.report.message = "the solve diverged: positions are no longer finite";
   }
   if (solution.report.converged()) {
-    if (const auto doubt = detail::doubt_elements(attempt.structure, solution.state)) {
+    if (const auto uncertain = detail::find_uncertain_element(attempt.structure, solution.state)) {
       const auto& element =
-          attempt.structure.model().elements[static_cast<std::size_t>(doubt->element)];
-      if (doubt->hopeless) {
+          attempt.structure.model().elements[static_cast<std::size_t>(uncertain->element)];
+      if (uncertain->hopeless) {
         solution.report.status = BeamStatus::kUnstable;
         solution.report.node = element.start;
         solution.report.message =
             fmt::format("balanced{}, but {}", solution.report.equilibrium_share ? " at 100 %" : "",
-                        doubt->message);
+                        uncertain->message);
         solution.report.negative_eigenvalues.reset();  // elements so few cannot tell
       } else {
-        solution.report.message += "; " + doubt->message;
+        solution.report.message += "; " + uncertain->message;
       }
     }
   }

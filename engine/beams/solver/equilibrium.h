@@ -11,7 +11,7 @@ namespace limber::beams {
 /// The equilibrium of a structure under its loads, supports and motions, from the state as drawn.
 ///
 /// Stops with BeamStatus::kCancelled and the state at hand where the job is cancelled.
-/// @param observer  called from the working thread with states on the way; may be empty
+/// @param observer  called from the working thread with states along the path; may be empty
 /// @throws Error as BeamSolveOptions::validate
 [[nodiscard]] BeamSolution find_equilibrium(const BeamStructure& structure,
                                             const BeamSolveOptions& options = {},
@@ -36,7 +36,7 @@ struct HeldTurn {
 /// as it is, so that it comes back to the last digit (start_shift() moves the others).
 enum class FoundUnder { kOtherConditions, kTheseConditions };
 
-/// Goes on from a state of the same elements that was in balance with other loads, supports and
+/// Continues from a state of the same elements that was in balance with other loads, supports and
 /// motions. What keeps it in balance fades while what is
 /// held goes to where it shall be, so that the equilibria in between are a branch that begins at
 /// the state.

@@ -15,11 +15,11 @@ namespace limber::beams::detail {
 
 namespace {
 
-constexpr int kMaxFollowingIterations = 30;
-constexpr int kFollowingPatience = 5;  // iterations without half of the best residual
-constexpr double kLargestFollowingTurn = 0.3;
+constexpr int kMaxFollowingIterations = 30;          // with the tangent of following loads
+constexpr int kFollowingPatience = 5;                // iterations without half of the best residual
+constexpr double kLargestFollowingTurn = 0.3;        // of one iteration [rad]
 constexpr Eigen::Index kMostOfAllEigenvalues = 600;  // free unknowns: seconds, not cancellable
-constexpr double kRoundings = 4;
+constexpr double kRoundings = 4;  // times the rounding of the largest eigenvalue: below is zero
 
 }  // namespace
 

@@ -62,9 +62,9 @@ HeldRotation::HeldRotation(const std::array<bool, 3>& held, const Eigen::Matrix3
   }
 }
 
-Vector3d HeldRotation::missing(const Quaterniond& q, const Vector3d& wanted) const {
-  if (count_ == 2) return -before_turning_about(axis_, q * rotation_by(-wanted));
-  return rotations::logarithm((rotation_by(wanted) * base_ * q.conjugate()).normalized());
+Vector3d HeldRotation::missing(const Quaterniond& q, const Vector3d& target) const {
+  if (count_ == 2) return -before_turning_about(axis_, q * rotation_by(-target));
+  return rotations::logarithm((rotation_by(target) * base_ * q.conjugate()).normalized());
 }
 
 Vector3d HeldRotation::spin(const Quaterniond& rotation, double s) const {

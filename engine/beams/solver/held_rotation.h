@@ -7,10 +7,10 @@
 
 namespace limber::beams::detail {
 
-/// What a node turns by about the axes that supports and motions hold, on its way from s = 0, where
-/// it is, to s = 1, where it shall be (see PrescribedMotion). A rotation is measured by its state
-/// alone: what the free axis does on the way leaves nothing behind. One axis that is held alone is
-/// an axis about which the node does not spin; nothing is measured of that.
+/// What a node turns by about the axes that supports and motions hold, on its path from s = 0,
+/// where it is, to s = 1, where it shall be (see PrescribedMotion). A rotation is measured by its
+/// state alone: what the free axis does along the path leaves nothing behind. One axis that is held
+/// alone is an axis about which the node does not spin; nothing is measured of that.
 class HeldRotation {
  public:
   /// Nothing is held.
@@ -30,13 +30,13 @@ class HeldRotation {
 
   /// From s = 0 to 1 [rad].
   [[nodiscard]] double angle() const { return (to_ - from_).norm(); }
-  /// As it is at s, all the way.
+  /// As it is at s, for all of the path.
   [[nodiscard]] HeldRotation resting_at(double s) const;
 
  private:
   /// Of two or three axes.
   [[nodiscard]] Eigen::Vector3d missing(const Eigen::Quaterniond& by_axes,
-                                        const Eigen::Vector3d& wanted) const;
+                                        const Eigen::Vector3d& target) const;
 
   int count_ = 0;  // of axes that are held
   int axis_ = 0;   // the free one of two

@@ -23,16 +23,16 @@ LoadPath::LoadPath(const BeamStructure& structure, const BeamState& start,
                    const std::vector<HeldTurn>& turned)
     : structure_(structure), last_(NodeLoads::of(structure.model())) {
   const BeamModel& model = structure.model();
-  struct Wanted {
+  struct Prescription {
     std::array<bool, 6> held{};
     Eigen::Vector3d move = Eigen::Vector3d::Zero();  // by the node's axes
     Eigen::Vector3d turn = Eigen::Vector3d::Zero();
   };
-  std::map<int, Wanted> wanted;
-  for (const BeamSupport& s : model.supports) wanted[s.node].held = s.fixed;
+  std::map<int, Prescription> prescriptions;
+  for (const BeamSupport& s : model.supports) prescriptions[s.node].held = s.fixed;
   for (const PrescribedMotion& given : model.motions) {
     const PrescribedMotion m = structure.motion_by_node_axes(given);
-    Wanted& w = wanted[m.node];
+    Prescription& w = prescriptions[m.node];
     w.move = m.translation;
     w.turn = m.rotation;
     for (std::size_t k = 0; k < 3; ++k) {
@@ -40,10 +40,11 @@ LoadPath::LoadPath(const BeamStructure& structure, const BeamState& start,
       w.held[3 + k] = w.held[3 + k] || m.rotates[k];
     }
   }
-  // Rotation vectors go on from where they are known to be: they may be of more than half a turn.
+  // Rotation vectors continue from where they are known to be: they may be of more than half a
+  // turn.
   std::map<int, Eigen::Vector3d> known;
   for (const HeldTurn& t : turned) known[t.node] = t.rotation;
-  for (const auto& [node, w] : wanted) {
+  for (const auto& [node, w] : prescriptions) {
     const Eigen::Matrix3d& axes = structure.node_axes(node);
     Held h;
     h.node = node;
@@ -81,12 +82,12 @@ LoadPath LoadPath::following(const BeamStructure& structure, const BeamState& st
       elastic_gradient(structure, start) - load_vector(structure, path.last_, start);
   path.first_ = path.last_;
   for (int i = 0; i < structure.nodes(); ++i) {
-    // What is held gets from supports whatever it needs.
-    Eigen::Matrix<double, 6, 1> wanted = missing.segment<6>(6 * i);
+    // What is held gets from supports all that it needs.
+    Eigen::Matrix<double, 6, 1> load = missing.segment<6>(6 * i);
     for (int k = 0; k < 6; ++k)
-      if (structure.held()[index(6 * i + k)] != 0) wanted[k] = 0;
-    path.first_.forces.col(i) += structure.node_axes(i) * wanted.head<3>();
-    path.first_.moments.col(i) += structure.node_axes(i) * wanted.tail<3>();
+      if (structure.held()[index(6 * i + k)] != 0) load[k] = 0;
+    path.first_.forces.col(i) += structure.node_axes(i) * load.head<3>();
+    path.first_.moments.col(i) += structure.node_axes(i) * load.tail<3>();
   }
   path.varies_ = true;
   path.temporary_ = NodeLoads::temporary(structure.model());

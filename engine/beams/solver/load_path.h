@@ -28,7 +28,7 @@ class LoadPath {
   /// All of it as it is at s.
   [[nodiscard]] LoadPath resting_at(double s) const;
   /// The same with temporary loads on to the end, from a start that has gone by common_move(), and
-  /// from its end the way on which they fade.
+  /// from its end the path along which they fade.
   [[nodiscard]] LoadPath pushed() const;
   [[nodiscard]] LoadPath release() const;
 
@@ -51,7 +51,7 @@ class LoadPath {
   [[nodiscard]] Eigen::Vector3d common_move() const;
   [[nodiscard]] bool nudged() const { return nudged_; }
   /// Of temporary loads, as they are at the start, from there to a state, beside what they do where
-  /// all that is held goes the same way [force length]. Below 0: the structure went to the other
+  /// all that is held moves alike [force length]. Below 0: the structure went to the other
   /// side.
   [[nodiscard]] double nudge_work(const BeamState& start, const BeamState& state) const;
 

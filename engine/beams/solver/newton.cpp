@@ -14,10 +14,10 @@ namespace limber::beams::detail {
 namespace {
 
 constexpr double kLargestTurnOfIteration = 0.7;  // of one iteration [rad]
-constexpr int kBadSteps = 4;
-constexpr int kCareful = 3;
-constexpr int kAfterFork = 4;  // iterations where forks are avoided
-constexpr double kSameSide = 1e-9;
+constexpr int kBadSteps = 4;        // in a row without gain, before the best state is restored
+constexpr int kCareful = 3;         // steps with a line search after that
+constexpr int kAfterFork = 4;       // iterations where forks are avoided
+constexpr double kSameSide = 1e-9;  // relative difference of energies that does not decide the side
 constexpr double kFirstOfFork = 1e-5;  // [rad]
 constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 
@@ -78,7 +78,7 @@ Eigen::VectorXd NewtonSolver::residual(const BeamState& state, const NodeLoads& 
 double NewtonSolver::potential_change(double energy, const Eigen::VectorXd& load,
                                       const BeamState& to, const NodeLoads& loads,
                                       const Eigen::VectorXd& increments) const {
-  // Work of loads that turn on the way: the trapezoidal rule.
+  // Work of loads that turn along the path: the trapezoidal rule.
   const Eigen::VectorXd mean = 0.5 * (load + load_vector(structure_, loads, to));
   return elastic_energies(structure_, to).total() - energy - mean.dot(increments);
 }
@@ -239,12 +239,12 @@ bool NewtonSolver::leave_saddle(BeamState& state, const NodeLoads& loads, const 
   const Eigen::VectorXd bend = curvature(state, loads, here, unit);
   // Far enough that the gain is more than rounding, as the energy falls with the square only.
   for (double t = 0.3; t > 1e-5; t *= 0.5) {
-    // To the lower side: beside a fork that a small load has parted, the branch that goes on is
+    // To the lower side: beside a fork that a small load has parted, the branch that continues is
     // there. Sides that are the same but for rounding are not chosen by that.
     double lowest = 0;
     BeamState lower;
-    for (const double way : {t, -t}) {
-      Trial trial = go_along(state, loads, energy, load, unit, bend, way);
+    for (const double signed_step : {t, -t}) {
+      Trial trial = go_along(state, loads, energy, load, unit, bend, signed_step);
       if (!(trial.change < (1 + kSameSide) * lowest)) continue;
       lowest = trial.change;
       lower = std::move(trial.state);

@@ -19,7 +19,7 @@ enum class NewtonOutcome {
   kLimit,       // of iterations
 };
 
-/// What a balance does where the stiffness ceases to be positive definite on its way.
+/// What a balance does where the stiffness ceases to be positive definite along its path.
 enum class Forks {
   kIgnored,    // nothing
   kTaken,      // buckles to the side that loads push to, little as it may be: sure close to a fork
@@ -53,7 +53,7 @@ class NewtonSolver {
   /// Saddles that were balanced and left, in all calls; where the last one was softest.
   [[nodiscard]] int saddles() const { return saddles_; }
   [[nodiscard]] int saddle_unknown() const { return saddle_unknown_; }
-  /// Did the stiffness cease to be positive definite on the way of the last balance()?
+  /// Did the stiffness cease to be positive definite during the last balance()?
   [[nodiscard]] bool has_forked() const { return has_forked_; }
   /// Was the stiffness positive definite where it was last looked at?
   [[nodiscard]] bool is_positive() const { return is_positive_; }

@@ -7,13 +7,13 @@
 #include <optional>
 
 #include "engine/beams/solver/certificate.h"
-#include "engine/beams/solver/element_doubts.h"
 #include "engine/beams/solver/equilibrium_share.h"
 #include "engine/beams/solver/following_tangent.h"
 #include "engine/beams/solver/newton.h"
 #include "engine/beams/solver/relaxation_path.h"
 #include "engine/beams/solver/step_watch.h"
 #include "engine/beams/solver/twist_watch.h"
+#include "engine/beams/solver/uncertain_element.h"
 
 namespace limber::beams::detail {
 
@@ -37,11 +37,11 @@ constexpr double kToForks = 0.125;      // factor of steps that approach a fork
 constexpr double kLeap = 1.0 / 1024;    // least step over which the structure is relaxed
 constexpr int kStepsOfLeap = 50000;     // of that relaxation, at most
 constexpr double kSnapOfLeap = 2;  // of the largest swerve: a column that buckles turns by less
-constexpr int kIterationsOfWatched = 40;  // as kIterationsOfStep, where steps are watched
-constexpr double kNear = 1.0 / 64;        // distance from which a known jump is taken
-constexpr double kAfterJump = 1.0 / 16;   // first step after one
-constexpr int kIterationsDown = 50;       // of Newton's method, from the end of a branch down
-constexpr int kIterationsBack = 40;       // of Newton's method, when a step is taken back
+constexpr int kIterationsOfWatched = 40;            // as kIterationsOfStep, where steps are watched
+constexpr double kMaxJumpDistanceShare = 1.0 / 64;  // distance from which a known jump is taken
+constexpr double kAfterJump = 1.0 / 16;             // first step after one
+constexpr int kIterationsDown = 50;  // of Newton's method, from the end of a branch down
+constexpr int kIterationsBack = 40;  // of Newton's method, when a step is taken back
 // Of what a step turned by: closer to where the step began, the structure has returned.
 constexpr double kReturned = 0.1;
 // Moments of fixed directions have no potential where nodes may turn about several axes: Newton's
@@ -67,7 +67,7 @@ class Follower {
         has_moments_(turns_free_nodes(structure, path.loads(1).moments)),
         share_(s, state),
         s_(s),
-        // Attitudes are told apart by less than half a turn.
+        // Attitudes are distinguished by less than half a turn.
         longest_(kMaxTurnOfLoadStep / std::max(kMaxTurnOfLoadStep, path.turn())) {
     step_ = path.varies() ? options.first_load_step * (1 - s) : 1 - s;
     step_ = std::min(step_, longest_);
@@ -81,7 +81,7 @@ class Follower {
     if (observer) observer({&state_, 0, newton_.left().scaled, 0});
   }
 
-  /// One load step. @returns whether to go on
+  /// One load step. @returns whether to continue
   bool advance(const JobContext& context, const BeamObserver& observer) {
     const double next = s_ + step_ > 1 - 1e-9 ? 1 : s_ + step_;
     BeamState trial = state_;
@@ -92,8 +92,8 @@ class Follower {
     if (is_fork(trial, next, outcome)) {
       if (step_ > shortest_fork()) {
         if (outcome == NewtonOutcome::kBalanced) {
-          const StepWatch::Verdict seen = watch_.look(state_, trial, next - s_);
-          jump_ = {std::move(trial), next, newton_.left().scaled, outcome, seen};
+          const StepWatch::Verdict verdict = watch_.look(state_, trial, next - s_);
+          jump_ = {std::move(trial), next, newton_.left().scaled, outcome, verdict};
         }
         step_ *= kToForks;
         return true;
@@ -111,7 +111,7 @@ class Follower {
     approaches_forks_ = is_watched() && !newton_.has_forked();
     const bool easy = newton_.iterations() - before <= kEasy;
     step_ *= std::min(easy ? 2.0 : 1.0, is_watched() ? watch_.factor() : 2.0);
-    return take({std::move(trial), next, newton_.left().scaled, outcome, watch_.seen()}, context,
+    return take({std::move(trial), next, newton_.left().scaled, outcome, watch_.verdict()}, context,
                 observer);
   }
 
@@ -130,9 +130,10 @@ class Follower {
     report_.newton_iterations = newton_.iterations();
     report_.factorizations = newton_.factorizations();
     if (report_.converged() || *report_.equilibrium_share >= s_) return;
-    if (const auto doubt = doubt_elements(structure_, state_); doubt && doubt->hopeless)
+    if (const auto uncertain = find_uncertain_element(structure_, state_);
+        uncertain && uncertain->hopeless)
       report_.message += fmt::format("; above {:.3g} % elements do not resolve it: {}",
-                                     100 * *report_.equilibrium_share, doubt->message);
+                                     100 * *report_.equilibrium_share, uncertain->message);
   }
 
  private:
@@ -140,8 +141,8 @@ class Follower {
   [[nodiscard]] EquilibriumShare::Verdict verdict_on(double s, const BeamState& state,
                                                      const JobContext& context) const {
     using Verdict = EquilibriumShare::Verdict;
-    const auto doubt = doubt_elements(structure_, state);
-    if (doubt && doubt->hopeless) return Verdict::kNone;
+    const auto uncertain = find_uncertain_element(structure_, state);
+    if (uncertain && uncertain->hopeless) return Verdict::kNone;
     const NodeLoads loads = path_.loads(s);
     if (!loads.follows()) return Verdict::kEquilibrium;
     const auto diverging = FollowingTangent(structure_).diverging(state, loads, context);
@@ -181,10 +182,10 @@ class Follower {
     double s = 0;
     double residual = 0;
     NewtonOutcome outcome = NewtonOutcome::kBalanced;
-    StepWatch::Verdict seen;
+    StepWatch::Verdict verdict;
   };
 
-  /// @returns whether to go on
+  /// @returns whether to continue
   bool take(Step&& step, const JobContext& context, const BeamObserver& observer) {
     state_ = std::move(step.state);
     s_ = step.s;
@@ -239,14 +240,14 @@ class Follower {
 
   /// @returns false: once more, with a shorter step
   bool watch(const BeamState& trial, double next, NewtonOutcome outcome) {
-    const StepWatch::Judgement seen = watch_.judge(state_, trial, s_, next);
-    if (seen == StepWatch::Judgement::kTooFar) {
+    const StepWatch::Judgement verdict = watch_.judge(state_, trial, s_, next);
+    if (verdict == StepWatch::Judgement::kTooFar) {
       step_ = (next - s_) * watch_.factor();
-      jump_ = {trial, next, newton_.left().scaled, outcome, watch_.seen()};
+      jump_ = {trial, next, newton_.left().scaled, outcome, watch_.verdict()};
       return false;
     }
-    if (seen == StepWatch::Judgement::kSnap && !returns_from(trial, watch_.seen().turn))
-      report_.snaps.push_back({next, watch_.seen().turn, watch_.seen().node});
+    if (verdict == StepWatch::Judgement::kSnap && !returns_from(trial, watch_.verdict().turn))
+      report_.snaps.push_back({next, watch_.verdict().turn, watch_.verdict().node});
     return true;
   }
 
@@ -263,13 +264,16 @@ class Follower {
     return watch_.turn_between(state_, back) < kReturned * turn;
   }
 
-  [[nodiscard]] bool is_near_jump() const { return jump_ && jump_->s - s_ <= kNear; }
+  [[nodiscard]] bool is_near_jump() const {
+    return jump_ && jump_->s - s_ <= kMaxJumpDistanceShare;
+  }
   /// To where the structure is known to go from about here.
   bool jump(const JobContext& context, const BeamObserver& observer) {
     Step step = std::move(*jump_);
     jump_.reset();
-    if (step.seen.swerve > options_.largest_swerve && !returns_from(step.state, step.seen.turn))
-      report_.snaps.push_back({step.s, step.seen.turn, step.seen.node});
+    if (step.verdict.swerve > options_.largest_swerve &&
+        !returns_from(step.state, step.verdict.turn))
+      report_.snaps.push_back({step.s, step.verdict.turn, step.verdict.node});
     watch_.forget();
     step_ = kAfterJump;
     return take(std::move(step), context, observer);
@@ -286,8 +290,8 @@ class Follower {
     report_.newton_iterations = newton_.iterations();
     report_.factorizations = newton_.factorizations();
     if (outcome != NewtonOutcome::kBalanced) return false;
-    const StepWatch::Verdict seen = watch_.look(state_, trial, next - s_);
-    jump_ = {std::move(trial), next, newton_.left().scaled, outcome, seen};
+    const StepWatch::Verdict verdict = watch_.look(state_, trial, next - s_);
+    jump_ = {std::move(trial), next, newton_.left().scaled, outcome, verdict};
     return true;
   }
 
@@ -330,9 +334,9 @@ class Follower {
     report_.factorizations = newton_.factorizations();
     if (outcome != NewtonOutcome::kBalanced) return false;
     (void)watch_.judge(state_, trial, s_, next);
-    StepWatch::Verdict seen = watch_.seen();
-    if (seen.swerve <= kSnapOfLeap * options_.largest_swerve) seen.swerve = 0;
-    jump_ = {std::move(trial), next, newton_.left().scaled, outcome, seen};
+    StepWatch::Verdict verdict = watch_.verdict();
+    if (verdict.swerve <= kSnapOfLeap * options_.largest_swerve) verdict.swerve = 0;
+    jump_ = {std::move(trial), next, newton_.left().scaled, outcome, verdict};
     may_leap_ = true;
     return true;
   }

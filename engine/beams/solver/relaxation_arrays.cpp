@@ -55,7 +55,7 @@ template <class V>
 /// One number of the slots of an end, for one element or for a batch.
 template <class V>
 [[gnu::always_inline]] inline V gather(const double* slots, const std::int32_t* which, int member) {
-  constexpr int kSize = sizeof(FrameSlot) / sizeof(double);
+  constexpr int kSize = sizeof(FrameSlot) / sizeof(double);  // numbers of a slot
   if constexpr (std::is_same_v<V, double>)
     return slots[which[0] * kSize + member];
   else
@@ -148,7 +148,7 @@ RelaxationElements::RelaxationElements(const BeamStructure& structure)
 
 template <class V>
 void RelaxationElements::respond(const FrameSlot* slots, LaneRows& responses) const {
-  constexpr int kWidth = std::is_same_v<V, double> ? 1 : kLanes;
+  constexpr int kWidth = std::is_same_v<V, double> ? 1 : kLanes;  // elements of one pass
   const auto* const numbers = reinterpret_cast<const double*>(slots);
   for (int batch = 0; batch < batches_; ++batch) {
     for (int lane = 0; lane < kLanes; lane += kWidth) {

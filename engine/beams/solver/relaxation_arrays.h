@@ -10,7 +10,7 @@
 namespace limber::beams::detail {
 
 using Lanes = rotations::Pack<double>;
-inline constexpr int kLanes = static_cast<int>(Lanes::size());
+inline constexpr int kLanes = static_cast<int>(Lanes::size());  // elements of a batch
 
 /// Numbers of elements side by side: row c of batch b at data[(b * rows + c) * kLanes].
 class LaneRows {

@@ -15,8 +15,8 @@ namespace limber::beams::detail {
 
 namespace {
 
-constexpr int kRelaxationStepsBetweenChecks = 25;
-constexpr int kStepsBetweenFrames = 200;
+constexpr int kRelaxationStepsBetweenChecks = 25;  // of the residual and of cancellation
+constexpr int kStepsBetweenFrames = 200;           // for the observer
 /// Without a residual a tenth below the best in as many steps, rounding is all that is left.
 constexpr int kRelaxationPatience = 200000;
 constexpr double kMostPressure = 0.05;      // of elements during the ramp, see Relaxation::pressure
@@ -42,7 +42,7 @@ class Run {
     if (path.turn() > 0) twist_.emplace(structure, state);
   }
 
-  /// @returns whether to go on
+  /// @returns whether to continue
   bool bring_on() {
     const int ramp = path_.varies() ? options_.ramp_steps : 0;
     if (path_.nudged()) {

@@ -11,11 +11,11 @@ namespace limber::beams::detail {
 
 namespace {
 
-constexpr int kMaxSteps = 120;
-constexpr int kLanczosStepsBetweenChecks = 5;
+constexpr int kMaxSteps = 120;                 // Lanczos steps at most
+constexpr int kLanczosStepsBetweenChecks = 5;  // of the residual
 // Of the quotient of a direction that is taken: what its residual may be.
 constexpr double kSharpEnough = 1e-2;
-constexpr int kRounds = 4;
+constexpr int kRounds = 4;            // factorizations at most, each with more noise added
 constexpr double kExhausted = 1e-12;  // of a new direction: it is a combination of the old ones
 
 /// B-orthonormal directions q, and B q beside them, so that B itself is not needed.

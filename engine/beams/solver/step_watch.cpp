@@ -13,7 +13,7 @@ namespace {
 // Twice not smaller, in steps of a quarter each, will not get smaller; where it is, is known so
 // well then.
 constexpr double kSame = 0.75;
-constexpr double kShortEnough = 1.0 / 256;
+constexpr double kShortEnough = 1.0 / 256;  // of the path: longer steps are not judged as snaps
 // Smaller shapes than the largest swerve turn over, too: close to where a structure buckles.
 constexpr double kShortestBack = 1e-6;
 constexpr double kSurprise = 0.5;  // of what the step before leads to
@@ -79,8 +79,8 @@ bool StepWatch::goes_back(const Eigen::Matrix3Xd& made, double step) const {
 
 bool StepWatch::is_snap(double step, double next) const {
   if (step <= shortest_) return true;
-  const bool again = next <= too_far_at_ && seen_.swerve > kSame * too_far_swerve_;
-  return again && times_ >= 1 && step <= kShortEnough && seen_.swerve > kClear * largest_;
+  const bool again = next <= too_far_at_ && verdict_.swerve > kSame * too_far_swerve_;
+  return again && times_ >= 1 && step <= kShortEnough && verdict_.swerve > kClear * largest_;
 }
 
 bool StepWatch::surprises(const BeamState& from, const BeamState& to, double step) const {
@@ -100,28 +100,28 @@ StepWatch::Judgement StepWatch::judge(const BeamState& from, const BeamState& to
                                       double next) {
   const double step = next - s;
   const Eigen::Matrix3Xd made = change(from, to);
-  seen_ = look(made, step);
+  verdict_ = look(made, step);
   if (goes_back(made, step)) {
     factor_ = 0.25;
     return Judgement::kTooFar;
   }
-  const double wanted = std::sqrt(0.5 * largest_ / std::max(seen_.swerve, 1e-12));
-  if (seen_.swerve <= largest_) {
+  const double factor_to_limit = std::sqrt(0.5 * largest_ / std::max(verdict_.swerve, 1e-12));
+  if (verdict_.swerve <= largest_) {
     last_ = made;
     step_ = step;
-    // Steps do not grow on their way to where one went too far.
-    factor_ = std::clamp(wanted, 0.5, next < too_far_at_ ? 1.0 : 2.0);
+    // Steps do not grow towards where one went too far.
+    factor_ = std::clamp(factor_to_limit, 0.5, next < too_far_at_ ? 1.0 : 2.0);
     return Judgement::kGoesOn;
   }
   if (is_snap(step, next)) {
     forget();
     return Judgement::kSnap;
   }
-  const bool again = next <= too_far_at_ && seen_.swerve > kSame * too_far_swerve_;
+  const bool again = next <= too_far_at_ && verdict_.swerve > kSame * too_far_swerve_;
   times_ = again ? times_ + 1 : 0;
   too_far_at_ = next;
-  too_far_swerve_ = seen_.swerve;
-  factor_ = again ? 0.25 : std::clamp(wanted, 0.1, 0.5);
+  too_far_swerve_ = verdict_.swerve;
+  factor_ = again ? 0.25 : std::clamp(factor_to_limit, 0.1, 0.5);
   return Judgement::kTooFar;
 }
 

@@ -6,8 +6,8 @@
 
 namespace limber::beams::detail {
 
-/// Looks whether load steps go on as the one before went: what tells the branch that is followed
-/// from another that Newton's method may land on.
+/// Checks whether load steps continue as the one before went: what distinguishes the followed
+/// branch from another that Newton's method may land on.
 ///
 /// On a branch, what a step swerves from straight on goes with the square of its length, close to a
 /// fold with the root; where the branch is left it stays what it is however short the step.
@@ -23,7 +23,7 @@ class StepWatch {
     kTooFar,  // once more, shorter
     kSnap,    // the structure went to another branch; the next step is a first one
   };
-  /// Of a step from s to `next`, shares of the way.
+  /// Of a step from s to `next`, shares of the path.
   [[nodiscard]] Judgement judge(const BeamState& from, const BeamState& to, double s, double next);
   /// Does a step go elsewhere than the one before leads to? A first one always does.
   [[nodiscard]] bool surprises(const BeamState& from, const BeamState& to, double step) const;
@@ -44,7 +44,7 @@ class StepWatch {
     return size_of(change(from, to)).turn;
   }
   /// What the last step judged did.
-  [[nodiscard]] const Verdict& seen() const { return seen_; }
+  [[nodiscard]] const Verdict& verdict() const { return verdict_; }
   /// By which the next step may be longer, or must be shorter, than the last one judged.
   [[nodiscard]] double factor() const { return factor_; }
 
@@ -53,7 +53,7 @@ class StepWatch {
   [[nodiscard]] Eigen::Matrix3Xd change(const BeamState& from, const BeamState& to) const;
   [[nodiscard]] Verdict size_of(const Eigen::Matrix3Xd& change) const;
   [[nodiscard]] Verdict look(const Eigen::Matrix3Xd& made, double step) const;
-  /// By more than it went on before: no smooth way does that in one step.
+  /// By more than it advanced before: no smooth path does that in one step.
   [[nodiscard]] bool goes_back(const Eigen::Matrix3Xd& made, double step) const;
   [[nodiscard]] bool is_snap(double step, double next) const;
 
@@ -62,7 +62,7 @@ class StepWatch {
   const double shortest_;
   Eigen::Matrix3Xd last_;
   double step_ = 0;  // 0: there is no last
-  Verdict seen_;
+  Verdict verdict_;
   double factor_ = 1;
   // The last step that went too far: where to, and its swerve; how often that did not get smaller.
   double too_far_at_ = 0, too_far_swerve_ = 0;

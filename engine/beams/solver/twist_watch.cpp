@@ -9,7 +9,7 @@ namespace limber::beams::detail {
 namespace {
 
 double twist_of(const BeamStructure& structure, const BeamState& state, int element) {
-  // Cables, and ends that may turn about the beam, bear no torque whatever their angle is.
+  // Cables, and ends that may turn about the beam, bear no torque at any angle.
   const BeamElement& e = structure.model().elements[static_cast<std::size_t>(element)];
   if (e.kind == BeamKind::kCable || e.start_release.rotations[0] || e.finish_release.rotations[0])
     return 0;

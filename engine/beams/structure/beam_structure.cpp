@@ -33,7 +33,7 @@ ElementConstants<double> constants_of(const BeamElement& e, const BeamSection& s
   k.stretching = slides(0) ? 0 : s.stretching / k.length;
   k.bow = bowing == Bowing::kCounts ? k.length / 30 : 0;
   k.torsion = s.torsion / k.length;
-  // Shear along axis 3 goes with bending about axis 2, and the other way round.
+  // Shear along axis 3 goes with bending about axis 2, and vice versa.
   set_plane(s.bending_2 / k.length, slides(2), k.near_2, k.far_2);
   set_plane(s.bending_3 / k.length, slides(1), k.near_3, k.far_3);
   const double twist = e.rest_curvature[0] * k.length;

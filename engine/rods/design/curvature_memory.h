@@ -5,7 +5,7 @@
 
 namespace limber::rods::detail {
 
-/// What products with a Hessian have told of it, as a positive definite matrix M near to it: the
+/// What products with a Hessian reveal of it, as a positive definite matrix M near to it: the
 /// directions of earlier conjugate gradients precondition later ones (Morales and Nocedal 2000),
 /// and measure steps: what is stiff moves less than what is soft.
 class CurvatureMemory {
@@ -21,7 +21,7 @@ class CurvatureMemory {
   [[nodiscard]] double size(const Eigen::VectorXd& v) const;
 
  private:
-  static constexpr std::size_t kMaxPairs = 60;
+  static constexpr std::size_t kMaxPairs = 60;  // stored products: the oldest are dropped beyond
   struct Pair {
     Eigen::VectorXd v, curved;
     double curvature;  // v^T curved

@@ -10,10 +10,11 @@ namespace limber::rods::detail {
 // of iterations of the search. None is known to have been tuned.
 
 void AugmentedConstraint::update(double g) {
-  constexpr double kGrowth = 4;    // of the penalty, from one update to the next
-  constexpr double kShare = 0.25;  // of the violation: with more than that left, the penalty grows
+  constexpr double kGrowth = 4;  // of the penalty, from one update to the next
+  constexpr double kMinLeftShare =
+      0.25;  // of the violation: with more than that left, the penalty grows
   const double now = left(g);
-  const bool slow = now > DesignRank::kHolds && left_ > 0 && now > kShare * left_;
+  const bool slow = now > DesignRank::kHolds && left_ > 0 && now > kMinLeftShare * left_;
   // What is violated is pressed harder at once; what is pressed too much is released gradually.
   if (slow && g < 0) penalty_ *= kGrowth;
   multiplier_ = force(g);
@@ -22,15 +23,16 @@ void AugmentedConstraint::update(double g) {
 }
 
 bool GuardWeight::raise(double objective, double flat_energy) {
-  constexpr double kShare = 1e-2;  // of the objective that the guard is at first
-  constexpr double kRise = 5;      // of the weight, from one raise to the next
-  constexpr int kOften = 12;       // raises in all; then there are no more
+  constexpr double kFirstGuardShare = 1e-2;  // of the objective that the guard is at first
+  constexpr double kRise = 5;                // of the weight, from one raise to the next
+  constexpr int kOften = 12;                 // raises in all; then there are no more
   if (raised_ == kOften) return false;
-  if (first_ == 0) first_ = flat_energy > 0 ? kShare * std::abs(objective) / flat_energy : 0;
+  if (first_ == 0)
+    first_ = flat_energy > 0 ? kFirstGuardShare * std::abs(objective) / flat_energy : 0;
   const double lost = weight_ > 0 ? weight_ : last_;
   weight_ = weight_ > 0 ? kRise * weight_ : last_ > 0 ? last_ : first_;
-  // Half-way, by orders of magnitude, to what kept the shape the last time: as a share of the
-  // objective, which the guard is weighed against.
+  // To the geometric mean, by orders of magnitude, to what kept the shape the last time: as a share
+  // of the objective, which the guard is weighed against.
   weight_ = std::max(weight_, std::sqrt(lost * kept_ * std::abs(objective)));
   if (objective != 0) kept_ = weight_ / std::abs(objective);
   constexpr double kGentlest = 0.6;  // of lower()'s factor, which raises bring closer to one
@@ -45,8 +47,9 @@ void GuardWeight::raise_at_once(double objective, double flat_energy) {
 }
 
 bool GuardWeight::hinders(double objective, double flat_energy) const {
-  constexpr double kShare = 0.5;  // of the objective that the guard may be without hindering
-  return weight_ * flat_energy > kShare * std::abs(objective);
+  constexpr double kMaxGuardShare =
+      0.5;  // of the objective that the guard may be without hindering
+  return weight_ * flat_energy > kMaxGuardShare * std::abs(objective);
 }
 
 void GuardWeight::lower() {

@@ -54,7 +54,7 @@ class GuardWeight {
   double kept_ = 0;    // after it was raised, over the objective there
   double fall_ = 0.5;  // of the weight when it is lowered; gentler after it had to be raised again
   int raised_ = 0;
-  static constexpr int kAtOnce = 3;
+  static constexpr int kAtOnce = 3;  // raises that raise_at_once() makes
 };
 
 /// Tells a violation that lessens slowly from one that nothing lessens.

@@ -11,8 +11,8 @@
 namespace limber::rods {
 
 /// When a search weighs the flat energy more than its objective does, so that rest lengths keep
-/// fitting a flat drawing and the flat linkage does not buckle on the way. The weight goes back to
-/// nothing before the search ends by itself.
+/// fitting a flat drawing and the flat linkage does not buckle during the search. The weight goes
+/// back to nothing before the search ends by itself.
 enum class BucklingGuard {
   kWhenNeeded,  // where trials buckle again and again
   kFromStart,   // from the first step: for starts that are about to buckle, as closed linkages
@@ -96,11 +96,11 @@ struct DesignReport {
 };
 
 /// Called after every step with the design as it stands. May change its criteria (set_criteria):
-/// the search goes on with the new ones.
+/// the search continues with the new ones.
 using DesignCallback = std::function<void(const DesignProgress& progress, LinkageDesign& design)>;
 
 /// Called where the search would end, with what it would report and the design at its best. May
-/// move that, and may change its criteria: the search then goes on from there, as long as it has
+/// move that, and may change its criteria: the search then continues from there, as long as it has
 /// steps left, and is asked again at its next end.
 using DesignEndCallback = std::function<void(const DesignReport& report, LinkageDesign& design)>;
 
@@ -112,9 +112,9 @@ using DesignEndCallback = std::function<void(const DesignReport& report, Linkage
 /// what earlier steps learned of the curvature (CurvatureMemory); the constraints by an augmented
 /// Lagrangian (Rockafellar 1973). A trial that lands on another branch, or nowhere, shrinks the
 /// region; where that is the flat shape's fault and little is left of it, a guard against buckling
-/// goes up; where it is the deployed shape's, whose branch then ends, the search goes on from what
-/// that falls to if the merit found there, not foreseen, is less. The design stands at the best
-/// point that was accepted, also where the search stops early.
+/// goes up; where it is the deployed shape's, whose branch then ends, the search continues from
+/// what that falls to if the merit found there, not foreseen, is less. The design stands at the
+/// best point that was accepted, also where the search stops early.
 /// @throws Error as DesignOptimizerOptions::validate; {kInvalidArgument} with field
 /// shortest_lengths, longest_lengths, thinnest_sections or thickest_sections, and [i] where the
 /// start lies beyond a bound

@@ -16,15 +16,16 @@ namespace {
 // Of the trust region: a step that gains this share of what the model promised is taken; below and
 // above these the region shrinks and grows.
 constexpr double kTaken = 1e-4;
-constexpr double kPoorDesignModel = 0.25;
-constexpr double kGoodDesignModel = 0.75;
-constexpr double kShrink = 0.25;
-constexpr double kGrow = 2;
+constexpr double kPoorDesignModel =
+    0.25;  // ratio of gain to prediction below which the radius shrinks
+constexpr double kGoodDesignModel = 0.75;    // the same, above which it grows
+constexpr double kShrink = 0.25;             // factor of the radius, or of a step that failed
+constexpr double kGrow = 2;                  // factor of the radius
 constexpr double kLeastDesignRadius = 1e-9;  // of the mean length
 // Of a slope, what conjugate gradients may leave: at most, and where an end depends on it.
 constexpr double kMaxLinearResidual = 0.1;
-constexpr double kLeastLeft = 1e-3;
-constexpr double kInner = 1e-2;  // gradient at which multipliers are updated
+constexpr double kLeastLeft = 1e-3;  // smallest share that is required
+constexpr double kInner = 1e-2;      // gradient at which multipliers are updated
 constexpr int kIdle = 10;
 // Trials not believed more than believed, after which nothing is remembered of curvatures.
 constexpr int kAstray = 3;
@@ -33,15 +34,15 @@ constexpr int kUpdates = 30;  // of multipliers
 // A flat shape that is lost below this share of the radius that was good last raises the guard; the
 // radius where it is lowered begins at a share of the first.
 constexpr double kLostRadius = 0.03;
-constexpr double kLoweredRadius = 0.03;
+constexpr double kLoweredRadius = 0.03;  // of the first radius
 // It is lowered after so many steps, or where the gradient has come to a share of that at its last
 // change, if it hinders.
 constexpr int kHeld = 5;
-constexpr double kSettledGuard = 0.1;
-constexpr double kNoEnergy = 1e-12;  // share of the scale of energies that is rounding
+constexpr double kSettledGuard = 0.1;  // of the gradient at the last change
+constexpr double kNoEnergy = 1e-12;    // share of the scale of energies that is rounding
 // Where branches end: how often another one is looked for from a point, and from all.
 constexpr int kFallsAtOnce = 3;
-constexpr int kFalls = 20;
+constexpr int kFalls = 20;  // of one search
 
 double mean_length(const LinkageDesign& design) {
   const int lengths = design.variables().lengths();
@@ -198,9 +199,9 @@ bool DesignSearch::step(const JobContext& context, const DesignCallback& on_step
   if (!model) return arrived("no step nearby gains a relevant amount");
   ++report_.iterations;
   const Eigen::VectorXd& here = design_.parameters();
-  const Eigen::VectorXd wanted = here + model->p.cwiseQuotient(units_);
-  const Eigen::VectorXd tried = wanted.cwiseMax(bounds_.low).cwiseMin(bounds_.high);
-  if (tried != wanted) {
+  const Eigen::VectorXd unbounded = here + model->p.cwiseQuotient(units_);
+  const Eigen::VectorXd tried = unbounded.cwiseMax(bounds_.low).cwiseMin(bounds_.high);
+  if (tried != unbounded) {
     model->p = (tried - here).cwiseProduct(units_);
     model->bent = product(model->p);
   }
@@ -272,10 +273,10 @@ void DesignSearch::not_believed(const DesignTrial& trial) {
     raise_guard();
 }
 
-/// For a way that begins anew: what was not believed before says nothing of it.
+/// For a path that begins anew: earlier rejected predictions do not apply to it.
 void DesignSearch::widen(double least) { good_radius_ = radius_ = std::max(radius_, least); }
 
-/// @returns whether the trial is where the search goes on
+/// @returns whether the trial is where the search continues
 bool DesignSearch::judge(DesignTrial& trial, double length, double promised, bool at_rim) {
   if (trial.status != TrialStatus::kFound) {
     radius_ = kShrink * length;
@@ -308,7 +309,7 @@ void DesignSearch::accept(DesignPoint point, const DesignValues& values) {
   best_.note(design_.point(), merit_.rank(values_));
 }
 
-/// Goes on from the branch that the deployed shape falls to where its own ends, if that is worth
+/// Continues from the branch that the deployed shape falls to where its own ends, if that is worth
 /// more. @returns whether it does; `trial` is the one that led there then
 bool DesignSearch::leave_branch(const Eigen::VectorXd& parameters, DesignTrial& trial,
                                 const JobContext& context) {
@@ -372,7 +373,7 @@ void DesignSearch::return_to_best() {
   values_ = design_.values(design_.point());
 }
 
-/// Is a constraint violated, and no less so for long, whatever it weighs?
+/// Is a constraint violated, and no less so for long, under any penalty weight?
 bool DesignSearch::hopeless() {
   using Verdict = ViolationWatch::Verdict;
   const Verdict verdict = watch_.see(merit_.rank(values_).violation, report_.iterations);
@@ -391,7 +392,7 @@ bool DesignSearch::end(DesignStatus status, std::string message) {
   return false;
 }
 
-/// What else is to be said of the design that was kept.
+/// Further remarks on the design that was kept.
 void DesignSearch::tell_end() {
   if (report_.status != DesignStatus::kCancelled && !merit_.rank(values_).holds()) {
     report_.message +=

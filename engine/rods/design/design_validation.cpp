@@ -20,7 +20,7 @@ void demand_scale(const char* field, double value) {
 }  // namespace
 
 void demand_design_weight(const std::string& field, double weight) {
-  constexpr double kMaxWeight = 1e30;
+  constexpr double kMaxWeight = 1e30;  // largest weight that is accepted
   if (!(weight >= 0 && weight <= kMaxWeight)) refuse(field, "in [0, 1e30]", weight);
 }
 

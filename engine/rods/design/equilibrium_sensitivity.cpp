@@ -29,11 +29,12 @@ const Conditions& demand_unloaded(const LinkageModel& model, const Conditions& c
 }  // namespace
 
 struct EquilibriumSensitivity::Impl {
-  Impl(const LinkageModel& linkage, const LinkageState& shape, const Conditions& wanted,
-       DesignVariables variables, std::unique_ptr<HessianFactor> given)
+  Impl(const LinkageModel& linkage, const LinkageState& shape,
+       const Conditions& equilibrium_conditions, DesignVariables variables,
+       std::unique_ptr<HessianFactor> given)
       : model(linkage),
         state(&shape),
-        conditions(demand_unloaded(linkage, wanted)),
+        conditions(demand_unloaded(linkage, equilibrium_conditions)),
         map(linkage, variables),
         derivatives(linkage),
         sizes(linkage),
@@ -60,7 +61,7 @@ struct EquilibriumSensitivity::Impl {
     solver.set_pinned(factor->fixed);
     solver.set_shift_weights(scales.weights());
     factor->shift = 0;
-    // A mechanism moves without effort: what it does to the shape is whatever rounding says.
+    // A mechanism moves without effort: what it does to the shape is determined by rounding.
     if (solver.factor(matrix).vanishing > 0) {
       factor->shift = scales.rounding_shift();
       solver.factor(matrix, factor->shift);
@@ -71,9 +72,9 @@ struct EquilibriumSensitivity::Impl {
   }
 
   /// A change of the variables with that of the shape.
-  [[nodiscard]] LinkageVector both(const Eigen::VectorXd& way,
+  [[nodiscard]] LinkageVector both(const Eigen::VectorXd& direction,
                                    const Eigen::VectorXd& change) const {
-    LinkageVector result = map.direction(way);
+    LinkageVector result = map.direction(direction);
     result.unknowns = change;
     return result;
   }
@@ -124,16 +125,16 @@ bool EquilibriumSensitivity::is_minimum() const {
   return impl_->factor->bordered->positive_definite();
 }
 
-Eigen::VectorXd EquilibriumSensitivity::shape_change(const Eigen::VectorXd& way) const {
+Eigen::VectorXd EquilibriumSensitivity::shape_change(const Eigen::VectorXd& direction) const {
   Eigen::VectorXd change(impl_->model.variables().size());
-  impl_->assembly.gradient_change(*impl_->state, impl_->map.direction(-way), change);
+  impl_->assembly.gradient_change(*impl_->state, impl_->map.direction(-direction), change);
   impl_->factor->solve_in_place(change);
   return change;
 }
 
-Eigen::VectorXd EquilibriumSensitivity::shape_curvature(const Eigen::VectorXd& way,
+Eigen::VectorXd EquilibriumSensitivity::shape_curvature(const Eigen::VectorXd& direction,
                                                         const Eigen::VectorXd& change) const {
-  const LinkageVector both = impl_->both(way, change);
+  const LinkageVector both = impl_->both(direction, change);
   return impl_->solve(-impl_->derivatives.third({*impl_->state}, both, both).unknowns);
 }
 
@@ -154,17 +155,17 @@ EquilibriumSensitivity::Adjoint EquilibriumSensitivity::elastic_adjoint() const 
 }
 
 Eigen::VectorXd EquilibriumSensitivity::product(ShapeFunction& function, const Adjoint& adjoint,
-                                                const Eigen::VectorXd& way,
+                                                const Eigen::VectorXd& direction,
                                                 const Eigen::VectorXd& change) const {
   if (adjoint.multiplier.size() == 0) {
     // What D^2 E leaves of forces is those of what holds the shape.
     return function.elastic_share() * impl_->map.gradient(impl_->derivatives.second(
-                                          {*impl_->state}, impl_->both(way, change)));
+                                          {*impl_->state}, impl_->both(direction, change)));
   }
   // The share of D^2 E and -D^3 E [w], negated.
   const LinkageVector bent =
-      impl_->derivatives.third({*impl_->state}, {adjoint.multiplier, {}}, impl_->both(way, change),
-                               -function.elastic_share());
+      impl_->derivatives.third({*impl_->state}, {adjoint.multiplier, {}},
+                               impl_->both(direction, change), -function.elastic_share());
   Eigen::VectorXd multiplier = -bent.unknowns;
   function.add_second(*impl_->state, change, 1, multiplier);
   impl_->factor->solve_in_place(multiplier);

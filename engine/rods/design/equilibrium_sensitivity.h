@@ -41,7 +41,7 @@ class EquilibriumSensitivity {
   EquilibriumSensitivity(EquilibriumSensitivity&&) noexcept;
   EquilibriumSensitivity& operator=(EquilibriumSensitivity&&) noexcept;
 
-  /// Goes on at another equilibrium under the same conditions.
+  /// Moves to another equilibrium under the same conditions.
   /// @param factor  its own, as above
   /// @returns the memory of the former one
   std::unique_ptr<HessianFactor> move_to(const LinkageState& state,
@@ -55,13 +55,13 @@ class EquilibriumSensitivity {
   [[nodiscard]] bool is_minimum() const;
 
   /// dx/dL v [length, rad].
-  /// @param way  v, a number for each variable
-  [[nodiscard]] Eigen::VectorXd shape_change(const Eigen::VectorXd& way) const;
+  /// @param direction  v, a number for each variable
+  [[nodiscard]] Eigen::VectorXd shape_change(const Eigen::VectorXd& direction) const;
 
-  /// d2x/dL2 [v, v], what bends the way of the shape where variables go straight along v: with the
-  /// third derivatives along w = (dx/dL v, v), K (d2x/dL2 [v, v], .) = (-D^3 E[w, w, .], 0).
-  /// @param change  shape_change(way)
-  [[nodiscard]] Eigen::VectorXd shape_curvature(const Eigen::VectorXd& way,
+  /// d2x/dL2 [v, v], the curvature of the shape's path where variables go straight along v: with
+  /// the third derivatives along w = (dx/dL v, v), K (d2x/dL2 [v, v], .) = (-D^3 E[w, w, .], 0).
+  /// @param change  shape_change(direction)
+  [[nodiscard]] Eigen::VectorXd shape_curvature(const Eigen::VectorXd& direction,
                                                 const Eigen::VectorXd& change) const;
 
   struct Adjoint {
@@ -76,9 +76,9 @@ class EquilibriumSensitivity {
 
   /// The derivative of `gradient` along v.
   /// @param function  with elastic_adjoint() the elastic energy
-  /// @param change  shape_change(way)
+  /// @param change  shape_change(direction)
   [[nodiscard]] Eigen::VectorXd product(ShapeFunction& function, const Adjoint& adjoint,
-                                        const Eigen::VectorXd& way,
+                                        const Eigen::VectorXd& direction,
                                         const Eigen::VectorXd& change) const;
 
  private:

@@ -11,7 +11,7 @@ namespace {
 
 double length_on_surface(const PatchLift& lift, const Eigen::Vector2d& from,
                          const Eigen::Vector2d& to) {
-  constexpr int kPieces = 8;
+  constexpr int kPieces = 8;  // chords that measure a curve
   double length = 0;
   Eigen::Vector3d last = lift(from);
   for (int k = 1; k <= kPieces; ++k) {

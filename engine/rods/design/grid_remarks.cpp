@@ -27,9 +27,9 @@ double distance_between(const Eigen::Matrix3Xd& joints, const Eigen::Matrix3Xd& 
 
 std::string describe_distance(double distance, double height, double curved_height,
                               const GridCurvature& curvature) {
-  constexpr double kFar = 0.6;  // of the height
-  constexpr double kSmall = 0.5;
-  if (distance <= kFar * height) return "";
+  constexpr double kMaxDistanceShare = 0.6;  // of the height
+  constexpr double kSmall = 0.5;  // twist, and share of the height, that decide on the reason
+  if (distance <= kMaxDistanceShare * height) return "";
   const char* why = "";
   if (curvature.twist > kSmall) {
     why =
@@ -54,7 +54,7 @@ std::string describe_thickness(double height, double thick) {
 }
 
 std::string describe_fan(double share) {
-  constexpr double kMaxShare = 0.9;
+  constexpr double kMaxShare = 0.9;  // of the requested fan: a larger share is not reported
   if (share > kMaxShare) return "";
   return fmt::format(
       "rods fan out by {:.0f} % of what the patch's sides ask for: a larger "

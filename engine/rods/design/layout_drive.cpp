@@ -49,10 +49,10 @@ StraightLayout driven(StraightLayout layout, double drive) {
 
 LayoutDrive drive_to_height(const GridLines& grid, const StraightLayout& layout, double height,
                             double least_angle, const Section& section) {
-  constexpr int kTries = 24;
-  constexpr double kNear = 0.05;   // of the height
-  constexpr double kLow = 0.05;    // of it: nothing to be extrapolated from
-  constexpr double kSlope = 0.87;  // of the squared height over the drive, about
+  constexpr int kTries = 24;                     // grids that are opened at most
+  constexpr double kMaxHeightErrorShare = 0.05;  // of the height
+  constexpr double kLow = 0.05;                  // of it: nothing to be extrapolated from
+  constexpr double kSlope = 0.87;                // of the squared height over the drive, about
   const SectionStiffness rods = section_stiffness(section_properties(section), kAny);
   LayoutDrive best;
   double below = 0, above = std::numeric_limits<double>::infinity(), drive = 2;
@@ -69,7 +69,7 @@ LayoutDrive drive_to_height(const GridLines& grid, const StraightLayout& layout,
     if (!best.has_opened ||
         std::abs(std::log(found / height)) < std::abs(std::log(best.height / height)))
       best = {drive, found, true, std::move(grown->joints)};
-    if (std::abs(found - height) < kNear * height) break;
+    if (std::abs(found - height) < kMaxHeightErrorShare * height) break;
     (found < height ? below : above) = drive;
     double next = 2 * drive;
     if (found > kLow * height) {
@@ -77,8 +77,8 @@ LayoutDrive drive_to_height(const GridLines& grid, const StraightLayout& layout,
       const double square = std::pow(found / height, 2);
       double slope = kSlope;
       if (last_drive > 0 && last_drive != drive) {
-        const double seen = (square - last_square) / (drive - last_drive);
-        if (seen > 0) slope = seen;
+        const double secant_slope = (square - last_square) / (drive - last_drive);
+        if (secant_slope > 0) slope = secant_slope;
       }
       next = drive + (1 - square) / slope;
       last_drive = drive;

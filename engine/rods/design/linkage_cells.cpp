@@ -18,7 +18,7 @@ struct Leg {
   End end = kStart;
 };
 
-/// Which way around is next, and by how much it turns.
+/// Which leg around a cell is next, and by how much it turns.
 class CellWalk {
  public:
   explicit CellWalk(const LinkageGraph& graph)

@@ -90,7 +90,8 @@ struct LinkageDesign::Impl {
   };
 
   Impl(const LinkageModel& linkage, Conditions flat_conditions, Conditions deployed_conditions,
-       DesignPoint start, DesignCriteria wanted, DesignLimits limit, DesignVariables variables)
+       DesignPoint start, DesignCriteria initial_criteria, DesignLimits limit,
+       DesignVariables variables)
       : model(linkage),
         flat(std::move(flat_conditions)),
         deployed(std::move(deployed_conditions)),
@@ -99,7 +100,7 @@ struct LinkageDesign::Impl {
         scales(model),
         energy(model),
         map(model, variables),
-        criteria(std::move(wanted)),
+        criteria(std::move(initial_criteria)),
         point(std::move(start)) {
     criteria.validate();
     limits.validate();
@@ -205,20 +206,20 @@ struct LinkageDesign::Impl {
     return which == Which::kAll ? all_gradients() : objective_gradient();
   }
 
-  /// Where an equilibrium goes when lengths go this way.
+  /// Where an equilibrium moves when lengths change in a direction.
   struct Forecast {
     Eigen::VectorXd move;    // of the unknowns
     Eigen::VectorXd linear;  // the same to first order
     double turned = 0;       // by it [rad]
     bool diverges = false;
   };
-  Forecast forecast(const EquilibriumSensitivity& at, const Eigen::VectorXd& way) {
-    Forecast result{at.shape_change(way), {}, 0, false};
+  Forecast forecast(const EquilibriumSensitivity& at, const Eigen::VectorXd& direction) {
+    Forecast result{at.shape_change(direction), {}, 0, false};
     result.linear = result.move;
     const double first = scales.largest_turn(model, at.state(), result.move);
     if (limits.predictor == PredictorOrder::kSecond && first > 0) {
-      const Eigen::VectorXd bend = 0.5 * at.shape_curvature(way, result.move);
-      // Near a fold the way turns round within the step: no polynomial says where to.
+      const Eigen::VectorXd bend = 0.5 * at.shape_curvature(direction, result.move);
+      // Near a fold the path turns round within the step: no polynomial predicts it.
       result.diverges = !(scales.largest_turn(model, at.state(), bend) <= first);
       result.move += bend;
     }
@@ -316,9 +317,9 @@ DesignTrial LinkageDesign::trial(const Eigen::VectorXd& parameters, const JobCon
                                  Landing landing) {
   DesignTrial trial{TrialStatus::kFound, impl_->point, 0, {}, 0, LostShape::kNone};
   Impl::Derivatives& here = impl_->shapes();
-  const Eigen::VectorXd way = parameters - impl_->parameters;
-  const Impl::Forecast flat = impl_->forecast(here.flat, way);
-  const Impl::Forecast deployed = impl_->forecast(here.deployed, way);
+  const Eigen::VectorXd direction = parameters - impl_->parameters;
+  const Impl::Forecast flat = impl_->forecast(here.flat, direction);
+  const Impl::Forecast deployed = impl_->forecast(here.deployed, direction);
   const Impl::OwnSizes own_sizes(*impl_);  // again, however this ends
   try {
     impl_->map.place(impl_->model, parameters, trial.point);
@@ -334,7 +335,7 @@ DesignTrial LinkageDesign::trial(const Eigen::VectorXd& parameters, const JobCon
   if (trial.status == TrialStatus::kFound) {
     LinkageState& state = trial.point.deployed;
     trial.status =
-        landing == Landing::kForeseen
+        landing == Landing::kPredicted
             ? impl_->follow(deployed, impl_->deployed, context, state, trial, made.deployed)
             : impl_->fall(impl_->deployed, context, state, trial, made.deployed);
     if (trial.status != TrialStatus::kFound) trial.lost = LostShape::kDeployed;

@@ -94,7 +94,7 @@ enum class TrialStatus {
 
 /// Which equilibria a trial believes.
 enum class Landing {
-  kForeseen,          // those near their predictions
+  kPredicted,         // those near their predictions
   kDeployedAnywhere,  // of the deployed shape whichever it falls to: its own may have ended
 };
 
@@ -142,7 +142,7 @@ class LinkageDesign {
 
   /// @param parameters  p
   [[nodiscard]] DesignTrial trial(const Eigen::VectorXd& parameters, const JobContext& context = {},
-                                  Landing landing = Landing::kForeseen);
+                                  Landing landing = Landing::kPredicted);
   [[nodiscard]] DesignValues values(const DesignPoint& point);
   /// Makes a trial's point the one where derivatives are taken.
   void move_to(DesignPoint point);

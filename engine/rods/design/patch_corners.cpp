@@ -25,7 +25,8 @@ Eigen::Matrix2Xd flattened(const Eigen::Matrix3Xd& points) {
   Eigen::Vector3d along = eigen.eigenvectors().col(2);
   const Eigen::Vector3d& spread = eigen.eigenvalues();
   if (spread[2] - spread[1] <= kEqualAngles * spread[2]) {
-    constexpr double kAlmostAcross = 0.9;
+    constexpr double kAlmostAcross =
+        0.9;  // component of the normal above which the x axis gives no direction
     const int axis = std::abs(normal.x()) < kAlmostAcross ? 0 : 1;
     along = Eigen::Vector3d::Unit(axis) - normal[axis] * normal;
     along.normalize();
@@ -40,12 +41,12 @@ Eigen::Matrix2Xd flattened(const Eigen::Matrix3Xd& points) {
 /// it goes counterclockwise: for each side another one.
 Corners farthest_along_diagonals(const Eigen::Matrix2Xd& flat) {
   const Eigen::Vector2d size = flat.rowwise().maxCoeff() - flat.rowwise().minCoeff();
-  constexpr std::array<std::array<double, 2>, 4> kWays{{{-1, -1}, {1, -1}, {1, 1}, {-1, 1}}};
+  constexpr std::array<std::array<double, 2>, 4> kDiagonals{{{-1, -1}, {1, -1}, {1, 1}, {-1, 1}}};
   Corners corners;
   for (std::size_t k = 0; k < 4; ++k) {
-    const Eigen::Vector2d way(kWays[k][0] / size.x(), kWays[k][1] / size.y());
-    const Eigen::RowVectorXd along = way.transpose() * flat;
-    const Eigen::RowVectorXd round = Eigen::RowVector2d(-way.y(), way.x()) * flat;
+    const Eigen::Vector2d direction(kDiagonals[k][0] / size.x(), kDiagonals[k][1] / size.y());
+    const Eigen::RowVectorXd along = direction.transpose() * flat;
+    const Eigen::RowVectorXd round = Eigen::RowVector2d(-direction.y(), direction.x()) * flat;
     const double farthest = along.maxCoeff() - kEqualAngles;
     Eigen::Index corner = -1;
     for (Eigen::Index i = 0; i < along.size(); ++i)
@@ -101,9 +102,9 @@ Corners quarters(const Eigen::Matrix3Xd& points, const Eigen::Matrix2Xd& flat) {
   Corners corners{static_cast<std::size_t>(begin), 0, 0, 0};
   Eigen::Index last = 0;
   for (Eigen::Index k = 1; k < 4; ++k) {
-    const double wanted = static_cast<double>(k) / 4 * length.back();
+    const double target_length = static_cast<double>(k) / 4 * length.back();
     const auto missed = [&](Eigen::Index i) {
-      return std::abs(length[static_cast<std::size_t>(i)] - wanted);
+      return std::abs(length[static_cast<std::size_t>(i)] - target_length);
     };
     Eigen::Index nearest = last + 1;
     for (Eigen::Index i = last + 2; i <= count - (4 - k); ++i)
@@ -117,18 +118,18 @@ Corners quarters(const Eigen::Matrix3Xd& points, const Eigen::Matrix2Xd& flat) {
 
 }  // namespace
 
-bool points_backward(const Eigen::Vector3d& way) {
-  const double most = (1 - kEqualAngles) * way.cwiseAbs().maxCoeff();
+bool points_backward(const Eigen::Vector3d& direction) {
+  const double most = (1 - kEqualAngles) * direction.cwiseAbs().maxCoeff();
   int axis = 0;
-  while (std::abs(way[axis]) < most) ++axis;
-  return way[axis] < 0;
+  while (std::abs(direction[axis]) < most) ++axis;
+  return direction[axis] < 0;
 }
 
 std::array<std::size_t, 4> patch_corners(const SurfaceMesh& surface, const std::vector<int>& rim) {
   const Eigen::Matrix3Xd points = surface.vertices(Eigen::all, rim);
   const Eigen::Matrix2Xd flat = flattened(points);
-  constexpr int kTurns = 6;  // of a quarter of a round, after which the axes are the same
-  constexpr double kClearly = 1.05;
+  constexpr int kTurns = 6;          // of a quarter of a round, after which the axes are the same
+  constexpr double kClearly = 1.05;  // factor by which turned axes must enclose more
   Corners best{};
   double most = 0;
   for (int k = 0; k < kTurns; ++k) {

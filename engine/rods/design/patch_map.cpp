@@ -87,7 +87,7 @@ std::vector<int> rim_of(const SurfaceMesh& surface) {
   return rim;
 }
 
-/// Length of the rim from one place in it to another, on the way it goes.
+/// Length of the rim from one place in it to another, in its order.
 double length_between(const SurfaceMesh& surface, const std::vector<int>& rim, std::size_t begin,
                       std::size_t end) {
   double length = 0;
@@ -98,29 +98,29 @@ double length_between(const SurfaceMesh& surface, const std::vector<int>& rim, s
   return length;
 }
 
-/// Is one way longer than the other, or as long and more along x, or else y, or else between two
-/// axes' forward directions rather than across?
-bool comes_first(double length, const Eigen::Vector3d& way, double than,
+/// Is one direction longer than the other, or as long and more along x, or else y, or else between
+/// two axes' forward directions rather than across?
+bool comes_first(double length, const Eigen::Vector3d& direction, double than,
                  const Eigen::Vector3d& other) {
-  constexpr double kEqual = 1e-6;
+  constexpr double kEqual = 1e-6;  // relative difference that counts as rounding
   if (std::abs(length - than) > kEqual * than) return length > than;
   for (int axis = 0; axis < 2; ++axis) {
-    const double share = std::abs(way[axis]), before = std::abs(other[axis]);
+    const double share = std::abs(direction[axis]), before = std::abs(other[axis]);
     if (std::abs(share - before) > kEqual * other.norm()) return share > before;
   }
   for (const auto& [one, two] : {std::pair{0, 1}, std::pair{0, 2}, std::pair{1, 2}}) {
-    const double product = way[one] * way[two], before = other[one] * other[two];
+    const double product = direction[one] * direction[two], before = other[one] * other[two];
     if (std::abs(product - before) > kEqual * other.squaredNorm()) return product > before;
   }
   return false;
 }
 
-/// Which of a square's first corner and directions are whose is up to the surface alone, whatever
-/// the order of its vertices: the first direction is that of the longer sides and goes forward
+/// Which of a square's first corner and directions are whose is up to the surface alone, for any
+/// order of its vertices: the first direction is that of the longer sides and goes forward
 /// along the axis it is nearest to, and so does the normal.
 std::array<std::size_t, 4> begin_at_first(const SurfaceMesh& surface, std::vector<int>& rim) {
   std::array<std::size_t, 4> corners = patch_corners(surface, rim);
-  const auto sides = [&](std::size_t k) {  // the way along sides k and k + 2
+  const auto sides = [&](std::size_t k) {  // the direction along sides k and k + 2
     const auto at = [&](std::size_t corner) -> Eigen::Vector3d {
       return surface.vertices.col(rim[corners[corner % 4]]);
     };
@@ -209,7 +209,7 @@ class MeanOfBothWays {
 /// of the time that those of a matrix without symmetry take: these are for what is left.
 Eigen::MatrixX2d solve_nearly_symmetric(const Eigen::SparseMatrix<double>& matrix,
                                         const Eigen::MatrixX2d& right) {
-  constexpr int kMaxIterations = 100;
+  constexpr int kMaxIterations = 100;  // before the matrix is factored instead
   Eigen::BiCGSTAB<Eigen::SparseMatrix<double>, MeanOfBothWays> iterations;
   iterations.setTolerance(1e-14);
   iterations.setMaxIterations(kMaxIterations);

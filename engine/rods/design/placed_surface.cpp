@@ -25,10 +25,10 @@ void SurfacePlacement::validate() const {
 }
 
 SurfacePlacement fitted(const SurfacePlacement& placement, const Eigen::Matrix3Xd& points,
-                        const Eigen::Matrix3Xd& wanted) {
-  LIMBER_DEMAND(points.cols() == wanted.cols());
-  const Eigen::Vector3d from = points.rowwise().mean(), to = wanted.rowwise().mean();
-  const Eigen::Matrix3d spread = (wanted.colwise() - to) * (points.colwise() - from).transpose();
+                        const Eigen::Matrix3Xd& target) {
+  LIMBER_DEMAND(points.cols() == target.cols());
+  const Eigen::Vector3d from = points.rowwise().mean(), to = target.rowwise().mean();
+  const Eigen::Matrix3d spread = (target.colwise() - to) * (points.colwise() - from).transpose();
   const Eigen::JacobiSVD<Eigen::Matrix3d> svd(spread, Eigen::ComputeFullU | Eigen::ComputeFullV);
   const double handed = (svd.matrixU() * svd.matrixV().transpose()).determinant() < 0 ? -1 : 1;
   const Eigen::Matrix3d turn =

@@ -20,10 +20,10 @@ struct SurfacePlacement {
 /// The placement moved on as a whole, turned and shifted, so that points of the placed surface come
 /// as near to others as they can (least squares; Kabsch 1976).
 /// @param points  3 x n, on the surface as it is placed now
-/// @param wanted  3 x n, where they are to be
+/// @param target  3 x n, where they are to be
 [[nodiscard]] SurfacePlacement fitted(const SurfacePlacement& placement,
                                       const Eigen::Matrix3Xd& points,
-                                      const Eigen::Matrix3Xd& wanted);
+                                      const Eigen::Matrix3Xd& target);
 
 /// A surface moved and scaled, without building it anew.
 class PlacedSurface final : public TargetSurface {

@@ -32,7 +32,7 @@ class Scatter {
   [[nodiscard]] Plane plane() const { return {mean_, axes_.eigenvectors().col(0)}; }
   /// @param change  of the sum of squares; joints on a line have no normal that would turn
   [[nodiscard]] Eigen::Vector3d turn_of_normal(const Eigen::Matrix3d& change) const {
-    constexpr double kNoGap = 1e-12;
+    constexpr double kNoGap = 1e-12;  // of the largest eigenvalue: smaller gaps count as zero
     Eigen::Vector3d turn = Eigen::Vector3d::Zero();
     for (int k = 1; k < 3; ++k) {
       const double gap = axes_.eigenvalues()[0] - axes_.eigenvalues()[k];

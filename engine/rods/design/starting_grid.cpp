@@ -23,10 +23,10 @@ namespace {
 
 constexpr double kUnknownDrive = 3;  // where nothing is known of the rods
 constexpr double kFlatHeightShare =
-    1e-4;                              // heights that are nothing, as a share of the patch's size
-constexpr double kMissed = 0.2;        // of the surface's height: that is no opening
-constexpr double kThin = 0.5;          // of a rod's thickness: heights that it hides
-constexpr double kFan = 0.02;          // of sides over the patch's size: what is told about
+    1e-4;                        // heights that are nothing, as a share of the patch's size
+constexpr double kMissed = 0.2;  // of the surface's height: that is no opening
+constexpr double kThin = 0.5;    // of a rod's thickness: heights that it hides
+constexpr double kFan = 0.02;    // of sides over the patch's size: smallest fan that is reported
 constexpr double kLeastOpening = 0.1;  // [rad]
 constexpr double kLeastAngle = 0.6;    // of cells, as a share of the flat angle
 constexpr double kTwin = 64;           // joints of the grid that is opened in place of larger ones
@@ -53,8 +53,8 @@ void measure_gaps(int columns, int rows, StartingGrid& grid) {
 
 /// Where the plane has no room for a layout, first its rods fan out less, then it curves less.
 StraightLayout with_room(const GridLines& lines, StraightLayout layout) {
-  constexpr int kTries = 30;
-  constexpr double kLess = 0.8;
+  constexpr int kTries = 30;     // reductions at most, of fan and of curvature each
+  constexpr double kLess = 0.8;  // factor of a reduction
   const auto has_room = [&] {
     return is_regular(lines, draw(lines, layout), kLeastAngle * layout.flat_angle);
   };
@@ -99,12 +99,12 @@ StartingGrid drawn(const GridOnSurface& on_surface, const StraightLayout& layout
 /// As the surface's heights are; together about what the weight of rods is that sag under it by
 /// their length.
 Eigen::VectorXd push_of(const GridOnSurface& on_surface, double size, const Section& section) {
-  constexpr double kShare = 0.3;
+  constexpr double kPushShare = 0.3;  // of I / size^2: the largest force over Young's modulus
   const Eigen::VectorXd heights = heights_of(on_surface);
   const double highest = heights.cwiseAbs().maxCoeff();
   if (!(highest > 0)) return Eigen::VectorXd::Zero(heights.size());
   const double bending = section_properties(section).second_moment_2;
-  return kShare * bending / (size * size * highest) * heights;
+  return kPushShare * bending / (size * size * highest) * heights;
 }
 
 struct FoundDrive {
@@ -115,16 +115,16 @@ struct FoundDrive {
 /// With which a grid of such rods opens to the surface.
 FoundDrive drive_of(const GridOnSurface& twin, const StartingGridOptions& options) {
   const StraightLayout layout = with_room(twin.lines, layout_of(twin, options.flat_angle));
-  const double wanted = curved_height(twin.points, layout.curvature.mean);
-  const LayoutDrive found = drive_to_height(twin.lines, layout, wanted,
+  const double target_height = curved_height(twin.points, layout.curvature.mean);
+  const LayoutDrive found = drive_to_height(twin.lines, layout, target_height,
                                             kLeastAngle * options.flat_angle, *options.section);
   if (!found.has_opened) return {};
-  if (!(found.height > kMissed * wanted)) {
+  if (!(found.height > kMissed * target_height)) {
     throw Error(ErrorCode::kInvalidArgument, "section",
                 fmt::format("opened, a grid of such rods stays in its plane, or nearly: {:.3g} "
                             "high for {:.3g} of the surface, both root mean square. Rods leave it "
                             "that are stiff sideways, as strips of thin rectangles are",
-                            found.height, wanted));
+                            found.height, target_height));
   }
   const GridCurvature curvature = grid_curvature(twin.lines, twin.points);
   return {found.drive,
@@ -171,9 +171,9 @@ StartingGrid starting_grid(const SurfaceMesh& surface, const StartingGridOptions
     }
     grid.remark = remark;
     if (drive > 0 && fan * size_of(layout) > kFan) {
-      const std::string told =
+      const std::string fan_remark =
           describe_fan(std::hypot(chosen.rows_widen, chosen.columns_widen) / fan);
-      grid.remark += (remark.empty() || told.empty() ? "" : "; ") + told;
+      grid.remark += (remark.empty() || fan_remark.empty() ? "" : "; ") + fan_remark;
     }
     return grid;
   };
@@ -184,7 +184,7 @@ StartingGrid starting_grid(const SurfaceMesh& surface, const StartingGridOptions
     if (is_flat) return as_driven(0);
     throw Error(ErrorCode::kInvalidArgument, "flat_angle",
                 fmt::format("the grid is to open, but rods cross at {:.3g} degrees on the surface, "
-                            "and at {:.3g} when it lies flat",
+                            "and at {:.3g} when it is flat",
                             layout.open_angle / kDegree, options.flat_angle / kDegree));
   }
   if (options.drive) return as_driven(*options.drive);
@@ -228,7 +228,7 @@ void demand_room(const StartingGrid& grid, const StartingGridOptions& options,
   const auto demand = [thick](const char* field, int count, double apart) {
     if (apart >= thick) return;
     throw Error(ErrorCode::kInvalidArgument, field,
-                fmt::format("the rods of {} {} lie {:.3g} apart when the grid lies flat, and are "
+                fmt::format("the rods of {} {} lie {:.3g} apart when the grid is flat, and are "
                             "{:.3g} thick: take fewer {}, or a smaller section",
                             count, field, apart, thick, field));
   };

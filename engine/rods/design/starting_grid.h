@@ -48,7 +48,7 @@ struct StartingGrid {
   /// over Young's modulus [length^2], it opens to the surface's side; they are of the order of what
   /// bends rods noticeably. Empty without a section.
   Eigen::VectorXd push = {};
-  std::string remark = {};  // what will stand in a design's way; empty: nothing
+  std::string remark = {};  // what will hinder a design; empty: nothing
 };
 
 /// Two families of straight rods in the plane (StraightLayout; joint (c, r) is vertex r * columns +

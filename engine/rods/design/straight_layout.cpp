@@ -38,9 +38,9 @@ Eigen::Matrix3Xd crossings(const GridLines& grid, const Eigen::VectorXd& columns
     const Eigen::Vector2d begin = rows[r] * upward, along = unit_direction(row_angles[r]);
     for (int c = 0; c < grid.columns; ++c) {
       const Eigen::Vector2d across = unit_direction(column_angles[c]);
-      const Eigen::Vector2d way = columns[c] * Eigen::Vector2d::UnitX() - begin;
+      const Eigen::Vector2d offset = columns[c] * Eigen::Vector2d::UnitX() - begin;
       points.col(grid.at(c, r)).head<2>() =
-          begin + cross_product(way, across) / cross_product(along, across) * along;
+          begin + cross_product(offset, across) / cross_product(along, across) * along;
     }
   }
   return points;
@@ -48,11 +48,12 @@ Eigen::Matrix3Xd crossings(const GridLines& grid, const Eigen::VectorXd& columns
 
 /// Places whose gaps grow by what lengths lack of those that are wanted.
 template <class Length>
-void stretch(Eigen::VectorXd& places, const Eigen::VectorXd& wanted, const Length& length) {
+void stretch(Eigen::VectorXd& places, const Eigen::VectorXd& target_places, const Length& length) {
   const Eigen::VectorXd last = places;
   places[0] = 0;
   for (int i = 0; i + 1 < places.size(); ++i) {
-    places[i + 1] = places[i] + (last[i + 1] - last[i]) * (wanted[i + 1] - wanted[i]) / length(i);
+    places[i + 1] =
+        places[i] + (last[i + 1] - last[i]) * (target_places[i + 1] - target_places[i]) / length(i);
   }
   places.array() -= places.mean();
 }
@@ -111,13 +112,13 @@ void curve_less(StraightLayout& layout, double share) {
 bool is_regular(const GridLines& grid, const Eigen::Matrix3Xd& points, double least_angle) {
   constexpr double kShortest = 0.3;  // of the mean edge of its row or column
   if (!points.allFinite()) return false;
-  const auto way = [&](int from, int to) -> Eigen::Vector2d {
+  const auto offset = [&](int from, int to) -> Eigen::Vector2d {
     return (points.col(to) - points.col(from)).head<2>();
   };
   const auto is_even = [&](int joints, const auto& joint) {
     double sum = 0, least = std::numeric_limits<double>::infinity();
     for (int i = 0; i + 1 < joints; ++i) {
-      const double length = way(joint(i), joint(i + 1)).norm();
+      const double length = offset(joint(i), joint(i + 1)).norm();
       sum += length;
       least = std::min(least, length);
     }
@@ -131,8 +132,8 @@ bool is_regular(const GridLines& grid, const Eigen::Matrix3Xd& points, double le
     for (int c = 0; c + 1 < grid.columns; ++c) {
       for (int k = 0; k < 4; ++k) {
         const int dc = k % 2, dr = k / 2;
-        const Eigen::Vector2d along = way(grid.at(c, r + dr), grid.at(c + 1, r + dr)),
-                              across = way(grid.at(c + dc, r), grid.at(c + dc, r + 1));
+        const Eigen::Vector2d along = offset(grid.at(c, r + dr), grid.at(c + 1, r + dr)),
+                              across = offset(grid.at(c + dc, r), grid.at(c + dc, r + 1));
         const double angle = std::atan2(cross_product(along, across), along.dot(across));
         if (angle < least_angle || angle > std::numbers::pi - least_angle) return false;
       }

@@ -42,7 +42,7 @@ std::vector<Cell> gridded(const Eigen::Matrix3Xd& points, const Eigen::Matrix3d&
   const Eigen::Matrix2Xd flat = axes.rightCols<2>().transpose() * points;
   const Eigen::Vector2d low = flat.rowwise().minCoeff();
   const double size = (flat.rowwise().maxCoeff() - low).maxCoeff();
-  constexpr double kGrid = 1 << 28;
+  constexpr double kGrid = 1 << 28;  // cells along the longer side of the plane's extent
   std::vector<Cell> result;
   for (Eigen::Index i = 0; i < flat.cols(); ++i) {
     const Eigen::Vector2d x = (flat.col(i) - low) / size * kGrid;
@@ -56,7 +56,7 @@ std::vector<Cell> gridded(const Eigen::Matrix3Xd& points, const Eigen::Matrix3d&
     if (sorted[i].first != sorted[i - 1].first) continue;
     refuse_points(
         fmt::format("points[{}]", sorted[i].second),
-        fmt::format("lies over point {}: they are on no height field", sorted[i - 1].second));
+        fmt::format("is above point {}: they are on no height field", sorted[i - 1].second));
   }
   return result;
 }
@@ -96,7 +96,7 @@ double spacing(const Eigen::Matrix3Xd& points, const std::vector<Eigen::Vector3i
 
 /// Slivers of the rim may stand on end, whole regions may not.
 void demand_height_field(const SurfaceMesh& mesh, const Eigen::Vector3d& up, double steepest) {
-  constexpr double kShare = 0.1;
+  constexpr double kMaxSteepShare = 0.1;  // of the area: more is not a height field
   double area = 0, steep = 0;
   for (Eigen::Index t = 0; t < mesh.triangles.cols(); ++t) {
     const Eigen::Matrix3d corner = corners(mesh, t);
@@ -105,7 +105,7 @@ void demand_height_field(const SurfaceMesh& mesh, const Eigen::Vector3d& up, dou
     area += normal.norm();
     if (std::abs(normal.dot(up)) < std::cos(steepest) * normal.norm()) steep += normal.norm();
   }
-  if (steep <= kShare * area) return;
+  if (steep <= kMaxSteepShare * area) return;
   refuse_points(
       "points",
       fmt::format("are no height field over their plane: {:.0f} % of the surface is steeper "
@@ -127,7 +127,7 @@ SurfaceMesh surface_through_points(const Eigen::Matrix3Xd& points,
   options.validate();
   const Eigen::Matrix3d axes = axes_of(points);
   std::vector<Eigen::Vector3i> triangles = delaunay(gridded(points, axes));
-  constexpr double kGaps = 4;
+  constexpr double kGaps = 4;  // of the spacing: longer sides are holes or the outside
   const double gap =
       options.largest_gap > 0 ? options.largest_gap : kGaps * spacing(points, triangles);
   std::erase_if(triangles, [&](const Eigen::Vector3i& triangle) {

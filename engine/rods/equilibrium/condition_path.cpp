@@ -14,7 +14,7 @@ namespace {
 
 /// Of the mean angle's moment: moments that differ by less are the same.
 constexpr double kEqual = 1e-6;
-/// Angles that are no way apart [rad].
+/// Largest difference of angles that count as equal [rad].
 constexpr double kSameAngle = 1e-9;
 
 double blend(double from, double to, double t) { return (1 - t) * from + t * to; }
@@ -28,7 +28,7 @@ std::tuple<std::size_t, int, double> key(const TargetSpring& spring) {
   return {2, arc.segment, arc.share};
 }
 
-/// Those that have any strength. Two at one point pull like one between their positions: ways that
+/// Those that have any strength. Two at one point pull like one between their positions: paths that
 /// are begun again and again do not make them more and more.
 void add_springs(const std::vector<TargetSpring>& springs, double share,
                  std::vector<TargetSpring>& to) {

@@ -5,7 +5,7 @@
 
 namespace limber::rods::detail {
 
-/// Conditions on the way from what is to what is wanted.
+/// Conditions along the path from the present ones to the target.
 class ConditionPath {
  public:
   /// @param released  what `from` exerts on joints and `to` does not
@@ -26,7 +26,7 @@ class ConditionPath {
   double mean_angle_;
 };
 
-/// What is left of the reactions at the joints when `from` gives way to `to`: those of pins and
+/// What is left of the reactions at the joints when `to` replaces `from`: those of pins and
 /// angles that `to` does not hold.
 /// @param reactions  under `from`, see LinkageEquilibrium::reactions
 [[nodiscard]] std::vector<JointLoad> released_reactions(const LinkageModel& model,

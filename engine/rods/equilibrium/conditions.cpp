@@ -103,7 +103,7 @@ void check_spring(const TargetSpring& spring, std::size_t i, const ReducedVariab
 
 /// Squares of larger loads overflow.
 void check_size(const std::string& name, double size) {
-  constexpr double kMaxSize = 1e100;
+  constexpr double kMaxSize = 1e100;  // largest load that is accepted
   if (size <= kMaxSize) return;
   throw Error(ErrorCode::kInvalidArgument, name,
               fmt::format("is {:.3g}: no more than {:g} can be reckoned with", size, kMaxSize));

@@ -39,8 +39,8 @@ struct VertexPoint {
   bool operator==(const VertexPoint&) const = default;
 };
 
-/// A point along a segment: share of the way from its first vertex to its last, counted in edges,
-/// 0 .. 1.
+/// A point along a segment: share of the distance from its first vertex to its last, counted in
+/// edges, 0 .. 1.
 struct ArcPoint {
   int segment = -1;
   double share = 0;

@@ -13,17 +13,17 @@ namespace {
 
 // What a step should move: turns [rad], lengths as shares of the linkage's extent.
 constexpr double kTurn = 0.08;
-constexpr double kDampingShare = 0.02;
+constexpr double kDampingShare = 0.02;  // of the extent
 // A step that moves by more than this multiple is tried again with springs stiffer by a factor, so
 // many times at most, and then taken for a jump.
 constexpr double kFarFactor = 4;
-constexpr double kStronger = 8;
-constexpr int kMaxTries = 8;
+constexpr double kStronger = 8;  // factor of the springs' stiffness
+constexpr int kMaxTries = 8;     // before a step is taken for a jump
 // Newton steps after which such a try is given up.
 constexpr int kDescentPatience = 15;
 // Factors by which springs get weaker or stiffer from step to step, at most.
 constexpr double kMaxFading = 1.0 / 32;
-constexpr double kMaxGrowth = 1.5;
+constexpr double kMaxGrowth = 1.5;  // of the stiffness, from step to step
 // The same, of those that had to be made stronger: something falls where they are too weak.
 constexpr double kCarefulFading = 0.4;
 // Of what a step should move: what has gone less far with springs of next to no stiffness is there.

@@ -29,7 +29,7 @@ class DampedDescent {
   /// Whether a shape may be gone through.
   using Allows = std::function<bool(const LinkageState&)>;
 
-  /// @param conditions  to come into equilibrium under; positions and angles may be on the way
+  /// @param conditions  to come into equilibrium under; positions and angles may be along a path
   /// @pre the equilibrium and its model outlive this
   DampedDescent(LinkageEquilibrium& equilibrium, Conditions conditions);
 

@@ -26,7 +26,7 @@ void check_share(const char* name, double value) {
               fmt::format("{} must be in (0, 1], got {}", name, value));
 }
 
-/// Above this share of its squared length, weighed, the way went along the softest direction.
+/// Above this share of its squared length, weighed, the path went along the softest direction.
 constexpr double kAlongSoftest = 0.5;
 
 // Of the tolerance of steps: little pushes a shape down from where its branch is just lost.
@@ -35,13 +35,13 @@ constexpr double kDescentTolerance = 0.01;
 constexpr int kNearBranch = 12;
 // The same for one that is far, before it is looked for as in a medium that resists.
 constexpr int kFarBranch = 100;
-// Where a branch is lost is told to this part of a step.
+// Where a branch is lost is located to this part of a step.
 constexpr double kLostSteps = 4;
-constexpr double kNowhere = std::numeric_limits<double>::infinity();
+constexpr double kNoProgress = std::numeric_limits<double>::infinity();  // no loss is known
 // Steps whose places and velocities tell where the next one goes, and how far beside a place its
 // velocity is taken, of a step.
 constexpr std::size_t kPlaces = 2;
-constexpr double kAhead = 1e-3;
+constexpr double kAhead = 1e-3;  // of a step
 // A saddle that is left by less than this is none of the structure but of what forces are left.
 constexpr double kBeside = 1e-3;  // [rad]
 
@@ -88,15 +88,15 @@ class Deployment {
     bool predicted = false;
   };
 
-  /// What is released goes first, the rest of the way after it; where that finds no equilibrium,
-  /// the reactions fade along the way. @returns whether there is more to do
+  /// What is released goes first, the rest of the path after it; where that finds no equilibrium,
+  /// the reactions fade along the path. @returns whether there is more to do
   bool release(const JobContext& context, const StepCallback& on_step) {
     if (released_.empty()) return true;
     detail::DampedDescent descent(equilibrium_, path_.at(0));
     descent.take_over(released_);
     const LinkageState start = state_;
     const DeploymentReport before = report_;
-    const auto end = go_down(descent, state_, context, [&](const auto& step) {
+    const auto end = descend(descent, state_, context, [&](const auto& step) {
       note(step.report, step.jumped ? BranchEvent::kJump : BranchEvent::kNone, step.turned);
       if (on_step) on_step(report_.path.back(), state_);
     });
@@ -122,7 +122,7 @@ class Deployment {
   }
 
   template <class OnStep>
-  detail::DampedDescent::End go_down(detail::DampedDescent& descent, LinkageState& state,
+  detail::DampedDescent::End descend(detail::DampedDescent& descent, LinkageState& state,
                                      const JobContext& context, const OnStep& on_step,
                                      const detail::DampedDescent::Allows& allows = {}) {
     EquilibriumOptions options = options_.last;
@@ -189,8 +189,8 @@ class Deployment {
     Trial trial{state_, lost.report, Eigen::VectorXd::Zero(model_.variables().size()), 0, 0, false};
     const Conditions conditions = path_.at(progress_ + length);
     detail::DampedDescent descent(equilibrium_, conditions);
-    // What winds a joint up goes on and on: it has no equilibrium that counts.
-    const auto end = go_down(
+    // What winds a joint up does so without end: it has no equilibrium that counts.
+    const auto end = descend(
         descent, trial.state, context,
         [&](const auto& step) { trial.report.iterations += step.report.iterations; },
         [&](const LinkageState& state) { return !overturned(model_, start_, state); });
@@ -223,7 +223,7 @@ class Deployment {
   void approach_loss() {
     const double left = lost_at_ - progress_;
     if (left < options_.smallest_step) {
-      lost_at_ = kNowhere;
+      lost_at_ = kNoProgress;
     } else {
       length_ = std::min(length_, tells_loss(left) ? left : left / 2);
     }
@@ -349,10 +349,10 @@ class Deployment {
     note(found, event, trial.error);
     if (event != BranchEvent::kNone) {
       prediction_.clear();
-      way_.resize(0);
+      last_step_.resize(0);
     } else {
       add_prediction(trial.increment);
-      way_ = std::move(trial.increment);
+      last_step_ = std::move(trial.increment);
     }
     if (found.iterations <= options_.patience / 6)
       length_ = std::min(2 * length_, options_.largest_step);
@@ -387,14 +387,14 @@ class Deployment {
     prediction_.add(length_, increment, std::move(motion.left), motion.ahead / ahead);
   }
 
-  /// Did the branch end here? Towards a limit point the way turns into the direction that nothing
+  /// Did the branch end here? Towards a limit point the path turns into the direction that nothing
   /// resists any more, along which it turns back; elsewhere it keeps out of it (Keller 1977).
   [[nodiscard]] bool ended() {
-    if (way_.size() == 0) return false;
+    if (last_step_.size() == 0) return false;
     const Eigen::VectorXd& weights = scales_.weights();
     const Eigen::VectorXd soft = equilibrium_.softest_direction(state_, path_.at(progress_));
-    const double along = way_.dot(weights.cwiseProduct(soft));
-    return along * along > kAlongSoftest * way_.dot(weights.cwiseProduct(way_)) *
+    const double along = last_step_.dot(weights.cwiseProduct(soft));
+    return along * along > kAlongSoftest * last_step_.dot(weights.cwiseProduct(last_step_)) *
                                soft.dot(weights.cwiseProduct(soft));
   }
 
@@ -409,12 +409,12 @@ class Deployment {
   const Conditions& to_;
   const DeploymentOptions& options_;
   detail::Prediction prediction_{kPlaces};
-  Eigen::VectorXd way_;  // the last step's, unless it was an event
+  Eigen::VectorXd last_step_;  // the last step's, unless it was an event
   double progress_ = 0;
-  double tenth_ = 0;  // where the last tenth of the way ended
+  double tenth_ = 0;  // where the last tenth of the path ended
   int tenth_iterations_ = 0;
   double length_;
-  double lost_at_ = kNowhere;  // progress at which a longer step found the branch lost
+  double lost_at_ = kNoProgress;  // progress at which a longer step found the branch lost
   DeploymentReport report_;
 };
 
@@ -422,7 +422,7 @@ class Deployment {
 
 std::optional<int> overturned(const LinkageModel& model, const LinkageState& from,
                               const LinkageState& to) {
-  constexpr double kSameAngle = 1e-3;
+  constexpr double kSameAngle = 1e-3;  // difference that counts as none [rad]
   for (std::size_t j = 0; j < to.joints().size(); ++j) {
     const double angle = std::abs(to.joints()[j].opening_angle);
     if (angle > largest_opening(model.graph(), j) &&

@@ -10,7 +10,7 @@
 namespace limber::rods {
 
 struct DeploymentOptions {
-  /// Shares of the way, in (0, 1]: the first step, and the range that later ones stay in. Steps
+  /// Shares of the path, in (0, 1]: the first step, and the range that later ones stay in. Steps
   /// halve where the equilibrium moves unlike its prediction, and grow back where it is easy.
   double first_step = 0.02;
   double largest_step = 0.02;
@@ -21,12 +21,12 @@ struct DeploymentOptions {
   double jump_turn = 0.5;
   /// Newton steps that a step may take before a shorter one is tried, > 0.
   int patience = 30;
-  EquilibriumOptions last;  // for the end of the way, and for steps that cannot be shortened
-  /// Branches that may end, lose their stability or be lost before the way is given up, > 0: what
-  /// is too much for a linkage tosses it from branch to branch.
+  EquilibriumOptions last;  // for the end of the path, and for steps that cannot be shortened
+  /// Branches that may end, lose their stability or be lost before the path is given up, > 0: what
+  /// is too much for a linkage makes it jump between branches.
   int most_ends = 20;
-  /// Newton steps in which a tenth of the way is gone, or it is given up, > 0. More where steps are
-  /// much shorter than by default.
+  /// Newton steps in which a tenth of the path is passed, or it is given up, > 0. More where steps
+  /// are much shorter than by default.
   int most_iterations = 2500;
 
   /// @throws Error{kInvalidArgument} naming the member
@@ -35,13 +35,13 @@ struct DeploymentOptions {
 
 enum class BranchEvent {
   kNone,
-  kBranching,   // the branch lost its stability here; the way goes on on a stable one beside it
-  kLimitPoint,  // the branch ended here: its way ran along its softest direction; this is another
+  kBranching,   // the branch lost its stability here; the path continues on a stable one beside it
+  kLimitPoint,  // the branch ended here: its path ran along its softest direction; this is another
   kJump,        // the branch was lost without having ended; this is another
 };
 
 struct DeploymentStep {
-  double progress = 0;            // share of the way, 0 .. 1
+  double progress = 0;            // share of the path, 0 .. 1
   double mean_opening_angle = 0;  // [rad]
   double energy = 0;              // elastic
   int iterations = 0;
@@ -65,7 +65,7 @@ struct DeploymentReport {
   DeploymentStatus status = DeploymentStatus::kReached;
   int steps = 0;
   int steps_shortened = 0;  // tries given up for a shorter step
-  int steps_failed = 0;     // no equilibrium found, however short: the way stops there
+  int steps_failed = 0;     // no equilibrium found, however short: the path stops there
   int iterations = 0;       // Newton steps of all tries
   int corrections = 0;
   int factorizations = 0;
@@ -75,12 +75,12 @@ struct DeploymentReport {
   EquilibriumReport reached;  // of the state, if there was a step
   Conditions held;  // those the state is in equilibrium under; `from` if there was no step
   std::string message;
-  Resistance resistance;  // of the state, where the way stopped
+  Resistance resistance;  // of the state, where the path stopped
 };
 
-/// The first joint that has turned over on the way from one shape to another: its opening angle is
-/// beyond 225 degrees either way, farther than it was. Rods cross there; nothing real does that. At
-/// a joint of two ends (valence 2) they lie straight at 180 degrees and cross beyond 360.
+/// The first joint that has turned over on the path from one shape to another: its opening angle is
+/// beyond 225 degrees in either direction, farther than it was. Rods cross there; nothing real does
+/// that. At a joint of two ends (valence 2) they lie straight at 180 degrees and cross beyond 360.
 [[nodiscard]] std::optional<int> overturned(const LinkageModel& model, const LinkageState& from,
                                             const LinkageState& to);
 
@@ -92,10 +92,10 @@ using StepCallback = std::function<void(const DeploymentStep& step, const Linkag
 /// where `to` wants them; springs, loads and weight fade from those of `from` to those of `to`; all
 /// else is as in `to`. What `from` holds and `to` does not is released before, as in a medium that
 /// resists (steps with progress 0, along which the potential falls); where that finds no
-/// equilibrium its reactions fade along the way like loads. Where the present shape is no
+/// equilibrium its reactions fade along the path like loads. Where the present shape is no
 /// equilibrium the first step brings it to one. Follows one branch: each step starts from an
 /// extrapolation of those before, and one that ends elsewhere is tried again with half its length;
-/// a branch that ends is left, which the report says. No joint turns over: the way stops before.
+/// a branch that ends is left, which the report says. No joint turns over: the path stops before.
 /// Backwards is the same with other conditions.
 ///
 /// @param state  becomes the last equilibrium reached

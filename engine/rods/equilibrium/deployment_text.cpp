@@ -11,7 +11,7 @@
 namespace limber::rods::detail {
 namespace {
 
-constexpr std::size_t kLongText = 300;
+constexpr std::size_t kLongText = 300;  // characters after which events are summed up
 
 const char* name_of(BranchEvent event) {
   switch (event) {

@@ -6,7 +6,7 @@
 #include "engine/rods/linkage/linkage_model.h"
 #include "engine/rods/linkage/linkage_state.h"
 
-// What is said of equilibria that were not found: what, where, how much, and what to do.
+// Messages on equilibria that were not found: what, where, how much, and what to do.
 namespace limber::rods::detail {
 
 /// "joint 7", or "segment 3".

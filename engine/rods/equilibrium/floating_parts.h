@@ -14,7 +14,7 @@ namespace limber::rods {
 /// Parts that no pin, spring or load touches move and turn by the best fit of their vertices, so
 /// that their middle stays; those that loads alone touch move, for loads have their directions.
 ///
-/// @param from    what the shape before was held by; its pins have given way to those of `to`
+/// @param from    what the shape before was held by; its pins have been replaced by those of `to`
 /// @param to      what the shape is held by; in both, valid for the model
 /// @param before  a shape of the same model
 void keep_in_place(const LinkageModel& model, const Conditions& from, const Conditions& to,

@@ -7,7 +7,7 @@
 namespace limber::rods::detail {
 namespace {
 
-constexpr int kB = BlockLdlt::kBlock;
+constexpr int kB = BlockLdlt::kBlock;  // size of a block: the unknowns of a joint
 static_assert(kB == kJointSize);
 
 }  // namespace

@@ -33,7 +33,7 @@ enum class EquilibriumStatus {
   kConverged,       // balanced, and by the inertia of the Hessian there a minimum
   kIterationLimit,  // out of steps
   kStalled,         // no step, however small, lowered the potential
-  kSaddle,          // balanced, but unstable, and no way down was found
+  kSaddle,          // balanced, but unstable, and no descent direction was found
   kUnbalanced,      // loads push a component that nothing holds
   kCancelled,       // by the caller; the state is the last iterate
 };
@@ -122,7 +122,7 @@ class LinkageEquilibrium {
                               const Conditions& ahead);
 
   /// The factor that certified what the last solve has converged to: of the Hessian there, with no
-  /// shift, and the gradient. Solves go on in other memory.
+  /// shift, and the gradient. Later solves use other memory.
   /// @param spare  that memory, of the same model's structure; null: made. Stays with the caller
   /// where null is returned
   /// @returns null where the last solve did not converge, where only rounding's shift made the
@@ -135,7 +135,7 @@ class LinkageEquilibrium {
   /// @param step  this far, to first order; see EdgeTensions::expect
   void expect_step(const LinkageState& from, const Eigen::VectorXd& step);
 
-  /// Sum of the increments of the last solve, in the reduced unknowns: nearly the way from its
+  /// Sum of the increments of the last solve, in the reduced unknowns: nearly the path from its
   /// first state to its last, as a predictor takes it.
   [[nodiscard]] const Eigen::VectorXd& last_increment() const;
 

@@ -13,32 +13,32 @@ namespace {
 
 // Of the potential: gains that its rounding may swallow in large linkages.
 constexpr double kNoise = 1e-10;
-constexpr int kStifferTrials = 4;
-constexpr double kStiffening = 1e3;
+constexpr int kStifferTrials = 4;         // shifts that are tried at most
+constexpr double kStiffening = 1e3;       // factor from one to the next
 constexpr double kDifferenceTurn = 1e-2;  // [rad]
-constexpr int kRecentrings = 2;
+constexpr int kRecentrings = 2;           // corrections of one trial at most
 constexpr double kLeastRecentred = 0.05;  // share of a step
 constexpr double kWild = 0.5;             // of a step: corrections that turn more are none
 // Shares of the gain that a step promised: poor and good ones; and what follows from them.
 constexpr double kPoorModel = 0.1;
-constexpr double kGoodModel = 0.5;
-constexpr double kShrinking = 0.25;
+constexpr double kGoodModel = 0.5;             // of the promised gain: the radius may grow
+constexpr double kShrinking = 0.25;            // factor of the trust radius
 constexpr double kLeastTrustRadiusRad = 1e-4;  // [rad]
 constexpr double kFading = 0.2;                // of shifts
 // Times the curvature along a step: what resists more is held while the step is bent.
 constexpr double kStiff = 1e5;
-constexpr Eigen::Index kLanczosSteps = 60;
+constexpr Eigen::Index kLanczosSteps = 60;  // iterations for the softest direction at most
 constexpr double kSettledDirection = 1e-4;  // residual, of the eigenvalue
 constexpr double kFirstEscape = 1e-4;       // [rad]
-constexpr double kEscapeGrowth = 2;
-constexpr int kEscapes = 16;
-// Of what forces gain along a way, how much more curvature has to.
+constexpr double kEscapeGrowth = 2;         // factor from one trial along a direction to the next
+constexpr int kEscapes = 16;                // trials along a direction at most
+// Of what forces gain along a direction, how much more curvature has to.
 constexpr double kBeyondForces = 4;
 
 }  // namespace
 
 /// How a step bends where the linkage follows it without stretching its rods: the second derivative
-/// of the way on which the gradient changes linearly,
+/// of the path on which the gradient changes linearly,
 ///
 ///   H a = -(D^3 E)[v, v] = -(g(e v) - 2 g + g(-e v)) / e^2.
 ///
@@ -162,10 +162,10 @@ bool NewtonRun::calmer(const LinkageState& trial) {
          report_.max_gradient_scaled;
 }
 
-/// Goes on along a curve while that leads down.
+/// Continues along a curve while the potential falls.
 bool NewtonRun::farther(const LinkageState& state, const Step& step, const Eigen::VectorXd& bend,
-                        LinkageState& there, Eigen::VectorXd& way) {
-  double best = potential(there) + terms_.moment_potential(way);
+                        LinkageState& there, Eigen::VectorXd& increment) {
+  double best = potential(there) + terms_.moment_potential(increment);
   bool any = false;
   for (double reach = 2; reach * step.turn < options_.largest_turn; reach *= 2) {
     Eigen::VectorXd x = reach * step.x + 0.5 * reach * reach * bend;
@@ -178,7 +178,7 @@ bool NewtonRun::farther(const LinkageState& state, const Step& step, const Eigen
     }
     best = value;
     there = std::move(trial);
-    way = std::move(x);
+    increment = std::move(x);
     any = true;
   }
   return any;
@@ -288,14 +288,14 @@ Eigen::VectorXd NewtonRun::softest_direction(const LinkageState& state) {
 /// Does the potential fall along the softest direction by more than what is left of the forces
 /// takes it down there?
 /// @pre the last factor is shifted
-bool NewtonRun::falls(const LinkageState& state) {
+bool NewtonRun::has_descent_direction(const LinkageState& state) {
   const Eigen::VectorXd direction = softest_direction(state);
   const Eigen::VectorXd bend = beside(acceleration(state, direction), direction);
   Eigen::VectorXd left;
   (void)free_gradient(left);
-  const auto down = [&](const Eigen::VectorXd& way) {
-    const std::optional<Escape> found = follow(state, way, bend);
-    return found && found->gain > kBeyondForces * std::abs(left.dot(found->way));
+  const auto down = [&](const Eigen::VectorXd& increment) {
+    const std::optional<Escape> found = follow(state, increment, bend);
+    return found && found->gain > kBeyondForces * std::abs(left.dot(found->increment));
   };
   return down(direction) || down(-direction);
 }
@@ -305,12 +305,12 @@ bool NewtonRun::falls(const LinkageState& state) {
 bool NewtonRun::escape(LinkageState& state) {
   const Eigen::VectorXd direction = softest_direction(state);
   const Eigen::VectorXd bend = beside(acceleration(state, direction), direction);
-  // The other way where this one leads up: beyond a limit point there is but one way down.
+  // The opposite direction where this one leads up: beyond a limit point only one leads down.
   std::optional<Escape> found = follow(state, direction, bend);
   if (!found) found = follow(state, -direction, bend);
   if (!found) return false;
   ++report_.escapes;
-  accept(state, std::move(found->there), found->way, found->along);
+  accept(state, std::move(found->there), found->increment, found->along);
   along_ = direction;
   return true;
 }

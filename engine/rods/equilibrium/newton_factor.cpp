@@ -19,16 +19,16 @@ constexpr double kFarShare = 0.3;
 // Forces below kLeft times what balance leaves count as zero: the share of the scale of forces that
 // the tolerance allows, or kFinest where that is smaller.
 constexpr double kLeft = 10;
-constexpr double kFinest = 1e-8;
+constexpr double kFinest = 1e-8;  // of the scale of forces
 // Imbalance below which the next part of a prescribed path begins; turns of that part [rad].
 constexpr double kSettled = 0.05;
-constexpr double kPrescribedTurn = 0.1;
+constexpr double kPrescribedTurn = 0.1;  // [rad]
 // Steps with one factor, and the share of the imbalance that each may leave.
 constexpr int kChords = 3;
-constexpr double kChordContraction = 0.3;
+constexpr double kChordContraction = 0.3;  // of the imbalance
 // How often a step is shortened, and by which factor it may turn beyond the trust radius.
 constexpr int kShortenings = 3;
-constexpr double kLoose = 1.5;
+constexpr double kLoose = 1.5;  // of the trust radius: longer steps are damped
 
 bool same_matrix(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b) {
   return a.rows() == b.rows() && a == b;
@@ -118,10 +118,10 @@ NewtonRun::Step NewtonRun::newton_step(const LinkageState& state) {
 /// where nothing much resists (Levenberg, Marquardt).
 void NewtonRun::shorten(const LinkageState& state, Step& step) {
   for (int round = 0; round < kShortenings; ++round) {
-    if (step.wanted <= kLoose * radius_) break;
+    if (step.undamped_turn <= kLoose * radius_) break;
     const double all = curvature(step);
     const double own = std::max(all - report_.final_shift, 0.0);
-    damping_ = std::max(all * step.wanted / radius_ - own, 2 * report_.final_shift);
+    damping_ = std::max(all * step.undamped_turn / radius_ - own, 2 * report_.final_shift);
     factor_shifted(damping_, work_.shift);
     step = step_with_factor(state);
   }
@@ -216,7 +216,7 @@ bool NewtonRun::chords(LinkageState& state) {
 
 /// Turns stay moderate.
 void NewtonRun::limit(const LinkageState& state, double largest, Step& step) const {
-  step.turn = step.wanted = work_.scales.largest_turn(model_, state, step.x);
+  step.turn = step.undamped_turn = work_.scales.largest_turn(model_, state, step.x);
   step.slope = work_.gradient.dot(step.x);
   shrink(largest, step);
 }
@@ -229,7 +229,7 @@ void NewtonRun::shrink(double largest, Step& step) {
   step.turn = largest;
 }
 
-/// Is a balanced state stable? What was factored on the way there says nothing of it: the last
+/// Is a balanced state stable? What was factored before says nothing of it: the last
 /// step's forces may be what buckles it.
 bool NewtonRun::certify(const LinkageState& state) {
   assemble(state, Compression::kBuckles, WeakHolds::kLeftOut);
@@ -237,12 +237,13 @@ bool NewtonRun::certify(const LinkageState& state) {
   if (stable_) return true;
   const int negative = report_.negative_eigenvalues;
   // Where nothing resists some motion, its eigenvalue has the sign of rounding, or of what is left
-  // of the forces: if the latter, the potential tells. Either way such a motion is told softly.
+  // of the forces: if the latter, the potential decides. In both cases such a motion is reported as
+  // soft.
   const double rounding_shift = work_.scales.rounding_shift();
   const bool is_rounding = factor(rounding_shift);
   const double left = kLeft * std::min(options_.tolerance, kFinest) * scale_.force;
-  stable_ =
-      factor(rounding_shift + work_.scales.pressure_shift(left)) && (is_rounding || !falls(state));
+  stable_ = factor(rounding_shift + work_.scales.pressure_shift(left)) &&
+            (is_rounding || !has_descent_direction(state));
   if (stable_) return true;
   factor_shifted(work_.shift / kShiftGrowth, work_.shift);
   report_.negative_eigenvalues = negative;

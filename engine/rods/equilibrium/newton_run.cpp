@@ -11,21 +11,21 @@
 namespace limber::rods::detail {
 namespace {
 
-constexpr double kGapTolerance = 1e-12;
-constexpr double kRelativeRounding = 1e-13;
+constexpr double kGapTolerance = 1e-12;      // gap of prescribed values that counts as closed
+constexpr double kRelativeRounding = 1e-13;  // of the potential's size
 // Imbalance below which edges carry what they are expected to.
 constexpr double kNearSolution = 1e-3;
 // Imbalance, and share of the turn that steps may have, that creep up to a saddle.
 constexpr double kHard = 0.01;
-constexpr double kCreeping = 0.05;
+constexpr double kCreeping = 0.05;  // of the allowed turn
 // Of the work of loads: what rounding may leave of it, at once and where Newton's steps leave it.
 constexpr double kEnergyNoise = 1e-6;
-constexpr double kMaxNoise = 1e-2;
+constexpr double kMaxNoise = 1e-2;  // of the work of loads, where Newton's steps leave it
 // A step that moves nothing: turns [rad], and motions as shares of the extent.
 constexpr double kStill = 1e-10;
-constexpr double kNoBend = 1e-6;  // [rad]
-constexpr int kDoubts = 2;
-constexpr int kMaxDoubts = 4;
+constexpr double kNoBend = 1e-6;         // [rad]
+constexpr int kHiddenLoadChecks = 2;     // checks with kEnergyNoise; later ones allow kMaxNoise
+constexpr int kMaxHiddenLoadChecks = 4;  // before the solve ends as stalled
 constexpr const char* kHiddenLoads =
     "the shortest edges are so stiff that rounding hides the loads: take fewer edges per segment, "
     "or longer segments";
@@ -59,7 +59,7 @@ NewtonWorkspace& NewtonWorkspace::for_present_sections() {
 }
 
 void NewtonWorkspace::begin_at(const LinkageState& state) {
-  // A guess that was told is near an equilibrium, and what it left is forgotten already.
+  // A guess that was announced is near an equilibrium, and what it left is forgotten already.
   if (expected) return;
   const bool near = std::equal(end.begin(), end.end(), state.joints().begin(), state.joints().end(),
                                [](const JointState<double>& a, const JointState<double>& b) {
@@ -138,7 +138,7 @@ EquilibriumReport NewtonRun::run(LinkageState& state, const JobContext& context,
                fmt::format("balanced to {:.1e}", report_.max_gradient_scaled));
         break;
       }
-      if (++doubts_ > kMaxDoubts) {
+      if (++hidden_load_checks_ > kMaxHiddenLoadChecks) {
         finish(EquilibriumStatus::kStalled, kHiddenLoads);
         break;
       }
@@ -251,7 +251,8 @@ bool NewtonRun::balanced() const {
 /// the elastic energy takes the place of their work.
 /// @pre the last factor is that of the state
 bool NewtonRun::hides_loads(const LinkageState& state) {
-  constexpr double kNothingIsRounding = std::numeric_limits<double>::infinity();
+  constexpr double kNothingIsRounding =
+      std::numeric_limits<double>::infinity();  // no force is below rounding
   Eigen::VectorXd free;
   (void)free_gradient(free);
   if (!(work_.scales.imbalance(free, scale_, kNothingIsRounding) > options_.tolerance))
@@ -278,7 +279,7 @@ bool NewtonRun::hides_loads(const LinkageState& state) {
   }
   const double left = std::max(std::abs(work_.gradient.dot(step)), std::abs(loads.dot(step)));
   // What Newton's steps leave is rounding, if it is not all.
-  return !(left <= (doubts_ < kDoubts ? kEnergyNoise : kMaxNoise) * work);
+  return !(left <= (hidden_load_checks_ < kHiddenLoadChecks ? kEnergyNoise : kMaxNoise) * work);
 }
 
 /// Adds to the lengths on their bound those that a step would shorten at once.

@@ -14,7 +14,7 @@
 
 namespace limber::rods::detail {
 
-/// Gaps below this are closed on the way; larger ones are gone on purpose.
+/// Gaps below this are closed along the path; larger ones are paths of their own.
 inline constexpr double kSmallGap = 1e-6;
 /// Parts of a step below this are no step.
 inline constexpr double kShortestFraction = 1e-7;
@@ -65,10 +65,10 @@ class NewtonRun {
  private:
   struct Step {
     Eigen::VectorXd x;
-    bool prescribed;  // moves towards what pins and constraints ask for
-    double slope;     // of the potential along it
-    double turn;      // largest angle of a joint or an edge [rad]
-    double wanted;    // the same, before it was limited
+    bool prescribed;       // moves towards what pins and constraints ask for
+    double slope;          // of the potential along it
+    double turn;           // largest angle of a joint or an edge [rad]
+    double undamped_turn;  // the same, before it was limited
   };
 
   void evaluate(const LinkageState& state);
@@ -104,18 +104,18 @@ class NewtonRun {
   void hold_soft(const Step& step);
   [[nodiscard]] double curvature(const Step& step) const;
   bool farther(const LinkageState& state, const Step& step, const Eigen::VectorXd& bend,
-               LinkageState& there, Eigen::VectorXd& way);
+               LinkageState& there, Eigen::VectorXd& increment);
   [[nodiscard]] Eigen::VectorXd acceleration(const LinkageState& state, const Eigen::VectorXd& v);
   [[nodiscard]] Eigen::VectorXd beside(Eigen::VectorXd x, const Eigen::VectorXd& direction) const;
   [[nodiscard]] bool towards_saddle(const Step& step) const;
   bool hides_loads(const LinkageState& state);
   bool certify(const LinkageState& state);
-  [[nodiscard]] bool falls(const LinkageState& state);
+  [[nodiscard]] bool has_descent_direction(const LinkageState& state);
   bool escape(LinkageState& state);
   struct Escape {
     LinkageState there;
-    Eigen::VectorXd way, along;  // with and without its bend
-    double gain;                 // of the potential, with what moments do
+    Eigen::VectorXd increment, along;  // with and without its bend
+    double gain;                       // of the potential, with what moments do
   };
   [[nodiscard]] std::optional<Escape> follow(const LinkageState& state,
                                              const Eigen::VectorXd& direction,
@@ -137,8 +137,8 @@ class NewtonRun {
 
   std::vector<int> bounded_;  // lengths that rest on their bound
   Holding::Gap gap_;
-  int doubts_ = 0;     // how often what rounding is allowed might have hidden loads
-  double beyond_ = 0;  // the drawing: how far away the state lies [length]
+  int hidden_load_checks_ = 0;  // how often what rounding is allowed might have hidden loads
+  double beyond_ = 0;           // the drawing: how far away the state lies [length]
   double potential_ = 0;
   double potential_size_ = 0;
   GradientSize scale_;

@@ -12,12 +12,12 @@
 namespace limber::rods::detail {
 namespace {
 
-constexpr double kShortestStepFraction = 1e-8;
-constexpr double kResidualRounding = 1e-13;
+constexpr double kShortestStepFraction = 1e-8;    // of a step: shorter ones are not tried
+constexpr double kResidualRounding = 1e-13;       // of the energy
 constexpr double kGrowth = 8;                     // of shifts
 constexpr double kShortestEdge = 1e-3;            // of joints, as a share of rest
 constexpr double kLargestTurnOfLengthStep = 0.5;  // of a step [rad]
-constexpr int kShifts = 60;
+constexpr int kShifts = 60;                       // shifts that are tried at most
 
 }  // namespace
 

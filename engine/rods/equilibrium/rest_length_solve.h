@@ -39,7 +39,7 @@ struct RestLengthReport {
   RodEnergies before;    // at the given shape with the given rest lengths
   RodEnergies energies;  // at the end
   double max_gradient_scaled = 0;
-  std::vector<int> at_bound;  // segments whose rest length would go on past a bound
+  std::vector<int> at_bound;  // segments whose rest length would exceed a bound
   std::string message;
 
   [[nodiscard]] bool converged() const { return status == RestLengthStatus::kConverged; }

@@ -207,7 +207,7 @@ double UnknownScales::largest_turn(const LinkageModel& model, const LinkageState
     largest = std::max({largest, step.segment<3>(begin + kJointRotation).squaredNorm(),
                         square(step[begin + kJointAngle])});
   }
-  constexpr std::ptrdiff_t kSlot = LinkageState::kFields * kChainLanes;
+  constexpr std::ptrdiff_t kSlot = LinkageState::kFields * kChainLanes;  // numbers of a slot
   for (int s = 0; s < variables.segments(); ++s) {
     const int edges = variables.edges(s);
     int first = 0;

@@ -18,7 +18,7 @@ struct GradientSize {
 };
 
 /// Measures of a linkage, with its sections as they are scaled, by which forces, moments,
-/// eigenvalues and steps are judged, whatever the units of lengths and stiffnesses.
+/// eigenvalues and steps are judged, for any units of lengths and stiffnesses.
 class UnknownScales {
  public:
   explicit UnknownScales(const LinkageModel& model);

@@ -25,9 +25,9 @@ void compose(const V& value, const V& first, const V& second, Second& out) {
 
 // The highest derivative that T holds; of the second: and a share of that along the second
 // direction.
-const V& asked(const V& number, const V&) { return number; }
-const V& asked(const First& number, const V&) { return number.derivative; }
-V asked(const Second& number, const V& share) {
+const V& requested_derivative(const V& number, const V&) { return number; }
+const V& requested_derivative(const First& number, const V&) { return number.derivative; }
+V requested_derivative(const Second& number, const V& share) {
   return number.derivative.derivative + share * number.derivative.value;
 }
 
@@ -252,7 +252,7 @@ class DerivativeWalk {
     // d/d rest of (l - rest)^2 / (2 rest).
     const T by_rest = T(-0.5) * s.tension * (frame.length + length) / length +
                       before.by_rest_after + after.by_rest_before;
-    store_lane(out_.rests + e * kChainLanes, asked(by_rest, share_));
+    store_lane(out_.rests + e * kChainLanes, requested_derivative(by_rest, share_));
   }
 
   void write() const {
@@ -262,11 +262,11 @@ class DerivativeWalk {
                        : axis == 1 ? gradient_[slot].y
                        : axis == 2 ? gradient_[slot].z
                                    : torques_[slot];
-      store_lane(out_.numbers + number * kChainLanes, asked(value, share_));
+      store_lane(out_.numbers + number * kChainLanes, requested_derivative(value, share_));
     }
     // Energies go with the second and fourth power of the scale.
     const T by_scale = (2.0 * stretching_ + 4.0 * turning_) / (scale_ * growth_);
-    store_lane(out_.section, asked(by_scale, share_));
+    store_lane(out_.section, requested_derivative(by_scale, share_));
     if (batch_.has_start) write_end(kStart);
     if (batch_.has_finish) write_end(kFinish);
   }
@@ -279,8 +279,8 @@ class DerivativeWalk {
     const T* const parts[] = {&by.position.x, &by.position.y, &by.position.z, &by.rotation.x,
                               &by.rotation.y, &by.rotation.z, &by.angle,      &by.length};
     for (int k = 0; k < kJointLengthA; ++k)
-      store_lane(out + k * kChainLanes, asked(*parts[k], share_));
-    const V length = asked(by.length, share_), on_b = joints_[end].half + 0.5;
+      store_lane(out + k * kChainLanes, requested_derivative(*parts[k], share_));
+    const V length = requested_derivative(by.length, share_), on_b = joints_[end].half + 0.5;
     store_lane(out + kJointLengthA * kChainLanes, (1.0 - on_b) * length);
     store_lane(out + kJointLengthB * kChainLanes, on_b * length);
   }

@@ -74,7 +74,7 @@ class Orientation {
   }
   bool is_open(int joint) const { return own_normal(joint).norm() > kLeastSine; }
 
-  /// The normal of the joint at one end of a link, turned with the rod on its way to the other.
+  /// The normal of the joint at one end of a link, transported along the rod to the other.
   Eigen::Vector3d carried_normal(const JointLink& link, int end) const {
     const auto tangent = [&](int at) -> Eigen::Vector3d {
       const Eigen::Vector3d& t = pairs_[link.joints[at]].tangents[link.rods[at]];
@@ -324,11 +324,12 @@ class Orientation {
   /// A scissor that is closed may be a little past closed: beyond 0 or pi where that is nearer to
   /// its neighbours. Followed from the joint that is least in doubt.
   void follow_angles(const std::vector<int>& joints) {
-    const auto doubt = [&](int joint) {
+    const auto uncertainty = [&](int joint) {
       return std::abs(result_.angles[joint] - std::numbers::pi / 2);
     };
-    std::vector<int> order = {*std::min_element(joints.begin(), joints.end(),
-                                                [&](int a, int b) { return doubt(a) < doubt(b); })};
+    std::vector<int> order = {*std::min_element(joints.begin(), joints.end(), [&](int a, int b) {
+      return uncertainty(a) < uncertainty(b);
+    })};
     std::vector<bool> followed(pairs_.size(), false);
     followed[order[0]] = true;
     for (std::size_t next = 0; next < order.size(); ++next) {

@@ -16,7 +16,7 @@ struct JointLink {
   Eigen::Vector3d direction;  // of the segment, from the first to the second, unit
 };
 
-/// What is said of a joint beside its rods.
+/// Data of a joint beside its rods.
 struct JointPlace {
   int vertex;  // of the line mesh, for messages
   int rank;    // in an order that says nothing of how the mesh was numbered

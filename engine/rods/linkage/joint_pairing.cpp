@@ -40,7 +40,7 @@ bool folds_back(const Pairing& pairing, const std::vector<Spoke>& spokes) {
   });
 }
 
-/// By which pairings of equal bend are ordered, whatever the order of the spokes.
+/// By which pairings of equal bend are ordered, independent of the order of the spokes.
 int rank_of(const Pairing& pairing, const std::vector<int>& ranks) {
   if (ranks.size() == 3) return ranks[pairing.rods[1][0]];
   const auto first = static_cast<int>(std::min_element(ranks.begin(), ranks.end()) - ranks.begin());

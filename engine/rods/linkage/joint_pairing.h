@@ -15,7 +15,7 @@ struct Spoke {
   Eigen::Vector3d direction;  // unit, away from the vertex
 };
 
-/// One of the ways in which the spokes of a joint form two rods.
+/// One of the pairings by which the spokes of a joint form two rods.
 struct Pairing {
   std::array<std::vector<int>, 2> rods;  // spokes by their place in the list, ascending
   /// Sum of the cosines between the directions of a rod's two spokes: -1 for each straight rod.

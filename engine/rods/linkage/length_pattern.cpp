@@ -11,7 +11,7 @@ void sort_unique(std::vector<int>& values) {
   values.erase(std::unique(values.begin(), values.end()), values.end());
 }
 
-/// A segment and those that go on with its rod at its joints.
+/// A segment and those that continue its rod at its joints.
 std::vector<std::vector<int>> find_neighbours(const LinkageGraph& graph) {
   std::vector<std::array<std::vector<int>, 2>> at(graph.joints.size());
   for (std::size_t s = 0; s < graph.segments.size(); ++s) {

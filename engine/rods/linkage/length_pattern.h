@@ -6,8 +6,8 @@
 
 namespace limber::rods {
 
-/// What the rest length of a segment touches: its own edges, and those of the segments that go on
-/// with its rod, since they share a terminal edge and divide what that leaves them.
+/// What the rest length of a segment touches: its own edges, and those of the segments that
+/// continue its rod, since they share a terminal edge and divide what that leaves them.
 struct LengthPattern {
   struct Reach {
     std::vector<int> segments;  // whose edges get another rest length, sorted

@@ -86,7 +86,7 @@ class EdgeTree {
 };
 
 struct Line {
-  Eigen::Vector3d start, way;
+  Eigen::Vector3d start, direction;
   double length;
 };
 
@@ -95,8 +95,9 @@ struct Line {
 Eigen::Vector2d nearest_shares(const Line& one, const Line& other) {
   const auto clamped = [](double share) { return std::clamp(share, 0.0, 1.0); };
   const Eigen::Vector3d between = one.start - other.start;
-  const double a = one.way.squaredNorm(), e = other.way.squaredNorm();
-  const double b = one.way.dot(other.way), c = one.way.dot(between), f = other.way.dot(between);
+  const double a = one.direction.squaredNorm(), e = other.direction.squaredNorm();
+  const double b = one.direction.dot(other.direction), c = one.direction.dot(between),
+               f = other.direction.dot(between);
   const double denominator = a * e - b * b;
   double s = denominator > 0 ? clamped((b * f - c * e) / denominator) : 0;
   double t = (b * s + f) / e;
@@ -116,8 +117,8 @@ class Search {
     lines_.reserve(static_cast<std::size_t>(mesh.edge_count()));
     for (int e = 0; e < mesh.edge_count(); ++e) {
       const Eigen::Vector3d start = mesh.vertices.col(mesh.edges(0, e));
-      const Eigen::Vector3d way = mesh.vertices.col(mesh.edges(1, e)) - start;
-      lines_.push_back({start, way, way.norm()});
+      const Eigen::Vector3d direction = mesh.vertices.col(mesh.edges(1, e)) - start;
+      lines_.push_back({start, direction, direction.norm()});
       shortest_ = std::min(shortest_, lines_.back().length);
       for (int end = 0; end < 2; ++end) ++valence_[static_cast<std::size_t>(mesh.edges(end, e))];
     }
@@ -129,7 +130,7 @@ class Search {
     for (const Line& line : lines_) {
       const Eigen::Vector3d margin = Eigen::Vector3d::Constant(near(line.length) / 2);
       Box box(line.start);
-      box.extend(Eigen::Vector3d(line.start + line.way));
+      box.extend(Eigen::Vector3d(line.start + line.direction));
       boxes.emplace_back(box.min() - margin, box.max() + margin);
     }
     const EdgeTree tree(boxes);
@@ -141,7 +142,7 @@ class Search {
         return other <= e || look_at(e, other);
       });
     }
-    found.count = static_cast<int>(seen_.size());
+    found.count = static_cast<int>(found_meetings_.size());
     std::sort(meetings_.begin(), meetings_.end(), [](const auto& a, const auto& b) {
       return std::pair(a.edges[0], a.edges[1]) < std::pair(b.edges[0], b.edges[1]);
     });
@@ -164,13 +165,14 @@ class Search {
     const Line& two = lines_[static_cast<std::size_t>(other)];
     const double tolerance = near(std::min(one.length, two.length));
     Eigen::Vector2d shares = nearest_shares(one, two);
-    const Eigen::Vector3d place = one.start + shares[0] * one.way;
-    if ((place - two.start - shares[1] * two.way).norm() > tolerance) return true;
+    const Eigen::Vector3d place = one.start + shares[0] * one.direction;
+    if ((place - two.start - shares[1] * two.direction).norm() > tolerance) return true;
     LineMeeting meeting;
     meeting.edges = {e, other};
     meeting.place = place;
     meeting.vertices = {vertex_at(e, shares[0], tolerance), vertex_at(other, shares[1], tolerance)};
-    const bool aside = one.way.cross(two.way).norm() < kParallel * one.length * two.length;
+    const bool aside =
+        one.direction.cross(two.direction).norm() < kParallel * one.length * two.length;
     if (aside && !continues(meeting)) return true;
     return note(meeting);
   }
@@ -187,8 +189,9 @@ class Search {
     for (int i = 0; i < 2; ++i) {
       const int vertex = meeting.vertices[i];
       if (vertex < 0 || valence_[static_cast<std::size_t>(vertex)] > 1) return false;
-      const Eigen::Vector3d& way = lines_[static_cast<std::size_t>(meeting.edges[i])].way;
-      out[i] = mesh_.edges(0, meeting.edges[i]) == vertex ? Eigen::Vector3d(-way) : way;
+      const Eigen::Vector3d& direction =
+          lines_[static_cast<std::size_t>(meeting.edges[i])].direction;
+      out[i] = mesh_.edges(0, meeting.edges[i]) == vertex ? Eigen::Vector3d(-direction) : direction;
     }
     return out[0].dot(out[1]) < 0;
   }
@@ -206,9 +209,9 @@ class Search {
     } else {
       key = {2, meeting.edges[0], meeting.edges[1]};
     }
-    if (seen_.count(key) > 0) return true;
-    if (seen_.size() == kMaxFound) return false;
-    seen_.insert(key);
+    if (found_meetings_.count(key) > 0) return true;
+    if (found_meetings_.size() == kMaxFound) return false;
+    found_meetings_.insert(key);
     meetings_.push_back(meeting);
     return true;
   }
@@ -218,7 +221,7 @@ class Search {
   std::vector<Line> lines_;
   std::vector<int> valence_;  // of vertices
   double shortest_ = std::numeric_limits<double>::infinity();
-  std::set<std::tuple<int, int, int>> seen_;
+  std::set<std::tuple<int, int, int>> found_meetings_;
   std::vector<LineMeeting> meetings_;
 };
 

@@ -66,7 +66,7 @@ struct LinkageGraph {
 
 /// Vertices that no edge uses are passed over.
 /// @throws Error as check_line_mesh; {kInvalidArgument} with field vertices[v]: valence above 4,
-/// rods that fold back on themselves, no consistent opening angle whatever the pairs, a one-sided
+/// rods that fold back on themselves, no consistent opening angle for any pairs, a one-sided
 /// surface. Neither that nor the pairs depend on how vertices and edges are numbered
 [[nodiscard]] LinkageGraph build_linkage_graph(const LineMesh& mesh);
 

@@ -335,7 +335,7 @@ void Choice::refuse(const std::vector<int>& part) const {
       ErrorCode::kInvalidArgument, fmt::format("vertices[{}]", loop.front()),
       fmt::format("no choice of opening angles is consistent: along each rod the angle must stay "
                   "on the same side, but around the loop of {} it turns into its supplement, and "
-                  "pairing the segments in another way does not help, because {} segments, an odd "
+                  "pairing the segments differently does not help, because {} segments, an odd "
                   "number, form a closed part in which 2 or 4 meet at every joint. Add or remove "
                   "a segment, or give one a free end",
                   loop_text(loop), ends / 2));

@@ -22,8 +22,8 @@ struct PairingChoice {
 ///
 /// Segments need letters, A or B: at each joint two of each (four segments), two and one (three),
 /// one and one (two). Such letters alternate along a closed walk over all segments of a part
-/// (which free ends and joints of three segments let begin anywhere). So they exist, whatever the
-/// straightest pairings say, but where no part has free ends or joints of three segments and its
+/// (which free ends and joints of three segments let begin anywhere). So they exist, for any
+/// straightest pairings, but where no part has free ends or joints of three segments and its
 /// segments are odd in number.
 ///
 /// @param segments  their number

@@ -9,7 +9,7 @@
 
 namespace limber::rods::detail {
 
-/// The ways in which a joint can pair the segments that meet there.
+/// The possible pairings of the segments that meet at a joint.
 struct JointChoices {
   std::vector<int> segments;      // of its spokes
   std::vector<Pairing> pairings;  // of the spokes, the straightest first

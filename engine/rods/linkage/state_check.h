@@ -21,7 +21,7 @@ struct StateSizes {
 };
 [[nodiscard]] StateSizes state_sizes(const ReducedVariables& variables);
 
-/// Orthonormal. @pre the numbers are valid, but for what is said of segments
+/// Orthonormal. @pre the numbers are valid, but for those of segments
 [[nodiscard]] JointState<double> joint_of(const StateNumbers& numbers, Eigen::Index joint);
 
 }  // namespace limber::rods

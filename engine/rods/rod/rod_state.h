@@ -79,7 +79,7 @@ class RodState {
 
 /// A state whose source frames are its present frames: the one place where the Hessian has its
 /// simple form. Made from a state by moving the source there, which keeps unknowns, material
-/// frames, strains and energies to the last bit (the twist goes on from where it is, past any
+/// frames, strains and energies to the last bit (the twist continues from where it is, past any
 /// number of turns) and changes the gradient only by the holonomy term. Newton's method makes one
 /// at every iterate and then moves within its source frames.
 class RodAtSource {

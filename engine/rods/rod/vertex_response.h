@@ -27,7 +27,7 @@ struct VertexResponse {
 };
 
 /// The curvatures kappa b times s = phi / (2 tan(phi / 2)), phi the angle between the edges: then
-/// |kappa| = phi, which is exact for arcs whatever their edges. s is a function of the cosine c of
+/// |kappa| = phi, which is exact for arcs with any edges. s is a function of the cosine c of
 /// phi, whose derivatives are
 ///   dc = axis . omega,  d^2 c = omega . (sym(t_before t_after^T) - c I) omega - axis . (...),
 /// and so d(s kappa) = s d kappa + kappa s' dc, and once more.

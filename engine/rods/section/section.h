@@ -61,7 +61,7 @@ struct SectionProperties {
   std::optional<double> torsion_shear = {};
 };
 
-/// Whether the dimensions make a section: quick, whatever its torsion takes.
+/// Whether the dimensions make a section: quick, without its torsion.
 /// @throws Error{kInvalidArgument} naming the dimension ("section.web_thickness"), its value and
 /// what it must be; for profiles as Profile::validate; {kLimitExceeded, "section.outline"} for
 /// those whose torsion would be too large a problem

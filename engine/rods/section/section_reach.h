@@ -15,7 +15,7 @@ namespace limber::rods {
 [[nodiscard]] Eigen::Array2d outline_size(const Section& section);
 
 /// Rods longer than so many times their least thickness open slowly, if at all: their section is
-/// likely told in another unit of length.
+/// likely given in another unit of length.
 inline constexpr double kMaxSlenderness = 2e4;
 
 /// How far a section reaches from its centroid: what bending strains most.

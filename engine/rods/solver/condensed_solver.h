@@ -14,8 +14,8 @@ namespace limber::rods {
 /// four chains at a time, then the joints' system of 9 x 9 blocks is factored by BlockLdlt.
 ///
 /// Everything that depends on the structure only is done once; factor() and solves allocate
-/// nothing. L D L^T without exchanges: an indefinite matrix is factored too and its inertia told.
-/// Results do not depend on the number of threads.
+/// nothing. L D L^T without exchanges: an indefinite matrix is factored too and its inertia
+/// reported. Results do not depend on the number of threads.
 class CondensedSolver {
  public:
   explicit CondensedSolver(std::shared_ptr<const ChainBatches> structure);

@@ -54,7 +54,7 @@ using LooseLanes [[gnu::vector_size(8 * kChainLanes), gnu::aligned(8), gnu::may_
   }
 }
 
-/// The way back; nothing is written to null.
+/// The inverse; nothing is written to null.
 [[gnu::always_inline]] inline void scatter_rows(const Lanes* numbers, int count,
                                                 double* const (&rows)[kChainLanes]) {
   int k = 0;

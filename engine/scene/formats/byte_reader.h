@@ -10,7 +10,7 @@ namespace limber::scene::formats {
 
 enum class ByteOrder { kLittle, kBig };
 
-/// A number from bytes of the given order, whatever this machine's own. `bytes` holds at least
+/// A number from bytes of the given order, on machines of any order. `bytes` holds at least
 /// sizeof(T).
 template <typename T>
 [[nodiscard]] T decode(const char* bytes, ByteOrder order) {

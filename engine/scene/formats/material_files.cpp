@@ -13,7 +13,7 @@ using formats::TextCursor;
 
 struct Group {
   bodies::Material material;
-  std::int64_t announced = -1;  // *num_of_tets; -1: not said
+  std::int64_t announced = -1;  // *num_of_tets; -1: not stated
   std::vector<std::int64_t> tets;
   std::int64_t line = 0;
 };

@@ -12,8 +12,8 @@ namespace limber::scene {
 /// density and tet ids.
 ///
 /// Ids count from 0 or 1; the data decide: an id 0 means from 0, an id equal to the number of tets
-/// means from 1, both is an error, neither is taken as from 0 (as the known files do, whatever
-/// their notes say). A group without a list is for all tets that no list names. Tets that are left
+/// means from 1, both is an error, neither is taken as from 0 (as the known files do, contrary
+/// to their notes). A group without a list is for all tets that no list names. Tets that are left
 /// over get Material{}, with a warning.
 /// @throws Error{kInvalidArgument} with `name` as field and "name:line: ..." as message
 void read_materials(const std::string& name, std::string_view content, MeshReading& reading);

@@ -49,7 +49,7 @@ struct MeshReadLimits {
 
 /// The same from disk. Companions are found beside the file: the other half of a TetGen pair
 /// (either may be given), the includes of a VegaFEM file, and materials in a file of the same stem
-/// ending in .elastic; taking the latter is said in a warning.
+/// ending in .elastic; taking the latter gives a warning.
 /// @throws Error{kIo} if the file cannot be read, {kLimitExceeded} if it has more than `max_bytes`.
 [[nodiscard]] MeshReading read_mesh_file(const std::filesystem::path& path,
                                          std::size_t max_bytes = std::size_t{1} << 30,

@@ -75,12 +75,12 @@ Eigen::MatrixXd read_vtu_series(const std::string& name, std::size_t count,
     } catch (const Error& error) {
       throw Error(error.code(), name, where + ": " + error.what());
     }
-    const Eigen::Index wanted = node_count > 0 || i == 0
-                                    ? node_count
-                                    : static_cast<Eigen::Index>(positions.size() / (3 * i));
-    if (wanted > 0 && points.cols() != wanted) {
+    const Eigen::Index expected = node_count > 0 || i == 0
+                                      ? node_count
+                                      : static_cast<Eigen::Index>(positions.size() / (3 * i));
+    if (expected > 0 && points.cols() != expected) {
       refuse_series(name, fmt::format("{} has {} points, {} has {} nodes", where, points.cols(),
-                                      node_count > 0 ? "the mesh" : "the first frame", wanted));
+                                      node_count > 0 ? "the mesh" : "the first frame", expected));
     }
     if (points.cols() == 0) refuse_series(name, where + " has no points");
     // All have as many: known from the first on.

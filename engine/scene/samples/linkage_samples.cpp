@@ -58,8 +58,8 @@ Linkage make_dome() {
 }
 
 /// The rulings of x^2 + y^2 = r0^2 + (z tan)^2 from z = -h to h. Rod i of one family starts at the
-/// azimuth i D and turns by `kSteps` D up to its end, the other family turns the other way; rods
-/// cross at azimuths that are multiples of D / 2.
+/// azimuth i D and turns by `kSteps` D up to its end, the other family turns in the other
+/// direction; rods cross at azimuths that are multiples of D / 2.
 Linkage make_hyperboloid() {
   constexpr int kRods = 12, kSteps = 3, kLevels = 2 * kSteps + 1;
   constexpr double kRadius = 0.6, kHalfHeight = 0.9, kTurn = 2 * std::numbers::pi / kRods;
@@ -76,13 +76,14 @@ Linkage make_hyperboloid() {
   };
   int edge = 0;
   for (int level = 0; level < kLevels; ++level) {
-    // On the way from one end (-1) to the other (1) azimuth and way are tied by the tangent.
-    const double g = 0.5 * (level - kSteps) * kTurn, way = std::tan(g) / std::tan(half_turn);
+    // From one end (-1) to the other (1) the tangent relates azimuth and height.
+    const double g = 0.5 * (level - kSteps) * kTurn,
+                 height_share = std::tan(g) / std::tan(half_turn);
     const double radius = kRadius * std::cos(half_turn) / std::cos(g);
     for (int rod = 0; rod < kRods; ++rod) {
       const double azimuth = rod * kTurn + half_turn + g;
       lines.vertices.col(vertex(level, rod)) << radius * std::cos(azimuth),
-          radius * std::sin(azimuth), kHalfHeight * way;
+          radius * std::sin(azimuth), kHalfHeight * height_share;
       if (level + 1 == kLevels) continue;
       lines.edges.col(edge++) << vertex(level, rod), vertex(level + 1, rod);
       lines.edges.col(edge++) << vertex(level, rod), vertex(level + 1, rod - 1);

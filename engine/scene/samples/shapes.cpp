@@ -89,7 +89,7 @@ double Blade::distance(const Vector3d& x) const {
   const double t = local.dot(side);
   if (std::abs(curl) > 1e-9) {
     // The middle line is an arc of radius length / curl around a centre on the `up` side: unroll
-    // it. Past its ends it goes on straight, so that the rim is round there too.
+    // it. Past its ends it continues straight, so that the rim is round there too.
     const double radius = length / std::abs(curl);
     const double sign = curl > 0 ? 1 : -1;
     const double total = std::abs(curl);

@@ -3,7 +3,7 @@
 #include <Eigen/Core>
 #include <vector>
 
-/// Signed distances (negative inside) of simple bodies and ways to join them, after I. Quilez,
+/// Signed distances (negative inside) of simple bodies and methods to join them, after I. Quilez,
 /// "Distance functions".
 namespace limber::scene::samples {
 

@@ -15,7 +15,7 @@ namespace {
 constexpr double kLargestCell = 0.2;  // share of the body's length
 constexpr int kRungsPerHalving = 8;
 constexpr int kMaxRung = 50;  // cells of 0.26 % of the body's length
-/// Sides that a search for the number of tets that would do looks at, whatever was requested: that
+/// Sides that a search for the number of tets that would do looks at, for any request: that
 /// number works when it is requested.
 constexpr int kCoarseRungs[] = {0, 2, 4, 6};
 

@@ -37,7 +37,7 @@ class Lattice {
       throw Error(ErrorCode::kLimitExceeded, "",
                   "the lattice would have more than " + std::to_string(max_points) +
                       " points: the body is too thin for its bounding box and the number of tets "
-                      "asked for");
+                      "requested");
     }
     cells_ = cells_across(solid, cell).cast<int>();
     origin_ = solid.bounds.center() + cell * phase - half_ * cells_.cast<double>();

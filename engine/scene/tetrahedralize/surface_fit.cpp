@@ -146,8 +146,8 @@ FitMeasurement measure_fit(const TriangleSurface& surface, const TriangleTree& t
                            const bodies::TetMesh& mesh, double within, double threshold,
                            const JobContext& job) {
   const double length = tree.bounds().diagonal().norm();
-  // Never finer than a tenth of a thousandth of the length: the work is bounded whatever is
-  // requested.
+  // Never finer than a tenth of a thousandth of the length: the work is bounded for any
+  // request.
   const double resolution = std::clamp(0.02 * within, 1e-4, 4e-4) * length;
   const double ignored = std::clamp(0.1 * within, 1e-3, 1e-2) * length;
   const GapSearch search{threshold, std::max(0.3 * within, 1e-3) * length, resolution, ignored};

@@ -26,8 +26,9 @@ struct TetrahedralizeOptions {
   double count_tolerance = 0.1;         // relative; the search stops inside of it, in (0, 1)
   int smoothing_passes = 4;             // >= 0
   int max_lattice_points = 20'000'000;  // > 0; refused beyond: a thin body in a huge box
-  /// Of surfaces: largest distance between the given surface and that of the tets, either way, as a
-  /// share of the body's length (diagonal of its bounding box); in (0, 1]. 1 asks for nothing.
+  /// Of surfaces: largest distance between the given surface and that of the tets, in either
+  /// direction, as a share of the body's length (diagonal of its bounding box); in (0, 1]. 1 asks
+  /// for nothing.
   double within = 0.02;
 
   void validate() const;

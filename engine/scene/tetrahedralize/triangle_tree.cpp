@@ -13,7 +13,7 @@ using Eigen::Vector3d;
 
 constexpr int kLeafSize = 8;
 /// A cluster counts as a dipole from this many radii on.
-constexpr double kFar = 2.3;
+constexpr double kMinDipoleRadii = 2.3;
 
 /// Squared distance of x to the triangle abc (C. Ericson, Real-Time Collision Detection, 5.1.5).
 double squared_distance(const Vector3d& x, const Vector3d& a, const Vector3d& b,
@@ -74,7 +74,7 @@ int TriangleTree::build(int begin, int end, const Eigen::Matrix3Xd& centroids) {
       box.extend(centroids.col(order_[static_cast<std::size_t>(i)]));
     Eigen::Index axis = 0;
     box.sizes().maxCoeff(&axis);
-    // Halving by count bounds the depth whatever the triangles are; ties are broken by index for
+    // Halving by count bounds the depth for all triangles; ties are broken by index for
     // equal reruns.
     const int middle = (begin + end) / 2;
     std::nth_element(order_.begin() + begin, order_.begin() + middle, order_.begin() + end,
@@ -158,7 +158,7 @@ double TriangleTree::winding_number(const Vector3d& x) const {
     const Node& node = nodes_[static_cast<std::size_t>(stack[--size])];
     const Vector3d r = node.centre - x;
     const double length = r.norm();
-    if (length > kFar * node.radius && length > 0) {
+    if (length > kMinDipoleRadii * node.radius && length > 0) {
       angle += node.area_vector.dot(r) / (length * length * length);
     } else if (node.left < 0) {
       for (int i = node.begin; i < node.end; ++i) {

@@ -14,14 +14,14 @@ struct BeamAnalysis {
   beams::BeamStructure structure;
   beams::BeamSolution solution;
   beams::BeamResults results;
-  /// Positions of the nodes on the way, in order, 3 x nodes each [length].
+  /// Positions of the nodes along the path, in order, 3 x nodes each [length].
   std::vector<Eigen::Matrix3Xf> shapes;
 };
 
 /// Solves a structure from the state as drawn. An answer that is not in balance is an answer too:
 /// its report says so.
-/// @param shapes  at most so many on the way, >= 0; every second one is dropped whenever there are
-/// more, so that they stay evenly spread
+/// @param shapes  at most so many along the path, >= 0; every second one is dropped whenever there
+/// are more, so that they stay evenly spread
 /// @throws Error as beams::validate and BeamSolveOptions::validate; {kCancelled}
 [[nodiscard]] BeamAnalysis analyse(beams::BeamModel model, const beams::BeamSolveOptions& options,
                                    int shapes = 0, const JobContext& job = {});

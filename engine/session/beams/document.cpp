@@ -66,7 +66,7 @@ struct BeamConditionEdits {
 
 }  // namespace
 
-/// One request under way on a copy of the history.
+/// One request running on a copy of the history.
 class BeamDocument::Request {
  public:
   Request(const BeamDocument& document, const Places& places)
@@ -163,7 +163,7 @@ class BeamDocument::Request {
     if (!conditions_) conditions_.emplace(*history_.now());
     return *conditions_;
   }
-  /// What is said of gravity that nothing feels; empty: something does.
+  /// The remark on gravity that acts on nothing; empty: it acts on something.
   const std::string& remark_on_gravity() {
     if (remark_on_gravity_) return *remark_on_gravity_;
     beams::BeamModel model = document_.model_;

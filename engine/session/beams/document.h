@@ -25,7 +25,7 @@ struct BeamLimits {
 /// thread-safe, solves nothing.
 ///
 /// A request of edits is applied whole or not at all and is one revision and one step of undo: what
-/// its edits make together must be valid, in whatever order they are. Undo and redo are edits too;
+/// its edits make together must be valid, in any order. Undo and redo are edits too;
 /// inside a request they end the step begun by the edits before. Temporary loads are of the step
 /// that has them.
 class BeamDocument {

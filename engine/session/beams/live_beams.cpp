@@ -14,8 +14,8 @@ namespace {
 
 using beams::BeamStatus;
 
-constexpr int kMaxFrames = 128;           // of one way
-constexpr double kMinToldShare = 0.0005;  // less is told as 0 %
+constexpr int kMaxFrames = 128;               // of one path
+constexpr double kMinReportedShare = 0.0005;  // less is reported as 0 %
 // Shapes that undo comes back to, and what one takes of memory.
 constexpr std::size_t kKnownBytes = std::size_t{64} << 20;
 constexpr std::size_t kBytesPerElement = 1000;
@@ -45,18 +45,18 @@ LiveBeams::LiveBeams(beams::BeamModel model, std::optional<beams::BeamState> sha
   given_ = Place{nullptr, state_, turned_, nullptr};
 }
 
-/// What the held nodes have turned by, a share of the way from where they were to what conditions
+/// What the held nodes have turned by, a share of the path from where they were to what conditions
 /// ask for. Of nodes that were not held before nothing is known but the state.
 LiveBeams::Turns LiveBeams::turns_at(const BeamConditions& conditions, double share) const {
   Turns turns;
-  const auto note = [&](int node, const Eigen::Vector3d& wanted) {
+  const auto note = [&](int node, const Eigen::Vector3d& target) {
     const auto before = std::find_if(turned_.begin(), turned_.end(),
                                      [node](const beams::HeldTurn& t) { return t.node == node; });
     const bool was_held = before != turned_.end() || is_drawn_;
     if (share < 1 && !was_held) return;
     const Eigen::Vector3d from =
         before != turned_.end() ? before->rotation : Eigen::Vector3d::Zero().eval();
-    turns.push_back({node, from + share * (wanted - from)});
+    turns.push_back({node, from + share * (target - from)});
   };
   std::set<int> turned_by_motions;
   for (const beams::PrescribedMotion& motion : conditions.motions) {
@@ -106,8 +106,8 @@ void LiveBeams::keep(const SharedConditions& conditions, beams::BeamStructure&& 
   while (known_.size() > 1 && known_.size() * each > kKnownBytes) known_.pop_front();
 }
 
-/// Load steps are states that the next solve may go on from; what a relaxation was doing is not.
-void LiveBeams::stay_on_the_way(const BeamConditions& conditions,
+/// Load steps are states that the next solve may continue from; what a relaxation was doing is not.
+void LiveBeams::keep_path_state(const BeamConditions& conditions,
                                 const beams::BeamSolution& solution) {
   const beams::BeamReport& report = solution.report;
   if (report.method != beams::BeamMethod::kNewton || report.load_steps == 0) return;
@@ -174,11 +174,11 @@ LiveBeams::Outcome LiveBeams::solve(const SharedConditions& conditions, const Jo
     const Eigen::VectorXf last = beam_coordinates(state_);
     if (outcome.frames.empty() || outcome.frames.back() != last) outcome.frames.push_back(last);
   } else if (solution.report.status == BeamStatus::kCancelled) {
-    stay_on_the_way(*conditions, solution);
+    keep_path_state(*conditions, solution);
   } else {
     if (!is_drawn_) {
       outcome.report.load_factor = outcome.report.equilibrium_share.value_or(0);
-      if (outcome.report.load_factor < kMinToldShare)
+      if (outcome.report.load_factor < kMinReportedShare)
         outcome.report.message += "; the shape before this change is the last equilibrium";
     }
     if (outcome.report.load_factor < 1)

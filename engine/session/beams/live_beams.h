@@ -39,17 +39,17 @@ class LiveBeams {
     /// Of an edit that was not reached, load_factor is the share of the change up to which there is
     /// an equilibrium, and the message begins with it.
     beams::BeamReport report;
-    /// Shapes on the way, the equilibrium last; empty where it was not reached.
+    /// Shapes along the path, the equilibrium last; empty where it was not reached.
     std::vector<Eigen::VectorXf> frames;
   };
-  /// Called with states on the way: load steps, or now and then of the relaxation.
+  /// Called with states along the path: load steps, or now and then of the relaxation.
   using OnIterate = std::function<void(const beams::BeamState& state)>;
 
   /// The equilibrium under these conditions. The first is that of the structure as drawn, under its
   /// own temporary loads until there is one, or next to the shape that it begins from, whose side
   /// is chosen; others are followed from the shape there is (beams::follow_equilibrium), never from
   /// nothing. Where none is reached, the shape is the last one there was; cancelled, what was
-  /// reached of the way. Conditions that were solved before, the very same object as undo brings
+  /// reached of the path. Conditions that were solved before, the very same object as undo brings
   /// them back, begin from the shape they had then. A shape to begin from that was not solved to
   /// its end, cancelled or interrupted, is still there to begin from.
   Outcome solve(const std::shared_ptr<const BeamConditions>& conditions, const JobContext& job,
@@ -70,7 +70,7 @@ class LiveBeams {
   bool begin_at(const SharedConditions& conditions);
   void keep(const SharedConditions& conditions, beams::BeamStructure&& structure,
             beams::BeamSolution&& solution);
-  void stay_on_the_way(const BeamConditions& conditions, const beams::BeamSolution& solution);
+  void keep_path_state(const BeamConditions& conditions, const beams::BeamSolution& solution);
   [[nodiscard]] beams::BeamSolution settle(const beams::BeamStructure& structure,
                                            beams::FoundUnder found, const JobContext& job,
                                            const beams::BeamObserver& observer) const;

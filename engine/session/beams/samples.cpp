@@ -67,8 +67,9 @@ BeamSample arch() {
   return sample;
 }
 
-/// Seven rods each way, a metre apart, each 8 m long; two elements from crossing to crossing. Ends
-/// are hinged and move inwards, by most in the middle of a side, as a dome of cosines wants it.
+/// Seven rods in each direction, a metre apart, each 8 m long; two elements from crossing to
+/// crossing. Ends are hinged and move inwards, by most in the middle of a side, as a dome of
+/// cosines wants it.
 class Gridshell {
  public:
   Gridshell() : sample_(tubes(0.016, 0.013)) {

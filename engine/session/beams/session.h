@@ -20,7 +20,7 @@ namespace limber::session {
 struct BeamResult : ResultHeader {
   beams::BeamReport report;  // of a final result: of the attempt
   /// Coordinates (see beam_coordinates), a column a shape: of a final result, the load steps or
-  /// shapes of the relaxation on the way to it; else the shape on the way. The last column is the
+  /// shapes of the relaxation towards it; else the current shape. The last column is the
   /// shape.
   std::shared_ptr<const Eigen::MatrixXf> frames;
   /// Of the shape, where it is final; null where there was never an equilibrium.

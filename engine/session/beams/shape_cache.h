@@ -17,10 +17,10 @@ class ShapeCache {
   /// @param make  makes the shape, where it is kept
   template <class Make>
   void keep(const Make& make) {
-    if (most_ == 0 || seen_++ % stride_ != 0) return;
+    if (most_ == 0 || offered_++ % stride_ != 0) return;
     if (shapes_.size() == most_) {
       thin();
-      if ((seen_ - 1) % stride_ != 0) return;
+      if ((offered_ - 1) % stride_ != 0) return;
       if (shapes_.size() == most_) shapes_.pop_back();  // only where one is all that is kept
     }
     shapes_.emplace_back(make());
@@ -35,7 +35,7 @@ class ShapeCache {
     stride_ *= 2;
   }
 
-  std::size_t most_, seen_ = 0, stride_ = 1;
+  std::size_t most_, offered_ = 0, stride_ = 1;
   std::vector<Shape> shapes_;
 };
 

@@ -19,7 +19,7 @@ struct TouchedIds {
 [[nodiscard]] TouchedIds touched_by(const ChangeGroup& group);
 
 /// One change for each thing that `changes` are made to, in place of all those made to it. Their
-/// number is that of the things, whatever was done to them.
+/// number is that of the things, for any change of them.
 /// @param changes  inverses of a step's edits, oldest first: what comes of it takes the step back,
 /// too. A thing that was not there before and is not there now comes out as a ConstraintChange or
 /// KeyframeChange without a value.

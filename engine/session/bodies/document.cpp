@@ -117,7 +117,7 @@ std::vector<scene::Issue> document_issues(const scene::Scene& scene) {
 struct Document::Request {
   Touched& touched;            // may name more than what changes in the end: harmless
   ChangeGroup back;            // inverses, oldest first, of everything done
-  std::size_t step_begin = 0;  // back[step_begin ...] belongs to the step under way
+  std::size_t step_begin = 0;  // back[step_begin ...] belongs to the running step
   /// Steps that undo (< 0) and redo (> 0) have asked for and that are not made yet, see settle().
   std::ptrdiff_t shift = 0;
   std::optional<ChangeSteps> undo, redo;  // the stacks as they were, once they have been changed
@@ -285,7 +285,7 @@ std::vector<scene::Issue> Document::warnings(const std::vector<BodyEdit>& edits,
   return found;
 }
 
-/// New ends may hold frames in which there are constraints: said once for each end.
+/// New ends may hold frames in which there are constraints: reported once for each end.
 std::vector<scene::Issue> Document::warnings_of_ends() const {
   int first = 0, last = 0;
   const auto look_at = [&](const auto& where) {  // a frame or a constraint
@@ -366,15 +366,15 @@ TouchedIds Document::apply_edit(const BodyEdit& edit, Request& request) {
       edit);
 }
 
-std::uint64_t Document::add(const scene::Constraint& wanted, Request& request) {
-  under("constraint.", [&] { rules_.check(wanted); });
+std::uint64_t Document::add(const scene::Constraint& added_value, Request& request) {
+  under("constraint.", [&] { rules_.check(added_value); });
   if (constraints_.size() >= static_cast<std::size_t>(limits_.max_constraints)) {
     throw Error(ErrorCode::kLimitExceeded, "constraint",
                 fmt::format("the scene has {} constraints, the limit is {}", constraints_.size(),
                             limits_.max_constraints));
   }
-  under("constraint.", [&] { demand_room(wanted.nodes.size()); });
-  scene::Constraint constraint = wanted;
+  under("constraint.", [&] { demand_room(added_value.nodes.size()); });
+  scene::Constraint constraint = added_value;
   if (constraint.id == 0) {
     number(constraint);
   } else if (constraints_.contains(constraint.id)) {
@@ -388,8 +388,8 @@ std::uint64_t Document::add(const scene::Constraint& wanted, Request& request) {
   return id;
 }
 
-std::uint64_t Document::add(const scene::Keyframe& wanted, Request& request) {
-  KeyframeChange change = keyframes_.added(wanted);
+std::uint64_t Document::add(const scene::Keyframe& added_value, Request& request) {
+  KeyframeChange change = keyframes_.added(added_value);
   const std::uint64_t id = change.id;
   make(std::move(change), request);
   return id;
@@ -435,7 +435,7 @@ void Document::step(ChangeSteps& from, ChangeSteps& to, Request& request) {
   request.step_begin = request.back.size();
 }
 
-/// What takes back the step under way.
+/// What takes back the running step.
 std::shared_ptr<const ChangeGroup> Document::group_of(const Request& request) const {
   ChangeGroup group = merged(std::span(request.back).subspan(request.step_begin));
   std::erase_if(group, [&](const Change& change) {

@@ -79,8 +79,8 @@ class Document {
   [[nodiscard]] std::vector<scene::Issue> warnings(const std::vector<BodyEdit>& edits,
                                                    const EditReceipt& receipt) const;
   [[nodiscard]] std::vector<scene::Issue> warnings_of_ends() const;
-  std::uint64_t add(const scene::Constraint& wanted, Request& request);
-  std::uint64_t add(const scene::Keyframe& wanted, Request& request);
+  std::uint64_t add(const scene::Constraint& added_value, Request& request);
+  std::uint64_t add(const scene::Keyframe& added_value, Request& request);
   enum class Turn { kUndo, kRedo };
   TouchedIds turn(Turn turn, Request& request);
   void settle(Request& request);

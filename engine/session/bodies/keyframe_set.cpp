@@ -31,15 +31,15 @@ KeyframeSet::KeyframeSet(const scene::Scene& scene) : rules_(scene) {
   }
 }
 
-KeyframeChange KeyframeSet::added(const scene::Keyframe& wanted) {
-  for (const scene::Issue& fault : rules_.faults(wanted)) throw_if(fault, "keyframe.");
+KeyframeChange KeyframeSet::added(const scene::Keyframe& added_value) {
+  for (const scene::Issue& fault : rules_.faults(added_value)) throw_if(fault, "keyframe.");
   if (keyframes_.size() >= static_cast<std::size_t>(scene::kMaxKeyframes)) {
     throw Error(ErrorCode::kLimitExceeded, "keyframe",
                 fmt::format("the scene has {} keyframes, the limit is {}", keyframes_.size(),
                             scene::kMaxKeyframes));
   }
-  demand_free_frame(wanted.frame, 0, "keyframe.frame");
-  scene::Keyframe keyframe = wanted;
+  demand_free_frame(added_value.frame, 0, "keyframe.frame");
+  scene::Keyframe keyframe = added_value;
   if (keyframe.id == 0) {
     number(keyframe);
   } else if (keyframes_.contains(keyframe.id)) {

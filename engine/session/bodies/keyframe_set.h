@@ -20,8 +20,8 @@ class KeyframeSet {
   explicit KeyframeSet(const scene::Scene& scene);
 
   // What an edit comes to; fields of errors are relative to the edit ("keyframe.frame", "id").
-  // An added keyframe is numbered: next_id() goes on.
-  [[nodiscard]] KeyframeChange added(const scene::Keyframe& wanted);
+  // An added keyframe is numbered: next_id() advances.
+  [[nodiscard]] KeyframeChange added(const scene::Keyframe& added_value);
   [[nodiscard]] KeyframeShift moved(const MoveKeyframe& edit) const;
   [[nodiscard]] KeyframeChange removed(std::uint64_t id) const;
 

@@ -105,7 +105,7 @@ double LiveProblem::column_energy() const {
   return terms_.material.column_weight * spacetime::column_energy(material_->mixing);
 }
 
-bool LiveProblem::shakes_as_asked() const {
+bool LiveProblem::allows_high_frequencies() const {
   return terms_.material.max_frequency_hz &&
          *terms_.material.max_frequency_hz / frames_per_second_ >
              spacetime::MaterialOptions().max_frequency;
@@ -211,16 +211,16 @@ void LiveProblem::set_keyframes(std::vector<scene::Keyframe> keyframes) {
                        const spacetime::KeyframeConstraint& b) {
     return a.frame == b.frame && a.weight == b.weight && a.coordinates == b.coordinates;
   };
-  std::map<std::uint64_t, spacetime::KeyframeConstraint> wanted;
-  for (auto& target : keyframe_targets_->project(keyframes)) wanted[target.id] = std::move(target);
+  std::map<std::uint64_t, spacetime::KeyframeConstraint> targets;
+  for (auto& target : keyframe_targets_->project(keyframes)) targets[target.id] = std::move(target);
   const auto stays = [&](std::uint64_t id) {
-    return wanted.contains(id) && projected_.contains(id) && same(wanted[id], projected_[id]);
+    return targets.contains(id) && projected_.contains(id) && same(targets[id], projected_[id]);
   };
   for (const auto& [id, target] : projected_)
     if (!stays(id)) solver_->remove_keyframe(id);
-  for (const auto& [id, target] : wanted)
+  for (const auto& [id, target] : targets)
     if (!stays(id)) solver_->add_keyframe(target);
-  projected_ = std::move(wanted);
+  projected_ = std::move(targets);
   keyframes_ = std::move(keyframes);
 }
 

@@ -70,7 +70,7 @@ class LiveProblem {
   [[nodiscard]] spacetime::MaterialSolver material_solver(
       spacetime::MaterialOptions::MotionLimit limit = {}) const;
   /// The scene allows higher frequencies than those that keep motions quiet.
-  [[nodiscard]] bool shakes_as_asked() const;
+  [[nodiscard]] bool allows_high_frequencies() const;
   /// A fit that an edit has interrupted where it was still above its start: material_solver() goes
   /// on from here until set_material() is called or the variables change.
   void keep_unfinished(const spacetime::MaterialSolver& fit, int steps);

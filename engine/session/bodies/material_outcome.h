@@ -5,8 +5,8 @@
 
 namespace limber::session {
 
-/// What is to be said of an answer whose material was optimised: a motion that has converged for a
+/// Adds the outcome of the material's optimisation to a report: a motion that has converged for a
 /// material that has not settled has not converged.
-void tell_outcome(const spacetime::MaterialReport& material, spacetime::SolveReport& report);
+void report_outcome(const spacetime::MaterialReport& material, spacetime::SolveReport& report);
 
 }  // namespace limber::session

@@ -21,7 +21,7 @@ constexpr double kTrainedShare = 1.25;
 /// A soft target that is missed by more than this is no compromise of weights [body lengths].
 constexpr double kMaxMissedLengths = 0.5;
 
-/// Full shapes that miss a target by more than this times what the shown ones miss are told.
+/// Full shapes that miss a target by more than this times what the shown ones miss are reported.
 constexpr double kMaxMissRatio = 1.5;
 
 /// Largest steps of fitted motions, over those with forces alone: beyond rounding.

@@ -19,20 +19,20 @@ std::string model_notes(const scene::ModelRequest& request, const reduced::Reduc
   };
   const int elastic = static_cast<int>(model.eigenvalues.size()) - model.rigid_count;
   if (elastic < request.mode_count) {
-    note(fmt::format("model.modes: {} used, {} asked for: the mesh has no more", elastic,
+    note(fmt::format("model.modes: {} used, {} requested: the mesh has no more", elastic,
                      request.mode_count));
   } else if (model.rigid_count > 0) {
-    note(fmt::format("model.modes: {} used, the {} asked for and {} rigid motions of the free body",
+    note(fmt::format("model.modes: {} used, the {} requested and {} rigid motions of the free body",
                      request.mode_count + model.rigid_count, request.mode_count,
                      model.rigid_count));
   }
   if (request.basis_size > model.basis_size()) {
     note(fmt::format(
-        "model.basis_size: {} used, {} asked for: the training poses span no more directions",
+        "model.basis_size: {} used, {} requested: the training poses span no more directions",
         model.basis_size(), request.basis_size));
   }
   if (request.cubature_size > model.cubature_size()) {
-    note(fmt::format("model.cubature_size: {} used, {} asked for: more tets do not lower the error",
+    note(fmt::format("model.cubature_size: {} used, {} requested: more tets do not lower the error",
                      model.cubature_size(), request.cubature_size));
   }
   return notes;
@@ -90,8 +90,8 @@ reduced::ModelOptions map_model(const scene::Scene& scene, const bodies::Elastic
   const int free_nodes = body.mesh.node_count() - static_cast<int>(body.fixed_nodes.size());
   const int elastic = 3 * free_nodes - (body.fixed_nodes.empty() ? 6 : 0);
   reduced::ModelOptions options;
-  const int wanted = std::max(request.mode_count, scene::wanted_candidate_modes(scene));
-  options.mode_count = std::min(wanted, elastic - 1);
+  const int requested_modes = std::max(request.mode_count, scene::candidate_mode_count(scene));
+  options.mode_count = std::min(requested_modes, elastic - 1);
   options.tolerance = request.tolerance;
   options.basis_size = request.basis_size;
   options.cubature_size = request.cubature_size;

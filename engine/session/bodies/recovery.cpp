@@ -56,18 +56,18 @@ struct FrameErrors {
 /// A body, its candidate modes and its motion.
 struct Recoverable {
   MappedBody mapped;
-  Eigen::MatrixXd base;           // 3n x N displacements [m]
-  reduced::ReducedModel model;    // modes alone: neither basis nor cubature
-  reduced::ModalProjection seen;  // z-bar
+  Eigen::MatrixXd base;                // 3n x N displacements [m]
+  reduced::ReducedModel model;         // modes alone: neither basis nor cubature
+  reduced::ModalProjection projected;  // z-bar
 };
 
 reduced::ReducedModel candidate_modes(const scene::Scene& scene, const bodies::ElasticBody& body,
                                       const JobContext& job) {
-  scene::Scene wanted;
-  wanted.model = scene.model;
-  wanted.material_optimisation.variables = scene::MaterialVariables::kAll;
+  scene::Scene resolved_request;
+  resolved_request.model = scene.model;
+  resolved_request.material_optimisation.variables = scene::MaterialVariables::kAll;
   bodies::ModalOptions options;
-  options.mode_count = map_model(wanted, body).mode_count;
+  options.mode_count = map_model(resolved_request, body).mode_count;
   reduced::ScaledModes scaled =
       reduced::scale_modes(body, bodies::modal_analysis(body, options, job));
   reduced::ReducedModel model;
@@ -91,10 +91,11 @@ Recoverable prepare(const scene::Scene& scene, const JobContext& job) {
   const JobContext projecting = job.part(0.7, 1);
   projecting.report("projecting the base motion", 0);
   const reduced::ModalProjector projector(result.mapped.body, result.model, options);
-  result.seen = projector.motion(result.base, projecting);
-  if (!result.seen.z.allFinite())
+  result.projected = projector.motion(result.base, projecting);
+  if (!result.projected.z.allFinite())
     throw Error(ErrorCode::kNumerical, "base_motion", "the motion has no modal coordinates");
-  auto elastic = result.seen.z.bottomRows(result.seen.z.rows() - result.model.rigid_count);
+  auto elastic =
+      result.projected.z.bottomRows(result.projected.z.rows() - result.model.rigid_count);
   if (elastic.cwiseAbs().maxCoeff() < kRounding) elastic.setZero();  // a free body in flight
   return result;
 }
@@ -112,17 +113,17 @@ Continued continue_motion(const Recoverable& from, const spacetime::RecoveredMot
   const auto free = spacetime::continue_freely(recovered, static_cast<int>(ahead));
   Continued result;
   result.bounded_modes = free.bounded_modes;
-  result.z.resize(from.seen.z.rows(), total);
+  result.z.resize(from.projected.z.rows(), total);
   auto elastic = result.z.bottomRows(result.z.rows() - rigid);
   elastic.leftCols(known) = recovered.mixing * recovered.z;
   elastic.rightCols(ahead) = recovered.mixing * free.z;
   if (rigid == 0) return result;
-  const Eigen::MatrixXd seen = from.seen.z.topRows(rigid).leftCols(known);
-  result.z.topRows(rigid).leftCols(known) = seen;
-  const Eigen::VectorXd velocity = seen.col(known - 1) - seen.col(known - 2);
+  const Eigen::MatrixXd projected = from.projected.z.topRows(rigid).leftCols(known);
+  result.z.topRows(rigid).leftCols(known) = projected;
+  const Eigen::VectorXd velocity = projected.col(known - 1) - projected.col(known - 2);
   for (Eigen::Index i = 0; i < ahead; ++i)
     result.z.col(known + i).head(rigid) =
-        seen.col(known - 1) + static_cast<double>(i + 1) * velocity;
+        projected.col(known - 1) + static_cast<double>(i + 1) * velocity;
   return result;
 }
 
@@ -227,20 +228,20 @@ MaterialRecovery recover(const scene::Scene& scene, const RecoveryRequest& reque
                          const JobContext& job) {
   if (scene.base_motion.size() == 0)
     refuse_recovery("base_motion", "the scene has no base motion to recover a material from");
-  const RecoveryRequest wanted = request.resolved(scene.frame_count);
+  const RecoveryRequest resolved_request = request.resolved(scene.frame_count);
   const Recoverable from = prepare(scene, job.part(0, 0.5));
   const Eigen::Index rigid = from.model.rigid_count;
   const Eigen::Index elastic = from.model.coordinate_count() - rigid;
   const spacetime::Recovery recovery = spacetime::recover(
-      from.seen.z.bottomRows(elastic).leftCols(wanted.recovered_frames),
+      from.projected.z.bottomRows(elastic).leftCols(resolved_request.recovered_frames),
       from.model.eigenvalues.tail(elastic),
-      options_of(wanted, std::min(scene.model.mode_count, static_cast<int>(elastic))),
+      options_of(resolved_request, std::min(scene.model.mode_count, static_cast<int>(elastic))),
       job.part(0.5, 0.7));
-  const Continued continued = continue_motion(from, recovery.motion, wanted.total_frames);
+  const Continued continued = continue_motion(from, recovery.motion, resolved_request.total_frames);
 
   MaterialRecovery result;
   result.geometry = rest_geometry(scene, from.mapped);
-  result.positions.resize(scene.mesh.nodes.size(), wanted.total_frames);
+  result.positions.resize(scene.mesh.nodes.size(), resolved_request.total_frames);
   const reduced::FullReconstruction full(from.mapped.body);
   FrameErrors errors(scene.frame_count), floor(scene.frame_count);
   reconstruct(from, full, continued.z, job.part(0.7, 0.85),
@@ -249,23 +250,23 @@ MaterialRecovery recover(const scene::Scene& scene, const RecoveryRequest& reque
                     source_positions(scene, from.mapped, shapes);
                 if (first < scene.frame_count) compare(from, first, shapes, errors);
               });
-  reconstruct(from, full, from.seen.z, job.part(0.85, 1),
+  reconstruct(from, full, from.projected.z, job.part(0.85, 1),
               [&](Eigen::Index first, const Eigen::MatrixXd& shapes) {
                 compare(from, first, shapes, floor);
               });
 
   RecoveryReport& report = result.report;
-  const int last = std::min(wanted.total_frames, scene.frame_count);
-  report.recovered_frames = wanted.recovered_frames;
+  const int last = std::min(resolved_request.total_frames, scene.frame_count);
+  report.recovered_frames = resolved_request.recovered_frames;
   report.frames_per_second = scene.dynamics.frames_per_second;
   describe_material(recovery.motion, rigid, report);
   report.converged = recovery.report.status == spacetime::RecoveryStatus::kConverged;
   report.steps = recovery.report.steps;
   report.energies = recovery.report.energies;
   report.projection_error = floor.over(0, scene.frame_count);
-  report.recovered_error = errors.over(0, wanted.recovered_frames);
-  report.continued_error = errors.over(wanted.recovered_frames, last);
-  if (last > wanted.recovered_frames) report.final_frame_error = errors.in(last - 1);
+  report.recovered_error = errors.over(0, resolved_request.recovered_frames);
+  report.continued_error = errors.over(resolved_request.recovered_frames, last);
+  if (last > resolved_request.recovered_frames) report.final_frame_error = errors.in(last - 1);
   report.message = notes(scene, report, recovery.report.message, continued.bounded_modes);
   return result;
 }

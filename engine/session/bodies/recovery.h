@@ -57,7 +57,7 @@ struct MaterialRecovery {
 };
 
 /// The material of a scene's base motion (paper: space-time editing, section 6.3), and how the
-/// motion goes on with it where no force acts: r = model.mode_count modes, mixed of R = candidate
+/// motion continues with it where no force acts: r = model.mode_count modes, mixed of R = candidate
 /// modes (ModelRequest::kDefaultCandidates, or as many as the mesh has). Those are of the scene's
 /// materials; where the scene has none, of a uniform body, of which only Poisson's ratio matters
 /// (the paper's E = 1, rho = 1: modes do not depend on either, and of eigenvalues only ratios
@@ -65,8 +65,8 @@ struct MaterialRecovery {
 ///
 /// Shapes are full RS reconstructions and poses are projected over all tets, so that no basis and
 /// no cubature has to be built. A free body's rigid motions are no matter of its material: they are
-/// those of the base motion, and go on with the velocity of the last two frames. A motion that is
-/// zero stays zero, with lambda = d = 0.
+/// those of the base motion, and continue with the velocity of the last two frames. A motion that
+/// is zero stays zero, with lambda = d = 0.
 /// @param scene  valid (scene::validate); constraints, ends and a simulation are not looked at
 /// @throws Error{kInvalidArgument} naming "base_motion" where the scene has none, members of
 /// RecoveryRequest, and what the mesh is refused for; {kNumerical}; {kCancelled}

@@ -115,7 +115,7 @@ class BodySession {
   [[nodiscard]] scene::MaterialVariables material_variables() const;  // as edited
 
   /// All or nothing: applies the edits in order as one revision. Allowed while the model is still
-  /// being built; takes microseconds, whatever runs.
+  /// being built; takes microseconds, also while work runs.
   /// @param expected  if given, refuse with kFailedPrecondition unless it equals revision()
   /// (optimistic locking)
   /// @throws Error with field "edits[i]....": kNotFound, kAlreadyExists, kOutOfRange,
@@ -125,7 +125,7 @@ class BodySession {
 
   /// Solves the current problem from z = 0. The final result that is there already stays (published
   /// again, with a message) unless this one is better. In state kFailed: tries to build again.
-  /// @param request  a number of the caller's, told again by the results that contain this solve:
+  /// @param request  a number of the caller's, repeated by the results that contain this solve:
   /// a warm one may become final just when this is called
   void solve_cold(std::uint64_t request = 0);
   /// Stops a running build (state kFailed, until solve_cold()) or solve (a final result with status

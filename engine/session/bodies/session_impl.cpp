@@ -57,7 +57,7 @@ void BodySession::Impl::solve_cold(std::uint64_t request) {
   demand_open();
   if (state_ == State::kFailed) build_again();
   cold_ = true;
-  cold_asked_ = request;
+  cold_requested_ = request;
   request_round(std::move(lock));
 }
 
@@ -72,7 +72,7 @@ BodyOrder BodySession::Impl::take_order() {
   order.is_whole = whole_;
   order.batch = whole_ ? whole_batch(document_) : batch_of(document_, touched_);
   order.start = cold_ ? BodyOrder::Start::kCold : BodyOrder::Start::kWarm;
-  if (cold_) cold_taken_ = cold_asked_;
+  if (cold_) cold_taken_ = cold_requested_;
   order.cold_request = cold_taken_;
   touched_ = {};
   whole_ = cold_ = false;
@@ -110,7 +110,7 @@ scene::Scene BodySession::Impl::scene() const {
   scene.dynamics = dynamics;
   // What the session mixes: opened anew with other variables, the scene would take another number.
   if (scene.model.candidate_modes == 0 && variables != scene.material_optimisation.variables)
-    scene.model.candidate_modes = scene::wanted_candidate_modes(*unedited);
+    scene.model.candidate_modes = scene::candidate_mode_count(*unedited);
   scene.material_optimisation.variables = variables;
   // At a lower frame rate than it was opened with, as a fit takes it.
   if (auto& frequency = scene.material_optimisation.max_frequency_hz)

@@ -83,7 +83,7 @@ class BodySession::Impl final : public SessionCore<BodyResult, BodyOrder> {
   /// What `round` asks for, to the end, its material included. @returns nothing where an edit made
   /// it out of date
   std::optional<spacetime::SolveReport> solve_whole(const Round& round);
-  /// solver().solve(), published on the way. @returns nothing where an edit made it out of date
+  /// solver().solve(), published as it runs. @returns nothing where an edit made it out of date
   /// @param ceiling  motions of a higher total energy are not published
   std::optional<spacetime::SolveReport> solve_motion(
       const Round& round, double ceiling = std::numeric_limits<double>::infinity());
@@ -110,7 +110,7 @@ class BodySession::Impl final : public SessionCore<BodyResult, BodyOrder> {
                                                      const spacetime::SolveReport& start);
   void publish_material(const Round& round, const spacetime::MaterialReport& report,
                         const spacetime::MaterialSolver& solver);
-  void take_up(const Fit& fit);
+  void restore(const Fit& fit);
   /// Of what the solver has.
   [[nodiscard]] Eigen::MatrixXf coordinates_now() const;
   /// Coordinates and energies of result.modal and result.report with this material.
@@ -139,7 +139,7 @@ class BodySession::Impl final : public SessionCore<BodyResult, BodyOrder> {
   Touched touched_;    // since the task last looked
   bool whole_ = true;  // the solver must be made anew from the whole document
   bool cold_ = false;  // solve_cold() was called
-  std::uint64_t cold_asked_ = 0, cold_taken_ = 0;  // requests of solve_cold(): given, begun
+  std::uint64_t cold_requested_ = 0, cold_taken_ = 0;  // requests of solve_cold(): given, begun
   std::shared_ptr<const Built> built_;
   std::uint64_t check_begun_for_ = 0;  // sequence of the result whose check was begun; 0: none
   Cancellation check_cancellation_;    // of that check

@@ -21,7 +21,7 @@ constexpr double kMuchFarther = 1.5;
 
 }  // namespace
 
-void tell_outcome(const MaterialReport& material, spacetime::SolveReport& report) {
+void report_outcome(const MaterialReport& material, spacetime::SolveReport& report) {
   report.iterations += material.iterations;
   if (material.message.empty()) return;
   if (!report.message.empty()) report.message += "; ";
@@ -64,7 +64,7 @@ std::optional<MaterialReport> BodySession::Impl::optimise_material(const Round& 
         return true;
       });
   material_iterations_ = report.iterations;
-  // What was found so far is where the next edit's optimisation goes on.
+  // What was found so far is where the next edit's optimisation continues.
   if (out_of_date && size(solver->material().mixing, solver->motion()) > kMuchFarther * most)
     return std::nullopt;
   if (report.below_start) {
@@ -85,7 +85,7 @@ std::optional<spacetime::SolveReport> BodySession::Impl::fit_material(
   const bool is_initial = before.material == problem_->initial_material();
   // A material that was fitted to other targets may throw the body about for these: it is fitted
   // anew then, from the motion with forces alone.
-  if (!is_initial && start_of_fit_ && !problem_->shakes_as_asked() &&
+  if (!is_initial && start_of_fit_ && !problem_->allows_high_frequencies() &&
       largest_frame_step(rows, first, {}) >
           kMuchFarther * largest_frame_step(rows, *start_of_fit_, {})) {
     problem_->reset_material();
@@ -101,7 +101,7 @@ std::optional<spacetime::SolveReport> BodySession::Impl::fit_material(
   else if (start_of_fit_)  // the fit began with an earlier motion, and may have lengthened its
                            // steps
     most = std::max(most / kMuchFarther, largest_frame_step(rows, *start_of_fit_, {}));
-  if (problem_->shakes_as_asked()) most = std::numeric_limits<double>::infinity();
+  if (problem_->allows_high_frequencies()) most = std::numeric_limits<double>::infinity();
   const double energy = start.total_energy + problem_->column_energy();
   for (Steps steps = Steps::kFree;; steps = Steps::kLimited) {
     std::optional<MaterialReport> fitted = optimise_material(round, steps, most);
@@ -111,7 +111,7 @@ std::optional<spacetime::SolveReport> BodySession::Impl::fit_material(
       return largest_frame_step(rows, coordinates_now(), {}) > kMuchFarther * most;
     };
     if (steps == Steps::kFree && !was_cancelled && moves_far()) {
-      take_up(before);
+      restore(before);
       continue;
     }
     std::optional<spacetime::SolveReport> ended = solve_motion(round, energy);
@@ -125,11 +125,11 @@ std::optional<spacetime::SolveReport> BodySession::Impl::fit_material(
     const bool is_cancelled = was_cancelled || ended->status == SolveStatus::kCancelled;
     const bool goes_far = !is_higher && moves_far();
     if (goes_far && steps == Steps::kFree && !is_cancelled) {
-      take_up(before);
+      restore(before);
       continue;
     }
     if (is_higher || goes_far) {
-      take_up(before);
+      restore(before);
       *ended = start;
     }
     if (is_cancelled) {
@@ -146,12 +146,12 @@ std::optional<spacetime::SolveReport> BodySession::Impl::fit_material(
           "moved before";
     }
     solved_ = ended->status == SolveStatus::kConverged && !is_cancelled;
-    tell_outcome(*fitted, *ended);
+    report_outcome(*fitted, *ended);
     return ended;
   }
 }
 
-void BodySession::Impl::take_up(const Fit& fit) {
+void BodySession::Impl::restore(const Fit& fit) {
   problem_->set_material(fit.material);
   problem_->solver().warm_start(fit.motion, spacetime::Known::kAnswer);
 }
@@ -170,7 +170,7 @@ void BodySession::Impl::publish_material(const Round& round, const MaterialRepor
   result->report.force_energy = report.force_energy;
   result->report.constraint_energy = report.constraint_energy;
   result->report.total_energy = report.force_energy + report.constraint_energy;
-  result->report.gradient = 1;  // not determined on the way
+  result->report.gradient = 1;  // not determined during the optimisation
   static_cast<spacetime::ConstraintErrors&>(result->report) = report;
   result->modal = solver.motion();
   result->material = std::make_shared<const spacetime::Material>(solver.material());

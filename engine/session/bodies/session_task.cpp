@@ -189,7 +189,7 @@ std::optional<spacetime::SolveReport> BodySession::Impl::solve_motion(const Roun
 }
 
 /// Of a solve that no edit had asked for, a cold one: where it was cancelled or has found nothing
-/// better, the answer that the revision has already stays the newest, and the solver goes on from
+/// better, the answer that the revision has already stays the newest, and the solver continues from
 /// it.
 bool BodySession::Impl::stay_with_answer(const Round& round, const spacetime::SolveReport& ended) {
   using spacetime::SolveStatus;

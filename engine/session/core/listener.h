@@ -7,8 +7,8 @@
 
 namespace limber::session {
 
-/// What the owner of a session is told. Called from worker threads, one call at a time per session;
-/// must not block. May call any getter.
+/// Notifications to the owner of a session. Called from worker threads, one call at a time per
+/// session; must not block. May call any getter.
 template <class Result>
 class Listener {
  public:

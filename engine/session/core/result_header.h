@@ -6,11 +6,11 @@
 
 namespace limber::session {
 
-/// What every published result says, whatever its session is of.
+/// What every published result says, for sessions of every kind.
 struct ResultHeader {
   Revision revision = 0;       // every edit up to and including this one is in it
   std::uint64_t sequence = 0;  // counts published results of the session from 1, no gaps
-  bool is_final = false;       // for this revision, whatever the report's status says
+  bool is_final = false;       // for this revision, with any status in the report
   /// Nothing was reached: the answer is the last one there was, and the report says why.
   bool solve_failed = false;
   double since_edit_ms = 0;  // from the newest edit contained to publication

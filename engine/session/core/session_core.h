@@ -73,7 +73,7 @@ class SessionCore : public std::enable_shared_from_this<SessionCore<Result, Orde
       throw Error(ErrorCode::kInternal, "", message_);
   }
 
-  /// Stops the build or the round under way, and what waits for one.
+  /// Stops the build or the running round, and what waits for one.
   void cancel() {
     const std::lock_guard lock(mutex_);
     if (!task_.is_pending() || cancel_other_work()) return;
@@ -130,7 +130,7 @@ class SessionCore : public std::enable_shared_from_this<SessionCore<Result, Orde
 
   // What a kind implements.
 
-  /// The task's: makes the solver. @returns what is to be said of it. What it throws fails the
+  /// The task's: makes the solver. @returns its remarks. What it throws fails the
   /// build.
   virtual std::string build(const JobContext& job) = 0;
   /// With the lock: what the document says now. Rounds after this one see later edits only.
@@ -144,7 +144,7 @@ class SessionCore : public std::enable_shared_from_this<SessionCore<Result, Orde
 
   /// With the lock: whether edits leave the round alone; it is solved to its end first.
   virtual bool must_finish(const Order& /*order*/) const { return false; }
-  /// With the lock, called by edits: the round under way is out of date.
+  /// With the lock, called by edits: the running round is out of date.
   virtual void interrupt_round() { round_.request(); }
   /// With the lock, the task's, when nothing is to be solved: takes the lock along and does one
   /// thing without it. @returns false, and the lock is held, where there is nothing to do
@@ -193,7 +193,7 @@ class SessionCore : public std::enable_shared_from_this<SessionCore<Result, Orde
     mark_changed();
     request_round(std::move(lock));
   }
-  /// There is something to solve: takes the lock, and interrupts the round under way.
+  /// There is something to solve: takes the lock, and interrupts the running round.
   void request_round(std::unique_lock<std::mutex> lock) {
     has_work_ = true;
     is_cancelled_ = false;
@@ -229,7 +229,7 @@ class SessionCore : public std::enable_shared_from_this<SessionCore<Result, Orde
     building_ = {};
   }
 
-  /// The task's: whether a round that ended cancelled was so for a newer edit, which goes on from
+  /// The task's: whether a round that ended cancelled was so for a newer edit, which continues from
   /// what was reached.
   [[nodiscard]] bool is_out_of_date() const {
     return read([this] { return task_.is_closed() || (has_work_ && !is_finishing_); });
@@ -240,13 +240,13 @@ class SessionCore : public std::enable_shared_from_this<SessionCore<Result, Orde
     result->since_edit_ms = round.since_edit_ms();
     publish(std::move(result));
   }
-  /// @param is_wanted  with the lock: whether it is published at all
-  template <class IsWanted>
-  void publish_if(std::shared_ptr<Result> result, const IsWanted& is_wanted) {
+  /// @param is_needed  with the lock: whether it is published at all
+  template <class IsNeeded>
+  void publish_if(std::shared_ptr<Result> result, const IsNeeded& is_needed) {
     SharedResult older, older_final;  // freed without the lock: they may be large
     {
       const std::lock_guard lock(mutex_);
-      if (task_.is_closed() || !is_wanted()) return;
+      if (task_.is_closed() || !is_needed()) return;
       set_newest(result, older, older_final);
     }
     notify(listener_.get(), [&](Listener<Result>& listener) { listener.on_result(result); });
@@ -288,7 +288,7 @@ class SessionCore : public std::enable_shared_from_this<SessionCore<Result, Orde
   const std::string id_;
   const std::shared_ptr<Listener<Result>> listener_;
 
-  /// Held by the edit under way, before mutex_: the document changes under both, so that either is
+  /// Held by the running edit, before mutex_: the document changes under both, so that either is
   /// enough to read it and many edits hold up no reader.
   std::mutex edits_;
   mutable std::mutex mutex_;
@@ -300,8 +300,8 @@ class SessionCore : public std::enable_shared_from_this<SessionCore<Result, Orde
   bool has_work_ = false;        // something to solve
   std::uint64_t sequence_ = 0;
   SharedResult newest_, final_;
-  Cancellation building_, round_;  // of the build and the round under way
-  bool is_finishing_ = false;      // edits do not interrupt the round under way
+  Cancellation building_, round_;  // of the running build and round
+  bool is_finishing_ = false;      // edits do not interrupt the running round
 
  private:
   static constexpr std::chrono::milliseconds kProgressInterval{20};  // between reports of a stage
@@ -407,8 +407,8 @@ class SessionCore : public std::enable_shared_from_this<SessionCore<Result, Orde
 
   bool is_built_ = false;      // the task's
   bool is_cancelled_ = false;  // no edit since cancel()
-  std::deque<Round> first_;    // to be solved before what the document says, whatever comes
-  Revision taken_ = 0;         // of the round under way, or the last
+  std::deque<Round> first_;    // to be solved before what the document says, in any case
+  Revision taken_ = 0;         // of the running round, or the last
   Clock::time_point published_at_, progress_reported_at_;  // the task's
 };
 

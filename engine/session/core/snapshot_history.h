@@ -27,7 +27,7 @@ class SnapshotHistory {
   [[nodiscard]] std::size_t redo_count() const { return redo_.size(); }
 
   /// A step of undo; what could be redone is gone. The oldest steps go where there are more than
-  /// `depth`, or more than `bytes` of them by `bytes_of`; the newest stays whatever it takes.
+  /// `depth`, or more than `bytes` of them by `bytes_of`; the newest stays at any size.
   template <class BytesOf>
   void step_to(Value next, int depth, std::size_t bytes, const BytesOf& bytes_of) {
     undo_.push_back(std::exchange(now_, std::make_shared<const Value>(std::move(next))));

@@ -15,13 +15,13 @@ namespace {
 constexpr double kShortest = 0.1;
 constexpr double kLongest = 10;
 
-std::vector<scene::Issue> check_range(const char* field, const Eigen::VectorXd& wanted,
+std::vector<scene::Issue> check_range(const char* field, const Eigen::VectorXd& requested,
                                       const Eigen::VectorXd& drawn) {
-  for (Eigen::Index i = 0; i < wanted.size(); ++i) {
-    if (wanted[i] >= kShortest * drawn[i] && wanted[i] <= kLongest * drawn[i]) continue;
+  for (Eigen::Index i = 0; i < requested.size(); ++i) {
+    if (requested[i] >= kShortest * drawn[i] && requested[i] <= kLongest * drawn[i]) continue;
     return {{scene::Issue::Severity::kError, fmt::format("{}[{}]", field, i),
              fmt::format("{:g} is not between a tenth and ten times of what is drawn, {:g}",
-                         wanted[i], drawn[i]),
+                         requested[i], drawn[i]),
              ErrorCode::kOutOfRange}};
   }
   return {};
@@ -40,7 +40,7 @@ ConditionRules::ConditionRules(rods::LinkageGraph graph, int edges_per_segment, 
       places_(graph_, length_unit) {}
 
 std::vector<scene::Issue> ConditionRules::check(const scene::LinkageConditions& conditions) const {
-  const Eigen::VectorXd& wanted = conditions.segment_lengths;
+  const Eigen::VectorXd& requested = conditions.segment_lengths;
   const Eigen::VectorXd& edges = conditions.edge_lengths;
   const auto refuse = [](const std::string& field, const std::string& message, ErrorCode code) {
     return std::vector<scene::Issue>{{scene::Issue::Severity::kError, field, message, code}};
@@ -51,21 +51,21 @@ std::vector<scene::Issue> ConditionRules::check(const scene::LinkageConditions& 
                   ErrorCode::kInvalidArgument);
   }
   std::vector<scene::Issue> far = places_.check(conditions);
-  if (far.empty()) far = check_range("segment_lengths", wanted, drawn_);
+  if (far.empty()) far = check_range("segment_lengths", requested, drawn_);
   if (far.empty()) far = check_range("edge_lengths", edges, drawn_edges_);
   if (far.empty()) {
     const Eigen::VectorXd& scales = conditions.section_scales;
     far = check_range("section_scales", scales, Eigen::VectorXd::Ones(scales.size()));
   }
   if (!far.empty()) return far;
-  if (wanted.size() > 0) {
+  if (requested.size() > 0) {
     try {
-      (void)lengths_.apply(wanted);
+      (void)lengths_.apply(requested);
     } catch (const Error& error) {
       return refuse("segment_" + error.field(), error.what(), error.code());
     }
   }
-  return reach_.check(conditions, edges.size() > 0 ? edges_.segment_lengths(edges) : wanted);
+  return reach_.check(conditions, edges.size() > 0 ? edges_.segment_lengths(edges) : requested);
 }
 
 std::vector<scene::Issue> ConditionRules::check_drawn(

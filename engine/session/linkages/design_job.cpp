@@ -7,14 +7,14 @@
 
 namespace limber::session {
 
-void DesignJob::demand_under_way() const {
-  if (!is_under_way() || stop_.requested())
-    throw Error(ErrorCode::kFailedPrecondition, "", "no design is under way");
+void DesignJob::demand_active() const {
+  if (!is_active() || stop_.requested())
+    throw Error(ErrorCode::kFailedPrecondition, "", "no design is running");
 }
 
 void DesignJob::begin(DesignRequest request, std::uint64_t tag) {
-  if (is_under_way())
-    throw Error(ErrorCode::kFailedPrecondition, "", "a design is under way: stop or take it first");
+  if (is_active())
+    throw Error(ErrorCode::kFailedPrecondition, "", "a design is running: stop or take it first");
   stop_ = Cancellation();
   paused_ = false;
   changed_.reset();
@@ -34,7 +34,7 @@ void DesignJob::begin(DesignRequest request, std::uint64_t tag) {
 }
 
 void DesignJob::change(const DesignChange& change, const Eigen::Matrix3Xd& joints) {
-  demand_under_way();
+  demand_active();
   DesignGoal goal = goal_;
   change.apply_to(goal);
   goal.validate(static_cast<int>(joints.cols()));
@@ -49,18 +49,18 @@ void DesignJob::change(const DesignChange& change, const Eigen::Matrix3Xd& joint
 }
 
 void DesignJob::pause() {
-  demand_under_way();
+  demand_active();
   paused_ = true;
 }
 
 void DesignJob::resume() {
-  demand_under_way();
+  demand_active();
   paused_ = false;
   woken_.notify_all();
 }
 
 void DesignJob::stop() {
-  demand_under_way();
+  demand_active();
   stop_any();
 }
 

@@ -12,7 +12,7 @@
 namespace limber::session {
 
 /// What clients want of the design of a session, and what it has come to. Its state belongs to the
-/// owner's mutex: "with the lock" means that one. There is at most one design under way.
+/// owner's mutex: "with the lock" means that one. There is at most one running design.
 class DesignJob {
  public:
   explicit DesignJob(std::mutex& mutex) : mutex_(mutex) {}
@@ -24,19 +24,19 @@ class DesignJob {
   };
 
   // With the lock, any thread:
-  [[nodiscard]] bool is_under_way() const { return order_ || running_; }
+  [[nodiscard]] bool is_active() const { return order_ || running_; }
   [[nodiscard]] bool is_running() const { return running_; }
   [[nodiscard]] bool is_waiting() const { return order_.has_value(); }
-  /// Has a client ended the one that is under way?
-  [[nodiscard]] bool is_stopping() const { return is_under_way() && stop_.requested(); }
-  /// @throws Error{kFailedPrecondition} while one is under way
+  /// Has a client ended the one that is running?
+  [[nodiscard]] bool is_stopping() const { return is_active() && stop_.requested(); }
+  /// @throws Error{kFailedPrecondition} while one is running
   void begin(DesignRequest request, std::uint64_t tag);
   /// Refused: what was wanted before stays, also what the design has not seen yet.
   /// @param joints  3 x joints, where the linkage is [length]
-  /// @throws Error{kFailedPrecondition} where none is under way; as DesignGoal::validate and
+  /// @throws Error{kFailedPrecondition} where none is running; as DesignGoal::validate and
   /// demand_near
   void change(const DesignChange& change, const Eigen::Matrix3Xd& joints);
-  /// Takes effect when the step under way is done. @throws as change
+  /// Takes effect when the running step is done. @throws as change
   void pause();
   void resume();
   /// @throws as change
@@ -60,7 +60,7 @@ class DesignJob {
   void wait(std::unique_lock<std::mutex>& lock);
 
  private:
-  void demand_under_way() const;
+  void demand_active() const;
 
   std::mutex& mutex_;
   std::condition_variable woken_;

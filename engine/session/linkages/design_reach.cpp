@@ -10,7 +10,7 @@
 namespace limber::session {
 namespace {
 
-constexpr double kFar = 10;  // of the linkage's extent
+constexpr double kMaxDistanceExtents = 10;  // of the linkage's extent
 
 }  // namespace
 
@@ -19,9 +19,9 @@ void demand_near(const DesignGoal& goal, const Eigen::Matrix3Xd& joints) {
   for (std::size_t i = 0; i < goal.targets.size(); ++i) {
     const rods::JointTarget& target = goal.targets[i];
     const double distance = (target.position - joints.col(target.joint)).norm();
-    if (distance <= kFar * extent) continue;
+    if (distance <= kMaxDistanceExtents * extent) continue;
     throw Error(ErrorCode::kOutOfRange, fmt::format("targets[{}].position", i),
-                fmt::format("lies {:g} from joint {}, and the linkage is {:g} large", distance,
+                fmt::format("is {:g} from joint {}, and the linkage is {:g} large", distance,
                             target.joint, extent));
   }
   if (!goal.surface) return;
@@ -30,9 +30,9 @@ void demand_near(const DesignGoal& goal, const Eigen::Matrix3Xd& joints) {
   for (Eigen::Index j = 0; j < joints.cols(); ++j) {
     nearest = std::min(nearest, (surface->closest(joints.col(j)).position - joints.col(j)).norm());
   }
-  if (nearest <= kFar * extent) return;
+  if (nearest <= kMaxDistanceExtents * extent) return;
   throw Error(ErrorCode::kOutOfRange, "surface",
-              fmt::format("lies {:g} from the nearest joint, and the linkage is {:g} large: is it "
+              fmt::format("is {:g} from the nearest joint, and the linkage is {:g} large: is it "
                           "in the linkage's length unit and place?",
                           nearest, extent));
 }

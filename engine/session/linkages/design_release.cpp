@@ -45,8 +45,8 @@ std::string describe_plane(const rods::LinkageModel& model, const rods::DesignPo
                            double length_scale) {
   constexpr double kPlane = 1e-6;  // of its size
   if (height_of(model, point.deployed) > kPlane * length_scale) return "";
-  return "the deployed shape lies in a plane, which by symmetry no lengths near its own bring it "
-         "out of";
+  return "the deployed shape is planar: by symmetry no lengths near its own bring it out of the "
+         "plane";
 }
 
 std::string describe_springing_up(const rods::LinkageModel& model, const rods::Conditions& flat,
@@ -66,17 +66,17 @@ std::string describe_springing_up(const rods::LinkageModel& model, const rods::C
   const double height = height_of(model, state) / length_scale;
   if (height <= kFlat) return "";
   return fmt::format(
-      "held at its mean angle of {:.1f} degrees the linkage lies flat, released it opens to {:.1f} "
+      "held at its mean angle of {:.1f} degrees the linkage is flat, released it opens to {:.1f} "
       "degrees and a height of {:.2e} of its size",
       *flat.mean_opening_angle / kDegree, state.mean_opening_angle() / kDegree, height);
 }
 
 std::string describe_flatness(const rods::LinkageModel& model, const rods::DesignPoint& point,
                               double length_scale) {
-  constexpr double kShare = 0.25;  // of the deployed shape's height
+  constexpr double kMaxFlatHeightShare = 0.25;  // of the deployed shape's height
   const double flat = height_of(model, point.flat) / length_scale,
                deployed = height_of(model, point.deployed) / length_scale;
-  if (flat <= std::max(kFlat, kShare * deployed)) return "";
+  if (flat <= std::max(kFlat, kMaxFlatHeightShare * deployed)) return "";
   return fmt::format(
       "the shape that is to be flat is not: its height is {:.2e} of its size, the deployed one's "
       "{:.2e} (flat_height asks for less)",
@@ -97,7 +97,7 @@ std::string describe_release(const rods::LinkageModel& model, const rods::Condit
   if (rods::is_without_stress(model, state) && rods::is_without_stress(model, point.flat))
     return "";
   rods::LinkageAssembly assembly(model);
-  const double wanted = assembly.energies(point.flat).total();
+  const double held_energy = assembly.energies(point.flat).total();
   const double found = assembly.energies(state).total();
   const Eigen::VectorXd places = distances_from_middle(point.flat);
   const double apart = (distances_from_middle(state) - places).cwiseAbs().maxCoeff();
@@ -106,7 +106,7 @@ std::string describe_release(const rods::LinkageModel& model, const rods::Condit
   return fmt::format(
       "released from this shape, the linkage does not fall to the flat one but to another, with "
       "{:g} times its energy and opening angles that differ by up to {:.1f} degrees",
-      found / wanted, angle / kDegree);
+      found / held_energy, angle / kDegree);
 }
 
 }  // namespace limber::session

@@ -26,7 +26,7 @@ namespace limber::session {
 
 /// Says so where a shape that is flat, held at a mean angle, rises by more than a hundredth of the
 /// linkage's size when all of its angles are released.
-/// @param flat  what holds the flat shape; where that is no mean angle, nothing is said
+/// @param flat  what holds the flat shape; where that is no mean angle, nothing is reported
 [[nodiscard]] std::string describe_springing_up(const rods::LinkageModel& model,
                                                 const rods::Conditions& flat,
                                                 const rods::DesignPoint& point, double length_scale,

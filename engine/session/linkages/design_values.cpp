@@ -28,7 +28,7 @@ void demand_bounds(const char* field, const Eigen::VectorXd& bounds, const Eigen
   for (Eigen::Index s = 0; s < bounds.size(); ++s) {
     if (holds(bounds[s], start[s]) && std::isfinite(bounds[s])) continue;
     throw Error(ErrorCode::kInvalidArgument, fmt::format("{}[{}]", field, s),
-                fmt::format("the start, {:g}, lies beyond the bound {:g}", start[s], bounds[s]));
+                fmt::format("the start, {:g}, is beyond the bound {:g}", start[s], bounds[s]));
   }
 }
 
@@ -48,7 +48,7 @@ void DesignGoal::validate(int joints) const {
   } catch (const Error& error) {
     throw Error(error.code(), "placement." + error.field(), error.what());
   }
-  std::set<int> seen;
+  std::set<int> distinct_joints;
   for (std::size_t i = 0; i < targets.size(); ++i) {
     const rods::JointTarget& target = targets[i];
     const std::string field = fmt::format("targets[{}]", i);
@@ -56,7 +56,7 @@ void DesignGoal::validate(int joints) const {
       throw Error(ErrorCode::kOutOfRange, field + ".joint",
                   fmt::format("joint {} is outside 0 .. {}", target.joint, joints - 1));
     }
-    if (!seen.insert(target.joint).second) {
+    if (!distinct_joints.insert(target.joint).second) {
       throw Error(ErrorCode::kInvalidArgument, field + ".joint",
                   fmt::format("joint {} has two targets", target.joint));
     }

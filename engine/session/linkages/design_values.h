@@ -87,7 +87,7 @@ struct DesignRequest {
   void validate(int joints, const DesignStart& start) const;
 };
 
-/// What is to be otherwise while a design is under way; what is absent stays.
+/// What is to change while a design is running; what is absent stays.
 struct DesignChange {
   std::optional<double> flat_share, distance_weight, surface_weight;
   std::optional<std::vector<rods::JointTarget>> targets;              // all of them
@@ -125,7 +125,7 @@ enum class DesignEnd {
   kStuck,
   kIterationLimit,
   kStopped,  // by a client
-  kFailed,   // it could not begin, or not go on
+  kFailed,   // it could not begin, or not continue
 };
 
 /// What has come of a design's trials so far.
@@ -183,7 +183,7 @@ struct DesignCandidate {
   rods::LinkageState flat, deployed;
 };
 
-/// At one moment: what is said of the newest design, null before the first, and what would be taken
+/// At one moment: the report on the newest design, null before the first, and what would be taken
 /// of it, null where there is nothing.
 struct NewestDesign {
   std::shared_ptr<const DesignInfo> info;

@@ -79,7 +79,7 @@ struct LinkageConditionEdits {
 
 }  // namespace
 
-/// One request under way on a copy of the state.
+/// One request running on a copy of the state.
 class LinkageDocument::Request {
  public:
   explicit Request(const LinkageDocument& document)
@@ -113,20 +113,20 @@ class LinkageDocument::Request {
     if (pin.held) conditions().pins.push_back({pin.joint, *pin.held, pin.position});
     return changed();
   }
-  std::uint64_t take(const SetJointAngle& wanted) {
-    demand_joint(wanted.joint);
-    if (conditions().angles.erase_all(wanted.joint) == 0 && !wanted.angle) {
-      warn("joint", fmt::format("the angle of joint {} is not set; {}", wanted.joint,
-                                pins_angle(wanted.joint) ? "its pin holds it: release that"
-                                                         : "nothing was released"));
+  std::uint64_t take(const SetJointAngle& setting) {
+    demand_joint(setting.joint);
+    if (conditions().angles.erase_all(setting.joint) == 0 && !setting.angle) {
+      warn("joint", fmt::format("the angle of joint {} is not set; {}", setting.joint,
+                                pins_angle(setting.joint) ? "its pin holds it: release that"
+                                                          : "nothing was released"));
     }
-    if (wanted.angle) conditions().angles.push_back({wanted.joint, *wanted.angle});
+    if (setting.angle) conditions().angles.push_back({setting.joint, *setting.angle});
     return changed();
   }
-  std::uint64_t take(const SetMeanAngle& wanted) {
-    if (!conditions().mean_angle && !wanted.angle)
+  std::uint64_t take(const SetMeanAngle& setting) {
+    if (!conditions().mean_angle && !setting.angle)
       warn("mean_angle", "the mean angle is not set; nothing was released");
-    conditions().mean_angle = wanted.angle;
+    conditions().mean_angle = setting.angle;
     return changed();
   }
   std::uint64_t take(const AddTarget& add) {

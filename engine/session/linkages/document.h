@@ -33,7 +33,7 @@ struct LinkageLimits {
 /// What acts on a linkage, under edits: as Document is for bodies. Not thread-safe, solves nothing.
 ///
 /// A request of edits is applied whole or not at all and is one revision and one step of undo: what
-/// its edits make together must be valid, in whatever order they are. Undo and redo are edits too:
+/// its edits make together must be valid, in any order. Undo and redo are edits too:
 /// they make new revisions. Inside a request, an Undo or Redo ends the step begun by the edits
 /// before it.
 class LinkageDocument {

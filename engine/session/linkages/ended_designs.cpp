@@ -51,7 +51,7 @@ std::vector<OtherOptimum> EndedDesigns::others_than(
   for (const Ended& ended : ended_) {
     if (!same_variables(ended.info.variables, info.variables) ||
         !same_weights(ended.info.goal, info.goal) ||
-        ended.asked_flat_angle != design.asked_flat_angle() ||
+        ended.requested_flat_angle != design.requested_flat_angle() ||
         ended.info.least_cover != info.least_cover ||
         !same_conditions(*ended.conditions, conditions))
       continue;
@@ -74,7 +74,7 @@ double EndedDesigns::energy_scale(const scene::LinkageConditions& conditions) co
 void EndedDesigns::note(const LiveDesign& design, const DesignInfo& info,
                         std::shared_ptr<const scene::LinkageConditions> conditions) {
   ended_.push_back({info, design.candidate(), std::move(conditions), design.energy_scale(),
-                    design.asked_flat_angle()});
+                    design.requested_flat_angle()});
   if (ended_.size() > kKept) ended_.pop_front();
 }
 

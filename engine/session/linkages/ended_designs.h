@@ -31,7 +31,7 @@ class EndedDesigns {
     std::shared_ptr<const DesignCandidate> best;
     std::shared_ptr<const scene::LinkageConditions> conditions;
     double energy_scale;
-    std::optional<double> asked_flat_angle;
+    std::optional<double> requested_flat_angle;
   };
   std::deque<Ended> ended_;  // the latest last
 };

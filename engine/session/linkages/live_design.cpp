@@ -24,7 +24,8 @@ constexpr double kLeastHeight = 1e-3;
 // would fold the flat linkage through itself.
 constexpr double kAngleShare = 0.1;
 constexpr double kOpen = 0.02;  // [rad]
-constexpr double kNear = 1e-5;  // of the extent: a distance that is not told about
+constexpr double kMaxIgnoredDistanceShare =
+    1e-5;  // of the extent: largest distance that is not reported
 
 /// A joint that both shapes are held at, so that they keep their place: one that is pinned, or the
 /// middle one.
@@ -39,14 +40,14 @@ int anchor_of(const rods::Conditions& deployed, const rods::LinkageState& state)
 
 void close_to(rods::LinkageEquilibrium& equilibrium, rods::LinkageState& state,
               const rods::Conditions& free, const rods::Conditions& held, const JobContext& job) {
-  const rods::DeploymentReport way =
+  const rods::DeploymentReport deployment =
       rods::deploy(equilibrium, state, free, held, {}, JobContext{job.cancellation, {}});
   job.throw_if_cancelled();
-  if (way.status == rods::DeploymentStatus::kReached) return;
+  if (deployment.status == rods::DeploymentStatus::kReached) return;
   throw Error(ErrorCode::kFailedPrecondition, "flat_angle",
               fmt::format("the linkage does not go to a mean angle of {:.6g} degrees, at which it "
                           "is to be flat: {}",
-                          *held.mean_opening_angle * (180 / std::numbers::pi), way.message));
+                          *held.mean_opening_angle * (180 / std::numbers::pi), deployment.message));
 }
 
 rods::DesignPoint point_of(const DesignCandidate& candidate) {
@@ -62,7 +63,7 @@ LiveDesign::LiveDesign(const LiveLinkage& live, const DesignRequest& request, do
       length_unit_(live.length_unit()),
       goal_(request.goal),
       smallest_angle_(request.smallest_angle),
-      asked_flat_angle_(request.flat_angle),
+      requested_flat_angle_(request.flat_angle),
       least_cover_(request.least_cover) {
   rods::Conditions deployed = live.held(), flat;
   const int anchor = anchor_of(deployed, live.state());
@@ -203,12 +204,12 @@ void LiveDesign::see_here() {
 }
 
 void LiveDesign::set_goal(const DesignGoal& goal) {
-  DesignGoal wanted = goal;
-  std::swap(goal_, wanted);
+  DesignGoal new_goal = goal;
+  std::swap(goal_, new_goal);
   try {
     design_->set_criteria(criteria());
   } catch (...) {
-    std::swap(goal_, wanted);
+    std::swap(goal_, new_goal);
     throw;
   }
   start_ = measure(*start_point_);
@@ -262,16 +263,18 @@ std::string LiveDesign::release(const JobContext& job) const {
   const rods::DesignPoint& point = design_->point();
   const rods::LinkageModel& model = design_->model();
   const double size = extent();
-  std::string told;
+  std::string remarks;
   for (const std::string& part :
-       {now_.surface_rms + now_.target_rms > kNear * size ? describe_plane(model, point, size) : "",
+       {now_.surface_rms + now_.target_rms > kMaxIgnoredDistanceShare * size
+            ? describe_plane(model, point, size)
+            : "",
         describe_flatness(model, point, size),
         describe_release(model, design_->flat(), design_->deployed(), point, job),
         describe_springing_up(model, design_->flat(), point, size, job)}) {
-    if (!told.empty() && !part.empty()) told += "; ";
-    told += part;
+    if (!remarks.empty() && !part.empty()) remarks += "; ";
+    remarks += part;
   }
-  return told;
+  return remarks;
 }
 
 LiveDesign::FoundErection LiveDesign::find_erection(const JobContext& job) const {

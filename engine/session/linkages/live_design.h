@@ -25,7 +25,7 @@ class LiveDesign {
   };
   /// After every step, before the next. May set another goal.
   using OnStep = std::function<void(const Step& step)>;
-  /// Where the search would end, with what it would report. Another goal set: it goes on to that
+  /// Where the search would end, with what it would report. Another goal set: it continues to that
   /// from where it stands.
   using OnEnd = std::function<void(const rods::DesignReport& report)>;
 
@@ -63,7 +63,7 @@ class LiveDesign {
   /// Coordinates (LinkageShape) of the flat shape and of the deployed one, a column each.
   [[nodiscard]] Eigen::MatrixXf shapes() const;
   [[nodiscard]] double mean_angle() const;  // of the deployed shape [rad]
-  /// What is to be said of where it stands: see design_release.h.
+  /// The remarks on its present state: see design_release.h.
   [[nodiscard]] std::string release(const JobContext& job) const;
   struct FoundErection {
     std::shared_ptr<const scene::LinkageErection> erection;  // null: none
@@ -72,7 +72,9 @@ class LiveDesign {
   /// How what it stands at is opened. @throws Error{kCancelled}
   [[nodiscard]] FoundErection find_erection(const JobContext& job) const;
   /// That was asked for, see DesignRequest.
-  [[nodiscard]] const std::optional<double>& asked_flat_angle() const { return asked_flat_angle_; }
+  [[nodiscard]] const std::optional<double>& requested_flat_angle() const {
+    return requested_flat_angle_;
+  }
   /// Of those shapes; empty: all 1.
   [[nodiscard]] const Eigen::VectorXd& section_scales() const { return design_->point().sections; }
   /// What an earlier design came to, by the present goal.
@@ -99,7 +101,7 @@ class LiveDesign {
   DesignGoal goal_;
   rods::DesignOptimizerOptions options_;
   std::optional<double> smallest_angle_;
-  const std::optional<double> asked_flat_angle_;
+  const std::optional<double> requested_flat_angle_;
   const double least_cover_;
   double start_area_ = 0;  // of the deployed linkage's cells [length unit^2]
   std::optional<rods::LinkageDesign> design_;

@@ -84,12 +84,12 @@ void LiveLinkage::refuse_turned_over(EquilibriumReport& report) {
 }
 
 /// To other sizes of rods, under the conditions that the shape is held under. Where no equilibrium
-/// is found on the way the outcome says so.
-bool LiveLinkage::follow_to(const RodSizes& wanted, const JobContext& job,
+/// is found along the path the outcome says so.
+bool LiveLinkage::follow_to(const RodSizes& target, const JobContext& job,
                             const OnIterate& on_iterate, Outcome& outcome) {
-  outcome.report = wanted == sizes_ ? equilibrium_.solve(state_, held_, {}, job)
+  outcome.report = target == sizes_ ? equilibrium_.solve(state_, held_, {}, job)
                                     : follow_sizes(mapped_.model, sizes_, equilibrium_, state_,
-                                                   held_, wanted, job, on_iterate);
+                                                   held_, target, job, on_iterate);
   statics_ = std::make_shared<const LinkageStatics>(mapped_, linkage_);
   EquilibriumReport& report = outcome.report;
   refuse_turned_over(report);
@@ -100,48 +100,48 @@ bool LiveLinkage::follow_to(const RodSizes& wanted, const JobContext& job,
 
 /// To other sizes of rods. What the conditions do not let through may be let through by those that
 /// are wanted: these come first then.
-bool LiveLinkage::bring_sizes(const RodSizes& wanted, const scene::LinkageConditions& conditions,
+bool LiveLinkage::bring_sizes(const RodSizes& target, const scene::LinkageConditions& conditions,
                               const rods::Conditions& then_held, const JobContext& job,
                               const OnIterate& on_iterate, Outcome& outcome) {
   // Where the last solve was interrupted they are there, but the last equilibrium has others.
-  if (wanted == sizes_ && wanted == good_sizes_) return true;
-  bool there = settled_ ? follow_to(wanted, job, on_iterate, outcome)
-                        : open_with(wanted, conditions, job, on_iterate, outcome);
+  if (target == sizes_ && target == good_sizes_) return true;
+  bool there = settled_ ? follow_to(target, job, on_iterate, outcome)
+                        : open_with(target, conditions, job, on_iterate, outcome);
   if (!there && settled_ && outcome.report.status != EquilibriumStatus::kCancelled) {
     restore();
     Outcome first;
     go(then_held, job, on_iterate, first);
     if (first.reached) {
       held_ = then_held;
-      there = follow_to(wanted, job, on_iterate, outcome);
+      there = follow_to(target, job, on_iterate, outcome);
     } else if (first.report.status == EquilibriumStatus::kCancelled) {
       outcome.report.status = EquilibriumStatus::kCancelled;
     }
   }
   if (!there) return false;
-  // What goes on from here comes back here, not to the shape of other rods.
+  // What continues from here comes back here, not to the shape of other rods.
   turned_ = 0;
   good_ = state_;
   good_held_ = held_;
   good_report_ = outcome.report;
-  good_sizes_ = wanted;
+  good_sizes_ = target;
   settled_under_.reset();
   return true;
 }
 
-/// The share of the way to these conditions that one solve may take, in (0, 1].
-double LiveLinkage::share_of_step(const rods::Conditions& wanted) const {
+/// The share of the path to these conditions that one solve may take, in (0, 1].
+double LiveLinkage::share_of_step(const rods::Conditions& target) const {
   double steps = 1;
   const auto note_angle = [&](double from, double to) {
     steps = std::max(steps, std::abs(to - from) / kFarAngle);
   };
-  if (wanted.mean_opening_angle)
-    note_angle(state_.mean_opening_angle(), *wanted.mean_opening_angle);
-  for (const auto& setting : wanted.angles) {
+  if (target.mean_opening_angle)
+    note_angle(state_.mean_opening_angle(), *target.mean_opening_angle);
+  for (const auto& setting : target.angles) {
     note_angle(state_.joints()[static_cast<std::size_t>(setting.joint)].opening_angle,
                setting.angle);
   }
-  for (const auto& pin : wanted.pins) {
+  for (const auto& pin : target.pins) {
     if (!pin.position) continue;
     const auto& joint = state_.joints()[static_cast<std::size_t>(pin.joint)];
     steps = std::max(steps, (*pin.position - joint.position).norm() / (kFarShare * extent_));
@@ -150,16 +150,16 @@ double LiveLinkage::share_of_step(const rods::Conditions& wanted) const {
 }
 
 /// In one solve.
-void LiveLinkage::go_straight(const rods::Conditions& wanted, const JobContext& job,
+void LiveLinkage::go_straight(const rods::Conditions& target, const JobContext& job,
                               const OnIterate& on_iterate, Outcome& outcome) {
   const rods::LinkageState before = state_;
   outcome.report =
-      equilibrium_.solve(state_, wanted, {}, job, [&](int, const rods::LinkageState& state) {
+      equilibrium_.solve(state_, target, {}, job, [&](int, const rods::LinkageState& state) {
         iterate_ = &state;
         on_iterate();
         iterate_ = nullptr;
       });
-  rods::keep_in_place(model(), held_, wanted, before, state_);
+  rods::keep_in_place(model(), held_, target, before, state_);
   const EquilibriumReport& report = outcome.report;
   outcome.reached = report.converged() && !rods::overturned(model(), good_, state_);
   turned_ += report.turned;
@@ -182,7 +182,7 @@ void LiveLinkage::note_step(const rods::LinkageState& state, Outcome& outcome) c
 }
 
 /// Step by step.
-void LiveLinkage::lead(const rods::Conditions& wanted, double step, const JobContext& job,
+void LiveLinkage::lead(const rods::Conditions& target, double step, const JobContext& job,
                        const OnIterate& on_iterate, Outcome& outcome) {
   rods::DeploymentOptions options;
   options.first_step = options.largest_step = std::min(step, 0.25);
@@ -190,16 +190,16 @@ void LiveLinkage::lead(const rods::Conditions& wanted, double step, const JobCon
   // Extrapolated is from shapes as they were found; shown are those that stay in place.
   rods::LinkageState shown = state_;
   rods::DeploymentReport report =
-      rods::deploy(equilibrium_, state_, held_, wanted, options, job,
+      rods::deploy(equilibrium_, state_, held_, target, options, job,
                    [&](const rods::DeploymentStep&, const rods::LinkageState& state) {
                      const rods::LinkageState before = std::exchange(shown, state);
-                     rods::keep_in_place(model(), held_, wanted, before, shown);
+                     rods::keep_in_place(model(), held_, target, before, shown);
                      note_step(shown, outcome);
                      iterate_ = &shown;
                      on_iterate();
                      iterate_ = nullptr;
                    });
-  rods::keep_in_place(model(), held_, wanted, shown, state_);
+  rods::keep_in_place(model(), held_, target, shown, state_);
   if (!outcome.frames.empty()) {  // the last is the shape, in every digit
     outcome.frames.pop_back();
     outcome.strains.pop_back();
@@ -216,7 +216,7 @@ void LiveLinkage::lead(const rods::Conditions& wanted, double step, const JobCon
     sum.message = report.message + describe_resistance(report.resistance, length_unit_);
   held_ = std::move(report.held);
   turned_ = 0;
-  outcome.way_end = report.reached;
+  outcome.path_end = report.reached;
   outcome.path = std::move(report.path);
   outcome.reached = report.status == rods::DeploymentStatus::kReached && report.end.converged();
   if (report.status == rods::DeploymentStatus::kCancelled)
@@ -233,14 +233,14 @@ void LiveLinkage::restore() {
 
 /// Once more, from where it was and slowly. Where that does not get there, the equilibrium that was
 /// found at once is what there is: elsewhere.
-void LiveLinkage::go_again(const rods::Conditions& wanted, const JobContext& job,
+void LiveLinkage::go_again(const rods::Conditions& target, const JobContext& job,
                            const OnIterate& on_iterate, Outcome& outcome) {
   Outcome slow;
   slow.report = outcome.report;
   const double turns = std::isfinite(slow.report.turned) ? slow.report.turned : 1;
   const rods::LinkageState found = state_;
   restore();
-  lead(wanted, 1 / std::clamp(turns / kTurnOfStep, 4.0, kMaxSteps), job, on_iterate, slow);
+  lead(target, 1 / std::clamp(turns / kTurnOfStep, 4.0, kMaxSteps), job, on_iterate, slow);
   if (slow.reached || !outcome.reached || slow.report.status == EquilibriumStatus::kCancelled) {
     outcome = std::move(slow);
     return;
@@ -267,16 +267,16 @@ EquilibriumReport LiveLinkage::report_of_shape(const EquilibriumReport& attempt)
   return report;
 }
 
-/// In one solve or step by step, as far as the way is.
-void LiveLinkage::go(const rods::Conditions& wanted, const JobContext& job,
+/// In one solve, or in steps where the path is long.
+void LiveLinkage::go(const rods::Conditions& target, const JobContext& job,
                      const OnIterate& on_iterate, Outcome& outcome) {
-  const double step = share_of_step(wanted);
-  if (step < 1) return lead(wanted, step, job, on_iterate, outcome);
-  go_straight(wanted, job, on_iterate, outcome);
+  const double step = share_of_step(target);
+  if (step < 1) return lead(target, step, job, on_iterate, outcome);
+  go_straight(target, job, on_iterate, outcome);
   const bool far = settled_ && turned_ > kFarTurn;
   const bool hopeless = outcome.report.status == EquilibriumStatus::kCancelled ||
                         outcome.report.status == EquilibriumStatus::kUnbalanced;
-  if (!hopeless && (far || !outcome.reached)) go_again(wanted, job, on_iterate, outcome);
+  if (!hopeless && (far || !outcome.reached)) go_again(target, job, on_iterate, outcome);
 }
 
 /// Pins that no rods reach between, those that hold a joint where it is among them.
@@ -287,19 +287,19 @@ std::string LiveLinkage::contradiction(const scene::LinkageConditions& condition
 }
 
 void LiveLinkage::attempt(const scene::LinkageConditions& conditions,
-                          const rods::Conditions& wanted, const RodSizes& sizes,
+                          const rods::Conditions& target, const RodSizes& sizes,
                           const JobContext& job, const OnIterate& on_iterate, Outcome& outcome) {
   std::string remark;
   if (in_shape_ && !begin_in_shape(conditions, job, outcome)) {
     if (outcome.report.status == EquilibriumStatus::kCancelled) return;
     remark = "the scene's shape is near no equilibrium: the linkage was opened as drawn";
   }
-  if (bring_sizes(sizes, conditions, wanted, job, on_iterate, outcome)) {
+  if (bring_sizes(sizes, conditions, target, job, on_iterate, outcome)) {
     outcome.report.message = contradiction(conditions);
     if (outcome.report.message.empty()) {
       std::string erection;
-      if (!erect(conditions, wanted, job, on_iterate, outcome, erection))
-        go(wanted, job, on_iterate, outcome);
+      if (!erect(conditions, target, job, on_iterate, outcome, erection))
+        go(target, job, on_iterate, outcome);
       std::string& message = outcome.report.message;
       if (!erection.empty()) message += (message.empty() ? "" : "; ") + erection;
     } else {
@@ -312,15 +312,15 @@ void LiveLinkage::attempt(const scene::LinkageConditions& conditions,
 }
 
 /// Once from where the shape is, and where that is no equilibrium, once more from the last one:
-/// there may be no way on from where the last solve stopped.
+/// there may be no path from where the last solve stopped.
 LiveLinkage::Outcome LiveLinkage::attempt_from_here(const SharedConditions& conditions,
                                                     const JobContext& job,
                                                     const OnIterate& on_iterate) {
-  const rods::Conditions wanted = map_conditions(*conditions, mapped_, length_unit_);
+  const rods::Conditions target = map_conditions(*conditions, mapped_, length_unit_);
   const RodSizes sizes = sizes_of(*conditions);
   const bool astray = reached_ && !settled_under_;
   Outcome outcome;
-  attempt(*conditions, wanted, sizes, job, on_iterate, outcome);
+  attempt(*conditions, target, sizes, job, on_iterate, outcome);
   const auto failed = [](const Outcome& tried) {
     return !tried.reached && tried.report.status != EquilibriumStatus::kCancelled;
   };
@@ -329,7 +329,7 @@ LiveLinkage::Outcome LiveLinkage::attempt_from_here(const SharedConditions& cond
   const rods::Conditions stopped_held = held_;
   come_back_to(*reached_);
   Outcome again;
-  attempt(*conditions, wanted, sizes, job, on_iterate, again);
+  attempt(*conditions, target, sizes, job, on_iterate, again);
   if (!failed(again) || !again.path.empty() || outcome.path.empty()) return again;
   state_ = stopped;
   held_ = stopped_held;

@@ -49,19 +49,19 @@ class LiveLinkage {
   struct Outcome {
     bool reached = false;            // an equilibrium under these conditions
     rods::EquilibriumReport report;  // of the last solve; counts are sums
-    /// The equilibria on the way, the last included, and their coordinates and strains (see
+    /// The equilibria along the path, the last included, and their coordinates and strains (see
     /// LinkageStatics).
     std::vector<rods::DeploymentStep> path;
     std::vector<Eigen::VectorXf> frames;
     std::vector<Eigen::VectorXf> strains;
-    rods::EquilibriumReport way_end;  // of the last of them, where the way was gone step by step
+    rods::EquilibriumReport path_end;  // of the last of them, where the path was followed in steps
   };
-  /// Called now and then with a shape on the way: no equilibrium yet.
+  /// Called now and then with a shape along the path: no equilibrium yet.
   using OnIterate = std::function<void()>;
 
   /// The equilibrium under these conditions, followed from the shape there is: where angles and
   /// pins have far to go, and where the shape turns out to move far, step by step (rods::deploy).
-  /// Where it is not reached, the shape is the last equilibrium on the way there, or the one
+  /// Where it is not reached, the shape is the last equilibrium along the path, or the one
   /// before; cancelled, the last iterate. The first solve begins in the shape of the scene, if it
   /// has one; where there is no equilibrium near that, with the drawing, and the message says so.
   /// Conditions that were solved before, the very same object as undo brings them back, are not
@@ -80,10 +80,10 @@ class LiveLinkage {
              const rods::LinkageState& state);
   /// Back to the last equilibrium that was reached.
   void restore();
-  /// The same, where the shape is no equilibrium and far from that one: what goes on from here
+  /// The same, where the shape is no equilibrium and far from that one: what continues from here
   /// would not notice that it has left its branch.
   void stay_near();
-  /// What is said of that one where another was not reached: its energies and balance, with the
+  /// The report on that one where another was not reached: its energies and balance, with the
   /// status, the counts and the message of the attempt.
   [[nodiscard]] rods::EquilibriumReport report_of_shape(
       const rods::EquilibriumReport& attempt) const;
@@ -101,37 +101,37 @@ class LiveLinkage {
                                           const OnIterate& on_iterate);
   void note_reached(const SharedConditions& conditions, const Outcome& outcome);
   void note_stopped(const SharedConditions& conditions, Outcome& outcome);
-  void attempt(const scene::LinkageConditions& conditions, const rods::Conditions& wanted,
+  void attempt(const scene::LinkageConditions& conditions, const rods::Conditions& target,
                const RodSizes& sizes, const JobContext& job, const OnIterate& on_iterate,
                Outcome& outcome);
   [[nodiscard]] std::string contradiction(const scene::LinkageConditions& conditions) const;
   [[nodiscard]] RodSizes sizes_of(const scene::LinkageConditions& conditions) const;
   void set_sizes(const RodSizes& sizes);
   void refuse_turned_over(rods::EquilibriumReport& report);
-  [[nodiscard]] bool follow_to(const RodSizes& wanted, const JobContext& job,
+  [[nodiscard]] bool follow_to(const RodSizes& target, const JobContext& job,
                                const OnIterate& on_iterate, Outcome& outcome);
-  [[nodiscard]] bool open_with(const RodSizes& wanted, const scene::LinkageConditions& conditions,
+  [[nodiscard]] bool open_with(const RodSizes& target, const scene::LinkageConditions& conditions,
                                const JobContext& job, const OnIterate& on_iterate,
                                Outcome& outcome);
   [[nodiscard]] bool begin_in_shape(const scene::LinkageConditions& conditions,
                                     const JobContext& job, Outcome& outcome);
-  [[nodiscard]] bool bring_sizes(const RodSizes& wanted, const scene::LinkageConditions& conditions,
+  [[nodiscard]] bool bring_sizes(const RodSizes& target, const scene::LinkageConditions& conditions,
                                  const rods::Conditions& then_held, const JobContext& job,
                                  const OnIterate& on_iterate, Outcome& outcome);
-  [[nodiscard]] double share_of_step(const rods::Conditions& wanted) const;
-  void go(const rods::Conditions& wanted, const JobContext& job, const OnIterate& on_iterate,
+  [[nodiscard]] double share_of_step(const rods::Conditions& target) const;
+  void go(const rods::Conditions& target, const JobContext& job, const OnIterate& on_iterate,
           Outcome& outcome);
-  void go_straight(const rods::Conditions& wanted, const JobContext& job,
+  void go_straight(const rods::Conditions& target, const JobContext& job,
                    const OnIterate& on_iterate, Outcome& outcome);
-  void go_again(const rods::Conditions& wanted, const JobContext& job, const OnIterate& on_iterate,
+  void go_again(const rods::Conditions& target, const JobContext& job, const OnIterate& on_iterate,
                 Outcome& outcome);
   [[nodiscard]] bool is_erected_by(const scene::LinkageConditions& conditions,
-                                   const rods::Conditions& wanted, std::string& remark) const;
+                                   const rods::Conditions& target, std::string& remark) const;
   [[nodiscard]] bool erect(const scene::LinkageConditions& conditions,
-                           const rods::Conditions& wanted, const JobContext& job,
+                           const rods::Conditions& target, const JobContext& job,
                            const OnIterate& on_iterate, Outcome& outcome, std::string& remark);
   void note_step(const rods::LinkageState& state, Outcome& outcome) const;
-  void lead(const rods::Conditions& wanted, double step, const JobContext& job,
+  void lead(const rods::Conditions& target, double step, const JobContext& job,
             const OnIterate& on_iterate, Outcome& outcome);
 
   MappedLinkage mapped_;

@@ -33,7 +33,7 @@ void append_outcome(LiveLinkage::Outcome& whole, LiveLinkage::Outcome part, doub
   whole.report.iterations += iterations;
   whole.report.corrections += corrections;
   whole.report.factorizations += factorizations;
-  whole.way_end = std::move(part.way_end);
+  whole.path_end = std::move(part.path_end);
   whole.reached = part.reached;
 }
 
@@ -46,7 +46,7 @@ std::string describe_failed_erection(const LiveLinkage::Outcome& erected) {
       100 * share, erected.report.message);
 }
 
-/// How far the joints are displaced the way the push acts, as a share of the linkage's size, both
+/// How far the joints are displaced along the push, as a share of the linkage's size, both
 /// root mean square: 0 in the plane that the push is normal to, and of opposite signs to its sides.
 double share_along(const std::vector<scene::JointLoad>& push, const Eigen::Matrix3Xd& joints) {
   const Eigen::Matrix3Xd offsets = joints.colwise() - joints.rowwise().mean();
@@ -65,18 +65,18 @@ double share_along(const std::vector<scene::JointLoad>& push, const Eigen::Matri
 /// from a shape that is still about flat? Below the angle at which it buckles, the equilibrium
 /// without the push is flat again after each step, however far along the path that is.
 bool LiveLinkage::is_erected_by(const scene::LinkageConditions& conditions,
-                                const rods::Conditions& wanted, std::string& remark) const {
+                                const rods::Conditions& target, std::string& remark) const {
   constexpr double kFlatShare = 0.25;  // of the erection's path
   constexpr double kLeastStep = 1e-3;  // of the same: smaller rises are rounding
   constexpr double kLeastPath = 0.02;  // [rad]
   const auto& erection = conditions.erection;
-  if (!erection || erection->push.empty() || !wanted.mean_opening_angle) return false;
+  if (!erection || erection->push.empty() || !target.mean_opening_angle) return false;
   const double now = state_.mean_opening_angle();
   const double flat = erection->path.empty() ? now : erection->path.front();
   const double path = erection->mean_angle - flat;
   if (!(std::abs(path) > kLeastPath)) return false;
   const double from = (now - flat) / path;
-  const double to = (*wanted.mean_opening_angle - flat) / path;
+  const double to = (*target.mean_opening_angle - flat) / path;
   if (!(to > from + kLeastStep)) return false;
   if (from < kFlatShare) return true;
   const double side = share_along(erection->push, rods::joint_positions(state_));
@@ -89,19 +89,19 @@ bool LiveLinkage::is_erected_by(const scene::LinkageConditions& conditions,
   return std::abs(side) <= kLeastSide;
 }
 
-/// @param remark  gets what is to be said of it
+/// @param remark  gets the remark on it
 /// @returns false where it is not to be erected, or was not to be reached so: then it is where it
 /// was, and the outcome is empty
-bool LiveLinkage::erect(const scene::LinkageConditions& conditions, const rods::Conditions& wanted,
+bool LiveLinkage::erect(const scene::LinkageConditions& conditions, const rods::Conditions& target,
                         const JobContext& job, const OnIterate& on_iterate, Outcome& outcome,
                         std::string& remark) {
-  if (!is_erected_by(conditions, wanted, remark)) return false;
+  if (!is_erected_by(conditions, target, remark)) return false;
   std::vector<rods::JointLoad> push;
   for (const scene::JointLoad& load : conditions.erection->push) {
     push.push_back(
         {load.joint, load.force, load.moment / length_unit_, load.torque / length_unit_});
   }
-  const std::vector<rods::Conditions> stages = rods::erection_stages(state_, wanted, push);
+  const std::vector<rods::Conditions> stages = rods::erection_stages(state_, target, push);
   Outcome erected;
   for (std::size_t k = 0; k < stages.size(); ++k) {
     Outcome part;

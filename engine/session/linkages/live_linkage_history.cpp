@@ -38,7 +38,7 @@ LiveLinkage::Outcome LiveLinkage::cached_outcome(const SharedConditions& conditi
   reached_ = answer;
   reached_under_ = settled_under_ = conditions;
   outcome.reached = true;
-  outcome.report = outcome.way_end = answer->report;
+  outcome.report = outcome.path_end = answer->report;
   outcome.report.iterations = outcome.report.corrections = outcome.report.factorizations = 0;
   outcome.report.escapes = 0;
   rods::DeploymentStep step;
@@ -70,7 +70,7 @@ void LiveLinkage::note_stopped(const SharedConditions& conditions, Outcome& outc
   if (outcome.path.empty()) {
     restore();
   } else {
-    good_report_ = outcome.way_end;
+    good_report_ = outcome.path_end;
     good_ = state_;
     good_held_ = held_;
     good_sizes_ = sizes_of(*conditions);

@@ -49,7 +49,7 @@ bool can_be_held(const rods::LinkageModel& model, const rods::Conditions& condit
 
 }  // namespace
 
-/// In the shape of a scene that has one: in equilibrium under what it is said to be, or near one
+/// In the shape of a scene that has one: in equilibrium under its stated conditions, or near one
 /// under what is wanted, with the angles and the places that it has.
 bool LiveLinkage::begin_in_shape(const scene::LinkageConditions& conditions, const JobContext& job,
                                  Outcome& outcome) {
@@ -81,21 +81,21 @@ bool LiveLinkage::begin_in_shape(const scene::LinkageConditions& conditions, con
 }
 
 scene::LinkageConditions LiveLinkage::conditions_of_shape() const {
-  scene::LinkageConditions told = scene_conditions(good_held_, mapped_, length_unit_);
+  scene::LinkageConditions conditions = scene_conditions(good_held_, mapped_, length_unit_);
   if (good_sizes_.edges.size() > 0) {
-    told.edge_lengths = good_sizes_.edges;
+    conditions.edge_lengths = good_sizes_.edges;
   } else if (good_sizes_.segments != first_sizes_.segments) {
-    told.segment_lengths = good_sizes_.segments;
+    conditions.segment_lengths = good_sizes_.segments;
   }
-  told.section_scales = good_sizes_.sections;
-  return told;
+  conditions.section_scales = good_sizes_.sections;
+  return conditions;
 }
 
 /// To the sizes of a scene that is just opened, from the drawing; what is pinned where it is drawn
 /// stays there. First as a session goes that is given them by a design, from an equilibrium to an
 /// equilibrium. What falls far from its drawing, such as a ring that falls shut, goes from the
-/// drawing as it is; what has no way there begins with these sizes at once.
-bool LiveLinkage::open_with(const RodSizes& wanted, const scene::LinkageConditions& conditions,
+/// drawing as it is; what has no path there begins with these sizes at once.
+bool LiveLinkage::open_with(const RodSizes& target, const scene::LinkageConditions& conditions,
                             const JobContext& job, const OnIterate& on_iterate, Outcome& outcome) {
   held_ = map_conditions(pinned_as_drawn(conditions), mapped_, length_unit_);
   const auto lie = [&] {
@@ -109,12 +109,12 @@ bool LiveLinkage::open_with(const RodSizes& wanted, const scene::LinkageConditio
   };
   const auto cancelled = [&] { return outcome.report.status == EquilibriumStatus::kCancelled; };
   begin(first_sizes_);
-  if (lie() && follow_to(wanted, job, on_iterate, outcome) && lie()) return true;
+  if (lie() && follow_to(target, job, on_iterate, outcome) && lie()) return true;
   if (cancelled()) return false;
   begin(first_sizes_);
-  if (follow_to(wanted, job, on_iterate, outcome)) return true;
+  if (follow_to(target, job, on_iterate, outcome)) return true;
   if (cancelled()) return false;
-  begin(wanted);
+  begin(target);
   return lie();
 }
 

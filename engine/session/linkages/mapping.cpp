@@ -68,8 +68,8 @@ Eigen::Vector3d acceleration_of(const rods::Gravity& gravity, double mass_per_le
   return gravity.mass_per_length / mass_per_length * gravity.acceleration;
 }
 
-/// Rods reach half an edge beyond their joints: a share of the way from joint to joint as one of
-/// the way from a rod's first vertex to its last, both counted in edges.
+/// Rods reach half an edge beyond their joints: a share of the distance from joint to joint as one
+/// of the distance from a rod's first vertex to its last, both counted in edges.
 struct Reach {
   double from, to, edges;
 };
@@ -175,8 +175,8 @@ rods::Conditions map_conditions(const scene::LinkageConditions& conditions,
   rods::Conditions mapped;
   for (const auto& pin : conditions.pins)
     mapped.pins.push_back({pin.joint, map_hold(pin.held), pin.position});
-  for (const auto& wanted : conditions.angles)
-    mapped.angles.push_back({wanted.joint, wanted.angle});
+  for (const auto& setting : conditions.angles)
+    mapped.angles.push_back({setting.joint, setting.angle});
   mapped.mean_opening_angle = conditions.mean_angle;
   for (const auto& target : conditions.targets) {
     rods::TargetSpring spring;
@@ -200,12 +200,12 @@ rods::Conditions map_conditions(const scene::LinkageConditions& conditions,
 
 scene::LinkageConditions scene_conditions(const rods::Conditions& conditions,
                                           const MappedLinkage& mapped, double length_unit) {
-  scene::LinkageConditions told;
+  scene::LinkageConditions result;
   for (const auto& pin : conditions.pins)
-    told.pins.push_back({pin.joint, scene_hold(pin.hold), pin.position});
+    result.pins.push_back({pin.joint, scene_hold(pin.hold), pin.position});
   for (const auto& setting : conditions.angles)
-    told.angles.push_back({setting.joint, setting.angle});
-  told.mean_angle = conditions.mean_opening_angle;
+    result.angles.push_back({setting.joint, setting.angle});
+  result.mean_angle = conditions.mean_opening_angle;
   for (const auto& spring : conditions.springs) {
     if (!(spring.stiffness > 0)) continue;
     scene::LinkageTarget target;
@@ -219,19 +219,19 @@ scene::LinkageConditions scene_conditions(const rods::Conditions& conditions,
     }
     target.position = spring.position;
     target.stiffness = spring.stiffness / length_unit;
-    told.targets.push_back(target);
+    result.targets.push_back(target);
   }
   for (const auto& load : conditions.loads) {
     auto at =
-        std::find_if(told.loads.begin(), told.loads.end(),
+        std::find_if(result.loads.begin(), result.loads.end(),
                      [&](const scene::JointLoad& other) { return other.joint == load.joint; });
-    if (at == told.loads.end()) at = told.loads.insert(at, scene::JointLoad{load.joint});
+    if (at == result.loads.end()) at = result.loads.insert(at, scene::JointLoad{load.joint});
     at->force += load.force;
     at->moment += load.moment * length_unit;
     at->torque += load.opening_torque * length_unit;
   }
-  told.gravity = acceleration_of(conditions.gravity, mapped.mass_per_length);
-  return told;
+  result.gravity = acceleration_of(conditions.gravity, mapped.mass_per_length);
+  return result;
 }
 
 }  // namespace limber::session

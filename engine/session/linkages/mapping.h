@@ -8,7 +8,7 @@
 
 namespace limber::session {
 
-/// What can be told of a linkage without its model.
+/// What can be computed of a linkage without its model.
 struct LinkageCheck {
   /// All that is wrong, fields of the scene: material numbers, edges_per_segment, section....,
   /// lines.vertices[v], lines.edges[e], shape...., conditions.... Shape and conditions are looked
@@ -39,7 +39,7 @@ struct MappedLinkage {
 [[nodiscard]] rods::Conditions map_conditions(const scene::LinkageConditions& conditions,
                                               const MappedLinkage& mapped, double length_unit);
 
-/// The inverse, for conditions on the way between others: springs that have faded are left out,
+/// The inverse, for conditions along the path between others: springs that have faded are left out,
 /// loads of one joint are one. Targets have no ids.
 [[nodiscard]] scene::LinkageConditions scene_conditions(const rods::Conditions& conditions,
                                                         const MappedLinkage& mapped,

@@ -44,12 +44,12 @@ std::string target_text(const scene::LinkageTarget& target, double length_unit) 
 }
 
 std::vector<std::string> requests(const scene::LinkageConditions& before,
-                                  const scene::LinkageConditions& wanted, double length_unit) {
+                                  const scene::LinkageConditions& requested, double length_unit) {
   std::vector<std::string> found;
-  if (wanted.mean_angle && wanted.mean_angle != before.mean_angle)
+  if (requested.mean_angle && requested.mean_angle != before.mean_angle)
     found.push_back(
-        fmt::format("a mean angle of {:.4g} degrees", *wanted.mean_angle * kDegreesPerRadian));
-  for (const scene::JointAngle& set : wanted.angles) {
+        fmt::format("a mean angle of {:.4g} degrees", *requested.mean_angle * kDegreesPerRadian));
+  for (const scene::JointAngle& set : requested.angles) {
     if (has(before.angles, [&](const scene::JointAngle& known) {
           return known.joint == set.joint && known.angle == set.angle;
         }))
@@ -57,7 +57,7 @@ std::vector<std::string> requests(const scene::LinkageConditions& before,
     found.push_back(fmt::format("an angle of {:.4g} degrees at joint {}",
                                 set.angle * kDegreesPerRadian, set.joint));
   }
-  for (const scene::JointLoad& load : wanted.loads) {
+  for (const scene::JointLoad& load : requested.loads) {
     if (has(before.loads, [&](const scene::JointLoad& known) {
           return known.joint == load.joint && known.force == load.force &&
                  known.moment == load.moment && known.torque == load.torque;
@@ -65,7 +65,7 @@ std::vector<std::string> requests(const scene::LinkageConditions& before,
       continue;
     found.push_back(load_text(load));
   }
-  for (const scene::LinkageTarget& target : wanted.targets) {
+  for (const scene::LinkageTarget& target : requested.targets) {
     if (has(before.targets, [&](const scene::LinkageTarget& known) {
           return known.id == target.id && known.joint == target.joint &&
                  known.segment == target.segment && known.share == target.share &&
@@ -74,7 +74,7 @@ std::vector<std::string> requests(const scene::LinkageConditions& before,
       continue;
     found.push_back(target_text(target, length_unit));
   }
-  for (const scene::JointPin& pin : wanted.pins) {
+  for (const scene::JointPin& pin : requested.pins) {
     if (!pin.position || has(before.pins, [&](const scene::JointPin& known) {
           return known.joint == pin.joint && known.position == pin.position;
         }))
@@ -82,8 +82,8 @@ std::vector<std::string> requests(const scene::LinkageConditions& before,
     found.push_back(
         fmt::format("joint {} at {}", pin.joint, place_text(*pin.position, length_unit)));
   }
-  if (!wanted.gravity.isZero(0) && wanted.gravity != before.gravity)
-    found.push_back(fmt::format("gravity of {:.4g} m/s^2", wanted.gravity.stableNorm()));
+  if (!requested.gravity.isZero(0) && requested.gravity != before.gravity)
+    found.push_back(fmt::format("gravity of {:.4g} m/s^2", requested.gravity.stableNorm()));
   return found;
 }
 
@@ -104,8 +104,8 @@ std::string describe_resistance(const rods::Resistance& resistance, double lengt
 }
 
 std::string describe_request(const scene::LinkageConditions& before,
-                             const scene::LinkageConditions& wanted, double length_unit) {
-  const std::vector<std::string> found = requests(before, wanted, length_unit);
+                             const scene::LinkageConditions& requested, double length_unit) {
+  const std::vector<std::string> found = requests(before, requested, length_unit);
   if (found.empty()) return {};
   const std::size_t count = std::min(found.size(), kMaxNamed);
   std::string text = fmt::format(

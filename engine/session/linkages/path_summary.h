@@ -15,9 +15,10 @@ namespace limber::session {
 [[nodiscard]] std::string describe_resistance(const rods::Resistance& resistance,
                                               double length_unit);
 
-/// What `wanted` asks for that `before` did not: loads, angles, targets, places of pins, gravity.
+/// What `requested` asks for that `before` did not: loads, angles, targets, places of pins,
+/// gravity.
 [[nodiscard]] std::string describe_request(const scene::LinkageConditions& before,
-                                           const scene::LinkageConditions& wanted,
+                                           const scene::LinkageConditions& requested,
                                            double length_unit);
 
 }  // namespace limber::session

@@ -14,25 +14,26 @@ class PinReach {
 
   /// Pins with positions that are farther apart than the rods between them are long (and a tenth
   /// more, which rods might stretch by) contradict each other.
-  /// @param wanted  rest lengths of segments; empty: as drawn
+  /// @param target_lengths  rest lengths of segments; empty: as drawn
   /// @returns issues with field pins[i].position
   [[nodiscard]] std::vector<scene::Issue> check(const scene::LinkageConditions& conditions,
-                                                const Eigen::VectorXd& wanted) const;
+                                                const Eigen::VectorXd& target_lengths) const;
   /// The same of pins without positions too.
   /// @param places  3 x joints, where those hold their joints
   [[nodiscard]] std::vector<scene::Issue> check(const scene::LinkageConditions& conditions,
-                                                const Eigen::VectorXd& wanted,
+                                                const Eigen::VectorXd& target_lengths,
                                                 const Eigen::Matrix3Xd& places) const;
 
  private:
-  struct Way {
+  struct Link {
     int joint;
     int segment;
   };
-  [[nodiscard]] std::vector<double> ways_from(int joint, const Eigen::VectorXd& lengths) const;
+  [[nodiscard]] std::vector<double> path_lengths_from(int joint,
+                                                      const Eigen::VectorXd& lengths) const;
 
-  std::vector<std::vector<Way>> ways_;  // of each joint, to its neighbours
-  Eigen::VectorXd drawn_;               // lengths of segments
+  std::vector<std::vector<Link>> links_;  // of each joint, to its neighbours
+  Eigen::VectorXd drawn_;                 // lengths of segments
 };
 
 }  // namespace limber::session

@@ -19,7 +19,7 @@ namespace {
 
 using rods::LineMeeting;
 
-std::string told(const LineMeeting& meeting) {
+std::string describe(const LineMeeting& meeting) {
   const auto& edges = meeting.edges;
   const auto& vertices = meeting.vertices;
   switch (meeting.kind) {
@@ -37,7 +37,7 @@ std::string told(const LineMeeting& meeting) {
   return fmt::format("edges {} and {} cross without a vertex", edges[0], edges[1]);
 }
 
-/// What is said of sections that are likely in another unit than the lines.
+/// The remark on sections that are likely in another unit than the lines.
 std::optional<std::string> describe_section_size(const scene::Linkage& linkage,
                                                  const std::string& unit) {
   const auto& [vertices, edges] = linkage.lines;
@@ -61,7 +61,7 @@ std::optional<std::string> describe_section_size(const scene::Linkage& linkage,
       wide, middle, fmt::arg("unit", unit));
 }
 
-/// What is said of linkages of the size of landscapes: files do not say their unit.
+/// The remark on linkages of the size of landscapes: files do not say their unit.
 std::optional<std::string> describe_large_extent(const scene::Linkage& linkage) {
   constexpr double kLargest = 1000;  // [m]
   const auto& vertices = linkage.lines.vertices;
@@ -75,7 +75,7 @@ std::optional<std::string> describe_large_extent(const scene::Linkage& linkage) 
       1e-3 * unit * box.x(), 1e-3 * unit * box.y(), 1e-3 * unit * box.z(), unit);
 }
 
-/// What is said of meshes that are too wide for the least bend of rods to be proven.
+/// The remark on meshes that are too wide for the least bend of rods to be proven.
 std::optional<std::string> describe_pairing(const scene::Linkage& linkage) {
   const rods::LinkageGraph graph = rods::build_linkage_graph(linkage.lines);
   if (graph.is_bend_least) return {};
@@ -104,7 +104,7 @@ std::vector<scene::Issue> linkage_remarks(const scene::Linkage& linkage) {
     issues.push_back(
         {kWarning, "lines",
          fmt::format("{} (from 0), at ({:.6g}, {:.6g}, {:.6g}) {}: nothing joins them there",
-                     told(meeting), place.x(), place.y(), place.z(), unit)});
+                     describe(meeting), place.x(), place.y(), place.z(), unit)});
   }
   const int more = meetings.count - static_cast<int>(meetings.listed.size());
   if (more > 0) {

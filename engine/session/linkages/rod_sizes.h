@@ -26,11 +26,11 @@ struct RodSizes {
 /// @throws Error as the model's setters
 void set_sizes(rods::LinkageModel& model, const RodSizes& sizes);
 
-/// A share of the way between two sizes of one model.
+/// Sizes between two of one model, at a share of their difference.
 /// @param from  as the model has them
 [[nodiscard]] RodSizes sizes_between(const rods::LinkageModel& model, const RodSizes& from,
                                      const RodSizes& to, double share);
-/// Largest change of a length or of a section on the way, as a share of what it is.
+/// Largest change of a length or of a section along the path, as a share of what it is.
 [[nodiscard]] double largest_change(const rods::LinkageModel& model, const RodSizes& from,
                                     const RodSizes& to);
 

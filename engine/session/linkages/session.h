@@ -25,11 +25,11 @@ namespace limber::session {
 struct LinkageResult : ResultHeader {
   rods::EquilibriumReport report;  // forces [N], lengths in the scene's unit
   double mean_angle = 0;           // [rad]
-  /// The equilibria on the way of a final result: one for each of its frames, and what happened
+  /// The equilibria along the path of a final result: one for each of its frames, and what happened
   /// there. Empty where there was none.
   std::vector<rods::DeploymentStep> path;
-  /// Coordinates (see LinkageShape), a column a shape: of a final result, the equilibria on the way
-  /// to it; else the shape of the iterate. The last column is the shape.
+  /// Coordinates (see LinkageShape), a column a shape: of a final result, the equilibria along the
+  /// path to it; else the shape of the iterate. The last column is the shape.
   std::shared_ptr<const Eigen::MatrixXf> frames;
   /// Of the same shapes, see LinkageStatics; null while the result is not final.
   std::shared_ptr<const Eigen::MatrixXf> strains;
@@ -37,7 +37,7 @@ struct LinkageResult : ResultHeader {
   /// final.
   std::shared_ptr<const LinkageStatics> statics = {};
   /// Of a step of a design, never final: frames are the flat shape and the deployed one, for the
-  /// rest lengths of that step; what is said of an equilibrium's report and path is empty.
+  /// rest lengths of that step; the fields of an equilibrium's report and path are empty.
   std::shared_ptr<const DesignInfo> design = {};
   /// Of each segment's section in these shapes, as LinkageShape::surface sweeps it; empty: all 1.
   Eigen::VectorXd section_scales = {};
@@ -84,7 +84,7 @@ class LinkageSession {
   [[nodiscard]] scene::Linkage linkage_in_shape() const;
   [[nodiscard]] std::shared_ptr<const scene::LinkageConditions> conditions() const;
 
-  /// As Session::edit; refused while a design is under way.
+  /// As Session::edit; refused while a design is running.
   EditReceipt edit(const std::vector<LinkageEdit>& edits, std::optional<Revision> expected = {});
   /// Stops a running solve: a final result with status kCancelled, which holds the last
   /// equilibrium. While rest lengths are solved for: the build, which has failed then.
@@ -98,21 +98,21 @@ class LinkageSession {
   /// as it was.
   /// @param tag  of the infos about it
   /// @throws Error as DesignRequest::validate and demand_near; {kFailedPrecondition} before the
-  /// session has a shape, while another is under way, and with field targets, loads or gravity of
-  /// conditions that no derivatives are known under. What can only be told from its equilibria ends
-  /// the design with DesignEnd::kFailed
+  /// session has a shape, while another is running, and with field targets, loads or gravity of
+  /// conditions that no derivatives are known under. What can only be determined from its
+  /// equilibria ends the design with DesignEnd::kFailed
   void start_design(DesignRequest request, std::uint64_t tag = 0);
-  /// Goes on towards another goal. @throws Error as above, and the design goes on as it was;
-  /// {kFailedPrecondition} where none is under way, and so do the next three
+  /// Continues towards another goal. @throws Error as above, and the design continues as it was;
+  /// {kFailedPrecondition} where none is running, and so do the next three
   void change_design(const DesignChange& change);
-  /// When the step under way is done; edits stay refused.
+  /// When the running step is done; edits stay refused.
   void pause_design();
   void resume_design();
   /// The session goes back to the shape it had, which is the newest result when this returns; the
   /// best so far can still be taken.
   void stop_design();
   /// The best rest lengths of the newest design become the session's: an edit, which undo takes
-  /// back. One that is under way ends. While the session has the sizes that taking it brought, it
+  /// back. One that is running ends. While the session has the sizes that taking it brought, it
   /// is the revision that did.
   /// @throws Error{kFailedPrecondition} where there is none to take; as LinkageDocument::apply
   EditReceipt take_design(std::optional<Revision> expected = {});

@@ -198,7 +198,7 @@ EditReceipt LinkageSession::Impl::take_design(std::optional<Revision> expected) 
   return receipt;
 }
 
-/// The design's shape, where there is one, and what is said of it.
+/// The design's shape, where there is one, and the remarks on it.
 void LinkageSession::Impl::publish_design(const LiveDesign* design, const DesignInfo& info,
                                           const DesignRound& round) {
   auto described = std::make_shared<DesignInfo>(info);
@@ -298,7 +298,7 @@ void LinkageSession::Impl::find_erection(const LiveDesign& design, const DesignR
   }
 }
 
-/// Ends the design, unless clients want it to go on to another goal by now: then that is set.
+/// Ends the design, unless clients want it to continue to another goal by now: then that is set.
 void LinkageSession::Impl::end_search(LiveDesign& design, DesignInfo& info,
                                       const DesignRound& round, const rods::DesignReport& report) {
   if (design.go_to_best()) {  // what is seen last is what there is to take
@@ -355,8 +355,8 @@ std::shared_ptr<LinkageResult> LinkageSession::Impl::shape_from_before() const {
 /// What is taken is in the document in the same breath as edits are allowed again; where nothing
 /// is, the session has its shape back in that breath. Who asked for a stop before it is obeyed.
 /// @param info  as it would end; gets the end it has come to
-/// @returns false, and the design goes on, where it would end by itself and clients wanted a pause
-/// or another goal before
+/// @returns false, and the design continues, where it would end by itself and clients wanted a
+/// pause or another goal before
 bool LinkageSession::Impl::end_design(DesignInfo& info) {
   std::shared_ptr<const DesignInfo> ended;
   auto before = shape_from_before();

@@ -35,7 +35,7 @@ LinkageDocument LinkageSession::Impl::document_of(const scene::Linkage& linkage,
 }
 
 /// A pin without a position holds the joint where the edits before have it, not where an iterate
-/// on the way there happens to be.
+/// along the path there happens to be.
 bool LinkageSession::Impl::holds_where_it_is(const std::vector<LinkageEdit>& edits) {
   return std::any_of(edits.begin(), edits.end(), [](const LinkageEdit& edit) {
     const auto* const pin = std::get_if<PinJoint>(&edit);
@@ -45,9 +45,9 @@ bool LinkageSession::Impl::holds_where_it_is(const std::vector<LinkageEdit>& edi
 
 void LinkageSession::Impl::demand_editable() const {
   demand_model();
-  if (design_.is_under_way()) {
+  if (design_.is_active()) {
     throw Error(ErrorCode::kFailedPrecondition, "",
-                "a design is under way: change that, or stop or take it first");
+                "a design is running: change it, or stop or take it first");
   }
 }
 

@@ -67,7 +67,7 @@ void LinkageSession::Impl::solve_failed(const Round& round, const std::string& r
 
 void LinkageSession::Impl::finish(const Round& round, LiveLinkage::Outcome outcome) {
   const bool cancelled = outcome.report.status == rods::EquilibriumStatus::kCancelled;
-  if (cancelled && is_out_of_date()) {  // a newer revision goes on from this iterate
+  if (cancelled && is_out_of_date()) {  // a newer revision continues from this iterate
     live_->stay_near();
     return;
   }

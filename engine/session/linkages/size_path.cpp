@@ -14,17 +14,17 @@ constexpr double kTolerance = 1e-4;
 rods::EquilibriumReport follow_sizes(rods::LinkageModel& model, RodSizes& sizes,
                                      rods::LinkageEquilibrium& equilibrium,
                                      rods::LinkageState& state, const rods::Conditions& held,
-                                     const RodSizes& wanted, const JobContext& job,
+                                     const RodSizes& target, const JobContext& job,
                                      const std::function<void()>& on_step) {
   rods::EquilibriumReport report;
   report.status = rods::EquilibriumStatus::kConverged;
   const RodSizes from = sizes;
   // One at least: the same lengths, of edges in place of segments, are brought, too.
-  const double change = largest_change(model, from, wanted);
+  const double change = largest_change(model, from, target);
   const int steps = std::max(1, static_cast<int>(std::ceil(change / kStep)));
   for (int k = 1; k <= steps; ++k) {
     RodSizes next =
-        k < steps ? sizes_between(model, from, wanted, static_cast<double>(k) / steps) : wanted;
+        k < steps ? sizes_between(model, from, target, static_cast<double>(k) / steps) : target;
     set_sizes(model, next);
     sizes = std::move(next);
     report = equilibrium.solve(state, held, {.tolerance = kTolerance}, job);

@@ -45,20 +45,20 @@ proto::ResultInfo encode_beam_result(const session::BeamResult& result) {
   proto::ResultInfo info = encode_header(result);
   info.set_status(proto::SOLVE_STATUS_IMPROVED);
   info.set_weight_scale(1);
-  auto& told = *info.mutable_beams();
+  auto& message = *info.mutable_beams();
   if (!result.is_final) return info;
   info.set_status(encode_solve_status(result.report.status));
   info.set_message(result.report.message);
   info.set_iterations(static_cast<std::uint32_t>(result.report.newton_iterations));
   info.set_gradient(result.report.residual);
-  encode_beam_report(result.report, told);
-  told.set_steps(static_cast<std::uint32_t>(result.frames->cols()));
+  encode_beam_report(result.report, message);
+  message.set_steps(static_cast<std::uint32_t>(result.frames->cols()));
   if (!result.analysis) return info;
   const beams::BeamResults& results = result.analysis->results;
   info.set_total_energy(results.energies.total());
-  *told.mutable_energies() = encode_beam_energies(results.energies);
-  told.set_largest_utilisation(results.largest_utilisation);
-  told.set_largest_bend(results.largest_bend);
+  *message.mutable_energies() = encode_beam_energies(results.energies);
+  message.set_largest_utilisation(results.largest_utilisation);
+  message.set_largest_bend(results.largest_bend);
   return info;
 }
 

@@ -13,7 +13,7 @@
 namespace limber::server {
 namespace {
 
-constexpr int kShapes = 256;  // that a session keeps of the ways to its results
+constexpr int kShapes = 256;  // that a session keeps of the paths to its results
 
 }  // namespace
 

@@ -148,10 +148,10 @@ proto::BeamStatus encode_beam_status(beams::BeamStatus status) {
 void encode_beam_snaps(const std::vector<beams::BeamSnap>& snaps,
                        google::protobuf::RepeatedPtrField<proto::BeamSnap>& messages) {
   for (const beams::BeamSnap& snap : snaps) {
-    auto& told = *messages.Add();
-    told.set_progress(snap.load_factor);
-    told.set_turn(snap.turn);
-    told.set_node(static_cast<std::uint32_t>(std::max(snap.node, 0)));
+    auto& message = *messages.Add();
+    message.set_progress(snap.load_factor);
+    message.set_turn(snap.turn);
+    message.set_node(static_cast<std::uint32_t>(std::max(snap.node, 0)));
   }
 }
 
@@ -191,7 +191,7 @@ BeamRequest decode_beams(const proto::SolveBeamsRequest& request) {
       throw invalid(fmt::format("files[{}]", i), "unspecified");
     const auto format = request.files(i);
     if (std::find(decoded.files.begin(), decoded.files.end(), format) != decoded.files.end())
-      throw invalid(fmt::format("files[{}]", i), "asked for twice");
+      throw invalid(fmt::format("files[{}]", i), "requested twice");
     decoded.files.push_back(format);
   }
   decoded.stem = decode_file_stem(request.stem(), "beams");

@@ -87,9 +87,9 @@ proto::BeamStructure encode_beam_structure(const DecodedBeams& structure) {
   proto::BeamStructure message;
   message.set_name(structure.name);
   for (const auto& node : model.nodes) {
-    auto& told = *message.add_nodes();
-    set_vector(node.position, *told.mutable_position());
-    set_vector(node.normal, *told.mutable_normal());
+    auto& node_message = *message.add_nodes();
+    set_vector(node.position, *node_message.mutable_position());
+    set_vector(node.normal, *node_message.mutable_normal());
   }
   for (const auto& section : structure.sections) *message.add_sections() = section;
   for (const auto& element : model.elements) encode_element(element, *message.add_elements());

@@ -16,10 +16,11 @@ namespace limber::server {
 /// What the arrays of a mesh file may take: room for so many tets with as many nodes of their own,
 /// and for cells that are no tets.
 [[nodiscard]] inline scene::MeshReadLimits mesh_read_limits(const ServiceLimits& limits) {
-  constexpr std::uint64_t kBytesOfTet = 1024, kLeast = 256ull << 20, kMost = 64ull << 30;
-  const std::uint64_t tets =
-      limits.mesh_tets > 0 ? std::min(limits.mesh_tets, kMost / kBytesOfTet) : kMost / kBytesOfTet;
-  const std::uint64_t bytes = std::max(kBytesOfTet * tets, kLeast);
+  constexpr std::uint64_t kBytesOfTet = 1024, kMinBytes = 256ull << 20, kMaxBytes = 64ull << 30;
+  const std::uint64_t tets = limits.mesh_tets > 0
+                                 ? std::min(limits.mesh_tets, kMaxBytes / kBytesOfTet)
+                                 : kMaxBytes / kBytesOfTet;
+  const std::uint64_t bytes = std::max(kBytesOfTet * tets, kMinBytes);
   return {static_cast<std::size_t>(limits.session_bytes > 0 ? std::min(bytes, limits.session_bytes)
                                                             : bytes)};
 }

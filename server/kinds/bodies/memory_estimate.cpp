@@ -17,7 +17,7 @@ std::size_t constraints_of(const scene::Scene& scene) {
 
 std::uint64_t estimate_session_bytes(const scene::Scene& scene) {
   const double n = scene.mesh.node_count(), m = scene.mesh.tet_count(), frames = scene.frame_count;
-  const double r = scene::wanted_candidate_modes(scene) + 6.0;
+  const double r = scene::candidate_mode_count(scene) + 6.0;
   const double h = scene.model.basis_size > 0 ? scene.model.basis_size : 8 * r;
   const double poses = 500 + 20 * r;   // training, test and mode-aligned poses, with room
   double numbers = 3 * n * poses;      // snapshots of u
@@ -48,9 +48,10 @@ std::uint64_t estimate_simulation_bytes(const scene::Scene& scene) {
 std::uint64_t estimate_recovery_bytes(const scene::Scene& scene, int total_frames) {
   const double n = scene.mesh.node_count(), m = scene.mesh.tet_count(), frames = scene.frame_count;
   const double total = total_frames, r = scene.model.mode_count;
-  const double wanted = scene.model.candidate_modes > 0 ? scene.model.candidate_modes
-                                                        : scene::ModelRequest::kDefaultCandidates;
-  const double candidates = std::max(r, wanted) + 6;
+  const double requested = scene.model.candidate_modes > 0
+                               ? scene.model.candidate_modes
+                               : scene::ModelRequest::kDefaultCandidates;
+  const double candidates = std::max(r, requested) + 6;
   double numbers = 3 * n * 60 * std::cbrt(std::max(1.0, n));  // Cholesky factor of the stiffness
   numbers += 3 * n * candidates * 6;                          // modes, scaled ones, Lanczos vectors
   numbers += m * (9 * 12 + 64) + 2 * 9 * m;                   // gradient operator, elements, a pose
@@ -61,7 +62,7 @@ std::uint64_t estimate_recovery_bytes(const scene::Scene& scene, int total_frame
   return static_cast<std::uint64_t>(numbers * sizeof(double));
 }
 
-int keyframe_rows(const scene::Scene& scene) { return scene::wanted_candidate_modes(scene) + 6; }
+int keyframe_rows(const scene::Scene& scene) { return scene::candidate_mode_count(scene) + 6; }
 
 std::uint64_t estimate_pose_bytes(std::size_t keyframes, int nodes) {
   return 2 * 3 * sizeof(double) * keyframes * static_cast<std::uint64_t>(nodes);

@@ -15,7 +15,7 @@ namespace limber::server {
 /// The record of a session of an elastic body.
 class BodyRecord final : public SessionRecord<session::BodySession, session::BodyListener> {
  public:
-  /// What the open request said, for answers that need no session.
+  /// Data of the open request, for answers that need no session.
   struct Opened {
     std::string id, name;
     proto::MeshSource mesh_source;  // where it is short enough to be sent back (path, sample)

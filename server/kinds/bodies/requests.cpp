@@ -94,19 +94,19 @@ proto::RecoverResponse recover(const proto::RecoverRequest& request, Hub& hub,
   DecodedScene decoded = decode_body(message, "scene.", context);
   proto::RecoverResponse response;
   for (auto& issue : remarks(message, decoded, "scene.")) *response.add_issues() = std::move(issue);
-  const session::RecoveryRequest wanted =
+  const session::RecoveryRequest recovery_request =
       decode_recovery(request).resolved(decoded.scene.frame_count);
   const ServiceLimits& limits = context.limits;
   if (limits.frames > 0 && request.total_frames() > limits.frames)
     throw limit_exceeded("total_frames", "frames", limits.frames, request.total_frames());
-  const std::uint64_t bytes = estimate_recovery_bytes(decoded.scene, wanted.total_frames);
+  const std::uint64_t bytes = estimate_recovery_bytes(decoded.scene, recovery_request.total_frames);
   if (limits.session_bytes > 0 && bytes > limits.session_bytes)
     throw limit_exceeded("scene", "estimated bytes of the recovery", limits.session_bytes, bytes);
   response.set_job(start_pooled_job(
       hub, "recover", "scene.",
-      [wanted, scene = std::move(decoded.scene)](const JobContext& job) mutable {
+      [recovery_request, scene = std::move(decoded.scene)](const JobContext& job) mutable {
         JobProduct product;
-        session::MaterialRecovery recovery = session::recover(scene, wanted, job);
+        session::MaterialRecovery recovery = session::recover(scene, recovery_request, job);
         product.recovery = encode_report(recovery);
         product.motion = job_motion(ComputedMotion{std::move(scene), std::move(recovery.geometry),
                                                    std::move(recovery.positions),

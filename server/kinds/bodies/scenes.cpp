@@ -37,7 +37,7 @@ std::vector<scene::Issue> all_issues(const scene::Scene& scene) {
   for (const auto& issue : issues) {
     if (is_error(issue)) complained.insert(issue.field);
   }
-  // Too few frames for the ends: said of the frames already.
+  // Too few frames for the ends: reported of the frames already.
   if (complained.contains("frames")) complained.insert("last_end");
   for (auto& issue : session::document_issues(scene)) {
     if (!complained.contains(issue.field)) issues.push_back(std::move(issue));
@@ -83,13 +83,13 @@ std::vector<proto::Issue> scene_issues(const proto::Scene& scene, const std::str
       std::any_of(complained.begin(), complained.end(),
                   [&](const std::string& field) { return is_of_mesh(prefix, field); });
   warn_of_file(decoded, prefix, issues);
-  std::set<std::pair<std::string, std::string>> said;
+  std::set<std::pair<std::string, std::string>> reported;
   for (auto issue : all_issues(decoded.scene)) {
     issue.field = field_in(scene, decoded.scene, issue.field);
     proto::Issue message = encode_issue(issue, prefix);
     if (complained.contains(message.field()) || (no_mesh && is_of_mesh(prefix, message.field())))
       continue;
-    if (said.emplace(message.field(), message.message()).second)
+    if (reported.emplace(message.field(), message.message()).second)
       issues.push_back(std::move(message));
   }
   if (!faults.found().empty()) return issues;  // what was not read has no size

@@ -16,7 +16,7 @@ namespace limber::server {
 /// @throws Refusal LIMIT_EXCEEDED for a scene whose session would take more memory than it may
 void demand_memory(const scene::Scene& scene, const SceneLimits& limits);
 
-/// Everything that can be said of a scene before it is opened: what cannot be read, and all that
+/// All that can be reported of a scene before it is opened: what cannot be read, and all that
 /// validation finds in the rest. The first error is the one that opening is refused with.
 /// @param prefix  of fields, "scene." or empty
 [[nodiscard]] std::vector<proto::Issue> scene_issues(const proto::Scene& scene,

@@ -107,7 +107,7 @@ std::string name_of_source(const proto::DesignSurface& message) {
   return source == nullptr ? "" : "." + source->name();
 }
 
-/// What readers and the engine find wrong with a surface is told with its source as field.
+/// What readers and the engine find wrong with a surface is reported with its source as field.
 template <class Make>
 auto with_surface_fields(const proto::DesignSurface& message, const std::string& field,
                          const Make& make) {

@@ -6,7 +6,7 @@
 namespace limber::server {
 
 /// A part of the files of a linkage's newest final shape: EXPORT_FORMAT_VTP (a file for each
-/// equilibrium on the way there), _OBJ, _JSON, or _SCENE (with the lines as .obj beside it, which
+/// equilibrium along the path), _OBJ, _JSON, or _SCENE (with the lines as .obj beside it, which
 /// `limber open` reads again). Parts have about 16 MB.
 /// @throws Refusal naming `format` for those of bodies, OUT_OF_RANGE naming `part`,
 /// FAILED_PRECONDITION where there is no final result yet

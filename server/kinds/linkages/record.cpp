@@ -62,7 +62,7 @@ void LinkageRecord::on_design(const std::shared_ptr<const session::DesignInfo>& 
 }
 
 void LinkageRecord::publish_design(const session::DesignInfo& info) {
-  if (!hub_.transport.wanted(design_topic_)) return;
+  if (!hub_.transport.has_subscriber(design_topic_)) return;
   auto message = stream_message(hub_.run, id(), key().uid);
   *message.mutable_design() = encode_design(info, opened_.length_unit);
   hub_.transport.publish(design_topic_, {message.SerializeAsString()});

@@ -14,7 +14,7 @@ namespace limber::server {
 class LinkageRecord final
     : public SessionRecord<session::LinkageSession, session::LinkageListener> {
  public:
-  /// What the open request said, for answers that need no session.
+  /// Data of the open request, for answers that need no session.
   struct Opened {
     std::string id, name;
     proto::LineSource lines;  // where it is short enough to be sent back (path, sample)

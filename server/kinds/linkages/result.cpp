@@ -71,12 +71,12 @@ proto::ResultInfo encode_linkage_result(const session::LinkageResult& result, do
   info.mutable_linkage()->set_mean_angle_degrees(to_degrees(result.mean_angle));
   info.mutable_linkage()->set_steps(static_cast<std::uint32_t>(result.path.size()));
   for (const rods::DeploymentStep& step : result.path) {
-    auto& told = *info.mutable_linkage()->add_path();
-    told.set_progress(step.progress);
-    told.set_mean_angle_degrees(to_degrees(step.mean_opening_angle));
-    told.set_energy(step.energy * length_unit);
-    told.set_iterations(static_cast<std::uint32_t>(step.iterations));
-    told.set_event(encode_event(step.event));
+    auto& message = *info.mutable_linkage()->add_path();
+    message.set_progress(step.progress);
+    message.set_mean_angle_degrees(to_degrees(step.mean_opening_angle));
+    message.set_energy(step.energy * length_unit);
+    message.set_iterations(static_cast<std::uint32_t>(step.iterations));
+    message.set_event(encode_event(step.event));
   }
   return info;
 }

@@ -128,10 +128,10 @@ void encode_conditions(const scene::LinkageConditions& conditions,
     added.set_held(encode_held(pin.held));
     if (pin.position) encode_vector(*pin.position, *added.mutable_position());
   }
-  for (const auto& wanted : conditions.angles) {
+  for (const auto& setting : conditions.angles) {
     auto& added = *message.add_angles();
-    added.set_joint(static_cast<std::uint32_t>(wanted.joint));
-    added.set_angle_degrees(to_degrees(wanted.angle));
+    added.set_joint(static_cast<std::uint32_t>(setting.joint));
+    added.set_angle_degrees(to_degrees(setting.angle));
   }
   if (conditions.mean_angle) message.set_mean_angle_degrees(to_degrees(*conditions.mean_angle));
   for (const auto& target : conditions.targets) {

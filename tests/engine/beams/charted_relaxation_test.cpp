@@ -25,7 +25,7 @@ ChartedOptions unit_options() {
 }
 
 /// Three elements that meet at a node at angles, and one more behind; nothing in a plane or
-/// symmetric; one clamped end, one end with a prescribed way.
+/// symmetric; one clamped end, one end with a prescribed displacement.
 BeamModel star() {
   BeamModel model;
   model.sections.push_back({900, 0.8, 1, 2});

@@ -91,7 +91,7 @@ TEST(MeshValidation, LeavesOutUnusedNodes) {
               ElementsAre(AllOf(HasSubstr("2 nodes that no tet uses"), HasSubstr(": 0, 28"))));
 }
 
-TEST(MeshValidation, MergesNearNodesOnlyIfAsked) {
+TEST(MeshValidation, MergesNearNodesOnlyOnRequest) {
   // Two boxes that share a side by position, up to 1e-7, but not by nodes.
   const TetMesh mesh = two_boxes({1 + 1e-7, 0, 0});
   expect_refused(mesh, ErrorCode::kInvalidArgument, "mesh.nodes[0]", "2 pieces");

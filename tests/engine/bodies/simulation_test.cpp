@@ -117,7 +117,7 @@ TEST(Simulation, WorkOfTheLoadsIsTheEnergyOfTheBody) {
   EXPECT_EQ(result.work[0], 0);
 }
 
-TEST(Simulation, ACrushingBlowIsTakenInShorterStepsAndSaidSo) {
+TEST(Simulation, ACrushingBlowIsTakenInShorterStepsAndReported) {
   const ElasticBody body = slender_beam(Hold::kLeftFace);
   Loads loads;
   loads.forces = {{tip(body), {-500, 0, 0}, 0, 0.2}};

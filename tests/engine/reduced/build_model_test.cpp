@@ -70,7 +70,7 @@ void expect_sound(const bodies::ElasticBody& body, const ReducedModel& model,
   EXPECT_NEAR(measured / model.report.error_mean, 1, 0.3);
 }
 
-TEST(BuildModel, ReportsTheErrorsOfPosesItHasNotSeen) {
+TEST(BuildModel, ReportsTheErrorsOfOtherPoses) {
   for (const bool held : {true, false}) {
     const bodies::ElasticBody body = testing::block(7, 3, 2, 0.1, held);
     const ModelOptions options = build_options();
@@ -153,7 +153,7 @@ std::string bytes_without_times(ReducedModel model) {
   return encode_model(model);
 }
 
-TEST(BuildModel, GivesTheSameBitsWhateverTheThreads) {
+TEST(BuildModel, GivesTheSameBitsForAnyNumberOfThreads) {
   const bodies::ElasticBody body = testing::block(6, 3, 2, 0.1, true);
   for (const CubatureKind kind : {CubatureKind::kFittedMaps, CubatureKind::kWeights}) {
     ModelOptions options = build_options();

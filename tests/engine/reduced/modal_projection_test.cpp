@@ -190,7 +190,7 @@ TEST(ModalProjection, ABaseThatIsTwistedRoundNeedsNothingForItsOwnPoses) {
   }
 }
 
-TEST(ModalProjection, OverABaseTurnsGoOnFromTheBase) {
+TEST(ModalProjection, OverABaseTurnsContinueFromTheBase) {
   const bodies::ElasticBody body = testing::block(6, 3, 2, 0.1, false);
   const ReducedModel model = small_model(body);
   // The base spins by three turns; the keyframe is a little ahead of it.
@@ -247,7 +247,7 @@ TEST(ModalProjection, BadInputNamesItsField) {
   expect_refused(bad, "corrections", [&] { const ModalProjector wrong(body, model, options); });
 }
 
-TEST(ModalProjection, StopsWhenAsked) {
+TEST(ModalProjection, StopsOnRequest) {
   const bodies::ElasticBody body = testing::block(4, 2, 2, 0.1, true);
   const ReducedModel model = small_model(body);
   const JobContext job;

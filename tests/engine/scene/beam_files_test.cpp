@@ -47,9 +47,9 @@ TEST(EdgeFiles, ObjLines) {
   EXPECT_EQ(mesh.normals.col(0), Eigen::Vector3d(0, 0, 1));
 }
 
-TEST(EdgeFiles, ObjThatCountsFromZeroIsToldThatObjCountsFromOne) {
+TEST(EdgeFiles, ObjThatCountsFromZeroIsRefusedWithTheRule) {
   const std::string zero = "v 0 0 0\nv 1 0 0\nl 0 1\n";
-  const std::string told = "a.obj:3: vertex index 0: OBJ files count vertices from 1";
+  const std::string message = "a.obj:3: vertex index 0: OBJ files count vertices from 1";
   for (const auto& read : std::initializer_list<std::function<void()>>{
            [&] { (void)read_edge_mesh("a.obj", zero); },
            [&] { (void)read_line_mesh("a.obj", zero); },
@@ -58,7 +58,7 @@ TEST(EdgeFiles, ObjThatCountsFromZeroIsToldThatObjCountsFromOne) {
       read();
       ADD_FAILURE() << "accepted";
     } catch (const Error& error) {
-      EXPECT_TRUE(std::string_view(error.what()).starts_with(told)) << error.what();
+      EXPECT_TRUE(std::string_view(error.what()).starts_with(message)) << error.what();
     }
   }
 }

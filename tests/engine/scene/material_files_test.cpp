@@ -90,7 +90,7 @@ TEST(FixedNodes, AreSortedUniqueAndChecked) {
   EXPECT_THROW(static_cast<void>(read_fixed_nodes("a", "4000000000\n5\n", 6)), Error);
 }
 
-/// The paper's bodies: every tet in exactly one group, ids from 0 whatever the index says of them.
+/// The paper's bodies: every tet in exactly one group, ids from 0 for any index.
 TEST(Materials, OfThePapersBodiesAreRead) {
   const struct {
     const char* folder;

@@ -1,4 +1,4 @@
-// What is wrong with a mesh file is said with its name and line.
+// Faults of a mesh file are reported with its name and line.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

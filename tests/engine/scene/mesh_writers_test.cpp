@@ -92,8 +92,8 @@ TEST(MeshWriters, MeshioReadsTheFiles) {
   EXPECT_EQ(std::system(("/usr/bin/python3 " + folder + "/limber_check.py").c_str()), 0);
 }
 
-/// VTU encodings that meshio does not write, made by hand: a tet in every way its arrays can be
-/// stored.
+/// VTU encodings that meshio does not write, made by hand: a tet in every encoding of its arrays
+/// are allowed stored.
 template <typename Number>
 std::string packed(std::initializer_list<Number> numbers, bool big_endian) {
   std::string bytes;

@@ -77,7 +77,7 @@ TEST(SampleScenes, TheFlowersConstraintsAreACircleOfItsTop) {
   }
 }
 
-TEST(SampleScenes, UnknownNamesAreToldTheKnownOnes) {
+TEST(SampleScenes, UnknownNamesAreRefusedWithTheKnownOnes) {
   try {
     static_cast<void>(make_sample("teapot"));
     FAIL();

@@ -36,7 +36,7 @@ ImplicitSolid ball(double radius, const Vector3d& centre = Vector3d::Zero()) {
   return solid;
 }
 
-/// What every result must be, whatever went in.
+/// What every result must be, for any input.
 void expect_sound(const Tetrahedralization& result) {
   const bodies::PreparedMesh prepared = bodies::prepare_mesh(result.mesh, {});
   EXPECT_EQ(prepared.piece_count, 1);
@@ -54,7 +54,7 @@ void expect_sound(const Tetrahedralization& result) {
   EXPECT_LT(result.quality.max_dihedral_deg, 165);
 }
 
-TEST(Tetrahedralize, ABallOfAnySizeHasItsVolumeAndTheTetsAskedFor) {
+TEST(Tetrahedralize, ABallOfAnySizeHasItsVolumeAndTheRequestedTets) {
   for (const double radius : {1e-3, 1.0, 250.0}) {
     for (const int target : {200, 3000, 20000}) {
       TetrahedralizeOptions options;

@@ -48,14 +48,14 @@ TEST(Validation, AGoodSceneHasNoIssues) { EXPECT_TRUE(validate(good_scene()).emp
 
 TEST(Validation, BaseMotionsSayWhatDiffers) {
   Scene scene = good_scene();
-  const auto said = [&] { return validate(scene).at(0).message; };
+  const auto message = [&] { return validate(scene).at(0).message; };
   scene.base_motion = Eigen::MatrixXd::Zero(3 * 1377, 149);
-  EXPECT_EQ(said(), "has 149 frames, the scene has 150");
+  EXPECT_EQ(message(), "has 149 frames, the scene has 150");
   scene.base_motion = Eigen::MatrixXd::Zero(3 * 1376, 150);
-  EXPECT_EQ(said(), "has 1376 nodes, the mesh has 1377");
+  EXPECT_EQ(message(), "has 1376 nodes, the mesh has 1377");
   scene.base_motion = Eigen::MatrixXd::Zero(3 * 1377, 150);
   scene.base_motion(3 * 8 + 2, 17) = kNan;
-  EXPECT_EQ(said(), "has a value that is not finite: node 8 in frame 17");
+  EXPECT_EQ(message(), "has a value that is not finite: node 8 in frame 17");
 }
 
 TEST(Validation, EachFaultIsNamedAloneWithItsField) {

@@ -111,9 +111,9 @@ TEST(VtuLimits, ArraysAreLimitedInTheirSum) {
   const std::string content =
       bomb({{"Float64", 24 * kMiB}, {"Int64", 24 * kMiB}, {"Int64", kMiB}, {"UInt8", kMiB}});
   EXPECT_LT(content.size(), kMiB / 8);
-  const std::string told = limit_refusal([&] { read_within(content, 64 * kMiB); });
-  EXPECT_THAT(told, HasSubstr("a.vtu:"));
-  EXPECT_THAT(told, HasSubstr("64 MiB"));
+  const std::string message = limit_refusal([&] { read_within(content, 64 * kMiB); });
+  EXPECT_THAT(message, HasSubstr("a.vtu:"));
+  EXPECT_THAT(message, HasSubstr("64 MiB"));
 }
 
 TEST(VtuLimits, OneArrayThatManyPiecesNameCountsForEach) {
@@ -163,19 +163,19 @@ TEST(VtuLimits, AMeshOfItsOwnSizeIsRead) {
 TEST(VtuLimits, AMotionIsRefusedAtItsFirstFrame) {
   const std::string frame =
       bomb({{"Float64", 3 * kMiB}, {"UInt8", kMiB}, {"UInt8", kMiB}, {"UInt8", kMiB}});
-  int asked = 0;
+  int calls = 0;
   const auto series = [&] {
     (void)read_vtu_series(
         "motion", 100'000,
         [&](std::size_t) {
-          ++asked;
+          ++calls;
           return VtuFrame{"f.vtu", frame};
         },
         0, std::size_t{1} << 30);
   };
   EXPECT_THAT(limit_refusal(series),
               HasSubstr("100000 frames of 131072 points take more than 1024 MiB"));
-  EXPECT_EQ(asked, 1);
+  EXPECT_EQ(calls, 1);
 }
 
 }  // namespace

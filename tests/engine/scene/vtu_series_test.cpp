@@ -96,14 +96,15 @@ TEST(VtuSeries, PvdFilesAreInTheOrderOfTime) {
 }
 
 TEST(VtuSeries, BadPvdFilesAreRefused) {
-  const auto said = [](const std::string& text) {
+  const auto message = [](const std::string& text) {
     return series_refusal([&] { (void)pvd_files("motion", text); });
   };
-  EXPECT_THAT(said("nonsense"), HasSubstr("XML"));
-  EXPECT_THAT(said("<VTKFile type=\"UnstructuredGrid\"/>"), HasSubstr("Collection"));
-  EXPECT_THAT(said("<VTKFile type=\"Collection\"><Collection/></VTKFile>"), HasSubstr("no files"));
-  EXPECT_THAT(said(write_pvd({"a.vtu", ""}, {0, 1})), HasSubstr("DataSet 1 names no file"));
-  EXPECT_THAT(said(write_pvd({"a.vtu", "b.vtu"}, {1, 1})), HasSubstr("a.vtu and b.vtu"));
+  EXPECT_THAT(message("nonsense"), HasSubstr("XML"));
+  EXPECT_THAT(message("<VTKFile type=\"UnstructuredGrid\"/>"), HasSubstr("Collection"));
+  EXPECT_THAT(message("<VTKFile type=\"Collection\"><Collection/></VTKFile>"),
+              HasSubstr("no files"));
+  EXPECT_THAT(message(write_pvd({"a.vtu", ""}, {0, 1})), HasSubstr("DataSet 1 names no file"));
+  EXPECT_THAT(message(write_pvd({"a.vtu", "b.vtu"}, {1, 1})), HasSubstr("a.vtu and b.vtu"));
 }
 
 }  // namespace

@@ -155,7 +155,7 @@ TEST(BoundedMaterial, ACancelledFitAboveItsStartIsTheStart) {
   }
 }
 
-TEST(BoundedMaterial, AnInterruptedFitGoesOnWhereItWas) {
+TEST(BoundedMaterial, AnInterruptedFitContinuesWhereItWas) {
   const BoundedScene scene;
   MaterialSolver whole = scene.solver();
   const MaterialReport expected = whole.solve();

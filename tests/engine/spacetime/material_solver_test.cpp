@@ -318,7 +318,7 @@ TEST(MaterialSolver, RigidUnknownsKeepTheirModesAndHaveNoDynamics) {
                scene.material.mixing.rightCols(kChainModes - 2));
 }
 
-TEST(MaterialSolver, StopsWhenAskedAndKeepsWhatItHas) {
+TEST(MaterialSolver, StopsOnRequestAndKeepsWhatItHas) {
   const MaterialScene scene = chain_scene();
   MaterialSolver solver = solver_of(scene);
   int steps = 0;
@@ -476,7 +476,7 @@ TEST(MaterialHardCases, OneConstraintThatAFreeSwingMeetsIsConverged) {
 }
 
 TEST(MaterialHardCases, ALambdaDrivenToItsBound) {
-  // A target that is reached by moving evenly: any stiffness is in the way.
+  // A target that is reached by moving evenly: any stiffness hinders it.
   MaterialScene scene;
   scene.kinematics = std::make_shared<LinearKinematics>(LinearKinematics::translation(1.0));
   scene.timeline = {40, EndCondition::kFree, EndCondition::kFree};

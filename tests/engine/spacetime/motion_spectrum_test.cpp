@@ -77,7 +77,7 @@ TEST(MotionSpectrum, AJumpBetweenTheEndsOfTheMotionIsNoHighFrequency) {
   EXPECT_LT(share(drift), 1e-7);
 }
 
-TEST(MotionSpectrum, AShakeOfAFewFramesIsSeenWhereverItIs) {
+TEST(MotionSpectrum, AShakeOfAFewFramesIsDetectedAnywhere) {
   for (const int at : {4, 60, 100, 192}) {
     RowVectorXd x = swing(200, 1.0 / 50);
     for (int i = 0; i < 6; ++i) x[at + i] += (i % 2 == 0 ? 0.05 : -0.05);
@@ -91,7 +91,7 @@ TEST(MotionSpectrum, DoesNotDependOnScale) {
   EXPECT_NEAR(share(1e12 * x), share(x), 1e-12);
 }
 
-TEST(MotionSpectrum, WhatStandsStillOrIsTooShort) {
+TEST(MotionSpectrum, AMotionAtRestOrTooShort) {
   EXPECT_EQ(share(MatrixXd::Zero(3, 50)), 0);
   EXPECT_EQ(share(MatrixXd::Constant(3, 50, 0.3)), 0);
   EXPECT_EQ(share(MatrixXd(0, 50)), 0);

@@ -39,7 +39,7 @@ TEST(NewtonGuard, DropsTheShiftWhereStepsAreGood) {
   EXPECT_EQ(guard.part(), 1);
 }
 
-TEST(NewtonGuard, ALongWayInShortStepsChangesToPartsOfTheCurvatureAndACutStepBack) {
+TEST(NewtonGuard, ALongPathInShortStepsChangesToPartsOfTheCurvatureAndACutStepBack) {
   NewtonGuard guard = fresh();
   int steps = 0;
   do {

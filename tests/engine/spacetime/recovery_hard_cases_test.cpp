@@ -242,7 +242,7 @@ TEST(RecoveryBadInput, StopsWithinAStep) {
   }
 }
 
-TEST(RecoveryBadInput, StopsWhenAsked) {
+TEST(RecoveryBadInput, StopsOnRequest) {
   const JobContext job;
   job.cancellation.request();
   RecoveryOptions options;

@@ -211,7 +211,7 @@ TEST(Recovery, TheSpectrumScalesTheEigenvalues) {
   EXPECT_TRUE(start.mixing.isIdentity(0));
 }
 
-TEST(Recovery, AMotionGoesOnFreely) {
+TEST(Recovery, AMotionContinuesFreely) {
   const Eigen::MatrixXd all = free_motion(three_modes(), 50);
   const RecoveredMotion half{all.leftCols(20), Eigen::MatrixXd::Identity(3, 3), three_modes()};
   const Continuation result = continue_freely(half, 30);

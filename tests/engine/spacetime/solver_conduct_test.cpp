@@ -81,7 +81,7 @@ TEST(SolverEnergy, TheAnswerIsStationaryForAllFrames) {
   EXPECT_LE(gradient.cwiseAbs().maxCoeff(), 1e-7 * rest.cwiseAbs().maxCoeff());
 }
 
-TEST(SolverEnergy, AgreesWithTheLiteralMethodLedTheSameWay) {
+TEST(SolverEnergy, AgreesWithTheLiteralMethodOnTheSamePath) {
   const Bench bench = bending_chain();
   Solver solver = bench.solver();
   const SolveReport report = solver.solve();
@@ -135,7 +135,7 @@ TEST(SolverAnytime, CorrectGainsMostOfASmallMove) {
   EXPECT_LT(first - best, 0.1 * (before - best));
 }
 
-TEST(SolverAnytime, StopsWhenAskedAndGoesOnLater) {
+TEST(SolverAnytime, StopsOnRequestAndContinuesLater) {
   const Bench bench = bending_chain();
   Solver solver = bench.solver();
   int rounds = 0;
@@ -173,7 +173,7 @@ TEST(SolverCancellation, LeavesAValidStateThatCanBeSolved) {
   }
 }
 
-TEST(SolverIterationLimit, IsSaidAndRespected) {
+TEST(SolverIterationLimit, IsReportedAndRespected) {
   const Bench bench = bending_chain();
   SolverOptions options;
   options.max_iterations = 2;
@@ -321,7 +321,7 @@ std::string refusal(Work&& work) {
   return "accepted";
 }
 
-std::string said(ErrorCode code, const std::string& field) {
+std::string error_text(ErrorCode code, const std::string& field) {
   return std::string(to_string(code)) + " " + field;
 }
 
@@ -335,7 +335,9 @@ TEST(SolverBadInput, ConstructionNamesTheMember) {
     return refusal(
         [&] { Solver(bench.kinematics, bench.dynamics, bench.timeline, options, mixing); });
   };
-  const auto invalid = [](const char* field) { return said(ErrorCode::kInvalidArgument, field); };
+  const auto invalid = [](const char* field) {
+    return error_text(ErrorCode::kInvalidArgument, field);
+  };
   EXPECT_EQ(made([](auto& b, auto&, auto&) { b.kinematics = nullptr; }), invalid("kinematics"));
   EXPECT_EQ(made([](auto& b, auto&, auto&) { b.dynamics.stiffness[4] = -1; }),
             invalid("dynamics.stiffness"));
@@ -379,8 +381,10 @@ TEST(SolverBadInput, EditsNameTheMemberAndLeaveTheStateIntact) {
     EXPECT_EQ(refusal([&] { solver.replace(constraint); }), as_new);
     return as_new;
   };
-  const auto invalid = [](const char* field) { return said(ErrorCode::kInvalidArgument, field); };
-  const auto range = [](const char* field) { return said(ErrorCode::kOutOfRange, field); };
+  const auto invalid = [](const char* field) {
+    return error_text(ErrorCode::kInvalidArgument, field);
+  };
+  const auto range = [](const char* field) { return error_text(ErrorCode::kOutOfRange, field); };
   EXPECT_EQ(added([](auto& c) { c.frame = -1; }), range("constraint.frame"));
   EXPECT_EQ(added([](auto& c) { c.frame = 80; }), range("constraint.frame"));
   EXPECT_EQ(added([](auto& c) { c.site = -1; }), range("constraint.site"));
@@ -392,9 +396,9 @@ TEST(SolverBadInput, EditsNameTheMemberAndLeaveTheStateIntact) {
   EXPECT_EQ(added([](auto& c) { c.target[1] = kNan; }), invalid("constraint.target"));
   EXPECT_EQ(added([](auto& c) { c.target[2] = kInfinity; }), invalid("constraint.target"));
   EXPECT_EQ(refusal([&] { solver.add(bench.constraints[0]); }),
-            said(ErrorCode::kAlreadyExists, "constraint.id"));
+            error_text(ErrorCode::kAlreadyExists, "constraint.id"));
   EXPECT_EQ(refusal([&] { solver.move(1, {0, kNan, 0}); }), invalid("constraint.target"));
-  const std::string unknown = said(ErrorCode::kNotFound, "constraint.id");
+  const std::string unknown = error_text(ErrorCode::kNotFound, "constraint.id");
   EXPECT_EQ(refusal([&] { solver.move(77, {0, 0, 0}); }), unknown);
   EXPECT_EQ(refusal([&] { solver.remove(77); }), unknown);
   PositionConstraint stranger = bench.constraints[0];

@@ -16,7 +16,7 @@ using testing::LinearKinematics;
 constexpr double kEnergyAccuracy = 1e-9, kMotionAccuracy = 1e-6;  // relative
 
 /// The same problem without the frames beyond the outermost constraints at free ends, but the one
-/// beside each: there A z = 0 can be met whatever happens before, so nothing that costs is left
+/// beside each: there A z = 0 can be met from any earlier motion, so nothing that costs is left
 /// out, and what grows in those frames does not spoil the dense solve.
 struct Trimmed {
   Timeline timeline;

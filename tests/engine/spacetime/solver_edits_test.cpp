@@ -80,7 +80,7 @@ TEST(SolverEdits, FarDragAndBackEndsAsLowAsAColdSolve) {
   }
 }
 
-// A challenge that is stopped goes on where it was: every call gets further.
+// A challenge that is stopped continues where it was: every call gets further.
 TEST(SolverEdits, AnAnswerIsFoundInSingleSteps) {
   const auto kinematics = std::make_shared<ChainKinematics>(6, 6, 1.0, 2.0, 3);
   const Timeline timeline{60};
@@ -118,7 +118,7 @@ TEST(SolverEdits, AddingAndRemovingWithoutAnAnswerBetweenChangesNoBit) {
   EXPECT_EQ(solver.motion(), motion);
 }
 
-/// Draws edits of every kind; at most `kMost` constraints at a time.
+/// Draws edits of every kind; at most `kMaxConstraints` constraints at a time.
 template <class Kinematics>
 class RandomEditor {
  public:
@@ -127,7 +127,7 @@ class RandomEditor {
 
   void edit(Solver& solver) {
     const double kind = chance();
-    if (ids_.empty() || (kind < 0.1 && ids_.size() < kMost)) {
+    if (ids_.empty() || (kind < 0.1 && ids_.size() < kMaxConstraints)) {
       ids_.push_back(next_id_++);
       solver.add(constraint(ids_.back()));
     } else if (kind < 0.2 && ids_.size() > 2) {
@@ -142,7 +142,7 @@ class RandomEditor {
   }
 
  private:
-  static constexpr std::size_t kMost = 6;
+  static constexpr std::size_t kMaxConstraints = 6;
 
   double chance() { return 0.5 + 0.5 * testing::uniform(generator_); }
   std::size_t pick() { return generator_() % ids_.size(); }

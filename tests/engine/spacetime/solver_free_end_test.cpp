@@ -11,8 +11,8 @@ namespace {
 using testing::LinearKinematics;
 
 /// NOTATION.md: a mode that grows by more than 4 behind a free end's last knot is held at zero in
-/// the end's last frames. Whatever is held, the energy told must be that of the motion handed out.
-/// (Exact answers on the trimmed time line: 24.98033113 free first, 29.95891944 free last.)
+/// the end's last frames. For anything held, the reported energy must be that of the motion handed
+/// out. (Exact answers on the trimmed time line: 24.98033113 free first, 29.95891944 free last.)
 TEST(FreeEnd, EnergyOfAnExplosiveModeIsThatOfTheMotion) {
   const auto kinematics = std::make_shared<LinearKinematics>(3, 3, 1.0, 29);
   ModeDynamics dynamics = test_dynamics(3, 15, 0.0);

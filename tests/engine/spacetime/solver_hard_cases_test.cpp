@@ -109,7 +109,7 @@ TEST(ExactConstraints, MoreAxesThanModesInOneFrame) {
   EXPECT_LE((solver.motion().col(17) - best).norm(), 1e-5 * best.norm());
 }
 
-TEST(ExactConstraints, InAPinnedFrameAreSaidToBeOutOfReach) {
+TEST(ExactConstraints, InAPinnedFrameAreReportedAsOutOfReach) {
   const auto kinematics = std::make_shared<LinearKinematics>(3, 1, 1.0, 46);
   Solver solver(kinematics, test_dynamics(3, 20, 0.01), {40});
   PositionConstraint constraint;
@@ -206,7 +206,7 @@ TEST(TargetsTenBodyLengthsAway, ExactConstraintsAreMetByStretching) {
   auto constraints = test_constraints(*kinematics, 2, timeline, 0.3, kExact, 48);
   for (auto& constraint : constraints) constraint.target = {20, 0, 0};
   SolverOptions options;
-  options.max_iterations = 2000;  // a long way for a method that trusts its linear model
+  options.max_iterations = 2000;  // many for a method that trusts its linear model
   Solver solver(kinematics, test_dynamics(6, 40, 0.01), timeline, options);
   const SolveReport report = solve_all(solver, constraints);
   // The links of the chain stretch without limit, at a cost.

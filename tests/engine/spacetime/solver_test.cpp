@@ -29,8 +29,8 @@ TEST_P(EveryEnd, AgreesWithTheLiteralMethod) {
   // From there the literal method, which iterates all frames at once, finds nothing lower ...
   const auto further = literal.solve_from(solver.motion());
   EXPECT_NEAR(report.total_energy, further.total_energy, 1e-9 * further.total_energy);
-  // ... and led the same way from z = 0 it ends nowhere better. (With free ends its Gauss-Newton
-  // converges too slowly to be held to more.)
+  // ... and led along the same path from z = 0 it ends nowhere better. (With free ends its
+  // Gauss-Newton converges too slowly to be held to more.)
   const auto reference = literal.solve_continued();
   EXPECT_LE(report.total_energy, (1 + 1e-6) * reference.total_energy);
   // The energies of the report are those of the motion that is handed out.

@@ -357,7 +357,7 @@ TEST(VelocityConstraints, DependenceOverTwoFramesIsReported) {
   EXPECT_FALSE(solve(apart, {before, velocity_about(3, 11, 0, agreeing, kExact)}).rank_deficient);
 }
 
-/// Both frames held by an end: what is missed cannot change, and is said.
+/// Both frames held by an end: what is missed cannot change, and is reported.
 TEST(VelocityConstraints, BetweenHeldFramesAreMissedForGood) {
   const auto kinematics = std::make_shared<LinearKinematics>(4, 3, 1.0, 21);
   Solver solver(kinematics, test_dynamics(4, 15, 0.02), {26});

@@ -36,7 +36,7 @@ TEST_F(ServerShutdown, SignalsAnswerWhoWaitsAndExitWithZero) {
   }
 }
 
-TEST_F(ServerShutdown, ABuildUnderWayIsCancelled) {
+TEST_F(ServerShutdown, ARunningBuildIsCancelled) {
   Daemon daemon(folder.path());
   Client client(daemon.requests);
   proto::Scene scene = small_scene(2000, 300);

@@ -136,8 +136,8 @@ TEST_F(ServerJobs, SamplesAreNamedAndComplete) {
 
 TEST(JobRegistry, FinishedJobsAreKeptUpToABound) {
   boost::asio::io_context control;
-  int told = 0;
-  JobRegistry jobs(control, 2, [&](const proto::JobStatus&) { ++told; });
+  int notifications = 0;
+  JobRegistry jobs(control, 2, [&](const proto::JobStatus&) { ++notifications; });
   const JobId first = jobs.start("a", "", {});
   const JobId second = jobs.start("a", "", {});
   EXPECT_THROW(jobs.start("a", "", {}), Refusal);
@@ -149,20 +149,20 @@ TEST(JobRegistry, FinishedJobsAreKeptUpToABound) {
   EXPECT_LE(jobs.list().size(), 300u);
   EXPECT_EQ(jobs.status(second).state(), proto::JOB_STATE_RUNNING);
   EXPECT_THROW((void)jobs.status(first), Refusal);
-  EXPECT_EQ(told, 2 + 1 + 2000);
+  EXPECT_EQ(notifications, 2 + 1 + 2000);
 }
 
-TEST(JobRegistry, WhatWasAskedToStopAndFailsIsCancelled) {
+TEST(JobRegistry, AStoppedJobThatFailsIsCancelled) {
   boost::asio::io_context control;
   JobRegistry jobs(control, 2, [](const proto::JobStatus&) {});
-  int asked = 0;
-  const JobId job = jobs.start("a", "", [&] { ++asked; });
+  int calls = 0;
+  const JobId job = jobs.start("a", "", [&] { ++calls; });
   jobs.cancel(job);
-  EXPECT_EQ(asked, 1);
+  EXPECT_EQ(calls, 1);
   jobs.failed(job, {});
   EXPECT_EQ(jobs.status(job).state(), proto::JOB_STATE_CANCELLED);
   jobs.cancel(job);  // ended: nothing to ask
-  EXPECT_EQ(asked, 1);
+  EXPECT_EQ(calls, 1);
   EXPECT_THROW(jobs.cancel(99), Refusal);
 }
 

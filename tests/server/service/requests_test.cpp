@@ -202,7 +202,7 @@ std::string mutated(std::string bytes, std::mt19937& random) {
   return bytes;
 }
 
-/// Whatever arrives, every message is answered; nothing crashes, hangs or is answered twice.
+/// Every message is answered, for any input; nothing crashes, hangs or is answered twice.
 TEST_F(ServerRequests, RandomAndMutatedBytesAreAllAnswered) {
   std::mt19937 random(12345);
   const auto valid = valid_messages();

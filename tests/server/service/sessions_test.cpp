@@ -31,7 +31,7 @@ proto::Array lifted_motion(const Bar& bar, std::size_t frames) {
   return array;
 }
 
-TEST_F(ServerSessions, TheBaseMotionIsReturnedOrSaidToBeLeftOut) {
+TEST_F(ServerSessions, TheBaseMotionIsReturnedOrReportedAsLeftOut) {
   proto::Scene scene = small_scene();
   const proto::Array motion = lifted_motion(make_bar(6), 20);
   *scene.mutable_base_motion()->mutable_positions() = motion;
@@ -55,10 +55,10 @@ TEST_F(ServerSessions, TheBaseMotionIsReturnedOrSaidToBeLeftOut) {
     EXPECT_THAT(returned.shape(), ::testing::ElementsAre(20u, 28u, 3u));
     ASSERT_EQ(returned.data().size(), motion.data().size());
     for (std::size_t at = 0; at < motion.data().size(); at += sizeof(double)) {
-      double wanted = 0, got = 0;
-      std::memcpy(&wanted, motion.data().data() + at, sizeof wanted);
+      double has_subscriber = 0, got = 0;
+      std::memcpy(&has_subscriber, motion.data().data() + at, sizeof has_subscriber);
       std::memcpy(&got, returned.data().data() + at, sizeof got);
-      ASSERT_NEAR(got, wanted, 1e-14);
+      ASSERT_NEAR(got, has_subscriber, 1e-14);
     }
   }
 }

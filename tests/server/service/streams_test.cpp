@@ -71,8 +71,8 @@ TEST_F(ServerStreams, StatusAndJobs) {
   ASSERT_NO_FATAL_FAILURE(open_and_solve(client, "known"));
   subscriber.subscribe("session/s/status");
   subscriber.subscribe("jobs");
-  // There is no answer to a subscription to nothing yet, and the end of a job is told only once:
-  // what is there already answers, and the server hears subscriptions in their order.
+  // There is no answer to a subscription to nothing yet, and the end of a job is reported only
+  // once: what is there already answers, and the server hears subscriptions in their order.
   subscriber.subscribe("session/known/status");
   ASSERT_TRUE(subscriber.receive().has_value());
   ASSERT_NO_FATAL_FAILURE(open_and_solve(client, "s"));
@@ -81,7 +81,7 @@ TEST_F(ServerStreams, StatusAndJobs) {
   while (!(done && ready && final)) {
     const auto message = subscriber.receive();
     ASSERT_TRUE(message.has_value()) << running << done << ready << final;
-    // Statuses are told again for ever: a message that does not come is not seen by silence.
+    // Statuses are published again for ever: silence does not show a missing message.
     ASSERT_LT(std::chrono::steady_clock::now(), deadline) << running << done << ready << final;
     if (message->content.session() != "s") continue;
     if (message->topic == "jobs") {
@@ -96,7 +96,7 @@ TEST_F(ServerStreams, StatusAndJobs) {
   EXPECT_TRUE(running);
 }
 
-TEST(ServerStatus, IsToldAgainWithoutAnyChange) {
+TEST(ServerStatus, IsPublishedAgainWithoutAnyChange) {
   ServerOptions options = test_options();
   options.status_interval = milliseconds(50);
   RunningServer server(options);
@@ -112,7 +112,7 @@ TEST(ServerStatus, IsToldAgainWithoutAnyChange) {
   EXPECT_TRUE(message->content.status().result().converged());
 }
 
-TEST_F(ServerStreams, ClosingIsTold) {
+TEST_F(ServerStreams, ClosingIsReported) {
   open_and_solve(client, "s");
   subscriber.subscribe("session/s/status");
   ASSERT_TRUE(subscriber.receive().has_value());
@@ -120,7 +120,7 @@ TEST_F(ServerStreams, ClosingIsTold) {
   request.mutable_close_session()->set_session("s");
   client.call(request);
   std::optional<Subscriber::Message> message;
-  do {  // the status of the last result may still be on its way
+  do {  // the status of the last result may still arrive
     message = subscriber.receive();
     ASSERT_TRUE(message.has_value());
   } while (message->content.status().state() != proto::SESSION_STATE_CLOSED);

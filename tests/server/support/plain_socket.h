@@ -68,7 +68,7 @@ inline std::string zmtp1_frame(const std::string& payload) {
 }
 
 /// What a page's `fetch(.., {method: 'POST', mode: 'no-cors', body})` sends, with a body that is
-/// padded so that a reader of ZMTP 1.0 frames comes to `message`, whatever it makes of the headers.
+/// padded so that a reader of ZMTP 1.0 frames comes to `message`, for any reading of the headers.
 inline std::string web_page_request(const std::string& message) {
   std::string text =
       "POST / HTTP/1.1\r\nHost: 127.0.0.1:7801\r\nConnection: keep-alive\r\n"

@@ -77,7 +77,7 @@ TEST(ServerCurve, StreamsAreGuardedToo) {
     zmq::message_t message;
     return sub.recv(message).has_value();
   };
-  // The status of a session is told on subscription.
+  // The status of a session is published on subscription.
   proto::Request request = open_request(small_scene(), "x");
   request.set_version(1);
   client.send(zmq::buffer(request.SerializeAsString()));

@@ -133,7 +133,7 @@ TEST(ServerEndpoints, IpcAndWildcardPorts) {
             server->stream_endpoint());
 }
 
-TEST(ServerEndpoints, ATakenPortIsSaidSo) {
+TEST(ServerEndpoints, ATakenPortIsReported) {
   RunningServer first;
   ServerOptions options = test_options();
   options.transport.bind = first->request_endpoint();

@@ -77,21 +77,21 @@ TEST(TopicSlots, PatienceEndsEvenWhileNewerOnesArrive) {
 
 TEST(Subscriptions, PrefixesMatch) {
   Subscriptions subscriptions;
-  EXPECT_FALSE(subscriptions.wanted("jobs"));
+  EXPECT_FALSE(subscriptions.has_subscriber("jobs"));
   using Noted = Subscriptions::Noted;
   EXPECT_EQ(subscriptions.note(1, std::string("\1session/a/", 11)), Noted::kSubscription);
   EXPECT_EQ(subscriptions.note(2, std::string("\1session/a/", 11)), Noted::kSubscription);
-  EXPECT_TRUE(subscriptions.wanted("session/a/status"));
-  EXPECT_FALSE(subscriptions.wanted("session/ab/status"));
-  EXPECT_FALSE(subscriptions.wanted("session/a"));
+  EXPECT_TRUE(subscriptions.has_subscriber("session/a/status"));
+  EXPECT_FALSE(subscriptions.has_subscriber("session/ab/status"));
+  EXPECT_FALSE(subscriptions.has_subscriber("session/a"));
   EXPECT_EQ(subscriptions.note(1, std::string("\0session/a/", 11)), Noted::kNothing);
-  EXPECT_TRUE(subscriptions.wanted("session/a/status"));  // by the other connection
+  EXPECT_TRUE(subscriptions.has_subscriber("session/a/status"));  // by the other connection
   EXPECT_EQ(subscriptions.note(0, std::string("\0session/a/", 11)), Noted::kNothing);
-  EXPECT_TRUE(subscriptions.wanted("session/a/status"));
+  EXPECT_TRUE(subscriptions.has_subscriber("session/a/status"));
   subscriptions.forget(2);
-  EXPECT_FALSE(subscriptions.wanted("session/a/status"));
+  EXPECT_FALSE(subscriptions.has_subscriber("session/a/status"));
   EXPECT_EQ(subscriptions.note(3, std::string("\1", 1)), Noted::kSubscription);
-  EXPECT_TRUE(subscriptions.wanted("anything"));
+  EXPECT_TRUE(subscriptions.has_subscriber("anything"));
 }
 
 TEST(Subscriptions, HostileOnesCostNothing) {
@@ -104,12 +104,12 @@ TEST(Subscriptions, HostileOnesCostNothing) {
   for (int i = 0; i < 70000; ++i)
     cut_off += subscriptions.note(2, fmt::format("\1p{:05}", i)) == Noted::kTooMany ? 1 : 0;
   EXPECT_EQ(cut_off, 1);
-  EXPECT_TRUE(subscriptions.wanted("p01023"));
-  EXPECT_FALSE(subscriptions.wanted("p01024"));
+  EXPECT_TRUE(subscriptions.has_subscriber("p01023"));
+  EXPECT_FALSE(subscriptions.has_subscriber("p01024"));
   EXPECT_EQ(subscriptions.note(3, "\1jobs"), Noted::kSubscription);  // others are not concerned
   subscriptions.forget(2);
-  EXPECT_FALSE(subscriptions.wanted("p01023"));
-  EXPECT_TRUE(subscriptions.wanted("jobs"));
+  EXPECT_FALSE(subscriptions.has_subscriber("p01023"));
+  EXPECT_TRUE(subscriptions.has_subscriber("jobs"));
 }
 
 TEST(Subscriptions, OfAllTogetherAreBounded) {
@@ -125,9 +125,9 @@ TEST(Subscriptions, OfAllTogetherAreBounded) {
   EXPECT_EQ(subscriptions.note(100, "\1jobs"), Noted::kSubscription);
   EXPECT_EQ(subscriptions.take_displaced(), std::vector<std::uint64_t>{1});
   EXPECT_TRUE(subscriptions.take_displaced().empty());
-  EXPECT_TRUE(subscriptions.wanted("jobs"));
-  EXPECT_TRUE(subscriptions.wanted("7"));  // the other one that has it
-  EXPECT_TRUE(subscriptions.wanted("65535"));
+  EXPECT_TRUE(subscriptions.has_subscriber("jobs"));
+  EXPECT_TRUE(subscriptions.has_subscriber("7"));  // the other one that has it
+  EXPECT_TRUE(subscriptions.has_subscriber("65535"));
   EXPECT_EQ(subscriptions.note(1, "\1again"), Noted::kNothing);
   subscriptions.forget(1);
 }

@@ -17,11 +17,11 @@ TEST(Errors, EngineErrorsKeepCodeFieldAndMessage) {
 
 TEST(Errors, EveryEngineCodeHasItsOwnOnTheWire) {
   const ErrorCode last = ErrorCode::kInternal;
-  std::set<proto::ErrorCode> seen;
+  std::set<proto::ErrorCode> codes;
   for (int i = 0; i <= static_cast<int>(last); ++i)
-    seen.insert(to_proto(static_cast<ErrorCode>(i)));
-  EXPECT_EQ(seen.size(), static_cast<std::size_t>(last) + 1);
-  EXPECT_EQ(seen.count(proto::ERROR_CODE_UNSPECIFIED), 0u);
+    codes.insert(to_proto(static_cast<ErrorCode>(i)));
+  EXPECT_EQ(codes.size(), static_cast<std::size_t>(last) + 1);
+  EXPECT_EQ(codes.count(proto::ERROR_CODE_UNSPECIFIED), 0u);
 }
 
 TEST(Errors, RefusalsCarryDetails) {

@@ -47,7 +47,7 @@ TEST(JsonText, TheSameKeyInDifferentObjectsIsFine) {
   EXPECT_EQ(scene.name(), "x");
 }
 
-TEST(JsonText, WhatProtobufSaysIsToldWithTheFieldApart) {
+TEST(JsonText, ErrorsOfProtobufNameTheField) {
   struct Case {
     const char *text, *field, *message;
   };

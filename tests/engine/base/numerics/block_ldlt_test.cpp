@@ -111,7 +111,7 @@ TEST(BlockLdlt, ResultsDoNotDependOnThreads) {
   EXPECT_EQ(answers[0], answers[2]);
 }
 
-TEST(BlockLdlt, SingularMatricesAreSeen) {
+TEST(BlockLdlt, SingularMatricesAreDetected) {
   BlockLdlt factor(4, grid(2, 2));
   Random random(3);
   (void)fill(factor, grid(2, 2), 40, random);

@@ -105,7 +105,7 @@ TEST_P(MultifrontalCholeskyOf, TheLowerHalfIsEnoughAndOtherValuesUseTheSameLayou
   EXPECT_LT((4 * (a * x) - Eigen::VectorXd::Ones(a.rows())).norm(), 1e-11 * x.size());
 }
 
-TEST_P(MultifrontalCholeskyOf, AnIndefiniteMatrixHasAFailedPivotAndCanBeMended) {
+TEST_P(MultifrontalCholeskyOf, AnIndefiniteMatrixHasAFailedPivotAndCanBeCorrected) {
   Matrix a = GetParam().a;
   const int row = static_cast<int>(a.rows()) / 2;
   const double kept = a.coeff(row, row);

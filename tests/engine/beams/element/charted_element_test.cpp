@@ -78,7 +78,7 @@ TEST(ChartedElement, ConformsInsideAndOutsideTheDisc) {
 
 TEST(ChartedElement, AgreesWithTheFramesWhereAnglesAreSmall) {
   // An element along x that bends about axis 2, then about axis 3: the same energy to the square of
-  // the angles, whatever the rotation about the normal is counted from.
+  // the angles, for any origin of the rotation about the normal.
   const double a = 0.02, b = -0.03;
   ElementConstants<double> k;
   k.length = 0.5;

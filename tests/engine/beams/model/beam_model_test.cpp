@@ -67,7 +67,7 @@ TEST(BeamModel, AVerticalMemberGetsANormalByRule) {
   EXPECT_EQ(frame.col(2), x);
 }
 
-TEST(BeamModel, NormalsOfNodesAlongAMemberOrAgainstEachOtherGiveWayToTheRule) {
+TEST(BeamModel, NormalsOfNodesAlongAMemberOrAgainstEachOtherAreReplacedByTheRule) {
   BeamModel model = member(Eigen::Vector3d::UnitX());
   for (BeamNode& node : model.nodes) node.normal = Eigen::Vector3d(3, 0, 0);
   EXPECT_EQ(drawn_normal(model, 0), Eigen::Vector3d::UnitZ());

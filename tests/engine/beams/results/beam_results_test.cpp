@@ -73,7 +73,7 @@ TEST(BeamResults, SignsAndSizesOfElementForces) {
     EXPECT_NEAR(f.shear_2, q, 1e-5);
     EXPECT_NEAR(std::abs(f.start_moment_2), p * (1 - 0.25 * e), 2e-5);
     EXPECT_NEAR(std::abs(f.finish_moment_3), q * (0.75 - 0.25 * e), 2e-5);
-    // Moments go on from element to element.
+    // Moments are continuous from element to element.
     if (e > 0) {
       const ElementForces& before = results.forces[static_cast<std::size_t>(e - 1)];
       EXPECT_NEAR(before.finish_moment_2, f.start_moment_2, 1e-5);
@@ -175,7 +175,7 @@ TEST(BeamCables, PullAndGoSlack) {
   }
 }
 
-TEST(BeamSupports, AnInclinedRollerPushesAcrossItsWay) {
+TEST(BeamSupports, AnInclinedRollerPushesAcrossItsDirection) {
   BeamModel model = straight_beam(6, 1, 200);
   model.supports.push_back(clamped(0));
   BeamSupport roller;

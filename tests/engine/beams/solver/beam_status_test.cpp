@@ -5,7 +5,7 @@
 #include "engine/base/error.h"
 #include "engine/base/start_shift.h"
 #include "engine/beams/results/beam_results.h"
-#include "engine/beams/solver/element_doubts.h"
+#include "engine/beams/solver/uncertain_element.h"
 #include "tests/support/beam_problems.h"
 
 namespace limber::beams {
@@ -27,7 +27,7 @@ TEST(BeamStatus, NewtonLeavesTheSaddleOfAStraightColumn) {
   BeamSolveOptions options;
   options.method = BeamMethod::kNewton;
   BeamModel model = column();
-  // Both bending stiffnesses are equal: which way it falls is free, so one is chosen.
+  // Both bending stiffnesses are equal: its direction is free, so one is chosen.
   model.sections[0].bending_3 *= 2;
   const BeamSolution found = find_equilibrium(BeamStructure(model), options);
   ASSERT_TRUE(found.report.converged()) << found.report.message;
@@ -117,15 +117,15 @@ TEST(BeamStatus, TheShareUpToWhichElementsResolveTheEquilibriumIsReported) {
 TEST(BeamStatus, AFoldedElementIsDoubted) {
   const BeamStructure structure(cantilever_model(4, 1));
   BeamState state = structure.rest_state();
-  EXPECT_FALSE(detail::doubt_elements(structure, state));
+  EXPECT_FALSE(detail::find_uncertain_element(structure, state));
   state.rotations[4] = Eigen::AngleAxisd(2.5, Eigen::Vector3d::UnitY());
-  const auto doubt = detail::doubt_elements(structure, state);
+  const auto doubt = detail::find_uncertain_element(structure, state);
   ASSERT_TRUE(doubt);
   EXPECT_EQ(doubt->element, 3);
   EXPECT_NE(doubt->message.find("folded"), std::string::npos) << doubt->message;
 }
 
-/// In a plane the moment rolls it up; in space nothing holds it there beyond a third of the way.
+/// In a plane the moment rolls it up; in space nothing holds it there beyond a third of the path.
 TEST(BeamStatus, ARollUpInSpaceIsUnstableAndSaysWhatToHold) {
   BeamModel model = limber::testing::straight_beam(20);
   model.supports.push_back(clamped(0));
@@ -175,7 +175,7 @@ TEST(BeamStatus, OptionsNameMemberAndRule) {
   EXPECT_EQ(field_of([](auto& o) { o.hand_over = 0; }), "hand_over");
 }
 
-TEST(BeamStatus, AnElementThatIsBentTooFarIsTold) {
+TEST(BeamStatus, AnElementThatIsBentTooFarIsReported) {
   // Four elements make a poor circle: their ends stand by 45 degrees against their chords.
   const BeamStructure structure(limber::testing::roll_up_model(4));
   const BeamSolution found = find_equilibrium(structure);

@@ -169,7 +169,7 @@ TEST_P(BeamBuckling, ResolvedColumnsBeyondTheirLoadsConvergeBuckled) {
 }
 
 /// Elements so long that no equilibrium of the column exists: the message says which.
-TEST(BeamBucklingMessages, AColumnOfTooFewElementsIsToldTheElementsItTakes) {
+TEST(BeamBucklingMessages, TheMessageOnAColumnOfTooFewElementsStatesHowManyItTakes) {
   const Column column{ColumnEnds::kClampedGuided, 2, 30};
   for (const Solve solve : {by_newton, chosen, by_relaxation_then_newton, followed}) {
     const BeamReport report = solve(BeamStructure(column_model(column))).report;
@@ -183,7 +183,7 @@ TEST(BeamBucklingMessages, AColumnOfTooFewElementsIsToldTheElementsItTakes) {
 }
 
 /// A relaxation that nothing pushes aside ends straight, and says what it is.
-TEST(BeamBucklingByRelaxation, AStraightColumnIsSaidToBeASaddle) {
+TEST(BeamBucklingByRelaxation, AStraightColumnIsReportedAsASaddle) {
   for (const Beside beside : kBeside) {
     for (const ColumnEnds ends : kAllEnds) {
       for (const int elements : {2, 4, 8, 32}) {
@@ -277,7 +277,7 @@ TEST(BeamBucklingKnownCases, ALathFreeToTwistAtItsFarEnd) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Ways, BeamBuckling,
+INSTANTIATE_TEST_SUITE_P(Methods, BeamBuckling,
                          ::testing::Values(by_newton, chosen, by_relaxation_then_newton, followed),
                          [](const auto& test) -> std::string {
                            if (test.param == by_newton) return "Newton";

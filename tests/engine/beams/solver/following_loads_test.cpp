@@ -39,7 +39,7 @@ TEST(BeamFollowingLoads, OnACantileverHaveTheKnownShape) {
   }
 }
 
-TEST(BeamFollowingLoads, WhatLoadStepsDoNotFindIsSaidToNeedARelaxation) {
+TEST(BeamFollowingLoads, WhereLoadStepsFailTheMessageSuggestsARelaxation) {
   BeamSolveOptions options;
   options.method = BeamMethod::kNewton;
   const BeamSolution found = find_equilibrium(BeamStructure(follower(20, 10, true)), options);
@@ -100,7 +100,7 @@ TEST(BeamFollowingLoads, StabilityIsDivergence) {
 }
 
 /// Moments of fixed direction have a potential where their node turns about one axis only.
-TEST(BeamFollowingLoads, MomentsOfFixedDirectionAreSaidToHaveNoPotential) {
+TEST(BeamFollowingLoads, MomentsOfFixedDirectionAreReportedToHaveNoPotential) {
   for (const bool in_plane : {true, false}) {
     BeamModel model = follower(10, 0, in_plane);
     model.sections[0].bending_3 = 2;

@@ -64,7 +64,7 @@ TEST(BeamFollowing, NothingChangedIsNothingMoved) {
   EXPECT_LT(apart(again.state, first.state), 1e-7);
 }
 
-TEST(BeamFollowing, ASnapIsToldWithItsPlace) {
+TEST(BeamFollowing, ASnapIsReportedWithItsPlace) {
   const BeamSolution first = find_equilibrium(BeamStructure(shallow_arch(5)));
   ASSERT_TRUE(first.report.converged());
   const BeamSolution before = follow(shallow_arch(7), first.state);
@@ -89,7 +89,7 @@ TEST(BeamFollowing, ASnapIsToldWithItsPlace) {
   EXPECT_EQ(back.report.snaps.size(), 1U);
 }
 
-/// As stiff sideways as it is upright, it gives way to the side before it would snap through.
+/// As stiff sideways as it is upright, it buckles to the side before it would snap through.
 TEST(BeamFollowing, AnArchInSpaceRollsSidewaysWithoutASnap) {
   const BeamSolution first = find_equilibrium(BeamStructure(shallow_arch(5, ArchMoves::kInSpace)));
   double aside = 0;
@@ -130,7 +130,7 @@ TEST(BeamFollowing, WhatASupportGaveFadesWhenItGoes) {
   EXPECT_LT(apart(found.state, fresh.state), 1e-6);
 }
 
-TEST(BeamFollowing, PrescribedRotationsOfMoreThanATurnGoOnFromWhereTheyAre) {
+TEST(BeamFollowing, PrescribedRotationsOfMoreThanATurnContinueFromWhereTheyAre) {
   BeamModel model = straight_beam(40, 1, 1e3);
   model.sections[0].torsion = model.sections[0].bending_3 = 50;  // it stays in its plane
   model.supports = {clamped(0)};
@@ -143,7 +143,7 @@ TEST(BeamFollowing, PrescribedRotationsOfMoreThanATurnGoOnFromWhereTheyAre) {
   const BeamSolution rolled = follow(model, rest, {{40, Eigen::Vector3d::Zero()}});
   ASSERT_TRUE(rolled.report.converged()) << rolled.report.message;
   EXPECT_LT(rolled.state.positions.col(40).norm(), 0.01) << "a closed circle";
-  // On by half a turn, and all the way back.
+  // On by half a turn, and back.
   model.motions[0].rotation.y() = -3 * std::numbers::pi;
   const BeamSolution more = follow(model, rolled.state, {{40, {0, -2 * std::numbers::pi, 0}}});
   ASSERT_TRUE(more.report.converged()) << more.report.message;

@@ -43,14 +43,14 @@ TEST(HeldRotation, AboutTwoAxesIsReachedInOneSpinThatLeavesTheThirdAlone) {
   EXPECT_LT(held.spin(spun(axes, {0, 2.5, 0}, there), 1).norm(), 1e-14) << "which is free";
 }
 
-TEST(HeldRotation, AboutOneAxisAloneNothingIsAskedFor) {
+TEST(HeldRotation, AboutOneAxisAloneNothingIsPrescribed) {
   const Quaterniond start = rotation_by(Vector3d(0.3, 0.5, -0.8));
   const HeldRotation held({false, true, false}, oblique(), start, {0, 0, 0}, {});
   EXPECT_EQ(held.spin(start, 1).norm(), 0);
   EXPECT_EQ(held.angle(), 0);
 }
 
-TEST(HeldRotation, GoesOnFromTurnsThatAreKnown) {
+TEST(HeldRotation, ContinuesFromTurnsThatAreKnown) {
   // 5 turns about the first axis look like none.
   const Matrix3d axes = oblique();
   const Quaterniond start = rotation_by(10 * std::numbers::pi * axes.col(0));
@@ -60,7 +60,7 @@ TEST(HeldRotation, GoesOnFromTurnsThatAreKnown) {
     EXPECT_NEAR(known.angle(), std::numbers::pi, 1e-12);
     const HeldRotation unknown(held, axes, start, {0, 0, 0}, {});
     EXPECT_NEAR(unknown.angle(), 0, 1e-12);
-    // What is told wrongly is not believed.
+    // A wrong value is not used.
     const HeldRotation wrong(held, axes, start, {0, 0, 0}, Vector3d(1, 0, 0));
     EXPECT_NEAR(wrong.angle(), 0, 1e-12);
   }
@@ -126,7 +126,7 @@ TEST(BeamLocalAxes, ARotationAboutOneAxisBendsALongItsOwnCircle) {
 
 TEST(BeamLocalAxes, ARotationByAFullTurnAboutOneAxisRollsUp) {
   ObliqueRod rod(24);
-  // The plane of bending is held, the way in it free.
+  // The plane of bending is held, the path in it free.
   for (int i = 1; i <= 24; ++i)
     rod.model.supports.push_back({i, {false, true, false, true, false, true}, rod.axes});
   rod.motion.rotates = {false, true, false};

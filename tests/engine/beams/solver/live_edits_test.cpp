@@ -27,7 +27,7 @@ BeamSolution follow_live(const BeamModel& model, const BeamState& start,
   return follow_equilibrium(BeamStructure(model), start, {}, options);
 }
 
-TEST(BeamLiveEdits, AnArchThatSnapsThroughIsToldWithAPlaceGoodToTheResolution) {
+TEST(BeamLiveEdits, AnArchThatSnapsThroughIsReportedWithAPlaceGoodToTheResolution) {
   const BeamSolution first = find_equilibrium(BeamStructure(shallow_arch(5)));
   const BeamSolution live = follow_live(shallow_arch(25), first.state);
   const BeamSolution fine = follow_equilibrium(BeamStructure(shallow_arch(25)), first.state, {},

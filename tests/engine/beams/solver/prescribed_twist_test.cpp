@@ -68,7 +68,7 @@ INSTANTIATE_TEST_SUITE_P(Methods, BeamPrescribedTwist,
                            return "Method" + std::to_string(static_cast<int>(test.param));
                          });
 
-TEST(BeamPrescribedTwistInSteps, GoesOnFromWhatWasTurnedBefore) {
+TEST(BeamPrescribedTwistInSteps, ContinuesFromEarlierTurns) {
   BeamState state = BeamStructure(turned_rod(8, 0)).rest_state();
   double before = 0;
   for (const double angle : {5.0, 10.0, 12.0, 14.0}) {

@@ -31,7 +31,7 @@ TEST(BeamPushedSide, OneNodeIsEnough) {
           EXPECT_GT(side * found.state.positions(2, elements / 2), 0.15)
               << elements << " elements, pushed at node " << node << ", " << to_string(method);
           EXPECT_EQ(found.report.load_factor, 1);
-          EXPECT_TRUE(found.report.snaps.empty()) << "nobody asked for them";
+          EXPECT_TRUE(found.report.snaps.empty()) << "they were not requested";
         }
       }
     }
@@ -75,7 +75,7 @@ TEST(BeamPushedSide, OfAStructureThatIsMovedAsAWhole) {
   }
 }
 
-/// Where what is there for good is stronger, a push changes nothing but the way.
+/// Where what is there for good is stronger, a push changes the path only.
 TEST(BeamPushedSide, LoadsThatStayAreStronger) {
   BeamModel model = limber::testing::cantilever_model(10, 1);
   model.temporary_loads = {{10, {0, 0, -0.5}}};

@@ -1,5 +1,5 @@
-// Structures at random: what is said to be a minimum is one by second derivatives that differences
-// of forces give, and the negative eigenvalues that are told are there.
+// Structures at random: what is reported as a minimum is one by second derivatives that differences
+// of forces give, and the negative eigenvalues that are reported are there.
 
 #include <gtest/gtest.h>
 
@@ -80,7 +80,7 @@ BeamModel random_model(std::uint64_t seed) {
       support.axes = reference::rotation_between(Vector3d::UnitZ(), along).toRotationMatrix();
       model.supports.push_back(support);
     }
-    // Along the last bar it stays straight, whatever that is.
+    // Along the last bar it stays straight, in any direction.
     const double size = between(random, -2, 12) * bending / (length * length);
     const bool is_along = random.uniform() < 0.6;
     model.loads.push_back({from, -size * (is_along ? along : direction(random))});
@@ -91,7 +91,7 @@ BeamModel random_model(std::uint64_t seed) {
 
 class BeamRandomStability : public ::testing::TestWithParam<BeamMethod> {};
 
-TEST_P(BeamRandomStability, WhatIsSaidOfTheInertiaHoldsByDifferences) {
+TEST_P(BeamRandomStability, TheReportedInertiaHoldsByDifferences) {
   int converged = 0, unstable = 0;
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
     const BeamStructure structure(random_model(seed));

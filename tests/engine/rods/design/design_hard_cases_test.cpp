@@ -188,7 +188,7 @@ TEST_F(HardDesigns, AJointAngleAtItsBound) {
   options_.flat_height = 0.2;
   LinkageDesign free = design();
   const DesignReport unbound = optimize_design(free, options_);
-  // The start stands at the bound, or beyond it where the way leads there.
+  // The start stands at the bound, or beyond it where the path leads there.
   for (const double beyond : {0.0, 0.02}) {
     LinkageDesign design = this->design();
     options_.smallest_angle =
@@ -225,13 +225,13 @@ TEST_F(HardDesigns, ASmallestAngleThatNoDesignHas) {
 TEST_F(HardDesigns, AnEquilibriumThatDisappearsUnderAParameterStep) {
   open(planar_model(), 0.3);
   LinkageDesign design = this->design();
-  // Along these lengths the flat shape ceases to be one: followed in ever smaller steps, the way
+  // Along these lengths the flat shape ceases to be one: followed in ever smaller steps, the path
   // ends, and no trial beyond the end is believed.
-  Eigen::VectorXd way = start_->lengths;
-  for (Eigen::Index s = 0; s < way.size(); ++s) way[s] *= s % 3 == 0 ? 0.4 : 0;
+  Eigen::VectorXd direction = start_->lengths;
+  for (Eigen::Index s = 0; s < direction.size(); ++s) direction[s] *= s % 3 == 0 ? 0.4 : 0;
   double reached = 0, step = 0.02;
   while (step > 1e-7 && reached < 1) {
-    const DesignTrial trial = design.trial(start_->lengths + (reached + step) * way);
+    const DesignTrial trial = design.trial(start_->lengths + (reached + step) * direction);
     if (trial.status == TrialStatus::kFound) {
       design.move_to(trial.point);
       reached += step;
@@ -244,13 +244,13 @@ TEST_F(HardDesigns, AnEquilibriumThatDisappearsUnderAParameterStep) {
   EXPECT_GT(reached, 0);
   EXPECT_LT(reached, 1);
   for (const double beyond : {1e-4, 1e-2, 0.2}) {
-    const DesignTrial trial = design.trial(start_->lengths + (reached + beyond) * way);
+    const DesignTrial trial = design.trial(start_->lengths + (reached + beyond) * direction);
     EXPECT_NE(trial.status, TrialStatus::kFound) << beyond;
   }
   EXPECT_LT(design.values(design.point()).flatness, 1e-9);
 }
 
-TEST_F(HardDesigns, WhereTheDeployedShapesBranchEndsTheSearchGoesOnFromTheNext) {
+TEST_F(HardDesigns, WhereTheDeployedShapesBranchEndsTheSearchContinuesFromTheNext) {
   const LinkageModel even = testing::curved_model();
   open(even, 0.4);
   const int joint = even.variables().joints() - 1;

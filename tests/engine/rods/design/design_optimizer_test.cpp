@@ -93,7 +93,7 @@ TEST(DesignOptimizer, KeepsTheAreaOfTheDeployedCells) {
   EXPECT_GT(kept.after.objective, unbound.after.objective);
 }
 
-TEST(DesignOptimizer, AnAreaThatCannotBeKeptIsTold) {
+TEST(DesignOptimizer, AnAreaThatCannotBeKeptIsReported) {
   ReachableDesign known;
   LinkageDesign start = known.design();
   known.criteria.least_area = 4 * start.values(start.point()).deployed_area;
@@ -211,7 +211,7 @@ TEST(DesignOptimizer, ATargetFarBeyondReachIsApproached) {
   EXPECT_FALSE(report.message.empty());
 }
 
-TEST(DesignOptimizer, StopsWhenAskedToAndKeepsTheBest) {
+TEST(DesignOptimizer, StopsOnRequestAndKeepsTheBest) {
   ReachableDesign known;
   LinkageDesign design = known.design();
   JobContext context;

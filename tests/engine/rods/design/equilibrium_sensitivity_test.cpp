@@ -164,8 +164,8 @@ TEST_P(SensitivityTest, ProductsAreSymmetric) {
   const EquilibriumSensitivity sensitivity(model_, state_, conditions_, variables_);
   const EquilibriumSensitivity::Adjoint adjoint = sensitivity.adjoint(function());
   const Eigen::VectorXd u = direction(4), v = direction(5);
-  const auto product = [&](const Eigen::VectorXd& way) {
-    return sensitivity.product(function(), adjoint, way, sensitivity.shape_change(way));
+  const auto product = [&](const Eigen::VectorXd& along) {
+    return sensitivity.product(function(), adjoint, along, sensitivity.shape_change(along));
   };
   const Eigen::VectorXd by_u = product(u), by_v = product(v);
   EXPECT_NEAR(v.dot(by_u), u.dot(by_v), 1e-7 * (by_u.norm() + by_v.norm()));
@@ -298,11 +298,11 @@ TEST(EquilibriumSensitivity, RefusesWhatItCannotDifferentiate) {
 class CountingPlane final : public TargetSurface {
  public:
   [[nodiscard]] ClosestPoint closest(const Eigen::Vector3d& point) const override {
-    ++asked;
+    ++calls;
     const Eigen::Vector3d z = Eigen::Vector3d::UnitZ();
     return {{point.x(), point.y(), 1}, Eigen::Matrix3d::Identity() - z * z.transpose()};
   }
-  mutable int asked = 0;
+  mutable int calls = 0;
 };
 
 TEST(ShapeFunctions, ClosestPointsAreSoughtOncePerShape) {
@@ -316,12 +316,12 @@ TEST(ShapeFunctions, ClosestPointsAreSoughtOncePerShape) {
   distance.add_gradient(state, 1, by);
   distance.add_second(state, v, 1, by);
   distance.add_second(state, v, 1, by);
-  EXPECT_EQ(plane.asked, joints);
+  EXPECT_EQ(plane.calls, joints);
   Eigen::VectorXd step = 0 * v;
   step[model.variables().joint_begin(3) + kJointPosition + 2] = 0.5;
   const LinkageState moved = state.moved(model, step);
   EXPECT_NE(distance.value(moved), value);
-  EXPECT_EQ(plane.asked, 2 * joints);
+  EXPECT_EQ(plane.calls, 2 * joints);
   EXPECT_EQ(distance.value(state), value);
 }
 

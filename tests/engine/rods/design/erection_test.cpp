@@ -66,7 +66,7 @@ TEST(Erection, OfAFlatGridIsAPushToTheSideThatItWasDesignedFor) {
     EXPECT_DOUBLE_EQ(erection.flat_angle, *dome.flat.mean_opening_angle);
     EXPECT_LT(erection.distance, 1e-4 * 280);
     EXPECT_LT(distance_between_shapes(dome.opened(erection.push), dome.point.deployed), 1e-3);
-    // The other way round it opens to the mirrored shape: that is another one.
+    // With the opposite push it opens to the mirrored shape: that is another one.
     std::vector<JointLoad> against = erection.push;
     for (JointLoad& load : against) load.force *= -1;
     EXPECT_GT(distance_between_shapes(dome.opened(against), dome.point.deployed), 5);

@@ -114,7 +114,7 @@ TEST(LinkageDesign, DerivativesWithATrialsFactorsAreThoseWithNewOnes) {
 /// those of the point.
 TEST(LinkageDesign, DerivativesAreRightAfterATrialLostInTheDeployedShapeOnly) {
   const SmallDesign problem = curved_design();
-  // The other way round: what is nearly flat, and soft, is the second shape.
+  // Exchanged: what is nearly flat, and soft, is the second shape.
   LinkageDesign design(problem.model, problem.deployed, problem.flat,
                        {problem.start->lengths, problem.start->deployed, problem.start->flat},
                        problem.criteria, problem.limits);
@@ -124,9 +124,9 @@ TEST(LinkageDesign, DerivativesAreRightAfterATrialLostInTheDeployedShapeOnly) {
   const Eigen::VectorXd product = design.products(v).objective;
   int lost = 0;
   for (unsigned seed = 1; seed <= 40 && lost < 3; ++seed) {
-    const Eigen::VectorXd way = random_direction(lengths.size(), seed);
+    const Eigen::VectorXd direction = random_direction(lengths.size(), seed);
     for (double size = 1; size < 30 && lost < 3; size *= 1.5) {
-      const DesignTrial trial = design.trial(lengths + size * way);
+      const DesignTrial trial = design.trial(lengths + size * direction);
       if (trial.lost == LostShape::kFlat) break;
       if (trial.lost != LostShape::kDeployed) continue;
       ++lost;
@@ -178,7 +178,7 @@ TEST(LinkageDesign, OfTheObjectiveAloneTheSameComesOut) {
   EXPECT_EQ(design.products(v).objective, product);
 }
 
-TEST(LinkageDesign, OtherCriteriaAreSeenAtTheSamePoint) {
+TEST(LinkageDesign, OtherCriteriaApplyAtTheSamePoint) {
   SmallDesign problem = curved_design();
   LinkageDesign design = problem.design();
   (void)design.gradients();
@@ -265,8 +265,8 @@ TEST(LinkageDesign, WhatWouldMoveFartherThanAllowedIsNotTried) {
   EXPECT_EQ(trial_within({}, 2, 1.3).status, TrialStatus::kFound);
 }
 
-/// Where what bends the way is more than what leads along it.
-TEST(LinkageDesign, WaysThatTurnRoundAreNotForeseen) {
+/// Where what bends the path is more than what leads along it.
+TEST(LinkageDesign, PathsThatTurnRoundAreNotPredicted) {
   DesignLimits limits;
   limits.largest_move = limits.largest_surprise = 100;
   EXPECT_EQ(trial_within(limits, 6, 2.8).status, TrialStatus::kFound);
@@ -279,7 +279,7 @@ TEST(LinkageDesign, WaysThatTurnRoundAreNotForeseen) {
   EXPECT_GT(trial_within(limits, 6, 4.3).iterations, 0);
 }
 
-/// A surface that fails when it is told to.
+/// A surface that fails on request.
 class BrittleSurface final : public TargetSurface {
  public:
   [[nodiscard]] ClosestPoint closest(const Eigen::Vector3d& point) const override {

@@ -38,7 +38,7 @@ void demand_same_whatever_the_order(const SurfaceMesh& mesh) {
   }
 }
 
-/// Which corner comes first and which way round is of the surface, not of its file.
+/// Which corner comes first and which orientation depends on the surface, not of its file.
 TEST(PatchCorners, DirectionsDoNotDependOnTheOrderOfVertices) {
   SurfaceMesh mesh =
       field(12, [](double x, double y) { return 20 * x * x - 15 * y * y + 4 * x * y; });
@@ -74,7 +74,7 @@ TEST(PatchCorners, OfSquaresAreTheirs) {
   }
 }
 
-TEST(PatchCorners, OfWaysAsNearToAnAxisTheOneBetweenForwardWaysIsFirst) {
+TEST(PatchCorners, OfDirectionsAsNearToAnAxisTheOneBetweenForwardDirectionsIsFirst) {
   const SurfaceMesh square = field(4, [](double, double) { return 0.0; });
   for (const double degrees : {45.0, 135.0, 225.0, 315.0}) {
     const SurfaceMesh mesh = turned(square, degrees, Eigen::Vector3d::UnitZ());

@@ -252,8 +252,8 @@ struct Opened {
     LinkageState open = flat;
     Conditions opened;
     opened.mean_opening_angle = grid.mean_angle;
-    const DeploymentReport way = deploy(equilibrium, open, opened);
-    EXPECT_EQ(way.status, DeploymentStatus::kReached) << way.message;
+    const DeploymentReport deployment = deploy(equilibrium, open, opened);
+    EXPECT_EQ(deployment.status, DeploymentStatus::kReached) << deployment.message;
     joints = joint_positions(open);
     height = measured_height(joints);
     energy = ElasticEnergy(model).value(open);
@@ -269,7 +269,7 @@ struct Opened {
   Eigen::Matrix3Xd joints;
 };
 
-TEST(StartingGrid, LiesFlatWithoutStressAndOpensToTheSurface) {
+TEST(StartingGrid, IsFlatWithoutStressAndOpensToTheSurface) {
   for (const SurfaceMesh& mesh : {quadric(-10, -10), quadric(20, 20), quadric(12, -12)}) {
     const StartingGrid grid =
         starting_grid(mesh, {.columns = 6, .rows = 7, .section = kNarrowStrip});
@@ -377,23 +377,23 @@ TEST(StartingGrid, IsPushedToTheSideOfItsSurface) {
   }
 }
 
-TEST(StartingGrid, SaysWhatWillStandInADesignsWay) {
+TEST(StartingGrid, RemarksNameWhatWillHinderADesign) {
   const StartingGridOptions options{.columns = 6, .rows = 6, .section = kNarrowStrip};
   EXPECT_EQ(starting_grid(quadric(-20, -20), options).remark, "");
   EXPECT_EQ(starting_grid(quadric(10, -10), options).remark, "");
-  const auto said = [&](const SurfaceMesh& mesh, const char* words) {
+  const auto expect_remark = [&](const SurfaceMesh& mesh, const char* words) {
     const std::string remark = starting_grid(mesh, options).remark;
     EXPECT_NE(remark.find(words), std::string::npos) << remark;
   };
-  said(quadric(0, 0, 20), "twisted along the rods");
-  said(quadric(-20, 0), "in one direction only");
-  said(testing::cells(16,
-                      [](int i, int j) {
-                        const double x = i / 8.0 - 1, y = j / 8.0 - 1;
-                        return Eigen::Vector3d(150 * x * (1 + 0.3 * y), 100 * y,
-                                               20 * (1 - x * x - y * y));
-                      }),
-       "a larger flat_angle leaves them more room");
+  expect_remark(quadric(0, 0, 20), "twisted along the rods");
+  expect_remark(quadric(-20, 0), "in one direction only");
+  expect_remark(testing::cells(16,
+                               [](int i, int j) {
+                                 const double x = i / 8.0 - 1, y = j / 8.0 - 1;
+                                 return Eigen::Vector3d(150 * x * (1 + 0.3 * y), 100 * y,
+                                                        20 * (1 - x * x - y * y));
+                               }),
+                "a larger flat_angle leaves them more room");
 }
 
 TEST(StartingGrid, ShallowSurfacesHaveShallowGrids) {

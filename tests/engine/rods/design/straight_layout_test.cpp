@@ -70,8 +70,8 @@ StraightLayout layout_for(const GridLines& grid, double curvature) {
   return layout;
 }
 
-/// Opened with rods that bend sideways hardly at all, and the other ways as easily: they follow
-/// the lengths. From a flat drawing that is nudged out of its plane.
+/// Opened with rods that bend sideways hardly at all, and in the other directions as easily: they
+/// follow the lengths. From a flat drawing that is nudged out of its plane.
 Eigen::Matrix3Xd opened(const GridLines& grid, const StraightLayout& layout) {
   LineMesh lines;
   lines.vertices = draw(grid, layout);
@@ -135,7 +135,7 @@ TEST(StraightLayout, HasEdgesThatAreAsLongInTheMean) {
   }
 }
 
-TEST(StraightLayout, ThatBendsTooMuchIsSeen) {
+TEST(StraightLayout, ThatBendsTooMuchIsDetected) {
   const GridLines grid(7, 7);
   EXPECT_TRUE(is_regular(grid, draw(grid, layout_for(grid, 0.1)), 0.25));
   StraightLayout crossed = layout_for(grid, -3);

@@ -96,7 +96,7 @@ TEST(TrustRegionStep, ComponentsWithoutSlopeStay) {
   EXPECT_EQ(step.bent[3], 0);
 }
 
-TEST(CurvatureMemory, MeasuresAndInvertsTheMatrixThatItHasSeenWhole) {
+TEST(CurvatureMemory, MeasuresAndInvertsAMatrixKnownCompletely) {
   Quadratic problem(1);
   (void)problem.step({1e6, 1e-12 * problem.slope.norm(), 500});
   const Eigen::VectorXd v = Eigen::VectorXd::LinSpaced(kSize, -1, 2);

@@ -24,7 +24,7 @@ class Pushed : public ::testing::Test {
     ASSERT_TRUE(equilibrium.solve(state, held).converged());
     reactions = equilibrium.reactions(state, held);
   }
-  DampedDescent::End go_down(DampedDescent& descent, const DampedDescent::OnStep& on_step,
+  DampedDescent::End descend(DampedDescent& descent, const DampedDescent::OnStep& on_step,
                              const JobContext& job = {}) {
     EquilibriumOptions options;
     options.tolerance = 1e-6;
@@ -43,7 +43,7 @@ TEST_F(Pushed, GoesDownInSmallStepsToTheEquilibrium) {
   double energy = std::numeric_limits<double>::infinity();
   LinkageState before = state;
   const double whole = joint_distance(state, rest);
-  const auto end = go_down(descent, [&](const DampedDescent::Step& step, const LinkageState& now) {
+  const auto end = descend(descent, [&](const DampedDescent::Step& step, const LinkageState& now) {
     EXPECT_LE(step.report.energies.total(), energy * (1 + 1e-9));
     energy = step.report.energies.total();
     EXPECT_FALSE(step.jumped);
@@ -58,7 +58,7 @@ TEST_F(Pushed, GoesDownInSmallStepsToTheEquilibrium) {
 
 TEST_F(Pushed, WhatItEndsInIsHeldBySpringsThatHardlyPull) {
   DampedDescent descent(equilibrium, free);
-  ASSERT_EQ(go_down(descent, [](const DampedDescent::Step&, const LinkageState&) {}),
+  ASSERT_EQ(descend(descent, [](const DampedDescent::Step&, const LinkageState&) {}),
             DampedDescent::End::kThere);
   LinkageState held = state;
   const EquilibriumReport report = equilibrium.solve(held, descent.held());
@@ -71,7 +71,7 @@ TEST_F(Pushed, IsCancelledBetweenIterations) {
   const Cancellation cancellation;
   DampedDescent descent(equilibrium, free);
   int steps = 0;
-  const auto end = go_down(descent,
+  const auto end = descend(descent,
                            [&](const DampedDescent::Step&, const LinkageState&) {
                              if (++steps == 2) cancellation.request();
                            },

@@ -81,7 +81,7 @@ TEST(Deployment, ClosingWhatWasOpenedComesBackToTheStart) {
   EXPECT_NEAR(back.end.energies.total(), energy, 1e-8 * (1 + energy));
 }
 
-TEST(Deployment, AgainFromTheSameStateGoesTheSameWay) {
+TEST(Deployment, AgainFromTheSameStateTakesTheSamePath) {
   Balanced curved;
   auto& [model, equilibrium, closed, conditions] = curved;
   conditions.mean_opening_angle = closed.mean_opening_angle() + 0.8;
@@ -199,7 +199,7 @@ TEST(Deployment, ASnapThroughIsAJumpAndSaysSo) {
   pushed.loads = {{0, Eigen::Vector3d(0, 0, -20), Eigen::Vector3d::Zero(), 0}};
   const DeploymentReport report = deploy(equilibrium, state, roof.held, pushed);
   EXPECT_EQ(report.status, DeploymentStatus::kReached) << report.message;
-  // A symmetric roof sways before it has reached its limit: the branch goes on, unstable.
+  // A symmetric roof sways before it has reached its limit: the branch continues, unstable.
   EXPECT_EQ(report.jumps, 1) << report.message;
   EXPECT_EQ(report.limit_points, 0) << report.message;
   EXPECT_LT(state.joints()[0].position.z(), -10);
@@ -299,7 +299,7 @@ struct PushedRoof : Roof {
     EXPECT_TRUE(equilibrium.solve(start, held).converged());
     pushed.loads = {{0, Eigen::Vector3d(-4, 4, -20), Eigen::Vector3d::Zero(), 0}};
   }
-  /// @param state  becomes the end of the way
+  /// @param state  becomes the end of the path
   DeploymentReport push(const DeploymentOptions& options, LinkageState& state) {
     state = start;
     return deploy(equilibrium, state, held, pushed, options);
@@ -310,7 +310,7 @@ struct PushedRoof : Roof {
   }
 };
 
-TEST(Deployment, AWayThatLosesBranchAfterBranchIsGivenUp) {
+TEST(Deployment, APathThatLosesBranchAfterBranchIsGivenUp) {
   PushedRoof roof;
   DeploymentOptions options;
   options.most_ends = 1;
@@ -332,8 +332,8 @@ TEST(Deployment, AWayThatLosesBranchAfterBranchIsGivenUp) {
   EXPECT_EQ(roof.push(options).status, DeploymentStatus::kReached);
 }
 
-/// Counted from tenth to tenth: a long way may take as many steps as it needs.
-TEST(Deployment, AWayThatHardlyGoesOnIsGivenUp) {
+/// Counted from tenth to tenth: a long path may take as many steps as it needs.
+TEST(Deployment, APathThatHardlyAdvancesIsGivenUp) {
   PushedRoof roof;
   DeploymentOptions options;
   const DeploymentReport all = roof.push(options);
@@ -391,14 +391,14 @@ void expect_turned_at_most(int free_joint, int valence, double most) {
   EXPECT_NE(report.message.find("turn over"), std::string::npos) << report.message;
   const double angle = state.joints()[static_cast<std::size_t>(free_joint)].opening_angle;
   EXPECT_LT(std::abs(angle), 1.01 * most);
-  EXPECT_GT(std::abs(angle), 0.8 * most) << "there are rods in the way, but not before";
+  EXPECT_GT(std::abs(angle), 0.8 * most) << "rods block it, but not before";
 }
 
 TEST(Deployment, NoJointCreepsBeyondWhereRodsCross) {
   expect_turned_at_most(1, 3, 1.25 * std::numbers::pi);
 }
 
-TEST(Deployment, RodsJoinedByTheirEndsGoOnUntilTheyFold) {
+TEST(Deployment, RodsJoinedByTheirEndsOpenUntilTheyFold) {
   expect_turned_at_most(8, 2, 2 * std::numbers::pi);
 }
 
@@ -425,7 +425,7 @@ TEST(Deployment, ATorqueThatWindsAJointUpIsGivenUpWhereRodsCross) {
   }
 }
 
-TEST(Deployment, StopsWhenAskedTo) {
+TEST(Deployment, StopsOnRequest) {
   const LinkageModel model = curved_model();
   LinkageEquilibrium equilibrium(model);
   LinkageState state(model);

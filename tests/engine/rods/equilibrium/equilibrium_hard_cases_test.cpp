@@ -189,7 +189,7 @@ TEST(HardEquilibria, EdgesFoldingToAntiparallelUnfold) {
   }
 }
 
-TEST(HardEquilibria, AnEdgeFoldedBackEntirelyIsSaid) {
+TEST(HardEquilibria, AnEdgeFoldedBackEntirelyIsReported) {
   const LinkageModel model = grid_model(3, 3, 1.0);
   LinkageEquilibrium equilibrium(model);
   LinkageState state = folded_back(model, 0);
@@ -224,7 +224,7 @@ TEST(HardEquilibria, ShortSegmentsDoNotSwallowLoads) {
     EXPECT_NEAR(tip(cross, 10, report), -2, 0.03) << cross;
     EXPECT_TRUE(report.converged()) << cross << ": " << report.message;
   }
-  // So short that the stiffness of its edges leaves 2 N no digits: then that is said.
+  // So short that the stiffness of its edges leaves 2 N no digits: then that is reported.
   const double lost = tip(1, 40, report);
   EXPECT_TRUE(!report.converged() || std::abs(lost + 2) < 0.1) << lost << ": " << report.message;
 }
@@ -436,7 +436,7 @@ TEST(HardEquilibria, ASymmetricSaddleIsLeft) {
   EXPECT_GT(height, 3);
 }
 
-TEST(HardEquilibria, ASaddleIsSeenBesideLargeForces) {
+TEST(HardEquilibria, ASaddleIsDetectedBesideLargeForces) {
   // As above, but beside what a pinned joint carries the springs' forces are a trifle, which one
   // step balances: it must be seen all the same that this is no minimum.
   LineMesh mesh = testing::sheared_grid(6, 2, std::numbers::pi / 2, 40);

@@ -1,4 +1,4 @@
-// What is said of equilibria that were not found.
+// Messages on equilibria that were not found.
 
 #include "engine/rods/equilibrium/equilibrium_text.h"
 

@@ -87,7 +87,7 @@ TEST(ExtremeSizes, SlendernessFromTenToTenThousand) {
     EXPECT_NEAR(state.mean_opening_angle(), wanted, 1e-12);
     energies.push_back(report.end.energies.total() / bending);
   }
-  // Stretching gives way by what E A is short of rigid: E I / E A = h^2 / 12.
+  // Stretching yields by what E A is short of rigid: E I / E A = h^2 / 12.
   for (std::size_t k = 0; k + 1 < slenderness.size(); ++k) {
     const double less = 1 - energies[k] / energies.back();
     EXPECT_NEAR(less * slenderness[k] * slenderness[k], 0.78, 0.05) << slenderness[k];

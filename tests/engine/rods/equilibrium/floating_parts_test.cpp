@@ -85,7 +85,7 @@ TEST(FloatingParts, PinsAndSpringsKeepAPartWhereItIsAndLoadsHowItTurns) {
     keep_in_place(model, {}, conditions, drawn, state);
     EXPECT_LT(joint_distance(state, away), 1e-12);
   }
-  // Pins that have been released hold nothing any more; springs fade on the way.
+  // Pins that have been released hold nothing any more; springs fade along the path.
   LinkageState state = away;
   keep_in_place(model, pinned, {}, drawn, state);
   EXPECT_LT(joint_distance(state, drawn), 1e-9);
@@ -102,7 +102,7 @@ TEST(FloatingParts, PinsAndSpringsKeepAPartWhereItIsAndLoadsHowItTurns) {
   EXPECT_LT(joint_distance(state, drawn), 1e-9);
 }
 
-TEST(FloatingParts, ALoneStraightRodStaysAsItLies) {
+TEST(FloatingParts, ALoneStraightRodStaysInPlace) {
   LineMesh mesh;
   mesh.vertices.resize(3, 2);
   mesh.vertices << 0, 100, 0, 0, 0, 0;

@@ -314,7 +314,7 @@ TEST(LinkageEquilibrium, RerunsAndThreadsGiveTheSameBits) {
   }
 }
 
-TEST(LinkageEquilibrium, StopsWhenAskedTo) {
+TEST(LinkageEquilibrium, StopsOnRequest) {
   const LinkageModel model = curved_model();
   LinkageState state(model);
   LinkageEquilibrium equilibrium(model);
@@ -396,7 +396,7 @@ TEST(LinkageEquilibrium, LeavesTheFactorThatCertifiedWhatItFound) {
   EXPECT_LT(left.norm(), 1e-9 * forces.norm());
 }
 
-TEST(LinkageEquilibrium, GoesOnInOtherMemoryAsIfItsFactorHadNotBeenTaken) {
+TEST(LinkageEquilibrium, ContinuesInOtherMemoryAsIfItsFactorHadNotBeenTaken) {
   const LinkageModel model = curved_model();
   const auto shapes = [&](bool taking) {
     LinkageEquilibrium equilibrium(model);

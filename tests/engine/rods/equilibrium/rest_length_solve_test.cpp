@@ -109,7 +109,7 @@ TEST(RestLengthSolve, StopsAtBoundsWithForcesThatPushAgainstThem) {
     if (bound) {
       ++at_bound;
       EXPECT_NEAR(model.segment_lengths()[s], 1.03 * drawn[s], 1e-12 * drawn[s]);
-      EXPECT_LT(by_length[s], -1e-3 * kStrip.stretching);  // would go on
+      EXPECT_LT(by_length[s], -1e-3 * kStrip.stretching);  // would continue
     } else {
       EXPECT_LT(std::abs(by_length[s]), 1e-7 * kStrip.stretching);
     }

@@ -36,7 +36,7 @@ std::vector<int> counts(const std::vector<double>& lengths, int edges) {
   return all;
 }
 
-TEST(EdgesByLength, SegmentsLikeTheOthersHaveAsManyAsAsked) {
+TEST(EdgesByLength, SegmentsLikeTheOthersHaveTheRequestedNumber) {
   EXPECT_THAT(counts({1, 2, 0.11, 50, 1}, 10), ElementsAre(10, 10, 10, 10, 10));
 }
 

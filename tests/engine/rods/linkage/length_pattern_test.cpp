@@ -15,11 +15,11 @@ using namespace testing;
 TEST(LengthPattern, ColoursDoNotMeetAndNothingIsOutOfReach) {
   const LinkageModel model = grid_model(7, 6, 1.0);
   const LengthPattern pattern = length_pattern(model.graph());
-  std::vector<int> seen(pattern.reaches.size(), 0);
+  std::vector<int> counts(pattern.reaches.size(), 0);
   for (const auto& colour : pattern.colours) {
     std::vector<int> joints, lengths;
     for (const int s : colour) {
-      ++seen[static_cast<std::size_t>(s)];
+      ++counts[static_cast<std::size_t>(s)];
       const auto& reach = pattern.reaches[static_cast<std::size_t>(s)];
       joints.insert(joints.end(), reach.joints.begin(), reach.joints.end());
       lengths.insert(lengths.end(), reach.lengths.begin(), reach.lengths.end());
@@ -29,7 +29,7 @@ TEST(LengthPattern, ColoursDoNotMeetAndNothingIsOutOfReach) {
       EXPECT_EQ(std::adjacent_find(list->begin(), list->end()), list->end());
     }
   }
-  EXPECT_EQ(seen, std::vector<int>(pattern.reaches.size(), 1));
+  EXPECT_EQ(counts, std::vector<int>(pattern.reaches.size(), 1));
   EXPECT_LT(pattern.colours.size(), pattern.reaches.size() / 2);
   // Column by column, without colours: the same.
   LinkageDerivatives derivatives(model);

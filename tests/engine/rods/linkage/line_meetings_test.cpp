@@ -48,7 +48,7 @@ TEST(LineMeetings, AnEndOnALineAndTwoEndsAtOnePlace) {
   ASSERT_EQ(on.count, 1);
   EXPECT_EQ(on.listed[0].kind, LineMeeting::Kind::kVertexEdge);
   EXPECT_EQ(on.listed[0].vertices, Eigen::Vector2i(-1, 2));
-  // Two rods of two edges each through one place: of four pairs of edges one is told.
+  // Two rods of two edges each through one place: of four pairs of edges one is reported.
   const LineMeetings twins = find_line_meetings(
       mesh_of({{-1, 0, 0}, {0, 0, 0}, {1, 0, 0}, {0, -1, 0}, {0, 0, 0}, {0, 1, 0}},
               {{0, 1}, {1, 2}, {3, 4}, {4, 5}}));
@@ -57,7 +57,7 @@ TEST(LineMeetings, AnEndOnALineAndTwoEndsAtOnePlace) {
   EXPECT_EQ(twins.listed[0].vertices, Eigen::Vector2i(1, 4));
 }
 
-TEST(LineMeetings, ARodThatIsCutIsToldAndRodsThatLieSideBySideAreNot) {
+TEST(LineMeetings, ARodThatIsCutIsReportedAndRodsSideBySideAreNot) {
   const LineMeetings cut =
       find_line_meetings(mesh_of({{-1, 0, 0}, {0, 0, 0}, {0, 0, 0}, {1, 0, 0}}, {{0, 1}, {2, 3}}));
   ASSERT_EQ(cut.count, 1);
@@ -103,11 +103,12 @@ TEST(LineMeetings, AreThoseOfLookingAtEveryPair) {
   std::set<std::pair<int, int>> expected;
   for (int a = 0; a < 60; ++a) {
     for (int b = a + 1; b < 60; ++b) {
-      Eigen::Matrix2d ways;
+      Eigen::Matrix2d directions;
       const auto at = [&](int v) { return vertices[static_cast<std::size_t>(v)].head<2>(); };
-      ways << at(2 * a + 1) - at(2 * a), at(2 * b) - at(2 * b + 1);
-      const Eigen::Vector2d shares = ways.inverse() * (at(2 * b) - at(2 * a));
-      const double sine = std::abs(ways.determinant()) / (ways.col(0).norm() * ways.col(1).norm());
+      directions << at(2 * a + 1) - at(2 * a), at(2 * b) - at(2 * b + 1);
+      const Eigen::Vector2d shares = directions.inverse() * (at(2 * b) - at(2 * a));
+      const double sine = std::abs(directions.determinant()) /
+                          (directions.col(0).norm() * directions.col(1).norm());
       if (sine > 0.1 && shares.minCoeff() > 0 && shares.maxCoeff() < 1) expected.emplace(a, b);
     }
   }
@@ -144,7 +145,7 @@ TEST(LineMeetings, FewAreListedAndAllCounted) {
   EXPECT_EQ(found.listed.size(), 4U);
 }
 
-TEST(LineMeetings, AThousandAreFoundAndWhetherThereAreMoreIsTold) {
+TEST(LineMeetings, AThousandAreFoundAndWhetherThereAreMoreIsReported) {
   const LineMeetings whole = find_line_meetings(lattice(25, 40));
   EXPECT_EQ(whole.count, 1000);
   EXPECT_TRUE(whole.all);
@@ -155,13 +156,14 @@ TEST(LineMeetings, AThousandAreFoundAndWhetherThereAreMoreIsTold) {
   }
 }
 
-TEST(LineMeetings, LinesThatAreNearlyParallelAreNotTold) {
+TEST(LineMeetings, LinesThatAreNearlyParallelAreNotReported) {
   for (const auto& [degrees, count] : {std::pair{5.6, 0}, std::pair{5.9, 1}}) {
     const double angle = degrees * std::numbers::pi / 180;
-    const Eigen::Vector3d way(std::cos(angle), std::sin(angle), 0);
-    EXPECT_EQ(
-        find_line_meetings(mesh_of({{-1, 0, 0}, {1, 0, 0}, -way, way}, {{0, 1}, {2, 3}})).count,
-        count)
+    const Eigen::Vector3d direction(std::cos(angle), std::sin(angle), 0);
+    EXPECT_EQ(find_line_meetings(
+                  mesh_of({{-1, 0, 0}, {1, 0, 0}, -direction, direction}, {{0, 1}, {2, 3}}))
+                  .count,
+              count)
         << degrees;
   }
 }

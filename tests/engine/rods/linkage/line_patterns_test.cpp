@@ -260,7 +260,7 @@ TEST(LinePatterns, PublicModelsHaveTheSameRodsUnderOtherNumbers) {
   if (tried == 0) GTEST_SKIP() << "no public models beside the project";
 }
 
-TEST(LinePatterns, BandsOfHalfTurnsHaveOneSideWhateverTheOrder) {
+TEST(LinePatterns, BandsOfHalfTurnsHaveOneSideInAnyOrder) {
   std::vector<int> vertices, edges;
   for (const int half_turns : {0, 1, 2, 3}) {
     for (const int rows : {2, 4}) {

@@ -81,7 +81,7 @@ inline LineMesh sheared_grid(int columns, int rows, double angle, double length 
   return mesh;
 }
 
-/// A grid with joints of valence 2 to 4, a rod with a free end each way, and a lone rod.
+/// A grid with joints of valence 2 to 4, a rod with a free end in each direction, and a lone rod.
 inline LineMesh mixed_mesh() {
   const LineMesh grid = sheared_grid(3, 3, 1.1, 1.3);
   const int vertices = grid.vertex_count(), edges = grid.edge_count();

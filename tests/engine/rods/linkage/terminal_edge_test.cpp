@@ -175,9 +175,9 @@ TEST(TerminalEdge, SegmentsOfARodShareOneEdgeAtEveryValence) {
   const LineMesh mesh = testing::sheared_grid(3, 3, 0.9);
   const LinkageGraph graph = build_linkage_graph(mesh);
   Random random(6);
-  std::array<int, 5> seen{};
+  std::array<int, 5> valences{};
   for (const Joint& joint : graph.joints) {
-    ++seen[joint.valence];
+    ++valences[joint.valence];
     const JointState<double> state{
         joint.position, joint.normal, joint.bisector, joint.opening_angle, {0.1, 0.2}};
     const Vector9 x = random_step(random, 0.3);
@@ -205,9 +205,9 @@ TEST(TerminalEdge, SegmentsOfARodShareOneEdgeAtEveryValence) {
       }
     }
   }
-  EXPECT_EQ(seen[2], 4);
-  EXPECT_EQ(seen[3], 4);
-  EXPECT_EQ(seen[4], 1);
+  EXPECT_EQ(valences[2], 4);
+  EXPECT_EQ(valences[3], 4);
+  EXPECT_EQ(valences[4], 1);
 }
 
 }  // namespace

@@ -78,7 +78,7 @@ INSTANTIATE_TEST_SUITE_P(
                       TermCase{kTurning, Term::kAll}, TermCase{kTurning, Term::kBending1},
                       TermCase{kTurning, Term::kBending2}));
 
-TEST(RodEnergy, IsZeroAtRestWhateverTheShapeAtRestIs) {
+TEST(RodEnergy, IsZeroAtRestForAnyShapeAtRest) {
   for (const auto form : {k2008, k2010, kTurning}) {
     const Sample s = sample({6, 3}, form);
     RodParameters parameters = s.parameters;

@@ -44,7 +44,7 @@ TEST(RodState, EvaluationsLeaveItAsItIs) {
   EXPECT_EQ(state.gradient(s.parameters), gradient);
 }
 
-TEST(RodState, TwistGoesOnPastPi) {
+TEST(RodState, TwistContinuesPastPi) {
   // One edge of a rod turned five times about itself in small steps, with the source moved along.
   const auto layout = std::make_shared<const RodLayout>(std::vector<int>{2});
   Eigen::VectorXd x(12);
@@ -124,7 +124,7 @@ TEST(RodState, NeighboursInTheLayoutMayLieAnyHow) {
   EXPECT_GT(at.state().energy(p), 0);
 }
 
-TEST(RodState, FoldedBackOrEmptyEdgesAreSaid) {
+TEST(RodState, FoldedBackOrEmptyEdgesAreReported) {
   const Sample s = sample({4}, k2008);
   Eigen::VectorXd folded = s.unknowns;
   folded.segment<3>(8) = folded.segment<3>(0);  // node 2 on node 0: edge 1 back along edge 0

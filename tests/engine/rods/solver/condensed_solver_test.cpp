@@ -233,7 +233,7 @@ TEST(CondensedSolver, ResultsDoNotDependOnThreads) {
   EXPECT_EQ(answers[0], answers[2]);
 }
 
-TEST(CondensedSolver, SingularChainsAreSeen) {
+TEST(CondensedSolver, SingularChainsAreDetected) {
   const Structure structure = chains({{5, 0, 1}, {4, 0, -1}}, 2);
   CondensedMatrix matrix(structure);
   Random random(8);

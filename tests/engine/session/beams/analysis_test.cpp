@@ -59,7 +59,7 @@ TEST(BeamAnalysis, AVertexOfAJobThatIsFixedAndDisplacedIsDisplaced) {
     EXPECT_LT((by - Eigen::Vector3d(0.25, 0, 0.5)).norm(), 1e-9);
 }
 
-TEST(BeamAnalysis, ShapesOnTheWayAreFewAndInOrder) {
+TEST(BeamAnalysis, ShapesAlongThePathAreFewAndInOrder) {
   beams::BeamSolveOptions options;
   options.method = beams::BeamMethod::kRelaxation;
   const BeamAnalysis found = analyse(model_of(cantilever_files(8)), options, 10);

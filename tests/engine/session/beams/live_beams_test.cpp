@@ -46,7 +46,7 @@ TEST(LiveBeams, ASideThatIsGivenIsKept) {
 }
 
 /// Clamped and pinned, pressed along its axis after it was at rest without a load.
-TEST(LiveBeams, AStraightColumnBeyondItsLoadBucklesOrIsSaidToBeUnstable) {
+TEST(LiveBeams, AStraightColumnBeyondItsLoadBucklesOrIsReportedAsUnstable) {
   beams::BeamModel model = cantilever(8, 0);
   model.sections[0].bending_3 *= 4;
   model.supports.push_back({8, {false, true, true, false, false, false}});
@@ -73,7 +73,7 @@ TEST(LiveBeams, AStraightColumnBeyondItsLoadBucklesOrIsSaidToBeUnstable) {
 }
 
 /// All ends, alone and beside a softer body: from the unloaded column to below its load and beyond.
-TEST(LiveBeams, NoStraightColumnBeyondItsLoadIsSaidToBeInEquilibrium) {
+TEST(LiveBeams, NoStraightColumnBeyondItsLoadIsReportedAsEquilibrium) {
   using namespace limber::testing;
   for (const Beside beside : {Beside::kNothing, Beside::kSoftCantilever}) {
     for (const ColumnEnds ends :
@@ -175,7 +175,7 @@ TEST(LiveBeams, AShapeThatLeadsNowhereIsLeftForTheStructureAsDrawn) {
   EXPECT_NE(outcome.report.message.find("as drawn"), std::string::npos) << outcome.report.message;
 }
 
-/// Cancelled on the way or before it, what it began from is not forgotten.
+/// Cancelled along the path or before it, what it began from is not forgotten.
 TEST(LiveBeams, AShapeThatASolveWasCancelledAtIsStillBegunFrom) {
   const beams::BeamModel model = buckled();
   beams::BeamModel other = model;

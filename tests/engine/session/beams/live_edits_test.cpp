@@ -43,7 +43,7 @@ bool edit_ends(LiveBeams& live, const Conditions& conditions, const beams::BeamM
   const LiveBeams::Outcome outcome = solve(live, conditions);
   const beams::BeamReport& report = outcome.report;
   const auto bound = beams::BeamSolveOptions::live(static_cast<int>(model.elements.size()));
-  // The way, then what relaxation brought near, each within its own bound.
+  // The path, then what relaxation brought near, each within its own bound.
   EXPECT_LE(report.factorizations, 2 * bound.factorizations) << report.message;
   EXPECT_LE(report.relaxation_steps, 2 * bound.relaxation_steps) << report.message;
   if (outcome.reached) {

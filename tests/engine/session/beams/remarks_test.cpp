@@ -16,7 +16,7 @@ namespace limber::session {
 namespace {
 
 /// Elements of 1 m, one after the other in the plane y = 0, each leaning from the vertical by an
-/// angle; twice as stiff one way as the other.
+/// angle; twice as stiff in one direction as in the other.
 beams::BeamModel leaning_member(const std::vector<double>& degrees) {
   beams::BeamModel model;
   model.sections.push_back({100, 1, 1, 2});

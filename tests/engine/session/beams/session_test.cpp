@@ -26,16 +26,16 @@ class BeamRecorder : public BeamListener {
     states_.push_back(state);
     changed_.notify_all();
   }
-  /// From within the task, at the first shape on the way.
-  void on_the_way(std::function<void()> what) {
+  /// From within the task, at the first intermediate shape.
+  void on_intermediate(std::function<void()> what) {
     const std::lock_guard lock(mutex_);
-    on_the_way_ = std::move(what);
+    on_intermediate_ = std::move(what);
   }
   void on_result(const Shared& result) override {
     std::function<void()> what;
     {
       const std::lock_guard lock(mutex_);
-      if (!result->is_final) what = std::exchange(on_the_way_, nullptr);
+      if (!result->is_final) what = std::exchange(on_intermediate_, nullptr);
     }
     if (what) what();
     const std::lock_guard lock(mutex_);
@@ -73,7 +73,7 @@ class BeamRecorder : public BeamListener {
   std::vector<Shared> results_;
   std::vector<State> states_;
   bool gap_ = false;
-  std::function<void()> on_the_way_;
+  std::function<void()> on_intermediate_;
 };
 
 struct LiveBeamSession {
@@ -144,7 +144,7 @@ TEST(BeamSession, AManyEditedArchEndsWhereAFreshOneDoes) {
   EXPECT_LT(from_fresh(live.session, *last), 1e-5);
 }
 
-TEST(BeamSession, ASnapIsToldAndUndoComesBackBeforeIt) {
+TEST(BeamSession, ASnapIsReportedAndUndoReturnsBeforeIt) {
   LiveBeamSession live(test::shallow_arch(5));
   const Shared opened = live.recorder->wait_final(0);
   ASSERT_TRUE(opened);
@@ -154,7 +154,7 @@ TEST(BeamSession, ASnapIsToldAndUndoComesBackBeforeIt) {
   EXPECT_LT(node_at(*snapped, 8).z(), -0.03);
   const Shared back = live.edit({Undo{}});
   ASSERT_TRUE(back && back->report.converged());
-  EXPECT_TRUE(back->report.snaps.empty()) << "undo goes back to the shape, not along the way";
+  EXPECT_TRUE(back->report.snaps.empty()) << "undo goes back to the shape, not along the path";
   EXPECT_LT((node_at(*back, 8) - node_at(*opened, 8)).norm(), 1e-6);
 }
 
@@ -189,7 +189,7 @@ TEST(BeamSession, WhatHasNoEquilibriumLeavesTheLastOne) {
   EXPECT_NE(loose->report.message.find("node"), std::string::npos) << loose->report.message;
   EXPECT_EQ(*loose->frames, opened->frames->rightCols<1>());
   EXPECT_EQ(loose->analysis, opened->analysis);
-  // The edit is kept; a better one goes on from the last good shape.
+  // The edit is kept; a better one continues from the last good shape.
   const Shared good = live.edit({SetSupport{test::held(0)}});
   ASSERT_TRUE(good);
   EXPECT_FALSE(good->solve_failed);
@@ -207,17 +207,17 @@ TEST(BeamSession, RefusedEditsChangeNothing) {
   EXPECT_THROW(BeamSession("x", beams::BeamModel{}, {}, live.pool.executor(), nullptr), Error);
 }
 
-TEST(BeamSession, ANewerEditInterruptsAndGoesOnFromTheWay) {
+TEST(BeamSession, ANewerEditInterruptsAndContinuesFromThePath) {
   LiveBeamSession live(test::cantilever(60, 1));
   ASSERT_TRUE(live.recorder->wait_final(0));
-  // The second one comes while the first, a long way, is gone.
+  // The second one comes while the first, a long path, is followed.
   std::atomic<Revision> last = 0;
-  live.recorder->on_the_way(
+  live.recorder->on_intermediate(
       [&] { last = live.session.edit({SetNodeLoad{test::force_on(60, 0, 0, -2)}}).revision; });
   live.session.edit({MoveNode{test::turned(0, {0, -9, 0})}});
   const Shared settled = live.recorder->wait_final(2);
   ASSERT_TRUE(settled);
-  EXPECT_EQ(last, 2U) << "it had to be on the way";
+  EXPECT_EQ(last, 2U) << "it had to come during the solve";
   EXPECT_TRUE(settled->report.converged()) << settled->report.message;
   EXPECT_EQ(settled->revision, 2U);
   for (const Shared& result : live.recorder->results())
@@ -226,11 +226,11 @@ TEST(BeamSession, ANewerEditInterruptsAndGoesOnFromTheWay) {
   EXPECT_LT(from_fresh(live.session, *settled), 1e-5);
 }
 
-TEST(BeamSession, CancelledItIsWhereItWasAndCanGoOn) {
+TEST(BeamSession, CancelledItIsWhereItWasAndCanContinue) {
   LiveBeamSession live(test::cantilever(60, 1));
   const Shared opened = live.recorder->wait_final(0);
   ASSERT_TRUE(opened);
-  live.recorder->on_the_way([&] { live.session.cancel(); });
+  live.recorder->on_intermediate([&] { live.session.cancel(); });
   const Shared cancelled = live.edit({MoveNode{test::turned(0, {0, -6, 0})}});
   ASSERT_TRUE(cancelled);
   EXPECT_EQ(cancelled->report.status, BeamStatus::kCancelled);

@@ -1,4 +1,4 @@
-// Every way in which an edit can be wrong.
+// Every fault that an edit can have.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

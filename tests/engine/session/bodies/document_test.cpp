@@ -58,7 +58,7 @@ TEST(Document, RefusesASceneThatNoEditCouldHaveMade) {
 }
 
 TEST(Document, WhatHasNoEffectIsAcceptedWithAWarning) {
-  const auto said = [](const EditReceipt& receipt) {
+  const auto warnings_of = [](const EditReceipt& receipt) {
     std::vector<std::string> fields;
     for (const scene::Issue& issue : receipt.issues) {
       EXPECT_EQ(issue.severity, scene::Issue::Severity::kWarning);
@@ -70,25 +70,25 @@ TEST(Document, WhatHasNoEffectIsAcceptedWithAWarning) {
   using ::testing::ElementsAre;
   using ::testing::IsEmpty;
   Document document = with_two();
-  EXPECT_THAT(said(edit_all(document, {AddConstraint{held(5, 3)}})), IsEmpty());
-  EXPECT_THAT(said(edit_all(document, {AddConstraint{held(5, 0)}})),
+  EXPECT_THAT(warnings_of(edit_all(document, {AddConstraint{held(5, 3)}})), IsEmpty());
+  EXPECT_THAT(warnings_of(edit_all(document, {AddConstraint{held(5, 0)}})),
               ElementsAre("edits[0].add.constraint.nodes"));
   // The mean of a group with one node that can move can be moved.
   scene::Constraint group = held(5, 0);
   group.nodes = {0, 3};
-  EXPECT_THAT(said(edit_all(document, {AddConstraint{group}})), IsEmpty());
+  EXPECT_THAT(warnings_of(edit_all(document, {AddConstraint{group}})), IsEmpty());
   scene::Constraint late = held(8, 3);  // of 10 frames, the last two of which are held
   late.id = 3;
-  EXPECT_THAT(said(edit_all(document, {AddConstraint{held(1, 2)}, ReplaceConstraint{late}})),
+  EXPECT_THAT(warnings_of(edit_all(document, {AddConstraint{held(1, 2)}, ReplaceConstraint{late}})),
               ElementsAre("edits[0].add.constraint.frame", "edits[0].add.constraint.nodes",
                           "edits[1].replace.constraint.frame"));
   // What counts is how things are after the last edit of the request.
   EXPECT_THAT(
-      said(edit_all(document, {AddConstraint{held(9, 3)}, SetEnds{End::kFree, End::kFree}})),
+      warnings_of(edit_all(document, {AddConstraint{held(9, 3)}, SetEnds{End::kFree, End::kFree}})),
       IsEmpty());
-  EXPECT_THAT(said(edit_all(document, {SetEnds{End::kFree, End::kPinnedPosition}})),
+  EXPECT_THAT(warnings_of(edit_all(document, {SetEnds{End::kFree, End::kPinnedPosition}})),
               ElementsAre("edits[0].set_ends.last_end"));
-  EXPECT_THAT(said(edit_all(document, {MoveConstraint{1, {0, 0, 0}}})), IsEmpty());
+  EXPECT_THAT(warnings_of(edit_all(document, {MoveConstraint{1, {0, 0, 0}}})), IsEmpty());
 }
 
 TEST(Document, AddMoveReplaceRemove) {

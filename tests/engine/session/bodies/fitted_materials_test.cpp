@@ -1,4 +1,4 @@
-// Fitted materials do not shake, whatever the scene: samples, live edits, and unusual bodies.
+// Fitted materials do not shake, in any scene: samples, live edits, and unusual bodies.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -236,7 +236,7 @@ TEST(FittedMaterials, AMechanismStaysQuietAndDoesNotSetTheSlowStart) {
   expect_nothing_above_its_start(live.recorder->results());
 }
 
-TEST(FittedMaterials, AWantedMotionThatIsFastIsAllowedByTheOption) {
+TEST(FittedMaterials, ARequestedMotionThatIsFastIsAllowedByTheOption) {
   scene::Scene scene = with_fit(bent_bar());
   scene.frame_count = 60;
   scene.constraints.clear();

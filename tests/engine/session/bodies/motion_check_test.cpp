@@ -323,7 +323,7 @@ TEST(MotionCheck, ANewerEditComesBeforeTheCheck) {
   EXPECT_EQ(recorder->fault(), "");
 }
 
-TEST(MotionCheck, AnEditWhileTheAmendmentIsOnItsWay) {
+TEST(MotionCheck, AnEditWhileTheAmendmentRuns) {
   HeldTasks held_tasks;
   const auto recorder = std::make_shared<Recorder>();
   BodySession session("held", bent_bar(), {}, test::shared_cache(), held_tasks.executor(),

@@ -40,7 +40,7 @@ TEST(ProblemMapping, BodyIsCompactAndInMetres) {
   EXPECT_EQ(mapped.body.mesh.materials.at(0), scene.material);
 }
 
-TEST(ProblemMapping, WhatAModelHasOtherwiseThanAskedForIsNoted) {
+TEST(ProblemMapping, WhatAModelHasOtherwiseThanRequestedIsNoted) {
   reduced::ReducedModel model;
   model.eigenvalues.setZero(36);
   model.basis.setZero(12, 511);
@@ -56,13 +56,13 @@ TEST(ProblemMapping, WhatAModelHasOtherwiseThanAskedForIsNoted) {
   request.basis_size = 5000;
   request.cubature_size = 41;
   const std::string notes = model_notes(request, model);
-  EXPECT_THAT(notes, ::testing::HasSubstr("model.modes: 36 used, the 30 asked for and 6 rigid"));
-  EXPECT_THAT(notes, ::testing::HasSubstr("; model.basis_size: 511 used, 5000 asked for"));
-  EXPECT_THAT(notes, ::testing::HasSubstr("; model.cubature_size: 40 used, 41 asked for"));
+  EXPECT_THAT(notes, ::testing::HasSubstr("model.modes: 36 used, the 30 requested and 6 rigid"));
+  EXPECT_THAT(notes, ::testing::HasSubstr("; model.basis_size: 511 used, 5000 requested"));
+  EXPECT_THAT(notes, ::testing::HasSubstr("; model.cubature_size: 40 used, 41 requested"));
   request = {};
   model.eigenvalues.setZero(35);
   EXPECT_EQ(model_notes(request, model),
-            "model.modes: 29 used, 30 asked for: the mesh has no more");
+            "model.modes: 29 used, 30 requested: the mesh has no more");
 }
 
 TEST(ProblemMapping, TheMeshsOwnMaterialsWin) {

@@ -29,7 +29,7 @@ struct Swing {
   double amplitude = 0, frequency_hz = 0, damping_ratio = 0, phase = 0;
 };
 
-/// Modes of the body that swing as they are told, whatever its material would do; RS shapes.
+/// Modes of the body that swing as prescribed, for any material; RS shapes.
 scene::Scene swinging(scene::Scene scene, const std::vector<Swing>& swings) {
   const MappedBody mapped = map_body(scene);
   bodies::ModalOptions options;
@@ -162,7 +162,7 @@ TEST(SceneRecovery, AFreeBodyFliesOnAsItFlew) {
   EXPECT_LT(report.final_frame_error, 0.01);
 }
 
-TEST(SceneRecovery, GoesOnBehindTheBaseMotion) {
+TEST(SceneRecovery, ContinuesBehindTheBaseMotion) {
   const scene::Scene all = swinging(base_scene(80), kTwo);
   scene::Scene half = all;
   half.frame_count = 40;

@@ -140,7 +140,7 @@ TEST(SessionConcurrency, AResultSaysWhichColdRequestItContains) {
   bool asked = false;
   for (const auto& result : hooked.recorder->results()) {
     EXPECT_EQ(result->cold_request, asked ? 7u : 0u) << result->sequence;
-    asked = asked || result->is_final;  // final when the request came; whatever follows has it
+    asked = asked || result->is_final;  // final when the request came; all that follow have it
   }
 }
 
@@ -194,7 +194,7 @@ TEST(SessionConcurrency, ACancelledColdSolveLeavesTheAnswerThatWasThere) {
   EXPECT_EQ(kept->report.total_energy, solved->report.total_energy);
   EXPECT_EQ(kept->coordinates, solved->coordinates);
   EXPECT_EQ(kept->cold_request, 7u);
-  // The solver goes on from there, not from where the cold solve was.
+  // The solver continues from there, not from where the cold solve was.
   session.edit({MoveConstraint{1, {-0.1, 0.3, 0.1001}}});
   const auto next = hooked.recorder->wait_final(2);
   ASSERT_TRUE(next);

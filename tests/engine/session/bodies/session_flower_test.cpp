@@ -15,8 +15,8 @@ using spacetime::SolveStatus;
 
 TEST(SessionFlower, TwoThousandMovesEndAtAColdSolve) {
   scene::Scene scene = scene::make_sample("flower");
-  // Sideways only: a stem asked to be shorter than its length buckles, one way or the other, and
-  // then a warm and a cold solve may rightly end in different minima.
+  // Sideways only: a stem asked to be shorter than its length buckles, to one side or the other,
+  // and then a warm and a cold solve may rightly end in different minima.
   for (scene::Constraint& constraint : scene.constraints) constraint.axes = 5;
   test::Pool pool(1);
   const auto recorder = std::make_shared<test::Recorder>();

@@ -97,7 +97,7 @@ TEST(SessionHardCase, TinyMeshesUseAsManyModesAsTheyHaveAndSaySo) {
       const int modes = is_one_tet ? 2 : 5;
       EXPECT_EQ(result->modal.rows(), modes);
       EXPECT_EQ(live.session.state_message(),
-                fmt::format("model.modes: {} used, 30 asked for: the mesh has no more", modes));
+                fmt::format("model.modes: {} used, 30 requested: the mesh has no more", modes));
     }
   }
 }
@@ -289,7 +289,7 @@ TEST(SessionHardCase, ExactConstraintOnAFixedNode) {
   EXPECT_TRUE(answer->report.rank_deficient);
   EXPECT_NEAR(answer->report.max_exact_error, 0.5, 1e-6);
   EXPECT_THAT(answer->report.message, ::testing::HasSubstr("fixed nodes"));
-  // All else goes on as without it.
+  // All else continues as without it.
   EXPECT_NEAR(answer->report.total_energy, before->report.total_energy,
               1e-6 * before->report.total_energy);
 }

@@ -145,7 +145,7 @@ TEST(SessionMaterial, UndoingAResetBringsTheMaterialBackAlsoWhereNoAnswerWasKept
   EXPECT_TRUE(same(*undone->material, *fitted->material));
 }
 
-TEST(SessionMaterial, EditsWhileItIsFittedWinAndGoOnFromWhatIsThere) {
+TEST(SessionMaterial, EditsWhileItIsFittedWinAndContinueFromWhatIsThere) {
   Live live(swinging_bar(MaterialVariables::kAll));
   ASSERT_TRUE(live.recorder->wait_final(0));
   for (int i = 0; i < 30; ++i) live.session.edit({MoveConstraint{1, {0, 0.1 + 0.001 * i, 0.05}}});

@@ -54,7 +54,7 @@ TEST(ConstraintTolerance, IsKeptThroughEditsAndTakenBackWhereItIsNotNeeded) {
               1e-6 * moved->report.total_energy);
 }
 
-TEST(ConstraintTolerance, WhatCannotBeMetIsSaid) {
+TEST(ConstraintTolerance, WhatCannotBeMetIsReported) {
   scene::Scene scene = bent_bar();
   scene.constraints.push_back(scene.constraints.front());  // contradicts the first
   scene.constraints.back().target += Eigen::Vector3d(0, 0.1, 0);

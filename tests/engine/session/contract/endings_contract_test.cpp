@@ -219,7 +219,7 @@ TYPED_TEST(SessionEndingsContract, CloseFromItsListener) {
     EXPECT_EQ(live.recorder->states(), states);
     expect_refuses(live);
     live.session->close();
-    EXPECT_EQ(live.recorder->states(), states) << "told once";
+    EXPECT_EQ(live.recorder->states(), states) << "reported once";
   };
   if constexpr (TypeParam::kReportsProgress) {
     Live<TypeParam> live;
@@ -239,7 +239,8 @@ TYPED_TEST(SessionEndingsContract, CloseFromItsListener) {
     Live<TypeParam> live;
     live.recorder->set_result_hook([&](const ResultHeader&) {
       live.session->close();
-      EXPECT_EQ(live.recorder->states(), std::vector{State::kReady}) << "told when it has ended";
+      EXPECT_EQ(live.recorder->states(), std::vector{State::kReady})
+          << "reported when it has ended";
     });
     live.run();
     expect_closed(live, {State::kReady, State::kClosed});

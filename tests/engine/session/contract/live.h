@@ -17,8 +17,8 @@
 
 namespace limber::session::contract {
 
-/// A session whose tasks run when the test says so, on its thread, with what its listener is told.
-/// In the end it must have kept to the rules of Recording.
+/// A session whose tasks run when the test says so, on its thread, with the notifications of its
+/// listener. In the end it must have kept to the rules of Recording.
 template <class Kind>
 struct Live {
   using Session = typename Kind::Session;

@@ -13,7 +13,7 @@
 
 namespace limber::session::contract {
 
-/// What every published result says about itself, whatever its kind.
+/// What every published result says about itself, for every kind.
 struct ResultHeader {
   Revision revision = 0;
   std::uint64_t sequence = 0;
@@ -24,7 +24,7 @@ struct ResultHeader {
   std::string message;
 };
 
-/// What a listener was told, and whether it was told so by the rules. The listener of a kind
+/// The notifications of a listener, and whether they follow the rules. The listener of a kind
 /// inherits from this and reports each call; hooks are called inside of it, without a lock.
 class Recording {
  public:
@@ -40,7 +40,7 @@ class Recording {
   [[nodiscard]] std::vector<State> states() const { return get(states_); }
   /// Of the last state.
   [[nodiscard]] std::string state_message() const { return get(state_message_); }
-  /// Is a call of the listener under way?
+  /// Is a call of the listener running?
   [[nodiscard]] bool is_inside() const { return get(is_inside_); }
   /// Empty if the session kept to the rules: one call at a time; sequences from 1 without gaps;
   /// revisions that never go back; results only of a session that is ready; kClosed once and last.

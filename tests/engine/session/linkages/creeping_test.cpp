@@ -19,7 +19,7 @@ TEST(LinkageEquilibrium, SymmetricShapesDoNotCreepUpToSaddles) {
   const rods::EquilibriumReport report = equilibrium.solve(state, conditions);
   EXPECT_TRUE(report.converged()) << report.message;
   EXPECT_GE(report.escapes, 1);
-  EXPECT_LT(report.iterations, 60);  // 23; without looking for the way down more than 200
+  EXPECT_LT(report.iterations, 60);  // 23; without looking for a descent direction more than 200
 }
 
 TEST(LinkageEquilibrium, WithoutEscapesCreepingIsASaddle) {

@@ -29,22 +29,22 @@ struct Opened {
   }
 };
 
-TEST(DesignRelease, NothingIsSaidWhereItFallsFlat) {
+TEST(DesignRelease, NothingIsReportedWhereItClosesFlat) {
   const Opened opened;
   EXPECT_EQ(describe_release(opened.model, opened.flat, opened.deployed, opened.point, {}), "");
 }
 
-TEST(DesignRelease, AnotherFlatShapeIsToldWithItsEnergyAndAngle) {
+TEST(DesignRelease, AnotherFlatShapeIsReportedWithItsEnergyAndAngle) {
   Opened opened;
   rods::Conditions elsewhere = opened.flat;
   elsewhere.mean_opening_angle = opened.point.flat.mean_opening_angle() - 0.1;
   rods::LinkageEquilibrium equilibrium(opened.model);
   ASSERT_EQ(rods::deploy(equilibrium, opened.point.flat, opened.flat, elsewhere).status,
             rods::DeploymentStatus::kReached);
-  const std::string told =
+  const std::string remark =
       describe_release(opened.model, opened.flat, opened.deployed, opened.point, {});
-  EXPECT_NE(told.find("does not fall to the flat one"), std::string::npos) << told;
-  EXPECT_NE(told.find("times its energy"), std::string::npos) << told;
+  EXPECT_NE(remark.find("does not fall to the flat one"), std::string::npos) << remark;
+  EXPECT_NE(remark.find("times its energy"), std::string::npos) << remark;
 }
 
 TEST(DesignRelease, CancelledItSaysNothing) {
@@ -54,22 +54,22 @@ TEST(DesignRelease, CancelledItSaysNothing) {
   EXPECT_EQ(describe_release(opened.model, opened.flat, opened.deployed, opened.point, job), "");
 }
 
-TEST(DesignRelease, AFlatShapeAsHighAsTheDeployedOneIsTold) {
+TEST(DesignRelease, AFlatShapeAsHighAsTheDeployedOneIsReported) {
   Opened opened;
   const double size = 120;
   EXPECT_EQ(describe_flatness(opened.model, opened.point, size), "") << "it opens within a plane";
   opened.point.flat = opened.point.deployed = rods::LinkageState(opened.model);  // as drawn: a wave
-  const std::string told = describe_flatness(opened.model, opened.point, size);
-  EXPECT_EQ(told.find("the shape that is to be flat is not: its height is "), 0U) << told;
+  const std::string remark = describe_flatness(opened.model, opened.point, size);
+  EXPECT_EQ(remark.find("the shape that is to be flat is not: its height is "), 0U) << remark;
   EXPECT_EQ(describe_flatness(opened.model, opened.point, 100 * size), "")
       << "a height of less than a hundredth";
 }
 
-TEST(DesignRelease, AFlatShapeThatSpringsUpIsTold) {
+TEST(DesignRelease, AFlatShapeThatSpringsUpIsReported) {
   Opened opened;
   EXPECT_EQ(describe_springing_up(opened.model, opened.flat, opened.point, 120, {}), "")
       << "nothing holds it";
-  // Rods that are longest in the middle of their grid, which rises by that whatever its angle is.
+  // Rods that are longest in the middle of their grid, which rises by that at any angle.
   rods::LinkageModel tall = rods::testing::grid_model(6, 6, 1.5);
   Eigen::VectorXd lengths = tall.segment_lengths();
   for (Eigen::Index s = 0; s < lengths.size(); ++s) {
@@ -100,10 +100,10 @@ TEST(DesignRelease, AFlatShapeThatSpringsUpIsTold) {
   ASSERT_GT(height(free), 1.1 * height(point.flat));
   // A size of which a hundredth lies between both.
   const double size = 100 * std::sqrt(height(free) * height(point.flat));
-  const std::string told = describe_springing_up(tall, closed, point, size, {});
-  EXPECT_EQ(told.find("held at its mean angle of 5.7 degrees the linkage lies flat, released it"),
+  const std::string remark = describe_springing_up(tall, closed, point, size, {});
+  EXPECT_EQ(remark.find("held at its mean angle of 5.7 degrees the linkage is flat, released it"),
             0U)
-      << told;
+      << remark;
   EXPECT_EQ(describe_springing_up(tall, closed, point, 2 * size, {}), "")
       << "as flat when released";
   EXPECT_EQ(describe_springing_up(tall, closed, point, size / 2, {}), "")
@@ -113,10 +113,9 @@ TEST(DesignRelease, AFlatShapeThatSpringsUpIsTold) {
   EXPECT_EQ(describe_springing_up(tall, closed, point, size, job), "");
 }
 
-TEST(DesignRelease, ADeployedShapeInAPlaneIsTold) {
+TEST(DesignRelease, ADeployedShapeInAPlaneIsReported) {
   Opened opened;
-  EXPECT_NE(describe_plane(opened.model, opened.point, 120).find("lies in a plane"),
-            std::string::npos);
+  EXPECT_NE(describe_plane(opened.model, opened.point, 120).find("is planar"), std::string::npos);
   opened.point.deployed = rods::LinkageState(opened.model);
   EXPECT_EQ(describe_plane(opened.model, opened.point, 120), "");
 }

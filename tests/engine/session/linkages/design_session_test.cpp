@@ -125,9 +125,9 @@ TEST(DesignSession, PausesChangesStopsAndIsTakenLater) {
 
 TEST(DesignSession, TakenAgainItIsTheRevisionThatTookIt) {
   LiveDesignSession live;
-  DesignRequest asked = request();
-  asked.max_iterations = 5;
-  live.session.start_design(asked);
+  DesignRequest design = request();
+  design.max_iterations = 5;
+  live.session.start_design(design);
   const auto end = live.watcher->wait_end();
   ASSERT_TRUE(end);
   if (!end->taken) {
@@ -150,11 +150,11 @@ TEST(DesignSession, AMechanismReachesWhatItCanReach) {
   ASSERT_FALSE(opened->solve_failed) << opened->report.message;
   const Eigen::Matrix3Xd joints = live.joints(*opened);
   const Eigen::Vector3d middle = joints.rowwise().mean();
-  DesignRequest asked;
+  DesignRequest design;
   for (int j = 0; j < joints.cols(); ++j)
-    asked.goal.targets.push_back({j, middle + 1.03 * (joints.col(j) - middle), 1});
-  asked.max_iterations = 40;
-  live.session.start_design(asked);
+    design.goal.targets.push_back({j, middle + 1.03 * (joints.col(j) - middle), 1});
+  design.max_iterations = 40;
+  live.session.start_design(design);
   const auto end = live.watcher->wait_end();
   ASSERT_TRUE(end);
   EXPECT_GT(end->start.target_rms, 0.01);
@@ -162,7 +162,7 @@ TEST(DesignSession, AMechanismReachesWhatItCanReach) {
   EXPECT_TRUE(end->best.holds);
 }
 
-TEST(DesignSession, TheFlatShapeIsHeldAtAnAngleWhereThatIsAsked) {
+TEST(DesignSession, TheFlatShapeIsHeldAtARequestedAngle) {
   LiveDesignSession live;
   live.session.start_design(request());
   ASSERT_TRUE(live.watcher->wait_end());
@@ -170,16 +170,16 @@ TEST(DesignSession, TheFlatShapeIsHeldAtAnAngleWhereThatIsAsked) {
   const double free = live.session.best_design()->flat.mean_opening_angle();
   live.edit({Undo{}});
   live.watcher->forget();
-  DesignRequest asked = request();
-  asked.flat_angle = free - 0.15;
-  live.session.start_design(asked);
+  DesignRequest design = request();
+  design.flat_angle = free - 0.15;
+  live.session.start_design(design);
   const auto end = live.watcher->wait_end();
   ASSERT_TRUE(end);
-  EXPECT_EQ(end->flat_angle, asked.flat_angle);
+  EXPECT_EQ(end->flat_angle, design.flat_angle);
   EXPECT_TRUE(end->best.holds) << end->message;
   EXPECT_LT(end->best.target_rms, end->start.target_rms / 20) << end->message;
-  EXPECT_NEAR(live.session.best_design()->flat.mean_opening_angle(), *asked.flat_angle, 1e-9);
-  EXPECT_TRUE(end->other_optima.empty()) << "the other one was asked for something else";
+  EXPECT_NEAR(live.session.best_design()->flat.mean_opening_angle(), *design.flat_angle, 1e-9);
+  EXPECT_TRUE(end->other_optima.empty()) << "the other one was requested for something else";
 }
 
 /// A dome, whose flat shape rises: what it is to rise by is beyond all measure, and hides nothing.
@@ -187,24 +187,25 @@ TEST(DesignSession, AFlatHeightOfNothingDoesNotMakeGradientsLookSmall) {
   LiveDesignSession live(scene::make_linkage_sample("dome"));
   const auto opened = live.edit({SetMeanAngle{1.047}});
   const Eigen::Matrix3Xd joints = live.joints(*opened);
-  DesignRequest asked;
+  DesignRequest design;
   const Eigen::Vector3d middle = joints.rowwise().mean();
   for (int j = 0; j < joints.cols(); ++j) {
     const Eigen::Vector3d away = joints.col(j) - middle;
-    asked.goal.targets.push_back({j, middle + Eigen::Vector3d(away.x(), away.y(), 1.3 * away.z())});
+    design.goal.targets.push_back(
+        {j, middle + Eigen::Vector3d(away.x(), away.y(), 1.3 * away.z())});
   }
-  asked.max_iterations = 30;
+  design.max_iterations = 30;
   for (const double height : {1e-9, 1e-3}) {
-    asked.flat_height = height;
+    design.flat_height = height;
     live.watcher->forget();
-    live.session.start_design(asked);
+    live.session.start_design(design);
     const auto end = live.watcher->wait_end();
     ASSERT_TRUE(end);
     EXPECT_EQ(end->end, DesignEnd::kIterationLimit) << end->message;
     const auto infos = live.watcher->infos();
     EXPECT_TRUE(std::any_of(infos.begin(), infos.end(), [](const auto& info) {
       return info->message == "finding the erection" && info->state == DesignState::kRunning;
-    })) << "the last stage is told";
+    })) << "the last stage is reported";
     EXPECT_NE(end->message, "finding the erection");
     if (end->taken) live.edit({Undo{}});
   }
@@ -214,10 +215,10 @@ TEST(DesignSession, AnAngleThatTheLinkageDoesNotCloseToIsNamed) {
   LiveDesignSession live(scene::make_linkage_sample("dome"));
   const auto opened = live.edit({SetMeanAngle{1.0}});
   const Eigen::Matrix3Xd before = live.joints(*opened);
-  DesignRequest asked;
-  asked.goal.targets = {{3, before.col(3) + Eigen::Vector3d(0, 0, 0.01), 1}};
-  asked.flat_angle = -170 * 3.14159265358979323846 / 180;
-  live.session.start_design(asked);
+  DesignRequest design;
+  design.goal.targets = {{3, before.col(3) + Eigen::Vector3d(0, 0, 0.01), 1}};
+  design.flat_angle = -170 * 3.14159265358979323846 / 180;
+  live.session.start_design(design);
   const auto end = live.watcher->wait_end();
   ASSERT_TRUE(end);
   EXPECT_EQ(end->end, DesignEnd::kFailed);
@@ -270,7 +271,7 @@ TEST(DesignSession, CancelStopsAndCloseEndsOneThatIsPaused) {
   EXPECT_EQ(live.session.state(), State::kClosed);
 }
 
-TEST(DesignSession, BadGoalsAreRefusedAndTheDesignUnderWayIsIntact) {
+TEST(DesignSession, BadGoalsAreRefusedAndTheRunningDesignIsIntact) {
   LiveDesignSession live;
   const auto start = [&](const std::function<void(DesignRequest&)>& spoil) {
     DesignRequest bad = request();

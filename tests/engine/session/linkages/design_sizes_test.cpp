@@ -69,11 +69,11 @@ TEST(DesignSizes, SectionsAreTakenWithLengthsInOneStepOfUndo) {
   EXPECT_EQ(conditions->segment_lengths.size(), 40);
   EXPECT_GT((conditions->section_scales.array() - 1).abs().maxCoeff(), 0.01);
   EXPECT_EQ(shape->section_scales, conditions->section_scales);
-  bool told = false;  // of shapes on the way too
+  bool reported = false;  // of intermediate shapes too
   for (const auto& result : live.watcher->results())
-    told = told || (result->design && result->section_scales.size() == 40 &&
-                    !result->section_scales.isOnes(1e-3));
-  EXPECT_TRUE(told);
+    reported = reported || (result->design && result->section_scales.size() == 40 &&
+                            !result->section_scales.isOnes(1e-3));
+  EXPECT_TRUE(reported);
   EXPECT_GE(conditions->section_scales.minCoeff(), 0.5);
   EXPECT_LE(conditions->section_scales.maxCoeff(), 2);
   // It is the equilibrium that the design had found.
@@ -170,7 +170,7 @@ TEST(DesignSizes, BadVariablesAndBoundsAreNamed) {
 
 /// Two starts, one goal without a least: energies alone say next to nothing of lengths, so that
 /// each start stays where it is.
-TEST(DesignSizes, TwoStartsThatEndInDifferentOptimaAreToldOf) {
+TEST(DesignSizes, TwoStartsThatEndInDifferentOptimaAreReported) {
   LiveDesignSession live;
   DesignRequest wanted = request();
   // One joint only: there are many linkages that have it there.
@@ -216,7 +216,7 @@ TEST(DesignSizes, TwoStartsThatEndInDifferentOptimaAreToldOf) {
   EXPECT_TRUE(elsewhere->other_optima.empty());
 }
 
-TEST(DesignSizes, TrialsThatBuckleAreToldOf) {
+TEST(DesignSizes, TrialsThatBuckleAreReported) {
   LiveDesignSession live;
   DesignRequest wanted = request();
   // Far more than the flat grid can be pressed.
@@ -233,7 +233,7 @@ TEST(DesignSizes, TrialsThatBuckleAreToldOf) {
     EXPECT_GE(info->trials.not_believed, info->trials.flat_lost);
   }
   EXPECT_GT(end->trials.flat_lost, 0);
-  int lost = 0, told = 0;
+  int lost = 0, reported = 0;
   for (const auto& info : live.watcher->infos()) {
     const bool lost_another = info->trials.not_believed > lost;
     lost = info->trials.not_believed;
@@ -242,10 +242,10 @@ TEST(DesignSizes, TrialsThatBuckleAreToldOf) {
       EXPECT_TRUE(info->trials.refusal.empty()) << info->trials.refusal;
     } else if (lost_another) {
       EXPECT_FALSE(info->trials.refusal.empty()) << info->iteration;
-      ++told;
+      ++reported;
     }
   }
-  EXPECT_GT(told, 0);
+  EXPECT_GT(reported, 0);
   live.watcher->forget();
   wanted.guard = rods::BucklingGuard::kFromStart;
   live.session.start_design(wanted);

@@ -207,7 +207,7 @@ TEST(DesignSteering, StoppedTheSessionHasItsShapeAtOnce) {
     EXPECT_FALSE(newest->design);
     EXPECT_TRUE(newest->is_final);
     EXPECT_EQ(live.joints(*newest), live.joints(*before));
-    EXPECT_EQ(live.watcher->results().back(), newest) << "and those who watch have been told";
+    EXPECT_EQ(live.watcher->results().back(), newest) << "and the watchers have been notified";
     EXPECT_GT(newest->sequence, before->sequence);
   };
   live.session.start_design(request());

@@ -76,7 +76,7 @@ TEST(LinkageDocument, PinsAnglesAndLoadsReplaceThemselves) {
   EXPECT_TRUE(document.conditions()->loads.empty());
 }
 
-TEST(LinkageDocument, ReleasesOfWhatIsNotHeldAreSaid) {
+TEST(LinkageDocument, ReleasesOfWhatIsNotHeldAreReported) {
   LinkageDocument document({}, 6, 7);
   const SetJointLoad none{{3, {0, 0, 0}, {0, 0, 0}, 0}};
   const auto idle = document.apply(
@@ -141,7 +141,7 @@ TEST(LinkageDocument, SaysWhatComesBeforeAReturn) {
   document.apply({SetMeanAngle{0.2}}, {});
   const auto second = document.conditions();
   document.apply({SetMeanAngle{0.3}}, {});
-  EXPECT_TRUE(document.steps_before_return().empty()) << "edits go on from where they are";
+  EXPECT_TRUE(document.steps_before_return().empty()) << "edits continue from where they are";
   document.apply({Undo{}}, {});
   EXPECT_EQ(document.conditions(), second);
   EXPECT_EQ(document.steps_before_return(), std::vector{first});

@@ -1,4 +1,4 @@
-// Lengths that an edit interrupts on the way there.
+// Lengths that an edit interrupts along the path.
 
 #include <gtest/gtest.h>
 
@@ -47,7 +47,7 @@ TEST(InterruptedSizes, AreNotTakenForReached) {
       SCOPED_TRACE(::testing::Message() << "step " << last << ", corners " << corners);
       LiveLinkage live(grid());
       ASSERT_TRUE(live.solve(held_at(4, 1), {}, [] {}).reached);
-      // Part of the way: held apart as it is, the grid may take long or buckle.
+      // Part of the path: held apart as it is, the grid may take long or buckle.
       Cancellation first;
       ASSERT_FALSE(live.solve(held_at(4, kLonger), {first, {}}, [&] { first.request(); }).reached);
       Cancellation cancellation;
@@ -64,7 +64,7 @@ TEST(InterruptedSizes, AreNotTakenForReached) {
   }
 }
 
-/// Thinner rods would let the joint turn over: neither that way interrupted nor back from there.
+/// Thinner rods would let the joint turn over: neither on the interrupted path nor back from there.
 TEST(InterruptedSizes, TurnNoJointOver) {
   constexpr int kJoint = 4;
   scene::Linkage linkage = scene::make_linkage_sample("grid");

@@ -40,7 +40,7 @@ TEST(LinkageSession, WhatCannotBeReachedLeavesTheLastEquilibrium) {
   EXPECT_EQ(held->report.status, EquilibriumStatus::kConverged) << held->report.message;
 }
 
-TEST(LinkageSession, AWayThatEndsShowsHowFarItWent) {
+TEST(LinkageSession, APathThatEndsShowsHowFarItWent) {
   LiveSession live(hyperboloid());
   const auto opened = live.recorder->wait_final(0);
   ASSERT_TRUE(opened);
@@ -97,7 +97,7 @@ TEST(LinkageSession, PinsFartherApartThanTheRodsBetweenThemAreRefused) {
   EXPECT_TRUE(live.session.conditions()->pins.empty());
 }
 
-TEST(LinkageSession, APinFartherThanRodsReachFromOneThatStaysIsSaid) {
+TEST(LinkageSession, APinFartherThanRodsReachFromOneThatStaysIsReported) {
   LiveSession live(hyperboloid());
   ASSERT_TRUE(live.recorder->wait_final(0));
   ASSERT_TRUE(live.edit({PinJoint{3, Held::kMotion}}));
@@ -230,7 +230,7 @@ TEST(LinkageSession, BadLinkagesAreRefusedWithTheirField) {
     const auto recorder = std::make_shared<LinkageRecorder>();
     try {
       const LinkageSession session("bad", linkage, {}, pool.executor(), recorder);
-      // What only the build knows is told by the state.
+      // What only the build knows is reported by the state.
       EXPECT_TRUE(recorder->wait_state(State::kFailed)) << field;
       EXPECT_NE(recorder->message().find(field), std::string::npos)
           << field << ": " << recorder->message();

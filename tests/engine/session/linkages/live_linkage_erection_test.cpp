@@ -44,7 +44,7 @@ std::string message_of(double force, const scene::JointLoad* load = nullptr) {
   return opened->report.message;
 }
 
-TEST(LiveLinkageErection, APushThatLeadsNowhereIsToldWithWhereItStopped) {
+TEST(LiveLinkageErection, APushWithoutEffectIsReportedWithWhereItStopped) {
   const std::string message = message_of(1e9);
   EXPECT_NE(message.find("the erection of this design stopped at "), std::string::npos) << message;
   EXPECT_NE(message.find("opened without its push, the shape may be on another branch"),
@@ -52,7 +52,7 @@ TEST(LiveLinkageErection, APushThatLeadsNowhereIsToldWithWhereItStopped) {
       << message;
 }
 
-TEST(LiveLinkageErection, LoadsThatTheDesignDidNotHaveAreTold) {
+TEST(LiveLinkageErection, LoadsThatTheDesignDidNotHaveAreReported) {
   scene::JointLoad load;
   load.joint = 12;
   load.force = {0, 0, -1e-3};
@@ -127,7 +127,7 @@ TEST(LiveLinkageErection, OpeningInSmallStepsEndsInTheShapeOfOpeningAtOnce) {
   }
 }
 
-TEST(LiveLinkageErection, AShapeOnTheOtherSideOfThePlaneIsTold) {
+TEST(LiveLinkageErection, AShapeOnTheOtherSideOfThePlaneIsReported) {
   const FlatGrid grid(1), mirrored(-1);
   LiveSession live(grid.linkage);
   const auto flat = live.recorder->wait_final(0);

@@ -30,8 +30,8 @@ class LinkageRecorder : public LinkageListener {
     message_ = message;
     changed_.notify_all();
   }
-  /// From within the task, at the first shape on the way.
-  void cancel_on_the_way(LinkageSession& session) { cancelled_ = &session; }
+  /// From within the task, at the first intermediate shape.
+  void cancel_on_iterate(LinkageSession& session) { cancelled_ = &session; }
   void on_result(const std::shared_ptr<const LinkageResult>& result) override {
     if (!result->is_final)
       if (LinkageSession* const session = cancelled_.exchange(nullptr)) session->cancel();

@@ -89,7 +89,7 @@ TEST(OpenedShape, LengthsAndSectionsOfTheConditionsAreThere) {
   EXPECT_LE(is->report.iterations, 1);
 }
 
-/// Conditions may be changed by hand: the way goes on from the shape.
+/// Conditions may be changed by hand: the path continues from the shape.
 TEST(OpenedShape, OtherAnglesAreGoneToFromTheShape) {
   LiveSession live(hyperboloid());
   const auto was = pin_and_open(live);
@@ -101,9 +101,9 @@ TEST(OpenedShape, OtherAnglesAreGoneToFromTheShape) {
   ASSERT_TRUE(is && !is->solve_failed) << is->report.message;
   EXPECT_NEAR(is->mean_angle, 42 * kDegree, 1e-9);
   EXPECT_GT(is->path.size(), 1U) << "step by step";
-  const auto asked = live.edit({SetMeanAngle{42 * kDegree}});
-  ASSERT_TRUE(asked);
-  expect_same_energy(*is, *asked);
+  const auto requested = live.edit({SetMeanAngle{42 * kDegree}});
+  ASSERT_TRUE(requested);
+  expect_same_energy(*is, *requested);
 }
 
 /// What failed is tried again from where the session was.
@@ -138,11 +138,11 @@ TEST(OpenedShape, WhatWasNotSolvedYetIsGoneToFromTheShape) {
   saved.conditions.loads = {{40, Eigen::Vector3d(0, 0, -20)}};
   LiveSession again(saved);
   const auto is = again.recorder->wait_final(0);
-  const auto asked =
+  const auto requested =
       live.edit({SetSegmentLengths{lengths}, SetJointLoad{{40, Eigen::Vector3d(0, 0, -20)}}});
-  ASSERT_TRUE(is && asked);
-  EXPECT_EQ(is->solve_failed, asked->solve_failed);
-  expect_same_shape(*is, *asked, 1e-4F);
+  ASSERT_TRUE(is && requested);
+  EXPECT_EQ(is->solve_failed, requested->solve_failed);
+  expect_same_shape(*is, *requested, 1e-4F);
 }
 
 /// A joint that has gone round twice: its rods lie where they lay, but passed through each other.
@@ -210,7 +210,7 @@ TEST(OpenedShape, AnglesThatNoneCanBeSetToOpenAsDrawn) {
   ASSERT_TRUE(next && !next->solve_failed) << next->report.message;
 }
 
-TEST(OpenedShape, GravityOnTheWayIsThatOfItsRods) {
+TEST(OpenedShape, GravityAlongThePathIsThatOfItsRods) {
   scene::Linkage linkage = hyperboloid();
   const MappedLinkage mapped = map_linkage(linkage);
   scene::LinkageConditions heavy;
@@ -224,7 +224,7 @@ TEST(OpenedShape, GravityOnTheWayIsThatOfItsRods) {
             Eigen::Vector3d::Zero());
 }
 
-TEST(OpenedShape, ConditionsOnTheWayAreThoseOfAScene) {
+TEST(OpenedShape, ConditionsAlongThePathAreThoseOfAScene) {
   const MappedLinkage mapped = map_linkage(hyperboloid());
   constexpr double kUnit = 0.001;
   scene::LinkageConditions conditions;
@@ -234,10 +234,10 @@ TEST(OpenedShape, ConditionsOnTheWayAreThoseOfAScene) {
   conditions.targets = {{0, 2, -1, 0.5, {4, 5, 6}, 10}, {0, -1, 6, 0.25, {7, 8, 9}, 11}};
   conditions.loads = {{1, {1, 2, 3}, {4, 5, 6}, 7}};
   conditions.gravity = {0, 0, -9.81};
-  rods::Conditions way = map_conditions(conditions, mapped, kUnit);
-  way.loads.push_back(way.loads[0]);
-  way.springs.push_back({rods::JointPoint{7}, Eigen::Vector3d::Zero(), 0});
-  const scene::LinkageConditions back = scene_conditions(way, mapped, kUnit);
+  rods::Conditions path = map_conditions(conditions, mapped, kUnit);
+  path.loads.push_back(path.loads[0]);
+  path.springs.push_back({rods::JointPoint{7}, Eigen::Vector3d::Zero(), 0});
+  const scene::LinkageConditions back = scene_conditions(path, mapped, kUnit);
   ASSERT_EQ(back.pins.size(), 2U);
   EXPECT_EQ(back.pins[0].held, Held::kMotion);
   EXPECT_EQ(back.pins[0].position, Eigen::Vector3d(1, 2, 3));

@@ -1,4 +1,4 @@
-// What is said of ways that reached no equilibrium.
+// Messages on paths that reached no equilibrium.
 
 #include "engine/session/linkages/path_summary.h"
 
@@ -9,7 +9,7 @@
 namespace limber::session {
 namespace {
 
-TEST(WayText, WhatIsAskedForHasItsNameAndUnit) {
+TEST(PathSummary, RequestsHaveTheirNameAndUnit) {
   scene::LinkageConditions before, wanted;
   before.loads = {{2, {0, 0, 0}, {0, 0, 0}, 7}};
   wanted = before;
@@ -26,7 +26,7 @@ TEST(WayText, WhatIsAskedForHasItsNameAndUnit) {
   EXPECT_NE(describe_request(before, wanted, 1).find(", and 1 more"), std::string::npos);
 }
 
-TEST(WayText, PlacesAreInTheUnitOfTheScene) {
+TEST(PathSummary, PlacesAreInTheUnitOfTheScene) {
   scene::LinkageConditions before, wanted;
   scene::LinkageTarget target;
   target.id = 1;
@@ -43,7 +43,7 @@ TEST(WayText, PlacesAreInTheUnitOfTheScene) {
             "; requested: segment 4 at (0, 0, 1300) units of 0.5 m by 500 N/m");
 }
 
-TEST(WayText, ResistanceIsInNewtonsAndNewtonMetres) {
+TEST(PathSummary, ResistanceIsInNewtonsAndNewtonMetres) {
   EXPECT_EQ(describe_resistance({}, 1), "");
   rods::Resistance resistance;
   resistance.pin = {4, {0, 0, -12}, {0, 0, 0}, 0};

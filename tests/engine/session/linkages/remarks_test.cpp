@@ -1,4 +1,4 @@
-// What is said of lines that touch where nothing joins them, and of sections in another unit.
+// Remarks on lines that touch where nothing joins them, and of sections in another unit.
 
 #include "engine/session/linkages/remarks.h"
 
@@ -42,7 +42,7 @@ TEST(LinkageRemarks, PlacesThatAreNotListedAreCountedAsFarAsTheyWereFound) {
             "edges touch where nothing joins them in at least 990 more places");
 }
 
-TEST(LinkageRemarks, SectionsInAnotherUnitThanTheLinesAreTold) {
+TEST(LinkageRemarks, SectionsInAnotherUnitThanTheLinesAreReported) {
   scene::Linkage linkage = lattice(1, 1);
   linkage.length_unit_in_metres = 1e-3;
   linkage.section = rods::Rectangle{0.2, 0.05};
@@ -82,7 +82,7 @@ scene::Linkage honeycomb(int size) {
   return linkage;
 }
 
-TEST(LinkageRemarks, PairsOfSegmentsWhoseBendIsNotProvenToBeTheLeastAreTold) {
+TEST(LinkageRemarks, PairsOfSegmentsWhoseBendIsNotProvenToBeTheLeastAreReported) {
   for (const int size : {3, 30}) {
     const scene::Linkage linkage = honeycomb(size);
     const auto check = check_linkage(linkage);
@@ -99,7 +99,7 @@ TEST(LinkageRemarks, PairsOfSegmentsWhoseBendIsNotProvenToBeTheLeastAreTold) {
 }
 
 /// A roof of 12 m in millimetres whose unit is not given, so that it is taken for metres.
-TEST(LinkageRemarks, ARoofOfTwelveKilometresIsTold) {
+TEST(LinkageRemarks, ARoofOfTwelveKilometresIsReported) {
   scene::Linkage linkage = lattice(1, 1);
   linkage.lines.vertices *= 6000;
   linkage.section = rods::Rectangle{120, 24};

@@ -64,18 +64,18 @@ class ShapeListener : public LinkageListener {
   }
   void on_state(State state, const std::string& message) override {
     last = state;
-    said = message;
+    state_message = message;
   }
   void on_result(const std::shared_ptr<const LinkageResult>& result) override { newest = result; }
 
   std::function<void(const Progress&)> hook;
   std::vector<std::string> stages;
   State last = State::kBuilding;
-  std::string said;
+  std::string state_message;
   std::shared_ptr<const LinkageResult> newest;
 };
 
-/// Builds and solves when it is told to.
+/// Builds and solves on request.
 struct Manual {
   explicit Manual(const scene::Linkage& linkage)
       : session(
@@ -121,7 +121,8 @@ TEST(RestShape, CancellingWhileItSolvesEndsTheBuild) {
   };
   manual.run();
   EXPECT_EQ(manual.session.state(), State::kFailed);
-  EXPECT_NE(manual.listener->said.find("cancelled"), std::string::npos) << manual.listener->said;
+  EXPECT_NE(manual.listener->state_message.find("cancelled"), std::string::npos)
+      << manual.listener->state_message;
   EXPECT_FALSE(manual.session.geometry());
   EXPECT_THROW(manual.session.edit({SetMeanAngle{0.5}}), Error);
 }
@@ -132,9 +133,10 @@ TEST(RestShape, WhereNoneAreFoundTheBuildFailsAndSaysWhy) {
   Manual manual(linkage);
   manual.run();
   EXPECT_EQ(manual.session.state(), State::kFailed);
-  EXPECT_NE(manual.listener->said.find("rest_lengths: no lengths of least stress were found: "),
-            std::string::npos)
-      << manual.listener->said;
+  EXPECT_NE(
+      manual.listener->state_message.find("rest_lengths: no lengths of least stress were found: "),
+      std::string::npos)
+      << manual.listener->state_message;
   EXPECT_FALSE(manual.listener->newest);
 }
 

@@ -168,8 +168,8 @@ TEST(LinkageSession, DeploysByTorquesStepByStepAndBack) {
   EXPECT_NEAR(back->mean_angle, closed->mean_angle, 1e-4);
 }
 
-TEST(LinkageSession, UndoBringsTheShapeBackWhateverTheWayWas) {
-  // A mechanism: where it goes and comes back to depends on the way.
+TEST(LinkageSession, UndoRestoresTheShapeAfterAnyPath) {
+  // A mechanism: where it goes and comes back to depends on the path.
   scene::Linkage grid = scene::make_linkage_sample("grid");
   grid.edges_per_segment = 4;
   LiveSession live(grid);

@@ -96,14 +96,14 @@ TEST(LinkageSession, CancellingKeepsTheLastEquilibrium) {
   LiveSession live(hyperboloid());
   const auto opened = live.recorder->wait_final(0);
   ASSERT_TRUE(opened);
-  live.recorder->cancel_on_the_way(live.session);
+  live.recorder->cancel_on_iterate(live.session);
   const Revision revision = live.session.edit({SetMeanAngle{opened->mean_angle + 1.0}}).revision;
   const auto final = live.recorder->wait_final(revision);
   ASSERT_TRUE(final);
   EXPECT_FALSE(final->solve_failed);
   ASSERT_EQ(final->report.status, EquilibriumStatus::kCancelled);
   EXPECT_NEAR(final->mean_angle, opened->mean_angle, 1e-6);
-  // And goes on when it is asked again.
+  // And continues on the next request.
   const auto undone = live.edit({Undo{}});
   ASSERT_TRUE(undone);
   EXPECT_EQ(undone->report.status, EquilibriumStatus::kConverged);

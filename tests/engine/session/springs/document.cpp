@@ -7,7 +7,7 @@
 
 namespace limber::session::springs {
 
-/// One request under way on a copy of the history.
+/// One request running on a copy of the history.
 class SpringDocument::Request {
  public:
   explicit Request(const SpringDocument& document)

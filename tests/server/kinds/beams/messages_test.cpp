@@ -56,9 +56,9 @@ TEST(BeamCodec, ScenesComeBackAsTheyWent) {
   EXPECT_EQ(model.elements[1].kind, beams::BeamKind::kCable);
   EXPECT_EQ(model.motions[0].translates, (std::array<bool, 3>{false, true, true}));
   EXPECT_EQ(model.loads[0].direction, beams::LoadDirection::kFollowing);
-  const proto::Scene told = encode_beam_scene(first);
-  const DecodedBeams second = decode_structure(told);
-  EXPECT_EQ(told.SerializeAsString(), encode_beam_scene(second).SerializeAsString());
+  const proto::Scene scene_message = encode_beam_scene(first);
+  const DecodedBeams second = decode_structure(scene_message);
+  EXPECT_EQ(scene_message.SerializeAsString(), encode_beam_scene(second).SerializeAsString());
   EXPECT_EQ(second.model.supports[1].fixed, model.supports[1].fixed);
   EXPECT_EQ(second.model.sections[0].bending_2, model.sections[0].bending_2);
 }
@@ -66,9 +66,9 @@ TEST(BeamCodec, ScenesComeBackAsTheyWent) {
 TEST(BeamCodec, AxesOfSupportsAreMadePerpendicular) {
   const beams::BeamSupport support = decode_structure(scene()).model.supports[1];
   const double half = std::sqrt(0.5);
-  Eigen::Matrix3d wanted;
-  wanted << half, -half, 0, half, half, 0, 0, 0, 1;
-  EXPECT_LT((support.axes - wanted).norm(), 1e-12);
+  Eigen::Matrix3d has_subscriber;
+  has_subscriber << half, -half, 0, half, half, 0, 0, 0, 1;
+  EXPECT_LT((support.axes - has_subscriber).norm(), 1e-12);
   proto::Scene bad = scene();
   bad.mutable_beams()->mutable_structure()->mutable_supports(1)->clear_x_axis();
   EXPECT_EQ(refused_field([&] { decode_structure(bad); }),
@@ -79,8 +79,8 @@ TEST(BeamCodec, AxesOfSupportsAreMadePerpendicular) {
             "scene.beams.structure.supports[1].y_axis");
 }
 
-TEST(BeamCodec, WhatIsWrongIsSaidByTheNamesOfTheMessage) {
-  const auto told = [](const proto::Scene& bad) -> std::pair<std::string, std::string> {
+TEST(BeamCodec, IssuesNameTheFieldsOfTheMessage) {
+  const auto scene_message = [](const proto::Scene& bad) -> std::pair<std::string, std::string> {
     try {
       decode_structure(bad);
     } catch (const Error& error) {
@@ -92,11 +92,12 @@ TEST(BeamCodec, WhatIsWrongIsSaidByTheNamesOfTheMessage) {
   auto* structure = bad.mutable_beams()->mutable_structure();
   structure->mutable_sections(0)->mutable_rectangle()->set_width(0.01);
   structure->mutable_sections(0)->mutable_rectangle()->set_height(-1);
-  EXPECT_EQ(told(bad), std::pair(std::string("scene.beams.structure.sections[0].rectangle.height"),
-                                 std::string("height = -1, must be > 0")));
+  EXPECT_EQ(scene_message(bad),
+            std::pair(std::string("scene.beams.structure.sections[0].rectangle.height"),
+                      std::string("height = -1, must be > 0")));
   structure->mutable_sections(0)->mutable_rectangle()->set_height(1e-200);
-  EXPECT_EQ(told(bad).first, "scene.beams.structure.sections[0]");
-  EXPECT_THAT(told(bad).second, ::testing::StartsWith("sections[0]: its stiffness"));
+  EXPECT_EQ(scene_message(bad).first, "scene.beams.structure.sections[0]");
+  EXPECT_THAT(scene_message(bad).second, ::testing::StartsWith("sections[0]: its stiffness"));
   bad = scene();
   structure = bad.mutable_beams()->mutable_structure();
   auto* support = structure->mutable_supports(0);
@@ -107,8 +108,8 @@ TEST(BeamCodec, WhatIsWrongIsSaidByTheNamesOfTheMessage) {
   EXPECT_FALSE(decode_structure(bad).model.supports[0].fixed[1]) << "motions go before supports";
   *structure->add_motions() = *motion;
   const int last = structure->motions_size() - 1;
-  EXPECT_EQ(told(bad).second, fmt::format("motions[{}].node = {}, as that of motions[{}]", last,
-                                          structure->supports(0).node(), last - 1));
+  EXPECT_EQ(scene_message(bad).second, fmt::format("motions[{}].node = {}, as that of motions[{}]",
+                                                   last, structure->supports(0).node(), last - 1));
 }
 
 TEST(BeamCodec, ShapesComeBack) {
@@ -118,21 +119,21 @@ TEST(BeamCodec, ShapesComeBack) {
   shape.rotations[1] = beams::rotation_by({0.3, -0.2, 1.7});
   for (auto& turn : shape.hinge_turns) turn = beams::rotation_by({0, 0.4, 0});
   first.shape = shape;
-  proto::Scene told = encode_beam_scene(first);
-  const DecodedBeams second = decode_structure(told);
+  proto::Scene scene_message = encode_beam_scene(first);
+  const DecodedBeams second = decode_structure(scene_message);
   ASSERT_TRUE(second.shape);
   EXPECT_EQ(second.shape->positions, shape.positions);
   EXPECT_LT(second.shape->rotations[1].angularDistance(shape.rotations[1]), 1e-14);
   EXPECT_EQ(second.shape->hinge_turns.size(), shape.hinge_turns.size());
-  auto* message = told.mutable_beams()->mutable_shape();
+  auto* message = scene_message.mutable_beams()->mutable_shape();
   *message->mutable_rotations() = encode_points_float64(Eigen::Matrix3Xd::Zero(3, 1));
-  EXPECT_EQ(refused_field([&] { decode_structure(told); }), "scene.beams.shape.rotations");
+  EXPECT_EQ(refused_field([&] { decode_structure(scene_message); }), "scene.beams.shape.rotations");
 }
 
 TEST(BeamCodec, ShapesThatNoElementCanHaveAreRefused) {
   DecodedBeams first = decode_structure(scene());
   const beams::BeamState rest = beams::BeamStructure(first.model).rest_state();
-  const auto told = [&](auto&& spoil) -> std::pair<std::string, std::string> {
+  const auto scene_message = [&](auto&& spoil) -> std::pair<std::string, std::string> {
     first.shape = rest;
     spoil(*first.shape);
     try {
@@ -142,11 +143,12 @@ TEST(BeamCodec, ShapesThatNoElementCanHaveAreRefused) {
     }
     return {"accepted", ""};
   };
-  const auto [far_field, far_away] = told([](auto& shape) { shape.positions(2, 1) = 1e300; });
+  const auto [far_field, far_away] =
+      scene_message([](auto& shape) { shape.positions(2, 1) = 1e300; });
   EXPECT_EQ(far_field, "scene.beams.shape.positions");
   EXPECT_THAT(far_away, ::testing::HasSubstr("row 1"));
   const beams::BeamElement& element = first.model.elements[1];
-  const auto [field, why] = told([&](auto& shape) {
+  const auto [field, why] = scene_message([&](auto& shape) {
     shape.positions.col(element.finish) = shape.positions.col(element.start);
   });
   EXPECT_EQ(field, "scene.beams.shape.positions");
@@ -183,12 +185,12 @@ TEST(BeamCodec, SourcesExcludeEachOther) {
 TEST(BeamCodec, MotionsMayHaveAxesAndSingleRotations) {
   proto::Scene message = scene();
   message.mutable_beams()->mutable_structure()->mutable_supports(1)->set_fix_rotation_x(true);
-  auto& told = *message.mutable_beams()->mutable_structure()->add_motions();
-  told.set_node(2);
-  told.set_y(0.1);
-  told.set_rotation_z(0.3);
-  *told.mutable_x_axis() = message.beams().structure().supports(1).x_axis();
-  *told.mutable_y_axis() = message.beams().structure().supports(1).y_axis();
+  auto& scene_message = *message.mutable_beams()->mutable_structure()->add_motions();
+  scene_message.set_node(2);
+  scene_message.set_y(0.1);
+  scene_message.set_rotation_z(0.3);
+  *scene_message.mutable_x_axis() = message.beams().structure().supports(1).x_axis();
+  *scene_message.mutable_y_axis() = message.beams().structure().supports(1).y_axis();
   const DecodedBeams structure = decode_structure(message);
   const beams::PrescribedMotion& motion = structure.model.motions[1];
   EXPECT_EQ(motion.rotates, (std::array<bool, 3>{false, false, true}));
@@ -198,20 +200,20 @@ TEST(BeamCodec, MotionsMayHaveAxesAndSingleRotations) {
   EXPECT_TRUE(back.has_y() && back.has_rotation_z());
   EXPECT_FALSE(back.has_x() || back.has_rotation() || back.has_rotation_x());
   EXPECT_TRUE(decode_beam_motion(back, "").axes.isApprox(motion.axes));
-  // A position is a place, whatever the axes are.
+  // A position is a place, for any axes.
   proto::EditRequest request;
   auto& move = *request.add_edits()->mutable_move_beam_node();
-  *move.mutable_motion() = told;
+  *move.mutable_motion() = scene_message;
   move.mutable_motion()->clear_y();
   move.mutable_position()->set_x(1.5);
   const auto edits = decode_beam_edits(request, structure.model.nodes);
   const auto& moved = std::get<session::MoveNode>(edits[0]).motion;
   EXPECT_LT((moved.axes * moved.translation - Eigen::Vector3d(0.5, 0, -2)).norm(), 1e-15);
-  told.mutable_rotation()->set_x(1);
+  scene_message.mutable_rotation()->set_x(1);
   EXPECT_EQ(refused_field([&] { decode_structure(message); }),
             "scene.beams.structure.motions[1].rotation");
-  told.clear_rotation();
-  told.clear_y_axis();
+  scene_message.clear_rotation();
+  scene_message.clear_y_axis();
   EXPECT_EQ(refused_field([&] { decode_structure(message); }),
             "scene.beams.structure.motions[1].y_axis");
 }

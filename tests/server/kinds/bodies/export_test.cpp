@@ -57,9 +57,9 @@ TEST_F(ServerExport, PointCachesHoldTheFrames) {
   open_and_solve(client, "s");
   const auto files = fetch(proto::EXPORT_FORMAT_PC2);
   const auto cache = scene::read_pc2("film.pc2", files.at("film.pc2"));
-  const Eigen::MatrixXf wanted = positions(28);
-  ASSERT_EQ(cache.positions.cols(), wanted.cols());
-  EXPECT_LT((cache.positions - wanted).cwiseAbs().maxCoeff(), 1e-6f);
+  const Eigen::MatrixXf has_subscriber = positions(28);
+  ASSERT_EQ(cache.positions.cols(), has_subscriber.cols());
+  EXPECT_LT((cache.positions - has_subscriber).cwiseAbs().maxCoeff(), 1e-6f);
   EXPECT_EQ(files.at("film.obj").find("film"), std::string::npos);
 }
 
@@ -125,10 +125,10 @@ TEST_F(ServerExport, ParaViewGetsAFilePerFrame) {
   EXPECT_EQ(files.size(), 21u);
   const auto reading = scene::read_mesh({"f.vtu", files.at("film_00010.vtu"), {}});
   EXPECT_EQ(reading.mesh.tet_count(), 36);
-  const Eigen::MatrixXf wanted = positions(28);
+  const Eigen::MatrixXf has_subscriber = positions(28);
   const Eigen::Map<const Eigen::VectorXd> points(reading.mesh.nodes.data(),
                                                  reading.mesh.nodes.size());
-  EXPECT_LT((points.cast<float>() - wanted.col(10)).cwiseAbs().maxCoeff(), 1e-6f);
+  EXPECT_LT((points.cast<float>() - has_subscriber.col(10)).cwiseAbs().maxCoeff(), 1e-6f);
   EXPECT_NE(files.at("film.pvd").find("film_00019.vtu"), std::string::npos);
 }
 

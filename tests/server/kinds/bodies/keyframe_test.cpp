@@ -96,7 +96,7 @@ TEST(KeyframeCodec, AllThatIsWrongIsCollectedAndHasADefault) {
   const scene::Keyframe keyframe = decode_keyframe(message, "k", rest(), load, faults);
   EXPECT_EQ(faults.found().size(), 2u);
   EXPECT_EQ(*keyframe.pose, Eigen::VectorXd::Zero(12));
-  // Without a mesh, nothing is said of sizes.
+  // Without a mesh, sizes are not reported.
   EXPECT_EQ(decode_alone(positions(0), bodies::NodePositions(3, 0)).pose->size(), 0);
 }
 

@@ -123,11 +123,11 @@ proto::Scene full_scene() {
 }
 
 TEST(SceneCodec, ComesBackAsItWas) {
-  proto::Scene wanted = full_scene();
-  const DecodedScene decoded = decode_without_files(wanted);
-  wanted.clear_mesh();
-  EXPECT_TRUE(
-      google::protobuf::util::MessageDifferencer::Equals(encode_scene(decoded.scene), wanted))
+  proto::Scene has_subscriber = full_scene();
+  const DecodedScene decoded = decode_without_files(has_subscriber);
+  has_subscriber.clear_mesh();
+  EXPECT_TRUE(google::protobuf::util::MessageDifferencer::Equals(encode_scene(decoded.scene),
+                                                                 has_subscriber))
       << encode_scene(decoded.scene).DebugString();
 }
 

@@ -219,7 +219,7 @@ TEST(ServerSceneFiles, ListsOfFaultsEnd) {
   EXPECT_LE(reply.validate_scene().issues_size(), 100);
 }
 
-TEST(ServerSceneFiles, ASampleIsAskedForByName) {
+TEST(ServerSceneFiles, ASampleIsRequestedByName) {
   RunningServer server;
   Client client(server->request_endpoint());
   proto::Request request;

@@ -69,7 +69,7 @@ TEST_F(ServerSimulations, AFreeBodyFallsByHalfGTSquared) {
   const Eigen::MatrixXf positions = matrix_of(reply);
   ASSERT_EQ(positions.cols(), 20);
   ASSERT_EQ(positions.rows(), 3 * kNodes);
-  // The midpoint rule is exact for it, at whatever step.
+  // The midpoint rule is exact for it, at any step.
   for (int frame = 0; frame < 20; ++frame) {
     const double t = frame / 30.0;
     const Eigen::VectorXd u = (positions.col(frame) - positions.col(0)).cast<double>();

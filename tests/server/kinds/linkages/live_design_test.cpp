@@ -49,7 +49,7 @@ struct ServerDesign : ::testing::Test {
     return client.call(request).get_job().status();
   }
   /// The next message on the design's topic.
-  std::optional<proto::DesignInfo> told() {
+  std::optional<proto::DesignInfo> next_info() {
     while (const auto message = subscriber.receive()) {
       if (message->topic == "session/s/design") return message->content.design();
     }
@@ -63,7 +63,8 @@ TEST_F(ServerDesign, IsAJobWithATopicOfItsOwn) {
   ASSERT_TRUE(started.has_start_design()) << started.error().message();
   const auto job = started.start_design().job();
   std::optional<proto::DesignInfo> last;
-  while ((last = told()) && last->state() != proto::DESIGN_STATE_ENDED) EXPECT_EQ(last->job(), job);
+  while ((last = next_info()) && last->state() != proto::DESIGN_STATE_ENDED)
+    EXPECT_EQ(last->job(), job);
   ASSERT_TRUE(last);
   EXPECT_EQ(last->iteration(), 4U);
   EXPECT_EQ(last->end(), proto::DESIGN_END_ITERATION_LIMIT);
@@ -78,7 +79,7 @@ TEST_F(ServerDesign, IsAJobWithATopicOfItsOwn) {
   scene.mutable_get_session()->set_with_scene(true);
   const auto conditions = client.call(scene).get_session().scene().linkage().conditions();
   EXPECT_EQ(conditions.segment_lengths_size(), 144);
-  // Who comes late is told how it ended.
+  // A late subscriber gets how it ended.
   Subscriber late{server->stream_endpoint()};
   late.subscribe("session/s/design");
   const auto welcome = late.receive();
@@ -86,7 +87,7 @@ TEST_F(ServerDesign, IsAJobWithATopicOfItsOwn) {
   EXPECT_EQ(welcome->content.design().state(), proto::DESIGN_STATE_ENDED);
 }
 
-TEST_F(ServerDesign, EveryRequestOfOneThatIsNotUnderWayIsRefused) {
+TEST_F(ServerDesign, EveryRequestOfOneThatIsNotRunningIsRefused) {
   proto::Request pause, resume, stop, take, change;
   pause.mutable_pause_design()->set_session("s");
   resume.mutable_resume_design()->set_session("s");

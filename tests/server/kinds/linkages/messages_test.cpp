@@ -318,7 +318,7 @@ TEST(LinkageCodec, EditsAndTheirFields) {
   }
 }
 
-TEST(LinkageCodec, EnergiesAreInJouleWhateverTheLengthUnit) {
+TEST(LinkageCodec, EnergiesAreInJouleForAnyLengthUnit) {
   session::LinkageResult result;
   result.is_final = true;
   result.report.status = rods::EquilibriumStatus::kSaddle;

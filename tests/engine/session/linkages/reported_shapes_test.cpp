@@ -1,4 +1,4 @@
-// What is told of a shape is of that shape, and converged shapes are where they stay.
+// What is reported of a shape is of that shape, and converged shapes are where they stay.
 
 #include <gtest/gtest.h>
 
@@ -20,7 +20,7 @@ double energy_of(const rods::LinkageModel& model, const rods::LinkageState& stat
   return rods::LinkageAssembly(model).energies(state).total();
 }
 
-TEST(ToldShapes, LengthsAreThereWhereWhatElseIsAskedIsNot) {
+TEST(ReportedShapes, LengthsAreReachedWhereTheOtherRequestsAreNot) {
   LiveSession live(hyperboloid());
   const auto was = live.edit({SetMeanAngle{40 * kDegree}});
   ASSERT_TRUE(was && !was->solve_failed);
@@ -37,7 +37,7 @@ TEST(ToldShapes, LengthsAreThereWhereWhatElseIsAskedIsNot) {
 }
 
 /// The same lengths, of edges in place of segments, and back.
-TEST(ToldShapes, SizesThatChangeNothingKeepTheEnergy) {
+TEST(ReportedShapes, SizesThatChangeNothingKeepTheEnergy) {
   LiveSession live(hyperboloid());
   const auto was = live.edit({SetMeanAngle{40 * kDegree}});
   ASSERT_TRUE(was && !was->solve_failed);
@@ -48,8 +48,8 @@ TEST(ToldShapes, SizesThatChangeNothingKeepTheEnergy) {
   EXPECT_NEAR(is->report.energies.total(), energy, 1e-6 * energy);
 }
 
-/// A floating part turns by any angle on the way; its rods keep their twists.
-TEST(ToldShapes, FarOpenedAndBackTheEnergyIsThatOfTheShape) {
+/// A floating part turns by any angle along the path; its rods keep their twists.
+TEST(ReportedShapes, FarOpenedAndBackTheEnergyIsThatOfTheShape) {
   LiveLinkage live(hyperboloid());
   const auto go_to = [&](double degrees) {
     auto conditions = std::make_shared<scene::LinkageConditions>();
@@ -66,7 +66,7 @@ TEST(ToldShapes, FarOpenedAndBackTheEnergyIsThatOfTheShape) {
 
 /// The sample's branch loses its stability at 104 degrees, hardly: the directions in which it sways
 /// beyond have next to no curvature, less than what balance leaves of the forces might take.
-TEST(ToldShapes, WhereStabilityIsHardlyLostConvergedShapesAreStable) {
+TEST(ReportedShapes, WhereStabilityIsHardlyLostConvergedShapesAreStable) {
   for (const double degrees : {103.6, 104.05, 104.5, 105.0}) {
     const scene::Linkage sample = scene::make_linkage_sample("hyperboloid");
     LiveLinkage live(sample);

@@ -1,4 +1,4 @@
-#include "engine/beams/solver/element_doubts.h"
+#include "engine/beams/solver/uncertain_element.h"
 
 #include <fmt/format.h>
 
@@ -12,7 +12,7 @@
 namespace limber::beams::detail {
 namespace {
 
-constexpr double kQuarterTurn = std::numbers::pi / 2;
+constexpr double kQuarterTurn = std::numbers::pi / 2;  // [rad]
 // Of the force at which an element buckles. Public structures whose rims are brought in at once
 // stay below; a straight column that nothing pushes aside does not.
 constexpr double kHopeless = 2;
@@ -32,7 +32,7 @@ double bend_of(const BeamStructure& structure, const BeamState& state, int eleme
 }
 
 /// How far an element is from what it stands for, by what makes it doubtful; above 1 it is.
-struct Worry {
+struct Uncertainty {
   double size = 0;
   bool hopeless = false;
   int element = -1;
@@ -40,12 +40,12 @@ struct Worry {
   double measure = 0;  // times what it buckles at, or [rad]
   double off = 0;      // share of a torque
 
-  [[nodiscard]] bool is_worse_than(const Worry& other) const {
+  [[nodiscard]] bool is_worse_than(const Uncertainty& other) const {
     return hopeless != other.hopeless ? hopeless : size > other.size;
   }
 };
 
-Worry of_pressure(const BeamStructure& structure, const BeamResults& results, int i) {
+Uncertainty of_pressure(const BeamStructure& structure, const BeamResults& results, int i) {
   const BeamElement& element = structure.model().elements[static_cast<std::size_t>(i)];
   const BeamSection& section =
       structure.model().sections[static_cast<std::size_t>(element.section)];
@@ -53,15 +53,15 @@ Worry of_pressure(const BeamStructure& structure, const BeamResults& results, in
   const double buckles = 4 * std::numbers::pi * std::numbers::pi *
                          std::min(section.bending_2, section.bending_3) / (length * length);
   const double pressed = -results.forces[static_cast<std::size_t>(i)].axial / buckles;
-  return {pressed, pressed > kHopeless, i, Worry::Of::kPressure, pressed};
+  return {pressed, pressed > kHopeless, i, Uncertainty::Of::kPressure, pressed};
 }
 
-Worry of_bend(const BeamStructure& structure, const BeamState& state, int i) {
+Uncertainty of_bend(const BeamStructure& structure, const BeamState& state, int i) {
   const double bend = bend_of(structure, state, i);
-  return {bend / kQuarterTurn, bend > kQuarterTurn, i, Worry::Of::kBend, bend};
+  return {bend / kQuarterTurn, bend > kQuarterTurn, i, Uncertainty::Of::kBend, bend};
 }
 
-Worry of_twist(const BeamStructure& structure, const ElementTwist& twist) {
+Uncertainty of_twist(const BeamStructure& structure, const ElementTwist& twist) {
   const ElementConstants<double>& k = structure.constants(twist.element);
   const BeamElement& element = structure.model().elements[static_cast<std::size_t>(twist.element)];
   const TwistMeasure<double> measure(std::sin(twist.angle), std::cos(twist.angle));
@@ -69,22 +69,22 @@ Worry of_twist(const BeamStructure& structure, const ElementTwist& twist) {
   const double torque = (measure.value - k.rest_twist) * measure.slope;  // over GJ / L
   const double off = std::abs(strain) > 1e-3 ? std::abs(1 - torque / strain) : 0;
   const bool hopeless = std::abs(twist.angle) > kMostTwist;
-  return {off / kVisiblyOff, hopeless, twist.element, Worry::Of::kTwist, twist.angle, off};
+  return {off / kVisiblyOff, hopeless, twist.element, Uncertainty::Of::kTwist, twist.angle, off};
 }
 
-std::string told(const Worry& worry) {
+std::string describe(const Uncertainty& worry) {
   switch (worry.of) {
-    case Worry::Of::kPressure:
+    case Uncertainty::Of::kPressure:
       return fmt::format(
           "element {} is pressed with {:.3g} times the force at which it buckles by itself: take "
           "shorter elements, or a load that chooses a side",
           worry.element, worry.measure);
-    case Worry::Of::kBend:
+    case Uncertainty::Of::kBend:
       return fmt::format(
           "element {} has folded: an end has turned by {:.2f} rad against its chord; take shorter "
           "elements",
           worry.element, worry.measure);
-    case Worry::Of::kTwist:
+    case Uncertainty::Of::kTwist:
       break;
   }
   return fmt::format(
@@ -95,11 +95,12 @@ std::string told(const Worry& worry) {
 
 }  // namespace
 
-std::optional<ElementDoubt> doubt_elements(const BeamStructure& structure, const BeamState& state) {
+std::optional<UncertainElement> find_uncertain_element(const BeamStructure& structure,
+                                                       const BeamState& state) {
   const BeamResults results = results_of(structure, state);
-  Worry worst;
+  Uncertainty worst;
   worst.size = 1;
-  const auto weigh = [&worst](const Worry& worry) {
+  const auto weigh = [&worst](const Uncertainty& worry) {
     if ((worry.size > 1 || worry.hopeless) && worry.is_worse_than(worst)) worst = worry;
   };
   for (int i = 0; i < structure.elements(); ++i) {
@@ -110,7 +111,7 @@ std::optional<ElementDoubt> doubt_elements(const BeamStructure& structure, const
   if (const ElementTwist twist = most_twisted(structure, state); twist.element >= 0)
     weigh(of_twist(structure, twist));
   if (worst.element < 0) return {};
-  return ElementDoubt{worst.element, worst.hopeless, told(worst)};
+  return UncertainElement{worst.element, worst.hopeless, describe(worst)};
 }
 
 }  // namespace limber::beams::detail

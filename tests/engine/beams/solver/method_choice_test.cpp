@@ -6,7 +6,7 @@
 #include "engine/beams/solver/equilibrium.h"
 #include "tests/support/beam_problems.h"
 
-// What the solver does where nobody told it how: first users' structures, which long load steps
+// What the solver does where no method is requested: first users' structures, which long load steps
 // folded, turned over or called loose.
 
 namespace limber::beams {
@@ -22,11 +22,11 @@ std::array<bool, 6> without_x(std::array<bool, 6> fixed) {
   return fixed;
 }
 
-PrescribedMotion along_x(int node, double way) {
+PrescribedMotion along_x(int node, double distance) {
   PrescribedMotion motion;
   motion.node = node;
   motion.translates = {true, false, false};
-  motion.translation.x() = way;
+  motion.translation.x() = distance;
   return motion;
 }
 
@@ -51,7 +51,7 @@ BeamModel lath_model(const Lath& lath) {
   return model;
 }
 
-TEST(BeamChosenWay, ALathPushedTogetherUnderItsOwnWeightHangs) {
+TEST(BeamMethodChoice, ALathPushedTogetherUnderItsOwnWeightHangs) {
   std::vector<Lath> laths;
   for (const int elements : {10, 20, 40}) {
     for (const double push : {0.02, 0.1, 0.3}) {
@@ -71,7 +71,7 @@ TEST(BeamChosenWay, ALathPushedTogetherUnderItsOwnWeightHangs) {
   }
 }
 
-TEST(BeamChosenWay, ARodPulledTautWithASmallCrossLoadIsStraight) {
+TEST(BeamMethodChoice, ARodPulledTautWithASmallCrossLoadIsStraight) {
   for (const int elements : {2, 10, 40}) {
     for (const double pull : {0.0001, 0.005, 0.05, 0.15}) {
       BeamModel model = limber::testing::straight_beam(elements);
@@ -95,7 +95,7 @@ TEST(BeamChosenWay, ARodPulledTautWithASmallCrossLoadIsStraight) {
   }
 }
 
-TEST(BeamChosenWay, AnArchStandsOnItsSideHoweverManyElementsItHas) {
+TEST(BeamMethodChoice, AnArchStandsOnItsSideHoweverManyElementsItHas) {
   for (const int elements : {10, 20, 30, 60}) {
     BeamModel model = limber::testing::straight_beam(elements, 4);
     for (int i = 0; i <= elements; ++i)
@@ -135,7 +135,7 @@ BeamModel cable_model(double sag, double weight) {
   return model;
 }
 
-TEST(BeamChosenWay, ACableHangsUnderItsOwnWeight) {
+TEST(BeamMethodChoice, ACableHangsUnderItsOwnWeight) {
   for (const double sag : {0.02, 0.03, 0.05, 0.07, 0.1, 0.3}) {
     const BeamSolution found = find_equilibrium(BeamStructure(cable_model(sag, 1)));
     ASSERT_TRUE(found.report.converged()) << sag << ": " << found.report.message;
@@ -143,7 +143,7 @@ TEST(BeamChosenWay, ACableHangsUnderItsOwnWeight) {
   }
 }
 
-TEST(BeamChosenWay, ACableThatIsLiftedTurnsOver) {
+TEST(BeamMethodChoice, ACableThatIsLiftedTurnsOver) {
   for (const double sag : {0.02, 0.05, 0.3}) {
     for (const BeamMethod method : {BeamMethod::kChoose, BeamMethod::kRelaxation}) {
       BeamSolveOptions options;
@@ -162,7 +162,7 @@ TEST(BeamChosenWay, ACableThatIsLiftedTurnsOver) {
   }
 }
 
-TEST(BeamChosenWay, ASlackCableHangs) {
+TEST(BeamMethodChoice, ASlackCableHangs) {
   BeamModel model = cable_model(0, 1);
   for (BeamElement& e : model.elements) e.rest_length = 0.51;
   for (const BeamMethod method : {BeamMethod::kChoose, BeamMethod::kRelaxation}) {

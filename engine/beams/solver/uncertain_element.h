@@ -8,7 +8,7 @@
 namespace limber::beams::detail {
 
 /// An element that balances where the model of elements says nothing of stability any more.
-struct ElementDoubt {
+struct UncertainElement {
   int element = -1;
   /// Far enough that the balance is none of the beam; else a finer structure may well have one
   /// near.
@@ -16,11 +16,11 @@ struct ElementDoubt {
   std::string message;  // a sentence for people
 };
 
-/// The worst of the elements that are pressed beyond what they buckle at by themselves, whatever
-/// their ends do (4 pi^2 EI / L^2), whose ends have turned a quarter round against their chord, or
-/// are twisted against each other by more than 1.25 rad. Nodes cannot show how such an element
+/// The worst of the elements that are pressed beyond what they buckle at by themselves, independent
+/// of their ends do (4 pi^2 EI / L^2), whose ends have turned a quarter round against their chord,
+/// or are twisted against each other by more than 1.25 rad. Nodes cannot show how such an element
 /// buckles, bends or twists: that is no equilibrium of the beam.
-[[nodiscard]] std::optional<ElementDoubt> doubt_elements(const BeamStructure& structure,
-                                                         const BeamState& state);
+[[nodiscard]] std::optional<UncertainElement> find_uncertain_element(const BeamStructure& structure,
+                                                                     const BeamState& state);
 
 }  // namespace limber::beams::detail
