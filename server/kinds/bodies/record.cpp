@@ -52,7 +52,8 @@ void BodyRecord::adopt_model() {
     newest = newest_;
   }
   if (newest && geometry)
-    streams_->note(std::make_shared<BodyFrames>(newest, geometry, opened_.length_unit));
+    streams_->note(
+        std::make_shared<BodyFrames>(newest, newest->shown->geometry, opened_.length_unit));
 }
 
 void BodyRecord::add_scene(const proto::GetSessionRequest& request,
@@ -79,8 +80,9 @@ void BodyRecord::add_scene(const proto::GetSessionRequest& request,
 
 std::shared_ptr<const FrameSource> BodyRecord::frames(bool final_only) const {
   const auto session = this->session();
-  auto geometry = geometry_of(*session);
+  (void)geometry_of(*session);
   auto result = demand_result(final_only ? session->final_result() : session->newest_result());
+  auto geometry = result->shown->geometry;
   return std::make_shared<BodyFrames>(std::move(result), std::move(geometry), opened_.length_unit);
 }
 
@@ -222,7 +224,7 @@ void BodyRecord::on_result(const std::shared_ptr<const session::BodyResult>& res
       [&]() -> std::shared_ptr<const FrameSource> {
         newest_ = result;
         if (!geometry_) return nullptr;
-        return std::make_shared<BodyFrames>(result, geometry_, opened_.length_unit);
+        return std::make_shared<BodyFrames>(result, result->shown->geometry, opened_.length_unit);
       },
       result->check == session::Check::kPending ? ResultWaiters::Check::kPending
                                                 : ResultWaiters::Check::kDone);
