@@ -1,7 +1,9 @@
 #include "engine/reduced/frame_projection.h"
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <numeric>
 #include <vector>
 
@@ -16,6 +18,8 @@ using Eigen::Index;
 
 constexpr Index kFramesAtOnce = 32;  // reconstructed between checks of cancellation
 constexpr Index kLearntAtOnce = 32;  // frames whose components are found together
+// Relative to the mean of the held sites' own: less than what single precision shows.
+constexpr double kSiteRidge = 1e-9;
 constexpr double kRounding = 1e-14;  // of squares: below it a component is noise
 
 /// a^T b by blocks of columns of b, on all threads.
@@ -53,6 +57,37 @@ Eigen::MatrixXd components(const Eigen::MatrixXd& rest, double limit, Index most
   return rest * gram.eigenvectors().rightCols(count).rowwise().reverse();
 }
 
+using Rows = Eigen::Matrix<double, 3, Eigen::Dynamic>;
+
+/// Mean rows of nodes in a matrix of 3n rows.
+Rows mean_rows(const Eigen::Ref<const Eigen::MatrixXd>& matrix, const std::vector<int>& nodes) {
+  Rows rows = Rows::Zero(3, matrix.cols());
+  for (const int node : nodes) rows += matrix.middleRows<3>(3 * Index{node});
+  return rows / static_cast<double>(nodes.size());
+}
+
+/// Least change of each frame's coordinates that takes off what is left at its held sites.
+void hold_sites(const Eigen::MatrixXd& basis, const Eigen::MatrixXd& columns,
+                const Eigen::MatrixXd& rest, const std::vector<HeldSite>& held,
+                Eigen::MatrixXd& coordinates) {
+  std::map<int, std::vector<const HeldSite*>> by_column;
+  for (const HeldSite& site : held) by_column[site.column].push_back(&site);
+  for (const auto& [column, sites] : by_column) {
+    const auto count = 3 * static_cast<Index>(sites.size());
+    Eigen::MatrixXd rows(count, coordinates.rows());
+    Eigen::VectorXd miss(count);
+    for (Index i = 0; i < count; i += 3) {
+      const std::vector<int>& nodes = *sites[static_cast<std::size_t>(i / 3)]->nodes;
+      rows.middleRows<3>(i) << mean_rows(basis, nodes), mean_rows(columns, nodes);
+      miss.segment<3>(i) = mean_rows(rest.col(column), nodes);
+    }
+    // Sites that move together, or hardly, ask for no more than the basis can do.
+    Eigen::MatrixXd gram = rows * rows.transpose();
+    gram.diagonal().array() += kSiteRidge * gram.trace() / static_cast<double>(count);
+    if (gram.trace() > 0) coordinates.col(column) += rows.transpose() * gram.ldlt().solve(miss);
+  }
+}
+
 }  // namespace
 
 void ProjectionOptions::validate() const {
@@ -64,7 +99,8 @@ void ProjectionOptions::validate() const {
 ProjectedFrames project_frames(FullShapes& shapes, const Eigen::MatrixXd& basis,
                                std::span<const int> frames,
                                const Eigen::Ref<const Eigen::MatrixXd>& modal,
-                               const ProjectionOptions& options, const JobContext& job) {
+                               const std::vector<HeldSite>& held, const ProjectionOptions& options,
+                               const JobContext& job) {
   options.validate();
   const auto count = static_cast<Index>(frames.size());
   LIMBER_DEMAND(modal.cols() == count && modal.rows() == shapes.model().coordinate_count());
@@ -119,6 +155,7 @@ ProjectedFrames project_frames(FullShapes& shapes, const Eigen::MatrixXd& basis,
     result.coordinates.bottomRows(added.cols()) = q;
     result.error_after = error();
   }
+  hold_sites(basis, result.columns, rest, held, result.coordinates);
   return result;
 }
 

@@ -12,8 +12,10 @@ namespace {
 using Eigen::Index;
 
 /// `count` frames evenly spread over the motion, its ends included, with those that must be there.
-std::vector<int> frames_to_reconstruct(Index frames, double count, std::vector<int> constrained) {
-  std::vector<int> chosen = std::move(constrained);
+std::vector<int> frames_to_reconstruct(Index frames, double count,
+                                       const std::vector<HeldFrame>& held) {
+  std::vector<int> chosen;
+  for (const HeldFrame& one : held) chosen.push_back(one.frame);
   const auto most = static_cast<Index>(std::max(2.0, std::min(count, double(frames))));
   for (Index i = 0; i < most; ++i)
     chosen.push_back(static_cast<int>(most > 1 ? i * (frames - 1) / (most - 1) : 0));
@@ -39,24 +41,30 @@ std::unique_ptr<reduced::FullKinematics> FullBody::make_kinematics() const {
 
 FullBody::Shown FullBody::show(const std::shared_ptr<const Eigen::MatrixXd>& before,
                                const Eigen::MatrixXd& modal, const Eigen::MatrixXf& reduced,
-                               const std::vector<int>& constrained, const ShowOptions& options,
+                               const std::vector<HeldFrame>& held, const ShowOptions& options,
                                const JobContext& job) {
   const Index count = modal.cols(), own = model_->basis_size();
   LIMBER_DEMAND(reduced.rows() == own && reduced.cols() == count);
   const double affordable =
       options.max_tet_frames / std::max(1, reconstruction_->gradient().tet_count());
-  const std::vector<int> frames = frames_to_reconstruct(count, affordable, constrained);
+  const std::vector<int> frames = frames_to_reconstruct(count, affordable, held);
   const Eigen::MatrixXd part = modal(Eigen::all, frames);
+  std::vector<reduced::HeldSite> sites;
+  for (const HeldFrame& one : held) {
+    const auto at = std::lower_bound(frames.begin(), frames.end(), one.frame);
+    if (one.nodes) sites.push_back({static_cast<int>(at - frames.begin()), one.nodes});
+  }
   reduced::ProjectionOptions projection{options.tolerance, options.max_columns};
   Shown shown;
   shown.basis = before;
   reduced::ProjectedFrames projected =
-      reduced::project_frames(*shapes_, *before, frames, part, projection, job);
+      reduced::project_frames(*shapes_, *before, frames, part, sites, projection, job);
   if (before->cols() + projected.columns.cols() > own + options.max_added) {
     // Columns that no motion of late needs go: only those of this one come back.
     shown.basis = {model_, &model_->basis};
     projection.max_columns = options.max_added;
-    projected = reduced::project_frames(*shapes_, *shown.basis, frames, part, projection, job);
+    projected =
+        reduced::project_frames(*shapes_, *shown.basis, frames, part, sites, projection, job);
   }
   shown.error = projected.error_after;
   shown.columns = static_cast<int>(projected.columns.cols());

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <memory>
+#include <vector>
 
 #include "engine/reduced/frame_projection.h"
 #include "engine/reduced/full_kinematics.h"
@@ -10,9 +11,13 @@
 
 namespace limber::session {
 
-struct BodyResult;
-struct ShownBasis;
 struct MappedBody;
+
+/// A frame that is always reconstructed, and the nodes that are held in it, if any.
+struct HeldFrame {
+  int frame = 0;
+  std::shared_ptr<const std::vector<int>> nodes;  // compact; null: of a keyframe
+};
 
 /// Which frames are reconstructed in full, and the basis they are shown through.
 struct ShowOptions {
@@ -42,11 +47,10 @@ class FullBody {
   };
   /// The frames of a motion by full reconstruction.
   /// @param modal  z-hat, R x N; @param reduced  q of the model itself, h x N
-  /// @param constrained  frames that are always among the reconstructed ones
   /// @throws Error{kCancelled}
   [[nodiscard]] Shown show(const std::shared_ptr<const Eigen::MatrixXd>& before,
                            const Eigen::MatrixXd& modal, const Eigen::MatrixXf& reduced,
-                           const std::vector<int>& constrained, const ShowOptions& options,
+                           const std::vector<HeldFrame>& held, const ShowOptions& options,
                            const JobContext& job);
 
  private:

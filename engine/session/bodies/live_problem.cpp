@@ -153,13 +153,14 @@ void LiveProblem::set_shift(std::shared_ptr<const reduced::FrameShift> shift) {
   kinematics_->set_shift(shift_);
 }
 
-std::vector<int> LiveProblem::constrained_frames() const {
-  std::vector<int> frames;
+std::vector<HeldFrame> LiveProblem::held_frames() const {
+  std::vector<HeldFrame> frames;
   for (const spacetime::PositionConstraint& constraint : solver_->constraints()) {
-    frames.push_back(constraint.frame);
-    if (constraint.since) frames.push_back(*constraint.since);
+    const auto& nodes = held_.at(constraint.id).nodes;
+    frames.push_back({constraint.frame, nodes});
+    if (constraint.since) frames.push_back({*constraint.since, nodes});
   }
-  for (const scene::Keyframe& keyframe : keyframes_) frames.push_back(keyframe.frame);
+  for (const scene::Keyframe& keyframe : keyframes_) frames.push_back({keyframe.frame, nullptr});
   return frames;
 }
 

@@ -10,6 +10,7 @@
 #include "engine/reduced/layered_kinematics.h"
 #include "engine/reduced/reduced_model.h"
 #include "engine/session/bodies/edit_batch.h"
+#include "engine/session/bodies/full_body.h"
 #include "engine/session/bodies/keyframe_targets.h"
 #include "engine/session/bodies/motion_check.h"
 #include "engine/session/bodies/problem_mapping.h"
@@ -83,8 +84,8 @@ class LiveProblem {
   void provide_full(const std::function<std::unique_ptr<reduced::FullKinematics>()>& make);
   /// See reduced::FrameShift; null: none. Take the solver's motion up again after it.
   void set_shift(std::shared_ptr<const reduced::FrameShift> shift);
-  /// Frames that constraints and keyframes are in, in any order.
-  [[nodiscard]] std::vector<int> constrained_frames() const;
+  /// Frames of constraints and keyframes, in any order.
+  [[nodiscard]] std::vector<HeldFrame> held_frames() const;
 
   /// q of all frames of a motion (z, r x N) with a material by the reduced model, h x N.
   void model_coordinates(const spacetime::Material& material, const Eigen::MatrixXd& motion,

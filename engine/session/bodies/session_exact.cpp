@@ -1,3 +1,5 @@
+#include <chrono>
+#include <thread>
 #include <utility>
 
 #include "engine/session/bodies/geometry.h"
@@ -12,6 +14,8 @@ namespace {
 using spacetime::SolveStatus;
 
 // Shapes of exact results are off by less than this share of the scene's tolerance, or this.
+// Edits of a drag are 16 ms apart.
+constexpr std::chrono::milliseconds kPause{40}, kLook{2};
 constexpr double kShapeShare = 0.1, kLargestShapeError = 1e-3;
 
 }  // namespace
@@ -27,6 +31,17 @@ void BodySession::Impl::use_level(reduced::LayeredKinematics::Level level) {
   problem_->use(level);
 }
 
+/// A drag's next edit would interrupt the step and have to wait until that has noticed: after one
+/// that was interrupted, the next waits for a pause.
+bool BodySession::Impl::is_quiet() {
+  if (!was_interrupted_) return true;
+  for (auto waited = Clock::duration(0); waited < kPause; waited += kLook) {
+    if (interrupt_.load(std::memory_order_relaxed)) return false;
+    std::this_thread::sleep_for(kLook);
+  }
+  return !interrupt_.load(std::memory_order_relaxed);
+}
+
 std::optional<spacetime::SolveReport> BodySession::Impl::polish(
     const Round& round, const spacetime::SolveReport& start) {
   using Level = reduced::LayeredKinematics::Level;
@@ -35,6 +50,7 @@ std::optional<spacetime::SolveReport> BodySession::Impl::polish(
       interrupt_.load(std::memory_order_relaxed))
     return start;
   publish_motion(round, start, false);
+  if (!is_quiet()) return std::nullopt;
   spacetime::Solver& solver = problem_->solver();
   const Eigen::MatrixXd before = solver.motion();
   bool out_of_date = false;
@@ -50,7 +66,8 @@ std::optional<spacetime::SolveReport> BodySession::Impl::polish(
     problem_->use(Level::kReduced);
     throw;
   }
-  if (out_of_date && report.status == SolveStatus::kImproved) return std::nullopt;
+  was_interrupted_ = out_of_date && report.status == SolveStatus::kImproved;
+  if (was_interrupted_) return std::nullopt;
   if (report.status ==
       SolveStatus::kCancelled) {  // what there was is an answer, if not the exact one
     solver.warm_start(before, spacetime::Known::kAnswer);
@@ -61,7 +78,10 @@ std::optional<spacetime::SolveReport> BodySession::Impl::polish(
   }
   is_exact_ = true;
   report.iterations += start.iterations;
-  if (problem_->variables() == scene::MaterialVariables::kMotion) return report;
+  if (problem_->variables() == scene::MaterialVariables::kMotion) {
+    solved_ = report.status == SolveStatus::kConverged;
+    return report;
+  }
   // How the fit of the material ended is what the status says.
   report.status = start.status;
   report.message = start.message;
@@ -82,7 +102,7 @@ bool BodySession::Impl::show_exactly(const Round& round, BodyResult& result) {
   FullBody::Shown shown;
   try {
     shown = full_body_->show(before->basis, result.material->mixing * result.modal, reduced,
-                             problem_->constrained_frames(), options, job);
+                             problem_->held_frames(), options, job);
   } catch (const Error& error) {
     if (error.code() != ErrorCode::kCancelled) throw;
     return false;

@@ -127,6 +127,7 @@ class BodySession::Impl final : public SessionCore<BodyResult, BodyOrder> {
   void publish_of_round(std::shared_ptr<BodyResult> result, const Round& round);
 
   // session_exact.cpp: the step behind the reduced model's answer.
+  [[nodiscard]] bool is_quiet();
   void use_level(reduced::LayeredKinematics::Level level);
   /// The exact optimum from the solver's motion, which was solved as `start` says.
   /// @returns `start` where results are not exact; nothing where an edit made it out of date
@@ -169,6 +170,7 @@ class BodySession::Impl final : public SessionCore<BodyResult, BodyOrder> {
   std::unique_ptr<LiveProblem> problem_;             // the task's
   std::unique_ptr<FullBody> full_body_;              // the task's, once it is needed
   std::shared_ptr<const ShownBasis> problem_shown_;  // the task's: of what is published next
+  bool was_interrupted_ = false;                     // the task's: the last exact step
   bool is_exact_ = false;  // the task's: the solver's motion is an optimum of the full map
   AnswerCache answers_;    // the task's
   bool solved_ = false;    // the task's: the motion has converged for the material it has
