@@ -8,7 +8,7 @@
 #include <numeric>
 #include <vector>
 
-#include "clients/cpp/linkage_session.h"
+#include "clients/cpp/linkages/session.h"
 #include "clients/cpp/reach.h"
 
 using namespace limber;

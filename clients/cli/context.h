@@ -7,6 +7,7 @@
 #include <string>
 
 #include "clients/cpp/client.h"
+#include "clients/cpp/session_reference.h"
 
 namespace limber::cli {
 
@@ -33,6 +34,12 @@ class Context {
   /// The client, made when first asked for.
   [[nodiscard]] client::Client& client();
   [[nodiscard]] client::ClientOptions client_options() const;
+  /// A session of one kind, or of any (OpenSession). Requests name it as it is given: a command
+  /// makes one or two.
+  template <class Session>
+  [[nodiscard]] Session session(const std::string& name) {
+    return {client(), name, client::Naming::kAsGiven};
+  }
 
  private:
   std::unique_ptr<client::Client> client_;
@@ -67,13 +74,11 @@ class DeferInterrupts {
 
 void add_server_commands(CLI::App& app, Context& context);
 void add_scene_commands(CLI::App& app, Context& context);
+void add_open_command(CLI::App& app, Context& context);
 void add_session_commands(CLI::App& app, Context& context);
-void add_edit_commands(CLI::App& app, Context& context);
-void add_keyframe_commands(CLI::App& app, Context& context);
-void add_linkage_commands(CLI::App& app, Context& context);
-void add_design_commands(CLI::App& app, Context& context);
-void add_beam_commands(CLI::App& app, Context& context);
-void add_beam_edit_commands(CLI::App& app, Context& context);
+void add_history_commands(CLI::App& app, Context& context);
+void add_script_command(CLI::App& app, Context& context);
+void add_gravity_command(CLI::App& app, Context& context);
 void add_result_commands(CLI::App& app, Context& context);
 
 /// A subcommand with an example below its help.

@@ -8,7 +8,11 @@
 #include <vector>
 
 #include "clients/cli/arguments.h"
+#include "clients/cli/beams/commands.h"
+#include "clients/cli/bodies/commands.h"
 #include "clients/cli/context.h"
+#include "clients/cli/linkages/commands.h"
+#include "clients/cli/load_command.h"
 
 namespace {
 
@@ -54,9 +58,27 @@ int usage(const CLI::App& app, const CLI::ParseError& error) {
   return app.exit(error) == 0 ? limber::cli::kDone : limber::cli::kUsage;
 }
 
-}  // namespace
+void add_commands(CLI::App& app, Context& context) {
+  namespace cli = limber::cli;
+  cli::add_server_commands(app, context);
+  cli::add_scene_commands(app, context);
+  cli::add_open_command(app, context);
+  cli::add_session_commands(app, context);
+  cli::bodies::add_edit_commands(app, context);
+  cli::add_history_commands(app, context);
+  cli::add_script_command(app, context);
+  cli::bodies::add_keyframe_commands(app, context);
+  cli::linkages::add_edit_commands(app, context);
+  cli::linkages::add_design_commands(app, context);
+  cli::beams::add_solve_command(app, context);
+  cli::beams::add_edit_commands(app, context);
+  cli::add_load_command(
+      app, context, {cli::beams::load_node, cli::beams::load_element, cli::linkages::load_joint});
+  cli::add_gravity_command(app, context);
+  cli::add_result_commands(app, context);
+}
 
-int main(int argc, char** argv) {
+int run(int argc, char** argv) {
   namespace cli = limber::cli;
   Context context;
   CLI::App app{
@@ -99,16 +121,7 @@ int main(int argc, char** argv) {
   app.add_option("--key", context.key_file,
                  "CURVE: file of this client's secret key, with FILE.pub beside it")
       ->envname("LIMBER_KEY");
-  cli::add_server_commands(app, context);
-  cli::add_scene_commands(app, context);
-  cli::add_session_commands(app, context);
-  cli::add_edit_commands(app, context);
-  cli::add_keyframe_commands(app, context);
-  cli::add_linkage_commands(app, context);
-  cli::add_design_commands(app, context);
-  cli::add_beam_commands(app, context);
-  cli::add_beam_edit_commands(app, context);
-  cli::add_result_commands(app, context);
+  add_commands(app, context);
   try {
     cli::catch_interrupts();
     auto arguments = cli::as_meant({argv + 1, argv + argc});
@@ -122,5 +135,16 @@ int main(int argc, char** argv) {
   } catch (const std::exception& error) {
     fmt::print(stderr, "limber: {}\n", error.what());
     return cli::kRefused;
+  }
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  try {
+    return run(argc, argv);
+  } catch (...) {  // even what is thrown where an error is reported
+    std::fputs("limber: it cannot say what went wrong\n", stderr);
+    return limber::cli::kRefused;
   }
 }

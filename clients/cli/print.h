@@ -53,23 +53,11 @@ void note_failure(Context& context, const v1::ResultInfo& result);
 /// "robot (robot arm)", or the session alone where the scene has no name.
 [[nodiscard]] std::string title(const v1::SessionStatus& status);
 
-/// Of a kind that limber.v1 does not know.
-[[nodiscard]] bool is_foreign(const v1::SessionStatus& status);
-/// "384 tets, 100 nodes, 60 frames", or what a rod linkage has.
-[[nodiscard]] std::string sizes(const v1::SessionStatus& status);
-
-/// One result as lines "name  value".
-[[nodiscard]] std::string describe(const v1::ResultInfo& result);
-/// ", motion error 2 %, 3 tets inverted": empty where it is not known.
-[[nodiscard]] std::string motion_words(const v1::ResultInfo& result);
 /// Sizes and errors of a model, on one line.
 [[nodiscard]] std::string describe(const v1::ModelInfo& model);
 /// What a wait ends with: "first", "final" or "checked".
 [[nodiscard]] v1::WaitRequest::Until wait_until(const std::string& word);
 /// "warning: mesh.tets[7]: ..."
 [[nodiscard]] std::string describe(const v1::Issue& issue);
-/// One constraint as a row; heading in constraint_heading().
-[[nodiscard]] std::vector<std::string> row(const v1::Constraint& constraint);
-[[nodiscard]] std::vector<std::string> constraint_heading();
 
 }  // namespace limber::cli

@@ -7,9 +7,10 @@
 
 #include "clients/cli/context.h"
 #include "clients/cli/export_formats.h"
+#include "clients/cli/kinds.h"
 #include "clients/cli/print.h"
+#include "clients/cpp/files.h"
 #include "clients/cpp/frames.h"
-#include "clients/cpp/scene_files.h"
 #include "clients/cpp/stream.h"
 
 namespace limber::cli {
@@ -57,8 +58,7 @@ void frames(Context& context, const FramesOptions& options) {
     v1::GetGeometryRequest wanted;
     wanted.set_session(options.session);
     geometry = context.client().call(wanted, kLargeAnswerTimeout);
-    // Of linkages only the server sweeps the surface; of beams, positions are all there is to see.
-    if (geometry.has_linkage() || geometry.has_beams()) {
+    if (!geometry.has_basis()) {  // these coordinates are no mixture of shapes
       request.set_encoding(v1::ENCODING_POSITIONS);
       frames = context.client().call(request, kLargeAnswerTimeout).frames();
     }
@@ -122,21 +122,17 @@ struct WatchOptions {
   double silence_s = 0;
 };
 
-void print_result(const Context& context, const v1::ResultInfo& result, std::uint64_t missed) {
+void print_result(const Context& context, const Kind& kind, const v1::ResultInfo& result,
+                  std::uint64_t missed) {
   if (context.json) {
     print_json(result);
   } else {
-    // On the way to its equilibrium, a linkage's energy is not told.
-    const bool linkage = result.has_linkage() || result.has_beams();
-    const std::string energy =
-        linkage && !result.converged() ? "-" : fmt::format("{:.6g}", result.total_energy());
-    const std::string last = result.has_beams() ? "-"
-                             : linkage
-                                 ? fmt::format("{:.5g}", result.linkage().mean_angle_degrees())
-                                 : fmt::format("{:.5g}", result.max_constraint_error());
+    const bool has_energy = result.converged() || kind.has_energy_of_iterates();
+    const std::string energy = has_energy ? fmt::format("{:.6g}", result.total_energy()) : "-";
     fmt::print("{:>8}  {:>8}  {:<15}  {:>12}  {:>16}  {:>9.2f}{}{}\n", result.revision(),
-               result.sequence(), status_words(result), energy, last, result.since_edit_ms(),
-               motion_words(result), missed > 0 ? fmt::format("  ({} missed)", missed) : "");
+               result.sequence(), status_words(result), energy, kind.watched_value(result),
+               result.since_edit_ms(), kind.remark(result),
+               missed > 0 ? fmt::format("  ({} missed)", missed) : "");
   }
   std::fflush(stdout);
 }
@@ -169,19 +165,17 @@ void watch(Context& context, const WatchOptions& options) {
   v1::GetSessionRequest request;
   request.set_session(options.session);
   const auto snapshot = context.client().call(request).status();
-  const bool of_body = snapshot.segments() == 0 && snapshot.beam_nodes() == 0;
+  const Kind& kind = kind_of(snapshot);
   if (!context.json)
-    fmt::print("{:>8}  {:>8}  {:<15}  {:>12}  {:>16}  {:>9}\n", "revision", "result", "status",
-               of_body ? "energy" : "energy [J]",
-               of_body                   ? "error"
-               : snapshot.segments() > 0 ? "mean angle [deg]"
-                                         : "",
-               "ms");
+    fmt::print(
+        "{:>8}  {:>8}  {:<15}  {:>12}  {:>16}  {:>9}\n", "revision", "result", "status",
+        kind.energy_unit().empty() ? "energy" : fmt::format("energy [{}]", kind.energy_unit()),
+        kind.watched_heading(), "ms");
   std::uint64_t shown = 0;
   std::uint64_t newest = 0;
   if (snapshot.has_result()) {
     newest = snapshot.result().sequence();
-    print_result(context, snapshot.result(), 0);
+    print_result(context, kind, snapshot.result(), 0);
     ++shown;
   }
   using Clock = std::chrono::steady_clock;
@@ -215,7 +209,7 @@ void watch(Context& context, const WatchOptions& options) {
     if (event->topic != frames || event->message.frames().result().sequence() <= newest) continue;
     result_at = Clock::now();
     newest = event->message.frames().result().sequence();
-    print_result(context, event->message.frames().result(), event->missed);
+    print_result(context, kind, event->message.frames().result(), event->missed);
     ++shown;
   }
 }

@@ -2,7 +2,7 @@
 
 #include <system_error>
 
-#include "clients/cpp/scene_files.h"
+#include "clients/cpp/files.h"
 
 namespace limber::client {
 namespace {

@@ -15,8 +15,8 @@ v1::Vector3 message(const Vector& vector) {
   return result;
 }
 
-OpenSession::OpenSession(Client& client, std::string session)
-    : client_(&client), session_(client, std::move(session)) {}
+OpenSession::OpenSession(Client& client, std::string session, Naming naming)
+    : client_(&client), session_(client, std::move(session), naming) {}
 
 v1::SessionStatus OpenSession::status() {
   v1::SessionStatus status = client_->call(request<v1::GetSessionRequest>()).status();
@@ -24,8 +24,10 @@ v1::SessionStatus OpenSession::status() {
   return status;
 }
 
-v1::EditResponse OpenSession::edit(const std::vector<v1::Edit>& edits) {
+v1::EditResponse OpenSession::edit(const std::vector<v1::Edit>& edits,
+                                   std::optional<std::uint64_t> expected_revision) {
   auto wanted = request<v1::EditRequest>();
+  if (expected_revision) wanted.set_expected_revision(*expected_revision);
   for (const v1::Edit& edit : edits) *wanted.add_edits() = edit;
   v1::EditResponse response = client_->call(wanted);
   revision_ = std::max<std::uint64_t>(revision_, response.revision());
@@ -54,9 +56,18 @@ v1::ResultInfo OpenSession::wait(Milliseconds timeout) {
   return wait_final(*client_, reference(), revision_, timeout);
 }
 
-void OpenSession::cancel() { client_->call(request<v1::CancelRequest>()); }
+v1::ResultInfo OpenSession::wait(const WaitOptions& options) {
+  auto wanted = request<v1::WaitRequest>();
+  wanted.set_revision(options.revision.value_or(revision_));
+  wanted.set_until(options.until);
+  return wait_for_result(*client_, std::move(wanted), options.timeout, options.progress);
+}
 
-void OpenSession::close() { client_->call(request<v1::CloseSessionRequest>(), large(*client_)); }
+v1::CancelResponse OpenSession::cancel() { return client_->call(request<v1::CancelRequest>()); }
+
+v1::CloseSessionResponse OpenSession::close() {
+  return client_->call(request<v1::CloseSessionRequest>(), large(*client_));
+}
 
 v1::Scene OpenSession::scene() {
   auto wanted = request<v1::GetSessionRequest>();

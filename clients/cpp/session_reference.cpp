@@ -12,11 +12,11 @@ std::string session_name(const std::string& reference) {
   return reference.substr(0, reference.find('@'));
 }
 
-SessionReference::SessionReference(const Client& client, std::string session)
-    : session_(std::move(session)), instance_(client.instance()) {}
+SessionReference::SessionReference(const Client& client, std::string session, Naming naming)
+    : session_(std::move(session)), naming_(naming), instance_(client.instance()) {}
 
 const std::string& SessionReference::get(Client& client) {
-  if (session_.find('@') != std::string::npos) return session_;
+  if (naming_ == Naming::kAsGiven || session_.find('@') != std::string::npos) return session_;
   if (!instance_.empty() && client.instance() != instance_) {
     throw ServerRestarted(v1::ERROR_CODE_RESTARTED, "session",
                           "limberd was restarted: session '" + session_ + "' of before is gone");

@@ -12,19 +12,27 @@ namespace limber::client {
 /// The name in NAME or NAME@UID.
 [[nodiscard]] std::string session_name(const std::string& reference);
 
-/// Which session a handle is of: never another one that has its name later.
+/// How requests name a session that is given as NAME, without its uid.
+enum class Naming {
+  kByUid,    // as NAME@UID, which is asked for first: never another session that has its name later
+  kAsGiven,  // as NAME: one request less, for those who make only one
+};
+
+/// Which session a handle is of.
 class SessionReference {
  public:
   /// @param session  NAME or NAME@UID; nothing is sent
-  SessionReference(const Client& client, std::string session);
+  SessionReference(const Client& client, std::string session, Naming naming = Naming::kByUid);
 
   [[nodiscard]] std::string name() const { return session_name(session_); }
-  /// NAME@UID; of a name alone, the uid is asked for the first time.
+  /// What requests are to say. Of a name alone that is to be NAME@UID, the uid is asked for the
+  /// first time.
   /// @throws ServerRestarted if limberd was restarted before that; ClientError as Client::call
   [[nodiscard]] const std::string& get(Client& client);
 
  private:
   std::string session_;
+  Naming naming_;
   std::string instance_;  // of limberd, that the name is of
 };
 

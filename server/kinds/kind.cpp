@@ -45,6 +45,14 @@ proto::Scene Kinds::sample(const std::string& name) const {
       fmt::format("there is no sample '{}'; there are {}", name, fmt::join(sample_names(), ", ")));
 }
 
+bool Kinds::are_heavy(const proto::EditRequest& request) const {
+  const auto& edits = request.edits();
+  return std::any_of(edits.begin(), edits.end(), [&](const proto::Edit& edit) {
+    return std::any_of(kinds_.begin(), kinds_.end(),
+                       [&](const auto& kind) { return kind->is_heavy(edit); });
+  });
+}
+
 bool Kinds::answer(const proto::Request& request, proto::Reply& reply, Hub& hub,
                    const SceneContext& context) const {
   return std::any_of(kinds_.begin(), kinds_.end(),

@@ -65,6 +65,10 @@ class Kind {
   /// @param name  one of these
   [[nodiscard]] virtual proto::Scene sample(const std::string& name) const;
 
+  /// Whether an edit of this kind takes long to read, or is megabytes (such as poses, which may be
+  /// files): requests with such edits are for the pool, and may be large.
+  [[nodiscard]] virtual bool is_heavy(const proto::Edit&) const { return false; }
+
   /// Requests without a session that this kind alone has (such as simulate, solve_beams).
   /// @returns false where it has no such request
   [[nodiscard]] virtual bool answer(const proto::Request&, proto::Reply&, Hub&,
@@ -83,6 +87,8 @@ class Kinds {
   [[nodiscard]] std::vector<std::string> sample_names() const;
   /// @throws Error{kNotFound, "name"} where no kind has it
   [[nodiscard]] proto::Scene sample(const std::string& name) const;
+  /// Whether the request has an edit that some kind calls heavy.
+  [[nodiscard]] bool are_heavy(const proto::EditRequest& request) const;
   /// @returns whether some kind has such a request
   [[nodiscard]] bool answer(const proto::Request& request, proto::Reply& reply, Hub& hub,
                             const SceneContext& context) const;

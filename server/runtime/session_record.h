@@ -5,6 +5,8 @@
 #include <utility>
 
 #include "server/runtime/record.h"
+#include "server/wire/edits.h"
+#include "server/wire/fields.h"
 
 namespace limber::server {
 
@@ -45,12 +47,41 @@ class SessionRecord : public Record, public Listener {
     if (gone) note_closed(*gone);
   }
 
+  /// The newest result, or the newest final one.
+  /// @throws Error{kFailedPrecondition, "session"} while there is none, {kNotFound} once it is
+  /// closed
+  [[nodiscard]] auto demand_result(bool final_only) const {
+    const auto session = this->session();
+    auto result = final_only ? session->final_result() : session->newest_result();
+    if (!result) {
+      throw Error(ErrorCode::kFailedPrecondition, "session",
+                  final_only ? "there is no final result yet" : "there is no result yet");
+    }
+    return result;
+  }
+
   void on_progress(const session::Progress& progress) override { note_progress(progress); }
   void on_state(session::State state, const std::string& message) override {
     note_state(state, message);
   }
 
  protected:
+  /// Makes the edits of a request. What the session refuses, and warns of, is at fields of the
+  /// request.
+  template <class Edits>
+  session::EditReceipt make_edits(const proto::EditRequest& request, const Edits& edits) {
+    const auto session = this->session();
+    const auto rename = [&](const std::string& field) {
+      return edit_field_in(request, field, edit_extension());
+    };
+    session::EditReceipt receipt =
+        with_fields(rename, [&] { return session->edit(edits, expected_revision(request)); });
+    for (auto& issue : receipt.issues) issue.field = rename(issue.field);
+    return receipt;
+  }
+  /// Of kinds that limber.v1 does not know: the message that their edits are.
+  [[nodiscard]] virtual const google::protobuf::Message* edit_extension() const { return nullptr; }
+
   /// Null before it is attached, and once it is closed.
   [[nodiscard]] std::shared_ptr<Session> attached_session() const {
     const std::lock_guard lock(mutex_);

@@ -10,6 +10,7 @@
 #include "server/log/log.h"
 #include "server/runtime/file_roots.h"
 #include "server/wire/errors.h"
+#include "server/wire/peek.h"
 #include "server/wire/wire_check.h"
 
 namespace limber::server {
@@ -25,21 +26,6 @@ std::string client_of(const Address& address, const RequestPeek& peek) {
   for (const auto& frame : address.envelope)
     connection += fmt::format(" {}:", frame.size()) + frame;
   return connection;
-}
-
-/// An edit may bring poses as files.
-bool reads_files(const proto::Request& request) {
-  const auto& edits = request.edit().edits();
-  return std::any_of(edits.begin(), edits.end(), [](const proto::Edit& edit) {
-    const auto& keyframe = edit.add_keyframe().keyframe();
-    return keyframe.has_file() || keyframe.has_path();
-  });
-}
-
-bool has_poses(const proto::Request& request) {
-  const auto& edits = request.edit().edits();
-  return std::any_of(edits.begin(), edits.end(),
-                     [](const proto::Edit& edit) { return edit.has_add_keyframe(); });
 }
 
 /// Edits that are soon done, of any kind; others are for the pool.
@@ -180,7 +166,7 @@ void Service::dispatch(const SharedTicket& ticket, int body, zmq::message_t payl
 }
 
 bool Service::is_light_edit(const Request& request) const {
-  if (!is_short(request.edit()) || reads_files(request)) return false;
+  if (!is_short(request.edit()) || kinds_.are_heavy(request.edit())) return false;
   const std::string& reference = request.edit().session();
   const auto record = sessions_.look_up(reference.substr(0, reference.find('@')));
   return !record || record->edits_are_light();
@@ -200,7 +186,8 @@ void Service::work_on(HeavyRequests::Request heavy) {
   try {
     if (hub_.stopping.load()) throw shutting_down();
     const Request request = parse(heavy.payload);
-    if (request.has_edit() && heavy.payload.size() > kLightBytes && !has_poses(request)) {
+    if (request.has_edit() && heavy.payload.size() > kLightBytes &&
+        !kinds_.are_heavy(request.edit())) {
       throw limit_exceeded("", "bytes of a request of this kind", kLightBytes,
                            heavy.payload.size());
     }

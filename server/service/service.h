@@ -10,7 +10,7 @@
 #include "server/runtime/ticket.h"
 #include "server/service/heavy_requests.h"
 #include "server/service/session_registry.h"
-#include "server/wire/wire_check.h"
+#include "server/wire/peek.h"
 
 namespace limber::server {
 

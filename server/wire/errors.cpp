@@ -4,7 +4,9 @@
 
 #include <new>
 
+#include "engine/session/core/limit_error.h"
 #include "server/wire/abbreviate.h"
+#include "server/wire/enum_table.h"
 
 namespace limber::server {
 
@@ -26,33 +28,20 @@ Refusal limit_exceeded(const std::string& field, const std::string& what, std::u
           {{"limit", std::to_string(limit)}, {"value", std::to_string(value)}}};
 }
 
-proto::ErrorCode to_proto(ErrorCode code) {
-  switch (code) {
-    case ErrorCode::kInvalidArgument:
-      return proto::ERROR_CODE_INVALID_ARGUMENT;
-    case ErrorCode::kOutOfRange:
-      return proto::ERROR_CODE_OUT_OF_RANGE;
-    case ErrorCode::kNotFound:
-      return proto::ERROR_CODE_NOT_FOUND;
-    case ErrorCode::kAlreadyExists:
-      return proto::ERROR_CODE_ALREADY_EXISTS;
-    case ErrorCode::kUnsupported:
-      return proto::ERROR_CODE_UNSUPPORTED;
-    case ErrorCode::kLimitExceeded:
-      return proto::ERROR_CODE_LIMIT_EXCEEDED;
-    case ErrorCode::kFailedPrecondition:
-      return proto::ERROR_CODE_FAILED_PRECONDITION;
-    case ErrorCode::kCancelled:
-      return proto::ERROR_CODE_CANCELLED;
-    case ErrorCode::kIo:
-      return proto::ERROR_CODE_IO;
-    case ErrorCode::kNumerical:
-      return proto::ERROR_CODE_NUMERICAL;
-    case ErrorCode::kInternal:
-      return proto::ERROR_CODE_INTERNAL;
-  }
-  return proto::ERROR_CODE_INTERNAL;
-}
+constexpr EnumTable<ErrorCode, proto::ErrorCode> kErrorCodes{
+    {ErrorCode::kInvalidArgument, proto::ERROR_CODE_INVALID_ARGUMENT},
+    {ErrorCode::kOutOfRange, proto::ERROR_CODE_OUT_OF_RANGE},
+    {ErrorCode::kNotFound, proto::ERROR_CODE_NOT_FOUND},
+    {ErrorCode::kAlreadyExists, proto::ERROR_CODE_ALREADY_EXISTS},
+    {ErrorCode::kUnsupported, proto::ERROR_CODE_UNSUPPORTED},
+    {ErrorCode::kLimitExceeded, proto::ERROR_CODE_LIMIT_EXCEEDED},
+    {ErrorCode::kFailedPrecondition, proto::ERROR_CODE_FAILED_PRECONDITION},
+    {ErrorCode::kCancelled, proto::ERROR_CODE_CANCELLED},
+    {ErrorCode::kIo, proto::ERROR_CODE_IO},
+    {ErrorCode::kNumerical, proto::ERROR_CODE_NUMERICAL},
+    {ErrorCode::kInternal, proto::ERROR_CODE_INTERNAL}};
+
+proto::ErrorCode to_proto(ErrorCode code) { return kErrorCodes.encode(code); }
 
 namespace {
 
@@ -72,6 +61,10 @@ proto::Error error_to_proto(const std::exception& fault, const std::string& pref
     error.set_code(to_proto(engine->code()));
     if (!engine->field().empty())
       error.set_field(abbreviate(prefix + engine->field(), kMaxOfField));
+    if (const auto* limit = dynamic_cast<const session::LimitError*>(engine)) {
+      (*error.mutable_details())["limit"] = std::to_string(limit->limit());
+      (*error.mutable_details())["value"] = std::to_string(limit->value());
+    }
   } else if (dynamic_cast<const std::bad_alloc*>(&fault) != nullptr) {
     error.set_code(proto::ERROR_CODE_LIMIT_EXCEEDED);
     error.set_message("out of memory");

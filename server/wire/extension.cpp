@@ -2,15 +2,13 @@
 
 #include <fmt/format.h>
 
-#include <vector>
-
 #include "server/wire/abbreviate.h"
-#include "server/wire/wire_check.h"
+#include "server/wire/scene_fields.h"
 
 namespace limber::server {
 
 void read_extension(const google::protobuf::Any& extension, const std::string& field,
-                    google::protobuf::Message& message) {
+                    google::protobuf::Message& message, WireBudget& budget) {
   const std::string& expected = message.GetDescriptor()->full_name();
   std::string given;
   if (!google::protobuf::Any::ParseAnyTypeUrl(extension.type_url(), &given) || given != expected) {
@@ -18,7 +16,7 @@ void read_extension(const google::protobuf::Any& extension, const std::string& f
                                      abbreviate(extension.type_url(), 200)));
   }
   try {
-    check_wire(extension.value(), *message.GetDescriptor());
+    check_wire(extension.value(), *message.GetDescriptor(), budget);
   } catch (const Refusal& fault) {
     throw Refusal(fault.code(), fault.field().empty() ? field : field + "." + fault.field(),
                   fault.what(), fault.details());
@@ -28,13 +26,9 @@ void read_extension(const google::protobuf::Any& extension, const std::string& f
 }
 
 void demand_extension_alone(const proto::Scene& scene, const std::string& prefix) {
-  std::vector<const google::protobuf::FieldDescriptor*> fields;
-  scene.GetReflection()->ListFields(scene, &fields);
-  for (const auto* field : fields) {
-    if (field->name() == "name" || field->name() == "extension") continue;
+  if (const auto* field = field_beside(scene, {"name", "extension"}))
     throw invalid(prefix + field->name(),
                   "is of other scenes: one with an extension has a name beside it, nothing else");
-  }
 }
 
 google::protobuf::Any write_extension(const google::protobuf::Message& message) {

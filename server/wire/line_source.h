@@ -5,6 +5,7 @@
 #include <string>
 
 #include "limber/v1/scene.pb.h"
+#include "server/wire/fields.h"
 #include "server/wire/paths.h"
 
 namespace limber::server {

@@ -3,21 +3,21 @@
 #include <algorithm>
 #include <cmath>
 
+#include "server/wire/enum_table.h"
+
 namespace limber::server {
 
-proto::SessionState encode_state(session::State state) {
-  switch (state) {
-    case session::State::kBuilding:
-      return proto::SESSION_STATE_BUILDING;
-    case session::State::kReady:
-      return proto::SESSION_STATE_READY;
-    case session::State::kFailed:
-      return proto::SESSION_STATE_FAILED;
-    case session::State::kClosed:
-      return proto::SESSION_STATE_CLOSED;
-  }
-  return proto::SESSION_STATE_UNSPECIFIED;
-}
+namespace {
+
+constexpr EnumTable<session::State, proto::SessionState, proto::SessionState_MAX> kSessionStates{
+    {session::State::kBuilding, proto::SESSION_STATE_BUILDING},
+    {session::State::kReady, proto::SESSION_STATE_READY},
+    {session::State::kFailed, proto::SESSION_STATE_FAILED},
+    {session::State::kClosed, proto::SESSION_STATE_CLOSED}};
+
+}  // namespace
+
+proto::SessionState encode_state(session::State state) { return kSessionStates.encode(state); }
 
 proto::Progress encode_progress(const session::Progress& progress) {
   proto::Progress message;

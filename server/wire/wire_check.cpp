@@ -7,9 +7,11 @@
 #include <array>
 #include <bit>
 #include <cmath>
+#include <span>
 #include <vector>
 
 #include "limber/v1/service.pb.h"
+#include "server/wire/coded_bytes.h"
 
 namespace limber::server {
 namespace {
@@ -20,12 +22,7 @@ using google::protobuf::io::CodedInputStream;
 using Wire = google::protobuf::internal::WireFormatLite;
 
 constexpr int kMaxDepth = 64;
-constexpr int kMaxFields = 64;
-constexpr int kPeekedFields =
-    8;  // more than a request has: what is longer is not walked on arrival
-constexpr int kPeekedEdits = 70'000;  // the same of a body, which has at most 65,536 edits
-constexpr int kLongestName = 128;
-constexpr int kPeekedText = 64;  // bytes of Request.instance and Request.client
+constexpr std::size_t kUsualFields = 64;  // of a message; others take memory of the heap
 
 /// The path to a field; built on the stack, turned into text only when something is wrong.
 struct Step {
@@ -48,20 +45,32 @@ std::string path_of(const Step* step) {
   return path;
 }
 
-CodedInputStream stream_of(std::string_view bytes) {
-  return CodedInputStream(reinterpret_cast<const std::uint8_t*>(bytes.data()),
-                          static_cast<int>(bytes.size()));
-}
-
 class Walker {
  public:
-  Walker(CodedInputStream& in, const WireLimits& limits) : in_(in), limits_(limits) {}
+  Walker(CodedInputStream& in, WireBudget& budget) : in_(in), budget_(budget) {}
 
   void message(const Descriptor& type, const Step* at, int depth) {
     if (depth > kMaxDepth) throw malformed(fmt::format("{}: nested too deeply", path_of(at)));
-    LIMBER_DEMAND(type.field_count() <= kMaxFields);
-    std::array<int, kMaxFields> occurrences{};
-    std::array<const FieldDescriptor*, kMaxFields> oneofs{};
+    if (static_cast<std::size_t>(type.field_count()) <= kUsualFields) {
+      std::array<int, kUsualFields> occurrences{};
+      std::array<const FieldDescriptor*, kUsualFields> oneofs{};
+      fields(type, at, depth, {occurrences, oneofs});
+    } else {
+      const auto count = static_cast<std::size_t>(type.field_count());
+      std::vector<int> occurrences(count, 0);
+      std::vector<const FieldDescriptor*> oneofs(count, nullptr);
+      fields(type, at, depth, {occurrences, oneofs});
+    }
+  }
+
+ private:
+  /// Fields of a message met so far.
+  struct Met {
+    std::span<int> occurrences;                // by index of the field: how often
+    std::span<const FieldDescriptor*> oneofs;  // by index of the oneof: its member that is given
+  };
+
+  void fields(const Descriptor& type, const Step* at, int depth, const Met& met) {
     while (true) {
       const std::uint32_t tag = in_.ReadTag();
       if (tag == 0) {
@@ -74,13 +83,12 @@ class Walker {
         const std::string path = path_of(at);
         throw invalid(path, fmt::format("unknown field number {} in {}", number, type.name()));
       }
-      const Step step{at, field, occurrences[static_cast<std::size_t>(field->index())]++};
-      check_once(*field, step, oneofs);
+      const Step step{at, field, met.occurrences[static_cast<std::size_t>(field->index())]++};
+      check_once(*field, step, met.oneofs);
       value(*field, Wire::GetTagWireType(tag), step, depth);
     }
   }
 
- private:
   static Refusal truncated(const Step* at) {
     const std::string path = path_of(at);
     return malformed(path.empty() ? "the bytes end inside a field"
@@ -88,7 +96,7 @@ class Walker {
   }
 
   static void check_once(const FieldDescriptor& field, const Step& step,
-                         std::array<const FieldDescriptor*, kMaxFields>& oneofs) {
+                         std::span<const FieldDescriptor*> oneofs) {
     if (field.is_repeated()) return;
     if (step.index > 0) throw invalid(path_of(&step), "given twice");
     if (const auto* oneof = field.real_containing_oneof()) {
@@ -103,7 +111,9 @@ class Walker {
 
   void value(const FieldDescriptor& field, Wire::WireType wire, const Step& step, int depth) {
     const auto expected = Wire::WireTypeForFieldType(static_cast<Wire::FieldType>(field.type()));
-    if (wire == Wire::WIRETYPE_LENGTH_DELIMITED && expected != wire && field.is_packable()) {
+    if (field.type() == FieldDescriptor::TYPE_GROUP) {
+      throw invalid(path_of(&step), "is a group, which requests do not have");
+    } else if (wire == Wire::WIRETYPE_LENGTH_DELIMITED && expected != wire && field.is_packable()) {
       packed(field, step);
     } else if (wire != expected) {
       throw invalid(path_of(&step),
@@ -129,9 +139,9 @@ class Walker {
   }
 
   void submessage(const FieldDescriptor& field, const Step& step, int depth) {
-    if (++submessages_ > limits_.submessages) {
-      throw limit_exceeded(path_of(&step), "submessages in one message", limits_.submessages,
-                           submessages_);
+    if (++budget_.spent > budget_.submessages) {
+      throw limit_exceeded(path_of(&step), "submessages in one message", budget_.submessages,
+                           budget_.spent);
     }
     const int length = read_length(step);
     const auto limit = in_.PushLimit(length);
@@ -180,92 +190,19 @@ class Walker {
   }
 
   CodedInputStream& in_;
-  WireLimits limits_;
-  std::uint64_t submessages_ = 0;
+  WireBudget& budget_;
 };
 
 }  // namespace
 
-RequestPeek peek_request(std::string_view bytes) {
-  RequestPeek peek;
-  if (bytes.empty()) {
-    peek.fault = "an empty message";
-    return peek;
-  }
+void check_wire(std::string_view bytes, const Descriptor& type, WireBudget& budget) {
   CodedInputStream in = stream_of(bytes);
-  for (int field = 0; const std::uint32_t tag = in.ReadTag(); ++field) {
-    // A group is as long as its sender likes, and none is known: check_wire refuses both.
-    if (field == kPeekedFields || Wire::GetTagWireType(tag) == Wire::WIRETYPE_START_GROUP)
-      return peek;
-    const int number = Wire::GetTagFieldNumber(tag);
-    const bool varint = Wire::GetTagWireType(tag) == Wire::WIRETYPE_VARINT;
-    std::uint64_t value = 0;
-    if (varint && (number == 1 || number == 2)) {
-      if (!in.ReadVarint64(&value)) break;
-      if (number == 1) peek.version = static_cast<std::uint32_t>(value);
-      if (number == 2) peek.id = value;
-      continue;
-    }
-    const bool text = Wire::GetTagWireType(tag) == Wire::WIRETYPE_LENGTH_DELIMITED;
-    if (text && (number == 3 || number == 4)) {
-      int length = 0;
-      if (!in.ReadVarintSizeAsInt(&length)) break;
-      if (length > kPeekedText) {
-        peek.fault = fmt::format("{}: {} bytes, at most {} are allowed",
-                                 number == 3 ? "instance" : "client", length, kPeekedText);
-        return peek;
-      }
-      if (!in.ReadString(number == 3 ? &peek.instance : &peek.client, length)) break;
-      continue;
-    }
-    if (number >= 10) peek.body = number;
-    if (number == 0 || !Wire::SkipField(&in, tag)) {
-      peek.fault =
-          fmt::format("the bytes are not a protobuf message (from byte {})", in.CurrentPosition());
-      return peek;
-    }
-  }
-  if (!in.ConsumedEntireMessage()) {
-    peek.fault =
-        fmt::format("the bytes are not a protobuf message (from byte {})", in.CurrentPosition());
-  }
-  return peek;
+  Walker(in, budget).message(type, nullptr, 0);
 }
 
-std::string peek_session(std::string_view bytes, int body) {
-  const FieldDescriptor* const request = proto::Request::descriptor()->FindFieldByNumber(body);
-  if (request == nullptr || request->message_type() == nullptr) return "";
-  const FieldDescriptor* const session = request->message_type()->FindFieldByName("session");
-  if (session == nullptr || session->type() != FieldDescriptor::TYPE_STRING) return "";
-  CodedInputStream in = stream_of(bytes);
-  int expected = body;
-  for (int field = 0; field < kPeekedEdits; ++field) {
-    const std::uint32_t tag = in.ReadTag();
-    if (tag == 0 || Wire::GetTagWireType(tag) == Wire::WIRETYPE_START_GROUP) return "";
-    if (Wire::GetTagFieldNumber(tag) != expected) {
-      if (!Wire::SkipField(&in, tag)) return "";
-      continue;
-    }
-    int length = 0;
-    if (Wire::GetTagWireType(tag) != Wire::WIRETYPE_LENGTH_DELIMITED ||
-        !in.ReadVarintSizeAsInt(&length))
-      return "";
-    if (expected == body) {  // into the body
-      in.PushLimit(length);
-      expected = session->number();
-      body = 0;
-      continue;
-    }
-    std::string name;
-    if (length > kLongestName || !in.ReadString(&name, length)) return "";
-    return name.substr(0, name.find('@'));
-  }
-  return "";
-}
-
-void check_wire(std::string_view bytes, const Descriptor& type, const WireLimits& limits) {
-  CodedInputStream in = stream_of(bytes);
-  Walker(in, limits).message(type, nullptr, 0);
+void check_wire(std::string_view bytes, const Descriptor& type) {
+  WireBudget budget;
+  check_wire(bytes, type, budget);
 }
 
 }  // namespace limber::server

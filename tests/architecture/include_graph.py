@@ -41,6 +41,10 @@ SERVER = {
 }
 KIND_ROOM = {"server/wire", "server/log", "server/runtime", "server/kinds"}
 REGISTRY_ROOM = {"server/kinds", *(f"server/kinds/{kind}" for kind in KINDS)}
+# A kind's folder of the C++ clients: nothing of another kind; what all kinds share knows none but where kinds are chosen.
+CLIENT_KIND = re.compile(rf"clients/(?:cpp|cli)/({'|'.join(KINDS)})/")
+CLIENTS_OF_ALL_KINDS = {"clients/cli/kinds.cpp", "clients/cli/main.cpp", "clients/cli/open_command.cpp",
+                        "clients/cpp/scene_files.cpp"}
 # Which kind a session or scene is of: asked by nobody but the kind itself.
 BRANCH_ON_KIND = re.compile(r"dynamic_(?:pointer_)?cast<[^>]*Record|\bhas_(?:linkage|beams)\(\)")
 # Headers of scenes are plain values: what they bring along must not contain these.
@@ -75,6 +79,8 @@ def faults_of_file(path: str, text: str) -> list[str]:
             faults.append(f"{path}: {own_room[1]} of sessions must not include {included}")
         if path.startswith("server/") and included.startswith("server/"):
             faults += faults_of_rooms(path, included)
+        if path.startswith("clients/"):
+            faults += faults_of_clients(path, included)
         other = part_of(included)
         allowed = ENGINE.get(own, OUTSIDE.get(own))
         if allowed is None or other == own:
@@ -102,10 +108,19 @@ def faults_of_rooms(path: str, included: str) -> list[str]:
     return [f"{path}: {room_of(path)} must not include {included}"]
 
 
+def faults_of_clients(path: str, included: str) -> list[str]:
+    own, other = CLIENT_KIND.match(path), CLIENT_KIND.match(included)
+    if path.startswith("clients/cpp/") and included.startswith("clients/cli/"):
+        return [f"{path}: the library must not include {included}"]
+    if not other or path in CLIENTS_OF_ALL_KINDS or (own and own[1] == other[1]):
+        return []
+    return [f"{path}: {own[1] if own else 'what kinds share'} must not include {included}"]
+
+
 def branches_on_kinds(path: str, text: str) -> list[str]:
-    own = re.match(r"server/kinds/(linkages|beams)/", path)
+    own = re.match(r"(?:server/kinds|clients/cpp|clients/cli)/(linkages|beams)/", path)
     return [f"{path}: asks for a kind: {found[0]}" for found in BRANCH_ON_KIND.finditer(text)
-            if path.startswith("server/") and not (own and own[1][:4] in found[0])]
+            if path.startswith(("server/", "clients/")) and not (own and own[1][:4] in found[0])]
 
 
 def cycles(files: dict[str, str]) -> list[str]:

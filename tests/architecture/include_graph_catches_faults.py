@@ -29,6 +29,12 @@ FAULTS = {
     "server/service/z.cpp": ("std::dynamic_pointer_cast<BeamRecord>(record)\n", "asks for a kind: dynamic_pointer_cast"),
     "server/kinds/bodies/aa.cpp": ("if (scene.has_beams()) {}\n", "asks for a kind: has_beams()"),
     "server/runtime/bb.h": ('#include "server/service/service.h"\n', "server/runtime must not include"),
+    "clients/cpp/beams/cc.cpp": ('#include "clients/cpp/linkages/dd.h"\n', "beams must not include"),
+    "clients/cli/linkages/ee.cpp": ('#include "clients/cpp/bodies/ff.h"\n', "linkages must not include"),
+    "clients/cli/print.cpp": ('#include "clients/cpp/bodies/ff.h"\n', "what kinds share must not include"),
+    "clients/cpp/open_session.h": ('#include "clients/cpp/bodies/ff.h"\n', "what kinds share must not include"),
+    "clients/cpp/gg.cpp": ('#include "clients/cli/print.h"\n', "the library must not include"),
+    "clients/cli/result_commands.cpp": ("if (result.has_linkage()) {}\n", "asks for a kind: has_linkage()"),
     "engine/scene/two/k.h": ('#include "engine/scene/one/l.h"\n', "room cycle through engine/scene/two"),
 }
 ALLOWED = {"engine/spacetime/ok.h": '#include "engine/reduced/kinematics.h"\n#include "engine/base/error.h"\n',
@@ -36,7 +42,11 @@ ALLOWED = {"engine/spacetime/ok.h": '#include "engine/reduced/kinematics.h"\n#in
            "server/kinds/kind.h": '#include "server/wire/ok.h"\n',
            "server/kinds/registry.cpp": '#include "server/kinds/beams/kind.h"\n',
            "server/kinds/beams/kind.h": '#include "server/kinds/kind.h"\n',
-           "server/kinds/beams/kind.cpp": "return scene.has_beams();\n"}
+           "server/kinds/beams/kind.cpp": "return scene.has_beams();\n",
+           "clients/cli/kinds.cpp": '#include "clients/cli/beams/kind.h"\n#include "clients/cli/linkages/kind.h"\n',
+           "clients/cli/beams/kind.cpp": '#include "clients/cpp/beams/session.h"\n'
+                                         '#include "clients/cli/kind.h"\nreturn result.has_beams();\n',
+           "clients/cpp/scene_files.cpp": '#include "clients/cpp/beams/files.h"\n'}
 
 with tempfile.TemporaryDirectory() as folder:
     root = pathlib.Path(folder)

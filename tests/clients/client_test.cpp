@@ -2,6 +2,9 @@
 
 #include <gmock/gmock.h>
 
+#include <chrono>
+
+#include "clients/cpp/open_session.h"
 #include "clients/cpp/opening.h"
 #include "clients/cpp/session_reference.h"
 #include "tests/clients/fake_router.h"
@@ -251,6 +254,58 @@ TEST(Client, AWaitForTheErrorOfAMotionSaysSo) {
   EXPECT_EQ(checked.revision(), 4u);
   EXPECT_DOUBLE_EQ(checked.motion_error().shape_error(), 0.02);
   EXPECT_FALSE(wait_final(client, "s", 4, Milliseconds{1000}).has_motion_error());
+}
+
+/// A server that does not answer the first requests that wait for a result.
+struct SilentWaits : ::testing::Test {
+  std::vector<std::string> answer(const v1::Request& request) {
+    if (request.has_wait() && ++waits <= silent) return {};
+    if (request.has_get_server_info() && !is_there) return {};
+    v1::Reply reply;
+    if (request.has_wait()) reply.mutable_wait()->mutable_result()->set_revision(4);
+    if (request.has_get_server_info()) reply.mutable_get_server_info()->add_protocol_versions(1);
+    return {bytes(reply, request)};
+  }
+
+  int silent = 1;
+  bool is_there = true;
+  int waits = 0;
+  FakeRouter router{[this](const v1::Request& request) { return answer(request); }};
+  Client client{router.requests(), impatient(200)};
+};
+
+TEST_F(SilentWaits, GoOnWhereTheServerIsThere) {
+  EXPECT_EQ(wait_final(client, "s", 4, Milliseconds{60000}).revision(), 4u);
+  EXPECT_EQ(waits, 2);
+}
+
+TEST_F(SilentWaits, EndSoonWhereItIsNot) {
+  is_there = false;
+  silent = 100;
+  const auto begin = std::chrono::steady_clock::now();
+  EXPECT_THROW((void)wait_final(client, "s", 4, Milliseconds{60000}), Unreachable);
+  EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds{5});
+}
+
+TEST(Client, ANameIsSentAsGivenWhereThatIsWanted) {
+  std::vector<std::string> seen;
+  FakeRouter router([&](const v1::Request& request) {
+    v1::Reply reply;
+    if (request.has_cancel()) {
+      seen.push_back(request.cancel().session());
+      reply.mutable_cancel();
+    } else {
+      reply = session_reply("s");
+      reply.mutable_get_session()->mutable_status()->set_uid(7);
+    }
+    return std::vector{bytes(reply, request)};
+  });
+  Client client(router.requests());
+  OpenSession(client, "s", Naming::kAsGiven).cancel();
+  EXPECT_EQ(router.seen(), 1);
+  OpenSession(client, "s").cancel();
+  EXPECT_EQ(router.seen(), 3);
+  EXPECT_EQ(seen, (std::vector<std::string>{"s", "s@7"}));
 }
 
 TEST(Client, OptionsAreValidated) {

@@ -6,7 +6,7 @@ from xml.etree import ElementTree
 import limber
 import numpy as np
 import pytest
-from limber import designs
+from limber.linkages import goals
 from limber.v1 import design_pb2 as messages
 
 SVG = "{http://www.w3.org/2000/svg}"
@@ -20,36 +20,36 @@ def refused(call):
 
 
 def test_targets_are_by_joint_weighed_or_of_all_joints():
-    first, second = designs.targets_of({3: (1, 2, 3), 5: ((4, 5, 6), 0.5)}, "targets", lambda: 4)
+    first, second = goals.targets_of({3: (1, 2, 3), 5: ((4, 5, 6), 0.5)}, "targets", lambda: 4)
     assert (first.joint, first.position.y, first.HasField("weight")) == (3, 2, False)
     assert (second.joint, second.position.z, second.weight) == (5, 6, 0.5)
-    assert [target.joint for target in designs.targets_of(np.zeros((4, 3)), "targets", lambda: 4)] == [0, 1, 2, 3]
-    assert refused(lambda: designs.targets_of(np.zeros((4, 2)), "targets", lambda: 4)) == "targets"
-    assert refused(lambda: designs.targets_of(np.zeros((3, 3)), "targets", lambda: 4)) == "targets"
-    assert refused(lambda: designs.targets_of({"a": (1, 2, 3)}, "targets", lambda: 4)) == "targets (joint)"
-    assert refused(lambda: designs.targets_of({1: (1, 2, "x")}, "targets", lambda: 4)) == "targets[1].z"
-    assert refused(lambda: designs.targets_of({1: ((1, 2, 3), None)}, "targets", lambda: 4)) == "targets[1] (weight)"
-    assert refused(lambda: designs.targets_of({1: 5}, "targets", lambda: 4)) == "targets[1]"
+    assert [target.joint for target in goals.targets_of(np.zeros((4, 3)), "targets", lambda: 4)] == [0, 1, 2, 3]
+    assert refused(lambda: goals.targets_of(np.zeros((4, 2)), "targets", lambda: 4)) == "targets"
+    assert refused(lambda: goals.targets_of(np.zeros((3, 3)), "targets", lambda: 4)) == "targets"
+    assert refused(lambda: goals.targets_of({"a": (1, 2, 3)}, "targets", lambda: 4)) == "targets (joint)"
+    assert refused(lambda: goals.targets_of({1: (1, 2, "x")}, "targets", lambda: 4)) == "targets[1].z"
+    assert refused(lambda: goals.targets_of({1: ((1, 2, 3), None)}, "targets", lambda: 4)) == "targets[1] (weight)"
+    assert refused(lambda: goals.targets_of({1: 5}, "targets", lambda: 4)) == "targets[1]"
 
 
 def test_surfaces_are_files_triangles_or_points(tmp_path):
     path = tmp_path / "s.obj"
     path.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
-    assert designs.surface_of(path, "surface").file.name == "s.obj"
+    assert goals.surface_of(path, "surface").file.name == "s.obj"
     vertices = [(0, 0, 0), (1, 0, 0), (0, 1, 0)]
-    assert list(designs.surface_of((vertices, [(0, 1, 2)]), "surface").triangles.triangles.shape) == [1, 3]
-    assert list(designs.surface_of(vertices, "surface").points.shape) == [3, 3]
-    assert refused(lambda: designs.surface_of(object(), "surface")) == "surface"
+    assert list(goals.surface_of((vertices, [(0, 1, 2)]), "surface").triangles.triangles.shape) == [1, 3]
+    assert list(goals.surface_of(vertices, "surface").points.shape) == [3, 3]
+    assert refused(lambda: goals.surface_of(object(), "surface")) == "surface"
     with pytest.raises(limber.LimberError) as caught:
-        designs.surface_of(tmp_path / "none.obj", "surface")
+        goals.surface_of(tmp_path / "none.obj", "surface")
     assert (caught.value.code, caught.value.field) == ("IO", "surface")
 
 
 def test_only_what_is_given_is_sent():
     session = limber.LinkageSession(None, "s")
-    request = designs.request(session.id, lambda: 4, surface=None, targets={0: (0, 0, 0)}, flat_share=None,
-                              distance_weight=0.0, surface_weight=None, translation=None, rotation=None, scale=None, shortest=None,
-                              longest=None, flat_height=None, smallest_angle=None, max_iterations=None)
+    request = goals.request(session.id, lambda: 4, surface=None, targets={0: (0, 0, 0)}, flat_share=None,
+                            distance_weight=0.0, surface_weight=None, translation=None, rotation=None, scale=None,
+                            shortest=None, longest=None, flat_height=None, smallest_angle=None, max_iterations=None)
     assert request.goal.HasField("distance_weight") and not request.goal.HasField("flat_share")
     assert not request.goal.HasField("placement") and not request.HasField("flat_height")
     for name in ("flat_share", "shortest", "flat_height", "scale"):
@@ -67,7 +67,7 @@ def test_infos_say_how_it_stands():
 
 def test_options_of_one_call_go_to_the_scene_and_to_the_design():
     def sort(design=None, **options):
-        return designs.sorted_options(options, design, limber.linkage_scene, limber.LinkageSession.design)
+        return goals.sorted_options(options, design, limber.linkage_scene, limber.LinkageSession.design)
 
     assert sort(name="hill", max_iterations=60, sections="segments") == (
         {"name": "hill"}, {"max_iterations": 60, "sections": "segments"})

@@ -7,7 +7,8 @@ import limber
 import meshio
 import numpy as np
 import pytest
-from limber import arrays, edits, scenes, server
+from limber import arrays, connection, edits, scenes
+from limber.bodies.edits import constraint
 from limber.launching import find_binary
 from limber.exports import write_exported
 from limber.v1 import common_pb2 as common
@@ -39,19 +40,19 @@ def test_array_whose_length_lies_is_refused():
 
 
 def test_constraint_arguments():
-    made = edits.constraint(frame=4, nodes=[3, 1], displacement=(1, 2, 3), axes="zx", exact=True)
+    made = constraint(frame=4, nodes=[3, 1], displacement=(1, 2, 3), axes="zx", exact=True)
     assert (made.frame, list(made.nodes), list(made.axes), made.exact) == (
         4, [3, 1], [scene_messages.AXIS_Z, scene_messages.AXIS_X], True)
     assert made.WhichOneof("target") == "displacement"
-    assert edits.constraint(frame=0, node=0, position=(0, 0, 0)).WhichOneof("enforcement") is None
-    refused("nodes", edits.constraint, frame=1, position=(0, 0, 0))
-    refused("node", edits.constraint, frame=1, node=-1, position=(0, 0, 0))
-    refused("target", edits.constraint, frame=1, node=1)
-    refused("target", edits.constraint, frame=1, node=1, position=(0, 0, 0), displacement=(0, 0, 0))
-    refused("position", edits.constraint, frame=1, node=1, position=(0, 0))
-    refused("axes", edits.constraint, frame=1, node=1, position=(0, 0, 0), axes="xx")
-    refused("frame", edits.constraint, frame=-1, node=1, position=(0, 0, 0))
-    refused("weight", edits.constraint, frame=1, node=1, position=(0, 0, 0), weight=1, exact=True)
+    assert constraint(frame=0, node=0, position=(0, 0, 0)).WhichOneof("enforcement") is None
+    refused("nodes", constraint, frame=1, position=(0, 0, 0))
+    refused("node", constraint, frame=1, node=-1, position=(0, 0, 0))
+    refused("target", constraint, frame=1, node=1)
+    refused("target", constraint, frame=1, node=1, position=(0, 0, 0), displacement=(0, 0, 0))
+    refused("position", constraint, frame=1, node=1, position=(0, 0))
+    refused("axes", constraint, frame=1, node=1, position=(0, 0, 0), axes="xx")
+    refused("frame", constraint, frame=-1, node=1, position=(0, 0, 0))
+    refused("weight", constraint, frame=1, node=1, position=(0, 0, 0), weight=1, exact=True)
 
 
 @pytest.mark.parametrize("field, change", [
@@ -64,12 +65,12 @@ def test_constraint_arguments():
     ("exact", {"exact": "no"}), ("axes", {"axes": 5}), ("axes", {"axes": ["x"]}), ("id", {"id": 1.5})])
 def test_arguments_of_the_wrong_type_are_named(field, change):
     arguments = {"frame": 1, "node": 1, "position": (0, 0, 0)} | change
-    assert refused(field, edits.constraint, **arguments).code == "INVALID_ARGUMENT"
+    assert refused(field, constraint, **arguments).code == "INVALID_ARGUMENT"
 
 
 def test_numbers_of_numpy_are_numbers():
-    made = edits.constraint(frame=np.int64(4), nodes=np.array([1, 2], dtype=np.uint8), position=np.zeros(3, np.float32),
-                            weight=np.float32(5), exact=False)
+    made = constraint(frame=np.int64(4), nodes=np.array([1, 2], dtype=np.uint8), position=np.zeros(3, np.float32),
+                      weight=np.float32(5), exact=False)
     assert (made.frame, list(made.nodes), made.weight) == (4, [1, 2], 5)
 
 
@@ -100,7 +101,8 @@ def test_every_function_names_the_argument(field, call):
 
 def test_a_change_of_dynamics_keeps_what_it_does_not_name():
     before = scene_messages.Dynamics(frames_per_second=24, period_frames=25, damping_ratio=0.1)
-    first, second = edits.to_messages([limber.dynamics(damping_ratio=0.2), limber.dynamics(period_frames=50)], before)
+    first, second = edits.to_messages([limber.dynamics(damping_ratio=0.2), limber.dynamics(period_frames=50)],
+                                      scene_messages.Scene(dynamics=before))
     assert first.set_dynamics == scene_messages.Dynamics(frames_per_second=24, period_frames=25, damping_ratio=0.2)
     assert second.set_dynamics == scene_messages.Dynamics(frames_per_second=24, period_frames=50, damping_ratio=0.2)
 
@@ -116,8 +118,7 @@ def test_mappings_take_numpy_where_json_takes_lists_and_numbers():
 
 def test_edits_from_json():
     edit = edits.to_message({"add": {"constraint": {"frame": 3, "nodes": [1], "position": {"x": 1}}}})
-    assert edit == service.Edit(add=service.AddConstraint(constraint=edits.constraint(frame=3, node=1,
-                                                                                      position=(1, 0, 0))))
+    assert edit == service.Edit(add=service.AddConstraint(constraint=constraint(frame=3, node=1, position=(1, 0, 0))))
     refused("edits[2]", edits.to_message, {"nonsense": {}}, "edits[2]")
     refused("edit", edits.to_message, 7)
     refused("first", limber.ends, "loose", "free")
@@ -218,7 +219,7 @@ def test_exported_names_stay_below_the_folder(tmp_path):
     ("ipc:///run/x", "ipc:///run/y", "ipc:///run/x"),
 ])
 def test_wildcard_stream_endpoint(bound, used, expected):
-    assert server.reachable(bound, used) == expected
+    assert connection.reachable(bound, used) == expected
 
 
 def test_binary_that_is_not_there(monkeypatch, tmp_path):

@@ -360,6 +360,24 @@ def test_watch_tells_that_the_server_is_gone(launch):
         process.wait()
 
 
+def test_wait_tells_that_the_server_is_gone(launch):
+    """Within 8 s, and not before it has been asked whether it is there."""
+    server = launch(transport="tcp")
+    session = server.open(small_scene(), progress=False)
+    process = subprocess.Popen([str(find_binary("limber")), "--endpoint", server.connection.endpoint, "wait", session.id,
+                                "--revision", "7"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    try:
+        assert "no revision 7 yet" in process.stderr.readline()
+        server.process.kill()
+        since = time.monotonic()
+        _, message = process.communicate(timeout=15)
+        assert process.returncode == 3 and server.connection.endpoint in message
+        assert time.monotonic() - since < 9
+    finally:
+        process.kill()
+        process.wait()
+
+
 def test_watch_tells_that_the_server_was_stopped(launch):
     server = launch(transport="tcp")
     session = server.open(small_scene(), progress=False)

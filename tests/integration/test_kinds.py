@@ -3,6 +3,7 @@ docs/a-kind-of-your-own.md, which limberd does not know and limberd_springs does
 
 from __future__ import annotations
 
+import subprocess
 import threading
 from dataclasses import dataclass, field
 from typing import Any, Callable
@@ -13,6 +14,7 @@ import pytest
 import springs
 from conftest import small_scene, tip_of
 from limber import beam_edits
+from limber.launching import find_binary
 from limber.messages import design
 from limber.messages import scene as scene_messages
 from limber.messages import service
@@ -364,7 +366,7 @@ def test_limberd_refuses_a_kind_that_it_has_not(launch):
 
 
 def test_a_client_without_the_module_still_waits_and_closes(server, monkeypatch):
-    monkeypatch.delitem(limber.kinds._CLASSES, "springs")
+    monkeypatch.delitem(limber.kind._KINDS, "springs")
     session = server.open(chain(), progress=False)
     assert type(session) is limber.OpenSession
     assert session.wait().status == "CONVERGED"
@@ -382,3 +384,28 @@ def test_extensions_are_checked_like_requests(server):
     other = small_scene()
     other.extension.CopyFrom(chain().extension)
     assert refusal(lambda: server.open(other, progress=False))[1].startswith("scene.")
+
+
+def test_the_command_line_says_of_any_kind_what_all_have(server, kind, tmp_path):
+    def run(*arguments):
+        done = subprocess.run([str(find_binary("limber")), "--endpoint", server.connection.endpoint, *map(str, arguments)],
+                              capture_output=True, text=True, timeout=60)
+        assert done.returncode == 0, done.stderr
+        return done.stdout
+
+    session = kind.open(server, session="any")
+    try:
+        session.wait()
+        is_foreign = kind.name not in ("bodies", "linkages", "beams")
+        shown, listed = run("show", "any"), run("list")
+        watched = run("watch", "any", "--count", 1).splitlines()
+        assert ("of the kind " + kind.name in shown) == is_foreign == ("of the kind " + kind.name in listed)
+        assert "session any" in shown and "revision" in shown and "since the edit" in run("wait", "any")
+        has_unit = kind.name in ("linkages", "beams")
+        assert ("energy [J]" in watched[0]) == has_unit == (" J" in listed)
+        assert watched[0].split()[-2:] == {"bodies": ["error", "ms"], "linkages": ["[deg]", "ms"],
+                                           "beams": ["[J]", "ms"]}.get(kind.name, ["energy", "ms"])
+        run("frames", "any", "--out", tmp_path / "f.npy")
+        assert np.load(tmp_path / "f.npy").shape == session.frames().shape
+    finally:
+        session.close()

@@ -3,6 +3,7 @@
 import contextlib
 import itertools
 import pathlib
+import re
 
 import limber
 import numpy as np
@@ -71,6 +72,7 @@ def test_a_surface_is_filled_with_tets(cli, server, surface):
     opened = cli("open", surface, "--session", "box")
     assert opened.returncode == 0, opened.stderr
     assert "box.obj is opened as an elastic body" in opened.stderr
+    assert re.search(r"note: \d+ tets fill the surface; distance: surface to mesh [0-9.e-]+, mesh to surface", opened.stderr)
     attached = server.session("box")
     assert np.allclose(np.ptp(attached.geometry().rest, axis=0), [3, 1, 1], atol=0.1)
     attached.close()
@@ -90,6 +92,13 @@ def test_how_many_tets_fill_a_surface_is_chosen(cli, server, surface, mesh):
     assert refused.returncode == 1 and "for a closed surface" in refused.stderr
     with pytest.raises(limber.LimberError, match="for a closed surface"):
         server.open(mesh, within=0.1)
+
+
+@pytest.mark.parametrize("tets", [3, 100_000_000])
+def test_a_number_of_tets_that_is_refused_is_named_as_it_was_typed(cli, surface, tets):
+    refused = cli("open", surface, "--tets", tets)
+    assert refused.returncode == 1 and "(field --tets)" in refused.stderr, refused.stderr
+    assert "target_tets" not in refused.stderr
 
 
 def test_lines_of_a_job_are_pointed_to_its_folder(cli, server, tmp_path):

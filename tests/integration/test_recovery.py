@@ -11,7 +11,7 @@ import meshio
 import numpy as np
 import pytest
 from conftest import ROOT, bar, small_scene
-from limber import recoveries
+from limber.bodies import recoveries
 
 FRAMES = 60
 CANDIDATES = 40

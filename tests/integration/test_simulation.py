@@ -12,7 +12,7 @@ import meshio
 import numpy as np
 import pytest
 from conftest import ROOT, bar, small_scene
-from limber import simulations
+from limber.bodies import simulations
 
 FRAMES = 24
 

@@ -11,36 +11,51 @@ streamed coordinates into numpy arrays. Lengths are in the scene's length unit, 
         positions = session.frames()               # (frames, nodes, 3)
 """
 
-from . import beam_edits
-from .beam_sessions import BeamGeometry, BeamResult, BeamSession, beam_scene
-from .beams import BeamSnap, BeamSolution
-from .designs import Design, DesignInfo, DesignTerms, Erection, OtherOptimum, Placement, StartingGrid
-from .edits import Axes, add, dynamics, ends, move, optimise, redo, remove, replace, reset_material, undo
+from .beams import edits as beam_edits
+from .beams.geometry import BeamGeometry
+from .beams.results import BeamResult
+from .beams.scenes import beam_scene
+from .beams.session import BeamSession
+from .beams.solutions import BeamSnap, BeamSolution
+from .bodies.edits import Axes, add, dynamics, ends, move, optimise, remove, replace, reset_material
+from .bodies.geometry import Geometry
+from .bodies.keyframes import Keyframe, add_keyframe, keyframe, move_keyframe, remove_keyframe
+from .bodies.material import Material, Mode
+from .bodies.motions import base_motion
+from .bodies.recoveries import Recovery
+from .bodies.scenes import scene_from_arrays, scene_from_mesh
+from .bodies.session import Constraint, Session
+from .bodies.simulations import Simulation, force, simulation
+from .edits import redo, undo
 from .errors import LimberError, ServerRestarted, ServerStopped, ServerUnreachable
 from .exports import Export
-from .keyframes import Keyframe, add_keyframe, keyframe, move_keyframe, remove_keyframe
-from .linkage_shapes import LinkageGeometry, Shape
-from .linkages import LinkageResult, LinkageSession, LinkageStep, Target, linkage_scene
+from .files import mesh_file
+from .kind import register_kind
 from .launching import LaunchedServer, launch
-from .motions import base_motion
-from .pictures import picture
-from .recoveries import Recovery
-from .results import Geometry, Material, Mode, MotionError, Result
-from .mesh_files import mesh_file
-from .scenes import load_scene, scene_from_arrays, scene_from_mesh
-from .server import DEFAULT_ENDPOINT, Server, connect
-from .kinds import register_kind
+from .linkages.designs import Design, DesignInfo, DesignTerms, Erection, OtherOptimum
+from .linkages.goals import Placement
+from .linkages.grids import StartingGrid
+from .linkages.pictures import picture
+from .linkages.results import LinkageResult, LinkageStep
+from .linkages.scenes import linkage_scene
+from .linkages.session import LinkageSession, Target
+from .linkages.shapes import LinkageGeometry, Shape
 from .open_session import AccuracyWarning, MaterialWarning, OpenSession, Receipt
-from .session import Constraint, Session
-from .simulations import Simulation, force, simulation
+from .results import MotionError, Result
+from .scenes import load_scene
+from .server import DEFAULT_ENDPOINT, Server, connect
 from .stream import FrameStream, StreamedFrames
 
 __version__ = "0.1.0"
 
 __all__ = [
-    "AccuracyWarning", "Axes", "BeamGeometry", "BeamResult", "BeamSession", "BeamSnap", "BeamSolution", "Constraint", "DEFAULT_ENDPOINT", "Design", "DesignInfo", "DesignTerms", "Erection", "Export", "FrameStream", "Geometry", "Keyframe", "LaunchedServer",
-    "LimberError", "LinkageGeometry", "LinkageResult", "LinkageSession", "LinkageStep", "Material", "MaterialWarning", "Mode", "MotionError", "OpenSession", "OtherOptimum", "Placement", "Receipt", "Recovery", "Result", "Server", "ServerRestarted", "ServerStopped", "ServerUnreachable", "Session", "Shape",
-    "Simulation", "StartingGrid", "StreamedFrames", "Target", "add", "add_keyframe", "base_motion", "beam_edits", "beam_scene", "connect", "dynamics", "ends", "force",
-    "keyframe", "launch", "linkage_scene", "load_scene", "mesh_file", "move", "move_keyframe", "optimise", "picture", "redo", "register_kind", "remove",
-    "remove_keyframe", "replace", "reset_material", "scene_from_arrays", "scene_from_mesh", "simulation", "undo",
+    "AccuracyWarning", "Axes", "BeamGeometry", "BeamResult", "BeamSession", "BeamSnap", "BeamSolution", "Constraint",
+    "DEFAULT_ENDPOINT", "Design", "DesignInfo", "DesignTerms", "Erection", "Export", "FrameStream", "Geometry",
+    "Keyframe", "LaunchedServer", "LimberError", "LinkageGeometry", "LinkageResult", "LinkageSession", "LinkageStep",
+    "Material", "MaterialWarning", "Mode", "MotionError", "OpenSession", "OtherOptimum", "Placement", "Receipt",
+    "Recovery", "Result", "Server", "ServerRestarted", "ServerStopped", "ServerUnreachable", "Session", "Shape",
+    "Simulation", "StartingGrid", "StreamedFrames", "Target", "add", "add_keyframe", "base_motion", "beam_edits",
+    "beam_scene", "connect", "dynamics", "ends", "force", "keyframe", "launch", "linkage_scene", "load_scene",
+    "mesh_file", "move", "move_keyframe", "optimise", "picture", "redo", "register_kind", "remove", "remove_keyframe",
+    "replace", "reset_material", "scene_from_arrays", "scene_from_mesh", "simulation", "undo",
 ]

@@ -18,6 +18,7 @@ import weakref
 from concurrent import futures
 from dataclasses import dataclass, field
 from typing import Any
+from urllib.parse import urlsplit
 
 import zmq
 from google.protobuf.message import DecodeError
@@ -282,3 +283,11 @@ class Connection:
             future = self._pending.pop(reply.id, None)
         if future is not None:
             future.set_result(reply)
+
+
+def reachable(stream: str, requests: str) -> str:
+    """The stream's endpoint as this client reaches it: a wildcard host is the host of the request endpoint."""
+    bound, used = urlsplit(stream), urlsplit(requests)
+    if bound.scheme == "tcp" and bound.hostname in ("0.0.0.0", "*", "::") and used.scheme == "tcp":
+        return f"tcp://{used.netloc.rpartition(':')[0]}:{bound.netloc.rpartition(':')[2]}"
+    return stream

@@ -1,8 +1,7 @@
-"""Edits as values: what session.edit([...]) takes."""
+"""Edits as values, what all kinds share of them: what session.edit([...]) takes."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any, Iterable, Mapping, Sequence, Union
 
 from google.protobuf import json_format
@@ -11,16 +10,17 @@ from . import checks
 from .errors import invalid
 from .messages import common, scene, service
 
-Axes = Union[str, None]  # "x", "yz", ...; None: all three
 Vector = Sequence[float]
-EditLike = Union["service.Edit", "DynamicsChange", Mapping[str, Any]]
+EditLike = Union["service.Edit", "PartialEdit", Mapping[str, Any]]
 
-_AXES = {"x": scene.AXIS_X, "y": scene.AXIS_Y, "z": scene.AXIS_Z}
-ENDS = {
-    "free": scene.END_CONDITION_FREE,
-    "position": scene.END_CONDITION_PINNED_POSITION,
-    "position_velocity": scene.END_CONDITION_PINNED_POSITION_VELOCITY,
-}
+
+class PartialEdit:
+    """An edit that names some values of a whole; the session that takes it keeps the others."""
+
+    def complete(self, earlier: "Sequence[service.Edit]", known: "scene.Scene", field: str) -> "service.Edit":
+        """The whole, as the wire wants it. earlier: edits before it in the request; known: the scene as edited before the
+        request; field: what errors name."""
+        raise NotImplementedError
 
 
 def vector(values: Vector, field: str) -> "common.Vector3":
@@ -30,112 +30,6 @@ def vector(values: Vector, field: str) -> "common.Vector3":
         raise invalid(field, f"{field} takes three numbers, not {values!r}")
     x, y, z = (checks.real(number, f"{field}.{axis}") for number, axis in zip(numbers, "xyz"))
     return common.Vector3(x=x, y=y, z=z)
-
-
-def constraint(*, frame: int, node: int | None = None, nodes: Iterable[int] | None = None,
-               position: Vector | None = None, displacement: Vector | None = None, velocity: Vector | None = None,
-               axes: Axes = None, weight: float | None = None, exact: bool = False, id: int = 0) -> "scene.Constraint":
-    """"In this frame, the mean position of these nodes is there", or their mean velocity is that.
-
-    position: a point of the mesh's space; displacement: from the rest position [length unit]; velocity: of the shown
-    frames, (x[frame + 1] - x[frame - 1]) / 2 * frames per second [length unit / s] (exactly one of the three); weight: gamma > 0 of a soft constraint (default 100); exact: hold exactly instead.
-    """
-    if (node is None) == (nodes is None):
-        raise invalid("nodes", "give either node or nodes")
-    targets = {"position": position, "displacement": displacement, "velocity": velocity}
-    given = [(name, target) for name, target in targets.items() if target is not None]
-    if len(given) != 1:
-        raise invalid("target", "give one of position, displacement and velocity")
-    if checks.flag(exact, "exact") and weight is not None:
-        raise invalid("weight", "an exact constraint has no weight")
-    message = scene.Constraint(id=_id(id), frame=checks.whole(frame, "frame"))
-    message.nodes.extend([checks.whole(node, "node")] if nodes is None else checks.wholes(nodes, "nodes"))
-    if axes is not None:
-        message.axes.extend(_axes(axes))
-    name, target = given[0]
-    getattr(message, name).CopyFrom(vector(target, name))
-    if exact:
-        message.exact = True
-    elif weight is not None:
-        message.weight = checks.real(weight, "weight")
-    return message
-
-
-def _axes(axes: str) -> list[int]:
-    if not isinstance(axes, str) or not axes or len(set(axes)) != len(axes) or any(axis not in _AXES for axis in axes):
-        raise invalid("axes", f'axes are one to three of "xyz", e.g. "xz", not {axes!r}')
-    return [_AXES[axis] for axis in axes]
-
-
-def add(**what: Any) -> "service.Edit":
-    """Adds a constraint; see limber.edits.constraint for the arguments."""
-    return service.Edit(add=service.AddConstraint(constraint=constraint(**what)))
-
-
-def move(constraint: Any, target: Vector) -> "service.Edit":
-    """Gives a constraint (a Constraint or its id) another target, of the kind it has."""
-    return service.Edit(move=service.MoveConstraint(id=_id(constraint), target=vector(target, "target")))
-
-
-def replace(constraint_id: Any, **what: Any) -> "service.Edit":
-    """Puts another constraint in the place of one, under the same id."""
-    return service.Edit(replace=service.ReplaceConstraint(constraint=constraint(id=_id(constraint_id), **what)))
-
-
-def remove(constraint: Any) -> "service.Edit":
-    """Removes a constraint (a Constraint or its id)."""
-    return service.Edit(remove=service.RemoveConstraint(id=_id(constraint)))
-
-
-def ends(first: str, last: str) -> "service.Edit":
-    """What holds the motion at its ends: "free", "position" or "position_velocity"."""
-    for name, value in (("first", first), ("last", last)):
-        checks.one_of(value, ENDS, name)
-    return service.Edit(set_ends=service.SetEnds(first_end=ENDS[first], last_end=ENDS[last]))
-
-
-@dataclass(frozen=True)
-class DynamicsChange:
-    """Some of the dynamics; the session that takes it keeps the others."""
-
-    values: Mapping[str, float]
-
-    def of(self, before: "scene.Dynamics") -> "scene.Dynamics":
-        """The whole, as the wire wants it."""
-        whole = scene.Dynamics()
-        whole.CopyFrom(before)
-        for name, value in self.values.items():
-            setattr(whole, name, value)
-        return whole
-
-
-def dynamics(*, frames_per_second: float | None = None, period_frames: float | None = None,
-             damping_ratio: float | None = None) -> DynamicsChange:
-    """How fast the body moves; what is not given stays as it is."""
-    values = {"frames_per_second": frames_per_second, "period_frames": period_frames, "damping_ratio": damping_ratio}
-    given = {name: checks.real(value, name) for name, value in values.items() if value is not None}
-    if not given:
-        raise invalid("dynamics", f"give at least one of {', '.join(values)}")
-    return DynamicsChange(given)
-
-
-VARIABLES = {
-    "motion": scene.MATERIAL_VARIABLES_MOTION,
-    "dynamics": scene.MATERIAL_VARIABLES_DYNAMICS,
-    "all": scene.MATERIAL_VARIABLES_ALL,
-}
-
-
-def optimise(variables: str) -> "service.Edit":
-    """What is optimised from now on: "motion" (control forces, the fitted material frozen), "dynamics" (and frequencies
-    and damping) or "all" (and the modes)."""
-    return service.Edit(set_material=service.SetMaterial(
-        variables=VARIABLES[checks.one_of(variables, VARIABLES, "variables")]))
-
-
-def reset_material() -> "service.Edit":
-    """Forgets what was fitted: the scene's own material."""
-    return service.Edit(reset_material=service.ResetMaterial())
 
 
 def undo() -> "service.Edit":
@@ -148,18 +42,13 @@ def redo() -> "service.Edit":
     return service.Edit(redo=service.Redo())
 
 
-def to_messages(edits: Iterable[EditLike], dynamics_now: "scene.Dynamics | None" = None) -> "list[service.Edit]":
-    """Edits of one request. dynamics_now: what a DynamicsChange among them keeps."""
-    messages = []
+def to_messages(edits: Iterable[EditLike], known: "scene.Scene | None" = None) -> "list[service.Edit]":
+    """Edits of one request. known: the scene of which partial edits among them keep the rest."""
+    messages: "list[service.Edit]" = []
     for i, edit in enumerate(edits):
-        if isinstance(edit, DynamicsChange):
-            if any(m.WhichOneof("edit") in ("undo", "redo") for m in messages):
-                raise invalid(f"edits[{i}]", "dynamics() behind undo() or redo() keeps values that are not known "
-                                             "yet: send it in an edit of its own")
-            edit = service.Edit(set_dynamics=edit.of(dynamics_now or scene.Dynamics()))
+        if isinstance(edit, PartialEdit):
+            edit = edit.complete(messages, known or scene.Scene(), f"edits[{i}]")
         messages.append(to_message(edit, f"edits[{i}]"))
-        if messages[-1].HasField("set_dynamics"):
-            dynamics_now = messages[-1].set_dynamics
     return messages
 
 
@@ -174,7 +63,3 @@ def to_message(edit: EditLike, field: str = "edit") -> "service.Edit":
             # Not every field of the way is named by protobuf: the message says what is known.
             raise invalid(field, f"no edit: {checks.json_fault(error)[1]}") from error
     raise invalid(field, f"an edit is made by limber.add(), .move(), ... or is a mapping, not {type(edit).__name__}")
-
-
-def _id(constraint: Any) -> int:
-    return checks.whole(getattr(constraint, "id", constraint), "id", most=2 ** 64 - 1)

@@ -13,13 +13,6 @@ from .results import Result
 if TYPE_CHECKING:
     from .open_session import OpenSession
 
-BODY = {"pvd": service.EXPORT_FORMAT_PVD, "pc2": service.EXPORT_FORMAT_PC2, "blender": service.EXPORT_FORMAT_BLENDER,
-        "scene": service.EXPORT_FORMAT_SCENE}
-LINKAGE = {"vtp": service.EXPORT_FORMAT_VTP, "obj": service.EXPORT_FORMAT_OBJ, "json": service.EXPORT_FORMAT_JSON,
-           "scene": service.EXPORT_FORMAT_SCENE}
-BEAMS = {"vtu": service.EXPORT_FORMAT_VTU, "csv": service.EXPORT_FORMAT_CSV, "json": service.EXPORT_FORMAT_JSON,
-         "scene": service.EXPORT_FORMAT_SCENE}
-
 
 @dataclass(frozen=True)
 class Export:

@@ -223,3 +223,10 @@ def job_error(status: "service.JobStatus") -> "common.Error":
         return status.error
     code = common.ERROR_CODE_CANCELLED if status.state == service.JOB_STATE_CANCELLED else common.ERROR_CODE_INTERNAL
     return common.Error(code=code, message=f"job {status.job} ({status.kind}) was cancelled or failed")
+
+
+def warn_of_material(issues: "Iterable[service.Issue]") -> None:
+    """Of a material that a mesh file overrides, at the line that called the public method that calls this."""
+    for issue in issues:
+        if issue.field == "scene.material":
+            warnings.warn(issue.message, MaterialWarning, stacklevel=3)

@@ -1,8 +1,9 @@
-"""Values a session returns: results, geometry, frames."""
+"""Values that sessions of every kind return: results and frames."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -94,74 +95,9 @@ class Result:
                       motion_error=MotionError.from_message(info.motion_error) if info.HasField("motion_error") else None)
 
 
-@dataclass(frozen=True)
-class Mode:
-    """How one mode swings when nothing holds it."""
-
-    frequency: float      # of the undamped mode [Hz]; at most half the frames per second
-    damping_ratio: float  # of critical; above 1 it creeps back without a swing
-    decay: float          # of the amplitude [1/s]
-    stiffness: float      # lambda [1/frame^2]
-    damping: float        # d [1/frame]
-
-    @staticmethod
-    def from_message(mode: "service.ModeDynamics") -> "Mode":
-        return Mode(mode.frequency_hz, mode.damping_ratio, mode.decay_per_s, mode.stiffness, mode.damping)
-
-
-@dataclass(frozen=True)
-class Material:
-    """What a session's motion swings with."""
-
-    modes: tuple[Mode, ...]    # of the newest result; the rigid motions of a free body (six) first
-    initial: tuple[Mode, ...]  # what the scene itself says
-    mixing: np.ndarray         # candidate modes x modes: column k is the mixture that mode k is
-    result: Result             # the one they belong to
-
-    @staticmethod
-    def from_message(message: "service.GetMaterialResponse") -> "Material":
-        return Material(tuple(map(Mode.from_message, message.modes)), tuple(map(Mode.from_message, message.initial)),
-                        arrays.to_numpy(message.mixing, "mixing"), Result.from_message(message.result))
-
-
-@dataclass(frozen=True)
-class Geometry:
-    """The mesh as it was sent and the basis of its motion: positions = rest + basis . coordinates."""
-
-    rest: np.ndarray      # nodes x 3, float32 [length unit]
-    tets: np.ndarray      # tets x 4, int32
-    surface: np.ndarray   # triangles x 3, int32, outward
-    basis: np.ndarray     # nodes x 3 x h, float32 [length unit]
-    basis_hash: str
-    issues: tuple[str, ...] = field(default=())
-
-    @staticmethod
-    def from_message(message: "service.GetGeometryResponse", known: "Geometry | None" = None) -> "Geometry":
-        """known: where the basis is taken from if the message leaves it out."""
-        rest = arrays.to_numpy(message.rest, "rest")
-        if message.HasField("basis"):
-            basis = arrays.to_numpy(message.basis, "basis")
-        elif known is not None and known.basis_hash == message.basis_hash:
-            basis = known.basis
-        else:
-            raise LimberError("INTERNAL", "the server left out a basis that this client does not hold", "basis")
-        if rest.ndim != 2 or rest.shape[1] != 3 or basis.ndim != 3 or basis.shape[:2] != rest.shape:
-            raise LimberError("MALFORMED", f"rest {rest.shape} and basis {basis.shape} do not fit each other")
-        return Geometry(rest, arrays.to_numpy(message.tets, "tets"), arrays.to_numpy(message.surface, "surface"),
-                        basis, message.basis_hash, tuple(issue_text(issue) for issue in message.issues))
-
-    def positions(self, coordinates: np.ndarray) -> np.ndarray:
-        """frames x nodes x 3 float32 [length unit] from frames x h coordinates."""
-        nodes, _, size = self.basis.shape
-        if coordinates.ndim != 2 or coordinates.shape[1] != size:
-            raise LimberError("MALFORMED", f"coordinates {coordinates.shape} do not fit a basis of {size} columns")
-        moved = coordinates.astype(np.float32) @ self.basis.reshape(3 * nodes, size).T
-        moved += self.rest.reshape(1, 3 * nodes)
-        return moved.reshape(-1, nodes, 3)
-
-
-def decode(frames: "service.Frames", geometry: Geometry | None) -> np.ndarray:
-    """frames x nodes x 3 float32 [length unit]; geometry is needed for coordinates only."""
+def decode(frames: "service.Frames", geometry: Any) -> np.ndarray:
+    """frames x nodes x 3 float32 [length unit]; geometry, an object with positions(coordinates) and basis_hash, is needed
+    for coordinates only."""
     data = arrays.to_numpy(frames.data, "frames")
     if frames.encoding == service.ENCODING_COORDINATES:
         if geometry is None or geometry.basis_hash != frames.basis_hash:

@@ -25,9 +25,15 @@ constexpr double kMostTwistAtRest = 2;
 std::string at(const char* list, std::size_t index, const char* member = "") {
   return fmt::format("{}[{}]{}{}", list, index, *member == 0 ? "" : ".", member);
 }
+/// What clients do not give by a name of its own, in words.
+std::string described(const char* list, std::size_t index, const char* words) {
+  return fmt::format("{}: {}", at(list, index), words);
+}
 [[noreturn]] void refuse(const std::string& field, const std::string& why,
                          ErrorCode code = ErrorCode::kInvalidArgument) {
-  throw Error(code, field, fmt::format("{} {}", field, why));
+  // "sections[3]: its stiffness E A" is a number of a structure that comes from others: the field
+  // is what it belongs to.
+  throw Error(code, field.substr(0, field.find(':')), fmt::format("{} {}", field, why));
 }
 void require_index(int index, std::size_t count, const std::string& field, const char* what) {
   if (index < 0 || static_cast<std::size_t>(index) >= count)
@@ -66,23 +72,23 @@ void check_sections(const BeamModel& model) {
   }
   for (std::size_t i = 0; i < model.sections.size(); ++i) {
     const BeamSection& s = model.sections[i];
-    require_positive(s.stretching, at("sections", i, "stretching"));
-    for (const auto& [value, name] : {std::pair{s.torsion, "torsion"},
-                                      {s.bending_2, "bending_2"},
-                                      {s.bending_3, "bending_3"}}) {
+    require_positive(s.stretching, described("sections", i, "its stiffness E A"));
+    for (const auto& [value, name] : {std::pair{s.torsion, "its stiffness G J"},
+                                      {s.bending_2, "its stiffness E I about axis 2"},
+                                      {s.bending_3, "its stiffness E I about axis 3"}}) {
       if (bends[i] != 0)
-        require_positive(value, at("sections", i, name));
+        require_positive(value, described("sections", i, name));
       else
-        require_not_negative(value, at("sections", i, name));
+        require_not_negative(value, described("sections", i, name));
     }
-    for (const auto& [value, name] : {std::pair{s.mass_per_length, "mass_per_length"},
-                                      {s.young, "young"},
-                                      {s.shear, "shear"},
-                                      {s.fibre_2, "fibre_2"},
-                                      {s.fibre_3, "fibre_3"},
-                                      {s.shear_arm, "shear_arm"},
-                                      {s.yield_stress, "yield_stress"}})
-      require_not_negative(value, at("sections", i, name));
+    for (const auto& [value, name] : {std::pair{s.mass_per_length, "its mass per length"},
+                                      {s.shear, "its shear modulus"},
+                                      {s.fibre_2, "half its width"},
+                                      {s.fibre_3, "half its height"},
+                                      {s.shear_arm, "its largest shear strain"}})
+      require_not_negative(value, described("sections", i, name));
+    require_not_negative(s.young, at("sections", i, "young"));
+    require_not_negative(s.yield_stress, at("sections", i, "yield_stress"));
   }
 }
 
@@ -193,7 +199,7 @@ void check_holds(const BeamModel& model) {
     const PrescribedMotion& m = model.motions[i];
     require_index(m.node, model.nodes.size(), at("motions", i, "node"), "nodes");
     require_used(used, m.node, at("motions", i, "node"));
-    require_finite(m.translation, at("motions", i, "translation"));
+    require_finite(m.translation, described("motions", i, "(x, y, z)"));
     require_finite(m.rotation, at("motions", i, "rotation"));
     require_frame(m.axes, at("motions", i, "axes"));
     if (!motion_of.emplace(m.node, i).second)

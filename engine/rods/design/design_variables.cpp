@@ -17,7 +17,7 @@ void demand_count(const char* field, const char* what, Eigen::Index given, Eigen
 
 void DesignVariables::validate() const {
   if (lengths != LengthVariables::kKept || sections != SectionVariables::kKept) return;
-  throw Error(ErrorCode::kInvalidArgument, "variables",
+  throw Error(ErrorCode::kInvalidArgument, "lengths",
               "a design has to vary rest lengths, sections or both");
 }
 

@@ -148,8 +148,8 @@ void StartingGridOptions::validate() const {
                             "fewer columns or rows",
                             columns, rows, std::int64_t{columns} * rows, kMaxJoints));
   }
-  demand(flat_angle >= 0.1 && flat_angle <= std::numbers::pi / 2, "flat_angle", "in [0.1, pi/2]",
-         flat_angle);
+  demand(flat_angle >= 0.1 && flat_angle <= std::numbers::pi / 2, "flat_angle",
+         "in [5.73, 90] degrees", flat_angle / kDegree);
   demand(margin >= 0 && margin <= 0.4, "margin", "in [0, 0.4]", margin);
   if (drive) demand(*drive >= 0 && *drive <= 1e3, "drive", "in [0, 1000]", *drive);
   if (section) rods::validate(*section);

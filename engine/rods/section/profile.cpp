@@ -92,7 +92,7 @@ double signed_area(const Polygon& polygon) {
 }
 
 void Profile::validate() const {
-  const std::string outer = "section.outline";
+  const std::string outer = "section.outer";
   double size = 0;
   const auto count_and_numbers = [&](const Polygon& polygon, const std::string& name) {
     if (polygon.size() < 3)

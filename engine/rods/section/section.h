@@ -63,7 +63,7 @@ struct SectionProperties {
 
 /// Whether the dimensions make a section: quick, without its torsion.
 /// @throws Error{kInvalidArgument} naming the dimension ("section.web_thickness"), its value and
-/// what it must be; for profiles as Profile::validate; {kLimitExceeded, "section.outline"} for
+/// what it must be; for profiles as Profile::validate; {kLimitExceeded, "section.outer"} for
 /// those whose torsion would be too large a problem
 void validate(const Section& section);
 

@@ -210,7 +210,7 @@ Nodes place_nodes(const std::vector<Side>& sides, const GaussLegendre& rule) {
     add_panels(sides, i, 0, sides[i].length, rule, nodes);
   constexpr std::size_t kMaxNodes = 8000;  // 512 MB of matrix
   if (nodes.point.size() > kMaxNodes) {
-    throw Error(ErrorCode::kLimitExceeded, "section.outline",
+    throw Error(ErrorCode::kLimitExceeded, "section.outer",
                 fmt::format("the torsion problem of this section needs {} points, more than {}: "
                             "too many vertices or walls too thin",
                             nodes.point.size(), kMaxNodes));
@@ -258,7 +258,7 @@ Solved solve(const std::vector<Side>& sides, int order) {
   };
   const GmresResult psi = gmres(product, right, kLinearTolerance);
   if (!(psi.relative_residual <= kMaxLinearResidual)) {
-    throw Error(ErrorCode::kNumerical, "section.outline",
+    throw Error(ErrorCode::kNumerical, "section.outer",
                 fmt::format("the equations of torsion, {} unknowns, were solved to a relative "
                             "residual of {:.2g} in {} iterations, limit {}: simplify the outline "
                             "or give the section's stiffnesses",
@@ -307,7 +307,7 @@ Torsion torsion(const Profile& profile) {
     if (result.relative_error < 1e-7) break;
   }
   if (!(result.constant > 0) || !(result.relative_error < 1e-6)) {
-    throw Error(ErrorCode::kNumerical, "section.outline",
+    throw Error(ErrorCode::kNumerical, "section.outer",
                 fmt::format("the torsion constant came out as {} with a relative error of {}",
                             result.constant, result.relative_error));
   }

@@ -19,7 +19,7 @@ struct Torsion {
 
 /// Whether `torsion` would be too large a problem, without solving it.
 /// @pre the profile is valid
-/// @throws Error{kLimitExceeded, "section.outline"}
+/// @throws Error{kLimitExceeded, "section.outer"}
 void demand_torsion_size(const Profile& profile);
 
 /// Any profile, thin or thick, with corners and holes. Solves for the warping function psi on the

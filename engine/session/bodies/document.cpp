@@ -8,6 +8,7 @@
 
 #include "engine/base/error.h"
 #include "engine/session/core/edit_request.h"
+#include "engine/session/core/limit_error.h"
 
 namespace limber::session {
 namespace {
@@ -207,9 +208,7 @@ EditReceipt Document::apply(const std::vector<BodyEdit>& edits, std::optional<Re
     receipt.issues = warnings(edits, receipt);
   } catch (const Error& error) {
     take_back();
-    throw Error(error.code(),
-                joined(fmt::format("edits[{}].{}", i, name_of(edits[i])), error.field()),
-                error.what());
+    rethrow_at(error, joined(fmt::format("edits[{}].{}", i, name_of(edits[i])), error.field()));
   } catch (...) {
     take_back();
     throw;
@@ -369,9 +368,10 @@ TouchedIds Document::apply_edit(const BodyEdit& edit, Request& request) {
 std::uint64_t Document::add(const scene::Constraint& added_value, Request& request) {
   under("constraint.", [&] { rules_.check(added_value); });
   if (constraints_.size() >= static_cast<std::size_t>(limits_.max_constraints)) {
-    throw Error(ErrorCode::kLimitExceeded, "constraint",
-                fmt::format("the scene has {} constraints, the limit is {}", constraints_.size(),
-                            limits_.max_constraints));
+    throw LimitError("constraint",
+                     fmt::format("the scene has {} constraints, the limit is {}",
+                                 constraints_.size(), limits_.max_constraints),
+                     static_cast<std::uint64_t>(limits_.max_constraints), constraints_.size() + 1);
   }
   under("constraint.", [&] { demand_room(added_value.nodes.size()); });
   scene::Constraint constraint = added_value;

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "engine/base/error.h"
+#include "engine/session/core/limit_error.h"
 
 namespace limber::session {
 namespace {
@@ -34,9 +35,11 @@ KeyframeSet::KeyframeSet(const scene::Scene& scene) : rules_(scene) {
 KeyframeChange KeyframeSet::added(const scene::Keyframe& added_value) {
   for (const scene::Issue& fault : rules_.faults(added_value)) throw_if(fault, "keyframe.");
   if (keyframes_.size() >= static_cast<std::size_t>(scene::kMaxKeyframes)) {
-    throw Error(ErrorCode::kLimitExceeded, "keyframe",
-                fmt::format("the scene has {} keyframes, the limit is {}", keyframes_.size(),
-                            scene::kMaxKeyframes));
+    const std::size_t count = keyframes_.size() + 1;
+    throw LimitError(
+        "keyframe",
+        fmt::format("{} keyframes: more than the limit of {}", count, scene::kMaxKeyframes),
+        static_cast<std::uint64_t>(scene::kMaxKeyframes), count);
   }
   demand_free_frame(added_value.frame, 0, "keyframe.frame");
   scene::Keyframe keyframe = added_value;

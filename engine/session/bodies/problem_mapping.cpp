@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "engine/base/clauses.h"
 #include "engine/base/error.h"
 #include "engine/reduced/scaled_modes.h"
 
@@ -13,10 +14,7 @@ namespace limber::session {
 
 std::string model_notes(const scene::ModelRequest& request, const reduced::ReducedModel& model) {
   std::string notes;
-  const auto note = [&](const std::string& text) {
-    if (!notes.empty()) notes += "; ";
-    notes += text;
-  };
+  const auto note = [&](const std::string& text) { append_clause(notes, text); };
   const int elastic = static_cast<int>(model.eigenvalues.size()) - model.rigid_count;
   if (elastic < request.mode_count) {
     note(fmt::format("model.modes: {} used, {} requested: the mesh has no more", elastic,

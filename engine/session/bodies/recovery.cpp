@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "engine/base/clauses.h"
 #include "engine/base/error.h"
 #include "engine/bodies/modal_analysis.h"
 #include "engine/reduced/full_reconstruction.h"
@@ -164,7 +165,7 @@ void describe_material(const spacetime::RecoveredMotion& recovered, Eigen::Index
 std::string notes(const scene::Scene& scene, const RecoveryReport& report,
                   const std::string& of_recovery, int bounded_modes) {
   std::string result = of_recovery;
-  const auto note = [&](const std::string& text) { result += (result.empty() ? "" : "; ") + text; };
+  const auto note = [&](const std::string& text) { append_clause(result, text); };
   if (scene.mesh.materials.size() > 1) {
     note(fmt::format("the candidate modes are those of the {} materials of the mesh",
                      scene.mesh.materials.size()));

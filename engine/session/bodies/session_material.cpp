@@ -2,6 +2,7 @@
 #include <limits>
 #include <utility>
 
+#include "engine/base/clauses.h"
 #include "engine/session/bodies/material_outcome.h"
 #include "engine/session/bodies/session_impl.h"
 
@@ -24,8 +25,7 @@ constexpr double kMuchFarther = 1.5;
 void report_outcome(const MaterialReport& material, spacetime::SolveReport& report) {
   report.iterations += material.iterations;
   if (material.message.empty()) return;
-  if (!report.message.empty()) report.message += "; ";
-  report.message += material.message;
+  append_clause(report.message, material.message);
   if (report.status == SolveStatus::kConverged || material.status == SolveStatus::kCancelled)
     report.status = material.status;
 }

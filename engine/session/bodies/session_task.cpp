@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "engine/base/clauses.h"
 #include "engine/session/bodies/geometry.h"
 #include "engine/session/bodies/material_outcome.h"
 #include "engine/session/bodies/session_impl.h"
@@ -71,9 +72,7 @@ BodySession::Impl::Built BodySession::Impl::build_model(const JobContext& job) {
   full_body_.reset();
   built.compact_of_source = mapped.compact_of_source;
   built.message = built.model->report.message;
-  const std::string notes = model_notes(scene.model, *built.model);
-  if (!built.message.empty() && !notes.empty()) built.message += "; ";
-  built.message += notes;
+  append_clause(built.message, model_notes(scene.model, *built.model));
   built.accuracy = describe_accuracy(built.model->report, scene.model.tolerance);
   problem_ = std::make_unique<LiveProblem>(
       built.model, base, TargetFrame(scene, mapped),

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 
+#include "engine/base/clauses.h"
+
 namespace limber::session {
 
 double next_weight_scale(double scale, double missed, double tolerance, bool& raised) {
@@ -19,10 +21,11 @@ void tell_tolerance(const scene::Scene& scene, double scale, spacetime::SolveRep
   if (!scene.constraint_tolerance) return;
   const double missed = report.max_constraint_error / scene.length_unit_in_metres;
   if (missed <= *scene.constraint_tolerance) return;
-  if (!report.message.empty()) report.message += "; ";
-  report.message += fmt::format(
-      "constraint_tolerance {:g} is not met: {:.3g} is missed with weights raised {:g} times",
-      *scene.constraint_tolerance, missed, scale);
+  append_clause(
+      report.message,
+      fmt::format(
+          "constraint_tolerance {:g} is not met: {:.3g} is missed with weights raised {:g} times",
+          *scene.constraint_tolerance, missed, scale));
 }
 
 }  // namespace limber::session

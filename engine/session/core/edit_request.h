@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "engine/base/error.h"
+#include "engine/session/core/limit_error.h"
 #include "engine/session/core/refused_edit.h"
 #include "engine/session/core/values.h"
 
@@ -29,13 +30,15 @@ inline void demand_request(std::size_t count, std::optional<Revision> expected, 
 }
 
 /// @param steps  of undo that end inside of the request
-/// @throws Error{kLimitExceeded, "steps_at_once"}
+/// @throws LimitError "steps_at_once"
 inline void demand_steps(int steps, int steps_at_once) {
   if (steps <= steps_at_once) return;
-  throw Error(ErrorCode::kLimitExceeded, "steps_at_once",
-              fmt::format("the edits of one request begin more than {} steps of undo: send them "
-                          "in several requests",
-                          steps_at_once));
+  const auto limit = static_cast<std::uint64_t>(steps_at_once);
+  throw LimitError("steps_at_once",
+                   fmt::format("the edits of one request begin more than {} steps of undo: send "
+                               "them in several requests",
+                               steps_at_once),
+                   limit, limit + 1);
 }
 
 /// Edits tried on a copy of a document's values, not yet part of the document.

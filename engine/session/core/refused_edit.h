@@ -5,6 +5,7 @@
 #include <cstddef>
 
 #include "engine/base/error.h"
+#include "engine/session/core/limit_error.h"
 
 namespace limber::session {
 
@@ -40,10 +41,8 @@ void try_edits(std::size_t count, const Attempt& attempt) {
     ignored = 0;
     attempt(bad, ignored);
   } catch (const Error& error) {
-    throw Error(
-        error.code(),
-        fmt::format("edits[{}]{}{}", bad - 1, error.field().empty() ? "" : ".", error.field()),
-        error.what());
+    rethrow_at(error, fmt::format("edits[{}]{}{}", bad - 1, error.field().empty() ? "" : ".",
+                                  error.field()));
   }
 }
 

@@ -115,7 +115,7 @@ void DesignRequest::validate(int joints, const DesignStart& start) const {
   }
   variables.validate();
   if (variables.lengths == rods::LengthVariables::kSegments && start.by_edges) {
-    throw Error(ErrorCode::kFailedPrecondition, "variables.lengths",
+    throw Error(ErrorCode::kFailedPrecondition, "lengths",
                 "edges have rest lengths of their own: vary those of edges, or set those of "
                 "segments first");
   }

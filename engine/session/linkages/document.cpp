@@ -9,6 +9,7 @@
 #include "engine/session/core/edit_request.h"
 #include "engine/session/core/keyed_items.h"
 #include "engine/session/core/limit_checks.h"
+#include "engine/session/core/limit_error.h"
 
 namespace limber::session {
 namespace {
@@ -131,8 +132,10 @@ class LinkageDocument::Request {
   }
   std::uint64_t take(const AddTarget& add) {
     if (conditions().targets.size() >= static_cast<std::size_t>(document_.limits_.max_targets)) {
-      throw Error(ErrorCode::kLimitExceeded, "target",
-                  fmt::format("{} targets are the limit", document_.limits_.max_targets));
+      const std::size_t count = conditions().targets.size() + 1;
+      const int limit = document_.limits_.max_targets;
+      throw LimitError("target", fmt::format("{} targets: more than the limit of {}", count, limit),
+                       static_cast<std::uint64_t>(limit), count);
     }
     LinkageTarget target = add.target;
     if (target.id == 0) target.id = state_.last_id + 1;

@@ -37,11 +37,12 @@ void check_numbers(const scene::Linkage& linkage, std::vector<scene::Issue>& iss
   };
   const double unit = linkage.length_unit_in_metres, young = linkage.youngs_modulus;
   if (!(unit > 0 && std::isfinite(unit))) refuse("length_unit_in_metres", "> 0 and finite", unit);
-  if (!(young > 0 && std::isfinite(young))) refuse("youngs_modulus", "> 0 and finite", young);
+  if (!(young > 0 && std::isfinite(young)))
+    refuse("material.youngs_modulus", "> 0 and finite", young);
   if (!(linkage.density >= 0 && std::isfinite(linkage.density)))
-    refuse("density", ">= 0 and finite", linkage.density);
+    refuse("material.density", ">= 0 and finite", linkage.density);
   if (!(linkage.poissons_ratio > -1 && linkage.poissons_ratio <= 0.5))
-    refuse("poissons_ratio", "in (-1, 0.5]", linkage.poissons_ratio);
+    refuse("material.poissons_ratio", "in (-1, 0.5]", linkage.poissons_ratio);
 }
 
 constexpr std::pair<scene::Held, rods::Hold> kHolds[] = {
@@ -135,7 +136,8 @@ LinkageCheck check_linkage(const scene::Linkage& linkage) {
         linkage.shape ? rules->check(linkage.conditions) : rules->check_drawn(linkage.conditions);
   const auto add = [&](const char* prefix) {
     for (auto& issue : faults) {
-      issue.field = prefix + issue.field;
+      // Of the whole linkage, though edits change it with the conditions.
+      if (!issue.field.starts_with("erection.")) issue.field = prefix + issue.field;
       issues.push_back(std::move(issue));
     }
   };

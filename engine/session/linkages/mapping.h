@@ -31,7 +31,7 @@ struct MappedLinkage {
 };
 
 /// Solves for the torsion of the section, which may take seconds for a polygon of many corners.
-/// @throws Error of the first issue of `check_linkage`; with field section.outline where its
+/// @throws Error of the first issue of `check_linkage`; with field section.outer where its
 /// torsion cannot be found
 [[nodiscard]] MappedLinkage map_linkage(const scene::Linkage& linkage);
 

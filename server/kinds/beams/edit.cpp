@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 
 #include "server/kinds/beams/structure.h"
-#include "server/wire/edit_fields.h"
+#include "server/wire/edits.h"
 #include "server/wire/indices.h"
 #include "server/wire/vectors.h"
 
@@ -90,8 +90,7 @@ std::vector<session::BeamEdit> decode_beam_edits(const proto::EditRequest& reque
 }
 
 proto::EditResponse encode_beam_receipt(const session::EditReceipt& receipt) {
-  proto::EditResponse response;
-  response.set_revision(receipt.revision);
+  proto::EditResponse response = begin_response(receipt);
   for (std::size_t i = 0; i < receipt.constraint_ids.size(); ++i) {
     response.add_target_ids(0);
     response.add_constraint_ids(0);

@@ -45,7 +45,7 @@ proto::Scene scene_in_shape(const BeamRecord& record) {
 
 std::shared_ptr<const session::BeamResult> beam_result_of(BeamRecord& record,
                                                           const proto::ExportRequest& request) {
-  if (request.part() == 0) record.exports().begin(in_balance(record.final_result()));
+  if (request.part() == 0) record.exports().begin(in_balance(record.demand_result(true)));
   return record.exports().find(request.part() == 0 ? 0 : request.result_sequence());
 }
 
@@ -74,7 +74,7 @@ proto::ExportResponse export_beams(BeamRecord& record, const proto::ExportReques
 }
 
 proto::GetBeamSolutionResponse beam_solution(const BeamRecord& record) {
-  const auto result = in_balance(record.final_result());
+  const auto result = in_balance(record.demand_result(true));
   proto::GetBeamSolutionResponse response;
   *response.mutable_result() = encode_beam_result(*result);
   *response.mutable_solution() = encode_beams(*result->analysis);

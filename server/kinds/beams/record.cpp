@@ -2,13 +2,10 @@
 
 #include <utility>
 
-#include "engine/session/beams/document.h"
 #include "server/kinds/beams/edit.h"
 #include "server/kinds/beams/export.h"
 #include "server/kinds/beams/result.h"
 #include "server/kinds/beams/scene.h"
-#include "server/wire/edit_fields.h"
-#include "server/wire/issues.h"
 
 namespace limber::server {
 
@@ -16,19 +13,7 @@ BeamRecord::BeamRecord(Hub& hub, SessionKey key, DecodedBeams opened, JobId open
     : SessionRecord(hub, std::move(key), opened.name, open_job), opened_(std::move(opened)) {}
 
 proto::EditResponse BeamRecord::edit(const proto::EditRequest& request) {
-  const auto session = this->session();
-  const auto edits = decode_beam_edits(request, opened_.model.nodes);
-  try {
-    const session::EditReceipt receipt = session->edit(edits, expected_revision(request));
-    proto::EditResponse response = encode_beam_receipt(receipt);
-    add_issues(request, receipt.issues, response);
-    return response;
-  } catch (const Error& error) {
-    const std::string field = edit_field_in(request, error.field());
-    if (is_too_many_steps(error))
-      throw too_many_steps(field, error, session::BeamLimits{}.steps_at_once);
-    throw Error(error.code(), field, error.what());
-  }
+  return encode_beam_receipt(make_edits(request, decode_beam_edits(request, opened_.model.nodes)));
 }
 
 void BeamRecord::add_scene(const proto::GetSessionRequest&,
@@ -48,17 +33,7 @@ bool BeamRecord::answer(const proto::Request& request, proto::Reply& reply) {
 }
 
 std::shared_ptr<const FrameSource> BeamRecord::frames(bool final_only) const {
-  const auto session = this->session();
-  auto result = final_only ? session->final_result() : session->newest_result();
-  if (!result) throw Error(ErrorCode::kFailedPrecondition, "session", "there is no result yet");
-  return std::make_shared<BeamFrames>(std::move(result));
-}
-
-std::shared_ptr<const session::BeamResult> BeamRecord::final_result() const {
-  auto result = session()->final_result();
-  if (!result)
-    throw Error(ErrorCode::kFailedPrecondition, "session", "there is no final result yet");
-  return result;
+  return std::make_shared<BeamFrames>(demand_result(final_only));
 }
 
 proto::GetGeometryResponse BeamRecord::geometry(const std::string&) const {

@@ -36,8 +36,6 @@ class BeamRecord final : public SessionRecord<session::BeamSession, session::Bea
   [[nodiscard]] proto::ExportResponse export_part(const proto::ExportRequest& request) override;
   /// The solution in numbers.
   [[nodiscard]] bool answer(const proto::Request& request, proto::Reply& reply) override;
-  /// @throws Error{kFailedPrecondition, "session"} while there is none
-  [[nodiscard]] std::shared_ptr<const session::BeamResult> final_result() const;
 
   void on_result(const std::shared_ptr<const session::BeamResult>& result) override;
 

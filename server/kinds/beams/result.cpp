@@ -2,28 +2,19 @@
 
 #include "server/kinds/beams/solution.h"
 #include "server/wire/arrays.h"
+#include "server/wire/enum_table.h"
 #include "server/wire/session_values.h"
 
 namespace limber::server {
 namespace {
 
-proto::SolveStatus encode_solve_status(beams::BeamStatus status) {
-  switch (status) {
-    case beams::BeamStatus::kConverged:
-      return proto::SOLVE_STATUS_CONVERGED;
-    case beams::BeamStatus::kStalled:
-      return proto::SOLVE_STATUS_STALLED;
-    case beams::BeamStatus::kUnstable:
-      return proto::SOLVE_STATUS_SADDLE;
-    case beams::BeamStatus::kMechanism:
-      return proto::SOLVE_STATUS_UNBALANCED;
-    case beams::BeamStatus::kIterationLimit:
-      return proto::SOLVE_STATUS_ITERATION_LIMIT;
-    case beams::BeamStatus::kCancelled:
-      return proto::SOLVE_STATUS_CANCELLED;
-  }
-  return proto::SOLVE_STATUS_UNSPECIFIED;
-}
+constexpr EnumTable<beams::BeamStatus, proto::SolveStatus> kSolveStatuses{
+    {beams::BeamStatus::kConverged, proto::SOLVE_STATUS_CONVERGED},
+    {beams::BeamStatus::kStalled, proto::SOLVE_STATUS_STALLED},
+    {beams::BeamStatus::kUnstable, proto::SOLVE_STATUS_SADDLE},
+    {beams::BeamStatus::kMechanism, proto::SOLVE_STATUS_UNBALANCED},
+    {beams::BeamStatus::kIterationLimit, proto::SOLVE_STATUS_ITERATION_LIMIT},
+    {beams::BeamStatus::kCancelled, proto::SOLVE_STATUS_CANCELLED}};
 
 void encode_beam_report(const beams::BeamReport& report, proto::BeamInfo& info) {
   info.set_status(encode_beam_status(report.status));
@@ -47,7 +38,7 @@ proto::ResultInfo encode_beam_result(const session::BeamResult& result) {
   info.set_weight_scale(1);
   auto& message = *info.mutable_beams();
   if (!result.is_final) return info;
-  info.set_status(encode_solve_status(result.report.status));
+  info.set_status(kSolveStatuses.encode(result.report.status));
   info.set_message(result.report.message);
   info.set_iterations(static_cast<std::uint32_t>(result.report.newton_iterations));
   info.set_gradient(result.report.residual);

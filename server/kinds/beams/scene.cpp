@@ -2,20 +2,17 @@
 
 #include "server/kinds/beams/shape.h"
 #include "server/wire/arrays.h"
+#include "server/wire/scene_fields.h"
 
 namespace limber::server {
 namespace {
 
 void demand_beams_alone(const proto::Scene& message, const std::string& prefix) {
-  std::vector<const google::protobuf::FieldDescriptor*> fields;
-  message.GetReflection()->ListFields(message, &fields);
-  for (const auto* field : fields) {
-    if (field->name() == "name" || field->name() == "beams") continue;
+  if (const auto* field = field_beside(message, {"name", "beams"}))
     throw invalid(prefix + field->name(),
                   field->name() == "length_unit_in_metres"
                       ? "structures of beams are in metres"
                       : "is of other scenes: one of beams has no such field");
-  }
 }
 
 scene::EdgeMesh edges_of(const proto::LineSource& lines, const std::string& field,

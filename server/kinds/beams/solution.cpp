@@ -7,6 +7,7 @@
 #include "engine/session/beams/files.h"
 #include "server/kinds/beams/structure.h"
 #include "server/wire/arrays.h"
+#include "server/wire/enum_table.h"
 #include "server/wire/file_stem.h"
 
 namespace limber::server {
@@ -14,18 +15,20 @@ namespace {
 
 constexpr std::uint32_t kMaxShapes = 256;
 
-beams::BeamMethod decode_method(proto::BeamMethod method) {
-  switch (method) {
-    case proto::BEAM_METHOD_NEWTON:
-      return beams::BeamMethod::kNewton;
-    case proto::BEAM_METHOD_RELAXATION:
-      return beams::BeamMethod::kRelaxation;
-    case proto::BEAM_METHOD_RELAXATION_THEN_NEWTON:
-      return beams::BeamMethod::kRelaxationThenNewton;
-    default:
-      return beams::BeamMethod::kChoose;
-  }
-}
+constexpr EnumTable<beams::BeamMethod, proto::BeamMethod, proto::BeamMethod_MAX> kBeamMethods{
+    {beams::BeamMethod::kChoose, proto::BEAM_METHOD_UNSPECIFIED},
+    {beams::BeamMethod::kNewton, proto::BEAM_METHOD_NEWTON},
+    {beams::BeamMethod::kRelaxation, proto::BEAM_METHOD_RELAXATION},
+    {beams::BeamMethod::kRelaxationThenNewton, proto::BEAM_METHOD_RELAXATION_THEN_NEWTON}};
+
+/// Nobody is shown a cancelled analysis.
+constexpr EnumTable<beams::BeamStatus, proto::BeamStatus, proto::BeamStatus_MAX> kBeamStatuses{
+    {beams::BeamStatus::kConverged, proto::BEAM_STATUS_CONVERGED},
+    {beams::BeamStatus::kStalled, proto::BEAM_STATUS_STALLED},
+    {beams::BeamStatus::kUnstable, proto::BEAM_STATUS_UNSTABLE},
+    {beams::BeamStatus::kMechanism, proto::BEAM_STATUS_MECHANISM},
+    {beams::BeamStatus::kIterationLimit, proto::BEAM_STATUS_ITERATION_LIMIT},
+    {beams::BeamStatus::kCancelled, proto::BEAM_STATUS_UNSPECIFIED}};
 
 beams::BeamModel decode_source(const proto::SolveBeamsRequest& request) {
   switch (request.source_case()) {
@@ -113,36 +116,11 @@ proto::ExportedFile file_of(std::string name, std::string content) {
 }  // namespace
 
 proto::BeamMethod encode_beam_method(beams::BeamMethod method) {
-  switch (method) {
-    case beams::BeamMethod::kNewton:
-      return proto::BEAM_METHOD_NEWTON;
-    case beams::BeamMethod::kRelaxation:
-      return proto::BEAM_METHOD_RELAXATION;
-    case beams::BeamMethod::kRelaxationThenNewton:
-      return proto::BEAM_METHOD_RELAXATION_THEN_NEWTON;
-    case beams::BeamMethod::kChoose:
-      break;
-  }
-  return proto::BEAM_METHOD_UNSPECIFIED;
+  return kBeamMethods.encode(method);
 }
 
-/// Nobody is shown a cancelled analysis.
 proto::BeamStatus encode_beam_status(beams::BeamStatus status) {
-  switch (status) {
-    case beams::BeamStatus::kConverged:
-      return proto::BEAM_STATUS_CONVERGED;
-    case beams::BeamStatus::kStalled:
-      return proto::BEAM_STATUS_STALLED;
-    case beams::BeamStatus::kUnstable:
-      return proto::BEAM_STATUS_UNSTABLE;
-    case beams::BeamStatus::kMechanism:
-      return proto::BEAM_STATUS_MECHANISM;
-    case beams::BeamStatus::kIterationLimit:
-      return proto::BEAM_STATUS_ITERATION_LIMIT;
-    case beams::BeamStatus::kCancelled:
-      break;
-  }
-  return proto::BEAM_STATUS_UNSPECIFIED;
+  return kBeamStatuses.encode(status);
 }
 
 void encode_beam_snaps(const std::vector<beams::BeamSnap>& snaps,
@@ -174,7 +152,7 @@ proto::Array encode_beam_elements(const beams::BeamModel& model) {
 BeamRequest decode_beams(const proto::SolveBeamsRequest& request) {
   BeamRequest decoded;
   if (request.follow()) decoded.options = beams::BeamSolveOptions::following();
-  decoded.options.method = decode_method(request.method());
+  decoded.options.method = kBeamMethods.decode(request.method());
   const beams::BeamMethod method = decoded.options.method;
   if (request.follow() && method != beams::BeamMethod::kChoose &&
       method != beams::BeamMethod::kNewton)

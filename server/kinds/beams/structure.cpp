@@ -8,6 +8,7 @@
 #include "engine/scene/formats/beam_job.h"
 #include "engine/scene/formats/edge_formats.h"
 #include "engine/session/beams/job_mapping.h"
+#include "server/wire/fields.h"
 #include "server/wire/indices.h"
 #include "server/wire/vectors.h"
 
@@ -28,21 +29,12 @@ beams::SectionShape decode_shape(const proto::BeamSection& message, const std::s
   throw invalid(field, field + " needs a rectangle or a tube");
 }
 
-/// The message's name for what the engine calls a dimension or constant of a section.
-std::string section_field(const std::string& name) {
-  if (name == "width" || name == "height") return ".rectangle." + name;
-  if (name.ends_with("_radius")) return ".tube." + name;
-  return "." + name;
-}
-
 beams::BeamSection decode_section(const proto::BeamSection& message, const std::string& field) {
-  try {
+  return with_fields_of(message, field + ".", [&] {
     return beams::make_section(
         decode_shape(message, field),
         {message.young(), message.poisson(), message.density(), message.yield_stress()});
-  } catch (const Error& error) {
-    throw Error(error.code(), field + section_field(error.field()), error.what());
-  }
+  });
 }
 
 /// Columns: x_axis, y_axis made perpendicular to it, and what completes them.
@@ -108,34 +100,6 @@ template <class Messages, class Value, class Decode>
 void decode_list(const Messages& messages, const std::string& field, const Decode& decode,
                  std::vector<Value>& values) {
   for (int i = 0; i < messages.size(); ++i) values.push_back(decode(messages.Get(i), at(field, i)));
-}
-
-/// What the engine calls by a name that no message has: the end of the name, and words for it.
-struct Unsaid {
-  std::string_view list, member, words;
-};
-constexpr Unsaid kUnsaid[] = {{"motions[", ".translation", ": (x, y, z)"},
-                              {"sections[", ".stretching", ": its stiffness E A"},
-                              {"sections[", ".torsion", ": its stiffness G J"},
-                              {"sections[", ".bending_2", ": its stiffness E I about axis 2"},
-                              {"sections[", ".bending_3", ": its stiffness E I about axis 3"},
-                              {"sections[", ".mass_per_length", ": its mass per length"},
-                              {"sections[", ".shear_arm", ": its largest shear strain"},
-                              {"sections[", ".shear", ": its shear modulus"},
-                              {"sections[", ".fibre_2", ": half its width"},
-                              {"sections[", ".fibre_3", ": half its height"}};
-
-/// An error of the engine's values by the names of the message.
-Error in_message(const Error& error) {
-  const std::string& name = error.field();
-  for (const Unsaid& unsaid : kUnsaid) {
-    if (!name.starts_with(unsaid.list) || !name.ends_with(unsaid.member)) continue;
-    const std::string place = name.substr(0, name.size() - unsaid.member.size());
-    std::string why = error.what();
-    if (why.starts_with(name)) why.replace(0, name.size(), place + std::string(unsaid.words));
-    return Error(error.code(), place, why);
-  }
-  return error;
 }
 
 const std::string& companion(const proto::MeshFile& message, const std::string& name,
@@ -229,12 +193,7 @@ beams::DistributedLoad decode_distributed(const proto::BeamDistributedLoad& mess
 
 DecodedBeams decode_beam_structure(const proto::BeamStructure& message, const std::string& field) {
   DecodedBeams read = read_structure(message, field);
-  try {
-    validate(read.model);
-  } catch (const Error& fault) {
-    const Error error = in_message(fault);
-    throw Error(error.code(), field + "." + error.field(), error.what());
-  }
+  with_fields_of(message, field + ".", [&] { validate(read.model); });
   return read;
 }
 
@@ -246,14 +205,11 @@ DecodedBeams decode_beam_structure(const proto::BeamStructure& message,
                   "nodes and elements are those of lines, or given here, not both");
   DecodedBeams read = read_structure(message, field);
   add_drawing(drawing, read.model);
-  try {
-    validate(read.model);
-  } catch (const Error& fault) {
-    const Error error = in_message(fault);
-    const std::string& name = error.field();
+  const auto rename = [&](const std::string& name) {
     const bool drawn = name.starts_with("nodes") || name.starts_with("elements");
-    throw Error(error.code(), drawn ? lines : field + "." + name, error.what());
-  }
+    return drawn ? lines : field + "." + name;
+  };
+  with_fields(rename, [&] { validate(read.model); });
   return read;
 }
 
@@ -271,8 +227,7 @@ DecodedBeams decode_beam_job(const proto::MeshFile& message, const std::string& 
         files.job.label, session::model_of(files), {section_of(files.job)}, std::nullopt};
     validate(read.model);
     return read;
-  } catch (const Error& fault) {
-    const Error error = in_message(fault);
+  } catch (const Error& error) {
     const std::string why = error.what();
     const bool named = error.field().empty() || why.starts_with(error.field());
     throw Error(error.code(), field, named ? why : error.field() + ": " + why);

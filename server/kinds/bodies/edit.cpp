@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 
 #include "server/kinds/bodies/keyframe.h"
-#include "server/wire/issues.h"
+#include "server/wire/edits.h"
 
 namespace limber::server {
 namespace {
@@ -102,11 +102,9 @@ std::vector<session::BodyEdit> decode_edits(const proto::EditRequest& request,
 }
 
 proto::EditResponse encode_receipt(const session::EditReceipt& receipt) {
-  proto::EditResponse response;
-  response.set_revision(receipt.revision);
+  proto::EditResponse response = begin_response(receipt);
   for (const auto id : receipt.constraint_ids) response.add_constraint_ids(id);
   for (const auto id : receipt.keyframe_ids) response.add_keyframe_ids(id);
-  for (const auto& issue : receipt.issues) *response.add_issues() = encode_issue(issue);
   return response;
 }
 

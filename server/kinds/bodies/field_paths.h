@@ -9,12 +9,10 @@ namespace limber::server {
 
 namespace proto = limber::v1;
 
-/// The engine names fields of its own values; these are the same places in the message that the
-/// client sent and can look up: a constraint's `target` is its `position` or `displacement`, and
-/// the last of a mesh's materials are those of `material_groups`. What has no other name stays.
+/// A field of the engine's scene as one of the message: the last of a mesh's materials are those of
+/// `material_groups`, and what constraints and keyframes are given by is found by field_in().
 /// @param scene  as decoded from `message`
-[[nodiscard]] std::string field_in(const proto::Scene& message, const scene::Scene& scene,
-                                   const std::string& field);
-[[nodiscard]] std::string field_in(const proto::EditRequest& message, const std::string& field);
+[[nodiscard]] std::string body_field_in(const proto::Scene& message, const scene::Scene& scene,
+                                        const std::string& field);
 
 }  // namespace limber::server

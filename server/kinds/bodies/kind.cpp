@@ -12,6 +12,7 @@
 #include "server/kinds/bodies/record.h"
 #include "server/kinds/bodies/requests.h"
 #include "server/kinds/bodies/scenes.h"
+#include "server/wire/fields.h"
 
 namespace limber::server {
 namespace {
@@ -55,15 +56,17 @@ class BodyOpening final : public Opening {
     opened_.id = key.name;
     return record_ = std::make_shared<BodyRecord>(hub, key, opened_, open_job);
   }
-  void start(Hub& hub) override try {
+  void start(Hub& hub) override {
     session::SessionOptions options;
     options.max_constraints = static_cast<int>(hub.options.limits.constraints);
     record_->constraints_changed(decoded_.scene.constraints.size());
-    record_->attach(std::make_shared<session::BodySession>(
-        opened_.id, std::move(decoded_.scene), options, cache_, hub.session_executor(), record_));
-  } catch (const Error& error) {
-    if (error.field().empty()) throw;
-    throw Error(error.code(), "scene." + error.field(), error.what());
+    const auto in_scene = [](const std::string& field) {
+      return field.empty() ? field : "scene." + field;
+    };
+    record_->attach(with_fields(in_scene, [&] {
+      return std::make_shared<session::BodySession>(opened_.id, std::move(decoded_.scene), options,
+                                                    cache_, hub.session_executor(), record_);
+    }));
   }
 
  private:
@@ -97,6 +100,9 @@ class BodyKind final : public Kind {
   }
   [[nodiscard]] proto::Scene sample(const std::string& name) const override {
     return sample_scene(name);
+  }
+  [[nodiscard]] bool is_heavy(const proto::Edit& edit) const override {
+    return edit.has_add_keyframe();
   }
   [[nodiscard]] bool answer(const proto::Request& request, proto::Reply& reply, Hub& hub,
                             const SceneContext& context) const override {

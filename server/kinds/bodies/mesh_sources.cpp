@@ -1,4 +1,5 @@
 #include "server/kinds/bodies/mesh_sources.h"
+#include "server/wire/fields.h"
 
 #include <utility>
 

@@ -28,12 +28,6 @@ std::shared_ptr<const session::Geometry> geometry_of(const session::BodySession&
   return geometry;
 }
 
-std::shared_ptr<const session::BodyResult> demand_result(
-    std::shared_ptr<const session::BodyResult> result) {
-  if (!result) throw Error(ErrorCode::kFailedPrecondition, "session", "there is no result yet");
-  return result;
-}
-
 }  // namespace
 
 BodyRecord::BodyRecord(Hub& hub, SessionKey key, Opened opened, JobId open_job)
@@ -79,9 +73,8 @@ void BodyRecord::add_scene(const proto::GetSessionRequest& request,
 }
 
 std::shared_ptr<const FrameSource> BodyRecord::frames(bool final_only) const {
-  const auto session = this->session();
-  (void)geometry_of(*session);
-  auto result = demand_result(final_only ? session->final_result() : session->newest_result());
+  (void)geometry_of(*session());
+  auto result = demand_result(final_only);
   auto geometry = result->shown->geometry;
   return std::make_shared<BodyFrames>(std::move(result), std::move(geometry), opened_.length_unit);
 }
@@ -100,7 +93,7 @@ proto::ExportResponse BodyRecord::export_part(const proto::ExportRequest& reques
     return export_scene(session->scene(), stem);
   }
   const auto geometry = geometry_of(*session);
-  if (request.part() == 0) exports_.begin(demand_result(session->newest_result()));
+  if (request.part() == 0) exports_.begin(demand_result(false));
   const auto result = exports_.find(request.part() == 0 ? 0 : request.result_sequence());
   const double fps = session->scene().dynamics.frames_per_second;
   const auto positions = [&](int first, int count) {
@@ -128,7 +121,7 @@ bool BodyRecord::answer(const proto::Request& request, proto::Reply& reply) {
 
 proto::GetMaterialResponse BodyRecord::material() const {
   const auto session = this->session();
-  const auto result = demand_result(session->newest_result());
+  const auto result = demand_result(false);
   proto::GetMaterialResponse response =
       encode_fitted_material(*result, session->dynamics().frames_per_second);
   response.set_variables(encode_variables(session->material_variables()));

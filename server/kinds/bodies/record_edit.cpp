@@ -3,13 +3,10 @@
 #include <optional>
 #include <utility>
 
-#include "engine/scene/keyframe_rules.h"
 #include "server/kinds/bodies/edit.h"
-#include "server/kinds/bodies/field_paths.h"
 #include "server/kinds/bodies/limits.h"
 #include "server/kinds/bodies/mesh_sources.h"
 #include "server/kinds/bodies/record.h"
-#include "server/wire/edit_fields.h"
 #include "server/wire/errors.h"
 
 namespace limber::server {
@@ -47,22 +44,11 @@ proto::EditResponse BodyRecord::edit(const proto::EditRequest& request) {
   const std::size_t poses = count_of<session::AddKeyframe>(edits);
   if (added + poses > 0)
     demand_memory(after.value_or(before + added), session->keyframes().size() + poses);
-  try {
-    const auto receipt = session->edit(edits, expected_revision(request));
-    // Edits with poses may be worked on beside others.
-    const bool known = after && poses == 0;
-    constraints_changed(known ? *after : session->constraints().size());
-    return encode_receipt(receipt);
-  } catch (const Error& error) {
-    const std::string field = field_in(request, error.field());
-    if (error.code() != ErrorCode::kLimitExceeded || field.ends_with(".nodes"))
-      throw Error(error.code(), field, error.what());
-    if (field.ends_with(".keyframe"))
-      throw limit_exceeded(field, "keyframes", scene::kMaxKeyframes, scene::kMaxKeyframes + 1);
-    const auto limit = hub_.options.limits.constraints;
-    throw Refusal(proto::ERROR_CODE_LIMIT_EXCEEDED, field, error.what(),
-                  {{"limit", std::to_string(limit)}, {"value", std::to_string(before + 1)}});
-  }
+  const session::EditReceipt receipt = make_edits(request, edits);
+  // Edits with poses may be worked on beside others.
+  const bool known = after && poses == 0;
+  constraints_changed(known ? *after : session->constraints().size());
+  return encode_receipt(receipt);
 }
 
 }  // namespace limber::server

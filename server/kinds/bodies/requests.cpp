@@ -15,6 +15,7 @@
 #include "server/kinds/bodies/tetrahedralization.h"
 #include "server/runtime/pooled_job.h"
 #include "server/wire/errors.h"
+#include "server/wire/fields.h"
 #include "server/wire/issues.h"
 
 namespace limber::server {

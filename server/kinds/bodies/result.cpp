@@ -1,39 +1,24 @@
 #include "server/kinds/bodies/result.h"
 
+#include "server/wire/enum_table.h"
 #include "server/wire/session_values.h"
 
 namespace limber::server {
 namespace {
 
-proto::SolveStatus encode_status(spacetime::SolveStatus status) {
-  switch (status) {
-    case spacetime::SolveStatus::kConverged:
-      return proto::SOLVE_STATUS_CONVERGED;
-    case spacetime::SolveStatus::kImproved:
-      return proto::SOLVE_STATUS_IMPROVED;
-    case spacetime::SolveStatus::kIterationLimit:
-      return proto::SOLVE_STATUS_ITERATION_LIMIT;
-    case spacetime::SolveStatus::kStalled:
-      return proto::SOLVE_STATUS_STALLED;
-    case spacetime::SolveStatus::kCancelled:
-      return proto::SOLVE_STATUS_CANCELLED;
-  }
-  return proto::SOLVE_STATUS_UNSPECIFIED;
-}
+constexpr EnumTable<spacetime::SolveStatus, proto::SolveStatus> kMotionStatuses{
+    {spacetime::SolveStatus::kConverged, proto::SOLVE_STATUS_CONVERGED},
+    {spacetime::SolveStatus::kImproved, proto::SOLVE_STATUS_IMPROVED},
+    {spacetime::SolveStatus::kIterationLimit, proto::SOLVE_STATUS_ITERATION_LIMIT},
+    {spacetime::SolveStatus::kStalled, proto::SOLVE_STATUS_STALLED},
+    {spacetime::SolveStatus::kCancelled, proto::SOLVE_STATUS_CANCELLED}};
 
-proto::Basis encode_basis_kind(reduced::BasisKind kind) {
-  switch (kind) {
-    case reduced::BasisKind::kBest:
-      break;
-    case reduced::BasisKind::kSnapshots:
-      return proto::BASIS_SNAPSHOTS;
-    case reduced::BasisKind::kModalDerivatives:
-      return proto::BASIS_MODAL_DERIVATIVES;
-    case reduced::BasisKind::kMapDerivatives:
-      return proto::BASIS_MAP_DERIVATIVES;
-  }
-  return proto::BASIS_UNSPECIFIED;
-}
+/// A model that was built says which basis was best.
+constexpr EnumTable<reduced::BasisKind, proto::Basis> kBasisKinds{
+    {reduced::BasisKind::kBest, proto::BASIS_UNSPECIFIED},
+    {reduced::BasisKind::kSnapshots, proto::BASIS_SNAPSHOTS},
+    {reduced::BasisKind::kModalDerivatives, proto::BASIS_MODAL_DERIVATIVES},
+    {reduced::BasisKind::kMapDerivatives, proto::BASIS_MAP_DERIVATIVES}};
 
 /// [m/frame] to [length unit / s]
 double encode_velocity(double velocity, double frames_per_second, double length_unit) {
@@ -65,7 +50,7 @@ proto::MotionError encode_motion_error(const session::MotionCheck& check, double
 proto::ResultInfo encode_result(const session::BodyResult& result, double length_unit) {
   proto::ResultInfo info = encode_header(result);
   const auto& report = result.report;
-  info.set_status(encode_status(report.status));
+  info.set_status(kMotionStatuses.encode(report.status));
   info.set_iterations(static_cast<std::uint32_t>(report.iterations));
   info.set_force_energy(report.force_energy);
   info.set_constraint_energy(report.constraint_energy);
@@ -105,7 +90,7 @@ proto::ModelInfo encode_model(const session::BodySession& session) {
   info.set_message(session.model_message());
   info.set_build_s(session.build_seconds());
   info.set_from_cache(session.model_from_cache());
-  info.set_basis(encode_basis_kind(model.report.basis));
+  info.set_basis(kBasisKinds.encode(model.report.basis));
   info.set_compared_size(static_cast<std::uint32_t>(model.report.compared_size));
   if (model.report.snapshot_basis_error)
     info.set_snapshot_basis_error(*model.report.snapshot_basis_error);

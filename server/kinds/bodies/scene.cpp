@@ -10,27 +10,24 @@
 #include "server/kinds/bodies/keyframe.h"
 #include "server/kinds/bodies/simulation.h"
 #include "server/wire/arrays.h"
+#include "server/wire/enum_table.h"
+#include "server/wire/fields.h"
 #include "server/wire/indices.h"
 
 namespace limber::server {
 namespace {
 
+/// Fields of scenes of other kinds have numbers from here on, all others are of bodies.
+constexpr int kFirstOfOtherKinds = 20;
+
 /// The first field that a scene of a body has not; null where there is none.
 const google::protobuf::FieldDescriptor* foreign_field(const proto::Scene& message) {
-  static const std::set<std::string> kOwn{"name",        "mesh",
-                                          "material",    "length_unit_in_metres",
-                                          "frames",      "material_groups",
-                                          "first_end",   "merge_tolerance",
-                                          "last_end",    "fixed_nodes",
-                                          "dynamics",    "model",
-                                          "constraints", "material_optimisation",
-                                          "keyframes",   "constraint_tolerance",
-                                          "base_motion", "simulation"};
   std::vector<const google::protobuf::FieldDescriptor*> fields;
   message.GetReflection()->ListFields(message, &fields);
-  for (const auto* field : fields)
-    if (!kOwn.contains(field->name())) return field;
-  return nullptr;
+  const auto found = std::find_if(fields.begin(), fields.end(), [](const auto* field) {
+    return field->number() >= kFirstOfOtherKinds;
+  });
+  return found == fields.end() ? nullptr : *found;
 }
 
 bodies::Material decode_material(const proto::Material& message) {
@@ -49,32 +46,26 @@ proto::Material encode_material(const bodies::Material& material) {
   return message;
 }
 
-scene::Basis decode_basis(proto::Basis basis) {
-  switch (basis) {
-    case proto::BASIS_SNAPSHOTS:
-      return scene::Basis::kSnapshots;
-    case proto::BASIS_MODAL_DERIVATIVES:
-      return scene::Basis::kModalDerivatives;
-    case proto::BASIS_MAP_DERIVATIVES:
-      return scene::Basis::kMapDerivatives;
-    default:
-      return scene::Basis::kBest;
-  }
-}
+constexpr EnumTable<scene::Basis, proto::Basis, proto::Basis_MAX> kBases{
+    {scene::Basis::kBest, proto::BASIS_BEST},
+    {scene::Basis::kSnapshots, proto::BASIS_SNAPSHOTS},
+    {scene::Basis::kModalDerivatives, proto::BASIS_MODAL_DERIVATIVES},
+    {scene::Basis::kMapDerivatives, proto::BASIS_MAP_DERIVATIVES}};
 
-proto::Basis encode_basis(scene::Basis basis) {
-  switch (basis) {
-    case scene::Basis::kBest:
-      break;
-    case scene::Basis::kSnapshots:
-      return proto::BASIS_SNAPSHOTS;
-    case scene::Basis::kModalDerivatives:
-      return proto::BASIS_MODAL_DERIVATIVES;
-    case scene::Basis::kMapDerivatives:
-      return proto::BASIS_MAP_DERIVATIVES;
-  }
-  return proto::BASIS_BEST;
-}
+constexpr EnumTable<scene::Cubature, proto::Cubature, proto::Cubature_MAX> kCubatures{
+    {scene::Cubature::kFittedMaps, proto::CUBATURE_FITTED_MAPS},
+    {scene::Cubature::kWeights, proto::CUBATURE_WEIGHTS}};
+
+constexpr EnumTable<scene::End, proto::EndCondition, proto::EndCondition_MAX> kEndConditions{
+    {scene::End::kPinnedPositionVelocity, proto::END_CONDITION_PINNED_POSITION_VELOCITY},
+    {scene::End::kPinnedPosition, proto::END_CONDITION_PINNED_POSITION},
+    {scene::End::kFree, proto::END_CONDITION_FREE}};
+
+constexpr EnumTable<scene::MaterialVariables, proto::MaterialVariables,
+                    proto::MaterialVariables_MAX>
+    kMaterialVariables{{scene::MaterialVariables::kMotion, proto::MATERIAL_VARIABLES_MOTION},
+                       {scene::MaterialVariables::kDynamics, proto::MATERIAL_VARIABLES_DYNAMICS},
+                       {scene::MaterialVariables::kAll, proto::MATERIAL_VARIABLES_ALL}};
 
 scene::ModelRequest decode_model(const proto::ModelRequest& message, const std::string& field,
                                  Faults& faults) {
@@ -87,8 +78,8 @@ scene::ModelRequest decode_model(const proto::ModelRequest& message, const std::
   read(message.basis_size(), ".basis_size", model.basis_size);
   read(message.cubature_size(), ".cubature_size", model.cubature_size);
   read(message.candidate_modes(), ".candidate_modes", model.candidate_modes);
-  model.basis = decode_basis(message.basis());
-  if (message.cubature() == proto::CUBATURE_WEIGHTS) model.cubature = scene::Cubature::kWeights;
+  model.basis = kBases.decode(message.basis());
+  model.cubature = kCubatures.decode(message.cubature());
   return model;
 }
 
@@ -191,29 +182,12 @@ LoadedMesh load_within(const proto::MeshSource& source, const std::string& field
   return loaded;
 }
 
-/// The name of the source that the message gives, below `field`.
-std::string source_field(const proto::BaseMotion& message, const std::string& field) {
-  switch (message.source_case()) {
-    case proto::BaseMotion::kPositions:
-      return field + ".positions";
-    case proto::BaseMotion::kPc2:
-      return field + ".pc2";
-    case proto::BaseMotion::kVtuSeries:
-      return field + ".vtu_series";
-    case proto::BaseMotion::kPath:
-      return field + ".path";
-    case proto::BaseMotion::SOURCE_NOT_SET:
-      break;
-  }
-  return field;
-}
-
 Eigen::MatrixXd decode_base_motion(const proto::BaseMotion& message, const std::string& field,
                                    const scene::Scene& scene, const MotionReader& read_motion) {
   if (message.source_case() == proto::BaseMotion::SOURCE_NOT_SET) return {};
   const int nodes = scene.mesh.node_count();
   const bool comparable = nodes > 0;
-  const std::string source = source_field(message, field);
+  const std::string source = field + "." + field_in(message, "");
   Eigen::MatrixXd positions;
   if (message.has_positions()) {
     check_array(message.positions(), source, 3);
@@ -252,50 +226,14 @@ proto::MeshArrays encode_mesh(const bodies::TetMesh& mesh) {
   return message;
 }
 
-scene::End decode_end(proto::EndCondition end) {
-  switch (end) {
-    case proto::END_CONDITION_FREE:
-      return scene::End::kFree;
-    case proto::END_CONDITION_PINNED_POSITION:
-      return scene::End::kPinnedPosition;
-    default:
-      return scene::End::kPinnedPositionVelocity;
-  }
-}
-
-proto::EndCondition encode_end(scene::End end) {
-  switch (end) {
-    case scene::End::kFree:
-      return proto::END_CONDITION_FREE;
-    case scene::End::kPinnedPosition:
-      return proto::END_CONDITION_PINNED_POSITION;
-    case scene::End::kPinnedPositionVelocity:
-      break;
-  }
-  return proto::END_CONDITION_PINNED_POSITION_VELOCITY;
-}
+scene::End decode_end(proto::EndCondition end) { return kEndConditions.decode(end); }
 
 scene::MaterialVariables decode_variables(proto::MaterialVariables variables) {
-  switch (variables) {
-    case proto::MATERIAL_VARIABLES_DYNAMICS:
-      return scene::MaterialVariables::kDynamics;
-    case proto::MATERIAL_VARIABLES_ALL:
-      return scene::MaterialVariables::kAll;
-    default:
-      return scene::MaterialVariables::kMotion;
-  }
+  return kMaterialVariables.decode(variables);
 }
 
 proto::MaterialVariables encode_variables(scene::MaterialVariables variables) {
-  switch (variables) {
-    case scene::MaterialVariables::kMotion:
-      break;
-    case scene::MaterialVariables::kDynamics:
-      return proto::MATERIAL_VARIABLES_DYNAMICS;
-    case scene::MaterialVariables::kAll:
-      return proto::MATERIAL_VARIABLES_ALL;
-  }
-  return proto::MATERIAL_VARIABLES_MOTION;
+  return kMaterialVariables.encode(variables);
 }
 
 scene::Dynamics decode_dynamics(const proto::Dynamics& message) {
@@ -404,18 +342,16 @@ proto::Scene encode_scene(const scene::Scene& scene) {
   for (const int node : scene.fixed_nodes)
     message.add_fixed_nodes(static_cast<std::uint32_t>(node));
   message.set_frames(static_cast<std::uint32_t>(scene.frame_count));
-  message.set_first_end(encode_end(scene.first_end));
-  message.set_last_end(encode_end(scene.last_end));
+  message.set_first_end(kEndConditions.encode(scene.first_end));
+  message.set_last_end(kEndConditions.encode(scene.last_end));
   *message.mutable_dynamics() = encode_dynamics(scene.dynamics);
   auto* model = message.mutable_model();
   model->set_modes(static_cast<std::uint32_t>(scene.model.mode_count));
   model->set_tolerance(scene.model.tolerance);
   model->set_basis_size(static_cast<std::uint32_t>(scene.model.basis_size));
   model->set_cubature_size(static_cast<std::uint32_t>(scene.model.cubature_size));
-  model->set_cubature(scene.model.cubature == scene::Cubature::kWeights
-                          ? proto::CUBATURE_WEIGHTS
-                          : proto::CUBATURE_FITTED_MAPS);
-  model->set_basis(encode_basis(scene.model.basis));
+  model->set_cubature(kCubatures.encode(scene.model.cubature));
+  model->set_basis(kBases.encode(scene.model.basis));
   model->set_candidate_modes(static_cast<std::uint32_t>(scene.model.candidate_modes));
   auto* optimisation = message.mutable_material_optimisation();
   optimisation->set_variables(encode_variables(scene.material_optimisation.variables));

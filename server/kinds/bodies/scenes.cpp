@@ -62,7 +62,7 @@ std::vector<proto::Issue> remarks(const proto::Scene& message, const DecodedScen
   std::vector<proto::Issue> warnings;
   warn_of_file(decoded, prefix, warnings);
   for (auto issue : all_issues(decoded.scene)) {
-    issue.field = field_in(message, decoded.scene, issue.field);
+    issue.field = body_field_in(message, decoded.scene, issue.field);
     if (is_error(issue)) throw Error(issue.code, prefix + issue.field, issue.message);
     warnings.push_back(encode_issue(issue, prefix));
   }
@@ -85,7 +85,7 @@ std::vector<proto::Issue> scene_issues(const proto::Scene& scene, const std::str
   warn_of_file(decoded, prefix, issues);
   std::set<std::pair<std::string, std::string>> reported;
   for (auto issue : all_issues(decoded.scene)) {
-    issue.field = field_in(scene, decoded.scene, issue.field);
+    issue.field = body_field_in(scene, decoded.scene, issue.field);
     proto::Issue message = encode_issue(issue, prefix);
     if (complained.contains(message.field()) || (no_mesh && is_of_mesh(prefix, message.field())))
       continue;

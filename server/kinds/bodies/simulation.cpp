@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "server/wire/arrays.h"
+#include "server/wire/enum_table.h"
 #include "server/wire/vectors.h"
 
 namespace limber::server {
@@ -19,28 +20,15 @@ int decode_count(std::uint32_t value, const std::string& field) {
   return static_cast<int>(value);
 }
 
-bodies::ForceProfile decode_force_profile(proto::ForceProfile profile) {
-  switch (profile) {
-    case proto::FORCE_PROFILE_RAMP:
-      return bodies::ForceProfile::kRamp;
-    case proto::FORCE_PROFILE_SINE:
-      return bodies::ForceProfile::kSine;
-    default:
-      return bodies::ForceProfile::kConstant;
-  }
-}
+constexpr EnumTable<bodies::ForceProfile, proto::ForceProfile, proto::ForceProfile_MAX>
+    kForceProfiles{{bodies::ForceProfile::kConstant, proto::FORCE_PROFILE_CONSTANT},
+                   {bodies::ForceProfile::kRamp, proto::FORCE_PROFILE_RAMP},
+                   {bodies::ForceProfile::kSine, proto::FORCE_PROFILE_SINE}};
 
-proto::ForceProfile encode_profile(bodies::ForceProfile profile) {
-  switch (profile) {
-    case bodies::ForceProfile::kConstant:
-      break;
-    case bodies::ForceProfile::kRamp:
-      return proto::FORCE_PROFILE_RAMP;
-    case bodies::ForceProfile::kSine:
-      return proto::FORCE_PROFILE_SINE;
-  }
-  return proto::FORCE_PROFILE_CONSTANT;
-}
+constexpr EnumTable<bodies::TimeStepping, proto::TimeStepping, proto::TimeStepping_MAX>
+    kTimeSteppings{
+        {bodies::TimeStepping::kImplicitMidpoint, proto::TIME_STEPPING_IMPLICIT_MIDPOINT},
+        {bodies::TimeStepping::kImplicitEuler, proto::TIME_STEPPING_IMPLICIT_EULER}};
 
 scene::NodalForce decode_force(const proto::NodalForce& message, const std::string& field,
                                Faults& faults) {
@@ -53,7 +41,7 @@ scene::NodalForce decode_force(const proto::NodalForce& message, const std::stri
   force.force = decode_vector(message.force());
   force.from_frame = message.from_frame();
   if (message.has_until_frame()) force.until_frame = message.until_frame();
-  force.profile = decode_force_profile(message.profile());
+  force.profile = kForceProfiles.decode(message.profile());
   if (message.has_period_frames()) force.period_frames = message.period_frames();
   return force;
 }
@@ -64,7 +52,7 @@ proto::NodalForce encode_force(const scene::NodalForce& force) {
   encode_vector(force.force, *message.mutable_force());
   message.set_from_frame(force.from_frame);
   if (std::isfinite(force.until_frame)) message.set_until_frame(force.until_frame);
-  message.set_profile(encode_profile(force.profile));
+  message.set_profile(kForceProfiles.encode(force.profile));
   if (force.period_frames != 0) message.set_period_frames(force.period_frames);
   return message;
 }
@@ -128,8 +116,7 @@ scene::Simulation decode_simulation(const proto::Simulation& message, const std:
           decode_count(message.steps_per_frame(), field + ".steps_per_frame");
     });
   }
-  if (message.scheme() == proto::TIME_STEPPING_IMPLICIT_EULER)
-    simulation.scheme = bodies::TimeStepping::kImplicitEuler;
+  simulation.scheme = kTimeSteppings.decode(message.scheme());
   simulation.mass_damping = message.mass_damping();
   simulation.relaxation_time = message.relaxation_time();
   return simulation;
@@ -142,9 +129,7 @@ proto::Simulation encode_simulation(const scene::Simulation& simulation) {
   *message.mutable_initial() = encode_initial(simulation.initial);
   if (simulation.frames_per_second) message.set_frames_per_second(*simulation.frames_per_second);
   message.set_steps_per_frame(static_cast<std::uint32_t>(simulation.steps_per_frame));
-  message.set_scheme(simulation.scheme == bodies::TimeStepping::kImplicitEuler
-                         ? proto::TIME_STEPPING_IMPLICIT_EULER
-                         : proto::TIME_STEPPING_IMPLICIT_MIDPOINT);
+  message.set_scheme(kTimeSteppings.encode(simulation.scheme));
   message.set_mass_damping(simulation.mass_damping);
   message.set_relaxation_time(simulation.relaxation_time);
   return message;

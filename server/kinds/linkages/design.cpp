@@ -15,6 +15,8 @@
 #include "server/kinds/linkages/scene.h"
 #include "server/kinds/linkages/section.h"
 #include "server/wire/arrays.h"
+#include "server/wire/enum_table.h"
+#include "server/wire/fields.h"
 #include "server/wire/indices.h"
 #include "server/wire/vectors.h"
 
@@ -38,46 +40,35 @@ std::vector<rods::JointTarget> decode_targets(
   return targets;
 }
 
-rods::DesignVariables decode_design_variables(const proto::StartDesignRequest& request) {
-  rods::DesignVariables variables;
-  if (request.lengths() == proto::DESIGN_LENGTHS_EDGES)
-    variables.lengths = rods::LengthVariables::kEdges;
-  if (request.lengths() == proto::DESIGN_LENGTHS_KEPT)
-    variables.lengths = rods::LengthVariables::kKept;
-  if (request.sections() == proto::DESIGN_SECTIONS_SEGMENTS)
-    variables.sections = rods::SectionVariables::kSegments;
-  return variables;
-}
+constexpr EnumTable<rods::LengthVariables, proto::DesignLengths, proto::DesignLengths_MAX>
+    kLengthVariables{{rods::LengthVariables::kSegments, proto::DESIGN_LENGTHS_SEGMENTS},
+                     {rods::LengthVariables::kEdges, proto::DESIGN_LENGTHS_EDGES},
+                     {rods::LengthVariables::kKept, proto::DESIGN_LENGTHS_KEPT}};
 
-rods::BucklingGuard decode_guard(proto::DesignGuard guard) {
-  if (guard == proto::DESIGN_GUARD_FROM_START) return rods::BucklingGuard::kFromStart;
-  if (guard == proto::DESIGN_GUARD_NEVER) return rods::BucklingGuard::kNever;
-  return rods::BucklingGuard::kWhenNeeded;
-}
+constexpr EnumTable<rods::SectionVariables, proto::DesignSections, proto::DesignSections_MAX>
+    kSectionVariables{{rods::SectionVariables::kKept, proto::DESIGN_SECTIONS_KEPT},
+                      {rods::SectionVariables::kSegments, proto::DESIGN_SECTIONS_SEGMENTS}};
 
-proto::DesignLengths encode_lengths(rods::LengthVariables lengths) {
-  switch (lengths) {
-    case rods::LengthVariables::kSegments:
-      return proto::DESIGN_LENGTHS_SEGMENTS;
-    case rods::LengthVariables::kEdges:
-      return proto::DESIGN_LENGTHS_EDGES;
-    case rods::LengthVariables::kKept:
-      break;
-  }
-  return proto::DESIGN_LENGTHS_KEPT;
-}
+constexpr EnumTable<rods::BucklingGuard, proto::DesignGuard, proto::DesignGuard_MAX> kGuards{
+    {rods::BucklingGuard::kWhenNeeded, proto::DESIGN_GUARD_WHEN_NEEDED},
+    {rods::BucklingGuard::kFromStart, proto::DESIGN_GUARD_FROM_START},
+    {rods::BucklingGuard::kNever, proto::DESIGN_GUARD_NEVER}};
 
-proto::DesignGuard encode_guard(rods::BucklingGuard guard) {
-  switch (guard) {
-    case rods::BucklingGuard::kWhenNeeded:
-      return proto::DESIGN_GUARD_WHEN_NEEDED;
-    case rods::BucklingGuard::kFromStart:
-      return proto::DESIGN_GUARD_FROM_START;
-    case rods::BucklingGuard::kNever:
-      break;
-  }
-  return proto::DESIGN_GUARD_NEVER;
-}
+constexpr EnumTable<session::DesignState, proto::DesignState, proto::DesignState_MAX> kDesignStates{
+    {session::DesignState::kStarting, proto::DESIGN_STATE_STARTING},
+    {session::DesignState::kRunning, proto::DESIGN_STATE_RUNNING},
+    {session::DesignState::kPaused, proto::DESIGN_STATE_PAUSED},
+    {session::DesignState::kEnded, proto::DESIGN_STATE_ENDED}};
+
+constexpr EnumTable<session::DesignEnd, proto::DesignEnd, proto::DesignEnd_MAX> kDesignEnds{
+    {session::DesignEnd::kNone, proto::DESIGN_END_UNSPECIFIED},
+    {session::DesignEnd::kConverged, proto::DESIGN_END_CONVERGED},
+    {session::DesignEnd::kSettled, proto::DESIGN_END_SETTLED},
+    {session::DesignEnd::kInfeasible, proto::DESIGN_END_INFEASIBLE},
+    {session::DesignEnd::kStuck, proto::DESIGN_END_STUCK},
+    {session::DesignEnd::kIterationLimit, proto::DESIGN_END_ITERATION_LIMIT},
+    {session::DesignEnd::kStopped, proto::DESIGN_END_STOPPED},
+    {session::DesignEnd::kFailed, proto::DESIGN_END_FAILED}};
 
 rods::SurfaceMesh mesh_of(scene::TriangleSurface surface) {
   return {std::move(surface.vertices), std::move(surface.triangles)};
@@ -101,27 +92,17 @@ rods::SurfaceMesh decode_mesh(const proto::DesignSurface& message, const std::st
   throw invalid(field, "a surface needs a file, a path, triangles or points");
 }
 
-std::string name_of_source(const proto::DesignSurface& message) {
-  const auto* source = message.GetReflection()->GetOneofFieldDescriptor(
-      message, proto::DesignSurface::descriptor()->FindOneofByName("source"));
-  return source == nullptr ? "" : "." + source->name();
-}
-
-/// What readers and the engine find wrong with a surface is reported with its source as field.
+/// What readers and the engine find wrong with a surface has its source as field.
 template <class Make>
 auto with_surface_fields(const proto::DesignSurface& message, const std::string& field,
                          const Make& make) {
-  try {
-    return make();
-  } catch (const Error& error) {
-    const std::string& name = error.field();
-    if (name.starts_with(field + "." + "path")) throw;
-    std::string path = field + name_of_source(message);
-    if (message.has_triangles() && name.starts_with("surface."))
-      path += name.substr(std::string("surface").size());
-    if (message.has_points() && name.starts_with("points[")) path = field + "." + name;
-    throw Error(error.code(), path, error.what());
-  }
+  const auto rename = [&](const std::string& name) {
+    constexpr std::string_view kOfMesh = "surface.";
+    const std::string place =
+        field_in(message, name.starts_with(kOfMesh) ? name.substr(kOfMesh.size()) : name);
+    return place.empty() ? field : field + "." + place;
+  };
+  return with_fields(rename, make);
 }
 
 Surface decode_surface(const proto::DesignSurface& message, const std::string& field,
@@ -140,11 +121,6 @@ rods::SurfacePlacement decode_placement(const proto::SurfacePlacement& message) 
   return placement;
 }
 
-std::string placed(std::string field) {
-  if (field.ends_with("placement.rotation")) field += "_degrees";
-  return field;
-}
-
 session::DesignGoal decode_goal(const proto::DesignGoal& message, const std::string& field,
                                 const SurfaceLoader& load) {
   session::DesignGoal goal;
@@ -157,42 +133,6 @@ session::DesignGoal decode_goal(const proto::DesignGoal& message, const std::str
   if (message.has_surface())
     goal.surface = decode_surface(message.surface(), field + ".surface", load);
   return goal;
-}
-
-proto::DesignState encode_state(session::DesignState state) {
-  switch (state) {
-    case session::DesignState::kStarting:
-      return proto::DESIGN_STATE_STARTING;
-    case session::DesignState::kRunning:
-      return proto::DESIGN_STATE_RUNNING;
-    case session::DesignState::kPaused:
-      return proto::DESIGN_STATE_PAUSED;
-    case session::DesignState::kEnded:
-      break;
-  }
-  return proto::DESIGN_STATE_ENDED;
-}
-
-proto::DesignEnd encode_end(session::DesignEnd end) {
-  switch (end) {
-    case session::DesignEnd::kNone:
-      return proto::DESIGN_END_UNSPECIFIED;
-    case session::DesignEnd::kConverged:
-      return proto::DESIGN_END_CONVERGED;
-    case session::DesignEnd::kSettled:
-      return proto::DESIGN_END_SETTLED;
-    case session::DesignEnd::kInfeasible:
-      return proto::DESIGN_END_INFEASIBLE;
-    case session::DesignEnd::kStuck:
-      return proto::DESIGN_END_STUCK;
-    case session::DesignEnd::kIterationLimit:
-      return proto::DESIGN_END_ITERATION_LIMIT;
-    case session::DesignEnd::kStopped:
-      return proto::DESIGN_END_STOPPED;
-    case session::DesignEnd::kFailed:
-      break;
-  }
-  return proto::DESIGN_END_FAILED;
 }
 
 void encode_terms(const session::DesignTerms& terms, double length_unit,
@@ -222,11 +162,9 @@ void encode_placement(const rods::SurfacePlacement& placement, proto::SurfacePla
 /// What is varied, and what has come of its trials.
 void encode_course(const session::DesignInfo& info, double length_unit,
                    proto::DesignInfo& message) {
-  message.set_lengths(encode_lengths(info.variables.lengths));
-  message.set_sections(info.variables.sections == rods::SectionVariables::kSegments
-                           ? proto::DESIGN_SECTIONS_SEGMENTS
-                           : proto::DESIGN_SECTIONS_KEPT);
-  message.set_guard(encode_guard(info.guard));
+  message.set_lengths(kLengthVariables.encode(info.variables.lengths));
+  message.set_sections(kSectionVariables.encode(info.variables.sections));
+  message.set_guard(kGuards.encode(info.guard));
   for (const int segment : info.sections_at_bound)
     message.add_sections_at_bound(static_cast<std::uint32_t>(segment));
   message.set_refused(static_cast<std::uint32_t>(info.trials.refused));
@@ -265,12 +203,13 @@ session::DesignRequest decode_design(const proto::StartDesignRequest& request,
     design.max_iterations = decode_index(request.max_iterations(), "max_iterations");
   design.shortest_lengths = decode_numbers(request.shortest_lengths());
   design.longest_lengths = decode_numbers(request.longest_lengths());
-  design.variables = decode_design_variables(request);
+  design.variables = {kLengthVariables.decode(request.lengths()),
+                      kSectionVariables.decode(request.sections())};
   if (request.has_thinnest()) design.thinnest = request.thinnest();
   if (request.has_thickest()) design.thickest = request.thickest();
   design.thinnest_sections = decode_numbers(request.thinnest_sections());
   design.thickest_sections = decode_numbers(request.thickest_sections());
-  design.guard = decode_guard(request.guard());
+  design.guard = kGuards.decode(request.guard());
   if (request.has_fitted_points())
     design.fitted_points = decode_points(request.fitted_points(), "fitted_points");
   return design;
@@ -294,23 +233,6 @@ session::DesignChange decode_design_change(const proto::ChangeDesignRequest& req
   return change;
 }
 
-std::string design_field_in(const proto::StartDesignRequest& request, const std::string& field) {
-  if (field == "smallest_angle" || field == "flat_angle") return field + "_degrees";
-  if (field.starts_with("variables")) return "lengths";
-  if (field == "goal.surface") return field + name_of_source(request.goal().surface());
-  return placed(field);
-}
-
-std::string design_field_in(const proto::ChangeDesignRequest& request, const std::string& field) {
-  if (field.starts_with("targets[")) return "targets." + field;
-  constexpr std::string_view kWeights = "joint_surface_weights";
-  if (field.starts_with(kWeights)) {
-    return fmt::format("{}.weights{}", kWeights, field.substr(kWeights.size()));
-  }
-  if (field == "surface" && request.has_surface()) return field + name_of_source(request.surface());
-  return placed(field);
-}
-
 proto::MakeStartingGridResponse make_starting_grid(const proto::MakeStartingGridRequest& request,
                                                    const SurfaceLoader& load) {
   rods::StartingGridOptions options;
@@ -321,35 +243,14 @@ proto::MakeStartingGridResponse make_starting_grid(const proto::MakeStartingGrid
   if (request.has_drive()) options.drive = request.drive();
   if (request.has_section()) options.section = decode_section(request.section(), "section");
   const rods::SurfacePlacement placement = decode_placement(request.placement());
-  const auto named = [&](const std::string& field) -> std::string {
-    if (field.starts_with("section.")) return section_field_in(request.section(), field);
-    return field == "flat_angle" ? "flat_angle_degrees" : field;
-  };
-  try {
-    options.validate();
-  } catch (const Error& error) {
-    if (error.field() == "flat_angle") {
-      throw invalid("flat_angle_degrees", fmt::format("must be in [{:.2f}, 90] degrees, is {:g}",
-                                                      0.1 / kDegree, request.flat_angle_degrees()));
-    }
-    throw Error(error.code(), named(error.field()), error.what());
-  }
-  try {
-    placement.validate();
-  } catch (const Error& error) {
-    throw Error(error.code(), placed("placement." + error.field()), error.what());
-  }
+  const auto named = [&](const std::string& field) { return field_in(request, field); };
+  with_fields(named, [&] { options.validate(); });
+  with_fields_of(request.placement(), "placement.", [&] { placement.validate(); });
   rods::SurfaceMesh mesh = with_surface_fields(request.surface(), "surface", [&] {
     return decode_mesh(request.surface(), "surface", load);
   });
-  rods::StartingGrid grid;
-  try {
-    grid = rods::starting_grid(std::move(mesh), placement, options);
-  } catch (const Error& error) {
-    if (!error.field().starts_with("surface"))
-      throw Error(error.code(), named(error.field()), error.what());
-    with_surface_fields(request.surface(), "surface", [] { throw; });
-  }
+  const rods::StartingGrid grid =
+      with_fields(named, [&] { return rods::starting_grid(std::move(mesh), placement, options); });
   proto::MakeStartingGridResponse response;
   const auto encode = [](const rods::LineMesh& lines, proto::LineArrays& message) {
     *message.mutable_vertices() = encode_points_float64(lines.vertices);
@@ -368,8 +269,8 @@ proto::MakeStartingGridResponse make_starting_grid(const proto::MakeStartingGrid
 proto::DesignInfo encode_design(const session::DesignInfo& info, double length_unit) {
   proto::DesignInfo message;
   message.set_job(info.tag);
-  message.set_state(encode_state(info.state));
-  message.set_end(encode_end(info.end));
+  message.set_state(kDesignStates.encode(info.state));
+  message.set_end(kDesignEnds.encode(info.end));
   message.set_iteration(static_cast<std::uint32_t>(info.iteration));
   message.set_max_iterations(static_cast<std::uint32_t>(info.max_iterations));
   message.set_accepted(info.accepted);
@@ -393,8 +294,8 @@ proto::DesignInfo encode_design(const session::DesignInfo& info, double length_u
   if (info.taken) message.set_taken_revision(*info.taken);
   message.set_message(info.message);
   if (info.end == session::DesignEnd::kFailed) {
-    *message.mutable_error() = error_to_proto(Error(
-        info.fault, design_field_in(proto::StartDesignRequest(), info.fault_field), info.message));
+    *message.mutable_error() = error_to_proto(
+        Error(info.fault, field_in(proto::StartDesignRequest(), info.fault_field), info.message));
   }
   return message;
 }

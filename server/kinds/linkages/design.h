@@ -26,12 +26,6 @@ using SurfaceLoader =
 [[nodiscard]] proto::MakeStartingGridResponse make_starting_grid(
     const proto::MakeStartingGridRequest& request, const SurfaceLoader& load);
 
-/// The engine names fields of its own values; this is the same place in the message.
-[[nodiscard]] std::string design_field_in(const proto::StartDesignRequest& request,
-                                          const std::string& field);
-[[nodiscard]] std::string design_field_in(const proto::ChangeDesignRequest& request,
-                                          const std::string& field);
-
 /// @param length_unit  metres per scene unit: energies of the engine are in N times that unit, on
 /// the wire in J
 [[nodiscard]] proto::DesignInfo encode_design(const session::DesignInfo& info, double length_unit);

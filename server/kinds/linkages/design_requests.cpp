@@ -6,19 +6,10 @@
 #include "engine/scene/formats/surface_formats.h"
 #include "server/log/log.h"
 #include "server/wire/arrays.h"
+#include "server/wire/fields.h"
 
 namespace limber::server {
 namespace {
-
-/// Fields of the engine's errors become those of the request.
-template <class Request, class Call>
-auto with_design_fields(const Request& request, const Call& call) {
-  try {
-    return call();
-  } catch (const Error& error) {
-    throw Error(error.code(), design_field_in(request, error.field()), error.what());
-  }
-}
 
 proto::StartDesignResponse start_design(LinkageRecord& record,
                                         const proto::StartDesignRequest& request) {
@@ -32,7 +23,7 @@ proto::StartDesignResponse start_design(LinkageRecord& record,
     }
   });
   try {
-    with_design_fields(request, [&] { session->start_design(std::move(design), job); });
+    with_fields_of(request, "", [&] { session->start_design(std::move(design), job); });
   } catch (const std::exception& fault) {
     record.jobs().failed(job, error_to_proto(fault));
     throw;
@@ -46,7 +37,7 @@ void change_design(const LinkageRecord& record, const proto::ChangeDesignRequest
   const auto session = record.session();
   const session::DesignChange change =
       decode_design_change(request, surface_loader(record.opened().resolve));
-  with_design_fields(request, [&] { session->change_design(change); });
+  with_fields_of(request, "", [&] { session->change_design(change); });
 }
 
 proto::TakeDesignResponse take_design(const LinkageRecord& record,

@@ -4,7 +4,7 @@
 
 #include "server/kinds/linkages/scene.h"
 #include "server/wire/arrays.h"
-#include "server/wire/edit_fields.h"
+#include "server/wire/edits.h"
 #include "server/wire/indices.h"
 #include "server/wire/vectors.h"
 
@@ -97,8 +97,7 @@ std::vector<session::LinkageEdit> decode_linkage_edits(const proto::EditRequest&
 }
 
 proto::EditResponse encode_linkage_receipt(const session::EditReceipt& receipt) {
-  proto::EditResponse response;
-  response.set_revision(receipt.revision);
+  proto::EditResponse response = begin_response(receipt);
   for (const auto id : receipt.constraint_ids) {
     response.add_target_ids(id);
     response.add_constraint_ids(0);

@@ -90,12 +90,7 @@ std::vector<TextFile> scene_files(const scene::Linkage& linkage, const std::stri
 
 std::shared_ptr<const session::LinkageResult> result_of(LinkageRecord& record,
                                                         const proto::ExportRequest& request) {
-  if (request.part() == 0) {
-    auto newest = record.session()->final_result();
-    if (!newest)
-      throw Error(ErrorCode::kFailedPrecondition, "session", "there is no final result yet");
-    record.exports().begin(std::move(newest));
-  }
+  if (request.part() == 0) record.exports().begin(record.demand_result(true));
   return record.exports().find(request.part() == 0 ? 0 : request.result_sequence());
 }
 

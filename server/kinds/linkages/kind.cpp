@@ -9,10 +9,20 @@
 #include "server/kinds/linkages/design_requests.h"
 #include "server/kinds/linkages/record.h"
 #include "server/kinds/linkages/scenes.h"
+#include "server/wire/fields.h"
 #include "server/wire/issues.h"
 
 namespace limber::server {
 namespace {
+
+/// Fields of the linkage in errors of `call` become those of the request.
+template <class Call>
+auto with_linkage_fields(const proto::Scene& message, const Call& call) {
+  const auto rename = [&](const std::string& field) {
+    return field.empty() ? field : "scene." + linkage_field_in(message, field);
+  };
+  return with_fields(rename, call);
+}
 
 class LinkageOpening final : public Opening {
  public:
@@ -20,7 +30,7 @@ class LinkageOpening final : public Opening {
       : message_(message),
         linkage_(decode_linkage(message, "scene.", line_loader(context.resolve))) {
     const session::LinkageCheck sizes = check_linkage(linkage_, context.limits.session_bytes);
-    with_linkage_fields(message, "scene.", [&] { session::demand_sound(sizes); });
+    with_linkage_fields(message, [&] { session::demand_sound(sizes); });
     for (scene::Issue issue : session::linkage_remarks(linkage_)) {
       issue.field = linkage_field_in(message, issue.field);
       remarks_.push_back(encode_issue(issue, "scene."));
@@ -46,7 +56,7 @@ class LinkageOpening final : public Opening {
   void start(Hub& hub) override {
     session::LinkageLimits limits;
     limits.max_targets = static_cast<int>(hub.options.limits.constraints);
-    record_->attach(with_linkage_fields(message_, "scene.", [&] {
+    record_->attach(with_linkage_fields(message_, [&] {
       return std::make_shared<session::LinkageSession>(opened_.id, std::move(linkage_), limits,
                                                        hub.session_executor(), record_);
     }));

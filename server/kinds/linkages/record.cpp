@@ -4,7 +4,6 @@
 
 #include <utility>
 
-#include "engine/session/linkages/document.h"
 #include "server/kinds/linkages/design.h"
 #include "server/kinds/linkages/design_requests.h"
 #include "server/kinds/linkages/edit.h"
@@ -12,8 +11,6 @@
 #include "server/kinds/linkages/result.h"
 #include "server/kinds/linkages/scene.h"
 #include "server/runtime/stream_message.h"
-#include "server/wire/edit_fields.h"
-#include "server/wire/issues.h"
 
 namespace limber::server {
 
@@ -79,23 +76,7 @@ void LinkageRecord::welcome_more(const std::string& prefix) {
 }
 
 proto::EditResponse LinkageRecord::edit(const proto::EditRequest& request) {
-  const auto session = this->session();
-  const auto edits = decode_linkage_edits(request);
-  try {
-    const session::EditReceipt receipt = session->edit(edits, expected_revision(request));
-    proto::EditResponse response = encode_linkage_receipt(receipt);
-    add_issues(request, receipt.issues, response);
-    return response;
-  } catch (const Error& error) {
-    const std::string field = edit_field_in(request, error.field());
-    if (is_too_many_steps(error))
-      throw too_many_steps(field, error, session::LinkageLimits{}.steps_at_once);
-    if (error.code() == ErrorCode::kLimitExceeded) {
-      const std::uint64_t limit = hub_.options.limits.constraints;
-      throw limit_exceeded(field, "targets", limit, limit + 1);
-    }
-    throw Error(error.code(), field, error.what());
-  }
+  return encode_linkage_receipt(make_edits(request, decode_linkage_edits(request)));
 }
 
 void LinkageRecord::add_scene(const proto::GetSessionRequest&,
@@ -114,12 +95,10 @@ bool LinkageRecord::answer(const proto::Request& request, proto::Reply& reply) {
 }
 
 std::shared_ptr<const FrameSource> LinkageRecord::frames(bool final_only) const {
-  const auto session = this->session();
-  auto shape = session->shape();
+  auto shape = session()->shape();
   if (!shape) throw Error(ErrorCode::kFailedPrecondition, "session", "the model is not built yet");
-  auto result = final_only ? session->final_result() : session->newest_result();
-  if (!result) throw Error(ErrorCode::kFailedPrecondition, "session", "there is no result yet");
-  return std::make_shared<LinkageFrames>(std::move(result), std::move(shape), opened_.length_unit);
+  return std::make_shared<LinkageFrames>(demand_result(final_only), std::move(shape),
+                                         opened_.length_unit);
 }
 
 proto::GetGeometryResponse LinkageRecord::geometry(const std::string&) const {

@@ -3,46 +3,29 @@
 #include "server/kinds/linkages/design.h"
 #include "server/kinds/linkages/scene.h"
 #include "server/wire/arrays.h"
+#include "server/wire/enum_table.h"
 #include "server/wire/session_values.h"
 
 namespace limber::server {
 namespace {
 
-proto::SolveStatus encode_equilibrium_status(rods::EquilibriumStatus status) {
-  switch (status) {
-    case rods::EquilibriumStatus::kConverged:
-      return proto::SOLVE_STATUS_CONVERGED;
-    case rods::EquilibriumStatus::kIterationLimit:
-      return proto::SOLVE_STATUS_ITERATION_LIMIT;
-    case rods::EquilibriumStatus::kStalled:
-      return proto::SOLVE_STATUS_STALLED;
-    case rods::EquilibriumStatus::kSaddle:
-      return proto::SOLVE_STATUS_SADDLE;
-    case rods::EquilibriumStatus::kUnbalanced:
-      return proto::SOLVE_STATUS_UNBALANCED;
-    case rods::EquilibriumStatus::kCancelled:
-      return proto::SOLVE_STATUS_CANCELLED;
-  }
-  return proto::SOLVE_STATUS_UNSPECIFIED;
-}
+constexpr EnumTable<rods::EquilibriumStatus, proto::SolveStatus> kEquilibriumStatuses{
+    {rods::EquilibriumStatus::kConverged, proto::SOLVE_STATUS_CONVERGED},
+    {rods::EquilibriumStatus::kIterationLimit, proto::SOLVE_STATUS_ITERATION_LIMIT},
+    {rods::EquilibriumStatus::kStalled, proto::SOLVE_STATUS_STALLED},
+    {rods::EquilibriumStatus::kSaddle, proto::SOLVE_STATUS_SADDLE},
+    {rods::EquilibriumStatus::kUnbalanced, proto::SOLVE_STATUS_UNBALANCED},
+    {rods::EquilibriumStatus::kCancelled, proto::SOLVE_STATUS_CANCELLED}};
 
-proto::BranchEvent encode_event(rods::BranchEvent event) {
-  switch (event) {
-    case rods::BranchEvent::kNone:
-      return proto::BRANCH_EVENT_UNSPECIFIED;
-    case rods::BranchEvent::kBranching:
-      return proto::BRANCH_EVENT_BRANCHING;
-    case rods::BranchEvent::kLimitPoint:
-      return proto::BRANCH_EVENT_LIMIT_POINT;
-    case rods::BranchEvent::kJump:
-      return proto::BRANCH_EVENT_JUMP;
-  }
-  return proto::BRANCH_EVENT_UNSPECIFIED;
-}
+constexpr EnumTable<rods::BranchEvent, proto::BranchEvent, proto::BranchEvent_MAX> kBranchEvents{
+    {rods::BranchEvent::kNone, proto::BRANCH_EVENT_UNSPECIFIED},
+    {rods::BranchEvent::kBranching, proto::BRANCH_EVENT_BRANCHING},
+    {rods::BranchEvent::kLimitPoint, proto::BRANCH_EVENT_LIMIT_POINT},
+    {rods::BranchEvent::kJump, proto::BRANCH_EVENT_JUMP}};
 
 void encode_report(const rods::EquilibriumReport& report, double length_unit,
                    proto::ResultInfo& info) {
-  info.set_status(encode_equilibrium_status(report.status));
+  info.set_status(kEquilibriumStatuses.encode(report.status));
   info.set_iterations(static_cast<std::uint32_t>(report.iterations));
   info.set_message(report.message);
   info.set_total_energy(report.potential() * length_unit);
@@ -76,7 +59,7 @@ proto::ResultInfo encode_linkage_result(const session::LinkageResult& result, do
     message.set_mean_angle_degrees(to_degrees(step.mean_opening_angle));
     message.set_energy(step.energy * length_unit);
     message.set_iterations(static_cast<std::uint32_t>(step.iterations));
-    message.set_event(encode_event(step.event));
+    message.set_event(kBranchEvents.encode(step.event));
   }
   return info;
 }

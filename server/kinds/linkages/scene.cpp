@@ -4,12 +4,14 @@
 
 #include <cmath>
 #include <numbers>
-#include <set>
 
 #include "server/kinds/linkages/section.h"
 #include "server/kinds/linkages/shape.h"
 #include "server/wire/arrays.h"
+#include "server/wire/enum_table.h"
+#include "server/wire/fields.h"
 #include "server/wire/indices.h"
+#include "server/wire/scene_fields.h"
 #include "server/wire/vectors.h"
 
 namespace limber::server {
@@ -18,15 +20,10 @@ namespace {
 constexpr std::uint32_t kMaxEdges = 1000;  // of a segment
 
 void demand_no_body(const proto::Scene& message, const std::string& prefix) {
-  static const std::set<std::string> allowed{"name", "length_unit_in_metres", "linkage"};
-  std::vector<const google::protobuf::FieldDescriptor*> fields;
-  message.GetReflection()->ListFields(message, &fields);
-  for (const auto* field : fields) {
-    if (allowed.count(field->name()) > 0) continue;
+  if (const auto* field = field_beside(message, {"name", "length_unit_in_metres", "linkage"}))
     throw invalid(prefix + field->name(), field->name() == "mesh"
                                               ? "a scene has a mesh or a linkage, not both"
                                               : "is of bodies: a linkage has no such field");
-  }
 }
 
 rods::LineMesh decode_lines(const proto::LineSource& source, const std::string& field,
@@ -42,28 +39,11 @@ rods::LineMesh decode_lines(const proto::LineSource& source, const std::string& 
   }
 }
 
-scene::Held decode_held(proto::Held held) {
-  switch (held) {
-    case proto::HELD_MOTION:
-      return scene::Held::kMotion;
-    case proto::HELD_ANGLE:
-      return scene::Held::kAngle;
-    default:
-      return scene::Held::kMotionAndAngle;
-  }
-}
-
-proto::Held encode_held(scene::Held held) {
-  switch (held) {
-    case scene::Held::kMotion:
-      return proto::HELD_MOTION;
-    case scene::Held::kAngle:
-      return proto::HELD_ANGLE;
-    case scene::Held::kMotionAndAngle:
-      break;
-  }
-  return proto::HELD_MOTION_AND_ANGLE;
-}
+/// HELD_NOTHING is none of the engine's: an edit that releases.
+constexpr EnumTable<scene::Held, proto::Held> kHeld{
+    {scene::Held::kMotionAndAngle, proto::HELD_MOTION_AND_ANGLE},
+    {scene::Held::kMotion, proto::HELD_MOTION},
+    {scene::Held::kAngle, proto::HELD_ANGLE}};
 
 scene::LinkageConditions decode_conditions(const proto::LinkageConditions& message,
                                            const std::string& field) {
@@ -125,7 +105,7 @@ void encode_conditions(const scene::LinkageConditions& conditions,
   for (const auto& pin : conditions.pins) {
     auto& added = *message.add_pins();
     added.set_joint(static_cast<std::uint32_t>(pin.joint));
-    added.set_held(encode_held(pin.held));
+    added.set_held(kHeld.encode(pin.held));
     if (pin.position) encode_vector(*pin.position, *added.mutable_position());
   }
   for (const auto& setting : conditions.angles) {
@@ -153,43 +133,17 @@ void encode_conditions(const scene::LinkageConditions& conditions,
   encode_numbers(conditions.section_scales, *message.mutable_section_scales());
 }
 
-void replace_first(std::string& text, const std::string& from, const std::string& to) {
-  if (const auto at = text.find(from); at != std::string::npos) text.replace(at, from.size(), to);
-}
+constexpr EnumTable<rods::BendingForm, proto::RodBending, proto::RodBending_MAX> kBending{
+    {rods::BendingForm::kMaterialFrames, proto::ROD_BENDING_MATERIAL_FRAMES},
+    {rods::BendingForm::kAveragedFrames, proto::ROD_BENDING_AVERAGED_FRAMES},
+    {rods::BendingForm::kTurningAngle, proto::ROD_BENDING_TURNING_ANGLE}};
 
-/// In the message, a point on a segment is one of the two kinds of place that a target has.
-std::string condition_field(std::string field) {
-  if (field == "mean_angle") return "mean_angle_degrees";
-  if (field.starts_with("angles[") && field.ends_with(".angle")) return field + "_degrees";
-  if (field.starts_with("targets[")) {
-    if (field.ends_with(".segment")) return field + ".segment";
-    replace_first(field, ".share", ".segment.share");
-  }
-  return field;
-}
+constexpr EnumTable<rods::StiffAxis, proto::StiffAxis, proto::StiffAxis_MAX> kStiffAxes{
+    {rods::StiffAxis::kD1, proto::STIFF_AXIS_D1}, {rods::StiffAxis::kD2, proto::STIFF_AXIS_D2}};
 
-rods::BendingForm decode_bending(proto::RodBending bending) {
-  switch (bending) {
-    case proto::ROD_BENDING_AVERAGED_FRAMES:
-      return rods::BendingForm::kAveragedFrames;
-    case proto::ROD_BENDING_TURNING_ANGLE:
-      return rods::BendingForm::kTurningAngle;
-    default:
-      return rods::BendingForm::kMaterialFrames;
-  }
-}
-
-proto::RodBending encode_bending(rods::BendingForm form) {
-  switch (form) {
-    case rods::BendingForm::kAveragedFrames:
-      return proto::ROD_BENDING_AVERAGED_FRAMES;
-    case rods::BendingForm::kTurningAngle:
-      return proto::ROD_BENDING_TURNING_ANGLE;
-    case rods::BendingForm::kMaterialFrames:
-      break;
-  }
-  return proto::ROD_BENDING_MATERIAL_FRAMES;
-}
+constexpr EnumTable<scene::RestLengthChoice, proto::RestLengths, proto::RestLengths_MAX>
+    kRestLengths{{scene::RestLengthChoice::kAsDrawn, proto::REST_LENGTHS_AS_DRAWN},
+                 {scene::RestLengthChoice::kLeastStress, proto::REST_LENGTHS_LEAST_STRESS}};
 
 }  // namespace
 
@@ -214,7 +168,7 @@ double decode_angle(double degrees, const std::string& field, std::optional<int>
 scene::JointPin decode_pin(const proto::JointPin& message, const std::string& field) {
   scene::JointPin pin;
   pin.joint = decode_index(message.joint(), field + ".joint");
-  pin.held = decode_held(message.held());
+  pin.held = kHeld.decode(message.held());
   if (message.has_position()) pin.position = decode_vector(message.position());
   return pin;
 }
@@ -261,12 +215,9 @@ scene::Linkage decode_linkage(const proto::Scene& message, const std::string& pr
     linkage.edges_per_segment = static_cast<int>(given.edges_per_segment());
   }
   linkage.section = decode_section(given.section(), field + ".section");
-  linkage.stiff_axis =
-      given.stiff_axis() == proto::STIFF_AXIS_D2 ? rods::StiffAxis::kD2 : rods::StiffAxis::kD1;
-  linkage.bending = decode_bending(given.bending());
-  linkage.rest_lengths = given.rest_lengths() == proto::REST_LENGTHS_LEAST_STRESS
-                             ? scene::RestLengthChoice::kLeastStress
-                             : scene::RestLengthChoice::kAsDrawn;
+  linkage.stiff_axis = kStiffAxes.decode(given.stiff_axis());
+  linkage.bending = kBending.decode(given.bending());
+  linkage.rest_lengths = kRestLengths.decode(given.rest_lengths());
   const auto& material = given.material();
   if (material.has_youngs_modulus()) linkage.youngs_modulus = material.youngs_modulus();
   if (material.has_poissons_ratio()) linkage.poissons_ratio = material.poissons_ratio();
@@ -290,12 +241,9 @@ proto::Scene encode_linkage(const scene::Linkage& linkage) {
   auto& given = *message.mutable_linkage();
   given.set_edges_per_segment(static_cast<std::uint32_t>(linkage.edges_per_segment));
   *given.mutable_section() = encode_section(linkage.section);
-  given.set_stiff_axis(linkage.stiff_axis == rods::StiffAxis::kD2 ? proto::STIFF_AXIS_D2
-                                                                  : proto::STIFF_AXIS_D1);
-  given.set_bending(encode_bending(linkage.bending));
-  given.set_rest_lengths(linkage.rest_lengths == scene::RestLengthChoice::kLeastStress
-                             ? proto::REST_LENGTHS_LEAST_STRESS
-                             : proto::REST_LENGTHS_AS_DRAWN);
+  given.set_stiff_axis(kStiffAxes.encode(linkage.stiff_axis));
+  given.set_bending(kBending.encode(linkage.bending));
+  given.set_rest_lengths(kRestLengths.encode(linkage.rest_lengths));
   given.mutable_material()->set_youngs_modulus(linkage.youngs_modulus);
   given.mutable_material()->set_poissons_ratio(linkage.poissons_ratio);
   given.mutable_material()->set_density(linkage.density);
@@ -309,30 +257,7 @@ proto::Scene encode_linkage(const scene::Linkage& linkage) {
 }
 
 std::string linkage_field_in(const proto::Scene& message, const std::string& field) {
-  const proto::RodLinkage& given = message.linkage();
-  const auto after = [&](const char* start) { return field.substr(std::string(start).size()); };
-  if (field == "lines" || field.starts_with("lines.")) {
-    const auto* source = given.lines().GetReflection()->GetOneofFieldDescriptor(
-        given.lines(), proto::LineSource::descriptor()->FindOneofByName("source"));
-    const std::string name = source == nullptr ? "" : "." + source->name();
-    // Of a file the whole is meant: its lines are no fields of the message.
-    return "linkage.lines" + name + (given.lines().has_arrays() ? after("lines") : "");
-  }
-  if (field.starts_with("section.")) return "linkage." + section_field_in(given.section(), field);
-  if (field.starts_with("conditions.erection.")) {
-    std::string name = after("conditions.");
-    if (name == "erection.mean_angle") name += "_degrees";
-    replace_first(name, ".path[", ".path_degrees[");
-    return "linkage." + name;
-  }
-  if (field.starts_with("conditions."))
-    return "linkage.conditions." + condition_field(after("conditions."));
-  if (field == "youngs_modulus" || field == "poissons_ratio" || field == "density")
-    return "linkage.material." + field;
-  if (field.starts_with("shape.conditions."))
-    return "linkage.shape.conditions." + condition_field(after("shape.conditions."));
-  if (field.starts_with("shape.")) return "linkage." + field;
-  if (field.starts_with("edges_per_segment")) return "linkage.edges_per_segment";
+  if (const auto place = find_field(message.linkage(), field)) return "linkage." + *place;
   return field;
 }
 

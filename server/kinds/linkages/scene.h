@@ -24,8 +24,7 @@ using LineLoader =
 /// As a scene, without its lines: the caller sets those where it knows a short source.
 [[nodiscard]] proto::Scene encode_linkage(const scene::Linkage& linkage);
 
-/// The engine names fields of its own values; this is the same place in the message that the client
-/// sent. What has no other name stays.
+/// A field of the engine's linkage as one of the scene.
 [[nodiscard]] std::string linkage_field_in(const proto::Scene& message, const std::string& field);
 
 [[nodiscard]] proto::LinkageErection encode_erection(const scene::LinkageErection& erection);

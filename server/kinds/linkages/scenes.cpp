@@ -7,6 +7,7 @@
 #include "engine/scene/samples/linkage_samples.h"
 #include "engine/session/linkages/remarks.h"
 #include "server/wire/faults.h"
+#include "server/wire/fields.h"
 #include "server/wire/issues.h"
 
 namespace limber::server {
@@ -55,8 +56,7 @@ std::vector<proto::Issue> linkage_issues(const proto::Scene& message, const std:
     const auto check = check_linkage(linkage, session_bytes);
     faults.try_each(prefix + "linkage", static_cast<int>(check.issues.size()), [&](int i) {
       const scene::Issue& issue = check.issues[static_cast<std::size_t>(i)];
-      with_linkage_fields(message, prefix,
-                          [&] { throw Error(issue.code, issue.field, issue.message); });
+      throw Error(issue.code, prefix + linkage_field_in(message, issue.field), issue.message);
     });
     if (!check.issues.empty()) return;
     for (scene::Issue issue : session::linkage_remarks(linkage)) {

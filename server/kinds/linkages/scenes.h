@@ -22,18 +22,6 @@ namespace limber::server {
 [[nodiscard]] session::LinkageCheck check_linkage(const scene::Linkage& linkage,
                                                   std::uint64_t session_bytes);
 
-/// Runs `call`; the fields of its errors become those of the message, below `prefix`.
-template <class Call>
-auto with_linkage_fields(const proto::Scene& message, const std::string& prefix, const Call& call) {
-  try {
-    return call();
-  } catch (const Error& error) {
-    const std::string field =
-        error.field().empty() ? "" : prefix + linkage_field_in(message, error.field());
-    throw Error(error.code(), field, error.what());
-  }
-}
-
 /// All that is wrong with a scene of a linkage; the first is what opening it is refused with.
 [[nodiscard]] std::vector<proto::Issue> linkage_issues(const proto::Scene& message,
                                                        const std::string& prefix,

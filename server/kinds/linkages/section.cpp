@@ -90,16 +90,4 @@ proto::RodSection encode_section(const rods::Section& section) {
   return message;
 }
 
-std::string section_field_in(const proto::RodSection& message, const std::string& field) {
-  const auto* shape = message.GetReflection()->GetOneofFieldDescriptor(
-      message, proto::RodSection::descriptor()->FindOneofByName("shape"));
-  std::string name = field.substr(std::string("section.").size());
-  if (shape == nullptr) return "section";
-  // A shape of several dimensions may be wrong as a whole, and what its outline is made from.
-  const auto* part = shape->message_type()->FindFieldByName(name.substr(0, name.find('[')));
-  if (message.has_profile() && name.starts_with("outline")) name.replace(0, 7, "outer");
-  if (part == nullptr && !message.has_profile()) return "section." + shape->name();
-  return fmt::format("section.{}.{}", shape->name(), name);
-}
-
 }  // namespace limber::server

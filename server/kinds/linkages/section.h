@@ -14,8 +14,4 @@ namespace limber::server {
                                            const std::string& field);
 [[nodiscard]] proto::RodSection encode_section(const rods::Section& section);
 
-/// The engine's "section.width" and the like as fields of the message: "section.rectangle.width".
-[[nodiscard]] std::string section_field_in(const proto::RodSection& message,
-                                           const std::string& field);
-
 }  // namespace limber::server

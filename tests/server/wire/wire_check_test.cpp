@@ -2,9 +2,13 @@
 
 #include <gmock/gmock.h>
 
+#include <google/protobuf/descriptor.pb.h>
+#include <google/protobuf/dynamic_message.h>
+
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <memory>
 
 #include "tests/server/support/client.h"
 #include "tests/server/support/scenes.h"
@@ -17,9 +21,9 @@ using namespace limber::server::testing;
 
 const google::protobuf::Descriptor& request_type() { return *proto::Request::descriptor(); }
 
-Refusal refusal_of(const std::string& bytes, const WireLimits& limits = {}) {
+Refusal refusal_of(const std::string& bytes, WireBudget budget = {}) {
   try {
-    check_wire(bytes, request_type(), limits);
+    check_wire(bytes, request_type(), budget);
   } catch (const Refusal& refusal) {
     return refusal;
   }
@@ -129,80 +133,95 @@ TEST(WireCheck, SubmessagesAreCountedBeforeTheyAreBuilt) {
   EXPECT_EQ(refusal.details().at("limit"), "500");
 }
 
+/// A message of a kind of its own: many fields, and a group.
+class OtherMessage {
+ public:
+  explicit OtherMessage(int fields) {
+    google::protobuf::FileDescriptorProto file;
+    file.set_name("other.proto");
+    auto& type = *file.add_message_type();
+    type.set_name("Other");
+    const auto add = [&](const std::string& name, int number, auto kind, auto label) {
+      auto& field = *type.add_field();
+      field.set_name(name);
+      field.set_number(number);
+      field.set_type(kind);
+      field.set_label(label);
+      return &field;
+    };
+    using Field = google::protobuf::FieldDescriptorProto;
+    for (int i = 1; i <= fields; ++i)
+      add("f" + std::to_string(i), i, Field::TYPE_DOUBLE, Field::LABEL_OPTIONAL);
+    add("inner", 2000, Field::TYPE_MESSAGE, Field::LABEL_REPEATED)->set_type_name(".Other");
+    type.add_nested_type()->set_name("G");
+    add("g", 2001, Field::TYPE_GROUP, Field::LABEL_OPTIONAL)->set_type_name(".Other.G");
+    type_ = pool_.BuildFile(file)->message_type(0);
+  }
+  [[nodiscard]] const google::protobuf::Descriptor& type() const { return *type_; }
+  [[nodiscard]] std::unique_ptr<google::protobuf::Message> make() {
+    return std::unique_ptr<google::protobuf::Message>(factory_.GetPrototype(type_)->New());
+  }
+  [[nodiscard]] const google::protobuf::FieldDescriptor* field(const std::string& name) const {
+    return type_->FindFieldByName(name);
+  }
+
+ private:
+  google::protobuf::DescriptorPool pool_;
+  google::protobuf::DynamicMessageFactory factory_;
+  const google::protobuf::Descriptor* type_;
+};
+
+Refusal refusal_of(const OtherMessage& other, const std::string& bytes) {
+  try {
+    check_wire(bytes, other.type());
+  } catch (const Refusal& refusal) {
+    return refusal;
+  }
+  ADD_FAILURE() << "was accepted";
+  return invalid("", "");
+}
+
+TEST(WireCheck, MessagesOfManyFieldsAreCheckedAsOthers) {
+  OtherMessage other(1000);
+  const auto message = other.make();
+  const auto& reflection = *message->GetReflection();
+  reflection.SetDouble(message.get(), other.field("f1000"), 3);
+  reflection.SetDouble(reflection.AddMessage(message.get(), other.field("inner")),
+                       other.field("f999"), 4);
+  const std::string bytes = message->SerializeAsString();
+  EXPECT_NO_THROW(check_wire(bytes, other.type()));
+  EXPECT_THAT(refusal_of(other, bytes + bytes).what(), HasSubstr("given twice"));
+  EXPECT_EQ(refusal_of(other, bytes + bytes).field(), "f1000");
+  reflection.SetDouble(reflection.MutableRepeatedMessage(message.get(), other.field("inner"), 0),
+                       other.field("f1000"), std::numeric_limits<double>::quiet_NaN());
+  EXPECT_EQ(refusal_of(other, message->SerializeAsString()).field(), "inner[0].f1000");
+}
+
+TEST(WireCheck, GroupsOfOtherMessagesAreRefused) {
+  OtherMessage other(1);
+  const auto message = other.make();
+  message->GetReflection()->MutableMessage(message.get(), other.field("g"));
+  EXPECT_EQ(refusal_of(other, message->SerializeAsString()).field(), "g");
+}
+
+TEST(WireCheck, ABudgetIsOfAllThatItIsGivenTo) {
+  proto::Request request;
+  for (int i = 0; i < 10; ++i) request.mutable_edit()->add_edits();
+  const std::string bytes = request.SerializeAsString();
+  WireBudget budget{25};
+  EXPECT_NO_THROW(check_wire(bytes, request_type(), budget));
+  EXPECT_NO_THROW(check_wire(bytes, request_type(), budget));
+  EXPECT_EQ(budget.spent, 22u);
+  EXPECT_THROW(check_wire(bytes, request_type(), budget), Refusal);
+}
+
 TEST(WireCheck, GroupsAndFieldZeroAreMalformedOrUnknown) {
   for (const char* bytes : {"\x7b\x7c", "\x7c", "\x03", "\x00\x01"}) {
     EXPECT_THROW(check_wire(std::string(bytes, 2), request_type()), Refusal);
   }
-}
-
-TEST(PeekRequest, ReadsIdVersionAndBody) {
-  proto::Request request = wait_request("a", 1);
-  request.set_version(7);
-  request.set_id(1ull << 60);
-  const RequestPeek peek = peek_request(request.SerializeAsString());
-  EXPECT_EQ(peek.version, 7u);
-  EXPECT_EQ(peek.id, 1ull << 60);
-  EXPECT_EQ(peek.body, proto::Request::kWait);
-  EXPECT_TRUE(peek.fault.empty());
-}
-
-TEST(PeekRequest, KeepsTheIdOfWhatIsDamagedLater) {
-  proto::Request request = wait_request("a", 1);
-  request.set_id(5);
-  std::string bytes = request.SerializeAsString();
-  bytes.resize(bytes.size() - 1);
-  const RequestPeek peek = peek_request(bytes);
-  EXPECT_EQ(peek.id, 5u);
-  EXPECT_FALSE(peek.fault.empty());
-  EXPECT_FALSE(peek_request("").fault.empty());
-  EXPECT_FALSE(peek_request("GET / HTTP/1.1\r\n\r\n").fault.empty());
-}
-
-TEST(PeekRequest, DoesNotWalkWhatIsLongerThanARequest) {
-  std::string bytes = info_request().SerializeAsString();
-  for (int i = 0; i < 20; ++i) bytes += std::string("\x18\x01", 2);  // field 3, of which is none
-  bytes += "\x07";                                                   // no wire type at all
-  const RequestPeek peek = peek_request(bytes);
-  EXPECT_TRUE(peek.fault.empty()) << "read to the end: " << peek.fault;
-  EXPECT_EQ(peek.body, proto::Request::kGetServerInfo);
-  // A group that never ends, behind the envelope.
+  // One that never ends, behind the envelope.
   const std::string group = std::string("\x08\x01\x10\x05", 4) + std::string(1000, '\x2b');
-  EXPECT_EQ(peek_request(group).id, 5u);
-  EXPECT_TRUE(peek_request(group).fault.empty());
   EXPECT_THAT(refusal_of(group).what(), HasSubstr("unknown field number 5"));
-}
-
-TEST(PeekSession, IsNamedByAnyBodyThatHasOne) {
-  const auto peeked = [](const proto::Request& request) {
-    const std::string bytes = request.SerializeAsString();
-    return peek_session(bytes, peek_request(bytes).body);
-  };
-  EXPECT_EQ(peeked(wait_request("arm", 1)), "arm");
-  EXPECT_EQ(peeked(wait_request("arm@123", 1)), "arm") << "with its uid it is the same session";
-  EXPECT_EQ(peeked(info_request()), "");
-  proto::Request request;
-  request.set_version(1);
-  for (int i = 0; i < 3000; ++i) request.mutable_edit()->add_edits()->mutable_undo();
-  EXPECT_EQ(peeked(request), "");
-  request.mutable_edit()->set_session("s");
-  EXPECT_EQ(peeked(request), "s");
-  // Behind the edits, where another writer may put it.
-  proto::Request late;
-  late.set_version(1);
-  for (int i = 0; i < 3000; ++i) late.mutable_edit()->add_edits()->mutable_undo();
-  std::string edit = late.edit().SerializeAsString();
-  edit += std::string("\x0a\x01t", 3);
-  late.clear_edit();
-  std::string bytes = late.SerializeAsString();
-  bytes += static_cast<char>(0x80 | ((proto::Request::kEdit << 3 | 2) & 0x7f));
-  bytes += static_cast<char>(proto::Request::kEdit << 3 >> 7);
-  bytes += static_cast<char>(0x80 | (edit.size() & 0x7f));
-  bytes += static_cast<char>(edit.size() >> 7);
-  bytes += edit;
-  EXPECT_EQ(peek_session(bytes, proto::Request::kEdit), "t");
-  for (std::size_t cut = 0; cut < bytes.size(); cut += 7)
-    EXPECT_EQ(peek_session(bytes.substr(0, cut), proto::Request::kEdit), "");
-  EXPECT_EQ(peek_session("GET / HTTP/1.1", 12), "");
 }
 
 }  // namespace

@@ -52,9 +52,9 @@ INSTANTIATE_TEST_SUITE_P(
                    m.elements.push_back(m.elements[1]);
                    std::swap(m.elements[4].start, m.elements[4].finish);
                  }},
-        BadInput{"SectionNotPositive", "sections[0].bending_3", kInvalid,
+        BadInput{"SectionNotPositive", "sections[0]", kInvalid,
                  [](BeamModel& m) { m.sections[0].bending_3 = 0; }},
-        BadInput{"SectionNotANumber", "sections[0].stretching", kInvalid,
+        BadInput{"SectionNotANumber", "sections[0]", kInvalid,
                  [](BeamModel& m) { m.sections[0].stretching = kNaN; }},
         BadInput{"TwistOfMoreThanAnElementShowsAtRest", "elements[1].rest_curvature", kInvalid,
                  [](BeamModel& m) { m.elements[1].rest_curvature.x() = 10; }},

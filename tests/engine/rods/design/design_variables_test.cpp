@@ -230,7 +230,7 @@ TEST(DesignVariables, BadInputIsNamed) {
     return field_of([&] { (void)spoilt.design(variables); });
   };
   const Eigen::VectorXd edges = problem.model.edge_lengths();
-  EXPECT_EQ(with([](DesignPoint&) {}, {Lengths::kKept, Sections::kKept}), "variables");
+  EXPECT_EQ(with([](DesignPoint&) {}, {Lengths::kKept, Sections::kKept}), "lengths");
   EXPECT_EQ(with([&](DesignPoint& p) { p.edges = edges; }, {}), "start.edges");
   EXPECT_EQ(
       with([&](DesignPoint& p) { p.edges = edges.head(3); }, {Lengths::kEdges, Sections::kKept}),

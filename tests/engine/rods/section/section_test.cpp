@@ -67,7 +67,7 @@ TEST(Section, ProfilesTooFineForTheirTorsionAreKnownBefore) {
       ADD_FAILURE() << solved;
     } catch (const Error& error) {
       EXPECT_EQ(error.code(), ErrorCode::kLimitExceeded);
-      EXPECT_EQ(error.field(), "section.outline");
+      EXPECT_EQ(error.field(), "section.outer");
     }
   }
 }
@@ -214,10 +214,10 @@ TEST(Section, ImpossibleDimensionsAreNamed) {
   EXPECT_EQ(field_of(ISection{1, 1, 0.1, 1}), "section.web_thickness");
   EXPECT_EQ(field_of(LSection{1, 2, 1}), "section.thickness");
   EXPECT_EQ(field_of(PlusSection{1, 2, 0}), "section.thickness");
-  EXPECT_EQ(field_of(Profile{{{0, 0}, {1, 0}}, {}}), "section.outline");
-  EXPECT_EQ(field_of(Profile{{{0, 0}, {1, 1}, {1, 0}, {0, 1}}, {}}), "section.outline");
-  EXPECT_EQ(field_of(Profile{{{0, 0}, {1, 0}, {1, 0}, {0, 1}}, {}}), "section.outline[1]");
-  EXPECT_EQ(field_of(Profile{{{0, 0}, {1, 0}, {2, 0}}, {}}), "section.outline[0]");
+  EXPECT_EQ(field_of(Profile{{{0, 0}, {1, 0}}, {}}), "section.outer");
+  EXPECT_EQ(field_of(Profile{{{0, 0}, {1, 1}, {1, 0}, {0, 1}}, {}}), "section.outer");
+  EXPECT_EQ(field_of(Profile{{{0, 0}, {1, 0}, {1, 0}, {0, 1}}, {}}), "section.outer[1]");
+  EXPECT_EQ(field_of(Profile{{{0, 0}, {1, 0}, {2, 0}}, {}}), "section.outer[0]");
   const Polygon square{{0, 0}, {4, 0}, {4, 4}, {0, 4}};
   EXPECT_EQ(field_of(Profile{square, {{{3, 3}, {5, 3}, {5, 5}}}}), "section.holes[0]");
   EXPECT_EQ(field_of(Profile{square, {{{6, 6}, {7, 6}, {7, 7}}}}), "section.holes[0]");

@@ -253,7 +253,7 @@ TEST(BeamDocument, AWrongLastEditOfTwentyThousandIsNamed) {
   edits.emplace_back(SetNodeLoad{test::force_on(301, 0, 0, 1)});  // by itself
   EXPECT_EQ(refusal(document, edits).field(), "edits[20000].node");
   edits.back() = MoveNode{test::moved(3, {}, std::numeric_limits<double>::infinity(), {})};
-  EXPECT_EQ(refusal(document, edits).field(), "edits[20000].translation");  // with the others
+  EXPECT_EQ(refusal(document, edits).field(), "edits[20000]");  // with the others
   edits.back() = Redo{};
   EXPECT_EQ(refusal(document, edits).field(), "edits[20000]");
   edits.pop_back();

@@ -37,7 +37,7 @@ TEST(DesignSizes, OfEdgesAreTakenUndoneAndOpenedAgain) {
   // Lengths of segments would say other ones.
   EXPECT_TRUE(shape->statics->by_edges());
   DesignRequest segments = request();
-  EXPECT_EQ(refused_field([&] { live.session.start_design(segments); }), "variables.lengths");
+  EXPECT_EQ(refused_field([&] { live.session.start_design(segments); }), "lengths");
 
   LiveDesignSession other(live.session.linkage());
   const auto opened = other.watcher->wait_final(0);
@@ -147,7 +147,7 @@ TEST(DesignSizes, BadVariablesAndBoundsAreNamed) {
   EXPECT_EQ(start([](DesignRequest& bad) {
               bad.variables = {rods::LengthVariables::kKept, rods::SectionVariables::kKept};
             }),
-            "variables");
+            "lengths");
   EXPECT_EQ(start([](DesignRequest& bad) { bad.thinnest = 1.2; }), "thinnest");
   EXPECT_EQ(start([](DesignRequest& bad) { bad.thickest = 0.9; }), "thickest");
   EXPECT_EQ(start([](DesignRequest& bad) {

@@ -241,7 +241,7 @@ TEST(LinkageSession, BadLinkagesAreRefusedWithTheirField) {
   refuse("lines.edges[3]", [](auto& l) { l.lines.edges(1, 3) = 999; });
   refuse("conditions.pins[0].joint", [](auto& l) { l.conditions.pins = {{99, Held::kMotion}}; });
   refuse("section.width", [](auto& l) { l.section = rods::Rectangle{-1, 0.01}; });
-  refuse("youngs_modulus", [](auto& l) { l.youngs_modulus = 0; });
+  refuse("material.youngs_modulus", [](auto& l) { l.youngs_modulus = 0; });
   refuse("edges_per_segment", [](auto& l) { l.edges_per_segment = 2; });
 }
 

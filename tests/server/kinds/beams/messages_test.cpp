@@ -10,7 +10,7 @@
 #include "server/kinds/beams/scene.h"
 #include "server/kinds/beams/solution.h"
 #include "server/wire/arrays.h"
-#include "server/wire/edit_fields.h"
+#include "server/wire/fields.h"
 #include "tests/server/wire/refused_field.h"
 
 namespace limber::server {
@@ -231,9 +231,9 @@ TEST(BeamCodec, EditsAreReadAndNamed) {
   EXPECT_EQ(motion.translates, (std::array<bool, 3>{true, true, true}));
   EXPECT_EQ(motion.translation, Eigen::Vector3d(0.5, 0, -2)) << "from where it is drawn";
   EXPECT_TRUE(std::get<session::HoldNode>(edits[1]).rotations) << "nothing given: all";
-  EXPECT_EQ(edit_field_in(request, "edits[0].node"), "edits[0].move_beam_node.motion.node");
-  EXPECT_EQ(edit_field_in(request, "edits[1].node"), "edits[1].hold_beam_node.node");
-  EXPECT_EQ(edit_field_in(request, "edits[2].force"), "edits[2].set_beam_load.load.force");
+  EXPECT_EQ(field_in(request, "edits[0].node"), "edits[0].move_beam_node.motion.node");
+  EXPECT_EQ(field_in(request, "edits[1].node"), "edits[1].hold_beam_node.node");
+  EXPECT_EQ(field_in(request, "edits[2].force"), "edits[2].set_beam_load.load.force");
   move.mutable_motion()->set_x(1);
   EXPECT_EQ(refused_field([&] { (void)decode_beam_edits(request, nodes); }),
             "edits[0].move_beam_node.position");

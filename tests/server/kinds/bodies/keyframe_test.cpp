@@ -6,6 +6,7 @@
 
 #include "server/kinds/bodies/edit.h"
 #include "server/kinds/bodies/field_paths.h"
+#include "server/wire/fields.h"
 #include "tests/server/support/scenes.h"
 
 namespace limber::server {
@@ -157,10 +158,10 @@ TEST(KeyframeCodec, APosesFieldIsWhatTheClientCalledIt) {
   *scene.add_keyframes() = positions(0);
   scene.add_keyframes()->set_path("moved");
   scene.add_keyframes()->mutable_file();
-  EXPECT_EQ(field_in(scene, {}, "keyframes[0].pose"), "keyframes[0].positions");
-  EXPECT_EQ(field_in(scene, {}, "keyframes[1].pose"), "keyframes[1].path");
-  EXPECT_EQ(field_in(scene, {}, "keyframes[2].pose"), "keyframes[2].file");
-  EXPECT_EQ(field_in(scene, {}, "keyframes[2].frame"), "keyframes[2].frame");
+  EXPECT_EQ(body_field_in(scene, {}, "keyframes[0].pose"), "keyframes[0].positions");
+  EXPECT_EQ(body_field_in(scene, {}, "keyframes[1].pose"), "keyframes[1].path");
+  EXPECT_EQ(body_field_in(scene, {}, "keyframes[2].pose"), "keyframes[2].file");
+  EXPECT_EQ(body_field_in(scene, {}, "keyframes[2].frame"), "keyframes[2].frame");
 }
 
 }  // namespace

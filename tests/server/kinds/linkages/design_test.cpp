@@ -6,7 +6,7 @@
 
 #include "engine/rods/design/mesh_surface.h"
 #include "server/kinds/linkages/edit.h"
-#include "server/wire/edit_fields.h"
+#include "server/wire/fields.h"
 
 namespace limber::server {
 namespace {
@@ -159,18 +159,17 @@ TEST(DesignCodec, WhatIsWrongWithASurfaceIsNamedWhereItIs) {
 TEST(DesignCodec, FieldsOfTheEngineAreThoseOfTheRequest) {
   proto::StartDesignRequest start;
   *start.mutable_goal()->mutable_surface() = square();
-  EXPECT_EQ(design_field_in(start, "smallest_angle"), "smallest_angle_degrees");
-  EXPECT_EQ(design_field_in(start, "flat_angle"), "flat_angle_degrees");
+  EXPECT_EQ(field_in(start, "smallest_angle"), "smallest_angle_degrees");
+  EXPECT_EQ(field_in(start, "flat_angle"), "flat_angle_degrees");
   start.set_flat_angle_degrees(90);
   EXPECT_NEAR(decode_design(start, no_files).flat_angle.value(), 1.5707963267948966, 1e-15);
-  EXPECT_EQ(design_field_in(start, "goal.surface"), "goal.surface.triangles");
-  EXPECT_EQ(design_field_in(start, "goal.placement.rotation"), "goal.placement.rotation_degrees");
-  EXPECT_EQ(design_field_in(start, "goal.targets[2].joint"), "goal.targets[2].joint");
+  EXPECT_EQ(field_in(start, "goal.surface"), "goal.surface.triangles");
+  EXPECT_EQ(field_in(start, "goal.placement.rotation"), "goal.placement.rotation_degrees");
+  EXPECT_EQ(field_in(start, "goal.targets[2].joint"), "goal.targets[2].joint");
   proto::ChangeDesignRequest change;
-  EXPECT_EQ(design_field_in(change, "targets[2].joint"), "targets.targets[2].joint");
-  EXPECT_EQ(design_field_in(change, "distance_weight"), "distance_weight");
-  EXPECT_EQ(design_field_in(change, "joint_surface_weights[3]"),
-            "joint_surface_weights.weights[3]");
+  EXPECT_EQ(field_in(change, "targets[2].joint"), "targets.targets[2].joint");
+  EXPECT_EQ(field_in(change, "distance_weight"), "distance_weight");
+  EXPECT_EQ(field_in(change, "joint_surface_weights[3]"), "joint_surface_weights.weights[3]");
   proto::DesignTarget& target = *start.mutable_goal()->add_targets();
   target.set_joint(3);
   EXPECT_EQ(refused([&] { return decode_design(start, no_files); }), "goal.targets[0].position");
@@ -223,7 +222,7 @@ TEST(DesignCodec, VariablesBoundsAndTheGuardArrive) {
   EXPECT_EQ(design.thickest_sections.size(), 1);
   EXPECT_EQ(design.guard, rods::BucklingGuard::kNever);
   EXPECT_EQ(design.fitted_points.col(1), Eigen::Vector3d(4, 5, 6));
-  EXPECT_EQ(design_field_in(request, "variables.lengths"), "lengths");
+  EXPECT_EQ(field_in(request, "lengths"), "lengths");
 }
 
 TEST(DesignCodec, InfosTellTrialsOtherOptimaAndWhereTheSurfaceIs) {
@@ -268,10 +267,8 @@ TEST(DesignCodec, EdgesAndSectionsAreEdits) {
   const auto edits = decode_linkage_edits(request);
   EXPECT_EQ(std::get<session::SetEdgeLengths>(edits[0]).lengths[0], 2);
   EXPECT_EQ(std::get<session::SetSectionScales>(edits[1]).scales[0], 3);
-  EXPECT_EQ(edit_field_in(request, "edits[0].edge_lengths[4]"),
-            "edits[0].set_edge_lengths.lengths[4]");
-  EXPECT_EQ(edit_field_in(request, "edits[1].section_scales"),
-            "edits[1].set_section_scales.scales");
+  EXPECT_EQ(field_in(request, "edits[0].edge_lengths[4]"), "edits[0].set_edge_lengths.lengths[4]");
+  EXPECT_EQ(field_in(request, "edits[1].section_scales"), "edits[1].set_section_scales.scales");
 }
 
 TEST(DesignCodec, LengthsAreEdits) {
@@ -282,10 +279,9 @@ TEST(DesignCodec, LengthsAreEdits) {
   const auto edits = decode_linkage_edits(request);
   const auto& lengths = std::get<session::SetSegmentLengths>(edits.at(0)).lengths;
   EXPECT_EQ(lengths, Eigen::Vector2d(1.5, 2.5));
-  EXPECT_EQ(edit_field_in(request, "edits[0].segment_lengths[1]"),
+  EXPECT_EQ(field_in(request, "edits[0].segment_lengths[1]"),
             "edits[0].set_segment_lengths.lengths[1]");
-  EXPECT_EQ(edit_field_in(request, "edits[0].segment_lengths"),
-            "edits[0].set_segment_lengths.lengths");
+  EXPECT_EQ(field_in(request, "edits[0].segment_lengths"), "edits[0].set_segment_lengths.lengths");
 }
 
 }  // namespace

@@ -12,7 +12,7 @@
 #include "server/kinds/linkages/edit.h"
 #include "server/kinds/linkages/result.h"
 #include "server/kinds/linkages/scenes.h"
-#include "server/wire/edit_fields.h"
+#include "server/wire/fields.h"
 
 namespace limber::server {
 namespace {
@@ -300,13 +300,13 @@ TEST(LinkageCodec, EditsAndTheirFields) {
   EXPECT_EQ(std::get<session::AddTarget>(edits[3]).target.segment, 5);
   EXPECT_TRUE(std::holds_alternative<session::Undo>(edits[4]));
 
-  EXPECT_EQ(edit_field_in(request, "edits[0].joint"), "edits[0].pin_joint.pin.joint");
-  EXPECT_EQ(edit_field_in(request, "edits[0].mean_angle"), "edits[0].pin_joint.pin");
-  EXPECT_EQ(edit_field_in(request, "edits[1].mean_angle"), "edits[1].set_mean_angle.angle_degrees");
-  EXPECT_EQ(edit_field_in(request, "edits[3].share"), "edits[3].add_target.target.segment.share");
-  EXPECT_EQ(edit_field_in(request, "edits[3].target"), "edits[3].add_target.target");
-  EXPECT_EQ(edit_field_in(request, "edits[4]"), "edits[4].undo");
-  EXPECT_EQ(edit_field_in(request, "expected_revision"), "expected_revision");
+  EXPECT_EQ(field_in(request, "edits[0].joint"), "edits[0].pin_joint.pin.joint");
+  EXPECT_EQ(field_in(request, "edits[0].mean_angle"), "edits[0].pin_joint.pin");
+  EXPECT_EQ(field_in(request, "edits[1].mean_angle"), "edits[1].set_mean_angle.angle_degrees");
+  EXPECT_EQ(field_in(request, "edits[3].share"), "edits[3].add_target.target.segment.share");
+  EXPECT_EQ(field_in(request, "edits[3].target"), "edits[3].add_target.target");
+  EXPECT_EQ(field_in(request, "edits[4]"), "edits[4].undo");
+  EXPECT_EQ(field_in(request, "expected_revision"), "expected_revision");
 
   request.add_edits()->mutable_set_ends();
   try {

@@ -2,8 +2,9 @@
 
 #include <fmt/format.h>
 
-#include "server/wire/edit_fields.h"
+#include "server/wire/edits.h"
 #include "server/wire/extension.h"
+#include "server/wire/fields.h"
 #include "server/wire/indices.h"
 #include "server/wire/session_values.h"
 #include "server/wire/vectors.h"
@@ -20,7 +21,8 @@ proto::Vector3 vector_message(const Eigen::Vector3d& vector) {
   return message;
 }
 
-chain::SpringEdit decode_edit(const proto::Edit& edit, const std::string& field) {
+chain::SpringEdit decode_edit(const proto::Edit& edit, const std::string& field,
+                              WireBudget& budget) {
   if (edit.has_undo()) return session::Undo{};
   if (edit.has_redo()) return session::Redo{};
   const auto* kind = edit_kind(edit);
@@ -29,7 +31,7 @@ chain::SpringEdit decode_edit(const proto::Edit& edit, const std::string& field)
   if (!edit.has_extension())
     throw invalid(path, "is no edit of chains of springs, and this session is of one");
   messages::ChainEdit message;
-  read_extension(edit.extension(), path, message);
+  read_extension(edit.extension(), path, message, budget);
   switch (message.edit_case()) {
     case messages::ChainEdit::kMovePin:
       return chain::MovePin{decode_index(message.move_pin().node(), path + ".move_pin.node"),
@@ -65,7 +67,8 @@ chain::Chain decode_chain(const proto::Scene& scene, const std::string& prefix) 
   const std::string field = prefix + "extension";
   demand_extension_alone(scene, prefix);
   messages::Chain message;
-  read_extension(scene.extension(), field, message);
+  WireBudget budget;
+  read_extension(scene.extension(), field, message, budget);
   chain::Chain decoded;
   decoded.nodes.resize(3, message.nodes_size());
   for (int i = 0; i < message.nodes_size(); ++i)
@@ -82,12 +85,10 @@ chain::Chain decode_chain(const proto::Scene& scene, const std::string& prefix) 
         decode_index(message.loads(i).node(), fmt::format("{}.loads[{}].node", field, i));
     decoded.conditions.loads[node] = decode_vector(message.loads(i).force());
   }
-  try {
-    chain::validate(decoded);
-  } catch (const Error& error) {
-    throw Error(error.code(), error.field().empty() ? field : field + "." + error.field(),
-                error.what());
-  }
+  const auto rename = [&](const std::string& name) {
+    return name.empty() ? field : field + "." + field_in(message, name);
+  };
+  with_fields(rename, [&] { chain::validate(decoded); });
   return decoded;
 }
 
@@ -117,21 +118,10 @@ proto::Scene encode_chain(const chain::Chain& chain, const std::string& name) {
 
 std::vector<chain::SpringEdit> decode_edits(const proto::EditRequest& request) {
   std::vector<chain::SpringEdit> edits;
+  WireBudget budget;
   for (int i = 0; i < request.edits_size(); ++i)
-    edits.push_back(decode_edit(request.edits(i), fmt::format("edits[{}]", i)));
+    edits.push_back(decode_edit(request.edits(i), fmt::format("edits[{}]", i), budget));
   return edits;
-}
-
-std::string edit_field_in(const proto::EditRequest& request, const std::string& field) {
-  const auto at = edit_index(request, field);
-  if (!at || !request.edits(*at).has_extension()) return server::edit_field_in(request, field);
-  messages::ChainEdit edit;
-  const std::string path = fmt::format("edits[{}].extension", *at);
-  read_extension(request.edits(*at).extension(), path, edit);
-  const auto* kind = edit.GetReflection()->GetOneofFieldDescriptor(
-      edit, messages::ChainEdit::descriptor()->FindOneofByName("edit"));
-  const std::size_t dot = field.find('.');
-  return path + "." + kind->name() + (dot == std::string::npos ? "" : field.substr(dot));
 }
 
 proto::ResultInfo encode_result(const chain::SpringResult& result) {

@@ -17,10 +17,6 @@ namespace chain = session::springs;
 
 /// @throws Refusal with fields "edits[i].extension...."
 [[nodiscard]] std::vector<chain::SpringEdit> decode_edits(const proto::EditRequest& request);
-/// The engine names members of its edits ("edits[2].node"); this is the same place in the request.
-[[nodiscard]] std::string edit_field_in(const proto::EditRequest& request,
-                                        const std::string& field);
-
 [[nodiscard]] proto::ResultInfo encode_result(const chain::SpringResult& result);
 
 /// The shape of one result: a frame of positions. Coordinates are positions, too: 3 a node.

@@ -1,13 +1,12 @@
 #include "tests/server/kinds/springs/record.h"
 
-#include <optional>
 #include <utility>
 
 #include "server/runtime/export_parts.h"
 #include "server/wire/arrays.h"
 #include "server/wire/file_stem.h"
-#include "server/wire/issues.h"
 #include "server/wire/scene_json.h"
+#include "springs.pb.h"
 #include "tests/server/kinds/springs/messages.h"
 
 namespace limber::server::springs {
@@ -17,17 +16,11 @@ ChainRecord::ChainRecord(Hub& hub, const SessionKey& key, std::string name,
     : SessionRecord(hub, key, name, open_job), name_(std::move(name)), opened_(std::move(opened)) {}
 
 proto::EditResponse ChainRecord::edit(const proto::EditRequest& request) {
-  const auto session = this->session();
-  const auto edits = decode_edits(request);
-  try {
-    const session::EditReceipt receipt = session->edit(edits, expected_revision(request));
-    proto::EditResponse response;
-    response.set_revision(receipt.revision);
-    add_issues(request, receipt.issues, response);
-    return response;
-  } catch (const Error& error) {
-    throw Error(error.code(), edit_field_in(request, error.field()), error.what());
-  }
+  return begin_response(make_edits(request, decode_edits(request)));
+}
+
+const google::protobuf::Message* ChainRecord::edit_extension() const {
+  return &limber::springs::ChainEdit::default_instance();
 }
 
 proto::Scene ChainRecord::edited_scene() const {
@@ -42,10 +35,7 @@ void ChainRecord::add_scene(const proto::GetSessionRequest&,
 }
 
 std::shared_ptr<const FrameSource> ChainRecord::frames(bool final_only) const {
-  const auto session = this->session();
-  auto result = final_only ? session->final_result() : session->newest_result();
-  if (!result) throw Error(ErrorCode::kFailedPrecondition, "session", "there is no result yet");
-  return std::make_shared<ChainFrames>(std::move(result));
+  return std::make_shared<ChainFrames>(demand_result(final_only));
 }
 
 proto::GetGeometryResponse ChainRecord::geometry(const std::string&) const {

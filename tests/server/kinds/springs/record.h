@@ -29,6 +29,7 @@ class ChainRecord final
   void on_result(const std::shared_ptr<const session::springs::SpringResult>& result) override;
 
  private:
+  [[nodiscard]] const google::protobuf::Message* edit_extension() const override;
   void describe(proto::SessionStatus& status) const override;
   [[nodiscard]] proto::Scene edited_scene() const;
 

@@ -1,0 +1,70 @@
+#include "clients/cli/beams/kind.h"
+
+#include <fmt/format.h>
+
+#include "clients/cli/beams/words.h"
+#include "clients/cli/print.h"
+
+namespace limber::cli::beams {
+namespace {
+
+class BeamKind final : public Kind {
+ public:
+  [[nodiscard]] const char* name() const override { return "beams"; }
+  [[nodiscard]] bool is_of(const v1::SessionStatus& status) const override {
+    return Kind::is_of(status) || status.beam_nodes() > 0;
+  }
+  [[nodiscard]] bool is_of(const v1::ResultInfo& result) const override {
+    return result.has_beams();
+  }
+
+  [[nodiscard]] std::string sizes(const v1::SessionStatus& status) const override {
+    return fmt::format("{} elements, {} nodes", status.beam_elements(), status.beam_nodes());
+  }
+  [[nodiscard]] std::string describe(const v1::ResultInfo& result) const override;
+  [[nodiscard]] std::string energy_unit() const override { return "J"; }
+  [[nodiscard]] bool has_energy_of_iterates() const override { return false; }
+
+ protected:
+  /// What holds the structure, and what loads it.
+  [[nodiscard]] std::string contents(const v1::GetSessionResponse& session) const override {
+    const auto& structure = session.scene().beams().structure();
+    return fmt::format("{}, {} supports, {} motions, {} loads", sizes(session.status()),
+                       structure.supports_size(), structure.motions_size(),
+                       structure.loads_size() + structure.distributed_loads_size());
+  }
+};
+
+std::string BeamKind::describe(const v1::ResultInfo& result) const {
+  const auto& beams = result.beams();
+  const auto& energies = beams.energies();
+  // 0 where no yield stress is known.
+  const std::string utilisation =
+      beams.largest_utilisation() > 0
+          ? fmt::format("utilisation       {:.3g}\n", beams.largest_utilisation())
+          : "";
+  std::string text = fmt::format(
+      "revision          {}\n"
+      "status            {}{}{}\n"
+      "steps             {} of loads, {} of Newton's, {} of the relaxation\n"
+      "energy            {:.6g} J  (stretching {:.4g} + torsion {:.4g} + bending {:.4g})\n"
+      "{}"
+      "since the edit    {:.2f} ms\n",
+      result.revision(), status_words(result), inertia_words(beams.negative_eigenvalues()),
+      result.converged() ? ", final" : "", beams.load_steps(), beams.newton_iterations(),
+      beams.relaxation_steps(), result.total_energy(), energies.stretching(), energies.torsion(),
+      energies.bending_2() + energies.bending_3(), utilisation, result.since_edit_ms());
+  for (const auto& snap : beams.snaps())
+    text += fmt::format("snap              {}\n", snap_words(snap));
+  if (!result.message().empty()) text += result.message() + "\n";
+  return text;
+}
+
+}  // namespace
+
+const Kind& kind() {
+  static const BeamKind kKind;
+  return kKind;
+}
+
+}  // namespace limber::cli::beams

@@ -1,0 +1,79 @@
+#include "clients/cpp/bodies/motion_files.h"
+
+#include <algorithm>
+#include <cctype>
+#include <regex>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "clients/cpp/error.h"
+#include "clients/cpp/files.h"
+
+namespace limber::client {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string without_entities(std::string text) {
+  constexpr std::pair<const char*, const char*> kEntities[] = {
+      {"&lt;", "<"}, {"&gt;", ">"}, {"&quot;", "\""}, {"&apos;", "'"}, {"&amp;", "&"}};
+  for (const auto& [entity, character] : kEntities) {
+    const std::string name = entity;
+    for (auto at = text.find(name); at != std::string::npos; at = text.find(name, at + 1))
+      text.replace(at, name.size(), character);
+  }
+  return text;
+}
+
+/// Files that a .pvd names, to be sent along; what it says of them is the server's to read.
+std::vector<std::string> names_in(const std::string& pvd) {
+  static const std::regex kFile(R"re(<DataSet\b[^>]*?\bfile\s*=\s*("([^"]*)"|'([^']*)'))re");
+  std::vector<std::string> names;
+  for (std::sregex_iterator at(pvd.begin(), pvd.end(), kFile), end; at != end; ++at) {
+    const std::string name = without_entities((*at)[2].matched ? (*at)[2].str() : (*at)[3].str());
+    if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
+  }
+  return names;
+}
+
+void add_file(v1::VtuSeries& series, const std::string& name, const fs::path& folder,
+              const std::string& field) {
+  auto* file = series.add_files();
+  file->set_name(name);
+  file->set_content(read_bytes(folder / name, field));
+}
+
+}  // namespace
+
+void put_motion_bytes(v1::BaseMotion& motion, const fs::path& folder) {
+  if (motion.has_path()) {
+    const std::string field = "base_motion.path";
+    const fs::path path = folder / motion.path();
+    std::string ending = path.extension().string();
+    std::transform(ending.begin(), ending.end(), ending.begin(),
+                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    if (ending == ".pc2") {
+      motion.set_pc2(read_bytes(path, field));
+    } else if (ending == ".pvd") {
+      v1::VtuSeries series;
+      series.set_pvd(read_bytes(path, field));
+      for (const auto& name : names_in(series.pvd()))
+        add_file(series, name, path.parent_path(), field);
+      *motion.mutable_vtu_series() = std::move(series);
+    } else {
+      throw ClientError(v1::ERROR_CODE_INVALID_ARGUMENT, field,
+                        path.string() +
+                            " is neither a .pc2 nor a .pvd; .vtu files are given in "
+                            "base_motion.vtu_series.paths");
+    }
+  } else if (motion.vtu_series().paths_size() > 0) {
+    v1::VtuSeries& series = *motion.mutable_vtu_series();
+    for (int i = 0; i < series.paths_size(); ++i)
+      add_file(series, series.paths(i), folder,
+               "base_motion.vtu_series.paths[" + std::to_string(i) + "]");
+    series.clear_paths();
+  }
+}
+
+}  // namespace limber::client

@@ -1,0 +1,142 @@
+#include "clients/cpp/bodies/session.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cstddef>
+#include <utility>
+
+#include "clients/cpp/opening.h"
+
+namespace limber::client {
+
+BodySession::BodySession(Client& client, std::string session, Naming naming)
+    : OpenSession(client, std::move(session), naming) {}
+
+BodySession BodySession::open(Client& client, const v1::Scene& scene, const std::string& session,
+                              Milliseconds timeout) {
+  return {client, open_session(client, scene, session, timeout)};
+}
+
+std::vector<v1::Constraint> BodySession::constraints() {
+  const v1::Scene now = scene();
+  return {now.constraints().begin(), now.constraints().end()};
+}
+
+std::vector<v1::Keyframe> BodySession::keyframes() {
+  const v1::Scene now = scene();
+  return {now.keyframes().begin(), now.keyframes().end()};
+}
+
+v1::EditResponse BodySession::add(const v1::Constraint& constraint) {
+  v1::Edit change;
+  *change.mutable_add()->mutable_constraint() = constraint;
+  return edit({change});
+}
+
+v1::EditResponse BodySession::replace(const v1::Constraint& constraint) {
+  v1::Edit change;
+  *change.mutable_replace()->mutable_constraint() = constraint;
+  return edit({change});
+}
+
+v1::EditResponse BodySession::move(std::uint64_t constraint, const Vector& target) {
+  v1::Edit change;
+  change.mutable_move()->set_id(constraint);
+  *change.mutable_move()->mutable_target() = message(target);
+  return edit({change});
+}
+
+v1::EditResponse BodySession::remove(const std::vector<std::uint64_t>& constraints) {
+  std::vector<v1::Edit> changes(constraints.size());
+  for (std::size_t i = 0; i < constraints.size(); ++i)
+    changes[i].mutable_remove()->set_id(constraints[i]);
+  return edit(changes);
+}
+
+v1::EditResponse BodySession::ends(v1::EndCondition first, v1::EndCondition last) {
+  v1::Edit change;
+  change.mutable_set_ends()->set_first_end(first);
+  change.mutable_set_ends()->set_last_end(last);
+  return edit({change});
+}
+
+v1::EditResponse BodySession::dynamics(const DynamicsChange& change) {
+  using Clock = std::chrono::steady_clock;
+  const auto deadline = Clock::now() + std::min(client().options().timeout, Milliseconds{10000});
+  while (true) {
+    auto wanted = request<v1::GetSessionRequest>();
+    wanted.set_with_scene(true);
+    const v1::GetSessionResponse now = client().call(wanted);
+    v1::Edit whole;
+    v1::Dynamics& dynamics = *whole.mutable_set_dynamics();
+    dynamics = now.scene().dynamics();
+    if (change.frames_per_second) dynamics.set_frames_per_second(*change.frames_per_second);
+    if (change.period_frames) dynamics.set_period_frames(*change.period_frames);
+    if (change.damping_ratio) dynamics.set_damping_ratio(*change.damping_ratio);
+    try {
+      return edit({whole}, now.status().revision());
+    } catch (const ClientError& error) {
+      if (error.field() != "expected_revision" || Clock::now() > deadline) throw;
+    }
+  }
+}
+
+v1::EditResponse BodySession::add_keyframe(const v1::Keyframe& keyframe) {
+  v1::Edit change;
+  *change.mutable_add_keyframe()->mutable_keyframe() = keyframe;
+  return edit({change});
+}
+
+v1::EditResponse BodySession::move_keyframe(std::uint64_t keyframe, const KeyframeMove& move) {
+  v1::Edit change;
+  v1::MoveKeyframe& wanted = *change.mutable_move_keyframe();
+  wanted.set_id(keyframe);
+  if (move.frame) wanted.set_frame(*move.frame);
+  if (move.is_exact) wanted.set_exact(true);
+  if (move.weight) wanted.set_weight(*move.weight);
+  return edit({change});
+}
+
+v1::EditResponse BodySession::remove_keyframes(const std::vector<std::uint64_t>& keyframes) {
+  std::vector<v1::Edit> changes(keyframes.size());
+  for (std::size_t i = 0; i < keyframes.size(); ++i)
+    changes[i].mutable_remove_keyframe()->set_id(keyframes[i]);
+  return edit(changes);
+}
+
+v1::EditResponse BodySession::optimise(v1::MaterialVariables variables, FittedMaterial fitted) {
+  std::vector<v1::Edit> changes;
+  if (fitted == FittedMaterial::kForgotten) changes.emplace_back().mutable_reset_material();
+  changes.emplace_back().mutable_set_material()->set_variables(variables);
+  return edit(changes);
+}
+
+v1::EditResponse BodySession::reset_material() {
+  v1::Edit change;
+  change.mutable_reset_material();
+  return edit({change});
+}
+
+v1::GetMaterialResponse BodySession::material() {
+  return client().call(request<v1::GetMaterialRequest>());
+}
+
+v1::ResultInfo BodySession::wait_checked(Milliseconds timeout) {
+  WaitOptions options;
+  options.until = v1::WaitRequest::UNTIL_CHECKED;
+  options.timeout = timeout;
+  return wait(options);
+}
+
+Positions BodySession::positions() {
+  const v1::Frames newest = frames(v1::ENCODING_COORDINATES);
+  if (!geometry_ || geometry_->basis_hash() != newest.basis_hash())
+    geometry_ = client().call(request<v1::GetGeometryRequest>(), large(client()));
+  return decode(newest, &*geometry_);
+}
+
+std::uint64_t BodySession::solve_cold() {
+  return client().call(request<v1::SolveColdRequest>()).job();
+}
+
+}  // namespace limber::client

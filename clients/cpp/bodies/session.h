@@ -1,0 +1,90 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "clients/cpp/frames.h"
+#include "clients/cpp/open_session.h"
+
+namespace limber::client {
+
+/// How fast a body moves; what is not given stays as it is.
+struct DynamicsChange {
+  std::optional<double> frames_per_second;
+  std::optional<double> period_frames;  // of the lowest elastic mode; 0: as the materials say
+  std::optional<double> damping_ratio;  // of critical, in [0, 1)
+};
+
+/// What a keyframe gets; what is not given stays as it is.
+struct KeyframeMove {
+  std::optional<unsigned> frame;
+  std::optional<double> weight;  // gamma > 0, from now on soft; not with is_exact
+  bool is_exact = false;         // held exactly from now on
+};
+
+/// What becomes of the material that was fitted so far.
+enum class FittedMaterial {
+  kKept,
+  kForgotten,  // back to the scene's own
+};
+
+/// A session of an elastic body: constraints and keyframes, and the motion that comes of them.
+/// Nodes and frames count from 0, positions are in the scene's length unit.
+class BodySession : public OpenSession {
+ public:
+  /// A session that is there already, of any client, as NAME or NAME@UID; nothing is sent.
+  BodySession(Client& client, std::string session, Naming naming = Naming::kByUid);
+  /// Opens a scene with a body and waits until its model is built and its motion found.
+  /// @throws ClientError as open_session
+  static BodySession open(Client& client, const v1::Scene& scene, const std::string& session = "",
+                          Milliseconds timeout = kPatience);
+
+  /// Those of every client, as of now.
+  [[nodiscard]] std::vector<v1::Constraint> constraints();
+  /// The same, without their poses.
+  [[nodiscard]] std::vector<v1::Keyframe> keyframes();
+
+  /// Adds a constraint; the session chooses its id (constraint_ids) where it has none.
+  v1::EditResponse add(const v1::Constraint& constraint);
+  /// Puts a constraint in the place of that with its id.
+  v1::EditResponse replace(const v1::Constraint& constraint);
+  /// Another target: a position, a displacement or a velocity, as the constraint has it.
+  v1::EditResponse move(std::uint64_t constraint, const Vector& target);
+  /// As one revision.
+  v1::EditResponse remove(const std::vector<std::uint64_t>& constraints);
+  /// What holds the motion at its first and last frame.
+  v1::EditResponse ends(v1::EndCondition first, v1::EndCondition last);
+  /// Edits of others are not undone by what stays: it is read, and sent with the edit, until nobody
+  /// has edited in between, for 10 s at most.
+  v1::EditResponse dynamics(const DynamicsChange& change);
+
+  /// Adds a keyframe; its id is in keyframe_ids. @param keyframe  with its pose
+  v1::EditResponse add_keyframe(const v1::Keyframe& keyframe);
+  v1::EditResponse move_keyframe(std::uint64_t keyframe, const KeyframeMove& move);
+  /// As one revision.
+  v1::EditResponse remove_keyframes(const std::vector<std::uint64_t>& keyframes);
+
+  /// What is optimised from now on; MOTION freezes the material.
+  v1::EditResponse optimise(v1::MaterialVariables variables,
+                            FittedMaterial fitted = FittedMaterial::kKept);
+  /// Forgets what was fitted: the scene's own material, from which optimisation starts anew.
+  v1::EditResponse reset_material();
+  /// That of the newest result in SI units.
+  [[nodiscard]] v1::GetMaterialResponse material();
+
+  /// The final result of the newest revision made or seen here with its motion_error, which is
+  /// there a moment after the result itself. @throws ClientError TIMEOUT
+  v1::ResultInfo wait_checked(Milliseconds timeout = Milliseconds{60000});
+  /// Positions of all frames of the newest result.
+  [[nodiscard]] Positions positions();
+  /// Solves the problem again from the base motion; the better of the two motions stays.
+  /// @returns the job
+  std::uint64_t solve_cold();
+
+ private:
+  std::optional<v1::GetGeometryResponse> geometry_;  // of the newest basis seen
+};
+
+}  // namespace limber::client

@@ -1,0 +1,55 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "clients/cpp/client.h"
+#include "clients/cpp/session_reference.h"
+
+namespace limber::client {
+
+/// The designs of a session of a rod linkage: rest lengths for a surface or targets, searched live.
+/// Every call may throw ClientError as Client::call. Several may name the same session; must not
+/// outlive its client.
+class LinkageDesign {
+ public:
+  static constexpr Milliseconds kLarge{120000};  // for answers to requests that bring a surface
+
+  /// Of a session that is there already, as NAME or NAME@UID; nothing is sent.
+  LinkageDesign(Client& client, std::string session, Naming naming = Naming::kByUid);
+
+  /// Begins one; what is left out has the server's default. @param request  its session is put in
+  /// @returns the job
+  std::uint64_t start(v1::StartDesignRequest request);
+  /// Towards another goal; what is absent stays. @param request  its session is put in
+  v1::ChangeDesignResponse change(v1::ChangeDesignRequest request);
+  v1::PauseDesignResponse pause();
+  v1::ResumeDesignResponse resume();
+  /// And waits until it has ended: edits are taken again. @throws ClientError TIMEOUT
+  v1::StopDesignResponse stop(Milliseconds timeout = kLarge);
+  /// The best rest lengths become the session's; what is under way ends. @returns the revision
+  std::uint64_t take(std::optional<std::uint64_t> expected_revision = {},
+                     Milliseconds timeout = kLarge);
+  /// The newest, whoever began it, with the sizes that take() would bring.
+  [[nodiscard]] v1::GetDesignResponse newest();
+  /// How the newest stands, whoever began it; nothing before the first.
+  [[nodiscard]] std::optional<v1::DesignInfo> info();
+  /// Of each segment, what take() would bring [length unit]; empty where there is nothing.
+  [[nodiscard]] std::vector<double> best_lengths();
+  /// Until the newest has ended. @throws ClientError what it failed with; TIMEOUT;
+  /// FAILED_PRECONDITION where there is none
+  [[nodiscard]] v1::DesignInfo wait(Milliseconds timeout = Milliseconds{600000});
+  /// The same, however it ended. @throws ClientError TIMEOUT; FAILED_PRECONDITION
+  v1::DesignInfo wait_until_ended(Milliseconds timeout = Milliseconds{600000});
+
+ private:
+  template <class Request>
+  typename Rpc<Request>::Response act();
+
+  Client* client_;
+  SessionReference session_;
+};
+
+}  // namespace limber::client

@@ -1,0 +1,87 @@
+#include "clients/cpp/linkages/shapes.h"
+
+#include <cstdint>
+#include <limits>
+
+#include "clients/cpp/array_numbers.h"
+
+namespace limber::client {
+namespace {
+
+constexpr double kDegree = 3.14159265358979323846 / 180;
+
+ClientError malformed_shape(const std::string& message) {
+  return {v1::ERROR_CODE_MALFORMED, "", message};
+}
+
+std::vector<Point> take_points(const float*& from, int count) {
+  std::vector<Point> points(static_cast<std::size_t>(count));
+  for (Point& point : points)
+    for (float& number : point) number = *from++;
+  return points;
+}
+
+Point middle(const Point& a, const Point& b) {
+  return {(a[0] + b[0]) / 2, (a[1] + b[1]) / 2, (a[2] + b[2]) / 2};
+}
+
+}  // namespace
+
+LinkageGeometry::LinkageGeometry(const v1::GetGeometryResponse& message) {
+  if (!message.has_linkage())
+    throw ClientError(v1::ERROR_CODE_FAILED_PRECONDITION, "session", "this is no rod linkage");
+  const v1::LinkageGeometry& given = message.linkage();
+  const auto ends = numbers<std::int32_t>(given.joints_of_segment(), v1::DATA_TYPE_INT32, 2,
+                                          "joints of segments");
+  const auto segments = static_cast<std::size_t>(given.edges_size());
+  if (given.joints_of_segment().shape(1) != 2 || ends.size() != 2 * segments)
+    throw malformed_shape("joints of segments are not two a segment");
+  for (const auto vertex : given.vertex_of_joint())
+    vertex_of_joint_.push_back(static_cast<int>(vertex));
+  coordinates_ = vertex_of_joint_.size();
+  for (std::size_t s = 0; s < segments; ++s) {
+    const auto edges = given.edges(static_cast<int>(s));
+    if (edges < 1 || edges > given.coordinates()) throw malformed_shape("a segment has no edges");
+    edges_.push_back(static_cast<int>(edges));
+    coordinates_ += 6 * std::size_t{edges} + 3;
+    ends_.push_back({ends[2 * s], ends[2 * s + 1]});
+    for (const int joint : ends_.back())
+      if (joint < -1 || joint >= joints()) throw malformed_shape("a segment ends at no joint");
+  }
+  if (coordinates_ != given.coordinates())
+    throw malformed_shape("a shape is not the sum of its parts");
+}
+
+std::vector<LinkageShape> LinkageGeometry::shapes(const v1::Frames& frames) const {
+  if (frames.encoding() != v1::ENCODING_COORDINATES)
+    throw malformed_shape("shapes are made of coordinates, not of positions");
+  const auto rows = numbers<float>(frames.data(), v1::DATA_TYPE_FLOAT32, 2, "coordinates");
+  if (frames.data().shape(1) != coordinates_)
+    throw malformed_shape("coordinates of another linkage");
+  std::vector<LinkageShape> shapes;
+  for (std::size_t at = 0; at < rows.size(); at += coordinates_)
+    shapes.push_back(shape(rows.data() + at));
+  return shapes;
+}
+
+LinkageShape LinkageGeometry::shape(const float* numbers) const {
+  LinkageShape shape;
+  shape.joints.resize(vertex_of_joint_.size());
+  for (Point& joint : shape.joints) joint.fill(std::numeric_limits<float>::quiet_NaN());
+  for (std::size_t s = 0; s < edges_.size(); ++s) {
+    shape.centrelines.push_back(take_points(numbers, edges_[s] + 1));
+    shape.directors.push_back(take_points(numbers, edges_[s]));
+    const auto& line = shape.centrelines.back();
+    const auto [start, finish] = ends_[s];
+    if (start >= 0) shape.joints[static_cast<std::size_t>(start)] = middle(line[0], line[1]);
+    if (finish >= 0) {
+      shape.joints[static_cast<std::size_t>(finish)] =
+          middle(line[line.size() - 2], line[line.size() - 1]);
+    }
+  }
+  for (std::size_t j = 0; j < shape.joints.size(); ++j)
+    shape.angles.push_back(static_cast<double>(*numbers++) / kDegree);
+  return shape;
+}
+
+}  // namespace limber::client

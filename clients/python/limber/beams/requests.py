@@ -1,0 +1,36 @@
+"""Requests about structures of beams besides sessions: equilibria."""
+
+from __future__ import annotations
+
+from typing import Iterable
+
+from .. import checks
+from ..progress import ProgressOption
+from ..server_core import ServerCore
+from . import solutions
+from .solutions import BeamSolution
+from .structures import BeamsLike
+
+
+class BeamRequests(ServerCore):
+    """Of a server, what is of structures of beams alone."""
+
+    def solve_beams(self, structure: BeamsLike, *, method: str = "choose", tolerance: float | None = None,
+                    files: Iterable[str] = (), stem: str = "", shapes: int = 0, follow: bool = False,
+                    progress: ProgressOption = None, timeout: float = 3600.0) -> BeamSolution:
+        """The equilibrium of a structure of beams: shape, reactions, forces, stresses, energies, and how it ended. What
+        is not in balance is an answer too: see its status.
+
+        structure: a mapping or file (JSON form of limber.v1.BeamStructure, or a scene of one), a message, or a job of the
+        public relaxation code (its folder, or SimulationJob.json). method: "choose", "newton", "relaxation",
+        "relaxation_then_newton"; tolerance: largest force over forces present (1e-8, of relaxation 1e-6); files: of
+        "vtu", "csv" and "json", which solution.write(folder) writes as STEM...; shapes: how many on the way are kept;
+        follow: Newton's method stays on the branch of equilibria where temporary loads push, too (without them "choose"
+        does); answer.snaps tells where it ends.
+        Ctrl-C while waiting, and the end of `timeout` [s], cancel the job.
+        """
+        checks.seconds(timeout, "timeout")
+        request = solutions.request(structure, method=method, tolerance=tolerance, files=files, stem=stem, shapes=shapes,
+                                follow=follow)
+        response = self.connection.call("solve_beams", request, timeout=max(60.0, self.connection.timeout))
+        return solutions.made_of(self._wait_or_cancel(response.job, progress, timeout))

@@ -1,0 +1,97 @@
+"""Sessions of structures of beams, which keep them in equilibrium."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from .. import arrays
+from ..edits import Vector
+from ..messages import scene as messages
+from ..messages import service
+from ..open_session import OpenSession, Receipt
+from . import edits, solutions
+from .geometry import BeamGeometry
+from .results import BeamResult
+from .solutions import BeamSolution
+
+
+class BeamSession(OpenSession):
+    """A session of a structure of beams. Made by Server.open() or Server.session(). Nodes and elements count from 0, SI
+    units. An edit goes on from the equilibrium there is: what changes is brought on step by step."""
+
+    FORMATS = {"vtu": service.EXPORT_FORMAT_VTU, "csv": service.EXPORT_FORMAT_CSV, "json": service.EXPORT_FORMAT_JSON,
+               "scene": service.EXPORT_FORMAT_SCENE}
+    DEFAULT_FORMATS = ("vtu", "csv")
+    _geometry: BeamGeometry | None = None
+
+    def result_of(self, info: "service.ResultInfo") -> BeamResult:
+        return BeamResult.from_message(info)
+
+    def scene(self) -> "messages.Scene":
+        """The scene as edited."""
+        request = service.GetSessionRequest(session=self.reference, with_scene=True)
+        return self.connection.call("get_session", request, timeout=max(60.0, self.connection.timeout)).scene
+
+    def structure(self) -> "messages.BeamScene":
+        """Nodes, elements, and what every client's edits made of supports, motions and loads."""
+        return self.scene().beams.structure
+
+    # ---- edits ----
+
+    def support(self, node: int, translations: str = "xyz", rotations: str = "xyz", axes: Any = None) -> Receipt:
+        """Holds a node where it is drawn: see beam_edits.support()."""
+        return self.edit([edits.support(node, translations, rotations, axes)])
+
+    def move_support(self, node: int, *, x: float | None = None, y: float | None = None, z: float | None = None,
+                     position: "Vector | None" = None, rotation: "Vector | None" = None,
+                     rotation_x: float | None = None, rotation_y: float | None = None,
+                     rotation_z: float | None = None, axes: Any = None) -> Receipt:
+        """Brings a node somewhere, a support or not, and holds it there: see beam_edits.move()."""
+        return self.edit([edits.move(node, x=x, y=y, z=z, position=position, rotation=rotation,
+                                          rotation_x=rotation_x, rotation_y=rotation_y, rotation_z=rotation_z,
+                                          axes=axes)])
+
+    def release(self, node: int) -> Receipt:
+        """Takes the node's support and motion away."""
+        return self.edit([edits.release(node)])
+
+    def hold(self, node: int, translations: str = "xyz", rotations: bool = True) -> Receipt:
+        """Holds a node where it is; wait() first."""
+        return self.edit([edits.hold(node, translations, rotations)])
+
+    def load(self, node: int, force: Vector = (0, 0, 0), moment: Vector = (0, 0, 0), follows: bool = False) -> Receipt:
+        """Replaces what loads a node: force [N], moment [N m]; follows: they turn with it. Nothing: no load."""
+        return self.edit([edits.load(node, force, moment, follows)])
+
+    def element_load(self, element: int, force: Vector = (0, 0, 0), follows: bool = False) -> Receipt:
+        """Replaces what is distributed over an element [N/m]."""
+        return self.edit([edits.element_load(element, force, follows)])
+
+    def gravity(self, gravity: Vector) -> Receipt:
+        """[m/s^2]"""
+        return self.edit([edits.gravity(gravity)])
+
+    # ---- shapes and what they carry ----
+
+    def geometry(self) -> BeamGeometry:
+        """What stays the same for all shapes; fetched once."""
+        if self._geometry is None:
+            message = self.connection.call("get_geometry", service.GetGeometryRequest(session=self.reference),
+                                           timeout=max(60.0, self.connection.timeout))
+            self._geometry = BeamGeometry.from_message(message)
+        return self._geometry
+
+    def geometry_for(self, frames: "service.Frames") -> BeamGeometry | None:
+        return self.geometry() if frames.encoding == service.ENCODING_COORDINATES else None
+
+    def rotations(self, first: int = 0, count: int = 0, final: bool = False) -> np.ndarray:
+        """Of the frames: frames x nodes x 4 float32, quaternions w, x, y, z from rest."""
+        return self.geometry().rotations(arrays.to_numpy(self.raw_frames(first, count, final=final).data, "frames"))
+
+    def solution(self) -> BeamSolution:
+        """Positions, reactions, forces, stresses and energies of the newest equilibrium, in full precision."""
+        request = service.GetBeamSolutionRequest(session=self.reference)
+        response = self.connection.call("get_beam_solution", request, timeout=max(60.0, self.connection.timeout))
+        return solutions.from_message(response.solution)

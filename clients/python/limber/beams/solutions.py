@@ -1,0 +1,131 @@
+"""Equilibria of structures of beams: what is asked for, and the answer."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Iterable
+
+import numpy as np
+
+from .. import arrays, checks
+from ..exports import write_exported
+from ..messages import beams as messages
+from ..messages import scene, service
+from ..results import issue_text
+from .structures import BeamsLike, structure_of
+
+METHODS = {"choose": messages.BEAM_METHOD_UNSPECIFIED, "newton": messages.BEAM_METHOD_NEWTON,
+           "relaxation": messages.BEAM_METHOD_RELAXATION,
+           "relaxation_then_newton": messages.BEAM_METHOD_RELAXATION_THEN_NEWTON}
+FORMATS = {"vtu": messages.BEAM_FILE_FORMAT_VTU, "csv": messages.BEAM_FILE_FORMAT_CSV,
+           "json": messages.BEAM_FILE_FORMAT_JSON}
+
+
+@dataclass(frozen=True)
+class BeamSnap:
+    """Where on the way the structure jumped to another shape."""
+
+    progress: float  # share of the way, 0 .. 1
+    turn: float      # of a node or element, the largest [radian]
+    node: int        # where
+
+
+def negative_eigenvalues_of(answer: "messages.BeamSolution | service.BeamInfo") -> int | None:
+    return answer.negative_eigenvalues if answer.HasField("negative_eigenvalues") else None
+
+
+def snaps_of(snaps: "Iterable[messages.BeamSnap]") -> tuple[BeamSnap, ...]:
+    return tuple(BeamSnap(snap.progress, snap.turn, snap.node) for snap in snaps)
+
+
+@dataclass(frozen=True)
+class BeamSolution:
+    """Where a structure of beams rests, and what is in it. SI units; rows are nodes or elements."""
+
+    status: str  # "CONVERGED", "STALLED", "UNSTABLE", "MECHANISM", "ITERATION_LIMIT"
+    method: str  # that gave the answer: "newton", "relaxation", "relaxation_then_newton"
+    message: str
+    node: int | None  # that moves most freely or is worst balanced
+    residual: float  # largest force over forces present, and moment over moments
+    load_factor: float  # share of loads and motions that is on
+    newton_iterations: int
+    load_steps: int
+    relaxation_steps: int
+    positions: np.ndarray  # (nodes, 3)
+    rotations: np.ndarray  # (nodes, 4): quaternions w, x, y, z from rest
+    reaction_forces: np.ndarray  # (nodes, 3) [N], 0 where nothing is held
+    reaction_moments: np.ndarray  # (nodes, 3) [N m]
+    elements: np.ndarray  # (elements, 2): nodes
+    axial_forces: np.ndarray  # (elements,) [N]
+    torques: np.ndarray  # (elements,) [N m]
+    shear_forces: np.ndarray  # (elements, 2): along axes 2 and 3 [N]
+    bending_moments: np.ndarray  # (elements, 2, 2): start and finish, about axes 2 and 3 [N m]
+    stresses: np.ndarray  # (elements,): the largest von Mises stress [Pa]
+    utilisations: np.ndarray  # (elements,): of the yield stress; 0 where that is not known
+    element_stresses: np.ndarray  # (elements, 5): axial, bending, torsional, von Mises, utilisation
+    element_energies: np.ndarray  # (elements,) [J]
+    energies: dict[str, float]  # "stretching", "torsion", "bending_2", "bending_3" [J]
+    largest_bend: float  # between an end and its chord [rad]; above 0.5 the elements are too long
+    shapes: np.ndarray  # (shapes, nodes, 3), float32: positions on the way
+    job: int  # 0: of a session
+    snaps: tuple[BeamSnap, ...] = ()  # where Newton's method followed the branch
+    issues: tuple[str, ...] = ()  # warnings: what has no effect, and what is left out
+    negative_eigenvalues: int | None = None  # of the stiffness: 0 at a minimum; None where nothing balances
+    _files: tuple = field(repr=False, default=())
+
+    @property
+    def converged(self) -> bool:
+        """Forces and moments balance, and the energy rises in every direction."""
+        return self.status == "CONVERGED"
+
+    @property
+    def energy(self) -> float:
+        """Elastic energy [J]."""
+        return sum(self.energies.values())
+
+    def write(self, folder: "str | os.PathLike[str]" = ".") -> tuple[Path, ...]:
+        """Writes the files that solve_beams(files=..) asked for."""
+        return tuple(write_exported(checks.path(folder, "folder"), file) for file in self._files)
+
+
+def request(structure: BeamsLike, *, method: str, tolerance: float | None, files: Iterable[str], stem: str,
+            shapes: int, follow: bool) -> "messages.SolveBeamsRequest":
+    """What is sent."""
+    made = messages.SolveBeamsRequest(method=METHODS[checks.one_of(method, METHODS, "method")],
+                                      stem=checks.text(stem, "stem"), shapes=checks.whole(shapes, "shapes"),
+                                      follow=checks.flag(follow, "follow"))
+    made.files.extend(FORMATS[checks.one_of(name, FORMATS, "files")] for name in checks.several(files, "files"))
+    if tolerance is not None:
+        made.tolerance = checks.real(tolerance, "tolerance")
+    read = structure_of(structure)
+    (made.job if isinstance(read, scene.MeshFile) else made.structure).CopyFrom(read)
+    return made
+
+
+def made_of(job: "service.GetJobResponse") -> BeamSolution:
+    """Of a job that is done."""
+    return from_message(job.beams, job.status.job, tuple(job.files), tuple(issue_text(issue) for issue in job.issues))
+
+
+def from_message(answer: "messages.BeamSolution", job: int = 0, files: tuple = (), issues: tuple = ()) -> BeamSolution:
+
+    def rows(name: str) -> np.ndarray:
+        return arrays.to_numpy(getattr(answer, name), name)
+
+    forces, stresses = rows("element_forces"), rows("element_stresses")
+    method = {number: name for name, number in METHODS.items()}[answer.method]
+    energies = {name: getattr(answer.energies, name) for name in ("stretching", "torsion", "bending_2", "bending_3")}
+    return BeamSolution(
+        status=messages.BeamStatus.Name(answer.status).removeprefix("BEAM_STATUS_"), method=method,
+        message=answer.message, node=answer.node if answer.HasField("node") else None, residual=answer.residual,
+        load_factor=answer.load_factor, newton_iterations=answer.newton_iterations, load_steps=answer.load_steps,
+        relaxation_steps=answer.relaxation_steps, positions=rows("positions"), rotations=rows("rotations"),
+        reaction_forces=rows("reaction_forces"), reaction_moments=rows("reaction_moments"), elements=rows("elements"),
+        axial_forces=forces[:, 0], torques=forces[:, 1], shear_forces=forces[:, 2:4],
+        bending_moments=forces[:, 4:].reshape(-1, 2, 2), stresses=stresses[:, 3], utilisations=stresses[:, 4],
+        element_stresses=stresses, element_energies=rows("element_energies"), energies=energies,
+        largest_bend=answer.largest_bend, shapes=rows("shapes"), job=job,
+        snaps=snaps_of(answer.snaps), issues=issues or tuple(issue_text(issue) for issue in answer.issues),
+        negative_eigenvalues=negative_eigenvalues_of(answer), _files=files)

@@ -1,0 +1,1 @@
+"""Elastic bodies: motions edited in space and time."""

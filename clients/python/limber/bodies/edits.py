@@ -1,0 +1,133 @@
+"""Edits of elastic bodies as values: what Session.edit([...]) takes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Iterable, Mapping, Sequence, Union
+
+from .. import checks
+from ..edits import PartialEdit, Vector, vector
+from ..errors import invalid
+from ..messages import scene, service
+
+Axes = Union[str, None]  # "x", "yz", ...; None: all three
+
+_AXES = {"x": scene.AXIS_X, "y": scene.AXIS_Y, "z": scene.AXIS_Z}
+ENDS = {
+    "free": scene.END_CONDITION_FREE,
+    "position": scene.END_CONDITION_PINNED_POSITION,
+    "position_velocity": scene.END_CONDITION_PINNED_POSITION_VELOCITY,
+}
+
+
+def constraint(*, frame: int, node: int | None = None, nodes: Iterable[int] | None = None,
+               position: Vector | None = None, displacement: Vector | None = None, velocity: Vector | None = None,
+               axes: Axes = None, weight: float | None = None, exact: bool = False, id: int = 0) -> "scene.Constraint":
+    """"In this frame, the mean position of these nodes is there", or their mean velocity is that.
+
+    position: a point of the mesh's space; displacement: from the rest position [length unit]; velocity: of the shown
+    frames, (x[frame + 1] - x[frame - 1]) / 2 * frames per second [length unit / s] (exactly one of the three); weight: gamma > 0 of a soft constraint (default 100); exact: hold exactly instead.
+    """
+    if (node is None) == (nodes is None):
+        raise invalid("nodes", "give either node or nodes")
+    targets = {"position": position, "displacement": displacement, "velocity": velocity}
+    given = [(name, target) for name, target in targets.items() if target is not None]
+    if len(given) != 1:
+        raise invalid("target", "give one of position, displacement and velocity")
+    if checks.flag(exact, "exact") and weight is not None:
+        raise invalid("weight", "an exact constraint has no weight")
+    message = scene.Constraint(id=_id(id), frame=checks.whole(frame, "frame"))
+    message.nodes.extend([checks.whole(node, "node")] if nodes is None else checks.wholes(nodes, "nodes"))
+    if axes is not None:
+        message.axes.extend(_axes(axes))
+    name, target = given[0]
+    getattr(message, name).CopyFrom(vector(target, name))
+    if exact:
+        message.exact = True
+    elif weight is not None:
+        message.weight = checks.real(weight, "weight")
+    return message
+
+
+def _axes(axes: str) -> list[int]:
+    if not isinstance(axes, str) or not axes or len(set(axes)) != len(axes) or any(axis not in _AXES for axis in axes):
+        raise invalid("axes", f'axes are one to three of "xyz", e.g. "xz", not {axes!r}')
+    return [_AXES[axis] for axis in axes]
+
+
+def add(**what: Any) -> "service.Edit":
+    """Adds a constraint; see limber.bodies.edits.constraint for the arguments."""
+    return service.Edit(add=service.AddConstraint(constraint=constraint(**what)))
+
+
+def move(constraint: Any, target: Vector) -> "service.Edit":
+    """Gives a constraint (a Constraint or its id) another target, of the kind it has."""
+    return service.Edit(move=service.MoveConstraint(id=_id(constraint), target=vector(target, "target")))
+
+
+def replace(constraint_id: Any, **what: Any) -> "service.Edit":
+    """Puts another constraint in the place of one, under the same id."""
+    return service.Edit(replace=service.ReplaceConstraint(constraint=constraint(id=_id(constraint_id), **what)))
+
+
+def remove(constraint: Any) -> "service.Edit":
+    """Removes a constraint (a Constraint or its id)."""
+    return service.Edit(remove=service.RemoveConstraint(id=_id(constraint)))
+
+
+def ends(first: str, last: str) -> "service.Edit":
+    """What holds the motion at its ends: "free", "position" or "position_velocity"."""
+    for name, value in (("first", first), ("last", last)):
+        checks.one_of(value, ENDS, name)
+    return service.Edit(set_ends=service.SetEnds(first_end=ENDS[first], last_end=ENDS[last]))
+
+
+@dataclass(frozen=True)
+class DynamicsChange(PartialEdit):
+    """Some of the dynamics; the session that takes it keeps the others."""
+
+    values: Mapping[str, float]
+
+    def complete(self, earlier: "Sequence[service.Edit]", known: "scene.Scene", field: str) -> "service.Edit":
+        if any(edit.WhichOneof("edit") in ("undo", "redo") for edit in earlier):
+            raise invalid(field, "dynamics() behind undo() or redo() keeps values that are not known yet: send it in an "
+                                 "edit of its own")
+        set_before = [edit.set_dynamics for edit in earlier if edit.HasField("set_dynamics")]
+        made = service.Edit()
+        made.set_dynamics.CopyFrom(set_before[-1] if set_before else known.dynamics)
+        for name, value in self.values.items():
+            setattr(made.set_dynamics, name, value)
+        return made
+
+
+def dynamics(*, frames_per_second: float | None = None, period_frames: float | None = None,
+             damping_ratio: float | None = None) -> DynamicsChange:
+    """How fast the body moves; what is not given stays as it is."""
+    values = {"frames_per_second": frames_per_second, "period_frames": period_frames, "damping_ratio": damping_ratio}
+    given = {name: checks.real(value, name) for name, value in values.items() if value is not None}
+    if not given:
+        raise invalid("dynamics", f"give at least one of {', '.join(values)}")
+    return DynamicsChange(given)
+
+
+VARIABLES = {
+    "motion": scene.MATERIAL_VARIABLES_MOTION,
+    "dynamics": scene.MATERIAL_VARIABLES_DYNAMICS,
+    "all": scene.MATERIAL_VARIABLES_ALL,
+}
+
+
+def optimise(variables: str) -> "service.Edit":
+    """What is optimised from now on: "motion" (control forces, the fitted material frozen), "dynamics" (and frequencies
+    and damping) or "all" (and the modes)."""
+    return service.Edit(set_material=service.SetMaterial(
+        variables=VARIABLES[checks.one_of(variables, VARIABLES, "variables")]))
+
+
+def reset_material() -> "service.Edit":
+    """Forgets what was fitted: the scene's own material."""
+    return service.Edit(reset_material=service.ResetMaterial())
+
+
+def _id(constraint: Any) -> int:
+    return checks.whole(getattr(constraint, "id", constraint), "id", most=2 ** 64 - 1)

@@ -1,0 +1,230 @@
+"""Sessions of elastic bodies: their constraints, edits and results."""
+
+from __future__ import annotations
+
+import random
+import time
+from typing import Any, Iterable, Sequence
+
+from .. import checks
+from ..edits import EditLike, to_messages, vector
+from ..errors import LimberError, invalid
+from ..messages import scene as scenes, service
+from ..open_session import OpenSession, Receipt
+from ..results import Result
+from . import edits
+from .geometry import Geometry
+from .keyframes import Keyframe, keyframe
+from .material import Material
+
+
+class Constraint:
+    """A constraint of a session, as this client last knew it."""
+
+    def __init__(self, session: "Session", message: "scenes.Constraint", issues: Iterable[str] = ()):
+        self.session = session
+        self.message = message
+        self.issues = tuple(issues)  # warnings of the edit that added or replaced it, e.g. that its nodes are fixed
+
+    @property
+    def id(self) -> int:
+        return self.message.id
+
+    @property
+    def frame(self) -> int:
+        return self.message.frame
+
+    @property
+    def nodes(self) -> tuple[int, ...]:
+        return tuple(self.message.nodes)
+
+    @property
+    def kind(self) -> str:
+        """"position", "displacement" or "velocity": what the target means."""
+        return self.message.WhichOneof("target") or "displacement"
+
+    @property
+    def target(self) -> tuple[float, float, float]:
+        value = getattr(self.message, self.kind)
+        return (value.x, value.y, value.z)
+
+    def move(self, target: Sequence[float] | None = None, *, position: Sequence[float] | None = None,
+             displacement: Sequence[float] | None = None, velocity: Sequence[float] | None = None) -> Receipt:
+        """Another target: of the kind the constraint has, or of the kind named."""
+        kinds = {self.kind: target} if target is not None else {}
+        kinds |= {kind: value for kind, value in (("position", position), ("displacement", displacement),
+                                                  ("velocity", velocity)) if value is not None}
+        count = sum(value is not None for value in (target, position, displacement, velocity))
+        if count != 1:
+            raise invalid("target", "give exactly one of target, position, displacement and velocity")
+        [(named, values)] = kinds.items()
+        point = vector(values, named)
+        changed = scenes.Constraint()
+        changed.CopyFrom(self.message)
+        getattr(changed, named).CopyFrom(point)
+        if named == self.kind:
+            edit = service.Edit(move=service.MoveConstraint(id=self.id, target=point))
+        else:
+            edit = service.Edit(replace=service.ReplaceConstraint(constraint=changed))
+        receipt = self.session.edit([edit])
+        self.message = changed
+        return receipt
+
+    def replace(self, **what: Any) -> Receipt:
+        """Everything anew (arguments as in Session.add), under the same id."""
+        changed = edits.constraint(id=self.id, **what)
+        receipt = self.session.edit([service.Edit(replace=service.ReplaceConstraint(constraint=changed))])
+        self.message = changed
+        self.issues = receipt.issues
+        return receipt
+
+    def remove(self) -> Receipt:
+        return self.session.edit([edits.remove(self)])
+
+    def __repr__(self) -> str:
+        nodes = self.nodes if len(self.nodes) <= 4 else f"{len(self.nodes)} nodes"
+        return f"Constraint(id={self.id}, frame={self.frame}, nodes={nodes}, {self.kind}={self.target})"
+
+
+class Session(OpenSession):
+    """A session of an elastic body. Made by Server.open() or Server.session(); several may name the same session."""
+
+    FORMATS = {"pvd": service.EXPORT_FORMAT_PVD, "pc2": service.EXPORT_FORMAT_PC2,
+               "blender": service.EXPORT_FORMAT_BLENDER, "scene": service.EXPORT_FORMAT_SCENE}
+    DEFAULT_FORMATS = ("pvd", "blender")
+
+    def scene(self) -> "scenes.Scene":
+        """The scene as edited, with its base motion and poses, without the mesh's bytes."""
+        request = service.GetSessionRequest(session=self.reference, with_base_motion=True)
+        return self.connection.call("get_session", request, timeout=max(60.0, self.connection.timeout)).scene
+
+    def constraints(self) -> list[Constraint]:
+        """Those of every client, as of now."""
+        request = service.GetSessionRequest(session=self.reference, with_scene=True)
+        scene = self.connection.call("get_session", request).scene
+        return [Constraint(self, message) for message in scene.constraints]
+
+    def keyframes(self) -> list[Keyframe]:
+        """Those of every client, as of now, without their poses."""
+        request = service.GetSessionRequest(session=self.reference, with_scene=True)
+        scene = self.connection.call("get_session", request).scene
+        return [Keyframe(self, message) for message in scene.keyframes]
+
+    def wait(self, revision: int | None = None, until: str = "final", timeout: float = 60.0) -> Result:
+        """As OpenSession.wait; the first time it warns of a model that misses its tolerance."""
+        result = super().wait(revision, until, timeout)
+        if not self._is_accuracy_told:  # opened without waiting
+            self.warn_of_accuracy(self.status(), stacklevel=2)
+        return result
+
+    # ---- edits ----
+
+    def edit(self, changes: Iterable[EditLike], expected_revision: int | None = None) -> Receipt:
+        """All or nothing, in order, as one revision.
+
+        expected_revision: refuse (FAILED_PRECONDITION) unless this is the newest one.
+        """
+        if expected_revision is not None:
+            checks.whole(expected_revision, "expected_revision", most=2 ** 64 - 1)
+        changes = list(checks.several(changes, "edits"))
+        if not any(isinstance(change, edits.DynamicsChange) for change in changes):
+            return self._send(to_messages(changes), expected_revision)
+        # What stays is read first, and whoever edits in between is not undone by it.
+        deadline = time.monotonic() + self.connection.timeout
+        while True:
+            known = self.connection.call("get_session", service.GetSessionRequest(session=self.reference, with_scene=True))
+            messages = to_messages(changes, known.scene)
+            try:
+                return self._send(messages, known.status.revision if expected_revision is None else expected_revision)
+            except LimberError as error:
+                is_late = error.field == "expected_revision" and expected_revision is None
+                if not is_late or time.monotonic() > deadline:
+                    raise
+            time.sleep(random.uniform(0, 0.01))  # two that do the same must not meet again and again
+
+    def add(self, *, frame: int, node: int | None = None, nodes: Iterable[int] | None = None,
+            position: Sequence[float] | None = None, displacement: Sequence[float] | None = None,
+            velocity: Sequence[float] | None = None, axes: edits.Axes = None, weight: float | None = None,
+            exact: bool = False) -> Constraint:
+        """"In this frame, the (mean) position of the node(s) is there", or their (mean) velocity is that.
+
+        position: a point of the mesh's space, or displacement: from rest [length unit], or velocity: of the shown frames,
+        (x[frame + 1] - x[frame - 1]) / 2 * frames per second [length unit / s]; axes: which count, e.g. "xz";
+        weight: gamma > 0 of a soft constraint (default 100), or exact=True.
+        """
+        message = edits.constraint(frame=frame, node=node, nodes=nodes, position=position, displacement=displacement,
+                                   velocity=velocity, axes=axes, weight=weight, exact=exact)
+        receipt = self.edit([service.Edit(add=service.AddConstraint(constraint=message))])
+        message.id = receipt.constraint_ids[0]
+        return Constraint(self, message, receipt.issues)
+
+    def move(self, constraint: "Constraint | int", target: Sequence[float]) -> Receipt:
+        return self.edit([edits.move(constraint, target)])
+
+    def remove(self, constraint: "Constraint | int") -> Receipt:
+        return self.edit([edits.remove(constraint)])
+
+    def ends(self, first: str, last: str) -> Receipt:
+        """"free", "position" or "position_velocity" at the first and the last frame."""
+        return self.edit([edits.ends(first, last)])
+
+    def dynamics(self, *, frames_per_second: float | None = None, period_frames: float | None = None,
+                 damping_ratio: float | None = None) -> Receipt:
+        """How fast the body moves; what is not given stays as it is."""
+        return self.edit([edits.dynamics(frames_per_second=frames_per_second, period_frames=period_frames,
+                                         damping_ratio=damping_ratio)])
+
+    def add_keyframe(self, *, frame: int, positions: Any, weight: float | None = None, exact: bool = False) -> Keyframe:
+        """"In this frame, the body has this pose", as far as its modes can.
+
+        positions: of all nodes, n x 3 [length unit], or the path of a mesh file whose nodes are the scene's, moved;
+        weight: gamma > 0 of the distance in modal coordinates (default 100), or exact=True.
+        """
+        message = keyframe(frame=frame, positions=positions, weight=weight, exact=exact)
+        receipt = self.edit([service.Edit(add_keyframe=service.AddKeyframe(keyframe=message))])
+        message.ClearField("pose")
+        message.id = receipt.keyframe_ids[0]
+        return Keyframe(self, message, receipt.issues)
+
+    def optimise(self, variables: str) -> Receipt:
+        """What is optimised from now on: "motion" (control forces), "dynamics" (and frequencies and damping) or "all"
+        (and the modes). What was fitted stays: "motion" freezes it."""
+        return self.edit([edits.optimise(variables)])
+
+    def freeze_material(self) -> Receipt:
+        """Keeps the material as fitted so far and optimises control forces only."""
+        return self.optimise("motion")
+
+    def reset_material(self) -> Receipt:
+        """Forgets what was fitted: the scene's own material, from which optimisation starts anew."""
+        return self.edit([edits.reset_material()])
+
+    # ---- results ----
+
+    def material(self) -> Material:
+        """The material of the newest result: frequencies and damping of its modes in SI units, and what they mix."""
+        return Material.from_message(self.connection.call("get_material", service.GetMaterialRequest(session=self.reference)))
+
+    def geometry(self) -> Geometry:
+        """Rest shape, surface and basis; the basis is fetched once for its content hash."""
+        cache = self.server.geometry_cache
+        known = next((geometry for owner, geometry in reversed(cache.values()) if owner == self.id), None)
+        request = service.GetGeometryRequest(session=self.reference, known_basis_hash=known.basis_hash if known else "")
+        message = self.connection.call("get_geometry", request, timeout=max(60.0, self.connection.timeout))
+        geometry = Geometry.from_message(message, known)
+        cache[geometry.basis_hash] = (self.id, geometry)
+        return geometry
+
+    def geometry_for(self, frames: "service.Frames") -> Geometry | None:
+        """What decode() needs for these frames."""
+        if frames.encoding != service.ENCODING_COORDINATES:
+            return None
+        cached = self.server.geometry_cache.get(frames.basis_hash)
+        return cached[1] if cached else self.geometry()
+
+    # ---- control ----
+
+    def solve_cold(self) -> int:
+        """Solves the current problem again from the base motion, the better of the two motions stays;
+        the job's number."""
+        return self.connection.call("solve_cold", service.SolveColdRequest(session=self.reference)).job

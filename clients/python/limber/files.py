@@ -1,0 +1,53 @@
+"""Files as what is uploaded."""
+
+from __future__ import annotations
+
+import os
+import re
+import stat
+from pathlib import Path
+from typing import Iterable
+
+from . import checks
+from .errors import LimberError
+from .messages import scene as messages
+
+# What else is read with a mesh file, by its ending.
+_COMPANIONS = {".ele": (".node",), ".node": (".ele",)}
+
+
+def mesh_file(path: "str | os.PathLike[str]", companions: Iterable["str | os.PathLike[str]"] = (), *,
+              field: str = "mesh.path") -> "messages.MeshFile":
+    """A mesh file's bytes for upload, with what belongs to it: TetGen's other half, VegaFEM's includes, and materials
+    in a file of the same stem ending in .elastic.
+
+    companions: further files to send along, under their own names; field: what errors name.
+    """
+    path = checks.path(path, field)
+    message = messages.MeshFile(name=path.name, content=read(path, field))
+    beside = [path.with_suffix(suffix) for suffix in _COMPANIONS.get(path.suffix.lower(), ())]
+    if path.suffix.lower() == ".veg":
+        names = re.findall(rb"(?mi)^\*INCLUDE[ \t]+([^\r\n]+?)[ \t]*$", message.content)
+        beside += [path.with_name(os.fsdecode(name)) for name in names]
+    if path.with_suffix(".elastic") != path and path.with_suffix(".elastic").is_file():
+        beside.append(path.with_suffix(".elastic"))
+    for companion in [*beside, *map(Path, companions)]:
+        message.companions[companion.name] = read(companion, "mesh.companions")
+    return message
+
+
+def read(path: Path, field: str) -> bytes:
+    """The bytes of a regular file; of a pipe nobody is waited for."""
+    try:
+        with open(path, "rb", opener=lambda name, flags: os.open(name, flags | os.O_NONBLOCK)) as file:
+            if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
+                raise LimberError("IO", f"cannot read {path}: it is no regular file", field)
+            return file.read()
+    except OSError as error:
+        raise LimberError("IO", f"cannot read {path}: {error.strerror}", field) from error
+
+
+def has_only_lines(path: Path, field: str) -> bool:
+    """Whether an .obj has lines and no faces."""
+    first = {line.split(maxsplit=1)[0] for line in read(path, field).splitlines() if line.strip()}
+    return b"l" in first and b"f" not in first

@@ -1,0 +1,1 @@
+"""Rod linkages: rods with scissor joints, deployed, loaded and designed."""

@@ -1,0 +1,12 @@
+#include "engine/base/clauses.h"
+
+namespace limber {
+
+void append_clause(std::string& message, const std::string& clause) {
+  if (clause.empty()) return;
+  if (message.ends_with('.')) message.pop_back();
+  if (!message.empty()) message += "; ";
+  message += clause;
+}
+
+}  // namespace limber

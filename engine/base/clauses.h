@@ -1,0 +1,11 @@
+#pragma once
+
+#include <string>
+
+namespace limber {
+
+/// Adds a clause to a message, behind "; " in place of a full stop that the message ends with.
+/// Nothing is added where the clause is empty.
+void append_clause(std::string& message, const std::string& clause);
+
+}  // namespace limber

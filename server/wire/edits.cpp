@@ -1,0 +1,47 @@
+#include "server/wire/edits.h"
+
+#include <charconv>
+#include <memory>
+#include <string_view>
+
+#include "server/wire/fields.h"
+#include "server/wire/issues.h"
+
+namespace limber::server {
+
+const google::protobuf::FieldDescriptor* edit_kind(const proto::Edit& edit) {
+  return edit.GetReflection()->GetOneofFieldDescriptor(
+      edit, proto::Edit::descriptor()->FindOneofByName("edit"));
+}
+
+std::string edit_field_in(const proto::EditRequest& message, const std::string& field,
+                          const google::protobuf::Message* extension) {
+  constexpr std::string_view kOpening = "edits[";
+  const std::size_t close = field.find(']');
+  if (extension == nullptr || !field.starts_with(kOpening) || close == std::string::npos)
+    return field_in(message, field);
+  int index = -1;
+  std::from_chars(field.data() + kOpening.size(), field.data() + close, index);
+  if (index < 0 || index >= message.edits_size() || !message.edits(index).has_extension())
+    return field_in(message, field);
+  const std::unique_ptr<google::protobuf::Message> edit(extension->New());
+  if (!message.edits(index).extension().UnpackTo(edit.get())) return field_in(message, field);
+  const std::string path = field.substr(0, close + 1) + ".extension";
+  const std::string inner =
+      field_in(*edit, close + 2 < field.size() ? field.substr(close + 2) : "");
+  return inner.empty() ? path : path + "." + inner;
+}
+
+proto::EditResponse begin_response(const session::EditReceipt& receipt) {
+  proto::EditResponse response;
+  response.set_revision(receipt.revision);
+  for (const auto& issue : receipt.issues) *response.add_issues() = encode_issue(issue);
+  return response;
+}
+
+std::optional<std::uint64_t> expected_revision(const proto::EditRequest& message) {
+  if (!message.has_expected_revision()) return {};
+  return message.expected_revision();
+}
+
+}  // namespace limber::server
