@@ -57,6 +57,7 @@ void frames(Context& context, const FramesOptions& options) {
   if (frames.encoding() == v1::ENCODING_COORDINATES) {
     v1::GetGeometryRequest wanted;
     wanted.set_session(options.session);
+    wanted.set_basis_hash(frames.basis_hash());
     geometry = context.client().call(wanted, kLargeAnswerTimeout);
     if (!geometry.has_basis()) {  // these coordinates are no mixture of shapes
       request.set_encoding(v1::ENCODING_POSITIONS);

@@ -130,8 +130,11 @@ v1::ResultInfo BodySession::wait_checked(Milliseconds timeout) {
 
 Positions BodySession::positions() {
   const v1::Frames newest = frames(v1::ENCODING_COORDINATES);
-  if (!geometry_ || geometry_->basis_hash() != newest.basis_hash())
-    geometry_ = client().call(request<v1::GetGeometryRequest>(), large(client()));
+  if (!geometry_ || geometry_->basis_hash() != newest.basis_hash()) {
+    auto wanted = request<v1::GetGeometryRequest>();
+    wanted.set_basis_hash(newest.basis_hash());
+    geometry_ = client().call(wanted, large(client()));
+  }
   return decode(newest, &*geometry_);
 }
 

@@ -95,6 +95,9 @@ struct Geometry {
   Eigen::Matrix<int, 3, Eigen::Dynamic> surface;  // boundary triangles, source node ids, outward
   Eigen::MatrixXf basis;   // 3 source nodes x h, scene units: position = rest + basis q
   std::string basis_hash;  // content hash, hex: same hash, same basis
+  /// The basis that this one has grown from: its first columns. Empty: none.
+  std::string extended_hash;
+  int extended_columns = 0;
   std::vector<std::string> repairs, warnings;  // of the mesh
 };
 

@@ -110,9 +110,17 @@ bool BodySession::Impl::show_exactly(const Round& round, BodyResult& result) {
   if (shown.basis != before->basis) {
     auto next = std::make_shared<ShownBasis>();
     next->basis = shown.basis;
-    next->geometry = std::make_shared<const Geometry>(
+    Geometry geometry =
         with_basis(*before->geometry, *document_.unedited(),
-                   read([this] { return built_; })->compact_of_source, *shown.basis));
+                   read([this] { return built_; })->compact_of_source, *shown.basis);
+    const Eigen::Index columns = before->basis->cols();
+    geometry.extended_hash.clear();
+    if (geometry.basis.cols() > columns &&
+        geometry.basis.leftCols(columns) == before->geometry->basis) {
+      geometry.extended_hash = before->geometry->basis_hash;
+      geometry.extended_columns = static_cast<int>(columns);
+    }
+    next->geometry = std::make_shared<const Geometry>(std::move(geometry));
     set_shown(std::move(next));
   }
   result.coordinates = std::move(shown.coordinates);

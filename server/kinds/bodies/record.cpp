@@ -79,8 +79,16 @@ std::shared_ptr<const FrameSource> BodyRecord::frames(bool final_only) const {
   return std::make_shared<BodyFrames>(std::move(result), std::move(geometry), opened_.length_unit);
 }
 
-proto::GetGeometryResponse BodyRecord::geometry(const std::string& known_basis_hash) const {
-  return encode_geometry(*geometry_of(*session()), known_basis_hash);
+proto::GetGeometryResponse BodyRecord::geometry(const proto::GetGeometryRequest& request) const {
+  const auto session = this->session();
+  auto geometry = geometry_of(*session);
+  if (!request.basis_hash().empty() && request.basis_hash() != geometry->basis_hash) {
+    geometry = session->geometry(request.basis_hash());
+    if (!geometry)
+      throw Error(ErrorCode::kNotFound, "basis_hash",
+                  "the session has no such basis any more: fetch newer frames");
+  }
+  return encode_geometry(*geometry, request.known_basis_hash());
 }
 
 proto::ExportResponse BodyRecord::export_part(const proto::ExportRequest& request) {
