@@ -4,7 +4,7 @@
 #include <string>
 
 #include "engine/base/error.h"
-#include "engine/base/numerics/armijo.h"
+#include "engine/base/numerics/line_search.h"
 #include "engine/bodies/mass.h"
 
 namespace limber::bodies {
@@ -136,15 +136,12 @@ StepReport FullDynamics::minimise(const Potential& potential, Eigen::VectorXd& w
       w += direction;
       return report;
     }
-    double part = 1, next = 0;
-    int tries = 0;
-    for (; tries < kLineSearchSteps; ++tries, part /= 2) {
-      next = value(potential, w + part * direction);
-      if (next <= now - kArmijoShare * part * decrement2) break;
-    }
-    if (tries == kLineSearchSteps) break;
-    w += part * direction;
-    now = next;
+    const Descent descent =
+        backtrack({now, -decrement2}, {.max_trials = kLineSearchSteps},
+                  [&](double part) { return value(potential, w + part * direction); });
+    if (!descent.is_accepted) break;
+    w += descent.step * direction;
+    now = descent.value;
   }
   report.status = StepReport::Status::kNotConverged;
   return report;

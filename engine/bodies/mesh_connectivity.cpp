@@ -2,43 +2,23 @@
 
 #include <algorithm>
 #include <array>
-#include <numeric>
+#include <cstddef>
+
+#include "engine/base/disjoint_sets.h"
 
 namespace limber::bodies {
 namespace {
 
-class DisjointSets {
- public:
-  explicit DisjointSets(int count) : parent_(static_cast<std::size_t>(count)) {
-    std::iota(parent_.begin(), parent_.end(), 0);
+/// Groups in the order of their lowest items.
+Grouping grouping(DisjointSets& sets, Eigen::Index count) {
+  Grouping result;
+  result.group_of.resize(static_cast<std::size_t>(count));
+  for (int item = 0; item < static_cast<int>(count); ++item) {
+    const int lowest = sets.lowest(item);
+    result.group_of[item] = lowest == item ? result.count++ : result.group_of[lowest];
   }
-  int find(int item) {
-    while (parent_[item] != item) {
-      parent_[item] = parent_[parent_[item]];
-      item = parent_[item];
-    }
-    return item;
-  }
-  void join(int a, int b) {
-    a = find(a);
-    b = find(b);
-    // The lowest member stays the root; halving paths keeps finds short.
-    if (a < b) parent_[b] = a;
-    if (b < a) parent_[a] = b;
-  }
-  Grouping grouping() {
-    Grouping result;
-    result.group_of.resize(parent_.size());
-    for (int item = 0; item < static_cast<int>(parent_.size()); ++item) {
-      const int root = find(item);
-      result.group_of[item] = root == item ? result.count++ : result.group_of[root];
-    }
-    return result;
-  }
-
- private:
-  std::vector<int> parent_;
-};
+  return result;
+}
 
 struct PartEdge {
   std::pair<int, int> edge;
@@ -64,19 +44,19 @@ std::vector<char> shared_nodes(const TetNodes& tets, int node_count, const Group
 }  // namespace
 
 Grouping face_connected_parts(const TetNodes& tets, const std::vector<TetFace>& faces) {
-  DisjointSets sets(static_cast<int>(tets.cols()));
+  DisjointSets sets(static_cast<std::size_t>(tets.cols()));
   for (std::size_t i = 1; i < faces.size(); ++i) {
     if (faces[i].nodes == faces[i - 1].nodes) sets.join(faces[i].tet(), faces[i - 1].tet());
   }
-  return sets.grouping();
+  return grouping(sets, tets.cols());
 }
 
 Grouping node_connected_pieces(const TetNodes& tets, int node_count) {
-  DisjointSets sets(node_count);
+  DisjointSets sets(static_cast<std::size_t>(node_count));
   for (int e = 0; e < tets.cols(); ++e) {
     for (int a = 1; a < 4; ++a) sets.join(tets(0, e), tets(a, e));
   }
-  return sets.grouping();
+  return grouping(sets, node_count);
 }
 
 std::optional<std::pair<int, int>> overlapping_neighbours(const std::vector<TetFace>& faces) {

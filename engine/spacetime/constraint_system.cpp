@@ -53,17 +53,13 @@ void sum_terms(const std::vector<int>& places, Eigen::Index count, Eigen::Matrix
 void factor_lifted(Eigen::MatrixXd& system, Eigen::MatrixXd& work) {
   const Eigen::VectorXd diagonal = system.diagonal();
   const double largest = diagonal.size() > 0 ? diagonal.maxCoeff() : 0;
-  double lift = 0;
-  for (int attempt = 0; attempt < 12; ++attempt) {
+  const auto factors = [&](double lift) {
     work = system;
     work.diagonal().array() += lift * largest;
-    Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>> llt(work);
-    if (llt.info() == Eigen::Success) {
-      system.swap(work);
-      return;
-    }
-    lift = lift == 0 ? 1e-15 : lift * 10;
-  }
+    const Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>> llt(work);
+    return llt.info() == Eigen::Success;
+  };
+  if (factors(0) || raise_shift(kLifts, factors)) return system.swap(work);
   throw Error(ErrorCode::kNumerical, "",
               "the constraints' system cannot be factored: displacements or their Jacobians are "
               "not finite");

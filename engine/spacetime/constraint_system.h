@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <vector>
 
+#include "engine/base/numerics/raise_shift.h"
 #include "engine/spacetime/constraint_rows.h"
 #include "engine/spacetime/green_blocks.h"
 
@@ -23,6 +24,9 @@ void response_of_terms(const GreenBlocks& green, const std::vector<TermBlock>& b
 /// @param work    becomes the matrix over terms, where rows and terms are not the same
 void sum_terms(const std::vector<int>& places, Eigen::Index count, Eigen::MatrixXd& system,
                Eigen::MatrixXd& work);
+
+/// Relative lifts of a diagonal that rounding has left indefinite, after none at all.
+inline constexpr ShiftSeries kLifts{1e-15, 10, 11};
 
 /// system <- its Cholesky factor (lower). Exact rows that depend on each other leave it singular to
 /// rounding: it is lifted by as little as makes it factor. The error is one of the step only, and

@@ -49,15 +49,13 @@ void KeyframeSystem::factor_diagonal(const ModeSystems& systems, const Constrain
 void KeyframeSystem::factor_blocks(const ModeSystems& systems, const ConstraintRows& rows) {
   const Eigen::MatrixXd gram = rows.mixing().transpose() * rows.mixing();
   const double largest = gram.diagonal().maxCoeff();
-  double lift = 0;
-  const auto add_block = [&](int knot, Eigen::Ref<Eigen::MatrixXd> block) {
-    block += weights_[knot] * gram;
-    block.diagonal().array() += lift * largest * weights_[knot];
+  const auto factors = [&](double lift) {
+    return blocks_.factor(systems, [&](int knot, Eigen::Ref<Eigen::MatrixXd> block) {
+      block += weights_[knot] * gram;
+      block.diagonal().array() += lift * largest * weights_[knot];
+    });
   };
-  for (int attempt = 0; attempt < 12; ++attempt) {
-    if (blocks_.factor(systems, add_block)) return;
-    lift = lift == 0 ? 1e-15 : lift * 10;
-  }
+  if (factors(0) || raise_shift(kLifts, factors)) return;
   throw Error(ErrorCode::kNumerical, "", "the keyframes' system cannot be factored");
 }
 

@@ -10,7 +10,7 @@
 #include <utility>
 
 #include "engine/base/error.h"
-#include "engine/base/numerics/armijo.h"
+#include "engine/base/numerics/line_search.h"
 #include "engine/spacetime/fit_dynamics.h"
 #include "engine/spacetime/material_step.h"
 

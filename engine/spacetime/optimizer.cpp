@@ -5,7 +5,7 @@
 #include <limits>
 
 #include "engine/base/error.h"
-#include "engine/base/numerics/armijo.h"
+#include "engine/base/numerics/line_search.h"
 #include "engine/base/start_shift.h"
 
 namespace limber::spacetime {
@@ -152,41 +152,32 @@ bool Optimizer::exact_done() const {
 
 Optimizer::Search Optimizer::search(const Step& step, ConstraintRows::Jacobian jacobian) {
   const double start = merit(z_, state_);
-  double taken = 1;
-  const auto sufficient = [&](double value) {
-    return value <= start - kArmijoShare * taken * step.decrement2;
-  };
-  const auto accepted = [&](double value) {
-    return Search{taken, start, (start - value) / (0.5 * step.decrement2)};
-  };
-  const auto with_jacobian = [&](double value) {
-    if (jacobian == ConstraintRows::Jacobian::kYes) evaluate(trial_, jacobian, trial_state_);
-    return accepted(value);
-  };
-  const int attempts = full_model() ? guard_.attempts() : 30;
-  for (int attempt = 0; attempt < attempts; ++attempt) {
-    trial_ = z_ + taken * step.d;
-    evaluate(trial_, attempt == 0 ? jacobian : ConstraintRows::Jacobian::kNo, trial_state_);
+  const SufficientDecrease decrease{start, -step.decrement2};
+  double reached = start;
+  bool has_jacobian = false;
+  const auto attempt = [&](double part) {
+    const bool is_full = part == 1;
+    trial_ = z_ + part * step.d;
+    evaluate(trial_, is_full ? jacobian : ConstraintRows::Jacobian::kNo, trial_state_);
     const double value = merit(trial_, trial_state_);
-    if (attempt == 0) {
-      if (value <= start - 0.25 * step.decrement2) return accepted(value);
+    reached = value;
+    if (is_full) {
+      has_jacobian = value <= start - 0.25 * step.decrement2;
+      if (has_jacobian) return StepVerdict::accept();
       // Where heavy constraints bend, a straight step leaves their valley and the merit forbids it:
       // what the rows did that J d did not foresee is taken back (second-order correction, Nocedal
       // and Wright 2006, sec. 18.3).
-      const double corrected = correct_for_curvature(step, value);
-      if (sufficient(corrected)) return with_jacobian(corrected);
-    } else if (sufficient(value)) {
-      return with_jacobian(value);
+      reached = correct_for_curvature(step, value);
     }
-    // The parabola through value and slope at 0 and the value here.
-    double next = 0.25 * taken;
-    if (std::isfinite(value)) {
-      next = taken * taken * step.decrement2 / (2 * (value - start + taken * step.decrement2));
-      next = std::clamp(next, 0.1 * taken, 0.5 * taken);
-    }
-    taken = next;
-  }
-  return {0, start, 0};
+    return decrease.accepts(part, reached) ? StepVerdict::accept()
+                                           : StepVerdict::retry(decrease.shorter(part, value));
+  };
+  const int attempts = full_model() ? guard_.attempts() : 30;
+  const BacktrackReport found = backtrack({.max_trials = attempts}, attempt);
+  if (!found.is_accepted) return {0, start, 0};
+  if (jacobian == ConstraintRows::Jacobian::kYes && !has_jacobian)
+    evaluate(trial_, jacobian, trial_state_);
+  return {found.step, start, (start - reached) / (0.5 * step.decrement2)};
 }
 
 double Optimizer::correct_for_curvature(const Step& step, double value) {

@@ -302,9 +302,9 @@ TEST(Client, ANameIsSentAsGivenWhereThatIsWanted) {
   });
   Client client(router.requests());
   OpenSession(client, "s", Naming::kAsGiven).cancel();
-  EXPECT_EQ(router.seen(), 1);
+  EXPECT_EQ(router.received(), 1);
   OpenSession(client, "s").cancel();
-  EXPECT_EQ(router.seen(), 3);
+  EXPECT_EQ(router.received(), 3);
   EXPECT_EQ(seen, (std::vector<std::string>{"s", "s@7"}));
 }
 

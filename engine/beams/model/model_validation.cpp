@@ -4,10 +4,10 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <numeric>
 #include <string>
 #include <utility>
 
+#include "engine/base/disjoint_sets.h"
 #include "engine/base/error.h"
 #include "engine/beams/model/beam_model.h"
 
@@ -240,33 +240,21 @@ void check_held(const BeamModel& model) {
   if (model.supports.empty() && model.motions.empty())
     refuse("supports", "is empty, and no motion holds the structure",
            ErrorCode::kFailedPrecondition);
-  std::vector<int> part(model.nodes.size());
-  std::iota(part.begin(), part.end(), 0);
-  const auto root = [&](int node) {
-    while (part[static_cast<std::size_t>(node)] != node) {
-      int& above = part[static_cast<std::size_t>(node)];
-      above = part[static_cast<std::size_t>(above)];
-      node = above;
-    }
-    return node;
-  };
-  for (const BeamElement& e : model.elements) {
-    const int low = std::min(root(e.start), root(e.finish));
-    const int high = std::max(root(e.start), root(e.finish));
-    part[static_cast<std::size_t>(high)] = low;
-  }
+  DisjointSets parts(model.nodes.size());
+  for (const BeamElement& e : model.elements) parts.join(e.start, e.finish);
   std::vector<char> held(model.nodes.size(), 0);
   for (const BeamSupport& s : model.supports) {
     for (const bool fixed : s.fixed) {
-      if (fixed) held[static_cast<std::size_t>(root(s.node))] = 1;
+      if (fixed) held[static_cast<std::size_t>(parts.lowest(s.node))] = 1;
     }
   }
   for (const PrescribedMotion& m : model.motions) {
-    if (m.rotates_any() || m.translates_any()) held[static_cast<std::size_t>(root(m.node))] = 1;
+    if (m.rotates_any() || m.translates_any())
+      held[static_cast<std::size_t>(parts.lowest(m.node))] = 1;
   }
   const std::vector<char> used = used_nodes(model);
   for (std::size_t i = 0; i < model.nodes.size(); ++i) {
-    if (used[i] != 0 && held[static_cast<std::size_t>(root(static_cast<int>(i)))] == 0)
+    if (used[i] != 0 && held[static_cast<std::size_t>(parts.lowest(static_cast<int>(i)))] == 0)
       refuse(at("nodes", i), "belongs to a part that no support and no motion holds",
              ErrorCode::kFailedPrecondition);
   }

@@ -1,6 +1,8 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
+#include <vector>
 
 #include "engine/beams/structure/beam_structure.h"
 #include "engine/beams/structure/node_loads.h"
@@ -46,6 +48,19 @@ class Balance {
   /// Largest turn of a node, or move of one end of an element against the other over its length,
   /// that increments make [rad].
   [[nodiscard]] double size_of(const Eigen::VectorXd& increments) const;
+  /// D^3 E [v, v] of the potential along a step v, by differences of residuals. Steps along
+  /// v - K^-1 D^3 E [v, v] / 2 keep the lengths of slender beams.
+  /// @param residual  VectorXd residual(BeamState)
+  /// @param here      at the state
+  template <class Residual>
+  [[nodiscard]] Eigen::VectorXd third_derivative(const Residual& residual, const BeamState& state,
+                                                 const Eigen::VectorXd& here,
+                                                 const Eigen::VectorXd& step) const {
+    const double e = 1e-3 / std::max(size_of(step), 1e-3);
+    const Eigen::VectorXd difference = residual(structure_.moved(state, e * step)) +
+                                       residual(structure_.moved(state, -e * step)) - 2 * here;
+    return difference / (e * e);
+  }
   [[nodiscard]] bool is_force(int unknown) const;
   [[nodiscard]] int node_of(int unknown) const;  // -1 of -1
   /// Largest coordinate as drawn.

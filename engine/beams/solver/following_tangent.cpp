@@ -132,10 +132,7 @@ bool balance_following(const BeamStructure& structure, const NodeLoads& loads, d
     if (size > kLargestFollowingTurn) step *= kLargestFollowingTurn / size;
     if (size > 1e-5) {
       // Along a curve, so that slender beams keep their lengths.
-      const double e = 1e-3 / std::max(balance.size_of(step), 1e-3);
-      const Eigen::VectorXd third = residual(structure.moved(at, e * step)) +
-                                    residual(structure.moved(at, -e * step)) - 2 * here;
-      const Eigen::VectorXd bend = -solve(third) / (e * e);
+      const Eigen::VectorXd bend = -solve(balance.third_derivative(residual, at, here, step));
       if (balance.size_of(bend) < 2 * kLargestFollowingTurn) step += 0.5 * bend;
     }
     at = structure.moved(at, step);

@@ -5,7 +5,8 @@
 #include <utility>
 
 #include "engine/base/error.h"
-#include "engine/base/numerics/armijo.h"
+#include "engine/base/numerics/line_search.h"
+#include "engine/base/numerics/raise_shift.h"
 #include "engine/base/random.h"
 #include "engine/beams/solver/stability.h"
 
@@ -63,12 +64,11 @@ NewtonSolver::Definiteness NewtonSolver::factor_positive(const BeamState& state,
     if (factor_at(0)) return Definiteness::kNot;
   }
   // Begin below the shift that did last time.
-  shift_ = before > 0 ? 0.1 * before : balance_.softest();
-  while (!factor_at(shift_)) {
-    shift_ *= 10;
-    if (!std::isfinite(shift_ * weights_.maxCoeff())) return Definiteness::kNotFinite;
-  }
-  return Definiteness::kNot;
+  const ShiftSeries shifts{before > 0 ? 0.1 * before : balance_.softest(), 10};
+  const auto shift = raise_shift(
+      shifts, [&](double s) { return std::isfinite(s * weights_.maxCoeff()) && factor_at(s); });
+  shift_ = shift.value_or(0);
+  return shift ? Definiteness::kNot : Definiteness::kNotFinite;
 }
 
 Eigen::VectorXd NewtonSolver::residual(const BeamState& state, const NodeLoads& loads) const {
@@ -86,13 +86,9 @@ double NewtonSolver::potential_change(double energy, const Eigen::VectorXd& load
 Eigen::VectorXd NewtonSolver::curvature(const BeamState& state, const NodeLoads& loads,
                                         const Eigen::VectorXd& residual_here,
                                         const Eigen::VectorXd& step) {
-  const double size = balance_.size_of(step);
-  const double e = 1e-3 / std::max(size, 1e-3);
-  const Eigen::VectorXd third = residual(structure_.moved(state, e * step), loads) +
-                                residual(structure_.moved(state, -e * step), loads) -
-                                2 * residual_here;
-  const Eigen::VectorXd bend = -factor_.solve(stiffness_.restricted(third) / (e * e));
-  return stiffness_.extended(bend);
+  const auto residual_at = [&](const BeamState& at) { return residual(at, loads); };
+  const Eigen::VectorXd third = balance_.third_derivative(residual_at, state, residual_here, step);
+  return stiffness_.extended(-factor_.solve(stiffness_.restricted(third)));
 }
 
 NewtonSolver::Trial NewtonSolver::go_along(const BeamState& state, const NodeLoads& loads,
@@ -121,19 +117,20 @@ bool NewtonSolver::search(BeamState& state, const NodeLoads& loads,
                           const Eigen::VectorXd& bend) {
   const double energy = elastic_energies(structure_, state).total();
   const Eigen::VectorXd load = load_vector(structure_, loads, state);
-  const double slope = residual_here.dot(step);
+  const SufficientDecrease decrease{0, residual_here.dot(step)};
   const double rounding = 100 * kEpsilon * (energy + std::abs(load.dot(step)));
-  for (double t = 1; t > 1e-6; t *= 0.5) {
-    if (balance_.size_of(t * step + (0.5 * t * t) * bend) > 3 * kLargestTurnOfIteration) continue;
+  const auto attempt = [&](double t) {
+    const auto shorter = StepVerdict::retry(t / 2);
+    if (balance_.size_of(t * step + (0.5 * t * t) * bend) > 3 * kLargestTurnOfIteration)
+      return shorter;
     Trial trial = try_step(state, loads, energy, load, step, bend, t);
     // Steps whose gain is lost in rounding are judged by forces.
-    if (trial.change <= kArmijoShare * t * slope ||
-        (trial.change <= rounding && trial.scaled < 0.5 * left_.scaled)) {
-      state = std::move(trial.state);
-      return true;
-    }
-  }
-  return false;
+    const bool is_calmer = trial.change <= rounding && trial.scaled < 0.5 * left_.scaled;
+    if (!is_calmer && !decrease.accepts(t, trial.change)) return shorter;
+    state = std::move(trial.state);
+    return StepVerdict::accept();
+  };
+  return backtrack({.shortest_step = 1e-6}, attempt).is_accepted;
 }
 
 bool NewtonSolver::advance(BeamState& state, const NodeLoads& loads,
@@ -237,8 +234,7 @@ bool NewtonSolver::leave_saddle(BeamState& state, const NodeLoads& loads, const 
   const Eigen::VectorXd here = residual(state, loads);
   const Eigen::VectorXd unit = saddle.direction / balance_.size_of(saddle.direction);
   const Eigen::VectorXd bend = curvature(state, loads, here, unit);
-  // Far enough that the gain is more than rounding, as the energy falls with the square only.
-  for (double t = 0.3; t > 1e-5; t *= 0.5) {
+  const auto attempt = [&](double t) {
     // To the lower side: beside a fork that a small load has parted, the branch that continues is
     // there. Sides that are the same but for rounding are not chosen by that.
     double lowest = 0;
@@ -249,12 +245,12 @@ bool NewtonSolver::leave_saddle(BeamState& state, const NodeLoads& loads, const 
       lowest = trial.change;
       lower = std::move(trial.state);
     }
-    if (lowest < 0) {
-      state = std::move(lower);
-      return true;
-    }
-  }
-  return false;
+    if (!(lowest < 0)) return StepVerdict::retry(t / 2);
+    state = std::move(lower);
+    return StepVerdict::accept();
+  };
+  // Far enough that the gain is more than rounding, as the energy falls with the square only.
+  return backtrack({.first_step = 0.3, .shortest_step = 1e-5}, attempt).is_accepted;
 }
 
 bool NewtonSolver::take_fork(BeamState& state, const NodeLoads& loads) {
@@ -267,19 +263,17 @@ bool NewtonSolver::take_fork(BeamState& state, const NodeLoads& loads) {
   const Eigen::VectorXd unit = side / balance_.size_of(fork.direction) * fork.direction;
   const Eigen::VectorXd bend = curvature(state, loads, here, unit);
   const double rounding = 100 * kEpsilon * (energy + std::abs(load.dot(unit)));
-  // Down to the first valley: the next one may be that of the other side.
-  double lowest = 0;
+  Trial trial;
   BeamState valley;
-  for (double t = kFirstOfFork; t < kLargestTurnOfIteration; t *= 2) {
-    Trial trial = go_along(state, loads, energy, load, unit, bend, t);
-    // Close by, the gain is lost in rounding.
-    if (lowest == 0 && std::abs(trial.change) <= rounding) continue;
-    if (!(trial.change < lowest)) break;
-    lowest = trial.change;
-    valley = std::move(trial.state);
-  }
-  if (lowest < 0) state = std::move(valley);
-  return lowest < 0;
+  const double change = expand(
+      {kFirstOfFork, kLargestTurnOfIteration, rounding},
+      [&](double t) {
+        trial = go_along(state, loads, energy, load, unit, bend, t);
+        return trial.change;
+      },
+      [&](double) { valley = std::move(trial.state); });
+  if (change < 0) state = std::move(valley);
+  return change < 0;
 }
 
 NewtonOutcome NewtonSolver::balance(BeamState& state, const LoadPath& path, double s,

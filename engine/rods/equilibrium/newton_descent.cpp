@@ -2,9 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
-#include "engine/base/numerics/armijo.h"
 #include "engine/base/numerics/dense.h"
+#include "engine/base/numerics/line_search.h"
 #include "engine/base/random.h"
 #include "engine/rods/equilibrium/newton_run.h"
 
@@ -30,8 +31,6 @@ constexpr double kStiff = 1e5;
 constexpr Eigen::Index kLanczosSteps = 60;  // iterations for the softest direction at most
 constexpr double kSettledDirection = 1e-4;  // residual, of the eigenvalue
 constexpr double kFirstEscape = 1e-4;       // [rad]
-constexpr double kEscapeGrowth = 2;         // factor from one trial along a direction to the next
-constexpr int kEscapes = 16;                // trials along a direction at most
 // Of what forces gain along a direction, how much more curvature has to.
 constexpr double kBeyondForces = 4;
 
@@ -188,39 +187,37 @@ bool NewtonRun::farther(const LinkageState& state, const Step& step, const Eigen
 bool NewtonRun::descend(LinkageState& state, const Step& step, double fraction) {
   Eigen::VectorXd bend;
   step_shift_ = report_.final_shift;
-  while (fraction > kShortestFraction) {
-    const double part = fraction;
-    fraction /= 2;
+  const SufficientDecrease decrease{potential_, step.slope, rounding()};
+  const auto attempt = [&](double part) {
+    const auto shorter = StepVerdict::retry(part / 2);
     Eigen::VectorXd x = part * step.x;
     if (bend.size() > 0) x += 0.5 * part * part * bend;
-    if (bound_fraction(state, x) < 1) continue;
+    if (bound_fraction(state, x) < 1) return shorter;
     LinkageState trial = state.moved(model_, x);
-    const double below = potential_ + kArmijoShare * part * step.slope + rounding();
-    bool low = potential(trial) + terms_.moment_potential(x) <= below ||
+    bool low = decrease.accepts(part, potential(trial) + terms_.moment_potential(x)) ||
                (-step.slope < kNoise * potential_size_ && calmer(trial));
     if (!low && bend.size() == 0) {
       hold_soft(step);
       bend = beside(acceleration(state, step.x), step.x);
-      fraction = part;
-      continue;
+      return StepVerdict::retry(part);
     }
     const bool straight = low;
-    low = low || (part >= kLeastRecentred && recentred(trial, below, x));
-    if (!low) continue;
+    low = low || (part >= kLeastRecentred && recentred(trial, decrease.bound(part), x));
+    if (!low) return shorter;
     along_.resize(0);
     if (bend.size() > 0 || step_shift_ > 0) along_ = step.x;
     if (bend.size() > 0 && part == 1 && farther(state, step, bend, trial, x)) {
       accept(state, std::move(trial), x);
       damping_ = 0;
       radius_ = options_.largest_turn;
-      return true;
+      return StepVerdict::accept();
     }
     const double before = potential_;
     accept(state, std::move(trial), x, straight ? part * step.x : Eigen::VectorXd());
     learn(step, part, before - potential_ - terms_.moment_potential(x));
-    return true;
-  }
-  return false;
+    return StepVerdict::accept();
+  };
+  return backtrack({fraction, kShortestFraction}, attempt).is_accepted;
 }
 
 /// What a step was worth tells how far the next ones are believed.
@@ -319,21 +316,20 @@ bool NewtonRun::escape(LinkageState& state) {
 std::optional<NewtonRun::Escape> NewtonRun::follow(const LinkageState& state,
                                                    const Eigen::VectorXd& direction,
                                                    const Eigen::VectorXd& bend) const {
-  double best = potential_ - rounding();
+  Eigen::VectorXd x;
+  std::optional<LinkageState> trial;
   std::optional<Escape> found;
-  double turn = kFirstEscape;
-  for (int k = 0; k < kEscapes && turn <= options_.largest_turn; ++k, turn *= kEscapeGrowth) {
-    Eigen::VectorXd x = turn * direction + 0.5 * turn * turn * bend;
-    if (bound_fraction(state, x) < 1) break;
-    LinkageState trial = state.moved(model_, x);
-    const double value = potential(trial) + terms_.moment_potential(x);
-    if (!(value < best)) {
-      if (found || !(value < potential_ + rounding())) break;
-      continue;
-    }
-    best = value;
-    found = Escape{std::move(trial), std::move(x), turn * direction, potential_ - value};
-  }
+  const auto change_at = [&](double turn) {
+    x = turn * direction + 0.5 * turn * turn * bend;
+    if (bound_fraction(state, x) < 1) return std::numeric_limits<double>::quiet_NaN();
+    trial = state.moved(model_, x);
+    return potential(*trial) + terms_.moment_potential(x) - potential_;
+  };
+  const double change =
+      expand({kFirstEscape, options_.largest_turn, rounding()}, change_at, [&](double turn) {
+        found = Escape{std::move(*trial), std::move(x), turn * direction};
+      });
+  if (found) found->gain = -change;
   return found;
 }
 

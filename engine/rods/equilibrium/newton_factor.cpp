@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "engine/base/error.h"
+#include "engine/base/numerics/raise_shift.h"
 #include "engine/rods/equilibrium/newton_run.h"
 
 namespace limber::rods::detail {
@@ -86,12 +87,10 @@ void NewtonRun::factor_positive(double least, const LinkageState& state) {
 /// Factors with the first shift of a growing series that makes the matrix positive definite, and
 /// keeps it.
 void NewtonRun::factor_shifted(double first, double& kept) {
-  double shift = std::max(first, kShiftGrowth * work_.scales.rounding_shift());
-  while (!factor(shift)) {
-    shift *= kShiftGrowth;
-    LIMBER_DEMAND(std::isfinite(shift));
-  }
-  kept = shift;
+  const double least = std::max(first, kShiftGrowth * work_.scales.rounding_shift());
+  const auto shift = raise_shift({least, kShiftGrowth}, [&](double s) { return factor(s); });
+  LIMBER_DEMAND(shift.has_value());
+  kept = *shift;
 }
 
 void NewtonRun::solve(Eigen::VectorXd& right_side, const Eigen::VectorXd& rows) const {

@@ -115,7 +115,7 @@ class NewtonRun {
   struct Escape {
     LinkageState there;
     Eigen::VectorXd increment, along;  // with and without its bend
-    double gain;                       // of the potential, with what moments do
+    double gain = 0;                   // of the potential, with what moments do
   };
   [[nodiscard]] std::optional<Escape> follow(const LinkageState& state,
                                              const Eigen::VectorXd& direction,

@@ -4,9 +4,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "engine/base/error.h"
-#include "engine/base/numerics/armijo.h"
+#include "engine/base/numerics/line_search.h"
+#include "engine/base/numerics/raise_shift.h"
 #include "engine/rods/equilibrium/equilibrium_text.h"
 
 namespace limber::rods::detail {
@@ -17,7 +19,7 @@ constexpr double kResidualRounding = 1e-13;       // of the energy
 constexpr double kGrowth = 8;                     // of shifts
 constexpr double kShortestEdge = 1e-3;            // of joints, as a share of rest
 constexpr double kLargestTurnOfLengthStep = 0.5;  // of a step [rad]
-constexpr int kShifts = 60;                       // shifts that are tried at most
+constexpr int kShifts = 59;                       // shifts that are tried at most
 
 }  // namespace
 
@@ -150,17 +152,13 @@ bool RestLengthRun::factor() {
   // Without the rows of what does not move.
   mixed_.unknowns.prune(
       [&](Eigen::Index row, Eigen::Index, double) { return is_pinned_[row] == 0; });
-  double shift = 0;
-  for (int k = 0; k < kShifts; ++k) {
-    if (factor_shifted(shift)) {
-      shift_ = shift;
-      return true;
-    }
-    shift = shift > 0 ? kGrowth * shift
-                      : std::max({shift_ / (kGrowth * kGrowth), scales_.softest_eigenvalue(),
-                                  scales_.rounding_shift()});
-  }
-  return false;
+  const double first = std::max(
+      {shift_ / (kGrowth * kGrowth), scales_.softest_eigenvalue(), scales_.rounding_shift()});
+  const auto factors = [&](double shift) { return factor_shifted(shift); };
+  const std::optional<double> shift =
+      factors(0) ? 0.0 : raise_shift({first, kGrowth, kShifts}, factors);
+  if (shift) shift_ = *shift;
+  return shift.has_value();
 }
 
 bool RestLengthRun::factor_shifted(double shift) {
@@ -210,30 +208,28 @@ bool RestLengthRun::take(const LinkageVector& newton) {
     if (!factor_shifted(shift_)) return false;
     step = solve({-gradient_.unknowns, -gradient_.lengths});
   }
-  const double slope = gradient_.unknowns.dot(step.unknowns) + gradient_.lengths.dot(step.lengths);
   const double energy = report_.energies.total();
-  const double rounding = kResidualRounding * energy + scales_.energy_rounding();
-  double fraction = std::min(
+  const SufficientDecrease decrease{
+      energy, gradient_.unknowns.dot(step.unknowns) + gradient_.lengths.dot(step.lengths),
+      kResidualRounding * energy + scales_.energy_rounding()};
+  const double allowed = std::min(
       room(step),
       kLargestTurnOfLengthStep /
           std::max(kLargestTurnOfLengthStep, scales_.largest_turn(model_, state_, step.unknowns)));
   LinkageVector bend;
-  while (fraction > kShortestStepFraction) {
-    const double below = energy + kArmijoShare * fraction * slope + rounding;
+  const auto attempt = [&](double fraction) {
     LinkageVector part{fraction * step.unknowns, fraction * step.lengths};
     if (bend.unknowns.size() > 0) {
       part.unknowns += 0.5 * fraction * fraction * bend.unknowns;
       part.lengths += 0.5 * fraction * fraction * bend.lengths;
     }
-    if (try_step(part, below)) return true;
-    if (bend.unknowns.size() == 0) {
-      const LinkageVector third = derivatives_.third({state_}, step, step);
-      bend = solve({-third.unknowns, -third.lengths});
-      continue;
-    }
-    fraction /= 2;
-  }
-  return false;
+    if (try_step(part, decrease.bound(fraction))) return StepVerdict::accept();
+    if (bend.unknowns.size() > 0) return StepVerdict::retry(fraction / 2);
+    const LinkageVector third = derivatives_.third({state_}, step, step);
+    bend = solve({-third.unknowns, -third.lengths});
+    return StepVerdict::retry(fraction);
+  };
+  return backtrack({allowed, kShortestStepFraction}, attempt).is_accepted;
 }
 
 /// Goes there if it is allowed and low enough.

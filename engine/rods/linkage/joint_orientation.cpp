@@ -10,6 +10,7 @@
 #include <tuple>
 #include <utility>
 
+#include "engine/base/disjoint_sets.h"
 #include "engine/base/error.h"
 #include "engine/base/rotations/shortest_rotation.h"
 #include "engine/rods/linkage/odd_cycle.h"
@@ -251,15 +252,12 @@ class Orientation {
 
   /// Joints of each connected part, by rank.
   [[nodiscard]] std::vector<std::vector<int>> components() const {
-    ParityForest parts(pairs_.size());
-    for (const JointLink& link : links_) {
-      const auto a = parts.root(link.joints[0]), b = parts.root(link.joints[1]);
-      if (a.item != b.item) (void)parts.join(a.item, b.item, 0);
-    }
+    DisjointSets parts(pairs_.size());
+    for (const JointLink& link : links_) parts.join(link.joints[0], link.joints[1]);
     std::vector<int> numbers(pairs_.size(), -1);
     std::vector<std::vector<int>> all;
     for (const int joint : by_rank_) {
-      int& number = numbers[parts.root(joint).item];
+      int& number = numbers[parts.lowest(joint)];
       if (number < 0) {
         number = static_cast<int>(all.size());
         all.emplace_back();

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "engine/base/disjoint_sets.h"
 #include "engine/base/error.h"
 #include "engine/rods/linkage/joint_orientation.h"
 #include "engine/rods/linkage/pairing_choice.h"
@@ -145,17 +146,13 @@ void set_joint(const RodPair& pair, const JointOrientations& orientations, int i
 }
 
 void number_components(const LineMesh& mesh, LinkageGraph& graph) {
-  std::vector<int> root(static_cast<std::size_t>(mesh.vertex_count()));
-  std::iota(root.begin(), root.end(), 0);
-  const auto find = [&](int v) {
-    while (root[v] != v) v = root[v] = root[root[v]];
-    return v;
-  };
+  const auto count = static_cast<std::size_t>(mesh.vertex_count());
+  DisjointSets connected(count);
   for (const Segment& segment : graph.segments)
-    root[find(segment.vertices[0])] = find(segment.vertices[1]);
-  std::vector<int> number(root.size(), -1);
+    connected.join(segment.vertices[0], segment.vertices[1]);
+  std::vector<int> number(count, -1);
   for (const Segment& segment : graph.segments) {
-    int& component = number[find(segment.vertices[0])];
+    int& component = number[connected.lowest(segment.vertices[0])];
     if (component < 0) component = graph.components++;
     graph.segment_components.push_back(component);
   }

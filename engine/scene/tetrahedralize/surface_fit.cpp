@@ -5,8 +5,8 @@
 #include <cmath>
 #include <limits>
 #include <map>
-#include <numeric>
 
+#include "engine/base/disjoint_sets.h"
 #include "engine/bodies/boundary_surface.h"
 
 namespace limber::scene::lattice {
@@ -169,31 +169,19 @@ FitMeasurement measure_fit(const TriangleSurface& surface, const TriangleTree& t
 }
 
 bool has_far_part(const TriangleSurface& surface, double distance) {
-  std::vector<int> parent(static_cast<std::size_t>(surface.vertex_count()));
-  std::iota(parent.begin(), parent.end(), 0);
-  const auto root = [&](int v) {
-    while (parent[static_cast<std::size_t>(v)] != v) {
-      int& up = parent[static_cast<std::size_t>(v)];
-      up = parent[static_cast<std::size_t>(up)];
-      v = up;
-    }
-    return v;
-  };
+  DisjointSets connected(static_cast<std::size_t>(surface.vertex_count()));
   for (int t = 0; t < surface.triangle_count(); ++t) {
-    for (int c = 1; c < 3; ++c) {
-      parent[static_cast<std::size_t>(root(surface.triangles(c, t)))] =
-          root(surface.triangles(0, t));
-    }
+    for (int c = 1; c < 3; ++c) connected.join(surface.triangles(0, t), surface.triangles(c, t));
   }
   struct Part {
     Eigen::AlignedBox3d box;
     double volume = 0;
     bool is_connected = false;
   };
-  std::map<int, Part> by_root;
+  std::map<int, Part> by_lowest;
   const Vector3d origin = surface.vertices.rowwise().mean();
   for (int t = 0; t < surface.triangle_count(); ++t) {
-    Part& part = by_root[root(surface.triangles(0, t))];
+    Part& part = by_lowest[connected.lowest(surface.triangles(0, t))];
     const auto at = [&](int c) -> Vector3d {
       return surface.vertices.col(surface.triangles(c, t)) - origin;
     };
@@ -201,9 +189,9 @@ bool has_far_part(const TriangleSurface& surface, double distance) {
     part.volume += at(0).dot(at(1).cross(at(2))) / 6;
   }
   constexpr std::size_t kMaxParts = 1000;  // pairs are compared
-  if (by_root.size() < 2 || by_root.size() > kMaxParts) return false;
+  if (by_lowest.size() < 2 || by_lowest.size() > kMaxParts) return false;
   std::vector<Part> parts;
-  for (const auto& entry : by_root) parts.push_back(entry.second);
+  for (const auto& entry : by_lowest) parts.push_back(entry.second);
   std::swap(parts[0],
             *std::max_element(parts.begin(), parts.end(),
                               [](const Part& a, const Part& b) { return a.volume < b.volume; }));

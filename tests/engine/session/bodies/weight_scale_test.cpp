@@ -25,7 +25,7 @@ TEST(WeightScale, AFitContinuesItToo) {
   material.message = "the material's optimisation was cancelled";
   spacetime::SolveReport report;
   report.message = "Cancelled; the motion is the last improved one.";
-  tell_outcome(material, report);
+  report_outcome(material, report);
   EXPECT_EQ(report.message,
             "Cancelled; the motion is the last improved one; the material's optimisation was "
             "cancelled");
