@@ -9,11 +9,12 @@
 
 #include <cstdlib>
 #include <numbers>
+#include <numeric>
 
 #include "bench/full_space_judge.h"
 #include "bench/suite.h"
+#include "engine/reduced/frame_projection.h"
 #include "engine/reduced/full_kinematics.h"
-#include "engine/reduced/model_enrichment.h"
 #include "engine/reduced/motion_error.h"
 #include "engine/scene/samples/samples.h"
 #include "engine/session/bodies/problem_mapping.h"
@@ -27,7 +28,7 @@ using Eigen::Index;
 
 constexpr int kJudgeSteps = 400, kQuickJudgeSteps = 60;
 constexpr int kQuickTets = 12'000;
-constexpr int kLearntFrames = 24;
+constexpr int kMaxColumns = 24;
 constexpr double kShapeTolerance = 1e-3;
 
 /// Targets along an arc that bends the beam by `angle` [rad] in its plane of least stiffness.
@@ -146,7 +147,7 @@ class ExactSuite {
         std::abs(exact_report.max_constraint_error - verdict.max_miss) / model->length;
     result["shape_error_before"] =
         shape_error(mapped.body, model, *reduced_kinematics, exact_solver.motion());
-    note_enrichment(mapped.body, *model, exact_solver.motion(), kShapeTolerance, result);
+    note_shown(mapped.body, model, exact_solver.motion(), result);
     recorder_.note(fmt::format("  energies {:.6g} {:.6g} {:.6g}, {:.3g} ms",
                                reduced_report.total_energy, exact_report.total_energy,
                                verdict.energy, median(times)));
@@ -178,27 +179,20 @@ class ExactSuite {
     return reduced::motion_error(shapes, shown).shape_error;
   }
 
-  /// The motion's frames learnt by the model, at the tolerance of a tenth of a percent.
-  static void note_enrichment(const bodies::ElasticBody& body, const reduced::ReducedModel& model,
-                              const Eigen::MatrixXd& motion, double tolerance, Case& result) {
-    const reduced::FullReconstruction full(body);
-    std::vector<int> frames;
-    for (int i = 0; i < kLearntFrames; ++i)
-      frames.push_back(static_cast<int>(i * (motion.cols() - 1) / (kLearntFrames - 1)));
-    const Eigen::MatrixXd z = motion(Eigen::all, frames);
-    reduced::EnrichmentOptions options;
-    options.tolerance = tolerance;
-    std::optional<reduced::EnrichedModel> enriched;
-    result["enrich_ms"] =
-        milliseconds([&] { enriched = reduced::enrich_model(body, model, full, z, options); });
-    const auto shared = std::make_shared<const reduced::ReducedModel>(enriched->model);
-    result["shape_error_after"] =
-        shape_error(body, shared, reduced::ReducedKinematics(shared), motion);
-    result["columns"] = enriched->report.columns;
-    result["weight"] = enriched->report.weight;
-    result["basis_error"] = enriched->report.basis_error;
-    result["kept_before"] = enriched->report.kept_before;
-    result["kept_after"] = enriched->report.kept_after;
+  /// All frames by full reconstruction, through a basis that grows where it misses them.
+  static void note_shown(const bodies::ElasticBody& body,
+                         const std::shared_ptr<const reduced::ReducedModel>& model,
+                         const Eigen::MatrixXd& motion, Case& result) {
+    reduced::FullShapes shapes(body, model);
+    std::vector<int> frames(static_cast<std::size_t>(motion.cols()));
+    std::iota(frames.begin(), frames.end(), 0);
+    reduced::ProjectedFrames shown;
+    result["show_ms"] = milliseconds([&] {
+      shown = reduced::project_frames(shapes, model->basis, frames, motion, {},
+                                      {kShapeTolerance, kMaxColumns});
+    });
+    result["columns"] = shown.columns.cols();
+    result["shape_error_after"] = shown.error_after;
   }
 
   const SuiteOptions& options_;
