@@ -16,7 +16,7 @@ namespace {
 
 using Eigen::Index;
 
-constexpr Index kFramesAtOnce = 32;  // reconstructed between checks of cancellation
+constexpr Index kFramesPerBlock = 32;  // reconstructed between checks of cancellation
 constexpr Index kLearntAtOnce = 32;  // frames whose components are found together
 // Relative to the mean of the held sites' own: less than what single precision shows.
 constexpr double kSiteRidge = 1e-9;
@@ -107,8 +107,8 @@ ProjectedFrames project_frames(FullShapes& shapes, const Eigen::MatrixXd& basis,
   LIMBER_DEMAND(basis.rows() == shapes.model().modes.rows());
   ProjectedFrames result;
   Eigen::MatrixXd rest(basis.rows(), count);  // u, then what the basis misses of it
-  for (Index first = 0; first < count; first += kFramesAtOnce) {
-    const Index n = std::min(kFramesAtOnce, count - first);
+  for (Index first = 0; first < count; first += kFramesPerBlock) {
+    const Index n = std::min(kFramesPerBlock, count - first);
     job.report("shapes", static_cast<double>(first) / static_cast<double>(count));
     const Eigen::MatrixXd linear = shapes.model().modes * modal.middleCols(first, n);
     rest.middleCols(first, n) = shapes.displacements(
