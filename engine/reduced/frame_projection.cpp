@@ -17,7 +17,7 @@ namespace {
 using Eigen::Index;
 
 constexpr Index kFramesPerBlock = 32;  // reconstructed between checks of cancellation
-constexpr Index kLearntAtOnce = 32;  // frames whose components are found together
+constexpr Index kLearntAtOnce = 32;    // frames whose components are found together
 // Relative to the mean of the held sites' own: less than what single precision shows.
 constexpr double kSiteRidge = 1e-9;
 constexpr double kRounding = 1e-14;  // of squares: below it a component is noise
@@ -90,7 +90,7 @@ void hold_sites(const Eigen::MatrixXd& basis, const Eigen::MatrixXd& columns,
 
 }  // namespace
 
-void ProjectionOptions::validate() const {
+void FrameProjectionOptions::validate() const {
   if (!(tolerance > 0 && tolerance < 1))
     throw Error(ErrorCode::kInvalidArgument, "tolerance", "must be in (0, 1)");
   if (max_columns < 0) throw Error(ErrorCode::kInvalidArgument, "max_columns", "must be >= 0");
@@ -99,8 +99,8 @@ void ProjectionOptions::validate() const {
 ProjectedFrames project_frames(FullShapes& shapes, const Eigen::MatrixXd& basis,
                                std::span<const int> frames,
                                const Eigen::Ref<const Eigen::MatrixXd>& modal,
-                               const std::vector<HeldSite>& held, const ProjectionOptions& options,
-                               const JobContext& job) {
+                               const std::vector<HeldSite>& held,
+                               const FrameProjectionOptions& options, const JobContext& job) {
   options.validate();
   const auto count = static_cast<Index>(frames.size());
   LIMBER_DEMAND(modal.cols() == count && modal.rows() == shapes.model().coordinate_count());

@@ -16,7 +16,7 @@ struct HeldSite {
   std::shared_ptr<const std::vector<int>> nodes;  // compact
 };
 
-struct ProjectionOptions {
+struct FrameProjectionOptions {
   double tolerance = 1e-3;  // of the shape error over the frames, in (0, 1)
   int max_columns = 24;     // added to the basis at most, >= 0
 
@@ -44,7 +44,7 @@ struct ProjectedFrames {
                                              std::span<const int> frames,
                                              const Eigen::Ref<const Eigen::MatrixXd>& modal,
                                              const std::vector<HeldSite>& held,
-                                             const ProjectionOptions& options,
+                                             const FrameProjectionOptions& options,
                                              const JobContext& job = {});
 
 }  // namespace limber::reduced

@@ -54,7 +54,7 @@ FullBody::Shown FullBody::show(const std::shared_ptr<const Eigen::MatrixXd>& bef
     const auto at = std::lower_bound(frames.begin(), frames.end(), one.frame);
     if (one.nodes) sites.push_back({static_cast<int>(at - frames.begin()), one.nodes});
   }
-  reduced::ProjectionOptions projection{options.tolerance, options.max_columns};
+  reduced::FrameProjectionOptions projection{options.tolerance, options.max_columns};
   Shown shown;
   shown.basis = before;
   reduced::ProjectedFrames projected =
